@@ -1,0 +1,6 @@
+#include "bindings.hpp"
+
+NB_MODULE(_core, m) {
+  m.doc() = "Palpate's C++ core: the stages of the haptic cycle (see ARCHITECTURE.md).";
+  palpate::bindings::bind_loop(m);
+}

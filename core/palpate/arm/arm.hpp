@@ -1,0 +1,76 @@
+// An arm: a constant model shared by all copies, beside a workspace of its own (Pinocchio behind it).
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "palpate/types/spatial.hpp"
+
+namespace palpate::arm {
+
+struct IkResult {
+  bool converged = false;
+  int iterations = 0;
+  double position_error = 0.0;     ///< [m]
+  double orientation_error = 0.0;  ///< [rad]
+};
+
+struct IkOptions {
+  int max_iterations = 20;
+  double position_tolerance = 1e-8;     ///< [m]
+  double orientation_tolerance = 1e-8;  ///< [rad]
+  double damping = 1e-6;                ///< damped least squares, grows near singularities and is reported
+};
+
+/// Kinematics and dynamics of one serial arm in its base frame. Everything that is noexcept may run in
+/// the cycle: no allocation after construction. Copies share the model, own the workspace.
+class Arm {
+ public:
+  /// Throws std::runtime_error naming the file, the frame or joint, and the mend.
+  static Arm from_urdf(const std::string& xml, const std::string& base_frame, const std::string& tip_frame);
+
+  Arm(const Arm&);
+  Arm& operator=(const Arm&);
+  Arm(Arm&&) noexcept;
+  Arm& operator=(Arm&&) noexcept;
+  ~Arm();
+
+  [[nodiscard]] int n() const noexcept;
+  [[nodiscard]] const std::vector<std::string>& joint_names() const noexcept;
+  [[nodiscard]] const JointVector& q_min() const noexcept;
+  [[nodiscard]] const JointVector& q_max() const noexcept;
+  [[nodiscard]] const JointVector& tau_max() const noexcept;  ///< URDF effort limits [N m, N]
+
+  /// Kinematics at q, v: fills tip(), jacobian(), twist().
+  void update(const JointVector& q, const JointVector& v) noexcept;
+  [[nodiscard]] const Pose& tip() const noexcept;           ///< X_0T, base to tip
+  [[nodiscard]] const Jacobian& jacobian() const noexcept;  ///< at the tip, in base axes
+  [[nodiscard]] Twist twist() const noexcept;               ///< J v
+
+  /// Gravity torque G(q) = dP/dq that holds the arm up (Eq 10); gravity vector in the base frame.
+  [[nodiscard]] const JointVector& gravity(const JointVector& q) noexcept;
+  /// tau = M a + C v + G (rnea).
+  [[nodiscard]] const JointVector& inverse_dynamics(const JointVector& q, const JointVector& v,
+                                                    const JointVector& a) noexcept;
+  /// C(q,v) v + G(q).
+  [[nodiscard]] const JointVector& bias(const JointVector& q, const JointVector& v) noexcept;
+  /// Full symmetric M(q) (crba).
+  [[nodiscard]] const JointMatrix& mass_matrix(const JointVector& q) noexcept;
+  void set_gravity(const Vec3& g_base) noexcept;  ///< default (0, 0, -9.81)
+  /// A copy whose link masses are multiplied by `scale` (a controller's wrong model of the plant).
+  [[nodiscard]] Arm with_scaled_masses(const JointVector& scale) const;
+
+  /// Damped Newton from q (in/out), within joint limits. 6-dof goal; a redundant arm stays near q.
+  IkResult ik(const Pose& X_0T_goal, JointVector& q, const IkOptions& options = {}) noexcept;
+
+  /// Poses of every link frame at q, in link_names() order; for drawing, not for the cycle.
+  [[nodiscard]] std::vector<Pose> link_poses(const JointVector& q);
+  [[nodiscard]] const std::vector<std::string>& link_names() const noexcept;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace palpate::arm

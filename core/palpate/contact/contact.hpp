@@ -1,0 +1,50 @@
+// Stage `contact`: where is the tool relative to the surface, and which way is out?
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string_view>
+
+#include "palpate/scene/snapshot.hpp"
+#include "palpate/types/spatial.hpp"
+
+namespace palpate::contact {
+
+/// Objects that may be touched at once.
+inline constexpr int kMaxContacts = 8;
+
+/// One object touched by the spherical proxy region (SPR) on the tool tip. All in W.
+struct Contact {
+  int object = -1;                ///< index into the snapshot
+  Vec3 p_proxy = Vec3::Zero();    ///< centre of the proxy sphere P, on or outside the surface [m]
+  Vec3 normal = Vec3::Zero();     ///< unit, out of the obstacle
+  Vec3 delta_x = Vec3::Zero();    ///< p_proxy - p_tool, out of the obstacle (READINGS 1) [m]
+  double depth = 0.0;             ///< delta_x . normal [m]
+  Vec3 v_surface = Vec3::Zero();  ///< velocity of the touched surface point [m/s]
+};
+
+struct ContactSet {
+  std::array<Contact, kMaxContacts> contact;
+  int size = 0;
+};
+
+struct Options {
+  double radius = 0.002;        ///< SPR radius [m]
+  double collision_rate = 250;  ///< rate of the collision thread of `paper-alg1` [Hz]
+};
+
+/// One way of finding contacts. Has a memory (which side it came from), none of it on the heap in step().
+class Method {
+ public:
+  virtual ~Method() = default;
+  /// Forget the past: the tool is where it is, outside.
+  virtual void reset() noexcept = 0;
+  /// p_WT: tool tip, the SPR's centre [m]; v_WT [m/s]; t [s].
+  virtual const ContactSet& step(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT,
+                                 double t) noexcept = 0;
+};
+
+/// `proxy` or `paper-alg1`. Throws std::invalid_argument naming the methods there are.
+std::unique_ptr<Method> make_method(std::string_view name, const Options& options);
+
+}  // namespace palpate::contact

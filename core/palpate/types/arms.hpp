@@ -1,0 +1,48 @@
+// What an arm tells the cycle and what the cycle tells an arm, simulated or real alike.
+#pragma once
+
+#include "palpate/types/spatial.hpp"
+
+namespace palpate {
+
+/// Leader (master arm) as its encoders report it.
+struct LeaderState {
+  double t = 0.0;        ///< stamp of the measurement [s]
+  JointVector q;         ///< measured joint positions [rad]
+  JointVector v;         ///< estimated joint velocities [rad/s]
+  double gripper = 0.0;  ///< pinch angle, 0 = closed [rad]
+  bool valid = false;    ///< false until the first measurement, or when the source says so
+};
+
+/// Follower (patient-side arm) as its encoders report it.
+struct FollowerState {
+  double t = 0.0;      ///< stamp [s]
+  JointVector q;       ///< measured joint positions [rad, m]
+  double jaw = 0.0;    ///< [rad]
+  bool valid = false;
+};
+
+/// Torque terms for the leader, kept apart so that each is recorded and can be switched off.
+struct LeaderCommand {
+  Wrench F_H_L;             ///< wrench rendered on the operator's hand, in the leader base L
+  JointVector tau_force;    ///< J^T F [N m]
+  JointVector tau_gravity;  ///< G_hat(q) [N m]
+  JointVector tau_platform; ///< joint-4 null-space controller [N m]
+};
+
+struct FollowerCommand {
+  JointVector q;     ///< desired joint positions [rad, m]
+  double jaw = 0.0;  ///< [rad]
+};
+
+/// What the console says: pedals, and values that a person may change while it runs.
+struct Controls {
+  bool following = true;  ///< the follower follows the leader and the hand is given forces
+  bool clutch = false;    ///< pedal pressed: the hand moves freely, the follower stays
+  bool paused = false;    ///< simulated time stands still (simulation only)
+  double stiffness_scale = 1.0;  ///< multiplies every object's stiffness
+  double damping_scale = 1.0;    ///< multiplies every object's damping
+  Vec3 p_hand_offset_W = Vec3::Zero();  ///< added to the hand's intended position [m] (drag handle)
+};
+
+}  // namespace palpate
