@@ -1,26 +1,31 @@
 # make demo | make test | make lint | make clean.   Everything else is `palpate --help`.
 .PHONY: demo test lint clean setup
 ARGS ?=
-UV := $(shell command -v uv 2>/dev/null || echo .uv/bin/uv)
+export UV_PYTHON_DOWNLOADS = never
+UV := $(or $(shell command -v uv 2>/dev/null),.uv/bin/uv)
 RUN := $(UV) run --no-sync
 
 demo: setup
-	@$(RUN) palpate run scenes/palpation.yaml --duration 20 --serve $(ARGS)
+	@$(RUN) palpate run scenes/palpation.yaml --duration 20 $(ARGS)
 
 test: setup
 	@$(RUN) pytest
 
 setup: .venv/.ready
 
-.venv/.ready: pyproject.toml CMakeLists.txt | $(filter .uv/bin/uv,$(UV))
+.venv/.ready: pyproject.toml CMakeLists.txt | $(UV)
 	@$(UV) sync --all-extras --no-progress
 	@touch $@
 
+# uv comes from the package index: into a small environment, or a plain folder where Debian's python3-venv is absent.
 .uv/bin/uv:
-	@python3 -m venv .uv && .uv/bin/pip install --quiet --disable-pip-version-check 'uv>=0.8,<1'
+	@echo "setting up (once, about a minute): uv, Python packages, C++ core"
+	@python3 -m venv .uv >/dev/null 2>&1 && .uv/bin/python -m pip install --quiet --disable-pip-version-check 'uv>=0.8,<1' \
+	  || python3 -m pip install --quiet --disable-pip-version-check --upgrade --target .uv 'uv>=0.8,<1' \
+	  || { echo "palpate: uv could not be installed. Install it from https://docs.astral.sh/uv, or: sudo apt install python3-venv python3-pip"; exit 1; }
 
 lint: setup
-	@$(UV) run --no-sync --group lint pre-commit run --all-files
+	@$(RUN) --group lint pre-commit run --all-files
 
 clean:
-	rm -rf .venv build
+	rm -rf .venv .uv build runs
