@@ -1,0 +1,32 @@
+#include "palpate/force/force.hpp"
+
+#include <algorithm>
+#include <cstddef>
+
+namespace palpate::force {
+
+ForceTerms step(const contact::ContactSet& contacts, const scene::Snapshot& scene, const Vec3& v_WT,
+                double stiffness_scale, double damping_scale) noexcept {
+  ForceTerms sum;
+  for (int i = 0; i < contacts.size; ++i) {
+    const contact::Contact& c = contacts.contact[static_cast<std::size_t>(i)];
+    const scene::Material& material = scene.objects[static_cast<std::size_t>(c.object)].material;
+    const Vec3& n = c.normal;
+
+    Vec3 F_spring = stiffness_scale * material.K.cwiseProduct(c.delta_x);
+    // An anisotropic K may tilt the spring's force until it pulls: what pulls is not rendered.
+    const double pull = std::min(n.dot(F_spring), 0.0);
+    F_spring -= pull * n;
+
+    const double b = damping_scale * n.dot(material.B.cwiseProduct(n));
+    const double damping = -b * n.dot(v_WT - c.v_surface);
+    const double push = std::max(damping, -n.dot(F_spring));  // total along n stays >= 0
+
+    sum.F_spring += F_spring;
+    sum.F_damping += push * n;
+  }
+  sum.F = sum.F_spring + sum.F_damping;
+  return sum;
+}
+
+}  // namespace palpate::force
