@@ -1,0 +1,76 @@
+"""What can go wrong before a run, told so that the reader can mend it: what, where, why, how to mend."""
+
+from __future__ import annotations
+
+__all__ = [
+    "MeshError",
+    "MissingExtraError",
+    "OutputError",
+    "PalpateError",
+    "PalpateWarning",
+    "PortError",
+    "RecordError",
+    "SceneError",
+]
+
+
+def _tell(what: str, where: str, why: str, mend: str) -> str:
+    first = f"{where}: {what}" if where else what
+    lines = [first, *(f"  {label}: {text}" for label, text in (("why", why), ("mend", mend)) if text)]
+    return "\n".join(lines)
+
+
+class PalpateError(Exception):
+    """The base of every error that a user can mend. The CLI prints it without a traceback and exits with 2.
+
+    Args:
+        what: the thing and its value, e.g. ``unknown key 'stifness'``.
+        where: file, or file:line, or the name of the object; empty when there is no place to name.
+        why: the cause.
+        mend: what to do about it.
+    """
+
+    def __init__(self, what: str, *, where: str = "", why: str = "", mend: str = "") -> None:
+        self.what, self.where, self.why, self.mend = what, str(where), why, mend
+        super().__init__(_tell(what, self.where, why, mend))
+
+
+class SceneError(PalpateError):
+    """The scene file cannot be read, or asks for something impossible."""
+
+
+class MeshError(PalpateError):
+    """The mesh cannot be read or cannot be touched."""
+
+
+class OutputError(PalpateError):
+    """The output folder or file cannot be written."""
+
+
+class RecordError(PalpateError):
+    """The record cannot be read."""
+
+
+class PortError(PalpateError):
+    """The viewer's port cannot be used."""
+
+
+class MissingExtraError(PalpateError):
+    """An optional part of Palpate is not installed.
+
+    Args:
+        feature: what the part is for, e.g. ``the viewer``.
+        extra: name of the extra, e.g. ``viewer``.
+    """
+
+    def __init__(self, feature: str, extra: str) -> None:
+        super().__init__(f"{feature} is not installed", mend=f"pip install 'palpate[{extra}]'")
+        self.extra = extra
+
+
+class PalpateWarning(UserWarning):
+    """Something was mended or looks wrong, and the run goes on. Told once, in the words of the errors."""
+
+    def __init__(self, what: str, *, where: str = "", why: str = "", mend: str = "") -> None:
+        self.what, self.where, self.why, self.mend = what, str(where), why, mend
+        super().__init__(_tell(what, self.where, why, mend))
