@@ -1,0 +1,1 @@
+"""Records of a session: the table of signals, MCAP files, replay."""

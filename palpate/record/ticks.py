@@ -1,0 +1,78 @@
+"""The table of signals as numpy sees it: one `TICK` is one row of a run.
+
+The table lives once, in C++ (core/palpate/loop/tick.cpp). A run's data is a structured array of dtype `TICK`:
+`ticks["F_T_W"]` has shape (n, 3), `ticks["t"]` has shape (n,).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate import _core
+
+Ticks = NDArray[np.void]
+"""A structured array of dtype `TICK`, shape (n,)."""
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A row of the table: what one recorded signal is."""
+
+    name: str
+    """Field of `TICK` and channel of the record."""
+    offset: int
+    """Position in a tick [bytes]."""
+    size: int
+    """Number of doubles."""
+    unit: str
+    """SI unit; `rad|m` where joints differ; `1` without unit."""
+    frame: str
+    """Monogram letter of the frame it is expressed in; empty when there is none."""
+    doc: str
+    """Meaning and sign."""
+    deterministic: bool
+    """False: depends on the machine (times of computation); kept out of a lockstep record."""
+
+
+TICK_BYTES: int = _core.TICK_BYTES
+TICK_DOUBLES: int = TICK_BYTES // 8
+SIGNALS: dict[str, Signal] = {row[0]: Signal(*row) for row in _core.signals()}
+"""Every signal by name, in the order of the tick."""
+
+TICK: np.dtype[np.void] = np.dtype(
+    {
+        "names": list(SIGNALS),
+        "formats": ["<f8" if s.size == 1 else ("<f8", (s.size,)) for s in SIGNALS.values()],
+        "offsets": [s.offset for s in SIGNALS.values()],
+        "itemsize": TICK_BYTES,
+    }
+)
+"""numpy dtype of one tick; little-endian doubles laid out as the C++ struct."""
+
+
+def as_ticks(rows: NDArray[Any]) -> Ticks:
+    """Rows of a run as ticks, without copying where the memory allows it.
+
+    Args:
+        rows: (n, 110) float64 as `_core.Simulation.run` returns them, or an array of `TICK` already.
+
+    Returns:
+        (n,) structured array of `TICK`.
+
+    Raises:
+        ValueError: another shape or type.
+    """
+    if rows.dtype == TICK:
+        return rows.reshape(-1)
+    if rows.dtype != np.float64 or rows.shape[-1] != TICK_DOUBLES:
+        raise ValueError(f"rows of a run are float64 of shape (n, {TICK_DOUBLES}). Got: {rows.dtype} {rows.shape}")
+    return np.ascontiguousarray(rows).view(TICK).reshape(-1)
+
+
+def as_rows(ticks: Ticks) -> NDArray[np.float64]:
+    """Ticks as plain rows: (n, 110) float64, the inverse of `as_ticks`."""
+    return np.ascontiguousarray(ticks).view(np.float64).reshape(-1, TICK_DOUBLES)

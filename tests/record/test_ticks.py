@@ -1,0 +1,29 @@
+import numpy as np
+import pytest
+from palpate import _core
+from palpate.record.ticks import SIGNALS, TICK, TICK_BYTES, as_rows, as_ticks
+
+
+def test_table_covers_every_byte_of_the_tick_once():
+    spans = sorted((s.offset, s.offset + 8 * s.size) for s in SIGNALS.values())
+    assert spans[0][0] == 0
+    assert spans[-1][1] == TICK_BYTES
+    assert all(a[1] == b[0] for a, b in zip(spans, spans[1:], strict=False))
+    assert len(SIGNALS) == len(_core.signals())
+
+
+def test_fields_land_where_the_table_says():
+    rows = np.random.default_rng(1).normal(size=(5, TICK_BYTES // 8))
+    ticks = as_ticks(rows)
+    assert ticks.shape == (5,)
+    for s in SIGNALS.values():
+        column = s.offset // 8
+        expected = rows[:, column] if s.size == 1 else rows[:, column : column + s.size]
+        np.testing.assert_array_equal(ticks[s.name], expected)
+    np.testing.assert_array_equal(as_rows(ticks), rows)
+    assert as_ticks(ticks).dtype == TICK
+
+
+def test_wrong_shape_is_named():
+    with pytest.raises(ValueError, match=r"float64 of shape \(n, 110\). Got: float64 \(5, 3\)"):
+        as_ticks(np.zeros((5, 3)))
