@@ -1,4 +1,4 @@
-// Spatial quantities in monogram notation (docs/NOTATION.md). SI units: m, rad, s, N, N m.
+// Spatial quantities in monogram notation (NOTATION.md). SI units: m, rad, s, N, N m.
 #pragma once
 
 #include <Eigen/Core>
