@@ -1,5 +1,28 @@
 """Palpate: feel virtual and scanned anatomy through a surgical robot's master arm."""
 
+from __future__ import annotations
+
+from importlib import import_module
 from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from palpate import contact as contact
+    from palpate.arm import Arm as Arm
+    from palpate.mesh import Mesh as Mesh
+    from palpate.scene import Scene as Scene
+    from palpate.session import Session as Session
 
 __version__ = version("palpate")
+__all__ = ["Arm", "Mesh", "Scene", "Session", "contact"]
+
+_HOME = {"Arm": "palpate.arm", "Mesh": "palpate.mesh", "Scene": "palpate.scene", "Session": "palpate.session"}
+
+
+def __getattr__(name: str) -> Any:
+    """Parts are imported when they are first used, so that ``palpate --version`` answers at once."""
+    if name in _HOME:
+        return getattr(import_module(_HOME[name]), name)
+    if name == "contact":
+        return import_module("palpate.contact")
+    raise AttributeError(f"module 'palpate' has no attribute {name!r}. Available: {', '.join(__all__)}")

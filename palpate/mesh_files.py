@@ -1,0 +1,156 @@
+"""Mesh files into triangles, in the file's own unit: STL by numpy, every other format by trimesh."""
+
+from __future__ import annotations
+
+import difflib
+import re
+import warnings
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from palpate.errors import MeshError, PalpateWarning
+
+_HEADER, _FACET = 84, np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+_VERTEX = re.compile(rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)")
+_OTHER_FORMATS = (".obj", ".ply", ".off", ".glb", ".gltf", ".3mf", ".dae")
+
+Soup = tuple[npt.NDArray[np.floating], npt.NDArray[np.integer]]
+
+
+def read(path: Path) -> Soup:
+    """Vertices (n, 3) in the file's unit and triangles (m, 3) of a mesh file.
+
+    Raises:
+        MeshError: the file is missing, empty, truncated or not a mesh; says which and how to mend it.
+    """
+    data = _bytes(path)
+    if data.startswith(b"version https://git-lfs"):
+        raise MeshError(
+            "this is a Git LFS pointer, not the mesh", where=str(path), mend="fetch the file itself: git lfs pull"
+        )
+    if path.suffix.lower() in (".stl", ".stla", ".stlb"):
+        return _stl(path, data)
+    return _by_trimesh(path)
+
+
+def _bytes(path: Path) -> bytes:
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        try:
+            near = difflib.get_close_matches(path.name, [p.name for p in path.parent.iterdir()], n=1)
+        except OSError:
+            near = []
+        mend = f"did you mean {path.parent / near[0]}?" if near else "check the path; it is relative to the scene file"
+        raise MeshError("mesh file not found", where=str(path), mend=mend) from None
+    except (OSError, ValueError) as error:
+        raise MeshError(
+            "mesh file cannot be read", where=str(path), why=str(error), mend="name a readable file"
+        ) from None
+    if not data:
+        raise MeshError("mesh file is empty (0 bytes)", where=str(path), mend="export or copy it again")
+    return data
+
+
+def _stl(path: Path, data: bytes) -> Soup:
+    promised = int.from_bytes(data[80:84], "little") if len(data) >= _HEADER else -1
+    whole = promised >= 0 and len(data) == _HEADER + _FACET.itemsize * promised
+    says_solid = data[:5].lower() == b"solid"
+    if not whole and (says_solid or path.suffix.lower() == ".stla") and b"facet" in data[:4096].lower():
+        if path.suffix.lower() == ".stlb":
+            warnings.warn(
+                PalpateWarning("an ASCII STL under a binary name: read as ASCII", where=str(path)), stacklevel=4
+            )
+        return _ascii_stl(path, data)
+    if whole and promised and (says_solid or path.suffix.lower() == ".stla"):
+        why = "its header begins with 'solid', its size is that of a binary file"
+        warnings.warn(
+            PalpateWarning("a binary STL that calls itself ASCII: read as binary", where=str(path), why=why),
+            stacklevel=4,
+        )
+    return _binary_stl(path, data, promised)
+
+
+def _binary_stl(path: Path, data: bytes, promised: int) -> Soup:
+    if len(data) < _HEADER:
+        raise MeshError(
+            f"not an STL file: {len(data)} bytes",
+            where=str(path),
+            why="a binary STL has a header of 84 bytes, an ASCII STL begins with 'solid'",
+            mend="export it again",
+        )
+    present = (len(data) - _HEADER) // _FACET.itemsize
+    if promised > present:
+        raise MeshError(
+            f"truncated binary STL: the header promises {promised:,} triangles, the file holds {present:,}",
+            where=str(path),
+            why="the copy or the export was cut short, or this is not an STL file",
+            mend="copy or export it again",
+        )
+    if promised == 0:
+        raise MeshError(
+            "the STL holds zero triangles", where=str(path), mend="export it again with its surface selected"
+        )
+    rest = len(data) - _HEADER - _FACET.itemsize * promised
+    if rest:
+        what = f"{rest:,} bytes after the {promised:,} triangles that the header promises: ignored"
+        warnings.warn(PalpateWarning(what, where=str(path)), stacklevel=5)
+    facets = np.frombuffer(data, _FACET, count=promised, offset=_HEADER)
+    vertices = facets["corners"].reshape(-1, 3)
+    return vertices, np.arange(3 * promised, dtype=np.int32).reshape(-1, 3)
+
+
+def _ascii_stl(path: Path, data: bytes) -> Soup:
+    lower = data.lower()
+    words = _VERTEX.findall(lower)
+    facets, ends = len(re.findall(rb"\bfacet\s+normal\b", lower)), lower.count(b"endfacet")
+    if len(words) != 3 * facets or ends != facets:
+        raise MeshError(
+            f"truncated or malformed ASCII STL: {facets:,} facets begun, {ends:,} ended, {len(words):,} vertices",
+            where=str(path),
+            why="every facet has three vertices and an endfacet",
+            mend="export it again",
+        )
+    if not facets:
+        raise MeshError(
+            "the STL holds zero triangles", where=str(path), mend="export it again with its surface selected"
+        )
+    try:
+        vertices = np.array(words, dtype="S").astype(np.float64)
+    except ValueError:
+        match = next(m for m in _VERTEX.finditer(lower) if not all(_is_number(w) for w in m.groups()))
+        line = lower.count(b"\n", 0, match.start()) + 1
+        text = match.group(0).decode("ascii", "replace")
+        raise MeshError(f"not three numbers: {text!r}", where=f"{path}:{line}", mend="export it again") from None
+    return vertices, np.arange(len(vertices), dtype=np.int32).reshape(-1, 3)
+
+
+def _is_number(word: bytes) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def _by_trimesh(path: Path) -> Soup:
+    import trimesh
+
+    if path.suffix.lower() not in _OTHER_FORMATS:
+        known = ", ".join((".stl", *_OTHER_FORMATS))
+        raise MeshError(f"unknown mesh format {path.suffix!r}", where=str(path), mend=f"use one of {known}")
+    try:
+        loaded = trimesh.load(str(path), force="mesh", process=False)
+        vertices = np.asarray(getattr(loaded, "vertices", np.empty((0, 3))), dtype=np.float64)
+        triangles = np.asarray(getattr(loaded, "faces", np.empty((0, 3))), dtype=np.int64)
+    except Exception as error:  # a reader of foreign files fails in many ways; all of them mean: not this format
+        why = f"{type(error).__name__}: {error}"
+        raise MeshError(
+            f"not a readable {path.suffix} file", where=str(path), why=why, mend="export it again"
+        ) from None
+    if len(triangles) == 0 or len(vertices) == 0:
+        why = "points without faces are no surface" if len(vertices) else ""
+        raise MeshError("the mesh holds zero triangles", where=str(path), why=why, mend="export it with its faces")
+    return vertices, triangles
