@@ -25,7 +25,8 @@ setup: .venv/.ready
 	  || { echo "palpate: uv could not be installed. Install it from https://docs.astral.sh/uv, or: sudo apt install python3-venv python3-pip"; exit 1; }
 
 lint: setup
-	@$(RUN) --group lint pre-commit run --all-files
+	@$(UV) sync --all-extras --group lint --no-progress --quiet
+	@$(RUN) pre-commit run --all-files
 
 clean:
 	rm -rf .venv .uv build runs
