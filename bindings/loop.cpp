@@ -1,8 +1,7 @@
-#include "palpate/loop/tick.hpp"
-
 #include <nanobind/stl/string.h>
 
 #include "bindings.hpp"
+#include "palpate/loop/tick.hpp"
 
 namespace nb = nanobind;
 

@@ -7,11 +7,11 @@
 namespace palpate::plant {
 
 struct FollowerOptions {
-  double bandwidth = 30.0;    ///< natural frequency of the joint servos [Hz]; 0 = ideal
+  double bandwidth = 30.0;  ///< natural frequency of the joint servos [Hz]; 0 = ideal
   double damping_ratio = 1.0;
-  JointVector v_max;          ///< [rad/s, m/s]
-  JointVector encoder_step;   ///< [rad, m]; 0 = ideal
-  double jaw_v_max = 12.0;    ///< [rad/s]
+  JointVector v_max;         ///< [rad/s, m/s]
+  JointVector encoder_step;  ///< [rad, m]; 0 = ideal
+  double jaw_v_max = 12.0;   ///< [rad/s]
 };
 
 class Follower {

@@ -16,18 +16,18 @@ struct LeaderState {
 
 /// Follower (patient-side arm) as its encoders report it.
 struct FollowerState {
-  double t = 0.0;      ///< stamp [s]
-  JointVector q;       ///< measured joint positions [rad, m]
-  double jaw = 0.0;    ///< [rad]
+  double t = 0.0;    ///< stamp [s]
+  JointVector q;     ///< measured joint positions [rad, m]
+  double jaw = 0.0;  ///< [rad]
   bool valid = false;
 };
 
 /// Torque terms for the leader, kept apart so that each is recorded and can be switched off.
 struct LeaderCommand {
-  Wrench F_H_L;             ///< wrench rendered on the operator's hand, in the leader base L
-  JointVector tau_force;    ///< J^T F [N m]
-  JointVector tau_gravity;  ///< G_hat(q) [N m]
-  JointVector tau_platform; ///< joint-4 null-space controller [N m]
+  Wrench F_H_L;              ///< wrench rendered on the operator's hand, in the leader base L
+  JointVector tau_force;     ///< J^T F [N m]
+  JointVector tau_gravity;   ///< G_hat(q) [N m]
+  JointVector tau_platform;  ///< joint-4 null-space controller [N m]
 };
 
 struct FollowerCommand {
@@ -37,11 +37,11 @@ struct FollowerCommand {
 
 /// What the console says: pedals, and values that a person may change while it runs.
 struct Controls {
-  bool following = true;  ///< the follower follows the leader and the hand is given forces
-  bool clutch = false;    ///< pedal pressed: the hand moves freely, the follower stays
-  bool paused = false;    ///< simulated time stands still (simulation only)
-  double stiffness_scale = 1.0;  ///< multiplies every object's stiffness
-  double damping_scale = 1.0;    ///< multiplies every object's damping
+  bool following = true;                ///< the follower follows the leader and the hand is given forces
+  bool clutch = false;                  ///< pedal pressed: the hand moves freely, the follower stays
+  bool paused = false;                  ///< simulated time stands still (simulation only)
+  double stiffness_scale = 1.0;         ///< multiplies every object's stiffness
+  double damping_scale = 1.0;           ///< multiplies every object's damping
   Vec3 p_hand_offset_W = Vec3::Zero();  ///< added to the hand's intended position [m] (drag handle)
 };
 
