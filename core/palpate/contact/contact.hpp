@@ -42,6 +42,14 @@ class Method {
   /// p_WT: tool tip, the SPR's centre [m]; v_WT [m/s]; t [s].
   virtual const ContactSet& step(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT,
                                  double t) noexcept = 0;
+
+  /// True for a method whose geometry allocates, so that it cannot be done in step(): step() leaves a request behind
+  /// and collide() answers it. Whoever drives the loop calls collide(): right after each step() in lockstep and in a
+  /// rendered path, a thread of its own in real time (a few times per collision period; nothing asked, nothing done).
+  [[nodiscard]] virtual bool asynchronous() const noexcept { return false; }
+  /// Never from the cycle: allocates, may take long, may throw. One caller at a time, which keeps `scene` alive; step()
+  /// may run meanwhile. The first call prepares the scene's meshes: call it once before the loop starts.
+  virtual void collide(const scene::Snapshot& /*scene*/) {}
 };
 
 /// `proxy` or `paper-alg1`. Throws std::invalid_argument naming the methods there are.
