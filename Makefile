@@ -14,7 +14,10 @@ test: setup
 setup: .venv/.ready
 
 .venv/.ready: pyproject.toml CMakeLists.txt | $(UV)
-	@$(UV) sync --all-extras --no-progress
+	@command -v g++ >/dev/null || { echo "palpate: no C++ compiler (g++) found. Mend: sudo apt install g++"; exit 1; }
+	@python3 -c 'import os, sys, sysconfig; sys.exit(not os.path.exists(sysconfig.get_path("include") + "/Python.h"))' \
+	  || { echo "palpate: Python.h is missing beside $$(command -v python3). Mend: sudo apt install python3-dev"; exit 1; }
+	@$(UV) sync --python "$$(command -v python3)" --all-extras --no-progress
 	@touch $@
 
 # uv comes from the package index: into a small environment, or a plain folder where Debian's python3-venv is absent.
