@@ -1,0 +1,190 @@
+#include "palpate/loop/cycle.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace palpate::loop {
+namespace {
+
+double period(double rate) {
+  if (!(rate >= 50.0 && rate <= 10000.0)) {
+    throw std::invalid_argument("rate = " + std::to_string(rate) +
+                                " Hz: the haptic cycle runs between 50 and 10000 Hz, for example 1000");
+  }
+  return 1.0 / rate;
+}
+
+template <std::size_t n>
+void copy(const JointVector& from, double (&to)[n]) noexcept {
+  std::fill_n(to, n, 0.0);
+  std::copy_n(from.data(), std::min<std::size_t>(n, static_cast<std::size_t>(from.size())), to);
+}
+
+void copy(const Vec3& from, double (&to)[3]) noexcept { std::copy_n(from.data(), 3, to); }
+
+void copy(const Mat3& R, double (&to)[4]) noexcept {
+  const Eigen::Quaterniond q(R);
+  const double sign = q.w() < 0.0 ? -1.0 : 1.0;
+  to[0] = sign * q.w(), to[1] = sign * q.x(), to[2] = sign * q.y(), to[3] = sign * q.z();
+}
+
+const contact::Contact* strongest(const contact::ContactSet& contacts) noexcept {
+  const auto first = contacts.contact.begin();
+  const auto deepest = std::max_element(first, first + contacts.size,
+                                        [](const auto& a, const auto& b) { return a.depth < b.depth; });
+  return contacts.size > 0 ? &*deepest : nullptr;
+}
+
+}  // namespace
+
+Cycle::Cycle(const CycleOptions& options, arm::Arm leader, arm::Arm follower)
+    : options_(options),
+      leader_(std::move(leader)),
+      follower_(std::move(follower)),
+      contact_(contact::make_method(options.method, options.contact)),
+      mapping_(options.mapping, options.X_WL.R, period(options.rate)),
+      limiter_(options.stability, period(options.rate)),
+      torque_(options.torque, leader_.tau_max()),
+      zero_(JointVector::Zero(follower_.n())) {
+  const JointVector still = JointVector::Zero(leader_.n());
+  out_.leader.tau_force = out_.leader.tau_gravity = out_.leader.tau_platform = still;
+  out_.follower.q = zero_;
+}
+
+CycleOutput& Cycle::step(const CycleInput& in) noexcept {
+  out_.tick = Tick{};
+  if (!trust(in)) {
+    return out_;  // nothing is known of an arm yet: no torque, no motion
+  }
+  locate();
+  const mapping::Output mapped = mapping_.step({options_.X_WL * X_LH_, v_LH_, leader_state_.gripper, X_WT_,
+                                                follower_state_.jaw, in.controls.following && leader_good_,
+                                                in.controls.clutch, reached_});
+  reached_ = reach(mapped.X_WT_goal, mapped.jaw);
+  const contact::ContactSet& contacts = contact_->step(*in.scene, X_WT_.p, v_WT_, in.t);
+  const force::ForceTerms force =
+      force::step(contacts, *in.scene, mapped.v_WT, in.controls.stiffness_scale, in.controls.damping_scale);
+  const stability::Output limited =
+      limiter_.step({mapping_.force_on_hand(force.F), in.t, leader_state_.t, follower_state_.t, leader_good_,
+                     follower_good_, mapped.engaged});
+  const bool torque_limited =
+      torque_.step(leader_, leader_state_.q, leader_state_.v, {limited.F_H_L, Vec3::Zero()}, out_.leader);
+
+  out_.tick.status = limited.status | (torque_limited ? kTorqueLimited : 0u) | (reached_ ? 0u : kIkFailed) |
+                     static_cast<unsigned>(out_.tick.status);
+  book(limited, contacts, force, in);
+  record(mapped, contacts, force);
+  return out_;
+}
+
+// Where handle and tool are, and how fast.
+void Cycle::locate() noexcept {
+  leader_.update(leader_state_.q, leader_state_.v);
+  follower_.update(follower_state_.q, zero_);
+  X_LH_ = leader_.tip();
+  v_LH_ = leader_.twist().v;
+  const Vec3 p_WT_last = X_WT_.p;
+  X_WT_ = options_.X_WB * follower_.tip();
+  v_WT_ = located_ ? Vec3((X_WT_.p - p_WT_last) * options_.rate) : Vec3::Zero();
+  located_ = true;
+}
+
+// Keeps the last states that are finite and valid. False while an arm has not yet been heard of.
+bool Cycle::trust(const CycleInput& in) noexcept {
+  const LeaderState& leader = in.leader;
+  const FollowerState& follower = in.follower;
+  const bool leader_fits = leader.q.size() == leader_.n() && leader.v.size() == leader_.n();
+  const bool follower_fits = follower.q.size() == follower_.n();
+  const bool leader_finite =
+      leader_fits && leader.q.allFinite() && leader.v.allFinite() && std::isfinite(leader.gripper);
+  const bool follower_finite = follower_fits && follower.q.allFinite() && std::isfinite(follower.jaw);
+  leader_good_ = leader.valid && leader_finite;
+  follower_good_ = follower.valid && follower_finite;
+
+  if (leader_good_) {
+    leader_state_ = leader;
+  } else {
+    leader_state_.v.setZero();
+  }
+  if (follower_good_) {
+    if (!follower_known_) {
+      out_.follower = {follower.q, follower.jaw};
+    }
+    follower_state_ = follower;
+  }
+  leader_known_ |= leader_good_;
+  follower_known_ |= follower_good_;
+  // A hand that was out of sight has moved: the map is caught anew, as after a clutch.
+  leader_good_ = leader_good_ && !limiter_.stale(in.t, leader.t);
+
+  const Controls& c = in.controls;
+  out_.tick.t = in.t;
+  out_.tick.status = (leader_good_ ? 0u : kLeaderStale) | (follower_good_ ? 0u : kFollowerStale) |
+                     (leader_finite && follower_finite ? 0u : kNotFinite) | (c.clutch ? kClutched : 0u) |
+                     (c.following ? 0u : kNotFollowing);
+  return leader_known_ && follower_known_;
+}
+
+// The follower's joints for a goal; the last ones when there are none.
+bool Cycle::reach(const Pose& X_WT_goal, double jaw) noexcept {
+  JointVector q = out_.follower.q;
+  const bool reached = follower_.ik(options_.X_WB.inverse() * X_WT_goal, q).converged && q.allFinite();
+  if (reached) {
+    out_.follower.q = q;
+  }
+  out_.follower.jaw = jaw;
+  return reached;
+}
+
+// Forces on the hand and the energy they move.
+void Cycle::book(const stability::Output& limited, const contact::ContactSet& contacts, const force::ForceTerms& force,
+                 const CycleInput& in) noexcept {
+  const Vec3 F_damping = mapping_.force_on_hand(force.F_damping);
+  // A spring of the tool's side, seen from the hand, which moves 1/scale as far.
+  const double per_hand = options_.mapping.force_scale / options_.mapping.scale;
+  const double spring = per_hand * stability::spring_energy(contacts, *in.scene, in.controls.stiffness_scale);
+  const stability::Energy& energy = ledger_.step(
+      X_LH_.p, {limited.F_H_L, F_damping.allFinite() ? F_damping : Vec3::Zero(), limited.F_cut}, spring);
+
+  Tick& tick = out_.tick;
+  copy(limited.F_H_L, tick.F_H_L);
+  copy(X_LH_.R.transpose() * limited.F_H_L, tick.F_H_H);
+  tick.energy_port = energy.port;
+  tick.energy_spring = energy.spring;
+  tick.energy_damping = energy.damping;
+  tick.energy_cut = energy.cut;
+}
+
+void Cycle::record(const mapping::Output& mapped, const contact::ContactSet& contacts, const force::ForceTerms& force) noexcept {
+  Tick& tick = out_.tick;
+  const LeaderCommand& command = out_.leader;
+  copy(leader_state_.q, tick.q);
+  copy(leader_state_.v, tick.v);
+  copy(command.tau_force + command.tau_gravity + command.tau_platform, tick.tau);
+  copy(command.tau_force, tick.tau_force);
+  copy(command.tau_gravity, tick.tau_gravity);
+  copy(command.tau_platform, tick.tau_platform);
+  tick.gripper = leader_state_.gripper;
+  copy(X_LH_.p, tick.p_LH);
+  copy(X_LH_.R, tick.quat_LH);
+  copy(v_LH_, tick.v_LH);
+  copy(follower_state_.q, tick.q_follower);
+  tick.jaw = follower_state_.jaw;
+  copy(mapped.X_WT_goal.p, tick.p_WT_goal);
+  copy(X_WT_.p, tick.p_WT);
+  copy(X_WT_.R, tick.quat_WT);
+  copy(X_WT_.p, tick.p_WP);
+  if (const contact::Contact* c = strongest(contacts)) {
+    copy(c->p_proxy, tick.p_WP);
+    copy(c->normal, tick.normal);
+    copy(c->delta_x, tick.delta_x);
+    tick.depth = c->depth;
+  }
+  tick.contacts = contacts.size;
+  copy(force.F, tick.F_T_W);
+  copy(force.F_spring, tick.F_spring_W);
+  copy(force.F_damping, tick.F_damping_W);
+}
+
+}  // namespace palpate::loop

@@ -1,0 +1,88 @@
+// The haptic cycle: states in, torques out. The only file that sees every stage.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "palpate/arm/arm.hpp"
+#include "palpate/contact/contact.hpp"
+#include "palpate/force/force.hpp"
+#include "palpate/loop/tick.hpp"
+#include "palpate/mapping/mapping.hpp"
+#include "palpate/scene/snapshot.hpp"
+#include "palpate/stability/ledger.hpp"
+#include "palpate/stability/stability.hpp"
+#include "palpate/torque/torque.hpp"
+#include "palpate/types/arms.hpp"
+
+namespace palpate::loop {
+
+struct CycleOptions {
+  double rate = 1000.0;          ///< [Hz]
+  std::string method = "proxy";  ///< of contact
+  contact::Options contact;
+  mapping::Options mapping;
+  stability::Options stability;
+  torque::Options torque;
+  Pose X_WL;  ///< leader base in the world
+  Pose X_WB;  ///< follower base in the world
+};
+
+/// All that a cycle is told. The scene outlives the step.
+struct CycleInput {
+  double t = 0.0;  ///< now [s]
+  LeaderState leader;
+  FollowerState follower;
+  Controls controls;
+  const scene::Snapshot* scene = nullptr;
+};
+
+/// All that a cycle answers.
+struct CycleOutput {
+  Tick tick{};
+  LeaderCommand leader;
+  FollowerCommand follower;
+};
+
+class Cycle {
+ public:
+  /// leader: the controller's model, which may differ from the arm itself. Throws std::invalid_argument naming an
+  /// option that cannot be.
+  Cycle(const CycleOptions& options, arm::Arm leader, arm::Arm follower);
+
+  /// One cycle: no allocation, no lock, no exception, whatever the input. The answer lives until the next step.
+  CycleOutput& step(const CycleInput& in) noexcept;
+
+  [[nodiscard]] const mapping::Mapping& mapping() const noexcept { return mapping_; }
+  /// Another scene: contact starts afresh from where the tool is.
+  void forget_contacts() noexcept { contact_->reset(); }
+
+ private:
+  bool trust(const CycleInput& in) noexcept;
+  void locate() noexcept;
+  bool reach(const Pose& X_WT_goal, double jaw) noexcept;
+  void book(const stability::Output& limited, const contact::ContactSet& contacts, const force::ForceTerms& force,
+            const CycleInput& in) noexcept;
+  void record(const mapping::Output& mapped, const contact::ContactSet& contacts,
+              const force::ForceTerms& force) noexcept;
+
+  CycleOptions options_;
+  arm::Arm leader_, follower_;
+  std::unique_ptr<contact::Method> contact_;
+  mapping::Mapping mapping_;
+  stability::Limiter limiter_;
+  stability::Ledger ledger_;
+  torque::Torque torque_;
+
+  // The last states worth trusting.
+  LeaderState leader_state_;
+  FollowerState follower_state_;
+  JointVector zero_;  ///< follower joint velocities: not needed, not measured
+  bool leader_known_ = false, follower_known_ = false, leader_good_ = false, follower_good_ = false;
+  bool reached_ = true, located_ = false;
+  Pose X_LH_, X_WT_;
+  Vec3 v_LH_ = Vec3::Zero(), v_WT_ = Vec3::Zero();
+  CycleOutput out_;
+};
+
+}  // namespace palpate::loop

@@ -1,0 +1,136 @@
+#include "palpate/loop/hand_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <stdexcept>
+#include <string>
+
+namespace palpate::loop {
+namespace {
+
+constexpr double kOpenHand = 0.6;        // pinch of a hand that was told nothing [rad]
+constexpr double kGlideFrequency = 8.0;  // of joining another path [rad/s]
+constexpr double kGlideSpeed = 0.25;     // and its limit [m/s]
+constexpr int kSways = 5;                // sinusoids of a tremor
+
+}  // namespace
+
+HandPath::HandPath(std::vector<double> times, std::vector<Vec3> positions_W, std::vector<double> grippers)
+    : times_(std::move(times)), positions_(std::move(positions_W)), grippers_(std::move(grippers)) {
+  const auto wrong = [](std::size_t i, const std::string& what) {
+    throw std::invalid_argument("hand path: way point " + std::to_string(i) + ": " + what);
+  };
+  if (times_.size() != positions_.size() || (!grippers_.empty() && grippers_.size() != times_.size())) {
+    throw std::invalid_argument("hand path: " + std::to_string(times_.size()) + " times, " +
+                                std::to_string(positions_.size()) + " positions, " + std::to_string(grippers_.size()) +
+                                " pinch angles: give one of each per way point (pinch angles may be left out)");
+  }
+  for (std::size_t i = 0; i < times_.size(); ++i) {
+    if (!std::isfinite(times_[i]) || !positions_[i].allFinite() || (!grippers_.empty() && !std::isfinite(grippers_[i]))) {
+      wrong(i, "not finite");
+    }
+    if (i > 0 && times_[i] <= times_[i - 1]) {
+      wrong(i, "time " + std::to_string(times_[i]) + " s is not after the one before (" +
+                   std::to_string(times_[i - 1]) + " s)");
+    }
+  }
+}
+
+HandPath::Point HandPath::at(double t) const noexcept {
+  const auto pinch = [this](std::size_t i) { return grippers_.empty() ? kOpenHand : grippers_[i]; };
+  if (times_.empty()) {
+    return {Vec3::Zero(), Vec3::Zero(), kOpenHand};
+  }
+  const auto after = static_cast<std::size_t>(std::upper_bound(times_.begin(), times_.end(), t) - times_.begin());
+  if (after == 0 || after == times_.size()) {
+    const std::size_t i = after == 0 ? 0 : after - 1;
+    return {positions_[i], Vec3::Zero(), pinch(i)};
+  }
+  const std::size_t i = after - 1;
+  const double T = times_[after] - times_[i];
+  const double s = (t - times_[i]) / T;
+  const double way = s * s * s * (10.0 + s * (-15.0 + 6.0 * s));
+  const double speed = 30.0 * s * s * (1.0 - s) * (1.0 - s) / T;
+  const Vec3 whole = positions_[after] - positions_[i];
+  return {positions_[i] + way * whole, speed * whole, pinch(i) + way * (pinch(after) - pinch(i))};
+}
+
+HandMotion::HandMotion(HandPath path, const Pose& X_WL, double tremor, std::uint64_t seed)
+    : path_(std::move(path)), X_WL_(X_WL) {
+  if (!(tremor >= 0.0 && tremor < 0.01)) {
+    throw std::invalid_argument("tremor = " + std::to_string(tremor) + " m: must be between 0 and 0.01 m rms");
+  }
+  if (tremor == 0.0) {
+    return;
+  }
+  std::mt19937_64 random(seed);
+  // Not std::uniform_real_distribution: its numbers differ between standard libraries.
+  const auto uniform = [&random] { return static_cast<double>(random() >> 11) * 0x1p-53; };
+  for (int i = 0; i < kSways; ++i) {
+    Sway sway;
+    sway.omega = 2.0 * std::numbers::pi * (8.0 + 4.0 * uniform());
+    sway.amplitude = Vec3::Constant(tremor * std::sqrt(2.0 / kSways));
+    for (int axis = 0; axis < 3; ++axis) {
+      sway.phase[axis] = 2.0 * std::numbers::pi * uniform();
+    }
+    tremor_.push_back(sway);
+  }
+}
+
+void HandMotion::start(const Pose& X_LH) noexcept {
+  target_.X_LH = X_LH;
+  target_.gripper = path_.at(t_).gripper;
+  origin_ = X_WL_ * X_LH.p;
+  gain_ = 0.0;
+}
+
+void HandMotion::follow(const mapping::Mapping& mapping, const Vec3& p_offset_W, double t) noexcept {
+  t_ = t;
+  if (mapping.anchorings() == 0) {
+    return;  // the tool does not follow yet: the hand waits
+  }
+  const HandPath::Point before = wanted(t);
+  if (!path_.empty()) {
+    origin_ = mapping.hand_position(Vec3::Zero());
+    gain_ = 1.0 / mapping.options().scale;
+  }
+  offset_ = p_offset_W.allFinite() ? p_offset_W : offset_;
+  const HandPath::Point after = wanted(t);
+  glide_ += before.p - after.p;
+  v_glide_ += before.v - after.v;
+}
+
+HandPath::Point HandMotion::wanted(double t) const noexcept {
+  HandPath::Point point = path_.at(t);
+  point.p = origin_ + offset_ + gain_ * point.p;
+  point.v *= gain_;
+  return point;
+}
+
+const HandMotion::Target& HandMotion::step(double dt) noexcept {
+  t_ += dt;
+  const double w = kGlideFrequency;
+  v_glide_ -= dt * (2.0 * w * v_glide_ + w * w * glide_);
+  const double speed = v_glide_.norm();
+  if (speed > kGlideSpeed) {
+    v_glide_ *= kGlideSpeed / speed;
+  }
+  glide_ += dt * v_glide_;
+
+  HandPath::Point hand = wanted(t_);
+  hand.p += glide_;
+  hand.v += v_glide_;
+  for (const Sway& sway : tremor_) {
+    const Vec3 angle = sway.phase + Vec3::Constant(sway.omega * t_);
+    hand.p += sway.amplitude.cwiseProduct(angle.array().sin().matrix());
+    hand.v += sway.omega * sway.amplitude.cwiseProduct(angle.array().cos().matrix());
+  }
+  target_.X_LH.p = X_WL_.inverse() * hand.p;
+  target_.V_LH.v = X_WL_.R.transpose() * hand.v;
+  target_.gripper = hand.gripper;
+  return target_;
+}
+
+}  // namespace palpate::loop

@@ -1,0 +1,121 @@
+#include "palpate/loop/realtime.hpp"
+
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <time.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <future>
+#include <stdexcept>
+
+namespace palpate::loop {
+namespace {
+
+constexpr std::int64_t kSecond = 1'000'000'000;
+
+void sleep_until(std::int64_t t) noexcept {
+  const timespec deadline{.tv_sec = t / kSecond, .tv_nsec = t % kSecond};
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &deadline, nullptr) == EINTR) {
+  }
+}
+
+}  // namespace
+
+std::int64_t now_ns() noexcept {
+  timespec t{};
+  clock_gettime(CLOCK_MONOTONIC, &t);
+  return t.tv_sec * kSecond + t.tv_nsec;
+}
+
+void RealTimeThread::start(double rate, std::function<bool(const Wake&)> body) {
+  if (thread_.joinable()) {
+    throw std::logic_error("the real-time loop runs already: stop() it first");
+  }
+  const auto period_ns = static_cast<std::int64_t>(std::llround(1e9 / rate));
+  std::promise<std::string> granted;
+  std::future<std::string> words = granted.get_future();
+  stop_ = false;
+  running_ = true;
+  thread_ = std::thread([this, period_ns, body = std::move(body), granted = std::move(granted)]() mutable {
+    granted.set_value(schedule());
+    loop(period_ns, body);
+    munlockall();
+    running_.store(false, std::memory_order_release);
+  });
+  scheduler_ = words.get();
+}
+
+void RealTimeThread::stop() {
+  stop_ = true;
+  if (thread_.joinable()) {
+    thread_.join();
+  }
+}
+
+// Absolute deadlines: an error never adds up. Missed ones are counted and left behind, never caught up with.
+void RealTimeThread::loop(std::int64_t period_ns, const std::function<bool(const Wake&)>& body) noexcept {
+  const auto spin_ns = std::min(static_cast<std::int64_t>(options_.spin_us * 1e3), period_ns / 2);
+  Punctuality& p = punctuality_;
+  Wake wake;
+  std::int64_t deadline = now_ns() + period_ns;
+  do {
+    sleep_until(deadline - spin_ns);
+    std::int64_t now = now_ns();
+    while (now < deadline) {
+      now = now_ns();
+    }
+    wake.lateness_ns = now - deadline;
+    wake.missed = wake.lateness_ns / period_ns;
+    deadline += wake.missed * period_ns;
+    wake.stopping = stop_.load(std::memory_order_relaxed);
+    p.lateness.add(wake.lateness_ns);
+    p.ticks.fetch_add(1, std::memory_order_relaxed);
+    p.missed.fetch_add(static_cast<std::uint64_t>(wake.missed), std::memory_order_relaxed);
+    if (!body(wake)) {
+      break;
+    }
+    deadline += period_ns;
+    p.slack.add(deadline - now_ns());
+  } while (true);
+}
+
+// Everything is asked for, nothing is needed: what was refused is said.
+std::string RealTimeThread::schedule() {
+  prctl(PR_SET_TIMERSLACK, 1UL);  // of this thread [ns]; the system's 50 us would be lateness
+  std::string words = "normal scheduling";
+  if (options_.allow_priority) {
+    const sched_param param{.sched_priority = options_.priority};
+    const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &param);
+    words = error == 0 ? "SCHED_FIFO " + std::to_string(options_.priority)
+                       : std::string("normal scheduling (SCHED_FIFO refused: ") + std::strerror(error) + ")";
+    if (mlockall(MCL_CURRENT) == 0) {
+      words += ", memory locked";
+    } else {
+      words += std::string(", memory not locked (") + std::strerror(errno) + ")";
+    }
+  }
+  if (options_.allow_affinity) {
+    cpu_set_t allowed;
+    CPU_ZERO(&allowed);
+    sched_getaffinity(0, sizeof(allowed), &allowed);
+    int core = CPU_SETSIZE - 1;
+    while (core > 0 && !CPU_ISSET(core, &allowed)) {
+      --core;
+    }
+    cpu_set_t one;
+    CPU_ZERO(&one);
+    CPU_SET(core, &one);
+    if (CPU_COUNT(&allowed) > 1) {
+      const int error = pthread_setaffinity_np(pthread_self(), sizeof(one), &one);
+      words += error == 0 ? ", core " + std::to_string(core) : std::string(", any core (") + std::strerror(error) + ")";
+    }
+  }
+  return words;
+}
+
+}  // namespace palpate::loop

@@ -1,0 +1,217 @@
+#include "palpate/loop/simulation.hpp"
+
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+namespace palpate::loop {
+namespace {
+
+constexpr double kRingSeconds = 4.0;     // what a recorder may be late
+constexpr double kMostCaughtUp = 0.05;   // longest silence that the simulated arms live through [s]
+
+SimulationOptions checked(SimulationOptions o, const arm::Arm& leader, const arm::Arm& follower) {
+  const auto fits = [](JointVector& q, const arm::Arm& arm, const char* name) {
+    if (q.size() != arm.n()) {
+      throw std::invalid_argument(std::string(name) + " has " + std::to_string(q.size()) + " joints, the arm has " +
+                                  std::to_string(arm.n()));
+    }
+    for (int i = 0; i < arm.n(); ++i) {
+      if (!(q[i] >= arm.q_min()[i] && q[i] <= arm.q_max()[i])) {
+        throw std::invalid_argument(std::string(name) + ": joint " + arm.joint_names()[static_cast<std::size_t>(i)] +
+                                    " = " + std::to_string(q[i]) + " is outside its limits " +
+                                    std::to_string(arm.q_min()[i]) + " .. " + std::to_string(arm.q_max()[i]));
+      }
+    }
+  };
+  fits(o.q_leader0, leader, "q_leader0");
+  fits(o.q_follower0, follower, "q_follower0");
+  if (!(o.plant_rate >= o.rate && o.plant_rate <= 100000.0)) {
+    throw std::invalid_argument("plant_rate = " + std::to_string(o.plant_rate) +
+                                " Hz: must be at least the cycle's rate and at most 100000 Hz, for example 10000");
+  }
+  if (!(o.loop_delay >= 0.0 && o.loop_delay <= 1.0)) {
+    throw std::invalid_argument("loop_delay = " + std::to_string(o.loop_delay) + " s: must be between 0 and 1 s");
+  }
+  o.leader.loop_delay = o.loop_delay;
+  return o;
+}
+
+std::shared_ptr<const scene::Snapshot> present(std::shared_ptr<const scene::Snapshot> scene) {
+  if (!scene) {
+    throw std::invalid_argument("scene: none given; a Snapshot without objects is free space");
+  }
+  return scene;
+}
+
+}  // namespace
+
+Simulation::Simulation(const SimulationOptions& options, arm::Arm leader, arm::Arm leader_model, arm::Arm follower,
+                       std::shared_ptr<const scene::Snapshot> scene, HandPath path)
+    : options_(checked(options, leader, follower)),
+      cycle_(options_, std::move(leader_model), follower),
+      leader_(leader, options_.leader, options_.hand),
+      follower_(follower, options_.follower),
+      hand_(std::move(path), options_.X_WL, options_.tremor, options_.seed),
+      substeps_(static_cast<int>(std::ceil(options_.plant_rate / options_.rate - 1e-9))),
+      plant_dt_(1.0 / (options_.rate * substeps_)),
+      thread_(options_.realtime),
+      ring_(static_cast<std::size_t>(kRingSeconds * options_.rate)),
+      scene_(present(std::move(scene))) {
+  leader_.reset(options_.q_leader0);
+  follower_.reset(options_.q_follower0, options_.mapping.jaw_min);
+  leader.update(options_.q_leader0, JointVector::Zero(leader.n()));
+  hand_.start(leader.tip());
+  in_.scene = &scene_.current();
+}
+
+std::size_t Simulation::run(std::size_t n, Tick* rows) {
+  if (running()) {
+    throw std::logic_error("the simulation runs in real time: stop() it before run()");
+  }
+  std::size_t done = 0;
+  for (take(false); done < n && !in_.controls.paused; take(false)) {
+    tick(0.0);
+    rows[done++] = tick_;
+  }
+  return done;
+}
+
+void Simulation::start() {
+  thread_.start(options_.rate, [this](const Wake& w) { return wake(w); });
+}
+
+void Simulation::stop() { thread_.stop(); }
+
+bool Simulation::wake(const Wake& w) noexcept {
+  // While the loop was not there, the drives held their last torque and the world went on.
+  const auto most = static_cast<std::int64_t>(kMostCaughtUp * options_.rate);
+  for (std::int64_t i = 0; !in_.controls.paused && i < std::min(w.missed, most); ++i) {
+    plant();
+  }
+  take(w.stopping);
+  if (in_.controls.paused) {
+    return true;
+  }
+  tick(1e-3 * static_cast<double>(w.lateness_ns));
+  ring_.push(tick_);
+  const bool quiet = tick_.F_H_L[0] == 0.0 && tick_.F_H_L[1] == 0.0 && tick_.F_H_L[2] == 0.0;
+  return !(w.stopping && quiet);
+}
+
+// What people changed since the last tick.
+void Simulation::take(bool stopping) noexcept {
+  in_.controls = controls_in_.read();
+  if (stopping) {
+    in_.controls.following = false;
+    in_.controls.paused = false;
+  }
+  if (scene_.take()) {
+    in_.scene = &scene_.current();
+    cycle_.forget_contacts();
+  }
+}
+
+void Simulation::tick(double lateness_us) noexcept {
+  in_.t = static_cast<double>(k_) / options_.rate;
+  in_.leader = leader_.measured();
+  in_.follower = follower_.measured();
+  hand_.follow(cycle_.mapping(), in_.controls.p_hand_offset_W, in_.t);
+  const HandMotion::Target& hand = hand_.step(0.0);
+  in_.leader.gripper = hand.gripper;
+
+  const std::int64_t begin = now_ns();
+  const CycleOutput& out = cycle_.step(in_);
+  const std::int64_t spent = now_ns() - begin;
+  cycle_time_.add(spent);
+
+  tick_ = out.tick;
+  const Wrench& cell = leader_.load_cell();
+  for (int i = 0; i < 3; ++i) {
+    tick_.F_cell_L[i] = cell.f[i];
+    tick_.p_hand_L[i] = hand.X_LH.p[i];
+  }
+  auto status = static_cast<unsigned>(tick_.status);
+  status |= leader_.hand_slipped() ? kHandSlipped : 0u;
+  tick_.status = status;
+  tick_.cycle_us = 1e-3 * static_cast<double>(spent);
+  tick_.lateness_us = lateness_us;
+  latest_.write(tick_);
+  if (!faulty_ && (status & (kLeaderStale | kFollowerStale | kNotFinite)) != 0) {
+    faulty_ = true;
+    fault_.write(tick_);
+  }
+
+  leader_.command(out.leader);
+  follower_.command(out.follower);
+  plant();
+}
+
+// One period of the cycle in the simulated world.
+void Simulation::plant() noexcept {
+  for (int i = 0; i < substeps_; ++i) {
+    const HandMotion::Target& hand = hand_.step(plant_dt_);
+    leader_.step(plant_dt_, hand.X_LH, hand.V_LH);
+    follower_.step(plant_dt_);
+  }
+  ++k_;
+}
+
+std::size_t Simulation::drain(std::size_t n, Tick* rows) noexcept {
+  std::size_t done = 0;
+  while (done < n && ring_.pop(rows[done])) {
+    ++done;
+  }
+  return done;
+}
+
+Controls Simulation::controls() const {
+  const std::lock_guard lock(people_);
+  return controls_;
+}
+
+void Simulation::set_controls(const Controls& controls) {
+  if (!(controls.stiffness_scale >= 0.0 && std::isfinite(controls.stiffness_scale)) ||
+      !(controls.damping_scale >= 0.0 && std::isfinite(controls.damping_scale)) || !controls.p_hand_offset_W.allFinite()) {
+    throw std::invalid_argument("controls: stiffness_scale and damping_scale must be 0 or more, p_hand_offset_W finite");
+  }
+  const std::lock_guard lock(people_);
+  controls_ = controls;
+  controls_in_.write(controls);
+}
+
+void Simulation::set_scene(std::shared_ptr<const scene::Snapshot> scene) {
+  const std::lock_guard lock(people_);
+  scene_.give(present(std::move(scene)));
+}
+
+Tick Simulation::latest() {
+  const std::lock_guard lock(people_);
+  return latest_.read();
+}
+
+std::string Simulation::fault() {
+  const std::lock_guard lock(people_);
+  const Tick& tick = fault_.read();
+  const auto status = static_cast<unsigned>(tick.status);
+  if (status == 0) {
+    return {};
+  }
+  std::ostringstream words;
+  words << "at t = " << tick.t << " s";
+  words << ((status & kNotFinite) != 0 ? ", a number was not finite" : "");
+  words << ((status & kLeaderStale) != 0 ? ", the leader's state was older than stale_after or invalid" : "");
+  words << ((status & kFollowerStale) != 0 ? ", the follower's state was older than stale_after or invalid" : "");
+  words << ": the force went to zero, gravity stayed compensated. Last leader joints";
+  for (const double q : tick.q) {
+    words << ' ' << q;
+  }
+  words << " rad, follower joints";
+  for (const double q : tick.q_follower) {
+    words << ' ' << q;
+  }
+  words << ", force on the hand (L) " << tick.F_H_L[0] << ' ' << tick.F_H_L[1] << ' ' << tick.F_H_L[2] << " N";
+  return words.str();
+}
+
+}  // namespace palpate::loop

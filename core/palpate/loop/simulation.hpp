@@ -1,0 +1,97 @@
+// The whole thing: hand, leader and follower simulated around the haptic cycle, in lockstep or in real time.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "palpate/loop/cycle.hpp"
+#include "palpate/loop/hand_motion.hpp"
+#include "palpate/loop/histogram.hpp"
+#include "palpate/loop/mailbox.hpp"
+#include "palpate/loop/realtime.hpp"
+#include "palpate/loop/ring.hpp"
+#include "palpate/plant/follower.hpp"
+#include "palpate/plant/hand.hpp"
+#include "palpate/plant/leader.hpp"
+
+namespace palpate::loop {
+
+struct SimulationOptions : CycleOptions {
+  double plant_rate = 10000.0;  ///< servo periods per second, at least; rounded up to a multiple of `rate` [Hz]
+  double loop_delay = 0.0;      ///< from command to torque, of the force term [s]
+  std::uint64_t seed = 0;       ///< of the hand's tremor
+  double tremor = 0.0;          ///< 8-12 Hz trembling of the hand, rms per axis [m]
+  JointVector q_leader0;        ///< where the leader starts, at rest [rad]
+  JointVector q_follower0;      ///< where the follower starts [rad, m]
+  plant::LeaderOptions leader;
+  plant::HandOptions hand;
+  plant::FollowerOptions follower;
+  RealTimeOptions realtime;
+};
+
+class Simulation {
+ public:
+  /// leader: the arm as it is; leader_model: as the controller believes it is. Throws std::invalid_argument naming an
+  /// option that cannot be.
+  Simulation(const SimulationOptions& options, arm::Arm leader, arm::Arm leader_model, arm::Arm follower,
+             std::shared_ptr<const scene::Snapshot> scene, HandPath path);
+  ~Simulation() { stop(); }
+  Simulation(const Simulation&) = delete;
+  Simulation& operator=(const Simulation&) = delete;
+
+  /// Lockstep: n ticks as fast as the machine can, into rows[0..n). Fewer when paused. Deterministic.
+  std::size_t run(std::size_t n, Tick* rows);
+
+  /// Real time: a thread of its own from here on. Stopping ramps the force to zero first and keeps gravity compensated.
+  void start();
+  void stop();
+  [[nodiscard]] bool running() const noexcept { return thread_.running(); }
+  /// Rows since the last drain: at most n of them into rows.
+  std::size_t drain(std::size_t n, Tick* rows) noexcept;
+  [[nodiscard]] std::size_t waiting() const noexcept { return ring_.size(); }
+  [[nodiscard]] std::uint64_t dropped() const noexcept { return ring_.dropped(); }
+
+  // From any thread, at any time; the loop takes them at its next tick and waits for nobody.
+  [[nodiscard]] Controls controls() const;
+  void set_controls(const Controls& controls);
+  void set_scene(std::shared_ptr<const scene::Snapshot> scene);
+  [[nodiscard]] Tick latest();
+  /// The first tick at which an arm fell silent or a number was not finite, in words; empty when none.
+  [[nodiscard]] std::string fault();
+
+  [[nodiscard]] const Histogram& cycle_time() const noexcept { return cycle_time_; }
+  [[nodiscard]] const RealTimeThread& thread() const noexcept { return thread_; }
+  [[nodiscard]] const SimulationOptions& options() const noexcept { return options_; }
+
+ private:
+  void take(bool stopping) noexcept;
+  void tick(double lateness_us) noexcept;
+  void plant() noexcept;
+  bool wake(const Wake& wake) noexcept;
+
+  SimulationOptions options_;
+  Cycle cycle_;
+  plant::Leader leader_;
+  plant::Follower follower_;
+  HandMotion hand_;
+  int substeps_;
+  double plant_dt_;
+  std::uint64_t k_ = 0;  ///< ticks since the start: t = k / rate, so that time has no rounding of its own
+  CycleInput in_;
+  Tick tick_{};
+
+  RealTimeThread thread_;
+  Ring<Tick> ring_;
+  Histogram cycle_time_;
+  mutable std::mutex people_;  ///< between callers; the loop never takes it
+  Controls controls_;
+  Mailbox<Controls> controls_in_;
+  Mailbox<Tick> latest_, fault_;
+  bool faulty_ = false;
+  Handover<scene::Snapshot> scene_;
+};
+
+}  // namespace palpate::loop

@@ -1,0 +1,86 @@
+#include "palpate/mapping/mapping.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace palpate::mapping {
+namespace {
+
+void require(bool good, const char* name, double value, const char* mend) {
+  if (!good) {
+    throw std::invalid_argument("mapping." + std::string(name) + " = " + std::to_string(value) + ": " + mend);
+  }
+}
+
+/// q turned towards identity by at most `angle`.
+Eigen::Quaterniond towards_identity(const Eigen::Quaterniond& q, double angle) {
+  const Eigen::AngleAxisd turn(q);
+  return Eigen::Quaterniond(Eigen::AngleAxisd(std::max(turn.angle() - angle, 0.0), turn.axis()));
+}
+
+}  // namespace
+
+Mapping::Mapping(const Options& options, const Mat3& R_WL, double dt) : options_(options), R_WL_(R_WL), dt_(dt) {
+  require(options.scale > 0.0 && std::isfinite(options.scale), "scale", options.scale,
+          "tool motion per hand motion must be above 0, for example 0.5");
+  require(options.force_scale >= 0.0 && std::isfinite(options.force_scale), "force_scale", options.force_scale,
+          "must be 0 or more, for example 1");
+  require(options.align_rate >= 0.0, "align_rate", options.align_rate, "must be 0 rad/s (keep the offset) or more");
+  require(options.gripper_max > options.gripper_min, "gripper_max", options.gripper_max,
+          "must be above mapping.gripper_min");
+  require(options.jaw_rate > 0.0, "jaw_rate", options.jaw_rate, "must be above 0 rad/s, for example 2");
+}
+
+Output Mapping::step(const Input& in) noexcept {
+  if (!started_) {
+    goal_ = in.X_WT;
+    jaw_ = in.jaw;
+    started_ = true;
+  }
+  const bool engaged = in.following && !in.clutch;
+  if (engaged_ && !engaged) {
+    hold(in);
+  }
+  if (engaged && !engaged_) {
+    anchor(in);
+  }
+  engaged_ = engaged;
+  if (!engaged) {
+    return {goal_, jaw_, Vec3::Zero(), false};
+  }
+
+  goal_.p = p_WT0_ + options_.scale * (in.X_WH.p - p_WH0_);
+  goal_.R = in.X_WH.R * R_off_.toRotationMatrix();
+  R_off_ = towards_identity(R_off_, options_.align_rate * dt_);
+
+  const double opening = (in.gripper - options_.gripper_min) / (options_.gripper_max - options_.gripper_min);
+  const double jaw = options_.jaw_min + std::clamp(opening, 0.0, 1.0) * (options_.jaw_max - options_.jaw_min);
+  const double jaw_step = options_.jaw_rate * dt_;
+  jaw_ += std::clamp(jaw - jaw_, -jaw_step, jaw_step);
+
+  return {goal_, jaw_, options_.scale * (R_WL_ * in.v_LH), true};
+}
+
+Vec3 Mapping::force_on_hand(const Vec3& F_T_W) const noexcept {
+  return options_.force_scale * (R_WL_.transpose() * F_T_W);
+}
+
+Vec3 Mapping::hand_position(const Vec3& p_WT) const noexcept { return p_WH0_ + (p_WT - p_WT0_) / options_.scale; }
+
+// A goal out of reach is no place to start from again: the tool then holds where it is.
+void Mapping::hold(const Input& in) noexcept {
+  if (!in.reached) {
+    goal_ = in.X_WT;
+  }
+}
+
+void Mapping::anchor(const Input& in) noexcept {
+  p_WH0_ = in.X_WH.p;
+  p_WT0_ = goal_.p;
+  R_off_ = Eigen::Quaterniond(Mat3(in.X_WH.R.transpose() * goal_.R)).normalized();
+  ++anchorings_;
+}
+
+}  // namespace palpate::mapping

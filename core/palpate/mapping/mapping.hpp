@@ -1,0 +1,76 @@
+// Stage `mapping`: what the tool should do when the hand does this, and how a force on the tool feels in the hand.
+#pragma once
+
+#include "palpate/types/spatial.hpp"
+
+namespace palpate::mapping {
+
+struct Options {
+  double scale = 0.5;         ///< tool motion per hand motion [-]; felt stiffness = force_scale * scale * K (READINGS 10)
+  double force_scale = 1.0;   ///< force on the hand per force on the tool [-]
+  double align_rate = 0.5;    ///< how fast an orientation offset of engaging decays [rad/s]; 0 keeps it
+  double gripper_min = 0.0;   ///< pinch of a closed jaw [rad]
+  double gripper_max = 1.047; ///< pinch of an open jaw [rad]
+  double jaw_min = 0.0;       ///< closed [rad]
+  double jaw_max = 1.047;     ///< open [rad]
+  double jaw_rate = 2.0;      ///< the jaw catches up with the pinch no faster [rad/s]
+};
+
+/// What the stage is told at every tick.
+struct Input {
+  Pose X_WH;               ///< handle, measured
+  Vec3 v_LH = Vec3::Zero();  ///< handle velocity in L [m/s]
+  double gripper = 0.0;    ///< pinch [rad]
+  Pose X_WT;               ///< tool, measured
+  double jaw = 0.0;        ///< measured [rad]
+  bool following = true;
+  bool clutch = false;
+  bool reached = true;     ///< the follower could take the last goal (inverse kinematics)
+};
+
+/// What the stage answers.
+struct Output {
+  Pose X_WT_goal;
+  double jaw = 0.0;          ///< [rad]
+  Vec3 v_WT = Vec3::Zero();  ///< handle velocity mapped to the tool, for the damping term [m/s]
+  bool engaged = false;      ///< the tool follows the hand in this tick
+};
+
+/// Relative scaled position, absolute orientation (Fig 4):
+///
+///   p_WT = p_WT0 + scale (p_WH - p_WH0)        R_WT = R_WH R_off,   R_off -> 1 at align_rate
+///
+/// (p_WT0, p_WH0, R_off) are caught whenever the tool starts to follow: on engaging and on releasing the clutch. So
+/// the goal starts where the tool is, and nothing jumps. While the clutch is pressed or teleoperation is off
+/// the tool holds.
+class Mapping {
+ public:
+  /// dt: period of the cycle [s]. Throws std::invalid_argument naming an option that cannot be.
+  Mapping(const Options& options, const Mat3& R_WL, double dt);
+
+  Output step(const Input& in) noexcept;
+  /// Force on the hand in L that renders a force on the tool in W: F_H_L = force_scale R_LW F_T_W. Free vectors
+  /// only rotate (READINGS 2).
+  [[nodiscard]] Vec3 force_on_hand(const Vec3& F_T_W) const noexcept;
+  /// Where the handle has to be for the tool to be at p_WT: the inverse of the position map as caught last.
+  [[nodiscard]] Vec3 hand_position(const Vec3& p_WT) const noexcept;
+  /// How often the map was caught anew.
+  [[nodiscard]] int anchorings() const noexcept { return anchorings_; }
+  [[nodiscard]] const Options& options() const noexcept { return options_; }
+
+ private:
+  void anchor(const Input& in) noexcept;
+  void hold(const Input& in) noexcept;
+
+  Options options_;
+  Mat3 R_WL_;
+  double dt_;
+  bool started_ = false, engaged_ = false;
+  int anchorings_ = 0;
+  Vec3 p_WH0_ = Vec3::Zero(), p_WT0_ = Vec3::Zero();
+  Eigen::Quaterniond R_off_ = Eigen::Quaterniond::Identity();
+  Pose goal_;
+  double jaw_ = 0.0;
+};
+
+}  // namespace palpate::mapping

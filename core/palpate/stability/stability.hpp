@@ -1,0 +1,55 @@
+// Stage `stability`: the last word on the force. Whatever comes in, what goes out is finite, below its cap, and
+// changes no faster than its rate cap.
+#pragma once
+
+#include "palpate/types/spatial.hpp"
+
+namespace palpate::stability {
+
+struct Options {
+  double force_cap = 3.0;     ///< largest force on the hand [N]
+  double rate_cap = 50.0;     ///< largest change of it [N/s]; also the ramp to zero
+  double stale_after = 0.03;  ///< states older than this are not trusted [s]
+};
+
+/// What the stage is told at every tick.
+struct Input {
+  Vec3 F_H_L = Vec3::Zero();   ///< wanted on the hand [N]
+  double t = 0.0;              ///< now [s]
+  double t_leader = 0.0;       ///< stamp of the leader's state [s]
+  double t_follower = 0.0;     ///< stamp of the follower's state [s]
+  bool leader_valid = true;    ///< finite, and the source says it is good
+  bool follower_valid = true;
+  bool engaged = true;         ///< following and not clutched: only then the hand is given forces
+};
+
+/// What the stage answers.
+struct Output {
+  Vec3 F_H_L = Vec3::Zero();   ///< rendered on the hand [N]
+  Vec3 F_cut = Vec3::Zero();   ///< wanted minus rendered [N]; what was not finite counts as zero wanted
+  unsigned status = 0;         ///< bits of loop::Status
+};
+
+/// With F_k-1 the last force and dt the period:
+///
+///   goal = trusted ? cap(F_wanted, force_cap) : 0
+///   F_k  = F_k-1 + cap(goal - F_k-1, rate_cap dt)         cap() shortens a vector, keeps its direction
+///
+/// Both ends of each step lie in the ball of radius force_cap, so F_k does.
+class Limiter {
+ public:
+  /// dt: period of the cycle [s]. Throws std::invalid_argument naming an option that cannot be.
+  Limiter(const Options& options, double dt);
+
+  Output step(const Input& in) noexcept;
+  /// Is a state stamped `stamp` too old at `now`? One from the future is as suspicious as one from the past.
+  [[nodiscard]] bool stale(double now, double stamp) const noexcept;
+  [[nodiscard]] const Options& options() const noexcept { return options_; }
+
+ private:
+  Options options_;
+  double dt_;
+  Vec3 F_ = Vec3::Zero();
+};
+
+}  // namespace palpate::stability
