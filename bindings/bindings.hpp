@@ -5,6 +5,10 @@
 
 namespace palpate::bindings {
 
+void bind_force(nanobind::module_& m);
 void bind_loop(nanobind::module_& m);
+void bind_mapping(nanobind::module_& m);
+void bind_simulation(nanobind::module_& m);
+void bind_stability(nanobind::module_& m);
 
 }  // namespace palpate::bindings

@@ -31,8 +31,8 @@ void copy(const Mat3& R, double (&to)[4]) noexcept {
 
 const contact::Contact* strongest(const contact::ContactSet& contacts) noexcept {
   const auto first = contacts.contact.begin();
-  const auto deepest = std::max_element(first, first + contacts.size,
-                                        [](const auto& a, const auto& b) { return a.depth < b.depth; });
+  const auto deepest =
+      std::max_element(first, first + contacts.size, [](const auto& a, const auto& b) { return a.depth < b.depth; });
   return contacts.size > 0 ? &*deepest : nullptr;
 }
 
@@ -58,16 +58,15 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
     return out_;  // nothing is known of an arm yet: no torque, no motion
   }
   locate();
-  const mapping::Output mapped = mapping_.step({options_.X_WL * X_LH_, v_LH_, leader_state_.gripper, X_WT_,
-                                                follower_state_.jaw, in.controls.following && leader_good_,
-                                                in.controls.clutch, reached_});
+  const mapping::Output mapped =
+      mapping_.step({options_.X_WL * X_LH_, v_LH_, leader_state_.gripper, X_WT_, follower_state_.jaw,
+                     in.controls.following && leader_good_, in.controls.clutch, reached_});
   reached_ = reach(mapped.X_WT_goal, mapped.jaw);
   const contact::ContactSet& contacts = contact_->step(*in.scene, X_WT_.p, v_WT_, in.t);
   const force::ForceTerms force =
       force::step(contacts, *in.scene, mapped.v_WT, in.controls.stiffness_scale, in.controls.damping_scale);
-  const stability::Output limited =
-      limiter_.step({mapping_.force_on_hand(force.F), in.t, leader_state_.t, follower_state_.t, leader_good_,
-                     follower_good_, mapped.engaged});
+  const stability::Output limited = limiter_.step({mapping_.force_on_hand(force.F), in.t, leader_state_.t,
+                                                   follower_state_.t, leader_good_, follower_good_, mapped.engaged});
   const bool torque_limited =
       torque_.step(leader_, leader_state_.q, leader_state_.v, {limited.F_H_L, Vec3::Zero()}, out_.leader);
 
@@ -144,8 +143,8 @@ void Cycle::book(const stability::Output& limited, const contact::ContactSet& co
   // A spring of the tool's side, seen from the hand, which moves 1/scale as far.
   const double per_hand = options_.mapping.force_scale / options_.mapping.scale;
   const double spring = per_hand * stability::spring_energy(contacts, *in.scene, in.controls.stiffness_scale);
-  const stability::Energy& energy = ledger_.step(
-      X_LH_.p, {limited.F_H_L, F_damping.allFinite() ? F_damping : Vec3::Zero(), limited.F_cut}, spring);
+  const stability::Energy& energy =
+      ledger_.step(X_LH_.p, {limited.F_H_L, F_damping.allFinite() ? F_damping : Vec3::Zero(), limited.F_cut}, spring);
 
   Tick& tick = out_.tick;
   copy(limited.F_H_L, tick.F_H_L);
@@ -156,7 +155,8 @@ void Cycle::book(const stability::Output& limited, const contact::ContactSet& co
   tick.energy_cut = energy.cut;
 }
 
-void Cycle::record(const mapping::Output& mapped, const contact::ContactSet& contacts, const force::ForceTerms& force) noexcept {
+void Cycle::record(const mapping::Output& mapped, const contact::ContactSet& contacts,
+                   const force::ForceTerms& force) noexcept {
   Tick& tick = out_.tick;
   const LeaderCommand& command = out_.leader;
   copy(leader_state_.q, tick.q);

@@ -28,7 +28,8 @@ HandPath::HandPath(std::vector<double> times, std::vector<Vec3> positions_W, std
                                 " pinch angles: give one of each per way point (pinch angles may be left out)");
   }
   for (std::size_t i = 0; i < times_.size(); ++i) {
-    if (!std::isfinite(times_[i]) || !positions_[i].allFinite() || (!grippers_.empty() && !std::isfinite(grippers_[i]))) {
+    if (!std::isfinite(times_[i]) || !positions_[i].allFinite() ||
+        (!grippers_.empty() && !std::isfinite(grippers_[i]))) {
       wrong(i, "not finite");
     }
     if (i > 0 && times_[i] <= times_[i - 1]) {

@@ -20,7 +20,9 @@ class Histogram {
     }
   }
   [[nodiscard]] std::uint64_t count() const noexcept { return count_.load(std::memory_order_relaxed); }
-  [[nodiscard]] double max_us() const noexcept { return 1e-3 * static_cast<double>(max_.load(std::memory_order_relaxed)); }
+  [[nodiscard]] double max_us() const noexcept {
+    return 1e-3 * static_cast<double>(max_.load(std::memory_order_relaxed));
+  }
   /// Value below which the share `p` (0..1) of all lies [us].
   [[nodiscard]] double percentile_us(double p) const noexcept {
     const double wanted = p * static_cast<double>(count());

@@ -7,8 +7,8 @@
 namespace palpate::loop {
 namespace {
 
-constexpr double kRingSeconds = 4.0;     // what a recorder may be late
-constexpr double kMostCaughtUp = 0.05;   // longest silence that the simulated arms live through [s]
+constexpr double kRingSeconds = 4.0;    // what a recorder may be late
+constexpr double kMostCaughtUp = 0.05;  // longest silence that the simulated arms live through [s]
 
 SimulationOptions checked(SimulationOptions o, const arm::Arm& leader, const arm::Arm& follower) {
   const auto fits = [](JointVector& q, const arm::Arm& arm, const char* name) {
@@ -172,8 +172,10 @@ Controls Simulation::controls() const {
 
 void Simulation::set_controls(const Controls& controls) {
   if (!(controls.stiffness_scale >= 0.0 && std::isfinite(controls.stiffness_scale)) ||
-      !(controls.damping_scale >= 0.0 && std::isfinite(controls.damping_scale)) || !controls.p_hand_offset_W.allFinite()) {
-    throw std::invalid_argument("controls: stiffness_scale and damping_scale must be 0 or more, p_hand_offset_W finite");
+      !(controls.damping_scale >= 0.0 && std::isfinite(controls.damping_scale)) ||
+      !controls.p_hand_offset_W.allFinite()) {
+    throw std::invalid_argument(
+        "controls: stiffness_scale and damping_scale must be 0 or more, p_hand_offset_W finite");
   }
   const std::lock_guard lock(people_);
   controls_ = controls;

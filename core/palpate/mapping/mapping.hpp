@@ -6,26 +6,26 @@
 namespace palpate::mapping {
 
 struct Options {
-  double scale = 0.5;         ///< tool motion per hand motion [-]; felt stiffness = force_scale * scale * K (READINGS 10)
-  double force_scale = 1.0;   ///< force on the hand per force on the tool [-]
-  double align_rate = 0.5;    ///< how fast an orientation offset of engaging decays [rad/s]; 0 keeps it
-  double gripper_min = 0.0;   ///< pinch of a closed jaw [rad]
-  double gripper_max = 1.047; ///< pinch of an open jaw [rad]
-  double jaw_min = 0.0;       ///< closed [rad]
-  double jaw_max = 1.047;     ///< open [rad]
-  double jaw_rate = 2.0;      ///< the jaw catches up with the pinch no faster [rad/s]
+  double scale = 0.5;  ///< tool motion per hand motion [-]; felt stiffness = force_scale * scale * K (READINGS 10)
+  double force_scale = 1.0;    ///< force on the hand per force on the tool [-]
+  double align_rate = 0.5;     ///< how fast an orientation offset of engaging decays [rad/s]; 0 keeps it
+  double gripper_min = 0.0;    ///< pinch of a closed jaw [rad]
+  double gripper_max = 1.047;  ///< pinch of an open jaw [rad]
+  double jaw_min = 0.0;        ///< closed [rad]
+  double jaw_max = 1.047;      ///< open [rad]
+  double jaw_rate = 2.0;       ///< the jaw catches up with the pinch no faster [rad/s]
 };
 
 /// What the stage is told at every tick.
 struct Input {
-  Pose X_WH;               ///< handle, measured
+  Pose X_WH;                 ///< handle, measured
   Vec3 v_LH = Vec3::Zero();  ///< handle velocity in L [m/s]
-  double gripper = 0.0;    ///< pinch [rad]
-  Pose X_WT;               ///< tool, measured
-  double jaw = 0.0;        ///< measured [rad]
+  double gripper = 0.0;      ///< pinch [rad]
+  Pose X_WT;                 ///< tool, measured
+  double jaw = 0.0;          ///< measured [rad]
   bool following = true;
   bool clutch = false;
-  bool reached = true;     ///< the follower could take the last goal (inverse kinematics)
+  bool reached = true;  ///< the follower could take the last goal (inverse kinematics)
 };
 
 /// What the stage answers.

@@ -22,7 +22,8 @@ struct PortForces {
   Vec3 F_cut = Vec3::Zero();      ///< wanted minus rendered
 };
 
-/// The force of tick k acts until tick k+1, while the hand moves from x_k to x_k+1. So, exactly, for a force that is held:
+/// The force of tick k acts until tick k+1, while the hand moves from x_k to x_k+1. So, exactly, for a force that is
+/// held:
 ///
 ///   E_k+1 = E_k - F_k . (x_k+1 - x_k)
 ///

@@ -14,20 +14,20 @@ struct Options {
 
 /// What the stage is told at every tick.
 struct Input {
-  Vec3 F_H_L = Vec3::Zero();   ///< wanted on the hand [N]
-  double t = 0.0;              ///< now [s]
-  double t_leader = 0.0;       ///< stamp of the leader's state [s]
-  double t_follower = 0.0;     ///< stamp of the follower's state [s]
-  bool leader_valid = true;    ///< finite, and the source says it is good
+  Vec3 F_H_L = Vec3::Zero();  ///< wanted on the hand [N]
+  double t = 0.0;             ///< now [s]
+  double t_leader = 0.0;      ///< stamp of the leader's state [s]
+  double t_follower = 0.0;    ///< stamp of the follower's state [s]
+  bool leader_valid = true;   ///< finite, and the source says it is good
   bool follower_valid = true;
-  bool engaged = true;         ///< following and not clutched: only then the hand is given forces
+  bool engaged = true;  ///< following and not clutched: only then the hand is given forces
 };
 
 /// What the stage answers.
 struct Output {
-  Vec3 F_H_L = Vec3::Zero();   ///< rendered on the hand [N]
-  Vec3 F_cut = Vec3::Zero();   ///< wanted minus rendered [N]; what was not finite counts as zero wanted
-  unsigned status = 0;         ///< bits of loop::Status
+  Vec3 F_H_L = Vec3::Zero();  ///< rendered on the hand [N]
+  Vec3 F_cut = Vec3::Zero();  ///< wanted minus rendered [N]; what was not finite counts as zero wanted
+  unsigned status = 0;        ///< bits of loop::Status
 };
 
 /// With F_k-1 the last force and dt the period:

@@ -1,0 +1,68 @@
+// numpy <-> the core's fixed-bound Eigen types, with errors that name the argument and both shapes.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+#include <nanobind/eigen/dense.h>
+#include <nanobind/nanobind.h>
+
+#include "palpate/types/spatial.hpp"
+
+namespace palpate::bindings {
+
+using Matrix4 = Eigen::Matrix4d;
+
+/// A joint vector of n entries (n < 0: any number up to kMaxJoints).
+inline JointVector joint_vector(const Eigen::VectorXd& values, const char* name, Eigen::Index n = -1) {
+  if (n >= 0 ? values.size() != n : values.size() > kMaxJoints) {
+    throw std::invalid_argument(std::string(name) + " must have " +
+                                (n >= 0 ? "shape (" + std::to_string(n) + ",)"
+                                        : "at most " + std::to_string(kMaxJoints) + " entries") +
+                                ", one per joint; got shape (" + std::to_string(values.size()) + ",)");
+  }
+  return values;
+}
+
+inline JointMatrix joint_matrix(const Eigen::MatrixXd& values, const char* name) {
+  if (values.rows() != values.cols() || values.rows() > kMaxJoints) {
+    throw std::invalid_argument(std::string(name) + " must be square, at most " + std::to_string(kMaxJoints) +
+                                " joints; got shape (" + std::to_string(values.rows()) + ", " +
+                                std::to_string(values.cols()) + ")");
+  }
+  return values;
+}
+
+inline Matrix4 to_matrix(const Pose& X) {
+  Matrix4 m = Matrix4::Identity();
+  m.topLeftCorner<3, 3>() = X.R;
+  m.topRightCorner<3, 1>() = X.p;
+  return m;
+}
+
+inline Pose to_pose(const Matrix4& m, const char* name) {
+  const Pose X{m.topLeftCorner<3, 3>(), m.topRightCorner<3, 1>()};
+  const bool affine = m.row(3).isApprox(Eigen::RowVector4d(0, 0, 0, 1), 1e-9);
+  const bool rotation = (X.R * X.R.transpose()).isApprox(Mat3::Identity(), 1e-6) && X.R.determinant() > 0.0;
+  if (!m.allFinite() || !affine || !rotation) {
+    throw std::invalid_argument(std::string(name) +
+                                " must be a pose: finite, a rotation matrix in [:3, :3] and last row 0 0 0 1");
+  }
+  return X;
+}
+
+inline Vec6 to_vector(const Wrench& F) {
+  Vec6 v;
+  v << F.f, F.t;
+  return v;
+}
+
+/// A struct's joint-vector field as a numpy array that can be read and assigned.
+template <typename Class, typename Struct>
+void joint_field(Class& c, const char* name, JointVector Struct::*field, const char* doc) {
+  c.def_prop_rw(
+      name, [field](const Struct& s) -> Eigen::VectorXd { return s.*field; },
+      [field, name](Struct& s, const Eigen::VectorXd& v) { s.*field = joint_vector(v, name); }, doc);
+}
+
+}  // namespace palpate::bindings

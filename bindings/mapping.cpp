@@ -1,0 +1,49 @@
+#include "palpate/mapping/mapping.hpp"
+
+#include <nanobind/stl/tuple.h>
+
+#include "bindings.hpp"
+#include "convert.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace palpate::bindings {
+
+void bind_mapping(nb::module_& m) {
+  using mapping::Mapping;
+  using mapping::Options;
+  nb::class_<Options>(m, "MappingOptions", "From hand to tool and back.")
+      .def(nb::init<>())
+      .def_rw("scale", &Options::scale, "tool motion per hand motion; felt stiffness = force_scale * scale * K")
+      .def_rw("force_scale", &Options::force_scale, "force on the hand per force on the tool")
+      .def_rw("align_rate", &Options::align_rate, "decay of an orientation offset [rad/s]; 0 keeps it")
+      .def_rw("gripper_min", &Options::gripper_min, "pinch of a closed jaw [rad]")
+      .def_rw("gripper_max", &Options::gripper_max, "pinch of an open jaw [rad]")
+      .def_rw("jaw_min", &Options::jaw_min, "closed [rad]")
+      .def_rw("jaw_max", &Options::jaw_max, "open [rad]")
+      .def_rw("jaw_rate", &Options::jaw_rate, "how fast the jaw catches up with the pinch [rad/s]");
+
+  nb::class_<Mapping>(m, "Mapping", "Stage `mapping`: relative scaled position, absolute orientation, clutch, jaw.")
+      .def(
+          "__init__",
+          [](Mapping* self, const Options& options, const Mat3& R_WL, double dt) {
+            new (self) Mapping(options, R_WL, dt);
+          },
+          "options"_a, "R_WL"_a, "dt"_a)
+      .def(
+          "step",
+          [](Mapping& self, const Matrix4& X_WH, const Vec3& v_LH, double gripper, const Matrix4& X_WT, double jaw,
+             bool following, bool clutch, bool reached) {
+            const mapping::Output out = self.step(
+                {to_pose(X_WH, "X_WH"), v_LH, gripper, to_pose(X_WT, "X_WT"), jaw, following, clutch, reached});
+            return std::make_tuple(to_matrix(out.X_WT_goal), out.jaw, out.v_WT, out.engaged);
+          },
+          "X_WH"_a, "v_LH"_a, "gripper"_a, "X_WT"_a, "jaw"_a = 0.0, "following"_a = true, "clutch"_a = false,
+          "reached"_a = true, "One tick: (X_WT_goal, jaw, v_WT, engaged).")
+      .def("force_on_hand", &Mapping::force_on_hand, "F_T_W"_a, "F_H_L that renders F_T_W [N].")
+      .def("hand_position", &Mapping::hand_position, "p_WT"_a, "p_WH at which the tool goes to p_WT [m].")
+      .def_prop_ro("anchorings", &Mapping::anchorings, "How often the map was caught anew.");
+}
+
+}  // namespace palpate::bindings

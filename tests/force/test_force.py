@@ -1,0 +1,77 @@
+"""The force law against its closed form (Eqs 6 and 8, R16)."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate import _core
+
+finite = st.floats(-1, 1, allow_nan=False)
+vec = st.tuples(finite, finite, finite).map(np.array)
+positive = st.tuples(*[st.floats(0, 1000)] * 3).map(np.array)
+
+
+def force(K, B, normal, delta_x, v_WT, v_surface=(0, 0, 0), **scales):
+    rows = [np.atleast_2d(np.asarray(a, float)) for a in (K, B, normal, delta_x)]
+    return _core.force(*rows, np.asarray(v_WT, float), np.atleast_2d(np.asarray(v_surface, float)), **scales)
+
+
+def unit(v):
+    return v / np.linalg.norm(v)
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("side", [1, -1])
+def test_along_each_axis_its_own_stiffness_and_damping(axis, side):
+    """R16: F_i = K_i d_i and B_i v_i within 0.1 %; here to rounding."""
+    K, B = np.array([300.0, 400.0, 500.0]), np.array([5.0, 6.0, 7.0])
+    n = side * np.eye(3)[axis]
+    F, spring, damping = force(K, B, n, 0.004 * n, -0.1 * n)
+    np.testing.assert_allclose(spring, K[axis] * 0.004 * n, rtol=1e-14)
+    np.testing.assert_allclose(damping, B[axis] * 0.1 * n, rtol=1e-14)
+    np.testing.assert_array_equal(F, spring + damping)
+
+
+def test_free_is_exactly_zero():
+    none = np.zeros((0, 3))
+    for term in _core.force(none, none, none, none, np.array([1.0, 2.0, 3.0]), none):
+        assert not term.any()
+
+
+def test_pushing_into_a_floor_pushes_up():
+    F, *_ = force([500] * 3, [0] * 3, [0, 0, 1], [0, 0, 0.002], [0, 0, 0])
+    np.testing.assert_allclose(F, [0, 0, 1.0], rtol=1e-14)
+
+
+@settings(max_examples=300, deadline=None)
+@given(K=positive, B=positive, n=vec, depth=st.floats(0, 0.05), side=vec, v=vec, v_surface=vec)
+def test_never_pulls_and_damping_never_gives_power(K, B, n, depth, side, v, v_surface):
+    if np.linalg.norm(n) < 1e-3:
+        return
+    n = unit(n)
+    delta = depth * n + 0.1 * depth * (side - n * (n @ side))
+    F, spring, damping = force(K, B, n, delta, v, v_surface)
+    scale = max(1.0, np.abs(spring).max(), np.abs(damping).max())
+    assert F @ n >= -1e-12 * scale
+    assert damping @ (v - v_surface) <= 1e-12 * scale
+    np.testing.assert_allclose(F, spring + damping, atol=1e-12 * scale)
+
+
+def test_a_surface_that_moves_with_the_tool_does_not_damp():
+    _, _, damping = force([500] * 3, [10] * 3, [0, 1, 0], [0, 0.01, 0], [0.1, 0.2, 0.3], [0.0, 0.2, 0.0])
+    np.testing.assert_allclose(damping, 0, atol=1e-15)
+
+
+def test_leaving_fast_stops_at_zero_force():
+    F, spring, damping = force([500] * 3, [100] * 3, [0, 0, 1], [0, 0, 0.001], [0, 0, 5.0])
+    np.testing.assert_allclose(F, 0, atol=1e-15)
+    np.testing.assert_allclose(damping, -spring, atol=1e-15)
+
+
+def test_scales_multiply_and_contacts_add():
+    K, B = np.full((2, 3), 400.0), np.full((2, 3), 2.0)
+    n = np.array([[1.0, 0, 0], [0, 1.0, 0]])
+    F, spring, damping = _core.force(K, B, n, 0.002 * n, np.array([-0.1, -0.2, 0]), np.zeros((2, 3)), 0.5, 3.0)
+    np.testing.assert_allclose(spring, [0.4, 0.4, 0], rtol=1e-14)
+    np.testing.assert_allclose(damping, [0.6, 1.2, 0], rtol=1e-14)
