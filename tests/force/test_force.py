@@ -72,6 +72,6 @@ def test_leaving_fast_stops_at_zero_force():
 def test_scales_multiply_and_contacts_add():
     K, B = np.full((2, 3), 400.0), np.full((2, 3), 2.0)
     n = np.array([[1.0, 0, 0], [0, 1.0, 0]])
-    F, spring, damping = _core.force(K, B, n, 0.002 * n, np.array([-0.1, -0.2, 0]), np.zeros((2, 3)), 0.5, 3.0)
+    _, spring, damping = _core.force(K, B, n, 0.002 * n, np.array([-0.1, -0.2, 0]), np.zeros((2, 3)), 0.5, 3.0)
     np.testing.assert_allclose(spring, [0.4, 0.4, 0], rtol=1e-14)
     np.testing.assert_allclose(damping, [0.6, 1.2, 0], rtol=1e-14)

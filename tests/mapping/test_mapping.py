@@ -99,7 +99,7 @@ def test_a_goal_out_of_reach_is_left_behind_by_the_clutch():
 @settings(max_examples=60, deadline=None)
 @given(st.lists(st.tuples(st.booleans(), st.booleans()), min_size=5, max_size=60))
 def test_no_pedal_makes_the_goal_jump(pedals):
-    """Between ticks the goal moves by no more than the scaled hand, and turns by hand plus alignment, whatever is pressed."""
+    """Between ticks the goal moves by no more than the scaled hand, and turns by hand plus alignment."""
     m = make(scale=0.5, align_rate=0.5)
     rng = np.random.default_rng(7)
     p, R, last = np.zeros(3), np.eye(3), pose([0.1, 0.2, 0.3], rotation([1, 1, 0], 2.0))

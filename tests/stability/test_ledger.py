@@ -24,7 +24,7 @@ def test_each_force_times_the_motion_while_it_was_held():
 
 
 def test_a_sampled_spring_generates_what_colgate_says():
-    """Pressing a spring held between samples and coming back: the port gives energy, K dx^2 per sample both ways in all."""
+    """A spring held between samples, pressed and released: the port gives K dx^2 per pair of samples."""
     K, steps, d = 400.0, 100, 1e-4
     depth = d * np.concatenate([np.arange(steps + 1), np.arange(steps - 1, -1, -1)])
     x = np.outer(-depth, [0, 0, 1.0])
