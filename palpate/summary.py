@@ -1,0 +1,111 @@
+"""A run in a few numbers: what the terminal shows, what `--json` writes, what the report begins with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from palpate.record.ticks import Ticks
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Outcome of a run. Units are in the names; docs/json.md describes every field."""
+
+    duration_s: float  # of simulated time
+    ticks: int
+    realtime: bool  # false: lockstep
+    realtime_factor: float  # simulated time over the time it took; 0 when unknown
+    interrupted: bool  # stopped by the user before its end
+    peak_force_N: float  # of the force commanded on the hand
+    mean_force_N: float  # the same, over the time in contact
+    max_penetration_m: float
+    contact_s: float  # time with something touched
+    capped_s: float  # time in which a cap shortened the force
+    energy_J: float  # the rendered force took from the hand; below zero: it generated
+    cycle_p50_us: float  # compute time of a haptic cycle
+    cycle_p99_us: float
+    cycle_p999_us: float
+    cycle_max_us: float
+    missed_ticks: int
+    faults: tuple[str, ...] = ()  # in words
+    record: str | None = None  # path
+    report: str | None = None  # path
+    record_sha256: str | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain JSON values."""
+        return asdict(self)
+
+
+class Totals:
+    """Sums up a run tick by tick, in constant memory but for one number per tick."""
+
+    def __init__(self, rate: float) -> None:
+        self._dt = 1.0 / rate
+        self._ticks = self._touching = self._capped = 0
+        self._peak = self._sum = self._depth = self._energy = 0.0
+        self._cycle_us: list[np.ndarray[Any, np.dtype[np.float32]]] = []
+
+    def add(self, ticks: Ticks) -> None:
+        """Take further ticks (n,), in the order of time."""
+        if not len(ticks):
+            return
+        force = np.linalg.norm(ticks["F_H_L"], axis=1)
+        touching = ticks["contacts"] > 0
+        self._ticks += len(ticks)
+        self._touching += int(touching.sum())
+        self._capped += int(((ticks["status"].astype(np.int64) & _CAPPED) != 0).sum())
+        self._peak = max(self._peak, float(force.max()))
+        self._sum += float(force[touching].sum())
+        self._depth = max(self._depth, float(ticks["depth"].max()))
+        self._energy = float(ticks["energy_port"][-1])
+        self._cycle_us.append(ticks["cycle_us"].astype(np.float32))
+
+    @property
+    def ticks(self) -> int:
+        """Number of ticks taken."""
+        return self._ticks
+
+    def summary(self, timing: Mapping[str, Any] | None = None, **known: Any) -> Summary:
+        """The summary of all ticks so far.
+
+        Args:
+            timing: `Simulation.timing()`, for missed ticks.
+            known: fields of `Summary` that ticks do not tell: realtime, faults, record, ...
+        """
+        us = np.concatenate(self._cycle_us) if self._cycle_us else np.zeros(0)
+        us = us[np.isfinite(us)]
+        p50, p99, p999, worst = np.percentile(us, [50, 99, 99.9, 100]).tolist() if len(us) else (0.0,) * 4
+        fields: dict[str, Any] = {
+            "duration_s": round(self._ticks * self._dt, 9),
+            "ticks": self._ticks,
+            "realtime": False,
+            "realtime_factor": 0.0,
+            "interrupted": False,
+            "peak_force_N": self._peak,
+            "mean_force_N": self._sum / self._touching if self._touching else 0.0,
+            "max_penetration_m": self._depth,
+            "contact_s": round(self._touching * self._dt, 9),
+            "capped_s": round(self._capped * self._dt, 9),
+            "energy_J": self._energy,
+            "cycle_p50_us": p50,
+            "cycle_p99_us": p99,
+            "cycle_p999_us": p999,
+            "cycle_max_us": worst,
+            "missed_ticks": int((timing or {}).get("missed_ticks", 0)),
+        }
+        return Summary(**{**fields, **known})
+
+
+_CAPPED = 0b11  # Status::kForceCapped | kRateCapped of core/palpate/loop/tick.hpp
+
+
+def summarise(ticks: Ticks, rate: float, **known: Any) -> Summary:
+    """The summary of recorded ticks (n,) at `rate` [Hz]; `known` as in `Totals.summary`."""
+    totals = Totals(rate)
+    totals.add(ticks)
+    return totals.summary(**known)
