@@ -10,7 +10,7 @@
 #include "palpate/loop/cycle.hpp"
 #include "palpate/loop/hand_motion.hpp"
 #include "palpate/loop/histogram.hpp"
-#include "palpate/loop/mailbox.hpp"
+#include "palpate/types/mailbox.hpp"
 #include "palpate/loop/realtime.hpp"
 #include "palpate/loop/ring.hpp"
 #include "palpate/plant/follower.hpp"

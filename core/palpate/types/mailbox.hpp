@@ -1,4 +1,4 @@
-// Hand-over between the loop and everybody else. Neither side ever waits.
+// Hand-over between a loop and everybody else. Neither side ever waits.
 #pragma once
 
 #include <array>
@@ -6,7 +6,7 @@
 #include <memory>
 #include <utility>
 
-namespace palpate::loop {
+namespace palpate {
 
 /// The newest value, one writer, one reader: three slots, so that each side always owns one.
 template <typename T>
@@ -80,4 +80,4 @@ class Handover {
   Node* current_;
 };
 
-}  // namespace palpate::loop
+}  // namespace palpate
