@@ -1,11 +1,11 @@
 // numpy <-> the core's fixed-bound Eigen types, with errors that name the argument and both shapes.
 #pragma once
 
-#include <stdexcept>
-#include <string>
-
 #include <nanobind/eigen/dense.h>
 #include <nanobind/nanobind.h>
+
+#include <stdexcept>
+#include <string>
 
 #include "palpate/types/spatial.hpp"
 
@@ -16,10 +16,10 @@ using Matrix4 = Eigen::Matrix4d;
 /// A joint vector of n entries (n < 0: any number up to kMaxJoints).
 inline JointVector joint_vector(const Eigen::VectorXd& values, const char* name, Eigen::Index n = -1) {
   if (n >= 0 ? values.size() != n : values.size() > kMaxJoints) {
-    throw std::invalid_argument(std::string(name) + " must have " +
-                                (n >= 0 ? "shape (" + std::to_string(n) + ",)"
-                                        : "at most " + std::to_string(kMaxJoints) + " entries") +
-                                ", one per joint; got shape (" + std::to_string(values.size()) + ",)");
+    throw std::invalid_argument(
+        std::string(name) + " must have " +
+        (n >= 0 ? "shape (" + std::to_string(n) + ",)" : "at most " + std::to_string(kMaxJoints) + " entries") +
+        ", one per joint; got shape (" + std::to_string(values.size()) + ",)");
   }
   return values;
 }
@@ -59,7 +59,7 @@ inline Vec6 to_vector(const Wrench& F) {
 
 /// A struct's joint-vector field as a numpy array that can be read and assigned.
 template <typename Class, typename Struct>
-void joint_field(Class& c, const char* name, JointVector Struct::*field, const char* doc) {
+void joint_field(Class& c, const char* name, JointVector Struct::* field, const char* doc) {
   c.def_prop_rw(
       name, [field](const Struct& s) -> Eigen::VectorXd { return s.*field; },
       [field, name](Struct& s, const Eigen::VectorXd& v) { s.*field = joint_vector(v, name); }, doc);

@@ -5,5 +5,8 @@ NB_MODULE(_core, m) {
   palpate::bindings::bind_mapping(m);
   palpate::bindings::bind_force(m);
   palpate::bindings::bind_stability(m);
+  palpate::bindings::bind_arm(m);
+  palpate::bindings::bind_plant(m);
+  palpate::bindings::bind_torque(m);
   palpate::bindings::bind_loop(m);
 }

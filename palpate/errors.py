@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 __all__ = [
+    "ArmError",
     "MeshError",
     "MissingExtraError",
     "OutputError",
@@ -33,6 +34,10 @@ class PalpateError(Exception):
     def __init__(self, what: str, *, where: str = "", why: str = "", mend: str = "") -> None:
         self.what, self.where, self.why, self.mend = what, str(where), why, mend
         super().__init__(_tell(what, self.where, why, mend))
+
+
+class ArmError(PalpateError, ValueError):
+    """An arm that does not exist, or a pose it cannot reach."""
 
 
 class SceneError(PalpateError):

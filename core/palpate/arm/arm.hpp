@@ -14,13 +14,23 @@ struct IkResult {
   int iterations = 0;
   double position_error = 0.0;     ///< [m]
   double orientation_error = 0.0;  ///< [rad]
+  double damping = 0.0;            ///< of the last step: large near singularities and for goals out of reach
 };
 
 struct IkOptions {
   int max_iterations = 20;
   double position_tolerance = 1e-8;     ///< [m]
   double orientation_tolerance = 1e-8;  ///< [rad]
-  double damping = 1e-6;                ///< damped least squares, grows near singularities and is reported
+  double damping = 1e-6;                ///< floor of the damping, which grows with the error that remains
+};
+
+/// Everything a simulator needs at one (q, v): M a + bias = tau, and the tip with its Jacobian.
+struct Dynamics {
+  JointMatrix M;               ///< inertia, full and symmetric
+  JointVector bias;            ///< C(q, v) v + G(q)
+  Pose X_0T;                   ///< base to tip
+  Jacobian J;                  ///< as Arm::jacobian()
+  Vec6 Jdot_v = Vec6::Zero();  ///< tip acceleration at zero joint acceleration, linear over angular
 };
 
 /// Kinematics and dynamics of one serial arm in its base frame. Everything that is noexcept may run in
@@ -28,6 +38,7 @@ struct IkOptions {
 class Arm {
  public:
   /// Throws std::runtime_error naming the file, the frame or joint, and the mend.
+  /// The arm is the chain from base to tip; other joints (jaws, drawn parallelograms) stay at zero.
   static Arm from_urdf(const std::string& xml, const std::string& base_frame, const std::string& tip_frame);
 
   Arm(const Arm&);
@@ -41,6 +52,7 @@ class Arm {
   [[nodiscard]] const JointVector& q_min() const noexcept;
   [[nodiscard]] const JointVector& q_max() const noexcept;
   [[nodiscard]] const JointVector& tau_max() const noexcept;  ///< URDF effort limits [N m, N]
+  [[nodiscard]] const JointVector& v_max() const noexcept;    ///< URDF velocity limits [rad/s, m/s]
 
   /// Kinematics at q, v: fills tip(), jacobian(), twist().
   void update(const JointVector& q, const JointVector& v) noexcept;
@@ -57,6 +69,10 @@ class Arm {
   [[nodiscard]] const JointVector& bias(const JointVector& q, const JointVector& v) noexcept;
   /// Full symmetric M(q) (crba).
   [[nodiscard]] const JointMatrix& mass_matrix(const JointVector& q) noexcept;
+  /// M, bias, tip and Jacobian in one go: for a simulator, where every microsecond counts ten times a tick.
+  const Dynamics& dynamics(const JointVector& q, const JointVector& v) noexcept;
+  /// P(q), whose gradient is gravity(q) (Eq 10) [J].
+  [[nodiscard]] double potential_energy(const JointVector& q) noexcept;
   void set_gravity(const Vec3& g_base) noexcept;  ///< default (0, 0, -9.81)
   /// A copy whose link masses are multiplied by `scale` (a controller's wrong model of the plant).
   [[nodiscard]] Arm with_scaled_masses(const JointVector& scale) const;
@@ -70,6 +86,7 @@ class Arm {
 
  private:
   struct Impl;
+  explicit Arm(std::unique_ptr<Impl> impl) noexcept;
   std::unique_ptr<Impl> impl_;
 };
 

@@ -11,26 +11,32 @@ namespace palpate::plant {
 
 /// What a leader arm is made of besides its rigid bodies (facts of the hardware, per arm in models/*.yaml).
 struct LeaderOptions {
-  JointMatrix coupling;           ///< A: q_joint = A q_motor
-  JointVector encoder_step;       ///< motor-side resolution [rad/count]; 0 = ideal
-  JointVector coulomb;            ///< Fc [N m]
-  JointVector viscous;            ///< Fv [N m s/rad]
-  JointVector rotor_inertia;      ///< reflected to the joint [kg m^2]
-  JointVector tau_max;            ///< drive limits, joint side [N m]
-  double loop_delay = 0.0;        ///< from command to torque, force term only [s]
-  double hold_timeout = 0.03;     ///< drive without a fresh command: force term ramps to zero [s]
-  bool quantised = true;          ///< encoder resolution and velocity estimation on or off
+  JointMatrix coupling;        ///< A: q_joint = A q_motor
+  JointVector encoder_step;    ///< motor-side resolution [rad/count]; 0 = ideal
+  JointVector coulomb;         ///< Fc [N m]
+  JointVector viscous;         ///< Fv [N m s/rad]
+  JointVector rotor_inertia;   ///< reflected to the joint [kg m^2]
+  JointVector tau_max;         ///< drive limits, joint side [N m]
+  double loop_delay = 0.0;     ///< from command to torque, force term only [s]
+  double hold_timeout = 0.03;  ///< drive without a fresh command: force term ramps to zero [s]
+  bool quantised = true;       ///< encoder resolution and velocity estimation on or off
 };
 
 /// One plant step is one servo period (10 kHz). Everything noexcept is allocation free.
 class Leader {
  public:
+  /// Throws std::invalid_argument naming the option, its value and the mend.
   Leader(arm::Arm plant_model, LeaderOptions options, HandOptions hand);
+  Leader(Leader&&) noexcept;
+  Leader& operator=(Leader&&) noexcept;
+  ~Leader();
 
   /// Places the arm at rest; the hand holds the handle where it is.
   void reset(const JointVector& q) noexcept;
   /// The newest command; the drive holds it until the next one.
   void command(const LeaderCommand& command) noexcept;
+  /// The hand pinches the grips (0 = closed) [rad].
+  void pinch(double gripper) noexcept;
   /// One servo period. X_LH_hand: where the hand wants the handle; v: velocity of that path (base frame L).
   void step(double dt, const Pose& X_LH_hand, const Twist& V_LH_hand) noexcept;
 
@@ -43,7 +49,7 @@ class Leader {
 
  private:
   struct Impl;
-  std::shared_ptr<Impl> impl_;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace palpate::plant

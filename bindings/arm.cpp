@@ -1,0 +1,120 @@
+#include "palpate/arm/arm.hpp"
+
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include "bindings.hpp"
+#include "convert.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace palpate::bindings {
+namespace {
+
+using arm::Arm;
+using Vector = Eigen::VectorXd;
+using Matrix = Eigen::MatrixXd;
+
+JointVector joints(const Arm& a, const Vector& values, const char* name) { return joint_vector(values, name, a.n()); }
+
+Matrix4 fk(Arm& a, const Vector& q) {
+  a.update(joints(a, q, "q"), JointVector::Zero(a.n()));
+  return to_matrix(a.tip());
+}
+
+Matrix jacobian(Arm& a, const Vector& q) {
+  a.update(joints(a, q, "q"), JointVector::Zero(a.n()));
+  return a.jacobian();
+}
+
+std::pair<Vector, arm::IkResult> ik_from(Arm& a, const Matrix4& X_0T, const Vector& q0, const arm::IkOptions& options) {
+  JointVector q = joints(a, q0, "q0");
+  const arm::IkResult result = a.ik(to_pose(X_0T, "X_0T"), q, options);
+  return {Vector(q), result};
+}
+
+std::vector<Matrix4> link_poses(Arm& a, const Vector& q) {
+  std::vector<Matrix4> poses;
+  for (const Pose& X : a.link_poses(joints(a, q, "q"))) poses.push_back(to_matrix(X));
+  return poses;
+}
+
+void bind_ik(nb::module_& m) {
+  nb::class_<arm::IkOptions>(m, "IkOptions", "Inverse kinematics: when to stop.")
+      .def(nb::init<>())
+      .def_rw("max_iterations", &arm::IkOptions::max_iterations)
+      .def_rw("position_tolerance", &arm::IkOptions::position_tolerance, "[m]")
+      .def_rw("orientation_tolerance", &arm::IkOptions::orientation_tolerance, "[rad]")
+      .def_rw("damping", &arm::IkOptions::damping, "floor of the damping, which grows with the remaining error");
+  nb::class_<arm::IkResult>(m, "IkResult", "How an inverse kinematics ended.")
+      .def_ro("converged", &arm::IkResult::converged)
+      .def_ro("iterations", &arm::IkResult::iterations)
+      .def_ro("position_error", &arm::IkResult::position_error, "[m]")
+      .def_ro("orientation_error", &arm::IkResult::orientation_error, "[rad]")
+      .def_ro("damping", &arm::IkResult::damping, "of the last step; large near singularities and out of reach");
+}
+
+}  // namespace
+
+void bind_arm(nb::module_& m) {
+  bind_ik(m);
+  nb::class_<Arm>(m, "Arm", "A serial arm: kinematics and dynamics in its base frame. See palpate.Arm.")
+      .def(
+          "__init__",
+          [](Arm* self, const std::string& xml, const std::string& base_frame, const std::string& tip_frame) {
+            new (self) Arm(Arm::from_urdf(xml, base_frame, tip_frame));
+          },
+          "xml"_a, "base_frame"_a, "tip_frame"_a, "From a URDF's text; the arm is the chain from base to tip.")
+      .def_prop_ro("n", &Arm::n, "Number of joints.")
+      .def_prop_ro("joint_names", &Arm::joint_names)
+      .def_prop_ro("link_names", &Arm::link_names)
+      .def_prop_ro(
+          "q_min", [](const Arm& a) -> Vector { return a.q_min(); }, "(n,) lower limits [rad, m]")
+      .def_prop_ro(
+          "q_max", [](const Arm& a) -> Vector { return a.q_max(); }, "(n,) upper limits [rad, m]")
+      .def_prop_ro(
+          "tau_max", [](const Arm& a) -> Vector { return a.tau_max(); }, "(n,) drive limits [N m, N]")
+      .def_prop_ro(
+          "v_max", [](const Arm& a) -> Vector { return a.v_max(); }, "(n,) speed limits [rad/s, m/s]")
+      .def("fk", &fk, "q"_a, "X_0T (4,4): the tip in the base at q (n,) [rad, m].")
+      .def("jacobian", &jacobian, "q"_a, "(6,n) at the tip in base axes, linear rows over angular rows.")
+      .def(
+          "gravity", [](Arm& a, const Vector& q) -> Vector { return a.gravity(joints(a, q, "q")); }, "q"_a,
+          "G(q) = dP/dq (n,) that holds the arm up [N m, N].")
+      .def(
+          "bias",
+          [](Arm& a, const Vector& q, const Vector& v) -> Vector {
+            return a.bias(joints(a, q, "q"), joints(a, v, "v"));
+          },
+          "q"_a, "v"_a, "C(q, v) v + G(q) (n,) [N m, N].")
+      .def(
+          "inverse_dynamics",
+          [](Arm& a, const Vector& q, const Vector& v, const Vector& acc) -> Vector {
+            return a.inverse_dynamics(joints(a, q, "q"), joints(a, v, "v"), joints(a, acc, "a"));
+          },
+          "q"_a, "v"_a, "a"_a, "M a + C v + G (n,) [N m, N].")
+      .def(
+          "mass_matrix", [](Arm& a, const Vector& q) -> Matrix { return a.mass_matrix(joints(a, q, "q")); }, "q"_a,
+          "M(q) (n,n), symmetric; rotor inertias are not in it.")
+      .def(
+          "tip_drift",
+          [](Arm& a, const Vector& q, const Vector& v) -> Vector {
+            return a.dynamics(joints(a, q, "q"), joints(a, v, "v")).Jdot_v;
+          },
+          "q"_a, "v"_a, "dJ/dt v (6,): tip acceleration at zero joint acceleration.")
+      .def(
+          "potential_energy", [](Arm& a, const Vector& q) { return a.potential_energy(joints(a, q, "q")); }, "q"_a,
+          "P(q) [J].")
+      .def("set_gravity", &Arm::set_gravity, "g_base"_a, "Gravity in base axes [m/s^2]; default (0, 0, -9.81).")
+      .def(
+          "with_scaled_masses",
+          [](const Arm& a, const Vector& scale) { return a.with_scaled_masses(joints(a, scale, "scale")); }, "scale"_a,
+          "A copy whose link masses are multiplied by scale (n,): a controller's wrong model of the plant.")
+      .def("ik_from", &ik_from, "X_0T"_a, "q0"_a, "options"_a = arm::IkOptions{},
+           "One damped Newton run from q0: (q, IkResult). palpate.Arm.ik restarts and raises.")
+      .def("link_poses_array", &link_poses, "q"_a, "X_0link (4,4) of every link, in link_names order.");
+}
+
+}  // namespace palpate::bindings

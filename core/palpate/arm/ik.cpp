@@ -1,0 +1,77 @@
+// Inverse kinematics of Arm: damped Newton (Levenberg-Marquardt) steps within the joint limits.
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "palpate/arm/arm.hpp"
+
+namespace palpate::arm {
+namespace {
+
+constexpr double kLength = 0.1;         // [m] that counts as much as one radian
+constexpr double kErrorDamping = 0.02;  // damping per squared error (Sugihara 2011: full steps close to the goal)
+constexpr double kMaxStep = 0.6;        // largest joint step of one iteration [rad, or 0.1 m]
+
+/// Rotation vector of R: axis times angle in 0..pi.
+Vec3 rotation_vector(const Mat3& R) noexcept {
+  const Eigen::AngleAxisd turn(R);
+  return turn.angle() * turn.axis();
+}
+
+using Error = Vec6;  // position over kLength, then rotation vector, both in base axes
+
+Error error_to(const Pose& goal, const Pose& tip) noexcept {
+  Error e;
+  e << (goal.p - tip.p) / kLength, rotation_vector(goal.R * tip.R.transpose());
+  return e;
+}
+
+/// dq = J^T (J J^T + lambda I)^-1 e over the joints that are free: the shortest step.
+JointVector least_step(const Jacobian& J, const Vec6& e, double lambda) noexcept {
+  Mat6 A = J * J.transpose();
+  A.diagonal().array() += lambda;
+  const Vec6 y = A.ldlt().solve(e);
+  return J.transpose() * y;
+}
+
+/// Steps towards e; a joint that would leave its limits stops there and the others take over, the worst first.
+JointVector bounded_step(Jacobian J, Vec6 e, double lambda, const JointVector& q, const JointVector& q_min,
+                         const JointVector& q_max) noexcept {
+  JointVector stopped = JointVector::Zero(q.size());
+  for (Eigen::Index pass = 0;; ++pass) {
+    const JointVector dq = least_step(J, e, lambda);
+    const JointVector bounded = (q + dq).cwiseMax(q_min).cwiseMin(q_max) - q;
+    Eigen::Index worst = 0;
+    const double excess = (bounded - dq).cwiseAbs().maxCoeff(&worst);
+    if (excess < 1e-15 || pass + 1 == q.size()) return stopped + bounded;
+    stopped[worst] = bounded[worst];
+    e -= J.col(worst) * bounded[worst];
+    J.col(worst).setZero();
+  }
+}
+
+}  // namespace
+
+IkResult Arm::ik(const Pose& X_0T_goal, JointVector& q, const IkOptions& options) noexcept {
+  IkResult result;
+  const JointVector rest = JointVector::Zero(n());
+  q = q.cwiseMax(q_min()).cwiseMin(q_max()).eval();
+  for (;; ++result.iterations) {
+    update(q, rest);
+    const Error e = error_to(X_0T_goal, tip());
+    result.position_error = e.head<3>().norm() * kLength;
+    result.orientation_error = e.tail<3>().norm();
+    result.converged = result.position_error <= options.position_tolerance &&
+                       result.orientation_error <= options.orientation_tolerance;
+    if (result.converged || result.iterations >= options.max_iterations || !e.allFinite()) return result;
+    Jacobian J = jacobian();
+    J.topRows<3>() /= kLength;
+    result.damping = options.damping * options.damping + kErrorDamping * e.squaredNorm();
+    JointVector dq = bounded_step(J, e, result.damping, q, q_min(), q_max());
+    const double largest = dq.cwiseAbs().maxCoeff();
+    if (largest > kMaxStep) dq *= kMaxStep / largest;
+    q = (q + dq).cwiseMax(q_min()).cwiseMin(q_max()).eval();
+  }
+}
+
+}  // namespace palpate::arm

@@ -1,0 +1,36 @@
+"""Write the arm models: `python models/generate.py` (the output is committed; a test compares the two).
+
+One place for the numbers of the da Vinci arms. Kinematics: Denavit-Hartenberg tables, limits, couplings, encoders and
+drive limits as published with the da Vinci Research Kit (sawIntuitiveResearchKit, share/kinematic and share/io).
+Masses and centres of mass of the MTM: the CAD values of Lin et al., IROS 2019, in whose link frames the gravity model
+of the real controller is exact. Friction: Wang, Gondokaryono, Munawar, Fischer, IROS 2019. Everything marked OURS is
+an estimate of ours: rotor inertias and rotational inertias are not published, shapes are drawn for the eye.
+
+Frames in the URDF: a link's frame sits on its joint's axis (z), after the joint's rotation. With standard DH (MTM)
+T_i = Rz(q + off) Tz(d) Tx(a) Rx(alpha) = Rz(q) F_i, so the next joint's origin is F_i; with modified DH (PSM)
+T_i = Rx(alpha) Tx(a) Tz(d) Rz(q + off), so the joint's origin is everything but q. Units: m, rad, kg, N m.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from mtm import MTM_YAML, mtm
+from psm import PSM_YAML, psm
+
+HERE = Path(__file__).parent
+
+
+def outputs() -> dict[str, str]:
+    """Every file this script writes: name -> text."""
+    files = {"psm_lnd.urdf": psm(), "psm_lnd.yaml": PSM_YAML}
+    for side in ("left", "right"):
+        files[f"mtm_{side}.urdf"] = mtm(side)
+        files[f"mtm_{side}.yaml"] = MTM_YAML.format(side=side, name=f"mtm_{side}")
+    return files
+
+
+if __name__ == "__main__":
+    for file_name, text in outputs().items():
+        (HERE / file_name).write_text(text)
+        print(f"models/{file_name}")

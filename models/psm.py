@@ -1,0 +1,134 @@
+"""The da Vinci patient-side arm (PSM) with the large needle driver: tables and shapes. Sources: see generate.py."""
+
+from __future__ import annotations
+
+import numpy as np
+from parts import Body, Joint, Link, Visual, ball, box, modified_dh, move, rod, urdf
+
+# joint, kind, alpha [deg], a, d [m], offset [deg], q_min, q_max, tau_max [N m, N], v_max [rad/s, m/s] (v_max OURS)
+PSM_DH = [
+    ("yaw", "revolute", 90, 0.0, 0.0, 90, -1.588, 1.588, 3.3161, 4.0),
+    ("pitch", "revolute", -90, 0.0, 0.0, -90, -0.925025, 0.925025, 3.3161, 4.0),
+    ("insertion", "prismatic", 90, 0.0, -0.4318, 0, 0.0, 0.24, 9.8779, 0.8),
+    ("roll", "revolute", 0, 0.0, 0.4162, 0, -4.538, 4.538, 0.33, 12.0),
+    ("wrist_pitch", "revolute", -90, 0.0, 0.0, -90, -1.3963, 1.3963, 0.25, 12.0),
+    ("wrist_yaw", "revolute", -90, 0.0091, 0.0, -90, -1.3963, 1.3963, 0.20, 12.0),
+]
+PSM_TIP = np.array([[0, -1, 0, 0], [0, 0, 1, 0], [-1, 0, 0, 0], [0, 0, 0, 1]], dtype=float)
+JAW_MIN, JAW_MAX, JAW_TAU, JAW_LENGTH = -0.698, 1.396, 0.16, 0.0102
+PSM_LINKS = ["yaw_link", "pitch_link", "carriage", "shaft", "wrist", "tool"]
+# Yaw, pitch and insertion: masses published for the Si (PSM_Si_physical.json); the rest OURS. The joints are
+# position-servoed in the simulation, so these weigh on nothing but a torque somebody asks for.
+PSM_BODIES = {
+    "yaw_link": Body(0.994, (0.082, 0.0, 0.50), (8e-3, 8e-3, 6e-3)),
+    "pitch_link": Body(2.060, (0.06, 0.25, 0.0), (3e-2, 6e-3, 3e-2)),
+    "carriage": Body(0.637, (0.03, 0.0, 0.0), (1.5e-3, 1.5e-3, 1e-3)),
+    "shaft": Body(0.05, (0.0, 0.0, -0.21), (7e-4, 7e-4, 2e-6)),
+    "wrist": Body(0.004, (0.005, 0.0, 0.0), (1e-7, 1e-7, 1e-7)),
+    "tool": Body(0.003, (0.0, 0.004, 0.0), (1e-7, 1e-7, 1e-7)),
+}
+BACK = 0.516  # from the RCM back to the parallelogram's pivot [m]
+
+
+PSM_VISUALS: dict[str, list[Visual]] = {
+    "psm_base": [  # RCM; the yaw axis runs along -y to the body
+        rod((0, -0.74, 0), (0, -0.655, 0), 0.062, "dark"),
+        box((0, -0.755, 0.05), (0.16, 0.03, 0.24), "steel"),
+    ],
+    "yaw_link": [  # x up, z along the yaw axis, away from the patient
+        rod((0, 0, 0.655), (0, 0, 0.44), 0.055, "shell"),
+        box((-0.01, 0, 0.555), (0.09, 0.15, 0.16), "shell"),
+        rod((0, -0.088, BACK), (0, 0.088, BACK), 0.044, "steel"),
+        box((0.0, 0, 0.43), (0.045, 0.06, 0.07), "accent"),
+    ],
+    "bar_back": [
+        box((0.095, 0.066, 0), (0.22, 0.012, 0.042), "shell"),
+        box((0.095, -0.066, 0), (0.22, 0.012, 0.042), "shell"),
+        rod((0.19, -0.066, 0), (0.19, 0.066, 0), 0.018, "dark"),
+        rod((0.10, -0.066, 0), (0.10, 0.066, 0), 0.018, "dark"),
+    ],
+    "bar_upper": [
+        box((0, 0.048, -0.255), (0.026, 0.014, 0.51), "shell"),
+        box((0, -0.048, -0.255), (0.026, 0.014, 0.51), "shell"),
+    ],
+    "bar_lower": [
+        box((0, 0.030, -0.255), (0.022, 0.012, 0.51), "steel"),
+        box((0, -0.030, -0.255), (0.022, 0.012, 0.51), "steel"),
+    ],
+    "pitch_link": [  # x back towards the body, y up along the instrument
+        box((0.055, 0.275, 0), (0.035, 0.40, 0.062), "shell"),
+        box((0.034, 0.30, 0), (0.010, 0.34, 0.030), "dark"),
+        box((0.006, 0.19, 0), (0.07, 0.022, 0.116), "steel"),
+        box((0.006, 0.10, 0), (0.07, 0.022, 0.080), "steel"),
+        box((0.03, 0.062, 0), (0.06, 0.018, 0.030), "steel"),
+        rod((0, 0.085, 0), (0, 0.050, 0), 0.0115, "steel"),
+        rod((0, 0.055, 0), (0, -0.055, 0), 0.0058, "steel"),
+        ball((0, 0, 0), 0.0075, "accent"),
+    ],
+    "carriage": [  # z down along the shaft; x back
+        box((0.022, 0, -0.010), (0.030, 0.058, 0.075), "dark"),
+        box((-0.006, 0, -0.022), (0.042, 0.064, 0.082), "shell"),
+        box((-0.006, 0, -0.070), (0.034, 0.050, 0.018), "accent"),
+    ],
+    "shaft": [rod((0, 0, -0.41), (0, 0, -0.002), 0.0042, "dark"), ball((0, 0, -0.002), 0.0042, "steel")],
+    "wrist": [
+        rod((0, 0, -0.0036), (0, 0, 0.0036), 0.0026, "steel"),
+        box((0.0046, 0, 0), (0.0092, 0.0046, 0.0052), "steel"),
+    ],
+    "tool": [rod((0, 0, -0.0030), (0, 0, 0.0030), 0.0024, "steel")],
+    "jaw_1": [
+        box((0.0011, 0.0056, 0), (0.0018, 0.0094, 0.0034), "brass"),
+        box((0.0016, 0.0015, 0), (0.0026, 0.004, 0.0042), "steel"),
+    ],
+    "jaw_2": [
+        box((-0.0011, 0.0056, 0), (0.0018, 0.0094, 0.0034), "brass"),
+        box((-0.0016, 0.0015, 0), (0.0026, 0.004, 0.0042), "steel"),
+    ],
+}
+
+
+def psm() -> str:
+    """The URDF."""
+    looks = PSM_VISUALS
+    parts: list[Link | Joint] = [Link("psm_base", looks["psm_base"])]
+    parent = "psm_base"
+    for (name, kind, alpha, a, d, offset, lower, upper, tau, v), link in zip(PSM_DH, PSM_LINKS, strict=True):
+        parts.append(Joint(name, parent, link, modified_dh(alpha, a, d, offset), kind, limits=(lower, upper, tau, v)))
+        parts.append(Link(link, looks[link], PSM_BODIES[link]))
+        parent = link
+    parts += [Joint("tip_mount", "tool", "tip", PSM_TIP), Link("tip")]
+
+    # The double parallelogram that keeps the remote centre: drawn with the pitch joint.
+    def bar(name: str, on: str, X: np.ndarray, multiplier: float) -> list[Link | Joint]:
+        return [
+            Joint(f"{name}_hinge", on, name, X, "revolute", (0, 1, 0), mimic=("pitch", multiplier)),
+            Link(name, looks[name]),
+        ]
+
+    parts += bar("bar_back", "yaw_link", move(z=BACK), 1.0)
+    parts += bar("bar_upper", "bar_back", move(x=0.19), -1.0) + bar("bar_lower", "bar_back", move(x=0.10), -1.0)
+    # The jaws open half the jaw angle each; 0 = closed.
+    parts += [
+        Joint("jaw", "tool", "jaw_frame", np.eye(4), "revolute", limits=(JAW_MIN, JAW_MAX, JAW_TAU, 12.0)),
+        Link("jaw_frame"),
+        Joint("jaw_1_hinge", "tool", "jaw_1", np.eye(4), "revolute", (0, 0, -1), mimic=("jaw", 0.5)),
+        Link("jaw_1", looks["jaw_1"]),
+        Joint("jaw_2_hinge", "tool", "jaw_2", np.eye(4), "revolute", (0, 0, 1), mimic=("jaw", 0.5)),
+        Link("jaw_2", looks["jaw_2"]),
+    ]
+    return urdf("psm_lnd", parts)
+
+
+PSM_YAML = """\
+# Written by models/generate.py: edit there. PSM with the large needle driver 400006. Limits: psm_lnd.urdf.
+name: psm_lnd
+urdf: psm_lnd.urdf
+base_frame: psm_base   # B: the remote centre of motion; the tool leaves along -z at q = 0
+tip_frame: tip         # T: the wrist's yaw axis (the control point of the real controller), z along the jaws
+home: [0, 0, 0.12, 0, 0, 0]   # rad, rad, m, rad...: the tip 113.5 mm below the remote centre
+jaw_tip: 0.0102        # from T to the tip of the jaws [m]
+# Joint-side resolution per encoder count, degrees (insertion: millimetres). Source: sawIntuitiveResearchKit
+# config-generator.py; wrist motors 0.00768574 deg through the tool's coupling (1.5632, 1.0186, 0.6089).
+encoder_step_deg: [0.00044248, 0.00044248, 0, 0.0120144, 0.0078287, 0.0046798]
+encoder_step_mm: [0, 0, 0.00129629, 0, 0, 0]
+"""
