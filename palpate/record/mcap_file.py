@@ -1,0 +1,172 @@
+"""An MCAP file written a chunk at a time.
+
+The record classes are those of the `mcap` library. Its `Writer` takes one message a call, 3 us each: with 35 channels
+at 1 kHz that alone caps a run at 10x real time. This one takes whole chunks of serialised messages: 100x. What is written is flushed:
+a killed process leaves every chunk but the one in the making.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import zstandard
+from mcap import records
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
+from numpy.typing import NDArray
+
+MAGIC = b"\x89MCAP0\r\n"
+
+
+@dataclass(frozen=True)
+class Block:
+    """Messages for one chunk: n ticks of the same bytes-per-tick, one message of each channel per tick."""
+
+    data: NDArray[np.uint8]
+    """(n, bytes per tick) serialised MCAP message records."""
+    log_time: NDArray[np.uint64]
+    """(n,) [ns], ascending."""
+    offsets: dict[int, int]
+    """Channel -> position of its message within a tick [bytes]."""
+
+
+class McapFile:
+    """Write header, schemas, channels, attachments, metadata, chunks, and at the end the summary.
+
+    Raises:
+        OSError: from any method, when the file cannot be written.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._file = path.open("wb", buffering=0)
+        self._sha256 = hashlib.sha256()
+        self._zstd = zstandard.ZstdCompressor(level=1)
+        self._size = 0
+        self._schemas: list[records.Schema] = []
+        self._channels: list[records.Channel] = []
+        self._chunks: list[records.ChunkIndex] = []
+        self._attachments: list[records.AttachmentIndex] = []
+        self._metadata: list[records.MetadataIndex] = []
+
+    def begin(self, *, profile: str, library: str) -> None:
+        """Write the header."""
+        self._write(MAGIC + _bytes(records.Header(profile, library)))
+
+    def add_schema(self, name: str, encoding: str, text: str) -> int:
+        """Register a message type; returns its id."""
+        schema = records.Schema(id=len(self._schemas) + 1, name=name, encoding=encoding, data=text.encode())
+        self._schemas.append(schema)
+        self._write(_bytes(schema))
+        return schema.id
+
+    def add_channel(self, topic: str, schema: int, encoding: str, metadata: dict[str, str]) -> int:
+        """Register a channel; returns its id."""
+        channel = records.Channel(len(self._channels) + 1, topic, encoding, metadata, schema)
+        self._channels.append(channel)
+        self._write(_bytes(channel))
+        return channel.id
+
+    def add_metadata(self, name: str, values: dict[str, str]) -> None:
+        """Write a table of texts."""
+        data = _bytes(records.Metadata(name=name, metadata=values))
+        self._metadata.append(records.MetadataIndex(offset=self._size, length=len(data), name=name))
+        self._write(data)
+
+    def add_attachment(self, name: str, media_type: str, text: str) -> None:
+        """Write a file into the file."""
+        content = text.encode()
+        data = _bytes(records.Attachment(0, 0, name, media_type, content))
+        index = records.AttachmentIndex(self._size, len(data), 0, 0, len(content), name, media_type)
+        self._attachments.append(index)
+        self._write(data)
+
+    def add_chunk(self, block: Block) -> None:
+        """Write the messages of some ticks, with the index of each channel."""
+        raw = block.data.tobytes()
+        start, end = int(block.log_time[0]), int(block.log_time[-1])
+        packed = self._zstd.compress(raw)
+        chunk = _bytes(records.Chunk("zstd", packed, end, start, zlib.crc32(raw), len(raw)))
+        index = records.ChunkIndex(
+            chunk_length=len(chunk),
+            chunk_start_offset=self._size,
+            compression="zstd",
+            compressed_size=len(packed),
+            message_end_time=end,
+            message_index_length=0,
+            message_index_offsets={},
+            message_start_time=start,
+            uncompressed_size=len(raw),
+        )
+        entries = np.empty((len(block.data), 2), dtype="<u8")
+        entries[:, 0] = block.log_time
+        ticks = np.arange(len(block.data), dtype=np.uint64) * block.data.shape[1]
+        tail = bytearray()
+        for channel, offset in block.offsets.items():
+            index.message_index_offsets[channel] = self._size + len(chunk) + len(tail)
+            entries[:, 1] = ticks + offset
+            tail += Opcode.MESSAGE_INDEX.to_bytes(1, "little") + (6 + entries.nbytes).to_bytes(8, "little")
+            tail += channel.to_bytes(2, "little") + entries.nbytes.to_bytes(4, "little") + entries.tobytes()
+        index.message_index_length = len(tail)
+        self._write(chunk + tail)
+        self._chunks.append(index)
+
+    def finish(self, message_count: int) -> str:
+        """Write the summary and close the file; returns its SHA-256 (hexadecimal)."""
+        self._write(_bytes(records.DataEnd(0)))
+        start = self._size
+        ticks = message_count // max(1, len(self._channels))
+        statistics = records.Statistics(
+            attachment_count=len(self._attachments),
+            channel_count=len(self._channels),
+            channel_message_counts={c.id: ticks for c in self._channels} if ticks else {},
+            chunk_count=len(self._chunks),
+            message_count=message_count,
+            message_end_time=self._chunks[-1].message_end_time if self._chunks else 0,
+            message_start_time=self._chunks[0].message_start_time if self._chunks else 0,
+            metadata_count=len(self._metadata),
+            schema_count=len(self._schemas),
+        )
+        groups: list[tuple[Opcode, list[records.McapRecord]]] = [
+            (Opcode.SCHEMA, [*self._schemas]),
+            (Opcode.CHANNEL, [*self._channels]),
+            (Opcode.STATISTICS, [statistics]),
+            (Opcode.CHUNK_INDEX, [*self._chunks]),
+            (Opcode.ATTACHMENT_INDEX, [*self._attachments]),
+            (Opcode.METADATA_INDEX, [*self._metadata]),
+        ]
+        summary, offsets = b"", b""
+        for opcode, members in groups:
+            data = b"".join(_bytes(m) for m in members)
+            offsets += _bytes(records.SummaryOffset(opcode, start + len(summary), len(data))) if data else b""
+            summary += data
+        footer = _bytes(records.Footer(start, start + len(summary), 0))
+        crc = zlib.crc32(summary + offsets + footer[:-4])
+        self._write(summary + offsets + footer[:-4] + crc.to_bytes(4, "little") + MAGIC)
+        self._file.close()
+        return self._sha256.hexdigest()
+
+    def abandon(self) -> None:
+        """Close after a failed write, cut back to the last whole record. Never raises."""
+        try:
+            self._file.truncate(self._size)
+        except OSError:
+            pass  # the reader copes with half a record
+        finally:
+            self._file.close()
+
+    def _write(self, data: bytes) -> None:
+        rest = memoryview(data)
+        while rest:
+            rest = rest[self._file.write(rest) :]
+        self._sha256.update(data)
+        self._size += len(data)
+
+
+def _bytes(record: records.McapRecord) -> bytes:
+    builder = RecordBuilder()
+    record.write(builder)
+    return builder.end()

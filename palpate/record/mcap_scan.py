@@ -1,0 +1,167 @@
+"""Walk through an MCAP file from front to back, as far as it is whole.
+
+Front to back, because a killed run has no summary at its end; the few records before the first chunk say everything
+that the summary would.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import zstandard
+from mcap import records
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.stream_reader import get_chunk_data_stream
+
+from palpate.errors import RecordError
+from palpate.record.mcap_file import MAGIC
+
+_MAX_CHUNK = 1 << 30
+_DAMAGE = (McapError, struct.error, UnicodeDecodeError, zstandard.ZstdError, ValueError, RuntimeError, MemoryError)
+"""What the libraries raise on bytes that are no MCAP."""
+
+
+@dataclass
+class Scan:
+    """What a file holds."""
+
+    channels: dict[int, records.Channel] = field(default_factory=dict)
+    schemas: dict[int, str] = field(default_factory=dict)
+    """Schema id -> name."""
+    attachments: dict[str, bytes] = field(default_factory=dict)
+    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
+    chunks: list[records.Chunk] = field(default_factory=list)
+    loose: list[records.Message] = field(default_factory=list)
+    """Messages outside any chunk."""
+    complete: bool = False
+    """The file has its end."""
+
+    def messages(self, path: Path) -> Iterator[records.Message]:
+        """Every message, in the order of the file."""
+        for chunk in self.chunks:
+            for opcode, body in _records(memoryview(chunk_data(chunk, path))):
+                if opcode == Opcode.MESSAGE:
+                    yield _parse_message(body, path)
+        yield from self.loose
+
+
+def scan(path: Path) -> Scan:
+    """Read the file.
+
+    Raises:
+        RecordError: missing, unreadable, empty, not MCAP, or damaged in the middle.
+    """
+    content = Scan()
+    data = memoryview(_load(path))
+    position = len(MAGIC)
+    for opcode, body in _records(data[position:]):
+        position += 9 + len(body)
+        if opcode == Opcode.FOOTER:
+            content.complete = bytes(data[position:]) == MAGIC
+            break
+        _take(content, opcode, body, path)
+    return content
+
+
+def chunk_data(chunk: records.Chunk, path: Path) -> bytes:
+    """The messages of a chunk, unpacked.
+
+    Raises:
+        RecordError: the chunk is damaged.
+    """
+    try:
+        if chunk.uncompressed_size > _MAX_CHUNK:
+            raise ValueError(f"a chunk of {chunk.uncompressed_size} bytes")
+        stream, length = get_chunk_data_stream(chunk)
+        data = stream.read(length)
+        if chunk.uncompressed_crc not in (0, zlib.crc32(data)):
+            raise ValueError("its checksum is wrong")
+    except _DAMAGE as error:
+        raise damaged(path, error) from error
+    return data
+
+
+def _load(path: Path) -> bytes:
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise RecordError(
+            f"the record cannot be read: {error.strerror}",
+            where=str(path),
+            mend="give the record.mcap that `palpate run` wrote",
+        ) from error
+    if not data:
+        raise RecordError("the record is empty", where=str(path), why="nothing was written", mend="run again")
+    if not data.startswith(MAGIC):
+        raise RecordError(
+            "not an MCAP file" if len(data) >= len(MAGIC) else "the record is cut short",
+            where=str(path),
+            why=f"it begins with {data[:8]!r}",
+            mend="give the record.mcap that `palpate run` wrote",
+        )
+    return data
+
+
+def _records(data: memoryview) -> Iterator[tuple[int, memoryview]]:
+    """The whole records in `data`: (opcode, body). Stops at the first that is cut short."""
+    position = 0
+    while position + 9 <= len(data):
+        opcode, length = struct.unpack_from("<BQ", data, position)
+        if position + 9 + length > len(data):
+            return
+        yield opcode, data[position + 9 : position + 9 + length]
+        position += 9 + length
+
+
+def _take(content: Scan, opcode: int, body: memoryview, path: Path) -> None:
+    if opcode == Opcode.CHUNK:
+        chunk = _parse(body, path, records.Chunk.read)
+        content.chunks.append(chunk)
+        if not content.channels:  # the library's own writer puts them into the first chunk
+            for inner, inner_body in _records(memoryview(chunk_data(chunk, path))):
+                if inner in (Opcode.SCHEMA, Opcode.CHANNEL):
+                    _take(content, inner, inner_body, path)
+    elif opcode == Opcode.SCHEMA:
+        schema = _parse(body, path, records.Schema.read)
+        content.schemas[schema.id] = schema.name
+    elif opcode == Opcode.CHANNEL:
+        channel = _parse(body, path, records.Channel.read)
+        content.channels[channel.id] = channel
+    elif opcode == Opcode.ATTACHMENT:
+        attachment = _parse(body, path, records.Attachment.read)
+        content.attachments[attachment.name] = attachment.data
+    elif opcode == Opcode.METADATA:
+        metadata = _parse(body, path, records.Metadata.read)
+        content.metadata[metadata.name] = metadata.metadata
+    elif opcode == Opcode.MESSAGE:
+        content.loose.append(_parse_message(body, path))
+
+
+def _parse(body: memoryview, path: Path, read: Callable[[ReadDataStream], Any]) -> Any:
+    try:
+        return read(ReadDataStream(BytesIO(body)))
+    except _DAMAGE as error:
+        raise damaged(path, error) from error
+
+
+def _parse_message(body: memoryview, path: Path) -> records.Message:
+    message: records.Message = _parse(body, path, lambda stream: records.Message.read(stream, len(body)))
+    return message
+
+
+def damaged(path: Path, error: Exception) -> RecordError:
+    """The error of a file whose bytes make no sense."""
+    return RecordError(
+        "the record is damaged",
+        where=str(path),
+        why=f"{error or type(error).__name__}",
+        mend="run again; the bytes were changed after they were written",
+    )

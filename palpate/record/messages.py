@@ -1,0 +1,59 @@
+"""The standard ROS 2 message types that a record uses, as text (`ros2msg`), so that any reader can decode them."""
+
+from __future__ import annotations
+
+_SEPARATOR = "=" * 80
+
+_FIELDS = {
+    "builtin_interfaces/Time": ("int32 sec", "uint32 nanosec"),
+    "std_msgs/Header": ("builtin_interfaces/Time stamp", "string frame_id"),
+    "std_msgs/Float64": ("float64 data",),
+    "geometry_msgs/Point": ("float64 x", "float64 y", "float64 z"),
+    "geometry_msgs/Vector3": ("float64 x", "float64 y", "float64 z"),
+    "geometry_msgs/Quaternion": ("float64 x", "float64 y", "float64 z", "float64 w"),
+    "geometry_msgs/Wrench": ("geometry_msgs/Vector3 force", "geometry_msgs/Vector3 torque"),
+    "geometry_msgs/PointStamped": ("std_msgs/Header header", "geometry_msgs/Point point"),
+    "geometry_msgs/Vector3Stamped": ("std_msgs/Header header", "geometry_msgs/Vector3 vector"),
+    "geometry_msgs/QuaternionStamped": ("std_msgs/Header header", "geometry_msgs/Quaternion quaternion"),
+    "geometry_msgs/WrenchStamped": ("std_msgs/Header header", "geometry_msgs/Wrench wrench"),
+    "sensor_msgs/JointState": (
+        "std_msgs/Header header",
+        "string[] name",
+        "float64[] position",
+        "float64[] velocity",
+        "float64[] effort",
+    ),
+}
+
+TYPE_OF_PART = {
+    "data": "std_msgs/msg/Float64",
+    "point": "geometry_msgs/msg/PointStamped",
+    "vector": "geometry_msgs/msg/Vector3Stamped",
+    "quaternion": "geometry_msgs/msg/QuaternionStamped",
+    "force": "geometry_msgs/msg/WrenchStamped",
+    "position": "sensor_msgs/msg/JointState",
+    "velocity": "sensor_msgs/msg/JointState",
+    "effort": "sensor_msgs/msg/JointState",
+}
+"""The message type that carries each part (see `palpate.record.channels.part`)."""
+
+
+def _inside(name: str) -> list[str]:
+    """The message types a type is made of, each once, outermost first."""
+    found: list[str] = []
+    for field in _FIELDS[name]:
+        inner = field.split()[0].removesuffix("[]")
+        if inner in _FIELDS:
+            found += [t for t in (inner, *_inside(inner)) if t not in found]
+    return found
+
+
+def _definition(name: str) -> str:
+    text = "\n".join(_FIELDS[name]) + "\n"
+    for inner in _inside(name):
+        text += f"{_SEPARATOR}\nMSG: {inner}\n" + "\n".join(_FIELDS[inner]) + "\n"
+    return text
+
+
+DEFINITIONS = {schema: _definition(schema.replace("/msg/", "/")) for schema in set(TYPE_OF_PART.values())}
+"""Text of each message type used, with the types inside."""

@@ -1,0 +1,211 @@
+"""Read a record back: the very ticks of the run, the scene, and whether the run ended well."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mcap import records
+
+from palpate.errors import RecordError
+from palpate.record.channels import MESSAGE_HEAD, Channel, channels
+from palpate.record.mcap_scan import Scan, chunk_data, damaged, scan
+from palpate.record.ticks import SIGNALS, TICK, TICK_BYTES, Signal, Ticks
+from palpate.record.writer import TickEncoder, column
+
+Numbered = dict[int, Channel]
+"""Channel id in the file -> its layout."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """A run read back from its file."""
+
+    path: Path
+    ticks: Ticks = field(repr=False)
+    """(n,) of `TICK`, bit for bit as recorded. Signals that were not recorded are NaN (see `signals`)."""
+    scene: str = field(repr=False)
+    """The scene as resolved when the run began, YAML; empty when the file lost it."""
+    signals: dict[str, Signal] = field(repr=False)
+    """The recorded signals by name, with unit, frame and meaning."""
+    complete: bool
+    """False: the run was killed or the disk was full; `ticks` ends with the last whole chunk."""
+    metadata: dict[str, dict[str, str]] = field(repr=False)
+    """Every table of texts of the file, by name."""
+
+    @classmethod
+    def open(cls, path: str | Path) -> Record:
+        """Read a record.
+
+        Raises:
+            RecordError: the file is missing, empty, not MCAP, not a record of Palpate, damaged, or holds no tick.
+        """
+        path = Path(path)
+        content = scan(path)
+        found = _match(content, path)
+        ticks = _decode(content, found, path)
+        if not len(ticks):
+            raise RecordError(
+                "the record holds no tick",
+                where=str(path),
+                why="the run ended before its first quarter of a second was written",
+                mend="run again, longer",
+            )
+        signals = {c.signal.name: c.signal for c in found.values()}
+        scene = content.attachments.get("scene.yaml", b"").decode(errors="replace")
+        record = cls(path, ticks, scene, signals, content.complete, content.metadata)
+        try:
+            _ = record.rate, record.seed, record.faults, record.timing
+        except (ValueError, TypeError) as error:
+            raise damaged(path, error) from error
+        return record
+
+    @property
+    def duration(self) -> float:
+        """From the first tick to the end of the last [s]."""
+        return float(self.ticks["t"][-1] - self.ticks["t"][0]) + 1.0 / self.rate
+
+    @property
+    def rate(self) -> float:
+        """Ticks per second [Hz]."""
+        stored = self._run.get("rate_Hz")
+        if stored is not None:
+            return float(stored)
+        steps = np.diff(self.ticks["t"])
+        return float(1.0 / np.median(steps)) if len(steps) else 1000.0
+
+    @property
+    def seed(self) -> int | None:
+        """Of the run; None when the file lost it."""
+        return int(self._run["seed"]) if "seed" in self._run else None
+
+    @property
+    def version(self) -> str:
+        """Version of Palpate that recorded it; empty when the file lost it."""
+        return self._run.get("version", "")
+
+    @property
+    def deterministic(self) -> bool:
+        """True for a lockstep record: times of computation are not in it."""
+        return not any(not s.deterministic for s in self.signals.values())
+
+    @cached_property
+    def faults(self) -> list[str]:
+        """Faults of the run, in words."""
+        return list(json.loads(self.metadata.get("outcome", {}).get("faults", "[]")))
+
+    @cached_property
+    def timing(self) -> dict[str, Any] | None:
+        """`Simulation.timing()` at the end of a real-time run; None in lockstep or when the run was killed."""
+        stored = self.metadata.get("outcome", {}).get("timing")
+        return None if stored is None else dict(json.loads(stored))
+
+    @property
+    def note(self) -> str | None:
+        """What to tell the reader about an incomplete file; None for a whole one."""
+        if self.complete:
+            return None
+        return (
+            f"{self.path}: the file has no end (run killed, or disk full): "
+            f"read the {self.duration:.2f} s ({len(self.ticks)} ticks) that were written"
+        )
+
+    @property
+    def _run(self) -> dict[str, str]:
+        return self.metadata.get("palpate", {})
+
+
+def _match(content: Scan, path: Path) -> Numbered:
+    """Find the channel of every signal; complain about those that are missing."""
+    by_topic = {c.topic: (number, c.schema_id) for number, c in content.channels.items()}
+    found: Numbered = {}
+    missing = []
+    for layout in channels(deterministic=False):
+        number, schema = by_topic.get(layout.topic, (None, 0))
+        if number is not None and content.schemas.get(schema) == layout.schema:
+            found[number] = layout
+        elif layout.signal.deterministic:
+            missing.append(layout.topic)
+    if missing and not content.complete and not content.chunks:
+        raise RecordError(
+            "the record ends before its first tick", where=str(path), why="the file is cut short", mend="run again"
+        )
+    if missing:
+        version = content.metadata.get("palpate", {}).get("version")
+        have = ", ".join(sorted(by_topic)[:4]) or "none"
+        raise RecordError(
+            f"not a record that this Palpate can read: {len(missing)} of {len(SIGNALS)} channels are missing: "
+            + ", ".join(missing[:6])
+            + (", ..." if len(missing) > 6 else ""),
+            where=str(path),
+            why=f"recorded by palpate {version}" if version else f"made by other software; its channels: {have}",
+            mend=f"read it with palpate {version}" if version else "give a record.mcap that `palpate run` wrote",
+        )
+    return found
+
+
+def _decode(content: Scan, found: Numbered, path: Path) -> Ticks:
+    """All ticks of the file."""
+    numbers = sorted(content.channels)
+    if numbers == list(range(1, len(numbers) + 1)) and numbers == sorted(found):
+        encoder = TickEncoder([found[n] for n in numbers])
+        blocks: list[Ticks] = []
+        for chunk in content.chunks:
+            block = _decode_block(encoder, chunk, sum(len(b) for b in blocks), path)
+            if block is None:
+                break
+            blocks.append(block)
+        else:
+            return np.concatenate(blocks) if blocks else np.empty(0, TICK)
+    return _decode_messages(content, found, path)
+
+
+def _decode_block(encoder: TickEncoder, chunk: records.Chunk, first: int, path: Path) -> Ticks | None:
+    """The ticks of a chunk as `Recorder` lays it out; None when another tool laid it out."""
+    raw = np.frombuffer(chunk_data(chunk, path), np.uint8)
+    if len(raw) % encoder.tick_bytes:
+        return None
+    data = raw.reshape(-1, encoder.tick_bytes)
+    ticks = _blank(len(data))
+    for channel, start in zip(encoder.layout, encoder.offsets.values(), strict=True):
+        values = column(data, start + MESSAGE_HEAD.size + channel.data, "<f8", channel.signal.size)
+        _set(ticks, channel, values)
+    # Serialising again must give the same bytes: a proof that nothing was misread, and cheap.
+    return ticks if np.array_equal(encoder.encode(ticks, first).data, data) else None
+
+
+def _decode_messages(content: Scan, found: Numbered, path: Path) -> Ticks:
+    """The ticks of a record that another tool rewrote (mcap recover, ros2 bag convert): message by message."""
+    bodies: dict[int, list[bytes]] = {number: [] for number in found}
+    times: dict[int, list[int]] = {number: [] for number in found}
+    for message in content.messages(path):
+        if message.channel_id in bodies and len(message.data) == len(found[message.channel_id].message):
+            bodies[message.channel_id].append(message.data)
+            times[message.channel_id].append(message.log_time)
+    n = min((len(b) for b in bodies.values()), default=0)
+    reference = next(iter(times.values()), [])[:n]
+    ticks = _blank(n)
+    for number, channel in found.items():
+        if times[number][:n] != reference:
+            raise RecordError(
+                f"channel {channel.topic} is out of step with the others",
+                where=str(path),
+                why="messages are missing in the middle of the record",
+                mend="use the record as `palpate run` wrote it",
+            )
+        data = np.frombuffer(b"".join(bodies[number][:n]), np.uint8).reshape(n, len(channel.message))
+        _set(ticks, channel, column(data, channel.data, "<f8", channel.signal.size))
+    return ticks
+
+
+def _blank(n: int) -> Ticks:
+    return np.full((n, TICK_BYTES // 8), np.nan).view(TICK).reshape(n)
+
+
+def _set(ticks: Ticks, channel: Channel, values: Any) -> None:
+    target = ticks[channel.signal.name].reshape(len(ticks), -1)
+    target[:, channel.order] = values

@@ -1,0 +1,220 @@
+"""Write a run: every signal a channel of an MCAP file that rosbag2, Foxglove and PlotJuggler open."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.errors import OutputError
+from palpate.record.channels import MESSAGE_HEAD, Channel, channels
+from palpate.record.mcap_file import Block, McapFile
+from palpate.record.ticks import TICK, Ticks, as_ticks
+
+_VERSION = version("palpate")
+
+CHUNKS_PER_SECOND = 4
+"""Of run time; a killed run loses at most one."""
+
+
+class Recorder:
+    """Record a run into one MCAP file.
+
+    A lockstep record depends on scene and seed alone: no wall clock, host name or time of computation enters it, so
+    that the same run gives the same bytes. A write that fails (disk full) ends the recording, not the run: see
+    `failure`.
+
+    Args:
+        path: file to create; its folder must exist.
+        scene_yaml: the scene as resolved, stored as attachment ``scene.yaml``.
+        seed: of the run.
+        rate: ticks per second of run time [Hz].
+        deterministic: lockstep record; the signals that depend on the machine are left out.
+
+    Raises:
+        OutputError: the file cannot be created.
+    """
+
+    def __init__(self, path: str | Path, scene_yaml: str, seed: int, rate: float, deterministic: bool) -> None:
+        self.path = Path(path)
+        self.failure: str | None = None
+        """Why recording stopped early; None while all is well."""
+        self.sha256: str | None = None
+        """SHA-256 of the finished file (hexadecimal); None until closed, or after a failure."""
+        self.ticks_written = 0
+        """Ticks in the file so far."""
+        self._deterministic = deterministic
+        self._channels = channels(deterministic)
+        self._encoder = TickEncoder(self._channels)
+        self._chunk = max(1, round(rate / CHUNKS_PER_SECOND))
+        self._pending: list[Ticks] = []
+        self._pending_count = 0
+        self._flushed_at = time.monotonic()
+        self._span_ns = (0, 0)
+        try:
+            self._file = McapFile(self.path)
+        except OSError as error:
+            raise OutputError(
+                f"the record cannot be written: {error.strerror}",
+                where=str(self.path),
+                mend="choose a folder you may write to with --out",
+            ) from error
+        self._guard(lambda: self._begin(scene_yaml, seed, rate))
+
+    def append(self, rows: NDArray[Any]) -> None:
+        """Record ticks: (n, 110) float64 rows or (n,) `TICK`, in the order of time. Does nothing after a failure."""
+        if self.failure is not None or self.sha256 is not None or not len(rows):
+            return
+        self._pending.append(as_ticks(rows).copy())
+        self._pending_count += len(rows)
+        late = not self._deterministic and time.monotonic() - self._flushed_at > 1.0 / CHUNKS_PER_SECOND
+        if self._pending_count >= self._chunk or late:
+            self._guard(lambda: self._flush(everything=late))
+
+    def close(self, faults: Sequence[str] = (), timing: Mapping[str, Any] | None = None) -> None:
+        """Write what is left and the summary.
+
+        Args:
+            faults: faults of the run, in words.
+            timing: `Simulation.timing()` of a real-time run; ignored in a lockstep record.
+        """
+        if self.failure is not None or self.sha256 is not None:
+            return
+        outcome = {"faults": json.dumps(list(faults))}
+        if timing is not None and not self._deterministic:
+            outcome["timing"] = json.dumps(dict(timing))
+        self._guard(lambda: self._end(outcome))
+
+    def __enter__(self) -> Recorder:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _begin(self, scene_yaml: str, seed: int, rate: float) -> None:
+        self._file.begin(profile="ros2", library=f"palpate {_VERSION}")
+        run = {"version": _VERSION, "seed": str(seed), "rate_Hz": repr(float(rate))}
+        self._file.add_metadata("palpate", run | {"deterministic": json.dumps(self._deterministic)})
+        self._file.add_attachment("scene.yaml", "application/yaml", scene_yaml)
+        table = [asdict(c.signal) | {"channel": c.topic, "type": c.schema} for c in self._channels]
+        self._file.add_attachment("signals.json", "application/json", json.dumps(table, indent=1))
+        schemas: dict[str, int] = {}
+        for channel in self._channels:
+            if channel.schema not in schemas:
+                schemas[channel.schema] = self._file.add_schema(channel.schema, "ros2msg", channel.definition)
+            self._file.add_channel(channel.topic, schemas[channel.schema], "cdr", channel.metadata)
+
+    def _flush(self, *, everything: bool) -> None:
+        ticks = np.concatenate(self._pending) if self._pending else np.empty(0, TICK)
+        whole = len(ticks) if everything else len(ticks) - len(ticks) % self._chunk
+        for start in range(0, whole, self._chunk):
+            block = self._encoder.encode(ticks[start : min(start + self._chunk, whole)], self.ticks_written)
+            self._file.add_chunk(block)
+            first = int(block.log_time[0]) if self.ticks_written == 0 else self._span_ns[0]
+            self._span_ns = (first, int(block.log_time[-1]))
+            self.ticks_written += len(block.data)
+        self._pending = [ticks[whole:]] if whole < len(ticks) else []
+        self._pending_count = len(ticks) - whole
+        self._flushed_at = time.monotonic()
+
+    def _end(self, outcome: dict[str, str]) -> None:
+        self._flush(everything=True)
+        self._file.add_metadata("outcome", outcome)
+        self._file.add_metadata("rosbag2", {"serialized_metadata": self._rosbag2()})
+        self.sha256 = self._file.finish(self.ticks_written * len(self._channels))
+
+    def _rosbag2(self) -> str:
+        """What rosbag2's own recorder writes into its metadata."""
+        start, end = self._span_ns
+        topics = [
+            {
+                "topic_metadata": {
+                    "name": c.topic,
+                    "type": c.schema,
+                    "serialization_format": "cdr",
+                    "offered_qos_profiles": [],
+                    "type_description_hash": "",
+                },
+                "message_count": self.ticks_written,
+            }
+            for c in self._channels
+        ]
+        information = {
+            "version": 9,
+            "storage_identifier": "mcap",
+            "duration": {"nanoseconds": end - start},
+            "starting_time": {"nanoseconds_since_epoch": start},
+            "message_count": self.ticks_written * len(self._channels),
+            "topics_with_message_count": topics,
+            "compression_format": "",
+            "compression_mode": "",
+            "relative_file_paths": [self.path.name],
+            "files": [],
+            "custom_data": None,
+            "ros_distro": "",
+        }
+        return json.dumps(information)  # JSON is YAML
+
+    def _guard(self, write: Any) -> None:
+        """A write that fails ends the recording; the run goes on."""
+        try:
+            write()
+        except OSError as error:
+            reason = error.strerror or str(error)
+            self.failure = f"recording stopped after {self.ticks_written} ticks: {reason} ({self.path})"
+            self._pending, self._pending_count = [], 0
+            self._file.abandon()
+
+
+class TickEncoder:
+    """Serialise ticks: one template of a tick's messages, copied n times, then one strided copy per signal."""
+
+    def __init__(self, layout: Sequence[Channel]) -> None:
+        self.layout = layout
+        self.offsets: dict[int, int] = {}
+        """Channel id (counted from 1) -> position of its message in a tick [bytes]."""
+        template = bytearray()
+        for i, channel in enumerate(layout, start=1):
+            self.offsets[i] = len(template)
+            template += channel.record(i)
+        self.tick_bytes = len(template)
+        """Length of a tick's messages."""
+        self._template = np.frombuffer(bytes(template), np.uint8)
+
+    def encode(self, ticks: Ticks, first: int) -> Block:
+        """Serialise (n,) ticks; `first` numbers the first of them."""
+        n = len(ticks)
+        data = np.empty((n, self.tick_bytes), np.uint8)
+        data[:] = self._template
+        log_time = nanoseconds(ticks["t"])
+        sequence = np.arange(first, first + n, dtype=np.uint64).astype("<u4")
+        seconds, rest = (log_time // 10**9).astype("<i4"), (log_time % 10**9).astype("<u4")
+        for start, channel in zip(self.offsets.values(), self.layout, strict=True):
+            column(data, start + 11, "<u4")[:, 0] = sequence
+            column(data, start + 15, "<u8", 2)[:] = log_time[:, None]
+            message = start + MESSAGE_HEAD.size
+            if channel.stamp >= 0:
+                column(data, message + channel.stamp, "<i4")[:, 0] = seconds
+                column(data, message + channel.stamp + 4, "<u4")[:, 0] = rest
+            values = ticks[channel.signal.name].reshape(n, -1)
+            column(data, message + channel.data, "<f8", channel.signal.size)[:] = values[:, channel.order]
+        return Block(data, log_time, self.offsets)
+
+
+def nanoseconds(t: NDArray[np.float64]) -> NDArray[np.uint64]:
+    """Times [s] as whole nanoseconds; what is no time (NaN, negative) counts as zero."""
+    whole = np.rint(np.nan_to_num(t, nan=0.0, posinf=0.0, neginf=0.0) * 1e9)
+    return np.clip(whole, 0, 2**62).astype(np.uint64)
+
+
+def column(data: NDArray[np.uint8], offset: int, kind: str, count: int = 1) -> NDArray[Any]:
+    """A view of `count` numbers of type `kind` at byte `offset` of each row: (n, count)."""
+    dtype = np.dtype(kind)
+    return np.ndarray((len(data), count), dtype, data, offset, (data.strides[0], dtype.itemsize))
