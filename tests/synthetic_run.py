@@ -6,6 +6,7 @@ Closed forms: spring force K * depth along +z while z < 0; everything else is sm
 from __future__ import annotations
 
 import numpy as np
+
 from palpate.record.ticks import TICK_DOUBLES, Ticks, as_ticks
 
 K = 500.0  # [N/m]

@@ -169,4 +169,4 @@ class McapFile:
 def _bytes(record: records.McapRecord) -> bytes:
     builder = RecordBuilder()
     record.write(builder)
-    return builder.end()
+    return bytes(builder.end())  # type: ignore[no-untyped-call]

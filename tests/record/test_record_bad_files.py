@@ -14,6 +14,7 @@ import synthetic_run
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.writer import Writer
+
 from palpate.errors import OutputError, PalpateError, RecordError
 from palpate.record import Record, Recorder
 

@@ -7,6 +7,7 @@ import pytest
 import synthetic_run
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
+
 from palpate.record import SIGNALS, Record, Recorder, as_rows
 from palpate.record.channels import STAGES, channels
 

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 import synthetic_run
+
 from palpate.record import Record, Recorder, play
 
 

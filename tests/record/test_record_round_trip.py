@@ -7,6 +7,7 @@ import synthetic_run
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
+
 from palpate.record import SIGNALS, Record, Recorder, as_rows, as_ticks
 from palpate.record.ticks import TICK_DOUBLES
 

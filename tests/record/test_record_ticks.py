@@ -1,5 +1,8 @@
+import itertools
+
 import numpy as np
 import pytest
+
 from palpate import _core
 from palpate.record.ticks import SIGNALS, TICK, TICK_BYTES, as_rows, as_ticks
 
@@ -8,7 +11,7 @@ def test_table_covers_every_byte_of_the_tick_once():
     spans = sorted((s.offset, s.offset + 8 * s.size) for s in SIGNALS.values())
     assert spans[0][0] == 0
     assert spans[-1][1] == TICK_BYTES
-    assert all(a[1] == b[0] for a, b in zip(spans, spans[1:], strict=False))
+    assert all(a[1] == b[0] for a, b in itertools.pairwise(spans))
     assert len(SIGNALS) == len(_core.signals())
 
 
