@@ -1,0 +1,173 @@
+"""The 3-D view: what stands still is drawn once, what moves is moved by `Drawing.show(tick)`."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+from viser.transforms import SE3, SO3
+
+from palpate.arm import Visual
+from palpate.record.ticks import Ticks
+from palpate.viewer.stage import ArmPlace, Stage, Thing
+
+Array = NDArray[np.float64]
+Color = tuple[int, int, int]
+
+RED: Color = (200, 0, 0)
+GREEN: Color = (0, 130, 30)
+TISSUE: list[Color] = [(140, 40, 32), (196, 120, 92), (120, 140, 70), (190, 150, 110)]
+DRAPE: Color = (46, 104, 116)
+
+FORCE_SCALE = 0.06
+"""Length of a force arrow [m/N]."""
+DEFLECTION_SCALE = 10.0
+"""Length of the deflection arrow per deflection [-]."""
+
+
+STILL = 2e-5
+"""Changes of a link's pose below this are not drawn [m, rad]."""
+
+
+class Arrow:
+    """An arrow that disappears when it is shorter than what can be seen."""
+
+    def __init__(self, scene: viser.SceneApi, name: str, color: Color, radius: float) -> None:
+        """`radius`: of the shaft [m]; the head is in proportion."""
+        self._handle = scene.add_arrows(
+            name,
+            np.zeros((1, 2, 3), dtype=np.float32),
+            color,
+            shaft_radius=radius,
+            head_radius=2.4 * radius,
+            head_length=5.0 * radius,
+            visible=False,
+        )
+        self._shortest = 2.0 * radius
+        self.wanted = True
+
+    def show(self, start: Array, vector: Array) -> None:
+        """From `start` (3,) along `vector` (3,), both in the world [m]."""
+        seen = self.wanted and float(np.linalg.norm(vector)) > self._shortest
+        if seen:
+            self._handle.points = np.stack([start, start + vector])[None].astype(np.float32)
+        if self._handle.visible != seen:
+            self._handle.visible = seen
+
+
+class ArmDrawing:
+    """The primitives of an arm's links, one node per link."""
+
+    def __init__(self, scene: viser.SceneApi, place: ArmPlace) -> None:
+        """Draws the arm at its home."""
+        self._arm = place.arm
+        X = SE3.from_matrix(place.X_WA)
+        base = f"/{place.name}"
+        scene.add_frame(base, show_axes=False, wxyz=X.rotation().wxyz, position=X.translation())
+        self._links = {
+            link: scene.add_frame(f"{base}/{link}", show_axes=False)
+            for link in dict.fromkeys(visual.link for visual in place.arm.visuals)
+        }
+        for k, visual in enumerate(place.arm.visuals):
+            _primitive(scene, f"{base}/{visual.link}/{k}", visual)
+        self._shown: dict[str, Array] = {}
+        self.show(place.arm.home, 0.0)
+
+    def show(self, q: Array, pinch: float) -> None:
+        """Moves the links to joints q (n,) [rad, m], jaws or grips opened by `pinch` [rad]."""
+        poses = self._arm.link_poses(q, pinch)
+        for link, node in self._links.items():
+            if np.abs(poses[link] - self._shown.get(link, 0.0)).max() < STILL:
+                continue  # what stands still costs the browser nothing
+            self._shown[link] = poses[link]
+            X = SE3.from_matrix(poses[link])
+            node.wxyz, node.position = X.rotation().wxyz, X.translation()
+
+
+def _primitive(scene: viser.SceneApi, name: str, visual: Visual) -> None:
+    X = SE3.from_matrix(visual.X_link_visual)
+    r, g, b = (round(255 * c) for c in visual.colour[:3])
+    wxyz, p = X.rotation().wxyz, X.translation()
+    if visual.shape == "box":
+        x, y, z = visual.size
+        scene.add_box(name, (r, g, b), (x, y, z), wxyz=wxyz, position=p)
+    elif visual.shape == "cylinder":
+        scene.add_cylinder(name, visual.size[0], visual.size[1], (r, g, b), wxyz=wxyz, position=p)
+    else:
+        scene.add_icosphere(name, visual.size[0], (r, g, b), subdivisions=2, wxyz=wxyz, position=p)
+
+
+class Drawing:
+    """Arms, organs, tool sphere, proxy and arrows of one stage."""
+
+    def __init__(self, scene: viser.SceneApi, stage: Stage) -> None:
+        """Draws everything once, the arms at joint values zero."""
+        self._stage = stage
+        _light(scene)
+        _drape(scene, stage)
+        for k, thing in enumerate(stage.things):
+            _organ(scene, thing, TISSUE[k % len(TISSUE)])
+        self._leader, self._follower = ArmDrawing(scene, stage.leader), ArmDrawing(scene, stage.follower)
+        r = stage.radius
+        self._spr = scene.add_icosphere("/spr", r, (90, 170, 255), opacity=0.45, cast_shadow=False)
+        self._proxy = scene.add_icosphere("/proxy", r, (255, 214, 70), opacity=0.55, cast_shadow=False, visible=False)
+        self.deflection = Arrow(scene, "/arrows/deflection", RED, 0.0016)
+        self.force_body = Arrow(scene, "/arrows/force_body", RED, 0.0030)
+        self.force_spatial = Arrow(scene, "/arrows/force_spatial", GREEN, 0.0030)
+
+    def show(self, tick: Ticks) -> None:
+        """Moves everything to one tick (a 0-d structured array or a row of one)."""
+        self._leader.show(tick["q"], float(tick["gripper"]))
+        self._follower.show(tick["q_follower"], float(tick["jaw"]))
+        p_WT = np.array(tick["p_WT"])
+        touching = float(tick["contacts"]) > 0
+        self._spr.position = p_WT
+        self._proxy.visible = touching
+        if touching:
+            self._proxy.position = tick["p_WP"]
+        self.deflection.show(p_WT, DEFLECTION_SCALE * np.array(tick["delta_x"]))
+        X_WL = self._stage.leader.X_WA
+        p_WH = X_WL[:3, :3] @ tick["p_LH"] + X_WL[:3, 3]
+        self.force_spatial.show(p_WH, FORCE_SCALE * (X_WL[:3, :3] @ tick["F_H_L"]))
+        self.force_body.show(p_WH, FORCE_SCALE * (X_WL[:3, :3] @ tick["F_H_H"]))
+
+
+def _light(scene: viser.SceneApi) -> None:
+    """A lamp above the table with soft shadows, and enough light from everywhere to see into the hollows."""
+    scene.set_up_direction("+z")
+    scene.configure_default_lights(enabled=False)
+    scene.configure_environment_map("studio", environment_intensity=0.18)
+    scene.add_light_ambient("/light/ambient", intensity=0.5)
+    scene.add_light_directional(
+        "/light/lamp", intensity=1.5, cast_shadow=True, position=(-0.4, -0.7, 1.4), color=(255, 248, 238)
+    )
+    scene.add_light_directional("/light/fill", intensity=0.4, position=(0.9, -0.6, 0.5), color=(225, 235, 255))
+    shade = np.linspace(0.0, 1.0, 256)[:, None, None] ** 1.3
+    sky = (1.0 - shade) * np.array([226, 233, 238]) + shade * np.array([250, 251, 252])
+    scene.set_background_image(np.broadcast_to(sky, (256, 16, 3)).astype(np.uint8))
+
+
+def _drape(scene: viser.SceneApi, stage: Stage) -> None:
+    corners = np.concatenate([_corners(t) for t in stage.things]) if stage.things else np.zeros((1, 3))
+    low, middle = corners[:, 2].min(), 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+    size = 1.6 * np.ptp(corners, axis=0)[:2].max() + 0.08
+    scene.add_box(
+        "/drape", DRAPE, (size, 0.8 * size, 0.008), position=(middle[0], middle[1], low - 0.006), cast_shadow=False
+    )
+
+
+def _corners(thing: Thing) -> Array:
+    p_WV = thing.vertices @ thing.X_WO[:3, :3].T + thing.X_WO[:3, 3]
+    return np.stack([p_WV.min(axis=0), p_WV.max(axis=0)])
+
+
+def _organ(scene: viser.SceneApi, thing: Thing, color: Color) -> None:
+    scene.add_mesh_simple(
+        f"/objects/{thing.name}",
+        thing.vertices.astype(np.float32),
+        thing.triangles.astype(np.uint32),
+        color=color,
+        side="double",
+        wxyz=SO3.from_matrix(thing.X_WO[:3, :3]).wxyz,
+        position=thing.X_WO[:3, 3],
+    )

@@ -1,0 +1,148 @@
+"""The left-hand panel: read-outs in large figures, live plots, and the legend of the arrows."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+from viser import uplot
+
+from palpate.record.ticks import Ticks
+from palpate.viewer.drawing import DEFLECTION_SCALE, FORCE_SCALE, Arrow, Drawing
+from palpate.viewer.stage import Stage
+from palpate.viewer.words import in_words
+
+Array = NDArray[np.float64]
+
+WINDOW = 10.0
+"""Span of the plots [s]."""
+POINTS = 400
+"""Most points in a plot."""
+
+_FIGURE = (
+    '<div style="flex:1"><div style="opacity:.65;font-size:11px">{label}</div>'
+    '<div style="font-size:24px;font-weight:650;font-variant-numeric:tabular-nums" id="{id}">{value}</div></div>'
+)
+_NOTE = '<div style="padding:0 10px 4px 10px;font-size:12px;line-height:1.35;opacity:.75">{}</div>'
+_SWATCH = '<span style="color:{color};font-weight:700">&#9632;</span>'
+
+
+class Gauges:
+    """Shows force, penetration, cycle times and status of the ticks it is given."""
+
+    def __init__(self, server: viser.ViserServer, stage: Stage, drawing: Drawing) -> None:
+        """Docks the panel on the left."""
+        self._stage = stage
+        self._t: deque[float] = deque(maxlen=POINTS)
+        self._force: deque[float] = deque(maxlen=POINTS)
+        self._depth: deque[float] = deque(maxlen=POINTS)
+        self._cycle: deque[float] = deque(maxlen=2000)
+        gui = server.gui
+        panel = gui.add_panel()
+        with panel.add_tab("Feel", viser.Icon.ACTIVITY):
+            self._figures = gui.add_html("")
+            self._force_plot = _plot(gui, "force on the hand [N]", "#e12626")
+            self._depth_plot = _plot(gui, "penetration [mm]", "#3b82d6")
+            _legend(gui, stage, drawing)
+        panel.dock_left()
+        panel.set_width(320)
+
+    def add(self, tick: Ticks) -> None:
+        """Remembers a tick for the plots and the percentiles; a tick already seen is left out."""
+        t = float(tick["t"])
+        if self._t and t < self._t[-1]:
+            self.clear()
+        if not self._t or t > self._t[-1]:
+            self._t.append(t)
+            self._force.append(float(np.linalg.norm(tick["F_H_L"])))
+            self._depth.append(1e3 * float(tick["depth"]))
+            self._cycle.append(float(tick["cycle_us"]))
+
+    def clear(self) -> None:
+        """Forgets everything: a jump in time."""
+        for series in (self._t, self._force, self._depth, self._cycle):
+            series.clear()
+
+    def set_history(self, ticks: Ticks) -> None:
+        """Shows these ticks (n,) in the plots instead of those added so far."""
+        self.clear()
+        self._t.extend(ticks["t"].tolist())
+        self._force.extend(np.linalg.norm(ticks["F_H_L"], axis=1).tolist())
+        self._depth.extend((1e3 * ticks["depth"]).tolist())
+        self._cycle.extend(ticks["cycle_us"].tolist())
+
+    def show(self, tick: Ticks, paused: bool = False) -> None:
+        """Brings the read-outs up to date."""
+        words = in_words(tick, self._stage.force_cap, paused)
+        cycle = "-"
+        measured = [us for us in self._cycle if us > 0.0]  # a lockstep record holds none
+        if measured:
+            p50, p99 = np.percentile(measured, [50, 99])
+            cycle = f"{p50:.1f} / {p99:.1f} &micro;s"
+        figures = [
+            ("force", "force", f"{np.linalg.norm(tick['F_H_L']):.2f} N"),
+            ("penetration", "depth", f"{1e3 * float(tick['depth']):.1f} mm"),
+        ]
+        row = "".join(_FIGURE.format(label=label, id=f"palpate-{id_}", value=v) for label, id_, v in figures)
+        small = "display:flex;justify-content:space-between;font-size:12px;opacity:.8"
+        self._figures.content = (
+            '<div style="padding:6px 10px 2px 10px">'
+            f'<div style="font-size:14px;font-weight:600" id="palpate-status">{"<br>".join(words)}</div>'
+            f'<div style="display:flex;margin:6px 0">{row}</div>'
+            f'<div style="{small}"><span>time</span><span id="palpate-time">{float(tick["t"]):.2f} s</span></div>'
+            f'<div style="{small}"><span>cycle p50 / p99</span><span>{cycle}</span></div>'
+            "</div>"
+        )
+
+    def plot(self) -> None:
+        """Brings the plots up to date."""
+        if len(self._t) < 2:
+            return
+        t = np.array(self._t)
+        seen = t > t[-1] - WINDOW
+        self._force_plot.data = (t[seen], np.array(self._force)[seen])
+        self._depth_plot.data = (t[seen], np.array(self._depth)[seen])
+
+
+def _plot(gui: viser.GuiApi, title: str, color: str) -> viser.GuiUplotHandle:
+    zero = np.array([0.0, 1e-3])
+    return gui.add_uplot(
+        (zero, np.zeros(2)),
+        (uplot.Series(label="t [s]"), uplot.Series(label=title, stroke=color, width=1.6, points={"show": False})),
+        title=title,
+        scales={"x": uplot.Scale(time=False), "y": uplot.Scale(auto=True)},
+        legend={"show": False},
+        cursor={"show": False},
+        height=140,
+        padding=(8, 10, 0, 0),
+    )
+
+
+def _legend(gui: viser.GuiApi, stage: Stage, drawing: Drawing) -> None:
+    rows = [
+        ("#e12626", "deflection", f"from tool to proxy, drawn {DEFLECTION_SCALE:g} times as long", drawing.deflection),
+        ("#28aa46", "force (spatial)", "on the hand, in the master's base axes", drawing.force_spatial),
+        ("#e12626", "force (body)", "the same numbers in the handle's own axes", drawing.force_body),
+    ]
+    with gui.add_folder("Arrows"):
+        for color, label, text, arrow in rows:
+            box = gui.add_checkbox(label, True, hint=f"show or hide: {text}")
+            box.on_update(_shows(arrow))
+            gui.add_html(_NOTE.format(_SWATCH.format(color=color) + " " + text))
+    gui.add_html(
+        _NOTE.format(
+            f"{_SWATCH.format(color='#5aaaff')} tool sphere of {1e3 * stage.radius:g} mm radius &nbsp; "
+            f"{_SWATCH.format(color='#e8b92c')} proxy, held on the surface<br>"
+            f"Force arrows: {1e3 * FORCE_SCALE:g} mm per newton."
+        )
+    )
+
+
+def _shows(arrow: Arrow) -> Callable[[viser.GuiEvent[viser.GuiCheckboxHandle]], None]:
+    def shows(event: viser.GuiEvent[viser.GuiCheckboxHandle]) -> None:
+        arrow.wanted = event.target.value
+
+    return shows

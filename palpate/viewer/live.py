@@ -1,0 +1,59 @@
+"""The live viewer: looks at a running session some thirty times a second and hands it what a person changes."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+from palpate.viewer.console import Console
+from palpate.viewer.drawing import Drawing
+from palpate.viewer.gauges import Gauges
+from palpate.viewer.server import close_server, open_server, url
+from palpate.viewer.source import Source
+from palpate.viewer.stage import Stage
+
+FRAME_RATE = 30.0
+"""Poses and arrows per second [Hz]."""
+FRAMES_PER_READOUT, FRAMES_PER_PLOT = 3, 6
+"""Read-outs are renewed at 10 Hz, as fast as one reads, and plots at 5 Hz."""
+
+
+class LiveViewer:
+    """A viewer of a session that runs; it only looks, and never waits for the loop."""
+
+    def __init__(self, source: Source, stage: Stage, host: str = "127.0.0.1", port: int = 8080) -> None:
+        """Opens the server and starts to draw. Raises PortError when the port cannot be used."""
+        self._source = source
+        self._server = open_server(host, port, stage)
+        self.url = url(self._server)
+        self._drawing = Drawing(self._server.scene, stage)
+        self._gauges = Gauges(self._server, stage, self._drawing)
+        self.console = Console(self._server, stage, source)
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="palpate-viewer", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stops drawing and closes the port; the session is left alone."""
+        self._stop.set()
+        self._thread.join(timeout=2.0)
+        close_server(self._server)
+
+    def _run(self) -> None:
+        frame, due = 0, time.perf_counter()
+        while not self._stop.is_set():
+            self._frame(frame)
+            frame += 1
+            due = max(due + 1.0 / FRAME_RATE, time.perf_counter())
+            self._stop.wait(due - time.perf_counter())
+
+    def _frame(self, frame: int) -> None:
+        tick = self._source.latest()
+        with self._server.atomic():
+            self._drawing.show(tick)
+            self.console.show(tick)
+            self._gauges.add(tick)
+            if frame % FRAMES_PER_READOUT == 0:
+                self._gauges.show(tick, paused=self.console.pause.value)
+            if frame % FRAMES_PER_PLOT == 0:
+                self._gauges.plot()

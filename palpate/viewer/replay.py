@@ -1,0 +1,86 @@
+"""The viewer of a record: the same picture and gauges, with a time slider instead of the console."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import numpy as np
+
+from palpate.record.ticks import Ticks
+from palpate.viewer.drawing import Drawing
+from palpate.viewer.gauges import POINTS, WINDOW, Gauges
+from palpate.viewer.server import close_server, open_server, set_value, url
+from palpate.viewer.stage import Stage
+
+FRAME_RATE = 30.0
+"""[Hz]."""
+SPEEDS = {"x 0.1": 0.1, "x 0.25": 0.25, "x 1": 1.0, "x 2": 2.0}
+
+
+class ReplayViewer:
+    """Plays the ticks of a run over and over, or shows the instant that a person chooses."""
+
+    def __init__(self, ticks: Ticks, stage: Stage, host: str = "127.0.0.1", port: int = 8080) -> None:
+        """Opens the server and starts to play. ticks: (n,), n >= 1. Raises PortError when the port cannot be used."""
+        self._ticks, self._times = ticks, np.asarray(ticks["t"])
+        self._server = open_server(host, port, stage)
+        self.url = url(self._server)
+        self._drawing = Drawing(self._server.scene, stage)
+        self._gauges = Gauges(self._server, stage, self._drawing)
+        self._shown = -1
+        first, last = float(self._times[0]), float(self._times[-1])
+        gui = self._server.gui
+        gui.set_panel_label(f"{stage.title}: replay")
+        with gui.add_folder("Replay"):
+            self.play = gui.add_checkbox("play", True)
+            self.time = gui.add_slider("time [s]", first, max(last, first + 1e-3), 1e-3, first)
+            self.speed = gui.add_dropdown("speed", tuple(SPEEDS), initial_value="x 1")
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(280)
+        self.time.on_update(self._dragged)
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="palpate-replay", daemon=True)
+        self._thread.start()
+
+    def show_at(self, t: float) -> None:
+        """Stops and shows the instant t [s]."""
+        set_value(self.play, False)
+        set_value(self.time, float(np.clip(t, self._times[0], self._times[-1])))
+
+    def close(self) -> None:
+        """Stops and closes the port."""
+        self._stop.set()
+        self._thread.join(timeout=2.0)
+        close_server(self._server)
+
+    def _dragged(self, event: object) -> None:
+        """A person moved the slider (the player's own moves carry no client): hold that instant."""
+        if getattr(event, "client", None) is not None:
+            set_value(self.play, False)
+
+    def _run(self) -> None:
+        before = time.perf_counter()
+        while not self._stop.wait(1.0 / FRAME_RATE):
+            now = time.perf_counter()
+            if self.play.value:
+                self._advance((now - before) * SPEEDS[self.speed.value])
+            before = now
+            self._show(int(np.searchsorted(self._times, self.time.value, side="right")) - 1)
+
+    def _advance(self, dt: float) -> None:
+        t = self.time.value + dt
+        set_value(self.time, t if t <= self._times[-1] else float(self._times[0]))
+
+    def _show(self, k: int) -> None:
+        k = max(k, 0)
+        if k == self._shown:
+            return
+        self._shown = k
+        start = int(np.searchsorted(self._times, self._times[k] - WINDOW))
+        history = self._ticks[start : k + 1][:: max(1, (k + 1 - start) // POINTS)]
+        with self._server.atomic():
+            self._drawing.show(self._ticks[k])
+            self._gauges.set_history(history)
+            self._gauges.show(self._ticks[k])
+            self._gauges.plot()

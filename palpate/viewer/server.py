@@ -1,0 +1,62 @@
+"""The web server of the viewer: local by default, and clear when the port is taken."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import logging
+import socket
+from typing import Any
+
+import numpy as np
+
+from palpate.errors import MissingExtraError, PortError
+from palpate.viewer.stage import Stage
+
+try:
+    import viser
+except ModuleNotFoundError as missing:
+    raise MissingExtraError("the viewer", "viewer") from missing
+
+
+def open_server(host: str, port: int, stage: Stage) -> viser.ViserServer:
+    """A server with the viewer's look and camera; port 0 takes a free one.
+
+    Raises PortError when the port is taken or not allowed.
+    """
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((host, port))
+        except OSError as error:
+            raise PortError(
+                f"port {port} cannot be used for the viewer",
+                where=f"{host}:{port}",
+                why=error.strerror or str(error),
+                mend=f"close the other viewer, or choose another port: --port {port + 1}, or --port 0 for a free one",
+            ) from error
+        port = probe.getsockname()[1]
+    logging.getLogger("websockets").setLevel(logging.ERROR)  # a browser that goes away is no error
+    with contextlib.redirect_stdout(io.StringIO()):  # our own line tells the address
+        server = viser.ViserServer(host=host, port=port, label=f"Palpate - {stage.title}", verbose=False)
+    server.gui.configure_theme(dark_mode=False, show_logo=False, show_share_button=False, brand_color=(48, 96, 130))
+    camera = server.initial_camera
+    camera.position, camera.look_at = tuple(stage.focus + np.array([-0.03, -0.80, 0.42])), tuple(stage.focus)
+    camera.up, camera.fov, camera.near, camera.far = (0.0, 0.0, 1.0), np.radians(42.0), 0.01, 20.0
+    return server
+
+
+def close_server(server: viser.ViserServer) -> None:
+    """Closes the port, without a word on the terminal."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        server.stop()
+
+
+def url(server: viser.ViserServer) -> str:
+    """Where a browser finds it."""
+    return f"http://{server.get_host()}:{server.get_port()}"
+
+
+def set_value(handle: Any, value: Any) -> None:
+    """Sets a control from the program (viser's setter takes more than its getter gives: mypy cannot follow)."""
+    handle.value = value

@@ -1,0 +1,57 @@
+"""A headless Chromium on a viewer's page, and where a point of the world is on its screen."""
+
+import shutil
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+from viser.transforms import SO3
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+HARMLESS = "passive event listener"  # the slider of the widget library asks for what Chromium ignores, and it says so
+FLAGS = [
+    "--headless=new",
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-quic",
+    "--no-first-run",
+]
+
+
+@contextmanager
+def open_page(url, size=(1000, 500)):
+    """The page once the read-outs are there; `page.strangers` and `page.errors` collect what should not happen."""
+    if CHROMIUM is None:
+        pytest.skip("no Chromium here (Debian: apt-get install chromium): the viewer is not tested in a browser")
+    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed (uv sync --group test)")
+    with api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        page = browser.new_page(viewport={"width": size[0], "height": size[1]})
+        page.strangers, page.errors = [], []
+        own = (url, url.replace("http", "ws", 1), "data:", "blob:")
+        page.on("request", lambda r: None if r.url.startswith(own) else page.strangers.append(r.url))
+        complaint = lambda m: m.type == "error" and HARMLESS not in m.text  # noqa: E731
+        page.on("console", lambda m: page.errors.append(m.text) if complaint(m) else None)
+        page.on("pageerror", lambda e: page.errors.append(str(e)))
+        page.goto(url, timeout=90_000)
+        page.wait_for_selector("#palpate-force", timeout=90_000)
+        yield page
+        browser.close()
+
+
+def number(page, name):
+    """The figure of a read-out, e.g. `force` [N]."""
+    return float(page.inner_text(f"#palpate-{name}").split()[0])
+
+
+def on_screen(page, server, p_W):
+    """Pixel (x, y) of a point p_W (3,) [m], by the camera of the newest client."""
+    camera = list(server.get_clients().values())[-1].camera
+    x, y, z = SO3(np.array(camera.wxyz)).as_matrix().T @ (np.asarray(p_W) - camera.position)
+    box = page.query_selector("canvas[data-engine]").bounding_box()
+    f = 0.5 * box["height"] / np.tan(0.5 * camera.fov)
+    return box["x"] + 0.5 * box["width"] + f * x / z, box["y"] + 0.5 * box["height"] + f * y / z

@@ -1,0 +1,99 @@
+"""The live viewer in a real browser: a newcomer drags the hand, feels the organ, and turns the knobs."""
+
+import io
+import time
+
+import numpy as np
+import pytest
+from browser import number, on_screen, open_page
+from fake_session import FakeSession, stage
+from PIL import Image
+
+from palpate.errors import PortError
+from palpate.viewer.live import LiveViewer
+
+
+@pytest.fixture(scope="module")
+def viewer():
+    viewer = LiveViewer(FakeSession(), stage(), port=0)
+    yield viewer
+    viewer.close()
+
+
+@pytest.fixture(scope="module")
+def page(viewer):
+    with open_page(viewer.url) as page:
+        time.sleep(1.0)
+        yield page
+
+
+def until(condition, seconds=30.0):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.1)
+
+
+def test_page_draws_the_scene_without_asking_anybody_else(page):
+    picture = np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB")).astype(float)
+    middle = picture[:, 330:710]
+    assert middle.std() > 20.0
+    red = (middle[..., 0] > 1.6 * middle[..., 1]) & (middle[..., 0] > 60.0)
+    assert red.mean() > 0.01  # the organ
+    assert page.strangers == []
+    assert page.errors == []
+    assert page.inner_text("#palpate-status") == "free"
+
+
+def test_dragging_the_ball_moves_the_hand_and_the_force_changes(page, viewer):
+    assert number(page, "force") == 0.0
+    x, y = on_screen(page, viewer._server, viewer.console.ball.position)
+    page.mouse.move(x, y)
+    page.mouse.down()
+    for step in range(1, 9):
+        page.mouse.move(x, y + 6 * step)
+        time.sleep(0.05)
+    page.mouse.up()
+    until(lambda: number(page, "force") > 0.5)
+    assert viewer.console._source.controls.p_hand_offset_W[2] < -0.01
+    assert number(page, "depth") > 1.0
+    assert page.inner_text("#palpate-status") == "touching"
+
+
+def test_stiffness_slider_makes_it_stiffer(page, viewer):
+    before = number(page, "force")
+    thumb = page.query_selector_all('[role="slider"]')[0]
+    thumb.focus()
+    for _ in range(10):
+        page.keyboard.press("ArrowRight")
+    until(lambda: viewer.console._source.controls.stiffness_scale > 1.0)
+    until(lambda: number(page, "force") > 1.05 * before)
+
+
+def test_clutch_frees_the_hand_and_says_so(page, viewer):
+    page.get_by_label("clutch").click()
+    until(lambda: viewer.console._source.controls.clutch)
+    until(lambda: "clutched" in page.inner_text("#palpate-status"))
+    page.get_by_label("clutch").click()
+    until(lambda: "clutched" not in page.inner_text("#palpate-status"))
+
+
+def test_reset_brings_everything_back(page, viewer):
+    page.get_by_text("Reset the console").click()
+    until(lambda: number(page, "force") == 0.0)
+    controls = viewer.console._source.controls
+    assert controls.stiffness_scale == 1.0
+    np.testing.assert_array_equal(controls.p_hand_offset_W, 0.0)
+    assert page.strangers == []
+    assert page.errors == []
+
+
+def test_busy_port_is_told_with_a_way_out(viewer):
+    port = viewer._server.get_port()
+    with pytest.raises(PortError, match=f"port {port} cannot be used for the viewer") as caught:
+        LiveViewer(FakeSession(), stage(), port=port)
+    assert "--port 0" in str(caught.value)
+
+
+def test_binds_to_this_machine_only(viewer):
+    assert viewer.url.startswith("http://127.0.0.1:")

@@ -1,0 +1,55 @@
+"""The viewer of a record: any instant can be chosen, and what is shown is that instant."""
+
+import time
+
+import numpy as np
+import pytest
+from fake_session import FakeSession, stage
+
+from palpate.viewer.replay import ReplayViewer
+
+
+def record_of(seconds=4.0, rate=1000):
+    """A force that rises by 1 N each second, the tool moving along x at 10 mm/s."""
+    ticks = np.repeat(FakeSession().latest()[None], int(seconds * rate))
+    ticks["t"] = np.arange(len(ticks)) / rate
+    ticks["F_H_L"] = ticks["t"][:, None] * [0.0, 0.0, 1.0]
+    ticks["p_WT"] = ticks["t"][:, None] * [0.01, 0.0, 0.0]
+    ticks["contacts"], ticks["cycle_us"] = 1.0, np.nan
+    return ticks
+
+
+@pytest.fixture
+def viewer():
+    viewer = ReplayViewer(record_of(), stage(), port=0)
+    yield viewer
+    viewer.close()
+
+
+def settled(read, wanted, tolerance, seconds=20.0):
+    end = time.monotonic() + seconds
+    while abs(read() - wanted) > tolerance:
+        assert time.monotonic() < end, f"still at {read()}, not at {wanted}"
+        time.sleep(0.05)
+
+
+def test_plays_by_itself_and_starts_over(viewer):
+    start = viewer.time.value
+    time.sleep(0.5)
+    assert viewer.play.value
+    assert viewer.time.value > start
+    viewer.time.value = 3.95
+    time.sleep(0.5)
+    assert viewer.time.value < 3.0
+
+
+def test_shows_the_chosen_instant(viewer):
+    for t in (2.5, 0.5):  # forwards, then back
+        viewer.show_at(t)
+        settled(lambda: float(viewer._drawing._spr.position[0]), 0.01 * t, 1e-4)
+        assert f">{t:.2f} N<" in viewer._gauges._figures.content
+        assert f">{t:.2f} s<" in viewer._gauges._figures.content
+        times, forces = viewer._gauges._force_plot.data
+        assert times[-1] == pytest.approx(t, abs=0.02)
+        np.testing.assert_allclose(forces, times, atol=1e-9)
+    assert "nan" not in viewer._gauges._figures.content  # a lockstep record has no cycle times
