@@ -26,6 +26,7 @@ struct Contact {
 struct ContactSet {
   std::array<Contact, kMaxContacts> contact;
   int size = 0;
+  bool started_inside = false;  ///< an object was around the tool when it was first seen: put outside, nearest point
 };
 
 struct Options {

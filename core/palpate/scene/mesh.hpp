@@ -1,11 +1,10 @@
 // A triangle mesh ready to be touched: welded vertices, normals, adjacency and a wide BVH over them.
 #pragma once
 
-#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
-#include <vector>
 
 #include "palpate/types/spatial.hpp"
 
@@ -18,13 +17,30 @@ struct ClosestPoint {
   double distance = 0.0;  ///< unsigned [m]
   Vec3 point = Vec3::Zero();
   Vec3 normal = Vec3::Zero();  ///< outward normal of the feature (angle-weighted on edges and vertices)
-  int triangle = -1;
+  int triangle = -1;           ///< index in the triangles given to build()
   Feature feature = Feature::face;
+};
+
+/// What was found and done while a mesh was built.
+struct MeshReport {
+  std::size_t vertices = 0;            ///< after welding
+  std::size_t triangles = 0;           ///< kept
+  std::size_t degenerate = 0;          ///< dropped: a corner repeated
+  std::size_t duplicate = 0;           ///< dropped: the same corners in the same turn
+  std::size_t flat = 0;                ///< kept: three corners on a line
+  std::size_t boundary_edges = 0;      ///< of one triangle only: holes and rims
+  std::size_t branching_edges = 0;     ///< of three triangles or more
+  std::size_t inconsistent_edges = 0;  ///< whose two triangles are wound against each other
+  bool closed = false;                 ///< no such edges
+  bool inverted = false;               ///< was closed and inside out: turned
+  double volume = 0.0;                 ///< enclosed; 0 unless closed [m^3]
+  Vec3 lowest = Vec3::Zero();          ///< corner of the bounding box [m]
+  Vec3 highest = Vec3::Zero();
 };
 
 class Mesh {
  public:
-  /// vertices: 3n doubles [m], triangles: 3m indices, counter-clockwise seen from outside.
+  /// vertices: 3n doubles [m], triangles: 3m indices, counter-clockwise seen from outside; a soup is welded.
   /// Throws std::invalid_argument naming what is wrong (no triangles, index out of range, not finite).
   static std::shared_ptr<const Mesh> build(std::span<const double> vertices, std::span<const std::int32_t> triangles);
   ~Mesh();
@@ -32,10 +48,20 @@ class Mesh {
   Mesh& operator=(const Mesh&) = delete;
 
   [[nodiscard]] std::size_t triangle_count() const noexcept;
+  [[nodiscard]] const MeshReport& report() const noexcept;
+  /// The welded mesh: 3 doubles a vertex, 3 indices a triangle.
+  [[nodiscard]] std::span<const double> vertices() const noexcept;
+  [[nodiscard]] std::span<const std::int32_t> triangles() const noexcept;
+
   /// Nearest point within `max_distance`; triangle = -1 when there is none.
   [[nodiscard]] ClosestPoint closest(const Vec3& p, double max_distance) const noexcept;
+  /// How far a sphere's centre may go from `a` towards `b` before a triangle comes nearer than `radius` to it:
+  /// at most |b - a|, short of the first hit by at most a twentieth of the radius. Nothing is jumped over.
+  [[nodiscard]] double sweep(const Vec3& a, const Vec3& b, double radius) const noexcept;
+  /// Inside of a closed mesh (by the angle-weighted normal at the nearest point); false for open ones.
+  [[nodiscard]] bool contains(const Vec3& p) const noexcept;
 
-  struct Impl;
+  struct Impl;  ///< mesh_impl.hpp, for the stages that walk on the surface
   [[nodiscard]] const Impl& impl() const noexcept { return *impl_; }
 
  private:

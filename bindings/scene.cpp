@@ -1,0 +1,153 @@
+#include "palpate/scene/mesh.hpp"
+
+#include <nanobind/eigen/dense.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <cmath>
+
+#include "bindings.hpp"
+#include "convert.hpp"
+#include "palpate/scene/mesh_impl.hpp"
+#include "palpate/scene/snapshot.hpp"
+
+namespace nb = nanobind;
+
+namespace palpate::bindings {
+namespace {
+
+using Rows = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+using Triples = nb::ndarray<const std::int32_t, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+
+std::shared_ptr<scene::Mesh> build(const Rows& vertices, const Triples& triangles) {
+  const nb::gil_scoped_release release;
+  const auto mesh =
+      scene::Mesh::build({vertices.data(), vertices.size()}, {triangles.data(), triangles.size()});
+  return std::const_pointer_cast<scene::Mesh>(mesh);  // nanobind holds no pointers to const; nothing here writes
+}
+
+template <class T>
+nb::object array(std::vector<T>&& values, std::initializer_list<std::size_t> shape) {
+  auto* owned = new std::vector<T>(std::move(values));
+  nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+  return nb::cast(nb::ndarray<nb::numpy, T>(owned->data(), shape, owner));
+}
+
+nb::tuple closest(const scene::Mesh& mesh, const Rows& points, double max_distance) {
+  const std::size_t n = points.shape(0);
+  std::vector<double> distance(n), point(3 * n), normal(3 * n);
+  std::vector<std::int32_t> triangle(n);
+  {
+    const nb::gil_scoped_release release;
+    for (std::size_t i = 0; i < n; ++i) {
+      const scene::ClosestPoint c = mesh.closest(Vec3(points.data() + 3 * i), max_distance);
+      distance[i] = c.triangle < 0 ? INFINITY : c.distance;
+      triangle[i] = c.triangle;
+      Vec3::Map(&point[3 * i]) = c.triangle < 0 ? Vec3::Constant(NAN) : c.point;
+      Vec3::Map(&normal[3 * i]) = c.normal;
+    }
+  }
+  return nb::make_tuple(array(std::move(distance), {n}), array(std::move(point), {n, 3}),
+                        array(std::move(normal), {n, 3}), array(std::move(triangle), {n}));
+}
+
+/// Distances by one of the two kernels, for tests that hold them against each other.
+nb::object closest_by_kernel(const scene::Mesh& mesh, const Rows& points, const std::string& kernel) {
+  if (kernel != "avx2" && kernel != "portable") throw nb::value_error("kernel must be 'avx2' or 'portable'");
+  const auto query = kernel == "avx2" ? &scene::bvh_closest_avx2 : &scene::bvh_closest_portable;
+  std::vector<double> distance(points.shape(0));
+  for (std::size_t i = 0; i < distance.size(); ++i)
+    distance[i] = std::sqrt(query(mesh.impl().bvh, points.data() + 3 * i, {INFINITY, 0.0, 0.0, -1}).distance2);
+  return array(std::move(distance), {points.shape(0)});
+}
+
+nb::object contains(const scene::Mesh& mesh, const Rows& points) {
+  const std::size_t n = points.shape(0);
+  std::vector<std::uint8_t> inside(n);
+  for (std::size_t i = 0; i < n; ++i) inside[i] = mesh.contains(Vec3(points.data() + 3 * i)) ? 1 : 0;
+  return array(std::move(inside), {n}).attr("astype")("bool");
+}
+
+Pose to_pose(const Matrix4& m) {
+  const Mat3 R = m.topLeftCorner<3, 3>();
+  if (!m.allFinite() || !(R * R.transpose()).isIdentity(1e-6) || R.determinant() < 0.0 || m(3, 3) != 1.0)
+    throw nb::value_error("X_WO must be a 4x4 rigid transform: a rotation without scale or mirror, last row 0 0 0 1");
+  return {R, m.topRightCorner<3, 1>()};
+}
+
+void bind_mesh(nb::module_& m) {
+  nb::class_<scene::MeshReport>(m, "MeshReport", "What was found and done while a mesh was built.")
+      .def_ro("vertices", &scene::MeshReport::vertices, "after welding")
+      .def_ro("triangles", &scene::MeshReport::triangles, "kept")
+      .def_ro("degenerate", &scene::MeshReport::degenerate, "dropped: a corner repeated")
+      .def_ro("duplicate", &scene::MeshReport::duplicate, "dropped: the same corners in the same turn")
+      .def_ro("flat", &scene::MeshReport::flat, "kept: three corners on a line")
+      .def_ro("boundary_edges", &scene::MeshReport::boundary_edges, "of one triangle only")
+      .def_ro("branching_edges", &scene::MeshReport::branching_edges, "of three triangles or more")
+      .def_ro("inconsistent_edges", &scene::MeshReport::inconsistent_edges, "whose triangles are wound against each other")
+      .def_ro("closed", &scene::MeshReport::closed, "no such edges")
+      .def_ro("inverted", &scene::MeshReport::inverted, "was closed and inside out: turned")
+      .def_ro("volume", &scene::MeshReport::volume, "enclosed; 0 unless closed [m^3]")
+      .def_ro("lowest", &scene::MeshReport::lowest, "corner of the bounding box [m]")
+      .def_ro("highest", &scene::MeshReport::highest, "corner of the bounding box [m]");
+  nb::class_<scene::Mesh>(m, "Mesh", "Triangles ready to be touched: welded, with normals, adjacency and a BVH.")
+      .def(nb::new_(&build), nb::arg("vertices"), nb::arg("triangles"),
+           "vertices (n, 3) [m], triangles (m, 3) int32; ValueError when they are no mesh.")
+      .def_prop_ro("triangle_count", &scene::Mesh::triangle_count)
+      .def_prop_ro("report", &scene::Mesh::report)
+      .def_prop_ro("vertices", [](const scene::Mesh& mesh) {
+        const auto v = mesh.vertices();
+        return array(std::vector<double>(v.begin(), v.end()), {v.size() / 3, 3});
+      }, "welded, (n, 3) [m]")
+      .def_prop_ro("triangles", [](const scene::Mesh& mesh) {
+        const auto t = mesh.triangles();
+        return array(std::vector<std::int32_t>(t.begin(), t.end()), {t.size() / 3, 3});
+      }, "of welded vertices, (m, 3)")
+      .def("closest", &closest, nb::arg("points"), nb::arg("max_distance") = INFINITY,
+           "points (n, 3) [m] -> distance (n,), point (n, 3), normal (n, 3), triangle (n,); inf and -1 beyond it.")
+      .def("sweep", &scene::Mesh::sweep, nb::arg("a"), nb::arg("b"), nb::arg("radius"),
+           "How far [m] a sphere goes from a towards b before a triangle is nearer than radius to its centre.")
+      .def("closest_by_kernel", &closest_by_kernel, nb::arg("points"), nb::arg("kernel"),
+           "Distances (n,) by the kernel 'avx2' or 'portable' (tests).")
+      .def("contains", &contains, nb::arg("points"), "points (n, 3) -> inside of the closed mesh (n,); False if open.");
+}
+
+}  // namespace
+
+void bind_scene(nb::module_& m) {
+  bind_mesh(m);
+  m.def("bvh_has_avx2", &scene::bvh_has_avx2, "This machine runs the AVX2 kernel.");
+  nb::class_<scene::Material>(m, "Material", "How an object feels: diagonal K and B along the axes of W.")
+      .def("__init__",
+           [](scene::Material* self, const Vec3& K, const Vec3& B, double mu) {
+             new (self) scene::Material{K, B, mu};
+           },
+           nb::arg("K") = scene::Material{}.K, nb::arg("B") = scene::Material{}.B, nb::arg("mu") = scene::Material{}.mu)
+      .def_rw("K", &scene::Material::K, "stiffness [N/m]")
+      .def_rw("B", &scene::Material::B, "damping [N s/m]")
+      .def_rw("mu", &scene::Material::mu, "Coulomb friction coefficient [-]");
+  nb::class_<scene::Object>(m, "Object", "A mesh at a pose, made of a material.")
+      .def("__init__",
+           [](scene::Object* self, std::string name, std::shared_ptr<scene::Mesh> mesh, const Matrix4& X_WO,
+              const scene::Material& material) {
+             new (self) scene::Object{std::move(name), std::move(mesh), to_pose(X_WO), material};
+           },
+           nb::arg("name"), nb::arg("mesh"), nb::arg("X_WO") = Matrix4(Matrix4::Identity()),
+           nb::arg("material") = scene::Material{})
+      .def_ro("name", &scene::Object::name)
+      .def_prop_ro("mesh", [](const scene::Object& o) { return std::const_pointer_cast<scene::Mesh>(o.mesh); })
+      .def_prop_rw("X_WO", [](const scene::Object& o) { return to_matrix(o.X_WO); },
+                   [](scene::Object& o, const Matrix4& X) { o.X_WO = to_pose(X); }, "pose in W, 4x4")
+      .def_rw("material", &scene::Object::material);
+  nb::class_<scene::Snapshot>(m, "Snapshot", "The world at one instant.")
+      .def("__init__",
+           [](scene::Snapshot* self, std::vector<scene::Object> objects) {
+             new (self) scene::Snapshot{std::move(objects)};
+           },
+           nb::arg("objects"))
+      .def_ro("objects", &scene::Snapshot::objects);
+}
+
+}  // namespace palpate::bindings

@@ -1,0 +1,320 @@
+// Top-down build: binned surface-area splits while a range is large, aligned median splits below, so that the
+// leaves' blocks of four are full. The two halves of the work may run on two threads; the tree is the same.
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+#include "palpate/scene/bvh.hpp"
+
+namespace palpate::scene {
+namespace {
+
+constexpr std::size_t kLeaf = 4;              // triangles in a block
+constexpr std::size_t kWide = 8;              // children of a node
+constexpr std::size_t kSmall = 64;            // below it ranges are split at multiples of kLeaf
+constexpr std::size_t kMinSide = 8;           // smallest side of a binned split: bounds the number of blocks
+constexpr int kBins = 16;                     // per axis
+constexpr int kBinnedDepth = 14;              // deeper nodes use medians: bounds the depth of the tree
+constexpr std::size_t kThreadedSize = 50000;  // fewer triangles are not worth a second thread
+constexpr float kInf = std::numeric_limits<float>::infinity();
+
+struct Box {
+  float lo[3] = {kInf, kInf, kInf};
+  float hi[3] = {-kInf, -kInf, -kInf};
+
+  void add(const float* l, const float* h) {
+    for (int k = 0; k < 3; ++k) {
+      lo[k] = std::min(lo[k], l[k]);
+      hi[k] = std::max(hi[k], h[k]);
+    }
+  }
+  void add(const Box& b) { add(b.lo, b.hi); }
+  [[nodiscard]] float half_area() const {
+    const float x = hi[0] - lo[0], y = hi[1] - lo[1], z = hi[2] - lo[2];
+    return x * y + y * z + z * x;
+  }
+};
+
+/// A triangle's box and name, 32 bytes: moved while partitioning, so that every pass reads memory in order.
+struct Item {
+  float lo[3];
+  float hi[3];
+  std::int32_t id;
+  std::int32_t unused;
+
+  [[nodiscard]] float twice_centre(int axis) const { return lo[axis] + hi[axis]; }
+};
+
+struct Range {
+  std::size_t begin = 0;
+  std::size_t end = 0;
+  Box box;
+  Box centres;  // of twice the items' centres
+
+  [[nodiscard]] std::size_t size() const { return end - begin; }
+};
+
+class Builder {
+ public:
+  Builder(std::span<const double> vertices, std::span<const std::int32_t> triangles)
+      : vertices_(vertices), triangles_(triangles), items_(triangles.size() / 3) {}
+
+  Bvh build() {
+    frame();
+    Range all = items();
+    // Binned splits leave at least kMinSide on each side and small ranges fill their blocks but one, so blocks
+    // number less than n/4 + n/8 + 1; every node has two children or more. Pages that stay unused cost nothing.
+    const std::size_t capacity = items_.size() / 2 + 64;
+    bvh_.nodes = std::make_unique_for_overwrite<BvhNode[]>(capacity);
+    bvh_.blocks = std::make_unique_for_overwrite<TriangleBlock[]>(capacity);
+    root(all);
+    return std::move(bvh_);
+  }
+
+ private:
+  struct Job {
+    Range range;
+    std::int32_t node = 0;
+    int depth = 0;
+  };
+
+  /// Centre and power-of-two scale of the mesh's box.
+  void frame() {
+    double lo[3], hi[3], half = 0.0;
+    for (int k = 0; k < 3; ++k) lo[k] = hi[k] = vertices_[static_cast<std::size_t>(triangles_[0]) * 3 + k];
+    for (std::size_t i = 0; i < vertices_.size(); i += 3) {
+      for (int k = 0; k < 3; ++k) {
+        lo[k] = std::min(lo[k], vertices_[i + k]);
+        hi[k] = std::max(hi[k], vertices_[i + k]);
+      }
+    }
+    for (int k = 0; k < 3; ++k) {
+      bvh_.centre[k] = lo[k] + 0.5 * (hi[k] - lo[k]);
+      half = std::max(half, 0.5 * (hi[k] - lo[k]));
+    }
+    if (half > 0.0) bvh_.scale = std::ldexp(1.0, -std::ilogb(half) - 1);
+  }
+
+  Range items() {
+    Range all;
+    all.end = items_.size();
+    for (std::size_t t = 0; t < items_.size(); ++t) {
+      Item& item = items_[t];
+      item.id = static_cast<std::int32_t>(t);
+      for (int k = 0; k < 3; ++k) {
+        double lo = std::numeric_limits<double>::infinity(), hi = -lo;
+        for (std::size_t c = 0; c < 3; ++c) {
+          const double x = vertices_[static_cast<std::size_t>(triangles_[3 * t + c]) * 3 + k];
+          lo = std::min(lo, x);
+          hi = std::max(hi, x);
+        }
+        // Half a unit in the last place of [-1, 1] more than rounding can lose, either way.
+        item.lo[k] = static_cast<float>((lo - bvh_.centre[k]) * bvh_.scale) - 0x1p-24F;
+        item.hi[k] = static_cast<float>((hi - bvh_.centre[k]) * bvh_.scale) + 0x1p-24F;
+      }
+      include(all, item);
+    }
+    return all;
+  }
+
+  static void include(Range& range, const Item& item) {
+    range.box.add(item.lo, item.hi);
+    const float c[3] = {item.twice_centre(0), item.twice_centre(1), item.twice_centre(2)};
+    range.centres.add(c, c);
+  }
+
+  static int widest(const Box& box) {
+    const float d[3] = {box.hi[0] - box.lo[0], box.hi[1] - box.lo[1], box.hi[2] - box.lo[2]};
+    return d[0] >= d[1] ? (d[0] >= d[2] ? 0 : 2) : (d[1] >= d[2] ? 1 : 2);
+  }
+
+  Range bounded(std::size_t begin, std::size_t end) const {
+    Range range;
+    range.begin = begin;
+    range.end = end;
+    for (std::size_t i = begin; i < end; ++i) include(range, items_[i]);
+    return range;
+  }
+
+  std::array<Range, 2> split(const Range& range, int depth) {
+    if (range.size() > kSmall && depth < kBinnedDepth) {
+      std::array<Range, 2> halves;
+      if (split_binned(range, halves)) return halves;
+    }
+    return split_median(range);
+  }
+
+  bool split_binned(const Range& range, std::array<Range, 2>& halves) {
+    const int axis = widest(range.centres);
+    const float from = range.centres.lo[axis], width = range.centres.hi[axis] - from;
+    if (!(width > 0.0F)) return false;
+    const float to_bin = static_cast<float>(kBins) / width;
+    const auto bin_of = [&](const Item& item) {
+      return std::min(static_cast<int>((item.twice_centre(axis) - from) * to_bin), kBins - 1);
+    };
+    std::array<Box, kBins> box;
+    std::array<std::size_t, kBins> count{};
+    for (std::size_t i = range.begin; i < range.end; ++i) {
+      const auto b = static_cast<std::size_t>(bin_of(items_[i]));
+      box[b].add(items_[i].lo, items_[i].hi);
+      ++count[b];
+    }
+    const int cut = best_cut(box, count, range.size());
+    if (cut < 0) return false;
+
+    const auto first = items_.begin();
+    const auto middle = std::partition(first + static_cast<std::ptrdiff_t>(range.begin),
+                                       first + static_cast<std::ptrdiff_t>(range.end),
+                                       [&](const Item& item) { return bin_of(item) < cut; });
+    const auto m = static_cast<std::size_t>(middle - first);
+    halves = {bounded(range.begin, m), bounded(m, range.end)};
+    return true;
+  }
+
+  /// Bin before which the sum of area times count is least, both sides large enough; -1 when there is none.
+  static int best_cut(const std::array<Box, kBins>& box, const std::array<std::size_t, kBins>& count,
+                      std::size_t total) {
+    std::array<float, kBins> cost_right{};
+    Box right;
+    std::size_t n = 0;
+    for (std::size_t b = kBins - 1; b > 0; --b) {
+      right.add(box[b]);
+      n += count[b];
+      cost_right[b] = n > 0 ? right.half_area() * static_cast<float>(n) : 0.0F;
+    }
+    Box left;
+    n = 0;
+    int best = -1;
+    float best_cost = kInf;
+    for (std::size_t b = 1; b < kBins; ++b) {
+      left.add(box[b - 1]);
+      n += count[b - 1];
+      if (n < kMinSide || total - n < kMinSide) continue;
+      const float cost = left.half_area() * static_cast<float>(n) + cost_right[b];
+      if (cost < best_cost) {
+        best_cost = cost;
+        best = static_cast<int>(b);
+      }
+    }
+    return best;
+  }
+
+  std::array<Range, 2> split_median(const Range& range) {
+    const int axis = widest(range.centres);
+    const std::size_t blocks = (range.size() + kLeaf - 1) / kLeaf;
+    const std::size_t m = range.begin + blocks / 2 * kLeaf;
+    const auto first = items_.begin();
+    std::nth_element(first + static_cast<std::ptrdiff_t>(range.begin), first + static_cast<std::ptrdiff_t>(m),
+                     first + static_cast<std::ptrdiff_t>(range.end), [axis](const Item& x, const Item& y) {
+                       const float cx = x.twice_centre(axis), cy = y.twice_centre(axis);
+                       return cx < cy || (cx == cy && x.id < y.id);
+                     });
+    return {bounded(range.begin, m), bounded(m, range.end)};
+  }
+
+  /// Splits the child of largest area until there are eight.
+  std::size_t open(const Range& range, int depth, std::array<Range, kWide>& children) {
+    children[0] = range;
+    std::size_t n = 1;
+    while (n < kWide) {
+      std::size_t pick = kWide;
+      float largest = -1.0F;
+      for (std::size_t i = 0; i < n; ++i) {
+        if (children[i].size() > kLeaf && children[i].box.half_area() > largest) {
+          pick = i;
+          largest = children[i].box.half_area();
+        }
+      }
+      if (pick == kWide) break;
+      const std::array<Range, 2> halves = split(children[pick], depth);
+      children[pick] = halves[0];
+      children[n++] = halves[1];
+    }
+    return n;
+  }
+
+  std::int32_t block(const Range& range) {
+    const std::int32_t index = next_block_.fetch_add(1, std::memory_order_relaxed);
+    TriangleBlock& block = bvh_.blocks[static_cast<std::size_t>(index)];
+    for (std::size_t lane = 0; lane < kLeaf; ++lane) {
+      const std::int32_t id = items_[std::min(range.begin + lane, range.end - 1)].id;
+      const std::int32_t* t = &triangles_[static_cast<std::size_t>(id) * 3];
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double a = vertices_[static_cast<std::size_t>(t[0]) * 3 + k];
+        block.a[k][lane] = a;
+        block.e1[k][lane] = vertices_[static_cast<std::size_t>(t[1]) * 3 + k] - a;
+        block.e2[k][lane] = vertices_[static_cast<std::size_t>(t[2]) * 3 + k] - a;
+      }
+      block.id[lane] = id;
+    }
+    return index;
+  }
+
+  /// Fills one node; children that are not leaves are handed to `pending`.
+  template <class Pending>
+  void fill(const Job& job, Pending&& pending) {
+    std::array<Range, kWide> children;
+    const std::size_t n = open(job.range, job.depth, children);
+    BvhNode& node = bvh_.nodes[static_cast<std::size_t>(job.node)];
+    for (std::size_t i = 0; i < kWide; ++i) {
+      const Box box = i < n ? children[i].box : Box{};
+      for (int k = 0; k < 3; ++k) {
+        node.lo[k][i] = box.lo[k];
+        node.hi[k][i] = box.hi[k];
+      }
+      node.child[i] = 0;
+      if (i >= n) continue;
+      if (children[i].size() <= kLeaf) {
+        node.child[i] = ~block(children[i]);
+      } else {
+        node.child[i] = next_node_.fetch_add(1, std::memory_order_relaxed);
+        pending(Job{children[i], node.child[i], job.depth + 1});
+      }
+    }
+  }
+
+  void subtree(const Job& job) {
+    fill(job, [this](const Job& next) { subtree(next); });
+  }
+
+  /// The first two levels here, the subtrees below shared by two threads.
+  void root(const Range& all) {
+    std::vector<Job> jobs, subtrees;
+    fill(Job{all, next_node_.fetch_add(1), 0}, [&](const Job& job) { jobs.push_back(job); });
+    for (const Job& job : jobs) fill(job, [&](const Job& next) { subtrees.push_back(next); });
+    std::atomic<std::size_t> next{0};
+    const auto work = [&] {
+      for (std::size_t i = next.fetch_add(1); i < subtrees.size(); i = next.fetch_add(1)) subtree(subtrees[i]);
+    };
+    std::thread helper;
+    if (items_.size() >= kThreadedSize) {
+      try {
+        helper = std::thread(work);
+      } catch (const std::system_error&) {  // no thread to be had: this one does it all
+      }
+    }
+    work();
+    if (helper.joinable()) helper.join();
+  }
+
+  std::span<const double> vertices_;
+  std::span<const std::int32_t> triangles_;
+  std::vector<Item> items_;
+  Bvh bvh_;
+  std::atomic<std::int32_t> next_node_{0};
+  std::atomic<std::int32_t> next_block_{0};
+};
+
+}  // namespace
+
+Bvh build_bvh(std::span<const double> vertices, std::span<const std::int32_t> triangles) {
+  return Builder(vertices, triangles).build();
+}
+
+}  // namespace palpate::scene

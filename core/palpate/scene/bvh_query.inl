@@ -1,0 +1,103 @@
+// Nearest-point traversal, written once over two small vector types: F8 (8 floats) and D4 (4 doubles).
+// Included by bvh_query_avx2.cpp and bvh_query_portable.cpp, inside a namespace of their own, after they define
+// F8, D4 and PALPATE_TARGET. Not a header for anybody else.
+
+/// Squared distances from the point to four triangles; the least of them goes into `best` if it is an improvement.
+/// Every candidate is a point of its triangle, so that no rounding can make a distance too small.
+PALPATE_TARGET inline void nearest_in_block(const TriangleBlock& block, const double p[3], BvhHit& best) {
+  const D4 zero = D4::all(0.0), one = D4::all(1.0);
+  D4 ap[3], e1[3], e2[3];
+  for (int k = 0; k < 3; ++k) {
+    ap[k] = D4::all(p[k]) - D4::load(block.a[k]);
+    e1[k] = D4::load(block.e1[k]);
+    e2[k] = D4::load(block.e2[k]);
+  }
+  const D4 g11 = dot(e1, e1), g12 = dot(e1, e2), g22 = dot(e2, e2);
+  const D4 d1 = dot(e1, ap), d2 = dot(e2, ap);
+  const D4 det = g11 * g22 - g12 * g12;
+
+  // Edges: a-b (v = t, w = 0), a-c (0, t), b-c (1 - t, t). A division by zero gives a NaN that clamp takes to 0.
+  const D4 t_ab = clamp(d1 / g11, zero, one);
+  const D4 t_ac = clamp(d2 / g22, zero, one);
+  const D4 t_bc = clamp((d2 - d1 + g11 - g12) / (g11 - g12 - g12 + g22), zero, one);
+  const auto distance2 = [&](const D4& v, const D4& w) PALPATE_TARGET {
+    D4 r[3];
+    for (int k = 0; k < 3; ++k) r[k] = ap[k] - v * e1[k] - w * e2[k];
+    return dot(r, r);
+  };
+  D4 v = t_ab, w = zero, least = distance2(t_ab, zero);
+  const auto keep_less = [&](const D4& v_new, const D4& w_new, const D4& d_new, const D4& also) PALPATE_TARGET {
+    const D4 better = also & (d_new < least);
+    v = select(better, v_new, v);
+    w = select(better, w_new, w);
+    least = select(better, d_new, least);
+  };
+  const D4 always = zero <= one;
+  keep_less(zero, t_ac, distance2(zero, t_ac), always);
+  keep_less(one - t_bc, t_bc, distance2(one - t_bc, t_bc), always);
+
+  // Inside of the face: the projection, if it falls on it.
+  const D4 fv = (g22 * d1 - g12 * d2) / det, fw = (g11 * d2 - g12 * d1) / det;
+  const D4 inside = (zero < fv) & (zero < fw) & (fv + fw < one) & (zero < det);
+  keep_less(fv, fw, distance2(fv, fw), inside);
+
+  double least_of[4], v_of[4], w_of[4];
+  least.store(least_of);
+  int lane = 0;
+  for (int i = 1; i < 4; ++i) lane = least_of[i] < least_of[lane] ? i : lane;
+  if (least_of[lane] < best.distance2) {
+    v.store(v_of);
+    w.store(w_of);
+    best = {least_of[lane], v_of[lane], w_of[lane], block.id[lane]};
+  }
+}
+
+/// Depth first, nearest child first; what is farther than the best so far is skipped.
+PALPATE_TARGET inline BvhHit closest_in(const Bvh& bvh, const double p[3], const BvhHit& start) {
+  BvhHit best = start;
+  // The point in the boxes' coordinates, as an interval: rounding to float never makes a box look too far.
+  F8 above[3], below[3];
+  for (int k = 0; k < 3; ++k) {
+    const double x = (p[k] - bvh.centre[k]) * bvh.scale;
+    const double slack = 0x1p-22 * (x < 0 ? -x : x);
+    above[k] = F8::all(static_cast<float>(x + slack));
+    below[k] = F8::all(static_cast<float>(x - slack));
+  }
+  const double scale2 = bvh.scale * bvh.scale * (1.0 + 0x1p-20);
+  float limit = static_cast<float>(best.distance2 * scale2);
+
+  struct Entry {
+    float distance2;
+    std::int32_t child;
+  };
+  Entry stack[256];  // 7 for each level but one; the builder keeps the depth below 36
+  int top = 0;
+  stack[top++] = {0.0F, 0};
+  while (top > 0) {
+    const Entry entry = stack[--top];
+    if (entry.distance2 > limit) continue;
+    if (entry.child < 0) {
+      const double before = best.distance2;
+      nearest_in_block(bvh.blocks[static_cast<std::size_t>(~entry.child)], p, best);
+      if (best.distance2 < before) limit = static_cast<float>(best.distance2 * scale2);
+      continue;
+    }
+    const BvhNode& node = bvh.nodes[static_cast<std::size_t>(entry.child)];
+    F8 sum = F8::all(0.0F);
+    for (int k = 0; k < 3; ++k) {
+      const F8 d = max(max(F8::load(node.lo[k]) - above[k], below[k] - F8::load(node.hi[k])), F8::all(0.0F));
+      sum = sum + d * d;
+    }
+    float distance2[8];
+    sum.store(distance2);
+    const int first = top;
+    for (unsigned mask = mask_of(sum <= F8::all(limit)); mask != 0; mask &= mask - 1) {
+      const int lane = __builtin_ctz(mask);
+      Entry child{distance2[lane], node.child[lane]};
+      int i = top++;  // insertion: the nearest ends on top
+      for (; i > first && stack[i - 1].distance2 < child.distance2; --i) stack[i] = stack[i - 1];
+      stack[i] = child;
+    }
+  }
+  return best;
+}

@@ -1,0 +1,109 @@
+// The kernel for every machine: the same traversal on plain arrays. Also chooses between the two, once.
+#include <cstddef>
+#include <cstdint>
+
+#include "palpate/scene/bvh.hpp"
+
+#define PALPATE_TARGET
+
+namespace palpate::scene {
+namespace portable {
+namespace {
+
+template <class T, int N>
+struct Lanes {
+  T x[N];
+  static Lanes all(T s) {
+    Lanes r;
+    for (T& e : r.x) e = s;
+    return r;
+  }
+  static Lanes load(const T* s) {
+    Lanes r;
+    for (int i = 0; i < N; ++i) r.x[i] = s[i];
+    return r;
+  }
+  void store(T* s) const {
+    for (int i = 0; i < N; ++i) s[i] = x[i];
+  }
+};
+
+template <class T, int N, class Op>
+Lanes<T, N> lanes(const Lanes<T, N>& a, const Lanes<T, N>& b, Op op) {
+  Lanes<T, N> r;
+  for (int i = 0; i < N; ++i) r.x[i] = op(a.x[i], b.x[i]);
+  return r;
+}
+template <class T, int N>
+Lanes<T, N> operator+(const Lanes<T, N>& a, const Lanes<T, N>& b) {
+  return lanes(a, b, [](T x, T y) { return x + y; });
+}
+template <class T, int N>
+Lanes<T, N> operator-(const Lanes<T, N>& a, const Lanes<T, N>& b) {
+  return lanes(a, b, [](T x, T y) { return x - y; });
+}
+template <class T, int N>
+Lanes<T, N> operator*(const Lanes<T, N>& a, const Lanes<T, N>& b) {
+  return lanes(a, b, [](T x, T y) { return x * y; });
+}
+template <class T, int N>
+Lanes<T, N> operator/(const Lanes<T, N>& a, const Lanes<T, N>& b) {
+  return lanes(a, b, [](T x, T y) { return x / y; });
+}
+// Masks are lanes of one and zero.
+template <class T, int N>
+Lanes<T, N> operator<(const Lanes<T, N>& a, const Lanes<T, N>& b) {
+  return lanes(a, b, [](T x, T y) { return x < y ? T(1) : T(0); });
+}
+template <class T, int N>
+Lanes<T, N> operator<=(const Lanes<T, N>& a, const Lanes<T, N>& b) {
+  return lanes(a, b, [](T x, T y) { return x <= y ? T(1) : T(0); });
+}
+template <class T, int N>
+Lanes<T, N> operator&(const Lanes<T, N>& a, const Lanes<T, N>& b) {
+  return a * b;
+}
+template <class T, int N>
+Lanes<T, N> max(const Lanes<T, N>& a, const Lanes<T, N>& b) {
+  return lanes(a, b, [](T x, T y) { return x > y ? x : y; });
+}
+template <class T, int N>
+Lanes<T, N> select(const Lanes<T, N>& mask, const Lanes<T, N>& a, const Lanes<T, N>& b) {
+  Lanes<T, N> r;
+  for (int i = 0; i < N; ++i) r.x[i] = mask.x[i] != T(0) ? a.x[i] : b.x[i];
+  return r;
+}
+/// NaN gives lo.
+template <class T, int N>
+Lanes<T, N> clamp(const Lanes<T, N>& a, const Lanes<T, N>& lo, const Lanes<T, N>& hi) {
+  const Lanes<T, N> r = max(a, lo);
+  return lanes(r, hi, [](T x, T y) { return x < y ? x : y; });
+}
+template <class T, int N>
+unsigned mask_of(const Lanes<T, N>& a) {
+  unsigned mask = 0;
+  for (int i = 0; i < N; ++i) mask |= (a.x[i] != T(0) ? 1U : 0U) << i;
+  return mask;
+}
+
+using F8 = Lanes<float, 8>;
+using D4 = Lanes<double, 4>;
+
+D4 dot(const D4 a[3], const D4 b[3]) { return a[0] * b[0] + (a[1] * b[1] + a[2] * b[2]); }
+
+#include "palpate/scene/bvh_query.inl"
+
+}  // namespace
+}  // namespace portable
+
+BvhHit bvh_closest_portable(const Bvh& bvh, const double p[3], const BvhHit& best) noexcept {
+  return portable::closest_in(bvh, p, best);
+}
+
+namespace {
+const auto kKernel = bvh_has_avx2() ? &bvh_closest_avx2 : &bvh_closest_portable;  // chosen when the library is loaded
+}  // namespace
+
+BvhHit bvh_closest(const Bvh& bvh, const double p[3], const BvhHit& best) noexcept { return kKernel(bvh, p, best); }
+
+}  // namespace palpate::scene

@@ -1,0 +1,195 @@
+#include "palpate/scene/mesh.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include "palpate/scene/mesh_impl.hpp"
+#include "palpate/scene/weld.hpp"
+
+namespace palpate::scene {
+namespace {
+
+std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
+std::int32_t after(std::int32_t he) { return he % 3 == 2 ? he - 2 : he + 1; }
+std::int32_t before(std::int32_t he) { return he % 3 == 0 ? he + 2 : he - 1; }
+
+/// Topology and BVH need nothing of each other: one thread each, when there is a second one.
+void index(Mesh::Impl& m) {
+  std::thread helper;
+  try {
+    helper = std::thread([&m] { m.topology = build_topology(m.vertices, m.triangles); });
+  } catch (const std::system_error&) {
+    m.topology = build_topology(m.vertices, m.triangles);
+  }
+  m.bvh = build_bvh(m.vertices, m.triangles);
+  if (helper.joinable()) helper.join();
+}
+
+void turn(Mesh::Impl& m) {
+  for (std::size_t t = 0; t < m.triangles.size(); t += 3) std::swap(m.triangles[t + 1], m.triangles[t + 2]);
+}
+
+MeshReport report_of(const Mesh::Impl& m, const Welded& welded, bool inverted) {
+  MeshReport r;
+  r.vertices = m.vertices.size() / 3;
+  r.triangles = m.triangles.size() / 3;
+  r.degenerate = welded.degenerate;
+  r.duplicate = welded.duplicate;
+  r.flat = m.topology.flat_triangles;
+  r.boundary_edges = m.topology.boundary_edges;
+  r.branching_edges = m.topology.branching_edges;
+  r.inconsistent_edges = m.topology.inconsistent_edges;
+  r.closed = m.topology.closed;
+  r.inverted = inverted;
+  r.volume = m.topology.volume;
+  r.lowest = r.highest = Vec3(m.vertices.data());
+  for (std::size_t i = 0; i < m.vertices.size(); i += 3) {
+    r.lowest = r.lowest.cwiseMin(Vec3(&m.vertices[i]));
+    r.highest = r.highest.cwiseMax(Vec3(&m.vertices[i]));
+  }
+  return r;
+}
+
+Feature feature_of(const BvhHit& hit) {
+  const double u = 1.0 - hit.v - hit.w;
+  const int zeros = (hit.v <= 0.0 ? 1 : 0) + (hit.w <= 0.0 ? 1 : 0) + (u <= 0.0 ? 1 : 0);
+  return zeros == 0 ? Feature::face : (zeros == 1 ? Feature::edge : Feature::vertex);
+}
+
+Vec3 face_normal(const Mesh::Impl& m, std::int32_t half_edge) {
+  const std::int32_t c = half_edge / 3 * 3;
+  const Vec3 a = m.corner(c);
+  return (m.corner(c + 1) - a).cross(m.corner(c + 2) - a).normalized();
+}
+
+/// Angle-weighted sum of the face normals around a vertex: tells inside from outside (Baerentzen and Aanaes 2005).
+Vec3 vertex_normal(const Mesh::Impl& m, std::int32_t start) {
+  Vec3 sum = Vec3::Zero();
+  const auto take = [&](std::int32_t he) {
+    const Vec3 p = m.corner(he), e1 = m.corner(after(he)) - p, e2 = m.corner(before(he)) - p;
+    sum += std::atan2(e1.cross(e2).norm(), e1.dot(e2)) * face_normal(m, he);
+  };
+  take(start);
+  for (std::int32_t he = m.topology.twin[at(before(start))]; he != start; he = m.topology.twin[at(before(he))]) {
+    if (he < 0) {  // a rim: the rest of the fan from the other side
+      for (std::int32_t back = m.topology.twin[at(start)]; back >= 0; back = m.topology.twin[at(after(back))])
+        take(after(back));
+      break;
+    }
+    take(he);
+  }
+  return sum.normalized();
+}
+
+Vec3 feature_normal(const Mesh::Impl& m, const BvhHit& hit, Feature feature) {
+  const std::int32_t c = 3 * hit.triangle;
+  const double b[3] = {1.0 - hit.v - hit.w, hit.v, hit.w};
+  if (feature == Feature::vertex) return vertex_normal(m, c + static_cast<std::int32_t>(std::max_element(b, b + 3) - b));
+  const Vec3 n = face_normal(m, c);
+  if (feature == Feature::face) return n;
+  const std::int32_t opposite = static_cast<std::int32_t>(std::min_element(b, b + 3) - b);
+  const std::int32_t twin = m.topology.twin[at(c + (opposite + 1) % 3)];
+  return twin < 0 ? n : Vec3((n + face_normal(m, twin)).normalized());
+}
+
+}  // namespace
+
+Mesh::Mesh() : impl_(std::make_unique<Impl>()) {}
+Mesh::~Mesh() = default;
+
+std::shared_ptr<const Mesh> Mesh::build(std::span<const double> vertices, std::span<const std::int32_t> triangles) {
+  std::shared_ptr<Mesh> mesh(new Mesh);
+  Impl& m = *mesh->impl_;
+  Welded welded = weld(vertices, triangles);
+  m.vertices = std::move(welded.vertices);
+  m.triangles = std::move(welded.triangles);
+  m.source = std::move(welded.source);
+  index(m);
+  const bool inverted = m.topology.volume < 0.0;
+  if (inverted) {
+    turn(m);
+    index(m);
+  }
+  m.report = report_of(m, welded, inverted);
+  static std::atomic<std::uint64_t> builds{0};
+  m.id = ++builds;
+  return mesh;
+}
+
+std::size_t Mesh::triangle_count() const noexcept { return impl_->source.size(); }
+const MeshReport& Mesh::report() const noexcept { return impl_->report; }
+std::span<const double> Mesh::vertices() const noexcept { return impl_->vertices; }
+std::span<const std::int32_t> Mesh::triangles() const noexcept { return impl_->triangles; }
+
+BvhHit Mesh::Impl::closest_on(std::int32_t triangle, const Vec3& p) const noexcept {
+  const std::int32_t c = 3 * triangle;
+  const Vec3 a = corner(c), e1 = corner(c + 1) - a, e2 = corner(c + 2) - a, ap = p - a;
+  const double g11 = e1.squaredNorm(), g12 = e1.dot(e2), g22 = e2.squaredNorm(), d1 = e1.dot(ap), d2 = e2.dot(ap);
+  BvhHit best{std::numeric_limits<double>::infinity(), 0.0, 0.0, triangle};
+  const auto consider = [&](double v, double w) {
+    const double distance2 = (ap - v * e1 - w * e2).squaredNorm();
+    if (distance2 < best.distance2) best = {distance2, v, w, triangle};
+  };
+  const double det = g11 * g22 - g12 * g12;
+  const double v = (g22 * d1 - g12 * d2) / det, w = (g11 * d2 - g12 * d1) / det;
+  if (det > 0.0 && v > 0.0 && w > 0.0 && v + w < 1.0) {
+    consider(v, w);
+    return best;
+  }
+  const auto clamped = [](double x, double y) { return y > 0.0 ? std::clamp(x / y, 0.0, 1.0) : 0.0; };
+  const double t = clamped(d2 - d1 + g11 - g12, g11 - 2.0 * g12 + g22);
+  consider(clamped(d1, g11), 0.0);
+  consider(0.0, clamped(d2, g22));
+  consider(1.0 - t, t);
+  return best;
+}
+
+BvhHit Mesh::Impl::closest(const Vec3& p, double max_distance, std::int32_t seed) const noexcept {
+  BvhHit best{max_distance * max_distance, 0.0, 0.0, -1};
+  if (seed >= 0) {
+    const BvhHit seeded = closest_on(seed, p);
+    if (seeded.distance2 < best.distance2) best = seeded;
+  }
+  return bvh_closest(bvh, p.data(), best);
+}
+
+ClosestPoint Mesh::closest(const Vec3& p, double max_distance) const noexcept {
+  ClosestPoint out;
+  const BvhHit hit = impl_->closest(p, max_distance, -1);
+  if (hit.triangle < 0) return out;
+  out.distance = std::sqrt(hit.distance2);
+  out.point = impl_->position({hit.triangle, hit.v, hit.w});
+  out.feature = feature_of(hit);
+  out.normal = feature_normal(*impl_, hit, out.feature);
+  out.triangle = impl_->source[at(hit.triangle)];
+  return out;
+}
+
+double Mesh::sweep(const Vec3& a, const Vec3& b, double radius) const noexcept {
+  const double length = (b - a).norm();
+  double gone = 0.0;
+  std::int32_t seed = -1;
+  // Wherever the centre is, the distance to the nearest triangle bounds the next safe step.
+  for (int i = 0; i < 64 && gone < length; ++i) {
+    const BvhHit hit = impl_->closest(a + gone / length * (b - a), length - gone + radius, seed);
+    if (hit.triangle < 0) return length;
+    const double step = std::sqrt(hit.distance2) - radius;
+    if (step <= 0.05 * radius) break;
+    seed = hit.triangle;
+    gone += step;
+  }
+  return std::min(gone, length);
+}
+
+bool Mesh::contains(const Vec3& p) const noexcept {
+  if (!impl_->report.closed) return false;
+  const ClosestPoint c = closest(p, std::numeric_limits<double>::infinity());
+  return c.normal.dot(p - c.point) < 0.0;
+}
+
+}  // namespace palpate::scene

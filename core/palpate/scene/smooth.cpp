@@ -1,0 +1,127 @@
+#include "palpate/scene/smooth.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate::scene {
+namespace {
+
+constexpr int kMaxWalk = 48;       // facets
+constexpr int kMaxNewton = 12;     // steps on one facet
+constexpr double kSettled = 1e-13; // step in barycentric weights
+constexpr double kRim = 1e-9;      // weights may be this negative: rounding, not another facet
+
+std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
+std::int32_t after(std::int32_t he) { return he % 3 == 2 ? he - 2 : he + 1; }
+
+struct Facet {
+  Vec3 a, e1, e2;   // corner 0 and edges
+  Vec3 n0, m1, m2;  // its normal and the change along the edges
+
+  Facet(const Mesh::Impl& mesh, std::int32_t triangle) {
+    const std::int32_t c = 3 * triangle;
+    a = mesh.corner(c);
+    e1 = mesh.corner(c + 1) - a;
+    e2 = mesh.corner(c + 2) - a;
+    n0 = mesh.normal(c);
+    m1 = mesh.normal(c + 1) - n0;
+    m2 = mesh.normal(c + 2) - n0;
+  }
+
+  [[nodiscard]] SmoothPoint evaluate(const SurfacePoint& s, const Vec3& p) const {
+    SmoothPoint out;
+    const Vec3 N = n0 + s.v * m1 + s.w * m2;
+    const double length = N.norm();
+    if (!(length > 0.0)) return out;
+    out.found = true;
+    out.at = s;
+    out.foot = a + s.v * e1 + s.w * e2;
+    out.normal = N / length;
+    const double u = s.u();
+    out.height = 0.5 * (u * s.v * e1.dot(m1) + u * s.w * e2.dot(m2) + s.v * s.w * (e2 - e1).dot(m2 - m1));
+    out.distance = out.normal.dot(p - out.foot) - out.height;
+    return out;
+  }
+
+  /// Newton on  a + v e1 + w e2 + t N(v, w) = p;  false at a focal point.
+  bool solve(SurfacePoint& s, const Vec3& p) const {
+    const Vec3 flat = e1.cross(e2);
+    Vec3 N = n0 + s.v * m1 + s.w * m2;
+    double t = N.dot(p - a - s.v * e1 - s.w * e2) / N.squaredNorm();
+    for (int i = 0; i < kMaxNewton; ++i) {
+      N = n0 + s.v * m1 + s.w * m2;
+      const Vec3 residual = p - a - s.v * e1 - s.w * e2 - t * N;
+      const Vec3 jv = e1 + t * m1, jw = e2 + t * m2;
+      const Vec3 jvw = jv.cross(jw);
+      const double det = jvw.dot(N);
+      if (!(det > 1e-3 * flat.dot(N))) return false;  // the normals of this facet meet before they reach p
+      const double dv = residual.dot(jw.cross(N)) / det, dw = residual.dot(N.cross(jv)) / det;
+      s.v += dv;
+      s.w += dw;
+      t += residual.dot(jvw) / det;
+      if (std::max(std::abs(dv), std::abs(dw)) < kSettled) return true;
+      // Far outside of the facet its field says only which way to go.
+      if (std::max(std::abs(s.v), std::abs(s.w)) > 4.0) return true;
+      if (i > 1 && std::max(std::abs(dv), std::abs(dw)) < 1e-9) return true;
+    }
+    return true;
+  }
+};
+
+/// The weights' most negative corner: the edge opposite to it is the one to cross. -1: inside.
+int exit_corner(const SurfacePoint& s) {
+  const double b[3] = {s.u(), s.v, s.w};
+  const auto least = static_cast<int>(std::min_element(b, b + 3) - b);
+  return b[least] < -kRim ? least : -1;
+}
+
+SurfacePoint from_weights(std::int32_t triangle, const double b[3]) {
+  const double sum = b[0] + b[1] + b[2];
+  return {triangle, b[1] / sum, b[2] / sum};
+}
+
+/// Pulled back onto the edge opposite `corner`.
+SurfacePoint onto_edge(const SurfacePoint& s, int corner) {
+  double b[3] = {std::max(s.u(), 0.0), std::max(s.v, 0.0), std::max(s.w, 0.0)};
+  b[corner] = 0.0;
+  return from_weights(s.triangle, b);
+}
+
+/// The same point of the edge, seen from the triangle across; triangle = -1 over a crease or a rim.
+SurfacePoint across(const Mesh::Impl& mesh, const SurfacePoint& s, int corner) {
+  const std::int32_t he = 3 * s.triangle + (corner + 1) % 3;  // the edge opposite `corner`
+  const std::int32_t twin = mesh.topology.twin[at(he)];
+  const std::vector<std::int32_t>& normal = mesh.topology.normal;
+  if (twin < 0 || normal[at(he)] != normal[at(after(twin))] || normal[at(after(he))] != normal[at(twin)]) return {};
+  const double own[3] = {s.u(), s.v, s.w};
+  double b[3] = {0.0, 0.0, 0.0};
+  b[after(twin) % 3] = own[(corner + 1) % 3];
+  b[twin % 3] = own[(corner + 2) % 3];
+  return from_weights(twin / 3, b);
+}
+
+}  // namespace
+
+SmoothPoint smooth_at(const Mesh::Impl& mesh, const SurfacePoint& s, const Vec3& p) noexcept {
+  return Facet(mesh, s.triangle).evaluate(s, p);
+}
+
+SmoothPoint smooth_project(const Mesh::Impl& mesh, const SurfacePoint& start, const Vec3& p) noexcept {
+  SurfacePoint s = start;
+  std::int32_t previous = -1;
+  for (int i = 0; i < kMaxWalk; ++i) {
+    const Facet facet(mesh, s.triangle);
+    if (!facet.solve(s, p)) return {};
+    const int corner = exit_corner(s);
+    if (corner < 0) return facet.evaluate(s, p);
+    const SurfacePoint edge = onto_edge(s, corner);
+    const SurfacePoint next = across(mesh, edge, corner);
+    if (next.triangle < 0) return {};
+    if (next.triangle == previous) return facet.evaluate(edge, p);  // the solution is on the edge itself
+    previous = s.triangle;
+    s = next;
+  }
+  return {};
+}
+
+}  // namespace palpate::scene

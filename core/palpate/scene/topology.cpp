@@ -1,0 +1,172 @@
+#include "palpate/scene/topology.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "palpate/types/spatial.hpp"
+
+namespace palpate::scene {
+namespace {
+
+using Index = std::int32_t;
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+Index after(Index he) { return he % 3 == 2 ? he - 2 : he + 1; }
+Index before(Index he) { return he % 3 == 0 ? he + 2 : he - 1; }
+
+class Builder {
+ public:
+  Builder(std::span<const double> vertices, std::span<const Index> triangles)
+      : vertices_(vertices), triangles_(triangles), count_(static_cast<Index>(triangles.size())) {}
+
+  Topology build() {
+    find_twins();
+    smooth_normals();
+    bound_height();
+    for (Index t = 0; t < count_; t += 3) out_.flat_triangles += area(t).squaredNorm() > 0.0 ? 0 : 1;
+    volume();
+    return std::move(out_);
+  }
+
+ private:
+  [[nodiscard]] Vec3 vertex(Index v) const { return Vec3(&vertices_[3 * at(v)]); }
+  [[nodiscard]] Vec3 normal(Index corner) const { return Vec3(&out_.normals[3 * at(out_.normal[at(corner)])]); }
+  [[nodiscard]] Index from(Index he) const { return triangles_[at(he)]; }
+  [[nodiscard]] Index to(Index he) const { return triangles_[at(after(he))]; }
+  [[nodiscard]] Vec3 area(Index he) const {  // twice the triangle's area, along its normal
+    const Index t = he / 3 * 3;
+    const Vec3 a = vertex(triangles_[at(t)]);
+    return (vertex(triangles_[at(t + 1)]) - a).cross(vertex(triangles_[at(t + 2)]) - a);
+  }
+
+  /// Pairs each half-edge a -> b with the one b -> a among those that leave b.
+  void find_twins() {
+    std::vector<Index> first(vertices_.size() / 3 + 1, 0), leaving(at(count_));
+    for (Index he = 0; he < count_; ++he) ++first[at(from(he)) + 1];
+    for (std::size_t v = 1; v < first.size(); ++v) first[v] += first[v - 1];
+    {
+      std::vector<Index> next(first.begin(), first.end() - 1);
+      for (Index he = 0; he < count_; ++he) leaving[at(next[at(from(he))]++)] = he;
+    }
+    out_.twin.assign(at(count_), -1);
+    for (Index he = 0; he < count_; ++he) {
+      if (out_.twin[at(he)] >= 0) continue;
+      const Index a = from(he), b = to(he);
+      int along = 0, against = 0;
+      Index twin = -1;
+      for (Index i = first[at(a)]; i < first[at(a) + 1]; ++i) along += to(leaving[at(i)]) == b ? 1 : 0;
+      for (Index i = first[at(b)]; i < first[at(b) + 1]; ++i) {
+        if (to(leaving[at(i)]) != a) continue;
+        ++against;
+        twin = leaving[at(i)];
+      }
+      if (along == 1 && against == 1) {
+        out_.twin[at(he)] = twin;
+        out_.twin[at(twin)] = he;
+        continue;
+      }
+      // Told once for each edge: by its first half-edge.
+      const bool first_of_edge = is_first(first, leaving, he);
+      if (along + against == 1) ++out_.boundary_edges;
+      if (first_of_edge && along == 2 && against == 0) ++out_.inconsistent_edges;
+      if (first_of_edge && along + against > 2) ++out_.branching_edges;
+    }
+    out_.closed = out_.boundary_edges + out_.branching_edges + out_.inconsistent_edges == 0;
+  }
+
+  bool is_first(const std::vector<Index>& first, const std::vector<Index>& leaving, Index he) const {
+    const Index a = from(he), b = to(he);
+    for (Index i = first[at(a)]; i < first[at(a) + 1]; ++i)
+      if (to(leaving[at(i)]) == b && leaving[at(i)] < he) return false;
+    for (Index i = first[at(b)]; i < first[at(b) + 1]; ++i)
+      if (to(leaving[at(i)]) == a && leaving[at(i)] < he) return false;
+    return true;
+  }
+
+  [[nodiscard]] bool smooth_across(Index he) const {
+    const Index twin = out_.twin[at(he)];
+    if (twin < 0) return false;
+    static const double cos_crease = std::cos(kCreaseAngle);
+    const Vec3 n = area(he), m = area(twin);
+    return n.dot(m) > cos_crease * std::sqrt(n.squaredNorm() * m.squaredNorm());
+  }
+
+  /// A corner's share of its vertex's normal, by Max (1999): exact where the vertices lie on a sphere.
+  [[nodiscard]] Vec3 share(Index he) const {
+    const Vec3 v = vertex(from(he));
+    const Vec3 e1 = vertex(to(he)) - v, e2 = vertex(from(before(he))) - v;
+    const double weight = e1.squaredNorm() * e2.squaredNorm();
+    return weight > 0.0 ? Vec3(e1.cross(e2) / weight) : Vec3::Zero();
+  }
+
+  /// One normal for each fan of triangles around a vertex that no crease parts.
+  void smooth_normals() {
+    std::vector<bool> smooth(at(count_));
+    for (Index he = 0; he < count_; ++he) {
+      const Index twin = out_.twin[at(he)];
+      smooth[at(he)] = twin >= 0 && twin < he ? smooth[at(twin)] : smooth_across(he);
+    }
+    out_.normal.assign(at(count_), -1);
+    out_.normals.reserve(vertices_.size());
+    for (Index start = 0; start < count_; ++start) {
+      if (out_.normal[at(start)] >= 0) continue;
+      const auto row = static_cast<Index>(out_.normals.size() / 3);
+      Vec3 sum = Vec3::Zero();
+      const auto take = [&](Index corner) {
+        out_.normal[at(corner)] = row;
+        sum += share(corner);
+      };
+      take(start);
+      bool around = false;
+      for (Index he = start; smooth[at(before(he))];) {  // counter-clockwise
+        he = out_.twin[at(before(he))];
+        if (he == start || out_.normal[at(he)] >= 0) {
+          around = true;
+          break;
+        }
+        take(he);
+      }
+      for (Index he = start; !around && smooth[at(he)];) {  // clockwise, when a crease or the rim stopped the other
+        he = after(out_.twin[at(he)]);
+        if (out_.normal[at(he)] >= 0) break;
+        take(he);
+      }
+      if (!(sum.squaredNorm() > 0.0)) sum = area(start);
+      const double length = sum.norm();
+      const Vec3 n = length > 0.0 ? Vec3(sum / length) : Vec3::Zero();
+      out_.normals.insert(out_.normals.end(), n.data(), n.data() + 3);
+      out_.whole.push_back(around);
+    }
+  }
+
+  void bound_height() {
+    double most = 0.0;
+    for (Index he = 0; he < count_; ++he) {
+      const Vec3 dn = normal(after(he)) - normal(he);
+      most = std::max(most, std::abs((vertex(to(he)) - vertex(from(he))).dot(dn)));
+    }
+    out_.height = most / 6.0;  // half of the sum of b_i b_j, which is at most 1/3
+  }
+
+  void volume() {
+    if (!out_.closed) return;
+    const Vec3 origin = vertex(from(0));
+    double six = 0.0;
+    for (Index t = 0; t < count_; t += 3) six += area(t).dot(vertex(from(t)) - origin);
+    out_.volume = six / 6.0;
+  }
+
+  std::span<const double> vertices_;
+  std::span<const Index> triangles_;
+  Index count_;
+  Topology out_;
+};
+
+}  // namespace
+
+Topology build_topology(std::span<const double> vertices, std::span<const std::int32_t> triangles) {
+  return Builder(vertices, triangles).build();
+}
+
+}  // namespace palpate::scene

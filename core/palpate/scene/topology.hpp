@@ -1,0 +1,31 @@
+// What lies beside each triangle, and the smooth normals of the surface that the triangles stand for.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace palpate::scene {
+
+/// Edges that turn more than this are creases: real edges of the thing, not facets of something round.
+inline constexpr double kCreaseAngle = 0.5235987755982988;  // 30 degrees [rad]
+
+/// Half-edge 3t + e runs from corner e to corner e + 1 of triangle t.
+struct Topology {
+  std::vector<std::int32_t> twin;    ///< 3m: the half-edge across, -1 on rims and where the surface branches
+  std::vector<std::int32_t> normal;  ///< 3m: row of `normals` for each corner; corners share it unless creased
+  std::vector<double> normals;       ///< 3k: unit, outwards
+  std::vector<bool> whole;           ///< k: all triangles around the vertex share this normal
+  double height = 0.0;               ///< bound on how far the smooth surface leaves the triangles (smooth.hpp) [m]
+  std::size_t boundary_edges = 0;      ///< of one triangle only
+  std::size_t branching_edges = 0;     ///< of three triangles or more
+  std::size_t inconsistent_edges = 0;  ///< whose two triangles are wound against each other
+  std::size_t flat_triangles = 0;      ///< three corners on a line
+  bool closed = false;                 ///< every edge has two triangles, wound alike
+  double volume = 0.0;                 ///< enclosed, by the winding: negative is inside out [m^3]; 0 unless closed
+};
+
+Topology build_topology(std::span<const double> vertices, std::span<const std::int32_t> triangles);
+
+}  // namespace palpate::scene

@@ -1,0 +1,114 @@
+"""Stage ``contact``: render a prescribed tool path through the very contact and force code of the loop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from palpate import _core
+
+if TYPE_CHECKING:
+    from palpate.mesh import Mesh
+
+Array = npt.NDArray[np.float64]
+
+
+
+
+Surface: TypeAlias = "Mesh | _core.Mesh | tuple[npt.ArrayLike, npt.ArrayLike]"
+
+
+@dataclass(frozen=True)
+class Rendered:
+    """What the tool met, one row for each of its n positions. World frame W."""
+
+    force: Array  #: (n, 3) F_T_W, of the surface on the tool; exactly zero when free [N]
+    normal: Array  #: (n, 3) unit, out of the surface; zero when free
+    depth: Array  #: (n,) deflection along the normal [m]
+    proxy: Array  #: (n, 3) p_WP, the proxy; the tool itself when free [m]
+    latency: Array  #: (n,) of one update of contact and force, measured inside C++ [s]
+    started_inside: bool  #: the path began inside the closed surface: the proxy was put outside, at the nearest point
+
+
+def render(
+    surface: Surface,
+    tips: npt.ArrayLike,
+    *,
+    radius: float,
+    stiffness: float | npt.ArrayLike,
+    damping: float | npt.ArrayLike = 0.0,
+    friction: float = 0.0,
+    method: str = "proxy",
+    rate: float = 1000.0,
+) -> Rendered:
+    """Feel ``surface`` with a sphere whose centre follows ``tips``.
+
+    F = K delta_x - B (n . v) n with delta_x from the tool to the proxy and v by backward differences of ``tips``.
+
+    Args:
+        surface: a ``palpate.Mesh``, a compiled ``_core.Mesh``, or ``(vertices (n, 3) [m], triangles (m, 3))``.
+        tips: (n, 3) tool tip p_WT, the centre of the spherical proxy region [m]. The first one is where the
+            tool appears; inside a closed surface it is put outside (``started_inside``).
+        radius: of the spherical proxy region [m].
+        stiffness: K, one number or one for each axis of W [N/m].
+        damping: B, likewise [N s/m].
+        friction: Coulomb coefficient mu.
+        method: ``proxy``, or another one that the error message lists.
+        rate: of the tips [Hz].
+
+    Raises:
+        ValueError: names the argument, what it was and what it should be.
+        MeshError: the surface is no mesh.
+    """
+    points = _points(tips)
+    options = _core.ContactOptions()
+    options.radius = _positive("radius", radius, "m")
+    material = _core.Material(K=_axes("stiffness", stiffness), B=_axes("damping", damping), mu=_not_negative(friction))
+    snapshot = _core.Snapshot([_core.Object("surface", _core_mesh(surface), np.eye(4), material)])
+    return Rendered(*_core.contact_render(snapshot, points, method, options, _positive("rate", rate, "Hz")))
+
+
+def _core_mesh(surface: Surface) -> _core.Mesh:
+    from palpate.mesh import Mesh  # here: reading mesh files is not part of rendering
+
+    if isinstance(surface, _core.Mesh):
+        return surface
+    if isinstance(surface, Mesh):
+        return surface.core
+    if isinstance(surface, tuple) and len(surface) == 2:
+        return Mesh(*surface, name="surface").core
+    raise ValueError(f"surface must be a palpate.Mesh or (vertices, triangles), got {type(surface).__name__}")
+
+
+def _points(tips: npt.ArrayLike) -> Array:
+    points = np.ascontiguousarray(tips, dtype=np.float64)
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise ValueError(f"tips must have shape (n, 3) in metres, got {points.shape}")
+    finite = np.isfinite(points).all(axis=1)
+    if not finite.all():
+        raise ValueError(f"tips must be finite, row {int(np.argmin(finite))} is {points[np.argmin(finite)].tolist()}")
+    return points
+
+
+def _axes(name: str, value: float | npt.ArrayLike) -> Array:
+    axes = np.asarray(value, dtype=np.float64)
+    if axes.shape not in ((), (3,)):
+        raise ValueError(f"{name} must be one number or three, for the axes of W; got shape {axes.shape}")
+    if not np.isfinite(axes).all() or (axes < 0).any():
+        raise ValueError(f"{name} must be finite and not negative, got {axes.tolist()}")
+    return np.ascontiguousarray(np.broadcast_to(axes, (3,)))
+
+
+def _positive(name: str, value: float, unit: str) -> float:
+    if not (np.isfinite(value) and value > 0):
+        raise ValueError(f"{name} must be a positive number in {unit}, got {value!r}")
+    return float(value)
+
+
+def _not_negative(friction: float) -> float:
+    if not (np.isfinite(friction) and friction >= 0):
+        raise ValueError(f"friction must be finite and not negative, got {friction!r}")
+    return float(friction)

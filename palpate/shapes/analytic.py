@@ -1,0 +1,299 @@
+"""Shapes with a closed form: tessellations of about n triangles beside their exact signed distance, the oracle.
+
+Metres. Distances are negative inside; normals point out. Dimensions are those of the contact benchmark.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Triangles = NDArray[np.int32]
+
+MM = 1e-3
+
+
+class Shape(ABC):
+    """A surface known exactly. ``mesh`` approximates it, ``distance`` judges, ``curve`` is the way to slide."""
+
+    name: ClassVar[str]
+
+    @abstractmethod
+    def mesh(self, triangles: int) -> tuple[Array, Triangles]:
+        """About ``triangles`` of them: vertices (n, 3) [m] and triangles (m, 3), counter-clockwise from outside."""
+
+    @abstractmethod
+    def distance(self, points: Array) -> tuple[Array, Array]:
+        """Signed distance (n,) [m] and its gradient, the outward unit normal (n, 3), at points (n, 3) [m]."""
+
+    @abstractmethod
+    def curve(self, s: Array, offset: float) -> Array:
+        """Points (n, 3) [m] at signed distance ``offset`` along a closed way, s in turns (one turn, one unit)."""
+
+
+class Sphere(Shape):
+    """Geodesic sphere around the origin."""
+
+    name = "sphere"
+
+    def __init__(self, radius: float = 30 * MM) -> None:
+        self.radius = radius
+
+    def mesh(self, triangles: int) -> tuple[Array, Triangles]:
+        vertices, faces = _icosahedron(max(1, round((triangles / 20) ** 0.5)))
+        return vertices * self.radius, faces
+
+    def distance(self, points: Array) -> tuple[Array, Array]:
+        length = np.linalg.norm(points, axis=1)
+        return length - self.radius, points / np.where(length > 0, length, 1.0)[:, None]
+
+    def curve(self, s: Array, offset: float) -> Array:
+        longitude, latitude = 2 * np.pi * s, 0.6 * np.sin(2 * np.pi * s / 3 + 0.3)
+        direction = np.stack(
+            [np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), np.sin(latitude)], axis=1
+        )
+        return (self.radius + offset) * direction @ _TILT.T
+
+
+class Torus(Shape):
+    """Torus around the z axis."""
+
+    name = "torus"
+
+    def __init__(self, major: float = 40 * MM, minor: float = 15 * MM) -> None:
+        self.major, self.minor = major, minor
+
+    def mesh(self, triangles: int) -> tuple[Array, Triangles]:
+        n_minor = max(3, round((triangles / 2 * self.minor / self.major) ** 0.5))
+        n_major = max(3, round(triangles / 2 / n_minor))
+        u, v = np.meshgrid(np.arange(n_major), np.arange(n_minor), indexing="ij")
+        points = self._at(2 * np.pi * u.ravel() / n_major, 2 * np.pi * v.ravel() / n_minor, 0.0)
+        return points, _grid(n_major, n_minor, wrap=True)
+
+    def _at(self, u: Array, v: Array, offset: float) -> Array:
+        ring = self.major + (self.minor + offset) * np.cos(v)
+        return np.stack([ring * np.cos(u), ring * np.sin(u), (self.minor + offset) * np.sin(v)], axis=1)
+
+    def distance(self, points: Array) -> tuple[Array, Array]:
+        ring = np.hypot(points[:, 0], points[:, 1])
+        outward = points[:, :2] / np.where(ring > 0, ring, 1.0)[:, None]
+        away = np.column_stack([outward * (ring - self.major)[:, None], points[:, 2]])
+        length = np.linalg.norm(away, axis=1)
+        return length - self.minor, away / np.where(length > 0, length, 1.0)[:, None]
+
+    def curve(self, s: Array, offset: float) -> Array:
+        return self._at(2 * np.pi * (s / 5 + 0.013), 2 * np.pi * s + 0.4, offset)
+
+
+class Box(Shape):
+    """Closed box around the origin; a plate when one side is short."""
+
+    name = "box"
+
+    def __init__(self, size: tuple[float, float, float] = (40 * MM, 40 * MM, 40 * MM)) -> None:
+        self.half = np.array(size) / 2
+
+    def mesh(self, triangles: int) -> tuple[Array, Triangles]:
+        x, y, z = 2 * self.half
+        step = (2 * (2 * (x * y + y * z + z * x)) / triangles) ** 0.5
+        counts = np.maximum(1, np.round(2 * self.half / step).astype(int))
+        parts = [self._face(axis, sign, counts) for axis in range(3) for sign in (-1.0, 1.0)]
+        starts = np.cumsum([0] + [len(p) for p, _ in parts])
+        faces = np.concatenate([f + start for (_, f), start in zip(parts, starts, strict=False)])
+        return np.concatenate([p for p, _ in parts]), faces.astype(np.int32)
+
+    def _face(self, axis: int, sign: float, counts: NDArray[np.int_]) -> tuple[Array, Triangles]:
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        a = np.linspace(-self.half[i], self.half[i], counts[i] + 1)
+        b = np.linspace(-self.half[j], self.half[j], counts[j] + 1)
+        points = np.zeros((len(a) * len(b), 3))
+        points[:, i], points[:, j] = np.repeat(a, len(b)), np.tile(b, len(a))
+        points[:, axis] = sign * self.half[axis]
+        faces = _grid(len(a), len(b))
+        return points, faces if sign > 0 else faces[:, ::-1].copy()
+
+    def distance(self, points: Array) -> tuple[Array, Array]:
+        q = np.abs(points) - self.half
+        outside = np.maximum(q, 0.0)
+        length = np.linalg.norm(outside, axis=1)
+        inside = np.zeros_like(points)
+        inside[np.arange(len(points)), q.argmax(axis=1)] = 1.0
+        beyond = length > 0
+        normal = np.where(beyond[:, None], outside / np.where(beyond, length, 1.0)[:, None], inside)
+        return np.where(beyond, length, q.max(axis=1)), normal * np.where(points < 0, -1.0, 1.0)
+
+    def curve(self, s: Array, offset: float) -> Array:
+        """Below the surface a loop over one face; above it a way around four edges."""
+        if offset < 0:
+            r = 0.6 * min(self.half[0], self.half[1])
+            x, y = r * np.cos(2 * np.pi * s), 0.9 * r * np.sin(2 * np.pi * s)
+            return np.stack([x, y, np.full_like(s, self.half[2] + offset)], axis=1)
+        hx, hz, arc = self.half[0], self.half[2], np.pi / 2 * offset
+        # Start in the middle of the top, go towards +x, over the edge, down, below, up again.
+        legs = np.array([hx, arc, 2 * hz, arc, 2 * hx, arc, 2 * hz, arc, hx])
+        ends = np.concatenate([[0.0], np.cumsum(legs)])
+        way = (s % 1.0) * ends[-1]
+        leg = np.clip(np.searchsorted(ends, way, side="right") - 1, 0, 8)
+        turn, into = (leg + 1) // 2, way - ends[leg]  # quarter turns begun before or in this leg
+        bent = leg % 2 == 1
+        angle = np.pi / 2 * (turn - bent) + np.where(bent, into / (offset if offset > 0 else 1.0), 0.0)
+        corners = np.array([[hx, hz], [hx, -hz], [-hx, -hz], [-hx, hz]])
+        n = np.stack([np.sin(angle), np.cos(angle)], axis=1)
+        along = np.stack([np.cos(angle), -np.sin(angle)], axis=1)
+        start = np.where((leg == 0)[:, None], [[0.0, hz]], corners[(turn - 1) % 4])
+        xz = start + offset * n + np.where(bent, 0.0, into)[:, None] * along
+        return np.stack([xz[:, 0], np.full_like(s, 0.083 * self.half[1]), xz[:, 1]], axis=1)
+
+
+class Plate(Box):
+    """A thin closed plate, 60 x 60 x 1 mm."""
+
+    name = "plate"
+
+    def __init__(self, size: tuple[float, float, float] = (60 * MM, 60 * MM, 1 * MM)) -> None:
+        super().__init__(size)
+
+
+class WavySheet(Shape):
+    """Open sheet z = a sin(kx) cos(ky); out is up."""
+
+    name = "wavy"
+
+    def __init__(self, amplitude: float = 3 * MM, wavelength: float = 40 * MM, side: float = 100 * MM) -> None:
+        self.amplitude, self.k, self.side = amplitude, 2 * np.pi / wavelength, side
+
+    def _height(self, x: Array, y: Array) -> Array:
+        return np.asarray(self.amplitude * np.sin(self.k * x) * np.cos(self.k * y))
+
+    def _slope(self, x: Array, y: Array) -> tuple[Array, Array]:
+        a, k = self.amplitude * self.k, self.k
+        return a * np.cos(k * x) * np.cos(k * y), -a * np.sin(k * x) * np.sin(k * y)
+
+    def mesh(self, triangles: int) -> tuple[Array, Triangles]:
+        n = max(1, round((triangles / 2) ** 0.5)) + 1
+        x, y = (c.ravel() for c in np.meshgrid(*[np.linspace(-self.side / 2, self.side / 2, n)] * 2, indexing="ij"))
+        return np.stack([x, y, self._height(x, y)], axis=1), _grid(n, n)
+
+    def distance(self, points: Array) -> tuple[Array, Array]:
+        """By Newton's method on the foot of the perpendicular; the sheet goes on for ever."""
+        x, y = points[:, 0].copy(), points[:, 1].copy()
+        for _ in range(60):  # Gauss-Newton: converges for points nearer than the radius of curvature
+            zx, zy = self._slope(x, y)
+            dx, dy, dz = points[:, 0] - x, points[:, 1] - y, points[:, 2] - self._height(x, y)
+            rx, ry = dx + dz * zx, dy + dz * zy
+            a, b, c = 1 + zx * zx, zx * zy, 1 + zy * zy
+            det = a * c - b * b
+            x += (c * rx - b * ry) / det
+            y += (a * ry - b * rx) / det
+        normal = self._normal(x, y)
+        foot = np.stack([x, y, self._height(x, y)], axis=1)
+        return np.einsum("ij,ij->i", points - foot, normal), normal
+
+    def _normal(self, x: Array, y: Array) -> Array:
+        zx, zy = self._slope(x, y)
+        n = np.stack([-zx, -zy, np.ones_like(zx)], axis=1)
+        return np.asarray(n / np.linalg.norm(n, axis=1, keepdims=True))
+
+    def curve(self, s: Array, offset: float) -> Array:
+        x = 0.36 * self.side * np.cos(2 * np.pi * s + 0.1)
+        y = 0.31 * self.side * np.sin(2 * np.pi * s + 0.1)
+        return np.stack([x, y, self._height(x, y)], axis=1) + offset * self._normal(x, y)
+
+
+class Groove(Shape):
+    """Open groove z = |x|; out is up. Its edge is concave, a right angle."""
+
+    name = "groove"
+
+    def __init__(self, side: float = 100 * MM) -> None:
+        self.side = side
+
+    def mesh(self, triangles: int) -> tuple[Array, Triangles]:
+        n = max(1, round((triangles / 4) ** 0.5))
+        x, y = np.linspace(-self.side / 2, self.side / 2, 2 * n + 1), np.linspace(-self.side / 2, self.side / 2, n + 1)
+        x[n] = 0.0
+        xs, ys = np.repeat(x, len(y)), np.tile(y, len(x))
+        return np.stack([xs, ys, np.abs(xs)], axis=1), _grid(len(x), len(y))
+
+    def distance(self, points: Array) -> tuple[Array, Array]:
+        side = np.where(points[:, 0] < 0, -1.0, 1.0)
+        x, z = np.abs(points[:, 0]), points[:, 2]
+        along, height = (x + z) / 2**0.5, (z - x) / 2**0.5  # on the nearer half-plane: along it, above it
+        zero = np.zeros_like(x)
+        edge = -np.stack([points[:, 0], zero, z], axis=1)  # below the edge itself
+        length = np.linalg.norm(edge, axis=1)
+        plane = np.stack([-side, zero, np.ones_like(x)], axis=1) / 2**0.5
+        on_edge = (along < 0) & (height < 0)
+        normal = np.where(on_edge[:, None], edge / np.where(length > 0, length, 1.0)[:, None], plane)
+        return np.where(on_edge, -length, height), normal
+
+    def curve(self, s: Array, offset: float) -> Array:
+        x = 0.3 * self.side * np.cos(2 * np.pi * s)
+        y = 0.25 * self.side * np.sin(2 * np.pi * s)
+        side = np.where(x < 0, -1.0, 1.0)
+        return np.stack([x - side * offset / 2**0.5, y, np.abs(x) + offset / 2**0.5], axis=1)
+
+
+SHAPES: dict[str, Shape] = {s.name: s for s in (Sphere(), Torus(), Box(), WavySheet(), Plate(), Groove())}
+
+
+def _rotation(x: float, z: float) -> Array:
+    cx, sx, cz, sz = np.cos(x), np.sin(x), np.cos(z), np.sin(z)
+    return np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]]) @ np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
+
+
+_TILT = _rotation(0.7, 0.4)  # so that no way follows the tessellation's own lines
+
+
+def _grid(n: int, m: int, wrap: bool = False) -> Triangles:
+    """Two triangles for each cell of n x m points (row-major); the diagonals alternate."""
+    i, j = np.meshgrid(np.arange(n if wrap else n - 1), np.arange(m if wrap else m - 1), indexing="ij")
+    i, j = i.ravel(), j.ravel()
+    a, b = i * m + j, (i + 1) % n * m + j
+    c, d = (i + 1) % n * m + (j + 1) % m, i * m + (j + 1) % m
+    even = ((i + j) % 2 == 0)[:, None]
+    first = np.where(even, np.stack([a, b, c], axis=1), np.stack([a, b, d], axis=1))
+    second = np.where(even, np.stack([a, c, d], axis=1), np.stack([b, c, d], axis=1))
+    return np.stack([first, second], axis=1).reshape(-1, 3).astype(np.int32)
+
+
+def _icosahedron(frequency: int) -> tuple[Array, Triangles]:
+    """Unit icosahedron, each face cut into frequency^2 triangles and blown up onto the sphere."""
+    g = (1 + 5**0.5) / 2
+    corners = np.array(
+        [[-1, g, 0], [1, g, 0], [-1, -g, 0], [1, -g, 0], [0, -1, g], [0, 1, g]]
+        + [[0, -1, -g], [0, 1, -g], [g, 0, -1], [g, 0, 1], [-g, 0, -1], [-g, 0, 1]]
+    ) / (1 + g * g) ** 0.5
+    faces = np.array(
+        [[0, 11, 5], [0, 5, 1], [0, 1, 7], [0, 7, 10], [0, 10, 11], [1, 5, 9], [5, 11, 4], [11, 10, 2], [10, 7, 6]]
+        + [[7, 1, 8], [3, 9, 4], [3, 4, 2], [3, 2, 6], [3, 6, 8], [3, 8, 9], [4, 9, 5], [2, 4, 11], [6, 2, 10]]
+        + [[8, 6, 7], [9, 8, 1]]
+    )
+    i, j = (c.ravel() for c in np.meshgrid(np.arange(frequency + 1), np.arange(frequency + 1), indexing="ij"))
+    i, j = i[i + j <= frequency], j[i + j <= frequency]
+    row = np.full((frequency + 2, frequency + 2), -1)
+    row[i, j] = np.arange(len(i))
+    up = i + j < frequency
+    down = i + j < frequency - 1
+    cells = np.concatenate(
+        [
+            np.stack([row[i, j], row[i + 1, j], row[i, j + 1]], axis=1)[up],
+            np.stack([row[i + 1, j], row[i + 1, j + 1], row[i, j + 1]], axis=1)[down],
+        ]
+    )
+    a, b, c = (corners[faces[:, k]][:, None, :] for k in range(3))
+    k = frequency - i - j
+    points = (k[:, None] * a + i[:, None] * b + j[:, None] * c).reshape(-1, 3)
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    triangles = (cells[None] + (np.arange(20) * len(i))[:, None, None]).reshape(-1, 3)
+    return _weld(points, triangles)
+
+
+def _weld(points: Array, triangles: NDArray[np.int_]) -> tuple[Array, Triangles]:
+    """Corners and edges that neighbouring faces computed each for itself, to the last bits, become one."""
+    _, first, inverse = np.unique(np.round(points * 2**40).astype(np.int64), axis=0, return_index=True, return_inverse=True)
+    return points[first], inverse.reshape(-1)[triangles].astype(np.int32)

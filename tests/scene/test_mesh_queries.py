@@ -1,0 +1,146 @@
+"""The wide BVH against brute force; what build() mends, keeps and refuses."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate import _core
+from palpate.shapes.analytic import SHAPES
+
+
+def distance_by_segments_and_planes(vertices, triangles, points):
+    """Distance to the nearest of the triangles, each by its three sides and its plane: no BVH, no barycentrics shared."""
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    n = np.cross(b - a, c - a)
+    area2 = (n * n).sum(axis=1)
+
+    def to_segment(p, start, end):
+        d = end - start
+        t = np.clip(((p - start) * d).sum(axis=1) / np.maximum((d * d).sum(axis=1), 1e-300), 0.0, 1.0)
+        return np.linalg.norm(p - start - t[:, None] * d, axis=1)
+
+    out = []
+    for p in points:
+        d = np.minimum(np.minimum(to_segment(p, a, b), to_segment(p, b, c)), to_segment(p, c, a))
+        above = np.full(len(a), True)
+        for start, end in ((a, b), (b, c), (c, a)):
+            above &= (np.cross(end - start, p - start) * n).sum(axis=1) > 0.0
+        above &= area2 > 0.0
+        plane = np.abs(((p - a) * n).sum(axis=1)) / np.sqrt(np.where(area2 > 0.0, area2, 1.0))
+        out.append(np.where(above, np.minimum(d, plane), d).min())
+    return np.array(out)
+
+
+@pytest.mark.parametrize("triangles", [12, 1000, 20_000])
+@pytest.mark.parametrize("name", sorted(SHAPES))
+def test_closest_is_brute_force(name, triangles):
+    vertices, faces = SHAPES[name].mesh(triangles)
+    points = np.random.default_rng(1).uniform(-0.06, 0.06, (100, 3))
+    distance, point, normal, triangle = _core.Mesh(vertices, faces).closest(points)
+    np.testing.assert_allclose(distance, distance_by_segments_and_planes(vertices, faces, points), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(np.linalg.norm(points - point, axis=1), distance, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(np.linalg.norm(normal, axis=1), 1.0, atol=1e-12)
+    on = distance_by_segments_and_planes(vertices, faces[triangle[:1]], point[:1])
+    assert on[0] < 1e-15  # the triangle named holds the point named
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 400), exponent=st.integers(-6, 6))
+def test_closest_in_random_soups_of_any_size(seed, n, exponent):
+    rng = np.random.default_rng(seed)
+    scale = 10.0**exponent
+    vertices = scale * rng.normal(size=(3 * n, 3)) + scale * rng.normal(size=3) * rng.choice([0, 100])
+    vertices[rng.integers(0, 3 * n, n // 3)] = vertices[0]  # repeated corners
+    triangles = np.arange(3 * n, dtype=np.int32).reshape(-1, 3)
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    surface = ~((a == b).all(1) | (b == c).all(1) | (c == a).all(1))  # the others are lines, and dropped
+    if not surface.any():
+        return
+    points = vertices[rng.integers(0, 3 * n, 20)] + scale * rng.normal(size=(20, 3))
+    distance = _core.Mesh(vertices, triangles).closest(points)[0]
+    truth = distance_by_segments_and_planes(vertices, triangles[surface], points)
+    np.testing.assert_allclose(distance, truth, rtol=1e-12, atol=1e-13 * np.abs(vertices).max())
+
+
+def test_kernels_agree():
+    vertices, faces = SHAPES["torus"].mesh(20_000)
+    mesh = _core.Mesh(vertices, faces)
+    points = np.random.default_rng(2).uniform(-0.06, 0.06, (2000, 3))
+    if not _core.bvh_has_avx2():
+        pytest.skip("this machine has no AVX2: the portable kernel is the only one")
+    fast, portable = mesh.closest_by_kernel(points, "avx2"), mesh.closest_by_kernel(points, "portable")
+    np.testing.assert_allclose(fast, portable, rtol=1e-12, atol=1e-16)
+
+
+def test_beyond_max_distance_there_is_nothing():
+    mesh = _core.Mesh(*SHAPES["sphere"].mesh(1000))
+    distance, _, _, triangle = mesh.closest(np.array([[0.1, 0.0, 0.0], [0.031, 0.0, 0.0]]), 0.005)
+    assert np.isinf(distance[0])
+    assert triangle[0] == -1
+    assert triangle[1] >= 0
+
+
+def test_normals_tell_inside_from_outside():
+    for name in ("sphere", "torus", "box", "plate"):
+        shape = SHAPES[name]
+        mesh = _core.Mesh(*shape.mesh(20_000))
+        points = np.random.default_rng(3).uniform(-0.05, 0.05, (2000, 3))
+        phi, _ = shape.distance(points)
+        clear = np.abs(phi) > 1e-4  # facets stand off the true surface by less
+        np.testing.assert_array_equal(mesh.contains(points[clear]), phi[clear] < 0)
+
+
+def test_soup_is_welded_and_reported():
+    vertices, faces = SHAPES["box"].mesh(3000)
+    soup = vertices[faces].reshape(-1, 3)
+    triangles = np.arange(len(soup), dtype=np.int32).reshape(-1, 3)
+    extra = np.concatenate([triangles, triangles[:7], [[0, 0, 1]]]).astype(np.int32)
+    report = _core.Mesh(soup, extra).report
+    assert (report.duplicate, report.degenerate, report.triangles) == (7, 1, len(faces))
+    assert report.closed
+    assert report.vertices == len(faces) // 2 + 2  # Euler
+    assert report.volume == pytest.approx(0.04**3, rel=1e-12)
+
+
+def test_open_branching_and_inconsistent_edges_are_counted():
+    square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 1]], float)
+    sheet = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
+    report = _core.Mesh(square, sheet).report
+    assert (report.boundary_edges, report.inconsistent_edges, report.closed) == (4, 0, False)
+    assert _core.Mesh(square, np.array([[0, 1, 2], [0, 3, 2]], np.int32)).report.inconsistent_edges == 1
+    assert _core.Mesh(square, np.array([[0, 1, 2], [0, 2, 3], [0, 2, 4]], np.int32)).report.branching_edges == 1
+
+
+def test_inside_out_mesh_is_turned():
+    vertices, faces = SHAPES["sphere"].mesh(1000)
+    mesh = _core.Mesh(vertices, np.ascontiguousarray(faces[:, ::-1]))
+    assert mesh.report.inverted
+    assert mesh.report.volume > 0
+    assert mesh.closest(np.array([[0.04, 0.0, 0.0]]))[2][0, 0] > 0.99
+
+
+@pytest.mark.parametrize(
+    ("vertices", "triangles", "message"),
+    [
+        (np.eye(3), np.zeros((0, 3), np.int32), "no triangles"),
+        (np.eye(3), np.array([[0, 1, 3]], np.int32), "triangle 0 names vertex 3"),
+        (np.eye(3), np.array([[0, 1, -1]], np.int32), "names vertex -1"),
+        (np.array([[0, 0, 0], [1, 0, np.nan], [0, 1, 0]]), np.array([[0, 1, 2]], np.int32), "vertex 1 is not finite"),
+        (np.eye(3), np.array([[0, 0, 1]], np.int32), "all 1 triangles are degenerate"),
+    ],
+)
+def test_what_is_no_mesh_is_refused(vertices, triangles, message):
+    with pytest.raises(ValueError, match=message):
+        _core.Mesh(vertices, triangles)
+
+
+def test_sweep_stops_before_the_surface_and_jumps_over_nothing():
+    mesh = _core.Mesh(*SHAPES["plate"].mesh(2000))
+    above, below = np.array([0.001, 0.002, 0.05]), np.array([0.001, 0.002, -0.05])
+    for radius in (1e-4, 1e-3, 5e-3):
+        gone = mesh.sweep(above, below, radius)
+        reach = 0.05 - 0.0005 - radius
+        assert reach - 0.06 * radius <= gone <= reach + 1e-12
+    beside = np.array([0.05, 0.0, 0.0])
+    assert mesh.sweep(above + beside, below + beside, 1e-3) == pytest.approx(0.1)
