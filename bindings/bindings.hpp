@@ -6,14 +6,11 @@
 namespace palpate::bindings {
 
 void bind_arm(nanobind::module_& m);
-void bind_force(nanobind::module_& m);
-void bind_loop(nanobind::module_& m);
-void bind_mapping(nanobind::module_& m);
-void bind_plant(nanobind::module_& m);
 void bind_contact(nanobind::module_& m);
 void bind_force(nanobind::module_& m);
 void bind_loop(nanobind::module_& m);
 void bind_mapping(nanobind::module_& m);
+void bind_plant(nanobind::module_& m);
 void bind_scene(nanobind::module_& m);
 void bind_simulation(nanobind::module_& m);
 void bind_stability(nanobind::module_& m);
