@@ -106,7 +106,6 @@ class Ledger:
         self, p_LH: Array, F_H_L: Array, F_damping: Array, F_cut: Array, spring: float
     ) -> tuple[float, float, float, float]: ...
 
-<<<<<<< HEAD
 # ---- arm
 
 class IkOptions:
@@ -196,7 +195,6 @@ class TorqueOptions:
     gravity_gain: float
     platform_gain: float
     def __init__(self) -> None: ...
-=======
 # ---- scene
 
 class MeshReport:
@@ -274,4 +272,3 @@ class ContactOptions:
 def contact_render(
     snapshot: Snapshot, tips: Array, method: str, options: ContactOptions, rate: float
 ) -> tuple[Array, Array, Array, Array, Array, bool]: ...
->>>>>>> 0907447 (Contact: proxy method on a wide BVH, meshes welded and indexed, render a prescribed path)
