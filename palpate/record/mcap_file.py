@@ -1,8 +1,8 @@
 """An MCAP file written a chunk at a time.
 
 The record classes are those of the `mcap` library. Its `Writer` takes one message a call, 3 us each: with 35 channels
-at 1 kHz that alone caps a run at 10x real time. This one takes whole chunks of serialised messages: 100x. What is written is flushed:
-a killed process leaves every chunk but the one in the making.
+at 1 kHz that alone caps a run at 10x real time. This one takes whole chunks of serialised messages: 100x.
+What is written is flushed: a killed process leaves every chunk but the one in the making.
 """
 
 from __future__ import annotations

@@ -1,0 +1,1 @@
+"""What a run tells afterwards: the summary table and the HTML report."""
