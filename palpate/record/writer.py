@@ -23,6 +23,8 @@ _VERSION = version("palpate")
 CHUNKS_PER_SECOND = 4
 """Of run time; a killed run loses at most one."""
 
+_LATEST = 2.0**31 - 1  # a ROS time has 32 bits of seconds
+
 
 class Recorder:
     """Record a run into one MCAP file.
@@ -210,8 +212,8 @@ class TickEncoder:
 
 def nanoseconds(t: NDArray[np.float64]) -> NDArray[np.uint64]:
     """Times [s] as whole nanoseconds; what is no time (NaN, negative) counts as zero."""
-    whole = np.rint(np.nan_to_num(t, nan=0.0, posinf=0.0, neginf=0.0) * 1e9)
-    return np.clip(whole, 0, 2**62).astype(np.uint64)
+    seconds = np.clip(np.nan_to_num(t, nan=0.0, posinf=0.0, neginf=0.0), 0.0, _LATEST)
+    return np.rint(seconds * 1e9).astype(np.uint64)
 
 
 def column(data: NDArray[np.uint8], offset: int, kind: str, count: int = 1) -> NDArray[Any]:

@@ -38,7 +38,7 @@ def rows(summary: Summary) -> list[tuple[str, str, str]]:
         ("deepest penetration", f"{1e3 * s.max_penetration_m:.2f} mm", "how far the tool was inside the surface"),
         ("time in contact", f"{s.contact_s:.2f} s", f"{share:.0f} % of the {s.duration_s:.2f} s run"),
         ("force capped", f"{s.capped_s:.2f} s", "time in which the safety stage held the force back"),
-        ("energy", energy(s.energy_J), "taken from the hand" if s.energy_J >= 0 else "generated: the force pushed more"),
+        ("energy", energy(s.energy_J), "taken from the hand" if s.energy_J >= 0 else "generated: more than it took"),
     ]
     if s.cycle_max_us > 0:
         cycle = f"{s.cycle_p50_us:.1f} / {s.cycle_p99_us:.1f} / {s.cycle_p999_us:.1f} / {s.cycle_max_us:.0f} us"
