@@ -272,3 +272,6 @@ class ContactOptions:
 def contact_render(
     snapshot: Snapshot, tips: Array, method: str, options: ContactOptions, rate: float
 ) -> tuple[Array, Array, Array, Array, Array, bool]: ...
+def trace_algorithm1(
+    snapshot: Snapshot, p_WT: Array, v_WT: Array, radius: float, n_last: Array
+) -> dict[str, Any]: ...

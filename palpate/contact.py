@@ -66,9 +66,20 @@ def render(
     points = _points(tips)
     options = _core.ContactOptions()
     options.radius = _positive("radius", radius, "m")
-    material = _core.Material(K=_axes("stiffness", stiffness), B=_axes("damping", damping), mu=_not_negative(friction))
-    snapshot = _core.Snapshot([_core.Object("surface", _core_mesh(surface), np.eye(4), material)])
+    snapshot = snapshot_of(surface, stiffness=stiffness, damping=damping, friction=friction)
     return Rendered(*_core.contact_render(snapshot, points, method, options, _positive("rate", rate, "Hz")))
+
+
+def snapshot_of(
+    surface: Surface,
+    *,
+    stiffness: float | npt.ArrayLike,
+    damping: float | npt.ArrayLike = 0.0,
+    friction: float = 0.0,
+) -> _core.Snapshot:
+    """A world of one object, "surface", where its mesh is. Arguments and errors as in ``render``."""
+    material = _core.Material(K=_axes("stiffness", stiffness), B=_axes("damping", damping), mu=_not_negative(friction))
+    return _core.Snapshot([_core.Object("surface", _core_mesh(surface), np.eye(4), material)])
 
 
 def _core_mesh(surface: Surface) -> _core.Mesh:

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "palpate/contact/paper_alg1.hpp"
 #include "palpate/contact/proxy.hpp"
 
 namespace palpate::contact {
@@ -23,6 +24,7 @@ std::unique_ptr<Method> make(const Options& options) {
 /// A method is one file and one line here.
 constexpr std::array kMethods = {
     Entry{"proxy", &make<Proxy>},
+    Entry{"paper-alg1", &make<PaperAlg1>},
 };
 
 }  // namespace

@@ -1,0 +1,64 @@
+#include "palpate/contact/algorithm1.hpp"
+
+#include <nanobind/eigen/dense.h>
+#include <nanobind/nanobind.h>
+
+#include "bindings.hpp"
+#include "palpate/force/force.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace palpate::bindings {
+namespace {
+
+using Rows = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+
+/// One collision and one cycle of Algorithm 1 on the first object of a scene, every line's value kept.
+nb::dict trace(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT, double radius, const Vec3& n_last) {
+  contact::CoalSurface surface(radius);
+  surface.prepare(scene);
+  const contact::CollisionPoints points = surface.collide(scene.objects.at(0), p_WT);
+
+  contact::algorithm1::Plane plane;
+  contact::algorithm1::Deflection d;
+  contact::ContactSet contacts;
+  if (points.size > 0) {
+    plane = contact::algorithm1::average(points, n_last, p_WT);
+    d = contact::algorithm1::deflect(plane, p_WT, v_WT);
+    const double depth = plane.n.dot(d.delta_x);
+    contacts.contact[0] = {0, p_WT + d.delta_x, plane.n, d.delta_x, depth, Vec3::Zero()};
+    contacts.size = depth > 0.0 ? 1 : 0;
+  }
+  const force::ForceTerms F = force::step(contacts, scene, v_WT, 1.0, 1.0);
+
+  Rows p(points.size, 3), n(points.size, 3);
+  Eigen::VectorXd depths(points.size);
+  for (int i = 0; i < points.size; ++i) {
+    const contact::CollisionPoint& point = points.point[static_cast<std::size_t>(i)];
+    p.row(i) = point.p, n.row(i) = point.n, depths[i] = point.depth;
+  }
+  nb::dict lines;
+  lines["collision"] = points.size > 0;
+  lines["points"] = p;
+  lines["normals"] = n;
+  lines["depths"] = depths;
+  lines["normal"] = plane.n;
+  lines["delta_x_total"] = d.delta_x_total;
+  lines["v_total"] = d.v_total;
+  lines["delta_x"] = d.delta_x;
+  lines["v"] = d.v;
+  lines["force_spring"] = F.F_spring;
+  lines["force_damping"] = F.F_damping;
+  lines["force"] = F.F;
+  return lines;
+}
+
+}  // namespace
+
+void bind_algorithm1(nb::module_& m) {
+  m.def("trace_algorithm1", &trace, "snapshot"_a, "p_WT"_a, "v_WT"_a, "radius"_a, "n_last"_a,
+        "Every line of Algorithm 1 for one tool position; all in W, SI units.");
+}
+
+}  // namespace palpate::bindings

@@ -1,0 +1,41 @@
+// The paper's Algorithm 1, line by line (READINGS 8). Method `paper-alg1` (paper_alg1.hpp) runs it at two rates.
+//
+//   1 while collision
+//   2   p_i, i = 1..z <= 15                     collision points (coal_surface.hpp)
+//   3   n_i                                     their normals
+//   4   n = sum n_i / |sum n_i|                 average; the last one when the sum vanishes
+//   5   delta_x_total = x_d - x                 x_d = x + d_j n_j of the deepest point j, when it was collided
+//   6   xdot_total                              of the tool
+//   7   delta_x = (n . delta_x_total) n
+//   8   xdot = (n . xdot_total) n
+//   9   F = K delta_x - B xdot                  stage `force`
+//
+// The paper does not say where x_d comes from. Of the readings this is the kindest: the nearest place where the sphere
+// is free of its deepest triangle, exact on a plane and wherever the facet below the centre is among the 15 points.
+#pragma once
+
+#include "palpate/contact/coal_surface.hpp"
+#include "palpate/types/spatial.hpp"
+
+namespace palpate::contact::algorithm1 {
+
+/// Lines 2-5, at the rate of collisions. In W.
+struct Plane {
+  Vec3 n = Vec3::Zero();        ///< line 4, unit; zero before the first contact
+  Vec3 p_proxy = Vec3::Zero();  ///< x_d [m]
+};
+
+/// Lines 5-8, at the rate of the haptic cycle. In W.
+struct Deflection {
+  Vec3 delta_x_total = Vec3::Zero();  ///< line 5 [m]
+  Vec3 v_total = Vec3::Zero();        ///< line 6 [m/s]
+  Vec3 delta_x = Vec3::Zero();        ///< line 7 [m]
+  Vec3 v = Vec3::Zero();              ///< line 8 [m/s]
+};
+
+/// Line 4 and x_d from at least one point; n_last: the normal of the last collision, zero when there was none.
+[[nodiscard]] Plane average(const CollisionPoints& points, const Vec3& n_last, const Vec3& p_WT) noexcept;
+
+[[nodiscard]] Deflection deflect(const Plane& plane, const Vec3& p_WT, const Vec3& v_WT) noexcept;
+
+}  // namespace palpate::contact::algorithm1

@@ -1,0 +1,80 @@
+#include "palpate/contact/coal_surface.hpp"
+
+#include <coal/BVH/BVH_model.h>
+#include <coal/collision.h>
+#include <coal/shape/geometric_shapes.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <vector>
+
+#include "palpate/scene/mesh_impl.hpp"
+
+namespace palpate::contact {
+
+struct CoalSurface::Tree : coal::BVHModel<coal::OBBRSS> {};
+
+struct CoalSurface::Sphere : coal::Sphere {
+  using coal::Sphere::Sphere;
+};
+
+CoalSurface::CoalSurface(double radius) : sphere_(std::make_unique<Sphere>(radius)) {}
+CoalSurface::~CoalSurface() = default;
+
+void CoalSurface::prepare(const scene::Snapshot& scene) {
+  const auto there = [&scene](std::uint64_t id) {
+    return std::any_of(scene.objects.begin(), scene.objects.end(),
+                       [id](const scene::Object& o) { return o.mesh->impl().id == id; });
+  };
+  std::erase_if(trees_, [&](const auto& tree) { return !there(tree.first); });
+
+  for (const scene::Object& object : scene.objects) {
+    std::unique_ptr<Tree>& tree = trees_[object.mesh->impl().id];
+    if (tree) {
+      continue;
+    }
+    const auto vertices = object.mesh->vertices();
+    const auto triangles = object.mesh->triangles();
+    std::vector<coal::Vec3s> points;
+    points.reserve(vertices.size() / 3);
+    for (std::size_t i = 0; i < vertices.size(); i += 3) {
+      points.emplace_back(vertices[i], vertices[i + 1], vertices[i + 2]);
+    }
+    std::vector<coal::Triangle> faces;
+    faces.reserve(triangles.size() / 3);
+    for (std::size_t i = 0; i < triangles.size(); i += 3) {
+      faces.emplace_back(triangles[i], triangles[i + 1], triangles[i + 2]);
+    }
+    auto grown = std::make_unique<Tree>();
+    grown->beginModel(static_cast<unsigned>(faces.size()), static_cast<unsigned>(points.size()));
+    grown->addSubModel(points, faces);
+    grown->endModel();
+    tree = std::move(grown);
+  }
+}
+
+CollisionPoints CoalSurface::collide(const scene::Object& object, const Vec3& p_WT) const {
+  const auto tree = trees_.find(object.mesh->impl().id);
+  if (tree == trees_.end() || !tree->second) {
+    throw std::logic_error("CoalSurface: the mesh of '" + object.name +
+                           "' was not prepared: call prepare(scene) first");
+  }
+  const coal::Transform3s X_WO(object.X_WO.R, object.X_WO.p);
+  const coal::Transform3s X_WT(p_WT);
+  const coal::CollisionRequest request(coal::CONTACT, kMaxCollisionPoints);
+  coal::CollisionResult result;
+  coal::collide(tree->second.get(), X_WO, sphere_.get(), X_WT, request, result);
+
+  CollisionPoints points;
+  const std::size_t n = std::min<std::size_t>(result.numContacts(), kMaxCollisionPoints);
+  for (std::size_t i = 0; i < n; ++i) {
+    const coal::Contact& c = result.getContact(i);
+    const CollisionPoint point{c.nearest_points[0], c.normal, -c.penetration_depth};
+    if (point.p.allFinite() && point.n.allFinite() && point.depth > 0.0) {
+      points.point[static_cast<std::size_t>(points.size++)] = point;
+    }
+  }
+  return points;
+}
+
+}  // namespace palpate::contact
