@@ -99,11 +99,12 @@ void bind_arm(nb::module_& m) {
           "mass_matrix", [](Arm& a, const Vector& q) -> Matrix { return a.mass_matrix(joints(a, q, "q")); }, "q"_a,
           "M(q) (n,n), symmetric; rotor inertias are not in it.")
       .def(
-          "tip_drift",
-          [](Arm& a, const Vector& q, const Vector& v) -> Vector {
-            return a.dynamics(joints(a, q, "q"), joints(a, v, "v")).Jdot_v;
+          "dynamics",
+          [](Arm& a, const Vector& q, const Vector& v) {
+            const arm::Dynamics& d = a.dynamics(joints(a, q, "q"), joints(a, v, "v"));
+            return nb::make_tuple(Matrix(d.M), Vector(d.bias), to_matrix(d.X_0T), Matrix(d.J), Vector(d.Jdot_v));
           },
-          "q"_a, "v"_a, "dJ/dt v (6,): tip acceleration at zero joint acceleration.")
+          "q"_a, "v"_a, "(M (n,n), C v + G (n,), X_0T (4,4), J (6,n), dJ/dt v (6,)) in one go, as the plant uses them.")
       .def(
           "potential_energy", [](Arm& a, const Vector& q) { return a.potential_energy(joints(a, q, "q")); }, "q"_a,
           "P(q) [J].")

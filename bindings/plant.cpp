@@ -50,8 +50,86 @@ void bind_options(nb::module_& m) {
   joint_field(follower, "encoder_step", &FollowerOptions::encoder_step, "(n,) [rad, m]; 0 = ideal");
 }
 
+using Vector = Eigen::VectorXd;
+
+void bind_leader(nb::module_& m) {
+  nb::class_<plant::Leader>(m, "Leader", "A simulated leader: dynamics, friction, drives, encoders, and a hand on it.")
+      .def(nb::init<arm::Arm, LeaderOptions, HandOptions>(), "arm"_a, "options"_a, "hand"_a = HandOptions{})
+      .def(
+          "reset", [](plant::Leader& l, const Vector& q) { l.reset(joint_vector(q, "q", l.q().size())); }, "q"_a,
+          "At rest at q (n,), within the limits; drives off, time zero.")
+      .def(
+          "command",
+          [](plant::Leader& l, const Vector& force, const Vector& gravity, const Vector& platform) {
+            const Eigen::Index n = l.q().size();
+            l.command({{},
+                       joint_vector(force, "tau_force", n),
+                       joint_vector(gravity, "tau_gravity", n),
+                       joint_vector(platform, "tau_platform", n)});
+          },
+          "tau_force"_a, "tau_gravity"_a, "tau_platform"_a, "The newest torques (n,) [N m]; held until the next.")
+      .def("pinch", &plant::Leader::pinch, "gripper"_a, "The hand closes the grips to this angle, 0 = closed [rad].")
+      .def(
+          "step",
+          [](plant::Leader& l, double dt, const Matrix4& X, const Vec6& V, int n) {
+            const Pose X_LH = to_pose(X, "X_LH_hand");
+            for (int k = 0; k < n; ++k) l.step(dt, X_LH, {V.head<3>(), V.tail<3>()});
+          },
+          "dt"_a, "X_LH_hand"_a, "V_LH_hand"_a = Vec6(Vec6::Zero()), "n"_a = 1,
+          "n servo periods of dt [s] with the hand wanting the handle at X_LH_hand (4,4), moving with V (6,).")
+      .def_prop_ro(
+          "t", [](const plant::Leader& l) { return l.measured().t; }, "[s]")
+      .def_prop_ro(
+          "q_measured", [](const plant::Leader& l) -> Vector { return l.measured().q; }, "encoders [rad]")
+      .def_prop_ro(
+          "v_measured", [](const plant::Leader& l) -> Vector { return l.measured().v; }, "encoders [rad/s]")
+      .def_prop_ro(
+          "gripper", [](const plant::Leader& l) { return l.measured().gripper; }, "[rad]")
+      .def_prop_ro(
+          "q", [](const plant::Leader& l) -> Vector { return l.q(); }, "truth [rad]")
+      .def_prop_ro(
+          "v", [](const plant::Leader& l) -> Vector { return l.v(); }, "truth [rad/s]")
+      .def_prop_ro(
+          "load_cell", [](const plant::Leader& l) -> Vector { return to_vector(l.load_cell()); },
+          "force and torque of the arm on the hand, in L (6,) [N, N m]")
+      .def_prop_ro("hand_slipped", &plant::Leader::hand_slipped, "the grip force limit was reached in the last step")
+      .def_prop_ro("energy", &plant::Leader::energy, "kinetic + potential [J]; the hand carries its own weight");
+}
+
+void bind_follower(nb::module_& m) {
+  nb::class_<plant::Follower>(m, "Follower", "A simulated follower: position-servoed joints and a jaw.")
+      .def(nb::init<const arm::Arm&, FollowerOptions>(), "arm"_a, "options"_a)
+      .def(
+          "reset",
+          [](plant::Follower& f, const Vector& q, double jaw) {
+            f.reset(joint_vector(q, "q", f.measured().q.size()), jaw);
+          },
+          "q"_a, "jaw"_a = 0.0)
+      .def(
+          "command",
+          [](plant::Follower& f, const Vector& q, double jaw) {
+            f.command({joint_vector(q, "q", f.measured().q.size()), jaw});
+          },
+          "q"_a, "jaw"_a = 0.0, "Where the joints (n,) [rad, m] and the jaw [rad] shall go.")
+      .def(
+          "step",
+          [](plant::Follower& f, double dt, int n) {
+            for (int k = 0; k < n; ++k) f.step(dt);
+          },
+          "dt"_a, "n"_a = 1)
+      .def_prop_ro(
+          "t", [](const plant::Follower& f) { return f.measured().t; }, "[s]")
+      .def_prop_ro(
+          "q", [](const plant::Follower& f) -> Vector { return f.measured().q; }, "measured [rad, m]")
+      .def_prop_ro("jaw", [](const plant::Follower& f) { return f.measured().jaw; }, "[rad]");
+}
+
 }  // namespace
 
-void bind_plant(nb::module_& m) { bind_options(m); }
+void bind_plant(nb::module_& m) {
+  bind_options(m);
+  bind_leader(m);
+  bind_follower(m);
+}
 
 }  // namespace palpate::bindings

@@ -39,6 +39,18 @@ def test_mass_matrix_and_bias_agree_with_mujoco(arm, poses, twin):
         assert np.abs(arm.bias(q, v) - data.qfrc_bias).max() < 1e-10
 
 
+def test_everything_at_once_is_the_same_as_one_by_one(arm, poses):
+    """The plant's fast path is our own Newton-Euler; Pinocchio's is the judge."""
+    rng = np.random.default_rng(9)
+    for q in poses:
+        v = 3 * rng.normal(size=arm.n)
+        M, bias, X, J, _ = arm.dynamics(q, v)
+        assert np.abs(M - arm.mass_matrix(q)).max() < 1e-14
+        assert np.abs(bias - arm.bias(q, v)).max() < 1e-12
+        assert np.abs(X - arm.fk(q)).max() < 1e-14
+        assert np.abs(J - arm.jacobian(q)).max() < 1e-14
+
+
 def test_gravity_is_the_gradient_of_potential_energy(arm, poses):
     """Eq 10; Richardson's rule makes the difference quotient good to 1e-9."""
     for q in poses:

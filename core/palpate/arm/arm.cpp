@@ -1,6 +1,7 @@
 #include "palpate/arm/arm.hpp"
 
 #include <algorithm>
+#include <array>
 #include <pinocchio/algorithm/crba.hpp>
 #include <pinocchio/algorithm/energy.hpp>
 #include <pinocchio/algorithm/frames.hpp>
@@ -112,20 +113,39 @@ struct Arm::Impl {
     }
   }
 
-  /// Along a serial chain dJ_k/dt = V_k x J_k; sum, then shift the spatial acceleration to the tip.
-  [[nodiscard]] Vec6 jacobian_rate_times_v(const JointVector& v_now, const Vec3& p_tip) const noexcept {
-    Vec3 v0 = Vec3::Zero(), w = Vec3::Zero(), a0 = Vec3::Zero(), alpha = Vec3::Zero();
-    for (Eigen::Index k = 0; k < model.nv; ++k) {
+  /// Newton-Euler in world axes, on top of what crba left in data.J and data.oMi (three times the speed of another
+  /// rnea). Spatial accelerations are those of the point at the base's origin; gravity is an acceleration upwards.
+  /// Along a serial chain the velocity of link k is the sum of J_i v_i, and dJ_k/dt = V_k x J_k.
+  void bias_and_drift(const JointVector& v_now, Dynamics& d) const noexcept {
+    const Vec3 g = model.gravity.linear();
+    const Eigen::Index n = model.nv;
+    Vec3 v0 = Vec3::Zero(), w = Vec3::Zero(), a0 = -g, alpha = Vec3::Zero();
+    std::array<Vec3, kMaxJoints> force, moment;  // of each link's own motion, about the origin
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const auto link = static_cast<std::size_t>(k);
       const Vec3 dv = data.J.col(k).head<3>() * v_now[k];
       const Vec3 dw = data.J.col(k).tail<3>() * v_now[k];
       a0 += w.cross(dv) + v0.cross(dw);
       alpha += w.cross(dw);
       v0 += dv;
       w += dw;
+      const auto& R = data.oMi[link + 1].rotation();
+      const auto& body = model.inertias[link + 1];
+      const Vec3 com = R * body.lever() + data.oMi[link + 1].translation();
+      const Vec3 w_body = R.transpose() * w;
+      const Vec3 alpha_body = R.transpose() * alpha;
+      const Vec3 spin = body.inertia() * alpha_body + w_body.cross(body.inertia() * w_body);
+      force[link] = body.mass() * (a0 + alpha.cross(com) + w.cross(v0 + w.cross(com)));
+      moment[link] = R * spin + com.cross(force[link]);
     }
-    Vec6 a;
-    a << a0 + alpha.cross(p_tip) + w.cross(v0 + w.cross(p_tip)), alpha;
-    return a;
+    Vec3 f = Vec3::Zero(), m = Vec3::Zero();
+    for (Eigen::Index k = n - 1; k >= 0; --k) {
+      f += force[static_cast<std::size_t>(k)];
+      m += moment[static_cast<std::size_t>(k)];
+      d.bias[k] = data.J.col(k).head<3>().dot(f) + data.J.col(k).tail<3>().dot(m);
+    }
+    const Vec3& p = d.X_0T.p;
+    d.Jdot_v << a0 + g + alpha.cross(p) + w.cross(v0 + w.cross(p)), alpha;
   }
 
   pinocchio::Model model;
@@ -214,12 +234,11 @@ const JointMatrix& Arm::mass_matrix(const JointVector& q) noexcept {
 
 const Dynamics& Arm::dynamics(const JointVector& q, const JointVector& v) noexcept {
   Dynamics& d = impl_->dynamics;
-  d.bias = pinocchio::nonLinearEffects(impl_->model, impl_->data, ConstRef(q), ConstRef(v));
   pinocchio::crba(impl_->model, impl_->data, ConstRef(q), pinocchio::Convention::WORLD);  // also oMi and J
   d.M = impl_->data.M.selfadjointView<Eigen::Upper>();
   d.X_0T = impl_->frame_pose(impl_->tip_id);
   impl_->tip_jacobian(d.X_0T.p, d.J);
-  d.Jdot_v = impl_->jacobian_rate_times_v(v, d.X_0T.p);
+  impl_->bias_and_drift(v, d);
   return d;
 }
 

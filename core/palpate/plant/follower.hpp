@@ -1,4 +1,6 @@
-// A simulated follower: position-servoed joints (the dVRK's PSM is), each a limited second-order servo.
+// A simulated follower: position-servoed joints (the dVRK's PSM is), each a limited second-order servo
+//   qdd = w^2 (q_goal - q) - 2 zeta w qd,   |qd| <= v_max,   q_min <= q <= q_max,
+// stepped by its exact solution, so that the step size changes nothing.
 #pragma once
 
 #include "palpate/arm/arm.hpp"
@@ -7,27 +9,34 @@
 namespace palpate::plant {
 
 struct FollowerOptions {
-  double bandwidth = 30.0;  ///< natural frequency of the joint servos [Hz]; 0 = ideal
-  double damping_ratio = 1.0;
-  JointVector v_max;         ///< [rad/s, m/s]
-  JointVector encoder_step;  ///< [rad, m]; 0 = ideal
-  double jaw_v_max = 12.0;   ///< [rad/s]
+  double bandwidth = 30.0;     ///< natural frequency of the joint servos [Hz]; 0 = ideal
+  double damping_ratio = 1.0;  ///< 1 = no overshoot
+  JointVector v_max;           ///< [rad/s, m/s]
+  JointVector encoder_step;    ///< [rad, m]; 0 = ideal
+  double jaw_v_max = 12.0;     ///< [rad/s]
 };
 
 class Follower {
  public:
+  /// Throws std::invalid_argument naming the option, its value and the mend.
   Follower(const arm::Arm& model, FollowerOptions options);
+  /// At rest at q, within the limits.
   void reset(const JointVector& q, double jaw) noexcept;
+  /// The newest goal; the servos hold it until the next one.
   void command(const FollowerCommand& command) noexcept;
   void step(double dt) noexcept;
   [[nodiscard]] const FollowerState& measured() const noexcept;
 
  private:
+  void discretise(double dt) noexcept;
+  void measure() noexcept;
+
   FollowerOptions options_;
   JointVector q_min_, q_max_, q_, v_;
   FollowerCommand command_;
   FollowerState measured_;
-  double t_ = 0.0, jaw_ = 0.0;
+  Eigen::Matrix2d transition_;  ///< of (q - q_goal, qd) over dt_
+  double dt_ = 0.0, t_ = 0.0, jaw_ = 0.0;
 };
 
 }  // namespace palpate::plant

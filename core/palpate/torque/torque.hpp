@@ -11,14 +11,19 @@ enum class Mode { full, paper };  ///< paper: first three joints only, wrist tor
 struct Options {
   Mode mode = Mode::full;
   double gravity_gain = 1.0;   ///< 0 switches gravity compensation off
-  double platform_gain = 0.5;  ///< joint-4 null-space controller of the dVRK, 0..1
+  double platform_gain = 0.5;  ///< joint-4 controller of the dVRK, 0..1: 7-joint arms in full mode; it needs a gimbal
 };
 
-/// tau = tau_force + tau_gravity + tau_platform. `model` is the controller's, updated at q, v by the caller.
+/// tau = tau_force + tau_gravity + tau_platform, with
+///   full:  tau_force = J^T F;      paper: tau_force[0..2] = J_33^T f with the wrist centre's Jacobian, and every
+///   term of the wrist joints is exactly zero (the hand holds the wrist).
+/// `model` is the controller's, updated at q, v by the caller.
 class Torque {
  public:
+  /// Throws std::invalid_argument naming the option, its value and the mend.
   Torque(Options options, JointVector tau_max);
-  /// F_H_L: wrench to render on the hand in L. Returns true when a drive limit was reached (clamped, reported).
+  /// F_H_L: wrench to render on the hand in L. Returns true when a drive limit was reached: then the force is scaled
+  /// down as a whole, its direction kept, and out.F_H_L is what is truly rendered. Gravity has the first claim.
   bool step(arm::Arm& model, const JointVector& q, const JointVector& v, const Wrench& F_H_L,
             LeaderCommand& out) noexcept;
 

@@ -1,0 +1,100 @@
+#include "palpate/plant/follower.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+namespace palpate::plant {
+namespace {
+
+/// exp(A dt) of e' = v, v' = -w^2 e - 2 zeta w v.
+Eigen::Matrix2d servo_transition(double w, double zeta, double dt) noexcept {
+  const double s = (zeta * zeta - 1.0) * w * w;  // squared half distance of the two poles
+  const double root = std::sqrt(std::abs(s));
+  // c and k: cosh and sinh / root of the pole distance, cos and sin / root when the poles are complex.
+  const double x = root * dt;
+  const double c = s > 0.0 ? std::cosh(x) : std::cos(x);
+  const double k = x < 1e-6 ? dt : (s > 0.0 ? std::sinh(x) : std::sin(x)) / root;
+  const double decay = std::exp(-zeta * w * dt);
+  Eigen::Matrix2d phi;
+  phi << c + zeta * w * k, k, -w * w * k, c - zeta * w * k;
+  return decay * phi;
+}
+
+double round_to(double x, double step) noexcept { return step > 0.0 ? std::nearbyint(x / step) * step : x; }
+
+void check(const FollowerOptions& o, Eigen::Index n) {
+  if (o.v_max.size() != n || o.encoder_step.size() != n) {
+    throw std::invalid_argument("follower v_max and encoder_step need " + std::to_string(n) +
+                                " entries, one per joint; got " + std::to_string(o.v_max.size()) + " and " +
+                                std::to_string(o.encoder_step.size()) + " (Arm.follower_options() fills them)");
+  }
+  if (!(o.v_max.array() > 0.0).all() || !(o.encoder_step.array() >= 0.0).all()) {
+    throw std::invalid_argument("follower v_max must be above zero and encoder_step not below zero (0 = ideal)");
+  }
+  if (!(o.bandwidth >= 0.0) || !(o.damping_ratio > 0.0) || !(o.jaw_v_max > 0.0)) {
+    throw std::invalid_argument(
+        "follower bandwidth must be >= 0 (0 = ideal), damping_ratio and jaw_v_max above zero; got " +
+        std::to_string(o.bandwidth) + " Hz, " + std::to_string(o.damping_ratio) + ", " + std::to_string(o.jaw_v_max) +
+        " rad/s");
+  }
+}
+
+}  // namespace
+
+Follower::Follower(const arm::Arm& model, FollowerOptions options)
+    : options_(std::move(options)), q_min_(model.q_min()), q_max_(model.q_max()) {
+  check(options_, q_min_.size());
+  reset(JointVector::Zero(q_min_.size()), 0.0);
+}
+
+void Follower::reset(const JointVector& q, double jaw) noexcept {
+  q_ = q.cwiseMax(q_min_).cwiseMin(q_max_);
+  v_ = JointVector::Zero(q_.size());
+  command_ = {q_, jaw};
+  jaw_ = jaw;
+  t_ = 0.0;
+  measure();
+}
+
+void Follower::command(const FollowerCommand& command) noexcept {
+  command_.q = command.q.cwiseMax(q_min_).cwiseMin(q_max_);
+  command_.jaw = command.jaw;
+}
+
+void Follower::discretise(double dt) noexcept {
+  dt_ = dt;
+  transition_ = servo_transition(2.0 * std::numbers::pi * options_.bandwidth, options_.damping_ratio, dt);
+}
+
+void Follower::step(double dt) noexcept {
+  t_ += dt;
+  jaw_ += std::clamp(command_.jaw - jaw_, -options_.jaw_v_max * dt, options_.jaw_v_max * dt);
+  if (options_.bandwidth == 0.0) {
+    q_ = command_.q;
+    return measure();
+  }
+  if (dt != dt_) discretise(dt);
+  for (Eigen::Index k = 0; k < q_.size(); ++k) {
+    const double v_max = options_.v_max[k];
+    const Eigen::Vector2d next = transition_ * Eigen::Vector2d(q_[k] - command_.q[k], v_[k]);
+    const double moved = std::clamp(command_.q[k] + next[0] - q_[k], -v_max * dt, v_max * dt);
+    v_[k] = std::clamp(next[1], -v_max, v_max);
+    q_[k] = std::clamp(q_[k] + moved, q_min_[k], q_max_[k]);
+  }
+  measure();
+}
+
+void Follower::measure() noexcept {
+  measured_.t = t_;
+  measured_.q.resize(q_.size());
+  for (Eigen::Index k = 0; k < q_.size(); ++k) measured_.q[k] = round_to(q_[k], options_.encoder_step[k]);
+  measured_.jaw = jaw_;
+  measured_.valid = true;
+}
+
+const FollowerState& Follower::measured() const noexcept { return measured_; }
+
+}  // namespace palpate::plant

@@ -1,0 +1,244 @@
+"""The simulated leader as a body: energy, friction, stiction, end stops, the load cell."""
+
+import numpy as np
+import pytest
+from plant_constants import DT, Q0
+
+from palpate import _core
+
+ZERO = np.zeros(7)
+
+
+def gravity_only(leader, arm):
+    leader.command(ZERO, arm.gravity(leader.q), ZERO)
+
+
+def push(leader, tau_force, hold, X, milliseconds):
+    """Constant torques, commanded afresh every millisecond as a controller does."""
+    for _ in range(milliseconds):
+        leader.command(tau_force, hold, ZERO)
+        leader.step(DT, X, n=10)
+
+
+def test_free_swing_keeps_its_energy(mtm, frictionless, no_hand):
+    """0.25 s of free fall, long before an end stop: relative drift of kinetic + potential energy below 1e-6."""
+    leader = _core.Leader(mtm, frictionless, no_hand)
+    leader.reset(Q0)
+    start, X = leader.energy, mtm.fk(Q0)
+    swing = mtm.potential_energy(Q0)
+    for _ in range(50):
+        leader.step(DT, X, n=50)
+        swing = max(swing, mtm.potential_energy(Q0) - mtm.potential_energy(leader.q))
+        assert abs(leader.energy - start) < 1e-6 * abs(start)
+    assert np.abs(leader.v).max() > 0.5  # it did swing
+
+
+def test_halving_the_step_quarters_the_error(mtm, frictionless, no_hand):
+    """The midpoint step is of second order: errors against a ten times finer run fall by four."""
+    X, ends = mtm.fk(Q0), {}
+    for dt in (4e-4, 2e-4, 2e-5):
+        leader = _core.Leader(mtm, frictionless, no_hand)
+        leader.reset(Q0)
+        leader.step(dt, X, n=round(0.2 / dt))
+        ends[dt] = leader.q
+    coarse, fine = (np.abs(ends[dt] - ends[2e-5]).max() for dt in (4e-4, 2e-4))
+    assert 3.0 < coarse / fine < 5.0
+
+
+def test_acceleration_is_forward_dynamics(mtm, frictionless, no_hand):
+    """Half a millisecond from rest: v = h (M + rotors + J^T M_hand J)^-1 (tau - G), assembled in numpy."""
+    no_hand.mass, no_hand.inertia = 0.2, 3e-4
+    leader = _core.Leader(mtm, frictionless, no_hand)
+    leader.reset(Q0)
+    tau = np.array([0.2, -0.1, 0.15, 0.02, -0.01, 0.01, 0.005])
+    leader.command(tau, ZERO, ZERO)
+    leader.step(1e-6, mtm.fk(Q0))
+    J = mtm.jacobian(Q0)
+    M = mtm.mass_matrix(Q0) + np.diag(frictionless.rotor_inertia) + J.T @ np.diag([0.2] * 3 + [3e-4] * 3) @ J
+    assert np.allclose(leader.v / 1e-6, np.linalg.solve(M, tau - mtm.gravity(Q0)), rtol=1e-9)
+
+
+def test_friction_only_takes_energy(mtm, options, no_hand):
+    leader = _core.Leader(mtm, options, no_hand)
+    leader.reset(Q0)
+    energy, X = leader.energy, mtm.fk(Q0)
+    for _ in range(1000):
+        leader.step(DT, X)
+        assert leader.energy <= energy + 1e-9
+        energy = leader.energy
+
+
+def test_work_of_the_drives_and_losses_of_friction_balance(mtm, options, no_hand):
+    """Energy gained = work of the torques - dissipation, with the dissipation summed from the friction law itself."""
+    leader = _core.Leader(mtm, options, no_hand)
+    leader.reset(Q0)
+    X, start, work = mtm.fk(Q0), leader.energy, 0.0
+    tau = 1.5 * options.coulomb
+    for _ in range(1000):
+        leader.command(tau, mtm.gravity(Q0), ZERO)
+        before_v, before_q = leader.v, leader.q
+        leader.step(DT, X)
+        v = 0.5 * (before_v + leader.v)
+        work += (tau + mtm.gravity(Q0)) @ (leader.q - before_q)
+        work -= DT * (options.coulomb @ np.abs(v) + options.viscous @ v**2)
+    assert leader.energy - start == pytest.approx(work, rel=2e-3)
+
+
+def test_a_resting_arm_stays_exactly_where_it_is(mtm, options, no_hand):
+    """Torques below the Coulomb friction move nothing, not by one bit, and nothing chatters."""
+    leader = _core.Leader(mtm, options, no_hand)
+    leader.reset(Q0)
+    for _ in range(500):
+        push(leader, 0.9 * options.coulomb * [1, -1, 1, -1, 1, -1, 1], mtm.gravity(Q0), mtm.fk(Q0), 1)
+        assert not leader.v.any()
+    assert np.array_equal(leader.q, Q0)
+
+
+def test_torques_above_friction_move_a_joint_and_it_comes_to_rest_for_good(mtm, options, no_hand):
+    leader = _core.Leader(mtm, options, no_hand)
+    leader.reset(Q0)
+    X = mtm.fk(Q0)
+    tau = np.zeros(7)
+    tau[0] = 1.5 * options.coulomb[0]
+    push(leader, tau, mtm.gravity(Q0), X, 100)
+    assert leader.v[0] > 1e-3
+    push(leader, ZERO, mtm.gravity(leader.q), X, 300)
+    rest = leader.q
+    assert not leader.v.any()
+    push(leader, ZERO, mtm.gravity(leader.q), X, 200)
+    assert np.array_equal(leader.q, rest)
+
+
+def test_gravity_compensation_holds_the_frictionless_arm(mtm, frictionless, no_hand):
+    leader = _core.Leader(mtm, frictionless, no_hand)
+    leader.reset(Q0)
+    for _ in range(1000):
+        gravity_only(leader, mtm)
+        leader.step(DT, mtm.fk(Q0), n=10)
+    assert np.abs(leader.q - Q0).max() < 1e-9
+
+
+def test_a_wrong_gravity_model_lets_the_arm_sink(mtm, frictionless, no_hand):
+    model = mtm.with_scaled_masses(np.full(7, 0.8))
+    leader = _core.Leader(mtm, frictionless, no_hand)
+    leader.reset(Q0)
+    for _ in range(100):
+        gravity_only(leader, model)
+        leader.step(DT, mtm.fk(Q0), n=10)
+    assert mtm.potential_energy(leader.q) < mtm.potential_energy(Q0) - 1e-3
+
+
+@pytest.mark.parametrize("F", [(2, 0, 0), (0, -1.5, 0), (0, 0, 2.5), (-0.7, 1.1, 0.4)])
+def test_load_cell_reads_the_rendered_force_at_rest(mtm, frictionless, F):
+    """R18. Gravity of the present pose, J^T F of the present pose, 1.5 s to settle against the hand."""
+    leader = _core.Leader(mtm, frictionless, _core.HandOptions())
+    leader.reset(Q0)
+    X, wrench = mtm.fk(Q0), np.r_[F, 0, 0, 0]
+    for _ in range(1500):
+        q = leader.q
+        leader.command(mtm.jacobian(q).T @ wrench, mtm.gravity(q), ZERO)
+        leader.step(DT, X, n=10)
+    assert np.linalg.norm(leader.load_cell[:3] - F) < 0.01 * np.linalg.norm(F)
+    # The hand's spring gives way by F / K.
+    moved = mtm.fk(leader.q)[:3, 3] - X[:3, 3]
+    assert np.allclose(moved, np.array(F) / _core.HandOptions().stiffness, atol=1e-4)
+
+
+def test_friction_hides_small_forces_from_the_load_cell(mtm, options):
+    """A force below the friction floor of the arm (0.04 to 0.2 N) is not felt at all, a big one nearly whole."""
+    leader = _core.Leader(mtm, options, _core.HandOptions())
+    for F, least, most in ((0.02, 0.0, 0.001), (3.0, 2.6, 3.4)):
+        leader.reset(Q0)
+        X = mtm.fk(Q0)
+        for _ in range(800):
+            leader.command(mtm.jacobian(leader.q).T @ [F, 0, 0, 0, 0, 0], mtm.gravity(leader.q), ZERO)
+            leader.step(DT, X, n=10)
+        assert least <= np.linalg.norm(leader.load_cell[:3]) <= most
+
+
+def test_load_cell_is_newtons_law_for_the_hand(mtm, options, no_hand):
+    """Without spring and damper the arm's force on the hand is mass times acceleration."""
+    leader = _core.Leader(mtm, options, no_hand)
+    leader.reset(Q0)
+    leader.step(DT, mtm.fk(Q0), n=500)
+    p = []
+    for _ in range(3):
+        p.append(mtm.fk(leader.q)[:3, 3])
+        cell = leader.load_cell
+        leader.step(DT, mtm.fk(Q0))
+    acceleration = (p[2] - 2 * p[1] + p[0]) / DT**2
+    assert np.allclose(cell[:3], no_hand.mass * acceleration, atol=0.02 * np.linalg.norm(cell[:3]) + 1e-4)
+
+
+def test_end_stops_stop_and_let_go(mtm, options, no_hand):
+    leader = _core.Leader(mtm, options, no_hand)
+    leader.reset(Q0)
+    X, tau = mtm.fk(Q0), np.zeros(7)
+    for sign, stop in ((1.0, mtm.q_max), (-1.0, mtm.q_min)):
+        tau[4] = sign * 0.09
+        for _ in range(200):
+            push(leader, tau, mtm.gravity(leader.q), X, 5)
+            assert (leader.q <= mtm.q_max).all()
+            assert (leader.q >= mtm.q_min).all()
+        assert leader.q[4] == stop[4]
+        assert leader.v[4] == 0.0
+
+
+def test_a_stiff_hand_on_a_light_wrist_is_stable(mtm, options):
+    hand = _core.HandOptions()
+    hand.stiffness, hand.damping, hand.mass = 1e5, 500.0, 1e-3
+    hand.rotational_stiffness, hand.rotational_damping, hand.inertia = 500.0, 5.0, 1e-7
+    hand.grip_force_max = 1e6
+    leader = _core.Leader(mtm, options, hand)
+    leader.reset(Q0)
+    X = mtm.fk(Q0)
+    X[:3, 3] += [1e-3, -2e-3, 1e-3]
+    push(leader, ZERO, mtm.gravity(Q0), X, 500)
+    assert np.linalg.norm(mtm.fk(leader.q)[:3, 3] - X[:3, 3]) < 1e-4
+    assert np.abs(leader.v).max() < 1e-3
+
+
+def test_the_hand_slips_above_its_grip_force(mtm, options):
+    hand = _core.HandOptions()
+    hand.grip_force_max = 4.0
+    leader = _core.Leader(mtm, options, hand)
+    leader.reset(Q0)
+    X = mtm.fk(Q0)
+    leader.step(DT, X, n=10)
+    assert not leader.hand_slipped
+    X[:3, 3] += [0, 0, 0.1]  # 300 N/m x 0.1 m = 30 N wanted
+    leader.step(DT, X)
+    assert leader.hand_slipped
+    leader.step(DT, X, n=20000)
+    assert np.isfinite(leader.q).all()
+
+
+def test_hand_path_leads_the_handle(mtm, options):
+    """The handle follows a moving hand within its spring's give."""
+    leader = _core.Leader(mtm, options, _core.HandOptions())
+    leader.reset(Q0)
+    X = mtm.fk(Q0)
+    V = np.array([0.05, 0, 0, 0, 0, 0])
+    for _ in range(500):
+        X[:3, 3] += V[:3] * 1e-3
+        leader.command(ZERO, mtm.gravity(leader.q), ZERO)
+        leader.step(DT, X, V, n=10)
+    assert np.linalg.norm(mtm.fk(leader.q)[:3, 3] - X[:3, 3]) < 3e-3
+    assert np.linalg.norm(mtm.jacobian(leader.q)[:3] @ leader.v - V[:3]) < 5e-3
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "message"),
+    [
+        ("coulomb", np.zeros(6), r"leader coulomb needs 7 entries.*got 6"),
+        ("viscous", -np.ones(7), "leader viscous must be at least zero"),
+        ("tau_max", np.zeros(7), "leader tau_max must be above zero"),
+        ("coupling", np.zeros((7, 7)), "leader coupling must be an invertible 7 x 7"),
+        ("loop_delay", 2.0, r"loop_delay must lie in 0..1 s; got 2"),
+        ("hold_timeout", 0.0, "hold_timeout must be above zero"),
+    ],
+)
+def test_impossible_options_are_named(mtm, options, field, value, message):
+    setattr(options, field, value)
+    with pytest.raises(ValueError, match=message):
+        _core.Leader(mtm, options)
