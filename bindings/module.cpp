@@ -12,4 +12,5 @@ NB_MODULE(_core, m) {
   palpate::bindings::bind_plant(m);
   palpate::bindings::bind_torque(m);
   palpate::bindings::bind_loop(m);
+  palpate::bindings::bind_simulation(m);
 }

@@ -314,6 +314,76 @@ class ContactOptions:
 def contact_render(
     snapshot: Snapshot, tips: Array, method: str, options: ContactOptions, rate: float
 ) -> tuple[Array, Array, Array, Array, Array, bool]: ...
-def trace_algorithm1(
-    snapshot: Snapshot, p_WT: Array, v_WT: Array, radius: float, n_last: Array
-) -> dict[str, Any]: ...
+def trace_algorithm1(snapshot: Snapshot, p_WT: Array, v_WT: Array, radius: float, n_last: Array) -> dict[str, Any]: ...
+
+# ---- simulation: the cycle and the world around it
+
+class CycleOptions:
+    rate: float
+    method: str
+    contact: ContactOptions
+    mapping: MappingOptions
+    stability: StabilityOptions
+    torque: TorqueOptions
+    X_WL: Array
+    X_WB: Array
+    def __init__(self) -> None: ...
+
+class SimulationOptions(CycleOptions):
+    plant_rate: float
+    loop_delay: float
+    seed: int
+    tremor: float
+    q_leader0: Array
+    q_follower0: Array
+    leader: LeaderOptions
+    hand: HandOptions
+    follower: FollowerOptions
+    realtime: RealTimeOptions
+    def __init__(self) -> None: ...
+
+class Cycle:
+    def __init__(self, options: CycleOptions, leader_model: Arm, follower: Arm) -> None: ...
+    def step(
+        self,
+        t: float,
+        q: Array,
+        v: Array,
+        gripper: float,
+        q_follower: Array,
+        jaw: float,
+        scene: Snapshot,
+        controls: Controls = ...,
+        t_leader: float | None = None,
+        t_follower: float | None = None,
+        leader_valid: bool = True,
+        follower_valid: bool = True,
+    ) -> tuple[Array, Array, float]: ...
+
+class HandPath:
+    def __init__(self, times: Sequence[float], positions_W: Array, grippers: Sequence[float] | None = None) -> None: ...
+    def at(self, t: float) -> tuple[Array, Array, float]: ...
+
+class Simulation:
+    def __init__(
+        self,
+        options: SimulationOptions,
+        leader_plant: Arm,
+        leader_model: Arm,
+        follower: Arm,
+        snapshot: Snapshot,
+        hand_path: HandPath,
+    ) -> None: ...
+    def run(self, n_ticks: int) -> Array: ...
+    def start(self) -> None: ...
+    def stop(self) -> None: ...
+    @property
+    def running(self) -> bool: ...
+    def drain(self) -> Array: ...
+    @property
+    def dropped(self) -> int: ...
+    def latest(self) -> Array: ...
+    controls: Controls
+    def set_snapshot(self, snapshot: Snapshot) -> None: ...
+    def timing(self) -> dict[str, Any]: ...
+    def fault(self) -> str | None: ...

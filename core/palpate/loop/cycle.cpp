@@ -69,10 +69,11 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
                                                    follower_state_.t, leader_good_, follower_good_, mapped.engaged});
   const bool torque_limited =
       torque_.step(leader_, leader_state_.q, leader_state_.v, {limited.F_H_L, Vec3::Zero()}, out_.leader);
+  limiter_.rendered(out_.leader.F_H_L.f);
 
   out_.tick.status = limited.status | (torque_limited ? kTorqueLimited : 0u) | (reached_ ? 0u : kIkFailed) |
                      static_cast<unsigned>(out_.tick.status);
-  book(limited, contacts, force, in);
+  book(limited.F_H_L + limited.F_cut, contacts, force, in);
   record(mapped, contacts, force);
   return out_;
 }
@@ -136,19 +137,20 @@ bool Cycle::reach(const Pose& X_WT_goal, double jaw) noexcept {
   return reached;
 }
 
-// Forces on the hand and the energy they move.
-void Cycle::book(const stability::Output& limited, const contact::ContactSet& contacts, const force::ForceTerms& force,
+// Forces on the hand and the energy they move. wanted: before the limits of stability and drives.
+void Cycle::book(const Vec3& wanted, const contact::ContactSet& contacts, const force::ForceTerms& force,
                  const CycleInput& in) noexcept {
+  const Vec3& F_H_L = out_.leader.F_H_L.f;
   const Vec3 F_damping = mapping_.force_on_hand(force.F_damping);
   // A spring of the tool's side, seen from the hand, which moves 1/scale as far.
   const double per_hand = options_.mapping.force_scale / options_.mapping.scale;
   const double spring = per_hand * stability::spring_energy(contacts, *in.scene, in.controls.stiffness_scale);
   const stability::Energy& energy =
-      ledger_.step(X_LH_.p, {limited.F_H_L, F_damping.allFinite() ? F_damping : Vec3::Zero(), limited.F_cut}, spring);
+      ledger_.step(X_LH_.p, {F_H_L, F_damping.allFinite() ? F_damping : Vec3::Zero(), wanted - F_H_L}, spring);
 
   Tick& tick = out_.tick;
-  copy(limited.F_H_L, tick.F_H_L);
-  copy(X_LH_.R.transpose() * limited.F_H_L, tick.F_H_H);
+  copy(F_H_L, tick.F_H_L);
+  copy(X_LH_.R.transpose() * F_H_L, tick.F_H_H);
   tick.energy_port = energy.port;
   tick.energy_spring = energy.spring;
   tick.energy_damping = energy.damping;

@@ -56,12 +56,14 @@ class Cycle {
   [[nodiscard]] const mapping::Mapping& mapping() const noexcept { return mapping_; }
   /// Another scene: contact starts afresh from where the tool is.
   void forget_contacts() noexcept { contact_->reset(); }
+  /// For whoever drives the cycle: see contact::Method::collide.
+  [[nodiscard]] contact::Method& contact() noexcept { return *contact_; }
 
  private:
   bool trust(const CycleInput& in) noexcept;
   void locate() noexcept;
   bool reach(const Pose& X_WT_goal, double jaw) noexcept;
-  void book(const stability::Output& limited, const contact::ContactSet& contacts, const force::ForceTerms& force,
+  void book(const Vec3& wanted, const contact::ContactSet& contacts, const force::ForceTerms& force,
             const CycleInput& in) noexcept;
   void record(const mapping::Output& mapped, const contact::ContactSet& contacts,
               const force::ForceTerms& force) noexcept;

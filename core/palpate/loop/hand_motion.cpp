@@ -11,6 +11,7 @@ namespace palpate::loop {
 namespace {
 
 constexpr double kOpenHand = 0.6;        // pinch of a hand that was told nothing [rad]
+constexpr double kSampled = 0.05;        // way points nearer than this are samples of one motion [s]
 constexpr double kGlideFrequency = 8.0;  // of joining another path [rad/s]
 constexpr double kGlideSpeed = 0.25;     // and its limit [m/s]
 constexpr int kSways = 5;                // sinusoids of a tremor
@@ -37,6 +38,12 @@ HandPath::HandPath(std::vector<double> times, std::vector<Vec3> positions_W, std
                    std::to_string(times_[i - 1]) + " s)");
     }
   }
+  velocities_.assign(times_.size(), Vec3::Zero());
+  for (std::size_t i = 1; i + 1 < times_.size(); ++i) {
+    if (times_[i] - times_[i - 1] < kSampled && times_[i + 1] - times_[i] < kSampled) {
+      velocities_[i] = (positions_[i + 1] - positions_[i - 1]) / (times_[i + 1] - times_[i - 1]);
+    }
+  }
 }
 
 HandPath::Point HandPath::at(double t) const noexcept {
@@ -49,13 +56,20 @@ HandPath::Point HandPath::at(double t) const noexcept {
     const std::size_t i = after == 0 ? 0 : after - 1;
     return {positions_[i], Vec3::Zero(), pinch(i)};
   }
+  // The quintic with these ends, velocities and no acceleration at either end.
   const std::size_t i = after - 1;
   const double T = times_[after] - times_[i];
   const double s = (t - times_[i]) / T;
-  const double way = s * s * s * (10.0 + s * (-15.0 + 6.0 * s));
-  const double speed = 30.0 * s * s * (1.0 - s) * (1.0 - s) / T;
+  const double s2 = s * s, s3 = s2 * s, s4 = s2 * s2;
+  const double way = s3 * (10.0 - 15.0 * s + 6.0 * s2);
+  const double way_rate = 30.0 * s2 * (1.0 - s) * (1.0 - s) / T;
   const Vec3 whole = positions_[after] - positions_[i];
-  return {positions_[i] + way * whole, speed * whole, pinch(i) + way * (pinch(after) - pinch(i))};
+  const Vec3 &v0 = velocities_[i], &v1 = velocities_[after];
+  const Vec3 p = positions_[i] + way * whole + T * (s - s3 * (6.0 - 8.0 * s + 3.0 * s2)) * v0 -
+                 T * s3 * (4.0 - 7.0 * s + 3.0 * s2) * v1;
+  const Vec3 v =
+      way_rate * whole + (1.0 - 18.0 * s2 + 32.0 * s3 - 15.0 * s4) * v0 - (12.0 * s2 - 28.0 * s3 + 15.0 * s4) * v1;
+  return {p, v, pinch(i) + way * (pinch(after) - pinch(i))};
 }
 
 HandMotion::HandMotion(HandPath path, const Pose& X_WL, double tremor, std::uint64_t seed)

@@ -10,7 +10,8 @@
 namespace palpate::loop {
 
 /// Way points of the tool in W, joined by minimum-jerk motions that rest at each of them (Flash and Hogan 1985).
-/// Before the first and after the last it rests. Empty: it stays where it starts.
+/// Way points within 50 ms of both neighbours are samples of one motion: it passes them at the neighbours' mean
+/// velocity. Before the first and after the last it rests. Empty: it stays where it starts.
 class HandPath {
  public:
   struct Point {
@@ -29,7 +30,7 @@ class HandPath {
 
  private:
   std::vector<double> times_;
-  std::vector<Vec3> positions_;
+  std::vector<Vec3> positions_, velocities_;
   std::vector<double> grippers_;
 };
 

@@ -1,5 +1,6 @@
 #include "palpate/loop/simulation.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
@@ -57,12 +58,16 @@ Simulation::Simulation(const SimulationOptions& options, arm::Arm leader, arm::A
       plant_dt_(1.0 / (options_.rate * substeps_)),
       thread_(options_.realtime),
       ring_(static_cast<std::size_t>(kRingSeconds * options_.rate)),
-      scene_(present(std::move(scene))) {
+      newest_scene_(present(std::move(scene))),
+      scene_(newest_scene_) {
   leader_.reset(options_.q_leader0);
   follower_.reset(options_.q_follower0, options_.mapping.jaw_min);
   leader.update(options_.q_leader0, JointVector::Zero(leader.n()));
   hand_.start(leader.tip());
   in_.scene = &scene_.current();
+  if (cycle_.contact().asynchronous()) {
+    collide();
+  }
 }
 
 std::size_t Simulation::run(std::size_t n, Tick* rows) {
@@ -72,6 +77,9 @@ std::size_t Simulation::run(std::size_t n, Tick* rows) {
   std::size_t done = 0;
   for (take(false); done < n && !in_.controls.paused; take(false)) {
     tick(0.0);
+    if (cycle_.contact().asynchronous()) {
+      cycle_.contact().collide(scene_.current());
+    }
     rows[done++] = tick_;
   }
   return done;
@@ -79,9 +87,25 @@ std::size_t Simulation::run(std::size_t n, Tick* rows) {
 
 void Simulation::start() {
   thread_.start(options_.rate, [this](const Wake& w) { return wake(w); });
+  if (cycle_.contact().asynchronous()) {
+    const double pause = 0.25 / std::max(options_.contact.collision_rate, 1.0);
+    collider_.start([this] { collide(); }, std::chrono::microseconds(static_cast<std::int64_t>(1e6 * pause)));
+  }
 }
 
-void Simulation::stop() { thread_.stop(); }
+void Simulation::stop() {
+  thread_.stop();
+  collider_.stop();
+}
+
+void Simulation::collide() {
+  std::shared_ptr<const scene::Snapshot> scene;
+  {
+    const std::lock_guard lock(people_);
+    scene = newest_scene_;
+  }
+  cycle_.contact().collide(*scene);
+}
 
 bool Simulation::wake(const Wake& w) noexcept {
   // While the loop was not there, the drives held their last torque and the world went on.
@@ -118,7 +142,6 @@ void Simulation::tick(double lateness_us) noexcept {
   in_.follower = follower_.measured();
   hand_.follow(cycle_.mapping(), in_.controls.p_hand_offset_W, in_.t);
   const HandMotion::Target& hand = hand_.step(0.0);
-  in_.leader.gripper = hand.gripper;
 
   const std::int64_t begin = now_ns();
   const CycleOutput& out = cycle_.step(in_);
@@ -151,6 +174,7 @@ void Simulation::tick(double lateness_us) noexcept {
 void Simulation::plant() noexcept {
   for (int i = 0; i < substeps_; ++i) {
     const HandMotion::Target& hand = hand_.step(plant_dt_);
+    leader_.pinch(hand.gripper);
     leader_.step(plant_dt_, hand.X_LH, hand.V_LH);
     follower_.step(plant_dt_);
   }
@@ -183,8 +207,10 @@ void Simulation::set_controls(const Controls& controls) {
 }
 
 void Simulation::set_scene(std::shared_ptr<const scene::Snapshot> scene) {
+  present(scene);
   const std::lock_guard lock(people_);
-  scene_.give(present(std::move(scene)));
+  newest_scene_ = scene;
+  scene_.give(std::move(scene));
 }
 
 Tick Simulation::latest() {
@@ -197,7 +223,8 @@ std::string Simulation::fault() {
   const Tick& tick = fault_.read();
   const auto status = static_cast<unsigned>(tick.status);
   if (status == 0) {
-    return {};
+    const std::string thrown = collider_.fault();
+    return thrown.empty() ? thrown : "contact method " + options_.method + ": " + thrown;
   }
   std::ostringstream words;
   words << "at t = " << tick.t << " s";

@@ -7,15 +7,16 @@
 #include <string>
 #include <vector>
 
+#include "palpate/loop/collider.hpp"
 #include "palpate/loop/cycle.hpp"
 #include "palpate/loop/hand_motion.hpp"
 #include "palpate/loop/histogram.hpp"
-#include "palpate/types/mailbox.hpp"
 #include "palpate/loop/realtime.hpp"
 #include "palpate/loop/ring.hpp"
 #include "palpate/plant/follower.hpp"
 #include "palpate/plant/hand.hpp"
 #include "palpate/plant/leader.hpp"
+#include "palpate/types/mailbox.hpp"
 
 namespace palpate::loop {
 
@@ -67,6 +68,7 @@ class Simulation {
   [[nodiscard]] const SimulationOptions& options() const noexcept { return options_; }
 
  private:
+  void collide();
   void take(bool stopping) noexcept;
   void tick(double lateness_us) noexcept;
   void plant() noexcept;
@@ -84,10 +86,12 @@ class Simulation {
   Tick tick_{};
 
   RealTimeThread thread_;
+  Collider collider_;
   Ring<Tick> ring_;
   Histogram cycle_time_;
   mutable std::mutex people_;  ///< between callers; the loop never takes it
   Controls controls_;
+  std::shared_ptr<const scene::Snapshot> newest_scene_;  ///< as given last; for the collider
   Mailbox<Controls> controls_in_;
   Mailbox<Tick> latest_, fault_;
   bool faulty_ = false;

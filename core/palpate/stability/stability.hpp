@@ -42,6 +42,8 @@ class Limiter {
   Limiter(const Options& options, double dt);
 
   Output step(const Input& in) noexcept;
+  /// What was really rendered, when a drive limit left less of it: the next step starts from there.
+  void rendered(const Vec3& F_H_L) noexcept { F_ = F_H_L; }
   /// Is a state stamped `stamp` too old at `now`? One from the future is as suspicious as one from the past.
   [[nodiscard]] bool stale(double now, double stamp) const noexcept;
   [[nodiscard]] const Options& options() const noexcept { return options_; }

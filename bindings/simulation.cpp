@@ -1,0 +1,185 @@
+#include "palpate/loop/simulation.hpp"
+
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+#include <memory>
+#include <vector>
+
+#include "bindings.hpp"
+#include "convert.hpp"
+#include "timing.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace palpate::bindings {
+namespace {
+
+using loop::Cycle;
+using loop::CycleOptions;
+using loop::HandPath;
+using loop::Simulation;
+using loop::SimulationOptions;
+using loop::Tick;
+
+constexpr std::size_t kColumns = sizeof(Tick) / sizeof(double);
+using Rows = nb::ndarray<nb::numpy, double, nb::ndim<2>>;
+
+Rows to_rows(std::vector<Tick>&& ticks) {
+  auto owner = std::make_unique<std::vector<Tick>>(std::move(ticks));
+  auto* data = reinterpret_cast<double*>(owner->data());
+  const std::size_t n = owner->size();
+  nb::capsule capsule(owner.release(), [](void* p) noexcept { delete static_cast<std::vector<Tick>*>(p); });
+  return Rows(data, {n, kColumns}, capsule);
+}
+
+nb::object to_row(const Tick& tick) { return nb::cast(to_rows({tick}))[nb::int_(0)]; }
+
+Rows run(Simulation& self, std::size_t n_ticks) {
+  std::vector<Tick> ticks(n_ticks);
+  {
+    nb::gil_scoped_release release;
+    ticks.resize(self.run(n_ticks, ticks.data()));
+  }
+  return to_rows(std::move(ticks));
+}
+
+Rows drain(Simulation& self) {
+  std::vector<Tick> ticks(self.waiting());
+  {
+    nb::gil_scoped_release release;
+    ticks.resize(self.drain(ticks.size(), ticks.data()));
+  }
+  return to_rows(std::move(ticks));
+}
+
+nb::dict timing(const Simulation& self) {
+  nb::dict d = punctuality(self.thread());
+  d["cycle_us"] = percentiles(self.cycle_time());
+  d["ticks"] = self.cycle_time().count();
+  return d;
+}
+
+HandPath hand_path(std::vector<double> times, const Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>& p,
+                   std::vector<double> grippers) {
+  std::vector<Vec3> positions;
+  for (Eigen::Index i = 0; i < p.rows(); ++i) {
+    positions.emplace_back(p.row(i));
+  }
+  return {std::move(times), std::move(positions), std::move(grippers)};
+}
+
+template <typename Class, typename Struct>
+void pose_field(Class& c, const char* name, Pose Struct::* field, const char* doc) {
+  c.def_prop_rw(
+      name, [field](const Struct& s) { return to_matrix(s.*field); },
+      [field, name](Struct& s, const Matrix4& m) { s.*field = to_pose(m, name); }, doc);
+}
+
+void bind_options(nb::module_& m) {
+  nb::class_<CycleOptions> cycle(m, "CycleOptions", "The haptic cycle and its stages.");
+  cycle.def(nb::init<>())
+      .def_rw("rate", &CycleOptions::rate, "of the haptic cycle [Hz]")
+      .def_rw("method", &CycleOptions::method, "of contact")
+      .def_rw("contact", &CycleOptions::contact)
+      .def_rw("mapping", &CycleOptions::mapping)
+      .def_rw("stability", &CycleOptions::stability)
+      .def_rw("torque", &CycleOptions::torque);
+  pose_field(cycle, "X_WL", &CycleOptions::X_WL, "leader base in the world (4, 4)");
+  pose_field(cycle, "X_WB", &CycleOptions::X_WB, "follower base in the world (4, 4)");
+
+  nb::class_<SimulationOptions, CycleOptions> simulation(m, "SimulationOptions", "The cycle and the world around it.");
+  simulation.def(nb::init<>())
+      .def_rw("plant_rate", &SimulationOptions::plant_rate, "servo periods a second, at least [Hz]")
+      .def_rw("loop_delay", &SimulationOptions::loop_delay, "from command to torque, force term only [s]")
+      .def_rw("seed", &SimulationOptions::seed, "of the hand's tremor")
+      .def_rw("tremor", &SimulationOptions::tremor, "8-12 Hz trembling of the hand, rms per axis [m]")
+      .def_rw("leader", &SimulationOptions::leader)
+      .def_rw("hand", &SimulationOptions::hand)
+      .def_rw("follower", &SimulationOptions::follower)
+      .def_rw("realtime", &SimulationOptions::realtime);
+  joint_field(simulation, "q_leader0", &SimulationOptions::q_leader0, "where the leader starts [rad]");
+  joint_field(simulation, "q_follower0", &SimulationOptions::q_follower0, "where the follower starts [rad, m]");
+}
+
+void bind_cycle(nb::module_& m) {
+  nb::class_<Cycle>(m, "Cycle", "One haptic cycle: states in, torques out.")
+      .def(nb::init<const CycleOptions&, arm::Arm, arm::Arm>(), "options"_a, "leader_model"_a, "follower"_a)
+      .def(
+          "step",
+          [](Cycle& self, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& v, double gripper,
+             const Eigen::VectorXd& q_follower, double jaw, const scene::Snapshot& scene, const Controls& controls,
+             std::optional<double> t_leader, std::optional<double> t_follower, bool leader_valid, bool follower_valid) {
+            loop::CycleInput in;
+            in.t = t;
+            in.leader = {t_leader.value_or(t), joint_vector(q, "q"), joint_vector(v, "v"), gripper, leader_valid};
+            in.follower = {t_follower.value_or(t), joint_vector(q_follower, "q_follower"), jaw, follower_valid};
+            in.controls = controls;
+            in.scene = &scene;
+            const loop::CycleOutput& out = self.step(in);
+            return nb::make_tuple(to_row(out.tick), Eigen::VectorXd(out.follower.q), out.follower.jaw);
+          },
+          "t"_a, "q"_a, "v"_a, "gripper"_a, "q_follower"_a, "jaw"_a, "scene"_a, "controls"_a = Controls{},
+          "t_leader"_a = nb::none(), "t_follower"_a = nb::none(), "leader_valid"_a = true, "follower_valid"_a = true,
+          "One tick: (row, follower joints commanded, jaw commanded). Stamps default to t.");
+}
+
+void bind_running(nb::module_& m) {
+  nb::class_<HandPath>(m, "HandPath", "Intended tool path in W: minimum-jerk motions between way points.")
+      .def(
+          "__init__",
+          [](HandPath* self, std::vector<double> times,
+             const Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>& positions_W,
+             std::optional<std::vector<double>> grippers) {
+            new (self) HandPath(hand_path(std::move(times), positions_W, grippers.value_or(std::vector<double>{})));
+          },
+          "times"_a, "positions_W"_a, "grippers"_a = nb::none())
+      .def(
+          "at",
+          [](const HandPath& self, double t) {
+            const HandPath::Point point = self.at(t);
+            return std::make_tuple(point.p, point.v, point.gripper);
+          },
+          "t"_a, "(position [m], velocity [m/s], pinch [rad]) at t.");
+
+  nb::class_<Simulation>(m, "Simulation", "Hand, leader and follower simulated around the haptic cycle.")
+      .def(nb::init<const SimulationOptions&, arm::Arm, arm::Arm, arm::Arm, std::shared_ptr<const scene::Snapshot>,
+                    HandPath>(),
+           "options"_a, "leader_plant"_a, "leader_model"_a, "follower"_a, "snapshot"_a, "hand_path"_a)
+      .def("run", &run, "n_ticks"_a, "Lockstep: rows (n, TICK_BYTES/8); fewer when paused.")
+      .def("start", &Simulation::start, nb::call_guard<nb::gil_scoped_release>(), "Real time, in a thread of its own.")
+      .def("stop", &Simulation::stop, nb::call_guard<nb::gil_scoped_release>(),
+           "Ramps the force to zero, then ends the thread.")
+      .def_prop_ro("running", &Simulation::running)
+      .def("drain", &drain, "Rows since the last drain (real time).")
+      .def_prop_ro("dropped", &Simulation::dropped, "Rows lost because nobody drained.")
+      .def(
+          "latest", [](Simulation& self) { return to_row(self.latest()); }, "The newest row.")
+      .def_prop_rw("controls", &Simulation::controls, &Simulation::set_controls,
+                   "A copy; assign it whole. Taken at the next tick.")
+      .def("set_snapshot", &Simulation::set_scene, "snapshot"_a, "Swaps the scene whole at the next tick.")
+      .def("timing", &timing,
+           "cycle_us, lateness_us {p50, p99, p999, max}, slack_us {p50, p01, p001}, ticks, missed_ticks, scheduler.")
+      .def(
+          "fault",
+          [](Simulation& self) {
+            std::string words = self.fault();
+            return words.empty() ? std::optional<std::string>{} : std::optional(std::move(words));
+          },
+          "The first fault in words, with the last states; None when there was none.");
+}
+
+}  // namespace
+
+void bind_simulation(nb::module_& m) {
+  bind_options(m);
+  bind_cycle(m);
+  bind_running(m);
+}
+
+}  // namespace palpate::bindings

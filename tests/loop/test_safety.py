@@ -1,0 +1,150 @@
+"""Whatever the arms say: the force on the hand is finite, capped, slow to change; gravity stays compensated (B1)."""
+
+import math
+
+import numpy as np
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from loop_rig import Q_FOLLOWER, Q_LEADER, floor, options
+
+from palpate import _core
+from palpate.arm import Arm
+from palpate.record.ticks import as_ticks
+
+DT = 1e-3
+LEADER_STALE, FOLLOWER_STALE, NOT_FINITE = 4, 8, 16
+
+
+def inside():
+    """Options whose follower stands 1.5 mm deep in the floor (sphere of 2 mm)."""
+    X_WB = options().X_WB
+    X_WB[2, 3] -= 0.0115
+    return options(X_WB=X_WB)
+
+
+class Driver:
+    """A cycle fed by hand."""
+
+    def __init__(self, o=None):
+        self.cycle = _core.Cycle(o or inside(), Arm.mtm("right"), Arm.psm("lnd"))
+        self.scene = floor()
+        self.k = 0
+
+    def step(self, q=Q_LEADER, v=None, gripper=0.0, q_follower=Q_FOLLOWER, t=None, **kwargs):
+        t = self.k * DT if t is None else t
+        self.k += 1
+        v = np.zeros(7) if v is None else v
+        row, q_command, _ = self.cycle.step(t, q, v, gripper, q_follower, 0.0, self.scene, **kwargs)
+        return as_ticks(row)[0], q_command
+
+
+def warm(n=60):
+    d = Driver()
+    for _ in range(n):
+        row, _ = d.step()
+    assert np.linalg.norm(row["F_H_L"]) > 0.2
+    return d, row
+
+
+def test_a_silent_leader_is_ramped_down_with_gravity_kept():
+    d, row = warm()
+    gravity, last, t_seen = row["tau_gravity"], row["F_H_L"], (d.k - 1) * DT
+    for k in range(150):
+        row, _ = d.step(t_leader=t_seen)
+        F = row["F_H_L"]
+        assert np.linalg.norm(F - last) <= 50 * DT
+        last = F
+        assert bool(int(row["status"]) & LEADER_STALE) == (k >= 30)
+        np.testing.assert_array_equal(row["tau_gravity"], gravity)
+    assert not last.any()
+    assert not row["tau_force"].any()
+    assert row["tau_gravity"].any()
+
+
+def test_a_silent_follower_too():
+    d, _ = warm()
+    t_seen = (d.k - 1) * DT
+    for _ in range(150):
+        row, _ = d.step(t_follower=t_seen)
+    assert int(row["status"]) & FOLLOWER_STALE
+    assert not row["F_H_L"].any()
+    assert row["tau_gravity"].any()
+
+
+def test_nan_in_an_encoder_is_stopped_and_reported_and_it_recovers():
+    d, before = warm()
+    bad = Q_LEADER.copy()
+    bad[2] = math.nan
+    for _ in range(100):
+        row, q_command = d.step(q=bad)
+        assert np.isfinite(row["tau"]).all()
+        assert np.isfinite(q_command).all()
+    assert int(row["status"]) & NOT_FINITE
+    assert not row["F_H_L"].any()
+    np.testing.assert_array_equal(row["tau_gravity"], before["tau_gravity"])
+    for _ in range(100):
+        row, _ = d.step()
+    np.testing.assert_allclose(row["F_H_L"], before["F_H_L"], atol=1e-9)
+
+
+def test_a_hand_that_moved_out_of_sight_does_not_pull_the_tool_along():
+    d, _ = warm()
+    _, held = d.step(leader_valid=False)
+    for _ in range(50):
+        d.step(leader_valid=False)
+    moved = Q_LEADER.copy()
+    moved[:3] += 0.1
+    for _ in range(3):
+        _, q_command = d.step(q=moved)
+    psm = Arm.psm("lnd")
+    np.testing.assert_allclose(psm.fk(q_command)[:3, 3], psm.fk(held)[:3, 3], atol=1e-7)
+
+
+def test_nothing_is_commanded_before_both_arms_were_heard():
+    d = Driver()
+    row, _ = d.step(leader_valid=False)
+    assert not row["tau"].any()
+    assert int(row["status"]) & LEADER_STALE
+
+
+def test_out_of_reach_the_follower_holds_and_says_so():
+    d = Driver(options(mapping__scale=5.0))
+    for _ in range(10):
+        _, held = d.step()
+    far = Q_LEADER.copy()
+    far[:3] = 0.6, 0.9, 0.5
+    row, q_command = d.step(q=far)
+    assert int(row["status"]) & 64
+    np.testing.assert_allclose(q_command, held, atol=1e-9)
+
+
+wild = st.one_of(st.floats(allow_nan=True, allow_infinity=True), st.floats(-2, 2), st.sampled_from([1e308, math.nan]))
+tick = st.fixed_dictionaries(
+    {
+        "q": st.one_of(st.just(Q_LEADER), st.lists(wild, min_size=7, max_size=7).map(np.array)),
+        "v": st.one_of(st.none(), st.lists(wild, min_size=7, max_size=7).map(np.array)),
+        "q_follower": st.one_of(st.just(Q_FOLLOWER), st.lists(wild, min_size=6, max_size=6).map(np.array)),
+        "gripper": wild,
+        "t": st.one_of(st.none(), wild),
+        "leader_valid": st.sampled_from([True, True, True, False]),
+        "follower_valid": st.sampled_from([True, True, True, False]),
+    }
+)
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(st.lists(tick, min_size=1, max_size=25))
+def test_whatever_the_arms_say_the_force_is_safe(ticks):
+    d = Driver()
+    for _ in range(30):
+        row, _ = d.step()
+    last = row["F_H_L"]
+    for t in ticks:
+        row, q_command = d.step(**t)
+        F = row["F_H_L"]
+        assert np.isfinite(F).all()
+        assert np.linalg.norm(F) <= 3.0
+        assert np.linalg.norm(F - last) <= 50 * DT
+        assert np.isfinite(q_command).all()
+        assert np.isfinite(row["tau_gravity"]).all()
+        last = F
