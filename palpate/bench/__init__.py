@@ -1,0 +1,1 @@
+"""Benchmarks: a command, a number, a machine."""

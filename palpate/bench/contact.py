@@ -1,0 +1,202 @@
+"""``palpate bench contact``: forces on shapes known exactly, their quality and their time, beside reference figures.
+
+Every row runs in a process of its own, so that load time and memory are those of one mesh alone.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from time import perf_counter
+from typing import TypedDict
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.table import Table
+
+from palpate.shapes.analytic import SHAPES
+from palpate.shapes.paths import tool_path
+
+Array = NDArray[np.float64]
+
+RADIUS, STIFFNESS = 2e-3, 500.0  # [m], [N/m]; no damping, no friction
+PATHS = {"deep": (-2e-3, 0.05), "shallow": (1e-3, 0.05), "fast": (-2e-3, 0.2)}  # offset [m], speed [m/s]
+SIZES = (10_000, 100_000, 1_000_000)
+WARM_UP = 100  # first updates that are not timed
+
+
+class Row(TypedDict):
+    """One case. The keys are the documented contract of ``--json``."""
+
+    shape: str
+    triangles: int
+    path: str
+    method: str
+    p50_us: float  #: one update of contact and force
+    p99_us: float
+    direction_median_deg: float  #: angle to the exact normal over the steady slide
+    direction_p95_deg: float
+    direction_max_deg: float
+    magnitude_p95_mN: float  #: error against k (r - phi)
+    magnitude_max_mN: float
+    step_deg: float  #: largest change of direction from one sample to the next
+    step_mN: float  #: largest change of magnitude
+    lost: int  #: samples without force though the sphere touches
+    flipped: int  #: samples whose force points into the surface
+    energy_mJ: float  #: net work on the tool from free to free; the exact force does none but for sampling
+    load_s: float  #: binary STL on disk to indexed mesh
+    memory_MB: float  #: growth of the process, at its peak while loading
+
+
+def run(
+    shapes: Sequence[str] = ("sphere", "torus", "box"),
+    sizes: Sequence[int] = SIZES,
+    paths: Sequence[str] = ("deep", "shallow"),
+    method: str = "proxy",
+    on_row: Callable[[Row], None] | None = None,
+) -> list[Row]:
+    """Measure every combination; ``on_row`` hears of each as it is done.
+
+    Raises:
+        ValueError: an unknown shape or path.
+        RuntimeError: a case failed; carries what its process said.
+    """
+    for kind, given, known in (("shape", shapes, SHAPES), ("path", paths, PATHS)):
+        for name in given:
+            if name not in known:
+                raise ValueError(f"unknown {kind} {name!r}; there are: {', '.join(known)}")
+    rows = []
+    with tempfile.TemporaryDirectory(prefix="palpate-bench-") as folder:
+        for shape in shapes:
+            for size in sizes:
+                file = Path(folder) / f"{shape}-{size}.stl"
+                _write_stl(file, *SHAPES[shape].mesh(size))
+                for path in paths:
+                    row = _in_a_process(file, shape, path, method)
+                    rows.append(row)
+                    if on_row:
+                        on_row(row)
+                file.unlink()
+    return rows
+
+
+def _in_a_process(file: Path, shape: str, path: str, method: str) -> Row:
+    command = [sys.executable, "-m", "palpate.bench.contact", str(file), shape, path, method]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise RuntimeError(f"bench contact: {shape}, {path}, {method} failed:\n{done.stderr.strip()}")
+    row: Row = json.loads(done.stdout.splitlines()[-1])
+    return row
+
+
+def measure(file: Path, shape: str, path: str, method: str) -> Row:
+    """One row, in this process, which should be a fresh one."""
+    import palpate.contact
+    from palpate.mesh import Mesh
+
+    before, start = _status_mb("VmRSS"), perf_counter()
+    mesh = Mesh.load(file, unit="mm").core
+    load_s, memory = perf_counter() - start, _status_mb("VmHWM") - before
+
+    offset, speed = PATHS[path]
+    way = tool_path(SHAPES[shape], offset, speed, RADIUS)
+    felt = palpate.contact.render(mesh, way.tips, radius=RADIUS, stiffness=STIFFNESS, method=method)
+    phi, normal = SHAPES[shape].distance(way.tips)
+    quality = _quality(felt.force[way.steady], phi[way.steady], normal[way.steady])
+    middle = (felt.force[1:] + felt.force[:-1]) / 2
+    p50, p99 = np.percentile(felt.latency[WARM_UP:] * 1e6, [50, 99])
+    return Row(
+        shape=shape,
+        triangles=mesh.triangle_count,
+        path=path,
+        method=method,
+        p50_us=float(p50),
+        p99_us=float(p99),
+        **quality,  # type: ignore[typeddict-item]
+        energy_mJ=float((middle * np.diff(way.tips, axis=0)).sum() * 1e3),
+        load_s=load_s,
+        memory_MB=memory,
+    )
+
+
+def _quality(force: Array, phi: Array, normal: Array) -> dict[str, float | int]:
+    """Figures of the steady slide against F = k (r - phi) n."""
+    strength = np.linalg.norm(force, axis=1)
+    error = _angle_deg(force, normal)[strength > 0]
+    magnitude = np.abs(strength - STIFFNESS * np.maximum(RADIUS - phi, 0.0)) * 1e3
+    median, p95 = np.percentile(error, [50, 95]) if len(error) else (180.0, 180.0)
+    return {
+        "direction_median_deg": float(median),
+        "direction_p95_deg": float(p95),
+        "direction_max_deg": float(error.max(initial=0.0 if len(error) else 180.0)),
+        "magnitude_p95_mN": float(np.percentile(magnitude, 95)),
+        "magnitude_max_mN": float(magnitude.max()),
+        "step_deg": float(_angle_deg(force[1:], force[:-1]).max()),
+        "step_mN": float(np.abs(np.diff(strength)).max() * 1e3),
+        "lost": int(np.count_nonzero((strength == 0) & (phi < RADIUS))),
+        "flipped": int(np.count_nonzero((force * normal).sum(axis=1) < 0)),
+    }
+
+
+def _angle_deg(a: Array, b: Array) -> Array:
+    return np.asarray(np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(axis=1))))
+
+
+def _status_mb(key: str) -> float:
+    """A memory figure of this process from /proc [MB]; nan where there is no such thing."""
+    try:
+        lines = Path("/proc/self/status").read_text().splitlines()
+    except OSError:
+        return float("nan")
+    return next((int(line.split()[1]) * 1024 / 1e6 for line in lines if line.startswith(f"{key}:")), float("nan"))
+
+
+def _write_stl(file: Path, vertices: Array, triangles: NDArray[np.int32]) -> None:
+    """Binary STL in millimetres."""
+    facets = np.zeros(len(triangles), np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")]))
+    facets["corners"] = vertices[triangles] * 1e3
+    file.write_bytes(b"palpate bench".ljust(80) + np.uint32(len(triangles)).tobytes() + facets.tobytes())
+
+
+# Deep slides on the same input by a study with an 8-wide BVH and a shaded proxy, one core of a 2-core shared machine:
+# what is reachable. p50, p99 [us]; direction median, p95, max [deg]; magnitude p95, max [mN]; step [deg], [mN].
+PROTOTYPE: dict[tuple[str, int], tuple[float, ...]] = {
+    ("sphere", 10_000): (0.9, 3, 0.06, 0.11, 0.2, 8, 9, 0.4, 3),
+    ("sphere", 100_000): (1.8, 5, 0.02, 0.03, 0.04, 0.8, 1, 0.2, 0.4),
+    ("sphere", 1_000_000): (4.9, 13, 0.01, 0.01, 0.01, 0.1, 0.1, 0.1, 0.1),
+    ("torus", 10_000): (0.8, 6, 0.29, 0.61, 0.8, 26, 30, 1.3, 13),
+    ("torus", 100_000): (1.3, 11, 0.09, 0.19, 0.24, 2.6, 3, 0.5, 1.5),
+    ("torus", 1_000_000): (3.0, 25, 0.03, 0.06, 0.08, 0.3, 0.3, 0.3, 0.2),
+}
+
+
+def table(rows: Iterable[Row]) -> Table:
+    """The rows for a terminal, each deep one above the prototype's figures on the same input."""
+    out = Table(title="Contact: latency and quality over a steady slide (r = 2 mm, k = 500 N/m)")
+    columns = ("shape", "triangles", "path", "method", "p50/p99 [us]", "direction med/p95/max [deg]")
+    columns += ("magnitude p95/max [mN]", "step [deg/mN]", "lost", "flipped", "energy [mJ]", "load [s]", "memory [MB]")
+    for i, column in enumerate(columns):
+        out.add_column(column, justify="left" if i in (0, 2, 3) else "right")
+    for r in rows:
+        out.add_row(
+            *(r["shape"], f"{r['triangles']:,}", r["path"], r["method"], f"{r['p50_us']:.2f}/{r['p99_us']:.1f}"),
+            f"{r['direction_median_deg']:.3f}/{r['direction_p95_deg']:.3f}/{r['direction_max_deg']:.3f}",
+            f"{r['magnitude_p95_mN']:.2f}/{r['magnitude_max_mN']:.2f}",
+            f"{r['step_deg']:.2f}/{r['step_mN']:.2f}",
+            *(str(r["lost"]), str(r["flipped"]), f"{r['energy_mJ']:.3f}", f"{r['load_s']:.2f}", f"{r['memory_MB']:.0f}"),
+        )
+        size = min(SIZES, key=lambda n: abs(np.log(n / r["triangles"])))
+        reference = PROTOTYPE.get((r["shape"], size)) if r["path"] == "deep" else None
+        if reference:
+            p50, p99, median, p95, top, magnitude, magnitude_top, step_deg, step_mn = (f"{x:g}" for x in reference)
+            cells = ("", "", "", "prototype", f"{p50}/{p99}", f"{median}/{p95}/{top}", f"{magnitude}/{magnitude_top}")
+            out.add_row(*cells, f"{step_deg}/{step_mn}", *[""] * 5, style="dim")
+    return out
+
+
+if __name__ == "__main__":
+    print(json.dumps(measure(Path(sys.argv[1]), *sys.argv[2:5])))
