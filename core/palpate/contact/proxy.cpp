@@ -10,13 +10,19 @@
 namespace palpate::contact {
 namespace {
 
-constexpr int kIterations = 24;        // per tick; a proxy that needs more goes on in the next
+constexpr int kQueries = 24;           // per tick; a proxy that needs more goes on in the next
 constexpr double kCoarse = 5e-3;       // [r] accuracy of the proxy where the smooth surface gives the answer
-constexpr double kFine = 1e-9;         // [r] where it gives the answer itself
-constexpr double kSafeStep = 0.5;      // [r] longer steps are swept
+constexpr double kFine = 1e-7;         // [r] where it gives the answer itself
+constexpr double kSlack = 1e-10;       // [r] half-spaces count as kept
 constexpr double kLookout = 4.0;       // [r] how far free flight looks for triangles
 constexpr double kOnEdge = 1e-9;       // barycentric weight below which a point lies on the edge: rounding
 const double kOnePatch = std::cos(5.0 * M_PI / 180.0);  // contacts on one smooth patch: normals closer than 5 degrees
+
+constexpr double kSpreadLow = 0.1, kSpreadHigh = 0.4;  // SmoothPoint::spread: none and full trust in the projection
+const double kApart = std::cos(25.0 * M_PI / 180.0), kAgree = std::cos(8.0 * M_PI / 180.0);
+
+/// 0 below `low`, 1 above `high`.
+double ramp(double x, double low, double high) { return std::clamp((x - low) / (high - low), 0.0, 1.0); }
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
@@ -28,7 +34,10 @@ ObjectProxy::Touch ObjectProxy::step(const scene::Mesh& mesh, const Vec3& g, dou
   if (mesh_ != &mesh || mesh_id_ != mesh.impl().id) place(mesh, g, radius);
   if (fly(g, radius)) return {};
 
-  bool settled = relax(g, radius, kCoarse);
+  queries_left_ = kQueries;
+  const bool settled = relax(g, radius, kCoarse);
+  tool_ = g;
+  if (!settled) return on_the_way(g);
   if (active_.active == 0) {
     touching_ = false;
     started_inside_ = false;
@@ -37,7 +46,7 @@ ObjectProxy::Touch ObjectProxy::step(const scene::Mesh& mesh, const Vec3& g, dou
   touching_ = true;
   const Touch smooth = touch_smooth(g, radius);
   if (smooth.touching || smooth.normal != Vec3::Zero()) return smooth;
-  if (settled) settled = relax(g, radius, kFine);
+  relax(g, radius, kFine);
   if (active_.active == 0) return {};
   return touch_hard(g, radius);
 }
@@ -47,22 +56,23 @@ void ObjectProxy::place(const scene::Mesh& mesh, const Vec3& g, double radius) n
   *this = ObjectProxy();
   mesh_ = &mesh;
   mesh_id_ = mesh.impl().id;
-  centre_ = g;
+  centre_ = tool_ = clear_at_ = g;
   const scene::ClosestPoint near = mesh.closest(g, std::numeric_limits<double>::infinity());
   const Vec3 away = g - near.point;
   started_inside_ = mesh.report().closed && near.normal.dot(away) < 0.0;
   if (started_inside_ || near.distance < radius) {
     const Vec3 out = near.distance > 0.0 ? Vec3(away / (started_inside_ ? -near.distance : near.distance)) : near.normal;
-    centre_ = near.point + radius * out;
+    centre_ = clear_at_ = near.point + radius * out;
     touching_ = true;
   }
+  clear_ = touching_ ? radius : near.distance;
 }
 
 /// Free flight: while the last query says that nothing is near, there is nothing to ask.
 bool ObjectProxy::fly(const Vec3& g, double radius) noexcept {
   const double need = radius + mesh_->impl().topology.height;
-  if (touching_ || (g - clear_at_).norm() + need > clear_) return false;
-  centre_ = g;
+  if (touching_ || centre_ != tool_ || (g - clear_at_).norm() + need > clear_) return false;
+  centre_ = tool_ = g;
   return true;
 }
 
@@ -117,23 +127,23 @@ void ObjectProxy::keep_active(const Projection& projection) noexcept {
   }
 }
 
-/// Moves the centre to the point nearest to g that the triangles allow. True when it arrived.
+/// The longest step that no triangle can be in the way of: the centre never comes near to crossing one.
+double ObjectProxy::safe_step(double radius) const noexcept {
+  const double clear = std::max(clear_ - (centre_ - clear_at_).norm(), 0.0);
+  return std::max(clear - 0.5 * radius, 0.5 * clear);
+}
+
+/// Moves the centre to the point nearest to g that the triangles allow. False: it is still on its way.
 bool ObjectProxy::relax(const Vec3& g, double radius, double tolerance) noexcept {
   const double lookout = kLookout * radius + mesh_->impl().topology.height;
-  bool settled = false;
   linearise(radius);
-  active_ = project(half_space_.data(), holds_, g, 0.1 * kFine * radius);
-  for (int i = 0; i < kIterations && !settled; ++i) {
-    // Go there: at once when the step is shorter than any wall is away, otherwise as far as nothing is in the way.
-    Vec3 step = active_.x - centre_;
-    if (!active_.feasible) step.setZero();
-    const double length = step.norm();
-    bool whole = true;
-    if (length > kSafeStep * radius) {
-      const double gone = mesh_->sweep(centre_, active_.x, kSafeStep * radius);
-      whole = gone >= length;
-      step *= whole ? 1.0 : gone / length;
-    }
+  active_ = project(half_space_.data(), holds_, g, kSlack * radius);
+  bool settled = false;
+  while (!settled && queries_left_-- > 0) {
+    Vec3 step = active_.feasible ? Vec3(active_.x - centre_) : Vec3::Zero();
+    const double length = step.norm(), safe = safe_step(radius);
+    const bool whole = length <= safe;
+    if (!whole) step *= safe / length;
     centre_ += step;
 
     // Who is there? The nearest triangle, and those already known, say where to go next.
@@ -143,16 +153,20 @@ bool ObjectProxy::relax(const Vec3& g, double radius, double tolerance) noexcept
     clear_ = near_.triangle >= 0 ? std::sqrt(near_.distance2) : lookout;
     linearise(radius);
     if (clear_ < radius) add(near_, radius);
-    const Vec3 x = centre_;
-    active_ = project(half_space_.data(), holds_, g, 0.1 * kFine * radius);
-    settled = whole && (!active_.feasible || (active_.x - x).norm() <= tolerance * radius);
+    active_ = project(half_space_.data(), holds_, g, kSlack * radius);
+    settled = whole && (!active_.feasible || (active_.x - centre_).norm() <= tolerance * radius);
   }
-  if (settled && active_.feasible) {
-    clear_ -= (active_.x - centre_).norm();
-    clear_at_ = centre_ = active_.x;
-  }
+  if (settled && active_.feasible) centre_ = active_.x;
   keep_active(active_);
   return settled;
+}
+
+/// Far from where it should be (the tool jumped, or a rim let the proxy go): it pulls from where it is.
+ObjectProxy::Touch ObjectProxy::on_the_way(const Vec3& g) const noexcept {
+  const Vec3 delta = centre_ - g;
+  const double depth = delta.norm();
+  if (!touching_ || !(depth > 0.0)) return {};
+  return {true, delta, delta / depth, depth};
 }
 
 /// Free of the facets, but the smooth surface may stand above them.
@@ -216,15 +230,17 @@ ObjectProxy::Touch ObjectProxy::touch_smooth(const Vec3& g, double radius) const
     if (shaded(i, radius).normal.dot(first.normal) < kOnePatch) return {};
 
   const Vec3& geometric = half_space_[0].normal;
-  const scene::SmoothPoint s = scene::smooth_project(mesh_->impl(), hold_[0].at, g);
+  // The normal where the proxy touches; then, as far as the normals are far from meeting before the tool and both
+  // agree, the normal through the tool itself.
   Touch out;
-  if (s.found && std::abs(s.normal.dot(geometric)) > 0.7) {
+  out.normal = first.normal;
+  out.depth = -first.gap(g);
+  const scene::SmoothPoint s = scene::smooth_project(mesh_->impl(), hold_[0].at, g);
+  if (s.found) {
     const double side = s.normal.dot(geometric) < 0.0 ? -1.0 : 1.0;
-    out.normal = side * s.normal;
-    out.depth = radius - side * s.distance;
-  } else {  // beyond the focal surface, or near a crease: the normal where the proxy touches
-    out.normal = first.normal;
-    out.depth = -first.gap(g);
+    const double trust = ramp(s.spread, kSpreadLow, kSpreadHigh) * ramp(side * s.normal.dot(first.normal), kApart, kAgree);
+    out.normal = (trust * side * s.normal + (1.0 - trust) * out.normal).normalized();
+    out.depth = trust * (radius - side * s.distance) + (1.0 - trust) * out.depth;
   }
   out.touching = out.depth > 0.0;
   out.delta = out.depth * out.normal;
@@ -235,7 +251,7 @@ ObjectProxy::Touch ObjectProxy::touch_smooth(const Vec3& g, double radius) const
 ObjectProxy::Touch ObjectProxy::touch_hard(const Vec3& g, double radius) const noexcept {
   std::array<HalfSpace, 3> h;
   for (int i = 0; i < active_.active; ++i) h[at(i)] = shaded(i, radius);
-  const Projection p = project(h.data(), active_.active, g, 0.1 * kFine * radius);
+  const Projection p = project(h.data(), active_.active, g, kSlack * radius);
   Touch out;
   if (p.active == 0) return out;
   out.touching = true;

@@ -54,12 +54,14 @@ class ObjectProxy {
 
   void place(const scene::Mesh& mesh, const Vec3& g, double radius) noexcept;
   bool fly(const Vec3& g, double radius) noexcept;
+  [[nodiscard]] double safe_step(double radius) const noexcept;
   bool relax(const Vec3& g, double radius, double tolerance) noexcept;
   void hold(int i, const scene::BvhHit& hit) noexcept;
   void add(const scene::BvhHit& hit, double radius) noexcept;
   void keep_active(const Projection& projection) noexcept;
   bool linearise(double radius) noexcept;
 
+  [[nodiscard]] Touch on_the_way(const Vec3& g) const noexcept;
   [[nodiscard]] Touch graze(const Vec3& g, double radius) const noexcept;
   [[nodiscard]] Touch touch_smooth(const Vec3& g, double radius) const noexcept;
   [[nodiscard]] Touch touch_hard(const Vec3& g, double radius) const noexcept;
@@ -69,10 +71,12 @@ class ObjectProxy {
   const scene::Mesh* mesh_ = nullptr;
   std::uint64_t mesh_id_ = 0;
   Vec3 centre_ = Vec3::Zero();
+  Vec3 tool_ = Vec3::Zero();      // where the tool was
   bool touching_ = false;
   bool started_inside_ = false;
   Vec3 clear_at_ = Vec3::Zero();  // no triangle within clear_ of this point
   double clear_ = 0.0;
+  int queries_left_ = 0;          // in this tick
   std::int32_t seed_ = -1;        // triangle of the last query
   scene::BvhHit near_;            // nearest triangle to the centre in this tick, if any
   int holds_ = 0;

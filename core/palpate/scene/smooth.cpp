@@ -39,7 +39,9 @@ struct Facet {
     out.normal = N / length;
     const double u = s.u();
     out.height = 0.5 * (u * s.v * e1.dot(m1) + u * s.w * e2.dot(m2) + s.v * s.w * (e2 - e1).dot(m2 - m1));
-    out.distance = out.normal.dot(p - out.foot) - out.height;
+    const double t = out.normal.dot(p - out.foot) / length;
+    out.distance = t * length - out.height;
+    out.spread = (e1 + t * m1).cross(e2 + t * m2).dot(N) / e1.cross(e2).dot(N);
     return out;
   }
 

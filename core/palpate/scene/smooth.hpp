@@ -17,6 +17,7 @@ struct SmoothPoint {
   Vec3 foot = Vec3::Zero();    ///< point of the facet [m]
   Vec3 normal = Vec3::Zero();  ///< unit, outwards
   double height = 0.0;         ///< of the smooth surface above the facet, along the normal [m]
+  double spread = 1.0;         ///< how far from a focal point p is, 0 to 1: (1 + t k1)(1 + t k2), k the curvatures
   double distance = 0.0;       ///< signed, along the normal, from the smooth surface [m]
 };
 
