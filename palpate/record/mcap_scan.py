@@ -25,7 +25,16 @@ from palpate.errors import RecordError
 from palpate.record.mcap_file import MAGIC
 
 _MAX_CHUNK = 1 << 30
-_DAMAGE = (McapError, struct.error, UnicodeDecodeError, zstandard.ZstdError, ValueError, RuntimeError, MemoryError)
+_DAMAGE = (
+    McapError,
+    struct.error,
+    UnicodeDecodeError,
+    zstandard.ZstdError,
+    ValueError,
+    RuntimeError,
+    MemoryError,
+    OverflowError,
+)
 """What the libraries raise on bytes that are no MCAP."""
 
 
