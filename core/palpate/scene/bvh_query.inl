@@ -64,7 +64,13 @@ PALPATE_TARGET inline BvhHit closest_in(const Bvh& bvh, const double p[3], const
     below[k] = F8::all(static_cast<float>(x - slack));
   }
   const double scale2 = bvh.scale * bvh.scale * (1.0 + 0x1p-20);
-  float limit = static_cast<float>(best.distance2 * scale2);
+  // Finite always: unused children are infinitely far, and must be farther than the limit.
+  const auto limit_of = [scale2](double distance2) PALPATE_TARGET {
+    constexpr double kFarthest = 0x1.fffffep127;  // the largest float
+    const double limit2 = distance2 * scale2;
+    return static_cast<float>(limit2 < kFarthest ? limit2 : kFarthest);
+  };
+  float limit = limit_of(best.distance2);
 
   struct Entry {
     float distance2;
@@ -79,7 +85,7 @@ PALPATE_TARGET inline BvhHit closest_in(const Bvh& bvh, const double p[3], const
     if (entry.child < 0) {
       const double before = best.distance2;
       nearest_in_block(bvh.blocks[static_cast<std::size_t>(~entry.child)], p, best);
-      if (best.distance2 < before) limit = static_cast<float>(best.distance2 * scale2);
+      if (best.distance2 < before) limit = limit_of(best.distance2);
       continue;
     }
     const BvhNode& node = bvh.nodes[static_cast<std::size_t>(entry.child)];

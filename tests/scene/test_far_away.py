@@ -1,0 +1,16 @@
+"""Numbers at the edge of what a double holds: an answer or none, never a walk out of memory."""
+
+import numpy as np
+import pytest
+
+from palpate.mesh import Mesh
+from palpate.shapes import analytic
+
+
+@pytest.mark.parametrize("far", [1e30, 1e100, 1e155, 1e300])
+def test_points_absurdly_far_away(far):
+    mesh = Mesh(*analytic.Sphere().mesh(1000))
+    distance, point, _, triangle = mesh.closest([[far, 0, 0], [0, -far, far]], np.inf)
+    assert ((triangle >= -1) & (triangle < len(mesh.triangles))).all()
+    assert np.isfinite(point[triangle >= 0]).all()
+    assert not np.isnan(distance).any()
