@@ -109,6 +109,22 @@ def prepare(
     return vertices, triangles, replace(report, findings=_findings(report, orientable, unit))
 
 
+def sound(vertices: Vertices, triangles: Triangles, unit: str) -> MeshReport | None:
+    """The report of a closed, welded mesh [m] without a fault; None when a part of it is inside out after all."""
+    label, components = _components(len(vertices), triangles[:, :2], triangles[:, 1:])
+    a = vertices[triangles[:, 0]]
+    area = _cross(vertices[triangles[:, 1]] - a, vertices[triangles[:, 2]] - a)
+    wedge = np.einsum("ij,ij->i", a - a[:1], area) / 6.0
+    flip, volume = _inside_out(vertices, triangles, wedge, label[triangles[:, 0]], None)
+    if flip.any():
+        return None
+    size = np.ptp(vertices, axis=0)
+    extents = (float(size[0]), float(size[1]), float(size[2]))
+    n, m = len(vertices), len(triangles)
+    report = MeshReport(n, m, extents, components, True, volume, 0, 0, 0, 0, 0, 0)
+    return replace(report, findings=_findings(report, True, unit))
+
+
 def _findings(r: MeshReport, orientable: bool, unit: str) -> tuple[Finding, ...]:
     found = []
     if r.degenerate:
@@ -308,11 +324,13 @@ def _orient(edges: _Edges, m: int) -> tuple[npt.NDArray[np.bool_], bool]:
 
 
 def _inside_out(
-    v: Vertices, t: Triangles, wedge: npt.NDArray[np.float64], part: Index, edges: _Edges
+    v: Vertices, t: Triangles, wedge: npt.NDArray[np.float64], part: Index, edges: _Edges | None
 ) -> tuple[npt.NDArray[np.bool_], float]:
     """Triangles of closed parts with negative volume that are not cavities of another part; total volume [m^3]."""
     parts, index = np.unique(part, return_inverse=True)
-    closed = np.bincount(index, weights=edges.border, minlength=len(parts)) == 0
+    closed = np.ones(len(parts), dtype=bool)
+    if edges is not None:
+        closed = np.bincount(index, weights=edges.border, minlength=len(parts)) == 0
     volume = np.bincount(index, weights=wedge, minlength=len(parts))
     flip = np.zeros(len(parts), dtype=bool)
     suspects = np.flatnonzero(closed & (volume < 0.0))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 __all__ = [
     "ArmError",
     "MeshError",
@@ -42,6 +44,13 @@ class ArmError(PalpateError, ValueError):
 
 class SceneError(PalpateError):
     """The scene file cannot be read, or asks for something impossible."""
+
+    others: tuple[SceneError, ...] = ()  #: further mistakes in the same file
+
+    def add_others(self, others: Sequence[SceneError]) -> None:
+        """Tell further mistakes of the same file in the same message."""
+        self.others = tuple(others)
+        self.args = ("\n".join(str(e) for e in (self, *others)),)
 
 
 class MeshError(PalpateError):

@@ -1,0 +1,37 @@
+"""Scene files: what a run depends on, read from YAML with the line of every mistake."""
+
+from palpate.scene.model import (
+    ArmsSection,
+    ContactSection,
+    FollowerSection,
+    LeaderSection,
+    MappingSection,
+    ObjectSection,
+    OperatorSection,
+    PalpateSection,
+    RatesSection,
+    RecordSection,
+    StabilitySection,
+    TorqueSection,
+    WayPoint,
+)
+from palpate.scene.scene import Scene
+from palpate.scene.values import Pose
+
+__all__ = [
+    "ArmsSection",
+    "ContactSection",
+    "FollowerSection",
+    "LeaderSection",
+    "MappingSection",
+    "ObjectSection",
+    "OperatorSection",
+    "PalpateSection",
+    "Pose",
+    "RatesSection",
+    "RecordSection",
+    "Scene",
+    "StabilitySection",
+    "TorqueSection",
+    "WayPoint",
+]

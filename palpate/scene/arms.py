@@ -1,0 +1,184 @@
+"""Where the arms stand and how they start: as the scene says, or found; refused when out of reach."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from palpate import _core
+from palpate.arm import Arm
+from palpate.errors import SceneError
+from palpate.scene.hand import HandPlan
+from palpate.scene.scene import Scene
+from palpate.scene.surface import Surface
+
+Array = npt.NDArray[np.float64]
+
+_RCM_HEIGHT = 0.12  # of an automatic follower base above the surface: half of the instrument's travel is left [m]
+_LEADER_BESIDE = np.array([0.35, -0.15, 0.05])  # of an automatic leader handle, from the objects' box [m]
+_CLOSE = (1e-6, 1e-5)  # an arm is there [m, rad]
+
+
+@dataclass(frozen=True)
+class Arms:
+    """Both arms, placed, with their joints at the start."""
+
+    leader: Arm
+    follower: Arm
+    X_WL: Array  # (4, 4)
+    X_WB: Array  # (4, 4)
+    q_leader0: Array  # (7,) [rad]
+    q_follower0: Array  # (6,) [rad, m]
+
+
+def place(scene: Scene, surfaces: list[Surface], path: HandPlan) -> Arms:
+    """Put the arms where the scene says, or where the objects can be reached; find their joints at the start.
+
+    Raises:
+        SceneError: a start pose or a point of the path is out of reach; names the arm, the pose and the distance.
+    """
+    follower = Arm.psm(scene.arms.follower.model.removeprefix("psm_"))
+    X_WB = _follower_base(scene, surfaces, path)
+    q_follower0 = _follower_start(scene, follower, X_WB, path)
+    X_WT = X_WB @ follower.fk(q_follower0)
+
+    leader = Arm.mtm(scene.arms.leader.model.removeprefix("mtm_"))
+    X_WL, q_leader0 = _leader(scene, surfaces, leader, X_WT)
+    arms = Arms(leader, follower, X_WL, X_WB, q_leader0, q_follower0)
+    _check_path(scene, arms, path)
+    return arms
+
+
+def _follower_base(scene: Scene, surfaces: list[Surface], path: HandPlan) -> Array:
+    if scene.arms.follower.base is not None:
+        return scene.arms.follower.base.matrix()
+    start = path.positions_W[0]
+    nearest = min((s.nearest(start[None])[0][0] for s in surfaces), key=lambda q: float(np.linalg.norm(q - start)))
+    up = np.array([0.0, 0.0, 1.0])
+    out = start - nearest
+    out = out / np.linalg.norm(out) if np.linalg.norm(out) > 1e-9 else up
+    axis = out + up  # as upright as the surface allows
+    axis = axis / np.linalg.norm(axis) if np.linalg.norm(axis) > 0.1 else out
+    X = np.eye(4)
+    X[:3, :3] = _turn_onto(axis)
+    X[:3, 3] = nearest + _RCM_HEIGHT * axis
+    return X
+
+
+def _turn_onto(axis: Array) -> Array:
+    """The smallest rotation that takes z onto ``axis``."""
+    z = np.array([0.0, 0.0, 1.0])
+    v, c = np.cross(z, axis), float(z @ axis)
+    if c < -1.0 + 1e-9:
+        return np.diag([1.0, -1.0, -1.0])
+    K = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+    return np.asarray(np.eye(3) + K + K @ K / (1.0 + c))
+
+
+def _follower_start(scene: Scene, arm: Arm, X_WB: Array, path: HandPlan) -> Array:
+    start = scene.arms.follower.start
+    if start is not None:
+        return _reach(scene, arm, X_WB, start.matrix(), arm.home, "arms", "follower", "start")
+    X_WT = np.eye(4)
+    X_WT[:3, 3] = path.positions_W[0]
+    q = arm.home
+    for _ in range(20):  # the wrist stays straight: turn the goal with the shaft until it does
+        straight = np.concatenate([q[:4], np.zeros(len(q) - 4)])
+        X_WT[:3, :3] = (X_WB @ arm.fk(straight))[:3, :3]
+        q, _ = _ik(arm, np.linalg.inv(X_WB) @ X_WT, straight)
+    place = ("arms", "follower", "base") if scene.arms.follower.base else ("operator",)
+    return _reach(scene, arm, X_WB, X_WT, q, *place)
+
+
+def _leader(scene: Scene, surfaces: list[Surface], arm: Arm, X_WT: Array) -> tuple[Array, Array]:
+    section = scene.arms.leader
+    base = section.base.matrix() if section.base is not None else None
+    if section.start is not None:
+        q = np.array(section.start)
+        for name, value, low, high in zip(arm.joint_names, q, arm.q_min, arm.q_max, strict=True):
+            if not low <= value <= high:
+                raise SceneError(
+                    f"arms.leader.start: {name} = {value:g} rad is outside its limits, {low:.3f} to {high:.3f} rad",
+                    where=scene.where("arms", "leader", "start"),
+                    mend="choose it within the limits, or leave start out",
+                )
+        return (base if base is not None else _beside(surfaces, arm.fk(q)[:3, 3], np.eye(3))), q
+    handle = arm.fk(arm.home)
+    for yaw in (0.0,) if base is not None else np.radians([0, 90, -90, 180, 45, -45, 135, -135]):
+        c, s = math.cos(yaw), math.sin(yaw)
+        R_WL = base[:3, :3] if base is not None else np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]])
+        X_LH = handle.copy()
+        X_LH[:3, :3] = R_WL.T @ X_WT[:3, :3]  # the handle is held as the tool is
+        q, missed = _ik(arm, X_LH, arm.home)
+        if missed[0] < _CLOSE[0] and missed[1] < _CLOSE[1]:
+            return (base if base is not None else _beside(surfaces, handle[:3, 3], R_WL)), q
+    raise SceneError(
+        f"leader {arm.name} cannot hold its handle as the tool is held at the start",
+        where=scene.where("arms", "leader"),
+        why=f"its wrist stops {math.degrees(missed[1]):.1f} degrees short",
+        mend="give arms.leader.start or another arms.leader.base, or turn arms.follower.start",
+    )
+
+
+def _beside(surfaces: list[Surface], p_LH: Array, R_WL: Array) -> Array:
+    bounds = np.array([s.bounds for s in surfaces])
+    low, high = bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
+    corner = np.array([high[0], 0.5 * (low[1] + high[1]), 0.5 * (low[2] + high[2])])
+    X = np.eye(4)
+    X[:3, :3] = R_WL
+    X[:3, 3] = corner + _LEADER_BESIDE - R_WL @ p_LH
+    return X
+
+
+def _check_path(scene: Scene, arms: Arms, path: HandPlan) -> None:
+    """Both arms along the intended path, orientation kept."""
+    last = np.searchsorted(path.times, 6 * path.period, side="right") if path.period else len(path.times)
+    rows = np.unique(np.linspace(0, max(0, int(last) - 1), 120).astype(int))
+    X_WT, X_LH = arms.X_WB @ arms.follower.fk(arms.q_follower0), arms.leader.fk(arms.q_leader0)
+    p0, R_LW, scale = X_WT[:3, 3].copy(), arms.X_WL[:3, :3].T, scene.mapping.scale
+    q_f, q_l, handle0 = arms.q_follower0, arms.q_leader0, X_LH[:3, 3].copy()
+    place = ("operator", "path") if scene.operator.path else ("operator", "palpate")
+    for i in rows:
+        what = f"the operator's path at {path.times[i]:.3g} s"
+        X_WT[:3, 3] = path.positions_W[i]
+        q_f = _reach(scene, arms.follower, arms.X_WB, X_WT, q_f, *place, what=what)
+        X_LH[:3, 3] = handle0 + R_LW @ (path.positions_W[i] - p0) / scale
+        q_l = _reach(scene, arms.leader, arms.X_WL, arms.X_WL @ X_LH, q_l, *place, what=what)
+
+
+def _reach(
+    scene: Scene, arm: Arm, X_W0: Array, X_W: Array, q0: Array, *place: str, what: str = "its start pose"
+) -> Array:
+    q, (far, turned) = _ik(arm, np.linalg.inv(X_W0) @ X_W, q0)
+    if far < _CLOSE[0] and turned < _CLOSE[1]:
+        return q
+    p = ", ".join(f"{x:.3f}" for x in X_W[:3, 3])
+    side = "follower" if arm.n == 6 else "leader"
+    base = ", ".join(f"{x:.3f}" for x in X_W0[:3, 3])
+    raise SceneError(
+        f"{side} {arm.name} cannot reach {what}: tip at ({p}) m in W, {1e3 * far:.1f} mm and "
+        f"{math.degrees(turned):.1f} degrees out of reach",
+        where=scene.where(*place),
+        why=f"its base stands at ({base}) m in W",
+        mend=f"move it, or leave arms.{side}.base out: the arm is then placed automatically",
+    )
+
+
+def _ik(arm: Arm, X_0T: Array, q0: Array) -> tuple[Array, tuple[float, float]]:
+    """Joints nearest to a pose, and how far off [m, rad]: from q0, from home, then from fixed random starts."""
+    options = _core.IkOptions()
+    options.max_iterations = 60
+    rng = np.random.default_rng(0)
+    best_q, best = q0, (np.inf, np.inf)
+    starts = [q0, arm.home, *(rng.uniform(arm.q_min, arm.q_max) for _ in range(24))]
+    for start in starts:
+        q, result = arm.ik_from(X_0T, start, options)
+        missed = (result.position_error, result.orientation_error)
+        if missed[0] + 0.05 * missed[1] < best[0] + 0.05 * best[1]:
+            best_q, best = q, missed
+        if result.converged:
+            break
+    return best_q, best

@@ -1,0 +1,63 @@
+"""Can the caps hold what the scene asks for? Asked before a run, answered with numbers."""
+
+from __future__ import annotations
+
+from palpate.errors import SceneError
+from palpate.scene.scene import Scene
+
+#: A surface must be able to answer the first millimetre of a press; at the cap the force stops growing.
+LEAST_DEPTH = 0.001  # [m]
+#: And it must be able to answer as fast as a careful finger moves; at the rate cap the force lags behind.
+LEAST_SPEED = 0.020  # [m/s]
+
+
+def check_stiffness(scene: Scene) -> None:
+    """Refuse a stiffness K that the caps cannot hold.
+
+    The force on the hand is ``force_scale * K * depth``. It reaches ``force_cap`` within ``LEAST_DEPTH`` when
+    ``K > force_cap / (force_scale * LEAST_DEPTH)``; it grows faster than ``rate_cap`` at ``LEAST_SPEED`` when
+    ``K > rate_cap / (force_scale * LEAST_SPEED)``. Above the smaller of the two the hand would not feel K.
+
+    Raises:
+        SceneError: names the object, the limit and what to change.
+    """
+    cap, rate, scale = scene.stability.force_cap, scene.stability.rate_cap, scene.mapping.force_scale
+    by_force, by_rate = cap / (scale * LEAST_DEPTH), rate / (scale * LEAST_SPEED)
+    for i, thing in enumerate(scene.objects):
+        K = max(thing.stiffness)
+        if min(by_force, by_rate) >= K:
+            continue
+        if by_force <= by_rate:
+            why = f"{cap:g} N (stability.force_cap) is reached after {1e3 * cap / (scale * K):.2g} mm of depth"
+        else:
+            growth = scale * K * LEAST_SPEED
+            why = f"at {1e3 * LEAST_SPEED:g} mm/s the force would grow by {growth:.3g} N/s; "
+            why += f"stability.rate_cap is {rate:g} N/s"
+        raise SceneError(
+            f"object {thing.name!r}: stiffness {K:g} N/m is more than the caps can hold",
+            where=scene.where("objects", i, "stiffness"),
+            why=why,
+            mend=f"at most {min(by_force, by_rate):.4g} N/m; or raise the cap, or lower mapping.force_scale",
+        )
+
+
+def felt_stiffness(scene: Scene, index: int) -> float:
+    """What the hand feels of object ``index``: scale * force_scale * K, along its stiffest axis [N/m] (READINGS 10)."""
+    return scene.mapping.scale * scene.mapping.force_scale * max(scene.objects[index].stiffness)
+
+
+def may_oscillate(scene: Scene, index: int) -> str:
+    """Why the contact may oscillate, or nothing.
+
+    A spring that is sampled and delayed gives back more than it took: with the hand's damping b alone, passivity wants
+    ``b > K_felt (T / 2 + delay)`` (Colgate and Brown 1994). The arm's own friction helps on top of it.
+    """
+    need = felt_stiffness(scene, index) * (0.5 / scene.rates.haptic + scene.loop_delay)
+    b = scene.operator.damping
+    if need <= b:
+        return ""
+    return (
+        f"object {scene.objects[index].name!r} may oscillate: {felt_stiffness(scene, index):.4g} N/m felt at "
+        f"{scene.rates.haptic:g} Hz with {1e3 * scene.loop_delay:g} ms delay wants {need:.3g} N s/m of damping, "
+        f"the hand has {b:g}"
+    )

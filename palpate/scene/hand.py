@@ -1,0 +1,99 @@
+"""The operator's intended path of the tool: way points of the scene, or made from the surface of an object."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from palpate.errors import SceneError
+from palpate.scene.scene import Scene
+from palpate.scene.surface import Surface
+
+Array = npt.NDArray[np.float64]
+
+_DIRECTIONS = 6  # of slides, 60 degrees apart
+_SAMPLE = 0.01  # of a slide along the surface [s]
+_LONGEST = 3600.0  # an automatic path goes on for so long [s]
+
+
+@dataclass(frozen=True)
+class HandPlan:
+    """Where the hand wants the tool, and what it is doing."""
+
+    times: Array  # (k,) rising [s]
+    positions_W: Array  # (k, 3) [m]
+    period: float = 0.0  # the phases repeat after it [s]
+    phases: tuple[tuple[float, str], ...] = ()  # (start within the period [s], name)
+
+    def phase(self, t: float) -> str:
+        """``approach``, ``press``, ``slide`` or ``leave`` at ``t`` [s]; empty for a path of way points."""
+        within = t % self.period if self.period else t
+        return next((name for start, name in reversed(self.phases) if within >= start), "")
+
+
+def plan(scene: Scene, surfaces: list[Surface]) -> HandPlan:
+    """The path that the scene's operator follows.
+
+    Raises:
+        SceneError: the wanted force is above the cap, or the slide has no direction along the surface.
+    """
+    path = scene.operator.path
+    if path is not None:
+        return HandPlan(np.array([p.t for p in path]), np.array([p.xyz for p in path]))
+    return _palpation(scene, surfaces)
+
+
+def intended_depth(scene: Scene, index: int, normal: Array) -> float:
+    """How far below the surface the hand aims, so that the palpation force results [m].
+
+    The tool sinks by F / K, and the hand, a spring too, gives way by scale * force_scale * F / K_hand.
+    """
+    F, mapping = scene.operator.palpate.force, scene.mapping
+    K = float(normal @ np.diag(scene.objects[index].stiffness) @ normal)
+    return F / max(K, 1e-9) + mapping.scale * mapping.force_scale * F / scene.operator.stiffness
+
+
+def _palpation(scene: Scene, surfaces: list[Surface]) -> HandPlan:
+    o = scene.operator.palpate
+    index = next((i for i, thing in enumerate(scene.objects) if thing.name == o.object), 0)
+    surface = surfaces[index]
+    felt = o.force * scene.mapping.force_scale
+    if felt >= scene.stability.force_cap:
+        raise SceneError(
+            f"operator.palpate.force: {felt:g} N on the hand is not below stability.force_cap, "
+            f"{scene.stability.force_cap:g} N",
+            where=scene.where("operator", "palpate", "force"),
+            mend=f"press with less than {scene.stability.force_cap / scene.mapping.force_scale:g} N, or raise the cap",
+        )
+    q0, n0 = (rows[0] for rows in surface.nearest(np.array([surface.top if o.at is None else o.at])))
+    radius = scene.contact.radius
+    depth = intended_depth(scene, index, n0)
+    hover, touch, inside = (q0 + n0 * (radius + h) for h in (o.hover, 0.0, -depth))
+
+    along = np.array(o.direction) - n0 * (n0 @ o.direction)
+    if np.linalg.norm(along) < 1e-6:
+        along = np.cross(n0, np.eye(3)[int(np.argmin(np.abs(n0)))])
+    along /= np.linalg.norm(along)
+    across = np.cross(n0, along)
+    count = max(2, round(o.slide / _SAMPLE))
+    u = np.arange(1, count) / count
+    way = 0.5 * o.length * (1.0 - np.cos(2.0 * np.pi * u))  # there and back, at rest at both ends
+    slides = []
+    for k in range(_DIRECTIONS):
+        angle = 2.0 * np.pi * k / _DIRECTIONS
+        line = q0 + np.outer(way, np.cos(angle) * along + np.sin(angle) * across)
+        q, n = surface.nearest(line + 0.5 * o.hover * n0)
+        slides.append(q + n * (radius - depth))
+
+    phases = np.cumsum([0.0, o.approach, o.press, o.slide, o.leave])
+    period = float(phases[-1])
+    times, positions = [], []
+    for k in range(max(1, int(_LONGEST / period))):
+        start = k * period
+        times += [start, start + phases[1], start + phases[2], *(start + phases[2] + u * o.slide), start + phases[3]]
+        positions += [hover, touch, inside, *slides[k % _DIRECTIONS], inside]
+    names = tuple(zip(phases[:-1].tolist(), ("approach", "press", "slide", "leave"), strict=True))
+    times.append(times[-1] + o.leave)
+    return HandPlan(np.array(times), np.array([*positions, hover]), period, names)

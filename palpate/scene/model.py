@@ -1,0 +1,204 @@
+"""The scene file: sections named as the stages they set. Defaults of the stages come from the C++ core."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from palpate import _core
+from palpate.scene.values import Diagonal, NotNegative, Number, Pose, Positive, Section, Vector
+
+_C = _core.SimulationOptions()
+_M = _core.Material()
+
+
+class LeaderSection(Section):
+    """The operator's arm: a simulated da Vinci master (MTM)."""
+
+    model: Literal["mtm_right", "mtm_left"] = "mtm_right"
+    """which arm"""
+    base: Pose | None = None
+    """X_WL: the arm's base in the world; automatic when left out"""
+    start: Annotated[tuple[Number, ...], Field(min_length=7, max_length=7)] | None = None
+    """seven joint positions at the start [rad]; when left out the handle takes the tool's orientation"""
+    model_mass_scale: Positive = 1.0
+    """masses in the controller's gravity model over the arm's true ones [-]"""
+    quantised: bool = _C.leader.quantised
+    """encoder resolution and velocity estimation as on the hardware, or ideal"""
+
+
+class FollowerSection(Section):
+    """The patient-side arm: a simulated da Vinci PSM, position-servoed."""
+
+    model: Literal["psm_lnd"] = "psm_lnd"
+    """which arm: a PSM with the large needle driver"""
+    base: Pose | None = None
+    """X_WB: the arm's base, its remote centre of motion, in the world; automatic when left out"""
+    start: Pose | None = None
+    """X_WT: the tool at the start; when left out, where the operator's path begins"""
+    bandwidth: NotNegative = _C.follower.bandwidth
+    """natural frequency of the joint servos; 0 = ideal [Hz]"""
+
+
+class ArmsSection(Section):
+    """Leader and follower."""
+
+    leader: LeaderSection = LeaderSection()
+    """the operator's arm"""
+    follower: FollowerSection = FollowerSection()
+    """the patient-side arm"""
+
+
+class MappingSection(Section):
+    """From the hand to the tool, and back for forces."""
+
+    scale: Positive = _C.mapping.scale
+    """tool motion per hand motion [-]; the felt stiffness is force_scale * scale * stiffness"""
+    force_scale: Positive = _C.mapping.force_scale
+    """force on the hand per force on the tool [-]"""
+    align_rate: NotNegative = _C.mapping.align_rate
+    """how fast an orientation offset of engaging decays; 0 keeps it [rad/s]"""
+
+
+class ObjectSection(Section):
+    """Something to touch: a mesh file, or a shape that Palpate makes."""
+
+    name: str = ""
+    """how plots and messages call it; the file's name when left out"""
+    mesh: str | None = None
+    """mesh file (STL, OBJ, PLY, ...), relative to the scene file; ${VARIABLE} and ${VARIABLE:-default} are replaced"""
+    unit: Literal["mm", "cm", "m", "in"] = "mm"
+    """unit of the numbers in the mesh file"""
+    shape: Literal["organ", "gallbladder"] | None = None
+    """instead of a mesh: a surface from Palpate's own generator"""
+    triangles: Annotated[int, Field(strict=True, ge=2000, le=2_000_000)] = 30_000
+    """about how many triangles the shape gets [-]"""
+    pose: Pose = Pose()
+    """X_WO: the object in the world; as in the file when left out"""
+    stiffness: Diagonal = (_M.K[0], _M.K[1], _M.K[2])
+    """one number, or one per axis of W [N/m]"""
+    damping: Diagonal = (_M.B[0], _M.B[1], _M.B[2])
+    """one number, or one per axis of W [N s/m]"""
+    friction: NotNegative = _M.mu
+    """Coulomb coefficient [-]"""
+
+    @model_validator(mode="after")
+    def _one_source(self) -> ObjectSection:
+        if (self.mesh is None) == (self.shape is None):
+            given = "both are given" if self.mesh else "neither is given"
+            raise ValueError(f"an object needs either mesh or shape; {given} | name a mesh file, or shape: organ")
+        return self
+
+
+class ContactSection(Section):
+    """How contact is found."""
+
+    method: Literal["proxy", "paper-alg1"] = "proxy"
+    """proxy: side memory, right deep inside; paper-alg1: the paper's Algorithm 1, for comparison"""
+    radius: NotNegative = _C.contact.radius
+    """of the spherical proxy region (SPR) on the tool tip [m]"""
+    collision_rate: Positive = _C.contact.collision_rate
+    """rate of the collision thread of paper-alg1 [Hz]"""
+
+
+class StabilitySection(Section):
+    """The last word on the force."""
+
+    force_cap: Positive = _C.stability.force_cap
+    """largest force on the hand [N]"""
+    rate_cap: Positive = _C.stability.rate_cap
+    """largest change of it [N/s]"""
+    stale_after: Positive = _C.stability.stale_after
+    """states older than this are not trusted: the force ramps to zero [s]"""
+
+
+class TorqueSection(Section):
+    """Joint torques of the leader."""
+
+    mode: Literal["full", "paper"] = "full"
+    """paper: the first three joints only, wrist torques exactly zero"""
+    gravity_gain: NotNegative = _C.torque.gravity_gain
+    """1 holds the arm's weight; 0 switches gravity compensation off [-]"""
+    platform_gain: NotNegative = _C.torque.platform_gain
+    """of the dVRK's joint-4 controller, 0 to 1 [-]"""
+
+
+class RatesSection(Section):
+    """How often things happen."""
+
+    haptic: Annotated[Positive, Field(le=10_000.0)] = _C.rate
+    """haptic cycle [Hz]"""
+    plant: Annotated[Positive, Field(le=100_000.0)] = _C.plant_rate
+    """simulated arms and drives, at least [Hz]"""
+
+
+class WayPoint(Section):
+    """The hand rests here at this time."""
+
+    t: NotNegative
+    """time from the start [s]"""
+    xyz: Vector
+    """intended position of the tool tip in W [m]"""
+
+
+class PalpateSection(Section):
+    """A path made from the surface: approach, press, slide, leave, again and again, each time in another direction."""
+
+    object: str = ""
+    """name of the object; the first one when left out"""
+    at: Vector | None = None
+    """about where, in W: the nearest surface point is taken; the top of the object when left out [m]"""
+    direction: Vector = (1.0, 0.0, 0.0)
+    """first direction of the slide, in W; turned about the surface normal by 60 degrees each time [-]"""
+    force: Positive = 1.5
+    """intended force on the tool [N]"""
+    hover: Positive = 0.02
+    """height of the start above the surface [m]"""
+    length: Positive = 0.03
+    """of the slide [m]"""
+    approach: Positive = 1.5
+    """duration [s]"""
+    press: Positive = 1.0
+    """duration [s]"""
+    slide: Positive = 5.5
+    """duration, there and back [s]"""
+    leave: Positive = 2.0
+    """duration [s]"""
+
+
+class OperatorSection(Section):
+    """The simulated hand: what it wants, and how it yields."""
+
+    palpate: PalpateSection = PalpateSection()
+    """automatic path over an object"""
+    path: tuple[WayPoint, ...] | None = None
+    """instead: way points of the tool, joined by minimum-jerk motions"""
+    mass: Positive = _C.hand.mass
+    """moves with the handle [kg]"""
+    damping: NotNegative = _C.hand.damping
+    """between the hand and its intended path [N s/m]"""
+    stiffness: Positive = _C.hand.stiffness
+    """between the hand and its intended path [N/m]"""
+    grip_force_max: Positive = _C.hand.grip_force_max
+    """the hand slips above it [N]"""
+    tremor: Annotated[NotNegative, Field(lt=0.01)] = _C.tremor
+    """8-12 Hz trembling, rms per axis [m]"""
+
+    @model_validator(mode="after")
+    def _rising(self) -> OperatorSection:
+        for before, after in zip(self.path or (), (self.path or ())[1:], strict=False):
+            if after.t <= before.t:
+                raise ValueError(f"path: times must rise: {after.t:g} s follows {before.t:g} s | sort the way points")
+        if self.path is not None and len(self.path) == 0:
+            raise ValueError("path is empty | give at least one way point, or leave path out")
+        return self
+
+
+class RecordSection(Section):
+    """What is kept of a run."""
+
+    folder: str = "runs"
+    """where records and reports go, relative to where palpate is run; --out overrides it"""
+    report: bool = True
+    """write an HTML report beside the record"""

@@ -1,0 +1,102 @@
+"""A scene set up: meshes indexed, arms placed, path planned. What a simulation is made from."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import yaml
+
+from palpate import _core
+from palpate.errors import PalpateWarning, SceneError
+from palpate.scene import arms, gains, hand, surface
+from palpate.scene.scene import Scene
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Rig:
+    """Everything a run needs, checked."""
+
+    scene: Scene
+    surfaces: list[surface.Surface]
+    snapshot: _core.Snapshot
+    path: hand.HandPlan
+    arms: arms.Arms
+
+    def options(self, seed: int | None = None) -> _core.SimulationOptions:
+        """The core's options: its own defaults, with what the scene says on top."""
+        scene, o = self.scene, _core.SimulationOptions()
+        o.leader, o.follower = self.arms.leader.leader_options(), self.arms.follower.follower_options()
+        o.rate, o.plant_rate, o.loop_delay = scene.rates.haptic, scene.rates.plant, scene.loop_delay
+        o.seed = scene.seed if seed is None else seed
+        o.method = scene.contact.method
+        _fill(o.contact, scene.contact, "radius", "collision_rate")
+        _fill(o.mapping, scene.mapping, "scale", "force_scale", "align_rate")
+        _fill(o.stability, scene.stability, "force_cap", "rate_cap", "stale_after")
+        _fill(o.torque, scene.torque, "mode", "gravity_gain", "platform_gain")
+        _fill(o.hand, scene.operator, "mass", "damping", "stiffness", "grip_force_max")
+        _fill(o, scene.operator, "tremor")
+        _fill(o.leader, scene.arms.leader, "quantised")
+        _fill(o.follower, scene.arms.follower, "bandwidth")
+        o.X_WL, o.X_WB = self.arms.X_WL, self.arms.X_WB
+        o.q_leader0, o.q_follower0 = self.arms.q_leader0, self.arms.q_follower0
+        return o
+
+    def resolved_yaml(self) -> str:
+        """The scene with its placements and mesh files filled in: what a record needs to show the run again."""
+        data = self.scene.model_dump(mode="json")
+        for i, thing in enumerate(self.scene.objects):
+            if thing.mesh is not None:
+                data["objects"][i]["mesh"] = str(self.scene.mesh_path(i).resolve())
+        arms = data["arms"]
+        arms["leader"] |= {"base": _pose(self.arms.X_WL), "start": self.arms.q_leader0.tolist()}
+        X_WT = self.arms.X_WB @ self.arms.follower.fk(self.arms.q_follower0)
+        arms["follower"] |= {"base": _pose(self.arms.X_WB), "start": _pose(X_WT)}
+        return str(yaml.safe_dump(data, sort_keys=False, allow_unicode=True))
+
+    def simulation(self, seed: int | None = None) -> _core.Simulation:
+        """A fresh simulation at time zero.
+
+        Raises:
+            SceneError: the core refuses a combination of options; says which.
+        """
+        leader = self.arms.leader
+        model = leader.with_scaled_masses(np.full(leader.n, self.scene.arms.leader.model_mass_scale))
+        path = _core.HandPath(self.path.times.tolist(), self.path.positions_W)
+        try:
+            return _core.Simulation(self.options(seed), leader, model, self.arms.follower, self.snapshot, path)
+        except ValueError as error:
+            raise SceneError(str(error), where=self.scene.file, mend="change this value in the scene") from None
+
+
+def build(scene: Scene) -> Rig:
+    """Set a scene up: read meshes, index them, place arms, plan the path; refuse what cannot work.
+
+    Raises:
+        SceneError, MeshError: what is wrong, where, why, and how to mend it.
+    """
+    gains.check_stiffness(scene)
+    for i in range(len(scene.objects)):
+        why = gains.may_oscillate(scene, i)
+        if why:
+            mend = "lower stiffness or loop_delay, or raise rates.haptic"
+            warnings.warn(PalpateWarning(why, where=scene.where("objects", i), mend=mend), stacklevel=2)
+    placed = surface.surfaces(scene)
+    path = hand.plan(scene, placed)
+    return Rig(scene, placed, surface.snapshot(scene, placed), path, arms.place(scene, placed, path))
+
+
+def _fill(target: object, section: object, *names: str) -> None:
+    for name in names:
+        setattr(target, name, getattr(section, name))
+
+
+def _pose(X: Array) -> dict[str, list[float]]:
+    roll, pitch, yaw = np.degrees(
+        [np.arctan2(X[2, 1], X[2, 2]), np.arctan2(-X[2, 0], np.hypot(X[0, 0], X[1, 0])), np.arctan2(X[1, 0], X[0, 0])]
+    )
+    return {"xyz": X[:3, 3].tolist(), "rpy_deg": [float(roll), float(pitch), float(yaw)]}

@@ -1,0 +1,150 @@
+"""One scene: everything a run depends on, read from YAML or made in Python."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import yaml
+from pydantic import Field, PrivateAttr, ValidationError, model_validator
+
+from palpate import _core
+from palpate.errors import SceneError
+from palpate.scene import explain, presets, text
+from palpate.scene.model import (
+    ArmsSection,
+    ContactSection,
+    MappingSection,
+    ObjectSection,
+    OperatorSection,
+    RatesSection,
+    RecordSection,
+    StabilitySection,
+    TorqueSection,
+)
+from palpate.scene.values import NotNegative, Positive, Section
+
+_C = _core.SimulationOptions()
+_VARIABLE = re.compile(r"\$\{(\w+)(?::-([^}]*))?\}")
+
+
+class Scene(Section):
+    """Arms, objects, gains, rates and the operator of one run. All values in SI units unless a key names another.
+
+    ``Scene.load(path)`` reads a file and tells mistakes with their line; ``Scene.model_validate(dict)`` takes values.
+    """
+
+    preset: Literal["paper", "as-shipped"] | None = None
+    """values of the paper or of its published code, below what this file gives itself"""
+    objects: Annotated[tuple[ObjectSection, ...], Field(min_length=1, max_length=64)]
+    """what can be touched"""
+    arms: ArmsSection = ArmsSection()
+    """leader and follower"""
+    mapping: MappingSection = MappingSection()
+    """from the hand to the tool, and back for forces"""
+    contact: ContactSection = ContactSection()
+    """how contact is found"""
+    stability: StabilitySection = StabilitySection()
+    """the last word on the force"""
+    torque: TorqueSection = TorqueSection()
+    """joint torques of the leader"""
+    rates: RatesSection = RatesSection()
+    """how often things happen"""
+    loop_delay: Annotated[NotNegative, Field(le=1.0)] = _C.loop_delay
+    """from the computed force to the torque of the drives [s]"""
+    operator: OperatorSection = OperatorSection()
+    """the simulated hand"""
+    seed: Annotated[int, Field(strict=True, ge=0, lt=2**64)] = _C.seed
+    """of everything random"""
+    duration: Positive = 20.0
+    """of a run that is not told otherwise [s]"""
+    record: RecordSection = RecordSection()
+    """what is kept of a run"""
+
+    _file: str = PrivateAttr(default="")
+    _lines: dict[text.Place, int] = PrivateAttr(default_factory=dict)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Scene:
+        """Read a scene file.
+
+        Raises:
+            SceneError: with file and line of every mistake, the nearest valid key, and the unit that is expected.
+        """
+        return cls.parse(text.read(Path(path)), str(path))
+
+    @classmethod
+    def parse(cls, source: str, name: str = "scene.yaml") -> Scene:
+        """A scene from YAML text; ``name`` is the file it stands for: mesh paths are relative to its folder.
+
+        Raises:
+            SceneError: as ``load``.
+        """
+        data, lines = text.parse(source, name)
+        try:
+            scene = cls.model_validate(data)
+        except ValidationError as error:
+            raise explain.scene_error(error, cls, name, lines) from None
+        scene._file, scene._lines = name, lines
+        return scene
+
+    @property
+    def file(self) -> str:
+        """Path of the file it was read from; empty for a scene made in Python."""
+        return self._file
+
+    @property
+    def title(self) -> str:
+        """Short name for folders and headings."""
+        return Path(self._file).stem or "scene"
+
+    def where(self, *place: str | int) -> str:
+        """``file:line`` of a value, e.g. ``where("objects", 0, "mesh")``, or of its section."""
+        return explain.where(self._file, self._lines, place) if self._file else explain.spell(place)
+
+    def mesh_path(self, index: int) -> Path:
+        """File of object ``index``: variables replaced, relative paths taken from the scene's folder.
+
+        Raises:
+            SceneError: the object has no file, or names a variable that is not set.
+        """
+        where, value = self.where("objects", index, "mesh"), self.objects[index].mesh
+        if value is None:
+            raise SceneError(f"object {self.objects[index].name!r} has no mesh file", where=where, mend="it is a shape")
+
+        def replace(match: re.Match[str]) -> str:
+            found = os.environ.get(match[1]) or match[2]
+            if found is None:
+                mend = f"export {match[1]}=/path/to/meshes, or write ${{{match[1]}:-/path/to/meshes}}"
+                raise SceneError(f"variable {match[1]} is not set", where=where, why=f"mesh: {value}", mend=mend)
+            return found
+
+        return Path(self._file).parent / Path(_VARIABLE.sub(replace, value)).expanduser()
+
+    def to_yaml(self) -> str:
+        """Every value of the scene, defaults included, as YAML that ``parse`` reads back."""
+        return str(yaml.safe_dump(self.model_dump(mode="json"), sort_keys=False, allow_unicode=True))
+
+    @model_validator(mode="before")
+    @classmethod
+    def _preset(cls, data: Any) -> Any:
+        return presets.apply(data)
+
+    @model_validator(mode="after")
+    def _names(self) -> Scene:
+        taken: dict[str, int] = {}
+        named = []
+        for i, thing in enumerate(self.objects):
+            name = thing.name or (Path(thing.mesh).stem if thing.mesh else str(thing.shape))
+            if name in taken and thing.name:
+                raise ValueError(f"two objects are named {name!r} | give each object its own name")
+            count = taken[name] = taken.get(name, 0) + 1
+            named.append(thing.model_copy(update={"name": name if count == 1 else f"{name}-{i + 1}"}))
+        object.__setattr__(self, "objects", tuple(named))
+        wanted = self.operator.palpate.object
+        if wanted and wanted not in [o.name for o in named]:
+            names = ", ".join(o.name for o in named)
+            raise ValueError(f"operator.palpate.object: there is no object {wanted!r} | objects: {names}")
+        return self

@@ -1,0 +1,103 @@
+"""YAML text into plain values, remembering the line of every key."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from palpate.errors import SceneError
+
+#: The place of a value: keys and list indices from the top, as pydantic names it.
+Place = tuple[str | int, ...]
+
+_MOST_NODES = 100_000
+
+
+class _Loader(yaml.SafeLoader):
+    """YAML's safe subset, reading 1e-3 as the number it is (YAML 1.1 wants 1.0e-3), and no dates."""
+
+
+_Loader.yaml_implicit_resolvers = {
+    first: [(tag, pattern) for tag, pattern in resolvers if tag != "tag:yaml.org,2002:timestamp"]
+    for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
+}
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float", re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$"), list("-+.0123456789")
+)
+
+
+def read(path: Path) -> str:
+    """The text of a scene file.
+
+    Raises:
+        SceneError: missing, unreadable or not text.
+    """
+    try:
+        return path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        near = sorted(p.name for p in path.parent.glob("*.yaml")) if path.parent.is_dir() else []
+        mend = f"scenes in {path.parent}: {', '.join(near)}" if near else "check the path"
+        raise SceneError("scene file not found", where=str(path), mend=mend) from None
+    except UnicodeDecodeError as error:
+        raise SceneError("not a text file", where=str(path), why=str(error), mend="save it as UTF-8") from None
+    except (OSError, ValueError) as error:
+        raise SceneError(
+            "scene file cannot be read", where=str(path), why=str(error), mend="name a scene file"
+        ) from None
+
+
+def parse(text: str, name: str) -> tuple[dict[str, Any], dict[Place, int]]:
+    """Values of a scene file, and the line (from 1) of every place in it.
+
+    Raises:
+        SceneError: not YAML, a key given twice, not a mapping at the top, or absurdly large.
+    """
+    try:
+        loader = _Loader(text)
+        node = loader.get_single_node()
+        if node is None:
+            raise SceneError(
+                "the scene is empty", where=name, mend="name at least one object: objects: [{mesh: my.stl}]"
+            )
+        lines: dict[Place, int] = {}
+        _walk(node, (), lines, name, ())
+        data = loader.construct_document(node)  # type: ignore[no-untyped-call]
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        where = f"{name}:{mark.line + 1}" if mark else name
+        why = ", ".join(part for part in (error.context, error.problem) if part)
+        raise SceneError(
+            "not valid YAML", where=where, why=why, mend="check indentation, colons and brackets"
+        ) from None
+    except (yaml.YAMLError, ValueError, OverflowError, RecursionError, TypeError, AttributeError) as error:
+        why = " ".join(str(error).split()) or type(error).__name__
+        raise SceneError("not valid YAML", where=name, why=why, mend="check the file; it must be plain text") from None
+    if not isinstance(data, dict):
+        why = f"the file holds a {type(data).__name__}"
+        raise SceneError("a scene is a mapping of sections", where=f"{name}:1", why=why, mend="begin with: objects:")
+    return data, lines
+
+
+def _walk(node: yaml.Node, place: Place, lines: dict[Place, int], name: str, above: tuple[yaml.Node, ...]) -> None:
+    line = node.start_mark.line + 1
+    lines.setdefault(place, line)
+    if node in above:
+        raise SceneError("a value contains itself", where=f"{name}:{line}", mend="remove the anchor (&) or alias (*)")
+    if len(lines) > _MOST_NODES:
+        raise SceneError(f"more than {_MOST_NODES:,} values", where=name, mend="put meshes into files of their own")
+    if isinstance(node, yaml.MappingNode):
+        seen: dict[str, int] = {}
+        for key, value in node.value:
+            text, at = str(key.value), key.start_mark.line + 1
+            if text in seen and text != "<<":
+                why = f"first given in line {seen[text]}"
+                raise SceneError(f"key {text!r} given twice", where=f"{name}:{at}", why=why, mend="remove one of them")
+            seen[text] = at
+            lines[(*place, text)] = at
+            _walk(value, (*place, text), lines, name, (*above, node))
+    elif isinstance(node, yaml.SequenceNode):
+        for i, value in enumerate(node.value):
+            _walk(value, (*place, i), lines, name, (*above, node))

@@ -1,0 +1,66 @@
+"""Types of the values in a scene file. SI units without a suffix; a key that is not SI says its unit in its name."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
+
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0)]
+NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0.0)]
+Whole = Annotated[int, Field(strict=True, ge=0)]
+Vector = tuple[Number, Number, Number]
+
+
+def _three(value: Any) -> Any:
+    if isinstance(value, (list, tuple)):
+        return value
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ValueError(f"must be a number, or a list of three. Got: {value!r:.60} | write e.g. 500")
+    return (value, value, value)
+
+
+#: One number for all axes, or one for each axis of W.
+Diagonal = Annotated[
+    tuple[NotNegative, NotNegative, NotNegative],
+    BeforeValidator(_three),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "number", "minimum": 0},
+                {"type": "array", "items": {"type": "number", "minimum": 0}, "minItems": 3, "maxItems": 3},
+            ]
+        }
+    ),
+]
+
+
+class Section(BaseModel):
+    """A part of a scene file: unchangeable, and unknown keys are errors."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+
+class Pose(Section):
+    """Where one frame is in another."""
+
+    xyz: Vector = (0.0, 0.0, 0.0)
+    """origin [m]"""
+    rpy_deg: Vector = (0.0, 0.0, 0.0)
+    """roll, pitch, yaw about fixed x, then y, then z [deg]"""
+
+    def matrix(self) -> npt.NDArray[np.float64]:
+        """X_AB as a 4 x 4 matrix: R = Rz(yaw) Ry(pitch) Rx(roll)."""
+        (cr, sr), (cp, sp), (cy, sy) = ((math.cos(a), math.sin(a)) for a in np.radians(self.rpy_deg))
+        X = np.eye(4)
+        X[:3, :3] = [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+        X[:3, 3] = self.xyz
+        return X

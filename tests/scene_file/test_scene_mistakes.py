@@ -1,0 +1,125 @@
+"""Every mistake in a scene file: file and line, cause, mend; asserted by the words."""
+# ruff: noqa: E501  (a message and its text stay on one line)
+
+import contextlib
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate.errors import SceneError
+from palpate.scene import Scene
+
+ONE = "objects:\n  - shape: organ\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("objects:\n  - mesh: a.stl\n    stifness: 3\n", "s.yaml:3: unknown key 'objects[0].stifness'\n  mend: did you mean 'stiffness'?"),
+        (ONE + "radius: 3\n", "s.yaml:3: unknown key 'radius'\n  mend: did you mean 'contact.radius'?"),
+        (ONE + "contact:\n  qqq: 1\n", "s.yaml:4: unknown key 'contact.qqq'\n  mend: valid keys here: method, radius, collision_rate"),
+        (ONE + "seed: many\n", "s.yaml:3: seed must be a valid integer. Got: 'many'\n  mend: expected: of everything random"),
+        (ONE + "seed: -1\n", "s.yaml:3: seed must be greater than or equal to 0. Got: -1"),
+        (ONE + "loop_delay: yes\n", "s.yaml:3: loop_delay must be a valid number. Got: True"),
+        (ONE + "loop_delay: .nan\n", "s.yaml:3: loop_delay must be a finite number. Got: nan"),
+        (ONE + "    stiffness: soft\n", "s.yaml:3: objects[0].stiffness: must be a number, or a list of three. Got: 'soft'"),
+        (ONE + "    damping: [1, 2]\n", "s.yaml:3: objects[0].damping[2] is missing in a list of numbers. Got: [1, 2]"),
+        (ONE + "    pose: 3\n", "s.yaml:3: objects[0].pose must be a section with keys such as xyz, rpy_deg. Got: 3"),
+        (ONE + "    pose: {xyz: [0, 0, a]}\n", "s.yaml:3: objects[0].pose.xyz[2] must be a valid number. Got: 'a'\n  mend: expected: origin [m]"),
+        (ONE + "contact: [1]\n", "s.yaml:3: contact must be a section with keys such as method, radius, collision_rate. Got: [1]"),
+        ("objects:\n  - mesh: a.stl\n    unit: feet\n", "s.yaml:3: objects[0].unit must be 'mm', 'cm', 'm' or 'in'. Got: 'feet'"),
+        ("objects:\n  - {}\n", "s.yaml:2: objects[0]: an object needs either mesh or shape; neither is given"),
+        ("objects:\n  - {mesh: a, shape: organ}\n", "an object needs either mesh or shape; both are given"),
+        ("objects: []\n", "s.yaml:1: objects must have at least 1 of them. Got: []"),
+        ("objects: 3\n", "s.yaml:1: objects must be a list. Got: 3"),
+        ("seed: 1\n", "'objects' is missing\n  why: what can be touched"),
+        ("", "the scene is empty"),
+        ("# nothing\n", "the scene is empty"),
+        ("hello", "s.yaml:1: a scene is a mapping of sections\n  why: the file holds a str"),
+        ("a: [1", "s.yaml:1: not valid YAML\n  why: while parsing a flow sequence, expected"),
+        (ONE + "\tseed: 1\n", "s.yaml:3: not valid YAML"),
+        (ONE + "seed: 1\nseed: 2\n", "s.yaml:4: key 'seed' given twice\n  why: first given in line 3"),
+        ("&a [*a]", "a value contains itself"),
+        ("!!python/object/apply:os.system [ls]", "not valid YAML"),
+        ("\0", "not valid YAML"),
+        ("objects: " + "[" * 3000, "not valid YAML"),
+        (ONE + "preset: papper\n", "s.yaml:3: preset must be 'paper' or 'as-shipped'. Got: 'papper'"),
+        (ONE + "operator: {path: []}\n", "operator: path is empty"),
+        (ONE + "operator:\n  path:\n    - {t: 1, xyz: [0, 0, 0]}\n    - {t: 1, xyz: [0, 0, 0]}\n", "path: times must rise: 1 s follows 1 s"),
+        (ONE + "operator:\n  palpate:\n    object: liver\n", "there is no object 'liver'\n  mend: objects: organ"),
+        ("objects: [{shape: organ, name: a}, {shape: organ, name: a}]", "two objects are named 'a'"),
+        (ONE + "arms: {leader: {start: [1, 2]}}\n", "arms.leader.start must have at least 7 of them. Got: [1, 2]"),
+        (ONE + "arms: {leader: {model: omega}}\n", "arms.leader.model must be 'mtm_right' or 'mtm_left'. Got: 'omega'"),
+    ],
+)  # fmt: skip
+def test_mistake_is_told_with_its_line(text, said):
+    with pytest.raises(SceneError) as caught:
+        Scene.parse(text, "s.yaml")
+    assert said in str(caught.value)
+
+
+def test_all_mistakes_are_told_in_the_order_of_the_file():
+    with pytest.raises(SceneError) as caught:
+        Scene.parse("objects:\n  - mesh: a.stl\n    stifness: 3\n    unit: feet\nseeed: 1\n", "s.yaml")
+    lines = [line for line in str(caught.value).splitlines() if line.startswith("s.yaml:")]
+    assert [line.split(":")[1] for line in lines] == ["3", "4", "5"]
+    assert len(caught.value.others) == 2
+
+
+def test_missing_file_lists_its_neighbours(tmp_path):
+    (tmp_path / "liver.yaml").write_text(ONE)
+    with pytest.raises(SceneError, match=r"livr\.yaml: scene file not found\n  mend: scenes in .*: liver\.yaml"):
+        Scene.load(tmp_path / "livr.yaml")
+
+
+@pytest.mark.parametrize(("data", "said"), [(b"\xff\xfe\x00", "not a text file"), (b"", "the scene is empty")])
+def test_file_that_is_no_scene(tmp_path, data, said):
+    (tmp_path / "s.yaml").write_bytes(data)
+    with pytest.raises(SceneError, match=said):
+        Scene.load(tmp_path / "s.yaml")
+
+
+def test_a_folder_is_no_scene(tmp_path):
+    with pytest.raises(SceneError, match="scene file cannot be read"):
+        Scene.load(tmp_path)
+
+
+def test_unset_variable_is_named(monkeypatch):
+    monkeypatch.delenv("ORGANS", raising=False)
+    scene = Scene.parse("objects:\n  - mesh: ${ORGANS}/a.stl\n", "s.yaml")
+    with pytest.raises(SceneError, match=r"s\.yaml:2: variable ORGANS is not set[\s\S]*export ORGANS="):
+        scene.mesh_path(0)
+
+
+_words = st.sampled_from(
+    [
+        *["objects", "mesh", "shape", "organ", "a.stl", "contact", "radius", "stiffness", "operator", "path", "t", "xyz", "preset", "paper", "pose", "arms"],
+        *["leader", "start", "[", "]", "{", "}", "&a", "*a", "1e3", "-1", ".nan", "yes", "~", "'", "|", ">", "#", "!!", "%", "@", "0x1", "2001-13-41", "1:2:3", "<<"],
+        *("- ", ": ", "\n", "  ", "\t", '"'),
+    ]
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.lists(_words, max_size=40).map("".join) | st.text(max_size=60))
+def test_any_text_gives_a_scene_or_a_scene_error(text):
+    with contextlib.suppress(SceneError):
+        Scene.parse(text)
+
+
+_values = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=8), inner, max_size=3),
+    max_leaves=8,
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.sampled_from(sorted(Scene.model_fields)), _values)
+def test_any_value_of_a_section_gives_a_scene_or_a_scene_error(section, value):
+    import yaml
+
+    text = yaml.safe_dump({"objects": [{"shape": "organ"}], section: value})
+    with contextlib.suppress(SceneError):
+        Scene.parse(text)

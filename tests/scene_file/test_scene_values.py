@@ -1,0 +1,131 @@
+"""What a scene file says is what the scene holds; what it leaves out comes from the core."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from palpate import _core
+from palpate.scene import Pose, Scene
+from palpate.scene.schema import schema_text
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_own_stl_in_five_lines():
+    scene = Scene.parse("objects:\n  - mesh: my_organ.stl\n    unit: mm\n    stiffness: 500\n    friction: 0.1\n")
+    thing = scene.objects[0]
+    assert (thing.name, thing.mesh, thing.unit, thing.friction) == ("my_organ", "my_organ.stl", "mm", 0.1)
+    assert thing.stiffness == (500.0, 500.0, 500.0)
+
+
+def test_defaults_are_those_of_the_core():
+    scene, core, material = Scene.parse("objects: [{shape: organ}]"), _core.SimulationOptions(), _core.Material()
+    assert scene.contact.radius == core.contact.radius == 0.002
+    assert scene.stability.force_cap == core.stability.force_cap == 3.0
+    assert scene.stability.rate_cap == core.stability.rate_cap == 50.0
+    assert scene.stability.stale_after == core.stability.stale_after == 0.03
+    assert scene.rates.haptic == core.rate
+    assert scene.rates.plant == core.plant_rate
+    assert scene.mapping.scale == core.mapping.scale
+    assert scene.operator.stiffness == core.hand.stiffness
+    assert scene.objects[0].stiffness == tuple(material.K)
+
+
+def test_preset_paper_holds_the_papers_values():
+    scene = Scene.parse("preset: paper\nobjects: [{shape: organ}]")
+    assert (scene.contact.radius, scene.rates.haptic, scene.torque.mode) == (0.015, 500.0, "paper")
+    assert scene.objects[0].stiffness == (400.0,) * 3
+    assert scene.objects[0].damping == (5.0,) * 3
+
+
+def test_preset_as_shipped_has_slow_haptics_and_no_damping():
+    scene = Scene.parse("preset: as-shipped\nobjects: [{shape: organ}]")
+    assert (scene.rates.haptic, scene.contact.collision_rate, scene.contact.method) == (100.0, 250.0, "paper-alg1")
+    assert scene.objects[0].damping == (0.0,) * 3
+
+
+def test_what_the_file_says_wins_over_its_preset():
+    scene = Scene.parse("preset: paper\nobjects: [{shape: organ, stiffness: 300}]\nrates: {haptic: 2000}")
+    assert (scene.objects[0].stiffness[0], scene.objects[0].damping[0]) == (300.0, 5.0)
+    assert (scene.rates.haptic, scene.contact.radius) == (2000.0, 0.015)
+
+
+def test_scientific_notation_is_a_number():
+    assert Scene.parse("objects: [{shape: organ, stiffness: 1e3}]\nloop_delay: 1e-3").loop_delay == 0.001
+
+
+@pytest.mark.parametrize(
+    "text", ["objects: [{mesh: a.stl, unit: cm}]", "objects: [{shape: organ}]\npreset: paper\nseed: 5"]
+)
+def test_every_value_survives_writing_and_reading(text):
+    scene = Scene.parse(text)
+    assert Scene.parse(scene.to_yaml()).model_dump() == scene.model_dump()
+
+
+def test_objects_without_a_name_take_their_files():
+    scene = Scene.parse("objects: [{mesh: a/liver.stl}, {mesh: b/liver.stl}, {shape: organ}]")
+    assert [o.name for o in scene.objects] == ["liver", "liver-2", "organ"]
+
+
+def test_mesh_paths_are_relative_to_the_scene(monkeypatch):
+    monkeypatch.setenv("ORGANS", "/organs")
+    scene = Scene.parse(
+        "objects: [{mesh: a.stl}, {mesh: '${ORGANS}/b.stl'}, {mesh: '${NOWHERE:-../x}/c.stl'}]", "d/s.yaml"
+    )
+    assert [str(scene.mesh_path(i)) for i in range(3)] == ["d/a.stl", "/organs/b.stl", "d/../x/c.stl"]
+
+
+def test_values_name_their_line():
+    scene = Scene.parse("seed: 1\nobjects:\n  - shape: organ\n    stiffness: 3\n", "s.yaml")
+    assert scene.where("objects", 0, "stiffness") == "s.yaml:4"
+    assert scene.where("objects", 0, "damping") == "s.yaml:3"
+    assert scene.where("contact", "radius") == "s.yaml"
+
+
+def test_scene_cannot_be_changed():
+    with pytest.raises(ValidationError, match="frozen"):
+        Scene.parse("objects: [{shape: organ}]").seed = 3
+
+
+@given(st.tuples(*[st.floats(-180, 180)] * 3))
+def test_pose_is_yaw_pitch_roll(rpy):
+    """Judge: three turns, one after the other, about the fixed axes x, y, z."""
+
+    def turn(axis, degrees):
+        c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+        R = np.eye(3)
+        i, j = [(1, 2), (2, 0), (0, 1)][axis]
+        R[i, i] = R[j, j] = c
+        R[i, j], R[j, i] = -s, s
+        return R
+
+    X = Pose(xyz=(1, 2, 3), rpy_deg=rpy).matrix()
+    np.testing.assert_allclose(X[:3, :3], turn(2, rpy[2]) @ turn(1, rpy[1]) @ turn(0, rpy[0]), atol=1e-12)
+    np.testing.assert_array_equal(X[:3, 3], [1, 2, 3])
+
+
+def test_published_schema_is_in_step():
+    published = ROOT / "docs/scene.schema.json"
+    assert published.read_text() == schema_text(), "renew it: palpate schema --out docs/scene.schema.json"
+
+
+def test_every_key_of_the_schema_is_described():
+    definitions = json.loads(schema_text())["$defs"]
+    bare = [
+        f"{name}.{key}"
+        for name, d in definitions.items()
+        for key, p in d["properties"].items()
+        if not p.get("description")
+    ]
+    assert bare == []
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "scenes").glob("*.yaml")), ids=lambda p: p.name)
+def test_shipped_scenes_are_valid_and_name_the_schema(path):
+    Scene.load(path)
+    assert path.read_text().startswith("# yaml-language-server: $schema=../docs/scene.schema.json\n")
