@@ -1,0 +1,317 @@
+"""A session: one scene, run in lockstep or in real time, recorded while it runs."""
+
+from __future__ import annotations
+
+import datetime
+import os
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+
+from palpate import _core
+from palpate.errors import OutputError, PalpateError
+from palpate.record.ticks import Ticks, as_ticks
+from palpate.record.writer import Recorder
+from palpate.scene.rig import Rig, build
+from palpate.scene.scene import Scene
+from palpate.summary import Summary, Totals
+
+_BATCH = 0.1  # lockstep: ticks are handed over in batches of so much simulated time [s]
+_DRAIN = 0.05  # real time: the ring is drained so often [s]
+
+
+@dataclass(frozen=True)
+class State:
+    """The newest tick of a session, for people and progress lines. `tick` holds every signal."""
+
+    tick: Ticks  # one row of `TICK`
+    phase: str  # of the operator's path: approach, press, slide, leave; empty when unknown
+
+    @property
+    def t(self) -> float:
+        """Time of the tick [s]."""
+        return float(self.tick["t"])
+
+    @property
+    def force(self) -> float:
+        """Size of the force commanded on the hand [N]."""
+        return float(np.linalg.norm(self.tick["F_H_L"]))
+
+    @property
+    def F_T_W(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """Force of the environment on the tool (3,) [N]."""
+        return np.asarray(self.tick["F_T_W"])
+
+    @property
+    def depth(self) -> float:
+        """Penetration [m]."""
+        return float(self.tick["depth"])
+
+    @property
+    def contacts(self) -> int:
+        """Number of objects touched."""
+        return int(self.tick["contacts"])
+
+    @property
+    def cycle_us(self) -> float:
+        """Compute time of the haptic cycle [us]."""
+        return float(self.tick["cycle_us"])
+
+
+class Session:
+    """A scene that runs.
+
+        session = palpate.Session(palpate.Scene.load("scenes/palpation.yaml"), out="runs")
+        summary = session.run(10.0)
+
+    Args:
+        scene: what to run.
+        out: folder for records; each run gets a folder of its own below it. None: nothing is recorded.
+        seed: instead of the scene's.
+
+    Raises:
+        SceneError, MeshError: the scene cannot run. OutputError: `out` cannot be written.
+    """
+
+    def __init__(self, scene: Scene, out: str | os.PathLike[str] | None = None, seed: int | None = None) -> None:
+        self.scene = scene
+        self.seed = scene.seed if seed is None else seed
+        self.rate = scene.rates.haptic  #: ticks per second [Hz]
+        self._out = Path(out) if out is not None else None
+        if self._out is not None:
+            _require_writable(self._out)
+        self.rig: Rig = build(scene)
+        self._sim = self.rig.simulation(self.seed)
+        self._recorder: Recorder | None = None
+        self._closed = True
+        self._totals = Totals(self.rate)
+        self._live = False
+        self._began = 0.0
+        self._dropped = 0
+        self._lock = threading.RLock()  # the recorder is fed by one thread at a time
+        self._pump: threading.Thread | None = None
+        self._stop_pump = threading.Event()
+        self.recording = self._out is not None  #: set it to False to run on unrecorded from the next record on
+        self.record: Path | None = None  #: file of the newest record
+        self.notes: list[str] = []  #: what went wrong beside the run, e.g. a full disk
+
+    # -- running ---------------------------------------------------------------------------------------------------
+
+    def run(
+        self,
+        duration: float | None = None,
+        realtime: bool = False,
+        on_progress: Callable[[State], None] | None = None,
+    ) -> Summary:
+        """Run on for a while, then close the record.
+
+        Args:
+            duration: simulated time [s]; the scene's when left out.
+            realtime: at the pace of the clock, in a C++ thread; otherwise lockstep, as fast as the machine can.
+            on_progress: told the state about ten times a second of simulated time (lockstep) or of time (real time).
+
+        Returns:
+            The summary of everything since the record began. Ctrl-C ends the run early and is told in it.
+        """
+        n = max(1, round((self.scene.duration if duration is None else duration) * self.rate))
+        interrupted = False
+        try:
+            (self._run_realtime if realtime else self._run_lockstep)(n, on_progress)
+        except KeyboardInterrupt:
+            interrupted = True
+        return self.close(interrupted=interrupted)
+
+    def step(self, n: int = 1) -> State:
+        """Run `n` ticks in lockstep and return the newest; the record stays open."""
+        self._take(as_ticks(self._sim.run(n)))
+        return self.state
+
+    def start(self) -> None:
+        """Run in real time from here on, in threads of its own, until `stop`. Does nothing when it runs already."""
+        if self._pump is not None:
+            return
+        self._begin(realtime=True)
+        self._stop_pump.clear()
+        self._sim.start()
+        self._pump = threading.Thread(target=self._keep_draining, name="palpate-drain", daemon=True)
+        self._pump.start()
+
+    def stop(self) -> None:
+        """Stop the real-time run with the force at zero. Does nothing when it does not run."""
+        if self._pump is None:
+            return
+        self._sim.stop()
+        self._stop_pump.set()
+        self._pump.join()
+        self._pump = None
+        self._drain()
+
+    # -- looking and steering --------------------------------------------------------------------------------------
+
+    @property
+    def running(self) -> bool:
+        """Does it run in real time now?"""
+        return self._pump is not None
+
+    @property
+    def state(self) -> State:
+        """The newest tick: of the loop itself while it runs in real time."""
+        tick = self.latest()
+        return State(tick, self.rig.path.phase(float(tick["t"])))
+
+    def latest(self) -> Ticks:
+        """The newest tick as one row of `TICK`; never waits for the loop."""
+        return as_ticks(np.asarray(self._sim.latest()).reshape(1, -1))[0]
+
+    @property
+    def controls(self) -> _core.Controls:
+        """Clutch, pause, stiffness and damping scales, drag of the hand. A copy: assign it whole."""
+        return self._sim.controls
+
+    @controls.setter
+    def controls(self, value: _core.Controls) -> None:
+        self._sim.controls = value
+
+    @property
+    def timing(self) -> dict[str, Any]:
+        """Compute time, lateness, slack and missed ticks of the loop (`Simulation.timing`)."""
+        return dict(self._sim.timing())
+
+    # -- ending ----------------------------------------------------------------------------------------------------
+
+    def close(self, interrupted: bool = False) -> Summary:
+        """Stop, close the record and sum up. What runs afterwards goes into a new record."""
+        self.stop()
+        with self._lock:
+            faults = self._faults()
+            timing = self.timing
+            sha256 = None
+            if self._recorder is not None and not self._closed:
+                self._recorder.close(faults, timing)
+                if self._recorder.failure and self._recorder.failure not in self.notes:
+                    self.notes.append(self._recorder.failure)
+                sha256 = self._recorder.sha256
+            took = time.perf_counter() - self._began if not self._closed else 0.0
+            summary = self._totals.summary(
+                timing,
+                realtime=self._live,
+                realtime_factor=round(self._totals.ticks / self.rate / took, 3) if took > 0 else 0.0,
+                interrupted=interrupted,
+                faults=(*faults, *self.notes),
+                record=str(self.record) if self.record else None,
+                record_sha256=sha256,
+            )
+            self._closed = True
+            return summary
+
+    def __enter__(self) -> Self:
+        """The session itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close it."""
+        self.close()
+
+    # -- inside ----------------------------------------------------------------------------------------------------
+
+    def _run_lockstep(self, n: int, on_progress: Callable[[State], None] | None) -> None:
+        batch = max(1, round(_BATCH * self.rate))
+        while n > 0:
+            rows = self._sim.run(min(batch, n))
+            if not len(rows):  # paused: time stands still
+                time.sleep(_DRAIN)
+                continue
+            n -= len(rows)
+            self._take(as_ticks(rows))
+            if on_progress is not None:
+                on_progress(self.state)
+
+    def _run_realtime(self, n: int, on_progress: Callable[[State], None] | None) -> None:
+        self.start()
+        goal = self._totals.ticks + n
+        try:
+            while self._totals.ticks + self._sim.dropped < goal:
+                time.sleep(2 * _DRAIN)
+                if on_progress is not None:
+                    on_progress(self.state)
+        finally:
+            self.stop()
+
+    def _keep_draining(self) -> None:
+        while not self._stop_pump.wait(_DRAIN):
+            self._drain()
+
+    def _drain(self) -> None:
+        rows = self._sim.drain()
+        if len(rows):
+            self._take(as_ticks(rows), realtime=True)
+
+    def _take(self, ticks: Ticks, realtime: bool = False) -> None:
+        with self._lock:
+            self._begin(realtime)
+            self._totals.add(ticks)
+            if self._recorder is not None:
+                self._recorder.append(ticks)
+                if self._recorder.failure and self._recorder.failure not in self.notes:
+                    self.notes.append(self._recorder.failure)
+
+    def _begin(self, realtime: bool) -> None:
+        with self._lock:
+            if not self._closed:
+                return
+            self._closed = False
+            self._totals = Totals(self.rate)
+            self._live = realtime
+            self._began = time.perf_counter()
+            self._dropped = int(self._sim.dropped)
+            self.notes = []
+            self._recorder, self.record = None, None
+            if self._out is not None and self.recording:
+                folder = _new_folder(self._out, self.scene.title)
+                self.record = folder / "record.mcap"
+                self._recorder = Recorder(self.record, self.rig.resolved_yaml(), self.seed, self.rate, not realtime)
+
+    def _faults(self) -> list[str]:
+        fault = self._sim.fault()
+        lost = int(self._sim.dropped) - self._dropped
+        faults = [fault] if fault else []
+        return [*faults, f"{lost} ticks are missing in the record: the disk was too slow"] if lost > 0 else faults
+
+
+def _require_writable(folder: Path) -> None:
+    """Make the folder and try it, before anything runs."""
+    probe = folder / ".palpate-writable"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise OutputError(
+            "records cannot be written into this folder",
+            where=str(folder),
+            why=error.strerror or str(error),
+            mend="choose another folder with --out (Session(out=...))",
+        ) from None
+
+
+def _new_folder(out: Path, title: str) -> Path:
+    stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
+    for i in range(1000):
+        folder = out / (f"{title}-{stamp}" + (f"-{i + 1}" if i else ""))
+        try:
+            folder.mkdir(parents=True)
+        except FileExistsError:
+            continue
+        except OSError as error:
+            why = error.strerror or str(error)
+            raise OutputError("the run's folder cannot be made", where=str(folder), why=why, mend="use --out") from None
+        return folder
+    raise PalpateError("a thousand runs in one second", where=str(out), mend="wait a second")

@@ -1,0 +1,151 @@
+"""A session: what it runs, what it keeps, how it ends."""
+
+import time
+
+import numpy as np
+import pytest
+
+import palpate
+from palpate.errors import OutputError
+from palpate.record import Record
+from palpate.scene import Scene
+
+SOFT = """\
+objects: [{shape: organ, triangles: 3000, stiffness: 400}]
+operator: {palpate: {force: 1.5, approach: 0.6, press: 0.5, slide: 1.0, leave: 0.5}}
+"""
+
+
+def scene(more: str = "") -> Scene:
+    return Scene.parse(SOFT + more)
+
+
+def test_a_run_approaches_presses_slides_and_leaves():
+    session = palpate.Session(scene())
+    phases = []
+    summary = session.run(2.6, on_progress=lambda s: phases.append((s.phase, s.force)))
+    assert list(dict.fromkeys(phase for phase, _ in phases)) == ["approach", "press", "slide", "leave"]
+    assert phases[0][1] == 0.0
+    assert phases[-1][1] == 0.0
+    # The hand aims so that the palpation force results; friction of the arm and a moving hand leave a margin.
+    assert summary.peak_force_N == pytest.approx(1.5, rel=0.5)
+    assert 0.5 < summary.contact_s < 2.6
+    assert summary.faults == ()
+    assert summary.record is None
+
+
+def test_two_sessions_of_one_scene_are_equal_tick_by_tick(tmp_path):
+    sums = [palpate.Session(scene(), out=tmp_path / str(i)).run(0.5).record_sha256 for i in range(2)]
+    assert sums[0] is not None
+    assert sums[0] == sums[1]
+
+
+def test_steps_are_the_same_as_a_run():
+    one, many = palpate.Session(scene()), palpate.Session(scene())
+    one.run(0.05)
+    for _ in range(10):
+        many.step(5)
+    np.testing.assert_array_equal(one.state.tick["q"], many.state.tick["q"])
+    assert many.state.t == pytest.approx(0.05, abs=0.002)
+
+
+def test_steps_and_runs_share_a_record_until_it_is_closed(tmp_path):
+    session = palpate.Session(scene(), out=tmp_path)
+    session.step(100)
+    first = session.run(0.2)
+    assert first.ticks == 300
+    second = session.run(0.1)
+    assert second.ticks == 100
+    assert first.record != second.record
+    a, b = Record.open(first.record).ticks, Record.open(second.record).ticks
+    assert b["t"][0] == pytest.approx(a["t"][-1] + 0.001)
+
+
+def test_a_context_closes_the_record(tmp_path):
+    with palpate.Session(scene(), out=tmp_path) as session:
+        session.step(10)
+    assert Record.open(session.record).complete
+
+
+def test_record_holds_the_resolved_scene(tmp_path):
+    session = palpate.Session(scene(), out=tmp_path)
+    summary = session.run(0.05)
+    again = palpate.Session(Scene.parse(Record.open(summary.record).scene))
+    np.testing.assert_allclose(again.rig.arms.X_WB, session.rig.arms.X_WB, atol=1e-12)
+    np.testing.assert_allclose(again.rig.arms.X_WL, session.rig.arms.X_WL, atol=1e-12)
+    np.testing.assert_allclose(again.rig.arms.q_leader0, session.rig.arms.q_leader0)
+    np.testing.assert_allclose(again.rig.arms.q_follower0, session.rig.arms.q_follower0, atol=1e-5)
+
+
+def test_another_seed_gives_another_tremor():
+    trembling = Scene.parse(SOFT.replace("operator: {", "operator: {tremor: 0.0005, "))
+    one, same, other = (palpate.Session(trembling, seed=seed).step(300).tick["p_hand_L"] for seed in (1, 1, 2))
+    np.testing.assert_array_equal(one, same)
+    assert np.linalg.norm(one - other) > 1e-5
+
+
+def test_real_time_keeps_pace_and_every_tick(tmp_path):
+    session = palpate.Session(scene(), out=tmp_path)
+    begin = time.monotonic()
+    summary = session.run(1.0, realtime=True)
+    assert time.monotonic() - begin > 0.9
+    assert summary.realtime
+    assert summary.ticks >= 1000
+    ticks = Record.open(summary.record).ticks
+    assert len(ticks) == summary.ticks
+    np.testing.assert_allclose(np.diff(ticks["t"]), 0.001, atol=1e-9)
+
+
+def test_start_and_stop_for_viewers():
+    session = palpate.Session(scene())
+    session.start()
+    session.start()
+    time.sleep(0.2)
+    assert session.running
+    assert session.latest()["t"] > 0.0
+    session.stop()
+    session.stop()
+    assert not session.running
+    assert session.close().ticks > 50
+
+
+def test_controls_reach_the_loop():
+    session = palpate.Session(scene())
+    session.step(700)
+    controls = session.controls
+    controls.clutch = True
+    session.controls = controls
+    before = session.state.tick["p_WT_goal"].copy()
+    after = session.step(300).tick["p_WT_goal"]
+    np.testing.assert_allclose(after, before, atol=1e-4)
+
+
+def test_unwritable_folder_is_refused_before_anything_runs(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OutputError, match="records cannot be written into this folder"):
+        palpate.Session(scene(), out=tmp_path / "file" / "runs")
+
+
+def test_names_of_the_package_are_lazy_and_typos_are_told():
+    with pytest.raises(
+        AttributeError, match=r"has no attribute 'Sesion'. Available: Arm, Mesh, Scene, Session, contact"
+    ):
+        _ = palpate.Sesion
+
+
+@pytest.mark.parametrize("more", ["preset: paper\n", "rates: {haptic: 4000}\n", "arms: {leader: {model: mtm_left}}\n"])
+def test_other_set_ups_feel_the_organ(more):
+    summary = palpate.Session(scene(more)).run(1.6)
+    assert summary.peak_force_N > 0.3
+    assert summary.contact_s > 0.3
+    assert summary.faults == ()
+
+
+def test_way_points_take_the_tool_there():
+    start = palpate.Session(scene()).rig.path.positions_W[0]
+    goal = start + np.array([0.01, 0.0, 0.02])
+    path = f"[{{t: 0, xyz: {start.tolist()}}}, {{t: 1, xyz: {goal.tolist()}}}]"
+    session = palpate.Session(Scene.parse(f"objects: [{{shape: organ, triangles: 3000}}]\noperator: {{path: {path}}}"))
+    session.run(2.0)
+    # Friction of the master keeps the hand a little short; the mapping scales that down.
+    np.testing.assert_allclose(session.state.tick["p_WT"], goal, atol=0.002)
