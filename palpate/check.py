@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 Vertices = npt.NDArray[np.float64]  # (n, 3) [m]
 Triangles = npt.NDArray[np.int32]  # (m, 3)
-Index = npt.NDArray[np.int64]
+Index = npt.NDArray[np.integer]
 
 #: Sizes an organ, a bone or a phantom may have [m]; outside, the unit is doubted.
 PLAUSIBLE_SIZE = (0.005, 2.0)
@@ -50,21 +50,18 @@ class MeshReport:
         return asdict(self)
 
 
-def prepare(
-    vertices: npt.NDArray[np.floating], triangles: Triangles, unit: str = "m"
-) -> tuple[Vertices, Triangles, MeshReport]:
+def prepare(vertices: Vertices, triangles: Triangles, unit: str = "m") -> tuple[Vertices, Triangles, MeshReport]:
     """Weld, drop what has no area, turn what is wound the wrong way, and say so.
 
     Args:
-        vertices: (n, 3) finite, in ``unit``.
+        vertices: (n, 3) finite [m].
         triangles: (m, 3) indices into ``vertices``, m >= 1.
-        unit: a key of ``UNITS``.
+        unit: of the file, a key of ``UNITS``; for advice about a wrong one.
 
     Returns:
         Welded vertices [m], the triangles in use (maybe none), and the report.
     """
     vertices, triangles = weld(vertices, triangles)
-    vertices = vertices.astype(np.float64) * UNITS[unit]
     given = len(triangles)
     triangles = triangles[_distinct_corners(triangles)]
     edges = _Edges.of(triangles, len(vertices))
@@ -81,14 +78,12 @@ def prepare(
         triangles = _turned(triangles, flip)
         edges = _Edges.of(triangles, len(vertices))
     label, components = _components(len(vertices), triangles[:, :2], triangles[:, 1:])
-    a = vertices[triangles[:, 0]]
-    area = _cross(vertices[triangles[:, 1]] - a, vertices[triangles[:, 2]] - a)  # outwards, twice the area
-    wedge = np.einsum("ij,ij->i", a - a[:1], area) / 6.0
+    wedge = _wedges(vertices, triangles)
     flip, volume = _inside_out(vertices, triangles, wedge, label[triangles[:, 0]], edges)
     if flip.any():
         inverted = int(flip.sum())
         triangles = _turned(triangles, flip)
-    flat = ~area.any(axis=1)
+    flat = ~_normals(vertices, triangles).any(axis=1)
     if flat.any():
         triangles = triangles[~flat]
     size = np.ptp(vertices, axis=0) if len(vertices) else np.zeros(3)
@@ -112,9 +107,7 @@ def prepare(
 def sound(vertices: Vertices, triangles: Triangles, unit: str) -> MeshReport | None:
     """The report of a closed, welded mesh [m] without a fault; None when a part of it is inside out after all."""
     label, components = _components(len(vertices), triangles[:, :2], triangles[:, 1:])
-    a = vertices[triangles[:, 0]]
-    area = _cross(vertices[triangles[:, 1]] - a, vertices[triangles[:, 2]] - a)
-    wedge = np.einsum("ij,ij->i", a - a[:1], area) / 6.0
+    wedge = np.concatenate([_wedges(vertices, t) for t in np.array_split(triangles, len(triangles) // 100_000 + 1)])
     flip, volume = _inside_out(vertices, triangles, wedge, label[triangles[:, 0]], None)
     if flip.any():
         return None
@@ -184,11 +177,11 @@ def _size_finding(size: float, unit: str) -> list[Finding]:
     return [Finding(f"the largest extent is {size:.3g} m with unit {unit}: is the unit right?", "", mend)]
 
 
-def weld(vertices: npt.NDArray[np.floating], triangles: Triangles) -> tuple[npt.NDArray[np.floating], Triangles]:
+def weld(vertices: Vertices, triangles: Triangles) -> tuple[Vertices, Triangles]:
     """Merge vertices with equal coordinates and forget unused ones; the order of the triangles stays."""
     used = triangles.reshape(-1)
     whole = len(used) == len(vertices) and bool((used == np.arange(len(used), dtype=used.dtype)).all())
-    corners = np.ascontiguousarray(vertices if whole else vertices[used]) + vertices.dtype.type(0)  # -0 becomes 0
+    corners = np.ascontiguousarray(vertices if whole else vertices[used]) + 0.0  # -0 becomes 0
     key = _hash(corners)
     order = np.argsort(key)
     key = key[order]
@@ -204,8 +197,8 @@ def weld(vertices: npt.NDArray[np.floating], triangles: Triangles) -> tuple[npt.
     return unique, index.reshape(-1, 3)
 
 
-def _hash(points: npt.NDArray[np.floating]) -> npt.NDArray[np.uint64]:
-    bits: npt.NDArray[np.unsignedinteger] = points.view(np.uint32 if points.dtype == np.float32 else np.uint64)
+def _hash(points: Vertices) -> npt.NDArray[np.uint64]:
+    bits = points.view(np.uint64)
     key: npt.NDArray[np.uint64] = bits[:, 0] * np.uint64(0x9E3779B97F4A7C15)
     for column, factor in ((1, 0xC2B2AE3D27D4EB4F), (2, 0x165667B19E3779F9)):
         key ^= key >> np.uint64(31)
@@ -215,9 +208,16 @@ def _hash(points: npt.NDArray[np.floating]) -> npt.NDArray[np.uint64]:
     return key
 
 
-def _cross(a: Vertices, b: Vertices) -> Vertices:
-    (ax, ay, az), (bx, by, bz) = a.T, b.T
+def _normals(v: Vertices, t: Triangles) -> Vertices:
+    """Outward normals, twice the area long."""
+    a = v[t[:, 0]]
+    (ax, ay, az), (bx, by, bz) = (v[t[:, 1]] - a).T, (v[t[:, 2]] - a).T
     return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
+
+
+def _wedges(v: Vertices, t: Triangles) -> npt.NDArray[np.float64]:
+    """Signed volume between each triangle and the first vertex [m^3]."""
+    return np.asarray(np.einsum("ij,ij->i", v[t[:, 0]] - v[0], _normals(v, t)) / 6.0)
 
 
 def _distinct_corners(t: Triangles) -> npt.NDArray[np.bool_]:
@@ -285,9 +285,9 @@ class _Edges:
 
 def _components(n: int, *links: npt.NDArray[np.integer]) -> tuple[Index, int]:
     """Label of each of ``n`` nodes by connected part, given links (k, 2); and the number of parts with links."""
-    a = np.concatenate([link[:, 0] for link in links]).astype(np.int64)
-    b = np.concatenate([link[:, 1] for link in links]).astype(np.int64)
-    label = np.arange(n, dtype=np.int64)
+    a = np.concatenate([link[:, 0] for link in links])
+    b = np.concatenate([link[:, 1] for link in links])
+    label = np.arange(n, dtype=a.dtype)
     linked = np.zeros(n, dtype=bool)
     linked[a] = True
     linked[b] = True

@@ -41,7 +41,13 @@ class Mesh:
     name: str  #: what messages call it
 
     def __init__(self, vertices: npt.ArrayLike, triangles: npt.ArrayLike, *, name: str = "mesh") -> None:
-        self._take(_vertices(vertices, name), _triangles(triangles, name), name, "m")
+        v, t = _vertices(vertices, name), _triangles(triangles, name)
+        _require_indices(t, len(v), name)
+        core = _core_if_sound(v, t)
+        if core is None:
+            self._mend(v, t, name, "m")
+        else:
+            self._take(core, name, "m")
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], unit: Unit = "mm") -> Mesh:
@@ -58,37 +64,44 @@ class Mesh:
             raise MeshError(f"unknown unit {unit!r}", where=str(path), mend=f"use one of {', '.join(check.UNITS)}")
         vertices, triangles = mesh_files.read(Path(path))
         _require_finite(vertices, str(path))
+        vertices = np.multiply(vertices, check.UNITS[unit], dtype=np.float64)
+        triangles = _triangles(triangles, str(path))
+        _require_indices(triangles, len(vertices), str(path))
         mesh = cls.__new__(cls)
-        mesh._take(vertices, _triangles(triangles, str(path)), str(path), unit)
+        core = _core_if_sound(vertices, triangles)
+        if core is None:
+            mesh._mend(vertices, triangles, str(path), unit)
+        else:
+            del vertices, triangles  # a large file is held once
+            mesh._take(core, str(path), unit)
         return mesh
 
-    def _take(self, vertices: npt.NDArray[np.floating], triangles: npt.NDArray[np.int32], name: str, unit: str) -> None:
-        _require_indices(triangles, len(vertices), name)
-        self.name = name
-        if not self._take_sound(vertices, triangles, unit):
-            self.vertices, self.triangles, self.report = check.prepare(vertices, triangles, unit)
-        if len(self.triangles) == 0:
-            why = f"all {len(triangles):,} are degenerate" if len(triangles) else ""
-            raise MeshError("no triangle with an area", where=name, why=why, mend="export it again with its surface")
-        self.vertices.flags.writeable = self.triangles.flags.writeable = False
-        for f in self.report.findings:
-            warnings.warn(PalpateWarning(f.what, where=name, why=f.why, mend=f.mend), stacklevel=3)
-
-    def _take_sound(self, vertices: npt.NDArray[np.floating], triangles: npt.NDArray[np.int32], unit: str) -> bool:
-        """The quick way, for meshes without a fault: the core welds and judges while it builds its index."""
-        try:
-            core = _core.Mesh(vertices.astype(np.float64) * check.UNITS[unit], triangles)
-        except ValueError:
-            return False
-        found = core.report
-        if not found.closed or found.degenerate or found.duplicate or found.flat or found.inverted:
-            return False
+    def _take(self, core: _core.Mesh, name: str, unit: str) -> None:
+        """The quick way, for a mesh without a fault: the core has welded and judged it while it built its index."""
         report = check.sound(core.vertices, core.triangles, unit)
         if report is None:
-            return False
-        self.vertices, self.triangles, self.report = core.vertices, core.triangles, report
+            self._mend(core.vertices, core.triangles, name, unit)
+            return
         self.__dict__["core"] = core
-        return True
+        self._settle(core.vertices, core.triangles, report, name)
+
+    def _mend(self, vertices: npt.NDArray[np.float64], triangles: npt.NDArray[np.int32], name: str, unit: str) -> None:
+        self._settle(*check.prepare(vertices, triangles, unit), name)
+        if len(self.triangles) == 0:
+            why = f"all {len(triangles):,} are degenerate"
+            raise MeshError("no triangle with an area", where=name, why=why, mend="export it again with its surface")
+
+    def _settle(
+        self,
+        vertices: npt.NDArray[np.float64],
+        triangles: npt.NDArray[np.int32],
+        report: check.MeshReport,
+        name: str,
+    ) -> None:
+        self.vertices, self.triangles, self.report, self.name = vertices, triangles, report, name
+        self.vertices.flags.writeable = self.triangles.flags.writeable = False
+        for f in self.report.findings:
+            warnings.warn(PalpateWarning(f.what, where=name, why=f.why, mend=f.mend), stacklevel=5)
 
     @cached_property
     def core(self) -> _core.Mesh:
@@ -126,6 +139,16 @@ def quiet() -> Iterator[None]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PalpateWarning)
         yield
+
+
+def _core_if_sound(vertices: npt.NDArray[np.float64], triangles: npt.NDArray[np.int32]) -> _core.Mesh | None:
+    """The indexed mesh when the core found nothing wrong with it."""
+    try:
+        core = _core.Mesh(vertices, triangles)
+    except ValueError:
+        return None
+    r = core.report
+    return core if r.closed and not (r.degenerate or r.duplicate or r.flat or r.inverted) else None
 
 
 def _vertices(values: npt.ArrayLike, name: str) -> npt.NDArray[np.float64]:
