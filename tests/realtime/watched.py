@@ -1,0 +1,123 @@
+"""Run under heap_guard (LD_PRELOAD): what a session's threads ask of the heap and of locks, as JSON on stdout.
+
+python watched.py realtime METHOD RATE SECONDS | lockstep METHOD
+"""
+
+import ctypes
+import json
+import os
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+
+from palpate import _core
+from palpate.mesh import Mesh
+from palpate.record.ticks import as_ticks
+from palpate.shapes.organ import organ
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "loop"))
+import loop_rig
+
+guard = ctypes.CDLL(os.environ["LD_PRELOAD"])
+
+
+def counts(thread: int) -> np.ndarray:
+    """[allocations, releases, locks] of a thread so far."""
+    out = (ctypes.c_long * 3)()
+    guard.heap_guard_read(ctypes.c_long(thread), out)
+    return np.array(out[:])
+
+
+def threads() -> set[int]:
+    """Kernel ids of this process's threads."""
+    return {int(t) for t in os.listdir("/proc/self/task")}
+
+
+def organ_scene(triangles: int, lift: float = 0.0) -> _core.Snapshot:
+    """The generated organ, its highest point at the origin, or `lift` above it [m]."""
+    mesh = Mesh(*organ(triangles))
+    X_WO = np.eye(4)
+    X_WO[:3, 3] = -mesh.vertices[mesh.vertices[:, 2].argmax()] + [0.0, 0.0, lift]
+    material = _core.Material(K=np.full(3, 400.0), B=np.full(3, 2.0), mu=0.3)
+    return _core.Snapshot([_core.Object("organ", mesh.core, X_WO, material)])
+
+
+def simulation(method: str, rate: float, scene: _core.Snapshot) -> _core.Simulation:
+    """Both arms over the organ; a hand that is soon in contact, slides to and fro, and leaves again and again."""
+    x = np.tile([0.0, 0.0, 0.008, -0.008, 0.0], 40)
+    z = np.tile([0.004, -0.004, -0.004, -0.004, -0.004], 40)
+    path = _core.HandPath((0.1 + 0.2 * np.arange(len(x))).tolist(), np.column_stack([x, np.zeros_like(x), z]))
+    return loop_rig.simulation(scene, path, method=method, rate=rate)
+
+
+def contacts(rows: np.ndarray) -> int:
+    """Ticks in contact."""
+    return int((as_ticks(rows)["contacts"] > 0).sum())
+
+
+def realtime(method: str, rate: float, seconds: float) -> dict[str, object]:
+    """The loop's own thread while another one swaps scenes and turns knobs."""
+    scenes = [organ_scene(20_000), organ_scene(3_000), organ_scene(3_000, lift=0.001)]
+    sim = simulation(method, rate, scenes[0])
+    before = threads()
+    sim.start()
+    new = sorted(threads() - before)
+    time.sleep(0.2)  # started up
+    stop = threading.Event()
+    swaps = 0
+
+    def swap() -> None:
+        nonlocal swaps
+        while not stop.wait(0.02):
+            swaps += 1
+            sim.set_snapshot(scenes[swaps % 3])
+            controls = _core.Controls()
+            controls.stiffness_scale = 1.0 - 0.1 * (swaps % 2)
+            sim.controls = controls
+
+    start, ticks0 = {t: counts(t) for t in new}, int(sim.timing()["ticks"])
+    main0 = counts(threading.get_native_id())
+    swapper = threading.Thread(target=swap)
+    swapper.start()
+    rows, end = [], time.monotonic() + seconds
+    while time.monotonic() < end:
+        time.sleep(0.05)
+        rows.append(sim.drain())
+    ticks = int(sim.timing()["ticks"]) - ticks0
+    asked = {t: (counts(t) - start[t]).tolist() for t in new}
+    main = (counts(threading.get_native_id()) - main0).tolist()
+    stop.set()
+    swapper.join()
+    sim.stop()
+    rows.append(sim.drain())
+    last = as_ticks(np.concatenate(rows))[-1]
+    return {
+        "threads": [asked[t] for t in new],
+        "main": main,
+        "ticks": ticks,
+        "swaps": swaps,
+        "contact_ticks": contacts(np.concatenate(rows)),
+        "last_force": last["F_H_L"].tolist(),
+        "last_gravity": last["tau_gravity"].tolist(),
+    }
+
+
+def lockstep(method: str) -> dict[str, object]:
+    """One call of n ticks asks as much as one of n' ticks: a tick asks nothing."""
+    sim = simulation(method, 1000.0, organ_scene(20_000))
+    me, asked, touched = threading.get_native_id(), [], 0
+    for n in (700, 700, 7, 2000, 7):
+        before = counts(me)
+        rows = sim.run(n)
+        asked.append((counts(me) - before).tolist())
+        touched += contacts(rows)
+    return {"calls": asked, "contact_ticks": touched}
+
+
+if __name__ == "__main__":
+    mode, method, *rest = sys.argv[1:]
+    found = realtime(method, *map(float, rest)) if mode == "realtime" else lockstep(method)
+    print(json.dumps(found))
