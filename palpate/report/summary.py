@@ -33,7 +33,7 @@ def rows(summary: Summary) -> list[tuple[str, str, str]]:
     s = summary
     share = 100.0 * s.contact_s / s.duration_s if s.duration_s else 0.0
     lines = [
-        ("peak force", f"{s.peak_force_N:.2f} N", "largest force commanded on the hand (1 N: the weight of an apple)"),
+        ("peak force", f"{s.peak_force_N:.2f} N", "largest force commanded on the hand (1 N: 100 g lie on it)"),
         ("mean force", f"{s.mean_force_N:.2f} N", "the same, averaged over the time in contact"),
         ("deepest penetration", f"{1e3 * s.max_penetration_m:.2f} mm", "how far the tool was inside the surface"),
         ("time in contact", f"{s.contact_s:.2f} s", f"{share:.0f} % of the {s.duration_s:.2f} s run"),

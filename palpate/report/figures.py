@@ -1,0 +1,221 @@
+"""The figures of a report. Each takes a run and a canvas (wide page or telephone) and draws; no figure decides."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from palpate.report.assumptions import SPEED_LIMIT
+from palpate.report.run import Run
+from palpate.report.style import CAP, CELL, DEPTH, FORCE, INK, JOINTS, MUTED, PHASES, Canvas, curve
+
+
+def story(run: Run, canvas: Canvas) -> Figure:
+    """Force on the hand, penetration and speed over time, with the phases of the touch."""
+    figure = _figure(canvas, 6.0, 6.4)
+    force, depth, speed = figure.subplots(3, 1, sharex=True, height_ratios=[2.2, 1.3, 1.0])
+    ticks, t, points = run.ticks, run.t, canvas.points()
+    _shade(run, (force, depth, speed), canvas)
+    rendered = np.linalg.norm(ticks["F_H_L"], axis=1)
+    cell = np.linalg.norm(ticks["F_cell_L"], axis=1)
+    curve(force, t, cell, points, color=CELL, lw=0.8, label="load cell in the hand (simulated)")
+    curve(force, t, rendered, points, color=FORCE, label="rendered on the hand")
+    cap = run.setting("stability", "force_cap")
+    top = max(float(rendered.max()), float(np.percentile(cell, 99.9)))
+    if cap is not None:
+        force.axhline(cap, color=CAP, lw=0.9, ls=(0, (5, 3)), label=f"force cap, {cap:g} N")
+        top = max(top, float(cap))
+    force.set_ylim(0, (1.55 if canvas.narrow else 1.22) * top if top > 0 else 1.0)
+    _legend(force, canvas, 3)
+    force.set_ylabel("force [N]")
+    curve(depth, t, 1e3 * ticks["depth"], points, color=DEPTH)
+    depth.set_ylabel("penetration [mm]")
+    depth.set_ylim(bottom=0)
+    curve(speed, t, np.linalg.norm(ticks["v_LH"], axis=1), points, color=MUTED, lw=0.9)
+    speed.axhline(SPEED_LIMIT, color=CAP, lw=0.9, ls=(0, (5, 3)))
+    speed.annotate(
+        f"slow motion: below {SPEED_LIMIT} m/s",
+        (1, SPEED_LIMIT),
+        xycoords=("axes fraction", "data"),
+        ha="right",
+        va="bottom",
+        xytext=(-2, 1),
+        textcoords="offset points",
+        fontsize=7,
+        color=CAP,
+    )
+    speed.set_ylabel("handle [m/s]" if canvas.narrow else "handle speed\n[m/s]")
+    speed.set_ylim(bottom=0, top=max(1.4 * SPEED_LIMIT, speed.get_ylim()[1]))
+    speed.set_xlabel("time [s]")
+    _span(run, speed)
+    return figure
+
+
+def stiffness(run: Run, canvas: Canvas) -> Figure:
+    """Force of the law over penetration: the line is the spring, what strays from it is damping."""
+    figure = _figure(canvas, 4.2, 3.9)
+    panels: Any = figure.subplots(1, 1) if canvas.narrow else figure.subplots(1, 2, width_ratios=[1.25, 1])
+    axes: Axes = panels if canvas.narrow else panels[0]
+    ticks = run.ticks
+    rows = np.flatnonzero(ticks["depth"] > 0)
+    rows = rows[:: max(1, len(rows) // 4000)]
+    depth = 1e3 * ticks["depth"][rows]
+    law = np.einsum("ij,ij->i", ticks["F_T_W"][rows], ticks["normal"][rows])
+    image = axes.scatter(depth, law, c=run.t[rows], s=3, cmap="cividis", alpha=0.7, lw=0, rasterized=True)
+    axes.set(xlabel="penetration [mm]", ylabel="force on the tool, along the normal [N]")
+    figure.colorbar(image, ax=axes, label="time [s]", pad=0.02).outline.set_visible(False)
+    if run.stiffness is not None:
+        reach = np.array([0, 1.05 * depth.max()])
+        axes.plot(reach, 1e-3 * reach * run.stiffness, color=INK, lw=0.9, label=f"spring: {run.stiffness:.0f} N/m")
+        axes.legend(loc="upper left")
+    if not canvas.narrow:
+        _terms_of_law(run, panels[1], canvas)
+    return figure
+
+
+def _terms_of_law(run: Run, axes: Axes, canvas: Canvas) -> None:
+    ticks, points = run.ticks, canvas.points() // 2
+    _shade(run, (axes,), canvas, names=False)
+    for name, label, color in (("F_spring_W", "spring  K δx", FORCE), ("F_damping_W", "damping  −B ẋ", DEPTH)):
+        along = np.einsum("ij,ij->i", ticks[name], ticks["normal"])
+        curve(axes, run.t, along, points, color=color, lw=0.9, label=label)
+    axes.set(xlabel="time [s]", ylabel="along the normal [N]")
+    _span(run, axes)
+    axes.legend(loc="upper right")
+
+
+def torques(run: Run, canvas: Canvas) -> Figure:
+    """The terms of Eq 13, each joint a line."""
+    terms = [
+        ("tau_force", r"renders the force:  $J^T F$"),
+        ("tau_gravity", r"holds the arm up:  $\hat G(q)$"),
+        ("tau_platform", "keeps joint 4 beside the wrist"),
+    ]
+    figure = _figure(canvas, 3.6, 6.4)
+    panels = figure.subplots(3, 1, sharex=True) if canvas.narrow else figure.subplots(1, 3, width_ratios=[1, 1, 1])
+    for axes, (name, title) in zip(panels, terms, strict=True):
+        _shade(run, (axes,), canvas, names=False)
+        for joint, color in enumerate(JOINTS):
+            values = run.ticks[name][:, joint]
+            curve(axes, run.t, values, canvas.points() // 3, color=color, lw=0.9, label=f"{joint + 1}")
+        axes.set_title(title, loc="left", fontsize=8.5, color=INK)
+        _span(run, axes)
+    panels[0].set_ylabel("torque [N m]")
+    for axes in panels if not canvas.narrow else panels[-1:]:
+        axes.set_xlabel("time [s]")
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=7, title="joint", handlelength=1.2)
+    return figure
+
+
+def energy(run: Run, canvas: Canvas) -> Figure:
+    """The ledger: what the hand put in, and where it went."""
+    figure = _figure(canvas, 3.4, 3.6)
+    axes = figure.subplots()
+    _shade(run, (axes,), canvas)
+    entries = [
+        ("energy_port", "taken from the hand", INK, 1.5),
+        ("energy_spring", "stored in the springs", FORCE, 1.0),
+        ("energy_damping", "turned to heat by damping", DEPTH, 1.0),
+        ("energy_cut", "withheld by the caps", CAP, 1.0),
+    ]
+    for name, label, color, width in entries:
+        curve(axes, run.t, 1e3 * run.ticks[name], canvas.points(), color=color, lw=width, label=label)
+    axes.axhline(0, color=MUTED, lw=0.6)
+    axes.set(xlabel="time [s]", ylabel="energy [mJ]")
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + (0.55 if canvas.narrow else 0.28) * (high - low))
+    _legend(axes, canvas, 4)
+    _span(run, axes)
+    return figure
+
+
+def frames(run: Run, canvas: Canvas) -> Figure:
+    """The commanded force in the leader's base (spatial) and in the handle (body): the paper's green and red."""
+    figure = _figure(canvas, 3.0, 4.6)
+    panels = figure.subplots(2, 1, sharex=True) if canvas.narrow else figure.subplots(1, 2, sharey=True)
+    for axes, name, title in zip(
+        panels,
+        ("F_H_L", "F_H_H"),
+        ("in the leader's base L (spatial frame)", "in the handle H (body frame)"),
+        strict=True,
+    ):
+        _shade(run, (axes,), canvas, names=False)
+        for i, (axis, color) in enumerate(zip("xyz", JOINTS, strict=False)):
+            curve(axes, run.t, run.ticks[name][:, i], canvas.points() // 2, color=color, lw=0.9, label=axis)
+        axes.set_title(title, loc="left", fontsize=8.5, color=INK)
+        _span(run, axes)
+    panels[0].set_ylabel("force [N]")
+    panels[1].set_xlabel("time [s]")
+    if not canvas.narrow:
+        panels[0].set_xlabel("time [s]")
+    panels[0].legend(loc="upper left", ncols=3, handlelength=1.2)
+    return figure
+
+
+def timing(run: Run, canvas: Canvas) -> Figure:
+    """Compute time of the cycle and lateness of its start; only a real-time record has them."""
+    figure = _figure(canvas, 3.2, 5.0)
+    panels = figure.subplots(2, 1) if canvas.narrow else figure.subplots(1, 2)
+    period = 1e6 / run.record.rate
+    for axes, name, title in zip(
+        panels, ("cycle_us", "lateness_us"), ("time to compute a cycle", "start after its deadline"), strict=True
+    ):
+        _histogram(axes, run.ticks[name], period)
+        axes.set_title(title, loc="left", fontsize=8.5, color=INK)
+    panels[0].set_ylabel("ticks")
+    return figure
+
+
+_UPRIGHT: dict[str, Any] = {
+    "xycoords": ("data", "axes fraction"),
+    "xytext": (2, 0),
+    "textcoords": "offset points",
+    "va": "top",
+    "fontsize": 7,
+    "rotation": 90,
+}
+
+
+def _histogram(axes: Axes, values: NDArray[Any], period: float) -> None:
+    values = np.maximum(values[np.isfinite(values)], 0.05)
+    edges = np.geomspace(max(0.05, 0.8 * values.min()), max(1.3 * period, 1.3 * values.max()), 90)
+    axes.hist(values, bins=edges.tolist(), color=DEPTH, alpha=0.85)
+    axes.set(xscale="log", yscale="log", xlabel="time [µs]")
+    marks = [(float(np.percentile(values, 50)), "p50"), (float(np.percentile(values, 99)), "p99")]
+    for x, name in marks:
+        axes.axvline(x, color=INK, lw=0.8)
+        axes.annotate(f"{name}  {x:.3g} µs", (x, 0.98), **_UPRIGHT)
+    axes.axvline(period, color=CAP, lw=0.9, ls=(0, (5, 3)))
+    axes.annotate(f"period  {period:.0f} µs", (period, 0.98), **_UPRIGHT, color=CAP)
+    axes.set_ylim(0.7, 30 * axes.get_ylim()[1])
+
+
+def _figure(canvas: Canvas, wide: float, narrow: float) -> Figure:
+    return Figure(figsize=(canvas.width, narrow if canvas.narrow else wide), layout="constrained")
+
+
+def _shade(run: Run, panels: tuple[Axes, ...], canvas: Canvas, names: bool = True) -> None:
+    """Tint the phases; name them on the first panel where there is room."""
+    whole = max(1e-9, float(run.t[-1] - run.t[0]))
+    for phase in run.phases:
+        for axes in panels:
+            axes.axvspan(phase.start, phase.end, color=PHASES[phase.name], lw=0, zorder=0)
+        room = (phase.end - phase.start) / whole * canvas.width
+        if names and room > 0.10 * len(phase.name):
+            middle = 0.5 * (phase.start + phase.end)
+            where = ("data", "axes fraction")
+            panels[0].annotate(phase.name, (middle, 1.01), xycoords=where, ha="center", fontsize=7.5, color=MUTED)
+
+
+def _span(run: Run, axes: Axes) -> None:
+    start, end = float(run.t[0]), float(run.t[-1])
+    axes.set_xlim(start, end if end > start else start + 1e-3)
+
+
+def _legend(axes: Axes, canvas: Canvas, columns: int) -> None:
+    axes.legend(loc="upper right", ncols=1 if canvas.narrow else columns, handlelength=1.6)

@@ -1,0 +1,267 @@
+"""One HTML file that tells a run: numbers, figures, words. It needs nothing from outside."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from palpate.errors import MissingExtraError, OutputError
+from palpate.record.reader import Record
+from palpate.report.assumptions import SlowMotion, slow_motion
+from palpate.report.diagram import diagram, signal_table
+from palpate.report.run import Run
+from palpate.report.summary import rows, summary_of
+from palpate.report.words import GLOSSARY, STATUS
+from palpate.summary import Summary
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from palpate.report.style import Canvas
+
+
+def write_report(record: str | Path, out: str | Path | None = None) -> Path:
+    """Write the report of a record.
+
+    Args:
+        record: the record's file.
+        out: the HTML file to write; ``report.html`` beside the record when left out.
+
+    Returns:
+        The file written.
+
+    Raises:
+        RecordError: the record cannot be read. MissingExtraError: matplotlib is not installed.
+        OutputError: the page cannot be written.
+    """
+    opened = Record.open(record)
+    page = Path(out) if out is not None else opened.path.with_name("report.html")
+    text = report(opened)
+    try:
+        page.write_text(text, encoding="utf-8")
+    except OSError as error:
+        why = error.strerror or str(error)
+        raise OutputError(f"the report cannot be written: {why}", where=str(page), mend="use --out") from None
+    return page
+
+
+def report(record: Record) -> str:
+    """The page as text. The same record gives the same page.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+    """
+    try:
+        from palpate.report import figures, views
+        from palpate.report.style import picture
+    except ImportError as error:
+        raise MissingExtraError("the report's figures", "report") from error
+
+    run = Run(record)
+    summary = summary_of(record)
+    slow = slow_motion(
+        run.ticks,
+        record.rate,
+        leader=str(run.setting("arms", "leader", "model") or "mtm_right"),
+        force_cap=float(run.setting("stability", "force_cap") or 3.0),
+    )
+
+    def figure(title: str, text: str, draw: Callable[[Run, Canvas], Figure]) -> str:
+        image = picture(partial(draw, run), alt=f"{title}. {text}".replace('"', "'"))
+        return f"<section><h2>{title}</h2><p>{text}</p>{image}</section>"
+
+    parts = [
+        _head(run),
+        _facts(summary),
+        *_notes(run, slow),
+        figure("What the hand felt", _story_words(run), figures.story),
+        figure("Where the tool went", _VIEWS + ("" if run.surface else _NO_SURFACE), views.path),
+        figure("Force over penetration", _stiffness_words(run), figures.stiffness),
+        f"<section><h2>The loop that ran</h2><p>{_LOOP}</p>{diagram(run)}"
+        f"<details><summary>All recorded signals</summary>{signal_table(run)}</details></section>",
+        figure("The two terms of the torque (Eq 13)", _TORQUE, figures.torques),
+        figure("The same force in two frames", _FRAMES, figures.frames),
+        figure("Energy ledger", _ENERGY, figures.energy),
+    ]
+    if not record.deterministic and np.isfinite(run.ticks["cycle_us"]).any():
+        parts.append(figure("Time", _timing_words(run, summary), figures.timing))
+    parts += [_numbers(run, summary, slow), _scene(run), _glossary(), _foot(record, summary)]
+    css = files("palpate.report").joinpath("page.css").read_text(encoding="utf-8")
+    return (
+        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        '<link rel="icon" href="data:,">'
+        f"<title>{escape(run.title)}: palpation report</title><style>{css}</style></head>"
+        f"<body><main>{''.join(parts)}</main></body></html>\n"
+    )
+
+
+_VIEWS = (
+    "The tool tip (blue) and the proxy that stays on the surface (red), in the world frame W. Where they part, the "
+    "tool is inside and the spring pulls it back along the red lines."
+)
+_NO_SURFACE = " The mesh of the scene is not at hand any more: the paths are drawn alone."
+_LOOP = (
+    "The paper's Fig 3: motion flows from the hand to the tool (blue), force flows back (red). Every symbol is a "
+    "recorded channel with its unit; rest the pointer on it to read what it means."
+)
+_TORQUE = (
+    "What the motors were told: one part renders the force on the hand, the other holds the arm's own weight, so "
+    "that the hand feels the organ and not the arm. Joint 4 has a controller of its own, as on the real arm."
+)
+_FRAMES = (
+    "Turning the wrist changes the components in the handle, never those in the base: the forces are one and the "
+    "same arrow. The paper draws the first green, the second red."
+)
+_ENERGY = (
+    "What the rendered force took from the hand, and where it went. The first curve staying above zero means that "
+    "the surface never pushed by itself."
+)
+
+
+def _story_words(run: Run) -> str:
+    if not run.touches:
+        return "Nothing was touched in this run."
+    touches = len(run.touches)
+    return (
+        f"{'One touch' if touches == 1 else f'{touches} touches'}. Tinted: press, slide and leave, as the motion shows "
+        "them. Between the rendered force and the load cell lie the friction and the inertia of the arm."
+    )
+
+
+def _stiffness_words(run: Run) -> str:
+    if run.stiffness is None:
+        return "Nothing was touched, so there is no stiffness to see."
+    scale = float(run.setting("mapping", "scale") or 1.0) * float(run.setting("mapping", "force_scale") or 1.0)
+    felt = f"{run.stiffness * scale:.0f} N/m"
+    if abs(scale - 1.0) < 1e-9:
+        words = f"The hand feels {felt}, for its motions are not scaled."
+    else:
+        words = f"The hand feels {felt}: motion and force are scaled by {scale:g} together."
+    return f"The line is the spring the tool met, {run.stiffness:.0f} N/m. {words} What strays from it is damping."
+
+
+def _timing_words(run: Run, summary: Summary) -> str:
+    scheduler = (run.record.timing or {}).get("scheduler")
+    how = f" Scheduling: {escape(str(scheduler))}." if scheduler else ""
+    return (
+        f"Real-time run at {run.record.rate:g} Hz: {summary.missed_ticks} of {summary.ticks} ticks were missed. Both "
+        f"axes are logarithmic.{how}"
+    )
+
+
+def _head(run: Run) -> str:
+    record = run.record
+    mode = "lockstep (deterministic)" if record.deterministic else "real time"
+    seed = f", seed {record.seed}" if record.seed is not None else ""
+    return (
+        f"<header><h1>{escape(run.title)}</h1><p>Palpation report. {record.duration:.2f} s at {record.rate:g} Hz, "
+        f"{mode}{seed}. Hand, arms and load cell are simulated.</p></header>"
+    )
+
+
+def _facts(s: Summary) -> str:
+    facts = [
+        (f"{s.peak_force_N:.2f} N", "peak force on the hand"),
+        (f"{1e3 * s.max_penetration_m:.2f} mm", "deepest penetration"),
+        (f"{s.contact_s:.2f} s", f"in contact, of {s.duration_s:.2f} s"),
+        (f"{1e3 * s.energy_J:.1f} mJ", "energy taken from the hand" if s.energy_J >= 0 else "energy generated"),
+    ]
+    return f'<div class="facts">{"".join(f"<div class=fact><b>{v}</b><span>{k}</span></div>" for v, k in facts)}</div>'
+
+
+def _notes(run: Run, slow: SlowMotion) -> list[str]:
+    notes = []
+    if run.record.note:
+        notes.append(f'<div class="note bad"><p>{escape(run.record.note)}</p></div>')
+    for fault in run.record.faults:
+        notes.append(f'<div class="note bad"><p><b>Fault.</b> {escape(fault)}</p></div>')
+    why = (
+        "The controller (Eq 13) assumes slow motion: it renders the force and holds the arm's weight, and leaves the "
+        "arm's inertia and Coriolis forces to the hand. Limits: speed, because those forces grow with its square; "
+        f"inertia, arm mass at the handle ({slow.mass:.2f} kg) times acceleration, because a hand notices a change of "
+        "force of about 10 %."
+    )
+    kind, title = ("note", "Assumption kept.") if slow.kept else ("note warn", "Assumption broken.")
+    notes.append(f'<div class="{kind}"><p><b>{title}</b> {escape(slow.words)}</p><p>{escape(why)}</p></div>')
+    return notes
+
+
+def _numbers(run: Run, summary: Summary, slow: SlowMotion) -> str:
+    lines = rows(summary)
+    lines.append(("top speed", f"{slow.peak_speed:.3f} m/s", "of the handle"))
+    lines.append(("inertia", f"{slow.peak_inertia:.2f} N", "largest force the arm's own mass put on the hand"))
+    status = run.ticks["status"].astype(np.int64)
+    for bit, words in STATUS.items():
+        count = int(((status >> bit) & 1).sum())
+        if count:
+            lines.append((f"status bit {bit}", f"{count / run.record.rate:.3f} s", words))
+    body = "".join(
+        f'<tr><td>{escape(k)}</td><td class="value">{escape(v)}</td><td>{escape(m)}</td></tr>' for k, v, m in lines
+    )
+    return f'<section><h2>Numbers</h2><table class="facts-table">{body}</table></section>'
+
+
+def _scene(run: Run) -> str:
+    lines = []
+    objects = run.setting("objects")
+    for thing in objects if isinstance(objects, list) else []:
+        if isinstance(thing, dict):
+            made = thing.get("shape") or Path(str(thing.get("mesh", ""))).name
+            lines.append((f"object {thing.get('name') or made}", str(made), "what was touched"))
+            lines += [
+                (f"{key} of {thing.get('name') or made}", f"{_plain(thing[key])}{unit}", words)
+                for key, unit, words in (
+                    ("stiffness", " N/m", "force per penetration; one number per axis of W"),
+                    ("damping", " N s/m", "force against the speed"),
+                    ("friction", "", "sideways force over normal force"),
+                )
+                if key in thing
+            ]
+    for place, unit, words in (
+        (("contact", "radius"), " m", "of the sphere on the tool tip where contact happens (SPR)"),
+        (("mapping", "scale"), "", "tool motion per hand motion"),
+        (("stability", "force_cap"), " N", "largest force allowed on the hand"),
+        (("stability", "rate_cap"), " N/s", "fastest change of it"),
+        (("rates", "haptic"), " Hz", "haptic cycles a second"),
+        (("rates", "plant"), " Hz", "steps of the simulated arm a second"),
+        (("loop_delay",), " s", "added between command and torque"),
+    ):
+        value = run.setting(*place)
+        if value is not None:
+            lines.append((" ".join(place).replace("_", " "), f"{_plain(value)}{unit}", words))
+    body = "".join(
+        f'<tr><td>{escape(k)}</td><td class="value">{escape(v)}</td><td>{escape(m)}</td></tr>' for k, v, m in lines
+    )
+    yaml = f"<details><summary>The scene file as resolved</summary><pre>{escape(run.record.scene)}</pre></details>"
+    return f'<section><h2>Scene</h2><table class="facts-table">{body}</table>{yaml}</section>'
+
+
+def _plain(value: object) -> str:
+    if isinstance(value, list):
+        return _plain(value[0]) if len(set(map(str, value))) == 1 else ", ".join(_plain(v) for v in value)
+    return f"{value:g}" if isinstance(value, int | float) else str(value)
+
+
+def _glossary() -> str:
+    words = list(GLOSSARY.items())
+    half = (len(words) + 1) // 2
+    columns = "".join(
+        "<dl>" + "".join(f"<dt>{escape(k)}</dt><dd>{escape(v)}</dd>" for k, v in part) + "</dl>"
+        for part in (words[:half], words[half:])
+    )
+    return f'<section><h2>Words</h2><div class="two">{columns}</div></section>'
+
+
+def _foot(record: Record, summary: Summary) -> str:
+    version = f"palpate {record.version}, " if record.version else ""
+    return (
+        f"<footer>{escape(version)}record {escape(record.path.name)}, SHA-256 {summary.record_sha256}. "
+        "The record opens in Foxglove, PlotJuggler and rosbag2.</footer>"
+    )

@@ -1,0 +1,130 @@
+"""A record with what the report needs to know beside the ticks: caps, phases of the touch, the surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from palpate.record.reader import Record
+from palpate.record.ticks import Ticks
+
+_GAP = 0.05  # contacts closer than this are one touch [s]
+_SLIDING = 0.004  # the tool slides above this speed along the surface [m/s]
+
+
+@dataclass(frozen=True)
+class Phase:
+    """An interval of a touch."""
+
+    name: str
+    """approach, press, slide or leave."""
+    start: float
+    """[s]."""
+    end: float
+    """[s]."""
+
+
+class Run:
+    """A record, seen as a palpation."""
+
+    def __init__(self, record: Record) -> None:
+        self.record = record
+        self.ticks: Ticks = record.ticks
+        self.t: NDArray[np.float64] = record.ticks["t"]
+        self.scene: dict[str, Any] = _mapping(record.scene)
+
+    def setting(self, *place: str) -> Any:
+        """A value of the scene, e.g. ``setting("stability", "force_cap")``; None when the scene does not say."""
+        value: Any = self.scene
+        for key in place:
+            value = value.get(key) if isinstance(value, dict) else None
+        return value
+
+    @property
+    def title(self) -> str:
+        """Name of the scene."""
+        return str(self.setting("name") or self.record.path.parent.name or "a run")
+
+    @cached_property
+    def touches(self) -> list[tuple[int, int]]:
+        """Intervals in contact: (first tick, tick after the last)."""
+        touching = np.concatenate([[False], self.ticks["contacts"] > 0, [False]])
+        starts, ends = (
+            np.flatnonzero(np.diff(touching.astype(int)) == 1),
+            np.flatnonzero(np.diff(touching.astype(int)) == -1),
+        )
+        gap = _GAP * self.record.rate
+        merged: list[tuple[int, int]] = []
+        for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
+            if merged and start - merged[-1][1] < gap:
+                merged[-1] = (merged[-1][0], end)
+            else:
+                merged.append((start, end))
+        return merged
+
+    @cached_property
+    def phases(self) -> list[Phase]:
+        """Approach, press, slide and leave, as far as the motion shows them."""
+        found: list[Phase] = []
+        n, sliding = len(self.t), self._sliding
+        for k, (start, end) in enumerate(self.touches):
+            before = self.touches[k - 1][1] if k else 0
+            after = self.touches[k + 1][0] if k + 1 < len(self.touches) else n
+            free = (before + start) // 2 if k else 0
+            inside = np.flatnonzero(sliding[start:end])
+            first, last = (start + inside[0], start + inside[-1]) if len(inside) else (end, end)
+            gone = (end + after) // 2 if after < n else n
+            marks = [("approach", free, start), ("press", start, first), ("slide", first, last), ("leave", last, gone)]
+            found += [Phase(name, self._time(a), self._time(b)) for name, a, b in marks if b > a]
+        return found
+
+    @cached_property
+    def _sliding(self) -> NDArray[np.bool_]:
+        """Does the tool move along the surface? (n,)."""
+        v = np.gradient(self.ticks["p_WT"], axis=0) * self.record.rate if len(self.t) > 1 else np.zeros((1, 3))
+        n = self.ticks["normal"]
+        along = v - np.einsum("ij,ij->i", v, n)[:, None] * n
+        along[self.ticks["contacts"] == 0] = 0.0
+        width = max(1, min(len(self.t), round(0.1 * self.record.rate)))
+        smooth = np.stack([np.convolve(column, np.ones(width) / width, "same") for column in along.T], axis=1)
+        return np.asarray(np.linalg.norm(smooth, axis=1) > _SLIDING)
+
+    @cached_property
+    def stiffness(self) -> float | None:
+        """Slope of the spring force over the penetration, both on the tool [N/m]; None without contact."""
+        depth = self.ticks["depth"]
+        force = np.einsum("ij,ij->i", self.ticks["F_spring_W"], self.ticks["normal"])
+        touching = depth > 0
+        if touching.sum() < 10:
+            return None
+        return float(depth[touching] @ force[touching] / (depth[touching] @ depth[touching]))
+
+    @cached_property
+    def surface(self) -> list[tuple[NDArray[np.float64], NDArray[np.int32]]]:
+        """The touched meshes in W as (vertices (n, 3) [m], triangles (m, 3)); empty when they cannot be had again."""
+        from palpate.errors import PalpateError
+
+        try:
+            from palpate.scene import Scene
+            from palpate.scene.surface import surfaces
+
+            placed = surfaces(Scene.parse(self.record.scene))
+        except (ImportError, PalpateError, OSError, ValueError):
+            return []  # the mesh was moved, or the record comes from another machine: the paths alone are drawn
+        return [(s.mesh.vertices @ s.X_WO[:3, :3].T + s.X_WO[:3, 3], s.mesh.triangles) for s in placed]
+
+    def _time(self, tick: int) -> float:
+        return float(self.t[min(tick, len(self.t) - 1)])
+
+
+def _mapping(text: str) -> dict[str, Any]:
+    try:
+        value = yaml.safe_load(text)
+    except yaml.YAMLError:
+        return {}
+    return value if isinstance(value, dict) else {}

@@ -1,0 +1,105 @@
+"""How the report's figures look: one palette, two widths, vector graphics inside the page."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Callable
+from dataclasses import dataclass
+from io import BytesIO
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+INK, MUTED, GRID = "#22303c", "#71808c", "#e6ebef"
+FORCE, CELL, DEPTH, CAP = "#c8453b", "#8b98a3", "#1f6f8b", "#b58900"
+TOOL, PROXY, SURFACE = "#1f6f8b", "#c8453b", "#e3b7a5"
+PHASES = {"approach": "#ffffff", "press": "#f8e7dc", "slide": "#e4f0f1", "leave": "#f3eef7"}
+JOINTS = ("#c8453b", "#1f6f8b", "#4f8f4f", "#b58900", "#8767a8", "#71808c", "#b9c3cb")
+
+_RC: Any = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": 8.0,
+    "axes.edgecolor": "#b9c3cb",
+    "axes.labelcolor": INK,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.linewidth": 0.7,
+    "grid.color": GRID,
+    "grid.linewidth": 0.6,
+    "legend.frameon": False,
+    "legend.fontsize": 7.5,
+    "lines.linewidth": 1.1,
+    "text.color": INK,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "palpate",  # the same record gives the same page
+}
+
+
+@dataclass(frozen=True)
+class Canvas:
+    """The width a figure is drawn for."""
+
+    name: str
+    width: float
+    """[inch] of 72 points; the page shows it at about 1.35 times that."""
+
+    @property
+    def narrow(self) -> bool:
+        """A telephone: panels below each other."""
+        return self.width < 6.0
+
+    def points(self) -> int:
+        """How many points of a curve it can show."""
+        return 700 if self.narrow else 1800
+
+
+CANVASES = (Canvas("narrow", 4.0), Canvas("wide", 10.0))
+
+
+def picture(draw: Callable[[Canvas], Figure], alt: str) -> str:
+    """A figure drawn for both widths, as HTML that needs nothing from outside.
+
+    Args:
+        draw: makes the figure for a canvas.
+        alt: what the figure shows, for those who cannot see it.
+    """
+    with matplotlib.rc_context(_RC):
+        narrow, wide = (_data_uri(draw(canvas)) for canvas in CANVASES)
+    return (
+        f'<picture><source media="(max-width: 700px)" srcset="{narrow}">'
+        f'<img src="{wide}" alt="{alt}" loading="lazy"></picture>'
+    )
+
+
+def _data_uri(figure: Figure) -> str:
+    stream = BytesIO()
+    figure.savefig(stream, format="svg", dpi=200, metadata={"Date": None, "Creator": None})
+    return "data:image/svg+xml;base64," + base64.b64encode(stream.getvalue()).decode()
+
+
+def curve(axes: Axes, t: NDArray[Any], y: NDArray[Any], points: int, **style: Any) -> None:
+    """Draw y(t); of a long run the smallest and largest value of each interval, so that no peak is lost."""
+    t, y = thin(t, y, points)
+    axes.plot(t, y, **style)
+
+
+def thin(t: NDArray[Any], y: NDArray[Any], points: int) -> tuple[NDArray[Any], NDArray[Any]]:
+    """At most about `points` points of y(t) (n,) that keep every peak."""
+    step = -(-2 * len(t) // points)
+    if step <= 2:
+        return t, y
+    whole = len(t) // step * step
+    rows = y[:whole].reshape(-1, step)
+    picks = np.sort(np.stack([rows.argmin(axis=1), rows.argmax(axis=1)], axis=1), axis=1)
+    index = (picks + np.arange(len(rows))[:, None] * step).reshape(-1)
+    index = np.append(index, np.arange(whole, len(t)))
+    return t[index], y[index]

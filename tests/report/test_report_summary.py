@@ -1,0 +1,104 @@
+"""Numbers of the summary against closed forms of a made-up run."""
+
+import io
+
+import numpy as np
+import pytest
+import synthetic_run
+from rich.console import Console
+
+from palpate.record import Record, Recorder
+from palpate.report.assumptions import SPEED_LIMIT, slow_motion
+from palpate.report.run import Run
+from palpate.report.style import thin
+from palpate.report.summary import print_summary, rows, summary_of
+
+SCENE = "name: floor\nstability: {force_cap: 3.0}\n"
+
+
+def record_of(tmp_path, ticks, deterministic=False, close=True, **end) -> Record:
+    recorder = Recorder(tmp_path / "r.mcap", SCENE, 0, 1000.0, deterministic)
+    recorder.append(ticks)
+    if close:
+        recorder.close(**end)
+    return Record.open(tmp_path / "r.mcap")
+
+
+def test_summary_tells_the_known_answers(tmp_path):
+    ticks = synthetic_run.run(4.0)
+    summary = summary_of(record_of(tmp_path, ticks, timing={"missed_ticks": 3}, faults=["leader silent"]))
+    speed = synthetic_run.DEPTH / 0.6  # the press lasts 0.6 s
+    assert summary.peak_force_N == pytest.approx(synthetic_run.K * synthetic_run.DEPTH, abs=synthetic_run.B * speed)
+    assert summary.max_penetration_m == pytest.approx(synthetic_run.DEPTH)
+    assert summary.contact_s == pytest.approx((0.9 - 0.25) * 4.0, abs=0.003)
+    # ramp up 0.6 s, hold 1.4 s, ramp down 0.6 s: the mean over the contact is (0.3 + 1.4 + 0.3) / 2.6 of the peak
+    assert summary.mean_force_N == pytest.approx(2.0 * 2.0 / 2.6, rel=0.01)
+    assert summary.energy_J == ticks["energy_port"][-1]
+    assert summary.cycle_p50_us == pytest.approx(np.percentile(ticks["cycle_us"], 50), rel=1e-5)
+    assert summary.cycle_p99_us == pytest.approx(np.percentile(ticks["cycle_us"], 99), rel=1e-5)
+    assert (summary.missed_ticks, summary.realtime, summary.faults) == (3, True, ("leader silent",))
+
+
+def test_killed_run_is_a_fault(tmp_path):
+    record = record_of(tmp_path, synthetic_run.run(1.0), close=False)
+    (fault,) = summary_of(record).faults
+    assert "no end" in fault
+
+
+def test_table_has_units_and_words(tmp_path):
+    out = io.StringIO()
+    summary = summary_of(record_of(tmp_path, synthetic_run.run(1.0), deterministic=True))
+    print_summary(summary, Console(file=out, width=120))
+    text = out.getvalue()
+    for expected in ("peak force", "4.00 mm", " N ", " s ", "mJ"):
+        assert expected in text
+    assert "haptic cycle" not in text, "a lockstep record does not know it"
+    assert all(unit for _, unit, _ in rows(summary))
+
+
+def test_phases_follow_the_motion(tmp_path):
+    ticks = synthetic_run.run(8.0)
+    ticks["p_WT"][:, 1] = 0.0  # no sideways motion but the slide
+    run = Run(record_of(tmp_path, ticks))
+    assert [p.name for p in run.phases] == ["approach", "press", "slide", "leave"]
+    approach, press, slide, leave = run.phases
+    assert (approach.start, approach.end) == (0.0, pytest.approx(2.0, abs=0.01))
+    assert press.end == pytest.approx(0.4 * 8, abs=0.1)
+    assert slide.end == pytest.approx(0.75 * 8, abs=0.1)
+    assert leave.end == pytest.approx(8.0, abs=0.01)
+    assert run.stiffness == pytest.approx(synthetic_run.K)
+
+
+def moving(amplitude: float, frequency: float):
+    """A handle that swings along x, arm held in one pose; v and a are known."""
+    ticks = synthetic_run.run(4.0)
+    ticks["q"] = [0.0, 0.3, 0.1, 0.0, 0.5, 0.0, 0.0]
+    ticks["v_LH"] = 0.0
+    ticks["v_LH"][:, 0] = amplitude * np.sin(2 * np.pi * frequency * ticks["t"])
+    return ticks
+
+
+def test_slow_motion_is_kept_or_broken_by_speed_and_by_inertia():
+    calm = slow_motion(moving(0.05, 0.2), 1000.0)
+    assert calm.kept
+    assert calm.peak_speed == pytest.approx(0.05, rel=1e-3)
+    # a = 2 pi f v; the 50 ms average takes 0.1 % off
+    assert calm.peak_inertia == pytest.approx(calm.mass * 0.05 * 2 * np.pi * 0.2, rel=0.02)
+    fast = slow_motion(moving(1.2 * SPEED_LIMIT, 0.1), 1000.0)
+    assert not fast.kept
+    assert "too fast" in fast.words
+    shaky = slow_motion(moving(0.1, 3.0), 1000.0)
+    assert shaky.peak_speed < SPEED_LIMIT
+    assert shaky.peak_inertia > shaky.force_limit
+    assert not shaky.kept
+
+
+def test_thinning_keeps_every_peak():
+    rng = np.random.default_rng(3)
+    t, y = np.arange(100_003) / 1e3, rng.normal(size=100_003)
+    y[54_321] = 99.0
+    few_t, few = thin(t, y, 1000)
+    assert len(few) <= 1300
+    assert few.max() == 99.0
+    assert few.min() == y.min()
+    assert (np.diff(few_t) > 0).all()
