@@ -186,6 +186,7 @@ def _histogram(axes: Axes, values: NDArray[Any], period: float) -> None:
     edges = np.geomspace(max(0.05, 0.8 * values.min()), max(1.3 * period, 1.3 * values.max()), 90)
     axes.hist(values, bins=edges.tolist(), color=DEPTH, alpha=0.85)
     axes.set(xscale="log", yscale="log", xlabel="time [µs]")
+    axes.minorticks_off()
     marks = [(float(np.percentile(values, 50)), "p50"), (float(np.percentile(values, 99)), "p99")]
     for x, name in marks:
         axes.axvline(x, color=INK, lw=0.8)
