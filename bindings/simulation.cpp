@@ -68,6 +68,7 @@ nb::dict timing(const Simulation& self) {
 HandPath hand_path(std::vector<double> times, const Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>& p,
                    std::vector<double> grippers) {
   std::vector<Vec3> positions;
+  positions.reserve(static_cast<std::size_t>(p.rows()));
   for (Eigen::Index i = 0; i < p.rows(); ++i) {
     positions.emplace_back(p.row(i));
   }
@@ -135,7 +136,7 @@ void bind_running(nb::module_& m) {
           "__init__",
           [](HandPath* self, std::vector<double> times,
              const Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>& positions_W,
-             std::optional<std::vector<double>> grippers) {
+             const std::optional<std::vector<double>>& grippers) {
             new (self) HandPath(hand_path(std::move(times), positions_W, grippers.value_or(std::vector<double>{})));
           },
           "times"_a, "positions_W"_a, "grippers"_a = nb::none())
@@ -148,8 +149,8 @@ void bind_running(nb::module_& m) {
           "t"_a, "(position [m], velocity [m/s], pinch [rad]) at t.");
 
   nb::class_<Simulation>(m, "Simulation", "Hand, leader and follower simulated around the haptic cycle.")
-      .def(nb::init<const SimulationOptions&, arm::Arm, arm::Arm, arm::Arm, std::shared_ptr<const scene::Snapshot>,
-                    HandPath>(),
+      .def(nb::init<const SimulationOptions&, arm::Arm, arm::Arm, const arm::Arm&,
+                    std::shared_ptr<const scene::Snapshot>, HandPath>(),
            "options"_a, "leader_plant"_a, "leader_model"_a, "follower"_a, "snapshot"_a, "hand_path"_a)
       .def("run", &run, "n_ticks"_a, "Lockstep: rows (n, TICK_BYTES/8); fewer when paused.")
       .def("start", &Simulation::start, nb::call_guard<nb::gil_scoped_release>(), "Real time, in a thread of its own.")

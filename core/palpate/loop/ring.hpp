@@ -39,10 +39,10 @@ class Ring {
   [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
 
  private:
-  std::vector<T> slots_;
-  alignas(64) std::atomic<std::uint64_t> head_{0};
-  alignas(64) std::atomic<std::uint64_t> tail_{0};
+  alignas(64) std::atomic<std::uint64_t> head_{0};  // the writer's cache line
   std::atomic<std::uint64_t> dropped_{0};
+  std::vector<T> slots_;
+  alignas(64) std::atomic<std::uint64_t> tail_{0};  // the reader's
 };
 
 }  // namespace palpate::loop

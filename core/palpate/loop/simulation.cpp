@@ -47,8 +47,8 @@ std::shared_ptr<const scene::Snapshot> present(std::shared_ptr<const scene::Snap
 
 }  // namespace
 
-Simulation::Simulation(const SimulationOptions& options, arm::Arm leader, arm::Arm leader_model, arm::Arm follower,
-                       std::shared_ptr<const scene::Snapshot> scene, HandPath path)
+Simulation::Simulation(const SimulationOptions& options, arm::Arm leader, arm::Arm leader_model,
+                       const arm::Arm& follower, std::shared_ptr<const scene::Snapshot> scene, HandPath path)
     : options_(checked(options, leader, follower)),
       cycle_(options_, std::move(leader_model), follower),
       leader_(leader, options_.leader, options_.hand),
@@ -71,6 +71,7 @@ Simulation::Simulation(const SimulationOptions& options, arm::Arm leader, arm::A
 }
 
 std::size_t Simulation::run(std::size_t n, Tick* rows) {
+  const std::lock_guard lock(driver_);
   if (running()) {
     throw std::logic_error("the simulation runs in real time: stop() it before run()");
   }
@@ -86,6 +87,7 @@ std::size_t Simulation::run(std::size_t n, Tick* rows) {
 }
 
 void Simulation::start() {
+  const std::lock_guard lock(driver_);
   thread_.start(options_.rate, [this](const Wake& w) { return wake(w); });
   if (cycle_.contact().asynchronous()) {
     const double pause = 0.25 / std::max(options_.contact.collision_rate, 1.0);
@@ -94,6 +96,7 @@ void Simulation::start() {
 }
 
 void Simulation::stop() {
+  const std::lock_guard lock(driver_);
   thread_.stop();
   collider_.stop();
 }
@@ -181,7 +184,8 @@ void Simulation::plant() noexcept {
   ++k_;
 }
 
-std::size_t Simulation::drain(std::size_t n, Tick* rows) noexcept {
+std::size_t Simulation::drain(std::size_t n, Tick* rows) {
+  const std::lock_guard lock(people_);
   std::size_t done = 0;
   while (done < n && ring_.pop(rows[done])) {
     ++done;

@@ -33,11 +33,11 @@ struct SimulationOptions : CycleOptions {
   RealTimeOptions realtime;
 };
 
-class Simulation {
+class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): there is one, and this order reads best
  public:
   /// leader: the arm as it is; leader_model: as the controller believes it is. Throws std::invalid_argument naming an
   /// option that cannot be.
-  Simulation(const SimulationOptions& options, arm::Arm leader, arm::Arm leader_model, arm::Arm follower,
+  Simulation(const SimulationOptions& options, arm::Arm leader, arm::Arm leader_model, const arm::Arm& follower,
              std::shared_ptr<const scene::Snapshot> scene, HandPath path);
   ~Simulation() { stop(); }
   Simulation(const Simulation&) = delete;
@@ -51,7 +51,7 @@ class Simulation {
   void stop();
   [[nodiscard]] bool running() const noexcept { return thread_.running(); }
   /// Rows since the last drain: at most n of them into rows.
-  std::size_t drain(std::size_t n, Tick* rows) noexcept;
+  std::size_t drain(std::size_t n, Tick* rows);
   [[nodiscard]] std::size_t waiting() const noexcept { return ring_.size(); }
   [[nodiscard]] std::uint64_t dropped() const noexcept { return ring_.dropped(); }
 
@@ -89,7 +89,8 @@ class Simulation {
   Collider collider_;
   Ring<Tick> ring_;
   Histogram cycle_time_;
-  mutable std::mutex people_;  ///< between callers; the loop never takes it
+  std::mutex driver_;          ///< one caller at a time runs, starts or stops
+  mutable std::mutex people_;  ///< between callers who look and steer; the loop never takes it
   Controls controls_;
   std::shared_ptr<const scene::Snapshot> newest_scene_;  ///< as given last; for the collider
   Mailbox<Controls> controls_in_;
