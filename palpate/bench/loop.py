@@ -13,9 +13,8 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, Protocol
 
-from palpate.scene import Scene, rig
-
 from palpate import _core
+from palpate.scene import Scene, rig
 
 Result = dict[str, Any]
 Progress = Callable[[str], None]
