@@ -1,0 +1,132 @@
+"""Torques that render a force: power balance, the paper's reduced mode, limits, the platform controller."""
+
+import numpy as np
+import pytest
+
+import palpate
+from palpate import _core
+
+PLATFORM = 3
+
+
+@pytest.fixture(scope="module")
+def mtm():
+    return palpate.Arm.mtm("right")
+
+
+@pytest.fixture
+def options():
+    options = _core.TorqueOptions()
+    options.platform_gain = 0.0
+    return options
+
+
+@pytest.fixture
+def states(mtm):
+    rng = np.random.default_rng(11)
+    return [(rng.uniform(mtm.q_min, mtm.q_max), rng.normal(0, 0.5, 7), rng.normal(0, 0.3, 6)) for _ in range(50)]
+
+
+def test_torque_and_force_deliver_the_same_power(mtm, options, states):
+    torque = _core.Torque(options, 1e3 * mtm.tau_max)
+    for q, v, F in states:
+        tau_force, tau_gravity, tau_platform, rendered, limited = torque.step(mtm, q, v, F)
+        assert tau_force @ v == pytest.approx(F @ (mtm.jacobian(q) @ v), abs=1e-12)
+        assert np.array_equal(rendered, F)
+        assert np.allclose(tau_gravity, mtm.gravity(q), atol=1e-15)
+        assert not tau_platform.any()
+        assert not limited
+
+
+def test_paper_mode_commands_no_wrist_torque(mtm, options, states):
+    """Section 2.3 of the paper (READINGS 7): exactly zero, gravity and platform included."""
+    options.mode, options.platform_gain = "paper", 1.0
+    torque = _core.Torque(options, mtm.tau_max)
+    for q, v, F in states:
+        *terms, rendered, _ = torque.step(mtm, q, v, F)
+        assert not np.sum(terms, axis=0)[3:].any()
+        assert not rendered[3:].any()
+
+
+def test_paper_mode_uses_the_wrist_centres_jacobian(mtm, options, states):
+    options.mode = "paper"
+    torque = _core.Torque(options, 1e3 * mtm.tau_max)
+    for q, v, F in states:
+        tau_force, tau_gravity, *_ = torque.step(mtm, q, v, F)
+        h, J = 1e-6, np.zeros((3, 3))
+        for k in range(3):
+            step = h * np.eye(7)[k]
+            J[:, k] = (mtm.fk(q + step) - mtm.fk(q - step))[:3, 3] / (2 * h)
+        assert np.allclose(tau_force[:3], J.T @ F[:3], atol=1e-8)
+        assert np.allclose(tau_gravity[:3], mtm.gravity(q)[:3])
+
+
+def test_a_pure_force_needs_no_wrist_torque_in_full_mode_either(mtm, options, states):
+    """The wrist axes meet at the handle: both modes render a pure force alike."""
+    torque = _core.Torque(options, 1e3 * mtm.tau_max)
+    for q, v, F in states:
+        tau_force, *_ = torque.step(mtm, q, v, np.r_[F[:3], 0, 0, 0])
+        assert np.abs(tau_force[3:]).max() < 1e-15
+
+
+def test_drive_limits_scale_the_force_and_keep_its_direction(mtm, options, states):
+    torque = _core.Torque(options, mtm.tau_max)
+    for q, v, F in states:
+        big = 100.0 * np.r_[F[:3], 0, 0, 0]
+        tau_force, tau_gravity, tau_platform, rendered, limited = torque.step(mtm, q, v, big)
+        tau = tau_force + tau_gravity + tau_platform
+        assert limited
+        assert (np.abs(tau) <= mtm.tau_max + 1e-12).all()
+        assert np.linalg.norm(np.cross(rendered[:3], big[:3])) < 1e-9 * np.linalg.norm(big) ** 2
+        assert rendered @ big >= 0
+        assert np.allclose(tau_force, mtm.jacobian(q).T @ rendered, atol=1e-12)
+        assert np.isclose(np.abs(tau) / mtm.tau_max, 1.0).any()  # as much as the drives can give
+
+
+def test_gravity_has_the_first_claim_on_the_drives(mtm, options):
+    q = np.zeros(7)
+    weak = np.full(7, 0.5 * np.abs(mtm.gravity(q)).max())
+    tau_force, tau_gravity, _, rendered, limited = _core.Torque(options, weak).step(
+        mtm, q, 0 * q, np.array([0, 0, 5.0, 0, 0, 0])
+    )
+    assert limited
+    assert (np.abs(tau_force + tau_gravity) <= weak + 1e-12).all()
+    assert np.linalg.norm(rendered) < 5.0
+
+
+def test_gravity_gain_and_a_wrong_model(mtm, options):
+    q = np.array([0.1, 0.3, -0.2, 0.4, 0.8, 0.2, 0.3])
+    options.gravity_gain = 0.7
+    _, tau_gravity, *_ = _core.Torque(options, mtm.tau_max).step(
+        mtm.with_scaled_masses(np.full(7, 1.1)), q, 0 * q, np.zeros(6)
+    )
+    assert np.allclose(tau_gravity, 0.77 * mtm.gravity(q))
+
+
+@pytest.mark.parametrize(
+    ("q5", "q6", "v4", "expected"),
+    [
+        (0.0, 0.1, 0.0, 0.5 * 0.1),  # error = q6 cos(q5)
+        (np.pi / 2, 0.1, 0.0, 0.0),  # the platform is in line: it has nothing to do
+        (0.0, 0.7, 0.0, 0.5 * 0.05 * np.pi),  # the goal is at most 9 degrees away
+        (0.0, 0.0, 0.4, -0.5 * 0.1 * 0.4),
+        (0.0, 0.0, -1e3, 0.4),  # capped
+    ],
+)
+def test_platform_controller_is_the_real_ones(mtm, q5, q6, v4, expected):
+    q, v = np.zeros(7), np.zeros(7)
+    q[4], q[5], v[3] = q5, q6, v4
+    _, _, tau_platform, *_ = _core.Torque(_core.TorqueOptions(), 1e3 * mtm.tau_max).step(mtm, q, v, np.zeros(6))
+    assert tau_platform[PLATFORM] == pytest.approx(expected, abs=1e-12)
+    assert not np.delete(tau_platform, PLATFORM).any()
+
+
+def test_impossible_options_are_named(mtm):
+    options = _core.TorqueOptions()
+    with pytest.raises(ValueError, match=r"torque mode must be 'full' or 'paper'.*got 'fancy'"):
+        options.mode = "fancy"
+    with pytest.raises(ValueError, match="tau_max must be above zero"):
+        _core.Torque(options, np.zeros(7))
+    options.platform_gain = 2.0
+    with pytest.raises(ValueError, match=r"platform_gain must lie in 0\.\.1"):
+        _core.Torque(options, mtm.tau_max)
