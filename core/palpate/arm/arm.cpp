@@ -76,10 +76,7 @@ pinocchio::Model parse(const std::string& xml) {
 
 struct Arm::Impl {
   explicit Impl(const pinocchio::Model& m, const std::string& tip_frame)
-      : model(std::move(m)),
-        data(model),
-        tip_id(model.getBodyId(tip_frame)),
-        tip_joint(model.frames[tip_id].parentJoint) {
+      : model(m), data(model), tip_id(model.getBodyId(tip_frame)), tip_joint(model.frames[tip_id].parentJoint) {
     const Eigen::Index n = model.nv;
     q_min = model.lowerPositionLimit;
     q_max = model.upperPositionLimit;
