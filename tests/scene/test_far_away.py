@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from palpate import _core
 from palpate.mesh import Mesh
 from palpate.shapes import analytic
 
@@ -14,3 +15,11 @@ def test_points_absurdly_far_away(far):
     assert ((triangle >= -1) & (triangle < len(mesh.triangles))).all()
     assert np.isfinite(point[triangle >= 0]).all()
     assert not np.isnan(distance).any()
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf])
+def test_what_is_no_point_has_no_nearest(wrong):
+    mesh = _core.Mesh(*analytic.Sphere().mesh(1000))
+    distance, _, _, triangle = mesh.closest(np.array([[wrong, 0.0, 0.0], [0.0, 0.0, wrong]]), np.inf)
+    assert (triangle == -1).all()
+    assert not (distance < np.inf).any()

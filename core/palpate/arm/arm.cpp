@@ -75,8 +75,11 @@ pinocchio::Model parse(const std::string& xml) {
 }  // namespace
 
 struct Arm::Impl {
-  explicit Impl(const pinocchio::Model& m, const std::string& tip_frame)
-      : model(m), data(model), tip_id(model.getBodyId(tip_frame)), tip_joint(model.frames[tip_id].parentJoint) {
+  explicit Impl(pinocchio::Model m, const std::string& tip_frame)
+      : model(std::move(m)),
+        data(model),
+        tip_id(model.getBodyId(tip_frame)),
+        tip_joint(model.frames[tip_id].parentJoint) {
     const Eigen::Index n = model.nv;
     q_min = model.lowerPositionLimit;
     q_max = model.upperPositionLimit;
@@ -166,13 +169,13 @@ Arm Arm::from_urdf(const std::string& xml, const std::string& base_frame, const 
     throw std::runtime_error("the arm's base frame '" + base_frame +
                              "' is not the root of the URDF; name the root link, or make this link the root");
   }
-  const pinocchio::Model model = chain(whole, whole.frames[tip].parentJoint);
+  pinocchio::Model model = chain(whole, whole.frames[tip].parentJoint);
   if (model.nv < 1 || model.nv > kMaxJoints || model.nq != model.nv) {
     throw std::runtime_error("the chain from '" + base_frame + "' to '" + tip_frame + "' has " +
                              std::to_string(model.nv) + " degrees of freedom; 1 to " + std::to_string(kMaxJoints) +
                              " revolute or prismatic joints are supported (give continuous joints a limit)");
   }
-  Arm arm(std::make_unique<Impl>(model, tip_frame));
+  Arm arm(std::make_unique<Impl>(std::move(model), tip_frame));
   arm.update(arm.impl_->zero, arm.impl_->zero);
   return arm;
 }

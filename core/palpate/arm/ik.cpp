@@ -28,10 +28,10 @@ Error error_to(const Pose& goal, const Pose& tip) noexcept {
 
 /// dq = J^T (J J^T + lambda I)^-1 e over the joints that are free: the shortest step.
 JointVector least_step(const Jacobian& J, const Vec6& e, double lambda) noexcept {
-  Mat6 A = J.lazyProduct(J.transpose());  // not Eigen's large-matrix path
+  Mat6 A = J * J.transpose();
   A.diagonal().array() += lambda;
   const Vec6 y = A.ldlt().solve(e);
-  return J.transpose().lazyProduct(y);
+  return J.transpose() * y;
 }
 
 /// Steps towards e; a joint that would leave its limits stops there and the others take over, the worst first.

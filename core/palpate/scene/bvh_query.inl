@@ -59,6 +59,7 @@ PALPATE_TARGET inline BvhHit closest_in(const Bvh& bvh, const double p[3], const
   F8 above[3], below[3];
   for (int k = 0; k < 3; ++k) {
     const double x = (p[k] - bvh.centre[k]) * bvh.scale;
+    if (!(x - x == 0.0)) return start;  // not a number, or beyond them: nothing is near, and max() would hide it
     const double slack = 0x1p-22 * (x < 0 ? -x : x);
     above[k] = F8::all(static_cast<float>(x + slack));
     below[k] = F8::all(static_cast<float>(x - slack));
