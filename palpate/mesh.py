@@ -64,15 +64,16 @@ class Mesh:
             raise MeshError(f"unknown unit {unit!r}", where=str(path), mend=f"use one of {', '.join(check.UNITS)}")
         vertices, triangles = mesh_files.read(Path(path))
         _require_finite(vertices, str(path))
-        vertices = np.multiply(vertices, check.UNITS[unit], dtype=np.float64)
+        metres: npt.NDArray[np.float64] = np.multiply(vertices, check.UNITS[unit], dtype=np.float64)
+        del vertices  # a large file is held once
         triangles = _triangles(triangles, str(path))
-        _require_indices(triangles, len(vertices), str(path))
+        _require_indices(triangles, len(metres), str(path))
         mesh = cls.__new__(cls)
-        core = _core_if_sound(vertices, triangles)
+        core = _core_if_sound(metres, triangles)
         if core is None:
-            mesh._mend(vertices, triangles, str(path), unit)
+            mesh._mend(metres, triangles, str(path), unit)
         else:
-            del vertices, triangles  # a large file is held once
+            del metres, triangles
             mesh._take(core, str(path), unit)
         return mesh
 

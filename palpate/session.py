@@ -167,7 +167,8 @@ class Session:
 
     def latest(self) -> Ticks:
         """The newest tick as one row of `TICK`; never waits for the loop."""
-        return as_ticks(np.asarray(self._sim.latest()).reshape(1, -1))[0]
+        tick: Ticks = as_ticks(self._sim.latest().reshape(1, -1))[0]
+        return tick
 
     @property
     def controls(self) -> _core.Controls:

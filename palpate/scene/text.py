@@ -64,7 +64,7 @@ def parse(text: str, name: str) -> tuple[dict[str, Any], dict[Place, int]]:
             )
         lines: dict[Place, int] = {}
         _walk(node, (), lines, name, ())
-        data = loader.construct_document(node)  # type: ignore[no-untyped-call]
+        data = loader.construct_document(node)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         where = f"{name}:{mark.line + 1}" if mark else name

@@ -93,7 +93,9 @@ def test_real_time_keeps_pace_and_every_tick(tmp_path):
     assert summary.ticks >= 1000
     ticks = Record.open(summary.record).ticks
     assert len(ticks) == summary.ticks
-    np.testing.assert_allclose(np.diff(ticks["t"]), 0.001, atol=1e-9)
+    periods = np.rint(np.diff(ticks["t"]) / 0.001)
+    assert periods.min() == 1  # a missed deadline shows as a gap, and is counted
+    assert (periods - 1).sum() <= summary.missed_ticks
 
 
 def test_start_and_stop_for_viewers():

@@ -1,0 +1,53 @@
+"""The command line: `palpate run`, `replay`, `report`, `check`, `bench`, `schema`. Parts load when they are used."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import warnings
+from typing import Any
+
+from palpate.errors import PalpateError, PalpateWarning
+
+MISTAKE, INTERRUPTED = 2, 130  # exit codes: the user can mend it; Ctrl-C
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run one command; returns the exit code: 0 done, 2 a mistake that the message explains, 130 Ctrl-C."""
+    args = sys.argv[1:] if args is None else args
+    if args in (["--version"], ["-V"]):
+        from palpate import __version__
+
+        print(f"palpate {__version__}")
+        return 0
+    warnings.showwarning = _show_warning
+    warnings.simplefilter("always", PalpateWarning)
+    signal.signal(signal.SIGTERM, _terminated)
+    try:
+        from palpate.cli.commands import dispatch
+
+        return dispatch(args)
+    except PalpateError as error:
+        print(_paint(f"error: {error}", 31), file=sys.stderr)
+        return MISTAKE
+    except KeyboardInterrupt:
+        print("stopped", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:  # the reader of our output has gone, e.g. `| head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+
+
+def _terminated(*_: Any) -> None:
+    raise KeyboardInterrupt
+
+
+def _show_warning(message: Any, category: type[Warning], *place: Any, **more: Any) -> None:
+    name = "warning" if issubclass(category, PalpateWarning) else category.__name__
+    print(_paint(f"{name}: {message}", 33), file=sys.stderr)
+
+
+def _paint(text: str, colour: int) -> str:
+    first, colon, rest = text.partition(":")
+    return f"\033[{colour}m{first}{colon}\033[0m{rest}" if sys.stderr.isatty() else text

@@ -1,0 +1,34 @@
+"""`palpate bench`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+from rich.console import Console
+
+from palpate.cli.output import require_writable, say, write_json
+
+
+def bench(what: Literal["loop", "contact"], json: Path | None) -> int:
+    """Measure, print the table, write the JSON contract."""
+    console = Console(stderr=str(json) == "-", highlight=False)
+    require_writable(json)
+    if what == "loop":
+        from palpate.bench import loop
+
+        figures = loop.run(on_progress=lambda text: say(console, text))
+        say(console, loop.table(figures))
+        write_json(json, figures)
+    else:
+        from palpate.bench import contact
+
+        rows = contact.run(
+            on_row=lambda row: say(
+                console,
+                f"{row['shape']} {row['triangles']:,} {row['path']} {row['method']}: p50 {row['p50_us']:.2f} us",
+            )
+        )
+        console.print(contact.table(rows))
+        write_json(json, rows)
+    return 0

@@ -1,0 +1,86 @@
+"""`palpate check`."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from palpate.cli.output import say, write_json
+from palpate.errors import PalpateWarning
+from palpate.mesh import Mesh, Unit
+
+_SCENES = (".yaml", ".yml")
+
+
+def check(path: Path, unit: Unit, json: Path | None) -> int:
+    """Look at a scene or mesh; warnings are told, mistakes are raised. Returns the exit code."""
+    console = Console(stderr=str(json) == "-", highlight=False)
+    is_scene = path.suffix.lower() in _SCENES
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        result = _scene(path, console) if is_scene else _mesh(path, unit, console)
+    told = [str(w.message) for w in caught if issubclass(w.category, PalpateWarning)]
+    for text in told:
+        say(console, text, "warning:", "yellow")
+    verdict = "ready to run" if is_scene else "good to touch"
+    say(console, f"{path}: {verdict}" + (f", {len(told)} warnings" if told else ""))
+    write_json(json, {"file": str(path), "ok": True, "warnings": told, **result})
+    return 0
+
+
+def _mesh(path: Path, unit: Unit, console: Console) -> dict[str, Any]:
+    mesh = Mesh.load(path, unit)
+    _ = mesh.core  # the core may refuse what looks good
+    r = mesh.report
+    x, y, z = (1e3 * e for e in r.extents_m)
+    table = Table(show_header=False, box=None, pad_edge=False)
+    for name, value in (
+        ("triangles", f"{r.triangles:,}"),
+        ("vertices", f"{r.vertices:,}"),
+        ("extents", f"{x:.1f} x {y:.1f} x {z:.1f} mm (file in {unit})"),
+        ("parts", f"{r.components:,}"),
+        ("closed", "yes" if r.watertight else f"no: {r.open_edges:,} open edges"),
+        ("volume", f"{1e6 * r.volume_m3:,.1f} cm^3" if r.watertight else "-"),
+        ("dropped", f"{r.degenerate:,} degenerate, {r.duplicate:,} duplicate"),
+        ("turned", f"{r.turned:,} inconsistent, {r.inverted:,} inside out"),
+    ):
+        table.add_row(name, value)
+    console.print(table)
+    return {"mesh": r.to_json()}
+
+
+def _scene(path: Path, console: Console) -> dict[str, Any]:
+    from palpate.scene import Scene
+    from palpate.scene.gains import felt_stiffness
+    from palpate.scene.rig import build
+
+    scene = Scene.load(path)
+    rig = build(scene)
+    rig.simulation()
+    table = Table(box=None, pad_edge=False)
+    table.add_column("object")
+    for heading in ("triangles", "extents [mm]", "stiffness [N/m]", "felt [N/m]", "damping [N s/m]", "friction [-]"):
+        table.add_column(heading, justify="right")
+    objects = []
+    for i, (thing, surface) in enumerate(zip(scene.objects, rig.surfaces, strict=True)):
+        report, felt = surface.mesh.report, felt_stiffness(scene, i)
+        extents = " x ".join(f"{1e3 * e:.0f}" for e in report.extents_m)
+        K, B = (" ".join(f"{x:g}" for x in dict.fromkeys(v)) for v in (thing.stiffness, thing.damping))
+        table.add_row(thing.name, f"{report.triangles:,}", extents, K, f"{felt:g}", B, f"{thing.friction:g}")
+        objects.append({"name": thing.name, "felt_stiffness_N_per_m": felt, "mesh": report.to_json()})
+    console.print(table)
+    tool = (rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0))[:3, 3]
+    millimetres = ", ".join(f"{1e3 * x:.1f}" for x in tool)
+    say(console, f"tool at the start: ({millimetres}) mm in W; both arms reach the operator's path")
+    start = {
+        "p_WT_m": tool.tolist(),
+        "q_leader_rad": rig.arms.q_leader0.tolist(),
+        "q_follower_rad_m": rig.arms.q_follower0.tolist(),
+        "X_WL_m": rig.arms.X_WL.tolist(),
+        "X_WB_m": rig.arms.X_WB.tolist(),
+    }
+    return {"objects": objects, "start": start}

@@ -1,0 +1,189 @@
+"""The commands and their options. tyro turns these dataclasses into the command line and its help."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import tyro
+from tyro.conf import FlagCreatePairsOff, Positional, arg, subcommand
+
+PORT = 8080
+
+
+@dataclass
+class Run:
+    """Run a scene: the simulated hand palpates, the run is recorded and summed up.
+
+    examples:
+      palpate run scenes/palpation.yaml
+      palpate run scenes/liver.yaml --headless --duration 5 --json run.json
+      palpate run my.yaml --realtime --seed 7 --out /data/runs
+
+    With a terminal it runs in real time and then serves the 3-D viewer until Ctrl-C; without one, or with
+    --headless, it runs as fast as the machine can and ends by itself. Ctrl-C stops at any moment: the record is
+    closed, the summary is printed, the exit code is 130.
+    """
+
+    scene: Positional[Path]
+    """Scene file (YAML)."""
+    headless: bool = False
+    """No viewer, even with a terminal; lockstep unless --realtime is given."""
+    duration: Annotated[float | None, arg(metavar="SECONDS")] = None
+    """Simulated time [s]; the scene's when left out."""
+    realtime: bool = False
+    """At the pace of the clock, in a real-time thread."""
+    fast: bool = False
+    """Lockstep, as fast as the machine can: the same scene and seed give the same record, byte for byte."""
+    seed: int | None = None
+    """Instead of the scene's seed [-]."""
+    out: Annotated[Path | None, arg(metavar="DIR")] = None
+    """Folder for records and reports; the scene's record.folder when left out."""
+    json: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write the summary as JSON (docs/json.md); - writes it to the standard output, everything else to stderr."""
+    serve: bool = False
+    """Serve the viewer after the run even without a terminal."""
+    port: int = PORT
+    """Of the viewer, on 127.0.0.1; the next free one when it is taken."""
+
+    def __call__(self) -> int:
+        """Do it."""
+        from palpate.cli.run import run
+
+        return run(self)
+
+
+@dataclass
+class Replay:
+    """Show a record in the 3-D viewer until Ctrl-C.
+
+    examples:
+      palpate replay runs/palpation-20260101-120000/record.mcap
+    """
+
+    record: Positional[Path]
+    """Record (MCAP), or the folder it is in."""
+    port: int = PORT
+    """Of the viewer, on 127.0.0.1; the next free one when it is taken."""
+
+    def __call__(self) -> int:
+        """Do it."""
+        from palpate.cli.records import replay
+
+        return replay(self.record, self.port)
+
+
+@dataclass
+class Report:
+    """Sum up a record and write its HTML report with figures.
+
+    examples:
+      palpate report runs/palpation-20260101-120000/record.mcap
+      palpate report run.mcap --out liver.html
+    """
+
+    record: Positional[Path]
+    """Record (MCAP), or the folder it is in."""
+    out: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Where to write it; report.html beside the record when left out."""
+    json: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write the summary as JSON (docs/json.md); - for the standard output."""
+
+    def __call__(self) -> int:
+        """Do it."""
+        from palpate.cli.records import report
+
+        return report(self.record, self.out, self.json)
+
+
+@dataclass
+class Check:
+    """Look at a scene or a mesh without running it: what is wrong, what was mended, what is in reach.
+
+    examples:
+      palpate check scenes/palpation.yaml
+      palpate check organ.stl --unit mm
+      palpate check organ.stl --json -
+    """
+
+    file: Positional[Path]
+    """Scene (YAML) or mesh (STL, OBJ, PLY, ...)."""
+    unit: Literal["mm", "cm", "m", "in"] = "mm"
+    """Of a mesh file's numbers."""
+    json: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write the findings as JSON (docs/json.md); - for the standard output."""
+
+    def __call__(self) -> int:
+        """Do it."""
+        from palpate.cli.check import check
+
+        return check(self.file, self.unit, self.json)
+
+
+@dataclass
+class Bench:
+    """Measure this machine: the haptic loop, or the contact queries.
+
+    examples:
+      palpate bench loop
+      palpate bench contact --json contact.json
+    """
+
+    what: Positional[Literal["loop", "contact"]]
+    """loop: compute time, real-time factor, lateness; contact: the table of shapes and methods."""
+    json: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write the figures as JSON (docs/json.md); - for the standard output."""
+
+    def __call__(self) -> int:
+        """Do it."""
+        from palpate.cli.bench import bench
+
+        return bench(self.what, self.json)
+
+
+@dataclass
+class Schema:
+    """Print the JSON Schema of scene files, for editors that complete them.
+
+    examples:
+      palpate schema > scene.schema.json
+    """
+
+    out: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write it to a file instead."""
+
+    def __call__(self) -> int:
+        """Do it."""
+        from palpate.cli.output import write_text
+        from palpate.scene.schema import schema_text
+
+        if self.out is None:
+            print(schema_text(), end="")
+        else:
+            write_text(self.out, schema_text())
+        return 0
+
+
+Command = (
+    Annotated[Run, subcommand("run")]
+    | Annotated[Replay, subcommand("replay")]
+    | Annotated[Report, subcommand("report")]
+    | Annotated[Check, subcommand("check")]
+    | Annotated[Bench, subcommand("bench")]
+    | Annotated[Schema, subcommand("schema")]
+)
+
+
+def dispatch(args: Sequence[str]) -> int:
+    """Parse the arguments and run the command; wrong arguments exit with 2 and say what is possible."""
+    command = tyro.cli(
+        Command,
+        prog="palpate",
+        description="Feel virtual and scanned anatomy through a surgical robot's master arm.\n\n"
+        "examples:\n  palpate run scenes/palpation.yaml\n  palpate check my_organ.stl\n  palpate --version",
+        args=list(args) or ["--help"],
+        config=(FlagCreatePairsOff,),
+    )
+    return int(command())

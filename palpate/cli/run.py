@@ -1,0 +1,88 @@
+"""`palpate run`."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+
+from palpate.cli import INTERRUPTED
+from palpate.cli.output import require_writable, say, write_json
+from palpate.cli.progress import Progress
+from palpate.cli.view import require_viewer, serve
+from palpate.errors import MissingExtraError, PalpateError
+from palpate.scene import Scene
+from palpate.session import Session
+from palpate.summary import Summary
+
+if TYPE_CHECKING:
+    from palpate.cli.commands import Run
+
+
+def run(o: Run) -> int:
+    """Run a scene, tell about it, serve the viewer if wanted; returns the exit code."""
+    from palpate.report.summary import summary_table
+
+    _refuse_contradictions(o)
+    console = Console(stderr=str(o.json) == "-", highlight=False)
+    viewer = o.serve or (not o.headless and sys.stdout.isatty() and sys.stdin.isatty())
+    if viewer:
+        require_viewer()
+    require_writable(o.json)
+    scene = Scene.load(o.scene)
+    session = Session(scene, out=o.out or Path(scene.record.folder), seed=o.seed)
+    duration = scene.duration if o.duration is None else o.duration
+    realtime = o.realtime or (viewer and not o.fast)
+    mode = "real time" if realtime else "lockstep, as fast as it goes"
+    with Progress(console, duration, mode) as progress:
+        summary = session.run(duration, realtime=realtime, on_progress=progress)
+    summary = _with_report(summary, scene)
+    console.print(summary_table(summary))
+    _tell(console, summary)
+    write_json(o.json, summary.to_json())
+    if summary.interrupted:
+        return INTERRUPTED
+    if viewer:
+        session.recording = False
+        serve(session, o.port, console)
+    return 0
+
+
+def _refuse_contradictions(o: Run) -> None:
+    if o.realtime and o.fast:
+        raise PalpateError("--realtime and --fast contradict each other", mend="give one of them, or none")
+    if o.serve and o.headless:
+        raise PalpateError("--serve and --headless contradict each other", mend="give one of them, or none")
+    if o.duration is not None and not 0.0 < o.duration < 1e7:
+        raise PalpateError(f"--duration {o.duration:g}: must be above 0 s", mend="give seconds, e.g. --duration 20")
+    if o.seed is not None and not 0 <= o.seed < 2**64:
+        raise PalpateError(f"--seed {o.seed}: must be a whole number from 0", mend="give e.g. --seed 1")
+
+
+def _with_report(summary: Summary, scene: Scene) -> Summary:
+    """The report beside the record; a report that cannot be made is told and costs nothing else."""
+    if not scene.record.report or summary.record is None:
+        return summary
+    try:
+        from palpate.report import write_report
+
+        return replace(summary, report=str(write_report(Path(summary.record))))
+    except MissingExtraError as error:
+        print(f"no report: {error}", file=sys.stderr)
+        return summary
+    except (PalpateError, OSError) as error:
+        return replace(summary, faults=(*summary.faults, f"no report: {error}"))
+
+
+def _tell(console: Console, summary: Summary) -> None:
+    if summary.interrupted:
+        say(console, "stopped by Ctrl-C; everything up to here is kept")
+    for fault in summary.faults:
+        say(console, fault, "fault:", "red")
+    if summary.record is not None:
+        say(console, f"record: {summary.record}")
+    if summary.report is not None:
+        say(console, f"report: {summary.report}")

@@ -1,0 +1,118 @@
+"""`palpate check`: the verdict on a scene or a mesh without running it."""
+
+import json
+import struct
+
+import numpy as np
+import pytest
+
+from palpate.scene.schema import schema_text
+
+CUBE_V = 40.0 * np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+CUBE_T = np.array(
+    [
+        *([0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]),
+        *([2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]),
+    ]
+)
+
+
+def write_cube(path, t=CUBE_T):
+    facets = b"".join(struct.pack("<12fH", 0, 0, 0, *CUBE_V[row].ravel(), 0) for row in t)
+    path.write_bytes(b"\0" * 80 + struct.pack("<I", len(t)) + facets)
+    return path
+
+
+def test_a_sound_mesh(palpate, tmp_path):
+    done = palpate("check", write_cube(tmp_path / "cube.stl"), "--json", tmp_path / "check.json")
+    assert done.code == 0
+    assert "40.0 x 40.0 x 40.0 mm (file in mm)" in done.out
+    assert "good to touch" in done.out
+    told = json.loads((tmp_path / "check.json").read_text())
+    assert told["ok"]
+    assert told["warnings"] == []
+    assert told["mesh"]["watertight"]
+    assert told["mesh"]["volume_m3"] == pytest.approx(6.4e-5)
+
+
+def test_a_mesh_with_faults_is_told_each_of_them(palpate, tmp_path):
+    done = palpate("check", write_cube(tmp_path / "cube.stl", np.vstack([CUBE_T[1:, ::-1], CUBE_T[3, ::-1]])))
+    assert done.code == 0
+    assert "warning: " in done.out
+    assert "1 duplicate triangles: dropped" in done.out
+    assert "the surface is open: 3 edges" in done.out
+    assert "2 warnings" in done.out
+
+
+def test_a_wrong_unit_is_betrayed(palpate, tmp_path):
+    done = palpate("check", write_cube(tmp_path / "cube.stl"), "--unit", "m")
+    assert "the largest extent is 40 m with unit m: is the unit right?" in done.out
+    assert "unit: mm would make it 0.04 m" in done.out
+
+
+def test_a_scene(palpate, scene, tmp_path):
+    done = palpate("check", scene, "--json", tmp_path / "check.json")
+    assert done.code == 0, done.err
+    assert "ready to run" in done.out
+    told = json.loads((tmp_path / "check.json").read_text())
+    assert told["objects"][0]["felt_stiffness_N_per_m"] == pytest.approx(200.0)
+    assert len(told["start"]["q_leader_rad"]) == 7
+
+
+def test_own_stl_in_five_lines(palpate, tmp_path):
+    write_cube(tmp_path / "organ.stl")
+    (tmp_path / "own.yaml").write_text(
+        "objects:\n  - mesh: organ.stl\n    unit: mm\n    stiffness: 500\n    friction: 0.1\n"
+    )
+    done = palpate("check", tmp_path / "own.yaml")
+    assert done.code == 0, done.err
+    done = palpate("run", tmp_path / "own.yaml", "--headless", "--duration", 3, "--json", tmp_path / "run.json")
+    assert done.code == 0, done.err
+    assert json.loads((tmp_path / "run.json").read_text())["contact_s"] > 0.3
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("    stiffness: 4000", "soft.yaml:4: object 'organ': stiffness 4000 N/m is more than the caps can hold"),
+        ("    stiffness: 4000", "at 20 mm/s the force would grow by 80 N/s; stability.rate_cap is 50 N/s"),
+        ("    stiffness: 4000", "mend: at most 2500 N/m"),
+        ("stability: {rate_cap: 1000}\n_: [{stiffness: 4000}]", "unknown key '_'"),
+        ("arms: {follower: {base: {xyz: [0, 0, 0.6]}}}", "follower psm_lnd cannot reach its start pose"),
+        ("arms: {follower: {start: {xyz: [1, 0, 0]}}}", "soft.yaml:9: follower psm_lnd cannot reach its start"),
+        ("arms: {leader: {start: [3, 0, 0, 0, 0, 0, 0]}}", "rad is outside its limits, -1.134 to 0.698 rad"),
+        ("mapping: {scale: 0.02}", "leader mtm_right cannot reach the operator's path"),
+    ],
+)  # fmt: skip
+def test_what_cannot_work_is_refused(palpate, scene, line, said):
+    text = scene.read_text()
+    scene.write_text(text.replace("    stiffness: 400", line) if line.startswith("    ") else text + line + "\n")
+    done = palpate("check", scene)
+    assert done.code == 2
+    assert said in done.err
+
+
+def test_stiffness_beyond_the_force_cap_names_it(palpate, scene):
+    scene.write_text(scene.read_text().replace("stiffness: 400", "stiffness: 4000") + "stability: {rate_cap: 1000}\n")
+    done = palpate("check", scene)
+    assert "3 N (stability.force_cap) is reached after 0.75 mm of depth" in done.err
+    assert "at most 3000 N/m" in done.err
+
+
+def test_a_palpation_force_above_the_cap_is_refused(palpate, scene):
+    scene.write_text(scene.read_text().replace("approach: 0.4", "force: 5.0"))
+    done = palpate("check", scene)
+    assert "operator.palpate.force: 5 N on the hand is not below stability.force_cap, 3 N" in done.err
+
+
+def test_an_unstable_delay_is_a_warning(palpate, scene):
+    scene.write_text(scene.read_text() + "loop_delay: 0.05\n")
+    done = palpate("check", scene)
+    assert done.code == 0
+    assert "may oscillate: 200 N/m felt at 1000 Hz with 50 ms delay" in done.out
+
+
+def test_schema(palpate, tmp_path):
+    assert palpate("schema").out == schema_text()
+    assert palpate("schema", "--out", tmp_path / "s.json").code == 0
+    assert (tmp_path / "s.json").read_text() == schema_text()

@@ -1,0 +1,189 @@
+"""`palpate run`: what it writes, how it ends, what it says when something is in the way."""
+
+import hashlib
+import json
+import resource
+import signal
+import socket
+import time
+
+import pytest
+
+from palpate import __version__
+from palpate.cli.view import free_port
+from palpate.errors import PortError
+from palpate.record import Record
+from palpate.summary import summarise
+
+CONTRACT = {
+    "peak_force_N", "mean_force_N", "max_penetration_m", "contact_s", "cycle_p50_us", "cycle_p99_us", "energy_J",
+    "faults", "record", "report", "record_sha256", "cycle_p999_us", "cycle_max_us", "missed_ticks",
+}  # fmt: skip
+
+
+def test_run_writes_record_report_and_json(palpate, scene, tmp_path):
+    scene.write_text(scene.read_text().replace("report: false", "report: true"))
+    done = palpate("run", scene, "--headless", "--out", tmp_path / "o", "--json", tmp_path / "run.json")
+    assert done.code == 0, done.err
+    told = json.loads((tmp_path / "run.json").read_text())
+    assert set(told) >= CONTRACT
+    assert told["faults"] == []
+    assert 0.5 < told["peak_force_N"] < 3.0
+    assert told["contact_s"] > 0.3
+    assert f"record: {told['record']}" in done.out
+    assert f"report: {told['report']}" in done.out
+    assert "lockstep" in done.out
+    with open(told["record"], "rb") as file:
+        assert hashlib.sha256(file.read()).hexdigest() == told["record_sha256"]
+
+
+def test_summary_is_that_of_the_record(palpate, scene, tmp_path):
+    palpate("run", scene, "--headless", "--out", tmp_path / "o", "--json", tmp_path / "run.json")
+    told = json.loads((tmp_path / "run.json").read_text())
+    record = Record.open(told["record"])
+    again = summarise(record.ticks, record.rate)
+    for key in ("ticks", "peak_force_N", "mean_force_N", "max_penetration_m", "contact_s", "energy_J"):
+        assert told[key] == getattr(again, key), key
+
+
+def test_same_scene_and_seed_give_the_same_bytes(palpate, scene, tmp_path):
+    sums = []
+    for seed in (3, 3, 4):
+        palpate("run", scene, "--headless", "--seed", seed, "--out", tmp_path / "o", "--json", tmp_path / "run.json")
+        sums.append(json.loads((tmp_path / "run.json").read_text())["record_sha256"])
+    assert sums[0] == sums[1] != sums[2]
+
+
+def test_json_on_standard_output_is_alone_there(palpate, scene, tmp_path):
+    done = palpate("run", scene, "--headless", "--duration", 0.2, "--out", tmp_path / "o", "--json", "-")
+    assert json.loads(done.out)["ticks"] == 200
+    assert "record:" in done.err
+
+
+def test_last_duration_wins(palpate, scene, tmp_path):
+    """`make demo ARGS="--duration 5"` gives two of them."""
+    args = ("--duration", 20, "--headless", "--duration", 0.1, "--json", tmp_path / "run.json")
+    assert palpate("run", scene, *args).code == 0
+    assert json.loads((tmp_path / "run.json").read_text())["duration_s"] == 0.1
+
+
+def test_report_and_replay_find_the_record_in_its_folder(palpate, scene, tmp_path):
+    palpate("run", scene, "--headless", "--duration", 0.5, "--out", tmp_path / "o", "--json", tmp_path / "run.json")
+    folder = next((tmp_path / "o").iterdir())
+    done = palpate("report", folder, "--out", tmp_path / "page.html", "--json", tmp_path / "again.json")
+    assert done.code == 0, done.err
+    assert (tmp_path / "page.html").stat().st_size > 1000
+    assert json.loads((tmp_path / "again.json").read_text())["ticks"] == 500
+
+
+@pytest.mark.parametrize(
+    ("args", "said"),
+    [
+        (["run", "nowhere.yaml"], "error: nowhere.yaml: scene file not found"),
+        (["run", "soft.yaml", "--fast", "--realtime"], "--realtime and --fast contradict each other"),
+        (["run", "soft.yaml", "--serve", "--headless"], "--serve and --headless contradict each other"),
+        (["run", "soft.yaml", "--duration", "-1"], "--duration -1: must be above 0 s"),
+        (["run", "soft.yaml", "--duration", "nan"], "--duration nan: must be above 0 s"),
+        (["run", "soft.yaml", "--seed", "-1"], "--seed -1: must be a whole number from 0"),
+        (["run", "soft.yaml", "--out", "soft.yaml/x"], "records cannot be written into this folder"),
+        (["run", "soft.yaml", "--json", "no/such/dir/a.json"], "the file cannot be written"),
+        (["report", "nowhere.mcap"], "nowhere.mcap"),
+        (["replay", "soft.yaml"], "soft.yaml"),
+        (["check", "nowhere.stl"], "mesh file not found"),
+        (["schema", "--out", "no/such/dir/a.json"], "the file cannot be written"),
+    ],
+)
+def test_mistakes_exit_with_2_and_a_message(palpate, scene, args, said):
+    done = palpate(*args)
+    assert done.code == 2
+    assert said in done.err
+    assert "Traceback" not in done.err
+
+
+@pytest.mark.parametrize("args", [["rnu"], ["run"], ["run", "a.yaml", "--durations", "3"], ["bench", "everything"]])
+def test_wrong_arguments_exit_with_2(palpate, args):
+    done = palpate(*args)
+    assert done.code == 2
+    assert "Traceback" not in done.err
+
+
+@pytest.mark.parametrize("command", ["run", "replay", "report", "check", "bench", "schema"])
+def test_help_has_examples(palpate, command):
+    done = palpate(command, "--help")
+    assert done.code == 0
+    assert f"palpate {command}" in done.out
+
+
+def test_no_arguments_show_the_commands(palpate):
+    done = palpate()
+    assert done.code == 0
+    assert all(word in done.out for word in ("run", "replay", "report", "check", "bench", "schema"))
+
+
+def test_version_is_told_without_loading_the_core(spawn):
+    done = spawn("--version")
+    out, _ = done.communicate(timeout=60)
+    assert (done.returncode, out) == (0, f"palpate {__version__}\n")
+
+
+def test_a_busy_port_gives_the_next_free_one():
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        assert port < free_port(port) <= port + 20
+
+
+def test_a_port_that_does_not_exist():
+    with pytest.raises(PortError, match="port 70000 does not exist"):
+        free_port(70000)
+
+
+@pytest.mark.parametrize("mode", ["--realtime", "--fast"])
+@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM])
+def test_interrupt_keeps_the_record_and_tells_the_summary(spawn, scene, tmp_path, mode, end):
+    args = ("--headless", mode, "--duration", 600, "--out", tmp_path / "o", "--json", tmp_path / "run.json")
+    process = spawn("run", scene, *args)
+    assert "force" in process.stdout.readline()  # it runs
+    time.sleep(0.5)
+    process.send_signal(end)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 130, err
+    assert "stopped by Ctrl-C" in out
+    assert "Traceback" not in err
+    told = json.loads((tmp_path / "run.json").read_text())
+    assert told["interrupted"] is True
+    record = Record.open(told["record"])
+    assert record.complete
+    assert len(record.ticks) == told["ticks"] > 0
+
+
+def test_interrupt_while_loading_is_silent(spawn, scene):
+    process = spawn("run", scene, "--headless")
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=60)
+    assert process.returncode in (130, -signal.SIGINT)  # the interpreter itself was still starting
+
+
+def test_a_full_disk_ends_the_record_not_the_run(spawn, scene, tmp_path):
+    def small_files():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (400_000, 400_000))
+
+    args = ("--headless", "--duration", 2, "--out", tmp_path / "o", "--json", tmp_path / "run.json")
+    process = spawn("run", scene, *args, preexec_fn=small_files)
+    out, err = process.communicate(timeout=100)
+    assert process.returncode == 0, err
+    told = json.loads((tmp_path / "run.json").read_text())
+    assert told["ticks"] == 2000
+    assert told["record_sha256"] is None
+    assert any("recording stopped after" in fault for fault in told["faults"])
+    assert "recording stopped after" in out
+    assert 0 < len(Record.open(told["record"]).ticks) < 2000
+
+
+def test_output_to_a_closed_pipe_is_no_traceback(spawn, scene):
+    process = spawn("run", scene, "--headless", "--duration", 0.2)
+    process.stdout.close()
+    process.stdout = None
+    _, err = process.communicate(timeout=60)
+    assert "Traceback" not in err
