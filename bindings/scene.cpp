@@ -1,5 +1,3 @@
-#include "palpate/scene/mesh.hpp"
-
 #include <nanobind/eigen/dense.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/shared_ptr.h>
@@ -10,6 +8,7 @@
 
 #include "bindings.hpp"
 #include "convert.hpp"
+#include "palpate/scene/mesh.hpp"
 #include "palpate/scene/mesh_impl.hpp"
 #include "palpate/scene/snapshot.hpp"
 
@@ -21,10 +20,17 @@ namespace {
 using Rows = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 using Triples = nb::ndarray<const std::int32_t, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 
+using FloatRows = nb::ndarray<const float, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+
+std::shared_ptr<scene::Mesh> build_float(const FloatRows& vertices, const Triples& triangles, double scale) {
+  const nb::gil_scoped_release release;
+  return std::const_pointer_cast<scene::Mesh>(
+      scene::Mesh::build({vertices.data(), vertices.size()}, {triangles.data(), triangles.size()}, scale));
+}
+
 std::shared_ptr<scene::Mesh> build(const Rows& vertices, const Triples& triangles) {
   const nb::gil_scoped_release release;
-  const auto mesh =
-      scene::Mesh::build({vertices.data(), vertices.size()}, {triangles.data(), triangles.size()});
+  const auto mesh = scene::Mesh::build({vertices.data(), vertices.size()}, {triangles.data(), triangles.size()});
   return std::const_pointer_cast<scene::Mesh>(mesh);  // nanobind holds no pointers to const; nothing here writes
 }
 
@@ -33,6 +39,12 @@ nb::object array(std::vector<T>&& values, std::initializer_list<std::size_t> sha
   auto* owned = new std::vector<T>(std::move(values));
   nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
   return nb::cast(nb::ndarray<nb::numpy, T>(owned->data(), shape, owner));
+}
+
+/// Rows of three that stay where they are, kept alive by their mesh.
+template <class T>
+nb::object view(nb::handle owner, std::span<const T> values) {
+  return nb::cast(nb::ndarray<nb::numpy, const T>(values.data(), {values.size() / 3, 3}, owner));
 }
 
 nb::tuple closest(const scene::Mesh& mesh, const Rows& points, double max_distance) {
@@ -86,7 +98,9 @@ void bind_mesh(nb::module_& m) {
       .def_ro("flat", &scene::MeshReport::flat, "kept: three corners on a line")
       .def_ro("boundary_edges", &scene::MeshReport::boundary_edges, "of one triangle only")
       .def_ro("branching_edges", &scene::MeshReport::branching_edges, "of three triangles or more")
-      .def_ro("inconsistent_edges", &scene::MeshReport::inconsistent_edges, "whose triangles are wound against each other")
+      .def_ro("inconsistent_edges", &scene::MeshReport::inconsistent_edges,
+              "whose triangles are wound against each other")
+      .def_ro("parts", &scene::MeshReport::parts, "that share no vertex")
       .def_ro("closed", &scene::MeshReport::closed, "no such edges")
       .def_ro("inverted", &scene::MeshReport::inverted, "was closed and inside out: turned")
       .def_ro("volume", &scene::MeshReport::volume, "enclosed; 0 unless closed [m^3]")
@@ -95,16 +109,16 @@ void bind_mesh(nb::module_& m) {
   nb::class_<scene::Mesh>(m, "Mesh", "Triangles ready to be touched: welded, with normals, adjacency and a BVH.")
       .def(nb::new_(&build), nb::arg("vertices"), nb::arg("triangles"),
            "vertices (n, 3) [m], triangles (m, 3) int32; ValueError when they are no mesh.")
+      .def_static("from_float", &build_float, nb::arg("vertices"), nb::arg("triangles"), nb::arg("scale"),
+                  "The same from float32 (n, 3) times `scale`, as STL files have it: half the memory on the way.")
       .def_prop_ro("triangle_count", &scene::Mesh::triangle_count)
       .def_prop_ro("report", &scene::Mesh::report)
-      .def_prop_ro("vertices", [](const scene::Mesh& mesh) {
-        const auto v = mesh.vertices();
-        return array(std::vector<double>(v.begin(), v.end()), {v.size() / 3, 3});
-      }, "welded, (n, 3) [m]")
-      .def_prop_ro("triangles", [](const scene::Mesh& mesh) {
-        const auto t = mesh.triangles();
-        return array(std::vector<std::int32_t>(t.begin(), t.end()), {t.size() / 3, 3});
-      }, "of welded vertices, (m, 3)")
+      .def_prop_ro(
+          "vertices", [](nb::handle self) { return view(self, nb::cast<const scene::Mesh&>(self).vertices()); },
+          "welded, (n, 3) [m], read-only")
+      .def_prop_ro(
+          "triangles", [](nb::handle self) { return view(self, nb::cast<const scene::Mesh&>(self).triangles()); },
+          "of welded vertices, (m, 3), read-only")
       .def("closest", &closest, nb::arg("points"), nb::arg("max_distance") = INFINITY,
            "points (n, 3) [m] -> distance (n,), point (n, 3), normal (n, 3), triangle (n,); inf and -1 beyond it.")
       .def("sweep", &scene::Mesh::sweep, nb::arg("a"), nb::arg("b"), nb::arg("radius"),
@@ -120,33 +134,35 @@ void bind_scene(nb::module_& m) {
   bind_mesh(m);
   m.def("bvh_has_avx2", &scene::bvh_has_avx2, "This machine runs the AVX2 kernel.");
   nb::class_<scene::Material>(m, "Material", "How an object feels: diagonal K and B along the axes of W.")
-      .def("__init__",
-           [](scene::Material* self, const Vec3& K, const Vec3& B, double mu) {
-             new (self) scene::Material{K, B, mu};
-           },
-           nb::arg("K") = scene::Material{}.K, nb::arg("B") = scene::Material{}.B, nb::arg("mu") = scene::Material{}.mu)
+      .def(
+          "__init__",
+          [](scene::Material* self, const Vec3& K, const Vec3& B, double mu) { new (self) scene::Material{K, B, mu}; },
+          nb::arg("K") = scene::Material{}.K, nb::arg("B") = scene::Material{}.B, nb::arg("mu") = scene::Material{}.mu)
       .def_rw("K", &scene::Material::K, "stiffness [N/m]")
       .def_rw("B", &scene::Material::B, "damping [N s/m]")
       .def_rw("mu", &scene::Material::mu, "Coulomb friction coefficient [-]");
   nb::class_<scene::Object>(m, "Object", "A mesh at a pose, made of a material.")
-      .def("__init__",
-           [](scene::Object* self, std::string name, std::shared_ptr<scene::Mesh> mesh, const Matrix4& X_WO,
-              const scene::Material& material) {
-             new (self) scene::Object{std::move(name), std::move(mesh), to_pose(X_WO), material};
-           },
-           nb::arg("name"), nb::arg("mesh"), nb::arg("X_WO") = Matrix4(Matrix4::Identity()),
-           nb::arg("material") = scene::Material{})
+      .def(
+          "__init__",
+          [](scene::Object* self, std::string name, std::shared_ptr<scene::Mesh> mesh, const Matrix4& X_WO,
+             const scene::Material& material) {
+            new (self) scene::Object{std::move(name), std::move(mesh), to_pose(X_WO), material};
+          },
+          nb::arg("name"), nb::arg("mesh"), nb::arg("X_WO") = Matrix4(Matrix4::Identity()),
+          nb::arg("material") = scene::Material{})
       .def_ro("name", &scene::Object::name)
       .def_prop_ro("mesh", [](const scene::Object& o) { return std::const_pointer_cast<scene::Mesh>(o.mesh); })
-      .def_prop_rw("X_WO", [](const scene::Object& o) { return to_matrix(o.X_WO); },
-                   [](scene::Object& o, const Matrix4& X) { o.X_WO = to_pose(X); }, "pose in W, 4x4")
+      .def_prop_rw(
+          "X_WO", [](const scene::Object& o) { return to_matrix(o.X_WO); },
+          [](scene::Object& o, const Matrix4& X) { o.X_WO = to_pose(X); }, "pose in W, 4x4")
       .def_rw("material", &scene::Object::material);
   nb::class_<scene::Snapshot>(m, "Snapshot", "The world at one instant.")
-      .def("__init__",
-           [](scene::Snapshot* self, std::vector<scene::Object> objects) {
-             new (self) scene::Snapshot{std::move(objects)};
-           },
-           nb::arg("objects"))
+      .def(
+          "__init__",
+          [](scene::Snapshot* self, std::vector<scene::Object> objects) {
+            new (self) scene::Snapshot{std::move(objects)};
+          },
+          nb::arg("objects"))
       .def_ro("objects", &scene::Snapshot::objects);
 }
 

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 
 
-
-
 Surface: TypeAlias = "Mesh | _core.Mesh | tuple[npt.ArrayLike, npt.ArrayLike]"
 
 

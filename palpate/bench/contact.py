@@ -109,18 +109,19 @@ def measure(file: Path, shape: str, path: str, method: str) -> Row:
     quality = _quality(felt.force[way.steady], phi[way.steady], normal[way.steady])
     middle = (felt.force[1:] + felt.force[:-1]) / 2
     p50, p99 = np.percentile(felt.latency[WARM_UP:] * 1e6, [50, 99])
-    return Row(
-        shape=shape,
-        triangles=mesh.triangle_count,
-        path=path,
-        method=method,
-        p50_us=float(p50),
-        p99_us=float(p99),
+    row: Row = {
+        "shape": shape,
+        "triangles": mesh.triangle_count,
+        "path": path,
+        "method": method,
+        "p50_us": float(p50),
+        "p99_us": float(p99),
         **quality,  # type: ignore[typeddict-item]
-        energy_mJ=float((middle * np.diff(way.tips, axis=0)).sum() * 1e3),
-        load_s=load_s,
-        memory_MB=memory,
-    )
+        "energy_mJ": float((middle * np.diff(way.tips, axis=0)).sum() * 1e3),
+        "load_s": load_s,
+        "memory_MB": memory,
+    }
+    return row
 
 
 def _quality(force: Array, phi: Array, normal: Array) -> dict[str, float | int]:
@@ -157,7 +158,8 @@ def _status_mb(key: str) -> float:
 
 def _write_stl(file: Path, vertices: Array, triangles: NDArray[np.int32]) -> None:
     """Binary STL in millimetres."""
-    facets = np.zeros(len(triangles), np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")]))
+    facet = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+    facets = np.zeros(len(triangles), facet)
     facets["corners"] = vertices[triangles] * 1e3
     file.write_bytes(b"palpate bench".ljust(80) + np.uint32(len(triangles)).tobytes() + facets.tobytes())
 
@@ -177,7 +179,7 @@ PROTOTYPE: dict[tuple[str, int], tuple[float, ...]] = {
 def table(rows: Iterable[Row]) -> Table:
     """The rows for a terminal, each deep one above the prototype's figures on the same input."""
     out = Table(title="Contact: latency and quality over a steady slide (r = 2 mm, k = 500 N/m)")
-    columns = ("shape", "triangles", "path", "method", "p50/p99 [us]", "direction med/p95/max [deg]")
+    columns: tuple[str, ...] = ("shape", "triangles", "path", "method", "p50/p99 [us]", "direction med/p95/max [deg]")
     columns += ("magnitude p95/max [mN]", "step [deg/mN]", "lost", "flipped", "energy [mJ]", "load [s]", "memory [MB]")
     for i, column in enumerate(columns):
         out.add_column(column, justify="left" if i in (0, 2, 3) else "right")
@@ -187,7 +189,8 @@ def table(rows: Iterable[Row]) -> Table:
             f"{r['direction_median_deg']:.3f}/{r['direction_p95_deg']:.3f}/{r['direction_max_deg']:.3f}",
             f"{r['magnitude_p95_mN']:.2f}/{r['magnitude_max_mN']:.2f}",
             f"{r['step_deg']:.2f}/{r['step_mN']:.2f}",
-            *(str(r["lost"]), str(r["flipped"]), f"{r['energy_mJ']:.3f}", f"{r['load_s']:.2f}", f"{r['memory_MB']:.0f}"),
+            *(str(r["lost"]), str(r["flipped"]), f"{r['energy_mJ']:.3f}"),
+            *(f"{r['load_s']:.2f}", f"{r['memory_MB']:.0f}"),
         )
         size = min(SIZES, key=lambda n: abs(np.log(n / r["triangles"])))
         reference = PROTOTYPE.get((r["shape"], size)) if r["path"] == "deep" else None

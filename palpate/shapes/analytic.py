@@ -44,14 +44,17 @@ class Sphere(Shape):
         self.radius = radius
 
     def mesh(self, triangles: int) -> tuple[Array, Triangles]:
+        """Geodesic: an icosahedron cut and blown up."""
         vertices, faces = _icosahedron(max(1, round((triangles / 20) ** 0.5)))
         return vertices * self.radius, faces
 
     def distance(self, points: Array) -> tuple[Array, Array]:
+        """Radial."""
         length = np.linalg.norm(points, axis=1)
         return length - self.radius, points / np.where(length > 0, length, 1.0)[:, None]
 
     def curve(self, s: Array, offset: float) -> Array:
+        """Around, up and down, at a tilt."""
         longitude, latitude = 2 * np.pi * s, 0.6 * np.sin(2 * np.pi * s / 3 + 0.3)
         direction = np.stack(
             [np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), np.sin(latitude)], axis=1
@@ -68,6 +71,7 @@ class Torus(Shape):
         self.major, self.minor = major, minor
 
     def mesh(self, triangles: int) -> tuple[Array, Triangles]:
+        """A grid of near-square cells."""
         n_minor = max(3, round((triangles / 2 * self.minor / self.major) ** 0.5))
         n_major = max(3, round(triangles / 2 / n_minor))
         u, v = np.meshgrid(np.arange(n_major), np.arange(n_minor), indexing="ij")
@@ -79,6 +83,7 @@ class Torus(Shape):
         return np.stack([ring * np.cos(u), ring * np.sin(u), (self.minor + offset) * np.sin(v)], axis=1)
 
     def distance(self, points: Array) -> tuple[Array, Array]:
+        """From the circle in the tube's middle."""
         ring = np.hypot(points[:, 0], points[:, 1])
         outward = points[:, :2] / np.where(ring > 0, ring, 1.0)[:, None]
         away = np.column_stack([outward * (ring - self.major)[:, None], points[:, 2]])
@@ -86,6 +91,7 @@ class Torus(Shape):
         return length - self.minor, away / np.where(length > 0, length, 1.0)[:, None]
 
     def curve(self, s: Array, offset: float) -> Array:
+        """Winds around the tube, five turns to one around the axis."""
         return self._at(2 * np.pi * (s / 5 + 0.013), 2 * np.pi * s + 0.4, offset)
 
 
@@ -98,6 +104,7 @@ class Box(Shape):
         self.half = np.array(size) / 2
 
     def mesh(self, triangles: int) -> tuple[Array, Triangles]:
+        """Six grids that meet at the edges."""
         x, y, z = 2 * self.half
         step = (2 * (2 * (x * y + y * z + z * x)) / triangles) ** 0.5
         counts = np.maximum(1, np.round(2 * self.half / step).astype(int))
@@ -117,6 +124,7 @@ class Box(Shape):
         return points, faces if sign > 0 else faces[:, ::-1].copy()
 
     def distance(self, points: Array) -> tuple[Array, Array]:
+        """Outside to faces, edges and corners; inside to the nearest face."""
         q = np.abs(points) - self.half
         outside = np.maximum(q, 0.0)
         length = np.linalg.norm(outside, axis=1)
@@ -174,6 +182,7 @@ class WavySheet(Shape):
         return a * np.cos(k * x) * np.cos(k * y), -a * np.sin(k * x) * np.sin(k * y)
 
     def mesh(self, triangles: int) -> tuple[Array, Triangles]:
+        """A square grid."""
         n = max(1, round((triangles / 2) ** 0.5)) + 1
         x, y = (c.ravel() for c in np.meshgrid(*[np.linspace(-self.side / 2, self.side / 2, n)] * 2, indexing="ij"))
         return np.stack([x, y, self._height(x, y)], axis=1), _grid(n, n)
@@ -199,6 +208,7 @@ class WavySheet(Shape):
         return np.asarray(n / np.linalg.norm(n, axis=1, keepdims=True))
 
     def curve(self, s: Array, offset: float) -> Array:
+        """An ellipse seen from above."""
         x = 0.36 * self.side * np.cos(2 * np.pi * s + 0.1)
         y = 0.31 * self.side * np.sin(2 * np.pi * s + 0.1)
         return np.stack([x, y, self._height(x, y)], axis=1) + offset * self._normal(x, y)
@@ -213,6 +223,7 @@ class Groove(Shape):
         self.side = side
 
     def mesh(self, triangles: int) -> tuple[Array, Triangles]:
+        """A grid with a line of vertices along the edge."""
         n = max(1, round((triangles / 4) ** 0.5))
         x, y = np.linspace(-self.side / 2, self.side / 2, 2 * n + 1), np.linspace(-self.side / 2, self.side / 2, n + 1)
         x[n] = 0.0
@@ -220,6 +231,7 @@ class Groove(Shape):
         return np.stack([xs, ys, np.abs(xs)], axis=1), _grid(len(x), len(y))
 
     def distance(self, points: Array) -> tuple[Array, Array]:
+        """Above: to the nearer half-plane; below the edge: to the edge."""
         side = np.where(points[:, 0] < 0, -1.0, 1.0)
         x, z = np.abs(points[:, 0]), points[:, 2]
         along, height = (x + z) / 2**0.5, (z - x) / 2**0.5  # on the nearer half-plane: along it, above it
@@ -232,6 +244,7 @@ class Groove(Shape):
         return np.where(on_edge, -length, height), normal
 
     def curve(self, s: Array, offset: float) -> Array:
+        """An ellipse seen from above: crosses the edge twice a turn."""
         x = 0.3 * self.side * np.cos(2 * np.pi * s)
         y = 0.25 * self.side * np.sin(2 * np.pi * s)
         side = np.where(x < 0, -1.0, 1.0)
@@ -243,7 +256,8 @@ SHAPES: dict[str, Shape] = {s.name: s for s in (Sphere(), Torus(), Box(), WavySh
 
 def _rotation(x: float, z: float) -> Array:
     cx, sx, cz, sz = np.cos(x), np.sin(x), np.cos(z), np.sin(z)
-    return np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]]) @ np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
+    about_z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
+    return np.asarray(about_z @ np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]]))
 
 
 _TILT = _rotation(0.7, 0.4)  # so that no way follows the tessellation's own lines
@@ -251,8 +265,8 @@ _TILT = _rotation(0.7, 0.4)  # so that no way follows the tessellation's own lin
 
 def _grid(n: int, m: int, wrap: bool = False) -> Triangles:
     """Two triangles for each cell of n x m points (row-major); the diagonals alternate."""
-    i, j = np.meshgrid(np.arange(n if wrap else n - 1), np.arange(m if wrap else m - 1), indexing="ij")
-    i, j = i.ravel(), j.ravel()
+    cells = np.meshgrid(np.arange(n if wrap else n - 1), np.arange(m if wrap else m - 1), indexing="ij")
+    i, j = (c.ravel() for c in cells)
     a, b = i * m + j, (i + 1) % n * m + j
     c, d = (i + 1) % n * m + (j + 1) % m, i * m + (j + 1) % m
     even = ((i + j) % 2 == 0)[:, None]
@@ -264,15 +278,13 @@ def _grid(n: int, m: int, wrap: bool = False) -> Triangles:
 def _icosahedron(frequency: int) -> tuple[Array, Triangles]:
     """Unit icosahedron, each face cut into frequency^2 triangles and blown up onto the sphere."""
     g = (1 + 5**0.5) / 2
-    corners = np.array(
-        [[-1, g, 0], [1, g, 0], [-1, -g, 0], [1, -g, 0], [0, -1, g], [0, 1, g]]
-        + [[0, -1, -g], [0, 1, -g], [g, 0, -1], [g, 0, 1], [-g, 0, -1], [-g, 0, 1]]
-    ) / (1 + g * g) ** 0.5
-    faces = np.array(
-        [[0, 11, 5], [0, 5, 1], [0, 1, 7], [0, 7, 10], [0, 10, 11], [1, 5, 9], [5, 11, 4], [11, 10, 2], [10, 7, 6]]
-        + [[7, 1, 8], [3, 9, 4], [3, 4, 2], [3, 2, 6], [3, 6, 8], [3, 8, 9], [4, 9, 5], [2, 4, 11], [6, 2, 10]]
-        + [[8, 6, 7], [9, 8, 1]]
-    )
+    corners = np.array([(0, y, z) for y in (-1, 1) for z in (-g, g)])
+    corners = np.concatenate([np.roll(corners, k, axis=1) for k in range(3)]) / (1 + g * g) ** 0.5
+    near = corners @ corners.T > 0.4  # neighbours have 1/sqrt(5), and each corner itself
+    triples = [
+        (i, j, k) for i in range(12) for j in range(i) for k in range(j) if near[i, j] and near[j, k] and near[k, i]
+    ]
+    faces = np.array([t if np.linalg.det(corners[list(t)]) > 0 else t[::-1] for t in triples])
     i, j = (c.ravel() for c in np.meshgrid(np.arange(frequency + 1), np.arange(frequency + 1), indexing="ij"))
     i, j = i[i + j <= frequency], j[i + j <= frequency]
     row = np.full((frequency + 2, frequency + 2), -1)
@@ -295,5 +307,6 @@ def _icosahedron(frequency: int) -> tuple[Array, Triangles]:
 
 def _weld(points: Array, triangles: NDArray[np.int_]) -> tuple[Array, Triangles]:
     """Corners and edges that neighbouring faces computed each for itself, to the last bits, become one."""
-    _, first, inverse = np.unique(np.round(points * 2**40).astype(np.int64), axis=0, return_index=True, return_inverse=True)
+    key = np.round(points * 2**40).astype(np.int64)
+    _, first, inverse = np.unique(key, axis=0, return_index=True, return_inverse=True)
     return points[first], inverse.reshape(-1)[triangles].astype(np.int32)

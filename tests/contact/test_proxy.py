@@ -1,5 +1,7 @@
 """The proxy against closed forms: planes, spheres, boxes, corners, thin plates, friction, scale and rotation."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -179,7 +181,7 @@ def test_start_inside_is_put_outside_and_said():
     r = feel("box", tips)
     assert r.started_inside
     np.testing.assert_allclose(r.force, np.tile([0, 0, K * 0.007], (5, 1)), atol=1e-9)
-    assert not feel("box", tips + [0, 0, 0.01]).started_inside
+    assert not feel("box", tips + np.array([0, 0, 0.01])).started_inside
 
 
 def test_open_surface_is_touched_from_either_side():
@@ -224,7 +226,7 @@ def test_random_soups_give_finite_bounded_forces(seed, n, exponent, friction):
     except ValueError:
         return
     knots = scale * rng.normal(size=(8, 3))
-    tips = np.concatenate([line(a, b, 50) for a, b in zip(knots[:-1], knots[1:], strict=True)])
+    tips = np.concatenate([line(a, b, 50) for a, b in pairwise(knots)])
     r = render(mesh, tips, radius=0.2 * scale, stiffness=1.0, friction=0.5 if friction else 0.0)
     assert np.isfinite(r.force).all()
     assert np.isfinite(r.proxy).all()

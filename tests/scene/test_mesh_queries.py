@@ -10,7 +10,7 @@ from palpate.shapes.analytic import SHAPES
 
 
 def distance_by_segments_and_planes(vertices, triangles, points):
-    """Distance to the nearest of the triangles, each by its three sides and its plane: no BVH, no barycentrics shared."""
+    """Distance to the nearest of the triangles, each by its three sides and its plane: no BVH, no barycentrics."""
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     n = np.cross(b - a, c - a)
     area2 = (n * n).sum(axis=1)

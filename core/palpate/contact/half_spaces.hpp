@@ -19,9 +19,9 @@ inline constexpr int kMaxHalfSpaces = 8;
 
 struct Projection {
   Vec3 x = Vec3::Zero();
-  int active = 0;               ///< how many half-spaces hold x, 0 to 3
-  std::array<int, 3> index{};   ///< which, strongest first
-  bool feasible = true;         ///< false: no common point was found, x is the best of a few
+  int active = 0;              ///< how many half-spaces hold x, 0 to 3
+  std::array<int, 3> index{};  ///< which, strongest first
+  bool feasible = true;        ///< false: no common point was found, x is the best of a few
 };
 
 /// The point nearest to g with gap >= -slack in all `n` half-spaces (an active-set method, exact for up to three).

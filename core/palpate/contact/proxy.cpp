@@ -10,12 +10,12 @@
 namespace palpate::contact {
 namespace {
 
-constexpr int kQueries = 24;           // per tick; a proxy that needs more goes on in the next
-constexpr double kCoarse = 5e-3;       // [r] accuracy of the proxy where the smooth surface gives the answer
-constexpr double kFine = 1e-7;         // [r] where it gives the answer itself
-constexpr double kSlack = 1e-10;       // [r] half-spaces count as kept
-constexpr double kLookout = 4.0;       // [r] how far free flight looks for triangles
-constexpr double kOnEdge = 1e-9;       // barycentric weight below which a point lies on the edge: rounding
+constexpr int kQueries = 24;      // per tick; a proxy that needs more goes on in the next
+constexpr double kCoarse = 5e-3;  // [r] accuracy of the proxy where the smooth surface gives the answer
+constexpr double kFine = 1e-7;    // [r] where it gives the answer itself
+constexpr double kSlack = 1e-10;  // [r] half-spaces count as kept
+constexpr double kLookout = 4.0;  // [r] how far free flight looks for triangles
+constexpr double kOnEdge = 1e-9;  // barycentric weight below which a point lies on the edge: rounding
 const double kOnePatch = std::cos(5.0 * M_PI / 180.0);  // contacts on one smooth patch: normals closer than 5 degrees
 
 constexpr double kSpreadLow = 0.1, kSpreadHigh = 0.4;  // SmoothPoint::spread: none and full trust in the projection
@@ -61,7 +61,8 @@ void ObjectProxy::place(const scene::Mesh& mesh, const Vec3& g, double radius) n
   const Vec3 away = g - near.point;
   started_inside_ = mesh.report().closed && near.normal.dot(away) < 0.0;
   if (started_inside_ || near.distance < radius) {
-    const Vec3 out = near.distance > 0.0 ? Vec3(away / (started_inside_ ? -near.distance : near.distance)) : near.normal;
+    const Vec3 out =
+        near.distance > 0.0 ? Vec3(away / (started_inside_ ? -near.distance : near.distance)) : near.normal;
     centre_ = clear_at_ = near.point + radius * out;
     touching_ = true;
   }
@@ -238,7 +239,8 @@ ObjectProxy::Touch ObjectProxy::touch_smooth(const Vec3& g, double radius) const
   const scene::SmoothPoint s = scene::smooth_project(mesh_->impl(), hold_[0].at, g);
   if (s.found) {
     const double side = s.normal.dot(geometric) < 0.0 ? -1.0 : 1.0;
-    const double trust = ramp(s.spread, kSpreadLow, kSpreadHigh) * ramp(side * s.normal.dot(first.normal), kApart, kAgree);
+    const double trust =
+        ramp(s.spread, kSpreadLow, kSpreadHigh) * ramp(side * s.normal.dot(first.normal), kApart, kAgree);
     out.normal = (trust * side * s.normal + (1.0 - trust) * out.normal).normalized();
     out.depth = trust * (radius - side * s.distance) + (1.0 - trust) * out.depth;
   }

@@ -71,14 +71,14 @@ class ObjectProxy {
   const scene::Mesh* mesh_ = nullptr;
   std::uint64_t mesh_id_ = 0;
   Vec3 centre_ = Vec3::Zero();
-  Vec3 tool_ = Vec3::Zero();      // where the tool was
+  Vec3 tool_ = Vec3::Zero();  // where the tool was
   bool touching_ = false;
   bool started_inside_ = false;
   Vec3 clear_at_ = Vec3::Zero();  // no triangle within clear_ of this point
   double clear_ = 0.0;
-  int queries_left_ = 0;          // in this tick
-  std::int32_t seed_ = -1;        // triangle of the last query
-  scene::BvhHit near_;            // nearest triangle to the centre in this tick, if any
+  int queries_left_ = 0;    // in this tick
+  std::int32_t seed_ = -1;  // triangle of the last query
+  scene::BvhHit near_;      // nearest triangle to the centre in this tick, if any
   int holds_ = 0;
   std::array<Hold, kMaxHalfSpaces> hold_;
   std::array<HalfSpace, kMaxHalfSpaces> half_space_;
@@ -96,8 +96,8 @@ class Proxy final : public Method {
   struct Memory {
     ObjectProxy proxy;
     bool touching = false;
-    bool seen = false;              // X_WO is of the previous tick
-    Vec3 p_lag = Vec3::Zero();      // p_OP, the proxy with friction
+    bool seen = false;          // X_WO is of the previous tick
+    Vec3 p_lag = Vec3::Zero();  // p_OP, the proxy with friction
     Pose X_WO;
   };
 

@@ -169,9 +169,9 @@ class Builder {
     if (cut < 0) return false;
 
     const auto first = items_.begin();
-    const auto middle = std::partition(first + static_cast<std::ptrdiff_t>(range.begin),
-                                       first + static_cast<std::ptrdiff_t>(range.end),
-                                       [&](const Item& item) { return bin_of(item) < cut; });
+    const auto middle =
+        std::partition(first + static_cast<std::ptrdiff_t>(range.begin), first + static_cast<std::ptrdiff_t>(range.end),
+                       [&](const Item& item) { return bin_of(item) < cut; });
     const auto m = static_cast<std::size_t>(middle - first);
     halves = {bounded(range.begin, m), bounded(m, range.end)};
     return true;

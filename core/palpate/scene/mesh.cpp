@@ -19,7 +19,7 @@ std::int32_t after(std::int32_t he) { return he % 3 == 2 ? he - 2 : he + 1; }
 std::int32_t before(std::int32_t he) { return he % 3 == 0 ? he + 2 : he - 1; }
 
 /// Topology and BVH need nothing of each other: one thread each, when there is a second one.
-void index(Mesh::Impl& m) {
+void build_indices(Mesh::Impl& m) {
   std::thread helper;
   try {
     helper = std::thread([&m] { m.topology = build_topology(m.vertices, m.triangles); });
@@ -44,6 +44,7 @@ MeshReport report_of(const Mesh::Impl& m, const Welded& welded, bool inverted) {
   r.boundary_edges = m.topology.boundary_edges;
   r.branching_edges = m.topology.branching_edges;
   r.inconsistent_edges = m.topology.inconsistent_edges;
+  r.parts = m.topology.parts;
   r.closed = m.topology.closed;
   r.inverted = inverted;
   r.volume = m.topology.volume;
@@ -89,7 +90,8 @@ Vec3 vertex_normal(const Mesh::Impl& m, std::int32_t start) {
 Vec3 feature_normal(const Mesh::Impl& m, const BvhHit& hit, Feature feature) {
   const std::int32_t c = 3 * hit.triangle;
   const double b[3] = {1.0 - hit.v - hit.w, hit.v, hit.w};
-  if (feature == Feature::vertex) return vertex_normal(m, c + static_cast<std::int32_t>(std::max_element(b, b + 3) - b));
+  if (feature == Feature::vertex)
+    return vertex_normal(m, c + static_cast<std::int32_t>(std::max_element(b, b + 3) - b));
   const Vec3 n = face_normal(m, c);
   if (feature == Feature::face) return n;
   const std::int32_t opposite = static_cast<std::int32_t>(std::min_element(b, b + 3) - b);
@@ -103,17 +105,25 @@ Mesh::Mesh() : impl_(std::make_unique<Impl>()) {}
 Mesh::~Mesh() = default;
 
 std::shared_ptr<const Mesh> Mesh::build(std::span<const double> vertices, std::span<const std::int32_t> triangles) {
+  return index(weld(vertices, triangles));
+}
+
+std::shared_ptr<const Mesh> Mesh::build(std::span<const float> vertices, std::span<const std::int32_t> triangles,
+                                        double scale) {
+  return index(weld(vertices, triangles, scale));
+}
+
+std::shared_ptr<const Mesh> Mesh::index(Welded&& welded) {
   std::shared_ptr<Mesh> mesh(new Mesh);
   Impl& m = *mesh->impl_;
-  Welded welded = weld(vertices, triangles);
   m.vertices = std::move(welded.vertices);
   m.triangles = std::move(welded.triangles);
   m.source = std::move(welded.source);
-  index(m);
+  build_indices(m);
   const bool inverted = m.topology.volume < 0.0;
   if (inverted) {
     turn(m);
-    index(m);
+    build_indices(m);
   }
   m.report = report_of(m, welded, inverted);
   static std::atomic<std::uint64_t> builds{0};

@@ -6,10 +6,10 @@
 namespace palpate::scene {
 namespace {
 
-constexpr int kMaxWalk = 48;       // facets
-constexpr int kMaxNewton = 12;     // steps on one facet
-constexpr double kSettled = 1e-13; // step in barycentric weights
-constexpr double kRim = 1e-9;      // weights may be this negative: rounding, not another facet
+constexpr int kMaxWalk = 48;        // facets
+constexpr int kMaxNewton = 12;      // steps on one facet
+constexpr double kSettled = 1e-13;  // step in barycentric weights
+constexpr double kRim = 1e-9;       // weights may be this negative: rounding, not another facet
 
 std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 std::int32_t after(std::int32_t he) { return he % 3 == 2 ? he - 2 : he + 1; }
