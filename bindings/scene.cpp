@@ -20,14 +20,6 @@ namespace {
 using Rows = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 using Triples = nb::ndarray<const std::int32_t, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 
-using FloatRows = nb::ndarray<const float, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
-
-std::shared_ptr<scene::Mesh> build_float(const FloatRows& vertices, const Triples& triangles, double scale) {
-  const nb::gil_scoped_release release;
-  return std::const_pointer_cast<scene::Mesh>(
-      scene::Mesh::build({vertices.data(), vertices.size()}, {triangles.data(), triangles.size()}, scale));
-}
-
 std::shared_ptr<scene::Mesh> build(const Rows& vertices, const Triples& triangles) {
   const nb::gil_scoped_release release;
   const auto mesh = scene::Mesh::build({vertices.data(), vertices.size()}, {triangles.data(), triangles.size()});
@@ -100,7 +92,6 @@ void bind_mesh(nb::module_& m) {
       .def_ro("branching_edges", &scene::MeshReport::branching_edges, "of three triangles or more")
       .def_ro("inconsistent_edges", &scene::MeshReport::inconsistent_edges,
               "whose triangles are wound against each other")
-      .def_ro("parts", &scene::MeshReport::parts, "that share no vertex")
       .def_ro("closed", &scene::MeshReport::closed, "no such edges")
       .def_ro("inverted", &scene::MeshReport::inverted, "was closed and inside out: turned")
       .def_ro("volume", &scene::MeshReport::volume, "enclosed; 0 unless closed [m^3]")
@@ -109,8 +100,6 @@ void bind_mesh(nb::module_& m) {
   nb::class_<scene::Mesh>(m, "Mesh", "Triangles ready to be touched: welded, with normals, adjacency and a BVH.")
       .def(nb::new_(&build), nb::arg("vertices"), nb::arg("triangles"),
            "vertices (n, 3) [m], triangles (m, 3) int32; ValueError when they are no mesh.")
-      .def_static("from_float", &build_float, nb::arg("vertices"), nb::arg("triangles"), nb::arg("scale"),
-                  "The same from float32 (n, 3) times `scale`, as STL files have it: half the memory on the way.")
       .def_prop_ro("triangle_count", &scene::Mesh::triangle_count)
       .def_prop_ro("report", &scene::Mesh::report)
       .def_prop_ro(

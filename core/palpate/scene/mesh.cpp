@@ -44,7 +44,6 @@ MeshReport report_of(const Mesh::Impl& m, const Welded& welded, bool inverted) {
   r.boundary_edges = m.topology.boundary_edges;
   r.branching_edges = m.topology.branching_edges;
   r.inconsistent_edges = m.topology.inconsistent_edges;
-  r.parts = m.topology.parts;
   r.closed = m.topology.closed;
   r.inverted = inverted;
   r.volume = m.topology.volume;
@@ -105,17 +104,9 @@ Mesh::Mesh() : impl_(std::make_unique<Impl>()) {}
 Mesh::~Mesh() = default;
 
 std::shared_ptr<const Mesh> Mesh::build(std::span<const double> vertices, std::span<const std::int32_t> triangles) {
-  return index(weld(vertices, triangles));
-}
-
-std::shared_ptr<const Mesh> Mesh::build(std::span<const float> vertices, std::span<const std::int32_t> triangles,
-                                        double scale) {
-  return index(weld(vertices, triangles, scale));
-}
-
-std::shared_ptr<const Mesh> Mesh::index(Welded&& welded) {
   std::shared_ptr<Mesh> mesh(new Mesh);
   Impl& m = *mesh->impl_;
+  Welded welded = weld(vertices, triangles);
   m.vertices = std::move(welded.vertices);
   m.triangles = std::move(welded.triangles);
   m.source = std::move(welded.source);

@@ -10,8 +10,6 @@
 
 namespace palpate::scene {
 
-struct Welded;
-
 enum class Feature : std::uint8_t { face, edge, vertex };
 
 /// Nearest point of the surface to a query point.
@@ -33,7 +31,6 @@ struct MeshReport {
   std::size_t boundary_edges = 0;      ///< of one triangle only: holes and rims
   std::size_t branching_edges = 0;     ///< of three triangles or more
   std::size_t inconsistent_edges = 0;  ///< whose two triangles are wound against each other
-  std::size_t parts = 0;               ///< that share no vertex
   bool closed = false;                 ///< no such edges
   bool inverted = false;               ///< was closed and inside out: turned
   double volume = 0.0;                 ///< enclosed; 0 unless closed [m^3]
@@ -46,9 +43,6 @@ class Mesh {
   /// vertices: 3n doubles [m], triangles: 3m indices, counter-clockwise seen from outside; a soup is welded.
   /// Throws std::invalid_argument naming what is wrong (no triangles, index out of range, not finite).
   static std::shared_ptr<const Mesh> build(std::span<const double> vertices, std::span<const std::int32_t> triangles);
-  /// The same from single precision, as STL files have it; `scale` is the file's unit in metres.
-  static std::shared_ptr<const Mesh> build(std::span<const float> vertices, std::span<const std::int32_t> triangles,
-                                           double scale);
   ~Mesh();
   Mesh(const Mesh&) = delete;
   Mesh& operator=(const Mesh&) = delete;
@@ -72,7 +66,6 @@ class Mesh {
 
  private:
   Mesh();
-  static std::shared_ptr<const Mesh> index(Welded&& welded);
   std::unique_ptr<Impl> impl_;
 };
 

@@ -25,7 +25,6 @@ class Builder {
     smooth_normals();
     bound_height();
     for (Index t = 0; t < count_; t += 3) out_.flat_triangles += area(t).squaredNorm() > 0.0 ? 0 : 1;
-    count_parts();
     volume();
     return std::move(out_);
   }
@@ -148,24 +147,6 @@ class Builder {
       most = std::max(most, std::abs((vertex(to(he)) - vertex(from(he))).dot(dn)));
     }
     out_.height = most / 6.0;  // half of the sum of b_i b_j, which is at most 1/3
-  }
-
-  /// Union-find over the vertices, the lowest of each part its root.
-  void count_parts() {
-    std::vector<Index> parent(vertices_.size() / 3);
-    for (std::size_t v = 0; v < parent.size(); ++v) parent[v] = static_cast<Index>(v);
-    const auto root = [&parent](Index v) {
-      while (parent[at(v)] != v) v = parent[at(v)] = parent[at(parent[at(v)])];
-      return v;
-    };
-    out_.parts = parent.size();
-    for (Index he = 0; he < count_; ++he) {
-      if (he % 3 == 2) continue;  // two edges join the three corners
-      const Index a = root(from(he)), b = root(to(he));
-      if (a == b) continue;
-      parent[at(std::max(a, b))] = std::min(a, b);
-      --out_.parts;
-    }
   }
 
   void volume() {

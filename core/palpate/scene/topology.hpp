@@ -22,7 +22,6 @@ struct Topology {
   std::size_t branching_edges = 0;     ///< of three triangles or more
   std::size_t inconsistent_edges = 0;  ///< whose two triangles are wound against each other
   std::size_t flat_triangles = 0;      ///< three corners on a line
-  std::size_t parts = 0;               ///< that share no vertex
   bool closed = false;                 ///< every edge has two triangles, wound alike
   double volume = 0.0;                 ///< enclosed, by the winding: negative is inside out [m^3]; 0 unless closed
 };

@@ -66,10 +66,9 @@ std::uint64_t hash_of_point(const double* x) {
 }
 
 /// Index of the welded vertex for every corner of `triangles`; fills welded.vertices.
-template <class T>
 class VertexWelder {
  public:
-  VertexWelder(std::span<const T> vertices, std::size_t corners, std::vector<double>& out)
+  VertexWelder(std::span<const double> vertices, std::size_t corners, std::vector<double>& out)
       : vertices_(vertices), out_(out), table_(std::min(vertices.size() / 3, corners) / 4) {
     // An indexed mesh shares its vertices: each is hashed once. In a soup the map would be as long as the soup.
     soup_ = vertices.size() / 3 >= corners;
@@ -81,7 +80,7 @@ class VertexWelder {
     if (!soup_ && known_[v] != kEmpty) return known_[v];
     double x[3];
     for (std::size_t k = 0; k < 3; ++k) {
-      x[k] = static_cast<double>(vertices_[3 * v + k]) + 0.0;  // -0 becomes 0
+      x[k] = vertices_[3 * v + k] + 0.0;  // -0 becomes 0
       if (!std::isfinite(x[k])) not_finite(v);
     }
     const auto next = static_cast<std::int32_t>(out_.size() / 3);
@@ -98,7 +97,7 @@ class VertexWelder {
   }
 
  private:
-  std::span<const T> vertices_;
+  std::span<const double> vertices_;
   std::vector<double>& out_;
   RowTable table_;
   bool soup_ = false;
@@ -120,8 +119,9 @@ std::uint64_t hash_of_triangle(const Corners& t) {
   return mix(mix(word(t.a) << 32 | word(t.b)) ^ word(t.c));
 }
 
-template <class T>
-Welded weld_rows(std::span<const T> vertices, std::span<const std::int32_t> triangles, double scale) {
+}  // namespace
+
+Welded weld(std::span<const double> vertices, std::span<const std::int32_t> triangles) {
   if (vertices.size() % 3 != 0 || triangles.size() % 3 != 0)
     throw std::invalid_argument("mesh: vertices and triangles come in rows of three");
   const std::size_t n = vertices.size() / 3, m = triangles.size() / 3;
@@ -133,7 +133,7 @@ Welded weld_rows(std::span<const T> vertices, std::span<const std::int32_t> tria
   out.vertices.reserve(std::min(n, m / 2 + m / 32 + 64) * 3);  // a closed surface has about m/2 vertices
   out.triangles.reserve(3 * m);
   out.source.reserve(m);
-  VertexWelder<T> weld_vertex(vertices, 3 * m, out.vertices);
+  VertexWelder weld_vertex(vertices, 3 * m, out.vertices);
   RowTable seen(m);
   const auto corners_of = [&](std::int32_t row) {
     return canonical(&out.triangles[3 * static_cast<std::size_t>(row)]);
@@ -170,18 +170,7 @@ Welded weld_rows(std::span<const T> vertices, std::span<const std::int32_t> tria
   if (out.source.empty())
     throw std::invalid_argument("mesh: all " + std::to_string(m) +
                                 " triangles are degenerate (two corners at one place); check the unit and the export");
-  for (double& x : out.vertices) x *= scale;
   return out;
-}
-
-}  // namespace
-
-Welded weld(std::span<const double> vertices, std::span<const std::int32_t> triangles, double scale) {
-  return weld_rows(vertices, triangles, scale);
-}
-
-Welded weld(std::span<const float> vertices, std::span<const std::int32_t> triangles, double scale) {
-  return weld_rows(vertices, triangles, scale);
 }
 
 }  // namespace palpate::scene

@@ -18,9 +18,6 @@ struct Welded {
 
 /// Vertices are equal when their bits are (-0 counts as 0). Throws std::invalid_argument naming the first index out
 /// of range, the first vertex that is not finite, or that no triangle is left.
-/// The result is multiplied by `scale` (a file's unit in metres).
-Welded weld(std::span<const double> vertices, std::span<const std::int32_t> triangles, double scale = 1.0);
-/// The same for single precision, the numbers of an STL file: bits are compared before they are widened.
-Welded weld(std::span<const float> vertices, std::span<const std::int32_t> triangles, double scale = 1.0);
+Welded weld(std::span<const double> vertices, std::span<const std::int32_t> triangles);
 
 }  // namespace palpate::scene
