@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import datetime
 import os
+import signal
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -15,9 +16,10 @@ from typing import Any, Self
 import numpy as np
 
 from palpate import _core
-from palpate.errors import OutputError, PalpateError
+from palpate.errors import PalpateError
 from palpate.record.ticks import Ticks, as_ticks
 from palpate.record.writer import Recorder
+from palpate.run_folder import new_folder, require_writable
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.summary import Summary, Totals
@@ -85,7 +87,7 @@ class Session:
         self.rate = scene.rates.haptic  #: ticks per second [Hz]
         self._out = Path(out) if out is not None else None
         if self._out is not None:
-            _require_writable(self._out)
+            require_writable(self._out)
         self.rig: Rig = build(scene)
         self._sim = self.rig.simulation(self.seed)
         self._recorder: Recorder | None = None
@@ -97,6 +99,7 @@ class Session:
         self._lock = threading.RLock()  # the recorder is fed by one thread at a time
         self._pump: threading.Thread | None = None
         self._stop_pump = threading.Event()
+        self._interrupted = threading.Event()
         self.recording = self._out is not None  #: set it to False to run on unrecorded from the next record on
         self.record: Path | None = None  #: file of the newest record
         self.notes: list[str] = []  #: what went wrong beside the run, e.g. a full disk
@@ -119,16 +122,15 @@ class Session:
         Returns:
             The summary of everything since the record began. Ctrl-C ends the run early and is told in it.
         """
+        self._require_idle()
         n = max(1, round((self.scene.duration if duration is None else duration) * self.rate))
-        interrupted = False
-        try:
+        with self._ctrl_c_waits():
             (self._run_realtime if realtime else self._run_lockstep)(n, on_progress)
-        except KeyboardInterrupt:
-            interrupted = True
-        return self.close(interrupted=interrupted)
+            return self.close(interrupted=self._interrupted.is_set())
 
     def step(self, n: int = 1) -> State:
         """Run `n` ticks in lockstep and return the newest; the record stays open."""
+        self._require_idle()
         self._take(as_ticks(self._sim.run(n)))
         return self.state
 
@@ -223,9 +225,28 @@ class Session:
 
     # -- inside ----------------------------------------------------------------------------------------------------
 
+    def _require_idle(self) -> None:
+        if self._pump is not None:
+            raise PalpateError("the session runs in real time already", mend="call stop() first")
+
+    @contextmanager
+    def _ctrl_c_waits(self) -> Iterator[None]:
+        """Ctrl-C (and SIGTERM where somebody listens to it) ends a run between two batches, never inside a write."""
+        self._interrupted.clear()
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        heard = [s for s in (signal.SIGINT, signal.SIGTERM) if callable(signal.getsignal(s))]
+        before = {s: signal.signal(s, lambda *_: self._interrupted.set()) for s in heard}
+        try:
+            yield
+        finally:
+            for s, handler in before.items():
+                signal.signal(s, handler)
+
     def _run_lockstep(self, n: int, on_progress: Callable[[State], None] | None) -> None:
         batch = max(1, round(_BATCH * self.rate))
-        while n > 0:
+        while n > 0 and not self._interrupted.is_set():
             rows = self._sim.run(min(batch, n))
             if not len(rows):  # paused: time stands still
                 time.sleep(_DRAIN)
@@ -239,7 +260,7 @@ class Session:
         self.start()
         goal = self._totals.ticks + n
         try:
-            while self._totals.ticks + self._sim.dropped < goal:
+            while self._totals.ticks + self._sim.dropped < goal and not self._interrupted.is_set():
                 time.sleep(2 * _DRAIN)
                 if on_progress is not None:
                     on_progress(self.state)
@@ -276,7 +297,7 @@ class Session:
             self.notes = []
             self._recorder, self.record = None, None
             if self._out is not None and self.recording:
-                folder = _new_folder(self._out, self.scene.title)
+                folder = new_folder(self._out, self.scene.title)
                 self.record = folder / "record.mcap"
                 self._recorder = Recorder(self.record, self.rig.resolved_yaml(), self.seed, self.rate, not realtime)
 
@@ -285,34 +306,3 @@ class Session:
         lost = int(self._sim.dropped) - self._dropped
         faults = [fault] if fault else []
         return [*faults, f"{lost} ticks are missing in the record: the disk was too slow"] if lost > 0 else faults
-
-
-def _require_writable(folder: Path) -> None:
-    """Make the folder and try it, before anything runs."""
-    probe = folder / ".palpate-writable"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        probe.touch()
-        probe.unlink()
-    except OSError as error:
-        raise OutputError(
-            "records cannot be written into this folder",
-            where=str(folder),
-            why=error.strerror or str(error),
-            mend="choose another folder with --out (Session(out=...))",
-        ) from None
-
-
-def _new_folder(out: Path, title: str) -> Path:
-    stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
-    for i in range(1000):
-        folder = out / (f"{title}-{stamp}" + (f"-{i + 1}" if i else ""))
-        try:
-            folder.mkdir(parents=True)
-        except FileExistsError:
-            continue
-        except OSError as error:
-            why = error.strerror or str(error)
-            raise OutputError("the run's folder cannot be made", where=str(folder), why=why, mend="use --out") from None
-        return folder
-    raise PalpateError("a thousand runs in one second", where=str(out), mend="wait a second")

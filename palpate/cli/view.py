@@ -60,8 +60,9 @@ def serve(shown: Session | Record, port: int, console: Console) -> None:
     free = free_port(port)
     if free != port:
         say(console, f"port {port} is taken; using {free}")
-    say(console, f"viewer: http://{HOST}:{free}   (Ctrl-C ends it)")
     try:
-        viewer.serve(shown, host=HOST, port=free)
+        viewer.serve(
+            shown, host=HOST, port=free, on_ready=lambda url: say(console, f"viewer: {url}   (Ctrl-C ends it)")
+        )
     except KeyboardInterrupt:
         say(console, "viewer closed")

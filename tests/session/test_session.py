@@ -1,12 +1,14 @@
 """A session: what it runs, what it keeps, how it ends."""
 
+import signal
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 
 import palpate
-from palpate.errors import OutputError
+from palpate.errors import OutputError, PalpateError
 from palpate.record import Record
 from palpate.scene import Scene
 
@@ -109,6 +111,32 @@ def test_start_and_stop_for_viewers():
     session.stop()
     assert not session.running
     assert session.close().ticks > 50
+
+
+def test_one_driver_at_a_time():
+    session = palpate.Session(scene())
+    session.start()
+    for drive in (session.run, session.step):
+        with pytest.raises(PalpateError, match="runs in real time already"):
+            drive()
+    session.stop()
+    session.step()
+
+
+@pytest.mark.parametrize("realtime", [False, True])
+def test_ctrl_c_ends_a_run_between_two_batches(tmp_path, realtime):
+    session = palpate.Session(scene(), out=tmp_path)
+    summary = session.run(60.0, realtime, on_progress=lambda _: signal.raise_signal(signal.SIGINT))
+    assert summary.interrupted
+    assert len(Record.open(summary.record).ticks) == summary.ticks < 5000
+    assert not session.run(0.01).interrupted
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_runs_in_any_thread():
+    session = palpate.Session(scene())
+    with ThreadPoolExecutor(1) as pool:
+        assert pool.submit(session.run, 0.05).result().ticks == 50
 
 
 def test_controls_reach_the_loop():
