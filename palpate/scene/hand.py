@@ -15,6 +15,7 @@ Array = npt.NDArray[np.float64]
 
 _DIRECTIONS = 6  # of slides, 60 degrees apart
 _SAMPLE = 0.01  # of a slide along the surface [s]
+_SMOOTHNESS = 6  # degree of the curve a hand draws over facets
 _LONGEST = 3600.0  # an automatic path goes on for so long [s]
 
 
@@ -84,8 +85,8 @@ def _palpation(scene: Scene, surfaces: list[Surface]) -> HandPlan:
     for k in range(_DIRECTIONS):
         angle = 2.0 * np.pi * k / _DIRECTIONS
         line = q0 + np.outer(way, np.cos(angle) * along + np.sin(angle) * across)
-        q, n = surface.nearest(line + 0.5 * o.hover * n0)
-        slides.append(q + n * (radius - depth))
+        slide = _smooth(way, *surface.nearest(line + 0.5 * o.hover * n0), radius - depth)
+        slides.append(slide + np.outer(1.0 - way / o.length, inside - slide[0]))  # from where the press ends
 
     phases = np.cumsum([0.0, o.approach, o.press, o.slide, o.leave])
     period = float(phases[-1])
@@ -97,3 +98,13 @@ def _palpation(scene: Scene, surfaces: list[Surface]) -> HandPlan:
     names = tuple(zip(phases[:-1].tolist(), ("approach", "press", "slide", "leave"), strict=True))
     times.append(times[-1] + o.leave)
     return HandPlan(np.array(times), np.array([*positions, hover]), period, names)
+
+
+def _smooth(way: Array, q: Array, n: Array, offset: float) -> Array:
+    """The curve that a hand draws over the facets: a low polynomial through q + offset n along the way [m].
+
+    A hand neither sees nor follows facets, whose normals jump by degrees.
+    """
+    wanted = q + offset * n
+    fits = (np.polynomial.Chebyshev.fit(way, wanted[:, axis], _SMOOTHNESS) for axis in range(3))
+    return np.stack([fit(way) for fit in fits], axis=1)

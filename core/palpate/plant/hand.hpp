@@ -7,7 +7,7 @@ namespace palpate::plant {
 
 struct HandOptions {
   double mass = 0.15;                 ///< moves with the handle [kg]
-  double damping = 4.0;               ///< to the intended path [N s/m]
+  double damping = 10.0;              ///< to the intended path [N s/m]
   double stiffness = 300.0;           ///< to the intended path [N/m]
   double inertia = 2e-4;              ///< rotational, moves with the handle [kg m^2]
   double rotational_damping = 0.03;   ///< [N m s/rad]
