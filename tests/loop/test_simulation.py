@@ -174,6 +174,18 @@ def test_the_hand_drags_the_tool():
     assert ticks["p_WT"][-1][0] == pytest.approx(0.01, abs=5e-4)  # half of it: scale
 
 
+def test_the_jaw_opens_and_closes_with_the_pinch():
+    """R2: from the hand's grip through encoder and mapping to the follower's jaw, never faster than the jaw's rate."""
+    path = _core.HandPath([0.1, 1.0, 2.0], np.tile([0, 0, HEIGHT], (3, 1)), [0.0, 1.0, 0.0])
+    ticks = run(simulation(path=path), 3.0)
+    o = _core.MappingOptions()
+    share = (ticks["gripper"] - o.gripper_min) / (o.gripper_max - o.gripper_min)
+    assert share[1000] > 0.9
+    wanted = o.jaw_min + share * (o.jaw_max - o.jaw_min)
+    np.testing.assert_allclose(ticks["jaw"][[1100, 2900]], wanted[[1100, 2900]], atol=0.05)
+    assert np.abs(np.diff(ticks["jaw"])).max() <= o.jaw_rate * 1e-3 * 1.5
+
+
 def test_scenes_are_swapped_whole_while_it_runs():
     sim = simulation(path=_core.HandPath([0.1, 0.8], np.array([[0, 0, HEIGHT], [0, 0, -0.006]])))
     assert run(sim, 1.5)["contacts"][-1] == 1
