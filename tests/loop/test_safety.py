@@ -107,6 +107,14 @@ def test_nothing_is_commanded_before_both_arms_were_heard():
     assert int(row["status"]) & LEADER_STALE
 
 
+def test_the_leader_is_held_up_before_the_follower_is_heard():
+    row, _ = Driver().step(follower_valid=False)
+    gravity = Arm.mtm("right").gravity(Q_LEADER)
+    np.testing.assert_allclose(row["tau_gravity"], gravity, atol=1e-12)
+    assert not row["tau_force"].any()
+    assert int(row["status"]) & FOLLOWER_STALE
+
+
 def test_out_of_reach_the_follower_holds_and_says_so():
     d = Driver(options(mapping__scale=5.0))
     for _ in range(10):

@@ -55,7 +55,8 @@ Cycle::Cycle(const CycleOptions& options, arm::Arm leader, arm::Arm follower)
 CycleOutput& Cycle::step(const CycleInput& in) noexcept {
   out_.tick = Tick{};
   if (!trust(in)) {
-    return out_;  // nothing is known of an arm yet: no torque, no motion
+    hold_up();  // an arm has not been heard of yet: no force, no motion
+    return out_;
   }
   locate();
   const mapping::Output mapped =
@@ -76,6 +77,17 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
   book(limited.F_H_L + limited.F_cut, contacts, force, in);
   record(mapped, contacts, force);
   return out_;
+}
+
+// Gravity compensation alone, as soon as the leader's joints are known.
+void Cycle::hold_up() noexcept {
+  if (leader_known_) {
+    leader_.update(leader_state_.q, leader_state_.v);
+    X_LH_ = leader_.tip();
+    v_LH_ = leader_.twist().v;
+    torque_.step(leader_, leader_state_.q, leader_state_.v, Wrench{}, out_.leader);
+    record_leader();
+  }
 }
 
 // Where handle and tool are, and how fast.
@@ -160,17 +172,7 @@ void Cycle::book(const Vec3& wanted, const contact::ContactSet& contacts, const 
 void Cycle::record(const mapping::Output& mapped, const contact::ContactSet& contacts,
                    const force::ForceTerms& force) noexcept {
   Tick& tick = out_.tick;
-  const LeaderCommand& command = out_.leader;
-  copy(leader_state_.q, tick.q);
-  copy(leader_state_.v, tick.v);
-  copy(command.tau_force + command.tau_gravity + command.tau_platform, tick.tau);
-  copy(command.tau_force, tick.tau_force);
-  copy(command.tau_gravity, tick.tau_gravity);
-  copy(command.tau_platform, tick.tau_platform);
-  tick.gripper = leader_state_.gripper;
-  copy(X_LH_.p, tick.p_LH);
-  copy(X_LH_.R, tick.quat_LH);
-  copy(v_LH_, tick.v_LH);
+  record_leader();
   copy(follower_state_.q, tick.q_follower);
   tick.jaw = follower_state_.jaw;
   copy(mapped.X_WT_goal.p, tick.p_WT_goal);
@@ -187,6 +189,21 @@ void Cycle::record(const mapping::Output& mapped, const contact::ContactSet& con
   copy(force.F, tick.F_T_W);
   copy(force.F_spring, tick.F_spring_W);
   copy(force.F_damping, tick.F_damping_W);
+}
+
+void Cycle::record_leader() noexcept {
+  Tick& tick = out_.tick;
+  const LeaderCommand& command = out_.leader;
+  copy(leader_state_.q, tick.q);
+  copy(leader_state_.v, tick.v);
+  copy(command.tau_force + command.tau_gravity + command.tau_platform, tick.tau);
+  copy(command.tau_force, tick.tau_force);
+  copy(command.tau_gravity, tick.tau_gravity);
+  copy(command.tau_platform, tick.tau_platform);
+  tick.gripper = leader_state_.gripper;
+  copy(X_LH_.p, tick.p_LH);
+  copy(X_LH_.R, tick.quat_LH);
+  copy(v_LH_, tick.v_LH);
 }
 
 }  // namespace palpate::loop

@@ -61,12 +61,14 @@ class Cycle {
 
  private:
   bool trust(const CycleInput& in) noexcept;
+  void hold_up() noexcept;
   void locate() noexcept;
   bool reach(const Pose& X_WT_goal, double jaw) noexcept;
   void book(const Vec3& wanted, const contact::ContactSet& contacts, const force::ForceTerms& force,
             const CycleInput& in) noexcept;
   void record(const mapping::Output& mapped, const contact::ContactSet& contacts,
               const force::ForceTerms& force) noexcept;
+  void record_leader() noexcept;
 
   CycleOptions options_;
   arm::Arm leader_, follower_;
