@@ -35,6 +35,7 @@ void bind_controls(nb::module_& m) {
       .def_rw("following", &Controls::following, "the tool follows the hand, the hand is given forces")
       .def_rw("clutch", &Controls::clutch, "pedal pressed: the hand moves freely, the tool stays")
       .def_rw("paused", &Controls::paused, "simulated time stands still")
+      .def_rw("hold", &Controls::hold, "the simulated hand waits where its path is")
       .def_rw("stiffness_scale", &Controls::stiffness_scale, "times every object's stiffness")
       .def_rw("damping_scale", &Controls::damping_scale, "times every object's damping")
       .def_rw("p_hand_offset_W", &Controls::p_hand_offset_W, "added to the hand's intended position, (3,) [m]");

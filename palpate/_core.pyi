@@ -17,6 +17,7 @@ class Controls:
     following: bool
     clutch: bool
     paused: bool
+    hold: bool
     stiffness_scale: float
     damping_scale: float
     p_hand_offset_W: Array

@@ -93,6 +93,22 @@ def test_clutching_in_contact_moves_nothing_and_frees_the_hand():
     assert np.linalg.norm(after["p_WT"][2] - during["p_WT"][-1]) < 1e-4
 
 
+def test_hold_takes_the_hand_off_its_path_and_gives_it_back_without_a_jump():
+    path = _core.HandPath([0.1, 1.1], np.array([[0, 0, HEIGHT], [0.02, 0, HEIGHT]]))
+    sim = simulation(path=path)
+    before = run(sim, 0.6)  # half way
+    sim.controls = controls(hold=True)
+    during = run(sim, 1.5)
+    sim.controls = controls()
+    after = run(sim, 1.5)
+    wanted = np.concatenate([before, during, after])["p_hand_L"]
+    steps = np.linalg.norm(np.diff(wanted, axis=0), axis=1)
+    assert steps.max() < 1.2 * np.linalg.norm(np.diff(before["p_hand_L"], axis=0), axis=1).max()
+    assert np.ptp(during["p_hand_L"][1000:], axis=0).max() < 1e-4  # it rests
+    whole = np.linalg.norm(after["p_hand_L"][-1] - before["p_hand_L"][0])
+    assert whole == pytest.approx(0.04, abs=2e-4)  # 20 mm of the tool at half scale: the path was gone to its end
+
+
 def test_engaging_in_contact_starts_from_zero_by_the_ramp():
     X_WB = options().X_WB
     X_WB[2, 3] -= HEIGHT + 0.001

@@ -101,7 +101,7 @@ void HandMotion::start(const Pose& X_LH) noexcept {
   gain_ = 0.0;
 }
 
-void HandMotion::follow(const mapping::Mapping& mapping, const Vec3& p_offset_W, double t) noexcept {
+void HandMotion::follow(const mapping::Mapping& mapping, const Vec3& p_offset_W, bool hold, double t) noexcept {
   t_ = t;
   if (mapping.anchorings() == 0) {
     return;  // the tool does not follow yet: the hand waits
@@ -112,13 +112,20 @@ void HandMotion::follow(const mapping::Mapping& mapping, const Vec3& p_offset_W,
     gain_ = 1.0 / mapping.options().scale;
   }
   offset_ = p_offset_W.allFinite() ? p_offset_W : offset_;
+  if (hold && !hold_) {
+    t_hold_ = t - held_;
+  } else if (hold_ && !hold) {
+    held_ = t - t_hold_;
+  }
+  hold_ = hold;
   const HandPath::Point after = wanted(t);
   glide_ += before.p - after.p;
   v_glide_ += before.v - after.v;
 }
 
 HandPath::Point HandMotion::wanted(double t) const noexcept {
-  HandPath::Point point = path_.at(t);
+  HandPath::Point point = path_.at(hold_ ? t_hold_ : t - held_);
+  point.v *= hold_ ? 0.0 : 1.0;
   point.p = origin_ + offset_ + gain_ * point.p;
   point.v *= gain_;
   return point;

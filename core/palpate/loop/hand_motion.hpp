@@ -50,8 +50,8 @@ class HandMotion {
 
   /// The hand rests at X_LH and keeps this orientation.
   void start(const Pose& X_LH) noexcept;
-  /// Once per tick: the map as it is now, and how far the viewer drags the hand [m].
-  void follow(const mapping::Mapping& mapping, const Vec3& p_offset_W, double t) noexcept;
+  /// Once per tick: the map as it is now, how far the viewer drags the hand [m], and whether its path waits.
+  void follow(const mapping::Mapping& mapping, const Vec3& p_offset_W, bool hold, double t) noexcept;
   /// dt later.
   const Target& step(double dt) noexcept;
 
@@ -70,6 +70,8 @@ class HandMotion {
   double gain_ = 0.0;
   Vec3 glide_ = Vec3::Zero(), v_glide_ = Vec3::Zero();  ///< still to go [m], [m/s]
   double t_ = 0.0;
+  bool hold_ = false;
+  double t_hold_ = 0.0, held_ = 0.0;  ///< where the path waits, and how long it has waited so far [s]
   Target target_;
 };
 

@@ -143,7 +143,7 @@ void Simulation::tick(double lateness_us) noexcept {
   in_.t = static_cast<double>(k_) / options_.rate;
   in_.leader = leader_.measured();
   in_.follower = follower_.measured();
-  hand_.follow(cycle_.mapping(), in_.controls.p_hand_offset_W, in_.t);
+  hand_.follow(cycle_.mapping(), in_.controls.p_hand_offset_W, in_.controls.hold, in_.t);
   const HandMotion::Target& hand = hand_.step(0.0);
 
   const std::int64_t begin = now_ns();

@@ -37,11 +37,12 @@ struct FollowerCommand {
 
 /// What the console says: pedals, and values that a person may change while it runs.
 struct Controls {
-  bool following = true;                ///< the follower follows the leader and the hand is given forces
-  bool clutch = false;                  ///< pedal pressed: the hand moves freely, the follower stays
-  bool paused = false;                  ///< simulated time stands still (simulation only)
-  double stiffness_scale = 1.0;         ///< multiplies every object's stiffness
-  double damping_scale = 1.0;           ///< multiplies every object's damping
+  bool following = true;         ///< the follower follows the leader and the hand is given forces
+  bool clutch = false;           ///< pedal pressed: the hand moves freely, the follower stays
+  bool paused = false;           ///< simulated time stands still (simulation only)
+  bool hold = false;             ///< the simulated hand leaves its path where it is; released, it goes on from there
+  double stiffness_scale = 1.0;  ///< multiplies every object's stiffness
+  double damping_scale = 1.0;    ///< multiplies every object's damping
   Vec3 p_hand_offset_W = Vec3::Zero();  ///< added to the hand's intended position [m] (drag handle)
 };
 
