@@ -64,9 +64,9 @@ def _mesh(scene: Scene, index: int) -> Mesh:
     thing = scene.objects[index]
     if thing.shape is None:
         return Mesh.load(scene.mesh_path(index), thing.unit)
-    from palpate.shapes import organ
+    from palpate import shapes
 
-    make = {"organ": organ.organ, "gallbladder": organ.gallbladder}[thing.shape]
+    make = {"organ": shapes.organ, "gallbladder": shapes.gallbladder}[thing.shape]
     try:
         return Mesh(*make(thing.triangles), name=thing.name)
     except ValueError as error:

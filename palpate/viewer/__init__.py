@@ -1,6 +1,57 @@
-"""The 3-D viewer in the browser: looks at a session or a record, and lets a person take the hand (extra `viewer`)."""
+"""The 3-D viewer in the browser: looks at a session or a record, and lets a person take the hand (extra `viewer`).
 
+    palpate.viewer.serve(session)             # until Ctrl-C
+    palpate.viewer.serve(Record.open(path))   # with a time slider
+
+Everything binds to this machine (127.0.0.1) unless told otherwise, and asks nobody else for anything.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+from palpate.record.reader import Record
+from palpate.session import Session
 from palpate.viewer.live import LiveViewer
 from palpate.viewer.replay import ReplayViewer
+from palpate.viewer.staging import stage_of, stage_of_record
 
-__all__ = ["LiveViewer", "ReplayViewer"]
+__all__ = ["LiveViewer", "ReplayViewer", "serve", "stage_of", "stage_of_record"]
+
+
+def serve(
+    shown: Session | Record,
+    host: str = "127.0.0.1",
+    port: int = 8080,
+    on_ready: Callable[[str], None] = lambda url: None,
+) -> None:
+    """Shows a session, which runs in real time meanwhile, or a record with a time slider, until Ctrl-C.
+
+    Args:
+        shown: a session goes on from where it is, and is left stopped, not closed.
+        host: address to bind to.
+        port: 0 takes a free one.
+        on_ready: told the address once a browser can open it.
+
+    Raises:
+        PortError: the port cannot be used; a session has not been started then.
+        RecordError, SceneError, MeshError: the scene of the record cannot be set up again.
+        KeyboardInterrupt: Ctrl-C, after everything is closed.
+    """
+    if isinstance(shown, Record):
+        replayed = ReplayViewer(shown.ticks, stage_of_record(shown), host, port)
+        try:
+            on_ready(replayed.url)
+            threading.Event().wait()
+        finally:
+            replayed.close()
+        return
+    live = LiveViewer(shown, stage_of(shown.rig), host, port)
+    try:
+        shown.start()
+        on_ready(live.url)
+        threading.Event().wait()
+    finally:
+        shown.stop()
+        live.close()

@@ -1,9 +1,8 @@
-"""The right-hand panel and the drag handle: everything a person can change while the session runs."""
+"""The right-hand panel and the ball to drag: everything a person can change while the session runs."""
 
 from __future__ import annotations
 
 import threading
-from typing import Any
 
 import numpy as np
 import viser
@@ -24,40 +23,39 @@ HAND = (245, 150, 30)
 
 
 class Console:
-    """Sliders, pedal and buttons, and the ball to drag at the leader's handle; each change is one new `Controls`."""
+    """Sliders, pedal and buttons, and the ball at the leader's handle; each change is one new `Controls`."""
 
     def __init__(self, server: viser.ViserServer, stage: Stage, source: Source) -> None:
         """Fills the main panel, docked on the right, and hangs the ball into the scene."""
         self._source, self._stage = source, stage
         self._lock = threading.Lock()
-        self._p_grab, self._offset_grab = np.zeros(3), np.zeros(3)
+        self._offset, self._offset_grab, self._p_grab = np.zeros(3), np.zeros(3), np.zeros(3)
         gui = server.gui
         gui.set_panel_label(stage.title)
-        with gui.add_folder("Tissue"):
-            self.stiffness = self._scaled(gui, "stiffness [N/m]", stage.stiffness, "stiffness_scale")
-            self.damping = self._scaled(gui, "damping [N s/m]", stage.damping, "damping_scale")
         with gui.add_folder("Hand"):
             gui.add_html(
                 '<div style="padding:0 10px 6px 10px;font-size:12px;opacity:.8">Drag the orange ball at the '
-                "master's handle (with shift: level with the table). The hand moves, the instrument follows "
+                "master's handle (with shift: level with the table). The hand is yours then, the instrument follows "
                 f"{1 / stage.motion_scale:.3g} times finer, and the organ pushes back.</div>"
             )
-            self.back = gui.add_button("Let the hand go back", hint="Back onto the path of the scene")
+            self.path = gui.add_checkbox("follow the path", True, hint="The scene's path goes on, or the hand holds")
             self.clutch = gui.add_checkbox("clutch", False, hint="Pedal: the hand moves, the instrument stays")
+        with gui.add_folder("Tissue"):
+            self.stiffness = _slider(gui, "stiffness [N/m]", stage.stiffness)
+            self.damping = _slider(gui, "damping [N s/m]", stage.damping)
         with gui.add_folder("Run"):
             self.pause = gui.add_checkbox("pause", False, hint="Simulated time stands still")
-            self.reset = gui.add_button("Reset the console", hint="Tissue, hand, clutch and pause as at the start")
-        server.gui.main_panel.dock_right()
-        server.gui.main_panel.set_width(280)
+            self.reset = gui.add_button("Reset the console", hint="Hand, tissue, clutch and pause as at the start")
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(280)
         self.ball = server.scene.add_icosphere("/hand", BALL, HAND, opacity=0.75, cast_shadow=False)
-        self._hint = server.scene.add_label(
-            "/hand/hint", "drag", position=(0.0, 0.0, 1.6 * BALL), anchor="bottom-center"
-        )
+        above = (0.0, 0.0, 1.6 * BALL)
+        self._hint = server.scene.add_label("/hand/hint", "drag", position=above, anchor="bottom-center")
+
         self.ball.on_drag("left")(self._drag)
         self.ball.on_drag("left", modifier="shift")(self._drag)
-        self.back.on_click(lambda _: self._change(p_hand_offset_W=np.zeros(3)))
-        self.clutch.on_update(lambda _: self._change(clutch=self.clutch.value))
-        self.pause.on_update(lambda _: self._change(paused=self.pause.value))
+        for knob in (self.path, self.clutch, self.stiffness, self.damping, self.pause):
+            knob.on_update(lambda _: self._tell())
         self.reset.on_click(lambda _: self._reset())
 
     def show(self, tick: Ticks) -> None:
@@ -65,42 +63,49 @@ class Console:
         X_WL = self._stage.leader.X_WA
         self.ball.position = X_WL[:3, :3] @ tick["p_hand_L"] + X_WL[:3, 3]
 
-    def _scaled(self, gui: viser.GuiApi, label: str, nominal: float, name: str) -> viser.GuiSliderHandle[float]:
-        """A slider in the unit of the thing; the loop is told the ratio to the scene's value."""
-        top = 3.0 * nominal if nominal > 0 else 1.0
-        step = 10.0 ** np.floor(np.log10(top / 50.0))
-        slider = gui.add_slider(
-            label, 0.0, top, step, nominal, disabled=nominal <= 0,
-            hint=None if nominal > 0 else "zero in the scene: give the object one there to change it here",
-        )  # fmt: skip
-        slider.on_update(lambda _: self._change(**{name: slider.value / nominal}))
-        return slider
-
-    def _change(self, **fields: Any) -> None:
+    def _tell(self) -> None:
+        """Hands the loop what the console shows."""
         with self._lock:
             controls = self._source.controls
-            for name, value in fields.items():
-                setattr(controls, name, value)
+            controls.hold = not self.path.value
+            controls.clutch = self.clutch.value
+            controls.paused = self.pause.value
+            controls.p_hand_offset_W = self._offset
+            for name in ("stiffness", "damping"):
+                nominal = getattr(self._stage, name)
+                if nominal > 0.0:
+                    setattr(controls, f"{name}_scale", getattr(self, name).value / nominal)
             self._source.controls = controls
 
     def _reset(self) -> None:
+        self._offset = np.zeros(3)
         set_value(self.stiffness, self._stage.stiffness)
         set_value(self.damping, self._stage.damping)
+        set_value(self.path, True)
         set_value(self.clutch, False)
         set_value(self.pause, False)
-        self._change(stiffness_scale=1.0, damping_scale=1.0, clutch=False, paused=False, p_hand_offset_W=np.zeros(3))
+        self._tell()
 
     async def _drag(self, event: viser.SceneNodeDragEvent[viser.IcosphereHandle]) -> None:
         """Moves the hand with the pointer: in the plane of the screen, or level with the table while shift is held."""
         p_W = np.array(event.end_position)
         if event.phase == "start":
             self._hint.visible = False
-            self._p_grab = np.array(event.start_position)
-            self._offset_grab = np.array(self._source.controls.p_hand_offset_W)
+            set_value(self.path, False)
+            self._p_grab, self._offset_grab = np.array(event.start_position), self._offset
         if event.modifier == "shift":
             p_W = _on_level(np.array(event.client.camera.position), p_W, float(self._p_grab[2]))
-        offset = np.clip(self._offset_grab + p_W - self._p_grab, -REACH, REACH)
-        self._change(p_hand_offset_W=offset)
+        self._offset = np.clip(self._offset_grab + p_W - self._p_grab, -REACH, REACH)
+        self._tell()
+
+
+def _slider(gui: viser.GuiApi, label: str, nominal: float) -> viser.GuiSliderHandle[float]:
+    """From nothing to three times what the scene says."""
+    if nominal <= 0.0:
+        hint = "zero in the scene: give the object one there to change it here"
+        return gui.add_slider(label, 0.0, 1.0, 0.1, 0.0, disabled=True, hint=hint)
+    step = float(10.0 ** np.floor(np.log10(3.0 * nominal / 50.0)))
+    return gui.add_slider(label, 0.0, 3.0 * nominal, step, nominal)
 
 
 def _on_level(eye: Array, p: Array, z: float) -> Array:

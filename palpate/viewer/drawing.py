@@ -115,6 +115,11 @@ class Drawing:
         self.force_body = Arrow(scene, "/arrows/force_body", RED, 0.0030)
         self.force_spatial = Arrow(scene, "/arrows/force_spatial", GREEN, 0.0030)
 
+    @property
+    def p_WT(self) -> Array:
+        """Tool tip as drawn (3,) [m]."""
+        return np.array(self._spr.position)
+
     def show(self, tick: Ticks) -> None:
         """Moves everything to one tick (a 0-d structured array or a row of one)."""
         self._leader.show(tick["q"], float(tick["gripper"]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 
+from palpate.viewer import views
 from palpate.viewer.console import Console
 from palpate.viewer.drawing import Drawing
 from palpate.viewer.gauges import Gauges
@@ -29,6 +30,7 @@ class LiveViewer:
         self._drawing = Drawing(self._server.scene, stage)
         self._gauges = Gauges(self._server, stage, self._drawing)
         self.console = Console(self._server, stage, source)
+        views.add_buttons(self._server.gui, stage, lambda: self._drawing.p_WT)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="palpate-viewer", daemon=True)
         self._thread.start()

@@ -8,6 +8,7 @@ import time
 import numpy as np
 
 from palpate.record.ticks import Ticks
+from palpate.viewer import views
 from palpate.viewer.drawing import Drawing
 from palpate.viewer.gauges import POINTS, WINDOW, Gauges
 from palpate.viewer.server import close_server, open_server, set_value, url
@@ -36,6 +37,7 @@ class ReplayViewer:
             self.play = gui.add_checkbox("play", True)
             self.time = gui.add_slider("time [s]", first, max(last, first + 1e-3), 1e-3, first)
             self.speed = gui.add_dropdown("speed", tuple(SPEEDS), initial_value="x 1")
+        views.add_buttons(self._server.gui, stage, lambda: self._drawing.p_WT)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(280)
         self.time.on_update(self._dragged)

@@ -8,9 +8,8 @@ import logging
 import socket
 from typing import Any
 
-import numpy as np
-
 from palpate.errors import MissingExtraError, PortError
+from palpate.viewer import views
 from palpate.viewer.stage import Stage
 
 try:
@@ -40,9 +39,7 @@ def open_server(host: str, port: int, stage: Stage) -> viser.ViserServer:
     with contextlib.redirect_stdout(io.StringIO()):  # our own line tells the address
         server = viser.ViserServer(host=host, port=port, label=f"Palpate - {stage.title}", verbose=False)
     server.gui.configure_theme(dark_mode=False, show_logo=False, show_share_button=False, brand_color=(48, 96, 130))
-    camera = server.initial_camera
-    camera.position, camera.look_at = tuple(stage.focus + np.array([-0.03, -0.80, 0.42])), tuple(stage.focus)
-    camera.up, camera.fov, camera.near, camera.far = (0.0, 0.0, 1.0), np.radians(42.0), 0.01, 20.0
+    views.start_with(server, views.overview(stage))
     return server
 
 

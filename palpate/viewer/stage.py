@@ -57,3 +57,5 @@ class Stage:
     """Tool motion per hand motion [-]."""
     focus: Array = field(default_factory=lambda: np.zeros(3))
     """(3,) what the camera looks at [m], in the world."""
+    extent: float = 0.4
+    """How wide what the camera has to see is [m]."""

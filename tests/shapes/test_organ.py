@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from palpate.shapes import organ as organs
+from palpate import shapes as organs
 from palpate.shapes.surface_nets import extract, refine, triangle_count
 
 

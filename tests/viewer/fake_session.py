@@ -52,7 +52,7 @@ def stage():
 class FakeSession:
     def __init__(self):
         self._controls = SimpleNamespace(
-            following=True, clutch=False, paused=False, stiffness_scale=1.0, damping_scale=1.0,
+            following=True, clutch=False, paused=False, hold=False, stiffness_scale=1.0, damping_scale=1.0,
             p_hand_offset_W=np.zeros(3),
         )  # fmt: skip
         self._t0 = time.monotonic()

@@ -1,0 +1,77 @@
+"""From a rig, or a record, to what the viewer draws."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.arm import Arm
+from palpate.errors import RecordError
+from palpate.record.reader import Record
+from palpate.scene.rig import Rig, build
+from palpate.scene.scene import Scene
+from palpate.viewer.stage import ArmPlace, Stage, Thing
+
+Array = NDArray[np.float64]
+Triangles = NDArray[np.int32]
+
+MOST_TRIANGLES = 150_000
+"""A finer surface is drawn coarser, so that a browser turns it smoothly; it is felt as it is."""
+
+
+def stage_of(rig: Rig, title: str = "") -> Stage:
+    """What the viewer draws of a scene that is set up; the arms are copies of its own."""
+    scene, arms = rig.scene, rig.arms
+    things = [
+        Thing(each.name, *drawable(placed.mesh.vertices, placed.mesh.triangles), placed.X_WO)
+        for each, placed in zip(scene.objects, rig.surfaces, strict=True)
+    ]
+    p_WH = arms.X_WL @ arms.leader.fk(arms.q_leader0)[:, 3]
+    bounds = np.array([placed.bounds for placed in rig.surfaces])
+    middle = 0.5 * (bounds[:, 0].min(axis=0) + bounds[:, 1].max(axis=0))
+    first = scene.objects[0]
+    return Stage(
+        title=title or scene.title,
+        things=things,
+        leader=ArmPlace("leader", Arm.mtm(scene.arms.leader.model.removeprefix("mtm_")), arms.X_WL),
+        follower=ArmPlace("follower", Arm.psm(scene.arms.follower.model.removeprefix("psm_")), arms.X_WB),
+        radius=scene.contact.radius,
+        stiffness=max(first.stiffness),
+        damping=max(first.damping),
+        force_cap=scene.stability.force_cap,
+        motion_scale=scene.mapping.scale,
+        focus=0.5 * (middle + p_WH[:3]),
+        extent=float(np.linalg.norm(middle - p_WH[:3]) + 0.5 * np.ptp(bounds, axis=(0, 1)).max()),
+    )
+
+
+def stage_of_record(record: Record) -> Stage:
+    """What was in front of a record.
+
+    Raises RecordError when the record has lost its scene, SceneError and MeshError when it cannot be set up again
+    (a mesh file that has moved, for instance).
+    """
+    if not record.scene:
+        raise RecordError(
+            "the record holds no scene",
+            where=str(record.path),
+            why="another program rewrote it, or it was cut short",
+            mend="show its numbers instead: palpate report",
+        )
+    return stage_of(build(Scene.parse(record.scene, str(record.path))), record.path.parent.name)
+
+
+def drawable(vertices: Array, triangles: Triangles, most: int = MOST_TRIANGLES) -> tuple[Array, Triangles]:
+    """At most about `most` triangles: vertices that share a cell of a grid become one, their mean."""
+    if len(triangles) <= most:
+        return vertices, triangles
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+    cell = np.sqrt(2.0 * area / most)  # about two triangles in each cell that the surface crosses
+    _, group = np.unique(np.floor(vertices / cell).astype(np.int64), axis=0, return_inverse=True)
+    group = group.reshape(-1)
+    count = np.bincount(group)
+    merged = np.stack([np.bincount(group, vertices[:, k]) for k in range(3)], axis=1) / count[:, None]
+    coarse = group[triangles]
+    kept = (coarse[:, 0] != coarse[:, 1]) & (coarse[:, 1] != coarse[:, 2]) & (coarse[:, 2] != coarse[:, 0])
+    return merged, np.unique(coarse[kept], axis=0).astype(np.int32)
