@@ -25,6 +25,7 @@ class Summary:
     max_penetration_m: float
     contact_s: float  # time with something touched
     capped_s: float  # time in which a cap shortened the force
+    peak_speed_m_s: float  # of the handle
     energy_J: float  # the rendered force took from the hand; below zero: it generated
     cycle_p50_us: float  # compute time of a haptic cycle
     cycle_p99_us: float
@@ -47,7 +48,7 @@ class Totals:
     def __init__(self, rate: float) -> None:
         self._dt = 1.0 / rate
         self._ticks = self._touching = self._capped = 0
-        self._peak = self._sum = self._depth = self._energy = 0.0
+        self._peak = self._sum = self._depth = self._energy = self._speed = 0.0
         self._cycle_us: list[np.ndarray[Any, np.dtype[np.float32]]] = []
 
     def add(self, ticks: Ticks) -> None:
@@ -63,6 +64,7 @@ class Totals:
         self._sum += float(force[touching].sum())
         self._depth = max(self._depth, float(ticks["depth"].max()))
         self._energy = float(ticks["energy_port"][-1])
+        self._speed = max(self._speed, float(np.linalg.norm(ticks["v_LH"], axis=1).max()))
         self._cycle_us.append(ticks["cycle_us"].astype(np.float32))
 
     @property
@@ -91,6 +93,7 @@ class Totals:
             "max_penetration_m": self._depth,
             "contact_s": round(self._touching * self._dt, 9),
             "capped_s": round(self._capped * self._dt, 9),
+            "peak_speed_m_s": self._speed,
             "energy_J": self._energy,
             "cycle_p50_us": p50,
             "cycle_p99_us": p99,

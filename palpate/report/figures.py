@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from palpate.report.assumptions import SPEED_LIMIT
@@ -85,7 +86,8 @@ def _terms_of_law(run: Run, axes: Axes, canvas: Canvas) -> None:
         curve(axes, run.t, along, points, color=color, lw=0.9, label=label)
     axes.set(xlabel="time [s]", ylabel="along the normal [N]")
     _span(run, axes)
-    axes.legend(loc="upper right")
+    _headroom(axes, 0.12)
+    axes.legend(loc="upper right", ncols=2, handlelength=1.2)
 
 
 def torques(run: Run, canvas: Canvas) -> Figure:
@@ -125,11 +127,14 @@ def energy(run: Run, canvas: Canvas) -> Figure:
     ]
     for name, label, color, width in entries:
         curve(axes, run.t, 1e3 * run.ticks[name], canvas.points(), color=color, lw=width, label=label)
+    ticks = run.ticks
+    rest = ticks["energy_port"] + ticks["energy_cut"] - ticks["energy_spring"] - ticks["energy_damping"]
+    style = {"color": MUTED, "lw": 1.0, "ls": (0, (4, 2))}
+    curve(axes, run.t, 1e3 * rest, canvas.points(), label="the rest: mostly friction", **style)
     axes.axhline(0, color=MUTED, lw=0.6)
     axes.set(xlabel="time [s]", ylabel="energy [mJ]")
-    low, high = axes.get_ylim()
-    axes.set_ylim(low, high + (0.55 if canvas.narrow else 0.28) * (high - low))
-    _legend(axes, canvas, 4)
+    _headroom(axes, 0.7 if canvas.narrow else 0.3)
+    _legend(axes, canvas, 5)
     _span(run, axes)
     return figure
 
@@ -153,6 +158,7 @@ def frames(run: Run, canvas: Canvas) -> Figure:
     panels[1].set_xlabel("time [s]")
     if not canvas.narrow:
         panels[0].set_xlabel("time [s]")
+    _headroom(panels[0], 0.2)
     panels[0].legend(loc="upper left", ncols=3, handlelength=1.2)
     return figure
 
@@ -216,6 +222,13 @@ def _shade(run: Run, panels: tuple[Axes, ...], canvas: Canvas, names: bool = Tru
 def _span(run: Run, axes: Axes) -> None:
     start, end = float(run.t[0]), float(run.t[-1])
     axes.set_xlim(start, end if end > start else start + 1e-3)
+    axes.xaxis.set_major_locator(MaxNLocator(nbins=8, steps=[1, 2, 5, 10]))
+
+
+def _headroom(axes: Axes, share: float) -> None:
+    """Room for a legend above the curves."""
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + share * (high - low))
 
 
 def _legend(axes: Axes, canvas: Canvas, columns: int) -> None:

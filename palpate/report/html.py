@@ -121,7 +121,8 @@ _FRAMES = (
 )
 _ENERGY = (
     "What the rendered force took from the hand, and where it went. The first curve staying above zero means that "
-    "the surface never pushed by itself."
+    "the surface never pushed by itself. The rest is what springs, damping and caps do not explain: friction of the "
+    "surface, and small errors of sampling."
 )
 
 
@@ -195,7 +196,6 @@ def _notes(run: Run, slow: SlowMotion) -> list[str]:
 
 def _numbers(run: Run, summary: Summary, slow: SlowMotion) -> str:
     lines = rows(summary)
-    lines.append(("top speed", f"{slow.peak_speed:.3f} m/s", "of the handle"))
     lines.append(("inertia", f"{slow.peak_inertia:.2f} N", "largest force the arm's own mass put on the hand"))
     status = run.ticks["status"].astype(np.int64)
     for bit, words in STATUS.items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -47,8 +48,9 @@ class Run:
 
     @property
     def title(self) -> str:
-        """Name of the scene."""
-        return str(self.setting("name") or self.record.path.parent.name or "a run")
+        """Name of the scene, else of the run's folder without its date."""
+        folder = re.sub(r"-\d{8}-\d{6}(-\d+)?$", "", self.record.path.resolve().parent.name)
+        return str(self.setting("name") or folder or "a run")
 
     @cached_property
     def touches(self) -> list[tuple[int, int]]:

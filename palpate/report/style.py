@@ -18,7 +18,7 @@ INK, MUTED, GRID = "#22303c", "#71808c", "#e6ebef"
 FORCE, CELL, DEPTH, CAP = "#c8453b", "#8b98a3", "#1f6f8b", "#b58900"
 TOOL, PROXY, SURFACE = "#1f6f8b", "#c8453b", "#e3b7a5"
 PHASES = {"approach": "#ffffff", "press": "#f8e7dc", "slide": "#e4f0f1", "leave": "#f3eef7"}
-JOINTS = ("#c8453b", "#1f6f8b", "#4f8f4f", "#b58900", "#8767a8", "#71808c", "#b9c3cb")
+JOINTS = ("#c8453b", "#1f6f8b", "#4f8f4f", "#b58900", "#8767a8", "#d98cb3", "#8a6a4f")
 
 _RC: Any = {
     "font.family": "sans-serif",

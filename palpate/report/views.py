@@ -19,7 +19,7 @@ _LIGHT = np.array([-0.4, -0.5, 0.77])
 def path(run: Run, canvas: Canvas) -> Figure:
     """Tool (blue) and proxy (red) in the world frame; deflections as thin red lines."""
     tall = canvas.narrow
-    figure = Figure(figsize=(canvas.width, 10.0 if tall else 3.7), layout="constrained")
+    figure = Figure(figsize=(canvas.width, 10.0 if tall else 3.3), layout="constrained")
     panels = figure.subplots(3, 1) if tall else figure.subplots(1, 3)
     centre, reach = _window(run)
     across = _slide_direction(run)
@@ -77,7 +77,7 @@ def _draw_surface(axes: Axes, points: Array, triangles: NDArray[np.int32], reach
     seen = near & (normals[:, 2] > 0) & (length > 0)
     corners, normals = corners[seen], normals[seen] / length[seen][:, None]
     order = np.argsort(corners[..., 2].mean(axis=1))
-    light = 0.66 + 0.34 * np.clip(normals @ _LIGHT, -0.6, 1.0)
+    light = 0.86 + 0.24 * np.clip(normals @ _LIGHT, -0.8, 1.0)
     colors = np.clip(light[:, None] * np.array(to_rgb(SURFACE)), 0, 1)
     patch = PolyCollection(corners[order, :, :2], facecolors=colors[order], edgecolors=colors[order], lw=0.15)
     patch.set_rasterized(True)
