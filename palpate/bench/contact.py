@@ -177,28 +177,38 @@ PROTOTYPE: dict[tuple[str, int], tuple[float, ...]] = {
 
 
 def table(rows: Iterable[Row]) -> Table:
-    """The rows for a terminal, each deep one above the prototype's figures on the same input."""
-    out = Table(title="Contact: latency and quality over a steady slide (r = 2 mm, k = 500 N/m)")
-    columns: tuple[str, ...] = ("shape", "triangles", "path", "method", "p50/p99 [us]", "direction med/p95/max [deg]")
-    columns += ("magnitude p95/max [mN]", "step [deg/mN]", "lost", "flipped", "energy [mJ]", "load [s]", "memory [MB]")
+    """The rows for a terminal of 80 columns, the prototype's figures below each deep slide."""
+    rows = list(rows)
+    methods = ", ".join(dict.fromkeys(r["method"] for r in rows))
+    out = Table(title=f"Method {methods}: r = 2 mm, k = 500 N/m", box=None, padding=(0, 1, 0, 0), pad_edge=False)
+    columns: tuple[str, ...] = ("mesh", "path", "us\np50/p99", "direction deg\nmed/p95/max", "force mN\np95/max")
+    columns += ("step\ndeg/mN", "lost\nflip", "work\nmJ", "load\ns", "\nMB")
     for i, column in enumerate(columns):
-        out.add_column(column, justify="left" if i in (0, 2, 3) else "right")
+        out.add_column(column, justify="left" if i < 2 else "right", no_wrap=True)
     for r in rows:
         out.add_row(
-            *(r["shape"], f"{r['triangles']:,}", r["path"], r["method"], f"{r['p50_us']:.2f}/{r['p99_us']:.1f}"),
-            f"{r['direction_median_deg']:.3f}/{r['direction_p95_deg']:.3f}/{r['direction_max_deg']:.3f}",
-            f"{r['magnitude_p95_mN']:.2f}/{r['magnitude_max_mN']:.2f}",
-            f"{r['step_deg']:.2f}/{r['step_mN']:.2f}",
-            *(str(r["lost"]), str(r["flipped"]), f"{r['energy_mJ']:.3f}"),
-            *(f"{r['load_s']:.2f}", f"{r['memory_MB']:.0f}"),
+            f"{r['shape']} {_short(r['triangles'])}",
+            r["path"],
+            f"{r['p50_us']:.2f}/{r['p99_us']:.0f}",
+            f"{r['direction_median_deg']:.2f}/{r['direction_p95_deg']:.2f}/{r['direction_max_deg']:.2f}",
+            f"{r['magnitude_p95_mN']:.1f}/{r['magnitude_max_mN']:.1f}",
+            f"{r['step_deg']:.1f}/{r['step_mN']:.1f}",
+            f"{r['lost']}/{r['flipped']}",
+            f"{round(r['energy_mJ'], 2) + 0.0:.2f}",  # no -0.00
+            f"{r['load_s']:.2f}",
+            f"{r['memory_MB']:.0f}",
         )
         size = min(SIZES, key=lambda n: abs(np.log(n / r["triangles"])))
         reference = PROTOTYPE.get((r["shape"], size)) if r["path"] == "deep" else None
         if reference:
             p50, p99, median, p95, top, magnitude, magnitude_top, step_deg, step_mn = (f"{x:g}" for x in reference)
-            cells = ("", "", "", "prototype", f"{p50}/{p99}", f"{median}/{p95}/{top}", f"{magnitude}/{magnitude_top}")
-            out.add_row(*cells, f"{step_deg}/{step_mn}", *[""] * 5, style="dim")
+            figures = (f"{p50}/{p99}", f"{median}/{p95}/{top}", f"{magnitude}/{magnitude_top}", f"{step_deg}/{step_mn}")
+            out.add_row("  prototype", "", *figures, style="dim")
     return out
+
+
+def _short(triangles: int) -> str:
+    return f"{triangles / 1e6:.1f}M" if triangles >= 1e6 else f"{triangles / 1e3:.0f}k"
 
 
 if __name__ == "__main__":

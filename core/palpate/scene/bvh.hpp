@@ -19,18 +19,18 @@ struct alignas(32) BvhNode {
 };
 
 /// Four triangles (a, a + e1, a + e2); a leaf with fewer repeats its last one.
-struct alignas(64) TriangleBlock {
+struct alignas(32) TriangleBlock {
   double a[3][4];
   double e1[3][4];
   double e2[3][4];
-  std::int32_t id[4];
 };
 
 struct Bvh {
   std::unique_ptr<BvhNode[]> nodes;  ///< nodes[0] is the root
   std::unique_ptr<TriangleBlock[]> blocks;
-  double centre[3] = {0, 0, 0};  ///< of the mesh's box
-  double scale = 1.0;            ///< (p - centre) * scale is in [-1, 1]^3 on the mesh; a power of two
+  std::unique_ptr<std::int32_t[]> ids;  ///< of the triangles, four for each block
+  double centre[3] = {0, 0, 0};         ///< of the mesh's box
+  double scale = 1.0;                   ///< (p - centre) * scale is in [-1, 1]^3 on the mesh; a power of two
 };
 
 /// Nearest point a + v e1 + w e2 on triangle `triangle`; v, w are exactly on the simplex's rim on edges and corners.

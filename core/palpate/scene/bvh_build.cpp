@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kLeaf = 4;              // triangles in a block
 constexpr std::size_t kWide = 8;              // children of a node
-constexpr std::size_t kSmall = 64;            // below it ranges are split at multiples of kLeaf
+constexpr std::size_t kSmall = 128;           // below it ranges are split at multiples of kLeaf
 constexpr std::size_t kMinSide = 8;           // smallest side of a binned split: bounds the number of blocks
 constexpr int kBins = 16;                     // per axis
 constexpr int kBinnedDepth = 14;              // deeper nodes use medians: bounds the depth of the tree
@@ -41,12 +41,11 @@ struct Box {
   }
 };
 
-/// A triangle's box and name, 32 bytes: moved while partitioning, so that every pass reads memory in order.
+/// A triangle's box and name: moved while partitioning, so that every pass reads memory in order.
 struct Item {
   float lo[3];
   float hi[3];
   std::int32_t id;
-  std::int32_t unused;
 
   [[nodiscard]] float twice_centre(int axis) const { return lo[axis] + hi[axis]; }
 };
@@ -73,6 +72,7 @@ class Builder {
     const std::size_t capacity = items_.size() / 2 + 64;
     bvh_.nodes = std::make_unique_for_overwrite<BvhNode[]>(capacity);
     bvh_.blocks = std::make_unique_for_overwrite<TriangleBlock[]>(capacity);
+    bvh_.ids = std::make_unique_for_overwrite<std::int32_t[]>(capacity * kLeaf);
     root(all);
     return std::move(bvh_);
   }
@@ -251,7 +251,7 @@ class Builder {
         block.e1[k][lane] = vertices_[static_cast<std::size_t>(t[1]) * 3 + k] - a;
         block.e2[k][lane] = vertices_[static_cast<std::size_t>(t[2]) * 3 + k] - a;
       }
-      block.id[lane] = id;
+      bvh_.ids[static_cast<std::size_t>(index) * kLeaf + lane] = id;
     }
     return index;
   }

@@ -4,7 +4,8 @@
 
 /// Squared distances from the point to four triangles; the least of them goes into `best` if it is an improvement.
 /// Every candidate is a point of its triangle, so that no rounding can make a distance too small.
-PALPATE_TARGET inline void nearest_in_block(const TriangleBlock& block, const double p[3], BvhHit& best) {
+PALPATE_TARGET inline void nearest_in_block(const TriangleBlock& block, const std::int32_t* ids, const double p[3],
+                                            BvhHit& best) {
   const D4 zero = D4::all(0.0), one = D4::all(1.0);
   D4 ap[3], e1[3], e2[3];
   for (int k = 0; k < 3; ++k) {
@@ -48,7 +49,7 @@ PALPATE_TARGET inline void nearest_in_block(const TriangleBlock& block, const do
   if (least_of[lane] < best.distance2) {
     v.store(v_of);
     w.store(w_of);
-    best = {least_of[lane], v_of[lane], w_of[lane], block.id[lane]};
+    best = {least_of[lane], v_of[lane], w_of[lane], ids[lane]};
   }
 }
 
@@ -85,7 +86,8 @@ PALPATE_TARGET inline BvhHit closest_in(const Bvh& bvh, const double p[3], const
     if (entry.distance2 > limit) continue;
     if (entry.child < 0) {
       const double before = best.distance2;
-      nearest_in_block(bvh.blocks[static_cast<std::size_t>(~entry.child)], p, best);
+      const auto block = static_cast<std::size_t>(~entry.child);
+      nearest_in_block(bvh.blocks[block], &bvh.ids[4 * block], p, best);
       if (best.distance2 < before) limit = limit_of(best.distance2);
       continue;
     }
