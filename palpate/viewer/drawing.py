@@ -141,7 +141,7 @@ def _light(scene: viser.SceneApi) -> None:
     """A lamp above the table with soft shadows, and enough light from everywhere to see into the hollows."""
     scene.set_up_direction("+z")
     scene.configure_default_lights(enabled=False)
-    scene.configure_environment_map("studio", environment_intensity=0.18)
+    scene.configure_environment_map("studio", environment_intensity=0.12)
     scene.add_light_ambient("/light/ambient", intensity=0.5)
     scene.add_light_directional(
         "/light/lamp", intensity=1.5, cast_shadow=True, position=(-0.4, -0.7, 1.4), color=(255, 248, 238)

@@ -15,7 +15,7 @@ View = tuple[Array, Array]
 """Position of the eye and what it looks at, (3,) each [m]."""
 
 FIELD_OF_VIEW = np.radians(42.0)
-FROM_ABOVE_IN_FRONT = np.array([-0.06, -0.95, 0.46])
+FROM_ABOVE_IN_FRONT = np.array([-0.07, -0.84, 0.42])
 """The eye of the overview, from the focus, for a scene of 0.4 m [m]: the surgeon's side, patient's feet in front."""
 
 
