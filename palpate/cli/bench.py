@@ -5,14 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
-from rich.console import Console
-
-from palpate.cli.output import require_writable, say, write_json
+from palpate.cli.output import console_for, require_writable, say, write_json
 
 
 def bench(what: Literal["loop", "contact"], json: Path | None) -> int:
     """Measure, print the table, write the JSON contract."""
-    console = Console(stderr=str(json) == "-", highlight=False)
+    console = console_for(json)
     require_writable(json)
     if what == "loop":
         from palpate.bench import loop

@@ -9,7 +9,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from palpate.cli.output import say, write_json
+from palpate.cli.output import console_for, say, write_json
 from palpate.errors import PalpateWarning
 from palpate.mesh import Mesh, Unit
 
@@ -18,7 +18,7 @@ _SCENES = (".yaml", ".yml")
 
 def check(path: Path, unit: Unit, json: Path | None) -> int:
     """Look at a scene or mesh; warnings are told, mistakes are raised. Returns the exit code."""
-    console = Console(stderr=str(json) == "-", highlight=False)
+    console = console_for(json)
     is_scene = path.suffix.lower() in _SCENES
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -26,8 +26,8 @@ def check(path: Path, unit: Unit, json: Path | None) -> int:
     told = [str(w.message) for w in caught if issubclass(w.category, PalpateWarning)]
     for text in told:
         say(console, text, "warning:", "yellow")
-    verdict = "ready to run" if is_scene else "good to touch"
-    say(console, f"{path}: {verdict}" + (f", {len(told)} warnings" if told else ""))
+    verdict = "ready to run" if is_scene else "can be touched"
+    say(console, f"{path}: {verdict}" + (f", with {len(told)} warnings" if told else ""))
     write_json(json, {"file": str(path), "ok": True, "warnings": told, **result})
     return 0
 

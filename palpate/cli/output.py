@@ -12,6 +12,14 @@ from rich.console import Console
 from palpate.errors import OutputError
 
 
+def console_for(json: Path | None) -> Console:
+    """Where a command talks to people: the standard error when its JSON takes the standard output."""
+    console = Console(stderr=str(json) == "-", highlight=False)
+    if not console.is_terminal:
+        console.width = max(console.width, 120)
+    return console
+
+
 def say(console: Console, text: str, label: str = "", style: str = "") -> None:
     """Print text as it is, long lines whole, after a coloured label."""
     if label:

@@ -36,7 +36,7 @@ class Progress:
         done = state.t - self._start
         line = Text.assemble(
             (f"{done:6.1f} / {self._duration:g} s", "bold"),
-            f"  {state.phase or 'run':<8}",
+            f"  {state.phase or 'run':<10}",
             ("force ", "dim"),
             (f"{state.force:5.2f} N", "red" if state.contacts else ""),
             ("  penetration ", "dim"),

@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from rich.console import Console
-
-from palpate.cli.output import require_writable, say, write_json
+from palpate.cli.output import console_for, require_writable, say, write_json
 from palpate.cli.view import require_viewer, serve
 from palpate.record.reader import Record
 
@@ -20,7 +18,7 @@ def find(path: Path) -> Path:
 def replay(path: Path, port: int) -> int:
     """Show a record until Ctrl-C."""
     require_viewer()
-    console = Console(highlight=False)
+    console = console_for(None)
     record = Record.open(find(path))
     if record.note:
         say(console, record.note)
@@ -33,7 +31,7 @@ def report(path: Path, out: Path | None, json: Path | None) -> int:
     from palpate.report import write_report
     from palpate.report.summary import summary_of, summary_table
 
-    console = Console(stderr=str(json) == "-", highlight=False)
+    console = console_for(json)
     require_writable(json)
     record = Record.open(find(path))
     if record.note:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 
 from palpate.cli import INTERRUPTED
-from palpate.cli.output import require_writable, say, write_json
+from palpate.cli.output import console_for, require_writable, say, write_json
 from palpate.cli.progress import Progress
 from palpate.cli.view import require_viewer, serve
 from palpate.errors import MissingExtraError, PalpateError
@@ -27,7 +27,7 @@ def run(o: Run) -> int:
     from palpate.report.summary import summary_table
 
     _refuse_contradictions(o)
-    console = Console(stderr=str(o.json) == "-", highlight=False)
+    console = console_for(o.json)
     viewer = o.serve or (not o.headless and sys.stdout.isatty() and sys.stdin.isatty())
     if viewer:
         require_viewer()
