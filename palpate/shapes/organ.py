@@ -42,10 +42,20 @@ def _surface(field: Field, box: Array, triangles: int) -> tuple[Vertices, Triang
     for _ in range(2):  # the count goes with 1 / spacing^2
         spacing *= np.sqrt(triangle_count(field, box[0], box[1], spacing) / wanted)
     vertices, faces = extract(field, box[0], box[1], spacing)
+    while not _is_closed(faces):  # where a thin fold falls badly on the grid, two sheets may meet in one cell
+        spacing *= 0.98
+        vertices, faces = extract(field, box[0], box[1], spacing)
     for _ in range(splits):
         vertices, faces = refine(field, vertices, faces, spacing)
         spacing *= 0.5
     return vertices - 0.5 * (vertices.min(axis=0) + vertices.max(axis=0)), faces
+
+
+def _is_closed(faces: Triangles) -> bool:
+    """Is every edge shared by exactly two triangles?"""
+    sides = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1).astype(np.int64)
+    _, count = np.unique(sides[:, 0] << 32 | sides[:, 1], return_counts=True)
+    return bool((count == 2).all())
 
 
 # Solids: functions of points p (..., 3) [mm] that are negative inside and grow like a distance. ----------------------

@@ -49,9 +49,11 @@ def test_right_lobe_is_the_large_one_and_the_inferior_edge_is_thin(liver):
     assert np.ptp(low[:, 2]) < 0.3 * np.ptp(vertices[:, 2])
 
 
-@pytest.mark.parametrize("wanted", [2000, 12_000])
-def test_count_is_met_within_ten_percent(wanted):
-    assert abs(len(organs.organ(wanted)[1]) - wanted) < 0.1 * wanted
+@pytest.mark.parametrize("wanted", [2000, 6000, 12_000])
+def test_count_is_met_within_ten_percent_and_the_surface_is_closed(wanted):
+    mesh = as_trimesh(organs.organ(wanted))
+    assert abs(len(mesh.faces) - wanted) < 0.1 * wanted
+    assert mesh.is_watertight
 
 
 def test_splitting_keeps_the_surface():

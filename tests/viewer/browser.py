@@ -23,7 +23,7 @@ FLAGS = [
 
 
 @contextmanager
-def open_page(url, size=(1000, 500)):
+def open_page(url, size=(1200, 500)):
     """The page once the read-outs are there; `page.strangers` and `page.errors` collect what should not happen."""
     if CHROMIUM is None:
         pytest.skip("no Chromium here (Debian: apt-get install chromium): the viewer is not tested in a browser")

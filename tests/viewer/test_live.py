@@ -36,7 +36,7 @@ def until(condition, seconds=30.0):
 
 def test_page_draws_the_scene_without_asking_anybody_else(page):
     picture = np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB")).astype(float)
-    middle = picture[:, 330:710]
+    middle = picture[:, 330:910]
     assert middle.std() > 20.0
     red = (middle[..., 0] > 1.6 * middle[..., 1]) & (middle[..., 0] > 60.0)
     assert red.mean() > 0.01  # the organ
