@@ -17,12 +17,12 @@ setup: .venv/.ready
 	@command -v g++ >/dev/null || { echo "palpate: no C++ compiler (g++) found. Mend: sudo apt install g++"; exit 1; }
 	@python3 -c 'import os, sys, sysconfig; sys.exit(not os.path.exists(sysconfig.get_path("include") + "/Python.h"))' \
 	  || { echo "palpate: Python.h is missing beside $$(command -v python3). Mend: sudo apt install python3-dev"; exit 1; }
-	@$(UV) sync --python "$$(command -v python3)" --all-extras --no-progress
+	@echo "setting up, once: packages into .venv, then the C++ core (about two minutes on two cores)"
+	@$(UV) sync --python "$$(command -v python3)" --all-extras --quiet
 	@touch $@
 
 # uv comes from the package index: into a small environment, or a plain folder where Debian's python3-venv is absent.
 .uv/bin/uv:
-	@echo "setting up (once, about a minute): uv, Python packages, C++ core"
 	@python3 -m venv .uv >/dev/null 2>&1 && .uv/bin/python -m pip install --quiet --disable-pip-version-check 'uv>=0.8,<1' \
 	  || python3 -m pip install --quiet --disable-pip-version-check --upgrade --target .uv 'uv>=0.8,<1' \
 	  || { echo "palpate: uv could not be installed. Install it from https://docs.astral.sh/uv, or: sudo apt install python3-venv python3-pip"; exit 1; }
