@@ -1,0 +1,72 @@
+"""The examples run, say what they promise, and stay short enough to be read."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = sorted((ROOT / "examples").glob("[0-9][0-9]_*.py"))
+
+
+def run(name: str, *options: str | Path) -> str:
+    done = subprocess.run(
+        [sys.executable, ROOT / "examples" / name, *options],
+        env={**os.environ, "MPLBACKEND": "Agg"},
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.name)
+def test_an_example_is_a_page(path):
+    lines = path.read_text().splitlines()
+    assert 50 <= len(lines) <= 110
+    assert lines[0].startswith('"""')
+    assert "You learn" in "\n".join(lines[:15])
+
+
+def test_virtual_wall(tmp_path):
+    out = run("01_virtual_wall.py", "--duration", "3", "--figure", tmp_path / "wall.png")
+    rows = [[float(x) if x.strip() != "never" else None for x in line.split("|")] for line in out.splitlines()[2:8]]
+    peak = {(row[0], row[1]): row[2] for row in rows}
+    given = {(row[0], row[1]): row[6] for row in rows}
+    for delay in (0.0, 10.0):
+        assert peak[delay, 0.0] > peak[delay, 5.0] > peak[delay, 10.0], "damping lowers the overshoot"
+        assert given[delay, 0.0] > 0.01 > given[delay, 10.0], "and pays for the energy that sampling makes"
+    assert all(peak[10.0, b] > peak[0.0, b] for b in (0.0, 5.0, 10.0)), "delay raises it"
+    assert (tmp_path / "wall.png").stat().st_size > 10_000
+
+
+def test_feel_an_organ(tmp_path):
+    out = run("02_feel_an_organ.py", "--duration", "3", "--out", tmp_path, "--figure", tmp_path / "organ.png")
+    assert "half as stiff" in out
+    assert "in contact" in out
+    assert list(tmp_path.glob("*/record.mcap"))
+    assert (tmp_path / "organ.png").is_file()
+
+
+def test_own_mesh(tmp_path):
+    out = run("03_own_mesh.py", "--sections", "64", "--figure", tmp_path / "normals.png")
+    rows = {(line.split("|")[0].strip(), line.split("|")[1].strip()): line for line in out.splitlines() if "|" in line}
+    median = {
+        key: float(line.split("|")[2].split("/")[0])
+        for key, line in rows.items()
+        if "deg" in line and "no contact" not in line
+    }
+    assert all(median[h, "proxy"] < 0.5 for h in ("+1 mm", "-1 mm", "-3 mm"))
+    assert 1 < median["+1 mm", "paper-alg1"] < 45
+    assert median["-1 mm", "paper-alg1"] > 90
+    assert "100%" in rows["-3 mm", "paper-alg1"]
+
+
+def test_own_mesh_of_a_user(tmp_path):
+    import trimesh
+
+    trimesh.creation.icosphere(radius=30).export(tmp_path / "ball.stl")
+    assert "2 mm into its top: 2.0" in run("03_own_mesh.py", "--mesh", tmp_path / "ball.stl")

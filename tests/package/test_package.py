@@ -1,0 +1,66 @@
+"""The package says the truth about itself, and its front page works."""
+
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import palpate
+from palpate import _core
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def test_version_is_the_one_of_the_project_file():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert palpate.__version__ == project["version"]
+    assert f"## {palpate.__version__}" in (ROOT / "CHANGELOG.md").read_text()
+
+
+def test_what_is_offered_is_there():
+    for name in palpate.__all__:
+        assert getattr(palpate, name) is not None
+    with pytest.raises(AttributeError, match="no attribute 'Sessoin'"):
+        palpate.Sessoin  # noqa: B018
+
+
+def test_compiled_names_are_typed():
+    """Whatever the core offers stands in `_core.pyi`, and the other way round."""
+    stub = (ROOT / "palpate" / "_core.pyi").read_text()
+    typed = set(re.findall(r"^(?:class|def) (\w+)|^(\w+):", stub, re.M))
+    typed = {a or b for a, b in typed}
+    offered = {n for n in dir(_core) if not n.startswith("_")}
+    assert offered - typed == set(), "bound, not typed"
+    assert typed - offered == set(), "typed, not bound"
+
+
+def test_readme_example_runs(tmp_path):
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.S)
+    if not blocks:
+        pytest.skip("README.md has no python block yet")
+    (tmp_path / "scenes").symlink_to(ROOT / "scenes")
+    for block in blocks:
+        script = tmp_path / "readme.py"
+        script.write_text(block)
+        run = subprocess.run(
+            [sys.executable, script],
+            cwd=tmp_path,
+            env={**os.environ, "MPLBACKEND": "Agg"},
+            capture_output=True,
+            text=True,
+            timeout=120,
+        )
+        assert run.returncode == 0, run.stderr
+
+
+def test_wheel_carries_models_and_scenes():
+    """CMake installs both folders into the package (the wheel itself takes a minute to build: not here)."""
+    cmake = (ROOT / "CMakeLists.txt").read_text()
+    assert re.search(r"install\(DIRECTORY models scenes DESTINATION palpate\b", cmake)
+    for name in ("mtm_right", "mtm_left", "psm_lnd"):
+        assert (ROOT / "models" / f"{name}.urdf").is_file()
+        assert (ROOT / "models" / f"{name}.yaml").is_file()
