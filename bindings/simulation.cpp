@@ -131,7 +131,7 @@ void bind_cycle(nb::module_& m) {
 }
 
 void bind_running(nb::module_& m) {
-  nb::class_<HandPath>(m, "HandPath", "Intended tool path in W: minimum-jerk motions between way points.")
+  nb::class_<HandPath>(m, "HandPath", "Intended tool path in W through way points: no rest but at the ends and turns.")
       .def(
           "__init__",
           [](HandPath* self, std::vector<double> times,

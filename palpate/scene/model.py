@@ -134,7 +134,7 @@ class RatesSection(Section):
 
 
 class WayPoint(Section):
-    """The hand rests here at this time."""
+    """Where the hand wants the tool at a time."""
 
     t: NotNegative
     """time from the start [s]"""
@@ -173,7 +173,8 @@ class OperatorSection(Section):
     palpate: PalpateSection = PalpateSection()
     """automatic path over an object"""
     path: tuple[WayPoint, ...] | None = None
-    """instead: way points of the tool, joined by minimum-jerk motions"""
+    """instead: way points of the tool, passed without a stop; the hand rests at both ends, where one is repeated,
+    and where the path turns by a right angle or more"""
     mass: Positive = _C.hand.mass
     """moves with the handle [kg]"""
     damping: NotNegative = _C.hand.damping

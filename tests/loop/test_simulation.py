@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from loop_rig import CLUTCHED, HEIGHT, NOT_FOLLOWING, floor, options, run, simulation
 
 from palpate import _core
@@ -270,6 +272,33 @@ def test_minimum_jerk_by_finite_differences():
     np.testing.assert_allclose(path.at(0.5)[0], [0.05, 0, 0], atol=1e-15)
     assert path.at(0.5)[1][0] == pytest.approx(1.875 * 0.1)  # peak speed of a minimum-jerk motion
     assert path.at(9.0)[2] == 0.5
+
+
+def test_way_points_of_one_motion_are_passed_at_its_speed():
+    t = np.arange(0.0, 4.0, 0.5)
+    line = np.outer(t, [0.03, -0.02, 0.01])
+    path = _core.HandPath(t.tolist(), line)
+    for x in np.linspace(0.5, 3.0, 101):  # between the first and last way point but one
+        np.testing.assert_allclose(path.at(x)[1], [0.03, -0.02, 0.01], atol=1e-12)
+
+
+@pytest.mark.parametrize("then", [[0.0, 0.1, 0.0], [0.1, 0.1, 0.0], [-0.05, 0.0, 0.0], [0.1, 0.0, 0.0]])
+def test_the_hand_rests_at_turns_and_where_a_way_point_is_repeated(then):
+    path = _core.HandPath([1.0, 2.0, 3.0], np.array([[0, 0, 0], [0.1, 0, 0], then]))
+    np.testing.assert_array_equal(path.at(2.0)[1], 0.0)
+
+
+@given(st.integers(0, 10_000))
+def test_the_hand_never_goes_back_on_its_way_and_turns_with_the_world(seed):
+    rng = np.random.default_rng(seed)
+    points, times = rng.normal(size=(6, 3)), np.cumsum(rng.uniform(0.1, 2.0, 6))
+    R, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    path, turned = _core.HandPath(times.tolist(), points), _core.HandPath(times.tolist(), points @ R.T)
+    for i in range(5):
+        for t in np.linspace(times[i], times[i + 1], 23):
+            p, v, _ = path.at(t)
+            assert v @ (points[i + 1] - points[i]) >= -1e-12
+            np.testing.assert_allclose(turned.at(t)[0], R @ p, atol=1e-12)
 
 
 def test_samples_of_a_motion_are_passed_not_rested_at():

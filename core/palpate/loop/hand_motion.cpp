@@ -11,7 +11,6 @@ namespace palpate::loop {
 namespace {
 
 constexpr double kOpenHand = 0.6;        // pinch of a hand that was told nothing [rad]
-constexpr double kSampled = 0.05;        // way points nearer than this are samples of one motion [s]
 constexpr double kGlideFrequency = 8.0;  // of joining another path [rad/s]
 constexpr double kGlideSpeed = 0.25;     // and its limit [m/s]
 constexpr int kSways = 5;                // sinusoids of a tremor
@@ -40,8 +39,10 @@ HandPath::HandPath(std::vector<double> times, std::vector<Vec3> positions_W, std
   }
   velocities_.assign(times_.size(), Vec3::Zero());
   for (std::size_t i = 1; i + 1 < times_.size(); ++i) {
-    if (times_[i] - times_[i - 1] < kSampled && times_[i + 1] - times_[i] < kSampled) {
-      velocities_[i] = (positions_[i + 1] - positions_[i - 1]) / (times_[i + 1] - times_[i - 1]);
+    const Vec3 a = (positions_[i] - positions_[i - 1]) / (times_[i] - times_[i - 1]);
+    const Vec3 b = (positions_[i + 1] - positions_[i]) / (times_[i + 1] - times_[i]);
+    if (a.dot(b) > 0.0) {
+      velocities_[i] = 2.0 * a.dot(b) / (a + b).squaredNorm() * (a + b);
     }
   }
 }

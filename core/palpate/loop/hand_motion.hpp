@@ -9,9 +9,14 @@
 
 namespace palpate::loop {
 
-/// Way points of the tool in W, joined by minimum-jerk motions that rest at each of them (Flash and Hogan 1985).
-/// Way points within 50 ms of both neighbours are samples of one motion: it passes them at the neighbours' mean
-/// velocity. Before the first and after the last it rests. Empty: it stays where it starts.
+/// Way points of the tool in W, joined by quintics: the minimum-jerk motion (Flash and Hogan 1985) where both ends
+/// rest. A way point is passed at the harmonic mean of the mean velocities a before and b after it,
+///
+///   v = 2 (a . b) / |a + b|^2 (a + b),   and v = 0 unless a . b > 0:
+///
+/// the hand rests at both ends, where a way point is repeated, and where the path turns by a right angle or more. Since
+/// 0 <= v . a <= 2 |a|^2 (b likewise), it never goes back on the way from one to the next. Before the first and after
+/// the last it rests. Empty: it stays where it starts.
 class HandPath {
  public:
   struct Point {
