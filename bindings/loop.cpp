@@ -22,11 +22,21 @@ void bind_table(nb::module_& m) {
       [] {
         nb::list rows;
         for (const loop::Signal& s : loop::signals()) {
-          rows.append(nb::make_tuple(s.name, s.offset, s.size, s.unit, s.frame, s.doc, s.deterministic));
+          rows.append(nb::make_tuple(s.name, s.offset, s.size, s.unit, s.frame, s.doc, s.deterministic, s.stage));
         }
         return rows;
       },
-      "The table of signals: (name, byte offset, doubles, unit, frame, doc, deterministic) per row.");
+      "The table of signals: (name, byte offset, doubles, unit, frame, doc, deterministic, stage) per row.");
+  m.def(
+      "status_words",
+      [] {
+        nb::list rows;
+        for (const loop::StatusWords& s : loop::status_words()) {
+          rows.append(nb::make_tuple(s.name, s.bit, s.words));
+        }
+        return rows;
+      },
+      "The bits of the signal `status`, the gravest first: (name, bit, words) per row.");
 }
 
 void bind_controls(nb::module_& m) {

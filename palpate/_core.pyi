@@ -11,7 +11,8 @@ Array = NDArray[np.float64]
 
 TICK_BYTES: int
 
-def signals() -> list[tuple[str, int, int, str, str, str, bool]]: ...
+def signals() -> list[tuple[str, int, int, str, str, str, bool, str]]: ...
+def status_words() -> list[tuple[str, int, str]]: ...
 
 class Controls:
     following: bool

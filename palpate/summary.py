@@ -8,7 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from palpate.record.ticks import Ticks
+from palpate.record.ticks import STATUS, Ticks
+
+_CAPPED = STATUS["force_capped"][0] | STATUS["rate_capped"][0]
 
 
 @dataclass(frozen=True)
@@ -102,9 +104,6 @@ class Totals:
             "missed_ticks": int((timing or {}).get("missed_ticks", 0)),
         }
         return Summary(**{**fields, **known})
-
-
-_CAPPED = 0b11  # Status::kForceCapped | kRateCapped of core/palpate/loop/tick.hpp
 
 
 def summarise(ticks: Ticks, rate: float, **known: Any) -> Summary:

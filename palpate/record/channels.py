@@ -12,19 +12,6 @@ from dataclasses import dataclass
 from palpate.record.messages import DEFINITIONS, TYPE_OF_PART
 from palpate.record.ticks import SIGNALS, Signal
 
-STAGES: dict[str, tuple[str, ...]] = {
-    "loop": ("t", "cycle_us", "lateness_us"),
-    "leader": ("q", "v", "gripper", "p_LH", "quat_LH", "v_LH"),
-    "hand": ("F_cell_L", "p_hand_L"),
-    "mapping": ("p_WT_goal",),
-    "follower": ("q_follower", "jaw", "p_WT", "quat_WT"),
-    "contact": ("p_WP", "normal", "delta_x", "depth", "contacts"),
-    "force": ("F_T_W", "F_spring_W", "F_damping_W"),
-    "stability": ("status", "F_H_L", "F_H_H", "energy_port", "energy_spring", "energy_damping", "energy_cut"),
-    "torque": ("tau", "tau_force", "tau_gravity", "tau_platform"),
-}
-"""The stage that speaks each signal: the first word of its channel."""
-
 MESSAGE_HEAD = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
 _OPCODE = 0x05
 _LITTLE_ENDIAN_CDR = b"\x00\x01\x00\x00"
@@ -32,8 +19,7 @@ _LITTLE_ENDIAN_CDR = b"\x00\x01\x00\x00"
 
 def topic(signal: Signal) -> str:
     """Name of the channel, e.g. ``/force/F_T_W``."""
-    stage = next((stage for stage, names in STAGES.items() if signal.name in names), "loop")
-    return f"/{stage}/{signal.name}"
+    return f"/{signal.stage}/{signal.name}"
 
 
 def part(signal: Signal) -> str:

@@ -36,12 +36,16 @@ class Signal:
     """Meaning and sign."""
     deterministic: bool
     """False: depends on the machine (times of computation); kept out of a lockstep record."""
+    stage: str
+    """The stage that speaks it: the first word of its channel."""
 
 
 TICK_BYTES: int = _core.TICK_BYTES
 TICK_DOUBLES: int = TICK_BYTES // 8
 SIGNALS: dict[str, Signal] = {row[0]: Signal(*row) for row in _core.signals()}
 """Every signal by name, in the order of the tick."""
+STATUS: dict[str, tuple[int, str]] = {name: (bit, words) for name, bit, words in _core.status_words()}
+"""Every bit of the signal `status` by name, with its words, the gravest first."""
 
 TICK: np.dtype[np.void] = np.dtype(
     {

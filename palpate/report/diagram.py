@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from html import escape
 
-from palpate.record.channels import STAGES
+from palpate.record.channels import topic
 from palpate.record.ticks import Signal
 from palpate.report.run import Run
 
@@ -40,7 +40,7 @@ def diagram(run: Run) -> str:
 
 def _card(stage: str, index: int, run: Run) -> str:
     title, law, simulated = _LAWS[stage]
-    recorded = [run.record.signals[name] for name in STAGES[stage] if name in run.record.signals]
+    recorded = [s for s in run.record.signals.values() if s.stage == stage]
     chips = "".join(_chip(signal) for signal in recorded)
     tag = '<span class="tag">simulated</span>' if simulated else ""
     return (
@@ -59,14 +59,12 @@ def _chip(signal: Signal) -> str:
 def signal_table(run: Run) -> str:
     """Every recorded signal: symbol, channel, unit, frame, meaning."""
     lines = []
-    for stage, names in STAGES.items():
-        for name in names:
-            if (s := run.record.signals.get(name)) is not None:
-                size = f" × {s.size}" if s.size > 1 else ""
-                symbol = _SYMBOLS.get(name, name)
-                lines.append(
-                    f"<tr><td>{symbol}</td><td><code>/{stage}/{name}</code></td>"
-                    f"<td>{escape(s.unit)}{size}</td><td>{s.frame or '–'}</td><td>{escape(s.doc)}</td></tr>"
-                )
+    order = {stage: i for i, stage in enumerate(_LAWS, start=1)}
+    for s in sorted(run.record.signals.values(), key=lambda s: order.get(s.stage, 0)):
+        size = f" × {s.size}" if s.size > 1 else ""
+        lines.append(
+            f"<tr><td>{_SYMBOLS.get(s.name, s.name)}</td><td><code>{topic(s)}</code></td>"
+            f"<td>{escape(s.unit)}{size}</td><td>{s.frame or '–'}</td><td>{escape(s.doc)}</td></tr>"
+        )
     head = "<tr><th>symbol</th><th>channel</th><th>unit</th><th>frame</th><th>meaning</th></tr>"
     return f'<div class="scroll"><table class="signals">{head}{"".join(lines)}</table></div>'

@@ -13,11 +13,12 @@ import numpy as np
 
 from palpate.errors import MissingExtraError, OutputError
 from palpate.record.reader import Record
+from palpate.record.ticks import STATUS
 from palpate.report.assumptions import SlowMotion, slow_motion
 from palpate.report.diagram import diagram, signal_table
 from palpate.report.run import Run
 from palpate.report.summary import rows, summary_of
-from palpate.report.words import GLOSSARY, STATUS
+from palpate.report.words import GLOSSARY
 from palpate.summary import Summary
 
 if TYPE_CHECKING:
@@ -198,10 +199,10 @@ def _numbers(run: Run, summary: Summary, slow: SlowMotion) -> str:
     lines = rows(summary)
     lines.append(("inertia", f"{slow.peak_inertia:.2f} N", "largest force the arm's own mass put on the hand"))
     status = run.ticks["status"].astype(np.int64)
-    for bit, words in STATUS.items():
-        count = int(((status >> bit) & 1).sum())
+    for name, (bit, words) in STATUS.items():
+        count = int(((status & bit) != 0).sum())
         if count:
-            lines.append((f"status bit {bit}", f"{count / run.record.rate:.3f} s", words))
+            lines.append((name.replace("_", " "), f"{count / run.record.rate:.3f} s", words))
     body = "".join(
         f'<tr><td>{escape(k)}</td><td class="value">{escape(v)}</td><td>{escape(m)}</td></tr>' for k, v, m in lines
     )

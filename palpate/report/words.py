@@ -22,17 +22,3 @@ GLOSSARY = {
     "W, L, H": "Frames: the world; the leader's base; the handle. A force in L is the paper's spatial force (green), "
     "in H its body force (red).",
 }
-
-STATUS = {
-    0: "the force cap held the force back",
-    1: "the rate cap slowed a change of force",
-    2: "the leader's state was too old: force to zero",
-    3: "the follower's state was too old: force to zero",
-    4: "something was not a number: force to zero",
-    5: "a joint torque reached its drive limit",
-    6: "the follower could not reach the goal",
-    7: "clutch pressed",
-    8: "teleoperation off",
-    9: "the hand slipped",
-}
-"""Bits of the signal `status`, in words."""

@@ -2,20 +2,7 @@
 
 from __future__ import annotations
 
-from palpate.record.ticks import Ticks
-
-_WORDS: list[tuple[int, str]] = [
-    (1 << 4, "a number was not finite: the force ramps to zero"),
-    (1 << 2, "the leader is silent: the force ramps to zero"),
-    (1 << 3, "the follower is silent: the force ramps to zero"),
-    (1 << 8, "not following: the instrument stands still"),
-    (1 << 7, "clutched: the hand moves freely, the instrument stays"),
-    (1 << 0, "force capped at {cap:g} N"),
-    (1 << 1, "force rises no faster than its cap allows"),
-    (1 << 5, "a motor is at its torque limit"),
-    (1 << 6, "the instrument cannot reach further: it holds"),
-    (1 << 9, "the handle slips out of the hand's grip"),
-]
+from palpate.record.ticks import STATUS, Ticks
 
 
 def in_words(tick: Ticks, force_cap: float, paused: bool = False) -> list[str]:
@@ -24,7 +11,8 @@ def in_words(tick: Ticks, force_cap: float, paused: bool = False) -> list[str]:
     force_cap: the cap of the scene [N].
     """
     status = int(tick["status"])
-    said = [words.format(cap=force_cap) for bit, words in _WORDS if status & bit]
+    limits = {"force_capped": f" at {force_cap:g} N"}
+    said = [words + limits.get(name, "") for name, (bit, words) in STATUS.items() if status & bit]
     if paused:
         said.insert(0, "paused: simulated time stands still")
     return said or ["touching" if float(tick["contacts"]) > 0 else "free"]

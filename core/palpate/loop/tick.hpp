@@ -69,8 +69,18 @@ struct Signal {
   const char* frame;  ///< monogram letter, empty when there is none
   const char* doc;
   bool deterministic;  ///< false: depends on the machine, kept out of a lockstep record
+  const char* stage;   ///< that speaks it: the first word of its channel
+};
+
+/// One bit of Tick::status, for people.
+struct StatusWords {
+  const char* name;
+  unsigned bit;
+  const char* words;
 };
 
 std::span<const Signal> signals() noexcept;
+/// Every bit of Status, the gravest first.
+std::span<const StatusWords> status_words() noexcept;
 
 }  // namespace palpate::loop
