@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from palpate import _core
 from palpate.arm import Arm
 from palpate.errors import SceneError
 from palpate.scene.hand import HandPlan
@@ -168,17 +167,6 @@ def _reach(
 
 
 def _ik(arm: Arm, X_0T: Array, q0: Array) -> tuple[Array, tuple[float, float]]:
-    """Joints nearest to a pose, and how far off [m, rad]: from q0, from home, then from fixed random starts."""
-    options = _core.IkOptions()
-    options.max_iterations = 60
-    rng = np.random.default_rng(0)
-    best_q, best = q0, (np.inf, np.inf)
-    starts = [q0, arm.home, *(rng.uniform(arm.q_min, arm.q_max) for _ in range(24))]
-    for start in starts:
-        q, result = arm.ik_from(X_0T, start, options)
-        missed = (result.position_error, result.orientation_error)
-        if missed[0] + 0.05 * missed[1] < best[0] + 0.05 * best[1]:
-            best_q, best = q, missed
-        if result.converged:
-            break
-    return best_q, best
+    """Joints nearest to a pose, and how far off [m, rad]."""
+    q, result = arm.ik_nearest(X_0T, q0, restarts=24)
+    return q, (result.position_error, result.orientation_error)
