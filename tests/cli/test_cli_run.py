@@ -7,6 +7,7 @@ import signal
 import socket
 import time
 
+import json_contract
 import pytest
 
 from palpate import __version__
@@ -15,18 +16,13 @@ from palpate.errors import PortError
 from palpate.record import Record
 from palpate.summary import summarise
 
-CONTRACT = {
-    "peak_force_N", "mean_force_N", "max_penetration_m", "contact_s", "cycle_p50_us", "cycle_p99_us", "energy_J",
-    "faults", "record", "report", "record_sha256", "cycle_p999_us", "cycle_max_us", "missed_ticks",
-}  # fmt: skip
-
 
 def test_run_writes_record_report_and_json(palpate, scene, tmp_path):
     scene.write_text(scene.read_text().replace("report: false", "report: true"))
     done = palpate("run", scene, "--headless", "--out", tmp_path / "o", "--json", tmp_path / "run.json")
     assert done.code == 0, done.err
     told = json.loads((tmp_path / "run.json").read_text())
-    assert set(told) >= CONTRACT
+    assert set(told) == json_contract.keys("run")
     assert told["faults"] == []
     assert 0.5 < told["peak_force_N"] < 3.0
     assert told["contact_s"] > 0.3
@@ -43,7 +39,7 @@ def test_summary_is_that_of_the_record(palpate, scene, tmp_path):
     record = Record.open(told["record"])
     again = summarise(record.ticks, record.rate)
     for key in ("ticks", "peak_force_N", "mean_force_N", "max_penetration_m", "contact_s", "energy_J"):
-        assert told[key] == getattr(again, key), key
+        assert told[key] == pytest.approx(getattr(again, key), rel=1e-12), key  # summed up in other batches
 
 
 def test_same_scene_and_seed_give_the_same_bytes(palpate, scene, tmp_path):
