@@ -74,13 +74,6 @@ nb::object contains(const scene::Mesh& mesh, const Rows& points) {
   return array(std::move(inside), {n}).attr("astype")("bool");
 }
 
-Pose to_pose(const Matrix4& m) {
-  const Mat3 R = m.topLeftCorner<3, 3>();
-  if (!m.allFinite() || !(R * R.transpose()).isIdentity(1e-6) || R.determinant() < 0.0 || m(3, 3) != 1.0)
-    throw nb::value_error("X_WO must be a 4x4 rigid transform: a rotation without scale or mirror, last row 0 0 0 1");
-  return {R, m.topRightCorner<3, 1>()};
-}
-
 void bind_mesh(nb::module_& m) {
   nb::class_<scene::MeshReport>(m, "MeshReport", "What was found and done while a mesh was built.")
       .def_ro("vertices", &scene::MeshReport::vertices, "after welding")
@@ -135,7 +128,7 @@ void bind_scene(nb::module_& m) {
           "__init__",
           [](scene::Object* self, std::string name, std::shared_ptr<scene::Mesh> mesh, const Matrix4& X_WO,
              const scene::Material& material) {
-            new (self) scene::Object{std::move(name), std::move(mesh), to_pose(X_WO), material};
+            new (self) scene::Object{std::move(name), std::move(mesh), to_pose(X_WO, "X_WO"), material};
           },
           nb::arg("name"), nb::arg("mesh"), nb::arg("X_WO") = Matrix4(Matrix4::Identity()),
           nb::arg("material") = scene::Material{})
@@ -143,7 +136,7 @@ void bind_scene(nb::module_& m) {
       .def_prop_ro("mesh", [](const scene::Object& o) { return std::const_pointer_cast<scene::Mesh>(o.mesh); })
       .def_prop_rw(
           "X_WO", [](const scene::Object& o) { return to_matrix(o.X_WO); },
-          [](scene::Object& o, const Matrix4& X) { o.X_WO = to_pose(X); }, "pose in W, 4x4")
+          [](scene::Object& o, const Matrix4& X) { o.X_WO = to_pose(X, "X_WO"); }, "pose in W, 4x4")
       .def_rw("material", &scene::Object::material);
   nb::class_<scene::Snapshot>(m, "Snapshot", "The world at one instant.")
       .def(
