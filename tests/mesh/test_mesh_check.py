@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate import check
+from palpate import mesh_topology
 from palpate.errors import MeshError, PalpateWarning
 from palpate.mesh import Mesh
 
@@ -162,7 +162,7 @@ def test_weld_keeps_the_surface(data):
     rng = np.random.default_rng(data.draw(st.integers(0, 1000)))
     v = rng.integers(-2, 3, (n, 3)) * 0.1
     t = rng.integers(0, n, (data.draw(st.integers(1, 60)), 3)).astype(np.int32)
-    wv, wt = check.weld(v, t)
+    wv, wt = mesh_topology.weld(v, t)
     np.testing.assert_array_equal(wv[wt], v[t])
     assert len(wv) == len(np.unique(v[t].reshape(-1, 3) + 0.0, axis=0))
 
@@ -174,4 +174,4 @@ def test_duplicates_are_counted_as_a_set_would(seed):
     t = rng.integers(0, 5, (30, 3))
     t = t[(t[:, 0] != t[:, 1]) & (t[:, 1] != t[:, 2]) & (t[:, 0] != t[:, 2])]
     expected = {tuple(np.roll(row, -int(np.argmin(row)))) for row in t}
-    assert check._first_of_each(t.astype(np.int32)).sum() == len(expected)
+    assert mesh_topology.first_of_each(t.astype(np.int32)).sum() == len(expected)
