@@ -82,7 +82,13 @@ void bind_arm(nb::module_& m) {
       .def("jacobian", &jacobian, "q"_a, "(6,n) at the tip in base axes, linear rows over angular rows.")
       .def(
           "gravity", [](Arm& a, const Vector& q) -> Vector { return a.gravity(joints(a, q, "q")); }, "q"_a,
-          "G(q) = dP/dq (n,) that holds the arm up [N m, N].")
+          "G(q) = dP/dq (n,) that holds the masses up [N m, N].")
+      .def(
+          "elastic", [](const Arm& a, const Vector& q) -> Vector { return a.elastic(joints(a, q, "q")); }, "q"_a,
+          "dP/dq (n,) of the counterbalance's spring [N m, N].")
+      .def(
+          "holding", [](Arm& a, const Vector& q) -> Vector { return a.holding(joints(a, q, "q")); }, "q"_a,
+          "What holds the arm still (n,): gravity + elastic [N m, N].")
       .def(
           "bias",
           [](Arm& a, const Vector& q, const Vector& v) -> Vector {
@@ -107,7 +113,14 @@ void bind_arm(nb::module_& m) {
           "q"_a, "v"_a, "(M (n,n), C v + G (n,), X_0T (4,4), J (6,n), dJ/dt v (6,)) in one go, as the plant uses them.")
       .def(
           "potential_energy", [](Arm& a, const Vector& q) { return a.potential_energy(joints(a, q, "q")); }, "q"_a,
-          "P(q) [J].")
+          "P(q) of the masses [J].")
+      .def(
+          "elastic_energy", [](const Arm& a, const Vector& q) { return a.elastic_energy(joints(a, q, "q")); }, "q"_a,
+          "P(q) of the counterbalance's spring [J].")
+      .def(
+          "set_counterbalance",
+          [](Arm& a, double torque, const Vector& along) { a.set_counterbalance({torque, joints(a, along, "along")}); },
+          "torque"_a, "along"_a, "A spring P = -torque sin(along . q): torque [N m], along (n,). 0 takes it away.")
       .def("set_gravity", &Arm::set_gravity, "g_base"_a, "Gravity in base axes [m/s^2]; default (0, 0, -9.81).")
       .def(
           "with_scaled_masses",

@@ -179,6 +179,12 @@ coupling:
   - [0, 0, 0, 0, 1, 0, 0]
   - [0, 0, 0, 0, 0, 1, 0]
   - [0, 0, 0, 0, 0, 0, 1]
+# A spring at the base carries part of the forearm: P = -torque sin(along . q) [N m], along . q = q2 + q3 the forearm's
+# absolute angle. Source of 0.54 N m: the CAD model of Lin et al., IROS 2019, which takes it off joint 3 alone. A spring
+# on an angle that both joints turn is felt by both: taken off joint 3 alone it would have no potential, and moving
+# joints 2 and 3 in a circle would draw energy from it. On joint 2 it stands in for that model's constant cable term
+# (-0.33 N m), which is left out; so is its wrist spring (0.007 N m/rad), which the wrist's friction hides.
+counterbalance: {{torque: 0.54, along: [0, 1, 1, 0, 0, 0, 0]}}
 # Degrees of motor-side joint angle per encoder count. Source: sawIntuitiveResearchKit share/io/config-generator.py.
 encoder_step_deg: [0.00141933, 0.00180433, 0.00150678, 0.00854701, 0.1696, 0.1696, 0.3393]
 # Coulomb [N m] and viscous [N m s/rad] friction. Source: identified, Wang et al., IROS 2019, rounded.

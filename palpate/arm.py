@@ -88,6 +88,9 @@ class Arm(_core.Arm):
         middle = np.clip(np.zeros(self.n), self.q_min, self.q_max)
         self.home = np.asarray(self._data.get("home", middle), dtype=float)
         self.visuals = _visuals(robot)
+        spring = self._data.get("counterbalance")
+        if spring is not None:
+            self.set_counterbalance(float(spring["torque"]), np.asarray(spring["along"], dtype=float))
         self._drawn = _drawn_joints(robot, set(self.joint_names))
         self.jaw_range = _jaw_range(robot, set(self.joint_names))
 

@@ -10,7 +10,7 @@ ZERO = np.zeros(7)
 
 
 def gravity_only(leader, arm):
-    leader.command(ZERO, arm.gravity(leader.q), ZERO)
+    leader.command(ZERO, arm.holding(leader.q), ZERO)
 
 
 def push(leader, tau_force, hold, X, milliseconds):
@@ -55,7 +55,7 @@ def test_acceleration_is_forward_dynamics(mtm, frictionless, no_hand):
     leader.step(1e-6, mtm.fk(Q0))
     J = mtm.jacobian(Q0)
     M = mtm.mass_matrix(Q0) + np.diag(frictionless.rotor_inertia) + J.T @ np.diag([0.2] * 3 + [3e-4] * 3) @ J
-    assert np.allclose(leader.v / 1e-6, np.linalg.solve(M, tau - mtm.gravity(Q0)), rtol=1e-9)
+    assert np.allclose(leader.v / 1e-6, np.linalg.solve(M, tau - mtm.holding(Q0)), rtol=1e-9)
 
 
 def test_friction_only_takes_energy(mtm, options, no_hand):
@@ -75,11 +75,11 @@ def test_work_of_the_drives_and_losses_of_friction_balance(mtm, options, no_hand
     X, start, work = mtm.fk(Q0), leader.energy, 0.0
     tau = 1.5 * options.coulomb
     for _ in range(1000):
-        leader.command(tau, mtm.gravity(Q0), ZERO)
+        leader.command(tau, mtm.holding(Q0), ZERO)
         before_v, before_q = leader.v, leader.q
         leader.step(DT, X)
         v = 0.5 * (before_v + leader.v)
-        work += (tau + mtm.gravity(Q0)) @ (leader.q - before_q)
+        work += (tau + mtm.holding(Q0)) @ (leader.q - before_q)
         work -= DT * (options.coulomb @ np.abs(v) + options.viscous @ v**2)
     assert leader.energy - start == pytest.approx(work, rel=2e-3)
 
@@ -89,7 +89,7 @@ def test_a_resting_arm_stays_exactly_where_it_is(mtm, options, no_hand):
     leader = _core.Leader(mtm, options, no_hand)
     leader.reset(Q0)
     for _ in range(500):
-        push(leader, 0.9 * options.coulomb * [1, -1, 1, -1, 1, -1, 1], mtm.gravity(Q0), mtm.fk(Q0), 1)
+        push(leader, 0.9 * options.coulomb * [1, -1, 1, -1, 1, -1, 1], mtm.holding(Q0), mtm.fk(Q0), 1)
         assert not leader.v.any()
     assert np.array_equal(leader.q, Q0)
 
@@ -100,12 +100,12 @@ def test_torques_above_friction_move_a_joint_and_it_comes_to_rest_for_good(mtm, 
     X = mtm.fk(Q0)
     tau = np.zeros(7)
     tau[0] = 1.5 * options.coulomb[0]
-    push(leader, tau, mtm.gravity(Q0), X, 100)
+    push(leader, tau, mtm.holding(Q0), X, 100)
     assert leader.v[0] > 1e-3
-    push(leader, ZERO, mtm.gravity(leader.q), X, 300)
+    push(leader, ZERO, mtm.holding(leader.q), X, 300)
     rest = leader.q
     assert not leader.v.any()
-    push(leader, ZERO, mtm.gravity(leader.q), X, 200)
+    push(leader, ZERO, mtm.holding(leader.q), X, 200)
     assert np.array_equal(leader.q, rest)
 
 
@@ -136,7 +136,7 @@ def test_load_cell_reads_the_rendered_force_at_rest(mtm, frictionless, F):
     X, wrench = mtm.fk(Q0), np.r_[F, 0, 0, 0]
     for _ in range(1500):
         q = leader.q
-        leader.command(mtm.jacobian(q).T @ wrench, mtm.gravity(q), ZERO)
+        leader.command(mtm.jacobian(q).T @ wrench, mtm.holding(q), ZERO)
         leader.step(DT, X, n=10)
     assert np.linalg.norm(leader.load_cell[:3] - F) < 0.01 * np.linalg.norm(F)
     # The hand's spring gives way by F / K.
@@ -151,7 +151,7 @@ def test_friction_hides_small_forces_from_the_load_cell(mtm, options):
         leader.reset(Q0)
         X = mtm.fk(Q0)
         for _ in range(800):
-            leader.command(mtm.jacobian(leader.q).T @ [F, 0, 0, 0, 0, 0], mtm.gravity(leader.q), ZERO)
+            leader.command(mtm.jacobian(leader.q).T @ [F, 0, 0, 0, 0, 0], mtm.holding(leader.q), ZERO)
             leader.step(DT, X, n=10)
         assert least <= np.linalg.norm(leader.load_cell[:3]) <= most
 
@@ -177,7 +177,7 @@ def test_end_stops_stop_and_let_go(mtm, options, no_hand):
     for sign, stop in ((1.0, mtm.q_max), (-1.0, mtm.q_min)):
         tau[4] = sign * 0.09
         for _ in range(200):
-            push(leader, tau, mtm.gravity(leader.q), X, 5)
+            push(leader, tau, mtm.holding(leader.q), X, 5)
             assert (leader.q <= mtm.q_max).all()
             assert (leader.q >= mtm.q_min).all()
         assert leader.q[4] == stop[4]
@@ -193,7 +193,7 @@ def test_a_stiff_hand_on_a_light_wrist_is_stable(mtm, options):
     leader.reset(Q0)
     X = mtm.fk(Q0)
     X[:3, 3] += [1e-3, -2e-3, 1e-3]
-    push(leader, ZERO, mtm.gravity(Q0), X, 500)
+    push(leader, ZERO, mtm.holding(Q0), X, 500)
     assert np.linalg.norm(mtm.fk(leader.q)[:3, 3] - X[:3, 3]) < 1e-4
     assert np.abs(leader.v).max() < 1e-3
 
@@ -221,7 +221,7 @@ def test_hand_path_leads_the_handle(mtm, options):
     V = np.array([0.05, 0, 0, 0, 0, 0])
     for _ in range(500):
         X[:3, 3] += V[:3] * 1e-3
-        leader.command(ZERO, mtm.gravity(leader.q), ZERO)
+        leader.command(ZERO, mtm.holding(leader.q), ZERO)
         leader.step(DT, X, V, n=10)
     assert np.linalg.norm(mtm.fk(leader.q)[:3, 3] - X[:3, 3]) < 3e-3
     assert np.linalg.norm(mtm.jacobian(leader.q)[:3] @ leader.v - V[:3]) < 5e-3

@@ -17,7 +17,7 @@ def moving_leader(mtm, options, seconds, V):
     leader.reset(Q0)
     X = mtm.fk(Q0)
     for k in range(round(seconds * 1e3)):
-        leader.command(ZERO, mtm.gravity(leader.q), ZERO)
+        leader.command(ZERO, mtm.holding(leader.q), ZERO)
         for _ in range(10):
             X[:3, 3] += V[:3] * DT
             leader.step(DT, X, V)
@@ -55,11 +55,11 @@ def test_velocity_decays_when_no_edge_comes(mtm, options):
     for k in range(200):  # turn about the roll axis, then stop
         c, s = np.cos(1e-2 * k), np.sin(1e-2 * k)
         spin[:3, :3] = X[:3, :3] @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-        leader.command(ZERO, mtm.gravity(leader.q), ZERO)
+        leader.command(ZERO, mtm.holding(leader.q), ZERO)
         leader.step(DT, spin, n=10)
     assert abs(leader.v_measured[6]) > 1.0
     for _ in range(1000):
-        leader.command(ZERO, mtm.gravity(leader.q), ZERO)
+        leader.command(ZERO, mtm.holding(leader.q), ZERO)
         leader.step(DT, spin, n=10)
     assert not leader.v.any()
     # At least 0.5 s without an edge: no more than a count in that time.
@@ -89,7 +89,7 @@ def first_motion(mtm, options, no_hand, dt):
     leader.reset(Q0)
     tau = np.zeros(7)
     tau[0] = 0.5
-    leader.command(tau, mtm.gravity(Q0), ZERO)
+    leader.command(tau, mtm.holding(Q0), ZERO)
     for k in range(1000):
         leader.step(dt, mtm.fk(Q0))
         if leader.v[0] > 1e-4:
@@ -110,7 +110,7 @@ def test_gravity_is_not_delayed(mtm, options, no_hand):
     leader = _core.Leader(mtm, options, no_hand)
     leader.reset(Q0)
     for _ in range(100):
-        leader.command(ZERO, mtm.gravity(Q0), ZERO)
+        leader.command(ZERO, mtm.holding(Q0), ZERO)
         leader.step(DT, mtm.fk(Q0), n=10)
     assert np.array_equal(leader.q, Q0)
 
@@ -120,7 +120,7 @@ def test_without_commands_the_force_fades_and_gravity_stays(mtm, frictionless):
     leader.reset(Q0)
     X, F = mtm.fk(Q0), np.array([0, 0, 2.0, 0, 0, 0])
     for _ in range(1000):
-        leader.command(mtm.jacobian(leader.q).T @ F, mtm.gravity(leader.q), ZERO)
+        leader.command(mtm.jacobian(leader.q).T @ F, mtm.holding(leader.q), ZERO)
         leader.step(DT, X, n=10)
     assert leader.load_cell[2] == pytest.approx(2.0, rel=0.02)
     leader.step(DT, X, n=295)  # 30 ms of silence are allowed
@@ -138,14 +138,14 @@ def test_drive_limits_bound_the_torque(mtm, frictionless, no_hand):
     M = mtm.mass_matrix(Q0) + np.diag(frictionless.rotor_inertia)
     J = mtm.jacobian(Q0)
     M += J.T @ np.diag([no_hand.mass] * 3 + [no_hand.inertia] * 3) @ J
-    tau = M @ leader.v / 1e-6 + mtm.gravity(Q0)
+    tau = M @ leader.v / 1e-6 + mtm.holding(Q0)
     assert np.allclose(tau, frictionless.tau_max, atol=1e-6)
 
 
 def test_a_command_that_is_not_finite_is_refused(mtm, options, no_hand):
     leader = _core.Leader(mtm, options, no_hand)
     leader.reset(Q0)
-    leader.command(ZERO, mtm.gravity(Q0), ZERO)
-    leader.command(np.full(7, np.nan), mtm.gravity(Q0), ZERO)
+    leader.command(ZERO, mtm.holding(Q0), ZERO)
+    leader.command(np.full(7, np.nan), mtm.holding(Q0), ZERO)
     leader.step(DT, mtm.fk(Q0), n=100)
     assert np.array_equal(leader.q, Q0)

@@ -33,7 +33,7 @@ def test_torque_and_force_deliver_the_same_power(mtm, options, states):
         tau_force, tau_gravity, tau_platform, rendered, limited = torque.step(mtm, q, v, F)
         assert tau_force @ v == pytest.approx(F @ (mtm.jacobian(q) @ v), abs=1e-12)
         assert np.array_equal(rendered, F)
-        assert np.allclose(tau_gravity, mtm.gravity(q), atol=1e-15)
+        assert np.allclose(tau_gravity, mtm.holding(q), atol=1e-15)
         assert not tau_platform.any()
         assert not limited
 
@@ -58,7 +58,7 @@ def test_paper_mode_uses_the_wrist_centres_jacobian(mtm, options, states):
             step = h * np.eye(7)[k]
             J[:, k] = (mtm.fk(q + step) - mtm.fk(q - step))[:3, 3] / (2 * h)
         assert np.allclose(tau_force[:3], J.T @ F[:3], atol=1e-8)
-        assert np.allclose(tau_gravity[:3], mtm.gravity(q)[:3])
+        assert np.allclose(tau_gravity[:3], mtm.holding(q)[:3])
 
 
 def test_a_pure_force_needs_no_wrist_torque_in_full_mode_either(mtm, options, states):
@@ -85,7 +85,7 @@ def test_drive_limits_scale_the_force_and_keep_its_direction(mtm, options, state
 
 def test_gravity_has_the_first_claim_on_the_drives(mtm, options):
     q = np.zeros(7)
-    weak = np.full(7, 0.5 * np.abs(mtm.gravity(q)).max())
+    weak = np.full(7, 0.5 * np.abs(mtm.holding(q)).max())
     tau_force, tau_gravity, _, rendered, limited = _core.Torque(options, weak).step(
         mtm, q, 0 * q, np.array([0, 0, 5.0, 0, 0, 0])
     )
@@ -100,7 +100,7 @@ def test_gravity_gain_and_a_wrong_model(mtm, options):
     _, tau_gravity, *_ = _core.Torque(options, mtm.tau_max).step(
         mtm.with_scaled_masses(np.full(7, 1.1)), q, 0 * q, np.zeros(6)
     )
-    assert np.allclose(tau_gravity, 0.77 * mtm.gravity(q))
+    assert np.allclose(tau_gravity, 0.7 * (1.1 * mtm.gravity(q) + mtm.elastic(q)))
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <pinocchio/algorithm/crba.hpp>
 #include <pinocchio/algorithm/energy.hpp>
 #include <pinocchio/algorithm/frames.hpp>
@@ -86,6 +87,7 @@ struct Arm::Impl {
     tau_max = model.upperEffortLimit;
     v_max = model.upperVelocityLimit;
     zero = JointVector::Zero(n);
+    spring.along = zero;
     result = v = zero;
     M = JointMatrix::Zero(n, n);
     dynamics = {M, zero, {}, Jacobian::Zero(6, n), Vec6::Zero()};
@@ -155,6 +157,7 @@ struct Arm::Impl {
   std::vector<std::string> joint_names, link_names;
   std::vector<pinocchio::FrameIndex> link_ids;
   JointVector q_min, q_max, tau_max, v_max, zero, result, v;
+  Counterbalance spring;
   JointMatrix M;
   Dynamics dynamics;
   Pose X_0T;
@@ -215,6 +218,26 @@ Twist Arm::twist() const noexcept {
 const JointVector& Arm::gravity(const JointVector& q) noexcept {
   impl_->result = pinocchio::computeGeneralizedGravity(impl_->model, impl_->data, ConstRef(q));
   return impl_->result;
+}
+
+JointVector Arm::elastic(const JointVector& q) const noexcept {
+  const Counterbalance& s = impl_->spring;
+  return -s.torque * std::cos(s.along.dot(q)) * s.along;
+}
+
+JointVector Arm::holding(const JointVector& q) noexcept { return gravity(q) + elastic(q); }
+
+double Arm::elastic_energy(const JointVector& q) const noexcept {
+  return -impl_->spring.torque * std::sin(impl_->spring.along.dot(q));
+}
+
+void Arm::set_counterbalance(const Counterbalance& spring) {
+  if (spring.along.size() != n() || !spring.along.allFinite() || !std::isfinite(spring.torque)) {
+    throw std::runtime_error("a counterbalance needs a finite torque [N m] and " + std::to_string(n()) +
+                             " finite numbers along, one per joint; got " + std::to_string(spring.torque) +
+                             " N m and " + std::to_string(spring.along.size()) + " numbers");
+  }
+  impl_->spring = spring;
 }
 
 const JointVector& Arm::inverse_dynamics(const JointVector& q, const JointVector& v, const JointVector& a) noexcept {

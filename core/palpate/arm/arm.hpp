@@ -33,6 +33,13 @@ struct Dynamics {
   Vec6 Jdot_v = Vec6::Zero();  ///< tip acceleration at zero joint acceleration, linear over angular
 };
 
+/// A spring that carries a link: P = -torque sin(x), x = along . q, so it puts  dP/dq = -torque cos(x) along  on the
+/// drives. Of a potential, so that no motion round and round can draw energy from it.
+struct Counterbalance {
+  double torque = 0.0;  ///< what it takes off at x = 0 [N m]; 0 = there is none
+  JointVector along;    ///< how far the link turns per joint (n,) [rad/rad]
+};
+
 /// Kinematics and dynamics of one serial arm in its base frame. Everything that is noexcept may run in
 /// the cycle: no allocation after construction. Copies share the model, own the workspace.
 class Arm {
@@ -60,8 +67,12 @@ class Arm {
   [[nodiscard]] const Jacobian& jacobian() const noexcept;  ///< at the tip, in base axes
   [[nodiscard]] Twist twist() const noexcept;               ///< J v
 
-  /// Gravity torque G(q) = dP/dq that holds the arm up (Eq 10); gravity vector in the base frame.
+  /// Gravity torque G(q) = dP/dq that holds the masses up (Eq 10); gravity vector in the base frame.
   [[nodiscard]] const JointVector& gravity(const JointVector& q) noexcept;
+  /// Torque dP/dq that holds the counterbalance's spring; zero without one.
+  [[nodiscard]] JointVector elastic(const JointVector& q) const noexcept;
+  /// What holds the arm still: gravity(q) + elastic(q).
+  [[nodiscard]] JointVector holding(const JointVector& q) noexcept;
   /// tau = M a + C v + G (rnea).
   [[nodiscard]] const JointVector& inverse_dynamics(const JointVector& q, const JointVector& v,
                                                     const JointVector& a) noexcept;
@@ -71,10 +82,13 @@ class Arm {
   [[nodiscard]] const JointMatrix& mass_matrix(const JointVector& q) noexcept;
   /// M, bias, tip and Jacobian in one go: for a simulator, where every microsecond counts ten times a tick.
   const Dynamics& dynamics(const JointVector& q, const JointVector& v) noexcept;
-  /// P(q), whose gradient is gravity(q) (Eq 10) [J].
+  /// P(q) of the masses, whose gradient is gravity(q) (Eq 10) [J].
   [[nodiscard]] double potential_energy(const JointVector& q) noexcept;
+  [[nodiscard]] double elastic_energy(const JointVector& q) const noexcept;  ///< of the spring [J]
+  /// Throws std::runtime_error naming what is wrong with it.
+  void set_counterbalance(const Counterbalance& spring);
   void set_gravity(const Vec3& g_base) noexcept;  ///< default (0, 0, -9.81)
-  /// A copy whose link masses are multiplied by `scale` (a controller's wrong model of the plant).
+  /// A copy whose link masses are multiplied by `scale` (a controller's wrong model of the plant); the spring stays.
   [[nodiscard]] Arm with_scaled_masses(const JointVector& scale) const;
 
   /// Damped Newton from q (in/out), within joint limits. 6-dof goal; a redundant arm stays near q.

@@ -67,11 +67,11 @@ Vec3 turn_between(const Mat3& R_from, const Mat3& R_to) noexcept {
 }  // namespace
 
 // The step, with h = dt, q' = q + h/2 v the middle of it, and everything evaluated there:
-//   (M + I_r + J^T M_h J) (v+ - v) = h (tau - C v - G - D v+ + J^T (F_hand+ - M_h dJ v)) + friction + stops
+//   (M + I_r + J^T M_h J) (v+ - v) = h (tau - C v - G - E - D v+ + J^T (F_hand+ - M_h dJ v)) + friction + stops
 //   F_hand+ = K (x_path - x' - h/2 J v+) + B (xdot_path - J v+)         spring and damper at the END of the step
 //   q+ = q' + h/2 v+
-// Stiff hands and light wrists are stable because v+ stands on both sides; without friction and damping the middle
-// point makes the step second order, so that a free swing keeps its energy.
+// E: the counterbalance. Stiff hands and light wrists are stable because v+ stands on both sides; without friction and
+// damping the middle point makes the step second order, so that a free swing keeps its energy.
 struct Leader::Impl {
   Impl(arm::Arm a, LeaderOptions o, HandOptions h)
       : arm(std::move(a)),
@@ -127,7 +127,7 @@ struct Leader::Impl {
       b[j] = d.M.col(j).dot(v) + d.J.col(j).dot(push);
     }
     A.diagonal() += options.rotor_inertia + dt * options.viscous;
-    b += options.rotor_inertia.cwiseProduct(v) + dt * (tau - d.bias);
+    b += options.rotor_inertia.cwiseProduct(v) + dt * (tau - d.bias - arm.elastic(q_mid));
     return friction.solve(A, b, lo, hi);
   }
 
@@ -170,7 +170,7 @@ struct Leader::Impl {
     const Vec6 V = velocity(d.J, v);
     const double kinetic =
         v.dot(d.M * v) + v.dot(options.rotor_inertia.cwiseProduct(v)) + V.dot(M_hand.cwiseProduct(V));
-    return 0.5 * kinetic + arm.potential_energy(q);
+    return 0.5 * kinetic + arm.potential_energy(q) + arm.elastic_energy(q);
   }
 
   arm::Arm arm;

@@ -45,7 +45,7 @@ class Leader {
   [[nodiscard]] const JointVector& v() const noexcept;         ///< truth
   [[nodiscard]] const Wrench& load_cell() const noexcept;      ///< of the arm on the hand, in L
   [[nodiscard]] bool hand_slipped() const noexcept;            ///< grip force limit reached in this step
-  [[nodiscard]] double energy() const noexcept;                ///< kinetic + potential, of arm and hand mass [J]
+  [[nodiscard]] double energy() const noexcept;  ///< kinetic + potential, of arm, spring and hand mass [J]
 
  private:
   struct Impl;

@@ -61,7 +61,7 @@ bool Torque::step(arm::Arm& model, const JointVector& q, const JointVector& v, c
   const Eigen::Index n = tau_max_.size();
   const bool full = options_.mode == Mode::full;
   force_torque(options_.mode, model.jacobian(), F_H_L, out.tau_force);
-  out.tau_gravity = options_.gravity_gain * model.gravity(q);
+  out.tau_gravity = options_.gravity_gain * model.holding(q);
   out.tau_platform.setZero(n);
   if (full && n == kMtmJoints) out.tau_platform[kPlatform] = platform(options_.platform_gain, q, v);
   if (!full && n > kPositioning) out.tau_gravity.tail(n - kPositioning).setZero();

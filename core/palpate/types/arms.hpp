@@ -26,13 +26,14 @@ struct FollowerState {
 struct LeaderCommand {
   Wrench F_H_L;              ///< wrench rendered on the operator's hand, in the leader base L
   JointVector tau_force;     ///< J^T F [N m]
-  JointVector tau_gravity;   ///< G_hat(q) [N m]
+  JointVector tau_gravity;   ///< G_hat(q), counterbalance included [N m]
   JointVector tau_platform;  ///< joint-4 null-space controller [N m]
 };
 
 struct FollowerCommand {
-  JointVector q;     ///< desired joint positions [rad, m]
-  double jaw = 0.0;  ///< [rad]
+  JointVector q;      ///< desired joint positions [rad, m]
+  double jaw = 0.0;   ///< [rad]
+  bool valid = true;  ///< false until the follower has been heard: send nothing
 };
 
 /// What the console says: pedals, and values that a person may change while it runs.
