@@ -108,7 +108,7 @@ void bind_follower(nb::module_& m) {
       .def(
           "command",
           [](plant::Follower& f, const Vector& q, double jaw) {
-            f.command({joint_vector(q, "q", f.measured().q.size()), jaw});
+            f.command({joint_vector(q, "q", f.measured().q.size()), jaw, true});
           },
           "q"_a, "jaw"_a = 0.0, "Where the joints (n,) [rad, m] and the jaw [rad] shall go.")
       .def(

@@ -123,11 +123,12 @@ void bind_cycle(nb::module_& m) {
             in.controls = controls;
             in.scene = &scene;
             const loop::CycleOutput& out = self.step(in);
-            return nb::make_tuple(to_row(out.tick), Eigen::VectorXd(out.follower.q), out.follower.jaw);
+            const FollowerCommand& f = out.follower;
+            return nb::make_tuple(to_row(out.tick), f.valid ? Eigen::VectorXd(f.q) : Eigen::VectorXd(), f.jaw);
           },
           "t"_a, "q"_a, "v"_a, "gripper"_a, "q_follower"_a, "jaw"_a, "scene"_a, "controls"_a = Controls{},
           "t_leader"_a = nb::none(), "t_follower"_a = nb::none(), "leader_valid"_a = true, "follower_valid"_a = true,
-          "One tick: (row, follower joints commanded, jaw commanded). Stamps default to t.");
+          "One tick: (row, follower joints commanded, empty for none, jaw commanded). Stamps default to t.");
 }
 
 void bind_running(nb::module_& m) {

@@ -12,7 +12,7 @@ GLOSSARY = {
     "Rendered force": "What the controller commands the leader's motors to let the hand feel.",
     "Load cell": "A force sensor between hand and handle. Only a simulation has one here; it shows what really "
     "arrives, friction and inertia of the arm included.",
-    "Force cap": "The safety stage never commands more than this, nor lets the force change faster than its rate cap.",
+    "Force cap": "The safety stage never commands more than this, nor lets the force grow faster than its rate cap.",
     "Energy ledger": "Adds up what the rendered force took from the hand. A passive surface only takes; below zero "
     "the device has pushed by itself.",
     "Tick": "One round of the haptic cycle: state in, torque out. Usually a thousand a second.",

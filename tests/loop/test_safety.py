@@ -100,6 +100,45 @@ def test_a_hand_that_moved_out_of_sight_does_not_pull_the_tool_along():
     np.testing.assert_allclose(psm.fk(q_command)[:3, 3], psm.fk(held)[:3, 3], atol=1e-7)
 
 
+def test_a_tool_that_moved_out_of_sight_is_not_pulled_back_nor_thrown_after_the_hand():
+    d, _ = warm()
+    for _ in range(50):
+        d.step(follower_valid=False)
+    hand, tool = Q_LEADER.copy(), Q_FOLLOWER.copy()
+    hand[:3] += 0.1  # the surgeon went on,
+    tool[:3] += 0.05, -0.03, 0.01  # and somebody moved the instrument
+    for _ in range(20):
+        d.step(q=hand, follower_valid=False)
+    for k in range(20):
+        row, q_command = d.step(q=hand, q_follower=tool)
+        np.testing.assert_allclose(q_command, tool, atol=0.5 * DT * (k + 1) + 1e-6)  # orientation: align_rate
+        assert np.linalg.norm(row["F_H_L"]) <= 50 * DT * (k + 1)
+    forth = hand.copy()
+    forth[:3] += 0.01
+    for _ in range(20):
+        _, q_command = d.step(q=forth, q_follower=tool)
+    assert np.linalg.norm(q_command - tool) > 1e-3  # and it follows again
+
+
+def test_a_goal_that_comes_back_into_reach_elsewhere_is_approached_no_faster_than_joints_turn():
+    d = Driver(options(mapping__scale=5.0))
+    v_max = Arm.psm("lnd").v_max
+    for _ in range(10):
+        _, last = d.step()
+    lost, steps = False, []
+    for q in ((0.6, 0.9, 0.5), (0.05, 0.0, 0.0)):
+        hand = Q_LEADER.copy()
+        hand[:3] = q
+        for _ in range(5):
+            row, q_command = d.step(q=hand)
+            lost |= bool(int(row["status"]) & 64)
+            steps.append(np.abs(q_command - last))
+            last = q_command
+    assert lost
+    assert (np.array(steps) <= v_max * DT * (1 + 1e-9)).all()
+    assert np.max(steps) > 0
+
+
 def test_nothing_is_commanded_before_both_arms_were_heard():
     d = Driver()
     row, _ = d.step(leader_valid=False)
@@ -107,9 +146,15 @@ def test_nothing_is_commanded_before_both_arms_were_heard():
     assert int(row["status"]) & LEADER_STALE
 
 
+def test_a_follower_that_was_not_heard_is_sent_nothing():
+    d = Driver()
+    assert len(d.step(follower_valid=False)[1]) == 0
+    assert len(d.step()[1]) == 6
+
+
 def test_the_leader_is_held_up_before_the_follower_is_heard():
     row, _ = Driver().step(follower_valid=False)
-    gravity = Arm.mtm("right").gravity(Q_LEADER)
+    gravity = Arm.mtm("right").holding(Q_LEADER)
     np.testing.assert_allclose(row["tau_gravity"], gravity, atol=1e-12)
     assert not row["tau_force"].any()
     assert int(row["status"]) & FOLLOWER_STALE

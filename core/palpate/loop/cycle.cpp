@@ -46,10 +46,14 @@ Cycle::Cycle(const CycleOptions& options, arm::Arm leader, arm::Arm follower)
       mapping_(options.mapping, options.X_WL.R, period(options.rate)),
       limiter_(options.stability, period(options.rate)),
       torque_(options.torque, leader_.tau_max()),
-      zero_(JointVector::Zero(follower_.n())) {
+      zero_(JointVector::Zero(follower_.n())),
+      q_step_(follower_.v_max() / options.rate) {
+  if (!(q_step_.array() > 0.0).all()) {
+    throw std::invalid_argument("the follower's velocity limits must be above zero: give them in its URDF");
+  }
   const JointVector still = JointVector::Zero(leader_.n());
   out_.leader.tau_force = out_.leader.tau_gravity = out_.leader.tau_platform = still;
-  out_.follower.q = zero_;
+  out_.follower = {zero_, 0.0, false};
 }
 
 CycleOutput& Cycle::step(const CycleInput& in) noexcept {
@@ -61,8 +65,9 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
   locate();
   const mapping::Output mapped =
       mapping_.step({options_.X_WL * X_LH_, v_LH_, leader_state_.gripper, X_WT_, follower_state_.jaw,
-                     in.controls.following && leader_good_, in.controls.clutch, reached_});
-  reached_ = reach(mapped.X_WT_goal, mapped.jaw);
+                     in.controls.following && leader_good_ && follower_good_, in.controls.clutch, reached_});
+  const bool reached = reach(mapped.X_WT_goal, mapped.jaw);
+  reached_ = reached && follower_good_;
   const contact::ContactSet& contacts = contact_->step(*in.scene, X_WT_.p, v_WT_, in.t);
   const force::ForceTerms force =
       force::step(contacts, *in.scene, mapped.v_WT, in.controls.stiffness_scale, in.controls.damping_scale);
@@ -72,9 +77,10 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
       torque_.step(leader_, leader_state_.q, leader_state_.v, {limited.F_H_L, Vec3::Zero()}, out_.leader);
   limiter_.rendered(out_.leader.F_H_L.f);
 
-  out_.tick.status = limited.status | (torque_limited ? kTorqueLimited : 0u) | (reached_ ? 0u : kIkFailed) |
+  out_.tick.status = limited.status | (torque_limited ? kTorqueLimited : 0u) | (reached ? 0u : kIkFailed) |
                      static_cast<unsigned>(out_.tick.status);
-  book(limited.F_H_L + limited.F_cut, contacts, force, in);
+  // While the tool holds, nothing of what the hand does moves the contact: there is nothing to be taken or withheld.
+  book(mapped.engaged ? Vec3(limited.F_H_L + limited.F_cut) : Vec3::Zero(), contacts, force, in);
   record(mapped, contacts, force);
   return out_;
 }
@@ -111,24 +117,27 @@ bool Cycle::trust(const CycleInput& in) noexcept {
   const bool leader_finite =
       leader_fits && leader.q.allFinite() && leader.v.allFinite() && std::isfinite(leader.gripper);
   const bool follower_finite = follower_fits && follower.q.allFinite() && std::isfinite(follower.jaw);
-  leader_good_ = leader.valid && leader_finite;
-  follower_good_ = follower.valid && follower_finite;
+  const bool leader_usable = leader.valid && leader_finite;
+  const bool follower_usable = follower.valid && follower_finite;
 
-  if (leader_good_) {
+  if (leader_usable) {
     leader_state_ = leader;
   } else {
     leader_state_.v.setZero();
   }
-  if (follower_good_) {
-    if (!follower_known_) {
-      out_.follower = {follower.q, follower.jaw};
-    }
+  if (follower_usable) {
     follower_state_ = follower;
   }
-  leader_known_ |= leader_good_;
-  follower_known_ |= follower_good_;
-  // A hand that was out of sight has moved: the map is caught anew, as after a clutch.
-  leader_good_ = leader_good_ && !limiter_.stale(in.t, leader.t);
+  leader_known_ |= leader_usable;
+  follower_known_ |= follower_usable;
+  // Any usable state will do to hold the arm up; motion and force want a fresh one. A hand, or a tool, that was out of
+  // sight has moved: the map is caught anew, as after a clutch, and the follower starts from where it is.
+  const bool follower_was_good = follower_good_;
+  leader_good_ = leader_usable && !limiter_.stale(in.t, leader.t);
+  follower_good_ = follower_usable && !limiter_.stale(in.t, follower.t);
+  if (follower_good_ && !follower_was_good) {
+    out_.follower = {follower.q, follower.jaw, true};
+  }
 
   const Controls& c = in.controls;
   out_.tick.t = in.t;
@@ -138,12 +147,13 @@ bool Cycle::trust(const CycleInput& in) noexcept {
   return leader_known_ && follower_known_;
 }
 
-// The follower's joints for a goal; the last ones when there are none.
+// The follower's joints for a goal, no faster than they may turn: where the goal comes back into reach they are not
+// those of where it left. The last ones when there are none.
 bool Cycle::reach(const Pose& X_WT_goal, double jaw) noexcept {
   JointVector q = out_.follower.q;
   const bool reached = follower_.ik(options_.X_WB.inverse() * X_WT_goal, q).converged && q.allFinite();
   if (reached) {
-    out_.follower.q = q;
+    out_.follower.q += (q - out_.follower.q).cwiseMax(-q_step_).cwiseMin(q_step_).eval();
   }
   out_.follower.jaw = jaw;
   return reached;

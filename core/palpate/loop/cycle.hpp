@@ -81,7 +81,8 @@ class Cycle {
   // The last states worth trusting.
   LeaderState leader_state_;
   FollowerState follower_state_;
-  JointVector zero_;  ///< follower joint velocities: not needed, not measured
+  JointVector zero_;    ///< follower joint velocities: not needed, not measured
+  JointVector q_step_;  ///< most that the follower's joints may turn in a cycle [rad, m]
   bool leader_known_ = false, follower_known_ = false, leader_good_ = false, follower_good_ = false;
   bool reached_ = true, located_ = false;
   Pose X_LH_, X_WT_;

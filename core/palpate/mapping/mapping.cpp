@@ -40,8 +40,10 @@ Output Mapping::step(const Input& in) noexcept {
     started_ = true;
   }
   const bool engaged = in.following && !in.clutch;
-  if (engaged_ && !engaged) {
-    hold(in);
+  // A goal that the follower did not reach is no place to hold or to start from: the tool then stays where it is.
+  if (!in.reached && !(engaged && engaged_)) {
+    goal_ = in.X_WT;
+    jaw_ = in.jaw;
   }
   if (engaged && !engaged_) {
     anchor(in);
@@ -68,13 +70,6 @@ Vec3 Mapping::force_on_hand(const Vec3& F_T_W) const noexcept {
 }
 
 Vec3 Mapping::hand_position(const Vec3& p_WT) const noexcept { return p_WH0_ + (p_WT - p_WT0_) / options_.scale; }
-
-// A goal out of reach is no place to start from again: the tool then holds where it is.
-void Mapping::hold(const Input& in) noexcept {
-  if (!in.reached) {
-    goal_ = in.X_WT;
-  }
-}
 
 void Mapping::anchor(const Input& in) noexcept {
   p_WH0_ = in.X_WH.p;

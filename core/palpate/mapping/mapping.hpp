@@ -25,7 +25,7 @@ struct Input {
   double jaw = 0.0;          ///< measured [rad]
   bool following = true;
   bool clutch = false;
-  bool reached = true;  ///< the follower could take the last goal (inverse kinematics)
+  bool reached = true;  ///< the follower was heard and could take the last goal (inverse kinematics)
 };
 
 /// What the stage answers.
@@ -42,7 +42,7 @@ struct Output {
 ///
 /// (p_WT0, p_WH0, R_off) are caught whenever the tool starts to follow: on engaging and on releasing the clutch. So
 /// the goal starts where the tool is, and nothing jumps. While the clutch is pressed or teleoperation is off
-/// the tool holds.
+/// the tool holds: at the last goal, or where it is when it did not get there.
 class Mapping {
  public:
   /// dt: period of the cycle [s]. Throws std::invalid_argument naming an option that cannot be.
@@ -60,7 +60,6 @@ class Mapping {
 
  private:
   void anchor(const Input& in) noexcept;
-  void hold(const Input& in) noexcept;
 
   Options options_;
   Mat3 R_WL_;

@@ -7,7 +7,7 @@ namespace palpate::plant {
 namespace {
 
 constexpr double kShortestPeriod = 1e-5;  // [s] the delay line is long enough for it
-constexpr double kFade = 0.02;            // [s] from full force to none once the commands stop
+constexpr double kFade = 0.06;            // [s] from full force to none once the commands stop: 3 N at 50 N/s
 
 std::size_t periods(double delay, double dt) noexcept { return static_cast<std::size_t>(std::lround(delay / dt)); }
 

@@ -53,13 +53,14 @@ Follower::Follower(const arm::Arm& model, FollowerOptions options)
 void Follower::reset(const JointVector& q, double jaw) noexcept {
   q_ = q.cwiseMax(q_min_).cwiseMin(q_max_);
   v_ = JointVector::Zero(q_.size());
-  command_ = {q_, jaw};
+  command_ = {q_, jaw, true};
   jaw_ = jaw;
   t_ = 0.0;
   measure();
 }
 
 void Follower::command(const FollowerCommand& command) noexcept {
+  if (!command.valid || !command.q.allFinite() || !std::isfinite(command.jaw)) return;
   command_.q = command.q.cwiseMax(q_min_).cwiseMin(q_max_);
   command_.jaw = command.jaw;
 }

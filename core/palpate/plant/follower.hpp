@@ -22,7 +22,7 @@ class Follower {
   Follower(const arm::Arm& model, FollowerOptions options);
   /// At rest at q, within the limits.
   void reset(const JointVector& q, double jaw) noexcept;
-  /// The newest goal; the servos hold it until the next one.
+  /// The newest goal; the servos hold it until the next one. One that is not valid or not finite is refused.
   void command(const FollowerCommand& command) noexcept;
   void step(double dt) noexcept;
   [[nodiscard]] const FollowerState& measured() const noexcept;

@@ -1,5 +1,6 @@
 // Stage `stability`: the last word on the force. Whatever comes in, what goes out is finite, below its cap, and
-// changes no faster than its rate cap.
+// changes no faster than its rate cap. Only the drives' limits (stage `torque`) may leave less of it, in the same
+// direction: that loss is as sudden as the limit is, and rendered() tells it, so that the way back is a ramp again.
 #pragma once
 
 #include "palpate/types/spatial.hpp"
