@@ -7,6 +7,9 @@ from pathlib import Path
 
 from palpate.errors import OutputError, PalpateError
 
+SCENE = "scene.yaml"
+"""Beside a record: its scene, with the mesh files as found on the machine of the run."""
+
 
 def require_writable(folder: Path) -> None:
     """Make the folder of all runs and try it, before anything runs.
@@ -46,3 +49,16 @@ def new_folder(out: Path, title: str) -> Path:
             raise OutputError("the run's folder cannot be made", where=str(folder), why=why, mend="use --out") from None
         return folder
     raise PalpateError("a thousand runs in one second", where=str(out), mend="wait a second")
+
+
+def keep_scene(folder: Path, text: str) -> list[str]:
+    """Write a run's scene, with its mesh files as found on this machine, beside its record.
+
+    The record itself does not say where the meshes lie: the same run gives the same record everywhere. This file does,
+    and `palpate run` takes it. Returns what went wrong, in words.
+    """
+    try:
+        (folder / SCENE).write_text(text, encoding="utf-8")
+    except OSError as error:
+        return [f"no {SCENE} beside the record: {error.strerror or error}"]
+    return []

@@ -6,6 +6,7 @@ import os
 import signal
 import threading
 import time
+import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -19,7 +20,7 @@ from palpate import _core
 from palpate.errors import PalpateError
 from palpate.record.ticks import Ticks, as_ticks
 from palpate.record.writer import Recorder
-from palpate.run_folder import new_folder, require_writable
+from palpate.run_folder import keep_scene, new_folder, require_writable
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.summary import Summary, Totals
@@ -90,6 +91,7 @@ class Session:
             require_writable(self._out)
         self.rig: Rig = build(scene)
         self._sim = self.rig.simulation(self.seed)
+        weakref.finalize(self, self._sim.stop)  # a session forgotten, or alive when Python ends: force to zero first
         self._recorder: Recorder | None = None
         self._closed = True
         self._totals = Totals(self.rate)
@@ -125,7 +127,11 @@ class Session:
         self._require_idle()
         n = max(1, round((self.scene.duration if duration is None else duration) * self.rate))
         with self._ctrl_c_waits():
-            (self._run_realtime if realtime else self._run_lockstep)(n, on_progress)
+            try:
+                (self._run_realtime if realtime else self._run_lockstep)(n, on_progress)
+            except BaseException:
+                self.close(interrupted=True)  # whatever was thrown, the record is whole
+                raise
             return self.close(interrupted=self._interrupted.is_set())
 
     def step(self, n: int = 1) -> State:
@@ -231,12 +237,12 @@ class Session:
 
     @contextmanager
     def _ctrl_c_waits(self) -> Iterator[None]:
-        """Ctrl-C (and SIGTERM where somebody listens to it) ends a run between two batches, never inside a write."""
+        """Ctrl-C (and SIGTERM, SIGHUP where somebody listens) ends a run between two batches, never inside a write."""
         self._interrupted.clear()
         if threading.current_thread() is not threading.main_thread():
             yield
             return
-        heard = [s for s in (signal.SIGINT, signal.SIGTERM) if callable(signal.getsignal(s))]
+        heard = [s for s in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP) if callable(signal.getsignal(s))]
         before = {s: signal.signal(s, lambda *_: self._interrupted.set()) for s in heard}
         try:
             yield
@@ -299,6 +305,7 @@ class Session:
             if self._out is not None and self.recording:
                 folder = new_folder(self._out, self.scene.title)
                 self.record = folder / "record.mcap"
+                self.notes += keep_scene(folder, self.rig.resolved_yaml(absolute=True))
                 self._recorder = Recorder(self.record, self.rig.resolved_yaml(), self.seed, self.rate, not realtime)
 
     def _faults(self) -> list[str]:

@@ -34,6 +34,7 @@ class Summary:
     cycle_p999_us: float
     cycle_max_us: float
     missed_ticks: int
+    scheduler: str = ""  # what the system granted the real-time thread, in words; empty in lockstep
     faults: tuple[str, ...] = ()  # in words
     record: str | None = None  # path
     report: str | None = None  # path
@@ -102,6 +103,7 @@ class Totals:
             "cycle_p999_us": p999,
             "cycle_max_us": worst,
             "missed_ticks": int((timing or {}).get("missed_ticks", 0)),
+            "scheduler": str((timing or {}).get("scheduler", "")) if known.get("realtime") else "",
         }
         return Summary(**{**fields, **known})
 

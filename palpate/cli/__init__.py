@@ -24,6 +24,8 @@ def main(args: list[str] | None = None) -> int:
     warnings.showwarning = _show_warning
     warnings.simplefilter("always", PalpateWarning)
     signal.signal(signal.SIGTERM, _terminated)
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # a terminal or a connection was closed; nohup ignores it
+        signal.signal(signal.SIGHUP, _terminated)
     try:
         from palpate.cli.commands import dispatch
 

@@ -80,6 +80,8 @@ def _with_report(summary: Summary, scene: Scene) -> Summary:
 def _tell(console: Console, summary: Summary) -> None:
     if summary.interrupted:
         say(console, "stopped by Ctrl-C; everything up to here is kept")
+    if summary.scheduler:
+        say(console, f"scheduling: {summary.scheduler}")
     for fault in summary.faults:
         say(console, fault, "fault:", "red")
     if summary.record is not None:

@@ -112,10 +112,10 @@ class Run:
         from palpate.errors import PalpateError
 
         try:
-            from palpate.scene import Scene
+            from palpate.scene.recorded import recorded_scene
             from palpate.scene.surface import surfaces
 
-            placed = surfaces(Scene.parse(self.record.scene))
+            placed = surfaces(recorded_scene(self.record))
         except (ImportError, PalpateError, OSError, ValueError):
             return []  # the mesh was moved, or the record comes from another machine: the paths alone are drawn
         return [(s.mesh.vertices @ s.X_WO[:3, :3].T + s.X_WO[:3, 3], s.mesh.triangles) for s in placed]

@@ -46,11 +46,15 @@ class Rig:
         o.q_leader0, o.q_follower0 = self.arms.q_leader0, self.arms.q_follower0
         return o
 
-    def resolved_yaml(self) -> str:
-        """The scene with its placements and mesh files filled in: what a record needs to show the run again."""
+    def resolved_yaml(self, absolute: bool = False) -> str:
+        """The scene with its placements filled in: what a record needs to show the run again.
+
+        absolute: with the mesh files as found on this machine; otherwise as the scene names them, so that the text
+        does not depend on where things lie.
+        """
         data = self.scene.model_dump(mode="json")
         for i, thing in enumerate(self.scene.objects):
-            if thing.mesh is not None:
+            if absolute and thing.mesh is not None:
                 data["objects"][i]["mesh"] = str(self.scene.mesh_path(i).resolve())
         arms = data["arms"]
         arms["leader"] |= {"base": _pose(self.arms.X_WL), "start": self.arms.q_leader0.tolist()}

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from palpate.arm import Arm
 from palpate.errors import RecordError
 from palpate.record.reader import Record
+from palpate.scene.recorded import recorded_scene
 from palpate.scene.rig import Rig, build
-from palpate.scene.scene import Scene
 from palpate.viewer.stage import ArmPlace, Stage, Thing
 
 Array = NDArray[np.float64]
@@ -58,7 +58,7 @@ def stage_of_record(record: Record) -> Stage:
             why="another program rewrote it, or it was cut short",
             mend="show its numbers instead: palpate report",
         )
-    return stage_of(build(Scene.parse(record.scene, str(record.path))), record.path.parent.name)
+    return stage_of(build(recorded_scene(record)), record.path.parent.name)
 
 
 def drawable(vertices: Array, triangles: Triangles, most: int = MOST_TRIANGLES) -> tuple[Array, Triangles]:

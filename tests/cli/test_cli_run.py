@@ -1,5 +1,6 @@
 """`palpate run`: what it writes, how it ends, what it says when something is in the way."""
 
+import ctypes
 import hashlib
 import json
 import resource
@@ -136,7 +137,7 @@ def test_a_port_that_does_not_exist():
 
 
 @pytest.mark.parametrize("mode", ["--realtime", "--fast"])
-@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_interrupt_keeps_the_record_and_tells_the_summary(spawn, scene, tmp_path, mode, end):
     args = ("--headless", mode, "--duration", 600, "--out", tmp_path / "o", "--json", tmp_path / "run.json")
     process = spawn("run", scene, *args)
@@ -152,6 +153,25 @@ def test_interrupt_keeps_the_record_and_tells_the_summary(spawn, scene, tmp_path
     record = Record.open(told["record"])
     assert record.complete
     assert len(record.ticks) == told["ticks"] > 0
+
+
+def test_real_time_runs_where_priority_and_locked_memory_are_refused_and_says_so(spawn, scene, tmp_path):
+    def refuse():
+        resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))
+        resource.setrlimit(resource.RLIMIT_MEMLOCK, (0, 0))
+        for capability in (14, 23):  # CAP_IPC_LOCK, CAP_SYS_NICE; only root has them to lose
+            ctypes.CDLL(None).prctl(24, capability, 0, 0, 0)  # PR_CAPBSET_DROP: gone with the exec that follows
+
+    args = ("--headless", "--realtime", "--duration", 1, "--out", tmp_path / "o", "--json", tmp_path / "run.json")
+    process = spawn("run", scene, *args, preexec_fn=refuse)
+    out, err = process.communicate(timeout=100)
+    assert process.returncode == 0, err
+    told = json.loads((tmp_path / "run.json").read_text())
+    assert told["realtime"]
+    assert told["ticks"] >= 900
+    assert "SCHED_FIFO refused" in told["scheduler"]
+    assert "memory not locked" in told["scheduler"]
+    assert f"scheduling: {told['scheduler']}" in out
 
 
 def test_interrupt_while_loading_is_silent(spawn, scene):

@@ -1,8 +1,11 @@
 """A session: what it runs, what it keeps, how it ends."""
 
 import signal
+import subprocess
+import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +14,7 @@ import palpate
 from palpate.errors import OutputError, PalpateError
 from palpate.record import Record
 from palpate.scene import Scene
+from palpate.scene.recorded import recorded_scene
 
 SOFT = """\
 objects: [{shape: organ, triangles: 3000, stiffness: 400}]
@@ -179,3 +183,80 @@ def test_way_points_take_the_tool_there():
     session.run(2.0)
     # Friction of the master keeps the hand a little short; the mapping scales that down.
     np.testing.assert_allclose(session.state.tick["p_WT"], goal, atol=0.002)
+
+
+MESHED = """\
+objects: [{mesh: soft.obj, unit: m, stiffness: 400}]
+operator: {palpate: {approach: 0.3, press: 0.2, slide: 0.4, leave: 0.2}}
+"""
+RUN_ONE = "import palpate, sys; print(palpate.Session(palpate.Scene.load(sys.argv[1]), out='o').run(0.6).record_sha256)"
+
+
+def meshed(folder):
+    """A scene with a mesh file of its own in a folder of its own."""
+    folder.mkdir()
+    vertices, triangles = palpate.shapes.organ(3000)
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
+    lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in triangles.tolist()]
+    (folder / "soft.obj").write_text("\n".join(lines))
+    (folder / "soft.yaml").write_text(MESHED)
+    return folder / "soft.yaml"
+
+
+def test_two_processes_in_two_places_give_the_same_bytes(tmp_path):
+    """The record depends on scene and seed alone: not on the process, nor on where scene, mesh and record lie."""
+    sums = []
+    for name in ("one", "another-place"):
+        path = meshed(tmp_path / name)
+        done = subprocess.run(
+            [sys.executable, "-c", RUN_ONE, path], cwd=path.parent, capture_output=True, text=True, timeout=120
+        )
+        assert done.returncode == 0, done.stderr
+        sums.append(done.stdout.strip())
+    assert len(sums[0]) == 64
+    assert sums[0] == sums[1]
+
+
+def test_a_record_finds_its_meshes_again(tmp_path):
+    path = meshed(tmp_path / "here")
+    record = Path(palpate.Session(Scene.load(path), out=tmp_path / "o").run(0.3).record)
+    assert str(tmp_path) not in Record.open(record).scene
+    found = recorded_scene(Record.open(record)).mesh_path(0)
+    assert found.samefile(path.with_name("soft.obj"))
+    palpate.Session(Scene.load(record.with_name("scene.yaml"))).step()  # it runs again as it is
+    moved = record.parent / "soft.obj"  # the run's folder went to another machine, the mesh with it
+    path.with_name("soft.obj").rename(moved)
+    assert recorded_scene(Record.open(record)).mesh_path(0).samefile(moved)
+
+
+@pytest.mark.parametrize("realtime", [False, True])
+def test_an_exception_from_outside_leaves_a_whole_record_and_zero_force(tmp_path, realtime):
+    session = palpate.Session(scene(), out=tmp_path)
+
+    def fail(_):
+        raise RuntimeError("a listener failed")
+
+    with pytest.raises(RuntimeError, match="a listener failed"):
+        session.run(60.0, realtime, on_progress=fail)
+    assert not session.running
+    assert Record.open(session.record).complete
+    if realtime:
+        assert not session.latest()["F_H_L"].any()
+
+
+AT_EXIT = """\
+import atexit, palpate, sys, time
+ends = lambda: print(session._sim.running, session.latest()["F_H_L"].any(), session.latest()["tau_gravity"].any())
+atexit.register(ends)  # registered before the session: called after it is through
+session = palpate.Session(palpate.Scene.load(sys.argv[1]))
+session.start()
+time.sleep(1.0)
+"""
+
+
+def test_a_session_left_running_when_python_ends_stops_by_itself(tmp_path):
+    """Nobody calls stop(): before the process ends the force is zero, and gravity was kept."""
+    path = meshed(tmp_path / "left")
+    done = subprocess.run([sys.executable, "-c", AT_EXIT, path], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == ["False", "False", "True"]

@@ -1,0 +1,32 @@
+"""The scene of a record, its mesh files found again."""
+
+from __future__ import annotations
+
+from palpate.errors import SceneError
+from palpate.record.reader import Record
+from palpate.run_folder import SCENE
+from palpate.scene.scene import Scene
+
+
+def recorded_scene(record: Record) -> Scene:
+    """The scene of a record.
+
+    A mesh file is taken from where the ``scene.yaml`` beside the record says it lay; where there is nothing any more,
+    from where the record names it, seen from its own folder: so a record that moves may take its meshes along.
+
+    Raises:
+        SceneError: the record's scene cannot be read.
+    """
+    scene = Scene.parse(record.scene, str(record.path))
+    try:
+        there = Scene.load(record.path.with_name(SCENE))
+        lay = {thing.name: there.mesh_path(i) for i, thing in enumerate(there.objects) if thing.mesh is not None}
+    except SceneError:
+        return scene
+    objects = tuple(
+        thing.model_copy(update={"mesh": str(lay[thing.name])})
+        if thing.mesh is not None and thing.name in lay and lay[thing.name].is_file()
+        else thing
+        for thing in scene.objects
+    )
+    return scene.model_copy(update={"objects": objects})
