@@ -6,6 +6,7 @@ import warnings
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from rich.console import Console
 from rich.table import Table
 
@@ -76,9 +77,15 @@ def _scene(path: Path, console: Console) -> dict[str, Any]:
     tool = (rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0))[:3, 3]
     millimetres = ", ".join(f"{1e3 * x:.1f}" for x in tool)
     say(console, f"tool at the start: ({millimetres}) mm in W; both arms reach the operator's path")
+    condition = float(np.linalg.cond(rig.arms.leader.jacobian(rig.arms.q_leader0)[:3, :3]))
+    say(
+        console,
+        f"leader at the start: 3x3 Jacobian of the wrist centre, condition {condition:.2f} (1: all directions alike)",
+    )
     start = {
         "p_WT_m": tool.tolist(),
         "q_leader_rad": rig.arms.q_leader0.tolist(),
+        "leader_jacobian_condition": condition,
         "q_follower_rad_m": rig.arms.q_follower0.tolist(),
         "X_WL_m": rig.arms.X_WL.tolist(),
         "X_WB_m": rig.arms.X_WB.tolist(),

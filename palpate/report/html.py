@@ -14,6 +14,7 @@ import numpy as np
 from palpate.errors import MissingExtraError, OutputError
 from palpate.record.reader import Record
 from palpate.record.ticks import STATUS
+from palpate.report import elements
 from palpate.report.assumptions import SlowMotion, slow_motion
 from palpate.report.diagram import diagram, signal_table
 from palpate.report.run import Run
@@ -87,6 +88,7 @@ def report(record: Record) -> str:
         f"<section><h2>The loop that ran</h2><p>{_LOOP}</p>{diagram(run)}"
         f"<details><summary>All recorded signals</summary>{signal_table(run)}</details></section>",
         figure("The two terms of the torque (Eq 13)", _TORQUE, figures.torques),
+        f"<section><h2>The sphere's springs and dampers</h2><p>{_ELEMENTS}</p>{elements.table(run.ticks)}</section>",
         figure("The same force in two frames", _FRAMES, figures.frames),
         figure("Energy ledger", _ENERGY, figures.energy),
     ]
@@ -115,6 +117,10 @@ _LOOP = (
 _TORQUE = (
     "What the motors were told: one part renders the force on the hand, the other holds the arm's own weight, so "
     "that the hand feels the organ and not the arm. Joint 4 has a controller of its own, as on the real arm."
+)
+_ELEMENTS = (
+    "The paper's Fig 7: along each axis of the world a spring and a damper hold the sphere (SPR) on the tool. How far "
+    "each was compressed at the deepest contact, and the force that it made."
 )
 _FRAMES = (
     "Turning the wrist changes the components in the handle, never those in the base: the forces are one and the "
@@ -198,6 +204,10 @@ def _notes(run: Run, slow: SlowMotion) -> list[str]:
 def _numbers(run: Run, summary: Summary, slow: SlowMotion) -> str:
     lines = rows(summary)
     lines.append(("inertia", f"{slow.peak_inertia:.2f} N", "largest force the arm's own mass put on the hand"))
+    condition = elements.conditioning(run.ticks, str(run.setting("arms", "leader", "model") or "mtm_right"))
+    if condition is not None:
+        words = "condition of the 3x3 Jacobian of the wrist centre, median and worst: 1 is alike in all directions"
+        lines.append(("leader's Jacobian", f"{np.median(condition):.2f} / {condition.max():.2f}", words))
     status = run.ticks["status"].astype(np.int64)
     for name, (bit, words) in STATUS.items():
         count = int(((status & bit) != 0).sum())
