@@ -76,11 +76,8 @@ pinocchio::Model parse(const std::string& xml) {
 }  // namespace
 
 struct Arm::Impl {
-  explicit Impl(pinocchio::Model m, const std::string& tip_frame)
-      : model(std::move(m)),
-        data(model),
-        tip_id(model.getBodyId(tip_frame)),
-        tip_joint(model.frames[tip_id].parentJoint) {
+  explicit Impl(const pinocchio::Model& m, const std::string& tip_frame)
+      : model(m), data(model), tip_id(model.getBodyId(tip_frame)), tip_joint(model.frames[tip_id].parentJoint) {
     const Eigen::Index n = model.nv;
     q_min = model.lowerPositionLimit;
     q_max = model.upperPositionLimit;
@@ -178,7 +175,7 @@ Arm Arm::from_urdf(const std::string& xml, const std::string& base_frame, const 
                              std::to_string(model.nv) + " degrees of freedom; 1 to " + std::to_string(kMaxJoints) +
                              " revolute or prismatic joints are supported (give continuous joints a limit)");
   }
-  Arm arm(std::make_unique<Impl>(std::move(model), tip_frame));
+  Arm arm(std::make_unique<Impl>(model, tip_frame));
   arm.update(arm.impl_->zero, arm.impl_->zero);
   return arm;
 }
