@@ -38,7 +38,7 @@ class Scene(Section):
 
     preset: Literal["paper", "as-shipped"] | None = None
     """values of the paper or of its published code, below what this file gives itself"""
-    objects: Annotated[tuple[ObjectSection, ...], Field(min_length=1, max_length=64)]
+    objects: Annotated[tuple[ObjectSection, ...], Field(min_length=1, max_length=32)]
     """what can be touched"""
     arms: ArmsSection = ArmsSection()
     """leader and follower"""

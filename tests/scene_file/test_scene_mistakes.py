@@ -165,3 +165,9 @@ def test_any_value_of_a_section_gives_a_scene_or_a_scene_error(section, value):
     text = yaml.safe_dump({"objects": [{"shape": "organ"}], section: value})
     with contextlib.suppress(SceneError):
         Scene.parse(text)
+
+
+def test_more_objects_than_can_be_felt_are_refused():
+    """The proxy method has room for 32: a 33rd would be drawn and never felt."""
+    with pytest.raises(SceneError, match="32"):
+        Scene.parse("objects:\n" + "- {shape: organ, stiffness: 400}\n" * 33)
