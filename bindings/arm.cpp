@@ -17,25 +17,25 @@ using arm::Arm;
 using Vector = Eigen::VectorXd;
 using Matrix = Eigen::MatrixXd;
 
-JointVector joints(const Arm& a, const Vector& values, const char* name) { return joint_vector(values, name, a.n()); }
+JointVector joints(const Arm& a, const VectorArg& values, const char* name) { return joint_vector(values, name, a.n()); }
 
-Matrix4 fk(Arm& a, const Vector& q) {
+Matrix4 fk(Arm& a, const VectorArg& q) {
   a.update(joints(a, q, "q"), JointVector::Zero(a.n()));
   return to_matrix(a.tip());
 }
 
-Matrix jacobian(Arm& a, const Vector& q) {
+Matrix jacobian(Arm& a, const VectorArg& q) {
   a.update(joints(a, q, "q"), JointVector::Zero(a.n()));
   return a.jacobian();
 }
 
-std::pair<Vector, arm::IkResult> ik_from(Arm& a, const Matrix4& X_0T, const Vector& q0, const arm::IkOptions& options) {
+std::pair<Vector, arm::IkResult> ik_from(Arm& a, const Matrix4& X_0T, const VectorArg& q0, const arm::IkOptions& options) {
   JointVector q = joints(a, q0, "q0");
   const arm::IkResult result = a.ik(to_pose(X_0T, "X_0T"), q, options);
   return {Vector(q), result};
 }
 
-std::vector<Matrix4> link_poses(Arm& a, const Vector& q) {
+std::vector<Matrix4> link_poses(Arm& a, const VectorArg& q) {
   std::vector<Matrix4> poses;
   for (const Pose& X : a.link_poses(joints(a, q, "q"))) poses.push_back(to_matrix(X));
   return poses;
@@ -81,50 +81,50 @@ void bind_arm(nb::module_& m) {
       .def("fk", &fk, "q"_a, "X_0T (4,4): the tip in the base at q (n,) [rad, m].")
       .def("jacobian", &jacobian, "q"_a, "(6,n) at the tip in base axes, linear rows over angular rows.")
       .def(
-          "gravity", [](Arm& a, const Vector& q) -> Vector { return a.gravity(joints(a, q, "q")); }, "q"_a,
+          "gravity", [](Arm& a, const VectorArg& q) -> Vector { return a.gravity(joints(a, q, "q")); }, "q"_a,
           "G(q) = dP/dq (n,) that holds the masses up [N m, N].")
       .def(
-          "elastic", [](const Arm& a, const Vector& q) -> Vector { return a.elastic(joints(a, q, "q")); }, "q"_a,
+          "elastic", [](const Arm& a, const VectorArg& q) -> Vector { return a.elastic(joints(a, q, "q")); }, "q"_a,
           "dP/dq (n,) of the counterbalance's spring [N m, N].")
       .def(
-          "holding", [](Arm& a, const Vector& q) -> Vector { return a.holding(joints(a, q, "q")); }, "q"_a,
+          "holding", [](Arm& a, const VectorArg& q) -> Vector { return a.holding(joints(a, q, "q")); }, "q"_a,
           "What holds the arm still (n,): gravity + elastic [N m, N].")
       .def(
           "bias",
-          [](Arm& a, const Vector& q, const Vector& v) -> Vector {
+          [](Arm& a, const VectorArg& q, const VectorArg& v) -> Vector {
             return a.bias(joints(a, q, "q"), joints(a, v, "v"));
           },
           "q"_a, "v"_a, "C(q, v) v + G(q) (n,) [N m, N].")
       .def(
           "inverse_dynamics",
-          [](Arm& a, const Vector& q, const Vector& v, const Vector& acc) -> Vector {
+          [](Arm& a, const VectorArg& q, const VectorArg& v, const VectorArg& acc) -> Vector {
             return a.inverse_dynamics(joints(a, q, "q"), joints(a, v, "v"), joints(a, acc, "a"));
           },
           "q"_a, "v"_a, "a"_a, "M a + C v + G (n,) [N m, N].")
       .def(
-          "mass_matrix", [](Arm& a, const Vector& q) -> Matrix { return a.mass_matrix(joints(a, q, "q")); }, "q"_a,
+          "mass_matrix", [](Arm& a, const VectorArg& q) -> Matrix { return a.mass_matrix(joints(a, q, "q")); }, "q"_a,
           "M(q) (n,n), symmetric; rotor inertias are not in it.")
       .def(
           "dynamics",
-          [](Arm& a, const Vector& q, const Vector& v) {
+          [](Arm& a, const VectorArg& q, const VectorArg& v) {
             const arm::Dynamics& d = a.dynamics(joints(a, q, "q"), joints(a, v, "v"));
             return nb::make_tuple(Matrix(d.M), Vector(d.bias), to_matrix(d.X_0T), Matrix(d.J), Vector(d.Jdot_v));
           },
           "q"_a, "v"_a, "(M (n,n), C v + G (n,), X_0T (4,4), J (6,n), dJ/dt v (6,)) in one go, as the plant uses them.")
       .def(
-          "potential_energy", [](Arm& a, const Vector& q) { return a.potential_energy(joints(a, q, "q")); }, "q"_a,
+          "potential_energy", [](Arm& a, const VectorArg& q) { return a.potential_energy(joints(a, q, "q")); }, "q"_a,
           "P(q) of the masses [J].")
       .def(
-          "elastic_energy", [](const Arm& a, const Vector& q) { return a.elastic_energy(joints(a, q, "q")); }, "q"_a,
+          "elastic_energy", [](const Arm& a, const VectorArg& q) { return a.elastic_energy(joints(a, q, "q")); }, "q"_a,
           "P(q) of the counterbalance's spring [J].")
       .def(
           "set_counterbalance",
-          [](Arm& a, double torque, const Vector& along) { a.set_counterbalance({torque, joints(a, along, "along")}); },
+          [](Arm& a, double torque, const VectorArg& along) { a.set_counterbalance({torque, joints(a, along, "along")}); },
           "torque"_a, "along"_a, "A spring P = -torque sin(along . q): torque [N m], along (n,). 0 takes it away.")
       .def("set_gravity", &Arm::set_gravity, "g_base"_a, "Gravity in base axes [m/s^2]; default (0, 0, -9.81).")
       .def(
           "with_scaled_masses",
-          [](const Arm& a, const Vector& scale) { return a.with_scaled_masses(joints(a, scale, "scale")); }, "scale"_a,
+          [](const Arm& a, const VectorArg& scale) { return a.with_scaled_masses(joints(a, scale, "scale")); }, "scale"_a,
           "A copy whose link masses are multiplied by scale (n,): a controller's wrong model of the plant.")
       .def("ik_from", &ik_from, "X_0T"_a, "q0"_a, "options"_a = arm::IkOptions{},
            "One damped Newton run from q0: (q, IkResult). palpate.Arm.ik restarts and raises.")

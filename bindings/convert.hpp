@@ -6,12 +6,19 @@
 
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "palpate/types/spatial.hpp"
 
 namespace palpate::bindings {
 
 using Matrix4 = Eigen::Matrix4d;
+
+/// A vector argument as people write it: an array, a list or a tuple of numbers.
+struct VectorArg {
+  Eigen::VectorXd values;
+  operator const Eigen::VectorXd&() const { return values; }  // NOLINT(google-explicit-constructor): stands for it
+};
 
 /// A joint vector of n entries (n < 0: any number up to kMaxJoints).
 inline JointVector joint_vector(const Eigen::VectorXd& values, const char* name, Eigen::Index n = -1) {
@@ -66,3 +73,26 @@ void joint_field(Class& c, const char* name, JointVector Struct::* field, const 
 }
 
 }  // namespace palpate::bindings
+
+namespace nanobind::detail {
+
+template <>
+struct type_caster<palpate::bindings::VectorArg> {
+  NB_TYPE_CASTER(palpate::bindings::VectorArg, const_name("numpy.typing.ArrayLike"))
+
+  bool from_python(handle source, uint8_t flags, cleanup_list* cleanup) noexcept {
+    try {
+      const object array = module_::import_("numpy").attr("asarray")(source, "float64");
+      make_caster<Eigen::VectorXd> vector;
+      if (!vector.from_python(array, flags, cleanup)) {
+        return false;
+      }
+      value.values = std::move(vector.value);
+      return true;
+    } catch (const python_error&) {
+      return false;  // not numbers: nanobind says what the call takes
+    }
+  }
+};
+
+}  // namespace nanobind::detail
