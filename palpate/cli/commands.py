@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, Union
 
 import tyro
 from tyro.conf import FlagCreatePairsOff, Positional, arg, subcommand
@@ -57,7 +57,7 @@ class Run:
 
 @dataclass
 class Replay:
-    """Show a record in the 3-D viewer until Ctrl-C.
+    """Sum up a record and show it in the 3-D viewer until Ctrl-C.
 
     examples:
       palpate replay runs/palpation-20260101-120000/record.mcap
@@ -166,24 +166,27 @@ class Schema:
         return 0
 
 
-Command = (
-    Annotated[Run, subcommand("run")]
-    | Annotated[Replay, subcommand("replay")]
-    | Annotated[Report, subcommand("report")]
-    | Annotated[Check, subcommand("check")]
-    | Annotated[Bench, subcommand("bench")]
-    | Annotated[Schema, subcommand("schema")]
-)
+_COMMANDS = {"run": Run, "replay": Replay, "report": Report, "check": Check, "bench": Bench, "schema": Schema}
 
 
 def dispatch(args: Sequence[str]) -> int:
     """Parse the arguments and run the command; wrong arguments exit with 2 and say what is possible."""
+    brief = not args or args[0] in ("-h", "--help")
     command = tyro.cli(
-        Command,
+        _choice(brief),
         prog="palpate",
         description="Feel virtual and scanned anatomy through a surgical robot's master arm.\n\n"
-        "examples:\n  palpate run scenes/palpation.yaml\n  palpate check my_organ.stl\n  palpate --version",
-        args=list(args) or ["--help"],
+        "examples:\n  palpate run scenes/palpation.yaml\n  palpate check my_organ.stl\n  palpate run --help",
+        args=["--help"] if brief else list(args),
         config=(FlagCreatePairsOff,),
     )
     return int(command())
+
+
+def _choice(brief: bool) -> Any:
+    """The commands as one type; in brief, each is told by the first line of its help."""
+    told = (
+        Annotated[command, subcommand(name, description=(command.__doc__ or "").partition("\n")[0] if brief else None)]
+        for name, command in _COMMANDS.items()
+    )
+    return Union[tuple(told)]  # noqa: UP007 - made at run time

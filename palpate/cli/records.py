@@ -16,12 +16,17 @@ def find(path: Path) -> Path:
 
 
 def replay(path: Path, port: int) -> int:
-    """Show a record until Ctrl-C."""
+    """Sum a record up and show it until Ctrl-C."""
+    from palpate.report.summary import summary_of, summary_table
+
     require_viewer()
     console = console_for(None)
     record = Record.open(find(path))
     if record.note:
         say(console, record.note)
+    console.print(summary_table(summary_of(record)))
+    for fault in record.faults:
+        say(console, fault, "fault:", "red")
     serve(record, port, console)
     return 0
 

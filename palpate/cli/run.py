@@ -41,7 +41,7 @@ def run(o: Run) -> int:
         summary = session.run(duration, realtime=realtime, on_progress=progress)
     summary = _with_report(summary, scene)
     console.print(summary_table(summary))
-    _tell(console, summary)
+    _tell(console, summary, scene.record.report)
     write_json(o.json, summary.to_json())
     if summary.interrupted:
         return INTERRUPTED
@@ -75,9 +75,11 @@ def _with_report(summary: Summary, scene: Scene) -> Summary:
         return summary
     except (PalpateError, OSError) as error:
         return replace(summary, faults=(*summary.faults, f"no report: {error}"))
+    except KeyboardInterrupt:
+        return replace(summary, interrupted=True)
 
 
-def _tell(console: Console, summary: Summary) -> None:
+def _tell(console: Console, summary: Summary, report_wanted: bool) -> None:
     if summary.interrupted:
         say(console, "stopped by Ctrl-C; everything up to here is kept")
     if summary.scheduler:
@@ -88,3 +90,5 @@ def _tell(console: Console, summary: Summary) -> None:
         say(console, f"record: {summary.record}")
     if summary.report is not None:
         say(console, f"report: {summary.report}")
+    elif summary.interrupted and report_wanted and summary.record is not None:
+        say(console, f"report: not written; palpate report {summary.record} does it")

@@ -105,8 +105,7 @@ class Drawing:
         self._stage = stage
         _light(scene)
         _drape(scene, stage)
-        for k, thing in enumerate(stage.things):
-            _organ(scene, thing, TISSUE[k % len(TISSUE)])
+        self._organs = [_organ(scene, thing, TISSUE[k % len(TISSUE)]) for k, thing in enumerate(stage.things)]
         self._leader, self._follower = ArmDrawing(scene, stage.leader), ArmDrawing(scene, stage.follower)
         r = stage.radius
         self._spr = scene.add_icosphere("/spr", r, (90, 170, 255), opacity=0.45, cast_shadow=False)
@@ -114,6 +113,11 @@ class Drawing:
         self.deflection = Arrow(scene, "/arrows/deflection", RED, 0.0016)
         self.force_body = Arrow(scene, "/arrows/force_body", RED, 0.0030)
         self.force_spatial = Arrow(scene, "/arrows/force_spatial", GREEN, 0.0030)
+
+    def see_through(self, share: float) -> None:
+        """Organs as solid as they are (0), or so that what is inside shows through them (up to 0.9)."""
+        for organ in self._organs:
+            organ.opacity = None if share < 0.01 else 1.0 - share
 
     @property
     def p_WT(self) -> Array:
@@ -166,8 +170,8 @@ def _corners(thing: Thing) -> Array:
     return np.stack([p_WV.min(axis=0), p_WV.max(axis=0)])
 
 
-def _organ(scene: viser.SceneApi, thing: Thing, color: Color) -> None:
-    scene.add_mesh_simple(
+def _organ(scene: viser.SceneApi, thing: Thing, color: Color) -> viser.MeshHandle:
+    return scene.add_mesh_simple(
         f"/objects/{thing.name}",
         thing.vertices.astype(np.float32),
         thing.triangles.astype(np.uint32),

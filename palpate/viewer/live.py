@@ -30,7 +30,7 @@ class LiveViewer:
         self._drawing = Drawing(self._server.scene, stage)
         self._gauges = Gauges(self._server, stage, self._drawing)
         self.console = Console(self._server, stage, source)
-        views.add_buttons(self._server.gui, stage, lambda: self._drawing.p_WT)
+        views.add_buttons(self._server.gui, stage, self._drawing)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="palpate-viewer", daemon=True)
         self._thread.start()

@@ -37,7 +37,7 @@ class ReplayViewer:
             self.play = gui.add_checkbox("play", True)
             self.time = gui.add_slider("time [s]", first, max(last, first + 1e-3), 1e-3, first)
             self.speed = gui.add_dropdown("speed", tuple(SPEEDS), initial_value="x 1")
-        views.add_buttons(self._server.gui, stage, lambda: self._drawing.p_WT)
+        views.add_buttons(self._server.gui, stage, self._drawing)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(280)
         self.time.on_update(self._dragged)

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from palpate.viewer.drawing import Drawing
 from palpate.viewer.stage import Stage
 
 Array = NDArray[np.float64]
 View = tuple[Array, Array]
 """Position of the eye and what it looks at, (3,) each [m]."""
 
+GLASS = 0.5
+"""How far one sees through the organs from near by."""
 FIELD_OF_VIEW = np.radians(42.0)
 FROM_ABOVE_IN_FRONT = np.array([-0.07, -0.84, 0.42])
 """The eye of the overview, from the focus, for a scene of 0.4 m [m]: the surgeon's side, patient's feet in front."""
@@ -38,14 +39,22 @@ def start_with(server: viser.ViserServer, view: View) -> None:
     camera.up, camera.fov, camera.near, camera.far = (0.0, 0.0, 1.0), float(FIELD_OF_VIEW), 0.01, 30.0
 
 
-def add_buttons(gui: viser.GuiApi, stage: Stage, p_WT: Callable[[], Array]) -> None:
-    """A button for each view; it moves the camera of the browser that asks."""
+def add_buttons(gui: viser.GuiApi, stage: Stage, drawing: Drawing) -> None:
+    """A button for each view, which moves the camera of the browser that asks, and how solid the organs look."""
     with gui.add_folder("View"):
         buttons = gui.add_button_group("look at", ("scene", "tool tip"))
+        glass = gui.add_slider("see through", 0.0, 0.9, 0.1, 0.0, hint="Look into the organ: where the tool is inside")
+
+    @glass.on_update
+    def _(_: object) -> None:
+        drawing.see_through(glass.value)
 
     @buttons.on_click
     def _(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
-        view = overview(stage) if event.target.value == "scene" else close_up(p_WT())
+        near = event.target.value == "tool tip"
+        view = close_up(drawing.p_WT) if near else overview(stage)
+        glass.value = GLASS if near else 0.0
+        drawing.see_through(glass.value)
         if event.client is not None:
             with event.client.atomic():
                 event.client.camera.position, event.client.camera.look_at = view
