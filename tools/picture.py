@@ -20,6 +20,8 @@ from palpate.record.ticks import as_ticks
 from palpate.viewer import ReplayViewer, stage_of
 
 FLAGS = ["--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+CONSOLE = 284
+"""Width of the replay's own panel, which is left out of the picture [px]."""
 HIDE = ".mantine-Notification-root, .mantine-Notifications-root { display: none !important }"
 
 
@@ -36,7 +38,8 @@ def photograph(url: str, out: Path, size: tuple[int, int]) -> None:
         page.add_style_tag(content=HIDE)
         time.sleep(8.0)  # software rendering takes its time
         out.parent.mkdir(parents=True, exist_ok=True)
-        page.screenshot(path=out, timeout=90_000)
+        clip = {"x": 0, "y": 0, "width": size[0] - CONSOLE, "height": size[1]}
+        page.screenshot(path=out, clip=clip, timeout=90_000)
         browser.close()
 
 
@@ -46,7 +49,7 @@ def main() -> None:
     parser.add_argument("--scene", default="scenes/palpation.yaml")
     parser.add_argument("--at", type=float, default=4.6, help="instant of the picture [s]")
     parser.add_argument("--out", type=Path, default=Path("docs/images/palpation.png"))
-    parser.add_argument("--size", type=int, nargs=2, default=(1440, 860), help="width and height [px]")
+    parser.add_argument("--size", type=int, nargs=2, default=(1720, 860), help="of the page, width and height [px]")
     args = parser.parse_args()
     session = Session(Scene.load(args.scene))
     ticks = as_ticks(session.rig.simulation(session.seed).run(round(args.at * session.rate) + 1))

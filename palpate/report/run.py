@@ -112,10 +112,12 @@ class Run:
         from palpate.errors import PalpateError
 
         try:
+            from palpate.mesh import quiet
             from palpate.scene.recorded import recorded_scene
             from palpate.scene.surface import surfaces
 
-            placed = surfaces(recorded_scene(self.record))
+            with quiet():  # the run has told what is wrong with the meshes
+                placed = surfaces(recorded_scene(self.record))
         except (ImportError, PalpateError, OSError, ValueError):
             return []  # the mesh was moved, or the record comes from another machine: the paths alone are drawn
         return [(s.mesh.vertices @ s.X_WO[:3, :3].T + s.X_WO[:3, 3], s.mesh.triangles) for s in placed]

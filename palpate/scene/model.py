@@ -96,7 +96,7 @@ class ContactSection(Section):
 
     method: Literal["proxy", "paper-alg1"] = "proxy"
     """proxy: side memory, right deep inside; paper-alg1: the paper's Algorithm 1, for comparison"""
-    radius: NotNegative = _C.contact.radius
+    radius: Annotated[NotNegative, Field(le=0.1)] = _C.contact.radius
     """of the spherical proxy region (SPR) on the tool tip [m]"""
     collision_rate: Positive = _C.contact.collision_rate
     """rate of the collision thread of paper-alg1 [Hz]"""
@@ -142,28 +142,32 @@ class WayPoint(Section):
     """intended position of the tool tip in W [m]"""
 
 
+Phase = Annotated[Positive, Field(ge=0.01, le=600.0)]
+Near = Annotated[Number, Field(ge=-1e3, le=1e3)]
+
+
 class PalpateSection(Section):
     """A path made from the surface: approach, press, slide, leave, again and again, each time in another direction."""
 
     object: str = ""
     """name of the object; the first one when left out"""
-    at: Vector | None = None
+    at: tuple[Near, Near, Near] | None = None
     """about where, in W: the nearest surface point is taken; the top of the object when left out [m]"""
     direction: Vector = (1.0, 0.0, 0.0)
     """first direction of the slide, in W; turned about the surface normal by 60 degrees each time [-]"""
     force: Positive = 1.5
     """intended force on the tool [N]"""
-    hover: Positive = 0.02
+    hover: Annotated[Positive, Field(le=1.0)] = 0.02
     """height of the start above the surface [m]"""
-    length: Positive = 0.03
+    length: Annotated[Positive, Field(le=1.0)] = 0.03
     """of the slide [m]"""
-    approach: Positive = 1.5
+    approach: Phase = 1.5
     """duration [s]"""
-    press: Positive = 1.0
+    press: Phase = 1.0
     """duration [s]"""
-    slide: Positive = 5.5
+    slide: Phase = 5.5
     """duration, there and back [s]"""
-    leave: Positive = 2.0
+    leave: Phase = 2.0
     """duration [s]"""
 
 

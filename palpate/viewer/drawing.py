@@ -23,8 +23,8 @@ FORCE_SCALE = 0.06
 """Length of a force arrow [m/N]."""
 DEFLECTION_SCALE = 10.0
 """Length of the deflection arrow per deflection [-]."""
-
-
+SMALL = 0.004
+"""A tool sphere up to this radius is drawn solid [m]."""
 STILL = 2e-5
 """Changes of a link's pose below this are not drawn [m, rad]."""
 
@@ -108,8 +108,10 @@ class Drawing:
         self._organs = [_organ(scene, thing, TISSUE[k % len(TISSUE)]) for k, thing in enumerate(stage.things)]
         self._leader, self._follower = ArmDrawing(scene, stage.leader), ArmDrawing(scene, stage.follower)
         r = stage.radius
-        self._spr = scene.add_icosphere("/spr", r, (90, 170, 255), opacity=0.45, cast_shadow=False)
-        self._proxy = scene.add_icosphere("/proxy", r, (255, 214, 70), opacity=0.55, cast_shadow=False, visible=False)
+        # Solid where they are small: what is solid shows through an organ of glass. A large sphere would hide the tool.
+        clear = None if r <= SMALL else 0.5
+        self._spr = scene.add_icosphere("/spr", r, (90, 170, 255), opacity=clear, cast_shadow=False)
+        self._proxy = scene.add_icosphere("/proxy", r, (255, 214, 70), opacity=clear, cast_shadow=False, visible=False)
         self.deflection = Arrow(scene, "/arrows/deflection", RED, 0.0016)
         self.force_body = Arrow(scene, "/arrows/force_body", RED, 0.0030)
         self.force_spatial = Arrow(scene, "/arrows/force_spatial", GREEN, 0.0030)

@@ -16,14 +16,14 @@ View = tuple[Array, Array]
 GLASS = 0.5
 """How far one sees through the organs from near by."""
 FIELD_OF_VIEW = np.radians(42.0)
-FROM_ABOVE_IN_FRONT = np.array([-0.07, -0.84, 0.42])
+FROM_ABOVE_IN_FRONT = np.array([-0.10, -1.15, 0.50])
 """The eye of the overview, from the focus, for a scene of 0.4 m [m]: the surgeon's side, patient's feet in front."""
 
 
 def overview(stage: Stage) -> View:
     """Organ and master arm side by side, with room above for the arms."""
     size = stage.extent / 0.4
-    look_at = stage.focus + size * np.array([0.0, 0.0, 0.05])
+    look_at = stage.focus + size * np.array([-0.02, 0.0, 0.10])
     return look_at + size * FROM_ABOVE_IN_FRONT, look_at
 
 
