@@ -17,7 +17,9 @@ using arm::Arm;
 using Vector = Eigen::VectorXd;
 using Matrix = Eigen::MatrixXd;
 
-JointVector joints(const Arm& a, const VectorArg& values, const char* name) { return joint_vector(values, name, a.n()); }
+JointVector joints(const Arm& a, const VectorArg& values, const char* name) {
+  return joint_vector(values, name, a.n());
+}
 
 Matrix4 fk(Arm& a, const VectorArg& q) {
   a.update(joints(a, q, "q"), JointVector::Zero(a.n()));
@@ -29,7 +31,8 @@ Matrix jacobian(Arm& a, const VectorArg& q) {
   return a.jacobian();
 }
 
-std::pair<Vector, arm::IkResult> ik_from(Arm& a, const Matrix4& X_0T, const VectorArg& q0, const arm::IkOptions& options) {
+std::pair<Vector, arm::IkResult> ik_from(Arm& a, const Matrix4& X_0T, const VectorArg& q0,
+                                         const arm::IkOptions& options) {
   JointVector q = joints(a, q0, "q0");
   const arm::IkResult result = a.ik(to_pose(X_0T, "X_0T"), q, options);
   return {Vector(q), result};
@@ -119,13 +122,15 @@ void bind_arm(nb::module_& m) {
           "P(q) of the counterbalance's spring [J].")
       .def(
           "set_counterbalance",
-          [](Arm& a, double torque, const VectorArg& along) { a.set_counterbalance({torque, joints(a, along, "along")}); },
+          [](Arm& a, double torque, const VectorArg& along) {
+            a.set_counterbalance({torque, joints(a, along, "along")});
+          },
           "torque"_a, "along"_a, "A spring P = -torque sin(along . q): torque [N m], along (n,). 0 takes it away.")
       .def("set_gravity", &Arm::set_gravity, "g_base"_a, "Gravity in base axes [m/s^2]; default (0, 0, -9.81).")
       .def(
           "with_scaled_masses",
-          [](const Arm& a, const VectorArg& scale) { return a.with_scaled_masses(joints(a, scale, "scale")); }, "scale"_a,
-          "A copy whose link masses are multiplied by scale (n,): a controller's wrong model of the plant.")
+          [](const Arm& a, const VectorArg& scale) { return a.with_scaled_masses(joints(a, scale, "scale")); },
+          "scale"_a, "A copy whose link masses are multiplied by scale (n,): a controller's wrong model of the plant.")
       .def("ik_from", &ik_from, "X_0T"_a, "q0"_a, "options"_a = arm::IkOptions{},
            "One damped Newton run from q0: (q, IkResult). palpate.Arm.ik restarts and raises.")
       .def("link_poses_array", &link_poses, "q"_a, "X_0link (4,4) of every link, in link_names order.");
