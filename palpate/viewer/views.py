@@ -43,7 +43,9 @@ def add_buttons(gui: viser.GuiApi, stage: Stage, drawing: Drawing) -> None:
     """A button for each view, which moves the camera of the browser that asks, and how solid the organs look."""
     with gui.add_folder("View"):
         buttons = gui.add_button_group("look at", ("scene", "tool tip"))
-        glass = gui.add_slider("see through", 0.0, 0.9, 0.1, 0.0, hint="Look into the organ: where the tool is inside")
+        glass: viser.GuiSliderHandle[float] = gui.add_slider(
+            "see through", 0.0, 0.9, 0.1, 0.0, hint="Look into the organ: where the tool is inside"
+        )
 
     @glass.on_update
     def _(_: object) -> None:
