@@ -7,6 +7,7 @@ import viser
 from numpy.typing import NDArray
 
 from palpate.viewer.drawing import Drawing
+from palpate.viewer.server import set_value
 from palpate.viewer.stage import Stage
 
 Array = NDArray[np.float64]
@@ -43,9 +44,7 @@ def add_buttons(gui: viser.GuiApi, stage: Stage, drawing: Drawing) -> None:
     """A button for each view, which moves the camera of the browser that asks, and how solid the organs look."""
     with gui.add_folder("View"):
         buttons = gui.add_button_group("look at", ("scene", "tool tip"))
-        glass: viser.GuiSliderHandle[float] = gui.add_slider(
-            "see through", 0.0, 0.9, 0.1, 0.0, hint="Look into the organ: where the tool is inside"
-        )
+        glass = gui.add_slider("see through", 0.0, 0.9, 0.1, 0.0, hint="Look into the organ: where the tool is inside")
 
     @glass.on_update
     def _(_: object) -> None:
@@ -55,7 +54,7 @@ def add_buttons(gui: viser.GuiApi, stage: Stage, drawing: Drawing) -> None:
     def _(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
         near = event.target.value == "tool tip"
         view = close_up(drawing.p_WT) if near else overview(stage)
-        glass.value = GLASS if near else 0.0
+        set_value(glass, GLASS if near else 0.0)
         drawing.see_through(glass.value)
         if event.client is not None:
             with event.client.atomic():
