@@ -9,7 +9,7 @@ import viser
 from numpy.typing import NDArray
 
 from palpate.record.ticks import Ticks
-from palpate.viewer.server import set_value
+from palpate.viewer.controls import set_value
 from palpate.viewer.source import Source
 from palpate.viewer.stage import Stage
 

@@ -9,9 +9,10 @@ import numpy as np
 
 from palpate.record.ticks import Ticks
 from palpate.viewer import views
+from palpate.viewer.controls import set_value
 from palpate.viewer.drawing import Drawing
 from palpate.viewer.gauges import POINTS, WINDOW, Gauges
-from palpate.viewer.server import close_server, open_server, set_value, url
+from palpate.viewer.server import close_server, open_server, url
 from palpate.viewer.stage import Stage
 
 FRAME_RATE = 30.0

@@ -6,7 +6,6 @@ import contextlib
 import io
 import logging
 import socket
-from typing import Any
 
 from palpate.errors import MissingExtraError, PortError
 from palpate.viewer import views
@@ -52,8 +51,3 @@ def close_server(server: viser.ViserServer) -> None:
 def url(server: viser.ViserServer) -> str:
     """Where a browser finds it."""
     return f"http://{server.get_host()}:{server.get_port()}"
-
-
-def set_value(handle: Any, value: Any) -> None:
-    """Sets a control from the program (viser's setter takes more than its getter gives: mypy cannot follow)."""
-    handle.value = value

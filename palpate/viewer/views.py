@@ -6,8 +6,8 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from palpate.viewer.controls import set_value
 from palpate.viewer.drawing import Drawing
-from palpate.viewer.server import set_value
 from palpate.viewer.stage import Stage
 
 Array = NDArray[np.float64]
