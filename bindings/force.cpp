@@ -23,19 +23,18 @@ auto force_step(const Rows& K, const Rows& B, const Rows& normal, const Rows& de
     throw std::invalid_argument("K, B, normal, delta_x and v_surface must all have shape (n, 3), n <= " +
                                 std::to_string(contact::kMaxContacts));
   }
-  scene::Snapshot scene;
   contact::ContactSet contacts;
   contacts.size = static_cast<int>(n);
   for (int i = 0; i < contacts.size; ++i) {
-    scene.objects.push_back({"", nullptr, Pose{}, {K.row(i), B.row(i), 0.0}});
     contact::Contact& c = contacts.contact[static_cast<std::size_t>(i)];
     c.object = i;
+    c.material = {K.row(i), B.row(i), 0.0};
     c.normal = normal.row(i);
     c.delta_x = delta_x.row(i);
     c.depth = c.delta_x.dot(c.normal);
     c.v_surface = v_surface.row(i);
   }
-  const force::ForceTerms terms = force::step(contacts, scene, v_WT, stiffness_scale, damping_scale);
+  const force::ForceTerms terms = force::step(contacts, v_WT, stiffness_scale, damping_scale);
   return std::make_tuple(terms.F, terms.F_spring, terms.F_damping);
 }
 

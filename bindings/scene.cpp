@@ -74,7 +74,27 @@ nb::object contains(const scene::Mesh& mesh, const Rows& points) {
   return array(std::move(inside), {n}).attr("astype")("bool");
 }
 
+/// points (n, 3) -> signed distance (n,), closest point (n, 3), normal (n, 3) by the surface's own answer.
+nb::tuple nearest(const scene::Surface& surface, const Rows& points) {
+  const std::size_t n = points.shape(0);
+  std::vector<double> distance(n), point(3 * n), normal(3 * n);
+  {
+    const nb::gil_scoped_release release;
+    for (std::size_t i = 0; i < n; ++i) {
+      const scene::Nearest c = surface.nearest(Vec3(points.data() + 3 * i));
+      distance[i] = c.distance;
+      Vec3::Map(&point[3 * i]) = c.point;
+      Vec3::Map(&normal[3 * i]) = c.normal;
+    }
+  }
+  return nb::make_tuple(array(std::move(distance), {n}), array(std::move(point), {n, 3}),
+                        array(std::move(normal), {n, 3}));
+}
+
 void bind_mesh(nb::module_& m) {
+  nb::class_<scene::Surface>(m, "Surface", "What can be touched: meshes, primitives, fields.")
+      .def("nearest", &nearest, nb::arg("points"),
+           "points (n, 3) [m] -> signed distance (n,) (unsigned when open), point (n, 3), outward normal (n, 3).");
   nb::class_<scene::MeshReport>(m, "MeshReport", "What was found and done while a mesh was built.")
       .def_ro("vertices", &scene::MeshReport::vertices, "after welding")
       .def_ro("triangles", &scene::MeshReport::triangles, "kept")
@@ -90,7 +110,8 @@ void bind_mesh(nb::module_& m) {
       .def_ro("volume", &scene::MeshReport::volume, "enclosed; 0 unless closed [m^3]")
       .def_ro("lowest", &scene::MeshReport::lowest, "corner of the bounding box [m]")
       .def_ro("highest", &scene::MeshReport::highest, "corner of the bounding box [m]");
-  nb::class_<scene::Mesh>(m, "Mesh", "Triangles ready to be touched: welded, with normals, adjacency and a BVH.")
+  nb::class_<scene::Mesh, scene::Surface>(m, "Mesh",
+                                          "Triangles ready to be touched: welded, with normals, adjacency and a BVH.")
       .def(nb::new_(&build), nb::arg("vertices"), nb::arg("triangles"),
            "vertices (n, 3) [m], triangles (m, 3) int32; ValueError when they are no mesh.")
       .def_prop_ro("triangle_count", &scene::Mesh::triangle_count)
@@ -123,17 +144,17 @@ void bind_scene(nb::module_& m) {
       .def_rw("K", &scene::Material::K, "stiffness [N/m]")
       .def_rw("B", &scene::Material::B, "damping [N s/m]")
       .def_rw("mu", &scene::Material::mu, "Coulomb friction coefficient [-]");
-  nb::class_<scene::Object>(m, "Object", "A mesh at a pose, made of a material.")
+  nb::class_<scene::Object>(m, "Object", "A surface at a pose, made of a material.")
       .def(
           "__init__",
-          [](scene::Object* self, std::string name, std::shared_ptr<scene::Mesh> mesh, const Matrix4& X_WO,
+          [](scene::Object* self, std::string name, std::shared_ptr<scene::Surface> surface, const Matrix4& X_WO,
              const scene::Material& material) {
-            new (self) scene::Object{std::move(name), std::move(mesh), to_pose(X_WO, "X_WO"), material};
+            new (self) scene::Object{std::move(name), std::move(surface), to_pose(X_WO, "X_WO"), material};
           },
-          nb::arg("name"), nb::arg("mesh"), nb::arg("X_WO") = Matrix4(Matrix4::Identity()),
+          nb::arg("name"), nb::arg("surface"), nb::arg("X_WO") = Matrix4(Matrix4::Identity()),
           nb::arg("material") = scene::Material{})
       .def_ro("name", &scene::Object::name)
-      .def_prop_ro("mesh", [](const scene::Object& o) { return std::const_pointer_cast<scene::Mesh>(o.mesh); })
+      .def_prop_ro("surface", [](const scene::Object& o) { return std::const_pointer_cast<scene::Surface>(o.surface); })
       .def_prop_rw(
           "X_WO", [](const scene::Object& o) { return to_matrix(o.X_WO); },
           [](scene::Object& o, const Matrix4& X) { o.X_WO = to_pose(X, "X_WO"); }, "pose in W, 4x4")

@@ -166,27 +166,71 @@ class Schema:
         return 0
 
 
-_COMMANDS = {"run": Run, "replay": Replay, "report": Report, "check": Check, "bench": Bench, "schema": Schema}
+@dataclass
+class Study:
+    """Studies: many runs, one table and one picture. `palpate study` lists them."""
+
+
+@dataclass
+class Calibrate:
+    """From recordings of an arm to a model of it. `palpate calibrate` lists what can be identified."""
+
+
+_COMMANDS = {
+    "run": Run,
+    "replay": Replay,
+    "report": Report,
+    "check": Check,
+    "study": Study,
+    "calibrate": Calibrate,
+    "bench": Bench,
+    "schema": Schema,
+}
+
+
+def _studies() -> dict[str, type]:
+    from palpate.studies import commands
+
+    return commands()
+
+
+def _calibrations() -> dict[str, type]:
+    from palpate.cli.calibrate import COMMANDS
+
+    return COMMANDS
+
+
+_GROUPS = {"study": (Study, _studies), "calibrate": (Calibrate, _calibrations)}
 
 
 def dispatch(args: Sequence[str]) -> int:
     """Parse the arguments and run the command; wrong arguments exit with 2 and say what is possible."""
+    if args and args[0] in _GROUPS:
+        group, members = _GROUPS[args[0]]
+        return _parse(f"palpate {args[0]}", group.__doc__ or "", members(), args[1:])
+    told = (
+        "Feel virtual and scanned anatomy through a surgical robot's master arm.\n\n"
+        "examples:\n  palpate run scenes/palpation.yaml\n  palpate check my_organ.stl\n  palpate run --help"
+    )
+    return _parse("palpate", told, _COMMANDS, args)
+
+
+def _parse(prog: str, description: str, commands: dict[str, type], args: Sequence[str]) -> int:
     brief = not args or args[0] in ("-h", "--help")
     command = tyro.cli(
-        _choice(brief),
-        prog="palpate",
-        description="Feel virtual and scanned anatomy through a surgical robot's master arm.\n\n"
-        "examples:\n  palpate run scenes/palpation.yaml\n  palpate check my_organ.stl\n  palpate run --help",
+        _choice(commands, brief),
+        prog=prog,
+        description=description,
         args=["--help"] if brief else list(args),
         config=(FlagCreatePairsOff,),
     )
     return int(command())
 
 
-def _choice(brief: bool) -> Any:
+def _choice(commands: dict[str, type], brief: bool) -> Any:
     """The commands as one type; in brief, each is told by the first line of its help."""
     told = (
         Annotated[command, subcommand(name, description=(command.__doc__ or "").partition("\n")[0] if brief else None)]
-        for name, command in _COMMANDS.items()
+        for name, command in commands.items()
     )
     return Union[tuple(told)]  # noqa: UP007 - made at run time

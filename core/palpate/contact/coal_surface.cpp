@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "palpate/scene/mesh_impl.hpp"
+#include "palpate/scene/mesh.hpp"
 
 namespace palpate::contact {
 
@@ -24,17 +24,21 @@ CoalSurface::~CoalSurface() = default;
 void CoalSurface::prepare(const scene::Snapshot& scene) {
   const auto there = [&scene](std::uint64_t id) {
     return std::any_of(scene.objects.begin(), scene.objects.end(),
-                       [id](const scene::Object& o) { return o.mesh->impl().id == id; });
+                       [id](const scene::Object& o) { return o.surface->id() == id; });
   };
   std::erase_if(trees_, [&](const auto& tree) { return !there(tree.first); });
 
   for (const scene::Object& object : scene.objects) {
-    std::unique_ptr<Tree>& tree = trees_[object.mesh->impl().id];
+    const scene::Mesh* mesh = object.surface->mesh();
+    if (!mesh) {
+      continue;
+    }
+    std::unique_ptr<Tree>& tree = trees_[mesh->id()];
     if (tree) {
       continue;
     }
-    const auto vertices = object.mesh->vertices();
-    const auto triangles = object.mesh->triangles();
+    const auto vertices = mesh->vertices();
+    const auto triangles = mesh->triangles();
     std::vector<coal::Vec3s> points;
     points.reserve(vertices.size() / 3);
     for (std::size_t i = 0; i < vertices.size(); i += 3) {
@@ -54,7 +58,10 @@ void CoalSurface::prepare(const scene::Snapshot& scene) {
 }
 
 CollisionPoints CoalSurface::collide(const scene::Object& object, const Vec3& p_WT) const {
-  const auto tree = trees_.find(object.mesh->impl().id);
+  if (!object.surface->mesh()) {
+    return {};
+  }
+  const auto tree = trees_.find(object.surface->id());
   if (tree == trees_.end() || !tree->second) {
     throw std::logic_error("CoalSurface: the mesh of '" + object.name +
                            "' was not prepared: call prepare(scene) first");

@@ -21,6 +21,7 @@ struct Contact {
   Vec3 delta_x = Vec3::Zero();    ///< p_proxy - p_tool, out of the obstacle (READINGS 1) [m]
   double depth = 0.0;             ///< delta_x . normal [m]
   Vec3 v_surface = Vec3::Zero();  ///< velocity of the touched surface point [m/s]
+  scene::Material material;       ///< how it feels there
 };
 
 struct ContactSet {

@@ -4,8 +4,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "palpate/scene/mesh_impl.hpp"
-
 namespace palpate::contact {
 namespace {
 
@@ -45,14 +43,14 @@ const ContactSet& PaperAlg1::step(const scene::Snapshot& scene, const Vec3& p_WT
   for (int i = 0; i < shown_.size; ++i) {
     const Found& f = shown_.found[static_cast<std::size_t>(i)];
     const auto object = static_cast<std::size_t>(f.object);
-    if (object >= scene.objects.size() || scene.objects[object].mesh->impl().id != f.mesh) {
+    if (object >= scene.objects.size() || scene.objects[object].surface->id() != f.mesh) {
       continue;
     }
     const algorithm1::Deflection d = algorithm1::deflect(f.plane, p_WT, v_WT);
     const double depth = f.plane.n.dot(d.delta_x);
     if (depth > 0.0) {  // else released since the collision: exactly zero
-      set_.contact[static_cast<std::size_t>(set_.size++)] = {f.object, p_WT + d.delta_x, f.plane.n, d.delta_x,
-                                                             depth,    Vec3::Zero()};
+      set_.contact[static_cast<std::size_t>(set_.size++)] = {
+          f.object, p_WT + d.delta_x, f.plane.n, d.delta_x, depth, Vec3::Zero(), scene.objects[object].material};
     }
   }
   return set_;
@@ -73,7 +71,7 @@ void PaperAlg1::collide(const scene::Snapshot& scene) {
   answer.epoch = request.epoch;
   for (std::size_t i = 0; i < scene.objects.size() && answer.size < kMaxContacts; ++i) {
     const scene::Object& object = scene.objects[i];
-    const std::uint64_t mesh = object.mesh->impl().id;
+    const std::uint64_t mesh = object.surface->id();
     const CollisionPoints points = surface_.collide(object, request.p_WT);
     if (points.size == 0) {
       n_last_.erase(mesh);

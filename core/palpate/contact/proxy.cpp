@@ -31,7 +31,7 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 // ---- the proxy of one object ------------------------------------------------------------------------------------
 
 ObjectProxy::Touch ObjectProxy::step(const scene::Mesh& mesh, const Vec3& g, double radius) noexcept {
-  if (mesh_ != &mesh || mesh_id_ != mesh.impl().id) place(mesh, g, radius);
+  if (mesh_ != &mesh || mesh_id_ != mesh.id()) place(mesh, g, radius);
   if (fly(g, radius)) return {};
 
   queries_left_ = kQueries;
@@ -55,7 +55,7 @@ ObjectProxy::Touch ObjectProxy::step(const scene::Mesh& mesh, const Vec3& g, dou
 void ObjectProxy::place(const scene::Mesh& mesh, const Vec3& g, double radius) noexcept {
   *this = ObjectProxy();
   mesh_ = &mesh;
-  mesh_id_ = mesh.impl().id;
+  mesh_id_ = mesh.id();
   centre_ = tool_ = clear_at_ = g;
   const scene::ClosestPoint near = mesh.closest(g, std::numeric_limits<double>::infinity());
   const Vec3 away = g - near.point;
@@ -291,7 +291,8 @@ const ContactSet& Proxy::step(const scene::Snapshot& scene, const Vec3& p_WT, co
 }
 
 void Proxy::touch(const scene::Object& object, int index, Memory& memory, const Vec3& p_OT, double dt) noexcept {
-  const ObjectProxy::Touch touch = memory.proxy.step(*object.mesh, p_OT, options_.radius);
+  if (!object.surface->mesh()) return;
+  const ObjectProxy::Touch touch = memory.proxy.step(*object.surface->mesh(), p_OT, options_.radius);
   set_.started_inside |= memory.proxy.started_inside();
   if (!touch.touching) {
     memory.touching = false;
@@ -314,6 +315,7 @@ void Proxy::touch(const scene::Object& object, int index, Memory& memory, const 
   c.delta_x = R_WO * (touch.delta + lag);
   c.p_proxy = object.X_WO * memory.p_lag;
   c.depth = touch.depth;
+  c.material = object.material;
   c.v_surface.setZero();
   if (memory.seen && dt > 0.0) c.v_surface = (object.X_WO * p_OP - memory.X_WO * p_OP) / dt;
 }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "palpate/contact/contact.hpp"
-#include "palpate/scene/snapshot.hpp"
 #include "palpate/types/spatial.hpp"
 
 namespace palpate::force {
@@ -24,7 +23,7 @@ struct ForceTerms {
 /// No contact: exactly zero.
 ///
 /// v_WT: tool velocity in W [m/s] (the handle's, mapped: collocated damping, READINGS 1).
-[[nodiscard]] ForceTerms step(const contact::ContactSet& contacts, const scene::Snapshot& scene, const Vec3& v_WT,
-                              double stiffness_scale, double damping_scale) noexcept;
+[[nodiscard]] ForceTerms step(const contact::ContactSet& contacts, const Vec3& v_WT, double stiffness_scale,
+                              double damping_scale) noexcept;
 
 }  // namespace palpate::force

@@ -70,7 +70,7 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
   reached_ = reached && follower_good_;
   const contact::ContactSet& contacts = contact_->step(*in.scene, X_WT_.p, v_WT_, in.t);
   const force::ForceTerms force =
-      force::step(contacts, *in.scene, mapped.v_WT, in.controls.stiffness_scale, in.controls.damping_scale);
+      force::step(contacts, mapped.v_WT, in.controls.stiffness_scale, in.controls.damping_scale);
   const stability::Output limited = limiter_.step({mapping_.force_on_hand(force.F), in.t, leader_state_.t,
                                                    follower_state_.t, leader_good_, follower_good_, mapped.engaged});
   const bool torque_limited =
@@ -166,7 +166,7 @@ void Cycle::book(const Vec3& wanted, const contact::ContactSet& contacts, const 
   const Vec3 F_damping = mapping_.force_on_hand(force.F_damping);
   // A spring of the tool's side, seen from the hand, which moves 1/scale as far.
   const double per_hand = options_.mapping.force_scale / options_.mapping.scale;
-  const double spring = per_hand * stability::spring_energy(contacts, *in.scene, in.controls.stiffness_scale);
+  const double spring = per_hand * stability::spring_energy(contacts, in.controls.stiffness_scale);
   const stability::Energy& energy =
       ledger_.step(X_LH_.p, {F_H_L, F_damping.allFinite() ? F_damping : Vec3::Zero(), wanted - F_H_L}, spring);
 

@@ -1,7 +1,6 @@
 #include "palpate/scene/mesh.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
 #include <system_error>
@@ -117,8 +116,6 @@ std::shared_ptr<const Mesh> Mesh::build(std::span<const double> vertices, std::s
     build_indices(m);
   }
   m.report = report_of(m, welded, inverted);
-  static std::atomic<std::uint64_t> builds{0};
-  m.id = ++builds;
   return mesh;
 }
 
@@ -171,6 +168,12 @@ ClosestPoint Mesh::closest(const Vec3& p, double max_distance) const noexcept {
   return out;
 }
 
+Nearest Mesh::nearest(const Vec3& p) const noexcept {
+  const ClosestPoint c = closest(p, std::numeric_limits<double>::infinity());
+  const bool inside = impl_->report.closed && c.normal.dot(p - c.point) < 0.0;
+  return {inside ? -c.distance : c.distance, c.point, c.normal};
+}
+
 double Mesh::sweep(const Vec3& a, const Vec3& b, double radius) const noexcept {
   const double length = (b - a).norm();
   double gone = 0.0;
@@ -187,10 +190,6 @@ double Mesh::sweep(const Vec3& a, const Vec3& b, double radius) const noexcept {
   return std::min(gone, length);
 }
 
-bool Mesh::contains(const Vec3& p) const noexcept {
-  if (!impl_->report.closed) return false;
-  const ClosestPoint c = closest(p, std::numeric_limits<double>::infinity());
-  return c.normal.dot(p - c.point) < 0.0;
-}
+bool Mesh::contains(const Vec3& p) const noexcept { return nearest(p).distance < 0.0; }
 
 }  // namespace palpate::scene

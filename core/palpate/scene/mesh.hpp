@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 
+#include "palpate/scene/surface.hpp"
 #include "palpate/types/spatial.hpp"
 
 namespace palpate::scene {
@@ -38,14 +39,12 @@ struct MeshReport {
   Vec3 highest = Vec3::Zero();
 };
 
-class Mesh {
+class Mesh final : public Surface {
  public:
   /// vertices: 3n doubles [m], triangles: 3m indices, counter-clockwise seen from outside; a soup is welded.
   /// Throws std::invalid_argument naming what is wrong (no triangles, index out of range, not finite).
   static std::shared_ptr<const Mesh> build(std::span<const double> vertices, std::span<const std::int32_t> triangles);
-  ~Mesh();
-  Mesh(const Mesh&) = delete;
-  Mesh& operator=(const Mesh&) = delete;
+  ~Mesh() override;
 
   [[nodiscard]] std::size_t triangle_count() const noexcept;
   [[nodiscard]] const MeshReport& report() const noexcept;
@@ -53,6 +52,8 @@ class Mesh {
   [[nodiscard]] std::span<const double> vertices() const noexcept;
   [[nodiscard]] std::span<const std::int32_t> triangles() const noexcept;
 
+  [[nodiscard]] Nearest nearest(const Vec3& p) const noexcept override;
+  [[nodiscard]] const Mesh* mesh() const noexcept override { return this; }
   /// Nearest point within `max_distance`; triangle = -1 when there is none.
   [[nodiscard]] ClosestPoint closest(const Vec3& p, double max_distance) const noexcept;
   /// How far a sphere's centre may go from `a` towards `b` before a triangle comes nearer than `radius` to it:

@@ -25,7 +25,6 @@ struct Mesh::Impl {
   Topology topology;
   Bvh bvh;
   MeshReport report;
-  std::uint64_t id = 0;  ///< of this very build: an address may be used again, this number is not
 
   [[nodiscard]] Vec3 corner(std::int32_t half_edge) const noexcept {
     return Vec3(&vertices[3 * static_cast<std::size_t>(triangles[static_cast<std::size_t>(half_edge)])]);

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "palpate/scene/mesh.hpp"
+#include "palpate/scene/surface.hpp"
 #include "palpate/types/spatial.hpp"
 
 namespace palpate::scene {
@@ -19,7 +19,7 @@ struct Material {
 
 struct Object {
   std::string name;
-  std::shared_ptr<const Mesh> mesh;  ///< in the object's frame O [m]
+  std::shared_ptr<const Surface> surface;  ///< in the object's frame O [m]
   Pose X_WO;
   Material material;
 };

@@ -16,12 +16,11 @@ const Energy& Ledger::step(const Vec3& p_LH, const PortForces& forces, double sp
   return energy_;
 }
 
-double spring_energy(const contact::ContactSet& contacts, const scene::Snapshot& scene,
-                     double stiffness_scale) noexcept {
+double spring_energy(const contact::ContactSet& contacts, double stiffness_scale) noexcept {
   double energy = 0.0;
   for (int i = 0; i < contacts.size; ++i) {
     const contact::Contact& c = contacts.contact[static_cast<std::size_t>(i)];
-    const Vec3& K = scene.objects[static_cast<std::size_t>(c.object)].material.K;
+    const Vec3& K = c.material.K;
     energy += 0.5 * stiffness_scale * c.delta_x.dot(K.cwiseProduct(c.delta_x));
   }
   return energy;

@@ -42,7 +42,6 @@ class Ledger {
 };
 
 /// 1/2 delta_x^T K delta_x over the contacts, on the tool's side [J].
-[[nodiscard]] double spring_energy(const contact::ContactSet& contacts, const scene::Snapshot& scene,
-                                   double stiffness_scale) noexcept;
+[[nodiscard]] double spring_energy(const contact::ContactSet& contacts, double stiffness_scale) noexcept;
 
 }  // namespace palpate::stability
