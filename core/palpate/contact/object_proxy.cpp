@@ -1,0 +1,264 @@
+#include "palpate/contact/object_proxy.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+#include "palpate/scene/smooth.hpp"
+
+namespace palpate::contact {
+namespace {
+
+constexpr int kQueries = 24;      // per tick; a proxy that needs more goes on in the next
+constexpr double kCoarse = 5e-3;  // [r] accuracy of the proxy where the smooth surface gives the answer
+constexpr double kFine = 1e-7;    // [r] where it gives the answer itself
+constexpr double kSlack = 1e-10;  // [r] half-spaces count as kept
+constexpr double kLookout = 4.0;  // [r] how far free flight looks for triangles
+constexpr double kOnEdge = 1e-9;  // barycentric weight below which a point lies on the edge: rounding
+const double kOnePatch = std::cos(5.0 * M_PI / 180.0);  // contacts on one smooth patch: normals closer than 5 degrees
+
+constexpr double kSpreadLow = 0.1, kSpreadHigh = 0.4;  // SmoothPoint::spread: none and full trust in the projection
+const double kApart = std::cos(25.0 * M_PI / 180.0), kAgree = std::cos(8.0 * M_PI / 180.0);
+
+/// 0 below `low`, 1 above `high`.
+double ramp(double x, double low, double high) { return std::clamp((x - low) / (high - low), 0.0, 1.0); }
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+ObjectProxy::Touch ObjectProxy::step(const scene::Mesh& mesh, const Vec3& g, double radius) noexcept {
+  if (mesh_ != &mesh || mesh_id_ != mesh.id()) place(mesh, g, radius);
+  if (fly(g, radius)) return {};
+
+  queries_left_ = kQueries;
+  const bool settled = relax(g, radius, kCoarse);
+  tool_ = g;
+  if (!settled) return on_the_way(g);
+  if (active_.active == 0) {
+    touching_ = false;
+    started_inside_ = false;
+    return graze(g, radius);
+  }
+  touching_ = true;
+  const Touch smooth = touch_smooth(g, radius);
+  if (smooth.touching || smooth.normal != Vec3::Zero()) return smooth;
+  relax(g, radius, kFine);
+  if (active_.active == 0) return {};
+  return touch_hard(g, radius);
+}
+
+/// The first tick with a mesh: where the tool is, or at the nearest place outside.
+void ObjectProxy::place(const scene::Mesh& mesh, const Vec3& g, double radius) noexcept {
+  *this = ObjectProxy();
+  mesh_ = &mesh;
+  mesh_id_ = mesh.id();
+  centre_ = tool_ = clear_at_ = g;
+  const scene::ClosestPoint near = mesh.closest(g, std::numeric_limits<double>::infinity());
+  const Vec3 away = g - near.point;
+  started_inside_ = mesh.report().closed && near.normal.dot(away) < 0.0;
+  if (started_inside_ || near.distance < radius) {
+    const Vec3 out =
+        near.distance > 0.0 ? Vec3(away / (started_inside_ ? -near.distance : near.distance)) : near.normal;
+    centre_ = clear_at_ = near.point + radius * out;
+    touching_ = true;
+  }
+  clear_ = touching_ ? radius : near.distance;
+}
+
+/// Free flight: while the last query says that nothing is near, there is nothing to ask.
+bool ObjectProxy::fly(const Vec3& g, double radius) noexcept {
+  const double need = radius + mesh_->impl().topology.height;
+  if (touching_ || centre_ != tool_ || (g - clear_at_).norm() + need > clear_) return false;
+  centre_ = tool_ = g;
+  return true;
+}
+
+void ObjectProxy::hold(int i, const scene::BvhHit& hit) noexcept {
+  hold_[at(i)].at = {hit.triangle, hit.v, hit.w};
+  hold_[at(i)].q = mesh_->impl().position(hold_[at(i)].at);
+}
+
+/// Adds a triangle to those that hold the proxy, in the place of the loosest when there are too many.
+void ObjectProxy::add(const scene::BvhHit& hit, double radius) noexcept {
+  int place = holds_;
+  for (int i = 0; i < holds_; ++i)
+    if (hold_[at(i)].at.triangle == hit.triangle) place = i;
+  if (place == kMaxHalfSpaces) {
+    place = 0;
+    for (int i = 1; i < holds_; ++i)
+      if (half_space_[at(i)].gap(centre_) > half_space_[at(place)].gap(centre_)) place = i;
+  }
+  holds_ = std::max(holds_, place + 1);
+  hold(place, hit);
+  const Vec3 out = centre_ - hold_[at(place)].q;
+  const double distance = out.norm();
+  if (distance > 0.0) half_space_[at(place)].normal = out / distance;
+  half_space_[at(place)].offset = half_space_[at(place)].normal.dot(hold_[at(place)].q) + radius;
+}
+
+/// Half-spaces at the proxy's present place. False when there is nothing that holds it.
+bool ObjectProxy::linearise(double radius) noexcept {
+  for (int i = 0; i < holds_; ++i) {
+    const scene::BvhHit hit = mesh_->impl().closest_on(hold_[at(i)].at.triangle, centre_);
+    hold(i, hit);
+    const double distance = std::sqrt(hit.distance2);
+    if (distance > 0.0) half_space_[at(i)].normal = (centre_ - hold_[at(i)].q) / distance;
+    half_space_[at(i)].offset = half_space_[at(i)].normal.dot(hold_[at(i)].q) + radius;
+  }
+  return holds_ > 0;
+}
+
+/// Triangles that do not hold the proxy any more are found again when they do.
+void ObjectProxy::keep_active(const Projection& projection) noexcept {
+  std::array<Hold, 3> kept;
+  std::array<HalfSpace, 3> kept_space;
+  for (int i = 0; i < projection.active; ++i) {
+    kept[at(i)] = hold_[at(projection.index[at(i)])];
+    kept_space[at(i)] = half_space_[at(projection.index[at(i)])];
+  }
+  holds_ = projection.active;
+  for (int i = 0; i < holds_; ++i) {
+    hold_[at(i)] = kept[at(i)];
+    half_space_[at(i)] = kept_space[at(i)];
+    active_.index[at(i)] = i;
+  }
+}
+
+/// The longest step that no triangle can be in the way of: the centre never comes near to crossing one.
+double ObjectProxy::safe_step(double radius) const noexcept {
+  const double clear = std::max(clear_ - (centre_ - clear_at_).norm(), 0.0);
+  return std::max(clear - 0.5 * radius, 0.5 * clear);
+}
+
+/// Moves the centre to the point nearest to g that the triangles allow. False: it is still on its way.
+bool ObjectProxy::relax(const Vec3& g, double radius, double tolerance) noexcept {
+  const double lookout = kLookout * radius + mesh_->impl().topology.height;
+  linearise(radius);
+  active_ = project(half_space_.data(), holds_, g, kSlack * radius);
+  bool settled = false;
+  while (!settled && queries_left_-- > 0) {
+    Vec3 step = active_.feasible ? Vec3(active_.x - centre_) : Vec3::Zero();
+    const double length = step.norm(), safe = safe_step(radius);
+    const bool whole = length <= safe;
+    if (!whole) step *= safe / length;
+    centre_ += step;
+
+    // Who is there? The nearest triangle, and those already known, say where to go next.
+    near_ = mesh_->impl().closest(centre_, lookout, seed_);
+    if (near_.triangle >= 0) seed_ = near_.triangle;
+    clear_at_ = centre_;
+    clear_ = near_.triangle >= 0 ? std::sqrt(near_.distance2) : lookout;
+    linearise(radius);
+    if (clear_ < radius) add(near_, radius);
+    active_ = project(half_space_.data(), holds_, g, kSlack * radius);
+    settled = whole && (!active_.feasible || (active_.x - centre_).norm() <= tolerance * radius);
+  }
+  if (settled && active_.feasible) centre_ = active_.x;
+  keep_active(active_);
+  return settled;
+}
+
+/// Far from where it should be (the tool jumped, or a rim let the proxy go): it pulls from where it is.
+ObjectProxy::Touch ObjectProxy::on_the_way(const Vec3& g) const noexcept {
+  const Vec3 delta = centre_ - g;
+  const double depth = delta.norm();
+  if (!touching_ || !(depth > 0.0)) return {};
+  return {true, delta, delta / depth, depth};
+}
+
+/// Free of the facets, but the smooth surface may stand above them.
+ObjectProxy::Touch ObjectProxy::graze(const Vec3& g, double radius) const noexcept {
+  const scene::Mesh::Impl& m = mesh_->impl();
+  if (near_.triangle < 0 || clear_ >= radius + m.topology.height || centre_ != g) return {};
+  const scene::SurfacePoint start{near_.triangle, near_.v, near_.w};
+  if (!is_smooth({start, m.position(start)})) return {};
+  scene::SmoothPoint s = scene::smooth_project(m, start, g);
+  if (!s.found) return {};
+  const double side = s.normal.dot(g - s.foot) < 0.0 ? -1.0 : 1.0;
+  const double depth = radius - side * s.distance;
+  if (!(depth > 0.0)) return {};
+  return {true, depth * side * s.normal, side * s.normal, depth};
+}
+
+/// A point whose triangles belong to one smooth surface: no crease, rim or branch runs through it.
+bool ObjectProxy::is_smooth(const Hold& h) const noexcept {
+  const scene::Topology& topology = mesh_->impl().topology;
+  const std::int32_t c = 3 * h.at.triangle;
+  const double b[3] = {h.at.u(), h.at.v, h.at.w};
+  int zeros = 0, zero = 0, one = 0;
+  for (int i = 0; i < 3; ++i) {
+    if (b[i] <= kOnEdge) {
+      ++zeros;
+      zero = i;
+    } else {
+      one = i;
+    }
+  }
+  if (zeros == 0) return true;
+  const std::vector<std::int32_t>& normal = topology.normal;
+  if (zeros == 2) return topology.whole[at(normal[at(c + one)])];
+  const std::int32_t he = c + (zero + 1) % 3, next = c + (zero + 2) % 3;
+  const std::int32_t twin = topology.twin[at(he)];
+  if (twin < 0) return false;
+  const std::int32_t twin_next = twin % 3 == 2 ? twin - 2 : twin + 1;
+  return normal[at(he)] == normal[at(twin_next)] && normal[at(next)] == normal[at(twin)];
+}
+
+/// The half-space of hold i on the smooth surface, turned to the proxy's side; the facet's own at creases.
+HalfSpace ObjectProxy::shaded(int i, double radius) const noexcept {
+  const Hold& h = hold_[at(i)];
+  HalfSpace out = half_space_[at(i)];
+  if (!is_smooth(h)) return out;
+  const scene::SmoothPoint s = scene::smooth_at(mesh_->impl(), h.at, centre_);
+  const double cosine = s.normal.dot(out.normal);
+  if (!s.found || std::abs(cosine) < 0.5) return out;
+  const double side = cosine < 0.0 ? -1.0 : 1.0;
+  out.normal = side * s.normal;
+  out.offset = out.normal.dot(h.q) + side * s.height + radius;
+  return out;
+}
+
+/// One smooth patch holds the proxy: force and direction from the smooth surface. A zero normal: not so.
+ObjectProxy::Touch ObjectProxy::touch_smooth(const Vec3& g, double radius) const noexcept {
+  for (int i = 0; i < active_.active; ++i)
+    if (!is_smooth(hold_[at(i)])) return {};
+  const HalfSpace first = shaded(0, radius);
+  for (int i = 1; i < active_.active; ++i)
+    if (shaded(i, radius).normal.dot(first.normal) < kOnePatch) return {};
+
+  const Vec3& geometric = half_space_[0].normal;
+  // The normal where the proxy touches; then, as far as the normals are far from meeting before the tool and both
+  // agree, the normal through the tool itself.
+  Touch out;
+  out.normal = first.normal;
+  out.depth = -first.gap(g);
+  const scene::SmoothPoint s = scene::smooth_project(mesh_->impl(), hold_[0].at, g);
+  if (s.found) {
+    const double side = s.normal.dot(geometric) < 0.0 ? -1.0 : 1.0;
+    const double trust =
+        ramp(s.spread, kSpreadLow, kSpreadHigh) * ramp(side * s.normal.dot(first.normal), kApart, kAgree);
+    out.normal = (trust * side * s.normal + (1.0 - trust) * out.normal).normalized();
+    out.depth = trust * (radius - side * s.distance) + (1.0 - trust) * out.depth;
+  }
+  out.touching = out.depth > 0.0;
+  out.delta = out.depth * out.normal;
+  return out;
+}
+
+/// Creases and corners: the half-spaces themselves.
+ObjectProxy::Touch ObjectProxy::touch_hard(const Vec3& g, double radius) const noexcept {
+  std::array<HalfSpace, 3> h;
+  for (int i = 0; i < active_.active; ++i) h[at(i)] = shaded(i, radius);
+  const Projection p = project(h.data(), active_.active, g, kSlack * radius);
+  Touch out;
+  if (p.active == 0) return out;
+  out.touching = true;
+  out.delta = p.x - g;
+  out.depth = out.delta.norm();
+  out.normal = p.active == 1 ? h[at(p.index[0])].normal : Vec3(out.delta / out.depth);
+  return out;
+}
+
+}  // namespace palpate::contact
