@@ -27,10 +27,15 @@ nb::dict trace(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT,
     plane = contact::algorithm1::average(points, n_last, p_WT);
     d = contact::algorithm1::deflect(plane, p_WT, v_WT);
     const double depth = plane.n.dot(d.delta_x);
-    contacts.contact[0] = {0, p_WT + d.delta_x, plane.n, d.delta_x, depth, Vec3::Zero(), scene.objects.at(0).material};
+    contacts.contact[0] = {.object = 0,
+                           .p_proxy = p_WT + d.delta_x,
+                           .normal = plane.n,
+                           .delta_x = d.delta_x,
+                           .depth = depth,
+                           .material = scene.objects.at(0).material};
     contacts.size = depth > 0.0 ? 1 : 0;
   }
-  const force::ForceTerms F = force::step(contacts, v_WT, 1.0, 1.0);
+  const force::ForceTerms F = force::step(contacts, {v_WT, Vec3::Zero()}, 1.0, 1.0);
 
   Rows p(points.size, 3), n(points.size, 3);
   Eigen::VectorXd depths(points.size);

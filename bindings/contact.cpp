@@ -50,7 +50,7 @@ nb::tuple render(const scene::Snapshot& scene, const Rows& tips, const std::stri
       const Clock::time_point start = Clock::now();
       if (method->asynchronous() && i > 0) method->collide(scene);  // lockstep: the answer to the last step
       const contact::ContactSet& contacts = method->step(scene, p_WT, v_WT, static_cast<double>(i) / rate);
-      const force::ForceTerms terms = force::step(contacts, v_WT, 1.0, 1.0);
+      const force::ForceTerms terms = force::step(contacts, {v_WT, Vec3::Zero()}, 1.0, 1.0);
       *latency.row(i) = std::chrono::duration<double>(Clock::now() - start).count();
 
       Vec3::Map(force.row(i)) = terms.F;

@@ -79,7 +79,9 @@ def force(
     v_surface: Array,
     stiffness_scale: float = 1.0,
     damping_scale: float = 1.0,
-) -> tuple[Array, Array, Array]: ...
+    w_WT: Array = ...,
+    p_TS: Array | None = None,
+) -> tuple[Array, Array, Array, Array]: ...
 
 # ---- stability
 

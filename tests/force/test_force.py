@@ -13,8 +13,9 @@ positive = st.tuples(*[st.floats(0, 1000)] * 3).map(np.array)
 
 
 def force(K, B, normal, delta_x, v_WT, v_surface=(0, 0, 0), **scales):
+    """F, spring and damping of contacts at the tip itself."""
     rows = [np.atleast_2d(np.asarray(a, float)) for a in (K, B, normal, delta_x)]
-    return _core.force(*rows, np.asarray(v_WT, float), np.atleast_2d(np.asarray(v_surface, float)), **scales)
+    return _core.force(*rows, np.asarray(v_WT, float), np.atleast_2d(np.asarray(v_surface, float)), **scales)[:3]
 
 
 def unit(v):
@@ -72,6 +73,28 @@ def test_leaving_fast_stops_at_zero_force():
 def test_scales_multiply_and_contacts_add():
     K, B = np.full((2, 3), 400.0), np.full((2, 3), 2.0)
     n = np.array([[1.0, 0, 0], [0, 1.0, 0]])
-    _, spring, damping = _core.force(K, B, n, 0.002 * n, np.array([-0.1, -0.2, 0]), np.zeros((2, 3)), 0.5, 3.0)
+    _, spring, damping, _ = _core.force(K, B, n, 0.002 * n, np.array([-0.1, -0.2, 0]), np.zeros((2, 3)), 0.5, 3.0)
     np.testing.assert_allclose(spring, [0.4, 0.4, 0], rtol=1e-14)
     np.testing.assert_allclose(damping, [0.6, 1.2, 0], rtol=1e-14)
+
+
+@settings(max_examples=200, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 8))
+def test_the_wrench_is_the_sum_of_its_levers_and_its_damping_never_gives_power(seed, n):
+    """Torque about T = sum p_TS x F; the damping sees v + w x p_TS, so that its power F . v + torque . w is <= 0."""
+    rng = np.random.default_rng(seed)
+    normals = rng.normal(size=(n, 3))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    K, B = np.full((n, 3), 400.0), rng.uniform(0, 10, (n, 3))
+    delta_x, p_TS = normals * rng.uniform(0, 0.01, (n, 1)), rng.normal(size=(n, 3)) * 0.05
+    v, w, rest = rng.normal(size=3) * 0.1, rng.normal(size=3), np.zeros((n, 3))
+    F, spring, damping, torque = _core.force(K, B, normals, delta_x, v, rest, w_WT=w, p_TS=p_TS)
+    np.testing.assert_allclose(F, spring + damping)
+    alone = [
+        _core.force(*(a[i : i + 1] for a in (K, B, normals, delta_x)), v + np.cross(w, p_TS[i]), rest[:1])
+        for i in range(n)
+    ]
+    np.testing.assert_allclose(F, sum(f for f, *_ in alone), atol=1e-12)
+    np.testing.assert_allclose(torque, sum(np.cross(p, f) for p, (f, *_) in zip(p_TS, alone, strict=True)), atol=1e-12)
+    t_damping = torque - sum(np.cross(p, s) for p, (_, s, *_) in zip(p_TS, alone, strict=True))
+    assert damping @ v + t_damping @ w <= 1e-12

@@ -10,10 +10,10 @@
 
 namespace palpate::contact {
 
-/// Objects that may be touched at once.
-inline constexpr int kMaxContacts = 8;
+/// Touches that may happen at once: pairs of a sphere and an object.
+inline constexpr int kMaxContacts = 32;
 
-/// One object touched by the spherical proxy region (SPR) on the tool tip. All in W.
+/// One object touched by one sphere of the tool: the spherical proxy region (SPR) on the tip is the first. All in W.
 struct Contact {
   int object = -1;                ///< index into the snapshot
   Vec3 p_proxy = Vec3::Zero();    ///< centre of the proxy sphere P, on or outside the surface [m]
@@ -22,6 +22,8 @@ struct Contact {
   double depth = 0.0;             ///< delta_x . normal [m]
   Vec3 v_surface = Vec3::Zero();  ///< velocity of the touched surface point [m/s]
   scene::Material material;       ///< how it feels there
+  int sphere = 0;                 ///< index into the tool's spheres, 0 = the SPR on the tip
+  Vec3 p_TS = Vec3::Zero();       ///< from the tool tip T to the sphere's centre S: the force's lever [m]
 };
 
 struct ContactSet {

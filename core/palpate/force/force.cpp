@@ -5,7 +5,7 @@
 
 namespace palpate::force {
 
-ForceTerms step(const contact::ContactSet& contacts, const Vec3& v_WT, double stiffness_scale,
+ForceTerms step(const contact::ContactSet& contacts, const Twist& V_WT, double stiffness_scale,
                 double damping_scale) noexcept {
   ForceTerms sum;
   for (int i = 0; i < contacts.size; ++i) {
@@ -19,11 +19,14 @@ ForceTerms step(const contact::ContactSet& contacts, const Vec3& v_WT, double st
     F_spring -= pull * n;
 
     const double b = damping_scale * n.dot(material.B.cwiseProduct(n));
-    const double damping = -b * n.dot(v_WT - c.v_surface);
+    const Vec3 v_WS = V_WT.v + V_WT.w.cross(c.p_TS);
+    const double damping = -b * n.dot(v_WS - c.v_surface);
     const double push = std::max(damping, -n.dot(F_spring));  // total along n stays >= 0
 
     sum.F_spring += F_spring;
     sum.F_damping += push * n;
+    sum.t_damping += c.p_TS.cross(push * n);
+    sum.torque += c.p_TS.cross(F_spring + push * n);
   }
   sum.F = sum.F_spring + sum.F_damping;
   return sum;

@@ -6,24 +6,28 @@
 
 namespace palpate::force {
 
-/// The terms, kept apart so that each is recorded. All in W, environment on tool [N].
+/// The terms, kept apart so that each is recorded. All in W, environment on tool.
 struct ForceTerms {
-  Vec3 F = Vec3::Zero();          ///< F_spring + F_damping
-  Vec3 F_spring = Vec3::Zero();   ///< K delta_x
-  Vec3 F_damping = Vec3::Zero();  ///< -B xdot along the normal; its power is never positive
+  Vec3 F = Vec3::Zero();           ///< F_spring + F_damping [N]
+  Vec3 F_spring = Vec3::Zero();    ///< K delta_x [N]
+  Vec3 F_damping = Vec3::Zero();   ///< -B xdot along the normal; its power is never positive [N]
+  Vec3 torque = Vec3::Zero();      ///< of F about the tool tip T [N m]
+  Vec3 t_damping = Vec3::Zero();   ///< the damping's part of it [N m]
 };
 
 /// Sum over the contacts of
 ///
-///   F = K delta_x - n (n^T B n) n . (v_WT - v_surface),   n . F >= 0
+///   F = K delta_x - n (n^T B n) n . (v_WS - v_surface),   n . F >= 0,   v_WS = v_WT + w_WT x p_TS
+///   torque = p_TS x F
 ///
-/// with K = stiffness_scale * material.K, B = damping_scale * material.B, diagonal along the axes of W.
+/// with S the sphere that touches, K = stiffness_scale * material.K, B = damping_scale * material.B, diagonal along the axes of W.
 /// Algorithm 1 projects the velocity on the normal; projecting B on it as well keeps an anisotropic B
 /// dissipative. A surface pushes, never pulls: damping on the way out stops at the spring's force.
 /// No contact: exactly zero.
 ///
-/// v_WT: tool velocity in W [m/s] (the handle's, mapped: collocated damping, READINGS 1).
-[[nodiscard]] ForceTerms step(const contact::ContactSet& contacts, const Vec3& v_WT, double stiffness_scale,
+/// V_WT: twist of the tool in W (the handle's, mapped: collocated damping, READINGS 1). As the velocity of each sphere
+/// is that of a tool held by this twist, the damping's power on it, F . v + torque . w, is never positive.
+[[nodiscard]] ForceTerms step(const contact::ContactSet& contacts, const Twist& V_WT, double stiffness_scale,
                               double damping_scale) noexcept;
 
 }  // namespace palpate::force

@@ -64,13 +64,13 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
   }
   locate();
   const mapping::Output mapped =
-      mapping_.step({options_.X_WL * X_LH_, v_LH_, leader_state_.gripper, X_WT_, follower_state_.jaw,
+      mapping_.step({options_.X_WL * X_LH_, V_LH_, leader_state_.gripper, X_WT_, follower_state_.jaw,
                      in.controls.following && leader_good_ && follower_good_, in.controls.clutch, reached_});
   const bool reached = reach(mapped.X_WT_goal, mapped.jaw);
   reached_ = reached && follower_good_;
   const contact::ContactSet& contacts = contact_->step(*in.scene, X_WT_.p, v_WT_, in.t);
   const force::ForceTerms force =
-      force::step(contacts, mapped.v_WT, in.controls.stiffness_scale, in.controls.damping_scale);
+      force::step(contacts, mapped.V_WT, in.controls.stiffness_scale, in.controls.damping_scale);
   const stability::Output limited = limiter_.step({mapping_.force_on_hand(force.F), in.t, leader_state_.t,
                                                    follower_state_.t, leader_good_, follower_good_, mapped.engaged});
   const bool torque_limited =
@@ -90,7 +90,7 @@ void Cycle::hold_up() noexcept {
   if (leader_known_) {
     leader_.update(leader_state_.q, leader_state_.v);
     X_LH_ = leader_.tip();
-    v_LH_ = leader_.twist().v;
+    V_LH_ = leader_.twist();
     torque_.step(leader_, leader_state_.q, leader_state_.v, Wrench{}, out_.leader);
     record_leader();
   }
@@ -101,7 +101,7 @@ void Cycle::locate() noexcept {
   leader_.update(leader_state_.q, leader_state_.v);
   follower_.update(follower_state_.q, zero_);
   X_LH_ = leader_.tip();
-  v_LH_ = leader_.twist().v;
+  V_LH_ = leader_.twist();
   const Vec3 p_WT_last = X_WT_.p;
   X_WT_ = options_.X_WB * follower_.tip();
   v_WT_ = located_ ? Vec3((X_WT_.p - p_WT_last) * options_.rate) : Vec3::Zero();
@@ -213,7 +213,7 @@ void Cycle::record_leader() noexcept {
   tick.gripper = leader_state_.gripper;
   copy(X_LH_.p, tick.p_LH);
   copy(X_LH_.R, tick.quat_LH);
-  copy(v_LH_, tick.v_LH);
+  copy(V_LH_.v, tick.v_LH);
 }
 
 }  // namespace palpate::loop

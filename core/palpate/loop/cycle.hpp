@@ -86,7 +86,8 @@ class Cycle {
   bool leader_known_ = false, follower_known_ = false, leader_good_ = false, follower_good_ = false;
   bool reached_ = true, located_ = false;
   Pose X_LH_, X_WT_;
-  Vec3 v_LH_ = Vec3::Zero(), v_WT_ = Vec3::Zero();
+  Twist V_LH_;
+  Vec3 v_WT_ = Vec3::Zero();
   CycleOutput out_;
 };
 

@@ -50,7 +50,7 @@ Output Mapping::step(const Input& in) noexcept {
   }
   engaged_ = engaged;
   if (!engaged) {
-    return {goal_, jaw_, Vec3::Zero(), false};
+    return {goal_, jaw_, Twist{}, false};
   }
 
   goal_.p = p_WT0_ + options_.scale * (in.X_WH.p - p_WH0_);
@@ -62,7 +62,7 @@ Output Mapping::step(const Input& in) noexcept {
   const double jaw_step = options_.jaw_rate * dt_;
   jaw_ += std::clamp(jaw - jaw_, -jaw_step, jaw_step);
 
-  return {goal_, jaw_, options_.scale * (R_WL_ * in.v_LH), true};
+  return {goal_, jaw_, {options_.scale * (R_WL_ * in.V_LH.v), R_WL_ * in.V_LH.w}, true};
 }
 
 Vec3 Mapping::force_on_hand(const Vec3& F_T_W) const noexcept {

@@ -19,7 +19,7 @@ struct Options {
 /// What the stage is told at every tick.
 struct Input {
   Pose X_WH;                 ///< handle, measured
-  Vec3 v_LH = Vec3::Zero();  ///< handle velocity in L [m/s]
+  Twist V_LH;                ///< handle velocity in L
   double gripper = 0.0;      ///< pinch [rad]
   Pose X_WT;                 ///< tool, measured
   double jaw = 0.0;          ///< measured [rad]
@@ -31,9 +31,9 @@ struct Input {
 /// What the stage answers.
 struct Output {
   Pose X_WT_goal;
-  double jaw = 0.0;          ///< [rad]
-  Vec3 v_WT = Vec3::Zero();  ///< handle velocity mapped to the tool, for the damping term [m/s]
-  bool engaged = false;      ///< the tool follows the hand in this tick
+  double jaw = 0.0;      ///< [rad]
+  Twist V_WT;            ///< handle velocity mapped to the tool, for the damping term
+  bool engaged = false;  ///< the tool follows the hand in this tick
 };
 
 /// Relative scaled position, absolute orientation (Fig 4):
