@@ -13,6 +13,7 @@ __all__ = [
     "PalpateWarning",
     "PortError",
     "RecordError",
+    "RecordingError",
     "SceneError",
 ]
 
@@ -63,6 +64,10 @@ class OutputError(PalpateError):
 
 class RecordError(PalpateError):
     """The record cannot be read."""
+
+
+class RecordingError(PalpateError):
+    """A recording of an arm that nothing can be identified from, or a model file that does not fit."""
 
 
 class PortError(PalpateError):

@@ -1,0 +1,1 @@
+"""From recordings of a real arm to a model of it."""

@@ -1,0 +1,198 @@
+"""Recordings of an arm that it is identified from: poses it was held at, and motions. Read and checked here."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.arm import Arm
+from palpate.errors import RecordingError
+
+Array = NDArray[np.float64]
+
+_STILL = 2e-3  # rows nearer to their predecessor than this are samples of one pose [rad]
+_MOTOR_SIDE = 0.02  # [N m] a shoulder that is held up with less is seen through its gear
+
+
+@dataclass(frozen=True)
+class Static:
+    """Poses an arm was held at, in the order of visits. Joint coordinates; tau is the effort that holds the arm."""
+
+    q: Array  # (m, n) [rad]
+    tau: Array  # (m, n) [N m]
+    start: NDArray[np.bool_]  # (m,) first pose of a file: nobody knows where the arm came from
+    files: tuple[str, ...]
+    samples: int  # rows read; more than m when poses were sampled several times
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+
+@dataclass(frozen=True)
+class Moving:
+    """A motion, sampled evenly."""
+
+    q: Array  # (m, n) [rad, m]
+    v: Array  # (m, n) [rad/s, m/s]
+    tau: Array  # (m, n) [N m, N]
+    rate: float  # [Hz]
+    file: str
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+
+def read_static(paths: str | Path | Sequence[str | Path], arm: Arm) -> Static:
+    """Static recordings: CSV with q1_rad.., tau1_Nm.. per joint of `arm`, one row per pose (or several in a row).
+
+    A column `pose` is allowed; rows without a header are q(n), tau(n). Rows that follow each other within 2 mrad are
+    one pose and are averaged.
+
+    Raises:
+        RecordingError: names file, line and column: wrong columns, NaN, other units than rad and N m in joint
+            coordinates, joints out of the arm's limits, no row at all.
+    """
+    paths = [paths] if isinstance(paths, str | Path) else list(paths)
+    n, parts, starts, samples = arm.n, [], [], 0
+    for path in paths:
+        rows = _table(Path(path), [f"q{k}_rad" for k in range(1, n + 1)] + [f"tau{k}_Nm" for k in range(1, n + 1)])
+        check_joints(rows[:, :n], arm, path)
+        _check_torques(rows[:, n:], path)
+        poses = _poses(rows, n)
+        parts.append(poses)
+        starts.append(np.arange(len(poses)) == 0)
+        samples += len(rows)
+    if not parts:
+        raise RecordingError("no recording given", mend="name at least one CSV file")
+    whole = np.concatenate(parts)
+    return Static(whole[:, :n], whole[:, n:], np.concatenate(starts), tuple(str(p) for p in paths), samples)
+
+
+def read_moving(path: str | Path, joints: int, rate: float = 200.0) -> Moving:
+    """A moving recording: CSV of q(n), v(n), tau(n), with or without the header q1_rad.., dq1_rad_s.., tau1_Nm...
+
+    Units and coordinates are those of the file. Raises RecordingError as `read_static` does.
+    """
+    names = [f"{symbol}{k}{unit}" for symbol, unit in (("q", "_rad"), ("dq", "_rad_s"), ("tau", "_Nm"))
+             for k in range(1, joints + 1)]  # fmt: skip
+    rows = _table(Path(path), names)
+    return Moving(rows[:, :joints], rows[:, joints : 2 * joints], rows[:, 2 * joints :], rate, str(path))
+
+
+def check_joints(q: Array, arm: Arm, path: str | Path, margin: float = 0.05) -> None:
+    """Refuse joints (m, n) that the arm cannot have; tells degrees and motor turns from mere excess.
+
+    Raises:
+        RecordingError: names the row, the joint, its value and its limits.
+    """
+    over = np.maximum(q - arm.q_max, arm.q_min - q) - margin
+    if (over <= 0).all():
+        return
+    row, joint = np.unravel_index(int(np.argmax(over)), over.shape)
+    value, low, high = q[row, joint], arm.q_min[joint], arm.q_max[joint]
+    mend = "record joint positions in rad, on the joint's side of gears and couplings"
+    why = f"{arm.name} has {low:.3f} to {high:.3f} rad there"
+    turned = np.radians(q)
+    if (np.maximum(turned - arm.q_max, arm.q_min - turned) <= margin).all():
+        why += "; all rows fit when they are read as degrees"
+        mend = "convert the file to rad"
+    elif abs(value) > 8.0 * max(abs(low), abs(high)):
+        why += "; numbers of this size are motor turns or encoder counts"
+    raise RecordingError(f"joint {joint + 1} is at {value:.4g} in pose {row + 1}", where=str(path), why=why, mend=mend)
+
+
+def _check_torques(tau: Array, path: str | Path) -> None:
+    loads = np.median(np.abs(tau), axis=0)
+    if loads.max() < _MOTOR_SIDE:
+        raise RecordingError(
+            f"no joint bears more than {loads.max():.2g} N m in most poses",
+            where=str(path),
+            why="an arm's own weight is tenths of N m at its joints; at the motor, before the gear, it is about 1/50",
+            mend="record joint torques in N m (the dVRK's measured_js effort)",
+        )
+
+
+def _poses(rows: Array, n: int) -> Array:
+    """Means of the rows of each pose."""
+    moved = np.abs(np.diff(rows[:, :n], axis=0)).max(axis=1) > _STILL
+    pose = np.concatenate([[0], np.cumsum(moved)])
+    sums = np.zeros((int(pose[-1]) + 1, rows.shape[1]))
+    np.add.at(sums, pose, rows)
+    means: Array = sums / np.bincount(pose)[:, None]
+    return means
+
+
+def _table(path: Path, names: list[str]) -> Array:
+    """The named columns of a CSV file, (rows, len(names)); every value finite."""
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            lines = [(number, line) for number, line in enumerate(csv.reader(file), 1) if any(line)]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        why = getattr(error, "strerror", None) or str(error)
+        raise RecordingError("the recording cannot be read", where=str(path), why=why, mend="name a CSV file") from None
+    columns = list(range(len(names)))
+    if lines and not _is_number(lines[0][1][0]):
+        columns = _columns([word.strip() for word in lines.pop(0)[1]], names, path)
+        width = None
+    else:
+        width = len(names)
+    if not lines:
+        raise RecordingError("there is no row in it", where=str(path), mend="record some poses")
+    table = np.empty((len(lines), len(names)))
+    for i, (number, line) in enumerate(lines):
+        if (width is not None and len(line) != width) or len(line) <= max(columns):
+            raise _wrong_width(f"{path}:{number}", len(line), names)
+        for k, column in enumerate(columns):
+            table[i, k] = _value(line[column], f"{path}:{number}", names[k])
+    return table
+
+
+def _columns(header: list[str], names: list[str], path: Path) -> list[int]:
+    missing = [name for name in names if name not in header]
+    if not missing:
+        return [header.index(name) for name in names]
+    symbol = missing[0].split("_")[0]
+    near = [word for word in header if word.split("_")[0] == symbol]
+    if near:
+        raise RecordingError(
+            f"column {near[0]!r} where {missing[0]!r} is needed",
+            where=f"{path}:1",
+            why="the unit is part of the name, and it is another one",
+            mend="convert the column and rename it",
+        )
+    raise _wrong_width(f"{path}:1", len(header), names, f"no column {', '.join(missing)}")
+
+
+def _wrong_width(where: str, width: int, names: list[str], what: str = "") -> RecordingError:
+    return RecordingError(
+        what or f"{width} columns",
+        where=where,
+        why=f"{len(names)} are needed: {names[0]} .. {names[-1]}",
+        mend="write them in this order, or with a header line of these names",
+    )
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def _value(word: str, where: str, name: str) -> float:
+    try:
+        value = float(word)
+    except ValueError:
+        value = np.nan
+    if not np.isfinite(value):
+        raise RecordingError(
+            f"{name} is {word.strip() or 'empty'!r}", where=where, why="every value must be a finite number",
+            mend="drop the row",
+        )  # fmt: skip
+    return value
