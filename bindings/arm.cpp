@@ -1,5 +1,6 @@
 #include "palpate/arm/arm.hpp"
 
+#include <nanobind/stl/map.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
@@ -63,13 +64,19 @@ void bind_ik(nb::module_& m) {
 
 void bind_arm(nb::module_& m) {
   bind_ik(m);
-  nb::class_<Arm>(m, "Arm", "A serial arm: kinematics and dynamics in its base frame. See palpate.Arm.")
+  nb::class_<Arm>(m, "Arm", "An arm: kinematics and dynamics in its base frame. See palpate.Arm.")
       .def(
           "__init__",
           [](Arm* self, const std::string& xml, const std::string& base_frame, const std::string& tip_frame) {
             new (self) Arm(Arm::from_urdf(xml, base_frame, tip_frame));
           },
           "xml"_a, "base_frame"_a, "tip_frame"_a, "From a URDF's text; the arm is the chain from base to tip.")
+      .def(
+          "__init__",
+          [](Arm* self, const std::string& kind, const arm::Parameters& parameters) {
+            new (self) Arm(arm::make_mechanism(kind, parameters));
+          },
+          "kind"_a, "parameters"_a, "A device with a closed form of its own, e.g. 'delta', from its numbers by name.")
       .def_prop_ro("n", &Arm::n, "Number of joints.")
       .def_prop_ro("joint_names", &Arm::joint_names)
       .def_prop_ro("link_names", &Arm::link_names)
@@ -81,6 +88,15 @@ void bind_arm(nb::module_& m) {
           "tau_max", [](const Arm& a) -> Vector { return a.tau_max(); }, "(n,) drive limits [N m, N]")
       .def_prop_ro(
           "v_max", [](const Arm& a) -> Vector { return a.v_max(); }, "(n,) speed limits [rad/s, m/s]")
+      .def_prop_ro("orients", &Arm::orients, "Can its tip be turned at will? Otherwise it is placed only.")
+      .def_prop_ro(
+          "segments",
+          [](const Arm& a) {
+            std::vector<std::pair<std::string, Vec3>> segments;
+            for (const arm::Segment& s : a.segments()) segments.emplace_back(s.link, s.end);
+            return segments;
+          },
+          "The arm as sticks: (link, end in the link's axes (3,) [m]) each.")
       .def("fk", &fk, "q"_a, "X_0T (4,4): the tip in the base at q (n,) [rad, m].")
       .def("jacobian", &jacobian, "q"_a, "(6,n) at the tip in base axes, linear rows over angular rows.")
       .def(

@@ -169,6 +169,7 @@ urdf: {name}.urdf
 base_frame: mtm_base   # L: z up, x left, y from the arm's reach towards its mount
 tip_frame: tip         # H: the point where the four wrist axes meet
 home: [0, 0, 0, 0, 0, 0, 0]   # rad; the real controller's homing goal
+platform: true         # joint 4 is moved by a controller of its own, which keeps the gimbal open
 # q_joint = A q_motor. The motors of joints 2 and 3 sit at the base: motor 3 sets the forearm's absolute angle through
 # the parallelogram, and the platform's cable runs over both. Source: sawIntuitiveResearchKit compute-ftmax.py.
 coupling:

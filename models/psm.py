@@ -126,6 +126,7 @@ urdf: psm_lnd.urdf
 base_frame: psm_base   # B: the remote centre of motion; the tool leaves along -z at q = 0
 tip_frame: tip         # T: the wrist's yaw axis (the control point of the real controller), z along the jaws
 home: [0, 0, 0.12, 0, 0, 0]   # rad, rad, m, rad...: the tip 113.5 mm below the remote centre
+remote_centre: true    # the base is where the instrument passes the body wall
 jaw_tip: 0.0102        # from T to the tip of the jaws [m]
 # Joint-side resolution per encoder count, degrees (insertion: millimetres). Source: sawIntuitiveResearchKit
 # config-generator.py; wrist motors 0.00768574 deg through the tool's coupling (1.5632, 1.0186, 0.6089).

@@ -1,6 +1,6 @@
 # What the compiled core offers to Python. Poses are (4, 4), vectors (3,), joint vectors (n,), all float64, SI units.
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -132,7 +132,14 @@ class IkResult:
     def damping(self) -> float: ...
 
 class Arm:
+    @overload
     def __init__(self, xml: str, base_frame: str, tip_frame: str) -> None: ...
+    @overload
+    def __init__(self, kind: str, parameters: dict[str, list[float]]) -> None: ...
+    @property
+    def orients(self) -> bool: ...
+    @property
+    def segments(self) -> list[tuple[str, Array]]: ...
     @property
     def n(self) -> int: ...
     @property

@@ -1,6 +1,6 @@
-"""Arms: the da Vinci master arm (MTM) and patient-side arm (PSM), or any serial arm of a URDF.
+"""Arms: the da Vinci master arm (MTM) and patient-side arm (PSM), or one of yours (docs/arms.md).
 
-    arm = palpate.Arm.mtm("right")
+    arm = palpate.Arm.mtm("right")          # or palpate.Arm.load("my_arm.yaml")
     X_LH = arm.fk(arm.home)                 # pose of the handle in the arm's base, 4x4
     q = arm.ik(X_LH)                        # and back
 
@@ -9,8 +9,8 @@ Numbers of the arms (kinematics, limits, masses, encoders, friction) live in `mo
 
 from __future__ import annotations
 
+import difflib
 import math
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 from xml.etree import ElementTree
@@ -20,6 +20,7 @@ import yaml
 from numpy.typing import ArrayLike, NDArray
 
 from palpate import _core
+from palpate.arm_shapes import Visual, drawn_joints, jaw_range, sticks, turn_about, visuals
 from palpate.errors import ArmError
 
 Array = NDArray[np.float64]
@@ -27,29 +28,31 @@ Array = NDArray[np.float64]
 SIDES = ("right", "left")
 INSTRUMENTS = ("lnd",)
 
+#: Models that come with Palpate, `models/NAME.yaml`. Either may lead or follow.
+NAMES = (*(f"mtm_{side}" for side in SIDES), *(f"psm_{tool}" for tool in INSTRUMENTS), "six_axis", "delta")
 
-@dataclass(frozen=True)
-class Visual:
-    """One primitive of a link, to be drawn at `X_0link @ X_link_visual`."""
-
-    link: str
-    shape: str  # "box" | "cylinder" (along z) | "sphere"
-    size: tuple[float, ...]  # box: x y z; cylinder: radius, length; sphere: radius [m]
-    X_link_visual: Array  # (4, 4)
-    colour: tuple[float, float, float, float]  # r g b a, 0..1
-
-
-@dataclass(frozen=True)
-class _DrawnJoint:
-    """A joint outside the kinematic chain: a jaw, a grip, a parallelogram's bar. Drawn, without dynamics."""
-
-    name: str
-    parent: str
-    child: str
-    X_parent: Array
-    axis: Array
-    source: str  # the joint it follows: one of the chain, or a free one such as "jaw"
-    multiplier: float
+#: What a model file may say. Lists have one number per joint.
+KEYS = {
+    "name": "how messages and plots call it",
+    "urdf": "file of a serial arm, beside this one",
+    "base_frame": "root link of the URDF; found when left out",
+    "tip_frame": "link that is the handle or the tool; the chain's end when left out",
+    "device": "instead of a URDF: a kind with a closed form, e.g. delta",
+    "parameters": "of the device",
+    "home": "joints at rest [rad, m]; the middle of the limits when left out",
+    "counterbalance": "a spring: {torque: N m, along: [..]}; none when left out",
+    "coupling": "matrix A of q_joint = A q_motor; the identity when left out",
+    "encoder_step_deg": "per count, motor side [deg]; ideal when left out",
+    "encoder_step_mm": "the same of prismatic joints [mm]",
+    "coulomb": "friction [N m, N]; none when left out",
+    "viscous": "friction [N m s/rad, N s/m]; none when left out",
+    "rotor_inertia": "reflected to the joint [kg m^2, kg]; none when left out",
+    "torque_max": "drive limits [N m, N]; the URDF's effort limits when left out",
+    "platform": "true: joint 4 is an MTM's platform, which has a controller of its own",
+    "remote_centre": "true: the base is where the instrument passes the body wall",
+    "jaw_tip": "from the tip to the end of the jaws [m]",
+}
+_PER_JOINT = ("home", "encoder_step_deg", "encoder_step_mm", "coulomb", "viscous", "rotor_inertia", "torque_max")
 
 
 def models_folder() -> Path:
@@ -67,7 +70,7 @@ def models_folder() -> Path:
 
 
 class Arm(_core.Arm):
-    """A serial arm in its base frame: kinematics, dynamics, limits, and what it looks like.
+    """An arm in its base frame: kinematics, dynamics, limits, and what it looks like.
 
     Joint vectors have shape (n,) in rad (prismatic joints: m); poses are 4x4; X_0T is the tip in the base. Methods of
     the compiled class (`fk`, `jacobian`, `gravity`, `bias`, `inverse_dynamics`, `mass_matrix`, ...) raise ValueError
@@ -82,25 +85,83 @@ class Arm(_core.Arm):
     def __init__(self, xml: str, base_frame: str, tip_frame: str, data: dict[str, Any] | None = None) -> None:
         """From a URDF's text. `data`: what a model's YAML says beyond the URDF (home, friction, encoders ...)."""
         super().__init__(xml, base_frame, tip_frame)
-        self._data: dict[str, Any] = data or {}
         robot = ElementTree.fromstring(xml)
-        self.name = str(self._data.get("name", robot.get("name", "arm")))
-        middle = np.clip(np.zeros(self.n), self.q_min, self.q_max)
-        self.home = np.asarray(self._data.get("home", middle), dtype=float)
-        self.visuals = _visuals(robot)
-        spring = self._data.get("counterbalance")
+        chain = set(self.joint_names)
+        self.visuals = visuals(robot) or sticks(self.segments)
+        self._drawn = drawn_joints(robot, chain)
+        self.jaw_range = jaw_range(robot, chain)
+        self._describe(data or {}, robot.get("name", "arm"))
+
+    @classmethod
+    def device(cls, kind: str, parameters: dict[str, float], data: dict[str, Any] | None = None) -> Self:
+        """A device with a closed form of its own (docs/arms.md), e.g. `Arm.device("delta", {"upper": 0.1, ...})`.
+
+        Raises:
+            ArmError: names the parameter that is missing, wrong or unknown.
+        """
+        arm = cls.__new__(cls)
+        try:
+            numbers = {
+                name: np.atleast_1d(np.asarray(value, dtype=float)).tolist() for name, value in parameters.items()
+            }
+            _core.Arm.__init__(arm, kind, numbers)
+        except (RuntimeError, TypeError, ValueError) as error:
+            raise ArmError(str(error), mend="docs/arms.md lists the parameters") from None
+        arm.visuals, arm._drawn, arm.jaw_range = sticks(arm.segments), [], (0.0, 0.0)
+        arm._describe(data or {}, kind)
+        return arm
+
+    def _describe(self, data: dict[str, Any], name: str) -> None:
+        self._data = data
+        self.name = str(data.get("name", name))
+        for key in _PER_JOINT:
+            if key in data and np.shape(data[key]) != (self.n,):
+                raise ArmError(
+                    f"{self.name}: {key} needs {self.n} numbers, one per joint",
+                    why=f"it has the shape {np.shape(data[key])}",
+                    mend=f"the joints are {', '.join(self.joint_names)}",
+                )
+        self.home = np.asarray(data.get("home", 0.5 * (self.q_min + self.q_max)), dtype=float)
+        for joint, q, low, high in zip(self.joint_names, self.home, self.q_min, self.q_max, strict=True):
+            if not low <= q <= high:
+                raise ArmError(
+                    f"{self.name}: home puts {joint} at {q:g}, outside its limits {low:g} to {high:g}",
+                    mend="choose home within the limits",
+                )
+        spring = data.get("counterbalance")
         if spring is not None:
             self.set_counterbalance(float(spring["torque"]), np.asarray(spring["along"], dtype=float))
-        self._drawn = _drawn_joints(robot, set(self.joint_names))
-        self.jaw_range = _jaw_range(robot, set(self.joint_names))
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
-        """An arm from a model file (YAML naming a URDF beside it; `models/*.yaml` are examples)."""
+        """An arm from a model file (docs/arms.md; `models/*.yaml` are examples).
+
+        Raises:
+            ArmError: names the file, what is wrong in it or in its URDF, and the mend.
+        """
         path = Path(path)
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
-        xml = (path.parent / data["urdf"]).read_text(encoding="utf-8")
-        return cls(xml, data["base_frame"], data["tip_frame"], data)
+        data = _read(path)
+        if "device" in data:
+            data.setdefault("name", path.stem)
+            return cls.device(str(data["device"]), dict(data.get("parameters") or {}), data)
+        if "urdf" not in data:
+            raise ArmError("no arm is named", where=str(path), mend="give urdf: my_arm.urdf, or device: delta")
+        urdf = path.parent / str(data["urdf"])
+        try:
+            xml = urdf.read_text(encoding="utf-8")
+            base, tip = _ends(xml)
+            return cls(xml, str(data.get("base_frame", base)), str(data.get("tip_frame", tip)), data)
+        except OSError as error:
+            raise ArmError(
+                "the arm's URDF cannot be read", where=str(urdf), why=str(error), mend=f"urdf: in {path.name}"
+            ) from None
+        except (RuntimeError, UnicodeDecodeError, ElementTree.ParseError) as error:
+            raise ArmError(str(error), where=str(urdf), mend=f"mend the URDF, or {path.name}") from None
+
+    @classmethod
+    def model(cls, name: str, folder: str | Path = ".") -> Self:
+        """An arm by the name of a model that comes with Palpate, or by the path of a model file (from `folder`)."""
+        return cls.load(models_folder() / f"{name}.yaml" if name in NAMES else Path(folder) / name)
 
     @classmethod
     def mtm(cls, side: str) -> Self:
@@ -179,119 +240,96 @@ class Arm(_core.Arm):
         angle = dict(zip(self.joint_names, q, strict=True))
         for joint in self._drawn:
             turn = joint.multiplier * float(angle.get(joint.source, jaw))
-            poses[joint.child] = poses[joint.parent] @ joint.X_parent @ _turn(joint.axis, turn)
+            poses[joint.child] = poses[joint.parent] @ joint.X_parent @ turn_about(joint.axis, turn)
         return poses
 
     def leader_options(self) -> _core.LeaderOptions:
-        """What a simulated leader of this arm is made of: coupling, encoders, friction, rotors, drive limits."""
-        data = self._hardware("coupling", "encoder_step_deg", "coulomb", "viscous", "rotor_inertia")
+        """What a simulated leader of this arm is made of: coupling, encoders, friction, rotors, drive limits.
+
+        Raises:
+            ArmError: a joint moves no mass, or its drive has no limit.
+        """
         options = _core.LeaderOptions()
-        options.coupling = np.array(data["coupling"], dtype=float)
-        options.encoder_step = np.radians(np.array(data["encoder_step_deg"], dtype=float))
-        options.coulomb = np.array(data["coulomb"], dtype=float)
-        options.viscous = np.array(data["viscous"], dtype=float)
-        options.rotor_inertia = np.array(data["rotor_inertia"], dtype=float)
-        options.tau_max = self.tau_max
+        options.coupling = np.array(self._data.get("coupling", np.eye(self.n)), dtype=float)
+        options.encoder_step = self._encoder_step()
+        options.coulomb = self._per_joint("coulomb")
+        options.viscous = self._per_joint("viscous")
+        options.rotor_inertia = self._per_joint("rotor_inertia")
+        options.tau_max = np.array(self._data.get("torque_max", self.tau_max), dtype=float)
+        self._require(self.mass_matrix(self.home).diagonal() + options.rotor_inertia > 1e-9, "moves no mass",
+                      "give its links an <inertial>, or rotor_inertia in the model file")  # fmt: skip
+        self._require(options.tau_max > 0.0, "has no drive limit",
+                      "give it <limit effort=...>, or torque_max in the model file")  # fmt: skip
         return options
 
     def follower_options(self) -> _core.FollowerOptions:
-        """What a simulated follower of this arm is made of: speed limits and encoders."""
-        data = self._hardware("encoder_step_deg")
+        """What a simulated follower of this arm is made of: speed limits and encoders.
+
+        Raises:
+            ArmError: a joint has no speed limit.
+        """
         options = _core.FollowerOptions()
         options.v_max = self.v_max
-        degrees = np.array(data["encoder_step_deg"], dtype=float)
-        options.encoder_step = np.radians(degrees) + 1e-3 * np.array(data.get("encoder_step_mm", 0 * degrees))
+        options.encoder_step = self._encoder_step()
+        self._require(options.v_max > 0.0, "has no speed limit", "give it <limit velocity=...> in the URDF")
         return options
 
-    def _hardware(self, *keys: str) -> dict[str, Any]:
-        missing = [key for key in keys if key not in self._data]
-        if missing:
-            raise ArmError(
-                f"{self.name} does not say {', '.join(missing)}",
-                why="its model file has no such entry",
-                mend="add it to the model's YAML (models/mtm_right.yaml shows them all), or fill the options yourself",
-            )
-        return self._data
+    @property
+    def has_platform(self) -> bool:
+        """Is joint 4 an MTM's platform, with a controller of its own?"""
+        return bool(self._data.get("platform", False))
+
+    @property
+    def has_remote_centre(self) -> bool:
+        """Is the base where the instrument passes the body wall?"""
+        return bool(self._data.get("remote_centre", False))
+
+    def _per_joint(self, key: str) -> Array:
+        return np.array(self._data.get(key, np.zeros(self.n)), dtype=float)
+
+    def _encoder_step(self) -> Array:
+        return np.radians(self._per_joint("encoder_step_deg")) + 1e-3 * self._per_joint("encoder_step_mm")
+
+    def _require(self, good: NDArray[np.bool_], what: str, mend: str) -> None:
+        for joint, fine in zip(self.joint_names, good, strict=True):
+            if not fine:
+                raise ArmError(f"{self.name}: joint {joint!r} {what}", mend=mend)
 
 
-# ---------------------------------------------------------------- URDF: what is drawn
-def _numbers(text: str | None, default: str) -> Array:
-    return np.array([float(x) for x in (text or default).split()])
+def _read(path: Path) -> dict[str, Any]:
+    """The values of a model file, its keys known."""
+    try:
+        data = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        mend = f"models that come with Palpate: {', '.join(NAMES)}"
+        raise ArmError("the arm's model file cannot be read", where=str(path), why=str(error), mend=mend) from None
+    except yaml.YAMLError as error:
+        raise ArmError("not valid YAML", where=str(path), why=" ".join(str(error).split())) from None
+    if not isinstance(data, dict):
+        raise ArmError("a model file is a mapping", where=str(path), mend="begin with: urdf: my_arm.urdf")
+    for key in data:
+        if key not in KEYS:
+            near = difflib.get_close_matches(str(key), KEYS, n=1)
+            mend = f"did you mean {near[0]!r}?" if near else f"there are: {', '.join(KEYS)}"
+            raise ArmError(f"unknown key {key!r}", where=str(path), mend=mend)
+    return data
 
 
-def _origin(element: ElementTree.Element | None) -> Array:
-    X = np.eye(4)
-    if element is None:
-        return X
-    roll, pitch, yaw = _numbers(element.get("rpy"), "0 0 0")
-    X[:3, :3] = (
-        _turn(np.array([0, 0, 1.0]), yaw) @ _turn(np.array([0, 1.0, 0]), pitch) @ _turn(np.array([1.0, 0, 0]), roll)
-    )[:3, :3]
-    X[:3, 3] = _numbers(element.get("xyz"), "0 0 0")
-    return X
+def _ends(xml: str) -> tuple[str, str]:
+    """Root link of a URDF, and the link at the end of its longest chain."""
+    parent: dict[str, str] = {}
+    robot = ElementTree.fromstring(xml)
+    for joint in robot.findall("joint"):
+        above, below = joint.find("parent"), joint.find("child")
+        if above is not None and below is not None:
+            parent[below.get("link", "")] = above.get("link", "")
+    links = [link.get("name", "") for link in robot.findall("link")]
 
+    def depth(link: str) -> int:
+        seen = [link]
+        while seen[-1] in parent and parent[seen[-1]] not in seen:
+            seen.append(parent[seen[-1]])
+        return len(seen)
 
-def _turn(axis: Array, angle: float) -> Array:
-    """Rotation by `angle` about a unit axis, 4x4 (Rodrigues)."""
-    x, y, z = axis
-    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    X = np.eye(4)
-    X[:3, :3] += math.sin(angle) * K + (1 - math.cos(angle)) * (K @ K)
-    return X
-
-
-def _visuals(robot: ElementTree.Element) -> list[Visual]:
-    colours: dict[str | None, tuple[float, ...]] = {
-        m.get("name"): tuple(_numbers(c.get("rgba"), "0.7 0.7 0.7 1"))
-        for m in robot.iter("material")
-        if (c := m.find("color")) is not None
-    }
-    visuals = []
-    for link in robot.findall("link"):
-        for visual in link.findall("visual"):
-            geometry = visual.find("geometry")
-            shape = None if geometry is None else next(iter(geometry), None)
-            if shape is None or shape.tag not in ("box", "cylinder", "sphere"):
-                continue
-            keys = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}[shape.tag]
-            size = tuple(float(x) for key in keys for x in _numbers(shape.get(key), "0"))
-            material = visual.find("material")
-            r, g, b, a = colours.get(None if material is None else material.get("name"), (0.7, 0.7, 0.7, 1.0))
-            visuals.append(Visual(link.get("name", ""), shape.tag, size, _origin(visual.find("origin")), (r, g, b, a)))
-    return visuals
-
-
-def _moving(robot: ElementTree.Element, chain: set[str]) -> list[ElementTree.Element]:
-    """Joints that move but are not in the chain."""
-    return [j for j in robot.findall("joint") if j.get("type") != "fixed" and j.get("name") not in chain]
-
-
-def _drawn_joints(robot: ElementTree.Element, chain: set[str]) -> list[_DrawnJoint]:
-    """In file order, parents before children. A joint without <mimic> turns with the jaw itself."""
-    drawn = []
-    for joint in _moving(robot, chain):
-        parent, child, axis, mimic = (joint.find(tag) for tag in ("parent", "child", "axis", "mimic"))
-        assert parent is not None
-        assert child is not None
-        name = joint.get("name", "")
-        drawn.append(
-            _DrawnJoint(
-                name,
-                parent.get("link", ""),
-                child.get("link", ""),
-                _origin(joint.find("origin")),
-                _numbers(None if axis is None else axis.get("xyz"), "1 0 0"),
-                name if mimic is None else mimic.get("joint", ""),
-                1.0 if mimic is None else float(mimic.get("multiplier", "1")),
-            )
-        )
-    return drawn
-
-
-def _jaw_range(robot: ElementTree.Element, chain: set[str]) -> tuple[float, float]:
-    """Limits of the joint that opens the jaws or the grips; (0, 0) when there is none."""
-    for joint in _moving(robot, chain):
-        limit = joint.find("limit")
-        if joint.find("mimic") is None and limit is not None:
-            return float(limit.get("lower", "0")), float(limit.get("upper", "0"))
-    return 0.0, 0.0
+    roots = [link for link in links if link not in parent]
+    return (roots[0] if roots else ""), max(links, key=depth, default="")

@@ -7,7 +7,7 @@ import viser
 from numpy.typing import NDArray
 from viser.transforms import SE3, SO3
 
-from palpate.arm import Visual
+from palpate.arm_shapes import Visual
 from palpate.record.ticks import Ticks
 from palpate.viewer.stage import ArmPlace, Stage, Thing
 

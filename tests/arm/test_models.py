@@ -77,9 +77,11 @@ def test_a_wrong_frame_names_the_links_there_are():
         palpate.Arm("<robot", "psm_base", "tip")
 
 
-def test_hardware_that_a_model_does_not_describe_is_named():
-    with pytest.raises(ArmError, match="psm_lnd does not say coupling"):
-        palpate.Arm.psm().leader_options()
+def test_hardware_that_a_model_does_not_describe_is_ideal():
+    options = palpate.Arm.psm().leader_options()
+    assert np.array_equal(options.coupling, np.eye(6))
+    for nothing in (options.coulomb, options.viscous, options.rotor_inertia):
+        assert np.array_equal(nothing, np.zeros(6))
 
 
 def test_coupling_moves_the_forearm_from_the_base():

@@ -1,10 +1,11 @@
-// An arm: a constant model shared by all copies, beside a workspace of its own (Pinocchio behind it).
+// An arm: a mechanism (serial or any other, mechanism.hpp) with its counterbalance and a workspace of its own.
 #pragma once
 
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "palpate/arm/mechanism.hpp"
 #include "palpate/types/spatial.hpp"
 
 namespace palpate::arm {
@@ -24,15 +25,6 @@ struct IkOptions {
   double damping = 1e-6;                ///< floor of the damping, which grows with the error that remains
 };
 
-/// Everything a simulator needs at one (q, v): M a + bias = tau, and the tip with its Jacobian.
-struct Dynamics {
-  JointMatrix M;               ///< inertia, full and symmetric
-  JointVector bias;            ///< C(q, v) v + G(q)
-  Pose X_0T;                   ///< base to tip
-  Jacobian J;                  ///< as Arm::jacobian()
-  Vec6 Jdot_v = Vec6::Zero();  ///< tip acceleration at zero joint acceleration, linear over angular
-};
-
 /// A spring that carries a link: P = -torque sin(x), x = along . q, so it puts  dP/dq = -torque cos(x) along  on the
 /// drives. Of a potential, so that no motion round and round can draw energy from it.
 struct Counterbalance {
@@ -40,32 +32,35 @@ struct Counterbalance {
   JointVector along;    ///< how far the link turns per joint (n,) [rad/rad]
 };
 
-/// Kinematics and dynamics of one serial arm in its base frame. Everything that is noexcept may run in
-/// the cycle: no allocation after construction. Copies share the model, own the workspace.
+/// Kinematics and dynamics of one arm in its base frame. Everything that is noexcept may run in the cycle: no
+/// allocation after construction. A copy shares nothing.
 class Arm {
  public:
+  explicit Arm(std::unique_ptr<Mechanism> mechanism);
   /// Throws std::runtime_error naming the file, the frame or joint, and the mend.
   /// The arm is the chain from base to tip; other joints (jaws, drawn parallelograms) stay at zero.
   static Arm from_urdf(const std::string& xml, const std::string& base_frame, const std::string& tip_frame);
 
-  Arm(const Arm&);
-  Arm& operator=(const Arm&);
-  Arm(Arm&&) noexcept;
-  Arm& operator=(Arm&&) noexcept;
-  ~Arm();
+  Arm(const Arm& other);
+  Arm& operator=(const Arm& other);
+  Arm(Arm&&) noexcept = default;
+  Arm& operator=(Arm&&) noexcept = default;
+  ~Arm() = default;
 
-  [[nodiscard]] int n() const noexcept;
-  [[nodiscard]] const std::vector<std::string>& joint_names() const noexcept;
-  [[nodiscard]] const JointVector& q_min() const noexcept;
-  [[nodiscard]] const JointVector& q_max() const noexcept;
-  [[nodiscard]] const JointVector& tau_max() const noexcept;  ///< URDF effort limits [N m, N]
-  [[nodiscard]] const JointVector& v_max() const noexcept;    ///< URDF velocity limits [rad/s, m/s]
+  [[nodiscard]] int n() const noexcept { return static_cast<int>(facts().q_min.size()); }
+  [[nodiscard]] const std::vector<std::string>& joint_names() const noexcept { return facts().joint_names; }
+  [[nodiscard]] const JointVector& q_min() const noexcept { return facts().q_min; }
+  [[nodiscard]] const JointVector& q_max() const noexcept { return facts().q_max; }
+  [[nodiscard]] const JointVector& tau_max() const noexcept { return facts().tau_max; }  ///< drive limits [N m, N]
+  [[nodiscard]] const JointVector& v_max() const noexcept { return facts().v_max; }      ///< speed limits [rad/s, m/s]
+  /// Can its tip be turned at will? Otherwise it is placed only, and its orientation comes as it comes.
+  [[nodiscard]] bool orients() const noexcept { return facts().orients; }
 
   /// Kinematics at q, v: fills tip(), jacobian(), twist().
   void update(const JointVector& q, const JointVector& v) noexcept;
-  [[nodiscard]] const Pose& tip() const noexcept;           ///< X_0T, base to tip
-  [[nodiscard]] const Jacobian& jacobian() const noexcept;  ///< at the tip, in base axes
-  [[nodiscard]] Twist twist() const noexcept;               ///< J v
+  [[nodiscard]] const Pose& tip() const noexcept { return X_0T_; }        ///< X_0T, base to tip
+  [[nodiscard]] const Jacobian& jacobian() const noexcept { return J_; }  ///< at the tip, in base axes
+  [[nodiscard]] Twist twist() const noexcept;                             ///< J v
 
   /// Gravity torque G(q) = dP/dq that holds the masses up (Eq 10); gravity vector in the base frame.
   [[nodiscard]] const JointVector& gravity(const JointVector& q) noexcept;
@@ -83,25 +78,34 @@ class Arm {
   /// M, bias, tip and Jacobian in one go: for a simulator, where every microsecond counts ten times a tick.
   const Dynamics& dynamics(const JointVector& q, const JointVector& v) noexcept;
   /// P(q) of the masses, whose gradient is gravity(q) (Eq 10) [J].
-  [[nodiscard]] double potential_energy(const JointVector& q) noexcept;
+  [[nodiscard]] double potential_energy(const JointVector& q) noexcept { return mechanism_->potential_energy(q); }
   [[nodiscard]] double elastic_energy(const JointVector& q) const noexcept;  ///< of the spring [J]
   /// Throws std::runtime_error naming what is wrong with it.
   void set_counterbalance(const Counterbalance& spring);
-  void set_gravity(const Vec3& g_base) noexcept;  ///< default (0, 0, -9.81)
+  /// Default (0, 0, -9.81).
+  void set_gravity(const Vec3& g_base) noexcept { mechanism_->set_gravity(g_base); }
   /// A copy whose link masses are multiplied by `scale` (a controller's wrong model of the plant); the spring stays.
   [[nodiscard]] Arm with_scaled_masses(const JointVector& scale) const;
 
-  /// Damped Newton from q (in/out), within joint limits. 6-dof goal; a redundant arm stays near q.
+  /// Closed form where the device has one, else damped Newton from q (in/out), within joint limits. A redundant arm
+  /// stays near q; an arm that does not orient() is placed, and the goal's orientation ignored.
   IkResult ik(const Pose& X_0T_goal, JointVector& q, const IkOptions& options = {}) noexcept;
 
   /// Poses of every link frame at q, in link_names() order; for drawing, not for the cycle.
-  [[nodiscard]] std::vector<Pose> link_poses(const JointVector& q);
-  [[nodiscard]] const std::vector<std::string>& link_names() const noexcept;
+  [[nodiscard]] std::vector<Pose> link_poses(const JointVector& q) { return mechanism_->link_poses(q); }
+  [[nodiscard]] const std::vector<std::string>& link_names() const noexcept { return facts().link_names; }
+  /// The arm as sticks, for drawing.
+  [[nodiscard]] const std::vector<Segment>& segments() const noexcept { return facts().segments; }
 
  private:
-  struct Impl;
-  explicit Arm(std::unique_ptr<Impl> impl) noexcept;
-  std::unique_ptr<Impl> impl_;
+  [[nodiscard]] const Facts& facts() const noexcept { return mechanism_->facts(); }
+
+  std::unique_ptr<Mechanism> mechanism_;
+  Counterbalance spring_;
+  JointVector zero_, result_, v_;
+  Pose X_0T_;
+  Jacobian J_;
+  Dynamics dynamics_;
 };
 
 }  // namespace palpate::arm

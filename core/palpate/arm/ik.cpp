@@ -55,10 +55,12 @@ JointVector bounded_step(Jacobian J, Vec6 e, double lambda, const JointVector& q
 IkResult Arm::ik(const Pose& X_0T_goal, JointVector& q, const IkOptions& options) noexcept {
   IkResult result;
   const JointVector rest = JointVector::Zero(n());
+  mechanism_->closed_form(X_0T_goal.p, q);  // whatever it says, the loop below judges it
   q = q.cwiseMax(q_min()).cwiseMin(q_max()).eval();
   for (;; ++result.iterations) {
     update(q, rest);
-    const Error e = error_to(X_0T_goal, tip());
+    Error e = error_to(X_0T_goal, tip());
+    if (!orients()) e.tail<3>().setZero();
     result.position_error = e.head<3>().norm() * kLength;
     result.orientation_error = e.tail<3>().norm();
     result.converged = result.position_error <= options.position_tolerance &&
@@ -66,6 +68,7 @@ IkResult Arm::ik(const Pose& X_0T_goal, JointVector& q, const IkOptions& options
     if (result.converged || result.iterations >= options.max_iterations || !e.allFinite()) return result;
     Jacobian J = jacobian();
     J.topRows<3>() /= kLength;
+    if (!orients()) J.bottomRows<3>().setZero();
     result.damping = options.damping * options.damping + kErrorDamping * e.squaredNorm();
     JointVector dq = bounded_step(J, e, result.damping, q, q_min(), q_max());
     const double largest = dq.cwiseAbs().maxCoeff();

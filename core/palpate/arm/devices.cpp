@@ -1,0 +1,61 @@
+// Devices that are not a URDF: one line each. Adding one is its own file and its line here.
+#include <cmath>
+#include <stdexcept>
+
+#include "palpate/arm/delta.hpp"
+#include "palpate/arm/parameters.hpp"
+
+namespace palpate::arm {
+namespace {
+
+struct Kind {
+  const char* name;
+  std::unique_ptr<Mechanism> (*make)(const Parameters&);
+};
+
+constexpr Kind kKinds[] = {{"delta", &make_delta}};
+
+}  // namespace
+
+std::unique_ptr<Mechanism> make_mechanism(const std::string& kind, const Parameters& parameters) {
+  std::string names;
+  for (const Kind& k : kKinds) {
+    if (kind == k.name) return k.make(parameters);
+    names += (names.empty() ? "" : ", ") + std::string(k.name);
+  }
+  throw std::runtime_error("there is no kind of device '" + kind + "'; there are: " + names);
+}
+
+const double* Reader::find(const std::string& name, const std::string& meaning) {
+  asked_.insert(name);
+  const auto it = parameters_.find(name);
+  if (it == parameters_.end()) return nullptr;
+  require(it->second.size() == 1 && std::isfinite(it->second[0]), name + " must be one finite number", meaning);
+  return it->second.data();
+}
+
+double Reader::positive(const std::string& name, const std::string& meaning) {
+  const double* value = find(name, meaning);
+  require(value != nullptr, name + " is missing", "give the " + meaning);
+  require(*value > 0.0, name + " = " + std::to_string(*value) + " must be above zero", meaning);
+  return *value;
+}
+
+double Reader::number(const std::string& name, const std::string& meaning, double otherwise) {
+  const double* value = find(name, meaning);
+  return value != nullptr ? *value : otherwise;
+}
+
+void Reader::done() const {
+  std::string names;
+  for (const std::string& name : asked_) names += (names.empty() ? "" : ", ") + name;
+  for (const auto& [name, values] : parameters_) {
+    require(asked_.count(name) > 0, "there is no parameter '" + name + "'", "there are: " + names);
+  }
+}
+
+void Reader::require(bool good, const std::string& what, const std::string& mend) const {
+  if (!good) throw std::runtime_error("device " + kind_ + ": " + what + " (" + mend + ")");
+}
+
+}  // namespace palpate::arm

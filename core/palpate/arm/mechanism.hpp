@@ -1,0 +1,87 @@
+// What a device is to Palpate: geometry and dynamics in its base frame. A new kind of arm is one file that writes this.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "palpate/types/spatial.hpp"
+
+namespace palpate::arm {
+
+/// Everything a simulator needs at one (q, v): M a + bias = tau, and the tip with its Jacobian.
+struct Dynamics {
+  JointMatrix M;               ///< inertia, full and symmetric
+  JointVector bias;            ///< C(q, v) v + G(q)
+  Pose X_0T;                   ///< base to tip
+  Jacobian J;                  ///< as Arm::jacobian()
+  Vec6 Jdot_v = Vec6::Zero();  ///< tip acceleration at zero joint acceleration, linear over angular
+};
+
+/// A straight piece of a link, for drawing: from the link's origin to `end`, in the link's axes [m].
+struct Segment {
+  std::string link;
+  Vec3 end = Vec3::Zero();
+};
+
+/// What does not change while it moves.
+struct Facts {
+  std::vector<std::string> joint_names, link_names;
+  JointVector q_min, q_max;  ///< [rad, m]
+  JointVector tau_max;       ///< drive limits [N m, N]
+  JointVector v_max;         ///< speed limits [rad/s, m/s]
+  bool orients = true;       ///< the tip's orientation can be asked for, besides its place
+  std::vector<Segment> segments;
+};
+
+/// One device. What is noexcept runs in the cycle: no allocation after construction.
+class Mechanism {
+ public:
+  Mechanism() = default;
+  virtual ~Mechanism() = default;
+  Mechanism& operator=(const Mechanism&) = delete;
+  [[nodiscard]] virtual std::unique_ptr<Mechanism> clone() const = 0;
+  [[nodiscard]] virtual const Facts& facts() const noexcept = 0;
+
+  /// The tip and its 6 x n Jacobian, linear over angular rows, in base axes.
+  virtual void kinematics(const JointVector& q, Pose& X_0T, Jacobian& J) noexcept = 0;
+  /// Everything at once.
+  virtual void dynamics(const JointVector& q, const JointVector& v, Dynamics& d) noexcept = 0;
+  /// P(q) of the masses [J]; dynamics() at rest gives its gradient.
+  [[nodiscard]] virtual double potential_energy(const JointVector& q) noexcept = 0;
+  /// Gravity's acceleration in base axes [m/s^2].
+  virtual void set_gravity(const Vec3& g_base) noexcept = 0;
+  /// Every moving link's mass and inertia times a factor (n,).
+  virtual void scale_masses(const JointVector& scale) = 0;
+  /// X_0link of every link, in link_names order; may allocate.
+  [[nodiscard]] virtual std::vector<Pose> link_poses(const JointVector& q) = 0;
+
+  // What follows from dynamics(), unless a device knows a quicker or an independent way.
+  virtual void inverse_dynamics(const JointVector& q, const JointVector& v, const JointVector& a, Dynamics& work,
+                                JointVector& tau) noexcept {
+    dynamics(q, v, work);
+    tau.noalias() = work.M * a + work.bias;
+  }
+  virtual void gravity(const JointVector& q, Dynamics& work, JointVector& G) noexcept {
+    dynamics(q, JointVector::Zero(q.size()), work);
+    G = work.bias;
+  }
+  virtual void mass_matrix(const JointVector& q, Dynamics& work) noexcept {
+    dynamics(q, JointVector::Zero(q.size()), work);
+  }
+  /// Joints for a place of the tip, where there is a closed form. False: none, or out of reach.
+  virtual bool closed_form(const Vec3& /*p_0T*/, JointVector& /*q*/) const noexcept { return false; }
+
+ protected:
+  Mechanism(const Mechanism&) = default;
+};
+
+/// Numbers of a device by name, as its model file gives them.
+using Parameters = std::map<std::string, std::vector<double>>;
+
+/// A device that is not a URDF, by the name of its kind (devices.cpp lists them). Throws std::runtime_error naming the
+/// parameter, what it should be, and what there is.
+[[nodiscard]] std::unique_ptr<Mechanism> make_mechanism(const std::string& kind, const Parameters& parameters);
+
+}  // namespace palpate::arm
