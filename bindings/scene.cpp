@@ -98,16 +98,19 @@ void bind_mesh(nb::module_& m) {
   nb::class_<scene::MeshReport>(m, "MeshReport", "What was found and done while a mesh was built.")
       .def_ro("vertices", &scene::MeshReport::vertices, "after welding")
       .def_ro("triangles", &scene::MeshReport::triangles, "kept")
-      .def_ro("degenerate", &scene::MeshReport::degenerate, "dropped: a corner repeated")
+      .def_ro("degenerate", &scene::MeshReport::degenerate, "dropped: a corner repeated, or three on a line")
       .def_ro("duplicate", &scene::MeshReport::duplicate, "dropped: the same corners in the same turn")
-      .def_ro("flat", &scene::MeshReport::flat, "kept: three corners on a line")
+      .def_ro("flat", &scene::MeshReport::flat, "kept: three corners on a line, closing a gap")
+      .def_ro("parts", &scene::MeshReport::parts, "connected by vertices")
       .def_ro("boundary_edges", &scene::MeshReport::boundary_edges, "of one triangle only")
       .def_ro("branching_edges", &scene::MeshReport::branching_edges, "of three triangles or more")
       .def_ro("inconsistent_edges", &scene::MeshReport::inconsistent_edges,
               "whose triangles are wound against each other")
-      .def_ro("closed", &scene::MeshReport::closed, "no such edges")
-      .def_ro("inverted", &scene::MeshReport::inverted, "was closed and inside out: turned")
-      .def_ro("volume", &scene::MeshReport::volume, "enclosed; 0 unless closed [m^3]")
+      .def_ro("turned", &scene::MeshReport::turned, "triangles that faced the other way than their neighbours")
+      .def_ro("inverted", &scene::MeshReport::inverted, "triangles of closed parts that were inside out: turned")
+      .def_ro("two_sided", &scene::MeshReport::two_sided, "no part is a Moebius strip or alike")
+      .def_ro("closed", &scene::MeshReport::closed, "no boundary, branching or inconsistent edges")
+      .def_ro("volume", &scene::MeshReport::volume, "of the closed parts [m^3]")
       .def_ro("lowest", &scene::MeshReport::lowest, "corner of the bounding box [m]")
       .def_ro("highest", &scene::MeshReport::highest, "corner of the bounding box [m]");
   nb::class_<scene::Mesh, scene::Surface>(m, "Mesh",
@@ -122,6 +125,14 @@ void bind_mesh(nb::module_& m) {
       .def_prop_ro(
           "triangles", [](nb::handle self) { return view(self, nb::cast<const scene::Mesh&>(self).triangles()); },
           "of welded vertices, (m, 3), read-only")
+      .def(
+          "rims",
+          [](const scene::Mesh& mesh) {
+            std::vector<std::int32_t> edges = mesh.rims();
+            const std::size_t n = edges.size() / 2;
+            return array(std::move(edges), {n, 2});
+          },
+          "edges of one triangle only: (k, 2) vertices, in the triangle's turn")
       .def("closest", &closest, nb::arg("points"), nb::arg("max_distance") = INFINITY,
            "points (n, 3) [m] -> distance (n,), point (n, 3), normal (n, 3), triangle (n,); inf and -1 beyond it.")
       .def("sweep", &scene::Mesh::sweep, nb::arg("a"), nb::arg("b"), nb::arg("radius"),

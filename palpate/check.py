@@ -5,10 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-import numpy as np
-
-from palpate import mesh_topology as topology
-from palpate.mesh_topology import Triangles, Vertices
+from palpate import _core
 
 #: Sizes an organ, a bone or a phantom may have [m]; outside, the unit is doubted.
 PLAUSIBLE_SIZE = (0.005, 2.0)
@@ -48,83 +45,33 @@ class MeshReport:
         return asdict(self)
 
 
-def prepare(vertices: Vertices, triangles: Triangles, unit: str = "m") -> tuple[Vertices, Triangles, MeshReport]:
-    """Weld, drop what has no area, turn what is wound the wrong way, and say so.
-
-    Args:
-        vertices: (n, 3) finite [m].
-        triangles: (m, 3) indices into ``vertices``, m >= 1.
-        unit: of the file, a key of ``UNITS``; for advice about a wrong one.
-
-    Returns:
-        Welded vertices [m], the triangles in use (maybe none), and the report.
-    """
-    vertices, triangles = topology.weld(vertices, triangles)
-    given = len(triangles)
-    triangles = triangles[topology.distinct_corners(triangles)]
-    edges = topology.Edges.of(triangles, len(vertices))
-    duplicate = turned = inverted = 0
-    if edges.crowded or edges.clashing:  # a triangle that is there twice makes its edges so
-        once = topology.first_of_each(triangles)
-        duplicate = len(triangles) - int(once.sum())
-        triangles = triangles[once]
-        edges = topology.Edges.of(triangles, len(vertices))
-    orientable = True
-    if edges.clashing:
-        flip, orientable = topology.orient(edges, len(triangles))
-        turned = int(flip.sum())
-        triangles = topology.turned(triangles, flip)
-        edges = topology.Edges.of(triangles, len(vertices))
-    label, components = topology.components(len(vertices), triangles[:, :2], triangles[:, 1:])
-    wedge = topology.wedges(vertices, triangles)
-    flip, volume = topology.inside_out(vertices, triangles, wedge, label[triangles[:, 0]], edges)
-    if flip.any():
-        inverted = int(flip.sum())
-        triangles = topology.turned(triangles, flip)
-    flat = ~topology.normals(vertices, triangles).any(axis=1)
-    if flat.any():
-        triangles = triangles[~flat]
-    size = np.ptp(vertices, axis=0) if len(vertices) else np.zeros(3)
+def report_of(core: _core.MeshReport, unit: str = "m") -> MeshReport:
+    """What the core found and did, in words; ``unit`` of the file, a key of ``UNITS``: advice about a wrong one."""
+    x, y, z = (float(e) for e in core.highest - core.lowest)
     report = MeshReport(
-        vertices=len(vertices),
-        triangles=len(triangles),
-        extents_m=(float(size[0]), float(size[1]), float(size[2])),
-        components=components,
-        watertight=edges.open == 0 and edges.clashing == 0,
-        volume_m3=volume,
-        open_edges=edges.open,
-        non_manifold_edges=edges.crowded,
-        degenerate=given - duplicate - len(triangles),
-        duplicate=duplicate,
-        turned=turned,
-        inverted=inverted,
+        vertices=core.vertices,
+        triangles=core.triangles,
+        extents_m=(x, y, z),
+        components=core.parts,
+        watertight=core.boundary_edges == 0 and core.inconsistent_edges == 0,
+        volume_m3=core.volume,
+        open_edges=core.boundary_edges,
+        non_manifold_edges=core.branching_edges,
+        degenerate=core.degenerate,
+        duplicate=core.duplicate,
+        turned=core.turned,
+        inverted=core.inverted,
     )
-    return vertices, triangles, replace(report, findings=_findings(report, orientable, unit))
+    return replace(report, findings=_findings(report, core.two_sided, unit))
 
 
-def sound(vertices: Vertices, triangles: Triangles, unit: str) -> MeshReport | None:
-    """The report of a closed, welded mesh [m] without a fault; None when a part of it is inside out after all."""
-    label, components = topology.components(len(vertices), triangles[:, :2], triangles[:, 1:])
-    wedge = np.concatenate(
-        [topology.wedges(vertices, t) for t in np.array_split(triangles, len(triangles) // 100_000 + 1)]
-    )
-    flip, volume = topology.inside_out(vertices, triangles, wedge, label[triangles[:, 0]], None)
-    if flip.any():
-        return None
-    size = np.ptp(vertices, axis=0)
-    extents = (float(size[0]), float(size[1]), float(size[2]))
-    n, m = len(vertices), len(triangles)
-    report = MeshReport(n, m, extents, components, True, volume, 0, 0, 0, 0, 0, 0)
-    return replace(report, findings=_findings(report, True, unit))
-
-
-def _findings(r: MeshReport, orientable: bool, unit: str) -> tuple[Finding, ...]:
+def _findings(r: MeshReport, two_sided: bool, unit: str) -> tuple[Finding, ...]:
     found = []
     if r.degenerate:
         found.append(Finding(f"{r.degenerate:,} degenerate triangles (no area): dropped"))
     if r.duplicate:
         found.append(Finding(f"{r.duplicate:,} duplicate triangles: dropped"))
-    if not orientable:
+    if not two_sided:
         found.append(
             Finding(
                 "the winding cannot be made consistent: the surface has no two sides",

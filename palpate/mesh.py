@@ -6,7 +6,6 @@ import os
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
@@ -23,8 +22,8 @@ class Mesh:
     """A surface of triangles, counter-clockwise seen from outside, in its own frame O.
 
     Equal vertices are welded; triangles without area and duplicates are dropped; closed parts that are inside out
-    and triangles that face the other way than their neighbours are turned. All of that is counted in ``report``
-    and told once as a :class:`PalpateWarning`.
+    and triangles that face the other way than their neighbours are turned. The core does that and counts it in
+    ``report``; it is told once as a :class:`PalpateWarning`.
 
     Args:
         vertices: (n, 3) [m].
@@ -32,22 +31,20 @@ class Mesh:
         name: how messages call it.
 
     Raises:
-        MeshError: wrong shapes, an index out of range, a vertex that is not finite, or no triangle with an area.
+        MeshError: wrong shapes, an index out of range, a vertex that is not finite, no triangle with an area, or
+            extents that leave numbers no precision.
     """
 
     vertices: npt.NDArray[np.float64]  #: (n, 3) [m], read-only
     triangles: npt.NDArray[np.int32]  #: (m, 3), read-only
+    core: _core.Mesh  #: the C++ mesh with its index
     report: check.MeshReport  #: what was found and mended
     name: str  #: what messages call it
 
     def __init__(self, vertices: npt.ArrayLike, triangles: npt.ArrayLike, *, name: str = "mesh") -> None:
         v, t = _vertices(vertices, name), _triangles(triangles, name)
         _require_indices(t, len(v), name)
-        core = _core_if_sound(v, t)
-        if core is None:
-            self._mend(v, t, name, "m")
-        else:
-            self._take(core, name, "m")
+        self._settle(v, t, name, "m")
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], unit: Unit = "mm") -> Mesh:
@@ -69,48 +66,20 @@ class Mesh:
         triangles = _triangles(triangles, str(path))
         _require_indices(triangles, len(metres), str(path))
         mesh = cls.__new__(cls)
-        core = _core_if_sound(metres, triangles)
-        if core is None:
-            mesh._mend(metres, triangles, str(path), unit)
-        else:
-            del metres, triangles
-            mesh._take(core, str(path), unit)
+        mesh._settle(metres, triangles, str(path), unit)
         return mesh
 
-    def _take(self, core: _core.Mesh, name: str, unit: str) -> None:
-        """The quick way, for a mesh without a fault: the core has welded and judged it while it built its index."""
-        report = check.sound(core.vertices, core.triangles, unit)
-        if report is None:
-            self._mend(core.vertices, core.triangles, name, unit)
-            return
-        self.__dict__["core"] = core
-        self._settle(core.vertices, core.triangles, report, name)
-
-    def _mend(self, vertices: npt.NDArray[np.float64], triangles: npt.NDArray[np.int32], name: str, unit: str) -> None:
-        self._settle(*check.prepare(vertices, triangles, unit), name)
-        if len(self.triangles) == 0:
-            why = f"all {len(triangles):,} are degenerate"
-            raise MeshError("no triangle with an area", where=name, why=why, mend="export it again with its surface")
-
-    def _settle(
-        self,
-        vertices: npt.NDArray[np.float64],
-        triangles: npt.NDArray[np.int32],
-        report: check.MeshReport,
-        name: str,
-    ) -> None:
-        self.vertices, self.triangles, self.report, self.name = vertices, triangles, report, name
-        self.vertices.flags.writeable = self.triangles.flags.writeable = False
-        for f in self.report.findings:
-            warnings.warn(PalpateWarning(f.what, where=name, why=f.why, mend=f.mend), stacklevel=5)
-
-    @cached_property
-    def core(self) -> _core.Mesh:
-        """The C++ mesh with its index."""
+    def _settle(self, v: npt.NDArray[np.float64], t: npt.NDArray[np.int32], name: str, unit: str) -> None:
+        """The core welds, mends, judges and indexes; here it is told."""
         try:
-            return _core.Mesh(self.vertices, self.triangles)
+            self.core = _core.Mesh(v, t)
         except ValueError as error:
-            raise MeshError(str(error), where=self.name, mend="palpate check tells more about the mesh") from None
+            what, _, mend = str(error).removeprefix("mesh: ").partition("; ")
+            raise MeshError(what, where=name, mend=mend) from None
+        self.vertices, self.triangles, self.name = self.core.vertices, self.core.triangles, name
+        self.report = check.report_of(self.core.report, unit)
+        for f in self.report.findings:
+            warnings.warn(PalpateWarning(f.what, where=name, why=f.why, mend=f.mend), stacklevel=4)
 
     def closest(
         self, points: npt.ArrayLike, max_distance: float = np.inf
@@ -140,16 +109,6 @@ def quiet() -> Iterator[None]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PalpateWarning)
         yield
-
-
-def _core_if_sound(vertices: npt.NDArray[np.float64], triangles: npt.NDArray[np.int32]) -> _core.Mesh | None:
-    """The indexed mesh when the core found nothing wrong with it."""
-    try:
-        core = _core.Mesh(vertices, triangles)
-    except ValueError:
-        return None
-    r = core.report
-    return core if r.closed and not (r.degenerate or r.duplicate or r.flat or r.inverted) else None
 
 
 def _vertices(values: npt.ArrayLike, name: str) -> npt.NDArray[np.float64]:

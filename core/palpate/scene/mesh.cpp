@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 #include <system_error>
 #include <thread>
 #include <utility>
 
+#include "palpate/scene/extent.hpp"
 #include "palpate/scene/mesh_impl.hpp"
 #include "palpate/scene/weld.hpp"
+#include "palpate/scene/winding.hpp"
 
 namespace palpate::scene {
 namespace {
@@ -18,40 +21,76 @@ std::int32_t after(std::int32_t he) { return he % 3 == 2 ? he - 2 : he + 1; }
 std::int32_t before(std::int32_t he) { return he % 3 == 0 ? he + 2 : he - 1; }
 
 /// Topology and BVH need nothing of each other: one thread each, when there is a second one.
-void build_indices(Mesh::Impl& m) {
+void build_indices(Mesh::Impl& m, Winding& winding) {
+  const auto topology = [&] {
+    m.topology = build_topology(m.vertices, m.triangles);
+    winding = judge_winding(m.vertices, m.triangles, m.topology);
+  };
   std::thread helper;
   try {
-    helper = std::thread([&m] { m.topology = build_topology(m.vertices, m.triangles); });
+    helper = std::thread(topology);
   } catch (const std::system_error&) {
-    m.topology = build_topology(m.vertices, m.triangles);
+    topology();
   }
   m.bvh = build_bvh(m.vertices, m.triangles);
   if (helper.joinable()) helper.join();
 }
 
-void turn(Mesh::Impl& m) {
-  for (std::size_t t = 0; t < m.triangles.size(); t += 3) std::swap(m.triangles[t + 1], m.triangles[t + 2]);
+/// Drops triangles of three corners on a line that have a rim. Others close the gap of a T-junction. How many went?
+std::size_t drop_flat(Mesh::Impl& m) {
+  const Topology& topology = m.topology;
+  std::vector<bool> drop(m.triangles.size() / 3, false);
+  std::size_t dropped = 0;
+  for (const std::int32_t he : topology.rims) {
+    const std::int32_t c = he / 3 * 3;
+    const Vec3 a = m.corner(c);
+    if (drop[at(he / 3)] || (m.corner(c + 1) - a).cross(m.corner(c + 2) - a).squaredNorm() > 0.0) continue;
+    drop[at(he / 3)] = true;
+    ++dropped;
+  }
+  std::size_t kept = 0;
+  for (std::size_t t = 0; dropped > 0 && t < drop.size(); ++t) {
+    if (drop[t]) continue;
+    for (std::size_t c = 0; c < 3; ++c) m.triangles[3 * kept + c] = m.triangles[3 * t + c];
+    ++kept;
+  }
+  if (dropped > 0) m.triangles.resize(3 * kept);
+  return dropped;
 }
 
-MeshReport report_of(const Mesh::Impl& m, const Welded& welded, bool inverted) {
-  MeshReport r;
+/// Index, judge, mend, until there is nothing to mend: a sound mesh is indexed once.
+void build_and_mend(Mesh::Impl& m, MeshReport& r) {
+  for (;;) {
+    Winding winding;
+    build_indices(m, winding);
+    const std::size_t flat = m.topology.flat_triangles > 0 ? drop_flat(m) : 0;
+    r.degenerate += flat;
+    if (m.triangles.empty())
+      throw std::invalid_argument("mesh: all triangles are degenerate (three corners on a line); export it again");
+    if (flat > 0) continue;
+    r.turned += winding.turned;
+    r.inverted += winding.inverted;
+    r.two_sided &= winding.two_sided;
+    r.parts = winding.parts;
+    r.volume = winding.volume;
+    if (winding.turn.empty()) return;
+    turn(m.triangles, winding.turn);
+  }
+}
+
+void complete(MeshReport& r, const Mesh::Impl& m) {
   r.vertices = m.vertices.size() / 3;
   r.triangles = m.triangles.size() / 3;
-  r.degenerate = welded.degenerate;
-  r.duplicate = welded.duplicate;
   r.flat = m.topology.flat_triangles;
-  r.boundary_edges = m.topology.boundary_edges;
+  r.boundary_edges = m.topology.rims.size();
   r.branching_edges = m.topology.branching_edges;
-  r.inconsistent_edges = m.topology.inconsistent_edges;
+  r.inconsistent_edges = m.topology.clashes.size();
   r.closed = m.topology.closed;
-  r.inverted = inverted;
-  r.volume = m.topology.volume;
   r.lowest = r.highest = Vec3(m.vertices.data());
   for (std::size_t i = 0; i < m.vertices.size(); i += 3) {
     r.lowest = r.lowest.cwiseMin(Vec3(&m.vertices[i]));
     r.highest = r.highest.cwiseMax(Vec3(&m.vertices[i]));
   }
-  return r;
 }
 
 Feature feature_of(const BvhHit& hit) {
@@ -108,21 +147,25 @@ std::shared_ptr<const Mesh> Mesh::build(std::span<const double> vertices, std::s
   Welded welded = weld(vertices, triangles);
   m.vertices = std::move(welded.vertices);
   m.triangles = std::move(welded.triangles);
-  m.source = std::move(welded.source);
-  build_indices(m);
-  const bool inverted = m.topology.volume < 0.0;
-  if (inverted) {
-    turn(m);
-    build_indices(m);
-  }
-  m.report = report_of(m, welded, inverted);
+  m.report.degenerate = welded.degenerate;
+  m.report.duplicate = welded.duplicate;
+  require_extent(m.vertices, m.triangles);
+  build_and_mend(m, m.report);
+  complete(m.report, m);
   return mesh;
 }
 
-std::size_t Mesh::triangle_count() const noexcept { return impl_->source.size(); }
+std::size_t Mesh::triangle_count() const noexcept { return impl_->triangles.size() / 3; }
 const MeshReport& Mesh::report() const noexcept { return impl_->report; }
 std::span<const double> Mesh::vertices() const noexcept { return impl_->vertices; }
 std::span<const std::int32_t> Mesh::triangles() const noexcept { return impl_->triangles; }
+
+std::vector<std::int32_t> Mesh::rims() const {
+  std::vector<std::int32_t> out;
+  for (const std::int32_t he : impl_->topology.rims)
+    out.insert(out.end(), {impl_->triangles[at(he)], impl_->triangles[at(after(he))]});
+  return out;
+}
 
 BvhHit Mesh::Impl::closest_on(std::int32_t triangle, const Vec3& p) const noexcept {
   const std::int32_t c = 3 * triangle;
@@ -164,7 +207,7 @@ ClosestPoint Mesh::closest(const Vec3& p, double max_distance) const noexcept {
   out.point = impl_->position({hit.triangle, hit.v, hit.w});
   out.feature = feature_of(hit);
   out.normal = feature_normal(*impl_, hit, out.feature);
-  out.triangle = impl_->source[at(hit.triangle)];
+  out.triangle = hit.triangle;
   return out;
 }
 

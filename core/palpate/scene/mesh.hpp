@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "palpate/scene/surface.hpp"
 #include "palpate/types/spatial.hpp"
@@ -18,7 +19,7 @@ struct ClosestPoint {
   double distance = 0.0;  ///< unsigned [m]
   Vec3 point = Vec3::Zero();
   Vec3 normal = Vec3::Zero();  ///< outward normal of the feature (angle-weighted on edges and vertices)
-  int triangle = -1;           ///< index in the triangles given to build()
+  int triangle = -1;           ///< row of Mesh::triangles()
   Feature feature = Feature::face;
 };
 
@@ -26,31 +27,38 @@ struct ClosestPoint {
 struct MeshReport {
   std::size_t vertices = 0;            ///< after welding
   std::size_t triangles = 0;           ///< kept
-  std::size_t degenerate = 0;          ///< dropped: a corner repeated
+  std::size_t degenerate = 0;          ///< dropped: a corner repeated, or three on a line at a rim
   std::size_t duplicate = 0;           ///< dropped: the same corners in the same turn
-  std::size_t flat = 0;                ///< kept: three corners on a line
+  std::size_t flat = 0;                ///< kept: three corners on a line that close a gap between others
+  std::size_t parts = 0;               ///< connected by vertices
   std::size_t boundary_edges = 0;      ///< of one triangle only: holes and rims
   std::size_t branching_edges = 0;     ///< of three triangles or more
-  std::size_t inconsistent_edges = 0;  ///< whose two triangles are wound against each other
-  bool closed = false;                 ///< no such edges
-  bool inverted = false;               ///< was closed and inside out: turned
-  double volume = 0.0;                 ///< enclosed; 0 unless closed [m^3]
+  std::size_t inconsistent_edges = 0;  ///< whose two triangles are wound against each other, though all was tried
+  std::size_t turned = 0;              ///< triangles that faced the other way than their neighbours: turned
+  std::size_t inverted = 0;            ///< triangles of closed parts that were inside out: turned
+  bool two_sided = true;               ///< false: a part is a Moebius strip or alike; forces may point inwards there
+  bool closed = false;                 ///< no boundary, branching or inconsistent edges
+  double volume = 0.0;                 ///< of the closed parts, cavities taken off; 0 when there are none [m^3]
   Vec3 lowest = Vec3::Zero();          ///< corner of the bounding box [m]
   Vec3 highest = Vec3::Zero();
 };
 
 class Mesh final : public Surface {
  public:
-  /// vertices: 3n doubles [m], triangles: 3m indices, counter-clockwise seen from outside; a soup is welded.
-  /// Throws std::invalid_argument naming what is wrong (no triangles, index out of range, not finite).
+  /// vertices: 3n doubles [m], triangles: 3m indices, counter-clockwise seen from outside. A soup is welded, triangles
+  /// without a surface and repeated ones are dropped, those that face the wrong way are turned; the report counts them.
+  /// Throws std::invalid_argument naming what is wrong: no triangles, an index out of range, a vertex that is not
+  /// finite, extents without precision (extent.hpp).
   static std::shared_ptr<const Mesh> build(std::span<const double> vertices, std::span<const std::int32_t> triangles);
   ~Mesh() override;
 
   [[nodiscard]] std::size_t triangle_count() const noexcept;
   [[nodiscard]] const MeshReport& report() const noexcept;
-  /// The welded mesh: 3 doubles a vertex, 3 indices a triangle.
+  /// The mesh in use: 3 doubles a vertex, 3 indices a triangle.
   [[nodiscard]] std::span<const double> vertices() const noexcept;
   [[nodiscard]] std::span<const std::int32_t> triangles() const noexcept;
+  /// Edges of one triangle only, from vertex to vertex in the triangle's turn: 2 indices an edge.
+  [[nodiscard]] std::vector<std::int32_t> rims() const;
 
   [[nodiscard]] Nearest nearest(const Vec3& p) const noexcept override;
   [[nodiscard]] const Mesh* mesh() const noexcept override { return this; }

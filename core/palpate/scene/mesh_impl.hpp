@@ -21,7 +21,6 @@ struct SurfacePoint {
 struct Mesh::Impl {
   std::vector<double> vertices;
   std::vector<std::int32_t> triangles;
-  std::vector<std::int32_t> source;
   Topology topology;
   Bvh bvh;
   MeshReport report;

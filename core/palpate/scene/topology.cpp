@@ -25,7 +25,6 @@ class Builder {
     smooth_normals();
     bound_height();
     for (Index t = 0; t < count_; t += 3) out_.flat_triangles += area(t).squaredNorm() > 0.0 ? 0 : 1;
-    volume();
     return std::move(out_);
   }
 
@@ -54,8 +53,12 @@ class Builder {
       if (out_.twin[at(he)] >= 0) continue;
       const Index a = from(he), b = to(he);
       int along = 0, against = 0;
-      Index twin = -1;
-      for (Index i = first[at(a)]; i < first[at(a) + 1]; ++i) along += to(leaving[at(i)]) == b ? 1 : 0;
+      Index twin = -1, other = -1;
+      for (Index i = first[at(a)]; i < first[at(a) + 1]; ++i) {
+        if (to(leaving[at(i)]) != b) continue;
+        ++along;
+        if (leaving[at(i)] != he) other = leaving[at(i)];
+      }
       for (Index i = first[at(b)]; i < first[at(b) + 1]; ++i) {
         if (to(leaving[at(i)]) != a) continue;
         ++against;
@@ -68,11 +71,11 @@ class Builder {
       }
       // Told once for each edge: by its first half-edge.
       const bool first_of_edge = is_first(first, leaving, he);
-      if (along + against == 1) ++out_.boundary_edges;
-      if (first_of_edge && along == 2 && against == 0) ++out_.inconsistent_edges;
+      if (along + against == 1) out_.rims.push_back(he);
+      if (first_of_edge && along == 2 && against == 0) out_.clashes.emplace_back(he, other);
       if (first_of_edge && along + against > 2) ++out_.branching_edges;
     }
-    out_.closed = out_.boundary_edges + out_.branching_edges + out_.inconsistent_edges == 0;
+    out_.closed = out_.rims.empty() && out_.clashes.empty() && out_.branching_edges == 0;
   }
 
   bool is_first(const std::vector<Index>& first, const std::vector<Index>& leaving, Index he) const {
@@ -147,14 +150,6 @@ class Builder {
       most = std::max(most, std::abs((vertex(to(he)) - vertex(from(he))).dot(dn)));
     }
     out_.height = most / 6.0;  // half of the sum of b_i b_j, which is at most 1/3
-  }
-
-  void volume() {
-    if (!out_.closed) return;
-    const Vec3 origin = vertex(from(0));
-    double six = 0.0;
-    for (Index t = 0; t < count_; t += 3) six += area(t).dot(vertex(from(t)) - origin);
-    out_.volume = six / 6.0;
   }
 
   std::span<const double> vertices_;

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace palpate::scene {
@@ -13,17 +14,16 @@ inline constexpr double kCreaseAngle = 0.5235987755982988;  // 30 degrees [rad]
 
 /// Half-edge 3t + e runs from corner e to corner e + 1 of triangle t.
 struct Topology {
-  std::vector<std::int32_t> twin;      ///< 3m: the half-edge across, -1 on rims and where the surface branches
-  std::vector<std::int32_t> normal;    ///< 3m: row of `normals` for each corner; corners share it unless creased
-  std::vector<double> normals;         ///< 3k: unit, outwards
-  std::vector<bool> whole;             ///< k: all triangles around the vertex share this normal
-  double height = 0.0;                 ///< bound on how far the smooth surface leaves the triangles (smooth.hpp) [m]
-  std::size_t boundary_edges = 0;      ///< of one triangle only
-  std::size_t branching_edges = 0;     ///< of three triangles or more
-  std::size_t inconsistent_edges = 0;  ///< whose two triangles are wound against each other
-  std::size_t flat_triangles = 0;      ///< three corners on a line
-  bool closed = false;                 ///< every edge has two triangles, wound alike
-  double volume = 0.0;                 ///< enclosed, by the winding: negative is inside out [m^3]; 0 unless closed
+  std::vector<std::int32_t> twin;    ///< 3m: the half-edge across, -1 on rims and where the surface branches
+  std::vector<std::int32_t> normal;  ///< 3m: row of `normals` for each corner; corners share it unless creased
+  std::vector<double> normals;       ///< 3k: unit, outwards
+  std::vector<bool> whole;           ///< k: all triangles around the vertex share this normal
+  double height = 0.0;               ///< bound on how far the smooth surface leaves the triangles (smooth.hpp) [m]
+  std::size_t branching_edges = 0;   ///< of three triangles or more
+  std::size_t flat_triangles = 0;    ///< three corners on a line
+  bool closed = false;               ///< every edge has two triangles, wound alike
+  std::vector<std::int32_t> rims;    ///< half-edges of one triangle only
+  std::vector<std::pair<std::int32_t, std::int32_t>> clashes;  ///< half-edges whose two triangles run the same way
 };
 
 Topology build_topology(std::span<const double> vertices, std::span<const std::int32_t> triangles);

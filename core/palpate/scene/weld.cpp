@@ -132,7 +132,6 @@ Welded weld(std::span<const double> vertices, std::span<const std::int32_t> tria
   Welded out;
   out.vertices.reserve(std::min(n, m / 2 + m / 32 + 64) * 3);  // a closed surface has about m/2 vertices
   out.triangles.reserve(3 * m);
-  out.source.reserve(m);
   VertexWelder weld_vertex(vertices, 3 * m, out.vertices);
   RowTable seen(m);
   const auto corners_of = [&](std::int32_t row) {
@@ -151,7 +150,7 @@ Welded weld(std::span<const double> vertices, std::span<const std::int32_t> tria
       ++out.degenerate;
       continue;
     }
-    const auto next = static_cast<std::int32_t>(out.source.size());
+    const auto next = static_cast<std::int32_t>(out.triangles.size() / 3);
     const Corners key = canonical(corner);
     const std::int32_t row = seen.find_or_add(
         hash_of_triangle(key), next,
@@ -165,9 +164,8 @@ Welded weld(std::span<const double> vertices, std::span<const std::int32_t> tria
       continue;
     }
     out.triangles.insert(out.triangles.end(), corner, corner + 3);
-    out.source.push_back(static_cast<std::int32_t>(t));
   }
-  if (out.source.empty())
+  if (out.triangles.empty())
     throw std::invalid_argument("mesh: all " + std::to_string(m) +
                                 " triangles are degenerate (two corners at one place); check the unit and the export");
   return out;

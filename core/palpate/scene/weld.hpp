@@ -11,7 +11,6 @@ namespace palpate::scene {
 struct Welded {
   std::vector<double> vertices;         ///< 3n, in order of first use
   std::vector<std::int32_t> triangles;  ///< 3m
-  std::vector<std::int32_t> source;     ///< m: index of each triangle in the input
   std::size_t degenerate = 0;           ///< dropped: a corner repeated, a line without surface
   std::size_t duplicate = 0;            ///< dropped: the same three corners in the same turn
 };

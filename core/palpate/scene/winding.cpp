@@ -1,0 +1,165 @@
+#include "palpate/scene/winding.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "palpate/types/spatial.hpp"
+
+namespace palpate::scene {
+namespace {
+
+using Index = std::int32_t;
+
+constexpr std::size_t kMostPairs = 1'000'000'000;  // of parts, looked at for cavities: a bound for heaps of crumbs
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// Disjoint sets; each member also knows whether it is turned relative to its root.
+class Sets {
+ public:
+  explicit Sets(std::size_t n) : parent_(n), odd_(n, 0) {
+    for (std::size_t i = 0; i < n; ++i) parent_[i] = static_cast<Index>(i);
+  }
+
+  struct Place {
+    Index root;
+    bool odd;
+  };
+  Place find(Index i) {
+    bool odd = false;
+    while (parent_[at(i)] != i) {
+      const Index up = parent_[at(i)];
+      odd_[at(i)] ^= odd_[at(up)];  // halve the way: the root's own is always 0
+      odd ^= odd_[at(i)] != 0;
+      parent_[at(i)] = parent_[at(up)];
+      i = parent_[at(i)];
+    }
+    return {i, odd};
+  }
+  /// False when they were joined before with the other parity.
+  bool join(Index a, Index b, bool odd) {
+    const Place x = find(a), y = find(b);
+    if (x.root == y.root) return (x.odd ^ y.odd) == odd;
+    const auto [low, high] = std::minmax(x.root, y.root);
+    parent_[at(high)] = low;
+    odd_[at(high)] = static_cast<std::uint8_t>(x.odd ^ y.odd ^ odd);
+    return true;
+  }
+
+ private:
+  std::vector<Index> parent_;
+  std::vector<std::uint8_t> odd_;
+};
+
+struct Judge {
+  std::span<const double> vertices;
+  std::span<const Index> triangles;
+  const Topology& topology;
+  Winding out;
+  Index count = static_cast<Index>(triangles.size() / 3);
+
+  [[nodiscard]] Vec3 corner(Index he) const { return Vec3(&vertices[3 * at(triangles[at(he)])]); }
+
+  /// The fewer of each connected patch are turned.
+  void agree() {
+    Sets patches(at(count));
+    for (Index he = 0; he < 3 * count; ++he)
+      if (topology.twin[at(he)] > he) patches.join(he / 3, topology.twin[at(he)] / 3, false);
+    std::vector<Index> one_sided;
+    for (const auto& [a, b] : topology.clashes)
+      if (!patches.join(a / 3, b / 3, true)) one_sided.push_back(a / 3);
+    std::vector<Index> votes(at(count), 0);  // by root: as it is, less turned
+    for (Index t = 0; t < count; ++t) {
+      const Sets::Place place = patches.find(t);
+      votes[at(place.root)] += place.odd ? -1 : 1;
+    }
+    std::vector<bool> hopeless(at(count), false);
+    for (const Index t : one_sided) hopeless[at(patches.find(t).root)] = true;
+    out.two_sided = one_sided.empty();
+    out.turn.assign(at(count), false);
+    for (Index t = 0; t < count; ++t) {
+      const Sets::Place place = patches.find(t);
+      if (hopeless[at(place.root)] || place.odd != (votes[at(place.root)] >= 0)) continue;
+      out.turn[at(t)] = true;
+      ++out.turned;
+    }
+    if (out.turned == 0) out.turn.clear();
+  }
+
+  struct Part {
+    double volume = 0.0;
+    bool closed = true;
+    Index triangles = 0;
+    Vec3 low = Vec3::Constant(INFINITY), high = Vec3::Constant(-INFINITY);
+
+    [[nodiscard]] bool around(const Part& p) const {
+      return closed && (low.array() <= p.low.array()).all() && (high.array() >= p.high.array()).all();
+    }
+  };
+
+  void right_side_out() {
+    const std::size_t n = vertices.size() / 3;
+    Sets by_vertex(n);
+    for (Index he = 0; he < 3 * count; he += 3) {
+      by_vertex.join(triangles[at(he)], triangles[at(he + 1)], false);
+      by_vertex.join(triangles[at(he)], triangles[at(he + 2)], false);
+    }
+    std::vector<Index> part_of(n, -1);  // by root
+    std::vector<Part> parts;
+    const auto part = [&](Index he) -> Index {
+      Index& p = part_of[at(by_vertex.find(triangles[at(he)]).root)];
+      if (p < 0) {
+        p = static_cast<Index>(parts.size());
+        parts.emplace_back();
+      }
+      return p;
+    };
+    const Vec3 origin = corner(0);
+    for (Index he = 0; he < 3 * count; he += 3) {
+      Part& p = parts[at(part(he))];
+      const Vec3 a = corner(he), b = corner(he + 1), c = corner(he + 2);
+      p.volume += (a - origin).dot((b - a).cross(c - a)) / 6.0;
+      p.low = p.low.cwiseMin(a).cwiseMin(b).cwiseMin(c);
+      p.high = p.high.cwiseMax(a).cwiseMax(b).cwiseMax(c);
+      ++p.triangles;
+    }
+    for (const Index he : topology.rims) parts[at(part(he))].closed = false;
+    for (const auto& [a, b] : topology.clashes) parts[at(part(a))].closed = false;
+
+    std::vector<bool> inside_out(parts.size(), false);
+    std::size_t pairs_left = kMostPairs;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      if (!parts[i].closed) continue;
+      if (parts[i].volume < 0.0) {
+        const auto around = [&](const Part& p) { return p.around(parts[i]); };  // itself among them
+        const bool look = pairs_left >= parts.size();
+        if (look) pairs_left -= parts.size();
+        inside_out[i] = !look || std::count_if(parts.begin(), parts.end(), around) % 2 == 1;
+      }
+      out.volume += inside_out[i] ? -parts[i].volume : parts[i].volume;
+      if (inside_out[i]) out.inverted += at(parts[i].triangles);
+    }
+    out.parts = parts.size();
+    if (out.inverted == 0) return;
+    out.turn.assign(at(count), false);
+    for (Index t = 0; t < count; ++t) out.turn[at(t)] = inside_out[at(part(3 * t))];
+  }
+};
+
+}  // namespace
+
+Winding judge_winding(std::span<const double> vertices, std::span<const std::int32_t> triangles,
+                      const Topology& topology) {
+  Judge judge{vertices, triangles, topology, {}};
+  if (!topology.clashes.empty()) judge.agree();
+  if (judge.out.turned == 0) judge.right_side_out();
+  return std::move(judge.out);
+}
+
+void turn(std::vector<std::int32_t>& triangles, const std::vector<bool>& which) {
+  for (std::size_t t = 0; t < which.size(); ++t)
+    if (which[t]) std::swap(triangles[3 * t + 1], triangles[3 * t + 2]);
+}
+
+}  // namespace palpate::scene
