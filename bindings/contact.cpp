@@ -4,10 +4,12 @@
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
 
 #include <chrono>
 
 #include "bindings.hpp"
+#include "palpate/contact/paper_plane.hpp"
 #include "palpate/force/force.hpp"
 
 namespace nb = nanobind;
@@ -37,6 +39,7 @@ nb::tuple render(const scene::Snapshot& scene, const Rows& tips, const std::stri
                  const contact::Options& options, double rate) {
   const std::size_t n = tips.shape(0);
   const std::unique_ptr<contact::Method> method = contact::make_method(method_name, options);
+  method->check(scene);
   Output force(n, 3), normal(n, 3), depth(n, 1), proxy(n, 3), latency(n, 1);
   bool started_inside = false;
   {
@@ -65,13 +68,29 @@ nb::tuple render(const scene::Snapshot& scene, const Rows& tips, const std::stri
   return nb::make_tuple(force.take(), normal.take(), depth.take(), proxy.take(), latency.take(), started_inside);
 }
 
+Vec3 grow_plane(const Rows& points, const Vec3& n_last, double baseline) {
+  std::vector<Vec3> rows;
+  for (std::size_t i = 0; i < points.shape(0); ++i) rows.emplace_back(points.data() + 3 * i);
+  return contact::grow_plane(rows, n_last, baseline);
+}
+
 }  // namespace
 
 void bind_contact(nb::module_& m) {
   nb::class_<contact::Options>(m, "ContactOptions", "The spherical proxy region on the tool tip.")
       .def(nb::init<>())
       .def_rw("radius", &contact::Options::radius, "of the SPR [m]")
-      .def_rw("collision_rate", &contact::Options::collision_rate, "of the collision thread of `paper-alg1` [Hz]");
+      .def_rw("collision_rate", &contact::Options::collision_rate, "of the collision thread of the paper's methods [Hz]");
+  m.def("contact_methods", &contact::methods, "Names of the contact methods there are; the default first.");
+  m.def(
+      "contact_check",
+      [](const std::string& method, const contact::Options& options, const scene::Snapshot& scene) {
+        contact::make_method(method, options)->check(scene);
+      },
+      nb::arg("method"), nb::arg("options"), nb::arg("snapshot"),
+      "ValueError when there is no such method, or it cannot feel an object of the scene.");
+  m.def("grow_plane", &grow_plane, nb::arg("points"), nb::arg("n_last"), nb::arg("baseline"),
+        "Normal (3,) of the plane that `paper-plane` grows through points (n, 3) [m]; zero where it refuses.");
   m.def("contact_render", &render, nb::arg("snapshot"), nb::arg("tips"), nb::arg("method"), nb::arg("options"),
         nb::arg("rate"),
         "A tool path p_WT (n, 3) [m] at `rate` [Hz] through contact and force -> force, normal, depth, proxy, latency, "

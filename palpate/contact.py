@@ -54,7 +54,8 @@ def render(
         stiffness: K, one number or one for each axis of W [N/m].
         damping: B, likewise [N s/m].
         friction: Coulomb coefficient mu.
-        method: ``proxy``, or another one that the error message lists.
+        method: one of ``_core.contact_methods()``: ``proxy``; for comparison ``penalty`` and the paper's
+            ``paper-plane``, ``paper-alg1``, ``face-normal``, ``approach-velocity``, which need triangles.
         rate: of the tips [Hz].
 
     Raises:

@@ -94,12 +94,12 @@ class ObjectSection(Section):
 class ContactSection(Section):
     """How contact is found."""
 
-    method: Literal["proxy", "paper-alg1"] = "proxy"
-    """proxy: side memory, right deep inside; paper-alg1: the paper's Algorithm 1, for comparison"""
+    method: Literal["proxy", "penalty", "paper-plane", "paper-alg1", "face-normal", "approach-velocity"] = "proxy"
+    """proxy: side memory, right deep inside; the others, for comparison, are told in docs/contact.md"""
     radius: Annotated[NotNegative, Field(le=0.1)] = _C.contact.radius
     """of the spherical proxy region (SPR) on the tool tip [m]"""
     collision_rate: Positive = _C.contact.collision_rate
-    """rate of the collision thread of paper-alg1 [Hz]"""
+    """rate of the collision thread of the paper's methods [Hz]"""
 
 
 class StabilitySection(Section):

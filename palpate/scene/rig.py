@@ -90,8 +90,18 @@ def build(scene: Scene) -> Rig:
             mend = "lower stiffness or loop_delay, or raise rates.haptic"
             warnings.warn(PalpateWarning(why, where=scene.where("objects", i), mend=mend), stacklevel=2)
     placed = surface.surfaces(scene)
+    snapshot = surface.snapshot(scene, placed)
+    _check_method(scene, snapshot)
     path = hand.plan(scene, placed)
-    return Rig(scene, placed, surface.snapshot(scene, placed), path, arms.place(scene, placed, path))
+    return Rig(scene, placed, snapshot, path, arms.place(scene, placed, path))
+
+
+def _check_method(scene: Scene, snapshot: _core.Snapshot) -> None:
+    """Refuse a contact method that cannot feel one of the objects."""
+    try:
+        _core.contact_check(scene.contact.method, _core.ContactOptions(), snapshot)
+    except ValueError as error:
+        raise SceneError(str(error), where=scene.where("contact"), mend="change contact.method") from None
 
 
 def _fill(target: object, section: object, *names: str) -> None:

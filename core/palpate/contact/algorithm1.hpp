@@ -1,4 +1,4 @@
-// The paper's Algorithm 1, line by line (READINGS 8). Method `paper-alg1` (paper_alg1.hpp) runs it at two rates.
+// The paper's Algorithm 1, line by line (READINGS 8). collision_method.hpp runs it at two rates.
 //
 //   1 while collision
 //   2   p_i, i = 1..z <= 15                     collision points (coal_surface.hpp)
@@ -19,13 +19,13 @@
 
 namespace palpate::contact::algorithm1 {
 
-/// Lines 2-5, at the rate of collisions. In W.
+/// Lines 2-5, at the rate of collisions. In one frame, that of the points.
 struct Plane {
-  Vec3 n = Vec3::Zero();        ///< line 4, unit; zero before the first contact
+  Vec3 n = Vec3::Zero();        ///< line 4, unit; zero: not known
   Vec3 p_proxy = Vec3::Zero();  ///< x_d [m]
 };
 
-/// Lines 5-8, at the rate of the haptic cycle. In W.
+/// Lines 5-8, at the rate of the haptic cycle. In the same frame.
 struct Deflection {
   Vec3 delta_x_total = Vec3::Zero();  ///< line 5 [m]
   Vec3 v_total = Vec3::Zero();        ///< line 6 [m/s]
@@ -33,9 +33,19 @@ struct Deflection {
   Vec3 v = Vec3::Zero();              ///< line 8 [m/s]
 };
 
-/// Line 4 and x_d from at least one point; n_last: the normal of the last collision, zero when there was none.
-[[nodiscard]] Plane average(const CollisionPoints& points, const Vec3& n_last, const Vec3& p_WT) noexcept;
+/// The point j of at least one.
+[[nodiscard]] const CollisionPoint& deepest(const CollisionPoints& points) noexcept;
 
-[[nodiscard]] Deflection deflect(const Plane& plane, const Vec3& p_WT, const Vec3& v_WT) noexcept;
+/// Line 4; n_last: the normal of the last collision, zero when there was none.
+[[nodiscard]] Vec3 average_normal(const CollisionPoints& points, const Vec3& n_last) noexcept;
+
+/// Line 4 and x_d from at least one point, for the sphere's centre p.
+[[nodiscard]] Plane average(const CollisionPoints& points, const Vec3& n_last, const Vec3& p) noexcept;
+
+/// The plane through the deepest point with a normal n from elsewhere: x_d is where the sphere at p is free of it.
+[[nodiscard]] Plane through_deepest(const CollisionPoints& points, const Vec3& n, const Vec3& p,
+                                    double radius) noexcept;
+
+[[nodiscard]] Deflection deflect(const Plane& plane, const Vec3& p, const Vec3& v) noexcept;
 
 }  // namespace palpate::contact::algorithm1

@@ -12,7 +12,9 @@
 
 namespace palpate::contact {
 
-struct CoalSurface::Tree : coal::BVHModel<coal::OBBRSS> {};
+struct CoalSurface::Tree : coal::BVHModel<coal::OBBRSS> {
+  std::vector<Vec3> face_normals;  ///< unit, outwards; zero for a triangle without area
+};
 
 struct CoalSurface::Sphere : coal::Sphere {
   using coal::Sphere::Sphere;
@@ -53,11 +55,15 @@ void CoalSurface::prepare(const scene::Snapshot& scene) {
     grown->beginModel(static_cast<unsigned>(faces.size()), static_cast<unsigned>(points.size()));
     grown->addSubModel(points, faces);
     grown->endModel();
+    for (const coal::Triangle& f : faces) {
+      const Vec3 normal = (points[f[1]] - points[f[0]]).cross(points[f[2]] - points[f[0]]);
+      grown->face_normals.push_back(normal.squaredNorm() > 0.0 ? normal.normalized() : Vec3::Zero());
+    }
     tree = std::move(grown);
   }
 }
 
-CollisionPoints CoalSurface::collide(const scene::Object& object, const Vec3& p_WT) const {
+CollisionPoints CoalSurface::collide(const scene::Object& object, const Vec3& p_OT) const {
   if (!object.surface->mesh()) {
     return {};
   }
@@ -66,17 +72,17 @@ CollisionPoints CoalSurface::collide(const scene::Object& object, const Vec3& p_
     throw std::logic_error("CoalSurface: the mesh of '" + object.name +
                            "' was not prepared: call prepare(scene) first");
   }
-  const coal::Transform3s X_WO(object.X_WO.R, object.X_WO.p);
-  const coal::Transform3s X_WT(p_WT);
+  const coal::Transform3s X_OO, X_OT(p_OT);
   const coal::CollisionRequest request(coal::CONTACT, kMaxCollisionPoints);
   coal::CollisionResult result;
-  coal::collide(tree->second.get(), X_WO, sphere_.get(), X_WT, request, result);
+  coal::collide(tree->second.get(), X_OO, sphere_.get(), X_OT, request, result);
 
   CollisionPoints points;
   const std::size_t n = std::min<std::size_t>(result.numContacts(), kMaxCollisionPoints);
   for (std::size_t i = 0; i < n; ++i) {
     const coal::Contact& c = result.getContact(i);
-    const CollisionPoint point{c.nearest_points[0], c.normal, -c.penetration_depth};
+    const Vec3& n_face = tree->second->face_normals[static_cast<std::size_t>(c.b1)];
+    const CollisionPoint point{c.nearest_points[0], c.normal, n_face, -c.penetration_depth};
     if (point.p.allFinite() && point.n.allFinite() && point.depth > 0.0) {
       points.point[static_cast<std::size_t>(points.size++)] = point;
     }

@@ -19,10 +19,11 @@ namespace palpate::contact {
 /// Contacts that are asked for, at most.
 inline constexpr int kMaxCollisionPoints = 15;
 
-/// Where the sphere meets one triangle. In W.
+/// Where the sphere meets one triangle. In the object's frame O.
 struct CollisionPoint {
   Vec3 p = Vec3::Zero();  ///< on the triangle [m]
   Vec3 n = Vec3::Zero();  ///< from the triangle to the sphere, unit
+  Vec3 n_face = Vec3::Zero();  ///< of the triangle's plane, outwards, unit; zero for a triangle without area
   double depth = 0.0;     ///< how far along n the sphere must go to be free of this triangle [m]
 };
 
@@ -40,8 +41,8 @@ class CoalSurface {
 
   /// Builds a tree for each mesh that has none yet and forgets those that left the scene.
   void prepare(const scene::Snapshot& scene);
-  /// Points of one object of a prepared scene for the sphere's centre p_WT. Throws std::logic_error when not prepared.
-  [[nodiscard]] CollisionPoints collide(const scene::Object& object, const Vec3& p_WT) const;
+  /// Points of one object of a prepared scene for the sphere's centre p_OT. Throws std::logic_error when not prepared.
+  [[nodiscard]] CollisionPoints collide(const scene::Object& object, const Vec3& p_OT) const;
 
  private:
   struct Tree;

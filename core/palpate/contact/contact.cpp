@@ -5,7 +5,11 @@
 #include <stdexcept>
 #include <string>
 
+#include "palpate/contact/approach_velocity.hpp"
+#include "palpate/contact/face_normal.hpp"
 #include "palpate/contact/paper_alg1.hpp"
+#include "palpate/contact/paper_plane.hpp"
+#include "palpate/contact/penalty.hpp"
 #include "palpate/contact/proxy.hpp"
 
 namespace palpate::contact {
@@ -21,13 +25,33 @@ std::unique_ptr<Method> make(const Options& options) {
   return std::make_unique<T>(options);
 }
 
+template <class R>
+std::unique_ptr<Rule> make_rule() {
+  return std::make_unique<R>();
+}
+
+template <class R>
+std::unique_ptr<Method> make_collision(const Options& options) {
+  return std::make_unique<CollisionMethod>(options, &make_rule<R>);
+}
+
 /// A method is one file and one line here.
 constexpr std::array kMethods = {
     Entry{"proxy", &make<Proxy>},
-    Entry{"paper-alg1", &make<PaperAlg1>},
+    Entry{"penalty", &make<Penalty>},
+    Entry{"paper-plane", &make_collision<PaperPlane>},
+    Entry{"paper-alg1", &make_collision<PaperAlg1>},
+    Entry{"face-normal", &make_collision<FaceNormal>},
+    Entry{"approach-velocity", &make_collision<ApproachVelocity>},
 };
 
 }  // namespace
+
+std::vector<std::string> methods() {
+  std::vector<std::string> names;
+  for (const Entry& entry : kMethods) names.emplace_back(entry.name);
+  return names;
+}
 
 std::unique_ptr<Method> make_method(std::string_view name, const Options& options) {
   if (!(options.radius > 0.0) || !std::isfinite(options.radius))

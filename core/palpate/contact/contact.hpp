@@ -3,7 +3,9 @@
 
 #include <array>
 #include <memory>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "palpate/scene/snapshot.hpp"
 #include "palpate/types/spatial.hpp"
@@ -34,7 +36,7 @@ struct ContactSet {
 
 struct Options {
   double radius = 0.002;        ///< SPR radius [m]
-  double collision_rate = 250;  ///< rate of the collision thread of `paper-alg1` [Hz]
+  double collision_rate = 250;  ///< rate of the collision thread of the paper's methods [Hz]
 };
 
 /// One way of finding contacts. Has a memory (which side it came from), none of it on the heap in step().
@@ -54,9 +56,13 @@ class Method {
   /// Never from the cycle: allocates, may take long, may throw. One caller at a time, which keeps `scene` alive; step()
   /// may run meanwhile. The first call prepares the scene's meshes: call it once before the loop starts.
   virtual void collide(const scene::Snapshot& /*scene*/) {}
+  /// Throws std::invalid_argument naming the object of a scene that this method cannot feel. Not from the cycle.
+  virtual void check(const scene::Snapshot& /*scene*/) const {}
 };
 
-/// `proxy` or `paper-alg1`. Throws std::invalid_argument naming the methods there are.
+/// Names of the methods there are; the default first.
+std::vector<std::string> methods();
+/// Throws std::invalid_argument naming the methods there are.
 std::unique_ptr<Method> make_method(std::string_view name, const Options& options);
 
 }  // namespace palpate::contact

@@ -65,6 +65,7 @@ Simulation::Simulation(const SimulationOptions& options, arm::Arm leader, arm::A
   leader.update(options_.q_leader0, JointVector::Zero(leader.n()));
   hand_.start(leader.tip());
   in_.scene = &scene_.current();
+  cycle_.contact().check(scene_.current());
   if (cycle_.contact().asynchronous()) {
     collide();
   }
@@ -212,6 +213,7 @@ void Simulation::set_controls(const Controls& controls) {
 
 void Simulation::set_scene(std::shared_ptr<const scene::Snapshot> scene) {
   present(scene);
+  cycle_.contact().check(*scene);
   const std::lock_guard lock(people_);
   newest_scene_ = scene;
   scene_.give(std::move(scene));

@@ -1,0 +1,112 @@
+#include "palpate/contact/collision_method.hpp"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace palpate::contact {
+namespace {
+
+double checked_rate(double rate) {
+  if (!(rate > 0.0) || !std::isfinite(rate)) {
+    throw std::invalid_argument("contact: collision_rate must be a positive rate in Hz, for example 250, got " +
+                                std::to_string(rate));
+  }
+  return rate;
+}
+
+}  // namespace
+
+CollisionMethod::CollisionMethod(const Options& options, MakeRule make_rule)
+    : rate_(checked_rate(options.collision_rate)),
+      radius_(options.radius),
+      surface_(options.radius),
+      make_rule_(make_rule) {}
+
+void CollisionMethod::reset() noexcept {
+  instant_ = -1.0;
+  ++request_.epoch;
+  shown_ = Answer{};
+  set_.size = 0;
+}
+
+const ContactSet& CollisionMethod::step(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT,
+                                        double t) noexcept {
+  set_.size = 0;
+  if (!p_WT.allFinite() || !v_WT.allFinite()) {
+    return set_;
+  }
+  const double instant = std::floor(t * rate_ + 1e-6);  // a tick that is due within rounding is due
+  if (instant != instant_) {
+    instant_ = instant;
+    const Answer& newest = answers_.read();
+    shown_ = newest.epoch == request_.epoch ? newest : Answer{};
+    request_.p_WT = p_WT;
+    request_.v_WT = v_WT;
+    ++request_.number;
+    requests_.write(request_);
+  }
+  for (int i = 0; i < shown_.size; ++i) {
+    const Found& f = shown_.found[static_cast<std::size_t>(i)];
+    const auto index = static_cast<std::size_t>(f.object);
+    if (index >= scene.objects.size() || scene.objects[index].surface->id() != f.mesh) {
+      continue;
+    }
+    const scene::Object& object = scene.objects[index];
+    const Mat3& R_WO = object.X_WO.R;
+    const Vec3 p_OT = R_WO.transpose() * (p_WT - object.X_WO.p);
+    const algorithm1::Deflection d = algorithm1::deflect(f.plane, p_OT, R_WO.transpose() * v_WT);
+    const double depth = f.plane.n.dot(d.delta_x);
+    if (depth > 0.0) {  // else released since the collision: exactly zero
+      const Vec3 delta_x = R_WO * d.delta_x;
+      set_.contact[static_cast<std::size_t>(set_.size++)] = {
+          f.object, p_WT + delta_x, R_WO * f.plane.n, delta_x, depth, Vec3::Zero(), object.material};
+    }
+  }
+  return set_;
+}
+
+void CollisionMethod::check(const scene::Snapshot& scene) const {
+  for (const scene::Object& object : scene.objects) {
+    if (!object.surface->mesh()) {
+      throw std::invalid_argument("contact: object '" + object.name +
+                                  "' has no triangles, and the paper's methods find collisions of triangles; use "
+                                  "method proxy or penalty, or a mesh");
+    }
+  }
+}
+
+void CollisionMethod::collide(const scene::Snapshot& scene) {
+  surface_.prepare(scene);
+  const Request request = requests_.read();
+  if (request.number == answered_) {
+    return;
+  }
+  answered_ = request.number;
+  if (request.epoch != epoch_) {
+    epoch_ = request.epoch;
+    rules_.clear();
+  }
+  Answer answer;
+  answer.epoch = request.epoch;
+  for (std::size_t i = 0; i < scene.objects.size() && answer.size < kMaxContacts; ++i) {
+    const scene::Object& object = scene.objects[i];
+    const std::uint64_t mesh = object.surface->id();
+    std::unique_ptr<Rule>& rule = rules_[mesh];
+    if (!rule) {
+      rule = make_rule_();
+    }
+    const Mat3 R_OW = object.X_WO.R.transpose();
+    const Vec3 p_OT = R_OW * (request.p_WT - object.X_WO.p);
+    const CollisionPoints points = surface_.collide(object, p_OT);
+    if (points.size == 0) {
+      rule->free(R_OW * request.v_WT);
+      continue;
+    }
+    const algorithm1::Plane plane = rule->touch({points, p_OT, radius_});
+    answer.found[static_cast<std::size_t>(answer.size++)] = {static_cast<int>(i), mesh, plane};
+  }
+  answers_.write(answer);
+}
+
+}  // namespace palpate::contact

@@ -1,0 +1,33 @@
+#include "palpate/contact/penalty.hpp"
+
+#include <cmath>
+
+namespace palpate::contact {
+namespace {
+
+constexpr double kOnSurface = 1e-6;  // of the radius: nearer than this x - q is rounding, the surface's normal counts
+
+}  // namespace
+
+const ContactSet& Penalty::step(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& /*v_WT*/,
+                                double /*t*/) noexcept {
+  set_.size = 0;
+  if (!p_WT.allFinite()) return set_;
+  for (std::size_t i = 0; i < scene.objects.size() && set_.size < kMaxContacts; ++i) {
+    const scene::Object& object = scene.objects[i];
+    const Vec3 p_OT = object.X_WO.R.transpose() * (p_WT - object.X_WO.p);
+    const scene::Nearest near = object.surface->nearest(p_OT);
+    const double depth = radius_ - near.distance;
+    if (!(depth > 0.0) || !std::isfinite(depth)) continue;
+    const Vec3 away = p_OT - near.point;
+    const double length = away.norm();
+    const Vec3 n_O = length > kOnSurface * radius_ ? Vec3(std::copysign(1.0, near.distance) / length * away)
+                                                   : near.normal;
+    const Vec3 n = object.X_WO.R * n_O;
+    set_.contact[static_cast<std::size_t>(set_.size++)] = {
+        static_cast<int>(i), p_WT + depth * n, n, depth * n, depth, Vec3::Zero(), object.material};
+  }
+  return set_;
+}
+
+}  // namespace palpate::contact
