@@ -80,7 +80,8 @@ void bind_contact(nb::module_& m) {
   nb::class_<contact::Options>(m, "ContactOptions", "The spherical proxy region on the tool tip.")
       .def(nb::init<>())
       .def_rw("radius", &contact::Options::radius, "of the SPR [m]")
-      .def_rw("collision_rate", &contact::Options::collision_rate, "of the collision thread of the paper's methods [Hz]");
+      .def_rw("collision_rate", &contact::Options::collision_rate,
+              "of the collision thread of the paper's methods [Hz]");
   m.def("contact_methods", &contact::methods, "Names of the contact methods there are; the default first.");
   m.def(
       "contact_check",

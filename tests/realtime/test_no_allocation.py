@@ -35,9 +35,9 @@ def watched(guard: Path, *arguments: str) -> dict:
     return json.loads(run.stdout)
 
 
-@pytest.mark.parametrize("rate", [1000, 4000])
-def test_real_time_loop_with_scenes_swapped_meanwhile(guard, rate):
-    found = watched(guard, "realtime", "proxy", str(rate), "2")
+@pytest.mark.parametrize(("method", "rate"), [("proxy", 1000), ("proxy", 4000), ("penalty", 1000)])
+def test_real_time_loop_with_scenes_swapped_meanwhile(guard, method, rate):
+    found = watched(guard, "realtime", method, str(rate), "2")
     assert found["ticks"] > rate
     assert found["swaps"] > 30
     assert found["contact_ticks"] > 0.3 * rate

@@ -21,10 +21,10 @@ inline constexpr int kMaxCollisionPoints = 15;
 
 /// Where the sphere meets one triangle. In the object's frame O.
 struct CollisionPoint {
-  Vec3 p = Vec3::Zero();  ///< on the triangle [m]
-  Vec3 n = Vec3::Zero();  ///< from the triangle to the sphere, unit
+  Vec3 p = Vec3::Zero();       ///< on the triangle [m]
+  Vec3 n = Vec3::Zero();       ///< from the triangle to the sphere, unit
   Vec3 n_face = Vec3::Zero();  ///< of the triangle's plane, outwards, unit; zero for a triangle without area
-  double depth = 0.0;     ///< how far along n the sphere must go to be free of this triangle [m]
+  double depth = 0.0;          ///< how far along n the sphere must go to be free of this triangle [m]
 };
 
 struct CollisionPoints {

@@ -1,5 +1,6 @@
 #include "palpate/contact/collision_method.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -59,8 +60,12 @@ const ContactSet& CollisionMethod::step(const scene::Snapshot& scene, const Vec3
     const double depth = f.plane.n.dot(d.delta_x);
     if (depth > 0.0) {  // else released since the collision: exactly zero
       const Vec3 delta_x = R_WO * d.delta_x;
-      set_.contact[static_cast<std::size_t>(set_.size++)] = {
-          f.object, p_WT + delta_x, R_WO * f.plane.n, delta_x, depth, Vec3::Zero(), object.material};
+      set_.contact[static_cast<std::size_t>(set_.size++)] = {.object = f.object,
+                                                             .p_proxy = p_WT + delta_x,
+                                                             .normal = R_WO * f.plane.n,
+                                                             .delta_x = delta_x,
+                                                             .depth = depth,
+                                                             .material = object.material};
     }
   }
   return set_;
@@ -78,6 +83,10 @@ void CollisionMethod::check(const scene::Snapshot& scene) const {
 
 void CollisionMethod::collide(const scene::Snapshot& scene) {
   surface_.prepare(scene);
+  std::erase_if(rules_, [&scene](const auto& rule) {
+    return std::none_of(scene.objects.begin(), scene.objects.end(),
+                        [&rule](const scene::Object& o) { return o.surface->id() == rule.first; });
+  });
   const Request request = requests_.read();
   if (request.number == answered_) {
     return;

@@ -49,6 +49,7 @@ constexpr std::array kMethods = {
 
 std::vector<std::string> methods() {
   std::vector<std::string> names;
+  names.reserve(kMethods.size());
   for (const Entry& entry : kMethods) names.emplace_back(entry.name);
   return names;
 }

@@ -2,12 +2,13 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 
 namespace palpate::contact {
 namespace {
 
-constexpr double kBaseline = 0.05;    // of the radius, between kept points: a noise of 1/20 of it leans by 3 deg
-constexpr double kCollinear = 0.2;    // second spread over first
+constexpr double kBaseline = 0.05;     // of the radius, between kept points: a noise of 1/20 of it leans by 3 deg
+constexpr double kCollinear = 0.2;     // second spread over first
 constexpr double kUndecided = 0.0872;  // cosine to x_n below which Eq 20 does not tell the sides: within 5 deg
 
 }  // namespace

@@ -29,7 +29,7 @@ class PaperPlane final : public Rule {
  private:
   void gather(const Collision& c);
 
-  Vec3 n_ = Vec3::Zero();  // x_n; zero: free
+  Vec3 n_ = Vec3::Zero();                       // x_n; zero: free
   std::array<Vec3, kMaxCollisionPoints> kept_;  // in O, the oldest first
   int size_ = 0;
 };

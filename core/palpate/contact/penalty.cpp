@@ -9,10 +9,10 @@ constexpr double kOnSurface = 1e-6;  // of the radius: nearer than this x - q is
 
 }  // namespace
 
-const ContactSet& Penalty::step(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& /*v_WT*/,
+const ContactSet& Penalty::step(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT,
                                 double /*t*/) noexcept {
   set_.size = 0;
-  if (!p_WT.allFinite()) return set_;
+  if (!p_WT.allFinite() || !v_WT.allFinite()) return set_;
   for (std::size_t i = 0; i < scene.objects.size() && set_.size < kMaxContacts; ++i) {
     const scene::Object& object = scene.objects[i];
     const Vec3 p_OT = object.X_WO.R.transpose() * (p_WT - object.X_WO.p);
@@ -21,11 +21,15 @@ const ContactSet& Penalty::step(const scene::Snapshot& scene, const Vec3& p_WT, 
     if (!(depth > 0.0) || !std::isfinite(depth)) continue;
     const Vec3 away = p_OT - near.point;
     const double length = away.norm();
-    const Vec3 n_O = length > kOnSurface * radius_ ? Vec3(std::copysign(1.0, near.distance) / length * away)
-                                                   : near.normal;
+    const Vec3 n_O =
+        length > kOnSurface * radius_ ? Vec3(std::copysign(1.0, near.distance) / length * away) : near.normal;
     const Vec3 n = object.X_WO.R * n_O;
-    set_.contact[static_cast<std::size_t>(set_.size++)] = {
-        static_cast<int>(i), p_WT + depth * n, n, depth * n, depth, Vec3::Zero(), object.material};
+    set_.contact[static_cast<std::size_t>(set_.size++)] = {.object = static_cast<int>(i),
+                                                           .p_proxy = p_WT + depth * n,
+                                                           .normal = n,
+                                                           .delta_x = depth * n,
+                                                           .depth = depth,
+                                                           .material = object.material};
   }
   return set_;
 }
