@@ -146,6 +146,7 @@ void bind_mesh(nb::module_& m) {
 
 void bind_scene(nb::module_& m) {
   bind_mesh(m);
+  bind_surfaces(m);
   m.def("bvh_has_avx2", &scene::bvh_has_avx2, "This machine runs the AVX2 kernel.");
   nb::class_<scene::Material>(m, "Material", "How an object feels: diagonal K and B along the axes of W.")
       .def(

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from palpate import contact as contact
     from palpate import shapes as shapes
+    from palpate import surfaces as surfaces
     from palpate.arm import Arm as Arm
     from palpate.mesh import Mesh as Mesh
     from palpate.scene import Scene as Scene
     from palpate.session import Session as Session
 
 __version__ = version("palpate")
-__all__ = ["Arm", "Mesh", "Scene", "Session", "contact", "shapes"]
+__all__ = ["Arm", "Mesh", "Scene", "Session", "contact", "shapes", "surfaces"]
 
 _HOME = {"Arm": "palpate.arm", "Mesh": "palpate.mesh", "Scene": "palpate.scene", "Session": "palpate.session"}
 
@@ -24,6 +25,6 @@ def __getattr__(name: str) -> Any:
     """Parts are imported when they are first used, so that ``palpate --version`` answers at once."""
     if name in _HOME:
         return getattr(import_module(_HOME[name]), name)
-    if name in ("contact", "shapes"):
+    if name in ("contact", "shapes", "surfaces"):
         return import_module(f"palpate.{name}")
     raise AttributeError(f"module 'palpate' has no attribute {name!r}. Available: {', '.join(__all__)}")

@@ -11,12 +11,13 @@ import numpy.typing as npt
 from palpate import _core
 
 if TYPE_CHECKING:
+    from palpate import surfaces
     from palpate.mesh import Mesh
 
 Array = npt.NDArray[np.float64]
 
 
-Surface: TypeAlias = "Mesh | _core.Mesh | tuple[npt.ArrayLike, npt.ArrayLike]"
+Surface: TypeAlias = "Mesh | surfaces.Surface | _core.Surface | tuple[npt.ArrayLike, npt.ArrayLike]"
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,8 @@ def render(
     F = K delta_x - B (n . v) n with delta_x from the tool to the proxy and v by backward differences of ``tips``.
 
     Args:
-        surface: a ``palpate.Mesh``, a compiled ``_core.Mesh``, or ``(vertices (n, 3) [m], triangles (m, 3))``.
+        surface: a ``palpate.Mesh``, one of ``palpate.surfaces``, a compiled ``_core.Surface``, or
+            ``(vertices (n, 3) [m], triangles (m, 3))``.
         tips: (n, 3) tool tip p_WT, the centre of the spherical proxy region [m]. The first one is where the
             tool appears; inside a closed surface it is put outside (``started_inside``).
         radius: of the spherical proxy region [m].
@@ -76,21 +78,23 @@ def snapshot_of(
     damping: float | npt.ArrayLike = 0.0,
     friction: float = 0.0,
 ) -> _core.Snapshot:
-    """A world of one object, "surface", where its mesh is. Arguments and errors as in ``render``."""
+    """A world of one object, "surface", in its own frame. Arguments and errors as in ``render``."""
     material = _core.Material(K=_axes("stiffness", stiffness), B=_axes("damping", damping), mu=_not_negative(friction))
-    return _core.Snapshot([_core.Object("surface", _core_mesh(surface), np.eye(4), material)])
+    return _core.Snapshot([_core.Object("surface", _core_surface(surface), np.eye(4), material)])
 
 
-def _core_mesh(surface: Surface) -> _core.Mesh:
-    from palpate.mesh import Mesh  # here: reading mesh files is not part of rendering
+def _core_surface(surface: Surface) -> _core.Surface:
+    from palpate import surfaces  # here: reading files is not part of rendering
+    from palpate.mesh import Mesh
 
-    if isinstance(surface, _core.Mesh):
+    if isinstance(surface, _core.Surface):
         return surface
-    if isinstance(surface, Mesh):
+    if isinstance(surface, (Mesh, surfaces.Surface)):
         return surface.core
     if isinstance(surface, tuple) and len(surface) == 2:
         return Mesh(*surface, name="surface").core
-    raise ValueError(f"surface must be a palpate.Mesh or (vertices, triangles), got {type(surface).__name__}")
+    wanted = "a palpate.Mesh, one of palpate.surfaces or (vertices, triangles)"
+    raise ValueError(f"surface must be {wanted}, got {type(surface).__name__}")
 
 
 def _points(tips: npt.ArrayLike) -> Array:

@@ -15,6 +15,7 @@ __all__ = [
     "RecordError",
     "RecordingError",
     "SceneError",
+    "SurfaceError",
 ]
 
 
@@ -56,6 +57,10 @@ class SceneError(PalpateError):
 
 class MeshError(PalpateError):
     """The mesh cannot be read or cannot be touched."""
+
+
+class SurfaceError(PalpateError, ValueError):
+    """A primitive, distance grid or implicit surface with impossible values, or its file cannot be read."""
 
 
 class OutputError(PalpateError):

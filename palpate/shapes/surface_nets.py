@@ -24,17 +24,14 @@ def extract(field: Field, lower: Vertices, upper: Vertices, spacing: float) -> t
     The solid must lie strictly inside the box and be thicker than two cells everywhere; f must behave like a distance
     near its zero. Raises ValueError where the solid touches the box or is missing.
     """
-    values = _sample(field, lower, upper, spacing)
-    inside = values < 0.0
-    if not inside.any():
-        raise ValueError("no point of the grid is inside the solid: the box misses it, or the spacing is too coarse")
-    shell = np.ones_like(inside)
-    shell[1:-1, 1:-1, 1:-1] = False
-    if (inside & shell).any():
-        raise ValueError("the solid touches the box: enlarge the box, otherwise the surface stays open")
-    cell_id, vertices = _cell_vertices(values, inside, lower, spacing)
-    quads = _quads(inside, cell_id)
+    vertices, quads = _nets(field, lower, upper, spacing)
     vertices = _relax(field, vertices, quads, spacing)
+    return vertices, _split(vertices, quads)
+
+
+def rough(field: Field, lower: Vertices, upper: Vertices, spacing: float) -> tuple[Vertices, Triangles]:
+    """As `extract`, without the relaxation: a tenth of its time, its vertices a fraction of a cell off the surface."""
+    vertices, quads = _nets(field, lower, upper, spacing)
     return vertices, _split(vertices, quads)
 
 
@@ -53,6 +50,20 @@ def refine(field: Field, vertices: Vertices, triangles: Triangles, spacing: floa
     a, b, c = triangles.T
     quarters = np.concatenate([np.stack(t, 1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
     return np.concatenate([vertices, middle]), quarters.astype(np.int32)
+
+
+def _nets(field: Field, lower: Vertices, upper: Vertices, spacing: float) -> tuple[Vertices, NDArray[np.int64]]:
+    """A vertex in each cell that the surface crosses, a quadrilateral for each such edge."""
+    values = _sample(field, lower, upper, spacing)
+    inside = values < 0.0
+    if not inside.any():
+        raise ValueError("no point of the grid is inside the solid: the box misses it, or the spacing is too coarse")
+    shell = np.ones_like(inside)
+    shell[1:-1, 1:-1, 1:-1] = False
+    if (inside & shell).any():
+        raise ValueError("the solid touches the box: enlarge the box, otherwise the surface stays open")
+    cell_id, vertices = _cell_vertices(values, inside, lower, spacing)
+    return vertices, _quads(inside, cell_id)
 
 
 def _sample(field: Field, lower: Vertices, upper: Vertices, spacing: float) -> NDArray[np.float64]:

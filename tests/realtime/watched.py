@@ -1,6 +1,6 @@
 """Run under heap_guard (LD_PRELOAD): what a session's threads ask of the heap and of locks, as JSON on stdout.
 
-python watched.py realtime METHOD RATE SECONDS | lockstep METHOD
+python watched.py realtime METHOD RATE SECONDS | lockstep METHOD [organ|solids]
 """
 
 import ctypes
@@ -45,6 +45,20 @@ def organ_scene(triangles: int, lift: float = 0.0) -> _core.Snapshot:
     return _core.Snapshot([_core.Object("organ", mesh.core, X_WO, material)])
 
 
+def solids_scene() -> _core.Snapshot:
+    """No mesh: a box and a sampled ball whose tops are at the origin."""
+    x = np.linspace(-0.025, 0.025, 26)
+    at = np.stack(np.meshgrid(x, x, x, indexing="ij"), axis=-1)
+    ball = _core.DistanceGrid(
+        np.full(3, x[0]), np.full(3, x[1] - x[0]), (np.linalg.norm(at, axis=-1) - 0.02).astype(np.float32)
+    )
+    material = _core.Material(K=np.full(3, 400.0), B=np.full(3, 2.0), mu=0.3)
+    solids = (("box", _core.Box(np.full(3, 0.04))), ("ball", ball))
+    X_WO = np.eye(4)
+    X_WO[2, 3] = -0.02
+    return _core.Snapshot([_core.Object(name, surface, X_WO, material) for name, surface in solids])
+
+
 def simulation(method: str, rate: float, scene: _core.Snapshot) -> _core.Simulation:
     """Both arms over the organ; a hand that is soon in contact, slides to and fro, and leaves again and again."""
     x = np.tile([0.0, 0.0, 0.008, -0.008, 0.0], 40)
@@ -60,7 +74,7 @@ def contacts(rows: np.ndarray) -> int:
 
 def realtime(method: str, rate: float, seconds: float) -> dict[str, object]:
     """The loop's own thread while another one swaps scenes and turns knobs."""
-    scenes = [organ_scene(20_000), organ_scene(3_000), organ_scene(3_000, lift=0.001)]
+    scenes = [organ_scene(20_000), solids_scene(), organ_scene(3_000, lift=0.001)]
     sim = simulation(method, rate, scenes[0])
     before = threads()
     sim.start()
@@ -105,9 +119,9 @@ def realtime(method: str, rate: float, seconds: float) -> dict[str, object]:
     }
 
 
-def lockstep(method: str) -> dict[str, object]:
+def lockstep(method: str, scene: str = "organ") -> dict[str, object]:
     """One call of n ticks asks as much as one of n' ticks: a tick asks nothing."""
-    sim = simulation(method, 1000.0, organ_scene(20_000))
+    sim = simulation(method, 1000.0, solids_scene() if scene == "solids" else organ_scene(20_000))
     me, asked, touched = threading.get_native_id(), [], 0
     for n in (700, 700, 7, 2000, 7):
         before = counts(me)
@@ -119,5 +133,5 @@ def lockstep(method: str) -> dict[str, object]:
 
 if __name__ == "__main__":
     mode, method, *rest = sys.argv[1:]
-    found = realtime(method, *map(float, rest)) if mode == "realtime" else lockstep(method)
+    found = realtime(method, *map(float, rest)) if mode == "realtime" else lockstep(method, *rest)
     print(json.dumps(found))

@@ -31,14 +31,15 @@ const ContactSet& Proxy::step(const scene::Snapshot& scene, const Vec3& p_WT, co
     memory.X_WO = object.X_WO;
     memory.seen = true;
   }
-  for (int i = objects; i < kMaxObjects; ++i) memory_[at(i)].proxy.reset();
+  for (int i = objects; i < kMaxObjects; ++i) memory_[at(i)] = Memory();
   return set_;
 }
 
 void Proxy::touch(const scene::Object& object, int index, Memory& memory, const Vec3& p_OT, double dt) noexcept {
-  if (!object.surface->mesh()) return;
-  const ObjectProxy::Touch touch = memory.proxy.step(*object.surface->mesh(), p_OT, options_.radius);
-  set_.started_inside |= memory.proxy.started_inside();
+  const scene::Surface& surface = *object.surface;
+  const ObjectProxy::Touch touch = surface.mesh() ? memory.proxy.step(*surface.mesh(), p_OT, options_.radius)
+                                                  : memory.field.step(surface, p_OT, options_.radius);
+  set_.started_inside |= surface.mesh() ? memory.proxy.started_inside() : memory.field.started_inside();
   if (!touch.touching) {
     memory.touching = false;
     return;

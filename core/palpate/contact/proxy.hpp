@@ -1,5 +1,6 @@
 // Method `proxy` (the default): a sphere that stays outside while the tool goes in, one for each object
-// (object_proxy.hpp); here the objects' frames, friction and what moves.
+// (object_proxy.hpp for meshes, field_proxy.hpp for all other surfaces); here the objects' frames, friction and what
+// moves.
 //
 // Friction (Coulomb): the proxy lags behind on the tangent plane, at most mu times the normal deflection.
 #pragma once
@@ -7,6 +8,7 @@
 #include <array>
 
 #include "palpate/contact/contact.hpp"
+#include "palpate/contact/field_proxy.hpp"
 #include "palpate/contact/object_proxy.hpp"
 
 namespace palpate::contact {
@@ -23,7 +25,8 @@ class Proxy final : public Method {
  private:
   /// What friction and surface velocity need to remember of an object.
   struct Memory {
-    ObjectProxy proxy;
+    ObjectProxy proxy;  // on a mesh
+    FieldProxy field;   // on any other surface
     bool touching = false;
     bool seen = false;          // X_WO is of the previous tick
     Vec3 p_lag = Vec3::Zero();  // p_OP, the proxy with friction

@@ -1,0 +1,58 @@
+#include <nanobind/eigen/dense.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/pair.h>
+
+#include <utility>
+
+#include "bindings.hpp"
+#include "palpate/scene/distance_grid.hpp"
+#include "palpate/scene/implicit_surface.hpp"
+#include "palpate/scene/primitives.hpp"
+
+namespace nb = nanobind;
+
+namespace palpate::bindings {
+namespace {
+
+using Values = nb::ndarray<const float, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+
+void make_grid(scene::DistanceGrid* self, const Vec3& origin, const Vec3& spacing, const Values& values) {
+  const nb::gil_scoped_release release;
+  new (self) scene::DistanceGrid(origin, spacing, {values.shape(0), values.shape(1), values.shape(2)},
+                                 {values.data(), values.size()});
+}
+
+}  // namespace
+
+/// After bind_mesh: the base class is its.
+void bind_surfaces(nb::module_& m) {
+  nb::class_<scene::Plane, scene::Surface>(m, "Plane", "The half-space z <= 0.").def(nb::init<>());
+  nb::class_<scene::Sphere, scene::Surface>(m, "Sphere", "Around the origin.")
+      .def(nb::init<double>(), nb::arg("radius"));
+  nb::class_<scene::Box, scene::Surface>(m, "Box", "Around the origin, along the axes.")
+      .def(nb::init<const Vec3&>(), nb::arg("size"));
+  nb::class_<scene::Cylinder, scene::Surface>(m, "Cylinder", "Around the z axis, flat ends, middle at the origin.")
+      .def(nb::init<double, double>(), nb::arg("radius"), nb::arg("length"));
+  nb::class_<scene::Capsule, scene::Surface>(m, "Capsule", "All points within radius of a segment of the z axis.")
+      .def(nb::init<double, double>(), nb::arg("radius"), nb::arg("length"));
+  nb::class_<scene::ImplicitSurface, scene::Surface>(m, "ImplicitSurface", "a x^m + b y^n + c z^o = level (Eq 14).")
+      .def(nb::init<const Vec3&, const std::array<int, 3>&, double>(), nb::arg("coefficients"), nb::arg("exponents"),
+           nb::arg("level"))
+      .def("value", &scene::ImplicitSurface::value, nb::arg("p"), "U(p) - level.")
+      .def("gradient", &scene::ImplicitSurface::gradient, nb::arg("p"), "grad U (3,) (Eq 15) [1/m].")
+      .def_prop_ro("half", &scene::ImplicitSurface::half, "half of its size along each axis (3,) [m]");
+  nb::class_<scene::DistanceGrid, scene::Surface>(m, "DistanceGrid", "A sampled signed distance, tricubic.")
+      .def("__init__", &make_grid, nb::arg("origin"), nb::arg("spacing"), nb::arg("values"),
+           "origin, spacing (3,) [m]; values (nx, ny, nz) float32 [m]; ValueError when they are no distance.")
+      .def(
+          "value",
+          [](const scene::DistanceGrid& grid, const Vec3& p) {
+            Vec3 gradient;
+            const double v = grid.value(p, gradient);
+            return std::make_pair(v, gradient);
+          },
+          nb::arg("p"), "The sampled function and its gradient at p (3,).");
+}
+
+}  // namespace palpate::bindings

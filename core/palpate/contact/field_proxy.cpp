@@ -1,0 +1,156 @@
+#include "palpate/contact/field_proxy.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace palpate::contact {
+namespace {
+
+constexpr int kSteps = 24;         // per tick; a proxy that needs more goes on in the next
+constexpr double kSettled = 1e-6;  // [r] the proxy is where it should be
+constexpr double kTouch = 1e-4;    // [r] how much nearer than r a wall may be: rounding, and a grid's own error
+constexpr double kSlack = 1e-10;   // [r] half-spaces count as kept
+constexpr double kShort = 1.5;     // [r] ways so short cross nothing when both ends are r away; 2 is the limit
+constexpr double kSameFace = 0.7;  // cosine of normals that may follow each other within one tick
+constexpr double kTrust = 0.9;     // of two free balls that overlap: a grid's distances are not exact
+constexpr double kLost = 0.5;      // cosine: a wall whose normal turned more is another wall
+constexpr double kEscape = 0.25;   // [r] step of a proxy that was put into a second wall
+constexpr double kLookout = 2.0;   // [r] walls so near count
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+FieldProxy::Touch FieldProxy::step(const scene::Surface& surface, const Vec3& g, double radius) noexcept {
+  surface_ = &surface;
+  radius_ = radius;
+  tool_ = surface.nearest(g);
+  if (surface_id_ != surface.id()) place(g);
+  if (free_at(g)) return {};
+  if (settles_above(g)) {
+    const double depth = radius - tool_.distance;
+    return {true, depth * tool_.normal, tool_.normal, depth};
+  }
+  const bool settled = relax(g);
+  if (settled && settles_above(g)) {
+    const double depth = radius - tool_.distance;
+    return {true, depth * tool_.normal, tool_.normal, depth};
+  }
+  if (settled || active_.active > 0) touching_ = active_.active > 0;
+  if (!touching_) started_inside_ = false;
+  return touching_ ? held(g) : Touch();
+}
+
+/// The first tick with a surface: where the tool is, or at the nearest place outside.
+void FieldProxy::place(const Vec3& g) noexcept {
+  surface_id_ = surface_->id();
+  walls_ = 0;
+  active_ = Projection();
+  started_inside_ = tool_.distance < 0.0;
+  touching_ = tool_.distance < radius_;
+  go_to(touching_ ? Vec3(tool_.point + radius_ * tool_.normal) : g);
+}
+
+void FieldProxy::go_to(const Vec3& centre) noexcept {
+  centre_ = centre;
+  near_ = surface_->nearest(centre);
+}
+
+/// The tool is free and the way to it is covered by two balls that nothing is in.
+bool FieldProxy::free_at(const Vec3& g) noexcept {
+  if (tool_.distance < radius_ || near_.distance <= 0.0) return false;
+  if ((g - centre_).norm() > kTrust * (tool_.distance + near_.distance)) return false;
+  centre_ = g;
+  near_ = tool_;
+  touching_ = started_inside_ = false;
+  walls_ = 0;
+  return true;
+}
+
+/// The place r above the tool's own nearest one is on this side, and the sphere fits there: the proxy goes there.
+bool FieldProxy::settles_above(const Vec3& g) noexcept {
+  const double depth = radius_ - tool_.distance;
+  if (!(depth > 0.0)) return false;
+  const Vec3 above = g + depth * tool_.normal;
+  if ((above - centre_).norm() > kShort * radius_ || near_.distance < (1.0 - kTouch) * radius_) return false;
+  if (tool_.normal.dot(near_.normal) < kSameFace) return false;
+  const scene::Nearest there = surface_->nearest(above);
+  if (there.distance < (1.0 - kTouch) * radius_) return false;  // another wall is in the way
+  centre_ = above;
+  near_ = there;
+  touching_ = true;
+  walls_ = 0;
+  meet(there);
+  return true;
+}
+
+/// Moves the centre to the point nearest to g that the walls allow. False: it is still on its way.
+bool FieldProxy::relax(const Vec3& g) noexcept {
+  for (int step = 0; step < kSteps; ++step) {
+    follow_walls();
+    if (near_.distance < kLookout * radius_) meet(near_);
+    for (int i = 0; i < walls_; ++i) {
+      const Vec3 out = centre_ - wall_[at(i)].q;
+      const double distance = out.norm();
+      const Vec3 n = distance > 0.0 && out.dot(wall_[at(i)].n) > 0.0 ? Vec3(out / distance) : wall_[at(i)].n;
+      half_space_[at(i)] = {n, n.dot(wall_[at(i)].q) + radius_};
+    }
+    active_ = project(half_space_.data(), walls_, g, kSlack * radius_);
+    if (!active_.feasible) return false;  // wedged: it pulls from where it is
+    const Vec3 way = active_.x - centre_;
+    const double length = way.norm();
+    if (length <= kSettled * radius_) {
+      keep_active();
+      return true;
+    }
+    const double safe = near_.distance > 0.0 ? 0.5 * near_.distance : kEscape * radius_;
+    go_to(centre_ + way * std::min(1.0, safe / length));
+  }
+  return false;
+}
+
+/// Remembers a wall; in the place of the one that it is again, or of the loosest when there are too many.
+void FieldProxy::meet(const scene::Nearest& near) noexcept {
+  int place = walls_;
+  for (int i = 0; i < walls_; ++i)
+    if ((wall_[at(i)].q - near.point).norm() < 0.01 * radius_ && wall_[at(i)].n.dot(near.normal) > kLost) place = i;
+  if (place == kMaxHalfSpaces) {
+    place = 0;
+    for (int i = 1; i < walls_; ++i)
+      if ((wall_[at(i)].q - centre_).norm() > (wall_[at(place)].q - centre_).norm()) place = i;
+  }
+  walls_ = std::max(walls_, place + 1);
+  wall_[at(place)] = {near.point, near.normal};
+}
+
+/// Each wall's place below the centre: the nearest one to the foot of the centre on the wall's own plane.
+void FieldProxy::follow_walls() noexcept {
+  int kept = 0;
+  for (int i = 0; i < walls_; ++i) {
+    const Wall& wall = wall_[at(i)];
+    const Vec3 foot = centre_ - wall.n * wall.n.dot(centre_ - wall.q);
+    const scene::Nearest there = surface_->nearest(foot);
+    if (there.normal.dot(wall.n) < kLost) continue;
+    wall_[at(kept++)] = {there.point, there.normal};
+  }
+  walls_ = kept;
+}
+
+/// Walls that do not hold the proxy any more are met again when they do.
+void FieldProxy::keep_active() noexcept {
+  std::array<Wall, 3> kept;
+  for (int i = 0; i < active_.active; ++i) kept[at(i)] = wall_[at(active_.index[at(i)])];
+  walls_ = active_.active;
+  std::copy_n(kept.begin(), walls_, wall_.begin());
+}
+
+/// Held by walls, or still on its way: it pulls from where it is.
+FieldProxy::Touch FieldProxy::held(const Vec3& g) const noexcept {
+  const Vec3 delta = centre_ - g;
+  const double depth = delta.norm();
+  if (!(depth > 0.0)) return {};
+  return {true, delta, delta / depth, depth};
+}
+
+}  // namespace palpate::contact

@@ -1,0 +1,163 @@
+"""Signed distance grids: from a mesh, from an array, from a file."""
+
+from __future__ import annotations
+
+import os
+import zipfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from palpate import _core
+from palpate.errors import PalpateWarning, SurfaceError
+from palpate.surfaces.surface import Array, Surface, Triangles, length, nets, three
+
+if TYPE_CHECKING:
+    from palpate.mesh import Mesh, Unit
+
+#: Nodes a grid may have: 64 MB of samples.
+MAX_NODES = 16_000_000
+_BLOCK = 200_000  # points asked at once
+_VOLUME = 0.05  # a grid that differs more in volume from its mesh is too coarse for it [-]
+
+
+class DistanceGrid(Surface):
+    """A signed distance sampled on a regular grid, tricubic in between; below zero inside.
+
+    The solid ends at the edge of its grid. A grid rounds edges and loses walls thinner than two of its cells.
+
+    Args:
+        values: (nx, ny, nz) signed distance at origin + (i, j, k) * spacing [m].
+        origin: (3,) the first node [m].
+        spacing: of the nodes, one number or three [m].
+        name: how plots and messages call it.
+
+    Raises:
+        SurfaceError: wrong shape, values that are no distance, more than ``MAX_NODES``.
+    """
+
+    core: _core.DistanceGrid
+    values: npt.NDArray[np.float32]  #: (nx, ny, nz) [m], read-only
+    origin: Array  #: (3,) [m]
+    spacing: Array  #: (3,) [m]
+
+    def __init__(
+        self, values: npt.ArrayLike, origin: npt.ArrayLike, spacing: npt.ArrayLike, *, name: str = "distance grid"
+    ) -> None:
+        if np.ndim(values) != 3:
+            raise SurfaceError(f"values must have shape (nx, ny, nz). Got: {np.shape(values)}", where=name)
+        _require_size(np.shape(values), name)
+        array = np.array(values, dtype=np.float32, order="C")
+        step = np.asarray(spacing, dtype=np.float64)
+        self.spacing = three("spacing", np.full(3, step) if step.ndim == 0 else step)
+        self.name, self.values, self.origin = name, array, three("origin", origin)
+        try:
+            self.core = _core.DistanceGrid(self.origin, self.spacing, array)
+        except ValueError as error:
+            raise SurfaceError(str(error), where=name, mend="signed distances in metres, below zero inside") from None
+        self.values.flags.writeable = False
+
+    @classmethod
+    def from_mesh(cls, mesh: Mesh, spacing: float, margin: float | None = None) -> DistanceGrid:
+        """Sample the signed distance of a closed mesh.
+
+        Args:
+            mesh: closed.
+            spacing: of the nodes [m]; details and walls below two of them are lost.
+            margin: of nodes around the mesh [m]; four spacings when left out.
+
+        Raises:
+            SurfaceError: an open mesh, a spacing that is no length, or one so fine that the nodes pass ``MAX_NODES``.
+        """
+        import warnings
+
+        step = length("spacing", spacing)
+        if not mesh.report.watertight:
+            raise SurfaceError(
+                f"the mesh is open: {mesh.report.open_edges:,} open edges",
+                where=mesh.name,
+                why="a signed distance needs an inside",
+                mend="close its holes first, or touch it as a mesh",
+            )
+        around = 4.0 * step if margin is None else max(float(margin), 2.0 * step)
+        low, high = mesh.bounds[0] - around, mesh.bounds[1] + around
+        nodes = np.ceil((high - low) / step).astype(int) + 1
+        _require_size(tuple(nodes.tolist()), mesh.name, step)
+        values = _sample(mesh, low, step, nodes)
+        inside = float((values < 0).sum()) * step**3
+        if abs(inside - mesh.report.volume_m3) > _VOLUME * mesh.report.volume_m3:
+            ratio = 100.0 * inside / mesh.report.volume_m3
+            what = f"a grid of {1e3 * step:g} mm holds {ratio:.0f} % of the mesh's volume"
+            warnings.warn(
+                PalpateWarning(what, where=mesh.name, why="it is too coarse for thin parts", mend="a finer spacing"),
+                stacklevel=2,
+            )
+        return cls(values, low, step, name=mesh.name)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str], unit: Unit = "mm") -> DistanceGrid:
+        """Read a grid: ``.npz`` as ``save`` writes it (metres), or ``.nrrd`` with its header's spacing and origin.
+
+        Args:
+            path: the file.
+            unit: of an NRRD's values and lengths when its header does not name one.
+
+        Raises:
+            SurfaceError: the file is missing, of another format, damaged, or holds no distance.
+        """
+        file = Path(path)
+        if not file.is_file():
+            raise SurfaceError("no such file", where=str(file), mend="check the path")
+        if file.suffix.lower() == ".nrrd":
+            from palpate.surfaces import nrrd
+
+            return cls(*nrrd.read(file, unit), name=file.stem)
+        if file.suffix.lower() != ".npz":
+            raise SurfaceError(f"{file.suffix or 'no ending'} is no distance grid", where=str(file), mend=".npz, .nrrd")
+        try:
+            with np.load(file, allow_pickle=False) as data:
+                return cls(data["distance"], data["origin"], data["spacing"], name=file.stem)
+        except SurfaceError as error:
+            raise SurfaceError(error.what, where=str(file), why=error.why, mend=error.mend) from None
+        except KeyError as error:
+            raise SurfaceError(f"array {error} is missing", where=str(file), mend="distance, origin, spacing") from None
+        except (OSError, ValueError, zipfile.BadZipFile) as error:
+            raise SurfaceError("cannot be read", where=str(file), why=str(error), mend="save it again") from None
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write ``distance`` (nx, ny, nz) float32, ``origin`` and ``spacing`` (3,), all in metres, as ``.npz``."""
+        with open(path, "wb") as file:
+            np.savez_compressed(file, distance=self.values, origin=self.origin, spacing=self.spacing)
+
+    def __str__(self) -> str:
+        """What it is."""
+        nodes = " x ".join(f"{n}" for n in self.values.shape)
+        steps = " x ".join(f"{1e3 * s:.3g}" for s in dict.fromkeys(self.spacing.tolist()))
+        return f"distance grid, {nodes} nodes, {steps} mm apart"
+
+    def _drawing(self) -> tuple[Array, Triangles]:
+        highest = self.origin + self.spacing * (np.array(self.values.shape) - 1)
+        return nets(self.core, self.origin, highest, float(self.spacing.min()))
+
+
+def _sample(mesh: Mesh, low: Array, step: float, nodes: npt.NDArray[np.int_]) -> npt.NDArray[np.float32]:
+    """Block by block, to keep the memory small."""
+    values = np.empty(int(nodes.prod()), np.float32)
+    for start in range(0, len(values), _BLOCK):
+        index = np.arange(start, min(start + _BLOCK, len(values)))
+        points = low + step * np.stack(np.unravel_index(index, nodes), axis=1)
+        values[index] = mesh.core.nearest(points)[0]
+    return values.reshape(nodes)
+
+
+def _require_size(nodes: tuple[int, ...], name: str, step: float | None = None) -> None:
+    count = int(np.prod(nodes, dtype=np.int64))
+    if count <= MAX_NODES:
+        return
+    told = " x ".join(f"{n:,}" for n in nodes)
+    mend = "a coarser grid"
+    if step is not None:
+        mend = f"a spacing of {1e3 * step * (count / MAX_NODES) ** (1 / 3) * 1.05:.2g} mm or more"
+    raise SurfaceError(f"{told} nodes are more than {MAX_NODES:,}", where=name, mend=mend)
