@@ -106,7 +106,7 @@ def _findings(r: MeshReport, two_sided: bool, unit: str) -> tuple[Finding, ...]:
         found.append(
             Finding(
                 f"the surface is open: {r.open_edges:,} edges have one triangle only",
-                "it is felt from the side it faces; through a hole the tool gets in without a force",
+                "it is felt from either side and has no inside; through a hole the tool gets in without a force",
                 "close the holes if the tool goes there",
             )
         )

@@ -8,7 +8,7 @@ from typing import Literal
 from palpate.cli.output import console_for, require_writable, say, write_json
 
 
-def bench(what: Literal["loop", "contact"], json: Path | None) -> int:
+def bench(what: Literal["loop", "contact"], json: Path | None, huge: bool = False) -> int:
     """Measure, print the table, write the JSON contract."""
     console = console_for(json)
     require_writable(json)
@@ -22,10 +22,11 @@ def bench(what: Literal["loop", "contact"], json: Path | None) -> int:
         from palpate.bench import contact
 
         rows = contact.run(
+            sizes=(contact.HUGE,) if huge else contact.SIZES,
             on_row=lambda row: say(
                 console,
                 f"{row['shape']} {row['triangles']:,} {row['path']} {row['method']}: p50 {row['p50_us']:.2f} us",
-            )
+            ),
         )
         console.print(contact.table(rows))
         write_json(json, rows)

@@ -254,9 +254,13 @@ ObjectProxy::Touch ObjectProxy::touch_hard(const Vec3& g, double radius) const n
   const Projection p = project(h.data(), active_.active, g, kSlack * radius);
   Touch out;
   if (p.active == 0) return out;
-  out.touching = true;
-  out.delta = p.x - g;
+  // The smooth surface is near the facets: where turned half-spaces meet far from the proxy (a cleft), no farther.
+  const Vec3 off = p.x - centre_;
+  const double far = off.norm();
+  out.delta = (far > radius ? Vec3(centre_ + radius / far * off) : p.x) - g;
   out.depth = out.delta.norm();
+  if (!(out.depth > 0.0)) return {};
+  out.touching = true;
   out.normal = p.active == 1 ? h[at(p.index[0])].normal : Vec3(out.delta / out.depth);
   return out;
 }

@@ -1,0 +1,14 @@
+"""`palpate fuzz`."""
+
+import json
+
+import json_contract
+
+
+def test_the_command(palpate, tmp_path):
+    done = palpate("fuzz", "contact", "--runs", "5", "--json", tmp_path / "fuzz.json")
+    assert done.code == 0, done.err
+    assert "5 cases" in done.out
+    told = json.loads((tmp_path / "fuzz.json").read_text())
+    assert set(told) == json_contract.keys("fuzz")
+    assert told["faults"] == []
