@@ -110,7 +110,7 @@ def _lockstep(setup: rig.Rig, seconds: float) -> Result:
     contacts = {row[0]: row[1] // 8 for row in _core.signals()}["contacts"]
     cycle = simulation.timing()["cycle_us"]
     return {
-        "triangles": sum(len(s.mesh.triangles) for s in setup.surfaces),
+        "triangles": sum(len(s.body.triangles) for s in setup.surfaces),
         "cycle_p50_us": cycle["p50"],
         "cycle_p99_us": cycle["p99"],
         "cycle_p999_us": cycle["p999"],

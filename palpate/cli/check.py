@@ -13,17 +13,21 @@ from rich.table import Table
 from palpate.cli.output import console_for, say, write_json
 from palpate.errors import PalpateWarning
 from palpate.mesh import Mesh, Unit
+from palpate.surfaces import DistanceGrid
 
 _SCENES = (".yaml", ".yml")
+_GRIDS = (".npz", ".nrrd")
 
 
 def check(path: Path, unit: Unit, json: Path | None) -> int:
-    """Look at a scene or mesh; warnings are told, mistakes are raised. Returns the exit code."""
+    """Look at a scene, a mesh or a distance grid; warnings are told, mistakes are raised. Returns the exit code."""
     console = console_for(json)
-    is_scene = path.suffix.lower() in _SCENES
+    ending = path.suffix.lower()
+    is_scene = ending in _SCENES
+    look = _grid if ending in _GRIDS else _mesh
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        result = _scene(path, console) if is_scene else _mesh(path, unit, console)
+        result = _scene(path, console) if is_scene else look(path, unit, console)
     told = [str(w.message) for w in caught if issubclass(w.category, PalpateWarning)]
     for text in told:
         say(console, text, "warning:", "yellow")
@@ -54,6 +58,23 @@ def _mesh(path: Path, unit: Unit, console: Console) -> dict[str, Any]:
     return {"mesh": r.to_json()}
 
 
+def _grid(path: Path, unit: Unit, console: Console) -> dict[str, Any]:
+    grid = DistanceGrid.load(path, unit)
+    nodes = np.array(grid.values.shape)
+    extents, inside = grid.spacing * (nodes - 1), int((grid.values < 0).sum())
+    table = Table(show_header=False, box=None, pad_edge=False)
+    for name, value in (
+        ("nodes", " x ".join(f"{n}" for n in nodes)),
+        ("spacing", " x ".join(f"{1e3 * s:.3g}" for s in grid.spacing) + " mm: a radius of as much, or more"),
+        ("extents", " x ".join(f"{1e3 * e:.1f}" for e in extents) + " mm"),
+        ("inside", f"{inside:,} nodes, {1e6 * inside * grid.spacing.prod():,.1f} cm^3"),
+    ):
+        table.add_row(name, value)
+    console.print(table)
+    told = {"nodes": nodes.tolist(), "spacing_m": grid.spacing.tolist(), "extents_m": extents.tolist()}
+    return {"grid": {**told, "volume_m3": float(inside * grid.spacing.prod())}}
+
+
 def _scene(path: Path, console: Console) -> dict[str, Any]:
     from palpate.scene import Scene
     from palpate.scene.gains import felt_stiffness
@@ -64,15 +85,18 @@ def _scene(path: Path, console: Console) -> dict[str, Any]:
     rig.simulation()
     table = Table(box=None, pad_edge=False)
     table.add_column("object")
-    for heading in ("triangles", "extents [mm]", "stiffness [N/m]", "felt [N/m]", "damping [N s/m]", "friction [-]"):
+    for heading in ("surface", "extents [mm]", "stiffness [N/m]", "felt [N/m]", "damping [N s/m]", "friction [-]"):
         table.add_column(heading, justify="right")
     objects = []
     for i, (thing, surface) in enumerate(zip(scene.objects, rig.surfaces, strict=True)):
-        report, felt = surface.mesh.report, felt_stiffness(scene, i)
-        extents = " x ".join(f"{1e3 * e:.0f}" for e in report.extents_m)
+        felt, body = felt_stiffness(scene, i), surface.body
+        mesh = body if isinstance(body, Mesh) else None
+        extents = " x ".join(f"{1e3 * e:.0f}" for e in np.ptp(body.vertices, axis=0))
+        kind = f"{mesh.report.triangles:,} triangles" if mesh else thing.source
         K, B = (" ".join(f"{x:g}" for x in dict.fromkeys(v)) for v in (thing.stiffness, thing.damping))
-        table.add_row(thing.name, f"{report.triangles:,}", extents, K, f"{felt:g}", B, f"{thing.friction:g}")
-        objects.append({"name": thing.name, "felt_stiffness_N_per_m": felt, "mesh": report.to_json()})
+        table.add_row(thing.name, kind, extents, K, f"{felt:g}", B, f"{thing.friction:g}")
+        told = {"name": thing.name, "felt_stiffness_N_per_m": felt, "surface": kind if mesh else str(body)}
+        objects.append({**told, "mesh": mesh.report.to_json() if mesh else None})
     console.print(table)
     tool = (rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0))[:3, 3]
     millimetres = ", ".join(f"{1e3 * x:.1f}" for x in tool)

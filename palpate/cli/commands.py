@@ -100,7 +100,7 @@ class Report:
 
 @dataclass
 class Check:
-    """Look at a scene or a mesh without running it: what is wrong, what was mended, what is in reach.
+    """Look at a scene, a mesh or a distance grid without running it: what is wrong, what was mended, what is in reach.
 
     examples:
       palpate check scenes/palpation.yaml
@@ -109,7 +109,7 @@ class Check:
     """
 
     file: Positional[Path]
-    """Scene (YAML) or mesh (STL, OBJ, PLY, ...)."""
+    """Scene (YAML), mesh (STL, OBJ, PLY, ...) or distance grid (.npz, .nrrd)."""
     unit: Literal["mm", "cm", "m", "in"] = "mm"
     """Of a mesh file's numbers."""
     json: Annotated[Path | None, arg(metavar="FILE")] = None

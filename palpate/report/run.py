@@ -108,19 +108,19 @@ class Run:
 
     @cached_property
     def surface(self) -> list[tuple[NDArray[np.float64], NDArray[np.int32]]]:
-        """The touched meshes in W as (vertices (n, 3) [m], triangles (m, 3)); empty when they cannot be had again."""
+        """What is drawn of the touched surfaces in W, vertices (n, 3) [m] and triangles (m, 3); empty when gone."""
         from palpate.errors import PalpateError
 
         try:
             from palpate.mesh import quiet
             from palpate.scene.recorded import recorded_scene
-            from palpate.scene.surface import surfaces
+            from palpate.scene.surface import placed
 
             with quiet():  # the run has told what is wrong with the meshes
-                placed = surfaces(recorded_scene(self.record))
+                there = placed(recorded_scene(self.record))
         except (ImportError, PalpateError, OSError, ValueError):
             return []  # the mesh was moved, or the record comes from another machine: the paths alone are drawn
-        return [(s.mesh.vertices @ s.X_WO[:3, :3].T + s.X_WO[:3, 3], s.mesh.triangles) for s in placed]
+        return [(s.body.vertices @ s.X_WO[:3, :3].T + s.X_WO[:3, 3], s.body.triangles) for s in there]
 
     def _time(self, tick: int) -> float:
         return float(self.t[min(tick, len(self.t) - 1)])

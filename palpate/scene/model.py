@@ -7,6 +7,15 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from palpate import _core
+from palpate.scene.solids import (
+    SOLIDS,
+    BoxSection,
+    CapsuleSection,
+    CylinderSection,
+    ImplicitSection,
+    PlaneSection,
+    SphereSection,
+)
 from palpate.scene.values import Diagonal, NotNegative, Number, Pose, Positive, Section, Vector
 
 _C = _core.SimulationOptions()
@@ -61,19 +70,36 @@ class MappingSection(Section):
     """how fast an orientation offset of engaging decays; 0 keeps it [rad/s]"""
 
 
+_SOURCES = ("mesh", "sdf", "shape", *SOLIDS)
+
+
 class ObjectSection(Section):
-    """Something to touch: a mesh file, or a shape that Palpate makes."""
+    """Something to touch: one of mesh, sdf, shape, plane, sphere, box, cylinder, capsule, implicit."""
 
     name: str = ""
     """how plots and messages call it; the file's name when left out"""
     mesh: str | None = None
     """mesh file (STL, OBJ, PLY, ...), relative to the scene file; ${VARIABLE} and ${VARIABLE:-default} are replaced"""
     unit: Literal["mm", "cm", "m", "in"] = "mm"
-    """unit of the numbers in the mesh file"""
+    """unit of the numbers in the mesh file, and in a grid file that does not say it"""
     shape: Literal["organ", "gallbladder"] | None = None
     """instead of a mesh: a surface from Palpate's own generator"""
     triangles: Annotated[int, Field(strict=True, ge=2000, le=2_000_000)] = 30_000
     """about how many triangles the shape gets [-]"""
+    sdf: str | None = None
+    """instead: a file with a signed distance grid, .nrrd or .npz as palpate.surfaces.DistanceGrid.save writes it"""
+    plane: PlaneSection | None = None
+    """instead: the half-space below z = 0 of the object"""
+    sphere: SphereSection | None = None
+    """instead: a sphere around the object's origin"""
+    box: BoxSection | None = None
+    """instead: a box around the object's origin"""
+    cylinder: CylinderSection | None = None
+    """instead: a cylinder around the object's z axis"""
+    capsule: CapsuleSection | None = None
+    """instead: a cylinder with round ends around the object's z axis"""
+    implicit: ImplicitSection | None = None
+    """instead: the paper's implicit surface, an ellipsoid or a pillow"""
     pose: Pose = Pose()
     """X_WO: the object in the world; as in the file when left out"""
     stiffness: Diagonal = (_M.K[0], _M.K[1], _M.K[2])
@@ -85,10 +111,22 @@ class ObjectSection(Section):
 
     @model_validator(mode="after")
     def _one_source(self) -> ObjectSection:
-        if (self.mesh is None) == (self.shape is None):
-            given = "both are given" if self.mesh else "neither is given"
-            raise ValueError(f"an object needs either mesh or shape; {given} | name a mesh file, or shape: organ")
+        given = [key for key in _SOURCES if getattr(self, key) is not None]
+        if len(given) != 1:
+            told = f"{' and '.join(given)} are given" if given else "none is given"
+            mend = "keep one of them" if given else "name a mesh file, or e.g. sphere: {radius: 0.03}"
+            raise ValueError(f"an object is one of {', '.join(_SOURCES)}; {told} | {mend}")
         return self
+
+    @property
+    def source(self) -> str:
+        """What it is made from: ``mesh``, ``shape``, ``sdf``, ``plane`` ..."""
+        return next(key for key in _SOURCES if getattr(self, key) is not None)
+
+    @property
+    def file(self) -> str | None:
+        """The file it is read from, as the scene names it; None when it is made."""
+        return self.mesh if self.mesh is not None else self.sdf
 
 
 class ContactSection(Section):

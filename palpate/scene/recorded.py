@@ -1,4 +1,4 @@
-"""The scene of a record, its mesh files found again."""
+"""The scene of a record, its files found again."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from palpate.scene.scene import Scene
 def recorded_scene(record: Record) -> Scene:
     """The scene of a record.
 
-    A mesh file is taken from where the ``scene.yaml`` beside the record says it lay; where there is nothing any more,
-    from where the record names it, seen from its own folder: so a record that moves may take its meshes along.
+    A mesh or grid file is taken from where the ``scene.yaml`` beside the record says it lay; where there is nothing any
+    more, from where the record names it, seen from its own folder: so a record that moves may take them along.
 
     Raises:
         SceneError: the record's scene cannot be read.
@@ -20,12 +20,12 @@ def recorded_scene(record: Record) -> Scene:
     scene = Scene.parse(record.scene, str(record.path))
     try:
         there = Scene.load(record.path.with_name(SCENE))
-        lay = {thing.name: there.mesh_path(i) for i, thing in enumerate(there.objects) if thing.mesh is not None}
+        lay = {thing.name: there.path_of(i) for i, thing in enumerate(there.objects) if thing.file is not None}
     except SceneError:
         return scene
     objects = tuple(
-        thing.model_copy(update={"mesh": str(lay[thing.name])})
-        if thing.mesh is not None and thing.name in lay and lay[thing.name].is_file()
+        thing.model_copy(update={thing.source: str(lay[thing.name])})
+        if thing.file is not None and thing.name in lay and lay[thing.name].is_file()
         else thing
         for thing in scene.objects
     )

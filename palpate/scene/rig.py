@@ -13,6 +13,7 @@ from palpate import _core
 from palpate.errors import PalpateWarning, SceneError
 from palpate.scene import arms, gains, hand, surface
 from palpate.scene.scene import Scene
+from palpate.surfaces import DistanceGrid
 
 Array = npt.NDArray[np.float64]
 
@@ -49,13 +50,13 @@ class Rig:
     def resolved_yaml(self, absolute: bool = False) -> str:
         """The scene with its placements filled in: what a record needs to show the run again.
 
-        absolute: with the mesh files as found on this machine; otherwise as the scene names them, so that the text
+        absolute: with the files as found on this machine; otherwise as the scene names them, so that the text
         does not depend on where things lie.
         """
         data = self.scene.model_dump(mode="json")
         for i, thing in enumerate(self.scene.objects):
-            if absolute and thing.mesh is not None:
-                data["objects"][i]["mesh"] = str(self.scene.mesh_path(i).resolve())
+            if absolute and thing.file is not None:
+                data["objects"][i][thing.source] = str(self.scene.path_of(i).resolve())
         arms = data["arms"]
         arms["leader"] |= {"base": _pose(self.arms.X_WL), "start": self.arms.q_leader0.tolist()}
         X_WT = self.arms.X_WB @ self.arms.follower.fk(self.arms.q_follower0)
@@ -78,10 +79,10 @@ class Rig:
 
 
 def build(scene: Scene) -> Rig:
-    """Set a scene up: read meshes, index them, place arms, plan the path; refuse what cannot work.
+    """Set a scene up: read surfaces, index meshes, place arms, plan the path; refuse what cannot work.
 
     Raises:
-        SceneError, MeshError: what is wrong, where, why, and how to mend it.
+        SceneError, MeshError, SurfaceError: what is wrong, where, why, and how to mend it.
     """
     gains.check_stiffness(scene)
     for i in range(len(scene.objects)):
@@ -89,7 +90,14 @@ def build(scene: Scene) -> Rig:
         if why:
             mend = "lower stiffness or loop_delay, or raise rates.haptic"
             warnings.warn(PalpateWarning(why, where=scene.where("objects", i), mend=mend), stacklevel=2)
-    placed = surface.surfaces(scene)
+    placed = surface.placed(scene)
+    for thing in placed:
+        if isinstance(thing.body, DistanceGrid) and thing.body.spacing.max() > scene.contact.radius:
+            told = (
+                f"{1e3 * thing.body.spacing.max():.3g} mm between its nodes, {1e3 * scene.contact.radius:g} mm radius"
+            )
+            what = f"the grid of {thing.body.name!r} is coarser than the tool's sphere: {told}"
+            warnings.warn(PalpateWarning(what, where=scene.file, mend="a finer grid or a larger radius"), stacklevel=2)
     snapshot = surface.snapshot(scene, placed)
     _check_method(scene, snapshot)
     path = hand.plan(scene, placed)

@@ -104,21 +104,24 @@ class Scene(Section):
         """``file:line`` of a value, e.g. ``where("objects", 0, "mesh")``, or of its section."""
         return explain.where(self._file, self._lines, place) if self._file else explain.spell(place)
 
-    def mesh_path(self, index: int) -> Path:
+    def path_of(self, index: int) -> Path:
         """File of object ``index``: variables replaced, relative paths taken from the scene's folder.
 
         Raises:
             SceneError: the object has no file, or names a variable that is not set.
         """
-        where, value = self.where("objects", index, "mesh"), self.objects[index].mesh
+        thing = self.objects[index]
+        where, value = self.where("objects", index, thing.source), thing.file
         if value is None:
-            raise SceneError(f"object {self.objects[index].name!r} has no mesh file", where=where, mend="it is a shape")
+            raise SceneError(f"object {thing.name!r} has no file", where=where, mend=f"it is a {thing.source}")
 
         def replace(match: re.Match[str]) -> str:
             found = os.environ.get(match[1]) or match[2]
             if found is None:
                 mend = f"export {match[1]}=/path/to/meshes, or write ${{{match[1]}:-/path/to/meshes}}"
-                raise SceneError(f"variable {match[1]} is not set", where=where, why=f"mesh: {value}", mend=mend)
+                raise SceneError(
+                    f"variable {match[1]} is not set", where=where, why=f"{thing.source}: {value}", mend=mend
+                )
             return found
 
         return Path(self._file).parent / Path(_VARIABLE.sub(replace, value)).expanduser()
@@ -137,7 +140,7 @@ class Scene(Section):
         taken: dict[str, int] = {}
         named = []
         for i, thing in enumerate(self.objects):
-            name = thing.name or (Path(thing.mesh).stem if thing.mesh else str(thing.shape))
+            name = thing.name or (Path(thing.file).stem if thing.file else thing.shape or thing.source)
             if name in taken and thing.name:
                 raise ValueError(f"two objects are named {name!r} | give each object its own name")
             count = taken[name] = taken.get(name, 0) + 1

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from palpate import _core
+from palpate import _core, surfaces
 from palpate.errors import SceneError
 from palpate.mesh import Mesh
 from palpate.scene.scene import Scene
@@ -17,21 +17,21 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Surface:
-    """A mesh placed in the world."""
+    """A surface placed in the world."""
 
-    mesh: Mesh
+    body: Mesh | surfaces.Surface  # both have vertices and triangles to be drawn
     X_WO: Array  # (4, 4)
 
     def nearest(self, points_W: Array) -> tuple[Array, Array]:
         """Nearest surface points and outward normals in W, both (n, 3)."""
         R, p = self.X_WO[:3, :3], self.X_WO[:3, 3]
-        _, q, n, _ = self.mesh.closest((points_W - p) @ R)
+        _, q, n = self.body.core.nearest(np.ascontiguousarray((points_W - p) @ R))
         return q @ R.T + p, n @ R.T
 
     @property
     def bounds(self) -> Array:
-        """(2, 3): lowest and highest corner in W [m]."""
-        v = self.mesh.vertices @ self.X_WO[:3, :3].T + self.X_WO[:3, 3]
+        """(2, 3): lowest and highest corner in W of what is drawn [m]."""
+        v = self.body.vertices @ self.X_WO[:3, :3].T + self.X_WO[:3, 3]
         return np.stack([v.min(axis=0), v.max(axis=0)])
 
     @property
@@ -42,28 +42,33 @@ class Surface:
         return np.array([middle[0], middle[1], high[2] + float(np.linalg.norm(high - low))])
 
 
-def surfaces(scene: Scene) -> list[Surface]:
-    """Every object's mesh, read or made, placed in W.
+def placed(scene: Scene) -> list[Surface]:
+    """Every object's surface, read or made, placed in W.
 
     Raises:
-        MeshError: a mesh cannot be used. SceneError: its path names an unknown variable.
+        MeshError, SurfaceError: a file cannot be used. SceneError: its path names an unknown variable.
     """
-    return [Surface(_mesh(scene, i), thing.pose.matrix()) for i, thing in enumerate(scene.objects)]
+    return [Surface(_body(scene, i), thing.pose.matrix()) for i, thing in enumerate(scene.objects)]
 
 
-def snapshot(scene: Scene, placed: list[Surface]) -> _core.Snapshot:
+def snapshot(scene: Scene, surfaces_W: list[Surface]) -> _core.Snapshot:
     """The world as the core sees it."""
     objects = []
-    for thing, placed_one in zip(scene.objects, placed, strict=True):
+    for thing, placed_one in zip(scene.objects, surfaces_W, strict=True):
         material = _core.Material(np.array(thing.stiffness), np.array(thing.damping), thing.friction)
-        objects.append(_core.Object(thing.name, placed_one.mesh.core, placed_one.X_WO, material))
+        objects.append(_core.Object(thing.name, placed_one.body.core, placed_one.X_WO, material))
     return _core.Snapshot(objects)
 
 
-def _mesh(scene: Scene, index: int) -> Mesh:
+def _body(scene: Scene, index: int) -> Mesh | surfaces.Surface:
     thing = scene.objects[index]
+    if thing.mesh is not None:
+        return Mesh.load(scene.path_of(index), thing.unit)
+    if thing.sdf is not None:
+        return surfaces.DistanceGrid.load(scene.path_of(index), thing.unit)
     if thing.shape is None:
-        return Mesh.load(scene.mesh_path(index), thing.unit)
+        made: surfaces.Surface = getattr(thing, thing.source).make(thing.name)
+        return made
     from palpate import shapes
 
     make = {"organ": shapes.organ, "gallbladder": shapes.gallbladder}[thing.shape]

@@ -23,7 +23,7 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
     """What the viewer draws of a scene that is set up; the arms are copies of its own."""
     scene, arms = rig.scene, rig.arms
     things = [
-        Thing(each.name, *drawable(placed.mesh.vertices, placed.mesh.triangles), placed.X_WO)
+        Thing(each.name, *drawable(placed.body.vertices, placed.body.triangles), placed.X_WO)
         for each, placed in zip(scene.objects, rig.surfaces, strict=True)
     ]
     p_WH = arms.X_WL @ arms.leader.fk(arms.q_leader0)[:, 3]

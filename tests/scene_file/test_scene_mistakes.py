@@ -29,8 +29,8 @@ ONE = "objects:\n  - shape: organ\n"
         (ONE + "    pose: {xyz: [0, 0, a]}\n", "s.yaml:3: objects[0].pose.xyz[2] must be a valid number. Got: 'a'\n  mend: expected: origin [m]"),
         (ONE + "contact: [1]\n", "s.yaml:3: contact must be a section with keys such as method, radius, collision_rate. Got: [1]"),
         ("objects:\n  - mesh: a.stl\n    unit: feet\n", "s.yaml:3: objects[0].unit must be 'mm', 'cm', 'm' or 'in'. Got: 'feet'"),
-        ("objects:\n  - {}\n", "s.yaml:2: objects[0]: an object needs either mesh or shape; neither is given"),
-        ("objects:\n  - {mesh: a, shape: organ}\n", "an object needs either mesh or shape; both are given"),
+        ("objects:\n  - {}\n", "s.yaml:2: objects[0]: an object is one of mesh, sdf, shape, plane,"),
+        ("objects:\n  - {mesh: a, shape: organ}\n", "mesh and shape are given"),
         ("objects: []\n", "s.yaml:1: objects must have at least 1 of them. Got: []"),
         ("objects: 3\n", "s.yaml:1: objects must be a list. Got: 3"),
         ("seed: 1\n", "'objects' is missing\n  why: what can be touched"),
@@ -89,7 +89,7 @@ def test_unset_variable_is_named(monkeypatch):
     monkeypatch.delenv("ORGANS", raising=False)
     scene = Scene.parse("objects:\n  - mesh: ${ORGANS}/a.stl\n", "s.yaml")
     with pytest.raises(SceneError, match=r"s\.yaml:2: variable ORGANS is not set[\s\S]*export ORGANS="):
-        scene.mesh_path(0)
+        scene.path_of(0)
 
 
 _words = st.sampled_from(

@@ -72,12 +72,12 @@ def test_objects_without_a_name_take_their_files():
     assert [o.name for o in scene.objects] == ["liver", "liver-2", "organ"]
 
 
-def test_mesh_paths_are_relative_to_the_scene(monkeypatch):
+def test_path_ofs_are_relative_to_the_scene(monkeypatch):
     monkeypatch.setenv("ORGANS", "/organs")
     scene = Scene.parse(
         "objects: [{mesh: a.stl}, {mesh: '${ORGANS}/b.stl'}, {mesh: '${NOWHERE:-../x}/c.stl'}]", "d/s.yaml"
     )
-    assert [str(scene.mesh_path(i)) for i in range(3)] == ["d/a.stl", "/organs/b.stl", "d/../x/c.stl"]
+    assert [str(scene.path_of(i)) for i in range(3)] == ["d/a.stl", "/organs/b.stl", "d/../x/c.stl"]
 
 
 def test_values_name_their_line():

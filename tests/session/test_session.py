@@ -221,12 +221,12 @@ def test_a_record_finds_its_meshes_again(tmp_path):
     path = meshed(tmp_path / "here")
     record = Path(palpate.Session(Scene.load(path), out=tmp_path / "o").run(0.3).record)
     assert str(tmp_path) not in Record.open(record).scene
-    found = recorded_scene(Record.open(record)).mesh_path(0)
+    found = recorded_scene(Record.open(record)).path_of(0)
     assert found.samefile(path.with_name("soft.obj"))
     palpate.Session(Scene.load(record.with_name("scene.yaml"))).step()  # it runs again as it is
     moved = record.parent / "soft.obj"  # the run's folder went to another machine, the mesh with it
     path.with_name("soft.obj").rename(moved)
-    assert recorded_scene(Record.open(record)).mesh_path(0).samefile(moved)
+    assert recorded_scene(Record.open(record)).path_of(0).samefile(moved)
 
 
 @pytest.mark.parametrize("realtime", [False, True])

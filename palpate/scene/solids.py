@@ -1,0 +1,88 @@
+"""Surfaces that a scene names instead of a mesh: each key of an object is one section here, which makes it."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from palpate import surfaces
+from palpate.scene.values import Positive, Section
+
+_Even = Annotated[int, Field(strict=True, ge=2, le=12, multiple_of=2)]
+
+
+class PlaneSection(Section):
+    """The half-space below z = 0 of the object, without an end."""
+
+    size: Positive = 0.2
+    """side of the square that is drawn of it [m]"""
+
+    def make(self, name: str) -> surfaces.Plane:
+        """The surface."""
+        return surfaces.Plane(self.size, name=name)
+
+
+class SphereSection(Section):
+    """A sphere around the object's origin."""
+
+    radius: Positive
+    """[m]"""
+
+    def make(self, name: str) -> surfaces.Sphere:
+        """The surface."""
+        return surfaces.Sphere(self.radius, name=name)
+
+
+class BoxSection(Section):
+    """A box around the object's origin, its sides along the axes."""
+
+    size: tuple[Positive, Positive, Positive]
+    """sides along x, y and z [m]"""
+
+    def make(self, name: str) -> surfaces.Box:
+        """The surface."""
+        return surfaces.Box(self.size, name=name)
+
+
+class CylinderSection(Section):
+    """A cylinder with flat ends around the object's z axis."""
+
+    radius: Positive
+    """[m]"""
+    length: Positive
+    """from end to end [m]"""
+
+    def make(self, name: str) -> surfaces.Cylinder:
+        """The surface."""
+        return surfaces.Cylinder(self.radius, self.length, name=name)
+
+
+class CapsuleSection(Section):
+    """A cylinder with round ends around the object's z axis."""
+
+    radius: Positive
+    """[m]"""
+    length: Positive
+    """between the centres of its round ends [m]"""
+
+    def make(self, name: str) -> surfaces.Capsule:
+        """The surface."""
+        return surfaces.Capsule(self.radius, self.length, name=name)
+
+
+class ImplicitSection(Section):
+    """The implicit surface of the paper's Eq 14: sum of (x_i / half_i)^exponent_i = 1."""
+
+    half: tuple[Positive, Positive, Positive]
+    """half of its size along x, y and z [m]"""
+    exponents: tuple[_Even, _Even, _Even] = (2, 2, 2)
+    """of x, y and z: 2, 4, ... 12; 2 is an ellipsoid, more a pillow [-]"""
+
+    def make(self, name: str) -> surfaces.ImplicitSurface:
+        """The surface."""
+        return surfaces.ImplicitSurface.of_half_lengths(self.half, self.exponents, name=name)
+
+
+SOLIDS = ("plane", "sphere", "box", "cylinder", "capsule", "implicit")
+"""Keys of an object that are one of these sections."""
