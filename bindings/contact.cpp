@@ -1,15 +1,18 @@
-#include "palpate/contact/contact.hpp"
-
 #include <nanobind/eigen/dense.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <array>
 #include <chrono>
+#include <optional>
 
 #include "bindings.hpp"
+#include "palpate/contact/friction.hpp"
 #include "palpate/contact/paper_plane.hpp"
+#include "palpate/contact/tool.hpp"
 #include "palpate/force/force.hpp"
 
 namespace nb = nanobind;
@@ -18,6 +21,7 @@ namespace palpate::bindings {
 namespace {
 
 using Rows = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+using Poses = nb::ndarray<const double, nb::shape<-1, 4, 4>, nb::c_contig, nb::device::cpu>;
 using Clock = std::chrono::steady_clock;
 
 /// Row views of one output array, owned by Python.
@@ -34,29 +38,50 @@ struct Output {
   }
 };
 
-/// Runs a prescribed tool path through the method and the force law of the loop, each update timed.
-nb::tuple render(const scene::Snapshot& scene, const Rows& tips, const std::string& method_name,
-                 const contact::Options& options, double rate) {
+/// Where the first object is at each tick; its velocity by backward differences, as the tool's.
+void move(scene::Object& object, const Poses& poses, std::size_t i, double rate) {
+  using Rows4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+  const auto pose = [&](std::size_t k) {
+    const Eigen::Map<const Rows4> X(poses.data() + 16 * k);
+    return Pose{X.topLeftCorner<3, 3>(), X.topRightCorner<3, 1>()};
+  };
+  const Pose now = pose(i), before = pose(i > 0 ? i - 1 : 0);
+  const Eigen::AngleAxisd turned(Mat3(now.R * before.R.transpose()));
+  object.X_WO = now;
+  object.motion = {
+      {(now.p - before.p) * rate, turned.axis() * turned.angle() * rate}, {}, now.p, static_cast<double>(i) / rate};
+}
+
+/// Runs a prescribed tool path through the contact and force stages of the loop, each update timed. The tool does not
+/// turn: its spheres keep their places beside the tip.
+nb::tuple render(scene::Snapshot scene, const Rows& tips, const std::string& method_name,
+                 const contact::Options& options, double rate, const std::optional<Poses>& poses) {
   const std::size_t n = tips.shape(0);
-  const std::unique_ptr<contact::Method> method = contact::make_method(method_name, options);
-  method->check(scene);
-  Output force(n, 3), normal(n, 3), depth(n, 1), proxy(n, 3), latency(n, 1);
+  contact::Tool tool(method_name, options);
+  tool.check(scene);
+  if (poses && (poses->shape(0) != n || scene.objects.size() != 1))
+    throw nb::value_error("poses: one for each tip, of a scene of one object");
+  Output force(n, 3), normal(n, 3), depth(n, 1), proxy(n, 3), latency(n, 1), torque(n, 3);
   bool started_inside = false;
   {
     const nb::gil_scoped_release release;
-    method->collide(scene);  // an asynchronous method prepares its meshes
+    tool.collide(scene);  // an asynchronous method prepares its meshes
+    std::array<Vec3, contact::kMaxSpheres> p_WS;
     Vec3 previous = n > 0 ? Vec3(tips.data()) : Vec3::Zero();
     for (std::size_t i = 0; i < n; ++i) {
       const Vec3 p_WT(tips.data() + 3 * i);
-      const Vec3 v_WT = (p_WT - previous) * rate;
-      previous = p_WT;
+      const Twist V_WT{(p_WT - previous) * rate, Vec3::Zero()};
+      previous = p_WS[0] = p_WT;
+      for (std::size_t s = 0; s < options.spheres.size(); ++s) p_WS[s + 1] = p_WT + options.spheres[s].p;
       const Clock::time_point start = Clock::now();
-      if (method->asynchronous() && i > 0) method->collide(scene);  // lockstep: the answer to the last step
-      const contact::ContactSet& contacts = method->step(scene, p_WT, v_WT, static_cast<double>(i) / rate);
-      const force::ForceTerms terms = force::step(contacts, {v_WT, Vec3::Zero()}, 1.0, 1.0);
+      if (tool.asynchronous() && i > 0) tool.collide(scene);  // lockstep: the answer to the last step
+      if (poses) move(scene.objects[0], *poses, i, rate);
+      const contact::ContactSet& contacts = tool.step(scene, p_WS.data(), static_cast<double>(i) / rate);
+      const force::ForceTerms terms = force::step(contacts, V_WT, 1.0, 1.0);
       *latency.row(i) = std::chrono::duration<double>(Clock::now() - start).count();
 
       Vec3::Map(force.row(i)) = terms.F;
+      Vec3::Map(torque.row(i)) = terms.torque;
       Vec3::Map(proxy.row(i)) = contacts.size > 0 ? contacts.contact[0].p_proxy : p_WT;
       if (contacts.size > 0) {
         Vec3::Map(normal.row(i)) = contacts.contact[0].normal;
@@ -65,7 +90,8 @@ nb::tuple render(const scene::Snapshot& scene, const Rows& tips, const std::stri
       started_inside |= contacts.started_inside;
     }
   }
-  return nb::make_tuple(force.take(), normal.take(), depth.take(), proxy.take(), latency.take(), started_inside);
+  return nb::make_tuple(force.take(), normal.take(), depth.take(), proxy.take(), latency.take(), started_inside,
+                        torque.take());
 }
 
 Vec3 grow_plane(const Rows& points, const Vec3& n_last, double baseline) {
@@ -77,11 +103,31 @@ Vec3 grow_plane(const Rows& points, const Vec3& n_last, double baseline) {
 }  // namespace
 
 void bind_contact(nb::module_& m) {
+  using contact::Sphere;
+  nb::class_<Sphere>(m, "Sphere", "A sphere of the tool beside the SPR on its tip.")
+      .def(
+          "__init__",
+          [](Sphere* self, const Vec3& p, double radius, int link, const Vec3& hinge, const Vec3& turn) {
+            new (self) Sphere{link, p, radius, hinge, turn};
+          },
+          nb::arg("p"), nb::arg("radius"), nb::arg("link") = -1, nb::arg("hinge") = Vec3(Vec3::Zero()),
+          nb::arg("turn") = Vec3(Vec3::Zero()))
+      .def_ro("p", &Sphere::p, "centre in the link's frame, jaws closed [m]")
+      .def_ro("radius", &Sphere::radius, "[m]")
+      .def_ro("link", &Sphere::link, "of the follower, by number; below zero the tool tip T")
+      .def("centre", &Sphere::centre, nb::arg("jaw"), "In the link's frame with the jaws open by `jaw` [rad].");
   nb::class_<contact::Options>(m, "ContactOptions", "The spherical proxy region on the tool tip.")
       .def(nb::init<>())
       .def_rw("radius", &contact::Options::radius, "of the SPR [m]")
       .def_rw("collision_rate", &contact::Options::collision_rate,
-              "of the collision thread of the paper's methods [Hz]");
+              "of the collision thread of the paper's methods [Hz]")
+      .def_rw("spheres", &contact::Options::spheres, "of the tool beside the SPR; a copy: assign it whole");
+  nb::class_<contact::Friction>(m, "Friction", "Coulomb friction of one proxy, which sticks and slips.")
+      .def(nb::init<>())
+      .def("step", &contact::Friction::step, nb::arg("p"), nb::arg("normal"), nb::arg("depth"), nb::arg("mu"),
+           nb::arg("mu_static"), "Proxy without friction, unit normal, depth [m], coefficients -> lag (3,) [m].")
+      .def_prop_ro("slipping", &contact::Friction::slipping);
+  m.attr("MAX_SPHERES") = contact::kMaxSpheres;
   m.def("contact_methods", &contact::methods, "Names of the contact methods there are; the default first.");
   m.def(
       "contact_check",
@@ -93,9 +139,9 @@ void bind_contact(nb::module_& m) {
   m.def("grow_plane", &grow_plane, nb::arg("points"), nb::arg("n_last"), nb::arg("baseline"),
         "Normal (3,) of the plane that `paper-plane` grows through points (n, 3) [m]; zero where it refuses.");
   m.def("contact_render", &render, nb::arg("snapshot"), nb::arg("tips"), nb::arg("method"), nb::arg("options"),
-        nb::arg("rate"),
+        nb::arg("rate"), nb::arg("poses") = nb::none(),
         "A tool path p_WT (n, 3) [m] at `rate` [Hz] through contact and force -> force, normal, depth, proxy, latency, "
-        "started_inside.");
+        "started_inside, torque. poses: X_WO (n, 4, 4) of the only object.");
 }
 
 }  // namespace palpate::bindings

@@ -46,9 +46,10 @@ auto force_step(const Rows& K, const Rows& B, const Rows& normal, const Rows& de
 }  // namespace
 
 void bind_force(nb::module_& m) {
-  m.def("force", &force_step, "K"_a, "B"_a, "normal"_a, "delta_x"_a, "v_WT"_a, "v_surface"_a, "stiffness_scale"_a = 1.0,
-        "damping_scale"_a = 1.0, "w_WT"_a = Vec3(Vec3::Zero()), "p_TS"_a = nb::none(),
-        "Stage `force` on n contacts given as (n, 3) arrays: (F, F_spring, F_damping) [N], torque about T [N m], in W.");
+  m.def(
+      "force", &force_step, "K"_a, "B"_a, "normal"_a, "delta_x"_a, "v_WT"_a, "v_surface"_a, "stiffness_scale"_a = 1.0,
+      "damping_scale"_a = 1.0, "w_WT"_a = Vec3(Vec3::Zero()), "p_TS"_a = nb::none(),
+      "Stage `force` on n contacts given as (n, 3) arrays: (F, F_spring, F_damping) [N], torque about T [N m], in W.");
 }
 
 }  // namespace palpate::bindings

@@ -142,43 +142,120 @@ void bind_mesh(nb::module_& m) {
       .def("contains", &contains, nb::arg("points"), "points (n, 3) -> inside of the closed mesh (n,); False if open.");
 }
 
+void bind_material(nb::module_& m) {
+  using scene::Material;
+  using scene::Region;
+  nb::class_<Material>(m, "Material", "How an object feels: diagonal K and B along the axes of W, friction.")
+      .def(
+          "__init__",
+          [](Material* self, const Vec3& K, const Vec3& B, double mu, double mu_static) {
+            new (self) Material{K, B, mu, mu_static};
+          },
+          nb::arg("K") = Material{}.K, nb::arg("B") = Material{}.B, nb::arg("mu") = Material{}.mu,
+          nb::arg("mu_static") = Material{}.mu_static)
+      .def_rw("K", &Material::K, "stiffness [N/m]")
+      .def_rw("B", &Material::B, "damping [N s/m]")
+      .def_rw("mu", &Material::mu, "Coulomb friction coefficient while it slips [-]")
+      .def_rw("mu_static", &Material::mu_static, "while it sticks; below mu: as mu [-]");
+  nb::class_<Region>(m, "Region", "Part of an object that feels otherwise: a box with round edges, or a ball.")
+      .def(
+          "__init__",
+          [](Region* self, const Vec3& centre, const Vec3& half, double radius, double blend,
+             const Material& material) {
+            if (!centre.allFinite() || !half.allFinite() || half.minCoeff() < 0.0 || !(radius >= 0.0) ||
+                !std::isfinite(radius) || !(blend > 0.0) || !std::isfinite(blend))
+              throw nb::value_error("a region needs a finite centre, half >= 0, radius >= 0 and blend > 0, in metres");
+            new (self) Region{centre, half, radius, blend, material};
+          },
+          nb::arg("centre"), nb::arg("half") = Vec3(Vec3::Zero()), nb::arg("radius") = Region{}.radius,
+          nb::arg("blend") = Region{}.blend, nb::arg("material") = Material{})
+      .def_ro("centre", &Region::centre, "in O [m]")
+      .def_ro("half", &Region::half, "half the lengths of the box; zero: a ball [m]")
+      .def_ro("radius", &Region::radius, "of the ball, or of the round edges [m]")
+      .def_ro("blend", &Region::blend, "fades over [m]")
+      .def_ro("material", &Region::material);
+}
+
+void bind_motion(nb::module_& m) {
+  using scene::Motion;
+  using scene::Wave;
+  nb::class_<Wave>(m, "Wave", "A sinusoid of a Motion.")
+      .def(
+          "__init__",
+          [](Wave* self, const Vec3& shift, const Vec3& turn, double period, double phase) {
+            if (!shift.allFinite() || !turn.allFinite() || !(period > 0.0) || !std::isfinite(period) ||
+                !std::isfinite(phase))
+              throw nb::value_error("a wave needs finite amplitudes and phase, and a period above zero");
+            new (self) Wave{shift, turn, period, phase};
+          },
+          nb::arg("shift") = Vec3(Vec3::Zero()), nb::arg("turn") = Vec3(Vec3::Zero()), nb::arg("period") = 1.0,
+          nb::arg("phase") = 0.0);
+  nb::class_<Motion>(m, "Motion", "How an object moves: a steady velocity plus sinusoids, from where it rests.")
+      .def(
+          "__init__",
+          [](Motion* self, const Vec3& v, const Vec3& w, std::vector<Wave> waves, const Vec3& about) {
+            if (!v.allFinite() || !w.allFinite() || !about.allFinite())
+              throw nb::value_error("a motion needs finite velocities and a finite centre");
+            new (self) Motion{{v, w}, std::move(waves), about, 0.0};
+          },
+          nb::arg("v") = Vec3(Vec3::Zero()), nb::arg("w") = Vec3(Vec3::Zero()), nb::arg("waves") = std::vector<Wave>{},
+          nb::arg("about") = Vec3(Vec3::Zero()));
+}
+
+void bind_world(nb::module_& m) {
+  using scene::Object;
+  nb::class_<Object>(m, "Object", "A surface at a pose, made of a material, with regions that feel otherwise.")
+      .def(
+          "__init__",
+          [](Object* self, std::string name, std::shared_ptr<scene::Surface> surface, const Matrix4& X_WO,
+             const scene::Material& material, std::vector<scene::Region> regions, scene::Motion motion) {
+            new (self) Object{std::move(name), std::move(surface), to_pose(X_WO, "X_WO"),
+                              material,        std::move(regions), std::move(motion)};
+          },
+          nb::arg("name"), nb::arg("surface"), nb::arg("X_WO") = Matrix4(Matrix4::Identity()),
+          nb::arg("material") = scene::Material{}, nb::arg("regions") = std::vector<scene::Region>{},
+          nb::arg("motion") = scene::Motion{})
+      .def_ro("name", &Object::name)
+      .def_prop_ro("surface", [](const Object& o) { return std::const_pointer_cast<scene::Surface>(o.surface); })
+      .def_prop_rw(
+          "X_WO", [](const Object& o) { return to_matrix(o.X_WO); },
+          [](Object& o, const Matrix4& X) { o.X_WO = to_pose(X, "X_WO"); }, "pose in W at rest, 4x4")
+      .def_rw("material", &Object::material)
+      .def(
+          "pose", [](const Object& o, double t) { return to_matrix(o.pose(t)); }, nb::arg("t"), "X_WO at t [s], 4x4.")
+      .def(
+          "velocity", [](const Object& o, const Vec3& p_W, double t) { return o.motion.velocity(p_W, t); },
+          nb::arg("p_W"), nb::arg("t"), "Of its material point that is at p_W at t [m/s].")
+      .def(
+          "feel",
+          [](const Object& o, const Vec3& p_O) {
+            const scene::Feel feel = o.feel(p_O);
+            return nb::make_tuple(feel.material, feel.dK);
+          },
+          nb::arg("p_O"), "(material, gradients of K by row [N/m^2]) at p_O, in its frame.");
+  nb::class_<scene::Snapshot>(m, "Snapshot", "The world at one instant.")
+      .def(
+          "__init__",
+          [](scene::Snapshot* self, std::vector<Object> objects) {
+            if (objects.size() > scene::kMaxObjects)
+              throw nb::value_error(("a snapshot holds at most " + std::to_string(scene::kMaxObjects) +
+                                     " objects, got " + std::to_string(objects.size()))
+                                        .c_str());
+            new (self) scene::Snapshot{std::move(objects)};
+          },
+          nb::arg("objects"))
+      .def_ro("objects", &scene::Snapshot::objects);
+}
+
 }  // namespace
 
 void bind_scene(nb::module_& m) {
   bind_mesh(m);
   bind_surfaces(m);
   m.def("bvh_has_avx2", &scene::bvh_has_avx2, "This machine runs the AVX2 kernel.");
-  nb::class_<scene::Material>(m, "Material", "How an object feels: diagonal K and B along the axes of W.")
-      .def(
-          "__init__",
-          [](scene::Material* self, const Vec3& K, const Vec3& B, double mu) { new (self) scene::Material{K, B, mu}; },
-          nb::arg("K") = scene::Material{}.K, nb::arg("B") = scene::Material{}.B, nb::arg("mu") = scene::Material{}.mu)
-      .def_rw("K", &scene::Material::K, "stiffness [N/m]")
-      .def_rw("B", &scene::Material::B, "damping [N s/m]")
-      .def_rw("mu", &scene::Material::mu, "Coulomb friction coefficient [-]");
-  nb::class_<scene::Object>(m, "Object", "A surface at a pose, made of a material.")
-      .def(
-          "__init__",
-          [](scene::Object* self, std::string name, std::shared_ptr<scene::Surface> surface, const Matrix4& X_WO,
-             const scene::Material& material) {
-            new (self) scene::Object{std::move(name), std::move(surface), to_pose(X_WO, "X_WO"), material};
-          },
-          nb::arg("name"), nb::arg("surface"), nb::arg("X_WO") = Matrix4(Matrix4::Identity()),
-          nb::arg("material") = scene::Material{})
-      .def_ro("name", &scene::Object::name)
-      .def_prop_ro("surface", [](const scene::Object& o) { return std::const_pointer_cast<scene::Surface>(o.surface); })
-      .def_prop_rw(
-          "X_WO", [](const scene::Object& o) { return to_matrix(o.X_WO); },
-          [](scene::Object& o, const Matrix4& X) { o.X_WO = to_pose(X, "X_WO"); }, "pose in W, 4x4")
-      .def_rw("material", &scene::Object::material);
-  nb::class_<scene::Snapshot>(m, "Snapshot", "The world at one instant.")
-      .def(
-          "__init__",
-          [](scene::Snapshot* self, std::vector<scene::Object> objects) {
-            new (self) scene::Snapshot{std::move(objects)};
-          },
-          nb::arg("objects"))
-      .def_ro("objects", &scene::Snapshot::objects);
+  bind_material(m);
+  bind_motion(m);
+  bind_world(m);
 }
 
 }  // namespace palpate::bindings

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -30,6 +31,7 @@ class Rendered:
     proxy: Array  #: (n, 3) p_WP, the proxy; the tool itself when free [m]
     latency: Array  #: (n,) of one update of contact and force, measured inside C++ [s]
     started_inside: bool  #: the path began inside the closed surface: the proxy was put outside, at the nearest point
+    torque: Array  #: (n, 3) of the force about the tool tip; zero but for spheres beside it [N m]
 
 
 def render(
@@ -40,8 +42,11 @@ def render(
     stiffness: float | npt.ArrayLike,
     damping: float | npt.ArrayLike = 0.0,
     friction: float = 0.0,
+    static_friction: float = 0.0,
     method: str = "proxy",
     rate: float = 1000.0,
+    poses: npt.ArrayLike | None = None,
+    spheres: Sequence[tuple[npt.ArrayLike, float]] = (),
 ) -> Rendered:
     """Feel ``surface`` with a sphere whose centre follows ``tips``.
 
@@ -55,10 +60,14 @@ def render(
         radius: of the spherical proxy region [m].
         stiffness: K, one number or one for each axis of W [N/m].
         damping: B, likewise [N s/m].
-        friction: Coulomb coefficient mu.
+        friction: Coulomb coefficient mu while it slips.
+        static_friction: while it sticks; below ``friction`` it counts as that.
         method: one of ``_core.contact_methods()``: ``proxy``; for comparison ``penalty`` and the paper's
             ``paper-plane``, ``paper-alg1``, ``face-normal``, ``approach-velocity``, which need triangles.
         rate: of the tips [Hz].
+        poses: (n, 4, 4) X_WO, where the surface is at each tip; at rest in W when left out. Its velocity, which the
+            damping sees, is by backward differences, too.
+        spheres: more spheres of the tool beside the one on the tip: (p_TS (3,) [m] in axes of W, radius [m]) each.
 
     Raises:
         ValueError: names the argument, what it was and what it should be.
@@ -67,8 +76,12 @@ def render(
     points = _points(tips)
     options = _core.ContactOptions()
     options.radius = _positive("radius", radius, "m")
-    snapshot = snapshot_of(surface, stiffness=stiffness, damping=damping, friction=friction)
-    return Rendered(*_core.contact_render(snapshot, points, method, options, _positive("rate", rate, "Hz")))
+    options.spheres = [_core.Sphere(np.asarray(p, dtype=np.float64), _positive("radius", r, "m")) for p, r in spheres]
+    snapshot = snapshot_of(
+        surface, stiffness=stiffness, damping=damping, friction=friction, static_friction=static_friction
+    )
+    X_WO = None if poses is None else _poses(poses, len(points))
+    return Rendered(*_core.contact_render(snapshot, points, method, options, _positive("rate", rate, "Hz"), X_WO))
 
 
 def snapshot_of(
@@ -77,9 +90,11 @@ def snapshot_of(
     stiffness: float | npt.ArrayLike,
     damping: float | npt.ArrayLike = 0.0,
     friction: float = 0.0,
+    static_friction: float = 0.0,
 ) -> _core.Snapshot:
     """A world of one object, "surface", in its own frame. Arguments and errors as in ``render``."""
-    material = _core.Material(K=_axes("stiffness", stiffness), B=_axes("damping", damping), mu=_not_negative(friction))
+    mu, mu_static = _not_negative("friction", friction), _not_negative("static_friction", static_friction)
+    material = _core.Material(_axes("stiffness", stiffness), _axes("damping", damping), mu, mu_static)
     return _core.Snapshot([_core.Object("surface", _core_surface(surface), np.eye(4), material)])
 
 
@@ -122,7 +137,20 @@ def _positive(name: str, value: float, unit: str) -> float:
     return float(value)
 
 
-def _not_negative(friction: float) -> float:
-    if not (np.isfinite(friction) and friction >= 0):
-        raise ValueError(f"friction must be finite and not negative, got {friction!r}")
-    return float(friction)
+def _not_negative(name: str, value: float) -> float:
+    if not (np.isfinite(value) and value >= 0):
+        raise ValueError(f"{name} must be finite and not negative, got {value!r}")
+    return float(value)
+
+
+def _poses(poses: npt.ArrayLike, n: int) -> Array:
+    X = np.ascontiguousarray(poses, dtype=np.float64)
+    if X.shape != (n, 4, 4):
+        raise ValueError(f"poses must have shape ({n}, 4, 4), one for each tip, got {X.shape}")
+    R = X[:, :3, :3]
+    sound = np.isfinite(X).all(axis=(1, 2)) & (X[:, 3] == [0, 0, 0, 1]).all(axis=1) & (np.linalg.det(R) > 0)
+    sound &= np.abs(R @ R.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2), initial=0.0) < 1e-6
+    if not sound.all():
+        i = int(np.argmin(sound))
+        raise ValueError(f"poses must be finite, rotation matrices over a last row 0 0 0 1; poses[{i}] is not")
+    return X

@@ -39,6 +39,13 @@ void Arm::update(const JointVector& q, const JointVector& v) noexcept {
   v_ = v;
 }
 
+std::vector<Pose> Arm::link_poses(const JointVector& q) {
+  update(q, zero_);
+  std::vector<Pose> poses(link_names().size());
+  for (std::size_t i = 0; i < poses.size(); ++i) poses[i] = link_pose(static_cast<int>(i));
+  return poses;
+}
+
 Twist Arm::twist() const noexcept {
   const Vec6 V = J_ * v_;
   return {V.head<3>(), V.tail<3>()};

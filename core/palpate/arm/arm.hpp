@@ -61,6 +61,8 @@ class Arm {
   [[nodiscard]] const Pose& tip() const noexcept { return X_0T_; }        ///< X_0T, base to tip
   [[nodiscard]] const Jacobian& jacobian() const noexcept { return J_; }  ///< at the tip, in base axes
   [[nodiscard]] Twist twist() const noexcept;                             ///< J v
+  /// X_0link of link_names()[link], as of the last update().
+  [[nodiscard]] Pose link_pose(int link) const noexcept { return mechanism_->link_pose(link); }
 
   /// Gravity torque G(q) = dP/dq that holds the masses up (Eq 10); gravity vector in the base frame.
   [[nodiscard]] const JointVector& gravity(const JointVector& q) noexcept;
@@ -92,7 +94,7 @@ class Arm {
   IkResult ik(const Pose& X_0T_goal, JointVector& q, const IkOptions& options = {}) noexcept;
 
   /// Poses of every link frame at q, in link_names() order; for drawing, not for the cycle.
-  [[nodiscard]] std::vector<Pose> link_poses(const JointVector& q) { return mechanism_->link_poses(q); }
+  [[nodiscard]] std::vector<Pose> link_poses(const JointVector& q);
   [[nodiscard]] const std::vector<std::string>& link_names() const noexcept { return facts().link_names; }
   /// The arm as sticks, for drawing.
   [[nodiscard]] const std::vector<Segment>& segments() const noexcept { return facts().segments; }

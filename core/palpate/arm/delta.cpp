@@ -115,17 +115,12 @@ class Delta final : public Mechanism {
     return true;
   }
 
-  [[nodiscard]] std::vector<Pose> link_poses(const JointVector& q) override {
-    solve(q);
-    std::vector<Pose> poses{{}};
-    for (int i = 0; i < kArms; ++i) {
-      const Vec3 hip = size_.base_radius * u_[i];
-      const Vec3 knee = elbow(q[i], i) + size_.platform_radius * u_[i];
-      poses.push_back({along(knee - hip), hip});
-      poses.push_back({along(s_[i]), knee});
-    }
-    poses.push_back({Mat3::Identity(), p_});
-    return poses;
+  [[nodiscard]] Pose link_pose(int link) const noexcept override {  // base, upper1, rod1, ..., rod3, platform
+    if (link == 0) return {};
+    if (link > 2 * kArms) return {Mat3::Identity(), p_};
+    const int i = (link - 1) / 2;
+    const Vec3 hip = size_.base_radius * u_[i], knee = p_ - s_[i] + size_.platform_radius * u_[i];
+    return link % 2 == 1 ? Pose{along(knee - hip), hip} : Pose{along(s_[i]), knee};
   }
 
  private:

@@ -54,8 +54,8 @@ class Mechanism {
   virtual void set_gravity(const Vec3& g_base) noexcept = 0;
   /// Every moving link's mass and inertia times a factor (n,).
   virtual void scale_masses(const JointVector& scale) = 0;
-  /// X_0link of every link, in link_names order; may allocate.
-  [[nodiscard]] virtual std::vector<Pose> link_poses(const JointVector& q) = 0;
+  /// X_0link of link_names[link] where kinematics() went last.
+  [[nodiscard]] virtual Pose link_pose(int link) const noexcept = 0;
 
   // What follows from dynamics(), unless a device knows a quicker or an independent way.
   virtual void inverse_dynamics(const JointVector& q, const JointVector& v, const JointVector& a, Dynamics& work,

@@ -178,12 +178,8 @@ class Serial final : public Mechanism {
     }
   }
 
-  [[nodiscard]] std::vector<Pose> link_poses(const JointVector& q) override {
-    pinocchio::forwardKinematics(model_, data_, ConstRef(q));
-    std::vector<Pose> poses;
-    poses.reserve(link_ids_.size());
-    for (const auto id : link_ids_) poses.push_back(frame_pose(id));
-    return poses;
+  [[nodiscard]] Pose link_pose(int link) const noexcept override {
+    return frame_pose(link_ids_[static_cast<std::size_t>(link)]);
   }
 
  private:

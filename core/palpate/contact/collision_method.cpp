@@ -44,6 +44,7 @@ const ContactSet& CollisionMethod::step(const scene::Snapshot& scene, const Vec3
     shown_ = newest.epoch == request_.epoch ? newest : Answer{};
     request_.p_WT = p_WT;
     request_.v_WT = v_WT;
+    request_.t = t;
     ++request_.number;
     requests_.write(request_);
   }
@@ -53,9 +54,9 @@ const ContactSet& CollisionMethod::step(const scene::Snapshot& scene, const Vec3
     if (index >= scene.objects.size() || scene.objects[index].surface->id() != f.mesh) {
       continue;
     }
-    const scene::Object& object = scene.objects[index];
-    const Mat3& R_WO = object.X_WO.R;
-    const Vec3 p_OT = R_WO.transpose() * (p_WT - object.X_WO.p);
+    const Pose X_WO = scene.objects[index].pose(t);
+    const Mat3& R_WO = X_WO.R;
+    const Vec3 p_OT = R_WO.transpose() * (p_WT - X_WO.p);
     const algorithm1::Deflection d = algorithm1::deflect(f.plane, p_OT, R_WO.transpose() * v_WT);
     const double depth = f.plane.n.dot(d.delta_x);
     if (depth > 0.0) {  // else released since the collision: exactly zero
@@ -64,8 +65,7 @@ const ContactSet& CollisionMethod::step(const scene::Snapshot& scene, const Vec3
                                                              .p_proxy = p_WT + delta_x,
                                                              .normal = R_WO * f.plane.n,
                                                              .delta_x = delta_x,
-                                                             .depth = depth,
-                                                             .material = object.material};
+                                                             .depth = depth};
     }
   }
   return set_;
@@ -105,11 +105,12 @@ void CollisionMethod::collide(const scene::Snapshot& scene) {
     if (!rule) {
       rule = make_rule_();
     }
-    const Mat3 R_OW = object.X_WO.R.transpose();
-    const Vec3 p_OT = R_OW * (request.p_WT - object.X_WO.p);
+    const Pose X_WO = object.pose(request.t);
+    const Mat3 R_OW = X_WO.R.transpose();
+    const Vec3 p_OT = R_OW * (request.p_WT - X_WO.p);
     const CollisionPoints points = surface_.collide(object, p_OT);
     if (points.size == 0) {
-      rule->free(R_OW * request.v_WT);
+      rule->free(R_OW * (request.v_WT - object.motion.velocity(request.p_WT, request.t)));
       continue;
     }
     const algorithm1::Plane plane = rule->touch({points, p_OT, radius_});

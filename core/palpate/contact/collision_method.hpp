@@ -49,6 +49,7 @@ class CollisionMethod final : public Method {
  private:
   struct Request {
     Vec3 p_WT = Vec3::Zero(), v_WT = Vec3::Zero();
+    double t = 0.0;            ///< objects are where they were then
     std::uint64_t number = 0;  ///< 0: nothing asked yet
     std::uint64_t epoch = 0;   ///< counts reset(): what was asked before it is not shown after it
   };

@@ -54,6 +54,11 @@ std::vector<std::string> methods() {
   return names;
 }
 
+Vec3 Sphere::centre(double jaw) const noexcept {
+  const double length = turn.norm();
+  return length > 0.0 ? Vec3(hinge + Eigen::AngleAxisd(length * jaw, turn / length) * (p - hinge)) : p;
+}
+
 std::unique_ptr<Method> make_method(std::string_view name, const Options& options) {
   if (!(options.radius > 0.0) || !std::isfinite(options.radius))
     throw std::invalid_argument("contact: radius must be a positive length in metres, got " +

@@ -17,13 +17,16 @@ inline constexpr int kMaxContacts = 32;
 
 /// One object touched by one sphere of the tool: the spherical proxy region (SPR) on the tip is the first. All in W.
 struct Contact {
-  int object = -1;                ///< index into the snapshot
-  Vec3 p_proxy = Vec3::Zero();    ///< centre of the proxy sphere P, on or outside the surface [m]
-  Vec3 normal = Vec3::Zero();     ///< unit, out of the obstacle
-  Vec3 delta_x = Vec3::Zero();    ///< p_proxy - p_tool, out of the obstacle (READINGS 1) [m]
-  double depth = 0.0;             ///< delta_x . normal [m]
+  int object = -1;              ///< index into the snapshot
+  Vec3 p_proxy = Vec3::Zero();  ///< centre of the proxy sphere P, on or outside the surface [m]
+  Vec3 normal = Vec3::Zero();   ///< unit, out of the obstacle
+  Vec3 delta_x = Vec3::Zero();  ///< p_proxy - p_tool, out of the obstacle (READINGS 1) [m]
+  double depth = 0.0;           ///< delta_x . normal [m]
+
+  // What a Tool adds (tool.hpp).
   Vec3 v_surface = Vec3::Zero();  ///< velocity of the touched surface point [m/s]
   scene::Material material;       ///< how it feels there
+  Vec3 F_slope = Vec3::Zero();    ///< of a stiffness that is not the same beside: -1/2 delta_x^2 grad K [N]
   int sphere = 0;                 ///< index into the tool's spheres, 0 = the SPR on the tip
   Vec3 p_TS = Vec3::Zero();       ///< from the tool tip T to the sphere's centre S: the force's lever [m]
 };
@@ -34,18 +37,31 @@ struct ContactSet {
   bool started_inside = false;  ///< an object was around the tool when it was first seen: put outside, nearest point
 };
 
+/// A sphere of the tool beside the SPR on its tip.
+struct Sphere {
+  int link = -1;              ///< of the follower it is fixed to (arm::Arm::link_names); below zero: the tool tip T
+  Vec3 p = Vec3::Zero();      ///< its centre in that link's frame, jaws closed [m]
+  double radius = 0.002;      ///< [m]
+  Vec3 hinge = Vec3::Zero();  ///< of a jaw: a point on its axis, in the link's frame [m]
+  Vec3 turn = Vec3::Zero();   ///< of a jaw: axis times how far it turns per jaw angle, in the link's frame [-]
+
+  /// Its centre in the link's frame with the jaws open by `jaw` [rad].
+  [[nodiscard]] Vec3 centre(double jaw) const noexcept;
+};
+
 struct Options {
   double radius = 0.002;        ///< SPR radius [m]
   double collision_rate = 250;  ///< rate of the collision thread of the paper's methods [Hz]
+  std::vector<Sphere> spheres;  ///< of the tool beside the SPR
 };
 
-/// One way of finding contacts. Has a memory (which side it came from), none of it on the heap in step().
+/// One way of finding contacts of one sphere. Has a memory (which side it came from), none of it on the heap in step().
 class Method {
  public:
   virtual ~Method() = default;
   /// Forget the past: the tool is where it is, outside.
   virtual void reset() noexcept = 0;
-  /// p_WT: tool tip, the SPR's centre [m]; v_WT [m/s]; t [s].
+  /// p_WT: the sphere's centre, of the SPR: the tool tip [m]; v_WT [m/s]; t [s]: objects are where Object::pose(t) is.
   virtual const ContactSet& step(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT,
                                  double t) noexcept = 0;
 

@@ -9,13 +9,13 @@ constexpr double kOnSurface = 1e-6;  // of the radius: nearer than this x - q is
 
 }  // namespace
 
-const ContactSet& Penalty::step(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT,
-                                double /*t*/) noexcept {
+const ContactSet& Penalty::step(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT, double t) noexcept {
   set_.size = 0;
   if (!p_WT.allFinite() || !v_WT.allFinite()) return set_;
   for (std::size_t i = 0; i < scene.objects.size() && set_.size < kMaxContacts; ++i) {
     const scene::Object& object = scene.objects[i];
-    const Vec3 p_OT = object.X_WO.R.transpose() * (p_WT - object.X_WO.p);
+    const Pose X_WO = object.pose(t);
+    const Vec3 p_OT = X_WO.R.transpose() * (p_WT - X_WO.p);
     const scene::Nearest near = object.surface->nearest(p_OT);
     const double depth = radius_ - near.distance;
     if (!(depth > 0.0) || !std::isfinite(depth)) continue;
@@ -23,13 +23,9 @@ const ContactSet& Penalty::step(const scene::Snapshot& scene, const Vec3& p_WT, 
     const double length = away.norm();
     const Vec3 n_O =
         length > kOnSurface * radius_ ? Vec3(std::copysign(1.0, near.distance) / length * away) : near.normal;
-    const Vec3 n = object.X_WO.R * n_O;
-    set_.contact[static_cast<std::size_t>(set_.size++)] = {.object = static_cast<int>(i),
-                                                           .p_proxy = p_WT + depth * n,
-                                                           .normal = n,
-                                                           .delta_x = depth * n,
-                                                           .depth = depth,
-                                                           .material = object.material};
+    const Vec3 n = X_WO.R * n_O;
+    set_.contact[static_cast<std::size_t>(set_.size++)] = {
+        .object = static_cast<int>(i), .p_proxy = p_WT + depth * n, .normal = n, .delta_x = depth * n, .depth = depth};
   }
   return set_;
 }

@@ -13,7 +13,7 @@ ForceTerms step(const contact::ContactSet& contacts, const Twist& V_WT, double s
     const scene::Material& material = c.material;
     const Vec3& n = c.normal;
 
-    Vec3 F_spring = stiffness_scale * material.K.cwiseProduct(c.delta_x);
+    Vec3 F_spring = stiffness_scale * (material.K.cwiseProduct(c.delta_x) + c.F_slope);
     // An anisotropic K may tilt the spring's force until it pulls: what pulls is not rendered.
     const double pull = std::min(n.dot(F_spring), 0.0);
     F_spring -= pull * n;

@@ -17,10 +17,12 @@ struct ForceTerms {
 
 /// Sum over the contacts of
 ///
-///   F = K delta_x - n (n^T B n) n . (v_WS - v_surface),   n . F >= 0,   v_WS = v_WT + w_WT x p_TS
+///   F = K delta_x + F_slope - n (n^T B n) n . (v_WS - v_surface),   n . F >= 0,   v_WS = v_WT + w_WT x p_TS
 ///   torque = p_TS x F
 ///
 /// with S the sphere that touches, K = stiffness_scale * material.K, B = damping_scale * material.B, diagonal along the axes of W.
+/// F_slope = -1/2 delta_x^2 grad K makes the spring the gradient of 1/2 delta_x^T K delta_x where K changes from place
+/// to place: a hard lump pushes the tool aside, and pressing beside it to let go on it earns nothing.
 /// Algorithm 1 projects the velocity on the normal; projecting B on it as well keeps an anisotropic B
 /// dissipative. A surface pushes, never pulls: damping on the way out stops at the spring's force.
 /// No contact: exactly zero.

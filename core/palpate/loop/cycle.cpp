@@ -42,7 +42,7 @@ Cycle::Cycle(const CycleOptions& options, arm::Arm leader, arm::Arm follower)
     : options_(options),
       leader_(std::move(leader)),
       follower_(std::move(follower)),
-      contact_(contact::make_method(options.method, options.contact)),
+      contact_(options.method, options.contact),
       mapping_(options.mapping, options.X_WL.R, period(options.rate)),
       limiter_(options.stability, period(options.rate)),
       torque_(options.torque, leader_.tau_max()),
@@ -50,6 +50,12 @@ Cycle::Cycle(const CycleOptions& options, arm::Arm leader, arm::Arm follower)
       q_step_(follower_.v_max() / options.rate) {
   if (!(q_step_.array() > 0.0).all()) {
     throw std::invalid_argument("the follower's velocity limits must be above zero: give them in its URDF");
+  }
+  for (const contact::Sphere& sphere : options.contact.spheres) {
+    if (sphere.link >= static_cast<int>(follower_.link_names().size())) {
+      throw std::invalid_argument("contact: a sphere sits on link " + std::to_string(sphere.link) +
+                                  ", the follower has " + std::to_string(follower_.link_names().size()) + " links");
+    }
   }
   const JointVector still = JointVector::Zero(leader_.n());
   out_.leader.tau_force = out_.leader.tau_gravity = out_.leader.tau_platform = still;
@@ -68,7 +74,7 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
                      in.controls.following && leader_good_ && follower_good_, in.controls.clutch, reached_});
   const bool reached = reach(mapped.X_WT_goal, mapped.jaw);
   reached_ = reached && follower_good_;
-  const contact::ContactSet& contacts = contact_->step(*in.scene, X_WT_.p, v_WT_, in.t);
+  const contact::ContactSet& contacts = contact_.step(*in.scene, p_WS_.data(), in.t);
   const force::ForceTerms force =
       force::step(contacts, mapped.V_WT, in.controls.stiffness_scale, in.controls.damping_scale);
   const stability::Output limited = limiter_.step({mapping_.force_on_hand(force.F), in.t, leader_state_.t,
@@ -102,10 +108,13 @@ void Cycle::locate() noexcept {
   follower_.update(follower_state_.q, zero_);
   X_LH_ = leader_.tip();
   V_LH_ = leader_.twist();
-  const Vec3 p_WT_last = X_WT_.p;
   X_WT_ = options_.X_WB * follower_.tip();
-  v_WT_ = located_ ? Vec3((X_WT_.p - p_WT_last) * options_.rate) : Vec3::Zero();
-  located_ = true;
+  p_WS_[0] = X_WT_.p;
+  std::size_t s = 0;
+  for (const contact::Sphere& sphere : options_.contact.spheres) {
+    const Vec3 p = sphere.centre(follower_state_.jaw);
+    p_WS_[++s] = sphere.link < 0 ? X_WT_ * p : options_.X_WB * (follower_.link_pose(sphere.link) * p);
+  }
 }
 
 // Keeps the last states that are finite and valid. False while an arm has not yet been heard of.

@@ -1,11 +1,11 @@
 // The haptic cycle: states in, torques out. The only file that sees every stage.
 #pragma once
 
-#include <memory>
+#include <array>
 #include <string>
 
 #include "palpate/arm/arm.hpp"
-#include "palpate/contact/contact.hpp"
+#include "palpate/contact/tool.hpp"
 #include "palpate/force/force.hpp"
 #include "palpate/loop/tick.hpp"
 #include "palpate/mapping/mapping.hpp"
@@ -55,9 +55,9 @@ class Cycle {
 
   [[nodiscard]] const mapping::Mapping& mapping() const noexcept { return mapping_; }
   /// Another scene: contact starts afresh from where the tool is.
-  void forget_contacts() noexcept { contact_->reset(); }
+  void forget_contacts() noexcept { contact_.reset(); }
   /// For whoever drives the cycle: see contact::Method::collide.
-  [[nodiscard]] contact::Method& contact() noexcept { return *contact_; }
+  [[nodiscard]] contact::Tool& contact() noexcept { return contact_; }
 
  private:
   bool trust(const CycleInput& in) noexcept;
@@ -72,7 +72,7 @@ class Cycle {
 
   CycleOptions options_;
   arm::Arm leader_, follower_;
-  std::unique_ptr<contact::Method> contact_;
+  contact::Tool contact_;
   mapping::Mapping mapping_;
   stability::Limiter limiter_;
   stability::Ledger ledger_;
@@ -84,10 +84,10 @@ class Cycle {
   JointVector zero_;    ///< follower joint velocities: not needed, not measured
   JointVector q_step_;  ///< most that the follower's joints may turn in a cycle [rad, m]
   bool leader_known_ = false, follower_known_ = false, leader_good_ = false, follower_good_ = false;
-  bool reached_ = true, located_ = false;
+  bool reached_ = true;
   Pose X_LH_, X_WT_;
   Twist V_LH_;
-  Vec3 v_WT_ = Vec3::Zero();
+  std::array<Vec3, contact::kMaxSpheres> p_WS_;  ///< centres of the tool's spheres, the first is the tip
   CycleOutput out_;
 };
 

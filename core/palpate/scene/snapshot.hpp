@@ -5,23 +5,32 @@
 #include <string>
 #include <vector>
 
+#include "palpate/scene/material.hpp"
+#include "palpate/scene/motion.hpp"
 #include "palpate/scene/surface.hpp"
 #include "palpate/types/spatial.hpp"
 
 namespace palpate::scene {
 
-/// How an object feels. Diagonal stiffness and damping along the axes of W (Eq 8).
-struct Material {
-  Vec3 K = Vec3::Constant(500.0);  ///< stiffness [N/m]
-  Vec3 B = Vec3::Constant(0.0);    ///< damping [N s/m]
-  double mu = 0.0;                 ///< Coulomb friction coefficient [-]
-};
+/// Objects of a snapshot, at most.
+inline constexpr int kMaxObjects = 32;
 
 struct Object {
   std::string name;
   std::shared_ptr<const Surface> surface;  ///< in the object's frame O [m]
-  Pose X_WO;
+  Pose X_WO;                               ///< at rest
   Material material;
+  std::vector<Region> regions;  ///< where it feels otherwise; a later one lies over an earlier one
+  Motion motion;
+
+  /// Where it is at time t [s].
+  [[nodiscard]] Pose pose(double t) const noexcept { return motion.pose(X_WO, t); }
+  /// How it feels at p_O, in its frame.
+  [[nodiscard]] Feel feel(const Vec3& p_O) const noexcept {
+    Feel out{material};
+    for (const Region& region : regions) out.blend(region, p_O);
+    return out;
+  }
 };
 
 struct Snapshot {

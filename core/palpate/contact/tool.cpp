@@ -1,0 +1,85 @@
+#include "palpate/contact/tool.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <stdexcept>
+#include <string>
+
+namespace palpate::contact {
+namespace {
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+Tool::Tool(std::string_view method, const Options& options) {
+  if (options.spheres.size() >= kMaxSpheres) {
+    throw std::invalid_argument("contact: " + std::to_string(options.spheres.size()) +
+                                " spheres beside the one on the tip; a tool has at most " +
+                                std::to_string(kMaxSpheres - 1));
+  }
+  Options one = options;
+  one.spheres.clear();
+  methods_.push_back(make_method(method, one));
+  radius_[0] = options.radius;
+  for (const Sphere& sphere : options.spheres) {
+    if (!sphere.p.allFinite() || !sphere.hinge.allFinite() || !sphere.turn.allFinite()) {
+      throw std::invalid_argument("contact: sphere " + std::to_string(methods_.size()) + " has no finite place");
+    }
+    radius_[methods_.size()] = one.radius = sphere.radius;
+    methods_.push_back(make_method(method, one));
+  }
+}
+
+void Tool::reset() noexcept {
+  for (const auto& method : methods_) method->reset();
+  running_ = false;
+}
+
+void Tool::collide(const scene::Snapshot& scene) {
+  for (const auto& method : methods_) method->collide(scene);
+}
+
+const ContactSet& Tool::step(const scene::Snapshot& scene, const Vec3* p_WS, double t) noexcept {
+  set_.size = 0;
+  set_.started_inside = false;
+  const double rate = running_ && t > t_ ? 1.0 / (t - t_) : 0.0;
+  for (int s = 0; s < size(); ++s) {
+    const Vec3 v_WS = running_ ? Vec3((p_WS[s] - last_[at(s)]) * rate) : Vec3::Zero();
+    last_[at(s)] = p_WS[s];
+    const ContactSet& found = methods_[at(s)]->step(scene, p_WS[s], v_WS, t);
+    set_.started_inside |= found.started_inside;
+    for (int i = 0; i < found.size; ++i) {
+      Contact c = found.contact[at(i)];
+      c.sphere = s;
+      c.p_TS = p_WS[s] - p_WS[0];
+      add(c, scene, t);
+    }
+  }
+  t_ = t;
+  running_ = true;
+  return set_;
+}
+
+/// Completes a contact; in a full set it takes the place of the weakest, when that is weaker.
+void Tool::add(Contact c, const scene::Snapshot& scene, double t) noexcept {
+  const scene::Object& object = scene.objects[at(c.object)];
+  const Pose X_WO = object.pose(t);
+  const Vec3 p_WC = c.p_proxy - c.delta_x - radius_[at(c.sphere)] * c.normal;  // the sphere's deepest point
+  const scene::Feel feel = object.feel(X_WO.inverse() * p_WC);
+  c.material = feel.material;
+  c.F_slope = -0.5 * (X_WO.R * (feel.dK.transpose() * c.delta_x.cwiseAbs2()));
+  c.v_surface = object.motion.velocity(c.p_proxy - radius_[at(c.sphere)] * c.normal, t);
+  if (set_.size < kMaxContacts) {
+    set_.contact[at(set_.size++)] = c;
+    return;
+  }
+  const auto weaker = [](const Contact& a, const Contact& b) {
+    return a.depth * a.material.K.sum() < b.depth * b.material.K.sum();
+  };
+  Contact& weakest = *std::min_element(set_.contact.begin(), set_.contact.end(), weaker);
+  if (weaker(weakest, c)) weakest = c;
+}
+
+}  // namespace palpate::contact

@@ -1,0 +1,58 @@
+#include "palpate/scene/motion.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace palpate::scene {
+namespace {
+
+/// Shift and rotation vector at a time, and their rates.
+struct State {
+  Vec3 s, theta, s_dot, theta_dot;
+};
+
+State at(const Motion& m, double t) noexcept {
+  const double dt = t - m.t0;
+  State now{m.V.v * dt, m.V.w * dt, m.V.v, m.V.w};
+  for (const Wave& wave : m.waves) {
+    const double rate = 2.0 * std::numbers::pi / wave.period, angle = rate * dt + wave.phase;
+    const double sine = std::sin(angle), slope = rate * std::cos(angle);
+    now.s += sine * wave.shift;
+    now.theta += sine * wave.turn;
+    now.s_dot += slope * wave.shift;
+    now.theta_dot += slope * wave.turn;
+  }
+  return now;
+}
+
+Mat3 rotation(const Vec3& theta) noexcept {
+  const double angle = theta.norm();
+  return angle > 0.0 ? Eigen::AngleAxisd(angle, theta / angle).toRotationMatrix() : Mat3::Identity();
+}
+
+/// Angular velocity of rotation(theta) while theta changes: the left Jacobian of SO(3) times its rate.
+Vec3 angular_velocity(const Vec3& theta, const Vec3& theta_dot) noexcept {
+  const double a = theta.norm();
+  // (1 - cos a) / a^2 and (a - sin a) / a^3, which cancel badly near zero
+  const double c1 = a < 1e-3 ? 0.5 - a * a / 24.0 : (1.0 - std::cos(a)) / (a * a);
+  const double c2 = a < 1e-3 ? 1.0 / 6.0 - a * a / 120.0 : (a - std::sin(a)) / (a * a * a);
+  const Vec3 turned = theta.cross(theta_dot);
+  return theta_dot + c1 * turned + c2 * theta.cross(turned);
+}
+
+}  // namespace
+
+Pose Motion::pose(const Pose& X_WO, double t) const noexcept {
+  if (still()) return X_WO;
+  const State now = at(*this, t);
+  const Mat3 R = rotation(now.theta);
+  return {R * X_WO.R, R * (X_WO.p - about) + about + now.s};
+}
+
+Vec3 Motion::velocity(const Vec3& p, double t) const noexcept {
+  if (still()) return Vec3::Zero();
+  const State now = at(*this, t);
+  return now.s_dot + angular_velocity(now.theta, now.theta_dot).cross(p - about - now.s);
+}
+
+}  // namespace palpate::scene

@@ -1,0 +1,151 @@
+"""Coulomb friction that sticks and slips: the cone, the block on a belt, rest, and what closed paths cost."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate import _core
+from palpate.contact import render
+
+RADIUS, K = 2e-3, 500.0
+FLOOR = _core.Mesh(
+    np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]), np.array([[0, 1, 2], [0, 2, 3]], np.int32)
+)
+
+
+def feel(tips, mu, mu_static=0.0, **options):
+    return render(FLOOR, tips, radius=RADIUS, stiffness=K, friction=mu, static_friction=mu_static, **options)
+
+
+def share(force):
+    """Tangential over normal force."""
+    return np.linalg.norm(force[:, :2], axis=1) / force[:, 2]
+
+
+def drag(depth, length, step=1e-6, direction=(0.6, 0.8)):
+    """Down to `depth`, then sideways."""
+    down = np.linspace(0.002, -depth, 100)[:, None] * [0, 0, 1] + [0, 0, RADIUS]
+    along = np.arange(step, length, step)[:, None] * [*direction, 0]
+    return np.concatenate([down, down[-1] + along]), len(down)
+
+
+def test_sticks_until_the_static_cone_then_slips_on_the_dynamic_one():
+    mu, mu_static, depth = 0.2, 0.35, 0.004
+    tips, start = drag(depth, 0.003)
+    force = feel(tips, mu, mu_static).force[start:]
+    x = np.linalg.norm(tips[start:, :2] - tips[start - 1, :2], axis=1)
+    stuck = x < mu_static * depth - 1e-9
+    np.testing.assert_allclose(force[stuck, :2], -K * (tips[start:, :2] - tips[start - 1, :2])[stuck], atol=1e-9)
+    assert share(force[stuck]).max() == pytest.approx(mu_static, rel=1e-2)
+    np.testing.assert_allclose(share(force[x > mu_static * depth + 1e-9]), mu, rtol=1e-9)
+    np.testing.assert_allclose(force[:, 2], K * depth, rtol=1e-9)
+
+
+@pytest.mark.parametrize("mu_static", [0.0, 0.1, 0.3])
+def test_a_static_coefficient_below_the_dynamic_one_counts_as_that(mu_static):
+    tips, start = drag(0.004, 0.003)
+    np.testing.assert_array_equal(feel(tips, 0.3, mu_static).force, feel(tips, 0.3).force)
+
+
+def push(friction, x, load, mu, mu_static, stiffness=5000.0):
+    """Friction on a tool at x along one axis, pressed by `load` [N] onto a stiff surface: force along x."""
+    lag = friction.step(np.array([x, 0, 0]), np.array([0, 0, 1.0]), load / stiffness, mu, mu_static)
+    return stiffness * lag[0]
+
+
+@pytest.mark.parametrize("beyond", [-0.02, 0.02])
+def test_an_incline_holds_up_to_its_static_angle_then_slides_by_the_dynamic_one(beyond):
+    """Tilted slowly past the static angle a mass starts to slide; there a = g (sin - mu cos)."""
+    mu, mu_static, m, g, dt = 0.2, 0.35, 0.2, 9.81, 1e-4
+    friction, x, v, path = _core.Friction(), 0.0, 0.0, []
+    last = np.arctan(mu_static) + beyond
+    for t in np.arange(0, 1.5, dt):
+        angle = min(t, 1.0) * last
+        F = push(friction, x, m * g * np.cos(angle), mu, mu_static) + m * g * np.sin(angle)
+        v += (F - (0.0 if friction.slipping else 5.0 * v)) / m * dt
+        x += v * dt
+        path.append(x)
+    if beyond < 0:
+        assert not friction.slipping
+        assert path[-1] - path[-3000] < 1e-6
+    else:
+        t = np.arange(0, 0.3, dt)
+        a = 2 * np.polyfit(t, path[-len(t) :], 2)[0]
+        assert a == pytest.approx(g * (np.sin(last) - mu * np.cos(last)), rel=1e-2)
+
+
+def test_a_block_on_a_belt_sticks_and_slips_with_the_textbook_period():
+    """Mass m on a spring k to the wall, on a belt at v: it rides along for 2 A / v, then slips back half an oscillation.
+
+    With w = sqrt(k / m), A = (mu_static - mu) N / k: slip lasts (2 pi - 2 atan(A w / v)) / w, the block swings between
+    mu N / k + sqrt(A^2 + (v / w)^2) and mu N / k - sqrt(...). The contact's own spring K makes it a little soft.
+    """
+    mu, mu_static, load, m, k, belt, dt = 0.2, 0.4, 2.0, 0.1, 5.0, 0.2, 5e-5
+    w, A = np.sqrt(k / m), (mu_static - mu) * load / k
+    friction, x, v, path, slips = _core.Friction(), 0.0, 0.0, [], []
+    for t in np.arange(0, 7, dt):
+        F = push(friction, x - belt * t, load, mu, mu_static) - k * x
+        v += (F - (0.0 if friction.slipping else 10.0 * (v - belt))) / m * dt
+        x += v * dt
+        path.append(x)
+        slips.append(friction.slipping)
+    begins = np.flatnonzero(np.diff(np.array(slips, int)) == 1) * dt
+    period = np.diff(begins)[1:]
+    exact = 2 * A / belt + (2 * np.pi - 2 * np.arctan(A * w / belt)) / w
+    assert len(period) >= 3
+    np.testing.assert_allclose(period, exact, rtol=0.02)
+    swing = np.hypot(A, belt / w)
+    steady = np.array(path[len(path) // 2 :])
+    assert steady.max() == pytest.approx(mu * load / k + swing, rel=0.02)
+    assert steady.min() == pytest.approx(mu * load / k - swing, abs=0.02 * swing)
+
+
+@pytest.mark.parametrize("slipped", [0.0, 0.0013, 0.0014, 0.003])
+def test_rest_is_quiet_with_a_noisy_tool(slipped):
+    """1 um of noise on each axis: the force varies by what the spring makes of it, however the tool came to rest.
+
+    At 1.4 mm, the very edge of the static cone, the noise lets it go: once.
+    """
+    tips, start = drag(0.004, max(slipped, 2e-6))
+    noise = np.random.default_rng(0).uniform(-1e-6, 1e-6, (2000, 3))
+    force = feel(np.concatenate([tips, tips[-1] + noise]), 0.2, 0.35).force[len(tips) + 20 :]
+    assert (np.abs(force - force.mean(axis=0)).max(axis=0) < 1e-3).all()
+    assert start > 0
+
+
+def test_creeping_on_with_noise_stays_slipping():
+    """Noise turns the tool back at every other tick; once it slips, it does not stick again for that."""
+    tips, start = drag(0.004, 0.004, step=2e-7)
+    tips[start:] += np.random.default_rng(1).uniform(-1e-6, 1e-6, (len(tips) - start, 3))
+    ratio = share(feel(tips, 0.2, 0.35).force[start:])
+    x = np.linalg.norm(tips[start:, :2] - tips[start - 1, :2], axis=1)
+    slipping = x > 0.35 * 0.004 + 5e-6
+    assert ratio[slipping].max() < 0.2 + 1e-3
+    assert ratio[slipping].min() > 0.2 - 5e-3
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), mu=st.floats(0, 1), above=st.floats(0, 1))
+def test_closed_paths_cost_work_and_the_cone_holds(seed, mu, above):
+    rng = np.random.default_rng(seed)
+    knots = np.concatenate([rng.uniform(-0.004, 0.004, (7, 3)) * [1, 1, 0.5] - [0, 0, 0.002], [[0, 0, 0.004]]])
+    knots = np.concatenate([knots[-1:], knots]) + [0, 0, RADIUS]
+    tips = np.concatenate([np.linspace(a, b, 200) for a, b in zip(knots, knots[1:], strict=False)])
+    r = feel(tips, mu, mu + above)
+    tangential = np.linalg.norm(r.force[:, :2], axis=1)
+    assert (tangential <= (mu + above) * r.force[:, 2] + 1e-9).all()
+    work = 0.5 * ((r.force[1:] + r.force[:-1]) * np.diff(tips, axis=0)).sum()  # of the surface on the tool
+    sampling = 0.25 * K * np.linalg.norm(np.diff(tips, axis=0), axis=1).max() * 1e-3
+    assert work < sampling
+
+
+def test_friction_rides_on_a_moving_surface():
+    """The floor drifts below a tool at rest: it drags the tool along its own way, up to the cone."""
+    n, depth = 400, 0.003
+    down = np.linspace(0.002, -depth, 100)[:, None] * [0, 0, 1] + [0, 0, RADIUS]
+    tips = np.concatenate([down, np.repeat(down[-1:], n, axis=0)])
+    X = np.tile(np.eye(4), (len(tips), 1, 1))
+    X[100:, 1, 3] = np.arange(n) * 1e-5
+    force = feel(tips, 0.3, poses=X).force[100:]
+    np.testing.assert_allclose(force[:, 1], np.minimum(K * X[100:, 1, 3], 0.3 * K * depth), atol=1e-9)
