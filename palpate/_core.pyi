@@ -345,8 +345,8 @@ class Material:
 class Region:
     def __init__(
         self,
-        centre: ArrayLike,
-        half: ArrayLike = ...,
+        centre: Array,
+        half: Array = ...,
         radius: float = ...,
         blend: float = ...,
         material: Material = ...,
@@ -363,14 +363,10 @@ class Region:
     def material(self) -> Material: ...
 
 class Wave:
-    def __init__(
-        self, shift: ArrayLike = ..., turn: ArrayLike = ..., period: float = ..., phase: float = ...
-    ) -> None: ...
+    def __init__(self, shift: Array = ..., turn: Array = ..., period: float = ..., phase: float = ...) -> None: ...
 
 class Motion:
-    def __init__(
-        self, v: ArrayLike = ..., w: ArrayLike = ..., waves: Sequence[Wave] = ..., about: ArrayLike = ...
-    ) -> None: ...
+    def __init__(self, v: Array = ..., w: Array = ..., waves: Sequence[Wave] = ..., about: Array = ...) -> None: ...
 
 class Object:
     X_WO: Array
@@ -408,9 +404,7 @@ class Friction:
 MAX_SPHERES: int
 
 class Sphere:
-    def __init__(
-        self, p: ArrayLike, radius: float, link: int = ..., hinge: ArrayLike = ..., turn: ArrayLike = ...
-    ) -> None: ...
+    def __init__(self, p: Array, radius: float, link: int = ..., hinge: Array = ..., turn: Array = ...) -> None: ...
     @property
     def p(self) -> Array: ...
     @property

@@ -147,8 +147,9 @@ def _poses(poses: npt.ArrayLike, n: int) -> Array:
     X = np.ascontiguousarray(poses, dtype=np.float64)
     if X.shape != (n, 4, 4):
         raise ValueError(f"poses must have shape ({n}, 4, 4), one for each tip, got {X.shape}")
-    R = X[:, :3, :3]
-    sound = np.isfinite(X).all(axis=(1, 2)) & (X[:, 3] == [0, 0, 0, 1]).all(axis=1) & (np.linalg.det(R) > 0)
+    finite = np.isfinite(X).all(axis=(1, 2))
+    R = np.where(finite[:, None, None], X[:, :3, :3], 0.0)
+    sound = finite & (X[:, 3] == [0, 0, 0, 1]).all(axis=1) & (np.linalg.det(R) > 0)
     sound &= np.abs(R @ R.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2), initial=0.0) < 1e-6
     if not sound.all():
         i = int(np.argmin(sound))

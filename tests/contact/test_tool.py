@@ -1,0 +1,101 @@
+"""The whole tool: many spheres, many objects; resultants and torques exact."""
+
+import numpy as np
+import pytest
+
+from palpate import _core
+from palpate.contact import render
+from palpate.shapes.analytic import SHAPES
+
+RADIUS, K = 2e-3, 500.0
+SQUARE = (np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]), np.array([[0, 1, 2], [0, 2, 3]], np.int32))
+
+
+def plane(normal, offset, stiffness=K):
+    """A square whose outward side is `normal`, `offset` along it from the origin."""
+    n = np.asarray(normal, float) / np.linalg.norm(normal)
+    x = np.cross(n, [0.3, 0.5, 0.8])
+    x /= np.linalg.norm(x)
+    X = np.eye(4)
+    X[:3, :3], X[:3, 3] = np.stack([x, np.cross(n, x), n], axis=1), offset * n
+    return _core.Object(f"plane {normal}", _core.Mesh(*SQUARE), X, _core.Material(np.full(3, stiffness)))
+
+
+def feel(objects, tips, spheres=()):
+    options = _core.ContactOptions()
+    options.radius = RADIUS
+    options.spheres = [_core.Sphere(np.array(p, float), r) for p, r in spheres]
+    return _core.contact_render(_core.Snapshot(objects), np.ascontiguousarray(tips), "proxy", options, 1000.0)
+
+
+def enter(end, n=300):
+    return np.linspace(np.array([0.1, 0.1, 0.1]), end, n)
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_objects_touched_together_add_up(count):
+    """Walls of different stiffness, each an object of its own, overlapping in the corner: the sum of their springs."""
+    normals, stiffness = np.eye(3)[:count], [300.0, 500.0, 700.0][:count]
+    tips = enter([-0.001, -0.002, -0.0005])
+    force = feel([plane(n, 0.0, k) for n, k in zip(normals, stiffness, strict=True)], tips)[0]
+    exact = sum(k * np.maximum(RADIUS - tips @ n, 0.0)[:, None] * n for n, k in zip(normals, stiffness, strict=True))
+    np.testing.assert_allclose(force, exact, atol=1e-9)
+
+
+def test_thirty_two_objects_are_felt_and_one_more_is_refused():
+    angles = np.linspace(0, 2 * np.pi, 32, endpoint=False)
+    ring = [plane([-np.cos(a), -np.sin(a), 0.0], -0.01) for a in angles]
+    tips = np.linspace([0, 0, 0.0], [0.004, 0.007, 0.0], 200)
+    force, *_ = feel(ring, tips)
+    gaps = RADIUS + tips @ np.stack([np.cos(angles), np.sin(angles), 0 * angles]) - 0.01
+    inwards = -np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
+    np.testing.assert_allclose(force, K * np.maximum(gaps, 0.0) @ inwards, atol=1e-9)
+    with pytest.raises(ValueError, match="at most 32 objects, got 33"):
+        _core.Snapshot([*ring, ring[0]])
+
+
+def test_a_rod_of_spheres_gives_the_wrench_of_its_springs():
+    rod = [((0.0, 0.0, 0.01 * i), 0.003 + 0.0002 * i) for i in range(1, 16)]
+    tips = np.linspace([0.02, 0, 0], [-0.001, 0, 0], 200)
+    force, *_, torque = feel([plane([1, 0, 0.2], 0.0)], tips, rod)
+    n = np.array([1, 0, 0.2]) / np.hypot(1, 0.2)
+    p_TS = np.array([[0.0, 0, 0], *(p for p, _ in rod)])
+    radius = np.array([RADIUS, *(r for _, r in rod)])
+    depth = np.maximum(radius - (tips[:, None] + p_TS) @ n, 0.0)  # (ticks, spheres)
+    np.testing.assert_allclose(force, K * depth.sum(axis=1)[:, None] * n, atol=1e-9)
+    np.testing.assert_allclose(torque, K * np.cross((depth[:, :, None] * p_TS).sum(axis=1), n), atol=1e-10)
+
+
+def test_a_sphere_beside_the_tip_feels_what_it_would_feel_alone():
+    """No sphere knows of another: the same mesh, the same memory of the side it came from."""
+    mesh = _core.Mesh(*SHAPES["torus"].mesh(3000))
+    curve = SHAPES["torus"].curve(np.linspace(0, 1, 1500), -1e-3)
+    away = SHAPES["torus"].distance(curve[:1])[1] * np.linspace(0.02, 0, 200)[:, None]
+    path, offset = np.concatenate([curve[0] + away, curve]), np.array([0.0, 0.2, 0.0])
+    alone = render(mesh, path, radius=0.003, stiffness=K)
+    both = render(mesh, path + offset, radius=RADIUS, stiffness=K, spheres=[(-offset, 0.003)])
+    np.testing.assert_allclose(both.force, alone.force, atol=1e-12)
+    np.testing.assert_allclose(both.torque, np.cross(-offset, alone.force), atol=1e-15)
+
+
+def test_more_touches_than_a_set_holds_keep_the_strongest():
+    """16 spheres in 3 walls are 48 touches: 32 are kept, those of the stiffest walls."""
+    walls = [plane(n, 0.0, k) for n, k in zip(np.eye(3), (100.0, 200.0, 400.0), strict=True)]
+    spheres = [((0.0, 0.0, 0.0), RADIUS)] * 15
+    force = feel(walls, enter([-0.001, -0.001, -0.001]), spheres)[0][-1]
+    np.testing.assert_allclose(force, 0.003 * 16 * np.array([0.0, 200, 400]), atol=1e-9)
+
+
+def test_too_many_spheres_are_refused():
+    with pytest.raises(ValueError, match="16 spheres beside the one on the tip; a tool has at most 15"):
+        feel([plane([0, 0, 1], 0)], np.zeros((1, 3)), [((0, 0, 0), RADIUS)] * 16)
+    with pytest.raises(ValueError, match="radius must be a positive"):
+        render(_core.Mesh(*SQUARE), np.zeros((1, 3)), radius=RADIUS, stiffness=K, spheres=[((0, 0, 0), -1.0)])
+
+
+def test_a_jaw_opens_about_its_hinge():
+    jaw = _core.Sphere(
+        np.array([0.0, 0.0, 0.011]), 0.001, hinge=np.array([0.0, 0.0, 0.001]), turn=np.array([0.5, 0.0, 0.0])
+    )
+    np.testing.assert_allclose(jaw.centre(0.0), [0, 0, 0.011])
+    np.testing.assert_allclose(jaw.centre(1.0), [0, -0.01 * np.sin(0.5), 0.001 + 0.01 * np.cos(0.5)], atol=1e-15)
