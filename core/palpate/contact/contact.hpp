@@ -25,9 +25,10 @@ struct Contact {
 
   // What a Tool adds (tool.hpp).
   Vec3 v_surface = Vec3::Zero();  ///< velocity of the touched surface point [m/s]
-  scene::Material material;       ///< how it feels there
+  scene::Material material{};     ///< how it feels there
   Vec3 F_slope = Vec3::Zero();    ///< of a stiffness that is not the same beside: -1/2 delta_x^2 grad K [N]
   int sphere = 0;                 ///< index into the tool's spheres, 0 = the SPR on the tip
+  Vec3 p_C = Vec3::Zero();        ///< where the proxy touches the surface [m]
   Vec3 p_TS = Vec3::Zero();       ///< from the tool tip T to the sphere's centre S: the force's lever [m]
 };
 

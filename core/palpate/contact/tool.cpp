@@ -66,11 +66,11 @@ const ContactSet& Tool::step(const scene::Snapshot& scene, const Vec3* p_WS, dou
 void Tool::add(Contact c, const scene::Snapshot& scene, double t) noexcept {
   const scene::Object& object = scene.objects[at(c.object)];
   const Pose X_WO = object.pose(t);
-  const Vec3 p_WC = c.p_proxy - c.delta_x - radius_[at(c.sphere)] * c.normal;  // the sphere's deepest point
-  const scene::Feel feel = object.feel(X_WO.inverse() * p_WC);
+  c.p_C = c.p_proxy - radius_[at(c.sphere)] * c.normal;
+  const scene::Feel feel = object.feel(X_WO.inverse() * (c.p_C - c.delta_x));  // where the sphere is deepest
   c.material = feel.material;
   c.F_slope = -0.5 * (X_WO.R * (feel.dK.transpose() * c.delta_x.cwiseAbs2()));
-  c.v_surface = object.motion.velocity(c.p_proxy - radius_[at(c.sphere)] * c.normal, t);
+  c.v_surface = object.motion.velocity(c.p_C, t);
   if (set_.size < kMaxContacts) {
     set_.contact[at(set_.size++)] = c;
     return;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace palpate::loop {
 namespace {
@@ -87,7 +88,7 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
                      static_cast<unsigned>(out_.tick.status);
   // While the tool holds, nothing of what the hand does moves the contact: there is nothing to be taken or withheld.
   book(mapped.engaged ? Vec3(limited.F_H_L + limited.F_cut) : Vec3::Zero(), contacts, force, in);
-  record(mapped, contacts, force);
+  record(mapped, contacts, force, in.controls.stiffness_scale);
   return out_;
 }
 
@@ -188,8 +189,8 @@ void Cycle::book(const Vec3& wanted, const contact::ContactSet& contacts, const 
   tick.energy_cut = energy.cut;
 }
 
-void Cycle::record(const mapping::Output& mapped, const contact::ContactSet& contacts,
-                   const force::ForceTerms& force) noexcept {
+void Cycle::record(const mapping::Output& mapped, const contact::ContactSet& contacts, const force::ForceTerms& force,
+                   double stiffness_scale) noexcept {
   Tick& tick = out_.tick;
   record_leader();
   copy(follower_state_.q, tick.q_follower);
@@ -205,9 +206,29 @@ void Cycle::record(const mapping::Output& mapped, const contact::ContactSet& con
     tick.depth = c->depth;
   }
   tick.contacts = contacts.size;
+  record_touches(contacts, stiffness_scale);
   copy(force.F, tick.F_T_W);
   copy(force.F_spring, tick.F_spring_W);
   copy(force.F_damping, tick.F_damping_W);
+}
+
+// Touch by touch, the strongest first.
+void Cycle::record_touches(const contact::ContactSet& contacts, double stiffness_scale) noexcept {
+  std::array<std::pair<double, int>, contact::kMaxContacts> order;
+  for (int i = 0; i < contacts.size; ++i) {
+    const contact::Contact& c = contacts.contact[static_cast<std::size_t>(i)];
+    order[static_cast<std::size_t>(i)] = {-stiffness_scale * c.normal.dot(c.material.K.cwiseProduct(c.delta_x)), i};
+  }
+  std::sort(order.begin(), order.begin() + contacts.size);
+  Tick& tick = out_.tick;
+  for (int k = 0; k < std::min(contacts.size, kTouches); ++k) {
+    const auto& [minus_force, i] = order[static_cast<std::size_t>(k)];
+    const contact::Contact& c = contacts.contact[static_cast<std::size_t>(i)];
+    tick.touch_sphere[k] = c.sphere;
+    tick.touch_object[k] = c.object;
+    tick.touch_force[k] = -minus_force;
+    Vec3::Map(&tick.p_WC[3 * k]) = c.p_C;
+  }
 }
 
 void Cycle::record_leader() noexcept {

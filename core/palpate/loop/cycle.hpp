@@ -66,8 +66,9 @@ class Cycle {
   bool reach(const Pose& X_WT_goal, double jaw) noexcept;
   void book(const Vec3& wanted, const contact::ContactSet& contacts, const force::ForceTerms& force,
             const CycleInput& in) noexcept;
-  void record(const mapping::Output& mapped, const contact::ContactSet& contacts,
-              const force::ForceTerms& force) noexcept;
+  void record(const mapping::Output& mapped, const contact::ContactSet& contacts, const force::ForceTerms& force,
+              double stiffness_scale) noexcept;
+  void record_touches(const contact::ContactSet& contacts, double stiffness_scale) noexcept;
   void record_leader() noexcept;
 
   CycleOptions options_;

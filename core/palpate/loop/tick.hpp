@@ -22,42 +22,49 @@ enum Status : unsigned {
   kHandSlipped = 1u << 9,    ///< the grip's force limit was reached (simulated hand)
 };
 
+/// Touches of a tick that are told one by one.
+inline constexpr int kTouches = 16;
+
 struct Tick {
-  double t;                // time of the tick [s]
-  double status;           // bits of Status
-  double q[7];             // leader joints, measured [rad]
-  double v[7];             // leader joint velocities, estimated [rad/s]
-  double tau[7];           // commanded joint torque, sum of the terms below [N m]
-  double tau_force[7];     // J^T F
-  double tau_gravity[7];   // G_hat(q)
-  double tau_platform[7];  // joint-4 controller
-  double gripper;          // pinch [rad]
-  double p_LH[3];          // handle in the leader base [m]
-  double quat_LH[4];       // w x y z
-  double v_LH[3];          // handle velocity in the leader base [m/s]
-  double q_follower[6];    // follower joints, measured [rad, m]
-  double jaw;              // [rad]
-  double p_WT_goal[3];     // tool goal from the mapping [m]
-  double p_WT[3];          // tool tip x, measured [m]
-  double quat_WT[4];       // w x y z
-  double p_WP[3];          // proxy x_d of the strongest contact; the tool tip when free [m]
-  double normal[3];        // of the strongest contact; zero when free
-  double delta_x[3];       // deflection x_d - x [m]
-  double depth;            // [m]
-  double contacts;         // number of objects touched
-  double F_T_W[3];         // force law's output, environment on tool, before the stability stage [N]
-  double F_spring_W[3];    // K delta_x
-  double F_damping_W[3];   // -B xdot
-  double F_H_L[3];         // commanded on the hand, leader base ("spatial", green) [N]
-  double F_H_H[3];         // the same in the handle frame ("body", red) [N]
-  double F_cell_L[3];      // load cell between hand and handle: force of the arm on the hand [N]
-  double p_hand_L[3];      // the hand's intended position [m]
-  double energy_port;      // energy the rendered force took from the hand; below zero: it generated [J]
-  double energy_spring;    // stored in the contacts' springs [J]
-  double energy_damping;   // dissipated by the damping term [J]
-  double energy_cut;       // what the caps withheld [J]
-  double cycle_us;         // compute time of the haptic cycle [us]      (not deterministic)
-  double lateness_us;      // start of the tick after its deadline [us]   (not deterministic)
+  double t;                       // time of the tick [s]
+  double status;                  // bits of Status
+  double q[7];                    // leader joints, measured [rad]
+  double v[7];                    // leader joint velocities, estimated [rad/s]
+  double tau[7];                  // commanded joint torque, sum of the terms below [N m]
+  double tau_force[7];            // J^T F
+  double tau_gravity[7];          // G_hat(q)
+  double tau_platform[7];         // joint-4 controller
+  double gripper;                 // pinch [rad]
+  double p_LH[3];                 // handle in the leader base [m]
+  double quat_LH[4];              // w x y z
+  double v_LH[3];                 // handle velocity in the leader base [m/s]
+  double q_follower[6];           // follower joints, measured [rad, m]
+  double jaw;                     // [rad]
+  double p_WT_goal[3];            // tool goal from the mapping [m]
+  double p_WT[3];                 // tool tip x, measured [m]
+  double quat_WT[4];              // w x y z
+  double p_WP[3];                 // proxy x_d of the strongest contact; the tool tip when free [m]
+  double normal[3];               // of the strongest contact; zero when free
+  double delta_x[3];              // deflection x_d - x [m]
+  double depth;                   // [m]
+  double contacts;                // touches: pairs of a sphere of the tool and an object
+  double touch_sphere[kTouches];  // of each touch, the strongest first: which sphere; 0 is the one on the tip
+  double touch_object[kTouches];  // which object; zero beyond `contacts`, as all of these
+  double touch_force[kTouches];   // spring force along the normal [N]
+  double p_WC[3 * kTouches];      // where its proxy touches the surface [m]
+  double F_T_W[3];                // force law's output, environment on tool, before the stability stage [N]
+  double F_spring_W[3];           // K delta_x
+  double F_damping_W[3];          // -B xdot
+  double F_H_L[3];                // commanded on the hand, leader base ("spatial", green) [N]
+  double F_H_H[3];                // the same in the handle frame ("body", red) [N]
+  double F_cell_L[3];             // load cell between hand and handle: force of the arm on the hand [N]
+  double p_hand_L[3];             // the hand's intended position [m]
+  double energy_port;             // energy the rendered force took from the hand; below zero: it generated [J]
+  double energy_spring;           // stored in the contacts' springs [J]
+  double energy_damping;          // dissipated by the damping term [J]
+  double energy_cut;              // what the caps withheld [J]
+  double cycle_us;                // compute time of the haptic cycle [us]      (not deterministic)
+  double lateness_us;             // start of the tick after its deadline [us]   (not deterministic)
 };
 
 /// One row of the table: a signal's name, size and meaning.
