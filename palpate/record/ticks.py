@@ -62,7 +62,7 @@ def as_ticks(rows: NDArray[Any]) -> Ticks:
     """Rows of a run as ticks, without copying where the memory allows it.
 
     Args:
-        rows: (n, 110) float64 as `_core.Simulation.run` returns them, or an array of `TICK` already.
+        rows: (n, TICK_DOUBLES) float64 as `_core.Simulation.run` returns them, or an array of `TICK` already.
 
     Returns:
         (n,) structured array of `TICK`.
@@ -78,5 +78,5 @@ def as_ticks(rows: NDArray[Any]) -> Ticks:
 
 
 def as_rows(ticks: Ticks) -> NDArray[np.float64]:
-    """Ticks as plain rows: (n, 110) float64, the inverse of `as_ticks`."""
+    """Ticks as plain rows: (n, TICK_DOUBLES) float64, the inverse of `as_ticks`."""
     return np.ascontiguousarray(ticks).view(np.float64).reshape(-1, TICK_DOUBLES)

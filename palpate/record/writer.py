@@ -71,7 +71,7 @@ class Recorder:
         self._guard(lambda: self._begin(scene_yaml, seed, rate))
 
     def append(self, rows: NDArray[Any]) -> None:
-        """Record ticks: (n, 110) float64 rows or (n,) `TICK`, in the order of time. Does nothing after a failure."""
+        """Record ticks: (n, TICK_DOUBLES) float64 or (n,) `TICK`, in the order of time. Nothing after a failure."""
         if self.failure is not None or self.sha256 is not None or not len(rows):
             return
         self._pending.append(as_ticks(rows).copy())

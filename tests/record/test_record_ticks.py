@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate import _core
-from palpate.record.ticks import SIGNALS, TICK, TICK_BYTES, as_rows, as_ticks
+from palpate.record.ticks import SIGNALS, TICK, TICK_BYTES, TICK_DOUBLES, as_rows, as_ticks
 
 
 def test_table_covers_every_byte_of_the_tick_once():
@@ -28,5 +28,5 @@ def test_fields_land_where_the_table_says():
 
 
 def test_wrong_shape_is_named():
-    with pytest.raises(ValueError, match=r"float64 of shape \(n, 110\). Got: float64 \(5, 3\)"):
+    with pytest.raises(ValueError, match=rf"float64 of shape \(n, {TICK_DOUBLES}\). Got: float64 \(5, 3\)"):
         as_ticks(np.zeros((5, 3)))
