@@ -104,7 +104,7 @@ Vec3 grow_plane(const Rows& points, const Vec3& n_last, double baseline) {
 
 void bind_contact(nb::module_& m) {
   using contact::Sphere;
-  nb::class_<Sphere>(m, "Sphere", "A sphere of the tool beside the SPR on its tip.")
+  nb::class_<Sphere>(m, "ToolSphere", "A sphere of the tool beside the SPR on its tip.")
       .def(
           "__init__",
           [](Sphere* self, const Vec3& p, double radius, int link, const Vec3& hinge, const Vec3& turn) {

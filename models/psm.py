@@ -132,4 +132,17 @@ jaw_tip: 0.0102        # from T to the tip of the jaws [m]
 # config-generator.py; wrist motors 0.00768574 deg through the tool's coupling (1.5632, 1.0186, 0.6089).
 encoder_step_deg: [0.00044248, 0.00044248, 0, 0.0120144, 0.0078287, 0.0046798]
 encoder_step_mm: [0, 0, 0.00129629, 0, 0, 0]
+# The tool as spheres, for contact of the whole tool: jaws, wrist and the last 70 mm of the shaft (radius 4.2 mm).
+spheres:
 """
+_SPHERES = [
+    ("jaw_1", (0.0011, 0.0085, 0.0), 0.0017),
+    ("jaw_2", (-0.0011, 0.0085, 0.0), 0.0017),
+    ("wrist", (0.0045, 0.0, 0.0), 0.0030),
+    *(
+        ("shaft", (0.0, 0.0, -0.002 - 0.0062 * k), 0.0042) for k in range(12)
+    ),  # 1.5 radii apart: a rod with shallow grooves
+]
+PSM_YAML += "".join(
+    f"  - {{on: {link}, at: [{x:g}, {y:g}, {z:g}], radius: {radius:g}}}\n" for link, (x, y, z), radius in _SPHERES
+)

@@ -403,7 +403,7 @@ class Friction:
 
 MAX_SPHERES: int
 
-class Sphere:
+class ToolSphere:
     def __init__(self, p: Array, radius: float, link: int = ..., hinge: Array = ..., turn: Array = ...) -> None: ...
     @property
     def p(self) -> Array: ...
@@ -416,7 +416,7 @@ class Sphere:
 class ContactOptions:
     radius: float
     collision_rate: float
-    spheres: list[Sphere]
+    spheres: list[ToolSphere]
     def __init__(self) -> None: ...
 
 def contact_render(

@@ -20,7 +20,7 @@ import yaml
 from numpy.typing import ArrayLike, NDArray
 
 from palpate import _core
-from palpate.arm_shapes import Visual, drawn_joints, jaw_range, sticks, turn_about, visuals
+from palpate.arm_shapes import DrawnJoint, Visual, drawn_joints, jaw_range, sticks, turn_about, visuals
 from palpate.errors import ArmError
 
 Array = NDArray[np.float64]
@@ -51,6 +51,7 @@ KEYS = {
     "platform": "true: joint 4 is an MTM's platform, which has a controller of its own",
     "remote_centre": "true: the base is where the instrument passes the body wall",
     "jaw_tip": "from the tip to the end of the jaws [m]",
+    "spheres": "of the whole tool beside the tip's: [{on: link, at: [x, y, z], radius: m}, ..]",
 }
 _PER_JOINT = ("home", "encoder_step_deg", "encoder_step_mm", "coulomb", "viscous", "rotor_inertia", "torque_max")
 
@@ -242,6 +243,15 @@ class Arm(_core.Arm):
             turn = joint.multiplier * float(angle.get(joint.source, jaw))
             poses[joint.child] = poses[joint.parent] @ joint.X_parent @ turn_about(joint.axis, turn)
         return poses
+
+    def drawn_joint(self, child: str) -> DrawnJoint | None:
+        """The joint that moves a link which is not of the chain, such as a jaw; None for any other."""
+        return next((joint for joint in self._drawn if joint.child == child), None)
+
+    @property
+    def spheres(self) -> list[dict[str, Any]]:
+        """Of the whole tool beside the one on its tip, as the model's file gives them (`KEYS`)."""
+        return list(self._data.get("spheres", []))
 
     def leader_options(self) -> _core.LeaderOptions:
         """What a simulated leader of this arm is made of: coupling, encoders, friction, rotors, drive limits.

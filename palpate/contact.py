@@ -76,7 +76,9 @@ def render(
     points = _points(tips)
     options = _core.ContactOptions()
     options.radius = _positive("radius", radius, "m")
-    options.spheres = [_core.Sphere(np.asarray(p, dtype=np.float64), _positive("radius", r, "m")) for p, r in spheres]
+    options.spheres = [
+        _core.ToolSphere(np.asarray(p, dtype=np.float64), _positive("radius", r, "m")) for p, r in spheres
+    ]
     snapshot = snapshot_of(
         surface, stiffness=stiffness, damping=damping, friction=friction, static_friction=static_friction
     )
@@ -147,7 +149,7 @@ def _poses(poses: npt.ArrayLike, n: int) -> Array:
     X = np.ascontiguousarray(poses, dtype=np.float64)
     if X.shape != (n, 4, 4):
         raise ValueError(f"poses must have shape ({n}, 4, 4), one for each tip, got {X.shape}")
-    finite = np.isfinite(X).all(axis=(1, 2))
+    finite: npt.NDArray[np.bool_] = np.isfinite(X).reshape(n, 16).all(axis=1)
     R = np.where(finite[:, None, None], X[:, :3, :3], 0.0)
     sound = finite & (X[:, 3] == [0, 0, 0, 1]).all(axis=1) & (np.linalg.det(R) > 0)
     sound &= np.abs(R @ R.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2), initial=0.0) < 1e-6

@@ -81,7 +81,8 @@ def _nearest(place: Place, model: type[BaseModel]) -> str:
     near = difflib.get_close_matches(key, here, n=1, cutoff=0.6)
     if near:
         return f"did you mean {near[0]!r}?"
-    everywhere = {spelled.rsplit(".", 1)[-1]: spelled for spelled in _all_keys(model)}
+    outermost_last = sorted(_all_keys(model), key=lambda spelled: -spelled.count("."))
+    everywhere = {spelled.rsplit(".", 1)[-1]: spelled for spelled in outermost_last}
     far = difflib.get_close_matches(key, list(everywhere), n=1, cutoff=0.75)
     if far:
         return f"did you mean {everywhere[far[0]]!r}?"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from palpate.errors import SceneError
+from palpate.scene.model import ObjectSection
 from palpate.scene.scene import Scene
 
 #: A surface must be able to answer the first millimetre of a press; at the cap the force stops growing.
@@ -24,7 +25,7 @@ def check_stiffness(scene: Scene) -> None:
     cap, rate, scale = scene.stability.force_cap, scene.stability.rate_cap, scene.mapping.force_scale
     by_force, by_rate = cap / (scale * LEAST_DEPTH), rate / (scale * LEAST_SPEED)
     for i, thing in enumerate(scene.objects):
-        K = max(thing.stiffness)
+        K = stiffest(thing)
         if min(by_force, by_rate) >= K:
             continue
         if by_force <= by_rate:
@@ -41,9 +42,14 @@ def check_stiffness(scene: Scene) -> None:
         )
 
 
+def stiffest(thing: ObjectSection) -> float:
+    """The largest stiffness of an object or of a region in it, along any axis [N/m]."""
+    return max(max(K) for K in (thing.stiffness, *(r.stiffness for r in thing.regions)) if K is not None)
+
+
 def felt_stiffness(scene: Scene, index: int) -> float:
     """What the hand feels of object ``index``: scale * force_scale * K, along its stiffest axis [N/m] (READINGS 10)."""
-    return scene.mapping.scale * scene.mapping.force_scale * max(scene.objects[index].stiffness)
+    return scene.mapping.scale * scene.mapping.force_scale * stiffest(scene.objects[index])
 
 
 def may_oscillate(scene: Scene, index: int) -> str:

@@ -16,6 +16,8 @@ from palpate.scene.solids import (
     PlaneSection,
     SphereSection,
 )
+from palpate.scene.tissue import Motions, RegionSection
+from palpate.scene.tool import ToolSphereSection
 from palpate.scene.values import Diagonal, NotNegative, Number, Pose, Positive, Section, Vector
 
 _C = _core.SimulationOptions()
@@ -107,7 +109,13 @@ class ObjectSection(Section):
     damping: Diagonal = (_M.B[0], _M.B[1], _M.B[2])
     """one number, or one per axis of W [N s/m]"""
     friction: NotNegative = _M.mu
-    """Coulomb coefficient [-]"""
+    """Coulomb coefficient while the tool slips [-]"""
+    static_friction: NotNegative | None = None
+    """Coulomb coefficient while it sticks; as friction when left out [-]"""
+    regions: Annotated[tuple[RegionSection, ...], Field(max_length=64)] = ()
+    """where it feels otherwise; a later one lies over an earlier one"""
+    motion: Motions = ()
+    """how it moves: one motion, or a list of them that add up; it rests when left out"""
 
     @model_validator(mode="after")
     def _one_source(self) -> ObjectSection:
@@ -138,6 +146,10 @@ class ContactSection(Section):
     """of the spherical proxy region (SPR) on the tool tip [m]"""
     collision_rate: Positive = _C.contact.collision_rate
     """rate of the collision thread of the paper's methods [Hz]"""
+    whole_tool: bool = False
+    """jaws, wrist and shaft touch, too, as spheres that the arm's model lists; otherwise the tip alone"""
+    spheres: Annotated[tuple[ToolSphereSection, ...], Field(max_length=_core.MAX_SPHERES - 1)] = ()
+    """more spheres of your own"""
 
 
 class StabilitySection(Section):

@@ -11,7 +11,7 @@ import yaml
 
 from palpate import _core
 from palpate.errors import PalpateWarning, SceneError
-from palpate.scene import arms, gains, hand, surface
+from palpate.scene import arms, gains, hand, surface, tool
 from palpate.scene.scene import Scene
 from palpate.surfaces import DistanceGrid
 
@@ -27,6 +27,7 @@ class Rig:
     snapshot: _core.Snapshot
     path: hand.HandPlan
     arms: arms.Arms
+    spheres: list[tool.LinkSphere]  # of the tool beside the one on its tip
 
     def options(self, seed: int | None = None) -> _core.SimulationOptions:
         """The core's options: its own defaults, with what the scene says on top."""
@@ -36,6 +37,7 @@ class Rig:
         o.seed = scene.seed if seed is None else seed
         o.method = scene.contact.method
         _fill(o.contact, scene.contact, "radius", "collision_rate")
+        o.contact.spheres = [sphere.core for sphere in self.spheres]
         _fill(o.mapping, scene.mapping, "scale", "force_scale", "align_rate")
         _fill(o.stability, scene.stability, "force_cap", "rate_cap", "stale_after")
         _fill(o.torque, scene.torque, "mode", "gravity_gain", "platform_gain")
@@ -101,7 +103,9 @@ def build(scene: Scene) -> Rig:
     snapshot = surface.snapshot(scene, placed)
     _check_method(scene, snapshot)
     path = hand.plan(scene, placed)
-    return Rig(scene, placed, snapshot, path, arms.place(scene, placed, path))
+    both = arms.place(scene, placed, path)
+    spheres = tool.tool_spheres(both.follower, scene.contact.spheres, scene.contact.whole_tool)
+    return Rig(scene, placed, snapshot, path, both, spheres)
 
 
 def _check_method(scene: Scene, snapshot: _core.Snapshot) -> None:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from palpate import _core, surfaces
 from palpate.errors import SceneError
 from palpate.mesh import Mesh
+from palpate.scene import tissue
 from palpate.scene.scene import Scene
 
 Array = npt.NDArray[np.float64]
@@ -55,8 +56,16 @@ def snapshot(scene: Scene, surfaces_W: list[Surface]) -> _core.Snapshot:
     """The world as the core sees it."""
     objects = []
     for thing, placed_one in zip(scene.objects, surfaces_W, strict=True):
-        material = _core.Material(np.array(thing.stiffness), np.array(thing.damping), thing.friction)
-        objects.append(_core.Object(thing.name, placed_one.body.core, placed_one.X_WO, material))
+        objects.append(
+            _core.Object(
+                thing.name,
+                placed_one.body.core,
+                placed_one.X_WO,
+                tissue.material(thing),
+                tissue.regions(thing),
+                tissue.motion(thing, placed_one.bounds.mean(axis=0)),
+            )
+        )
     return _core.Snapshot(objects)
 
 

@@ -24,7 +24,7 @@ def plane(normal, offset, stiffness=K):
 def feel(objects, tips, spheres=()):
     options = _core.ContactOptions()
     options.radius = RADIUS
-    options.spheres = [_core.Sphere(np.array(p, float), r) for p, r in spheres]
+    options.spheres = [_core.ToolSphere(np.array(p, float), r) for p, r in spheres]
     return _core.contact_render(_core.Snapshot(objects), np.ascontiguousarray(tips), "proxy", options, 1000.0)
 
 
@@ -94,7 +94,7 @@ def test_too_many_spheres_are_refused():
 
 
 def test_a_jaw_opens_about_its_hinge():
-    jaw = _core.Sphere(
+    jaw = _core.ToolSphere(
         np.array([0.0, 0.0, 0.011]), 0.001, hinge=np.array([0.0, 0.0, 0.001]), turn=np.array([0.5, 0.0, 0.0])
     )
     np.testing.assert_allclose(jaw.centre(0.0), [0, 0, 0.011])

@@ -1,0 +1,114 @@
+"""Where an object feels otherwise, and how it moves: sections of the scene file and what the core makes of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
+
+from palpate import _core
+from palpate.scene.values import Diagonal, NotNegative, Number, Positive, Section, Vector
+
+if TYPE_CHECKING:
+    from palpate.scene.model import ObjectSection
+
+Array = npt.NDArray[np.float64]
+
+
+class RegionSection(Section):
+    """A ball or a box inside an object that feels otherwise: a tumour, a bone, a vessel."""
+
+    name: str = "region"
+    """how plots and messages call it"""
+    at: Vector
+    """its centre, in the object's own frame [m]"""
+    box: Annotated[tuple[Positive, Positive, Positive], Field()] | None = None
+    """lengths of a box along the object's axes; a ball when left out [m]"""
+    radius: NotNegative = 0.0
+    """of the ball, or of the box's round edges [m]"""
+    blend: Positive = 0.002
+    """width of the seam around it, over which it fades into the object; the force never steps [m]"""
+    stiffness: Diagonal | None = None
+    """as the object's when left out [N/m]"""
+    damping: Diagonal | None = None
+    """as the object's when left out [N s/m]"""
+    friction: NotNegative | None = None
+    """as the object's when left out [-]"""
+    static_friction: NotNegative | None = None
+    """as the object's when left out [-]"""
+
+    @model_validator(mode="after")
+    def _size(self) -> RegionSection:
+        if self.box is None and self.radius == 0.0:
+            raise ValueError(f"region {self.name!r} has no size | give radius for a ball, or box: [x, y, z]")
+        return self
+
+    @property
+    def half(self) -> Array:
+        """(3,) half the lengths of the box without its round edges; zero for a ball [m]."""
+        if self.box is None:
+            return np.zeros(3)
+        return np.maximum(0.5 * np.array(self.box) - self.radius, 0.0)
+
+
+class MotionSection(Section):
+    """How an object moves, about where its pose says: a sinusoid, a steady motion, or both."""
+
+    amplitude: Vector = (0.0, 0.0, 0.0)
+    """of a sinusoidal shift, half the stroke, along the axes of W [m]"""
+    turn_deg: Vector = (0.0, 0.0, 0.0)
+    """of a sinusoidal turn, about axes of W through the middle of the object [deg]"""
+    period: Annotated[Positive, Field(ge=0.01)] = 4.0
+    """of the sinusoid; 4 s: quiet breathing, 0.9 s: a heart [s]"""
+    phase_deg: Number = 0.0
+    """of the sinusoid at the start [deg]"""
+    velocity: Vector = (0.0, 0.0, 0.0)
+    """of a steady shift [m/s]"""
+    spin_deg: Vector = (0.0, 0.0, 0.0)
+    """of a steady turn, about axes of W through the middle of the object [deg/s]"""
+
+
+def _several(value: Any) -> Any:
+    return (value,) if isinstance(value, (dict, MotionSection)) else value
+
+
+_SCHEMA = MotionSection.model_json_schema() | {"title": "MotionSection"}
+#: One motion, or a list of motions that add up.
+Motions = Annotated[
+    tuple[MotionSection, ...],
+    BeforeValidator(_several),
+    WithJsonSchema({"anyOf": [_SCHEMA, {"type": "array", "items": _SCHEMA}]}),
+]
+
+
+def material(thing: ObjectSection, region: RegionSection | None = None) -> _core.Material:
+    """Of an object, or of a region in it: what the region does not say is the object's."""
+    K, B, mu, held = (
+        value if region is None or value_there is None else value_there
+        for value, value_there in (
+            (getattr(thing, key), getattr(region, key, None))
+            for key in ("stiffness", "damping", "friction", "static_friction")
+        )
+    )
+    return _core.Material(np.array(K), np.array(B), mu, held or 0.0)
+
+
+def regions(thing: ObjectSection) -> list[_core.Region]:
+    """As the core knows them."""
+    return [_core.Region(np.array(r.at), r.half, r.radius, r.blend, material(thing, r)) for r in thing.regions]
+
+
+def motion(thing: ObjectSection, middle: Array) -> _core.Motion:
+    """As the core knows it; middle: (3,) what the object turns about, in W [m]."""
+    terms = thing.motion
+    waves = [
+        _core.Wave(np.array(m.amplitude), np.radians(m.turn_deg), m.period, float(np.radians(m.phase_deg)))
+        for m in terms
+        if any(m.amplitude) or any(m.turn_deg)
+    ]
+    steady, spin = (
+        np.sum([getattr(m, key) for m in terms] or [np.zeros(3)], axis=0) for key in ("velocity", "spin_deg")
+    )
+    return _core.Motion(steady, np.radians(spin), waves, middle)
