@@ -149,7 +149,7 @@ def _poses(poses: npt.ArrayLike, n: int) -> Array:
     X = np.ascontiguousarray(poses, dtype=np.float64)
     if X.shape != (n, 4, 4):
         raise ValueError(f"poses must have shape ({n}, 4, 4), one for each tip, got {X.shape}")
-    finite: npt.NDArray[np.bool_] = np.isfinite(X).reshape(n, 16).all(axis=1)
+    finite = np.asarray(np.isfinite(X).reshape(n, 16).all(axis=1))
     R = np.where(finite[:, None, None], X[:, :3, :3], 0.0)
     sound = finite & (X[:, 3] == [0, 0, 0, 1]).all(axis=1) & (np.linalg.det(R) > 0)
     sound &= np.abs(R @ R.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2), initial=0.0) < 1e-6
