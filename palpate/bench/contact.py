@@ -18,14 +18,17 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.table import Table
 
-from palpate.shapes.analytic import SHAPES
-from palpate.shapes.paths import tool_path
+import palpate.contact
+from palpate import _core
+from palpate.shapes.analytic import SHAPES, Shape
+from palpate.shapes.paths import ToolPath, tool_path
 
 Array = NDArray[np.float64]
 
 RADIUS, STIFFNESS = 2e-3, 500.0  # [m], [N/m]; no damping, no friction
 PATHS = {"deep": (-2e-3, 0.05), "shallow": (1e-3, 0.05), "fast": (-2e-3, 0.2)}  # offset [m], speed [m/s]
 SIZES, HUGE = (10_000, 100_000, 1_000_000), 10_000_000
+ARTEFACT = 45.0  # direction error beyond which a force is one of the paper's "erroneous directions" (section 4) [deg]
 WARM_UP = 100  # first updates that are not timed
 
 
@@ -41,12 +44,15 @@ class Row(TypedDict):
     direction_median_deg: float  #: angle to the exact normal over the steady slide
     direction_p95_deg: float
     direction_max_deg: float
-    magnitude_p95_mN: float  #: error against k (r - phi)
+    magnitude_p95_mN: float  #: error against k times the exact deflection
     magnitude_max_mN: float
     step_deg: float  #: largest change of direction from one sample to the next
     step_mN: float  #: largest change of magnitude
+    true_step_deg: float  #: the same of the exact force
+    true_step_mN: float
     lost: int  #: samples without force though the sphere touches
     flipped: int  #: samples whose force points into the surface
+    artefacts: int  #: samples whose force is more than ``ARTEFACT`` from the exact normal
     energy_mJ: float  #: net work on the tool from free to free; the exact force does none but for sampling
     load_s: float  #: binary STL on disk to indexed mesh
     memory_MB: float  #: growth of the process, at its peak while loading
@@ -95,7 +101,6 @@ def _in_a_process(file: Path, shape: str, path: str, method: str) -> Row:
 
 def measure(file: Path, shape: str, path: str, method: str) -> Row:
     """One row, in this process, which should be a fresh one."""
-    import palpate.contact
     from palpate.mesh import Mesh
 
     before, start = _status_mb("VmRSS"), perf_counter()
@@ -104,31 +109,37 @@ def measure(file: Path, shape: str, path: str, method: str) -> Row:
 
     offset, speed = PATHS[path]
     way = tool_path(SHAPES[shape], offset, speed, RADIUS)
-    felt = palpate.contact.render(mesh, way.tips, radius=RADIUS, stiffness=STIFFNESS, method=method)
-    phi, normal = SHAPES[shape].distance(way.tips)
-    quality = _quality(felt.force[way.steady], phi[way.steady], normal[way.steady])
-    middle = (felt.force[1:] + felt.force[:-1]) / 2
-    p50, p99 = np.percentile(felt.latency[WARM_UP:] * 1e6, [50, 99])
     row: Row = {
         "shape": shape,
         "triangles": mesh.triangle_count,
         "path": path,
         "method": method,
-        "p50_us": float(p50),
-        "p99_us": float(p99),
-        **quality,  # type: ignore[typeddict-item]
-        "energy_mJ": float((middle * np.diff(way.tips, axis=0)).sum() * 1e3),
+        **judge(mesh, SHAPES[shape], way, method),  # type: ignore[typeddict-item]
         "load_s": load_s,
         "memory_MB": memory,
     }
     return row
 
 
-def _quality(force: Array, phi: Array, normal: Array) -> dict[str, float | int]:
-    """Figures of the steady slide against F = k (r - phi) n."""
+def judge(mesh: _core.Mesh, shape: Shape, way: ToolPath, method: str) -> dict[str, float | int]:
+    """Time and quality of one path over a mesh of a shape, by the keys of a ``Row``."""
+    felt = palpate.contact.render(mesh, way.tips, radius=RADIUS, stiffness=STIFFNESS, method=method)
+    depth, normal = shape.held(way.tips, RADIUS)
+    middle = (felt.force[1:] + felt.force[:-1]) / 2
+    p50, p99 = np.percentile(felt.latency[WARM_UP:] * 1e6, [50, 99])
+    return {
+        "p50_us": float(p50),
+        "p99_us": float(p99),
+        **_quality(felt.force[way.steady], depth[way.steady], normal[way.steady]),
+        "energy_mJ": float((middle * np.diff(way.tips, axis=0)).sum() * 1e3),
+    }
+
+
+def _quality(force: Array, depth: Array, normal: Array) -> dict[str, float | int]:
+    """Figures of the steady slide against F = k depth n."""
     strength = np.linalg.norm(force, axis=1)
     error = _angle_deg(force, normal)[strength > 0]
-    magnitude = np.abs(strength - STIFFNESS * np.maximum(RADIUS - phi, 0.0)) * 1e3
+    magnitude = np.abs(strength - STIFFNESS * depth) * 1e3
     median, p95 = np.percentile(error, [50, 95]) if len(error) else (180.0, 180.0)
     return {
         "direction_median_deg": float(median),
@@ -138,7 +149,10 @@ def _quality(force: Array, phi: Array, normal: Array) -> dict[str, float | int]:
         "magnitude_max_mN": float(magnitude.max()),
         "step_deg": float(_angle_deg(force[1:], force[:-1]).max()),
         "step_mN": float(np.abs(np.diff(strength)).max() * 1e3),
-        "lost": int(np.count_nonzero((strength == 0) & (phi < RADIUS))),
+        "true_step_deg": float(_angle_deg(normal[1:], normal[:-1]).max()),
+        "true_step_mN": float(STIFFNESS * np.abs(np.diff(depth)).max() * 1e3),
+        "lost": int(np.count_nonzero((strength == 0) & (depth > 0))),
+        "artefacts": int(np.count_nonzero(error > ARTEFACT)),
         "flipped": int(np.count_nonzero((force * normal).sum(axis=1) < 0)),
     }
 

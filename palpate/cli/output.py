@@ -65,6 +65,18 @@ def require_writable(path: Path | None) -> None:
         raise _refusal(path, error) from None
 
 
+def make_folder(folder: Path) -> None:
+    """Make a folder for files that will be written at the end, before the work begins.
+
+    Raises:
+        OutputError: it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise _refusal(folder, error) from None
+
+
 def _refusal(path: Path, error: OSError) -> OutputError:
     why = error.strerror or str(error)
     return OutputError("the file cannot be written", where=str(path), why=why, mend="choose another place")

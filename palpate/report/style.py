@@ -6,6 +6,7 @@ import base64
 from collections.abc import Callable
 from dataclasses import dataclass
 from io import BytesIO
+from pathlib import Path
 from typing import Any
 
 import matplotlib
@@ -13,6 +14,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+
+from palpate.errors import OutputError
 
 INK, MUTED, GRID = "#22303c", "#71808c", "#e6ebef"
 FORCE, CELL, DEPTH, CAP = "#c8453b", "#8b98a3", "#1f6f8b", "#b58900"
@@ -78,6 +81,21 @@ def picture(draw: Callable[[Canvas], Figure], alt: str) -> str:
         f'<picture><source media="(max-width: 700px)" srcset="{narrow}">'
         f'<img src="{wide}" alt="{alt}" loading="lazy"></picture>'
     )
+
+
+def png(draw: Callable[[Canvas], Figure], file: Path) -> None:
+    """A figure for a page of documentation: wide, light enough to be kept in the repository.
+
+    Raises:
+        OutputError: it cannot be written.
+    """
+    with matplotlib.rc_context(_RC):
+        try:
+            draw(CANVASES[-1]).savefig(file, format="png", dpi=110, metadata={"Software": None})
+        except OSError as error:
+            raise OutputError(
+                "the picture cannot be written", where=str(file), why=error.strerror or str(error)
+            ) from None
 
 
 def _data_uri(figure: Figure) -> str:

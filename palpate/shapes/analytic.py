@@ -30,6 +30,14 @@ class Shape(ABC):
     def distance(self, points: Array) -> tuple[Array, Array]:
         """Signed distance (n,) [m] and its gradient, the outward unit normal (n, 3), at points (n, 3) [m]."""
 
+    def held(self, points: Array, radius: float) -> tuple[Array, Array]:
+        """Deflection (n,) [m] and direction (n, 3) of a sphere that is held outside while its centre goes to points.
+
+        r - phi along the normal, as long as one place holds it; a shape with concave edges says better.
+        """
+        phi, normal = self.distance(points)
+        return np.maximum(radius - phi, 0.0), normal
+
     @abstractmethod
     def curve(self, s: Array, offset: float) -> Array:
         """Points (n, 3) [m] at signed distance ``offset`` along a closed way, s in turns (one turn, one unit)."""
@@ -242,6 +250,14 @@ class Groove(Shape):
         on_edge = (along < 0) & (height < 0)
         normal = np.where(on_edge[:, None], edge / np.where(length > 0, length, 1.0)[:, None], plane)
         return np.where(on_edge, -length, height), normal
+
+    def held(self, points: Array, radius: float) -> tuple[Array, Array]:
+        """By either wall for itself: at a right angle the two do not know of each other."""
+        walls = np.array([[-1.0, 0.0, 1.0], [1.0, 0.0, 1.0]]) / 2**0.5
+        delta = np.maximum(radius - points @ walls.T, 0.0) @ walls
+        length = np.linalg.norm(delta, axis=1)
+        direction = np.where(length[:, None] > 0, delta / np.where(length > 0, length, 1.0)[:, None], walls[0])
+        return length, direction
 
     def curve(self, s: Array, offset: float) -> Array:
         """An ellipse seen from above: crosses the edge twice a turn."""
