@@ -101,15 +101,19 @@ def build(scene: Scene) -> Rig:
             what = f"the grid of {thing.body.name!r} is coarser than the tool's sphere: {told}"
             warnings.warn(PalpateWarning(what, where=scene.file, mend="a finer grid or a larger radius"), stacklevel=2)
     snapshot = surface.snapshot(scene, placed)
-    _check_method(scene, snapshot)
+    check_method(scene, snapshot)
     path = hand.plan(scene, placed)
     both = arms.place(scene, placed, path)
     spheres = tool.tool_spheres(both.follower, scene.contact.spheres, scene.contact.whole_tool)
     return Rig(scene, placed, snapshot, path, both, spheres)
 
 
-def _check_method(scene: Scene, snapshot: _core.Snapshot) -> None:
-    """Refuse a contact method that cannot feel one of the objects."""
+def check_method(scene: Scene, snapshot: _core.Snapshot) -> None:
+    """Refuse a contact method that cannot feel one of the objects.
+
+    Raises:
+        SceneError: names the object.
+    """
     try:
         _core.contact_check(scene.contact.method, _core.ContactOptions(), snapshot)
     except ValueError as error:

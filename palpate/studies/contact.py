@@ -38,7 +38,7 @@ NOISES, DRAWS = (1e-6, 10e-6, 100e-6), 400  # of its points [m]; planes grown fo
 
 
 class UpperFace(Box):
-    """A box or plate for one who presses on its upper face and stays: right however deep, and wherever the bottom is."""
+    """A box or plate for one who presses on its upper face: right however deep, and wherever the bottom is."""
 
     def distance(self, points: Array) -> tuple[Array, Array]:
         """To the face's plane."""
@@ -46,7 +46,7 @@ class UpperFace(Box):
 
     def curve(self, s: Array, offset: float) -> Array:
         """A loop over the face, whether below or above it."""
-        return super().curve(s, -1.0) + [0.0, 0.0, 1.0 + offset]
+        return np.asarray(super().curve(s, -1.0) + np.array([0.0, 0.0, 1.0 + offset]))
 
 
 PRESSED_FROM_ABOVE = {"box": UpperFace(), "plate": UpperFace((60e-3, 60e-3, 1e-3))}

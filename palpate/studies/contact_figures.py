@@ -84,7 +84,7 @@ def _depth_curve(axes: Axes, method: str, rows: list[Row]) -> None:
 def approach(result: Result, canvas: Canvas) -> Figure:
     """Direction error against the angle of approach, the median over places and headings."""
     rows = [r for r in result["rows"] if r["path"] == "approach"]
-    shapes = [s for s in ("box", "sphere", "torus") if any(r["shape"] == s for r in rows)]
+    shapes = list(dict.fromkeys(r["shape"] for r in rows))[:3]
     figure = Figure(figsize=(canvas.width, 3.4), layout="constrained")
     panels = np.atleast_1d(figure.subplots(1, len(shapes), sharey=True))
     angles = sorted({r["approach_deg"] for r in rows})

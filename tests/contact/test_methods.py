@@ -79,6 +79,23 @@ def test_the_same_wherever_the_object_is(method):
     assert moved == pytest.approx(still @ X[:3, :3].T, abs=1e-6)
 
 
+# ---- surfaces that are no meshes
+
+
+@pytest.mark.parametrize("method", PAPER)
+def test_methods_of_triangles_refuse_other_surfaces_by_name(method):
+    tips = [[0, 0, 0.04], [0, 0, 0.031]]
+    with pytest.raises(ValueError, match=r"object 'surface' has no triangles.* use method proxy or penalty"):
+        render(palpate.surfaces.Sphere(0.03), tips, method)
+
+
+@pytest.mark.parametrize("method", ["proxy", "penalty"])
+def test_the_others_feel_them(method):
+    z = np.linspace(0.04, 0.031, 300)
+    out = render(palpate.surfaces.Sphere(0.03), np.column_stack([0 * z, 0 * z, z]), method)
+    assert out.force[-1] == pytest.approx([0, 0, K * 0.001], abs=1e-9)
+
+
 # ---- penalty
 
 

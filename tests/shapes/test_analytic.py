@@ -45,3 +45,17 @@ def test_tool_path_slides_at_its_depth_and_speed(name, offset, speed):
     steps = np.linalg.norm(np.diff(slide, axis=0), axis=1)
     assert abs(steps / (speed / 1000) - 1).max() < 0.05
     assert shape.distance(path.tips[[0, -1]])[0].min() > 0.01
+
+
+def test_a_groove_holds_a_sphere_by_both_walls():
+    """Karush, Kuhn, Tucker: outside both walls, pushed by walls that are touched, by no other, never pulled."""
+    r, points = 2e-3, np.random.default_rng(2).uniform(-8e-3, 8e-3, (500, 3))
+    depth, direction = SHAPES["groove"].held(points, r)
+    centre = points + depth[:, None] * direction
+    walls = np.array([[-1.0, 0.0, 1.0], [1.0, 0.0, 1.0]]) / 2**0.5
+    gap = centre @ walls.T - r
+    push = (depth[:, None] * direction) @ walls.T  # the walls are at a right angle: components are multipliers
+    assert gap.min() > -1e-12
+    assert push.min() > -1e-12
+    assert np.abs(gap * push).max() < 1e-15
+    np.testing.assert_allclose(push @ walls, depth[:, None] * direction, atol=1e-15)

@@ -1,0 +1,84 @@
+"""`palpate study contact`: its keys, and claims of the figures that hold on any machine."""
+
+from io import StringIO
+
+import json_contract
+import numpy as np
+import pytest
+from rich.console import Console
+
+from palpate import _core
+from palpate.shapes.analytic import SHAPES
+from palpate.studies import contact
+from palpate.studies.contact_figures import draw
+
+
+@pytest.fixture(scope="module")
+def result():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(contact, "DRAWS", 60)
+        patch.setattr(contact, "SWEPT", 2_000)
+        patch.setattr(contact, "PENETRATIONS", (1e-3, 3e-3, 6e-3))
+        patch.setattr(contact, "PLACES", 2)
+        yield contact.run((2_000,), shapes=("plate",))
+
+
+def rows(result, **wanted):
+    found = [r for r in result["rows"] if all(r[k] == v for k, v in wanted.items())]
+    assert found
+    return found
+
+
+def test_rows_have_the_documented_keys(result):
+    keys = json_contract.keys("bench contact") - {"load_s", "memory_MB"} | json_contract.keys("study contact")
+    assert all(set(r) == keys for r in result["rows"])
+    documented = json_contract.keys_of("study contact", "`planes`") - {"null"}
+    assert all(set(r) == documented for r in result["planes"])
+    assert {r["method"] for r in result["rows"]} == set(_core.contact_methods())
+
+
+def test_the_default_is_right_at_every_depth_and_angle(result):
+    for r in rows(result, method="proxy"):
+        assert (r["lost"], r["flipped"], r["artefacts"]) == (0, 0, 0)
+        assert r["direction_max_deg"] < 0.01
+        assert r["magnitude_max_mN"] < 0.1
+
+
+def test_the_others_fail_where_they_must(result):
+    for r in rows(result, method="approach-velocity", path="approach"):
+        assert r["direction_median_deg"] == pytest.approx(r["approach_deg"], abs=0.01)
+    through = {"path": "penetration", "penetration_mm": 3.0}
+    assert rows(result, method="penalty", **through)[0]["flipped"] > 3000
+    assert rows(result, method="paper-alg1", path="shallow")[0]["direction_median_deg"] > 3
+    assert rows(result, method="paper-plane", path="shallow")[0]["step_deg"] > 10
+
+
+def test_grown_planes_follow_the_law_of_their_noise(result):
+    """Least squares tilts by sigma / (s sqrt n) about each axis, s = spread / 4: the median of a Rayleigh."""
+    (r,) = [r for r in result["planes"] if (r["points"], r["spread_mm"], r["noise_um"]) == (15, 0.8, 10.0)]
+    law = np.degrees(np.sqrt(2 * np.log(2)) * 10e-6 / (0.8e-3 / 4 * np.sqrt(15)))
+    assert r["direction_median_deg"] == pytest.approx(law, rel=0.25)
+    refused = {r["spread_mm"]: r["refused"] for r in result["planes"] if (r["points"], r["noise_um"]) == (15, 1.0)}
+    assert refused[0.1] == 1.0  # nearer than the baseline
+    assert refused[0.8] == 0.0
+
+
+def test_approaches_end_where_they_should():
+    for shape in ("sphere", "torus"):
+        for way in contact.approaches(SHAPES[shape], 60.0):
+            phi, n = SHAPES[shape].distance(way.tips)
+            assert phi[way.steady] == pytest.approx(contact.RADIUS - contact.PRESSED, abs=1e-9)
+            assert phi[0] > contact.RADIUS
+            into = np.diff(way.tips, axis=0)[0]
+            end = n[way.steady.start]
+            assert np.degrees(np.arccos(-into @ end / np.linalg.norm(into))) == pytest.approx(60.0, abs=1e-6)
+
+
+def test_table_and_pictures(result, tmp_path):
+    console = Console(width=160, record=True, file=StringIO())
+    console.print(contact.table(result["rows"]))
+    told = console.export_text()
+    assert all(method in told for method in _core.contact_methods())
+    files = draw(result, tmp_path)
+    assert len(files) == 4
+    assert all(1_000 < f.stat().st_size < 150_000 for f in files)
