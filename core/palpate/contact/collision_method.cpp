@@ -1,6 +1,5 @@
 #include "palpate/contact/collision_method.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -84,8 +83,8 @@ void CollisionMethod::check(const scene::Snapshot& scene) const {
 void CollisionMethod::collide(const scene::Snapshot& scene) {
   surface_.prepare(scene);
   std::erase_if(rules_, [&scene](const auto& rule) {
-    return std::none_of(scene.objects.begin(), scene.objects.end(),
-                        [&rule](const scene::Object& o) { return o.surface->id() == rule.first; });
+    const auto& [index, mesh] = rule.first;
+    return index >= scene.objects.size() || scene.objects[index].surface->id() != mesh;
   });
   const Request request = requests_.read();
   if (request.number == answered_) {
@@ -101,7 +100,7 @@ void CollisionMethod::collide(const scene::Snapshot& scene) {
   for (std::size_t i = 0; i < scene.objects.size() && answer.size < kMaxContacts; ++i) {
     const scene::Object& object = scene.objects[i];
     const std::uint64_t mesh = object.surface->id();
-    std::unique_ptr<Rule>& rule = rules_[mesh];
+    std::unique_ptr<Rule>& rule = rules_[{i, mesh}];
     if (!rule) {
       rule = make_rule_();
     }

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <utility>
 
 #include "palpate/contact/algorithm1.hpp"
 #include "palpate/contact/contact.hpp"
@@ -77,7 +78,7 @@ class CollisionMethod final : public Method {
   double radius_;
   CoalSurface surface_;
   MakeRule make_rule_;
-  std::map<std::uint64_t, std::unique_ptr<Rule>> rules_;  // by mesh id
+  std::map<std::pair<std::size_t, std::uint64_t>, std::unique_ptr<Rule>> rules_;  // by object's index and mesh id
   std::uint64_t answered_ = 0, epoch_ = 0;
 };
 
