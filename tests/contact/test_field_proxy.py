@@ -115,6 +115,29 @@ def test_grid_of_a_groove_holds_by_two_walls():
     np.testing.assert_allclose(r.force[400:], K * (corner - tips[400:]), atol=1e-4)
 
 
+@pytest.mark.parametrize("degrees", [40.0, 80.0, 120.0])
+def test_two_faces_of_a_grid_hold_at_any_angle(degrees):
+    """The tool moves to and fro in a concave edge of two planes: the point nearest to it, r above both or one.
+
+    The sphere touches both faces two cells from the edge or more; nearer, the grid's own rounding of the edge is felt.
+    """
+    radius = 6e-3
+    x = np.arange(-0.0205, 0.021, 0.001)
+    nodes = np.stack(np.meshgrid(x, x[::4], x, indexing="ij"), axis=-1)
+    n = np.array([[0.0, 0.0, 1.0], [-np.sin(np.radians(degrees)), 0.0, np.cos(np.radians(degrees))]])
+    edge = surfaces.DistanceGrid((nodes @ n.T).min(axis=-1), nodes[0, 0, 0], (0.001, 0.004, 0.001))
+    middle = n.sum(axis=0) / np.linalg.norm(n.sum(axis=0))
+    t = np.linspace(0, 9, 1500)
+    tips = 1e-3 * np.sin(t)[:, None] * [middle[2], 0.0, -middle[0]] + [0.0, 0.001, 0.0] + 2e-4 * middle
+    tips = np.concatenate([tips[0] + middle * np.linspace(0.015, 0.0, 300)[:, None], tips])
+    force = feel(edge, tips, radius=radius).force[300:]
+    short = radius - tips[300:] @ n.T
+    both = np.linalg.solve(n @ n.T, short.T).T
+    one = short.argmax(axis=1)
+    delta = np.where((both > 0).all(axis=1)[:, None], both @ n, short.max(axis=1)[:, None] * n[one])
+    np.testing.assert_allclose(force, K * delta, atol=1e-4)
+
+
 @pytest.mark.parametrize(("spacing", "degrees", "newton"), [(0.002, 0.3, 1.5e-3), (0.001, 0.1, 2e-4)])
 def test_grid_of_a_torus_obeys_the_law(spacing, degrees, newton):
     low, nodes = np.array([-0.0603, -0.0603, -0.0203]), (np.array([0.12, 0.12, 0.04]) / spacing).astype(int) + 2

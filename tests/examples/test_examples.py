@@ -65,6 +65,16 @@ def test_own_mesh(tmp_path):
     assert "100%" in rows["-3 mm", "paper-alg1"]
 
 
+def test_angle_of_a_face():
+    out = run("04_angle_of_a_face.py")
+    slopes = [[float(x) for x in line.split("|")[1:]] for line in out.splitlines()[3:6]]
+    assert slopes[0][2:] == pytest.approx([40.0, 0.0], abs=1e-6)
+    assert slopes[1][3] > 20 > 3 > slopes[2][3], "noise decides from tick to tick, a baseline of a millimetre mends it"
+    assert "Eq 20 is right here" in out
+    assert float(out.splitlines()[-1].split()[-3]) < 0.1
+    assert "wrong here: sharp concave edge" in run("04_angle_of_a_face.py", "--degrees", "120")
+
+
 def test_own_mesh_of_a_user(tmp_path):
     import trimesh
 

@@ -10,7 +10,8 @@ namespace palpate::scene {
 namespace {
 
 constexpr double kSteepest = 1.5;  // change per metre beyond which values are no distance [-]; 1 is exact
-constexpr double kRidge = 0.9;     // gradients shorter than this lie beside a ridge [-]
+constexpr double kEven = 0.995;    // gradients shorter than this may lie beside a ridge; 1 is exact [-]
+constexpr double kRidge = 0.9;     // and shorter than this they do [-]
 constexpr int kSteps = 8;          // of the search for a foot
 constexpr double kClose = 1e-7;    // [spacing] a foot is found
 
@@ -152,9 +153,9 @@ Nearest DistanceGrid::wall(const Vec3& p) const noexcept {
   const double side = v < 0.0 ? -1.0 : 1.0, length = g.norm();
   Foot best;
   if (length >= kRidge) best = foot(p, p - v / (length * length) * g);
-  if (!best.found) {
+  if (!best.found || length < kEven) {
     // Beside a ridge the gradient belongs to no wall: look from two cells away to each side.
-    double least = std::numeric_limits<double>::infinity();
+    double least = best.found ? (p - best.q).norm() : std::numeric_limits<double>::infinity();
     for (int k = 0; k < 6; ++k) {
       const Vec3 aside = p + (k % 2 == 0 ? 2.0 : -2.0) * spacing_[k / 2] * Vec3::Unit(k / 2);
       Vec3 ga;
