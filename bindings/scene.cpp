@@ -173,7 +173,14 @@ void bind_material(nb::module_& m) {
       .def_ro("half", &Region::half, "half the lengths of the box; zero: a ball [m]")
       .def_ro("radius", &Region::radius, "of the ball, or of the round edges [m]")
       .def_ro("blend", &Region::blend, "fades over [m]")
-      .def_ro("material", &Region::material);
+      .def_ro("material", &Region::material)
+      .def(
+          "weight",
+          [](const Region& r, const Vec3& p_O) {
+            Vec3 slope;
+            return r.weight(p_O, slope);
+          },
+          nb::arg("p_O"), "1 inside, 0 further away than `blend`.");
 }
 
 void bind_motion(nb::module_& m) {

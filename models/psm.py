@@ -144,5 +144,5 @@ _SPHERES = [
     ),  # 1.5 radii apart: a rod with shallow grooves
 ]
 PSM_YAML += "".join(
-    f"  - {{on: {link}, at: [{x:g}, {y:g}, {z:g}], radius: {radius:g}}}\n" for link, (x, y, z), radius in _SPHERES
+    f"  - {{link: {link}, at: [{x:g}, {y:g}, {z:g}], radius: {radius:g}}}\n" for link, (x, y, z), radius in _SPHERES
 )

@@ -51,7 +51,7 @@ KEYS = {
     "platform": "true: joint 4 is an MTM's platform, which has a controller of its own",
     "remote_centre": "true: the base is where the instrument passes the body wall",
     "jaw_tip": "from the tip to the end of the jaws [m]",
-    "spheres": "of the whole tool beside the tip's: [{on: link, at: [x, y, z], radius: m}, ..]",
+    "spheres": "of the whole tool beside the tip's: [{link: name, at: [x, y, z], radius: m}, ..]",
 }
 _PER_JOINT = ("home", "encoder_step_deg", "encoder_step_mm", "coulomb", "viscous", "rotor_inertia", "torque_max")
 

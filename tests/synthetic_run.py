@@ -40,6 +40,8 @@ def run(seconds: float = 4.0, rate: float = 1000.0) -> Ticks:
     ticks["delta_x"] = np.outer(depth, [0, 0, 1])
     ticks["depth"] = depth
     ticks["contacts"] = touching
+    ticks["touch_force"][:, 0] = K * depth
+    ticks["p_WC"][:, :2] = np.where(touching[:, None], ticks["p_WT"][:, :2], 0.0)
     ticks["F_spring_W"] = K * ticks["delta_x"]
     ticks["F_damping_W"] = np.outer(B * down * touching, [0, 0, 1])
     ticks["F_T_W"] = ticks["F_spring_W"] + ticks["F_damping_W"]

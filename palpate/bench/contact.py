@@ -26,7 +26,8 @@ from palpate.shapes.paths import ToolPath, tool_path
 Array = NDArray[np.float64]
 
 RADIUS, STIFFNESS = 2e-3, 500.0  # [m], [N/m]; no damping, no friction
-PATHS = {"deep": (-2e-3, 0.05), "shallow": (1e-3, 0.05), "fast": (-2e-3, 0.2)}  # offset [m], speed [m/s]
+PATHS = {"deep": (-2e-3, 0.05), "shallow": (1e-3, 0.05), "fast": (-2e-3, 0.2), "tool": (-2e-3, 0.05)}
+"""Offset [m] and speed [m/s]; along `tool` all of a tool's 16 spheres are in the surface at once."""
 SIZES, HUGE = (10_000, 100_000, 1_000_000), 10_000_000
 ARTEFACT = 45.0  # direction error beyond which a force is one of the paper's "erroneous directions" (section 4) [deg]
 WARM_UP = 100  # first updates that are not timed
@@ -114,32 +115,51 @@ def measure(file: Path, shape: str, path: str, method: str) -> Row:
         "triangles": mesh.triangle_count,
         "path": path,
         "method": method,
-        **judge(mesh, SHAPES[shape], way, method),  # type: ignore[typeddict-item]
+        **judge(mesh, SHAPES[shape], way, method, _cluster() if path == "tool" else None),  # type: ignore[typeddict-item]
         "load_s": load_s,
         "memory_MB": memory,
     }
     return row
 
 
-def judge(mesh: _core.Mesh, shape: Shape, way: ToolPath, method: str) -> dict[str, float | int]:
-    """Time and quality of one path over a mesh of a shape, by the keys of a ``Row``."""
-    felt = palpate.contact.render(mesh, way.tips, radius=RADIUS, stiffness=STIFFNESS, method=method)
-    depth, normal = shape.held(way.tips, RADIUS)
+def judge(
+    mesh: _core.Mesh, shape: Shape, way: ToolPath, method: str, places: Array | None = None
+) -> dict[str, float | int]:
+    """Time and quality of one path over a mesh of a shape, by the keys of a ``Row``.
+
+    places: (m, 3) centres of the tool's spheres from the tip, which is the first [m]; the tip alone when left out.
+    """
+    places = np.zeros((1, 3)) if places is None else places
+    others = [(p_TS, RADIUS) for p_TS in places[1:]]
+    felt = palpate.contact.render(mesh, way.tips, radius=RADIUS, stiffness=STIFFNESS, method=method, spheres=others)
+    exact = np.zeros_like(way.tips)
+    for p_TS in places:
+        depth, normal = shape.held(way.tips + p_TS, RADIUS)
+        exact += STIFFNESS * depth[:, None] * normal
     middle = (felt.force[1:] + felt.force[:-1]) / 2
     p50, p99 = np.percentile(felt.latency[WARM_UP:] * 1e6, [50, 99])
     return {
         "p50_us": float(p50),
         "p99_us": float(p99),
-        **_quality(felt.force[way.steady], depth[way.steady], normal[way.steady]),
+        **_quality(felt.force[way.steady], exact[way.steady]),
         "energy_mJ": float((middle * np.diff(way.tips, axis=0)).sum() * 1e3),
     }
 
 
-def _quality(force: Array, depth: Array, normal: Array) -> dict[str, float | int]:
-    """Figures of the steady slide against F = k depth n."""
-    strength = np.linalg.norm(force, axis=1)
-    error = _angle_deg(force, normal)[strength > 0]
-    magnitude = np.abs(strength - STIFFNESS * depth) * 1e3
+def _cluster() -> Array:
+    """(16, 3) the tip, and 15 spheres spread evenly 1.5 mm around it [m]."""
+    k = np.arange(15)
+    z, turn = 1.0 - 2.0 * (k + 0.5) / 15, np.pi * (1.0 + 5.0**0.5) * k
+    ring = np.sqrt(1.0 - z * z)
+    around = 1.5e-3 * np.stack([ring * np.cos(turn), ring * np.sin(turn), z], axis=1)
+    return np.concatenate([np.zeros((1, 3)), around])
+
+
+def _quality(force: Array, exact: Array) -> dict[str, float | int]:
+    """Figures of the steady slide against the exact force, both (n, 3) [N]."""
+    strength, due = np.linalg.norm(force, axis=1), np.linalg.norm(exact, axis=1)
+    error = _angle_deg(force, exact)[strength > 0]
+    magnitude = np.abs(strength - due) * 1e3
     median, p95 = np.percentile(error, [50, 95]) if len(error) else (180.0, 180.0)
     return {
         "direction_median_deg": float(median),
@@ -149,11 +169,11 @@ def _quality(force: Array, depth: Array, normal: Array) -> dict[str, float | int
         "magnitude_max_mN": float(magnitude.max()),
         "step_deg": float(_angle_deg(force[1:], force[:-1]).max()),
         "step_mN": float(np.abs(np.diff(strength)).max() * 1e3),
-        "true_step_deg": float(_angle_deg(normal[1:], normal[:-1]).max()),
-        "true_step_mN": float(STIFFNESS * np.abs(np.diff(depth)).max() * 1e3),
-        "lost": int(np.count_nonzero((strength == 0) & (depth > 0))),
+        "true_step_deg": float(_angle_deg(exact[1:], exact[:-1]).max()),
+        "true_step_mN": float(np.abs(np.diff(due)).max() * 1e3),
+        "lost": int(np.count_nonzero((strength == 0) & (due > 0))),
         "artefacts": int(np.count_nonzero(error > ARTEFACT)),
-        "flipped": int(np.count_nonzero((force * normal).sum(axis=1) < 0)),
+        "flipped": int(np.count_nonzero((force * exact).sum(axis=1) < 0)),
     }
 
 

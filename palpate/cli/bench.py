@@ -21,13 +21,13 @@ def bench(what: Literal["loop", "contact"], json: Path | None, huge: bool = Fals
     else:
         from palpate.bench import contact
 
-        rows = contact.run(
-            sizes=(contact.HUGE,) if huge else contact.SIZES,
-            on_row=lambda row: say(
-                console,
-                f"{row['shape']} {row['triangles']:,} {row['path']} {row['method']}: p50 {row['p50_us']:.2f} us",
-            ),
-        )
+        def told(row: contact.Row) -> None:
+            case = f"{row['shape']} {row['triangles']:,} {row['path']} {row['method']}"
+            say(console, f"{case}: p50 {row['p50_us']:.2f} us")
+
+        rows = contact.run(sizes=(contact.HUGE,) if huge else contact.SIZES, on_row=told)
+        if not huge:
+            rows += contact.run(sizes=(100_000,), paths=("tool",), on_row=told)
         console.print(contact.table(rows))
         write_json(json, rows)
     return 0

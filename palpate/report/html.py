@@ -14,7 +14,7 @@ import numpy as np
 from palpate.errors import MissingExtraError, OutputError
 from palpate.record.reader import Record
 from palpate.record.ticks import STATUS
-from palpate.report import elements
+from palpate.report import elements, touches
 from palpate.report.assumptions import SlowMotion, slow_motion
 from palpate.report.diagram import diagram, signal_table
 from palpate.report.run import Run
@@ -89,6 +89,8 @@ def report(record: Record) -> str:
         f"<details><summary>All recorded signals</summary>{signal_table(run)}</details></section>",
         figure("The two terms of the torque (Eq 13)", _TORQUE, figures.torques),
         f"<section><h2>The sphere's springs and dampers</h2><p>{_ELEMENTS}</p>{elements.table(run.ticks)}</section>",
+        f"<section><h2>What touched what</h2><p>{_TOUCHES}</p>"
+        f"{touches.table(run.ticks, run.sphere_names, run.object_names, record.rate)}</section>",
         figure("The same force in two frames", _FRAMES, figures.frames),
         figure("Energy ledger", _ENERGY, figures.energy),
     ]
@@ -117,6 +119,11 @@ _LOOP = (
 _TORQUE = (
     "What the motors were told: one part renders the force on the hand, the other holds the arm's own weight, so "
     "that the hand feels the organ and not the arm. Joint 4 has a controller of its own, as on the real arm."
+)
+_TOUCHES = (
+    "Each pair of a sphere of the tool and an object, with the spring force along the normal. The tip's sphere is the "
+    "spherical proxy region; more spheres on jaws and shaft are those of <code>contact.whole_tool</code> and "
+    "<code>contact.spheres</code>."
 )
 _ELEMENTS = (
     "The paper's Fig 7: along each axis of the world a spring and a damper hold the sphere (SPR) on the tool. How far "

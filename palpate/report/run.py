@@ -53,6 +53,29 @@ class Run:
         return str(self.setting("name") or folder or "a run")
 
     @cached_property
+    def sphere_names(self) -> list[str]:
+        """Of the tool's spheres, the one on the tip first; those that cannot be had again are left out."""
+        from palpate.arm import Arm
+        from palpate.errors import PalpateError
+
+        try:
+            from palpate.scene.recorded import recorded_scene
+            from palpate.scene.tool import tool_spheres
+
+            scene = recorded_scene(self.record)
+            follower = Arm.model(scene.arms.follower.model)
+            listed = tool_spheres(follower, scene.contact.spheres, scene.contact.whole_tool)
+        except (ImportError, PalpateError, OSError, ValueError):
+            return ["tip"]
+        return ["tip", *(sphere.name for sphere in listed)]
+
+    @property
+    def object_names(self) -> list[str]:
+        """Of the scene's objects, in its order."""
+        objects = self.setting("objects")
+        return [str(o.get("name")) for o in objects if isinstance(o, dict)] if isinstance(objects, list) else []
+
+    @cached_property
     def touches(self) -> list[tuple[int, int]]:
         """Intervals in contact: (first tick, tick after the last)."""
         touching = np.concatenate([[False], self.ticks["contacts"] > 0, [False]])

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
@@ -23,7 +24,7 @@ TIP = "tip"
 class ToolSphereSection(Section):
     """A sphere that is fixed to the tool."""
 
-    on: str = TIP
+    link: str = TIP
     """a link of the follower, or tip: the frame T, z along the jaws; a PSM has shaft, wrist, tool, jaw_1 and jaw_2"""
     at: Vector = (0.0, 0.0, 0.0)
     """its centre, in that link's frame; of a jaw: when it is closed [m]"""
@@ -35,7 +36,7 @@ class ToolSphereSection(Section):
 class LinkSphere:
     """A sphere of the tool, for people and for the core."""
 
-    on: str  #: as the scene or the arm's model names its place
+    name: str  #: the link it sits on and, where there are several, its number: shaft 3
     link: str | None  #: of the follower that carries it; None: the tool tip T
     core: _core.ToolSphere
 
@@ -52,18 +53,18 @@ def tool_sphere(follower: Arm, sphere: ToolSphereSection) -> LinkSphere:
         SceneError: the arm has no such link.
     """
     at, names = np.array(sphere.at), list(follower.link_names)
-    joint = follower.drawn_joint(sphere.on)
+    joint = follower.drawn_joint(sphere.link)
     if joint is not None and joint.parent in names:  # a jaw: it turns on the link that carries it
         R, p = joint.X_parent[:3, :3], joint.X_parent[:3, 3]
         turn = joint.multiplier * R @ joint.axis
         core = _core.ToolSphere(R @ at + p, sphere.radius, names.index(joint.parent), np.ascontiguousarray(p), turn)
-        return LinkSphere(sphere.on, joint.parent, core)
-    if sphere.on in names:
-        return LinkSphere(sphere.on, sphere.on, _core.ToolSphere(at, sphere.radius, names.index(sphere.on)))
-    if sphere.on == TIP:
+        return LinkSphere(sphere.link, joint.parent, core)
+    if sphere.link in names:
+        return LinkSphere(sphere.link, sphere.link, _core.ToolSphere(at, sphere.radius, names.index(sphere.link)))
+    if sphere.link == TIP:
         return LinkSphere(TIP, None, _core.ToolSphere(at, sphere.radius))
     raise SceneError(
-        f"there is no link {sphere.on!r} for a sphere of the tool",
+        f"there is no link {sphere.link!r} for a sphere of the tool",
         where="contact.spheres",
         why=f"the follower is {follower.name}",
         mend=f"its links: {', '.join([TIP, *names])}",
@@ -90,4 +91,11 @@ def tool_spheres(follower: Arm, listed: Sequence[ToolSphereSection], whole: bool
             why=f"{len(own)} are the whole tool's" if own else "",
             mend=f"at most {most}" + ("; or leave whole_tool out" if own else ""),
         )
-    return [tool_sphere(follower, s) for s in [*own, *listed]]
+    places = Counter(s.link for s in [*own, *listed])
+    count: Counter[str] = Counter()
+    spheres = []
+    for s in [*own, *listed]:
+        count[s.link] += 1
+        name = f"{s.link} {count[s.link]}" if places[s.link] > 1 or s.link == TIP else s.link
+        spheres.append(replace(tool_sphere(follower, s), name=name))
+    return spheres

@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 import viser
 from numpy.typing import NDArray
-from viser.transforms import SE3, SO3
+from viser.transforms import SE3
 
 from palpate.arm_shapes import Visual
 from palpate.record.ticks import Ticks
+from palpate.viewer.organs import OrganDrawing
 from palpate.viewer.stage import ArmPlace, Stage, Thing
+from palpate.viewer.tool import ToolDrawing
 
 Array = NDArray[np.float64]
 Color = tuple[int, int, int]
@@ -23,8 +25,6 @@ FORCE_SCALE = 0.06
 """Length of a force arrow [m/N]."""
 DEFLECTION_SCALE = 10.0
 """Length of the deflection arrow per deflection [-]."""
-SMALL = 0.004
-"""A tool sphere up to this radius is drawn solid [m]."""
 STILL = 2e-5
 """Changes of a link's pose below this are not drawn [m, rad]."""
 
@@ -73,8 +73,8 @@ class ArmDrawing:
         self._shown: dict[str, Array] = {}
         self.show(place.arm.home, 0.0)
 
-    def show(self, q: Array, pinch: float) -> None:
-        """Moves the links to joints q (n,) [rad, m], jaws or grips opened by `pinch` [rad]."""
+    def show(self, q: Array, pinch: float) -> dict[str, Array]:
+        """Moves the links to joints q (n,) [rad, m], jaws or grips opened by `pinch` [rad]; answers their poses."""
         poses = self._arm.link_poses(q, pinch)
         for link, node in self._links.items():
             if np.abs(poses[link] - self._shown.get(link, 0.0)).max() < STILL:
@@ -82,6 +82,7 @@ class ArmDrawing:
             self._shown[link] = poses[link]
             X = SE3.from_matrix(poses[link])
             node.wxyz, node.position = X.rotation().wxyz, X.translation()
+        return poses
 
 
 def _primitive(scene: viser.SceneApi, name: str, visual: Visual) -> None:
@@ -105,13 +106,9 @@ class Drawing:
         self._stage = stage
         _light(scene)
         _drape(scene, stage)
-        self._organs = [_organ(scene, thing, TISSUE[k % len(TISSUE)]) for k, thing in enumerate(stage.things)]
+        self._organs = [OrganDrawing(scene, t, TISSUE[k % len(TISSUE)]) for k, t in enumerate(stage.things)]
         self._leader, self._follower = ArmDrawing(scene, stage.leader), ArmDrawing(scene, stage.follower)
-        r = stage.radius
-        # Solid where they are small: what is solid shows through an organ of glass. A large sphere would hide the tool.
-        clear = None if r <= SMALL else 0.5
-        self._spr = scene.add_icosphere("/spr", r, (90, 170, 255), opacity=clear, cast_shadow=False)
-        self._proxy = scene.add_icosphere("/proxy", r, (255, 214, 70), opacity=clear, cast_shadow=False, visible=False)
+        self._tool = ToolDrawing(scene, stage)
         self.deflection = Arrow(scene, "/arrows/deflection", RED, 0.0016)
         self.force_body = Arrow(scene, "/arrows/force_body", RED, 0.0030)
         self.force_spatial = Arrow(scene, "/arrows/force_spatial", GREEN, 0.0030)
@@ -119,24 +116,23 @@ class Drawing:
     def see_through(self, share: float) -> None:
         """Organs as solid as they are (0), or so that what is inside shows through them (up to 0.9)."""
         for organ in self._organs:
-            organ.opacity = None if share < 0.01 else 1.0 - share
+            organ.see_through(share)
 
     @property
     def p_WT(self) -> Array:
         """Tool tip as drawn (3,) [m]."""
-        return np.array(self._spr.position)
+        return self._tool.p_WT
 
     def show(self, tick: Ticks) -> None:
         """Moves everything to one tick (a 0-d structured array or a row of one)."""
         self._leader.show(tick["q"], float(tick["gripper"]))
-        self._follower.show(tick["q_follower"], float(tick["jaw"]))
+        links = self._follower.show(tick["q_follower"], float(tick["jaw"]))
+        self._tool.show(tick, links)
+        for organ in self._organs:
+            organ.show(float(tick["t"]))
         p_WT = np.array(tick["p_WT"])
-        touching = float(tick["contacts"]) > 0
-        self._spr.position = p_WT
-        self._proxy.visible = touching
-        if touching:
-            self._proxy.position = tick["p_WP"]
-        self.deflection.show(p_WT, DEFLECTION_SCALE * np.array(tick["delta_x"]))
+        p_WS = np.array(tick["p_WP"]) - tick["delta_x"] if float(tick["contacts"]) > 0 else p_WT  # the sphere's centre
+        self.deflection.show(p_WS, DEFLECTION_SCALE * np.array(tick["delta_x"]))
         X_WL = self._stage.leader.X_WA
         p_WH = X_WL[:3, :3] @ tick["p_LH"] + X_WL[:3, 3]
         self.force_spatial.show(p_WH, FORCE_SCALE * (X_WL[:3, :3] @ tick["F_H_L"]))
@@ -170,15 +166,3 @@ def _drape(scene: viser.SceneApi, stage: Stage) -> None:
 def _corners(thing: Thing) -> Array:
     p_WV = thing.vertices @ thing.X_WO[:3, :3].T + thing.X_WO[:3, 3]
     return np.stack([p_WV.min(axis=0), p_WV.max(axis=0)])
-
-
-def _organ(scene: viser.SceneApi, thing: Thing, color: Color) -> viser.MeshHandle:
-    return scene.add_mesh_simple(
-        f"/objects/{thing.name}",
-        thing.vertices.astype(np.float32),
-        thing.triangles.astype(np.uint32),
-        color=color,
-        side="double",
-        wxyz=SO3.from_matrix(thing.X_WO[:3, :3]).wxyz,
-        position=thing.X_WO[:3, 3],
-    )

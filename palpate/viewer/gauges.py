@@ -21,6 +21,8 @@ WINDOW = 10.0
 """Span of the plots [s]."""
 POINTS = 400
 """Most points in a plot."""
+PAIRS = 4
+"""Most touches that are told one by one."""
 
 _FIGURE = (
     '<div style="flex:1"><div style="opacity:.65;font-size:11px">{label}</div>'
@@ -82,6 +84,8 @@ class Gauges:
         if measured:
             p50, p99 = np.percentile(measured, [50, 99])
             cycle = f"{p50:.1f} / {p99:.1f} &micro;s"
+        pairs = self._stage.touches(tick)
+        touches = "<br>".join(pairs[:PAIRS] + ([f"and {len(pairs) - PAIRS} more"] if len(pairs) > PAIRS else []))
         figures = [
             ("force", "force", f"{np.linalg.norm(tick['F_H_L']):.2f} N"),
             ("penetration", "depth", f"{1e3 * float(tick['depth']):.1f} mm"),
@@ -94,6 +98,7 @@ class Gauges:
             f'<div style="display:flex;margin:6px 0">{row}</div>'
             f'<div style="{small}"><span>time</span><span id="palpate-time">{float(tick["t"]):.2f} s</span></div>'
             f'<div style="{small}"><span>cycle p50 / p99</span><span>{cycle}</span></div>'
+            f'<div style="font-size:12px;opacity:.8" id="palpate-touches">{touches}</div>'
             "</div>"
         )
 
@@ -135,7 +140,8 @@ def _legend(gui: viser.GuiApi, stage: Stage, drawing: Drawing) -> None:
     gui.add_html(
         _NOTE.format(
             f"{_SWATCH.format(color='#5aaaff')} tool sphere of {1e3 * stage.radius:g} mm radius &nbsp; "
-            f"{_SWATCH.format(color='#e8b92c')} proxy, held on the surface<br>"
+            f"{_SWATCH.format(color='#e8b92c')} proxy, held on the surface &nbsp; "
+            f"{_SWATCH.format(color='#e11414')} point of contact<br>"
             f"Force arrows: {1e3 * FORCE_SCALE:g} mm per newton."
         )
     )

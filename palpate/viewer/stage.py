@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate.arm import Arm
+from palpate.record.ticks import Ticks
+from palpate.scene.tool import LinkSphere
 
 Array = NDArray[np.float64]
 
@@ -25,6 +28,21 @@ class ArmPlace:
 
 
 @dataclass(frozen=True)
+class RegionMark:
+    """Where an object feels otherwise: a box with round edges, or a ball."""
+
+    name: str
+    centre: Array
+    """(3,) [m] in the object's frame O."""
+    half: Array
+    """(3,) half the lengths of the box; zero for a ball [m]."""
+    radius: float
+    """Of the ball, or of the round edges [m]."""
+    triangles: NDArray[np.bool_]
+    """(m,) those of the object's triangles that lie in it."""
+
+
+@dataclass(frozen=True)
 class Thing:
     """An object that can be touched."""
 
@@ -34,7 +52,10 @@ class Thing:
     triangles: NDArray[np.int32]
     """(m, 3)."""
     X_WO: Array
-    """(4, 4)."""
+    """(4, 4), at rest."""
+    regions: tuple[RegionMark, ...] = ()
+    moving: Callable[[float], Array] | None = None
+    """X_WO (4, 4) at a time [s]; None when it rests."""
 
 
 @dataclass(frozen=True)
@@ -59,3 +80,14 @@ class Stage:
     """(3,) what the camera looks at [m], in the world."""
     extent: float = 0.4
     """How wide what the camera has to see is [m]."""
+    spheres: tuple[LinkSphere, ...] = ()
+    """Of the tool beside the one on its tip."""
+
+    def touches(self, tick: Ticks) -> list[str]:
+        """The pairs that touch, the strongest first: `tip x liver 1.20 N`."""
+        pairs = zip(tick["touch_sphere"], tick["touch_object"], tick["touch_force"], strict=True)
+        names = ["tip", *(sphere.name for sphere in self.spheres)]
+        return [
+            f"{names[int(s)]} \u00d7 {self.things[int(o)].name} {force:.2f} N"
+            for s, o, force in list(pairs)[: int(tick["contacts"])]
+        ]

@@ -5,12 +5,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate import _core
 from palpate.arm import Arm
 from palpate.errors import RecordError
 from palpate.record.reader import Record
+from palpate.scene import tissue
+from palpate.scene.model import ObjectSection
 from palpate.scene.recorded import recorded_scene
 from palpate.scene.rig import Rig, build
-from palpate.viewer.stage import ArmPlace, Stage, Thing
+from palpate.scene.surface import Surface
+from palpate.viewer.stage import ArmPlace, RegionMark, Stage, Thing
 
 Array = NDArray[np.float64]
 Triangles = NDArray[np.int32]
@@ -23,8 +27,8 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
     """What the viewer draws of a scene that is set up; the arms are copies of its own."""
     scene, arms = rig.scene, rig.arms
     things = [
-        Thing(each.name, *drawable(placed.body.vertices, placed.body.triangles), placed.X_WO)
-        for each, placed in zip(scene.objects, rig.surfaces, strict=True)
+        _thing(each, placed, felt)
+        for each, placed, felt in zip(scene.objects, rig.surfaces, rig.snapshot.objects, strict=True)
     ]
     p_WH = arms.X_WL @ arms.leader.fk(arms.q_leader0)[:, 3]
     bounds = np.array([placed.bounds for placed in rig.surfaces])
@@ -41,6 +45,7 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
         force_cap=scene.stability.force_cap,
         motion_scale=scene.mapping.scale,
         focus=0.5 * (middle + p_WH[:3]),
+        spheres=tuple(rig.spheres),
         extent=float(np.linalg.norm(middle - p_WH[:3]) + 0.5 * np.ptp(bounds, axis=(0, 1)).max()),
     )
 
@@ -59,6 +64,22 @@ def stage_of_record(record: Record) -> Stage:
             mend="show its numbers instead: palpate report",
         )
     return stage_of(build(recorded_scene(record)), record.path.parent.name)
+
+
+def _thing(section: ObjectSection, placed: Surface, felt: _core.Object) -> Thing:
+    vertices, triangles = drawable(placed.body.vertices, placed.body.triangles)
+    middles = vertices[triangles].mean(axis=1)
+    marks = [
+        RegionMark(
+            named.name,
+            region.centre,
+            region.half,
+            region.radius,
+            np.array([region.weight(p) > 0.5 for p in middles]),
+        )
+        for named, region in zip(section.regions, tissue.regions(section), strict=True)
+    ]
+    return Thing(section.name, vertices, triangles, placed.X_WO, tuple(marks), felt.pose if section.motion else None)
 
 
 def drawable(vertices: Array, triangles: Triangles, most: int = MOST_TRIANGLES) -> tuple[Array, Triangles]:

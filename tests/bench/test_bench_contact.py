@@ -27,3 +27,10 @@ def test_a_row_has_the_documented_keys_and_beats_the_reference():
     console = Console(width=220, record=True, file=StringIO())
     console.print(contact.table(rows))
     assert "prototype" in console.export_text()
+
+
+def test_a_whole_tool_is_as_exact_as_one_sphere():
+    (row,) = contact.run(shapes=("sphere",), sizes=(10_000,), paths=("tool",))
+    assert (row["lost"], row["flipped"]) == (0, 0)
+    assert row["direction_p95_deg"] < 0.2
+    assert row["magnitude_p95_mN"] < 16 * 10

@@ -1,0 +1,43 @@
+"""Which sphere of the tool touched which object, how long and how hard (R10, R55)."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Sequence
+
+import numpy as np
+
+from palpate.record.ticks import SIGNALS, Ticks
+
+
+def table(ticks: Ticks, spheres: Sequence[str], objects: Sequence[str], rate: float) -> str:
+    """The pairs of a run (n,) as HTML, the hardest first.
+
+    Args:
+        ticks: of the run.
+        spheres: their names, the one on the tip first; a number stands for one without a name.
+        objects: likewise.
+        rate: ticks per second [Hz].
+    """
+    told = np.arange(SIGNALS["touch_sphere"].size) < ticks["contacts"][:, None]  # (n, touches)
+    pairs = np.stack([ticks["touch_sphere"][told], ticks["touch_object"][told]], axis=1).astype(np.int64)
+    if not len(pairs):
+        return "<p>Nothing was touched.</p>"
+    force = ticks["touch_force"][told]
+    kinds, which = np.unique(pairs, axis=0, return_inverse=True)
+    found = []
+    for k, (s, o) in enumerate(kinds.tolist()):
+        felt = force[which.reshape(-1) == k]
+        name = f"{_name(spheres, s)} \u00d7 {_name(objects, o)}"
+        found.append((float(felt.max()), float(felt.mean()), len(felt) / rate, html.escape(name)))
+    lines = [
+        f'<tr><td>{name}</td><td class="value">{most:.3f} N</td><td class="value">{mean:.3f} N</td>'
+        f'<td class="value">{seconds:.2f} s</td></tr>'
+        for most, mean, seconds, name in sorted(found, reverse=True)
+    ]
+    head = "<tr><th>sphere \u00d7 object</th><th>largest</th><th>mean</th><th>touching</th></tr>"
+    return f'<div class="scroll"><table class="signals">{head}{"".join(lines)}</table></div>'
+
+
+def _name(names: Sequence[str], k: int) -> str:
+    return names[k] if k < len(names) else str(k)

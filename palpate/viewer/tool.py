@@ -1,0 +1,71 @@
+"""The tool as it touches: its spheres, its proxy, and a red point at each true contact."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from palpate.record.ticks import SIGNALS, Ticks
+from palpate.viewer.stage import Stage
+
+Array = NDArray[np.float64]
+
+SMALL = 0.004
+"""A tool sphere up to this radius is drawn solid [m]."""
+BLUE, YELLOW, RED = (90, 170, 255), (255, 214, 70), (225, 20, 20)
+
+
+class ToolDrawing:
+    """Spheres of the tool, the proxy of the strongest contact, and the points of contact."""
+
+    def __init__(self, scene: viser.SceneApi, stage: Stage) -> None:
+        """Draws everything at the origin."""
+        self._stage, r = stage, stage.radius
+        # Solid where they are small: what is solid shows through an organ of glass. A large sphere would hide the tool.
+        clear = None if r <= SMALL else 0.5
+        self._spr = scene.add_icosphere("/spr", r, BLUE, opacity=clear, cast_shadow=False)
+        self._proxy = scene.add_icosphere("/proxy", r, YELLOW, opacity=clear, cast_shadow=False, visible=False)
+        self._spheres = [
+            scene.add_icosphere(f"/tool/{k}", s.core.radius, BLUE, subdivisions=2, wireframe=True, cast_shadow=False)
+            for k, s in enumerate(stage.spheres)
+        ]
+        point = max(0.3 * r, 0.0006)
+        self._points = [
+            scene.add_icosphere(f"/contacts/{k}", point, RED, subdivisions=1, cast_shadow=False, visible=False)
+            for k in range(SIGNALS["touch_sphere"].size if stage.spheres else len(stage.things))
+        ]
+
+    @property
+    def p_WT(self) -> Array:
+        """Tool tip as drawn (3,) [m]."""
+        return np.array(self._spr.position)
+
+    def show(self, tick: Ticks, links: dict[str, Array]) -> None:
+        """Moves everything to one tick; links: X_Blink of the follower in it."""
+        touches = int(tick["contacts"])
+        self._spr.position = tick["p_WT"]
+        self._proxy.visible = touches > 0
+        if touches:
+            self._proxy.position = tick["p_WP"]
+        if self._spheres:
+            X_WT, X_WB = pose(tick["p_WT"], tick["quat_WT"]), self._stage.follower.X_WA
+            for sphere, node in zip(self._stage.spheres, self._spheres, strict=True):
+                node.position = sphere.centre(X_WT, X_WB, links, float(tick["jaw"]))
+        for k, point in enumerate(self._points):
+            seen = k < touches
+            if seen:
+                point.position = tick["p_WC"][3 * k : 3 * k + 3]
+            if point.visible != seen:
+                point.visible = seen
+
+
+def pose(p: Array, quaternion: Array) -> Array:
+    """(4, 4) from a place (3,) [m] and a unit quaternion w x y z; the identity's rotation when it is zero."""
+    from viser.transforms import SO3
+
+    X = np.eye(4)
+    if np.any(quaternion):
+        X[:3, :3] = SO3(np.asarray(quaternion)).as_matrix()
+    X[:3, 3] = p
+    return X
