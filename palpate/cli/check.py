@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from palpate.cli.output import console_for, say, write_json
@@ -86,7 +87,7 @@ def _scene(path: Path, console: Console) -> dict[str, Any]:
     table = Table(box=None, pad_edge=False)
     table.add_column("object")
     for heading in ("surface", "extents [mm]", "stiffness [N/m]", "felt [N/m]", "damping [N s/m]", "friction [-]"):
-        table.add_column(heading, justify="right")
+        table.add_column(escape(heading), justify="right")
     objects = []
     for i, (thing, surface) in enumerate(zip(scene.objects, rig.surfaces, strict=True)):
         felt, body = felt_stiffness(scene, i), surface.body
