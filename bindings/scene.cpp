@@ -259,6 +259,7 @@ void bind_world(nb::module_& m) {
 void bind_scene(nb::module_& m) {
   bind_mesh(m);
   bind_surfaces(m);
+  m.attr("CREASE_ANGLE") = scene::kCreaseAngle;
   m.def("bvh_has_avx2", &scene::bvh_has_avx2, "This machine runs the AVX2 kernel.");
   bind_material(m);
   bind_motion(m);

@@ -76,7 +76,7 @@ def _findings(r: MeshReport, two_sided: bool, unit: str) -> tuple[Finding, ...]:
             Finding(
                 "the winding cannot be made consistent: the surface has no two sides",
                 "forces may point inwards on part of it",
-                "repair the mesh, e.g. remesh it as a closed surface",
+                "palpate check FILE --repair mended.stl, or remesh it as a closed surface",
             )
         )
     elif r.turned:
@@ -107,7 +107,7 @@ def _findings(r: MeshReport, two_sided: bool, unit: str) -> tuple[Finding, ...]:
             Finding(
                 f"the surface is open: {r.open_edges:,} edges have one triangle only",
                 "it is felt from either side and has no inside; through a hole the tool gets in without a force",
-                "close the holes if the tool goes there",
+                "close the holes if the tool goes there: palpate check FILE --repair mended.stl fills small ones",
             )
         )
     found.extend(_size_finding(max(r.extents_m), unit))

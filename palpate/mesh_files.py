@@ -1,4 +1,4 @@
-"""Mesh files into triangles, in the file's own unit: STL by numpy, every other format by trimesh."""
+"""Mesh files into triangles and back, in the file's own unit: STL by numpy, every other format by trimesh."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from palpate.errors import MeshError, PalpateWarning
+from palpate.errors import MeshError, OutputError, PalpateWarning
 
 _HEADER, _FACET = 84, np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _VERTEX = re.compile(rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)")
@@ -33,6 +33,29 @@ def read(path: Path) -> Soup:
     if path.suffix.lower() in (".stl", ".stla", ".stlb"):
         return _stl(path, data)
     return _by_trimesh(path)
+
+
+def write(path: Path, vertices: npt.NDArray[np.float64], triangles: npt.NDArray[np.integer]) -> None:
+    """Write a mesh in the unit of its numbers: binary STL, or what trimesh knows by the name's ending.
+
+    Raises:
+        OutputError: it cannot be written.
+    """
+    try:
+        if path.suffix.lower() == ".stl":
+            facets = np.zeros(len(triangles), _FACET)
+            facets["corners"] = vertices[triangles]
+            with path.open("wb") as out:
+                out.write(b"palpate".ljust(80) + np.uint32(len(triangles)).tobytes())
+                facets.tofile(out)
+        else:
+            import trimesh
+
+            trimesh.Trimesh(vertices, triangles, process=False).export(str(path))
+    except (OSError, ValueError, KeyError, NotImplementedError) as error:
+        raise OutputError(
+            "the mesh cannot be written", where=str(path), why=str(error), mend="another place, e.g. mended.stl"
+        ) from None
 
 
 def _bytes(path: Path) -> bytes:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from rich.table import Table
 
 import palpate.contact
-from palpate import _core
+from palpate import _core, mesh_files
 from palpate.shapes.analytic import SHAPES, Shape
 from palpate.shapes.paths import ToolPath, tool_path
 
@@ -81,7 +81,8 @@ def run(
         for shape in shapes:
             for size in sizes:
                 file = Path(folder) / f"{shape}-{size}.stl"
-                _write_stl(file, *SHAPES[shape].mesh(size))
+                vertices, triangles = SHAPES[shape].mesh(size)
+                mesh_files.write(file, 1e3 * vertices, triangles)
                 for path in paths:
                     row = _in_a_process(file, shape, path, method)
                     rows.append(row)
@@ -188,16 +189,6 @@ def _status_mb(key: str) -> float:
     except OSError:
         return float("nan")
     return next((int(line.split()[1]) * 1024 / 1e6 for line in lines if line.startswith(f"{key}:")), float("nan"))
-
-
-def _write_stl(file: Path, vertices: Array, triangles: NDArray[np.int32]) -> None:
-    """Binary STL in millimetres."""
-    facet = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-    facets = np.zeros(len(triangles), facet)
-    facets["corners"] = vertices[triangles] * 1e3
-    with file.open("wb") as out:
-        out.write(b"palpate bench".ljust(80) + np.uint32(len(triangles)).tobytes())
-        facets.tofile(out)
 
 
 # Deep slides on the same input by a study with an 8-wide BVH and a shaded proxy, one core of a 2-core shared machine:

@@ -11,6 +11,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from palpate import touchable
+from palpate.cli.check_mesh import Touch, look, told_of
 from palpate.cli.output import console_for, say, write_json
 from palpate.errors import PalpateWarning
 from palpate.mesh import Mesh, Unit
@@ -20,15 +22,17 @@ _SCENES = (".yaml", ".yml")
 _GRIDS = (".npz", ".nrrd")
 
 
-def check(path: Path, unit: Unit, json: Path | None) -> int:
+def check(path: Path, unit: Unit, touch: Touch, json: Path | None) -> int:
     """Look at a scene, a mesh or a distance grid; warnings are told, mistakes are raised. Returns the exit code."""
     console = console_for(json)
     ending = path.suffix.lower()
     is_scene = ending in _SCENES
-    look = _grid if ending in _GRIDS else _mesh
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        result = _scene(path, console) if is_scene else look(path, unit, console)
+        if is_scene:
+            result = _scene(path, console)
+        else:
+            result = _grid(path, unit, console) if ending in _GRIDS else look(path, unit, touch, console)
     told = [str(w.message) for w in caught if issubclass(w.category, PalpateWarning)]
     for text in told:
         say(console, text, "warning:", "yellow")
@@ -36,27 +40,6 @@ def check(path: Path, unit: Unit, json: Path | None) -> int:
     say(console, f"{path}: {verdict}" + (f", with {len(told)} warnings" if told else ""))
     write_json(json, {"file": str(path), "ok": True, "warnings": told, **result})
     return 0
-
-
-def _mesh(path: Path, unit: Unit, console: Console) -> dict[str, Any]:
-    mesh = Mesh.load(path, unit)
-    _ = mesh.core  # the core may refuse what looks good
-    r = mesh.report
-    x, y, z = (1e3 * e for e in r.extents_m)
-    table = Table(show_header=False, box=None, pad_edge=False)
-    for name, value in (
-        ("triangles", f"{r.triangles:,}"),
-        ("vertices", f"{r.vertices:,}"),
-        ("extents", f"{x:.1f} x {y:.1f} x {z:.1f} mm (file in {unit})"),
-        ("parts", f"{r.components:,}"),
-        ("closed", "yes" if r.watertight else f"no: {r.open_edges:,} open edges"),
-        ("volume", f"{1e6 * r.volume_m3:,.1f} cm^3" if r.watertight else "-"),
-        ("dropped", f"{r.degenerate:,} degenerate, {r.duplicate:,} duplicate"),
-        ("turned", f"{r.turned:,} inconsistent, {r.inverted:,} inside out"),
-    ):
-        table.add_row(name, value)
-    console.print(table)
-    return {"mesh": r.to_json()}
 
 
 def _grid(path: Path, unit: Unit, console: Console) -> dict[str, Any]:
@@ -98,6 +81,8 @@ def _scene(path: Path, console: Console) -> dict[str, Any]:
         table.add_row(thing.name, kind, extents, K, f"{felt:g}", B, f"{thing.friction:g}")
         told = {"name": thing.name, "felt_stiffness_N_per_m": felt, "surface": kind if mesh else str(body)}
         objects.append({**told, "mesh": mesh.report.to_json() if mesh else None})
+        if mesh:
+            told_of(touchable.fineness(mesh.core, max(thing.stiffness)), f"object {thing.name!r}")
     console.print(table)
     tool = (rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0))[:3, 3]
     millimetres = ", ".join(f"{1e3 * x:.1f}" for x in tool)

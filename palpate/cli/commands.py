@@ -105,21 +105,40 @@ class Check:
     examples:
       palpate check scenes/palpation.yaml
       palpate check organ.stl --unit mm
-      palpate check organ.stl --json -
+      palpate check scan.ply --unit m --feature 4 --noise 0.3
+      palpate check organ.stl --repair mended.stl
+
+    A repaired copy has its cracks sewn, slivers collapsed and small holes filled; the file itself is never changed.
     """
 
     file: Positional[Path]
     """Scene (YAML), mesh (STL, OBJ, PLY, ...) or distance grid (.npz, .nrrd)."""
     unit: Literal["mm", "cm", "m", "in"] = "mm"
     """Of a mesh file's numbers."""
+    radius: Annotated[float | None, arg(metavar="MM")] = None
+    """Of the sphere that will touch the mesh; the default radius when left out."""
+    stiffness: Annotated[float | None, arg(metavar="N/M")] = None
+    """That the mesh will have; the default stiffness when left out."""
+    feature: Annotated[float | None, arg(metavar="MM")] = None
+    """Width of the narrowest thing to be felt; from the mesh's hollows when left out."""
+    noise: Annotated[float | None, arg(metavar="MM")] = None
+    """Standard deviation of the sensor that measured the mesh; from its roughness when left out."""
+    repair: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write a repaired copy of the mesh, in the same unit."""
+    hole: Annotated[float | None, arg(metavar="MM")] = None
+    """Widest hole that --repair fills; a tenth of the mesh when left out."""
+    force: bool = False
+    """--repair may overwrite a file."""
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the findings as JSON (docs/json.md); - for the standard output."""
 
     def __call__(self) -> int:
         """Do it."""
         from palpate.cli.check import check
+        from palpate.cli.check_mesh import Touch
 
-        return check(self.file, self.unit, self.json)
+        touch = Touch.of(self.radius, self.stiffness, self.feature, self.noise, self.repair, self.hole, self.force)
+        return check(self.file, self.unit, touch, self.json)
 
 
 @dataclass

@@ -61,7 +61,7 @@ def test_a_scene(palpate, scene, tmp_path):
     told = json.loads((tmp_path / "check.json").read_text())
     assert told["objects"][0]["felt_stiffness_N_per_m"] == pytest.approx(200.0)
     assert len(told["start"]["q_leader_rad"]) == 7
-    assert set(told) == json_contract.keys("check") - {"mesh", "grid"}
+    assert set(told) == json_contract.keys("check") - {"mesh", "grid", "fineness", "radius", "repair"}
 
 
 def test_own_stl_in_five_lines(palpate, tmp_path):
@@ -121,3 +121,49 @@ def test_schema(palpate, tmp_path):
     assert palpate("schema").out == schema_text()
     assert palpate("schema", "--out", tmp_path / "s.json").code == 0
     assert (tmp_path / "s.json").read_text() == schema_text()
+
+
+def test_a_repaired_copy_beside_the_file(palpate, tmp_path):
+    source = write_cube(tmp_path / "cube.stl", CUBE_T[1:])
+    before = source.read_bytes()
+    out = tmp_path / "mended.stl"
+    done = palpate("check", source, "--repair", out, "--hole", 60, "--json", tmp_path / "check.json")
+    assert done.code == 0, done.err
+    assert "filled holes: 1" in done.out
+    told = json.loads((tmp_path / "check.json").read_text())["repair"]
+    assert told["filled"] == 1
+    assert told["after"]["watertight"]
+    assert source.read_bytes() == before
+    assert palpate("check", out).code == 0
+    assert set(told) == json_contract.keys_of("check", "`repair`")
+
+
+def test_a_repaired_copy_overwrites_nothing_unasked(palpate, tmp_path):
+    source = write_cube(tmp_path / "cube.stl", CUBE_T[1:])
+    before = source.read_bytes()
+    done = palpate("check", source, "--repair", source)
+    assert done.code == 2
+    assert "this is the mesh itself" in done.err
+    assert "--force" in done.err
+    assert source.read_bytes() == before
+    (tmp_path / "other.stl").write_text("mine")
+    assert "the file exists" in palpate("check", source, "--repair", tmp_path / "other.stl").err
+    assert palpate("check", source, "--repair", tmp_path / "other.stl", "--force").code == 0
+    assert "cannot be written" in palpate("check", source, "--repair", tmp_path / "no" / "x.stl").err
+    assert "cannot be written" in palpate("check", source, "--repair", tmp_path / "x.step").err
+
+
+def test_a_radius_that_does_not_suit_is_told(palpate, tmp_path):
+    cube = write_cube(tmp_path / "cube.stl")
+    assert "radius 5 mm is too large to feel 4 mm" in palpate("check", cube, "--radius", 5, "--feature", 4).out
+    assert "no radius suits" in palpate("check", cube, "--feature", 4, "--noise", 7).out
+    assert "radius 2 mm is small for noise of 7 mm" in palpate("check", cube, "--noise", 7).out
+    assert "--feature must be a positive number, got -4" in palpate("check", cube, "--feature", -4).err
+
+
+def test_a_coarse_mesh_in_a_scene_is_told(palpate, scene):
+    scene.write_text(scene.read_text().replace("triangles: 3000", "triangles: 2000"))
+    done = palpate("check", scene)
+    assert done.code == 0, done.err
+    assert "coarse mesh" in done.out
+    assert "triangles of the same thing would do" in done.out

@@ -94,8 +94,9 @@ void complete(MeshReport& r, const Mesh::Impl& m) {
 }
 
 Feature feature_of(const BvhHit& hit) {
+  // On the edge opposite corner 0 the weights are 1 - t and t: what is left for u is rounding.
   const double u = 1.0 - hit.v - hit.w;
-  const int zeros = (hit.v <= 0.0 ? 1 : 0) + (hit.w <= 0.0 ? 1 : 0) + (u <= 0.0 ? 1 : 0);
+  const int zeros = (hit.v <= 0.0 ? 1 : 0) + (hit.w <= 0.0 ? 1 : 0) + (u <= 1e-15 ? 1 : 0);
   return zeros == 0 ? Feature::face : (zeros == 1 ? Feature::edge : Feature::vertex);
 }
 

@@ -1,0 +1,198 @@
+"""``palpate study radius``: which radius of the sphere for which feature and which noise (simulated).
+
+A relief of ridges, z = a cos(2 pi x / lambda) with a = lambda / 10, so that a ridge of width w = lambda / 2 is as high
+as it is round: its radius of curvature is about w / 2. The sphere follows it as a light hand would, at the height at
+which it rolls over the true relief less a depth, at 50 mm/s. Noise shifts the vertices of a 0.5 mm grid at random, as
+a depth camera does.
+
+What a radius keeps of the relief, and what it lets through of the noise, are two figures; the map holds both. The rule
+of ``palpate.touchable`` is read off this map.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, TypedDict
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.table import Table
+from tyro.conf import arg
+
+import palpate.contact
+from palpate import _core
+
+Array = NDArray[np.float64]
+
+RADII = (0.5e-3, 1e-3, 2e-3, 4e-3, 8e-3, 15e-3)  # [m]; the paper's figures show 15 mm
+FEATURES = (2e-3, 4e-3, 8e-3, 16e-3)  # width of a ridge [m]
+NOISES = (0.0, 0.02e-3, 0.05e-3, 0.1e-3, 0.2e-3, 0.5e-3)  # standard deviation along z [m]
+RATE_CAPS = (5.0, 10.0, 20.0, 50.0)  # of the force filter [N/s]
+GRID, SPEED, DEPTH, STIFFNESS, RATE = 0.5e-3, 0.05, 1e-3, 500.0, 1000.0  # [m], [m/s], [m], [N/m], [Hz]
+
+
+class Row(TypedDict):
+    """One radius on one relief with one noise. The keys are the documented contract of ``--json``."""
+
+    radius_mm: float
+    feature_mm: float  #: width of a ridge
+    noise_mm: float  #: standard deviation
+    kept: float  #: height of the relief under the sphere's centre over its true height, without noise
+    direction_deg: float  #: 95 % of the samples are nearer to the direction without noise
+    force_mN: float  #: and nearer to its magnitude
+    bias_mN: float  #: mean magnitude more than without noise
+    step_deg: float  #: 95 % of the changes from one millisecond to the next are smaller
+    step_mN: float
+    error_mN: float  #: 95 % of the forces are nearer, as vectors, to the force without noise
+    filtered_mN: dict[str, float]  #: the same after a force filter, by its rate cap [N/s]; its lag counts
+
+
+@dataclass
+class Study:
+    """The sphere's radius: what it keeps of a feature, what it lets through of sensor noise, beside a force filter.
+
+    examples:
+      palpate study radius
+      palpate study radius --json radius.json --figures docs/images
+    """
+
+    json: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write the rows as JSON (docs/json.md); - for the standard output."""
+    figures: Annotated[Path, arg(metavar="DIR")] = Path("runs/study-radius")
+    """Folder for the picture."""
+
+    def __call__(self) -> int:
+        """Do it."""
+        from palpate.cli.output import console_for, make_folder, require_writable, say, write_json
+        from palpate.studies.radius_figure import draw
+
+        console = console_for(self.json)
+        require_writable(self.json)
+        make_folder(self.figures)
+        rows = run(on_row=lambda row: say(console, f"r {row['radius_mm']:g} mm, noise {row['noise_mm']:g} mm"))
+        console.print(table(rows))
+        say(console, str(draw(rows, self.figures)), "picture")
+        write_json(self.json, rows)
+        return 0
+
+
+def run(
+    radii: tuple[float, ...] = RADII,
+    features: tuple[float, ...] = FEATURES,
+    noises: tuple[float, ...] = NOISES,
+    on_row: Callable[[Row], None] | None = None,
+) -> list[Row]:
+    """Every radius on every relief with every noise."""
+    rows = []
+    for feature in features:
+        meshes = [_relief_mesh(feature, noise) for noise in (0.0, *noises)]
+        for radius in radii:
+            tips = path(feature, radius)
+            (clean, height), *noisy = (_render(mesh, tips, radius) for mesh in meshes)
+            kept = float(np.ptp(height) / (2 * amplitude(feature)))
+            for noise, (force, _) in zip(noises, noisy, strict=True):
+                row = _row(clean, force, radius, feature, noise, kept)
+                rows.append(row)
+                if on_row:
+                    on_row(row)
+    return rows
+
+
+def amplitude(feature: float) -> float:
+    """Of the relief whose ridges are ``feature`` wide [m]."""
+    return feature / 5
+
+
+def _relief(x: Array, feature: float) -> Array:
+    return np.asarray(amplitude(feature) * np.cos(np.pi * x / feature))
+
+
+def path(feature: float, radius: float) -> Array:
+    """Tips (n, 3): over four ridges, ``DEPTH`` below the height at which the sphere rolls over the true relief [m]."""
+    length = 8 * feature
+    x = np.arange(-length / 2, length / 2, SPEED / RATE)
+    u = np.linspace(-1, 1, 801) * radius
+    cap = np.sqrt(radius**2 - u**2)
+    height = (_relief(x[:, None] + u, feature) + cap).max(axis=1)  # dilation by the sphere
+    return np.stack([x, np.zeros_like(x), height - DEPTH], axis=1)
+
+
+def _relief_mesh(feature: float, noise: float) -> _core.Mesh:
+    half = (4 * feature + max(RADII) + 2e-3, max(RADII) + 2e-3)
+    nx, ny = (int(2 * h / GRID) for h in half)
+    x, y = (
+        c.ravel()
+        for c in np.meshgrid(*(np.linspace(-h, h, n) for h, n in zip(half, (nx, ny), strict=True)), indexing="ij")
+    )
+    z = _relief(x, feature) + noise * np.random.default_rng(1).normal(size=len(x))
+    i, j = (c.ravel() for c in np.meshgrid(np.arange(nx - 1), np.arange(ny - 1), indexing="ij"))
+    a, b, c, d = i * ny + j, (i + 1) * ny + j, (i + 1) * ny + j + 1, i * ny + j + 1
+    triangles = np.stack([np.stack([a, b, c], 1), np.stack([a, c, d], 1)], 1).reshape(-1, 3).astype(np.int32)
+    return _core.Mesh(np.stack([x, y, z], axis=1), triangles)
+
+
+def _render(mesh: _core.Mesh, tips: Array, radius: float) -> tuple[Array, Array]:
+    """Force (n, 3) [N] and height of the proxy (n,) [m]. From above: the tool comes down on the first tip."""
+    down = tips[0] + np.linspace(5e-3 + DEPTH, 0.0, 200)[:, None] * [0, 0, 1]
+    felt = palpate.contact.render(mesh, np.concatenate([down, tips]), radius=radius, stiffness=STIFFNESS)
+    return felt.force[len(down) :], felt.proxy[len(down) :, 2]
+
+
+def _row(clean: Array, force: Array, radius: float, feature: float, noise: float, kept: float) -> Row:
+    strength = np.linalg.norm(force, axis=1)
+    more = strength - np.linalg.norm(clean, axis=1)
+    return {
+        "radius_mm": 1e3 * radius,
+        "feature_mm": 1e3 * feature,
+        "noise_mm": 1e3 * noise,
+        "kept": kept,
+        "direction_deg": _p95(_angle_deg(force, clean)),
+        "force_mN": _p95(1e3 * np.abs(more)),
+        "bias_mN": float(1e3 * more.mean()),
+        "step_deg": _p95(_angle_deg(force[1:], force[:-1])),
+        "step_mN": _p95(1e3 * np.abs(np.diff(strength))),
+        "error_mN": _off_mN(force, clean),
+        "filtered_mN": {f"{cap:g}": _off_mN(rate_limited(force, cap), clean) for cap in RATE_CAPS},
+    }
+
+
+def rate_limited(force: Array, rate_cap: float) -> Array:
+    """The force after the limiter of the loop, which lets it change by ``rate_cap`` [N/s] (R45); begins settled."""
+    options = _core.StabilityOptions()
+    options.rate_cap, options.force_cap = rate_cap, 1e3
+    limiter = _core.Limiter(options, 1.0 / RATE)
+    start = np.repeat(force[:1], int(np.linalg.norm(force[0]) / rate_cap * RATE) + 2, axis=0)
+    told = [limiter.step(F, i / RATE, i / RATE, i / RATE)[0] for i, F in enumerate(np.concatenate([start, force]))]
+    return np.array(told)[len(start) :]
+
+
+def _off_mN(force: Array, clean: Array) -> float:
+    return _p95(1e3 * np.linalg.norm(force - clean, axis=1))
+
+
+def _p95(values: Array) -> float:
+    return float(np.percentile(values, 95))
+
+
+def _angle_deg(a: Array, b: Array) -> Array:
+    return np.asarray(np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(axis=1))))
+
+
+def table(rows: list[Row]) -> Table:
+    """For each radius: what it keeps of each feature, and what is left of each noise on the widest."""
+    features = sorted({r["feature_mm"] for r in rows})
+    noises = sorted({r["noise_mm"] for r in rows} - {0.0})
+    out = Table(title="Radius, simulated: 50 mm/s, 1 mm deep, 500 N/m", box=None, padding=(0, 2, 0, 0), pad_edge=False)
+    out.add_column("radius\nmm", justify="right")
+    for f in features:
+        out.add_column(f"kept of\n{f:g} mm", justify="right")
+    for n in noises:
+        out.add_column(f"noise {n:g} mm\ndeg / mN", justify="right")
+    for radius in sorted({r["radius_mm"] for r in rows}):
+        of = {(r["feature_mm"], r["noise_mm"]): r for r in rows if r["radius_mm"] == radius}
+        kept = (f"{100 * next(r['kept'] for k, r in of.items() if k[0] == f):.0f} %" for f in features)
+        left = (f"{of[features[-1], n]['direction_deg']:.1f} / {of[features[-1], n]['force_mN']:.0f}" for n in noises)
+        out.add_row(f"{radius:g}", *kept, *left)
+    return out

@@ -1,0 +1,27 @@
+"""`palpate study radius`: the documented keys and a picture; tests/mesh/test_touchable.py holds what the map says."""
+
+import json_contract
+import numpy as np
+
+from palpate.studies import radius
+from palpate.studies.radius_figure import draw
+
+
+def test_rows_table_and_picture(tmp_path):
+    heard = []
+    rows = radius.run(radii=(1e-3, 2e-3), features=(4e-3,), noises=(0.0, 0.2e-3), on_row=heard.append)
+    assert heard == rows
+    assert {key for row in rows for key in row} == json_contract.keys("study radius")
+    assert rows[0]["error_mN"] == 0.0  # no noise
+    assert "kept of" in radius.table(rows).columns[1].header
+    assert draw(rows, tmp_path).stat().st_size > 10_000
+
+
+def test_a_rate_filter_lags_and_no_more():
+    """A ramp slower than the cap passes unchanged; a step takes its time."""
+    ramp = np.linspace(1.0, 2.0, 1000)[:, None] * [0, 0, 1]
+    np.testing.assert_allclose(radius.rate_limited(ramp, 5.0), ramp, atol=1e-12)
+    step = np.repeat([[0.0, 0.0, 1.0], [0.0, 0.0, 1.5]], 500, axis=0)
+    told = radius.rate_limited(step, 5.0)[:, 2]
+    assert told[500 + 98] < 1.5 - 1e-9
+    assert told[500 + 101] == 1.5
