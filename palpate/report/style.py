@@ -89,13 +89,16 @@ def png(draw: Callable[[Canvas], Figure], file: Path) -> None:
     Raises:
         OutputError: it cannot be written.
     """
+    from PIL import Image  # comes with matplotlib
+
+    stream = BytesIO()
     with matplotlib.rc_context(_RC):
-        try:
-            draw(CANVASES[-1]).savefig(file, format="png", dpi=110, metadata={"Software": None})
-        except OSError as error:
-            raise OutputError(
-                "the picture cannot be written", where=str(file), why=error.strerror or str(error)
-            ) from None
+        draw(CANVASES[-1]).savefig(stream, format="png", dpi=110)
+    try:
+        Image.open(stream).convert("RGB").quantize(128, dither=Image.Dither.NONE).save(file, optimize=True)
+    except OSError as error:
+        why = error.strerror or str(error)
+        raise OutputError("the picture cannot be written", where=str(file), why=why) from None
 
 
 def _data_uri(figure: Figure) -> str:
