@@ -96,6 +96,7 @@ nb::tuple render(scene::Snapshot scene, const Rows& tips, const std::string& met
 
 Vec3 grow_plane(const Rows& points, const Vec3& n_last, double baseline) {
   std::vector<Vec3> rows;
+  rows.reserve(points.shape(0));
   for (std::size_t i = 0; i < points.shape(0); ++i) rows.emplace_back(points.data() + 3 * i);
   return contact::grow_plane(rows, n_last, baseline);
 }
