@@ -43,5 +43,5 @@ def test_the_command_writes_pictures_and_the_documented_keys(tmp_path, capsys):
     )
     pictures = sorted((tmp_path / "figures").glob("geometry-*.png"))
     assert len(pictures) == 7
-    assert all(10_000 < p.stat().st_size < 150_000 for p in pictures)
+    assert all(2_000 < p.stat().st_size < 150_000 for p in pictures)
     assert "Eq 20" in capsys.readouterr().out
