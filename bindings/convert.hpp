@@ -58,6 +58,15 @@ inline Pose to_pose(const Matrix4& m, const char* name) {
   return X;
 }
 
+/// A force (3,), or a force and a moment (6,).
+inline Wrench wrench(const Eigen::VectorXd& values, const char* name) {
+  if (values.size() != 3 && values.size() != 6) {
+    throw std::invalid_argument(std::string(name) + " must have shape (3,) or (6,); got (" +
+                                std::to_string(values.size()) + ",)");
+  }
+  return {values.head<3>(), values.size() == 6 ? Vec3(values.tail<3>()) : Vec3(Vec3::Zero())};
+}
+
 inline Vec6 to_vector(const Wrench& F) {
   Vec6 v;
   v << F.f, F.t;

@@ -34,6 +34,7 @@ void bind_options(nb::module_& m) {
           "(n,n) A: q_joint = A q_motor")
       .def_rw("loop_delay", &LeaderOptions::loop_delay, "from command to torque, force term only [s]")
       .def_rw("hold_timeout", &LeaderOptions::hold_timeout, "without a fresh command the force ramps to zero [s]")
+      .def_rw("cell_noise", &LeaderOptions::cell_noise, "of the load cell in the handle, rms per axis [N]")
       .def_rw("quantised", &LeaderOptions::quantised, "encoder resolution and velocity estimation on or off");
   joint_field(leader, "encoder_step", &LeaderOptions::encoder_step, "(n,) motor side [rad/count]; 0 = ideal");
   joint_field(leader, "coulomb", &LeaderOptions::coulomb, "(n,) Fc [N m]");
@@ -62,12 +63,16 @@ void bind_leader(nb::module_& m) {
           "command",
           [](plant::Leader& l, const Vector& force, const Vector& gravity, const Vector& platform) {
             const Eigen::Index n = l.q().size();
-            l.command({{},
-                       joint_vector(force, "tau_force", n),
-                       joint_vector(gravity, "tau_gravity", n),
-                       joint_vector(platform, "tau_platform", n)});
+            LeaderCommand command(n);
+            command.tau_force = joint_vector(force, "tau_force", n);
+            command.tau_gravity = joint_vector(gravity, "tau_gravity", n);
+            command.tau_platform = joint_vector(platform, "tau_platform", n);
+            l.command(command);
           },
           "tau_force"_a, "tau_gravity"_a, "tau_platform"_a, "The newest torques (n,) [N m]; held until the next.")
+      .def(
+          "obey", [](plant::Leader& l, const LeaderCommand& command) { l.command(command); }, "command"_a,
+          "The newest command of a Torque stage, every term of it.")
       .def("pinch", &plant::Leader::pinch, "gripper"_a, "The hand closes the grips to this angle, 0 = closed [rad].")
       .def(
           "step",
@@ -91,7 +96,10 @@ void bind_leader(nb::module_& m) {
           "v", [](const plant::Leader& l) -> Vector { return l.v(); }, "truth [rad/s]")
       .def_prop_ro(
           "load_cell", [](const plant::Leader& l) -> Vector { return to_vector(l.load_cell()); },
-          "force and torque of the arm on the hand, in L (6,) [N, N m]")
+          "force and torque of the arm on the hand, in L (6,), the truth [N, N m]")
+      .def_prop_ro(
+          "F_cell_L", [](const plant::Leader& l) -> Vector { return l.measured().F_cell_L; },
+          "what the load cell says (3,), noise included [N]")
       .def_prop_ro("hand_slipped", &plant::Leader::hand_slipped, "the grip force limit was reached in the last step")
       .def_prop_ro("energy", &plant::Leader::energy, "kinetic + potential [J]; the hand carries its own weight");
 }

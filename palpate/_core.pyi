@@ -88,6 +88,8 @@ def force(
 class StabilityOptions:
     force_cap: float
     rate_cap: float
+    moment_cap: float
+    moment_rate_cap: float
     stale_after: float
     def __init__(self) -> None: ...
 
@@ -95,7 +97,7 @@ class Limiter:
     def __init__(self, options: StabilityOptions, dt: float) -> None: ...
     def step(
         self,
-        F_H_L: Array,
+        F_H_L: ArrayLike,
         t: float = 0.0,
         t_leader: float = 0.0,
         t_follower: float = 0.0,
@@ -107,7 +109,13 @@ class Limiter:
 class Ledger:
     def __init__(self) -> None: ...
     def step(
-        self, p_LH: Array, F_H_L: Array, F_damping: Array, F_cut: Array, spring: float
+        self,
+        p_LH: Array,
+        F_H_L: ArrayLike,
+        F_damping: ArrayLike,
+        F_cut: ArrayLike,
+        spring: float,
+        R_LH: Array = ...,
     ) -> tuple[float, float, float, float]: ...
 
 # ---- arm
@@ -192,6 +200,7 @@ class LeaderOptions:
     tau_max: Array
     loop_delay: float
     hold_timeout: float
+    cell_noise: float
     quantised: bool
     def __init__(self) -> None: ...
 
@@ -207,6 +216,7 @@ class Leader:
     def __init__(self, arm: Arm, options: LeaderOptions, hand: HandOptions = ...) -> None: ...
     def reset(self, q: Array) -> None: ...
     def command(self, tau_force: Array, tau_gravity: Array, tau_platform: Array) -> None: ...
+    def obey(self, command: LeaderCommand) -> None: ...
     def pinch(self, gripper: float) -> None: ...
     def step(self, dt: float, X_LH_hand: Array, V_LH_hand: Array = ..., n: int = 1) -> None: ...
     @property
@@ -223,6 +233,8 @@ class Leader:
     def v(self) -> Array: ...
     @property
     def load_cell(self) -> Array: ...
+    @property
+    def F_cell_L(self) -> Array: ...
     @property
     def hand_slipped(self) -> bool: ...
     @property
@@ -242,15 +254,78 @@ class Follower:
 
 # ---- torque
 
+class LeaderCommand:
+    @property
+    def tau(self) -> Array: ...
+    @property
+    def tau_force(self) -> Array: ...
+    @property
+    def tau_gravity(self) -> Array: ...
+    @property
+    def tau_platform(self) -> Array: ...
+    @property
+    def tau_friction(self) -> Array: ...
+    @property
+    def tau_limits(self) -> Array: ...
+    @property
+    def F_H_L(self) -> Array: ...
+    @property
+    def F_law_L(self) -> Array: ...
+    @property
+    def F_neglected(self) -> float: ...
+
+class FrictionOptions:
+    gain: float
+    dead_band: float
+    full_speed: float
+    coulomb: Array
+    viscous: Array
+    def __init__(self) -> None: ...
+
+class LimitOptions:
+    gain: float
+    margin: float
+    def __init__(self) -> None: ...
+
+class LawOptions:
+    shape_inertia: bool
+    virtual_mass: float
+    virtual_damping: float
+    servo_bandwidth: float
+    def __init__(self) -> None: ...
+
 class TorqueOptions:
+    law: str
     mode: str
+    force_gain: float
     gravity_gain: float
     platform_gain: float
+    friction: FrictionOptions
+    limits: LimitOptions
+    laws: LawOptions
+    law_cap: float
+    fast_force: float
+    rotor_inertia: Array
     def __init__(self) -> None: ...
 
 class Torque:
-    def __init__(self, options: TorqueOptions, tau_max: Array) -> None: ...
-    def step(self, model: Arm, q: Array, v: Array, F_H_L: Array) -> tuple[Array, Array, Array, Array, bool]: ...
+    def __init__(self, options: TorqueOptions, tau_max: ArrayLike, dt: float = 1e-3) -> None: ...
+    def step(
+        self,
+        model: Arm,
+        q: ArrayLike,
+        v: ArrayLike,
+        F_H_L: Array,
+        F_cell_L: Array | None = None,
+        fresh: bool = True,
+    ) -> tuple[LeaderCommand, int]: ...
+
+def cartesian_place(
+    model: Arm, q: ArrayLike, v: ArrayLike, rotor_inertia: Array | None = None, heaviest: float = 20.0
+) -> tuple[Array, Array, Array, bool]: ...
+def cartesian(
+    model: Arm, q: ArrayLike, v: ArrayLike, rotor_inertia: Array | None = None, heaviest: float = 20.0
+) -> tuple[Array, Array, Array, bool]: ...
 
 # ---- scene
 
@@ -472,6 +547,7 @@ class Cycle:
         t_follower: float | None = None,
         leader_valid: bool = True,
         follower_valid: bool = True,
+        F_cell_L: Array | None = None,
     ) -> tuple[Array, Array, float]: ...
 
 class HandPath:

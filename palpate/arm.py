@@ -47,13 +47,12 @@ KEYS = {
     "coulomb": "friction [N m, N]; none when left out",
     "viscous": "friction [N m s/rad, N s/m]; none when left out",
     "rotor_inertia": "reflected to the joint [kg m^2, kg]; none when left out",
-    "torque_max": "drive limits [N m, N]; the URDF's effort limits when left out",
     "platform": "true: joint 4 is an MTM's platform, which has a controller of its own",
     "remote_centre": "true: the base is where the instrument passes the body wall",
     "jaw_tip": "from the tip to the end of the jaws [m]",
     "spheres": "of the whole tool beside the tip's: [{link: name, at: [x, y, z], radius: m}, ..]",
 }
-_PER_JOINT = ("home", "encoder_step_deg", "encoder_step_mm", "coulomb", "viscous", "rotor_inertia", "torque_max")
+_PER_JOINT = ("home", "encoder_step_deg", "encoder_step_mm", "coulomb", "viscous", "rotor_inertia")
 
 
 def models_folder() -> Path:
@@ -265,11 +264,11 @@ class Arm(_core.Arm):
         options.coulomb = self._per_joint("coulomb")
         options.viscous = self._per_joint("viscous")
         options.rotor_inertia = self._per_joint("rotor_inertia")
-        options.tau_max = np.array(self._data.get("torque_max", self.tau_max), dtype=float)
+        options.tau_max = self.tau_max
         self._require(self.mass_matrix(self.home).diagonal() + options.rotor_inertia > 1e-9, "moves no mass",
                       "give its links an <inertial>, or rotor_inertia in the model file")  # fmt: skip
         self._require(options.tau_max > 0.0, "has no drive limit",
-                      "give it <limit effort=...>, or torque_max in the model file")  # fmt: skip
+                      "give it <limit effort=...> in the URDF")  # fmt: skip
         return options
 
     def follower_options(self) -> _core.FollowerOptions:

@@ -10,6 +10,7 @@ import numpy as np
 
 from palpate.record.ticks import STATUS, Ticks
 
+_FAST = STATUS["too_fast"][0]
 _CAPPED = STATUS["force_capped"][0] | STATUS["rate_capped"][0]
 
 
@@ -28,6 +29,7 @@ class Summary:
     contact_s: float  # time with something touched
     capped_s: float  # time in which a cap shortened the force
     peak_speed_m_s: float  # of the handle
+    fast_s: float  # time in which the control law left noticeable inertia to the hand (status too_fast)
     energy_J: float  # the rendered force took from the hand; below zero: it generated
     cycle_p50_us: float  # compute time of a haptic cycle
     cycle_p99_us: float
@@ -50,7 +52,7 @@ class Totals:
 
     def __init__(self, rate: float) -> None:
         self._dt = 1.0 / rate
-        self._ticks = self._touching = self._capped = 0
+        self._ticks = self._touching = self._capped = self._fast = 0
         self._peak = self._sum = self._depth = self._energy = self._speed = 0.0
         self._cycle_us: list[np.ndarray[Any, np.dtype[np.float32]]] = []
 
@@ -62,7 +64,9 @@ class Totals:
         touching = ticks["contacts"] > 0
         self._ticks += len(ticks)
         self._touching += int(touching.sum())
-        self._capped += int(((ticks["status"].astype(np.int64) & _CAPPED) != 0).sum())
+        status = ticks["status"].astype(np.int64)
+        self._capped += int(((status & _CAPPED) != 0).sum())
+        self._fast += int(((status & _FAST) != 0).sum())
         self._peak = max(self._peak, float(force.max()))
         self._sum += float(force[touching].sum())
         self._depth = max(self._depth, float(ticks["depth"].max()))
@@ -97,6 +101,7 @@ class Totals:
             "contact_s": round(self._touching * self._dt, 9),
             "capped_s": round(self._capped * self._dt, 9),
             "peak_speed_m_s": self._speed,
+            "fast_s": round(self._fast * self._dt, 9),
             "energy_J": self._energy,
             "cycle_p50_us": p50,
             "cycle_p99_us": p99,

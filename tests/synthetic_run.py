@@ -35,7 +35,7 @@ def run(seconds: float = 4.0, rate: float = 1000.0) -> Ticks:
     ticks["p_hand_L"] = ticks["p_LH"] - np.outer(depth, [0, 0, 3])
     ticks["v_LH"] = np.gradient(ticks["p_LH"], t, axis=0)
     ticks["quat_LH"] = ticks["quat_WT"] = [0.5, -0.5, 0.5, -0.5]
-    ticks["q_follower"] = 0.1 * np.sin(t[:, None] * np.arange(1, 7))
+    ticks["q_follower"][:, :6] = 0.1 * np.sin(t[:, None] * np.arange(1, 7))
     ticks["normal"] = np.outer(touching, [0, 0, 1])
     ticks["delta_x"] = np.outer(depth, [0, 0, 1])
     ticks["depth"] = depth

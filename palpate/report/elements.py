@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.arm import Arm
-from palpate.errors import PalpateError
 from palpate.record.ticks import Ticks
 
 _SAMPLES = 400
@@ -47,14 +46,10 @@ def _spring(share: float) -> str:
     )
 
 
-def conditioning(ticks: Ticks, leader: str) -> NDArray[np.float64] | None:
+def conditioning(ticks: Ticks, arm: Arm) -> NDArray[np.float64]:
     """Condition numbers (k,) of the 3x3 Jacobian of the wrist centre (section 2.3), over ticks sampled from a run.
 
-    1: a torque makes the same force in every direction; large: near a singular pose. None for an arm that is not ours.
+    1: a torque makes the same force in every direction; large: near a singular pose. `arm`: the leader.
     """
-    try:
-        arm = Arm.mtm(leader.removeprefix("mtm_"))
-    except (PalpateError, ValueError):
-        return None
     rows = np.unique(np.linspace(0, len(ticks) - 1, min(_SAMPLES, len(ticks))).astype(np.int64))
-    return np.array([np.linalg.cond(arm.jacobian(q)[:3, :3]) for q in ticks["q"][rows]])
+    return np.array([np.linalg.cond(arm.jacobian(q[: arm.n])[:3, :3]) for q in ticks["q"][rows]])

@@ -10,17 +10,17 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from palpate.report.assumptions import SPEED_LIMIT
+from palpate.report.assumptions import FAST_FORCE
 from palpate.report.run import Run
 from palpate.report.style import CAP, CELL, DEPTH, FORCE, INK, JOINTS, MUTED, PHASES, Canvas, curve
 
 
 def story(run: Run, canvas: Canvas) -> Figure:
-    """Force on the hand, penetration and speed over time, with the phases of the touch."""
+    """Force on the hand, penetration and what inertia adds over time, with the phases of the touch."""
     figure = _figure(canvas, 6.0, 6.4)
-    force, depth, speed = figure.subplots(3, 1, sharex=True, height_ratios=[2.2, 1.3, 1.0])
+    force, depth, own = figure.subplots(3, 1, sharex=True, height_ratios=[2.2, 1.3, 1.0])
     ticks, t, points = run.ticks, run.t, canvas.points()
-    _shade(run, (force, depth, speed), canvas)
+    _shade(run, (force, depth, own), canvas)
     rendered = np.linalg.norm(ticks["F_H_L"], axis=1)
     cell = np.linalg.norm(ticks["F_cell_L"], axis=1)
     curve(force, t, cell, points, color=CELL, lw=0.8, label="load cell in the hand (simulated)")
@@ -36,11 +36,12 @@ def story(run: Run, canvas: Canvas) -> Figure:
     curve(depth, t, 1e3 * ticks["depth"], points, color=DEPTH)
     depth.set_ylabel("penetration [mm]")
     depth.set_ylim(bottom=0)
-    curve(speed, t, np.linalg.norm(ticks["v_LH"], axis=1), points, color=MUTED, lw=0.9)
-    speed.axhline(SPEED_LIMIT, color=CAP, lw=0.9, ls=(0, (5, 3)))
-    speed.annotate(
-        f"slow motion: below {SPEED_LIMIT} m/s",
-        (1, SPEED_LIMIT),
+    limit = float(run.setting("torque", "fast_force") or FAST_FORCE)
+    curve(own, t, ticks["F_neglected"], points, color=MUTED, lw=0.9)
+    own.axhline(limit, color=CAP, lw=0.9, ls=(0, (5, 3)))
+    own.annotate(
+        f"slow motion: below {limit:g} N",
+        (1, limit),
         xycoords=("axes fraction", "data"),
         ha="right",
         va="bottom",
@@ -49,10 +50,10 @@ def story(run: Run, canvas: Canvas) -> Figure:
         fontsize=7,
         color=CAP,
     )
-    speed.set_ylabel("handle [m/s]" if canvas.narrow else "handle speed\n[m/s]")
-    speed.set_ylim(bottom=0, top=max(1.4 * SPEED_LIMIT, speed.get_ylim()[1]))
-    speed.set_xlabel("time [s]")
-    _span(run, speed)
+    own.set_ylabel("inertia [N]" if canvas.narrow else "arm's own\ninertia [N]")
+    own.set_ylim(bottom=0, top=max(1.4 * limit, own.get_ylim()[1]))
+    own.set_xlabel("time [s]")
+    _span(run, own)
     return figure
 
 

@@ -11,15 +11,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from palpate.errors import MissingExtraError, OutputError
+from palpate.arm import Arm
+from palpate.errors import MissingExtraError, OutputError, PalpateError
 from palpate.record.reader import Record
 from palpate.record.ticks import STATUS
 from palpate.report import elements, touches
-from palpate.report.assumptions import SlowMotion, slow_motion
+from palpate.report.assumptions import FAST_FORCE, SlowMotion, slow_motion
 from palpate.report.diagram import diagram, signal_table
 from palpate.report.run import Run
 from palpate.report.summary import rows, summary_of
 from palpate.report.words import GLOSSARY
+from palpate.scene.recorded import recorded_scene
 from palpate.summary import Summary
 
 if TYPE_CHECKING:
@@ -67,12 +69,7 @@ def report(record: Record) -> str:
 
     run = Run(record)
     summary = summary_of(record)
-    slow = slow_motion(
-        run.ticks,
-        record.rate,
-        leader=str(run.setting("arms", "leader", "model") or "mtm_right"),
-        force_cap=float(run.setting("stability", "force_cap") or 3.0),
-    )
+    slow = slow_motion(run.ticks, record.rate, fast_force=float(run.setting("torque", "fast_force") or FAST_FORCE))
 
     def figure(title: str, text: str, draw: Callable[[Run, Canvas], Figure]) -> str:
         image = picture(partial(draw, run), alt=f"{title}. {text}".replace('"', "'"))
@@ -199,20 +196,29 @@ def _notes(run: Run, slow: SlowMotion) -> list[str]:
         notes.append(f'<div class="note bad"><p><b>Fault.</b> {escape(fault)}</p></div>')
     why = (
         "The controller (Eq 13) assumes slow motion: it renders the force and holds the arm's weight, and leaves the "
-        "arm's inertia and Coriolis forces to the hand. Limits: speed, because those forces grow with its square; "
-        f"inertia, arm mass at the handle ({slow.mass:.2f} kg) times acceleration, because a hand notices a change of "
-        "force of about 10 %."
+        "arm's inertia and Coriolis forces to the hand. The cycle estimates them from its own model; the limit is what "
+        "a hand just notices beside a force of a few newton. Impedance control leaves out less, admittance control "
+        "nothing."
     )
     kind, title = ("note", "Assumption kept.") if slow.kept else ("note warn", "Assumption broken.")
     notes.append(f'<div class="{kind}"><p><b>{title}</b> {escape(slow.words)}</p><p>{escape(why)}</p></div>')
     return notes
 
 
+def _leader(run: Run) -> Arm | None:
+    """The leader of a run; None when the record has lost its scene or the arm's file."""
+    try:
+        return recorded_scene(run.record).arm("leader")
+    except PalpateError:
+        return None
+
+
 def _numbers(run: Run, summary: Summary, slow: SlowMotion) -> str:
     lines = rows(summary)
     lines.append(("inertia", f"{slow.peak_inertia:.2f} N", "largest force the arm's own mass put on the hand"))
-    condition = elements.conditioning(run.ticks, str(run.setting("arms", "leader", "model") or "mtm_right"))
-    if condition is not None:
+    leader = _leader(run)
+    if leader is not None and leader.n >= 3:
+        condition = elements.conditioning(run.ticks, leader)
         words = "condition of the 3x3 Jacobian of the wrist centre, median and worst: 1 is alike in all directions"
         lines.append(("leader's Jacobian", f"{np.median(condition):.2f} / {condition.max():.2f}", words))
     status = run.ticks["status"].astype(np.int64)

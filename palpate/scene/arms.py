@@ -18,6 +18,8 @@ Array = npt.NDArray[np.float64]
 
 _RCM_HEIGHT = 0.12  # of an automatic follower base above the surface: half of the instrument's travel is left [m]
 _LEADER_BESIDE = np.array([0.35, -0.15, 0.05])  # of an automatic leader handle, from the objects' box [m]
+_MOST_JOINTS = 7  # a record has room for so many
+_GRAVITY = np.array([0.0, 0.0, -9.81])  # in W [m/s^2]
 _CLOSE = (1e-6, 1e-5)  # an arm is there [m, rad]
 
 
@@ -29,8 +31,8 @@ class Arms:
     follower: Arm
     X_WL: Array  # (4, 4)
     X_WB: Array  # (4, 4)
-    q_leader0: Array  # (7,) [rad]
-    q_follower0: Array  # (6,) [rad, m]
+    q_leader0: Array  # (n,) [rad, m]
+    q_follower0: Array  # (n,) [rad, m]
 
 
 def place(scene: Scene, surfaces: list[Surface], path: HandPlan) -> Arms:
@@ -39,22 +41,38 @@ def place(scene: Scene, surfaces: list[Surface], path: HandPlan) -> Arms:
     Raises:
         SceneError: a start pose or a point of the path is out of reach; names the arm, the pose and the distance.
     """
-    follower = Arm.psm(scene.arms.follower.model.removeprefix("psm_"))
-    X_WB = _follower_base(scene, surfaces, path)
+    follower = _arm(scene, "follower")
+    X_WB = _follower_base(scene, follower, surfaces, path)
     q_follower0 = _follower_start(scene, follower, X_WB, path)
     X_WT = X_WB @ follower.fk(q_follower0)
 
-    leader = Arm.mtm(scene.arms.leader.model.removeprefix("mtm_"))
+    leader = _arm(scene, "leader")
     X_WL, q_leader0 = _leader(scene, surfaces, leader, X_WT)
+    leader.set_gravity(X_WL[:3, :3].T @ _GRAVITY)
     arms = Arms(leader, follower, X_WL, X_WB, q_leader0, q_follower0)
     _check_path(scene, arms, path)
     return arms
 
 
-def _follower_base(scene: Scene, surfaces: list[Surface], path: HandPlan) -> Array:
+def _arm(scene: Scene, side: str) -> Arm:
+    arm = scene.arm(side)
+    if arm.n > _MOST_JOINTS:
+        raise SceneError(
+            f"{side} {arm.name} has {arm.n} joints; a session takes arms of up to {_MOST_JOINTS}",
+            where=scene.where("arms", side, "model"),
+            mend='lock joints with type="fixed", or name a tip_frame nearer to the base',
+        )
+    return arm
+
+
+def _follower_base(scene: Scene, arm: Arm, surfaces: list[Surface], path: HandPlan) -> Array:
     if scene.arms.follower.base is not None:
         return scene.arms.follower.base.matrix()
     start = path.positions_W[0]
+    if not arm.has_remote_centre:  # stands upright, its tip at home where the path begins
+        X = np.eye(4)
+        X[:3, 3] = start - arm.fk(arm.home)[:3, 3]
+        return X
     nearest = min((s.nearest(start[None])[0][0] for s in surfaces), key=lambda q: float(np.linalg.norm(q - start)))
     up = np.array([0.0, 0.0, 1.0])
     out = start - nearest
@@ -80,16 +98,20 @@ def _turn_onto(axis: Array) -> Array:
 def _follower_start(scene: Scene, arm: Arm, X_WB: Array, path: HandPlan) -> Array:
     start = scene.arms.follower.start
     if start is not None:
-        return _reach(scene, arm, X_WB, start.matrix(), arm.home, "arms", "follower", "start")
+        return _reach(scene, "follower", arm, X_WB, start.matrix(), arm.home, "arms", "follower", "start")
     X_WT = np.eye(4)
     X_WT[:3, 3] = path.positions_W[0]
     q = arm.home
-    for _ in range(20):  # the wrist stays straight: turn the goal with the shaft until it does
+    if not arm.has_remote_centre:
+        X_WT[:3, :3] = (X_WB @ arm.fk(arm.home))[:3, :3]
+    for _ in range(
+        20 if arm.has_remote_centre else 0
+    ):  # the wrist stays straight: turn the goal with the shaft until it does
         straight = np.concatenate([q[:4], np.zeros(len(q) - 4)])
         X_WT[:3, :3] = (X_WB @ arm.fk(straight))[:3, :3]
         q, _ = _ik(arm, np.linalg.inv(X_WB) @ X_WT, straight)
     place = ("arms", "follower", "base") if scene.arms.follower.base else ("operator",)
-    return _reach(scene, arm, X_WB, X_WT, q, *place)
+    return _reach(scene, "follower", arm, X_WB, X_WT, q, *place)
 
 
 def _leader(scene: Scene, surfaces: list[Surface], arm: Arm, X_WT: Array) -> tuple[Array, Array]:
@@ -97,6 +119,12 @@ def _leader(scene: Scene, surfaces: list[Surface], arm: Arm, X_WT: Array) -> tup
     base = section.base.matrix() if section.base is not None else None
     if section.start is not None:
         q = np.array(section.start)
+        if len(q) != arm.n:
+            raise SceneError(
+                f"arms.leader.start must have {arm.n} numbers, one per joint of {arm.name}. Got: {len(q)}",
+                where=scene.where("arms", "leader", "start"),
+                mend=f"its joints are {', '.join(arm.joint_names)}",
+            )
         for name, value, low, high in zip(arm.joint_names, q, arm.q_min, arm.q_max, strict=True):
             if not low <= value <= high:
                 raise SceneError(
@@ -106,6 +134,8 @@ def _leader(scene: Scene, surfaces: list[Surface], arm: Arm, X_WT: Array) -> tup
                 )
         return (base if base is not None else _beside(surfaces, arm.fk(q)[:3, 3], np.eye(3))), q
     handle = arm.fk(arm.home)
+    if not arm.orients:
+        return (base if base is not None else _beside(surfaces, handle[:3, 3], np.eye(3))), arm.home
     for yaw in (0.0,) if base is not None else np.radians([0, 90, -90, 180, 45, -45, 135, -135]):
         c, s = math.cos(yaw), math.sin(yaw)
         R_WL = base[:3, :3] if base is not None else np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]])
@@ -143,19 +173,18 @@ def _check_path(scene: Scene, arms: Arms, path: HandPlan) -> None:
     for i in rows:
         what = f"the operator's path at {path.times[i]:.3g} s"
         X_WT[:3, 3] = path.positions_W[i]
-        q_f = _reach(scene, arms.follower, arms.X_WB, X_WT, q_f, *place, what=what)
+        q_f = _reach(scene, "follower", arms.follower, arms.X_WB, X_WT, q_f, *place, what=what)
         X_LH[:3, 3] = handle0 + R_LW @ (path.positions_W[i] - p0) / scale
-        q_l = _reach(scene, arms.leader, arms.X_WL, arms.X_WL @ X_LH, q_l, *place, what=what)
+        q_l = _reach(scene, "leader", arms.leader, arms.X_WL, arms.X_WL @ X_LH, q_l, *place, what=what)
 
 
 def _reach(
-    scene: Scene, arm: Arm, X_W0: Array, X_W: Array, q0: Array, *place: str, what: str = "its start pose"
+    scene: Scene, side: str, arm: Arm, X_W0: Array, X_W: Array, q0: Array, *place: str, what: str = "its start pose"
 ) -> Array:
     q, (far, turned) = _ik(arm, np.linalg.inv(X_W0) @ X_W, q0)
     if far < _CLOSE[0] and turned < _CLOSE[1]:
         return q
     p = ", ".join(f"{x:.3f}" for x in X_W[:3, 3])
-    side = "follower" if arm.n == 6 else "leader"
     base = ", ".join(f"{x:.3f}" for x in X_W0[:3, 3])
     raise SceneError(
         f"{side} {arm.name} cannot reach {what}: tip at ({p}) m in W, {1e3 * far:.1f} mm and "

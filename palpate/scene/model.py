@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
 
 from palpate import _core
+from palpate.arm import NAMES
 from palpate.scene.solids import (
     SOLIDS,
     BoxSection,
@@ -24,28 +25,45 @@ _C = _core.SimulationOptions()
 _M = _core.Material()
 
 
-class LeaderSection(Section):
-    """The operator's arm: a simulated da Vinci master (MTM)."""
+def _arm(name: str) -> str:
+    if name in NAMES or name.endswith((".yaml", ".yml")):
+        return name
+    raise ValueError(f"there is no arm {name!r} | arms: {', '.join(NAMES)}; or the path of a model file, my_arm.yaml")
 
-    model: Literal["mtm_right", "mtm_left"] = "mtm_right"
-    """which arm"""
+
+#: An arm that comes with Palpate, or the path of a model file, relative to the scene file (docs/arms.md).
+ArmName = Annotated[
+    str,
+    AfterValidator(_arm),
+    WithJsonSchema({"anyOf": [{"enum": list(NAMES)}, {"type": "string", "pattern": r"\.ya?ml$"}]}),
+]
+Joints = Annotated[tuple[Number, ...], Field(min_length=1, max_length=7)]
+
+
+class LeaderSection(Section):
+    """The operator's arm, simulated: a da Vinci master (MTM), or one of yours."""
+
+    model: ArmName = "mtm_right"
+    """which arm: a name, or the path of a model file relative to the scene file; ${VARIABLE}s are replaced"""
     base: Pose | None = None
     """X_WL: the arm's base in the world; automatic when left out"""
-    start: Annotated[tuple[Number, ...], Field(min_length=7, max_length=7)] | None = None
-    """seven joint positions at the start [rad]; when left out the handle takes the tool's orientation"""
+    start: Joints | None = None
+    """joint positions at the start [rad, m]; when left out the handle takes the tool's orientation"""
     model_mass_scale: Positive = 1.0
     """masses in the controller's gravity model over the arm's true ones [-]"""
     quantised: bool = _C.leader.quantised
     """encoder resolution and velocity estimation as on the hardware, or ideal"""
+    load_cell_noise: Annotated[NotNegative, Field(lt=10.0)] = _C.leader.cell_noise
+    """of the force sensor in the handle, rms per axis [N]"""
 
 
 class FollowerSection(Section):
-    """The patient-side arm: a simulated da Vinci PSM, position-servoed."""
+    """The patient-side arm, simulated and position-servoed: a da Vinci PSM, or one of yours."""
 
-    model: Literal["psm_lnd"] = "psm_lnd"
-    """which arm: a PSM with the large needle driver"""
+    model: ArmName = "psm_lnd"
+    """which arm: a name (psm_lnd: a PSM with the large needle driver), or the path of a model file"""
     base: Pose | None = None
-    """X_WB: the arm's base, its remote centre of motion, in the world; automatic when left out"""
+    """X_WB: the arm's base (a PSM's: its remote centre of motion) in the world; automatic when left out"""
     start: Pose | None = None
     """X_WT: the tool at the start; when left out, where the operator's path begins"""
     bandwidth: NotNegative = _C.follower.bandwidth
@@ -159,19 +177,48 @@ class StabilitySection(Section):
     """largest force on the hand [N]"""
     rate_cap: Positive = _C.stability.rate_cap
     """largest change of it [N/s]"""
+    moment_cap: NotNegative = _C.stability.moment_cap
+    """largest moment on the hand; 0: forces only [N m]"""
+    moment_rate_cap: Positive = _C.stability.moment_rate_cap
+    """largest change of it [N m/s]"""
     stale_after: Positive = _C.stability.stale_after
     """states older than this are not trusted: the force ramps to zero [s]"""
 
 
-class TorqueSection(Section):
-    """Joint torques of the leader."""
+Share = Annotated[NotNegative, Field(le=1.0)]
 
+
+class TorqueSection(Section):
+    """Joint torques of the leader: the control law, and every term with its switch (docs/torque.md)."""
+
+    law: Literal["stiffness", "impedance", "admittance"] = "stiffness"
+    """stiffness: the paper's; impedance: Coriolis forces compensated; admittance: a virtual mass, by the load cell"""
     mode: Literal["full", "paper"] = "full"
-    """paper: the first three joints only, wrist torques exactly zero"""
+    """paper: the first three joints only, wrist torques exactly zero, no moments"""
+    force_gain: Share = _C.torque.force_gain
+    """1 renders the force; 0 switches tau_force off [-]"""
     gravity_gain: NotNegative = _C.torque.gravity_gain
     """1 holds the arm's weight; 0 switches gravity compensation off [-]"""
-    platform_gain: NotNegative = _C.torque.platform_gain
-    """of the dVRK's joint-4 controller, 0 to 1 [-]"""
+    platform_gain: Share = _C.torque.platform_gain
+    """of the dVRK's joint-4 controller, 0 to 1; MTMs only [-]"""
+    friction_gain: Share = _C.torque.friction.gain
+    """share of the arm's friction that is compensated; 0 switches it off [-]"""
+    friction_dead_band: Positive = _C.torque.friction.dead_band
+    """no friction compensation below this joint speed; whole at ten times as much [rad/s, m/s]"""
+    limit_gain: Share = _C.torque.limits.gain
+    """soft stops before the joint limits: share of the drive's limit; 0 switches them off [-]"""
+    limit_margin: Annotated[Positive, Field(le=0.5)] = _C.torque.limits.margin
+    """where they begin: share of the joint's range [-]"""
+    shape_inertia: bool = _C.torque.laws.shape_inertia
+    """impedance: the handle weighs virtual_mass, whatever the arm weighs; by the load cell"""
+    virtual_mass: Annotated[Positive, Field(ge=0.05)] = _C.torque.laws.virtual_mass
+    """of the handle: admittance, and impedance with shape_inertia [kg]"""
+    virtual_damping: NotNegative = _C.torque.laws.virtual_damping
+    """of the handle in admittance [N s/m]"""
+    servo_bandwidth: Positive = _C.torque.laws.servo_bandwidth
+    """of the position loop inside admittance [Hz]"""
+    fast_force: Positive = _C.torque.fast_force
+    """warn when the law leaves more inertia and Coriolis force than this to the hand [N]"""
 
 
 class RatesSection(Section):

@@ -11,8 +11,9 @@ from palpate.scene.scene import Scene
 def recorded_scene(record: Record) -> Scene:
     """The scene of a record.
 
-    A mesh or grid file is taken from where the ``scene.yaml`` beside the record says it lay; where there is nothing any
-    more, from where the record names it, seen from its own folder: so a record that moves may take them along.
+    A mesh or grid file, or an arm's model file, is taken from where the ``scene.yaml`` beside the record says it lay; where
+    there is nothing any more, from where the record names it, seen from its own folder: so a record that moves may
+    take its files along.
 
     Raises:
         SceneError: the record's scene cannot be read.
@@ -20,6 +21,7 @@ def recorded_scene(record: Record) -> Scene:
     scene = Scene.parse(record.scene, str(record.path))
     try:
         there = Scene.load(record.path.with_name(SCENE))
+        arm_files = {side: there.arm_path(side) for side in ("leader", "follower")}
         lay = {thing.name: there.path_of(i) for i, thing in enumerate(there.objects) if thing.file is not None}
     except SceneError:
         return scene
@@ -29,4 +31,9 @@ def recorded_scene(record: Record) -> Scene:
         else thing
         for thing in scene.objects
     )
-    return scene.model_copy(update={"objects": objects})
+    sections = {
+        side: getattr(scene.arms, side).model_copy(update={"model": str(file)})
+        for side, file in arm_files.items()
+        if file is not None and file.is_file()
+    }
+    return scene.model_copy(update={"objects": objects, "arms": scene.arms.model_copy(update=sections)})

@@ -39,14 +39,33 @@ class Rig:
         _fill(o.contact, scene.contact, "radius", "collision_rate")
         o.contact.spheres = [sphere.core for sphere in self.spheres]
         _fill(o.mapping, scene.mapping, "scale", "force_scale", "align_rate")
-        _fill(o.stability, scene.stability, "force_cap", "rate_cap", "stale_after")
-        _fill(o.torque, scene.torque, "mode", "gravity_gain", "platform_gain")
+        _fill(o.stability, scene.stability, "force_cap", "rate_cap", "moment_cap", "moment_rate_cap", "stale_after")
+        o.torque = self._torque(o.leader)
         _fill(o.hand, scene.operator, "mass", "damping", "stiffness", "grip_force_max")
         _fill(o, scene.operator, "tremor")
         _fill(o.leader, scene.arms.leader, "quantised")
+        o.leader.cell_noise = scene.arms.leader.load_cell_noise
+        if not self.arms.leader.orients:
+            o.mapping.align_rate = 0.0  # its handle does not turn: the tool keeps its orientation
         _fill(o.follower, scene.arms.follower, "bandwidth")
         o.X_WL, o.X_WB = self.arms.X_WL, self.arms.X_WB
         o.q_leader0, o.q_follower0 = self.arms.q_leader0, self.arms.q_follower0
+        return o
+
+    def _torque(self, leader: _core.LeaderOptions) -> _core.TorqueOptions:
+        """Torque options; the controller knows friction and rotors as the model file says them."""
+        section, o = self.scene.torque, _core.TorqueOptions()
+        _fill(o, section, "law", "mode", "force_gain", "gravity_gain", "platform_gain", "fast_force")
+        if not self.arms.leader.has_platform:
+            o.platform_gain = 0.0
+        o.rotor_inertia = leader.rotor_inertia
+        friction, limits, laws = o.friction, o.limits, o.laws
+        friction.coulomb, friction.viscous = leader.coulomb, leader.viscous
+        friction.gain, friction.dead_band = section.friction_gain, section.friction_dead_band
+        friction.full_speed = 10.0 * section.friction_dead_band
+        limits.gain, limits.margin = section.limit_gain, section.limit_margin
+        _fill(laws, section, "shape_inertia", "virtual_mass", "virtual_damping", "servo_bandwidth")
+        o.friction, o.limits, o.laws = friction, limits, laws
         return o
 
     def resolved_yaml(self, absolute: bool = False) -> str:
@@ -60,6 +79,10 @@ class Rig:
             if absolute and thing.file is not None:
                 data["objects"][i][thing.source] = str(self.scene.path_of(i).resolve())
         arms = data["arms"]
+        for side in ("leader", "follower"):
+            path = self.scene.arm_path(side)
+            if absolute and path is not None:
+                arms[side]["model"] = str(path.resolve())
         arms["leader"] |= {"base": _pose(self.arms.X_WL), "start": self.arms.q_leader0.tolist()}
         X_WT = self.arms.X_WB @ self.arms.follower.fk(self.arms.q_follower0)
         arms["follower"] |= {"base": _pose(self.arms.X_WB), "start": _pose(X_WT)}

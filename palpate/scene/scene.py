@@ -11,7 +11,8 @@ import yaml
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
 from palpate import _core
-from palpate.errors import SceneError
+from palpate.arm import NAMES, Arm
+from palpate.errors import ArmError, SceneError
 from palpate.scene import explain, presets, text
 from palpate.scene.model import (
     ArmsSection,
@@ -115,13 +116,39 @@ class Scene(Section):
         if value is None:
             raise SceneError(f"object {thing.name!r} has no file", where=where, mend=f"it is a {thing.source}")
 
+        return self._path(value, where)
+
+    def arm_path(self, side: str) -> Path | None:
+        """Model file of the arm on a ``side``, ``leader`` or ``follower``; None for one that comes with Palpate.
+
+        Raises:
+            SceneError: names a variable that is not set.
+        """
+        model: str = getattr(self.arms, side).model
+        return None if model in NAMES else self._path(model, self.where("arms", side, "model"))
+
+    def arm(self, side: str) -> Arm:
+        """A fresh arm of a ``side``, ``leader`` or ``follower``.
+
+        Raises:
+            SceneError: its model file cannot be read, or describes nothing that can move.
+        """
+        path = self.arm_path(side)
+        try:
+            return Arm.model(getattr(self.arms, side).model) if path is None else Arm.load(path)
+        except ArmError as error:
+            why = "; ".join(part for part in (error.where, error.why) if part)
+            what = f"arms.{side}.model: {error.what}"
+            raise SceneError(what, where=self.where("arms", side, "model"), why=why, mend=error.mend) from None
+
+    def _path(self, value: str, where: str) -> Path:
+        """A file the scene names: variables replaced, relative to the scene's folder."""
+
         def replace(match: re.Match[str]) -> str:
             found = os.environ.get(match[1]) or match[2]
             if found is None:
-                mend = f"export {match[1]}=/path/to/meshes, or write ${{{match[1]}:-/path/to/meshes}}"
-                raise SceneError(
-                    f"variable {match[1]} is not set", where=where, why=f"{thing.source}: {value}", mend=mend
-                )
+                mend = f"export {match[1]}=/path/to/files, or write ${{{match[1]}:-/path/to/files}}"
+                raise SceneError(f"variable {match[1]} is not set", where=where, why=value, mend=mend)
             return found
 
         return Path(self._file).parent / Path(_VARIABLE.sub(replace, value)).expanduser()

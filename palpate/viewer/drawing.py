@@ -75,7 +75,7 @@ class ArmDrawing:
 
     def show(self, q: Array, pinch: float) -> dict[str, Array]:
         """Moves the links to joints q (n,) [rad, m], jaws or grips opened by `pinch` [rad]; answers their poses."""
-        poses = self._arm.link_poses(q, pinch)
+        poses = self._arm.link_poses(q[: self._arm.n], pinch)  # a tick has room for more joints
         for link, node in self._links.items():
             if np.abs(poses[link] - self._shown.get(link, 0.0)).max() < STILL:
                 continue  # what stands still costs the browser nothing

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate import _core
-from palpate.arm import Arm
 from palpate.errors import RecordError
 from palpate.record.reader import Record
 from palpate.scene import tissue
@@ -37,8 +36,8 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
     return Stage(
         title=title or scene.title,
         things=things,
-        leader=ArmPlace("leader", Arm.mtm(scene.arms.leader.model.removeprefix("mtm_")), arms.X_WL),
-        follower=ArmPlace("follower", Arm.psm(scene.arms.follower.model.removeprefix("psm_")), arms.X_WB),
+        leader=ArmPlace("leader", scene.arm("leader"), arms.X_WL),
+        follower=ArmPlace("follower", scene.arm("follower"), arms.X_WB),
         radius=scene.contact.radius,
         stiffness=max(first.stiffness),
         damping=max(first.damping),

@@ -80,7 +80,7 @@ class FakeSession:
         tick["t"] = time.monotonic() - self._t0
         tick["status"] = (1 << 7) * c.clutch
         tick["p_LH"] = tick["p_hand_L"] = P_HAND_L + offset
-        tick["q_follower"], tick["q"] = Q_FOLLOWER, Q_LEADER
+        tick["q_follower"][: len(Q_FOLLOWER)], tick["q"] = Q_FOLLOWER, Q_LEADER
         tick["gripper"] = tick["jaw"] = 0.35
         tick["p_WT"], tick["p_WP"] = p_WT, p_WT + np.array([0.0, 0.0, depth])
         tick["depth"], tick["delta_x"], tick["contacts"] = depth, [0, 0, depth], depth > 0

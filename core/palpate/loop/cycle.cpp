@@ -46,7 +46,7 @@ Cycle::Cycle(const CycleOptions& options, arm::Arm leader, arm::Arm follower)
       contact_(options.method, options.contact),
       mapping_(options.mapping, options.X_WL.R, period(options.rate)),
       limiter_(options.stability, period(options.rate)),
-      torque_(options.torque, leader_.tau_max()),
+      torque_(options.torque, leader_.tau_max(), period(options.rate)),
       zero_(JointVector::Zero(follower_.n())),
       q_step_(follower_.v_max() / options.rate) {
   if (!(q_step_.array() > 0.0).all()) {
@@ -58,8 +58,7 @@ Cycle::Cycle(const CycleOptions& options, arm::Arm leader, arm::Arm follower)
                                   ", the follower has " + std::to_string(follower_.link_names().size()) + " links");
     }
   }
-  const JointVector still = JointVector::Zero(leader_.n());
-  out_.leader.tau_force = out_.leader.tau_gravity = out_.leader.tau_platform = still;
+  out_.leader = LeaderCommand(leader_.n());
   out_.follower = {zero_, 0.0, false};
 }
 
@@ -78,16 +77,15 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
   const contact::ContactSet& contacts = contact_.step(*in.scene, p_WS_.data(), in.t);
   const force::ForceTerms force =
       force::step(contacts, mapped.V_WT, in.controls.stiffness_scale, in.controls.damping_scale);
-  const stability::Output limited = limiter_.step({mapping_.force_on_hand(force.F), in.t, leader_state_.t,
-                                                   follower_state_.t, leader_good_, follower_good_, mapped.engaged});
-  const bool torque_limited =
-      torque_.step(leader_, leader_state_.q, leader_state_.v, {limited.F_H_L, Vec3::Zero()}, out_.leader);
-  limiter_.rendered(out_.leader.F_H_L.f);
+  const Wrench wanted = mapping_.wrench_on_hand({force.F, force.torque});
+  const stability::Output limited =
+      limiter_.step({wanted, in.t, leader_state_.t, follower_state_.t, leader_good_, follower_good_, mapped.engaged});
+  const unsigned driven = torque_.step(leader_, {leader_state_, limited.F_H_L, leader_good_}, out_.leader);
+  limiter_.rendered(out_.leader.F_H_L);
 
-  out_.tick.status = limited.status | (torque_limited ? kTorqueLimited : 0u) | (reached ? 0u : kIkFailed) |
-                     static_cast<unsigned>(out_.tick.status);
+  out_.tick.status = limited.status | driven | (reached ? 0u : kIkFailed) | static_cast<unsigned>(out_.tick.status);
   // While the tool holds, nothing of what the hand does moves the contact: there is nothing to be taken or withheld.
-  book(mapped.engaged ? Vec3(limited.F_H_L + limited.F_cut) : Vec3::Zero(), contacts, force, in);
+  book(mapped.engaged ? limited.F_H_L + limited.F_cut : Wrench{}, contacts, force, in);
   record(mapped, contacts, force, in.controls.stiffness_scale);
   return out_;
 }
@@ -98,7 +96,7 @@ void Cycle::hold_up() noexcept {
     leader_.update(leader_state_.q, leader_state_.v);
     X_LH_ = leader_.tip();
     V_LH_ = leader_.twist();
-    torque_.step(leader_, leader_state_.q, leader_state_.v, Wrench{}, out_.leader);
+    torque_.step(leader_, {leader_state_, {}, false}, out_.leader);
     record_leader();
   }
 }
@@ -109,6 +107,10 @@ void Cycle::locate() noexcept {
   follower_.update(follower_state_.q, zero_);
   X_LH_ = leader_.tip();
   V_LH_ = leader_.twist();
+  if (!leader_.orients()) {  // its tip turns as it must, not as the hand wants: the tool keeps its own orientation
+    X_LH_.R.setIdentity();
+    V_LH_.w.setZero();
+  }
   X_WT_ = options_.X_WB * follower_.tip();
   p_WS_[0] = X_WT_.p;
   std::size_t s = 0;
@@ -169,20 +171,21 @@ bool Cycle::reach(const Pose& X_WT_goal, double jaw) noexcept {
   return reached;
 }
 
-// Forces on the hand and the energy they move. wanted: before the limits of stability and drives.
-void Cycle::book(const Vec3& wanted, const contact::ContactSet& contacts, const force::ForceTerms& force,
+// Wrenches on the hand and the energy they move. wanted: before the limits of stability and drives.
+void Cycle::book(const Wrench& wanted, const contact::ContactSet& contacts, const force::ForceTerms& force,
                  const CycleInput& in) noexcept {
-  const Vec3& F_H_L = out_.leader.F_H_L.f;
-  const Vec3 F_damping = mapping_.force_on_hand(force.F_damping);
+  const Wrench& F_H_L = out_.leader.F_H_L;
+  const Wrench F_damping = mapping_.wrench_on_hand({force.F_damping, force.t_damping});
+  const bool finite = F_damping.f.allFinite() && F_damping.t.allFinite();
   // A spring of the tool's side, seen from the hand, which moves 1/scale as far.
   const double per_hand = options_.mapping.force_scale / options_.mapping.scale;
   const double spring = per_hand * stability::spring_energy(contacts, in.controls.stiffness_scale);
-  const stability::Energy& energy =
-      ledger_.step(X_LH_.p, {F_H_L, F_damping.allFinite() ? F_damping : Vec3::Zero(), wanted - F_H_L}, spring);
+  const stability::Energy& energy = ledger_.step(X_LH_, {F_H_L, finite ? F_damping : Wrench{}, wanted - F_H_L}, spring);
 
   Tick& tick = out_.tick;
-  copy(F_H_L, tick.F_H_L);
-  copy(X_LH_.R.transpose() * F_H_L, tick.F_H_H);
+  copy(F_H_L.f, tick.F_H_L);
+  copy(F_H_L.t, tick.t_H_L);
+  copy(X_LH_.R.transpose() * F_H_L.f, tick.F_H_H);
   tick.energy_port = energy.port;
   tick.energy_spring = energy.spring;
   tick.energy_damping = energy.damping;
@@ -208,6 +211,7 @@ void Cycle::record(const mapping::Output& mapped, const contact::ContactSet& con
   tick.contacts = contacts.size;
   record_touches(contacts, stiffness_scale);
   copy(force.F, tick.F_T_W);
+  copy(force.torque, tick.t_T_W);
   copy(force.F_spring, tick.F_spring_W);
   copy(force.F_damping, tick.F_damping_W);
 }
@@ -236,10 +240,14 @@ void Cycle::record_leader() noexcept {
   const LeaderCommand& command = out_.leader;
   copy(leader_state_.q, tick.q);
   copy(leader_state_.v, tick.v);
-  copy(command.tau_force + command.tau_gravity + command.tau_platform, tick.tau);
+  copy(command.hold() + command.act(), tick.tau);
   copy(command.tau_force, tick.tau_force);
   copy(command.tau_gravity, tick.tau_gravity);
   copy(command.tau_platform, tick.tau_platform);
+  copy(command.tau_friction, tick.tau_friction);
+  copy(command.tau_limits, tick.tau_limits);
+  copy(command.F_law_L.f, tick.F_law_L);
+  tick.F_neglected = command.F_neglected;
   tick.gripper = leader_state_.gripper;
   copy(X_LH_.p, tick.p_LH);
   copy(X_LH_.R, tick.quat_LH);

@@ -64,7 +64,7 @@ class Cycle {
   void hold_up() noexcept;
   void locate() noexcept;
   bool reach(const Pose& X_WT_goal, double jaw) noexcept;
-  void book(const Vec3& wanted, const contact::ContactSet& contacts, const force::ForceTerms& force,
+  void book(const Wrench& wanted, const contact::ContactSet& contacts, const force::ForceTerms& force,
             const CycleInput& in) noexcept;
   void record(const mapping::Output& mapped, const contact::ContactSet& contacts, const force::ForceTerms& force,
               double stiffness_scale) noexcept;

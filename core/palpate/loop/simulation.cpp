@@ -123,7 +123,8 @@ bool Simulation::wake(const Wake& w) noexcept {
   }
   tick(1e-3 * static_cast<double>(w.lateness_ns));
   ring_.push(tick_);
-  const bool quiet = tick_.F_H_L[0] == 0.0 && tick_.F_H_L[1] == 0.0 && tick_.F_H_L[2] == 0.0;
+  const auto zero = [](const double (&x)[3]) { return x[0] == 0.0 && x[1] == 0.0 && x[2] == 0.0; };
+  const bool quiet = zero(tick_.F_H_L) && zero(tick_.t_H_L);
   return !(w.stopping && quiet);
 }
 
@@ -153,9 +154,9 @@ void Simulation::tick(double lateness_us) noexcept {
   cycle_time_.add(spent);
 
   tick_ = out.tick;
-  const Wrench& cell = leader_.load_cell();
+  const Vec3& F_cell_L = in_.leader.F_cell_L;
   for (int i = 0; i < 3; ++i) {
-    tick_.F_cell_L[i] = cell.f[i];
+    tick_.F_cell_L[i] = F_cell_L[i];
     tick_.p_hand_L[i] = hand.X_LH.p[i];
   }
   auto status = static_cast<unsigned>(tick_.status);

@@ -20,6 +20,9 @@ enum Status : unsigned {
   kClutched = 1u << 7,       ///< pedal pressed
   kNotFollowing = 1u << 8,   ///< teleoperation is off
   kHandSlipped = 1u << 9,    ///< the grip's force limit was reached (simulated hand)
+  kSingular = 1u << 10,      ///< the leader can hardly move in some direction: what divides by it is damped
+  kTooFast = 1u << 11,       ///< inertia and Coriolis forces that the control law leaves out are no longer small
+  kNoLoadCell = 1u << 12,    ///< the control law wants the hand's force and does not get it
 };
 
 /// Touches of a tick that are told one by one.
@@ -34,11 +37,15 @@ struct Tick {
   double tau_force[7];            // J^T F
   double tau_gravity[7];          // G_hat(q)
   double tau_platform[7];         // joint-4 controller
+  double tau_friction[7];         // compensates friction
+  double tau_limits[7];           // soft stops
+  double F_law_L[3];              // what the control law adds to F_H_L, at the handle [N]
+  double F_neglected;             // inertia and Coriolis force that it leaves to the hand, estimated [N]
   double gripper;                 // pinch [rad]
   double p_LH[3];                 // handle in the leader base [m]
   double quat_LH[4];              // w x y z
   double v_LH[3];                 // handle velocity in the leader base [m/s]
-  double q_follower[6];           // follower joints, measured [rad, m]
+  double q_follower[7];           // follower joints, measured [rad, m]
   double jaw;                     // [rad]
   double p_WT_goal[3];            // tool goal from the mapping [m]
   double p_WT[3];                 // tool tip x, measured [m]
@@ -53,9 +60,11 @@ struct Tick {
   double touch_force[kTouches];   // spring force along the normal [N]
   double p_WC[3 * kTouches];      // where its proxy touches the surface [m]
   double F_T_W[3];                // force law's output, environment on tool, before the stability stage [N]
+  double t_T_W[3];                // its torque about the tool tip [N m]
   double F_spring_W[3];           // K delta_x
   double F_damping_W[3];          // -B xdot
   double F_H_L[3];                // commanded on the hand, leader base ("spatial", green) [N]
+  double t_H_L[3];                // moment commanded on the hand, leader base [N m]
   double F_H_H[3];                // the same in the handle frame ("body", red) [N]
   double F_cell_L[3];             // load cell between hand and handle: force of the arm on the hand [N]
   double p_hand_L[3];             // the hand's intended position [m]

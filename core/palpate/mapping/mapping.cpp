@@ -69,6 +69,10 @@ Vec3 Mapping::force_on_hand(const Vec3& F_T_W) const noexcept {
   return options_.force_scale * (R_WL_.transpose() * F_T_W);
 }
 
+Wrench Mapping::wrench_on_hand(const Wrench& F_T_W) const noexcept {
+  return {force_on_hand(F_T_W.f), force_on_hand(F_T_W.t) / options_.scale};
+}
+
 Vec3 Mapping::hand_position(const Vec3& p_WT) const noexcept { return p_WH0_ + (p_WT - p_WT0_) / options_.scale; }
 
 void Mapping::anchor(const Input& in) noexcept {

@@ -18,11 +18,11 @@ struct Options {
 
 /// What the stage is told at every tick.
 struct Input {
-  Pose X_WH;                 ///< handle, measured
-  Twist V_LH;                ///< handle velocity in L
-  double gripper = 0.0;      ///< pinch [rad]
-  Pose X_WT;                 ///< tool, measured
-  double jaw = 0.0;          ///< measured [rad]
+  Pose X_WH;             ///< handle, measured
+  Twist V_LH;            ///< handle velocity in L
+  double gripper = 0.0;  ///< pinch [rad]
+  Pose X_WT;             ///< tool, measured
+  double jaw = 0.0;      ///< measured [rad]
   bool following = true;
   bool clutch = false;
   bool reached = true;  ///< the follower was heard and could take the last goal (inverse kinematics)
@@ -52,6 +52,10 @@ class Mapping {
   /// Force on the hand in L that renders a force on the tool in W: F_H_L = force_scale R_LW F_T_W. Free vectors
   /// only rotate (READINGS 2).
   [[nodiscard]] Vec3 force_on_hand(const Vec3& F_T_W) const noexcept;
+  /// The same of a wrench about the tool tip, about the handle's origin. The hand turns as far as the tool but moves
+  /// 1/scale as far, so a moment is force_scale / scale times the tool's: then the hand's port is the tool's port times
+  /// one factor, and what is passive there is passive here.
+  [[nodiscard]] Wrench wrench_on_hand(const Wrench& F_T_W) const noexcept;
   /// Where the handle has to be for the tool to be at p_WT: the inverse of the position map as caught last.
   [[nodiscard]] Vec3 hand_position(const Vec3& p_WT) const noexcept;
   /// How often the map was caught anew.

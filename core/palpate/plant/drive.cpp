@@ -28,9 +28,9 @@ void Drive::reset() noexcept {
 }
 
 void Drive::command(const LeaderCommand& command) noexcept {
-  const JointVector hold = command.tau_gravity + command.tau_platform;
-  if (!hold.allFinite() || !command.tau_force.allFinite()) return;
-  tau_force_ = command.tau_force;
+  const JointVector hold = command.hold(), act = command.act();
+  if (!hold.allFinite() || !act.allFinite()) return;
+  tau_force_ = act;
   tau_hold_ = hold;
   age_ = 0.0;
 }

@@ -1,4 +1,5 @@
-// The leader's drives: they hold the last command, delay the force term, and let the force fade when nobody commands.
+// The leader's drives: they hold the last command, delay what acts (force, friction, soft stops), and let it fade when
+// nobody commands.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +16,7 @@ class Drive {
   void reset() noexcept;
   /// The newest command; one that is not finite is refused, as a drive would, and the last one stays.
   void command(const LeaderCommand& command) noexcept;
-  /// Joint torques of this servo period: delayed tau_force + tau_gravity + tau_platform, within tau_max.
+  /// Joint torques of this servo period: delayed act() + hold(), within tau_max.
   const JointVector& step(double dt) noexcept;
 
  private:

@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <limits>
+#include <random>
 #include <stdexcept>
 
 #include "palpate/plant/drive.hpp"
@@ -40,6 +41,9 @@ void check_sizes(const LeaderOptions& o, Eigen::Index n) {
 void check_values(const LeaderOptions& o, const HandOptions& h) {
   if (!(o.loop_delay >= 0.0 && o.loop_delay <= kDelayMax)) {
     throw std::invalid_argument("leader loop_delay must lie in 0..1 s; got " + std::to_string(o.loop_delay) + " s");
+  }
+  if (!(o.cell_noise >= 0.0 && o.cell_noise < 10.0)) {
+    throw std::invalid_argument("leader cell_noise must lie in 0..10 N; got " + std::to_string(o.cell_noise) + " N");
   }
   if (!(o.hold_timeout > 0.0)) {
     throw std::invalid_argument("leader hold_timeout must be above zero; got " + std::to_string(o.hold_timeout) + " s");
@@ -94,6 +98,7 @@ struct Leader::Impl {
     cell = {};
     slipped = false;
     t = 0.0;
+    random.seed(1);
     measure();
   }
 
@@ -103,6 +108,16 @@ struct Leader::Impl {
     state.v = options.quantised ? encoders.v() : v;
     state.gripper = gripper;
     state.valid = true;
+    state.F_cell_L = cell.f;
+    state.has_load_cell = true;
+    if (options.cell_noise > 0.0) state.F_cell_L += options.cell_noise * Vec3(gauss(), gauss(), gauss());
+  }
+
+  /// Normal, of unit variance (the sum of twelve uniforms; the same on every machine).
+  double gauss() noexcept {
+    double sum = -6.0;
+    for (int i = 0; i < 12; ++i) sum += static_cast<double>(random() >> 11) * 0x1p-53;
+    return sum;
   }
 
   /// Bounds of the friction impulse; at an end stop the stop adds whatever it takes.
@@ -186,6 +201,7 @@ struct Leader::Impl {
   Wrench cell;
   double gripper = 0.0, t = 0.0;
   bool slipped = false;
+  std::mt19937_64 random;
 };
 
 Leader::Leader(arm::Arm plant_model, LeaderOptions options, HandOptions hand) {

@@ -19,6 +19,7 @@ struct LeaderOptions {
   JointVector tau_max;         ///< drive limits, joint side [N m]
   double loop_delay = 0.0;     ///< from command to torque, force term only [s]
   double hold_timeout = 0.03;  ///< drive without a fresh command: force term ramps to zero [s]
+  double cell_noise = 0.0;     ///< of the load cell in the handle, rms per axis [N]
   bool quantised = true;       ///< encoder resolution and velocity estimation on or off
 };
 

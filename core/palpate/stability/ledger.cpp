@@ -2,15 +2,23 @@
 
 namespace palpate::stability {
 
-const Energy& Ledger::step(const Vec3& p_LH, const PortForces& forces, double spring) noexcept {
+namespace {
+
+double work(const Wrench& F, const Vec3& dx, const Vec3& turn) noexcept { return F.f.dot(dx) + F.t.dot(turn); }
+
+}  // namespace
+
+const Energy& Ledger::step(const Pose& X_LH, const PortForces& forces, double spring) noexcept {
   if (started_) {
-    const Vec3 dx = p_LH - p_LH_;
-    energy_.port -= forces_.F_H_L.dot(dx);
-    energy_.damping -= forces_.F_damping.dot(dx);
-    energy_.cut -= forces_.F_cut.dot(dx);
+    const Vec3 dx = X_LH.p - X_LH_.p;
+    const Eigen::AngleAxisd rotation(X_LH.R * X_LH_.R.transpose());
+    const Vec3 turn = rotation.angle() * rotation.axis();
+    energy_.port -= work(forces_.F_H_L, dx, turn);
+    energy_.damping -= work(forces_.F_damping, dx, turn);
+    energy_.cut -= work(forces_.F_cut, dx, turn);
   }
   started_ = true;
-  p_LH_ = p_LH;
+  X_LH_ = X_LH;
   forces_ = forces;
   energy_.spring = spring;
   return energy_;

@@ -15,28 +15,28 @@ struct Energy {
   double cut = 0.0;      ///< would have been taken, too, without the caps
 };
 
-/// The forces of one tick, on the hand in L [N].
+/// The wrenches of one tick, on the hand in L.
 struct PortForces {
-  Vec3 F_H_L = Vec3::Zero();      ///< rendered
-  Vec3 F_damping = Vec3::Zero();  ///< of the law, mapped to the hand
-  Vec3 F_cut = Vec3::Zero();      ///< wanted minus rendered
+  Wrench F_H_L;      ///< rendered
+  Wrench F_damping;  ///< of the force law, mapped to the hand
+  Wrench F_cut;      ///< wanted minus rendered
 };
 
 /// The force of tick k acts until tick k+1, while the hand moves from x_k to x_k+1. So, exactly, for a force that is
 /// held:
 ///
-///   E_k+1 = E_k - F_k . (x_k+1 - x_k)
+///   E_k+1 = E_k - F_k . (x_k+1 - x_k) - t_k . (turn from R_k to R_k+1)
 ///
 /// (Hannaford and Ryu's passivity observer with the force that was really there, not the next one.)
 /// In slow contact without friction port + cut = spring + damping.
 class Ledger {
  public:
-  /// p_LH: handle at this tick [m]; forces: of this tick, acting from now on; spring: energy stored now [J].
-  const Energy& step(const Vec3& p_LH, const PortForces& forces, double spring) noexcept;
+  /// X_LH: handle at this tick; forces: of this tick, acting from now on; spring: energy stored now [J].
+  const Energy& step(const Pose& X_LH, const PortForces& forces, double spring) noexcept;
 
  private:
   bool started_ = false;
-  Vec3 p_LH_ = Vec3::Zero();
+  Pose X_LH_;
   PortForces forces_;
   Energy energy_;
 };

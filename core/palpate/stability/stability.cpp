@@ -24,6 +24,22 @@ bool shorten(Vec3& v, double length) {
   return true;
 }
 
+/// Takes `now` towards `goal`, below `cap` and by `step` at most. Says which of the two was in the way.
+unsigned approach(Vec3 goal, double cap, double step, Vec3& now) {
+  unsigned status = 0;
+  if (shorten(goal, cap)) {
+    status |= loop::kForceCapped;
+  }
+  Vec3 change = goal - now;
+  if (shorten(change, step)) {
+    status |= loop::kRateCapped;
+    now += change;
+  } else {
+    now = goal;  // exactly, so that zero is zero
+  }
+  return status;
+}
+
 void require(bool good, const char* name, double value, const char* mend) {
   if (!good) {
     throw std::invalid_argument("stability." + std::string(name) + " = " + std::to_string(value) + ": " + mend);
@@ -37,6 +53,10 @@ Limiter::Limiter(const Options& options, double dt) : options_(options), dt_(dt)
           "must be 0 N or more, and finite");
   require(options.rate_cap > 0.0 && std::isfinite(options.rate_cap), "rate_cap", options.rate_cap,
           "must be above 0 N/s, and finite");
+  require(options.moment_cap >= 0.0 && std::isfinite(options.moment_cap), "moment_cap", options.moment_cap,
+          "must be 0 N m or more, and finite");
+  require(options.moment_rate_cap > 0.0 && std::isfinite(options.moment_rate_cap), "moment_rate_cap",
+          options.moment_rate_cap, "must be above 0 N m/s, and finite");
   require(options.stale_after > 0.0, "stale_after", options.stale_after, "must be above 0 s, for example 0.03");
 }
 
@@ -52,25 +72,18 @@ Output Limiter::step(const Input& in) noexcept {
   if (!in.follower_valid || stale(in.t, in.t_follower)) {
     out.status |= loop::kFollowerStale;
   }
-  Vec3 wanted = in.F_H_L;
-  if (!wanted.allFinite()) {
+  Wrench wanted = in.F_H_L;
+  if (!wanted.f.allFinite() || !wanted.t.allFinite()) {
     out.status |= loop::kNotFinite;
-    wanted.setZero();
+    wanted = {};
   }
-
-  Vec3 goal = in.engaged && out.status == 0 ? wanted : Vec3::Zero();
-  if (shorten(goal, options_.force_cap)) {
-    out.status |= loop::kForceCapped;
-  }
-  Vec3 change = goal - F_;
-  if (shorten(change, options_.rate_cap * dt_)) {
-    out.status |= loop::kRateCapped;
-    F_ += change;
-  } else {
-    F_ = goal;  // exactly, so that zero is zero
-  }
+  const bool trusted = in.engaged && out.status == 0;
+  const unsigned force = approach(trusted ? wanted.f : Vec3::Zero(), options_.force_cap, options_.rate_cap * dt_, F_.f);
+  const unsigned moment =
+      approach(trusted ? wanted.t : Vec3::Zero(), options_.moment_cap, options_.moment_rate_cap * dt_, F_.t);
+  out.status |= force | moment;
   out.F_H_L = F_;
-  out.F_cut = wanted - F_;
+  out.F_cut = {wanted.f - F_.f, wanted.t - F_.t};
   return out;
 }
 

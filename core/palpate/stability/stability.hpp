@@ -1,4 +1,4 @@
-// Stage `stability`: the last word on the force. Whatever comes in, what goes out is finite, below its cap, and
+// Stage `stability`: the last word on the wrench. Whatever comes in, what goes out is finite, below its cap, and
 // changes no faster than its rate cap. Only the drives' limits (stage `torque`) may leave less of it, in the same
 // direction: that loss is as sudden as the limit is, and rendered() tells it, so that the way back is a ramp again.
 #pragma once
@@ -8,27 +8,29 @@
 namespace palpate::stability {
 
 struct Options {
-  double force_cap = 3.0;     ///< largest force on the hand [N]
-  double rate_cap = 50.0;     ///< largest change of it [N/s]; also the ramp to zero
-  double stale_after = 0.03;  ///< states older than this are not trusted [s]
+  double force_cap = 3.0;         ///< largest force on the hand [N]
+  double rate_cap = 50.0;         ///< largest change of it [N/s]; also the ramp to zero
+  double moment_cap = 0.05;       ///< largest moment on the hand [N m]; 0: forces only
+  double moment_rate_cap = 0.85;  ///< largest change of it [N m/s]; also the ramp to zero
+  double stale_after = 0.03;      ///< states older than this are not trusted [s]
 };
 
 /// What the stage is told at every tick.
 struct Input {
-  Vec3 F_H_L = Vec3::Zero();  ///< wanted on the hand [N]
-  double t = 0.0;             ///< now [s]
-  double t_leader = 0.0;      ///< stamp of the leader's state [s]
-  double t_follower = 0.0;    ///< stamp of the follower's state [s]
-  bool leader_valid = true;   ///< finite, and the source says it is good
+  Wrench F_H_L;              ///< wanted on the hand
+  double t = 0.0;            ///< now [s]
+  double t_leader = 0.0;     ///< stamp of the leader's state [s]
+  double t_follower = 0.0;   ///< stamp of the follower's state [s]
+  bool leader_valid = true;  ///< finite, and the source says it is good
   bool follower_valid = true;
-  bool engaged = true;  ///< following and not clutched: only then the hand is given forces
+  bool engaged = true;  ///< following and not clutched: only then the hand is given a wrench
 };
 
 /// What the stage answers.
 struct Output {
-  Vec3 F_H_L = Vec3::Zero();  ///< rendered on the hand [N]
-  Vec3 F_cut = Vec3::Zero();  ///< wanted minus rendered [N]; what was not finite counts as zero wanted
-  unsigned status = 0;        ///< bits of loop::Status
+  Wrench F_H_L;         ///< rendered on the hand
+  Wrench F_cut;         ///< wanted minus rendered; what was not finite counts as zero wanted
+  unsigned status = 0;  ///< bits of loop::Status
 };
 
 /// With F_k-1 the last force and dt the period:
@@ -36,7 +38,7 @@ struct Output {
 ///   goal = trusted ? cap(F_wanted, force_cap) : 0
 ///   F_k  = F_k-1 + cap(goal - F_k-1, rate_cap dt)         cap() shortens a vector, keeps its direction
 ///
-/// Both ends of each step lie in the ball of radius force_cap, so F_k does.
+/// Both ends of each step lie in the ball of radius force_cap, so F_k does. Moments alike, with caps of their own.
 class Limiter {
  public:
   /// dt: period of the cycle [s]. Throws std::invalid_argument naming an option that cannot be.
@@ -44,7 +46,7 @@ class Limiter {
 
   Output step(const Input& in) noexcept;
   /// What was really rendered, when a drive limit left less of it: the next step starts from there.
-  void rendered(const Vec3& F_H_L) noexcept { F_ = F_H_L; }
+  void rendered(const Wrench& F_H_L) noexcept { F_ = F_H_L; }
   /// Is a state stamped `stamp` too old at `now`? One from the future is as suspicious as one from the past.
   [[nodiscard]] bool stale(double now, double stamp) const noexcept;
   [[nodiscard]] const Options& options() const noexcept { return options_; }
@@ -52,7 +54,7 @@ class Limiter {
  private:
   Options options_;
   double dt_;
-  Vec3 F_ = Vec3::Zero();
+  Wrench F_;
 };
 
 }  // namespace palpate::stability

@@ -5,33 +5,44 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "palpate/loop/tick.hpp"
+#include "palpate/torque/cartesian.hpp"
+
 namespace palpate::torque {
 namespace {
 
 constexpr Eigen::Index kPositioning = 3;  // joints that place the wrist centre (section 2.3)
 constexpr Eigen::Index kPlatform = 3;     // joint 4, counted from zero
 constexpr Eigen::Index kMtmJoints = 7;
+constexpr double kHeaviest = 20.0;    // [kg] a direction in which the handle weighs more is called singular
+constexpr double kLength = 0.1;       // [m] by which law_cap is a cap of moments, too
+constexpr double kHandMotion = 10.0;  // [Hz] faster accelerations are noise, not a hand's intention
+constexpr double kFade = 0.06;        // [s] of what a law adds, once the leader is silent
 
-// The dVRK's platform controller (mtsIntuitiveResearchKitMTM, effort mode): it keeps the gimbal open.
-constexpr double kPlatformReach = 0.05 * std::numbers::pi;  // [rad]
-constexpr double kPlatformP = 1.0;                          // [N m/rad]
-constexpr double kPlatformD = 0.1;                          // [N m s/rad]
-constexpr double kPlatformMax = 0.4;                        // [N m]
-
-/// J^T F, or with the first three joints only: the 3x3 Jacobian of the wrist centre and no wrist moments.
-void force_torque(Mode mode, const Jacobian& J, const Wrench& F, JointVector& tau) noexcept {
-  if (mode == Mode::paper) {
-    tau.setZero(J.cols());
-    const Eigen::Index m = std::min(kPositioning, J.cols());
-    tau.head(m).noalias() = J.topLeftCorner(3, m).transpose() * F.f;
-    return;
+void require(bool good, const char* name, double value, const char* mend) {
+  if (!good) {
+    throw std::invalid_argument("torque." + std::string(name) + " = " + std::to_string(value) + ": " + mend);
   }
-  tau.noalias() = J.topRows<3>().transpose() * F.f + J.bottomRows<3>().transpose() * F.t;
 }
 
-double platform(double gain, const JointVector& q, const JointVector& v) noexcept {
-  const double error = std::clamp(q[5] * std::cos(q[4]), -kPlatformReach, kPlatformReach);
-  return std::clamp(gain * (kPlatformP * error - kPlatformD * v[kPlatform]), -kPlatformMax, kPlatformMax);
+void check(const Options& o, Eigen::Index n) {
+  require(o.platform_gain >= 0.0 && o.platform_gain <= 1.0, "platform_gain", o.platform_gain, "must lie in 0..1");
+  require(o.force_gain >= 0.0 && o.force_gain <= 1.0, "force_gain", o.force_gain, "must lie in 0..1");
+  require(o.gravity_gain >= 0.0, "gravity_gain", o.gravity_gain, "must be 0 or more");
+  require(o.friction.gain >= 0.0 && o.friction.gain <= 1.0, "friction_gain", o.friction.gain,
+          "must lie in 0..1: more than the friction would drive the arm");
+  require(o.friction.dead_band > 0.0 && o.friction.full_speed > o.friction.dead_band, "friction_dead_band",
+          o.friction.dead_band, "must be above 0 and below friction_full_speed [rad/s]");
+  require(o.limits.gain >= 0.0 && o.limits.gain <= 1.0, "limit_gain", o.limits.gain, "must lie in 0..1");
+  require(o.limits.margin > 0.0 && o.limits.margin <= 0.5, "limit_margin", o.limits.margin, "must lie in 0..0.5");
+  require(o.law_cap >= 0.0 && std::isfinite(o.law_cap), "law_cap", o.law_cap, "must be 0 N or more, and finite");
+  require(o.fast_force > 0.0, "fast_force", o.fast_force, "must be above 0 N");
+  for (const JointVector* x : {&o.friction.coulomb, &o.friction.viscous, &o.rotor_inertia}) {
+    if (x->size() != n || !(x->array() >= 0.0).all()) {
+      throw std::invalid_argument("the torque stage's coulomb, viscous and rotor_inertia need " + std::to_string(n) +
+                                  " entries of zero or more, one per joint, or none; got " + std::to_string(x->size()));
+    }
+  }
 }
 
 /// The largest share of tau_force that fits beside the torques that hold the arm up.
@@ -47,35 +58,118 @@ double share_that_fits(const JointVector& tau_force, const JointVector& tau_hold
 
 }  // namespace
 
-Torque::Torque(Options options, JointVector tau_max) : options_(options), tau_max_(std::move(tau_max)) {
+Torque::Torque(Options options, JointVector tau_max, double dt)
+    : options_(std::move(options)), tau_max_(std::move(tau_max)), dt_(dt) {
   if (!(tau_max_.array() > 0.0).all()) {
     throw std::invalid_argument("every drive limit tau_max must be above zero; give the arm's URDF effort limits");
   }
-  if (!(options_.platform_gain >= 0.0 && options_.platform_gain <= 1.0)) {
-    throw std::invalid_argument("platform_gain must lie in 0..1; got " + std::to_string(options_.platform_gain));
+  for (JointVector* x : {&options_.friction.coulomb, &options_.friction.viscous, &options_.rotor_inertia}) {
+    if (x->size() == 0) *x = JointVector::Zero(tau_max_.size());
   }
+  check(options_, tau_max_.size());
+  law_ = make_law(options_.law, options_.laws, dt);
 }
 
-bool Torque::step(arm::Arm& model, const JointVector& q, const JointVector& v, const Wrench& F_H_L,
-                  LeaderCommand& out) noexcept {
+unsigned Torque::step(arm::Arm& model, const Input& in, LeaderCommand& out) noexcept {
   const Eigen::Index n = tau_max_.size();
   const bool full = options_.mode == Mode::full;
-  force_torque(options_.mode, model.jacobian(), F_H_L, out.tau_force);
+  const JointVector &q = in.leader.q, &v = in.leader.v;
+  const unsigned status = law(model, in, out);
   out.tau_gravity = options_.gravity_gain * model.holding(q);
+  out.tau_limits = limits(options_.limits, q, model.q_min(), model.q_max(), tau_max_);
+  out.tau_friction = friction(options_.friction, v);
   out.tau_platform.setZero(n);
   if (full && n == kMtmJoints) out.tau_platform[kPlatform] = platform(options_.platform_gain, q, v);
-  if (!full && n > kPositioning) out.tau_gravity.tail(n - kPositioning).setZero();
+  if (!full && n > kPositioning) {
+    for (JointVector* tau : {&out.tau_gravity, &out.tau_limits, &out.tau_friction}) {
+      tau->tail(n - kPositioning).setZero();
+    }
+  }
+  return status | (fit(in, model.jacobian(), out) ? loop::kTorqueLimited : 0u);
+}
 
+// What the law adds to the force, and whether the motion is one it was made for.
+unsigned Torque::law(arm::Arm& model, const Input& in, LeaderCommand& out) noexcept {
+  const bool full = options_.mode == Mode::full;
+  if (!in.fresh) {
+    law_->reset();
+    started_ = false;
+    out.F_law_L.f *= std::max(0.0, 1.0 - dt_ / kFade);
+    out.F_law_L.t.setZero();
+    out.F_neglected = 0.0;
+    return 0u;
+  }
+  const LeaderState& leader = in.leader;
+  const JointVector G = model.gravity(leader.q);
+  const arm::Dynamics& d = model.dynamics(leader.q, leader.v);
+  const Eigen::Index n = tau_max_.size();
+  const bool cell = leader.has_load_cell && leader.F_cell_L.allFinite();
+  LawInput now;
+  bool singular = false;
+  // With three joints the hand locks the wrist, so that the place is all there is.
+  if (full && model.orients()) {
+    const Cartesian<6> c = cartesian<6>(d, options_.rotor_inertia, G, n, kHeaviest);
+    now.Lambda = c.Lambda.leftCols<3>();
+    now.Gamma_v = {c.Gamma_v.head<3>(), c.Gamma_v.tail<3>()};
+    singular = c.singular;
+  } else {
+    const Cartesian<3> c = cartesian<3>(d, options_.rotor_inertia, G, full ? n : std::min(kPositioning, n), kHeaviest);
+    now.Lambda << c.Lambda, Mat3::Zero();
+    now.Gamma_v.f = c.Gamma_v;
+    singular = c.singular;
+  }
+  const Vec3 v_LH = model.twist().v;
+  now.p_LH = model.tip().p;
+  now.v_LH = v_LH;
+  now.F_H_L = in.F_H_L.f;
+  now.F_hand_L = cell ? Vec3(-leader.F_cell_L) : Vec3::Zero();
+  if (!started_) v_slow_ = v_LH;
+  started_ = true;
+  const double w = 2.0 * std::numbers::pi * kHandMotion;
+  const Vec3 a = w / (1.0 + w * dt_) * (v_LH - v_slow_);
+  v_slow_ += dt_ * a;
+  out.F_neglected = law_->neglected(now, a).norm();
+  const bool too_fast = out.F_neglected > options_.fast_force;
+  const unsigned status = (singular ? loop::kSingular : 0u) | (too_fast ? loop::kTooFast : 0u);
+  out.F_law_L = {};
+  if (law_->needs_load_cell() && !cell) {
+    law_->reset();
+    return status | loop::kNoLoadCell;
+  }
+  const Wrench add = law_->step(now);
+  if (add.f.allFinite() && add.t.allFinite()) {
+    const double size = std::max(add.f.norm(), add.t.norm() / kLength);
+    const double share = size > options_.law_cap ? options_.law_cap / size : 1.0;
+    out.F_law_L = {share * add.f, share * add.t};
+  }
+  return status;
+}
+
+// Torques within the drives' limits. True when one was reached.
+bool Torque::fit(const Input& in, const Jacobian& J, LeaderCommand& out) noexcept {
   // Holding comes first: the arm must not fall because a force is asked for, nor for the platform's sake.
-  const JointVector wanted = out.tau_gravity + out.tau_platform;
-  const JointVector held = wanted.cwiseMax(-tau_max_).cwiseMin(tau_max_);
-  out.tau_gravity = out.tau_gravity.cwiseMax(-tau_max_).cwiseMin(tau_max_).eval();
-  out.tau_platform = held - out.tau_gravity;
-  // One factor for all joints: the force gets smaller, its direction stays.
-  const double share = share_that_fits(out.tau_force, held, tau_max_);
-  out.tau_force *= share;
-  out.F_H_L = {share * F_H_L.f, (full ? share : 0.0) * F_H_L.t};
-  return share < 1.0 || held != wanted;
+  JointVector held = JointVector::Zero(tau_max_.size());
+  bool limited = false;
+  for (JointVector* tau : {&out.tau_gravity, &out.tau_limits, &out.tau_platform, &out.tau_friction}) {
+    const JointVector wanted = held + *tau;
+    const JointVector next = wanted.cwiseMax(-tau_max_).cwiseMin(tau_max_);
+    limited |= next != wanted;
+    if (next != wanted) *tau = next - held;
+    held = next;
+  }
+  // One factor for all joints: the force gets smaller, its direction stays. Moments take what the force leaves.
+  const bool full = options_.mode == Mode::full;
+  const Eigen::Index n = tau_max_.size(), joints = full ? n : std::min(kPositioning, n);
+  const double gain = options_.force_gain;
+  JointVector tau_f = JointVector::Zero(n), tau_t = tau_f;
+  tau_f.head(joints).noalias() = gain * (J.topLeftCorner(3, joints).transpose() * (in.F_H_L.f + out.F_law_L.f));
+  if (full) tau_t.noalias() = gain * (J.bottomRows<3>().transpose() * (in.F_H_L.t + out.F_law_L.t));
+  const double share_f = share_that_fits(tau_f, held, tau_max_);
+  held += share_f * tau_f;
+  const double share_t = share_that_fits(tau_t, held, tau_max_);
+  out.tau_force = share_f * tau_f + share_t * tau_t;
+  out.F_H_L = {gain * share_f * in.F_H_L.f, (full ? gain * share_t : 0.0) * in.F_H_L.t};
+  return limited || share_f < 1.0 || share_t < 1.0;
 }
 
 }  // namespace palpate::torque

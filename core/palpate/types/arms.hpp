@@ -7,11 +7,13 @@ namespace palpate {
 
 /// Leader (master arm) as its encoders report it.
 struct LeaderState {
-  double t = 0.0;        ///< stamp of the measurement [s]
-  JointVector q;         ///< measured joint positions [rad]
-  JointVector v;         ///< estimated joint velocities [rad/s]
-  double gripper = 0.0;  ///< pinch angle, 0 = closed [rad]
-  bool valid = false;    ///< false until the first measurement, or when the source says so
+  double t = 0.0;                ///< stamp of the measurement [s]
+  JointVector q;                 ///< measured joint positions [rad]
+  JointVector v;                 ///< estimated joint velocities [rad/s]
+  double gripper = 0.0;          ///< pinch angle, 0 = closed [rad]
+  bool valid = false;            ///< false until the first measurement, or when the source says so
+  Vec3 F_cell_L = Vec3::Zero();  ///< of the arm on the hand, by a load cell in the handle [N]
+  bool has_load_cell = false;    ///< there is one
 };
 
 /// Follower (patient-side arm) as its encoders report it.
@@ -25,9 +27,25 @@ struct FollowerState {
 /// Torque terms for the leader, kept apart so that each is recorded and can be switched off.
 struct LeaderCommand {
   Wrench F_H_L;              ///< wrench rendered on the operator's hand, in the leader base L
-  JointVector tau_force;     ///< J^T F [N m]
+  Wrench F_law_L;            ///< what the control law adds to it, at the handle
+  double F_neglected = 0.0;  ///< inertia and Coriolis force that the hand feels beside it, estimated [N]
+  JointVector tau_force;     ///< J^T (F_H_L + F_law_L) [N m]
   JointVector tau_gravity;   ///< G_hat(q), counterbalance included [N m]
   JointVector tau_platform;  ///< joint-4 null-space controller [N m]
+  JointVector tau_friction;  ///< compensates the arm's friction [N m]
+  JointVector tau_limits;    ///< soft stops before the joint limits [N m]
+
+  /// All terms zero, for n joints.
+  explicit LeaderCommand(Eigen::Index n = 0)
+      : tau_force(JointVector::Zero(n)),
+        tau_gravity(tau_force),
+        tau_platform(tau_force),
+        tau_friction(tau_force),
+        tau_limits(tau_force) {}
+  /// What holds the arm still; may be held for long.
+  [[nodiscard]] JointVector hold() const { return tau_gravity + tau_platform; }
+  /// What answers to the motion of now; must fade when nobody commands.
+  [[nodiscard]] JointVector act() const { return tau_force + tau_friction + tau_limits; }
 };
 
 struct FollowerCommand {

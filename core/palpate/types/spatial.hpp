@@ -38,6 +38,9 @@ struct Twist {
 struct Wrench {
   Vec3 f = Vec3::Zero();  ///< [N]
   Vec3 t = Vec3::Zero();  ///< [N m]
+
+  Wrench operator+(const Wrench& o) const { return {f + o.f, t + o.t}; }
+  Wrench operator-(const Wrench& o) const { return {f - o.f, t - o.t}; }
 };
 
 }  // namespace palpate

@@ -1,0 +1,58 @@
+// Admittance control (Newman 1992): the hand's force moves a virtual mass, the arm follows it.
+//
+//   m x_a'' = F_hand + F_H - b x_a'                                    the virtual handle
+//   F_motors = Lambda (x_a'' + 2 w (x_a' - x') + w^2 (x_a - x)) + Gamma v + eta     position loop, critically damped
+//
+// Friction and wrong masses are disturbances to the position loop, not to what is felt; its bandwidth and the load
+// cell's noise are. Place only: moments are rendered as by the stiffness law.
+#include <algorithm>
+#include <numbers>
+
+#include "palpate/torque/law.hpp"
+
+namespace palpate::torque {
+namespace {
+
+constexpr double kLead = 0.01;  // most that the virtual handle may be ahead, when the arm is held back [m]
+
+class Admittance final : public Law {
+ public:
+  Admittance(const LawOptions& options, double dt)
+      : options_(options), dt_(dt), w_(2.0 * std::numbers::pi * options.servo_bandwidth) {}
+
+  Wrench step(const LawInput& in) noexcept override {
+    if (!started_) {
+      p_ = in.p_LH;
+      v_ = in.v_LH;
+      started_ = true;
+    }
+    const double m = options_.virtual_mass, b = options_.virtual_damping;
+    const Vec3 v_before = v_;
+    v_ = (v_ + dt_ / m * (in.F_hand_L + in.F_H_L)) / (1.0 + dt_ * b / m);
+    p_ += dt_ * v_;
+    const double lead = (p_ - in.p_LH).norm();
+    if (lead > kLead) p_ = in.p_LH + kLead / lead * (p_ - in.p_LH);
+    const Vec3 a = (v_ - v_before) / dt_ + 2.0 * w_ * (v_ - in.v_LH) + w_ * w_ * (p_ - in.p_LH);
+    return inertia(in, a) + in.Gamma_v - Wrench{in.F_H_L, Vec3::Zero()};
+  }
+
+  void reset() noexcept override { started_ = false; }
+  [[nodiscard]] bool needs_load_cell() const noexcept override { return true; }
+  [[nodiscard]] Vec3 neglected(const LawInput& /*in*/, const Vec3& /*a*/) const noexcept override {
+    return Vec3::Zero();
+  }
+
+ private:
+  LawOptions options_;
+  double dt_, w_;
+  bool started_ = false;
+  Vec3 p_ = Vec3::Zero(), v_ = Vec3::Zero();
+};
+
+}  // namespace
+
+std::unique_ptr<Law> make_admittance(const LawOptions& options, double dt) {
+  return std::make_unique<Admittance>(options, dt);
+}
+
+}  // namespace palpate::torque

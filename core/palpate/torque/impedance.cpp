@@ -1,0 +1,37 @@
+// Impedance control (Eqs 2-5 and 9): Coriolis forces compensated, the handle's inertia shaped on request.
+//
+//   Lambda a + Gamma v + eta = F_motors + F_hand,   wanted: m a = F_H + F_hand   (shape_inertia), or Lambda a = ...
+//   =>  F_motors = F_H + Gamma v + eta  [+ (Lambda / m - 1)(F_H + F_hand)]
+//
+// (eta is tau_gravity.) To weigh less than it does, the arm has to know the hand's force.
+#include "palpate/torque/law.hpp"
+
+namespace palpate::torque {
+namespace {
+
+class Impedance final : public Law {
+ public:
+  explicit Impedance(const LawOptions& options) : options_(options) {}
+
+  Wrench step(const LawInput& in) noexcept override {
+    if (!options_.shape_inertia) return in.Gamma_v;
+    const Vec3 F = in.F_H_L + in.F_hand_L;
+    return in.Gamma_v + inertia(in, F / options_.virtual_mass) - Wrench{F, Vec3::Zero()};
+  }
+
+  [[nodiscard]] bool needs_load_cell() const noexcept override { return options_.shape_inertia; }
+  [[nodiscard]] Vec3 neglected(const LawInput& in, const Vec3& a) const noexcept override {
+    return options_.shape_inertia ? Vec3(Vec3::Zero()) : inertia(in, a).f;
+  }
+
+ private:
+  LawOptions options_;
+};
+
+}  // namespace
+
+std::unique_ptr<Law> make_impedance(const LawOptions& options, double /*dt*/) {
+  return std::make_unique<Impedance>(options);
+}
+
+}  // namespace palpate::torque

@@ -1,0 +1,40 @@
+#include "palpate/torque/law.hpp"
+
+#include <cmath>
+#include <stdexcept>
+
+namespace palpate::torque {
+namespace {
+
+struct Entry {
+  const char* name;
+  std::unique_ptr<Law> (*make)(const LawOptions&, double);
+};
+
+constexpr Entry kLaws[] = {
+    {"stiffness", &make_stiffness}, {"impedance", &make_impedance}, {"admittance", &make_admittance}};
+
+void require(bool good, const char* name, double value, const char* mend) {
+  if (!good) {
+    throw std::invalid_argument("torque." + std::string(name) + " = " + std::to_string(value) + ": " + mend);
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<Law> make_law(const std::string& name, const LawOptions& options, double dt) {
+  require(options.virtual_mass >= 0.05 && std::isfinite(options.virtual_mass), "virtual_mass", options.virtual_mass,
+          "must be 0.05 kg or more: a lighter handle would answer to noise");
+  require(options.virtual_damping >= 0.0 && std::isfinite(options.virtual_damping), "virtual_damping",
+          options.virtual_damping, "must be 0 N s/m or more");
+  require(options.servo_bandwidth > 0.0 && options.servo_bandwidth * dt <= 0.05, "servo_bandwidth",
+          options.servo_bandwidth, "must be above 0 and at most a twentieth of the cycle's rate [Hz]");
+  std::string names;
+  for (const Entry& law : kLaws) {
+    if (name == law.name) return law.make(options, dt);
+    names += (names.empty() ? "" : ", ") + std::string(law.name);
+  }
+  throw std::invalid_argument("torque.law = '" + name + "': the laws are " + names);
+}
+
+}  // namespace palpate::torque
