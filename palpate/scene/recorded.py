@@ -11,9 +11,9 @@ from palpate.scene.scene import Scene
 def recorded_scene(record: Record) -> Scene:
     """The scene of a record.
 
-    A mesh or grid file, or an arm's model file, is taken from where the ``scene.yaml`` beside the record says it lay; where
-    there is nothing any more, from where the record names it, seen from its own folder: so a record that moves may
-    take its files along.
+    A mesh or grid file, or an arm's model file, is taken from where the ``scene.yaml`` beside the record says it lay;
+    where there is nothing any more, from where the record names it, seen from its own folder: so a record that moves
+    may take its files along.
 
     Raises:
         SceneError: the record's scene cannot be read.
