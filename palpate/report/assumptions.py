@@ -3,8 +3,8 @@
 Eq 13 keeps tau = J^T F + G(q) of the arm's dynamics (Eq 9) and drops Lambda a + Gamma v. What is dropped, the hand
 feels beside the rendered force. The cycle estimates it at every tick (signal `F_neglected`, core/palpate/torque):
 Lambda and Gamma v of the controller's model at the handle, a its acceleration below 10 Hz, which keeps the motions a
-hand makes on purpose and drops encoder steps and stick-slip. Above `torque.fast_force` the status bit `too_fast` is set;
-its default, 0.3 N, is a tenth of the default force cap, about the smallest change that a hand notices (Weber
+hand makes on purpose and drops encoder steps and stick-slip. Above `torque.fast_force` status `too_fast` is set; its
+default, 0.3 N, is a tenth of the default force cap, about the smallest change of force that a hand notices (Weber
 fraction 7 to 10 %). Laws that compensate a part neglect only the rest.
 """
 
