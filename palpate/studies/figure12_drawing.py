@@ -93,7 +93,7 @@ def _view(eye: Array) -> Array:
 
 
 def _arm(arm: Arm, X_WA: Array, q: Array, jaw: float) -> list[Solid]:
-    poses = arm.link_poses(q, jaw)
+    poses = arm.link_poses(q[: arm.n], jaw)  # a tick has room for more joints
     return [(_corners(v, X_WA @ poses[v.link] @ v.X_link_visual), v.colour) for v in arm.visuals]
 
 
