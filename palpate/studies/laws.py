@@ -1,8 +1,9 @@
 """``palpate study laws``: what the hand feels of a spring, by each control law, slow and fast (R22, R25, R51, R53).
 
 A simulated MTM with its friction and encoders on a bench: a hand moves the handle to and fro, the controller renders
-F = -K x, the load cell says what arrives. From both at the frequency of the motion, the felt stiffness is -F_cell / x;
-where it strays from K by a tenth, a hand begins to notice. Nothing is in the way but the leader itself: no contact,
+F = -K x, the load cell says what arrives. At the frequency of the motion -F_cell / x is complex: its real part is the
+spring that is felt, from which inertia takes m w^2; its imaginary part is friction. Where the spring strays from K by a
+tenth, a hand begins to notice. Nothing is in the way but the leader itself: no contact,
 no follower. Figures in ``laws_figures``; what they mean is in docs/torque.md.
 """
 
@@ -65,7 +66,9 @@ class Outcome(Case):
     felt_damping_N_s_per_m: float = 0.0
     """imaginary part over 2 pi f."""
     stiffness_error: float = 0.0
-    """|-F_cell / x - K| / K [-]."""
+    """of the spring that is felt, against K [-]."""
+    impedance_error: float = 0.0
+    """|-F_cell / x - K| / K: of spring and friction together [-]."""
     force_error: float = 0.0
     """rms of F_cell - F_desired over rms of F_desired, means taken off [-]."""
     force_rms_N: float = 0.0
@@ -144,7 +147,8 @@ def experiment(case: Case) -> Outcome:
         **asdict(case),
         felt_N_per_m=float(felt.real),
         felt_damping_N_s_per_m=float(felt.imag / (2 * np.pi * f)),
-        stiffness_error=float(abs(felt - case.K_N_per_m) / case.K_N_per_m),
+        stiffness_error=float(abs(felt.real - case.K_N_per_m) / case.K_N_per_m),
+        impedance_error=float(abs(felt - case.K_N_per_m) / case.K_N_per_m),
         force_error=float(np.std(cell - wanted) / rms),
         force_rms_N=rms,
         motion_mm=float(2e3 * abs(np.mean(x * phase))),
@@ -224,13 +228,18 @@ def bandwidth(found: list[Outcome], law: str, K: float, hand: str) -> float:
 
 def table(found: list[Outcome]) -> Table:
     """Errors of the felt stiffness at the middle stiffness, and the bandwidths."""
-    out = Table(box=None, pad_edge=False, title=f"felt stiffness: error at {MIDDLE:g} N/m", title_justify="left")
+    out = Table(
+        box=None, pad_edge=False, title=f"felt spring: error at {MIDDLE:g} N/m; with friction", title_justify="left"
+    )
     for column in ("law", "hand", *(f"{f:g} Hz" for f in FREQUENCIES), "10 % up to"):
         out.add_column(column, justify="left" if column in ("law", "hand") else "right")
     for law in LAWS:
         for hand in HANDS:
             mine = (law, MIDDLE, hand, 1.0)
             rows = {o.f_Hz: o for o in found if (o.law, o.K_N_per_m, o.hand, o.model_scale) == mine}
-            errors = (f"{100 * rows[f].stiffness_error:.0f} %" if f in rows else "" for f in FREQUENCIES)
+            errors = (
+                f"{100 * rows[f].stiffness_error:.0f}; {100 * rows[f].impedance_error:.0f} %" if f in rows else ""
+                for f in FREQUENCIES
+            )
             out.add_row(law, hand, *errors, f"{bandwidth(found, law, MIDDLE, hand):.2g} Hz")
     return out
