@@ -57,10 +57,10 @@ def test_collision_thread_of_the_paper_allocates_beside_a_clean_loop(guard):
     assert len(dirty) == 1
 
 
-@pytest.mark.parametrize("scene", ["organ", "solids"])
-def test_lockstep_tick_with_plant_asks_nothing(guard, scene):
+@pytest.mark.parametrize("what", ["organ", "solids", "impedance", "admittance", "six_axis", "delta"])
+def test_lockstep_tick_with_plant_asks_nothing(guard, what):
     """A call costs Python and numpy a few allocations, whatever its length: 700 ticks as many as 7 or 2000."""
-    found = watched(guard, "lockstep", "proxy", scene)
+    found = watched(guard, "lockstep", "proxy", what)
     first, *rest = found["calls"][1:]
     assert found["contact_ticks"] > 1000
     assert rest == [first] * len(rest)

@@ -1,6 +1,6 @@
 """Run under heap_guard (LD_PRELOAD): what a session's threads ask of the heap and of locks, as JSON on stdout.
 
-python watched.py realtime METHOD RATE SECONDS | lockstep METHOD [organ|solids]
+python watched.py realtime METHOD RATE SECONDS | lockstep METHOD [organ|solids|LAW|ARM]
 """
 
 import ctypes
@@ -14,8 +14,11 @@ from pathlib import Path
 import numpy as np
 
 from palpate import _core
+from palpate.arm import Arm
 from palpate.mesh import Mesh
 from palpate.record.ticks import as_ticks
+from palpate.scene.rig import build
+from palpate.scene.scene import Scene
 from palpate.shapes.organ import organ
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "loop"))
@@ -59,12 +62,16 @@ def solids_scene() -> _core.Snapshot:
     return _core.Snapshot([_core.Object(name, surface, X_WO, material) for name, surface in solids])
 
 
-def simulation(method: str, rate: float, scene: _core.Snapshot) -> _core.Simulation:
-    """Both arms over the organ; a hand that is soon in contact, slides to and fro, and leaves again and again."""
+def press() -> _core.HandPath:
+    """A hand that is soon in contact, slides to and fro, and leaves again and again."""
     x = np.tile([0.0, 0.0, 0.008, -0.008, 0.0], 40)
     z = np.tile([0.004, -0.004, -0.004, -0.004, -0.004], 40)
-    path = _core.HandPath((0.1 + 0.2 * np.arange(len(x))).tolist(), np.column_stack([x, np.zeros_like(x), z]))
-    return loop_rig.simulation(scene, path, method=method, rate=rate)
+    return _core.HandPath((0.1 + 0.2 * np.arange(len(x))).tolist(), np.column_stack([x, np.zeros_like(x), z]))
+
+
+def simulation(method: str, rate: float, scene: _core.Snapshot) -> _core.Simulation:
+    """Both arms over the organ."""
+    return loop_rig.simulation(scene, press(), method=method, rate=rate)
 
 
 def contacts(rows: np.ndarray) -> int:
@@ -119,9 +126,31 @@ def realtime(method: str, rate: float, seconds: float) -> dict[str, object]:
     }
 
 
-def lockstep(method: str, scene: str = "organ") -> dict[str, object]:
+def other_law(law: str) -> _core.Simulation:
+    """The same with another control law, and with all that may be switched on."""
+    changes = {"torque__law": law, "torque__laws__shape_inertia": True, "torque__friction__gain": 0.7}
+    leader = Arm.mtm("right").leader_options()
+    for name in ("coulomb", "viscous"):
+        changes[f"torque__friction__{name}"] = getattr(leader, name)
+    changes |= {"torque__rotor_inertia": leader.rotor_inertia, "leader__cell_noise": 0.02}
+    return loop_rig.simulation(organ_scene(20_000), press(), **changes)
+
+
+def other_arm(name: str) -> _core.Simulation:
+    """A scene with another arm on both sides."""
+    scene = f"objects: [{{shape: organ}}]\narms: {{leader: {{model: {name}}}, follower: {{model: {name}}}}}\n"
+    quick = "operator: {palpate: {approach: 0.3, press: 0.3, slide: 2.0, leave: 0.3}}\n"
+    return build(Scene.parse(scene + quick)).simulation()
+
+
+def lockstep(method: str, what: str = "organ") -> dict[str, object]:
     """One call of n ticks asks as much as one of n' ticks: a tick asks nothing."""
-    sim = simulation(method, 1000.0, solids_scene() if scene == "solids" else organ_scene(20_000))
+    if what in ("impedance", "admittance"):
+        sim = other_law(what)
+    elif what in ("six_axis", "delta"):
+        sim = other_arm(what)
+    else:
+        sim = simulation(method, 1000.0, solids_scene() if what == "solids" else organ_scene(20_000))
     me, asked, touched = threading.get_native_id(), [], 0
     for n in (700, 700, 7, 2000, 7):
         before = counts(me)
