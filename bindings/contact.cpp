@@ -120,6 +120,8 @@ void bind_contact(nb::module_& m) {
   nb::class_<contact::Options>(m, "ContactOptions", "The spherical proxy region on the tool tip.")
       .def(nb::init<>())
       .def_rw("radius", &contact::Options::radius, "of the SPR [m]")
+      .def_rw("release", &contact::Options::release,
+              "`proxy`: deflection at which a tool that went through a closed object is free [m]")
       .def_rw("collision_rate", &contact::Options::collision_rate,
               "of the collision thread of the paper's methods [Hz]")
       .def_rw("spheres", &contact::Options::spheres, "of the tool beside the SPR; a copy: assign it whole");

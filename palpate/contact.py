@@ -44,6 +44,7 @@ def render(
     friction: float = 0.0,
     static_friction: float = 0.0,
     method: str = "proxy",
+    release: float | None = None,
     rate: float = 1000.0,
     poses: npt.ArrayLike | None = None,
     spheres: Sequence[tuple[npt.ArrayLike, float]] = (),
@@ -64,6 +65,7 @@ def render(
         static_friction: while it sticks; below ``friction`` it counts as that.
         method: one of ``_core.contact_methods()``: ``proxy``; for comparison ``penalty`` and the paper's
             ``paper-plane``, ``paper-alg1``, ``face-normal``, ``approach-velocity``, which need triangles.
+        release: of ``proxy``: deflection at which a tool that went through a closed object is let go [m].
         rate: of the tips [Hz].
         poses: (n, 4, 4) X_WO, where the surface is at each tip; at rest in W when left out. Its velocity, which the
             damping sees, is by backward differences, too.
@@ -76,6 +78,8 @@ def render(
     points = _points(tips)
     options = _core.ContactOptions()
     options.radius = _positive("radius", radius, "m")
+    if release is not None:
+        options.release = _positive("release", release, "m")
     options.spheres = [
         _core.ToolSphere(np.asarray(p, dtype=np.float64), _positive("radius", r, "m")) for p, r in spheres
     ]

@@ -168,7 +168,11 @@ def test_forces_do_not_depend_on_the_scale(scale):
     tips = wander(7)
     one = feel(surfaces.Box((0.04, 0.03, 0.05)), tips).force
     other = feel(
-        surfaces.Box(scale * np.array([0.04, 0.03, 0.05])), tips * scale, radius=RADIUS * scale, stiffness=K / scale
+        surfaces.Box(scale * np.array([0.04, 0.03, 0.05])),
+        tips * scale,
+        radius=RADIUS * scale,
+        release=0.05 * scale,
+        stiffness=K / scale,
     ).force
     np.testing.assert_allclose(other, one, rtol=0, atol=1e-9 * np.abs(one).max())
 

@@ -52,6 +52,7 @@ struct Sphere {
 
 struct Options {
   double radius = 0.002;        ///< SPR radius [m]
+  double release = 0.05;        ///< `proxy`: deflection at which a tool that went through a closed object is free [m]
   double collision_rate = 250;  ///< rate of the collision thread of the paper's methods [Hz]
   std::vector<Sphere> spheres;  ///< of the tool beside the SPR
 };
@@ -65,6 +66,10 @@ class Method {
   /// p_WT: the sphere's centre, of the SPR: the tool tip [m]; v_WT [m/s]; t [s]: objects are where Object::pose(t) is.
   virtual const ContactSet& step(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT,
                                  double t) noexcept = 0;
+
+  /// For judges, never in a loop: each step appends the places that the proxies pass through, in their objects' frames,
+  /// to `path`; null ends it. A method without a path of its own goes straight from proxy to proxy.
+  virtual void watch(std::vector<Vec3>* /*path*/) {}
 
   /// True for a method whose geometry allocates, so that it cannot be done in step(): step() leaves a request behind
   /// and collide() answers it. Whoever drives the loop calls collide(): right after each step() in lockstep and in a

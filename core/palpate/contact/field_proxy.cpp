@@ -22,11 +22,13 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
-FieldProxy::Touch FieldProxy::step(const scene::Surface& surface, const Vec3& g, double radius) noexcept {
+FieldProxy::Touch FieldProxy::step(const scene::Surface& surface, const Vec3& g, double radius,
+                                   double release) noexcept {
   surface_ = &surface;
   radius_ = radius;
   tool_ = surface.nearest(g);
-  if (surface_id_ != surface.id()) place(g);
+  const bool gone_through = touching_ && (centre_ - g).squaredNorm() > release * release && tool_.distance > radius;
+  if (surface_id_ != surface.id() || gone_through) place(g);
   if (free_at(g)) return {};
   if (settles_above(g)) {
     const double depth = radius - tool_.distance;

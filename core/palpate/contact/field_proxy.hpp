@@ -29,8 +29,8 @@ class FieldProxy {
   using Touch = ObjectProxy::Touch;
 
   void reset() noexcept { surface_id_ = 0; }
-  /// Moves the proxy after the tool at g.
-  Touch step(const scene::Surface& surface, const Vec3& g, double radius) noexcept;
+  /// Moves the proxy after the tool at g; a surface that the tool has gone through lets go at `release`.
+  Touch step(const scene::Surface& surface, const Vec3& g, double radius, double release) noexcept;
   [[nodiscard]] bool started_inside() const noexcept { return started_inside_; }
 
  private:

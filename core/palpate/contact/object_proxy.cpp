@@ -15,43 +15,57 @@ constexpr double kCoarse = 5e-3;  // [r] accuracy of the proxy where the smooth 
 constexpr double kFine = 1e-7;    // [r] where it gives the answer itself
 constexpr double kSlack = 1e-10;  // [r] half-spaces count as kept
 constexpr double kLookout = 4.0;  // [r] how far free flight looks for triangles
+constexpr double kLower = 0.5;    // [r] the smooth surface may lie this far below the facets
 constexpr double kOnEdge = 1e-9;  // barycentric weight below which a point lies on the edge: rounding
-const double kOnePatch = std::cos(5.0 * M_PI / 180.0);  // contacts on one smooth patch: normals closer than 5 degrees
+const double kOnePatch = std::cos(15.0 * M_PI / 180.0);  // contacts on one smooth patch: normals closer than this
 
 constexpr double kSpreadLow = 0.1, kSpreadHigh = 0.4;  // SmoothPoint::spread: none and full trust in the projection
-const double kApart = std::cos(25.0 * M_PI / 180.0), kAgree = std::cos(8.0 * M_PI / 180.0);
+const double kApart = std::cos(45.0 * M_PI / 180.0), kAgree = std::cos(20.0 * M_PI / 180.0);
 
 /// 0 below `low`, 1 above `high`.
 double ramp(double x, double low, double high) { return std::clamp((x - low) / (high - low), 0.0, 1.0); }
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
+/// A deflection of `depth` times the gradient of the distance; no contact, yet a normal, when the depth is not
+/// positive.
+ObjectProxy::Touch along(const Vec3& gradient, double depth) {
+  const double steep = gradient.norm();
+  if (!(steep > 0.0)) return {};
+  return {depth > 0.0, depth * gradient, gradient / steep, depth * steep};
+}
+
 }  // namespace
 
-ObjectProxy::Touch ObjectProxy::step(const scene::Mesh& mesh, const Vec3& g, double radius) noexcept {
+ObjectProxy::Touch ObjectProxy::step(const scene::Mesh& mesh, const Vec3& g, double radius, double release) noexcept {
   if (mesh_ != &mesh || mesh_id_ != mesh.id()) place(mesh, g, radius);
   if (fly(g, radius)) return {};
 
   queries_left_ = kQueries;
   const bool settled = relax(g, radius, kCoarse);
   tool_ = g;
+  if (gone_through(g, radius, release)) {
+    place(mesh, g, radius);
+    return {};
+  }
+  touching_ = active_.active > 0 || (touching_ && !settled);
   if (!settled) return on_the_way(g);
-  if (active_.active == 0) {
-    touching_ = false;
+  if (!touching_) {
     started_inside_ = false;
     return graze(g, radius);
   }
-  touching_ = true;
   const Touch smooth = touch_smooth(g, radius);
-  if (smooth.touching || smooth.normal != Vec3::Zero()) return smooth;
+  if (smooth.touching || smooth.normal != Vec3::Zero()) return outside(smooth, g, radius);
   relax(g, radius, kFine);
-  if (active_.active == 0) return {};
-  return touch_hard(g, radius);
+  if (active_.active == 0) return on_the_way(g);
+  return outside(touch_hard(g, radius), g, radius);
 }
 
 /// The first tick with a mesh: where the tool is, or at the nearest place outside.
 void ObjectProxy::place(const scene::Mesh& mesh, const Vec3& g, double radius) noexcept {
+  std::vector<Vec3>* const path = path_;
   *this = ObjectProxy();
+  path_ = path;
   mesh_ = &mesh;
   mesh_id_ = mesh.id();
   centre_ = tool_ = clear_at_ = g;
@@ -67,11 +81,22 @@ void ObjectProxy::place(const scene::Mesh& mesh, const Vec3& g, double radius) n
   clear_ = touching_ ? radius : near.distance;
 }
 
+bool ObjectProxy::gone_through(const Vec3& g, double radius, double release) const noexcept {
+  return (centre_ - g).squaredNorm() > release * release && mesh_->report().closed &&
+         mesh_->nearest(g).distance > radius;
+}
+
+void ObjectProxy::go(const Vec3& centre) noexcept {
+  centre_ = centre;
+  if (path_ != nullptr) path_->push_back(centre);
+}
+
 /// Free flight: while the last query says that nothing is near, there is nothing to ask.
 bool ObjectProxy::fly(const Vec3& g, double radius) noexcept {
   const double need = radius + mesh_->impl().topology.height;
   if (touching_ || centre_ != tool_ || (g - clear_at_).norm() + need > clear_) return false;
-  centre_ = tool_ = g;
+  go(g);
+  tool_ = g;
   return true;
 }
 
@@ -143,7 +168,7 @@ bool ObjectProxy::relax(const Vec3& g, double radius, double tolerance) noexcept
     const double length = step.norm(), safe = safe_step(radius);
     const bool whole = length <= safe;
     if (!whole) step *= safe / length;
-    centre_ += step;
+    go(centre_ + step);
 
     // Who is there? The nearest triangle, and those already known, say where to go next.
     near_ = mesh_->impl().closest(centre_, lookout, seed_);
@@ -155,7 +180,7 @@ bool ObjectProxy::relax(const Vec3& g, double radius, double tolerance) noexcept
     active_ = project(half_space_.data(), holds_, g, kSlack * radius);
     settled = whole && (!active_.feasible || (active_.x - centre_).norm() <= tolerance * radius);
   }
-  if (settled && active_.feasible) centre_ = active_.x;
+  if (settled && active_.feasible) go(active_.x);
   keep_active(active_);
   return settled;
 }
@@ -176,10 +201,28 @@ ObjectProxy::Touch ObjectProxy::graze(const Vec3& g, double radius) const noexce
   if (!is_smooth({start, m.position(start)})) return {};
   scene::SmoothPoint s = scene::smooth_project(m, start, g);
   if (!s.found) return {};
-  const double side = s.normal.dot(g - s.foot) < 0.0 ? -1.0 : 1.0;
-  const double depth = radius - side * s.distance;
-  if (!(depth > 0.0)) return {};
-  return {true, depth * side * s.normal, side * s.normal, depth};
+  const double side = s.above ? 1.0 : -1.0;
+  return along(side * s.gradient, radius - side * s.distance);
+}
+
+/// The smooth surface is another one than the facets: deep below coarse ones its proxy may be where no sphere fits.
+/// It goes there from the facets' own, through free space, as far as it can.
+ObjectProxy::Touch ObjectProxy::outside(const Touch& touch, const Vec3& g, double radius) const noexcept {
+  const Vec3 wanted = g + touch.delta;
+  const double clearance = 0.5 * radius, length = (wanted - centre_).norm();
+  if (!touch.touching || length <= clearance) return touch;
+  double gone = 0.0;
+  for (int i = 0; i < kQueries && gone < length; ++i) {
+    const Vec3 p = centre_ + gone / length * (wanted - centre_);
+    const scene::BvhHit near = mesh_->impl().closest(p, length + radius, seed_);
+    const double step = near.triangle < 0 ? length : std::sqrt(near.distance2) - clearance;
+    if (step < kCoarse * radius) break;
+    gone += step;
+  }
+  if (gone >= length) return touch;
+  const Vec3 delta = centre_ + gone / length * (wanted - centre_) - g;
+  const double depth = delta.norm();
+  return depth > 0.0 ? Touch{true, delta, delta / depth, depth} : Touch();
 }
 
 /// A point whose triangles belong to one smooth surface: no crease, rim or branch runs through it.
@@ -212,11 +255,11 @@ HalfSpace ObjectProxy::shaded(int i, double radius) const noexcept {
   HalfSpace out = half_space_[at(i)];
   if (!is_smooth(h)) return out;
   const scene::SmoothPoint s = scene::smooth_at(mesh_->impl(), h.at, centre_);
-  const double cosine = s.normal.dot(out.normal);
+  const Vec3 normal = s.gradient.normalized();
+  const double cosine = normal.dot(out.normal);
   if (!s.found || std::abs(cosine) < 0.5) return out;
-  const double side = cosine < 0.0 ? -1.0 : 1.0;
-  out.normal = side * s.normal;
-  out.offset = out.normal.dot(h.q) + side * s.height + radius;
+  out.normal = cosine < 0.0 ? Vec3(-normal) : normal;
+  out.offset = out.normal.dot(s.point) + radius;
   return out;
 }
 
@@ -230,21 +273,19 @@ ObjectProxy::Touch ObjectProxy::touch_smooth(const Vec3& g, double radius) const
 
   const Vec3& geometric = half_space_[0].normal;
   // The normal where the proxy touches; then, as far as the normals are far from meeting before the tool and both
-  // agree, the normal through the tool itself.
-  Touch out;
-  out.normal = first.normal;
-  out.depth = -first.gap(g);
+  // agree, the distance of the tool itself and its gradient.
+  Vec3 normal = first.normal;
+  double depth = -first.gap(g);
   const scene::SmoothPoint s = scene::smooth_project(mesh_->impl(), hold_[0].at, g);
   if (s.found) {
-    const double side = s.normal.dot(geometric) < 0.0 ? -1.0 : 1.0;
-    const double trust =
-        ramp(s.spread, kSpreadLow, kSpreadHigh) * ramp(side * s.normal.dot(first.normal), kApart, kAgree);
-    out.normal = (trust * side * s.normal + (1.0 - trust) * out.normal).normalized();
-    out.depth = trust * (radius - side * s.distance) + (1.0 - trust) * out.depth;
+    const double side = s.gradient.dot(geometric) < 0.0 ? -1.0 : 1.0;
+    const double trust = ramp(s.spread, kSpreadLow, kSpreadHigh) *
+                         ramp(side * s.gradient.normalized().dot(first.normal), kApart, kAgree);
+    normal = trust * side * s.gradient + (1.0 - trust) * normal;
+    depth = trust * (radius - side * s.distance) + (1.0 - trust) * depth;
   }
-  out.touching = out.depth > 0.0;
-  out.delta = out.depth * out.normal;
-  return out;
+  const double least = -half_space_[0].gap(g) - kLower * radius;
+  return along(normal, std::max(depth, least));
 }
 
 /// Creases and corners: the half-spaces themselves.
@@ -253,7 +294,11 @@ ObjectProxy::Touch ObjectProxy::touch_hard(const Vec3& g, double radius) const n
   for (int i = 0; i < active_.active; ++i) h[at(i)] = shaded(i, radius);
   const Projection p = project(h.data(), active_.active, g, kSlack * radius);
   Touch out;
-  if (p.active == 0) return out;
+  if (p.active == 0) {  // the smooth surfaces lie below the facets here, but not by more than that
+    const Vec3 delta = centre_ - g;
+    const double length = delta.norm();
+    return length > kLower * radius ? along(delta / length, length - kLower * radius) : out;
+  }
   // The smooth surface is near the facets: where turned half-spaces meet far from the proxy (a cleft), no farther.
   const Vec3 off = p.x - centre_;
   const double far = off.norm();

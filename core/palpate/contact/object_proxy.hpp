@@ -13,12 +13,17 @@
 // Where the mesh is smooth, the facet is replaced by the surface that it stands for (scene/smooth.hpp): the normal
 // that passes through the tool and the distance along it. Truth: F = k (r - phi) n, phi the signed distance.
 //
+// Release: the side one came from is kept beyond the far side as well, so that a thin plate holds. It is given up when
+// the tool is provably through: the object is closed, the tool's sphere is outside and clear of it, and the
+// deflection is more than `release`, a force that nobody renders.
+//
 // A tool that starts inside a closed object (or one that appears around it) is put outside at the nearest point;
 // started_inside() says so until the tool is free. Open surfaces are touched from either side.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "palpate/contact/half_spaces.hpp"
 #include "palpate/scene/mesh_impl.hpp"
@@ -36,8 +41,10 @@ class ObjectProxy {
   };
 
   void reset() noexcept { mesh_ = nullptr; }
-  /// Moves the proxy after the tool at g.
-  Touch step(const scene::Mesh& mesh, const Vec3& g, double radius) noexcept;
+  /// Moves the proxy after the tool at g; a closed object that the tool has gone through lets go at `release`.
+  Touch step(const scene::Mesh& mesh, const Vec3& g, double radius, double release) noexcept;
+  /// For judges: every place that the centre passes through is appended to `path` (Method::watch).
+  void watch(std::vector<Vec3>* path) noexcept { path_ = path; }
   [[nodiscard]] bool started_inside() const noexcept { return started_inside_; }
 
  private:
@@ -48,7 +55,9 @@ class ObjectProxy {
   };
 
   void place(const scene::Mesh& mesh, const Vec3& g, double radius) noexcept;
+  void go(const Vec3& centre) noexcept;
   bool fly(const Vec3& g, double radius) noexcept;
+  [[nodiscard]] bool gone_through(const Vec3& g, double radius, double release) const noexcept;
   [[nodiscard]] double safe_step(double radius) const noexcept;
   bool relax(const Vec3& g, double radius, double tolerance) noexcept;
   void hold(int i, const scene::BvhHit& hit) noexcept;
@@ -60,11 +69,13 @@ class ObjectProxy {
   [[nodiscard]] Touch graze(const Vec3& g, double radius) const noexcept;
   [[nodiscard]] Touch touch_smooth(const Vec3& g, double radius) const noexcept;
   [[nodiscard]] Touch touch_hard(const Vec3& g, double radius) const noexcept;
+  [[nodiscard]] Touch outside(const Touch& touch, const Vec3& g, double radius) const noexcept;
   [[nodiscard]] bool is_smooth(const Hold& h) const noexcept;
   [[nodiscard]] HalfSpace shaded(int i, double radius) const noexcept;
 
   const scene::Mesh* mesh_ = nullptr;
   std::uint64_t mesh_id_ = 0;
+  std::vector<Vec3>* path_ = nullptr;
   Vec3 centre_ = Vec3::Zero();
   Vec3 tool_ = Vec3::Zero();  // where the tool was
   bool touching_ = false;

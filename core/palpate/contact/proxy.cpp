@@ -11,8 +11,13 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 }  // namespace
 
 void Proxy::reset() noexcept {
-  for (Memory& memory : memory_) memory = Memory();
+  for (int i = 0; i < seen_; ++i) memory_[at(i)] = Memory();
+  seen_ = 0;
   set_ = ContactSet();
+}
+
+void Proxy::watch(std::vector<Vec3>* path) {
+  for (Memory& memory : memory_) memory.proxy.watch(path);
 }
 
 const ContactSet& Proxy::step(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& /*v_WT*/, double t) noexcept {
@@ -29,8 +34,9 @@ void Proxy::touch(const scene::Object& object, int index, const Pose& X_WO, cons
   Memory& memory = memory_[at(index)];
   const Vec3 p_OT = X_WO.R.transpose() * (p_WT - X_WO.p);
   const scene::Surface& surface = *object.surface;
-  const ObjectProxy::Touch touch = surface.mesh() ? memory.proxy.step(*surface.mesh(), p_OT, options_.radius)
-                                                  : memory.field.step(surface, p_OT, options_.radius);
+  const ObjectProxy::Touch touch = surface.mesh()
+                                       ? memory.proxy.step(*surface.mesh(), p_OT, options_.radius, options_.release)
+                                       : memory.field.step(surface, p_OT, options_.radius, options_.release);
   set_.started_inside |= surface.mesh() ? memory.proxy.started_inside() : memory.field.started_inside();
   if (!touch.touching) {
     memory.friction.release();

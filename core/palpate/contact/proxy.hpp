@@ -17,6 +17,7 @@ class Proxy final : public Method {
   explicit Proxy(const Options& options) : options_(options) {}
   void reset() noexcept override;
   const ContactSet& step(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT, double t) noexcept override;
+  void watch(std::vector<Vec3>* path) override;
 
  private:
   struct Memory {

@@ -14,6 +14,55 @@ constexpr double kRim = 1e-9;       // weights may be this negative: rounding, n
 std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 std::int32_t after(std::int32_t he) { return he % 3 == 2 ? he - 2 : he + 1; }
 
+/// Height of the smooth surface over a facet: a function of the weights b, with its slopes.
+class Height {
+ public:
+  Height(const Vec3 edge[3], const Vec3 n[3]) {
+    for (int k = 0; k < 3; ++k) {
+      bend_[k] = 0.5 * edge[k].dot(n[(k + 2) % 3] - n[(k + 1) % 3]);
+      lean_[k] = 0.5 * edge[k].dot(n[(k + 2) % 3] + n[(k + 1) % 3]);
+    }
+    for (int k = 0; k < 3; ++k) bump_[k] = across_edge(k, edge, n);
+  }
+
+  struct Value {
+    double h, dv, dw;
+  };
+
+  [[nodiscard]] Value at(const SurfacePoint& s) const {
+    const double b[3] = {s.u(), s.v, s.w};
+    double h = 0.0, d[3] = {0.0, 0.0, 0.0};
+    for (int k = 0; k < 3; ++k) {
+      const int i = (k + 1) % 3, j = (k + 2) % 3;
+      h += b[i] * b[j] * (bend_[k] - lean_[k] * (b[i] - b[j]));
+      d[i] += b[j] * (bend_[k] - lean_[k] * (2.0 * b[i] - b[j]));
+      d[j] += b[i] * (bend_[k] - lean_[k] * (b[i] - 2.0 * b[j]));
+      const double ki = b[k] + b[i], kj = b[k] + b[j];
+      if (!(std::min(ki, kj) > kRim)) continue;  // at a corner it vanishes with its slopes
+      const double r = bump_[k] * b[i] * b[j] / (ki * kj);
+      h += r * b[i] * b[j] * b[k];
+      d[k] += r * b[i] * b[j] * (1.0 - b[k] / ki - b[k] / kj);
+      d[i] += r * b[j] * b[k] * (2.0 - b[i] / ki);
+      d[j] += r * b[i] * b[k] * (2.0 - b[j] / kj);
+    }
+    return {h, d[1] - d[0], d[2] - d[0]};
+  }
+
+ private:
+  /// What makes the slope across the middle of edge k the same from both sides: square to the edge's own direction.
+  [[nodiscard]] double across_edge(int k, const Vec3 edge[3], const Vec3 n[3]) const {
+    const int i = (k + 1) % 3, j = (k + 2) % 3;
+    const Vec3 middle = (n[i] + n[j]).normalized(), across = 0.5 * (edge[i] - edge[j]);
+    const Vec3 flat = edge[k] - middle.dot(edge[k]) * middle;
+    const double along = middle.dot(edge[k]) + 0.5 * lean_[k];
+    const double slope = middle.dot(across) + 0.5 * (bend_[i] + bend_[j] - bend_[k]) + 0.25 * (lean_[j] - lean_[i]);
+    const double wanted = along * across.dot(flat) / flat.squaredNorm();
+    return std::isfinite(wanted) ? 4.0 * (wanted - slope) : 0.0;
+  }
+
+  double bend_[3], lean_[3], bump_[3];  // edge k is opposite corner k
+};
+
 struct Facet {
   Vec3 a, e1, e2;   // corner 0 and edges
   Vec3 n0, m1, m2;  // its normal and the change along the edges
@@ -28,20 +77,30 @@ struct Facet {
     m2 = mesh.normal(c + 2) - n0;
   }
 
+  [[nodiscard]] Height::Value height(const SurfacePoint& s) const {
+    const Vec3 edges[3] = {e2 - e1, -e2, e1}, normals[3] = {n0, n0 + m1, n0 + m2};
+    return Height(edges, normals).at(s);
+  }
+
   [[nodiscard]] SmoothPoint evaluate(const SurfacePoint& s, const Vec3& p) const {
     SmoothPoint out;
     const Vec3 N = n0 + s.v * m1 + s.w * m2;
     const double length = N.norm();
     if (!(length > 0.0)) return out;
-    out.found = true;
+    const Vec3 n = N / length, foot = a + s.v * e1 + s.w * e2;
+    const Height::Value height = this->height(s);
+    const double t = n.dot(p - foot) / length;
+    const Vec3 jv = e1 + t * m1, jw = e2 + t * m2;
+    const double det = jv.cross(jw).dot(N);
+    // p = foot(v, w) + t N(v, w)  and  distance = t |N| - h(v, w),  differentiated by p.
+    const double dv = t * n.dot(m1) - height.dv, dw = t * n.dot(m2) - height.dw;
     out.at = s;
-    out.foot = a + s.v * e1 + s.w * e2;
-    out.normal = N / length;
-    const double u = s.u();
-    out.height = 0.5 * (u * s.v * e1.dot(m1) + u * s.w * e2.dot(m2) + s.v * s.w * (e2 - e1).dot(m2 - m1));
-    const double t = out.normal.dot(p - out.foot) / length;
-    out.distance = t * length - out.height;
-    out.spread = (e1 + t * m1).cross(e2 + t * m2).dot(N) / e1.cross(e2).dot(N);
+    out.point = foot + height.h * n;
+    out.above = t >= 0.0;
+    out.distance = t * length - height.h;
+    out.gradient = (dv * jw.cross(N) + dw * N.cross(jv) + length * jv.cross(jw)) / det;
+    out.spread = det / e1.cross(e2).dot(N);
+    out.found = out.gradient.allFinite();
     return out;
   }
 

@@ -144,12 +144,10 @@ class Builder {
   }
 
   void bound_height() {
-    double most = 0.0;
     for (Index he = 0; he < count_; ++he) {
-      const Vec3 dn = normal(after(he)) - normal(he);
-      most = std::max(most, std::abs((vertex(to(he)) - vertex(from(he))).dot(dn)));
+      const Vec3 e = vertex(to(he)) - vertex(from(he)), n = normal(he), m = normal(after(he));
+      out_.height = std::max(out_.height, std::abs(e.dot(m - n)) / 4.0 + std::abs(e.dot(m + n)) / 8.0);
     }
-    out_.height = most / 6.0;  // half of the sum of b_i b_j, which is at most 1/3
   }
 
   std::span<const double> vertices_;

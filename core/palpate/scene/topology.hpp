@@ -10,7 +10,7 @@
 namespace palpate::scene {
 
 /// Edges that turn more than this are creases: real edges of the thing, not facets of something round.
-inline constexpr double kCreaseAngle = 0.5235987755982988;  // 30 degrees [rad]
+inline constexpr double kCreaseAngle = 0.52;  // a little below 30 degrees: walls at 150 degrees are two walls [rad]
 
 /// Half-edge 3t + e runs from corner e to corner e + 1 of triangle t.
 struct Topology {
