@@ -8,7 +8,7 @@ from typing import Literal
 from palpate.cli.output import console_for, require_writable, say, write_json
 
 
-def bench(what: Literal["loop", "contact"], json: Path | None, huge: bool = False) -> int:
+def bench(what: Literal["loop", "contact"], json: Path | None, huge: bool, quick: bool) -> int:
     """Measure, print the table, write the JSON contract."""
     console = console_for(json)
     require_writable(json)
@@ -25,9 +25,10 @@ def bench(what: Literal["loop", "contact"], json: Path | None, huge: bool = Fals
             case = f"{row['shape']} {row['triangles']:,} {row['path']} {row['method']}"
             say(console, f"{case}: p50 {row['p50_us']:.2f} us")
 
-        rows = contact.run(sizes=(contact.HUGE,) if huge else contact.SIZES, on_row=told)
-        if not huge:
-            rows += contact.run(sizes=(100_000,), paths=("tool",), on_row=told)
+        sizes = (contact.HUGE,) if huge else contact.SIZES[:1] if quick else contact.SIZES
+        rows = contact.run(sizes=sizes, on_row=told)
+        if not (huge or quick):
+            rows += contact.run(("sphere", "torus", "box"), sizes=(100_000,), paths=("tool",), on_row=told)
         console.print(contact.table(rows))
         write_json(json, rows)
     return 0

@@ -148,6 +148,7 @@ class Bench:
     examples:
       palpate bench loop
       palpate bench contact --json contact.json
+      palpate bench contact --quick
       palpate bench contact --huge
     """
 
@@ -156,13 +157,15 @@ class Bench:
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the figures as JSON (docs/json.md); - for the standard output."""
     huge: bool = False
-    """contact: ten million triangles instead (2.5 GB of memory, a minute)."""
+    """contact: ten million triangles instead (2.5 GB of memory, minutes)."""
+    quick: bool = False
+    """contact: ten thousand triangles alone (half a minute)."""
 
     def __call__(self) -> int:
         """Do it."""
         from palpate.cli.bench import bench
 
-        return bench(self.what, self.json, self.huge)
+        return bench(self.what, self.json, self.huge, self.quick)
 
 
 @dataclass
@@ -188,6 +191,34 @@ class Fuzz:
         from palpate.cli.fuzz import fuzz
 
         return fuzz(self.target, self.runs, self.seed, self.json)
+
+
+@dataclass
+class Soak:
+    """Millions of short random pokes at random meshes: no tool may pop through a surface.
+
+    examples:
+      palpate soak contact
+      palpate soak contact --passes 100000 --seed 7
+      palpate soak contact --passes 2000 --method penalty
+    """
+
+    what: Positional[Literal["contact"]]
+    """contact: the proxy's way judged triangle by triangle."""
+    passes: int = 10_000_000
+    """Pokes of about 60 ticks each [-]."""
+    method: str = "proxy"
+    """Contact method; `penalty` shows what a method without memory does."""
+    seed: int = 1
+    """The same seed gives the same meshes and passes [-]."""
+    json: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write the count as JSON (docs/json.md); - for the standard output."""
+
+    def __call__(self) -> int:
+        """Do it."""
+        from palpate.cli.soak import soak
+
+        return soak(self.passes, self.method, self.seed, self.json)
 
 
 @dataclass
@@ -232,6 +263,7 @@ _COMMANDS = {
     "calibrate": Calibrate,
     "bench": Bench,
     "fuzz": Fuzz,
+    "soak": Soak,
     "schema": Schema,
 }
 
