@@ -99,3 +99,22 @@ def test_a_jaw_opens_about_its_hinge():
     )
     np.testing.assert_allclose(jaw.centre(0.0), [0, 0, 0.011])
     np.testing.assert_allclose(jaw.centre(1.0), [0, -0.01 * np.sin(0.5), 0.001 + 0.01 * np.cos(0.5)], atol=1e-15)
+
+
+@pytest.mark.parametrize("method", _core.contact_methods())
+def test_a_place_that_is_not_known_touches_nothing_and_spoils_no_memory(method):
+    """One NaN among the positions: no force then, and the force of the others is what it would have been."""
+    tips = enter([0.0, 0.0, -0.001])
+    tips = np.concatenate([tips, np.repeat(tips[-1:], 50, axis=0)])
+    whole = render_plane(tips, method)
+    tips[320] = np.nan
+    broken = render_plane(tips, method)
+    assert not broken[320].any()
+    np.testing.assert_allclose(broken[330:], whole[330:], atol=1e-9)
+    assert method != "proxy" or np.linalg.norm(whole[330:], axis=1).min() > 0.1
+
+
+def render_plane(tips, method):
+    options = _core.ContactOptions()
+    options.radius = RADIUS
+    return _core.contact_render(_core.Snapshot([plane([0, 0, 1], 0.0)]), tips, method, options, 1000.0)[0]

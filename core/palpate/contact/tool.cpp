@@ -46,6 +46,7 @@ const ContactSet& Tool::step(const scene::Snapshot& scene, const Vec3* p_WS, dou
   set_.started_inside = false;
   const double rate = running_ && t > t_ ? 1.0 / (t - t_) : 0.0;
   for (int s = 0; s < size(); ++s) {
+    if (!p_WS[s].allFinite()) continue;  // nothing is known of it: no touch, and no memory spoiled
     const Vec3 v_WS = running_ ? Vec3((p_WS[s] - last_[at(s)]) * rate) : Vec3::Zero();
     last_[at(s)] = p_WS[s];
     const ContactSet& found = methods_[at(s)]->step(scene, p_WS[s], v_WS, t);
