@@ -40,12 +40,15 @@ def threads() -> set[int]:
 
 
 def organ_scene(triangles: int, lift: float = 0.0) -> _core.Snapshot:
-    """The generated organ, its highest point at the origin, or `lift` above it [m]."""
+    """The generated organ, its highest point at the origin, or `lift` above it [m]; it breathes, a lump is in it."""
     mesh = Mesh(*organ(triangles))
     X_WO = np.eye(4)
     X_WO[:3, 3] = -mesh.vertices[mesh.vertices[:, 2].argmax()] + [0.0, 0.0, lift]
-    material = _core.Material(K=np.full(3, 400.0), B=np.full(3, 2.0), mu=0.3)
-    return _core.Snapshot([_core.Object("organ", mesh.core, X_WO, material)])
+    material = _core.Material(K=np.full(3, 400.0), B=np.full(3, 2.0), mu=0.3, mu_static=0.5)
+    top = mesh.vertices[mesh.vertices[:, 2].argmax()].copy()
+    lump = _core.Region(top, radius=0.004, blend=0.002, material=_core.Material(K=np.full(3, 600.0)))
+    breath = _core.Wave(shift=np.array([0.0, 0.0, 0.001]), turn=np.array([0.01, 0.0, 0.0]), period=4.0)
+    return _core.Snapshot([_core.Object("organ", mesh.core, X_WO, material, [lump], _core.Motion(waves=[breath]))])
 
 
 def solids_scene() -> _core.Snapshot:
@@ -70,8 +73,10 @@ def press() -> _core.HandPath:
 
 
 def simulation(method: str, rate: float, scene: _core.Snapshot) -> _core.Simulation:
-    """Both arms over the organ."""
-    return loop_rig.simulation(scene, press(), method=method, rate=rate)
+    """Both arms over the organ, three spheres on the shaft."""
+    shaft = Arm.psm("lnd").link_names.index("shaft")
+    spheres = [_core.ToolSphere(np.array([0.0, 0.0, -0.004 * k]), 0.004, shaft) for k in range(3)]
+    return loop_rig.simulation(scene, press(), method=method, rate=rate, contact__spheres=spheres)
 
 
 def contacts(rows: np.ndarray) -> int:

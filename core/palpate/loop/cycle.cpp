@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <stdexcept>
 #include <utility>
 
@@ -231,7 +232,7 @@ void Cycle::record_touches(const contact::ContactSet& contacts, double stiffness
     tick.touch_sphere[k] = c.sphere;
     tick.touch_object[k] = c.object;
     tick.touch_force[k] = -minus_force;
-    Vec3::Map(&tick.p_WC[3 * k]) = c.p_C;
+    Vec3::Map(tick.p_WC + 3 * static_cast<std::ptrdiff_t>(k)) = c.p_C;
   }
 }
 
