@@ -52,10 +52,13 @@ const ContactSet& Tool::step(const scene::Snapshot& scene, const Vec3* p_WS, dou
     const ContactSet& found = methods_[at(s)]->step(scene, p_WS[s], v_WS, t);
     set_.started_inside |= found.started_inside;
     for (int i = 0; i < found.size; ++i) {
-      Contact c = found.contact[at(i)];
+      const bool room = set_.size < kMaxContacts;
+      Contact& c = room ? set_.contact[at(set_.size++)] : spare_;
+      c = found.contact[at(i)];
       c.sphere = s;
       c.p_TS = p_WS[s] - p_WS[0];
-      add(c, scene, t);
+      complete(c, scene.objects[at(c.object)], t);
+      if (!room) keep_if_stronger(c);
     }
   }
   t_ = t;
@@ -63,19 +66,22 @@ const ContactSet& Tool::step(const scene::Snapshot& scene, const Vec3* p_WS, dou
   return set_;
 }
 
-/// Completes a contact; in a full set it takes the place of the weakest, when that is weaker.
-void Tool::add(Contact c, const scene::Snapshot& scene, double t) noexcept {
-  const scene::Object& object = scene.objects[at(c.object)];
-  const Pose X_WO = object.pose(t);
+/// What all methods would have to tell alike.
+void Tool::complete(Contact& c, const scene::Object& object, double t) const noexcept {
   c.p_C = c.p_proxy - radius_[at(c.sphere)] * c.normal;
+  c.v_surface = object.motion.velocity(c.p_C, t);
+  if (object.regions.empty()) {
+    c.material = object.material;
+    return;
+  }
+  const Pose X_WO = object.pose(t);
   const scene::Feel feel = object.feel(X_WO.inverse() * (c.p_C - c.delta_x));  // where the sphere is deepest
   c.material = feel.material;
   c.F_slope = -0.5 * (X_WO.R * (feel.dK.transpose() * c.delta_x.cwiseAbs2()));
-  c.v_surface = object.motion.velocity(c.p_C, t);
-  if (set_.size < kMaxContacts) {
-    set_.contact[at(set_.size++)] = c;
-    return;
-  }
+}
+
+/// In a full set a contact takes the place of the weakest, when that is weaker.
+void Tool::keep_if_stronger(const Contact& c) noexcept {
   const auto weaker = [](const Contact& a, const Contact& b) {
     return a.depth * a.material.K.sum() < b.depth * b.material.K.sum();
   };

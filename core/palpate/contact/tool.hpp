@@ -36,7 +36,8 @@ class Tool {
   void check(const scene::Snapshot& scene) const { methods_.front()->check(scene); }
 
  private:
-  void add(Contact contact, const scene::Snapshot& scene, double t) noexcept;
+  void complete(Contact& contact, const scene::Object& object, double t) const noexcept;
+  void keep_if_stronger(const Contact& contact) noexcept;
 
   std::vector<std::unique_ptr<Method>> methods_;
   std::array<double, kMaxSpheres> radius_{};
@@ -44,6 +45,7 @@ class Tool {
   double t_ = 0.0;
   bool running_ = false;
   ContactSet set_;
+  Contact spare_;
 };
 
 }  // namespace palpate::contact
