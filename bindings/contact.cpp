@@ -71,7 +71,8 @@ nb::tuple render(scene::Snapshot scene, const Rows& tips, const std::string& met
     for (std::size_t i = 0; i < n; ++i) {
       const Vec3 p_WT(tips.data() + 3 * i);
       const Twist V_WT{(p_WT - previous) * rate, Vec3::Zero()};
-      previous = p_WS[0] = p_WT;
+      p_WS[0] = p_WT;
+      if (p_WT.allFinite()) previous = p_WT;
       for (std::size_t s = 0; s < options.spheres.size(); ++s) p_WS[s + 1] = p_WT + options.spheres[s].p;
       const Clock::time_point start = Clock::now();
       if (tool.asynchronous() && i > 0) tool.collide(scene);  // lockstep: the answer to the last step
