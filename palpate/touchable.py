@@ -31,7 +31,7 @@ EDGE_SPEED = 0.05
 
 @dataclass(frozen=True)
 class Fineness:
-    """How the facets of a mesh would be felt (R44), 95 % of the surface being better."""
+    """How the facets of a mesh would be felt, 95 % of the surface being better."""
 
     edge_mm: float  #: median length of an edge
     turn_deg: float  #: between neighbouring facets, real edges left out
@@ -49,7 +49,7 @@ class Fineness:
 
 @dataclass(frozen=True)
 class Radius:
-    """A radius for a mesh (R43): what the features allow, what the noise asks for. Lengths in millimetres."""
+    """A radius for a mesh: what the features allow, what the noise asks for. Lengths in millimetres."""
 
     given_mm: float
     recommended_mm: float

@@ -1,4 +1,4 @@
-"""The command line: `palpate run`, `replay`, `report`, `check`, `bench`, `schema`. Parts load when they are used."""
+"""The command line: `palpate COMMAND`, the commands are in `commands.py`. Parts load when they are used."""
 
 from __future__ import annotations
 

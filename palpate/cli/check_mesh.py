@@ -80,7 +80,7 @@ def look(path: Path, unit: Unit, touch: Touch, console: Console) -> dict[str, An
 
 
 def told_of(fine: touchable.Fineness, where: str) -> None:
-    """Warn of facets that would be felt (R44)."""
+    """Warn of facets that would be felt."""
     if not fine.coarse:
         return
     what = (
@@ -97,7 +97,7 @@ def told_of(fine: touchable.Fineness, where: str) -> None:
 
 
 def _told_of_radius(suits: touchable.Radius, where: str) -> None:
-    """Warn of a radius that does not suit (R43, R46)."""
+    """Warn of a radius that does not suit."""
     if suits.conflict:
         what = (
             f"no radius suits: noise of {suits.noise_mm:.2g} mm asks for {suits.smallest_mm:.2g} mm or more, the "

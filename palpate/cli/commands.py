@@ -296,21 +296,18 @@ def dispatch(args: Sequence[str]) -> int:
 
 
 def _parse(prog: str, description: str, commands: dict[str, type], args: Sequence[str]) -> int:
-    brief = not args or args[0] in ("-h", "--help")
-    command = tyro.cli(
-        _choice(commands, brief),
-        prog=prog,
-        description=description,
-        args=["--help"] if brief else list(args),
-        config=(FlagCreatePairsOff,),
-    )
-    return int(command())
+    config = (FlagCreatePairsOff,)
+    if args and args[0] in commands:
+        command: Any = tyro.cli(commands[args[0]], prog=f"{prog} {args[0]}", args=args[1:], config=config)
+        return int(command())
+    tyro.cli(_choice(commands), prog=prog, description=description, args=args[:1] or ["--help"], config=config)
+    return 0  # tyro has listed the commands and left, with 2 where there is no such command
 
 
-def _choice(commands: dict[str, type], brief: bool) -> Any:
-    """The commands as one type; in brief, each is told by the first line of its help."""
+def _choice(commands: dict[str, type]) -> Any:
+    """The commands as one type, each told by the first line of its help."""
     told = (
-        Annotated[command, subcommand(name, description=(command.__doc__ or "").partition("\n")[0] if brief else None)]
+        Annotated[command, subcommand(name, description=(command.__doc__ or "").partition("\n")[0])]
         for name, command in commands.items()
     )
     return Union[tuple(told)]  # noqa: UP007 - made at run time

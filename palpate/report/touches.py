@@ -1,4 +1,4 @@
-"""Which sphere of the tool touched which object, how long and how hard (R10, R55)."""
+"""Which sphere of the tool touched which object, how long and how hard."""
 
 from __future__ import annotations
 

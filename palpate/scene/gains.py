@@ -28,6 +28,7 @@ def check_stiffness(scene: Scene) -> None:
         K = stiffest(thing)
         if min(by_force, by_rate) >= K:
             continue
+        part, place = _where_stiffest(thing, K)
         if by_force <= by_rate:
             why = f"{cap:g} N (stability.force_cap) is reached after {1e3 * cap / (scale * K):.2g} mm of depth"
         else:
@@ -35,8 +36,8 @@ def check_stiffness(scene: Scene) -> None:
             why = f"at {1e3 * LEAST_SPEED:g} mm/s the force would grow by {growth:.3g} N/s; "
             why += f"stability.rate_cap is {rate:g} N/s"
         raise SceneError(
-            f"object {thing.name!r}: stiffness {K:g} N/m is more than the caps can hold",
-            where=scene.where("objects", i, "stiffness"),
+            f"object {thing.name!r}{part}: stiffness {K:g} N/m is more than the caps can hold",
+            where=scene.where("objects", i, *place),
             why=why,
             mend=f"at most {min(by_force, by_rate):.4g} N/m; or raise the cap, or lower mapping.force_scale",
         )
@@ -45,6 +46,14 @@ def check_stiffness(scene: Scene) -> None:
 def stiffest(thing: ObjectSection) -> float:
     """The largest stiffness of an object or of a region in it, along any axis [N/m]."""
     return max(max(K) for K in (thing.stiffness, *(r.stiffness for r in thing.regions)) if K is not None)
+
+
+def _where_stiffest(thing: ObjectSection, K: float) -> tuple[str, tuple[str | int, ...]]:
+    """In words, and in the scene file: the region that has the stiffness K, or the object itself."""
+    for i, region in enumerate(thing.regions):
+        if region.stiffness is not None and K in region.stiffness and K not in thing.stiffness:
+            return f", region {region.name!r}", ("regions", i, "stiffness")
+    return "", ("stiffness",)
 
 
 def felt_stiffness(scene: Scene, index: int) -> float:

@@ -17,7 +17,7 @@ from palpate.scene.solids import (
     PlaneSection,
     SphereSection,
 )
-from palpate.scene.tissue import Motions, RegionSection
+from palpate.scene.tissue import Motions, RegionSection, require_sticking
 from palpate.scene.tool import ToolSphereSection
 from palpate.scene.values import Diagonal, NotNegative, Number, Pose, Positive, Section, Vector
 
@@ -136,7 +136,8 @@ class ObjectSection(Section):
     """how it moves: one motion, or a list of them that add up; it rests when left out"""
 
     @model_validator(mode="after")
-    def _one_source(self) -> ObjectSection:
+    def _whole(self) -> ObjectSection:
+        require_sticking(self.friction, self.static_friction)
         given = [key for key in _SOURCES if getattr(self, key) is not None]
         if len(given) != 1:
             told = f"{' and '.join(given)} are given" if given else "none is given"
@@ -160,7 +161,7 @@ class ContactSection(Section):
 
     method: Literal["proxy", "penalty", "paper-plane", "paper-alg1", "face-normal", "approach-velocity"] = "proxy"
     """proxy: side memory, right deep inside; the others, for comparison, are told in docs/contact.md"""
-    radius: Annotated[NotNegative, Field(le=0.1)] = _C.contact.radius
+    radius: Annotated[Positive, Field(le=0.1)] = _C.contact.radius
     """of the spherical proxy region (SPR) on the tool tip [m]"""
     collision_rate: Positive = _C.contact.collision_rate
     """rate of the collision thread of the paper's methods [Hz]"""

@@ -123,12 +123,26 @@ def build(scene: Scene) -> Rig:
             )
             what = f"the grid of {thing.body.name!r} is coarser than the tool's sphere: {told}"
             warnings.warn(PalpateWarning(what, where=scene.file, mend="a finer grid or a larger radius"), stacklevel=2)
+    for i, thing in enumerate(placed):
+        _warn_of_lost_regions(scene, i, thing)
     snapshot = surface.snapshot(scene, placed)
     check_method(scene, snapshot)
     path = hand.plan(scene, placed)
     both = arms.place(scene, placed, path)
     spheres = tool.tool_spheres(both.follower, scene.contact.spheres, scene.contact.whole_tool)
     return Rig(scene, placed, snapshot, path, both, spheres)
+
+
+def _warn_of_lost_regions(scene: Scene, index: int, placed: surface.Surface) -> None:
+    """A region that reaches nothing of its object: most likely a centre in millimetres, or in another frame."""
+    for i, region in enumerate(scene.objects[index].regions):
+        away = float(placed.body.core.nearest(np.array([region.at]))[0][0]) - region.reach
+        if away > 0.0:
+            what = f"region {region.name!r} lies {1e3 * away:.3g} mm beside {scene.objects[index].name!r}: never felt"
+            where = scene.where("objects", index, "regions", i, "at")
+            warnings.warn(
+                PalpateWarning(what, where=where, mend="at is in metres, in the object's own frame"), stacklevel=3
+            )
 
 
 def check_method(scene: Scene, snapshot: _core.Snapshot) -> None:

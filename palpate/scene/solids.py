@@ -27,7 +27,7 @@ class SphereSection(Section):
     """A sphere around the object's origin."""
 
     radius: Positive
-    """[m]"""
+    """of the sphere [m]"""
 
     def make(self, name: str) -> surfaces.Sphere:
         """The surface."""
@@ -49,7 +49,7 @@ class CylinderSection(Section):
     """A cylinder with flat ends around the object's z axis."""
 
     radius: Positive
-    """[m]"""
+    """of the cylinder [m]"""
     length: Positive
     """from end to end [m]"""
 
@@ -62,7 +62,7 @@ class CapsuleSection(Section):
     """A cylinder with round ends around the object's z axis."""
 
     radius: Positive
-    """[m]"""
+    """of the cylinder and its ends [m]"""
     length: Positive
     """between the centres of its round ends [m]"""
 

@@ -40,9 +40,13 @@ class RegionSection(Section):
     """as the object's when left out [-]"""
 
     @model_validator(mode="after")
-    def _size(self) -> RegionSection:
+    def _whole(self) -> RegionSection:
+        require_sticking(self.friction, self.static_friction)
         if self.box is None and self.radius == 0.0:
             raise ValueError(f"region {self.name!r} has no size | give radius for a ball, or box: [x, y, z]")
+        if self.box is not None and 2.0 * self.radius > min(self.box):
+            told = f"edges rounded by {self.radius:g} m do not fit into a box {min(self.box):g} m wide"
+            raise ValueError(f"region {self.name!r}: {told} | radius at most half of that, or leave box out for a ball")
         return self
 
     @property
@@ -50,7 +54,12 @@ class RegionSection(Section):
         """(3,) half the lengths of the box without its round edges; zero for a ball [m]."""
         if self.box is None:
             return np.zeros(3)
-        return np.maximum(0.5 * np.array(self.box) - self.radius, 0.0)
+        return 0.5 * np.array(self.box) - self.radius
+
+    @property
+    def reach(self) -> float:
+        """Farthest from its centre that it is felt [m]."""
+        return float(np.linalg.norm(self.half)) + self.radius + self.blend
 
 
 class MotionSection(Section):
@@ -68,6 +77,13 @@ class MotionSection(Section):
     """of a steady shift [m/s]"""
     spin_deg: Vector = (0.0, 0.0, 0.0)
     """of a steady turn, about axes of W through the middle of the object [deg/s]"""
+
+
+def require_sticking(friction: float | None, static_friction: float | None) -> None:
+    """Refuse a static coefficient below the dynamic one."""
+    if friction is not None and static_friction is not None and static_friction < friction:
+        told = f"static_friction {static_friction:g} is less than friction {friction:g}"
+        raise ValueError(f"{told} | what sticks holds at least as much as what slips: raise it, or leave it out")
 
 
 def _several(value: Any) -> Any:

@@ -29,7 +29,7 @@ class ToolSphereSection(Section):
     at: Vector = (0.0, 0.0, 0.0)
     """its centre, in that link's frame; of a jaw: when it is closed [m]"""
     radius: Annotated[Positive, Field(le=0.1)]
-    """[m]"""
+    """of the sphere [m]"""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ def tool_sphere(follower: Arm, sphere: ToolSphereSection) -> LinkSphere:
         f"there is no link {sphere.link!r} for a sphere of the tool",
         where="contact.spheres",
         why=f"the follower is {follower.name}",
-        mend=f"its links: {', '.join([TIP, *names])}",
+        mend=f"its links: {', '.join(dict.fromkeys([TIP, *names]))}",
     )
 
 

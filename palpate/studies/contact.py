@@ -91,7 +91,7 @@ def run(
     shapes: Iterable[str] = tuple(SHAPES),
     methods: Iterable[str] = tuple(_core.contact_methods()),
 ) -> dict[str, list[Row]]:
-    """Everything measured: ``rows`` of the methods and ``planes`` grown through points (R38)."""
+    """Everything measured: ``rows`` of the methods and ``planes`` grown through points."""
     rows: list[Row] = []
     for shape in shapes:
         for size in sorted({*triangles, SWEPT}):
@@ -160,7 +160,7 @@ def approaches(shape: Shape, degrees: float) -> Iterator[ToolPath]:
 
 
 def grown_planes(seed: int = 0) -> Iterator[Row]:
-    """Normal of the plane through points of the 30 mm sphere, with noise: against their number and spread (R38)."""
+    """Normal of the plane through points of the 30 mm sphere, with noise: against their number and spread."""
     rng, shape = np.random.default_rng(seed), SHAPES["sphere"]
     up = np.array([0.0, 0.0, 1.0])
     for noise in NOISES:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -11,19 +12,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from palpate import _core
 from palpate.bench.contact import ARTEFACT, RADIUS
 from palpate.report.style import INK, JOINTS, MUTED, Canvas, png
 
 Row = dict[str, Any]
 Result = dict[str, list[Row]]
 
-COLORS = dict(
-    zip(
-        ("proxy", "penalty", "paper-plane", "paper-alg1", "face-normal", "approach-velocity"),
-        ("#1f6f8b", "#b58900", "#4f8f4f", "#c8453b", "#8767a8", "#8b98a3"),
-        strict=True,
-    )
-)
+PALETTE = ("#1f6f8b", "#b58900", "#4f8f4f", "#c8453b", "#8767a8", "#8b98a3", "#d98cb3", "#8a6a4f")
+COLORS = dict(zip(_core.contact_methods(), cycle(PALETTE), strict=False))
 MARKERS = "os^Dv*Xp"  # of the shapes
 LEAST = 0.003  # smallest direction error drawn [deg]
 

@@ -45,14 +45,6 @@ def draw(moments: list[Moment], canvas: Canvas) -> Figure:
         lw=2.5,
         label=f"the same in the handle's axes (body); on the tool: deflection, {DEFLECTION:g} times",
     )
-    panels[0, 0].text(
-        0.02,
-        0.02,
-        f"arrow: deflection, {DEFLECTION:g} times",
-        transform=panels[0, 0].transAxes,
-        fontsize=6.5,
-        color=INK,
-    )
     figure.legend(*right.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 

@@ -159,7 +159,7 @@ def _row(clean: Array, force: Array, radius: float, feature: float, noise: float
 
 
 def rate_limited(force: Array, rate_cap: float) -> Array:
-    """The force after the limiter of the loop, which lets it change by ``rate_cap`` [N/s] (R45); begins settled."""
+    """The force after the limiter of the loop, which lets it change by ``rate_cap`` [N/s]; begins settled."""
     options = _core.StabilityOptions()
     options.rate_cap, options.force_cap = rate_cap, 1e3
     limiter = _core.Limiter(options, 1.0 / RATE)

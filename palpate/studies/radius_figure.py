@@ -78,9 +78,9 @@ def _steps(axes: Axes, rows: list[Row]) -> None:
     axes.plot(
         x, [r["bias_mN"] for r in of], "o-", ms=3, color=DEPTH, label="mean force too large: it rides on the peaks [mN]"
     )
-    axes.plot(x, [10 * r["step_mN"] for r in of], "o-", ms=3, color=FORCE, label="change in a millisecond [mN, x 10]")
-    axes.plot(x, [10 * r["step_deg"] for r in of], "o--", ms=3, color=FORCE, label="turn in a millisecond [deg, x 10]")
-    axes.set(ylim=(0, None), ylabel="see the legend")
+    axes.plot(x, [10 * r["step_mN"] for r in of], "o-", ms=3, color=FORCE, label="change in a millisecond [mN]")
+    axes.plot(x, [10 * r["step_deg"] for r in of], "o--", ms=3, color=FORCE, label="turn in a millisecond [deg]")
+    axes.set(ylim=(0, None), ylabel="[mN]; the red ones times 10")
     axes.set_title(f"Steadier, but pushed out (noise {SHOWN:g} mm)", loc="left")
     axes.legend()
 

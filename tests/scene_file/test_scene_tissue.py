@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate import Arm, Scene, Session
-from palpate.errors import SceneError
+from palpate.errors import PalpateWarning, SceneError
 from palpate.record.ticks import SIGNALS, as_ticks
 from palpate.scene.rig import build
 from palpate.viewer.staging import stage_of
@@ -64,13 +64,21 @@ def test_the_whole_tool_rides_on_the_links_of_the_follower():
         ("contact: {spheres: [{link: elbow, radius: 0.01}]}\n", "there is no link 'elbow'"),
         ("contact: {whole_tool: true, spheres: [{radius: 0.01}]}\n", "16 spheres beside the one on the tip"),
         ("    regions: [{at: [0, 0, 0]}]\n", "has no size"),
-        ("    regions: [{at: [0, 0, 0], radius: 0.01, stiffness: 9000}]\n", "more than the caps can hold"),
+        ("    regions: [{at: [0, 0, 0], radius: 0.01, stiffness: 9000}]\n", "region 'region': stiffness 9000 N/m"),
         ("    motion: {amplitude: [0, 0, 0.004], period: 0}\n", "motion"),
+        ("    regions: [{at: [0, 0, 0], box: [0.1, 0.01, 0.1], radius: 0.006}]\n", "do not fit into a box 0.01 m wide"),
+        ("    static_friction: 0.05\n", "0.05 is less than friction 0.1"),
+        ("    regions: [{at: [0, 0, 0], radius: 0.01, friction: 1, static_friction: 0}]\n", "less than friction 1"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_is_told(text, said):
     with pytest.raises(SceneError, match=said):
         rig(text)
+
+
+def test_a_region_beside_its_object_is_a_warning():
+    with pytest.warns(PalpateWarning, match=r"region 'region' lies .* mm beside .*: never felt"):
+        rig("    regions: [{at: [0, 0, 37.5], radius: 0.006}]\n")
 
 
 def test_a_run_tells_its_touches_one_by_one():

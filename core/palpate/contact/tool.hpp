@@ -1,4 +1,4 @@
-// The whole tool: the spherical proxy region (SPR) on the tip, and more spheres along jaws and shaft (R55).
+// The whole tool: the spherical proxy region (SPR) on the tip, and more spheres along jaws and shaft.
 //
 // Each sphere has a contact method of its own, which knows nothing of the others; here their contacts become one set,
 // and learn what all methods would have to tell alike: how the object feels there and how fast its surface moves.
