@@ -72,7 +72,7 @@ class Mesh:
     def _settle(self, v: npt.NDArray[np.float64], t: npt.NDArray[np.int32], name: str, unit: str) -> None:
         """The core welds, mends, judges and indexes; here it is told."""
         try:
-            self.core = _core.Mesh(v, t)
+            self.core = _core.Mesh(np.ascontiguousarray(v), np.ascontiguousarray(t))
         except ValueError as error:
             what, _, mend = str(error).removeprefix("mesh: ").partition("; ")
             raise MeshError(what, where=name, mend=mend) from None

@@ -176,4 +176,7 @@ def _by_trimesh(path: Path) -> Soup:
     if len(triangles) == 0 or len(vertices) == 0:
         why = "points without faces are no surface" if len(vertices) else ""
         raise MeshError("the mesh holds zero triangles", where=str(path), why=why, mend="export it with its faces")
+    if vertices.ndim != 2 or vertices.shape[1] != 3:
+        what = f"vertices of {vertices.shape[-1]} numbers, a place in space has three"
+        raise MeshError(what, where=str(path), mend="export it again")
     return vertices, triangles

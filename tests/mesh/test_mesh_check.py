@@ -148,6 +148,11 @@ def test_arrays_that_are_no_mesh_are_refused(vertices, triangles, said):
         Mesh(vertices, triangles)
 
 
+def test_arrays_may_lie_in_any_order_in_memory():
+    mesh = Mesh(np.asfortranarray(CUBE_V), np.asfortranarray(CUBE_T))
+    assert mesh.report.volume_m3 == pytest.approx(0.04**3)
+
+
 def test_arrays_are_copied_and_read_only():
     mesh = Mesh(CUBE_V, CUBE_T)
     with pytest.raises(ValueError, match="read-only"):

@@ -161,6 +161,11 @@ def test_not_finite(tmp_path, value, encode):
         Mesh.load(write(tmp_path, encode(v)))
 
 
+def test_vertices_in_the_plane_are_refused(tmp_path):
+    with pytest.raises(MeshError, match="vertices of 2 numbers, a place in space has three"):
+        Mesh.load(write(tmp_path, b"v 0 0\nv 40 0\nv 0 40\nf 1 2 3\n", "flat.obj"))
+
+
 def test_git_lfs_pointer(tmp_path):
     with pytest.raises(MeshError, match=r"Git LFS pointer[\s\S]*git lfs pull"):
         Mesh.load(write(tmp_path, b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n"))
