@@ -1,5 +1,6 @@
 #include "palpate/arm/arm.hpp"
 
+#include <nanobind/ndarray.h>
 #include <nanobind/stl/map.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
@@ -45,6 +46,51 @@ std::vector<Matrix4> link_poses(Arm& a, const VectorArg& q) {
   return poses;
 }
 
+/// Phi of every pose, one below the other: (k, n, m) in C order.
+nb::ndarray<nb::numpy, double, nb::ndim<3>> gravity_columns(Arm& a, const arm::GravityTerms& terms, const Matrix& q) {
+  const Eigen::Index n = a.n(), m = terms.columns(n);
+  if (q.cols() != n) {
+    throw std::invalid_argument("q must have shape (k, " + std::to_string(n) + "), a row per pose; got (" +
+                                std::to_string(q.rows()) + ", " + std::to_string(q.cols()) + ")");
+  }
+  arm::GravityModel model(n, terms, Vector::Zero(m));
+  const auto size = static_cast<std::size_t>(q.rows() * n * m);
+  auto values = std::make_unique<double[]>(size);
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  for (Eigen::Index k = 0; k < q.rows(); ++k) {
+    const JointVector pose = q.row(k).transpose();
+    Eigen::Map<Rows>(values.get() + k * n * m, n, m) = model.columns(pose, a.gravity_regressor(pose));
+  }
+  double* data = values.release();
+  nb::capsule owner(data, [](void* p) noexcept { delete[] static_cast<double*>(p); });
+  return {data,
+          {static_cast<std::size_t>(q.rows()), static_cast<std::size_t>(n), static_cast<std::size_t>(m)},
+          owner};
+}
+
+void bind_gravity(nb::module_& m) {
+  nb::class_<arm::Field>(m, "Field", "A smooth potential of some joints: sum_c w_c exp(-|(q_J - z_c) / l|^2 / 2).")
+      .def(
+          "__init__",
+          [](arm::Field* self, const std::vector<int>& joints, const Matrix& centres, const VectorArg& length) {
+            new (self) arm::Field{joints, centres, length};
+          },
+          "joints"_a, "centres"_a, "length"_a, "Joints J from zero (d); centres z (c, d), lengths l (d) [rad, m].")
+      .def_ro("joints", &arm::Field::joints)
+      .def_ro("centres", &arm::Field::centres)
+      .def_ro("length", &arm::Field::length);
+  nb::class_<arm::GravityTerms>(m, "GravityTerms", "The columns of a gravity model: masses, powers of joints, fields.")
+      .def(
+          "__init__",
+          [](arm::GravityTerms* self, bool masses, int degree, const std::vector<arm::Field>& fields) {
+            new (self) arm::GravityTerms{masses, degree, fields};
+          },
+          "masses"_a = true, "degree"_a = -1, "fields"_a = std::vector<arm::Field>{})
+      .def_ro("masses", &arm::GravityTerms::masses, "4 columns per link")
+      .def_ro("degree", &arm::GravityTerms::degree, "of a polynomial per joint; -1: none")
+      .def_ro("fields", &arm::GravityTerms::fields, "a column per centre");
+}
+
 void bind_ik(nb::module_& m) {
   nb::class_<arm::IkOptions>(m, "IkOptions", "Inverse kinematics: when to stop.")
       .def(nb::init<>())
@@ -64,6 +110,7 @@ void bind_ik(nb::module_& m) {
 
 void bind_arm(nb::module_& m) {
   bind_ik(m);
+  bind_gravity(m);
   nb::class_<Arm>(m, "Arm", "An arm: kinematics and dynamics in its base frame. See palpate.Arm.")
       .def(
           "__init__",
@@ -103,11 +150,11 @@ void bind_arm(nb::module_& m) {
           "gravity", [](Arm& a, const VectorArg& q) -> Vector { return a.gravity(joints(a, q, "q")); }, "q"_a,
           "G(q) = dP/dq (n,) that holds the masses up [N m, N].")
       .def(
-          "elastic", [](const Arm& a, const VectorArg& q) -> Vector { return a.elastic(joints(a, q, "q")); }, "q"_a,
-          "dP/dq (n,) of the counterbalance's spring [N m, N].")
+          "elastic", [](Arm& a, const VectorArg& q) -> Vector { return a.elastic(joints(a, q, "q")); }, "q"_a,
+          "What of holding (n,) is not of the masses: spring, cables [N m, N].")
       .def(
           "holding", [](Arm& a, const VectorArg& q) -> Vector { return a.holding(joints(a, q, "q")); }, "q"_a,
-          "What holds the arm still (n,): gravity + elastic [N m, N].")
+          "What holds the arm still (n,): the identified model, or gravity and counterbalance [N m, N].")
       .def(
           "bias",
           [](Arm& a, const VectorArg& q, const VectorArg& v) -> Vector {
@@ -134,14 +181,23 @@ void bind_arm(nb::module_& m) {
           "potential_energy", [](Arm& a, const VectorArg& q) { return a.potential_energy(joints(a, q, "q")); }, "q"_a,
           "P(q) of the masses [J].")
       .def(
-          "elastic_energy", [](const Arm& a, const VectorArg& q) { return a.elastic_energy(joints(a, q, "q")); }, "q"_a,
-          "P(q) of the counterbalance's spring [J].")
+          "elastic_energy", [](Arm& a, const VectorArg& q) { return a.elastic_energy(joints(a, q, "q")); }, "q"_a,
+          "P(q) of spring and cables [J].")
       .def(
           "set_counterbalance",
           [](Arm& a, double torque, const VectorArg& along) {
             a.set_counterbalance({torque, joints(a, along, "along")});
           },
           "torque"_a, "along"_a, "A spring P = -torque sin(along . q): torque [N m], along (n,). 0 takes it away.")
+      .def(
+          "gravity_regressor",
+          [](Arm& a, const VectorArg& q) -> Matrix { return a.gravity_regressor(joints(a, q, "q")).Y; }, "q"_a,
+          "Y(q) (n,4n): gravity = Y Pi, Pi = (m, m c_x, m c_y, m c_z) of each link, c in its axes (Eqs 10-12).")
+      .def_prop_ro("moments", &Arm::moments, "Pi of the model file (4n,) [kg, kg m].")
+      .def("gravity_columns", &gravity_columns, "terms"_a, "q"_a,
+           "Phi (k, n, m) of the terms at the poses q (k, n): holding = Phi theta.")
+      .def("set_gravity_model", &Arm::set_gravity_model, "terms"_a, "theta"_a,
+           "Hold the arm by an identified model, theta (m,), instead of masses and counterbalance.")
       .def("set_gravity", &Arm::set_gravity, "g_base"_a, "Gravity in base axes [m/s^2]; default (0, 0, -9.81).")
       .def(
           "with_scaled_masses",

@@ -22,6 +22,8 @@ Arm Arm::from_urdf(const std::string& xml, const std::string& base_frame, const 
 Arm::Arm(const Arm& other)
     : mechanism_(other.mechanism_->clone()),
       spring_(other.spring_),
+      identified_(other.identified_),
+      regressor_(other.regressor_),
       zero_(other.zero_),
       result_(other.result_),
       v_(other.v_),
@@ -56,14 +58,31 @@ const JointVector& Arm::gravity(const JointVector& q) noexcept {
   return result_;
 }
 
-JointVector Arm::elastic(const JointVector& q) const noexcept {
+JointVector Arm::elastic(const JointVector& q) noexcept {
+  if (identified_) return holding(q) - gravity(q);
   return -spring_.torque * std::cos(spring_.along.dot(q)) * spring_.along;
 }
 
-JointVector Arm::holding(const JointVector& q) noexcept { return gravity(q) + elastic(q); }
+JointVector Arm::holding(const JointVector& q) noexcept {
+  if (identified_) return identified_->holding(q, gravity_regressor(q));
+  return gravity(q) + elastic(q);
+}
 
-double Arm::elastic_energy(const JointVector& q) const noexcept {
+double Arm::elastic_energy(const JointVector& q) noexcept {
+  if (identified_) return identified_->energy(q, gravity_regressor(q)) - potential_energy(q);
   return -spring_.torque * std::sin(spring_.along.dot(q));
+}
+
+const GravityRegressor& Arm::gravity_regressor(const JointVector& q) noexcept {
+  mechanism_->gravity_regressor(q, regressor_);
+  return regressor_;
+}
+
+void Arm::set_gravity_model(GravityTerms terms, Eigen::VectorXd theta) {
+  if (terms.masses && moments().size() == 0) {
+    throw std::invalid_argument("this device has no gravity regressor: a gravity model of it cannot have masses");
+  }
+  identified_.emplace(n(), std::move(terms), std::move(theta));
 }
 
 void Arm::set_counterbalance(const Counterbalance& spring) {

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "palpate/arm/gravity_model.hpp"
 #include "palpate/arm/mechanism.hpp"
 #include "palpate/types/spatial.hpp"
 
@@ -66,10 +68,10 @@ class Arm {
 
   /// Gravity torque G(q) = dP/dq that holds the masses up (Eq 10); gravity vector in the base frame.
   [[nodiscard]] const JointVector& gravity(const JointVector& q) noexcept;
-  /// Torque dP/dq that holds the counterbalance's spring; zero without one.
-  [[nodiscard]] JointVector elastic(const JointVector& q) const noexcept;
-  /// What holds the arm still: gravity(q) + elastic(q).
+  /// What holds the arm still: the identified model where there is one, else gravity(q) and the counterbalance.
   [[nodiscard]] JointVector holding(const JointVector& q) noexcept;
+  /// What of it is not of the masses (springs, cables): holding(q) - gravity(q).
+  [[nodiscard]] JointVector elastic(const JointVector& q) noexcept;
   /// tau = M a + C v + G (rnea).
   [[nodiscard]] const JointVector& inverse_dynamics(const JointVector& q, const JointVector& v,
                                                     const JointVector& a) noexcept;
@@ -81,12 +83,19 @@ class Arm {
   const Dynamics& dynamics(const JointVector& q, const JointVector& v) noexcept;
   /// P(q) of the masses, whose gradient is gravity(q) (Eq 10) [J].
   [[nodiscard]] double potential_energy(const JointVector& q) noexcept { return mechanism_->potential_energy(q); }
-  [[nodiscard]] double elastic_energy(const JointVector& q) const noexcept;  ///< of the spring [J]
+  [[nodiscard]] double elastic_energy(const JointVector& q) noexcept;  ///< whose gradient is elastic(q) [J]
   /// Throws std::runtime_error naming what is wrong with it.
   void set_counterbalance(const Counterbalance& spring);
+  /// Regressor of gravity and its potential, linear in the links' first moments; empty for a device without one.
+  [[nodiscard]] const GravityRegressor& gravity_regressor(const JointVector& q) noexcept;
+  [[nodiscard]] Eigen::VectorXd moments() const { return mechanism_->moments(); }  ///< Pi of the model file (4n)
+  /// An identified model in place of masses and counterbalance for whatever holds the arm; inertia stays that of the
+  /// masses. Throws std::invalid_argument naming what does not fit.
+  void set_gravity_model(GravityTerms terms, Eigen::VectorXd theta);
   /// Default (0, 0, -9.81).
   void set_gravity(const Vec3& g_base) noexcept { mechanism_->set_gravity(g_base); }
-  /// A copy whose link masses are multiplied by `scale` (a controller's wrong model of the plant); the spring stays.
+  /// A copy whose link masses are multiplied by `scale` (a controller's wrong model of the plant); spring and
+  /// identified gravity stay.
   [[nodiscard]] Arm with_scaled_masses(const JointVector& scale) const;
 
   /// Closed form where the device has one, else damped Newton from q (in/out), within joint limits. A redundant arm
@@ -104,6 +113,8 @@ class Arm {
 
   std::unique_ptr<Mechanism> mechanism_;
   Counterbalance spring_;
+  std::optional<GravityModel> identified_;
+  GravityRegressor regressor_;
   JointVector zero_, result_, v_;
   Pose X_0T_;
   Jacobian J_;

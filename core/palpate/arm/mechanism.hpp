@@ -35,6 +35,13 @@ struct Facts {
   std::vector<Segment> segments;
 };
 
+/// Gravity, linear in each link's mass and first moment Pi = (m, m c_x, m c_y, m c_z, next link ..), c in the link's
+/// axes (Eqs 10-12):  dP/dq = Y Pi,  P = P_row Pi.
+struct GravityRegressor {
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxJoints, 4 * kMaxJoints> Y;     ///< (n, 4n)
+  Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, 4 * kMaxJoints> P;  ///< (4n)
+};
+
 /// One device. What is noexcept runs in the cycle: no allocation after construction.
 class Mechanism {
  public:
@@ -70,6 +77,10 @@ class Mechanism {
   virtual void mass_matrix(const JointVector& q, Dynamics& work) noexcept {
     dynamics(q, JointVector::Zero(q.size()), work);
   }
+  /// Y and P at q. A device that is no chain of links leaves them as they are: empty.
+  virtual void gravity_regressor(const JointVector& /*q*/, GravityRegressor& /*out*/) noexcept {}
+  /// Pi of the model file (4n); empty where there is no regressor.
+  [[nodiscard]] virtual Eigen::VectorXd moments() const { return {}; }
   /// Joints for a place of the tip, where there is a closed form. False: none, or out of reach.
   virtual bool closed_form(const Vec3& /*p_0T*/, JointVector& /*q*/) const noexcept { return false; }
 

@@ -164,6 +164,34 @@ class Serial final : public Mechanism {
     tau = pinocchio::rnea(model_, data_, ConstRef(q), ConstRef(v), ConstRef(a));
   }
 
+  /// A link's point p moves with v0_j + w_j x p about joint j and before; P = -g . sum (m p_k + R_k m c_k).
+  void gravity_regressor(const JointVector& q, GravityRegressor& out) noexcept override {
+    pinocchio::computeJointJacobians(model_, data_, ConstRef(q));
+    const Vec3 g = model_.gravity.linear();
+    const Eigen::Index n = model_.nv;
+    out.Y.setZero(n, 4 * n);
+    out.P.resize(4 * n);
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const auto& X_0k = data_.oMi[static_cast<std::size_t>(k) + 1];
+      out.P[4 * k] = -g.dot(X_0k.translation());
+      out.P.segment<3>(4 * k + 1) = -X_0k.rotation().transpose() * g;
+      for (Eigen::Index j = 0; j <= k; ++j) {
+        const Vec3 w = data_.J.col(j).tail<3>();
+        out.Y(j, 4 * k) = -g.dot(data_.J.col(j).head<3>() + w.cross(X_0k.translation()));
+        out.Y.block<1, 3>(j, 4 * k + 1) = -X_0k.rotation().transpose() * g.cross(w);
+      }
+    }
+  }
+
+  [[nodiscard]] Eigen::VectorXd moments() const override {
+    Eigen::VectorXd Pi(4 * model_.nv);
+    for (int k = 0; k < model_.nv; ++k) {
+      const auto& body = model_.inertias[static_cast<std::size_t>(k) + 1];
+      Pi.segment<4>(4 * k) << body.mass(), body.mass() * body.lever();
+    }
+    return Pi;
+  }
+
   [[nodiscard]] double potential_energy(const JointVector& q) noexcept override {
     return pinocchio::computePotentialEnergy(model_, data_, ConstRef(q));
   }
