@@ -63,9 +63,7 @@ nb::ndarray<nb::numpy, double, nb::ndim<3>> gravity_columns(Arm& a, const arm::G
   }
   double* data = values.release();
   nb::capsule owner(data, [](void* p) noexcept { delete[] static_cast<double*>(p); });
-  return {data,
-          {static_cast<std::size_t>(q.rows()), static_cast<std::size_t>(n), static_cast<std::size_t>(m)},
-          owner};
+  return {data, {static_cast<std::size_t>(q.rows()), static_cast<std::size_t>(n), static_cast<std::size_t>(m)}, owner};
 }
 
 void bind_gravity(nb::module_& m) {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,7 @@ from palpate.errors import RecordingError
 
 Array = NDArray[np.float64]
 
+_LEVELS = 10  # a grid has not more
 _STILL = 2e-3  # rows nearer to their predecessor than this are samples of one pose [rad]
 _MOTOR_SIDE = 0.02  # [N m] a shoulder that is held up with less is seen through its gear
 
@@ -31,6 +32,13 @@ class Static:
 
     def __len__(self) -> int:
         return len(self.q)
+
+    def only(self, rows: NDArray[np.bool_]) -> Static:
+        """Some of the poses (m,); where each came from is then what the kept ones say."""
+        start = self.start[rows]
+        if len(start):
+            start[0] = True
+        return replace(self, q=self.q[rows], tau=self.tau[rows], start=start)
 
 
 @dataclass(frozen=True)
@@ -84,6 +92,24 @@ def read_moving(path: str | Path, joints: int, rate: float = 200.0) -> Moving:
     return Moving(rows[:, :joints], rows[:, joints : 2 * joints], rows[:, 2 * joints :], rate, str(path))
 
 
+def on_levels(poses: Static) -> Static:
+    """Poses of a grid, put on the grid's levels; others as they are.
+
+    A servo yields under the torque it holds, so that within a level of, say, 0.01 rad the position follows the torque:
+    a slope of the servo, not of the arm, and a thousand poses per level would believe it.
+    """
+    q = poses.q.copy()
+    for x in q.T:
+        order = np.argsort(x)
+        gaps = np.diff(x[order])
+        wide = gaps > 0.5 * gaps.max(initial=0.0)
+        if 0 < wide.sum() <= _LEVELS and len(x) > 50 * _LEVELS:
+            level = np.empty(len(x), dtype=int)
+            level[order] = np.concatenate([[0], np.cumsum(wide)])
+            x[:] = (np.bincount(level, x) / np.bincount(level))[level]
+    return replace(poses, q=q)
+
+
 def check_joints(q: Array, arm: Arm, path: str | Path, margin: float = 0.05) -> None:
     """Refuse joints (m, n) that the arm cannot have; tells degrees and motor turns from mere excess.
 
@@ -99,8 +125,8 @@ def check_joints(q: Array, arm: Arm, path: str | Path, margin: float = 0.05) -> 
     why = f"{arm.name} has {low:.3f} to {high:.3f} rad there"
     turned = np.radians(q)
     if (np.maximum(turned - arm.q_max, arm.q_min - turned) <= margin).all():
-        why += "; all rows fit when they are read as degrees"
-        mend = "convert the file to rad"
+        why += "; all rows fit when they are read as degrees (or as turns of the motors, before their gears)"
+        mend = "convert the file to rad of the joints"
     elif abs(value) > 8.0 * max(abs(low), abs(high)):
         why += "; numbers of this size are motor turns or encoder counts"
     raise RecordingError(f"joint {joint + 1} is at {value:.4g} in pose {row + 1}", where=str(path), why=why, mend=mend)

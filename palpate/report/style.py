@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -68,6 +69,11 @@ class Canvas:
 CANVASES = (Canvas("narrow", 4.0), Canvas("wide", 10.0))
 
 
+def style() -> AbstractContextManager[None]:
+    """Draw in the report's style inside a ``with``."""
+    return matplotlib.rc_context(_RC)
+
+
 def picture(draw: Callable[[Canvas], Figure], alt: str) -> str:
     """A figure drawn for both widths, as HTML that needs nothing from outside.
 
@@ -75,7 +81,7 @@ def picture(draw: Callable[[Canvas], Figure], alt: str) -> str:
         draw: makes the figure for a canvas.
         alt: what the figure shows, for those who cannot see it.
     """
-    with matplotlib.rc_context(_RC):
+    with style():
         narrow, wide = (_data_uri(draw(canvas)) for canvas in CANVASES)
     return (
         f'<picture><source media="(max-width: 700px)" srcset="{narrow}">'

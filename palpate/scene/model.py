@@ -51,6 +51,11 @@ class LeaderSection(Section):
     """joint positions at the start [rad, m]; when left out the handle takes the tool's orientation"""
     model_mass_scale: Positive = 1.0
     """masses in the controller's gravity model over the arm's true ones [-]"""
+    gravity_model: str | None = None
+    """what the controller holds the arm with: MODEL.yaml of `palpate calibrate gravity`, relative to the scene file;
+    the arm's own masses and counterbalance when left out"""
+    plant_gravity_model: str | None = None
+    """what the simulated arm has to be held with, as gravity_model; its own masses when left out"""
     quantised: bool = _C.leader.quantised
     """encoder resolution and velocity estimation as on the hardware, or ideal"""
     load_cell_noise: Annotated[NotNegative, Field(lt=10.0)] = _C.leader.cell_noise

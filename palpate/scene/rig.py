@@ -10,7 +10,8 @@ import numpy.typing as npt
 import yaml
 
 from palpate import _core
-from palpate.errors import PalpateWarning, SceneError
+from palpate.calibrate.gravity_model import GravityModel
+from palpate.errors import PalpateWarning, RecordingError, SceneError
 from palpate.scene import arms, gains, hand, surface, tool
 from palpate.scene.scene import Scene
 from palpate.surfaces import DistanceGrid
@@ -83,10 +84,31 @@ class Rig:
             path = self.scene.arm_path(side)
             if absolute and path is not None:
                 arms[side]["model"] = str(path.resolve())
+        for key in ("gravity_model", "plant_gravity_model"):
+            file = self.scene.gravity_path(key)
+            if absolute and file is not None:
+                arms["leader"][key] = str(file.resolve())
         arms["leader"] |= {"base": _pose(self.arms.X_WL), "start": self.arms.q_leader0.tolist()}
         X_WT = self.arms.X_WB @ self.arms.follower.fk(self.arms.q_follower0)
         arms["follower"] |= {"base": _pose(self.arms.X_WB), "start": _pose(X_WT)}
         return str(yaml.safe_dump(data, sort_keys=False, allow_unicode=True))
+
+    def gravity_model(self, key: str) -> GravityModel | None:
+        """The identified model that the scene names under ``arms.leader.KEY``.
+
+        Raises:
+            SceneError: it cannot be read, or is of another arm.
+        """
+        path = self.scene.gravity_path(key)
+        if path is None:
+            return None
+        try:
+            held = GravityModel.load(path)
+            held.require(self.arms.leader)
+        except RecordingError as error:
+            where = self.scene.where("arms", "leader", key)
+            raise SceneError(error.what, where=where, why=error.why or str(path), mend=error.mend) from None
+        return held
 
     def simulation(self, seed: int | None = None) -> _core.Simulation:
         """A fresh simulation at time zero.
@@ -96,6 +118,10 @@ class Rig:
         """
         leader = self.arms.leader
         model = leader.with_scaled_masses(np.full(leader.n, self.scene.arms.leader.model_mass_scale))
+        for key, arm in (("gravity_model", model), ("plant_gravity_model", leader)):
+            held = self.gravity_model(key)
+            if held is not None:
+                arm.set_gravity_model(held.terms, held.theta)
         path = _core.HandPath(self.path.times.tolist(), self.path.positions_W)
         try:
             return _core.Simulation(self.options(seed), leader, model, self.arms.follower, self.snapshot, path)
@@ -130,7 +156,10 @@ def build(scene: Scene) -> Rig:
     path = hand.plan(scene, placed)
     both = arms.place(scene, placed, path)
     spheres = tool.tool_spheres(both.follower, scene.contact.spheres, scene.contact.whole_tool)
-    return Rig(scene, placed, snapshot, path, both, spheres)
+    rig = Rig(scene, placed, snapshot, path, both, spheres)
+    for key in ("gravity_model", "plant_gravity_model"):
+        rig.gravity_model(key)  # refused here, before anything runs
+    return rig
 
 
 def _warn_of_lost_regions(scene: Scene, index: int, placed: surface.Surface) -> None:

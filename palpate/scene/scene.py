@@ -115,7 +115,6 @@ class Scene(Section):
         where, value = self.where("objects", index, thing.source), thing.file
         if value is None:
             raise SceneError(f"object {thing.name!r} has no file", where=where, mend=f"it is a {thing.source}")
-
         return self._path(value, where)
 
     def arm_path(self, side: str) -> Path | None:
@@ -140,6 +139,11 @@ class Scene(Section):
             why = "; ".join(part for part in (error.where, error.why) if part)
             what = f"arms.{side}.model: {error.what}"
             raise SceneError(what, where=self.where("arms", side, "model"), why=why, mend=error.mend) from None
+
+    def gravity_path(self, key: str) -> Path | None:
+        """File of ``arms.leader.gravity_model`` or ``plant_gravity_model``, as `path_of`; None when there is none."""
+        value: str | None = getattr(self.arms.leader, key)
+        return None if value is None else self._path(value, self.where("arms", "leader", key))
 
     def _path(self, value: str, where: str) -> Path:
         """A file the scene names: variables replaced, relative to the scene's folder."""

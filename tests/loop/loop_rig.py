@@ -49,8 +49,8 @@ def options(**changes):
     return o
 
 
-def simulation(scene=None, path=None, **changes):
-    leader = Arm.mtm("right")
+def simulation(scene=None, path=None, leader=None, **changes):
+    leader = leader or Arm.mtm("right")
     return _core.Simulation(options(**changes), leader, leader, Arm.psm("lnd"), scene or floor(), path or press_path())
 
 

@@ -141,6 +141,15 @@ def other_law(law: str) -> _core.Simulation:
     return loop_rig.simulation(organ_scene(20_000), press(), **changes)
 
 
+def identified() -> _core.Simulation:
+    """An arm, and its controller, held by an identified model with every kind of term."""
+    arm = Arm.mtm("right")
+    centres = np.random.default_rng(0).uniform(-0.5, 0.5, (60, 3))
+    terms = _core.GravityTerms(degree=4, fields=[_core.Field([0, 1, 2], centres, [0.9, 0.5, 1.5])])
+    arm.set_gravity_model(terms, np.concatenate([arm.moments, np.zeros(35), np.full(60, 1e-4)]))
+    return loop_rig.simulation(organ_scene(20_000), press(), leader=arm)
+
+
 def other_arm(name: str) -> _core.Simulation:
     """A scene with another arm on both sides."""
     scene = f"objects: [{{shape: organ}}]\narms: {{leader: {{model: {name}}}, follower: {{model: {name}}}}}\n"
@@ -152,6 +161,8 @@ def lockstep(method: str, what: str = "organ") -> dict[str, object]:
     """One call of n ticks asks as much as one of n' ticks: a tick asks nothing."""
     if what in ("impedance", "admittance"):
         sim = other_law(what)
+    elif what == "identified":
+        sim = identified()
     elif what in ("six_axis", "delta"):
         sim = other_arm(what)
     else:

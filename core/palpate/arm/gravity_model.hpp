@@ -1,4 +1,5 @@
-// What an arm is held up with, as identified from recordings: linear in its parameters, and the gradient of a potential.
+// What an arm is held up with, as identified from recordings: linear in its parameters, and the gradient of a
+// potential.
 #pragma once
 
 #include <vector>

@@ -38,8 +38,8 @@ struct Facts {
 /// Gravity, linear in each link's mass and first moment Pi = (m, m c_x, m c_y, m c_z, next link ..), c in the link's
 /// axes (Eqs 10-12):  dP/dq = Y Pi,  P = P_row Pi.
 struct GravityRegressor {
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxJoints, 4 * kMaxJoints> Y;     ///< (n, 4n)
-  Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, 4 * kMaxJoints> P;  ///< (4n)
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxJoints, 4 * kMaxJoints> Y;  ///< (n, 4n)
+  Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, 4 * kMaxJoints> P;          ///< (4n)
 };
 
 /// One device. What is noexcept runs in the cycle: no allocation after construction.

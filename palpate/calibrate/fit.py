@@ -1,0 +1,69 @@
+"""Linear models with normal priors: the solution, its certainty, and the marginal likelihood of what shapes it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg, optimize
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """x of tau = C x + noise, and its covariance."""
+
+    x: Array  # (p,)
+    covariance: Array  # (p, p)
+
+
+def bayes(columns: Array, tau: Array, noise: Array, use: Mask) -> Solution:
+    """x standard normal a priori; columns (k, n, p), tau (k, n), noise (n,), torques to `use` (k, n)."""
+    factor, v, _ = _normal(columns, tau, noise, use)
+    inverse = linalg.solve_triangular(factor, np.eye(len(factor)), lower=True)
+    return Solution(np.asarray(inverse.T @ v, dtype=float), np.asarray(inverse.T @ inverse, dtype=float))
+
+
+def evidence(columns: Array, tau: Array, noise: Array, use: Mask) -> float:
+    """Log marginal likelihood of the torques, x integrated out, up to a constant; arguments as `bayes`."""
+    factor, v, squares = _normal(columns, tau, noise, use)
+    logs = np.log(np.diag(factor)).sum() + (use * np.log(noise)).sum()
+    return float(0.5 * (v @ v - squares) - logs)
+
+
+def _normal(columns: Array, tau: Array, noise: Array, use: Mask) -> tuple[Array, Array, float]:
+    """L of L L^T = W^T W + 1, L^-1 W^T y and y^T y, for columns W and torques y in units of the noise."""
+    weight = np.where(use, 1.0 / noise, 0.0)
+    W = (columns * weight[:, :, None]).reshape(-1, columns.shape[2])
+    y = (tau * weight).ravel()
+    A = W.T @ W
+    A[np.diag_indices_from(A)] += 1.0
+    factor = linalg.cholesky(A, lower=True, overwrite_a=True, check_finite=False)
+    return factor, linalg.solve_triangular(factor, W.T @ y, lower=True, check_finite=False), float(y @ y)
+
+
+def least_squares(columns: Array, tau: Array, use: Mask) -> Solution:
+    """x of the smallest norm; covariance from what is left, joint by joint."""
+    C, y = columns[use], tau[use]
+    x, _, rank, _ = np.linalg.lstsq(C, y, rcond=1e-9)
+    left = np.where(use, tau - columns @ x, 0.0)
+    variance = (left**2).sum(axis=0) / np.maximum(use.sum(axis=0) - rank / tau.shape[1], 1.0)
+    spread = np.linalg.pinv(C, rcond=1e-9) * np.sqrt(np.broadcast_to(variance, tau.shape)[use])
+    return Solution(np.asarray(x, dtype=float), np.asarray(spread @ spread.T, dtype=float))
+
+
+def most_likely(objective: Callable[[Array], float], start: Array, least: Array, steps: int) -> Array:
+    """exp(theta) >= `least` that maximises objective(exp(theta)) with a broad prior (a factor e) about `start`."""
+    centre = np.log(np.maximum(start, least))
+
+    def cost(theta: Array) -> float:
+        return 0.5 * float(((theta - centre) ** 2).sum()) - objective(np.exp(theta))
+
+    bounds = [(float(np.log(low)), None) for low in least]
+    options = {"maxiter": steps, "ftol": 1e-7}
+    found = optimize.minimize(cost, centre, method="L-BFGS-B", bounds=bounds, options=options)
+    return np.asarray(np.exp(found.x))
