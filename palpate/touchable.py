@@ -90,7 +90,7 @@ def fineness(mesh: _core.Mesh, stiffness: float) -> Fineness:
     angle, sagitta = (_quantile(x[smooth], e.area[smooth], 0.95) for x in (turn, turn * e.across / 8))
     # Smoothing leaves errors of the second order in the turn (measured: docs/contact.md); at most the facets' own.
     direction = min(np.degrees(angle**2), np.degrees(angle) / 2)
-    force = 1e3 * stiffness * sagitta * min(4.5 * angle**2, 1.0)
+    force = 1e3 * stiffness * sagitta * min(8.0 * angle**2, 1.0)
     share = float(e.area[doubtful].sum() / max(e.area.sum(), 1e-300))
     more = max(direction / COARSE_DEG, np.sqrt(force / COARSE_MN), 4.0 if share > 0.05 else 0.0)
     return Fineness(
@@ -138,14 +138,17 @@ def radius(mesh: _core.Mesh, given: float, *, feature: float | None = None, nois
 def direction_noise_deg(noise: float, radius: float, spacing: float) -> float:
     """What noise of the vertices turns the force by, 95 % of the time [deg].
 
-    Where the facets are still smoothed it is their slope, noise / spacing. Rougher than that the sphere rests on the
-    peaks: on one of height ``noise`` beside flat ground it touches at sqrt(2 noise / radius), and so it is measured.
+    Where the facets are still smoothed it is SLOPE times their slope, noise / spacing: the smooth surface goes through
+    every vertex. Rougher than that the sphere rests on the peaks: on one of height ``noise`` beside flat ground it
+    touches at sqrt(2 noise / radius), and so it is measured.
     """
     if noise <= 0.0 or noise < SMOOTHED * spacing:
-        return float(np.degrees(noise / spacing)) if noise > 0.0 else 0.0
+        return float(np.degrees(SLOPE * noise / spacing)) if noise > 0.0 else 0.0
     return float(np.degrees(min(np.sqrt(2 * noise / radius), np.pi / 2)))
 
 
+SLOPE = 3.2
+"""Of the smooth surface between vertices that are off by their noise, over noise / spacing: as measured, 95 %."""
 SMOOTHED = 0.15
 """Noise below this share of the vertices' spacing leaves few edges sharper than the crease angle."""
 

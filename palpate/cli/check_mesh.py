@@ -106,6 +106,10 @@ def _told_of_radius(suits: touchable.Radius, where: str) -> None:
         why = f"at {suits.recommended_mm:g} mm the noise turns the force by {suits.direction_noise_deg:.0f} deg"
         mend = "smooth the mesh, or filter the force: stability.rate_cap of 5 to 10 N/s (palpate study radius)"
         warnings.warn(PalpateWarning(what, where=where, why=why, mend=mend), stacklevel=2)
+    elif suits.smallest_mm == 0.0 and suits.direction_noise_deg > touchable.DIRECTION_LIMIT_DEG:
+        what = f"noise of {suits.noise_mm:.2g} mm turns the force by {suits.direction_noise_deg:.0f} deg at any radius"
+        why = "the surface that is felt goes through every vertex"
+        warnings.warn(PalpateWarning(what, where=where, why=why, mend="smooth the mesh"), stacklevel=2)
     elif suits.given_mm < 0.99 * suits.smallest_mm:
         what = f"radius {suits.given_mm:g} mm is small for noise of {suits.noise_mm:.2g} mm"
         why = f"below {suits.smallest_mm:.2g} mm it turns the force by more than {touchable.DIRECTION_LIMIT_DEG:g} deg"
