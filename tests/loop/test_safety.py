@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from loop_rig import Q_FOLLOWER, Q_LEADER, floor, options
 
@@ -186,6 +186,7 @@ tick = st.fixed_dictionaries(
 
 
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@example([{"q": np.full(7, 1e308)}, {"v": np.full(7, 1e308)}, {"q_follower": np.full(6, -1e308)}])
 @given(st.lists(tick, min_size=1, max_size=25))
 def test_whatever_the_arms_say_the_force_is_safe(ticks):
     d = Driver()

@@ -31,6 +31,9 @@ void copy(const Mat3& R, double (&to)[4]) noexcept {
   to[0] = sign * q.w(), to[1] = sign * q.x(), to[2] = sign * q.y(), to[3] = sign * q.z();
 }
 
+/// Finite, and no number whose sums or sines are not: no joint is a million radians, metres or radians a second away.
+bool believable(const JointVector& x) noexcept { return (x.array().abs() < 1e6).all(); }
+
 const contact::Contact* strongest(const contact::ContactSet& contacts) noexcept {
   const auto first = contacts.contact.begin();
   const auto deepest =
@@ -128,8 +131,8 @@ bool Cycle::trust(const CycleInput& in) noexcept {
   const bool leader_fits = leader.q.size() == leader_.n() && leader.v.size() == leader_.n();
   const bool follower_fits = follower.q.size() == follower_.n();
   const bool leader_finite =
-      leader_fits && leader.q.allFinite() && leader.v.allFinite() && std::isfinite(leader.gripper);
-  const bool follower_finite = follower_fits && follower.q.allFinite() && std::isfinite(follower.jaw);
+      leader_fits && believable(leader.q) && believable(leader.v) && std::isfinite(leader.gripper);
+  const bool follower_finite = follower_fits && believable(follower.q) && std::isfinite(follower.jaw);
   const bool leader_usable = leader.valid && leader_finite;
   const bool follower_usable = follower.valid && follower_finite;
 
