@@ -35,6 +35,7 @@ void bind_options(nb::module_& m) {
       .def_rw("loop_delay", &LeaderOptions::loop_delay, "from command to torque, force term only [s]")
       .def_rw("hold_timeout", &LeaderOptions::hold_timeout, "without a fresh command the force ramps to zero [s]")
       .def_rw("cell_noise", &LeaderOptions::cell_noise, "of the load cell in the handle, rms per axis [N]")
+      .def_rw("seed", &LeaderOptions::seed, "of that noise; a simulation takes its own")
       .def_rw("quantised", &LeaderOptions::quantised, "encoder resolution and velocity estimation on or off");
   joint_field(leader, "encoder_step", &LeaderOptions::encoder_step, "(n,) motor side [rad/count]; 0 = ideal");
   joint_field(leader, "coulomb", &LeaderOptions::coulomb, "(n,) Fc [N m]");

@@ -224,6 +224,7 @@ class LeaderOptions:
     loop_delay: float
     hold_timeout: float
     cell_noise: float
+    seed: int
     quantised: bool
     def __init__(self) -> None: ...
 

@@ -79,6 +79,25 @@ def test_slow_is_silent_and_fast_is_told():
     assert not swing(bench("admittance"), 4.0, 0.02)[1] & TOO_FAST  # it leaves nothing to the hand
 
 
+def test_the_load_cells_noise_is_as_large_as_it_says_and_repeats():
+    def read(seed):
+        b = bench(noise=0.05)
+        options = b.arm.leader_options()
+        options.cell_noise, options.seed = 0.05, seed
+        leader = _core.Leader(b.arm, options)
+        leader.reset(b.arm.home)
+        found = []
+        for _ in range(800):
+            leader.step(1e-4, b.arm.fk(b.arm.home))
+            found.append(leader.F_cell_L - leader.load_cell[:3])
+        return np.array(found)
+
+    noise = read(3)
+    assert noise.std() == pytest.approx(0.05, rel=0.06)
+    assert np.array_equal(noise, read(3))
+    assert not np.array_equal(noise, read(4))
+
+
 def test_without_a_load_cell_admittance_is_stiffness_and_says_so():
     arm = palpate.Arm.model("mtm_right")
     q, v, F = arm.home, np.full(7, 0.1), np.array([1.0, 0, 0, 0, 0, 0])

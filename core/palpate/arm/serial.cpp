@@ -85,7 +85,7 @@ void check_joints(const pinocchio::Model& model) {
                                " to " + std::to_string(high) +
                                ": give it <limit lower=... upper=...> with lower below upper [rad, m]");
     }
-    const bool continuous = kind.find("JointModelRUB") == 0;
+    const bool continuous = kind.starts_with("JointModelRUB");
     throw std::runtime_error("joint '" + model.names[j] + "' of the arm is of an unsupported type (" +
                              (continuous ? "continuous" : kind) + "): revolute and prismatic joints are supported; " +
                              (continuous ? "make it revolute, with a limit" : "lock it with type=\"fixed\""));
@@ -116,8 +116,8 @@ std::vector<Segment> bones(const pinocchio::Model& model, pinocchio::FrameIndex 
 
 class Serial final : public Mechanism {
  public:
-  Serial(pinocchio::Model m, const std::string& tip_frame)
-      : model_(std::move(m)), data_(model_), tip_id_(model_.getBodyId(tip_frame)) {
+  Serial(const pinocchio::Model& model, const std::string& tip_frame)
+      : model_(model), data_(model_), tip_id_(model_.getBodyId(tip_frame)) {
     facts_.q_min = model_.lowerPositionLimit;
     facts_.q_max = model_.upperPositionLimit;
     facts_.tau_max = model_.upperEffortLimit;
@@ -286,7 +286,7 @@ std::unique_ptr<Mechanism> serial_arm(const std::string& xml, const std::string&
                              " revolute or prismatic joints are supported (give continuous joints a limit)");
   }
   check_joints(model);
-  return std::make_unique<Serial>(std::move(model), tip_frame);
+  return std::make_unique<Serial>(model, tip_frame);
 }
 
 }  // namespace palpate::arm

@@ -35,6 +35,7 @@ SimulationOptions checked(SimulationOptions o, const arm::Arm& leader, const arm
     throw std::invalid_argument("loop_delay = " + std::to_string(o.loop_delay) + " s: must be between 0 and 1 s");
   }
   o.leader.loop_delay = o.loop_delay;
+  o.leader.seed = o.seed;
   return o;
 }
 

@@ -82,7 +82,8 @@ struct Leader::Impl {
         options(std::move(o)),
         hand(h),
         drive(options.loop_delay, options.hold_timeout, options.tau_max),
-        encoders(options.coupling, options.encoder_step) {
+        encoders(options.coupling, options.encoder_step),
+        random(options.seed) {
     M_hand << Vec3::Constant(hand.mass), Vec3::Constant(hand.inertia);
     K << Vec3::Constant(hand.stiffness), Vec3::Constant(hand.rotational_stiffness);
     B << Vec3::Constant(hand.damping), Vec3::Constant(hand.rotational_damping);
@@ -98,7 +99,7 @@ struct Leader::Impl {
     cell = {};
     slipped = false;
     t = 0.0;
-    random.seed(1);
+    random.seed(options.seed);
     measure();
   }
 

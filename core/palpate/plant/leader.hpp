@@ -1,6 +1,8 @@
 // A simulated leader: rigid-body dynamics, friction, drives, encoders, held by a simulated hand.
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <string>
 
 #include "palpate/arm/arm.hpp"
@@ -20,6 +22,7 @@ struct LeaderOptions {
   double loop_delay = 0.0;     ///< from command to torque, force term only [s]
   double hold_timeout = 0.03;  ///< drive without a fresh command: force term ramps to zero [s]
   double cell_noise = 0.0;     ///< of the load cell in the handle, rms per axis [N]
+  std::uint64_t seed = 0;      ///< of that noise
   bool quantised = true;       ///< encoder resolution and velocity estimation on or off
 };
 
