@@ -7,14 +7,12 @@ from palpate.scene.model import (
     LeaderSection,
     MappingSection,
     ObjectSection,
-    OperatorSection,
-    PalpateSection,
     RatesSection,
     RecordSection,
     StabilitySection,
     TorqueSection,
-    WayPoint,
 )
+from palpate.scene.operator import OperatorSection, PalpateSection, WayPoint
 from palpate.scene.scene import Scene
 from palpate.scene.values import Pose
 

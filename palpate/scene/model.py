@@ -19,7 +19,7 @@ from palpate.scene.solids import (
 )
 from palpate.scene.tissue import Motions, RegionSection, require_sticking
 from palpate.scene.tool import ToolSphereSection
-from palpate.scene.values import Diagonal, NotNegative, Number, Pose, Positive, Section, Vector
+from palpate.scene.values import Diagonal, NotNegative, Number, Pose, Positive, Section
 
 _C = _core.SimulationOptions()
 _M = _core.Material()
@@ -234,73 +234,6 @@ class RatesSection(Section):
     """haptic cycle [Hz]"""
     plant: Annotated[Positive, Field(le=100_000.0)] = _C.plant_rate
     """simulated arms and drives, at least [Hz]"""
-
-
-class WayPoint(Section):
-    """Where the hand wants the tool at a time."""
-
-    t: NotNegative
-    """time from the start [s]"""
-    xyz: Vector
-    """intended position of the tool tip in W [m]"""
-
-
-Phase = Annotated[Positive, Field(ge=0.01, le=600.0)]
-Near = Annotated[Number, Field(ge=-1e3, le=1e3)]
-
-
-class PalpateSection(Section):
-    """A path made from the surface: approach, press, slide, leave, again and again, each time in another direction."""
-
-    object: str = ""
-    """name of the object; the first one when left out"""
-    at: tuple[Near, Near, Near] | None = None
-    """about where, in W: the nearest surface point is taken; the top of the object when left out [m]"""
-    direction: Vector = (1.0, 0.0, 0.0)
-    """first direction of the slide, in W; turned about the surface normal by 60 degrees each time [-]"""
-    force: Positive = 1.5
-    """intended force on the tool [N]"""
-    hover: Annotated[Positive, Field(le=1.0)] = 0.02
-    """height of the start above the surface [m]"""
-    length: Annotated[Positive, Field(le=1.0)] = 0.03
-    """of the slide [m]"""
-    approach: Phase = 1.5
-    """duration [s]"""
-    press: Phase = 1.0
-    """duration [s]"""
-    slide: Phase = 5.5
-    """duration, there and back [s]"""
-    leave: Phase = 2.0
-    """duration [s]"""
-
-
-class OperatorSection(Section):
-    """The simulated hand: what it wants, and how it yields."""
-
-    palpate: PalpateSection = PalpateSection()
-    """automatic path over an object"""
-    path: tuple[WayPoint, ...] | None = None
-    """instead: way points of the tool, passed without a stop; the hand rests at both ends, where one is repeated,
-    and where the path turns by a right angle or more"""
-    mass: Positive = _C.hand.mass
-    """moves with the handle [kg]"""
-    damping: NotNegative = _C.hand.damping
-    """between the hand and its intended path [N s/m]"""
-    stiffness: Positive = _C.hand.stiffness
-    """between the hand and its intended path [N/m]"""
-    grip_force_max: Positive = _C.hand.grip_force_max
-    """the hand slips above it [N]"""
-    tremor: Annotated[NotNegative, Field(lt=0.01)] = _C.tremor
-    """8-12 Hz trembling, rms per axis [m]"""
-
-    @model_validator(mode="after")
-    def _rising(self) -> OperatorSection:
-        for before, after in zip(self.path or (), (self.path or ())[1:], strict=False):
-            if after.t <= before.t:
-                raise ValueError(f"path: times must rise: {after.t:g} s follows {before.t:g} s | sort the way points")
-        if self.path is not None and len(self.path) == 0:
-            raise ValueError("path is empty | give at least one way point, or leave path out")
-        return self
 
 
 class RecordSection(Section):

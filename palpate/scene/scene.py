@@ -19,12 +19,12 @@ from palpate.scene.model import (
     ContactSection,
     MappingSection,
     ObjectSection,
-    OperatorSection,
     RatesSection,
     RecordSection,
     StabilitySection,
     TorqueSection,
 )
+from palpate.scene.operator import OperatorSection
 from palpate.scene.values import NotNegative, Positive, Section
 
 _C = _core.SimulationOptions()
@@ -85,7 +85,7 @@ class Scene(Section):
         """
         data, lines = text.parse(source, name)
         try:
-            scene = cls.model_validate(data)
+            scene = cls.model_validate(data, context={"folder": Path(name).parent})
         except ValidationError as error:
             raise explain.scene_error(error, cls, name, lines) from None
         scene._file, scene._lines = name, lines

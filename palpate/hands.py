@@ -1,0 +1,147 @@
+"""The simulated operator's hand at the handle: presets from relaxed to rigid with their sources, and fitted hands.
+
+A hand is a mass that rides on the handle, and a spring with a damper from there to where the person wants it:
+
+    F_arm_on_hand = m x_tt + b (x_t - x_path_t) + k (x - x_path)
+
+Second order suits small motions around a held grip, up to about 30 Hz (Hajian and Howe 1997; Hasser and Cutkosky 2002;
+Speich, Shao and Goldfarb 2005 find that a better fit over a wider band takes five parameters).
+
+How sure are the numbers? That stiffness and damping grow with the grip, and the order in which the presets stand, is
+what the sources measured. The magnitudes lie within what they report. The numbers themselves are ours, round ones; no
+source reports this grip on this arm, and people differ by a factor of two. They are the same along every direction:
+arms at rest are several times stiffer along one direction than across it (Mussa-Ivaldi, Hogan and Bizzi 1985), but
+which one depends on the posture. For a hand of yours: `palpate calibrate hand`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+import yaml
+
+from palpate import _core
+from palpate.errors import OutputError, RecordingError
+
+_KEYS = ("mass", "damping", "stiffness")
+_DEFAULT = _core.HandOptions()
+
+
+@dataclass(frozen=True)
+class Hand:
+    """A hand as a mechanical impedance along any direction."""
+
+    name: str
+    mass: float
+    """Rides on the handle [kg]."""
+    damping: float
+    """Between the hand and its intended path [N s/m]."""
+    stiffness: float
+    """Between the hand and its intended path [N/m]."""
+    grip: str = ""
+    """What the person does."""
+    source: str = ""
+    """Where the numbers come from, and how sure they are."""
+
+    def __post_init__(self) -> None:
+        """Refuse what no hand can be.
+
+        Raises:
+            ValueError: names the number.
+        """
+        for key in _KEYS:
+            value = getattr(self, key)
+            if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 < value < 1e5:
+                raise ValueError(f"{key} must be a number above 0. Got: {value!r}")
+
+    def options(self) -> _core.HandOptions:
+        """As the simulation takes it; what turns is the core's default."""
+        o = _core.HandOptions()
+        o.mass, o.damping, o.stiffness = self.mass, self.damping, self.stiffness
+        return o
+
+    def drawn(self, rng: np.random.Generator, factor: float = 2.0) -> Self:
+        """Another person's hand in the same grip: each number log-normal, 95 % within this factor either way."""
+        scale = np.exp(rng.normal(0.0, np.log(factor) / 1.96, len(_KEYS)))
+        return replace(self, **{key: float(getattr(self, key) * s) for key, s in zip(_KEYS, scale, strict=True)})
+
+    def save(self, path: str | Path, notes: dict[str, Any] | None = None) -> None:
+        """Write it (YAML), for ``operator: {hand: FILE}`` in a scene.
+
+        Raises:
+            OutputError: it cannot be written.
+        """
+        data = {"kind": "hand", **{k: v for k, v in asdict(self).items() if v != ""}, "notes": notes or {}}
+        text = f"# A hand; in a scene: operator: {{hand: {Path(path).name}}}\n" + yaml.safe_dump(data, sort_keys=False)
+        try:
+            Path(path).write_text(text, encoding="utf-8")
+        except OSError as error:
+            why = error.strerror or str(error)
+            raise OutputError("the file cannot be written", where=str(path), why=why, mend="use --out") from None
+
+
+_GROWS = (
+    "Hasser and Cutkosky 2002 (knob in a pinch, nine people), Kuchenbecker, Park and Niemeyer 2003 (wrist, pen grip): "
+    "stiffness and damping grow steadily with the grip force, the inertia does not"
+)
+
+#: From the most yielding to the stiffest.
+PRESETS: dict[str, Hand] = {
+    hand.name: hand
+    for hand in (
+        Hand(
+            "relaxed", 0.05, 1.5, 50.0, "fingertips let the handle move",
+            f"{_GROWS}. Its low end; light pen grips of 1 N and less. Trend sure, numbers ours",
+        ),
+        Hand(
+            "light", 0.10, 5.0, 120.0, "a pinch as for writing, the wrist free",
+            f"{_GROWS}; Fu and Cavusoglu 2012 (stylus, 15 people, grips of 1 to 3 N, three axes). Order of magnitude "
+            "sure, numbers ours",
+        ),
+        Hand(
+            "normal", _DEFAULT.mass, _DEFAULT.damping, _DEFAULT.stiffness,
+            "a pinch that holds the handle where it is wanted, the wrist rested",
+            "Palpate's default. A fingertip pressed with 2 N and more has hundreds of N/m and some N s/m (Hajian and "
+            "Howe 1997), two of them and a supported wrist move as one. Order of magnitude sure, numbers ours",
+        ),
+        Hand(
+            "firm", 0.30, 15.0, 600.0, "all fingers and the wrist tense",
+            "Hajian and Howe 1997: stiffness of a fingertip reaches about a thousand N/m at 20 N; here in series with "
+            "the wrist. Order of magnitude sure, numbers ours",
+        ),
+        Hand(
+            "rigid", 0.80, 25.0, 1000.0, "fist and forearm tense, the elbow propped",
+            "arms that hold a posture: about 1 kg, some ten N s/m, hundreds of N/m (Mussa-Ivaldi, Hogan and Bizzi "
+            "1985; Dolan, Friedman and Nagurka 1993; Tsuji and others 1995), stiffer when tense. Order of magnitude "
+            "sure, numbers ours",
+        ),
+    )
+}  # fmt: skip
+
+
+def load(path: str | Path) -> Hand:
+    """Read a hand that `Hand.save` or ``palpate calibrate hand`` wrote.
+
+    Raises:
+        RecordingError: it cannot be read, or is no hand; names what is missing.
+    """
+    try:
+        data = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        why = getattr(error, "strerror", None) or str(error).partition("\n")[0]
+        raise RecordingError("the hand cannot be read", where=str(path), why=why) from None
+    try:
+        if data["kind"] != "hand":
+            raise ValueError(f"its kind is {data['kind']!r}")
+        told = {key: str(data.get(key, "")) for key in ("grip", "source")}
+        return Hand(str(data.get("name", Path(path).stem)), **{key: data[key] for key in _KEYS}, **told)
+    except (KeyError, TypeError, ValueError) as error:
+        raise RecordingError(
+            "this is no hand",
+            where=str(path),
+            why=f"{error} is missing" if isinstance(error, KeyError) else str(error),
+            mend="write one with palpate calibrate hand",
+        ) from None
