@@ -7,6 +7,7 @@ namespace palpate::bindings {
 
 void bind_algorithm1(nanobind::module_& m);
 void bind_arm(nanobind::module_& m);
+void bind_axis(nanobind::module_& m);
 void bind_contact(nanobind::module_& m);
 void bind_force(nanobind::module_& m);
 void bind_loop(nanobind::module_& m);

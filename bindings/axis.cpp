@@ -1,0 +1,101 @@
+#include "palpate/plant/axis.hpp"
+
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+#include <memory>
+#include <tuple>
+#include <vector>
+
+#include "bindings.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace palpate::bindings {
+namespace {
+
+using plant::Axis;
+using plant::AxisMotion;
+using plant::AxisOptions;
+using plant::AxisResult;
+using plant::AxisRow;
+
+constexpr std::size_t kColumns = sizeof(AxisRow) / sizeof(double);
+using Rows = nb::ndarray<nb::numpy, double, nb::ndim<2>>;
+
+Rows to_array(std::vector<AxisRow>&& rows) {
+  auto owner = std::make_unique<std::vector<AxisRow>>(std::move(rows));
+  auto* data = reinterpret_cast<double*>(owner->data());
+  const std::size_t n = owner->size();
+  nb::capsule capsule(owner.release(), [](void* p) noexcept { delete static_cast<std::vector<AxisRow>*>(p); });
+  return Rows(data, {n, kColumns}, capsule);
+}
+
+AxisMotion motion(double duration, double x0, double v0, double push, std::vector<double> path) {
+  return {duration, x0, v0, push, std::move(path)};
+}
+
+void bind_result(nb::module_& m) {
+  nb::class_<AxisResult>(m, "AxisResult", "What came of a run of an Axis.")
+      .def_ro("diverged", &AxisResult::diverged, "it left |x| < 1 m")
+      .def_ro("oscillates", &AxisResult::oscillates, "above max(4 quanta, 1 um) in the last quarter, and not decaying")
+      .def_ro("amplitude", &AxisResult::amplitude, "half of peak to peak in the last quarter of the run [m]")
+      .def_ro("before", &AxisResult::before, "the same in the third quarter [m]")
+      .def_ro("frequency", &AxisResult::frequency, "in the last quarter [Hz]")
+      .def_ro("peak", &AxisResult::peak, "deepest [m]")
+      .def_ro("rest", &AxisResult::rest, "mean of the last quarter [m]")
+      .def_ro("overshoot", &AxisResult::overshoot, "(peak - rest) / rest [-]")
+      .def_ro("settling", &AxisResult::settling, "from then on |x - rest| < 2 % of |rest| [s]")
+      .def_ro("energy_port", &AxisResult::energy_port, "taken from the hand by the wall, true [J]")
+      .def_ro("energy_min", &AxisResult::energy_min, "lowest that it was: below zero the wall had made energy [J]");
+}
+
+}  // namespace
+
+void bind_axis(nb::module_& m) {
+  nb::class_<AxisOptions>(m, "AxisOptions", "One axis of a haptic device, its loop, a virtual wall at x > 0, a hand.")
+      .def(nb::init<>())
+      .def_rw("mass", &AxisOptions::mass, "of the device [kg]")
+      .def_rw("damping", &AxisOptions::damping, "viscous [N s/m]")
+      .def_rw("coulomb", &AxisOptions::coulomb, "dry friction [N]")
+      .def_rw("rate", &AxisOptions::rate, "of the haptic cycle [Hz]")
+      .def_rw("delay", &AxisOptions::delay, "from the measurement to the force [s]")
+      .def_rw("jitter", &AxisOptions::jitter, "added to it in each cycle, uniform in 0..jitter [s]")
+      .def_rw("quantum", &AxisOptions::quantum, "of the measured position; 0 = ideal [m]")
+      .def_rw("velocity_cutoff", &AxisOptions::velocity_cutoff, "low pass of the difference; 0 = none [Hz]")
+      .def_rw("K", &AxisOptions::K, "stiffness of the wall [N/m]")
+      .def_rw("B", &AxisOptions::B, "its damping [N s/m]")
+      .def_rw("bilateral", &AxisOptions::bilateral, "a spring that pulls, too")
+      .def_rw("force_max", &AxisOptions::force_max, "the force is cut there [N]")
+      .def_rw("rate_max", &AxisOptions::rate_max, "it changes no faster [N/s]")
+      .def_rw("hand_mass", &AxisOptions::hand_mass, "moves with the device [kg]")
+      .def_rw("hand_damping", &AxisOptions::hand_damping, "to where the hand wants to be [N s/m]")
+      .def_rw("hand_stiffness", &AxisOptions::hand_stiffness, "the same [N/m]")
+      .def_rw("seed", &AxisOptions::seed, "of the jitter");
+  bind_result(m);
+  nb::class_<Axis>(m, "Axis", "Simulates it: exact between commands, cycles and reversals of dry friction.")
+      .def(nb::init<const AxisOptions&>(), "options"_a)
+      .def(
+          "run",
+          [](Axis& self, double duration, double x0, double v0, double push, std::vector<double> path) {
+            nb::gil_scoped_release release;
+            return self.run(motion(duration, x0, v0, push, std::move(path)));
+          },
+          "duration"_a = 2.0, "x0"_a = 0.0, "v0"_a = 0.0, "push"_a = 0.0, "path"_a = std::vector<double>{},
+          "duration [s] from (x0 [m], v0 [m/s]); push: constant force of the hand [N]; path: where it wants to be at "
+          "each cycle [m], then rests; nowhere else than 0 when left out.")
+      .def(
+          "trace",
+          [](Axis& self, double duration, double x0, double v0, double push, std::vector<double> path) {
+            std::vector<AxisRow> rows;
+            const AxisResult result = self.run(motion(duration, x0, v0, push, std::move(path)), nullptr, &rows);
+            return std::make_tuple(result, to_array(std::move(rows)));
+          },
+          "duration"_a = 2.0, "x0"_a = 0.0, "v0"_a = 0.0, "push"_a = 0.0, "path"_a = std::vector<double>{},
+          "The same run, with its rows (n, 5), one per cycle: t [s], x [m], v [m/s], force commanded on the device "
+          "along x [N], energy_port [J].");
+}
+
+}  // namespace palpate::bindings
