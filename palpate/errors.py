@@ -16,6 +16,7 @@ __all__ = [
     "RecordingError",
     "SceneError",
     "SurfaceError",
+    "SweepError",
 ]
 
 
@@ -73,6 +74,10 @@ class RecordError(PalpateError):
 
 class RecordingError(PalpateError):
     """A recording of an arm that nothing can be identified from, or a model file that does not fit."""
+
+
+class SweepError(PalpateError):
+    """Points of a sweep failed, its workers cannot work, or its journal belongs to another sweep."""
 
 
 class PortError(PalpateError):

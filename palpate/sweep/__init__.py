@@ -1,0 +1,22 @@
+"""One function over a grid, on every core or on a Dask cluster: the same numbers whoever computes them.
+
+    from palpate.sweep import Axis, sweep
+
+    def felt(point, seed):  # at the top of a file: the workers import it
+        ...
+        return {"peak_N": peak}
+
+    if __name__ == "__main__":
+        swept = sweep(felt, {"K": Axis([100.0, 200.0], "N/m", "stiffness of the wall")}, seed=1)
+        swept.to_netcdf("felt.nc")
+
+docs/studies.md shows how a laboratory runs one on its cluster.
+"""
+
+from __future__ import annotations
+
+from palpate.sweep.grid import Axis
+from palpate.sweep.result import Label, Swept
+from palpate.sweep.run import sweep
+
+__all__ = ["Axis", "Label", "Swept", "sweep"]

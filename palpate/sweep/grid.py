@@ -1,0 +1,83 @@
+"""The grid of a sweep: named axes, points counted in row-major order, the last axis fastest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from math import prod
+from typing import Any
+
+import numpy as np
+
+from palpate.errors import SweepError
+
+Scalar = float | int | bool | str
+Point = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Axis:
+    """Values of one parameter.
+
+    Args:
+        values: all numbers or all texts, each once; numpy numbers become plain ones.
+        unit: of the values, e.g. ``N/m``; empty for pure numbers and names.
+        words: what they are, for labels and for whoever opens the file.
+    """
+
+    values: tuple[Scalar, ...]
+    unit: str = ""
+    words: str = ""
+
+    def __init__(self, values: Iterable[Any], unit: str = "", words: str = "") -> None:
+        plain = tuple(v.item() if isinstance(v, np.generic) else v for v in values)
+        for name, value in (("values", plain), ("unit", unit), ("words", words)):
+            object.__setattr__(self, name, value)
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Axes by name."""
+
+    axes: dict[str, Axis]
+
+    @staticmethod
+    def of(axes: Mapping[str, Axis | Iterable[Any]]) -> Grid:
+        """Check and name the axes.
+
+        Raises:
+            SweepError: an axis without values, with one twice, or with values that are neither numbers nor texts.
+        """
+        grid = Grid({name: a if isinstance(a, Axis) else Axis(a) for name, a in axes.items()})
+        for name, axis in grid.axes.items():
+            _check(name, axis.values)
+        return grid
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Values of each axis."""
+        return tuple(len(axis.values) for axis in self.axes.values())
+
+    def __len__(self) -> int:
+        """Points."""
+        return prod(self.shape)
+
+    def point(self, index: int) -> Point:
+        """The point with this number, as a value for each axis."""
+        places = np.unravel_index(index, self.shape) if self.axes else ()
+        return {name: axis.values[int(k)] for (name, axis), k in zip(self.axes.items(), places, strict=True)}
+
+    def points(self, where: Callable[[Point], bool] | None) -> list[int]:
+        """Numbers of the points for which ``where`` is true; of all without."""
+        return [k for k in range(len(self)) if where is None or where(self.point(k))]
+
+
+def _check(name: str, values: tuple[Scalar, ...]) -> None:
+    for value in values:
+        if not isinstance(value, (bool, int, float, str)) or value != value:
+            raise SweepError(f"axis {name!r} has the value {value!r}", mend="use numbers or texts")
+    if not values or len(set(values)) < len(values):
+        why = "it has no value" if not values else "a value is there twice"
+        raise SweepError(f"axis {name!r} cannot be swept", why=why, mend="give each value once")
+    if len({isinstance(v, str) for v in values}) > 1:
+        raise SweepError(f"axis {name!r} mixes numbers and texts", mend="use one kind for all its values")

@@ -1,0 +1,108 @@
+"""What a sweep found: rows for a script, arrays for numpy, NetCDF for xarray and friends, CSV for a table."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.errors import OutputError
+from palpate.sweep.grid import Grid
+from palpate.sweep.work import Values
+
+
+class Label(NamedTuple):
+    """Of a value that the function returns."""
+
+    unit: str = ""
+    words: str = ""
+
+
+@dataclass(frozen=True)
+class Swept:
+    """Values over a grid. Points left out, or failed where that is allowed, are absent from ``values``."""
+
+    grid: Grid
+    values: dict[int, Values]
+    """by number of the point, in order; as the function returned them, in plain types."""
+    attributes: dict[str, str | int]
+    """where it comes from: ``fn``, ``seed``, ``version``."""
+    labels: Mapping[str, Label] = field(default_factory=dict)
+    errors: dict[int, str] = field(default_factory=dict)
+    """why points failed, by their number (``on_error="keep"``)."""
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Each point with its values, in the order of the grid."""
+        return [self.grid.point(index) | values for index, values in self.values.items()]
+
+    def array(self, name: str) -> NDArray[Any]:
+        """One value over the whole grid, shape of the grid (lists add axes at the end).
+
+        Numbers are floats, NaN where there is none; texts are texts, empty where there is none. Keys of dictionaries
+        are joined by ``_``.
+
+        Raises:
+            KeyError: no such value.
+        """
+        return self.arrays()[name]
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """All of them, by name."""
+        flat = {index: flatten(values) for index, values in self.values.items()}
+        names = dict.fromkeys(name for values in flat.values() for name in values)
+        return {name: self._array({i: v[name] for i, v in flat.items() if v.get(name) is not None}) for name in names}
+
+    def _array(self, given: dict[int, Any]) -> NDArray[Any]:
+        values = np.array(list(given.values())) if given else np.zeros(0)  # ValueError: lists of different lengths
+        numbers = values.dtype.kind in "bif"
+        out = np.full(
+            (len(self.grid), *values.shape[1:]), np.nan if numbers else "", float if numbers else values.dtype
+        )
+        out[list(given)] = values
+        return out.reshape(*self.grid.shape, *values.shape[1:])
+
+    def to_netcdf(self, file: Path | str) -> None:
+        """Labelled, with units: a NetCDF-3 file that xarray, Matlab, Julia, R and ncdump open.
+
+        Raises:
+            OutputError: it cannot be written.
+        """
+        from palpate.sweep.netcdf import write
+
+        write(self, Path(file))
+
+    def to_csv(self, file: Path | str) -> None:
+        """One row for each point; lists and dictionaries become columns.
+
+        Raises:
+            OutputError: it cannot be written.
+        """
+        rows = [_columns(row) for row in self.rows()]
+        try:
+            with Path(file).open("w", newline="", encoding="utf-8") as stream:
+                out = csv.DictWriter(stream, list(dict.fromkeys(name for row in rows for name in row)))
+                out.writeheader()
+                out.writerows(rows)
+        except OSError as error:
+            raise OutputError("the table cannot be written", where=str(file), why=error.strerror or "") from None
+
+
+def flatten(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Dictionaries inside become ``outer_inner``."""
+    flat: dict[str, Any] = {}
+    for name, value in values.items():
+        inner = flatten({f"{name}_{k}": v for k, v in value.items()}) if isinstance(value, dict) else {name: value}
+        flat.update(inner)
+    return flat
+
+
+def _columns(row: Mapping[str, Any]) -> dict[str, Any]:
+    flat = flatten(row)
+    while any(isinstance(value, list) for value in flat.values()):
+        flat = flatten({n: dict(enumerate(v)) if isinstance(v, list) else v for n, v in flat.items()})
+    return flat

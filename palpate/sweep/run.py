@@ -1,0 +1,142 @@
+"""The one function that studies go through."""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Callable, Generator, Iterable, Mapping
+from contextlib import closing, nullcontext
+from functools import partial
+from itertools import islice
+from pathlib import Path
+from typing import Any, Literal
+
+from rich.console import Console
+from threadpoolctl import threadpool_limits
+
+from palpate.errors import SweepError
+from palpate.sweep import local
+from palpate.sweep.grid import Axis, Grid, Point
+from palpate.sweep.journal import Journal, fingerprint, name_of
+from palpate.sweep.progress import Bar
+from palpate.sweep.result import Label, Swept
+from palpate.sweep.work import Answer, Function, Work, identity, seed_of
+
+FAILURES = 20
+"""After so many failed points a sweep stops: the fault is in the function."""
+TOLD = 5
+"""Failed points that an error names."""
+
+
+def sweep(
+    fn: Function,
+    grid: Mapping[str, Axis | Iterable[Any]],
+    seed: int = 0,
+    executor: Literal["local", "dask", "serial"] = "local",
+    *,
+    workers: int | None = None,
+    address: str | None = None,
+    resume: Path | str | None = None,
+    where: Callable[[Point], bool] | None = None,
+    labels: Mapping[str, Label] | None = None,
+    on_error: Literal["raise", "keep"] = "raise",
+    console: Console | None = None,
+    title: str = "",
+) -> Swept:
+    """Call ``fn(point, seed)`` at every point of a grid; the result is the same, bit for bit, whoever computes it.
+
+    A point's seed follows from ``seed`` and the point's number alone (numpy's ``SeedSequence``). A worker that is
+    killed loses nothing: its points are done again.
+
+    Args:
+        fn: from ``{axis: value}`` and a seed below 2^63 to a dictionary of numbers, texts, lists or dictionaries. It
+            stands at the top of a module, for the workers import it; what it returns may depend on nothing else.
+        grid: values by axis; the points are their product, the last axis runs fastest.
+        seed: of the whole sweep.
+        executor: ``local`` (processes of this machine), ``dask`` (a Dask cluster), or ``serial`` (this very process,
+            for debuggers and for sweeps of a second).
+        workers: processes; one per core when left out. On an existing cluster all its workers are used.
+        address: of an existing Dask scheduler, e.g. ``tcp://node7:8786``; without one a cluster on this machine.
+        resume: journal, begun when the file is not there and gone on with when it is.
+        where: points for which it is false are left out, and blank in the result.
+        labels: unit and words of the values that ``fn`` returns.
+        on_error: ``keep`` leaves failed points blank and tells why in ``Swept.errors``.
+        console: for the progress; left out, a bar is shown where the standard error is a terminal.
+        title: of the bar; the function's name when left out.
+
+    Returns:
+        Values by point, with ``rows()``, ``array(name)``, ``to_netcdf(file)`` and ``to_csv(file)``.
+
+    Raises:
+        SweepError: points failed (all others are done, and kept in the journal), the workers cannot work, or the
+            journal belongs to another sweep.
+        MissingExtraError: ``dask`` without the extra ``palpate[dask]``.
+    """
+    work = Work(fn, Grid.of(grid), seed, identity())
+    indices = work.grid.points(where)
+    found: dict[int, Answer] = {}
+    with (
+        Journal(Path(resume), fingerprint(work, indices)) if resume else nullcontext() as journal,
+        Bar(console, title or name_of(fn), len(indices)) as bar,
+    ):
+        if journal:
+            found |= journal.done
+            bar.advance(len(found), taken_up=True)
+        todo = [index for index in indices if index not in found]
+        failed = 0
+        with closing(_executor(executor, workers, address)(work, todo)) as answers:
+            for answer in answers:
+                found[answer.point] = answer
+                if journal:
+                    journal.keep(answer)
+                bar.advance(1)
+                failed += answer.values is None
+                if failed >= FAILURES and on_error == "raise":
+                    break
+    errors = {index: found[index].error for index in indices if index in found and found[index].values is None}
+    if errors and on_error == "raise":
+        raise _failure(work, errors, len(indices) - len(found), resume)
+    values = {index: v for index in indices if (v := found[index].values) is not None}
+    attributes: dict[str, str | int] = {"fn": name_of(fn), "seed": seed, "version": f"palpate {work.version}"}
+    return Swept(work.grid, values, attributes, dict(labels or {}), errors)
+
+
+def _executor(
+    name: str, workers: int | None, address: str | None
+) -> Callable[[Work, list[int]], Generator[Answer, None, None]]:
+    if address and name != "dask":
+        raise SweepError(f"address {address} with executor {name!r}", mend="use executor='dask' (--executor dask)")
+    if workers is not None and workers < 1:
+        raise SweepError(f"workers must be at least 1, got {workers}")
+    if name == "serial":
+        return _serial
+    if multiprocessing.parent_process() or getattr(multiprocessing.current_process(), "_inheriting", False):
+        why = "this process is a worker itself; perhaps it runs the whole script because it imports fn from it"
+        raise SweepError("sweep() was called inside a worker process", why=why, mend=local.MEND)
+    if name == "local":
+        return partial(local.run, workers=workers)
+    if name == "dask":
+        from palpate.sweep import cluster
+
+        return partial(cluster.run, workers=workers, address=address)
+    raise SweepError(f"unknown executor {name!r}", mend="use local, dask or serial")
+
+
+def _serial(work: Work, todo: list[int]) -> Generator[Answer, None, None]:
+    with threadpool_limits(1):
+        yield from work.answers(todo)
+
+
+def _failure(work: Work, errors: dict[int, str], left: int, resume: Path | str | None) -> SweepError:
+    told = [
+        f"at {', '.join(f'{name} = {value}' for name, value in work.grid.point(index).items())} "
+        f"(seed {seed_of(work.seed, index)}): {error}"
+        for index, error in islice(errors.items(), TOLD)
+    ]
+    more = [f"and {len(errors) - TOLD} more"] if len(errors) > TOLD else []
+    undone = f", {left} not tried" if left else ""
+    return SweepError(
+        f"{len(errors)} of {len(work.grid)} points failed{undone}",
+        where=name_of(work.fn),
+        why="\n    ".join([*told, *more]),
+        mend=f"what succeeded is kept in {resume}" if resume else "",
+    )

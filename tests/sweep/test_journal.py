@@ -1,0 +1,144 @@
+"""What is done stays done: after a kill, after Ctrl-C, with a torn line; and a journal knows its sweep."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+import warnings
+from functools import partial
+from pathlib import Path
+
+import pytest
+import sweep_points
+
+from palpate.errors import OutputError, PalpateWarning, SweepError
+from palpate.sweep import sweep
+from palpate.sweep.journal import Journal
+from palpate.sweep.work import seed_of
+
+GRID = {"K": [1.0, 2.0, 4.0], "law": ["a", "b"]}
+
+
+def done(journal: Path) -> int:
+    return max(0, journal.read_bytes().count(b"\n") - 1) if journal.exists() else 0
+
+
+def works(pid: str) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+def calls_in(folder: Path) -> int:
+    return sum(len(file.read_text().split()) for file in folder.iterdir())
+
+
+@pytest.fixture
+def stopped(tmp_path):
+    """A sweep of 200 points that was stopped by a signal: (command, folder of its calls, journal, points kept)."""
+
+    def stop(how):
+        calls, journal = tmp_path / "calls", tmp_path / "journal"
+        calls.mkdir()
+        command = [sys.executable, sweep_points.__file__, str(calls), str(journal)]
+        process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+        while done(journal) < 40:
+            assert process.poll() is None
+            time.sleep(0.01)
+        process.send_signal(how)
+        said = process.communicate()[1]
+        patience = time.monotonic() + 5.0
+        while any(works(file.name) for file in calls.iterdir()):  # a killed parent's workers end with their point
+            assert time.monotonic() < patience
+            time.sleep(0.02)
+        return command, calls, journal, said
+
+    return stop
+
+
+def test_ctrl_c_keeps_what_is_done_and_ends_the_workers(stopped):
+    _, calls, journal, said = stopped(signal.SIGINT)
+    assert said.rstrip().endswith("KeyboardInterrupt")
+    assert said.count("Traceback") == 1  # the workers are silent
+    assert 40 <= done(journal) <= calls_in(calls) < 200
+
+
+def test_a_killed_sweep_goes_on_where_it_was(stopped):
+    command, calls, journal, _ = stopped(signal.SIGKILL)
+    kept, before = done(journal), calls_in(calls)
+    assert 40 <= kept < 200
+    with journal.open("ab") as torn:
+        torn.write(b'0badc0de {"point":19')
+    assert subprocess.run(command, timeout=60).returncode == 0
+    assert calls_in(calls) - before == 200 - kept  # nothing that was kept is done again
+    lines = journal.read_bytes().splitlines()[1:]
+    found = {e["point"]: e["values"]["x"] for e in (json.loads(line.partition(b" ")[2]) for line in lines)}
+    assert found == {k: seed_of(7, k) % 1000 + k for k in range(200)}
+
+
+def test_a_finished_journal_is_read_and_nothing_is_done_again(tmp_path, monkeypatch):
+    first = sweep(sweep_points.draw, GRID, 1, "serial", resume=tmp_path / "j")
+    size = (tmp_path / "j").stat().st_size
+    monkeypatch.setattr("palpate.sweep.work.Work._answer", None)  # whoever computes fails
+    assert sweep(sweep_points.draw, GRID, 1, "serial", resume=tmp_path / "j").rows() == first.rows()
+    assert (tmp_path / "j").stat().st_size == size
+
+
+def test_a_broken_line_costs_its_point_alone(tmp_path):
+    first = sweep(sweep_points.draw, GRID, 1, "serial", resume=tmp_path / "j")
+    lines = (tmp_path / "j").read_bytes().splitlines(keepends=True)
+    lines[3] = lines[3].replace(b'"x":', b'"x":1')
+    (tmp_path / "j").write_bytes(b"".join(lines))
+    with pytest.warns(PalpateWarning, match="1 broken line"):
+        assert sweep(sweep_points.draw, GRID, 1, "serial", resume=tmp_path / "j").rows() == first.rows()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ResourceWarning)
+        assert done(tmp_path / "j") == 7
+
+
+def test_failed_points_are_tried_again(tmp_path):
+    for _ in range(2):
+        with pytest.raises(SweepError, match=f"what succeeded is kept in {tmp_path / 'j'}"):
+            sweep(sweep_points.picky, {"k": range(8)}, executor="serial", resume=tmp_path / "j")
+        assert done(tmp_path / "j") == 6
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"fn": sweep_points.picky}, 'fn was "sweep_points.draw" and is "sweep_points.picky"'),
+        ({"fn": partial(sweep_points.draw)}, "code was "),
+        ({"seed": 2}, "seed was 1 and is 2"),
+        ({"grid": {**GRID, "law": ["a", "c"]}}, "axes was "),
+        ({"where": lambda p: p["K"] > 1}, "points was "),
+    ],
+)
+def test_another_sweep_is_refused(change, words, tmp_path):
+    same = {"fn": sweep_points.draw, "grid": GRID, "seed": 1, "executor": "serial", "resume": tmp_path / "j"}
+    sweep(**same)
+    with pytest.raises(SweepError, match="the journal belongs to another sweep") as refusal:
+        sweep(**same | change)
+    assert words in str(refusal.value)
+
+
+def test_another_version_is_refused(tmp_path, monkeypatch):
+    sweep(sweep_points.draw, GRID, 1, "serial", resume=tmp_path / "j")
+    monkeypatch.setattr("palpate.sweep.run.identity", lambda: "9.9.9 (new)")
+    with pytest.raises(SweepError, match=r"version was .* and is \"9.9.9 \(new\)\""):
+        sweep(sweep_points.draw, GRID, 1, "serial", resume=tmp_path / "j")
+
+
+def test_files_that_cannot_be_journals(tmp_path):
+    (tmp_path / "notes.txt").write_text("buy milk\n")
+    with pytest.raises(SweepError, match=r"notes.txt: this is no journal of a sweep"):
+        sweep(sweep_points.draw, GRID, 1, "serial", resume=tmp_path / "notes.txt")
+    (tmp_path / "one.txt").write_text("buy milk")  # not even a line
+    with pytest.raises(SweepError, match=r"one.txt: this is no journal of a sweep"):
+        sweep(sweep_points.draw, GRID, 1, "serial", resume=tmp_path / "one.txt")
+    assert (tmp_path / "one.txt").read_text() == "buy milk"
+    with pytest.raises(OutputError, match="the journal cannot be written"):
+        sweep(sweep_points.draw, GRID, 1, "serial", resume="/proc/journal")
+    with Journal(tmp_path / "j", {}), pytest.raises(SweepError, match="the journal is in use"):
+        Journal(tmp_path / "j", {})

@@ -1,0 +1,149 @@
+"""The same numbers whoever computes them, in whatever order, and however often a worker is killed."""
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+import time
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sweep_points
+
+from palpate.errors import SweepError
+from palpate.sweep import Axis, sweep
+from palpate.sweep.grid import Grid
+from palpate.sweep.queue import Queue
+from palpate.sweep.work import Work, seed_of
+
+GRID = {"K": Axis(np.linspace(100.0, 400.0, 7), "N/m", "stiffness"), "law": ["a", "bc"], "k": range(3)}
+
+
+@pytest.fixture(scope="module")
+def expected():
+    return sweep(sweep_points.draw, GRID, 5, "serial")
+
+
+def test_processes_give_the_same_as_this_process(expected, tmp_path):
+    found = sweep(sweep_points.draw, GRID, 5, workers=3)
+    assert found.rows() == expected.rows()
+    found.to_netcdf(tmp_path / "a.nc")
+    expected.to_netcdf(tmp_path / "b.nc")
+    assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "b.nc").read_bytes()
+
+
+def test_the_order_of_the_points_is_that_of_nested_loops(expected):
+    points = [(K, law, k) for K in np.linspace(100.0, 400.0, 7) for law in ("a", "bc") for k in range(3)]
+    assert [(r["K"], r["law"], r["k"]) for r in expected.rows()] == points
+
+
+def test_seeds_are_those_of_numpy_and_all_different():
+    child = np.random.SeedSequence(5, spawn_key=(17,)).generate_state(1, np.uint64)[0]
+    assert seed_of(5, 17) == int(child) // 2
+    assert len({seed_of(seed, index) for seed in range(20) for index in range(500)}) == 10_000
+    assert max(seed_of(0, index) for index in range(1000)) < 2**63
+
+
+def test_points_left_out_keep_the_seeds_of_the_others(expected):
+    some = sweep(sweep_points.draw, GRID, 5, "serial", where=lambda p: p["law"] == "bc" and p["K"] > 200)
+    assert 0 < len(some.rows()) < len(expected.rows())
+    assert all(row in expected.rows() for row in some.rows())
+    assert np.isnan(some.array("x")[:, 0]).all()
+
+
+def calls(folder: Path) -> list[int]:
+    return [int(k) for file in folder.iterdir() for k in file.read_text().split()]
+
+
+def test_a_worker_killed_in_the_middle_loses_nothing(tmp_path):
+    grid = {"k": range(120), "folder": [str(tmp_path)]}
+
+    def kill_one() -> None:
+        while len(calls(tmp_path)) < 40:
+            time.sleep(0.01)
+        os.kill(int(next(tmp_path.iterdir()).name), signal.SIGKILL)
+
+    killer = threading.Thread(target=kill_one)
+    killer.start()
+    found = sweep(sweep_points.slow, grid, 7, workers=2)
+    killer.join()
+    assert len(list(tmp_path.iterdir())) == 3  # two, and one in the place of the dead
+    assert sorted(set(calls(tmp_path))) == list(range(120))
+    assert len(calls(tmp_path)) <= 121  # only the point that it died over was done again
+    assert found.rows() == [
+        p | {"x": seed_of(7, k) % 1000 + k} for k, p in enumerate(map(Grid.of(grid).point, range(120)))
+    ]
+
+
+def test_a_point_that_kills_every_worker_is_told_and_the_others_are_done():
+    found = sweep(sweep_points.deadly, {"k": range(8)}, workers=2, on_error="keep")
+    assert [row["k"] for row in found.rows()] == [0, 1, 2, 4, 5, 6, 7]
+    assert found.errors == {3: "3 worker processes died over it (was killed by SIGKILL)"}
+
+
+@pytest.mark.parametrize("executor", ["serial", "local"])
+def test_an_exception_names_its_points_and_its_place(executor):
+    with pytest.raises(SweepError) as failure:
+        sweep(sweep_points.picky, {"k": range(8)}, executor=executor)
+    text = str(failure.value)
+    assert "sweep_points.picky: 2 of 8 points failed" in text
+    assert "at k = 2 (seed " in text
+    assert "ValueError: no 5 today" in text
+    assert "sweep_points.py:" in text
+
+
+def test_failures_without_end_stop_the_sweep():
+    with pytest.raises(SweepError, match=r"20 of 1000 points failed, 980 not tried[\s\S]*and 15 more"):
+        sweep(partial(sweep_points.picky), {"k": [2], "n": range(1000)}, executor="serial")
+
+
+def test_the_queue_gives_every_point_and_smaller_chunks_towards_the_end():
+    queue, taken = Queue(range(1000), 2), []
+    while queue:
+        chunk = queue.take()
+        queue.took(len(chunk), 1e-4 * len(chunk))
+        taken.append(chunk)
+    assert [k for chunk in taken for k in chunk] == list(range(1000))
+    sizes = [len(chunk) for chunk in taken]
+    assert sizes[0] == 1
+    assert max(sizes) == 249
+    assert sizes[1:] == sorted(sizes[1:], reverse=True)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"fn": lambda point, seed: {}}, "fn cannot be sent to worker processes"),
+        ({"executor": "slurm"}, "unknown executor 'slurm'"),
+        ({"address": "tcp://x:1"}, "address tcp://x:1 with executor 'local'"),
+        ({"workers": 0}, "workers must be at least 1, got 0"),
+        ({"grid": {"k": []}}, "axis 'k' cannot be swept"),
+        ({"grid": {"k": [1, 1]}}, "a value is there twice"),
+        ({"grid": {"k": [1, "a"]}}, "axis 'k' mixes numbers and texts"),
+        ({"grid": {"k": [float("nan")]}}, "axis 'k' has the value nan"),
+        ({"fn": sweep_points.__dict__["Path"], "executor": "serial"}, "TypeError"),
+    ],
+)
+def test_mistakes_are_told(wrong, words):
+    with pytest.raises(SweepError, match=words):
+        sweep(**{"fn": sweep_points.picky, "grid": {"k": [0]}, **wrong})
+
+
+def test_a_script_without_a_guard_is_told_what_to_do(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text("from palpate.sweep import sweep\ndef f(p, s): return {}\nsweep(f, {'k': range(3)}, workers=1)\n")
+    run = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=60)
+    assert run.returncode == 1
+    assert "sweep() was called inside a worker process" in run.stderr
+    assert "the worker processes do not start" in run.stderr
+    assert "if __name__ == '__main__':" in run.stderr
+
+
+def test_workers_with_other_sources_are_refused():
+    work = Work(sweep_points.picky, Grid.of({"k": [0]}), 0, "0.0.1 (other)")
+    (answer,) = pickle.loads(pickle.dumps(work)).answers([0])
+    assert "the sweep was begun by 0.0.1 (other); install the same" in answer.error

@@ -1,0 +1,49 @@
+"""Functions that tests sweep: the workers import them from here."""
+
+import os
+import signal
+import time
+from pathlib import Path
+
+import numpy as np
+
+
+def draw(point, seed):
+    """A number that depends on the point and on its seed, through BLAS."""
+    rng = np.random.default_rng(seed)
+    A = rng.normal(size=(60, 60))
+    return {"x": float((A @ A)[0, 0]) * point["K"], "whole": np.int64(point["K"]), "name": point["law"]}
+
+
+def slow(point, seed):
+    """Leaves a line for each call in the folder of the point, one file for each process."""
+    with (Path(point["folder"]) / str(os.getpid())).open("a") as log:
+        log.write(f"{point['k']}\n")
+    time.sleep(0.02)
+    return {"x": seed % 1000 + point["k"]}
+
+
+def deadly(point, seed):
+    if point["k"] == 3:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return {"x": point["k"]}
+
+
+def picky(point, seed):
+    if point["k"] in (2, 5):
+        raise ValueError(f"no {point['k']} today")
+    return {"x": point["k"]}
+
+
+def rich(point, seed):
+    none = point["K"] > 1 or None
+    return {"list": [1.0, point["K"]], "by cap": {"5": 0.5, "50": None}, "word": "wavy" * point["k"], "yes": none}
+
+
+if __name__ == "__main__":
+    import sys
+
+    from palpate.sweep import sweep
+
+    folder, journal = sys.argv[1:]
+    sweep(slow, {"k": range(200), "folder": [folder]}, 7, workers=2, resume=journal)
