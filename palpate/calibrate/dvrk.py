@@ -56,11 +56,12 @@ def regressor(q: Array) -> Array:
 
 
 def moments_of_parameters(arm: Arm) -> Array:
-    """T (28, 10): links' first moments Pi = T p, so that Y Pi = Y10 p at every pose (roll at its angle 0)."""
+    """T (28, 10): links' first moments Pi = T p, so that Y Pi = Y10 p at every pose; none on the roll's link."""
     q = np.random.default_rng(0).uniform(arm.q_min, arm.q_max, (60, arm.n))
-    q[:, 6] = 0.0
-    Y = arm.gravity_columns(_core.GravityTerms(), q).reshape(-1, 4 * arm.n)
-    return np.asarray(np.linalg.lstsq(Y, regressor(q).reshape(-1, PARAMETERS), rcond=1e-10)[0])
+    Y = arm.gravity_columns(_core.GravityTerms(), q).reshape(-1, 4 * arm.n)[:, : 4 * _JOINTS]
+    T = np.zeros((4 * arm.n, PARAMETERS))
+    T[: 4 * _JOINTS] = np.linalg.lstsq(Y, regressor(q).reshape(-1, PARAMETERS), rcond=1e-10)[0]
+    return T
 
 
 def load(path: str | Path) -> GravityModel:

@@ -62,16 +62,16 @@ def fit_poses(poses: Static, arm: Arm, form: str, measured: Mask) -> Fitted:
     impossible = beyond_drives(poses.tau, arm)
     use = np.broadcast_to(measured, poses.tau.shape) & ~impossible.any(axis=1, keepdims=True)
     outliers = [_outlier(poses, i, j, "more than three times what the drive can") for i, j in np.argwhere(impossible)]
-    if not forms.FORMS[form](arm, poses.q, _START).prior:
-        return replace(_fit(poses, arm, form, use), outliers=tuple(outliers))
+    if not forms.FORMS[form](arm, poses.q, measured, _START).prior:
+        return replace(_fit(poses, arm, form, measured, use), outliers=tuple(outliers))
     leans = leaning(poses.q, poses.tau, use, arm.tau_max)
     for lean in leans:  # what a drive bears is felt by all joints it is coupled to
         use = use & ~(lean.rows[:, None] & (np.abs(np.linalg.inv(coupling(arm)).T[:, lean.joint]) > 0.0))
-    fitted = _fit(poses, arm, form, use, _STEPS // 3)
+    fitted = _fit(poses, arm, form, measured, use, _STEPS // 3)
     left = poses.tau - predicted(fitted.model, poses, arm)
     far = use & (np.abs(left) > _FAR * _spread(left, use))
     outliers += [_outlier(poses, i, j, f"{left[i, j]:+.3f} N m from the model") for i, j in np.argwhere(far)]
-    fitted = _fit(poses, arm, form, use & ~far, _STEPS)
+    fitted = _fit(poses, arm, form, measured, use & ~far, _STEPS)
     left = poses.tau - predicted(fitted.model, poses, arm)
     back = left @ coupling(arm)  # to the drives
     stops = tuple(stop_of(poses.q[:, lean.joint], back[:, lean.joint], lean) for lean in leans)
@@ -88,11 +88,11 @@ def predicted(model: GravityModel, poses: Static, arm: Arm) -> Array:
     return model.measured(poses.q, arm, directions(poses, model.drives(poses.q, arm)))
 
 
-def _fit(poses: Static, arm: Arm, form: str, use: Mask, steps: int = 0) -> Fitted:
+def _fit(poses: Static, arm: Arm, form: str, measured: Mask, use: Mask, steps: int = 0) -> Fitted:
     make = forms.FORMS[form]
     x = drives(poses.q, arm)
     hyper = _tuned(poses, arm, form, use, steps) if steps else None
-    design = make(arm, poses.q, hyper)
+    design = make(arm, poses.q, measured, hyper)
     direction = directions(poses, x if design.motor_friction else poses.q)
     columns = forms.columns(design, poses.q, direction, arm)
     if hyper is not None:
@@ -124,7 +124,7 @@ def _tuned(poses: Static, arm: Arm, form: str, use: Mask, steps: int) -> Hyper:
 
     @lru_cache(maxsize=4)  # a step in the noise alone leaves the columns as they are
     def columns(size: tuple[float, ...], length: tuple[tuple[float, ...], ...]) -> Array:
-        design = forms.FORMS[form](arm, q, replace(_START, size=size, length=length))
+        design = forms.FORMS[form](arm, q, joints, replace(_START, size=size, length=length))
         return np.ascontiguousarray(forms.columns(design, q, direction, arm)[:, joints])
 
     def objective(values: Array) -> float:

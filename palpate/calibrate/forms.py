@@ -2,7 +2,7 @@
 
 * ``paper``: the masses alone, Pi = Y^+ T (Eqs 10-12, least squares of the smallest norm).
 * ``gravity+springs``: masses, and a constant and a linear spring per joint; least squares.
-* ``dvrk``: ten combinations of moments and a polynomial of fourth order per joint and direction, as the dVRK ships it.
+* ``dvrk``: ten combinations of moments, a polynomial of fourth order per joint, and its direction, as the dVRK has it.
 * ``potential`` (ours): masses, springs, and what cables do as a smooth potential of the joints that a bundle of them
   crosses, its smoothness and size found by marginal likelihood (a Gaussian process of the potential, whose slope is
   measured); dry friction of the motors, by the direction each came from. One potential for all joints of a bundle is
@@ -17,6 +17,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import linalg
 
 from palpate import _core
 from palpate.arm import Arm
@@ -24,6 +25,7 @@ from palpate.calibrate import dvrk
 from palpate.calibrate.approach import coupling, drives
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 #: Joints (from 0) that a bundle of cables crosses: along the arm, around the platform, through the gimbal.
 BUNDLES: tuple[tuple[int, ...], ...] = ((0, 1, 2), (3,), (4, 5))
@@ -55,32 +57,43 @@ class Design:
     prior: bool
 
 
-def paper(arm: Arm, q: Array, hyper: Hyper | None) -> Design:
+def _of_measured(measured: Mask, each: int) -> Array:
+    """(each n, p): `each` parameters per joint, of measured joints alone.
+
+    Of a link's moments: static torques of the other joints cannot tell it from the next one; what is told of it stays
+    with the last measured joint's, so that the others hold nothing made up.
+    """
+    return np.asarray(np.eye(each * len(measured))[:, np.repeat(measured, each)])
+
+
+def paper(arm: Arm, q: Array, measured: Mask, hyper: Hyper | None) -> Design:
     """Masses alone."""
     terms = _core.GravityTerms()
-    return Design(terms, np.eye(4 * arm.n), 0, True, False)
+    return Design(terms, _of_measured(measured, 4), 0, True, False)
 
 
-def gravity_springs(arm: Arm, q: Array, hyper: Hyper | None) -> Design:
+def gravity_springs(arm: Arm, q: Array, measured: Mask, hyper: Hyper | None) -> Design:
     """Masses, a constant and a linear spring per joint."""
-    return Design(_core.GravityTerms(degree=1), np.eye(6 * arm.n), 0, True, False)
+    into = linalg.block_diag(_of_measured(measured, 4), _of_measured(measured, 2))
+    return Design(_core.GravityTerms(degree=1), into, 0, True, False)
 
 
-def dvrk_form(arm: Arm, q: Array, hyper: Hyper | None) -> Design:
-    """Ten parameters of gravity and a polynomial per joint and direction."""
-    into = np.zeros((9 * arm.n, dvrk.PARAMETERS + 5 * arm.n))
-    into[: 4 * arm.n, : dvrk.PARAMETERS] = dvrk.moments_of_parameters(arm)
-    into[4 * arm.n :, dvrk.PARAMETERS :] = np.eye(5 * arm.n)
-    return Design(_core.GravityTerms(degree=4), into, 5, False, False)
+def dvrk_form(arm: Arm, q: Array, measured: Mask, hyper: Hyper | None) -> Design:
+    """Ten parameters of gravity, a polynomial per joint, and a constant of its direction.
+
+    The dVRK fits a whole polynomial per direction, to grids of poses reached both ways. Poses visited in any order are
+    reached from below where they are high, so that two polynomials would each be blind for half of the range.
+    """
+    into = linalg.block_diag(dvrk.moments_of_parameters(arm), _of_measured(measured, 5))
+    return Design(_core.GravityTerms(degree=4), into, 1, False, False)
 
 
-def potential(arm: Arm, q: Array, hyper: Hyper | None) -> Design:
+def potential(arm: Arm, q: Array, measured: Mask, hyper: Hyper | None) -> Design:
     """Masses, springs, and a field per bundle of cables; prior as `hyper` says."""
     assert hyper is not None
-    n, fields = arm.n, []
-    scales = [np.tile([_MASS, _MOMENT, _MOMENT, _MOMENT], n), np.full(2 * n, _SPRING)]
-    into = np.zeros((6 * n, 6 * n))
-    np.fill_diagonal(into, np.concatenate(scales))
+    fields = []
+    scales = np.diag(np.tile([_MASS, _MOMENT, _MOMENT, _MOMENT], arm.n))
+    blocks = [scales @ _of_measured(measured, 4), _SPRING * _of_measured(measured, 2)]
     for joints, size, length in zip(BUNDLES, hyper.size, hyper.length, strict=True):
         z, scale = centres(q[:, joints]), np.array(length)
         fields.append(_core.Field(list(joints), z, scale))
@@ -89,11 +102,11 @@ def potential(arm: Arm, q: Array, hyper: Hyper | None) -> Design:
         block = (
             size * scale.min() * np.linalg.inv(np.linalg.cholesky(K)).T
         )  # weights have the covariance size^2 l^2 / K
-        into = np.block([[into, np.zeros((len(into), len(z)))], [np.zeros((len(z), into.shape[1])), block]])
-    return Design(_core.GravityTerms(degree=1, fields=fields), into, 1, True, True)
+        blocks.append(block)
+    return Design(_core.GravityTerms(degree=1, fields=fields), linalg.block_diag(*blocks), 1, True, True)
 
 
-FORMS: dict[str, Callable[[Arm, Array, Hyper | None], Design]] = {
+FORMS: dict[str, Callable[[Arm, Array, Mask, Hyper | None], Design]] = {
     "potential": potential,
     "dvrk": dvrk_form,
     "gravity+springs": gravity_springs,

@@ -104,7 +104,7 @@ def gravity(
         raise RecordingError(f"there is no model {model!r}", mend=f"choose one of {', '.join(forms.FORMS)}")
     poses = read_static(train, arm)
     unseen = read_static(test, arm) if test is not None else None
-    measured = poses.tau.std(axis=0) > _SILENT
+    measured = measured_joints(poses)
     joints = tuple(np.flatnonzero(measured).tolist())
     pairs = find_pairs(poses, joints)
     if pairs is not None:
@@ -131,6 +131,11 @@ def gravity(
         warnings=tuple(_warnings(fitted, poses, unseen, told, arm)),
         seconds=time.perf_counter() - began,
     )
+
+
+def measured_joints(poses: Static) -> NDArray[np.bool_]:
+    """(n,) joints whose torque varies, and so was measured."""
+    return np.asarray(poses.tau.std(axis=0) > _SILENT)
 
 
 def named_arm(arm: Arm | str) -> Arm:

@@ -203,3 +203,13 @@ def test_same_file_same_model(tmp_path):
     np.testing.assert_array_equal(one.theta, two.theta)
     assert len(read_static(tmp_path / "a.csv", Arm.mtm("right"))) == 40
     assert drives(one.visited, Arm.mtm("right")).shape == (40, 7)
+
+
+@pytest.mark.parametrize("form", forms.FORMS)
+def test_a_joint_that_was_not_measured_is_held_by_nothing(form, known):
+    """The last joint's torque is unknown: moments that its link could share with the one before stay there."""
+    arm, poses = known
+    model = fit_poses(poses, arm, form, MEASURED).model
+    q = synthetic.poses(50, 4)
+    q[:, 6] = np.linspace(-3, 3, 50)
+    assert np.abs(model.holding(q, arm)[:, 6]).max() < 1e-9

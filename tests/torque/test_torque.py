@@ -99,6 +99,17 @@ def test_gravity_has_the_first_claim_on_the_drives(mtm, options):
     assert np.linalg.norm(out.F_H_L) < 5.0
 
 
+def test_rounding_on_a_drive_without_room_takes_no_force(mtm, options):
+    """All wrist axes meet at the tip, so that a force loads the platform by rounding alone, however full."""
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        q, F = rng.uniform(mtm.q_min, mtm.q_max), np.r_[0.3 * rng.standard_normal(3), 0, 0, 0]
+        full = mtm.tau_max.copy()
+        full[3] = abs(mtm.holding(q)[3])
+        out, _ = _core.Torque(options, full).step(mtm, q, 0 * q, F)
+        np.testing.assert_allclose(out.F_H_L[:3], F[:3], rtol=1e-9)
+
+
 def test_moments_take_what_the_force_leaves(mtm, options):
     """A moment the wrist's drives cannot give does not shorten the force."""
     q = np.array([0, 0, 0, 0, np.pi / 2, 0.3, 0])

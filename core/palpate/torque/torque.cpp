@@ -17,6 +17,7 @@ constexpr Eigen::Index kMtmJoints = 7;
 constexpr double kHeaviest = 20.0;    // [kg] a direction in which the handle weighs more is called singular
 constexpr double kLength = 0.1;       // [m] by which law_cap is a cap of moments, too
 constexpr double kHandMotion = 10.0;  // [Hz] faster accelerations are noise, not a hand's intention
+constexpr double kRounding = 1e-12;   // [N m] a joint that the force hardly loads does not take it away
 constexpr double kFade = 0.06;        // [s] of what a law adds, once the leader is silent
 
 void require(bool good, const char* name, double value, const char* mend) {
@@ -51,7 +52,7 @@ double share_that_fits(const JointVector& tau_force, const JointVector& tau_hold
   for (Eigen::Index k = 0; k < limit.size(); ++k) {
     const double room = limit[k] - std::copysign(1.0, tau_force[k]) * tau_hold[k];
     const double wanted = std::abs(tau_force[k]);
-    if (wanted > room) share = std::min(share, std::max(room, 0.0) / wanted);
+    if (wanted > room + kRounding) share = std::min(share, std::max(room, 0.0) / wanted);
   }
   return share;
 }

@@ -1,0 +1,195 @@
+"""``palpate study drift``: let go of the arm, and see where its gravity compensation lets it drift.
+
+The plant is a simulated MTM that is held as a real one is: a model identified from all recordings of that arm, with
+its dry friction, and on top potentials that no controller's form has: "as identified" as large as the recordings
+bear out, "rough" as large as all that is left in poses reached both ways, as if none of it were chance.
+
+The controller has seen 160 poses of this plant, with the noise and the friction that recordings show, and nothing
+else; the dVRK's form has seen them from both sides, as the dVRK calibrates. Simulated; on a real arm Lin et al. (IROS
+2019) published 96 / 60 / 254 mm (mean, median, 95 %) for the paper's form and 5.8 / 2.1 / 22 mm for the dVRK's.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from itertools import repeat
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from rich.table import Table
+from tyro.conf import Positional, arg
+
+from palpate.calibrate.fit_gravity import fit_poses
+from palpate.calibrate.gravity import named_arm
+from palpate.errors import RecordingError
+from palpate.studies.drift_plant import PLANTS, TIME, Plant, make_plants, release, sampled, unseen_poses
+
+FORMS = ("paper", "gravity+springs", "dvrk", "potential")
+PUBLISHED = {"paper": (96.0, 60.0, 254.0), "dvrk": (5.8, 2.1, 22.0)}  # mean, median, p95 on a real arm [mm]
+RELEASES, TRAINED = 400, 160  # poses
+STAYS = 0.1  # [mm]
+
+_REAL = ("MTML_34863", "MTMR_31519", "MTMR_28247")
+_FILES = ("random_N160", "random_N400", "uniform_pos", "uniform_neg")
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """An arm, and the recordings that its plant is made from."""
+
+    name: str
+    arm: str  # mtml or mtmr
+    files: tuple[Path, ...]
+
+
+@dataclass
+class Study:
+    """Tip drift of a released arm by form of gravity model, on plants made from real arms' recordings (minutes).
+
+    examples:
+      palpate study drift --json drift.json --figures docs/images
+      palpate study drift my_poses.csv --arm mtml
+
+    Without recordings the three arms of PALPATE_DATA are taken (docs/calibrate.md).
+    """
+
+    recordings: Positional[tuple[Path, ...]] = ()
+    """Static recordings of one arm: its plant is made from them all."""
+    arm: Literal["mtml", "mtmr"] | None = None
+    """Which arm was recorded; without recordings, only those of this side."""
+    releases: int = RELEASES
+    """Poses the arm is released from."""
+    json: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write the figures as JSON (docs/json.md); - for the standard output."""
+    figures: Annotated[Path, arg(metavar="DIR")] = Path("runs/study-drift")
+    """Folder for the picture."""
+
+    def __call__(self) -> int:
+        """Do it."""
+        from palpate.cli.output import console_for, require_writable, say, write_json
+        from palpate.run_folder import require_writable as require_folder
+        from palpate.studies.drift_figure import draw
+
+        console = console_for(self.json)
+        require_writable(self.json)
+        require_folder(self.figures)
+        if self.releases < 1:
+            raise RecordingError(f"{self.releases} releases", mend="give at least one, e.g. --releases 400")
+        found = run(self._arms(), self.releases, lambda text: say(console, text))
+        console.print(table(found))
+        say(console, "simulated arms, made from recordings of real ones")
+        say(console, str(draw(found, self.figures)), "picture")
+        write_json(self.json, found)
+        return 0
+
+    def _arms(self) -> list[Recorded]:
+        if not self.recordings:
+            return real_arms(self.arm)
+        if self.arm is None:
+            raise RecordingError("which arm was recorded is not said", mend="add --arm mtml or --arm mtmr")
+        return [Recorded(self.recordings[0].stem, self.arm, self.recordings)]
+
+
+def real_arms(side: str | None = None) -> list[Recorded]:
+    """Three arms whose recordings are public, or those of one side.
+
+    Raises:
+        RecordingError: they are not there; says where they were looked for.
+    """
+    folder = Path(os.environ.get("PALPATE_DATA", "../shared/data")) / "mtm_static"
+    arms = [
+        Recorded(name, name[:4].lower(), tuple(folder / f"{name}__{part}.csv" for part in _FILES)) for name in _REAL
+    ]
+    arms = [arm for arm in arms if side in (None, arm.arm)]
+    if not all(file.is_file() for arm in arms for file in arm.files):
+        mend = "name static recordings of your arm, or set PALPATE_DATA"
+        raise RecordingError("no recordings to make a plant from", where=str(folder), mend=mend)
+    return arms
+
+
+def run(
+    arms: Sequence[Recorded],
+    releases: int = RELEASES,
+    on_progress: Callable[[str], None] = lambda _: None,
+) -> dict[str, Any]:
+    """Every form on the same plants, the same 160 samples, the same releases; keys of docs/json.md."""
+    described, rows = [], []
+    with ProcessPoolExecutor(max_workers=min(len(arms), os.cpu_count() or 1)) as pool:
+        for description, some in pool.map(_of_arm, arms, repeat(releases)):
+            described.append(description)
+            rows.extend(some)
+            on_progress(f"{description['arm']} done")
+    return {
+        "simulated": True,
+        "releases": releases,
+        "trained_on": TRAINED,
+        "released_s": TIME,
+        "published_mm": PUBLISHED,
+        "arms": described,
+        "rows": rows,
+    }
+
+
+def _of_arm(arm: Recorded, releases: int) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """What its plants are, and a row per plant and form."""
+    plants = make_plants(arm.files, arm.arm)
+    rows = [
+        {"arm": arm.name, "plant": name, "model": form} | _drift(form, plant, releases)
+        for name, plant in plants.items()
+        for form in FORMS
+    ]
+    return _description(arm, plants), rows
+
+
+def _description(arm: Recorded, plants: dict[str, Plant]) -> dict[str, Any]:
+    return {
+        "arm": arm.name,
+        "recordings": [file.name for file in arm.files],
+        "friction_Nm": plants[PLANTS[0]].coulomb[:6].tolist(),
+        "noise_Nm": {name: plant.noise[:6].tolist() for name, plant in plants.items()},
+        "beyond_form_Nm": {name: plant.beyond[:6].tolist() for name, plant in plants.items()},
+    }
+
+
+def _drift(form: str, plant: Plant, releases: int) -> dict[str, Any]:
+    controller = named_arm("mtml" if plant.arm.name == "mtm_left" else "mtmr")
+    poses = sampled(plant, TRAINED, seed=1, both_ways=form == "dvrk")
+    model = fit_poses(poses, controller, form, plant.measured).model
+    model.apply(controller)
+    starts = unseen_poses(plant, releases, seed=2)
+    wrong = model.holding(starts, controller) - np.array([plant.arm.holding(q) for q in starts])
+    drift = 1e3 * np.array([release(plant, controller, q) for q in starts])
+    return {
+        "mean_mm": float(drift.mean()),
+        "median_mm": float(np.median(drift)),
+        "p95_mm": float(np.percentile(drift, 95)),
+        "stays": float((drift < STAYS).mean()),
+        "torque_error_Nm": np.sqrt((wrong**2).mean(axis=0))[:6].tolist(),
+        "beyond_friction": (np.abs(wrong) > plant.coulomb).mean(axis=0)[:6].tolist(),
+        "drift_mm": np.round(np.sort(drift), 4).tolist(),
+    }
+
+
+def table(found: dict[str, Any]) -> Table:
+    """Drift by form, beside what was published."""
+    title = f"tip drift within {found['released_s']:g} s of letting go, simulated, {found['releases']} poses [mm]"
+    shown = Table(title=title, title_justify="left")
+    heads = ("arm", "plant", "model", "mean", "median", "95 %", "stays", "published", "wrong by [N m]")
+    for head in heads:
+        shown.add_column(head, justify="left" if head in heads[:3] else "right", no_wrap=True)
+    for k, row in enumerate(found["rows"]):
+        first = k % len(FORMS) == 0
+        real = "/".join(f"{x:g}" for x in found["published_mm"].get(row["model"], ()))
+        wrong = " ".join(f"{x:.3f}" for x in row["torque_error_Nm"][:3])
+        shown.add_row(row["arm"] * first, row["plant"] * first, row["model"], f"{row['mean_mm']:.2f}",
+                      f"{row['median_mm']:.2f}", f"{row['p95_mm']:.2f}", f"{100 * row['stays']:.0f} %", real, wrong,
+                      end_section=(k + 1) % len(FORMS) == 0)  # fmt: skip
+    shown.caption = (
+        f"stays: moved less than {STAYS:g} mm; published: on a real arm (Lin et al. 2019), mean/median/95 %; wrong by: "
+        "rms error of the holding torques of joints 1 to 3."
+    )
+    return shown

@@ -1,0 +1,103 @@
+"""A released arm: a right model holds it, a wrong one lets it fall, and the study tells which is which."""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from palpate import Arm, _core
+from palpate.errors import RecordingError
+from palpate.studies import drift, drift_plant
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "calibrate"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+import json_contract
+import synthetic_arm as synthetic
+
+MEASURED = np.arange(7) < 6
+
+
+def plant(coulomb=synthetic.COULOMB) -> drift_plant.Plant:
+    motors = synthetic.COULOMB[:, None]
+    return drift_plant.Plant(synthetic.true_arm(), np.array(coulomb), motors, synthetic.NOISE, MEASURED,
+                       synthetic.poses(100, 1), np.zeros(7))  # fmt: skip
+
+
+def controller(scale: float) -> Arm:
+    """Knows the plant, but for the size of every torque."""
+    arm = synthetic.true_arm()
+    true = plant().arm
+    fields = [
+        _core.Field([0, 1, 2], np.array([[0.2, -0.1, 0.1], [-0.3, 0.2, -0.2]]), [0.6, 0.5, 0.9]),
+        _core.Field([3], np.array([[0.5], [2.5]]), [1.2]),
+    ]
+    theta = np.concatenate([arm.moments, np.zeros(14), [0.035, -0.03], [0.03, -0.04]])
+    arm.set_gravity_model(_core.GravityTerms(degree=1, fields=fields), scale * theta)
+    assert np.allclose(controller_holds := arm.holding(np.zeros(7)), scale * true.holding(np.zeros(7))), (
+        controller_holds
+    )
+    return arm
+
+
+def test_the_right_model_holds_and_a_wrong_one_lets_go():
+    q = synthetic.poses(1, 4)[0]
+    assert drift_plant.release(plant(), controller(1.0), q) < 1e-4
+    assert drift_plant.release(plant(), controller(0.5), q) > 0.02
+
+
+def test_friction_holds_what_a_small_error_leaves():
+    """An error below the friction of every joint moves nothing; without friction it does."""
+    q = synthetic.poses(1, 4)[0]
+    nearly = controller(1.02)
+    assert (np.abs(nearly.holding(q) - plant().arm.holding(q)) < synthetic.COULOMB + 1e-12)[:6].all()
+    assert drift_plant.release(plant(), nearly, q) < 1e-4
+    assert drift_plant.release(plant(np.zeros(7)), nearly, q) > 1e-3
+
+
+def test_samples_of_the_plant_are_its_torques_with_friction_and_noise():
+    poses = drift_plant.sampled(plant(), 200, seed=3)
+    true = np.array([plant().arm.holding(q) for q in poses.q])
+    left = poses.tau - true
+    assert (np.abs(left[:, 6] + true[:, 6]) < 1e-12).all(), "the last joint is not measured"
+    spread = np.sqrt((left[:, 3] ** 2).mean())
+    assert spread == pytest.approx(np.hypot(synthetic.COULOMB[3], synthetic.NOISE[3]), rel=0.25)
+    both = drift_plant.sampled(plant(), 200, seed=3, both_ways=True)
+    assert np.sqrt(((both.tau - true)[:, 3] ** 2).mean()) == pytest.approx(synthetic.NOISE[3] / 2**0.5, rel=0.3)
+    assert both.start.all()
+
+
+def test_study_tells_every_form_on_every_plant(tmp_path, capsys):
+    synthetic.write(tmp_path / "poses.csv", synthetic.recording(60, 1))
+    files = {"json": tmp_path / "d.json", "figures": tmp_path / "figures"}
+    drift.Study(recordings=(tmp_path / "poses.csv",), arm="mtmr", releases=2, **files)()
+    told = json.loads((tmp_path / "d.json").read_text())
+    assert told["simulated"] is True
+    assert set(told) | set(told["arms"][0]) | set(told["rows"][0]) == json_contract.keys("study drift")
+    assert [(row["plant"], row["model"]) for row in told["rows"]] == [
+        (name, form) for name in drift_plant.PLANTS for form in drift.FORMS
+    ]
+    by_form = {row["model"]: row for row in told["rows"] if row["plant"] == "as identified"}
+    assert by_form["potential"]["torque_error_Nm"][0] < by_form["paper"]["torque_error_Nm"][0]
+    assert "simulated arms, made from recordings" in capsys.readouterr().out
+    assert (tmp_path / "figures/drift.png").stat().st_size > 10_000
+
+
+def test_a_rough_plant_holds_more_than_the_form_can_say(tmp_path):
+    synthetic.write(tmp_path / "poses.csv", synthetic.recording(60, 1))
+    plants = drift_plant.make_plants([tmp_path / "poses.csv"], "mtmr")
+    assert (plants["rough"].beyond[:3] > plants["as identified"].beyond[:3]).all()
+    q = drift_plant.unseen_poses(plants["rough"], 50, 3)
+    apart = [plants["rough"].arm.holding(x) - plants["as identified"].arm.holding(x) for x in q]
+    assert np.abs(apart)[:, 1].max() > 1e-3
+
+
+def test_mistakes_are_told(monkeypatch, tmp_path):
+    monkeypatch.setenv("PALPATE_DATA", str(tmp_path))
+    with pytest.raises(RecordingError, match="no recordings to make a plant from"):
+        drift.real_arms("mtmr")
+    with pytest.raises(RecordingError, match="add --arm mtml or --arm mtmr"):
+        drift.Study(recordings=(tmp_path / "a.csv",), figures=tmp_path)()
+    with pytest.raises(RecordingError, match="0 releases"):
+        drift.Study(releases=0, figures=tmp_path)()
