@@ -201,6 +201,17 @@ void bind_arm(nb::module_& m) {
           "with_scaled_masses",
           [](const Arm& a, const VectorArg& scale) { return a.with_scaled_masses(joints(a, scale, "scale")); },
           "scale"_a, "A copy whose link masses are multiplied by scale (n,): a controller's wrong model of the plant.")
+      .def(
+          "torque_regressor",
+          [](Arm& a, const VectorArg& q, const VectorArg& v, const VectorArg& acc) {
+            return a.torque_regressor(joints(a, q, "q"), joints(a, v, "v"), joints(a, acc, "a"));
+          },
+          "q"_a, "v"_a, "a"_a,
+          "Y (n,10n) of M a + C v + G = Y pi, pi = (m, m c (3), I_xx, I_xy, I_yy, I_xz, I_yz, I_zz) per link.")
+      .def_prop_ro("inertial_parameters", &Arm::inertial_parameters, "pi (10n,) of the links [kg, kg m, kg m^2].")
+      .def(
+          "with_inertial_parameters", [](const Arm& a, const VectorArg& pi) { return a.with_inertial_parameters(pi); },
+          "pi"_a, "A copy made of other links alone, no counterbalance: pi (10n,); refuses what is no body's.")
       .def("ik_from", &ik_from, "X_0T"_a, "q0"_a, "options"_a = arm::IkOptions{},
            "One damped Newton run from q0: (q, IkResult). palpate.Arm.ik restarts and raises.")
       .def("link_poses_array", &link_poses, "q"_a, "X_0link (4,4) of every link, in link_names order.");

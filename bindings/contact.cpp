@@ -125,6 +125,7 @@ void bind_contact(nb::module_& m) {
               "`proxy`: deflection at which a tool that went through a closed object is free [m]")
       .def_rw("collision_rate", &contact::Options::collision_rate,
               "of the collision thread of the paper's methods [Hz]")
+      .def_rw("real", &contact::Options::real, "touches the objects that are real, in place of the virtual ones")
       .def_rw("spheres", &contact::Options::spheres, "of the tool beside the SPR; a copy: assign it whole");
   nb::class_<contact::Friction>(m, "Friction", "Coulomb friction of one proxy, which sticks and slips.")
       .def(nb::init<>())

@@ -43,11 +43,19 @@ void bind_options(nb::module_& m) {
   joint_field(leader, "rotor_inertia", &LeaderOptions::rotor_inertia, "(n,) reflected to the joint [kg m^2]");
   joint_field(leader, "tau_max", &LeaderOptions::tau_max, "(n,) drive limits, joint side [N m]");
 
+  nb::class_<plant::DriveOptions> drives(m, "DriveOptions", "The drives of a follower, at its joints.");
+  drives.def(nb::init<>());
+  joint_field(drives, "coulomb", &plant::DriveOptions::coulomb, "(n,) Fc [N m, N]");
+  joint_field(drives, "viscous", &plant::DriveOptions::viscous, "(n,) Fv [N m s/rad, N s/m]");
+  joint_field(drives, "rotor_inertia", &plant::DriveOptions::rotor_inertia, "(n,) [kg m^2, kg]");
+
   nb::class_<FollowerOptions> follower(m, "FollowerOptions", "Joint servos of a simulated follower.");
   follower.def(nb::init<>())
       .def_rw("bandwidth", &FollowerOptions::bandwidth, "natural frequency of the joint servos [Hz]; 0 = ideal")
       .def_rw("damping_ratio", &FollowerOptions::damping_ratio)
-      .def_rw("jaw_v_max", &FollowerOptions::jaw_v_max, "[rad/s]");
+      .def_rw("jaw_v_max", &FollowerOptions::jaw_v_max, "[rad/s]")
+      .def_rw("driven", &FollowerOptions::driven, "joints moved by drives with torques, which contacts push against")
+      .def_rw("drives", &FollowerOptions::drives, "of a driven follower");
   joint_field(follower, "v_max", &FollowerOptions::v_max, "(n,) [rad/s, m/s]");
   joint_field(follower, "encoder_step", &FollowerOptions::encoder_step, "(n,) [rad, m]; 0 = ideal");
 }
@@ -122,14 +130,20 @@ void bind_follower(nb::module_& m) {
           "q"_a, "jaw"_a = 0.0, "Where the joints (n,) [rad, m] and the jaw [rad] shall go.")
       .def(
           "step",
-          [](plant::Follower& f, double dt, int n) {
-            for (int k = 0; k < n; ++k) f.step(dt);
+          [](plant::Follower& f, double dt, int n, const Vec6& F) {
+            for (int k = 0; k < n; ++k) f.step(dt, {F.head<3>(), F.tail<3>()});
           },
-          "dt"_a, "n"_a = 1)
+          "dt"_a, "n"_a = 1, "F_T_B"_a = Vec6(Vec6::Zero()),
+          "n servo periods of dt [s]; F_T_B (6,): environment on the tip, felt by a driven follower [N, N m].")
       .def_prop_ro(
           "t", [](const plant::Follower& f) { return f.measured().t; }, "[s]")
       .def_prop_ro(
           "q", [](const plant::Follower& f) -> Vector { return f.measured().q; }, "measured [rad, m]")
+      .def_prop_ro(
+          "v", [](const plant::Follower& f) -> Vector { return f.measured().v; }, "measured; empty unless driven")
+      .def_prop_ro(
+          "tau", [](const plant::Follower& f) -> Vector { return f.measured().tau; },
+          "of the drives [N m, N]; empty unless driven")
       .def_prop_ro("jaw", [](const plant::Follower& f) { return f.measured().jaw; }, "[rad]");
 }
 

@@ -215,13 +215,21 @@ void bind_world(nb::module_& m) {
       .def(
           "__init__",
           [](Object* self, std::string name, std::shared_ptr<scene::Surface> surface, const Matrix4& X_WO,
-             const scene::Material& material, std::vector<scene::Region> regions, scene::Motion motion) {
-            new (self) Object{std::move(name), std::move(surface), to_pose(X_WO, "X_WO"),
-                              material,        std::move(regions), std::move(motion)};
+             const scene::Material& material, std::vector<scene::Region> regions, scene::Motion motion, bool is_virtual,
+             bool is_real) {
+            new (self) Object{std::move(name),
+                              std::move(surface),
+                              to_pose(X_WO, "X_WO"),
+                              material,
+                              std::move(regions),
+                              std::move(motion),
+                              is_virtual,
+                              is_real};
           },
           nb::arg("name"), nb::arg("surface"), nb::arg("X_WO") = Matrix4(Matrix4::Identity()),
           nb::arg("material") = scene::Material{}, nb::arg("regions") = std::vector<scene::Region>{},
-          nb::arg("motion") = scene::Motion{})
+          nb::arg("motion") = scene::Motion{}, nb::arg("is_virtual") = true, nb::arg("is_real") = true,
+          "is_virtual: the contact stage feels it; is_real: the tool of a driven follower bumps into it.")
       .def_ro("name", &Object::name)
       .def_prop_ro("surface", [](const Object& o) { return std::const_pointer_cast<scene::Surface>(o.surface); })
       .def_prop_rw(

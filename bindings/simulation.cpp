@@ -7,7 +7,10 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
+#include <array>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "bindings.hpp"
@@ -82,6 +85,18 @@ void pose_field(Class& c, const char* name, Pose Struct::* field, const char* do
       [field, name](Struct& s, const Matrix4& m) { s.*field = to_pose(m, name); }, doc);
 }
 
+constexpr std::array kSources = {"contact", "estimate", "both"};  // as in force::Source
+
+std::string source_name(const CycleOptions& o) { return kSources[static_cast<std::size_t>(o.source)]; }
+
+void set_source(CycleOptions& o, const std::string& name) {
+  const auto* at = std::find(kSources.begin(), kSources.end(), name);
+  if (at == kSources.end()) {
+    throw std::invalid_argument("force source must be 'contact', 'estimate' or 'both'; got '" + name + "'");
+  }
+  o.source = static_cast<force::Source>(at - kSources.begin());
+}
+
 void bind_options(nb::module_& m) {
   nb::class_<CycleOptions> cycle(m, "CycleOptions", "The haptic cycle and its stages.");
   cycle.def(nb::init<>())
@@ -89,6 +104,8 @@ void bind_options(nb::module_& m) {
       .def_rw("method", &CycleOptions::method, "of contact")
       .def_rw("contact", &CycleOptions::contact)
       .def_rw("mapping", &CycleOptions::mapping)
+      .def_prop_rw("source", &source_name, &set_source, "of the force: 'contact', 'estimate' or 'both'")
+      .def_rw("estimate", &CycleOptions::estimate)
       .def_rw("stability", &CycleOptions::stability)
       .def_rw("torque", &CycleOptions::torque);
   pose_field(cycle, "X_WL", &CycleOptions::X_WL, "leader base in the world (4, 4)");
@@ -122,7 +139,7 @@ void bind_cycle(nb::module_& m) {
             in.leader = {t_leader.value_or(t), joint_vector(q, "q"), joint_vector(v, "v"), gripper, leader_valid};
             in.leader.has_load_cell = F_cell_L.has_value();
             in.leader.F_cell_L = F_cell_L.value_or(Vec3::Zero());
-            in.follower = {t_follower.value_or(t), joint_vector(q_follower, "q_follower"), jaw, follower_valid};
+            in.follower = {t_follower.value_or(t), joint_vector(q_follower, "q_follower"), jaw, follower_valid, {}, {}};
             in.controls = controls;
             in.scene = &scene;
             const loop::CycleOutput& out = self.step(in);

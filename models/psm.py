@@ -17,11 +17,11 @@ PSM_DH = [
 PSM_TIP = np.array([[0, -1, 0, 0], [0, 0, 1, 0], [-1, 0, 0, 0], [0, 0, 0, 1]], dtype=float)
 JAW_MIN, JAW_MAX, JAW_TAU, JAW_LENGTH = -0.698, 1.396, 0.16, 0.0102
 PSM_LINKS = ["yaw_link", "pitch_link", "carriage", "shaft", "wrist", "tool"]
-# Yaw, pitch and insertion: masses published for the Si (PSM_Si_physical.json); the rest OURS. The joints are
-# position-servoed in the simulation, so these weigh on nothing but a torque somebody asks for.
+# Yaw, pitch and insertion: masses published for the Si (PSM_Si_physical.json); the rest OURS. The centres of yaw and
+# pitch are where the real arm's counterweight puts them: at 120 mm of insertion yaw and pitch are balanced.
 PSM_BODIES = {
-    "yaw_link": Body(0.994, (0.082, 0.0, 0.50), (8e-3, 8e-3, 6e-3)),
-    "pitch_link": Body(2.060, (0.06, 0.25, 0.0), (3e-2, 6e-3, 3e-2)),
+    "yaw_link": Body(0.994, (0.0, 0.0, 0.50), (8e-3, 8e-3, 6e-3)),
+    "pitch_link": Body(2.060, (-0.00928, -0.0986, 0.0), (3e-2, 6e-3, 3e-2)),
     "carriage": Body(0.637, (0.03, 0.0, 0.0), (1.5e-3, 1.5e-3, 1e-3)),
     "shaft": Body(0.05, (0.0, 0.0, -0.21), (7e-4, 7e-4, 2e-6)),
     "wrist": Body(0.004, (0.005, 0.0, 0.0), (1e-7, 1e-7, 1e-7)),
@@ -132,6 +132,12 @@ jaw_tip: 0.0102        # from T to the tip of the jaws [m]
 # config-generator.py; wrist motors 0.00768574 deg through the tool's coupling (1.5632, 1.0186, 0.6089).
 encoder_step_deg: [0.00044248, 0.00044248, 0, 0.0120144, 0.0078287, 0.0046798]
 encoder_step_mm: [0, 0, 0.00129629, 0, 0, 0]
+# Coulomb [N m, N] and viscous [N m s/rad, N s/m] friction at the joints. Source: identified, Wang et al., IROS 2019,
+# rounded; roll and wrist from their motors'.
+coulomb: [0.050, 0.067, 0.448, 0.003, 0.007, 0.005]
+viscous: [0.091, 0.218, 1.204, 0.001, 0.002, 0.002]
+# Rotor inertia at the joint [kg m^2, kg], as our own identification of their recordings has it (docs/dynamics.md).
+rotor_inertia: [0.02, 0.02, 0.6, 6.0e-5, 1.0e-4, 1.0e-4]
 # The tool as spheres, for contact of the whole tool: jaws, wrist and the last 70 mm of the shaft (radius 4.2 mm).
 spheres:
 """

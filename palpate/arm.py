@@ -272,7 +272,7 @@ class Arm(_core.Arm):
         return options
 
     def follower_options(self) -> _core.FollowerOptions:
-        """What a simulated follower of this arm is made of: speed limits and encoders.
+        """What a simulated follower of this arm is made of: speed limits, encoders, and drives for one that is driven.
 
         Raises:
             ArmError: a joint has no speed limit.
@@ -280,6 +280,10 @@ class Arm(_core.Arm):
         options = _core.FollowerOptions()
         options.v_max = self.v_max
         options.encoder_step = self._encoder_step()
+        drives = options.drives
+        drives.coulomb, drives.viscous = self._per_joint("coulomb"), self._per_joint("viscous")
+        drives.rotor_inertia = self._per_joint("rotor_inertia")
+        options.drives = drives
         self._require(options.v_max > 0.0, "has no speed limit", "give it <limit velocity=...> in the URDF")
         return options
 

@@ -176,6 +176,18 @@ class ContactSection(Section):
     """more spheres of your own"""
 
 
+class ForceSection(Section):
+    """Where the force on the tool that the hand feels comes from."""
+
+    source: Literal["contact", "estimate", "both"] = "contact"
+    """contact: the virtual surfaces; estimate: the follower's drive torques, what its tool really touches (simulated:
+    the objects push a follower with drives and weight); both: their sum"""
+    bandwidth: Positive = _C.estimate.bandwidth
+    """of the estimate's momentum observer [Hz]"""
+    dead_band: NotNegative = _C.estimate.dead_band
+    """estimated forces below it are not felt: friction that the model does not know [N]"""
+
+
 class StabilitySection(Section):
     """The last word on the force."""
 

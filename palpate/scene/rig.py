@@ -49,6 +49,11 @@ class Rig:
         if not self.arms.leader.orients:
             o.mapping.align_rate = 0.0  # its handle does not turn: the tool keeps its orientation
         _fill(o.follower, scene.arms.follower, "bandwidth")
+        o.source = scene.force.source
+        o.follower.driven = scene.force.source != "contact"  # only drives with torques have something to tell
+        _fill(o.estimate, scene.force, "bandwidth", "dead_band")
+        drives = o.follower.drives
+        _fill(o.estimate, drives, "coulomb", "viscous", "rotor_inertia")
         o.X_WL, o.X_WB = self.arms.X_WL, self.arms.X_WB
         o.q_leader0, o.q_follower0 = self.arms.q_leader0, self.arms.q_follower0
         return o

@@ -17,6 +17,7 @@ from palpate.scene import explain, presets, text
 from palpate.scene.model import (
     ArmsSection,
     ContactSection,
+    ForceSection,
     MappingSection,
     ObjectSection,
     RatesSection,
@@ -47,6 +48,8 @@ class Scene(Section):
     """from the hand to the tool, and back for forces"""
     contact: ContactSection = ContactSection()
     """how contact is found"""
+    force: ForceSection = ForceSection()
+    """where the force on the tool comes from"""
     stability: StabilitySection = StabilitySection()
     """the last word on the force"""
     torque: TorqueSection = TorqueSection()

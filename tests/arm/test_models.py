@@ -78,7 +78,8 @@ def test_a_wrong_frame_names_the_links_there_are():
 
 
 def test_hardware_that_a_model_does_not_describe_is_ideal():
-    options = palpate.Arm.psm().leader_options()
+    xml = (models_folder() / "psm_lnd.urdf").read_text()
+    options = palpate.Arm(xml, "psm_base", "tip").leader_options()
     assert np.array_equal(options.coupling, np.eye(6))
     for nothing in (options.coulomb, options.viscous, options.rotor_inertia):
         assert np.array_equal(nothing, np.zeros(6))

@@ -118,3 +118,17 @@ def render_plane(tips, method):
     options = _core.ContactOptions()
     options.radius = RADIUS
     return _core.contact_render(_core.Snapshot([plane([0, 0, 1], 0.0)]), tips, method, options, 1000.0)[0]
+
+
+def test_a_tool_touches_virtual_or_real_objects_only():
+    """Floors of 300, 500 and 700 N/m at one place: felt virtually, met by a follower's drives, both."""
+    floors = [
+        _core.Object("floor", _core.Mesh(*SQUARE), np.eye(4), _core.Material(np.full(3, k)), is_virtual=v, is_real=r)
+        for k, v, r in ((300.0, True, False), (500.0, False, True), (700.0, True, True))
+    ]
+    options = _core.ContactOptions()
+    options.radius = RADIUS
+    for real, stiffness in ((False, 1000.0), (True, 1200.0)):
+        options.real = real
+        force = _core.contact_render(_core.Snapshot(floors), enter([0.0, 0.0, 0.001]), "proxy", options, 1000.0)[0]
+        np.testing.assert_allclose(force[-1], [0, 0, stiffness * 1e-3], atol=1e-9)

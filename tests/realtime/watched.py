@@ -1,6 +1,6 @@
 """Run under heap_guard (LD_PRELOAD): what a session's threads ask of the heap and of locks, as JSON on stdout.
 
-python watched.py realtime METHOD RATE SECONDS | lockstep METHOD [organ|solids|LAW|ARM]
+python watched.py realtime METHOD RATE SECONDS | lockstep METHOD [organ|solids|LAW|ARM|identified|estimating]
 """
 
 import ctypes
@@ -150,6 +150,13 @@ def identified() -> _core.Simulation:
     return loop_rig.simulation(organ_scene(20_000), press(), leader=arm)
 
 
+def estimating() -> _core.Simulation:
+    """A follower with drives, pushed by what it touches, whose torques tell the force."""
+    options = Arm.psm("lnd").follower_options()
+    changes = {"source": "both", "follower__driven": True, "follower__drives": options.drives}
+    return loop_rig.simulation(organ_scene(20_000), press(), **changes)
+
+
 def other_arm(name: str) -> _core.Simulation:
     """A scene with another arm on both sides."""
     scene = f"objects: [{{shape: organ}}]\narms: {{leader: {{model: {name}}}, follower: {{model: {name}}}}}\n"
@@ -161,8 +168,8 @@ def lockstep(method: str, what: str = "organ") -> dict[str, object]:
     """One call of n ticks asks as much as one of n' ticks: a tick asks nothing."""
     if what in ("impedance", "admittance"):
         sim = other_law(what)
-    elif what == "identified":
-        sim = identified()
+    elif what in ("identified", "estimating"):
+        sim = {"identified": identified, "estimating": estimating}[what]()
     elif what in ("six_axis", "delta"):
         sim = other_arm(what)
     else:

@@ -1,11 +1,25 @@
 #include "palpate/arm/arm.hpp"
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <stdexcept>
 
 #include "palpate/arm/serial.hpp"
 
 namespace palpate::arm {
+namespace {
+
+/// Is there a body of this mass, first moment and inertia? When its pseudo-inertia is positive definite (Wensing,
+/// Kim and Slotine, 2018).
+bool consistent(const Eigen::Matrix<double, 10, 1>& pi) {
+  Mat3 I;
+  I << pi[4], pi[5], pi[7], pi[5], pi[6], pi[8], pi[7], pi[8], pi[9];
+  Eigen::Matrix4d J;
+  J << 0.5 * I.trace() * Mat3::Identity() - I, pi.segment<3>(1), pi.segment<3>(1).transpose(), pi[0];
+  return Eigen::LLT<Eigen::Matrix4d>(J).info() == Eigen::Success;
+}
+
+}  // namespace
 
 Arm::Arm(std::unique_ptr<Mechanism> mechanism) : mechanism_(std::move(mechanism)) {
   const Eigen::Index rows = n();
@@ -121,6 +135,26 @@ Arm Arm::with_scaled_masses(const JointVector& scale) const {
   }
   Arm copy(*this);
   copy.mechanism_->scale_masses(scale);
+  return copy;
+}
+
+Arm Arm::with_inertial_parameters(const Eigen::VectorXd& pi) const {
+  const Eigen::Index size = inertial_parameters().size();
+  if (size == 0) throw std::runtime_error("this device is not made of links: it has no inertial parameters");
+  if (pi.size() != size || !pi.allFinite()) {
+    throw std::runtime_error("pi needs " + std::to_string(size) + " finite numbers, ten per moving link; got " +
+                             std::to_string(pi.size()));
+  }
+  for (Eigen::Index link = 0; 10 * link < size; ++link) {
+    if (!consistent(pi.segment<10>(10 * link))) {
+      throw std::runtime_error("pi of the link after joint '" + joint_names()[static_cast<std::size_t>(link)] +
+                               "' is no body's: its pseudo-inertia is not positive definite");
+    }
+  }
+  Arm copy(*this);
+  copy.mechanism_->set_inertial_parameters(pi);
+  copy.spring_.torque = 0.0;
+  copy.identified_.reset();
   return copy;
 }
 

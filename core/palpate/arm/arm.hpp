@@ -98,6 +98,16 @@ class Arm {
   /// identified gravity stay.
   [[nodiscard]] Arm with_scaled_masses(const JointVector& scale) const;
 
+  /// Y (n, 10n) of M a + C v + G = Y pi, Pinocchio's order of a link's ten (regressor.hpp); empty for a device that is
+  /// not made of links. Allocates.
+  [[nodiscard]] Eigen::MatrixXd torque_regressor(const JointVector& q, const JointVector& v, const JointVector& a) {
+    return mechanism_->torque_regressor(q, v, a);
+  }
+  [[nodiscard]] Eigen::VectorXd inertial_parameters() const { return mechanism_->inertial_parameters(); }  ///< pi (10n)
+  /// A copy made of other links and nothing else: no counterbalance, no identified gravity. Throws std::runtime_error
+  /// naming the link whose mass or inertia cannot be.
+  [[nodiscard]] Arm with_inertial_parameters(const Eigen::VectorXd& pi) const;
+
   /// Closed form where the device has one, else damped Newton from q (in/out), within joint limits. A redundant arm
   /// stays near q; an arm that does not orient() is placed, and the goal's orientation ignored.
   IkResult ik(const Pose& X_0T_goal, JointVector& q, const IkOptions& options = {}) noexcept;

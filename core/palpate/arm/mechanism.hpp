@@ -64,6 +64,16 @@ class Mechanism {
   /// X_0link of link_names[link] where kinematics() went last.
   [[nodiscard]] virtual Pose link_pose(int link) const noexcept = 0;
 
+  /// Y of M a + C v + G = Y pi (n, 10n), regressor.hpp; empty for a device that is not made of links. May allocate.
+  [[nodiscard]] virtual Eigen::MatrixXd torque_regressor(const JointVector& /*q*/, const JointVector& /*v*/,
+                                                         const JointVector& /*a*/) {
+    return {};
+  }
+  /// pi (10n) of its links; empty when torque_regressor() is.
+  [[nodiscard]] virtual Eigen::VectorXd inertial_parameters() const { return {}; }
+  /// Other links, of as many parameters as inertial_parameters().
+  virtual void set_inertial_parameters(const Eigen::VectorXd& /*pi*/) {}
+
   // What follows from dynamics(), unless a device knows a quicker or an independent way.
   virtual void inverse_dynamics(const JointVector& q, const JointVector& v, const JointVector& a, Dynamics& work,
                                 JointVector& tau) noexcept {

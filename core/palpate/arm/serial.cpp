@@ -13,6 +13,8 @@
 #include <pinocchio/parsers/urdf.hpp>
 #include <stdexcept>
 
+#include "palpate/arm/regressor.hpp"
+
 namespace palpate::arm {
 namespace {
 
@@ -208,6 +210,26 @@ class Serial final : public Mechanism {
 
   [[nodiscard]] Pose link_pose(int link) const noexcept override {
     return frame_pose(link_ids_[static_cast<std::size_t>(link)]);
+  }
+
+  [[nodiscard]] Eigen::MatrixXd torque_regressor(const JointVector& q, const JointVector& v,
+                                                 const JointVector& a) override {
+    return arm::torque_regressor(model_, data_, q, v, a);
+  }
+
+  [[nodiscard]] Eigen::VectorXd inertial_parameters() const override {
+    Eigen::VectorXd pi(10 * model_.nv);
+    for (int j = 0; j < model_.nv; ++j) {
+      pi.segment<10>(10 * j) = model_.inertias[static_cast<std::size_t>(j) + 1].toDynamicParameters();
+    }
+    return pi;
+  }
+
+  void set_inertial_parameters(const Eigen::VectorXd& pi) override {
+    for (int j = 0; j < model_.nv; ++j) {
+      model_.inertias[static_cast<std::size_t>(j) + 1] =
+          pinocchio::Inertia::FromDynamicParameters(pi.segment<10>(10 * j));
+    }
   }
 
  private:

@@ -55,6 +55,7 @@ struct Options {
   double release = 0.05;        ///< `proxy`: deflection at which a tool that went through a closed object is free [m]
   double collision_rate = 250;  ///< rate of the collision thread of the paper's methods [Hz]
   std::vector<Sphere> spheres;  ///< of the tool beside the SPR
+  bool real = false;            ///< touches the objects that are real, in place of the virtual ones
 };
 
 /// One way of finding contacts of one sphere. Has a memory (which side it came from), none of it on the heap in step().

@@ -13,7 +13,7 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
-Tool::Tool(std::string_view method, const Options& options) {
+Tool::Tool(std::string_view method, const Options& options) : real_(options.real) {
   if (options.spheres.size() >= kMaxSpheres) {
     throw std::invalid_argument("contact: " + std::to_string(options.spheres.size()) +
                                 " spheres beside the one on the tip; a tool has at most " +
@@ -52,12 +52,14 @@ const ContactSet& Tool::step(const scene::Snapshot& scene, const Vec3* p_WS, dou
     const ContactSet& found = methods_[at(s)]->step(scene, p_WS[s], v_WS, t);
     set_.started_inside |= found.started_inside;
     for (int i = 0; i < found.size; ++i) {
+      const scene::Object& object = scene.objects[at(found.contact[at(i)].object)];
+      if (!(real_ ? object.is_real : object.is_virtual)) continue;
       const bool room = set_.size < kMaxContacts;
       Contact& c = room ? set_.contact[at(set_.size++)] : spare_;
       c = found.contact[at(i)];
       c.sphere = s;
       c.p_TS = p_WS[s] - p_WS[0];
-      complete(c, scene.objects[at(c.object)], t);
+      complete(c, object, t);
       if (!room) keep_if_stronger(c);
     }
   }

@@ -6,6 +6,13 @@
 
 namespace palpate::force {
 
+/// Where the force on the tool that the hand is given comes from.
+enum class Source {
+  contact,   ///< the law below, on the virtual surfaces that are touched
+  estimate,  ///< the torques of the follower's drives (estimate.hpp): what a real instrument touches
+  both,      ///< their sum: virtual guidance beside what is really touched
+};
+
 /// The terms, kept apart so that each is recorded. All in W, environment on tool.
 struct ForceTerms {
   Vec3 F = Vec3::Zero();          ///< F_spring + F_damping [N]

@@ -49,6 +49,9 @@ Cycle::Cycle(const CycleOptions& options, arm::Arm leader, arm::Arm follower)
       follower_(std::move(follower)),
       contact_(options.method, options.contact),
       mapping_(options.mapping, options.X_WL.R, period(options.rate)),
+      estimate_(options.source == force::Source::contact
+                    ? nullptr
+                    : std::make_unique<force::Estimate>(follower_, options.estimate)),
       limiter_(options.stability, period(options.rate)),
       torque_(options.torque, leader_.tau_max(), period(options.rate)),
       zero_(JointVector::Zero(follower_.n())),
@@ -81,7 +84,7 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
   const contact::ContactSet& contacts = contact_.step(*in.scene, p_WS_.data(), in.t);
   const force::ForceTerms force =
       force::step(contacts, mapped.V_WT, in.controls.stiffness_scale, in.controls.damping_scale);
-  const Wrench wanted = mapping_.wrench_on_hand({force.F, force.torque});
+  const Wrench wanted = mapping_.wrench_on_hand(felt(force));
   const stability::Output limited =
       limiter_.step({wanted, in.t, leader_state_.t, follower_state_.t, leader_good_, follower_good_, mapped.engaged});
   const unsigned driven = torque_.step(leader_, {leader_state_, limited.F_H_L, leader_good_}, out_.leader);
@@ -175,14 +178,25 @@ bool Cycle::reach(const Pose& X_WT_goal, double jaw) noexcept {
   return reached;
 }
 
+// What the hand is to feel at the tool, in W: of the virtual surfaces, of the real ones, or of both.
+Wrench Cycle::felt(const force::ForceTerms& force) noexcept {
+  if (!estimate_) return {force.F, force.torque};
+  if (!follower_good_) estimate_->reset();
+  const Vec3 F_T_W = follower_good_ ? Vec3(options_.X_WB.R * estimate_->step(follower_state_)) : Vec3::Zero();
+  copy(F_T_W, out_.tick.F_estimate_W);
+  if (options_.source == force::Source::estimate) return {F_T_W, Vec3::Zero()};
+  return {force.F + F_T_W, force.torque};
+}
+
 // Wrenches on the hand and the energy they move. wanted: before the limits of stability and drives.
 void Cycle::book(const Wrench& wanted, const contact::ContactSet& contacts, const force::ForceTerms& force,
                  const CycleInput& in) noexcept {
   const Wrench& F_H_L = out_.leader.F_H_L;
-  const Wrench F_damping = mapping_.wrench_on_hand({force.F_damping, force.t_damping});
+  const bool law = options_.source != force::Source::estimate;  // is it part of what the hand is given?
+  const Wrench F_damping = law ? mapping_.wrench_on_hand({force.F_damping, force.t_damping}) : Wrench{};
   const bool finite = F_damping.f.allFinite() && F_damping.t.allFinite();
   // A spring of the tool's side, seen from the hand, which moves 1/scale as far.
-  const double per_hand = options_.mapping.force_scale / options_.mapping.scale;
+  const double per_hand = law ? options_.mapping.force_scale / options_.mapping.scale : 0.0;
   const double spring = per_hand * stability::spring_energy(contacts, in.controls.stiffness_scale);
   const stability::Energy& energy = ledger_.step(X_LH_, {F_H_L, finite ? F_damping : Wrench{}, wanted - F_H_L}, spring);
 
@@ -201,6 +215,7 @@ void Cycle::record(const mapping::Output& mapped, const contact::ContactSet& con
   Tick& tick = out_.tick;
   record_leader();
   copy(follower_state_.q, tick.q_follower);
+  copy(follower_state_.tau, tick.tau_follower);
   tick.jaw = follower_state_.jaw;
   copy(mapped.X_WT_goal.p, tick.p_WT_goal);
   copy(X_WT_.p, tick.p_WT);

@@ -6,6 +6,7 @@
 
 #include "palpate/arm/arm.hpp"
 #include "palpate/contact/tool.hpp"
+#include "palpate/force/estimate.hpp"
 #include "palpate/force/force.hpp"
 #include "palpate/loop/tick.hpp"
 #include "palpate/mapping/mapping.hpp"
@@ -22,6 +23,8 @@ struct CycleOptions {
   std::string method = "proxy";  ///< of contact
   contact::Options contact;
   mapping::Options mapping;
+  force::Source source = force::Source::contact;
+  force::EstimateOptions estimate;  ///< of the force, where the source asks for it
   stability::Options stability;
   torque::Options torque;
   Pose X_WL;  ///< leader base in the world
@@ -64,6 +67,7 @@ class Cycle {
   void hold_up() noexcept;
   void locate() noexcept;
   bool reach(const Pose& X_WT_goal, double jaw) noexcept;
+  Wrench felt(const force::ForceTerms& force) noexcept;
   void book(const Wrench& wanted, const contact::ContactSet& contacts, const force::ForceTerms& force,
             const CycleInput& in) noexcept;
   void record(const mapping::Output& mapped, const contact::ContactSet& contacts, const force::ForceTerms& force,
@@ -75,6 +79,7 @@ class Cycle {
   arm::Arm leader_, follower_;
   contact::Tool contact_;
   mapping::Mapping mapping_;
+  std::unique_ptr<force::Estimate> estimate_;  ///< none when the source does not ask for it
   stability::Limiter limiter_;
   stability::Ledger ledger_;
   torque::Torque torque_;

@@ -39,6 +39,15 @@ SimulationOptions checked(SimulationOptions o, const arm::Arm& leader, const arm
   return o;
 }
 
+/// What a driven follower meets: its tip's sphere, by the method that forgets no side; none for one without drives.
+std::unique_ptr<contact::Tool> touched(const SimulationOptions& o) {
+  if (!o.follower.driven) return nullptr;
+  contact::Options tip = o.contact;
+  tip.spheres.clear();
+  tip.real = true;
+  return std::make_unique<contact::Tool>("proxy", tip);
+}
+
 std::shared_ptr<const scene::Snapshot> present(std::shared_ptr<const scene::Snapshot> scene) {
   if (!scene) {
     throw std::invalid_argument("scene: none given; a Snapshot without objects is free space");
@@ -54,6 +63,7 @@ Simulation::Simulation(const SimulationOptions& options, arm::Arm leader, arm::A
       cycle_(options_, std::move(leader_model), follower),
       leader_(leader, options_.leader, options_.hand),
       follower_(follower, options_.follower),
+      touched_(touched(options_)),
       hand_(std::move(path), options_.X_WL, options_.tremor, options_.seed),
       substeps_(static_cast<int>(std::ceil(options_.plant_rate / options_.rate - 1e-9))),
       plant_dt_(1.0 / (options_.rate * substeps_)),
@@ -67,6 +77,11 @@ Simulation::Simulation(const SimulationOptions& options, arm::Arm leader, arm::A
   hand_.start(leader.tip());
   in_.scene = &scene_.current();
   cycle_.contact().check(scene_.current());
+  if (touched_) touched_->check(scene_.current());
+  if (options_.source != force::Source::contact && !options_.follower.driven) {
+    throw std::invalid_argument(
+        "force source: an estimate needs the torques of the follower's drives; make the follower driven");
+  }
   if (cycle_.contact().asynchronous()) {
     collide();
   }
@@ -139,6 +154,7 @@ void Simulation::take(bool stopping) noexcept {
   if (scene_.take()) {
     in_.scene = &scene_.current();
     cycle_.forget_contacts();
+    if (touched_) touched_->reset();
   }
 }
 
@@ -159,6 +175,7 @@ void Simulation::tick(double lateness_us) noexcept {
   for (int i = 0; i < 3; ++i) {
     tick_.F_cell_L[i] = F_cell_L[i];
     tick_.p_hand_L[i] = hand.X_LH.p[i];
+    tick_.F_touch_W[i] = F_touch_W_[i];
   }
   auto status = static_cast<unsigned>(tick_.status);
   status |= leader_.hand_slipped() ? kHandSlipped : 0u;
@@ -182,9 +199,24 @@ void Simulation::plant() noexcept {
     const HandMotion::Target& hand = hand_.step(plant_dt_);
     leader_.pinch(hand.gripper);
     leader_.step(plant_dt_, hand.X_LH, hand.V_LH);
-    follower_.step(plant_dt_);
+    follower_.step(plant_dt_, touch(in_.t + i * plant_dt_));
   }
   ++k_;
+}
+
+// What the objects do to the tool of a driven follower: the same law that a virtual touch is felt by, now as a body's
+// contact at the plant's rate.
+Wrench Simulation::touch(double t) noexcept {
+  if (!touched_) return {};
+  const plant::FollowerDrives& drives = *follower_.drives();
+  const Pose& X_WB = options_.X_WB;
+  const Vec3 p_WT = X_WB * drives.tip().p;
+  const Twist V_BT = drives.twist();
+  const contact::ContactSet& contacts = touched_->step(scene_.current(), &p_WT, t);
+  const force::ForceTerms terms = force::step(contacts, {X_WB.R * V_BT.v, X_WB.R * V_BT.w},
+                                              in_.controls.stiffness_scale, in_.controls.damping_scale);
+  F_touch_W_ = terms.F;
+  return {X_WB.R.transpose() * terms.F, X_WB.R.transpose() * terms.torque};
 }
 
 std::size_t Simulation::drain(std::size_t n, Tick* rows) {

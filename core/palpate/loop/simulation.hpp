@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "palpate/contact/tool.hpp"
 #include "palpate/loop/collider.hpp"
 #include "palpate/loop/cycle.hpp"
 #include "palpate/loop/hand_motion.hpp"
@@ -72,12 +73,15 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): there i
   void take(bool stopping) noexcept;
   void tick(double lateness_us) noexcept;
   void plant() noexcept;
+  Wrench touch(double t) noexcept;
   bool wake(const Wake& wake) noexcept;
 
   SimulationOptions options_;
   Cycle cycle_;
   plant::Leader leader_;
   plant::Follower follower_;
+  std::unique_ptr<contact::Tool> touched_;  ///< what a driven follower meets; none otherwise
+  Vec3 F_touch_W_ = Vec3::Zero();
   HandMotion hand_;
   int substeps_;
   double plant_dt_;

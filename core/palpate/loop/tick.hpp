@@ -46,6 +46,7 @@ struct Tick {
   double quat_LH[4];              // w x y z
   double v_LH[3];                 // handle velocity in the leader base [m/s]
   double q_follower[7];           // follower joints, measured [rad, m]
+  double tau_follower[7];         // torques of the follower's drives, where they are measured [N m, N]
   double jaw;                     // [rad]
   double p_WT_goal[3];            // tool goal from the mapping [m]
   double p_WT[3];                 // tool tip x, measured [m]
@@ -63,6 +64,8 @@ struct Tick {
   double t_T_W[3];                // its torque about the tool tip [N m]
   double F_spring_W[3];           // K delta_x
   double F_damping_W[3];          // -B xdot
+  double F_estimate_W[3];         // environment on tool, from the follower's drive torques, where asked for [N]
+  double F_touch_W[3];            // what the objects do to the tool of a driven follower: the truth (simulated) [N]
   double F_H_L[3];                // commanded on the hand, leader base ("spatial", green) [N]
   double t_H_L[3];                // moment commanded on the hand, leader base [N m]
   double F_H_H[3];                // the same in the handle frame ("body", red) [N]

@@ -47,15 +47,19 @@ void check(const FollowerOptions& o, Eigen::Index n) {
 Follower::Follower(const arm::Arm& model, FollowerOptions options)
     : options_(std::move(options)), q_min_(model.q_min()), q_max_(model.q_max()) {
   check(options_, q_min_.size());
+  if (options_.driven) {
+    drives_.emplace(model, options_.drives, options_.bandwidth, options_.damping_ratio, options_.encoder_step);
+  }
   reset(JointVector::Zero(q_min_.size()), 0.0);
 }
 
 void Follower::reset(const JointVector& q, double jaw) noexcept {
   q_ = q.cwiseMax(q_min_).cwiseMin(q_max_);
   v_ = JointVector::Zero(q_.size());
+  if (drives_) drives_->reset(q_);
   command_ = {q_, jaw, true};
   jaw_ = jaw;
-  t_ = 0.0;
+  t_ = t_command_ = 0.0;
   measure();
 }
 
@@ -63,6 +67,8 @@ void Follower::command(const FollowerCommand& command) noexcept {
   if (!command.valid || !command.q.allFinite() || !std::isfinite(command.jaw)) return;
   command_.q = command.q.cwiseMax(q_min_).cwiseMin(q_max_);
   command_.jaw = command.jaw;
+  if (drives_) drives_->aim(command_.q, t_ - t_command_);
+  t_command_ = t_;
 }
 
 void Follower::discretise(double dt) noexcept {
@@ -70,9 +76,13 @@ void Follower::discretise(double dt) noexcept {
   transition_ = servo_transition(2.0 * std::numbers::pi * options_.bandwidth, options_.damping_ratio, dt);
 }
 
-void Follower::step(double dt) noexcept {
+void Follower::step(double dt, const Wrench& F_T_B) noexcept {
   t_ += dt;
   jaw_ += std::clamp(command_.jaw - jaw_, -options_.jaw_v_max * dt, options_.jaw_v_max * dt);
+  if (drives_) {
+    drives_->step(dt, F_T_B);
+    return measure();
+  }
   if (options_.bandwidth == 0.0) {
     q_ = command_.q;
     return measure();
@@ -92,6 +102,11 @@ void Follower::measure() noexcept {
   measured_.t = t_;
   measured_.q.resize(q_.size());
   for (Eigen::Index k = 0; k < q_.size(); ++k) measured_.q[k] = round_to(q_[k], options_.encoder_step[k]);
+  if (drives_) {
+    measured_.q = drives_->encoders().q();
+    measured_.v = drives_->encoders().v();
+    measured_.tau = drives_->tau();
+  }
   measured_.jaw = jaw_;
   measured_.valid = true;
 }

@@ -1,9 +1,13 @@
 // A simulated follower: position-servoed joints (the dVRK's PSM is), each a limited second-order servo
 //   qdd = w^2 (q_goal - q) - 2 zeta w qd,   |qd| <= v_max,   q_min <= q <= q_max,
-// stepped by its exact solution, so that the step size changes nothing.
+// stepped by its exact solution, so that the step size changes nothing. Nothing that it touches moves it; one whose
+// drives feel what the tool touches is an option (follower_drives.hpp).
 #pragma once
 
+#include <optional>
+
 #include "palpate/arm/arm.hpp"
+#include "palpate/plant/follower_drives.hpp"
 #include "palpate/types/arms.hpp"
 
 namespace palpate::plant {
@@ -14,6 +18,8 @@ struct FollowerOptions {
   JointVector v_max;           ///< [rad/s, m/s]
   JointVector encoder_step;    ///< [rad, m]; 0 = ideal
   double jaw_v_max = 12.0;     ///< [rad/s]
+  bool driven = false;         ///< joints moved by drives with torques, which the tool's contacts push against
+  DriveOptions drives;         ///< of a driven follower
 };
 
 class Follower {
@@ -24,7 +30,10 @@ class Follower {
   void reset(const JointVector& q, double jaw) noexcept;
   /// The newest goal; the servos hold it until the next one. One that is not valid or not finite is refused.
   void command(const FollowerCommand& command) noexcept;
-  void step(double dt) noexcept;
+  /// F_T_B: of the environment on the tool, in the base; felt by a driven follower only.
+  void step(double dt, const Wrench& F_T_B = {}) noexcept;
+  /// The drives of a driven follower; none otherwise.
+  [[nodiscard]] const FollowerDrives* drives() const noexcept { return drives_ ? &*drives_ : nullptr; }
   [[nodiscard]] const FollowerState& measured() const noexcept;
 
  private:
@@ -33,10 +42,12 @@ class Follower {
 
   FollowerOptions options_;
   JointVector q_min_, q_max_, q_, v_;
+  std::optional<FollowerDrives> drives_;
   FollowerCommand command_;
   FollowerState measured_;
   Eigen::Matrix2d transition_;  ///< of (q - q_goal, qd) over dt_
   double dt_ = 0.0, t_ = 0.0, jaw_ = 0.0;
+  double t_command_ = 0.0;  ///< when the newest goal came [s]
 };
 
 }  // namespace palpate::plant

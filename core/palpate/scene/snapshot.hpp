@@ -22,6 +22,8 @@ struct Object {
   Material material;
   std::vector<Region> regions;  ///< where it feels otherwise; a later one lies over an earlier one
   Motion motion;
+  bool is_virtual = true;  ///< the contact stage feels it
+  bool is_real = true;     ///< the tool of a driven follower bumps into it
 
   /// Where it is at time t [s].
   [[nodiscard]] Pose pose(double t) const noexcept { return motion.pose(X_WO, t); }

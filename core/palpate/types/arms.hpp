@@ -22,6 +22,8 @@ struct FollowerState {
   JointVector q;     ///< measured joint positions [rad, m]
   double jaw = 0.0;  ///< [rad]
   bool valid = false;
+  JointVector v;    ///< joint velocities [rad/s, m/s]; empty when they are not measured
+  JointVector tau;  ///< torques of its drives, at the joints [N m, N]; empty when they are not measured
 };
 
 /// Torque terms for the leader, kept apart so that each is recorded and can be switched off.

@@ -1,0 +1,92 @@
+#include "palpate/plant/follower_drives.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+namespace palpate::plant {
+namespace {
+
+constexpr double kShortest = 1e-4, kLongest = 0.02;  // way from one goal to the next [s]
+
+DriveOptions checked(DriveOptions o, Eigen::Index n) {
+  const auto check = [n](const char* name, JointVector& x) {
+    if (x.size() == 0) x = JointVector::Zero(n);
+    if (x.size() == n && (x.array() >= 0.0).all()) return;
+    throw std::invalid_argument("follower drives' " + std::string(name) + " needs " + std::to_string(n) +
+                                " entries, one per joint, none below zero; got " + std::to_string(x.size()) +
+                                " (Arm.follower_options() fills them)");
+  };
+  check("coulomb", o.coulomb);
+  check("viscous", o.viscous);
+  check("rotor_inertia", o.rotor_inertia);
+  return o;
+}
+
+}  // namespace
+
+FollowerDrives::FollowerDrives(arm::Arm arm, DriveOptions options, double natural_frequency, double damping_ratio,
+                               const JointVector& encoder_step)
+    : arm_(std::move(arm)),
+      options_(checked(std::move(options), arm_.n())),
+      w_(2.0 * std::numbers::pi * natural_frequency),
+      zeta_(damping_ratio),
+      encoders_(JointMatrix::Identity(arm_.n(), arm_.n()), encoder_step) {
+  if (!(natural_frequency > 0.0)) {
+    throw std::invalid_argument("a follower with drives needs a bandwidth above 0 Hz: ideal joints have no torque");
+  }
+  if (!(arm_.tau_max().array() > 0.0).all()) {
+    throw std::invalid_argument("a follower with drives needs their limits: give its joints effort limits in the URDF");
+  }
+  reset(JointVector::Zero(arm_.n()));
+}
+
+void FollowerDrives::reset(const JointVector& q) noexcept {
+  q_ = q;
+  goal_ = q;
+  left_ = 0.0;
+  v_ = goal_v_ = JointVector::Zero(q.size());
+  tau_ = arm_.holding(q);
+  friction_.reset(q.size());
+  encoders_.reset(q);
+  arm_.update(q_, v_);
+}
+
+void FollowerDrives::aim(const JointVector& q_goal, double period) noexcept {
+  left_ = std::clamp(period, kShortest, kLongest);
+  goal_v_ = (q_goal - goal_) / left_;
+}
+
+void FollowerDrives::step(double dt, const Wrench& F_T_B) noexcept {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const double way = std::min(dt, left_);
+  goal_ += way * goal_v_;
+  left_ -= way;
+  const arm::Dynamics& d = arm_.dynamics(q_, v_);
+  JointMatrix A = d.M;
+  A.diagonal() += options_.rotor_inertia;
+  const JointVector inertia = A.diagonal();
+  const JointVector elastic = arm_.elastic(q_);
+  // Weight and Coriolis forces are fed forward from the pose.
+  tau_ = d.bias + elastic + inertia.cwiseProduct(w_ * w_ * (goal_ - q_) - 2.0 * zeta_ * w_ * v_);
+  tau_ = tau_.cwiseMax(-arm_.tau_max()).cwiseMin(arm_.tau_max()).eval();
+
+  JointVector b = A * v_ + dt * (tau_ - d.bias - elastic);
+  for (Eigen::Index k = 0; k < b.size(); ++k) {
+    b[k] += dt * (d.J.col(k).head<3>().dot(F_T_B.f) + d.J.col(k).tail<3>().dot(F_T_B.t));
+  }
+  A.diagonal() += dt * options_.viscous;
+  JointVector hi = dt * options_.coulomb, lo = -hi;
+  for (Eigen::Index k = 0; k < q_.size(); ++k) {  // at an end stop the stop adds whatever it takes
+    if (q_[k] <= arm_.q_min()[k]) hi[k] = kInfinity;
+    if (q_[k] >= arm_.q_max()[k]) lo[k] = -kInfinity;
+  }
+  v_ = friction_.solve(A, b, lo, hi);
+  q_ = (q_ + dt * v_).cwiseMax(arm_.q_min()).cwiseMin(arm_.q_max());
+  encoders_.step(q_, dt);
+  arm_.update(q_, v_);
+}
+
+}  // namespace palpate::plant

@@ -1,0 +1,69 @@
+"""The hand feels what the follower's drives feel: estimate and both as sources of the force."""
+
+import numpy as np
+import pytest
+
+from palpate.errors import SceneError
+from palpate.record.ticks import as_ticks
+from palpate.scene import Scene
+from palpate.scene.rig import build
+
+WALL = """\
+objects: [{box: {size: [0.2, 0.2, 0.06]}, stiffness: 400, damping: 2}]
+operator: {palpate: {force: 2.0, approach: 0.8, press: 0.6, slide: 1.0, leave: 0.6}}
+force: {source: %s}
+"""
+
+
+@pytest.fixture(scope="module")
+def ticks():
+    return {s: as_ticks(build(Scene.parse(WALL % s)).simulation().run(3000)) for s in ("contact", "estimate", "both")}
+
+
+def test_default_is_the_virtual_contact_and_measures_no_torque(ticks):
+    t = ticks["contact"]
+    assert not t["tau_follower"].any()
+    assert not t["F_estimate_W"].any()
+    assert not t["F_touch_W"].any()
+    assert np.linalg.norm(t["F_H_L"], axis=1).max() > 1.0
+
+
+def test_estimated_force_is_the_touch(ticks):
+    t = ticks["estimate"]
+    touch = np.linalg.norm(t["F_touch_W"], axis=1)
+    assert touch.max() > 1.0, "the follower meets the wall"
+    pressed = touch > 0.5 * touch.max()
+    error = np.linalg.norm(t["F_estimate_W"] - t["F_touch_W"], axis=1)
+    assert np.median(error[pressed]) < 0.25 * touch.max()
+    assert t["tau_follower"][:, 2].any()
+
+
+def test_the_hand_is_given_the_estimate_within_the_limits(ticks):
+    for source, wanted in (
+        ("estimate", lambda t: t["F_estimate_W"]),
+        ("both", lambda t: t["F_estimate_W"] + t["F_T_W"]),
+    ):
+        t = ticks[source]
+        free = (t["status"].astype(int) & 0b111111) == 0  # neither limiter nor drives have cut
+        assert free.sum() > 100
+        given, asked = np.linalg.norm(t["F_H_L"], axis=1), np.linalg.norm(wanted(t), axis=1)
+        np.testing.assert_allclose(given[free], asked[free], atol=1e-9)
+        steps = np.linalg.norm(np.diff(t["F_H_L"], axis=0), axis=1)
+        assert steps.max() < 1.0, "the rate cap holds"
+
+
+def test_law_and_its_energy_stay_out_of_an_estimate(ticks):
+    assert ticks["estimate"]["energy_spring"].max() == 0.0
+    assert ticks["both"]["energy_spring"].max() > 0.0
+
+
+def test_the_same_scene_and_seed_give_the_same_rows():
+    rows = [build(Scene.parse(WALL % "estimate")).simulation().run(400) for _ in range(2)]
+    kept = slice(0, -2)  # without the clock's
+    np.testing.assert_array_equal(rows[0][:, kept], rows[1][:, kept])
+
+
+def test_ideal_joints_have_nothing_to_tell():
+    scene = Scene.parse(WALL % "estimate" + "arms: {follower: {bandwidth: 0}}\n")
+    with pytest.raises(SceneError, match="ideal joints have no torque"):
+        build(scene).simulation()
