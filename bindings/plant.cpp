@@ -33,10 +33,15 @@ void bind_options(nb::module_& m) {
           [](LeaderOptions& o, const Eigen::MatrixXd& A) { o.coupling = joint_matrix(A, "coupling"); },
           "(n,n) A: q_joint = A q_motor")
       .def_rw("loop_delay", &LeaderOptions::loop_delay, "from command to torque, force term only [s]")
+      .def_rw("loop_jitter", &LeaderOptions::loop_jitter, "on top of it: uniform from 0 to this, each command [s]")
+      .def_rw("drive_lag", &LeaderOptions::drive_lag, "time constant of the drives' current loops, of all torque [s]")
+      .def_rw("velocity_window", &LeaderOptions::velocity_window,
+              "0: time between edges; else the difference of two positions so far apart [s]")
+      .def_rw("velocity_cutoff", &LeaderOptions::velocity_cutoff, "first-order low-pass of velocities; 0 = none [Hz]")
       .def_rw("hold_timeout", &LeaderOptions::hold_timeout, "without a fresh command the force ramps to zero [s]")
       .def_rw("cell_noise", &LeaderOptions::cell_noise, "of the load cell in the handle, rms per axis [N]")
-      .def_rw("seed", &LeaderOptions::seed, "of that noise; a simulation takes its own")
-      .def_rw("quantised", &LeaderOptions::quantised, "encoder resolution and velocity estimation on or off");
+      .def_rw("seed", &LeaderOptions::seed, "of that noise and of the jitter; a simulation takes its own")
+      .def_rw("quantised", &LeaderOptions::quantised, "encoders as above, or the truth");
   joint_field(leader, "encoder_step", &LeaderOptions::encoder_step, "(n,) motor side [rad/count]; 0 = ideal");
   joint_field(leader, "coulomb", &LeaderOptions::coulomb, "(n,) Fc [N m]");
   joint_field(leader, "viscous", &LeaderOptions::viscous, "(n,) Fv [N m s/rad]");

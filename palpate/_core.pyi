@@ -248,6 +248,10 @@ class LeaderOptions:
     rotor_inertia: Array
     tau_max: Array
     loop_delay: float
+    loop_jitter: float
+    drive_lag: float
+    velocity_window: float
+    velocity_cutoff: float
     hold_timeout: float
     cell_noise: float
     seed: int
@@ -679,6 +683,7 @@ class CycleOptions:
 class SimulationOptions(CycleOptions):
     plant_rate: float
     loop_delay: float
+    loop_jitter: float
     seed: int
     tremor: float
     q_leader0: Array

@@ -65,8 +65,8 @@ class Hand:
 
     def drawn(self, rng: np.random.Generator, factor: float = 2.0) -> Self:
         """Another person's hand in the same grip: each number log-normal, 95 % within this factor either way."""
-        scale = np.exp(rng.normal(0.0, np.log(factor) / 1.96, len(_KEYS)))
-        return replace(self, **{key: float(getattr(self, key) * s) for key, s in zip(_KEYS, scale, strict=True)})
+        m, b, k = np.exp(rng.normal(0.0, np.log(factor) / 1.96, 3)).tolist()
+        return replace(self, mass=m * self.mass, damping=b * self.damping, stiffness=k * self.stiffness)
 
     def save(self, path: str | Path, notes: dict[str, Any] | None = None) -> None:
         """Write it (YAML), for ``operator: {hand: FILE}`` in a scene.
@@ -136,8 +136,8 @@ def load(path: str | Path) -> Hand:
     try:
         if data["kind"] != "hand":
             raise ValueError(f"its kind is {data['kind']!r}")
-        told = {key: str(data.get(key, "")) for key in ("grip", "source")}
-        return Hand(str(data.get("name", Path(path).stem)), **{key: data[key] for key in _KEYS}, **told)
+        name, grip, source = (str(data.get(key, "")) for key in ("name", "grip", "source"))
+        return Hand(name or Path(path).stem, data["mass"], data["damping"], data["stiffness"], grip, source)
     except (KeyError, TypeError, ValueError) as error:
         raise RecordingError(
             "this is no hand",

@@ -15,7 +15,7 @@ from palpate.arm import Arm
 from palpate.errors import MissingExtraError, OutputError, PalpateError
 from palpate.record.reader import Record
 from palpate.record.ticks import STATUS
-from palpate.report import elements, touches
+from palpate.report import elements, imperfections, touches
 from palpate.report.assumptions import FAST_FORCE, SlowMotion, slow_motion
 from palpate.report.diagram import diagram, signal_table
 from palpate.report.run import Run
@@ -93,7 +93,13 @@ def report(record: Record) -> str:
     ]
     if not record.deterministic and np.isfinite(run.ticks["cycle_us"]).any():
         parts.append(figure("Time", _timing_words(run, summary), figures.timing))
-    parts += [_numbers(run, summary, slow), _scene(run), _glossary(), _foot(record, summary)]
+    parts += [
+        _numbers(run, summary, slow),
+        imperfections.section(record),
+        _scene(run),
+        _glossary(),
+        _foot(record, summary),
+    ]
     css = files("palpate.report").joinpath("page.css").read_text(encoding="utf-8")
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'

@@ -1,10 +1,10 @@
 """Scene files: what a run depends on, read from YAML with the line of every mistake."""
 
+from palpate.scene.leader import LeaderSection
 from palpate.scene.model import (
     ArmsSection,
     ContactSection,
     FollowerSection,
-    LeaderSection,
     MappingSection,
     ObjectSection,
     RatesSection,

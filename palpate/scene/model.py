@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
+from pydantic import Field, model_validator
 
 from palpate import _core
-from palpate.arm import NAMES
+from palpate.scene.leader import ArmName, LeaderSection
 from palpate.scene.solids import (
     SOLIDS,
     BoxSection,
@@ -19,47 +19,10 @@ from palpate.scene.solids import (
 )
 from palpate.scene.tissue import Motions, RegionSection, require_sticking
 from palpate.scene.tool import ToolSphereSection
-from palpate.scene.values import Diagonal, NotNegative, Number, Pose, Positive, Section
+from palpate.scene.values import Diagonal, NotNegative, Pose, Positive, Section
 
 _C = _core.SimulationOptions()
 _M = _core.Material()
-
-
-def _arm(name: str) -> str:
-    if name in NAMES or name.endswith((".yaml", ".yml")):
-        return name
-    raise ValueError(f"there is no arm {name!r} | arms: {', '.join(NAMES)}; or the path of a model file, my_arm.yaml")
-
-
-#: An arm that comes with Palpate, or the path of a model file, relative to the scene file (docs/arms.md).
-ArmName = Annotated[
-    str,
-    AfterValidator(_arm),
-    WithJsonSchema({"anyOf": [{"enum": list(NAMES)}, {"type": "string", "pattern": r"\.ya?ml$"}]}),
-]
-Joints = Annotated[tuple[Number, ...], Field(min_length=1, max_length=7)]
-
-
-class LeaderSection(Section):
-    """The operator's arm, simulated: a da Vinci master (MTM), or one of yours."""
-
-    model: ArmName = "mtm_right"
-    """which arm: a name, or the path of a model file relative to the scene file; ${VARIABLE}s are replaced"""
-    base: Pose | None = None
-    """X_WL: the arm's base in the world; automatic when left out"""
-    start: Joints | None = None
-    """joint positions at the start [rad, m]; when left out the handle takes the tool's orientation"""
-    model_mass_scale: Positive = 1.0
-    """masses in the controller's gravity model over the arm's true ones [-]"""
-    gravity_model: str | None = None
-    """what the controller holds the arm with: MODEL.yaml of `palpate calibrate gravity`, relative to the scene file;
-    the arm's own masses and counterbalance when left out"""
-    plant_gravity_model: str | None = None
-    """what the simulated arm has to be held with, as gravity_model; its own masses when left out"""
-    quantised: bool = _C.leader.quantised
-    """encoder resolution and velocity estimation as on the hardware, or ideal"""
-    load_cell_noise: Annotated[NotNegative, Field(lt=10.0)] = _C.leader.cell_noise
-    """of the force sensor in the handle, rms per axis [N]"""
 
 
 class FollowerSection(Section):

@@ -34,7 +34,8 @@ class Rig:
         """The core's options: its own defaults, with what the scene says on top."""
         scene, o = self.scene, _core.SimulationOptions()
         o.leader, o.follower = self.arms.leader.leader_options(), self.arms.follower.follower_options()
-        o.rate, o.plant_rate, o.loop_delay = scene.rates.haptic, scene.rates.plant, scene.loop_delay
+        o.rate, o.plant_rate = scene.rates.haptic, scene.rates.plant
+        _fill(o, scene, "loop_delay", "loop_jitter")
         o.seed = scene.seed if seed is None else seed
         o.method = scene.contact.method
         _fill(o.contact, scene.contact, "radius", "collision_rate")
@@ -44,8 +45,7 @@ class Rig:
         o.torque = self._torque(o.leader)
         _fill(o.hand, scene.operator, "mass", "damping", "stiffness", "grip_force_max")
         _fill(o, scene.operator, "tremor")
-        _fill(o.leader, scene.arms.leader, "quantised")
-        o.leader.cell_noise = scene.arms.leader.load_cell_noise
+        o.leader = self._spoilt(o.leader)  # after the torques: the controller knows the arm of the model file
         if not self.arms.leader.orients:
             o.mapping.align_rate = 0.0  # its handle does not turn: the tool keeps its orientation
         _fill(o.follower, scene.arms.follower, "bandwidth")
@@ -57,6 +57,16 @@ class Rig:
         o.X_WL, o.X_WB = self.arms.X_WL, self.arms.X_WB
         o.q_leader0, o.q_follower0 = self.arms.q_leader0, self.arms.q_follower0
         return o
+
+    def _spoilt(self, leader: _core.LeaderOptions) -> _core.LeaderOptions:
+        """The simulated arm with the imperfections that the scene asks for."""
+        try:
+            self.scene.arms.leader.spoil(leader, self.scene.rates.haptic)
+        except ValueError as error:
+            what, _, mend = str(error).partition(" | ")
+            where = self.scene.where("arms", "leader", "encoder_step")
+            raise SceneError(f"arms.leader.{what}", where=where, mend=mend) from None
+        return leader
 
     def _torque(self, leader: _core.LeaderOptions) -> _core.TorqueOptions:
         """Torque options; the controller knows friction and rotors as the model file says them."""
@@ -164,6 +174,7 @@ def build(scene: Scene) -> Rig:
     rig = Rig(scene, placed, snapshot, path, both, spheres)
     for key in ("gravity_model", "plant_gravity_model"):
         rig.gravity_model(key)  # refused here, before anything runs
+    rig.options()
     return rig
 
 

@@ -58,6 +58,8 @@ class Scene(Section):
     """how often things happen"""
     loop_delay: Annotated[NotNegative, Field(le=1.0)] = _C.loop_delay
     """from the computed force to the torque of the drives [s]"""
+    loop_jitter: Annotated[NotNegative, Field(le=1.0)] = _C.loop_jitter
+    """on top of loop_delay: uniform from 0 to this, of each cycle's force anew, in their order [s]"""
     operator: OperatorSection = OperatorSection()
     """the simulated hand"""
     seed: Annotated[int, Field(strict=True, ge=0, lt=2**64)] = _C.seed

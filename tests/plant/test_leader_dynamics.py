@@ -235,6 +235,9 @@ def test_hand_path_leads_the_handle(mtm, options):
         ("tau_max", np.zeros(7), "leader tau_max must be above zero"),
         ("coupling", np.zeros((7, 7)), "leader coupling must be an invertible 7 x 7"),
         ("loop_delay", 2.0, r"loop_delay must lie in 0..1 s; got 2"),
+        ("loop_jitter", -0.1, r"loop_jitter must lie in 0..1 s; got -0.1 s"),
+        ("drive_lag", float("nan"), r"drive_lag must lie in 0..1 s; got nan"),
+        ("velocity_cutoff", -1.0, r"velocity_cutoff must lie in 0..100000 Hz; got -1 Hz"),
         ("hold_timeout", 0.0, "hold_timeout must be above zero"),
     ],
 )

@@ -199,7 +199,6 @@ def test_every_term_can_be_switched_off():
         ("law", "magic", "torque.law = 'magic': the laws are stiffness, impedance, admittance"),
         ("friction__gain", 1.5, "friction_gain = 1.5.*would drive the arm"),
         ("laws__virtual_mass", 0.0, "virtual_mass = 0.0.* 0.05 kg or more"),
-        ("laws__servo_bandwidth", 80.0, "servo_bandwidth"),
         ("limits__margin", 0.9, "limit_margin"),
         ("rotor_inertia", np.ones(3), "need 7 entries"),
     ],
@@ -207,3 +206,9 @@ def test_every_term_can_be_switched_off():
 def test_impossible_options_are_named(field, value, message):
     with pytest.raises(ValueError, match=message):
         bench(**{field: value} if field != "law" else {"law": value})
+
+
+def test_the_position_loop_is_judged_only_where_there_is_one():
+    bench("stiffness", laws__servo_bandwidth=80.0)
+    with pytest.raises(ValueError, match=r"servo_bandwidth = 80.*a twentieth of the cycle's rate"):
+        bench("admittance", laws__servo_bandwidth=80.0)

@@ -31,10 +31,8 @@ SimulationOptions checked(SimulationOptions o, const arm::Arm& leader, const arm
     throw std::invalid_argument("plant_rate = " + std::to_string(o.plant_rate) +
                                 " Hz: must be at least the cycle's rate and at most 100000 Hz, for example 10000");
   }
-  if (!(o.loop_delay >= 0.0 && o.loop_delay <= 1.0)) {
-    throw std::invalid_argument("loop_delay = " + std::to_string(o.loop_delay) + " s: must be between 0 and 1 s");
-  }
-  o.leader.loop_delay = o.loop_delay;
+  o.leader.loop_delay = o.loop_delay;  // the leader says what they may be
+  o.leader.loop_jitter = o.loop_jitter;
   o.leader.seed = o.seed;
   return o;
 }

@@ -24,7 +24,8 @@ namespace palpate::loop {
 struct SimulationOptions : CycleOptions {
   double plant_rate = 10000.0;  ///< servo periods per second, at least; rounded up to a multiple of `rate` [Hz]
   double loop_delay = 0.0;      ///< from command to torque, of the force term [s]
-  std::uint64_t seed = 0;       ///< of the hand's tremor and the load cell's noise
+  double loop_jitter = 0.0;     ///< on top of it: uniform from 0 to this, of each command anew, order kept [s]
+  std::uint64_t seed = 0;       ///< of the hand's tremor, the load cell's noise and the jitter
   double tremor = 0.0;          ///< 8-12 Hz trembling of the hand, rms per axis [m]
   JointVector q_leader0;        ///< where the leader starts, at rest [rad]
   JointVector q_follower0;      ///< where the follower starts [rad, m]

@@ -6,42 +6,58 @@
 namespace palpate::plant {
 namespace {
 
-constexpr double kShortestPeriod = 1e-5;  // [s] the delay line is long enough for it
+constexpr double kShortestPeriod = 1e-5;  // [s] between commands; the line has room for as many
 constexpr double kFade = 0.06;            // [s] from full force to none once the commands stop: 3 N at 50 N/s
-
-std::size_t periods(double delay, double dt) noexcept { return static_cast<std::size_t>(std::lround(delay / dt)); }
 
 }  // namespace
 
-Drive::Drive(double delay, double hold_timeout, JointVector tau_max)
-    : delay_(delay),
-      hold_timeout_(hold_timeout),
-      tau_max_(std::move(tau_max)),
-      line_(periods(delay, kShortestPeriod) + 1) {
+Drive::Drive(DriveOptions options)
+    : options_(std::move(options)),
+      line_(static_cast<std::size_t>(std::ceil((options_.delay + options_.jitter) / kShortestPeriod)) + 2) {
   reset();
 }
 
 void Drive::reset() noexcept {
-  tau_force_ = tau_hold_ = tau_ = JointVector::Zero(tau_max_.size());
-  for (JointVector& tau : line_) tau = tau_force_;
-  age_ = 0.0;
+  random_.seed(options_.seed);
+  t_ = 0.0;
+  t_sent_ = -1.0;
+  acting_ = {0.0, JointVector::Zero(options_.tau_max.size())};
+  tau_hold_ = tau_ = acting_.tau;
+  head_ = size_ = 0;
 }
 
 void Drive::command(const LeaderCommand& command) noexcept {
   const JointVector hold = command.hold(), act = command.act();
   if (!hold.allFinite() || !act.allFinite()) return;
-  tau_force_ = act;
+  if (t_sent_ < 0.0) tau_ = hold.cwiseMax(-options_.tau_max).cwiseMin(options_.tau_max);  // it held before we began
   tau_hold_ = hold;
-  age_ = 0.0;
+  if (t_sent_ == t_) --size_;  // two in one servo period: the newer one
+  if (size_ == line_.size()) arrive();
+  const std::size_t last = head_ + size_ + line_.size() - 1;
+  const double before = size_ > 0 ? line_[last % line_.size()].due : acting_.due;  // none overtakes another
+  const double u = options_.jitter > 0.0 ? static_cast<double>(random_() >> 11) * 0x1p-53 : 0.0;
+  line_[(last + 1) % line_.size()] = {std::max(t_ + options_.delay + options_.jitter * u, before), act};
+  ++size_;
+  t_sent_ = t_;
+}
+
+void Drive::arrive() noexcept {
+  acting_ = line_[head_];
+  head_ = (head_ + 1) % line_.size();
+  --size_;
 }
 
 const JointVector& Drive::step(double dt) noexcept {
-  const double fade = std::clamp(1.0 - (age_ - hold_timeout_) / kFade, 0.0, 1.0);
-  line_[head_] = fade * tau_force_;
-  const std::size_t back = std::min(periods(delay_, dt), line_.size() - 1);
-  tau_ = (line_[(head_ + line_.size() - back) % line_.size()] + tau_hold_).cwiseMax(-tau_max_).cwiseMin(tau_max_);
-  head_ = (head_ + 1) % line_.size();
-  age_ += dt;
+  while (size_ > 0 && line_[head_].due < t_ + 0.5 * dt) arrive();  // whole servo periods
+  const double silent = t_ - acting_.due - options_.hold_timeout;
+  const double fade = std::clamp(1.0 - silent / kFade, 0.0, 1.0);
+  const JointVector wanted = (fade * acting_.tau + tau_hold_).cwiseMax(-options_.tau_max).cwiseMin(options_.tau_max);
+  if (options_.lag > 0.0) {
+    tau_ += (wanted - tau_) * -std::expm1(-dt / options_.lag);
+  } else {
+    tau_ = wanted;
+  }
+  t_ += dt;
   return tau_;
 }
 

@@ -3,27 +3,32 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace palpate::plant {
 
 namespace {
-constexpr double kLongAgo = 1e9;  // [s] before the first edge: the first velocity is zero
-}
+constexpr double kLongAgo = 1e9;          // [s] before the first edge: the first velocity is zero
+constexpr double kShortestPeriod = 1e-5;  // [s] of a step; the history is long enough for it
+}  // namespace
 
-Encoders::Encoders(const JointMatrix& coupling, JointVector step)
-    : A_(coupling), A_inverse_(coupling.inverse()), step_(std::move(step)) {
-  reset(JointVector::Zero(step_.size()));
+Encoders::Encoders(const EncoderOptions& options)
+    : options_(options),
+      A_inverse_(options.coupling.inverse()),
+      history_(static_cast<std::size_t>(std::ceil(options.velocity_window / kShortestPeriod)) + 1) {
+  reset(JointVector::Zero(options_.step.size()));
 }
 
 void Encoders::reset(const JointVector& q) noexcept {
   v_ = motor_v_ = JointVector::Zero(q.size());
   motor_.noalias() = A_inverse_ * q;
   for (Eigen::Index k = 0; k < q.size(); ++k) {
-    const double counts = step_[k] > 0.0 ? std::nearbyint(motor_[k] / step_[k]) : 0.0;
-    track_[static_cast<std::size_t>(k)] = {motor_[k], counts, counts * step_[k], 0.0, kLongAgo};
-    if (step_[k] > 0.0) motor_[k] = counts * step_[k];
+    const double counts = options_.step[k] > 0.0 ? std::nearbyint(motor_[k] / options_.step[k]) : 0.0;
+    track_[static_cast<std::size_t>(k)] = {motor_[k], counts, counts * options_.step[k], 0.0, kLongAgo};
+    if (options_.step[k] > 0.0) motor_[k] = counts * options_.step[k];
   }
-  q_.noalias() = A_ * motor_;
+  q_.noalias() = options_.coupling * motor_;
+  for (JointVector& motor : history_) motor = motor_;
 }
 
 double Encoders::Track::step(double motor_now, double resolution, double dt) noexcept {
@@ -44,20 +49,30 @@ double Encoders::Track::step(double motor_now, double resolution, double dt) noe
   return std::clamp(v_edges, -bound, bound);
 }
 
+const JointVector& Encoders::earlier(double dt) noexcept {
+  newest_ = (newest_ + 1) % history_.size();
+  history_[newest_] = motor_;
+  const auto back = static_cast<std::size_t>(std::lround(options_.velocity_window / dt));
+  return history_[(newest_ + history_.size() - std::min(back, history_.size() - 1)) % history_.size()];
+}
+
 void Encoders::step(const JointVector& q, double dt) noexcept {
   motor_.noalias() = A_inverse_ * q;
   for (Eigen::Index k = 0; k < q.size(); ++k) {
     Track& track = track_[static_cast<std::size_t>(k)];
-    if (step_[k] > 0.0) {
-      motor_v_[k] = track.step(motor_[k], step_[k], dt);
-      motor_[k] = track.counts * step_[k];
+    if (options_.step[k] > 0.0) {
+      motor_v_[k] = track.step(motor_[k], options_.step[k], dt);
+      motor_[k] = track.counts * options_.step[k];
     } else {
       motor_v_[k] = (motor_[k] - track.motor) / dt;
       track.motor = motor_[k];
     }
   }
-  q_.noalias() = A_ * motor_;
-  v_.noalias() = A_ * motor_v_;
+  q_.noalias() = options_.coupling * motor_;
+  if (options_.velocity_window > 0.0) motor_v_ = (motor_ - earlier(dt)) / options_.velocity_window;
+  const double keep =
+      options_.velocity_cutoff > 0.0 ? std::exp(-2.0 * std::numbers::pi * options_.velocity_cutoff * dt) : 0.0;
+  v_ = keep * v_ + (1.0 - keep) * (options_.coupling * motor_v_).eval();
 }
 
 }  // namespace palpate::plant

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <sstream>
 #include <stdexcept>
 
 #include "palpate/plant/drive.hpp"
@@ -39,12 +40,18 @@ void check_sizes(const LeaderOptions& o, Eigen::Index n) {
 }
 
 void check_values(const LeaderOptions& o, const HandOptions& h) {
-  if (!(o.loop_delay >= 0.0 && o.loop_delay <= kDelayMax)) {
-    throw std::invalid_argument("leader loop_delay must lie in 0..1 s; got " + std::to_string(o.loop_delay) + " s");
-  }
-  if (!(o.cell_noise >= 0.0 && o.cell_noise < 10.0)) {
-    throw std::invalid_argument("leader cell_noise must lie in 0..10 N; got " + std::to_string(o.cell_noise) + " N");
-  }
+  const auto within = [](const char* name, double x, double most, const char* unit) {
+    if (x >= 0.0 && x <= most) return;
+    std::ostringstream words;
+    words << "leader " << name << " must lie in 0.." << most << ' ' << unit << "; got " << x << ' ' << unit;
+    throw std::invalid_argument(words.str());
+  };
+  within("loop_delay", o.loop_delay, kDelayMax, "s");
+  within("loop_jitter", o.loop_jitter, kDelayMax, "s");
+  within("drive_lag", o.drive_lag, kDelayMax, "s");
+  within("velocity_window", o.velocity_window, kDelayMax, "s");
+  within("velocity_cutoff", o.velocity_cutoff, 1e5, "Hz");
+  within("cell_noise", o.cell_noise, 10.0, "N");
   if (!(o.hold_timeout > 0.0)) {
     throw std::invalid_argument("leader hold_timeout must be above zero; got " + std::to_string(o.hold_timeout) + " s");
   }
@@ -81,8 +88,9 @@ struct Leader::Impl {
       : arm(std::move(a)),
         options(std::move(o)),
         hand(h),
-        drive(options.loop_delay, options.hold_timeout, options.tau_max),
-        encoders(options.coupling, options.encoder_step),
+        drive({options.loop_delay, options.loop_jitter, options.drive_lag, options.hold_timeout, options.tau_max,
+               options.seed}),
+        encoders({options.coupling, options.encoder_step, options.velocity_window, options.velocity_cutoff}),
         random(options.seed) {
     M_hand << Vec3::Constant(hand.mass), Vec3::Constant(hand.inertia);
     K << Vec3::Constant(hand.stiffness), Vec3::Constant(hand.rotational_stiffness);

@@ -13,17 +13,21 @@ namespace palpate::plant {
 
 /// What a leader arm is made of besides its rigid bodies (facts of the hardware, per arm in models/*.yaml).
 struct LeaderOptions {
-  JointMatrix coupling;        ///< A: q_joint = A q_motor
-  JointVector encoder_step;    ///< motor-side resolution [rad/count]; 0 = ideal
-  JointVector coulomb;         ///< Fc [N m]
-  JointVector viscous;         ///< Fv [N m s/rad]
-  JointVector rotor_inertia;   ///< reflected to the joint [kg m^2]
-  JointVector tau_max;         ///< drive limits, joint side [N m]
-  double loop_delay = 0.0;     ///< from command to torque, force term only [s]
-  double hold_timeout = 0.03;  ///< drive without a fresh command: force term ramps to zero [s]
-  double cell_noise = 0.0;     ///< of the load cell in the handle, rms per axis [N]
-  std::uint64_t seed = 0;      ///< of that noise
-  bool quantised = true;       ///< encoder resolution and velocity estimation on or off
+  JointMatrix coupling;          ///< A: q_joint = A q_motor
+  JointVector encoder_step;      ///< motor-side resolution [rad/count]; 0 = ideal
+  JointVector coulomb;           ///< Fc [N m]
+  JointVector viscous;           ///< Fv [N m s/rad]
+  JointVector rotor_inertia;     ///< reflected to the joint [kg m^2]
+  JointVector tau_max;           ///< drive limits, joint side [N m]
+  double loop_delay = 0.0;       ///< from command to torque, force term only [s]
+  double loop_jitter = 0.0;      ///< on top of it: uniform from 0 to this, of each command anew, order kept [s]
+  double drive_lag = 0.0;        ///< time constant of the drives' current loops, of all torque [s]
+  double hold_timeout = 0.03;    ///< drive without a fresh command: force term ramps to zero [s]
+  double velocity_window = 0.0;  ///< 0: time between edges; else the difference of two positions so far apart [s]
+  double velocity_cutoff = 0.0;  ///< of a first-order low-pass of the velocities; 0 = none [Hz]
+  double cell_noise = 0.0;       ///< of the load cell in the handle, rms per axis [N]
+  std::uint64_t seed = 0;        ///< of that noise, and of the jitter
+  bool quantised = true;         ///< encoders as above, or the truth
 };
 
 /// One plant step is one servo period (10 kHz). Everything noexcept is allocation free.

@@ -27,8 +27,9 @@ std::unique_ptr<Law> make_law(const std::string& name, const LawOptions& options
           "must be 0.05 kg or more: a lighter handle would answer to noise");
   require(options.virtual_damping >= 0.0 && std::isfinite(options.virtual_damping), "virtual_damping",
           options.virtual_damping, "must be 0 N s/m or more");
-  require(options.servo_bandwidth > 0.0 && options.servo_bandwidth * dt <= 0.05, "servo_bandwidth",
-          options.servo_bandwidth, "must be above 0 and at most a twentieth of the cycle's rate [Hz]");
+  require(name != "admittance" || (options.servo_bandwidth > 0.0 && options.servo_bandwidth * dt <= 0.05),
+          "servo_bandwidth", options.servo_bandwidth,
+          "must be above 0 and at most a twentieth of the cycle's rate [Hz]");
   std::string names;
   for (const Entry& law : kLaws) {
     if (name == law.name) return law.make(options, dt);
