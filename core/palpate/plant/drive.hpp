@@ -11,7 +11,7 @@
 
 namespace palpate::plant {
 
-struct DriveOptions {
+struct LeaderDriveOptions {
   double delay = 0.0;          ///< from command to torque, of act() only [s]
   double jitter = 0.0;         ///< on top of it: uniform from 0 to this, of each command anew, order kept [s]
   double lag = 0.0;            ///< time constant of the current loops, of all torque [s]
@@ -22,7 +22,7 @@ struct DriveOptions {
 
 class Drive {
  public:
-  explicit Drive(DriveOptions options);
+  explicit Drive(LeaderDriveOptions options);
   void reset() noexcept;
   /// The newest command; one that is not finite is refused, as a drive would, and the last one stays.
   void command(const LeaderCommand& command) noexcept;
@@ -36,7 +36,7 @@ class Drive {
   };
   void arrive() noexcept;
 
-  DriveOptions options_;
+  LeaderDriveOptions options_;
   std::mt19937_64 random_;
   double t_ = 0.0, t_sent_ = -1.0;
   Sent acting_;

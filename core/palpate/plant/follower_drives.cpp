@@ -33,7 +33,7 @@ FollowerDrives::FollowerDrives(arm::Arm arm, DriveOptions options, double natura
       options_(checked(std::move(options), arm_.n())),
       w_(2.0 * std::numbers::pi * natural_frequency),
       zeta_(damping_ratio),
-      encoders_(JointMatrix::Identity(arm_.n(), arm_.n()), encoder_step) {
+      encoders_({JointMatrix::Identity(arm_.n(), arm_.n()), encoder_step}) {
   if (!(natural_frequency > 0.0)) {
     throw std::invalid_argument("a follower with drives needs a bandwidth above 0 Hz: ideal joints have no torque");
   }
