@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 __all__ = [
     "ArmError",
+    "JournalError",
     "MeshError",
     "MissingExtraError",
     "OutputError",
@@ -77,7 +78,11 @@ class RecordingError(PalpateError):
 
 
 class SweepError(PalpateError):
-    """Points of a sweep failed, its workers cannot work, or its journal belongs to another sweep."""
+    """Points of a sweep failed, or its workers cannot work."""
+
+
+class JournalError(SweepError):
+    """The journal belongs to another sweep, or is none."""
 
 
 class PortError(PalpateError):

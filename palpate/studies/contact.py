@@ -7,15 +7,16 @@ Prescribed tool paths, no hand and no arm: what is measured is the contact metho
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Annotated, Any
+from functools import lru_cache, partial
+from itertools import islice
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from rich.console import Console
 from rich.table import Table
-from tyro.conf import arg
 
 from palpate import _core
 from palpate.bench.contact import PATHS, RADIUS, SIZES, judge
@@ -23,6 +24,9 @@ from palpate.errors import PalpateWarning
 from palpate.mesh import Mesh
 from palpate.shapes.analytic import SHAPES, Box, Shape
 from palpate.shapes.paths import RATE, ToolPath, tool_path
+from palpate.studies.command import Findings, SweepCommand, Sweeper
+from palpate.sweep import Axis, sweep
+from palpate.sweep.grid import Point
 
 Array = NDArray[np.float64]
 Row = dict[str, Any]
@@ -53,7 +57,7 @@ PRESSED_FROM_ABOVE = {"box": UpperFace(), "plate": UpperFace((60e-3, 60e-3, 1e-3
 
 
 @dataclass
-class Study:
+class Study(SweepCommand):
     """Every contact method over every shape: direction, steps, energy, time (minutes).
 
     examples:
@@ -62,78 +66,89 @@ class Study:
       palpate study contact --large
     """
 
-    json: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Write the rows as JSON (docs/json.md); - for the standard output."""
-    figures: Annotated[Path, arg(metavar="DIR")] = Path("runs/study-contact")
-    """Folder for the pictures."""
     large: bool = False
     """Meshes of a million triangles as well."""
 
-    def __call__(self) -> int:
+    def study(self, console: Console) -> Findings:
         """Do it."""
-        from palpate.cli.output import console_for, make_folder, require_writable, say, write_json
         from palpate.studies.contact_figures import draw
 
-        console = console_for(self.json)
-        require_writable(self.json)
-        make_folder(self.figures)
-        result = run((*TRIANGLES, *SIZES[-1:]) if self.large else TRIANGLES, lambda text: say(console, text))
-        console.print(table(result["rows"]))
-        for file in draw(result, self.figures):
-            say(console, str(file), "picture")
-        write_json(self.json, result)
-        return 0
+        result = run((*TRIANGLES, *SIZES[-1:]) if self.large else TRIANGLES, self.sweeper(console))
+        return Findings(result, partial(draw, result), [table(result["rows"])])
 
 
 def run(
     triangles: Iterable[int] = TRIANGLES,
-    on_progress: Callable[[str], None] = lambda _: None,
+    sweep: Sweeper = sweep,
     shapes: Iterable[str] = tuple(SHAPES),
     methods: Iterable[str] = tuple(_core.contact_methods()),
 ) -> dict[str, list[Row]]:
     """Everything measured: ``rows`` of the methods and ``planes`` grown through points."""
-    rows: list[Row] = []
-    for shape in shapes:
-        for size in sorted({*triangles, SWEPT}):
-            on_progress(f"{shape}, about {size:,} triangles")
-            mesh = _mesh(SHAPES[shape], size)
-            ways = _ways(SHAPES[shape], size in triangles, size == SWEPT)
-            for path, penetration, approach, judging, way in ways:
-                for method in methods:
-                    rows.append(
-                        {
-                            "shape": shape,
-                            "triangles": mesh.triangle_count,
-                            "path": path,
-                            "method": method,
-                            "penetration_mm": penetration * 1e3,
-                            "approach_deg": approach,
-                            **judge(mesh, judging, way, method),
-                        }
-                    )
-    on_progress("planes through noisy points")
+    tabled, path = set(triangles), {name: way.path for name, way in ways().items()}
+    grid = {
+        "shape": Axis(shapes),
+        "size": Axis(sorted({*tabled, SWEPT}), "", "triangles asked for"),
+        "way": Axis(path, "", "path of the tool"),
+        "method": Axis(methods, "", "contact method"),
+    }
+    swept = sweep(
+        experiment, grid, where=lambda p: p["size"] in tabled if path[p["way"]] in PATHS else p["size"] == SWEPT
+    )
+    drop = {"size", "way"}
+    rows = [{key: value for key, value in row.items() if key not in drop} for row in swept.rows()]
     return {"rows": rows, "planes": list(grown_planes())}
 
 
-def _mesh(shape: Shape, triangles: int) -> _core.Mesh:
+class Way(NamedTuple):
+    """How a tool goes over a shape."""
+
+    path: str
+    """``shallow`` or ``deep`` as in the bench, ``penetration`` or ``approach``."""
+    penetration: float
+    """r - phi of the slide or of the rest [m]."""
+    approach: float = 0.0
+    """to the surface's normal [deg]."""
+    place: int = 0
+
+
+def ways() -> dict[str, Way]:
+    """All of them, by name."""
+    slides = {name: Way(name, RADIUS - PATHS[name][0]) for name in ("shallow", "deep")}
+    deeper = {f"penetration {1e3 * depth:g} mm": Way("penetration", depth) for depth in PENETRATIONS}
+    straight = [Way("approach", PRESSED, degrees, k) for degrees in APPROACHES for k in range(PLACES)]
+    return slides | deeper | {f"approach {way.approach:g} deg, place {way.place}": way for way in straight}
+
+
+def experiment(point: Point, seed: int) -> Row:
+    """One method along one way over one mesh; nothing in it is random."""
+    way = ways()[point["way"]]
+    mesh, (judging, path) = _mesh(point["shape"], point["size"]), _path(point["shape"], way)
+    return {
+        "triangles": mesh.triangle_count,
+        "path": way.path,
+        "penetration_mm": way.penetration * 1e3,
+        "approach_deg": way.approach,
+        **judge(mesh, judging, path, point["method"]),
+    }
+
+
+@lru_cache(2)
+def _mesh(shape: str, triangles: int) -> _core.Mesh:
     with warnings.catch_warnings():  # wavy sheet and groove are open, and meant to be
         warnings.simplefilter("ignore", PalpateWarning)
-        return Mesh(*shape.mesh(triangles), name=shape.name).core
+        return Mesh(*SHAPES[shape].mesh(triangles), name=shape).core
 
 
-def _ways(shape: Shape, tabled: bool, swept: bool) -> Iterator[tuple[str, float, float, Shape, ToolPath]]:
-    """Path, r - phi [m], angle of approach [deg], the judge, and the way itself."""
-    if tabled:
-        for name in ("shallow", "deep"):
-            yield name, RADIUS - PATHS[name][0], 0.0, shape, tool_path(shape, *PATHS[name], RADIUS)
-    if swept:
-        for penetration in PENETRATIONS:
-            pressed = PRESSED_FROM_ABOVE.get(shape.name, shape)
-            way = tool_path(pressed, RADIUS - penetration, SPEED, RADIUS)
-            yield "penetration", penetration, 0.0, pressed, _first_seconds(way, 4.0)
-        for approach in APPROACHES:
-            for way in approaches(shape, approach):
-                yield "approach", PRESSED, approach, shape, way
+@lru_cache(2)
+def _path(name: str, way: Way) -> tuple[Shape, ToolPath]:
+    """The judge, and the samples."""
+    shape = SHAPES[name]
+    if way.path == "approach":
+        return shape, next(islice(approaches(shape, way.approach), way.place, None))
+    if way.path == "penetration":
+        pressed = PRESSED_FROM_ABOVE.get(name, shape)
+        return pressed, _first_seconds(tool_path(pressed, RADIUS - way.penetration, SPEED, RADIUS), 4.0)
+    return shape, tool_path(shape, *PATHS[way.path], RADIUS)
 
 
 def _first_seconds(way: ToolPath, seconds: float) -> ToolPath:

@@ -11,17 +11,19 @@ import tempfile
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from tyro.conf import arg
+from rich.console import Console
 
 from palpate.errors import PalpateWarning
 from palpate.record.ticks import Ticks, as_ticks
 from palpate.scene import Scene, rig
 from palpate.shapes.analytic import SHAPES
+from palpate.studies.command import Command, Findings
 
 Array = NDArray[np.float64]
 
@@ -31,7 +33,7 @@ SECONDS = 4.0
 
 
 @dataclass
-class Study:
+class Study(Command):
     """The paper's Fig 12: instrument in four meshes, body and spatial force on the master arm (half a minute).
 
     examples:
@@ -39,29 +41,24 @@ class Study:
       palpate study figure12 --figures docs/images
     """
 
-    json: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Write the four moments as JSON (docs/json.md); - for the standard output."""
-    figures: Annotated[Path, arg(metavar="DIR")] = Path("runs/study-figure12")
-    """Folder for the picture."""
-
-    def __call__(self) -> int:
+    def study(self, console: Console) -> Findings:
         """Do it."""
-        from palpate.cli.output import console_for, make_folder, require_writable, say, write_json
-        from palpate.report.style import png
-        from palpate.studies.figure12_drawing import draw
+        from palpate.cli.output import say
 
-        console = console_for(self.json)
-        require_writable(self.json)
-        make_folder(self.figures)
         moments = []
         for moment in run():
             say(console, _line(moment))
             moments.append(moment)
-        file = self.figures / "figure12.png"
-        png(lambda canvas: draw(moments, canvas), file)
-        say(console, str(file), "picture")
-        write_json(self.json, [row(moment) for moment in moments])
-        return 0
+        return Findings([row(moment) for moment in moments], partial(_picture, moments))
+
+
+def _picture(moments: list[Moment], folder: Path) -> list[Path]:
+    from palpate.report.style import png
+    from palpate.studies.figure12_drawing import draw
+
+    file = folder / "figure12.png"
+    png(lambda canvas: draw(moments, canvas), file)
+    return [file]
 
 
 @dataclass(frozen=True)

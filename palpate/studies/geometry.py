@@ -7,17 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from rich.console import Console
 from rich.table import Table
-from tyro.conf import arg
 
 import palpate.contact
 from palpate.lessons.face_angle import Slide, angle_noise, contact_normal_error, eq20
 from palpate.lessons.point_contact import Pair, approach
+from palpate.studies.command import Command, Findings
 from palpate.surfaces import ImplicitSurface, Plane
 
 Array = npt.NDArray[np.float64]
@@ -31,7 +31,7 @@ RADIUS = 15e-3  # of the SPR in the paper's Fig 12 [m]
 
 
 @dataclass
-class Study:
+class Study(Command):
     """The paper's geometry: normals at point contact, face angles from contact points, and where they fail.
 
     examples:
@@ -39,27 +39,12 @@ class Study:
       palpate study geometry --json geometry.json --figures docs/images
     """
 
-    json: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Write the numbers as JSON (docs/json.md); - for the standard output."""
-    figures: Annotated[Path, arg(metavar="DIR")] = Path("runs/study-geometry")
-    """Folder for the pictures."""
-
-    def __call__(self) -> int:
+    def study(self, console: Console) -> Findings:
         """Do it."""
-        from palpate.cli.output import console_for, make_folder, require_writable, say, write_json
         from palpate.studies.geometry_figures import draw
 
-        console = console_for(self.json)
-        require_writable(self.json)
-        make_folder(self.figures)
         result = run()
-        for title, table in tables(result):
-            say(console, title)
-            console.print(table)
-        files = draw(self.figures)
-        say(console, f"{len(files)} pictures: {self.figures}/geometry-*.png")
-        write_json(self.json, result)
-        return 0
+        return Findings(result, draw, [thing for pair in tables(result) for thing in pair])
 
 
 def run() -> dict[str, list[dict[str, Any]]]:

@@ -1,4 +1,4 @@
-"""``palpate study laws``: what the hand feels of a spring, by each control law, slow and fast (R22, R25, R51, R53).
+"""``palpate study laws``: what the hand feels of a spring, by each control law, slow and fast.
 
 A simulated MTM with its friction and encoders on a bench: a hand moves the handle to and fro, the controller renders
 F = -K x, the load cell says what arrives. At the frequency of the motion -F_cell / x is complex: its real part is the
@@ -9,21 +9,19 @@ no follower. Figures in ``laws_figures``; what they mean is in docs/torque.md.
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
-from pathlib import Path
-from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
+from rich.console import Console
 from rich.table import Table
-from tyro.conf import arg
 
 from palpate import _core
 from palpate.arm import Arm
 from palpate.record.ticks import STATUS
+from palpate.studies.command import Findings, SweepCommand, Sweeper
+from palpate.sweep import Axis, sweep
+from palpate.sweep.grid import Point
 
 Array = NDArray[np.float64]
 
@@ -83,54 +81,51 @@ class Outcome(Case):
 
 
 @dataclass
-class Study:
-    """What the hand feels of a spring by each control law, slow and fast, with wrong masses (minutes).
+class Study(SweepCommand):
+    """What the hand feels of a spring by each control law, slow and fast, with wrong masses (a minute).
 
     examples:
       palpate study laws
       palpate study laws --json laws.json --figures docs/images
     """
 
-    json: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Write the outcomes as JSON (docs/json.md); - for the standard output."""
-    figures: Annotated[Path, arg(metavar="DIR")] = Path("runs/study-laws")
-    """Folder for the picture."""
-
-    def __call__(self) -> int:
+    def study(self, console: Console) -> Findings:
         """Do it."""
-        from palpate.cli.output import console_for, require_writable, say, write_json
-        from palpate.run_folder import require_writable as require_folder
         from palpate.studies.laws_figures import draw
 
-        console = console_for(self.json)
-        require_writable(self.json)
-        require_folder(self.figures)
-        found = run(cases(), lambda text: say(console, text))
-        console.print(table(found))
-        say(console, "simulated leader (mtm_right), simulated hand")
-        picture = draw(found, [trace(law, f) for f in (0.5, 4.0) for law in ("stiffness", "admittance")], self.figures)
-        say(console, str(picture), "figure:", "bold")
-        write_json(self.json, {"simulated": True, "leader": "mtm_right", "noticed": NOTICED,
-                               "outcomes": [asdict(o) for o in found]})  # fmt: skip
-        return 0
+        found = run(self.sweeper(console))
+        traces = [trace(law, f) for f in (0.5, 4.0) for law in ("stiffness", "admittance")]
+        told = {"simulated": True, "leader": "mtm_right", "noticed": NOTICED, "outcomes": [asdict(o) for o in found]}
+        return Findings(
+            told,
+            lambda folder: [draw(found, traces, folder)],
+            [table(found), "simulated leader (mtm_right), simulated hand"],
+        )
 
 
-def cases() -> list[Case]:
-    """Every law, frequency, stiffness and hand; and with wrong masses at one stiffness."""
-    grid = [Case(law, f, K, hand) for law in LAWS for f in FREQUENCIES for K in STIFFNESSES for hand in HANDS]
-    wrong = [Case(law, f, MIDDLE, "fast", s) for law in LAWS for f in FREQUENCIES for s in WRONG if s != 1.0]
-    return grid + wrong
+GRID = {
+    "law": Axis(LAWS),
+    "f_Hz": Axis(FREQUENCIES, "Hz", "frequency of the motion"),
+    "K_N_per_m": Axis(STIFFNESSES, "N/m", "rendered stiffness"),
+    "hand": Axis(HANDS),
+    "model_scale": Axis(WRONG, "", "masses the controller believes in over the true ones"),
+}
 
 
-def run(wanted: list[Case], on_progress: Callable[[str], None] = lambda _: None) -> list[Outcome]:
-    """All outcomes, in the order of the cases, on every core."""
-    found = []
-    with ProcessPoolExecutor(max_workers=os.cpu_count()) as pool:
-        for k, outcome in enumerate(pool.map(experiment, wanted, chunksize=4)):
-            found.append(outcome)
-            if (k + 1) % 50 == 0:
-                on_progress(f"{k + 1} of {len(wanted)} experiments")
-    return found
+def wanted(point: Point) -> bool:
+    """Every law, frequency, stiffness and hand; wrong masses at one stiffness with the fast hand."""
+    return point["model_scale"] == 1.0 or (point["K_N_per_m"], point["hand"]) == (MIDDLE, "fast")
+
+
+def run(sweep: Sweeper = sweep) -> list[Outcome]:
+    """All outcomes; those with wrong masses are the last."""
+    swept = sweep(measure, GRID, where=wanted)
+    return sorted((Outcome(**row) for row in swept.rows()), key=lambda o: o.model_scale != 1.0)
+
+
+def measure(point: Point, seed: int) -> dict[str, float]:
+    """One experiment of the sweep; nothing in it is random."""
+    return {key: value for key, value in asdict(experiment(Case(**point))).items() if key not in point}
 
 
 def experiment(case: Case) -> Outcome:

@@ -11,18 +11,20 @@ of ``palpate.touchable`` is read off this map.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Annotated, TypedDict
+from functools import lru_cache
+from typing import Any, TypedDict, cast
 
 import numpy as np
 from numpy.typing import NDArray
+from rich.console import Console
 from rich.table import Table
-from tyro.conf import arg
 
 import palpate.contact
 from palpate import _core
+from palpate.studies.command import Findings, SweepCommand, Sweeper
+from palpate.sweep import Axis, sweep
+from palpate.sweep.grid import Point
 
 Array = NDArray[np.float64]
 
@@ -50,7 +52,7 @@ class Row(TypedDict):
 
 
 @dataclass
-class Study:
+class Study(SweepCommand):
     """The sphere's radius: what it keeps of a feature, what it lets through of sensor noise, beside a force filter.
 
     examples:
@@ -58,46 +60,40 @@ class Study:
       palpate study radius --json radius.json --figures docs/images
     """
 
-    json: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Write the rows as JSON (docs/json.md); - for the standard output."""
-    figures: Annotated[Path, arg(metavar="DIR")] = Path("runs/study-radius")
-    """Folder for the picture."""
-
-    def __call__(self) -> int:
+    def study(self, console: Console) -> Findings:
         """Do it."""
-        from palpate.cli.output import console_for, make_folder, require_writable, say, write_json
         from palpate.studies.radius_figure import draw
 
-        console = console_for(self.json)
-        require_writable(self.json)
-        make_folder(self.figures)
-        rows = run(on_row=lambda row: say(console, f"r {row['radius_mm']:g} mm, noise {row['noise_mm']:g} mm"))
-        console.print(table(rows))
-        say(console, str(draw(rows, self.figures)), "picture")
-        write_json(self.json, rows)
-        return 0
+        rows = run(sweep=self.sweeper(console))
+        return Findings(rows, lambda folder: [draw(rows, folder)], [table(rows)])
 
 
 def run(
     radii: tuple[float, ...] = RADII,
     features: tuple[float, ...] = FEATURES,
     noises: tuple[float, ...] = NOISES,
-    on_row: Callable[[Row], None] | None = None,
+    sweep: Sweeper = sweep,
 ) -> list[Row]:
     """Every radius on every relief with every noise."""
-    rows = []
-    for feature in features:
-        meshes = [_relief_mesh(feature, noise) for noise in (0.0, *noises)]
-        for radius in radii:
-            tips = path(feature, radius)
-            (clean, height), *noisy = (_render(mesh, tips, radius) for mesh in meshes)
-            kept = float(np.ptp(height) / (2 * amplitude(feature)))
-            for noise, (force, _) in zip(noises, noisy, strict=True):
-                row = _row(clean, force, radius, feature, noise, kept)
-                rows.append(row)
-                if on_row:
-                    on_row(row)
-    return rows
+    grid = {
+        "feature": Axis(features, "m", "width of a ridge"),
+        "radius": Axis(radii, "m", "of the sphere"),
+        "noise": Axis(noises, "m", "standard deviation of the vertices"),
+    }
+    return [_row_of(row) for row in sweep(measure, grid).rows()]
+
+
+def _row_of(swept: dict[str, Any]) -> Row:
+    lengths = {f"{name}_mm": 1e3 * swept.pop(name) for name in ("radius", "feature", "noise")}
+    return cast(Row, lengths | swept)
+
+
+def measure(point: Point, seed: int) -> dict[str, Any]:
+    """One radius on one relief with one noise; its vertices are the same in every point."""
+    feature, radius, noise = point["feature"], point["radius"], point["noise"]
+    clean, height = _render(feature, 0.0, radius)
+    force, _ = _render(feature, noise, radius)
+    return _compared(clean, force) | {"kept": float(np.ptp(height) / (2 * amplitude(feature)))}
 
 
 def amplitude(feature: float) -> float:
@@ -119,6 +115,7 @@ def path(feature: float, radius: float) -> Array:
     return np.stack([x, np.zeros_like(x), height - DEPTH], axis=1)
 
 
+@lru_cache(16)
 def _relief_mesh(feature: float, noise: float) -> _core.Mesh:
     half = (4 * feature + max(RADII) + 2e-3, max(RADII) + 2e-3)
     nx, ny = (int(2 * h / GRID) for h in half)
@@ -133,21 +130,20 @@ def _relief_mesh(feature: float, noise: float) -> _core.Mesh:
     return _core.Mesh(np.stack([x, y, z], axis=1), triangles)
 
 
-def _render(mesh: _core.Mesh, tips: Array, radius: float) -> tuple[Array, Array]:
+@lru_cache(16)
+def _render(feature: float, noise: float, radius: float) -> tuple[Array, Array]:
     """Force (n, 3) [N] and height of the proxy (n,) [m]. From above: the tool comes down on the first tip."""
+    tips = path(feature, radius)
     down = tips[0] + np.linspace(5e-3 + DEPTH, 0.0, 200)[:, None] * [0, 0, 1]
-    felt = palpate.contact.render(mesh, np.concatenate([down, tips]), radius=radius, stiffness=STIFFNESS)
+    mesh, approach = _relief_mesh(feature, noise), np.concatenate([down, tips])
+    felt = palpate.contact.render(mesh, approach, radius=radius, stiffness=STIFFNESS)
     return felt.force[len(down) :], felt.proxy[len(down) :, 2]
 
 
-def _row(clean: Array, force: Array, radius: float, feature: float, noise: float, kept: float) -> Row:
+def _compared(clean: Array, force: Array) -> dict[str, Any]:
     strength = np.linalg.norm(force, axis=1)
     more = strength - np.linalg.norm(clean, axis=1)
     return {
-        "radius_mm": 1e3 * radius,
-        "feature_mm": 1e3 * feature,
-        "noise_mm": 1e3 * noise,
-        "kept": kept,
         "direction_deg": _p95(_angle_deg(force, clean)),
         "force_mN": _p95(1e3 * np.abs(more)),
         "bias_mN": float(1e3 * more.mean()),

@@ -19,7 +19,7 @@ from types import TracebackType
 from typing import Any, Self
 from zlib import crc32
 
-from palpate.errors import OutputError, PalpateWarning, SweepError
+from palpate.errors import JournalError, OutputError, PalpateWarning, SweepError
 from palpate.sweep.work import Answer, Work
 
 SYNC_SECONDS = 0.5
@@ -67,7 +67,8 @@ class Journal:
         mark: of the sweep (``fingerprint``).
 
     Raises:
-        SweepError: it belongs to another sweep, is no journal, or another process writes it.
+        JournalError: it belongs to another sweep, or is no journal.
+        SweepError: another process writes it.
         OutputError: it cannot be written.
     """
 
@@ -157,7 +158,7 @@ def _require_same(found: Any, wanted: dict[str, Any], path: Path) -> None:
         if found[key] != value:
             why = f"{key} was {_short(found[key])} and is {_short(value)}"
             mend = "take up the sweep as it was, or begin another journal"
-            raise SweepError("the journal belongs to another sweep", where=str(path), why=why, mend=mend)
+            raise JournalError("the journal belongs to another sweep", where=str(path), why=why, mend=mend)
 
 
 def _short(value: Any) -> str:
@@ -165,8 +166,8 @@ def _short(value: Any) -> str:
     return text if len(text) < 200 else f"{text[:200]} ... ({_digest(text.encode())})"
 
 
-def _no_journal(path: Path) -> SweepError:
-    return SweepError("this is no journal of a sweep", where=str(path), mend="name another file")
+def _no_journal(path: Path) -> JournalError:
+    return JournalError("this is no journal of a sweep", where=str(path), mend="name another file")
 
 
 def _refusal(path: Path, error: OSError) -> OutputError:

@@ -67,8 +67,8 @@ def sweep(
         Values by point, with ``rows()``, ``array(name)``, ``to_netcdf(file)`` and ``to_csv(file)``.
 
     Raises:
-        SweepError: points failed (all others are done, and kept in the journal), the workers cannot work, or the
-            journal belongs to another sweep.
+        SweepError: points failed (all others are done, and kept in the journal), or the workers cannot work.
+        JournalError: the journal belongs to another sweep, or is none.
         MissingExtraError: ``dask`` without the extra ``palpate[dask]``.
     """
     work = Work(fn, Grid.of(grid), seed, identity())

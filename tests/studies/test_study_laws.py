@@ -8,6 +8,7 @@ import pytest
 
 from palpate.studies import laws
 from palpate.studies.laws_figures import draw, handle_mass
+from palpate.sweep.grid import Grid
 
 KEYS = {
     *("law", "f_Hz", "K_N_per_m", "hand", "model_scale", "felt_N_per_m", "felt_damping_N_s_per_m", "stiffness_error"),
@@ -68,8 +69,9 @@ def test_bandwidth_is_where_the_error_passes_a_tenth():
 
 
 def test_the_picture_is_drawn(tmp_path):
-    grid = [laws.Outcome(c.law, c.f_Hz, c.K_N_per_m, c.hand, c.model_scale, stiffness_error=0.01 * c.f_Hz,
-                         impedance_error=0.02) for c in laws.cases()]  # fmt: skip
+    points = map(Grid.of(laws.GRID).point, Grid.of(laws.GRID).points(laws.wanted))
+    grid = [laws.Outcome(**p, stiffness_error=0.01 * p["f_Hz"], impedance_error=0.02) for p in points]
+    assert len(grid) == len(laws.LAWS) * len(laws.FREQUENCIES) * (len(laws.STIFFNESSES) * len(laws.HANDS) + 2)
     t = np.linspace(0, 1, 50)
     path = draw(grid, [(f"trace {k}", t, np.sin(t), np.cos(t)) for k in range(4)], tmp_path)
     assert path.stat().st_size > 10_000

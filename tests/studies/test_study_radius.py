@@ -1,16 +1,18 @@
 """`palpate study radius`: the documented keys and a picture; tests/mesh/test_touchable.py holds what the map says."""
 
+from functools import partial
+
 import json_contract
 import numpy as np
 
 from palpate.studies import radius
 from palpate.studies.radius_figure import draw
+from palpate.sweep import sweep
 
 
 def test_rows_table_and_picture(tmp_path):
-    heard = []
-    rows = radius.run(radii=(1e-3, 2e-3), features=(4e-3,), noises=(0.0, 0.2e-3), on_row=heard.append)
-    assert heard == rows
+    here = partial(sweep, executor="serial")
+    rows = radius.run(radii=(1e-3, 2e-3), features=(4e-3,), noises=(0.0, 0.2e-3), sweep=here)
     assert {key for row in rows for key in row} == json_contract.keys("study radius")
     assert rows[0]["error_mN"] == 0.0  # no noise
     assert "kept of" in radius.table(rows).columns[1].header

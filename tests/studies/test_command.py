@@ -1,0 +1,87 @@
+"""What every study's command promises: pictures, JSON, labelled results, and going on after a stop."""
+
+import json
+from dataclasses import dataclass, field
+
+import pytest
+import sweep_points
+from rich.table import Table
+from scipy.io import netcdf_file
+
+from palpate.errors import JournalError, MissingExtraError, OutputError
+from palpate.studies import command, commands
+from palpate.sweep import Axis
+
+GRID = {"k": Axis([1, 3], "mm", "a length")}
+
+
+@dataclass
+class Study(command.SweepCommand):
+    """Two points."""
+
+    seed: int = 4
+    drawn: list = field(default_factory=list)
+
+    def study(self, console):
+        rows = self.sweeper(console)(sweep_points.picky, GRID, self.seed, title="").rows()
+        return command.Findings(rows, lambda folder: [folder / "a.png"], [Table("k"), "two points"])
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(command, "sweep", lambda *args, **more: command_sweep(*args, **more | {"executor": "serial"}))
+    return tmp_path
+
+
+command_sweep = command.sweep
+
+
+def test_a_study_tells_draws_and_writes(here, capsys):
+    assert Study(json=here / "s.json")() == 0
+    told = capsys.readouterr().out
+    assert "two points" in told
+    assert "picture runs/study-test_command/a.png" in told
+    assert "data runs/study-test_command/test_command.nc" in told
+    assert json.loads((here / "s.json").read_text()) == [{"k": 1, "x": 1}, {"k": 3, "x": 3}]
+    with netcdf_file(here / "runs/study-test_command/test_command.nc", mmap=False) as file:
+        assert file.variables["k"].units == b"mm"
+        assert file.seed == 4
+    assert [f.name for f in (here / "runs/study-test_command").iterdir()] == ["test_command.nc"]  # no journal is left
+
+
+def test_a_stopped_study_goes_on_by_itself(here, capsys, monkeypatch):
+    def stop(*args):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("palpate.sweep.run._serial", stop)
+        with pytest.raises(KeyboardInterrupt):
+            Study()()
+    journal = here / "runs/study-test_command/test_command.journal"
+    assert f"kept in {journal.relative_to(here)}: the same command goes on from there" in capsys.readouterr().out
+    assert Study(seed=5)() == 0  # another sweep begins anew
+    assert not journal.exists()
+
+
+def test_a_journal_of_ones_own_is_kept_and_must_fit(here):
+    assert Study(resume=here / "j", out=here / "o.nc")() == 0
+    assert (here / "j").exists()
+    assert (here / "o.nc").exists()
+    with pytest.raises(JournalError, match="seed was 4 and is 5"):
+        Study(resume=here / "j", seed=5)()
+
+
+def test_what_is_missing_is_told_before_the_work(here, monkeypatch):
+    monkeypatch.setattr(command, "find_spec", lambda name: None)
+    with pytest.raises(MissingExtraError, match=r"pip install 'palpate\[report\]'"):
+        Study()()
+    with pytest.raises(OutputError):
+        Study(json=here)()
+
+
+def test_every_study_is_such_a_command():
+    for name, study in commands().items():
+        assert issubclass(study, command.Command)
+        assert study().name == name
+        assert f"  palpate study {name}" in study.__doc__
