@@ -18,8 +18,8 @@ CONNECT_SECONDS, WORKERS_SECONDS = 20.0, 120.0
 
 def run(
     work: Work, todo: list[int], workers: int | None = None, address: str | None = None
-) -> Generator[Answer, None, None]:
-    """Answers as they come, in any order. Dask itself does a chunk again when its worker dies.
+) -> Generator[list[Answer], None, None]:
+    """Answers as they come, some at a time, in any order. Dask itself does a chunk again when its worker dies.
 
     Args:
         work: what is to be done.
@@ -45,7 +45,7 @@ def run(
         else:
             place = address
         client = stack.enter_context(_connected(Client, place, address))
-        queue = Queue(todo, _threads(client))
+        queue = Queue(todo, _threads(client), patience=1)  # Dask has its own
         flying: dict[Any, list[int]] = {}
         done = as_completed(loop=client.loop)
         while queue or flying:
@@ -56,7 +56,7 @@ def run(
                 flying[future] = chunk
                 done.add(future)
             future = next(done)
-            yield from _answers(future, flying.pop(future), queue)
+            yield _answers(future, flying.pop(future), queue)
             future.release()
 
 
@@ -89,10 +89,7 @@ def _answers(future: Any, chunk: list[int], queue: Queue) -> list[Answer]:
     error = future.exception()
     if type(error).__name__ != "KilledWorker":
         raise SweepError("the Dask workers cannot run fn", why=f"{type(error).__name__}: {error}", mend=MEND)
-    if len(chunk) > 1:  # one of them: which?
-        queue.alone(chunk)
-        return []
-    return [Answer(chunk[0], None, f"worker processes died over it, {error.allowed_failures + 1} of them")]
+    return queue.lost(chunk, f"{error.allowed_failures + 1} workers by Dask's count")
 
 
 def _chunk(work: Work, points: list[int]) -> tuple[float, list[tuple[Any, ...]]]:

@@ -95,7 +95,7 @@ class Journal:
         data = self.path.read_bytes()
         whole = data.rfind(b"\n") + 1
         if not data:
-            self._write(mark)
+            self._write([mark])
             return
         lines = data[:whole].splitlines()
         _require_same(_read(lines[0]) if lines else None, mark, self.path)
@@ -107,23 +107,22 @@ class Journal:
             what, mend = f"{broken} broken lines", "nothing to do: their points are done again"
             warnings.warn(PalpateWarning(what, where=str(self.path), mend=mend), stacklevel=4)
 
-    def keep(self, answer: Answer) -> None:
-        """Write an answer down; a failed point is not kept, it is tried again another time.
+    def keep(self, answers: list[Answer]) -> None:
+        """Write answers down; a failed point is not kept, it is tried again another time.
 
         Raises:
-            OutputError: it cannot be written.
+            OutputError: they cannot be written.
         """
-        if answer.values is not None:
-            self._write({"point": answer.point, "values": answer.values})
+        self._write([{"point": a.point, "values": a.values} for a in answers if a.values is not None])
         if time.monotonic() - self._synced > SYNC_SECONDS:
             self._sync()
 
-    def _write(self, entry: dict[str, Any]) -> None:
-        text = json.dumps(entry, separators=(",", ":")).encode()
-        line = b"%08x %s\n" % (crc32(text), text)
+    def _write(self, entries: list[dict[str, Any]]) -> None:
+        texts = [json.dumps(entry, separators=(",", ":")).encode() for entry in entries]
+        lines = b"".join(b"%08x %s\n" % (crc32(text), text) for text in texts)
         try:
-            while line:
-                line = line[os.write(self._file, line) :]
+            while lines:
+                lines = lines[os.write(self._file, lines) :]
         except OSError as error:
             raise _refusal(self.path, error) from None
 

@@ -12,6 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
+from typing import Any
 
 from palpate.errors import SweepError
 from palpate.sweep.queue import PATIENCE, Queue
@@ -19,6 +20,8 @@ from palpate.sweep.work import Answer, Work, limit_threads
 
 #: What most often is to be done when processes cannot import the function.
 MEND = "define fn at the top of a file, and call sweep() below: if __name__ == '__main__':"
+FLUSH_SECONDS = 0.02
+"""A worker hands over what it has after this time: what a kill can make be done again."""
 
 
 def cores() -> int:
@@ -26,8 +29,8 @@ def cores() -> int:
     return len(os.sched_getaffinity(0))
 
 
-def run(work: Work, todo: list[int], workers: int | None = None) -> Generator[Answer, None, None]:
-    """Answers as they come, in any order.
+def run(work: Work, todo: list[int], workers: int | None = None) -> Generator[list[Answer], None, None]:
+    """Answers as they come, some at a time, in any order.
 
     Args:
         work: what is to be done.
@@ -48,13 +51,13 @@ def run(work: Work, todo: list[int], workers: int | None = None) -> Generator[An
             for connection in wait([worker.connection for worker in crew if worker.chunk or not worker.ready]):
                 worker = next(w for w in crew if w.connection is connection)
                 try:
-                    yield from worker.hear(queue)
+                    yield worker.hear(queue)
                 except (EOFError, OSError):  # it is dead, and its connection with it
                     stillborn = 0 if worker.ready else stillborn + 1
                     if stillborn >= PATIENCE:
                         why = f"each {worker.fate()} while it was starting; see above what it said"
                         raise SweepError("the worker processes do not start", why=why, mend=MEND) from None
-                    yield from queue.lost(worker.chunk, worker.fate())
+                    yield queue.lost(worker.chunk, worker.fate())
                     crew[crew.index(worker)] = _Worker(packed)
     finally:
         for worker in crew:
@@ -95,19 +98,19 @@ class _Worker:
             with suppress(OSError):  # it is dead: hear() will say so
                 self.connection.send(self.chunk)
 
-    def hear(self, queue: Queue) -> Iterator[Answer]:
+    def hear(self, queue: Queue) -> list[Answer]:
         """What it says. Raises EOFError or OSError when it is dead, SweepError when it cannot begin."""
         said = self.connection.recv()
         if isinstance(said, str):
             if said:
                 raise SweepError("the worker processes cannot import fn", why=said, mend=MEND)
             self.ready = True
-            return
-        answer = Answer(*said)
-        self.chunk.remove(answer.point)
+            return []
+        answers = [Answer(*answer) for answer in said]
+        self.chunk = self.chunk[len(answers) :]  # they come in order
         if not self.chunk:
             queue.took(self._size, time.perf_counter() - self._since)
-        yield answer
+        return answers
 
     def fate(self) -> str:
         """How it ended, in words."""
@@ -123,7 +126,7 @@ class _Worker:
 
 
 def _serve(connection: Connection, packed: bytes) -> None:
-    """In the process: chunks in, answers out one by one, so that what is done is never lost; ends with the parent."""
+    """In the process: chunks in, answers out; ends with the parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's affair
     try:
         work: Work = pickle.loads(packed)
@@ -134,7 +137,20 @@ def _serve(connection: Connection, packed: bytes) -> None:
     try:
         connection.send("")
         while True:
-            for answer in work.answers(connection.recv()):
-                connection.send(tuple(answer))
+            for batch in _batches(work, connection.recv()):
+                connection.send(batch)
     except (EOFError, OSError):  # the parent has gone
         return
+
+
+def _batches(work: Work, chunk: list[int]) -> Iterator[list[tuple[Any, ...]]]:
+    """Answers as they are, no older than ``FLUSH_SECONDS``."""
+    batch: list[tuple[Any, ...]] = []
+    since = time.perf_counter()
+    for answer in work.answers(chunk):
+        batch.append(tuple(answer))
+        if time.perf_counter() - since > FLUSH_SECONDS:
+            yield batch
+            batch, since = [], time.perf_counter()
+    if batch:
+        yield batch

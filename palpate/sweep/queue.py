@@ -19,12 +19,13 @@ class Queue:
     Args:
         todo: numbers of the points.
         workers: that share them.
+        patience: how often a point may take down its worker before it is given up.
     """
 
-    def __init__(self, todo: Iterable[int], workers: int) -> None:
+    def __init__(self, todo: Iterable[int], workers: int, patience: int = PATIENCE) -> None:
         self._todo = deque(todo)
         self._alone: deque[int] = deque()  # were with a worker that died
-        self.workers = workers
+        self.workers, self._patience = workers, patience
         self._killed: Counter[int] = Counter()
         self._done, self._seconds = 0, 0.0
 
@@ -45,20 +46,15 @@ class Queue:
         self._done += points
         self._seconds += seconds
 
-    def alone(self, chunk: list[int]) -> None:
-        """These are done again, one at a time, before all others."""
-        self._alone.extend(chunk)
-
     def lost(self, chunk: list[int], why: str) -> list[Answer]:
-        """A worker died over the first of these points: all are done again.
+        """A worker died over these points: they are done again, one at a time, so that it shows over which one.
 
         Returns:
-            The answer in words when that first point has taken down ``PATIENCE`` workers.
+            The answer in words when it was one, and that one has done so too often.
         """
-        if not chunk:
-            return []
-        first, *others = chunk
-        self._killed[first] += 1
-        given_up = self._killed[first] >= PATIENCE
-        self.alone(others if given_up else chunk)
-        return [Answer(first, None, f"{PATIENCE} worker processes died over it ({why})")] if given_up else []
+        if len(chunk) == 1:
+            self._killed[chunk[0]] += 1
+            if self._killed[chunk[0]] >= self._patience:
+                return [Answer(chunk[0], None, f"its worker process died, again and again ({why})")]
+        self._alone.extend(chunk)
+        return []

@@ -84,12 +84,12 @@ def sweep(
         todo = [index for index in indices if index not in found]
         failed = 0
         with closing(_executor(executor, workers, address)(work, todo)) as answers:
-            for answer in answers:
-                found[answer.point] = answer
+            for some in answers:
+                found.update((answer.point, answer) for answer in some)
                 if journal:
-                    journal.keep(answer)
-                bar.advance(1)
-                failed += answer.values is None
+                    journal.keep(some)
+                bar.advance(len(some))
+                failed += sum(answer.values is None for answer in some)
                 if failed >= FAILURES and on_error == "raise":
                     break
     errors = {index: found[index].error for index in indices if index in found and found[index].values is None}
@@ -102,7 +102,7 @@ def sweep(
 
 def _executor(
     name: str, workers: int | None, address: str | None
-) -> Callable[[Work, list[int]], Generator[Answer, None, None]]:
+) -> Callable[[Work, list[int]], Generator[list[Answer], None, None]]:
     if address and name != "dask":
         raise SweepError(f"address {address} with executor {name!r}", mend="use executor='dask' (--executor dask)")
     if workers is not None and workers < 1:
@@ -121,9 +121,10 @@ def _executor(
     raise SweepError(f"unknown executor {name!r}", mend="use local, dask or serial")
 
 
-def _serial(work: Work, todo: list[int]) -> Generator[Answer, None, None]:
+def _serial(work: Work, todo: list[int]) -> Generator[list[Answer], None, None]:
     with threadpool_limits(1):
-        yield from work.answers(todo)
+        for answer in work.answers(todo):
+            yield [answer]
 
 
 def _failure(work: Work, errors: dict[int, str], left: int, resume: Path | str | None) -> SweepError:
