@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Generator
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from typing import Any
 
 from palpate.errors import MissingExtraError, SweepError
@@ -14,6 +14,8 @@ from palpate.sweep.work import Answer, Work, limit_threads
 
 CONNECT_SECONDS, WORKERS_SECONDS = 20.0, 120.0
 """Patience with a scheduler that does not answer, and with one that has no worker yet."""
+POLL_SECONDS = 2.0
+"""Between two looks at the cluster when nothing is heard from it."""
 
 
 def run(
@@ -32,7 +34,7 @@ def run(
         SweepError: no scheduler, no worker, or the function cannot be sent to them.
     """
     try:
-        from distributed import Client, LocalCluster, as_completed
+        from distributed import Client, LocalCluster, wait
     except ImportError:
         raise MissingExtraError("the Dask executor", "dask") from None
     with ExitStack() as stack:
@@ -47,17 +49,20 @@ def run(
         client = stack.enter_context(_connected(Client, place, address))
         queue = Queue(todo, _threads(client), patience=1)  # Dask has its own
         flying: dict[Any, list[int]] = {}
-        done = as_completed(loop=client.loop)
         while queue or flying:
             queue.workers = _threads(client)
             while queue and len(flying) < 2 * max(1, queue.workers):
                 chunk = queue.take()
-                future = client.submit(_chunk, work, chunk, pure=False)
-                flying[future] = chunk
-                done.add(future)
-            future = next(done)
-            yield _answers(future, flying.pop(future), queue)
-            future.release()
+                flying[client.submit(_chunk, work, chunk, pure=False)] = chunk
+            with suppress(TimeoutError), client.as_current():
+                wait(list(flying), timeout=POLL_SECONDS, return_when="FIRST_COMPLETED")
+            for future in [future for future in flying if future.done()]:
+                chunk = flying.pop(future)
+                try:
+                    yield _answers(future, chunk, queue)
+                except TimeoutError:  # its worker died before it could hand it over
+                    queue.again(chunk)
+                future.release()
 
 
 def _connected(client: Any, place: Any, address: str | None) -> Any:
@@ -80,16 +85,21 @@ def _threads(client: Any) -> int:
 
 
 def _answers(future: Any, chunk: list[int], queue: Queue) -> list[Answer]:
-    if future.status == "finished":
-        seconds, answers = future.result()
-        queue.took(len(chunk), seconds)
-        return [Answer(*answer) for answer in answers]
-    if future.status == "cancelled":
-        raise SweepError("the Dask cluster has forgotten the work", why="scheduler or connection is lost")
-    error = future.exception()
-    if type(error).__name__ != "KilledWorker":
-        raise SweepError("the Dask workers cannot run fn", why=f"{type(error).__name__}: {error}", mend=MEND)
-    return queue.lost(chunk, f"{error.allowed_failures + 1} workers by Dask's count")
+    """Raises TimeoutError when it is not there after all."""
+    from distributed import CancelledError, KilledWorker
+
+    try:
+        seconds, answers = future.result(timeout=POLL_SECONDS)
+    except TimeoutError:
+        raise
+    except KilledWorker as error:
+        return queue.lost(chunk, f"{error.allowed_failures + 1} workers by Dask's count")
+    except CancelledError as error:
+        raise SweepError("the Dask cluster has forgotten the work", why=str(error)) from None
+    except Exception as error:  # from unpickling on the worker: of any kind
+        raise SweepError("the Dask workers cannot run fn", why=f"{type(error).__name__}: {error}", mend=MEND) from None
+    queue.took(len(chunk), seconds)
+    return [Answer(*answer) for answer in answers]
 
 
 def _chunk(work: Work, points: list[int]) -> tuple[float, list[tuple[Any, ...]]]:

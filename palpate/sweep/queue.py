@@ -46,6 +46,10 @@ class Queue:
         self._done += points
         self._seconds += seconds
 
+    def again(self, chunk: list[int]) -> None:
+        """These are done again, before all others, one at a time."""
+        self._alone.extend(chunk)
+
     def lost(self, chunk: list[int], why: str) -> list[Answer]:
         """A worker died over these points: they are done again, one at a time, so that it shows over which one.
 
@@ -56,5 +60,5 @@ class Queue:
             self._killed[chunk[0]] += 1
             if self._killed[chunk[0]] >= self._patience:
                 return [Answer(chunk[0], None, f"its worker process died, again and again ({why})")]
-        self._alone.extend(chunk)
+        self.again(chunk)
         return []
