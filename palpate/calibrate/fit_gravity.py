@@ -57,6 +57,7 @@ class Fitted:
         return np.asarray(np.sqrt(np.einsum("kip,pr,kir->ki", C, self.solution.covariance, C, optimize=True)))
 
 
+@fit.on_one_core
 def fit_poses(poses: Static, arm: Arm, form: str, measured: Mask) -> Fitted:
     """Fit one form to poses; `measured` (n,) are the joints whose torques are known."""
     impossible = beyond_drives(poses.tau, arm)

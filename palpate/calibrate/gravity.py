@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.arm import Arm
-from palpate.calibrate import forms, scores
+from palpate.calibrate import fit, forms, scores
 from palpate.calibrate.fit_gravity import Fitted, fit_poses
 from palpate.calibrate.gravity_model import GravityModel
 from palpate.calibrate.identifiability import Identifiability, identifiability, next_poses
@@ -44,7 +44,7 @@ class Calibration:
     pairs: Pairs | None  # poses reached both ways: then it was fitted to their means
     advice: tuple[tuple[Array, float], ...]  # pose (n,) [rad], information it adds [nat]
     warnings: tuple[str, ...]
-    seconds: float
+    seconds: float  # of one core
 
     def to_json(self) -> dict[str, Any]:
         """The values of docs/json.md."""
@@ -79,6 +79,7 @@ class Calibration:
         }
 
 
+@fit.on_one_core
 def gravity(
     train: str | Path | Sequence[str | Path],
     arm: Arm | str,
@@ -98,7 +99,7 @@ def gravity(
         RecordingError: the recordings cannot be used (see `read_static`), are too few or too much alike; names the
             parameters that suffer.
     """
-    began = time.perf_counter()
+    began = time.process_time()
     arm = named_arm(arm)
     if model not in forms.FORMS:
         raise RecordingError(f"there is no model {model!r}", mend=f"choose one of {', '.join(forms.FORMS)}")
@@ -127,9 +128,9 @@ def gravity(
         test=scores.score(fitted, unseen, joints, arm) if unseen is not None else None,
         cross_validation=scores.cross_validate(fitted, poses, joints, arm),
         pairs=pairs,
-        advice=tuple(next_poses(fitted, measured, arm)) if fitted.design.prior else (),
+        advice=tuple(next_poses(fitted, measured, arm)),
         warnings=tuple(_warnings(fitted, poses, unseen, told, arm)),
-        seconds=time.perf_counter() - began,
+        seconds=time.process_time() - began,
     )
 
 
@@ -155,10 +156,11 @@ def _require_rich(poses: Static, told: Identifiability) -> None:
     where = ", ".join(poses.files)
     if len(poses) < _FEWEST:
         repeats = f"; {poses.samples} rows repeat them" if poses.samples > len(poses) else ""
+        lost = f"; nothing is known about {', '.join(told.weak)}" if told.weak else ""
         raise RecordingError(
             f"{len(poses)} different poses",
             where=where,
-            why=f"at least {_FEWEST} are needed{repeats}",
+            why=f"at least {_FEWEST} are needed to tell masses, springs and friction apart{repeats}{lost}",
             mend="record more poses, spread over the joint limits",
         )
     if told.rank < told.structural_rank:

@@ -10,8 +10,9 @@ from scipy import linalg
 
 from palpate import _core
 from palpate.arm import Arm
-from palpate.calibrate.approach import drives
+from palpate.calibrate.approach import coupling
 from palpate.calibrate.fit_gravity import Fitted
+from palpate.calibrate.gravity_model import Region
 
 Array = NDArray[np.float64]
 
@@ -75,12 +76,7 @@ def next_poses(fitted: Fitted, joints: NDArray[np.bool_], arm: Arm, count: int =
 
     Within the arm's limits, and near the drives' ranges so far: a parallelogram has limits that no joint shows.
     """
-    region = fitted.model.region
-    q = np.random.default_rng(1).uniform(arm.q_min, arm.q_max, (4000, arm.n))
-    q[:, ~joints] = 0.5 * (region.q_min + region.q_max)[~joints]
-    m = drives(q, arm)
-    free = ((m >= region.motor_min - _WIDER) & (m <= region.motor_max + _WIDER))[:, joints].all(axis=1)
-    q = q[free][:300]
+    q = _reachable(fitted.model.region, joints, arm)[:300]
     C = fitted.columns(q, np.zeros_like(q), arm)[:, joints] / fitted.noise[joints][:, None]
     S, found = fitted.solution.covariance, []
     for _ in range(min(count, len(q))):
@@ -91,3 +87,11 @@ def next_poses(fitted: Fitted, joints: NDArray[np.bool_], arm: Arm, count: int =
         SC = S @ C[best].T
         S = S - SC @ np.linalg.solve(inner[best], SC.T)
     return found
+
+
+def _reachable(region: Region, joints: NDArray[np.bool_], arm: Arm) -> Array:
+    """Random poses (k, n) within the joint limits and about the drives' ranges; joints that never moved stay."""
+    low, high = region.motor_min - _WIDER, region.motor_max + _WIDER
+    q = np.random.default_rng(1).uniform(low, high, (4000, arm.n)) @ coupling(arm).T
+    q[:, ~joints] = 0.5 * (region.q_min + region.q_max)[~joints]
+    return np.asarray(q[((q >= arm.q_min) & (q <= arm.q_max)).all(axis=1)])

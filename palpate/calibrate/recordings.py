@@ -16,6 +16,7 @@ from palpate.errors import RecordingError
 Array = NDArray[np.float64]
 
 _LEVELS = 10  # a grid has not more
+_OTHER_SIDE = {"mtm_left": "right", "mtm_right": "left"}
 _STILL = 2e-3  # rows nearer to their predecessor than this are samples of one pose [rad]
 _MOTOR_SIDE = 0.02  # [N m] a shoulder that is held up with less is seen through its gear
 
@@ -116,20 +117,27 @@ def check_joints(q: Array, arm: Arm, path: str | Path, margin: float = 0.05) -> 
     Raises:
         RecordingError: names the row, the joint, its value and its limits.
     """
-    over = np.maximum(q - arm.q_max, arm.q_min - q) - margin
+    over = _beyond(q, arm) - margin
     if (over <= 0).all():
         return
     row, joint = np.unravel_index(int(np.argmax(over)), over.shape)
     value, low, high = q[row, joint], arm.q_min[joint], arm.q_max[joint]
     mend = "record joint positions in rad, on the joint's side of gears and couplings"
     why = f"{arm.name} has {low:.3f} to {high:.3f} rad there"
-    turned = np.radians(q)
-    if (np.maximum(turned - arm.q_max, arm.q_min - turned) <= margin).all():
+    far = abs(value) / max(abs(low), abs(high))
+    if (other := _OTHER_SIDE.get(arm.name)) and (_beyond(q, Arm.mtm(other)) <= margin).all():
+        why += f"; all rows fit the {other} arm"
+        mend = f"name the arm that was recorded (--arm mtm{other[0]})"
+    elif far > 3.0 and (_beyond(np.radians(q), arm) <= margin).all():
         why += "; all rows fit when they are read as degrees (or as turns of the motors, before their gears)"
         mend = "convert the file to rad of the joints"
-    elif abs(value) > 8.0 * max(abs(low), abs(high)):
+    elif far > 8.0:
         why += "; numbers of this size are motor turns or encoder counts"
     raise RecordingError(f"joint {joint + 1} is at {value:.4g} in pose {row + 1}", where=str(path), why=why, mend=mend)
+
+
+def _beyond(q: Array, arm: Arm) -> Array:
+    return np.asarray(np.maximum(q - arm.q_max, arm.q_min - q))
 
 
 def _check_torques(tau: Array, path: str | Path) -> None:

@@ -21,7 +21,8 @@ def gravity(o: Gravity) -> int:
     """Fit, tell, write the model, its figure and the JSON."""
     console = console_for(o.json)
     picture = o.out.with_suffix(".png")
-    for path in (o.out, picture):
+    written = [o.out, picture, *([o.json] if o.json and str(o.json) != "-" else [])]
+    for path in written:
         refuse_to_overwrite(path, o.force)
     require_writable(o.json)
     found = identify(o.train, o.arm, model=o.model, test=o.test)
@@ -79,7 +80,8 @@ def _lines(c: Calibration) -> list[str]:
     told, rub = c.told, c.model.friction
     lines = [
         f"rank {told.rank} of {told.structural_rank} base parameters, condition {told.condition:.1f}",
-        f"never seen by these joints: {', '.join(told.never)}",
+        f"base parameters (the JSON says what each stands for): {', '.join(b.split()[0] for b in told.base)}",
+        f"not identifiable, never seen by these joints: {', '.join(told.never)}",
     ]
     if rub.any():
         of = "motors" if c.model.motor_friction else "joints"
@@ -87,11 +89,11 @@ def _lines(c: Calibration) -> list[str]:
     if c.pairs:
         lines.append(f"{len(c.pairs.half_difference)} poses reached both ways: fitted to their means")
     if c.fitted.outliers:
-        some = "; ".join(f"row {o.pose + 1} joint {o.joint + 1}: {o.why}" for o in c.fitted.outliers[:3])
+        some = "; ".join(f"pose {o.pose + 1} joint {o.joint + 1}: {o.why}" for o in c.fitted.outliers[:3])
         lines.append(
             f"{len(c.fitted.outliers)} outliers kept out ({some}{' ..' if len(c.fitted.outliers) > 3 else ''})"
         )
     for q, gain in c.advice[:3]:
         lines.append(f"next pose [rad]: {' '.join(f'{x:+.2f}' for x in q)}   adds {gain:.2f} nat")
-    lines.append(f"{c.seconds:.1f} s")
+    lines.append(f"{c.seconds:.1f} s of one core")
     return lines

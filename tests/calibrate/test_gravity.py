@@ -3,14 +3,15 @@
 import numpy as np
 import pytest
 import synthetic_arm as synthetic
+from threadpoolctl import threadpool_info
 
 from palpate import Arm
-from palpate.calibrate import forms
+from palpate.calibrate import fit, forms
 from palpate.calibrate.approach import drives, expected_directions
 from palpate.calibrate.fit_gravity import fit_poses, predicted
 from palpate.calibrate.gravity import gravity
 from palpate.calibrate.gravity_model import GravityModel
-from palpate.calibrate.identifiability import identifiability
+from palpate.calibrate.identifiability import identifiability, next_poses
 from palpate.calibrate.recordings import read_static
 
 MEASURED = np.arange(7) < 6
@@ -145,17 +146,51 @@ def test_poses_reached_both_ways_are_averaged(tmp_path):
     np.testing.assert_allclose(found.to_json()["pairs"]["half_difference_Nm"], synthetic.COULOMB[:6], rtol=1e-6)
 
 
-def test_advice_lowers_uncertainty_most(known, ours):
-    """The first advised pose tells more than random ones, within the limits."""
-    from palpate.calibrate.identifiability import next_poses
-
+@pytest.mark.parametrize("form", ["potential", "dvrk"])
+def test_advised_poses_beat_random_ones(form, known):
+    """Six more poses, as advised or at random within the same limits: the holding torques are surer, all over."""
     arm = known[0]
-    advised = next_poses(ours, MEASURED, arm, count=3)
+    fitted = fit_poses(synthetic.recording(30, 1), arm, form, MEASURED)
+    advised = next_poses(fitted, MEASURED, arm)
     gains = [gain for _, gain in advised]
     assert gains == sorted(gains, reverse=True)
     q = np.array([pose for pose, _ in advised])
     assert ((q >= arm.q_min) & (q <= arm.q_max)).all()
-    assert ours.std(q[:1], arm)[0, :6].mean() > ours.std(synthetic.poses(100, 3), arm)[:, :6].mean()
+    informed = [information(fitted, some, arm) for some in (q, *(synthetic.poses(6, seed) for seed in range(50)))]
+    assert informed[0] == pytest.approx(sum(gains), rel=1e-4)
+    assert informed[0] > max(informed[1:])
+    unseen = synthetic.poses(100, 3)
+    sure = [spread(fitted, some, unseen, arm) for some in (q, *(synthetic.poses(6, seed) for seed in range(50)))]
+    assert sure[0] < np.median(sure[1:])
+
+
+def information(fitted, q, arm):
+    """Of torques at q, by the determinant of what they would be believed to be [nat]."""
+    C = (fitted.columns(q, np.zeros_like(q), arm)[:, MEASURED] / fitted.noise[MEASURED][:, None]).reshape(
+        6 * len(q), -1
+    )
+    return 0.5 * np.linalg.slogdet(np.eye(len(C)) + C @ fitted.solution.covariance @ C.T)[1]
+
+
+def spread(fitted, q, unseen, arm):
+    """Mean standard deviation of the holding torques at `unseen` in units of the noise, once q is known, too."""
+    scale = fitted.noise[MEASURED][:, None]
+    C = (fitted.columns(q, np.zeros_like(q), arm)[:, MEASURED] / scale).reshape(6 * len(q), -1)
+    S = fitted.solution.covariance
+    S = S - S @ C.T @ np.linalg.solve(np.eye(len(C)) + C @ S @ C.T, C @ S)
+    U = fitted.columns(unseen, np.zeros_like(unseen), arm)[:, MEASURED] / scale
+    return np.sqrt(np.einsum("kip,pr,kir->ki", U, S, U, optimize=True)).mean()
+
+
+def test_a_fit_keeps_to_one_core():
+    """Threads of BLAS that wait for each other took twenty times longer."""
+
+    @fit.on_one_core
+    def threads():
+        return {pool["num_threads"] for pool in threadpool_info()}
+
+    np.linalg.inv(np.eye(3))
+    assert threads() == {1}
 
 
 @pytest.mark.parametrize("moving", [[1], [1, 2], [3, 4, 5]])

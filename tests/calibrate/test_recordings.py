@@ -83,6 +83,12 @@ def test_motor_torques_are_told(tmp_path):
         read_static(tmp_path / "a.csv", Arm.mtm("right"))
 
 
+def test_the_other_arm_is_recognised(tmp_path):
+    synthetic.write(tmp_path / "a.csv", synthetic.recording(30, 1))
+    with pytest.raises(RecordingError, match=r"all rows fit the right arm\n  mend: name the arm .* \(--arm mtmr\)"):
+        gravity(tmp_path / "a.csv", "mtml")
+
+
 @pytest.mark.parametrize("header", [True, False])
 def test_header_or_not_it_is_the_same(header, tmp_path):
     poses = synthetic.recording(20, 1)
@@ -116,6 +122,10 @@ def test_too_few_and_too_similar_poses(tmp_path):
     synthetic.write(tmp_path / "few.csv", few)
     with pytest.raises(RecordingError, match="8 different poses\n  why: at least 12"):
         gravity(tmp_path / "few.csv", "mtmr")
+    few.q[:, 1:] = few.q[0, 1:]
+    synthetic.write(tmp_path / "few.csv", few)
+    with pytest.raises(RecordingError, match=r"nothing is known about .*shoulder_pitch\.m"):
+        gravity(tmp_path / "few.csv", "mtmr")
     line = synthetic.recording(40, 1)
     line.q[:, [0, 2, 3, 4, 5]] = line.q[0, [0, 2, 3, 4, 5]]
     synthetic.write(tmp_path / "line.csv", line)
@@ -123,6 +133,14 @@ def test_too_few_and_too_similar_poses(tmp_path):
         gravity(tmp_path / "line.csv", "mtmr")
     assert "nothing is known about" in str(error.value)
     assert "wrist_platform" in str(error.value)
+
+
+def test_repeated_poses_are_told(tmp_path):
+    poses = synthetic.recording(30, 1)
+    rows = np.repeat(np.arange(30), 3)
+    synthetic.write(tmp_path / "a.csv", synthetic.Static(poses.q[rows], poses.tau[rows], rows == 0, ("",), 90))
+    found = gravity(tmp_path / "a.csv", "mtmr", model="gravity+springs")
+    assert "90 rows are 30 poses: repeated ones were averaged" in found.warnings
 
 
 def test_arm_and_form_are_asked_for_by_name(tmp_path):
@@ -167,6 +185,17 @@ def test_actuator_coordinates_are_doubted(tmp_path):
 def test_repeated_samples_of_a_real_recording():
     poses = read_static(DATA / "mtm_static_wpi/mtmr_static_12poses_x50.csv", Arm.mtm("right"))
     assert (len(poses), poses.samples) == (12, 600)
+
+
+@needs_data
+def test_one_joint_at_a_time_still_gets_advice():
+    """A lab's 40 poses: each moves one joint about a small range."""
+    arm = Arm.mtm("right")
+    found = gravity(DATA / "mtm_static_wpi/mtmr_static_decoupled_40poses.csv", arm)
+    assert found.cross_validation.r2_directed[1:].min() > 0.9
+    q = np.array([pose for pose, _ in found.advice])
+    assert ((q >= arm.q_min) & (q <= arm.q_max)).all()
+    assert len(q) == 6
 
 
 @needs_data

@@ -32,6 +32,7 @@ def test_model_figure_and_json(palpate, poses, tmp_path):
     assert (tmp_path / "m.png").stat().st_size > 10_000
     assert "friction floor" in done.out
     assert "next pose" in done.out
+    assert "base parameters" in done.out
 
 
 def test_nothing_is_overwritten_without_force(palpate, poses, tmp_path):
@@ -41,6 +42,13 @@ def test_nothing_is_overwritten_without_force(palpate, poses, tmp_path):
     assert done.code == 2
     assert "m.yaml: the file exists already\n  mend: give --force, or another name" in done.err
     assert (tmp_path / "m.yaml").read_text() == "precious"
+    (tmp_path / "old.json").write_text("precious")
+    assert "old.json: the file exists already" in palpate(*command, "--out", "new.yaml", "--json", "old.json").err
+    assert not (tmp_path / "new.yaml").exists()
+    for way, file in (("import", "gc.json"), ("export", "m.yaml")):
+        done = palpate("calibrate", way, file, "--out", "old.json")
+        assert done.code == 2
+        assert (tmp_path / "old.json").read_text() == "precious", way
     assert palpate(*command, "--force").code == 0
     assert "precious" not in (tmp_path / "m.yaml").read_text()
 
