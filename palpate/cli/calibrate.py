@@ -44,6 +44,36 @@ class Gravity:
 
 
 @dataclass
+class Hand:
+    """Mass, damping and stiffness of a hand, from a recorded grip that was pushed (load cell needed).
+
+    examples:
+      palpate run scenes/grip.yaml --out grip
+      palpate calibrate hand grip/grip-*/record.mcap --out my_hand.yaml
+      palpate calibrate hand grip.csv --json hand.json
+
+    A recording is a record of Palpate (scenes/grip.yaml pushes as it should), or a CSV of one direction: t_s, x_m, F_N
+    (force of the arm on the hand), and u where it is known (what shakes, any unit). Beside HAND.yaml a figure HAND.png
+    is written. In a scene: operator: {hand: HAND.yaml}.
+    """
+
+    recording: Positional[Path]
+    """Record (MCAP) or CSV of a held grip, 16 s or longer."""
+    json: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write the figures as JSON (docs/json.md); - for the standard output."""
+    out: Annotated[Path | None, arg(metavar="HAND.yaml")] = None
+    """The hand to write."""
+    force: bool = False
+    """Overwrite what is there."""
+
+    def __call__(self) -> int:
+        """Do it."""
+        from palpate.cli.hand import hand
+
+        return hand(self)
+
+
+@dataclass
 class Import:
     """A dVRK's own gravity compensation (gc-MTMR-xxxxx.json) as a model file of Palpate.
 
@@ -93,4 +123,4 @@ class Export:
 
 
 #: A calibration is a dataclass here and its name in this table.
-COMMANDS: dict[str, type] = {"gravity": Gravity, "import": Import, "export": Export}
+COMMANDS: dict[str, type] = {"gravity": Gravity, "hand": Hand, "import": Import, "export": Export}
