@@ -1,14 +1,17 @@
 #include "palpate/plant/axis.hpp"
 
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include <memory>
+#include <optional>
 #include <tuple>
 #include <vector>
 
 #include "bindings.hpp"
+#include "palpate/loop/axis_layer.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -35,6 +38,12 @@ Rows to_array(std::vector<AxisRow>&& rows) {
 
 AxisMotion motion(double duration, double x0, double v0, double push, std::vector<double> path) {
   return {duration, x0, v0, push, std::move(path)};
+}
+
+/// The stage `stability` between the wall and the drive, where it is asked for.
+std::unique_ptr<loop::AxisLayer> make_layer(const Axis& axis, const std::optional<stability::Options>& options) {
+  if (!options) return nullptr;
+  return std::make_unique<loop::AxisLayer>(*options, axis.options().K, 1.0 / axis.options().rate);
 }
 
 void bind_result(nb::module_& m) {
@@ -79,21 +88,27 @@ void bind_axis(nb::module_& m) {
       .def(nb::init<const AxisOptions&>(), "options"_a)
       .def(
           "run",
-          [](Axis& self, double duration, double x0, double v0, double push, std::vector<double> path) {
+          [](Axis& self, double duration, double x0, double v0, double push, std::vector<double> path,
+             const std::optional<stability::Options>& stability) {
             nb::gil_scoped_release release;
-            return self.run(motion(duration, x0, v0, push, std::move(path)));
+            auto layer = make_layer(self, stability);
+            return self.run(motion(duration, x0, v0, push, std::move(path)), layer.get());
           },
           "duration"_a = 2.0, "x0"_a = 0.0, "v0"_a = 0.0, "push"_a = 0.0, "path"_a = std::vector<double>{},
+          "stability"_a = nb::none(),
           "duration [s] from (x0 [m], v0 [m/s]); push: constant force of the hand [N]; path: where it wants to be at "
-          "each cycle [m], then rests; nowhere else than 0 when left out.")
+          "each cycle [m], then rests; nowhere else than 0 when left out; stability: options of that stage, or none.")
       .def(
           "trace",
-          [](Axis& self, double duration, double x0, double v0, double push, std::vector<double> path) {
+          [](Axis& self, double duration, double x0, double v0, double push, std::vector<double> path,
+             const std::optional<stability::Options>& stability) {
             std::vector<AxisRow> rows;
-            const AxisResult result = self.run(motion(duration, x0, v0, push, std::move(path)), nullptr, &rows);
+            auto layer = make_layer(self, stability);
+            const AxisResult result = self.run(motion(duration, x0, v0, push, std::move(path)), layer.get(), &rows);
             return std::make_tuple(result, to_array(std::move(rows)));
           },
           "duration"_a = 2.0, "x0"_a = 0.0, "v0"_a = 0.0, "push"_a = 0.0, "path"_a = std::vector<double>{},
+          "stability"_a = nb::none(),
           "The same run, with its rows (n, 5), one per cycle: t [s], x [m], v [m/s], force commanded on the device "
           "along x [N], energy_port [J].");
 }

@@ -1,6 +1,6 @@
 # What the compiled core offers to Python. Poses are (4, 4), vectors (3,), joint vectors (n,), all float64, SI units.
 from collections.abc import Sequence
-from typing import Any, overload
+from typing import Any, Literal, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -107,13 +107,65 @@ class Estimate:
 
 # ---- stability
 
+class CertainFriction:
+    coulomb: Array
+    viscous: Array
+    quantum: Array
+    def __init__(self) -> None: ...
+
 class StabilityOptions:
     force_cap: float
     rate_cap: float
     moment_cap: float
     moment_rate_cap: float
     stale_after: float
+    passivity: Literal["off", "observer", "tank"]
+    friction: CertainFriction
+    delay: float
+    quantum: float
+    allowance: float
+    tank_capacity: float
+    acceleration: float
+    angular_acceleration: float
+    low_pass: float
+    coupling_stiffness: float
+    coupling_damping: float
     def __init__(self) -> None: ...
+
+class StabilityOutput:
+    @property
+    def F_H_L(self) -> Array: ...
+    @property
+    def F_capped(self) -> Array: ...
+    @property
+    def F_coupling(self) -> Array: ...
+    @property
+    def F_low_pass(self) -> Array: ...
+    @property
+    def F_passivity(self) -> Array: ...
+    @property
+    def lag(self) -> list[float]: ...
+    @property
+    def status(self) -> int: ...
+
+class Stability:
+    def __init__(self, options: StabilityOptions, dt: float) -> None: ...
+    def step(
+        self,
+        F_H_L: ArrayLike,
+        p_LH: Array,
+        v_LH: Array,
+        q: Array = ...,
+        stiffness: float = 0.0,
+        t: float = 0.0,
+        t_leader: float = 0.0,
+        engaged: bool = True,
+    ) -> StabilityOutput: ...
+    def rendered(self, F_H_L: ArrayLike) -> None: ...
+    @property
+    def stored(self) -> float: ...
+    @property
+    def reserved(self) -> float: ...
 
 class Limiter:
     def __init__(self, options: StabilityOptions, dt: float) -> None: ...
@@ -128,8 +180,22 @@ class Limiter:
         engaged: bool = True,
     ) -> tuple[Array, Array, int]: ...
 
+class Energy:
+    @property
+    def port(self) -> float: ...
+    @property
+    def spring(self) -> float: ...
+    @property
+    def damping(self) -> float: ...
+    @property
+    def cut(self) -> float: ...
+    @property
+    def passivity(self) -> float: ...
+    @property
+    def source(self) -> list[float]: ...
+
 class Ledger:
-    def __init__(self) -> None: ...
+    def __init__(self, delay: float = 0.0, dt: float = 1e-3) -> None: ...
     def step(
         self,
         p_LH: Array,
@@ -138,7 +204,21 @@ class Ledger:
         F_cut: ArrayLike,
         spring: float,
         R_LH: Array = ...,
-    ) -> tuple[float, float, float, float]: ...
+        F_source: Array | None = None,
+    ) -> Energy: ...
+
+class PassivityObserver:
+    def __init__(self, options: StabilityOptions, dt: float) -> None: ...
+    def step(self, p_LH: Array, v_LH: Array, F_H_L: Array) -> float: ...
+    @property
+    def in_flight(self) -> float: ...
+
+class Dissipation:
+    def __init__(self, friction: CertainFriction, dt: float) -> None: ...
+    def step(self, q: Array) -> float: ...
+
+def held_cost(F: float, u: float, a: float, begin: float, end: float) -> float: ...
+def ramp_cost(F: float, u: float, a: float, begin: float, rate: float) -> float: ...
 
 # ---- arm
 
@@ -321,10 +401,22 @@ class AxisResult:
 class Axis:
     def __init__(self, options: AxisOptions) -> None: ...
     def run(
-        self, duration: float = 2.0, x0: float = 0.0, v0: float = 0.0, push: float = 0.0, path: Sequence[float] = ...
+        self,
+        duration: float = 2.0,
+        x0: float = 0.0,
+        v0: float = 0.0,
+        push: float = 0.0,
+        path: Sequence[float] = ...,
+        stability: StabilityOptions | None = None,
     ) -> AxisResult: ...
     def trace(
-        self, duration: float = 2.0, x0: float = 0.0, v0: float = 0.0, push: float = 0.0, path: Sequence[float] = ...
+        self,
+        duration: float = 2.0,
+        x0: float = 0.0,
+        v0: float = 0.0,
+        push: float = 0.0,
+        path: Sequence[float] = ...,
+        stability: StabilityOptions | None = None,
     ) -> tuple[AxisResult, Array]: ...
 
 class Leader:

@@ -11,6 +11,7 @@ import numpy as np
 from palpate.record.ticks import STATUS, Ticks
 
 _FAST = STATUS["too_fast"][0]
+_PASSIVITY = STATUS["passivity"][0]
 _CAPPED = STATUS["force_capped"][0] | STATUS["rate_capped"][0]
 
 
@@ -28,9 +29,11 @@ class Summary:
     max_penetration_m: float
     contact_s: float  # time with something touched
     capped_s: float  # time in which a cap shortened the force
+    passivity_s: float  # time in which the passivity controller did
     peak_speed_m_s: float  # of the handle
     fast_s: float  # time in which the control law left noticeable inertia to the hand (status too_fast)
     energy_J: float  # the rendered force took from the hand; below zero: it generated
+    energy_min_J: float  # lowest that it was in the run
     cycle_p50_us: float  # compute time of a haptic cycle
     cycle_p99_us: float
     cycle_p999_us: float
@@ -52,8 +55,8 @@ class Totals:
 
     def __init__(self, rate: float) -> None:
         self._dt = 1.0 / rate
-        self._ticks = self._touching = self._capped = self._fast = 0
-        self._peak = self._sum = self._depth = self._energy = self._speed = 0.0
+        self._ticks = self._touching = self._capped = self._passivity = self._fast = 0
+        self._peak = self._sum = self._depth = self._energy = self._lowest = self._speed = 0.0
         self._cycle_us: list[np.ndarray[Any, np.dtype[np.float32]]] = []
 
     def add(self, ticks: Ticks) -> None:
@@ -66,11 +69,13 @@ class Totals:
         self._touching += int(touching.sum())
         status = ticks["status"].astype(np.int64)
         self._capped += int(((status & _CAPPED) != 0).sum())
+        self._passivity += int(((status & _PASSIVITY) != 0).sum())
         self._fast += int(((status & _FAST) != 0).sum())
         self._peak = max(self._peak, float(force.max()))
         self._sum += float(force[touching].sum())
         self._depth = max(self._depth, float(ticks["depth"].max()))
         self._energy = float(ticks["energy_port"][-1])
+        self._lowest = min(self._lowest, float(ticks["energy_port"].min()))
         self._speed = max(self._speed, float(np.linalg.norm(ticks["v_LH"], axis=1).max()))
         self._cycle_us.append(ticks["cycle_us"].astype(np.float32))
 
@@ -100,9 +105,11 @@ class Totals:
             "max_penetration_m": self._depth,
             "contact_s": round(self._touching * self._dt, 9),
             "capped_s": round(self._capped * self._dt, 9),
+            "passivity_s": round(self._passivity * self._dt, 9),
             "peak_speed_m_s": self._speed,
             "fast_s": round(self._fast * self._dt, 9),
             "energy_J": self._energy,
+            "energy_min_J": self._lowest,
             "cycle_p50_us": p50,
             "cycle_p99_us": p99,
             "cycle_p999_us": p999,

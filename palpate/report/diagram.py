@@ -15,7 +15,11 @@ _LAWS = {
     "follower": ("Follower arm (PSM)", "moves the tool tip x to the goal", True),
     "contact": ("Contact", "proxy x<sub>d</sub> stays on the surface; δx = x<sub>d</sub> − x", False),
     "force": ("Force law", "F = K δx − B ẋ", False),
-    "stability": ("Stability", "caps, watchdog, energy ledger", False),
+    "stability": (
+        "Stability",
+        "virtual coupling, low-pass, passivity controller, caps, watchdog, energy ledger",
+        False,
+    ),
     "torque": ("Torque", "τ = Jᵀ F + Ĝ(q)  (Eq 13)", False),
 }
 """Stage: title, law, simulated? Order: the first four flow to the patient, the others back to the hand."""
@@ -28,6 +32,9 @@ _SYMBOLS = {
     "contacts": "contacts", "F_T_W": "F", "F_spring_W": "K δx", "F_damping_W": "−B ẋ", "status": "status",
     "F_H_L": "F<sub>L</sub>", "F_H_H": "F<sub>H</sub>", "energy_port": "E<sub>port</sub>",
     "energy_spring": "E<sub>spring</sub>", "energy_damping": "E<sub>damping</sub>", "energy_cut": "E<sub>cut</sub>",
+    "energy_passivity": "E<sub>passivity</sub>", "energy_low_pass": "E<sub>low-pass</sub>",
+    "energy_coupling": "E<sub>coupling</sub>", "energy_source": "E<sub>objects</sub>",
+    "energy_stored": "E<sub>stored</sub>", "energy_reserved": "E<sub>reserved</sub>", "lag_ms": "lag",
     "tau": "τ", "tau_force": "Jᵀ F", "tau_gravity": "Ĝ(q)", "tau_platform": "τ<sub>4</sub>",
 }  # fmt: skip
 

@@ -117,6 +117,7 @@ def torques(run: Run, canvas: Canvas) -> Figure:
 
 def energy(run: Run, canvas: Canvas) -> Figure:
     """The ledger: what the hand put in, and where it went."""
+    ticks = run.ticks
     figure = _figure(canvas, 3.4, 3.6)
     axes = figure.subplots()
     _shade(run, (axes,), canvas)
@@ -126,10 +127,16 @@ def energy(run: Run, canvas: Canvas) -> Figure:
         ("energy_damping", "turned to heat by damping", DEPTH, 1.0),
         ("energy_cut", "withheld by the caps", CAP, 1.0),
     ]
+    kept = ("energy_passivity", "energy_low_pass", "energy_coupling")
+    entries += [
+        (name, f"by the {name[7:].replace('_', '-')}", JOINTS[i], 1.0)
+        for i, name in enumerate(kept)
+        if ticks[name].any()
+    ]
     for name, label, color, width in entries:
         curve(axes, run.t, 1e3 * run.ticks[name], canvas.points(), color=color, lw=width, label=label)
-    ticks = run.ticks
-    rest = ticks["energy_port"] + ticks["energy_cut"] - ticks["energy_spring"] - ticks["energy_damping"]
+    withheld = sum((ticks[name] for name in kept), ticks["energy_cut"])
+    rest = ticks["energy_port"] + withheld - ticks["energy_spring"] - ticks["energy_damping"]
     style = {"color": MUTED, "lw": 1.0, "ls": (0, (4, 2))}
     curve(axes, run.t, 1e3 * rest, canvas.points(), label="the rest: mostly friction", **style)
     axes.axhline(0, color=MUTED, lw=0.6)

@@ -38,6 +38,7 @@ def rows(summary: Summary) -> list[tuple[str, str, str]]:
         ("deepest penetration", f"{1e3 * s.max_penetration_m:.2f} mm", "how far the tool was inside the surface"),
         ("time in contact", f"{s.contact_s:.2f} s", f"{share:.0f} % of the {s.duration_s:.2f} s run"),
         ("force capped", f"{s.capped_s:.2f} s", "time in which the safety stage held the force back"),
+        ("passivity", f"{s.passivity_s:.2f} s", "time in which it held the force back to what the hand had put in"),
         ("energy", energy(s.energy_J), "taken from the hand" if s.energy_J >= 0 else "generated: more than it took"),
     ]
     lines.append(("top speed", f"{s.peak_speed_m_s:.3f} m/s", "of the handle"))

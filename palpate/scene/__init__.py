@@ -9,11 +9,11 @@ from palpate.scene.model import (
     ObjectSection,
     RatesSection,
     RecordSection,
-    StabilitySection,
     TorqueSection,
 )
 from palpate.scene.operator import OperatorSection, PalpateSection, WayPoint
 from palpate.scene.scene import Scene
+from palpate.scene.stability import StabilitySection
 from palpate.scene.values import Pose
 
 __all__ = [

@@ -17,6 +17,7 @@ from palpate.scene.solids import (
     PlaneSection,
     SphereSection,
 )
+from palpate.scene.stability import Share
 from palpate.scene.tissue import Motions, RegionSection, require_sticking
 from palpate.scene.tool import ToolSphereSection
 from palpate.scene.values import Diagonal, NotNegative, Pose, Positive, Section
@@ -149,24 +150,6 @@ class ForceSection(Section):
     """of the estimate's momentum observer [Hz]"""
     dead_band: NotNegative = _C.estimate.dead_band
     """estimated forces below it are not felt: friction that the model does not know [N]"""
-
-
-class StabilitySection(Section):
-    """The last word on the force."""
-
-    force_cap: Positive = _C.stability.force_cap
-    """largest force on the hand [N]"""
-    rate_cap: Positive = _C.stability.rate_cap
-    """largest change of it [N/s]"""
-    moment_cap: NotNegative = _C.stability.moment_cap
-    """largest moment on the hand; 0: forces only [N m]"""
-    moment_rate_cap: Positive = _C.stability.moment_rate_cap
-    """largest change of it [N m/s]"""
-    stale_after: Positive = _C.stability.stale_after
-    """states older than this are not trusted: the force ramps to zero [s]"""
-
-
-Share = Annotated[NotNegative, Field(le=1.0)]
 
 
 class TorqueSection(Section):

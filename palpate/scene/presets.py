@@ -19,6 +19,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "rates": {"haptic": 100.0},
         "torque": {"mode": "paper"},
         "objects": {"stiffness": 400.0, "damping": 0.0},
+        "stability": {"passivity": "off"},
     },
 }
 

@@ -41,11 +41,11 @@ class Rig:
         _fill(o.contact, scene.contact, "radius", "collision_rate")
         o.contact.spheres = [sphere.core for sphere in self.spheres]
         _fill(o.mapping, scene.mapping, "scale", "force_scale", "align_rate")
-        _fill(o.stability, scene.stability, "force_cap", "rate_cap", "moment_cap", "moment_rate_cap", "stale_after")
         o.torque = self._torque(o.leader)
         _fill(o.hand, scene.operator, "mass", "damping", "stiffness", "grip_force_max")
         _fill(o, scene.operator, "tremor")
         o.leader = self._spoilt(o.leader)  # after the torques: the controller knows the arm of the model file
+        o.stability = self._stability(o)
         if not self.arms.leader.orients:
             o.mapping.align_rate = 0.0  # its handle does not turn: the tool keeps its orientation
         _fill(o.follower, scene.arms.follower, "bandwidth")
@@ -67,6 +67,22 @@ class Rig:
             where = self.scene.where("arms", "leader", "encoder_step")
             raise SceneError(f"arms.leader.{what}", where=where, mend=mend) from None
         return leader
+
+    def _stability(self, o: _core.SimulationOptions) -> _core.StabilityOptions:
+        """Stability options. The layer knows encoders, mean delay, and a share of the friction in the model file."""
+        section, s = self.scene.stability, _core.StabilityOptions()
+        _fill(s, section, *(set(type(section).model_fields) - {"known_delay", "friction_share"}))
+        mean_delay = o.loop_delay + 0.5 * o.loop_jitter + o.leader.drive_lag
+        s.delay = mean_delay if section.known_delay is None else section.known_delay
+        certain, A = max(section.friction_share - self.scene.torque.friction_gain, 0.0), o.leader.coupling
+        step = o.leader.encoder_step if o.leader.quantised else 0.0 * o.leader.encoder_step
+        friction, known = _core.CertainFriction(), o.torque.friction
+        friction.coulomb, friction.viscous = certain * known.coulomb, certain * known.viscous
+        friction.quantum = np.abs(A) @ step
+        s.friction = friction
+        J = self.arms.leader.jacobian(self.arms.q_leader0)[:3]
+        s.quantum = float(np.linalg.norm((J @ A) * step, axis=0).max())
+        return s
 
     def _torque(self, leader: _core.LeaderOptions) -> _core.TorqueOptions:
         """Torque options; the controller knows friction and rotors as the model file says them."""

@@ -22,10 +22,10 @@ from palpate.scene.model import (
     ObjectSection,
     RatesSection,
     RecordSection,
-    StabilitySection,
     TorqueSection,
 )
 from palpate.scene.operator import OperatorSection
+from palpate.scene.stability import StabilitySection
 from palpate.scene.values import NotNegative, Positive, Section
 
 _C = _core.SimulationOptions()

@@ -26,7 +26,9 @@ ForceTerms step(const contact::ContactSet& contacts, const Twist& V_WT, double s
     sum.F_spring += F_spring;
     sum.F_damping += push * n;
     sum.t_damping += c.p_TS.cross(push * n);
-    sum.torque += c.p_TS.cross(F_spring + push * n);
+    const Wrench F_T_W = {F_spring + push * n, c.p_TS.cross(F_spring + push * n)};
+    sum.torque += F_T_W.t;
+    sum.of_contact[static_cast<std::size_t>(i)] = F_T_W;
   }
   sum.F = sum.F_spring + sum.F_damping;
   return sum;

@@ -1,6 +1,8 @@
 // Stage `force`: what the touched surfaces do to the tool (Eqs 6-8, Algorithm 1 lines 7-9, READINGS 1 and 8).
 #pragma once
 
+#include <array>
+
 #include "palpate/contact/contact.hpp"
 #include "palpate/types/spatial.hpp"
 
@@ -20,6 +22,7 @@ struct ForceTerms {
   Vec3 F_damping = Vec3::Zero();  ///< -B xdot along the normal; its power is never positive [N]
   Vec3 torque = Vec3::Zero();     ///< of F about the tool tip T [N m]
   Vec3 t_damping = Vec3::Zero();  ///< the damping's part of it [N m]
+  std::array<Wrench, contact::kMaxContacts> of_contact{};  ///< force and torque of each contact, in their order
 };
 
 /// Sum over the contacts of

@@ -17,29 +17,8 @@ double period(double rate) {
   return 1.0 / rate;
 }
 
-template <std::size_t n>
-void copy(const JointVector& from, double (&to)[n]) noexcept {
-  std::fill_n(to, n, 0.0);
-  std::copy_n(from.data(), std::min<std::size_t>(n, static_cast<std::size_t>(from.size())), to);
-}
-
-void copy(const Vec3& from, double (&to)[3]) noexcept { std::copy_n(from.data(), 3, to); }
-
-void copy(const Mat3& R, double (&to)[4]) noexcept {
-  const Eigen::Quaterniond q(R);
-  const double sign = q.w() < 0.0 ? -1.0 : 1.0;
-  to[0] = sign * q.w(), to[1] = sign * q.x(), to[2] = sign * q.y(), to[3] = sign * q.z();
-}
-
 /// Finite, and no number whose sums or sines are not: no joint is a million radians, metres or radians a second away.
 bool believable(const JointVector& x) noexcept { return (x.array().abs() < 1e6).all(); }
-
-const contact::Contact* strongest(const contact::ContactSet& contacts) noexcept {
-  const auto first = contacts.contact.begin();
-  const auto deepest =
-      std::max_element(first, first + contacts.size, [](const auto& a, const auto& b) { return a.depth < b.depth; });
-  return contacts.size > 0 ? &*deepest : nullptr;
-}
 
 }  // namespace
 
@@ -52,7 +31,8 @@ Cycle::Cycle(const CycleOptions& options, arm::Arm leader, arm::Arm follower)
       estimate_(options.source == force::Source::contact
                     ? nullptr
                     : std::make_unique<force::Estimate>(follower_, options.estimate)),
-      limiter_(options.stability, period(options.rate)),
+      stability_(options.stability, period(options.rate)),
+      ledger_(options.stability.passivity.observer.delay, period(options.rate)),
       torque_(options.torque, leader_.tau_max(), period(options.rate)),
       zero_(JointVector::Zero(follower_.n())),
       q_step_(follower_.v_max() / options.rate) {
@@ -85,14 +65,13 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
   const force::ForceTerms force =
       force::step(contacts, mapped.V_WT, in.controls.stiffness_scale, in.controls.damping_scale);
   const Wrench wanted = mapping_.wrench_on_hand(felt(force));
-  const stability::Output limited =
-      limiter_.step({wanted, in.t, leader_state_.t, follower_state_.t, leader_good_, follower_good_, mapped.engaged});
-  const unsigned driven = torque_.step(leader_, {leader_state_, limited.F_H_L, leader_good_}, out_.leader);
-  limiter_.rendered(out_.leader.F_H_L);
+  const stability::Output rendered = stabilise(wanted, mapped.engaged, force.F, contacts, in);
+  const unsigned driven = torque_.step(leader_, {leader_state_, rendered.F_H_L, leader_good_}, out_.leader);
+  stability_.rendered(out_.leader.F_H_L);
 
-  out_.tick.status = limited.status | driven | (reached ? 0u : kIkFailed) | static_cast<unsigned>(out_.tick.status);
+  out_.tick.status = rendered.status | driven | (reached ? 0u : kIkFailed) | static_cast<unsigned>(out_.tick.status);
   // While the tool holds, nothing of what the hand does moves the contact: there is nothing to be taken or withheld.
-  book(mapped.engaged ? limited.F_H_L + limited.F_cut : Wrench{}, contacts, force, in);
+  book(rendered, mapped.engaged ? wanted : Wrench{}, contacts, force, in);
   record(mapped, contacts, force, in.controls.stiffness_scale);
   return out_;
 }
@@ -152,8 +131,8 @@ bool Cycle::trust(const CycleInput& in) noexcept {
   // Any usable state will do to hold the arm up; motion and force want a fresh one. A hand, or a tool, that was out of
   // sight has moved: the map is caught anew, as after a clutch, and the follower starts from where it is.
   const bool follower_was_good = follower_good_;
-  leader_good_ = leader_usable && !limiter_.stale(in.t, leader.t);
-  follower_good_ = follower_usable && !limiter_.stale(in.t, follower.t);
+  leader_good_ = leader_usable && !stability_.stale(in.t, leader.t);
+  follower_good_ = follower_usable && !stability_.stale(in.t, follower.t);
   if (follower_good_ && !follower_was_good) {
     out_.follower = {follower.q, follower.jaw, true};
   }
@@ -183,94 +162,28 @@ Wrench Cycle::felt(const force::ForceTerms& force) noexcept {
   if (!estimate_) return {force.F, force.torque};
   if (!follower_good_) estimate_->reset();
   const Vec3 F_T_W = follower_good_ ? Vec3(options_.X_WB.R * estimate_->step(follower_state_)) : Vec3::Zero();
-  copy(F_T_W, out_.tick.F_estimate_W);
+  Vec3::Map(out_.tick.F_estimate_W) = F_T_W;
   if (options_.source == force::Source::estimate) return {F_T_W, Vec3::Zero()};
   return {force.F + F_T_W, force.torque};
 }
 
-// Wrenches on the hand and the energy they move. wanted: before the limits of stability and drives.
-void Cycle::book(const Wrench& wanted, const contact::ContactSet& contacts, const force::ForceTerms& force,
-                 const CycleInput& in) noexcept {
-  const Wrench& F_H_L = out_.leader.F_H_L;
-  const bool law = options_.source != force::Source::estimate;  // is it part of what the hand is given?
-  const Wrench F_damping = law ? mapping_.wrench_on_hand({force.F_damping, force.t_damping}) : Wrench{};
-  const bool finite = F_damping.f.allFinite() && F_damping.t.allFinite();
-  // A spring of the tool's side, seen from the hand, which moves 1/scale as far.
-  const double per_hand = law ? options_.mapping.force_scale / options_.mapping.scale : 0.0;
-  const double spring = per_hand * stability::spring_energy(contacts, in.controls.stiffness_scale);
-  const stability::Energy& energy = ledger_.step(X_LH_, {F_H_L, finite ? F_damping : Wrench{}, wanted - F_H_L}, spring);
-
-  Tick& tick = out_.tick;
-  copy(F_H_L.f, tick.F_H_L);
-  copy(F_H_L.t, tick.t_H_L);
-  copy(X_LH_.R.transpose() * F_H_L.f, tick.F_H_H);
-  tick.energy_port = energy.port;
-  tick.energy_spring = energy.spring;
-  tick.energy_damping = energy.damping;
-  tick.energy_cut = energy.cut;
-}
-
-void Cycle::record(const mapping::Output& mapped, const contact::ContactSet& contacts, const force::ForceTerms& force,
-                   double stiffness_scale) noexcept {
-  Tick& tick = out_.tick;
-  record_leader();
-  copy(follower_state_.q, tick.q_follower);
-  copy(follower_state_.tau, tick.tau_follower);
-  tick.jaw = follower_state_.jaw;
-  copy(mapped.X_WT_goal.p, tick.p_WT_goal);
-  copy(X_WT_.p, tick.p_WT);
-  copy(X_WT_.R, tick.quat_WT);
-  copy(X_WT_.p, tick.p_WP);
-  if (const contact::Contact* c = strongest(contacts)) {
-    copy(c->p_proxy, tick.p_WP);
-    copy(c->normal, tick.normal);
-    copy(c->delta_x, tick.delta_x);
-    tick.depth = c->depth;
-  }
-  tick.contacts = contacts.size;
-  record_touches(contacts, stiffness_scale);
-  copy(force.F, tick.F_T_W);
-  copy(force.torque, tick.t_T_W);
-  copy(force.F_spring, tick.F_spring_W);
-  copy(force.F_damping, tick.F_damping_W);
-}
-
-// Touch by touch, the strongest first.
-void Cycle::record_touches(const contact::ContactSet& contacts, double stiffness_scale) noexcept {
-  std::array<std::pair<double, int>, contact::kMaxContacts> order;
-  for (int i = 0; i < contacts.size; ++i) {
-    const contact::Contact& c = contacts.contact[static_cast<std::size_t>(i)];
-    order[static_cast<std::size_t>(i)] = {-stiffness_scale * c.normal.dot(c.material.K.cwiseProduct(c.delta_x)), i};
-  }
-  std::sort(order.begin(), order.begin() + contacts.size);
-  Tick& tick = out_.tick;
-  for (int k = 0; k < std::min(contacts.size, kTouches); ++k) {
-    const auto& [minus_force, i] = order[static_cast<std::size_t>(k)];
-    const contact::Contact& c = contacts.contact[static_cast<std::size_t>(i)];
-    tick.touch_sphere[k] = c.sphere;
-    tick.touch_object[k] = c.object;
-    tick.touch_force[k] = -minus_force;
-    Vec3::Map(tick.p_WC + 3 * static_cast<std::ptrdiff_t>(k)) = c.p_C;
-  }
-}
-
-void Cycle::record_leader() noexcept {
-  Tick& tick = out_.tick;
-  const LeaderCommand& command = out_.leader;
-  copy(leader_state_.q, tick.q);
-  copy(leader_state_.v, tick.v);
-  copy(command.hold() + command.act(), tick.tau);
-  copy(command.tau_force, tick.tau_force);
-  copy(command.tau_gravity, tick.tau_gravity);
-  copy(command.tau_platform, tick.tau_platform);
-  copy(command.tau_friction, tick.tau_friction);
-  copy(command.tau_limits, tick.tau_limits);
-  copy(command.F_law_L.f, tick.F_law_L);
-  tick.F_neglected = command.F_neglected;
-  tick.gripper = leader_state_.gripper;
-  copy(X_LH_.p, tick.p_LH);
-  copy(X_LH_.R, tick.quat_LH);
-  copy(V_LH_.v, tick.v_LH);
+// The stage `stability`, which knows the handle's motion and how stiff it is that pushes.
+stability::Output Cycle::stabilise(const Wrench& wanted, bool engaged, const Vec3& F_T_W,
+                                   const contact::ContactSet& contacts, const CycleInput& in) noexcept {
+  stability::Input now;
+  now.F_H_L = wanted;
+  now.t = in.t;
+  now.t_leader = leader_state_.t;
+  now.t_follower = follower_state_.t;
+  now.leader_valid = leader_good_;
+  now.follower_valid = follower_good_;
+  now.engaged = engaged;
+  now.X_LH = X_LH_;
+  now.V_LH = V_LH_;
+  now.q = leader_state_.q;
+  now.stiffness = options_.mapping.force_scale * options_.mapping.scale *
+                  stability::stiffness_along(F_T_W, contacts, in.controls.stiffness_scale);
+  return stability_.step(now);
 }
 
 }  // namespace palpate::loop

@@ -68,8 +68,11 @@ class Cycle {
   void locate() noexcept;
   bool reach(const Pose& X_WT_goal, double jaw) noexcept;
   Wrench felt(const force::ForceTerms& force) noexcept;
-  void book(const Wrench& wanted, const contact::ContactSet& contacts, const force::ForceTerms& force,
-            const CycleInput& in) noexcept;
+  stability::Output stabilise(const Wrench& wanted, bool engaged, const Vec3& F_T_W,
+                              const contact::ContactSet& contacts, const CycleInput& in) noexcept;
+  void book(const stability::Output& rendered, const Wrench& wanted, const contact::ContactSet& contacts,
+            const force::ForceTerms& force, const CycleInput& in) noexcept;
+  void record_stability(const stability::Output& rendered, const stability::Energy& energy) noexcept;
   void record(const mapping::Output& mapped, const contact::ContactSet& contacts, const force::ForceTerms& force,
               double stiffness_scale) noexcept;
   void record_touches(const contact::ContactSet& contacts, double stiffness_scale) noexcept;
@@ -80,7 +83,7 @@ class Cycle {
   contact::Tool contact_;
   mapping::Mapping mapping_;
   std::unique_ptr<force::Estimate> estimate_;  ///< none when the source does not ask for it
-  stability::Limiter limiter_;
+  stability::Stability stability_;
   stability::Ledger ledger_;
   torque::Torque torque_;
 

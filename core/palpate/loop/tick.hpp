@@ -23,60 +23,71 @@ enum Status : unsigned {
   kSingular = 1u << 10,      ///< the leader can hardly move in some direction: what divides by it is damped
   kTooFast = 1u << 11,       ///< inertia and Coriolis forces that the control law leaves out are no longer small
   kNoLoadCell = 1u << 12,    ///< the control law wants the hand's force and does not get it
+  kPassivity = 1u << 13,     ///< the passivity controller withholds force that the port could not pay for
 };
 
 /// Touches of a tick that are told one by one.
 inline constexpr int kTouches = 16;
 
+/// Entries for what a force comes from: the scene's objects by their index, the last one for all the rest.
+inline constexpr int kSources = 16;
+
 struct Tick {
-  double t;                       // time of the tick [s]
-  double status;                  // bits of Status
-  double q[7];                    // leader joints, measured [rad]
-  double v[7];                    // leader joint velocities, estimated [rad/s]
-  double tau[7];                  // commanded joint torque, sum of the terms below [N m]
-  double tau_force[7];            // J^T F
-  double tau_gravity[7];          // G_hat(q)
-  double tau_platform[7];         // joint-4 controller
-  double tau_friction[7];         // compensates friction
-  double tau_limits[7];           // soft stops
-  double F_law_L[3];              // what the control law adds to F_H_L, at the handle [N]
-  double F_neglected;             // inertia and Coriolis force that it leaves to the hand, estimated [N]
-  double gripper;                 // pinch [rad]
-  double p_LH[3];                 // handle in the leader base [m]
-  double quat_LH[4];              // w x y z
-  double v_LH[3];                 // handle velocity in the leader base [m/s]
-  double q_follower[7];           // follower joints, measured [rad, m]
-  double tau_follower[7];         // torques of the follower's drives, where they are measured [N m, N]
-  double jaw;                     // [rad]
-  double p_WT_goal[3];            // tool goal from the mapping [m]
-  double p_WT[3];                 // tool tip x, measured [m]
-  double quat_WT[4];              // w x y z
-  double p_WP[3];                 // proxy x_d of the strongest contact; the tool tip when free [m]
-  double normal[3];               // of the strongest contact; zero when free
-  double delta_x[3];              // deflection x_d - x [m]
-  double depth;                   // [m]
-  double contacts;                // touches: pairs of a sphere of the tool and an object
-  double touch_sphere[kTouches];  // of each touch, the strongest first: which sphere; 0 is the one on the tip
-  double touch_object[kTouches];  // which object; zero beyond `contacts`, as all of these
-  double touch_force[kTouches];   // spring force along the normal [N]
-  double p_WC[3 * kTouches];      // where its proxy touches the surface [m]
-  double F_T_W[3];                // force law's output, environment on tool, before the stability stage [N]
-  double t_T_W[3];                // its torque about the tool tip [N m]
-  double F_spring_W[3];           // K delta_x
-  double F_damping_W[3];          // -B xdot
-  double F_estimate_W[3];         // environment on tool, from the follower's drive torques, where asked for [N]
-  double F_touch_W[3];            // what the objects do to the tool of a driven follower: the truth (simulated) [N]
-  double F_H_L[3];                // commanded on the hand, leader base ("spatial", green) [N]
-  double t_H_L[3];                // moment commanded on the hand, leader base [N m]
-  double F_H_H[3];                // the same in the handle frame ("body", red) [N]
-  double F_cell_L[3];             // load cell between hand and handle: force of the arm on the hand [N]
-  double p_hand_L[3];             // the hand's intended position [m]
-  double energy_port;             // energy the rendered force took from the hand; below zero: it generated [J]
-  double energy_spring;           // stored in the contacts' springs [J]
-  double energy_damping;          // dissipated by the damping term [J]
-  double energy_cut;              // what the caps withheld [J]
-  double cycle_us;                // compute time of the haptic cycle [us]      (not deterministic)
-  double lateness_us;             // start of the tick after its deadline [us]   (not deterministic)
+  double t;                        // time of the tick [s]
+  double status;                   // bits of Status
+  double q[7];                     // leader joints, measured [rad]
+  double v[7];                     // leader joint velocities, estimated [rad/s]
+  double tau[7];                   // commanded joint torque, sum of the terms below [N m]
+  double tau_force[7];             // J^T F
+  double tau_gravity[7];           // G_hat(q)
+  double tau_platform[7];          // joint-4 controller
+  double tau_friction[7];          // compensates friction
+  double tau_limits[7];            // soft stops
+  double F_law_L[3];               // what the control law adds to F_H_L, at the handle [N]
+  double F_neglected;              // inertia and Coriolis force that it leaves to the hand, estimated [N]
+  double gripper;                  // pinch [rad]
+  double p_LH[3];                  // handle in the leader base [m]
+  double quat_LH[4];               // w x y z
+  double v_LH[3];                  // handle velocity in the leader base [m/s]
+  double q_follower[7];            // follower joints, measured [rad, m]
+  double tau_follower[7];          // torques of the follower's drives, where they are measured [N m, N]
+  double jaw;                      // [rad]
+  double p_WT_goal[3];             // tool goal from the mapping [m]
+  double p_WT[3];                  // tool tip x, measured [m]
+  double quat_WT[4];               // w x y z
+  double p_WP[3];                  // proxy x_d of the strongest contact; the tool tip when free [m]
+  double normal[3];                // of the strongest contact; zero when free
+  double delta_x[3];               // deflection x_d - x [m]
+  double depth;                    // [m]
+  double contacts;                 // touches: pairs of a sphere of the tool and an object
+  double touch_sphere[kTouches];   // of each touch, the strongest first: which sphere; 0 is the one on the tip
+  double touch_object[kTouches];   // which object; zero beyond `contacts`, as all of these
+  double touch_force[kTouches];    // spring force along the normal [N]
+  double p_WC[3 * kTouches];       // where its proxy touches the surface [m]
+  double F_T_W[3];                 // force law's output, environment on tool, before the stability stage [N]
+  double t_T_W[3];                 // its torque about the tool tip [N m]
+  double F_spring_W[3];            // K delta_x
+  double F_damping_W[3];           // -B xdot
+  double F_estimate_W[3];          // environment on tool, from the follower's drive torques, where asked for [N]
+  double F_touch_W[3];             // what the objects do to the tool of a driven follower: the truth (simulated) [N]
+  double F_H_L[3];                 // commanded on the hand, leader base ("spatial", green) [N]
+  double t_H_L[3];                 // moment commanded on the hand, leader base [N m]
+  double F_H_H[3];                 // the same in the handle frame ("body", red) [N]
+  double F_cell_L[3];              // load cell between hand and handle: force of the arm on the hand [N]
+  double p_hand_L[3];              // the hand's intended position [m]
+  double energy_port;              // energy the rendered force took from the hand; below zero: it generated [J]
+  double energy_spring;            // stored in the contacts' springs [J]
+  double energy_damping;           // dissipated by the damping term [J]
+  double energy_cut;               // what the caps withheld [J]
+  double energy_passivity;         // what the passivity controller withheld [J]
+  double energy_low_pass;          // what the low-pass withheld [J]
+  double energy_coupling;          // what the virtual coupling withheld [J]
+  double energy_source[kSources];  // wanted by each object, and last by all the rest, before the stage [J]
+  double energy_stored;            // what the passivity layer may still give back [J]
+  double energy_reserved;          // of it, most that the wrenches on their way may cost [J]
+  double lag_ms[4];                // of virtual coupling, low-pass, passivity controller, caps [ms]
+  double cycle_us;                 // compute time of the haptic cycle [us]      (not deterministic)
+  double lateness_us;              // start of the tick after its deadline [us]   (not deterministic)
 };
 
 /// One row of the table: a signal's name, size and meaning.

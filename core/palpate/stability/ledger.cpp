@@ -2,26 +2,30 @@
 
 namespace palpate::stability {
 
-namespace {
-
-double work(const Wrench& F, const Vec3& dx, const Vec3& turn) noexcept { return F.f.dot(dx) + F.t.dot(turn); }
-
-}  // namespace
-
 const Energy& Ledger::step(const Pose& X_LH, const PortForces& forces, double spring) noexcept {
   if (started_) {
     const Vec3 dx = X_LH.p - X_LH_.p;
     const Eigen::AngleAxisd rotation(X_LH.R * X_LH_.R.transpose());
     const Vec3 turn = rotation.angle() * rotation.axis();
-    energy_.port -= work(forces_.F_H_L, dx, turn);
-    energy_.damping -= work(forces_.F_damping, dx, turn);
-    energy_.cut -= work(forces_.F_cut, dx, turn);
+    book(line_.acting(0), dx, turn, 1.0 - line_.share());
+    if (line_.share() > 0.0) book(line_.acting(1), dx, turn, line_.share());
   }
   started_ = true;
   X_LH_ = X_LH;
-  forces_ = forces;
+  line_.push(forces);
   energy_.spring = spring;
   return energy_;
+}
+
+void Ledger::book(const PortForces& forces, const Vec3& dx, const Vec3& turn, double share) noexcept {
+  const auto take = [&](double& entry, const Wrench& F) noexcept { entry -= share * (F.f.dot(dx) + F.t.dot(turn)); };
+  take(energy_.port, forces.F_H_L);
+  take(energy_.damping, forces.F_damping);
+  take(energy_.cut, forces.F_cut);
+  take(energy_.passivity, forces.F_passivity);
+  take(energy_.low_pass, forces.F_low_pass);
+  take(energy_.coupling, forces.F_coupling);
+  for (std::size_t i = 0; i < energy_.source.size(); ++i) take(energy_.source[i], forces.F_source[i]);
 }
 
 double spring_energy(const contact::ContactSet& contacts, double stiffness_scale) noexcept {
@@ -32,6 +36,18 @@ double spring_energy(const contact::ContactSet& contacts, double stiffness_scale
     energy += 0.5 * stiffness_scale * c.delta_x.dot(K.cwiseProduct(c.delta_x));
   }
   return energy;
+}
+
+double stiffness_along(const Vec3& F, const contact::ContactSet& contacts, double stiffness_scale) noexcept {
+  const double size = F.norm();
+  if (!(size > 0.0)) return 0.0;
+  double sum = 0.0;
+  for (int i = 0; i < contacts.size; ++i) {
+    const contact::Contact& c = contacts.contact[static_cast<std::size_t>(i)];
+    const double share = c.normal.dot(F) / size;
+    sum += share * share * stiffness_scale * c.normal.dot(c.material.K.cwiseProduct(c.normal));
+  }
+  return sum;
 }
 
 }  // namespace palpate::stability

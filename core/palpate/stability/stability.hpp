@@ -1,60 +1,68 @@
-// Stage `stability`: the last word on the wrench. Whatever comes in, what goes out is finite, below its cap, and
-// changes no faster than its rate cap. Only the drives' limits (stage `torque`) may leave less of it, in the same
-// direction: that loss is as sudden as the limit is, and rendered() tells it, so that the way back is a ramp again.
+// Stage `stability`: one element after the other, each a file of its own, the limiter last.
+//
+//   wanted -> virtual coupling -> low-pass -> passivity controller -> caps, rate limit, watchdog -> rendered
+//
+// Only the drives' limits (stage `torque`) may leave less of it, in the same direction: that loss is as sudden as the
+// limit is, and rendered() tells it, so that the way back is a ramp again.
 #pragma once
 
+#include "palpate/stability/coupling.hpp"
+#include "palpate/stability/limiter.hpp"
+#include "palpate/stability/low_pass.hpp"
+#include "palpate/stability/passivity.hpp"
 #include "palpate/types/spatial.hpp"
 
 namespace palpate::stability {
 
-struct Options {
-  double force_cap = 3.0;         ///< largest force on the hand [N]
-  double rate_cap = 50.0;         ///< largest change of it [N/s]; also the ramp to zero
-  double moment_cap = 0.05;       ///< largest moment on the hand [N m]; 0: forces only
-  double moment_rate_cap = 0.85;  ///< largest change of it [N m/s]; also the ramp to zero
-  double stale_after = 0.03;      ///< states older than this are not trusted [s]
+struct Options : Caps {
+  CouplingOptions coupling;
+  LowPassOptions low_pass;
+  PassivityOptions passivity;
 };
 
-/// What the stage is told at every tick.
-struct Input {
-  Wrench F_H_L;              ///< wanted on the hand
-  double t = 0.0;            ///< now [s]
-  double t_leader = 0.0;     ///< stamp of the leader's state [s]
-  double t_follower = 0.0;   ///< stamp of the follower's state [s]
-  bool leader_valid = true;  ///< finite, and the source says it is good
-  bool follower_valid = true;
-  bool engaged = true;  ///< following and not clutched: only then the hand is given a wrench
+/// What the stage is told at every tick. A single axis uses the first component of each vector.
+struct Input : Wanted {
+  Pose X_LH;               ///< handle, measured
+  Twist V_LH;              ///< of it
+  JointVector q;           ///< measured joints, for the device's friction; may be empty
+  double stiffness = 0.0;  ///< felt, along the wanted force [N/m]
+};
+
+/// How much later a ramp of force comes out of each element [s].
+struct Lag {
+  double coupling = 0.0;   ///< below zero: its damper leads
+  double low_pass = 0.0;   ///< of the filter
+  double passivity = 0.0;  ///< at the rate cap, the time it would take to give what is withheld now
+  double caps = 0.0;       ///< at the rate cap, the time it takes to what is asked now
 };
 
 /// What the stage answers.
 struct Output {
-  Wrench F_H_L;         ///< rendered on the hand
-  Wrench F_cut;         ///< wanted minus rendered; what was not finite counts as zero wanted
+  Wrench F_H_L;                                ///< rendered on the hand
+  Wrench F_capped;                             ///< what the limiter was asked for
+  Wrench F_coupling, F_low_pass, F_passivity;  ///< what each element kept: its input minus its output
+  Lag lag;
   unsigned status = 0;  ///< bits of loop::Status
 };
 
-/// With F_k-1 the last force and dt the period:
-///
-///   goal = trusted ? cap(F_wanted, force_cap) : 0
-///   F_k  = F_k-1 + cap(goal - F_k-1, rate_cap dt)         cap() shortens a vector, keeps its direction
-///
-/// Both ends of each step lie in the ball of radius force_cap, so F_k does. Moments alike, with caps of their own.
-class Limiter {
+/// Whatever comes in, what goes out is finite, below its cap and changes no faster than its rate cap: the limiter has
+/// the last word. A wrench that is not finite passes no filter: it stops there, and the filters start afresh.
+class Stability {
  public:
   /// dt: period of the cycle [s]. Throws std::invalid_argument naming an option that cannot be.
-  Limiter(const Options& options, double dt);
+  Stability(const Options& options, double dt);
 
   Output step(const Input& in) noexcept;
-  /// What was really rendered, when a drive limit left less of it: the next step starts from there.
-  void rendered(const Wrench& F_H_L) noexcept { F_ = F_H_L; }
-  /// Is a state stamped `stamp` too old at `now`? One from the future is as suspicious as one from the past.
-  [[nodiscard]] bool stale(double now, double stamp) const noexcept;
-  [[nodiscard]] const Options& options() const noexcept { return options_; }
+  /// What was really rendered, when a drive limit left less of it. To be told after every step.
+  void rendered(const Wrench& F_H_L) noexcept;
+  [[nodiscard]] bool stale(double now, double stamp) const noexcept { return limiter_.stale(now, stamp); }
+  [[nodiscard]] const PassivityController& passivity() const noexcept { return passivity_; }
 
  private:
-  Options options_;
-  double dt_;
-  Wrench F_;
+  Coupling coupling_;
+  LowPass low_pass_;
+  PassivityController passivity_;
+  Limiter limiter_;
 };
 
 }  // namespace palpate::stability

@@ -1,0 +1,50 @@
+// Stage `stability` on one axis: the same step() as in the haptic cycle, for judges with a simulated Axis.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+#include "palpate/plant/axis.hpp"
+#include "palpate/stability/stability.hpp"
+
+namespace palpate::loop {
+
+/// Knows what a device knows: measured positions, and their mean velocity over the last period, over four of them where
+/// the positions are quantised.
+class AxisLayer : public plant::AxisStage {
+ public:
+  /// options.passivity.friction: of one joint, or none. stiffness: felt [N/m]; dt [s].
+  AxisLayer(const stability::Options& options, double stiffness, double dt)
+      : stage_(options, dt), window_(options.passivity.observer.quantum > 0.0 ? kWindow : 1) {
+    in_.stiffness = stiffness;
+    in_.q = JointVector::Zero(1);
+  }
+
+  double step(double F, double x, double dt) noexcept override {
+    if (steps_ == 0) x_.fill(x);
+    const std::size_t window = std::clamp<std::size_t>(steps_, 1, window_);
+    in_.V_LH.v.x() = (x - x_[(steps_ - std::min(steps_, window)) % kWindow]) / (static_cast<double>(window) * dt);
+    x_[steps_++ % kWindow] = x;
+    in_.F_H_L.f.x() = F;
+    in_.X_LH.p.x() = in_.q[0] = x;
+    const stability::Output out = stage_.step(in_);
+    stage_.rendered(out.F_H_L);
+    acted_ = acted_ || out.F_passivity.f.x() != 0.0;
+    return out.F_H_L.f.x();
+  }
+  [[nodiscard]] bool acted() const noexcept { return acted_; }
+  [[nodiscard]] const stability::PassivityController& passivity() const noexcept { return stage_.passivity(); }
+
+ private:
+  static constexpr std::size_t kWindow = 4;
+
+  stability::Stability stage_;
+  stability::Input in_;
+  std::size_t window_;
+  std::array<double, kWindow> x_{};
+  std::size_t steps_ = 0;
+  bool acted_ = false;
+};
+
+}  // namespace palpate::loop

@@ -1,0 +1,52 @@
+#include "palpate/stability/friction.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace palpate::stability {
+
+Dissipation::Dissipation(CertainFriction friction, double dt) : friction_(std::move(friction)), dt_(dt) {
+  const Eigen::Index n = friction_.coulomb.size();
+  for (JointVector* x : {&friction_.viscous, &friction_.quantum}) {
+    if (x->size() == 0) *x = JointVector::Zero(n);
+  }
+  for (const JointVector* x : {&friction_.coulomb, &friction_.viscous, &friction_.quantum}) {
+    if (x->size() != n || !(x->array() >= 0.0).all() || !x->allFinite()) {
+      throw std::invalid_argument("stability.friction: coulomb, viscous and quantum need one entry per joint each (" +
+                                  std::to_string(n) + "), finite, none below zero");
+    }
+  }
+}
+
+double Dissipation::step(const JointVector& q) noexcept {
+  const Eigen::Index n = friction_.coulomb.size();
+  if (q.size() != n || n == 0) return 0.0;
+  if (lazy_.size() != n) {
+    lazy_ = q;
+    rest_ = JointVector::Zero(n);
+    free_ = 0.5 * friction_.quantum;
+    return 0.0;
+  }
+  double heat = 0.0;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const double half = 0.5 * friction_.quantum[k];
+    const double lazy = std::clamp(lazy_[k], q[k] - half, q[k] + half);
+    const double begun = std::min(free_[k], std::abs(lazy - lazy_[k]));
+    const double moved = std::abs(lazy - lazy_[k]) - begun;
+    free_[k] -= begun;
+    if (begun > 0.0) lazy_[k] = lazy;
+    // Between two edges of an encoder there may lie one period more than between the ticks that saw them.
+    rest_[k] += 1.0;
+    if (moved > 0.0) {
+      const double time = dt_ * (rest_[k] + (half > 0.0 ? 1.0 : 0.0));
+      heat += friction_.coulomb[k] * moved + friction_.viscous[k] * moved * moved / time;
+      lazy_[k] = lazy;
+      rest_[k] = 0.0;
+    }
+  }
+  return heat;
+}
+
+}  // namespace palpate::stability

@@ -1,0 +1,97 @@
+#include "palpate/stability/limiter.hpp"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "palpate/loop/tick.hpp"
+
+namespace palpate::stability {
+namespace {
+
+// Rounding must not carry a shortened vector over the cap.
+constexpr double kInside = 1.0 - 1e-12;
+
+/// v shortened to `length`, direction kept. Says whether it was. Safe for any finite v.
+bool shorten(Vec3& v, double length) {
+  const double norm = v.stableNorm();
+  if (norm <= length) {
+    return false;
+  }
+  // Components of 1e308 have a norm of infinity: divide by the largest first.
+  v /= v.cwiseAbs().maxCoeff();
+  v *= kInside * length / v.norm();
+  return true;
+}
+
+/// Takes `now` towards `goal`, below `cap` and by `step` at most. Says which of the two was in the way.
+unsigned approach(Vec3 goal, double cap, double step, Vec3& now) {
+  unsigned status = 0;
+  if (shorten(goal, cap)) {
+    status |= loop::kForceCapped;
+  }
+  Vec3 change = goal - now;
+  if (shorten(change, step)) {
+    status |= loop::kRateCapped;
+    now += change;
+  } else {
+    now = goal;  // exactly, so that zero is zero
+  }
+  return status;
+}
+
+void require(bool good, const char* name, double value, const char* mend) {
+  if (!good) {
+    throw std::invalid_argument("stability." + std::string(name) + " = " + std::to_string(value) + ": " + mend);
+  }
+}
+
+}  // namespace
+
+Limiter::Limiter(const Caps& caps, double dt) : caps_(caps), dt_(dt) {
+  require(caps.force_cap >= 0.0 && std::isfinite(caps.force_cap), "force_cap", caps.force_cap,
+          "must be 0 N or more, and finite");
+  require(caps.rate_cap > 0.0 && std::isfinite(caps.rate_cap), "rate_cap", caps.rate_cap,
+          "must be above 0 N/s, and finite");
+  require(caps.moment_cap >= 0.0 && std::isfinite(caps.moment_cap), "moment_cap", caps.moment_cap,
+          "must be 0 N m or more, and finite");
+  require(caps.moment_rate_cap > 0.0 && std::isfinite(caps.moment_rate_cap), "moment_rate_cap", caps.moment_rate_cap,
+          "must be above 0 N m/s, and finite");
+  require(caps.stale_after > 0.0, "stale_after", caps.stale_after, "must be above 0 s, for example 0.03");
+}
+
+bool Limiter::stale(double now, double stamp) const noexcept {
+  return !(std::abs(now - stamp) <= caps_.stale_after);  // so written, NaN is stale
+}
+
+Wrench Limiter::next(const Wrench& F_H_L) const noexcept {
+  Wrench F = F_;
+  approach(F_H_L.f, caps_.force_cap, caps_.rate_cap * dt_, F.f);
+  approach(F_H_L.t, caps_.moment_cap, caps_.moment_rate_cap * dt_, F.t);
+  return F;
+}
+
+Limited Limiter::step(const Wanted& in) noexcept {
+  Limited out;
+  if (!in.leader_valid || stale(in.t, in.t_leader)) {
+    out.status |= loop::kLeaderStale;
+  }
+  if (!in.follower_valid || stale(in.t, in.t_follower)) {
+    out.status |= loop::kFollowerStale;
+  }
+  Wrench wanted = in.F_H_L;
+  if (!wanted.f.allFinite() || !wanted.t.allFinite()) {
+    out.status |= loop::kNotFinite;
+    wanted = {};
+  }
+  const bool trusted = in.engaged && out.status == 0;
+  const unsigned force = approach(trusted ? wanted.f : Vec3::Zero(), caps_.force_cap, caps_.rate_cap * dt_, F_.f);
+  const unsigned moment =
+      approach(trusted ? wanted.t : Vec3::Zero(), caps_.moment_cap, caps_.moment_rate_cap * dt_, F_.t);
+  out.status |= force | moment;
+  out.F_H_L = F_;
+  out.F_cut = {wanted.f - F_.f, wanted.t - F_.t};
+  return out;
+}
+
+}  // namespace palpate::stability

@@ -1,0 +1,224 @@
+"""``palpate study passivity``: does the layer keep its word? Random devices, hands and walls, judged by the simulator.
+
+One axis, simulated exactly (`_core.Axis`): a device with friction and an encoder, held by a random person's hand that
+goes in and out of a wall of up to 5000 N/m, with up to 50 ms of delay. The layer is the one of the haptic cycle
+(`core/palpate/stability`) and knows what a device knows: counts, the delay, half of the friction. The judge knows the
+truth. Of the friction it takes a bound from below, from the true positions x_k at the cycles:
+
+    E_rendered = - integral of F dx                      E_port = E_rendered + sum Fc |dx_k| + b dx_k^2 / T
+
+E_port is what the hand has put into device and wall together; a hand can get energy out of it where E_port falls below
+zero. Figures and what they mean: docs/stability.md.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.console import Console, RenderableType
+from rich.table import Table
+
+from palpate import _core
+from palpate.hands import PRESETS
+from palpate.studies.command import Findings, SweepCommand
+from palpate.sweep import Axis
+
+Array = NDArray[np.float64]
+
+BOUND = 1e-3  # the port's energy may not fall below minus this [J]
+CHANGED = 0.01  # of the largest force without the layer
+FRICTION_SHARE = 0.5  # of the true friction, that the layer counts on
+SECONDS = 3.0  # of a run
+MODES = ("observer", "tank")
+_DEPTH, _AWAY = 0.012, 0.020  # farthest that the hand wants to go into the wall, and out of it [m]
+_STROKE = (0.25, 1.0)  # duration of a stroke [s]
+_REST = 0.2  # longest rest between two [s]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A device, its wall, and what the hand does."""
+
+    axis: _core.AxisOptions
+    path: list[float]
+    """Where the hand wants to be at each cycle [m]; the wall is at x > 0."""
+
+    def options(self, mode: str) -> _core.StabilityOptions:
+        """The layer, with what a device knows."""
+        o, a = _core.StabilityOptions(), self.axis
+        o.passivity, o.delay, o.quantum = mode, a.delay, a.quantum  # type: ignore[assignment]
+        friction = _core.CertainFriction()
+        friction.coulomb = np.array([FRICTION_SHARE * a.coulomb])
+        friction.viscous = np.array([FRICTION_SHARE * a.damping])
+        friction.quantum = np.array([a.quantum])
+        o.friction = friction
+        return o
+
+    def run(self, mode: str) -> tuple[_core.AxisResult, Array]:
+        """Result, and rows t, x, v, F, energy as `_core.Axis.trace` gives them."""
+        return _core.Axis(self.axis).trace(SECONDS, self.path[0], path=self.path, stability=self.options(mode))
+
+
+def case(seed: int) -> Case:
+    """A random one; the same seed, the same case."""
+    rng = np.random.default_rng(seed)
+    o = _core.AxisOptions()
+    o.mass, o.damping, o.coulomb = log_uniform(rng, 0.05, 0.6), rng.uniform(0.0, 1.0), rng.uniform(0.0, 0.3)
+    o.rate = float(rng.choice([500.0, 1000.0, 2000.0, 4000.0]))
+    o.delay = float(rng.choice([0.0, rng.uniform(0.0, 0.005), rng.uniform(0.0, 0.05)]))
+    o.quantum = log_uniform(rng, 1e-6, 5e-5)
+    o.velocity_cutoff = float(rng.choice([0.0, 100.0]))
+    o.K, o.B = log_uniform(rng, 50.0, 5000.0), float(rng.choice([0.0, rng.uniform(0.0, 10.0)]))
+    hand = list(PRESETS.values())[rng.integers(len(PRESETS))].drawn(rng)
+    o.hand_mass, o.hand_damping, o.hand_stiffness = hand.mass, hand.damping, hand.stiffness
+    o.seed = seed % 2**32
+    return Case(o, strokes(rng, round(SECONDS * o.rate), 1.0 / o.rate))
+
+
+def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
+    """A number whose logarithm is uniform."""
+    return float(np.exp(rng.uniform(np.log(low), np.log(high))))
+
+
+def strokes(rng: np.random.Generator, n: int, dt: float) -> list[float]:
+    """A path in and out of the wall: strokes of least jerk (Flash and Hogan 1985) between random places, with rests."""
+    x, path = -_AWAY * rng.uniform(0.2, 1.0), [np.zeros(0)]
+    done = 0
+    while done < n:
+        goal = rng.uniform(-_AWAY, _DEPTH)
+        s = np.linspace(0.0, 1.0, max(2, round(rng.uniform(*_STROKE) / dt)))
+        path.append(x + (goal - x) * s**3 * (10.0 - 15.0 * s + 6.0 * s**2))
+        path.append(np.full(round(rng.uniform(0.0, _REST) / dt), goal))
+        x, done = goal, done + len(path[-1]) + len(path[-2])
+    return [float(v) for v in np.concatenate(path)[:n]]
+
+
+def port(axis: _core.AxisOptions, rows: Array) -> tuple[Array, Array]:
+    """(E_rendered, E_port) (n,) at each cycle [J]."""
+    dx = np.diff(rows[:, 1], prepend=rows[0, 1])
+    heat = np.cumsum(axis.coulomb * np.abs(dx) + axis.damping * axis.rate * dx**2)
+    return rows[:, 4], rows[:, 4] + heat
+
+
+def passive(axis: _core.AxisOptions) -> bool:
+    """Is the wall passive for every hand, by what the layer knows? b + B >= K (T / 2 + delay), with the certain b."""
+    return FRICTION_SHARE * axis.damping + axis.B >= axis.K * (0.5 / axis.rate + axis.delay)
+
+
+def silent(axis: _core.AxisOptions, o: _core.StabilityOptions, force: float, speed: float) -> bool:
+    """Is the layer bound to be silent, for a hand no faster and forces no larger than these [m/s], [N]?
+
+    The wall is passive, no cap acts, and the spring's energy pays for taking any force back at any speed:
+    F^2 / 2K + allowance >= cost of F (docs/stability.md).
+    """
+    if not passive(axis) or force > o.force_cap or axis.K * speed + axis.B * 2 * speed * axis.rate > o.rate_cap:
+        return False
+    t, a = axis.delay + 1.0 / axis.rate, o.acceleration
+    older = 0.5 * a / axis.rate  # of the velocity
+    return all(
+        F**2 / (2.0 * axis.K) + o.allowance
+        >= _core.held_cost(F, u + older, a, 0.0, t) + _core.ramp_cost(F, u + older, a, t, o.rate_cap)
+        for F in np.linspace(0.0, force, 16)[1:]
+        for u in np.linspace(0.0, speed, 5)
+    )
+
+
+def experiment(point: dict[str, Any], seed: int) -> dict[str, Any]:
+    """One case, without the layer and with it in each of its `MODES`."""
+    one = case(seed)
+    a, o = one.axis, one.options("observer")
+    off, rows = one.run("off")
+    force, speed = float(np.abs(rows[:, 3]).max()), float(np.abs(rows[:, 2]).max())
+    found: dict[str, Any] = {
+        "K_N_per_m": a.K, "B_N_s_per_m": a.B, "delay_s": a.delay, "rate_Hz": a.rate, "case_seed": seed,
+        "passive": passive(a), "silent": silent(a, o, force, speed), "force_N": force, "speed_m_s": speed,
+        "off": outcome(a, off, rows, rows),
+    }  # fmt: skip
+    for mode in MODES:
+        result, with_it = one.run(mode)
+        found[mode] = outcome(a, result, with_it, rows)
+    return found
+
+
+def outcome(axis: _core.AxisOptions, result: _core.AxisResult, rows: Array, without: Array) -> dict[str, Any]:
+    """What came of a run, beside the same without the layer."""
+    rendered, whole = port(axis, rows)
+    n = min(len(rows), len(without))
+    largest = float(np.abs(without[:, 3]).max())
+    changed = float(np.abs(rows[:n, 3] - without[:n, 3]).max()) / largest if largest > 0.0 else 0.0
+    return {"rendered_J": min(float(rendered.min()), result.energy_min), "port_J": float(whole.min()),
+            "diverged": result.diverged, "oscillates": result.oscillates, "change": changed}  # fmt: skip
+
+
+def summed_up(found: list[dict[str, Any]]) -> dict[str, Any]:
+    """The figures of docs/stability.md."""
+
+    def of(mode: str) -> dict[str, Any]:
+        rows = [f[mode] for f in found]
+        return {
+            "lowest_port_J": min(r["port_J"] for r in rows), "lowest_rendered_J": min(r["rendered_J"] for r in rows),
+            "below_bound": sum(r["port_J"] < -BOUND for r in rows), "diverged": sum(r["diverged"] for r in rows),
+            "oscillates": sum(r["oscillates"] for r in rows),
+        }  # fmt: skip
+
+    def changes(name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
+        change = np.array([r["observer"]["change"] for r in rows])
+        return {"of": name, "runs": len(rows), "changed": int((change >= CHANGED).sum()),
+                "largest_change": float(change.max(initial=0.0))}  # fmt: skip
+
+    return {
+        "runs": len(found), "bound_J": BOUND, "simulated": True,
+        "modes": [{"mode": mode} | of(mode) for mode in ("off", *MODES)],
+        "changes": [
+            changes("silent", [f for f in found if f["silent"]]),
+            changes("passive", [f for f in found if f["passive"]]),
+            changes("all", found),
+        ],
+    }  # fmt: skip
+
+
+@dataclass
+class Study(SweepCommand):
+    """Passivity layer on random devices, hands and walls: the port's true energy, and what the hand feels of it.
+
+    examples:
+      palpate study passivity --runs 1000
+      palpate study passivity --json passivity.json --figures docs/images
+    """
+
+    runs: int = 10_000
+    """How many random cases; each without the layer, and with it in two modes."""
+    seed: int = 0
+    """Of the cases."""
+
+    def study(self, console: Console) -> Findings:
+        """Do it."""
+        from palpate.studies.passivity_figures import draw
+
+        begin = time.monotonic()
+        found = self.sweeper(console)(experiment, {"run": Axis(range(self.runs))}, self.seed).rows()
+        result = summed_up(found) | {"seed": self.seed, "seconds": round(time.monotonic() - begin, 1)}
+        told = [*tables(result), "simulated devices, simulated hands, one axis"]
+        return Findings(result, lambda folder: [draw(found, folder)], told)
+
+
+def tables(result: dict[str, Any]) -> list[RenderableType]:
+    """For people."""
+    energy = Table(
+        box=None, pad_edge=False, title=f"{result['runs']} runs: the port's true energy", title_justify="left"
+    )
+    for column in ("layer", "lowest, device counted", "lowest, wall alone", "below -1 mJ", "diverged", "oscillates"):
+        energy.add_column(column, justify="left" if column == "layer" else "right")
+    for m in result["modes"]:
+        energy.add_row(m["mode"], f"{1e3 * m['lowest_port_J']:.3g} mJ", f"{1e3 * m['lowest_rendered_J']:.3g} mJ",
+                       *(str(m[key]) for key in ("below_bound", "diverged", "oscillates")))  # fmt: skip
+    felt = Table(box=None, pad_edge=False, title="force changed by 1 % and more", title_justify="left")
+    for column in ("of the runs that are", "runs", "changed", "largest change"):
+        felt.add_column(column, justify="left" if column.startswith("of") else "right")
+    for c in result["changes"]:
+        felt.add_row(c["of"], str(c["runs"]), str(c["changed"]), f"{100 * c['largest_change']:.2g} %")
+    return [energy, felt]

@@ -1,0 +1,169 @@
+"""The passivity layer: the port's true energy, counted beside it, is never below what is allowed, whatever comes in."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate import _core
+
+DT, ALLOWANCE, A = 1e-3, 5e-4, 5.0
+PASSIVITY = 1 << 13
+
+
+def options(**changes):
+    o = _core.StabilityOptions()
+    for name, value in changes.items():
+        setattr(o, name, value)
+    return o
+
+
+def drive(o, x, wanted, delay=0, drive_share=1.0):
+    """(force commanded, true port energy) of a stage along a motion x (n,) given in advance; delay in whole periods."""
+    stage = _core.Stability(o, DT)
+    v = np.diff(x, prepend=x[0]) / DT
+    F = np.zeros(len(x))
+    for k in range(len(x)):
+        out = stage.step([wanted[k], 0, 0], np.array([x[k], 0, 0]), np.array([v[k], 0, 0]))
+        F[k] = drive_share * out.F_H_L[0]
+        stage.rendered([F[k], 0, 0])
+    acting = np.concatenate([np.zeros(delay), F[: len(F) - delay]])
+    return F, np.concatenate([[0.0], np.cumsum(-acting[:-1] * np.diff(x))])
+
+
+def smooth_motion(accelerations, scale=A):
+    """Positions of a handle whose acceleration is constant over each period and below the bound."""
+    return np.cumsum(np.cumsum(scale * np.repeat(accelerations, 25)) * DT) * DT
+
+
+motions = st.lists(st.floats(-0.9, 0.9), min_size=4, max_size=40).map(smooth_motion)
+
+
+@settings(max_examples=150, deadline=None)
+@given(x=motions, forces=st.lists(st.floats(-20, 20), min_size=3, max_size=20), delay=st.integers(0, 30),
+       mode=st.sampled_from(["observer", "tank"]))  # fmt: skip
+def test_no_force_and_no_motion_make_energy(x, forces, delay, mode):
+    """Any wanted force, a motion within the acceleration told, any whole delay that is told."""
+    wanted = np.resize(np.repeat(forces, 17), len(x))
+    o = options(passivity=mode, delay=delay * DT, rate_cap=200.0)
+    _, energy = drive(o, x, wanted, delay)
+    assert energy.min() >= -ALLOWANCE - 1e-9
+
+
+@settings(max_examples=60, deadline=None)
+@given(x=motions, K=st.floats(50, 5000), delay=st.integers(0, 50), share=st.floats(0.2, 1.0))
+def test_a_wall_makes_none_even_when_motors_are_weak(x, K, delay, share):
+    _, energy = drive(options(delay=delay * DT), x, -K * np.maximum(x, 0.0), delay, share)
+    assert energy.min() >= -ALLOWANCE - 1e-9
+
+
+@settings(max_examples=60, deadline=None)
+@given(x=motions, K=st.floats(50, 5000))
+def test_never_a_step_above_the_rate_cap(x, K):
+    F, _ = drive(options(), x, -K * np.maximum(x, 0.0))
+    assert np.abs(np.diff(F, prepend=0.0)).max() <= 50.0 * DT * (1 + 1e-9)
+    assert np.abs(F).max() <= 3.0
+
+
+def press(depth, seconds, n=1):
+    """Half waves into a wall and out of it."""
+    t = np.arange(0, n * seconds, DT)
+    return depth * np.abs(np.sin(np.pi * t / seconds))
+
+
+def test_without_the_layer_a_delayed_wall_makes_energy_and_with_it_none():
+    x = press(0.006, 0.5, 8)
+    wanted = -400.0 * np.maximum(x, 0)
+    delay = 10
+    off, made = drive(options(passivity="off"), x, wanted, delay)
+    _, kept = drive(options(delay=0.010), x, wanted, delay)
+    # K v tau dx in and the same out of every press, where neither cap was in the way: Gil, Sanchez et al. 2009
+    assert made[-1] == pytest.approx(-400.0 * 0.010 * np.sum(np.diff(x) ** 2) / DT, rel=0.05)
+    assert kept.min() >= -ALLOWANCE - 1e-9
+    assert np.abs(off).max() > 2.0
+
+
+def test_a_slow_spring_passes_untouched():
+    x = press(0.005, 2.0, 3)
+    wanted = -400.0 * x
+    F, _ = drive(options(), x, wanted)
+    np.testing.assert_allclose(F, wanted, atol=1e-12)
+
+
+def test_what_is_withheld_is_told():
+    stage = _core.Stability(options(allowance=0.0), DT)
+    zero = np.zeros(3)
+    out = stage.step([-1.0, 0, 0], zero, np.array([-0.1, 0, 0]))  # the hand is on its way out, nothing was put in
+    assert out.status & PASSIVITY
+    assert out.F_H_L[0] == pytest.approx(0.0, abs=1e-3)
+    assert out.F_passivity[0] + out.F_capped[0] == pytest.approx(-1.0)
+    assert out.lag[2] == pytest.approx(abs(out.F_passivity[0]) / 50.0)
+
+
+def test_a_tank_forgets_and_an_observer_does_not():
+    x = np.concatenate([press(0.005, 1.0), np.zeros(100)])
+    held = np.where(np.arange(len(x)) < 500, -2.0, 0.0)  # pushes back on the way in only: 10 mJ stay
+    for mode, capacity, expected in (("tank", 0.004, 0.004), ("observer", 0.004, 0.01 + ALLOWANCE)):
+        stage = _core.Stability(options(passivity=mode, tank_capacity=capacity, rate_cap=1e4), DT)
+        levels = []
+        for k in range(len(x)):
+            out = stage.step([held[k], 0, 0], np.array([x[k], 0, 0]), np.zeros(3))
+            stage.rendered(out.F_H_L)
+            levels.append(stage.stored)
+        assert levels[-1] == pytest.approx(expected, rel=0.02)
+        if mode == "tank":
+            assert max(levels) <= capacity
+
+
+def test_off_is_off():
+    x = press(0.006, 0.2, 4)
+    wanted = -3000.0 * x
+    F, _ = drive(options(passivity="off"), x, wanted)
+    limiter = _core.Limiter(options(), DT)
+    np.testing.assert_array_equal(F, [limiter.step([w, 0, 0])[0][0] for w in wanted])
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1e308])
+def test_no_number_poisons_the_filters(bad):
+    o = options(low_pass=20.0, coupling_stiffness=500.0, coupling_damping=3.0)
+    stage = _core.Stability(o, DT)
+    for k in range(60):
+        F = [bad if k == 20 else -1.0, 0, 0]
+        out = stage.step(F, np.array([1e-4 * k, 0, 0]), np.array([0.1, 0, 0]), stiffness=300.0)
+        stage.rendered(out.F_H_L)
+        assert np.isfinite(out.F_H_L).all()
+        assert np.isfinite(out.lag).all()
+    assert -0.63 < out.F_H_L[0] < -0.3  # 500 of 800 of it, filters on their way
+
+
+def numeric(F, u, a, begin, end, rate=0.0):
+    t = np.linspace(begin, end, 200001)
+    return np.trapezoid(np.maximum(F - rate * (t - begin), 0.0) * np.maximum(u + a * t, 0.0), t)
+
+
+@given(F=st.floats(0, 10), u=st.floats(-2, 2), a=st.floats(0.1, 100), begin=st.floats(0, 0.1), span=st.floats(0, 0.1))
+@settings(max_examples=50, deadline=None)
+def test_costs_are_the_integrals_they_say(F, u, a, begin, span):
+    held = _core.held_cost(F, u, a, begin, begin + span)
+    assert held == pytest.approx(numeric(F, u, a, begin, begin + span), rel=1e-4, abs=1e-9)
+    ramp = _core.ramp_cost(F, u, a, begin, 50.0)
+    assert ramp == pytest.approx(numeric(F, u, a, begin, begin + max(F, 1e-9) / 50.0, 50.0), rel=1e-4, abs=1e-9)
+
+
+WRONG = {"delay": 2.0, "acceleration": 0.0, "allowance": -1.0, "tank_capacity": 1e-5, "low_pass": -1.0,
+         "coupling_stiffness": -1.0, "coupling_damping": math.nan, "quantum": 0.1}  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "value"), WRONG.items())
+def test_options_that_cannot_be_are_named(name, value):
+    with pytest.raises(ValueError, match=f"stability.{name}"):
+        _core.Stability(options(passivity="tank", **{name: value}), DT)
+
+
+def test_a_mode_that_is_none_is_named():
+    with pytest.raises(ValueError, match="'observer', 'tank' or 'off'; got 'on'"):
+        options(passivity="on")
