@@ -8,7 +8,7 @@ from typing import Literal
 from palpate.cli.output import console_for, require_writable, say, write_json
 
 
-def bench(what: Literal["loop", "contact"], json: Path | None, huge: bool, quick: bool) -> int:
+def bench(what: Literal["loop", "contact", "sweep"], json: Path | None, huge: bool, quick: bool) -> int:
     """Measure, print the table, write the JSON contract."""
     console = console_for(json)
     require_writable(json)
@@ -18,6 +18,12 @@ def bench(what: Literal["loop", "contact"], json: Path | None, huge: bool, quick
         figures = loop.run(on_progress=lambda text: say(console, text))
         say(console, loop.table(figures))
         write_json(json, figures)
+    elif what == "sweep":
+        from palpate.bench import sweep
+
+        measured = sweep.run(on_progress=lambda text: say(console, text))
+        console.print(sweep.table(measured))
+        write_json(json, measured)
     else:
         from palpate.bench import contact
 

@@ -143,17 +143,19 @@ class Check:
 
 @dataclass
 class Bench:
-    """Measure this machine: the haptic loop, or the contact queries.
+    """Measure this machine: the haptic loop, the contact queries, or studies on several cores.
 
     examples:
       palpate bench loop
+      palpate bench sweep
       palpate bench contact --json contact.json
       palpate bench contact --quick
       palpate bench contact --huge
     """
 
-    what: Positional[Literal["loop", "contact"]]
-    """loop: compute time, real-time factor, lateness; contact: the table of shapes and methods."""
+    what: Positional[Literal["loop", "contact", "sweep"]]
+    """loop: compute time, real-time factor, lateness; contact: the table of shapes and methods; sweep: 10,000 wall runs
+    on one core and on all."""
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the figures as JSON (docs/json.md); - for the standard output."""
     huge: bool = False

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any, Literal, Protocol
@@ -25,7 +25,7 @@ class Findings:
     """the documented contract of its ``--json``."""
     draw: Callable[[Path], Iterable[Path]]
     """makes the pictures in a folder; their files."""
-    told: list[RenderableType] = field(default_factory=list)
+    told: Sequence[RenderableType] = ()
     """tables, and lines of text, for people."""
 
 

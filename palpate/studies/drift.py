@@ -12,21 +12,24 @@ else; the dVRK's form has seen them from both sides, as the dVRK calibrates. Sim
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import repeat
+from functools import lru_cache, partial
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
+from rich.console import Console
 from rich.table import Table
-from tyro.conf import Positional, arg
+from tyro.conf import Positional
 
 from palpate.calibrate.fit_gravity import fit_poses
 from palpate.calibrate.gravity import named_arm
 from palpate.errors import RecordingError
+from palpate.studies.command import Findings, SweepCommand, Sweeper
 from palpate.studies.drift_plant import PLANTS, TIME, Plant, make_plants, release, sampled, unseen_poses
+from palpate.sweep import Axis, sweep
+from palpate.sweep.grid import Point
 
 FORMS = ("paper", "gravity+springs", "dvrk", "potential")
 PUBLISHED = {"paper": (96.0, 60.0, 254.0), "dvrk": (5.8, 2.1, 22.0)}  # mean, median, p95 on a real arm [mm]
@@ -47,7 +50,7 @@ class Recorded:
 
 
 @dataclass
-class Study:
+class Study(SweepCommand):
     """Tip drift of a released arm by form of gravity model, on plants made from real arms' recordings (minutes).
 
     examples:
@@ -63,28 +66,19 @@ class Study:
     """Which arm was recorded; without recordings, only those of this side."""
     releases: int = RELEASES
     """Poses the arm is released from."""
-    json: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Write the figures as JSON (docs/json.md); - for the standard output."""
-    figures: Annotated[Path, arg(metavar="DIR")] = Path("runs/study-drift")
-    """Folder for the picture."""
 
-    def __call__(self) -> int:
+    def study(self, console: Console) -> Findings:
         """Do it."""
-        from palpate.cli.output import console_for, require_writable, say, write_json
-        from palpate.run_folder import require_writable as require_folder
         from palpate.studies.drift_figure import draw
 
-        console = console_for(self.json)
-        require_writable(self.json)
-        require_folder(self.figures)
         if self.releases < 1:
             raise RecordingError(f"{self.releases} releases", mend="give at least one, e.g. --releases 400")
-        found = run(self._arms(), self.releases, lambda text: say(console, text))
-        console.print(table(found))
-        say(console, "simulated arms, made from recordings of real ones")
-        say(console, str(draw(found, self.figures)), "picture")
-        write_json(self.json, found)
-        return 0
+        found = run(self._arms(), self.releases, self.sweeper(console))
+        return Findings(
+            found,
+            lambda folder: [draw(found, folder)],
+            [table(found), "simulated arms, made from recordings of real ones"],
+        )
 
     def _arms(self) -> list[Recorded]:
         if not self.recordings:
@@ -111,47 +105,41 @@ def real_arms(side: str | None = None) -> list[Recorded]:
     return arms
 
 
-def run(
-    arms: Sequence[Recorded],
-    releases: int = RELEASES,
-    on_progress: Callable[[str], None] = lambda _: None,
-) -> dict[str, Any]:
+def run(arms: Sequence[Recorded], releases: int = RELEASES, sweep: Sweeper = sweep) -> dict[str, Any]:
     """Every form on the same plants, the same 160 samples, the same releases; keys of docs/json.md."""
-    described, rows = [], []
-    with ProcessPoolExecutor(max_workers=min(len(arms), os.cpu_count() or 1)) as pool:
-        for description, some in pool.map(_of_arm, arms, repeat(releases)):
-            described.append(description)
-            rows.extend(some)
-            on_progress(f"{description['arm']} done")
+    grid = {"arm": Axis(arm.name for arm in arms), "plant": Axis(PLANTS), "model": Axis(FORMS)}
+    rows = sweep(partial(_released, tuple(arms), releases), grid).rows()
+    made = {(row["arm"], row["plant"]): row.pop("made") for row in rows}
     return {
         "simulated": True,
         "releases": releases,
         "trained_on": TRAINED,
         "released_s": TIME,
         "published_mm": PUBLISHED,
-        "arms": described,
+        "arms": [_description(arm, {name: made[arm.name, name] for name in PLANTS}) for arm in arms],
         "rows": rows,
     }
 
 
-def _of_arm(arm: Recorded, releases: int) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """What its plants are, and a row per plant and form."""
-    plants = make_plants(arm.files, arm.arm)
-    rows = [
-        {"arm": arm.name, "plant": name, "model": form} | _drift(form, plant, releases)
-        for name, plant in plants.items()
-        for form in FORMS
-    ]
-    return _description(arm, plants), rows
+def _released(arms: tuple[Recorded, ...], releases: int, point: Point, seed: int) -> dict[str, Any]:
+    """One form on one plant. Samples and releases have seeds of their own: every form meets the same."""
+    (arm,) = (arm for arm in arms if arm.name == point["arm"])
+    plant = _plants(arm)[point["plant"]]
+    made = {"friction_Nm": plant.coulomb[:6], "noise_Nm": plant.noise[:6], "beyond_form_Nm": plant.beyond[:6]}
+    return {"made": made, **_drift(point["model"], plant, releases)}
 
 
-def _description(arm: Recorded, plants: dict[str, Plant]) -> dict[str, Any]:
+@lru_cache(1)
+def _plants(arm: Recorded) -> dict[str, Plant]:
+    return make_plants(arm.files, arm.arm)
+
+
+def _description(arm: Recorded, made: dict[str, dict[str, list[float]]]) -> dict[str, Any]:
     return {
         "arm": arm.name,
         "recordings": [file.name for file in arm.files],
-        "friction_Nm": plants[PLANTS[0]].coulomb[:6].tolist(),
-        "noise_Nm": {name: plant.noise[:6].tolist() for name, plant in plants.items()},
-        "beyond_form_Nm": {name: plant.beyond[:6].tolist() for name, plant in plants.items()},
+        "friction_Nm": made[PLANTS[0]]["friction_Nm"],
+        **{key: {name: plant[key] for name, plant in made.items()} for key in ("noise_Nm", "beyond_form_Nm")},
     }
 
 

@@ -16,6 +16,9 @@ CONNECT_SECONDS, WORKERS_SECONDS = 20.0, 120.0
 """Patience with a scheduler that does not answer, and with one that has no worker yet."""
 POLL_SECONDS = 2.0
 """Between two looks at the cluster when nothing is heard from it."""
+IDLE_POLLS = 3
+"""Looks in which workers are there, work is, too, and none is doing it, before it is handed out anew: a scheduler may
+forget work when several workers die at the same moment (seen with distributed 2026.8)."""
 
 
 def run(
@@ -49,20 +52,39 @@ def run(
         client = stack.enter_context(_connected(Client, place, address))
         queue = Queue(todo, _threads(client), patience=1)  # Dask has its own
         flying: dict[Any, list[int]] = {}
+        idle, since = 0, time.monotonic()
         while queue or flying:
             queue.workers = _threads(client)
+            since = time.monotonic() if queue.workers else since
+            if time.monotonic() - since > WORKERS_SECONDS:
+                raise _no_worker(place, "the last one has gone, and none came")
             while queue and len(flying) < 2 * max(1, queue.workers):
                 chunk = queue.take()
                 flying[client.submit(_chunk, work, chunk, pure=False)] = chunk
             with suppress(TimeoutError), client.as_current():
                 wait(list(flying), timeout=POLL_SECONDS, return_when="FIRST_COMPLETED")
-            for future in [future for future in flying if future.done()]:
+            done = [future for future in flying if future.done()]
+            for future in done:
                 chunk = flying.pop(future)
                 try:
                     yield _answers(future, chunk, queue)
                 except TimeoutError:  # its worker died before it could hand it over
                     queue.again(chunk)
                 future.release()
+            idle = idle + 1 if not done and queue.workers and not any(client.processing().values()) else 0
+            if idle >= IDLE_POLLS:
+                client.cancel(list(flying))
+                for chunk in flying.values():
+                    queue.again(chunk)
+                flying.clear()
+
+
+def _no_worker(place: Any, why: str) -> SweepError:
+    mend = "start dask worker, and sweep again: what is done is in the journal"
+    where = getattr(place, "scheduler_address", place)
+    return SweepError(
+        f"the Dask scheduler at {where} has no worker", why=f"{why} within {WORKERS_SECONDS:g} s", mend=mend
+    )
 
 
 def _connected(client: Any, place: Any, address: str | None) -> Any:
@@ -75,8 +97,7 @@ def _connected(client: Any, place: Any, address: str | None) -> Any:
         found.wait_for_workers(1, timeout=WORKERS_SECONDS)
     except TimeoutError:
         found.close()
-        why = f"none came within {WORKERS_SECONDS:g} s"
-        raise SweepError(f"the Dask scheduler at {address} has no worker", why=why, mend="start dask worker") from None
+        raise _no_worker(place, "none came") from None
     return found
 
 

@@ -1,0 +1,77 @@
+"""How well do studies use the cores? `palpate bench sweep`: wall runs of 2 s on one process and on several, in turns.
+
+A run is a device of one axis that a hand presses into a virtual wall (simulated). Several processes share the machine
+with this one, which hands out the work and takes the answers; with as many processes as cores the ratio tells what that
+costs. The answers are compared as well: they must be the same.
+"""
+
+from __future__ import annotations
+
+import os
+import statistics
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+
+from palpate import _core
+from palpate.sweep import Axis, sweep
+from palpate.sweep.grid import Point
+from palpate.sweep.local import cores
+
+RUNS, SECONDS, TURNS = 10_000, 2.0, 3
+SEED = 1
+
+
+def wall_run(point: Point, seed: int) -> dict[str, float | bool]:
+    """One press of a random hand on a random device into a random wall, 2 s of it."""
+    rng = np.random.default_rng(seed)
+    o = _core.AxisOptions()
+    o.mass, o.damping, o.coulomb = rng.uniform(0.1, 1.0), rng.uniform(0.1, 2.0), rng.uniform(0.0, 0.3)
+    o.delay, o.jitter, o.quantum, o.velocity_cutoff = rng.uniform(0.0, 5e-3), 1e-3, 1e-5, 100.0
+    o.K, o.B, o.seed = rng.uniform(100.0, 3000.0), rng.uniform(0.0, 10.0), seed
+    o.hand_mass, o.hand_damping, o.hand_stiffness = 0.1, rng.uniform(1.0, 10.0), rng.uniform(50.0, 500.0)
+    found = _core.Axis(o).run(duration=SECONDS, x0=-1e-3, push=rng.uniform(0.5, 3.0))
+    return {"oscillates": found.oscillates, "peak_m": found.peak, "energy_J": found.energy_port}
+
+
+def run(
+    runs: int = RUNS, turns: int = TURNS, many: int | None = None, on_progress: Callable[[str], None] = lambda _: None
+) -> dict[str, Any]:
+    """Measure: the keys of `palpate bench sweep` in docs/json.md. Times include starting the processes."""
+    many = many or max(2, cores())
+    seconds: dict[int, list[float]] = {1: [], many: []}
+    answers = []
+    for turn in range(turns):
+        for workers in seconds if turn % 2 == 0 else reversed(seconds):
+            start = time.perf_counter()
+            answers.append(sweep(wall_run, {"run": Axis(range(runs))}, SEED, workers=workers).rows())
+            seconds[workers].append(time.perf_counter() - start)
+            on_progress(f"{runs:,} runs, {workers} process(es): {runs / seconds[workers][-1]:.0f} a second")
+    rates = {workers: runs / statistics.median(times) for workers, times in seconds.items()}
+    return {
+        "runs": runs,
+        "simulated_s": SECONDS,
+        "cores": os.cpu_count(),
+        "identical": all(rows == answers[0] for rows in answers),
+        "rows": [
+            {"workers": workers, "seconds": seconds[workers], "runs_per_s": rate} for workers, rate in rates.items()
+        ],
+        "ratio": rates[many] / rates[1],
+        "ratios": [one / several for one, several in zip(seconds[1], seconds[many], strict=True)],
+    }
+
+
+def table(result: dict[str, Any]) -> Table:
+    """For a terminal."""
+    title = f"{result['runs']:,} wall runs of {result['simulated_s']:g} s, simulated, medians"
+    out = Table(title=title, box=None, padding=(0, 2, 0, 0), title_justify="left")
+    for column in ("processes", "seconds", "runs a second"):
+        out.add_column(column, justify="right")
+    for row in result["rows"]:
+        out.add_row(str(row["workers"]), f"{statistics.median(row['seconds']):.1f}", f"{row['runs_per_s']:.0f}")
+    same = "the same numbers" if result["identical"] else "DIFFERENT NUMBERS"
+    out.caption = f"{result['ratio']:.2f} times as fast; {same}"
+    return out
