@@ -49,9 +49,8 @@ std::unique_ptr<loop::AxisLayer> make_layer(const Axis& axis, const std::optiona
 void bind_result(nb::module_& m) {
   nb::class_<AxisResult>(m, "AxisResult", "What came of a run of an Axis.")
       .def_ro("diverged", &AxisResult::diverged, "it left |x| < 1 m")
-      .def_ro("oscillates", &AxisResult::oscillates, "above max(4 quanta, 1 um) in the last quarter, and not decaying")
+      .def_ro("oscillates", &AxisResult::oscillates, "above max(8 quanta, 1 um) in the last quarter, and not decaying")
       .def_ro("amplitude", &AxisResult::amplitude, "half of peak to peak in the last quarter of the run [m]")
-      .def_ro("before", &AxisResult::before, "the same in the third quarter [m]")
       .def_ro("frequency", &AxisResult::frequency, "in the last quarter [Hz]")
       .def_ro("peak", &AxisResult::peak, "deepest [m]")
       .def_ro("rest", &AxisResult::rest, "mean of the last quarter [m]")
@@ -64,6 +63,8 @@ void bind_result(nb::module_& m) {
 }  // namespace
 
 void bind_axis(nb::module_& m) {
+  m.attr("AXIS_QUANTA") = plant::kAxisQuanta;
+  m.attr("AXIS_UNFELT") = plant::kAxisUnfelt;
   nb::class_<AxisOptions>(m, "AxisOptions", "One axis of a haptic device, its loop, a virtual wall at x > 0, a hand.")
       .def(nb::init<>())
       .def_rw("mass", &AxisOptions::mass, "of the device [kg]")

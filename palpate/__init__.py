@@ -11,14 +11,23 @@ if TYPE_CHECKING:
     from palpate import shapes as shapes
     from palpate import surfaces as surfaces
     from palpate.arm import Arm as Arm
+    from palpate.certificate import Device as Device
+    from palpate.certificate import certify as certify
     from palpate.mesh import Mesh as Mesh
     from palpate.scene import Scene as Scene
     from palpate.session import Session as Session
 
 __version__ = version("palpate")
-__all__ = ["Arm", "Mesh", "Scene", "Session", "contact", "shapes", "surfaces"]
+__all__ = ["Arm", "Device", "Mesh", "Scene", "Session", "certify", "contact", "shapes", "surfaces"]
 
-_HOME = {"Arm": "palpate.arm", "Mesh": "palpate.mesh", "Scene": "palpate.scene", "Session": "palpate.session"}
+_HOME = {
+    "Arm": "palpate.arm",
+    "Device": "palpate.certificate",
+    "Mesh": "palpate.mesh",
+    "Scene": "palpate.scene",
+    "Session": "palpate.session",
+    "certify": "palpate.certificate",
+}
 
 
 def __getattr__(name: str) -> Any:

@@ -354,6 +354,9 @@ class FollowerOptions:
     jaw_v_max: float
     def __init__(self) -> None: ...
 
+AXIS_QUANTA: float
+AXIS_UNFELT: float
+
 class AxisOptions:
     mass: float
     damping: float
@@ -381,8 +384,6 @@ class AxisResult:
     def oscillates(self) -> bool: ...
     @property
     def amplitude(self) -> float: ...
-    @property
-    def before(self) -> float: ...
     @property
     def frequency(self) -> float: ...
     @property

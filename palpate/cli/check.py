@@ -60,6 +60,7 @@ def _grid(path: Path, unit: Unit, console: Console) -> dict[str, Any]:
 
 
 def _scene(path: Path, console: Console) -> dict[str, Any]:
+    from palpate.certificate.scene import warn_outside
     from palpate.scene import Scene
     from palpate.scene.gains import felt_stiffness
     from palpate.scene.rig import build
@@ -67,6 +68,7 @@ def _scene(path: Path, console: Console) -> dict[str, Any]:
     scene = Scene.load(path)
     rig = build(scene)
     rig.simulation()
+    warn_outside(rig)
     table = Table(box=None, pad_edge=False)
     table.add_column("object")
     for heading in ("surface", "extents [mm]", "stiffness [N/m]", "felt [N/m]", "damping [N s/m]", "friction [-]"):

@@ -142,6 +142,32 @@ class Check:
 
 
 @dataclass
+class Certify:
+    """Say before a run which stiffness is stable with a scene's arms, loop and hand, and why.
+
+    examples:
+      palpate certify scenes/palpation.yaml
+      palpate certify my.yaml --json certificate.json --figure certificate.png
+
+    The stability boundary is exact for small motions: sampling, delay, the follower's servo and every filter are in it
+    (docs/certificate.md).
+    """
+
+    scene: Positional[Path]
+    """Scene file (YAML)."""
+    figure: Annotated[Path | None, arg(metavar="FILE.png")] = None
+    """Draw the boundary in the plane of damping and stiffness."""
+    json: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write the certificate as JSON (docs/json.md); - for the standard output."""
+
+    def __call__(self) -> int:
+        """Do it."""
+        from palpate.cli.certify import certify
+
+        return certify(self)
+
+
+@dataclass
 class Bench:
     """Measure this machine: the haptic loop, the contact queries, or studies on several cores.
 
@@ -261,6 +287,7 @@ _COMMANDS = {
     "replay": Replay,
     "report": Report,
     "check": Check,
+    "certify": Certify,
     "study": Study,
     "calibrate": Calibrate,
     "bench": Bench,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
+from palpate.certificate.scene import warn_outside
 from palpate.cli import INTERRUPTED
 from palpate.cli.output import console_for, require_writable, say, write_json
 from palpate.cli.progress import Progress
@@ -34,6 +35,7 @@ def run(o: Run) -> int:
     require_writable(o.json)
     scene = Scene.load(o.scene)
     session = Session(scene, out=o.out or Path(scene.record.folder), seed=o.seed)
+    warn_outside(session.rig)
     duration = scene.duration if o.duration is None else o.duration
     realtime = o.realtime or (viewer and not o.fast)
     mode = "real time" if realtime else "lockstep, as fast as it goes"

@@ -57,22 +57,5 @@ def _where_stiffest(thing: ObjectSection, K: float) -> tuple[str, tuple[str | in
 
 
 def felt_stiffness(scene: Scene, index: int) -> float:
-    """What the hand feels of object ``index``: scale * force_scale * K, along its stiffest axis [N/m] (READINGS 10)."""
+    """What the hand feels of object ``index``: scale * force_scale * K, along its stiffest axis [N/m]."""
     return scene.mapping.scale * scene.mapping.force_scale * stiffest(scene.objects[index])
-
-
-def may_oscillate(scene: Scene, index: int) -> str:
-    """Why the contact may oscillate, or nothing.
-
-    A spring that is sampled and delayed gives back more than it took: with the hand's damping b alone, passivity wants
-    ``b > K_felt (T / 2 + delay)`` (Colgate and Brown 1994). The arm's own friction helps on top of it.
-    """
-    need = felt_stiffness(scene, index) * (0.5 / scene.rates.haptic + scene.loop_delay)
-    b = scene.operator.damping
-    if need <= b:
-        return ""
-    return (
-        f"object {scene.objects[index].name!r} may oscillate: {felt_stiffness(scene, index):.4g} N/m felt at "
-        f"{scene.rates.haptic:g} Hz with {1e3 * scene.loop_delay:g} ms delay wants {need:.3g} N s/m of damping, "
-        f"the hand has {b:g}"
-    )

@@ -167,11 +167,6 @@ def build(scene: Scene) -> Rig:
         SceneError, MeshError, SurfaceError: what is wrong, where, why, and how to mend it.
     """
     gains.check_stiffness(scene)
-    for i in range(len(scene.objects)):
-        why = gains.may_oscillate(scene, i)
-        if why:
-            mend = "lower stiffness or loop_delay, or raise rates.haptic"
-            warnings.warn(PalpateWarning(why, where=scene.where("objects", i), mend=mend), stacklevel=2)
     placed = surface.placed(scene)
     for thing in placed:
         if isinstance(thing.body, DistanceGrid) and thing.body.spacing.max() > scene.contact.radius:

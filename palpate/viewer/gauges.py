@@ -38,6 +38,7 @@ class Gauges:
     def __init__(self, server: viser.ViserServer, stage: Stage, drawing: Drawing) -> None:
         """Docks the panel on the left."""
         self._stage = stage
+        self._limit: tuple[float, float] | None = None  # damping, and the stiffness that is stable with it
         self._t: deque[float] = deque(maxlen=POINTS)
         self._force: deque[float] = deque(maxlen=POINTS)
         self._depth: deque[float] = deque(maxlen=POINTS)
@@ -76,8 +77,8 @@ class Gauges:
         self._depth.extend((1e3 * ticks["depth"]).tolist())
         self._cycle.extend(ticks["cycle_us"].tolist())
 
-    def show(self, tick: Ticks, paused: bool = False) -> None:
-        """Brings the read-outs up to date."""
+    def show(self, tick: Ticks, paused: bool = False, stiffness_scale: float = 1.0, damping_scale: float = 1.0) -> None:
+        """Brings the read-outs up to date; the scales are what the console multiplies the tissue with."""
         words = in_words(tick, self._stage.force_cap, paused)
         cycle = "-"
         measured = [us for us in self._cycle if us > 0.0]  # a lockstep record holds none
@@ -98,9 +99,22 @@ class Gauges:
             f'<div style="display:flex;margin:6px 0">{row}</div>'
             f'<div style="{small}"><span>time</span><span id="palpate-time">{float(tick["t"]):.2f} s</span></div>'
             f'<div style="{small}"><span>cycle p50 / p99</span><span>{cycle}</span></div>'
+            f'<div style="{small}"><span>stability margin</span>{self._margin(stiffness_scale, damping_scale)}</div>'
             f'<div style="font-size:12px;opacity:.8" id="palpate-touches">{touches}</div>'
             "</div>"
         )
+
+    def _margin(self, stiffness_scale: float, damping_scale: float) -> str:
+        """How much stiffer the tissue could be, and up to where; red beyond that (`palpate certify`)."""
+        stage, K, B = self._stage, self._stage.stiffness * stiffness_scale, self._stage.damping * damping_scale
+        if stage.stable_below is None:
+            return '<span id="palpate-margin">-</span>'
+        if self._limit is None or self._limit[0] != B:
+            self._limit = (B, stage.stable_below(B))
+        limit = self._limit[1]
+        red = ";color:#e12626;font-weight:700" if limit <= K else ""
+        times = f"&times; {limit / K:.2g}" if K > 0.0 else "any"
+        return f'<span id="palpate-margin" style="opacity:1{red}">{times}, stable below {limit:.0f} N/m</span>'
 
     def plot(self) -> None:
         """Brings the plots up to date."""

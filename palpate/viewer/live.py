@@ -56,6 +56,7 @@ class LiveViewer:
             self.console.show(tick)
             self._gauges.add(tick)
             if frame % FRAMES_PER_READOUT == 0:
-                self._gauges.show(tick, paused=self.console.pause.value)
+                now = self._source.controls
+                self._gauges.show(tick, self.console.pause.value, now.stiffness_scale, now.damping_scale)
             if frame % FRAMES_PER_PLOT == 0:
                 self._gauges.plot()

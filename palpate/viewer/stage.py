@@ -80,6 +80,8 @@ class Stage:
     """(3,) what the camera looks at [m], in the world."""
     extent: float = 0.4
     """How wide what the camera has to see is [m]."""
+    stable_below: Callable[[float], float] | None = None
+    """Largest stable stiffness of the first object for a damping [N s/m], [N/m]; None when it is not known."""
     spheres: tuple[LinkSphere, ...] = ()
     """Of the tool beside the one on its tip."""
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate import _core
-from palpate.errors import RecordError
+from palpate.certificate import certify_all
+from palpate.errors import PalpateError, RecordError
 from palpate.record.reader import Record
 from palpate.scene import tissue
 from palpate.scene.model import ObjectSection
@@ -44,9 +47,19 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
         force_cap=scene.stability.force_cap,
         motion_scale=scene.mapping.scale,
         focus=0.5 * (middle + p_WH[:3]),
+        stable_below=stable_below(rig),
         spheres=tuple(rig.spheres),
         extent=float(np.linalg.norm(middle - p_WH[:3]) + 0.5 * np.ptp(bounds, axis=(0, 1)).max()),
     )
+
+
+def stable_below(rig: Rig) -> Callable[[float], float] | None:
+    """The certificate's limit of the first object for a damping; None for a control law that it does not know."""
+    try:
+        loop = certify_all(rig.scene, rig=rig)[0].cases[0].loop
+    except PalpateError:
+        return None
+    return lambda B: loop.K_max(B)[0]
 
 
 def stage_of_record(record: Record) -> Stage:

@@ -111,10 +111,11 @@ def test_a_palpation_force_above_the_cap_is_refused(palpate, scene):
 
 
 def test_an_unstable_delay_is_a_warning(palpate, scene):
-    scene.write_text(scene.read_text() + "loop_delay: 0.05\n")
+    scene.write_text(scene.read_text().replace("stiffness: 400", "stiffness: 1600") + "loop_delay: 0.05\n")
     done = palpate("check", scene)
     assert done.code == 0
-    assert "may oscillate: 200 N/m felt at 1000 Hz with 50 ms delay" in done.out
+    assert "organ: unstable: 50 ms of delay at 1000 Hz, 10.6 ms of the follower's servo and" in done.out
+    assert "17 ms less delay would give" in done.out
 
 
 def test_schema(palpate, tmp_path):

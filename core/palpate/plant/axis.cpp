@@ -12,11 +12,10 @@
 namespace palpate::plant {
 namespace {
 
-constexpr double kFar = 1.0;      // [m]
-constexpr double kUnfelt = 1e-6;  // amplitude that counts as rest [m]
-constexpr double kQuanta = 4.0;   // amplitude that resolution makes by itself
-constexpr double kDecayed = 0.995;
-constexpr std::size_t kSwings = 2;
+constexpr double kFar = 1.0;        // [m]
+constexpr double kDecayed = 0.998;  // from one eighth of the run to the next
+constexpr std::size_t kSwings = 4;
+constexpr std::size_t kEighths = 8, kWatched = 5;
 constexpr double kSettled = 0.02;
 
 void require(bool good, const char* name, double value, const char* mend) {
@@ -134,23 +133,33 @@ Window window(const std::vector<double>& x, std::size_t from, std::size_t to) no
   return w;
 }
 
+/// Is each of the last eighths of the run quieter than the one before? A bouncing motion that lasts is louder in some.
+bool decays(const std::vector<double>& x) noexcept {
+  double before = std::numeric_limits<double>::infinity();
+  for (std::size_t i = kEighths - kWatched; i < kEighths; ++i) {
+    const double now = window(x, i * x.size() / kEighths, (i + 1) * x.size() / kEighths).amplitude();
+    if (now > kDecayed * before) return false;
+    before = now;
+  }
+  return true;
+}
+
 /// What the positions at the cycles tell.
 void judge(const AxisOptions& o, const std::vector<double>& x, AxisResult& out) noexcept {
-  const double floor = std::max(kQuanta * o.quantum, kUnfelt);
-  const std::size_t n = x.size(), half = n / 2, late = half + (n - half) / 2;
+  const double floor = std::max(kAxisQuanta * o.quantum, kAxisUnfelt);
+  const std::size_t n = x.size(), late = n - n / 4;
   out.peak = *std::max_element(x.begin(), x.end());
-  if (n < 8 || out.diverged) {
+  if (n < 2 * kEighths || out.diverged) {
     out.oscillates = out.diverged;
     return;
   }
-  const Window before = window(x, half, late), now = window(x, late, n);
-  out.before = before.amplitude();
+  const Window now = window(x, late, n);
   out.amplitude = now.amplitude();
   out.rest = now.mean;
   out.overshoot = now.mean > 0.0 ? (out.peak - now.mean) / now.mean : 0.0;
   std::size_t up = 0, last = 0;
   for (std::size_t i = late + 1; i < n; ++i) up += x[i - 1] < now.mean && x[i] >= now.mean ? 1 : 0;
-  out.oscillates = up >= kSwings && out.amplitude > floor && out.amplitude > kDecayed * out.before;
+  out.oscillates = up >= kSwings && out.amplitude > floor && !decays(x);
   out.frequency = static_cast<double>(up) * o.rate / static_cast<double>(n - late);
   for (std::size_t i = 0; i < n; ++i) {
     if (std::abs(x[i] - now.mean) > std::max(kSettled * std::abs(now.mean), floor)) last = i + 1;

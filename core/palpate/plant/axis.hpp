@@ -41,9 +41,12 @@ struct AxisMotion {
   std::vector<double> path;  ///< where the hand wants to be at each cycle, straight between them; empty: 0 [m]
 };
 
-/// Amplitudes are half of peak to peak. An oscillation that lasts: in the last quarter of the run it swings twice or
-/// more, further than max(4 quanta, 1 um), and has not decayed by 0.5 % since the third quarter. The hand's path should
-/// rest by then.
+inline constexpr double kAxisQuanta = 8.0;   ///< amplitude that resolution alone may keep alive [quanta]
+inline constexpr double kAxisUnfelt = 1e-6;  ///< amplitude that counts as rest [m]
+
+/// Amplitudes are half of peak to peak. An oscillation that lasts: in the last quarter of the run it swings four times
+/// or more, further than max(8 quanta, 1 um), and over the last five eighths not every eighth was quieter than the one
+/// before by 0.2 %. The hand's path should rest by then; slow swings need a longer run.
 struct AxisResult {
   bool diverged = false;  ///< it left |x| < 1 m
   bool oscillates = false;

@@ -1,0 +1,160 @@
+"""The loop of a scene: the leader linearised where it touches, the hand on it, the mapping, and the follower's servo.
+
+With small motions about a pose q of the leader, hand and drives included, and the wall's normal n,
+
+    (M + I_r + J^T M_h J) q'' + (F_v + J^T B_h J) q' + J^T K_h J q = J_v^T n u,      y = n^T J_v q,
+
+and along n the follower's tip follows the goal ``scale * y`` as each of its joints follows its own: a second-order
+servo that holds the goal for a period. So all that is between y and the depth at which the spring pushes is
+
+    U(z) = force_scale * scale * [1 0] (z - Phi_f)^-1 (1 - Phi_f) [1 0]^T,     Phi_f = exp([0 1; -w^2 -2 zeta w] T),
+
+while the damping sees the leader's own velocity, ``force_scale * scale * y'``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import expm
+
+from palpate import _core
+from palpate.arm import Arm
+from palpate.certificate.device import TAP
+from palpate.certificate.loop import Complex, Loop, Modes, Path, low_pass, modes
+
+Array = NDArray[np.float64]
+
+_SLOWEST = 1e-3  # joints that a tap hardly moves stick [rad/s]
+_STEP = 1e-5  # of a differentiation [rad, rad/s]
+_POSITIONING = 3  # joints that render a force in the mode `paper`
+_ASYNCHRONOUS = ("paper-plane", "paper-alg1", "face-normal", "approach-velocity")  # contact beside the cycle
+
+
+@dataclass(frozen=True)
+class Held:
+    """A leader in a pose, held by a hand."""
+
+    arm: Arm
+    q: Array
+    """(n,) [rad, m]."""
+    o: _core.SimulationOptions
+    hand: _core.HandOptions
+
+    @cached_property
+    def _matrices(self) -> tuple[Array, Array, Array, Array]:
+        """Inertia, damping, stiffness (n, n) and Jacobian (6, n), hand and rotors included."""
+        J = self.arm.jacobian(self.q)
+        h, plant = self.hand, self.o.leader
+        M_h = np.diag([h.mass] * 3 + [h.inertia] * 3)
+        B_h = np.diag([h.damping] * 3 + [h.rotational_damping] * 3)
+        K_h = np.diag([h.stiffness] * 3 + [h.rotational_stiffness] * 3)
+        rubbing = (1.0 - self.o.torque.friction.gain) * plant.viscous
+        M = self.arm.mass_matrix(self.q) + np.diag(plant.rotor_inertia) + J.T @ M_h @ J
+        D_p, K_p = self._platform()
+        return M, np.diag(rubbing) + J.T @ B_h @ J + D_p, J.T @ K_h @ J + K_p, J
+
+    def _platform(self) -> tuple[Array, Array]:
+        """Damping and stiffness (n, n) that an MTM's joint-4 controller adds: its law, differentiated."""
+        n = self.arm.n
+        torque = _core.Torque(self.o.torque, self.arm.tau_max, 1.0 / self.o.rate)
+
+        def at(q: Array, v: Array) -> Array:
+            command, _ = torque.step(self.arm, q, v, np.zeros(6))
+            return command.tau_platform.copy()
+
+        still, D, K = np.zeros(n), np.zeros((n, n)), np.zeros((n, n))
+        for k, e in enumerate(_STEP * np.eye(n)):
+            K[:, k] = -(at(self.q + e, still) - at(self.q - e, still)) / (2.0 * _STEP)
+            D[:, k] = -(at(self.q, e) - at(self.q, -e)) / (2.0 * _STEP)
+        return D, K
+
+    def _space(self, rubbing: Array) -> tuple[Array, Array, Array, Array]:
+        """A (m, m), b (m, 3), c (3, m), d (3, m): force on the handle to its place and measured velocity.
+
+        rubbing: more viscous friction of the joints (n,) [N m s/rad].
+        """
+        M, D, S, J = self._matrices
+        n, Minv, Jv = len(M), np.linalg.inv(M), J[:3]
+        A = np.block([[np.zeros((n, n)), np.eye(n)], [-Minv @ S, -Minv @ (D + np.diag(rubbing))]])
+        first = np.arange(n) < _POSITIONING
+        rendered = np.where(first, Jv, 0.0) if str(self.o.torque.mode).endswith("paper") else Jv
+        b = np.vstack([np.zeros((n, 3)), Minv @ rendered.T])
+        c, d = np.hstack([Jv, np.zeros((3, n))]), np.hstack([np.zeros((3, n)), Jv])
+        return _with_lags(A, b, c, d, self.o.leader)
+
+    @cached_property
+    def _lubricated(self) -> tuple[Array, Array, Array, Array, Modes]:
+        A, b, c, d = self._space(np.zeros(self.arm.n))
+        return A, b, c, d, modes(A)
+
+    def loop(self, n: Array) -> Loop:
+        """Pressing along n (3,), in the leader's base frame, the joints without dry friction."""
+        A, b, c, d, known = self._lubricated
+        return self._closed(A, b @ n, n @ c, n @ d, known)
+
+    def rubbed(self, n: Array) -> Loop:
+        """The same with the joints' dry friction, as viscous friction that takes as much when the handle is tapped
+        with `TAP` along n (`Device.loop`)."""
+        M, _, _, J = self._matrices
+        motion = np.linalg.solve(M, J[:3].T @ n)
+        speed = np.maximum(np.abs(TAP * motion / (n @ J[:3] @ motion)), _SLOWEST)
+        A, b, c, d = self._space(4.0 * self.o.leader.coulomb / (np.pi * speed))
+        return self._closed(A, b @ n, n @ c, n @ d, None)
+
+    def _closed(self, A: Array, b: Array, c: Array, d: Array, known: Modes | None) -> Loop:
+        o, T = self.o, 1.0 / self.o.rate
+        gain = o.mapping.force_scale * o.mapping.scale * o.torque.force_gain
+        velocity = _velocity(gain, o.leader.velocity_window, T)
+        smooth = low_pass(T, o.stability.low_pass)
+        return Loop(A, b, c, T, whole_servo_periods(o), _depth(o, gain), velocity, d, smooth, known)
+
+
+def whole_servo_periods(o: _core.SimulationOptions) -> float:
+    """The loop delay as the simulated drives have it, jitter counted in full [s]."""
+    dt = 1.0 / (o.rate * np.ceil(o.plant_rate / o.rate - 1e-9))
+    return float(dt * np.ceil((o.loop_delay + o.loop_jitter) / dt - 0.5))
+
+
+def _with_lags(A: Array, b: Array, c: Array, d: Array, o: _core.LeaderOptions) -> tuple[Array, Array, Array, Array]:
+    """The drives' lag before the force, the velocity's low pass behind the speed: a state for each axis."""
+    zero = np.zeros((3, 3))
+    if o.drive_lag > 0.0:
+        A = np.block([[A, b], [np.zeros((3, len(A))), -np.eye(3) / o.drive_lag]])
+        b = np.vstack([np.zeros_like(b), np.eye(3) / o.drive_lag])
+        c, d = np.hstack([c, zero]), np.hstack([d, zero])
+    if o.velocity_cutoff > 0.0:
+        w = 2.0 * np.pi * o.velocity_cutoff
+        A = np.block([[A, np.zeros((len(A), 3))], [w * d, -w * np.eye(3)]])
+        b, c, d = np.vstack([b, zero]), np.hstack([c, zero]), np.hstack([np.zeros_like(d), np.eye(3)])
+    return A, b, c, d
+
+
+def _depth(o: _core.SimulationOptions, gain: float) -> Path:
+    """U(z)."""
+    T, w, zeta = 1.0 / o.rate, 2.0 * np.pi * o.follower.bandwidth, o.follower.damping_ratio
+    late = int(np.ceil(o.rate / o.contact.collision_rate)) if o.method in _ASYNCHRONOUS else 0
+    Phi = expm(np.array([[0.0, 1.0], [-(w**2), -2.0 * zeta * w]]) * T) if w > 0.0 else np.zeros((2, 2))
+    goal = (np.eye(2) - Phi)[:, 0]
+    trace, det = Phi[0, 0] + Phi[1, 1], float(np.linalg.det(Phi))
+
+    def U(z: Complex) -> Complex:
+        # [1 0] adj(z - Phi) goal / det(z - Phi)
+        top = (z - Phi[1, 1]) * goal[0] + Phi[0, 1] * goal[1]
+        return np.asarray(gain * top / (z * z - trace * z + det) * z ** -float(late), dtype=complex)
+
+    return U
+
+
+def _velocity(gain: float, window: float, T: float) -> Path:
+    """W(z): a difference over a window is the mean velocity in it, so late by half of it."""
+
+    def W(z: Complex) -> Complex:
+        w = np.log(z) / T
+        x = np.where(np.abs(w * window) < 1e-9, 1e-9, w * window)
+        return np.asarray(gain * (-np.expm1(-x) / x if window > 0.0 else np.ones_like(z)), dtype=complex)
+
+    return W

@@ -1,0 +1,158 @@
+"""The certificate: the largest stable stiffness, a verdict on the one that is asked about, and why."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.certificate import classical, trials, words
+from palpate.certificate.device import Device
+from palpate.certificate.loop import Loop
+
+Array = NDArray[np.float64]
+Verdict = Literal["stable", "marginal", "unstable"]
+
+#: A stiffness below this share of both limits, the one with friction and the linear one, is called stable; one above
+#: the former by its inverse unstable; between them marginal.
+SURE = 0.97
+_VISCOUS = 10.0  # most damping that is advised, beside four times what there is [N s/m]
+
+
+@dataclass(frozen=True)
+class Case:
+    """One of the loops that have to be stable."""
+
+    told: str
+    """Which hand, which direction, which pose, in words."""
+    loop: Loop
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """What may be rendered, for the damping chosen. The worst of all cases counts."""
+
+    B: float
+    """Damping that was chosen [N s/m]."""
+    k_max: float
+    """Largest stable stiffness; infinity when none is too stiff [N/m]."""
+    k_linear: float
+    """The same without what dry friction holds and counts and bounces spoil [N/m]."""
+    frequency: float
+    """At which it would swing [Hz]."""
+    worst: str
+    """The case that sets the limit."""
+    K: float | None
+    """Stiffness that is asked about [N/m]."""
+    verdict: Verdict | None
+    """On it."""
+    margin: float | None
+    """k_max / K - 1: how much stiffer it could be [-]."""
+    reason: str
+    """In words, with what would help."""
+    bounds: dict[str, float] = field(default_factory=dict)
+    """The classical ones, `classical` [N/m]."""
+    hands: dict[str, float] = field(default_factory=dict)
+    """Linear limit with each hand of the range, dry friction counted as viscous [N/m]."""
+    cases: tuple[Case, ...] = field(default=(), repr=False)
+    name: str = ""
+    """Of the object (or of a region in it); of a device nothing."""
+
+    @property
+    def k_sure(self) -> float:
+        """Up to here the verdict is stable [N/m]."""
+        return SURE * min(self.k_max, self.k_linear)
+
+    def boundary(self, points: int = 48) -> tuple[Array, Array]:
+        """The linear stability boundary of the worst case at each damping: B (points,) [N s/m], K (points,) [N/m]."""
+        top = min(case.loop.B_max for case in self.cases)
+        top = min(top, max(4.0 * self.B, 3.0 * _VISCOUS))
+        B = np.linspace(0.0, top * (1 - 1e-6), points)
+        return B, np.array([min(case.loop.K_max(b)[0] for case in self.cases) for b in B])
+
+    def to_json(self) -> dict[str, Any]:
+        """As ``palpate certify --json`` writes it (docs/json.md); infinity is null."""
+        B, K = self.boundary()
+        return {
+            "k_max_N_per_m": _finite(self.k_max), "verdict": self.verdict, "reason": self.reason, "margin": self.margin,
+            "K_N_per_m": self.K, "B_N_s_per_m": self.B, "k_linear_N_per_m": _finite(self.k_linear),
+            "frequency_Hz": self.frequency, "worst": self.worst,
+            "hands_N_per_m": {name: _finite(k) for name, k in self.hands.items()},
+            "bounds_N_per_m": {name: _finite(k) for name, k in self.bounds.items()},
+            "boundary": [{"B_N_s_per_m": float(b), "K_N_per_m": _finite(k)} for b, k in zip(B, K, strict=True)],
+        }  # fmt: skip
+
+
+def _finite(x: float) -> float | None:
+    return float(x) if np.isfinite(x) else None
+
+
+def linear_limit(cases: tuple[Case, ...], B: float) -> tuple[float, float, Case]:
+    """Largest stable stiffness of all cases [N/m], its frequency [rad/s], and the case that sets it."""
+    limits = [(*case.loop.K_max(B), case) for case in cases]
+    return min(limits, key=lambda one: one[0])
+
+
+def judge(K: float | None, k_max: float, k_linear: float) -> tuple[Verdict | None, float | None]:
+    """The verdict on K, and the margin. Stable is what needs no dry friction to be so."""
+    if K is None or K <= 0.0:
+        return (None if K is None else "stable"), None
+    margin = k_max / K - 1.0
+    sure = SURE * min(k_max, k_linear)
+    verdict: Verdict = "stable" if sure >= K else "marginal" if k_max / SURE > K else "unstable"
+    return verdict, (margin if np.isfinite(margin) else None)
+
+
+def certify_device(device: Device, K: float | None = None, B: float = 0.0) -> Certificate:
+    """The certificate of a `Device` for a wall of stiffness K [N/m] (None: only the limit) and damping B [N s/m]."""
+    rubbed = tuple(Case(f"hand {h.name}", device.loop(h, lubricated=False)) for h in device.hands)
+    bare = tuple(Case(f"hand {h.name}", device.loop(h)) for h in device.hands)
+    k_linear, w, worst = linear_limit(bare, B)
+    k_max = np.inf
+    for hand, case in sorted(zip(device.hands, rubbed, strict=True), key=lambda one: one[1].loop.K_max(B)[0]):
+        expected, w_hand = case.loop.K_max(B)
+        if min(expected, k_max) == k_max and not trials.oscillates(device, hand, k_max, B, w_hand):
+            continue
+        k_hand = trials.limit(device, hand, B, expected, w_hand)
+        if k_hand < k_max:
+            k_max, w, worst = k_hand, w_hand, case
+    verdict, margin = judge(K, k_max, k_linear)
+    b = device.damping + min(h.damping for h in device.hands)
+    bounds = {
+        "colgate_brown": classical.colgate_brown(device.damping, B, 1 / device.rate, device.delay + device.jitter),
+        "colgate_brown_with_hand": classical.colgate_brown(b, B, 1 / device.rate, device.delay + device.jitter),
+        "abbott_okamura": classical.abbott_okamura(device.damping, device.friction, device.quantum, 1 / device.rate),
+    }
+
+    loop = words.LoopFacts(device.delay + device.jitter, device.rate, B, w / (2 * np.pi), worst.told)
+    reason = words.reason(K, k_max, verdict, loop, advice(rubbed, B))
+    if verdict == "marginal" and K is not None and SURE * k_linear < K:
+        reason += f"; beyond {words.number(k_linear)} N/m it leans on the device's dry friction"
+    hands = {h.name: case.loop.K_max(B)[0] for h, case in zip(device.hands, rubbed, strict=True)}
+    return Certificate(
+        B, k_max, k_linear, w / (2 * np.pi), worst.told, K, verdict, margin, reason, bounds, hands, rubbed
+    )
+
+
+def advice(cases: tuple[Case, ...], B: float) -> list[words.Advice]:
+    """What would help any loop: less delay, other damping."""
+    delay = max(case.loop.delay for case in cases)
+    less = 1e-3 * round(1e3 * delay / 3) if delay >= 1.5e-3 else delay / 3
+    told: list[words.Advice] = []
+    if delay > 0.0:
+        shorter = tuple(Case(c.told, c.loop.delayed(max(c.loop.delay - less, 0.0))) for c in cases)
+        told.append((f"{1e3 * less:.2g} ms less delay", lambda: linear_limit(shorter, B)[0]))
+    best, K = _best_damping(cases, B)
+    what = f"{best:.2g} N s/m of damping" if best > B else f"only {best:.2g} N s/m of damping"
+    return [*told, (what, lambda: K)]
+
+
+def _best_damping(cases: tuple[Case, ...], B: float) -> tuple[float, float]:
+    """The damping, no more than a hand would call viscous, that lets the wall be stiffest, and how stiff then."""
+    top = min(min(case.loop.B_max for case in cases), max(4.0 * B, _VISCOUS))
+    grid = np.linspace(0.0, 0.98 * top, 12)
+    K = [linear_limit(cases, float(b))[0] for b in grid]
+    best = int(np.argmax(K))
+    return float(grid[best]), float(K[best])

@@ -1,0 +1,78 @@
+"""A haptic device of one axis: what the certificate asks about it, as a loop to analyse and as one to simulate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from palpate import _core
+from palpate.certificate.loop import Loop, difference
+from palpate.errors import PalpateError
+from palpate.hands import PRESETS, Hand
+
+#: The fastest tap that a certificate counts with [m/s]; dry friction helps least against it.
+TAP = 0.5
+
+
+@dataclass(frozen=True)
+class Device:
+    """A device along one direction, its haptic loop, and the hands that will hold it. All SI.
+
+    Raises:
+        PalpateError: a number that no device can have; names it.
+    """
+
+    mass: float
+    """Moving mass [kg]."""
+    damping: float
+    """Viscous friction of the device itself [N s/m]."""
+    rate: float = 1000.0
+    """Of the haptic cycle [Hz]."""
+    delay: float = 0.0
+    """From the measurement of the position to the force on the hand [s]."""
+    jitter: float = 0.0
+    """Added to the delay, anew in each cycle, uniform between 0 and this [s]."""
+    filter: float = 0.0
+    """Cut-off of the velocity's low pass, 0: the bare difference of two positions [Hz]."""
+    quantum: float = 0.0
+    """Resolution of the position, at the handle; 0: ideal [m]."""
+    friction: float = 0.0
+    """Dry friction of the device, at the handle [N]."""
+    hand: Hand | tuple[Hand, ...] = tuple(PRESETS.values())
+    """One hand, or the range of hands that shall be safe."""
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be."""
+        try:
+            _core.Axis(self.axis(self.hands[0], 0.0, 0.0))
+        except ValueError as error:
+            what, _, mend = str(error).partition(": ")
+            raise PalpateError(what.replace("axis", "device"), mend=mend) from None
+
+    @property
+    def hands(self) -> tuple[Hand, ...]:
+        """The range of hands."""
+        return (self.hand,) if isinstance(self.hand, Hand) else self.hand
+
+    def loop(self, hand: Hand, lubricated: bool = True) -> Loop:
+        """Device and hand as a linear loop; jitter counts in full, as delay.
+
+        lubricated: without dry friction. Otherwise as the viscous friction that takes as much from a swing of the
+        velocity `TAP`: 4 Fc / (pi TAP), its describing function (Gelb and Vander Velde 1968, 2.3).
+        """
+        M = self.mass + hand.mass
+        D = self.damping + hand.damping + (0.0 if lubricated else 4.0 * self.friction / (np.pi * TAP))
+        A = np.array([[0.0, 1.0], [-hand.stiffness / M, -D / M]])
+        T = 1.0 / self.rate
+        return Loop(A, np.array([0.0, 1.0 / M]), np.array([1.0, 0.0]), T, self.delay + self.jitter,
+                    velocity=difference(T, self.filter))  # fmt: skip
+
+    def axis(self, hand: Hand, K: float, B: float, bilateral: bool = False) -> _core.AxisOptions:
+        """The same to be simulated, with everything that is not linear."""
+        o = _core.AxisOptions()
+        o.mass, o.damping, o.coulomb, o.rate = self.mass, self.damping, self.friction, self.rate
+        o.delay, o.jitter, o.quantum, o.velocity_cutoff = self.delay, self.jitter, self.quantum, self.filter
+        o.hand_mass, o.hand_damping, o.hand_stiffness = hand.mass, hand.damping, hand.stiffness
+        o.K, o.B, o.bilateral = K, B, bilateral
+        return o

@@ -1,0 +1,211 @@
+"""The sampled loop of a virtual wall, exactly: which stiffness and damping keep it stable.
+
+A plant (device and hand), linear in time,
+
+    x' = A x + b u,      y = c x   the handle's way into the wall [m]
+
+is driven by a force that is computed at the instants k T, held for a period, and arrives ``delay`` later, l whole
+periods and a fraction f T of one. From one cycle to the next (Astrom and Wittenmark, Computer-Controlled Systems, 3.2)
+
+    x[k+1] = Phi x[k] + Gamma0 u[k-l] + Gamma1 u[k-l-1],
+    Phi = e^(A T),   Gamma0 = int_0^(T-f) e^(A s) ds b,   Gamma1 = e^(A (T-f)) int_0^f e^(A s) ds b
+
+which is no approximation. With the paths of position and velocity through the controller, U(z) and W(z), the wall
+u = -(K U y + B W y) has the characteristic equation
+
+    1 + K P(z) + B Q(z) = 0,     P = U G,   Q = W G,   G(z) = c (z - Phi)^-1 (Gamma0 z^-l + Gamma1 z^-(l+1)).
+
+On the unit circle, z = e^(i w T), these are two real equations that are linear in K and B: each frequency gives the one
+gain (K, B) at which the loop swings at it for ever. They are the stability boundary (Neimark's D-decomposition). With B
+given the roots leave the circle where Im H = 0, H(w) = -(1 + B Q) / P, at K = Re H, and the smallest of these K is the
+largest that is stable.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import expm
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Path = Callable[[Complex], Complex]
+
+_POINTS = 600  # frequencies, beside those that a long delay asks for
+_PER_PERIOD = 30  # frequencies per turn of the delay's phase
+_LOWEST = 1e-4  # of the grid, as a share of the Nyquist frequency
+_RESONANT = 0.1  # damping ratio below which a pole is looked at more closely
+_REFINEMENTS = 40
+_REFINED = 3  # crossings, the lowest
+_TURNED = 1e-9  # of A, so that equal poles come apart
+
+
+def held(A: Array, b: Array, T: float) -> tuple[Array, Array]:
+    """``e^(A T)`` (n, n) and ``int_0^T e^(A s) ds b`` (n,), of one matrix exponential."""
+    n = len(A)
+    block = np.zeros((n + 1, n + 1))
+    block[:n, :n], block[:n, n] = A, b
+    E = expm(block * T)
+    return E[:n, :n], E[:n, n]
+
+
+#: Eigenvalues (n,) of a matrix, its eigenvectors (n, n) and their inverse.
+Modes = tuple[Complex, Complex, Complex]
+
+
+def modes(A: Array) -> Modes:
+    """Of A; equal poles (a critically damped device) are moved apart by a billionth."""
+    poles, V = np.linalg.eig(A)
+    if np.linalg.cond(V) > 1e10:
+        n = len(A)
+        poles, V = np.linalg.eig(
+            A + _TURNED * np.linalg.norm(A) * np.outer(np.arange(1, n + 1), np.arange(n, 0, -1)) / n
+        )
+    return poles.astype(complex), V.astype(complex), np.linalg.inv(V).astype(complex)
+
+
+def _integral(poles: Complex, t: float) -> Complex:
+    """``int_0^t e^(poles s) ds``."""
+    x = poles * t
+    small = np.abs(x) < 1e-8
+    return np.where(small, t, np.expm1(np.where(small, 1.0, x)) / np.where(small, 1.0, poles))
+
+
+def low_pass(T: float, cutoff: float) -> Path:
+    """Of first order, ``y[k] = y[k-1] + a (u[k] - y[k-1])``, ``a = 1 - exp(-2 pi cutoff T)``; cutoff 0: none [Hz]."""
+    share = -np.expm1(-2.0 * np.pi * cutoff * T) if cutoff > 0.0 else 1.0
+    return lambda z: share / (1.0 - (1.0 - share) / z)
+
+
+def difference(T: float, cutoff: float = 0.0) -> Path:
+    """``W(z)`` of the filtered difference of two positions; cutoff of the low pass [Hz], 0: none."""
+    smooth = low_pass(T, cutoff)
+    return lambda z: smooth(z) * (1.0 - 1.0 / z) / T
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A plant in a sampled loop. All SI; y > 0 is into the wall."""
+
+    A: Array
+    """(n, n) of x' = A x + b u, no eigenvalue to the right of the imaginary axis."""
+    b: Array
+    """(n,) what a force along the way of y does."""
+    c: Array
+    """(n,) of y = c x."""
+    T: float
+    """Period of the cycle [s]."""
+    delay: float
+    """From the measurement to the force [s]."""
+    position: Path = np.ones_like
+    """U(z): from y to the position that the wall sees."""
+    velocity: Path = np.ones_like
+    """W(z): from y, or from d x when d is given, to the velocity that the damping sees."""
+    d: Array | None = None
+    """(n,) of a velocity d x that the plant measures by itself."""
+    force: Path = np.ones_like
+    """From the force of the wall to the one that is commanded."""
+    modes: Modes | None = None
+    """``modes(A)``, when they are known."""
+
+    def delayed(self, delay: float) -> Loop:
+        """The same with another delay [s]."""
+        return replace(self, delay=delay)
+
+    @cached_property
+    def _split(self) -> tuple[int, float]:
+        """Whole periods of the delay, and what is left of it [s]."""
+        whole = int(np.floor(self.delay / self.T + 1e-9))
+        return whole, max(self.delay - whole * self.T, 0.0)
+
+    @cached_property
+    def sampled(self) -> tuple[Array, Array, Array]:
+        """Phi (n, n), Gamma0 (n,), Gamma1 (n,), by matrix exponentials."""
+        f = self._split[1]
+        Phi, _ = held(self.A, self.b, self.T)
+        late, Gamma0 = held(self.A, self.b, self.T - f)
+        return Phi, Gamma0, late @ held(self.A, self.b, f)[1]
+
+    @cached_property
+    def _modal(self) -> tuple[Complex, Complex, Complex, Complex, Complex]:
+        """Eigenvalues of Phi; Gamma0, Gamma1, c and d in their axes."""
+        poles, V, V_inverse = modes(self.A) if self.modes is None else self.modes
+        late = self._split[1]
+        early = self.T - late
+        drive = V_inverse @ self.b
+        Gamma0 = _integral(poles, early) * drive
+        Gamma1 = np.exp(poles * early) * _integral(poles, late) * drive
+        return np.exp(poles * self.T), Gamma0, Gamma1, self.c @ V, (self.c if self.d is None else self.d) @ V
+
+    def P_and_Q(self, z: Complex) -> tuple[Complex, Complex]:
+        """P(z) [m/N] and Q(z) [m/(N s)] at z (m,)."""
+        poles, g0, g1, c, d = self._modal
+        z = np.asarray(z, dtype=complex)
+        late = self.force(z) * z ** -float(self._split[0])
+        states = (g0 + g1 / z[:, None]) / (z[:, None] - poles) * late[:, None]  # (m, n)
+        return self.position(z) * (states @ c), self.velocity(z) * (states @ d)
+
+    @cached_property
+    def grid(self) -> Array:
+        """w T (m,), rising, below pi: dense enough to follow the delay's phase and the plant's resonances."""
+        turns = self.delay / self.T + 8.0
+        low, high = np.log10(np.pi * _LOWEST), np.log10(np.pi)
+        even = np.linspace(0.0, np.pi, int(_PER_PERIOD * turns) + 2)[1:-1]
+        poles = np.log(self._modal[0].astype(complex))
+        swings = poles.imag[(poles.imag > 1e-6) & (-poles.real < _RESONANT * np.abs(poles))]
+        near = (swings[:, None] * (1.0 + np.linspace(-0.05, 0.05, 41))).ravel()
+        points = np.concatenate([np.logspace(low, high, _POINTS)[:-1], even, near[near < np.pi]])
+        return np.unique(points)
+
+    @cached_property
+    def _on_circle(self) -> tuple[Complex, Complex]:
+        return self.P_and_Q(np.exp(1j * self.grid))
+
+    def crossings(self, B: float) -> tuple[Array, Array]:
+        """K > 0 at which roots cross the circle with this B, the lowest few, rising, and their frequencies [rad/s]."""
+
+        def H(P: Complex, Q: Complex) -> Complex:
+            return -(1.0 + B * Q) / P
+
+        w, K = self._real_where(H(*self._on_circle), lambda z: H(*self.P_and_Q(z)))
+        P, Q = self.P_and_Q(np.exp(1j * w))
+        there = np.abs(1.0 + K * P + B * Q) < 1e-6  # a change of sign through infinity (P = 0) is none
+        last = H(*self.P_and_Q(np.array([-1.0 + 0.0j]))).real  # z = -1, where both equations are real
+        K, w = np.append(K[there], last), np.append(w[there], np.pi)
+        order = np.argsort(K)
+        order = order[K[order] > 0.0]
+        return K[order], w[order] / self.T
+
+    @cached_property
+    def B_max(self) -> float:
+        """The largest damping that is stable without a spring [N s/m]."""
+        _, B = self._real_where(-1.0 / self._on_circle[1], lambda z: -1.0 / self.P_and_Q(z)[1])
+        last = (-1.0 / self.P_and_Q(np.array([-1.0 + 0j]))[1]).real
+        B = np.append(B, last)
+        return float(B[B > 0.0].min(initial=np.inf))
+
+    def _real_where(self, on_grid: Complex, f: Callable[[Complex], Complex]) -> tuple[Array, Array]:
+        """w T where f is real and above zero, for the smallest such values, and these values."""
+        im, re = on_grid.imag, on_grid.real
+        change = np.flatnonzero(np.diff(np.signbit(im)))
+        share = im[change] / (im[change] - im[change + 1])
+        guess = re[change] + share * (re[change + 1] - re[change])
+        change = change[guess > 0.0][np.argsort(guess[guess > 0.0])][:_REFINED]
+        low, high, below = self.grid[change], self.grid[change + 1], np.signbit(im[change])
+        for _ in range(_REFINEMENTS if len(change) else 0):
+            middle = 0.5 * (low + high)
+            same = np.signbit(f(np.exp(1j * middle)).imag) == below
+            low, high = np.where(same, middle, low), np.where(same, high, middle)
+        return low, f(np.exp(1j * low)).real if len(change) else low
+
+    def K_max(self, B: float) -> tuple[float, float]:
+        """The largest stable K with this B, and the frequency at which it would swing [N/m], [rad/s]; 0 when B is too
+        much by itself, infinity when nothing is too stiff."""
+        if self.B_max <= B:
+            return 0.0, 0.0
+        K, w = self.crossings(B)
+        return (float(K[0]), float(w[0])) if len(K) else (np.inf, 0.0)

@@ -1,0 +1,76 @@
+"""Certificates of scenes: the loop of the whole simulation, its hand, and what is not certified."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import palpate
+from palpate.certificate import certify_all
+from palpate.certificate.scene import touched, warn_outside
+from palpate.errors import PalpateError, PalpateWarning
+from palpate.scene.rig import build
+from palpate.studies import certificate_arms
+
+SCENE = """
+objects: [{name: table, plane: {size: 0.3}, stiffness: 800, damping: 1}]
+operator: {path: [{t: 0, xyz: [0, 0, 0.02]}, {t: 1, xyz: [0, 0, -0.001]}]}
+"""
+
+
+def scene(text="", **update):
+    return palpate.Scene.parse(SCENE + text).model_copy(update=update)
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return build(scene())
+
+
+def test_the_whole_simulation_swings_above_the_limit_and_rests_below(rig):
+    """Seven joints, hand, follower's servo and delay: nothing of it knows the analysis."""
+    n_W = np.array([0.6, 0.0, 0.8])
+    delayed = build(scene(loop_delay=0.006))
+    k, _ = certificate_arms.limit(delayed, n_W, 5.0)
+    assert not certificate_arms.swings(delayed, n_W, 0.95 * k, 5.0)
+    assert certificate_arms.swings(delayed, n_W, 1.05 * k, 5.0)
+
+
+def test_what_helps_helps(rig):
+    k = certify_all(rig.scene, rig=rig)[0].k_max
+    assert palpate.certify(scene(loop_delay=0.01)).k_max < 0.7 * k
+    assert palpate.certify(scene("arms: {follower: {bandwidth: 60}}")).k_max > 1.2 * k
+    assert palpate.certify(scene("arms: {leader: {drive_lag: 0.004}}")).k_max < 0.95 * k
+    assert palpate.certify(scene("stability: {low_pass: 10}")).k_max < 0.8 * k
+    assert palpate.certify(scene(mapping=rig.scene.mapping.model_copy(update={"scale": 0.25}))).k_max == pytest.approx(
+        2 * k, rel=0.05
+    )
+
+
+def test_the_hand_of_the_scene_is_the_one_that_counts(rig):
+    hands = certify_all(rig.scene, rig=rig)[0].hands
+    assert hands["normal"] == pytest.approx(certify_all(rig.scene, rig=rig)[0].k_max, rel=1e-6)
+    assert list(np.argsort(list(hands.values()))) == list(range(5))
+    light = SCENE.replace("operator: {", "operator: {hand: light, ")
+    assert palpate.certify(palpate.Scene.parse(light)).k_max == pytest.approx(hands["light"], rel=0.02)
+
+
+def test_regions_have_rows_of_their_own():
+    nodule = palpate.Scene.load("scenes/nodule.yaml")
+    assert [thing.name for thing in touched(nodule)] == ["liver", "liver, nodule"]
+
+
+def test_outside_is_a_warning_with_its_place_and_cure():
+    late = palpate.Scene.parse(SCENE + "loop_delay: 0.04\n", "late.yaml")
+    with pytest.warns(PalpateWarning, match=r"late.yaml:2: table: unstable: 40 ms of delay .* would give"):
+        warn_outside(build(late))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warn_outside(build(scene()))
+
+
+def test_a_law_through_the_load_cell_has_no_certificate():
+    admittance = scene("torque: {law: admittance}")
+    with pytest.raises(PalpateError, match=r"there is no certificate for torque\.law admittance"):
+        palpate.certify(admittance)
+    warn_outside(build(admittance))  # and no warning that would be a guess
