@@ -138,6 +138,8 @@ class ContactSection(Section):
     """jaws, wrist and shaft touch, too, as spheres that the arm's model lists; otherwise the tip alone"""
     spheres: Annotated[tuple[ToolSphereSection, ...], Field(max_length=_core.MAX_SPHERES - 1)] = ()
     """more spheres of your own"""
+    release: Positive = _C.contact.release
+    """proxy: deflection at which a tool that went through a closed object is free [m]"""
 
 
 class ForceSection(Section):

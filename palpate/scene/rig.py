@@ -38,7 +38,7 @@ class Rig:
         _fill(o, scene, "loop_delay", "loop_jitter")
         o.seed = scene.seed if seed is None else seed
         o.method = scene.contact.method
-        _fill(o.contact, scene.contact, "radius", "collision_rate")
+        _fill(o.contact, scene.contact, "radius", "collision_rate", "release")
         o.contact.spheres = [sphere.core for sphere in self.spheres]
         _fill(o.mapping, scene.mapping, "scale", "force_scale", "align_rate")
         o.torque = self._torque(o.leader)

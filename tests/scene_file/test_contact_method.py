@@ -23,3 +23,10 @@ def test_a_scene_swapped_in_while_it_runs():
     simulation = rig.build(Scene.model_validate(organ)).simulation()
     with pytest.raises(ValueError, match=r"object 'ball' has no triangles"):
         simulation.set_snapshot(BALL)
+
+
+def test_where_a_tool_that_went_through_is_let_go():
+    box = "objects: [{box: {size: [0.1, 0.1, 0.02]}}]\ncontact: {release: 0.03}\n"
+    assert rig.build(Scene.parse(box, "s.yaml")).options().contact.release == 0.03
+    with pytest.raises(SceneError, match=r"contact\.release"):
+        Scene.parse(box.replace("0.03", "0"), "s.yaml")

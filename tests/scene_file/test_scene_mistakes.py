@@ -27,7 +27,7 @@ ONE = "objects:\n  - shape: organ\n"
         (ONE + "    damping: [1, 2]\n", "s.yaml:3: objects[0].damping[2] is missing in a list of numbers. Got: [1, 2]"),
         (ONE + "    pose: 3\n", "s.yaml:3: objects[0].pose must be a section with keys such as xyz, rpy_deg. Got: 3"),
         (ONE + "    pose: {xyz: [0, 0, a]}\n", "s.yaml:3: objects[0].pose.xyz[2] must be a valid number. Got: 'a'\n  mend: expected: origin [m]"),
-        (ONE + "contact: [1]\n", "s.yaml:3: contact must be a section with keys such as method, radius, collision_rate, whole_tool, spheres. Got: [1]"),
+        (ONE + "contact: [1]\n", "s.yaml:3: contact must be a section with keys such as method, radius, collision_rate, whole_tool, spheres, release. Got: [1]"),
         ("objects:\n  - mesh: a.stl\n    unit: feet\n", "s.yaml:3: objects[0].unit must be 'mm', 'cm', 'm' or 'in'. Got: 'feet'"),
         ("objects:\n  - {}\n", "s.yaml:2: objects[0]: an object is one of mesh, sdf, shape, plane,"),
         ("objects:\n  - {mesh: a, shape: organ}\n", "mesh and shape are given"),

@@ -26,6 +26,7 @@ def test_own_stl_in_five_lines():
 def test_defaults_are_those_of_the_core():
     scene, core, material = Scene.parse("objects: [{shape: organ}]"), _core.SimulationOptions(), _core.Material()
     assert scene.contact.radius == core.contact.radius == 0.002
+    assert scene.contact.release == core.contact.release == 0.05
     assert scene.stability.force_cap == core.stability.force_cap == 3.0
     assert scene.stability.rate_cap == core.stability.rate_cap == 50.0
     assert scene.stability.stale_after == core.stability.stale_after == 0.03

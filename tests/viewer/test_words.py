@@ -28,7 +28,7 @@ def test_every_bit_has_words_of_its_own(name):
 
 def test_the_cap_is_named_in_newtons_and_the_gravest_comes_first():
     said = in_words(tick((1 << BITS["kForceCapped"]) | (1 << BITS["kNotFinite"])), 3.0)
-    assert said == ["a number was not finite: the force ramps to zero", "force capped at 3 N"]
+    assert said == ["a number was not finite, or beyond a million: the force ramps to zero", "force capped at 3 N"]
 
 
 def test_nothing_to_say():

@@ -266,7 +266,7 @@ std::string Simulation::fault() {
   }
   std::ostringstream words;
   words << "at t = " << tick.t << " s";
-  words << ((status & kNotFinite) != 0 ? ", a number was not finite" : "");
+  words << ((status & kNotFinite) != 0 ? ", a number was not finite, or beyond a million" : "");
   words << ((status & kLeaderStale) != 0 ? ", the leader's state was older than stale_after or invalid" : "");
   words << ((status & kFollowerStale) != 0 ? ", the follower's state was older than stale_after or invalid" : "");
   words << ": the force went to zero, gravity stayed compensated. Last leader joints";

@@ -74,7 +74,7 @@ constexpr std::array kSignals = {
 #undef SIGNAL
 
 constexpr std::array kStatusWords = {
-    StatusWords{"not_finite", kNotFinite, "a number was not finite: the force ramps to zero"},
+    StatusWords{"not_finite", kNotFinite, "a number was not finite, or beyond a million: the force ramps to zero"},
     StatusWords{"leader_stale", kLeaderStale, "the leader is silent: the force ramps to zero"},
     StatusWords{"follower_stale", kFollowerStale, "the follower is silent: the force ramps to zero"},
     StatusWords{"not_following", kNotFollowing, "not following: the instrument stands still"},

@@ -14,7 +14,7 @@ enum Status : unsigned {
   kRateCapped = 1u << 1,     ///< the rate cap cut the force
   kLeaderStale = 1u << 2,    ///< leader state too old: force ramps to zero
   kFollowerStale = 1u << 3,  ///< follower state too old: force ramps to zero
-  kNotFinite = 1u << 4,      ///< a NaN or infinity was stopped: force ramps to zero
+  kNotFinite = 1u << 4,      ///< a NaN, infinity or state beyond a million was stopped: force ramps to zero
   kTorqueLimited = 1u << 5,  ///< a joint torque reached its drive limit
   kIkFailed = 1u << 6,       ///< the follower could not reach the goal: it holds
   kClutched = 1u << 7,       ///< pedal pressed
