@@ -1,4 +1,4 @@
-"""Was the motion as slow as the control law assumes (R22)?
+"""Was the motion as slow as the control law assumes?
 
 Eq 13 keeps tau = J^T F + G(q) of the arm's dynamics (Eq 9) and drops Lambda a + Gamma v. What is dropped, the hand
 feels beside the rendered force. The cycle estimates it at every tick (signal `F_neglected`, core/palpate/torque):

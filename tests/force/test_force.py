@@ -1,4 +1,4 @@
-"""The force law against its closed form (Eqs 6 and 8, R16)."""
+"""The force law against its closed form (Eqs 6 and 8)."""
 
 import numpy as np
 import pytest
@@ -25,7 +25,7 @@ def unit(v):
 @pytest.mark.parametrize("axis", range(3))
 @pytest.mark.parametrize("side", [1, -1])
 def test_along_each_axis_its_own_stiffness_and_damping(axis, side):
-    """R16: F_i = K_i d_i and B_i v_i within 0.1 %; here to rounding."""
+    """F_i = K_i d_i and B_i v_i within 0.1 %; here to rounding."""
     K, B = np.array([300.0, 400.0, 500.0]), np.array([5.0, 6.0, 7.0])
     n = side * np.eye(3)[axis]
     F, spring, damping = force(K, B, n, 0.004 * n, -0.1 * n)

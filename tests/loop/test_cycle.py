@@ -1,4 +1,4 @@
-"""The signals of Fig 3 are there and agree with each other (R15-R17, R22, R23)."""
+"""The signals of Fig 3 are there and agree with each other."""
 
 import numpy as np
 import pytest
@@ -43,7 +43,7 @@ def test_force_is_its_terms_and_exactly_zero_when_free(pressed):
 
 
 def test_spring_is_stiffness_times_deflection(pressed):
-    """R16 in the running loop."""
+    """F = K delta_x - B v, in the running loop (Eq 6)."""
     np.testing.assert_allclose(pressed["F_spring_W"], 400.0 * pressed["delta_x"], rtol=1e-3, atol=1e-12)
 
 
@@ -73,7 +73,7 @@ def test_force_torque_is_the_transposed_jacobian_by_finite_differences(pressed):
 
 
 def test_body_force_is_the_spatial_force_seen_from_the_handle(pressed):
-    """R17: norms are equal to 1e-12, and only the rotation of the handle is between the two."""
+    """Norms are equal to 1e-12, and only the rotation of the handle is between the two."""
     np.testing.assert_allclose(
         np.linalg.norm(pressed["F_H_H"], axis=1), np.linalg.norm(pressed["F_H_L"], axis=1), rtol=0, atol=1e-12
     )
@@ -82,7 +82,7 @@ def test_body_force_is_the_spatial_force_seen_from_the_handle(pressed):
 
 
 def test_turning_the_wrist_changes_the_body_force_only():
-    """R17: the same tool, the same contact, other wrist angles of the leader."""
+    """The same tool, the same contact, other wrist angles of the leader."""
     X_WB = options().X_WB
     X_WB[2, 3] -= 0.0145  # the sphere's centre 2.5 mm inside
     rows = []
@@ -111,7 +111,7 @@ def test_force_reaches_the_hand_in_the_leaders_frame(pressed):
 
 
 def test_the_load_cell_reads_the_commanded_force_at_rest():
-    """R18, within the arm's friction: Coulomb friction holds what it can."""
+    """Within the arm's friction: Coulomb friction holds what it can."""
     from palpate import _core
 
     path = _core.HandPath([0.1, 1.0], np.array([[0, 0, 0.012], [0, 0, -0.008]]))

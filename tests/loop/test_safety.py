@@ -1,4 +1,4 @@
-"""Whatever the arms say: the force on the hand is finite, capped, slow to change; gravity stays compensated (B1)."""
+"""Whatever the arms say: the force on the hand is finite, capped, slow to change; gravity stays compensated."""
 
 import math
 

@@ -65,7 +65,7 @@ def test_stiff_contacts_settle(K):
 
 
 def test_felt_stiffness_is_scale_times_stiffness():
-    """READINGS 10, measured: change of force on the hand per change of handle position, at rest."""
+    """Measured: change of force on the hand per change of handle position, at rest."""
     ends = []
     for depth in (0.004, 0.008):
         path = _core.HandPath([0.1, 0.8], np.array([[0, 0, HEIGHT], [0, 0, -depth]]))
@@ -208,7 +208,7 @@ def test_the_hand_drags_the_tool():
 
 
 def test_the_jaw_opens_and_closes_with_the_pinch():
-    """R2: from the hand's grip through encoder and mapping to the follower's jaw, never faster than the jaw's rate."""
+    """From the hand's grip through encoder and mapping to the follower's jaw, never faster than the jaw's rate."""
     path = _core.HandPath([0.1, 1.0, 2.0], np.tile([0, 0, HEIGHT], (3, 1)), [0.0, 1.0, 0.0])
     ticks = run(simulation(path=path), 3.0)
     o = _core.MappingOptions()

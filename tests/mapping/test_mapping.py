@@ -136,7 +136,7 @@ def test_forces_only_rotate_and_damping_sees_the_scaled_hand():
 
 
 def test_felt_stiffness_is_scale_times_stiffness():
-    """READINGS 10: F = K s dx_hand, so the hand feels s K."""
+    """F = K s dx_hand, so the hand feels s K."""
     m = make(scale=0.4)
     K = 500.0
     step(m, pose(), pose())

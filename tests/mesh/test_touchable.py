@@ -90,7 +90,7 @@ def test_noise_turns_the_force_as_the_rule_says(map_):
 
 
 def test_a_greater_radius_steadies_the_force_and_pushes_it_out(map_):
-    """READINGS: 'smooths, but results in a noisy deflection'. The deflection is steadier, and too large."""
+    """'Smooths, but results in a noisy deflection', says the paper. The deflection is steadier, and too large."""
     rows = [r for r in map_ if r["feature_mm"] == 16 and r["noise_mm"] == 0.5]
     for less, more in pairwise(rows):
         assert more["step_mN"] < less["step_mN"]

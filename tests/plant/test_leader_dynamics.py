@@ -130,7 +130,7 @@ def test_a_wrong_gravity_model_lets_the_arm_sink(mtm, frictionless, no_hand):
 
 @pytest.mark.parametrize("F", [(2, 0, 0), (0, -1.5, 0), (0, 0, 2.5), (-0.7, 1.1, 0.4)])
 def test_load_cell_reads_the_rendered_force_at_rest(mtm, frictionless, F):
-    """R18. Gravity of the present pose, J^T F of the present pose, 1.5 s to settle against the hand."""
+    """Gravity of the present pose, J^T F of the present pose, 1.5 s to settle against the hand."""
     leader = _core.Leader(mtm, frictionless, _core.HandOptions())
     leader.reset(Q0)
     X, wrench = mtm.fk(Q0), np.r_[F, 0, 0, 0]

@@ -1,4 +1,4 @@
-"""Fig 7 in the report, and the conditioning of the leader's Jacobian (R15, R30)."""
+"""Fig 7 in the report, and the conditioning of the leader's Jacobian."""
 
 import re
 

@@ -17,7 +17,7 @@ TOO_FAST, NO_CELL = STATUS["too_fast"][0], STATUS["no_load_cell"][0]
 @pytest.mark.parametrize("name", ["mtm_right", "six_axis", "delta"])
 @pytest.mark.parametrize("law", LAWS)
 def test_at_rest_the_hand_feels_what_is_rendered(law, name):
-    """R18: within 1 % on an arm without friction."""
+    """Within 1 % on an arm without friction."""
     b = bench(law, name=name)
     F = np.array([1.2, -0.8, 1.5, 0, 0, 0])
     for _ in range(3000):
@@ -67,7 +67,7 @@ def swing(b, f, A, seconds=1.0):
 
 
 def test_slow_is_silent_and_fast_is_told():
-    """R22: the estimate is the inertia that was really there."""
+    """The estimate is the inertia that was really there."""
     slow, seen = swing(bench(), 0.5, 0.01)
     assert slow < 0.3
     assert not seen & TOO_FAST

@@ -42,7 +42,7 @@ def test_torque_and_force_deliver_the_same_power(mtm, options, states):
 
 
 def test_paper_mode_commands_no_wrist_torque(mtm, options, states):
-    """Section 2.3 of the paper (READINGS 7): exactly zero, gravity and platform included."""
+    """Section 2.3 of the paper: exactly zero, gravity and platform included."""
     options.mode, options.platform_gain, options.limits.gain = "paper", 1.0, 0.5
     options.friction.gain, options.friction.coulomb, options.friction.viscous = 0.8, np.ones(7), np.ones(7)
     for law in ("stiffness", "impedance", "admittance"):

@@ -1,4 +1,4 @@
-// The paper's Algorithm 1, line by line (READINGS 8). collision_method.hpp runs it at two rates.
+// The paper's Algorithm 1, line by line. collision_method.hpp runs it at two rates.
 //
 //   1 while collision
 //   2   p_i, i = 1..z <= 15                     collision points (coal_surface.hpp)

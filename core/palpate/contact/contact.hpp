@@ -20,7 +20,7 @@ struct Contact {
   int object = -1;              ///< index into the snapshot
   Vec3 p_proxy = Vec3::Zero();  ///< centre of the proxy sphere P, on or outside the surface [m]
   Vec3 normal = Vec3::Zero();   ///< unit, out of the obstacle
-  Vec3 delta_x = Vec3::Zero();  ///< p_proxy - p_tool, out of the obstacle (READINGS 1) [m]
+  Vec3 delta_x = Vec3::Zero();  ///< p_proxy - p_tool, out of the obstacle (Eq 6, Fig 3) [m]
   double depth = 0.0;           ///< delta_x . normal [m]
 
   // What a Tool adds (tool.hpp).

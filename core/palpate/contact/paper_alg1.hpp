@@ -1,4 +1,4 @@
-// Method `paper-alg1`: the paper's Algorithm 1 as it is written (READINGS 8).
+// Method `paper-alg1`: the paper's Algorithm 1 as it is written.
 //
 // Its normal is the sum of the collision points' own normals: what section 3.1 calls "adjusted" normals and rejects.
 #pragma once

@@ -1,4 +1,4 @@
-// Method `paper-plane`: the paper's section 3.3, Eqs 18-20 in three dimensions (READINGS 9).
+// Method `paper-plane`: the paper's section 3.3, Eqs 18-20 in three dimensions.
 //
 //   n . v_c = 0     (19)  contact points move along the surface: a plane is grown through three of them or more
 //   n . x_n >= 0    (20)  of its two normals the one on the side of the last good normal x_n: "locally convex"

@@ -1,4 +1,4 @@
-// Stage `force`: what the touched surfaces do to the tool (Eqs 6-8, Algorithm 1 lines 7-9, READINGS 1 and 8).
+// Stage `force`: what the touched surfaces do to the tool (Eqs 6-8, Algorithm 1 lines 7-9).
 #pragma once
 
 #include <array>
@@ -37,7 +37,7 @@ struct ForceTerms {
 /// dissipative. A surface pushes, never pulls: damping on the way out stops at the spring's force.
 /// No contact: exactly zero.
 ///
-/// V_WT: twist of the tool in W (the handle's, mapped: collocated damping, READINGS 1). As the velocity of each sphere
+/// V_WT: twist of the tool in W (the handle's, mapped: collocated damping). As the velocity of each sphere
 /// is that of a tool held by this twist, the damping's power on it, F . v + torque . w, is never positive.
 [[nodiscard]] ForceTerms step(const contact::ContactSet& contacts, const Twist& V_WT, double stiffness_scale,
                               double damping_scale) noexcept;

@@ -6,7 +6,7 @@
 namespace palpate::mapping {
 
 struct Options {
-  double scale = 0.5;  ///< tool motion per hand motion [-]; felt stiffness = force_scale * scale * K (READINGS 10)
+  double scale = 0.5;          ///< tool motion per hand motion [-]; felt stiffness = force_scale * scale * K
   double force_scale = 1.0;    ///< force on the hand per force on the tool [-]
   double align_rate = 0.5;     ///< how fast an orientation offset of engaging decays [rad/s]; 0 keeps it
   double gripper_min = 0.0;    ///< pinch of a closed jaw [rad]
@@ -50,7 +50,7 @@ class Mapping {
 
   Output step(const Input& in) noexcept;
   /// Force on the hand in L that renders a force on the tool in W: F_H_L = force_scale R_LW F_T_W. Free vectors
-  /// only rotate (READINGS 2).
+  /// only rotate.
   [[nodiscard]] Vec3 force_on_hand(const Vec3& F_T_W) const noexcept;
   /// The same of a wrench about the tool tip, about the handle's origin. The hand turns as far as the tool but moves
   /// 1/scale as far, so a moment is force_scale / scale times the tool's: then the hand's port is the tool's port times

@@ -20,7 +20,7 @@ struct Cartesian {
 
 /// Of the first `joints` joints, the others held. rotor: added to the diagonal of M (n,). G: gravity (n,).
 /// A direction heavier than `heaviest` [kg] (rotation: times 0.1 m squared) is one in which the arm can hardly move:
-/// Lambda's eigenvalue is cut there, as a damped inverse does, and `singular` says so (READINGS 6).
+/// Lambda's eigenvalue is cut there, as a damped inverse does, and `singular` says so.
 template <int m>
 [[nodiscard]] Cartesian<m> cartesian(const arm::Dynamics& d, const JointVector& rotor, const JointVector& G,
                                      Eigen::Index joints, double heaviest) noexcept;
