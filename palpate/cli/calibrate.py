@@ -122,5 +122,44 @@ class Export:
         return export_dvrk(self)
 
 
+@dataclass
+class Dynamics:
+    """An arm's full dynamics from moving recordings: links, friction, rotors, springs; every link could exist.
+
+    examples:
+      palpate calibrate dynamics one.csv --arm mtm --out mtm.yaml --test two.csv
+      palpate calibrate dynamics one.csv two.csv --arm psm --out psm.yaml --json fit.json
+
+    A recording is a CSV of q, dq, tau of all drives, or all joints (rad, rad/s, N m), evenly sampled; docs/dynamics.md
+    tells which drives. What the model file is for: a load (palpate.calibrate.payload), and the force that a session
+    estimates (force.dynamics in a scene).
+    """
+
+    train: Positional[tuple[Path, ...]]
+    """Moving recordings to learn from (CSV)."""
+    arm: str
+    """Which arm was recorded: mtm, mtml, mtmr, psm, or a model file."""
+    out: Annotated[Path, arg(metavar="MODEL.yaml")]
+    """The model file to write."""
+    test: Annotated[Path | None, arg(metavar="OTHER.csv")] = None
+    """Another motion to judge on."""
+    json: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write the figures as JSON (docs/json.md); - for the standard output."""
+    at: Literal["drives", "joints"] = "drives"
+    """Where the columns were measured: at the motors, as the published recordings, or at the joints (ROS)."""
+    rate: float = 200.0
+    """Samples a second of the recordings [Hz]."""
+    cutoff: float = 2.0
+    """Of the filter that both sides of the comparison go through [Hz]."""
+    force: bool = False
+    """Overwrite what is there."""
+
+    def __call__(self) -> int:
+        """Do it."""
+        from palpate.cli.dynamics import dynamics
+
+        return dynamics(self)
+
+
 #: A calibration is a dataclass here and its name in this table.
-COMMANDS: dict[str, type] = {"gravity": Gravity, "hand": Hand, "import": Import, "export": Export}
+COMMANDS: dict[str, type] = {"gravity": Gravity, "dynamics": Dynamics, "hand": Hand, "import": Import, "export": Export}

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from palpate import _core
+from palpate.scene.force import Presence
 from palpate.scene.leader import ArmName, LeaderSection
 from palpate.scene.solids import (
     SOLIDS,
@@ -103,6 +104,8 @@ class ObjectSection(Section):
     """where it feels otherwise; a later one lies over an earlier one"""
     motion: Motions = ()
     """how it moves: one motion, or a list of them that add up; it rests when left out"""
+    presence: Presence = "both"
+    """virtual: felt by the contact stage; real: met by the tool of a follower with drives (force.source)"""
 
     @model_validator(mode="after")
     def _whole(self) -> ObjectSection:
@@ -140,18 +143,6 @@ class ContactSection(Section):
     """more spheres of your own"""
     release: Positive = _C.contact.release
     """proxy: deflection at which a tool that went through a closed object is free [m]"""
-
-
-class ForceSection(Section):
-    """Where the force on the tool that the hand feels comes from."""
-
-    source: Literal["contact", "estimate", "both"] = "contact"
-    """contact: the virtual surfaces; estimate: the follower's drive torques, what its tool really touches (simulated:
-    the objects push a follower with drives and weight); both: their sum"""
-    bandwidth: Positive = _C.estimate.bandwidth
-    """of the estimate's momentum observer [Hz]"""
-    dead_band: NotNegative = _C.estimate.dead_band
-    """estimated forces below it are not felt: friction that the model does not know [N]"""
 
 
 class TorqueSection(Section):

@@ -12,7 +12,7 @@ import yaml
 from palpate import _core
 from palpate.calibrate.gravity_model import GravityModel
 from palpate.errors import PalpateWarning, RecordingError, SceneError
-from palpate.scene import arms, gains, hand, surface, tool
+from palpate.scene import arms, force, gains, hand, surface, tool
 from palpate.scene.scene import Scene
 from palpate.surfaces import DistanceGrid
 
@@ -49,11 +49,7 @@ class Rig:
         if not self.arms.leader.orients:
             o.mapping.align_rate = 0.0  # its handle does not turn: the tool keeps its orientation
         _fill(o.follower, scene.arms.follower, "bandwidth")
-        o.source = scene.force.source
-        o.follower.driven = scene.force.source != "contact"  # only drives with torques have something to tell
-        _fill(o.estimate, scene.force, "bandwidth", "dead_band")
-        drives = o.follower.drives
-        _fill(o.estimate, drives, "coulomb", "viscous", "rotor_inertia")
+        force.fill(o, scene, self.arms.follower)
         o.X_WL, o.X_WB = self.arms.X_WL, self.arms.X_WB
         o.q_leader0, o.q_follower0 = self.arms.q_leader0, self.arms.q_follower0
         return o
@@ -119,6 +115,9 @@ class Rig:
             file = self.scene.gravity_path(key)
             if absolute and file is not None:
                 arms["leader"][key] = str(file.resolve())
+        identified = self.scene.dynamics_path()
+        if absolute and identified is not None:
+            data["force"]["dynamics"] = str(identified.resolve())
         arms["leader"] |= {"base": _pose(self.arms.X_WL), "start": self.arms.q_leader0.tolist()}
         X_WT = self.arms.X_WB @ self.arms.follower.fk(self.arms.q_follower0)
         arms["follower"] |= {"base": _pose(self.arms.X_WB), "start": _pose(X_WT)}
@@ -167,6 +166,7 @@ def build(scene: Scene) -> Rig:
         SceneError, MeshError, SurfaceError: what is wrong, where, why, and how to mend it.
     """
     gains.check_stiffness(scene)
+    force.check_presence(scene)
     placed = surface.placed(scene)
     for thing in placed:
         if isinstance(thing.body, DistanceGrid) and thing.body.spacing.max() > scene.contact.radius:

@@ -14,10 +14,10 @@ from palpate import _core
 from palpate.arm import NAMES, Arm
 from palpate.errors import ArmError, SceneError
 from palpate.scene import explain, presets, text
+from palpate.scene.force import ForceSection
 from palpate.scene.model import (
     ArmsSection,
     ContactSection,
-    ForceSection,
     MappingSection,
     ObjectSection,
     RatesSection,
@@ -149,6 +149,11 @@ class Scene(Section):
         """File of ``arms.leader.gravity_model`` or ``plant_gravity_model``, as `path_of`; None when there is none."""
         value: str | None = getattr(self.arms.leader, key)
         return None if value is None else self._path(value, self.where("arms", "leader", key))
+
+    def dynamics_path(self) -> Path | None:
+        """File of ``force.dynamics``, as `path_of`; None when there is none."""
+        value = self.force.dynamics
+        return None if value is None else self._path(value, self.where("force", "dynamics"))
 
     def _path(self, value: str, where: str) -> Path:
         """A file the scene names: variables replaced, relative to the scene's folder."""

@@ -64,6 +64,8 @@ def snapshot(scene: Scene, surfaces_W: list[Surface]) -> _core.Snapshot:
                 tissue.material(thing),
                 tissue.regions(thing),
                 tissue.motion(thing, placed_one.bounds.mean(axis=0)),
+                is_virtual=thing.presence != "real",
+                is_real=thing.presence != "virtual",
             )
         )
     return _core.Snapshot(objects)

@@ -5,7 +5,17 @@ from __future__ import annotations
 from importlib import import_module
 
 #: A study is a file here and its name in this list.
-NAMES: tuple[str, ...] = ("certificate", "contact", "drift", "figure12", "geometry", "laws", "passivity", "radius")
+NAMES: tuple[str, ...] = (
+    "certificate",
+    "contact",
+    "drift",
+    "figure12",
+    "force",
+    "geometry",
+    "laws",
+    "passivity",
+    "radius",
+)
 
 
 def commands() -> dict[str, type]:

@@ -2,8 +2,12 @@
 
 import numpy as np
 import pytest
+import yaml
 
-from palpate.errors import SceneError
+from palpate.arm import Arm
+from palpate.calibrate.drives import drive_train
+from palpate.calibrate.dynamics import Dynamics, to_data
+from palpate.errors import PalpateWarning, SceneError
 from palpate.record.ticks import as_ticks
 from palpate.scene import Scene
 from palpate.scene.rig import build
@@ -13,6 +17,7 @@ objects: [{box: {size: [0.2, 0.2, 0.06]}, stiffness: 400, damping: 2}]
 operator: {palpate: {force: 2.0, approach: 0.8, press: 0.6, slide: 1.0, leave: 0.6}}
 force: {source: %s}
 """
+pytestmark = pytest.mark.filterwarnings("ignore:.*felt twice")  # the sum of two like forces is what is judged
 
 
 @pytest.fixture(scope="module")
@@ -67,3 +72,41 @@ def test_ideal_joints_have_nothing_to_tell():
     scene = Scene.parse(WALL % "estimate" + "arms: {follower: {bandwidth: 0}}\n")
     with pytest.raises(SceneError, match="ideal joints have no torque"):
         build(scene).simulation()
+
+
+def test_an_object_that_nobody_feels_is_refused_and_one_felt_twice_is_told():
+    text = "objects: [{name: wall, plane: {}, presence: %s}]\nforce: {source: %s}\n"
+    for presence, source in (("real", "contact"), ("virtual", "estimate")):
+        with pytest.raises(SceneError, match=f"'wall' is {presence} alone and force.source is '{source}'"):
+            build(Scene.parse(text % (presence, source)))
+    with pytest.warns(PalpateWarning, match="'wall' is felt twice"):
+        build(Scene.parse(text % ("both", "both")))
+
+
+def test_dynamics_of_a_scene_are_read_or_refused(tmp_path):
+    """A follower believed to be heavier than it is feels its own weight; files that do not fit are told."""
+    arm = Arm.psm()
+    drives = arm.follower_options().drives
+    known = {"coulomb": drives.coulomb, "viscous": drives.viscous, "rotor": drives.rotor_inertia}
+    names = [t.name.rpartition("_") for t in drive_train(arm, "joints").terms]
+    theta = [known[kind][int(joint) - 1] if kind in known else 0.0 for kind, _, joint in names]
+    heavy = Dynamics(arm, 1.3 * arm.inertial_parameters, np.array(theta), "joints")
+    (tmp_path / "psm.yaml").write_text(yaml.safe_dump(to_data(heavy)))
+    text = (WALL % "estimate").replace("force: {", "force: {dynamics: psm.yaml, ")
+    (tmp_path / "scene.yaml").write_text(text)
+    rig = build(Scene.load(tmp_path / "scene.yaml"))
+    np.testing.assert_array_equal(rig.options().estimate.links, heavy.pi)
+    assert build(Scene.parse(WALL % "estimate")).options().estimate.links.size == 0
+    t = as_ticks(rig.simulation().run(200))
+    q = t["q_follower"][-1][:6]
+    W, J = np.diag(arm.tau_max**-2.0), arm.jacobian(q)[:3]
+    F = np.linalg.solve(J @ W @ J.T + 1e-6 * np.eye(3), J @ W @ (0.3 * arm.gravity(q)))
+    told = rig.arms.X_WB[:3, :3].T @ t["F_estimate_W"][-1]
+    assert told[2] == pytest.approx(F[2], abs=drives.coulomb[2])  # a slow joint hides its dry friction
+    for content, why in (("{", "no YAML"), ("a: 1", "not a dynamics model"), (None, "cannot be read")):
+        if content is None:
+            (tmp_path / "psm.yaml").unlink()
+        else:
+            (tmp_path / "psm.yaml").write_text(content)
+        with pytest.raises(SceneError, match=why):
+            build(Scene.load(tmp_path / "scene.yaml"))
