@@ -13,6 +13,7 @@ constexpr double kFade = 0.06;            // [s] from full force to none once th
 
 Drive::Drive(LeaderDriveOptions options)
     : options_(std::move(options)),
+      random_(options_.seed),
       line_(static_cast<std::size_t>(std::ceil((options_.delay + options_.jitter) / kShortestPeriod)) + 2) {
   reset();
 }

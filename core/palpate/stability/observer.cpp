@@ -77,8 +77,10 @@ double Observer::held(const Wrench& F, double from, double to) const noexcept {
 }
 
 double Observer::in_flight() const noexcept {
-  double sum = 0.0, to = delay_;
-  for (std::size_t i = 0; to > 1e-9 * dt_; ++i, to -= dt_) {
+  double sum = 0.0;
+  const auto count = static_cast<std::size_t>(std::ceil(delay_ / dt_ - 1e-9));
+  for (std::size_t i = 0; i < count; ++i) {
+    const double to = delay_ - static_cast<double>(i) * dt_;
     sum += held(line_.before(i), std::max(to - dt_, 0.0), to);
   }
   return sum;
