@@ -180,8 +180,8 @@ class Bench:
     """
 
     what: Positional[Literal["loop", "contact", "sweep"]]
-    """loop: compute time, real-time factor, lateness; contact: the table of shapes and methods; sweep: 10,000 wall runs
-    on one core and on all."""
+    """loop: compute time, real-time factor, lateness; contact: the table of shapes and methods; sweep: many wall
+    runs on one core and on all."""
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the figures as JSON (docs/json.md); - for the standard output."""
     huge: bool = False

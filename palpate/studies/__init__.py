@@ -15,6 +15,7 @@ NAMES: tuple[str, ...] = (
     "laws",
     "passivity",
     "radius",
+    "zwidth",
 )
 
 

@@ -96,4 +96,6 @@ def _trace(axes: Axes, trace: Trace, first: bool) -> None:
     axes.set_xlabel("time [s]")
     if first:
         axes.set_ylabel("force [N]")
+        low, high = axes.get_ylim()
+        axes.set_ylim(low - 0.35 * (high - low), high)  # room for the legend
         axes.legend(loc="lower left", bbox_to_anchor=(0, -0.02))

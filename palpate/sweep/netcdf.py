@@ -62,6 +62,7 @@ def _variable(
         dimensions = (*dimensions, dimension)
     variable = out.createVariable(name, array.dtype, dimensions)
     variable[...] = array
-    for key, text in (("units", unit), ("long_name", words)):
+    encoding = "utf-8" if array.dtype.kind == "S" else ""  # as xarray and netCDF4 ask for it
+    for key, text in (("units", unit), ("long_name", words), ("_Encoding", encoding)):
         if text:
             setattr(variable, key, text)

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import pytest
 import sweep_points
@@ -9,7 +10,7 @@ from rich.table import Table
 from scipy.io import netcdf_file
 
 from palpate.errors import JournalError, MissingExtraError, OutputError
-from palpate.studies import command
+from palpate.studies import command, commands
 from palpate.sweep import Axis
 
 GRID = {"k": Axis([1, 3], "mm", "a length")}
@@ -78,3 +79,12 @@ def test_what_is_missing_is_told_before_the_work(here, monkeypatch):
         Study()()
     with pytest.raises(OutputError):
         Study(json=here)()
+
+
+def test_every_study_is_such_a_command_and_is_on_the_page():
+    page = (Path(__file__).resolve().parents[2] / "docs" / "studies.md").read_text()
+    for name, study in commands().items():
+        assert issubclass(study, command.Command)
+        assert study().name == name
+        assert f"  palpate study {name}" in study.__doc__
+        assert f"| `{name}` |" in page

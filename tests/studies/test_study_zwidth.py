@@ -1,0 +1,66 @@
+"""`palpate study zwidth`: the map agrees with the roots of the loop, the MTM's numbers with its dynamics."""
+
+from dataclasses import replace
+from functools import partial
+
+import json_contract
+import numpy as np
+import pytest
+
+from palpate.arm import Arm
+from palpate.hands import PRESETS
+from palpate.studies import zwidth
+from palpate.studies.laws_figures import handle_mass
+from palpate.studies.zwidth_figure import draw
+from palpate.sweep import sweep
+
+
+@pytest.fixture(scope="module")
+def found():
+    device = replace(zwidth.mtm(), hand=PRESETS["relaxed"])
+    return zwidth.run(device, (1000.0,), (0.0, 5e-3), partial(sweep, executor="serial"), points=(12, 4))
+
+
+def test_the_mtm_along_one_axis_is_what_its_dynamics_say():
+    device, arm = zwidth.mtm(), Arm.mtm("right")
+    assert device.mass == pytest.approx(handle_mass(), rel=0.05)  # that one caps what a singularity weighs at 20 kg
+    J, step = arm.jacobian(arm.home), arm.leader_options().encoder_step
+    for motor in range(arm.n):  # a count of any motor moves the handle by no more
+        moved = arm.leader_options().coupling[:, motor] * step[motor]
+        there = arm.fk(arm.home + moved)[1, 3] - arm.fk(arm.home)[1, 3]
+        assert abs(there) <= device.quantum * (1 + 1e-3)
+    assert np.linalg.matrix_rank(J) == 6
+    assert 0.1 < device.friction < 1.0  # what a hand feels of an MTM: some tenths of a newton
+    assert 0.1 < device.damping < 10.0
+
+
+def test_simulated_walls_keep_to_the_boundary(found):
+    """Stable below it, oscillating above it; between two walls of the map is a factor of two."""
+    checked = 0
+    for panel in found["panels"]:
+        line = np.array([np.inf if k is None else k for k in panel["boundary_N_per_m"]])
+        boundary = np.interp(panel["B_N_s_per_m"], panel["line_B_N_s_per_m"], line)
+        for row, limit in zip(panel["stable"][:3], boundary, strict=False):
+            for stable, K in zip(row, panel["K_N_per_m"], strict=True):
+                if not 0.9 < K / limit < 1.1:
+                    assert stable == (limit > K)
+                    checked += 1
+    assert checked > 60
+
+
+def test_delay_costs_stiffness_and_passive_walls_are_stable(found):
+    at_once, late = (zwidth.largest(panel) for panel in found["panels"])
+    assert (late[:3] < 0.3 * at_once[:3]).all()
+    for panel, largest in zip(found["panels"], (at_once, late), strict=True):
+        assert max(panel["colgate_brown_N_per_m"]) < largest.max()
+        b, T = found["device"]["damping_SI"], 1e-3
+        passive = (b - panel["line_B_N_s_per_m"][0]) / (T / 2 + panel["delay_s"])
+        assert panel["colgate_brown_N_per_m"][0] == pytest.approx(passive)
+
+
+def test_keys_table_and_picture(found, tmp_path):
+    assert set(found) == json_contract.keys("study zwidth")
+    documented = json_contract.keys_of("study zwidth", "A panel:") - {"null"}
+    assert set(found["panels"][0]) == documented
+    assert len(zwidth.table(found).rows) == 2
+    assert 5_000 < draw(found, tmp_path).stat().st_size < 150_000

@@ -1,0 +1,22 @@
+"""The script in docs/studies.md runs as it stands."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+from scipy.io import netcdf_file
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "studies.md"
+
+
+def test_the_example_of_the_page(tmp_path):
+    (script,) = re.findall(r"```python\n(# my_sweep.py\n.*?)```", PAGE.read_text(), re.S)
+    (tmp_path / "my_sweep.py").write_text(script)
+    run = subprocess.run([sys.executable, "my_sweep.py"], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert run.returncode == 0, run.stderr
+    with netcdf_file(tmp_path / "pressed.nc", mmap=False) as file:
+        assert file.variables["peak"].data.shape == (10, 3, 20)
+        assert (file.variables["peak"].data > 0).all()
+        assert 0 < file.variables["oscillates"].data.mean() < 1
+    assert (tmp_path / "pressed.csv").read_text().count("\n") == 601
