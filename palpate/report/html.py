@@ -15,7 +15,7 @@ from palpate.arm import Arm
 from palpate.errors import MissingExtraError, OutputError, PalpateError
 from palpate.record.reader import Record
 from palpate.record.ticks import STATUS
-from palpate.report import elements, imperfections, touches
+from palpate.report import elements, energy, imperfections, touches
 from palpate.report.assumptions import FAST_FORCE, SlowMotion, slow_motion
 from palpate.report.diagram import diagram, signal_table
 from palpate.report.run import Run
@@ -89,7 +89,7 @@ def report(record: Record) -> str:
         f"<section><h2>What touched what</h2><p>{_TOUCHES}</p>"
         f"{touches.table(run.ticks, run.sphere_names, run.object_names, record.rate)}</section>",
         figure("The same force in two frames", _FRAMES, figures.frames),
-        figure("Energy ledger", _ENERGY, figures.energy),
+        figure("Energy ledger", energy.words(run), figures.energy),
     ]
     if not record.deterministic and np.isfinite(run.ticks["cycle_us"]).any():
         parts.append(figure("Time", _timing_words(run, summary), figures.timing))
@@ -135,11 +135,6 @@ _ELEMENTS = (
 _FRAMES = (
     "Turning the wrist changes the components in the handle, never those in the base: the forces are one and the "
     "same arrow. The paper draws the first green, the second red."
-)
-_ENERGY = (
-    "What the rendered force took from the hand, and where it went. The first curve staying above zero means that "
-    "the surface never pushed by itself. The rest is what springs, damping and caps do not explain: friction of the "
-    "surface, and small errors of sampling."
 )
 
 

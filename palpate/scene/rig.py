@@ -12,6 +12,7 @@ import yaml
 from palpate import _core
 from palpate.calibrate.gravity_model import GravityModel
 from palpate.errors import PalpateWarning, RecordingError, SceneError
+from palpate.hands import PRESETS
 from palpate.scene import arms, force, gains, hand, surface, tool
 from palpate.scene.scene import Scene
 from palpate.surfaces import DistanceGrid
@@ -67,7 +68,7 @@ class Rig:
     def _stability(self, o: _core.SimulationOptions) -> _core.StabilityOptions:
         """Stability options. The layer knows encoders, mean delay, and a share of the friction in the model file."""
         section, s = self.scene.stability, _core.StabilityOptions()
-        _fill(s, section, *(set(type(section).model_fields) - {"known_delay", "friction_share"}))
+        _fill(s, section, *(set(type(section).model_fields) - {"known_delay", "friction_share", "acceleration"}))
         mean_delay = o.loop_delay + 0.5 * o.loop_jitter + o.leader.drive_lag
         s.delay = mean_delay if section.known_delay is None else section.known_delay
         certain, A = max(section.friction_share - self.scene.torque.friction_gain, 0.0), o.leader.coupling
@@ -76,7 +77,11 @@ class Rig:
         friction.coulomb, friction.viscous = certain * known.coulomb, certain * known.viscous
         friction.quantum = np.abs(A) @ step
         s.friction = friction
-        J = self.arms.leader.jacobian(self.arms.q_leader0)[:3]
+        leader, q = self.arms.leader, self.arms.q_leader0
+        J, M = leader.jacobian(q)[:3], leader.mass_matrix(q) + np.diag(o.leader.rotor_inertia)
+        lightest = 1.0 / float(np.linalg.eigvalsh(J @ np.linalg.solve(M, J.T)).max())  # of the handle, any direction
+        thrown = section.force_cap / (lightest + PRESETS["relaxed"].mass)
+        s.acceleration = section.acceleration or max(s.acceleration, thrown)
         s.quantum = float(np.linalg.norm((J @ A) * step, axis=0).max())
         return s
 

@@ -37,8 +37,9 @@ class StabilitySection(Section):
     """what the layer knows of the loop's delay; all of it when left out [s]"""
     friction_share: Share = 0.5
     """share of the arm's own friction that surely is there, beside what torque.friction_gain takes off [-]"""
-    acceleration: Positive = _S.acceleration
-    """nobody snatches the handle away faster than this [m/s^2]"""
+    acceleration: Positive | None = None
+    """the handle is snatched away no faster than this; when left out 5 m/s^2, or more where force_cap throws a handle
+    that is held by 50 g of a relaxed hand faster than that [m/s^2]"""
     angular_acceleration: Positive = _S.angular_acceleration
     """nor turns it faster [rad/s^2]"""
     coupling_stiffness: NotNegative = _S.coupling_stiffness

@@ -23,7 +23,9 @@ from rich.console import Console, RenderableType
 from rich.table import Table
 
 from palpate import _core
-from palpate.hands import PRESETS
+from palpate.certificate.certificate import SURE
+from palpate.certificate.device import Device
+from palpate.hands import PRESETS, Hand
 from palpate.studies.command import Findings, SweepCommand
 from palpate.sweep import Axis
 
@@ -32,10 +34,11 @@ Array = NDArray[np.float64]
 BOUND = 1e-3  # the port's energy may not fall below minus this [J]
 CHANGED = 0.01  # of the largest force without the layer
 FRICTION_SHARE = 0.5  # of the true friction, that the layer counts on
-SECONDS = 3.0  # of a run
-MODES = ("observer", "tank")
+LIGHTEST = PRESETS["relaxed"].mass  # of a hand, that the layer counts on [kg]
+SECONDS = 4.0  # of a run
+MODES = ("observer", "tank", "alone")  # alone: an observer that counts nothing of the device
 _DEPTH, _AWAY = 0.012, 0.020  # farthest that the hand wants to go into the wall, and out of it [m]
-_STROKE = (0.25, 1.0)  # duration of a stroke [s]
+_STROKE = (0.25, 0.8)  # duration of a stroke [s]
 _REST = 0.2  # longest rest between two [s]
 
 
@@ -47,13 +50,22 @@ class Case:
     path: list[float]
     """Where the hand wants to be at each cycle [m]; the wall is at x > 0."""
 
+    @property
+    def certified(self) -> bool:
+        """Is the wall stable with this very hand, by the linear part of the certificate, with its margin?"""
+        a = self.axis
+        hand = Hand("its", a.hand_mass, a.hand_damping, a.hand_stiffness)
+        device = Device(a.mass, a.damping, a.rate, a.delay, 0.0, a.velocity_cutoff, a.quantum, a.coulomb, hand)
+        return bool(SURE * device.loop(hand).K_max(a.B)[0] >= a.K)
+
     def options(self, mode: str) -> _core.StabilityOptions:
         """The layer, with what a device knows."""
         o, a = _core.StabilityOptions(), self.axis
-        o.passivity, o.delay, o.quantum = mode, a.delay, a.quantum  # type: ignore[assignment]
-        friction = _core.CertainFriction()
-        friction.coulomb = np.array([FRICTION_SHARE * a.coulomb])
-        friction.viscous = np.array([FRICTION_SHARE * a.damping])
+        o.passivity = "observer" if mode == "alone" else mode  # type: ignore[assignment]
+        o.delay, o.quantum = a.delay, a.quantum
+        o.acceleration = max(o.acceleration, o.force_cap / (a.mass + LIGHTEST))  # the force throws a light handle
+        friction, share = _core.CertainFriction(), 0.0 if mode == "alone" else FRICTION_SHARE
+        friction.coulomb, friction.viscous = np.array([share * a.coulomb]), np.array([share * a.damping])
         friction.quantum = np.array([a.quantum])
         o.friction = friction
         return o
@@ -85,16 +97,21 @@ def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
 
 
 def strokes(rng: np.random.Generator, n: int, dt: float) -> list[float]:
-    """A path in and out of the wall: strokes of least jerk (Flash and Hogan 1985) between random places, with rests."""
+    """A path in and out of the wall: strokes of least jerk (Flash and Hogan 1985) between random places, with rests.
+
+    The last quarter it rests, most often inside the wall: what swings then, swings by itself.
+    """
     x, path = -_AWAY * rng.uniform(0.2, 1.0), [np.zeros(0)]
-    done = 0
-    while done < n:
-        goal = rng.uniform(-_AWAY, _DEPTH)
+    done, last = 0, False
+    while not last:
+        last = done > 0.25 * n
+        goal = rng.uniform(-0.2 * _DEPTH if last else -_AWAY, _DEPTH)
         s = np.linspace(0.0, 1.0, max(2, round(rng.uniform(*_STROKE) / dt)))
         path.append(x + (goal - x) * s**3 * (10.0 - 15.0 * s + 6.0 * s**2))
         path.append(np.full(round(rng.uniform(0.0, _REST) / dt), goal))
         x, done = goal, done + len(path[-1]) + len(path[-2])
-    return [float(v) for v in np.concatenate(path)[:n]]
+    whole = np.concatenate([*path, np.full(n, x)])
+    return [float(v) for v in whole[:n]]
 
 
 def port(axis: _core.AxisOptions, rows: Array) -> tuple[Array, Array]:
@@ -112,15 +129,22 @@ def passive(axis: _core.AxisOptions) -> bool:
 def silent(axis: _core.AxisOptions, o: _core.StabilityOptions, force: float, speed: float) -> bool:
     """Is the layer bound to be silent, for a hand no faster and forces no larger than these [m/s], [N]?
 
-    The wall is passive, no cap acts, and the spring's energy pays for taking any force back at any speed:
-    F^2 / 2K + allowance >= cost of F (docs/stability.md).
+    The wall is passive, no cap acts, and the spring pays (docs/stability.md).
     """
     if not passive(axis) or force > o.force_cap or axis.K * speed + axis.B * 2 * speed * axis.rate > o.rate_cap:
         return False
-    t, a = axis.delay + 1.0 / axis.rate, o.acceleration
-    older = 0.5 * a / axis.rate  # of the velocity
+    return pays(axis.K, o, force, speed, axis.rate)
+
+
+def pays(K: float, o: _core.StabilityOptions, force: float, speed: float, rate: float = 1000.0) -> bool:
+    """Does the energy of a spring K [N/m] pay for taking its force back, for every force and speed up to these?
+
+    F^2 / 2K + allowance >= cost of F held until delay + T, and of its ramp to zero after that.
+    """
+    t, a = o.delay + 1.0 / rate, o.acceleration
+    older = 0.5 * a / rate  # of the velocity
     return all(
-        F**2 / (2.0 * axis.K) + o.allowance
+        F**2 / (2.0 * K) + o.allowance
         >= _core.held_cost(F, u + older, a, 0.0, t) + _core.ramp_cost(F, u + older, a, t, o.rate_cap)
         for F in np.linspace(0.0, force, 16)[1:]
         for u in np.linspace(0.0, speed, 5)
@@ -133,9 +157,11 @@ def experiment(point: dict[str, Any], seed: int) -> dict[str, Any]:
     a, o = one.axis, one.options("observer")
     off, rows = one.run("off")
     force, speed = float(np.abs(rows[:, 3]).max()), float(np.abs(rows[:, 2]).max())
+    calm = force < 0.999 * o.force_cap and float(np.abs(np.diff(rows[:, 3])).max()) < 0.999 * o.rate_cap / a.rate
     found: dict[str, Any] = {
         "K_N_per_m": a.K, "B_N_s_per_m": a.B, "delay_s": a.delay, "rate_Hz": a.rate, "case_seed": seed,
-        "passive": passive(a), "silent": silent(a, o, force, speed), "force_N": force, "speed_m_s": speed,
+        "passive": passive(a), "certified": one.certified, "calm": calm,
+        "silent": silent(a, o, force, speed), "force_N": force, "speed_m_s": speed,
         "off": outcome(a, off, rows, rows),
     }  # fmt: skip
     for mode in MODES:
@@ -161,8 +187,9 @@ def summed_up(found: list[dict[str, Any]]) -> dict[str, Any]:
         rows = [f[mode] for f in found]
         return {
             "lowest_port_J": min(r["port_J"] for r in rows), "lowest_rendered_J": min(r["rendered_J"] for r in rows),
-            "below_bound": sum(r["port_J"] < -BOUND for r in rows), "diverged": sum(r["diverged"] for r in rows),
-            "oscillates": sum(r["oscillates"] for r in rows),
+            "below_bound": sum(r["port_J"] < -BOUND for r in rows),
+            "rendered_below_bound": sum(r["rendered_J"] < -BOUND for r in rows),
+            "diverged": sum(r["diverged"] for r in rows), "oscillates": sum(r["oscillates"] for r in rows),
         }  # fmt: skip
 
     def changes(name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
@@ -176,6 +203,8 @@ def summed_up(found: list[dict[str, Any]]) -> dict[str, Any]:
         "changes": [
             changes("silent", [f for f in found if f["silent"]]),
             changes("passive", [f for f in found if f["passive"]]),
+            changes("certified and calm", [f for f in found if f["certified"] and f["calm"]]),
+            changes("certified", [f for f in found if f["certified"]]),
             changes("all", found),
         ],
     }  # fmt: skip
@@ -191,7 +220,7 @@ class Study(SweepCommand):
     """
 
     runs: int = 10_000
-    """How many random cases; each without the layer, and with it in two modes."""
+    """How many random cases; each without the layer, and with it in three modes."""
     seed: int = 0
     """Of the cases."""
 
@@ -211,11 +240,13 @@ def tables(result: dict[str, Any]) -> list[RenderableType]:
     energy = Table(
         box=None, pad_edge=False, title=f"{result['runs']} runs: the port's true energy", title_justify="left"
     )
-    for column in ("layer", "lowest, device counted", "lowest, wall alone", "below -1 mJ", "diverged", "oscillates"):
+    for column in ("layer", "lowest, with device", "below -1 mJ", "lowest, wall alone", "below -1 mJ", "diverged",
+                   "oscillates"):  # fmt: skip
         energy.add_column(column, justify="left" if column == "layer" else "right")
     for m in result["modes"]:
-        energy.add_row(m["mode"], f"{1e3 * m['lowest_port_J']:.3g} mJ", f"{1e3 * m['lowest_rendered_J']:.3g} mJ",
-                       *(str(m[key]) for key in ("below_bound", "diverged", "oscillates")))  # fmt: skip
+        energy.add_row(m["mode"], f"{1e3 * m['lowest_port_J']:.3g} mJ", str(m["below_bound"]),
+                       f"{1e3 * m['lowest_rendered_J']:.3g} mJ",
+                       *(str(m[key]) for key in ("rendered_below_bound", "diverged", "oscillates")))  # fmt: skip
     felt = Table(box=None, pad_edge=False, title="force changed by 1 % and more", title_justify="left")
     for column in ("of the runs that are", "runs", "changed", "largest change"):
         felt.add_column(column, justify="left" if column.startswith("of") else "right")

@@ -50,30 +50,41 @@ def _wall(energy: Axes, force: Axes) -> None:
         energy.plot(rows[:, 0], 1e3 * port(one.axis, rows)[1], color=color, lw=1.3, label=label)
         force.plot(rows[:, 0], -rows[:, 3], color=color, lw=1.0, label=label)
     energy.axhline(-1e3 * BOUND, color=MUTED, lw=0.9, ls=(0, (5, 3)))
-    energy.annotate("-1 mJ", (0.0, -1e3 * BOUND), xytext=(2, -10), textcoords="offset points", fontsize=8, color=MUTED)
+    energy.annotate(
+        "-1 mJ",
+        (SECONDS, -1e3 * BOUND),
+        ha="right",
+        xytext=(0, -11),
+        textcoords="offset points",
+        fontsize=8,
+        color=MUTED,
+    )
     told = f"{WALL[0]:g} N/m, {1e3 * WALL[1]:g} ms of delay, light hand: energy the hand has put in"
     energy.set_title(told, loc="left", fontsize=9, color=INK)
     energy.set_ylabel("port, device counted [mJ]")
     energy.legend(frameon=False, fontsize=8)
     force.set(xlabel="time [s]", ylabel="force commanded [N]")
-    force.legend(frameon=False, fontsize=8)
+    force.set_ylim(0, 3.7)
+    force.legend(frameon=False, fontsize=8, ncols=2, loc="upper right")
 
 
 def _energies(axes: Axes, found: list[dict[str, Any]]) -> None:
     lag = np.array([f["K_N_per_m"] * (f["delay_s"] + 0.5 / f["rate_Hz"]) for f in found])
-    for mode, color, label in (("off", CAP, "layer off"), ("observer", FORCE, "observer"), ("tank", DEPTH, "tank")):
+    for mode, color, label in (("off", CAP, "layer off"), ("observer", FORCE, "layer on")):
         lowest = 1e3 * np.array([f[mode]["port_J"] for f in found])
         axes.scatter(lag, lowest, s=3, color=color, alpha=0.5, lw=0, label=label, rasterized=True)
     axes.axhline(-1e3 * BOUND, color=MUTED, lw=0.9, ls=(0, (5, 3)))
     axes.set(xscale="log", xlabel="K (delay + T / 2) [N s/m]", ylabel="lowest port energy [mJ]")
     axes.set_yscale("symlog", linthresh=0.1)
+    axes.set_ylim(top=0.1)
     axes.set_title(f"{len(found)} random runs, device counted", loc="left", fontsize=9, color=INK)
-    axes.legend(frameon=False, fontsize=8, markerscale=4)
+    axes.legend(frameon=False, fontsize=8, markerscale=4, loc="lower left")
 
 
 def _changes(axes: Axes, found: list[dict[str, Any]]) -> None:
     for name, color, label in (
         (None, MUTED, "all"),
+        ("certified", INK, "certified with their hand"),
         ("passive", DEPTH, "passive for every hand"),
         ("silent", FORCE, "and the spring pays for taking it back"),
     ):

@@ -100,6 +100,8 @@ class Gauges:
             f'<div style="{small}"><span>time</span><span id="palpate-time">{float(tick["t"]):.2f} s</span></div>'
             f'<div style="{small}"><span>cycle p50 / p99</span><span>{cycle}</span></div>'
             f'<div style="{small}"><span>stability margin</span>{self._margin(stiffness_scale, damping_scale)}</div>'
+            f'<div style="{small}" title="what the hand put in; beyond it the passivity layer holds the force back">'
+            f"<span>energy to give back</span><span>{1e3 * float(tick['energy_stored']):.1f} mJ</span></div>"
             f'<div style="font-size:12px;opacity:.8" id="palpate-touches">{touches}</div>'
             "</div>"
         )

@@ -11,7 +11,7 @@ struct ObserverOptions {
   double quantum = 0.0;                 ///< resolution of the handle's position [m]
   double allowance = 5e-4;              ///< may be given beyond what came in [J]
   double capacity = 0.03;               ///< more than this is not remembered, but by an observer without a tank [J]
-  double acceleration = 5.0;            ///< nobody snatches the handle away faster than this [m/s^2]
+  double acceleration = 5.0;            ///< nobody snatches the handle, no force throws it faster [m/s^2]
   double angular_acceleration = 100.0;  ///< nor turns it [rad/s^2]
 };
 

@@ -1,0 +1,59 @@
+"""The study's judge and its closed form of silence; a few of its runs."""
+
+import json
+
+import numpy as np
+import pytest
+
+from palpate import _core
+from palpate.studies import passivity
+
+
+@pytest.fixture(scope="module")
+def found():
+    return [passivity.experiment({"run": k}, seed) for k, seed in enumerate(range(100, 160))]
+
+
+def test_the_port_is_passive_and_nothing_diverges(found):
+    summed = passivity.summed_up(found)
+    off, *layers = summed["modes"]
+    assert off["below_bound"] > 3  # there is something to prevent
+    for layer in layers:
+        assert layer["below_bound"] == layer["diverged"] == layer["oscillates"] == 0
+        assert layer["lowest_port_J"] >= -passivity.BOUND
+    assert layers[-1]["mode"] == "alone"
+    assert layers[-1]["rendered_below_bound"] == 0
+    json.dumps(summed)
+
+
+def test_where_it_shall_be_silent_it_is(found):
+    silent = [f for f in found if f["silent"]]
+    assert len(silent) >= 3
+    for f in silent:
+        assert f["observer"]["change"] < passivity.CHANGED
+
+
+def test_the_judge_counts_what_was_there():
+    """A block pushed over dry friction alone: all that the hand put in is heat, told from below."""
+    one = passivity.case(7)
+    axis = one.axis
+    axis.K, axis.B, axis.damping, axis.coulomb = 0.0, 0.0, 0.0, 0.3
+    _, rows = passivity.Case(axis, one.path).run("off")
+    rendered, whole = passivity.port(axis, rows)
+    assert not rendered.any()
+    assert whole[-1] == pytest.approx(0.3 * np.abs(np.diff(rows[:, 1])).sum())
+
+
+def test_the_same_seed_the_same_case():
+    a, b, c = (passivity.case(seed) for seed in (5, 5, 6))
+    assert (a.axis.K, a.path) == (b.axis.K, b.path)
+    assert a.axis.K != c.axis.K
+
+
+@pytest.mark.parametrize(("delay", "least", "most"), [(0.0, 206, 209), (0.010, 134, 137), (0.050, 4, 8)])
+def test_stiffness_up_to_which_a_spring_pays(delay, least, most):
+    """The table of docs/stability.md: an MTM that is left at 5 cm/s, 3 N."""
+    o = _core.StabilityOptions()
+    o.delay, o.acceleration = delay, 9.0
+    assert passivity.pays(least, o, 3.0, 0.05)
+    assert not passivity.pays(most, o, 3.0, 0.05)
