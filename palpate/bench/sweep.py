@@ -43,35 +43,49 @@ def run(
     """Measure: the keys of `palpate bench sweep` in docs/json.md. Times include starting the processes."""
     many = many or max(2, cores())
     seconds: dict[int, list[float]] = {1: [], many: []}
+    starts: dict[int, list[float]] = {1: [], many: []}
     answers = []
     for turn in range(turns):
         for workers in seconds if turn % 2 == 0 else reversed(seconds):
-            start = time.perf_counter()
-            answers.append(sweep(wall_run, {"run": Axis(range(runs))}, SEED, workers=workers).rows())
-            seconds[workers].append(time.perf_counter() - start)
-            on_progress(f"{runs:,} runs, {workers} process(es): {runs / seconds[workers][-1]:.0f} a second")
-    rates = {workers: runs / statistics.median(times) for workers, times in seconds.items()}
+            starts[workers].append(_timed(workers, workers)[0])
+            took, rows = _timed(runs, workers)
+            seconds[workers].append(took)
+            answers.append(rows)
+            on_progress(f"{runs:,} runs, {workers} process(es): {runs / took:.0f} a second")
+    whole, start = ({w: statistics.median(times) for w, times in of.items()} for of in (seconds, starts))
     return {
         "runs": runs,
         "simulated_s": SECONDS,
         "cores": os.cpu_count(),
+        "load": os.getloadavg()[0],
         "identical": all(rows == answers[0] for rows in answers),
         "rows": [
-            {"workers": workers, "seconds": seconds[workers], "runs_per_s": rate} for workers, rate in rates.items()
+            {"workers": w, "seconds": seconds[w], "start_s": start[w], "runs_per_s": runs / whole[w]} for w in seconds
         ],
-        "ratio": rates[many] / rates[1],
+        "ratio": whole[1] / whole[many],
+        "ratio_started": max(whole[1] - start[1], 0.0) / max(whole[many] - start[many], 1e-9),
         "ratios": [one / several for one, several in zip(seconds[1], seconds[many], strict=True)],
     }
+
+
+def _timed(runs: int, workers: int) -> tuple[float, list[dict[str, Any]]]:
+    begin = time.perf_counter()
+    rows = sweep(wall_run, {"run": Axis(range(runs))}, SEED, workers=workers).rows()
+    return time.perf_counter() - begin, rows
 
 
 def table(result: dict[str, Any]) -> Table:
     """For a terminal."""
     title = f"{result['runs']:,} wall runs of {result['simulated_s']:g} s, simulated, medians"
     out = Table(title=title, box=None, padding=(0, 2, 0, 0), title_justify="left")
-    for column in ("processes", "seconds", "runs a second"):
+    for column in ("processes", "seconds", "starting", "runs a second"):
         out.add_column(column, justify="right")
     for row in result["rows"]:
-        out.add_row(str(row["workers"]), f"{statistics.median(row['seconds']):.1f}", f"{row['runs_per_s']:.0f}")
+        out.add_row(str(row["workers"]), f"{statistics.median(row['seconds']):.1f}", f"{row['start_s']:.1f}",
+                    f"{row['runs_per_s']:.0f}")  # fmt: skip
     same = "the same numbers" if result["identical"] else "DIFFERENT NUMBERS"
-    out.caption = f"{result['ratio']:.2f} times as fast; {same}"
+    out.caption = (
+        f"{result['ratio']:.2f} times as fast, {result['ratio_started']:.2f} times once started; {same}; "
+        f"load of the machine {result['load']:.1f} on {result['cores']} cores"
+    )
     return out

@@ -12,6 +12,7 @@ def test_keys_and_the_same_numbers_on_one_process_and_on_two():
     assert set(result) == json_contract.keys("bench sweep")
     assert [row["workers"] for row in result["rows"]] == [1, 2]
     assert result["identical"] is True
+    assert {key for row in result["rows"] for key in row} == {"workers", "seconds", "start_s", "runs_per_s"}
     assert len(told) == 2
     console = Console(width=120, record=True, quiet=True)
     console.print(sweep.table(result))
