@@ -1,10 +1,14 @@
 """What is drawn is what is felt, only never heavier than a browser can turn."""
 
+from dataclasses import replace
+
+import fake_session
 import numpy as np
 import pytest
 import trimesh
 
 from palpate.shapes.organ import organ
+from palpate.viewer.gauges import Gauges
 from palpate.viewer.staging import drawable
 
 
@@ -20,3 +24,17 @@ def test_a_heavy_surface_is_drawn_coarser_in_the_same_place():
     fine, coarse = trimesh.Trimesh(vertices, triangles), trimesh.Trimesh(coarse_vertices, coarse_triangles)
     np.testing.assert_allclose(coarse.bounds, fine.bounds, atol=2e-3)
     assert coarse.volume == pytest.approx(fine.volume, rel=0.02)
+
+
+def test_the_margin_follows_the_sliders():
+    """Twice the stiffness halves it, more damping moves the limit, and beyond it the figure is red."""
+    stage = replace(fake_session.stage(), stable_below=lambda B: 1000.0 + 100.0 * B)
+    gauges = Gauges.__new__(Gauges)
+    gauges._stage, gauges._limit = stage, None
+    assert "&times; 3, stable below 1200 N/m" in gauges._margin(1.0, 1.0)
+    assert "&times; 1.5" in gauges._margin(2.0, 1.0)
+    assert "stable below 1400 N/m" in gauges._margin(1.0, 2.0)
+    assert "color:#e12626" not in gauges._margin(2.9, 1.0)
+    assert "color:#e12626" in gauges._margin(3.1, 1.0)
+    gauges._stage = fake_session.stage()
+    assert ">-<" in gauges._margin(1.0, 1.0)
