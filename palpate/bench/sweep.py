@@ -84,8 +84,9 @@ def table(result: dict[str, Any]) -> Table:
         out.add_row(str(row["workers"]), f"{statistics.median(row['seconds']):.1f}", f"{row['start_s']:.1f}",
                     f"{row['runs_per_s']:.0f}")  # fmt: skip
     same = "the same numbers" if result["identical"] else "DIFFERENT NUMBERS"
+    out.caption_justify = "left"
     out.caption = (
-        f"{result['ratio']:.2f} times as fast, {result['ratio_started']:.2f} times once started; {same}; "
+        f"{result['ratio']:.2f} times as fast, {result['ratio_started']:.2f} once started; {same};\n"
         f"load of the machine {result['load']:.1f} on {result['cores']} cores"
     )
     return out
