@@ -134,13 +134,16 @@ void bind_cycle(nb::module_& m) {
           [](Cycle& self, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& v, double gripper,
              const Eigen::VectorXd& q_follower, double jaw, const scene::Snapshot& scene, const Controls& controls,
              std::optional<double> t_leader, std::optional<double> t_follower, bool leader_valid, bool follower_valid,
-             const std::optional<Vec3>& F_cell_L) {
+             const std::optional<Vec3>& F_cell_L, const std::optional<Eigen::VectorXd>& v_follower,
+             const std::optional<Eigen::VectorXd>& tau_follower) {
             loop::CycleInput in;
             in.t = t;
             in.leader = {t_leader.value_or(t), joint_vector(q, "q"), joint_vector(v, "v"), gripper, leader_valid};
             in.leader.has_load_cell = F_cell_L.has_value();
             in.leader.F_cell_L = F_cell_L.value_or(Vec3::Zero());
             in.follower = {t_follower.value_or(t), joint_vector(q_follower, "q_follower"), jaw, follower_valid, {}, {}};
+            if (v_follower) in.follower.v = joint_vector(*v_follower, "v_follower");
+            if (tau_follower) in.follower.tau = joint_vector(*tau_follower, "tau_follower");
             in.controls = controls;
             in.scene = &scene;
             const loop::CycleOutput& out = self.step(in);
@@ -149,7 +152,7 @@ void bind_cycle(nb::module_& m) {
           },
           "t"_a, "q"_a, "v"_a, "gripper"_a, "q_follower"_a, "jaw"_a, "scene"_a, "controls"_a = Controls{},
           "t_leader"_a = nb::none(), "t_follower"_a = nb::none(), "leader_valid"_a = true, "follower_valid"_a = true,
-          "F_cell_L"_a = nb::none(),
+          "F_cell_L"_a = nb::none(), "v_follower"_a = nb::none(), "tau_follower"_a = nb::none(),
           "One tick: (row, follower joints commanded, empty for none, jaw commanded). Stamps default to t.");
 }
 

@@ -804,6 +804,8 @@ class Cycle:
         leader_valid: bool = True,
         follower_valid: bool = True,
         F_cell_L: Array | None = None,
+        v_follower: Array | None = None,
+        tau_follower: Array | None = None,
     ) -> tuple[Array, Array, float]: ...
 
 class HandPath:

@@ -25,6 +25,11 @@ def story(run: Run, canvas: Canvas) -> Figure:
     cell = np.linalg.norm(ticks["F_cell_L"], axis=1)
     curve(force, t, cell, points, color=CELL, lw=0.8, label="load cell in the hand (simulated)")
     curve(force, t, rendered, points, color=FORCE, label="rendered on the hand")
+    if ticks["F_estimate_W"].any():  # bilateral
+        real = np.linalg.norm(ticks["F_touch_W"], axis=1)
+        curve(force, t, real, points, color=JOINTS[2], lw=0.9, label="real objects on the tool (simulated)")
+        estimate = np.linalg.norm(ticks["F_estimate_W"], axis=1)
+        curve(force, t, estimate, points, color=JOINTS[4], lw=0.9, label="told by the follower's drives")
     cap = run.setting("stability", "force_cap")
     top = max(float(rendered.max()), float(np.percentile(cell, 99.9)))
     if cap is not None:
