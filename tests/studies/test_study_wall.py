@@ -1,0 +1,125 @@
+"""The paper's wall: rows 2 and 3 from one hand, row 1 as it is, quiet with passivity; measures by closed forms."""
+
+import json
+import math
+from functools import partial
+
+import json_contract
+import numpy as np
+import pytest
+
+from palpate.errors import PalpateWarning
+from palpate.scene import Scene, rig
+from palpate.studies import wall, wall_figures, wall_fit
+from palpate.studies.wall_bench import WALL, Press, Setting, Trace, judge, press, scene_file
+from palpate.sweep import sweep
+
+HAND = Press.fitted()
+
+
+@pytest.fixture(scope="module")
+def rows():
+    return {(kd, p): judge(press(Setting(kd, passivity=p), HAND)) for kd in wall.KDS for p in ("off", "observer")}
+
+
+@pytest.mark.parametrize("kd", [5.0, 10.0])
+def test_one_hand_makes_the_published_overshoots(rows, kd):
+    assert rows[kd, "off"].overshoot_percent == pytest.approx(wall.TABLE_1[kd].offshoot_percent, rel=0.25)
+    assert not rows[kd, "off"].limit_cycle
+    assert rows[kd, "off"].settling_s < 1.0
+    assert 0.5e-3 < rows[kd, "off"].steady_state_m < 4e-3
+
+
+def test_without_damping_it_oscillates_and_makes_energy(rows):
+    row = rows[0.0, "off"]
+    assert row.limit_cycle
+    assert row.settling_s is None
+    assert row.swing_m > 0.02
+    assert row.energy_J < -0.01
+    assert row.rebound > 1.0
+
+
+@pytest.mark.parametrize("kd", wall.KDS)
+def test_with_passivity_there_is_no_limit_cycle(rows, kd):
+    row = rows[kd, "observer"]
+    assert not row.limit_cycle
+    assert row.overshoot_percent < 2.0
+    assert row.energy_J > rows[kd, "off"].energy_J - 1e-9
+
+
+def test_the_scene_has_its_wall_where_the_paper_has_it():
+    """At rest the force is K times how far the handle is beyond y = 0.385 m."""
+    with pytest.warns(PalpateWarning, match="may oscillate"):
+        setup = rig.build(Scene.load(scene_file()))
+    assert setup.options().q_leader0 == pytest.approx(np.zeros(7))
+    _, _, n = setup.surfaces[0].body.core.nearest(np.zeros((1, 3)))
+    trace = press(Setting(5.0), HAND)
+    depth = trace.y[-300:].mean() - WALL
+    hand = HAND.push_N - HAND.stiffness_N_per_m * depth  # the hand's spring, from where it wants to be
+    assert trace.F_cell[-300:].mean() == pytest.approx(hand, rel=0.02)
+    assert 400.0 * depth == pytest.approx(hand, abs=0.3)  # but for the arm's dry friction, 0.3 N at the handle
+    assert (trace.y[0], n[0, 2]) == (pytest.approx(0.3645, abs=1e-4), pytest.approx(1.0))
+
+
+def test_measures_of_a_damped_swing():
+    """Judge: y = wall + rest + a exp(-s t) cos(w t) from the touch on; settles when a exp(-s t) is 5 % of the peak."""
+    t = np.arange(0.0, 4.0, 0.002)
+    rest, a, s, w = 0.002, 0.004, 3.0, 20.0
+    y = np.where(t < 1, WALL - 1e-3, WALL + rest + a * np.exp(-s * (t - 1)) * np.cos(w * (t - 1)))
+    found = judge(Trace(t, y, np.full_like(t, 0.8), np.zeros_like(t)))
+    peak = rest + a
+    assert found.overshoot_percent == pytest.approx(100 * peak / WALL, rel=1e-3)
+    assert found.settling_s == pytest.approx(math.log(a / (0.05 * peak)) / s, abs=np.pi / w)
+    assert found.steady_state_m == pytest.approx(rest, rel=0.01)
+    assert found.rigidity_N_per_m == pytest.approx(0.8 / rest, rel=0.01)
+    assert not found.limit_cycle
+
+
+def test_rebound_of_a_bounce():
+    t = np.arange(0.0, 4.0, 0.002)
+    y = np.where(
+        t < 1.0, WALL - 0.1 * (1.0 - t), np.where(t < 1.1, WALL + 0.1 * (t - 1.0), WALL + 0.01 - 0.04 * (t - 1.1))
+    )
+    y = np.where(t > 1.3, WALL + 0.002, y)
+    assert judge(Trace(t, y, t, t)).rebound == pytest.approx(0.4, rel=0.05)
+
+
+def test_a_handle_that_never_reaches_the_wall():
+    t = np.arange(0.0, 4.0, 0.002)
+    found = judge(Trace(t, np.full_like(t, 0.37), 0 * t, 0 * t))
+    assert (found.overshoot_percent, found.limit_cycle, found.settling_s, found.rebound) == (0.0, False, None, 0.0)
+
+
+def test_the_same_person_has_the_same_hand():
+    assert HAND.of_another(3) == HAND.of_another(3) != HAND.of_another(4)
+    assert HAND.of_another(3).delay_s == HAND.delay_s
+    ratios = [HAND.of_another(k).mass_kg / HAND.mass_kg for k in range(500)]
+    assert np.mean([0.5 < r < 2.0 for r in ratios]) == pytest.approx(0.95, abs=0.03)
+
+
+def test_the_fit_prefers_the_scene_s_hand_to_its_neighbours():
+    """The scene's hand is as good as the search needs: rows of a third less delay, or a softer push, are worse."""
+
+    def of(hand):
+        return wall_fit.loss([judge(press(Setting(kd), hand)) for kd in wall.KDS])
+
+    here = of(HAND)
+    assert here < 0.8
+    assert here < min(of(HAND.scaled(delay_s=0.6)), of(HAND.scaled(push_N=0.6)), of(HAND.scaled(approach_s=0.5)))
+
+
+def test_json_is_the_documented_contract(tmp_path, monkeypatch):
+    monkeypatch.setattr(wall, "CURVE", wall.KDS)
+    monkeypatch.setattr(wall_figures, "CURVE", wall.KDS)
+    monkeypatch.setattr(wall, "press", lambda setting, hand: press(setting, hand, seconds=1.5))  # rough, and quick
+    monkeypatch.setattr(wall.Study, "sweeper", lambda self, console: partial(sweep, executor="serial"))
+    assert wall.Study(hands=2, json=tmp_path / "wall.json", figures=tmp_path)() == 0
+    told = json.loads((tmp_path / "wall.json").read_text())
+    assert set(told) | {"fit"} == json_contract.keys("study wall")
+    assert set(told["rows"][0]) - {"hands"} <= json_contract.keys_of("study wall", "Row:")
+    assert set(told["curve"][0]) - {"kd"} <= json_contract.keys_of("study wall", "Hands:")
+    assert [r["kd"] for r in told["rows"]] == [0, 5, 10]
+    promised = {"kp", "kd", "overshoot_percent", "settling_s", "steady_state_m", "limit_cycle", "energy_J"}
+    assert promised <= set(told["rows"][0])
+    assert len(told["sensitivity"]) == 14
+    assert all((tmp_path / name).stat().st_size > 10_000 for name in ("wall-figure13.png", "wall-hands.png"))
