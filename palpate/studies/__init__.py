@@ -5,7 +5,19 @@ from __future__ import annotations
 from importlib import import_module
 
 #: A study is a file here and its name in this list.
-NAMES: tuple[str, ...] = ("certificate", "contact", "drift", "figure12", "force", "geometry", "laws", "passivity", "radius", "wall", "zwidth")
+NAMES: tuple[str, ...] = (
+    "certificate",
+    "contact",
+    "drift",
+    "figure12",
+    "force",
+    "geometry",
+    "laws",
+    "passivity",
+    "radius",
+    "wall",
+    "zwidth",
+)
 
 
 def commands() -> dict[str, type]:

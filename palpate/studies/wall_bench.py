@@ -52,6 +52,7 @@ class Press:
     """From the computed force to the torque; sampling and the tool's way come on top of it."""
 
     @classmethod
+    @cache
     def fitted(cls) -> Self:
         """As the scene says."""
         scene = Scene.load(scene_file())

@@ -2,13 +2,13 @@
 
 import json
 import math
+from dataclasses import astuple
 from functools import partial
 
 import json_contract
 import numpy as np
 import pytest
 
-from palpate.errors import PalpateWarning
 from palpate.scene import Scene, rig
 from palpate.studies import wall, wall_figures, wall_fit
 from palpate.studies.wall_bench import WALL, Press, Setting, Trace, judge, press, scene_file
@@ -49,8 +49,7 @@ def test_with_passivity_there_is_no_limit_cycle(rows, kd):
 
 def test_the_scene_has_its_wall_where_the_paper_has_it():
     """At rest the force is K times how far the handle is beyond y = 0.385 m."""
-    with pytest.warns(PalpateWarning, match="may oscillate"):
-        setup = rig.build(Scene.load(scene_file()))
+    setup = rig.build(Scene.load(scene_file()))
     assert setup.options().q_leader0 == pytest.approx(np.zeros(7))
     _, _, n = setup.surfaces[0].body.core.nearest(np.zeros((1, 3)))
     trace = press(Setting(5.0), HAND)
@@ -106,6 +105,16 @@ def test_the_fit_prefers_the_scene_s_hand_to_its_neighbours():
     here = of(HAND)
     assert here < 0.8
     assert here < min(of(HAND.scaled(delay_s=0.6)), of(HAND.scaled(push_N=0.6)), of(HAND.scaled(approach_s=0.5)))
+
+
+def test_the_search_stays_within_its_bounds_and_keeps_the_best(monkeypatch):
+    monkeypatch.setattr(wall_fit, "TRIES", 3)
+    monkeypatch.setattr(wall_fit, "STEPS", 2)
+    found, least = wall_fit.search(seed=5)
+    low, value, high = (np.array(astuple(x)) for x in (wall_fit.LOW, found, wall_fit.HIGH))
+    assert ((low <= value * (1 + 1e-12)) & (value <= high * (1 + 1e-12))).all()
+    assert least == wall_fit.loss([judge(press(Setting(kd), found)) for kd in wall.KDS])
+    assert "found again" in wall_fit.words(found, least)
 
 
 def test_json_is_the_documented_contract(tmp_path, monkeypatch):
