@@ -36,7 +36,8 @@ def wall_scene(block: Path, damping: float, delay: float) -> palpate.Scene:
             "mapping": {"scale": 1.0, "force_scale": 1.0},
             "operator": {**HAND, "path": path},
             "loop_delay": delay,
-            "stability": {"force_cap": 20.0, "rate_cap": 5000.0},  # the paper capped nothing; these are out of the way
+            # The paper had no caps and nothing that keeps the port passive; "observer" instead of "off" keeps it so.
+            "stability": {"force_cap": 20.0, "rate_cap": 5000.0, "passivity": "off"},
         }
     )
 
