@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from palpate.certificate.certificate import Certificate
+from palpate.certificate.words import number
 from palpate.report.style import CAP, DEPTH, FORCE, INK, MUTED, Canvas, png
 
 _COLOURS = {"stable": "#4f8f4f", "marginal": CAP, "unstable": FORCE}
@@ -43,9 +44,8 @@ def _picture(certificate: Certificate, points: Sequence[Point], title: str, canv
         if name == "colgate_brown_with_hand" and 0.0 < k < np.inf:
             axes.plot(certificate.B, k, marker="_", ms=14, mew=1.5, color=MUTED, ls="", label="passive with this hand")
     if np.isfinite(certificate.k_max):
-        axes.plot(
-            certificate.B, certificate.k_max, marker="^", color=INK, ls="", label=f"limit, {certificate.k_max:.3g} N/m"
-        )
+        told = f"limit, {number(certificate.k_max)} N/m"
+        axes.plot(certificate.B, certificate.k_max, marker="^", color=INK, ls="", label=told)
     for point in points:
         axes.plot(point.B, point.K, marker="o", ms=6, color=_COLOURS[point.verdict], ls="",
                   label=f"{point.name}: {point.verdict}")  # fmt: skip

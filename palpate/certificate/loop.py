@@ -40,7 +40,7 @@ _PER_PERIOD = 30  # frequencies per turn of the delay's phase
 _LOWEST = 1e-4  # of the grid, as a share of the Nyquist frequency
 _RESONANT = 0.1  # damping ratio below which a pole is looked at more closely
 _REFINEMENTS = 40
-_REFINED = 3  # crossings, the lowest
+_REFINED = 4  # crossings, the lowest
 _TURNED = 1e-9  # of A, so that equal poles come apart
 
 
@@ -194,7 +194,8 @@ class Loop:
         change = np.flatnonzero(np.diff(np.signbit(im)))
         share = im[change] / (im[change] - im[change + 1])
         guess = re[change] + share * (re[change + 1] - re[change])
-        change = change[guess > 0.0][np.argsort(guess[guess > 0.0])][:_REFINED]
+        near = np.maximum(re[change], re[change + 1]) > 0.0  # a value just above zero may be guessed below it
+        change = change[near][np.argsort(guess[near])][:_REFINED]
         low, high, below = self.grid[change], self.grid[change + 1], np.signbit(im[change])
         for _ in range(_REFINEMENTS if len(change) else 0):
             middle = 0.5 * (low + high)

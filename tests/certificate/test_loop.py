@@ -94,6 +94,21 @@ def test_a_critically_damped_device_has_equal_poles_and_a_limit():
     assert (V * poles) @ V_inverse == pytest.approx(np.array([[0.0, 1.0], [-k / m, -20.0 / m]]), rel=1e-4, abs=1e-4)
 
 
+@pytest.mark.parametrize("delay", [6e-3, 9.3e-3, 15e-3])
+def test_the_limit_falls_to_nothing_at_the_largest_damping(delay):
+    """However near to zero it is: another crossing, far above, is no limit."""
+    loop = device(m=0.45, b=10.6, k=300.0, delay=delay, cutoff=100.0)
+    shares = 1.0 - np.logspace(-7, -1, 25)
+    K = np.array([loop.K_max(share * loop.B_max)[0] for share in shares])
+    assert np.all(K[1:] > K[:-1])
+    assert K[0] < 1e-3 * loop.K_max(0.0)[0]
+    assert (
+        radius(loop, 1.01 * K[12], shares[12] * loop.B_max, 100.0)
+        > 1
+        > radius(loop, 0.99 * K[12], shares[12] * loop.B_max, 100.0)
+    )
+
+
 def test_damping_helps_first_and_harms_in_the_end():
     loop = device(b=3.0, delay=4e-3, cutoff=80.0)
     few, some, much = (loop.K_max(share * loop.B_max)[0] for share in (0.0, 0.4, 0.98))
