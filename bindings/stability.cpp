@@ -11,6 +11,7 @@
 #include "bindings.hpp"
 #include "convert.hpp"
 #include "palpate/stability/ledger.hpp"
+#include "palpate/types/low_pass.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -203,6 +204,8 @@ void bind_energy(nb::module_& m) {
         "F times the integral of max(0, u + a t) over [begin, end] [J].");
   m.def("ramp_cost", &stability::ramp_cost, "F"_a, "u"_a, "a"_a, "begin"_a, "rate"_a,
         "The same of a force that falls from F at begin by rate [N/s].");
+  m.def("low_pass_share", &low_pass_share, "cutoff"_a, "dt"_a,
+        "a of y_k = y_k-1 + a (u_k - y_k-1); cutoff [Hz], 0: none; dt [s].");
 }
 
 }  // namespace

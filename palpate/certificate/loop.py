@@ -31,6 +31,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
+from palpate import _core
+
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Path = Callable[[Complex], Complex]
@@ -76,8 +78,8 @@ def _integral(poles: Complex, t: float) -> Complex:
 
 
 def low_pass(T: float, cutoff: float) -> Path:
-    """Of first order, ``y[k] = y[k-1] + a (u[k] - y[k-1])``, ``a = 1 - exp(-2 pi cutoff T)``; cutoff 0: none [Hz]."""
-    share = -np.expm1(-2.0 * np.pi * cutoff * T) if cutoff > 0.0 else 1.0
+    """The first-order low-pass of the cycle; cutoff 0: none [Hz]."""
+    share = _core.low_pass_share(cutoff, T)
     return lambda z: share / (1.0 - (1.0 - share) / z)
 
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from palpate import _core
 from palpate.hands import PRESETS
-from palpate.report.style import CAP, DEPTH, FORCE, INK, MUTED
+from palpate.report.style import CAP, DEPTH, FORCE, INK, MUTED, Canvas, png
 from palpate.studies.passivity import BOUND, SECONDS, Case, port
 
 WALL = (1000.0, 0.010)  # stiffness [N/m] and delay [s] of the picture's wall
@@ -31,16 +31,18 @@ def wall() -> Case:
 
 def draw(found: list[dict[str, Any]], folder: Path) -> Path:
     """The picture, into a folder."""
-    figure = Figure(figsize=(10.5, 7.2), layout="constrained")
+    path = folder / "passivity.png"
+    png(lambda canvas: _picture(found, canvas), path)
+    return path
+
+
+def _picture(found: list[dict[str, Any]], canvas: Canvas) -> Figure:
+    figure = Figure(figsize=(canvas.width, 7.0), layout="constrained")
     panels = figure.subplots(2, 2)
     _wall(panels[0, 0], panels[1, 0])
     _energies(panels[0, 1], found)
     _changes(panels[1, 1], found)
-    for axes in panels.flat:
-        axes.spines[["top", "right"]].set_visible(False)
-    path = folder / "passivity.png"
-    figure.savefig(path, dpi=140)
-    return path
+    return figure
 
 
 def _wall(energy: Axes, force: Axes) -> None:
@@ -60,12 +62,12 @@ def _wall(energy: Axes, force: Axes) -> None:
         color=MUTED,
     )
     told = f"{WALL[0]:g} N/m, {1e3 * WALL[1]:g} ms of delay, light hand: energy the hand has put in"
-    energy.set_title(told, loc="left", fontsize=9, color=INK)
+    energy.set_title(told, loc="left")
     energy.set_ylabel("port, device counted [mJ]")
-    energy.legend(frameon=False, fontsize=8)
+    energy.legend()
     force.set(xlabel="time [s]", ylabel="force commanded [N]")
     force.set_ylim(0, 3.7)
-    force.legend(frameon=False, fontsize=8, ncols=2, loc="upper right")
+    force.legend(ncols=2, loc="upper right")
 
 
 def _energies(axes: Axes, found: list[dict[str, Any]]) -> None:
@@ -77,8 +79,8 @@ def _energies(axes: Axes, found: list[dict[str, Any]]) -> None:
     axes.set(xscale="log", xlabel="K (delay + T / 2) [N s/m]", ylabel="lowest port energy [mJ]")
     axes.set_yscale("symlog", linthresh=0.1)
     axes.set_ylim(top=0.1)
-    axes.set_title(f"{len(found)} random runs, device counted", loc="left", fontsize=9, color=INK)
-    axes.legend(frameon=False, fontsize=8, markerscale=4, loc="lower left")
+    axes.set_title(f"{len(found)} random runs, device counted", loc="left")
+    axes.legend(markerscale=4, loc="lower left")
 
 
 def _changes(axes: Axes, found: list[dict[str, Any]]) -> None:
@@ -94,4 +96,4 @@ def _changes(axes: Axes, found: list[dict[str, Any]]) -> None:
     axes.axvline(1.0, color=INK, lw=0.8, ls=(0, (5, 3)))
     axes.set(xscale="log", xlabel="largest change of the force by the layer [%]", ylabel="share of the runs [%]")
     axes.set_ylim(0, 102)
-    axes.legend(frameon=False, fontsize=8, loc="lower right")
+    axes.legend(loc="lower right")

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <random>
 #include <stdexcept>
 #include <string>
 
 #include "palpate/plant/axis_motion.hpp"
+#include "palpate/types/low_pass.hpp"
 
 namespace palpate::plant {
 namespace {
@@ -50,9 +50,7 @@ void check(const AxisOptions& o) {
 class Controller {
  public:
   explicit Controller(const AxisOptions& o)
-      : o_(o),
-        dt_(1.0 / o.rate),
-        share_(o.velocity_cutoff > 0.0 ? -std::expm1(-2.0 * std::numbers::pi * o.velocity_cutoff * dt_) : 1.0) {}
+      : o_(o), dt_(1.0 / o.rate), share_(low_pass_share(o.velocity_cutoff, dt_)) {}
 
   /// Before the first cycle it was always at x, at rest.
   void start(double x) noexcept { x_ = measured(x); }

@@ -81,7 +81,7 @@ class AxisStage {
 /// is followed exactly: u is constant between two arrivals of a command, so that x is a closed form up to the next
 /// arrival, cycle or reversal, and where it sticks and breaks away are roots of it. At cycle k
 ///
-///   x_k = quantum round(x / quantum),   v_k = v_k-1 + (1 - exp(-2 pi f_c T)) ((x_k - x_k-1) / T - v_k-1)
+///   x_k = quantum round(x / quantum),   v_k = v_k-1 + low_pass_share(f_c, T) ((x_k - x_k-1) / T - v_k-1)
 ///   F_k = -max(K x_k + B v_k, 0) if x_k > 0, else 0        (bilateral: always -(K x_k + B v_k))
 ///
 /// cut off, handed to the stage if there is one, and applied from  k T + delay + jitter  on.

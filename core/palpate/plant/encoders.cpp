@@ -3,7 +3,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "palpate/types/low_pass.hpp"
 
 namespace palpate::plant {
 
@@ -70,9 +71,8 @@ void Encoders::step(const JointVector& q, double dt) noexcept {
   }
   q_.noalias() = options_.coupling * motor_;
   if (options_.velocity_window > 0.0) motor_v_ = (motor_ - earlier(dt)) / options_.velocity_window;
-  const double keep =
-      options_.velocity_cutoff > 0.0 ? std::exp(-2.0 * std::numbers::pi * options_.velocity_cutoff * dt) : 0.0;
-  v_ = keep * v_ + (1.0 - keep) * (options_.coupling * motor_v_).eval();
+  const double share = low_pass_share(options_.velocity_cutoff, dt);
+  v_ = (1.0 - share) * v_ + share * (options_.coupling * motor_v_).eval();
 }
 
 }  // namespace palpate::plant

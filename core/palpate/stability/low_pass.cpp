@@ -1,9 +1,10 @@
 #include "palpate/stability/low_pass.hpp"
 
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 #include <string>
+
+#include "palpate/types/low_pass.hpp"
 
 namespace palpate::stability {
 
@@ -13,7 +14,7 @@ LowPass::LowPass(const LowPassOptions& options, double dt) {
                                 ": must be 0 Hz (none) or more, and finite; for example 100");
   }
   if (options.cutoff > 0.0) {
-    gain_ = -std::expm1(-2.0 * std::numbers::pi * options.cutoff * dt);
+    gain_ = low_pass_share(options.cutoff, dt);
     lag_ = dt * (1.0 - gain_) / gain_;
   }
 }

@@ -9,7 +9,7 @@ struct LowPassOptions {
   double cutoff = 0.0;  ///< [Hz]; 0: none
 };
 
-/// y_k = y_k-1 + a (u_k - y_k-1),   a = 1 - exp(-2 pi cutoff dt)
+/// y_k = y_k-1 + a (u_k - y_k-1),   a = low_pass_share(cutoff, dt)
 ///
 /// A ramp comes out later by dt (1 - a) / a, close to 1 / (2 pi cutoff).
 class LowPass {
