@@ -107,10 +107,15 @@ class Held:
 
     def _closed(self, A: Array, b: Array, c: Array, d: Array, known: Modes | None) -> Loop:
         o, T = self.o, 1.0 / self.o.rate
-        gain = o.mapping.force_scale * o.mapping.scale * o.torque.force_gain
+        gain = felt(o)
         velocity = _velocity(gain, o.leader.velocity_window, T)
         smooth = low_pass(T, o.stability.low_pass)
         return Loop(A, b, c, T, whole_servo_periods(o), _depth(o, gain), velocity, d, smooth, known)
+
+
+def felt(o: _core.SimulationOptions) -> float:
+    """Stiffness or damping at the hand per that of a surface [-]."""
+    return o.mapping.force_scale * o.mapping.scale * o.torque.force_gain
 
 
 def whole_servo_periods(o: _core.SimulationOptions) -> float:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from palpate import _core, certificate
 from palpate.certificate import classical, words
-from palpate.certificate.arms import Held, whole_servo_periods
+from palpate.certificate.arms import Held, felt, whole_servo_periods
 from palpate.certificate.certificate import Case, Certificate, advice, judge
 from palpate.errors import PalpateError, PalpateWarning
 from palpate.hands import PRESETS
@@ -115,7 +115,7 @@ class _Arms:
         )
         if verdict != "stable" and self.rig.scene.stability.passivity != "off":
             told += f"; the passivity layer ({self.rig.scene.stability.passivity}) will take force to hold it"
-        gain = self.o.mapping.scale * self.o.mapping.force_scale * self.o.torque.force_gain
+        gain = felt(self.o)
         passive = classical.colgate_brown(self.o.hand.damping, gain * B, 1 / self.o.rate, facts.delay + servo)
         bounds = {"colgate_brown_with_hand": passive / gain if gain > 0.0 else np.inf}
         return Certificate(B, k_max, k_max, w / (2 * np.pi), case.told, K, verdict, margin, told, bounds,
