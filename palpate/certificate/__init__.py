@@ -31,7 +31,8 @@ def certify(what: Device | Scene, K: float | None = None, B: float | None = None
         B: damping of the wall [N s/m]; for a device none, for a scene the object's.
 
     Raises:
-        SceneError, MeshError: the scene cannot be set up. PalpateError: its control law is not one that is analysed.
+        SceneError, MeshError: the scene cannot be set up. PalpateError: its control law or its source
+            of the force is not one that is analysed.
     """
     if not isinstance(what, Device):
         from palpate.certificate.scene import worst_of

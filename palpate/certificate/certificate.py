@@ -98,7 +98,7 @@ def linear_limit(cases: tuple[Case, ...], B: float) -> tuple[float, float, Case]
 def judge(K: float | None, k_max: float, k_linear: float) -> tuple[Verdict | None, float | None]:
     """The verdict on K, and the margin. Stable is what needs no dry friction to be so."""
     if K is None or K <= 0.0:
-        return (None if K is None else "stable"), None
+        return (None if K is None else "stable" if k_max > 0.0 else "unstable"), None
     margin = k_max / K - 1.0
     sure = SURE * min(k_max, k_linear)
     verdict: Verdict = "stable" if sure >= K else "marginal" if k_max / SURE > K else "unstable"

@@ -42,22 +42,24 @@ class Touched:
     """Along its stiffest axis [N/m]."""
     B: float
     """Along its least damped axis [N s/m]."""
+    B_most: float
+    """Along its most damped axis, which may be too much [N s/m]."""
 
 
 def touched(scene: Scene) -> list[Touched]:
     """Objects, and the regions in them that feel otherwise."""
     found = []
     for i, thing in enumerate(scene.objects):
-        found.append(Touched(thing.name, i, max(thing.stiffness), min(thing.damping)))
+        found.append(Touched(thing.name, i, max(thing.stiffness), min(thing.damping), max(thing.damping)))
         for region in thing.regions:
             K, B = region.stiffness or thing.stiffness, region.damping or thing.damping
-            found.append(Touched(f"{thing.name}, {region.name}", i, max(K), min(B)))
+            found.append(Touched(f"{thing.name}, {region.name}", i, max(K), min(B), max(B)))
     return found
 
 
 def warn_outside(rig: Rig) -> None:
     """One warning per object (or region) of a scene that is not certified to be stable; none where there is no
-    certificate for its control law."""
+    certificate for its control law or its source of the force."""
     try:
         found = certificate.certify_all(rig.scene, rig=rig)
     except PalpateError:
@@ -70,19 +72,22 @@ def warn_outside(rig: Rig) -> None:
 
 def worst_of(certificates: Sequence[Certificate]) -> Certificate:
     """The one nearest to its limit, or furthest beyond it."""
-    return min(certificates, key=lambda c: c.k_max / c.K if c.K else np.inf)
+    return min(certificates, key=lambda c: 0.0 if c.k_max <= 0.0 else c.k_max / c.K if c.K else np.inf)
 
 
 def certificates(scene: Scene, K: float | None, B: float | None, rig: Rig | None) -> list[Certificate]:
     """As `palpate.certificate.certify_all`."""
-    _require_law(scene)
+    _require_known(scene)
     arms = _Arms(rig or build(scene))
-    return [
-        arms.certificate(thing, thing.K if K is None else K, thing.B if B is None else B) for thing in touched(scene)
-    ]
+    found = []
+    for thing in touched(scene):
+        dampings = {thing.B, thing.B_most} if B is None else {B}
+        each = [arms.certificate(thing, thing.K if K is None else K, b) for b in sorted(dampings)]
+        found.append(min(each, key=lambda one: one.k_max))
+    return found
 
 
-def _require_law(scene: Scene) -> None:
+def _require_known(scene: Scene) -> None:
     shaped = scene.torque.law == "impedance" and scene.torque.shape_inertia
     if scene.torque.law == "admittance" or shaped:
         raise PalpateError(
@@ -90,6 +95,13 @@ def _require_law(scene: Scene) -> None:
             where=scene.where("torque"),
             why="its loop goes through the load cell, which the analysis does not know",
             mend="use law stiffness or impedance, or try the scene with a simulated hand",
+        )
+    if scene.force.source != "contact":
+        raise PalpateError(
+            f"there is no certificate for force.source {scene.force.source}",
+            where=scene.where("force"),
+            why="its loop goes through the follower's drives and its observer, which the analysis does not know",
+            mend="use source contact, or try the scene with a simulated hand",
         )
 
 

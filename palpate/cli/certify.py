@@ -56,7 +56,7 @@ def _table(things: list[Touched], found: list[Certificate]) -> Table:
         out.add_column(escape(column), justify="left" if column in ("object", "verdict") else "right")
     for thing, one in zip(things, found, strict=True):
         passive = one.bounds["colgate_brown_with_hand"]
-        out.add_row(thing.name, f"{thing.K:g}", f"{thing.B:g}", number(one.k_max), number(passive),
+        out.add_row(thing.name, f"{thing.K:g}", f"{one.B:g}", number(one.k_max), number(passive),
                     f"{one.frequency:.3g}", one.verdict, style=_COLOURS[one.verdict or "stable"])  # fmt: skip
     return out
 
@@ -65,6 +65,6 @@ def _draw(scene: Scene, things: list[Touched], found: list[Certificate], path: P
     from palpate.certificate.figure import Point, draw
 
     points = [
-        Point(thing.name, thing.B, thing.K, one.verdict or "stable") for thing, one in zip(things, found, strict=True)
+        Point(thing.name, one.B, thing.K, one.verdict or "stable") for thing, one in zip(things, found, strict=True)
     ]
     draw(worst_of(found), points, f"{scene.title}: stable below the line", path)

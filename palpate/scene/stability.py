@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from palpate import _core
 from palpate.scene.values import NotNegative, Positive, Section
@@ -12,6 +12,11 @@ from palpate.scene.values import NotNegative, Positive, Section
 _S = _core.SimulationOptions().stability
 
 Share = Annotated[NotNegative, Field(le=1.0)]
+
+
+def _off(given: object) -> object:
+    """YAML 1.1 reads a bare ``off`` as false."""
+    return "off" if given is False else given
 
 
 class StabilitySection(Section):
@@ -27,7 +32,7 @@ class StabilitySection(Section):
     """largest change of it [N m/s]"""
     stale_after: Positive = _S.stale_after
     """states older than this are not trusted: the force ramps to zero [s]"""
-    passivity: Literal["observer", "tank", "off"] = _S.passivity
+    passivity: Annotated[Literal["observer", "tank", "off"], BeforeValidator(_off)] = _S.passivity
     """observer: the hand gets back no more energy than it ever put in; tank: no more than the tank holds"""
     allowance: NotNegative = _S.allowance
     """energy that may be given beyond that [J]"""

@@ -54,12 +54,21 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
 
 
 def stable_below(rig: Rig) -> Callable[[float], float] | None:
-    """The certificate's limit of the first object for a damping; None for a control law that it does not know."""
+    """How stiff the first object may be at a damping, when the sliders scale all objects and regions with it, so that
+    every one of them is stable; None for a loop that the certificate does not know."""
     try:
-        loop = certify_all(rig.scene, rig=rig)[0].cases[0].loop
+        found = certify_all(rig.scene, rig=rig)
     except PalpateError:
         return None
-    return lambda B: loop.K_max(B)[0]
+    first = rig.scene.objects[0]
+    K, B_first = max(first.stiffness), max(first.damping)
+
+    def limit(B: float) -> float:
+        grown = B / B_first if B_first > 0.0 else 1.0
+        times = (one.cases[0].loop.K_max(one.B * grown)[0] / one.K for one in found if one.K)
+        return K * min(times, default=np.inf)
+
+    return limit
 
 
 def stage_of_record(record: Record) -> Stage:

@@ -11,6 +11,7 @@ from palpate.certificate.scene import touched, warn_outside
 from palpate.errors import PalpateError, PalpateWarning
 from palpate.scene.rig import build
 from palpate.studies import certificate_arms
+from palpate.viewer.staging import stable_below
 
 SCENE = """
 objects: [{name: table, plane: {size: 0.3}, stiffness: 800, damping: 1}]
@@ -74,3 +75,26 @@ def test_a_law_through_the_load_cell_has_no_certificate():
     with pytest.raises(PalpateError, match=r"there is no certificate for torque\.law admittance"):
         palpate.certify(admittance)
     warn_outside(build(admittance))  # and no warning that would be a guess
+
+
+def test_a_force_told_by_drives_has_no_certificate():
+    bilateral = palpate.Scene.load("scenes/bilateral.yaml")
+    with pytest.raises(PalpateError, match=r"there is no certificate for force\.source both"):
+        palpate.certify(bilateral)
+
+
+def test_the_most_damped_axis_counts_as_well():
+    too_much = palpate.Scene.parse(SCENE.replace("damping: 1", "damping: [1, 1, 3000]"))
+    assert palpate.certify(too_much).verdict == "unstable"
+    assert palpate.certify(palpate.Device(mass=0.3, damping=0.5, delay=0.005), K=0.0, B=1000.0).verdict == "unstable"
+
+
+def test_the_viewers_limit_is_that_of_the_stiffest_region_and_object():
+    """Its sliders scale them all: what is told of the first object's stiffness has to hold for every one."""
+    one = "{name: table, plane: {size: 0.3}, stiffness: 800, damping: 1}"
+    stiff = one.replace("table", "stone").replace("800", "2400")
+    alone, both = (build(palpate.Scene.parse(SCENE.replace(one, text))) for text in (one, f"{one}, {stiff}"))
+    limits = [stable_below(rig) for rig in (alone, both)]
+    assert limits[0] is not None
+    assert limits[1] is not None
+    assert limits[1](2.0) == pytest.approx(limits[0](2.0) / 3.0, rel=1e-6)

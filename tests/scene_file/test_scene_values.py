@@ -37,6 +37,12 @@ def test_defaults_are_those_of_the_core():
     assert scene.objects[0].stiffness == tuple(material.K)
 
 
+def test_off_needs_no_quotes():
+    """YAML 1.1 reads it as false."""
+    scene = Scene.parse("objects: [{name: wall, plane: {}}]\nstability: {passivity: off}\n")
+    assert scene.stability.passivity == "off"
+
+
 def test_preset_paper_holds_the_papers_values():
     scene = Scene.parse("preset: paper\nobjects: [{shape: organ}]")
     assert (scene.contact.radius, scene.rates.haptic, scene.torque.mode) == (0.015, 500.0, "paper")
