@@ -64,7 +64,7 @@ class Totals:
         if not len(ticks):
             return
         force = np.linalg.norm(ticks["F_H_L"], axis=1)
-        touching = ticks["contacts"] > 0
+        touching = (ticks["contacts"] > 0) | ticks["F_touch_W"].any(axis=1)
         self._ticks += len(ticks)
         self._touching += int(touching.sum())
         status = ticks["status"].astype(np.int64)

@@ -167,3 +167,25 @@ def test_options_that_cannot_be_are_named(name, value):
 def test_a_mode_that_is_none_is_named():
     with pytest.raises(ValueError, match="'observer', 'tank' or 'off'; got 'on'"):
         options(passivity="on")
+
+
+def test_an_overdrawn_account_is_opened_anew_by_the_clutch_and_not_before():
+    """Snatched away at 20 times the acceleration told: no press is felt after it, but the first after a clutch is."""
+    o, K = options(delay=0.004), 500.0
+    snatched = np.concatenate([np.linspace(-0.001, 0.006, 400), np.full(300, 0.006), np.linspace(0.006, -0.004, 8)])
+    pressed = np.concatenate([np.linspace(-0.004, 0.003, 700), np.linspace(0.003, -0.004, 700)])
+    x = np.concatenate([snatched, pressed, pressed, pressed])
+    clutch = slice(len(snatched) + 1400, len(snatched) + 1500)  # at the start of the last press but one, in free space
+    stage, F, stored = _core.Stability(o, DT), np.zeros(len(x)), np.zeros(len(x))
+    v = np.diff(x, prepend=x[0]) / DT
+    for k in range(len(x)):
+        engaged = not clutch.start <= k < clutch.stop
+        F_wanted = [-K * max(x[k], 0.0), 0, 0]
+        out = stage.step(F_wanted, np.array([x[k], 0, 0]), np.array([v[k], 0, 0]), engaged=engaged)
+        F[k], stored[k] = -out.F_H_L[0], stage.stored
+        stage.rendered(out.F_H_L)
+    before, after = F[clutch.start - 1400 : clutch.start], F[clutch.stop : clutch.start + 1400]
+    assert stored[clutch.start - 1] < 0.0
+    assert before[100:].max() == 0.0
+    assert stored[clutch.stop] == pytest.approx(ALLOWANCE)
+    assert after.max() == pytest.approx(K * 0.003, rel=0.1)

@@ -70,6 +70,15 @@ void Observer::step(const Pose& X_LH, const Twist& V_LH, double dissipated) noex
   stored_ = std::min(stored_ - (1.0 - share) * work_now - share * work_before + dissipated, options_.capacity);
 }
 
+void Observer::sent(const Wrench& F_H_L) noexcept {
+  line_.push(F_H_L);
+  quiet_ = F_H_L.f == Vec3::Zero() && F_H_L.t == Vec3::Zero() ? quiet_ + 1 : 0;
+}
+
+void Observer::forgive() noexcept {
+  if (quiet_ > line_.steps() + 1) stored_ = std::max(stored_, options_.allowance);
+}
+
 double Observer::held(const Wrench& F, double from, double to) const noexcept {
   const double a = options_.acceleration, w = options_.angular_acceleration;
   return held_cost(F.f.norm(), along(F.f, V_LH_.v, 0.5 * a * dt_), a, from, to) +

@@ -41,7 +41,9 @@ class Observer {
   /// X_LH, V_LH: handle at this tick; dissipated: by the device since the last one [J].
   void step(const Pose& X_LH, const Twist& V_LH, double dissipated) noexcept;
   /// What this tick sends: acts after the delay.
-  void sent(const Wrench& F_H_L) noexcept { line_.push(F_H_L); }
+  void sent(const Wrench& F_H_L) noexcept;
+  /// The account is opened anew, once nothing acts and nothing is in flight: a deficit is forgiven.
+  void forgive() noexcept;
 
   /// What may be given back [J].
   [[nodiscard]] double stored() const noexcept { return stored_; }
@@ -56,6 +58,7 @@ class Observer {
   ObserverOptions options_;
   double dt_, delay_;
   DelayLine<Wrench> line_;
+  std::size_t quiet_ = 0;  ///< periods since something was sent
   bool started_ = false;
   Pose X_LH_;  ///< through the play
   Twist V_LH_;

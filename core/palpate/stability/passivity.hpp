@@ -36,6 +36,8 @@ class PassivityController {
   void observe(const Pose& X_LH, const Twist& V_LH, const JointVector& q) noexcept;
   /// s F; F finite.
   [[nodiscard]] Wrench step(const Wrench& F_H_L, const Limiter& limiter) noexcept;
+  /// The map is let go (clutch, an arm that is silent): see Observer::forgive.
+  void forgive() noexcept { observer_.forgive(); }
   void rendered(const Wrench& F_H_L) noexcept { observer_.sent(F_H_L); }
 
   [[nodiscard]] double stored() const noexcept { return observer_.stored(); }

@@ -28,6 +28,7 @@ Output Stability::step(const Input& in) noexcept {
   if (!in.engaged || !believable(in.F_H_L)) {
     coupling_.reset();
     low_pass_.reset();
+    if (!in.engaged) passivity_.forgive();
     out.F_capped = passivity_.step({}, limiter_);
   } else {
     const Wrench coupled = coupling_.step(in.F_H_L, in.stiffness);
