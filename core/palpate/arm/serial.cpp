@@ -187,7 +187,7 @@ class Serial final : public Mechanism {
 
   [[nodiscard]] Eigen::VectorXd moments() const override {
     Eigen::VectorXd Pi(4 * model_.nv);
-    for (int k = 0; k < model_.nv; ++k) {
+    for (Eigen::Index k = 0; k < model_.nv; ++k) {
       const auto& body = model_.inertias[static_cast<std::size_t>(k) + 1];
       Pi.segment<4>(4 * k) << body.mass(), body.mass() * body.lever();
     }
@@ -219,14 +219,14 @@ class Serial final : public Mechanism {
 
   [[nodiscard]] Eigen::VectorXd inertial_parameters() const override {
     Eigen::VectorXd pi(10 * model_.nv);
-    for (int j = 0; j < model_.nv; ++j) {
+    for (Eigen::Index j = 0; j < model_.nv; ++j) {
       pi.segment<10>(10 * j) = model_.inertias[static_cast<std::size_t>(j) + 1].toDynamicParameters();
     }
     return pi;
   }
 
   void set_inertial_parameters(const Eigen::VectorXd& pi) override {
-    for (int j = 0; j < model_.nv; ++j) {
+    for (Eigen::Index j = 0; j < model_.nv; ++j) {
       model_.inertias[static_cast<std::size_t>(j) + 1] =
           pinocchio::Inertia::FromDynamicParameters(pi.segment<10>(10 * j));
     }
