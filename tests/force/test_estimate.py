@@ -94,7 +94,7 @@ def test_dead_band_and_states_that_are_no_numbers():
     wide = _core.Estimate(ARM, _core.EstimateOptions())
     pushed = push(wide, 0.0, 50)
     assert np.linalg.norm(pushed) > 0.1
-    for broken in (np.nan, 1e300):
+    for broken in (np.nan, 1e300, 11 * float(ARM.v_max.min())):
         np.testing.assert_array_equal(wide.step(0.05, Q0, np.full(6, broken), np.zeros(6)), np.zeros(3))
         assert np.linalg.norm(push(wide, 0.1, 1)) < 1e-9, "begins anew"
         np.testing.assert_allclose(push(wide, 0.101, 50), pushed, rtol=0.05)

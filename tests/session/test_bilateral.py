@@ -92,3 +92,29 @@ def test_a_silent_follower_is_ramped_down():
     assert not F[465:].any()
     assert not np.array([row["F_estimate_W"] for row in told[432:]]).any()
     assert all(int(row["status"]) & 8 for row in told[432:])
+
+
+@pytest.mark.parametrize("torque", [1e3, 1e9, 1e200, np.nan])
+def test_impossible_torques_tell_no_force_and_leave_nothing_behind(torque):
+    """A glitch of the drives' torques, within the numbers that a state may have: told, not felt, over when it is over."""
+    leader, follower = Arm.mtm("right"), Arm.psm()
+    options = _core.CycleOptions()
+    options.source = "estimate"
+    options.stability.passivity = "off"
+    cycle = _core.Cycle(options, leader, follower)
+    q = np.array([0.2, -0.3, 0.12, 0.4, 0.2, -0.3])
+    good = follower.gravity(q) - follower.jacobian(q).T @ [0.0, 0.0, 1.5, 0.0, 0.0, 0.0]
+    rows = []
+    for k in range(900):
+        tau = np.full(6, torque) if 400 <= k < 410 else good
+        row, *_ = cycle.step(
+            1e-3 * k, leader.home, np.zeros(7), 0.0, q, 0.0, _core.Snapshot([]), t_follower=1e-3 * k,
+            v_follower=np.zeros(6), tau_follower=tau,
+        )  # fmt: skip
+        rows.append(as_ticks(row)[0])
+    no_torques = next(bit for name, bit, _ in _core.status_words() if name == "no_torques")
+    assert [k for k, row in enumerate(rows) if int(row["status"]) & no_torques] == list(range(400, 410))
+    assert not np.array([row["F_estimate_W"] for row in rows[400:410]]).any()
+    F = size(np.array([row["F_H_L"] for row in rows]))
+    assert F[400:].max() <= F[399] * 1.001, "nothing is added by a glitch"
+    assert F[-1] == pytest.approx(F[399], rel=0.01)

@@ -12,6 +12,7 @@ namespace {
 constexpr double kStep = 1e-4;     // [s] of the difference that gives dM/dt v; its error is of second order
 constexpr double kGap = 0.1;       // longest silence that an integral goes on over [s]
 constexpr double kDamping = 1e-6;  // of the least squares, beside weighed levers of about one
+constexpr double kBeyond = 10.0;   // times what a drive can do: no measurement
 
 JointVector sized(const JointVector& values, Eigen::Index n, const char* name, bool positive) {
   if (values.size() == 0) return JointVector::Zero(n);
@@ -88,17 +89,24 @@ Estimate::Estimate(const arm::Arm& model, EstimateOptions options)
       observer_(with_links(model, options_.links), options_.rotor_inertia.asDiagonal().toDenseMatrix(),
                 options_.bandwidth),
       weight_(model.tau_max().cwiseInverse()),
-      slip_(options_.slip_speed * model.v_max()) {
+      slip_(options_.slip_speed * model.v_max()),
+      tau_beyond_(kBeyond * model.tau_max()),
+      v_beyond_(kBeyond * model.v_max()) {
   if (!weight_.allFinite() || !(slip_.array() > 0.0).all()) {
     throw std::invalid_argument(
         "estimating a force needs the follower's effort and velocity limits: give them in its URDF");
   }
 }
 
+bool Estimate::believes(const FollowerState& s) const noexcept {  // so written, NaN is not
+  return s.tau.size() == tau_beyond_.size() && s.v.size() == v_beyond_.size() &&
+         (s.tau.array().abs() <= tau_beyond_.array()).all() && (s.v.array().abs() <= v_beyond_.array()).all();
+}
+
 const Vec3& Estimate::step(const FollowerState& s) noexcept {
   F_T_B_.setZero();
   arm::Arm& arm = observer_.model();
-  if (s.tau.size() != arm.n() || s.v.size() != arm.n() || !s.tau.allFinite() || !s.v.allFinite()) {
+  if (!believes(s)) {
     observer_.reset();
     return F_T_B_;
   }

@@ -51,14 +51,16 @@ class Estimate {
   /// Throws std::invalid_argument naming the option, its value and the mend.
   Estimate(const arm::Arm& model, EstimateOptions options);
   void reset() noexcept { observer_.reset(); }
-  /// The newest state: F_T_B, of the environment on the tool, in the arm's base [N]. Zero while the state says no
-  /// torques. A state as old as the last one changes nothing; after a gap longer than 0.1 s it begins anew.
+  /// Does the state say torques and velocities, below ten times what the drives can?
+  [[nodiscard]] bool believes(const FollowerState& state) const noexcept;
+  /// The newest state: F_T_B, of the environment on the tool, in the arm's base [N]. Zero while it is not believed. A
+  /// state as old as the last one changes nothing; after a gap longer than 0.1 s it begins anew.
   const Vec3& step(const FollowerState& state) noexcept;
 
  private:
   EstimateOptions options_;
   MomentumObserver observer_;
-  JointVector weight_, slip_;
+  JointVector weight_, slip_, tau_beyond_, v_beyond_;
   double t_ = 0.0;  ///< of the last state [s]
   Vec3 F_T_B_ = Vec3::Zero();
 };

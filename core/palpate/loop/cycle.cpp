@@ -161,6 +161,7 @@ bool Cycle::reach(const Pose& X_WT_goal, double jaw) noexcept {
 Wrench Cycle::felt(const force::ForceTerms& force) noexcept {
   if (!estimate_) return {force.F, force.torque};
   if (!follower_good_) estimate_->reset();
+  if (!estimate_->believes(follower_state_)) out_.tick.status += static_cast<double>(kNoTorques);
   const Vec3 F_T_W = follower_good_ ? Vec3(options_.X_WB.R * estimate_->step(follower_state_)) : Vec3::Zero();
   Vec3::Map(out_.tick.F_estimate_W) = F_T_W;
   if (options_.source == force::Source::estimate) return {F_T_W, Vec3::Zero()};

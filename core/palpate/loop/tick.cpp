@@ -84,6 +84,7 @@ constexpr std::array kStatusWords = {
     StatusWords{"passivity", kPassivity, "passivity: the force is held back to what the hand has put in"},
     StatusWords{"torque_limited", kTorqueLimited, "a motor is at its torque limit"},
     StatusWords{"no_load_cell", kNoLoadCell, "no load cell: the control law renders as stiffness control does"},
+    StatusWords{"no_torques", kNoTorques, "the follower's torques are missing or impossible: no force is told by them"},
     StatusWords{"singular", kSingular, "the leader is nearly stretched: its dynamics are damped"},
     StatusWords{"too_fast", kTooFast, "fast motion: the hand feels the arm's inertia beside the force"},
     StatusWords{"ik_failed", kIkFailed, "the instrument cannot reach further: it holds"},

@@ -24,6 +24,7 @@ enum Status : unsigned {
   kTooFast = 1u << 11,       ///< inertia and Coriolis forces that the control law leaves out are no longer small
   kNoLoadCell = 1u << 12,    ///< the control law wants the hand's force and does not get it
   kPassivity = 1u << 13,     ///< the passivity controller withholds force that the port could not pay for
+  kNoTorques = 1u << 14,     ///< the follower's torques are missing or impossible: no force is estimated
 };
 
 /// Touches of a tick that are told one by one.
