@@ -96,7 +96,7 @@ def test_a_silent_follower_is_ramped_down():
 
 @pytest.mark.parametrize("torque", [1e3, 1e9, 1e200, np.nan])
 def test_impossible_torques_tell_no_force_and_leave_nothing_behind(torque):
-    """A glitch of the drives' torques, within the numbers that a state may have: told, not felt, over when it is over."""
+    """A glitch of the drives' torques: told, not felt, and over when it is over."""
     leader, follower = Arm.mtm("right"), Arm.psm()
     options = _core.CycleOptions()
     options.source = "estimate"
