@@ -23,7 +23,7 @@ from scipy.linalg import expm
 
 from palpate import _core
 from palpate.arm import Arm
-from palpate.certificate.device import TAP
+from palpate.certificate.device import TAP, as_viscous
 from palpate.certificate.loop import Complex, Loop, Modes, Path, low_pass, modes
 
 Array = NDArray[np.float64]
@@ -102,7 +102,7 @@ class Held:
         M, _, _, J = self._matrices
         motion = np.linalg.solve(M, J[:3].T @ n)
         speed = np.maximum(np.abs(TAP * motion / (n @ J[:3] @ motion)), _SLOWEST)
-        A, b, c, d = self._space(4.0 * self.o.leader.coulomb / (np.pi * speed))
+        A, b, c, d = self._space(as_viscous(self.o.leader.coulomb, speed))
         return self._closed(A, b @ n, n @ c, n @ d, None)
 
     def _closed(self, A: Array, b: Array, c: Array, d: Array, known: Modes | None) -> Loop:

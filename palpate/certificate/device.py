@@ -5,14 +5,25 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from palpate import _core
 from palpate.certificate.loop import Loop, difference
 from palpate.errors import PalpateError
 from palpate.hands import PRESETS, Hand
 
+Array = NDArray[np.float64]
+
 #: The fastest tap that a certificate counts with [m/s]; dry friction helps least against it.
 TAP = 0.5
+
+
+def as_viscous(friction: float | Array, speed: float | Array) -> Array:
+    """Viscous friction that takes as much as dry friction `friction` from a swing of the velocity `speed`, 4 Fc/(pi v).
+
+    Its describing function (Gelb and Vander Velde 1968, 2.3); [N] and [m/s] give [N s/m], [N m] and [rad/s] N m s/rad.
+    """
+    return np.asarray(4.0 * friction / (np.pi * speed))
 
 
 @dataclass(frozen=True)
@@ -59,10 +70,10 @@ class Device:
         """Device and hand as a linear loop; jitter counts in full, as delay.
 
         lubricated: without dry friction. Otherwise as the viscous friction that takes as much from a swing of the
-        velocity `TAP`: 4 Fc / (pi TAP), its describing function (Gelb and Vander Velde 1968, 2.3).
+        velocity `TAP` (`as_viscous`).
         """
         M = self.mass + hand.mass
-        D = self.damping + hand.damping + (0.0 if lubricated else 4.0 * self.friction / (np.pi * TAP))
+        D = self.damping + hand.damping + (0.0 if lubricated else as_viscous(self.friction, TAP))
         A = np.array([[0.0, 1.0], [-hand.stiffness / M, -D / M]])
         T = 1.0 / self.rate
         return Loop(A, np.array([0.0, 1.0 / M]), np.array([1.0, 0.0]), T, self.delay + self.jitter,

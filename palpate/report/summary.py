@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 
-from rich.console import Console
 from rich.table import Table
 
 from palpate.record.reader import Record
@@ -70,8 +69,3 @@ def summary_table(summary: Summary) -> Table:
     for quantity, value, meaning in rows(summary):
         table.add_row(quantity, value, meaning)
     return table
-
-
-def print_summary(summary: Summary, console: Console) -> None:
-    """Print the table."""
-    console.print(summary_table(summary))

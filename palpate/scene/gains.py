@@ -57,5 +57,6 @@ def _where_stiffest(thing: ObjectSection, K: float) -> tuple[str, tuple[str | in
 
 
 def felt_stiffness(scene: Scene, index: int) -> float:
-    """What the hand feels of object ``index``: scale * force_scale * K, along its stiffest axis [N/m]."""
-    return scene.mapping.scale * scene.mapping.force_scale * stiffest(scene.objects[index])
+    """What the hand feels of object ``index``: scale * force_scale * force_gain * K, along its stiffest axis [N/m]."""
+    gain = scene.mapping.scale * scene.mapping.force_scale * scene.torque.force_gain
+    return gain * stiffest(scene.objects[index])

@@ -12,7 +12,7 @@ from palpate.record.ticks import STATUS
 from palpate.report.assumptions import slow_motion
 from palpate.report.run import Run
 from palpate.report.style import thin
-from palpate.report.summary import print_summary, rows, summary_of
+from palpate.report.summary import rows, summary_of, summary_table
 
 SCENE = "name: floor\nstability: {force_cap: 3.0}\n"
 
@@ -49,7 +49,7 @@ def test_killed_run_is_a_fault(tmp_path):
 def test_table_has_units_and_words(tmp_path):
     out = io.StringIO()
     summary = summary_of(record_of(tmp_path, synthetic_run.run(1.0), deterministic=True))
-    print_summary(summary, Console(file=out, width=120))
+    Console(file=out, width=120).print(summary_table(summary))
     text = out.getvalue()
     for expected in ("peak force", "4.00 mm", " N ", " s ", "mJ"):
         assert expected in text

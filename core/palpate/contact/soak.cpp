@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "palpate/scene/snapshot.hpp"
+#include "palpate/types/random.hpp"
 
 namespace palpate::contact {
 namespace {
@@ -52,9 +53,7 @@ class Judge {
 class Dice {
  public:
   explicit Dice(std::uint64_t seed) : engine_(seed) {}
-  double between(double low, double high) {
-    return low + (high - low) * 0x1p-53 * static_cast<double>(engine_() >> 11);
-  }
+  double between(double low, double high) { return low + (high - low) * uniform(engine_); }
   std::size_t below(std::size_t n) { return static_cast<std::size_t>(engine_() % n); }
   Vec3 direction() {
     for (;;) {

@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "palpate/types/random.hpp"
+
 namespace palpate::loop {
 namespace {
 
@@ -82,14 +84,12 @@ HandMotion::HandMotion(HandPath path, const Pose& X_WL, double tremor, std::uint
     return;
   }
   std::mt19937_64 random(seed);
-  // Not std::uniform_real_distribution: its numbers differ between standard libraries.
-  const auto uniform = [&random] { return static_cast<double>(random() >> 11) * 0x1p-53; };
   for (int i = 0; i < kSways; ++i) {
     Sway sway;
-    sway.omega = 2.0 * std::numbers::pi * (8.0 + 4.0 * uniform());
+    sway.omega = 2.0 * std::numbers::pi * (8.0 + 4.0 * uniform(random));
     sway.amplitude = Vec3::Constant(tremor * std::sqrt(2.0 / kSways));
     for (int axis = 0; axis < 3; ++axis) {
-      sway.phase[axis] = 2.0 * std::numbers::pi * uniform();
+      sway.phase[axis] = 2.0 * std::numbers::pi * uniform(random);
     }
     tremor_.push_back(sway);
   }

@@ -8,6 +8,7 @@
 
 #include "palpate/plant/axis_motion.hpp"
 #include "palpate/types/low_pass.hpp"
+#include "palpate/types/random.hpp"
 
 namespace palpate::plant {
 namespace {
@@ -85,7 +86,7 @@ class Line {
 
   void send(std::size_t cycle, double F) noexcept {
     double late = o_.delay * o_.rate;  // [cycles]
-    if (o_.jitter > 0.0) late += o_.jitter * o_.rate * static_cast<double>(random_() >> 11) * 0x1p-53;
+    if (o_.jitter > 0.0) late += o_.jitter * o_.rate * uniform(random_);
     const double whole = std::floor(late + 1e-9);
     Command now{cycle + static_cast<std::size_t>(whole), std::max(late - whole, 0.0) / o_.rate, F};
     if (size_ > 0) {  // it does not overtake

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "palpate/types/random.hpp"
+
 namespace palpate::plant {
 namespace {
 
@@ -36,7 +38,7 @@ void Drive::command(const LeaderCommand& command) noexcept {
   if (size_ == line_.size()) arrive();
   const std::size_t last = head_ + size_ + line_.size() - 1;
   const double before = size_ > 0 ? line_[last % line_.size()].due : acting_.due;  // none overtakes another
-  const double u = options_.jitter > 0.0 ? static_cast<double>(random_() >> 11) * 0x1p-53 : 0.0;
+  const double u = options_.jitter > 0.0 ? uniform(random_) : 0.0;
   line_[(last + 1) % line_.size()] = {std::max(t_ + options_.delay + options_.jitter * u, before), act};
   ++size_;
   t_sent_ = t_;

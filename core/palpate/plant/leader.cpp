@@ -10,6 +10,7 @@
 #include "palpate/plant/drive.hpp"
 #include "palpate/plant/dry_friction.hpp"
 #include "palpate/plant/encoders.hpp"
+#include "palpate/types/random.hpp"
 
 namespace palpate::plant {
 namespace {
@@ -125,7 +126,7 @@ struct Leader::Impl {
   /// Normal, of unit variance (the sum of twelve uniforms; the same on every machine).
   double gauss() noexcept {
     double sum = -6.0;
-    for (int i = 0; i < 12; ++i) sum += static_cast<double>(random() >> 11) * 0x1p-53;
+    for (int i = 0; i < 12; ++i) sum += uniform(random);
     return sum;
   }
 
