@@ -9,7 +9,7 @@ demo: setup
 	@$(RUN) palpate run scenes/palpation.yaml --duration 20 $(ARGS)
 
 test: setup
-	@$(RUN) pytest
+	@$(RUN) pytest -n 2 --dist loadfile
 
 setup: .venv/.ready
 
