@@ -43,11 +43,22 @@ Rows to_rows(std::vector<Tick>&& ticks) {
 
 nb::object to_row(const Tick& tick) { return nb::cast(to_rows({tick}))[nb::int_(0)]; }
 
-Rows run(Simulation& self, std::size_t n_ticks) {
+using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+
+Rows run(Simulation& self, std::size_t n_ticks, const std::optional<Points>& hand_W) {
+  std::vector<Vec3> led;
+  if (hand_W) {
+    if (static_cast<std::size_t>(hand_W->rows()) != n_ticks || !hand_W->allFinite()) {
+      throw std::invalid_argument("hand_W must have shape (" + std::to_string(n_ticks) +
+                                  ", 3), a finite point for each tick; got shape (" + std::to_string(hand_W->rows()) +
+                                  ", 3)");
+    }
+    for (Eigen::Index i = 0; i < hand_W->rows(); ++i) led.emplace_back(hand_W->row(i));
+  }
   std::vector<Tick> ticks(n_ticks);
   {
     nb::gil_scoped_release release;
-    ticks.resize(self.run(n_ticks, ticks.data()));
+    ticks.resize(self.run(n_ticks, ticks.data(), hand_W ? led.data() : nullptr));
   }
   return to_rows(std::move(ticks));
 }
@@ -68,8 +79,7 @@ nb::dict timing(const Simulation& self) {
   return d;
 }
 
-HandPath hand_path(std::vector<double> times, const Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>& p,
-                   std::vector<double> grippers) {
+HandPath hand_path(std::vector<double> times, const Points& p, std::vector<double> grippers) {
   std::vector<Vec3> positions;
   positions.reserve(static_cast<std::size_t>(p.rows()));
   for (Eigen::Index i = 0; i < p.rows(); ++i) {
@@ -160,8 +170,7 @@ void bind_running(nb::module_& m) {
   nb::class_<HandPath>(m, "HandPath", "Intended tool path in W through way points: no rest but at the ends and turns.")
       .def(
           "__init__",
-          [](HandPath* self, std::vector<double> times,
-             const Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>& positions_W,
+          [](HandPath* self, std::vector<double> times, const Points& positions_W,
              const std::optional<std::vector<double>>& grippers) {
             new (self) HandPath(hand_path(std::move(times), positions_W, grippers.value_or(std::vector<double>{})));
           },
@@ -178,7 +187,10 @@ void bind_running(nb::module_& m) {
       .def(nb::init<const SimulationOptions&, arm::Arm, arm::Arm, const arm::Arm&,
                     std::shared_ptr<const scene::Snapshot>, HandPath>(),
            "options"_a, "leader_plant"_a, "leader_model"_a, "follower"_a, "snapshot"_a, "hand_path"_a)
-      .def("run", &run, "n_ticks"_a, "Lockstep: rows (n, TICK_BYTES/8); fewer when paused.")
+      .def(
+          "run", &run, "n_ticks"_a, "hand_W"_a = nb::none(),
+          "Lockstep: rows (n, TICK_BYTES/8); fewer when paused. hand_W (n, 3): where the hand is led, beside its path, "
+          "to the end of each tick [m]; a call of some ticks lets an operator look at the rows and lead it on.")
       .def("start", &Simulation::start, nb::call_guard<nb::gil_scoped_release>(), "Real time, in a thread of its own.")
       .def("stop", &Simulation::stop, nb::call_guard<nb::gil_scoped_release>(),
            "Ramps the force to zero, then ends the thread.")

@@ -141,10 +141,11 @@ const HandMotion::Target& HandMotion::step(double dt) noexcept {
     v_glide_ *= kGlideSpeed / speed;
   }
   glide_ += dt * v_glide_;
+  lead_ += dt * v_lead_;
 
   HandPath::Point hand = wanted(t_);
-  hand.p += glide_;
-  hand.v += v_glide_;
+  hand.p += glide_ + lead_;
+  hand.v += v_glide_ + v_lead_;
   for (const Sway& sway : tremor_) {
     const Vec3 angle = sway.phase + Vec3::Constant(sway.omega * t_);
     hand.p += sway.amplitude.cwiseProduct(angle.array().sin().matrix());

@@ -57,6 +57,12 @@ class HandMotion {
   void start(const Pose& X_LH) noexcept;
   /// Once per tick: the map as it is now, how far the viewer drags the hand [m], and whether its path waits.
   void follow(const mapping::Mapping& mapping, const Vec3& p_offset_W, bool hold, double t) noexcept;
+  /// In the coming tick the hand goes straight, at one speed, to where it is p_W beside all this [m]: what an operator
+  /// does who sees and feels, and so cannot be told beforehand. It does not glide: the operator's own motion is the
+  /// law.
+  void lead(const Vec3& p_W, double tick) noexcept { v_lead_ = (p_W - lead_) / tick; }
+  /// It stays where it was led to.
+  void stay() noexcept { v_lead_.setZero(); }
   /// dt later.
   const Target& step(double dt) noexcept;
 
@@ -74,6 +80,7 @@ class HandMotion {
   Vec3 origin_ = Vec3::Zero(), offset_ = Vec3::Zero();
   double gain_ = 0.0;
   Vec3 glide_ = Vec3::Zero(), v_glide_ = Vec3::Zero();  ///< still to go [m], [m/s]
+  Vec3 lead_ = Vec3::Zero(), v_lead_ = Vec3::Zero();    ///< [m], [m/s]
   double t_ = 0.0;
   bool hold_ = false;
   double t_hold_ = 0.0, held_ = 0.0;  ///< where the path waits, and how long it has waited so far [s]

@@ -85,19 +85,21 @@ Simulation::Simulation(const SimulationOptions& options, arm::Arm leader, arm::A
   }
 }
 
-std::size_t Simulation::run(std::size_t n, Tick* rows) {
+std::size_t Simulation::run(std::size_t n, Tick* rows, const Vec3* hand_W) {
   const std::lock_guard lock(driver_);
   if (running()) {
     throw std::logic_error("the simulation runs in real time: stop() it before run()");
   }
   std::size_t done = 0;
   for (take(false); done < n && !in_.controls.paused; take(false)) {
+    if (hand_W != nullptr) hand_.lead(hand_W[done], 1.0 / options_.rate);
     tick(0.0);
     if (cycle_.contact().asynchronous()) {
       cycle_.contact().collide(scene_.current());
     }
     rows[done++] = tick_;
   }
+  hand_.stay();
   return done;
 }
 

@@ -46,7 +46,9 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): there i
   Simulation& operator=(const Simulation&) = delete;
 
   /// Lockstep: n ticks as fast as the machine can, into rows[0..n). Fewer when paused. Deterministic.
-  std::size_t run(std::size_t n, Tick* rows);
+  /// hand_W: where the hand is to be at the end of each tick beside its path, n points in W [m]; it stays where it is
+  /// without. Calls may be short: an operator looks at the rows and leads the hand on.
+  std::size_t run(std::size_t n, Tick* rows, const Vec3* hand_W = nullptr);
 
   /// Real time: a thread of its own from here on. Stopping ramps the force to zero first and keeps gravity compensated.
   void start();
