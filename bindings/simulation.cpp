@@ -90,9 +90,10 @@ HandPath hand_path(std::vector<double> times, const Points& p, std::vector<doubl
 
 template <typename Class, typename Struct>
 void pose_field(Class& c, const char* name, Pose Struct::* field, const char* doc) {
+  using Bound = typename Class::Type;  // may inherit the field
   c.def_prop_rw(
-      name, [field](const Struct& s) { return to_matrix(s.*field); },
-      [field, name](Struct& s, const Matrix4& m) { s.*field = to_pose(m, name); }, doc);
+      name, [field](const Bound& s) { return to_matrix(s.*field); },
+      [field, name](Bound& s, const Matrix4& m) { s.*field = to_pose(m, name); }, doc);
 }
 
 constexpr std::array kSources = {"contact", "estimate", "both"};  // as in force::Source

@@ -1,21 +1,14 @@
 #include "palpate/loop/cycle.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <stdexcept>
 #include <utility>
 
+#include "palpate/loop/record.hpp"
+
 namespace palpate::loop {
 namespace {
-
-double period(double rate) {
-  if (!(rate >= 50.0 && rate <= 10000.0)) {
-    throw std::invalid_argument("rate = " + std::to_string(rate) +
-                                " Hz: the haptic cycle runs between 50 and 10000 Hz, for example 1000");
-  }
-  return 1.0 / rate;
-}
 
 /// Finite, and no number whose sums or sines are not: no joint is a million radians, metres or radians a second away.
 bool believable(const JointVector& x) noexcept { return (x.array().abs() < 1e6).all(); }
@@ -26,14 +19,11 @@ Cycle::Cycle(const CycleOptions& options, arm::Arm leader, arm::Arm follower)
     : options_(options),
       leader_(std::move(leader)),
       follower_(std::move(follower)),
-      contact_(options.method, options.contact),
-      mapping_(options.mapping, options.X_WL.R, period(options.rate)),
+      haptics_(options),
       estimate_(options.source == force::Source::contact
                     ? nullptr
                     : std::make_unique<force::Estimate>(follower_, options.estimate)),
-      stability_(options.stability, period(options.rate)),
-      ledger_(options.stability.passivity.observer.delay, period(options.rate)),
-      torque_(options.torque, leader_.tau_max(), period(options.rate)),
+      torque_(options.torque, leader_.tau_max(), 1.0 / options.rate),
       zero_(JointVector::Zero(follower_.n())),
       q_step_(follower_.v_max() / options.rate) {
   if (!(q_step_.array() > 0.0).all()) {
@@ -55,24 +45,22 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
     hold_up();  // an arm has not been heard of yet: no force, no motion
     return out_;
   }
+  in_.t = in.t;
+  in_.controls = in.controls;
+  in_.scene = in.scene;
   locate();
-  const mapping::Output mapped =
-      mapping_.step({options_.X_WL * X_LH_, V_LH_, leader_state_.gripper, X_WT_, follower_state_.jaw,
-                     in.controls.following && leader_good_ && follower_good_, in.controls.clutch, reached_});
-  const bool reached = reach(mapped.X_WT_goal, mapped.jaw);
-  reached_ = reached && follower_good_;
-  const contact::ContactSet& contacts = contact_.step(*in.scene, p_WS_.data(), in.t);
-  const force::ForceTerms force =
-      force::step(contacts, mapped.V_WT, in.controls.stiffness_scale, in.controls.damping_scale);
-  const Wrench wanted = mapping_.wrench_on_hand(felt(force));
-  const stability::Output rendered = stabilise(wanted, mapped.engaged, force.F, contacts, in);
-  const unsigned driven = torque_.step(leader_, {leader_state_, rendered.F_H_L, leader_good_}, out_.leader);
-  stability_.rendered(out_.leader.F_H_L);
+  const unsigned estimated = estimate();
+  const HapticsOutput& felt = haptics_.step(in_);
+  const bool reached = reach(felt.mapped.X_WT_goal, felt.mapped.jaw);
+  in_.tool.reached = reached && in_.tool.good;
+  const Wrench& F_H_L = felt.rendered.F_H_L;
+  const unsigned driven = torque_.step(leader_, {leader_state_, F_H_L, in_.handle.good}, out_.leader);
+  haptics_.finish(in_, out_.leader.F_H_L, out_.tick);
 
-  out_.tick.status = rendered.status | driven | (reached ? 0u : kIkFailed) | static_cast<unsigned>(out_.tick.status);
-  // While the tool holds, nothing of what the hand does moves the contact: there is nothing to be taken or withheld.
-  book(rendered, mapped.engaged ? wanted : Wrench{}, contacts, force, in);
-  record(mapped, contacts, force, in.controls.stiffness_scale);
+  out_.tick.status =
+      felt.rendered.status | driven | estimated | (reached ? 0u : kIkFailed) | static_cast<unsigned>(out_.tick.status);
+  record_leader();
+  record_follower();
   return out_;
 }
 
@@ -80,9 +68,11 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
 void Cycle::hold_up() noexcept {
   if (leader_known_) {
     leader_.update(leader_state_.q, leader_state_.v);
-    X_LH_ = leader_.tip();
-    V_LH_ = leader_.twist();
+    in_.handle.X_LH = leader_.tip();
+    in_.handle.V_LH = leader_.twist();
+    in_.handle.gripper = leader_state_.gripper;
     torque_.step(leader_, {leader_state_, {}, false}, out_.leader);
+    record(in_.handle, out_.tick);
     record_leader();
   }
 }
@@ -91,18 +81,29 @@ void Cycle::hold_up() noexcept {
 void Cycle::locate() noexcept {
   leader_.update(leader_state_.q, leader_state_.v);
   follower_.update(follower_state_.q, zero_);
-  X_LH_ = leader_.tip();
-  V_LH_ = leader_.twist();
+  Handle& handle = in_.handle;
+  handle.t = leader_state_.t;
+  handle.X_LH = leader_.tip();
+  handle.V_LH = leader_.twist();
+  handle.gripper = leader_state_.gripper;
+  handle.q = leader_state_.q;
   if (!leader_.orients()) {  // its tip turns as it must, not as the hand wants: the tool keeps its own orientation
-    X_LH_.R.setIdentity();
-    V_LH_.w.setZero();
+    handle.X_LH.R.setIdentity();
+    handle.V_LH.w.setZero();
   }
-  X_WT_ = options_.X_WB * follower_.tip();
-  p_WS_[0] = X_WT_.p;
+  in_.tool.t = follower_state_.t;
+  in_.tool.X_WT = options_.X_WB * follower_.tip();
+  in_.tool.jaw = follower_state_.jaw;
+  place_spheres();
+}
+
+void Cycle::place_spheres() noexcept {
+  Instrument& tool = in_.tool;
+  tool.p_WS[0] = tool.X_WT.p;
   std::size_t s = 0;
   for (const contact::Sphere& sphere : options_.contact.spheres) {
-    const Vec3 p = sphere.centre(follower_state_.jaw);
-    p_WS_[++s] = sphere.link < 0 ? X_WT_ * p : options_.X_WB * (follower_.link_pose(sphere.link) * p);
+    const Vec3 p = sphere.centre(tool.jaw);
+    tool.p_WS[++s] = sphere.link < 0 ? tool.X_WT * p : options_.X_WB * (follower_.link_pose(sphere.link) * p);
   }
 }
 
@@ -130,16 +131,16 @@ bool Cycle::trust(const CycleInput& in) noexcept {
   follower_known_ |= follower_usable;
   // Any usable state will do to hold the arm up; motion and force want a fresh one. A hand, or a tool, that was out of
   // sight has moved: the map is caught anew, as after a clutch, and the follower starts from where it is.
-  const bool follower_was_good = follower_good_;
-  leader_good_ = leader_usable && !stability_.stale(in.t, leader.t);
-  follower_good_ = follower_usable && !stability_.stale(in.t, follower.t);
-  if (follower_good_ && !follower_was_good) {
+  const bool follower_was_good = in_.tool.good;
+  in_.handle.good = leader_usable && !haptics_.stale(in.t, leader.t);
+  in_.tool.good = follower_usable && !haptics_.stale(in.t, follower.t);
+  if (in_.tool.good && !follower_was_good) {
     out_.follower = {follower.q, follower.jaw, true};
   }
 
   const Controls& c = in.controls;
   out_.tick.t = in.t;
-  out_.tick.status = (leader_good_ ? 0u : kLeaderStale) | (follower_good_ ? 0u : kFollowerStale) |
+  out_.tick.status = (in_.handle.good ? 0u : kLeaderStale) | (in_.tool.good ? 0u : kFollowerStale) |
                      (leader_finite && follower_finite ? 0u : kNotFinite) | (c.clutch ? kClutched : 0u) |
                      (c.following ? 0u : kNotFollowing);
   return leader_known_ && follower_known_;
@@ -157,34 +158,34 @@ bool Cycle::reach(const Pose& X_WT_goal, double jaw) noexcept {
   return reached;
 }
 
-// What the hand is to feel at the tool, in W: of the virtual surfaces, of the real ones, or of both.
-Wrench Cycle::felt(const force::ForceTerms& force) noexcept {
-  if (!estimate_) return {force.F, force.torque};
-  if (!follower_good_) estimate_->reset();
-  if (!estimate_->believes(follower_state_)) out_.tick.status += static_cast<double>(kNoTorques);
-  const Vec3 F_T_W = follower_good_ ? Vec3(options_.X_WB.R * estimate_->step(follower_state_)) : Vec3::Zero();
-  Vec3::Map(out_.tick.F_estimate_W) = F_T_W;
-  if (options_.source == force::Source::estimate) return {F_T_W, Vec3::Zero()};
-  return {force.F + F_T_W, force.torque};
+// What really pushes the tool, told by the torques of the follower's drives. Answers bits of Status.
+unsigned Cycle::estimate() noexcept {
+  if (!estimate_) return kOk;
+  if (!in_.tool.good) estimate_->reset();
+  const unsigned status = estimate_->believes(follower_state_) ? kOk : kNoTorques;
+  in_.tool.F_estimate_W.setZero();
+  if (in_.tool.good) in_.tool.F_estimate_W = options_.X_WB.R * estimate_->step(follower_state_);
+  return status;
 }
 
-// The stage `stability`, which knows the handle's motion and how stiff it is that pushes.
-stability::Output Cycle::stabilise(const Wrench& wanted, bool engaged, const Vec3& F_T_W,
-                                   const contact::ContactSet& contacts, const CycleInput& in) noexcept {
-  stability::Input now;
-  now.F_H_L = wanted;
-  now.t = in.t;
-  now.t_leader = leader_state_.t;
-  now.t_follower = follower_state_.t;
-  now.leader_valid = leader_good_;
-  now.follower_valid = follower_good_;
-  now.engaged = engaged;
-  now.X_LH = X_LH_;
-  now.V_LH = V_LH_;
-  now.q = leader_state_.q;
-  now.stiffness = options_.mapping.force_scale * options_.mapping.scale *
-                  stability::stiffness_along(F_T_W, contacts, in.controls.stiffness_scale);
-  return stability_.step(now);
+void Cycle::record_leader() noexcept {
+  Tick& tick = out_.tick;
+  const LeaderCommand& command = out_.leader;
+  copy(leader_state_.q, tick.q);
+  copy(leader_state_.v, tick.v);
+  copy(command.hold() + command.act(), tick.tau);
+  copy(command.tau_force, tick.tau_force);
+  copy(command.tau_gravity, tick.tau_gravity);
+  copy(command.tau_platform, tick.tau_platform);
+  copy(command.tau_friction, tick.tau_friction);
+  copy(command.tau_limits, tick.tau_limits);
+  copy(command.F_law_L.f, tick.F_law_L);
+  tick.F_neglected = command.F_neglected;
+}
+
+void Cycle::record_follower() noexcept {
+  copy(follower_state_.q, out_.tick.q_follower);
+  copy(follower_state_.tau, out_.tick.tau_follower);
 }
 
 }  // namespace palpate::loop

@@ -1,0 +1,104 @@
+// What the hand feels: from where handle and tool are to the wrench on the hand. It knows no arm, only their poses.
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "palpate/contact/tool.hpp"
+#include "palpate/force/force.hpp"
+#include "palpate/loop/tick.hpp"
+#include "palpate/mapping/mapping.hpp"
+#include "palpate/scene/snapshot.hpp"
+#include "palpate/stability/ledger.hpp"
+#include "palpate/stability/stability.hpp"
+#include "palpate/types/arms.hpp"
+
+namespace palpate::loop {
+
+struct HapticsOptions {
+  double rate = 1000.0;          ///< [Hz]
+  std::string method = "proxy";  ///< of contact
+  contact::Options contact;
+  mapping::Options mapping;
+  force::Source source = force::Source::contact;
+  stability::Options stability;
+  Pose X_WL;  ///< leader base in the world
+};
+
+/// The operator's handle, however its pose is known.
+struct Handle {
+  double t = 0.0;        ///< stamp [s]
+  bool good = false;     ///< finite, valid and fresh; otherwise what follows is the last that was
+  Pose X_LH;             ///< measured
+  Twist V_LH;            ///< of it
+  double gripper = 0.0;  ///< pinch [rad]
+  JointVector q;         ///< the device's measured joints, for its friction; may be empty
+};
+
+/// The tool, however its pose is known.
+struct Instrument {
+  double t = 0.0;                               ///< stamp [s]
+  bool good = false;                            ///< as of Handle
+  bool reached = true;                          ///< it could take the last goal
+  Pose X_WT;                                    ///< measured
+  double jaw = 0.0;                             ///< measured [rad]
+  std::array<Vec3, contact::kMaxSpheres> p_WS;  ///< centres of its spheres, the first is the tip [m]
+  Vec3 F_estimate_W = Vec3::Zero();  ///< of the environment on it, where the source of the force asks for it [N]
+};
+
+/// All that the haptics are told. The scene outlives the step.
+struct HapticsInput {
+  double t = 0.0;  ///< now [s]
+  Handle handle;
+  Instrument tool;
+  Controls controls;
+  const scene::Snapshot* scene = nullptr;
+};
+
+/// All that they answer.
+struct HapticsOutput {
+  mapping::Output mapped;                         ///< the tool's goal
+  const contact::ContactSet* contacts = nullptr;  ///< what is touched
+  force::ForceTerms force;                        ///< of it on the tool
+  Wrench wanted;                                  ///< on the hand, before the stage `stability`
+  stability::Output rendered;                     ///< on the hand
+};
+
+/// Its signals of a tick.
+void record(const Handle& handle, Tick& tick) noexcept;
+
+class Haptics {
+ public:
+  /// Throws std::invalid_argument naming an option that cannot be.
+  explicit Haptics(const HapticsOptions& options);
+
+  /// One tick: no allocation, no lock, no exception. The answer lives until the next step. `in` up to finish().
+  const HapticsOutput& step(const HapticsInput& in) noexcept;
+  /// What the device truly renders of it, to be told after every step: books the energy, writes the tick's signals.
+  void finish(const HapticsInput& in, const Wrench& F_H_L, Tick& tick) noexcept;
+
+  [[nodiscard]] const mapping::Mapping& mapping() const noexcept { return mapping_; }
+  [[nodiscard]] bool stale(double now, double stamp) const noexcept { return stability_.stale(now, stamp); }
+  /// Contact starts afresh from where the tool is.
+  void forget_contacts() noexcept { contact_.reset(); }
+  /// For whoever drives the loop: see contact::Method::collide.
+  [[nodiscard]] contact::Tool& contact() noexcept { return contact_; }
+
+ private:
+  [[nodiscard]] Wrench felt(const HapticsInput& in) const noexcept;
+  [[nodiscard]] stability::Output stabilise(const HapticsInput& in) noexcept;
+  stability::Energy book(const HapticsInput& in, const Wrench& F_H_L) noexcept;
+  void record(const HapticsInput& in, Tick& tick) const noexcept;
+  void record_touches(double stiffness_scale, Tick& tick) const noexcept;
+  void record_stability(const HapticsInput& in, const Wrench& F_H_L, const stability::Energy& energy,
+                        Tick& tick) const noexcept;
+
+  HapticsOptions options_;
+  mapping::Mapping mapping_;
+  contact::Tool contact_;
+  stability::Stability stability_;
+  stability::Ledger ledger_;
+  HapticsOutput out_;
+};
+
+}  // namespace palpate::loop

@@ -1,0 +1,124 @@
+// What the haptics write down: energies by their source, and their signals of the tick.
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <utility>
+
+#include "palpate/loop/haptics.hpp"
+#include "palpate/loop/record.hpp"
+
+namespace palpate::loop {
+namespace {
+
+const contact::Contact* strongest(const contact::ContactSet& contacts) noexcept {
+  const auto first = contacts.contact.begin();
+  const auto deepest =
+      std::max_element(first, first + contacts.size, [](const auto& a, const auto& b) { return a.depth < b.depth; });
+  return contacts.size > 0 ? &*deepest : nullptr;
+}
+
+Wrench finite(const Wrench& F) noexcept { return F.f.allFinite() && F.t.allFinite() ? F : Wrench{}; }
+
+}  // namespace
+
+void record(const Handle& handle, Tick& tick) noexcept {
+  tick.gripper = handle.gripper;
+  copy(handle.X_LH.p, tick.p_LH);
+  copy(handle.X_LH.R, tick.quat_LH);
+  copy(handle.V_LH.v, tick.v_LH);
+}
+
+// Wrenches on the hand and the energy they move. While the tool holds, nothing of what the hand does moves the contact:
+// there is nothing to be taken or withheld.
+stability::Energy Haptics::book(const HapticsInput& in, const Wrench& F_H_L) noexcept {
+  const contact::ContactSet& contacts = *out_.contacts;
+  const stability::Output& rendered = out_.rendered;
+  const Wrench wanted = out_.mapped.engaged ? out_.wanted : Wrench{};
+  const bool law = options_.source != force::Source::estimate;  // is it part of what the hand is given?
+  const bool engaged = wanted.f != Vec3::Zero() || wanted.t != Vec3::Zero();
+  stability::PortForces forces;
+  forces.F_H_L = F_H_L;
+  forces.F_cut = rendered.F_capped - F_H_L;
+  forces.F_passivity = rendered.F_passivity;
+  forces.F_low_pass = rendered.F_low_pass;
+  forces.F_coupling = rendered.F_coupling;
+  if (law) forces.F_damping = finite(mapping_.wrench_on_hand({out_.force.F_damping, out_.force.t_damping}));
+  Wrench rest = finite(wanted);
+  for (int i = 0; law && engaged && i < contacts.size; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const int object = contacts.contact[k].object;
+    if (object >= kSources - 1) continue;
+    Wrench& source = forces.F_source[static_cast<std::size_t>(object)];
+    const Wrench of_contact = finite(mapping_.wrench_on_hand(out_.force.of_contact[k]));
+    source = source + of_contact;
+    rest = rest - of_contact;
+  }
+  forces.F_source.back() = rest;
+  // A spring of the tool's side, seen from the hand, which moves 1/scale as far.
+  const double per_hand = law ? options_.mapping.force_scale / options_.mapping.scale : 0.0;
+  const double spring = per_hand * stability::spring_energy(contacts, in.controls.stiffness_scale);
+  return ledger_.step(in.handle.X_LH, forces, spring);
+}
+
+void Haptics::record(const HapticsInput& in, Tick& tick) const noexcept {
+  loop::record(in.handle, tick);
+  const Pose& X_WT = in.tool.X_WT;
+  tick.jaw = in.tool.jaw;
+  copy(out_.mapped.X_WT_goal.p, tick.p_WT_goal);
+  copy(X_WT.p, tick.p_WT);
+  copy(X_WT.R, tick.quat_WT);
+  copy(X_WT.p, tick.p_WP);
+  if (const contact::Contact* c = strongest(*out_.contacts)) {
+    copy(c->p_proxy, tick.p_WP);
+    copy(c->normal, tick.normal);
+    copy(c->delta_x, tick.delta_x);
+    tick.depth = c->depth;
+  }
+  tick.contacts = out_.contacts->size;
+  record_touches(in.controls.stiffness_scale, tick);
+  copy(out_.force.F, tick.F_T_W);
+  copy(out_.force.torque, tick.t_T_W);
+  copy(out_.force.F_spring, tick.F_spring_W);
+  copy(out_.force.F_damping, tick.F_damping_W);
+  copy(in.tool.F_estimate_W, tick.F_estimate_W);
+}
+
+// Touch by touch, the strongest first.
+void Haptics::record_touches(double stiffness_scale, Tick& tick) const noexcept {
+  const contact::ContactSet& contacts = *out_.contacts;
+  std::array<std::pair<double, int>, contact::kMaxContacts> order;
+  for (int i = 0; i < contacts.size; ++i) {
+    const contact::Contact& c = contacts.contact[static_cast<std::size_t>(i)];
+    order[static_cast<std::size_t>(i)] = {-stiffness_scale * c.normal.dot(c.material.K.cwiseProduct(c.delta_x)), i};
+  }
+  std::sort(order.begin(), order.begin() + contacts.size);
+  for (int k = 0; k < std::min(contacts.size, kTouches); ++k) {
+    const auto& [minus_force, i] = order[static_cast<std::size_t>(k)];
+    const contact::Contact& c = contacts.contact[static_cast<std::size_t>(i)];
+    tick.touch_sphere[k] = c.sphere;
+    tick.touch_object[k] = c.object;
+    tick.touch_force[k] = -minus_force;
+    Vec3::Map(tick.p_WC + 3 * static_cast<std::ptrdiff_t>(k)) = c.p_C;
+  }
+}
+
+void Haptics::record_stability(const HapticsInput& in, const Wrench& F_H_L, const stability::Energy& energy,
+                               Tick& tick) const noexcept {
+  copy(F_H_L.f, tick.F_H_L);
+  copy(F_H_L.t, tick.t_H_L);
+  copy(in.handle.X_LH.R.transpose() * F_H_L.f, tick.F_H_H);
+  tick.energy_port = energy.port;
+  tick.energy_spring = energy.spring;
+  tick.energy_damping = energy.damping;
+  tick.energy_cut = energy.cut;
+  tick.energy_passivity = energy.passivity;
+  tick.energy_low_pass = energy.low_pass;
+  tick.energy_coupling = energy.coupling;
+  std::copy(energy.source.begin(), energy.source.end(), tick.energy_source);
+  tick.energy_stored = stability_.passivity().stored();
+  tick.energy_reserved = stability_.passivity().reserved();
+  const stability::Lag& lag = out_.rendered.lag;
+  Eigen::Vector4d::Map(tick.lag_ms) << 1e3 * lag.coupling, 1e3 * lag.low_pass, 1e3 * lag.passivity, 1e3 * lag.caps;
+}
+
+}  // namespace palpate::loop

@@ -1,0 +1,27 @@
+// From the core's types into a tick's fields.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+
+#include "palpate/types/spatial.hpp"
+
+namespace palpate::loop {
+
+/// Joints that an arm does not have are zero; those that a tick has no room for are left out.
+template <std::size_t n>
+void copy(const JointVector& from, double (&to)[n]) noexcept {
+  std::fill_n(to, n, 0.0);
+  std::copy_n(from.data(), std::min<std::size_t>(n, static_cast<std::size_t>(from.size())), to);
+}
+
+inline void copy(const Vec3& from, double (&to)[3]) noexcept { std::copy_n(from.data(), 3, to); }
+
+/// A rotation as w x y z, w not below zero.
+inline void copy(const Mat3& R, double (&to)[4]) noexcept {
+  const Eigen::Quaterniond q(R);
+  const double sign = q.w() < 0.0 ? -1.0 : 1.0;
+  to[0] = sign * q.w(), to[1] = sign * q.x(), to[2] = sign * q.y(), to[3] = sign * q.z();
+}
+
+}  // namespace palpate::loop
