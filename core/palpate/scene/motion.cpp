@@ -55,4 +55,10 @@ Vec3 Motion::velocity(const Vec3& p, double t) const noexcept {
   return now.s_dot + angular_velocity(now.theta, now.theta_dot).cross(p - about - now.s);
 }
 
+Vec3 Motion::spin(double t) const noexcept {
+  if (still()) return Vec3::Zero();
+  const State now = at(*this, t);
+  return angular_velocity(now.theta, now.theta_dot);
+}
+
 }  // namespace palpate::scene

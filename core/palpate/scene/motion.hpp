@@ -32,6 +32,8 @@ struct Motion {
   [[nodiscard]] Pose pose(const Pose& X_WO, double t) const noexcept;
   /// Velocity at time t of the material point that is at p (in W) then [m/s].
   [[nodiscard]] Vec3 velocity(const Vec3& p, double t) const noexcept;
+  /// Angular velocity at time t, in W [rad/s].
+  [[nodiscard]] Vec3 spin(double t) const noexcept;
 };
 
 }  // namespace palpate::scene

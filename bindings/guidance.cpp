@@ -1,0 +1,160 @@
+#include <nanobind/eigen/dense.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/vector.h>
+
+#include <memory>
+#include <vector>
+
+#include "bindings.hpp"
+#include "convert.hpp"
+#include "palpate/guidance/frame.hpp"
+#include "palpate/guidance/geometry/line.hpp"
+#include "palpate/guidance/geometry/point.hpp"
+#include "palpate/guidance/geometry/surface.hpp"
+
+namespace nb = nanobind;
+
+namespace palpate::bindings {
+namespace {
+
+using guidance::Frame;
+using guidance::Geometry;
+using Poses = nb::ndarray<const double, nb::shape<-1, 4, 4>, nb::c_contig, nb::device::cpu>;
+using Times = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using RowMat3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+using RowMat4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+
+template <class T>
+nb::object array(std::vector<T>&& values, std::initializer_list<std::size_t> shape) {
+  auto* owned = new std::vector<T>(std::move(values));
+  nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+  return nb::cast(nb::ndarray<nb::numpy, T>(owned->data(), shape, owner));
+}
+
+/// One vector for each field of Query.
+struct Answers {
+  explicit Answers(std::size_t n)
+      : distance(n),
+        along(n),
+        normal(3 * n),
+        point(3 * n),
+        velocity(3 * n),
+        spin(3 * n),
+        basis(9 * n),
+        attitude(9 * n),
+        dimension(n) {}
+
+  void put(std::size_t i, const guidance::Query& q) {
+    distance[i] = q.distance;
+    along[i] = q.along;
+    dimension[i] = q.dimension;
+    Vec3::Map(&normal[3 * i]) = q.normal;
+    Vec3::Map(&point[3 * i]) = q.point;
+    Vec3::Map(&velocity[3 * i]) = q.velocity;
+    Vec3::Map(&spin[3 * i]) = q.spin;
+    RowMat3::Map(&basis[9 * i]) = q.basis;
+    RowMat3::Map(&attitude[9 * i]) = q.attitude;
+  }
+
+  nb::dict take() {
+    const std::size_t n = distance.size();
+    nb::dict out;
+    out["distance"] = array(std::move(distance), {n});
+    out["normal"] = array(std::move(normal), {n, 3});
+    out["point"] = array(std::move(point), {n, 3});
+    out["basis"] = array(std::move(basis), {n, 3, 3});
+    out["velocity"] = array(std::move(velocity), {n, 3});
+    out["spin"] = array(std::move(spin), {n, 3});
+    out["attitude"] = array(std::move(attitude), {n, 3, 3});
+    out["along"] = array(std::move(along), {n});
+    out["dimension"] = array(std::move(dimension), {n});
+    return out;
+  }
+
+  std::vector<double> distance, along, normal, point, velocity, spin, basis, attitude;
+  std::vector<std::int32_t> dimension;
+};
+
+nb::dict query(const Geometry& geometry, const Poses& X_WT, const Times& t) {
+  const std::size_t n = X_WT.shape(0);
+  if (t.shape(0) != n) throw nb::value_error("as many times as poses are needed");
+  Answers answers(n);
+  {
+    const nb::gil_scoped_release release;
+    for (std::size_t i = 0; i < n; ++i) {
+      const Eigen::Map<const RowMat4> X(X_WT.data() + 16 * i);
+      answers.put(i, geometry.query({X.topLeftCorner<3, 3>(), X.topRightCorner<3, 1>()}, t.data()[i]));
+    }
+  }
+  return answers.take();
+}
+
+Twist twist(const Eigen::VectorXd& V, const char* name) {
+  if (V.size() != 6 || !V.allFinite())
+    throw std::invalid_argument(std::string(name) + " must be six finite numbers: linear [m/s] over angular [rad/s]");
+  return {V.head<3>(), V.tail<3>()};
+}
+
+void bind_frames(nb::module_& m) {
+  nb::class_<Frame>(m, "Frame", "Where a geometry is attached.")
+      .def(
+          "at",
+          [](const Frame& frame, double t) {
+            const guidance::FrameState s = frame.at(t);
+            Vec6 V;
+            V << s.V_WF.v, s.V_WF.w;
+            return nb::make_tuple(to_matrix(s.X_WF), V);
+          },
+          nb::arg("t"), "(X_WF 4x4, V_WF (6,): of its origin [m/s] over angular [rad/s]) at t [s].");
+  nb::class_<guidance::MotionFrame, Frame>(m, "MotionFrame", "Moves as an object of the scene does.")
+      .def(
+          "__init__",
+          [](guidance::MotionFrame* self, const Matrix4& X_WF, scene::Motion motion) {
+            new (self) guidance::MotionFrame(to_pose(X_WF, "X_WF"), std::move(motion));
+          },
+          nb::arg("X_WF") = Matrix4(Matrix4::Identity()), nb::arg("motion") = scene::Motion{});
+  nb::class_<guidance::LiveFrame, Frame>(m, "LiveFrame", "Is where it was last told to be.")
+      .def(nb::init<>())
+      .def(
+          "set",
+          [](guidance::LiveFrame& frame, const Matrix4& X_WF, const VectorArg& V_WF) {
+            frame.set({to_pose(X_WF, "X_WF"), twist(V_WF.values, "V_WF")});
+          },
+          nb::arg("X_WF"), nb::arg("V_WF") = Vec6(Vec6::Zero()), "One thread tells, one asks.");
+}
+
+void bind_shapes(nb::module_& m) {
+  nb::class_<guidance::Point, Geometry>(m, "PointGeometry", "The origin of its frame.").def(nb::init<>());
+  nb::class_<guidance::Line, Geometry>(m, "LineGeometry", "From a to b, or endless through both.")
+      .def(nb::init<const Vec3&, const Vec3&, bool>(), nb::arg("a"), nb::arg("b"), nb::arg("endless") = false);
+  nb::class_<guidance::Solid, Geometry>(m, "SurfaceGeometry", "Whatever the scene can touch, in its own frame.")
+      .def(
+          "__init__",
+          [](guidance::Solid* self, std::shared_ptr<scene::Surface> surface) {
+            new (self) guidance::Solid(std::move(surface));
+          },
+          nb::arg("surface"));
+}
+
+}  // namespace
+
+void bind_guidance(nb::module_& m) {
+  nb::class_<Geometry>(m, "Geometry", "What a fixture is made of (core/palpate/guidance/geometry.hpp).")
+      .def_prop_ro("solid", &Geometry::solid, "it has an inside")
+      .def("query", &query, nb::arg("X_WT"), nb::arg("t"),
+           "Poses (n, 4, 4) of a tool, times (n,) [s] -> arrays by the names of Query's fields, n of each.");
+  bind_frames(m);
+  bind_shapes(m);
+  nb::class_<guidance::Placed, Geometry>(m, "PlacedGeometry", "A geometry at X_FG in a frame; in W when left out.")
+      .def(
+          "__init__",
+          [](guidance::Placed* self, std::shared_ptr<Geometry> geometry, const Matrix4& X_FG,
+             std::shared_ptr<Frame> frame) {
+            new (self) guidance::Placed(std::move(geometry), to_pose(X_FG, "X_FG"), std::move(frame));
+          },
+          nb::arg("geometry"), nb::arg("X_FG") = Matrix4(Matrix4::Identity()),
+          nb::arg("frame") = std::shared_ptr<Frame>(std::make_shared<guidance::MotionFrame>(Pose{})));
+}
+
+}  // namespace palpate::bindings

@@ -1,0 +1,19 @@
+// A place: a target, a trocar, a remote centre of motion.
+#pragma once
+
+#include "palpate/guidance/geometry.hpp"
+
+namespace palpate::guidance {
+
+/// At the origin of its frame, the attitude along its axes.
+class Point final : public Geometry {
+ public:
+  [[nodiscard]] bool solid() const noexcept override { return false; }
+
+ protected:
+  [[nodiscard]] Query answer(const Pose& X_WT, double) const noexcept override {
+    return towards(X_WT.p, Vec3::Zero(), nullptr);
+  }
+};
+
+}  // namespace palpate::guidance

@@ -1,0 +1,34 @@
+#include "palpate/guidance/geometry/surface.hpp"
+
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "palpate/scene/mesh.hpp"
+
+namespace palpate::guidance {
+namespace {
+
+constexpr double kTouch = 1e-7;  // nearer than this to a mesh the way to its nearest place is mostly rounding [m]
+
+}  // namespace
+
+Solid::Solid(std::shared_ptr<const scene::Surface> surface) : surface_(std::move(surface)) {
+  if (surface_ == nullptr) throw std::invalid_argument("a surface is needed");
+  const scene::Mesh* mesh = surface_->mesh();
+  closed_ = mesh == nullptr || mesh->report().closed;
+}
+
+Query Solid::answer(const Pose& X_WT, double) const noexcept {
+  const scene::Nearest found = surface_->nearest(X_WT.p);
+  Query q;
+  q.distance = found.distance;
+  q.point = found.point;
+  q.normal = found.normal;
+  // A mesh tells the normal of its surface, which beside edges is not where the distance grows.
+  if (surface_->mesh() != nullptr && std::abs(q.distance) > kTouch) q.normal = (X_WT.p - q.point) / q.distance;
+  q.basis = basis_of(q.normal);
+  return q;
+}
+
+}  // namespace palpate::guidance

@@ -1,0 +1,27 @@
+// Whatever the scene can touch, as a geometry: plane, sphere, box, cylinder, capsule, implicit surface, mesh, cloud,
+// distance grid. Their distance queries are the contact stage's own.
+#pragma once
+
+#include "palpate/guidance/geometry.hpp"
+#include "palpate/scene/surface.hpp"
+
+namespace palpate::guidance {
+
+/// A surface of the scene in its frame O. Inside of a box, a cylinder or a mesh the normal jumps where two walls are
+/// equally near (the medial axis); outside it is continuous where the nearest place is one.
+class Solid final : public Geometry {
+ public:
+  /// Throws std::invalid_argument when the pointer is null.
+  explicit Solid(std::shared_ptr<const scene::Surface> surface);
+  /// False for open meshes, whose distance has no sign.
+  [[nodiscard]] bool solid() const noexcept override { return closed_; }
+
+ protected:
+  [[nodiscard]] Query answer(const Pose& X_WT, double) const noexcept override;
+
+ private:
+  std::shared_ptr<const scene::Surface> surface_;
+  bool closed_;
+};
+
+}  // namespace palpate::guidance
