@@ -13,12 +13,15 @@ test: setup
 
 setup: .venv/.ready
 
+# The ros-* wheels carry .egg-info folders of other names: uv takes those for strangers, and at the next sync would remove
+# the modules they list. Hence --inexact, and the folders go.
 .venv/.ready: pyproject.toml CMakeLists.txt | $(UV)
 	@command -v g++ >/dev/null || { echo "palpate: no C++ compiler (g++) found. Mend: sudo apt install g++"; exit 1; }
 	@python3 -c 'import os, sys, sysconfig; sys.exit(not os.path.exists(sysconfig.get_path("include") + "/Python.h"))' \
 	  || { echo "palpate: Python.h is missing beside $$(command -v python3). Mend: sudo apt install python3-dev"; exit 1; }
 	@echo "setting up, once: packages into .venv, then the C++ core (about two minutes on two cores)"
-	@$(UV) sync --python "$$(command -v python3)" --all-extras --quiet
+	@$(UV) sync --python "$$(command -v python3)" --all-extras --inexact --quiet
+	@cd .venv/lib/python3*/site-packages && cat ros_*.dist-info/RECORD 2>/dev/null | grep -o '^[^/,]*\.egg-info' | sort -u | xargs -r rm -rf
 	@touch $@
 
 # uv comes from the package index: into a small environment, or a plain folder where Debian's python3-venv is absent.
@@ -28,7 +31,7 @@ setup: .venv/.ready
 	  || { echo "palpate: uv could not be installed. Install it from https://docs.astral.sh/uv, or: sudo apt install python3-venv python3-pip"; exit 1; }
 
 lint: setup
-	@$(UV) sync --all-extras --group lint --no-progress --quiet
+	@$(UV) sync --all-extras --group lint --inexact --no-progress --quiet
 	@$(RUN) pre-commit run --all-files
 
 clean:

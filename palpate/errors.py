@@ -15,6 +15,7 @@ __all__ = [
     "PortError",
     "RecordError",
     "RecordingError",
+    "RosMissingError",
     "SceneError",
     "SurfaceError",
     "SweepError",
@@ -108,3 +109,7 @@ class PalpateWarning(UserWarning):
     def __init__(self, what: str, *, where: str = "", why: str = "", mend: str = "") -> None:
         self.what, self.where, self.why, self.mend = what, str(where), why, mend
         super().__init__(_tell(what, self.where, why, mend))
+
+
+class RosMissingError(PalpateError):
+    """ROS 2, or what its part of Palpate is compiled with, is not here or does not fit."""

@@ -282,6 +282,11 @@ class Calibrate:
     """From recordings of an arm to a model of it. `palpate calibrate` lists what can be identified."""
 
 
+@dataclass
+class Ros:
+    """On ROS 2: a simulated dVRK, and the node that makes a CRTK master feel. `palpate ros` lists the commands."""
+
+
 _COMMANDS = {
     "run": Run,
     "replay": Replay,
@@ -293,6 +298,7 @@ _COMMANDS = {
     "bench": Bench,
     "fuzz": Fuzz,
     "soak": Soak,
+    "ros": Ros,
     "schema": Schema,
 }
 
@@ -309,7 +315,13 @@ def _calibrations() -> dict[str, type]:
     return COMMANDS
 
 
-_GROUPS = {"study": (Study, _studies), "calibrate": (Calibrate, _calibrations)}
+def _ros() -> dict[str, type]:
+    from palpate.cli.ros import COMMANDS
+
+    return COMMANDS
+
+
+_GROUPS = {"study": (Study, _studies), "calibrate": (Calibrate, _calibrations), "ros": (Ros, _ros)}
 
 
 def dispatch(args: Sequence[str]) -> int:

@@ -1,0 +1,222 @@
+"""Compiles the ROS 2 part once, against the ROS 2 at hand, and loads it.
+
+What is made is kept in `~/.cache/palpate/ros` (`XDG_CACHE_HOME`), under a name made from everything it is made of: the
+sources, the headers of the core, ROS 2, Python. Processes that start at the same time wait for the one that compiles.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import importlib.machinery
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+
+from palpate.errors import RosMissingError
+from palpate.ros import where
+
+HERE = Path(__file__).parent
+PACKAGES = ("crtk_msgs", "tf2_msgs")
+"""Message packages that we bring where ROS 2 has none: definitions in `messages/`."""
+Progress = Callable[[str], None]
+_PYTHON = ("lib/python3*/site-packages", "local/lib/python3*/dist-packages")  # the second on Debian's own
+_KEPT = 4  # compiled modules of earlier sources: working copies go back and forth
+_SUFFIX = sysconfig.get_config_var("EXT_SUFFIX")
+
+
+@dataclass(frozen=True)
+class Built:
+    """What there is to use."""
+
+    ros: where.Ros
+    messages: dict[str, Path]
+    """Prefix of each message package: ours, or of the ROS 2 that has it."""
+    extension: Path
+    """The compiled module `_ros`."""
+    seconds: float
+    """That compiling took; 0 when all was there [s]."""
+
+
+def build(progress: Progress = lambda _: None) -> Built:
+    """Everything that is missing.
+
+    Raises:
+        RosMissingError: no ROS 2, no compiler, or it does not compile: with the mend and the log.
+    """
+    from palpate import _core  # first: in a working copy this installs the headers anew
+
+    ros, package = where.find(), Path(_core.__file__).parent
+    place = ":".join([*map(str, ros.prefixes), ros.version(), sys.version, str(package)])
+    folder = _cache() / hashlib.sha256(place.encode()).hexdigest()[:16]
+    start = time.monotonic()
+    messages = {name: _messages(ros, folder, name, progress) for name in PACKAGES}
+    extension = _extension(ros, folder, package, messages, progress)
+    fresh = extension.stat().st_mtime > time.time() - (time.monotonic() - start)
+    return Built(ros, messages, extension, time.monotonic() - start if fresh else 0.0)
+
+
+def messages(progress: Progress = lambda _: None) -> Built:
+    """Make `crtk_msgs` and `tf2_msgs` importable beside `rclpy`; compiles what is missing."""
+    built = build(progress)
+    for name, prefix in built.messages.items():
+        _prepend("LD_LIBRARY_PATH", prefix / "lib")
+        _prepend("AMENT_PREFIX_PATH", prefix)
+        python = next((p for place in _PYTHON for p in prefix.glob(place)), None)
+        if python and importlib.util.find_spec(name) is None:
+            sys.path.append(str(python))
+    return built
+
+
+def load(progress: Progress = lambda _: None) -> ModuleType:
+    """The module `palpate.ros._ros`; compiles what is missing."""
+    name = "palpate.ros._ros"
+    if name in sys.modules:
+        return sys.modules[name]
+    built = messages(progress)
+    for prefix in reversed(built.ros.prefixes):
+        _prepend("LD_LIBRARY_PATH", prefix / "lib")
+    loader = importlib.machinery.ExtensionFileLoader(name, str(built.extension))
+    spec = importlib.util.spec_from_file_location(name, built.extension, loader=loader)
+    assert spec
+    module = importlib.util.module_from_spec(spec)
+    loader.exec_module(module)
+    sys.modules[name] = module
+    return module
+
+
+def _messages(ros: where.Ros, folder: Path, name: str, progress: Progress) -> Path:
+    found = ros.share(name)
+    if found:
+        return found.parents[1]
+    source = HERE / "messages"
+    digest = _digest([source / "CMakeLists.txt", *(p for p in (source / name).rglob("*") if p.is_file())])
+    target = folder / f"{name}-{digest}"
+    if target.is_dir():
+        return target
+    with _lock(folder, progress):
+        if not target.is_dir():
+            progress(f"compiling {name} for ROS 2 {ros.release}, once")
+            work = folder / name
+            shutil.rmtree(work, ignore_errors=True)
+            shutil.copytree(source / name, work / "source")
+            shutil.copy(source / "CMakeLists.txt", work / "source")
+            install = work / "install"
+            libraries = ["$ORIGIN", "$ORIGIN/../../..", *(str(p / "lib") for p in ros.prefixes)]
+            options = {
+                "PACKAGE": name,
+                "BUILD_TESTING": "OFF",
+                "CMAKE_INSTALL_PREFIX": str(install),
+                "CMAKE_INSTALL_RPATH": ";".join(libraries),
+                "CMAKE_PREFIX_PATH": ";".join(map(str, ros.prefixes)),
+                "Python3_EXECUTABLE": ros.python(),
+            }
+            _cmake(ros, work / "source", work / "build", options, name, "--target", "install")
+            install.rename(target)
+            shutil.rmtree(work)
+    return target
+
+
+def _extension(ros: where.Ros, folder: Path, package: Path, messages: dict[str, Path], progress: Progress) -> Path:
+    import nanobind
+
+    sources = (p for p in (HERE / "cpp").rglob("*") if p.suffix in (".cpp", ".hpp", ".txt"))
+    headers = (package / "include").rglob("*.hpp")
+    digest = _digest([*sources, *headers], nanobind.__version__, *map(str, messages.values()))
+    target = folder / f"_ros-{digest}" / f"_ros{_SUFFIX}"
+    if target.is_file():
+        return target
+    with _lock(folder, progress):
+        if not target.is_file():
+            progress(f"compiling the nodes for ROS 2 {ros.release}, once (a minute or two)")
+            options = {
+                "PALPATE": str(package),
+                "EIGEN": str(_eigen()),
+                "PREFIXES": ";".join(dict.fromkeys(map(str, (*messages.values(), *ros.prefixes)))),
+                "CMAKE_PREFIX_PATH": nanobind.cmake_dir(),
+                "Python_EXECUTABLE": sys.executable,
+            }
+            _cmake(ros, HERE / "cpp", folder / "build", options, "the ROS 2 nodes")
+            target.parent.mkdir(exist_ok=True)
+            ready = target.with_suffix(".part")
+            shutil.copy(folder / "build" / target.name, ready)
+            ready.rename(target)
+            for old in sorted(folder.glob("_ros-*"), key=lambda p: p.stat().st_mtime)[:-_KEPT]:
+                shutil.rmtree(old, ignore_errors=True)
+    return target
+
+
+def _cmake(ros: where.Ros, source: Path, build: Path, options: dict[str, str], what: str, *more: str) -> None:
+    """Configure and build; what the tools say goes to a log."""
+    environment = ros.environment()
+    for tool, package in (("cmake", "cmake"), ("ninja", "ninja-build"), ("g++", "g++")):
+        if not shutil.which(os.environ.get("CXX", tool) if tool == "g++" else tool, path=environment["PATH"]):
+            raise RosMissingError(
+                f"{what} cannot be compiled", why=f"no {tool} here", mend=f"sudo apt install {package}"
+            )
+    build.mkdir(parents=True, exist_ok=True)
+    log = build.parent / f"{build.parent.name}-{what.replace(' ', '-')}.log"
+    defined = [f"-D{name}={value}" for name, value in (options | {"CMAKE_BUILD_TYPE": "Release"}).items()]
+    with log.open("w") as told:
+        for command in (
+            ["cmake", "-G", "Ninja", "-S", str(source), "-B", str(build), *defined],
+            ["cmake", "--build", str(build), *more],
+        ):
+            if subprocess.run(command, env=environment, stdout=told, stderr=told, check=False).returncode:
+                lines = log.read_text(errors="replace").splitlines()
+                first = next((i for i, line in enumerate(lines) if "rror" in line), max(0, len(lines) - 12))
+                raise RosMissingError(
+                    f"{what} cannot be compiled",
+                    where=ros.words,
+                    why="\n    ".join(lines[first : first + 12]),
+                    mend=f"what it names, then `palpate ros setup`; all of it is in {log}",
+                )
+
+
+def _eigen() -> Path:
+    from palpate import _core
+
+    beside = Path(_core.__file__).parents[1]
+    for place in (*(Path(p) / "cmeel.prefix" for p in (str(beside), *sys.path)), Path("/usr")):
+        if (place / "include" / "eigen3" / "Eigen" / "Core").is_file():
+            return place / "include" / "eigen3"
+    raise RosMissingError("Eigen's headers are not here", mend="pip install 'palpate[ros]', or pip install cmeel-eigen")
+
+
+def _digest(files: Iterable[Path], *words: str) -> str:
+    digest = hashlib.sha256("\0".join(words).encode())
+    for file in sorted(files):
+        digest.update(file.name.encode() + b"\0" + file.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _cache() -> Path:
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "palpate" / "ros"
+
+
+def _prepend(variable: str, place: Path) -> None:
+    """At run time: rcl looks for its plug-ins in these paths."""
+    places = [p for p in os.environ.get(variable, "").split(os.pathsep) if p and p != str(place)]
+    os.environ[variable] = os.pathsep.join([str(place), *places])
+
+
+@contextmanager
+def _lock(folder: Path, progress: Progress) -> Iterator[None]:
+    """One process compiles; the lock ends with the process, however that ends."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / "lock").open("w") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            progress("waiting for another process that compiles")
+            fcntl.flock(file, fcntl.LOCK_EX)
+        yield

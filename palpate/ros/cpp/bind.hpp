@@ -1,0 +1,10 @@
+// The bindings of the parts, one file each.
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+namespace palpate::ros {
+
+void bind_rcl(nanobind::module_& m);
+
+}  // namespace palpate::ros

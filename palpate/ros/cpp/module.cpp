@@ -1,0 +1,10 @@
+#include <nanobind/nanobind.h>
+
+#include "bind.hpp"
+
+NB_MODULE(_ros, m) {
+  nanobind::set_leak_warnings(false);
+  m.doc() = "Palpate on ROS 2: nodes that run outside the interpreter (palpate/ros/cpp).";
+  nanobind::module_::import_("palpate._core");  // its types are taken here by reference
+  palpate::ros::bind_rcl(m);
+}

@@ -1,0 +1,67 @@
+// A node: the name under which publishers, subscriptions and services of ours are known.
+#pragma once
+
+#include <rcl/guard_condition.h>
+#include <rcl/node.h>
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "rcl/context.hpp"
+#include "rcl/entity.hpp"
+
+namespace palpate::ros {
+
+using Gid = std::array<std::uint8_t, RMW_GID_STORAGE_SIZE>;  ///< of a publisher or subscription, unique on the network
+
+/// One end of a topic, as the graph knows it.
+struct Endpoint {
+  std::string node;  ///< full name
+  std::string type;  ///< such as geometry_msgs/msg/WrenchStamped
+  Gid gid{};
+  bool reliable = false, transient_local = false;
+};
+
+class Node {
+ public:
+  using OnProblem = std::function<void(const std::string&)>;
+
+  /// `on_problem` is told, from any thread, what goes wrong at run time; the standard error without one.
+  Node(std::shared_ptr<Context> context, const std::string& name, const std::string& space = "",
+       OnProblem on_problem = {});
+  ~Node();
+  Node(const Node&) = delete;
+  Node& operator=(const Node&) = delete;
+
+  [[nodiscard]] rcl_node_t* get() noexcept { return &node_; }
+  [[nodiscard]] Context& context() noexcept { return *context_; }
+  [[nodiscard]] std::string name() const { return rcl_node_get_fully_qualified_name(&node_); }
+  /// Who publishes on, or listens to, a topic (its full name), from everywhere. Allocates: not for a cycle.
+  [[nodiscard]] std::vector<Endpoint> publishers(const std::string& topic) const;
+  [[nodiscard]] std::vector<Endpoint> subscribers(const std::string& topic) const;
+  void problem(const std::string& words) const noexcept;
+
+  /// Entities come and go while a spinner runs, but not from within a callback of that spinner.
+  void add(Entity& entity);
+  void remove(Entity& entity) noexcept;
+
+ private:
+  friend class Spinner;
+  std::unique_lock<std::mutex> interrupt();
+
+  std::shared_ptr<Context> context_;
+  rcl_node_t node_;
+  rcl_guard_condition_t woken_;
+  OnProblem on_problem_;
+  std::mutex entities_mutex_;
+  std::atomic<int> visitors_{0};  // who wants the entities: the spinner lets them in first
+  std::vector<Entity*> entities_;
+};
+
+}  // namespace palpate::ros

@@ -1,0 +1,87 @@
+// Calls back with each message of one type on one topic.
+#pragma once
+
+#include <rcl/subscription.h>
+
+#include <algorithm>
+#include <functional>
+#include <optional>
+#include <rosidl_typesupport_cpp/message_type_support.hpp>
+#include <string>
+
+#include "rcl/node.hpp"
+#include "rcl/qos.hpp"
+#include "rcl/qos_event.hpp"
+#include "rcl/status.hpp"
+
+namespace palpate::ros {
+
+/// Where and when a message comes from.
+struct Info {
+  std::int64_t source_ns = 0;    ///< the publisher's clock when it was sent [ns since 1970]
+  std::int64_t received_ns = 0;  ///< our clock when it came [ns since 1970]
+  Gid publisher{};               ///< who sent it
+};
+
+template <class Msg>
+class Subscription final : public Entity {
+ public:
+  /// The message lives in the subscription: copy what must stay. `callback` is called in the spinner's thread.
+  using Callback = std::function<void(const Msg&, const Info&)>;
+
+  Subscription(Node& node, const std::string& topic, Callback callback, Qos qos = {})
+      : node_(node),
+        topic_(topic),
+        callback_(std::move(callback)),
+        subscription_(rcl_get_zero_initialized_subscription()) {
+    rcl_subscription_options_t options = rcl_subscription_get_default_options();
+    options.qos = qos.profile();
+    const auto* type = rosidl_typesupport_cpp::get_message_type_support_handle<Msg>();
+    check(rcl_subscription_init(&subscription_, node.get(), type, topic.c_str(), &options), "listen to " + topic);
+    event_.emplace(node, topic, [this](rcl_event_t* event) {
+      return rcl_subscription_event_init(event, &subscription_, RCL_SUBSCRIPTION_REQUESTED_INCOMPATIBLE_QOS);
+    });
+    node_.add(*this);
+  }
+  ~Subscription() override {
+    node_.remove(*this);
+    event_.reset();
+    if (rcl_subscription_fini(&subscription_, node_.get()) != RCL_RET_OK) rcl_reset_error();
+  }
+
+  /// How many publish.
+  [[nodiscard]] std::size_t publishers() const noexcept {
+    std::size_t count = 0;
+    if (rcl_subscription_get_publisher_count(&subscription_, &count) != RCL_RET_OK) rcl_reset_error();
+    return count;
+  }
+  [[nodiscard]] std::string topic() const { return rcl_subscription_get_topic_name(&subscription_); }
+
+  void count(Count& count) const noexcept override { ++count.subscriptions; }
+  rcl_ret_t watch(rcl_wait_set_t& set) noexcept override {
+    return rcl_wait_set_add_subscription(&set, &subscription_, &place_);
+  }
+  void work(const rcl_wait_set_t& set) override {
+    if (!set.subscriptions[place_]) return;
+    for (;;) {
+      rmw_message_info_t told = rmw_get_zero_initialized_message_info();
+      const rcl_ret_t answer = rcl_take(&subscription_, &message_, &told, nullptr);
+      if (answer == RCL_RET_SUBSCRIPTION_TAKE_FAILED) return rcl_reset_error();  // no more of them
+      if (const Status taken = status(answer, "read " + topic_); !taken) return node_.problem(taken.problem);
+      Info info{.source_ns = told.source_timestamp, .received_ns = told.received_timestamp};
+      std::copy_n(told.publisher_gid.data, info.publisher.size(), info.publisher.begin());
+      callback_(message_, info);
+    }
+  }
+
+ private:
+  Node& node_;
+  std::string topic_;
+  Callback callback_;
+  rcl_subscription_t subscription_;
+  std::optional<QosEvent> event_;
+  Msg message_{};
+  std::size_t place_ = 0;
+};
+
+}  // namespace palpate::ros

