@@ -1,15 +1,21 @@
 #include <nanobind/eigen/dense.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
 #include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "bindings.hpp"
 #include "convert.hpp"
 #include "palpate/guidance/frame.hpp"
+#include "palpate/guidance/geometry/combine.hpp"
+#include "palpate/guidance/geometry/cone.hpp"
 #include "palpate/guidance/geometry/line.hpp"
+#include "palpate/guidance/geometry/path.hpp"
 #include "palpate/guidance/geometry/point.hpp"
 #include "palpate/guidance/geometry/surface.hpp"
 
@@ -21,6 +27,8 @@ namespace {
 using guidance::Frame;
 using guidance::Geometry;
 using Poses = nb::ndarray<const double, nb::shape<-1, 4, 4>, nb::c_contig, nb::device::cpu>;
+using Controls = nb::ndarray<const double, nb::shape<-1, 4, 3>, nb::c_contig, nb::device::cpu>;
+using Rotations = nb::ndarray<const double, nb::shape<-1, 3, 3>, nb::c_contig, nb::device::cpu>;
 using Times = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using RowMat3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 using RowMat4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
@@ -124,6 +132,41 @@ void bind_frames(nb::module_& m) {
           nb::arg("X_WF"), nb::arg("V_WF") = Vec6(Vec6::Zero()), "One thread tells, one asks.");
 }
 
+void make_path(guidance::Path* self, const Controls& controls, const Rotations& attitudes, bool tangential,
+               bool closed) {
+  std::vector<guidance::Path::Controls> pieces(controls.shape(0));
+  for (std::size_t i = 0; i < pieces.size(); ++i)
+    for (std::size_t k = 0; k < 4; ++k) pieces[i][k] = Vec3(controls.data() + 12 * i + 3 * k);
+  std::vector<Mat3> R(attitudes.shape(0));
+  for (std::size_t i = 0; i < R.size(); ++i) R[i] = Eigen::Map<const RowMat3>(attitudes.data() + 9 * i);
+  new (self) guidance::Path(std::move(pieces), R, tangential, closed);
+}
+
+guidance::Combination::Kind kind(const std::string& name) {
+  using Kind = guidance::Combination::Kind;
+  if (name == "union") return Kind::unite;
+  if (name == "intersection") return Kind::intersect;
+  if (name == "difference") return Kind::subtract;
+  throw std::invalid_argument("kind must be union, intersection or difference, got " + name);
+}
+
+void bind_modifiers(nb::module_& m) {
+  nb::class_<guidance::Offset, Geometry>(m, "OffsetGeometry", "Everything within a margin of a geometry.")
+      .def(
+          "__init__",
+          [](guidance::Offset* self, std::shared_ptr<Geometry> geometry, double margin) {
+            new (self) guidance::Offset(std::move(geometry), margin);
+          },
+          nb::arg("geometry"), nb::arg("margin"));
+  nb::class_<guidance::Combination, Geometry>(m, "CombinedGeometry", "A union, an intersection or a difference.")
+      .def(
+          "__init__",
+          [](guidance::Combination* self, const std::string& name, const std::vector<std::shared_ptr<Geometry>>& parts,
+             double blend) { new (self) guidance::Combination(kind(name), {parts.begin(), parts.end()}, blend); },
+          nb::arg("kind"), nb::arg("parts"), nb::arg("blend") = 0.0,
+          "kind: union, intersection, or difference (the first without the others); blend: of the crease [m].");
+}
+
 void bind_shapes(nb::module_& m) {
   nb::class_<guidance::Point, Geometry>(m, "PointGeometry", "The origin of its frame.").def(nb::init<>());
   nb::class_<guidance::Line, Geometry>(m, "LineGeometry", "From a to b, or endless through both.")
@@ -135,6 +178,13 @@ void bind_shapes(nb::module_& m) {
             new (self) guidance::Solid(std::move(surface));
           },
           nb::arg("surface"));
+  nb::class_<guidance::Path, Geometry>(m, "PathGeometry", "A curve of cubic Bezier pieces.")
+      .def("__init__", &make_path, nb::arg("controls"), nb::arg("attitudes"), nb::arg("tangential"), nb::arg("closed"),
+           "controls (n, 4, 3) [m]; attitudes (n + 1, 3, 3) at the pieces' ends, turning with the tangent or as given.")
+      .def_prop_ro("length", &guidance::Path::length, "[m]");
+  nb::class_<guidance::Cone, Geometry>(m, "ConeGeometry", "A cone without an end.")
+      .def(nb::init<const Vec3&, const Vec3&, double>(), nb::arg("apex"), nb::arg("axis"), nb::arg("half_angle"),
+           "axis: from the apex into the cone; half_angle [rad].");
 }
 
 }  // namespace
@@ -146,6 +196,7 @@ void bind_guidance(nb::module_& m) {
            "Poses (n, 4, 4) of a tool, times (n,) [s] -> arrays by the names of Query's fields, n of each.");
   bind_frames(m);
   bind_shapes(m);
+  bind_modifiers(m);
   nb::class_<guidance::Placed, Geometry>(m, "PlacedGeometry", "A geometry at X_FG in a frame; in W when left out.")
       .def(
           "__init__",

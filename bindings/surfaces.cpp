@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "bindings.hpp"
+#include "palpate/scene/cloud.hpp"
 #include "palpate/scene/distance_grid.hpp"
 #include "palpate/scene/implicit_surface.hpp"
 #include "palpate/scene/primitives.hpp"
@@ -16,6 +17,7 @@ namespace palpate::bindings {
 namespace {
 
 using Values = nb::ndarray<const float, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+using Points = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 
 void make_grid(scene::DistanceGrid* self, const Vec3& origin, const Vec3& spacing, const Values& values) {
   const nb::gil_scoped_release release;
@@ -36,6 +38,14 @@ void bind_surfaces(nb::module_& m) {
       .def(nb::init<double, double>(), nb::arg("radius"), nb::arg("length"));
   nb::class_<scene::Capsule, scene::Surface>(m, "Capsule", "All points within radius of a segment of the z axis.")
       .def(nb::init<double, double>(), nb::arg("radius"), nb::arg("length"));
+  nb::class_<scene::Cloud, scene::Surface>(m, "Cloud", "All places within radius of a point of a cloud.")
+      .def(
+          "__init__",
+          [](scene::Cloud* self, const Points& points, double radius) {
+            const nb::gil_scoped_release release;
+            new (self) scene::Cloud({points.data(), points.size()}, radius);
+          },
+          nb::arg("points"), nb::arg("radius"), "points (n, 3) [m], radius [m].");
   nb::class_<scene::ImplicitSurface, scene::Surface>(m, "ImplicitSurface", "a x^m + b y^n + c z^o = level (Eq 14).")
       .def(nb::init<const Vec3&, const std::array<int, 3>&, double>(), nb::arg("coefficients"), nb::arg("exponents"),
            nb::arg("level"))

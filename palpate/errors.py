@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 __all__ = [
     "ArmError",
+    "GuidanceError",
     "JournalError",
     "MeshError",
     "MissingExtraError",
@@ -45,6 +46,10 @@ class PalpateError(Exception):
 
 class ArmError(PalpateError, ValueError):
     """An arm that does not exist, or a pose it cannot reach."""
+
+
+class GuidanceError(PalpateError, ValueError):
+    """A fixture, its geometry or its file that cannot be."""
 
 
 class SceneError(PalpateError):

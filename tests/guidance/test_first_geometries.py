@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from asking import ask, poses
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
@@ -10,16 +11,6 @@ from palpate import _core
 
 A, B = np.array([0.01, -0.02, 0.03]), np.array([-0.04, 0.05, 0.0])
 U = (B - A) / np.linalg.norm(B - A)
-
-
-def poses(points):
-    X = np.tile(np.eye(4), (len(points), 1, 1))
-    X[:, :3, 3] = points
-    return X
-
-
-def ask(geometry, points, t=0.0):
-    return geometry.query(poses(np.asarray(points, float)), np.full(len(points), float(t)))
 
 
 def to_line(p):

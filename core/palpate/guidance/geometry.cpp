@@ -37,11 +37,16 @@ Query towards(const Vec3& p, const Vec3& point, const Vec3* tangent) noexcept {
   q.distance = out.norm();
   q.point = point;
   q.dimension = tangent == nullptr ? 0 : 1;
-  if (q.distance > 0.0)
-    q.normal = out / q.distance;
-  else if (tangent != nullptr)
-    q.normal = basis_of(*tangent).col(0);
-  q.basis = tangent == nullptr ? basis_of(q.normal) : basis_of(q.normal, *tangent);
+  if (tangent == nullptr) {
+    if (q.distance > 0.0) q.normal = out / q.distance;
+    q.basis = basis_of(q.normal);
+    return q;
+  }
+  // Across the curve even where the way out is mostly rounding: what is free there is the tangent.
+  const Vec3 across = out - tangent->dot(out) * *tangent;
+  const double length = across.norm();
+  q.normal = length > 1e-12 ? Vec3(across / length) : Vec3(basis_of(*tangent).col(0));
+  q.basis = basis_of(q.normal, *tangent);
   return q;
 }
 

@@ -1,0 +1,1 @@
+"""Virtual fixtures: what guides, forbids and keeps in, made from geometries, roles and laws."""

@@ -1,0 +1,37 @@
+"""How the tests of geometries ask, and what they hold every answer to."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from palpate import _core
+
+
+def poses(points):
+    X = np.tile(np.eye(4), (len(points), 1, 1))
+    X[:, :3, 3] = points
+    return X
+
+
+def ask(geometry: _core.Geometry, points: Any, t: float = 0.0) -> dict[str, Any]:
+    """A tool along the axes of W at points (n, 3)."""
+    points = np.asarray(points, float)
+    return geometry.query(poses(points), np.full(len(points), float(t)))
+
+
+def slope(geometry: _core.Geometry, points: Any, h: float = 1e-6, t: float = 0.0) -> Any:
+    """(n, 3) gradient of the distance by central differences."""
+    after, before = ([ask(geometry, points + s * e, t)["distance"] for e in np.eye(3)] for s in (h, -h))
+    return (np.array(after) - np.array(before)).T / (2 * h)
+
+
+def assert_sound(q: dict[str, Any]) -> None:
+    """Finite, unit normals, bases that are rotations and end in the normal."""
+    assert all(np.isfinite(values).all() for values in q.values())
+    np.testing.assert_allclose(np.linalg.norm(q["normal"], axis=1), 1.0, atol=1e-9)
+    for R in (q["basis"], q["attitude"]):
+        np.testing.assert_allclose(R @ R.transpose(0, 2, 1), np.tile(np.eye(3), (len(R), 1, 1)), atol=1e-9)
+        np.testing.assert_allclose(np.linalg.det(R), 1.0, atol=1e-9)
+    np.testing.assert_allclose(q["basis"][:, :, 2], q["normal"], atol=1e-12)

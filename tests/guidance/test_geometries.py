@@ -1,0 +1,238 @@
+"""Cones, meshes, clouds, grids, and what is made of geometries: closed forms, sampling, trimesh, finite differences."""
+
+import numpy as np
+import pytest
+import trimesh
+from asking import ask, assert_sound, poses, slope
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+from palpate import _core
+from palpate.guidance.curve import path
+from palpate.shapes import analytic
+
+POINTS = np.random.default_rng(5).uniform(-0.08, 0.08, (3000, 3))
+APEX, AXIS, HALF = np.array([0.01, 0.0, -0.02]), np.array([0.2, -0.1, 1.0]), 0.4
+VERTICES, TRIANGLES = analytic.Box((0.06, 0.04, 0.05)).mesh(12)
+WAY = [[-0.05, 0, 0], [-0.02, 0.02, 0.01], [0.01, -0.01, 0.02], [0.05, 0.01, 0]]
+
+
+def surface(core):
+    return _core.SurfaceGeometry(core)
+
+
+def at(geometry, x):
+    X = np.eye(4)
+    X[:3, 3] = x
+    return _core.PlacedGeometry(geometry, X)
+
+
+BALL, OTHER = surface(_core.Sphere(0.03)), at(surface(_core.Sphere(0.02)), [0.03, 0.0, 0.0])
+EVERY = {
+    "point": _core.PointGeometry(),
+    "line": _core.LineGeometry(np.zeros(3), np.array([0.01, 0.05, 0])),
+    "plane": surface(_core.Plane()),
+    "sphere": BALL,
+    "box": surface(_core.Box(np.array([0.06, 0.04, 0.05]))),
+    "cylinder": surface(_core.Cylinder(0.02, 0.05)),
+    "capsule": surface(_core.Capsule(0.02, 0.05)),
+    "mesh": surface(_core.Mesh(VERTICES, TRIANGLES)),
+    "cloud": surface(_core.Cloud(np.ascontiguousarray(VERTICES), 0.004)),
+    "path": path(WAY),
+    "tube": _core.OffsetGeometry(path(WAY), 0.005),
+    "cone": _core.ConeGeometry(APEX, AXIS, HALF),
+    "grown": _core.OffsetGeometry(BALL, 0.01),
+    "shrunk": _core.OffsetGeometry(BALL, -0.01),
+    "union": _core.CombinedGeometry("union", [BALL, OTHER]),
+    "intersection": _core.CombinedGeometry("intersection", [BALL, OTHER]),
+    "difference": _core.CombinedGeometry("difference", [BALL, OTHER]),
+    "blended": _core.CombinedGeometry("union", [BALL, OTHER], 0.01),
+}
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_every_answer_is_sound_and_its_normal_is_where_the_distance_grows(name):
+    geometry = EVERY[name]
+    q = ask(geometry, POINTS)
+    assert_sound(q)
+    h = 1e-7
+    offsets = [ask(geometry, POINTS + e)["normal"] for e in h * np.r_[np.eye(3), -np.eye(3)]]
+    smooth = np.linalg.norm(np.array(offsets) - q["normal"], axis=2).max(axis=0) < 1e-3
+    assert smooth.mean() > 0.99
+    gradient = slope(geometry, POINTS, h)[smooth]
+    length = np.linalg.norm(gradient, axis=1)
+    if name == "blended":
+        assert (length < 1.0 + 1e-6).all()
+        assert (length > 0.0).all()
+    else:
+        np.testing.assert_allclose(length, 1.0, atol=2e-6)
+    np.testing.assert_allclose(gradient / length[:, None], q["normal"][smooth], atol=2e-5)
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_the_nearest_place_lies_on_the_geometry(name):
+    if name in ("union", "difference", "intersection", "blended"):
+        return  # a bound of the distance: its place may lie inside another part
+    q = ask(EVERY[name], POINTS)
+    np.testing.assert_allclose(abs(ask(EVERY[name], q["point"])["distance"]), 0.0, atol=1e-9)
+    np.testing.assert_allclose(np.linalg.norm(POINTS - q["point"], axis=1), abs(q["distance"]), atol=1e-9)
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_a_change_of_frame_changes_nothing(name):
+    X = np.eye(4)
+    X[:3, :3], X[:3, 3] = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix(), [0.3, -0.2, 0.1]
+    here = ask(EVERY[name], POINTS)
+    there = _core.PlacedGeometry(EVERY[name], X).query(X @ poses(POINTS), np.zeros(len(POINTS)))
+    np.testing.assert_allclose(there["distance"], here["distance"], atol=1e-12)
+    same = np.linalg.norm(there["normal"] - here["normal"] @ X[:3, :3].T, axis=1) < 1e-6
+    assert same.mean() > 0.999, "but for those within rounding of two nearest places"
+    np.testing.assert_allclose(there["point"][same], here["point"][same] @ X[:3, :3].T + X[:3, 3], atol=1e-9)
+
+
+@settings(max_examples=40)
+@given(p=st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=3, max_size=3), t=st.floats(-1e300, 1e300))
+def test_every_finite_pose_gets_a_finite_answer(p, t):
+    for geometry in EVERY.values():
+        assert_sound(ask(geometry, [p, np.array(p) * 1e-300], t))
+
+
+def test_a_cone_is_its_closed_form():
+    """Nearest of 400 000 places of the cone's side, and the sign by the angle at the apex."""
+    axis = AXIS / np.linalg.norm(AXIS)
+    side = np.linspace(0, 0.3, 2000)[:, None, None]
+    around = np.linspace(0, 2 * np.pi, 200)[None, :, None]
+    x = np.cross(axis, [1.0, 0, 0])
+    x /= np.linalg.norm(x)
+    ring = np.cos(around) * x + np.sin(around) * np.cross(axis, x)
+    places = (APEX + side * (np.cos(HALF) * axis + np.sin(HALF) * ring)).reshape(-1, 3)
+    q = ask(EVERY["cone"], POINTS)
+    found = cKDTree(places).query(POINTS)[0]
+    out = POINTS - APEX
+    inside = out @ axis > np.cos(HALF) * np.linalg.norm(out, axis=1)
+    assert 0.02 < inside.mean() < 0.5
+    np.testing.assert_array_equal(q["distance"] < 0, inside)
+    assert (abs(q["distance"]) <= found + 1e-12).all()
+    np.testing.assert_allclose(found, abs(q["distance"]), atol=2e-3)
+    np.testing.assert_allclose(q["attitude"][:, :, 2], np.tile(-axis, (len(POINTS), 1)), atol=1e-14)
+
+
+def test_a_mesh_answers_as_trimesh_does():
+    corners = VERTICES[TRIANGLES]
+    each = [trimesh.triangles.closest_point(np.tile(c, (len(POINTS), 1, 1)), POINTS) for c in corners]
+    found = np.linalg.norm(np.array(each) - POINTS, axis=2).min(axis=0)
+    np.testing.assert_allclose(abs(ask(EVERY["mesh"], POINTS)["distance"]), found, atol=1e-9)
+    exact = ask(EVERY["box"], POINTS)
+    np.testing.assert_allclose(ask(EVERY["mesh"], POINTS)["distance"], exact["distance"], atol=1e-12)
+    outside = exact["distance"] > 1e-6
+    np.testing.assert_allclose(ask(EVERY["mesh"], POINTS)["normal"][outside], exact["normal"][outside], atol=1e-6)
+
+
+@settings(max_examples=25)
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 500), radius=st.floats(1e-4, 0.01))
+def test_a_cloud_answers_as_a_tree_of_points_does(seed, n, radius):
+    rng = np.random.default_rng(seed)
+    points = rng.normal(size=(n, 3)) * 0.05
+    where = rng.normal(size=(200, 3)) * 0.08
+    q = ask(surface(_core.Cloud(points, radius)), where)
+    found, which = cKDTree(points).query(where)
+    np.testing.assert_allclose(q["distance"], found - radius, atol=1e-14)
+    np.testing.assert_allclose(q["normal"], (where - points[which]) / found[:, None], atol=1e-9)
+
+
+def sphere(centre, radius):
+    return lambda p: np.linalg.norm(p - centre, axis=1) - radius
+
+
+A, B = sphere(np.zeros(3), 0.03), sphere(np.array([0.03, 0, 0]), 0.02)
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "exact_where"),
+    [("union", lambda a, b: np.minimum(a, b), 1), ("intersection", np.maximum, -1),
+     ("difference", lambda a, b: np.maximum(a, -b), -1)],
+)  # fmt: skip
+def test_combinations_have_the_right_inside_and_never_too_large_a_distance(kind, value, exact_where):
+    """Against places sampled on the boundary: exact on one side, a bound on the other."""
+    where = np.random.default_rng(2).uniform(-0.03, 0.05, (3000, 3))
+    q = ask(EVERY[kind], where)
+    np.testing.assert_allclose(q["distance"], value(A(where), B(where)), atol=1e-15)
+    rng = np.random.default_rng(0)
+    ways = rng.normal(size=(200_000, 3))
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    boundary = np.concatenate([0.03 * ways, 0.02 * ways + [0.03, 0, 0]])
+    boundary = boundary[abs(value(A(boundary), B(boundary))) < 1e-9]
+    found = cKDTree(boundary).query(where)[0]
+    assert (abs(q["distance"]) <= found + 1e-12).all()
+    exact = np.sign(q["distance"]) == exact_where
+    assert exact.sum() > 50
+    np.testing.assert_allclose(abs(q["distance"][exact]), found[exact], atol=6e-4)
+
+
+@given(blend=st.floats(1e-4, 0.02), seed=st.integers(0, 2**32 - 1))
+def test_a_blend_makes_the_normal_turn_gradually_and_fills_a_quarter_of_it_at_most(blend, seed):
+    sharp = EVERY["union"]
+    soft = _core.CombinedGeometry("union", [BALL, OTHER], blend)
+    filled = ask(sharp, POINTS[:500])["distance"] - ask(soft, POINTS[:500])["distance"]
+    assert (filled >= -1e-15).all()
+    assert (filled <= blend / 4 + 1e-15).all()
+    line = np.linspace(0, 1, 4000)[:, None] * [0.02, 0, 0] + [0.012, 0.03, np.random.default_rng(seed).normal() * 1e-3]
+    step = [np.linalg.norm(np.diff(ask(g, line)["normal"], axis=0), axis=1).max() for g in (sharp, soft)]
+    assert step[0] > 0.3
+    assert step[1] < 5e-6 / blend * 4 + 1e-3
+
+
+def test_the_velocity_of_what_is_combined_is_that_of_the_nearest_part():
+    frame = _core.MotionFrame(np.eye(4), _core.Motion(v=np.array([0.01, 0.02, 0.0]), w=np.array([0, 0, 1.0])))
+    moving = _core.PlacedGeometry(BALL, np.eye(4), frame)
+    both = _core.CombinedGeometry("union", [moving, at(BALL, [0.0, 0, 0.5])])
+    near, far = ask(both, [[0.06, 0, 0]], 0.0), ask(both, [[0.06, 0, 0.5]], 0.0)
+    np.testing.assert_allclose(near["velocity"][0], [0.01, 0.05, 0], atol=1e-15)
+    np.testing.assert_allclose(far["velocity"][0], 0.0)
+    grown = ask(_core.OffsetGeometry(moving, 0.02), [[0.06, 0, 0]], 0.0)
+    np.testing.assert_allclose(grown["velocity"][0], [0.01, 0.07, 0], atol=1e-15)
+    np.testing.assert_allclose(grown["point"][0], [0.05, 0, 0], atol=1e-15)
+
+
+@pytest.mark.parametrize("name", ["sphere", "mesh", "tube", "blended"])
+def test_a_moving_surface_keeps_its_distance_to_what_moves_along(name):
+    """d/dt of the distance of a place at rest is minus the surface's velocity along the normal."""
+    wave = _core.Wave(shift=np.array([0.005, 0, 0.01]), turn=np.array([0.2, 0.1, 0.0]), period=1.5)
+    frame = _core.MotionFrame(np.eye(4), _core.Motion(w=np.array([0, 0.3, 0]), waves=[wave]))
+    moving = _core.PlacedGeometry(EVERY[name], np.eye(4), frame)
+    q, h = ask(moving, POINTS[:400], 0.4), 1e-6
+    rate = (ask(moving, POINTS[:400], 0.4 + h)["distance"] - ask(moving, POINTS[:400], 0.4 - h)["distance"]) / (2 * h)
+    told = -(q["velocity"] * q["normal"]).sum(axis=1)
+    regular = abs((slope(moving, POINTS[:400], t=0.4) * q["normal"]).sum(axis=1) - 1) < 1e-6
+    assert regular.mean() > 0.5
+    np.testing.assert_allclose(rate[regular], told[regular], atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("make", "told"),
+    [
+        (lambda: _core.ConeGeometry(APEX, 0 * AXIS, 0.3), "a cone needs a finite apex, and a mouth apart from it"),
+        (lambda: _core.ConeGeometry(APEX, AXIS, 2.0), "half the angle of a cone must be above 0 and at most pi / 2"),
+        (lambda: _core.OffsetGeometry(EVERY["path"], 0.0), "needs a margin above zero"),
+        (lambda: _core.OffsetGeometry(BALL, np.nan), "a finite margin"),
+        (lambda: _core.CombinedGeometry("union", []), "a combination needs parts"),
+        (lambda: _core.CombinedGeometry("minus", [BALL]), "union, intersection or difference, got minus"),
+        (lambda: _core.CombinedGeometry("difference", [EVERY["path"], BALL]), "cannot be cut; give it a margin"),
+        (lambda: _core.Cloud(np.zeros((0, 3)), 0.01), "a cloud needs points"),
+        (lambda: _core.Cloud(np.full((1, 3), np.nan), 0.01), "points of a cloud must be finite"),
+        (lambda: _core.Cloud(np.zeros((1, 3)), 0.0), "radius of a cloud's points must be a positive length"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_words(make, told):
+    with pytest.raises(ValueError, match=told):
+        make()
+
+
+def test_an_open_mesh_has_no_inside_until_it_gets_a_margin():
+    sheet = surface(_core.Mesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]]), np.array([[0, 1, 2]], np.int32)))
+    shell = _core.OffsetGeometry(sheet, 0.1)
+    assert not sheet.solid
+    assert shell.solid
+    np.testing.assert_allclose(ask(shell, [[0.2, 0.2, 0.05], [0.2, 0.2, -0.3]])["distance"], [-0.05, 0.2])
