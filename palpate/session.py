@@ -306,7 +306,9 @@ class Session:
                 folder = new_folder(self._out, self.scene.title)
                 self.record = folder / "record.mcap"
                 self.notes += keep_scene(folder, self.rig.resolved_yaml(absolute=True))
-                self._recorder = Recorder(self.record, self.rig.resolved_yaml(), self.seed, self.rate, not realtime)
+                self._recorder = Recorder(
+                    self.record, self.rig.resolved_yaml(), self.seed, self.rate, not realtime, bag=True
+                )
 
     def _faults(self) -> list[str]:
         fault = self._sim.fault()

@@ -57,14 +57,17 @@ class Run:
 
 @dataclass
 class Replay:
-    """Sum up a record and show it in the 3-D viewer until Ctrl-C.
+    """Sum up a record, or the ROS 2 bag of a CRTK session, and show it in the 3-D viewer until Ctrl-C.
 
     examples:
       palpate replay runs/palpation-20260101-120000/record.mcap
+      palpate replay rosbag2_2026_01_01-12_00_00 --scene my.yaml
     """
 
     record: Positional[Path]
-    """Record (MCAP), or the folder it is in."""
+    """Record (MCAP), or the folder it is in; or a rosbag2 (folder, .mcap, .db3)."""
+    scene: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Of a bag: the arms' models and bases and what stood before them; the scene in the bag when left out."""
     port: int = PORT
     """Of the viewer, on 127.0.0.1; the next free one when it is taken."""
 
@@ -72,20 +75,21 @@ class Replay:
         """Do it."""
         from palpate.cli.records import replay
 
-        return replay(self.record, self.port)
+        return replay(self.record, self.port, self.scene)
 
 
 @dataclass
 class Report:
-    """Sum up a record and write its HTML report with figures.
+    """Sum up a record, or the ROS 2 bag of a CRTK session, and write its HTML report with figures.
 
     examples:
       palpate report runs/palpation-20260101-120000/record.mcap
       palpate report run.mcap --out liver.html
+      palpate report rosbag2_2026_01_01-12_00_00
     """
 
     record: Positional[Path]
-    """Record (MCAP), or the folder it is in."""
+    """Record (MCAP), or the folder it is in; or a rosbag2 (folder, .mcap, .db3)."""
     out: Annotated[Path | None, arg(metavar="FILE")] = None
     """Where to write it; report.html beside the record when left out."""
     json: Annotated[Path | None, arg(metavar="FILE")] = None

@@ -13,7 +13,9 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from palpate.record.reader import Record
+    from palpate.record.ticks import Ticks
     from palpate.session import Session
+    from palpate.viewer.stage import Stage
 
 HOST = "127.0.0.1"
 _TRIES = 20
@@ -53,8 +55,8 @@ def free_port(wanted: int) -> int:
     )
 
 
-def serve(shown: Session | Record, port: int, console: Console) -> None:
-    """Serve a session (live) or a record until Ctrl-C."""
+def serve(shown: Session | Record | tuple[Stage, Ticks], port: int, console: Console) -> None:
+    """Serve a session (live), or a record or its like, until Ctrl-C."""
     from palpate import viewer
 
     free = free_port(port)

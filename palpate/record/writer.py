@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import yaml
 from numpy.typing import NDArray
 
 from palpate.errors import OutputError
@@ -39,13 +40,17 @@ class Recorder:
         seed: of the run.
         rate: ticks per second of run time [Hz].
         deterministic: lockstep record; the signals that depend on the machine are left out.
+        bag: the folder is this record's own: write the ``metadata.yaml`` of a rosbag2 into it.
 
     Raises:
         OutputError: the file cannot be created.
     """
 
-    def __init__(self, path: str | Path, scene_yaml: str, seed: int, rate: float, deterministic: bool) -> None:
+    def __init__(
+        self, path: str | Path, scene_yaml: str, seed: int, rate: float, deterministic: bool, bag: bool = False
+    ) -> None:
         self.path = Path(path)
+        self._bag = bag
         self.failure: str | None = None
         """Why recording stopped early; None while all is well."""
         self.sha256: str | None = None
@@ -131,6 +136,13 @@ class Recorder:
         self._file.add_metadata("outcome", outcome)
         self._file.add_metadata("rosbag2", {"serialized_metadata": self._rosbag2()})
         self.sha256 = self._file.finish(self.ticks_written * len(self._channels))
+        if self._bag:
+            self._keep_bag()
+
+    def _keep_bag(self) -> None:
+        """Write ``metadata.yaml`` into the folder, so that `ros2 bag` takes the folder as well as the file."""
+        text = yaml.safe_dump({"rosbag2_bagfile_information": json.loads(self._rosbag2())}, sort_keys=False)
+        self.path.with_name("metadata.yaml").write_text(text, encoding="utf-8")
 
     def _rosbag2(self) -> str:
         """What rosbag2's own recorder writes into its metadata."""

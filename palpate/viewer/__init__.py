@@ -12,16 +12,18 @@ import threading
 from collections.abc import Callable
 
 from palpate.record.reader import Record
+from palpate.record.ticks import Ticks
 from palpate.session import Session
 from palpate.viewer.live import LiveViewer
 from palpate.viewer.replay import ReplayViewer
+from palpate.viewer.stage import Stage
 from palpate.viewer.staging import stage_of, stage_of_record
 
 __all__ = ["LiveViewer", "ReplayViewer", "serve", "stage_of", "stage_of_record"]
 
 
 def serve(
-    shown: Session | Record,
+    shown: Session | Record | tuple[Stage, Ticks],
     host: str = "127.0.0.1",
     port: int = 8080,
     on_ready: Callable[[str], None] = lambda url: None,
@@ -29,7 +31,8 @@ def serve(
     """Shows a session, which runs in real time meanwhile, or a record with a time slider, until Ctrl-C.
 
     Args:
-        shown: a session goes on from where it is, and is left stopped, not closed.
+        shown: a session goes on from where it is, and is left stopped, not closed. Ticks that are no record of ours
+            come with what is drawn around them.
         host: address to bind to.
         port: 0 takes a free one.
         on_ready: told the address once a browser can open it.
@@ -39,8 +42,9 @@ def serve(
         RecordError, SceneError, MeshError: the scene of the record cannot be set up again.
         KeyboardInterrupt: Ctrl-C, after everything is closed.
     """
-    if isinstance(shown, Record):
-        replayed = ReplayViewer(shown.ticks, stage_of_record(shown), host, port)
+    if not isinstance(shown, Session):
+        stage, ticks = (stage_of_record(shown), shown.ticks) if isinstance(shown, Record) else shown
+        replayed = ReplayViewer(ticks, stage, host, port)
         try:
             on_ready(replayed.url)
             threading.Event().wait()

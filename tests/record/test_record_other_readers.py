@@ -120,3 +120,14 @@ def test_a_record_rewritten_by_another_tool_reads_the_same(recorded, tmp_path):
     assert record.complete
     assert record.rate == pytest.approx(1000.0)
     assert record.scene == ""
+
+
+def test_the_folder_of_a_run_is_a_bag_with_metadata(tmp_path):
+    """`ros2 bag info|play FOLDER` wants metadata.yaml; rosbags reads the folder by it alone."""
+    ticks = synthetic_run.run(0.6)
+    with Recorder(tmp_path / "record.mcap", "name: floor\n", 0, 1000.0, deterministic=True, bag=True) as recorder:
+        recorder.append(ticks)
+    with rosbag2.Reader(tmp_path) as bag:
+        assert bag.message_count == len(ticks) * len(channels(deterministic=True))
+        assert bag.duration == round(1e9 * (ticks["t"][-1] - ticks["t"][0])) + 1
+        assert sum(1 for _ in bag.messages()) == bag.message_count
