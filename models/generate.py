@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ecm import ECM_YAML, ecm
 from mtm import MTM_YAML, mtm
 from psm import PSM_YAML, psm
 from six_axis import DELTA_YAML, SIX_AXIS_YAML, six_axis
@@ -25,6 +26,7 @@ HERE = Path(__file__).parent
 def outputs() -> dict[str, str]:
     """Every file this script writes: name -> text."""
     files = {"psm_lnd.urdf": psm(), "psm_lnd.yaml": PSM_YAML}
+    files |= {"ecm.urdf": ecm(), "ecm.yaml": ECM_YAML}
     files |= {"six_axis.urdf": six_axis(), "six_axis.yaml": SIX_AXIS_YAML, "delta.yaml": DELTA_YAML}
     for side in ("left", "right"):
         files[f"mtm_{side}.urdf"] = mtm(side)

@@ -1,5 +1,6 @@
 // What goes into the simulated dVRK and what comes out: commands, states and events as plain values. Verbs and topics
-// bear the names that the real one has on its bus (`name_of`), so that a bus adapter is a loop over two tables. SI units.
+// bear the names that the real one has on its bus (`name_of`), so that a bus adapter is a loop over two tables. SI
+// units.
 #pragma once
 
 #include <span>
@@ -43,7 +44,8 @@ inline constexpr unsigned kEveryArm = 7;
 struct HalfPlane {
   Vec3 p = Vec3::Zero(), d = Vec3::Zero(), bias = Vec3::Zero(), deadband = Vec3::Zero();
 };
-/// crtk_msgs/CartesianImpedance: `positive` rules where the error is above zero, along the axes of R_force and R_torque.
+/// crtk_msgs/CartesianImpedance: `positive` rules where the error is above zero, along the axes of R_force and
+/// R_torque.
 struct Impedance {
   Mat3 R_force = Mat3::Identity();
   Vec3 p_force = Vec3::Zero();  ///< [m]
@@ -53,21 +55,68 @@ struct Impedance {
 
 enum class Verb : unsigned char {
   // an arm
-  state_command, servo_jp, servo_jr, servo_jf, servo_cp, servo_cr, servo_cs, servo_ci, body_servo_cf, spatial_servo_cf,
-  move_jp, move_jr, move_cp, free, hold, use_gravity_compensation, body_set_cf_orientation_absolute, set_base_frame,
-  set_ratio, set_ratio_v, set_ratio_a, lock_orientation, unlock_orientation, jaw_servo_jp, jaw_move_jp, jaw_servo_jf,
-  set_tool_type, emulate_adapter_present, emulate_tool_present,
+  state_command,
+  servo_jp,
+  servo_jr,
+  servo_jf,
+  servo_cp,
+  servo_cr,
+  servo_cs,
+  servo_ci,
+  body_servo_cf,
+  spatial_servo_cf,
+  move_jp,
+  move_jr,
+  move_cp,
+  free,
+  hold,
+  use_gravity_compensation,
+  body_set_cf_orientation_absolute,
+  set_base_frame,
+  set_ratio,
+  set_ratio_v,
+  set_ratio_a,
+  lock_orientation,
+  unlock_orientation,
+  jaw_servo_jp,
+  jaw_move_jp,
+  jaw_servo_jf,
+  set_tool_type,
+  emulate_adapter_present,
+  emulate_tool_present,
   // what only a simulated arm has: a hand on the handle, a force on the tool, a fault
-  hand_servo_cp, hand_servo_cf, hand_gripper, hand_free, tool_servo_cf, emulate_fault,
+  hand_servo_cp,
+  hand_servo_cf,
+  hand_gripper,
+  hand_free,
+  tool_servo_cf,
+  emulate_fault,
   // system
-  power_on, power_off, home,
+  power_on,
+  power_off,
+  home,
   // console
-  teleop_enable, teleop_select, teleop_unselect, teleop_set_scale, emulate_operator_present, emulate_clutch,
+  teleop_enable,
+  teleop_select,
+  teleop_unselect,
+  teleop_set_scale,
+  emulate_operator_present,
+  emulate_clutch,
   emulate_camera,
   // pedals (simulated feet: the real ones only speak)
-  press_clutch, press_camera, press_coag, press_bicoag, press_cam_plus, press_cam_minus,
+  press_clutch,
+  press_camera,
+  press_coag,
+  press_bicoag,
+  press_cam_plus,
+  press_cam_minus,
   // a teleop
-  teleop_state_command, set_scale, lock_rotation, lock_translation, set_align_MTM, following_mtm_body_servo_cf,
+  teleop_state_command,
+  set_scale,
+  lock_rotation,
+  lock_translation,
+  set_align_MTM,
+  following_mtm_body_servo_cf,
 };
 
 /// One message to one component. Only the fields of its payload matter. A bus puts numbers in as they came: what cannot
@@ -108,16 +157,46 @@ struct VerbEntry {
 
 enum class Topic : unsigned char {
   // an arm
-  operating_state, desired_state, current_state, goal_reached, ratio, ratio_v, ratio_a, gripper_closed, gripper_pinch,
-  orientation_locked, tool_type, tool_type_request, arm_clutch,
+  operating_state,
+  desired_state,
+  current_state,
+  goal_reached,
+  ratio,
+  ratio_v,
+  ratio_a,
+  gripper_closed,
+  gripper_pinch,
+  orientation_locked,
+  tool_type,
+  tool_type_request,
+  arm_clutch,
   // every component
-  status, warning, error,
+  status,
+  warning,
+  error,
   // console
-  teleop_enabled, teleop_selected, teleop_unselected, teleop_scale, operator_present, clutch, camera,
+  teleop_enabled,
+  teleop_selected,
+  teleop_unselected,
+  teleop_scale,
+  operator_present,
+  clutch,
+  camera,
   // pedals
-  pedal_clutch, pedal_camera, pedal_coag, pedal_bicoag, pedal_cam_plus, pedal_cam_minus,
+  pedal_clutch,
+  pedal_camera,
+  pedal_coag,
+  pedal_bicoag,
+  pedal_cam_plus,
+  pedal_cam_minus,
   // a teleop
-  teleop_desired_state, teleop_current_state, following, scale, rotation_locked, translation_locked, align_MTM,
+  teleop_desired_state,
+  teleop_current_state,
+  following,
+  scale,
+  rotation_locked,
+  translation_locked,
+  align_MTM,
 };
 
 /// An event as it stands in the table of topics; `latched`: late subscribers are given the last one.
@@ -160,9 +239,9 @@ struct JointState {
 struct ArmState {
   double t = 0.0;  ///< stamp: since the simulation began [s]
   OperatingState operating_state;
-  bool joints_valid = false;      ///< of measured_js, setpoint_js, gravity_compensation
-  bool cartesian_valid = false;   ///< of everything Cartesian
-  bool base_frame_valid = true;   ///< also needed by measured_cp, setpoint_cp
+  bool joints_valid = false;     ///< of measured_js, setpoint_js, gravity_compensation
+  bool cartesian_valid = false;  ///< of everything Cartesian
+  bool base_frame_valid = true;  ///< also needed by measured_cp, setpoint_cp
   JointState measured_js, setpoint_js;
   JointVector gravity_compensation;  ///< gravity_compensation/setpoint_js, effort [N m]
   Pose measured_cp, setpoint_cp, local_measured_cp, local_setpoint_cp;

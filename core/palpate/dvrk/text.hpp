@@ -13,7 +13,7 @@ namespace palpate::dvrk {
 class Text {
  public:
   Text() = default;
-  Text(std::string_view words) noexcept { *this << words; }              // NOLINT(google-explicit-constructor)
+  Text(std::string_view words) noexcept { *this << words; }            // NOLINT(google-explicit-constructor)
   Text(const char* words) noexcept : Text(std::string_view(words)) {}  // NOLINT(google-explicit-constructor)
 
   Text& operator<<(std::string_view words) noexcept {

@@ -93,6 +93,11 @@ struct Leader::Impl {
                options.seed}),
         encoders({options.coupling, options.encoder_step, options.velocity_window, options.velocity_cutoff}),
         random(options.seed) {
+    grip(hand);
+  }
+
+  void grip(const HandOptions& h) noexcept {
+    hand = h;
     M_hand << Vec3::Constant(hand.mass), Vec3::Constant(hand.inertia);
     K << Vec3::Constant(hand.stiffness), Vec3::Constant(hand.rotational_stiffness);
     B << Vec3::Constant(hand.damping), Vec3::Constant(hand.rotational_damping);
@@ -145,7 +150,7 @@ struct Leader::Impl {
   const JointVector& advance(const arm::Dynamics& d, const JointVector& tau, const Vec6& F, const Vec6& response,
                              double dt) noexcept {
     const Vec6 H = M_hand + dt * response;
-    const Vec6 push = M_hand.cwiseProduct(velocity(d.J, v) - dt * d.Jdot_v) + dt * F;
+    const Vec6 push = M_hand.cwiseProduct(velocity(d.J, v) - dt * d.Jdot_v) + dt * (F + F_push);
     for (Eigen::Index j = 0; j < v.size(); ++j) {  // by hand: Eigen takes its large-matrix path for 7 x 6 x 7
       const Vec6 HJ = H.cwiseProduct(d.J.col(j));
       for (Eigen::Index i = j; i < v.size(); ++i) A(i, j) = A(j, i) = d.M(i, j) + d.J.col(i).dot(HJ);
@@ -156,7 +161,8 @@ struct Leader::Impl {
     return friction.solve(A, b, lo, hi);
   }
 
-  void step(double dt, const Pose& X_path, const Twist& V_path) noexcept {
+  void step(double dt, const Pose& X_path, const Twist& V_path, const Wrench& push) noexcept {
+    F_push << push.f, push.t;
     const JointVector& tau = drive.step(dt);
     q_mid = q + 0.5 * dt * v;
     const arm::Dynamics& d = arm.dynamics(q_mid, 1.5 * v - 0.5 * v_before);
@@ -179,7 +185,7 @@ struct Leader::Impl {
       F = F_slip - response_slip.cwiseProduct(velocity(d.J, v_next));
     }
     // Newton on the hand's mass: what the arm does to it is what it does, less what the person does.
-    const Vec6 arm_on_hand = M_hand.cwiseProduct(velocity(d.J, v_next - v) / dt + d.Jdot_v) - F;
+    const Vec6 arm_on_hand = M_hand.cwiseProduct(velocity(d.J, v_next - v) / dt + d.Jdot_v) - F - F_push;
     cell = {arm_on_hand.head<3>(), arm_on_hand.tail<3>()};
 
     q = (q_mid + 0.5 * dt * v_next).cwiseMax(arm.q_min()).cwiseMin(arm.q_max());
@@ -205,6 +211,7 @@ struct Leader::Impl {
   Encoders encoders;
   DryFriction friction;
   Vec6 M_hand, K, B;  // of the hand: linear over angular
+  Vec6 F_push;
   JointVector q, v, v_before, v_next, q_mid, b, lo, hi;
   JointMatrix A;
   LeaderState state;
@@ -227,8 +234,9 @@ Leader::~Leader() = default;
 void Leader::reset(const JointVector& q) noexcept { impl_->place(q); }
 void Leader::command(const LeaderCommand& command) noexcept { impl_->drive.command(command); }
 void Leader::pinch(double gripper) noexcept { impl_->gripper = gripper; }
-void Leader::step(double dt, const Pose& X_LH_hand, const Twist& V_LH_hand) noexcept {
-  impl_->step(dt, X_LH_hand, V_LH_hand);
+void Leader::grip(const HandOptions& hand) noexcept { impl_->grip(hand); }
+void Leader::step(double dt, const Pose& X_LH_hand, const Twist& V_LH_hand, const Wrench& F_push_L) noexcept {
+  impl_->step(dt, X_LH_hand, V_LH_hand, F_push_L);
 }
 
 const LeaderState& Leader::measured() const noexcept { return impl_->state; }

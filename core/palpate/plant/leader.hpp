@@ -45,8 +45,11 @@ class Leader {
   void command(const LeaderCommand& command) noexcept;
   /// The hand pinches the grips (0 = closed) [rad].
   void pinch(double gripper) noexcept;
-  /// One servo period. X_LH_hand: where the hand wants the handle; v: velocity of that path (base frame L).
-  void step(double dt, const Pose& X_LH_hand, const Twist& V_LH_hand) noexcept;
+  /// Another hand takes the handle, or none (HandOptions of zeros). Its values must be as the constructor's.
+  void grip(const HandOptions& hand) noexcept;
+  /// One servo period. X_LH_hand: where the hand wants the handle; v: velocity of that path (base frame L). F_push_L:
+  /// on the handle besides, whoever holds it.
+  void step(double dt, const Pose& X_LH_hand, const Twist& V_LH_hand, const Wrench& F_push_L = {}) noexcept;
 
   [[nodiscard]] const LeaderState& measured() const noexcept;  ///< encoders
   [[nodiscard]] const JointVector& q() const noexcept;         ///< truth, for judges only
