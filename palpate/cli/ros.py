@@ -26,7 +26,7 @@ class Setup:
         say(console, where.find().words)
         built = build.build(lambda text: say(console, text))
         for name, prefix in built.messages.items():
-            say(console, f"{name}: {'that of ROS 2' if prefix in built.ros.prefixes else 'our definitions'}, {prefix}")
+            say(console, f"{name}: {'our definitions' if built.ours(name) else 'of ROS 2'}, {prefix}")
         say(console, f"nodes: {built.extension}")
         say(console, f"compiled in {built.seconds:.0f} s" if built.seconds else "all of it was there")
         return 0

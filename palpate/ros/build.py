@@ -1,7 +1,9 @@
 """Compiles the ROS 2 part once, against the ROS 2 at hand, and loads it.
 
-What is made is kept in `~/.cache/palpate/ros` (`XDG_CACHE_HOME`), under a name made from everything it is made of: the
-sources, the headers of the core, ROS 2, Python. Processes that start at the same time wait for the one that compiles.
+Message packages that ROS 2 lacks go beside the `ros-*` wheels, where every Python of this environment imports them: a
+client of the real robot runs unchanged. All else is kept in `~/.cache/palpate/ros` (`XDG_CACHE_HOME`), under a name
+made from everything it is made of: the sources, the headers of the core, ROS 2, Python; so are the messages for a
+sourced ROS 2, which is not ours to change. Processes that start at the same time wait for the one that compiles.
 """
 
 from __future__ import annotations
@@ -31,6 +33,8 @@ PACKAGES = ("crtk_msgs", "tf2_msgs")
 Progress = Callable[[str], None]
 _PYTHON = ("lib/python3*/site-packages", "local/lib/python3*/dist-packages")  # the second on Debian's own
 _KEPT = 4  # compiled modules of earlier sources: working copies go back and forth
+_OURS = "palpate"
+"""File in a message package's description that says: made by us, of these sources."""
 _SUFFIX = sysconfig.get_config_var("EXT_SUFFIX")
 
 
@@ -45,6 +49,10 @@ class Built:
     """The compiled module `_ros`."""
     seconds: float
     """That compiling took; 0 when all was there [s]."""
+
+    def ours(self, name: str) -> bool:
+        """A message package is of our definitions."""
+        return (self.messages[name] / "share" / name / _OURS).is_file()
 
 
 def build(progress: Progress = lambda _: None) -> Built:
@@ -69,6 +77,8 @@ def messages(progress: Progress = lambda _: None) -> Built:
     """Make `crtk_msgs` and `tf2_msgs` importable beside `rclpy`; compiles what is missing."""
     built = build(progress)
     for name, prefix in built.messages.items():
+        if prefix in built.ros.prefixes:  # there it is found already
+            continue
         _prepend("LD_LIBRARY_PATH", prefix / "lib")
         _prepend("AMENT_PREFIX_PATH", prefix)
         python = next((p for place in _PYTHON for p in prefix.glob(place)), None)
@@ -95,35 +105,54 @@ def load(progress: Progress = lambda _: None) -> ModuleType:
 
 
 def _messages(ros: where.Ros, folder: Path, name: str, progress: Progress) -> Path:
-    found = ros.share(name)
-    if found:
-        return found.parents[1]
+    """The prefix that holds a message package; compiled where there is none, or one of ours that is outdated."""
     source = HERE / "messages"
     digest = _digest([source / "CMakeLists.txt", *(p for p in (source / name).rglob("*") if p.is_file())])
-    target = folder / f"{name}-{digest}"
-    if target.is_dir():
-        return target
-    with _lock(folder, progress):
-        if not target.is_dir():
-            progress(f"compiling {name} for ROS 2 {ros.release}, once")
-            work = folder / name
-            shutil.rmtree(work, ignore_errors=True)
-            shutil.copytree(source / name, work / "source")
-            shutil.copy(source / "CMakeLists.txt", work / "source")
-            install = work / "install"
-            libraries = ["$ORIGIN", "$ORIGIN/../../..", *(str(p / "lib") for p in ros.prefixes)]
-            options = {
-                "PACKAGE": name,
-                "BUILD_TESTING": "OFF",
-                "CMAKE_INSTALL_PREFIX": str(install),
-                "CMAKE_INSTALL_RPATH": ";".join(libraries),
-                "CMAKE_PREFIX_PATH": ";".join(map(str, ros.prefixes)),
-                "Python3_EXECUTABLE": ros.python(),
-            }
-            _cmake(ros, work / "source", work / "build", options, name, "--target", "install")
-            install.rename(target)
-            shutil.rmtree(work)
-    return target
+    target = ros.prefixes[0] if ros.may_grow() else folder / f"{name}-{digest}"
+
+    def found() -> Path | None:
+        for prefix in (*ros.prefixes, target):
+            share = prefix / "share" / name
+            ours = share / _OURS
+            if (share / "package.xml").is_file() and (not ours.is_file() or ours.read_text() == digest):
+                return prefix
+        return None
+
+    if not found():
+        with _lock(folder, progress):
+            if not found():
+                progress(f"compiling {name} for ROS 2 {ros.release}, once")
+                _install(_compiled(ros, folder / name, source, name), target, name, digest)
+                shutil.rmtree(folder / name)
+    return found() or target
+
+
+def _compiled(ros: where.Ros, work: Path, source: Path, name: str) -> Path:
+    """A message package compiled and installed below `work`, relocatable."""
+    shutil.rmtree(work, ignore_errors=True)
+    shutil.copytree(source / name, work / "source")
+    shutil.copy(source / "CMakeLists.txt", work / "source")
+    libraries = ["$ORIGIN", "$ORIGIN/../../..", *(str(p / "lib") for p in ros.prefixes)]
+    options = {
+        "PACKAGE": name,
+        "BUILD_TESTING": "OFF",
+        "CMAKE_INSTALL_PREFIX": str(work / "install"),
+        "CMAKE_INSTALL_RPATH": ";".join(libraries),
+        "CMAKE_PREFIX_PATH": ";".join(map(str, ros.prefixes)),
+        "Python3_EXECUTABLE": ros.python(),
+    }
+    _cmake(ros, work / "source", work / "build", options, name, "--target", "install")
+    return work / "install"
+
+
+def _install(compiled: Path, target: Path, name: str, digest: str) -> None:
+    """Copy it to where it stays; the file by which everybody knows it is there comes last."""
+    known_by = Path("share") / name / "package.xml"
+    (target / known_by).unlink(missing_ok=True)
+    (compiled / known_by.with_name(_OURS)).write_text(digest)
+    leave = shutil.ignore_patterns("*.egg-info", known_by.name)  # uv takes an .egg-info for a package of its own
+    shutil.copytree(compiled, target, ignore=leave, dirs_exist_ok=True)
+    shutil.copy(compiled / known_by, target / known_by)
 
 
 def _extension(ros: where.Ros, folder: Path, package: Path, messages: dict[str, Path], progress: Progress) -> Path:

@@ -49,6 +49,10 @@ class Ros:
         source = "from the ros-* wheels" if self.kind == "wheels" else "sourced"
         return f"ROS 2 {self.release} (rcl {self.version()}), {source}, {self.prefixes[0]}"
 
+    def may_grow(self) -> bool:
+        """Packages may be added to it: wheels in an environment of the user's own."""
+        return self.kind == "wheels" and os.access(self.prefixes[0] / "share", os.W_OK)
+
     def environment(self) -> dict[str, str]:
         """For its tools: this environment with its libraries, and its packages in the index."""
         libraries = [str(p / "lib") for p in self.prefixes]

@@ -46,6 +46,25 @@ def test_echo_between_processes(start, rclpy, node, until):
     assert echo.returncode == 0
 
 
+CLIENT = """
+import rclpy
+from crtk_msgs.msg import StringStamped
+from crtk_msgs.srv import QueryForwardKinematics
+rclpy.init()
+node = rclpy.create_node("client")
+node.create_publisher(StringStamped, "/MTMR/state_command", 1)
+node.create_client(QueryForwardKinematics, "/MTMR/forward_kinematics")
+print("palpate" in __import__("sys").modules)
+"""
+
+
+def test_a_client_that_knows_nothing_of_palpate_has_the_messages(built):
+    if built.ros.kind == "sourced":
+        pytest.skip("a sourced ROS 2 is not ours to add packages to")
+    told = subprocess.run([sys.executable, "-c", CLIENT], capture_output=True, text=True, timeout=60)
+    assert told.stdout == "False\n", told.stderr
+
+
 def hash_of(description):
     """RIHS01, by its definition: SHA-256 over the type's description as JSON in fixed form, without default values."""
 
