@@ -3,8 +3,6 @@
 namespace palpate::dvrk {
 namespace {
 
-constexpr double kServo = 2.0 / 3000.0;  // [s] from order to order, over which servoed joints' speed is told
-
 plant::HandOptions nobody() noexcept {
   plant::HandOptions hand;
   hand.mass = hand.damping = hand.stiffness = 0.0;
@@ -83,7 +81,7 @@ class ServoBody final : public Body {
 
   void command(const Order& order) noexcept override {
     const JointVector& q = follower_.measured().q;
-    measured_.v = (q - measured_.q) / kServo;
+    measured_.v = follower_.v();
     measured_.q = q;
     measured_.tau = JointVector::Zero(q.size());
     if (!order.on) goal_.q = q;

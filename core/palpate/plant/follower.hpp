@@ -35,6 +35,7 @@ class Follower {
   /// The drives of a driven follower; none otherwise.
   [[nodiscard]] const FollowerDrives* drives() const noexcept { return drives_ ? &*drives_ : nullptr; }
   [[nodiscard]] const FollowerState& measured() const noexcept;
+  [[nodiscard]] const JointVector& v() const noexcept { return drives_ ? drives_->v() : v_; }  ///< truth [rad/s, m/s]
 
  private:
   void discretise(double dt) noexcept;

@@ -1,0 +1,291 @@
+"""Teleoperation and console: what follows what, when, and that nothing ever jumps."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+
+def rotation(X):
+    return X[:3, :3]
+
+
+def angle(A, B):
+    return Rotation.from_matrix(A.T @ B).magnitude()
+
+
+@pytest.fixture
+def console(robot):
+    """MTMR and PSM1, homed, an operator present, teleoperation enabled, the MTM held by a hand that is ready."""
+    r = robot("MTMR", "PSM1").home()
+    r.send("console", "teleop/enable", True)
+    r.send("console", "emulate_operator_present", 1)
+    r.run(5.1)  # it aligns by itself, and asks for the operator
+    return r
+
+
+@pytest.fixture
+def following(console):
+    """The hand has taken the handle and pinched: the PSM follows."""
+    take(console)
+    pinch(console)
+    assert console.teleop("MTMR_PSM1")["following"]
+    console.run(3.5)  # the jaw has caught up
+    return console
+
+
+def take(r):
+    r.send("MTMR", "hand/servo_cp", r.state("MTMR")["measured_cp"])
+
+
+def pinch(r):
+    for gripper in (1.0, 0.1, 0.5):
+        r.send("MTMR", "hand/gripper", gripper)
+        r.run(0.05)
+
+
+def lead(r, p, seconds, turn=(0.0, 0.0, 0.0)):
+    """The hand moves to p and turns, smoothly; the largest step of the PSM's setpoint in a millisecond."""
+    X = r.state("MTMR")["measured_cp"]
+    start, R = X[:3, 3].copy(), rotation(X).copy()
+    largest, before = 0.0, r.state("PSM1")["setpoint_cp"]
+    n = int(seconds / 0.002)
+    for k in range(1, n + 1):
+        s = 0.5 - 0.5 * np.cos(np.pi * k / n)
+        X[:3, 3] = start + s * (np.asarray(p) - start)
+        X[:3, :3] = Rotation.from_rotvec(s * np.asarray(turn)).as_matrix() @ R
+        r.send("MTMR", "hand/servo_cp", X)
+        r.run(0.002)
+        now = r.state("PSM1")["setpoint_cp"]
+        largest = max(largest, np.linalg.norm(now[:3, 3] - before[:3, 3]))
+        before = now
+    return largest
+
+
+def test_states_on_the_way_to_following(console):
+    """Alignment comes by itself; the operator has to pinch."""
+    told = [e[3] for e in console.said if e[1:3] == ("MTMR_PSM1", "current_state")]
+    assert told == ["DISABLED", "SETTING_ARMS_STATE", "ALIGNING_MTM"]
+    assert angle(rotation(console.state("MTMR")["measured_cp"]), rotation(console.state("PSM1")["setpoint_cp"])) < 0.087
+    assert "MTMR_PSM1: pinch/twist MTM gripper a bit" in console.words("warning")
+    take(console)
+    pinch(console)
+    assert console.teleop("MTMR_PSM1")["current_state"] == "ENABLED"
+    assert [e[3] for e in console.said if e[2] == "following"] == [False, True]
+
+
+def test_the_psm_follows_with_scale_and_orientation(following):
+    r = following
+    mtm, psm = r.state("MTMR")["measured_cp"], r.state("PSM1")["setpoint_cp"]
+    jump = lead(r, mtm[:3, 3] + [0.05, 0.02, 0.03], 1.0, turn=(0.1, 0.2, -0.2))
+    r.run(0.3)
+    moved = r.state("MTMR")["measured_cp"][:3, 3] - mtm[:3, 3]
+    assert np.linalg.norm(moved) > 0.04
+    assert np.allclose(r.state("PSM1")["setpoint_cp"][:3, 3] - psm[:3, 3], 0.2 * moved, atol=2e-5)
+    turned = rotation(r.state("MTMR")["measured_cp"]) @ rotation(mtm).T
+    assert angle(rotation(r.state("PSM1")["setpoint_cp"]), turned @ rotation(psm)) < 0.005
+    assert jump < 0.2 * 0.3 * 0.003
+
+
+def test_engaging_clutching_and_scaling_never_jump(following):
+    """The PSM's setpoint moves no more in the milliseconds around a transition than the hand does."""
+    r = following
+    here = r.state("MTMR")["measured_cp"][:3, 3]
+    lead(r, here + np.array([0.0, 0.02, 0.0]), 0.5)
+    psm = r.state("PSM1")["setpoint_cp"]
+    r.send("console", "emulate_clutch", 1)
+    r.run(0.05)
+    assert not r.teleop("MTMR_PSM1")["following"]
+    assert r.state("MTMR")["orientation_locked"]
+    lead(r, here + np.array([0.03, -0.02, 0.02]), 0.6)  # the hand goes elsewhere, the PSM stays
+    assert np.linalg.norm(r.state("PSM1")["setpoint_cp"][:3, 3] - psm[:3, 3]) < 1e-3
+    psm = r.state("PSM1")["setpoint_cp"]
+    r.send("console", "emulate_clutch", 0)
+    r.run(1.0)
+    assert r.teleop("MTMR_PSM1")["following"]
+    assert np.linalg.norm(r.state("PSM1")["setpoint_cp"][:3, 3] - psm[:3, 3]) < 1e-3
+    assert angle(rotation(r.state("PSM1")["setpoint_cp"]), rotation(psm)) < 0.09
+    for scale in (0.5, 0.05, 1.0):
+        before = r.state("PSM1")["setpoint_cp"]
+        r.send("console", "teleop/set_scale", scale)
+        r.run(0.01)
+        assert np.linalg.norm(r.state("PSM1")["setpoint_cp"][:3, 3] - before[:3, 3]) < 2e-4
+    assert r.teleop("MTMR_PSM1")["scale"] == 1.0
+    r.send("MTMR_PSM1", "set_scale", -1.0)
+    r.run(0.01)
+    assert "scale must be above 0" in r.words("warning")[-1]
+
+
+def test_the_jaw_catches_up_slowly_and_then_follows_fast(console):
+    """The gripper's ghost: 0.2 pi rad/s until it has caught up, 4 pi rad/s from then on."""
+    r = console
+    assert abs(r.state("PSM1")["jaw/measured_js"]["position"][0]) < 1e-9
+    take(r)
+    pinch(r)
+    scale = 1.396 / (np.pi / 3)
+
+    def speed(seconds):
+        before = r.state("PSM1")["jaw/setpoint_js"]["position"][0]
+        r.run(seconds)
+        return abs(r.state("PSM1")["jaw/setpoint_js"]["position"][0] - before) / seconds / scale
+
+    assert abs(speed(0.3) - 0.2 * np.pi) < 0.02
+    r.run(2.0)
+    assert abs(r.state("PSM1")["jaw/measured_js"]["position"][0] - scale * 0.5) < 1e-3
+    r.send("MTMR", "hand/gripper", 0.0)
+    assert abs(speed(0.03) - 4 * np.pi) < 0.7
+    r.run(0.5)
+    assert abs(r.state("PSM1")["jaw/measured_js"]["position"][0]) < 1e-3
+    assert ("MTMR", "gripper/pinch") in [e[1:3] for e in r.said]
+
+
+def test_the_hook_for_forces_has_no_timeout_and_does_not_outlive_a_transition(following):
+    r = following
+    push = [0.0, 0.0, 0.4, 0.0, 0.0, 0.0]
+
+    def felt():
+        s = r.state("MTMR")
+        tau = s["measured_js"]["effort"] - s["gravity_compensation/setpoint_js"]
+        return np.linalg.lstsq(s["body/jacobian"][:3, :3].T, tau[:3], rcond=None)[0][2]
+
+    r.send("MTMR_PSM1", "following/mtm/body/servo_cf", push)
+    r.run(0.01)
+    assert abs(felt() - 0.4) < 0.05
+    r.run(3.0)  # nobody sends any more
+    assert abs(felt() - 0.4) < 0.05
+    r.send("console", "emulate_clutch", 1)
+    r.run(0.01)
+    assert abs(felt()) < 0.05
+    r.send("MTMR_PSM1", "following/mtm/body/servo_cf", push)  # while not following: dropped at the next transition
+    r.run(0.01)
+    assert abs(felt()) < 0.05
+    r.send("console", "emulate_clutch", 0)
+    r.run(1.0)
+    assert r.teleop("MTMR_PSM1")["following"]
+    assert abs(felt()) < 0.05
+    r.send("MTMR_PSM1", "following/mtm/body/servo_cf", [np.nan] * 6)
+    r.run(0.01)
+    assert "refused" in r.words("warning")[-1]
+    assert abs(felt()) < 0.05
+
+
+def test_locks(following):
+    r = following
+    here = r.state("MTMR")["measured_cp"][:3, 3]
+    r.send("MTMR_PSM1", "lock_translation", True)
+    r.run(0.01)
+    psm = r.state("PSM1")["setpoint_cp"]
+    lead(r, here + np.array([0.03, 0, 0]), 0.5)
+    assert np.linalg.norm(r.state("PSM1")["setpoint_cp"][:3, 3] - psm[:3, 3]) < 1e-6
+    r.send("MTMR_PSM1", "lock_translation", False)
+    r.send("MTMR_PSM1", "lock_rotation", True)
+    r.run(0.01)
+    assert r.state("MTMR")["orientation_locked"]
+    psm = r.state("PSM1")["setpoint_cp"]
+    lead(r, here, 0.5)
+    assert angle(rotation(r.state("PSM1")["setpoint_cp"]), rotation(psm)) < 1e-5
+    assert np.linalg.norm(r.state("PSM1")["setpoint_cp"][:3, 3] - psm[:3, 3]) > 0.004
+    r.send("MTMR_PSM1", "lock_rotation", False)  # the MTM may be turned away by now: aligned anew
+    r.run(0.002)
+    assert not r.teleop("MTMR_PSM1")["following"]
+    assert {e[2] for e in r.said} >= {"rotation_locked", "translation_locked"}
+
+
+def test_without_alignment_the_offset_stays(robot):
+    r = robot("MTMR", "PSM1").home()
+    r.send("MTMR_PSM1", "set_align_MTM", False)
+    r.send("MTMR_PSM1", "state_command", "enable")
+    r.run(0.5)
+    take(r)
+    pinch(r)
+    assert r.teleop("MTMR_PSM1")["following"]
+    R = r.teleop("MTMR_PSM1")["alignment_offset"]
+    assert angle(np.eye(3), R) > 0.5
+    mtm, psm = r.state("MTMR")["measured_cp"], r.state("PSM1")["setpoint_cp"]
+    assert angle(rotation(mtm) @ R, rotation(psm)) < 0.02
+
+
+def test_an_arm_that_stops_stops_the_teleop(following):
+    r = following
+    r.send("PSM1", "emulate_fault", "power lost")
+    r.run(0.01)
+    assert r.teleop("MTMR_PSM1")["current_state"] == "DISABLED"
+    assert not r.teleop("MTMR_PSM1")["following"]
+    assert any("received from arm [PSM1: power lost]" in w for w in r.words("error"))
+
+
+def test_the_operator_leaves_and_the_mtm_stays_aligned(following):
+    r = following
+    r.send("console", "emulate_operator_present", 0)
+    r.run(0.01)
+    assert not r.teleop("MTMR_PSM1")["following"]
+    assert r.teleop("MTMR_PSM1")["current_state"] == "ALIGNING_MTM"
+    r.send("console", "teleop/enable", False)
+    r.run(0.1)
+    assert r.teleop("MTMR_PSM1")["current_state"] == "DISABLED"
+
+
+def test_unselected_teleops_do_not_run(console):
+    r = console
+    r.send("console", "teleop/unselect", "MTMR_PSM1")
+    r.run(0.1)
+    assert r.teleop("MTMR_PSM1")["current_state"] == "DISABLED"
+    r.send("console", "teleop/select", "MTMR_PSM1")
+    r.run(0.1)
+    assert r.teleop("MTMR_PSM1")["current_state"] == "ALIGNING_MTM"
+    r.send("console", "teleop/select", "MTMX_PSM1")
+    r.run(0.01)
+    assert "can't find MTMX_PSM1" in r.words("warning")[-1]
+    assert [e[3] for e in r.said if e[2] == "teleop/unselected"][-1] == "MTMR_PSM1"
+
+
+def test_pedals_tell_presses_from_taps(robot):
+    r = robot("MTMR", "PSM1")
+
+    def told(topic, component):
+        return [e[3] for e in r.said if e[1:3] == (component, topic)]
+
+    r.send("footpedals", "emulate_clutch", 1)
+    r.run(0.1)
+    assert told("clutch", "footpedals") == []  # not yet clear
+    r.send("footpedals", "emulate_clutch", 0)
+    r.run(0.1)
+    assert told("clutch", "footpedals") == [2]
+    r.send("footpedals", "emulate_clutch", 1)
+    r.run(0.3)
+    r.send("footpedals", "emulate_clutch", 0)
+    r.send("footpedals", "emulate_coag", 1)
+    r.run(0.01)
+    assert told("clutch", "footpedals") == [2, 1, 0]
+    assert told("clutch", "console") == [2, 1, 0]
+    assert told("operator_present", "console") == [1]  # the coag pedal is the operator's presence
+
+
+def test_unknown_teleop_commands_are_told(robot):
+    r = robot("MTMR", "PSM1")
+    r.send("MTMR_PSM1", "state_command", "align_mtm")
+    r.run(0.01)
+    assert "align_mtm doesn't seem to be a valid state_command (enable, disable or align_MTM)" in r.words("warning")[0]
+
+
+def test_camera_pedal_moves_the_endoscope_with_both_hands(robot):
+    apart = {"MTMR": np.eye(4), "MTML": np.eye(4)}
+    apart["MTMR"][:3, 3], apart["MTML"][:3, 3] = [0.15, 0, 0.5], [-0.15, 0, 0.5]
+    r = robot("MTMR", "MTML", "PSM1", "ECM", base_frames=apart).home()
+    r.send("console", "teleop/enable", True)
+    r.send("console", "emulate_operator_present", 1)
+    r.send("console", "emulate_camera", 1)
+    r.run(0.1)
+    assert r.teleop("MTMR_PSM1")["current_state"] == "DISABLED"
+    poses = {arm: r.state(arm)["measured_cp"] for arm in ("MTMR", "MTML")}
+    for k in range(200):  # both hands go to the right
+        for arm, X in poses.items():
+            goal = X.copy()
+            goal[0, 3] += 0.05 * k / 200
+            r.send(arm, "hand/servo_cp", goal)
+        r.run(0.005)
+    assert abs(r.state("ECM")["measured_js"]["position"][0]) > 0.05
+    distance = r.state("MTMR")["measured_cp"][:3, 3] - r.state("MTML")["measured_cp"][:3, 3]
+    assert abs(np.linalg.norm(distance) - 0.3) < 0.03
+    r.send("console", "emulate_camera", 0)
+    r.run(0.5)
+    assert r.teleop("MTMR_PSM1")["current_state"] == "ALIGNING_MTM"
