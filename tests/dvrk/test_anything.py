@@ -47,6 +47,7 @@ def poses(draw):
 
 
 half_planes = st.fixed_dictionaries({}, optional={k: arrays(3) for k in ("p", "d", "bias", "deadband")})
+SIDES = ("position_positive", "position_negative", "orientation_positive", "orientation_negative")
 impedances = st.fixed_dictionaries(
     {},
     optional={"force_position": arrays(3), "force_orientation": rotations, "torque_orientation": rotations}

@@ -43,7 +43,7 @@ def test_law_is_the_one_of_the_real_controller(a, b, c, d, A, B, R, at, p, v, w)
 
 
 def test_a_wall_pushes_with_k_err_on_one_side_alone(robot):
-    """A hand lowers the handle 20 mm into a floor of 300 N/m: it feels k err, less friction. Above: nothing."""
+    """A hand pushes the handle 20 mm into a floor of 300 N/m: it feels k err, less friction; above, nothing."""
     r = robot("MTMR").home()
     X = r.state("MTMR")["measured_cp"]
     floor = X[2, 3]

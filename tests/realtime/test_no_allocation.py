@@ -67,3 +67,12 @@ def test_lockstep_tick_with_plant_asks_nothing(guard, what):
     assert found["contact_ticks"] > 1000
     assert rest == [first] * len(rest)
     assert first[0] > 0, "control: the call's own allocations are counted"
+
+
+@pytest.mark.parametrize("what", ["following", "impedance", "moving"])
+def test_simulated_dvrk_asks_nothing(guard, what):
+    """As above: what remains is the call's own, and its letting go of the interpreter."""
+    found = watched(guard, "robot", what)
+    first, *rest = found["calls"][1:]
+    assert found["following"] == (what == "following")
+    assert rest == [first] * len(rest)

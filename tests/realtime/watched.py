@@ -1,6 +1,7 @@
 """Run under heap_guard (LD_PRELOAD): what a session's threads ask of the heap and of locks, as JSON on stdout.
 
 python watched.py realtime METHOD RATE SECONDS | lockstep METHOD [organ|solids|LAW|ARM|identified|estimating]
+    | robot following|impedance|moving
 """
 
 import ctypes
@@ -13,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate import _core
+from palpate import _core, dvrk
 from palpate.arm import Arm
 from palpate.mesh import Mesh
 from palpate.record.ticks import as_ticks
@@ -183,7 +184,41 @@ def lockstep(method: str, what: str = "organ") -> dict[str, object]:
     return {"calls": asked, "contact_ticks": touched}
 
 
+def robot(what: str) -> dict[str, object]:
+    """A simulated dVRK: a call of n ticks asks as much as one of n' ticks, events that nobody takes included."""
+    system = dvrk.system(("MTMR", "MTML", "PSM1", "PSM2", "ECM"))
+    system.send("system", "home")
+    system.step(24_000)
+    if what == "following":
+        system.send("console", "teleop/enable", True)
+        system.send("console", "emulate_operator_present", 1)
+        system.step(12_000)
+        for gripper in (0.0, 1.0, 0.3):
+            system.send("MTMR", "hand/gripper", gripper)
+            system.step(300)
+        system.send("MTMR_PSM1", "following/mtm/body/servo_cf", [0.0, 0.2, 0.3, 0.0, 0.0, 0.0])
+    if what == "impedance":
+        wall = {"p": [-200.0] * 3, "d": [-5.0] * 3}
+        system.send("MTMR", "servo_ci", {"position_positive": wall, "position_negative": wall})
+        system.send("MTML", "body/servo_cf", [0.0] * 6)
+        system.send("MTML", "lock_orientation", system.state("MTML")["measured_cp"][:3, :3])
+        system.send("footpedals", "emulate_clutch", 1)
+    if what == "moving":
+        system.send("MTMR", "move_jp", [0.2, 0.3, 0.1, -0.4, 1.2, 0.3, 0.5])
+        system.send("PSM1", "move_jp", [0.5, 0.3, 0.2, 1.0, 0.5, -0.5])
+        system.send("MTML", "emulate_fault", "on purpose")
+    me, asked = threading.get_native_id(), []
+    for n in (300, 300, 3, 6000, 3):
+        before = counts(me)
+        system.step(n)
+        asked.append((counts(me) - before).tolist())
+    return {"calls": asked, "following": system.teleop("MTMR_PSM1")["following"]}
+
+
 if __name__ == "__main__":
     mode, method, *rest = sys.argv[1:]
-    found = realtime(method, *map(float, rest)) if mode == "realtime" else lockstep(method, *rest)
+    if mode == "robot":
+        found = robot(method)
+    else:
+        found = realtime(method, *map(float, rest)) if mode == "realtime" else lockstep(method, *rest)
     print(json.dumps(found))
