@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import signal
+import sys
 from dataclasses import dataclass
+from typing import Annotated
+
+from tyro.conf import arg
 
 from palpate.cli.output import console_for, say
 
@@ -32,4 +37,44 @@ class Setup:
         return 0
 
 
-COMMANDS: dict[str, type] = {"setup": Setup}
+@dataclass
+class Sim:
+    """A dVRK one can talk to: simulated arms, console, pedals and teleoperations under the real one's names.
+
+    examples:
+      palpate ros sim
+      palpate ros sim --arms MTMR PSM1 --rate 1000
+      ros2 topic pub --once /MTMR/state_command crtk_msgs/msg/StringStamped "{string: home}"
+
+    The MTMs move by their dynamics: they yield to servo_cf, and fall when gravity compensation is off. Ctrl-C ends it.
+    """
+
+    arms: tuple[str, ...] = ("MTMR", "MTML", "PSM1", "PSM2", "ECM")
+    """Of MTMR, MTML, PSM1, PSM2, PSM3, ECM; MTMR_PSM1 and MTML_PSM2 are teleoperated where both are there."""
+    rate: Annotated[float, arg(metavar="HZ")] = 100.0
+    """Of what the arms measure, 1 to 1000 [Hz]."""
+    network: bool = False
+    """Other machines may talk to it; otherwise this one alone."""
+
+    def __call__(self) -> int:
+        """Do it."""
+        from palpate.ros import sim
+
+        console = console_for(None)
+        robot = sim.start(self.arms, rate=self.rate, network=self.network, on_progress=lambda text: say(console, text))
+        reach = "open to the network" if self.network else "this machine alone"
+        say(console, f"simulated dVRK: {', '.join(self.arms)}; {robot.rate:g} Hz, {reach}, {robot.scheduler}")
+        say(console, "Ctrl-C ends it")
+        sys.stdout.flush()
+        try:
+            while True:
+                signal.pause()
+        except KeyboardInterrupt:
+            for end in (signal.SIGINT, signal.SIGTERM):
+                signal.signal(end, signal.SIG_IGN)  # it is ending: a tenth of a second
+            robot.stop()
+        say(console, f"ended, arms powered off; {robot.commands} commands taken, {robot.dropped} lost")
+        return 0
+
+
+COMMANDS: dict[str, type] = {"setup": Setup, "sim": Sim}

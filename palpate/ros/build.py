@@ -8,6 +8,7 @@ sourced ROS 2, which is not ours to change. Processes that start at the same tim
 
 from __future__ import annotations
 
+import ctypes
 import fcntl
 import hashlib
 import importlib.machinery
@@ -79,8 +80,9 @@ def messages(progress: Progress = lambda _: None) -> Built:
     for name, prefix in built.messages.items():
         if prefix in built.ros.prefixes:  # there it is found already
             continue
-        _prepend("LD_LIBRARY_PATH", prefix / "lib")
         _prepend("AMENT_PREFIX_PATH", prefix)
+        for library in sorted((prefix / "lib").glob("lib*__rosidl_typesupport_*.so")):
+            ctypes.CDLL(str(library))  # ROS asks for them by name alone, wherever LD_LIBRARY_PATH leads
         python = next((p for place in _PYTHON for p in prefix.glob(place)), None)
         if python and importlib.util.find_spec(name) is None:
             sys.path.append(str(python))

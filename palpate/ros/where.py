@@ -47,7 +47,9 @@ class Ros:
     def words(self) -> str:
         """In a line: release, where from, where."""
         source = "from the ros-* wheels" if self.kind == "wheels" else "sourced"
-        return f"ROS 2 {self.release} (rcl {self.version()}), {source}, {self.prefixes[0]}"
+        share = self.share("rcl")
+        place = share.parents[1] if share else self.prefixes[0]
+        return f"ROS 2 {self.release} (rcl {self.version()}), {source}, {place}"
 
     def may_grow(self) -> bool:
         """Packages may be added to it: wheels in an environment of the user's own."""

@@ -89,27 +89,59 @@ def until(rclpy, node):
     return wait
 
 
-@pytest.fixture
-def start(built, tmp_path):
-    """Starts Python with these arguments; what still runs at the end is ended, by its id."""
-    running = []
+class Processes:
+    """Python processes of a test: they end with it, by their id."""
 
-    def run(*arguments, **more) -> subprocess.Popen:
+    def __init__(self, folder):
+        self._folder, self._running = folder, []
+
+    def start(self, *arguments, **more) -> subprocess.Popen:
+        """Python with these arguments."""
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-        process = subprocess.Popen([sys.executable, *map(str, arguments)], cwd=tmp_path, **(pipes | more))
-        running.append(process)
+        command = [sys.executable, *map(str, arguments)]
+        process = subprocess.Popen(command, cwd=self._folder, **(pipes | more))
+        self._running.append(process)
         return process
 
-    yield run
-    for process in running:
-        if process.poll() is None:
-            process.send_signal(signal.SIGCONT)
-            process.terminate()
-            try:
-                process.wait(10)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
-        for pipe in (process.stdin, process.stdout, process.stderr):
-            if pipe:
-                pipe.close()
+    def end(self):
+        """All of them."""
+        for process in self._running:
+            if process.poll() is None:
+                process.send_signal(signal.SIGCONT)
+                process.terminate()
+                try:
+                    process.wait(10)
+                except subprocess.TimeoutExpired:
+                    process.kill()
+                    process.wait()
+            for pipe in (process.stdin, process.stdout, process.stderr):
+                if pipe:
+                    pipe.close()
+
+
+@pytest.fixture
+def start(built, tmp_path):
+    """Starts Python with these arguments; what still runs at the end is ended."""
+    processes = Processes(tmp_path)
+    yield processes.start
+    processes.end()
+
+
+@pytest.fixture(scope="module")
+def start_once(built, tmp_path_factory):
+    """The same for what all tests of a file share."""
+    processes = Processes(tmp_path_factory.mktemp("processes"))
+    yield processes.start
+    processes.end()
+
+
+@pytest.fixture(scope="module")
+def sim(start_once):
+    """`palpate ros sim` with a pair of arms at 500 Hz, shared by the tests of a file."""
+    process = start_once("-m", "palpate", "ros", "sim", "--arms", "MTMR", "PSM1", "--rate", "500")
+    told = []
+    for line in process.stdout:
+        told.append(line)
+        if "Ctrl-C" in line:
+            return process
+    pytest.fail("".join([*told, process.stderr.read()]))

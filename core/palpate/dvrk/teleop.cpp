@@ -47,8 +47,8 @@ void Teleop::start() noexcept {
   voice_.text(Topic::teleop_desired_state, name_of(desired_));
   voice_.text(Topic::teleop_current_state, name_of(phase_));
   voice_.value(Topic::scale, spec_.scale);
-  voice_.flag(Topic::rotation_locked, spec_.rotation_locked);
-  voice_.flag(Topic::translation_locked, spec_.translation_locked);
+  voice_.button(Topic::rotation_locked, spec_.rotation_locked ? 1 : 0);
+  voice_.button(Topic::translation_locked, spec_.translation_locked ? 1 : 0);
   voice_.flag(Topic::align_MTM, spec_.align_MTM);
   set_following(false);
 }
@@ -71,7 +71,7 @@ bool Teleop::apply(const Command& c) noexcept {
       return true;
     case Verb::lock_translation:
       spec_.translation_locked = c.flag;
-      voice_.flag(Topic::translation_locked, c.flag);
+      voice_.button(Topic::translation_locked, c.flag ? 1 : 0);
       catch_poses();
       return true;
     case Verb::set_align_MTM:
@@ -124,7 +124,7 @@ void Teleop::set_scale(double scale) noexcept {
 
 void Teleop::lock_rotation(bool lock) noexcept {
   spec_.rotation_locked = lock;
-  voice_.flag(Topic::rotation_locked, lock);
+  voice_.button(Topic::rotation_locked, lock ? 1 : 0);
   if (!lock) {  // the MTM is likely turned away: it has to be aligned again
     set_following(false);
     return enter(Phase::disabled);

@@ -6,5 +6,6 @@
 namespace palpate::ros {
 
 void bind_rcl(nanobind::module_& m);
+void bind_sim(nanobind::module_& m);
 
 }  // namespace palpate::ros

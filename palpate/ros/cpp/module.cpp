@@ -7,4 +7,5 @@ NB_MODULE(_ros, m) {
   m.doc() = "Palpate on ROS 2: nodes that run outside the interpreter (palpate/ros/cpp).";
   nanobind::module_::import_("palpate._core");  // its types are taken here by reference
   palpate::ros::bind_rcl(m);
+  palpate::ros::bind_sim(m);
 }

@@ -1,0 +1,144 @@
+#include "sim/commands.hpp"
+
+#include <crtk_msgs/msg/cartesian_impedance.hpp>
+#include <crtk_msgs/msg/cartesian_state.hpp>
+#include <crtk_msgs/msg/string_stamped.hpp>
+#include <geometry_msgs/msg/pose_stamped.hpp>
+#include <geometry_msgs/msg/wrench_stamped.hpp>
+#include <sensor_msgs/msg/joint_state.hpp>
+#include <sensor_msgs/msg/joy.hpp>
+#include <std_msgs/msg/bool.hpp>
+#include <std_msgs/msg/empty.hpp>
+#include <std_msgs/msg/float64.hpp>
+#include <std_msgs/msg/string.hpp>
+
+#include "convert.hpp"
+
+namespace palpate::ros {
+namespace {
+
+using dvrk::Command;
+using dvrk::Payload;
+
+// ---- one way to read each message
+
+void read(const std_msgs::msg::Empty&, Command&) {}
+void read(const std_msgs::msg::Bool& m, Command& c) { c.flag = m.data; }
+void read(const std_msgs::msg::Float64& m, Command& c) { c.value = m.data; }
+void read(const std_msgs::msg::String& m, Command& c) { c.text = std::string_view(m.data); }
+void read(const crtk_msgs::msg::StringStamped& m, Command& c) { c.text = std::string_view(m.string); }
+void read(const sensor_msgs::msg::Joy& m, Command& c) { c.button = m.buttons.empty() ? 0 : m.buttons.front(); }
+void read(const geometry_msgs::msg::PoseStamped& m, Command& c) { c.X = pose_of(m.pose); }
+void read(const geometry_msgs::msg::Quaternion& m, Command& c) { c.X.R = rotation_of(m); }
+void read(const geometry_msgs::msg::WrenchStamped& m, Command& c) { c.F = wrench_of(m.wrench); }
+void read(const sensor_msgs::msg::JointState& m, Command& c) {
+  c.position = dvrk::joints(m.position);
+  c.velocity = dvrk::joints(m.velocity);
+  c.effort = dvrk::joints(m.effort);
+}
+void read(const crtk_msgs::msg::CartesianState& m, Command& c) {
+  c.X = pose_of(m.pose);
+  c.V = twist_of(m.twist);
+  c.F = wrench_of(m.wrench);
+  c.pose_is_valid = m.pose_is_valid.data;
+  c.twist_is_valid = m.twist_is_valid.data;
+  c.wrench_is_valid = m.wrench_is_valid.data;
+}
+dvrk::HalfPlane half_plane(const crtk_msgs::msg::CartesianImpedanceHalfPlaneGains& m) {
+  return {vector_of(m.p), vector_of(m.d), vector_of(m.bias), vector_of(m.deadband)};
+}
+void read(const crtk_msgs::msg::CartesianImpedance& m, Command& c) {
+  c.impedance = {.R_force = rotation_of(m.force_orientation),
+                 .p_force = vector_of(m.force_position),
+                 .R_torque = rotation_of(m.torque_orientation),
+                 .position_positive = half_plane(m.position_positive),
+                 .position_negative = half_plane(m.position_negative),
+                 .orientation_positive = half_plane(m.orientation_positive),
+                 .orientation_negative = half_plane(m.orientation_negative)};
+}
+
+template <class Msg>
+std::unique_ptr<Entity> reader(Node& node, const std::string& topic, const Command& command, const OnCommand& tell) {
+  return std::make_unique<Subscription<Msg>>(node, topic, [command, tell](const Msg& message, const Info&) {
+    Command filled = command;
+    read(message, filled);
+    tell(filled);
+  });
+}
+
+std::unique_ptr<Entity> reader(Node& node, const std::string& topic, const dvrk::VerbEntry& verb,
+                               const Command& command, const OnCommand& tell) {
+  switch (verb.payload) {
+    case Payload::none:
+      return reader<std_msgs::msg::Empty>(node, topic, command, tell);
+    case Payload::flag:
+      return reader<std_msgs::msg::Bool>(node, topic, command, tell);
+    case Payload::value:
+      return reader<std_msgs::msg::Float64>(node, topic, command, tell);
+    case Payload::button:
+      return reader<sensor_msgs::msg::Joy>(node, topic, command, tell);
+    case Payload::joints:
+      return reader<sensor_msgs::msg::JointState>(node, topic, command, tell);
+    case Payload::pose:
+      return reader<geometry_msgs::msg::PoseStamped>(node, topic, command, tell);
+    case Payload::rotation:
+      return reader<geometry_msgs::msg::Quaternion>(node, topic, command, tell);
+    case Payload::wrench:
+      return reader<geometry_msgs::msg::WrenchStamped>(node, topic, command, tell);
+    case Payload::cartesian:
+      return reader<crtk_msgs::msg::CartesianState>(node, topic, command, tell);
+    case Payload::impedance:
+      return reader<crtk_msgs::msg::CartesianImpedance>(node, topic, command, tell);
+    case Payload::text:
+      if (verb.name == "state_command") return reader<crtk_msgs::msg::StringStamped>(node, topic, command, tell);
+      return reader<std_msgs::msg::String>(node, topic, command, tell);
+    case Payload::operating:
+      break;
+  }
+  throw Error("no message carries the command " + topic);
+}
+
+}  // namespace
+
+std::string component_name(const dvrk::System& robot, const dvrk::Address& at) {
+  const auto index = static_cast<std::size_t>(at.index);
+  switch (at.kind) {
+    case dvrk::Kind::system:
+      return "system";
+    case dvrk::Kind::console:
+      return "console";
+    case dvrk::Kind::footpedals:
+      return "footpedals";
+    case dvrk::Kind::arm:
+      return robot.arms()[index];
+    case dvrk::Kind::teleop:
+      return robot.teleops()[index];
+  }
+  return {};
+}
+
+std::vector<dvrk::Address> components(const dvrk::System& robot, dvrk::Kind kind, unsigned arms) {
+  std::size_t count = 1;
+  if (kind == dvrk::Kind::arm) count = robot.arms().size();
+  if (kind == dvrk::Kind::teleop) count = robot.teleops().size();
+  std::vector<dvrk::Address> found;
+  for (int i = 0; i < static_cast<int>(count); ++i)
+    if (kind != dvrk::Kind::arm || (arms & static_cast<unsigned>(robot.kind(i))) != 0) found.push_back({kind, i});
+  return found;
+}
+
+std::vector<std::unique_ptr<Entity>> listen(Node& node, const dvrk::System& robot, const OnCommand& on_command) {
+  std::vector<std::unique_ptr<Entity>> subscriptions;
+  for (const dvrk::VerbEntry& verb : dvrk::verbs()) {
+    for (const dvrk::Address& at : components(robot, verb.kind, verb.arms)) {
+      Command command;
+      command.to = at;
+      command.verb = verb.verb;
+      const std::string topic = component_name(robot, at) + "/" + std::string(verb.name);
+      subscriptions.push_back(reader(node, topic, verb, command, on_command));
+    }
+  }
+  return subscriptions;
+}
+
+}  // namespace palpate::ros

@@ -1,0 +1,95 @@
+#include "sim/events.hpp"
+
+#include <crtk_msgs/msg/operating_state.hpp>
+#include <sensor_msgs/msg/joy.hpp>
+#include <std_msgs/msg/bool.hpp>
+#include <std_msgs/msg/empty.hpp>
+#include <std_msgs/msg/float64.hpp>
+#include <std_msgs/msg/string.hpp>
+
+#include "convert.hpp"
+#include "rcl/publisher.hpp"
+#include "sim/commands.hpp"
+
+namespace palpate::ros {
+
+struct Events::Teller {
+  Teller() = default;
+  virtual ~Teller() = default;
+  Teller(const Teller&) = delete;
+  Teller& operator=(const Teller&) = delete;
+  virtual Status tell(const dvrk::Event& event, std::int64_t time_ns) = 0;
+};
+
+namespace {
+
+using dvrk::Event;
+using dvrk::Payload;
+
+// ---- one way to write each message
+
+void write(const Event&, std::int64_t, std_msgs::msg::Empty&) {}
+void write(const Event& e, std::int64_t, std_msgs::msg::Bool& m) { m.data = e.flag; }
+void write(const Event& e, std::int64_t, std_msgs::msg::Float64& m) { m.data = e.value; }
+void write(const Event& e, std::int64_t, std_msgs::msg::String& m) { m.data = e.text.view(); }
+void write(const Event& e, std::int64_t time_ns, sensor_msgs::msg::Joy& m) {
+  m.header.stamp = stamp(time_ns);
+  m.buttons.assign(1, e.button);
+}
+void write(const Event& e, std::int64_t time_ns, crtk_msgs::msg::OperatingState& m) {
+  m.header.stamp = stamp(time_ns);
+  m.state = dvrk::name_of(e.operating_state.state);
+  m.is_homed = e.operating_state.is_homed;
+  m.is_busy = e.operating_state.is_busy;
+}
+
+template <class Msg>
+struct TellerOf final : Events::Teller {
+  TellerOf(Node& node, const std::string& topic, bool latched) : publisher(node, topic, latched ? kLatched : Qos{}) {}
+  Status tell(const Event& event, std::int64_t time_ns) override {
+    write(event, time_ns, message);
+    return publisher.publish(message);
+  }
+  Publisher<Msg> publisher;
+  Msg message;
+};
+
+std::unique_ptr<Events::Teller> teller(Node& node, const std::string& topic, const dvrk::TopicEntry& entry) {
+  switch (entry.payload) {
+    case Payload::none:
+      return std::make_unique<TellerOf<std_msgs::msg::Empty>>(node, topic, entry.latched);
+    case Payload::flag:
+      return std::make_unique<TellerOf<std_msgs::msg::Bool>>(node, topic, entry.latched);
+    case Payload::value:
+      return std::make_unique<TellerOf<std_msgs::msg::Float64>>(node, topic, entry.latched);
+    case Payload::text:
+      return std::make_unique<TellerOf<std_msgs::msg::String>>(node, topic, entry.latched);
+    case Payload::button:
+      return std::make_unique<TellerOf<sensor_msgs::msg::Joy>>(node, topic, entry.latched);
+    case Payload::operating:
+      return std::make_unique<TellerOf<crtk_msgs::msg::OperatingState>>(node, topic, entry.latched);
+    default:
+      throw Error("no message carries the event " + topic);
+  }
+}
+
+}  // namespace
+
+Events::Events(Node& node, const dvrk::System& robot) : node_(node) {
+  for (const dvrk::TopicEntry& entry : dvrk::topics()) {
+    for (const dvrk::Address& at : components(robot, entry.kind, entry.arms)) {
+      const std::string topic = component_name(robot, at) + "/" + std::string(entry.name);
+      tellers_[{at.kind, at.index, entry.topic}] = teller(node, topic, entry);
+    }
+  }
+}
+
+Events::~Events() = default;
+
+void Events::publish(const dvrk::Event& event, std::int64_t time_ns) {
+  const auto found = tellers_.find({event.from.kind, event.from.index, event.topic});
+  if (found == tellers_.end()) return;
+  if (const Status told = found->second->tell(event, time_ns); !told) node_.problem(told.problem);
+}
+
+}  // namespace palpate::ros

@@ -1,0 +1,48 @@
+#include "sim/queries.hpp"
+
+#include <crtk_msgs/srv/query_forward_kinematics.hpp>
+#include <crtk_msgs/srv/query_inverse_kinematics.hpp>
+
+#include "convert.hpp"
+#include "rcl/service.hpp"
+
+namespace palpate::ros {
+namespace {
+
+using Forward = crtk_msgs::srv::QueryForwardKinematics;
+using Inverse = crtk_msgs::srv::QueryInverseKinematics;
+
+}  // namespace
+
+Queries::Queries(Node& node, dvrk::System& twin) : twin_(twin) {
+  for (int arm = 0; arm < static_cast<int>(twin.arms().size()); ++arm) {
+    const std::string& name = twin.arms()[static_cast<std::size_t>(arm)];
+    const std::string count = std::to_string(twin.joint_names(arm).size());
+    services_.push_back(std::make_unique<Service<Forward>>(
+        node, name + "/forward_kinematics", [=, this](const Forward::Request& asked, Forward::Response& answer) {
+          const std::lock_guard<std::mutex> lock(mutex_);
+          Pose cp;
+          answer.result = twin_.forward_kinematics(arm, dvrk::joints(asked.jp), cp);
+          put(cp, answer.cp);
+          if (!answer.result) answer.message = name + ": forward kinematics needs " + count + " finite numbers in jp";
+        }));
+    services_.push_back(std::make_unique<Service<Inverse>>(
+        node, name + "/inverse_kinematics", [=, this](const Inverse::Request& asked, Inverse::Response& answer) {
+          const std::lock_guard<std::mutex> lock(mutex_);
+          JointVector q = dvrk::joints(asked.jp);
+          answer.result = twin_.inverse_kinematics(arm, pose_of(asked.cp), q);
+          answer.jp.assign(q.data(), q.data() + q.size());
+          if (!answer.result)
+            answer.message = name + ": cp is out of reach, or jp (where to begin) has not " + count + " finite numbers";
+        }));
+  }
+}
+
+Queries::~Queries() = default;
+
+void Queries::apply(const dvrk::Command& set_base_frame) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  twin_.apply(set_base_frame);
+}
+
+}  // namespace palpate::ros

@@ -1,0 +1,122 @@
+#include "sim/robot.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace palpate::ros {
+namespace {
+
+constexpr double kEnd = 0.1;           // of being powered off, before the threads end [s]
+constexpr std::int64_t kCatchUp = 30;  // ticks at most, after the machine was busy elsewhere
+
+std::int64_t wall_ns() noexcept {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
+}
+
+}  // namespace
+
+Robot::Robot(std::shared_ptr<Context> context, dvrk::System& robot, dvrk::System& twin, double rate)
+    : robot_(robot),
+      every_(std::max(3, static_cast<int>(std::lround(1.0 / (dvrk::System::kTick * rate))))),
+      node_(context, "dvrk"),
+      query_node_(context, "dvrk_queries"),
+      queries_(query_node_, twin),
+      events_(node_, robot),
+      // Below a haptic loop on the same machine, and on any core: the robot is the world, and the world does not wait.
+      servo_(loop::RealTimeOptions{.allow_affinity = false, .priority = 70, .spin_us = 0.0}) {
+  for (int i = 0; i < static_cast<int>(robot.arms().size()); ++i) {
+    const std::string& name = robot.arms()[static_cast<std::size_t>(i)];
+    arms_.push_back(std::make_unique<ArmMeasures>(node_, name, robot.kind(i), robot.joint_names(i)));
+    arm_states_.push_back(std::make_unique<Mailbox<Stamped<dvrk::ArmState>>>());
+  }
+  for (const std::string& name : robot.teleops()) {
+    teleops_.push_back(std::make_unique<TeleopMeasures>(node_, name));
+    teleop_states_.push_back(std::make_unique<Mailbox<Stamped<dvrk::TeleopState>>>());
+  }
+  subscriptions_ = listen(node_, robot, [this](const dvrk::Command& command) {
+    ++commands_told_;
+    commands_.push(command);
+    if (command.verb == dvrk::Verb::set_base_frame) queries_.apply(command);
+  });
+  publisher_ = std::thread([this] { publish(); });
+  servo_.start(1.0 / dvrk::System::kTick, [this](const loop::Wake& wake) { return tick(wake); });
+  spinner_ = std::make_unique<Spinner>(node_);
+  query_spinner_ = std::make_unique<Spinner>(query_node_);
+}
+
+void Robot::stop() {
+  query_spinner_.reset();
+  spinner_.reset();
+  servo_.stop();
+  if (!publisher_.joinable()) return;
+  ending_ = true;
+  rounds_.fetch_add(1);
+  rounds_.notify_one();
+  publisher_.join();
+}
+
+bool Robot::tick(const loop::Wake& wake) noexcept {
+  if (wake.stopping && ticks_left_ < 0) {
+    ticks_left_ = static_cast<int>(kEnd / dvrk::System::kTick);
+    dvrk::Command off;
+    off.verb = dvrk::Verb::power_off;
+    robot_.apply(off);
+  }
+  dvrk::Command command;
+  while (commands_.pop(command)) robot_.apply(command);
+  const std::int64_t ticks = 1 + std::min(wake.missed, kCatchUp);
+  for (std::int64_t i = 0; i < ticks; ++i) {
+    robot_.step();
+    if (++ticks_ % every_ == 0) hand_over();
+  }
+  return ticks_left_ < 0 || --ticks_left_ > 0;
+}
+
+void Robot::hand_over() noexcept {
+  const std::int64_t now = wall_ns();
+  const auto when = [&](double t) { return now - static_cast<std::int64_t>(1e9 * (robot_.t() - t)); };
+  for (std::size_t i = 0; i < arm_states_.size(); ++i) {
+    const dvrk::ArmState& state = robot_.arm(static_cast<int>(i));
+    arm_states_[i]->write({state, when(state.t)});
+  }
+  for (std::size_t i = 0; i < teleop_states_.size(); ++i) {
+    const dvrk::TeleopState& state = robot_.teleop(static_cast<int>(i));
+    teleop_states_[i]->write({state, when(state.t)});
+  }
+  Happened happened;
+  while (robot_.next(happened.event)) {
+    happened.time_ns = when(happened.event.t);
+    happened_.push(happened);
+  }
+  rounds_.fetch_add(1, std::memory_order_release);
+  rounds_.notify_one();
+}
+
+void Robot::publish() noexcept {
+  for (std::uint32_t seen = 0; !ending_;) {
+    rounds_.wait(seen, std::memory_order_acquire);
+    seen = rounds_.load(std::memory_order_acquire);
+    try {
+      publish_round();
+    } catch (const std::exception& error) {
+      node_.problem(std::string("cannot publish: ") + error.what());
+    }
+  }
+}
+
+void Robot::publish_round() {
+  Happened happened;
+  while (happened_.pop(happened)) events_.publish(happened.event, happened.time_ns);
+  for (std::size_t i = 0; i < arms_.size(); ++i) {
+    const auto& [state, time_ns] = arm_states_[i]->read();
+    arms_[i]->publish(state, time_ns);
+  }
+  for (std::size_t i = 0; i < teleops_.size(); ++i) {
+    const auto& [state, time_ns] = teleop_states_[i]->read();
+    teleops_[i]->publish(state, time_ns);
+  }
+}
+
+}  // namespace palpate::ros

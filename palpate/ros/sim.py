@@ -1,0 +1,40 @@
+"""The simulated dVRK on ROS 2: arms, console, pedals and teleoperations under the names that the real one has."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from palpate import dvrk
+from palpate.errors import PalpateError
+from palpate.ros import build
+
+FASTEST = 1000.0
+"""Of what the arms measure [Hz]; their own servos run at 1500 Hz."""
+
+
+def start(
+    arms: Sequence[str],
+    *,
+    rate: float = 100.0,
+    network: bool = False,
+    on_progress: build.Progress = lambda _: None,
+) -> Any:
+    """Begin; the robot runs, outside the interpreter, until its `stop()`.
+
+    Args:
+        arms: names, such as MTMR and PSM1.
+        rate: of what the arms measure [Hz].
+        network: other machines see it, too; otherwise this one alone.
+        on_progress: told what is compiled on first use.
+
+    Raises:
+        ArmError: there is no such arm.
+        PalpateError: a rate that cannot be.
+        RosMissingError: ROS 2 is not here, or our part of it does not compile.
+    """
+    if not 1.0 <= rate <= FASTEST:
+        raise PalpateError(f"--rate {rate:g}: the arms cannot tell at {rate:g} Hz", mend=f"from 1 to {FASTEST:g} Hz")
+    robot, twin = dvrk.system(arms), dvrk.system(arms)
+    native = build.load(on_progress)
+    return native.Robot(native.Context(network=network), robot, twin, rate)

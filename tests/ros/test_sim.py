@@ -1,0 +1,235 @@
+"""`palpate ros sim`, as a client of the real dVRK meets it: over ROS 2, from another process."""
+
+import math
+import signal
+import time
+
+import numpy as np
+import pytest
+from dvrk_topics import ROWS
+
+
+@pytest.fixture
+def dvrk(sim, node, until):
+    from dvrk_client import Dvrk
+
+    assert sim.poll() is None, sim.stderr.read()
+    return Dvrk(node, until)
+
+
+@pytest.fixture
+def mtm(dvrk):
+    dvrk.hear("/MTMR/operating_state", "/MTMR/measured_js", "/MTMR/measured_cp", "/MTMR/goal_reached")
+    dvrk.home("MTMR")
+    return dvrk
+
+
+def joints(dvrk, arm="MTMR"):
+    return np.array(dvrk.last[f"/{arm}/measured_js"].position)
+
+
+def tip(dvrk, arm="MTMR"):
+    p = dvrk.last[f"/{arm}/measured_cp"].pose.position
+    return np.array([p.x, p.y, p.z])
+
+
+def wait(until, seconds):
+    end = time.monotonic() + seconds
+    until(lambda: time.monotonic() > end, "time", seconds + 1)
+
+
+def joint_state(**fields):
+    from sensor_msgs.msg import JointState
+
+    return JointState(**fields)
+
+
+def wrench(x=0.0, y=0.0, z=0.0):
+    from geometry_msgs.msg import WrenchStamped
+
+    message = WrenchStamped()
+    message.wrench.force.x, message.wrench.force.y, message.wrench.force.z = x, y, z
+    return message
+
+
+def joy(button):
+    from sensor_msgs.msg import Joy
+
+    return Joy(buttons=[button])
+
+
+def test_every_topic_of_the_real_one(sim, node, until):
+    """Name, type, direction and latching of each, as the graph shows them to everybody."""
+    services = {}
+
+    def seen(topic, row):
+        if row.way == "srv":
+            services.update(node.get_service_names_and_types())
+            return services.get(topic)
+        ends = node.get_publishers_info_by_topic if row.way == "out" else node.get_subscriptions_info_by_topic
+        return ends(topic)
+
+    from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+
+    wrong = []
+    until(lambda: all(seen(topic, row) for topic, row in ROWS), [t for t, r in ROWS if not seen(t, r)])
+    for topic, row in ROWS:
+        package, _, name = row.type.partition("/")
+        found = seen(topic, row)
+        if row.way == "srv":
+            if f"{package}/srv/{name}" not in found:
+                wrong.append((topic, found))
+            continue
+        latched = found[0].qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
+        reliable = found[0].qos_profile.reliability == ReliabilityPolicy.RELIABLE
+        if (found[0].topic_type, latched, reliable, len(found)) != (f"{package}/msg/{name}", row.latched, True, 1):
+            wrong.append((topic, found[0].topic_type, latched, reliable, len(found)))
+    assert wrong == []
+
+
+def test_powered_off_nothing_is_valid(dvrk):
+    """Invalid data come with a zero stamp, as a client of the real one expects."""
+    dvrk.hear("/MTMR/operating_state", "/MTMR/measured_cp")
+    if dvrk.state("MTMR") != "DISABLED":
+        dvrk.say("/MTMR/state_command", string="disable")
+        dvrk._until(lambda: dvrk.state("MTMR") == "DISABLED", "disabled")
+        dvrk.say("/MTMR/state_command", string="unhome")
+    dvrk._until(lambda: dvrk.last["/MTMR/measured_cp"].header.stamp.sec == 0, "a zero stamp")
+    dvrk.home("MTMR")
+    dvrk._until(lambda: dvrk.last["/MTMR/measured_cp"].header.stamp.sec > 0, "a stamp")
+    stamp = dvrk.last["/MTMR/measured_cp"].header.stamp
+    assert abs(time.time() - stamp.sec - 1e-9 * stamp.nanosec) < 1.0
+
+
+def test_measures_of_a_homed_arm(mtm, until):
+    """Joint names, shapes, and forward kinematics of what was measured give the measured pose."""
+    topics = ("/MTMR/body/jacobian", "/MTMR/body/measured_cf", "/MTMR/gripper/measured_js", "/MTMR/setpoint_js")
+    mtm.hear(*topics)
+    assert len(mtm.last["/MTMR/measured_js"].name) == 7
+    assert mtm.last["/MTMR/gripper/measured_js"].name == ["gripper"]
+    jacobian = mtm.last["/MTMR/body/jacobian"]
+    assert [(d.label, d.size) for d in jacobian.layout.dim] == [("rows", 6), ("cols", 7)]
+    assert len(jacobian.data) == 42
+    assert np.allclose(joints(mtm), mtm.last["/MTMR/setpoint_js"].position, atol=0.05)
+
+
+def test_move_jp_reaches_its_goal(mtm, until):
+    goal = np.array(mtm.last["/MTMR/measured_js"].position)
+    goal[0] += 0.1
+    goal[3] -= 0.1
+    mtm.last.pop("/MTMR/goal_reached", None)
+    mtm.say("/MTMR/move_jp", joint_state(position=goal.tolist()))
+    until(lambda: "/MTMR/goal_reached" in mtm.last, "goal_reached")
+    assert mtm.last["/MTMR/goal_reached"].data
+    until(lambda: np.allclose(joints(mtm), goal, atol=0.02), "the goal")
+
+
+def test_kinematics_on_request(mtm, rclpy, node, until):
+    from crtk_msgs.srv import QueryForwardKinematics, QueryInverseKinematics
+
+    def ask(name, kind, **fields):
+        client = node.create_client(kind, f"/MTMR/{name}")
+        until(client.service_is_ready, name)
+        future = client.call_async(kind.Request(**fields))
+        until(future.done, name)
+        return future.result()
+
+    q = [0.1, 0.2, 0.1, 0.3, 0.4, 0.2, 0.1]
+    forward = ask("forward_kinematics", QueryForwardKinematics, jp=q)
+    assert forward.result, forward.message
+    inverse = ask("inverse_kinematics", QueryInverseKinematics, cp=forward.cp, jp=q)
+    assert inverse.result, inverse.message
+    again = ask("forward_kinematics", QueryForwardKinematics, jp=inverse.jp).cp
+    assert math.isclose(again.position.x, forward.cp.position.x, abs_tol=1e-5)
+    assert math.isclose(again.position.z, forward.cp.position.z, abs_tol=1e-5)
+    short = ask("forward_kinematics", QueryForwardKinematics, jp=[0.0])
+    assert not short.result
+    assert "needs 7" in short.message
+
+
+def test_servo_cf_pushes_and_a_forgotten_one_pushes_on(mtm, until):
+    """The arm yields to a wrench in base axes, and goes on with the last one: there is no timeout."""
+    mtm.say("/MTMR/use_gravity_compensation", data=True)
+    mtm.say("/MTMR/body/set_cf_orientation_absolute", data=True)
+    mtm.say("/MTMR/body/servo_cf", wrench())
+    wait(until, 0.3)
+    start = tip(mtm)
+    mtm.say("/MTMR/body/servo_cf", wrench(y=1.5))
+    until(lambda: tip(mtm)[1] > start[1] + 0.01, "a push of 1.5 N along y moves it by 10 mm")
+    mtm.say("/MTMR/hold")
+    wait(until, 0.3)
+    assert np.abs(np.array(mtm.last["/MTMR/measured_js"].velocity)).max() < 0.1
+
+
+def test_falls_without_gravity_compensation(mtm, until):
+    mtm.say("/MTMR/use_gravity_compensation", data=True)
+    mtm.say("/MTMR/free")
+    wait(until, 0.4)
+    held = tip(mtm)
+    mtm.say("/MTMR/use_gravity_compensation", data=False)
+    until(lambda: tip(mtm)[2] < held[2] - 0.02, "it falls by 20 mm")
+    mtm.say("/MTMR/use_gravity_compensation", data=True)
+    mtm.say("/MTMR/hold")
+    mtm.home("MTMR")
+
+
+def test_refusals_are_told(mtm, until):
+    mtm.hear("/MTMR/warning", "/MTMR/error")
+    mtm.say("/MTMR/state_command", string="dance")
+    until(lambda: "/MTMR/warning" in mtm.last or "/MTMR/error" in mtm.last, "words on a state command of no use")
+
+
+def test_teleoperation_with_emulated_pedals(mtm, until):
+    """Enabled and aligned, the instrument follows the hand by the scale, while the operator is there."""
+    mtm.hear(
+        "/PSM1/operating_state", "/PSM1/measured_js", "/PSM1/measured_cp", "/MTMR_PSM1/following", "/MTMR_PSM1/scale"
+    )
+    mtm.hear("/MTMR_PSM1/current_state", "/console/teleop/enabled")
+    mtm.hear("/console/operator_present", wait=False)  # nobody has been there yet
+    mtm.home("PSM1")
+    q = joints(mtm, "PSM1")
+    q[2] = 0.12
+    mtm.say("/PSM1/move_jp", joint_state(position=q.tolist()))
+    until(lambda: abs(joints(mtm, "PSM1")[2] - 0.12) < 2e-3, "the instrument past the cannula")
+    mtm.say("/console/teleop/select", data="MTMR_PSM1")
+    mtm.say("/console/teleop/enable", data=True)
+    until(lambda: mtm.last["/console/teleop/enabled"].data, "teleoperation enabled")
+    mtm.say("/console/emulate_operator_present", joy(1))
+    pedal = "/console/operator_present"
+    until(lambda: pedal in mtm.last and mtm.last[pedal].buttons[0] == 1, "the operator")
+    state = "/MTMR_PSM1/current_state"
+    until(lambda: mtm.last[state].data == "ALIGNING_MTM", "aligning")
+    for angle in (0.9, 0.1, 0.9):  # the operator shows to be ready by a pinch
+        mtm.say("/MTMR/hand/gripper", data=angle)
+        wait(until, 0.2)
+    until(lambda: mtm.last[state].data == "ENABLED", "MTM aligned, teleop enabled", 20.0)
+    until(lambda: mtm.last["/MTMR_PSM1/following"].data, "following")
+    hand, tool = tip(mtm), tip(mtm, "PSM1")
+    mtm.say("/MTMR_PSM1/following/mtm/body/servo_cf", wrench(z=2.0))
+    until(lambda: np.linalg.norm(tip(mtm) - hand) > 0.02, "the official hook moves the hand")
+    mtm.say("/MTMR_PSM1/following/mtm/body/servo_cf", wrench())
+    wait(until, 0.5)
+    moved, followed = tip(mtm) - hand, tip(mtm, "PSM1") - tool
+    assert np.linalg.norm(followed - mtm.last["/MTMR_PSM1/scale"].data * moved) < 2e-3
+    mtm.say("/console/emulate_operator_present", joy(0))
+    until(lambda: not mtm.last["/MTMR_PSM1/following"].data, "no longer following")
+
+
+@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM])
+def test_ends_cleanly(start, end):
+    process = start("-m", "palpate", "ros", "sim", "--arms", "PSM1")
+    while "Ctrl-C" not in (line := process.stdout.readline()):
+        assert line, process.stderr.read()
+    process.send_signal(end)
+    out, err = process.communicate(timeout=20)
+    assert process.returncode == 0, err
+    assert "arms powered off" in out
+    assert err == ""
+
+
+def test_mistakes_are_told(start):
+    for arguments, words in ((["--arms", "MTMX"], "no arm 'MTMX'"), (["--rate", "2000"], "from 1 to 1000 Hz")):
+        process = start("-m", "palpate", "ros", "sim", *arguments)
+        _, err = process.communicate(timeout=20)
+        assert process.returncode == 2
+        assert words in err
