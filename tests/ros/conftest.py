@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
+import fcntl
 import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -34,10 +37,21 @@ def _only_here():
     kept = dict(os.environ)
     os.environ["ROS_DOMAIN_ID"] = str(1 + os.getpid() % 100)  # up to 101 no port collides with the system's own
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
-    os.environ["FASTDDS_BUILTIN_TRANSPORTS"] = "UDPv4"
+    began = time.time()
     yield
     os.environ.clear()
     os.environ.update(kept)
+    _sweep(began)
+
+
+def _sweep(began):
+    """Shared memory that killed processes of this session have left: nobody holds its lock any more."""
+    for lock in Path("/dev/shm").glob("fastdds_*_el"):
+        with contextlib.suppress(OSError), lock.open() as file:
+            if lock.stat().st_mtime >= began:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                lock.with_name(lock.name.removesuffix("_el")).unlink(missing_ok=True)
+                lock.unlink()
 
 
 @pytest.fixture(scope="session")
@@ -77,7 +91,6 @@ def node(rclpy):
 @pytest.fixture
 def until(rclpy, node):
     """Spins the node until something is true; fails, in words, when it does not come."""
-    import time
 
     def wait(condition, what, seconds=10.0):
         end = time.monotonic() + seconds

@@ -75,8 +75,9 @@ PSM = [
     *into(STRING, "set_tool_type"),
     *into(BOOL, "emulate_adapter_present", "emulate_tool_present"),
 ]
-SYSTEM = into(EMPTY, "power_on", "power_off", "home")
+SYSTEM = [*WORDS, *into(EMPTY, "power_on", "power_off", "home")]
 CONSOLE = [
+    *WORDS,
     *into(BOOL, "teleop/enable"),
     *out(BOOL, "teleop/enabled", latched=True),
     *into(STRING, "teleop/select", "teleop/unselect"),
@@ -88,6 +89,7 @@ CONSOLE = [
 ]
 FOOTPEDALS = out(JOY, "clutch", "camera", "coag", "bicoag", "cam_plus", "cam_minus", latched=True)
 TELEOP = [
+    *WORDS,
     *into(COMMAND, "state_command"),
     *out(STRING, "current_state", "desired_state", latched=True),
     *out(BOOL, "following", latched=True),

@@ -18,6 +18,9 @@ void set_range(bool network) {
         range && std::string_view(range) == "LOCALHOST")
       setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET", 1);
     unsetenv("ROS_LOCALHOST_ONLY");
+    // Plain UDP finds its peers twenty times faster than the default does (0.1 s, 2.7 s). Within one machine the
+    // middleware takes shared memory and UDP, whatever this says.
+    setenv("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4", 0);
     return;
   }
 #if __has_include(<rmw/discovery_options.h>)
@@ -35,8 +38,6 @@ void set_range(bool network) {
 Context::Context(const ContextOptions& options)
     : context_(rcl_get_zero_initialized_context()), network_(options.network) {
   set_range(network_);
-  // Plain UDP finds its peers twenty times faster than shared memory, and a killed process leaves nothing behind.
-  setenv("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4", 0);
   rcl_init_options_t init = rcl_get_zero_initialized_init_options();
   check(rcl_init_options_init(&init, rcl_get_default_allocator()), "prepare ROS");
   std::vector<const char*> words{"palpate", "--ros-args"};

@@ -26,12 +26,31 @@ namespace {
 using dvrk::Event;
 using dvrk::Payload;
 
+/// Text that every client can read: what is no UTF-8, such as a letter that was cut in two, becomes a question mark.
+std::string letters(std::string_view bytes) {
+  std::string text(bytes);
+  for (std::size_t i = 0; i < text.size();) {
+    const auto first = static_cast<unsigned char>(text[i]);
+    const std::size_t n = first < 0x80   ? 1
+                          : first < 0xC2 ? 0
+                          : first < 0xE0 ? 2
+                          : first < 0xF0 ? 3
+                          : first < 0xF5 ? 4
+                                         : 0;
+    bool whole = n > 0 && i + n <= text.size();
+    for (std::size_t k = 1; whole && k < n; ++k) whole = (static_cast<unsigned char>(text[i + k]) & 0xC0) == 0x80;
+    if (!whole) text[i] = '?';
+    i += whole ? n : 1;
+  }
+  return text;
+}
+
 // ---- one way to write each message
 
 void write(const Event&, std::int64_t, std_msgs::msg::Empty&) {}
 void write(const Event& e, std::int64_t, std_msgs::msg::Bool& m) { m.data = e.flag; }
 void write(const Event& e, std::int64_t, std_msgs::msg::Float64& m) { m.data = e.value; }
-void write(const Event& e, std::int64_t, std_msgs::msg::String& m) { m.data = e.text.view(); }
+void write(const Event& e, std::int64_t, std_msgs::msg::String& m) { m.data = letters(e.text.view()); }
 void write(const Event& e, std::int64_t time_ns, sensor_msgs::msg::Joy& m) {
   m.header.stamp = stamp(time_ns);
   m.buttons.assign(1, e.button);
