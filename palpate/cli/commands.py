@@ -321,7 +321,9 @@ def _calibrations() -> dict[str, type]:
 
 def _ros() -> dict[str, type]:
     from palpate.cli.ros import COMMANDS
+    from palpate.ros import where
 
+    where.settle()
     return COMMANDS
 
 

