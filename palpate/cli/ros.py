@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import sys
+import time
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -63,12 +64,12 @@ class Sim:
         console = console_for(None)
         robot = sim.start(self.arms, rate=self.rate, network=self.network, on_progress=lambda text: say(console, text))
         reach = "open to the network" if self.network else "this machine alone"
-        say(console, f"simulated dVRK: {', '.join(self.arms)}; {robot.rate:g} Hz, {reach}, {robot.scheduler}")
-        say(console, "Ctrl-C ends it")
-        sys.stdout.flush()
         try:
+            say(console, f"simulated dVRK: {', '.join(self.arms)}; {robot.rate:g} Hz, {reach}, {robot.scheduler}")
+            say(console, "Ctrl-C ends it")
+            sys.stdout.flush()
             while True:
-                signal.pause()
+                time.sleep(0.2)
         except KeyboardInterrupt:
             for end in (signal.SIGINT, signal.SIGTERM):
                 signal.signal(end, signal.SIG_IGN)  # it is ending: a tenth of a second
