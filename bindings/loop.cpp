@@ -48,6 +48,7 @@ void bind_controls(nb::module_& m) {
       .def_rw("hold", &Controls::hold, "the simulated hand waits where its path is")
       .def_rw("stiffness_scale", &Controls::stiffness_scale, "times every object's stiffness")
       .def_rw("damping_scale", &Controls::damping_scale, "times every object's damping")
+      .def_rw("guidance", &Controls::guidance, "pedal of guidance, 0-1, for fixtures that fade with it")
       .def_rw("p_hand_offset_W", &Controls::p_hand_offset_W, "added to the hand's intended position, (3,) [m]");
 }
 

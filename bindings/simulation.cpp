@@ -115,6 +115,7 @@ void bind_options(nb::module_& m) {
       .def_rw("method", &CycleOptions::method, "of contact")
       .def_rw("contact", &CycleOptions::contact)
       .def_rw("mapping", &CycleOptions::mapping)
+      .def_rw("guidance", &CycleOptions::guidance)
       .def_prop_rw("source", &source_name, &set_source, "of the force: 'contact', 'estimate' or 'both'")
       .def_rw("estimate", &CycleOptions::estimate)
       .def_rw("stability", &CycleOptions::stability)
@@ -202,6 +203,8 @@ void bind_running(nb::module_& m) {
           "latest", [](Simulation& self) { return to_row(self.latest()); }, "The newest row.")
       .def_prop_rw("controls", &Simulation::controls, &Simulation::set_controls,
                    "A copy; assign it whole. Taken at the next tick.")
+      .def("set_fixtures", &Simulation::set_fixtures, "fixtures"_a,
+           "Swaps the fixtures of guidance whole at the next tick; nothing that the hand feels jumps.")
       .def("set_snapshot", &Simulation::set_scene, "snapshot"_a, "Swaps the scene whole at the next tick.")
       .def("timing", &timing,
            "cycle_us, lateness_us {p50, p99, p999, max}, slack_us {p50, p01, p001}, ticks, missed_ticks, scheduler.")

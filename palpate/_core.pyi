@@ -21,6 +21,7 @@ class Controls:
     hold: bool
     stiffness_scale: float
     damping_scale: float
+    guidance: float
     p_hand_offset_W: Array
     def __init__(self) -> None: ...
 
@@ -151,6 +152,128 @@ class Estimate:
     def step(self, t: float, q: Array, v: Array, tau: Array) -> Array: ...
 
 # ---- stability
+
+class GuidanceRoleOptions:
+    margin: float
+    angle: float
+    axis: Array
+    target: Literal["axis", "normal", "frame"]
+    speed: float
+    force: float
+    def __init__(self) -> None: ...
+
+class GuidanceLawOptions:
+    K: float
+    B: float
+    K_turn: float
+    B_turn: float
+    force: float
+    moment: float
+    range: float
+    range_turn: float
+    ratio: float
+    def __init__(self) -> None: ...
+
+class Ramp:
+    def __init__(
+        self, by: Literal["pedal", "distance", "time", "force"] = "pedal", start: float = 0.0, end: float = 1.0
+    ) -> None: ...
+    @property
+    def by(self) -> Literal["pedal", "distance", "time", "force"]: ...
+    @property
+    def start(self) -> float: ...
+    @property
+    def end(self) -> float: ...
+
+class Policy:
+    hard: bool
+    authority: float
+    priority: int
+    engage: float
+    release: float
+    rise: float
+    fall: float
+    ramps: list[Ramp]
+    def __init__(self) -> None: ...
+
+def guidance_roles() -> list[str]: ...
+def guidance_laws() -> list[str]: ...
+
+class Fixture:
+    def __init__(
+        self,
+        name: str,
+        geometry: Geometry,
+        role: str,
+        role_options: GuidanceRoleOptions = ...,
+        law: str = "spring",
+        law_options: GuidanceLawOptions = ...,
+        policy: Policy = ...,
+        on: bool = True,
+    ) -> None: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def role(self) -> str: ...
+    @property
+    def law(self) -> str: ...
+    @property
+    def policy(self) -> Policy: ...
+    @property
+    def on(self) -> bool: ...
+    @property
+    def stiffness(self) -> float: ...
+    @property
+    def damping(self) -> float: ...
+    @property
+    def turning_stiffness(self) -> float: ...
+    @property
+    def turning_damping(self) -> float: ...
+    def ask(
+        self,
+        X_WT: Array,
+        t: float = 0.0,
+        V_WT: ArrayLike = ...,
+        F_T_W: Array = ...,
+        stiffness: float = 0.0,
+    ) -> dict[str, Any]: ...
+
+class Fixtures:
+    def __init__(self, fixtures: Sequence[Fixture] = ()) -> None: ...
+    def __len__(self) -> int: ...
+
+class GuidanceOptions:
+    force_rate: float
+    moment_rate: float
+    return_speed: float
+    reserve: float
+    servo_bandwidth: float
+    servo_damping: float
+    def __init__(self) -> None: ...
+
+class Guidance:
+    def __init__(self, options: GuidanceOptions = ..., dt: float = 1e-3) -> None: ...
+    def take(self, fixtures: Fixtures) -> None: ...
+    def step(
+        self,
+        t: float,
+        X_WT_goal: Array,
+        V_WT: ArrayLike,
+        X_WT: Array,
+        engaged: bool = True,
+        F_T_W: Array = ...,
+        stiffness: float = 0.0,
+        F_hand: float = -1.0,
+        pedal: float = 1.0,
+        takes_damping: bool = False,
+    ) -> dict[str, Any]: ...
+    def authority(self, i: int) -> float: ...
+    def wrench(self, i: int) -> Array: ...
+    def gap(self, i: int) -> float: ...
+
+class Qp:
+    def __init__(self) -> None: ...
+    def solve(self, A: Array, b: ArrayLike, y0: ArrayLike, ranks: Sequence[int] = ()) -> dict[str, Any]: ...
 
 class CertainFriction:
     coulomb: Array
@@ -898,6 +1021,7 @@ class CycleOptions:
     estimate: EstimateOptions
     contact: ContactOptions
     mapping: MappingOptions
+    guidance: GuidanceOptions
     stability: StabilityOptions
     torque: TorqueOptions
     X_WL: Array
@@ -963,6 +1087,7 @@ class Simulation:
     def dropped(self) -> int: ...
     def latest(self) -> Array: ...
     controls: Controls
+    def set_fixtures(self, fixtures: Fixtures) -> None: ...
     def set_snapshot(self, snapshot: Snapshot) -> None: ...
     def timing(self) -> dict[str, Any]: ...
     def fault(self) -> str | None: ...

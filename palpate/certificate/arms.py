@@ -9,7 +9,8 @@ servo that holds the goal for a period. So all that is between y and the depth a
 
     U(z) = force_scale * scale * [1 0] (z - Phi_f)^-1 (1 - Phi_f) [1 0]^T,     Phi_f = exp([0 1; -w^2 -2 zeta w] T),
 
-while the damping sees the leader's own velocity, ``force_scale * scale * y'``.
+while the damping sees the leader's own velocity, ``force_scale * scale * y'``. A fixture of guidance is asked where the
+hand sends the tool, not where the follower has got to: its U(z) is ``force_scale * scale`` alone.
 """
 
 from __future__ import annotations
@@ -43,6 +44,10 @@ class Held:
     """(n,) [rad, m]."""
     o: _core.SimulationOptions
     hand: _core.HandOptions
+    fixture: bool = False
+    """What pushes is a fixture of guidance: the follower's servo is not in its loop."""
+    beside: float = 0.0
+    """Stiffness of the fixtures that pull beside what pushes, on the tool's side [N/m]."""
 
     @cached_property
     def _matrices(self) -> tuple[Array, Array, Array, Array]:
@@ -110,7 +115,8 @@ class Held:
         gain = felt(o)
         velocity = _velocity(gain, o.leader.velocity_window, T)
         smooth = low_pass(T, o.stability.low_pass)
-        return Loop(A, b, c, T, whole_servo_periods(o), _depth(o, gain), velocity, d, smooth, known)
+        depth = _at_once(gain) if self.fixture else _depth(o, gain)
+        return Loop(A, b, c, T, whole_servo_periods(o), depth, velocity, d, smooth, known, gain * self.beside)
 
 
 def felt(o: _core.SimulationOptions) -> float:
@@ -136,6 +142,11 @@ def _with_lags(A: Array, b: Array, c: Array, d: Array, o: _core.LeaderOptions) -
         A = np.block([[A, np.zeros((len(A), 3))], [w * d, -w * np.eye(3)]])
         b, c, d = np.vstack([b, zero]), np.hstack([c, zero]), np.hstack([np.zeros_like(d), np.eye(3)])
     return A, b, c, d
+
+
+def _at_once(gain: float) -> Path:
+    """U(z) of what is asked where the hand is."""
+    return lambda z: np.full_like(z, gain)
 
 
 def _depth(o: _core.SimulationOptions, gain: float) -> Path:

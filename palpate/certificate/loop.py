@@ -113,6 +113,8 @@ class Loop:
     """From the force of the wall to the one that is commanded."""
     modes: Modes | None = None
     """``modes(A)``, when they are known."""
+    beside: float = 0.0
+    """Stiffness of springs that act on y itself beside the wall: fixtures of guidance [N/m]."""
 
     def delayed(self, delay: float) -> Loop:
         """The same with another delay [s]."""
@@ -145,11 +147,18 @@ class Loop:
 
     def P_and_Q(self, z: Complex) -> tuple[Complex, Complex]:
         """P(z) [m/N] and Q(z) [m/(N s)] at z (m,)."""
+        y, v = self._responses(z)
+        return self.position(z) * y, self.velocity(z) * v
+
+    def _responses(self, z: Complex) -> tuple[Complex, Complex]:
+        """Of y and of the measured velocity to the wall's force, at z (m,), the springs `beside` closed."""
         poles, g0, g1, c, d = self._modal
         z = np.asarray(z, dtype=complex)
         late = self.force(z) * z ** -float(self._split[0])
         states = (g0 + g1 / z[:, None]) / (z[:, None] - poles) * late[:, None]  # (m, n)
-        return self.position(z) * (states @ c), self.velocity(z) * (states @ d)
+        y = states @ c
+        left = 1.0 / (1.0 + self.beside * y) if self.beside > 0.0 else 1.0
+        return y * left, (states @ d) * left
 
     @cached_property
     def grid(self) -> Array:
@@ -206,8 +215,12 @@ class Loop:
         return low, f(np.exp(1j * low)).real if len(change) else low
 
     def K_max(self, B: float) -> tuple[float, float]:
-        """The largest stable K with this B, and the frequency at which it would swing [N/m], [rad/s]; 0 when B is too
-        much by itself, infinity when nothing is too stiff."""
+        """The largest stable K with this B, and the frequency at which it would swing [N/m], [rad/s]; 0 when B, or what
+        acts beside, is too much by itself, infinity when nothing is too stiff."""
+        if self.beside > 0.0:
+            alone = replace(self, beside=0.0, position=np.ones_like)
+            if alone.K_max(B)[0] <= self.beside:
+                return 0.0, 0.0
         if self.B_max <= B:
             return 0.0, 0.0
         K, w = self.crossings(B)

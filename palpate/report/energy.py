@@ -28,7 +28,8 @@ def words(run: Run) -> str:
     ]
     source = run.ticks["energy_source"]
     most = np.abs(source).max(axis=0) if len(source) else np.zeros(SIGNALS["energy_source"].size)
-    taken = [f"{_name(run, k)} {energy(float(source[-1, k]))}" for k in np.flatnonzero(most > _NOTHING).tolist()]
+    taken = [f"{_name(run, k, len(most))} {energy(float(source[-1, k]))}"
+             for k in np.flatnonzero(most > _NOTHING).tolist()]  # fmt: skip
     if taken:
         told.append(f"Wanted of the hand by the end: {', '.join(taken)}.")
     kept = [f"{who} {energy(float(run.ticks[name][-1]))}" for name, who in _KEPT.items()
@@ -41,6 +42,9 @@ def words(run: Run) -> str:
     return " ".join(told)
 
 
-def _name(run: Run, k: int) -> str:
+def _name(run: Run, k: int, sources: int) -> str:
+    """Objects by their index, then guidance, and last all the rest."""
     names = run.object_names
-    return "all the rest" if k == SIGNALS["energy_source"].size - 1 else escape(names[k]) if k < len(names) else str(k)
+    if k >= sources - 2:
+        return "all the rest" if k == sources - 1 else "guidance"
+    return escape(names[k]) if k < len(names) else str(k)

@@ -58,7 +58,7 @@ def test_collision_thread_of_the_paper_allocates_beside_a_clean_loop(guard):
 
 
 @pytest.mark.parametrize(
-    "what", ["organ", "solids", "impedance", "admittance", "six_axis", "delta", "identified", "estimating"]
+    "what", ["organ", "solids", "impedance", "admittance", "six_axis", "delta", "identified", "estimating", "guided"]
 )
 def test_lockstep_tick_with_plant_asks_nothing(guard, what):
     """A call costs Python and numpy a few allocations, whatever its length: 700 ticks as many as 7 or 2000."""

@@ -1,6 +1,7 @@
 """Run under heap_guard (LD_PRELOAD): what a session's threads ask of the heap and of locks, as JSON on stdout.
 
-python watched.py realtime METHOD RATE SECONDS | lockstep METHOD [organ|solids|LAW|ARM|identified|estimating]
+python watched.py realtime METHOD RATE SECONDS
+    | lockstep METHOD [organ|solids|LAW|ARM|identified|estimating|guided]
     | robot following|impedance|moving
 """
 
@@ -88,6 +89,7 @@ def contacts(rows: np.ndarray) -> int:
 def realtime(method: str, rate: float, seconds: float) -> dict[str, object]:
     """The loop's own thread while another one swaps scenes and turns knobs."""
     scenes = [organ_scene(20_000), solids_scene(), organ_scene(3_000, lift=0.001)]
+    lists = [fixtures(), fixtures(0.5)]
     sim = simulation(method, rate, scenes[0])
     before = threads()
     sim.start()
@@ -100,6 +102,7 @@ def realtime(method: str, rate: float, seconds: float) -> dict[str, object]:
         nonlocal swaps
         while not stop.wait(0.02):
             swaps += 1
+            sim.set_fixtures(lists[swaps % 2])
             sim.set_snapshot(scenes[swaps % 3])
             controls = _core.Controls()
             controls.stiffness_scale = 1.0 - 0.1 * (swaps % 2)
@@ -158,6 +161,29 @@ def estimating() -> _core.Simulation:
     return loop_rig.simulation(organ_scene(20_000), press(), **changes)
 
 
+def fixtures(gain: float = 1.0) -> _core.Fixtures:
+    """Every role and every law, soft and hard, with ramps, around where the hand is; some contradict each other."""
+    made, line = [], _core.LineGeometry(np.zeros(3), np.array([0.1, 0.0, 0.0]), True)
+    ball = _core.SurfaceGeometry(_core.Sphere(0.02))
+    law, role = _core.GuidanceLawOptions(), _core.GuidanceRoleOptions()
+    law.K, role.speed, role.force = 300.0 * gain, 0.05, 1.0
+    for i, name in enumerate(_core.guidance_roles()):
+        for j, how in enumerate(_core.guidance_laws()):
+            policy = _core.Policy()
+            policy.hard, policy.priority = (i + j) % 3 == 0, j
+            policy.ramps = [_core.Ramp("distance", 0.2, 0.0), _core.Ramp("force", 9.0, 1.0)]
+            geometry = line if name == "guide" else ball
+            made.append(_core.Fixture(f"{name} {how}", geometry, name, role, how, law, policy))
+    return _core.Fixtures(made)
+
+
+def guided() -> _core.Simulation:
+    """Everything that guidance has, beside contact."""
+    sim = loop_rig.simulation(organ_scene(20_000), press())
+    sim.set_fixtures(fixtures())
+    return sim
+
+
 def other_arm(name: str) -> _core.Simulation:
     """A scene with another arm on both sides."""
     scene = f"objects: [{{shape: organ}}]\narms: {{leader: {{model: {name}}}, follower: {{model: {name}}}}}\n"
@@ -169,8 +195,8 @@ def lockstep(method: str, what: str = "organ") -> dict[str, object]:
     """One call of n ticks asks as much as one of n' ticks: a tick asks nothing."""
     if what in ("impedance", "admittance"):
         sim = other_law(what)
-    elif what in ("identified", "estimating"):
-        sim = {"identified": identified, "estimating": estimating}[what]()
+    elif what in ("identified", "estimating", "guided"):
+        sim = {"identified": identified, "estimating": estimating, "guided": guided}[what]()
     elif what in ("six_axis", "delta"):
         sim = other_arm(what)
     else:

@@ -35,6 +35,8 @@ Cycle::Cycle(const CycleOptions& options, arm::Arm leader, arm::Arm follower)
                                   ", the follower has " + std::to_string(follower_.link_names().size()) + " links");
     }
   }
+  joints_ = {Jacobian::Zero(6, follower_.n()), zero_, follower_.q_min(), follower_.q_max(), q_step_};
+  in_.tool.joints = &joints_;
   out_.leader = LeaderCommand(leader_.n());
   out_.follower = {zero_, 0.0, false};
 }
@@ -54,7 +56,7 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
   const bool reached = reach(felt.mapped.X_WT_goal, felt.mapped.jaw);
   in_.tool.reached = reached && in_.tool.good;
   const Wrench& F_H_L = felt.rendered.F_H_L;
-  const unsigned driven = torque_.step(leader_, {leader_state_, F_H_L, in_.handle.good}, out_.leader);
+  const unsigned driven = torque_.step(leader_, {leader_state_, F_H_L, in_.handle.good, felt.B_H_L}, out_.leader);
   haptics_.finish(in_, out_.leader.F_H_L, out_.tick);
 
   out_.tick.status =
@@ -87,6 +89,8 @@ void Cycle::locate() noexcept {
   handle.V_LH = leader_.twist();
   handle.gripper = leader_state_.gripper;
   handle.q = leader_state_.q;
+  handle.takes_damping = torque_.takes_damping(leader_state_);
+  handle.F_hand = leader_state_.has_load_cell ? leader_state_.F_cell_L.norm() : -1.0;
   if (!leader_.orients()) {  // its tip turns as it must, not as the hand wants: the tool keeps its own orientation
     handle.X_LH.R.setIdentity();
     handle.V_LH.w.setZero();
@@ -94,6 +98,9 @@ void Cycle::locate() noexcept {
   in_.tool.t = follower_state_.t;
   in_.tool.X_WT = options_.X_WB * follower_.tip();
   in_.tool.jaw = follower_state_.jaw;
+  joints_.q = follower_state_.q;
+  joints_.J_WT.topRows<3>() = options_.X_WB.R * follower_.jacobian().topRows<3>();
+  joints_.J_WT.bottomRows<3>() = options_.X_WB.R * follower_.jacobian().bottomRows<3>();
   place_spheres();
 }
 

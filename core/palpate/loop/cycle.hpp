@@ -44,6 +44,9 @@ class Cycle {
   CycleOutput& step(const CycleInput& in) noexcept;
 
   [[nodiscard]] const mapping::Mapping& mapping() const noexcept { return haptics_.mapping(); }
+  /// From now on these fixtures; they outlive it, or the next ones.
+  void take(const guidance::Fixtures& fixtures) noexcept { haptics_.take(fixtures); }
+  [[nodiscard]] const guidance::Guidance& guidance() const noexcept { return haptics_.guidance(); }
   /// Another scene: contact starts afresh from where the tool is.
   void forget_contacts() noexcept { haptics_.forget_contacts(); }
   /// For whoever drives the cycle: see contact::Method::collide.
@@ -71,6 +74,7 @@ class Cycle {
   JointVector zero_;    ///< follower joint velocities: not needed, not measured
   JointVector q_step_;  ///< most that the follower's joints may turn in a cycle [rad, m]
   bool leader_known_ = false, follower_known_ = false;
+  guidance::Joints joints_;  ///< of the follower
   HapticsInput in_;  ///< the same states as poses
   CycleOutput out_;
 };

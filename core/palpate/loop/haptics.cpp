@@ -18,6 +18,7 @@ double period(double rate) {
 Haptics::Haptics(const HapticsOptions& options)
     : options_(options),
       mapping_(options.mapping, options.X_WL.R, period(options.rate)),
+      guidance_(options.guidance, period(options.rate)),
       contact_(options.method, options.contact),
       stability_(options.stability, period(options.rate)),
       ledger_(options.stability.passivity.observer.delay, period(options.rate)) {}
@@ -28,9 +29,14 @@ const HapticsOutput& Haptics::step(const HapticsInput& in) noexcept {
   const bool following = in.controls.following && handle.good && tool.good;
   out_.mapped = mapping_.step({options_.X_WL * handle.X_LH, handle.V_LH, handle.gripper, tool.X_WT, tool.jaw, following,
                                in.controls.clutch, tool.reached});
+  guide(in);
   out_.contacts = &contact_.step(*in.scene, tool.p_WS.data(), in.t);
   out_.force = force::step(*out_.contacts, out_.mapped.V_WT, in.controls.stiffness_scale, in.controls.damping_scale);
-  out_.wanted = mapping_.wrench_on_hand(felt(in));
+  felt_ = felt(in);
+  stiffness_ = options_.source == force::Source::contact
+                   ? stability::stiffness_along(out_.force.F, *out_.contacts, in.controls.stiffness_scale)
+                   : 0.0;
+  out_.wanted = mapping_.wrench_on_hand(felt_ + out_.guided.F_T_W);
   out_.rendered = stabilise(in);
   return out_;
 }
@@ -42,7 +48,28 @@ void Haptics::finish(const HapticsInput& in, const Wrench& F_H_L, Tick& tick) no
   record_stability(in, F_H_L, energy, tick);
 }
 
-// What the hand is to feel at the tool, in W: of the virtual surfaces, of the real ones, or of both.
+// What the fixtures make of the goal, and what the hand feels of them.
+void Haptics::guide(const HapticsInput& in) noexcept {
+  guidance::Input now;
+  now.t = in.t;
+  now.X_WT_goal = out_.mapped.X_WT_goal;
+  now.V_WT = out_.mapped.V_WT;
+  now.X_WT = in.tool.X_WT;
+  now.engaged = out_.mapped.engaged;
+  now.F_T_W = felt_.f;
+  now.stiffness = stiffness_;
+  now.F_hand = in.handle.F_hand;
+  now.pedal = in.controls.guidance;
+  now.takes_damping = in.handle.takes_damping;
+  now.joints = in.tool.joints;
+  out_.guided = guidance_.step(now);
+  out_.mapped.X_WT_goal = out_.guided.X_WT_goal;
+  mapping_.given(out_.guided.X_WT_goal);
+  const Mat3& R_WL = options_.X_WL.R;
+  out_.B_H_L = options_.mapping.force_scale * options_.mapping.scale * (R_WL.transpose() * out_.guided.B_W * R_WL);
+}
+
+// What the hand is to feel of it at the tool, in W: of the virtual surfaces, of the real ones, or of both.
 Wrench Haptics::felt(const HapticsInput& in) const noexcept {
   const Vec3& F_estimate_W = in.tool.F_estimate_W;
   switch (options_.source) {
@@ -68,8 +95,10 @@ stability::Output Haptics::stabilise(const HapticsInput& in) noexcept {
   now.X_LH = in.handle.X_LH;
   now.V_LH = in.handle.V_LH;
   now.q = in.handle.q;
+  const Vec3 F_T_W = out_.force.F + out_.guided.F_T_W.f;
   now.stiffness = options_.mapping.force_scale * options_.mapping.scale *
-                  stability::stiffness_along(out_.force.F, *out_.contacts, in.controls.stiffness_scale);
+                  (stability::stiffness_along(F_T_W, *out_.contacts, in.controls.stiffness_scale) +
+                   guidance_.stiffness_along(F_T_W));
   return stability_.step(now);
 }
 

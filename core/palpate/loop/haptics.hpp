@@ -6,6 +6,7 @@
 
 #include "palpate/contact/tool.hpp"
 #include "palpate/force/force.hpp"
+#include "palpate/guidance/guidance.hpp"
 #include "palpate/loop/tick.hpp"
 #include "palpate/mapping/mapping.hpp"
 #include "palpate/scene/snapshot.hpp"
@@ -20,6 +21,7 @@ struct HapticsOptions {
   std::string method = "proxy";  ///< of contact
   contact::Options contact;
   mapping::Options mapping;
+  guidance::Options guidance;
   force::Source source = force::Source::contact;
   stability::Options stability;
   Pose X_WL;  ///< leader base in the world
@@ -27,12 +29,14 @@ struct HapticsOptions {
 
 /// The operator's handle, however its pose is known.
 struct Handle {
-  double t = 0.0;        ///< stamp [s]
-  bool good = false;     ///< finite, valid and fresh; otherwise what follows is the last that was
-  Pose X_LH;             ///< measured
-  Twist V_LH;            ///< of it
-  double gripper = 0.0;  ///< pinch [rad]
-  JointVector q;         ///< the device's measured joints, for its friction; may be empty
+  double t = 0.0;              ///< stamp [s]
+  bool good = false;           ///< finite, valid and fresh; otherwise what follows is the last that was
+  Pose X_LH;                   ///< measured
+  Twist V_LH;                  ///< of it
+  double gripper = 0.0;        ///< pinch [rad]
+  JointVector q;               ///< the device's measured joints, for its friction; may be empty
+  bool takes_damping = false;  ///< HapticsOutput::B_H_L is felt as such
+  double F_hand = -1.0;        ///< of the operator, where a load cell tells it; below zero: none does [N]
 };
 
 /// The tool, however its pose is known.
@@ -44,6 +48,7 @@ struct Instrument {
   double jaw = 0.0;                             ///< measured [rad]
   std::array<Vec3, contact::kMaxSpheres> p_WS;  ///< centres of its spheres, the first is the tip [m]
   Vec3 F_estimate_W = Vec3::Zero();  ///< of the environment on it, where the source of the force asks for it [N]
+  const guidance::Joints* joints = nullptr;  ///< where they are known: hard fixtures keep to their limits
 };
 
 /// All that the haptics are told. The scene outlives the step.
@@ -57,7 +62,9 @@ struct HapticsInput {
 
 /// All that they answer.
 struct HapticsOutput {
-  mapping::Output mapped;                         ///< the tool's goal
+  mapping::Output mapped;                         ///< the tool's goal, corrected by hard fixtures
+  guidance::Output guided;                        ///< what the fixtures add
+  Mat3 B_H_L = Mat3::Zero();                      ///< of it, damping at the handle for a master that takes it [N s/m]
   const contact::ContactSet* contacts = nullptr;  ///< what is touched
   force::ForceTerms force;                        ///< of it on the tool
   Wrench wanted;                                  ///< on the hand, before the stage `stability`
@@ -79,26 +86,34 @@ class Haptics {
 
   [[nodiscard]] const mapping::Mapping& mapping() const noexcept { return mapping_; }
   [[nodiscard]] bool stale(double now, double stamp) const noexcept { return stability_.stale(now, stamp); }
+  /// From now on these fixtures; they outlive it, or the next ones.
+  void take(const guidance::Fixtures& fixtures) noexcept { guidance_.take(fixtures); }
+  [[nodiscard]] const guidance::Guidance& guidance() const noexcept { return guidance_; }
   /// Contact starts afresh from where the tool is.
   void forget_contacts() noexcept { contact_.reset(); }
   /// For whoever drives the loop: see contact::Method::collide.
   [[nodiscard]] contact::Tool& contact() noexcept { return contact_; }
 
  private:
+  void guide(const HapticsInput& in) noexcept;
   [[nodiscard]] Wrench felt(const HapticsInput& in) const noexcept;
   [[nodiscard]] stability::Output stabilise(const HapticsInput& in) noexcept;
   stability::Energy book(const HapticsInput& in, const Wrench& F_H_L) noexcept;
   void record(const HapticsInput& in, Tick& tick) const noexcept;
+  void record_guidance(Tick& tick) const noexcept;
   void record_touches(double stiffness_scale, Tick& tick) const noexcept;
   void record_stability(const HapticsInput& in, const Wrench& F_H_L, const stability::Energy& energy,
                         Tick& tick) const noexcept;
 
   HapticsOptions options_;
   mapping::Mapping mapping_;
+  guidance::Guidance guidance_;
   contact::Tool contact_;
   stability::Stability stability_;
   stability::Ledger ledger_;
   HapticsOutput out_;
+  Wrench felt_;             ///< of what the tool touches, in W: in the last tick
+  double stiffness_ = 0.0;  ///< along it, on the tool's side; 0 when it is not known [N/m]
 };
 
 }  // namespace palpate::loop

@@ -47,11 +47,16 @@ stability::Energy Haptics::book(const HapticsInput& in, const Wrench& F_H_L) noe
   for (int i = 0; law && engaged && i < contacts.size; ++i) {
     const auto k = static_cast<std::size_t>(i);
     const int object = contacts.contact[k].object;
-    if (object >= kSources - 1) continue;
+    if (object >= kGuidanceSource) continue;
     Wrench& source = forces.F_source[static_cast<std::size_t>(object)];
     const Wrench of_contact = finite(mapping_.wrench_on_hand(out_.force.of_contact[k]));
     source = source + of_contact;
     rest = rest - of_contact;
+  }
+  if (out_.mapped.engaged) {
+    const Wrench of_guidance = finite(mapping_.wrench_on_hand(out_.guided.F_T_W));
+    forces.F_source[kGuidanceSource] = of_guidance;
+    rest = rest - of_guidance;
   }
   forces.F_source.back() = rest;
   // A spring of the tool's side, seen from the hand, which moves 1/scale as far.
@@ -81,6 +86,17 @@ void Haptics::record(const HapticsInput& in, Tick& tick) const noexcept {
   copy(out_.force.F_spring, tick.F_spring_W);
   copy(out_.force.F_damping, tick.F_damping_W);
   copy(in.tool.F_estimate_W, tick.F_estimate_W);
+  record_guidance(tick);
+}
+
+void Haptics::record_guidance(Tick& tick) const noexcept {
+  const guidance::Output& guided = out_.guided;
+  copy(guided.F_T_W.f, tick.F_guidance_W);
+  copy(guided.F_T_W.t, tick.t_guidance_W);
+  copy(guided.correction, tick.p_correction_W);
+  tick.guidance_fixture = guided.strongest;
+  tick.guidance_gap = guided.gap;
+  tick.status = static_cast<unsigned>(tick.status) | guided.status;
 }
 
 // Touch by touch, the strongest first.

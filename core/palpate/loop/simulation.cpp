@@ -31,6 +31,7 @@ SimulationOptions checked(SimulationOptions o, const arm::Arm& leader, const arm
     throw std::invalid_argument("plant_rate = " + std::to_string(o.plant_rate) +
                                 " Hz: must be at least the cycle's rate and at most 100000 Hz, for example 10000");
   }
+  if (o.guidance.servo.bandwidth < 0.0) o.guidance.servo = {o.follower.bandwidth, o.follower.damping_ratio};
   o.leader.loop_delay = o.loop_delay;  // the leader says what they may be
   o.leader.loop_jitter = o.loop_jitter;
   o.leader.seed = o.seed;
@@ -68,7 +69,8 @@ Simulation::Simulation(const SimulationOptions& options, arm::Arm leader, arm::A
       thread_(options_.realtime),
       ring_(static_cast<std::size_t>(kRingSeconds * options_.rate)),
       newest_scene_(present(std::move(scene))),
-      scene_(newest_scene_) {
+      scene_(newest_scene_),
+      fixtures_(std::make_shared<const guidance::Fixtures>()) {
   leader_.reset(options_.q_leader0);
   follower_.reset(options_.q_follower0, options_.mapping.jaw_min);
   leader.update(options_.q_leader0, JointVector::Zero(leader.n()));
@@ -156,6 +158,7 @@ void Simulation::take(bool stopping) noexcept {
     cycle_.forget_contacts();
     if (touched_) touched_->reset();
   }
+  if (fixtures_.take()) cycle_.take(fixtures_.current());
 }
 
 void Simulation::tick(double lateness_us) noexcept {
@@ -234,6 +237,9 @@ Controls Simulation::controls() const {
 }
 
 void Simulation::set_controls(const Controls& controls) {
+  if (!(controls.guidance >= 0.0 && controls.guidance <= 1.0)) {
+    throw std::invalid_argument("controls: guidance = " + std::to_string(controls.guidance) + " must lie in 0..1");
+  }
   if (!(controls.stiffness_scale >= 0.0 && std::isfinite(controls.stiffness_scale)) ||
       !(controls.damping_scale >= 0.0 && std::isfinite(controls.damping_scale)) ||
       !controls.p_hand_offset_W.allFinite()) {
@@ -251,6 +257,13 @@ void Simulation::set_scene(std::shared_ptr<const scene::Snapshot> scene) {
   const std::lock_guard lock(people_);
   newest_scene_ = scene;
   scene_.give(std::move(scene));
+}
+
+void Simulation::set_fixtures(std::shared_ptr<const guidance::Fixtures> fixtures) {
+  if (!fixtures) throw std::invalid_argument("guidance: no fixtures given; an empty list is none");
+  guidance::check(*fixtures);
+  const std::lock_guard lock(people_);
+  fixtures_.give(std::move(fixtures));
 }
 
 Tick Simulation::latest() {

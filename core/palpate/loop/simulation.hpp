@@ -63,6 +63,8 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): there i
   [[nodiscard]] Controls controls() const;
   void set_controls(const Controls& controls);
   void set_scene(std::shared_ptr<const scene::Snapshot> scene);
+  /// The fixtures of guidance, swapped whole: on, off, moved or with other gains, nothing that the hand feels jumps.
+  void set_fixtures(std::shared_ptr<const guidance::Fixtures> fixtures);
   [[nodiscard]] Tick latest();
   /// The first tick at which an arm fell silent or a number was not finite, in words; empty when none.
   [[nodiscard]] std::string fault();
@@ -104,6 +106,7 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): there i
   Mailbox<Tick> latest_, fault_;
   bool faulty_ = false;
   Handover<scene::Snapshot> scene_;
+  Handover<guidance::Fixtures> fixtures_;
 };
 
 }  // namespace palpate::loop

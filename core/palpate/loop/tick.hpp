@@ -10,28 +10,33 @@ namespace palpate::loop {
 /// Bits of Tick::status.
 enum Status : unsigned {
   kOk = 0,
-  kForceCapped = 1u << 0,    ///< the magnitude cap cut the force
-  kRateCapped = 1u << 1,     ///< the rate cap cut the force
-  kLeaderStale = 1u << 2,    ///< leader state too old: force ramps to zero
-  kFollowerStale = 1u << 3,  ///< follower state too old: force ramps to zero
-  kNotFinite = 1u << 4,      ///< a NaN, infinity or state beyond a million was stopped: force ramps to zero
-  kTorqueLimited = 1u << 5,  ///< a joint torque reached its drive limit
-  kIkFailed = 1u << 6,       ///< the follower could not reach the goal: it holds
-  kClutched = 1u << 7,       ///< pedal pressed
-  kNotFollowing = 1u << 8,   ///< teleoperation is off
-  kHandSlipped = 1u << 9,    ///< the grip's force limit was reached (simulated hand)
-  kSingular = 1u << 10,      ///< the leader can hardly move in some direction: what divides by it is damped
-  kTooFast = 1u << 11,       ///< inertia and Coriolis forces that the control law leaves out are no longer small
-  kNoLoadCell = 1u << 12,    ///< the control law wants the hand's force and does not get it
-  kPassivity = 1u << 13,     ///< the passivity controller withholds force that the port could not pay for
-  kNoTorques = 1u << 14,     ///< the follower's torques are missing or impossible: no force is estimated
+  kForceCapped = 1u << 0,        ///< the magnitude cap cut the force
+  kRateCapped = 1u << 1,         ///< the rate cap cut the force
+  kLeaderStale = 1u << 2,        ///< leader state too old: force ramps to zero
+  kFollowerStale = 1u << 3,      ///< follower state too old: force ramps to zero
+  kNotFinite = 1u << 4,          ///< a NaN, infinity or state beyond a million was stopped: force ramps to zero
+  kTorqueLimited = 1u << 5,      ///< a joint torque reached its drive limit
+  kIkFailed = 1u << 6,           ///< the follower could not reach the goal: it holds
+  kClutched = 1u << 7,           ///< pedal pressed
+  kNotFollowing = 1u << 8,       ///< teleoperation is off
+  kHandSlipped = 1u << 9,        ///< the grip's force limit was reached (simulated hand)
+  kSingular = 1u << 10,          ///< the leader can hardly move in some direction: what divides by it is damped
+  kTooFast = 1u << 11,           ///< inertia and Coriolis forces that the control law leaves out are no longer small
+  kNoLoadCell = 1u << 12,        ///< the control law wants the hand's force and does not get it
+  kPassivity = 1u << 13,         ///< the passivity controller withholds force that the port could not pay for
+  kNoTorques = 1u << 14,         ///< the follower's torques are missing or impossible: no force is estimated
+  kGuided = 1u << 20,            ///< a fixture of guidance pulls
+  kGoalCorrected = 1u << 21,     ///< a hard fixture keeps the tool's goal from where the hand sends it
+  kGuidanceConflict = 1u << 22,  ///< hard fixtures contradict each other: one gave way, or the goal stays where it was
 };
 
 /// Touches of a tick that are told one by one.
 inline constexpr int kTouches = 16;
 
-/// Entries for what a force comes from: the scene's objects by their index, the last one for all the rest.
-inline constexpr int kSources = 16;
+/// Entries for what a force comes from: the scene's objects by their index, guidance, and the last one for all the
+/// rest.
+inline constexpr int kSources = 17;
+inline constexpr int kGuidanceSource = kSources - 2;
 
 struct Tick {
   double t;                        // time of the tick [s]
@@ -53,7 +58,7 @@ struct Tick {
   double q_follower[7];            // follower joints, measured [rad, m]
   double tau_follower[7];          // torques of the follower's drives, where they are measured [N m, N]
   double jaw;                      // [rad]
-  double p_WT_goal[3];             // tool goal from the mapping [m]
+  double p_WT_goal[3];             // tool goal: from the mapping, corrected by hard fixtures [m]
   double p_WT[3];                  // tool tip x, measured [m]
   double quat_WT[4];               // w x y z
   double p_WP[3];                  // proxy x_d of the strongest contact; the tool tip when free [m]
@@ -71,6 +76,11 @@ struct Tick {
   double F_damping_W[3];           // -B xdot
   double F_estimate_W[3];          // environment on tool, from the follower's drive torques, where asked for [N]
   double F_touch_W[3];             // what the objects do to the tool of a driven follower: the truth (simulated) [N]
+  double F_guidance_W[3];          // of the fixtures of guidance, as a force on the tool [N]
+  double t_guidance_W[3];          // their torque about the tool tip [N m]
+  double guidance_fixture;         // the one that pulls most, by its index; -1 when none does
+  double guidance_gap;             // of it, or of the nearest: below zero by how much it is not as wanted [m, rad]
+  double p_correction_W[3];        // of the tool goal by hard fixtures: the given goal minus the mapped one [m]
   double F_H_L[3];                 // commanded on the hand, leader base ("spatial", green) [N]
   double t_H_L[3];                 // moment commanded on the hand, leader base [N m]
   double F_H_H[3];                 // the same in the handle frame ("body", red) [N]
@@ -83,7 +93,7 @@ struct Tick {
   double energy_passivity;         // what the passivity controller withheld [J]
   double energy_low_pass;          // what the low-pass withheld [J]
   double energy_coupling;          // what the virtual coupling withheld [J]
-  double energy_source[kSources];  // wanted by each object, and last by all the rest, before the stage [J]
+  double energy_source[kSources];  // wanted by each object, by guidance, and last by all the rest, before the stage [J]
   double energy_stored;            // what the passivity layer may still give back [J]
   double energy_reserved;          // of it, most that the wrenches on their way may cost [J]
   double lag_ms[4];                // of virtual coupling, low-pass, passivity controller, caps [ms]

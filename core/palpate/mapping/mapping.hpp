@@ -49,6 +49,10 @@ class Mapping {
   Mapping(const Options& options, const Mat3& R_WL, double dt);
 
   Output step(const Input& in) noexcept;
+  /// The goal that was truly given in this tick. While the tool holds, it holds there.
+  void given(const Pose& X_WT_goal) noexcept {
+    if (!engaged_) goal_ = X_WT_goal;
+  }
   /// Force on the hand in L that renders a force on the tool in W: F_H_L = force_scale R_LW F_T_W. Free vectors
   /// only rotate.
   [[nodiscard]] Vec3 force_on_hand(const Vec3& F_T_W) const noexcept;

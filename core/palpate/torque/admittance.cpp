@@ -1,6 +1,6 @@
 // Admittance control (Newman 1992): the hand's force moves a virtual mass, the arm follows it.
 //
-//   m x_a'' = F_hand + F_H - b x_a'                                    the virtual handle
+//   m x_a'' = F_hand + F_H - (b + B) x_a'                              the virtual handle; B of guidance, by directions
 //   F_motors = Lambda (x_a'' + 2 w (x_a' - x') + w^2 (x_a - x)) + Gamma v + eta     position loop, critically damped
 //
 // Friction and wrong masses are disturbances to the position loop, not to what is felt; its bandwidth and the load
@@ -28,7 +28,8 @@ class Admittance final : public Law {
     }
     const double m = options_.virtual_mass, b = options_.virtual_damping;
     const Vec3 v_before = v_;
-    v_ = (v_ + dt_ / m * (in.F_hand_L + in.F_H_L)) / (1.0 + dt_ * b / m);
+    const Mat3 resists = (1.0 + dt_ * b / m) * Mat3::Identity() + dt_ / m * in.B_L;  // implicit: stable however hard
+    v_ = resists.inverse() * (v_ + dt_ / m * (in.F_hand_L + in.F_H_L));
     p_ += dt_ * v_;
     const double lead = (p_ - in.p_LH).norm();
     if (lead > kLead) p_ = in.p_LH + kLead / lead * (p_ - in.p_LH);
@@ -38,6 +39,7 @@ class Admittance final : public Law {
 
   void reset() noexcept override { started_ = false; }
   [[nodiscard]] bool needs_load_cell() const noexcept override { return true; }
+  [[nodiscard]] bool takes_damping() const noexcept override { return true; }
   [[nodiscard]] Vec3 neglected(const LawInput& /*in*/, const Vec3& /*a*/) const noexcept override {
     return Vec3::Zero();
   }

@@ -25,6 +25,7 @@ struct LawInput {
   Vec3 v_LH = Vec3::Zero();      ///< [m/s]
   Vec3 F_H_L = Vec3::Zero();     ///< to be rendered on the hand [N]
   Vec3 F_hand_L = Vec3::Zero();  ///< of the hand on the arm, measured; zero when unknown [N]
+  Mat3 B_L = Mat3::Zero();       ///< damping by directions, for a law that takes it [N s/m]
 };
 
 /// What accelerates the handle by a [m/s^2] and leaves its orientation alone.
@@ -42,6 +43,8 @@ class Law {
   virtual void reset() noexcept {}
   /// Must the hand's force be measured? Without it the law renders as `stiffness` does.
   [[nodiscard]] virtual bool needs_load_cell() const noexcept { return false; }
+  /// Its virtual handle is damped by LawInput::B_L.
+  [[nodiscard]] virtual bool takes_damping() const noexcept { return false; }
   /// What of the arm's own dynamics the hand feels beside the rendered force, at the handle's acceleration a [N].
   [[nodiscard]] virtual Vec3 neglected(const LawInput& in, const Vec3& a) const noexcept = 0;
 };

@@ -90,6 +90,10 @@ unsigned Torque::step(arm::Arm& model, const Input& in, LeaderCommand& out) noex
 }
 
 // What the law adds to the force, and whether the motion is one it was made for.
+bool Torque::takes_damping(const LeaderState& leader) const noexcept {
+  return law_->takes_damping() && leader.has_load_cell && leader.F_cell_L.allFinite();
+}
+
 unsigned Torque::law(arm::Arm& model, const Input& in, LeaderCommand& out) noexcept {
   const bool full = options_.mode == Mode::full;
   if (!in.fresh) {
@@ -123,6 +127,7 @@ unsigned Torque::law(arm::Arm& model, const Input& in, LeaderCommand& out) noexc
   now.p_LH = model.tip().p;
   now.v_LH = v_LH;
   now.F_H_L = in.F_H_L.f;
+  now.B_L = in.B_L;
   now.F_hand_L = cell ? Vec3(-leader.F_cell_L) : Vec3::Zero();
   if (!started_) v_slow_ = v_LH;
   started_ = true;

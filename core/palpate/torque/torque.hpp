@@ -32,6 +32,7 @@ struct Input {
   const LeaderState& leader;
   Wrench F_H_L;       ///< to render on the hand, in L
   bool fresh = true;  ///< the leader's state is new; otherwise what a law adds fades, and it starts afresh
+  Mat3 B_L = Mat3::Zero();  ///< damping beside it, for a law that takes_damping() [N s/m]
 };
 
 /// tau = tau_force + tau_gravity + tau_limits + tau_platform + tau_friction, with
@@ -47,6 +48,8 @@ class Torque {
 
   /// `model` is the controller's arm. Answers the bits of loop::Status; out.F_H_L is what is truly rendered.
   unsigned step(arm::Arm& model, const Input& in, LeaderCommand& out) noexcept;
+  /// Input::B_L is felt as such: it must not be in the wrench as well.
+  [[nodiscard]] bool takes_damping(const LeaderState& leader) const noexcept;
 
  private:
   unsigned law(arm::Arm& model, const Input& in, LeaderCommand& out) noexcept;

@@ -64,6 +64,7 @@ struct Controls {
   bool hold = false;             ///< the simulated hand leaves its path where it is; released, it goes on from there
   double stiffness_scale = 1.0;  ///< multiplies every object's stiffness
   double damping_scale = 1.0;    ///< multiplies every object's damping
+  double guidance = 1.0;         ///< pedal of guidance, 0-1, for fixtures that fade with it
   Vec3 p_hand_offset_W = Vec3::Zero();  ///< added to the hand's intended position [m] (drag handle)
 };
 

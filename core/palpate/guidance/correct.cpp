@@ -1,0 +1,270 @@
+// The goal that hard fixtures leave, and where joint ones pull to: a quadratic program about the place of the tick
+// before, so that a side once taken is kept however thin the fixture is.
+//
+//   y = (p - p_mapped, length * turn)      min |y|^2 / 2,   for every fixture:  gap(x) + along . (y - y_x) >= -slack
+//
+// asked again where its answer lies, until that is as wanted (at most kRounds times).
+#include <algorithm>
+#include <cmath>
+
+#include "palpate/guidance/guidance.hpp"
+#include "palpate/loop/tick.hpp"
+
+namespace palpate::guidance {
+namespace {
+
+constexpr double kLength = 0.05;     // [m] that a turn of 1 rad counts as
+constexpr int kRounds = 3;           // of linearising and solving
+constexpr double kGood = 1e-6;       // [m, rad] lacking less, a place is as wanted
+constexpr double kFar = 0.5;         // [m] a correction beyond it is none
+constexpr int kJointRank = 1 << 20;  // limits of joints come before every fixture
+constexpr double kLeap = 1e-3;       // [m] that no border moves in a period
+constexpr double kOfSpeed = 0.9;     // of the joints' speed: the rest is for what the Jacobian leaves out
+constexpr double kDamping = 1e-3;    // of the inverse of the Jacobian, rows over kLength
+
+std::size_t at(int i) noexcept { return static_cast<std::size_t>(i); }
+
+/// The rotation vector that turns R_a into R_b.
+Vec3 turn(const Mat3& R_a, const Mat3& R_b) noexcept {
+  const Eigen::AngleAxisd rotation(Mat3(R_b * R_a.transpose()));
+  return rotation.angle() * rotation.axis();
+}
+
+/// X_b seen from X_a.
+Vec6 way(const Pose& X_a, const Pose& X_b) noexcept {
+  Vec6 y;
+  y << X_b.p - X_a.p, kLength * turn(X_a.R, X_b.R);
+  return y;
+}
+
+Pose moved(const Pose& X, const Vec6& y) noexcept {
+  const Vec3 theta = y.tail<3>() / kLength;
+  const double angle = theta.norm();
+  return {angle > 0.0 ? Mat3(Eigen::AngleAxisd(angle, theta / angle) * X.R) : X.R, X.p + y.head<3>()};
+}
+
+Vec6 row(const Wrench& along) noexcept {
+  Vec6 a;
+  a << along.f, along.t / kLength;
+  return a;
+}
+
+bool one_sided(const Want& want) noexcept {
+  return std::isfinite(want.gap) && (want.along.f != Vec3::Zero() || want.along.t != Vec3::Zero());
+}
+
+}  // namespace
+
+void Guidance::Proxy::add(const Vec6& a, double b, int rank, int fixture) noexcept {
+  const int r = qp.add(a, b, rank);
+  if (r >= 0) of[at(r)] = fixture;
+}
+
+bool Guidance::in(int i, bool hard) noexcept {
+  const Fixture& f = fixture(i);
+  return counts(i) && f.policy.hard == hard && (hard || f.law->jointly());
+}
+
+void Guidance::correct(const Input& in) noexcept {
+  bool any_hard = false, any_joint = false;
+  for (int i = 0; i < size(); ++i) {
+    any_hard |= this->in(i, true);
+    any_joint |= this->in(i, false);
+  }
+  if (any_joint) {
+    if (!soft_.known) soft_.X_WT = in.X_WT_goal;
+    solve(soft_, false, in);
+  }
+  soft_.known = any_joint;
+  if (!hard_.known) hard_.X_WT = in.X_WT_goal;
+  hard_.known = true;
+  if (any_hard) {
+    if (!solve(hard_, true, in)) out_.status |= loop::kGuidanceConflict;
+  } else if (hard_.X_WT.p == X_before_.p && hard_.X_WT.R == X_before_.R) {
+    hard_.X_WT = in.X_WT_goal;  // exactly: nothing hard is there, nor was
+  } else {
+    hard_.X_WT = towards(in.X_WT_goal, in);
+  }
+  out_.X_WT_goal = hard_.X_WT;
+}
+
+// How far from what is wanted fixture i may still be: what it found when it came is mended at the return speed, and an
+// authority below one leaves its share.
+double Guidance::allowed(int i) noexcept {
+  const Part& now = part(i);
+  return std::max(now.slack, (1.0 - now.authority) * now.want.wrong());
+}
+
+// A fixture that has just come, was edited, or leapt, may find goal and tool where they may not be: it leads them out.
+void Guidance::forgive(int i, const Want& at_goal, const Input& in) noexcept {
+  Part& now = part(i);
+  const double pace = options_.return_speed * dt_ / (at_goal.turns ? kLength : 1.0);
+  now.slack = std::max(now.slack - pace, 0.0);
+  const bool leapt = at_goal.wrong() - allowed(i) > (at_goal.turns ? kLeap / kLength : kLeap);
+  if (!now.fresh && !leapt) return;
+  now.fresh = false;
+  now.slack = std::max(at_goal.wrong(), at_goal.attracts ? 0.0 : ask(i, in.X_WT, in).wrong());
+}
+
+// How far from the border the goal is kept.
+double Guidance::kept(const Want& want, bool hard) const noexcept {
+  return hard && !want.attracts && !want.of_tool ? options_.reserve : 0.0;
+}
+
+// Asks all fixtures of the proxy at X. Answers how much is wrong there, beyond what is allowed [m].
+double Guidance::look_at(Proxy& proxy, bool hard, const Pose& X, const Input& in) noexcept {
+  double worst = 0.0;
+  for (int i = 0; i < size(); ++i) {
+    if (!this->in(i, hard)) continue;
+    const Want want = proxy.want[at(i)] = ask(i, X, in);
+    if (!one_sided(want)) continue;
+    const double lacks = kept(want, hard) - want.gap - allowed(i);
+    worst = std::max(worst, want.turns ? kLength * lacks : lacks);
+  }
+  return worst;
+}
+
+// gap(X) + along . (y - y_X) >= -allowed, and for as long as the goal is held.
+void Guidance::add_row(Proxy& proxy, int i, const Want& want, const Pose& X, const Input& in) noexcept {
+  if (!one_sided(want)) return;
+  const Vec6 a = row(want.along);
+  const double keep = kept(want, fixture(i).policy.hard) + std::max(-want.drift, 0.0) * dt_;
+  const Vec6 from = way(in.X_WT_goal, want.of_tool ? in.X_WT : X);
+  proxy.add(a, a.dot(from) - want.gap - allowed(i) + keep, fixture(i).policy.priority, i);
+}
+
+// The tool itself is to stay out as well, though it follows its goal late.
+void Guidance::add_tool_row(Proxy& proxy, int i, const Input& in) noexcept {
+  if (follower_.follows_at_once()) return;
+  const Want want = ask(i, in.X_WT, in);
+  if (!one_sided(want) || want.attracts || want.turns || want.of_tool) return;
+  const Vec6 a = row(want.along);
+  const double need = follower_.need(want.gap + allowed(i), want.along.f.dot(follower_.v()), want.drift);
+  const Pose X = {in.X_WT_goal.R, in.X_WT.p};
+  wrong_ = std::max(wrong_, need - want.along.f.dot(proxy.X_WT.p - in.X_WT.p));
+  proxy.add(a, a.dot(way(in.X_WT_goal, X)) + need, fixture(i).policy.priority, i);
+}
+
+// J^+ of the joints, damped.
+void Guidance::invert(const Joints& joints) noexcept {
+  turned_ = joints.J_WT;
+  turned_.bottomRows<3>() *= kLength;
+  const Mat6 A = turned_ * turned_.transpose() + kDamping * kDamping * Mat6::Identity();
+  const Eigen::LDLT<Mat6> inverse(A);
+  for (Eigen::Index k = 0; k < turned_.cols(); ++k) turned_.col(k) = inverse.solve(Vec6(turned_.col(k)));
+}
+
+// The correction leaves the joints within their limits: q + J^+ (y - y_tool).
+void Guidance::add_joint_rows(Proxy& proxy, const Input& in) noexcept {
+  if (in.joints == nullptr) return;
+  const Joints& joints = *in.joints;
+  invert(joints);
+  const Vec6 from = way(in.X_WT_goal, in.X_WT);
+  for (Eigen::Index k = 0; k < joints.q.size(); ++k) {
+    const Vec6 a = turned_.col(k);
+    proxy.add(a, a.dot(from) + std::min(joints.q_min[k] - joints.q[k], 0.0), kJointRank, -1);
+    proxy.add(-a, -a.dot(from) - std::max(joints.q_max[k] - joints.q[k], 0.0), kJointRank, -1);
+  }
+}
+
+bool Guidance::solve(Proxy& proxy, bool hard, const Input& in) noexcept {
+  const auto each = [&](auto&& act) noexcept {
+    for (int i = 0; i < size(); ++i) {
+      if (this->in(i, hard)) act(i);
+    }
+  };
+  Pose X = proxy.X_WT;
+  look_at(proxy, hard, X, in);
+  each([&](int i) noexcept { forgive(i, proxy.want[at(i)], in); });
+  const double wrong = look_at(proxy, hard, X, in);
+  proxy.qp.clear();
+  if (hard) {
+    wrong_ = wrong;
+    add_joint_rows(proxy, in);
+    each([&](int i) noexcept { add_tool_row(proxy, i, in); });
+  }
+  // What attracts is asked where the hand is, and each row stays: cuts of what is wanted. What repels is asked about
+  // the place before, and anew about each better one: its side is remembered.
+  each([&](int i) noexcept {
+    if (part(i).want.attracts) add_row(proxy, i, part(i).want, in.X_WT_goal, in);
+  });
+  Qp::Status status = Qp::Status::solved;
+  for (int round = 0; round < kRounds; ++round) {
+    each([&](int i) noexcept {
+      const Want& want = proxy.want[at(i)];
+      if (round > 0 && want.attracts && want.wrong() > allowed(i) + kGood) add_row(proxy, i, want, X, in);
+    });
+    const int cuts = proxy.qp.rows();
+    each([&](int i) noexcept {
+      if (!proxy.want[at(i)].attracts) add_row(proxy, i, proxy.want[at(i)], X, in);
+    });
+    status = proxy.qp.solve(Vec6::Zero());
+    const Vec6& y = proxy.qp.y();
+    if (status == Qp::Status::stopped || !(y.norm() < kFar)) return false;  // the goal stays where it was
+    X = moved(in.X_WT_goal, y);
+    if (look_at(proxy, hard, X, in) < kGood || round + 1 == kRounds) break;
+    proxy.qp.truncate(cuts);
+  }
+  take_shares(proxy);
+  if (hard) {
+    X = towards(X, in);
+    // What had to be slowed down is pushed all the same, by a border that has moved over it.
+    if (wrong_ > kGood && proxy.qp.solve(way(in.X_WT_goal, X)) != Qp::Status::stopped && proxy.qp.y().norm() < kFar) {
+      X = moved(in.X_WT_goal, proxy.qp.y());
+    }
+  }
+  proxy.X_WT = X;
+  return status == Qp::Status::solved;
+}
+
+// Each fixture's share of the way from the mapped goal, y = sum of multipliers times rows, and its direction.
+void Guidance::take_shares(Proxy& proxy) noexcept {
+  for (int i = 0; i < size(); ++i) proxy.share[at(i)] = 0.0, proxy.along[at(i)] = {};
+  for (int r = 0; r < proxy.qp.rows(); ++r) {
+    const int i = proxy.of[at(r)];
+    const double pushes = proxy.qp.multiplier(r);
+    if (i < 0 || pushes <= 0.0) continue;
+    const Vec6 a = proxy.qp.row(r);
+    proxy.share[at(i)] += pushes * a.squaredNorm();
+    Wrench& along = proxy.along[at(i)];
+    along = along + Wrench{pushes * a.head<3>(), pushes * kLength * a.tail<3>()};
+  }
+  for (int i = 0; i < size(); ++i) {
+    Wrench& along = proxy.along[at(i)];
+    const double length = part(i).want.turns ? along.t.norm() : along.f.norm();
+    if (length > 0.0) along = {along.f / length, along.t / length};
+  }
+}
+
+// The share of a step of the goal that the joints can take in a period: beyond it each would go its own way.
+double Guidance::joints_can(const Vec6& step, const Input& in) const noexcept {
+  double share = 1.0;
+  if (in.joints == nullptr || turned_.cols() != in.joints->step.size()) return share;
+  for (Eigen::Index k = 0; k < in.joints->step.size(); ++k) {
+    const double turn = std::abs(turned_.col(k).dot(step)), most = kOfSpeed * in.joints->step[k];
+    if (turn > most) share = std::min(share, most / turn);
+  }
+  return share;
+}
+
+// From the goal before towards X_WT: as fast as the hand moves, and by the return speed beside; no faster than a limit
+// of speed and the joints let it.
+Pose Guidance::towards(const Pose& X_WT, const Input& in) noexcept {
+  const Pose& X = hard_.X_WT;
+  double most = way(X_before_, in.X_WT_goal).norm() + options_.return_speed * dt_;
+  double speed = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < size(); ++i) {
+    if (this->in(i, true)) speed = std::min(speed, part(i).want.speed);
+  }
+  const Vec6 step = way(X, X_WT);
+  const double far = step.norm();
+  most = std::min({most, speed * dt_, far * joints_can(step, in)});
+  lag_ = 0.0;
+  if (far <= most) return X_WT;
+  const Pose reached = moved(X, most / far * step);
+  const Vec3 behind = reached.p - X_WT.p;
+  if (speed * dt_ <= most && behind.norm() > 0.0) lag_ = behind.norm(), lag_along_ = behind / lag_;
+  return reached;
+}
+
+}  // namespace palpate::guidance

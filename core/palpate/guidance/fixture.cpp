@@ -1,0 +1,125 @@
+#include "palpate/guidance/fixture.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+namespace palpate::guidance {
+namespace {
+
+struct RoleEntry {
+  const char* name;
+  std::shared_ptr<const Role> (*make)(const RoleOptions&);
+};
+struct LawEntry {
+  const char* name;
+  std::shared_ptr<const Law> (*make)(const LawOptions&);
+};
+
+/// A role, or a law, is one file and one line here.
+constexpr std::array kRoles = {RoleEntry{"guide", &make_guide},     RoleEntry{"forbid", &make_forbid},
+                               RoleEntry{"keep-in", &make_keep_in}, RoleEntry{"orient", &make_orient},
+                               RoleEntry{"limit", &make_limit},     RoleEntry{"rcm", &make_rcm}};
+constexpr std::array kLaws = {LawEntry{"spring", &make_spring}, LawEntry{"potential", &make_potential},
+                              LawEntry{"admittance", &make_admittance}, LawEntry{"optimise", &make_optimise}};
+
+template <class Table>
+std::vector<std::string> names(const Table& table) {
+  std::vector<std::string> out;
+  out.reserve(table.size());
+  for (const auto& entry : table) out.emplace_back(entry.name);
+  return out;
+}
+
+template <class Table, class Options>
+auto make(const char* what, const Table& table, const std::string& name, const Options& options) {
+  std::string known;
+  for (const auto& entry : table) {
+    if (name == entry.name) return entry.make(options);
+    known += (known.empty() ? "" : ", ") + std::string(entry.name);
+  }
+  throw std::invalid_argument("guidance: no " + std::string(what) + " '" + name + "'; there are: " + known);
+}
+
+void require(bool good, const std::string& whose, const char* key, double value, const char* mend) {
+  if (!good) throw std::invalid_argument(whose + "." + key + " = " + std::to_string(value) + ": " + mend);
+}
+
+void check(const RoleOptions& o) {
+  const std::string role = "role";
+  require(o.margin >= 0.0 && std::isfinite(o.margin), role, "margin", o.margin, "must be 0 m or more, and finite");
+  require(o.angle >= 0.0 && o.angle <= 3.2, role, "angle", o.angle, "must lie in 0..pi rad");
+  require(o.axis.allFinite() && o.axis.norm() > 1e-9, role, "axis", o.axis.norm(), "must have a length");
+  require(o.speed >= 0.0 && std::isfinite(o.speed), role, "speed", o.speed, "must be above 0 m/s (0: none)");
+  require(o.force >= 0.0 && std::isfinite(o.force), role, "force", o.force, "must be above 0 N (0: none)");
+}
+
+void check(const LawOptions& o) {
+  const std::string law = "law";
+  const auto positive = [&](const char* key, double value, const char* mend) {
+    require(value >= 0.0 && std::isfinite(value), law, key, value, mend);
+  };
+  positive("K", o.K, "must be 0 N/m or more, and finite");
+  positive("B", o.B, "must be 0 N s/m or more, and finite");
+  positive("K_turn", o.K_turn, "must be 0 N m/rad or more, and finite");
+  positive("B_turn", o.B_turn, "must be 0 N m s/rad or more, and finite");
+  positive("force", o.force, "must be 0 N or more, and finite");
+  positive("moment", o.moment, "must be 0 N m or more, and finite");
+  require(o.range > 0.0 && std::isfinite(o.range), law, "range", o.range, "must be above 0 m, for example 0.01");
+  require(o.range_turn > 0.0 && o.range_turn <= 3.2, law, "range_turn", o.range_turn, "must lie in 0..pi rad");
+  require(o.ratio >= 0.01 && o.ratio <= 1.0, law, "ratio", o.ratio, "must lie in 0.01..1: harder is policy `hard`");
+}
+
+void check(const Fixture& f) {
+  const std::string whose = "guidance: fixture '" + f.name + "'";
+  if (!f.geometry || !f.role || !f.law) {
+    throw std::invalid_argument(whose + " lacks its " + (!f.geometry ? "geometry" : !f.role ? "role" : "law"));
+  }
+  if (f.role->needs_solid() && !f.geometry->solid()) {
+    throw std::invalid_argument(whose + ": role " + f.role->name() +
+                                " needs a geometry with an inside; give the geometry a thickness, or a margin");
+  }
+  const Policy& p = f.policy;
+  require(p.authority >= 0.0 && p.authority <= 1.0, whose, "authority", p.authority, "must lie in 0..1");
+  require(p.engage >= 0.0, whose, "engage", p.engage, "must be 0 m or more");
+  require(p.release >= p.engage, whose, "release", p.release, "must not be below engage");
+  require(p.rise >= 0.01 && std::isfinite(p.rise), whose, "rise", p.rise, "must be 0.01 s or more: no steps");
+  require(p.fall >= 0.01 && std::isfinite(p.fall), whose, "fall", p.fall, "must be 0.01 s or more: no steps");
+  for (const Ramp& ramp : p.ramps) {
+    require(std::isfinite(ramp.from) && std::isfinite(ramp.to) && ramp.from != ramp.to, whose, "ramp", ramp.to,
+            "from and to must be finite, and not the same");
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> roles() { return names(kRoles); }
+std::vector<std::string> laws() { return names(kLaws); }
+
+std::shared_ptr<const Role> make_role(const std::string& name, const RoleOptions& options) {
+  check(options);
+  return make("role", kRoles, name, options);
+}
+
+std::shared_ptr<const Law> make_law(const std::string& name, const LawOptions& options) {
+  check(options);
+  return make("law", kLaws, name, options);
+}
+
+void check(const Fixtures& fixtures) {
+  if (fixtures.fixture.size() > static_cast<std::size_t>(kMaxFixtures)) {
+    throw std::invalid_argument("guidance: " + std::to_string(fixtures.fixture.size()) + " fixtures; at most " +
+                                std::to_string(kMaxFixtures));
+  }
+  std::vector<std::string> seen;
+  for (const Fixture& f : fixtures.fixture) {
+    check(f);
+    if (std::find(seen.begin(), seen.end(), f.name) != seen.end()) {
+      throw std::invalid_argument("guidance: two fixtures are named '" + f.name + "'; give each a name of its own");
+    }
+    seen.push_back(f.name);
+  }
+}
+
+}  // namespace palpate::guidance

@@ -1,0 +1,71 @@
+#include "palpate/guidance/follower_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+#include "palpate/types/servo.hpp"
+
+namespace palpate::guidance {
+namespace {
+
+constexpr double kHorizon = 5.0;    // time constants: what is left of a motion after them is small
+constexpr double kFarthest = 3e-3;  // [m] that a goal is led ahead of the tool, at most
+constexpr double kLost = 5e-3;      // [m] a tool that far from where it should be is no longer where it was sent
+// Of the difference between the measured place and the expected one: how much is believed, and how much the velocity is
+// corrected by it. Encoders are fine, and the servo is known: little of either is needed.
+constexpr double kPlace = 0.5, kSpeed = 0.05;
+
+}  // namespace
+
+FollowerModel::FollowerModel(const ServoOptions& options, double dt) : options_(options), dt_(dt) {
+  if (!std::isfinite(options.bandwidth) || !(options.damping_ratio > 0.0)) {
+    throw std::invalid_argument(
+        "guidance.servo: bandwidth = " + std::to_string(options.bandwidth) +
+        " Hz must be finite (0: at once), damping_ratio = " + std::to_string(options.damping_ratio) + " above 0");
+  }
+  if (follows_at_once()) return;
+  const double w = 2.0 * std::numbers::pi * options.bandwidth;
+  step_ = servo_transition(w, options.damping_ratio, dt);
+  const double last = std::max(kHorizon / w, 8.0 * dt), ratio = std::pow(last / dt, 1.0 / (kTimes - 1));
+  double t = dt;
+  for (Later& later : later_) {
+    const Eigen::Matrix2d phi = servo_transition(w, options.damping_ratio, t);
+    later = {t, phi(0, 0), phi(0, 1)};
+    t *= ratio;
+  }
+}
+
+void FollowerModel::observe(const Vec3& p_WT) noexcept {
+  if (!known_ || (p_WT - p_).norm() > kLost) {
+    p_ = goal_ = p_WT;
+    v_.setZero();
+    known_ = true;
+    return;
+  }
+  const Vec3 off = p_WT - p_;
+  p_ += kPlace * off;
+  v_ += kSpeed / dt_ * off;
+}
+
+void FollowerModel::command(const Vec3& p_goal) noexcept {
+  goal_ = p_goal;
+  const Vec3 e = p_ - goal_;
+  p_ = goal_ + step_(0, 0) * e + step_(0, 1) * v_;
+  v_ = step_(1, 0) * e + step_(1, 1) * v_;
+}
+
+double FollowerModel::need(double gap, double speed, double drift) const noexcept {
+  double least = -1e3;
+  for (const Later& later : later_) {
+    const double left = 1.0 - later.f;
+    // A tool that is in already is not thrown out: its goal lies at the border, at least.
+    const double from = gap >= 0.0 ? gap : left * gap;
+    least = std::max(least, -(from + later.g * speed + drift * later.t) / left);
+  }
+  return std::min(least, kFarthest + std::max(-gap, 0.0));
+}
+
+}  // namespace palpate::guidance

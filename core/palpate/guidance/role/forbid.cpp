@@ -1,0 +1,32 @@
+// The tool stays out of the geometry, and out of a margin around it; a point, a line or a path has only the margin.
+//
+//   gap = distance - margin
+#include "palpate/guidance/fixture.hpp"
+
+namespace palpate::guidance {
+namespace {
+
+class Forbid final : public Role {
+ public:
+  explicit Forbid(const RoleOptions& options) : margin_(options.margin) {}
+
+  [[nodiscard]] Want want(const Query& query, const Tool& /*tool*/) const noexcept override {
+    Want out;
+    out.gap = query.distance - margin_;
+    out.along.f = query.normal;
+    out.drift = -query.normal.dot(query.velocity);
+    out.free = Mat3::Identity() - query.normal * query.normal.transpose();
+    return out;
+  }
+  [[nodiscard]] const char* name() const noexcept override { return "forbid"; }
+  [[nodiscard]] bool needs_solid() const noexcept override { return margin_ == 0.0; }
+
+ private:
+  double margin_;
+};
+
+}  // namespace
+
+std::shared_ptr<const Role> make_forbid(const RoleOptions& options) { return std::make_shared<Forbid>(options); }
+
+}  // namespace palpate::guidance

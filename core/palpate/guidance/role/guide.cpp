@@ -1,0 +1,36 @@
+// Attracts to the geometry: to a point, a line, a path, a surface; along it the tool is free.
+//
+//   gap = margin - |distance|
+#include <cmath>
+
+#include "palpate/guidance/fixture.hpp"
+
+namespace palpate::guidance {
+namespace {
+
+class Guide final : public Role {
+ public:
+  explicit Guide(const RoleOptions& options) : margin_(options.margin) {}
+
+  [[nodiscard]] Want want(const Query& query, const Tool& /*tool*/) const noexcept override {
+    Want out;
+    const double side = query.distance < 0.0 ? -1.0 : 1.0;
+    out.gap = margin_ - std::abs(query.distance);
+    out.along.f = -side * query.normal;
+    out.drift = side * query.normal.dot(query.velocity);
+    const auto tangents = query.basis.leftCols(query.dimension);
+    out.free = tangents * tangents.transpose();
+    out.attracts = true;
+    return out;
+  }
+  [[nodiscard]] const char* name() const noexcept override { return "guide"; }
+
+ private:
+  double margin_;
+};
+
+}  // namespace
+
+std::shared_ptr<const Role> make_guide(const RoleOptions& options) { return std::make_shared<Guide>(options); }
+
+}  // namespace palpate::guidance

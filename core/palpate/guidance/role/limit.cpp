@@ -1,0 +1,47 @@
+// Limits within the geometry: the tool's speed, the force of what it touches, or, with neither, the place itself.
+//
+//   gap = (force - |F_T|) / K of what is touched, along F_T;    speed;    workspace: gap = -distance
+#include "palpate/guidance/fixture.hpp"
+
+namespace palpate::guidance {
+namespace {
+
+constexpr double kTouch = 1000.0;  // [N/m] of what is touched, when it is not known
+
+class Limit final : public Role {
+ public:
+  explicit Limit(const RoleOptions& options) : margin_(options.margin), speed_(options.speed), force_(options.force) {}
+
+  [[nodiscard]] Want want(const Query& query, const Tool& tool) const noexcept override {
+    Want out;
+    if (speed_ == 0.0 && force_ == 0.0) {
+      out.gap = margin_ - query.distance;
+      out.along.f = -query.normal;
+      out.drift = query.normal.dot(query.velocity);
+      out.free = Mat3::Identity() - query.normal * query.normal.transpose();
+      return out;
+    }
+    if (query.distance > margin_) return out;
+    if (speed_ > 0.0) out.speed = speed_;
+    const double force = tool.F_T_W.norm();
+    if (force_ > 0.0 && force > 0.0) {
+      const Vec3 n = tool.F_T_W / force;
+      out.gap = (force_ - force) / (tool.stiffness > 0.0 ? tool.stiffness : kTouch);
+      out.along.f = n;
+      out.of_tool = true;
+      out.free = Mat3::Identity() - n * n.transpose();
+    }
+    return out;
+  }
+  [[nodiscard]] const char* name() const noexcept override { return "limit"; }
+  [[nodiscard]] bool needs_solid() const noexcept override { return margin_ == 0.0; }
+
+ private:
+  double margin_, speed_, force_;
+};
+
+}  // namespace
+
+std::shared_ptr<const Role> make_limit(const RoleOptions& options) { return std::make_shared<Limit>(options); }
+
+}  // namespace palpate::guidance

@@ -1,0 +1,38 @@
+// The tool's shaft passes through the geometry's nearest point: a trocar, an entry. It slides and turns there.
+//
+//   gap = margin - |(1 - a a^T) (c - p_WT)|,    a the shaft's direction
+#include "palpate/guidance/fixture.hpp"
+
+namespace palpate::guidance {
+namespace {
+
+class Rcm final : public Role {
+ public:
+  explicit Rcm(const RoleOptions& options) : margin_(options.margin), axis_(options.axis.normalized()) {}
+
+  [[nodiscard]] Want want(const Query& query, const Tool& tool) const noexcept override {
+    const Vec3 a = tool.X_WT.R * axis_, to = query.point - tool.X_WT.p;
+    const Vec3 lever = a * a.dot(to);  // from T to the shaft's place beside c
+    const Vec3 aside = to - lever;
+    const double far = aside.norm();
+    Want out;
+    out.gap = margin_ - far;
+    out.along.f = far > 0.0 ? Vec3(aside / far) : a.unitOrthogonal();
+    out.along.t = lever.cross(out.along.f);
+    out.drift = -out.along.f.dot(query.velocity);
+    out.free = a * a.transpose();
+    out.attracts = true;
+    return out;
+  }
+  [[nodiscard]] const char* name() const noexcept override { return "rcm"; }
+
+ private:
+  double margin_;
+  Vec3 axis_;
+};
+
+}  // namespace
+
+std::shared_ptr<const Role> make_rcm(const RoleOptions& options) { return std::make_shared<Rcm>(options); }
+
+}  // namespace palpate::guidance

@@ -1,0 +1,99 @@
+"""Fixtures for the tests of roles, laws, policy and stage: built from a few words."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from palpate import _core
+
+DT = 1e-3
+
+
+def pose(p=(0.0, 0.0, 0.0), R=None):
+    X = np.eye(4)
+    X[:3, 3] = p
+    if R is not None:
+        X[:3, :3] = R
+    return X
+
+
+def placed(geometry, X=None, motion=None):
+    frame = _core.MotionFrame(np.eye(4), motion or _core.Motion())
+    return _core.PlacedGeometry(geometry, np.eye(4) if X is None else X, frame)
+
+
+def plane(X=None, motion=None):
+    """Its inside is below z = 0 of X."""
+    return placed(_core.SurfaceGeometry(_core.Plane()), X, motion)
+
+
+def sphere(radius=0.03, X=None, motion=None):
+    return placed(_core.SurfaceGeometry(_core.Sphere(radius)), X, motion)
+
+
+def filled(options, values):
+    for name, value in values.items():
+        setattr(options, name, value)
+    return options
+
+
+def fixture(geometry, role="forbid", law="spring", name="one", on=True, role_=None, law_=None, **policy):
+    """role_, law_: options by their names; the rest is policy."""
+    return _core.Fixture(
+        name,
+        geometry,
+        role,
+        filled(_core.GuidanceRoleOptions(), role_ or {}),
+        law,
+        filled(_core.GuidanceLawOptions(), law_ or {}),
+        filled(_core.Policy(), policy),
+        on,
+    )
+
+
+class Stage:
+    """The stage by itself, its tool where its goal is, or behind it by a servo of its own."""
+
+    def __init__(self, *fixtures, bandwidth=0.0, **options):
+        self.core = _core.Guidance(filled(_core.GuidanceOptions(), {"servo_bandwidth": bandwidth} | options), DT)
+        self.k, self.X, self.X_tool, self.v = 0, None, None, np.zeros(3)
+        self.w = 2 * np.pi * bandwidth
+        self.give(*fixtures)
+
+    def give(self, *fixtures):
+        self.core.take(_core.Fixtures(list(fixtures)))
+
+    def step(self, X, **more):
+        """The hand is at X now; answers what the stage does."""
+        X = pose(X) if np.shape(X) == (3,) else X
+        X_before = X if self.X is None else self.X
+        V = np.concatenate([(X[:3, 3] - X_before[:3, 3]) / DT, _turn(X_before[:3, :3], X[:3, :3]) / DT])
+        if self.X_tool is None:
+            self.X_tool = X.copy()
+        out = self.core.step(self.k * DT, X, more.pop("V", V), self.X_tool, **more)
+        self.X, self.k = X, self.k + 1
+        self._follow(out["X_WT_goal"])
+        return out
+
+    def _follow(self, goal):
+        """Critically damped, exactly."""
+        if not self.w:
+            self.X_tool = goal.copy()
+            return
+        e, w = self.X_tool[:3, 3] - goal[:3, 3], self.w
+        c = self.v + w * e
+        decay = np.exp(-w * DT)
+        self.X_tool = goal.copy()
+        self.X_tool[:3, 3] = goal[:3, 3] + (e + c * DT) * decay
+        self.v = (self.v - w * c * DT) * decay
+
+    def settle(self, X, ticks=400, **more):
+        for _ in range(ticks):
+            out = self.step(X, **more)
+        return out
+
+
+def _turn(R_a, R_b):
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_matrix(R_b @ R_a.T).as_rotvec()

@@ -1,0 +1,133 @@
+"""Fixtures in the whole simulation: arms, servo, hand. Entry, certified stiffness, energy, signals."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fixtures import fixture, placed, plane, pose, sphere
+
+from palpate import _core
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "loop"))
+import loop_rig
+
+NOTHING = _core.Snapshot([])
+CORRECTED = 1 << 21
+
+
+def simulation(path, *fixtures, **changes):
+    sim = loop_rig.simulation(NOTHING, path, **changes)
+    sim.set_fixtures(_core.Fixtures(list(fixtures)))
+    return sim
+
+
+def way(points, times):
+    return _core.HandPath(list(times), np.asarray(points, float))
+
+
+def violent(seed, seconds=3.0):
+    """A hand that wants to be everywhere: way points every 60 to 200 ms, some deep below the floor."""
+    rng = np.random.default_rng(seed)
+    times = np.concatenate([[0.0, 0.5], 0.5 + np.cumsum(rng.uniform(0.06, 0.2, 40))])
+    times = times[times < seconds]
+    points = rng.uniform([-0.03, -0.03, -0.06], [0.03, 0.03, 0.03], (len(times), 3))
+    points[:2] = [0.0, 0.0, 0.012]
+    return way(points, times)
+
+
+@pytest.mark.parametrize("kind", ["floor", "vessel", "room", "breathing floor", "breathing vessel"])
+def test_the_tool_stays_out_whatever_a_violent_hand_does(kind):
+    """At most 0.1 mm, with the servo of the follower's joints, encoders and a hard grip; caps hold."""
+    waves = [_core.Wave(shift=np.array([0.001, 0.0, 0.003]), turn=np.zeros(3), period=1.5)]
+    motion = _core.Motion(waves=waves) if "breathing" in kind else None
+    if kind.endswith("floor"):
+        f = fixture(plane(motion=motion), hard=True)
+    elif kind.endswith("vessel"):
+        f = fixture(placed(_core.LineGeometry(np.array([-1.0, 0, 0]), np.array([1.0, 0, 0]), True), None, motion),
+                    role_={"margin": 0.006}, hard=True)  # fmt: skip
+    else:
+        f = fixture(sphere(0.02, pose([0.0, 0.0, 0.012])), "keep-in", hard=True)
+    ticks = loop_rig.run(simulation(violent(3), f, hand__stiffness=600.0, hand__grip_force_max=60.0), 3.0)
+    X = np.tile(np.eye(4), (len(ticks), 1, 1))
+    X[:, :3, 3] = ticks["p_WT"]
+    gap = np.array([f.ask(x, t)["gap"] for x, t in zip(X, ticks["t"], strict=True)])
+    assert gap.min() > -1e-4, f"{-1e3 * gap.min():.3f} mm in"
+    corrected = (ticks["status"].astype(int) & CORRECTED) != 0
+    assert corrected.mean() > 0.2, "control: it was pressed"
+    assert np.linalg.norm(ticks["v_LH"], axis=1).max() > 0.3, "control: it was violent"
+    assert np.linalg.norm(ticks["F_H_L"], axis=1).max() <= 3.0 + 1e-9
+
+
+@pytest.mark.parametrize("force", [1.0, 2.0, 3.0])
+def test_soft_the_entry_is_what_the_stiffness_says(force):
+    """A hand that presses with 1, 2, 3 N: entry force / (force_scale K), measured at the tool, to 5 %."""
+    K = 300.0
+    o = loop_rig.options()
+    entry = force / (o.mapping.force_scale * K)
+    spring = o.hand.stiffness
+    # the hand's spring is stretched by the force; on the tool's side that is scale times as far
+    wanted = -entry - o.mapping.scale * force / spring
+    path = way([[0, 0, 0.012], [0, 0, 0.002], [0, 0, wanted], [0, 0, wanted]], [0.0, 0.3, 1.5, 3.0])
+    ticks = loop_rig.run(simulation(path, fixture(plane(), law_={"K": K}), stability__force_cap=6.0), 4.0)[-500:]
+    felt = ticks["F_H_L"].mean(axis=0)
+    assert np.linalg.norm(felt) == pytest.approx(force, rel=0.35), "control: about the force that was meant"
+    found = -ticks["p_WT"][:, 2].mean()
+    assert found == pytest.approx(np.linalg.norm(felt) / (o.mapping.force_scale * K), rel=0.05)
+
+
+def test_its_energy_has_an_account_of_its_own_and_the_ledger_adds_up():
+    path = way([[0, 0, 0.012], [0, 0, -0.004], [0.01, 0, -0.004], [0.01, 0, 0.012]], [0.0, 0.8, 1.6, 2.4])
+    ticks = loop_rig.run(simulation(path, fixture(plane(), law_={"K": 300.0})), 3.0)
+    source = ticks["energy_source"]
+    assert source[:, -2].max() > 1e-4, "the hand put something in"
+    assert source[-1, -2] > -1e-6, "and got no more back"
+    np.testing.assert_allclose(source[:, :-2], 0.0, atol=1e-12)
+    kept = ticks["energy_port"] + sum(
+        ticks[f"energy_{name}"] for name in ("cut", "passivity", "low_pass", "coupling")
+    )  # fmt: skip
+    np.testing.assert_allclose(source.sum(axis=1), kept, atol=1e-12)
+
+
+def test_the_signals_tell_who_pulls():
+    path = way([[0, 0, 0.012], [0, 0, -0.004], [0, 0, -0.004]], [0.0, 0.8, 1.6])
+    made = [fixture(sphere(0.5), "keep-in", name="room"), fixture(plane(), name="floor", hard=True)]
+    ticks = loop_rig.run(simulation(path, *made), 2.0)
+    assert ticks["guidance_fixture"][0] == -1
+    assert ticks["guidance_fixture"][-1] == 1
+    assert ticks["guidance_gap"][-1] < 0.0
+    assert ticks["p_correction_W"][-1, 2] > 0.001
+    np.testing.assert_allclose(ticks["F_guidance_W"][-1, :2], 0.0, atol=1e-9)
+    assert ticks["F_guidance_W"][-1, 2] > 0.3
+
+
+def test_a_clutch_pressed_against_a_hard_fixture_lets_go_and_starts_afresh():
+    path = way([[0, 0, 0.012], [0, 0, -0.006], [0, 0, -0.006]], [0.0, 0.8, 1.6])
+    sim = simulation(path, fixture(plane(), hard=True))
+    loop_rig.run(sim, 1.5)
+    controls = sim.controls
+    controls.clutch = True
+    sim.controls = controls
+    held = loop_rig.run(sim, 0.5)
+    assert (held["p_WT_goal"][:, 2] >= 0.0).all()
+    np.testing.assert_array_equal(held["F_guidance_W"][1:], 0.0)
+    controls.clutch = False
+    sim.controls = controls
+    again = loop_rig.run(sim, 0.2)
+    assert np.linalg.norm(again["F_H_L"], axis=1)[:20].max() < 1.1, "no more than the caps' ramp and the hand explain"
+    assert (again["p_WT_goal"][:, 2] >= 0.0).all()
+
+
+def test_an_empty_list_changes_no_bit_of_a_run():
+    path = loop_rig.press_path()
+    one = loop_rig.simulation(None, path).run(1500)
+    sim = loop_rig.simulation(None, path)
+    sim.set_fixtures(_core.Fixtures([]))
+    other = sim.run(1500)
+    columns = [i for i in range(one.shape[1]) if i < one.shape[1] - 2]  # beside the two of the machine's clock
+    np.testing.assert_array_equal(one[:, columns], other[:, columns])
+
+
+def test_fixtures_that_cannot_be_are_refused_at_the_door():
+    with pytest.raises(ValueError, match="role forbid needs a geometry with an inside"):
+        simulation(violent(1), fixture(placed(_core.PointGeometry())))

@@ -1,0 +1,107 @@
+"""The quadratic program: against an interior-point solver and its own optimality conditions; bounded whatever comes."""
+
+import clarabel
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import sparse
+
+from palpate import _core
+
+
+def program(seed, m=20, tight=0.2):
+    """Feasible: the origin keeps every row."""
+    rng = np.random.default_rng(seed)
+    A = rng.normal(size=(m, 6))
+    return A, -tight * rng.random(m), rng.normal(size=6)
+
+
+def judge(A, b, y0):
+    """The same by clarabel."""
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-12
+    cones = [clarabel.NonnegativeConeT(len(b))]
+    P, A_ = sparse.csc_matrix(np.eye(6)), sparse.csc_matrix(-A)
+    return np.array(clarabel.DefaultSolver(P, -y0, A_, -b, cones, settings).solve().x)
+
+
+def residuals(A, b, y0, found):
+    """Of the conditions of Karush, Kuhn and Tucker: stationarity, rows, multipliers, complementarity."""
+    y, lam = found["y"], found["multipliers"]
+    slack = A @ y - b
+    return [np.abs(y - y0 - A.T @ lam).max(), max(-slack.min(), 0.0), max(-lam.min(), 0.0), np.abs(lam * slack).max()]
+
+
+@pytest.mark.parametrize("m", [1, 3, 12, 100])
+def test_it_finds_what_an_interior_point_solver_finds(m):
+    qp = _core.Qp()
+    for seed in range(40):
+        A, b, y0 = program(seed, m)
+        found = qp.solve(A, b, y0)
+        assert found["status"] == "solved"
+        np.testing.assert_allclose(found["y"], judge(A, b, y0), atol=2e-6)
+        assert max(residuals(A, b, y0, found)) < 1e-8
+
+
+def test_a_warm_start_finds_the_same_in_fewer_steps():
+    """A problem that moves a little from tick to tick."""
+    warm, rng = _core.Qp(), np.random.default_rng(3)
+    A, b, y0 = program(5, 100)
+    steps = {"warm": 0, "cold": 0}
+    for _ in range(200):
+        y0 = y0 + 0.01 * rng.normal(size=6)
+        one, other = warm.solve(A, b, y0), _core.Qp().solve(A, b, y0)
+        np.testing.assert_allclose(one["y"], other["y"], atol=1e-9)
+        steps["warm"] += one["steps"]
+        steps["cold"] += other["steps"]
+    assert steps["warm"] < steps["cold"]
+
+
+def test_rows_that_contradict_each_other_give_way_by_rank():
+    a = np.eye(6)[0]
+    A, b = np.array([a, -a]), np.array([1.0, 1.0])  # y0 >= 1 and y0 <= -1
+    for ranks, kept in (([0, 1], 1), ([1, 0], 0)):
+        found = _core.Qp().solve(A, b, np.zeros(6), ranks)
+        assert found["status"] == "relaxed"
+        assert found["gave_way"] == [kept != 0, kept != 1]
+        np.testing.assert_allclose(found["y"], (1.0 if kept == 0 else -1.0) * a, atol=1e-12)
+
+
+def test_of_many_contradictions_the_higher_rank_is_kept_whole():
+    """All rows of rank 1 can be kept; those of rank 0 cannot."""
+    rng = np.random.default_rng(0)
+    for _ in range(50):
+        A, b, y0 = program(rng.integers(1 << 30), 30)
+        wild = rng.normal(size=(10, 6)), rng.normal(size=10) + 2.0
+        ranks = [0] * 10 + [1] * 30
+        found = _core.Qp().solve(np.vstack([wild[0], A]), np.concatenate([wild[1], b]), y0, ranks)
+        assert (A @ found["y"] - b).min() > -1e-8
+        assert not any(found["gave_way"][10:])
+
+
+def test_rows_that_are_none_are_refused_and_the_rest_is_solved():
+    A = np.array([np.full(6, np.nan), np.zeros(6), np.eye(6)[1], np.eye(6)[2] * 1e300])
+    found = _core.Qp().solve(A, [0.0, 1.0, 0.5, np.inf], np.zeros(6))
+    assert found["rows"][:2] == [-1, -1]
+    assert found["rows"][3] == -1
+    np.testing.assert_allclose(found["y"], 0.5 * np.eye(6)[1], atol=1e-12)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 120), st.sampled_from([0.0, 1e-12, 1e-7, 1e-3, 1.0]))
+def test_it_ends_finite_however_degenerate_the_rows(seed, m, spread):
+    """Rows nearly the same, parallel, opposite, contradictory: within the steps, finite, and true to its status."""
+    rng = np.random.default_rng(seed)
+    A = rng.choice([-1.0, 1.0], (m, 1)) * np.eye(6)[rng.integers(0, 2, m)] + spread * rng.normal(size=(m, 6))
+    b, y0 = rng.normal(size=m) * rng.choice([0.0, 1.0]), rng.normal(size=6)
+    found = _core.Qp().solve(A, b, y0, rng.integers(0, 3, m).tolist())
+    assert np.isfinite(found["y"]).all()
+    assert found["steps"] <= 401
+    kept = ~np.array(found["gave_way"])
+    if found["status"] == "solved":
+        assert kept.all()
+    if found["status"] != "stopped":
+        scale = np.linalg.norm(A[kept], axis=1)
+        assert ((A[kept] @ found["y"] - b[kept]) / scale).min(initial=0.0) > -1e-8
