@@ -161,7 +161,9 @@ void bind_fixture(nb::module_& m) {
             new (self) Fixtures(std::move(list));
           },
           "fixtures"_a = std::vector<Fixture*>{})
-      .def("__len__", [](const Fixtures& list) { return list.fixture.size(); });
+      .def("__len__", [](const Fixtures& list) { return list.fixture.size(); })
+      .def(
+          "list", [](const Fixtures& list) { return list.fixture; }, "The fixtures, in their order.");
 }
 
 nb::dict step(Guidance& self, double t, const Matrix4& X_WT_goal, const VectorArg& V_WT, const Matrix4& X_WT,

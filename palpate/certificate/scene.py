@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +13,8 @@ from numpy.typing import NDArray
 from palpate import _core, certificate
 from palpate.certificate import classical, words
 from palpate.certificate.arms import Held, felt, whole_servo_periods
-from palpate.certificate.certificate import Case, Certificate, advice, judge
+from palpate.certificate.certificate import SURE, Case, Certificate, advice, judge
+from palpate.certificate.guidance import NO_OBJECT, at_once, pulled, reach
 from palpate.errors import PalpateError, PalpateWarning
 from palpate.hands import PRESETS
 from palpate.record.ticks import as_ticks
@@ -37,7 +39,7 @@ class Touched:
 
     name: str
     index: int
-    """Of the object."""
+    """Of the object; of a fixture below zero."""
     K: float
     """Along its stiffest axis [N/m]."""
     B: float
@@ -46,15 +48,15 @@ class Touched:
     """Along its most damped axis, which may be too much [N s/m]."""
 
 
-def touched(scene: Scene) -> list[Touched]:
-    """Objects, and the regions in them that feel otherwise."""
-    found = []
+def touched(rig: Rig) -> list[Touched]:
+    """Objects, the regions in them that feel otherwise, and fixtures of guidance: what each certificate is of."""
+    scene, found = rig.scene, []
     for i, thing in enumerate(scene.objects):
         found.append(Touched(thing.name, i, max(thing.stiffness), min(thing.damping), max(thing.damping)))
         for region in thing.regions:
             K, B = region.stiffness or thing.stiffness, region.damping or thing.damping
             found.append(Touched(f"{thing.name}, {region.name}", i, max(K), min(B), max(B)))
-    return found
+    return found + [Touched(f.name, NO_OBJECT, f.K, f.B, f.B) for f in pulled(rig.fixtures.list())]
 
 
 def warn_outside(rig: Rig) -> None:
@@ -64,9 +66,9 @@ def warn_outside(rig: Rig) -> None:
         found = certificate.certify_all(rig.scene, rig=rig)
     except PalpateError:
         return
-    for thing, one in zip(touched(rig.scene), found, strict=True):
+    for thing, one in zip(touched(rig), found, strict=True):
         if one.verdict != "stable":
-            where = rig.scene.where("objects", thing.index)
+            where = rig.scene.where(*(("objects", thing.index) if thing.index >= 0 else ("guidance",)))
             warnings.warn(PalpateWarning(f"{one.name}: {one.reason}", where=where), stacklevel=2)
 
 
@@ -78,9 +80,13 @@ def worst_of(certificates: Sequence[Certificate]) -> Certificate:
 def certificates(scene: Scene, K: float | None, B: float | None, rig: Rig | None) -> list[Certificate]:
     """As `palpate.certificate.certify_all`."""
     _require_known(scene)
-    arms = _Arms(rig or build(scene))
+    rig = rig or build(scene)
+    objects = _Arms(rig)
+    fixtures = objects.asking(fixture=True)
+    objects = objects.asking(beside=at_once(rig.fixtures.list()))
     found = []
-    for thing in touched(scene):
+    for thing in touched(rig):
+        arms = objects if thing.index >= 0 else fixtures
         dampings = {thing.B, thing.B_most} if B is None else {B}
         each = [arms.certificate(thing, thing.K if K is None else K, b) for b in sorted(dampings)]
         found.append(min(each, key=lambda one: one.k_max))
@@ -112,6 +118,14 @@ class _Arms:
         self.rig, self.o = rig, rig.options()
         self.held = {told: Held(rig.arms.leader, q, self.o, self.o.hand) for told, q in _poses(rig)}
         self._known: dict[tuple[float, int | None], tuple[str, Array]] = {}
+        self.fixture = False
+
+    def asking(self, fixture: bool = False, beside: float = 0.0) -> _Arms:
+        """The same arms and poses, pushed by a fixture of guidance, or by a surface with fixtures beside it."""
+        other = copy(self)
+        other.held = {told: replace(held, fixture=fixture, beside=beside) for told, held in self.held.items()}
+        other._known, other.fixture = {}, fixture
+        return other
 
     def certificate(self, thing: Touched, K: float, B: float) -> Certificate:
         pose, n = self._worst(thing, B)
@@ -119,7 +133,7 @@ class _Arms:
         case = Case(f"pressing {_along(self.rig.arms.X_WL[:3, :3] @ n)} {pose}", held.loop(n))
         k_max, w = case.loop.K_max(B)
         verdict, margin = judge(K, k_max, k_max)
-        servo = _servo_lag(self.o)
+        servo = 0.0 if self.fixture else _servo_lag(self.o)
         facts = words.LoopFacts(whole_servo_periods(self.o), self.o.rate, B, w / (2 * np.pi), case.told,
                                 f", {1e3 * servo:.3g} ms of the follower's servo" if servo > 0.0 else "")  # fmt: skip
         told = words.reason(
@@ -127,6 +141,9 @@ class _Arms:
         )
         if verdict != "stable" and self.rig.scene.stability.passivity != "off":
             told += f"; the passivity layer ({self.rig.scene.stability.passivity}) will take force to hold it"
+        if verdict != "stable" and self.fixture and 0.0 < k_max < np.inf:
+            told += f"; softly it can hold so much: {reach(SURE * k_max, self.o.mapping.force_scale)}"
+            told += "; with hard: true the tool stays out"
         gain = felt(self.o)
         passive = classical.colgate_brown(self.o.hand.damping, gain * B, 1 / self.o.rate, facts.delay + servo)
         bounds = {"colgate_brown_with_hand": passive / gain if gain > 0.0 else np.inf}
@@ -135,7 +152,7 @@ class _Arms:
 
     def _worst(self, thing: Touched, B: float) -> tuple[str, Array]:
         """Pose and direction, in the leader's base, in which the least stiffness is stable."""
-        plane = self.rig.scene.objects[thing.index].plane is not None
+        plane = thing.index >= 0 and self.rig.scene.objects[thing.index].plane is not None
         key = (B, thing.index if plane else None)
         if key not in self._known:
             R_LW = self.rig.arms.X_WL[:3, :3].T
@@ -168,7 +185,7 @@ class _Arms:
         return {name: replace(held, hand=hand.options()).loop(n).K_max(B)[0] for name, hand in PRESETS.items()}
 
     def _faster(self, held: Held, n: Array, B: float) -> list[words.Advice]:
-        if self.o.follower.bandwidth == 0.0:
+        if self.o.follower.bandwidth == 0.0 or self.fixture:
             return []
         o = self.rig.options()
         o.follower.bandwidth *= 2.0

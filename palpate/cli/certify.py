@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.markup import escape
 from rich.table import Table
 
+from palpate.certificate.entry import Entry, entries
+from palpate.certificate.guidance import moves
 from palpate.certificate.scene import Touched, touched, worst_of
 from palpate.certificate.words import number
 from palpate.cli.output import console_for, require_writable, say, write_json
 from palpate.scene import Scene
+from palpate.scene.rig import Rig, build
 
 if TYPE_CHECKING:
     from palpate.certificate import Certificate
@@ -28,18 +32,31 @@ def certify(o: Certify) -> int:
     for file in (o.json, o.figure):
         require_writable(file)
     scene = Scene.load(o.scene)
-    things = touched(scene)
-    found = certify_all(scene)
+    rig = build(scene)
+    things = touched(rig)
+    found = certify_all(scene, rig=rig)
     console.print(_table(things, found))
     worst = worst_of(found)
     hands = ", ".join(f"{name} {number(k)}" for name, k in worst.hands.items())
     say(console, worst.reason, f"{worst.name}:", f"bold {_COLOURS[worst.verdict or 'stable']}")
     say(console, f"stable below {hands} N/m", "with other hands:", "bold")
+    pressed = _entries(rig)
+    for name, K, presses in pressed:
+        told = ", ".join(f"{e.measured_mm:.3g} mm at {e.force_N:g} N (K says {e.certified_mm:.3g})" for e in presses)
+        say(console, f"{told}, simulated", f"entry into {name}, {K:g} N/m:", "bold")
     if o.figure is not None:
         _draw(scene, things, found, o.figure)
         say(console, str(o.figure), "picture")
-    write_json(o.json, {**worst.to_json(), "objects": [{"name": one.name, **one.to_json()} for one in found]})
+    rows = [{"name": name, "K_N_per_m": K, "entries": [asdict(e) for e in presses]} for name, K, presses in pressed]
+    objects = [{"name": one.name, **one.to_json()} for one in found]
+    write_json(o.json, {**worst.to_json(), "objects": objects, "fixtures": rows})
     return 0
+
+
+def _entries(rig: Rig) -> list[tuple[str, float, list[Entry]]]:
+    """Of each soft fixture that has a stiffness: name, stiffness, presses."""
+    return [(f.name, f.stiffness, entries(rig, f.stiffness, f.damping)) for f in rig.fixtures.list()
+            if moves(f) and not f.policy.hard and f.stiffness > 0.0]  # fmt: skip
 
 
 def _table(things: list[Touched], found: list[Certificate]) -> Table:

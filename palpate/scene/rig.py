@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -30,6 +30,7 @@ class Rig:
     path: hand.HandPlan
     arms: arms.Arms
     spheres: list[tool.LinkSphere]  # of the tool beside the one on its tip
+    fixtures: _core.Fixtures = field(default_factory=_core.Fixtures)  # of guidance
 
     def options(self, seed: int | None = None) -> _core.SimulationOptions:
         """The core's options: its own defaults, with what the scene says on top."""

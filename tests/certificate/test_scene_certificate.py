@@ -58,7 +58,7 @@ def test_the_hand_of_the_scene_is_the_one_that_counts(rig):
 
 def test_regions_have_rows_of_their_own():
     nodule = palpate.Scene.load("scenes/nodule.yaml")
-    assert [thing.name for thing in touched(nodule)] == ["liver", "liver, nodule"]
+    assert [thing.name for thing in touched(build(nodule))] == ["liver", "liver, nodule"]
 
 
 def test_outside_is_a_warning_with_its_place_and_cure():

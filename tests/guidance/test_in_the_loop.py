@@ -131,3 +131,23 @@ def test_an_empty_list_changes_no_bit_of_a_run():
 def test_fixtures_that_cannot_be_are_refused_at_the_door():
     with pytest.raises(ValueError, match="role forbid needs a geometry with an inside"):
         simulation(violent(1), fixture(placed(_core.PointGeometry())))
+
+
+@pytest.mark.parametrize("along", [True, False])
+def test_on_an_admittance_master_the_hand_moves_easily_along_and_hardly_across(along):
+    """Force over speed of a steady motion: the virtual handle's damping, and the fixture's by direction."""
+    b, B, ratio = 2.0, 4.0, 0.2
+    line = _core.LineGeometry(np.array([-1.0, 0, 0.012]), np.array([1.0, 0, 0.012]), True)
+    f = fixture(placed(line), "guide", "admittance", law_={"B": B, "ratio": ratio})
+    way_ = np.array([0.04, 0.0, 0.0] if along else [0.0, 0.04, 0.0])
+    path = way([[0, 0, 0.012], [0, 0, 0.012], np.array([0, 0, 0.012]) + way_], [0.0, 0.4, 2.4])
+    changes = {"torque__law": "admittance", "torque__laws__virtual_damping": b, "stability__force_cap": 6.0}
+    ticks = loop_rig.run(simulation(path, f, **changes), 2.3)
+    o = loop_rig.options()
+    n = o.X_WL[:3, :3].T @ (way_ / 0.04)
+    steady = slice(1200, 2000)
+    felt = (ticks["F_cell_L"][steady] @ n).mean()
+    speed = (ticks["v_LH"][steady] @ n).mean()
+    of_fixture = o.mapping.force_scale * o.mapping.scale * (B if along else B / ratio)
+    assert -felt / speed == pytest.approx(b + of_fixture, rel=0.15)
+    np.testing.assert_allclose(ticks["F_guidance_W"], 0.0, atol=1e-12)
