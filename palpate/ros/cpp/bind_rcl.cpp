@@ -12,7 +12,7 @@ using namespace nb::literals;
 namespace palpate::ros {
 
 void bind_rcl(nb::module_& m) {
-  nb::exception<Error>(m, "RosError", PyExc_RuntimeError);
+  const nb::exception<Error> error(m, "RosError", PyExc_RuntimeError);
 
   nb::class_<Context>(m, "Context", "A connection of this process to ROS 2.")
       .def(

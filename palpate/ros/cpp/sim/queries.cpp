@@ -17,14 +17,16 @@ using Inverse = crtk_msgs::srv::QueryInverseKinematics;
 Queries::Queries(Node& node, dvrk::System& twin) : twin_(twin) {
   for (int arm = 0; arm < static_cast<int>(twin.arms().size()); ++arm) {
     const std::string& name = twin.arms()[static_cast<std::size_t>(arm)];
-    const std::string count = std::to_string(twin.joint_names(arm).size());
+    const std::string numbers = std::to_string(twin.joint_names(arm).size()) + " finite numbers";
+    const std::string forward_needs = name + ": forward kinematics needs " + numbers + " in jp";
+    const std::string inverse_needs = name + ": cp is out of reach, or jp (where to begin) has not " + numbers;
     services_.push_back(std::make_unique<Service<Forward>>(
         node, name + "/forward_kinematics", [=, this](const Forward::Request& asked, Forward::Response& answer) {
           const std::lock_guard<std::mutex> lock(mutex_);
           Pose cp;
           answer.result = twin_.forward_kinematics(arm, dvrk::joints(asked.jp), cp);
           put(cp, answer.cp);
-          if (!answer.result) answer.message = name + ": forward kinematics needs " + count + " finite numbers in jp";
+          if (!answer.result) answer.message = forward_needs;
         }));
     services_.push_back(std::make_unique<Service<Inverse>>(
         node, name + "/inverse_kinematics", [=, this](const Inverse::Request& asked, Inverse::Response& answer) {
@@ -32,8 +34,7 @@ Queries::Queries(Node& node, dvrk::System& twin) : twin_(twin) {
           JointVector q = dvrk::joints(asked.jp);
           answer.result = twin_.inverse_kinematics(arm, pose_of(asked.cp), q);
           answer.jp.assign(q.data(), q.data() + q.size());
-          if (!answer.result)
-            answer.message = name + ": cp is out of reach, or jp (where to begin) has not " + count + " finite numbers";
+          if (!answer.result) answer.message = inverse_needs;
         }));
   }
 }

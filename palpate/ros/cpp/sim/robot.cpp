@@ -17,7 +17,7 @@ std::int64_t wall_ns() noexcept {
 
 }  // namespace
 
-Robot::Robot(std::shared_ptr<Context> context, dvrk::System& robot, dvrk::System& twin, double rate)
+Robot::Robot(const std::shared_ptr<Context>& context, dvrk::System& robot, dvrk::System& twin, double rate)
     : robot_(robot),
       every_(std::max(3, static_cast<int>(std::lround(1.0 / (dvrk::System::kTick * rate))))),
       node_(context, "dvrk"),
@@ -71,7 +71,9 @@ bool Robot::tick(const loop::Wake& wake) noexcept {
     robot_.step();
     if (++ticks_ % every_ == 0) hand_over();
   }
-  return ticks_left_ < 0 || --ticks_left_ > 0;
+  if (ticks_left_ < 0) return true;
+  --ticks_left_;
+  return ticks_left_ > 0;
 }
 
 void Robot::hand_over() noexcept {

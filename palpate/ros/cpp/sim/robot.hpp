@@ -24,7 +24,7 @@ class Robot {
  public:
   /// `robot` and its `twin`, which answers queries, are nobody else's while this lives.
   /// `rate`: of what is measured [Hz]; up to 1000, rounded so that a period is a whole number of ticks.
-  Robot(std::shared_ptr<Context> context, dvrk::System& robot, dvrk::System& twin, double rate);
+  Robot(const std::shared_ptr<Context>& context, dvrk::System& robot, dvrk::System& twin, double rate);
   ~Robot() { stop(); }
   Robot(const Robot&) = delete;
   Robot& operator=(const Robot&) = delete;
