@@ -89,8 +89,23 @@ JointVector numbers(const nb::object& value) {
   return dvrk::joints({all.data(), static_cast<std::size_t>(all.size())});
 }
 
+/// The numbers of a square matrix (n, n), row by row.
+Vector square(const nb::object& value, Eigen::Index n) {
+  const auto all = nb::cast<VectorArg>(nb::module_::import_("numpy").attr("ravel")(value)).values;
+  if (all.size() != n * n) {
+    const std::string shape = "(" + std::to_string(n) + ", " + std::to_string(n) + ")";
+    throw std::invalid_argument("a matrix " + shape + " is needed; got " + std::to_string(all.size()) + " numbers");
+  }
+  return all;
+}
+
+Mat3 raw_rotation(const nb::object& value) {
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(square(value, 3).data());
+}
+
 Pose raw_pose(const nb::object& value) {
-  const auto X = nb::cast<Matrix4>(value);
+  const Vector all = square(value, 4);
+  const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> X(all.data());
   return {X.topLeftCorner<3, 3>(), X.topRightCorner<3, 1>()};
 }
 
@@ -112,9 +127,9 @@ dvrk::HalfPlane half_plane(const nb::dict& gains, const char* side) {
 
 dvrk::Impedance impedance(const nb::dict& goal) {
   dvrk::Impedance i;
-  if (goal.contains("force_orientation")) i.R_force = nb::cast<Eigen::Matrix3d>(goal["force_orientation"]);
+  if (goal.contains("force_orientation")) i.R_force = raw_rotation(nb::object(goal["force_orientation"]));
   if (goal.contains("force_position")) i.p_force = nb::cast<VectorArg>(goal["force_position"]).values.head<3>();
-  if (goal.contains("torque_orientation")) i.R_torque = nb::cast<Eigen::Matrix3d>(goal["torque_orientation"]);
+  if (goal.contains("torque_orientation")) i.R_torque = raw_rotation(nb::object(goal["torque_orientation"]));
   i.position_positive = half_plane(goal, "position_positive");
   i.position_negative = half_plane(goal, "position_negative");
   i.orientation_positive = half_plane(goal, "orientation_positive");
@@ -146,7 +161,7 @@ void fill(Command& c, const dvrk::VerbEntry& entry, const nb::object& value, con
       c.X = raw_pose(value);
       break;
     case Payload::rotation:
-      c.X.R = nb::cast<Eigen::Matrix3d>(value);
+      c.X.R = raw_rotation(value);
       break;
     case Payload::wrench:
       c.F = raw_wrench(value);

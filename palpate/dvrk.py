@@ -7,6 +7,10 @@
     robot.state("MTMR")["measured_cp"]                    # what it would publish
     robot.events()                                        # what it has said since
 
+What only a simulated one can do: `hand/servo_cp`, `hand/servo_cf`, `hand/gripper` and `hand/free` are a hand on the
+handle of an MTM, `tool/servo_cf` a force on the tip of a PSM (it moves a driven one; of the other the torques tell it),
+`emulate_fault` a fault, `emulate_*` of `footpedals` a foot.
+
 Numbers of the arms are those of `models/`; those of their controllers are
 sawIntuitiveResearchKit 2.4's unless marked OURS.
 """

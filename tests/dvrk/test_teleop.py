@@ -86,6 +86,25 @@ def test_the_psm_follows_with_scale_and_orientation(following):
     assert jump < 0.2 * 0.3 * 0.003
 
 
+def test_beyond_the_wrists_limits_and_back(following):
+    """Past 90 degrees the PSM's wrist turns over: as fast as its joints can, without a fault, and back again."""
+    r = following
+    X = r.state("MTMR")["measured_cp"]
+    R, before, largest = rotation(X).copy(), r.state("PSM1")["setpoint_js"]["position"], 0.0
+    for k in range(401):
+        turn = np.radians(105) * np.sin(np.pi * k / 400)
+        X[:3, :3] = Rotation.from_rotvec([turn, 0, 0]).as_matrix() @ R
+        r.send("MTMR", "hand/servo_cp", X)
+        r.run(0.01)
+        now = r.state("PSM1")["setpoint_js"]["position"]
+        largest, before = max(largest, np.abs(now - before).max()), now
+    assert 0.1 < largest < 12 * 0.0107
+    r.run(0.5)
+    assert r.teleop("MTMR_PSM1")["following"]
+    assert not r.words("error")
+    assert angle(rotation(r.state("PSM1")["setpoint_cp"]), rotation(r.state("MTMR")["measured_cp"])) < 0.05
+
+
 def test_engaging_clutching_and_scaling_never_jump(following):
     """The PSM's setpoint moves no more in the milliseconds around a transition than the hand does."""
     r = following

@@ -111,7 +111,7 @@ class Arm {
 
   // arm_control.cpp
   void control(double dt) noexcept;
-  void servo_pose() noexcept;
+  bool servo_pose(double dt) noexcept;
   void order_positions(const JointVector& q, const JointVector& v, const JointVector& tau) noexcept;
   void run_effort(double dt) noexcept;
   [[nodiscard]] JointVector effort() noexcept;

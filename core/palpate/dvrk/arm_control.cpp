@@ -8,7 +8,7 @@ namespace palpate::dvrk {
 namespace {
 
 constexpr double kReach = 0.1;         // [m] a Cartesian goal so far beyond the limits is refused, not clipped
-constexpr Eigen::Index kPlatform = 3;  // joint 4 of an MTM; the gimbal begins with it
+constexpr Eigen::Index kPlatform = 3;  // joint 4: with it an MTM's gimbal, a PSM's wrist begins
 
 /// J^T F of a Jacobian and a wrench in the same axes.
 JointVector transposed(const Jacobian& J, const Wrench& F) noexcept {
@@ -53,9 +53,9 @@ void Arm::control(double dt) noexcept {
     case Mode::undefined:
       break;
     case Mode::position:
-      if (new_goal_ && space_ == Space::cartesian) servo_pose();
-      if (new_goal_) order_positions(goal_q_, goal_v_, goal_tau_);
-      new_goal_ = false;
+      if (!new_goal_) break;
+      new_goal_ = space_ == Space::cartesian && !servo_pose(dt);
+      order_positions(goal_q_, goal_v_, goal_tau_);
       break;
     case Mode::trajectory:
       if (!path_.active()) break;
@@ -69,13 +69,22 @@ void Arm::control(double dt) noexcept {
   }
 }
 
-// Joint goals of a Cartesian one: position by inverse kinematics, velocity and wrench by the Jacobian.
-void Arm::servo_pose() noexcept {
-  const JointVector& q_now = state_.measured_js.q;
-  JointVector q = goal_pose_ ? state_.setpoint_js.q : q_now;
-  if (goal_pose_ && inverse_near(model_, spec_.kind, base_frame_.inverse() * goal_X_, q) > kReach) {
-    new_goal_ = false;
-    return error("unable to solve inverse kinematics (the goal of servo_cp is out of reach)");
+// Joint goals of a Cartesian one: position by inverse kinematics, velocity and wrench by the Jacobian. False: the
+// wrist, which turns over where it is singular, is on its way yet.
+bool Arm::servo_pose(double dt) noexcept {
+  JointVector q = goal_pose_ ? state_.setpoint_js.q : state_.measured_js.q;
+  bool there = true;
+  if (goal_pose_) {
+    const JointVector before = q;
+    if (inverse_near(model_, spec_.kind, base_frame_.inverse() * goal_X_, q) > kReach) {
+      error("unable to solve inverse kinematics (the goal of servo_cp is out of reach)");
+      q = before;
+    }
+    for (Eigen::Index k = kPlatform; k < n_; ++k) {
+      const double reach = model_.v_max()[k] * dt;
+      there &= std::abs(q[k] - before[k]) <= reach;
+      q[k] = std::clamp(q[k], before[k] - reach, before[k] + reach);
+    }
   }
   const Mat3 R = state_.measured_cp.R.transpose();  // base frame to tip
   goal_q_ = q;
@@ -88,6 +97,7 @@ void Arm::servo_pose() noexcept {
   if (goal_wrench_) {
     goal_tau_ = transposed(state_.body_jacobian, {R * bounded(goal_F_.f), R * bounded(goal_F_.t)});
   }
+  return there;
 }
 
 // Torque of the wrench that is to act on the handle; it stays until the next one comes, however long.

@@ -180,12 +180,10 @@ void Console::update() noexcept {
     camera_teleop_->enable(camera);
     if (!camera) hold_mtms();
   }
-  if (!enabled_) {
+  if (!enabled_ || (present_ && camera_)) {
     run_teleops("disable");
   } else if (!present_) {
     run_teleops("align_MTM");
-  } else if (camera_) {
-    run_teleops("disable");
   } else if (!psm_running_) {
     run_teleops("enable");
   }

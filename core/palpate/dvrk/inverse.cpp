@@ -65,14 +65,44 @@ JointVector open_gimbal(arm::Arm& model, const Mat3& R, const JointVector& q) no
   return best;
 }
 
+/// Damped Newton without joint limits, from q.
+JointVector unlimited(arm::Arm& model, const Pose& X_0T, JointVector q) noexcept {
+  constexpr double kLength = 0.1, kDamping = 0.02, kMostStep = 0.4;  // [m] that counts as a radian; -; [rad]
+  const JointVector rest = JointVector::Zero(q.size());
+  for (int k = 0; k < 12; ++k) {
+    model.update(q, rest);
+    const Eigen::AngleAxisd turn(Mat3(X_0T.R * model.tip().R.transpose()));
+    Vec6 e;
+    e << (X_0T.p - model.tip().p) / kLength, turn.angle() * turn.axis();
+    Jacobian J = model.jacobian();
+    J.topRows<3>() /= kLength;
+    if (!model.orients()) {
+      e.tail<3>().setZero();
+      J.bottomRows<3>().setZero();
+    }
+    if (e.squaredNorm() < 1e-14) break;
+    Mat6 A = J * J.transpose();
+    A.diagonal().array() += 1e-12 + kDamping * e.squaredNorm();
+    const Vec6 y = A.ldlt().solve(e);
+    double longest = kMostStep;
+    for (Eigen::Index j = 0; j < q.size(); ++j) longest = std::max(longest, std::abs(J.col(j).dot(y)));
+    for (Eigen::Index j = 0; j < q.size(); ++j) q[j] += kMostStep / longest * J.col(j).dot(y);
+  }
+  return q;
+}
+
 }  // namespace
 
+// As the real arms: solved as if there were no joint limits, then clipped, so that nothing turns over at a limit.
 double inverse_near(arm::Arm& model, ArmKind kind, const Pose& X_0T, JointVector& q) noexcept {
   if (kind == ArmKind::mtm) {
     const double opened = q[kPlatform] + q[kYaw] * std::cos(q[kPitch]);
     q[kPlatform] = clamp(opened, model.q_min()[kPlatform], model.q_max()[kPlatform]);
   }
-  return model.ik(X_0T, q, options(20)).position_error;
+  const JointVector found = unlimited(model, X_0T, q);
+  if (found.allFinite()) q = found.cwiseMax(model.q_min()).cwiseMin(model.q_max());
+  model.update(q, JointVector::Zero(q.size()));
+  return (X_0T.p - model.tip().p).norm();
 }
 
 bool inverse_anywhere(arm::Arm& model, ArmKind kind, const Pose& X_0T, const JointVector& home,
@@ -83,7 +113,8 @@ bool inverse_anywhere(arm::Arm& model, ArmKind kind, const Pose& X_0T, const Joi
     if (kind == ArmKind::mtm) {
       if (start < 2) trial = open_gimbal(model, X_0T.R, trial);
     } else if (start > 1 && trial.size() > kPlatform) {
-      trial[kPlatform] = (start / 2 - 2) * 0.5 * kPi;  // a PSM's roll, a quarter turn on and back
+      const int quarters = start / 2 - 2;
+      trial[kPlatform] = quarters * 0.5 * kPi;  // a PSM's roll, a quarter turn on and back
     }
     arm::IkResult found = model.ik(X_0T, trial, options(60));
     if (kind == ArmKind::mtm && !good(model, found)) {  // the place has moved the forearm: open the gimbal once more

@@ -6,8 +6,8 @@
 
 namespace palpate::dvrk {
 
-/// Joints near q (in/out) for the tip at X_0T, or as near to it as the limits let. The error that remains [m]: beyond
-/// reach it is large. An MTM's platform is led so that its gimbal stays open.
+/// Joints near q (in/out) for the tip at X_0T, clipped to the limits. How far the tip then is from it [m]. An MTM's
+/// platform is led so that its gimbal stays open.
 double inverse_near(arm::Arm& model, ArmKind kind, const Pose& X_0T, JointVector& q) noexcept;
 
 /// Joints for the tip at X_0T, wherever q (in/out) is. False, and q as it was: there are none within the limits.

@@ -1,6 +1,6 @@
 #include "palpate/dvrk/system.hpp"
 
-#include <optional>
+#include <cstdint>
 #include <stdexcept>
 
 #include "palpate/dvrk/console.hpp"
@@ -50,9 +50,10 @@ struct System::Impl {
       list.push_back(teleops.back().get());
     }
     if (spec.camera_ecm >= 0) {
-      camera.emplace(at_index(spec.camera_mtml), at_index(spec.camera_mtmr), at_index(spec.camera_ecm));
+      camera = std::make_unique<CameraTeleop>(at_index(spec.camera_mtml), at_index(spec.camera_mtmr),
+                                              at_index(spec.camera_ecm));
     }
-    console.emplace(std::move(mtms), std::move(list), camera ? &*camera : nullptr, out);
+    console = std::make_unique<Console>(std::move(mtms), std::move(list), camera.get(), out);
     for (auto& arm : arms) arm->start();
     for (auto& teleop : teleops) teleop->start();
     console->start();
@@ -108,8 +109,8 @@ struct System::Impl {
   std::vector<std::string> arm_names, teleop_names;
   std::vector<std::unique_ptr<Arm>> arms;
   std::vector<std::unique_ptr<Teleop>> teleops;
-  std::optional<CameraTeleop> camera;
-  std::optional<Console> console;
+  std::unique_ptr<CameraTeleop> camera;
+  std::unique_ptr<Console> console;
   std::int64_t ticks = 0;
 };
 
