@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fixtures import fixture, placed, plane, pose, sphere
+from scipy.spatial.transform import Rotation
 
 from palpate import _core
 
@@ -36,13 +37,15 @@ def violent(seed, seconds=3.0):
     return way(points, times)
 
 
-@pytest.mark.parametrize("kind", ["floor", "vessel", "room", "breathing floor", "breathing vessel"])
+@pytest.mark.parametrize("kind", ["floor", "slope", "vessel", "room", "breathing floor", "breathing vessel"])
 def test_the_tool_stays_out_whatever_a_violent_hand_does(kind):
     """At most 0.1 mm, with the servo of the follower's joints, encoders and a hard grip; caps hold."""
     waves = [_core.Wave(shift=np.array([0.001, 0.0, 0.003]), turn=np.zeros(3), period=1.5)]
     motion = _core.Motion(waves=waves) if "breathing" in kind else None
     if kind.endswith("floor"):
         f = fixture(plane(motion=motion), hard=True)
+    elif kind == "slope":
+        f = fixture(plane(pose([0.0, 0.0, 0.004], Rotation.from_rotvec([0.0, 0.96, 0.1]).as_matrix())), hard=True)
     elif kind.endswith("vessel"):
         f = fixture(placed(_core.LineGeometry(np.array([-1.0, 0, 0]), np.array([1.0, 0, 0]), True), None, motion),
                     role_={"margin": 0.006}, hard=True)  # fmt: skip

@@ -19,6 +19,8 @@ constexpr double kGood = 1e-6;       // [m, rad] lacking less, a place is as wan
 constexpr double kFar = 0.5;         // [m] a correction beyond it is none
 constexpr int kJointRank = 1 << 20;  // limits of joints come before every fixture
 constexpr double kLeap = 1e-3;       // [m] that no border moves in a period
+constexpr double kBend = 2.0;        // [1/m] the tool's way leaves the chord by lag^2 / (8 r), r at least 6 cm
+constexpr double kMostBend = 5e-4;   // [m]
 constexpr double kOfSpeed = 0.9;     // of the joints' speed: the rest is for what the Jacobian leaves out
 constexpr double kDamping = 1e-3;    // of the inverse of the Jacobian, rows over kLength
 
@@ -106,9 +108,9 @@ void Guidance::forgive(int i, const Want& at_goal, const Input& in) noexcept {
   now.slack = std::max(at_goal.wrong(), at_goal.attracts ? 0.0 : ask(i, in.X_WT, in).wrong());
 }
 
-// How far from the border the goal is kept.
+// How far from the border the goal is kept: more while the tool is far behind, for its joints lead it there by an arc.
 double Guidance::kept(const Want& want, bool hard) const noexcept {
-  return hard && !want.attracts && !want.of_tool ? options_.reserve : 0.0;
+  return hard && !want.attracts && !want.of_tool ? options_.reserve + bend_ : 0.0;
 }
 
 // Asks all fixtures of the proxy at X. Answers how much is wrong there, beyond what is allowed [m].
@@ -174,6 +176,7 @@ bool Guidance::solve(Proxy& proxy, bool hard, const Input& in) noexcept {
     }
   };
   Pose X = proxy.X_WT;
+  bend_ = follower_.follows_at_once() ? 0.0 : std::min(kBend * (X.p - in.X_WT.p).squaredNorm(), kMostBend);
   look_at(proxy, hard, X, in);
   each([&](int i) noexcept { forgive(i, proxy.want[at(i)], in); });
   const double wrong = look_at(proxy, hard, X, in);

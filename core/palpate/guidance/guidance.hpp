@@ -136,6 +136,7 @@ class Guidance {
   Pose X_before_;    ///< mapped goal of the last tick
   Twist V_before_;
   double wrong_ = 0.0;  ///< at the last goal, now: a border has moved over it [m]
+  double bend_ = 0.0;   ///< what the tool's way to the goal may leave the straight line by [m]
   double lag_ = 0.0;    ///< of the corrected goal, behind a limit of speed [m]
   Vec3 lag_along_ = Vec3::Zero();
   bool started_ = false;
