@@ -13,6 +13,7 @@ void bind_dvrk(nanobind::module_& m);
 void bind_fixtures(nanobind::module_& m);
 void bind_force(nanobind::module_& m);
 void bind_guidance(nanobind::module_& m);
+void bind_guidance_bench(nanobind::module_& m);
 void bind_loop(nanobind::module_& m);
 void bind_mapping(nanobind::module_& m);
 void bind_plant(nanobind::module_& m);

@@ -182,6 +182,7 @@ void bind_shapes(nb::module_& m) {
       .def("__init__", &make_path, nb::arg("controls"), nb::arg("attitudes"), nb::arg("tangential"), nb::arg("closed"),
            "controls (n, 4, 3) [m]; attitudes (n + 1, 3, 3) at the pieces' ends, turning with the tangent or as given.")
       .def_prop_ro("length", &guidance::Path::length, "[m]");
+  m.attr("CONE_HALF_ANGLE") = guidance::kConeHalfAngle;
   nb::class_<guidance::Cone, Geometry>(m, "ConeGeometry", "A cone without an end.")
       .def(nb::init<const Vec3&, const Vec3&, double>(), nb::arg("apex"), nb::arg("axis"), nb::arg("half_angle"),
            "axis: from the apex into the cone; half_angle [rad].");

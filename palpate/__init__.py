@@ -8,21 +8,36 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from palpate import contact as contact
+    from palpate import guidance as guidance
     from palpate import shapes as shapes
     from palpate import surfaces as surfaces
     from palpate.arm import Arm as Arm
     from palpate.certificate import Device as Device
     from palpate.certificate import certify as certify
+    from palpate.guidance import Fixture as Fixture
     from palpate.mesh import Mesh as Mesh
     from palpate.scene import Scene as Scene
     from palpate.session import Session as Session
 
 __version__ = version("palpate")
-__all__ = ["Arm", "Device", "Mesh", "Scene", "Session", "certify", "contact", "shapes", "surfaces"]
+__all__ = [
+    "Arm",
+    "Device",
+    "Fixture",
+    "Mesh",
+    "Scene",
+    "Session",
+    "certify",
+    "contact",
+    "guidance",
+    "shapes",
+    "surfaces",
+]
 
 _HOME = {
     "Arm": "palpate.arm",
     "Device": "palpate.certificate",
+    "Fixture": "palpate.guidance",
     "Mesh": "palpate.mesh",
     "Scene": "palpate.scene",
     "Session": "palpate.session",
@@ -34,6 +49,6 @@ def __getattr__(name: str) -> Any:
     """Parts are imported when they are first used, so that ``palpate --version`` answers at once."""
     if name in _HOME:
         return getattr(import_module(_HOME[name]), name)
-    if name in ("contact", "shapes", "surfaces"):
+    if name in ("contact", "guidance", "shapes", "surfaces"):
         return import_module(f"palpate.{name}")
     raise AttributeError(f"module 'palpate' has no attribute {name!r}. Available: {', '.join(__all__)}")

@@ -90,6 +90,8 @@ class PathGeometry(Geometry):
     @property
     def length(self) -> float: ...
 
+CONE_HALF_ANGLE: float
+
 class ConeGeometry(Geometry):
     def __init__(self, apex: Array, axis: Array, half_angle: float) -> None: ...
 
@@ -113,6 +115,10 @@ class LiveFrame(Frame):
 
 class PlacedGeometry(Geometry):
     def __init__(self, geometry: Geometry, X_FG: Array = ..., frame: Frame = ...) -> None: ...
+
+def time_query(geometry: Geometry, X_WT: Array) -> Array: ...
+def time_guidance(fixtures: Fixtures, X_WT: Array, dt: float = 1e-3) -> Array: ...
+def time_qp(A: Array, b: Array, y0: Array) -> Array: ...
 
 # ---- force
 

@@ -7,7 +7,7 @@ import signal
 import threading
 import time
 import weakref
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +18,7 @@ import numpy as np
 
 from palpate import _core
 from palpate.errors import PalpateError
+from palpate.guidance.fixture import Fixture, named
 from palpate.record.ticks import Ticks, as_ticks
 from palpate.record.writer import Recorder
 from palpate.run_folder import keep_scene, new_folder, require_writable
@@ -91,6 +92,7 @@ class Session:
             require_writable(self._out)
         self.rig: Rig = build(scene)
         self._sim = self.rig.simulation(self.seed)
+        self._fixtures = scene.guidance
         weakref.finalize(self, self._sim.stop)  # a session forgotten, or alive when Python ends: force to zero first
         self._recorder: Recorder | None = None
         self._closed = True
@@ -186,6 +188,28 @@ class Session:
     @controls.setter
     def controls(self, value: _core.Controls) -> None:
         self._sim.controls = value
+
+    @property
+    def fixtures(self) -> tuple[Fixture, ...]:
+        """Virtual fixtures in use. Assign others, or changed ones, while it runs: nothing that the hand feels jumps."""
+        return self._fixtures
+
+    @fixtures.setter
+    def fixtures(self, value: Iterable[Fixture]) -> None:
+        fixtures = named(tuple(value))
+        self._sim.set_fixtures(_core.Fixtures([fixture.make(self.rig.here) for fixture in fixtures]))
+        self._fixtures = fixtures
+
+    @property
+    def frames(self) -> Mapping[str, _core.Frame]:
+        """Frames that fixtures are attached to, by name; ``frames["camera"].set(X_WC)`` tells where the camera is."""
+        return self.rig.here.frames
+
+    def why(self) -> str:
+        """Why the hand feels guidance now, in words: the fixture that pulls most, and its terms."""
+        from palpate.guidance.why import of_tick
+
+        return of_tick(self._fixtures, self.latest(), self.rig.here)
 
     @property
     def timing(self) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import Literal
 from palpate.cli.output import console_for, require_writable, say, write_json
 
 
-def bench(what: Literal["loop", "contact", "sweep"], json: Path | None, huge: bool, quick: bool) -> int:
+def bench(what: Literal["loop", "contact", "sweep", "guidance"], json: Path | None, huge: bool, quick: bool) -> int:
     """Measure, print the table, write the JSON contract."""
     console = console_for(json)
     require_writable(json)
@@ -24,6 +24,12 @@ def bench(what: Literal["loop", "contact", "sweep"], json: Path | None, huge: bo
         measured = sweep.run(on_progress=lambda text: say(console, text))
         console.print(sweep.table(measured))
         write_json(json, measured)
+    elif what == "guidance":
+        from palpate.bench import guidance
+
+        found = guidance.run(on_progress=lambda text: say(console, text))
+        console.print(guidance.table(found))
+        write_json(json, found)
     else:
         from palpate.bench import contact
 

@@ -16,6 +16,7 @@ from palpate.cli.check_mesh import Touch, look, told_of
 from palpate.cli.output import console_for, say, write_json
 from palpate.errors import PalpateWarning
 from palpate.mesh import Mesh, Unit
+from palpate.scene.rig import Rig
 from palpate.surfaces import DistanceGrid
 
 _SCENES = (".yaml", ".yml")
@@ -86,6 +87,7 @@ def _scene(path: Path, console: Console) -> dict[str, Any]:
         if mesh:
             told_of(touchable.fineness(mesh.core, max(thing.stiffness)), f"object {thing.name!r}")
     console.print(table)
+    fixtures = _fixtures(rig, console)
     tool = (rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0))[:3, 3]
     millimetres = ", ".join(f"{1e3 * x:.1f}" for x in tool)
     say(console, f"tool at the start: ({millimetres}) mm in W; both arms reach the operator's path")
@@ -102,4 +104,26 @@ def _scene(path: Path, console: Console) -> dict[str, Any]:
         "X_WL_m": rig.arms.X_WL.tolist(),
         "X_WB_m": rig.arms.X_WB.tolist(),
     }
-    return {"objects": objects, "start": start}
+    return {"objects": objects, "fixtures": fixtures, "start": start}
+
+
+def _fixtures(rig: Rig, console: Console) -> list[dict[str, Any]]:
+    """The list `guidance`, and what each fixture has to say of the tool at the start."""
+    if not rig.scene.guidance:
+        return []
+    X_WT = rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0)
+    table, told = Table(box=None, pad_edge=False), []
+    for heading in ("fixture", "role", "law", "geometry", "attached to", "at the start"):
+        table.add_column(heading)
+    for fixture in rig.scene.guidance:
+        asked = fixture.make(rig.here).ask(X_WT)
+        gap, turns = float(asked["gap"]), bool(asked["turns"])
+        size = f"{np.degrees(abs(gap)):.3g} deg" if turns else f"{1e3 * abs(gap):.3g} mm"
+        state = "nothing is wanted" if not np.isfinite(gap) else f"{size} {'wrong' if gap < 0 else 'to spare'}"
+        law = f"{fixture.law.name}{', hard' if fixture.hard else ''}{'' if fixture.enabled else ', off'}"
+        table.add_row(fixture.name, fixture.role.name, law, fixture.geometry.shape.key, fixture.frame.of, state)
+        told.append({"name": fixture.name, "role": fixture.role.name, "law": fixture.law.name, "hard": fixture.hard,
+                     "geometry": fixture.geometry.shape.key, "frame": fixture.frame.of,
+                     "gap_at_start": gap if np.isfinite(gap) else None})  # fmt: skip
+    console.print(table)
+    return told

@@ -173,19 +173,20 @@ class Certify:
 
 @dataclass
 class Bench:
-    """Measure this machine: the haptic loop, the contact queries, or studies on several cores.
+    """Measure this machine: the haptic loop, contact queries, virtual fixtures, or studies on several cores.
 
     examples:
       palpate bench loop
       palpate bench sweep
+      palpate bench guidance
       palpate bench contact --json contact.json
       palpate bench contact --quick
       palpate bench contact --huge
     """
 
-    what: Positional[Literal["loop", "contact", "sweep"]]
+    what: Positional[Literal["loop", "contact", "sweep", "guidance"]]
     """loop: compute time, real-time factor, lateness; contact: the table of shapes and methods; sweep: many wall
-    runs on one core and on all."""
+    runs on one core and on all; guidance: a fixture on a million triangles, a hundred constraints."""
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the figures as JSON (docs/json.md); - for the standard output."""
     huge: bool = False
@@ -254,6 +255,70 @@ class Soak:
 
 
 @dataclass
+class PathOf:
+    """Write the way of the tool in a record as a path that a fixture follows.
+
+    examples:
+      palpate path runs/demonstration/record.mcap --out suture.csv
+      palpate path record.mcap --out cut.csv --start 2 --end 9.5 --smooth 0.5
+
+    The way is sampled evenly along its length (pauses count nothing), smoothed there by a Gaussian, and thinned; what
+    is left of the demonstration is told. In a scene: guidance: [follow: suture.csv].
+    """
+
+    record: Positional[Path]
+    """Record (MCAP), or the folder it is in."""
+    out: Annotated[Path, arg(metavar="FILE.csv")] = Path("path.csv")
+    """Places and attitudes, with a header that says the unit."""
+    spacing: Annotated[float, arg(metavar="MM")] = 2.0
+    """Of the places that are kept."""
+    smooth: Annotated[float, arg(metavar="MM")] = 1.0
+    """Standard deviation of the Gaussian along the way; 0: none."""
+    start: Annotated[float | None, arg(metavar="SECONDS")] = None
+    """Where the demonstration begins in the record."""
+    end: Annotated[float | None, arg(metavar="SECONDS")] = None
+    """And where it ends."""
+    json: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write what was found as JSON (docs/json.md); - for the standard output."""
+
+    def __call__(self) -> int:
+        """Do it."""
+        from palpate.cli.guidance import record_path
+
+        begin, end = self.start or 0.0, float("inf") if self.end is None else self.end
+        return record_path(self.record, self.out, 1e-3 * self.spacing, 1e-3 * self.smooth, (begin, end), self.json)
+
+
+@dataclass
+class GridOf:
+    """Make a signed distance grid of a closed mesh, and say how far it is from the exact distance.
+
+    examples:
+      palpate grid vessel.stl --spacing 0.5
+      palpate grid organ.stl --unit m --out organ.npz
+
+    A grid answers in the same time whatever the mesh is made of; at most 512 x 512 x 512 nodes.
+    """
+
+    mesh: Positional[Path]
+    """Mesh file (STL, OBJ, PLY, ...), closed."""
+    spacing: Annotated[float | None, arg(metavar="MM")] = None
+    """Of the nodes; a hundredth of the mesh when left out. Walls thinner than two of them are lost."""
+    unit: Literal["mm", "cm", "m", "in"] = "mm"
+    """Of the mesh file's numbers."""
+    out: Annotated[Path | None, arg(metavar="FILE.npz")] = None
+    """The grid; beside the mesh when left out."""
+    json: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write the figures as JSON (docs/json.md); - for the standard output."""
+
+    def __call__(self) -> int:
+        """Do it."""
+        from palpate.cli.guidance import grid
+
+        return grid(self.mesh, None if self.spacing is None else 1e-3 * self.spacing, self.unit, self.out, self.json)
+
+
+@dataclass
 class Schema:
     """Print the JSON Schema of scene files, for editors that complete them.
 
@@ -303,6 +368,8 @@ _COMMANDS = {
     "fuzz": Fuzz,
     "soak": Soak,
     "ros": Ros,
+    "path": PathOf,
+    "grid": GridOf,
     "schema": Schema,
 }
 

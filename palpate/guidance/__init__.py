@@ -1,1 +1,50 @@
-"""Virtual fixtures: what guides, forbids and keeps in, made from geometries, roles and laws."""
+"""Virtual fixtures: what guides, forbids and keeps in, made from geometries, roles and laws (docs/guidance.md)."""
+
+import palpate.scene  # noqa: F401 - its sections hold fixtures: whoever comes first, it is complete before them
+from palpate.guidance.combine import Difference, Geometry, Intersection, Offset, Union
+from palpate.guidance.fixture import Fixture, Law, Ramp, Role, from_yaml, to_yaml
+from palpate.guidance.geometry import (
+    Box,
+    Cloud,
+    Cone,
+    Cylinder,
+    Grid,
+    Line,
+    Mesh,
+    OfObject,
+    Plane,
+    Point,
+    Shape,
+    Sphere,
+)
+from palpate.guidance.here import Here
+from palpate.guidance.paths import Path, Tube
+
+__all__ = [
+    "Box",
+    "Cloud",
+    "Cone",
+    "Cylinder",
+    "Difference",
+    "Fixture",
+    "Geometry",
+    "Grid",
+    "Here",
+    "Intersection",
+    "Law",
+    "Line",
+    "Mesh",
+    "OfObject",
+    "Offset",
+    "Path",
+    "Plane",
+    "Point",
+    "Ramp",
+    "Role",
+    "Shape",
+    "Sphere",
+    "Tube",
+    "Union",
+    "from_yaml",
+    "to_yaml",
+]

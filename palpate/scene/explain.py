@@ -104,12 +104,12 @@ def _keys(model: type[BaseModel] | None) -> list[str]:
     return list(model.model_fields) if model else []
 
 
-def _all_keys(model: type[BaseModel], prefix: str = "") -> Iterator[str]:
+def _all_keys(model: type[BaseModel], prefix: str = "", above: tuple[type[BaseModel], ...] = ()) -> Iterator[str]:
     for key, info in model.model_fields.items():
         inner = _model_in(info.annotation)
         yield prefix + key
-        if inner:
-            yield from _all_keys(inner, f"{prefix}{key}.")
+        if inner and inner not in above:  # a section may hold others of its kind
+            yield from _all_keys(inner, f"{prefix}{key}.", (*above, model))
 
 
 def _model_at(model: type[BaseModel], place: Place) -> type[BaseModel] | None:

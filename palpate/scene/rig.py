@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -12,8 +12,9 @@ import yaml
 from palpate import _core
 from palpate.calibrate.gravity_model import GravityModel
 from palpate.errors import PalpateWarning, RecordingError, SceneError
+from palpate.guidance.here import Here
 from palpate.hands import PRESETS
-from palpate.scene import arms, force, gains, hand, surface, tool
+from palpate.scene import arms, force, gains, guidance, hand, surface, tool
 from palpate.scene.scene import Scene
 from palpate.surfaces import DistanceGrid
 
@@ -30,7 +31,8 @@ class Rig:
     path: hand.HandPlan
     arms: arms.Arms
     spheres: list[tool.LinkSphere]  # of the tool beside the one on its tip
-    fixtures: _core.Fixtures = field(default_factory=_core.Fixtures)  # of guidance
+    here: Here  # what the names in the scene's fixtures stand for
+    fixtures: _core.Fixtures  # of the scene's list `guidance`
 
     def options(self, seed: int | None = None) -> _core.SimulationOptions:
         """The core's options: its own defaults, with what the scene says on top."""
@@ -121,6 +123,8 @@ class Rig:
             file = self.scene.gravity_path(key)
             if absolute and file is not None:
                 arms["leader"][key] = str(file.resolve())
+        for section in guidance.files(data["guidance"]) if absolute else ():
+            section["file"] = str(self.here.file(section["file"]).resolve())
         identified = self.scene.dynamics_path()
         if absolute and identified is not None:
             data["force"]["dynamics"] = str(identified.resolve())
@@ -160,7 +164,9 @@ class Rig:
                 arm.set_gravity_model(held.terms, held.theta)
         path = _core.HandPath(self.path.times.tolist(), self.path.positions_W)
         try:
-            return _core.Simulation(self.options(seed), leader, model, self.arms.follower, self.snapshot, path)
+            made = _core.Simulation(self.options(seed), leader, model, self.arms.follower, self.snapshot, path)
+            made.set_fixtures(self.fixtures)
+            return made
         except ValueError as error:
             raise SceneError(str(error), where=self.scene.file, mend="change this value in the scene") from None
 
@@ -188,7 +194,8 @@ def build(scene: Scene) -> Rig:
     path = hand.plan(scene, placed)
     both = arms.place(scene, placed, path)
     spheres = tool.tool_spheres(both.follower, scene.contact.spheres, scene.contact.whole_tool)
-    rig = Rig(scene, placed, snapshot, path, both, spheres)
+    around = guidance.here(scene, placed, both)
+    rig = Rig(scene, placed, snapshot, path, both, spheres, around, guidance.fixtures(scene, around))
     for key in ("gravity_model", "plant_gravity_model"):
         rig.gravity_model(key)  # refused here, before anything runs
     rig.options()

@@ -13,6 +13,8 @@ from pydantic import Field, PrivateAttr, ValidationError, model_validator
 from palpate import _core
 from palpate.arm import NAMES, Arm
 from palpate.errors import ArmError, SceneError
+from palpate.guidance.fixture import Fixture
+from palpate.guidance.fixture import named as fixture_names
 from palpate.scene import explain, presets, text
 from palpate.scene.force import ForceSection
 from palpate.scene.model import (
@@ -26,7 +28,7 @@ from palpate.scene.model import (
 )
 from palpate.scene.operator import OperatorSection
 from palpate.scene.stability import StabilitySection
-from palpate.scene.values import NotNegative, Positive, Section
+from palpate.scene.values import NotNegative, Positive, Section, Vector
 
 _C = _core.SimulationOptions()
 _VARIABLE = re.compile(r"\$\{(\w+)(?::-([^}]*))?\}")
@@ -50,6 +52,10 @@ class Scene(Section):
     """how contact is found"""
     force: ForceSection = ForceSection()
     """where the force on the tool comes from"""
+    guidance: Annotated[tuple[Fixture, ...], Field(max_length=128)] = ()
+    """virtual fixtures: what guides, forbids and keeps in (docs/guidance.md)"""
+    places: dict[str, Vector] = Field(default_factory=dict)
+    """named places in W that fixtures may be made from, e.g. entry and target [m]"""
     stability: StabilitySection = StabilitySection()
     """the last word on the force"""
     torque: TorqueSection = TorqueSection()
@@ -120,7 +126,7 @@ class Scene(Section):
         where, value = self.where("objects", index, thing.source), thing.file
         if value is None:
             raise SceneError(f"object {thing.name!r} has no file", where=where, mend=f"it is a {thing.source}")
-        return self._path(value, where)
+        return self.path_to(value, where)
 
     def arm_path(self, side: str) -> Path | None:
         """Model file of the arm on a ``side``, ``leader`` or ``follower``; None for one that comes with Palpate.
@@ -129,7 +135,7 @@ class Scene(Section):
             SceneError: names a variable that is not set.
         """
         model: str = getattr(self.arms, side).model
-        return None if model in NAMES else self._path(model, self.where("arms", side, "model"))
+        return None if model in NAMES else self.path_to(model, self.where("arms", side, "model"))
 
     def arm(self, side: str) -> Arm:
         """A fresh arm of a ``side``, ``leader`` or ``follower``.
@@ -148,15 +154,19 @@ class Scene(Section):
     def gravity_path(self, key: str) -> Path | None:
         """File of ``arms.leader.gravity_model`` or ``plant_gravity_model``, as `path_of`; None when there is none."""
         value: str | None = getattr(self.arms.leader, key)
-        return None if value is None else self._path(value, self.where("arms", "leader", key))
+        return None if value is None else self.path_to(value, self.where("arms", "leader", key))
 
     def dynamics_path(self) -> Path | None:
         """File of ``force.dynamics``, as `path_of`; None when there is none."""
         value = self.force.dynamics
-        return None if value is None else self._path(value, self.where("force", "dynamics"))
+        return None if value is None else self.path_to(value, self.where("force", "dynamics"))
 
-    def _path(self, value: str, where: str) -> Path:
-        """A file the scene names: variables replaced, relative to the scene's folder."""
+    def path_to(self, value: str, where: str) -> Path:
+        """A file that the scene names at ``where``: variables replaced, relative to the scene's folder.
+
+        Raises:
+            SceneError: names a variable that is not set.
+        """
 
         def replace(match: re.Match[str]) -> str:
             found = os.environ.get(match[1]) or match[2]
@@ -187,6 +197,7 @@ class Scene(Section):
             count = taken[name] = taken.get(name, 0) + 1
             named.append(thing.model_copy(update={"name": name if count == 1 else f"{name}-{i + 1}"}))
         object.__setattr__(self, "objects", tuple(named))
+        object.__setattr__(self, "guidance", fixture_names(self.guidance))
         wanted = self.operator.palpate.object
         if wanted and wanted not in [o.name for o in named]:
             names = ", ".join(o.name for o in named)

@@ -9,6 +9,7 @@ from typing import Any
 import yaml
 
 from palpate.errors import SceneError
+from palpate.guidance import one_line
 
 #: The place of a value: keys and list indices from the top, as pydantic names it.
 Place = tuple[str | int, ...]
@@ -56,7 +57,7 @@ def parse(text: str, name: str) -> tuple[dict[str, Any], dict[Place, int]]:
         SceneError: not YAML, a key given twice, not a mapping at the top, or absurdly large.
     """
     try:
-        loader = _Loader(text)
+        loader = _Loader(one_line.readable(text))
         node = loader.get_single_node()
         if node is None:
             raise SceneError(

@@ -34,7 +34,7 @@ def test_a_sound_mesh(palpate, tmp_path):
     assert told["warnings"] == []
     assert told["mesh"]["watertight"]
     assert told["mesh"]["volume_m3"] == pytest.approx(6.4e-5)
-    assert set(told) == json_contract.keys("check") - {"objects", "start", "grid"}
+    assert set(told) == json_contract.keys("check") - {"objects", "fixtures", "start", "grid"}
     report = json_contract.keys_of("check", "The report of a mesh")
     assert set(told["mesh"]) == report - {"what", "why", "mend"}
 

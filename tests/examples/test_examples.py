@@ -80,3 +80,15 @@ def test_own_mesh_of_a_user(tmp_path):
 
     trimesh.creation.icosphere(radius=30).export(tmp_path / "ball.stl")
     assert "2 mm into its top: 2.0" in run("03_own_mesh.py", "--mesh", tmp_path / "ball.stl")
+
+
+def test_guidance(tmp_path):
+    out = run("05_guidance.py", "--duration", "4", "--out", tmp_path, "--figure", tmp_path / "guidance.png")
+    rows = {line.split("|")[0].strip(): [float(x) for x in line.split("|")[1:]] for line in out.splitlines()
+            if line.startswith(("none", "both"))}  # fmt: skip
+    assert rows["none"][0] < 0.0, "straight across the vessel"
+    assert rows["both"][0] > 2.9, "kept out of its margin"
+    assert rows["both"][1] < rows["none"][1], "nearer to the line"
+    assert rows["none"][2] == 0.0 < rows["both"][2]
+    assert "the tool is 1 mm inside its margin of 3 mm" in out
+    assert (tmp_path / "guidance.png").is_file()

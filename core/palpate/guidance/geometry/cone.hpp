@@ -1,9 +1,14 @@
 // A cone without an end: the way from an entry to a target.
 #pragma once
 
+#include <numbers>
+
 #include "palpate/guidance/geometry.hpp"
 
 namespace palpate::guidance {
+
+/// Of a cone that is named by its entry and its target alone [rad].
+inline constexpr double kConeHalfAngle = 15.0 * std::numbers::pi / 180.0;
 
 /// All places that are seen from the apex within `half_angle` of the axis. The attitude's z is the way in, to the apex.
 /// Inside the normal turns at once where the axis is crossed.

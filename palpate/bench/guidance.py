@@ -1,0 +1,124 @@
+"""How much do virtual fixtures cost? `palpate bench guidance`.
+
+A fixture on a mesh of a million triangles while the tool slides over it, and the quadratic program with a hundred
+constraints: the program alone, and the whole stage with a hundred hard fixtures that the hand pushes the tool against.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.table import Table
+
+from palpate import _core
+from palpate.shapes.analytic import SHAPES
+from palpate.shapes.paths import tool_path
+
+Array = NDArray[np.float64]
+
+TRIANGLES, CONSTRAINTS, TICKS = 1_000_000, 100, 20_000
+RATE = 1000.0  # [Hz]
+WARM_UP = 200  # first ticks that are not timed
+BUDGET = {"fixture_added_p99_us": 10.0, "qp_p99_us": 200.0}
+"""What is promised."""
+
+
+def run(
+    triangles: int = TRIANGLES, ticks: int = TICKS, on_progress: Callable[[str], None] = lambda _: None
+) -> dict[str, Any]:
+    """Measure: the keys of `palpate bench guidance` in docs/json.md."""
+    shape = SHAPES["torus"]
+    on_progress(f"a mesh of {triangles:,} triangles")
+    mesh = _core.Mesh(*shape.mesh(triangles))
+    geometry = _core.SurfaceGeometry(mesh)
+    X_WT = _poses(tool_path(shape, -1e-3, 0.05, 2e-3).tips, ticks)
+    out: dict[str, Any] = {"triangles": mesh.triangle_count, "constraints": CONSTRAINTS, "ticks": ticks}
+    out |= {"cores": os.cpu_count(), "load": os.getloadavg()[0]}
+    on_progress(f"{ticks:,} ticks over it")
+    out |= _percentiles("query", _core.time_query(geometry, X_WT))
+    empty = _core.time_guidance(_core.Fixtures([]), X_WT, 1.0 / RATE)
+    out |= _percentiles("stage_empty", empty)
+    for name, hard in (("fixture", False), ("hard_fixture", True)):
+        policy = _core.Policy()
+        policy.hard = hard
+        fixtures = _core.Fixtures([_core.Fixture("mesh", geometry, "forbid", policy=policy)])
+        took = _core.time_guidance(fixtures, X_WT, 1.0 / RATE)
+        out |= _percentiles(f"{name}_added", took - np.median(empty))
+    on_progress(f"{CONSTRAINTS} constraints")
+    out |= _percentiles("qp", _core.time_qp(*_programs(ticks)))
+    out |= _percentiles("hundred_hard", _core.time_guidance(_polytope(), _around(ticks), 1.0 / RATE))
+    return out | {"kept": all(out[key] <= most for key, most in BUDGET.items())}
+
+
+def table(result: dict[str, Any]) -> Table:
+    """For a terminal."""
+    told = {
+        "query": f"nearest place of a mesh of {result['triangles']:,} triangles",
+        "fixture_added": "a soft fixture on it adds to the stage",
+        "hard_fixture_added": "a hard fixture on it adds to the stage",
+        "qp": f"quadratic program, {result['constraints']} constraints, from scratch",
+        "hundred_hard": f"the whole stage with {result['constraints']} hard fixtures",
+        "stage_empty": "the stage without a fixture",
+    }
+    out = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False)
+    out.add_column("")
+    for column in ("p50 us", "p99 us", "promised"):
+        out.add_column(column, justify="right")
+    for key, words in told.items():
+        most = BUDGET.get(f"{key}_p99_us")
+        figures = (f"{result[f'{key}_{p}_us']:.2f}" for p in ("p50", "p99"))
+        out.add_row(words, *figures, "" if most is None else f"{most:g}")
+    out.caption = f"load of the machine {result['load']:.1f} on {result['cores']} cores"
+    return out
+
+
+def _percentiles(name: str, us: Array) -> dict[str, float]:
+    p50, p99 = np.percentile(us[WARM_UP:], [50, 99])
+    return {f"{name}_p50_us": float(p50), f"{name}_p99_us": float(p99)}
+
+
+def _poses(p: Array, ticks: int) -> Array:
+    X = np.tile(np.eye(4), (ticks, 1, 1))
+    X[:, :3, 3] = np.resize(p, (ticks, 3))
+    return X
+
+
+def _programs(n: int) -> tuple[Array, Array, Array]:
+    """Random half-spaces that all leave the origin free by a tenth of their distance, and places outside of many."""
+    rng = np.random.default_rng(1)
+    A = rng.normal(size=(n, CONSTRAINTS, 6))
+    A /= np.linalg.norm(A, axis=2, keepdims=True)
+    return A, -rng.uniform(0.1, 1.0, (n, CONSTRAINTS)), 2.0 * rng.normal(size=(n, 6))
+
+
+def _polytope() -> _core.Fixtures:
+    """Half-spaces around a ball of 3 cm that the tool must not enter: a cage."""
+    rng = np.random.default_rng(2)
+    normals = rng.normal(size=(CONSTRAINTS, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    policy = _core.Policy()
+    policy.hard = True
+    return _core.Fixtures(
+        [_core.Fixture(f"wall {i}", _wall(n), "forbid", policy=policy) for i, n in enumerate(normals)]
+    )
+
+
+def _wall(n: Array) -> _core.Geometry:
+    """The half-space beyond 3 cm along n: its outside is where the ball is."""
+    from palpate.guidance.curve import frames_along
+
+    X = np.eye(4)
+    X[:3, :3] = frames_along(np.zeros((1, 3)), -n[None])[0]
+    X[:3, 3] = 0.03 * n
+    return _core.PlacedGeometry(_core.SurfaceGeometry(_core.Plane()), X)
+
+
+def _around(ticks: int) -> Array:
+    """From the middle out against the walls, and around: up to 1 cm beyond them."""
+    t = np.arange(ticks) / RATE
+    r = 0.04 * np.sin(0.5 * t)
+    return _poses(r[:, None] * np.c_[np.cos(1.3 * t), np.sin(1.3 * t) * np.cos(0.7 * t), np.sin(0.7 * t)], ticks)

@@ -1,0 +1,112 @@
+"""From a recorded motion of the tool to a path: smoothed, thinned, and how far it then is from what was shown."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from scipy.ndimage import gaussian_filter1d
+from scipy.spatial.transform import Rotation, Slerp
+
+from palpate import _core
+from palpate.errors import GuidanceError
+from palpate.guidance.plot import query
+
+Array = npt.NDArray[np.float64]
+
+SPACING = 2e-3  #: of the places that are kept [m]
+SMOOTH = 1e-3  #: standard deviation of the Gaussian along the way: tremor and noise below it go [m]
+_FINEST = 1e-4  # the way is sampled anew at so much of the arc length, or finer [m]
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A recorded motion."""
+
+    t: Array
+    """(n,) [s]"""
+    p_WT: Array
+    """(n, 3) [m]"""
+    R_WT: Array
+    """(n, 3, 3)"""
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """Distances of what was shown from a path."""
+
+    rms: float
+    """[m]"""
+    worst: float
+    """[m]"""
+
+
+def read(record: Path, span: tuple[float, float] | None = None) -> Shown:
+    """The tool's motion in a record of Palpate, between two times when they are given [s].
+
+    Raises:
+        RecordError: it cannot be read. GuidanceError: no motion in it, or the record has no tool.
+    """
+    from palpate.record import Record
+
+    file = record / "record.mcap" if record.is_dir() else record
+    found = Record.open(file)
+    missing = [name for name in ("p_WT", "quat_WT") if name not in found.signals]
+    if missing:
+        raise GuidanceError(f"{' and '.join(missing)} not recorded", where=str(file), mend="a record of a run")
+    ticks = found.ticks
+    t = np.asarray(ticks["t"])
+    keep = np.isfinite(np.asarray(ticks["p_WT"])).all(axis=1)
+    if span is not None:
+        keep &= (t >= span[0]) & (t <= span[1])
+    if not keep.any():
+        told = "" if span is None else f" from {span[0]:g} to {span[1]:g} s"
+        raise GuidanceError(
+            f"no tick{told}", where=str(file), mend=f"the record is of {t[0]:.3g} to {t[-1]:.3g} s" if len(t) else ""
+        )
+    wxyz = np.asarray(ticks["quat_WT"])[keep]
+    return Shown(t[keep], np.asarray(ticks["p_WT"])[keep], Rotation.from_quat(np.roll(wxyz, -1, axis=1)).as_matrix())
+
+
+def simplified(shown: Shown, spacing: float = SPACING, smooth: float = SMOOTH) -> tuple[Array, Array]:
+    """Places (n, 3) [m] about `spacing` apart along the way, and attitudes (n, 3, 3) there.
+
+    The way is sampled evenly along its arc length, so that pauses count nothing, and smoothed there by a Gaussian of
+    standard deviation `smooth`; its ends stay where they are.
+
+    Raises:
+        GuidanceError: the tool hardly moved.
+    """
+    step = np.linalg.norm(np.diff(shown.p_WT, axis=0), axis=1)
+    moved = np.r_[True, step > 1e-9]
+    along = np.r_[0.0, np.cumsum(step)][moved]
+    if along[-1] < 2.0 * spacing:
+        raise GuidanceError(
+            f"the tool moved {1e3 * along[-1]:.3g} mm in all",
+            why=f"a path with a place every {1e3 * spacing:g} mm needs more",
+            mend="a longer motion, or a smaller spacing",
+        )
+    even = np.linspace(0.0, along[-1], int(np.ceil(along[-1] / min(_FINEST, spacing / 4.0))) + 1)
+    p = np.stack([np.interp(even, along, column) for column in shown.p_WT[moved].T], axis=1)
+    if smooth > 0.0:
+        # Mirrored through its ends, the way goes on as it came, and the ends keep their places.
+        p = _smoothed(p, smooth / even[1])
+    n = max(2, round(along[-1] / spacing) + 1)
+    places = np.linspace(0.0, along[-1], n)
+    kept = np.stack([np.interp(places, even, column) for column in p.T], axis=1)
+    rotations = Slerp(along, Rotation.from_matrix(shown.R_WT[moved]))(places).as_matrix()
+    return kept, rotations
+
+
+def deviation(path: _core.Geometry, shown: Shown) -> Deviation:
+    """How far what was shown is from the path."""
+    d = query(path, shown.p_WT)["distance"]
+    return Deviation(float(np.sqrt((d**2).mean())), float(d.max()))
+
+
+def _smoothed(p: Array, sigma: float) -> Array:
+    n = min(len(p) - 1, int(4.0 * sigma) + 1)
+    before, after = 2.0 * p[0] - p[n:0:-1], 2.0 * p[-1] - p[-2 : -n - 2 : -1]
+    return np.asarray(gaussian_filter1d(np.vstack([before, p, after]), sigma, axis=0)[n : n + len(p)])

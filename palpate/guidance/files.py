@@ -1,0 +1,94 @@
+"""Tables of places: x, y, z a row and, if there are attitudes, qw, qx, qy, qz. Paths and clouds are read from them."""
+
+from __future__ import annotations
+
+import difflib
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial.transform import Rotation
+
+from palpate.check import UNITS
+from palpate.errors import GuidanceError, OutputError
+
+Array = npt.NDArray[np.float64]
+
+HEADER = "x_m,y_m,z_m,qw,qx,qy,qz"
+
+
+def read_rows(path: Path, unit: str = "mm") -> tuple[Array, Array | None]:
+    """Places (n, 3) [m] and, where the file has them, rotations (n, 3, 3).
+
+    Columns are parted by commas, semicolons or white space; lines that begin with # are left out. A first line of
+    names says the unit (``x_m``, ``x_mm``, ``x_cm``, ``x_in``); without it ``unit`` does.
+
+    Raises:
+        GuidanceError: the file is missing, empty, or holds something else; names the line.
+    """
+    named, rows = unit, []
+    for number, line in enumerate(_lines(path), start=1):
+        words = line.replace(",", " ").replace(";", " ").split()
+        if not words or words[0].startswith("#"):
+            continue
+        try:
+            rows.append([float(word) for word in words])
+        except ValueError:
+            if rows:
+                raise GuidanceError(f"{line.strip()!r:.60} is no row of numbers", where=f"{path}:{number}") from None
+            named = _unit_of(words[0], unit, f"{path}:{number}")
+            continue
+        if len(rows[-1]) not in (3, 7) or len(rows[-1]) != len(rows[0]):
+            told = f"{len(rows[-1])} numbers in a row"
+            mend = f"x y z, or x y z qw qx qy qz, the same in every row ({HEADER})"
+            raise GuidanceError(told, where=f"{path}:{number}", mend=mend)
+    table = np.array(rows)
+    if not len(table) or not np.isfinite(table).all():
+        what = "no place in it" if not len(table) else "a number is not finite"
+        raise GuidanceError(what, where=str(path), mend="rows of x, y, z")
+    return UNITS[named] * table[:, :3], _rotations(table, path) if table.shape[1] == 7 else None
+
+
+def write_rows(path: Path, places: Array, rotations: Array) -> None:
+    """Write places (n, 3) [m] and rotations (n, 3, 3) with a header that says the unit.
+
+    Raises:
+        OutputError: it cannot be written.
+    """
+    quaternions = np.roll(Rotation.from_matrix(rotations).as_quat(canonical=True), 1, axis=1)  # w first
+    try:
+        np.savetxt(path, np.hstack([places, quaternions]), fmt="%.9g", delimiter=",", header=HEADER, comments="")
+    except OSError as error:
+        raise OutputError("the path cannot be written", where=str(path), why=str(error), mend="another place") from None
+
+
+def _lines(path: Path) -> list[str]:
+    try:
+        return path.read_text(encoding="utf-8-sig").splitlines()
+    except FileNotFoundError:
+        there = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
+        near = difflib.get_close_matches(path.name, there, n=1)
+        mend = f"did you mean {path.parent / near[0]}?" if near else "check the path; it is relative to the scene file"
+        raise GuidanceError("file not found", where=str(path), mend=mend) from None
+    except (OSError, ValueError) as error:
+        raise GuidanceError(
+            "cannot be read as text", where=str(path), why=str(error), mend="rows of x, y, z in a text file"
+        ) from None
+
+
+def _unit_of(first: str, unit: str, where: str) -> str:
+    _, underscore, named = first.partition("_")
+    if not underscore:
+        return unit
+    if named not in UNITS:
+        raise GuidanceError(f"unknown unit {named!r} in {first!r}", where=where, mend=f"one of {', '.join(UNITS)}")
+    return named
+
+
+def _rotations(table: Array, path: Path) -> Array:
+    lengths = np.linalg.norm(table[:, 3:], axis=1)
+    if abs(lengths - 1.0).max() > 0.01:
+        raise GuidanceError(
+            f"quaternion of length {lengths[abs(lengths - 1.0).argmax()]:.3g}", where=str(path), mend="unit, qw first"
+        )
+    return np.asarray(Rotation.from_quat(np.roll(table[:, 3:], -1, axis=1)).as_matrix())

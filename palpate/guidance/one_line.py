@@ -1,0 +1,142 @@
+"""From anatomy to a fixture in one line: `margin: 3 mm around: vessel.stl`, `follow`, `stay-in`, `keep-rcm`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from palpate.guidance.geometry import GRIDS, MESHES
+
+_TABLES = (".csv", ".txt", ".tsv")
+_CALL = re.compile(r"\s*([\w-]+)\s*\((.*)\)\s*")
+_ARGUMENT = re.compile(r"\s*(\[[^\]]*\]|[^,]+)")
+_DEGREES = re.compile(r"([-+.\deE]+)\s*(?:deg|°)")
+_AROUND = re.compile(r"^(?P<before>[^#\n]*\bmargin:[^#:,\n]*\saround):(?P<after>\s)", re.MULTILINE)
+
+#: Shapes that are called by name, and the keys of their arguments in order.
+CALLS = {
+    "cone": ("entry", "target", "half_angle_deg"),
+    "tube": ("file", "radius"),
+    "sphere": ("at", "radius"),
+    "line": ("start", "end"),
+    "point": ("at",),
+    "plane": ("at", "normal"),
+    "box": ("size",),
+}
+
+
+def readable(text: str) -> str:
+    """YAML knows no second colon in a line: `margin: 3 mm around: vessel.stl` as `margin: 3 mm around vessel.stl`."""
+    return _AROUND.sub(r"\g<before>\g<after>", text)
+
+
+def expand(value: Any) -> Any:
+    """A line, or a mapping with the key of one, as the keys of a fixture; anything else as it is.
+
+    Raises:
+        ValueError: it is none; says what is possible.
+    """
+    if isinstance(value, str):
+        value = _split(value)
+    if not isinstance(value, dict):
+        return value
+    key = next((key for key in _LINES if key in value), None)
+    if key is None:
+        return value
+    rest = {k: v for k, v in value.items() if k not in (key, "around", "unit")}
+    made = _LINES[key](value)
+    if "unit" in value:
+        for shape in made["geometry"].values():
+            shape["unit"] = value["unit"]
+    return {**made, **rest}
+
+
+def _split(text: str) -> dict[str, Any]:
+    key, _, rest = readable(text.strip()).partition(":")
+    if key.strip() not in _LINES:
+        raise ValueError(f"{text!r:.60} is no fixture | one of {', '.join(EXAMPLES)}")
+    return {key.strip(): rest.strip() or None}
+
+
+def _margin(value: dict[str, Any]) -> dict[str, Any]:
+    margin, around = value["margin"], value.get("around")
+    if around is None and isinstance(margin, str):
+        margin, _, around = margin.partition(" around ")
+    if not around:
+        raise ValueError(f"margin: {margin}, around what? | write {EXAMPLES[0]!r}")
+    return {**target(around), "role": {"name": "forbid", "margin": margin}, "hard": True}
+
+
+def _follow(value: dict[str, Any]) -> dict[str, Any]:
+    return {**target(value["follow"]), "role": {"name": "guide"}}
+
+
+def _stay_in(value: dict[str, Any]) -> dict[str, Any]:
+    return {**target(value["stay-in"]), "role": {"name": "keep-in"}, "hard": True}
+
+
+def _keep_rcm(value: dict[str, Any]) -> dict[str, Any]:
+    at = value["keep-rcm"]
+    return {"name": "keep-rcm", "geometry": {"point": {"at": "rcm" if at in (None, True) else at}},
+            "role": {"name": "rcm"}}  # fmt: skip
+
+
+_LINES: dict[str, Callable[[dict[str, Any]], dict[str, Any]]] = {
+    "margin": _margin,
+    "follow": _follow,
+    "stay-in": _stay_in,
+    "keep-rcm": _keep_rcm,
+}
+KEYS = tuple(_LINES)
+WORDS = {
+    "margin": "in one line: forbidden, hard, with so much around: a length, or `3 mm around vessel.stl`",
+    "around": "what the margin is around: a file, an object of the scene, or a shape such as sphere(target, 1 cm)",
+    "follow": "in one line: a path to be led along, a file or an object",
+    "stay-in": "in one line: kept inside, hard: cone(entry, target), tube(path.csv, 2 mm), a closed mesh",
+    "keep-rcm": "in one line: the shaft passes through this place; the follower's remote centre when left empty",
+    "unit": "of the numbers in the file that the line names: mm, cm, m, in",
+}
+EXAMPLES = ("margin: 3 mm around: vessel.stl", "follow: suture-path.csv", "stay-in: cone(entry, target)", "keep-rcm")
+
+
+def target(value: Any) -> dict[str, Any]:
+    """The keys `geometry`, `name` and `frame` of what a line names: a file, a call, an object of the scene.
+
+    Raises:
+        ValueError: a kind of file or a shape that is not known.
+    """
+    if not isinstance(value, str):
+        return {"geometry": value}
+    call = _CALL.fullmatch(value)
+    if call:
+        return {"name": call[1], "geometry": {call[1]: _arguments(call[1], call[2])}}
+    ending, name = Path(value).suffix.lower(), Path(value).stem
+    for kind, endings in (("mesh", MESHES), ("grid", GRIDS), ("path", _TABLES)):
+        if ending in endings:
+            return {"name": name, "geometry": {kind: {"file": value}}}
+    if ending:
+        known = ", ".join((*MESHES[:3], *GRIDS, *_TABLES))
+        raise ValueError(f"{value!r} is no kind of file that is known | {known}, an object's name, or e.g. cone(a, b)")
+    return {"name": value, "geometry": {"object": {"name": value}}, "frame": value}
+
+
+def _arguments(shape: str, text: str) -> dict[str, Any]:
+    if shape not in CALLS:
+        raise ValueError(f"there is no shape {shape!r} to be called | {', '.join(CALLS)}")
+    given = [_argument(part.strip()) for part in _ARGUMENT.findall(text) if part.strip()]
+    keys = CALLS[shape]
+    if len(given) > len(keys):
+        raise ValueError(f"{shape}({text}) has {len(given)} arguments | {shape}({', '.join(keys)})")
+    return dict(zip(keys, given, strict=False))
+
+
+def _argument(text: str) -> Any:
+    degrees = _DEGREES.fullmatch(text)
+    try:
+        return float(degrees[1]) if degrees else yaml.safe_load(text)
+    except (ValueError, yaml.YAMLError):
+        raise ValueError(f"{text!r} is no argument | a number with its unit, [x, y, z], or a name") from None

@@ -1,0 +1,69 @@
+"""Paths and the tubes around them: from waypoints, from a file, from a demonstration."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from palpate import _core
+from palpate.guidance import curve
+from palpate.guidance.geometry import Array, Shape, Unit
+from palpate.guidance.here import Here
+from palpate.guidance.values import NotNegativeLength, Place, PositiveLength
+from palpate.scene.values import Pose as PoseSection
+
+
+class Path(Shape):
+    """A smooth curve through waypoints."""
+
+    key: ClassVar[str] = "path"
+    file: str | None = None
+    """x, y, z and, if the tool's attitude was recorded, qw, qx, qy, qz a row (.csv); relative to the scene file"""
+    waypoints: Annotated[tuple[Place, ...], Field(max_length=10_000)] = ()
+    """instead of a file [m]"""
+    unit: Unit = "mm"
+    """of the numbers in the file, unless its header names it (x_m, y_m, z_m)"""
+    closed: bool = False
+    """its end goes smoothly over into its beginning"""
+    crossing: NotNegativeLength = curve.CROSSING
+    """nearest that it may come to another stretch of itself; 0 allows what comes [m]"""
+    pose: PoseSection = PoseSection()
+    """of the file's own frame; of waypoints none"""
+
+    @model_validator(mode="after")
+    def _one_source(self) -> Self:
+        if (self.file is None) == (not self.waypoints):
+            told = "both are given" if self.waypoints else "none is given"
+            raise ValueError(f"a path is a file or waypoints; {told} | keep one of them, e.g. file: suture.csv")
+        return self
+
+    def make(self, here: Here, X_WF: Array) -> _core.Geometry:
+        """The curve."""
+        return self.curve(here, X_WF)
+
+    def curve(self, here: Here, X_WF: Array) -> _core.PathGeometry:
+        """The curve in F."""
+        if self.file is None:
+            points = np.array([here.place(p, X_WF) for p in self.waypoints])
+            return curve.path(points, closed=self.closed, crossing=self.crossing, name="waypoints")
+        from palpate.guidance.files import read_rows
+
+        file = here.file(self.file)
+        points, R = read_rows(file, self.unit)
+        X = self.pose.matrix()
+        points, R = points @ X[:3, :3].T + X[:3, 3], None if R is None else X[:3, :3] @ R
+        return curve.path(points, R, closed=self.closed, crossing=self.crossing, name=str(file))
+
+
+class Tube(Path):
+    """Everything within a radius of a path."""
+
+    key: ClassVar[str] = "tube"
+    radius: PositiveLength
+    """of the tube [m]"""
+
+    def make(self, here: Here, X_WF: Array) -> _core.Geometry:
+        """The tube."""
+        return _core.OffsetGeometry(self.curve(here, X_WF), self.radius)

@@ -1,0 +1,105 @@
+"""Which term made this force? In words; the numbers are the core's own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial.transform import Rotation
+
+from palpate.guidance.here import Here
+
+if TYPE_CHECKING:
+    from palpate.guidance.fixture import Fixture
+
+_SMALL = 1e-9  # forces and gaps below it are none [N, m]
+
+
+def why(fixture: Fixture, X_WT: npt.ArrayLike, V_WT: npt.ArrayLike | None, t: float, here: Here | None) -> str:
+    """What the fixture does to a tool, by itself, line by line: what is wanted, what is, and the terms of the force."""
+    X = np.array(X_WT, dtype=np.float64)
+    if X.shape == (3,):
+        p, X = X, np.eye(4)
+        X[:3, 3] = p
+    V = np.zeros(6) if V_WT is None else np.array(V_WT, dtype=np.float64)
+    core = fixture.make(here)
+    asked = core.ask(X, t, V)
+    lines = [f"{core.name} ({fixture.role.name}, law {fixture.law.name}, {'hard' if fixture.hard else 'soft'}):"]
+    lines += [f"  {line}" for line in _lines(fixture, asked, core.ask(X, t, np.zeros(6)))]
+    if not fixture.enabled:
+        lines.append("  it is switched off: none of this counts")
+    elif fixture.authority < 1.0:
+        lines.append(f"  its authority is {fixture.authority:g}: the hand is given so much of it")
+    return "\n".join(lines)
+
+
+def of_tick(fixtures: Sequence[Fixture], tick: Any, here: Here) -> str:
+    """What guidance did at a tick of a run: the sum, the fixture that pulled most, and how it comes to that.
+
+    Every fixture is asked where the hand sends the tool: at the goal as it was mapped, before it was corrected.
+    """
+    force, index = float(np.linalg.norm(tick["F_guidance_W"])), int(tick["guidance_fixture"])
+    held = np.asarray(tick["p_correction_W"], dtype=np.float64)
+    lines = []
+    if np.linalg.norm(held) > _SMALL:
+        lines.append(f"hard fixtures hold the tool's goal back by {1e3 * np.linalg.norm(held):.3g} mm")
+    if not 0 <= index < len(fixtures):
+        return "\n".join([*lines, "no fixture pulls"])
+    lines.append(f"guidance pulls with {force:.3g} N; most of it is {fixtures[index].name}'s")
+    R = Rotation.from_quat(np.roll(tick["quat_WT"], -1)).as_matrix()
+    X = np.eye(4)
+    X[:3, :3], X[:3, 3] = R, np.asarray(tick["p_WT_goal"]) - held
+    return "\n".join([*lines, why(fixtures[index], X, None, float(tick["t"]), here)])
+
+
+def _lines(fixture: Fixture, asked: dict[str, Any], still: dict[str, Any]) -> list[str]:
+    """asked: the core's answer to the tool as it moves; still: to the same tool at rest."""
+    gap, turns = float(asked["gap"]), bool(asked["turns"])
+    if not np.isfinite(gap):
+        limit = f"; the tool may move at {asked['speed']:g} m/s" if np.isfinite(asked["speed"]) else ""
+        return [f"nothing is wanted here{limit}"]
+    part = slice(3, 6) if turns else slice(0, 3)
+    F, F_still = np.asarray(asked["F"])[part], np.asarray(still["F"])[part]
+    return [_state(fixture, gap, turns), *_terms(fixture, F, F - F_still, turns)]
+
+
+def _state(fixture: Fixture, gap: float, turns: bool) -> str:
+    size = f"{np.degrees(abs(gap)):.3g} deg" if turns else f"{1e3 * abs(gap):.3g} mm"
+    margin = f" its margin of {1e3 * fixture.role.margin:g} mm" if fixture.role.margin > 0.0 else ""
+    wrong = {
+        "guide": f"the tool is {size} off{' beyond' + margin if margin else ''}",
+        "forbid": f"the tool is {size} inside{margin or ' it'}",
+        "keep-in": f"the tool is {size} outside{' of' + margin if margin else ''}",
+        "orient": f"the tool is turned {size} too far away",
+        "limit": f"the tool is {size} beyond the limit",
+        "rcm": f"the shaft passes {size} beside the place",
+    }
+    right = {
+        "guide": "the tool is on it",
+        "forbid": f"the tool is {size} away from{margin or ' it'}",
+        "keep-in": f"the tool is inside, {size} from{margin or ' its border'}",
+        "orient": "the tool is turned as it shall be",
+        "limit": f"{size} are left to the limit",
+        "rcm": "the shaft passes through the place",
+    }
+    return (wrong if gap < -_SMALL else right)[fixture.role.name]
+
+
+def _terms(fixture: Fixture, F: npt.NDArray[np.float64], F_B: npt.NDArray[np.float64], turns: bool) -> list[str]:
+    unit = "N m" if turns else "N"
+    total, law = float(np.linalg.norm(F)), fixture.law
+    if total < _SMALL:
+        return ["no force"]
+    damping = float(np.linalg.norm(F_B))
+    spring = float(np.linalg.norm(F - F_B))
+    K, B = (law.turning_stiffness, law.turning_damping) if turns else (law.stiffness, law.damping)
+    per = "N m/rad" if turns else "N/m"
+    lines = [f"spring: {spring:.3g} {unit}, at {K:g} {per}"] if spring > _SMALL else []
+    if damping > _SMALL:
+        against = float(F_B @ F) < 0.0
+        lines.append(f"damping: {damping:.3g} {unit}, at {B:g} {per.replace('/', ' s/')}" + ", against it" * against)
+    way = ", ".join(f"{x:+.2f}" for x in F / total)
+    most = "damping" if damping > spring else "the spring"
+    return [*lines, f"together {total:.3g} {unit} along ({way}) in W; most of it is {most}"]
