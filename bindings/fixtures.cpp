@@ -5,9 +5,11 @@
 #include <array>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "bindings.hpp"
 #include "convert.hpp"
+#include "palpate/guidance/frame.hpp"
 #include "palpate/guidance/guidance.hpp"
 
 namespace nb = nanobind;
@@ -151,8 +153,9 @@ void bind_fixture(nb::module_& m) {
   nb::class_<Fixtures>(m, "Fixtures", "A list of fixtures: immutable, swapped whole.")
       .def(
           "__init__",
-          [](Fixtures* self, const std::vector<Fixture*>& fixtures) {
+          [](Fixtures* self, const std::vector<Fixture*>& fixtures, std::shared_ptr<guidance::LiveFrame> tool) {
             Fixtures list;
+            list.tool = std::move(tool);
             for (const Fixture* f : fixtures) {
               if (f == nullptr) throw std::invalid_argument("guidance: a fixture of the list is None");
               list.fixture.push_back(*f);
@@ -160,7 +163,8 @@ void bind_fixture(nb::module_& m) {
             guidance::check(list);
             new (self) Fixtures(std::move(list));
           },
-          "fixtures"_a = std::vector<Fixture*>{})
+          "fixtures"_a = std::vector<Fixture*>{}, "tool"_a.none() = nb::none(),
+          "tool: a frame that is told at every tick where the tool is.")
       .def("__len__", [](const Fixtures& list) { return list.fixture.size(); })
       .def(
           "list", [](const Fixtures& list) { return list.fixture; }, "The fixtures, in their order.");

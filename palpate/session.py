@@ -197,7 +197,8 @@ class Session:
     @fixtures.setter
     def fixtures(self, value: Iterable[Fixture]) -> None:
         fixtures = named(tuple(value))
-        self._sim.set_fixtures(_core.Fixtures([fixture.make(self.rig.here) for fixture in fixtures]))
+        here = self.rig.here
+        self._sim.set_fixtures(_core.Fixtures([fixture.make(here) for fixture in fixtures], here.tool))
         self._fixtures = fixtures
 
     @property

@@ -109,7 +109,7 @@ class Frame(Section):
     """Where a fixture is attached, and how it sits there."""
 
     of: str = "world"
-    """world, leader, follower, camera, or an object of the scene, with its motion"""
+    """world, leader, follower, tool, camera, or an object of the scene, with its motion"""
     pose: PoseSection = PoseSection()
     """X_FG: the geometry in that frame"""
 
@@ -226,7 +226,8 @@ class Fixture(Section):
         if self.geometry.object is not None:
             here.body(self.geometry.object.name)  # told as an object that is missing, not as a frame
         frame, X_FG = here.frame(self.frame.of), self.frame.pose.matrix()
-        shape = self.geometry.make(here, frame.at(0.0)[0] @ X_FG)
+        X_WF = np.eye(4) if isinstance(frame, _core.LiveFrame) else frame.at(0.0)[0]
+        shape = self.geometry.make(here, X_WF @ X_FG)
         if self.frame.of == "world":
             return placed(shape, X_FG)
         return _core.PlacedGeometry(shape, X_FG, frame)

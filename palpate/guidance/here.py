@@ -33,7 +33,7 @@ class Here:
     file: Callable[[str], Path] = Path
     """a file by the name that the scene gives it"""
     frames: Mapping[str, _core.Frame] = field(default_factory=_still)
-    """by name: world, leader, follower, camera, and the scene's objects"""
+    """by name: world, leader, follower, tool, camera, and the scene's objects"""
     places: Mapping[str, npt.ArrayLike] = field(default_factory=dict)
     """named places, (3,) in W [m]"""
     bodies: Mapping[str, Mesh | Surface] = field(default_factory=dict)
@@ -46,6 +46,12 @@ class Here:
             GuidanceError: there is none; names those there are.
         """
         return self.frames[self._known(name, self.frames, "frame")]
+
+    @property
+    def tool(self) -> _core.LiveFrame | None:
+        """The frame that a run tells where its tool is; None without a scene."""
+        frame = self.frames.get("tool")
+        return frame if isinstance(frame, _core.LiveFrame) else None
 
     def body(self, name: str) -> Mesh | Surface:
         """The object of that name.
@@ -63,7 +69,8 @@ class Here:
         """
         if not isinstance(at, str):
             return np.array(at, dtype=np.float64)
-        origins = {name: frame.at(0.0)[0][:3, 3] for name, frame in self.frames.items() if name != "world"}
+        still = {name: frame for name, frame in self.frames.items() if not isinstance(frame, _core.LiveFrame)}
+        origins = {name: frame.at(0.0)[0][:3, 3] for name, frame in still.items() if name != "world"}
         known = {**origins, **self.places}
         p_W = np.asarray(known[self._known(at, known, "place")], dtype=np.float64)
         return np.asarray(X_WF[:3, :3].T @ (p_W - X_WF[:3, 3]))

@@ -13,7 +13,7 @@ from palpate.scene import arms, surface, tissue
 from palpate.scene.scene import Scene
 
 #: Frames that are told where they are while a session runs; at the world's origin until then.
-LIVE = ("camera",)
+LIVE = ("tool", "camera")
 
 
 def here(scene: Scene, placed: list[surface.Surface], both: arms.Arms) -> Here:
@@ -39,7 +39,7 @@ def fixtures(scene: Scene, around: Here) -> _core.Fixtures:
     """
     made = [_made(scene, i, fixture, around) for i, fixture in enumerate(scene.guidance)]
     try:
-        return _core.Fixtures(made)
+        return _core.Fixtures(made, around.tool)
     except ValueError as error:
         what, _, mend = str(error).partition("; ")
         raise SceneError(what, where=scene.where("guidance"), mend=mend) from None

@@ -1,5 +1,7 @@
 """What point, line and plane answer: closed forms, finite differences, a change of frame, numbers at the edge."""
 
+import threading
+
 import numpy as np
 import pytest
 from asking import ask, poses
@@ -111,6 +113,45 @@ def test_a_live_frame_is_where_it_was_last_told_to_be():
     np.testing.assert_allclose([q["distance"][0], *q["velocity"][0], *q["spin"][0]], [0.2, 1, 2, 3, 0, 0, 1])
     with pytest.raises(ValueError, match=r"V_WF must be six finite numbers: linear \[m/s\] over angular"):
         frame.set(X, [np.nan, 0, 0, 0, 0, 0])
+
+
+def test_who_asks_a_live_frame_while_it_is_told_gets_one_whole_answer():
+    """Rows of the pose and of its velocity tell the same number: none of them is of another moment."""
+    frame, stop, torn = _core.LiveFrame(), threading.Event(), []
+
+    def ask_on():
+        while not stop.is_set():
+            X, V = frame.at(0.0)
+            if not X[0, 3] == X[1, 3] == X[2, 3] == V[0] == V[5]:
+                torn.append((X, V))
+
+    frame.set(np.eye(4), np.zeros(6))
+    threads = [threading.Thread(target=ask_on) for _ in range(3)]
+    for thread in threads:
+        thread.start()
+    for i in range(20_000):
+        X = np.eye(4)
+        X[:3, 3] = i
+        frame.set(X, np.full(6, float(i)))
+    stop.set()
+    for thread in threads:
+        thread.join()
+    assert torn == []
+
+
+def test_what_is_attached_to_the_tool_goes_with_it():
+    frame = _core.LiveFrame()
+    X_FG = np.eye(4)
+    X_FG[:3, 3] = [0.01, 0.0, 0.0]
+    ahead = _core.Fixture("ahead", _core.PlacedGeometry(_core.PointGeometry(), X_FG, frame), "guide")
+    stage, fixtures = _core.Guidance(), _core.Fixtures([ahead], frame)
+    stage.take(fixtures)
+    for i in range(500):
+        X_WT = np.eye(4)
+        X_WT[:3, 3] = [1e-4 * i, 0.02, 0.0]
+        stage.step(1e-3 * i, X_WT, [0.1, 0, 0, 0, 0, 0], X_WT)
+        assert stage.gap(0) == pytest.approx(-0.01)
+    np.testing.assert_allclose(stage.wrench(0)[:3], [4.0, 0, 0], atol=1e-9)
 
 
 @given(p=st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=3, max_size=3), t=st.floats(0, 1e300))

@@ -219,6 +219,23 @@ guidance:
   - keep-rcm
   - {geometry: {sphere: {radius: 0.1}}, role: keep-in, frame: liver}
 """
+ATTACHED = """
+objects: [{sphere: {radius: 0.03}}]
+guidance: [{name: ahead, geometry: {point: {at: [0, 0.01, 0]}}, role: guide, frame: FRAME}]
+operator: {path: [{t: 0, xyz: [0, 0, 0.05]}, {t: 1, xyz: [0.02, 0, 0.05]}]}
+"""
+
+
+def test_a_scene_attaches_a_fixture_to_its_tool_and_to_a_camera_that_is_told():
+    session = palpate.Session(Scene.parse(ATTACHED.replace("FRAME", "tool")))
+    session.step(600)
+    assert session.step().tick["guidance_gap"] == pytest.approx(-0.01, abs=1e-3)
+    session = palpate.Session(Scene.parse(ATTACHED.replace("FRAME", "camera")))
+    X_WC = np.eye(4)
+    X_WC[:3, 3] = [0, 0.02, 0.05]
+    session.frames["camera"].set(X_WC)
+    goal = np.array(session.step().tick["p_WT_goal"])
+    assert session.latest()["guidance_gap"] == pytest.approx(-np.linalg.norm(goal - [0, 0.03, 0.05]), abs=1e-6)
 
 
 def test_a_scene_lists_fixtures_and_writes_them_back():

@@ -12,6 +12,8 @@
 
 namespace palpate::guidance {
 
+class LiveFrame;
+
 /// Fixtures of a list, at most.
 inline constexpr int kMaxFixtures = 128;
 
@@ -134,6 +136,7 @@ struct Fixture {
 
 struct Fixtures {
   std::vector<Fixture> fixture;
+  std::shared_ptr<LiveFrame> tool;  ///< told at every tick where the tool is, for what is attached to it; may be null
 };
 
 /// Names of the roles and laws there are.

@@ -1,9 +1,12 @@
 // Where a geometry is attached: to the world, to something that moves by a closed form, to what somebody tells live.
 #pragma once
 
+#include <array>
+#include <atomic>
+#include <cstddef>
+
 #include "palpate/guidance/geometry.hpp"
 #include "palpate/scene/motion.hpp"
-#include "palpate/types/mailbox.hpp"
 
 namespace palpate::guidance {
 
@@ -31,15 +34,18 @@ class MotionFrame final : public Frame {
   scene::Motion motion_;
 };
 
-/// Is where it was last told to be: a tool, a tracked camera, a handle in a viewer. One thread tells, one asks; until
-/// it is told for the first time it is at the world's origin.
+/// Is where it was last told to be: a tool, a tracked camera, a handle in a viewer. One thread at a time tells, any
+/// number ask; nobody waits. Until it is told for the first time it is at the world's origin.
 class LiveFrame final : public Frame {
  public:
-  void set(const FrameState& state) noexcept { mailbox_.write(state); }
-  [[nodiscard]] FrameState at(double) const noexcept override { return mailbox_.read(); }
+  void set(const FrameState& state) noexcept;
+  [[nodiscard]] FrameState at(double) const noexcept override;
 
  private:
-  mutable Mailbox<FrameState> mailbox_;  // reading it is what the cycle does, alone
+  static constexpr std::size_t kSlots = 8;  // who asks may be overtaken by so many, less one
+  using Slot = std::array<std::atomic<double>, 18>;
+  std::array<Slot, kSlots> slots_{};
+  std::atomic<std::size_t> told_{0};  // how often; 0: never
 };
 
 /// A geometry at X_FG in a frame.

@@ -5,6 +5,7 @@
 #include <functional>
 #include <stdexcept>
 
+#include "palpate/guidance/frame.hpp"
 #include "palpate/guidance/law/profile.hpp"
 #include "palpate/loop/tick.hpp"
 
@@ -72,6 +73,7 @@ const Output& Guidance::step(const Input& in) noexcept {
     V_before_ = in.V_WT;
     started_ = true;
   }
+  if (fixtures_ != nullptr && fixtures_->tool != nullptr) fixtures_->tool->set({in.X_WT, in.V_WT});
   follower_.observe(in.X_WT.p);
   out_.X_WT_goal = in.X_WT_goal;
   out_.status = 0;
