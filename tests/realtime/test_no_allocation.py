@@ -76,3 +76,10 @@ def test_simulated_dvrk_asks_nothing(guard, what):
     first, *rest = found["calls"][1:]
     assert found["following"] == (what == "following")
     assert rest == [first] * len(rest)
+
+
+def test_a_query_of_a_geometry_asks_nothing(guard):
+    for name, calls in watched(guard, "geometries", "all").items():
+        first, *rest = calls[1:]
+        assert rest == [first] * len(rest), name
+        assert first[0] > 0, "control: the call's own allocations are counted"

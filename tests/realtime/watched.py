@@ -2,7 +2,7 @@
 
 python watched.py realtime METHOD RATE SECONDS
     | lockstep METHOD [organ|solids|LAW|ARM|identified|estimating|guided]
-    | robot following|impedance|moving
+    | robot following|impedance|moving | geometries all
 """
 
 import ctypes
@@ -17,10 +17,12 @@ import numpy as np
 
 from palpate import _core, dvrk
 from palpate.arm import Arm
+from palpate.guidance import curve
 from palpate.mesh import Mesh
 from palpate.record.ticks import as_ticks
 from palpate.scene.rig import build
 from palpate.scene.scene import Scene
+from palpate.shapes import analytic
 from palpate.shapes.organ import organ
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "loop"))
@@ -241,10 +243,42 @@ def robot(what: str) -> dict[str, object]:
     return {"calls": asked, "following": system.teleop("MTMR_PSM1")["following"]}
 
 
+def geometries() -> dict[str, object]:
+    """Queries of every kind of geometry, at places near and far: n of them ask as much as n' of them."""
+    ball, box = _core.SurfaceGeometry(_core.Sphere(0.03)), _core.SurfaceGeometry(_core.Box(np.full(3, 0.05)))
+    vertices, triangles = analytic.Sphere(0.03).mesh(20_000)
+    way = curve.path(0.01 * np.random.default_rng(0).normal(size=(40, 3)), crossing=0.0)
+    live = _core.LiveFrame()
+    shapes = {
+        "point": _core.PointGeometry(),
+        "line": _core.LineGeometry(np.zeros(3), np.ones(3)),
+        "path": way,
+        "tube": _core.OffsetGeometry(way, 0.002),
+        "cone": _core.ConeGeometry(np.zeros(3), np.ones(3), 0.3),
+        "mesh": _core.SurfaceGeometry(_core.Mesh(vertices, triangles)),
+        "cloud": _core.SurfaceGeometry(_core.Cloud(vertices, 0.001)),
+        "combined": _core.CombinedGeometry("difference", [ball, box], 0.002),
+        "placed": _core.PlacedGeometry(ball, np.eye(4), live),
+    }
+    X = np.tile(np.eye(4), (3000, 1, 1))
+    X[:, :3, 3] = np.random.default_rng(1).normal(size=(3000, 3)) * np.logspace(-3, 6, 3000)[:, None]
+    me, asked = threading.get_native_id(), {}
+    for name, shape in shapes.items():
+        asked[name] = []
+        for n in (300, 300, 1000, 3000):
+            part = np.ascontiguousarray(X[:: 3000 // n])
+            before = counts(me)
+            _core.time_query(shape, part)
+            asked[name].append((counts(me) - before).tolist())
+    return asked
+
+
 if __name__ == "__main__":
     mode, method, *rest = sys.argv[1:]
     if mode == "robot":
         found = robot(method)
+    elif mode == "geometries":
+        found = geometries()
     else:
         found = realtime(method, *map(float, rest)) if mode == "realtime" else lockstep(method, *rest)
     print(json.dumps(found))
