@@ -183,7 +183,7 @@ def test_interrupt_while_loading_is_silent(spawn, scene):
 
 def test_a_full_disk_ends_the_record_not_the_run(spawn, scene, tmp_path):
     def small_files():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (400_000, 400_000))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (700_000, 700_000))
 
     args = ("--headless", "--duration", 2, "--out", tmp_path / "o", "--json", tmp_path / "run.json")
     process = spawn("run", scene, *args, preexec_fn=small_files)
