@@ -24,4 +24,5 @@ NB_MODULE(_core, m) {
   palpate::bindings::bind_torque(m);
   palpate::bindings::bind_loop(m);
   palpate::bindings::bind_simulation(m);
+  palpate::bindings::bind_crtk(m);
 }

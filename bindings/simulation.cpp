@@ -15,6 +15,7 @@
 
 #include "bindings.hpp"
 #include "convert.hpp"
+#include "rows.hpp"
 #include "timing.hpp"
 
 namespace nb = nanobind;
@@ -29,21 +30,6 @@ using loop::HandPath;
 using loop::Simulation;
 using loop::SimulationOptions;
 using loop::Tick;
-
-constexpr std::size_t kColumns = sizeof(Tick) / sizeof(double);
-using Rows = nb::ndarray<nb::numpy, double, nb::ndim<2>>;
-
-Rows to_rows(std::vector<Tick>&& ticks) {
-  auto owner = std::make_unique<std::vector<Tick>>(std::move(ticks));
-  auto* data = reinterpret_cast<double*>(owner->data());
-  const std::size_t n = owner->size();
-  nb::capsule capsule(owner.release(), [](void* p) noexcept { delete static_cast<std::vector<Tick>*>(p); });
-  return Rows(data, {n, kColumns}, capsule);
-}
-
-nb::object to_row(const Tick& tick) { return nb::cast(to_rows({tick}))[nb::int_(0)]; }
-
-using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
 Rows run(Simulation& self, std::size_t n_ticks, const std::optional<Points>& hand_W) {
   std::vector<Vec3> led;

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "palpate/loop/reach.hpp"
 #include "palpate/loop/record.hpp"
 
 namespace palpate::loop {
@@ -53,7 +54,9 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
   locate();
   const unsigned estimated = estimate();
   const HapticsOutput& felt = haptics_.step(in_);
-  const bool reached = reach(felt.mapped.X_WT_goal, felt.mapped.jaw);
+  const Pose X_BT_goal = options_.X_WB.inverse() * felt.mapped.X_WT_goal;
+  const bool reached = reach(follower_, X_BT_goal, q_step_, out_.follower.q);
+  out_.follower.jaw = felt.mapped.jaw;
   in_.tool.reached = reached && in_.tool.good;
   const Wrench& F_H_L = felt.rendered.F_H_L;
   const unsigned driven = torque_.step(leader_, {leader_state_, F_H_L, in_.handle.good, felt.B_H_L}, out_.leader);
@@ -151,18 +154,6 @@ bool Cycle::trust(const CycleInput& in) noexcept {
                      (leader_finite && follower_finite ? 0u : kNotFinite) | (c.clutch ? kClutched : 0u) |
                      (c.following ? 0u : kNotFollowing);
   return leader_known_ && follower_known_;
-}
-
-// The follower's joints for a goal, no faster than they may turn: where the goal comes back into reach they are not
-// those of where it left. The last ones when there are none.
-bool Cycle::reach(const Pose& X_WT_goal, double jaw) noexcept {
-  JointVector q = out_.follower.q;
-  const bool reached = follower_.ik(options_.X_WB.inverse() * X_WT_goal, q).converged && q.allFinite();
-  if (reached) {
-    out_.follower.q += (q - out_.follower.q).cwiseMax(-q_step_).cwiseMin(q_step_).eval();
-  }
-  out_.follower.jaw = jaw;
-  return reached;
 }
 
 // What really pushes the tool, told by the torques of the follower's drives. Answers bits of Status.

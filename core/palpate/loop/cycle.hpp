@@ -58,7 +58,6 @@ class Cycle {
   void locate() noexcept;
   void place_spheres() noexcept;
   [[nodiscard]] unsigned estimate() noexcept;
-  bool reach(const Pose& X_WT_goal, double jaw) noexcept;
   void record_leader() noexcept;
   void record_follower() noexcept;
 

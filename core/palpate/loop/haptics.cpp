@@ -96,7 +96,7 @@ stability::Output Haptics::stabilise(const HapticsInput& in) noexcept {
   now.V_LH = in.handle.V_LH;
   now.q = in.handle.q;
   const Vec3 F_T_W = out_.force.F + out_.guided.F_T_W.f;
-  now.stiffness = options_.mapping.force_scale * options_.mapping.scale *
+  now.stiffness = mapping_.options().force_scale * mapping_.options().scale *
                   (stability::stiffness_along(F_T_W, *out_.contacts, in.controls.stiffness_scale) +
                    guidance_.stiffness_along(F_T_W));
   return stability_.step(now);

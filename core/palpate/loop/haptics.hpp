@@ -89,6 +89,8 @@ class Haptics {
   /// From now on these fixtures; they outlive it, or the next ones.
   void take(const guidance::Fixtures& fixtures) noexcept { guidance_.take(fixtures); }
   [[nodiscard]] const guidance::Guidance& guidance() const noexcept { return guidance_; }
+  /// Another motion scale: the map is caught anew.
+  void rescale(double scale) noexcept { mapping_.rescale(scale); }
   /// Contact starts afresh from where the tool is.
   void forget_contacts() noexcept { contact_.reset(); }
   /// For whoever drives the loop: see contact::Method::collide.

@@ -60,7 +60,7 @@ stability::Energy Haptics::book(const HapticsInput& in, const Wrench& F_H_L) noe
   }
   forces.F_source.back() = rest;
   // A spring of the tool's side, seen from the hand, which moves 1/scale as far.
-  const double per_hand = law ? options_.mapping.force_scale / options_.mapping.scale : 0.0;
+  const double per_hand = law ? mapping_.options().force_scale / mapping_.options().scale : 0.0;
   const double spring = per_hand * stability::spring_energy(contacts, in.controls.stiffness_scale);
   return ledger_.step(in.handle.X_LH, forces, spring);
 }

@@ -79,9 +79,21 @@ constexpr std::array kSignals = {
 #undef SIGNAL
 
 constexpr std::array kStatusWords = {
+    StatusWords{"guarded", kGuarded, "the guardian has taken over, or is gone: the force stays zero"},
+    StatusWords{"second_writer", kSecondWriter, "somebody else commands the same arm: no force until one of them ends"},
+    StatusWords{"other_teleop", kOtherTeleop, "another teleoperation is on: nothing is sent to the leader"},
+    StatusWords{"jumped", kJumped, "a pose jumped, faster than any hand: the force goes to zero"},
+    StatusWords{"clock_jumped", kClockJumped, "a clock jumped: the force goes to zero"},
+    StatusWords{"bad_stamp", kBadStamp, "a stamp was zero (not valid) or far from this machine's clock"},
+    StatusWords{"stalled", kStalled, "the cycle was late by more than a state may be old: the force goes to zero"},
     StatusWords{"not_finite", kNotFinite, "a number was not finite, or beyond a million: the force ramps to zero"},
     StatusWords{"leader_stale", kLeaderStale, "the leader is silent: the force ramps to zero"},
     StatusWords{"follower_stale", kFollowerStale, "the follower is silent: the force ramps to zero"},
+    StatusWords{"lagging", kLagging, "the follower stays far behind its goal: it is let go"},
+    StatusWords{"slow", kSlow, "the leader tells its state too rarely for the rate of the cycle: no force"},
+    StatusWords{"not_enabled", kNotEnabled, "an arm is not enabled and homed: no force"},
+    StatusWords{"no_operator", kNoOperator, "nobody is at the console: no force"},
+    StatusWords{"settling", kSettling, "all is well again, but not yet for long enough: no force yet"},
     StatusWords{"not_following", kNotFollowing, "not following: the instrument stands still"},
     StatusWords{"clutched", kClutched, "clutched: the hand moves freely, the instrument stays"},
     StatusWords{"force_capped", kForceCapped, "force capped"},

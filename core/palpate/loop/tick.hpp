@@ -28,6 +28,19 @@ enum Status : unsigned {
   kGuided = 1u << 20,            ///< a fixture of guidance pulls
   kGoalCorrected = 1u << 21,     ///< a hard fixture keeps the tool's goal from where the hand sends it
   kGuidanceConflict = 1u << 22,  ///< hard fixtures contradict each other: one gave way, or the goal stays where it was
+  // Of devices on a network (crtk_cycle.hpp). All but the first two are faults: the force is zero within 30 ms.
+  kNoOperator = 1u << 17,    ///< nobody is at the console
+  kNotEnabled = 1u << 18,    ///< an arm is not enabled and homed
+  kBadStamp = 1u << 19,      ///< a stamp was zero, which says not valid, or far from our clock
+  kClockJumped = 1u << 23,   ///< ours, or the device's
+  kJumped = 1u << 24,        ///< a pose moved faster than anybody can
+  kSecondWriter = 1u << 25,  ///< somebody else commands the same arm
+  kOtherTeleop = 1u << 26,   ///< a teleoperation that is not ours is on
+  kSlow = 1u << 27,          ///< the leader tells its state too rarely for the rate of the cycle
+  kStalled = 1u << 28,       ///< the cycle itself was late
+  kGuarded = 1u << 29,       ///< the guardian has taken over, or is not there
+  kLagging = 1u << 30,       ///< the follower does not follow its goal
+  kSettling = 1u << 31,      ///< after a fault: all is well, but not yet for long enough
 };
 
 /// Touches of a tick that are told one by one.

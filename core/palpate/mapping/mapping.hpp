@@ -53,6 +53,11 @@ class Mapping {
   void given(const Pose& X_WT_goal) noexcept {
     if (!engaged_) goal_ = X_WT_goal;
   }
+  /// Another scale (above 0), from the next step on: the map is caught anew.
+  void rescale(double scale) noexcept {
+    options_.scale = scale;
+    engaged_ = false;
+  }
   /// Force on the hand in L that renders a force on the tool in W: F_H_L = force_scale R_LW F_T_W. Free vectors
   /// only rotate.
   [[nodiscard]] Vec3 force_on_hand(const Vec3& F_T_W) const noexcept;

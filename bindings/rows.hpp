@@ -1,0 +1,27 @@
+// Ticks as rows of a numpy array.
+#pragma once
+
+#include <nanobind/ndarray.h>
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "palpate/loop/tick.hpp"
+
+namespace palpate::bindings {
+
+inline constexpr std::size_t kColumns = sizeof(loop::Tick) / sizeof(double);
+using Rows = nanobind::ndarray<nanobind::numpy, double, nanobind::ndim<2>>;
+
+inline Rows to_rows(std::vector<loop::Tick>&& ticks) {
+  auto owner = std::make_unique<std::vector<loop::Tick>>(std::move(ticks));
+  auto* data = reinterpret_cast<double*>(owner->data());
+  const std::size_t n = owner->size();
+  nanobind::capsule capsule(owner.release(), [](void* p) noexcept { delete static_cast<std::vector<loop::Tick>*>(p); });
+  return Rows(data, {n, kColumns}, capsule);
+}
+
+inline nanobind::object to_row(const loop::Tick& tick) { return nanobind::cast(to_rows({tick}))[nanobind::int_(0)]; }
+
+}  // namespace palpate::bindings

@@ -1,0 +1,277 @@
+#include "palpate/loop/crtk_cycle.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+#include "palpate/loop/reach.hpp"
+#include "palpate/loop/record.hpp"
+#include "palpate/types/low_pass.hpp"
+
+namespace palpate::loop {
+namespace {
+
+constexpr double kTwistCutoff = 40.0;  // [Hz] of velocities that we difference ourselves
+/// What nobody has to mend: the operator's and the arms' own business.
+constexpr unsigned kGates = kNoOperator | kNotEnabled | kNotFollowing | kClutched;
+
+bool fits(const Twist& V, const WatchOptions& most) noexcept {
+  return V.v.norm() <= 2.0 * most.v_max && V.w.norm() <= 2.0 * most.w_max;  // so written, NaN does not fit
+}
+
+/// `to` no farther from `from` than `step`.
+Vec3 towards(const Vec3& from, const Vec3& to, double step) noexcept {
+  const Vec3 change = to - from;
+  const double norm = change.norm();
+  return norm > step ? Vec3(from + step / norm * change) : to;
+}
+
+/// F no longer than `most`.
+Vec3 within(const Vec3& F, double most) noexcept {
+  const double norm = F.norm();
+  return norm > most ? Vec3(most / norm * F) : F;
+}
+
+CrtkOptions checked(CrtkOptions o, const std::optional<arm::Arm>& follower) {
+  const auto refuse = [](const std::string& words) { throw std::invalid_argument("crtk: " + words); };
+  if (o.source != force::Source::contact) refuse("force by the follower's torques is not told by CRTK; use contact");
+  if (o.virtual_follower && !(follower && o.q_follower0.size() == follower->n())) {
+    refuse("a virtual follower needs its arm and q_follower0, one number per joint");
+  }
+  for (const contact::Sphere& sphere : o.contact.spheres) {
+    const int links = follower ? static_cast<int>(follower->link_names().size()) : 0;
+    if (sphere.link >= links) {
+      refuse("a sphere sits on link " + std::to_string(sphere.link) + ", the follower's model has " +
+             std::to_string(links) + " links");
+    }
+  }
+  for (const double& x : {o.release, o.settle, o.lag_most, o.slowest, o.watch.stale_after}) {
+    if (!(x > 0.0 && std::isfinite(x))) refuse("release, settle, lag_most, slowest and stale_after must be above 0");
+  }
+  o.stability.stale_after = std::numeric_limits<double>::infinity();  // judged here, by two clocks
+  return o;
+}
+
+}  // namespace
+
+CrtkCycle::CrtkCycle(const CrtkOptions& options, std::optional<arm::Arm> follower)
+    : options_(checked(options, follower)),
+      arm_(std::move(follower)),
+      haptics_(options_),
+      leader_(options.watch),
+      twist_(options.watch),
+      follower_(options.watch),
+      joints_(options.watch) {
+  if (arm_) {
+    zero_ = JointVector::Zero(arm_->n());
+    q_step_ = arm_->v_max() / options_.rate;
+    q_follower_ = options_.virtual_follower ? options_.q_follower0 : zero_;
+    arm_->update(q_follower_, zero_);
+    if (options_.virtual_follower) X_BT_ = arm_->tip();
+  }
+  in_.tool.jaw = options_.mapping.jaw_min;
+}
+
+void CrtkCycle::leader_pose(double stamp, const Vec3& p_LH, const Eigen::Vector4d& quat_LH, Moment now) noexcept {
+  const Pose last = in_.handle.X_LH;
+  const bool known = leader_.heard();
+  if (!leader_.stamp(stamp, now) || !leader_.pose(p_LH, quat_LH, in_.handle.X_LH)) return;
+  if (const double dt = leader_.interval(); known && dt > 0.0) {
+    const Eigen::AngleAxisd turn(in_.handle.X_LH.R * last.R.transpose());
+    const double share = low_pass_share(kTwistCutoff, dt);
+    V_differenced_.v += share * ((in_.handle.X_LH.p - last.p) / dt - V_differenced_.v);
+    V_differenced_.w += share * (turn.angle() / dt * turn.axis() - V_differenced_.w);
+  }
+}
+
+void CrtkCycle::leader_twist(double stamp, const Twist& V_LH, Moment now) noexcept {
+  if (!twist_.stamp(stamp, now)) return;
+  twist_told_ = true;
+  if (!fits(V_LH, options_.watch)) {
+    twist_.refuse(kNotFinite);
+    return;
+  }
+  in_.handle.V_LH = V_LH;
+}
+
+void CrtkCycle::leader_joints(double stamp, const double* q, std::size_t n) noexcept {
+  if (!(stamp > 0.0) || n == 0 || n > kMaxJoints) return;  // for the device's friction alone: no fault
+  const auto joints = Eigen::Map<const Eigen::VectorXd>(q, static_cast<Eigen::Index>(n));
+  if (joints.allFinite()) in_.handle.q = joints;
+}
+
+void CrtkCycle::gripper(double stamp, const double* angle, std::size_t n) noexcept {
+  if (!(stamp > 0.0)) return;
+  if (n == 1 && std::abs(angle[0]) < 10.0) {
+    in_.handle.gripper = angle[0];
+  } else {
+    refused_ |= kNotFinite;
+  }
+}
+
+void CrtkCycle::jaw(double stamp, const double* angle, std::size_t n) noexcept {
+  if (options_.virtual_follower || !(stamp > 0.0)) return;
+  if (n == 1 && std::abs(angle[0]) < 10.0) {
+    in_.tool.jaw = angle[0];
+  } else {
+    refused_ |= kNotFinite;
+  }
+}
+
+void CrtkCycle::follower_pose(double stamp, const Vec3& p_BT, const Eigen::Vector4d& quat_BT, Moment now) noexcept {
+  if (options_.virtual_follower) return;
+  if (follower_.stamp(stamp, now)) follower_.pose(p_BT, quat_BT, X_BT_);
+}
+
+void CrtkCycle::follower_joints(double stamp, const double* q, std::size_t n, Moment now) noexcept {
+  if (options_.virtual_follower || !arm_ || !joints_.stamp(stamp, now)) return;
+  const auto joints = Eigen::Map<const Eigen::VectorXd>(q, static_cast<Eigen::Index>(n));
+  if (n == static_cast<std::size_t>(arm_->n()) && (joints.array().abs() < 1e6).all()) {
+    q_follower_ = joints;
+  } else {
+    joints_.refuse(kNotFinite);
+  }
+}
+
+void CrtkCycle::set_scale(double scale) noexcept {
+  if (!(scale > 0.0 && scale <= 10.0)) {
+    refused_ |= kNotFinite;
+  } else if (scale != haptics_.mapping().options().scale) {
+    haptics_.rescale(scale);
+  }
+}
+
+void CrtkCycle::set_scene(const scene::Snapshot& scene) noexcept {
+  in_.scene = &scene;
+  haptics_.forget_contacts();
+}
+
+const CrtkOutput& CrtkCycle::step(Moment now) noexcept {
+  const double dt = stepped_ ? std::max(now.t - last_.t, 0.0) : 0.0;
+  out_.tick = Tick{};
+  const unsigned status = judge(now);
+  last_ = now;
+  stepped_ = true;
+  if (in_.scene == nullptr) return out_;
+
+  const bool trusted = (status & ~kGates) == 0;
+  if (trusted && afresh_) {
+    haptics_.forget_contacts();
+    afresh_ = false;
+  }
+  in_.t = now.t;
+  in_.handle.t = in_.tool.t = now.t;
+  in_.handle.good = in_.tool.good = trusted;
+  const Controls people = in_.controls;
+  in_.controls.following = people.following && (status & (kNoOperator | kNotEnabled | kNotFollowing)) == 0;
+  in_.controls.clutch = people.clutch || gates_.clutch;
+  locate();
+  const HapticsOutput& felt = haptics_.step(in_);
+  F_ = last_word(felt.rendered.F_H_L, felt.mapped.engaged, dt);
+  haptics_.finish(in_, F_, out_.tick);
+  const unsigned reached = follow(felt);
+  in_.controls = people;
+
+  const Mat3& R_LH = in_.handle.X_LH.R;
+  out_.F = options_.tip_frame ? Wrench{R_LH.transpose() * F_.f, R_LH.transpose() * F_.t} : F_;
+  out_.command = gates_.leader_enabled && !gates_.other_teleop;
+  out_.tick.t = now.t;
+  const unsigned caps = felt.rendered.status & ~(kLeaderStale | kFollowerStale);
+  out_.tick.status = status | caps | reached;
+  copy(in_.handle.q, out_.tick.q);
+  if (arm_) copy(q_follower_, out_.tick.q_follower);
+  return out_;
+}
+
+void CrtkCycle::drop() noexcept {
+  F_ = {};
+  fault_at_ = last_.t;
+  afresh_ = true;
+}
+
+// All that forbids a force now, as bits of Status. What is not the operator's own business is a fault, after which all
+// must be well for a while.
+unsigned CrtkCycle::judge(Moment now) noexcept {
+  const CrtkGates& g = gates_;
+  const bool virtual_follower = options_.virtual_follower;
+  const bool stalled = stepped_ && now.t - last_.t > options_.watch.stale_after;
+  const bool slow = leader_.period() * options_.rate > options_.slowest;
+  const bool lags = options_.own_teleop && !virtual_follower && in_.tool.good && out_.move &&
+                    (out_.X_BT_goal.p - X_BT_.p).norm() > options_.lag_most;
+  // Of a twist that was told once and is no more, the last one is no velocity of now.
+  twist_known_ = twist_told_ && !twist_.stale(now);
+  unsigned fault =
+      leader_.faults() | twist_.faults() | follower_.faults() | joints_.faults() | std::exchange(refused_, 0u) |
+      (stalled ? kStalled : 0u) | (slow ? kSlow : 0u) | (lags ? kLagging : 0u) |
+      (g.second_writer ? kSecondWriter : 0u) | (g.other_teleop ? kOtherTeleop : 0u) | (g.guarded ? kGuarded : 0u) |
+      (leader_.stale(now) ? kLeaderStale : 0u) | (!virtual_follower && follower_.stale(now) ? kFollowerStale : 0u);
+  if (fault != 0) {
+    fault_at_ = now.t;
+    afresh_ = true;
+  } else if (afresh_ && now.t - fault_at_ < options_.settle) {
+    fault = kSettling;
+  }
+  const bool enabled = !options_.needs_state || (g.leader_enabled && (virtual_follower || g.follower_enabled));
+  const bool nobody = options_.own_teleop && options_.needs_operator && !g.operator_present;
+  return fault | (enabled ? 0u : kNotEnabled) | (nobody ? kNoOperator : 0u) | (g.following ? 0u : kNotFollowing) |
+         (g.clutch || in_.controls.clutch ? kClutched : 0u);
+}
+
+// Where the tool is, and how fast the handle.
+void CrtkCycle::locate() noexcept {
+  if (!twist_known_) in_.handle.V_LH = V_differenced_;
+  if (!in_.handle.good) in_.handle.V_LH = {};
+  if (arm_) arm_->update(q_follower_, zero_);
+  if (options_.virtual_follower) X_BT_ = arm_->tip();
+  in_.tool.X_WT = options_.X_WB * X_BT_;
+  place_spheres(options_.virtual_follower || (arm_ && !joints_.stale(last_)));
+}
+
+// Spheres on links of which nothing is known touch nothing.
+void CrtkCycle::place_spheres(bool joints_known) noexcept {
+  Instrument& tool = in_.tool;
+  const Pose X_WA = joints_known ? tool.X_WT * arm_->tip().inverse() : Pose{};  // the model's base, wherever it is
+  tool.p_WS[0] = tool.X_WT.p;
+  std::size_t s = 0;
+  for (const contact::Sphere& sphere : options_.contact.spheres) {
+    const Vec3 p = sphere.centre(tool.jaw);
+    if (sphere.link < 0) {
+      tool.p_WS[++s] = tool.X_WT * p;
+    } else if (joints_known) {
+      tool.p_WS[++s] = X_WA * (arm_->link_pose(sphere.link) * p);
+    } else {
+      tool.p_WS[++s].setConstant(std::numeric_limits<double>::quiet_NaN());
+    }
+  }
+}
+
+// The goal: for a follower that is ours to move, and for one that there is not. Answers bits of Status.
+unsigned CrtkCycle::follow(const HapticsOutput& felt) noexcept {
+  out_.X_BT_goal = options_.X_WB.inverse() * felt.mapped.X_WT_goal;
+  out_.jaw = felt.mapped.jaw;
+  out_.move = options_.own_teleop && !options_.virtual_follower && felt.mapped.engaged;
+  bool reached = options_.own_teleop && (out_.X_BT_goal.p - X_BT_.p).norm() <= options_.lag_most;
+  if (options_.virtual_follower) {
+    reached = reach(*arm_, out_.X_BT_goal, q_step_, q_follower_);
+    in_.tool.jaw = out_.jaw;
+  }
+  in_.tool.reached = reached && in_.tool.good;
+  return options_.virtual_follower && !reached ? kIkFailed : kOk;
+}
+
+// The cap on the rate holds in real time, however far apart the steps are; the way to zero is a straight line of
+// `release`, or faster when the haptics are.
+Wrench CrtkCycle::last_word(const Wrench& F, bool allowed, double dt) const noexcept {
+  const stability::Options& caps = options_.stability;
+  if (!allowed) {
+    const double share = dt / options_.release;
+    return {within(F_.f, std::min(F.f.norm(), std::max(F_.f.norm() - share * caps.force_cap, 0.0))),
+            within(F_.t, std::min(F.t.norm(), std::max(F_.t.norm() - share * caps.moment_cap, 0.0)))};
+  }
+  const double step = std::min(dt, 1.5 / options_.rate);
+  return {towards(F_.f, F.f, caps.rate_cap * step), towards(F_.t, F.t, caps.moment_rate_cap * step)};
+}
+
+}  // namespace palpate::loop

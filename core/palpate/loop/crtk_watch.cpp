@@ -1,0 +1,66 @@
+#include "palpate/loop/crtk_watch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "palpate/loop/tick.hpp"
+
+namespace palpate::loop {
+namespace {
+
+constexpr double kFarthest = 100.0;    // [m] nothing on an operating table is farther away
+constexpr double kLongest = 0.1;       // [s] after a longer silence a motion is judged no more
+constexpr double kPeriodShare = 0.05;  // of a new period in the mean
+
+}  // namespace
+
+bool Watch::refuse(unsigned bits) noexcept {
+  faults_ |= bits;
+  return false;
+}
+
+unsigned Watch::faults() noexcept { return std::exchange(faults_, 0u); }
+
+bool Watch::stale(Moment now) const noexcept {
+  const double silence = now.t - t_, late = std::abs(now.wall - stamp_);
+  return !heard_ || !(silence <= options_.stale_after) || !(late <= options_.stale_after);
+}
+
+bool Watch::stamp(double stamp, Moment now) noexcept {
+  if (!(stamp > 0.0) || !std::isfinite(stamp)) return refuse(kBadStamp);
+  age_ = now.wall - stamp;
+  const double ahead = stamp - stamp_, passed = now.t - t_;
+  const bool near = std::abs(age_) <= options_.stale_after;
+  if (heard_ && ahead <= 0.0 && -ahead <= options_.stale_after) {
+    ++left_out_;
+    return false;
+  }
+  if (heard_ && near && std::abs(ahead - passed) > options_.stale_after) {
+    faults_ |= kClockJumped;  // both clocks at once, or the time between was no time
+  }
+  if (!near) return refuse(kBadStamp);
+  interval_ = heard_ ? std::clamp(ahead, 0.0, kLongest) : 0.0;
+  if (heard_) period_ += (period_ > 0.0 ? kPeriodShare : 1.0) * (std::clamp(passed, 0.0, 1.0) - period_);
+  placed_ = placed_ && ahead <= kLongest && ahead > 0.0;
+  heard_ = true;
+  t_ = now.t;
+  stamp_ = stamp;
+  ++taken_;
+  return true;
+}
+
+bool Watch::pose(const Vec3& p, const Eigen::Vector4d& quat, Pose& X) noexcept {
+  const bool finite = (p.array().abs() < kFarthest).all() && std::abs(quat.squaredNorm() - 1.0) < 0.01;
+  if (!finite) return refuse(kNotFinite);
+  const Pose next{Eigen::Quaterniond(quat[3], quat[0], quat[1], quat[2]).normalized().toRotationMatrix(), p};
+  const double turned = std::acos(std::clamp(0.5 * ((X_.R.transpose() * next.R).trace() - 1.0), -1.0, 1.0));
+  const bool jumped = placed_ && ((p - X_.p).norm() > options_.v_max * interval_ + options_.p_slack ||
+                                  turned > options_.w_max * interval_ + options_.R_slack);
+  if (jumped) faults_ |= kJumped;
+  placed_ = true;
+  X_ = X = next;
+  return true;
+}
+
+}  // namespace palpate::loop

@@ -1,0 +1,87 @@
+"""A CRTK leader made of messages alone, over the rig's floor; the tool is virtual unless told otherwise."""
+
+import numpy as np
+from loop_rig import Q_FOLLOWER, Q_LEADER, floor, options
+from scipy.spatial.transform import Rotation
+
+from palpate import _core
+from palpate.arm import Arm
+from palpate.record.ticks import STATUS, as_ticks
+
+DT = 1e-3
+WALL0 = 1.7e9  # the system's clock at t = 0 [s]
+BIT = {name: bit for name, (bit, _) in STATUS.items()}
+
+
+def crtk_options(**changes):
+    o = options()
+    made = _core.CrtkOptions(o, Q_FOLLOWER)
+    made.virtual_follower = True
+    stability = made.stability
+    for name, value in changes.items():
+        target = made
+        if name in ("force_cap", "rate_cap", "moment_cap", "passivity"):
+            target = stability
+        setattr(target, name, value)
+    made.stability = stability
+    return made
+
+
+class Device:
+    """Sends what a leader sends, at 1 kHz, and steps; every step is one row."""
+
+    def __init__(self, cycle=None, scene=None, **changes):
+        self.options = crtk_options(**changes)
+        self.cycle = cycle or _core.CrtkCycle(self.options, Arm.psm("lnd"))
+        self.scene = scene or floor()
+        self.cycle.set_scene(self.scene)
+        self.gates = _core.CrtkGates()
+        for name in ("following", "operator_present", "leader_enabled", "follower_enabled"):
+            setattr(self.gates, name, True)
+        self.X0 = Arm.mtm("right").fk(Q_LEADER)
+        self.down = options().X_WL[:3, :3].T @ np.array([0.0, 0.0, -1.0])  # of the world, in the leader's frame
+        self.t, self.skew, self.depth, self.rows, self.F = 0.0, 0.0, 0.0, [], []
+        self.silent = False
+
+    @property
+    def wall(self):
+        return WALL0 + self.t
+
+    def pose(self, depth):
+        """Handle `depth` below its start: position, quaternion x y z w."""
+        return self.X0[:3, 3] + depth * self.down, Rotation.from_matrix(self.X0[:3, :3]).as_quat()
+
+    def send(self, stamp=None, p=None, quat=None):
+        at, turn = self.pose(self.depth)
+        stamp = self.wall + self.skew if stamp is None else stamp
+        self.cycle.leader_pose(stamp, at if p is None else p, turn if quat is None else quat, self.t, self.wall)
+
+    def step(self):
+        self.cycle.set_gates(self.gates)
+        row, F, goal, jaw = self.cycle.step(self.t, self.wall)
+        self.rows.append(row)
+        self.F.append(F)
+        return as_ticks(row.reshape(1, -1))[0], F, goal, jaw
+
+    def run(self, seconds, to=None, message=None):
+        """On for so long, the handle `to` below its start; `message(self)` in place of the plain one."""
+        n = round(seconds / DT)
+        way = np.linspace(self.depth, self.depth if to is None else to, n + 1)[1:]
+        for depth in way:
+            self.t += DT
+            self.depth = depth
+            if message is not None:
+                message(self)
+            elif not self.silent:
+                self.send()
+            answer = self.step()
+        return answer
+
+    @property
+    def ticks(self):
+        return as_ticks(np.array(self.rows))
+
+    @property
+    def forces(self):
+        """Size of the commanded force, zero where nothing was sent (n,) [N]."""
+        return np.array([0.0 if F is None else np.linalg.norm(F[:3]) for F in self.F])

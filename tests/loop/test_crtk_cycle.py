@@ -1,0 +1,361 @@
+"""A leader known by messages alone feels the wall, and nothing once anything is wrong."""
+
+import numpy as np
+import pytest
+from crtk_rig import BIT, DT, WALL0, Device
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from loop_rig import HEIGHT, Q_FOLLOWER, Q_LEADER, floor, options
+from scipy.spatial.transform import Rotation
+
+from palpate import _core
+from palpate.arm import Arm
+from palpate.record.ticks import as_ticks
+
+IN = 0.034  # the handle so far below its start: the tool 5 mm below the floor's plane, plus its sphere [m]
+RATE_CAP, FORCE_CAP = 50.0, 3.0
+
+
+def pressed(**changes):
+    device = Device(**changes)
+    device.run(0.2)
+    device.run(0.5, to=IN)
+    device.run(0.3)
+    assert device.forces[-1] > 1.0
+    return device
+
+
+def test_the_wall_pushes_as_its_stiffness_says():
+    device = pressed()
+    tick, F, *_ = device.step()
+    depth = 0.002 - (HEIGHT - 0.5 * IN)  # sphere's radius minus the height of its centre
+    np.testing.assert_allclose(tick["depth"], depth, atol=1e-5)
+    np.testing.assert_allclose(F[:3], -400.0 * depth * device.down, atol=0.02)
+    assert not device.forces[: round(0.2 / DT)].any(), "nothing in free space"
+
+
+def test_the_same_hand_feels_the_same_as_by_joints():
+    """The cycle of arms known by joints is the second algorithm: same poses, same wrench."""
+    o = options()
+    by_joints = _core.Cycle(o, Arm.mtm("right"), Arm.psm("lnd"))
+    device = Device(passivity="off")
+    arm, q, felt = Arm.mtm("right"), Q_LEADER.copy(), []
+    device.run(0.2)
+    for k in range(500):
+        q = q + np.array([0.0, 4e-5, -3e-5, 0.0, 2e-5, 0.0, 0.0])
+        v = (q - (q - np.array([0.0, 4e-5, -3e-5, 0.0, 2e-5, 0.0, 0.0]))) / DT
+        X = arm.fk(q)
+        twist = arm.jacobian(q) @ v
+        device.t += DT
+        device.cycle.leader_twist(device.wall, twist[:3], twist[3:], device.t, device.wall)
+        device.send(p=X[:3, 3], quat=Rotation.from_matrix(X[:3, :3]).as_quat())
+        tick, F, *_ = device.step()
+        row, q_goal, _ = by_joints.step(k * DT, q, v, 0.0, Q_FOLLOWER if k == 0 else q_goal, 0.0, device.scene)
+        felt.append((as_ticks(row.reshape(1, -1))[0]["p_WT_goal"], tick["p_WT_goal"]))
+    a, b = np.array(felt).transpose(1, 0, 2)
+    np.testing.assert_allclose(b - b[0], a - a[0], atol=2e-6)
+
+
+def silent(d):
+    pass
+
+
+def nan(d):
+    d.send(p=np.array([np.nan, 0, 0]))
+
+
+def endless(d):
+    d.send(p=np.array([np.inf, 0, 0]))
+
+
+def no_rotation(d):
+    d.send(quat=np.zeros(4))
+
+
+def zero_stamp(d):
+    d.send(stamp=0.0)
+
+
+def frozen_stamp(d):
+    d.send(stamp=WALL0 + 1.0)
+
+
+def delayed(d):
+    d.send(stamp=d.wall - 0.1)
+
+
+def clock_jump(d):
+    d.send(stamp=d.wall + 3600.0)
+
+
+def clock_back(d):
+    d.send(stamp=d.wall - 3600.0)
+
+
+def leaping(d):
+    p, _ = d.pose(d.depth)
+    d.send(p=p + 0.03 * np.array([1.0, 0, 0]) * (round(d.t / DT) % 2))
+
+
+def spinning(d):
+    _, quat = d.pose(d.depth)
+    d.send(quat=(Rotation.from_rotvec([0, 0, 1.5 * (round(d.t / DT) % 2)]) * Rotation.from_quat(quat)).as_quat())
+
+
+def bad_twist(d):
+    d.send()
+    d.cycle.leader_twist(d.wall, np.array([np.nan, 0, 0]), np.zeros(3), d.t, d.wall)
+
+
+def two_grippers(d):
+    d.send()
+    d.cycle.gripper(d.wall, np.zeros(2))
+
+
+FAULTS = {
+    silent: "leader_stale",
+    nan: "not_finite",
+    endless: "not_finite",
+    no_rotation: "not_finite",
+    zero_stamp: "bad_stamp",
+    frozen_stamp: "leader_stale",
+    delayed: "bad_stamp",
+    clock_jump: "bad_stamp",
+    clock_back: "bad_stamp",
+    leaping: "jumped",
+    spinning: "jumped",
+    bad_twist: "not_finite",
+    two_grippers: "not_finite",
+}
+
+
+def zero_soon_and_no_step_back(device, from_row, within=0.05):
+    """Zero `within` of a row, and every growth below the rate cap."""
+    forces = device.forces
+    assert not forces[from_row + round(within / DT) : from_row + round(within / DT) + 50].any()
+    vectors = np.array([np.zeros(6) if F is None else F for F in device.F])
+    assert (np.diff(forces) <= RATE_CAP * DT * 1.5 + 1e-9).all()
+    assert np.isfinite(vectors).all()
+
+
+@pytest.mark.parametrize("message", FAULTS, ids=lambda f: f.__name__)
+def test_whatever_is_wrong_with_the_messages_the_force_is_gone(message):
+    device = pressed()
+    at = len(device.rows)
+    device.run(0.2, message=message)
+    status = np.bitwise_or.reduce(device.ticks["status"][at:].astype(np.int64))
+    assert status & BIT[FAULTS[message]]
+    detectable = 0.03 if FAULTS[message] == "leader_stale" else 0.0  # silence is none before that
+    zero_soon_and_no_step_back(device, at, 0.05 + detectable)
+    back = len(device.rows)
+    device.run(0.6)
+    zero_soon_and_no_step_back(device, at, 0.05 + detectable)
+    assert not device.forces[back : back + 90].any(), "all must be well for 0.1 s first"
+    assert device.ticks["status"][back + 50].astype(np.int64) & BIT["settling"]
+    assert device.forces[-1] == pytest.approx(FORCE_CAP, rel=0.6), "it comes back"
+
+
+GATES = {
+    "following": ("following", False, "not_following"),
+    "clutch": ("clutch", True, "clutched"),
+    "arm_in_fault": ("leader_enabled", False, "not_enabled"),
+    "second_writer": ("second_writer", True, "second_writer"),
+    "other_teleop": ("other_teleop", True, "other_teleop"),
+    "guarded": ("guarded", True, "guarded"),
+}
+
+
+@pytest.mark.parametrize("gate", GATES)
+def test_each_gate_takes_the_force_away_and_says_so(gate):
+    field, value, name = GATES[gate]
+    device = pressed()
+    at = len(device.rows)
+    setattr(device.gates, field, value)
+    tick, F, *_ = device.run(0.2)
+    assert int(tick["status"]) & BIT[name]
+    zero_soon_and_no_step_back(device, at)
+    assert (F is None) == (gate in ("arm_in_fault", "other_teleop")), "what must not be sent is not"
+    setattr(device.gates, field, not value)
+    device.run(0.6)
+    zero_soon_and_no_step_back(device, at)
+    assert device.forces[-1] > 0.5
+
+
+def test_unknown_is_no():
+    device = Device()
+    device.gates = _core.CrtkGates()
+    device.run(0.3, to=IN)
+    assert all(F is None for F in device.F)
+
+
+def test_our_own_teleoperation_wants_an_operator_and_starts_where_the_tool_is():
+    device = Device(virtual_follower=False, own_teleop=True)
+    X_BT = Arm.psm("lnd").fk(Q_FOLLOWER)
+    quat = Rotation.from_matrix(X_BT[:3, :3]).as_quat()
+
+    def both(d):
+        d.send()
+        d.cycle.follower_pose(d.wall, X_BT[:3, 3], quat, d.t, d.wall)
+
+    device.gates.operator_present = False
+    tick, _, goal, _ = device.run(0.3, to=0.004, message=both)
+    assert goal is None
+    assert int(tick["status"]) & BIT["no_operator"]
+    device.gates.operator_present = True
+    *_, goal, _ = device.run(DT, message=both)
+    np.testing.assert_allclose(goal, X_BT, atol=1e-9)
+    *_, goal, _ = device.run(0.2, to=0.008, message=both)
+    np.testing.assert_allclose(goal[:3, 3] - X_BT[:3, 3], [0, 0, -0.002], atol=1e-9)
+    tick, _, goal, _ = device.run(0.5, to=0.2, message=both)  # a follower that does not follow
+    status = np.bitwise_or.reduce(device.ticks["status"][-400:].astype(np.int64))
+    assert status & BIT["lagging"]
+
+
+def test_a_follower_that_falls_silent_is_a_fault():
+    device = Device(virtual_follower=False)
+    X_BT = Arm.psm("lnd").fk(Q_FOLLOWER)
+    X_BT[2, 3] -= HEIGHT  # pressed in by its sphere's radius
+    quat = Rotation.from_matrix(X_BT[:3, :3]).as_quat()
+
+    def above(d):
+        d.send()
+        d.cycle.follower_pose(d.wall, X_BT[:3, 3] + [0, 0, 0.01 * max(0.0, 0.5 - d.t)], quat, d.t, d.wall)
+
+    device.run(1.0, message=above)
+    assert device.forces[-1] == pytest.approx(400.0 * 0.002, rel=0.05)
+    at = len(device.rows)
+    tick, *_ = device.run(0.2)
+    assert int(tick["status"]) & BIT["follower_stale"]
+    zero_soon_and_no_step_back(device, at, 0.08)
+
+
+def test_lost_double_and_disordered_messages_are_no_fault():
+    device, random = pressed(), np.random.default_rng(3)
+    at = len(device.rows)
+
+    def disorder(d):
+        if random.random() < 0.2:
+            return
+        d.send()
+        if random.random() < 0.2:
+            d.send()
+        if random.random() < 0.2:
+            d.send(stamp=d.wall - 0.003)
+
+    device.run(1.0, message=disorder)
+    status = np.bitwise_or.reduce(device.ticks["status"][at:].astype(np.int64))
+    caps = BIT["force_capped"] | BIT["rate_capped"] | BIT["passivity"]
+    assert status & ~caps == 0
+    assert device.forces[at:].min() > 0.9 * device.forces[at]
+
+
+def test_a_leader_too_slow_for_the_cycle_is_told_not_felt():
+    device = Device()
+
+    def slow(d):
+        if round(d.t / DT) % 10 == 0:
+            d.send()
+
+    tick, F, *_ = device.run(1.0, to=IN, message=slow)
+    assert int(tick["status"]) & BIT["slow"]
+    assert not F.any()
+
+
+def test_a_stalled_cycle_starts_from_zero_again():
+    device = pressed()
+    at = len(device.rows)
+    device.t += 1.0  # stopped by the system: nothing was sent meanwhile
+    device.run(0.3)
+    status = device.ticks["status"][at].astype(np.int64)
+    assert status & BIT["stalled"]
+    assert device.forces[at] == 0.0
+    zero_soon_and_no_step_back(device, at)
+
+
+def test_dropped_by_the_guardian_the_force_grows_from_zero():
+    device = pressed()
+    at = len(device.rows)
+    device.cycle.drop()
+    device.run(0.4)
+    assert device.forces[at] == 0.0
+    assert device.forces[at : at + 90].max() == 0.0
+    assert device.forces[-1] > 0.5
+    zero_soon_and_no_step_back(device, at, 0.02)
+
+
+def test_the_tip_frame_is_the_same_wrench_seen_from_the_handle():
+    plain, tip = pressed(), pressed(tip_frame=True)
+    R_LH = plain.X0[:3, :3]
+    np.testing.assert_allclose(R_LH @ tip.F[-1][:3], plain.F[-1][:3], atol=1e-12)
+
+
+def test_another_motion_scale_is_felt_without_a_step():
+    device = pressed()
+    device.cycle.set_scale(0.25)
+    at = len(device.rows)
+    device.run(0.3)
+    assert abs(np.diff(device.forces[at - 1 :])).max() < 0.06
+
+
+def test_what_cannot_be_is_refused():
+    o = options()
+    with pytest.raises(ValueError, match="a virtual follower needs its arm"):
+        _core.CrtkCycle(Device().options)
+    o.source = "estimate"
+    with pytest.raises(ValueError, match="not told by CRTK"):
+        _core.CrtkCycle(_core.CrtkOptions(o, Q_FOLLOWER), Arm.psm("lnd"))
+
+
+numbers = st.one_of(st.floats(-0.05, 0.05), st.sampled_from([np.nan, np.inf, -np.inf, 1e300, 0.0]))
+stamps = st.one_of(st.floats(-0.05, 0.05), st.sampled_from([np.nan, np.inf, -WALL0, 3600.0, -3600.0, -0.1]))
+acts = st.one_of(
+    st.tuples(st.just("good"), st.floats(0.0, 0.06), st.integers(1, 60)),
+    st.tuples(st.just("pose"), stamps, st.tuples(numbers, numbers, numbers, numbers)),
+    st.tuples(st.just("twist"), stamps, st.tuples(numbers, numbers, numbers)),
+    st.tuples(st.just("gate"), st.sampled_from([g[0] for g in GATES.values()]), st.booleans()),
+    st.tuples(st.just("wait"), st.floats(0.0, 0.2), st.integers(0, 3)),
+    st.tuples(st.just("clock"), st.sampled_from([-10.0, -0.04, 0.04, 10.0]), st.integers(0, 3)),
+    st.tuples(st.just("grip"), stamps, st.lists(numbers, max_size=9)),
+    st.tuples(st.just("scale"), numbers, st.just(0)),
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(acts, max_size=25))
+def test_whatever_comes_the_force_is_finite_capped_and_never_steps(told):
+    d, wall = Device(scene=floor()), 0.0
+    d.run(0.15)
+    d.run(0.2, to=IN)
+    t0, F0, gated_at = d.t, np.array(d.F[-1]), None
+    for kind, a, b in told:
+        for k in range(b if kind == "good" else 1):
+            d.t += a if kind == "wait" else DT
+            if kind == "good":
+                d.depth += np.clip(a - d.depth, -0.002, 0.002)
+                d.send(stamp=d.wall + wall)
+            elif kind == "pose":
+                d.send(stamp=d.wall + a, p=d.X0[:3, 3] + np.array(b[:3]), quat=np.array([*b[:3], 1.0 + b[3]]))
+            elif kind == "twist":
+                d.cycle.leader_twist(d.wall + a, np.array(b), np.array(b), d.t, d.wall)
+            elif kind == "gate":
+                setattr(d.gates, a, b)
+            elif kind == "clock":
+                wall += a
+            elif kind == "grip":
+                d.cycle.gripper(d.wall + a, np.array(b))
+                d.cycle.leader_joints(d.wall + a, np.array(b))
+            elif kind == "scale":
+                d.cycle.set_scale(a)
+            tick, F, *_ = d.step()
+            F = np.zeros(6) if F is None else np.asarray(F)
+            assert np.isfinite(F).all()
+            assert np.linalg.norm(F[:3]) <= FORCE_CAP * (1 + 1e-9)
+            growth = np.linalg.norm(F[:3]) - np.linalg.norm(F0[:3])
+            assert growth <= RATE_CAP * min(d.t - t0, 1.5 * DT) + 1e-9
+            free = BIT["force_capped"] | BIT["rate_capped"] | BIT["passivity"] | BIT["ik_failed"]
+            if int(tick["status"]) & ~free:
+                gated_at = d.t if gated_at is None else gated_at
+                assert d.t - gated_at < 0.031 or not F.any()
+            else:
+                gated_at = None
+            t0, F0 = d.t, F
