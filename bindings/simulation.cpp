@@ -31,6 +31,8 @@ using loop::Simulation;
 using loop::SimulationOptions;
 using loop::Tick;
 
+using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+
 Rows run(Simulation& self, std::size_t n_ticks, const std::optional<Points>& hand_W) {
   std::vector<Vec3> led;
   if (hand_W) {

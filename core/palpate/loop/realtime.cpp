@@ -32,6 +32,39 @@ std::int64_t now_ns() noexcept {
   return t.tv_sec * kSecond + t.tv_nsec;
 }
 
+std::string schedule(const RealTimeOptions& options) {
+  prctl(PR_SET_TIMERSLACK, 1UL);  // of this thread [ns]; the system's 50 us would be lateness
+  std::string words = "normal scheduling";
+  if (options.allow_priority) {
+    const sched_param param{.sched_priority = options.priority};
+    const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &param);
+    words = error == 0 ? "SCHED_FIFO " + std::to_string(options.priority)
+                       : std::string("normal scheduling (SCHED_FIFO refused: ") + std::strerror(error) + ")";
+    if (mlockall(MCL_CURRENT) == 0) {
+      words += ", memory locked";
+    } else {
+      words += std::string(", memory not locked (") + std::strerror(errno) + ")";
+    }
+  }
+  if (options.allow_affinity) {
+    cpu_set_t allowed;
+    CPU_ZERO(&allowed);
+    sched_getaffinity(0, sizeof(allowed), &allowed);
+    int core = CPU_SETSIZE - 1;
+    while (core > 0 && !CPU_ISSET(core, &allowed)) {
+      --core;
+    }
+    cpu_set_t one;
+    CPU_ZERO(&one);
+    CPU_SET(core, &one);
+    if (CPU_COUNT(&allowed) > 1) {
+      const int error = pthread_setaffinity_np(pthread_self(), sizeof(one), &one);
+      words += error == 0 ? ", core " + std::to_string(core) : std::string(", any core (") + std::strerror(error) + ")";
+    }
+  }
+  return words;
+}
+
 void RealTimeThread::start(double rate, std::function<bool(const Wake&)> body) {
   if (thread_.joinable()) {
     throw std::logic_error("the real-time loop runs already: stop() it first");
@@ -42,7 +75,7 @@ void RealTimeThread::start(double rate, std::function<bool(const Wake&)> body) {
   stop_ = false;
   running_ = true;
   thread_ = std::thread([this, period_ns, body = std::move(body), granted = std::move(granted)]() mutable {
-    granted.set_value(schedule());
+    granted.set_value(schedule(options_));
     loop(period_ns, body);
     munlockall();
     running_.store(false, std::memory_order_release);
@@ -82,40 +115,6 @@ void RealTimeThread::loop(std::int64_t period_ns, const std::function<bool(const
     deadline += period_ns;
     p.slack.add(deadline - now_ns());
   } while (true);
-}
-
-// Everything is asked for, nothing is needed: what was refused is said.
-std::string RealTimeThread::schedule() {
-  prctl(PR_SET_TIMERSLACK, 1UL);  // of this thread [ns]; the system's 50 us would be lateness
-  std::string words = "normal scheduling";
-  if (options_.allow_priority) {
-    const sched_param param{.sched_priority = options_.priority};
-    const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &param);
-    words = error == 0 ? "SCHED_FIFO " + std::to_string(options_.priority)
-                       : std::string("normal scheduling (SCHED_FIFO refused: ") + std::strerror(error) + ")";
-    if (mlockall(MCL_CURRENT) == 0) {
-      words += ", memory locked";
-    } else {
-      words += std::string(", memory not locked (") + std::strerror(errno) + ")";
-    }
-  }
-  if (options_.allow_affinity) {
-    cpu_set_t allowed;
-    CPU_ZERO(&allowed);
-    sched_getaffinity(0, sizeof(allowed), &allowed);
-    int core = CPU_SETSIZE - 1;
-    while (core > 0 && !CPU_ISSET(core, &allowed)) {
-      --core;
-    }
-    cpu_set_t one;
-    CPU_ZERO(&one);
-    CPU_SET(core, &one);
-    if (CPU_COUNT(&allowed) > 1) {
-      const int error = pthread_setaffinity_np(pthread_self(), sizeof(one), &one);
-      words += error == 0 ? ", core " + std::to_string(core) : std::string(", any core (") + std::strerror(error) + ")";
-    }
-  }
-  return words;
 }
 
 }  // namespace palpate::loop

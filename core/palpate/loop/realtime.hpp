@@ -31,6 +31,10 @@ struct Punctuality {
   std::atomic<std::uint64_t> ticks{0}, missed{0};
 };
 
+/// Asks the system for what a loop wants, for the calling thread: everything is asked for, nothing is needed. Answers
+/// what was granted and what refused, in words.
+std::string schedule(const RealTimeOptions& options);
+
 class RealTimeThread {
  public:
   explicit RealTimeThread(RealTimeOptions options) : options_(options) {}
@@ -49,7 +53,6 @@ class RealTimeThread {
 
  private:
   void loop(std::int64_t period_ns, const std::function<bool(const Wake&)>& body) noexcept;
-  std::string schedule();
 
   RealTimeOptions options_;
   std::thread thread_;

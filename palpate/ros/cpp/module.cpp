@@ -8,4 +8,5 @@ NB_MODULE(_ros, m) {
   nanobind::module_::import_("palpate._core");  // its types are taken here by reference
   palpate::ros::bind_rcl(m);
   palpate::ros::bind_sim(m);
+  palpate::ros::bind_haptics(m);
 }

@@ -3,6 +3,7 @@
 
 #include <rcl/publisher.h>
 
+#include <cstdint>
 #include <optional>
 #include <rosidl_typesupport_cpp/message_type_support.hpp>
 #include <string>
@@ -37,6 +38,10 @@ class Publisher {
   /// From any thread, one at a time. May take a system call: beside a cycle, not within it.
   Status publish(const Msg& message) const {
     return status(rcl_publish(&publisher_, &message, nullptr), "publish " + topic_);
+  }
+  /// Waits until every reliable reader has what was sent, `ns` at most.
+  void flush(std::int64_t ns) const noexcept {
+    if (rcl_publisher_wait_for_all_acked(&publisher_, ns) != RCL_RET_OK) rcl_reset_error();
   }
   /// How many listen.
   [[nodiscard]] std::size_t listeners() const noexcept {

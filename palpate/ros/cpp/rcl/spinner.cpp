@@ -1,5 +1,6 @@
 #include "rcl/spinner.hpp"
 
+#include <algorithm>
 #include <chrono>
 
 #include "rcl/status.hpp"
@@ -27,9 +28,11 @@ void Spinner::spin() noexcept {
   Status ready = status(rcl_wait_set_init(&set, 0, 1, 0, 0, 0, 0, node_.context_->get(), rcl_get_default_allocator()),
                         "wait for messages");
   if (!ready) return node_.problem(ready.problem);
+  std::int64_t patience = kPatience;
   while (running_) {
     try {
-      if (!round(set)) break;
+      if (!round(set, patience)) break;
+      if (options_.after) patience = std::clamp(options_.after(), std::int64_t{0}, kPatience);
     } catch (const std::exception& error) {
       node_.problem(std::string("a callback failed: ") + error.what());
     } catch (...) {
@@ -39,7 +42,7 @@ void Spinner::spin() noexcept {
   if (rcl_wait_set_fini(&set) != RCL_RET_OK) rcl_reset_error();
 }
 
-bool Spinner::round(rcl_wait_set_t& set) {
+bool Spinner::round(rcl_wait_set_t& set, std::int64_t patience) {
   while (node_.visitors_ > 0) std::this_thread::sleep_for(std::chrono::microseconds(20));
   const std::lock_guard<std::mutex> lock(node_.entities_mutex_);
   Count n;
@@ -49,7 +52,7 @@ bool Spinner::round(rcl_wait_set_t& set) {
   if (answer == RCL_RET_OK) answer = rcl_wait_set_add_guard_condition(&set, &node_.woken_, nullptr);
   for (Entity* entity : node_.entities_)
     if (answer == RCL_RET_OK) answer = entity->watch(set);
-  if (answer == RCL_RET_OK) answer = rcl_wait(&set, kPatience);
+  if (answer == RCL_RET_OK) answer = rcl_wait(&set, patience);
   if (answer == RCL_RET_TIMEOUT) {
     rcl_reset_error();
     return true;

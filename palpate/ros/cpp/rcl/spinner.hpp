@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <functional>
 #include <thread>
 
@@ -10,7 +11,8 @@
 namespace palpate::ros {
 
 struct SpinnerOptions {
-  std::function<void()> in_thread;  ///< called first in the thread: its priority, its core
+  std::function<void()> in_thread;     ///< called first in the thread: its priority, its core
+  std::function<std::int64_t()> after;  ///< called after each round: how long the next may wait, at most [ns]
 };
 
 /// Callbacks run here, one after the other. What they throw is told as a problem of the node.
@@ -26,7 +28,7 @@ class Spinner {
  private:
   void spin() noexcept;
   /// One wait and what it brought. Answers whether to go on.
-  bool round(rcl_wait_set_t& set);
+  bool round(rcl_wait_set_t& set, std::int64_t patience);
 
   Node& node_;
   SpinnerOptions options_;

@@ -1,0 +1,197 @@
+#include "haptics/console.hpp"
+
+#include <rcl/graph.h>
+
+#include <algorithm>
+#include <chrono>
+
+namespace palpate::ros {
+namespace {
+
+constexpr auto kLook = std::chrono::milliseconds(50);  // between two looks at the graph
+
+bool pressed(const sensor_msgs::msg::Joy& joy) { return !joy.buttons.empty() && joy.buttons[0] != 0; }
+
+std_msgs::msg::Bool yes() {
+  std_msgs::msg::Bool message;
+  message.data = true;
+  return message;
+}
+
+/// Every topic there is.
+std::vector<std::string> topics(Node& node) {
+  rcutils_allocator_t allocator = rcutils_get_default_allocator();
+  rcl_names_and_types_t found = rcl_get_zero_initialized_names_and_types();
+  std::vector<std::string> names;
+  if (rcl_get_topic_names_and_types(node.get(), &allocator, false, &found) == RCL_RET_OK) {
+    for (std::size_t i = 0; i < found.names.size; ++i) names.emplace_back(found.names.data[i]);
+  }
+  if (rcl_names_and_types_fini(&found) != RCL_RET_OK) rcl_reset_error();
+  return names;
+}
+
+}  // namespace
+
+Console::Teleop::Teleop(Node& node, const std::string& name, Console& console)
+    : name(name),
+      following_ear(node, "/" + name + "/following",
+                    [this](const std_msgs::msg::Bool& told) { following = told.data; }),
+      state_ear(node, "/" + name + "/current_state", [this, &console](const std_msgs::msg::String& told) {
+        const bool on = told.data != "DISABLED";
+        if (on != enabled.exchange(on)) console.tell(this->name + " is " + told.data);
+      }) {}
+
+Console::Console(std::shared_ptr<Context> context, const HapticNames& names, std::vector<std::string> writers)
+    : names_(names),
+      writers_(std::move(writers)),
+      node_(std::move(context), "palpate_haptics_console", "", [this](const std::string& words) { tell(words); }),
+      absolute_(node_, names.of_leader("body/set_cf_orientation_absolute")),
+      gravity_(node_, names.of_leader("use_gravity_compensation")),
+      absolute_ear_(node_, absolute_.topic(),
+                    [this](const std_msgs::msg::Bool& told) {
+                      if (told.data) return;
+                      tell("somebody set the wrench frame of " + names_.leader + " to its tip: set back to absolute");
+                      static_cast<void>(absolute_.publish(yes()));
+                    }),
+      gravity_ear_(node_, gravity_.topic(),
+                   [this](const std_msgs::msg::Bool& told) {
+                     if (!told.data) tell("somebody switched the gravity compensation of " + names_.leader + " off");
+                   }),
+      leader_(node_, names.of_leader("operating_state"),
+              [this](const auto& told) { state(kLeader, names_.leader, told); }),
+      operator_(node_, "/" + names.console + "/operator_present",
+                [this](const sensor_msgs::msg::Joy& told) { set(kOperator, pressed(told)); }),
+      clutch_(node_, "/" + names.console + "/clutch",
+              [this](const sensor_msgs::msg::Joy& told) { set(kClutch, pressed(told)); }),
+      spinner_(node_) {
+  if (!names.follower.empty()) {
+    follower_.emplace(node_, names.of_follower("operating_state"),
+                      [this](const auto& told) { state(kFollower, names_.follower, told); });
+  }
+  if (names.own_teleop()) {
+    set(kFollowing, true);
+  } else {
+    following_.emplace(node_, "/" + names.teleop + "/following",
+                       [this](const std_msgs::msg::Bool& told) { follow(told.data); });
+    scale_ear_.emplace(node_, "/" + names.teleop + "/scale",
+                       [this](const std_msgs::msg::Float64& told) { scale_ = told.data; });
+  }
+  looker_ = std::thread([this] { look_round(); });
+}
+
+Console::~Console() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  woken_.notify_all();
+  looker_.join();
+  spinner_.stop();
+}
+
+loop::CrtkGates Console::gates() const noexcept {
+  const unsigned g = gates_.load(std::memory_order_relaxed);
+  loop::CrtkGates gates;
+  gates.following = (g & kFollowing) != 0;
+  gates.operator_present = (g & kOperator) != 0;
+  gates.clutch = (g & kClutch) != 0;
+  gates.leader_enabled = (g & kLeader) != 0;
+  gates.follower_enabled = (g & kFollower) != 0;
+  gates.second_writer = (g & kWriter) != 0;
+  gates.other_teleop = (g & kOther) != 0;
+  return gates;
+}
+
+std::vector<std::string> Console::news() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(news_, {});
+}
+
+void Console::tell(std::string words) {
+  const std::lock_guard lock(mutex_);
+  if (news_.size() < 100) news_.push_back(std::move(words));
+}
+
+bool Console::set(Gate gate, bool on) noexcept {
+  const unsigned before = on ? gates_.fetch_or(gate) : gates_.fetch_and(~static_cast<unsigned>(gate));
+  return ((before & gate) != 0) != on;
+}
+
+// The camera's teleoperation turns the flag, and so may others: whenever we are about to push, it is told anew.
+void Console::follow(bool on) {
+  if (on) make_ready();
+  set(kFollowing, on);
+}
+
+void Console::make_ready() {
+  for (const auto* switched : {&absolute_, &gravity_}) {
+    if (const Status sent = switched->publish(yes()); !sent) tell(sent.problem);
+  }
+}
+
+void Console::state(Gate gate, const std::string& arm, const crtk_msgs::msg::OperatingState& told) {
+  const bool on = told.state == "ENABLED" && told.is_homed;
+  if (set(gate, on)) {
+    if (on && gate == kLeader) make_ready();
+    tell(arm + " is " + told.state + (told.is_homed ? "" : ", not homed"));
+  }
+}
+
+void Console::look_round() {
+  std::unique_lock lock(mutex_);
+  while (!stop_) {
+    lock.unlock();
+    try {
+      absolute_ear_.tune(), gravity_ear_.tune(), leader_.tune(), operator_.tune(), clutch_.tune();
+      if (follower_) follower_->tune();
+      if (following_) following_->tune();
+      if (scale_ear_) scale_ear_->tune();
+      if (const std::size_t listeners = absolute_.listeners() + gravity_.listeners(); listeners != listeners_) {
+        if (listeners > listeners_) make_ready();  // an arm that has just come
+        listeners_ = listeners;
+      }
+      look_for_writers();
+      if (names_.own_teleop()) look_for_teleops();
+    } catch (const std::exception& error) {
+      tell(error.what());
+    }
+    lock.lock();
+    woken_.wait_for(lock, kLook, [this] { return stop_; });
+  }
+}
+
+// Two who write wrenches to one arm: the last one wins, a thousand times a second.
+void Console::look_for_writers() {
+  std::vector<std::string> commanded{names_.wrench()};
+  if (!names_.own_teleop()) commanded.push_back(names_.of_leader("body/servo_cf"));
+  if (names_.own_teleop() && !names_.follower.empty()) commanded.push_back(names_.of_follower("servo_cp"));
+  std::string found;
+  for (const std::string& topic : commanded) {
+    for (const Endpoint& end : node_.publishers(topic)) {
+      if (std::find(writers_.begin(), writers_.end(), end.node) == writers_.end()) found = end.node + " writes to " + topic;
+    }
+  }
+  if (set(kWriter, !found.empty())) tell(found.empty() ? "nobody else writes to the arm any more" : found + ", too");
+}
+
+// A teleoperation of the same leader that is on commands it, and holds its own wrench against ours.
+void Console::look_for_teleops() {
+  const std::string start = "/" + names_.leader + "_", end = "/current_state";
+  for (const std::string& topic : topics(node_)) {
+    if (!topic.starts_with(start) || !topic.ends_with(end)) continue;
+    const std::string name = topic.substr(1, topic.size() - 1 - end.size());
+    const auto same = [&](const Teleop& teleop) { return teleop.name == name; };
+    if (std::none_of(others_.begin(), others_.end(), same)) others_.emplace_back(node_, name, *this);
+  }
+  bool on = false;
+  for (Teleop& teleop : others_) {
+    teleop.following_ear.tune(), teleop.state_ear.tune();
+    on = on || teleop.enabled || teleop.following;
+  }
+  if (set(kOther, on) && on) {
+    tell("another teleoperation of " + names_.leader +
+         " is on, and ours is asked for: nothing is sent. Mend: disable it, or --teleop NAME to work with it");
+  }
+}
+
+}  // namespace palpate::ros

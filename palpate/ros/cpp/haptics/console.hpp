@@ -1,0 +1,89 @@
+// What the console, the arms and the graph say beside the states: the gates of the cycle. A thread of its own; the
+// cycle reads the answer and never waits.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <crtk_msgs/msg/operating_state.hpp>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <sensor_msgs/msg/joy.hpp>
+#include <std_msgs/msg/bool.hpp>
+#include <std_msgs/msg/float64.hpp>
+#include <std_msgs/msg/string.hpp>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "haptics/ear.hpp"
+#include "haptics/names.hpp"
+#include "palpate/loop/crtk_cycle.hpp"
+#include "rcl/publisher.hpp"
+#include "rcl/spinner.hpp"
+
+namespace palpate::ros {
+
+class Console {
+ public:
+  /// writers: names of the nodes that may write wrenches (ours and the guardian's).
+  Console(std::shared_ptr<Context> context, const HapticNames& names, std::vector<std::string> writers);
+  ~Console();
+  Console(const Console&) = delete;
+  Console& operator=(const Console&) = delete;
+
+  /// For the cycle: no lock, no wait.
+  [[nodiscard]] loop::CrtkGates gates() const noexcept;
+  /// Motion scale of the other teleoperation; zero: not told.
+  [[nodiscard]] double scale() const noexcept { return scale_.load(std::memory_order_relaxed); }
+
+  /// What has happened since the last call, in words.
+  [[nodiscard]] std::vector<std::string> news();
+  void tell(std::string words);
+
+ private:
+  enum Gate : unsigned {
+    kFollowing = 1u, kOperator = 2u, kClutch = 4u, kLeader = 8u, kFollower = 16u, kWriter = 32u, kOther = 64u
+  };
+  /// Somebody's teleoperation on our leader.
+  struct Teleop {
+    Teleop(Node& node, const std::string& name, Console& console);
+    std::string name;
+    std::atomic<bool> following{false}, enabled{false};
+    Ear<std_msgs::msg::Bool> following_ear;
+    Ear<std_msgs::msg::String> state_ear;
+  };
+
+  /// Sets a gate; true when that is a change.
+  bool set(Gate gate, bool on) noexcept;
+  void follow(bool on);
+  void state(Gate gate, const std::string& arm, const crtk_msgs::msg::OperatingState& told);
+  void make_ready();
+  void look_round();
+  void look_for_writers();
+  void look_for_teleops();
+
+  HapticNames names_;
+  std::vector<std::string> writers_;
+  std::atomic<unsigned> gates_{0};
+  std::atomic<double> scale_{0.0};
+  std::mutex mutex_;
+  std::vector<std::string> news_;
+
+  Node node_;
+  Publisher<std_msgs::msg::Bool> absolute_, gravity_;
+  Ear<std_msgs::msg::Bool> absolute_ear_, gravity_ear_;
+  Ear<crtk_msgs::msg::OperatingState> leader_;
+  std::optional<Ear<crtk_msgs::msg::OperatingState>> follower_;
+  Ear<sensor_msgs::msg::Joy> operator_, clutch_;
+  std::optional<Ear<std_msgs::msg::Bool>> following_;
+  std::optional<Ear<std_msgs::msg::Float64>> scale_ear_;
+  std::list<Teleop> others_;
+  std::size_t listeners_ = 0;
+  Spinner spinner_;
+  std::condition_variable woken_;
+  bool stop_ = false;
+  std::thread looker_;
+};
+
+}  // namespace palpate::ros

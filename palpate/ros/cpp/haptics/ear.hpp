@@ -1,0 +1,44 @@
+// Listens to rare messages, also to those said before: latched ones are only given to who asks for them, and who asks
+// gets nothing from a sender that does not latch. So it asks as the sender offers.
+#pragma once
+
+#include <algorithm>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "rcl/subscription.hpp"
+
+namespace palpate::ros {
+
+template <class Msg>
+class Ear {
+ public:
+  using Callback = std::function<void(const Msg&)>;
+
+  Ear(Node& node, std::string topic, Callback callback)
+      : node_(node), topic_(std::move(topic)), callback_(std::move(callback)), plain_(node_, topic_, told(), Qos{}) {}
+
+  /// Looks at who speaks now. From a thread that may allocate, not the spinner's.
+  void tune() {
+    if (latched_) return;
+    const auto ends = node_.publishers(topic_);
+    if (std::any_of(ends.begin(), ends.end(), [](const Endpoint& e) { return e.reliable && e.transient_local; })) {
+      latched_.emplace(node_, topic_, told(), kLatched);
+    }
+  }
+  [[nodiscard]] const std::string& topic() const noexcept { return topic_; }
+
+ private:
+  typename Subscription<Msg>::Callback told() {
+    return [this](const Msg& message, const Info&) { callback_(message); };
+  }
+
+  Node& node_;
+  std::string topic_;
+  Callback callback_;
+  Subscription<Msg> plain_;
+  std::optional<Subscription<Msg>> latched_;
+};
+
+}  // namespace palpate::ros

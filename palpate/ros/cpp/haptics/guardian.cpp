@@ -1,0 +1,82 @@
+#include "haptics/guardian.hpp"
+
+#include <poll.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <geometry_msgs/msg/wrench_stamped.hpp>
+#include <thread>
+
+#include "palpate/loop/realtime.hpp"
+#include "rcl/node.hpp"
+#include "rcl/publisher.hpp"
+
+namespace palpate::ros {
+namespace {
+
+using loop::now_ns;
+
+std::int64_t nanoseconds(double seconds) { return static_cast<std::int64_t>(1e9 * seconds); }
+
+/// Is a process there? By a descriptor that no other process can inherit the number of.
+class Life {
+ public:
+  explicit Life(int pid) : fd_(static_cast<int>(syscall(SYS_pidfd_open, pid, 0))) {
+    if (fd_ < 0) throw std::runtime_error("cannot watch process " + std::to_string(pid) + ": " + std::strerror(errno));
+  }
+  ~Life() { close(fd_); }
+  Life(const Life&) = delete;
+  Life& operator=(const Life&) = delete;
+  /// Waits for its end, `ns` at most.
+  [[nodiscard]] bool ended(std::int64_t ns) const noexcept {
+    pollfd wait{.fd = fd_, .events = POLLIN, .revents = 0};
+    const timespec most{.tv_sec = ns / 1'000'000'000, .tv_nsec = ns % 1'000'000'000};
+    return ppoll(&wait, 1, &most, nullptr) > 0;
+  }
+
+ private:
+  int fd_;
+};
+
+}  // namespace
+
+bool guard(const std::shared_ptr<Context>& context, const GuardianOptions& options) {
+  const SharedHeartbeat beat(options.beat_fd);
+  const Life life(options.node_pid);
+  Node node(context, options.node_name);
+  const Publisher<geometry_msgs::msg::WrenchStamped> wrench(node, options.wrench_topic);
+  const geometry_msgs::msg::WrenchStamped zero;
+  loop::schedule({.allow_priority = true, .allow_affinity = false, .priority = 85, .spin_us = 0.0});
+  const auto send = [&] {
+    if (const Status sent = wrench.publish(zero); !sent) node.problem(sent.problem);
+  };
+  const std::int64_t period = nanoseconds(options.period), silence = nanoseconds(options.silence);
+  std::int64_t died = 0, looked = now_ns();
+  for (;;) {
+    const bool dead = died != 0 || life.ended(period);
+    if (died != 0) std::this_thread::sleep_for(std::chrono::nanoseconds(period));
+    const std::int64_t now = now_ns(), beaten = beat->node.load();
+    beat->guardian = now;
+    const bool away = now - looked > silence;  // we were: who else was is not known yet
+    looked = now;
+    if (beat->finished != 0) {
+      for (int i = 0; i < 5; ++i) send();
+      return true;
+    }
+    if (dead && died == 0) {
+      died = now;
+      ++beat->taken;
+    }
+    if (died != 0 && now - died > nanoseconds(options.insist)) return false;
+    const bool taken = beat->taken != beat->seen;
+    if (!taken && !away && beaten != 0 && now - beaten > silence) {
+      beat->silence = std::max(beat->silence.load(), now - beaten);
+      ++beat->taken;
+    }
+    if (beat->taken != beat->seen) send();
+  }
+}
+
+}  // namespace palpate::ros

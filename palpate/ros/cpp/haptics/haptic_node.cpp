@@ -1,0 +1,287 @@
+#include "haptics/haptic_node.hpp"
+
+#include <time.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <future>
+#include <thread>
+#include <utility>
+
+namespace palpate::ros {
+namespace {
+
+using loop::now_ns;
+
+constexpr double kRingSeconds = 4.0;
+constexpr double kOverdue = 1.5;                    // periods without a state, after which the cycle steps all the same
+constexpr std::int64_t kGuardianAway = 50'000'000;  // [ns] a guardian that has not looked for so long guards nothing
+constexpr auto kLonely = std::chrono::milliseconds(300);  // most that an end waits for what it sent to arrive
+constexpr Qos kNewest{.depth = 5, .reliable = false};     // of states only the newest counts; fits every sender
+
+double wall_now() noexcept {
+  timespec t{};
+  clock_gettime(CLOCK_REALTIME, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+template <class Msg>
+double stamp_of(const Msg& message) noexcept {
+  return message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec;
+}
+
+Vec3 vector(const geometry_msgs::msg::Point& p) noexcept { return {p.x, p.y, p.z}; }
+Vec3 vector(const geometry_msgs::msg::Vector3& v) noexcept { return {v.x, v.y, v.z}; }
+Eigen::Vector4d quaternion(const geometry_msgs::msg::Quaternion& q) noexcept { return {q.x, q.y, q.z, q.w}; }
+
+void fill(geometry_msgs::msg::Vector3& to, const Vec3& from) noexcept { to.x = from.x(), to.y = from.y(), to.z = from.z(); }
+
+template <class Header>
+void stamp(Header& header, double wall) noexcept {
+  const double whole = std::floor(wall);
+  header.stamp.sec = static_cast<std::int32_t>(whole);
+  header.stamp.nanosec = static_cast<std::uint32_t>(1e9 * (wall - whole));
+}
+
+std::shared_ptr<const scene::Snapshot> present(std::shared_ptr<const scene::Snapshot> scene) {
+  if (!scene) throw std::invalid_argument("scene: none given; a Snapshot without objects is free space");
+  return scene;
+}
+
+}  // namespace
+
+HapticNode::HapticNode(std::shared_ptr<Context> context, const HapticNodeOptions& options,
+                       std::optional<arm::Arm> follower, std::shared_ptr<const scene::Snapshot> scene)
+    : options_(options),
+      beat_(options.beat_fd),
+      console_(context, options.names, {"/" + options.writer, "/" + options.guardian}),
+      node_(context, "palpate_haptics", "", [this](const std::string& words) { console_.tell(words); }),
+      writer_(context, options.writer, "", [this](const std::string& words) { console_.tell(words); }),
+      wrench_(writer_, options.names.wrench()),
+      cycle_(options.cycle, std::move(follower)),
+      t0_(now_ns()),
+      period_(static_cast<std::int64_t>(std::llround(1e9 / options.cycle.rate))),
+      ring_(static_cast<std::size_t>(kRingSeconds * options.cycle.rate)),
+      newest_scene_(present(std::move(scene))),
+      scene_(newest_scene_) {
+  const HapticNames& names = options.names;
+  if (names.own_teleop() && !names.follower.empty()) {
+    goal_.emplace(writer_, names.of_follower("servo_cp"));
+    jaw_.emplace(writer_, names.of_follower("jaw/servo_jp"));
+    jaw_message_.name = {"jaw"};
+    jaw_message_.position.resize(1);
+  }
+  cycle_.contact().check(scene_.current());
+  cycle_.set_scene(scene_.current());
+  if (cycle_.contact().asynchronous()) cycle_.contact().collide(scene_.current());
+  listen();
+}
+
+HapticNode::~HapticNode() {
+  stop();
+  subscriptions_.clear();
+}
+
+// Order matters: of what comes together, the leader's pose is read last, and then the cycle steps.
+void HapticNode::listen() {
+  const HapticNames& names = options_.names;
+  const auto hear = [this]<class Msg>(const std::string& topic, void (*take)(HapticNode&, const Msg&)) {
+    subscriptions_.push_back(std::make_unique<Subscription<Msg>>(
+        node_, topic, [this, take](const Msg& message, const Info&) { take(*this, message); }, kNewest));
+  };
+  if (!names.follower.empty()) {
+    hear.operator()<Pose>(names.of_follower("measured_cp"), [](HapticNode& self, const Pose& m) {
+      self.cycle_.follower_pose(stamp_of(m), vector(m.pose.position), quaternion(m.pose.orientation), self.moment());
+    });
+    hear.operator()<Joints>(names.of_follower("measured_js"), [](HapticNode& self, const Joints& m) {
+      self.cycle_.follower_joints(stamp_of(m), m.position.data(), m.position.size(), self.moment());
+    });
+    hear.operator()<Joints>(names.of_follower("jaw/measured_js"), [](HapticNode& self, const Joints& m) {
+      self.cycle_.jaw(stamp_of(m), m.position.data(), m.position.size());
+    });
+  }
+  hear.operator()<Joints>(names.of_leader("measured_js"), [](HapticNode& self, const Joints& m) {
+    self.cycle_.leader_joints(stamp_of(m), m.position.data(), m.position.size());
+  });
+  hear.operator()<Joints>(names.of_leader("gripper/measured_js"), [](HapticNode& self, const Joints& m) {
+    self.cycle_.gripper(stamp_of(m), m.position.data(), m.position.size());
+  });
+  hear.operator()<Twist>(names.of_leader("measured_cv"), [](HapticNode& self, const Twist& m) {
+    self.cycle_.leader_twist(stamp_of(m), {vector(m.twist.linear), vector(m.twist.angular)}, self.moment());
+  });
+  hear.operator()<Pose>(names.of_leader("measured_cp"), [](HapticNode& self, const Pose& m) {
+    self.stamp_ = stamp_of(m);
+    self.came_ = now_ns();
+    self.cycle_.leader_pose(self.stamp_, vector(m.pose.position), quaternion(m.pose.orientation), self.moment());
+    self.fresh_ = true;
+  });
+}
+
+void HapticNode::start() {
+  if (running()) return;
+  stopping_ = quiet_ = false;
+  auto granted = std::make_shared<std::promise<std::string>>();
+  std::future<std::string> words = granted->get_future();
+  SpinnerOptions options;
+  options.in_thread = [this, granted] {
+    loop::RealTimeOptions wanted = options_.realtime;
+    wanted.allow_affinity = false;  // ROS has threads of its own, which bring the messages
+    granted->set_value(loop::schedule(wanted));
+  };
+  options.after = [this] { return after(); };
+  spinner_ = std::make_unique<Spinner>(node_, std::move(options));
+  scheduler_ = words.get();
+  if (cycle_.contact().asynchronous()) {
+    const double pause = 0.25 / std::max(options_.cycle.contact.collision_rate, 1.0);
+    collider_.start(
+        [this] {
+          std::shared_ptr<const scene::Snapshot> scene;
+          {
+            const std::lock_guard lock(people_);
+            scene = newest_scene_;
+          }
+          cycle_.contact().collide(*scene);
+        },
+        std::chrono::microseconds(static_cast<std::int64_t>(1e6 * pause)));
+  }
+}
+
+void HapticNode::stop() noexcept {
+  if (!running()) return;
+  stopping_ = true;
+  const auto end = std::chrono::steady_clock::now() + kLonely;
+  while (!quiet_ && std::chrono::steady_clock::now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  spinner_->stop();
+  spinner_.reset();
+  collider_.stop();
+  wrench_message_.wrench = {};
+  stamp(wrench_message_.header, wall_now());
+  if (commanding_) {
+    for (int i = 0; i < 3; ++i) {
+      if (!wrench_.publish(wrench_message_)) break;
+    }
+    wrench_.flush(std::chrono::nanoseconds(kLonely).count());
+  }
+  beat_->finished = 1;
+}
+
+loop::Moment HapticNode::moment() const noexcept { return {1e-9 * static_cast<double>(now_ns() - t0_), wall_now()}; }
+
+// After each round of messages: a step when the leader has told its state, or should have long ago.
+std::int64_t HapticNode::after() noexcept {
+  const std::int64_t now = now_ns();
+  const auto overdue = static_cast<std::int64_t>(kOverdue * static_cast<double>(period_));
+  if (fresh_ || now - last_step_ >= overdue) step(now);
+  return last_step_ + overdue - now_ns();
+}
+
+void HapticNode::step(std::int64_t begin) noexcept {
+  take();
+  gate();
+  const bool answered = std::exchange(fresh_, false);
+  const loop::CrtkOutput& out = cycle_.step(moment());
+  const std::int64_t spent = now_ns() - begin;
+  cycle_time_.add(spent);
+  command(out);
+  commanding_ = out.command;
+  if (answered && out.command) answer_time_.add(static_cast<std::int64_t>(1e9 * (wall_now() - stamp_)));
+  loop::Tick tick = out.tick;
+  tick.cycle_us = 1e-3 * static_cast<double>(spent);
+  tick.lateness_us = answered ? 1e-3 * static_cast<double>(begin - came_) : 0.0;
+  ring_.push(tick);
+  latest_.write(tick);
+  tell_stream();
+  quiet_ = stopping_ && out.F.f.isZero(0.0) && out.F.t.isZero(0.0);
+  last_step_ = begin;
+  beat_->node.store(now_ns(), std::memory_order_relaxed);
+}
+
+// What people changed since the last step.
+void HapticNode::take() noexcept {
+  Controls controls = controls_in_.read();
+  if (stopping_) controls.following = false;
+  cycle_.set_controls(controls);
+  if (scene_.take()) cycle_.set_scene(scene_.current());
+  if (const double scale = console_.scale(); scale != 0.0) cycle_.set_scale(scale);
+}
+
+// The guardian's word first: when it has taken over, whatever we pushed is gone, and we begin at zero.
+void HapticNode::gate() noexcept {
+  loop::CrtkGates gates = console_.gates();
+  const std::uint32_t taken = beat_->taken;
+  if (beat_->seen != taken) {
+    cycle_.drop();
+    gates.guarded = true;
+    beat_->seen = taken;
+  }
+  gates.guarded = gates.guarded || now_ns() - beat_->guardian > kGuardianAway;
+  cycle_.set_gates(gates);
+}
+
+void HapticNode::command(const loop::CrtkOutput& out) noexcept {
+  if (out.command) {
+    // Between the look at the guardian and now, we may have been stopped for long: then it has pushed us aside.
+    const bool aside = beat_->taken != beat_->seen;
+    fill(wrench_message_.wrench.force, aside ? Vec3::Zero() : out.F.f);
+    fill(wrench_message_.wrench.torque, aside ? Vec3::Zero() : out.F.t);
+    stamp(wrench_message_.header, wall_now());
+    if (wrench_.publish(wrench_message_)) published_.fetch_add(1, std::memory_order_relaxed);
+  }
+  if (out.move && goal_) {
+    const Eigen::Quaterniond turn(out.X_BT_goal.R);
+    auto& pose = goal_message_.pose;
+    pose.position.x = out.X_BT_goal.p.x(), pose.position.y = out.X_BT_goal.p.y(), pose.position.z = out.X_BT_goal.p.z();
+    pose.orientation.x = turn.x(), pose.orientation.y = turn.y(), pose.orientation.z = turn.z();
+    pose.orientation.w = turn.w();
+    stamp(goal_message_.header, wall_now());
+    jaw_message_.header = goal_message_.header;
+    jaw_message_.position[0] = out.jaw;
+    if (!goal_->publish(goal_message_) || !jaw_->publish(jaw_message_)) return;
+  }
+}
+
+void HapticNode::tell_stream() noexcept {
+  const loop::Watch& leader = cycle_.leader();
+  leader_rate_.store(leader.period() > 0.0 ? 1.0 / leader.period() : 0.0, std::memory_order_relaxed);
+  leader_age_.store(leader.age(), std::memory_order_relaxed);
+  leader_taken_.store(leader.taken(), std::memory_order_relaxed);
+  leader_left_out_.store(leader.left_out(), std::memory_order_relaxed);
+}
+
+std::size_t HapticNode::drain(std::size_t n, loop::Tick* rows) {
+  const std::lock_guard lock(people_);
+  std::size_t done = 0;
+  while (done < n && ring_.pop(rows[done])) ++done;
+  return done;
+}
+
+loop::Tick HapticNode::latest() {
+  const std::lock_guard lock(people_);
+  return latest_.read();
+}
+
+Controls HapticNode::controls() const {
+  const std::lock_guard lock(people_);
+  return controls_;
+}
+
+void HapticNode::set_controls(const Controls& controls) {
+  if (!(controls.stiffness_scale >= 0.0 && std::isfinite(controls.stiffness_scale)) ||
+      !(controls.damping_scale >= 0.0 && std::isfinite(controls.damping_scale))) {
+    throw std::invalid_argument("controls: stiffness_scale and damping_scale must be 0 or more");
+  }
+  const std::lock_guard lock(people_);
+  controls_ = controls;
+  controls_in_.write(controls);
+}
+
+void HapticNode::set_scene(std::shared_ptr<const scene::Snapshot> scene) {
+  present(scene);
+  cycle_.contact().check(*scene);
+  const std::lock_guard lock(people_);
+  newest_scene_ = scene;
+  scene_.give(std::move(scene));
+}
+
+}  // namespace palpate::ros
