@@ -91,7 +91,7 @@ class Session:
         if self._out is not None:
             require_writable(self._out)
         self.rig: Rig = build(scene)
-        self._sim = self.rig.simulation(self.seed)
+        self._sim = self._make_loop()
         self._fixtures = scene.guidance
         weakref.finalize(self, self._sim.stop)  # a session forgotten, or alive when Python ends: force to zero first
         self._recorder: Recorder | None = None
@@ -183,7 +183,8 @@ class Session:
     @property
     def controls(self) -> _core.Controls:
         """Clutch, pause, stiffness and damping scales, drag of the hand. A copy: assign it whole."""
-        return self._sim.controls
+        controls: _core.Controls = self._sim.controls
+        return controls
 
     @controls.setter
     def controls(self, value: _core.Controls) -> None:
@@ -255,6 +256,10 @@ class Session:
         self.close()
 
     # -- inside ----------------------------------------------------------------------------------------------------
+
+    def _make_loop(self) -> Any:
+        """What ticks: a simulation, or what is driven as one."""
+        return self.rig.simulation(self.seed)
 
     def _require_idle(self) -> None:
         if self._pump is not None:

@@ -6,9 +6,10 @@ import signal
 import sys
 import time
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated
 
-from tyro.conf import arg
+from tyro.conf import Positional, arg
 
 from palpate.cli.output import console_for, say
 
@@ -78,4 +79,51 @@ class Sim:
         return 0
 
 
-COMMANDS: dict[str, type] = {"setup": Setup, "sim": Sim}
+@dataclass
+class Haptics:
+    """Feel a scene on a CRTK master, real or simulated. Ends with Ctrl-C or SIGTERM, the force at zero.
+
+    examples:
+      palpate ros haptics scenes/wall.yaml
+      palpate ros haptics scenes/wall.yaml --follower virtual --teleop none
+      palpate ros haptics scenes/palpation.yaml --leader MTML --follower PSM2 --teleop MTML_PSM2 --force-cap 2
+
+    With a teleoperation that runs (--teleop NAME), forces go by its hook following/mtm/body/servo_cf; with none, to the
+    leader itself, and the follower is moved from here. A guardian process sends zeros where this one dies.
+    """
+
+    scene: Positional[Path]
+    """Scene file (YAML)."""
+    leader: str = "MTMR"
+    """CRTK name of the master."""
+    follower: str = "PSM1"
+    """CRTK name of the patient-side arm; virtual: there is none, the tool is where the map puts it."""
+    teleop: str = "MTMR_PSM1"
+    """Teleoperation component that moves the follower; none: ours does."""
+    console: str = "console"
+    """Where pedals and operator presence are told."""
+    force_cap: float | None = None
+    """Largest force [N]; the smaller of the scene's and 1 N when left out."""
+    rate: float | None = None
+    """Of the cycle; the leader must publish as fast. The scene's when left out [Hz]."""
+    tip_frame: bool = False
+    """The master takes wrenches in its tip's frame, and knows no absolute one."""
+    any_state: bool = False
+    """For devices that tell no operating state: do not wait for ENABLED."""
+    duration: float | None = None
+    """End after so long [s]."""
+    network: bool = False
+    """Talk to other machines; otherwise within this one alone."""
+    out: Annotated[Path | None, arg(metavar="DIR")] = None
+    """Folder for records, in place of the scene's."""
+    json: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write the summary as JSON (docs/json.md); - for the standard output."""
+
+    def __call__(self) -> int:
+        """Do it."""
+        from palpate.cli.ros_haptics import haptics
+
+        return haptics(self)
+
+
+COMMANDS: dict[str, type] = {"setup": Setup, "sim": Sim, "haptics": Haptics}

@@ -41,9 +41,9 @@ def run(o: Run) -> int:
     mode = "real time" if realtime else "lockstep, as fast as it goes"
     with Progress(console, duration, mode) as progress:
         summary = session.run(duration, realtime=realtime, on_progress=progress)
-    summary = _with_report(summary, scene)
+    summary = with_report(summary, scene)
     console.print(summary_table(summary))
-    _tell(console, summary, scene.record.report)
+    tell(console, summary, scene.record.report)
     write_json(o.json, summary.to_json())
     if summary.interrupted:
         return INTERRUPTED
@@ -64,7 +64,7 @@ def _refuse_contradictions(o: Run) -> None:
         raise PalpateError(f"--seed {o.seed}: must be a whole number from 0", mend="give e.g. --seed 1")
 
 
-def _with_report(summary: Summary, scene: Scene) -> Summary:
+def with_report(summary: Summary, scene: Scene) -> Summary:
     """The report beside the record; a report that cannot be made is told and costs nothing else."""
     if not scene.record.report or summary.record is None:
         return summary
@@ -81,7 +81,8 @@ def _with_report(summary: Summary, scene: Scene) -> Summary:
         return replace(summary, interrupted=True)
 
 
-def _tell(console: Console, summary: Summary, report_wanted: bool) -> None:
+def tell(console: Console, summary: Summary, report_wanted: bool) -> None:
+    """How it went, beside the table."""
     if summary.interrupted:
         say(console, "stopped by Ctrl-C; everything up to here is kept")
     if summary.scheduler:

@@ -66,7 +66,7 @@ void Haptics::guide(const HapticsInput& in) noexcept {
   out_.mapped.X_WT_goal = out_.guided.X_WT_goal;
   mapping_.given(out_.guided.X_WT_goal);
   const Mat3& R_WL = options_.X_WL.R;
-  out_.B_H_L = options_.mapping.force_scale * options_.mapping.scale * (R_WL.transpose() * out_.guided.B_W * R_WL);
+  out_.B_H_L = mapping_.options().force_scale * mapping_.options().scale * (R_WL.transpose() * out_.guided.B_W * R_WL);
 }
 
 // What the hand is to feel of it at the tool, in W: of the virtual surfaces, of the real ones, or of both.

@@ -81,7 +81,8 @@ constexpr std::array kSignals = {
 constexpr std::array kStatusWords = {
     StatusWords{"guarded", kGuarded, "the guardian has taken over, or is gone: the force stays zero"},
     StatusWords{"second_writer", kSecondWriter, "somebody else commands the same arm: no force until one of them ends"},
-    StatusWords{"other_teleop", kOtherTeleop, "another teleoperation is on: nothing is sent to the leader"},
+    StatusWords{"other_teleop", kOtherTeleop,
+                "another teleoperation is on, or not yet known to be off: nothing is sent"},
     StatusWords{"jumped", kJumped, "a pose jumped, faster than any hand: the force goes to zero"},
     StatusWords{"clock_jumped", kClockJumped, "a clock jumped: the force goes to zero"},
     StatusWords{"bad_stamp", kBadStamp, "a stamp was zero (not valid) or far from this machine's clock"},

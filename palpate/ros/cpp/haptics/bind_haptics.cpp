@@ -29,6 +29,8 @@ Rows to_rows(std::vector<Tick>&& ticks) {
   return Rows(data, {n, sizeof(Tick) / sizeof(double)}, capsule);
 }
 
+nb::object to_row(const Tick& tick) { return nb::cast(to_rows({tick}))[nb::int_(0)]; }
+
 Rows drain(HapticNode& self) {
   std::vector<Tick> ticks(self.waiting());
   {
@@ -92,7 +94,7 @@ void bind_node(nb::module_& m) {
       .def("drain", &drain, "Rows since the last drain.")
       .def_prop_ro("dropped", &HapticNode::dropped, "Rows lost because nobody drained.")
       .def(
-          "latest", [](HapticNode& self) { return nb::cast(to_rows({self.latest()}))[nb::int_(0)]; }, "The newest row.")
+          "latest", [](HapticNode& self) { return to_row(self.latest()); }, "The newest row.")
       .def_prop_rw("controls", &HapticNode::controls, &HapticNode::set_controls, "A copy; assign it whole.")
       .def("set_snapshot", &HapticNode::set_scene, "snapshot"_a, "Swaps the scene whole at the next step.")
       .def("news", &HapticNode::news, "What has happened since the last call, in words.")

@@ -9,6 +9,8 @@ namespace palpate::ros {
 namespace {
 
 constexpr auto kLook = std::chrono::milliseconds(50);  // between two looks at the graph
+constexpr int kFirst = 20;                             // looks before it is believed that no teleoperation is on
+constexpr int kNameless = 20;  // looks after which a writer whose node is not known is a stranger
 
 bool pressed(const sensor_msgs::msg::Joy& joy) { return !joy.buttons.empty() && joy.buttons[0] != 0; }
 
@@ -70,6 +72,7 @@ Console::Console(std::shared_ptr<Context> context, const HapticNames& names, std
   }
   if (names.own_teleop()) {
     set(kFollowing, true);
+    set(kOther, true);  // unless nobody is found
   } else {
     following_.emplace(node_, "/" + names.teleop + "/following",
                        [this](const std_msgs::msg::Bool& told) { follow(told.data); });
@@ -166,11 +169,18 @@ void Console::look_for_writers() {
   if (!names_.own_teleop()) commanded.push_back(names_.of_leader("body/servo_cf"));
   if (names_.own_teleop() && !names_.follower.empty()) commanded.push_back(names_.of_follower("servo_cp"));
   std::string found;
+  bool nameless = false;
   for (const std::string& topic : commanded) {
     for (const Endpoint& end : node_.publishers(topic)) {
-      if (std::find(writers_.begin(), writers_.end(), end.node) == writers_.end()) found = end.node + " writes to " + topic;
+      const bool named =
+          end.node.find("NODE_NAME_UNKNOWN") == std::string::npos;  // ends are heard of before their nodes
+      const bool ours = std::find(writers_.begin(), writers_.end(), end.node) != writers_.end();
+      nameless = nameless || !named;
+      if (named ? !ours : nameless_ >= kNameless)
+        found = (named ? end.node : "a program without ROS") + " writes to " + topic;
     }
   }
+  nameless_ = nameless ? std::min(nameless_ + 1, kNameless) : 0;
   if (set(kWriter, !found.empty())) tell(found.empty() ? "nobody else writes to the arm any more" : found + ", too");
 }
 
@@ -188,7 +198,9 @@ void Console::look_for_teleops() {
     teleop.following_ear.tune(), teleop.state_ear.tune();
     on = on || teleop.enabled || teleop.following;
   }
-  if (set(kOther, on) && on) {
+  looks_ = std::min(looks_ + 1, kFirst);
+  set(kOther, on || looks_ < kFirst);
+  if (on != std::exchange(other_on_, on) && on) {
     tell("another teleoperation of " + names_.leader +
          " is on, and ours is asked for: nothing is sent. Mend: disable it, or --teleop NAME to work with it");
   }

@@ -43,7 +43,13 @@ class Console {
 
  private:
   enum Gate : unsigned {
-    kFollowing = 1u, kOperator = 2u, kClutch = 4u, kLeader = 8u, kFollower = 16u, kWriter = 32u, kOther = 64u
+    kFollowing = 1u,
+    kOperator = 2u,
+    kClutch = 4u,
+    kLeader = 8u,
+    kFollower = 16u,
+    kWriter = 32u,
+    kOther = 64u
   };
   /// Somebody's teleoperation on our leader.
   struct Teleop {
@@ -80,6 +86,9 @@ class Console {
   std::optional<Ear<std_msgs::msg::Float64>> scale_ear_;
   std::list<Teleop> others_;
   std::size_t listeners_ = 0;
+  int looks_ = 0;
+  bool other_on_ = false;
+  int nameless_ = 0;  ///< looks, one after the other, at writers whose node is not known
   Spinner spinner_;
   std::condition_variable woken_;
   bool stop_ = false;

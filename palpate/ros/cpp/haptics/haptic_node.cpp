@@ -35,7 +35,9 @@ Vec3 vector(const geometry_msgs::msg::Point& p) noexcept { return {p.x, p.y, p.z
 Vec3 vector(const geometry_msgs::msg::Vector3& v) noexcept { return {v.x, v.y, v.z}; }
 Eigen::Vector4d quaternion(const geometry_msgs::msg::Quaternion& q) noexcept { return {q.x, q.y, q.z, q.w}; }
 
-void fill(geometry_msgs::msg::Vector3& to, const Vec3& from) noexcept { to.x = from.x(), to.y = from.y(), to.z = from.z(); }
+void fill(geometry_msgs::msg::Vector3& to, const Vec3& from) noexcept {
+  to.x = from.x(), to.y = from.y(), to.z = from.z();
+}
 
 template <class Header>
 void stamp(Header& header, double wall) noexcept {

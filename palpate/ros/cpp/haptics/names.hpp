@@ -7,8 +7,8 @@ namespace palpate::ros {
 
 struct HapticNames {
   std::string leader = "MTMR";
-  std::string follower = "PSM1";       ///< empty: a virtual one
-  std::string teleop = "MTMR_PSM1";    ///< of somebody else's teleoperation; empty: ours
+  std::string follower = "PSM1";     ///< empty: a virtual one
+  std::string teleop = "MTMR_PSM1";  ///< of somebody else's teleoperation; empty: ours
   std::string console = "console";
 
   [[nodiscard]] bool own_teleop() const { return teleop.empty(); }

@@ -1,0 +1,252 @@
+"""A scene felt on a real or simulated CRTK master: a session whose arms are on ROS 2."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import sys
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from palpate import _core, ros
+from palpate.errors import PalpateError
+from palpate.record.ticks import STATUS, Ticks
+from palpate.ros.guardian import Guardian
+from palpate.scene.rig import Rig
+from palpate.scene.scene import Scene
+from palpate.session import Session, State
+from palpate.summary import Summary
+
+FORCE_CAP = 1.0
+"""Of arms that are real: a scene may ask for more only by name (--force-cap) [N]."""
+_LOOK = 0.1  # between two looks at the guardian and the news [s]
+_OWN = {"not_following", "clutched", "force_capped", "rate_capped", "passivity", "ik_failed"}  # no faults
+
+
+@dataclass(frozen=True)
+class Devices:
+    """Which devices a session works with, by their CRTK names."""
+
+    leader: str = "MTMR"
+    follower: str = "PSM1"
+    """`virtual`: there is none, the tool is where the map puts it."""
+    teleop: str = "MTMR_PSM1"
+    """The teleoperation component that runs; `none`: ours."""
+    console: str = "console"
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What the hand may be given, and when."""
+
+    force_cap: float | None = None
+    """Instead of the smaller of the scene's and `FORCE_CAP` [N]."""
+    rate: float | None = None
+    """Of the cycle, which the leader's publisher must keep up with; the scene's when left out [Hz]."""
+    tip_frame: bool = False
+    """The leader takes wrenches in its tip's frame."""
+    needs_state: bool = True
+    """Operating states must be told: CRTK says so, a device of another maker may not."""
+
+
+@dataclass
+class Seen:
+    """When a fault was first seen, and for how many ticks [s]."""
+
+    first: float
+    ticks: int = field(default=0)
+
+
+class HapticLoop:
+    """The node with its guardian, driven as `_core.Simulation` is in real time."""
+
+    def __init__(self, rig: Rig, devices: Devices, limits: Limits, context: Mapping[str, Any]) -> None:
+        self.native = ros.load(lambda text: print(text, file=sys.stderr))
+        self.names, cycle = self._names(devices), self._cycle(rig, devices, limits)
+        self.force_cap = cycle.stability.force_cap  #: [N]
+        mark = f"{os.getpid()}_{secrets.token_hex(3)}"
+        writer = f"palpate_writer_{mark}"
+        self.guardian = Guardian(f"palpate_guardian_{mark}", self.names.wrench, context)
+        try:
+            options = self.native.HapticNodeOptions(
+                self.names, cycle, writer, self.guardian.name, self.guardian.beat_fd
+            )
+            self.context = self.native.Context(**context)
+            self.node = self.native.HapticNode(self.context, options, rig.arms.follower, rig.snapshot)
+            self.guardian.await_watching()
+        except BaseException:
+            self.guardian.kill()
+            raise
+        self._ended = False
+
+    def _names(self, devices: Devices) -> Any:
+        names = self.native.HapticNames()
+        names.leader, names.console = devices.leader.strip("/"), devices.console.strip("/")
+        names.follower = "" if devices.follower == "virtual" else devices.follower.strip("/")
+        names.teleop = "" if devices.teleop == "none" else devices.teleop.strip("/")
+        return names
+
+    def _cycle(self, rig: Rig, devices: Devices, limits: Limits) -> _core.CrtkOptions:
+        options = rig.options()
+        options.rate = limits.rate or options.rate
+        stability = options.stability
+        stability.force_cap = min(stability.force_cap, FORCE_CAP) if limits.force_cap is None else limits.force_cap
+        stability.delay = max(stability.delay, 2.0 / options.rate)  # state to us, wrench to the arm's next cycle
+        options.stability = stability
+        cycle = _core.CrtkOptions(options, rig.arms.q_follower0)
+        cycle.virtual_follower = devices.follower == "virtual"
+        cycle.own_teleop = devices.teleop == "none"
+        cycle.tip_frame, cycle.needs_state = limits.tip_frame, limits.needs_state
+        return cycle
+
+    def run(self, n: int) -> Any:
+        """Never."""
+        raise PalpateError("a session on ROS 2 runs in real time alone", mend="start() it, or run(seconds)")
+
+    def start(self) -> None:
+        """From here on it pushes."""
+        self.node.start()
+
+    def stop(self) -> None:
+        """Force to zero, then the end: for good, as a guardian guards once."""
+        if not self._ended:
+            self._ended = True
+            self.node.stop()
+            self.guardian.end()
+
+    def drain(self) -> Any:
+        """Rows since the last drain."""
+        return self.node.drain()
+
+    def latest(self) -> Any:
+        """The newest row."""
+        return self.node.latest()
+
+    def timing(self) -> dict[str, Any]:
+        """`HapticNode.timing`; missed ticks are not known to a loop that follows its leader."""
+        return {**self.node.timing(), "missed_ticks": 0}
+
+    @property
+    def dropped(self) -> int:
+        """Rows lost because nobody drained."""
+        return int(self.node.dropped)
+
+    @property
+    def controls(self) -> _core.Controls:
+        """As of `_core.Simulation`."""
+        controls: _core.Controls = self.node.controls
+        return controls
+
+    @controls.setter
+    def controls(self, value: _core.Controls) -> None:
+        self.node.controls = value
+
+    def set_snapshot(self, snapshot: _core.Snapshot) -> None:
+        """Another scene, whole, at the next step."""
+        self.node.set_snapshot(snapshot)
+
+    def fault(self) -> str | None:
+        """Told by the session, from the ticks."""
+        return None
+
+
+class HapticSession(Session):
+    """A scene felt on a CRTK master. As `Session`, in real time alone, and for one run.
+
+        with palpate.ros.HapticSession(scene, Devices("MTMR", "virtual", "none")) as session:
+            session.run(60.0)
+
+    Args:
+        scene: what to feel.
+        devices: on which arms.
+        limits: caps and rates.
+        out: folder for records; None: nothing is recorded.
+        context: arguments of the ROS context (`network`, `domain`, `arguments`).
+
+    Raises:
+        SceneError, MeshError: the scene cannot run. RosMissingError: no ROS 2. OutputError: `out` cannot be written.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        devices: Devices | None = None,
+        limits: Limits | None = None,
+        out: str | os.PathLike[str] | None = None,
+        context: Mapping[str, Any] | None = None,
+    ) -> None:
+        self.devices, self.limits = devices or Devices(), limits or Limits()
+        self._context = dict(context or {})
+        self.seen: dict[str, Seen] = {}  #: faults by the name of their bit
+        self.told: list[str] = []  #: what the node had to say, newest last
+        super().__init__(scene, out)
+
+    def _make_loop(self) -> Any:
+        self.loop = HapticLoop(self.rig, self.devices, self.limits, self._context)
+        self.rate = self.limits.rate or self.rate
+        return self.loop
+
+    @property
+    def state(self) -> State:
+        """The newest tick; the hand is a person's, its phase unknown."""
+        return State(self.latest(), "")
+
+    def run(
+        self,
+        duration: float | None = None,
+        realtime: bool = True,
+        on_progress: Callable[[State], None] | None = None,
+    ) -> Summary:
+        """Feel for a while, or until Ctrl-C or SIGTERM; then close the record.
+
+        Args:
+            duration: time [s]; without an end when left out.
+            realtime: it is.
+            on_progress: told the state about ten times a second.
+        """
+        self._require_idle()
+        with self._ctrl_c_waits():
+            try:
+                self.start()
+                end = time.monotonic() + (np.inf if duration is None else duration)
+                while time.monotonic() < end and not self._interrupted.wait(_LOOK):
+                    self._look()
+                    if on_progress is not None:
+                        on_progress(self.state)
+            except BaseException:
+                self.close(interrupted=True)
+                raise
+            return self.close(interrupted=self._interrupted.is_set())
+
+    def _look(self) -> None:
+        self.told += self.loop.node.news()
+        if not self.loop.guardian.alive:
+            raise PalpateError("the guardian process has died: the session ends, the force is zero")
+
+    def words(self, status: int) -> list[str]:
+        """What forbids a force now, the gravest first; empty when nothing does."""
+        caps = {"force_capped", "rate_capped", "passivity"}
+        return [words for name, (bit, words) in STATUS.items() if status & bit and name not in caps]
+
+    def _take(self, ticks: Ticks, realtime: bool = False) -> None:
+        status, t = ticks["status"].astype(np.int64), ticks["t"]
+        for name, (bit, _) in STATUS.items():
+            hits = np.flatnonzero(status & bit)
+            if len(hits) and name not in _OWN:
+                self.seen.setdefault(name, Seen(float(t[hits[0]]))).ticks += len(hits)
+        super()._take(ticks, realtime)
+
+    def _faults(self) -> list[str]:
+        self.told += self.loop.node.news()
+        faults = [
+            f"{STATUS[name][1]} (first at t = {seen.first:.3f} s, {seen.ticks} ticks)"
+            for name, seen in self.seen.items()
+        ]
+        taken = int(self.timing["guardian_took_over"])
+        if taken:
+            faults.insert(0, f"the guardian took over {taken} times, as the node was silent")
+        return [*faults, *super()._faults()]

@@ -1,0 +1,199 @@
+"""The haptic node on real processes: a wall is felt, and whatever ends the node, the last wrench is zero."""
+
+import json
+import os
+import signal
+import threading
+import time
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parent
+RATE = 500.0
+SCENE = """
+objects: [{name: wall, box: {size: [0.2, 0.2, 0.05]}, stiffness: 300, damping: 2}]
+record: {report: false}
+"""
+
+
+class Heard:
+    """What a process prints as JSON, line by line, while it runs."""
+
+    def __init__(self, process):
+        self.process, self.lines = process, []
+        self.thread = threading.Thread(target=self._read, daemon=True)
+        self.thread.start()
+
+    def _read(self):
+        for line in self.process.stdout:
+            if line.startswith("{"):
+                self.lines.append(json.loads(line))
+
+    def tell(self, words):
+        self.process.stdin.write(words + "\n")
+        self.process.stdin.flush()
+
+    @property
+    def forces(self):
+        """(time, newtons) of every wrench so far."""
+        return [(line["t"], line["force"]) for line in list(self.lines) if "force" in line]
+
+    def until(self, condition, what, seconds=20.0):
+        end = time.monotonic() + seconds
+        while not condition():
+            assert time.monotonic() < end, f"within {seconds:g} s not: {what}; {self.lines[-3:]}"
+            assert self.process.poll() is None, self.process.stderr.read()
+            time.sleep(0.01)
+
+
+@pytest.fixture
+def scene(tmp_path):
+    file = tmp_path / "wall.yaml"
+    file.write_text(SCENE)
+    return file
+
+
+@pytest.fixture
+def master(start, scene):
+    heard = Heard(start(HERE / "fake_master.py", RATE, scene))
+    heard.until(lambda: heard.lines, "the fake master starts", 60.0)
+    return heard
+
+
+@pytest.fixture
+def node(start, scene, tmp_path):
+    """Starts the haptic node with these options."""
+
+    def run(*options):
+        command = [
+            "ros",
+            "haptics",
+            scene,
+            "--follower",
+            "virtual",
+            "--rate",
+            RATE,
+            "--out",
+            tmp_path / "runs",
+            *options,
+        ]
+        return start("-m", "palpate", *command)
+
+    return run
+
+
+def pressing(master, node, *options):
+    """Node and master with the tool in the wall; pushed by more than half a newton."""
+    process = node(*(options or ("--teleop", "none")))
+    master.tell("operator 1")
+    master.tell("following 1")
+    master.until(lambda: master.forces, "the node sends wrenches", 60.0)
+    time.sleep(0.3)
+    for depth in (0.06, 0.09, 0.12):  # where the tool follows from is where the hand is then
+        master.tell(f"depth {depth}")
+        end = time.monotonic() + 4.0
+        while time.monotonic() < end and master.forces[-1][1] < 0.5:
+            time.sleep(0.01)
+    assert master.forces[-1][1] > 0.5, "the wall pushes"
+    return process
+
+
+def zero_after(master, t, within):
+    """All wrenches later than `within` after t are zero, and there are some."""
+    time.sleep(within + 0.3)
+    late = [force for at, force in master.forces if at > t + within]
+    assert late, "zeros are told, not silence"
+    assert not any(late)
+
+
+def test_a_wall_is_felt_within_the_low_cap_and_sigterm_ends_with_zero(master, node, tmp_path):
+    process = pressing(master, node)
+    time.sleep(0.5)
+    process.send_signal(signal.SIGTERM)
+    out, err = process.communicate(timeout=30)
+    assert process.returncode == 0, err
+    forces = [force for _, force in master.forces]
+    assert max(forces) <= 1.0 + 1e-9, "the cap for arms that are real"
+    assert forces[-1] == 0.0
+    assert max(b - a for a, b in pairwise(forces)) <= 50.0 / RATE * 1.5 + 1e-9
+    flags = {line["flag"]: line["on"] for line in master.lines if "flag" in line}
+    assert flags == {"body/set_cf_orientation_absolute": True, "use_gravity_compensation": True}
+    (record,) = (tmp_path / "runs").glob("*/record.mcap")
+    from palpate.record.reader import Record
+
+    assert Record.open(record).ticks["depth"].max() > 1e-3
+    assert "MTMR" in out
+
+
+def test_with_a_teleoperation_that_runs_its_hook_is_used_and_its_gate_obeyed(master, node):
+    process = pressing(master, node, "--teleop", "MTMR_PSM1")
+    master.tell("following 0")
+    t = time.monotonic()
+    zero_after(master, t, 0.15)  # of it up to 0.1 s until the pipe's words are a message
+    process.send_signal(signal.SIGINT)
+    assert process.wait(30) == 0
+
+
+@pytest.mark.parametrize("death", [signal.SIGKILL, signal.SIGSTOP])
+def test_the_guardian_sends_zeros_when_the_node_is_gone(master, node, death):
+    process = pressing(master, node)
+    before = len(master.forces)
+    t = time.monotonic()
+    os.kill(process.pid, death)
+    zero_after(master, t, 0.05)
+    if death == signal.SIGSTOP:
+        master.tell("depth 0.0")
+        os.kill(process.pid, signal.SIGCONT)
+        master.until(lambda: master.process and len(master.forces) > before + 200, "the node comes back")
+        process.send_signal(signal.SIGTERM)
+        _, err = process.communicate(timeout=30)
+        assert process.returncode == 0, err
+    else:
+        process.wait(10)
+
+
+def test_a_node_without_its_guardian_ends_at_zero(master, node):
+    process = pressing(master, node)
+    task = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+    (guardian,) = (int(p) for p in task if "palpate.ros.guardian" in Path(f"/proc/{p}/cmdline").read_text())
+    os.kill(guardian, signal.SIGKILL)
+    t = time.monotonic()
+    _, err = process.communicate(timeout=30)
+    assert process.returncode == 2
+    assert "the guardian process has died" in err
+    assert not any(force for at, force in master.forces if at > t + 0.2)
+
+
+def test_two_nodes_on_one_arm_push_neither(master, node):
+    first = pressing(master, node)
+    second = node("--teleop", "none")
+    master.until(lambda: master.forces[-1][1] == 0.0, "the second is seen", 60.0)
+    time.sleep(1.0)
+    assert not any(force for _, force in master.forces[-200:])
+    for process in (first, second):
+        process.send_signal(signal.SIGTERM)
+        _, err = process.communicate(timeout=30)
+        assert process.returncode == 0, err
+
+
+def test_ours_is_refused_while_another_teleoperation_is_on(master, node):
+    master.tell("teleop ENABLED")
+    process = node("--teleop", "none", "--duration", 3)
+    master.tell("operator 1")
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 0, err
+    assert "another teleoperation" in out
+    assert not master.forces, "nothing is sent at all"
+
+
+def test_a_master_that_falls_silent_feels_nothing(master, node):
+    process = pressing(master, node)
+    master.tell("silent 1")
+    t = time.monotonic()
+    zero_after(master, t, 0.2)
+    process.send_signal(signal.SIGTERM)
+    out, err = process.communicate(timeout=30)
+    assert process.returncode == 0, err
+    assert "the leader is silent" in out
