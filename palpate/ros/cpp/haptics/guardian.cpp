@@ -50,6 +50,7 @@ bool guard(const std::shared_ptr<Context>& context, const GuardianOptions& optio
   const geometry_msgs::msg::WrenchStamped zero;
   loop::schedule({.allow_priority = true, .allow_affinity = false, .priority = 85, .spin_us = 0.0});
   const auto send = [&] {
+    if (beat->commanding == 0) return;
     if (const Status sent = wrench.publish(zero); !sent) node.problem(sent.problem);
   };
   const std::int64_t period = nanoseconds(options.period), silence = nanoseconds(options.silence);

@@ -222,6 +222,7 @@ void HapticNode::gate() noexcept {
 }
 
 void HapticNode::command(const loop::CrtkOutput& out) noexcept {
+  beat_->commanding.store(out.command ? 1 : 0, std::memory_order_relaxed);
   if (out.command) {
     // Between the look at the guardian and now, we may have been stopped for long: then it has pushed us aside.
     const bool aside = beat_->taken != beat_->seen;
