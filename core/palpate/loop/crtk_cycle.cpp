@@ -179,7 +179,7 @@ const CrtkOutput& CrtkCycle::step(Moment now) noexcept {
   out_.command = gates_.leader_enabled && !gates_.other_teleop;
   out_.tick.t = now.t;
   const unsigned caps = felt.rendered.status & ~(kLeaderStale | kFollowerStale);
-  out_.tick.status = status | caps | reached;
+  out_.tick.status = status | caps | reached | static_cast<unsigned>(out_.tick.status);  // of guidance
   copy(in_.handle.q, out_.tick.q);
   if (arm_) copy(q_follower_, out_.tick.q_follower);
   return out_;

@@ -68,6 +68,9 @@ class CrtkCycle {
   /// Another scene, which outlives the steps: contact starts afresh.
   void set_scene(const scene::Snapshot& scene) noexcept;
 
+  /// From now on these fixtures; they outlive it, or the next ones.
+  void take(const guidance::Fixtures& fixtures) noexcept { haptics_.take(fixtures); }
+
   /// One tick. Times may come as they like; the answer lives until the next step.
   const CrtkOutput& step(Moment now) noexcept;
   /// Nothing is pushed any more, as of now: somebody else has put the force to zero.

@@ -97,6 +97,8 @@ void bind_node(nb::module_& m) {
           "latest", [](HapticNode& self) { return to_row(self.latest()); }, "The newest row.")
       .def_prop_rw("controls", &HapticNode::controls, &HapticNode::set_controls, "A copy; assign it whole.")
       .def("set_snapshot", &HapticNode::set_scene, "snapshot"_a, "Swaps the scene whole at the next step.")
+      .def("set_fixtures", &HapticNode::set_fixtures, "fixtures"_a,
+           "Swaps the fixtures of guidance whole at the next step.")
       .def("news", &HapticNode::news, "What has happened since the last call, in words.")
       .def("timing", &timing, "Times of computation and of answers, counts, rates.");
 }

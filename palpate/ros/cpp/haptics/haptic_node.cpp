@@ -66,7 +66,8 @@ HapticNode::HapticNode(std::shared_ptr<Context> context, const HapticNodeOptions
       period_(static_cast<std::int64_t>(std::llround(1e9 / options.cycle.rate))),
       ring_(static_cast<std::size_t>(kRingSeconds * options.cycle.rate)),
       newest_scene_(present(std::move(scene))),
-      scene_(newest_scene_) {
+      scene_(newest_scene_),
+      fixtures_(std::make_shared<const guidance::Fixtures>()) {
   const HapticNames& names = options.names;
   if (names.own_teleop() && !names.follower.empty()) {
     goal_.emplace(writer_, names.of_follower("servo_cp"));
@@ -205,6 +206,7 @@ void HapticNode::take() noexcept {
   if (stopping_) controls.following = false;
   cycle_.set_controls(controls);
   if (scene_.take()) cycle_.set_scene(scene_.current());
+  if (fixtures_.take()) cycle_.take(fixtures_.current());
   if (const double scale = console_.scale(); scale != 0.0) cycle_.set_scale(scale);
 }
 
@@ -271,8 +273,9 @@ Controls HapticNode::controls() const {
 
 void HapticNode::set_controls(const Controls& controls) {
   if (!(controls.stiffness_scale >= 0.0 && std::isfinite(controls.stiffness_scale)) ||
-      !(controls.damping_scale >= 0.0 && std::isfinite(controls.damping_scale))) {
-    throw std::invalid_argument("controls: stiffness_scale and damping_scale must be 0 or more");
+      !(controls.damping_scale >= 0.0 && std::isfinite(controls.damping_scale)) ||
+      !(controls.guidance >= 0.0 && controls.guidance <= 1.0)) {
+    throw std::invalid_argument("controls: stiffness_scale and damping_scale must be 0 or more, guidance 0 to 1");
   }
   const std::lock_guard lock(people_);
   controls_ = controls;
@@ -285,6 +288,13 @@ void HapticNode::set_scene(std::shared_ptr<const scene::Snapshot> scene) {
   const std::lock_guard lock(people_);
   newest_scene_ = scene;
   scene_.give(std::move(scene));
+}
+
+void HapticNode::set_fixtures(std::shared_ptr<const guidance::Fixtures> fixtures) {
+  if (!fixtures) throw std::invalid_argument("guidance: no fixtures given; an empty list is none");
+  guidance::check(*fixtures);
+  const std::lock_guard lock(people_);
+  fixtures_.give(std::move(fixtures));
 }
 
 }  // namespace palpate::ros

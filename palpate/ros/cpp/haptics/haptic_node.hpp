@@ -64,6 +64,7 @@ class HapticNode {
   [[nodiscard]] Controls controls() const;
   void set_controls(const Controls& controls);
   void set_scene(std::shared_ptr<const scene::Snapshot> scene);
+  void set_fixtures(std::shared_ptr<const guidance::Fixtures> fixtures);
   /// What has happened since the last call, in words.
   [[nodiscard]] std::vector<std::string> news() { return console_.news(); }
 
@@ -119,6 +120,7 @@ class HapticNode {
   Mailbox<Controls> controls_in_;
   Mailbox<loop::Tick> latest_;
   Handover<scene::Snapshot> scene_;
+  Handover<guidance::Fixtures> fixtures_;
   std::string scheduler_ = "not started";
   std::unique_ptr<Spinner> spinner_;
 };
