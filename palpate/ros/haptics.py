@@ -77,6 +77,7 @@ class HapticLoop:
             )
             self.context = self.native.Context(**context)
             self.node = self.native.HapticNode(self.context, options, rig.arms.follower, rig.snapshot)
+            self.node.set_fixtures(rig.fixtures)
             self.guardian.await_watching()
         except BaseException:
             self.guardian.kill()
@@ -148,6 +149,10 @@ class HapticLoop:
     def set_snapshot(self, snapshot: _core.Snapshot) -> None:
         """Another scene, whole, at the next step."""
         self.node.set_snapshot(snapshot)
+
+    def set_fixtures(self, fixtures: _core.Fixtures) -> None:
+        """Other fixtures of guidance, whole, at the next step."""
+        self.node.set_fixtures(fixtures)
 
     def fault(self) -> str | None:
         """Told by the session, from the ticks."""

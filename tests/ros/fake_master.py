@@ -1,6 +1,6 @@
 """A CRTK master and its console as a process of its own: says where it is, obeys nobody, tells what it is told to feel.
 
-    python fake_master.py RATE        one JSON line for each wrench on standard output: time [s], force
+    python fake_master.py RATE        one JSON line for each wrench on standard output: its stamp [s], force
 
 Commands, one a line, on standard input: `depth METRES`, `following 0|1`, `operator 0|1`, `state NAME`,
 `teleop STATE`, `silent 0|1`.
@@ -64,7 +64,8 @@ class Master:
 
     def wrench(self, m):
         f = m.wrench.force
-        self.say(t=time.monotonic(), force=float(np.linalg.norm([f.x, f.y, f.z])), f=[f.x, f.y, f.z])
+        stamp = m.header.stamp.sec + 1e-9 * m.header.stamp.nanosec
+        self.say(t=stamp, force=float(np.linalg.norm([f.x, f.y, f.z])), f=[f.x, f.y, f.z])
 
     def tell_state(self, name):
         self.state.publish(OperatingState(state=name, is_homed=True))

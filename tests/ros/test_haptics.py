@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 HERE = Path(__file__).parent
-RATE = 500.0
+RATE = 250.0  # a fake master in Python on a busy machine keeps that up
 SCENE = """
 objects: [{name: wall, box: {size: [0.2, 0.2, 0.05]}, stiffness: 300, damping: 2}]
 record: {report: false}
@@ -37,7 +37,7 @@ class Heard:
 
     @property
     def forces(self):
-        """(time, newtons) of every wrench so far."""
+        """(stamp, newtons) of every wrench so far."""
         return [(line["t"], line["force"]) for line in list(self.lines) if "force" in line]
 
     def until(self, condition, what, seconds=20.0):
@@ -91,21 +91,20 @@ def pressing(master, node, *options):
     master.tell("following 1")
     master.until(lambda: master.forces, "the node sends wrenches", 60.0)
     time.sleep(0.3)
-    for depth in (0.06, 0.09, 0.12):  # where the tool follows from is where the hand is then
-        master.tell(f"depth {depth}")
-        end = time.monotonic() + 4.0
-        while time.monotonic() < end and master.forces[-1][1] < 0.5:
+    for k in range(30):  # where the tool follows from is where the hand is then
+        master.tell(f"depth {0.01 * k}")
+        end = time.monotonic() + 0.5
+        while time.monotonic() < end:
+            if master.forces[-1][1] > 0.5:
+                return process
             time.sleep(0.01)
-    assert master.forces[-1][1] > 0.5, "the wall pushes"
-    return process
+    raise AssertionError(f"the wall does not push: {master.lines[-1]}")
 
 
 def zero_after(master, t, within):
-    """All wrenches later than `within` after t are zero, and there are some."""
-    time.sleep(within + 0.3)
-    late = [force for at, force in master.forces if at > t + within]
-    assert late, "zeros are told, not silence"
-    assert not any(late)
+    """All wrenches that were sent later than `within` after t are zero, and there are some."""
+    master.until(lambda: sum(at > t + within for at, _ in master.forces) > 20, "zeros are told, not silence")
+    assert not any(force for at, force in master.forces if at > t + within)
 
 
 def test_a_wall_is_felt_within_the_low_cap_and_sigterm_ends_with_zero(master, node, tmp_path):
@@ -130,7 +129,7 @@ def test_a_wall_is_felt_within_the_low_cap_and_sigterm_ends_with_zero(master, no
 def test_with_a_teleoperation_that_runs_its_hook_is_used_and_its_gate_obeyed(master, node):
     process = pressing(master, node, "--teleop", "MTMR_PSM1")
     master.tell("following 0")
-    t = time.monotonic()
+    t = time.time()
     zero_after(master, t, 0.15)  # of it up to 0.1 s until the pipe's words are a message
     process.send_signal(signal.SIGINT)
     assert process.wait(30) == 0
@@ -140,7 +139,7 @@ def test_with_a_teleoperation_that_runs_its_hook_is_used_and_its_gate_obeyed(mas
 def test_the_guardian_sends_zeros_when_the_node_is_gone(master, node, death):
     process = pressing(master, node)
     before = len(master.forces)
-    t = time.monotonic()
+    t = time.time()
     os.kill(process.pid, death)
     zero_after(master, t, 0.05)
     if death == signal.SIGSTOP:
@@ -159,7 +158,7 @@ def test_a_node_without_its_guardian_ends_at_zero(master, node):
     task = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
     (guardian,) = (int(p) for p in task if "palpate.ros.guardian" in Path(f"/proc/{p}/cmdline").read_text())
     os.kill(guardian, signal.SIGKILL)
-    t = time.monotonic()
+    t = time.time()
     _, err = process.communicate(timeout=30)
     assert process.returncode == 2
     assert "the guardian process has died" in err
@@ -191,7 +190,7 @@ def test_ours_is_refused_while_another_teleoperation_is_on(master, node):
 def test_a_master_that_falls_silent_feels_nothing(master, node):
     process = pressing(master, node)
     master.tell("silent 1")
-    t = time.monotonic()
+    t = time.time()
     zero_after(master, t, 0.2)
     process.send_signal(signal.SIGTERM)
     out, err = process.communicate(timeout=30)

@@ -2,6 +2,7 @@
 
 #include <poll.h>
 #include <sys/syscall.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -47,10 +48,14 @@ bool guard(const std::shared_ptr<Context>& context, const GuardianOptions& optio
   const Life life(options.node_pid);
   Node node(context, options.node_name);
   const Publisher<geometry_msgs::msg::WrenchStamped> wrench(node, options.wrench_topic);
-  const geometry_msgs::msg::WrenchStamped zero;
+  geometry_msgs::msg::WrenchStamped zero;
   loop::schedule({.allow_priority = true, .allow_affinity = false, .priority = 85, .spin_us = 0.0});
   const auto send = [&] {
     if (beat->commanding == 0) return;
+    timespec t{};
+    clock_gettime(CLOCK_REALTIME, &t);
+    zero.header.stamp.sec = static_cast<std::int32_t>(t.tv_sec);
+    zero.header.stamp.nanosec = static_cast<std::uint32_t>(t.tv_nsec);
     if (const Status sent = wrench.publish(zero); !sent) node.problem(sent.problem);
   };
   const std::int64_t period = nanoseconds(options.period), silence = nanoseconds(options.silence);
