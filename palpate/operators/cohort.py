@@ -1,0 +1,138 @@
+"""Who the simulated operators are: traits with their sources, and how they spread over a cohort.
+
+How sure are the numbers? The sources measured people, in other rooms with other handles; the medians here are round
+numbers within what they report, the spreads are wide enough to cover it. Where a trait has no published number its
+source says so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from palpate.hands import PRESETS, Hand
+
+GRIPS = ("light", "normal", "firm")
+"""Hands (`palpate.hands`) that a cohort holds the handle with; each drawn within a factor of two."""
+
+
+@dataclass(frozen=True)
+class Trait:
+    """One number of a person."""
+
+    median: float
+    factor: float
+    """95 % of the cohort lie within this factor of the median, either way (log-normal)."""
+    unit: str
+    doc: str
+    source: str
+
+
+#: Everything that differs between the simulated operators, beside their hands.
+TRAITS: dict[str, Trait] = {
+    "pace": Trait(
+        0.12, 1.6, "s", "time on a stretch of path as long as the passage is wide",
+        "steering law T = b L / W: Accot and Zhai 1997, Beyond Fitts' law; slopes of 0.06 to 0.2 s by path and device",
+    ),
+    "visual_delay": Trait(
+        0.16, 1.3, "s", "from the picture to the hand's correction",
+        "Saunders and Knill 2005: 117 ms across the motion, 130 to 200 ms along it; Brenner and Smeets 2003; a display "
+        "adds some ten ms",
+    ),
+    "visual_gain": Trait(
+        3.0, 1.5, "1/s", "speed of correction per error that is seen",
+        "crossover model, McRuer and Jex 1967: crossover at 3 to 5 rad/s; lower where care matters more than speed",
+    ),
+    "visual_error": Trait(
+        0.4e-3, 1.8, "m", "rms across the line of sight of where the tool is seen, wandering",
+        "microsurgeons under a microscope err by 0.14 to 0.29 mm in space (Singh, Riviere and others 2013); an "
+        "endoscope shows less. Order of magnitude sure, number ours",
+    ),
+    "depth": Trait(
+        2.0, 1.5, "", "the same along the line of sight, times this",
+        "stereo depth is less certain than direction: Saunders and Knill 2005 explain the slower corrections in depth "
+        "by it. Number ours",
+    ),
+    "noise": Trait(
+        0.15, 1.5, "", "rms of the motor noise per intended speed (signal dependent)",
+        "Harris and Wolpert 1998; van Beers, Haggard and Wolpert 2004 measured about a tenth, and a part that does not "
+        "depend on the signal",
+    ),
+    "unrest": Trait(
+        1.0e-3, 1.6, "m/s", "rms of the motor noise of a hand at rest",
+        "eye surgeons who hold still: slow wander, range 0.2 mm (Riviere, Rader and Khosla 1997), several times that "
+        "without a rest for the wrist (Coulson, Slack and Ma 2010)",
+    ),
+    "tremor": Trait(
+        0.06e-3, 2.0, "m", "rms per axis of the trembling at 8 to 12 Hz",
+        "50 to 200 um rms at a hand-held instrument (review in Singh, Riviere and others 2013); 38 um in the most "
+        "delicate part of eye surgery (Riviere and others)",
+    ),
+    "touch_delay": Trait(
+        0.10, 1.3, "s", "from a force on the hand to its intended response",
+        "long-latency responses 50 to 105 ms, voluntary ones after that (Pruszynski and Scott 2012)",
+    ),
+    "weber": Trait(
+        0.08, 1.5, "", "rms of a felt force per force",
+        "just noticeable difference 7 % (Pang, Tan and Durlach 1991), 5 to 10 % elsewhere (Jones 1989)",
+    ),
+    "threshold": Trait(
+        0.04, 1.6, "N", "smallest force that is felt",
+        "some ten mN for forces of a haptic device (Dosher and Hannaford 2005)",
+    ),
+    "sight_of_force": Trait(
+        0.35, 1.4, "", "spread of a force judged by the tissue's look, per force; one bias a trial",
+        "people misjudge forces by sight, and better after training with touch (Chua, Jarc, Wren, Nisky and Okamura "
+        "2023). Number ours",
+    ),
+    "haste": Trait(
+        1.2, 1.2, "", "force that is aimed at without feeling it, per wanted one",
+        "without force feedback mean forces are at least 1.5 times as large, peaks twice (Wagner, Stylopoulos, Jackson "
+        "and Howe 2007): the part of it that is no consequence of the loop. Number ours",
+    ),
+    "yields": Trait(
+        0.8, 2.5, "1/s", "how fast a lasting force on the hand is given way to, per its own spring",
+        "people asked to relax give way, asked to resist they stiffen: Abbink, Mulder, van der Helm and others 2011. "
+        "Number ours",
+    ),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Person:
+    """A simulated operator's traits (`TRAITS`) and hand."""
+
+    number: int
+    hand: Hand
+    pace: float
+    visual_delay: float
+    visual_gain: float
+    visual_error: float
+    depth: float
+    noise: float
+    unrest: float
+    tremor: float
+    touch_delay: float
+    weber: float
+    threshold: float
+    sight_of_force: float
+    haste: float
+    yields: float
+
+
+def cohort(n: int, seed: int = 7) -> list[Person]:
+    """n simulated operators; the first ones are the same however many there are.
+
+    Args:
+        n: how many.
+        seed: of the whole cohort.
+    """
+    return [_person(i, np.random.default_rng([seed, i])) for i in range(n)]
+
+
+def _person(number: int, rng: np.random.Generator) -> Person:
+    drawn = {name: t.median * t.factor ** float(rng.normal() / 1.96) for name, t in TRAITS.items()}
+    drawn["haste"] = max(drawn["haste"], 1.0)
+    hand = PRESETS[GRIPS[int(rng.integers(len(GRIPS)))]].drawn(rng)
+    return Person(number, hand, **drawn)

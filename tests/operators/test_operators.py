@@ -1,0 +1,125 @@
+"""Simulated operators: who they are, and what their closed loop does where a closed form says what it must."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palpate.operators import STEP, TRAITS, Errand, Operator, Person, Senses, cohort, perform
+from palpate.record.ticks import TICK, TICK_DOUBLES
+
+SCALE = 0.5
+
+
+class Glass:
+    """A simulation without mass, friction and lag: the tool is where the hand leads it; below z = 0 it presses."""
+
+    def __init__(self, start, stiffness=0.0, wind=(0.0, 0.0, 0.0), yielding=0.0):
+        self.hand, self.start, self.k = np.zeros(3), np.array(start, float), 0
+        self.wind, self.yielding, self.stiffness = np.array(wind, float), yielding, stiffness
+
+    def run(self, n, hand_W=None):
+        rows = np.zeros(n, dtype=TICK)
+        led = np.tile(self.hand, (n, 1)) if hand_W is None else np.asarray(hand_W)
+        rows["t"] = (self.k + np.arange(n)) / 1000
+        rows["p_WT"] = self.start + SCALE * led
+        rows["depth"] = np.maximum(-rows["p_WT"][:, 2], 0.0)
+        rows["F_H_L"] = self.wind
+        self.hand, self.k = led[-1], self.k + n
+        return rows.view(np.float64).reshape(n, TICK_DOUBLES)
+
+
+def calm(**changes) -> Person:
+    """A person without any error, noise, haste; of median delays and gains."""
+    quiet = dict.fromkeys(("visual_error", "noise", "unrest", "tremor", "weber", "sight_of_force"), 0.0)
+    values = {name: trait.median for name, trait in TRAITS.items()} | quiet | {"haste": 1.0, "yields": 0.0} | changes
+    return replace(cohort(1)[0], **values)
+
+
+def line(length=0.04, press=0.0, stiffness=400.0):
+    path = np.linspace([0, 0, 0], [length, 0, 0], 81)
+    return Errand(path, np.full(81, 0.004), stiffness, press)
+
+
+def done(person, errand, senses=None, sim=None, start=(0.0, 0.0, 0.0), most=10.0, seed=1):
+    return perform(sim or Glass(start), Operator(person, senses or Senses(), seed), errand, np.eye(4), SCALE, most)
+
+
+def test_every_trait_says_where_it_comes_from():
+    for name, trait in TRAITS.items():
+        assert trait.median > 0.0, name
+        assert trait.factor >= 1.1, name
+        assert len(trait.source) > 20, name
+        assert any(year in trait.source for year in map(str, range(1950, 2027))) or "ours" in trait.source, name
+
+
+def test_a_cohort_is_the_same_every_time_and_begins_the_same():
+    assert cohort(5, seed=3) == cohort(9, seed=3)[:5]
+    assert cohort(5, seed=3) != cohort(5, seed=4)
+
+
+def test_a_cohort_spreads_as_its_traits_say():
+    people = cohort(400)
+    for name, trait in TRAITS.items():
+        values = np.array([getattr(person, name) for person in people])
+        if name == "haste":
+            assert values.min() >= 1.0
+            continue
+        assert np.median(values) == pytest.approx(trait.median, rel=0.1), name
+        inside = (values < trait.median * trait.factor) & (values > trait.median / trait.factor)
+        assert inside.mean() == pytest.approx(0.95, abs=0.04), name
+
+
+def test_without_error_and_noise_the_line_is_followed():
+    trial = done(calm(), line())
+    assert trial.done
+    assert np.abs(trial.p_WT[:, 1:]).max() < 1e-9
+
+
+def test_time_is_what_the_steering_law_says():
+    """T = pace L / W, until the hand slows down before the end."""
+    person = calm(pace=0.3)
+    trial = done(person, line(0.04))
+    arrived = trial.t[np.argmax(trial.p_WT[:, 0] > 0.030)]
+    assert arrived == pytest.approx(0.3 * 0.030 / 0.004, rel=0.2)
+
+
+def test_an_error_that_is_seen_dies_out_as_the_crossover_model_says():
+    """Slower than the delay, e' = -gain e: after a second little is left; near pi/2 = gain * delay it never settles."""
+    start = (0.0, 0.002, 0.0)
+    e = done(calm(visual_gain=3.0), line(0.2), sim=Glass(start), most=2.0).p_WT[:, 1]
+    assert abs(e[-1]) < 0.02 * 0.002
+    wild = done(calm(visual_gain=9.0, visual_delay=0.2), line(0.2), sim=Glass(start), most=4.0).p_WT[:, 1]
+    assert np.abs(wild[-250:]).max() > 0.002
+
+
+@pytest.mark.parametrize("force", ["felt", "shown", "looks"])
+def test_the_wanted_force_is_pressed(force):
+    trial = done(calm(), line(0.05, press=0.5), Senses(force), Glass((0, 0, 0.0005)), most=6.0)
+    error = 0.25 if force == "shown" else 0.03  # a bar is read with some error
+    assert trial.F_T[-100:].mean() == pytest.approx(0.5, rel=error)
+
+
+def test_a_force_that_is_not_felt_is_misjudged_by_one_bias_a_trial():
+    person = calm(sight_of_force=0.35)
+    ends = [done(person, line(0.05, press=0.5), Senses(), seed=s, most=6.0).F_T[-50:].mean() for s in range(8)]
+    felt = [done(person, line(0.05, press=0.5), Senses("felt"), seed=s, most=6.0).F_T[-50:].mean() for s in range(2)]
+    assert np.ptp(np.log(ends)) > 0.3
+    assert np.ptp(felt) < 0.01
+
+
+def test_a_lasting_force_is_given_way_to_above_the_threshold_only():
+    """At yields F / k of the hand; and not at all below what is felt."""
+    person = calm(yields=1.0, visual_gain=0.0, threshold=0.05)
+    pushed = done(person, line(0.1), sim=Glass((0, 0, 0), wind=(0.0, 0.5, 0.0)), most=2.0)
+    speed = np.gradient(pushed.p_WT[:, 1], pushed.t)[-50:].mean()
+    assert speed == pytest.approx(SCALE * (0.5 - 0.05) / person.hand.stiffness, rel=0.02)
+    unfelt = done(person, line(0.1), sim=Glass((0, 0, 0), wind=(0.0, 0.04, 0.0)), most=1.0)
+    assert np.abs(unfelt.p_WT[:, 1]).max() < 1e-9
+
+
+def test_a_path_that_is_drawn_is_seen_with_half_the_error():
+    person = calm(visual_error=0.5e-3)
+    looks = [Operator(person, Senses(drawn=drawn), 4)._unseen for drawn in (False, True)]
+    np.testing.assert_allclose(looks[1], 0.5 * looks[0])
+    assert STEP == 0.02
