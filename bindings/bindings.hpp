@@ -12,6 +12,7 @@ void bind_contact(nanobind::module_& m);
 void bind_dvrk(nanobind::module_& m);
 void bind_crtk(nanobind::module_& m);
 void bind_fixtures(nanobind::module_& m);
+void bind_guidance_run(nanobind::module_& m);
 void bind_force(nanobind::module_& m);
 void bind_guidance(nanobind::module_& m);
 void bind_guidance_bench(nanobind::module_& m);

@@ -13,6 +13,7 @@ NB_MODULE(_core, m) {
   palpate::bindings::bind_soak(m);
   palpate::bindings::bind_guidance(m);
   palpate::bindings::bind_fixtures(m);
+  palpate::bindings::bind_guidance_run(m);
   palpate::bindings::bind_guidance_bench(m);
   palpate::bindings::bind_mapping(m);
   palpate::bindings::bind_force(m);

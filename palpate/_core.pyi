@@ -117,6 +117,16 @@ class PlacedGeometry(Geometry):
     def __init__(self, geometry: Geometry, X_FG: Array = ..., frame: Frame = ...) -> None: ...
 
 def time_query(geometry: Geometry, X_WT: Array) -> Array: ...
+def run_guidance(
+    stage: Guidance,
+    t: Sequence[float],
+    X_WT_goal: Array,
+    V_WT: Array,
+    F_T_W: Array = ...,
+    stiffness: float = 0.0,
+    F_hand: float = -1.0,
+    pedal: float = 1.0,
+) -> dict[str, Array]: ...
 def time_guidance(fixtures: Fixtures, X_WT: Array, dt: float = 1e-3) -> Array: ...
 def time_qp(A: Array, b: Array, y0: Array) -> Array: ...
 

@@ -137,7 +137,8 @@ void Guidance::pull(const Input& in) noexcept {
       const double share = proxy.share[static_cast<std::size_t>(i)];
       const Wrench& along = proxy.along[static_cast<std::size_t>(i)];
       if (along.f != Vec3::Zero() || along.t != Vec3::Zero()) now.want.along = along;
-      now.want.gap = share > 0.0 ? -share : std::max(now.want.gap, 0.0);
+      // The goal goes a share `authority` of the way there; the law is asked about the whole way, and weighed once.
+      now.want.gap = share > 0.0 ? -share / now.authority : std::max(now.want.gap, 0.0);
     }
     now.pull = f.law->pull(now.want, in.V_WT);
     const double speed = in.V_WT.v.norm();

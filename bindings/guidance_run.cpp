@@ -1,0 +1,62 @@
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/vector.h>
+
+#include <vector>
+
+#include "bindings.hpp"
+#include "convert.hpp"
+#include "palpate/guidance/guidance.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace palpate::bindings {
+namespace {
+
+using guidance::Guidance;
+using Goals = nb::ndarray<const double, nb::shape<-1, 4, 4>, nb::c_contig, nb::device::cpu>;
+using Twists = nb::ndarray<const double, nb::shape<-1, 6>, nb::c_contig, nb::device::cpu>;
+
+/// The stage, tick by tick along a motion, the tool where the last tick's goal was.
+nb::dict run(Guidance& self, const std::vector<double>& t, const Goals& X_WT_goal, const Twists& V_WT,
+             const Vec3& F_T_W, double stiffness, double F_hand, double pedal) {
+  const std::size_t n = t.size();
+  if (X_WT_goal.shape(0) != n || V_WT.shape(0) != n) throw nb::value_error("as many goals and twists as times");
+  using RowMatrix4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+  Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor> F(n, 6);
+  Eigen::Matrix<double, Eigen::Dynamic, 16, Eigen::RowMajor> goals(n, 16);
+  Eigen::VectorXd gap(n);
+  guidance::Input in;
+  in.F_T_W = F_T_W;
+  in.stiffness = stiffness;
+  in.F_hand = F_hand;
+  in.pedal = pedal;
+  for (std::size_t k = 0; k < n; ++k) {
+    const auto row = static_cast<Eigen::Index>(k);
+    in.t = t[k];
+    in.X_WT_goal = to_pose(Matrix4(Eigen::Map<const RowMatrix4>(X_WT_goal.data() + 16 * k)), "X_WT_goal");
+    in.V_WT = {Vec3(V_WT.data() + 6 * k), Vec3(V_WT.data() + 6 * k + 3)};
+    if (k == 0) in.X_WT = in.X_WT_goal;
+    const guidance::Output& out = self.step(in);
+    in.X_WT = out.X_WT_goal;
+    F.row(row) = to_vector(out.F_T_W);
+    Eigen::Map<RowMatrix4>(&goals(row, 0)) = to_matrix(out.X_WT_goal);
+    gap[row] = out.gap;
+  }
+  nb::dict d;
+  d["F_T_W"] = F;
+  d["X_WT_goal"] = goals;
+  d["gap"] = gap;
+  return d;
+}
+
+}  // namespace
+
+void bind_guidance_run(nb::module_& m) {
+  m.def("run_guidance", &run, "stage"_a, "t"_a, "X_WT_goal"_a, "V_WT"_a, "F_T_W"_a = Vec3(Vec3::Zero()),
+        "stiffness"_a = 0.0, "F_hand"_a = -1.0, "pedal"_a = 1.0,
+        "A Guidance along a motion, (n,) [s], (n, 4, 4), (n, 6): F_T_W (n, 6), X_WT_goal (n, 16), gap (n,). The tool is "
+        "where the last goal was.");
+}
+
+}  // namespace palpate::bindings

@@ -1,0 +1,258 @@
+"""A specimen of every geometry, with a distance of its own in numpy: closed forms, and brute force for the rest.
+
+Signed distances of points (n, 3) -> (n,) in metres; below zero inside, never below zero of points and curves. All lie
+around the origin and are some centimetres in size.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq
+
+from palpate import _core
+from palpate.guidance.curve import path as smooth_path
+
+Array = NDArray[np.float64]
+Distance = Callable[[Array], Array]
+
+
+@dataclass(frozen=True)
+class Specimen:
+    """A geometry to be examined."""
+
+    make: Callable[[], _core.Geometry]
+    distance: Distance
+    solid: bool
+    axis: Callable[[Array], Array] | None = None
+    """(3,) of the attitude's z at a point (3,); the z axis when left out."""
+    classes: tuple[type, ...] = ()
+    """of the core that it stands for."""
+    near: float = 1e-9
+    """How far the geometry may be from its formula: a sampled one is never exact [m]."""
+
+
+WAYPOINTS = 1e-2 * np.array([[-3.0, -1.0, 0.0], [-1.5, 0.5, 0.4], [0.0, 0.8, 0.8], [1.5, 0.2, 0.5], [3.0, -0.8, 0.0]])
+APEX, INWARD, OPENING = np.array([0.0, 0.0, -0.02]), np.array([0.0, 0.0, 1.0]), 0.5
+A, B = np.array([-0.03, -0.01, 0.0]), np.array([0.03, 0.01, 0.01])
+BOX = np.array([0.03, 0.024, 0.02])
+HALF = np.array([0.03, 0.02, 0.015])
+TUBE, BALL, MARGIN = 0.006, 0.02, 0.005
+
+
+def segment(p: Array, a: Array, b: Array) -> Array:
+    """To a straight line from a to b."""
+    share = np.clip((p - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)
+    return np.asarray(np.linalg.norm(p - a - share[:, None] * (b - a), axis=1))
+
+
+def endless(p: Array) -> Array:
+    """To the line through both."""
+    u = (B - A) / np.linalg.norm(B - A)
+    return np.asarray(np.linalg.norm(np.cross(p - A, u), axis=1))
+
+
+@cache
+def _curve() -> tuple[Array, Array, CubicSpline, Array]:
+    knots = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(WAYPOINTS, axis=0), axis=1))]
+    spline = CubicSpline(knots, WAYPOINTS, bc_type="natural")
+    u = np.linspace(0.0, knots[-1], 8001)
+    return u, spline(u), spline, knots
+
+
+def curve(p: Array) -> Array:
+    """To the spline through WAYPOINTS: 8000 straight pieces; they err by less than a nanometre."""
+    _, points, _, _ = _curve()
+    out = np.empty(len(p))
+    for i, one in enumerate(p):
+        k = int(np.argmin(((points - one) ** 2).sum(axis=1)))
+        lo, hi = max(k - 1, 0), min(k + 1, len(points) - 1)
+        sides = [segment(one[None], points[j], points[j + 1])[0] for j in range(lo, hi)]
+        out[i] = min(sides)
+    return out
+
+
+def tangent(p: Array) -> Array:
+    """Of the spline, at its place nearest to p (3,)."""
+    u, points, spline, _ = _curve()
+    t = spline(u[int(np.argmin(((points - p) ** 2).sum(axis=1)))], 1)
+    return np.asarray(t / np.linalg.norm(t))
+
+
+def cone(p: Array) -> Array:
+    """Of all places seen from APEX within OPENING of INWARD."""
+    h = (p - APEX) @ INWARD
+    rho = np.linalg.norm(p - APEX - h[:, None] * INWARD, axis=1)
+    c, s = np.cos(OPENING), np.sin(OPENING)
+    return np.asarray(np.where(h * c + rho * s > 0.0, rho * c - h * s, np.hypot(h, rho)))
+
+
+def box(p: Array, size: Array = BOX) -> Array:
+    """Of a box around the origin."""
+    q = np.abs(p) - 0.5 * size
+    return np.asarray(np.linalg.norm(np.maximum(q, 0.0), axis=1) + np.minimum(q.max(axis=1), 0.0))
+
+
+def cylinder(p: Array, radius: float = 0.012, length: float = 0.04) -> Array:
+    """With flat ends, around z."""
+    q = np.column_stack([np.hypot(p[:, 0], p[:, 1]) - radius, np.abs(p[:, 2]) - 0.5 * length])
+    return np.asarray(np.linalg.norm(np.maximum(q, 0.0), axis=1) + np.minimum(q.max(axis=1), 0.0))
+
+
+def capsule(p: Array, radius: float = 0.01, length: float = 0.03) -> Array:
+    """With round ends, around z."""
+    e = np.array([0.0, 0.0, 0.5 * length])
+    return segment(p, -e, e) - radius
+
+
+def ball(p: Array, centre: tuple[float, float, float] = (0.0, 0.0, 0.0), radius: float = BALL) -> Array:
+    """Of a ball."""
+    return np.asarray(np.linalg.norm(p - np.array(centre), axis=1) - radius)
+
+
+def ellipsoid(p: Array) -> Array:
+    """Of the ellipsoid of HALF: the root of its Lagrange multiplier (Eberly, Distance from a point to an ellipsoid)."""
+    return np.array([_ellipsoid(one) for one in p])
+
+
+def _ellipsoid(p: Array) -> float:
+    a2, y = HALF**2, np.maximum(np.abs(p), 1e-12)
+
+    def over(t: float) -> float:
+        return float(((HALF * y / (t + a2)) ** 2).sum() - 1.0)
+
+    least = float((HALF * y - a2).max())  # over() is not below zero there
+    most = float(np.linalg.norm(HALF * y))
+    t = brentq(over, least + 1e-15, most + 1e-9, xtol=1e-16, rtol=1e-14)
+    q = a2 * y / (t + a2)
+    return float(np.sign(over(0.0)) * np.linalg.norm(y - q))
+
+
+@cache
+def _solid_mesh() -> tuple[Array, NDArray[np.int32]]:
+    """A closed mesh of 80 facets: an octahedron, halved twice, on an ellipsoid."""
+    import trimesh
+
+    mesh = trimesh.creation.icosphere(subdivisions=1, radius=1.0)
+    return np.asarray(mesh.vertices * HALF), np.asarray(mesh.faces, dtype=np.int32)
+
+
+def mesh(p: Array) -> Array:
+    """Brute force over all triangles; inside by the sum of their solid angles (Van Oosterom and Strackee 1983)."""
+    vertices, triangles = _solid_mesh()
+    corners = vertices[triangles]  # (m, 3, 3)
+    return np.array([_to_mesh(one, corners) for one in p])
+
+
+def _to_mesh(p: Array, corners: Array) -> float:
+    a, b, c = (corners[:, k] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    height = np.einsum("ij,ij->i", normal, p - a)
+    foot = p - height[:, None] * normal
+    over = np.ones(len(corners), dtype=bool)
+    edges = np.full(len(corners), np.inf)
+    for u, v in ((a, b), (b, c), (c, a)):
+        over &= np.einsum("ij,ij->i", np.cross(v - u, foot - u), normal) >= 0.0
+        share = np.clip(np.einsum("ij,ij->i", p - u, v - u) / np.einsum("ij,ij->i", v - u, v - u), 0.0, 1.0)
+        edges = np.minimum(edges, np.linalg.norm(p - u - share[:, None] * (v - u), axis=1))
+    d = float(np.where(over, np.abs(height), edges).min())
+    x, y, z = a - p, b - p, c - p
+    n = [np.linalg.norm(w, axis=1) for w in (x, y, z)]
+    det = np.einsum("ij,ij->i", x, np.cross(y, z))
+    rest = (
+        n[0] * n[1] * n[2]
+        + np.einsum("ij,ij->i", x, y) * n[2]
+        + np.einsum("ij,ij->i", x, z) * n[1]
+        + np.einsum("ij,ij->i", y, z) * n[0]
+    )
+    inside = abs(2.0 * np.arctan2(det, rest).sum()) > 2.0 * np.pi
+    return -d if inside else d
+
+
+@cache
+def _cloud() -> Array:
+    return np.random.default_rng(3).uniform(-0.02, 0.02, (40, 3))
+
+
+def cloud(p: Array) -> Array:
+    """Of balls of 3 mm around every point; inside, what is nearest of their surfaces is no closer than this says."""
+    return np.asarray(np.linalg.norm(p[:, None] - _cloud(), axis=2).min(axis=1) - 0.003)
+
+
+def _grid() -> _core.DistanceGrid:
+    axis = np.arange(-0.036, 0.0361, 0.001)
+    p = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
+    values = ball(p).reshape(3 * (len(axis),)).astype(np.float32)
+    return _core.DistanceGrid(np.full(3, axis[0]), np.full(3, 0.001), values)
+
+
+def _surface(make: Callable[[], _core.Surface]) -> Callable[[], _core.Geometry]:
+    return lambda: _core.SurfaceGeometry(make())
+
+
+def _placed_ball(x: float) -> _core.Geometry:
+    X = np.eye(4)
+    X[0, 3] = x
+    return _core.PlacedGeometry(_core.SurfaceGeometry(_core.Sphere(0.015)), X)
+
+
+def _combined(kind: str) -> Callable[[], _core.Geometry]:
+    def make() -> _core.Geometry:
+        parts = [_placed_ball(-0.008), _placed_ball(0.008)]
+        return _core.CombinedGeometry(kind, parts)  # type: ignore[arg-type]
+
+    return make
+
+
+def _two(p: Array) -> tuple[Array, Array]:
+    return ball(p, (-0.008, 0.0, 0.0), 0.015), ball(p, (0.008, 0.0, 0.0), 0.015)
+
+
+def _along(a: Array) -> Callable[[Array], Array]:
+    unit = a / np.linalg.norm(a)
+    return lambda _: unit
+
+
+#: By name. `classes` says which of the core's they stand for.
+SPECIMENS: dict[str, Specimen] = {
+    "point": Specimen(_core.PointGeometry, lambda p: np.linalg.norm(p, axis=1), False, classes=(_core.PointGeometry,)),
+    "line": Specimen(lambda: _core.LineGeometry(A, B), lambda p: segment(p, A, B), False, _along(B - A),
+                     (_core.LineGeometry,)),
+    "line without end": Specimen(lambda: _core.LineGeometry(A, B, True), endless, False, _along(B - A)),
+    "plane": Specimen(_surface(_core.Plane), lambda p: p[:, 2], True, classes=(_core.SurfaceGeometry, _core.Plane)),
+    "path": Specimen(lambda: smooth_path(WAYPOINTS), curve, False, tangent, (_core.PathGeometry,)),
+    "tube": Specimen(lambda: _core.OffsetGeometry(smooth_path(WAYPOINTS), TUBE), lambda p: curve(p) - TUBE, True,
+                     tangent, (_core.OffsetGeometry,)),
+    "cone": Specimen(lambda: _core.ConeGeometry(APEX, INWARD, OPENING), cone, True, _along(-INWARD),
+                     (_core.ConeGeometry,)),
+    "sphere": Specimen(_surface(lambda: _core.Sphere(BALL)), ball, True, classes=(_core.Sphere,)),
+    "box": Specimen(_surface(lambda: _core.Box(BOX)), box, True, classes=(_core.Box,)),
+    "cylinder": Specimen(_surface(lambda: _core.Cylinder(0.012, 0.04)), cylinder, True, classes=(_core.Cylinder,)),
+    "capsule": Specimen(_surface(lambda: _core.Capsule(0.01, 0.03)), capsule, True, classes=(_core.Capsule,)),
+    "implicit surface": Specimen(_surface(lambda: _core.ImplicitSurface(HALF**-2.0, (2, 2, 2), 1.0)), ellipsoid, True,
+                                 classes=(_core.ImplicitSurface,), near=1e-7),
+    "mesh": Specimen(_surface(lambda: _core.Mesh(*_solid_mesh())), mesh, True, classes=(_core.Mesh,), near=1e-8),
+    "cloud": Specimen(_surface(lambda: _core.Cloud(_cloud(), 0.003)), cloud, True, classes=(_core.Cloud,), near=1e-8),
+    "distance grid": Specimen(_surface(_grid), ball, True, classes=(_core.DistanceGrid,), near=2e-5),
+    "offset": Specimen(lambda: _core.OffsetGeometry(_core.SurfaceGeometry(_core.Box(BOX)), MARGIN),
+                       lambda p: box(p) - MARGIN, True),
+    "union": Specimen(_combined("union"), lambda p: np.minimum(*_two(p)), True, classes=(_core.CombinedGeometry,)),
+    "intersection": Specimen(_combined("intersection"), lambda p: np.maximum(*_two(p)), True),
+    "difference": Specimen(_combined("difference"), lambda p: np.maximum(_two(p)[0], -_two(p)[1]), True),
+    "placed": Specimen(lambda: _placed_ball(0.01), lambda p: ball(p, (0.01, 0.0, 0.0), 0.015), True,
+                       classes=(_core.PlacedGeometry,)),
+}  # fmt: skip
+
+
+def unjudged() -> list[str]:
+    """Geometries and surfaces of the core that no specimen stands for."""
+    stood_for = {cls for specimen in SPECIMENS.values() for cls in specimen.classes}
+    known = [cls for cls in vars(_core).values() if isinstance(cls, type)]
+    of_core = [cls for cls in known if issubclass(cls, (_core.Geometry, _core.Surface))]
+    return sorted(cls.__name__ for cls in of_core if cls not in stood_for | {_core.Geometry, _core.Surface})
