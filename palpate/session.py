@@ -19,6 +19,7 @@ import numpy as np
 from palpate import _core
 from palpate.errors import PalpateError
 from palpate.guidance.fixture import Fixture, named
+from palpate.guidance.steered import SteeredFixtures
 from palpate.record.ticks import Ticks, as_ticks
 from palpate.record.writer import Recorder
 from palpate.run_folder import keep_scene, new_folder, require_writable
@@ -95,6 +96,7 @@ class Session:
         self._fixtures = scene.guidance
         weakref.finalize(self, self._sim.stop)  # a session forgotten, or alive when Python ends: force to zero first
         self._recorder: Recorder | None = None
+        self._steered: SteeredFixtures | None = None
         self._closed = True
         self._totals = Totals(self.rate)
         self._live = False
@@ -200,7 +202,18 @@ class Session:
         fixtures = named(tuple(value))
         here = self.rig.here
         self._sim.set_fixtures(_core.Fixtures([fixture.make(here) for fixture in fixtures], here.tool))
-        self._fixtures = fixtures
+        self._fixtures, self._steered = fixtures, None
+
+    @property
+    def steered(self) -> SteeredFixtures:
+        """The same by name, to be switched, weighed and moved one by one."""
+        if self._steered is None:
+            self._steered = SteeredFixtures(self._fixtures, self.rig.here, self._steer)
+        return self._steered
+
+    def _steer(self, sections: tuple[Fixture, ...], core: _core.Fixtures) -> None:
+        self._sim.set_fixtures(core)
+        self._fixtures = sections
 
     @property
     def frames(self) -> Mapping[str, _core.Frame]:

@@ -201,6 +201,15 @@ class Fixture(Section):
                 why="the nearest wall pushes to the side that the tool is on, and that may be the wrong one",
                 mend="palpate check FILE --repair closes small holes; for a wall of both sides wrap it: offset",
             )
+        return self.made_of(geometry)
+
+    def made_of(self, geometry: _core.Geometry) -> _core.Fixture:
+        """As the core knows it, of a geometry in the world.
+
+        Raises:
+            GuidanceError: role and geometry, or the values, do not fit.
+        """
+        name = self.name or self.role.name
         policy = _core.Policy()
         policy.hard, policy.authority, policy.priority = self.hard, self.authority, self.priority
         policy.rise, policy.fall = self.rise, self.fall

@@ -9,6 +9,7 @@ from viser.transforms import SE3
 
 from palpate.arm_shapes import Visual
 from palpate.record.ticks import Ticks
+from palpate.viewer.fixtures import FixtureDrawing
 from palpate.viewer.organs import OrganDrawing
 from palpate.viewer.stage import ArmPlace, Stage, Thing
 from palpate.viewer.tool import ToolDrawing
@@ -109,6 +110,7 @@ class Drawing:
         self._organs = [OrganDrawing(scene, t, TISSUE[k % len(TISSUE)]) for k, t in enumerate(stage.things)]
         self._leader, self._follower = ArmDrawing(scene, stage.leader), ArmDrawing(scene, stage.follower)
         self._tool = ToolDrawing(scene, stage)
+        self.fixtures = [FixtureDrawing(scene, mark) for mark in stage.fixtures]
         self.deflection = Arrow(scene, "/arrows/deflection", RED, 0.0016)
         self.force_body = Arrow(scene, "/arrows/force_body", RED, 0.0030)
         self.force_spatial = Arrow(scene, "/arrows/force_spatial", GREEN, 0.0030)
@@ -130,6 +132,8 @@ class Drawing:
         self._tool.show(tick, links)
         for organ in self._organs:
             organ.show(float(tick["t"]))
+        for fixture in self.fixtures:
+            fixture.show(float(tick["t"]))
         p_WT = np.array(tick["p_WT"])
         p_WS = np.array(tick["p_WP"]) - tick["delta_x"] if float(tick["contacts"]) > 0 else p_WT  # the sphere's centre
         self.deflection.show(p_WS, DEFLECTION_SCALE * np.array(tick["delta_x"]))

@@ -12,6 +12,7 @@ from viser import uplot
 
 from palpate.record.ticks import Ticks
 from palpate.viewer.drawing import DEFLECTION_SCALE, FORCE_SCALE, Arrow, Drawing
+from palpate.viewer.fixtures import in_words as guided_in_words
 from palpate.viewer.stage import Stage
 from palpate.viewer.words import in_words
 
@@ -87,6 +88,7 @@ class Gauges:
             cycle = f"{p50:.1f} / {p99:.1f} &micro;s"
         pairs = self._stage.touches(tick)
         touches = "<br>".join(pairs[:PAIRS] + ([f"and {len(pairs) - PAIRS} more"] if len(pairs) > PAIRS else []))
+        guidance = guided_in_words(tick, tuple(mark.name for mark in self._stage.fixtures))
         figures = [
             ("force", "force", f"{np.linalg.norm(tick['F_H_L']):.2f} N"),
             ("penetration", "depth", f"{1e3 * float(tick['depth']):.1f} mm"),
@@ -103,6 +105,7 @@ class Gauges:
             f'<div style="{small}" title="what the hand put in; beyond it the passivity layer holds the force back">'
             f"<span>energy to give back</span><span>{1e3 * float(tick['energy_stored']):.1f} mJ</span></div>"
             f'<div style="font-size:12px;opacity:.8" id="palpate-touches">{touches}</div>'
+            f'<div style="font-size:12px;opacity:.8" id="palpate-guidance">{guidance}</div>'
             "</div>"
         )
 

@@ -8,6 +8,7 @@ import time
 from palpate.viewer import views
 from palpate.viewer.console import Console
 from palpate.viewer.drawing import Drawing
+from palpate.viewer.fixtures import FixturePanel
 from palpate.viewer.gauges import Gauges
 from palpate.viewer.server import close_server, open_server, url
 from palpate.viewer.source import Source
@@ -30,6 +31,10 @@ class LiveViewer:
         self._drawing = Drawing(self._server.scene, stage)
         self._gauges = Gauges(self._server, stage, self._drawing)
         self.console = Console(self._server, stage, source)
+        steered = source.steered if stage.fixtures else None
+        self.guidance = (
+            None if steered is None else FixturePanel(self._server, stage.fixtures, self._drawing.fixtures, steered)
+        )
         views.add_buttons(self._server.gui, stage, self._drawing)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="palpate-viewer", daemon=True)

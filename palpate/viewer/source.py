@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Protocol
 
+from palpate.guidance.steered import SteeredFixtures
 from palpate.record.ticks import Ticks
 
 
@@ -12,6 +13,11 @@ class Source(Protocol):
 
     controls: Any
     """`palpate._core.Controls`; reading gives a copy, assigning hands it to the loop."""
+
+    @property
+    def steered(self) -> SteeredFixtures:
+        """Its virtual fixtures, to switch, weigh and move; asked only where the stage has some."""
+        ...
 
     def latest(self) -> Ticks:
         """The newest tick: never waits for the loop."""

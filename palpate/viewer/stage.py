@@ -58,6 +58,34 @@ class Thing:
     """X_WO (4, 4) at a time [s]; None when it rests."""
 
 
+def _none() -> Array:
+    return np.zeros((0, 3))
+
+
+def _no_triangles() -> NDArray[np.int32]:
+    return np.zeros((0, 3), dtype=np.int32)
+
+
+@dataclass(frozen=True)
+class FixtureMark:
+    """A virtual fixture, where the scene has it: a body, a curve or a point, and its margin. All in W [m]."""
+
+    name: str
+    forbids: bool
+    """Drawn red; what is allowed is green."""
+    middle: Array
+    """(3,) where its name and its handle are."""
+    curve: Array = field(default_factory=_none)
+    """(n, 3) along a path or a line; one point of a point."""
+    vertices: Array = field(default_factory=_none)
+    """(n, 3) of its surface."""
+    triangles: NDArray[np.int32] = field(default_factory=_no_triangles)
+    margin_vertices: Array = field(default_factory=_none)
+    margin_triangles: NDArray[np.int32] = field(default_factory=_no_triangles)
+    moving: Callable[[float], Array] | None = None
+    """How it has moved since the start (4, 4) at a time [s]; None when it rests."""
+
+
 @dataclass(frozen=True)
 class Stage:
     """Everything that stands in the scene before anything moves."""
@@ -84,6 +112,8 @@ class Stage:
     """Largest stable stiffness of the first object for a damping [N s/m], [N/m]; None when it is not known."""
     spheres: tuple[LinkSphere, ...] = ()
     """Of the tool beside the one on its tip."""
+    fixtures: tuple[FixtureMark, ...] = ()
+    """Of guidance, in the scene's order."""
 
     def touches(self, tick: Ticks) -> list[str]:
         """The pairs that touch, the strongest first: `tip x liver 1.20 N`."""

@@ -10,13 +10,16 @@ from numpy.typing import NDArray
 from palpate import _core
 from palpate.certificate import certify_all
 from palpate.errors import PalpateError, RecordError
+from palpate.guidance.fixture import Fixture
+from palpate.guidance.here import Here
+from palpate.guidance.plot import curve, drawing
 from palpate.record.reader import Record
 from palpate.scene import tissue
 from palpate.scene.model import ObjectSection
 from palpate.scene.recorded import recorded_scene
 from palpate.scene.rig import Rig, build
 from palpate.scene.surface import Surface
-from palpate.viewer.stage import ArmPlace, RegionMark, Stage, Thing
+from palpate.viewer.stage import ArmPlace, FixtureMark, RegionMark, Stage, Thing
 
 Array = NDArray[np.float64]
 Triangles = NDArray[np.int32]
@@ -49,7 +52,33 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
         focus=0.5 * (middle + p_WH[:3]),
         stable_below=stable_below(rig),
         spheres=tuple(rig.spheres),
+        fixtures=tuple(fixture_mark(fixture, rig.here) for fixture in scene.guidance),
         extent=float(np.linalg.norm(middle - p_WH[:3]) + 0.5 * np.ptp(bounds, axis=(0, 1)).max()),
+    )
+
+
+def fixture_mark(fixture: Fixture, here: Here) -> FixtureMark:
+    """What is drawn of a fixture: its surface and that of its margin, or its curve."""
+    geometry, role = fixture.make_geometry(here), fixture.role
+    nothing = np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int32)
+    body = drawing(geometry) if geometry.solid else nothing
+    along = np.zeros((0, 3)) if geometry.solid else curve(geometry)
+    level = -role.margin if role.name == "keep-in" else role.margin
+    margin = drawing(geometry, level) if level else nothing
+    if len(along) and float(np.ptp(along, axis=0).max()) < 1e-9:
+        along = along[:1]
+    seen = next((p for p in (along, body[0], margin[0]) if len(p)), np.zeros((1, 3)))
+    frame = here.frame(fixture.frame.of)
+    X0, X1 = frame.at(0.0)[0], frame.at(1.234)[0]
+    rests = fixture.frame.of == "world" or np.array_equal(X0, X1)
+    return FixtureMark(
+        fixture.name or role.name,
+        role.name == "forbid",
+        0.5 * (seen.min(axis=0) + seen.max(axis=0)),
+        along[:: max(1, len(along) // 200)],
+        *body,
+        *margin,
+        moving=None if rests else (lambda t: np.asarray(frame.at(t)[0] @ np.linalg.inv(X0))),
     )
 
 
