@@ -12,6 +12,7 @@ NAMES: tuple[str, ...] = (
     "figure12",
     "force",
     "geometry",
+    "guidance",
     "laws",
     "passivity",
     "radius",

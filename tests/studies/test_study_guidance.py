@@ -1,0 +1,90 @@
+"""`palpate study guidance`: its judges, its statistics, and a small cohort from end to end."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import json_contract
+import numpy as np
+import pytest
+
+from palpate.operators import Trial
+from palpate.studies import guidance
+from palpate.studies.guidance_tasks import TASKS, distance, sleeve
+from palpate.sweep import sweep
+
+
+def test_distance_to_a_polyline():
+    path = np.array([[0.0, 0, 0], [1.0, 0, 0], [1.0, 1, 0]])
+    d, q = distance(np.array([[0.5, 0.2, 0], [2.0, 2, 0], [-1.0, 0, 1.0]]), path)
+    np.testing.assert_allclose(d, [0.2, np.sqrt(2), np.sqrt(2)])
+    np.testing.assert_allclose(q, [[0.5, 0, 0], [1, 1, 0], [0, 0, 0]])
+
+
+def test_a_sleeve_is_closed_and_as_wide_inside_as_it_says():
+    u = np.linspace(0.0, 1.0, 40)
+    path = np.column_stack([0.04 * u, 0.004 * np.sin(5 * u), 0.01 * u])
+    core = sleeve(path, np.linspace(0.004, 0.006, 40), 0.003)
+    d = core.nearest(path[5:-5])[0]  # above zero: what is solid is the wall
+    np.testing.assert_allclose(d, np.linspace(0.004, 0.006, 40)[5:-5], rtol=0.03)
+    assert core.triangle_count == 4 * 24 * 40
+
+
+def test_hedges_g():
+    """Against its definition; few make it smaller."""
+    rng = np.random.default_rng(0)
+    a, b = rng.normal(2.0, 1.0, 10), rng.normal(1.0, 1.0, 10)
+    spread = np.sqrt((a.var(ddof=1) + b.var(ddof=1)) / 2)
+    assert guidance.hedges_g(a, b) == pytest.approx((b.mean() - a.mean()) / spread * (1 - 3 / 71))
+    assert guidance.hedges_g(a, a) == 0.0
+
+
+def test_entries_are_counted_once_each():
+    """In, out by less than is steady, in again: one; out and in: another."""
+    deep = 1e-3 * np.array([-1.0, 1.0, 0.5, -0.01, 0.5, -1.5, 0.4, -2.0])
+    task = replace(guidance._task("ring"), outside=lambda p: p[:, 0], off=lambda p: np.full(len(p), 3e-3))
+    told = guidance.judged(task, Trial(np.arange(8.0), deep[:, None] * np.eye(3)[0], np.arange(8.0), np.zeros(8), True))
+    assert told["entries"] == 2
+    assert told["deepest_mm"] == pytest.approx(1.0)
+    assert told["path_error_mm"] == pytest.approx(3.0)
+    assert told["peak_force_N"] == 7.0
+
+
+@pytest.fixture(scope="module")
+def few():
+    def serial(fn, grid, seed, **more):
+        return sweep(fn, grid, seed, executor="serial")
+
+    return guidance.run(2, sweep=serial)
+
+
+def test_a_small_cohort_from_end_to_end(few):
+    told = guidance.summary(few, 7)
+    assert len(few) == 2 * len(TASKS) * len(guidance.CONDITIONS)
+    assert all(row["done"] == 1.0 for row in few)
+    assert set(told) == json_contract.keys("study guidance") - {"conformance"}
+    assert set(told["rows"][0]) == json_contract.keys_of("study guidance", "A row of `rows`:")
+    assert set(told["effects"][0]) == json_contract.keys_of("study guidance", "A row of `effects`:")
+    by = {(r["task"], r["condition"]): r for r in told["rows"]}
+    for task in ("ring", "tracing", "insertion"):
+        assert by[task, "guidance"]["path_error_mm"] < 0.8 * by[task, "none"]["path_error_mm"]
+    for task in ("tracing", "palpation"):
+        assert by[task, "haptics"]["peak_force_N"] < by[task, "none"]["peak_force_N"]
+    for task in TASKS:
+        assert by[task, "control_wrong"]["path_error_mm"] > by[task, "haptics+guidance"]["path_error_mm"]
+    assert guidance.tables(told)
+
+
+def test_the_same_seed_gives_the_same_trial():
+    point = {"operator": 3, "task": "insertion", "condition": "haptics+guidance", "cohort": 7}
+    assert guidance.measure(point, 11) == guidance.measure(point, 11)
+    assert guidance.measure(point, 11) != guidance.measure(point, 12)
+
+
+def test_nobody_is_no_cohort():
+    with pytest.raises(ValueError, match="operators must be 2 or more"):
+        guidance.run(1)
+
+
+def test_pictures_of_the_cohort_are_kept_in_the_pages():
+    images = Path(__file__).resolve().parents[2] / "docs" / "images"
+    assert (images / "guidance.png").is_file()
