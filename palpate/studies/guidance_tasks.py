@@ -163,6 +163,7 @@ def palpation() -> Task:
                 "geometry": {"cylinder": {"radius": vessel, "length": 0.1}},
                 "frame": {"pose": {"xyz": [-float(beside[1]), 0.0, 0.0], "rpy_deg": [90.0, 0.0, 0.0]}},
                 "law": {"stiffness": 1000.0, "damping": 4.0},
+                "hard": True,
             }
         ]
 
