@@ -181,6 +181,19 @@ def test_each_gate_takes_the_force_away_and_says_so(gate):
     assert device.forces[-1] > 0.5
 
 
+@pytest.mark.parametrize("gate", ["arm_in_fault", "other_teleop"])
+def test_an_arm_that_keeps_the_last_wrench_is_left_with_zero(gate):
+    """Nothing may be sent any more, but what was pushed is taken back first."""
+    field, value, _ = GATES[gate]
+    device = pressed()
+    setattr(device.gates, field, value)
+    device.run(0.1)
+    sent = [F for F in device.F if F is not None]
+    assert not sent[-1].any()
+    assert device.F[-1] is None
+    assert all(F is None for F in device.F[-round(0.05 / DT) :]), "and then silence"
+
+
 def test_unknown_is_no():
     device = Device()
     device.gates = _core.CrtkGates()

@@ -176,7 +176,9 @@ const CrtkOutput& CrtkCycle::step(Moment now) noexcept {
 
   const Mat3& R_LH = in_.handle.X_LH.R;
   out_.F = options_.tip_frame ? Wrench{R_LH.transpose() * F_.f, R_LH.transpose() * F_.t} : F_;
-  out_.command = gates_.leader_enabled && !gates_.other_teleop;
+  // An arm keeps the last wrench: what was pushed is taken back to zero, whoever forbids to push any more.
+  out_.command = (gates_.leader_enabled && !gates_.other_teleop) || pushed_;
+  pushed_ = out_.command && !(F_.f.isZero(0.0) && F_.t.isZero(0.0));
   out_.tick.t = now.t;
   const unsigned caps = felt.rendered.status & ~(kLeaderStale | kFollowerStale);
   out_.tick.status = status | caps | reached | static_cast<unsigned>(out_.tick.status);  // of guidance

@@ -101,7 +101,7 @@ class CrtkCycle {
   unsigned refused_ = 0;  ///< bits of Status since the last step
   Moment last_;           ///< step
   double fault_at_ = 0.0;
-  bool stepped_ = false, afresh_ = false;
+  bool stepped_ = false, afresh_ = false, pushed_ = false;  ///< pushed: the last command was not zero
   Wrench F_;  ///< rendered last
   CrtkOutput out_;
 };

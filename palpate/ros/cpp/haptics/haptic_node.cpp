@@ -163,6 +163,7 @@ void HapticNode::stop() noexcept {
   if (commanding_) {
     for (int i = 0; i < 3; ++i) {
       if (!wrench_.publish(wrench_message_)) break;
+      published_.fetch_add(1, std::memory_order_relaxed);
     }
     wrench_.flush(std::chrono::nanoseconds(kLonely).count());
   }
@@ -188,7 +189,9 @@ void HapticNode::step(std::int64_t begin) noexcept {
   cycle_time_.add(spent);
   command(out);
   commanding_ = out.command;
-  if (answered && out.command) answer_time_.add(static_cast<std::int64_t>(1e9 * (wall_now() - stamp_)));
+  if (const double took = wall_now() - stamp_; answered && out.command && took >= 0.0 && took < 1.0) {
+    answer_time_.add(static_cast<std::int64_t>(1e9 * took));  // stamps that lie would count as centuries
+  }
   loop::Tick tick = out.tick;
   tick.cycle_us = 1e-3 * static_cast<double>(spent);
   tick.lateness_us = answered ? 1e-3 * static_cast<double>(begin - came_) : 0.0;

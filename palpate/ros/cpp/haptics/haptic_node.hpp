@@ -123,6 +123,7 @@ class HapticNode {
   Handover<guidance::Fixtures> fixtures_;
   std::string scheduler_ = "not started";
   std::unique_ptr<Spinner> spinner_;
+  Spinner told_{writer_};  ///< that a listener's quality of service does not fit; last: it stops first
 };
 
 }  // namespace palpate::ros
