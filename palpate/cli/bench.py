@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING
 
 from palpate.cli.output import console_for, require_writable, say, write_json
+from palpate.errors import PalpateError
+
+if TYPE_CHECKING:
+    from palpate.cli.commands import Bench
 
 
-def bench(what: Literal["loop", "contact", "sweep", "guidance"], json: Path | None, huge: bool, quick: bool) -> int:
+def bench(o: Bench) -> int:
     """Measure, print the table, write the JSON contract."""
+    what, json, huge, quick = o.what, o.json, o.huge, o.quick
     console = console_for(json)
     require_writable(json)
     if what == "loop":
@@ -30,6 +34,19 @@ def bench(what: Literal["loop", "contact", "sweep", "guidance"], json: Path | No
         found = guidance.run(on_progress=lambda text: say(console, text))
         console.print(guidance.table(found))
         write_json(json, found)
+    elif what == "ros":
+        from palpate.bench import ros
+
+        if not 1.0 <= o.duration <= 86400.0 or not 50.0 <= o.rate <= 5000.0:
+            raise PalpateError(
+                "--duration: 1 to 86400 s; --rate: 50 to 5000 Hz", mend="e.g. --duration 600 --rate 1000"
+            )
+        answered = ros.run(o.duration, o.rate, on_progress=lambda text: say(console, text))
+        if o.sim:
+            answered["sim_cores"] = ros.cpu_of_sim()
+            say(console, f"palpate ros sim with four arms: {answered['sim_cores']:.2f} cores")
+        console.print(ros.table(answered))
+        write_json(json, answered)
     else:
         from palpate.bench import contact
 

@@ -173,32 +173,40 @@ class Certify:
 
 @dataclass
 class Bench:
-    """Measure this machine: the haptic loop, contact queries, virtual fixtures, or studies on several cores.
+    """Measure this machine: the haptic loop, contact queries, virtual fixtures, studies on several cores, ROS 2.
 
     examples:
       palpate bench loop
       palpate bench sweep
       palpate bench guidance
+      palpate bench ros --duration 600 --json ros.json
       palpate bench contact --json contact.json
       palpate bench contact --quick
       palpate bench contact --huge
     """
 
-    what: Positional[Literal["loop", "contact", "sweep", "guidance"]]
+    what: Positional[Literal["loop", "contact", "sweep", "guidance", "ros"]]
     """loop: compute time, real-time factor, lateness; contact: the table of shapes and methods; sweep: many wall
-    runs on one core and on all; guidance: a fixture on a million triangles, a hundred constraints."""
+    runs on one core and on all; guidance: a fixture on a million triangles, a hundred constraints; ros: a leader's
+    state to its wrench over ROS 2, beside a bare echo."""
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the figures as JSON (docs/json.md); - for the standard output."""
     huge: bool = False
     """contact: ten million triangles instead (2.5 GB of memory, minutes)."""
     quick: bool = False
     """contact: ten thousand triangles alone (half a minute)."""
+    duration: float = 20.0
+    """ros: time that is measured [s]."""
+    rate: float = 1000.0
+    """ros: of the leader's states [Hz]."""
+    sim: bool = False
+    """ros: how many cores `palpate ros sim` takes with four arms, too."""
 
     def __call__(self) -> int:
         """Do it."""
         from palpate.cli.bench import bench
 
-        return bench(self.what, self.json, self.huge, self.quick)
+        return bench(self)
 
 
 @dataclass

@@ -6,6 +6,7 @@
 namespace palpate::ros {
 
 void bind_haptics(nanobind::module_& m);
+void bind_bench(nanobind::module_& m);
 void bind_rcl(nanobind::module_& m);
 void bind_sim(nanobind::module_& m);
 

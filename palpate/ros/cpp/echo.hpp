@@ -1,4 +1,5 @@
-// Sends every wrench of one topic back on another: what ROS itself takes for the way there and back.
+// Sends every wrench of one topic back on another, as punctually as the system lets it: what ROS itself takes for the
+// way there and back.
 #pragma once
 
 #include <atomic>
@@ -7,6 +8,7 @@
 #include <memory>
 #include <string>
 
+#include "palpate/loop/realtime.hpp"
 #include "rcl/publisher.hpp"
 #include "rcl/spinner.hpp"
 #include "rcl/subscription.hpp"
@@ -25,7 +27,7 @@ class Echo {
                         if (const Status sent = publisher_.publish(wrench); !sent) node_.problem(sent.problem);
                         ++count_;
                       }),
-        spinner_(node_) {}
+        spinner_(node_, {.in_thread = [] { loop::schedule({.allow_affinity = false}); }}) {}
 
   [[nodiscard]] std::uint64_t count() const noexcept { return count_; }
 

@@ -9,4 +9,5 @@ NB_MODULE(_ros, m) {
   palpate::ros::bind_rcl(m);
   palpate::ros::bind_sim(m);
   palpate::ros::bind_haptics(m);
+  palpate::ros::bind_bench(m);
 }

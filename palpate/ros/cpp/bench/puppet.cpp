@@ -1,0 +1,191 @@
+#include "bench/puppet.hpp"
+
+#include <time.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "convert.hpp"
+
+namespace palpate::ros {
+namespace {
+
+using loop::now_ns;
+constexpr std::size_t kRoom = 2'000'000;  // numbers noted without another allocation
+constexpr Qos kReliable{.depth = 10};
+
+double now() noexcept { return 1e-9 * static_cast<double>(now_ns()); }
+
+double wall() noexcept {
+  timespec t{};
+  clock_gettime(CLOCK_REALTIME, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+builtin_interfaces::msg::Time stamped(double seconds) noexcept { return stamp(std::llround(1e9 * seconds)); }
+
+}  // namespace
+
+Puppet::Puppet(std::shared_ptr<Context> context, const PuppetOptions& options)
+    : options_(options),
+      node_(std::move(context), "palpate_puppet"),
+      pose_(node_, "/" + options.leader + "/measured_cp", Qos{.depth = 10, .reliable = options.reliable}),
+      twist_(node_, "/" + options.leader + "/measured_cv", kReliable),
+      joints_(node_, "/" + options.leader + "/measured_js", kReliable),
+      state_(node_, "/" + options.leader + "/operating_state", kLatched),
+      following_(node_, "/" + options.teleop + "/following", kLatched),
+      wrench_(
+          node_, options.wrench,
+          [this](const auto& m, const Info&) {
+            const auto &f = m.wrench.force, &torque = m.wrench.torque;
+            const double stamp = 1e-9 * static_cast<double>(nanoseconds(m.header.stamp));
+            const Felt felt{now(), wall(), stamp, {f.x, f.y, f.z}, {torque.x, torque.y, torque.z}};
+            const std::lock_guard lock(mutex_);
+            felt_.push_back(felt);
+          },
+          Qos{.depth = 100}),
+      clock_({.allow_priority = true, .allow_affinity = false, .spin_us = 0.0}),
+      random_(options.seed) {
+  sent_.reserve(kRoom), felt_.reserve(kRoom / 8), echoes_.reserve(options.echo ? kRoom : 0);
+  from_ = to_ = amplitude_ = Vec3::Zero();
+  message_.pose.orientation.w = 1.0;
+  joints_message_.name = {"j1", "j2", "j3", "j4", "j5", "j6", "j7"};
+  if (options.echo) {
+    there_.emplace(node_, "/palpate_there");
+    back_.emplace(node_, "/palpate_back", [this](const auto& m, const Info&) {
+      const double took = wall() - 1e-9 * static_cast<double>(nanoseconds(m.header.stamp));
+      const std::lock_guard lock(mutex_);
+      echoes_.push_back(took);
+    });
+  }
+  SpinnerOptions spinning;
+  spinning.in_thread = [] { loop::schedule({.allow_priority = true, .allow_affinity = false, .spin_us = 0.0}); };
+  spinner_.emplace(node_, std::move(spinning));
+}
+
+Puppet::~Puppet() { stop(); }
+
+void Puppet::start() {
+  const double rate = options_.echo ? 2.0 * options_.rate : options_.rate;
+  clock_.start(rate, [this](const loop::Wake& wake) { return tick(wake); });
+}
+
+void Puppet::stop() { clock_.stop(); }
+
+bool Puppet::tick(const loop::Wake& wake) {
+  if (wake.stopping) return false;
+  if (options_.echo && tick_++ % 2 == 1) {
+    ping();
+  } else {
+    send(now());
+  }
+  return true;
+}
+
+Vec3 Puppet::place(double t) const {
+  const double share = seconds_ > 0.0 ? std::clamp((t - begin_) / seconds_, 0.0, 1.0) : 1.0;
+  const double soft = share * share * (3.0 - 2.0 * share);
+  return from_ + soft * (to_ - from_) + std::sin(2.0 * std::numbers::pi * frequency_ * t) * amplitude_;
+}
+
+// One state, through whatever spoils it.
+void Puppet::send(double t) {
+  Spoil spoil;
+  Vec3 p;
+  {
+    const std::lock_guard lock(mutex_);
+    spoil = spoil_;
+    p = place(t);
+  }
+  const auto chance = [this](double share) {
+    return share > 0.0 && std::uniform_real_distribution<>()(random_) < share;
+  };
+  const double stamp = wall() + spoil.clock;
+  put(p, message_.pose.position);
+  if (spoil.not_finite) message_.pose.position.y = std::numeric_limits<double>::quiet_NaN();
+  message_.pose.orientation.w = spoil.no_rotation ? 0.0 : 1.0;
+  message_.header.stamp = spoil.zero_stamp ? builtin_interfaces::msg::Time{} : stamped(stamp);
+  while (!late_.empty() && late_.front().due <= t) {
+    static_cast<void>(pose_.publish(late_.front().pose));
+    late_.pop_front();
+  }
+  if (spoil.silent || chance(spoil.drop)) return;
+  send_joints(stamp, spoil);
+  if (spoil.delay > 0.0) {
+    late_.push_back({t + spoil.delay, message_});
+    return;
+  }
+  if (!held_ && chance(spoil.swap)) {
+    held_ = message_;  // goes after the next
+    return;
+  }
+  const double before = now();
+  const bool done = static_cast<bool>(pose_.publish(message_));
+  if (done && chance(spoil.twice)) static_cast<void>(pose_.publish(message_));
+  if (held_) static_cast<void>(pose_.publish(*std::exchange(held_, std::nullopt)));
+  const std::lock_guard lock(mutex_);
+  sent_.push_back(before);
+}
+
+void Puppet::send_joints(double stamp, const Spoil& spoil) {
+  if (!spoil.wrong_length) return;  // nobody needs them; wrong ones must not harm
+  joints_message_.header.stamp = stamped(stamp);
+  joints_message_.position.assign(joints_message_.position.empty() ? 3 : 0, 0.1);
+  static_cast<void>(joints_.publish(joints_message_));
+}
+
+void Puppet::ping() {
+  if (there_->listeners() == 0 || back_->publishers() == 0) return;  // nobody is there yet
+  ping_.header.stamp = stamped(wall());
+  if (there_->publish(ping_)) ++pings_;
+}
+
+void Puppet::move_to(const Vec3& p, double seconds) {
+  const std::lock_guard lock(mutex_);
+  const double t = now();
+  from_ = place(t) - std::sin(2.0 * std::numbers::pi * frequency_ * t) * amplitude_;
+  to_ = p, begin_ = t, seconds_ = seconds;
+}
+
+void Puppet::swing(const Vec3& amplitude, double frequency) {
+  const std::lock_guard lock(mutex_);
+  amplitude_ = amplitude, frequency_ = frequency;
+}
+
+void Puppet::spoil(const Spoil& spoil) {
+  const std::lock_guard lock(mutex_);
+  spoil_ = spoil;
+}
+
+void Puppet::set_state(const std::string& state, bool homed) {
+  crtk_msgs::msg::OperatingState told;
+  told.header.stamp = stamped(wall());
+  told.state = state, told.is_homed = homed;
+  if (const Status done = state_.publish(told); !done) throw Error(done.problem);
+}
+
+void Puppet::follow(bool on) {
+  std_msgs::msg::Bool told;
+  told.data = on;
+  if (const Status done = following_.publish(told); !done) throw Error(done.problem);
+}
+
+std::vector<double> Puppet::sent() const {
+  const std::lock_guard lock(mutex_);
+  return sent_;
+}
+
+std::vector<Felt> Puppet::felt() const {
+  const std::lock_guard lock(mutex_);
+  return felt_;
+}
+
+std::vector<double> Puppet::echoes() const {
+  const std::lock_guard lock(mutex_);
+  return echoes_;
+}
+
+}  // namespace palpate::ros
