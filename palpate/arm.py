@@ -80,6 +80,8 @@ class Arm(_core.Arm):
     name: str
     home: Array
     visuals: list[Visual]
+    urdf: str
+    """Text of its URDF; empty for a device that has none."""
     jaw_range: tuple[float, float]
 
     def __init__(self, xml: str, base_frame: str, tip_frame: str, data: dict[str, Any] | None = None) -> None:
@@ -87,6 +89,7 @@ class Arm(_core.Arm):
         super().__init__(xml, base_frame, tip_frame)
         robot = ElementTree.fromstring(xml)
         chain = set(self.joint_names)
+        self.urdf = xml
         self.visuals = visuals(robot) or sticks(self.segments)
         self._drawn = drawn_joints(robot, chain)
         self.jaw_range = jaw_range(robot, chain)
@@ -107,6 +110,7 @@ class Arm(_core.Arm):
             _core.Arm.__init__(arm, kind, numbers)
         except (RuntimeError, TypeError, ValueError) as error:
             raise ArmError(str(error), mend="docs/arms.md lists the parameters") from None
+        arm.urdf = ""
         arm.visuals, arm._drawn, arm.jaw_range = sticks(arm.segments), [], (0.0, 0.0)
         arm._describe(data or {}, kind)
         return arm

@@ -101,10 +101,12 @@ def _frame(absolute: Track) -> str:
 def _numbers(bag: Bag) -> str:
     lines: list[tuple[str, str, str]] = []
     for name, s in summary_of(bag)["arms"].items():
-        lines.append((f"{name} peak force", f"{s['peak_force_N']:.2f} N", "largest that was commanded"))
-        lines.append((f"{name} steepest force", f"{s['steepest_N_per_s']:.0f} N/s", "fastest change of it"))
-        lines.append((f"{name} top speed", f"{s['peak_speed_m_s']:.3f} m/s", "of its tip"))
-        lines.append((f"{name} force left on", f"{s['held_s']:.2f} s", _HELD))
+        if s["wrenches"]:
+            lines.append((f"{name} peak force", f"{s['peak_force_N']:.2f} N", "largest that was commanded"))
+            lines.append((f"{name} steepest force", f"{s['steepest_N_per_s']:.0f} N/s", "fastest change of it"))
+            lines.append((f"{name} force left on", f"{s['held_s']:.2f} s", _HELD))
+        if s["poses"]:
+            lines.append((f"{name} top speed", f"{s['peak_speed_m_s']:.3f} m/s", "of its tip"))
     return _table("Numbers", lines)
 
 

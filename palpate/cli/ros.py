@@ -7,7 +7,7 @@ import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from tyro.conf import Positional, arg
 
@@ -110,6 +110,8 @@ class Haptics:
     """The master takes wrenches in its tip's frame, and knows no absolute one."""
     any_state: bool = False
     """For devices that tell no operating state: do not wait for ENABLED."""
+    bare: bool = False
+    """Forces alone: no frames, markers, diagnostics, parameters and services beside them."""
     duration: float | None = None
     """End after so long [s]."""
     network: bool = False
@@ -126,4 +128,67 @@ class Haptics:
         return haptics(self)
 
 
-COMMANDS: dict[str, type] = {"setup": Setup, "sim": Sim, "haptics": Haptics}
+@dataclass
+class Topic:
+    """What `ros2 topic` does, where the ros2 command is not installed: list, echo, hz, pub.
+
+    examples:
+      palpate ros topic list
+      palpate ros topic echo /MTMR/measured_cp --count 1
+      palpate ros topic hz /MTMR/measured_cp
+      palpate ros topic pub /console/emulate_clutch sensor_msgs/msg/Joy "buttons: [1]"
+      palpate ros topic pub /MTMR/body/servo_cf geometry_msgs/msg/WrenchStamped "wrench: {force: {z: 1}}"
+    """
+
+    what: Positional[Literal["list", "echo", "hz", "pub"]]
+    """list: names and types; echo: each message as YAML; hz: how often and how evenly; pub: send one."""
+    words: Positional[tuple[str, ...]] = ()
+    """TOPIC; for pub: TOPIC TYPE YAML."""
+    count: int | None = None
+    """echo, hz: end after so many messages."""
+    duration: float | None = None
+    """echo, hz: end after so long [s]."""
+    rate: float = 0.0
+    """pub: again and again until Ctrl-C [Hz]; once when left out."""
+    network: bool = False
+    """Talk to other machines; otherwise within this one alone."""
+
+    def __call__(self) -> int:
+        """Do it."""
+        from palpate.cli.ros_topic import topic
+
+        return topic(self)
+
+
+@dataclass
+class Keystore:
+    """Keys for DDS security (SROS 2), by openssl alone; says how to use them.
+
+    examples:
+      palpate ros keystore keys /palpate/sim /palpate/haptics
+    """
+
+    folder: Positional[Path]
+    """Of the keystore; what is there stays."""
+    enclaves: Positional[tuple[str, ...]]
+    """Names, one for each process, e.g. /palpate/haptics."""
+
+    def __call__(self) -> int:
+        """Do it."""
+        from palpate.ros import keystore
+
+        console = console_for(None)
+        for place in keystore.make(self.folder, self.enclaves):
+            say(console, f"made {place}")
+        for name, value in keystore.environment(self.folder, self.enclaves[0] if self.enclaves else "/NAME").items():
+            say(console, f"export {name}={value}")
+        return 0
+
+
+COMMANDS: dict[str, type] = {
+    "setup": Setup,
+    "sim": Sim,
+    "haptics": Haptics,
+    "topic": Topic,
+    "keystore": Keystore,
+}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
@@ -40,7 +41,12 @@ def haptics(o: Haptics) -> int:
     loop = session.loop
     say(console, f"{o.leader} feels {scene.title or o.scene.stem}: wrenches to {loop.names.wrench}")
     say(console, f"force cap {loop.force_cap:g} N, {session.rate:g} Hz, guardian {loop.guardian.pid}")
-    with Line(console, session) as line:
+    with ExitStack() as beside:
+        if not o.bare:
+            from palpate.ros.around import Around
+
+            beside.enter_context(Around(session))
+        line = beside.enter_context(Line(console, session))
         summary = session.run(o.duration, on_progress=line)
     line.rest()
     summary = with_report(summary, scene)

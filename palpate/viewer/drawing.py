@@ -159,7 +159,9 @@ def _light(scene: viser.SceneApi) -> None:
 
 
 def _drape(scene: viser.SceneApi, stage: Stage) -> None:
-    corners = np.concatenate([_corners(t) for t in stage.things]) if stage.things else np.zeros((1, 3))
+    if not stage.things:
+        return  # arms alone
+    corners = np.concatenate([_corners(t) for t in stage.things])
     low, middle = corners[:, 2].min(), 0.5 * (corners.min(axis=0) + corners.max(axis=0))
     size = 1.6 * np.ptp(corners, axis=0)[:2].max() + 0.08
     scene.add_box(

@@ -1,0 +1,85 @@
+"""How it goes, for rqt_robot_monitor and its like: rates, lateness, energy, caps, what forbids a force."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from palpate.record.ticks import STATUS
+from palpate.ros.around.convert import latched
+
+if TYPE_CHECKING:
+    from palpate.ros.haptics import HapticSession
+    from palpate.scene.rig import Rig
+
+_CAPS = ("force_capped", "rate_capped", "passivity")
+_WAITING = ("not_following", "clutched")  # no fault: nobody asked for a force
+
+
+class Diagnostics:
+    """Publishes /diagnostics, and ~/message, ~/scene as texts."""
+
+    def __init__(self, node: Any, session: HapticSession) -> None:
+        from diagnostic_msgs.msg import DiagnosticArray
+        from std_msgs.msg import String
+
+        self._node, self._session = node, session
+        self._told = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self._message = node.create_publisher(String, "~/message", 10)
+        self._scene = node.create_publisher(String, "~/scene", latched())
+        self._heard = 0
+        self._shown: Rig | None = None
+
+    def tell(self) -> None:
+        """Once a second."""
+        from diagnostic_msgs.msg import DiagnosticArray
+        from std_msgs.msg import String
+
+        news = list(self._session.told)
+        for words in news[self._heard :]:
+            self._message.publish(String(data=words))
+        self._heard = len(news)
+        rig = self._session.rig
+        if rig is not self._shown:  # another scene, or the first
+            self._scene.publish(String(data=rig.resolved_yaml(absolute=True)))
+            self._shown = rig
+        array = DiagnosticArray(status=[self._status()])
+        array.header.stamp = self._node.get_clock().now().to_msg()
+        self._told.publish(array)
+
+    def _status(self) -> Any:
+        from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+
+        session, tick = self._session, self._session.latest()
+        bits, timing = int(np.nan_to_num(tick["status"])), session.timing
+        on = [name for name, (bit, _) in STATUS.items() if bits & bit]
+        faults = [name for name in on if name not in (*_CAPS, *_WAITING)]
+        words = session.words(bits) or ["free to push"]
+        values = {
+            "leader rate [Hz]": f"{timing['leader_rate']:.1f}",
+            "age of its state when it came [us]": f"{timing['leader_age_us']:.0f}",
+            "answer p50 / p99 / longest [us]": " / ".join(f"{timing['answer_us'][k]:.0f}" for k in _PERCENTILES),
+            "cycle p50 / p99 / longest [us]": " / ".join(f"{timing['cycle_us'][k]:.1f}" for k in _PERCENTILES),
+            "messages taken / left out": f"{timing['leader_messages']} / {timing['leader_left_out']}",
+            "wrenches sent": f"{timing['published']}",
+            "guardian took over": f"{timing['guardian_took_over']}",
+            "force [N]": f"{np.linalg.norm(tick['F_H_L']):.3f}",
+            "force cap [N]": f"{session.loop.force_cap:g}",
+            "penetration [mm]": f"{1e3 * float(tick['depth']):.2f}",
+            "energy taken from the hand [mJ]": f"{1e3 * float(tick['energy_port']):.3f}",
+            "energy withheld by the caps [mJ]": f"{1e3 * float(tick['energy_cut']):.3f}",
+            "energy withheld by passivity [mJ]": f"{1e3 * float(tick['energy_passivity']):.3f}",
+            "status": ", ".join(on) or "none",
+            "scheduler": str(timing["scheduler"]),
+        }
+        return DiagnosticStatus(
+            level=DiagnosticStatus.WARN if faults else DiagnosticStatus.OK,
+            name=f"palpate: {session.loop.names.leader}",
+            message="; ".join(words),
+            hardware_id=session.loop.names.leader,
+            values=[KeyValue(key=key, value=value) for key, value in values.items()],
+        )
+
+
+_PERCENTILES = ("p50", "p99", "max")

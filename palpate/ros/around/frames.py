@@ -1,0 +1,74 @@
+"""Where everything stands: the tree of frames, the arms' models and joints."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from palpate.arm import Arm
+from palpate.record.ticks import Ticks
+from palpate.ros.around.convert import WORLD, Array, latched, pose, transform
+
+if TYPE_CHECKING:
+    from palpate.ros.haptics import HapticSession
+
+
+class Frames:
+    """Publishes /tf, and of each arm NAME/joint_states and NAME/robot_description below the node's name.
+
+    Frames: palpate_world > NAME_base > NAME/LINK for each link of the model, NAME_handle and NAME_tool as measured,
+    palpate_proxy, palpate_object_OBJECT.
+    """
+
+    def __init__(self, node: Any, session: HapticSession) -> None:
+        from sensor_msgs.msg import JointState
+        from std_msgs.msg import String
+        from tf2_msgs.msg import TFMessage
+
+        self._node, self._session = node, session
+        self._tf = node.create_publisher(TFMessage, "/tf", 10)
+        scene, arms, names = session.rig.scene, session.rig.arms, session.loop.names
+        self._leader, self._follower = names.leader, names.follower or "virtual"
+        self._arms = {
+            self._leader: (scene.arm("leader"), arms.X_WL, "q", "gripper"),
+            self._follower: (scene.arm("follower"), arms.X_WB, "q_follower", "jaw"),
+        }
+        self._joints = {name: node.create_publisher(JointState, f"~/{name}/joint_states", 10) for name in self._arms}
+        self._models = [node.create_publisher(String, f"~/{name}/robot_description", latched()) for name in self._arms]
+        for told, side in zip(self._models, ("leader", "follower"), strict=True):
+            told.publish(String(data=scene.arm(side).urdf))
+
+    def show(self, tick: Ticks) -> None:
+        """Tell where everything is now."""
+        from tf2_msgs.msg import TFMessage
+
+        stamp = self._node.get_clock().now().to_msg()
+        found = [(WORLD, "palpate_proxy", _at(tick["p_WP"]))]
+        X_WL = self._session.rig.arms.X_WL
+        found.append((WORLD, f"{self._leader}_handle", X_WL @ pose(tick["p_LH"], tick["quat_LH"])))
+        found.append((WORLD, f"{self._follower}_tool", pose(tick["p_WT"], tick["quat_WT"])))
+        for name, (arm, X_WA, joints, pinch) in self._arms.items():
+            q = np.array(tick[joints][: arm.n])
+            found.append((WORLD, f"{name}_base", X_WA))
+            if np.isfinite(q).all():
+                links = arm.link_poses(q, float(np.nan_to_num(tick[pinch])))
+                found += [(f"{name}_base", f"{name}/{link}", X) for link, X in links.items()]
+                self._joints[name].publish(_joint_state(arm, q, stamp, name))
+        for thing in self._session.rig.snapshot.objects:
+            found.append((WORLD, f"palpate_object_{thing.name}", thing.pose(float(tick["t"]))))
+        good = [transform(parent, child, X, stamp) for parent, child, X in found if np.isfinite(X).all()]
+        self._tf.publish(TFMessage(transforms=good))
+
+
+def _at(p: Array) -> Array:
+    X = np.eye(4)
+    X[:3, 3] = p
+    return X
+
+
+def _joint_state(arm: Arm, q: Array, stamp: Any, name: str) -> Any:
+    from sensor_msgs.msg import JointState
+    from std_msgs.msg import Header
+
+    return JointState(header=Header(stamp=stamp, frame_id=name), name=list(arm.joint_names), position=q.tolist())

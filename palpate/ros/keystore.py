@@ -1,0 +1,150 @@
+"""A keystore for DDS security (SROS 2) by openssl alone, laid out as `ros2 security create_keystore` does.
+
+    keystore/public/ca.cert.pem  private/ca.key.pem         one authority for identities and permissions
+    keystore/enclaves/governance.p7s                        what is encrypted: everything
+    keystore/enclaves/NAME/{cert,key}.pem permissions.p7s   one folder for each enclave, beside copies of the above
+
+Every participant of an enclave may speak and listen on its domain; who has no certificate of this authority is not let
+in, sees no topic, and is heard by nobody.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+from palpate.errors import OutputError, PalpateError
+
+DAYS = 3650
+"""That certificates are valid."""
+_GOVERNANCE = """<?xml version="1.0" encoding="UTF-8"?>
+<dds xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"
+  xsi:noNamespaceSchemaLocation="http://www.omg.org/spec/DDS-SECURITY/20170901/omg_shared_ca_governance.xsd">
+  <domain_access_rules><domain_rule>
+    <domains><id_range><min>0</min></id_range></domains>
+    <allow_unauthenticated_participants>false</allow_unauthenticated_participants>
+    <enable_join_access_control>true</enable_join_access_control>
+    <discovery_protection_kind>ENCRYPT</discovery_protection_kind>
+    <liveliness_protection_kind>ENCRYPT</liveliness_protection_kind>
+    <rtps_protection_kind>SIGN</rtps_protection_kind>
+    <topic_access_rules><topic_rule>
+      <topic_expression>*</topic_expression>
+      <enable_discovery_protection>true</enable_discovery_protection>
+      <enable_liveliness_protection>true</enable_liveliness_protection>
+      <enable_read_access_control>true</enable_read_access_control>
+      <enable_write_access_control>true</enable_write_access_control>
+      <metadata_protection_kind>ENCRYPT</metadata_protection_kind>
+      <data_protection_kind>ENCRYPT</data_protection_kind>
+    </topic_rule></topic_access_rules>
+  </domain_rule></domain_access_rules>
+</dds>
+"""
+_PERMISSIONS = """<?xml version="1.0" encoding="UTF-8"?>
+<dds xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"
+  xsi:noNamespaceSchemaLocation="http://www.omg.org/spec/DDS-SECURITY/20170901/omg_shared_ca_permissions.xsd">
+  <permissions><grant name="{name}">
+    <subject_name>CN={name}</subject_name>
+    <validity><not_before>2020-01-01T00:00:00</not_before><not_after>2099-01-01T00:00:00</not_after></validity>
+    <allow_rule>
+      <domains><id_range><min>0</min></id_range></domains>
+      <publish><topics><topic>*</topic></topics></publish>
+      <subscribe><topics><topic>*</topic></topics></subscribe>
+    </allow_rule>
+    <default>DENY</default>
+  </grant></permissions>
+</dds>
+"""
+
+
+def make(folder: Path, enclaves: tuple[str, ...]) -> list[Path]:
+    """Make a keystore, or add enclaves to one; what is there stays.
+
+    Args:
+        folder: of the keystore.
+        enclaves: names such as ``/palpate/haptics``.
+
+    Returns:
+        The folders of the enclaves.
+
+    Raises:
+        PalpateError: openssl is not here, or a name is none. OutputError: the folder cannot be written.
+    """
+    if shutil.which("openssl") is None:
+        raise PalpateError("openssl is not here", mend="sudo apt install openssl")
+    for name in enclaves:
+        if not name.startswith("/") or ".." in name or name.endswith("/") or not name.replace("/", "").isidentifier():
+            raise PalpateError(f"{name!r} is no enclave", mend="letters, digits and _, e.g. /palpate/haptics")
+    try:
+        for part in ("public", "private", "enclaves"):
+            (folder / part).mkdir(parents=True, exist_ok=True)
+        (folder / "private").chmod(0o700)
+        _authority(folder)
+        return [_enclave(folder, name) for name in enclaves]
+    except OSError as error:
+        raise OutputError("the keystore cannot be written", where=str(folder), why=str(error)) from None
+
+
+def environment(folder: Path, enclave: str) -> dict[str, str]:
+    """Variables for a process of this enclave: without security it does not start."""
+    return {
+        "ROS_SECURITY_KEYSTORE": str(folder.resolve()),
+        "ROS_SECURITY_ENABLE": "true",
+        "ROS_SECURITY_STRATEGY": "Enforce",
+        "ROS_SECURITY_ENCLAVE_OVERRIDE": enclave,
+    }
+
+
+def _authority(folder: Path) -> None:
+    cert, key = folder / "public" / "ca.cert.pem", folder / "private" / "ca.key.pem"
+    if not cert.exists():
+        _key(key)
+        _openssl("req", "-x509", "-new", "-key", key, "-sha256", "-days", DAYS, "-subj", "/CN=palpateCA", "-out", cert)
+    governance = folder / "enclaves" / "governance.xml"
+    if not governance.exists():
+        governance.write_text(_GOVERNANCE)
+    if not governance.with_suffix(".p7s").exists():
+        _sign(folder, governance)
+
+
+def _enclave(folder: Path, name: str) -> Path:
+    place = folder / "enclaves" / name.strip("/")
+    place.mkdir(parents=True, exist_ok=True)
+    cert, key, asked = place / "cert.pem", place / "key.pem", place / "request.pem"
+    ca, ca_key = folder / "public" / "ca.cert.pem", folder / "private" / "ca.key.pem"
+    if not cert.exists():
+        _key(key)
+        subject = f"/CN={name.replace('/', chr(92) + '/')}"  # a slash parts the fields of a subject
+        _openssl("req", "-new", "-key", key, "-sha256", "-subj", subject, "-out", asked)
+        _openssl("x509", "-req", "-in", asked, "-CA", ca, "-CAkey", ca_key, "-set_serial", str(_serial()),
+                 "-days", DAYS, "-sha256", "-out", cert)  # fmt: skip
+        asked.unlink()
+    permissions = place / "permissions.xml"
+    permissions.write_text(_PERMISSIONS.format(name=name))
+    _sign(folder, permissions)
+    for copy in ("identity_ca.cert.pem", "permissions_ca.cert.pem"):
+        shutil.copy(ca, place / copy)
+    shutil.copy(folder / "enclaves" / "governance.p7s", place)
+    return place
+
+
+def _serial() -> int:
+    return int.from_bytes(os.urandom(8), "big")
+
+
+def _key(path: Path) -> None:
+    _openssl("ecparam", "-name", "prime256v1", "-genkey", "-noout", "-out", path)
+    path.chmod(0o600)
+
+
+def _sign(folder: Path, document: Path) -> None:
+    ca, ca_key = folder / "public" / "ca.cert.pem", folder / "private" / "ca.key.pem"
+    _openssl("smime", "-sign", "-text", "-in", document, "-signer", ca, "-inkey", ca_key,
+             "-out", document.with_suffix(".p7s"))  # fmt: skip
+
+
+def _openssl(*arguments: object) -> None:
+    done = subprocess.run(["openssl", *map(str, arguments)], capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise PalpateError(f"openssl {arguments[0]} fails", why=done.stderr.strip().splitlines()[-1])

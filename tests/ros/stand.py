@@ -1,0 +1,170 @@
+"""A test stand: a leader that moves as told (`palpate.ros` Puppet, in this process), a haptic node in one of its own.
+
+What the hand feels is the last wrench that came, for an arm has no timeout: `Stand.held`. Times are monotonic [s].
+"""
+
+import json
+import os
+import queue
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+
+RATE = 250.0
+STALE, RELEASE = 0.03, 0.03
+MOST = 0.05  # from when a fault can be known until nothing is pushed any more [s]
+RATE_CAP = 50.0  # [N/s]
+SCENE = f"""
+objects:
+  - {{name: wall, plane: {{size: 0.12}}, pose: {{xyz: [0, -0.387, -0.1288], rpy_deg: [-90, 0, 0]}}, stiffness: 300,
+     damping: 2}}
+arms: {{leader: {{base: {{xyz: [0, 0, 0]}}, start: [0, 0, 0, 0, 0, 0, 0]}}, follower: {{bandwidth: 0}}}}
+mapping: {{scale: 1.0, align_rate: 0}}
+rates: {{haptic: {RATE:g}}}
+stability: {{rate_cap: {RATE_CAP:g}, force_cap: 3}}
+operator: {{path: [{{t: 0.2, xyz: [0, -0.380, -0.1288]}}, {{t: 1.0, xyz: [0, -0.381, -0.1288]}}]}}
+record: {{report: false}}
+"""
+
+
+class Told:
+    """The lines that a process writes, as they come."""
+
+    def __init__(self, process):
+        self.lines, self._new = [], queue.Queue()
+        for pipe in (process.stdout, process.stderr):
+            threading.Thread(target=self._read, args=(pipe,), daemon=True).start()
+
+    def _read(self, pipe):
+        for line in pipe:
+            self.lines.append(line.rstrip())
+
+    def await_line(self, words, seconds=30.0, after=0):
+        end = time.monotonic() + seconds
+        while not (found := [line for line in self.lines[after:] if words in line]):
+            assert time.monotonic() < end, f"not told within {seconds:g} s: {words!r}; told: {self.lines[after:]}"
+            time.sleep(0.01)
+        return found[0]
+
+
+class Node:
+    """`palpate ros haptics` on the stand's leader."""
+
+    def __init__(self, stand, folder, *options):
+        scene = folder / "wall.yaml"
+        scene.write_text(SCENE)
+        self.json, self.out = folder / "summary.json", folder / "runs"
+        command = ["-m", "palpate", "ros", "haptics", scene, "--leader", stand.leader, "--follower", "virtual"]
+        command += ["--teleop", stand.teleop, "--out", self.out, "--json", self.json, "--force-cap", 1.0]
+        command += options
+        self.process = subprocess.Popen(
+            [sys.executable, *map(str, command)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        self.told = Told(self.process)
+
+    @property
+    def guardian(self):
+        """Process id."""
+        return int(self.told.await_line("guardian").rsplit(" ", 1)[1])
+
+    def end(self, signal_number=2):
+        """Ask it to end; its summary."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal_number)
+            self.process.wait(30)
+        return json.loads(self.json.read_text())
+
+
+class Stand:
+    """See above."""
+
+    def __init__(self, native, name, network=False, **options):
+        self.native, self.leader, self.teleop = native, name, f"{name}_TELE"
+        o = native.PuppetOptions()
+        o.leader, o.teleop, o.rate = self.leader, self.teleop, RATE
+        o.wrench = f"/{self.teleop}/following/mtm/body/servo_cf"
+        for key, value in options.items():
+            setattr(o, key, value)
+        self.wrench = o.wrench
+        self.puppet = native.Puppet(native.Context(network=network), o)
+        self.puppet.set_state("ENABLED")
+        self.puppet.follow(True)
+        self.y = 0.0
+        self.puppet.start()
+
+    def spoil(self, **how):
+        """From now on; returns when that was."""
+        s = self.native.Spoil()
+        for key, value in how.items():
+            setattr(s, key, value)
+        t = time.monotonic()
+        self.puppet.spoil(s)
+        return t
+
+    def press(self, seconds=20.0):
+        """Nothing is spoilt any more; then towards the wall, until it pushes with about half a newton."""
+        self.spoil()
+        self.puppet.set_state("ENABLED")
+        self.puppet.follow(True)
+        end = time.monotonic() + seconds
+        while not 0.4 < self.force() < 0.8 or self.wrenches_since(time.monotonic() - 0.1) < 5:
+            assert time.monotonic() < end, f"the wall is not felt: {self.force():.3f} N"
+            if self.wrenches_since(time.monotonic() - 0.1) > 5:
+                self.y = np.clip(self.y + (0.0004 if self.force() >= 0.8 else -0.0004), -0.2, 0.2)
+                self.puppet.move_to(np.array([0.0, self.y, 0.0]), 0.015)
+            time.sleep(0.02)
+        time.sleep(0.15)
+
+    def force(self):
+        """On the hand now [N]."""
+        felt = self.puppet.felt
+        return float(np.linalg.norm(felt[-1, 3:6])) if len(felt) else 0.0
+
+    def wrenches_since(self, t):
+        return int((self.puppet.felt[:, 0] >= t).sum())
+
+    def held(self, begin, end=np.inf):
+        """(times, newtons) of what came between, begun with what was in force."""
+        felt = self.puppet.felt
+        forces = np.linalg.norm(felt[:, 3:6], axis=1)
+        inside = (felt[:, 0] >= begin) & (felt[:, 0] <= end)
+        before = forces[felt[:, 0] < begin]
+        start = before[-1] if len(before) else 0.0
+        return np.concatenate([[begin], felt[inside, 0]]), np.concatenate([[start], forces[inside]])
+
+    def released(self, known, seconds=1.5):
+        """How long after `known` the hand was free, to stay so for 20 ms; the larger of that and zero [s]."""
+        time.sleep(max(0.0, known + 0.4 - time.monotonic()))
+        end = time.monotonic() + seconds
+        while True:
+            t, force = self.held(known)
+            pushing = np.flatnonzero(force > 1e-9)
+            if not len(pushing):
+                return 0.0
+            last = pushing[-1]
+            if last + 1 < len(t):
+                return float(t[last + 1] - known)
+            assert time.monotonic() < end, f"still {force[-1]:.2f} N on the hand, {seconds:g} s after the fault"
+            time.sleep(0.02)
+
+    def steepest(self, begin, end=np.inf):
+        """Fastest growth of the force, by the stamps of the wrenches, where the hand had none before 0 [N/s]."""
+        felt = self.puppet.felt
+        felt = felt[(felt[:, 0] >= begin) & (felt[:, 0] <= end)]
+        felt = felt[np.argsort(felt[:, 0])]
+        forces, stamps = np.linalg.norm(felt[:, 3:6], axis=1), felt[:, 2]
+        growth, steps = np.diff(forces), np.diff(stamps)
+        told = (stamps[1:] > 0.0) & (growth > 0.0)
+        steps = np.where((stamps[:-1] > 0.0) & (steps > 1.0 / RATE), np.minimum(steps, 1.5 / RATE), 1.0 / RATE)
+        return float((growth[told] / steps[told]).max(initial=0.0))
+
+
+def alive(pid):
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True

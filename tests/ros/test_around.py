@@ -1,0 +1,186 @@
+"""What stands around the haptic node, seen by a client on real ROS 2: frames, models, markers, diagnostics, gains."""
+
+import os
+import time
+
+import numpy as np
+import pytest
+import stand as bench
+
+from palpate.arm import Arm
+
+
+@pytest.fixture(scope="module")
+def stand(native):
+    return bench.Stand(native, f"SEEN{os.getpid()}")
+
+
+@pytest.fixture(scope="module")
+def node(stand, tmp_path_factory):
+    node = bench.Node(stand, tmp_path_factory.mktemp("around"))
+    stand.press(60.0)
+    yield node
+    node.process.terminate()
+    node.process.wait(20)
+
+
+@pytest.fixture(scope="module")
+def client(node, rclpy):
+    """Hears everything that is published beside the forces."""
+    from diagnostic_msgs.msg import DiagnosticArray
+    from rclpy.qos import DurabilityPolicy, QoSProfile
+    from sensor_msgs.msg import JointState
+    from std_msgs.msg import String
+    from tf2_msgs.msg import TFMessage
+    from visualization_msgs.msg import MarkerArray
+
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+    class Client:
+        def __init__(self):
+            self.node, self.heard = rclpy.create_node(f"client_{os.getpid()}"), {}
+            for topic, kind, qos in (
+                ("/tf", TFMessage, 10),
+                ("/diagnostics", DiagnosticArray, 10),
+                ("/palpate/markers", MarkerArray, 10),
+                ("/palpate/objects", MarkerArray, latched),
+                ("/palpate/scene", String, latched),
+                ("/palpate/virtual/joint_states", JointState, 10),
+                ("/palpate/virtual/robot_description", String, latched),
+            ):
+                self.node.create_subscription(kind, topic, lambda m, t=topic: self.heard.update({t: m}), qos)
+
+        def get(self, topic, good=lambda m: True, seconds=15.0):
+            end = time.monotonic() + seconds
+            if not topic.endswith(("objects", "scene", "robot_description")):  # those are told once
+                self.heard.pop(topic, None)
+            while not (topic in self.heard and good(self.heard[topic])):
+                assert time.monotonic() < end, f"nothing (good) on {topic}"
+                rclpy.spin_once(self.node, timeout_sec=0.05)
+            return self.heard[topic]
+
+        def call(self, kind, name, request, seconds=15.0):
+            asked = self.node.create_client(kind, name)
+            assert asked.wait_for_service(seconds), name
+            future = asked.call_async(request)
+            rclpy.spin_until_future_complete(self.node, future, timeout_sec=seconds)
+            assert future.done(), f"{name} does not answer"
+            return future.result()
+
+        def set(self, **values):
+            from rcl_interfaces.srv import SetParameters
+            from rclpy.parameter import Parameter
+
+            changes = [Parameter(k.replace("__", "."), value=v).to_parameter_msg() for k, v in values.items()]
+            answer = self.call(SetParameters, "/palpate/set_parameters", SetParameters.Request(parameters=changes))
+            return answer.results[0]
+
+    client = Client()
+    yield client
+    client.node.destroy_node()
+
+
+def xyz(v):
+    return np.array([v.x, v.y, v.z])
+
+
+def test_frames_agree_with_the_arm_and_the_scene(client, stand):
+    """The tool is 2 mm or so in the wall; the model's last link is where its forward kinematics say."""
+    tf = client.get("/tf")
+    frames = {t.child_frame_id: t for t in tf.transforms}
+    assert frames["palpate_object_wall"].header.frame_id == "palpate_world"
+    np.testing.assert_allclose(xyz(frames["palpate_object_wall"].transform.translation), [0, -0.387, -0.1288])
+    tool = xyz(frames["virtual_tool"].transform.translation)
+    assert -0.389 < tool[1] < -0.384
+    handle = xyz(frames[f"{stand.leader}_handle"].transform.translation)
+    np.testing.assert_allclose(handle, [0, stand.y, 0], atol=1e-9)  # the leader's base stands in the world's origin
+    joints = np.array(client.get("/palpate/virtual/joint_states").position)
+    base = frames["virtual_base"].transform.translation
+    tip = np.array(Arm.psm().fk(joints))[:3, 3]
+    assert np.linalg.norm(tip) == pytest.approx(np.linalg.norm(tool - xyz(base)), abs=1e-3)
+    links = {name for name, t in frames.items() if t.header.frame_id == "virtual_base"}
+    assert len(links) >= 6
+    assert client.get("/palpate/virtual/robot_description", seconds=5.0).data.startswith("<?xml")
+
+
+def test_markers_show_the_force_that_is_sent(client, stand):
+    stand.press()
+    newest = client.get("/palpate/markers", lambda m: any(k.ns == "force_spatial" and k.points for k in m.markers))
+    drawn = {m.ns: m for m in newest.markers}
+    assert set(drawn) == {"force_body", "force_spatial", "deflection", "tool", "proxy", "contacts"}
+    arrow = drawn["force_spatial"]
+    length = xyz(arrow.points[1]) - xyz(arrow.points[0])
+    np.testing.assert_allclose(length / 0.06, stand.puppet.felt[-1, 3:6], atol=0.05)
+    assert (arrow.color.g, arrow.color.r) == (pytest.approx(0.51), 0.0)
+    assert drawn["force_body"].color.r > 0.7
+    assert drawn["contacts"].color.r > 0.7
+    assert len(drawn["contacts"].points) == 1
+    assert xyz(drawn["contacts"].points[0])[1] == pytest.approx(-0.387, abs=1e-4)
+    mesh = client.get("/palpate/objects").markers[-1]
+    assert mesh.ns == "object_wall"
+    assert len(mesh.points) % 3 == 0
+    assert mesh.frame_locked
+
+
+def test_diagnostics_tell_rates_energy_and_what_forbids(client, stand):
+    stand.press()
+    status = client.get("/diagnostics", lambda d: d.status[0].message == "free to push").status[0]
+    values = {v.key: v.value for v in status.values}
+    assert status.level == b"\x00"
+    assert float(values["leader rate [Hz]"]) == pytest.approx(bench.RATE, rel=0.2)
+    assert 0.3 < float(values["force [N]"]) < 1.0
+    assert float(values["force cap [N]"]) == 1.0
+    stand.spoil(zero_stamp=True)
+    client.get("/diagnostics", lambda d: d.status[0].level == b"\x01" and "stamp" in d.status[0].message)
+    stand.press()
+
+
+def test_a_gain_changes_what_is_felt_and_impossible_ones_change_nothing(client, stand):
+    """Force over penetration is the stiffness that was set; of what is refused nothing is felt."""
+    from rcl_interfaces.srv import DescribeParameters
+
+    def felt():
+        status = client.get("/diagnostics", lambda d: d.status[0].message == "free to push").status[0]
+        values = {v.key: v.value for v in status.values}
+        return float(values["force [N]"]) / (1e-3 * float(values["penetration [mm]"]))
+
+    stand.press()
+    assert client.set(wall__stiffness=150.0).successful
+    time.sleep(0.5)
+    assert felt() == pytest.approx(150.0, rel=0.02)
+    assert "150" in client.get("/palpate/scene", lambda m: "150" in m.data).data
+    refused = client.set(wall__stiffness=90_000.0)
+    assert not refused.successful
+    assert "more than the caps can hold" in refused.reason
+    assert not client.set(wall__stiffness=-1.0).successful  # outside its range
+    assert not client.set(stiffness_scale=7.0).successful
+    time.sleep(0.3)
+    assert felt() == pytest.approx(150.0, rel=0.02)
+    assert client.set(wall__stiffness=300.0).successful
+    names = DescribeParameters.Request(names=["wall.stiffness", "stiffness_scale"])
+    told = client.call(DescribeParameters, "/palpate/describe_parameters", names).descriptors
+    assert "N/m" in told[0].description
+    assert told[1].floating_point_range[0].to_value == 2.0
+
+
+def test_another_scene_comes_whole_or_is_refused_in_words(client, stand, node, tmp_path):
+    from std_srvs.srv import Trigger
+
+    stand.press()
+    other, broken = tmp_path / "other.yaml", tmp_path / "broken.yaml"
+    other.write_text(bench.SCENE.replace("name: wall", "name: ceiling").replace("y: -0.387", "y: -0.5"))
+    broken.write_text(bench.SCENE.replace("stiffness: 300", "stifness: 300"))
+    assert client.set(scene_file=str(broken)).successful
+    answer = client.call(Trigger, "/palpate/load_scene", Trigger.Request())
+    assert not answer.success
+    assert "stifness" in answer.message
+    assert stand.force() > 0.3
+    assert client.set(scene_file=str(other)).successful
+    begin = time.monotonic()
+    answer = client.call(Trigger, "/palpate/load_scene", Trigger.Request())
+    assert answer.success, answer.message
+    assert "ceiling" in answer.message
+    time.sleep(0.3)
+    assert stand.steepest(begin) <= 1.001 * bench.RATE_CAP
+    node.told.await_line("ceiling")
+    assert [m.ns for m in client.get("/palpate/objects", lambda m: m.markers[-1].ns == "object_ceiling").markers[1:]]
