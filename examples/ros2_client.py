@@ -1,0 +1,41 @@
+"""A hand presses a simulated MTM into a wall and feels it. Beside it run `palpate ros sim --rate 500` and
+`palpate ros haptics wall.yaml --follower virtual --teleop none` (docs/ros2.md). Plain rclpy, as for a real dVRK."""
+
+import rclpy
+from crtk_msgs.msg import OperatingState
+from geometry_msgs.msg import PoseStamped, WrenchStamped
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import Joy
+from std_msgs.msg import Empty
+
+rclpy.init()
+node, last = rclpy.create_node("hand"), {}
+latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+node.create_subscription(OperatingState, "/MTMR/operating_state", lambda m: last.update(state=m), latched)
+node.create_subscription(PoseStamped, "/MTMR/measured_cp", lambda m: last.update(pose=m), 10)
+node.create_subscription(WrenchStamped, "/MTMR/body/servo_cf", lambda m: last.update(wrench=m.wrench.force), 10)
+power, home = node.create_publisher(Empty, "/system/power_on", 10), node.create_publisher(Empty, "/system/home", 10)
+present = node.create_publisher(Joy, "/console/emulate_operator_present", 10)
+hand = node.create_publisher(PoseStamped, "/MTMR/hand/servo_cp", 10)  # only a simulated arm has a hand to command
+
+
+def wait(condition, seconds=60.0):
+    end = node.get_clock().now().nanoseconds + 1e9 * seconds
+    while not condition() and node.get_clock().now().nanoseconds < end:
+        rclpy.spin_once(node, timeout_sec=0.01)
+
+
+wait(lambda: all(p.get_subscription_count() for p in (power, home, present, hand)))
+power.publish(Empty())
+wait(lambda: last["state"].state == "ENABLED" if "state" in last else False, 5.0)
+home.publish(Empty())
+wait(lambda: last["state"].is_homed and not last["state"].is_busy)
+present.publish(Joy(buttons=[1]))
+wait(lambda: "wrench" in last)  # the haptic node has begun
+goal = last["pose"]
+for millimetre in range(26):  # the wall is 20.5 mm away, along -y
+    hand.publish(goal)
+    wait(lambda: False, 0.2)
+    y, f = 1e3 * last["pose"].pose.position.y, last["wrench"].y
+    print(f"hand told {millimetre:2d} mm: handle at y = {y:.1f} mm, pushed by {f:.2f} N", flush=True)
+    goal.pose.position.y -= 0.001

@@ -1,0 +1,61 @@
+"""The cable is pulled: run in a network namespace of its own (test_faults.py). Prints what was seen as JSON."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+
+def link(state):
+    subprocess.run(["ip", "link", "set", "lo", state], check=True)
+
+
+def main(folder):
+    # Over the network, though it has one machine: otherwise they would talk by shared memory.
+    os.environ |= {"ROS_STATIC_PEERS": "127.0.0.1", "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
+    link("up")
+    subprocess.run(["ip", "route", "add", "224.0.0.0/4", "dev", "lo"], check=True)
+    subprocess.run(["ip", "link", "set", "lo", "multicast", "on"], check=True)
+    sys.path.insert(0, str(Path(__file__).parent))
+    import stand as bench
+
+    from palpate import ros
+    from palpate.record import Record
+
+    stand = bench.Stand(ros.load(), "CABLE", network=True)
+    node = bench.Node(stand, folder, "--network")
+    try:
+        stand.press(60.0)
+        told = len(node.told.lines)
+        begin = time.monotonic()
+        link("down")
+        time.sleep(0.5)
+        away = time.monotonic()
+        words = any("the leader is silent" in line for line in node.told.lines[told:])
+        link("up")
+        stand.press(30.0)
+        felt = stand.puppet.felt
+        later = felt[felt[:, 0] > away]
+        seen = {
+            "told": words,
+            "first_after": float(np.linalg.norm(later[0, 3:6])),
+            "steepest": stand.steepest(away),
+            "came_while_down": int(((felt[:, 0] > begin + 0.05) & (felt[:, 0] < away)).sum()),
+        }
+        summary = node.end()
+        seen["complete"] = Record.open(summary["record"]).complete
+    finally:
+        if node.process.poll() is None:
+            node.process.kill()
+        node.process.wait()
+    seen["lines"] = node.told.lines[told:]
+    print(json.dumps(seen), flush=True)
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
