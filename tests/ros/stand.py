@@ -151,14 +151,17 @@ class Stand:
             time.sleep(0.02)
 
     def steepest(self, begin, end=np.inf):
-        """Fastest growth of the force, by the stamps of the wrenches, where the hand had none before 0 [N/s]."""
+        """Fastest growth of the force in the order of sending, where the hand had none after the guardian's [N/s].
+
+        What crossed the guardian's zero on its way, sent before it, is not a push after it.
+        """
         felt = self.puppet.felt
         felt = felt[(felt[:, 0] >= begin) & (felt[:, 0] <= end)]
-        felt = felt[np.argsort(felt[:, 0])]
-        forces, stamps = np.linalg.norm(felt[:, 3:6], axis=1), felt[:, 2]
-        growth, steps = np.diff(forces), np.diff(stamps)
-        told = (stamps[1:] > 0.0) & (growth > 0.0)
-        steps = np.where((stamps[:-1] > 0.0) & (steps > 1.0 / RATE), np.minimum(steps, 1.5 / RATE), 1.0 / RATE)
+        sent = np.where(felt[:, 2] > 0.0, felt[:, 2], felt[:, 1])  # the guardian's zeros have no stamp
+        order = np.argsort(sent, kind="stable")
+        forces, sent, own = np.linalg.norm(felt[order, 3:6], axis=1), sent[order], felt[order, 2] > 0.0
+        growth, steps = np.diff(forces), np.clip(np.diff(sent), 1.0 / RATE, 1.5 / RATE)
+        told = own[1:] & (growth > 0.0)
         return float((growth[told] / steps[told]).max(initial=0.0))
 
 

