@@ -32,6 +32,7 @@ home.publish(Empty())
 wait(lambda: last["state"].is_homed and not last["state"].is_busy)
 present.publish(Joy(buttons=[1]))
 wait(lambda: "wrench" in last)  # the haptic node has begun
+wait(lambda: False, 1.0)  # and follows
 goal = last["pose"]
 for millimetre in range(26):  # the wall is 20.5 mm away, along -y
     hand.publish(goal)
