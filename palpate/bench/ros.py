@@ -82,7 +82,7 @@ def answers(sent: Array, felt: Array, wall_minus_monotonic: float) -> tuple[Arra
 
     Args:
         sent: (n,) when each state was published [s, monotonic].
-        felt: (m, 9) as of the puppet.
+        felt: (m, 10) as of the puppet.
         wall_minus_monotonic: between the clock of stamps and ours [s].
 
     Returns:
@@ -133,6 +133,7 @@ def _figures(
 ) -> dict[str, Any]:
     """before: pings and echoes when the measured time began."""
     sent, felt, echoes = puppet.sent[:, 0], puppet.felt, puppet.echoes[before[1] :, 0]
+    felt = felt[felt[:, 9] == np.bincount(felt[:, 9].astype(int)).argmax()]  # the node's, without its guardian's
     wall = float(np.median(felt[:, 1] - felt[:, 0]))
     inside = (sent >= begin) & (sent < end)
     took, late = answers(sent[inside], felt[(felt[:, 0] >= begin) & (felt[:, 0] < end + 1.0 / rate)], wall)
@@ -141,7 +142,7 @@ def _figures(
         "seconds": end - begin,
         "states": int(inside.sum()),
         "commands": counted["published"],
-        "lost": int(counted["published"]) - int((felt[:, 2] > 0.0).sum()),  # the guardian's zeros have no stamp
+        "lost": int(counted["published"]) - len(felt),
         "late": late,
         "echoes": len(echoes),
         "echo_lost": int(puppet.pings) - before[0] - len(echoes),

@@ -50,8 +50,19 @@ def test_the_page_from_sim_to_wall(built, start, tmp_path):
     """The scene and the client of docs/ros2.md; commands of the page list, echo and hz."""
     page = (ROOT / "docs" / "ros2.md").read_text()
     (tmp_path / "wall.yaml").write_text(re.search(r"```yaml\n(.*?)```", page, re.S)[1])
-    sim = start("-m", "palpate", "ros", "sim", "--arms", "MTMR", "PSM1", "--rate", "500")
-    words = ["--follower", "virtual", "--teleop", "none", "--out", tmp_path / "runs", "--force-cap", "2"]
+    sim = start("-m", "palpate", "ros", "sim", "--arms", "MTMR", "PSM1", "--rate", "250")
+    words = [
+        "--follower",
+        "virtual",
+        "--teleop",
+        "none",
+        "--out",
+        tmp_path / "runs",
+        "--force-cap",
+        "2",
+        "--rate",
+        "250",
+    ]
     haptics = start("-m", "palpate", "ros", "haptics", tmp_path / "wall.yaml", *words)
     client = start(ROOT / "examples" / "ros2_client.py")
     out, told = client.communicate(timeout=120)

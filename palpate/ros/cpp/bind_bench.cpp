@@ -67,9 +67,10 @@ void bind_bench(nb::module_& m) {
           "(n, 1) when each state was published [s]")
       .def_prop_ro(
           "felt", [](const Puppet& self) { return to_array(self.felt()); }, nb::rv_policy::automatic,
-          "(n, 9): monotonic time, time since 1970, stamp [s], force [N], torque [N m]")
+          "(n, 10): monotonic time, time since 1970, stamp [s], force [N], torque [N m], who wrote it (0, 1, ...)")
       .def_prop_ro(
-          "echoes", [](const Puppet& self) { return to_array(self.echoes()); }, nb::rv_policy::automatic, "(n, 1) there and back [s]")
+          "echoes", [](const Puppet& self) { return to_array(self.echoes()); }, nb::rv_policy::automatic,
+          "(n, 1) there and back [s]")
       .def_prop_ro("pings", &Puppet::pings)
       .def_prop_ro("listeners", &Puppet::listeners, "Of its states.")
       .def_prop_ro("writers", &Puppet::writers, "Of its wrenches.")

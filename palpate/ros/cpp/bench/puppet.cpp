@@ -39,11 +39,12 @@ Puppet::Puppet(std::shared_ptr<Context> context, const PuppetOptions& options)
       following_(node_, "/" + options.teleop + "/following", kLatched),
       wrench_(
           node_, options.wrench,
-          [this](const auto& m, const Info&) {
+          [this](const auto& m, const Info& info) {
             const auto &f = m.wrench.force, &torque = m.wrench.torque;
             const double stamp = 1e-9 * static_cast<double>(nanoseconds(m.header.stamp));
-            const Felt felt{now(), wall(), stamp, {f.x, f.y, f.z}, {torque.x, torque.y, torque.z}};
+            Felt felt{now(), wall(), stamp, {f.x, f.y, f.z}, {torque.x, torque.y, torque.z}};
             const std::lock_guard lock(mutex_);
+            felt.writer = writer(info.publisher);
             felt_.push_back(felt);
           },
           Qos{.depth = 100}),
@@ -83,6 +84,13 @@ bool Puppet::tick(const loop::Wake& wake) {
     send(now());
   }
   return true;
+}
+
+double Puppet::writer(const Gid& publisher) {
+  const auto found = std::find(writers_.begin(), writers_.end(), publisher);
+  const auto index = found - writers_.begin();
+  if (found == writers_.end()) writers_.push_back(publisher);
+  return static_cast<double>(index);
 }
 
 Vec3 Puppet::place(double t) const {

@@ -3,21 +3,20 @@
 #pragma once
 
 #include <atomic>
+#include <crtk_msgs/msg/operating_state.hpp>
 #include <cstdint>
 #include <deque>
+#include <geometry_msgs/msg/pose_stamped.hpp>
+#include <geometry_msgs/msg/twist_stamped.hpp>
+#include <geometry_msgs/msg/wrench_stamped.hpp>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <random>
-#include <string>
-#include <vector>
-
-#include <crtk_msgs/msg/operating_state.hpp>
-#include <geometry_msgs/msg/pose_stamped.hpp>
-#include <geometry_msgs/msg/twist_stamped.hpp>
-#include <geometry_msgs/msg/wrench_stamped.hpp>
 #include <sensor_msgs/msg/joint_state.hpp>
 #include <std_msgs/msg/bool.hpp>
+#include <string>
+#include <vector>
 
 #include "palpate/loop/realtime.hpp"
 #include "palpate/types/spatial.hpp"
@@ -54,6 +53,7 @@ struct Felt {
   double wall = 0.0;   ///< since 1970 [s]
   double stamp = 0.0;  ///< of its header [s]
   double f[3] = {}, torque[3] = {};
+  double writer = 0.0;  ///< 0 for the first who wrote, 1 for the next, ...
 };
 
 class Puppet {
@@ -74,9 +74,9 @@ class Puppet {
   void follow(bool on);
 
   // What it noted since it started; times on the monotonic clock [s].
-  [[nodiscard]] std::vector<double> sent() const;      ///< when each state was published
-  [[nodiscard]] std::vector<Felt> felt() const;        ///< every wrench
-  [[nodiscard]] std::vector<double> echoes() const;    ///< there and back [s]
+  [[nodiscard]] std::vector<double> sent() const;    ///< when each state was published
+  [[nodiscard]] std::vector<Felt> felt() const;      ///< every wrench
+  [[nodiscard]] std::vector<double> echoes() const;  ///< there and back [s]
   [[nodiscard]] std::uint64_t pings() const noexcept { return pings_; }
   [[nodiscard]] std::size_t listeners() const noexcept { return pose_.listeners(); }
   [[nodiscard]] std::size_t writers() const noexcept { return wrench_.publishers(); }
@@ -90,6 +90,7 @@ class Puppet {
     Pose pose;
   };
   bool tick(const loop::Wake& wake);
+  [[nodiscard]] double writer(const Gid& publisher);
   [[nodiscard]] Vec3 place(double t) const;
   void send(double t);
   void send_joints(double stamp, const Spoil& spoil);
@@ -113,6 +114,7 @@ class Puppet {
   double begin_ = 0.0, seconds_ = 0.0, frequency_ = 0.0;
   std::vector<double> sent_, echoes_;
   std::vector<Felt> felt_;
+  std::vector<Gid> writers_;
 
   std::mt19937_64 random_;
   std::deque<Late> late_;
