@@ -98,6 +98,10 @@ class HapticLoop:
         stability.force_cap = min(stability.force_cap, FORCE_CAP) if limits.force_cap is None else limits.force_cap
         stability.delay = max(stability.delay, 2.0 / options.rate)  # state to us, wrench to the arm's next cycle
         options.stability = stability
+        if devices.teleop == "none":  # a master that nobody has aligned: the tool turns as it does, not to where it is
+            mapping = options.mapping
+            mapping.align_rate = 0.0
+            options.mapping = mapping
         cycle = _core.CrtkOptions(options, rig.arms.q_follower0)
         cycle.virtual_follower = devices.follower == "virtual"
         cycle.own_teleop = devices.teleop == "none"
