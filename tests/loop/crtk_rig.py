@@ -33,8 +33,9 @@ class Device:
     def __init__(self, cycle=None, scene=None, **changes):
         self.options = crtk_options(**changes)
         self.cycle = cycle or _core.CrtkCycle(self.options, Arm.psm("lnd"))
-        self.scene = scene or floor()
-        self.cycle.set_scene(self.scene)
+        self.scene = floor() if scene is None else scene
+        if self.scene:  # False: it never gets one
+            self.cycle.set_scene(self.scene)
         self.gates = _core.CrtkGates()
         for name in ("following", "operator_present", "leader_enabled", "follower_enabled"):
             setattr(self.gates, name, True)

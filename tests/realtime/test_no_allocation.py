@@ -83,3 +83,12 @@ def test_a_query_of_a_geometry_asks_nothing(guard):
         first, *rest = calls[1:]
         assert rest == [first] * len(rest), name
         assert first[0] > 0, "control: the call's own allocations are counted"
+
+
+def test_the_cycle_of_networked_devices_asks_nothing(guard):
+    found = watched(guard, "crtk", "all")
+    assert found["contact_ticks"] >= 2
+    asked = found["asked"]
+    assert asked["no scene"][0] > 0, "control: what a call costs Python is counted"
+    for name in ("free", "pressed", "bad stamps", "well again"):
+        assert asked[name] == asked["no scene"], name

@@ -273,10 +273,51 @@ def geometries() -> dict[str, object]:
     return asked
 
 
+def crtk() -> dict[str, object]:
+    """Messages and steps of the cycle of networked devices: as many as a step does that has no scene to look at.
+
+    The arm is never told to be enabled, so that a step answers no wrench and costs Python the same each time; operating
+    states are not needed, so that all the rest of the cycle is done, in contact, in faults and after them.
+    """
+    import crtk_rig
+
+    me, asked, touched = threading.get_native_id(), {}, 0
+
+    def steps(name: str, device: crtk_rig.Device, n: int, depth: float, stamp: float | None = None) -> None:
+        nonlocal touched
+        p, quat = device.pose(depth)
+        zero, rows = np.zeros(3), []
+        device.cycle.set_gates(device.gates)
+        for k in range(n + 50):
+            if k == 50:
+                before = counts(me)
+            device.t += crtk_rig.DT
+            told = device.wall if stamp is None else stamp
+            device.cycle.leader_twist(told, zero, zero, device.t, device.wall)
+            device.cycle.leader_pose(told, p, quat, device.t, device.wall)
+            rows.append(device.cycle.step(device.t, device.wall)[0][[0]])
+        asked[name] = ((counts(me) - before) / n).round().tolist()
+        touched += contacts(np.array([device.cycle.step(device.t, device.wall)[0]]))
+
+    device = crtk_rig.Device(scene=organ_scene(20_000), needs_state=False)
+    device.gates.leader_enabled = False
+    blind = crtk_rig.Device(needs_state=False, scene=False)
+    steps("no scene", blind, 500, 0.0)
+    device.run(0.3)
+    steps("free", device, 500, 0.0)
+    device.run(0.5, to=0.034)
+    steps("pressed", device, 500, 0.034)
+    steps("bad stamps", device, 500, 0.034, stamp=0.0)
+    steps("well again", device, 500, 0.034)
+    return {"asked": asked, "contact_ticks": touched}
+
+
 if __name__ == "__main__":
     mode, method, *rest = sys.argv[1:]
     if mode == "robot":
         found = robot(method)
+    elif mode == "crtk":
+        found = crtk()
     elif mode == "geometries":
         found = geometries()
     else:

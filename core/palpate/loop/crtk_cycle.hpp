@@ -102,7 +102,7 @@ class CrtkCycle {
   Moment last_;           ///< step
   double fault_at_ = 0.0;
   bool stepped_ = false, afresh_ = false, pushed_ = false;  ///< pushed: the last command was not zero
-  Wrench F_;  ///< rendered last
+  Wrench F_;                                                ///< rendered last
   CrtkOutput out_;
 };
 

@@ -11,7 +11,7 @@
 namespace palpate::ros {
 
 struct SpinnerOptions {
-  std::function<void()> in_thread;     ///< called first in the thread: its priority, its core
+  std::function<void()> in_thread;      ///< called first in the thread: its priority, its core
   std::function<std::int64_t()> after;  ///< called after each round: how long the next may wait, at most [ns]
 };
 
