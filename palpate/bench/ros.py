@@ -113,12 +113,24 @@ def table(result: dict[str, Any]) -> Table:
     return out
 
 
-def cpu_of_sim(seconds: float = 10.0, arms: tuple[str, ...] = ("MTMR", "MTML", "PSM1", "PSM2")) -> float:
-    """Cores that `palpate ros sim` takes with these arms [-]."""
-    command = [sys.executable, "-m", "palpate", "ros", "sim", "--arms", *arms]
+def cpu_of_sim(
+    seconds: float = 10.0, arms: tuple[str, ...] = ("MTMR", "MTML", "PSM1", "PSM2"), rate: float = RATE
+) -> float:
+    """Cores that `palpate ros sim` takes with these arms, powered, homed and measured at `rate` [Hz] [-].
+
+    Raises:
+        PalpateError: it does not come up.
+    """
+    from palpate.ros import topic
+
+    command = [sys.executable, "-m", "palpate", "ros", "sim", "--rate", f"{rate:g}", "--arms", *arms]
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
         try:
-            time.sleep(8.0)  # it has homed
+            with topic.node() as here:
+                _await(lambda: ("/system/home", "std_msgs/msg/Empty") in topic.topics(here, 0.2), "no simulated robot")
+                for verb in ("power_on", "home"):
+                    topic.publish(here, f"/system/{verb}", "std_msgs/msg/Empty", "{}", None)
+                    time.sleep(4.0)
             before, start = _cpu_time(process.pid), time.monotonic()
             time.sleep(seconds)
             if process.poll() is not None:
