@@ -40,7 +40,7 @@ def test_real_time_loop_with_scenes_swapped_meanwhile(guard, method, rate):
     found = watched(guard, "realtime", method, str(rate), "2")
     assert found["ticks"] > rate
     assert found["swaps"] > 30
-    assert found["contact_ticks"] > 0.3 * rate
+    assert found["contact_ticks"] > 100, "some of them in contact: how many is the machine's business"
     assert found["threads"] == [[0, 0, 0]], "allocations, releases, locks of the loop's thread"
     assert min(found["main"]) > 0, "control: the guard does count"
     assert found["last_force"] == [0.0, 0.0, 0.0], "stopped: the last force is zero"
