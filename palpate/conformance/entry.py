@@ -28,7 +28,8 @@ HEIGHT = 0.02  # of the tool above the region's top at the start [m]
 def hard(seed: int = 0) -> list[dict[str, Any]]:
     """The deepest that a tool got into a hard forbidden region of each kind, judged by its own formula [mm].
 
-    A stiff hand goes to another place every 60 to 200 ms, most of them within the region.
+    A stiff hand goes to another place every 60 to 200 ms, many of them within the region; `held_share` of the time its
+    goal is kept back by more than a millimetre.
     """
     rig = _rig()
     return [_worst(rig, name, seed) for name in REGIONS]
@@ -41,15 +42,17 @@ def soft(K: float = 400.0, B: float = 2.0) -> list[dict[str, float]]:
 
 
 def passed(hard_rows: list[dict[str, Any]], soft_rows: list[dict[str, float]]) -> bool:
-    """Both as asked."""
-    return all(row["entry_mm"] <= MOST for row in hard_rows) and all(
+    """Both as asked, and the hand did go in."""
+    return all(row["entry_mm"] <= MOST and row["held_share"] > 0.02 for row in hard_rows) and all(
         abs(row["measured_mm"] / row["certified_mm"] - 1.0) <= WITHIN for row in soft_rows
     )
 
 
 def _rig() -> Rig:
-    far = {"sphere": {"radius": 0.01}, "pose": {"xyz": [0.0, 0.0, -0.3]}}
-    return build(Scene.model_validate({"objects": [far], "operator": {"path": [{"t": 0.0, "xyz": [0.0, 0.0, 0.0]}]}}))
+    beside = {"sphere": {"radius": 0.01}, "pose": {"xyz": [0.0, 0.0, -0.05]}}
+    return build(
+        Scene.model_validate({"objects": [beside], "operator": {"path": [{"t": 0.0, "xyz": [0.0, 0.0, 0.0]}]}})
+    )
 
 
 def _worst(rig: Rig, name: str, seed: int) -> dict[str, Any]:
@@ -64,11 +67,12 @@ def _worst(rig: Rig, name: str, seed: int) -> dict[str, Any]:
     policy.hard = True
     geometry = _core.PlacedGeometry(specimen.make(), X_WG)
     region = _core.Fixture(name, geometry, "forbid", law="spring", policy=policy)
-    deepest = 0.0
+    deepest, held = 0.0, []
     for i in range(SEEDS):
         ticks = _violent(rig, region, X_WT[:3, 3], np.random.default_rng([seed, i]))
         deepest = max(deepest, -float(specimen.distance(ticks["p_WT"] - X_WG[:3, 3]).min()))
-    return {"geometry": name, "entry_mm": 1e3 * deepest}
+        held.append(float((np.linalg.norm(ticks["p_correction_W"], axis=1) > 1e-3).mean()))
+    return {"geometry": name, "entry_mm": 1e3 * deepest, "held_share": float(np.mean(held))}
 
 
 def _violent(rig: Rig, region: _core.Fixture, start: Array, rng: np.random.Generator) -> Any:

@@ -163,7 +163,7 @@ def probes(role: str, geometry: str, wrong: int = 4, right: int = 2) -> tuple[Pr
             break
         goal = rng.uniform(*(bad if is_wrong else good))
         X = _brought(case, s, _random_pose(rng), goal)
-        if X is not None and np.abs(X[:3, 3]).max() < 0.032 and (not is_wrong or _smooth(s, X[:3, 3])):
+        if X is not None and np.abs(X[:3, 3]).max() < 0.032 and ((case.attracts and not is_wrong) or _smooth(case, s, X)):
             found[is_wrong].append(wants(case, s, X))
     if len(found[True]) < wrong or len(found[False]) < right:
         raise LookupError(f"{role} x {geometry}: too few places to judge it at")
@@ -191,14 +191,18 @@ def _brought(case: RoleCase, s: Specimen, X: Array, goal: float) -> Array | None
     return None
 
 
-def _smooth(s: Specimen, p: Array, reach: float = 1.2e-3) -> bool:
-    """The distance's slope is of length one, and turns little within a millimetre: no edge, no middle is near."""
-    n = slope(s.distance, p)
-    if abs(np.linalg.norm(n) - 1.0) > 1e-3 or abs(float(s.distance(p[None])[0])) < 5e-5:
+def _smooth(case: RoleCase, s: Specimen, X: Array, reach: float = 1.2e-3) -> bool:
+    """The distance's slope is of length one, and turns little within a millimetre, and where a correction leads to."""
+    p = X[:3, 3]
+    d, n = float(s.distance(p[None])[0]), slope(s.distance, p)
+    if abs(np.linalg.norm(n) - 1.0) > 1e-3 or abs(d) < 5e-5:
         return False
-    foot = p - 0.98 * float(s.distance(p[None])[0]) * n  # where a hard fixture leads to: no crease is near there either
+    feet = [p - 0.98 * d * n]
+    if not case.turns and not case.frozen:
+        feet.append(p + 0.98 * abs(case.gap(s, X)) * wants(case, s, X).along[:3])
     around = [p + reach * e for e in (*np.eye(3), *-np.eye(3))]
-    return all(float(slope(s.distance, q) @ n) > 0.7 for q in around) and float(slope(s.distance, foot) @ n) > 0.99
+    turns_little = all(float(slope(s.distance, q) @ n) > 0.7 for q in around)
+    return turns_little and all(float(slope(s.distance, q) @ n) > 0.99 for q in feet)
 
 
 @dataclass(frozen=True)

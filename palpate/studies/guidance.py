@@ -8,6 +8,7 @@ literature says of people. The control is guidance that lies beside the truth: i
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Annotated, Any
@@ -113,7 +114,7 @@ def conform(sweep: Sweeper = sweep) -> dict[str, Any]:
     grid = {"role": Axis(conformance.ROLES), "geometry": Axis(conformance.SPECIMENS)}
     rows = sweep(examined, grid, title="conformance").rows()
     by_name = {str(c): c for c in conformance.combinations()}
-    failures = {by_name[name]: wrong for row in rows for name, wrong in row["failures"].items()}
+    failures = {by_name[name]: wrong for row in rows for name, wrong in json.loads(row["failures"]).items()}
     told = conformance.summary(failures, list(by_name.values()))
     hard, soft = conformance.entry.hard(), conformance.entry.soft()
     return told | {"hard_entry": hard, "soft_entry": soft, "entry_passed": conformance.entry.passed(hard, soft)}
@@ -123,7 +124,7 @@ def examined(point: Point, seed: int) -> dict[str, Any]:
     """All laws and policies of a role with a geometry; nothing in it is random."""
     mine = [c for c in conformance.combinations() if (c.role, c.geometry) == (point["role"], point["geometry"])]
     found = {str(c): conformance.examine(c) for c in mine}
-    return {"examined": len(mine), "failures": {name: wrong for name, wrong in found.items() if wrong}}
+    return {"examined": len(mine), "failures": json.dumps({name: wrong for name, wrong in found.items() if wrong})}
 
 
 def conformance_words(told: dict[str, Any]) -> list[RenderableType]:

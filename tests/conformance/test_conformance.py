@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate import _core
-from palpate.conformance import checks, combinations, examine, judges, summary
+from palpate.conformance import checks, combinations, entry, examine, judges, summary
 from palpate.conformance.combinations import POLICIES, Combination, unjudged
 from palpate.conformance.specimens import SPECIMENS
 
@@ -85,3 +85,13 @@ def test_energy_out_of_nothing_is_found(monkeypatch):
 
     monkeypatch.setattr(checks.Bench, "run", late)
     assert set(examine(SOFT)) >= {"energy"}
+
+
+def test_the_tool_stays_out_of_hard_regions_and_goes_into_soft_ones_as_certified(monkeypatch):
+    monkeypatch.setattr(entry, "REGIONS", ("sphere", "box"))
+    monkeypatch.setattr(entry, "SEEDS", 1)
+    hard, soft = entry.hard(), entry.soft()
+    assert entry.passed(hard, soft), (hard, soft)
+    assert not entry.passed([{**hard[0], "entry_mm": 0.2}], soft)
+    assert not entry.passed([{**hard[0], "held_share": 0.0}], soft)
+    assert not entry.passed(hard, [{**soft[0], "measured_mm": 1.1 * soft[0]["certified_mm"]}])
