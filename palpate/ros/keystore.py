@@ -4,8 +4,8 @@
     keystore/enclaves/governance.p7s                        what is encrypted: everything
     keystore/enclaves/NAME/{cert,key}.pem permissions.p7s   one folder for each enclave, beside copies of the above
 
-Every participant of an enclave may speak and listen on its domain; who has no certificate of this authority is not let
-in, sees no topic, and is heard by nobody.
+Every participant of an enclave may speak and listen on any domain (0 to 230, the most that every maker's DDS reads); who
+has no certificate of this authority is not let in, sees no topic, and is heard by nobody.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _GOVERNANCE = """<?xml version="1.0" encoding="UTF-8"?>
 <dds xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"
   xsi:noNamespaceSchemaLocation="http://www.omg.org/spec/DDS-SECURITY/20170901/omg_shared_ca_governance.xsd">
   <domain_access_rules><domain_rule>
-    <domains><id_range><min>0</min></id_range></domains>
+    <domains><id_range><min>0</min><max>230</max></id_range></domains>
     <allow_unauthenticated_participants>false</allow_unauthenticated_participants>
     <enable_join_access_control>true</enable_join_access_control>
     <discovery_protection_kind>ENCRYPT</discovery_protection_kind>
@@ -48,7 +48,7 @@ _PERMISSIONS = """<?xml version="1.0" encoding="UTF-8"?>
     <subject_name>CN={name}</subject_name>
     <validity><not_before>2020-01-01T00:00:00</not_before><not_after>2099-01-01T00:00:00</not_after></validity>
     <allow_rule>
-      <domains><id_range><min>0</min></id_range></domains>
+      <domains><id_range><min>0</min><max>230</max></id_range></domains>
       <publish><topics><topic>*</topic></topics></publish>
       <subscribe><topics><topic>*</topic></topics></subscribe>
     </allow_rule>

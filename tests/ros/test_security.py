@@ -1,10 +1,12 @@
 """DDS security (SROS 2): the keystore is judged by openssl; nodes run with it where the middleware has it built in.
 
 The `ros-*` wheels' Fast DDS is built without the security plug-ins: there the promise is that nothing starts
-unprotected when protection is asked for.
+unprotected when protection is asked for. What the keystore says is put to another maker's DDS, Eclipse Cyclone DDS,
+which has them (`sudo apt install cyclonedds-tools`).
 """
 
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -122,3 +124,81 @@ while not heard and time.monotonic() < end:
     rclpy.spin_once(node, timeout_sec=0.1)
 print("echoed" if heard else "nothing")
 """
+
+
+CYCLONE = """<CycloneDDS><Domain id="any">
+<General><Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces>
+<AllowMulticast>false</AllowMulticast></General>
+<Discovery><Peers><Peer address="127.0.0.1"/></Peers><ParticipantIndex>auto</ParticipantIndex></Discovery>
+{security}</Domain></CycloneDDS>
+"""
+SECURITY = """<Security>
+<Authentication><Library path="dds_security_auth"
+  initFunction="init_authentication" finalizeFunction="finalize_authentication"/>
+<IdentityCA>file:{place}/identity_ca.cert.pem</IdentityCA>
+<IdentityCertificate>file:{place}/cert.pem</IdentityCertificate><PrivateKey>file:{place}/key.pem</PrivateKey>
+</Authentication>
+<Cryptographic><Library path="dds_security_crypto"
+  initFunction="init_crypto" finalizeFunction="finalize_crypto"/></Cryptographic>
+<AccessControl><Library path="dds_security_ac"
+  initFunction="init_access_control" finalizeFunction="finalize_access_control"/>
+<PermissionsCA>file:{place}/permissions_ca.cert.pem</PermissionsCA>
+<Governance>file:{place}/governance.p7s</Governance><Permissions>file:{place}/permissions.p7s</Permissions>
+</AccessControl></Security>"""
+PLUGINS = "/usr/lib/x86_64-linux-gnu/libddsc0debian"
+
+
+@pytest.fixture
+def ping(tmp_path):
+    """Cyclone's `ddsperf`, one end protected by the first enclave, the other as told: what the second one says."""
+    if shutil.which("ddsperf") is None or not os.path.isdir(PLUGINS):
+        pytest.skip("Cyclone DDS with its security plug-ins is not here: sudo apt install cyclonedds-tools")
+
+    def run(here, there):
+        domain = str(60 + os.getpid() % 100)
+        ends = []
+        for words, place, seconds in (("pong", here, 7), ("ping", there, 5)):
+            (tmp_path / f"{words}.xml").write_text(
+                CYCLONE.format(security="" if place is None else SECURITY.format(place=place))
+            )
+            variables = {"CYCLONEDDS_URI": f"file://{tmp_path}/{words}.xml", "LD_LIBRARY_PATH": PLUGINS}
+            ends.append(
+                subprocess.Popen(
+                    ["ddsperf", "-i", domain, "-D", str(seconds), words], env=os.environ | variables,
+                    stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                )
+            )  # fmt: skip
+        pong, told = ends[0], ends[1].communicate(timeout=30)[0]
+        pong.kill()
+        pong.communicate()
+        return told
+
+    return run
+
+
+def in_any_partition(store, enclave):
+    """ddsperf speaks in partitions, ROS in none: its permissions name them, else they are as the keystore wrote them."""
+    place, ca, key = store / "enclaves" / enclave, store / "public" / "ca.cert.pem", store / "private" / "ca.key.pem"
+    document = place / "permissions.xml"
+    anywhere = "</topics><partitions><partition>*</partition></partitions>"
+    if anywhere not in document.read_text():
+        document.write_text(document.read_text().replace("</topics>", anywhere))
+        done = openssl("smime", "-sign", "-text", "-in", document, "-signer", ca, "-inkey", key,
+                       "-out", place / "permissions.p7s")  # fmt: skip
+        assert done.returncode == 0, done.stderr
+    return place
+
+
+def test_another_dds_lets_in_who_has_a_key_of_the_authority_and_nobody_else(ping, store, tmp_path):
+    """The documents judged by an implementation of DDS Security that is not ours and not Fast DDS."""
+    here, there = in_any_partition(store, "palpate/haptics"), in_any_partition(store, "palpate/leader")
+    assert " mean " in ping(here, there), "two enclaves of one keystore talk"
+    assert " mean " not in ping(here, None), "who has no key is not heard"
+    strangers = tmp_path / "strangers"
+    keystore.make(strangers, ("/palpate/leader",))
+    assert " mean " not in ping(here, in_any_partition(strangers, "palpate/leader")), "another authority's key"
+    (tmp_path / "borrowed").mkdir()
+    for file in there.iterdir():
+        shutil.copy(file, tmp_path / "borrowed")
+    shutil.copy(here / "permissions.p7s", tmp_path / "borrowed")  # of another enclave
+    assert " mean " not in ping(here, tmp_path / "borrowed"), "permissions that are another's"
