@@ -177,7 +177,7 @@ def ping(tmp_path):
 
 
 def in_any_partition(store, enclave):
-    """ddsperf speaks in partitions, ROS in none: its permissions name them, else they are as the keystore wrote them."""
+    """ddsperf speaks in partitions, ROS in none: its permissions name them, else they are as they were made."""
     place, ca, key = store / "enclaves" / enclave, store / "public" / "ca.cert.pem", store / "private" / "ca.key.pem"
     document = place / "permissions.xml"
     anywhere = "</topics><partitions><partition>*</partition></partitions>"
