@@ -4,8 +4,8 @@
     keystore/enclaves/governance.p7s                        what is encrypted: everything
     keystore/enclaves/NAME/{cert,key}.pem permissions.p7s   one folder for each enclave, beside copies of the above
 
-Every participant of an enclave may speak and listen on any domain (0 to 230, what every maker's DDS can read); who has no
-certificate of this authority is not let in, sees no topic, and is heard by nobody.
+Every participant of an enclave may speak and listen on any domain (0 to 230, what every maker's DDS can read); who has
+no certificate of this authority is not let in, sees no topic, and is heard by nobody.
 """
 
 from __future__ import annotations
