@@ -74,6 +74,7 @@ void bind_options(nb::module_& m) {
       .def_rw("follower_enabled", &CrtkGates::follower_enabled)
       .def_rw("second_writer", &CrtkGates::second_writer)
       .def_rw("other_teleop", &CrtkGates::other_teleop)
+      .def_rw("frame_unsure", &CrtkGates::frame_unsure)
       .def_rw("guarded", &CrtkGates::guarded);
 }
 

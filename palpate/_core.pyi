@@ -1112,6 +1112,7 @@ class CrtkGates:
     follower_enabled: bool
     second_writer: bool
     other_teleop: bool
+    frame_unsure: bool
     guarded: bool
     def __init__(self) -> None: ...
 

@@ -95,7 +95,13 @@ class HapticLoop:
         options = rig.options()
         options.rate = limits.rate or options.rate
         stability = options.stability
-        stability.force_cap = min(stability.force_cap, FORCE_CAP) if limits.force_cap is None else limits.force_cap
+        cap = stability.force_cap if limits.force_cap is None else limits.force_cap
+        if cap > stability.force_cap:
+            what = f"--force-cap {cap:g}: the scene was checked for {stability.force_cap:g} N at most"
+            raise PalpateError(what, mend="raise stability.force_cap in the scene, and run `palpate certify` on it")
+        cap = min(cap, FORCE_CAP) if limits.force_cap is None else cap
+        stability.moment_cap *= cap / stability.force_cap
+        stability.force_cap = cap
         stability.delay = max(stability.delay, 2.0 / options.rate)  # state to us, wrench to the arm's next cycle
         options.stability = stability
         if devices.teleop == "none":  # a master that nobody has aligned: the tool turns as it does, not to where it is

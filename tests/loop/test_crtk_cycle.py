@@ -162,6 +162,7 @@ GATES = {
     "second_writer": ("second_writer", True, "second_writer"),
     "other_teleop": ("other_teleop", True, "other_teleop"),
     "guarded": ("guarded", True, "guarded"),
+    "frame_unsure": ("frame_unsure", True, "frame_unsure"),
 }
 
 

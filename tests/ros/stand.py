@@ -150,6 +150,12 @@ class Stand:
             assert time.monotonic() < end, f"still {force[-1]:.2f} N on the hand, {seconds:g} s after the fault"
             time.sleep(0.02)
 
+    def first_free(self, begin, end=np.inf):
+        """How long after `begin` the hand was free for the first time; never is infinite [s]."""
+        t, force = self.held(begin, end)
+        free = np.flatnonzero(force == 0.0)
+        return float(t[free[0]] - begin) if len(free) else np.inf
+
     def steepest(self, begin, end=np.inf):
         """Fastest growth of the force in the order of sending, where the hand had none after the guardian's [N/s].
 

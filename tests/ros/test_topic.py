@@ -79,10 +79,16 @@ def test_the_page_from_sim_to_wall(built, start, tmp_path):
         assert {"/tf", "/palpate/markers", "/diagnostics"} <= set(listed)
         assert topic.listen(here, "/MTMR/measured_cp", heard.append, 3, 10.0) == 3
         assert topic.as_plain(heard[0])["pose"]["orientation"]["w"] != 0.0
+        wrenches = []
+        topic.listen(here, "/MTMR/body/servo_cf", wrenches.append, None, 0.5)  # and from now on
+        assert wrenches
         topic.publish(here, "/console/emulate_operator_present", "sensor_msgs/msg/Joy", "buttons: [0]", None)
-        time.sleep(0.5)
-        topic.listen(here, "/MTMR/body/servo_cf", heard.append, 1, 10.0)
-    assert set(topic.as_plain(heard[-1])["wrench"]["force"].values()) == {0.0}, "nobody is there: nothing is pushed"
+        end, seen = time.monotonic() + 20.0, -1
+        while seen != len(wrenches):
+            assert time.monotonic() < end, "nobody is there, and wrenches are sent"
+            seen = len(wrenches)
+            topic.listen(here, "/MTMR/operating_state", heard.append, None, 0.5)
+    assert set(topic.as_plain(wrenches[-1])["wrench"]["force"].values()) == {0.0}, "zero, and then silence"
     for process in (haptics, sim):
         process.terminate()
         assert process.wait(30) in (0, 130)

@@ -177,7 +177,8 @@ const CrtkOutput& CrtkCycle::step(Moment now) noexcept {
   const Mat3& R_LH = in_.handle.X_LH.R;
   out_.F = options_.tip_frame ? Wrench{R_LH.transpose() * F_.f, R_LH.transpose() * F_.t} : F_;
   // An arm keeps the last wrench: what was pushed is taken back to zero, whoever forbids to push any more.
-  out_.command = (gates_.leader_enabled && !gates_.other_teleop) || pushed_;
+  const bool ours = (gates_.leader_enabled || !options_.needs_state) && !gates_.other_teleop;
+  out_.command = (ours && (status & kNoOperator) == 0) || pushed_;
   pushed_ = out_.command && !(F_.f.isZero(0.0) && F_.t.isZero(0.0));
   out_.tick.t = now.t;
   const unsigned caps = felt.rendered.status & ~(kLeaderStale | kFollowerStale);
@@ -204,11 +205,12 @@ unsigned CrtkCycle::judge(Moment now) noexcept {
                     (out_.X_BT_goal.p - X_BT_.p).norm() > options_.lag_most;
   // Of a twist that was told once and is no more, the last one is no velocity of now.
   twist_known_ = twist_told_ && !twist_.stale(now);
-  unsigned fault =
-      leader_.faults() | twist_.faults() | follower_.faults() | joints_.faults() | std::exchange(refused_, 0u) |
-      (stalled ? kStalled : 0u) | (slow ? kSlow : 0u) | (lags ? kLagging : 0u) |
-      (g.second_writer ? kSecondWriter : 0u) | (g.other_teleop ? kOtherTeleop : 0u) | (g.guarded ? kGuarded : 0u) |
-      (leader_.stale(now) ? kLeaderStale : 0u) | (!virtual_follower && follower_.stale(now) ? kFollowerStale : 0u);
+  unsigned fault = leader_.faults() | twist_.faults() | follower_.faults() | joints_.faults() |
+                   std::exchange(refused_, 0u) | (stalled ? kStalled : 0u) | (slow ? kSlow : 0u) |
+                   (lags ? kLagging : 0u) | (g.second_writer ? kSecondWriter : 0u) |
+                   (g.other_teleop ? kOtherTeleop : 0u) | (g.guarded ? kGuarded : 0u) |
+                   (g.frame_unsure ? kFrameUnsure : 0u) | (leader_.stale(now) ? kLeaderStale : 0u) |
+                   (!virtual_follower && follower_.stale(now) ? kFollowerStale : 0u);
   if (fault != 0) {
     fault_at_ = now.t;
     afresh_ = true;

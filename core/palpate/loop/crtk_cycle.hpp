@@ -34,7 +34,8 @@ struct CrtkGates {
   bool leader_enabled = false, follower_enabled = false;  ///< operating state ENABLED, homed
   bool second_writer = false;                             ///< somebody else publishes wrenches to the same arm
   bool other_teleop = false;                              ///< ours is asked for, and another one is on
-  bool guarded = false;                                   ///< the guardian has latched, or is gone
+  bool frame_unsure = false;  ///< the arm may read wrenches in another frame, or not carry its own weight
+  bool guarded = false;       ///< the guardian has latched, or is gone
 };
 
 struct CrtkOutput {

@@ -83,6 +83,9 @@ constexpr std::array kStatusWords = {
     StatusWords{"second_writer", kSecondWriter, "somebody else commands the same arm: no force until one of them ends"},
     StatusWords{"other_teleop", kOtherTeleop,
                 "another teleoperation is on, or not yet known to be off: nothing is sent"},
+    StatusWords{"frame_unsure", kFrameUnsure,
+                "the arm has not been told the frame of the wrench, or somebody changed it or gravity compensation: "
+                "the force goes to zero"},
     StatusWords{"jumped", kJumped, "a pose jumped, faster than any hand: the force goes to zero"},
     StatusWords{"clock_jumped", kClockJumped, "a clock jumped: the force goes to zero"},
     StatusWords{"bad_stamp", kBadStamp, "a stamp was zero (not valid) or far from this machine's clock"},

@@ -59,6 +59,7 @@ void bind_bench(nb::module_& m) {
       .def("stop", &Puppet::stop, free)
       .def("move_to", &Puppet::move_to, "p"_a, "seconds"_a)
       .def("swing", &Puppet::swing, "amplitude"_a, "frequency"_a)
+      .def("turn_to", &Puppet::turn_to, "quat"_a, "x y z w; at once")
       .def("spoil", &Puppet::spoil, "spoil"_a)
       .def("set_state", &Puppet::set_state, "state"_a, "homed"_a = true)
       .def("follow", &Puppet::follow, "on"_a)
@@ -67,10 +68,13 @@ void bind_bench(nb::module_& m) {
           "(n, 1) when each state was published [s]")
       .def_prop_ro(
           "felt", [](const Puppet& self) { return to_array(self.felt()); }, nb::rv_policy::automatic,
-          "(n, 10): monotonic time, time since 1970, stamp [s], force [N], torque [N m], who wrote it (0, 1, ...)")
+          "(n, 11): monotonic time, time since 1970, stamp [s], force [N], torque [N m], who wrote it (0, 1, ...), "
+          "whether an arm would read it in absolute axes")
       .def_prop_ro(
           "echoes", [](const Puppet& self) { return to_array(self.echoes()); }, nb::rv_policy::automatic,
           "(n, 1) there and back [s]")
+      .def_prop_ro("absolute", &Puppet::absolute, "body/set_cf_orientation_absolute, as it was told.")
+      .def_prop_ro("carried", &Puppet::carried, "use_gravity_compensation, as it was told.")
       .def_prop_ro("pings", &Puppet::pings)
       .def_prop_ro("listeners", &Puppet::listeners, "Of its states.")
       .def_prop_ro("writers", &Puppet::writers, "Of its wrenches.")

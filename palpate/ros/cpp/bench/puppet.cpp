@@ -37,6 +37,10 @@ Puppet::Puppet(std::shared_ptr<Context> context, const PuppetOptions& options)
       joints_(node_, "/" + options.leader + "/measured_js", kReliable),
       state_(node_, "/" + options.leader + "/operating_state", kLatched),
       following_(node_, "/" + options.teleop + "/following", kLatched),
+      absolute_told_(node_, "/" + options.leader + "/body/set_cf_orientation_absolute",
+                     [this](const auto& m, const Info&) { absolute_ = m.data; }),
+      carried_told_(node_, "/" + options.leader + "/use_gravity_compensation",
+                    [this](const auto& m, const Info&) { carried_ = m.data; }),
       wrench_(
           node_, options.wrench,
           [this](const auto& m, const Info& info) {
@@ -45,6 +49,7 @@ Puppet::Puppet(std::shared_ptr<Context> context, const PuppetOptions& options)
             Felt felt{now(), wall(), stamp, {f.x, f.y, f.z}, {torque.x, torque.y, torque.z}};
             const std::lock_guard lock(mutex_);
             felt.writer = writer(info.publisher);
+            felt.absolute = absolute_ ? 1.0 : 0.0;
             felt_.push_back(felt);
           },
           Qos{.depth = 100}),
@@ -52,7 +57,6 @@ Puppet::Puppet(std::shared_ptr<Context> context, const PuppetOptions& options)
       random_(options.seed) {
   sent_.reserve(kRoom), felt_.reserve(kRoom / 8), echoes_.reserve(options.echo ? kRoom : 0);
   from_ = to_ = amplitude_ = Vec3::Zero();
-  message_.pose.orientation.w = 1.0;
   joints_message_.name = {"j1", "j2", "j3", "j4", "j5", "j6", "j7"};
   if (options.echo) {
     there_.emplace(node_, "/palpate_there");
@@ -107,6 +111,9 @@ void Puppet::send(double t) {
     const std::lock_guard lock(mutex_);
     spoil = spoil_;
     p = place(t);
+    const Eigen::Vector4d quat = spoil.no_rotation ? Eigen::Vector4d::Zero() : quat_;
+    auto& turn = message_.pose.orientation;
+    turn.x = quat.x(), turn.y = quat.y(), turn.z = quat.z(), turn.w = quat.w();
   }
   const auto chance = [this](double share) {
     return share > 0.0 && std::uniform_real_distribution<>()(random_) < share;
@@ -114,7 +121,6 @@ void Puppet::send(double t) {
   const double stamp = wall() + spoil.clock;
   put(p, message_.pose.position);
   if (spoil.not_finite) message_.pose.position.y = std::numeric_limits<double>::quiet_NaN();
-  message_.pose.orientation.w = spoil.no_rotation ? 0.0 : 1.0;
   message_.header.stamp = spoil.zero_stamp ? builtin_interfaces::msg::Time{} : stamped(stamp);
   while (!late_.empty() && late_.front().due <= t) {
     static_cast<void>(pose_.publish(late_.front().pose));
@@ -161,6 +167,11 @@ void Puppet::move_to(const Vec3& p, double seconds) {
 void Puppet::swing(const Vec3& amplitude, double frequency) {
   const std::lock_guard lock(mutex_);
   amplitude_ = amplitude, frequency_ = frequency;
+}
+
+void Puppet::turn_to(const Eigen::Vector4d& quat) {
+  const std::lock_guard lock(mutex_);
+  quat_ = quat.normalized();
 }
 
 void Puppet::spoil(const Spoil& spoil) {

@@ -53,7 +53,8 @@ struct Felt {
   double wall = 0.0;   ///< since 1970 [s]
   double stamp = 0.0;  ///< of its header [s]
   double f[3] = {}, torque[3] = {};
-  double writer = 0.0;  ///< 0 for the first who wrote, 1 for the next, ...
+  double writer = 0.0;    ///< 0 for the first who wrote, 1 for the next, ...
+  double absolute = 0.0;  ///< 1: a dVRK arm would read it in the axes of measured_cp's frame, 0: in those of its tip
 };
 
 class Puppet {
@@ -69,6 +70,8 @@ class Puppet {
   void move_to(const Vec3& p, double seconds);
   /// Goes round and round: `amplitude` [m] at `frequency` [Hz] about where it was told to be.
   void swing(const Vec3& amplitude, double frequency);
+  /// The wrist turns, at once: quaternion x y z w.
+  void turn_to(const Eigen::Vector4d& quat);
   void spoil(const Spoil& spoil);
   void set_state(const std::string& state, bool homed);
   void follow(bool on);
@@ -77,6 +80,8 @@ class Puppet {
   [[nodiscard]] std::vector<double> sent() const;    ///< when each state was published
   [[nodiscard]] std::vector<Felt> felt() const;      ///< every wrench
   [[nodiscard]] std::vector<double> echoes() const;  ///< there and back [s]
+  [[nodiscard]] bool absolute() const noexcept { return absolute_; }
+  [[nodiscard]] bool carried() const noexcept { return carried_; }  ///< by its gravity compensation
   [[nodiscard]] std::uint64_t pings() const noexcept { return pings_; }
   [[nodiscard]] std::size_t listeners() const noexcept { return pose_.listeners(); }
   [[nodiscard]] std::size_t writers() const noexcept { return wrench_.publishers(); }
@@ -104,6 +109,8 @@ class Puppet {
   Publisher<crtk_msgs::msg::OperatingState> state_;
   Publisher<std_msgs::msg::Bool> following_;
   std::optional<Publisher<geometry_msgs::msg::WrenchStamped>> there_;
+  std::atomic<bool> absolute_{false}, carried_{true};  // as a dVRK arm begins
+  Subscription<std_msgs::msg::Bool> absolute_told_, carried_told_;
   Subscription<geometry_msgs::msg::WrenchStamped> wrench_;
   std::optional<Subscription<geometry_msgs::msg::WrenchStamped>> back_;
   loop::RealTimeThread clock_;
@@ -111,6 +118,7 @@ class Puppet {
   mutable std::mutex mutex_;  // what people set, and what it noted
   Spoil spoil_;
   Vec3 from_, to_, amplitude_;
+  Eigen::Vector4d quat_{0.0, 0.0, 0.0, 1.0};
   double begin_ = 0.0, seconds_ = 0.0, frequency_ = 0.0;
   std::vector<double> sent_, echoes_;
   std::vector<Felt> felt_;

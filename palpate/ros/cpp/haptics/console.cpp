@@ -14,10 +14,15 @@ constexpr int kNameless = 20;  // looks after which a writer whose node is not k
 
 bool pressed(const sensor_msgs::msg::Joy& joy) { return !joy.buttons.empty() && joy.buttons[0] != 0; }
 
-std_msgs::msg::Bool yes() {
+std_msgs::msg::Bool told(bool on) {
   std_msgs::msg::Bool message;
-  message.data = true;
+  message.data = on;
   return message;
+}
+
+/// MTMR is of MTMR_PSM1 and of MTML_MTMR_ECM.
+bool names_arm(const std::string& teleop, const std::string& arm) {
+  return ("_" + teleop + "_").find("_" + arm + "_") != std::string::npos;
 }
 
 /// Every topic there is.
@@ -40,32 +45,42 @@ Console::Teleop::Teleop(Node& node, const std::string& name, Console& console)
                     [this](const std_msgs::msg::Bool& told) { following = told.data; }),
       state_ear(node, "/" + name + "/current_state", [this, &console](const std_msgs::msg::String& told) {
         const bool on = told.data != "DISABLED";
+        if (on && console.names_.own_teleop()) console.set(kOther, true);
         if (on != enabled.exchange(on)) console.tell(this->name + " is " + told.data);
       }) {}
 
-Console::Console(std::shared_ptr<Context> context, const HapticNames& names, std::vector<std::string> writers)
+Console::Console(std::shared_ptr<Context> context, const HapticNames& names, std::vector<std::string> writers,
+                 const loop::CrtkOptions& device)
     : names_(names),
       writers_(std::move(writers)),
+      absolute_frame_(!device.tip_frame),
+      needs_frame_(device.needs_state),
       node_(std::move(context), "palpate_haptics_console", "", [this](const std::string& words) { tell(words); }),
       absolute_(node_, names.of_leader("body/set_cf_orientation_absolute")),
       gravity_(node_, names.of_leader("use_gravity_compensation")),
       absolute_ear_(node_, absolute_.topic(),
-                    [this](const std_msgs::msg::Bool& told) {
-                      if (told.data) return;
-                      tell("somebody set the wrench frame of " + names_.leader + " to its tip: set back to absolute");
-                      static_cast<void>(absolute_.publish(yes()));
+                    [this](const std_msgs::msg::Bool& heard) {
+                      if (heard.data != absolute_frame_)
+                        set_back(absolute_, absolute_frame_, "turned the wrench frame");
                     }),
       gravity_ear_(node_, gravity_.topic(),
-                   [this](const std_msgs::msg::Bool& told) {
-                     if (!told.data) tell("somebody switched the gravity compensation of " + names_.leader + " off");
+                   [this](const std_msgs::msg::Bool& heard) {
+                     if (!heard.data) set_back(gravity_, true, "switched off the gravity compensation");
                    }),
       leader_(node_, names.of_leader("operating_state"),
               [this](const auto& told) { state(kLeader, names_.leader, told); }),
       operator_(node_, "/" + names.console + "/operator_present",
-                [this](const sensor_msgs::msg::Joy& told) { set(kOperator, pressed(told)); }),
+                [this](const sensor_msgs::msg::Joy& told) { present(pressed(told)); }),
       clutch_(node_, "/" + names.console + "/clutch",
-              [this](const sensor_msgs::msg::Joy& told) { set(kClutch, pressed(told)); }),
+              [this](const sensor_msgs::msg::Joy& told) {
+                if (set(kClutch, pressed(told)) && !pressed(told)) make_ready();
+              }),
+      camera_(node_, "/" + names.console + "/camera",
+              [this](const sensor_msgs::msg::Joy& told) {
+                if (set(kCamera, pressed(told)) && !pressed(told)) make_ready();  // its teleoperation turns the frame
+              }),
       spinner_(node_) {
+  set(kDeaf, needs_frame_);  // until somebody is seen to listen
   if (!names.follower.empty()) {
     follower_.emplace(node_, names.of_follower("operating_state"),
                       [this](const auto& told) { state(kFollower, names_.follower, told); });
@@ -92,16 +107,17 @@ Console::~Console() {
   spinner_.stop();
 }
 
-loop::CrtkGates Console::gates() const noexcept {
+loop::CrtkGates Console::gates() noexcept {
   const unsigned g = gates_.load(std::memory_order_relaxed);
   loop::CrtkGates gates;
   gates.following = (g & kFollowing) != 0;
   gates.operator_present = (g & kOperator) != 0;
-  gates.clutch = (g & kClutch) != 0;
+  gates.clutch = (g & (kClutch | kCamera)) != 0;
   gates.leader_enabled = (g & kLeader) != 0;
   gates.follower_enabled = (g & kFollower) != 0;
   gates.second_writer = (g & kWriter) != 0;
   gates.other_teleop = (g & kOther) != 0;
+  gates.frame_unsure = meddled_.exchange(false, std::memory_order_relaxed) || (g & kDeaf) != 0;
   return gates;
 }
 
@@ -126,17 +142,29 @@ void Console::follow(bool on) {
   set(kFollowing, on);
 }
 
+void Console::present(bool there) {
+  if (set(kOperator, there) && there) make_ready();
+}
+
 void Console::make_ready() {
-  for (const auto* switched : {&absolute_, &gravity_}) {
-    if (const Status sent = switched->publish(yes()); !sent) tell(sent.problem);
+  for (const auto& [to, on] : {std::pair{&absolute_, absolute_frame_}, std::pair{&gravity_, true}}) {
+    if (const Status sent = to->publish(told(on)); !sent) tell(sent.problem);
   }
 }
 
+// What it did in between nobody knows: no force until all has been well for a while.
+void Console::set_back(Publisher<std_msgs::msg::Bool>& to, bool right, const char* words) {
+  meddled_ = true;
+  tell(std::string("somebody ") + words + " of " + names_.leader + ": set back");
+  if (const Status sent = to.publish(told(right)); !sent) tell(sent.problem);
+}
+
 void Console::state(Gate gate, const std::string& arm, const crtk_msgs::msg::OperatingState& told) {
-  const bool on = told.state == "ENABLED" && told.is_homed;
+  const bool away = told.is_busy && gate == kLeader && names_.own_teleop();  // moves where somebody else has sent it
+  const bool on = told.state == "ENABLED" && told.is_homed && !away;
   if (set(gate, on)) {
     if (on && gate == kLeader) make_ready();
-    tell(arm + " is " + told.state + (told.is_homed ? "" : ", not homed"));
+    tell(arm + " is " + told.state + (told.is_homed ? "" : ", not homed") + (away ? ", busy" : ""));
   }
 }
 
@@ -145,13 +173,19 @@ void Console::look_round() {
   while (!stop_) {
     lock.unlock();
     try {
-      absolute_ear_.tune(), gravity_ear_.tune(), leader_.tune(), operator_.tune(), clutch_.tune();
+      absolute_ear_.tune(), gravity_ear_.tune(), leader_.tune(), operator_.tune(), clutch_.tune(), camera_.tune();
       if (follower_) follower_->tune();
       if (following_) following_->tune();
       if (scale_ear_) scale_ear_->tune();
       if (const std::size_t listeners = absolute_.listeners() + gravity_.listeners(); listeners != listeners_) {
         if (listeners > listeners_) make_ready();  // an arm that has just come
         listeners_ = listeners;
+      }
+      if (needs_frame_ && set(kDeaf, absolute_.listeners() == 0)) {
+        tell(absolute_.listeners() > 0 ? names_.leader + " takes " + absolute_.topic()
+                                       : "nobody listens to " + absolute_.topic() +
+                                             ": no force. Mend: start the arm, or --any-state for a device that has "
+                                             "no such topic and takes wrenches in the frame of measured_cp");
       }
       look_for_writers();
       if (names_.own_teleop()) look_for_teleops();
@@ -186,10 +220,11 @@ void Console::look_for_writers() {
 
 // A teleoperation of the same leader that is on commands it, and holds its own wrench against ours.
 void Console::look_for_teleops() {
-  const std::string start = "/" + names_.leader + "_", end = "/current_state";
+  const std::string end = "/current_state";
   for (const std::string& topic : topics(node_)) {
-    if (!topic.starts_with(start) || !topic.ends_with(end)) continue;
+    if (!topic.ends_with(end)) continue;
     const std::string name = topic.substr(1, topic.size() - 1 - end.size());
+    if (name == names_.leader || !names_arm(name, names_.leader)) continue;
     const auto same = [&](const Teleop& teleop) { return teleop.name == name; };
     if (std::none_of(others_.begin(), others_.end(), same)) others_.emplace_back(node_, name, *this);
   }

@@ -26,14 +26,15 @@ namespace palpate::ros {
 
 class Console {
  public:
-  /// writers: names of the nodes that may write wrenches (ours and the guardian's).
-  Console(std::shared_ptr<Context> context, const HapticNames& names, std::vector<std::string> writers);
+  /// writers: names of the nodes that may write wrenches (ours and the guardian's). device: how it takes wrenches.
+  Console(std::shared_ptr<Context> context, const HapticNames& names, std::vector<std::string> writers,
+          const loop::CrtkOptions& device);
   ~Console();
   Console(const Console&) = delete;
   Console& operator=(const Console&) = delete;
 
-  /// For the cycle: no lock, no wait.
-  [[nodiscard]] loop::CrtkGates gates() const noexcept;
+  /// For the cycle: no lock, no wait. What is over since the last call is told once.
+  [[nodiscard]] loop::CrtkGates gates() noexcept;
   /// Motion scale of the other teleoperation; zero: not told.
   [[nodiscard]] double scale() const noexcept { return scale_.load(std::memory_order_relaxed); }
 
@@ -49,13 +50,15 @@ class Console {
     kLeader = 8u,
     kFollower = 16u,
     kWriter = 32u,
-    kOther = 64u
+    kOther = 64u,
+    kCamera = 128u,
+    kDeaf = 256u  ///< nobody listens to the frame of the wrench
   };
   /// Somebody's teleoperation on our leader.
   struct Teleop {
     Teleop(Node& node, const std::string& name, Console& console);
     std::string name;
-    std::atomic<bool> following{false}, enabled{false};
+    std::atomic<bool> following{false}, enabled{true};  ///< on, until it says that it is not
     Ear<std_msgs::msg::Bool> following_ear;
     Ear<std_msgs::msg::String> state_ear;
   };
@@ -64,13 +67,18 @@ class Console {
   bool set(Gate gate, bool on) noexcept;
   void follow(bool on);
   void state(Gate gate, const std::string& arm, const crtk_msgs::msg::OperatingState& told);
+  void present(bool there);
   void make_ready();
+  void set_back(Publisher<std_msgs::msg::Bool>& to, bool right, const char* words);
   void look_round();
   void look_for_writers();
   void look_for_teleops();
 
   HapticNames names_;
   std::vector<std::string> writers_;
+  const bool absolute_frame_;  ///< wrenches in the base's frame; otherwise in the tip's
+  const bool needs_frame_;     ///< no force while nobody listens to that
+  std::atomic<bool> meddled_{false};
   std::atomic<unsigned> gates_{0};
   std::atomic<double> scale_{0.0};
   std::mutex mutex_;
@@ -81,7 +89,7 @@ class Console {
   Ear<std_msgs::msg::Bool> absolute_ear_, gravity_ear_;
   Ear<crtk_msgs::msg::OperatingState> leader_;
   std::optional<Ear<crtk_msgs::msg::OperatingState>> follower_;
-  Ear<sensor_msgs::msg::Joy> operator_, clutch_;
+  Ear<sensor_msgs::msg::Joy> operator_, clutch_, camera_;
   std::optional<Ear<std_msgs::msg::Bool>> following_;
   std::optional<Ear<std_msgs::msg::Float64>> scale_ear_;
   std::list<Teleop> others_;

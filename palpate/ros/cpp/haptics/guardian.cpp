@@ -59,12 +59,13 @@ bool guard(const std::shared_ptr<Context>& context, const GuardianOptions& optio
     if (const Status sent = wrench.publish(zero); !sent) node.problem(sent.problem);
   };
   const std::int64_t period = nanoseconds(options.period), silence = nanoseconds(options.silence);
-  std::int64_t died = 0, looked = now_ns();
+  std::int64_t died = 0, looked = now_ns(), took = 0;
   for (;;) {
     const bool dead = died != 0 || life.ended(period);
     if (died != 0) std::this_thread::sleep_for(std::chrono::nanoseconds(period));
     const std::int64_t now = now_ns(), beaten = beat->node.load();
     beat->guardian = now;
+    beat->listeners = static_cast<std::uint32_t>(wrench.listeners());
     const bool away = now - looked > silence;  // we were: who else was is not known yet
     looked = now;
     if (beat->finished != 0) {
@@ -72,16 +73,18 @@ bool guard(const std::shared_ptr<Context>& context, const GuardianOptions& optio
       return true;
     }
     if (dead && died == 0) {
-      died = now;
+      died = took = now;
       ++beat->taken;
     }
     if (died != 0 && now - died > nanoseconds(options.insist)) return false;
     const bool taken = beat->taken != beat->seen;
     if (!taken && !away && beaten != 0 && now - beaten > silence) {
+      took = now;
       beat->silence = std::max(beat->silence.load(), now - beaten);
       ++beat->taken;
     }
-    if (beat->taken != beat->seen) send();
+    // The arm holds the zero; to go on for ever would be to fight whoever takes the arm next.
+    if (beat->taken != beat->seen && now - took < nanoseconds(options.insist)) send();
   }
 }
 

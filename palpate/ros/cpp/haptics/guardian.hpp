@@ -16,7 +16,7 @@ struct GuardianOptions {
   int beat_fd = -1;
   double silence = 0.010;  ///< of the node, after which the guardian takes over [s]
   double period = 0.002;   ///< between two looks, and between two zeros [s]
-  double insist = 1.0;     ///< zeros go on for so long after the node has died [s]
+  double insist = 1.0;     ///< zeros go on for so long after it has taken over [s]
 };
 
 /// A wrench holds on the arm for ever when its sender dies, so this one dies last. Watches the node's heartbeat and its

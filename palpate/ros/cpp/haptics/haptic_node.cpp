@@ -15,7 +15,9 @@ namespace {
 using loop::now_ns;
 
 constexpr double kRingSeconds = 4.0;
-constexpr double kOverdue = 1.5;                    // periods without a state, after which the cycle steps all the same
+constexpr double kOverdue = 1.5;           // periods without a state, after which the cycle steps all the same
+constexpr std::int64_t kBeat = 3'000'000;  // [ns] the guardian hears that often that the loop lives, stepping or not
+constexpr int kTail = 5;                   // zeros that are sent after the last word, each of them heard or not
 constexpr std::int64_t kGuardianAway = 50'000'000;  // [ns] a guardian that has not looked for so long guards nothing
 constexpr auto kLonely = std::chrono::milliseconds(300);  // most that an end waits for what it sent to arrive
 constexpr Qos kNewest{.depth = 5, .reliable = false};     // of states only the newest counts; fits every sender
@@ -57,7 +59,7 @@ HapticNode::HapticNode(std::shared_ptr<Context> context, const HapticNodeOptions
                        std::optional<arm::Arm> follower, std::shared_ptr<const scene::Snapshot> scene)
     : options_(options),
       beat_(options.beat_fd),
-      console_(context, options.names, {"/" + options.writer, "/" + options.guardian}),
+      console_(context, options.names, {"/" + options.writer, "/" + options.guardian}, options.cycle),
       node_(context, "palpate_haptics", "", [this](const std::string& words) { console_.tell(words); }),
       writer_(context, options.writer, "", [this](const std::string& words) { console_.tell(words); }),
       wrench_(writer_, options.names.wrench()),
@@ -177,7 +179,8 @@ std::int64_t HapticNode::after() noexcept {
   const std::int64_t now = now_ns();
   const auto overdue = static_cast<std::int64_t>(kOverdue * static_cast<double>(period_));
   if (fresh_ || now - last_step_ >= overdue) step(now);
-  return last_step_ + overdue - now_ns();
+  beat_->node.store(now_ns(), std::memory_order_relaxed);
+  return std::min(last_step_ + overdue - now_ns(), kBeat);
 }
 
 void HapticNode::step(std::int64_t begin) noexcept {
@@ -188,7 +191,6 @@ void HapticNode::step(std::int64_t begin) noexcept {
   const std::int64_t spent = now_ns() - begin;
   cycle_time_.add(spent);
   command(out);
-  commanding_ = out.command;
   if (const double took = wall_now() - stamp_; answered && out.command && took >= 0.0 && took < 1.0) {
     answer_time_.add(static_cast<std::int64_t>(1e9 * took));  // stamps that lie would count as centuries
   }
@@ -200,7 +202,6 @@ void HapticNode::step(std::int64_t begin) noexcept {
   tell_stream();
   quiet_ = stopping_ && out.F.f.isZero(0.0) && out.F.t.isZero(0.0);
   last_step_ = begin;
-  beat_->node.store(now_ns(), std::memory_order_relaxed);
 }
 
 // What people changed since the last step.
@@ -222,19 +223,26 @@ void HapticNode::gate() noexcept {
     gates.guarded = true;
     beat_->seen = taken;
   }
-  gates.guarded = gates.guarded || now_ns() - beat_->guardian > kGuardianAway;
+  const bool deaf = beat_->listeners == 0 && wrench_.listeners() > 0;  // its zeros would reach nobody
+  gates.guarded = gates.guarded || deaf || now_ns() - beat_->guardian > kGuardianAway;
   cycle_.set_gates(gates);
 }
 
 void HapticNode::command(const loop::CrtkOutput& out) noexcept {
-  beat_->commanding.store(out.command ? 1 : 0, std::memory_order_relaxed);
-  if (out.command) {
+  // The last word is a zero, said more than once: none of them may be the one that got lost.
+  commanding_ = out.command || tail_ > 0;
+  if (out.command) tail_ = kTail;
+  beat_->commanding.store(commanding_ ? 1 : 0, std::memory_order_relaxed);
+  if (commanding_) {
     // Between the look at the guardian and now, we may have been stopped for long: then it has pushed us aside.
     const bool aside = beat_->taken != beat_->seen;
     fill(wrench_message_.wrench.force, aside ? Vec3::Zero() : out.F.f);
     fill(wrench_message_.wrench.torque, aside ? Vec3::Zero() : out.F.t);
     stamp(wrench_message_.header, wall_now());
-    if (wrench_.publish(wrench_message_)) published_.fetch_add(1, std::memory_order_relaxed);
+    if (wrench_.publish(wrench_message_)) {
+      published_.fetch_add(1, std::memory_order_relaxed);
+      if (!out.command) --tail_;
+    }
   }
   if (out.move && goal_) {
     const Eigen::Quaterniond turn(out.X_BT_goal.R);

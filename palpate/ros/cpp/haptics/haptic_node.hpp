@@ -108,6 +108,7 @@ class HapticNode {
   std::int64_t t0_, period_, last_step_ = 0, came_ = 0;
   double stamp_ = 0.0;
   bool fresh_ = false, commanding_ = false;
+  int tail_ = 0;  ///< zeros still to be sent after the last command
   std::atomic<bool> stopping_{false}, quiet_{false};
 
   loop::Ring<loop::Tick> ring_;

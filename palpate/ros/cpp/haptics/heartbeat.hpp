@@ -16,12 +16,13 @@ namespace palpate::ros {
 
 /// All zero at first. Times are of the monotonic clock [ns].
 struct Heartbeat {
-  std::atomic<std::int64_t> node;         ///< of the node's last step; zero before the first
+  std::atomic<std::int64_t> node;         ///< of the node's last sign of life; zero before the first
   std::atomic<std::int64_t> guardian;     ///< of the guardian's last look
   std::atomic<std::uint32_t> taken;       ///< how often the guardian has taken over
   std::atomic<std::uint32_t> seen;        ///< how much of that the node knows: equal to `taken` when it may push
   std::atomic<std::uint32_t> finished;    ///< 1: the node ended well, its last wrench was zero
   std::atomic<std::uint32_t> commanding;  ///< 1: the node sends wrenches; where it must not, the guardian must not
+  std::atomic<std::uint32_t> listeners;   ///< of the guardian's wrenches
   std::atomic<std::int64_t> silence;      ///< longest that the node was silent when the guardian took over [ns]
 };
 static_assert(std::atomic<std::int64_t>::is_always_lock_free, "shared between processes");
