@@ -103,7 +103,7 @@ nb::dict told(const guidance::Want& want) {
 nb::dict ask(const Fixture& f, const Matrix4& X_WT, double t, const VectorArg& V_WT, const Vec3& F_T_W,
              double stiffness) {
   const Pose X = to_pose(X_WT, "X_WT");
-  const guidance::Want want = f.role->want(f.geometry->query(X, t), {X, F_T_W, stiffness});
+  const guidance::Want want = guidance::ask(f, {X, F_T_W, stiffness}, t);
   const guidance::Pull pull = f.law->pull(want, to_twist(V_WT, "V_WT"));
   nb::dict out = told(want);
   out["F"] = to_vector(pull.F);
@@ -166,8 +166,7 @@ void bind_fixture(nb::module_& m) {
           "fixtures"_a = std::vector<Fixture*>{}, "tool"_a.none() = nb::none(),
           "tool: a frame that is told at every tick where the tool is.")
       .def("__len__", [](const Fixtures& list) { return list.fixture.size(); })
-      .def(
-          "list", [](const Fixtures& list) { return list.fixture; }, "The fixtures, in their order.");
+      .def("list", [](const Fixtures& list) { return list.fixture; }, "The fixtures, in their order.");
 }
 
 nb::dict step(Guidance& self, double t, const Matrix4& X_WT_goal, const VectorArg& V_WT, const Matrix4& X_WT,

@@ -45,9 +45,10 @@ Pose moved(const Pose& X, const Vec6& y) noexcept {
   return {angle > 0.0 ? Mat3(Eigen::AngleAxisd(angle, theta / angle) * X.R) : X.R, X.p + y.head<3>()};
 }
 
-Vec6 row(const Wrench& along) noexcept {
+/// What turns the tool is led by turning it: never by shifting it to where another attitude is wanted.
+Vec6 row(const Want& want) noexcept {
   Vec6 a;
-  a << along.f, along.t / kLength;
+  a << (want.turns ? Vec3(Vec3::Zero()) : want.along.f), want.along.t / kLength;
   return a;
 }
 
@@ -129,7 +130,7 @@ double Guidance::look_at(Proxy& proxy, bool hard, const Pose& X, const Input& in
 // gap(X) + along . (y - y_X) >= -allowed, and for as long as the goal is held.
 void Guidance::add_row(Proxy& proxy, int i, const Want& want, const Pose& X, const Input& in) noexcept {
   if (!one_sided(want)) return;
-  const Vec6 a = row(want.along);
+  const Vec6 a = row(want);
   const double keep = kept(want, fixture(i).policy.hard) + std::max(-want.drift, 0.0) * dt_;
   const Vec6 from = way(in.X_WT_goal, want.of_tool ? in.X_WT : X);
   proxy.add(a, a.dot(from) - want.gap - allowed(i) + keep, fixture(i).policy.priority, i);
@@ -140,7 +141,7 @@ void Guidance::add_tool_row(Proxy& proxy, int i, const Input& in) noexcept {
   if (follower_.follows_at_once()) return;
   const Want want = ask(i, in.X_WT, in);
   if (!one_sided(want) || want.attracts || want.turns || want.of_tool) return;
-  const Vec6 a = row(want.along);
+  const Vec6 a = row(want);
   const double need = follower_.need(want.gap + allowed(i), want.along.f.dot(follower_.v()), want.drift);
   const Pose X = {in.X_WT_goal.R, in.X_WT.p};
   wrong_ = std::max(wrong_, need - want.along.f.dot(proxy.X_WT.p - in.X_WT.p));
@@ -220,8 +221,9 @@ bool Guidance::solve(Proxy& proxy, bool hard, const Input& in) noexcept {
   return status == Qp::Status::solved;
 }
 
-// Each fixture's share of the way from the mapped goal, y = sum of multipliers times rows, and its direction.
+// Each fixture's share of the way from the mapped goal, y = sum of multipliers times rows, and the mean of its rows.
 void Guidance::take_shares(Proxy& proxy) noexcept {
+  std::array<double, kMaxFixtures> sum{};
   for (int i = 0; i < size(); ++i) proxy.share[at(i)] = 0.0, proxy.along[at(i)] = {};
   for (int r = 0; r < proxy.qp.rows(); ++r) {
     const int i = proxy.of[at(r)];
@@ -229,13 +231,15 @@ void Guidance::take_shares(Proxy& proxy) noexcept {
     if (i < 0 || pushes <= 0.0) continue;
     const Vec6 a = proxy.qp.row(r);
     proxy.share[at(i)] += pushes * a.squaredNorm();
+    sum[at(i)] += pushes;
     Wrench& along = proxy.along[at(i)];
     along = along + Wrench{pushes * a.head<3>(), pushes * kLength * a.tail<3>()};
   }
   for (int i = 0; i < size(); ++i) {
+    if (sum[at(i)] == 0.0) continue;
     Wrench& along = proxy.along[at(i)];
-    const double length = part(i).want.turns ? along.t.norm() : along.f.norm();
-    if (length > 0.0) along = {along.f / length, along.t / length};
+    along = {along.f / sum[at(i)], along.t / sum[at(i)]};
+    if (part(i).want.turns) along.f = part(i).want.along.f;  // that the aim turns with the place is felt all the same
   }
 }
 

@@ -107,6 +107,12 @@ std::shared_ptr<const Law> make_law(const std::string& name, const LawOptions& o
   return make("law", kLaws, name, options);
 }
 
+Want ask(const Fixture& fixture, const Tool& tool, double t) noexcept {
+  const Geometry& geometry = *fixture.geometry;
+  const Slope slope = fixture.role->needs_slope() ? geometry.slopes(tool.X_WT, t) : Slope{};
+  return fixture.role->want(geometry.query(tool.X_WT, t), slope, tool);
+}
+
 void check(const Fixtures& fixtures) {
   if (fixtures.fixture.size() > static_cast<std::size_t>(kMaxFixtures)) {
     throw std::invalid_argument("guidance: " + std::to_string(fixtures.fixture.size()) + " fixtures; at most " +

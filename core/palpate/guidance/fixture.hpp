@@ -28,19 +28,28 @@ struct Tool {
 struct Want {
   /// Below zero by how much it is not as wanted [m; rad when it turns]; infinity: nothing is wanted.
   double gap = std::numeric_limits<double>::infinity();
-  Wrench along;  ///< its gradient: d gap = along.f . dp + along.t . turn; a unit force, or a unit moment if it turns
+  /// Its whole gradient: d gap = along.f . dp + along.t . turn. A unit moment where it turns; the force beside it is
+  /// there because what is aimed at goes with the place.
+  Wrench along;
   double drift = 0.0;            ///< of the gap while the tool stands still: the fixture moves [m/s, rad/s]
+  Vec3 spin = Vec3::Zero();      ///< of the fixture [rad/s]
   Mat3 free = Mat3::Identity();  ///< projector on the directions that are left to the hand
   bool attracts = false;         ///< wants the tool there (guide, orient, rcm), not away from there
   bool turns = false;            ///< of an angle
   bool of_tool = false;          ///< the gap is of where the tool is now, not of the place that was asked about
   double speed = std::numeric_limits<double>::infinity();  ///< most that the tool may have here [m/s]
 
+  /// Takes the drift from the geometry that carries all of it along: d gap = along . (motion of the tool - its own).
+  void carried_by(const Query& query, const Vec3& p_WT) noexcept {
+    drift = -along.f.dot(query.velocity + query.spin.cross(p_WT - query.point)) - along.t.dot(query.spin);
+    spin = query.spin;
+  }
   /// How much is wrong [m, rad].
   [[nodiscard]] double wrong() const noexcept { return gap < 0.0 ? -gap : 0.0; }
-  /// How fast the gap grows while the tool moves so.
+  /// What a damper works against: how fast the gap grows while the tool moves so; of an angle by its turning alone, for
+  /// by the square of the aim's slope a damper of the place would be too hard.
   [[nodiscard]] double rate(const Twist& V_WT) const noexcept {
-    return along.f.dot(V_WT.v) + along.t.dot(V_WT.w) + drift;
+    return turns ? along.t.dot(V_WT.w - spin) : along.f.dot(V_WT.v) + along.t.dot(V_WT.w) + drift;
   }
 };
 
@@ -48,8 +57,11 @@ struct Want {
 class Role {
  public:
   virtual ~Role() = default;
-  [[nodiscard]] virtual Want want(const Query& query, const Tool& tool) const noexcept = 0;
+  /// slope: all zero unless the role needs it.
+  [[nodiscard]] virtual Want want(const Query& query, const Slope& slope, const Tool& tool) const noexcept = 0;
   [[nodiscard]] virtual const char* name() const noexcept = 0;
+  /// What it aims at goes with the tool's place: it is told how.
+  [[nodiscard]] virtual bool needs_slope() const noexcept { return false; }
   /// It needs a geometry that has an inside.
   [[nodiscard]] virtual bool needs_solid() const noexcept { return false; }
 };
@@ -133,6 +145,9 @@ struct Fixture {
   Policy policy;
   bool on = true;
 };
+
+/// What a fixture wants of a tool at time t [s], whatever its policy.
+[[nodiscard]] Want ask(const Fixture& fixture, const Tool& tool, double t) noexcept;
 
 struct Fixtures {
   std::vector<Fixture> fixture;

@@ -1,5 +1,6 @@
 #include "palpate/guidance/geometry.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -7,12 +8,37 @@ namespace palpate::guidance {
 namespace {
 
 constexpr double kLongest = 1e9;  // [s]
+constexpr double kStep = 2e-6;    // of the differences [m]: what they leave out and what they round are as small, 1e-6
+
+/// The rotation vector that turns R_a into R_b.
+Vec3 turn(const Mat3& R_a, const Mat3& R_b) noexcept {
+  const Eigen::AngleAxisd rotation(Mat3(R_b * R_a.transpose()));
+  return rotation.angle() * rotation.axis();
+}
+
+Mat3 at_most(double most, const Mat3& slope) noexcept {
+  const double norm = slope.norm();
+  return norm > most ? Mat3(most / norm * slope) : slope;
+}
 
 }  // namespace
 
 Query Geometry::query(const Pose& X_WT, double t) const noexcept {
   const Vec3 p = X_WT.p.cwiseMax(-kFarthest).cwiseMin(kFarthest);
   return answer({X_WT.R, p}, std::clamp(t, -kLongest, kLongest));
+}
+
+Slope Geometry::slopes(const Pose& X_WT, double t) const noexcept {
+  constexpr double kPerStep = 0.5 / kStep;
+  Slope out;
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const Vec3 step = kStep * Vec3::Unit(k);
+    const Query after = query({X_WT.R, X_WT.p + step}, t), before = query({X_WT.R, X_WT.p - step}, t);
+    out.normal.col(k) = kPerStep * (after.normal - before.normal);
+    out.point.col(k) = kPerStep * (after.point - before.point);
+    out.turn.col(k) = kPerStep * turn(before.attitude, after.attitude);
+  }
+  return {at_most(kSharpest, out.normal), at_most(kFastest, out.point), at_most(kSharpest, out.turn)};
 }
 
 Mat3 basis_of(const Vec3& normal) noexcept { return basis_of(normal, normal); }

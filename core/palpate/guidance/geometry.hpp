@@ -12,6 +12,7 @@ namespace palpate::guidance {
 struct Query {
   double distance = 0.0;             ///< signed: below zero inside of a solid; of points and curves never [m]
   Vec3 normal = Vec3::UnitZ();       ///< unit, outwards: the direction of the distance's gradient
+  double steep = 1.0;                ///< length of that gradient: 1 but where a blend fills a crease
   Vec3 point = Vec3::Zero();         ///< nearest place of the geometry [m]
   Mat3 basis = Mat3::Identity();     ///< a rotation: two tangents and, third, the normal
   Vec3 velocity = Vec3::Zero();      ///< of the geometry's material at `point` [m/s]
@@ -20,6 +21,13 @@ struct Query {
                                      ///< cones; a recorded path gives the tool's; others the geometry's own axes
   double along = 0.0;                ///< how far along a path or a line `point` is [m]; 0 elsewhere
   int dimension = 2;                 ///< leading tangents that lie along the geometry: 0 at points, 1 along curves
+};
+
+/// How the answer goes with the tool's place p.
+struct Slope {
+  Mat3 normal = Mat3::Zero();  ///< d normal / dp [1/m]
+  Mat3 point = Mat3::Zero();   ///< d point / dp
+  Mat3 turn = Mat3::Zero();    ///< the rotation vector of the attitude's turn, by dp [rad/m]
 };
 
 /// Immutable once built; what moves is where it is (frame.hpp). Distances are exact unless a class says otherwise.
@@ -33,10 +41,14 @@ class Geometry {
   /// At time t [s], for a tool at X_WT. Finite for every finite pose and time: what lies beyond `kFarthest` is answered
   /// as if it were at the edge. Allocation free.
   [[nodiscard]] Query query(const Pose& X_WT, double t) const noexcept;
+  /// At the same place, by central differences: six queries. Where the answer leaps, as large as kSharpest lets it be.
+  [[nodiscard]] Slope slopes(const Pose& X_WT, double t) const noexcept;
   /// It has an inside: `forbid` and `keep-in` have a meaning.
   [[nodiscard]] virtual bool solid() const noexcept = 0;
 
-  static constexpr double kFarthest = 1e6;  ///< of coordinates [m]
+  static constexpr double kFarthest = 1e6;    ///< of coordinates [m]
+  static constexpr double kSharpest = 100.0;  ///< most that a slope turns by [rad/m] ...
+  static constexpr double kFastest = 4.0;     ///< ... and that a nearest place runs by, for each metre of the tool
 
  protected:
   /// As `query`, for coordinates within kFarthest and times within 1e9 s.

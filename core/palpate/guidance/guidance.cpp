@@ -88,8 +88,7 @@ const Output& Guidance::step(const Input& in) noexcept {
 }
 
 Want Guidance::ask(int i, const Pose& X_WT, const Input& in) const noexcept {
-  const Fixture& f = fixture(i);
-  Want want = f.role->want(f.geometry->query(X_WT, in.t), {X_WT, in.F_T_W, in.stiffness});
+  const Want want = guidance::ask(fixture(i), {X_WT, in.F_T_W, in.stiffness}, in.t);
   return finite(want) ? want : Want{};
 }
 
@@ -202,14 +201,12 @@ void Guidance::blend(const Wrench& F, const Input& in) noexcept {
     if (!counts(i)) continue;
     const Law& law = *fixture(i).law;
     const double drift = std::abs(now.want.drift) * dt_;
-    if (now.want.turns) {
-      t += law.turning_stiffness() * (turn + drift) + law.turning_damping() * dw;
-      continue;
-    }
-    const double lever = now.want.along.t.norm(), rise = law.stiffness() * (moved + lever * turn + drift);
-    const double df = rise + law.damping() * (dv + lever * dw);
-    f += df;
-    t += lever * df;
+    const double shift = now.want.along.f.norm(), lever = now.want.along.t.norm();
+    const double K = now.want.turns ? law.turning_stiffness() : law.stiffness();
+    const double rise = K * (shift * moved + lever * turn + drift);
+    const double damps = now.want.turns ? law.turning_damping() * dw : law.damping() * (shift * dv + lever * dw);
+    f += shift * (now.want.turns ? rise : rise + damps);
+    t += lever * (rise + damps);
   }
   approach(F.f, f, out_.F_T_W.f);
   approach(F.t, t, out_.F_T_W.t);
@@ -220,9 +217,10 @@ double Guidance::stiffness_along(const Vec3& F_T_W) const noexcept {
   double sum = 0.0;
   for (int i = 0; force > 0.0 && i < size(); ++i) {
     const Part& now = part_[static_cast<std::size_t>(i)];
-    if (now.authority == 0.0 || now.pull.F.f == Vec3::Zero() || now.want.turns) continue;
+    if (now.authority == 0.0 || now.pull.F.f == Vec3::Zero()) continue;
+    const Law& law = *fixture(i).law;
     const double share = now.want.along.f.dot(F_T_W) / force;
-    sum += now.authority * share * share * fixture(i).law->stiffness();
+    sum += now.authority * share * share * (now.want.turns ? law.turning_stiffness() : law.stiffness());
   }
   return sum;
 }

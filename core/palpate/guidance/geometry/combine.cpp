@@ -24,9 +24,9 @@ Query nearer(const Query& a, const Query& b, const Vec3& p, double blend) noexce
   if (h == 0.0) return q;
   const double share = 0.5 * h;  // of the other: derivative of the least distance by its own
   q.distance -= 0.25 * h * h * blend;
-  const Vec3 gradient = (1.0 - share) * q.normal + share * other.normal;
-  const double steep = gradient.norm();
-  if (steep > 1e-9) q.normal = gradient / steep;
+  const Vec3 gradient = (1.0 - share) * q.steep * q.normal + share * other.steep * other.normal;
+  q.steep = gradient.norm();
+  if (q.steep > 1e-9) q.normal = gradient / q.steep;
   q.point = p - q.distance * q.normal;
   q.velocity = (1.0 - share) * q.velocity + share * other.velocity;
   q.spin = (1.0 - share) * q.spin + share * other.spin;

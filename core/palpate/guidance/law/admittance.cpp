@@ -33,10 +33,10 @@ class Admittance final : public Law {
 
   [[nodiscard]] Pull attracting(const Want& want, const Twist& V_WT) const noexcept {
     Pull out;
-    const Vec3& n = want.along.f;
     Mat3 hard = Mat3::Identity() - want.free;
+    const Vec3 n = (hard * want.along.f).stableNormalized();
     const double share = std::min(want.wrong() / kComesIn, 1.0);
-    if (want.rate(V_WT) > 0.0) hard -= share * n * n.dot(hard * n) * n.transpose();
+    if (want.rate(V_WT) > 0.0) hard -= share * n * n.transpose();
     out.B = o_.B * (Mat3::Identity() + (1.0 / o_.ratio - 1.0) * hard);
     out.F_of_B.f = out.F.f = -out.B * V_WT.v;
     return out;
@@ -44,7 +44,7 @@ class Admittance final : public Law {
 
   [[nodiscard]] Pull repelling(const Want& want, const Twist& V_WT) const noexcept {
     Pull out;
-    const Vec3& n = want.along.f;
+    const Vec3 n = want.along.f.stableNormalized();
     const double near = std::clamp(1.0 - want.gap / o_.range, 0.0, 1.0), rate = want.rate(V_WT);
     out.B = o_.B * near * Mat3::Identity();
     if (rate < 0.0) out.B += o_.B * (1.0 / o_.ratio - 1.0) * near * n * n.transpose();

@@ -10,11 +10,11 @@ class Forbid final : public Role {
  public:
   explicit Forbid(const RoleOptions& options) : margin_(options.margin) {}
 
-  [[nodiscard]] Want want(const Query& query, const Tool& /*tool*/) const noexcept override {
+  [[nodiscard]] Want want(const Query& query, const Slope& /*slope*/, const Tool& tool) const noexcept override {
     Want out;
     out.gap = query.distance - margin_;
-    out.along.f = query.normal;
-    out.drift = -query.normal.dot(query.velocity);
+    out.along.f = query.steep * query.normal;
+    out.carried_by(query, tool.X_WT.p);
     out.free = Mat3::Identity() - query.normal * query.normal.transpose();
     return out;
   }

@@ -12,12 +12,12 @@ class Guide final : public Role {
  public:
   explicit Guide(const RoleOptions& options) : margin_(options.margin) {}
 
-  [[nodiscard]] Want want(const Query& query, const Tool& /*tool*/) const noexcept override {
+  [[nodiscard]] Want want(const Query& query, const Slope& /*slope*/, const Tool& tool) const noexcept override {
     Want out;
     const double side = query.distance < 0.0 ? -1.0 : 1.0;
     out.gap = margin_ - std::abs(query.distance);
-    out.along.f = -side * query.normal;
-    out.drift = side * query.normal.dot(query.velocity);
+    out.along.f = -side * query.steep * query.normal;
+    out.carried_by(query, tool.X_WT.p);
     const auto tangents = query.basis.leftCols(query.dimension);
     out.free = tangents * tangents.transpose();
     out.attracts = true;

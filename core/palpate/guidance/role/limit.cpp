@@ -12,12 +12,12 @@ class Limit final : public Role {
  public:
   explicit Limit(const RoleOptions& options) : margin_(options.margin), speed_(options.speed), force_(options.force) {}
 
-  [[nodiscard]] Want want(const Query& query, const Tool& tool) const noexcept override {
+  [[nodiscard]] Want want(const Query& query, const Slope& /*slope*/, const Tool& tool) const noexcept override {
     Want out;
     if (speed_ == 0.0 && force_ == 0.0) {
       out.gap = margin_ - query.distance;
-      out.along.f = -query.normal;
-      out.drift = query.normal.dot(query.velocity);
+      out.along.f = -query.steep * query.normal;
+      out.carried_by(query, tool.X_WT.p);
       out.free = Mat3::Identity() - query.normal * query.normal.transpose();
       return out;
     }

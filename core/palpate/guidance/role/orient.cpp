@@ -1,6 +1,9 @@
 // Turns the tool: its axis along the geometry's axis, against its normal, or the whole tool as the geometry's frame is.
 //
-//   gap = angle - |theta|,    theta the smallest rotation vector that turns the tool as it is wanted
+//   gap = angle - |theta|,    theta(R_WT, p_WT) the smallest rotation vector that turns the tool as it is wanted
+//
+// Along a curve or a bent surface the aim turns with the place: then a force belongs to the moment, and only the two
+// together are the gradient of what is stored.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -31,7 +34,7 @@ class Orient final : public Role {
   Orient(const RoleOptions& options, Target target)
       : angle_(options.angle), axis_(options.axis.normalized()), target_(target) {}
 
-  [[nodiscard]] Want want(const Query& query, const Tool& tool) const noexcept override {
+  [[nodiscard]] Want want(const Query& query, const Slope& slope, const Tool& tool) const noexcept override {
     const Mat3& R = tool.X_WT.R;
     const Vec3 pointing = R * axis_;
     const Vec3 theta = target_ == Target::frame    ? turn(Mat3(query.attitude * R.transpose()))
@@ -43,12 +46,22 @@ class Orient final : public Role {
     out.attracts = true;
     out.gap = angle_ - far;
     out.along.t = far > 0.0 ? Vec3(theta / far) : pointing.unitOrthogonal();
-    out.drift = -out.along.t.dot(query.spin);
+    out.along.f = -turn_of_aim(query, slope).transpose() * out.along.t;
+    out.carried_by(query, tool.X_WT.p);
     return out;
   }
   [[nodiscard]] const char* name() const noexcept override { return "orient"; }
+  [[nodiscard]] bool needs_slope() const noexcept override { return true; }
 
  private:
+  /// By which the aim turns when the tool is shifted [rad/m].
+  [[nodiscard]] Mat3 turn_of_aim(const Query& query, const Slope& slope) const noexcept {
+    if (target_ != Target::normal) return slope.turn;
+    Mat3 out;  // n x dn
+    for (Eigen::Index k = 0; k < 3; ++k) out.col(k) = query.normal.cross(Vec3(slope.normal.col(k)));
+    return out;
+  }
+
   double angle_;
   Vec3 axis_;
   Target target_;

@@ -1,0 +1,147 @@
+"""Springs give back what they took: work around closed loops of pose; the wrench beside the energy's differences."""
+
+import numpy as np
+import pytest
+from fixtures import Stage, fixture, placed, pose, sphere
+from scipy.spatial.transform import Rotation
+
+from palpate import _core
+from palpate.guidance.curve import path
+from palpate.shapes import analytic
+
+EVEN = {"K": 300.0, "B": 0.0, "B_turn": 0.0, "range": 0.05, "range_turn": 2.0, "force": 1e3, "moment": 1e3}
+
+
+def ring(radius):
+    a = np.linspace(0.0, 2 * np.pi, 24, endpoint=False)
+    return path(np.c_[radius * np.cos(a), radius * np.sin(a), 0.1 * radius * np.sin(2 * a)], closed=True)
+
+
+def turned_path(radius):
+    """A recorded path: the tool's own attitude at every waypoint."""
+    a = np.linspace(0.0, np.pi, 12)
+    R = Rotation.from_rotvec(np.c_[0.5 * np.sin(a), 0.3 * a, 0.4 * np.cos(a)]).as_matrix()
+    return path(np.c_[radius * np.cos(a), radius * np.sin(a), 0.2 * radius * a], R)
+
+
+def shifted(geometry, x):
+    return _core.PlacedGeometry(geometry, pose((x, 0.0, 0.0)))
+
+
+BALL = _core.SurfaceGeometry(_core.Sphere(0.02))
+MESH = _core.SurfaceGeometry(_core.Mesh(*analytic.Box((0.06, 0.04, 0.05)).mesh(12)))
+WAYS = {  # geometry, and a place beside it
+    "point": (_core.PointGeometry(), (0.02, 0.01, 0.0)),
+    "line": (_core.LineGeometry(np.zeros(3), np.array([0.0, 0.01, 0.1]), True), (0.02, 0.01, 0.03)),
+    "ring of 15 mm": (ring(0.015), (0.024, 0.002, 0.018)),
+    "ring of 40 mm": (ring(0.04), (0.036, 0.02, 0.022)),
+    "recorded path": (turned_path(0.03), (0.01, 0.035, 0.03)),
+    "ball": (BALL, (0.02, 0.015, 0.01)),
+    "edge of a mesh": (MESH, (0.042, 0.032, 0.0)),
+    "corner of a mesh": (MESH, (0.042, 0.032, 0.037)),
+    "cone": (_core.ConeGeometry(np.zeros(3), np.array([0.2, -0.1, 1.0]), 0.4), (0.03, 0.02, 0.02)),
+    "crease, blended": (
+        _core.CombinedGeometry("union", [shifted(BALL, -0.014), shifted(BALL, 0.014)], 0.02),
+        (0.0, 0.024, 0.001),
+    ),
+}
+ROLES = {
+    "guide": ("guide", {}),
+    "forbid": ("forbid", {"margin": 0.04}),
+    "rcm": ("rcm", {"margin": 0.0005}),
+    "orient along": ("orient", {}),
+    "orient against the normal": ("orient", {"target": "normal", "angle": 0.05}),
+    "orient as the frame": ("orient", {"target": "frame"}),
+}
+TILT = Rotation.from_rotvec([0.9, 0.5, -0.2])
+
+
+def loop(middle, radius, n=400, tilt=0.2):
+    """Poses around a closed way of place and attitude at once."""
+    s = np.linspace(0.0, 2 * np.pi, n + 1)
+    p = middle + radius * np.c_[np.cos(s), np.sin(s), np.sin(2 * s + 0.5)]
+    R = Rotation.from_rotvec(tilt * np.c_[np.sin(s), np.cos(2 * s), np.sin(s + 1.0)]) * TILT
+    return [pose(x, r.as_matrix()) for x, r in zip(p, R, strict=True)]
+
+
+def way(X):
+    """(n, 6) from pose to pose: shift over rotation vector."""
+    X = np.asarray(X)
+    R = Rotation.from_matrix(X[:, :3, :3])
+    return np.hstack([np.diff(X[:, :3, 3], axis=0), (R[1:] * R[:-1].inv()).as_rotvec()])
+
+
+def work(F, X):
+    """(given around the way, exchanged on it) [J], by the trapezoidal rule."""
+    each = (0.5 * (F[1:] + F[:-1]) * way(X)).sum(axis=1)
+    return each.sum(), np.abs(each).sum()
+
+
+@pytest.mark.parametrize("radius", [0.002, 0.004])
+@pytest.mark.parametrize("name", WAYS)
+@pytest.mark.parametrize("role", ROLES)
+def test_a_closed_loop_of_pose_earns_nothing(role, name, radius):
+    geometry, middle = WAYS[name]
+    f = fixture(geometry, ROLES[role][0], role_=ROLES[role][1], law_=EVEN)
+    X = loop(np.array(middle), radius)
+    F = np.array([f.ask(x)["F"] for x in X])
+    earned, exchanged = work(F, X)
+    assert exchanged > 1e-6, "control: it pulls"
+    assert abs(earned) < 2e-4 * exchanged
+
+
+@pytest.mark.parametrize("law", ["spring", "potential", "optimise"])
+@pytest.mark.parametrize("name", WAYS)
+@pytest.mark.parametrize("role", ROLES)
+def test_the_wrench_is_the_gradient_of_what_is_stored(role, name, law):
+    geometry, middle = WAYS[name]
+    f = fixture(geometry, ROLES[role][0], law, role_=ROLES[role][1], law_=EVEN)
+    h = 1e-5
+    for X in loop(np.array(middle), 0.003, n=7):
+        R = Rotation.from_matrix(X[:3, :3])
+        U = [
+            f.ask(pose(X[:3, 3] + y[:3], (Rotation.from_rotvec(y[3:]) * R).as_matrix()))["U"]
+            for y in np.r_[h * np.eye(6), -h * np.eye(6)]
+        ]
+        slope = (np.array(U[:6]) - U[6:]) / (2 * h)
+        np.testing.assert_allclose(f.ask(X)["F"], -slope, atol=2e-4 * np.abs(slope).max() + 1e-7)
+
+
+@pytest.mark.parametrize("hard", [False, True])
+@pytest.mark.parametrize(
+    ("geometry", "role", "middle"),
+    [
+        (ring(0.03), "orient", (0.028, 0.004, 0.004)),
+        (sphere(0.02), "rcm", (0.02, 0.015, 0.01)),
+    ],
+    ids=["orient along a ring", "rcm on a ball"],
+)
+def test_the_stage_earns_nothing_around_a_loop(geometry, role, middle, hard):
+    """Soft to rounding and rates; hard to what its correction leaves of second order. Damping only takes."""
+    stage = Stage(fixture(geometry, role, law_={"B": 0.0, "B_turn": 0.0}, hard=hard))
+    X = loop(np.array(middle), 0.004, n=4000)
+    stage.settle(X[0], 3000)
+    F = np.array([stage.step(x)["F_T_W"] for x in X])
+    earned, exchanged = work(F, X)
+    assert exchanged > 1e-4, "control: it pulls"
+    assert earned < (0.03 if hard else 2e-3) * exchanged, f"{1e3 * earned:.3f} of {1e3 * exchanged:.3f} mJ"
+
+
+def test_a_frame_that_turns_carries_the_whole_gradient_along():
+    """The gap's drift is its slope in time, of roles whose aim goes with the place, too."""
+    motion = _core.Motion(w=np.array([0.3, -0.5, 0.8]), v=np.array([0.02, 0.01, -0.03]))
+    for role in ("guide", "rcm", "orient"):
+        f = fixture(placed(ring(0.03), motion=motion), role)
+        X, h = loop(np.array((0.02, 0.02, 0.01)), 0.002, n=3)[0], 1e-5
+        numeric = (f.ask(X, 0.2 + h)["gap"] - f.ask(X, 0.2 - h)["gap"]) / (2 * h)
+        assert f.ask(X, 0.2)["drift"] == pytest.approx(numeric, rel=1e-4), role
+
+
+def test_the_force_beside_the_moment_is_bounded_where_the_aim_leaps():
+    """Beside the axis of a line its normal turns without end: the slope has a bound there."""
+    f = fixture(
+        placed(_core.LineGeometry(np.zeros(3), np.array([0.1, 0.0, 0.0]), True)), "orient", role_={"target": "normal"}
+    )
+    for y in (1e-3, 1e-4, 1e-6, 1e-9):
+        F = f.ask(pose((0.0, y, 0.0), TILT.as_matrix()))["F"]
+        assert np.linalg.norm(F[:3]) <= 100.0 * np.linalg.norm(F[3:]) * (1 + 1e-9)
