@@ -34,6 +34,7 @@ class Summary:
     fast_s: float  # time in which the control law left noticeable inertia to the hand (status too_fast)
     energy_J: float  # the rendered force took from the hand; below zero: it generated
     energy_min_J: float  # lowest that it was in the run
+    energy_lent_J: float  # brought by fixtures that were switched on where the hand was
     cycle_p50_us: float  # compute time of a haptic cycle
     cycle_p99_us: float
     cycle_p999_us: float
@@ -56,7 +57,7 @@ class Totals:
     def __init__(self, rate: float) -> None:
         self._dt = 1.0 / rate
         self._ticks = self._touching = self._capped = self._passivity = self._fast = 0
-        self._peak = self._sum = self._depth = self._energy = self._lowest = self._speed = 0.0
+        self._peak = self._sum = self._depth = self._energy = self._lowest = self._lent = self._speed = 0.0
         self._cycle_us: list[np.ndarray[Any, np.dtype[np.float32]]] = []
 
     def add(self, ticks: Ticks) -> None:
@@ -75,6 +76,7 @@ class Totals:
         self._sum += float(force[touching].sum())
         self._depth = max(self._depth, float(ticks["depth"].max()))
         self._energy = float(ticks["energy_port"][-1])
+        self._lent = float(ticks["energy_lent"][-1])
         self._lowest = min(self._lowest, float(ticks["energy_port"].min()))
         self._speed = max(self._speed, float(np.linalg.norm(ticks["v_LH"], axis=1).max()))
         self._cycle_us.append(ticks["cycle_us"].astype(np.float32))
@@ -110,6 +112,7 @@ class Totals:
             "fast_s": round(self._fast * self._dt, 9),
             "energy_J": self._energy,
             "energy_min_J": self._lowest,
+            "energy_lent_J": self._lent,
             "cycle_p50_us": p50,
             "cycle_p99_us": p99,
             "cycle_p999_us": p999,

@@ -163,7 +163,11 @@ def probes(role: str, geometry: str, wrong: int = 4, right: int = 2) -> tuple[Pr
             break
         goal = rng.uniform(*(bad if is_wrong else good))
         X = _brought(case, s, _random_pose(rng), goal)
-        if X is not None and np.abs(X[:3, 3]).max() < 0.032 and ((case.attracts and not is_wrong) or _smooth(case, s, X)):
+        if (
+            X is not None
+            and np.abs(X[:3, 3]).max() < 0.032
+            and ((case.attracts and not is_wrong) or _smooth(case, s, X))
+        ):
             found[is_wrong].append(wants(case, s, X))
     if len(found[True]) < wrong or len(found[False]) < right:
         raise LookupError(f"{role} x {geometry}: too few places to judge it at")

@@ -19,7 +19,7 @@ from palpate.report import elements, energy, imperfections, touches
 from palpate.report.assumptions import FAST_FORCE, SlowMotion, slow_motion
 from palpate.report.diagram import diagram, signal_table
 from palpate.report.run import Run
-from palpate.report.summary import rows, summary_of
+from palpate.report.summary import given, rows, summary_of
 from palpate.report.words import GLOSSARY
 from palpate.scene.recorded import recorded_scene
 from palpate.summary import Summary
@@ -184,7 +184,7 @@ def _facts(s: Summary) -> str:
         (f"{s.peak_force_N:.2f} N", "peak force on the hand"),
         (f"{1e3 * s.max_penetration_m:.2f} mm", "deepest penetration"),
         (f"{s.contact_s:.2f} s", f"in contact, of {s.duration_s:.2f} s"),
-        (f"{1e3 * s.energy_J:.1f} mJ", "energy taken from the hand" if s.energy_J >= 0 else "energy generated"),
+        (f"{1e3 * s.energy_J:.1f} mJ", "energy taken from the hand" if s.energy_J >= 0 else f"energy {given(s)}"),
     ]
     return f'<div class="facts">{"".join(f"<div class=fact><b>{v}</b><span>{k}</span></div>" for v, k in facts)}</div>'
 

@@ -38,7 +38,7 @@ def rows(summary: Summary) -> list[tuple[str, str, str]]:
         ("time in contact", f"{s.contact_s:.2f} s", f"{share:.0f} % of the {s.duration_s:.2f} s run"),
         ("force capped", f"{s.capped_s:.2f} s", "time in which the safety stage held the force back"),
         ("passivity", f"{s.passivity_s:.2f} s", "time in which it held the force back to what the hand had put in"),
-        ("energy", energy(s.energy_J), "taken from the hand" if s.energy_J >= 0 else "generated: more than it took"),
+        ("energy", energy(s.energy_J), "taken from the hand" if s.energy_J >= 0 else given(s)),
     ]
     lines.append(("top speed", f"{s.peak_speed_m_s:.3f} m/s", "of the handle"))
     calm = "inertia and Coriolis forces that the control law leaves to the hand stayed small"
@@ -52,6 +52,13 @@ def rows(summary: Summary) -> list[tuple[str, str, str]]:
     elif s.realtime_factor > 0:
         lines.append(("speed", f"{s.realtime_factor:.1f} x", "simulated time over the time it took (lockstep)"))
     return lines
+
+
+def given(s: Summary) -> str:
+    """An energy below zero in words: fixtures brought it, or it came of nothing."""
+    if -s.energy_J <= s.energy_lent_J:
+        return f"given, of {energy(s.energy_lent_J)} that fixtures brought"
+    return "generated: more than it took"
 
 
 def energy(joules: float) -> str:

@@ -92,6 +92,32 @@ def test_its_energy_has_an_account_of_its_own_and_the_ledger_adds_up():
     np.testing.assert_allclose(source.sum(axis=1), kept, atol=1e-12)
 
 
+PASSIVITY = 1 << 13
+
+
+@pytest.mark.parametrize("ramped", [False, True])
+def test_a_well_that_is_switched_on_around_the_hand_is_lent_its_depth_and_gives_no_more(ramped):
+    """K = 400 N/m up to 1 N, a range of 10 mm of which the last 2 mm fade: 1.25 + 5.5 + 1 mJ deep, at the tool."""
+    depth = 0.5 * 400 * 0.0025**2 + 1.0 * (0.008 - 0.0025) + 0.5 * 1.0 * 0.002
+    line = _core.LineGeometry(np.array([-1.0, 0, 0.024]), np.array([1.0, 0, 0.024]), True)
+    ramp = _core.Ramp("distance", 1.0, 0.5)  # 1 everywhere here, but it might go with the hand
+    well = fixture(placed(line), "guide", "potential", law_={"K": 400.0, "force": 1.0, "range": 0.01},
+                   ramps=[ramp] if ramped else [])  # fmt: skip
+    path = way([[0, 0, 0.012], [0, 0, 0.012], [0, 0, 0.023]], [0.0, 0.5, 1.5])
+    ticks = loop_rig.run(simulation(path, well), 2.5)
+    o = loop_rig.options()
+    acted = ((ticks["status"].astype(int) & PASSIVITY) != 0).any()
+    if ramped:
+        assert (ticks["energy_lent"] == 0.0).all()
+        assert acted, "control: unpaid, the layer holds it back"
+    else:
+        hands = depth * o.mapping.force_scale / o.mapping.scale
+        assert ticks["energy_lent"][-1] == pytest.approx(hands, rel=1e-3)
+        assert ticks["energy_port"].min() < -0.5 * hands, "control: the hand was drawn in"
+        assert ticks["energy_port"].min() > -hands - 5e-4, "the depth and the allowance"
+        assert not acted
+
+
 def test_the_signals_tell_who_pulls():
     path = way([[0, 0, 0.012], [0, 0, -0.004], [0, 0, -0.004]], [0.0, 0.8, 1.6])
     made = [fixture(sphere(0.5), "keep-in", name="room"), fixture(plane(), name="floor", hard=True)]

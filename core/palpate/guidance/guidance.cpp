@@ -35,6 +35,13 @@ void scale(Pull& pull, double by) noexcept {
   pull.U *= by;
 }
 
+/// A ramp by distance or force goes with the hand: what it lent could be had again and again.
+bool lends(const Policy& policy) noexcept {
+  return !policy.hard && std::none_of(policy.ramps.begin(), policy.ramps.end(), [](const Ramp& ramp) {
+    return ramp.by == Ramp::By::distance || ramp.by == Ramp::By::force;
+  });
+}
+
 /// Takes `now` towards `goal`, by `step` at most.
 void approach(const Vec3& goal, double step, Vec3& now) noexcept {
   const Vec3 change = goal - now;
@@ -97,11 +104,14 @@ void Guidance::look(const Input& in) noexcept {
   for (int i = 0; i < size(); ++i) {
     Part& now = part(i);
     const Policy& policy = fixture(i).policy;
+    now.rose = 0.0;
     if (!fixture(i).on && !counts(i)) continue;
     now.want = ask(i, in.X_WT_goal, in);
     const double wanted = wanted_authority(i, in);
     if (now.authority == 0.0 && wanted > 0.0) now.fresh = true;
-    now.authority = std::clamp(wanted, now.authority - dt_ / policy.fall, now.authority + dt_ / policy.rise);
+    const double before = now.authority;
+    now.authority = std::clamp(wanted, before - dt_ / policy.fall, before + dt_ / policy.rise);
+    now.rose = std::max(now.authority - before, 0.0);
   }
 }
 
@@ -125,6 +135,7 @@ double Guidance::wanted_authority(int i, const Input& in) noexcept {
 
 // The wrench: of the soft ones at the mapped goal, of the joint and the hard ones along their share of the correction.
 void Guidance::pull(const Input& in) noexcept {
+  out_.lent = 0.0;
   for (int i = 0; i < size(); ++i) {
     Part& now = part(i);
     now.pull = Pull{};
@@ -146,6 +157,7 @@ void Guidance::pull(const Input& in) noexcept {
       if (hard) now.pull.F.f += std::min(f.law->stiffness() * lag_, kLagForce) * lag_along_;
     }
     if (!finite(now.pull)) now.pull = Pull{};
+    if (lends(f.policy)) out_.lent += now.rose * now.pull.U;
     scale(now.pull, now.authority);
   }
   yield();

@@ -54,7 +54,8 @@ struct Output {
   int strongest = -1;              ///< fixture that pulls most; below zero: none does
   double gap = 0.0;                ///< of it, or of the nearest when none pulls [m, rad]
   Vec3 correction = Vec3::Zero();  ///< of the goal's place [m]
-  unsigned status = 0;             ///< bits of loop::Status
+  double lent = 0.0;    ///< what fixtures that came to count more, by no motion of the hand's, store where it is [J]
+  unsigned status = 0;  ///< bits of loop::Status
 };
 
 class Guidance {
@@ -78,6 +79,7 @@ class Guidance {
   struct Part {
     std::uint64_t key = 0;   ///< of its name
     double authority = 0.0;  ///< ramped
+    double rose = 0.0;       ///< by so much since the last tick
     double since = 0.0;      ///< when it was engaged [s]
     double slack = 0.0;      ///< of a hard one: what was wrong already when it came, and is being mended [m, rad]
     bool engaged = false, fresh = true;

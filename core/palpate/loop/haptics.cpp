@@ -99,6 +99,7 @@ stability::Output Haptics::stabilise(const HapticsInput& in) noexcept {
   now.stiffness = mapping_.options().force_scale * mapping_.options().scale *
                   (stability::stiffness_along(F_T_W, *out_.contacts, in.controls.stiffness_scale) +
                    guidance_.stiffness_along(F_T_W));
+  now.lent = mapping_.options().force_scale / mapping_.options().scale * out_.guided.lent;
   return stability_.step(now);
 }
 

@@ -132,6 +132,7 @@ void Haptics::record_stability(const HapticsInput& in, const Wrench& F_H_L, cons
   tick.energy_coupling = energy.coupling;
   std::copy(energy.source.begin(), energy.source.end(), tick.energy_source);
   tick.energy_stored = stability_.passivity().stored();
+  tick.energy_lent = stability_.passivity().lent();
   tick.energy_reserved = stability_.passivity().reserved();
   const stability::Lag& lag = out_.rendered.lag;
   Eigen::Vector4d::Map(tick.lag_ms) << 1e3 * lag.coupling, 1e3 * lag.low_pass, 1e3 * lag.passivity, 1e3 * lag.caps;

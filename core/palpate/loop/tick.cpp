@@ -70,6 +70,7 @@ constexpr std::array kSignals = {
     SIGNAL(stability, energy_source, "J", "",
            "wanted by each object, by guidance, and last by all the rest, before the stage", true),
     SIGNAL(stability, energy_stored, "J", "", "what the passivity layer may still give back", true),
+    SIGNAL(stability, energy_lent, "J", "", "lent by fixtures that were switched on where the hand was", true),
     SIGNAL(stability, energy_reserved, "J", "", "of it, most that the wrenches on their way may cost", true),
     SIGNAL(stability, lag_ms, "ms", "", "of virtual coupling, low-pass, passivity controller, caps", true),
     SIGNAL(loop, cycle_us, "us", "", "compute time of the haptic cycle", false),

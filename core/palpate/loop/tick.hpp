@@ -109,6 +109,7 @@ struct Tick {
   double energy_coupling;          // what the virtual coupling withheld [J]
   double energy_source[kSources];  // wanted by each object, by guidance, and last by all the rest, before the stage [J]
   double energy_stored;            // what the passivity layer may still give back [J]
+  double energy_lent;              // by fixtures, where they were switched on: the hand need not have put it in [J]
   double energy_reserved;          // of it, most that the wrenches on their way may cost [J]
   double lag_ms[4];                // of virtual coupling, low-pass, passivity controller, caps [ms]
   double cycle_us;                 // compute time of the haptic cycle [us]      (not deterministic)

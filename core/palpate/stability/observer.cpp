@@ -79,6 +79,13 @@ void Observer::forgive() noexcept {
   if (quiet_ > line_.steps() + 1) stored_ = std::max(stored_, options_.allowance);
 }
 
+double Observer::lend(double energy, double most) noexcept {
+  if (!(energy > 0.0)) return 0.0;
+  const double credit = std::clamp(most - stored_, 0.0, energy);
+  stored_ += credit;
+  return credit;
+}
+
 double Observer::held(const Wrench& F, double from, double to) const noexcept {
   const double a = options_.acceleration, w = options_.angular_acceleration;
   return held_cost(F.f.norm(), along(F.f, V_LH_.v, 0.5 * a * dt_), a, from, to) +

@@ -44,6 +44,9 @@ class Observer {
   void sent(const Wrench& F_H_L) noexcept;
   /// The account is opened anew, once nothing acts and nothing is in flight: a deficit is forgiven.
   void forgive() noexcept;
+  /// Somebody has switched on a potential where the hand is: what it stores there [J] is his to give, not made of
+  /// nothing. The account is not lifted above `most` by it. Answers by how much it was.
+  double lend(double energy, double most) noexcept;
 
   /// What may be given back [J].
   [[nodiscard]] double stored() const noexcept { return stored_; }

@@ -38,9 +38,13 @@ class PassivityController {
   [[nodiscard]] Wrench step(const Wrench& F_H_L, const Limiter& limiter) noexcept;
   /// The map is let go (clutch, an arm that is silent): see Observer::forgive.
   void forgive() noexcept { observer_.forgive(); }
+  /// See Observer::lend.
+  void lend(double energy) noexcept { lent_ += observer_.lend(energy, lendable_); }
   void rendered(const Wrench& F_H_L) noexcept { observer_.sent(F_H_L); }
 
   [[nodiscard]] double stored() const noexcept { return observer_.stored(); }
+  /// In all [J].
+  [[nodiscard]] double lent() const noexcept { return lent_; }
   /// What the wrenches on their way, the last one sent among them, may cost [J].
   [[nodiscard]] double reserved() const noexcept { return reserved_; }
 
@@ -49,7 +53,8 @@ class PassivityController {
   Ramp ramp_;
   Observer observer_;
   Dissipation dissipation_;
-  double reserved_ = 0.0;
+  double lendable_;  ///< the account's level up to which it is lent to, in either mode
+  double lent_ = 0.0, reserved_ = 0.0;
 };
 
 }  // namespace palpate::stability

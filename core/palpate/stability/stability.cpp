@@ -31,6 +31,7 @@ Output Stability::step(const Input& in) noexcept {
     if (!in.engaged) passivity_.forgive();
     out.F_capped = passivity_.step({}, limiter_);
   } else {
+    passivity_.lend(in.lent);
     const Wrench coupled = coupling_.step(in.F_H_L, in.stiffness);
     const Wrench smooth = low_pass_.step(coupled);
     out.F_capped = passivity_.step(smooth, limiter_);

@@ -26,6 +26,7 @@ struct Input : Wanted {
   Twist V_LH;              ///< of it
   JointVector q;           ///< measured joints, for the device's friction; may be empty
   double stiffness = 0.0;  ///< felt, along the wanted force [N/m]
+  double lent = 0.0;       ///< by whoever switched a potential on, at the hand's port [J]
 };
 
 /// How much later a ramp of force comes out of each element [s].
