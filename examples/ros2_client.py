@@ -3,6 +3,7 @@
 
 import rclpy
 from crtk_msgs.msg import OperatingState
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import Joy
@@ -13,6 +14,7 @@ node, last = rclpy.create_node("hand"), {}
 latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 node.create_subscription(OperatingState, "/MTMR/operating_state", lambda m: last.update(state=m), latched)
 node.create_subscription(PoseStamped, "/MTMR/measured_cp", lambda m: last.update(pose=m), 10)
+node.create_subscription(DiagnosticArray, "/diagnostics", lambda m: last.update(words=m.status[0].message), 10)
 node.create_subscription(WrenchStamped, "/MTMR/body/servo_cf", lambda m: last.update(wrench=m.wrench.force), 10)
 power, home = node.create_publisher(Empty, "/system/power_on", 10), node.create_publisher(Empty, "/system/home", 10)
 present = node.create_publisher(Joy, "/console/emulate_operator_present", 10)
@@ -31,12 +33,16 @@ wait(lambda: last["state"].state == "ENABLED" if "state" in last else False, 5.0
 home.publish(Empty())
 wait(lambda: last["state"].is_homed and not last["state"].is_busy)
 present.publish(Joy(buttons=[1]))
-wait(lambda: "wrench" in last)  # the haptic node has begun
+wait(lambda: "wrench" in last and "words" in last)  # the haptic node has begun
 wait(lambda: False, 1.0)  # and follows
 goal = last["pose"]
-for millimetre in range(26):  # the wall is 20.5 mm away, along -y
+for millimetre in range(100):  # the wall is 20.5 mm away, along -y; farther by what the hand goes while it may not push
     hand.publish(goal)
     wait(lambda: False, 0.2)
     y, f = 1e3 * last["pose"].pose.position.y, last["wrench"].y
-    print(f"hand told {millimetre:2d} mm: handle at y = {y:.1f} mm, pushed by {f:.2f} N", flush=True)
+    print(f"hand told {millimetre:2d} mm: handle at y = {y:.1f} mm, pushed by {f:.2f} N; {last['words']}", flush=True)
+    if f > 0.5:
+        break
     goal.pose.position.y -= 0.001
+else:
+    raise SystemExit(f"no wall; what the node says: {last['words']}")

@@ -107,7 +107,7 @@ class Haptics:
     rate: float | None = None
     """Of the cycle; the leader must publish as fast. The scene's when left out [Hz]."""
     tip_frame: bool = False
-    """The master takes wrenches in its tip's frame, and knows no absolute one."""
+    """Wrenches go out in the tip's frame, and the arm is told so: for a master that knows no absolute one."""
     any_state: bool = False
     """For devices that tell no operating state: do not wait for ENABLED."""
     bare: bool = False

@@ -57,12 +57,6 @@ def haptics(o: Haptics) -> int:
 
 
 def _refuse(o: Haptics) -> None:
-    if o.tip_frame:
-        raise PalpateError(
-            "--tip-frame: not to be used yet",
-            why="the node sets the arm's absolute-orientation flag all the same: the wrench would turn with the wrist",
-            mend="leave it out: the arm is told to take wrenches in the frame of measured_cp",
-        )
     if o.force_cap is not None and not 0.0 <= o.force_cap <= 20.0:
         raise PalpateError(f"--force-cap {o.force_cap:g}: must be 0 to 20 N", mend="begin low, e.g. --force-cap 0.5")
     if o.duration is not None and not 0.0 < o.duration < 1e7:

@@ -48,7 +48,7 @@ class Limits:
     rate: float | None = None
     """Of the cycle, which the leader's publisher must keep up with; the scene's when left out [Hz]."""
     tip_frame: bool = False
-    """The leader takes wrenches in its tip's frame."""
+    """Wrenches in the leader's tip frame, which it is told; otherwise in that of its measured_cp."""
     needs_state: bool = True
     """Operating states must be told: CRTK says so, a device of another maker may not."""
 
@@ -92,6 +92,8 @@ class HapticLoop:
         return names
 
     def _cycle(self, rig: Rig, devices: Devices, limits: Limits) -> _core.CrtkOptions:
+        if "virtual" not in devices.follower and devices.teleop != "none":
+            _require_aligned(rig)
         options = rig.options()
         options.rate = limits.rate or options.rate
         stability = options.stability
@@ -167,6 +169,22 @@ class HapticLoop:
     def fault(self) -> str | None:
         """Told by the session, from the ticks."""
         return None
+
+
+def _require_aligned(rig: Rig) -> None:
+    """Somebody else's teleoperation moves the tool as the hand, each in its own base: p_B += scale (p_L - p_L0).
+
+    Raises:
+        PalpateError: the scene's bases are turned against each other, the force would come from another side.
+    """
+    R_BL = rig.arms.X_WB[:3, :3].T @ rig.arms.X_WL[:3, :3]
+    turn = np.degrees(np.arccos(np.clip((np.trace(R_BL) - 1.0) / 2.0, -1.0, 1.0)))
+    if turn > 0.1:
+        raise PalpateError(
+            f"the bases of leader and follower are turned against each other by {turn:.1f} deg in the scene",
+            why="a teleoperation that runs moves the tool as the hand, number for number between their measured_cp",
+            mend="give arms.leader.base and arms.follower.base the same rpy_deg, or --teleop none",
+        )
 
 
 class HapticSession(Session):

@@ -27,7 +27,7 @@ class Dvrk:
     def hear(self, *topics, wait=True):
         """Subscribe, and wait for what is told without being asked."""
         for topic in topics:
-            row = self._rows[topic]
+            row = self._row(topic)
 
             def keep(message, topic=topic):
                 self.last[topic] = message
@@ -36,17 +36,21 @@ class Dvrk:
             self._node.create_subscription(message_type(row.type), topic, keep, LATCHED if row.latched else 10)
         for topic in topics:
             periodic = topic.rpartition("/")[2].startswith(("measured", "setpoint", "jacobian"))
-            if wait and (periodic or self._rows[topic].latched):
+            if wait and (periodic or self._row(topic).latched):
                 self._until(lambda topic=topic: topic in self.last, f"anything on {topic}")
 
     def say(self, topic, message=None, **fields):
         """Publish once somebody listens; fields of the message, or its one value as `data` or `string`."""
-        row = self._rows[topic]
+        row = self._row(topic)
         if topic not in self._publishers:
             self._publishers[topic] = self._node.create_publisher(message_type(row.type), topic, 10)
         publisher = self._publishers[topic]
         self._until(publisher.get_subscription_count, f"somebody who listens to {topic}")
         publisher.publish(message or message_type(row.type)(**fields))
+
+    def _row(self, topic):
+        """Other arms have the topics of their kind."""
+        return self._rows[topic.replace("/MTML/", "/MTMR/").replace("/ECM/", "/PSM1/")]
 
     def state(self, arm):
         """Operating state in words."""

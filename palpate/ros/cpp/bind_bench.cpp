@@ -73,6 +73,9 @@ void bind_bench(nb::module_& m) {
       .def_prop_ro(
           "echoes", [](const Puppet& self) { return to_array(self.echoes()); }, nb::rv_policy::automatic,
           "(n, 1) there and back [s]")
+      .def_prop_ro(
+          "flags", [](const Puppet& self) { return to_array(self.flags()); }, nb::rv_policy::automatic,
+          "(n, 2) body/set_cf_orientation_absolute: when [s], what")
       .def_prop_ro("absolute", &Puppet::absolute, "body/set_cf_orientation_absolute, as it was told.")
       .def_prop_ro("carried", &Puppet::carried, "use_gravity_compensation, as it was told.")
       .def_prop_ro("pings", &Puppet::pings)

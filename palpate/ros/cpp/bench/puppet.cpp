@@ -38,7 +38,11 @@ Puppet::Puppet(std::shared_ptr<Context> context, const PuppetOptions& options)
       state_(node_, "/" + options.leader + "/operating_state", kLatched),
       following_(node_, "/" + options.teleop + "/following", kLatched),
       absolute_told_(node_, "/" + options.leader + "/body/set_cf_orientation_absolute",
-                     [this](const auto& m, const Info&) { absolute_ = m.data; }),
+                     [this](const auto& m, const Info&) {
+                       absolute_ = m.data;
+                       const std::lock_guard lock(mutex_);
+                       flags_.push_back({now(), m.data ? 1.0 : 0.0});
+                     }),
       carried_told_(node_, "/" + options.leader + "/use_gravity_compensation",
                     [this](const auto& m, const Info&) { carried_ = m.data; }),
       wrench_(
@@ -200,6 +204,11 @@ std::vector<double> Puppet::sent() const {
 std::vector<Felt> Puppet::felt() const {
   const std::lock_guard lock(mutex_);
   return felt_;
+}
+
+std::vector<Flag> Puppet::flags() const {
+  const std::lock_guard lock(mutex_);
+  return flags_;
 }
 
 std::vector<double> Puppet::echoes() const {

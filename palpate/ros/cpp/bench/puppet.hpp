@@ -57,6 +57,12 @@ struct Felt {
   double absolute = 0.0;  ///< 1: a dVRK arm would read it in the axes of measured_cp's frame, 0: in those of its tip
 };
 
+/// How its wrenches are to be read, as it was told.
+struct Flag {
+  double t = 0.0;         ///< [s]
+  double absolute = 0.0;  ///< as in Felt
+};
+
 class Puppet {
  public:
   Puppet(std::shared_ptr<Context> context, const PuppetOptions& options);
@@ -80,6 +86,7 @@ class Puppet {
   [[nodiscard]] std::vector<double> sent() const;    ///< when each state was published
   [[nodiscard]] std::vector<Felt> felt() const;      ///< every wrench
   [[nodiscard]] std::vector<double> echoes() const;  ///< there and back [s]
+  [[nodiscard]] std::vector<Flag> flags() const;     ///< body/set_cf_orientation_absolute
   [[nodiscard]] bool absolute() const noexcept { return absolute_; }
   [[nodiscard]] bool carried() const noexcept { return carried_; }  ///< by its gravity compensation
   [[nodiscard]] std::uint64_t pings() const noexcept { return pings_; }
@@ -122,6 +129,7 @@ class Puppet {
   double begin_ = 0.0, seconds_ = 0.0, frequency_ = 0.0;
   std::vector<double> sent_, echoes_;
   std::vector<Felt> felt_;
+  std::vector<Flag> flags_;
   std::vector<Gid> writers_;
 
   std::mt19937_64 random_;

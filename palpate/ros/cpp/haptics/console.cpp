@@ -9,7 +9,7 @@ namespace palpate::ros {
 namespace {
 
 constexpr auto kLook = std::chrono::milliseconds(50);  // between two looks at the graph
-constexpr int kFirst = 20;                             // looks before it is believed that no teleoperation is on
+constexpr int kFirst = 20;                             // looks until who has said nothing is taken for silent
 constexpr int kNameless = 20;  // looks after which a writer whose node is not known is a stranger
 
 bool pressed(const sensor_msgs::msg::Joy& joy) { return !joy.buttons.empty() && joy.buttons[0] != 0; }
@@ -45,6 +45,7 @@ Console::Teleop::Teleop(Node& node, const std::string& name, Console& console)
                     [this](const std_msgs::msg::Bool& told) { following = told.data; }),
       state_ear(node, "/" + name + "/current_state", [this, &console](const std_msgs::msg::String& told) {
         const bool on = told.data != "DISABLED";
+        this->told = true;
         if (on && console.names_.own_teleop()) console.set(kOther, true);
         if (on != enabled.exchange(on)) console.tell(this->name + " is " + told.data);
       }) {}
@@ -70,15 +71,11 @@ Console::Console(std::shared_ptr<Context> context, const HapticNames& names, std
       leader_(node_, names.of_leader("operating_state"),
               [this](const auto& told) { state(kLeader, names_.leader, told); }),
       operator_(node_, "/" + names.console + "/operator_present",
-                [this](const sensor_msgs::msg::Joy& told) { present(pressed(told)); }),
+                [this](const sensor_msgs::msg::Joy& told) { pedal(kOperator, pressed(told), true); }),
       clutch_(node_, "/" + names.console + "/clutch",
-              [this](const sensor_msgs::msg::Joy& told) {
-                if (set(kClutch, pressed(told)) && !pressed(told)) make_ready();
-              }),
+              [this](const sensor_msgs::msg::Joy& told) { pedal(kClutch, pressed(told), false); }),
       camera_(node_, "/" + names.console + "/camera",
-              [this](const sensor_msgs::msg::Joy& told) {
-                if (set(kCamera, pressed(told)) && !pressed(told)) make_ready();  // its teleoperation turns the frame
-              }),
+              [this](const sensor_msgs::msg::Joy& told) { pedal(kCamera, pressed(told), false); }),
       spinner_(node_) {
   set(kDeaf, needs_frame_);  // until somebody is seen to listen
   if (!names.follower.empty()) {
@@ -136,17 +133,21 @@ bool Console::set(Gate gate, bool on) noexcept {
   return ((before & gate) != 0) != on;
 }
 
-// The camera's teleoperation turns the flag, and so may others: whenever we are about to push, it is told anew.
+// The camera's teleoperation makes the arm's frame absolute, inside the dVRK: no topic tells it. Others may turn it,
+// too. So whenever we are about to push, and before that, it is told anew.
 void Console::follow(bool on) {
   if (on) make_ready();
   set(kFollowing, on);
 }
 
-void Console::present(bool there) {
-  if (set(kOperator, there) && there) make_ready();
+// good: the pedal that lets us push when it is down.
+void Console::pedal(Gate gate, bool down, bool good) {
+  if (down == good) make_ready();
+  set(gate, down);
 }
 
 void Console::make_ready() {
+  const std::lock_guard lock(telling_);
   for (const auto& [to, on] : {std::pair{&absolute_, absolute_frame_}, std::pair{&gravity_, true}}) {
     if (const Status sent = to->publish(told(on)); !sent) tell(sent.problem);
   }
@@ -156,6 +157,7 @@ void Console::make_ready() {
 void Console::set_back(Publisher<std_msgs::msg::Bool>& to, bool right, const char* words) {
   meddled_ = true;
   tell(std::string("somebody ") + words + " of " + names_.leader + ": set back");
+  const std::lock_guard lock(telling_);
   if (const Status sent = to.publish(told(right)); !sent) tell(sent.problem);
 }
 
@@ -228,17 +230,22 @@ void Console::look_for_teleops() {
     const auto same = [&](const Teleop& teleop) { return teleop.name == name; };
     if (std::none_of(others_.begin(), others_.end(), same)) others_.emplace_back(node_, name, *this);
   }
-  bool on = false;
+  std::string on;
+  bool hearing = std::exchange(looks_, std::min(looks_ + 1, kFirst)) < kFirst;
   for (Teleop& teleop : others_) {
     teleop.following_ear.tune(), teleop.state_ear.tune();
-    on = on || teleop.enabled || teleop.following;
+    if (!teleop.on()) continue;
+    on = teleop.name + (teleop.told ? " is on" : " does not tell its state, which counts as on");
+    hearing = hearing || (!teleop.told && teleop.looks++ < kFirst);
   }
-  looks_ = std::min(looks_ + 1, kFirst);
-  set(kOther, on || looks_ < kFirst);
-  if (on != std::exchange(other_on_, on) && on) {
-    tell("another teleoperation of " + names_.leader +
-         " is on, and ours is asked for: nothing is sent. Mend: disable it, or --teleop NAME to work with it");
+  const bool free = on.empty() && !hearing;
+  if (free && (gates_ & kOther) != 0) make_ready();  // the camera's turns the frame
+  set(kOther, !free);
+  if (!hearing && on != other_ && !on.empty()) {
+    tell("another teleoperation of " + names_.leader + ", " + on +
+         ", and ours is asked for: nothing is sent. Mend: disable it, or --teleop NAME to work with it");
   }
+  if (!hearing) other_ = on;
 }
 
 }  // namespace palpate::ros

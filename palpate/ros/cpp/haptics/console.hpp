@@ -57,8 +57,11 @@ class Console {
   /// Somebody's teleoperation on our leader.
   struct Teleop {
     Teleop(Node& node, const std::string& name, Console& console);
+    [[nodiscard]] bool on() const noexcept { return enabled || following; }
     std::string name;
     std::atomic<bool> following{false}, enabled{true};  ///< on, until it says that it is not
+    std::atomic<bool> told{false};
+    int looks = 0;
     Ear<std_msgs::msg::Bool> following_ear;
     Ear<std_msgs::msg::String> state_ear;
   };
@@ -67,7 +70,7 @@ class Console {
   bool set(Gate gate, bool on) noexcept;
   void follow(bool on);
   void state(Gate gate, const std::string& arm, const crtk_msgs::msg::OperatingState& told);
-  void present(bool there);
+  void pedal(Gate gate, bool down, bool good);
   void make_ready();
   void set_back(Publisher<std_msgs::msg::Bool>& to, bool right, const char* words);
   void look_round();
@@ -81,7 +84,7 @@ class Console {
   std::atomic<bool> meddled_{false};
   std::atomic<unsigned> gates_{0};
   std::atomic<double> scale_{0.0};
-  std::mutex mutex_;
+  std::mutex mutex_, telling_;  // of the news; of those who publish
   std::vector<std::string> news_;
 
   Node node_;
@@ -95,8 +98,8 @@ class Console {
   std::list<Teleop> others_;
   std::size_t listeners_ = 0;
   int looks_ = 0;
-  bool other_on_ = false;
-  int nameless_ = 0;  ///< looks, one after the other, at writers whose node is not known
+  std::string other_;  ///< that is on, as it was told
+  int nameless_ = 0;   ///< looks, one after the other, at writers whose node is not known
   Spinner spinner_;
   std::condition_variable woken_;
   bool stop_ = false;

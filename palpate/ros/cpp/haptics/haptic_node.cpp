@@ -160,7 +160,7 @@ void HapticNode::stop() noexcept {
   spinner_->stop();
   spinner_.reset();
   collider_.stop();
-  wrench_message_.wrench = {};
+  wrench_message_.wrench = geometry_msgs::msg::Wrench();
   stamp(wrench_message_.header, wall_now());
   if (commanding_) {
     for (int i = 0; i < 3; ++i) {

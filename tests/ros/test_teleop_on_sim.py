@@ -1,0 +1,232 @@
+"""The whole way on the simulated dVRK: a hand on the MTM, a teleoperation, the PSM's tool at a wall, and back to the
+hand; by the stock teleoperation's hook, and by a teleoperation of ours.
+
+`hand/measured_cf` is the simulated load cell between handle and hand: what is felt, whoever commands what.
+"""
+
+import signal
+import time
+
+import numpy as np
+import pytest
+
+RATE = 250
+MOST = 0.05  # from a pedal to a free hand [s]
+FRICTION = 0.8  # of the simulated MTM at its handle, at most: between what is commanded and felt [N]
+UP = np.array([0.0, 0.0, 1.0])
+SCENE = """
+objects:
+  - {{name: wall, plane: {{size: 0.3}}, pose: {{xyz: [{x}, {y}, {z}]}}, stiffness: 1500, damping: 5}}
+arms: {{leader: {{base: {{xyz: [0, 0, 0]}}, start: [0, 0, 0, 0, 0, 0, 0]}}, follower: {{base: {{xyz: [0, 0, 0]}}}}}}
+mapping: {{scale: 0.2}}
+record: {{report: false}}
+operator: {{path: [{{t: 0.2, xyz: [{x}, {y}, {high}]}}, {{t: 1, xyz: [{x}, {y}, {z}]}}]}}
+"""
+
+
+def xyz(v):
+    return np.array([v.x, v.y, v.z])
+
+
+class Robot:
+    """The simulated dVRK with a hand on its MTM."""
+
+    def __init__(self, dvrk, node, until):
+        self.dvrk, self.node, self.until = dvrk, node, until
+        self.sent = []  # (stamp [s], force (3,)) of each wrench
+        self.told = {}  # stamp of each pedal's last change
+
+    def hear_wrenches(self, topic):
+        from geometry_msgs.msg import WrenchStamped
+
+        self.sent.clear()
+        self.node.create_subscription(WrenchStamped, topic, self._sent, 1000)
+
+    def _sent(self, m):
+        self.sent.append((m.header.stamp.sec + 1e-9 * m.header.stamp.nanosec, xyz(m.wrench.force)))
+
+    @property
+    def push(self):
+        """Last commanded [N]."""
+        return float(np.linalg.norm(self.sent[-1][1])) if self.sent else 0.0
+
+    @property
+    def felt(self):
+        """Upwards, by the hand [N]."""
+        return float(xyz(self.dvrk.last["/MTMR/hand/measured_cf"].wrench.force) @ UP)
+
+    def at(self, arm):
+        return xyz(self.dvrk.last[f"/{arm}/measured_cp"].pose.position)
+
+    def wait(self, seconds):
+        end = time.monotonic() + seconds
+        self.until(lambda: time.monotonic() > end, "time passes")
+
+    def home(self, arms=("MTMR", "PSM1")):
+        """The arms, the instrument past its cannula."""
+        from sensor_msgs.msg import JointState
+
+        for arm in arms:
+            self.dvrk.hear(f"/{arm}/operating_state", f"/{arm}/measured_cp")
+            self.dvrk.home(arm)
+        self.dvrk.hear("/PSM1/measured_js", "/MTMR/hand/measured_cf")
+        self.dvrk.say("/PSM1/move_jp", JointState(position=[0.0, 0.0, 0.12, 0.0, 0.0, 0.0]))
+        self.until(lambda: abs(self.dvrk.last["/PSM1/measured_js"].position[2] - 0.12) < 1e-3, "the instrument is in")
+        self.wait(0.5)
+
+    def pedal(self, name, button):
+        """Press or release; when that happened [s]."""
+        from sensor_msgs.msg import Joy
+
+        topic = f"/console/{name}"
+        if topic not in self.told:
+            self.dvrk.hear(topic, wait=False)
+            self.told[topic] = True
+        self.dvrk.say(f"/console/emulate_{name}", Joy(buttons=[button]))
+        last = self.dvrk.last
+        self.until(lambda: topic in last and last[topic].buttons[0] == button, f"{name} {button}")
+        stamp = last[topic].header.stamp
+        return stamp.sec + 1e-9 * stamp.nanosec
+
+    def follow(self):
+        """The stock teleoperation, until it follows: the operator shows by a pinch to be there."""
+        last = self.dvrk.last
+        self.dvrk.hear("/MTMR_PSM1/current_state", "/MTMR_PSM1/following", "/MTMR_PSM1/scale")
+        self.dvrk.say("/console/teleop/enable", data=True)
+        self.pedal("operator_present", 1)
+        self.pinch()
+        self.until(lambda: last["/MTMR_PSM1/following"].data, "following", 30.0)
+
+    def pinch(self):
+        end = time.monotonic() + 20.0
+        self.until(lambda: self.dvrk.last["/MTMR_PSM1/current_state"].data != "SETTING_ARMS_STATE", "aligning")
+        while self.dvrk.last["/MTMR_PSM1/current_state"].data != "ENABLED":
+            assert time.monotonic() < end, "the MTM does not align"
+            for angle in (0.9, 0.1, 0.9):
+                self.dvrk.say("/MTMR/hand/gripper", data=angle)
+                self.wait(0.2)
+
+    def press(self, newtons, most=0.08):
+        """The hand goes down, 2 cm/s, until it is pushed so hard."""
+        from geometry_msgs.msg import PoseStamped
+
+        goal = PoseStamped(pose=self.dvrk.last["/MTMR/measured_cp"].pose)
+        top = goal.pose.position.z
+        while self.push < newtons:
+            assert goal.pose.position.z > top - most, f"no wall: {self.push:.2f} N, tool at {self.at('PSM1')}"
+            goal.pose.position.z -= 0.0004
+            self.dvrk.say("/MTMR/hand/servo_cp", goal)
+            self.wait(0.02)
+        self.wait(0.5)
+
+    def freed(self, pedalled):
+        """How long after it the last push was sent [s]."""
+        self.until(lambda: self.push == 0.0, "zero", 20.0)  # this listener may be late: stamps tell when it was
+        self.wait(0.5)
+        assert self.push == 0.0
+        return max([t - pedalled for t, force in self.sent if force.any()])
+
+
+@pytest.fixture
+def robot(start, node, until, request):
+    from dvrk_client import Dvrk
+
+    arms = getattr(request, "param", ("MTMR", "PSM1"))
+    start("-m", "palpate", "ros", "sim", "--arms", *arms, "--rate", RATE)
+    robot = Robot(Dvrk(node, until), node, until)
+    robot.home(arms)
+    return robot
+
+
+@pytest.fixture
+def feel(start, tmp_path, robot):
+    """Starts the haptic node with a wall 3 mm below the tool."""
+
+    def run(*options):
+        x, y, z = robot.at("PSM1")
+        (tmp_path / "wall.yaml").write_text(SCENE.format(x=x, y=y, z=z - 0.003, high=z))
+        words = ("--rate", RATE, "--out", tmp_path / "runs", "--force-cap", 2.0)
+        return start("-m", "palpate", "ros", "haptics", tmp_path / "wall.yaml", *words, *options)
+
+    return run
+
+
+def ended(process):
+    process.send_signal(signal.SIGTERM)
+    out, err = process.communicate(timeout=30)
+    assert process.returncode == 0, err
+    return out
+
+
+@pytest.mark.parametrize("frame", ["absolute", "tip"])
+def test_by_the_hook_of_the_stock_teleoperation(robot, feel, frame):
+    process = feel(*(["--tip-frame"] * (frame == "tip")))
+    hook = "/MTMR_PSM1/following/mtm/body/servo_cf"
+    robot.hear_wrenches(hook)
+    robot.follow()
+    robot.until(lambda: len(robot.sent) > RATE, "a second of wrenches", 60.0)
+    assert not any(force.any() for _, force in robot.sent), "nothing in free space"
+    hand, tool = robot.at("MTMR"), robot.at("PSM1")
+    robot.press(1.5)
+    moved, followed = robot.at("MTMR") - hand, robot.at("PSM1") - tool
+    assert np.linalg.norm(followed - robot.dvrk.last["/MTMR_PSM1/scale"].data * moved) < 2e-3
+    assert abs(robot.felt - robot.push) < FRICTION, "what is commanded is felt, upwards"
+
+    took = []
+    for _ in range(3):
+        took.append(robot.freed(robot.pedal("clutch", 1)))
+        assert abs(robot.felt) < FRICTION
+        robot.pedal("clutch", 0)
+        robot.pinch()
+        robot.press(1.5)
+        if took[-1] < MOST:
+            break
+    assert min(took) < MOST
+    assert robot.freed(robot.pedal("operator_present", 0)) < 2 * MOST
+    ended(process)
+
+
+@pytest.mark.parametrize("robot", [("MTMR", "PSM1", "MTML", "ECM")], indirect=True)
+def test_the_camera_pedal_turns_the_frame_and_the_node_turns_it_back(robot, feel):
+    """The camera's teleoperation makes the MTM's frame absolute and leaves it so, and no topic tells that."""
+    cf = ("/MTMR/body/measured_cf", "/MTMR/spatial/measured_cf")
+    robot.dvrk.hear(*cf)
+
+    def absolute():
+        """As the arm measures: its body force has base axes then, as the spatial one."""
+        robot.wait(0.3)
+        body, spatial = (xyz(robot.dvrk.last[topic].wrench.force) for topic in cf)
+        assert np.linalg.norm(spatial) > 0.1, "it carries its weight"
+        return np.linalg.norm(body - spatial) < 0.05 * np.linalg.norm(spatial)
+
+    process = feel("--tip-frame")
+    robot.hear_wrenches("/MTMR_PSM1/following/mtm/body/servo_cf")
+    robot.follow()
+    robot.until(lambda: robot.sent, "wrenches", 60.0)
+    assert not absolute()
+    robot.press(1.0)
+    assert robot.freed(robot.pedal("camera", 1)) < 2 * MOST
+    assert absolute(), "the camera's teleoperation has the MTMs"
+    robot.pedal("camera", 0)
+    robot.pinch()
+    robot.until(lambda: robot.dvrk.last["/MTMR_PSM1/following"].data, "following again", 30.0)
+    assert not absolute()
+    robot.press(1.5)
+    assert abs(robot.felt - robot.push) < FRICTION, "upwards still"
+    ended(process)
+
+
+def test_by_a_teleoperation_of_ours(robot, feel):
+    robot.dvrk.hear("/MTMR_PSM1/current_state")
+    process = feel("--teleop", "none")
+    robot.hear_wrenches("/MTMR/body/servo_cf")
+    robot.pedal("operator_present", 1)
+    robot.until(lambda: len(robot.sent) > RATE, "a second of wrenches", 60.0)
+    hand, tool = robot.at("MTMR"), robot.at("PSM1")
+    robot.press(1.5)
+    moved, followed = robot.at("MTMR") - hand, robot.at("PSM1") - tool
+    assert np.linalg.norm(followed - 0.2 * moved) < 2e-3
+    assert abs(robot.felt - robot.push) < FRICTION
+    assert robot.freed(robot.pedal("operator_present", 0)) < MOST
+    ended(process)
+    assert robot.push == 0.0
