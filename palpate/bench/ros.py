@@ -113,14 +113,18 @@ def table(result: dict[str, Any]) -> Table:
     return out
 
 
-def cpu_of_sim(
+def of_sim(
     seconds: float = 10.0, arms: tuple[str, ...] = ("MTMR", "MTML", "PSM1", "PSM2"), rate: float = RATE
-) -> float:
-    """Cores that `palpate ros sim` takes with these arms, powered, homed and measured at `rate` [Hz] [-].
+) -> dict[str, float]:
+    """What `palpate ros sim` takes and reaches with these arms, powered, homed and measured at `rate` [Hz].
+
+    Returns:
+        `sim_cores`: cores of its process [-]; `sim_rate_hz`: at which the slowest arm's measures came [Hz].
 
     Raises:
         PalpateError: it does not come up.
     """
+    from palpate import ros
     from palpate.ros import topic
 
     command = [sys.executable, "-m", "palpate", "ros", "sim", "--rate", f"{rate:g}", "--arms", *arms]
@@ -131,11 +135,17 @@ def cpu_of_sim(
                 for verb in ("power_on", "home"):
                     topic.publish(here, f"/system/{verb}", "std_msgs/msg/Empty", "{}", None)
                     time.sleep(4.0)
-            before, start = _cpu_time(process.pid), time.monotonic()
+            native = ros.load()
+            context = native.Context()
+            ears = [native.Echo(context, f"/{arm}/body/measured_cf", f"/palpate_heard/{arm}") for arm in arms]
+            _await(lambda: all(ear.count for ear in ears), "an arm of the simulated robot is silent")
+            before, heard, start = _cpu_time(process.pid), [ear.count for ear in ears], time.monotonic()
             time.sleep(seconds)
             if process.poll() is not None:
                 raise PalpateError("palpate ros sim ended by itself", mend="run it alone to see why")
-            return (_cpu_time(process.pid) - before) / (time.monotonic() - start)
+            took = time.monotonic() - start
+            slowest = min(ear.count - then for ear, then in zip(ears, heard, strict=True))
+            return {"sim_cores": (_cpu_time(process.pid) - before) / took, "sim_rate_hz": slowest / took}
         finally:
             process.terminate()
 

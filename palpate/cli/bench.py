@@ -43,8 +43,9 @@ def bench(o: Bench) -> int:
             )
         answered = ros.run(o.duration, o.rate, on_progress=lambda text: say(console, text))
         if o.sim:
-            answered["sim_cores"] = ros.cpu_of_sim()
-            say(console, f"palpate ros sim with four arms: {answered['sim_cores']:.2f} cores")
+            answered |= ros.of_sim()
+            words = f"{answered['sim_rate_hz']:.0f} Hz reached, {answered['sim_cores']:.2f} cores"
+            say(console, f"palpate ros sim with four arms: {words}")
         console.print(ros.table(answered))
         write_json(json, answered)
     else:

@@ -200,7 +200,7 @@ class Bench:
     rate: float = 1000.0
     """ros: of the leader's states [Hz]."""
     sim: bool = False
-    """ros: how many cores `palpate ros sim` takes with four arms, too."""
+    """ros: what `palpate ros sim` takes and reaches with four arms, too."""
 
     def __call__(self) -> int:
         """Do it."""

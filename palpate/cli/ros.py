@@ -57,6 +57,8 @@ class Sim:
     """Of what the arms measure, 1 to 1000 [Hz]."""
     network: bool = False
     """Other machines may talk to it; otherwise this one alone."""
+    meter: Annotated[float | None, arg(metavar="SECONDS")] = None
+    """Every so often a line with the rate that is reached, late servo ticks, commands and cores [s]."""
 
     def __call__(self) -> int:
         """Do it."""
@@ -69,8 +71,14 @@ class Sim:
             say(console, f"simulated dVRK: {', '.join(self.arms)}; {robot.rate:g} Hz, {reach}, {robot.scheduler}")
             say(console, "Ctrl-C ends it")
             sys.stdout.flush()
+            meter = sim.Meter(robot)
             while True:
-                time.sleep(0.2)
+                time.sleep(self.meter or 0.2)
+                if self.meter:
+                    now = meter.look()
+                    words = f"{now['missed']:.0f} servo ticks late, {now['commands']:.0f} commands"
+                    say(console, f"{now['rate']:.0f} Hz, {words}, {now['cores']:.2f} cores")
+                    sys.stdout.flush()
         except KeyboardInterrupt:
             for end in (signal.SIGINT, signal.SIGTERM):
                 signal.signal(end, signal.SIG_IGN)  # it is ending: a tenth of a second

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from typing import Any
 
@@ -38,3 +39,21 @@ def start(
     robot, twin = dvrk.system(arms), dvrk.system(arms)
     native = build.load(on_progress)
     return native.Robot(native.Context(network=network), robot, twin, rate)
+
+
+class Meter:
+    """What a running robot reaches, from one look to the next."""
+
+    def __init__(self, robot: Any) -> None:
+        self._robot = robot
+        self._before = self._now()
+
+    def look(self) -> dict[str, float]:
+        """Since the last look: `rate` of measures [Hz], servo ticks `missed`, `commands`, `cores` of this process."""
+        before, self._before = self._before, self._now()
+        seconds, rounds, missed, commands, cpu = (now - then for now, then in zip(self._before, before, strict=True))
+        return {"rate": rounds / seconds, "missed": missed, "commands": commands, "cores": cpu / seconds}
+
+    def _now(self) -> tuple[float, float, float, float, float]:
+        robot = self._robot
+        return time.monotonic(), robot.rounds, robot.missed, robot.commands, time.process_time()

@@ -45,7 +45,7 @@ def test_the_command_measures_and_keeps_its_contract(built, tmp_path, capsys):
     file = tmp_path / "ros.json"
     assert main(["bench", "ros", "--duration", "1.5", "--rate", "250", "--json", str(file)]) == 0
     told = json.loads(file.read_text())
-    assert set(told) | {"sim_cores"} == json_contract.keys("bench ros")
+    assert set(told) | {"sim_cores", "sim_rate_hz"} == json_contract.keys("bench ros")
     assert told["states"] == pytest.approx(375, rel=0.2)
     assert told["lost"] == 0
     assert abs(told["echo_lost"]) < 0.1 * told["echoes"]  # those that are on their way at its ends

@@ -17,12 +17,14 @@ void bind_rcl(nb::module_& m) {
   nb::class_<Context>(m, "Context", "A connection of this process to ROS 2.")
       .def(
           "__init__",
-          [](Context* self, bool network, int domain, std::vector<std::string> arguments) {
-            new (self) Context({.network = network, .domain = domain, .arguments = std::move(arguments)});
+          [](Context* self, bool network, int domain, int priority, std::vector<std::string> arguments) {
+            new (self) Context(
+                {.network = network, .domain = domain, .priority = priority, .arguments = std::move(arguments)});
           },
           nb::kw_only(), "network"_a = ContextOptions{}.network, "domain"_a = ContextOptions{}.domain,
-          "arguments"_a = std::vector<std::string>{},
-          "Start ROS 2: within this machine alone unless `network`; `domain` -1 is the one of the environment.")
+          "priority"_a = ContextOptions{}.priority, "arguments"_a = std::vector<std::string>{},
+          "Start ROS 2: within this machine alone unless `network`; `domain` -1 is the one of the environment; "
+          "`priority` of SCHED_FIFO for the middleware's receiving threads, where allowed, 0 for none.")
       .def_prop_ro("network", &Context::network, "Whether it talks to other machines.")
       .def_prop_ro("domain", &Context::domain, "ROS_DOMAIN_ID [-].");
 

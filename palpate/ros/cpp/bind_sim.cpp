@@ -20,6 +20,7 @@ void bind_sim(nb::module_& m) {
           "scheduler", [](const Robot& r) { return r.servo().scheduler(); }, "What the system granted.")
       .def_prop_ro(
           "missed", [](const Robot& r) { return r.servo().punctuality().missed.load(); }, "Servo ticks late.")
+      .def_prop_ro("rounds", &Robot::rounds, "How often everything measured was published [-].")
       .def_prop_ro("commands", &Robot::commands, "Commands received [-].")
       .def_prop_ro("dropped", &Robot::dropped, "Commands that came faster than the servo took them [-].");
 }

@@ -27,7 +27,8 @@ class Echo {
                         if (const Status sent = publisher_.publish(wrench); !sent) node_.problem(sent.problem);
                         ++count_;
                       }),
-        spinner_(node_, {.in_thread = [] { loop::schedule({.allow_affinity = false}); }}) {}
+        spinner_(node_, {.in_thread = [] { loop::schedule({.allow_affinity = false}); }, .after = {}, .direct = true}) {
+  }
 
   [[nodiscard]] std::uint64_t count() const noexcept { return count_; }
 

@@ -72,6 +72,7 @@ Puppet::Puppet(std::shared_ptr<Context> context, const PuppetOptions& options)
   }
   SpinnerOptions spinning;
   spinning.in_thread = [] { loop::schedule({.allow_priority = true, .allow_affinity = false, .spin_us = 0.0}); };
+  spinning.direct = true;
   spinner_.emplace(node_, std::move(spinning));
 }
 

@@ -36,7 +36,7 @@ void set_range(bool network) {
 }  // namespace
 
 Context::Context(const ContextOptions& options)
-    : context_(rcl_get_zero_initialized_context()), network_(options.network) {
+    : context_(rcl_get_zero_initialized_context()), network_(options.network), priority_(options.priority) {
   set_range(network_);
   rcl_init_options_t init = rcl_get_zero_initialized_init_options();
   check(rcl_init_options_init(&init, rcl_get_default_allocator()), "prepare ROS");

@@ -6,11 +6,13 @@
 
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "rcl/context.hpp"
@@ -45,6 +47,7 @@ class Node {
   /// Who publishes on, or listens to, a topic (its full name), from everywhere. Allocates: not for a cycle.
   [[nodiscard]] std::vector<Endpoint> publishers(const std::string& topic) const;
   [[nodiscard]] std::vector<Endpoint> subscribers(const std::string& topic) const;
+  /// Told from any thread; the same words at most once a second.
   void problem(const std::string& words) const noexcept;
 
   /// Entities come and go while a spinner runs, but not from within a callback of that spinner.
@@ -59,6 +62,12 @@ class Node {
   rcl_node_t node_;
   rcl_guard_condition_t woken_;
   OnProblem on_problem_;
+  struct Told {
+    std::chrono::steady_clock::time_point at;
+    int times = 0;
+  };
+  mutable std::mutex problems_mutex_;
+  mutable std::unordered_map<std::string, Told> problems_;
   std::mutex entities_mutex_;
   std::atomic<int> visitors_{0};  // who wants the entities: the spinner lets them in first
   std::vector<Entity*> entities_;

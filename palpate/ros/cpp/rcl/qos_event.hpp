@@ -43,13 +43,22 @@ class QosEvent final : public Entity {
   ~QosEvent() override {
     if (!known_) return;
     node_.remove(*this);
+    tell(nullptr);
     if (rcl_event_fini(&event_) != RCL_RET_OK) rcl_reset_error();
   }
 
   void count(Count& count) const noexcept override { ++count.events; }
   rcl_ret_t watch(rcl_wait_set_t& set) noexcept override { return rcl_wait_set_add_event(&set, &event_, &place_); }
   void work(const rcl_wait_set_t& set) override {
-    if (!set.events[place_]) return;
+    if (set.events[place_]) take();
+  }
+  // Where a subscription is told of messages, its event has to be told, too: Fast DDS waits for both by one condition,
+  // which messages that nobody waits for hold true.
+  bool tell(Receiver* receiver) noexcept override {
+    return tell_by(receiver,
+                   [this](auto call, const void* self) { return rcl_event_set_callback(&event_, call, self); });
+  }
+  void take() override {
     rmw_qos_incompatible_event_status_t told{};
     if (rcl_take_event(&event_, &told) != RCL_RET_OK) return rcl_reset_error();
     node_.problem(topic_ + ": the other end's " + policy_name(told.last_policy_kind) +

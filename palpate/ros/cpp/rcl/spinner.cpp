@@ -22,6 +22,25 @@ void Spinner::stop() noexcept {
   thread_.join();
 }
 
+template <class Does>
+void Spinner::guarded(Does does) noexcept {
+  try {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    does();
+  } catch (const std::exception& error) {
+    node_.problem(std::string("a callback failed: ") + error.what());
+  } catch (...) {
+    node_.problem("a callback failed");
+  }
+}
+
+void Spinner::arrived(Entity& entity) noexcept {
+  guarded([&] {
+    entity.take();
+    if (options_.after) options_.after();  // how long to wait is found out by whoever waits
+  });
+}
+
 void Spinner::spin() noexcept {
   if (options_.in_thread) options_.in_thread();
   rcl_wait_set_t set = rcl_get_zero_initialized_wait_set();
@@ -29,15 +48,14 @@ void Spinner::spin() noexcept {
                         "wait for messages");
   if (!ready) return node_.problem(ready.problem);
   std::int64_t patience = kPatience;
-  while (running_) {
-    try {
-      if (!round(set, patience)) break;
+  while (running_ && round(set, patience)) {
+    guarded([&] {
       if (options_.after) patience = std::clamp(options_.after(), std::int64_t{0}, kPatience);
-    } catch (const std::exception& error) {
-      node_.problem(std::string("a callback failed: ") + error.what());
-    } catch (...) {
-      node_.problem("a callback failed");
-    }
+    });
+  }
+  {
+    const auto lock = node_.interrupt();
+    for (Entity* entity : node_.entities_) entity->tell(nullptr);
   }
   if (rcl_wait_set_fini(&set) != RCL_RET_OK) rcl_reset_error();
 }
@@ -45,13 +63,15 @@ void Spinner::spin() noexcept {
 bool Spinner::round(rcl_wait_set_t& set, std::int64_t patience) {
   while (node_.visitors_ > 0) std::this_thread::sleep_for(std::chrono::microseconds(20));
   const std::lock_guard<std::mutex> lock(node_.entities_mutex_);
+  const auto waits = [this](Entity* entity) { return !options_.direct || !entity->tell(this); };
   Count n;
-  for (const Entity* entity : node_.entities_) entity->count(n);
+  for (Entity* entity : node_.entities_)
+    if (waits(entity)) entity->count(n);
   rcl_ret_t answer = rcl_wait_set_resize(&set, n.subscriptions, 1, 0, n.clients, n.services, n.events);
   if (answer == RCL_RET_OK) answer = rcl_wait_set_clear(&set);
   if (answer == RCL_RET_OK) answer = rcl_wait_set_add_guard_condition(&set, &node_.woken_, nullptr);
   for (Entity* entity : node_.entities_)
-    if (answer == RCL_RET_OK) answer = entity->watch(set);
+    if (answer == RCL_RET_OK && waits(entity)) answer = entity->watch(set);
   if (answer == RCL_RET_OK) answer = rcl_wait(&set, patience);
   if (answer == RCL_RET_TIMEOUT) {
     rcl_reset_error();
@@ -61,7 +81,8 @@ bool Spinner::round(rcl_wait_set_t& set, std::int64_t patience) {
     node_.problem(waited.problem);
     return false;
   }
-  for (Entity* entity : node_.entities_) entity->work(set);
+  for (Entity* entity : node_.entities_)
+    if (waits(entity)) guarded([&] { entity->work(set); });
   return true;
 }
 

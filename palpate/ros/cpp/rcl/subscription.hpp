@@ -45,6 +45,7 @@ class Subscription final : public Entity {
   }
   ~Subscription() override {
     node_.remove(*this);
+    tell(nullptr);
     event_.reset();
     if (rcl_subscription_fini(&subscription_, node_.get()) != RCL_RET_OK) rcl_reset_error();
   }
@@ -62,7 +63,14 @@ class Subscription final : public Entity {
     return rcl_wait_set_add_subscription(&set, &subscription_, &place_);
   }
   void work(const rcl_wait_set_t& set) override {
-    if (!set.subscriptions[place_]) return;
+    if (set.subscriptions[place_]) take();
+  }
+  bool tell(Receiver* receiver) noexcept override {
+    return tell_by(receiver, [this](auto call, const void* self) {
+      return rcl_subscription_set_on_new_message_callback(&subscription_, call, self);
+    });
+  }
+  void take() override {
     for (;;) {
       rmw_message_info_t told = rmw_get_zero_initialized_message_info();
       const rcl_ret_t answer = rcl_take(&subscription_, &message_, &told, nullptr);

@@ -105,10 +105,12 @@ Events::Events(Node& node, const dvrk::System& robot) : node_(node) {
 
 Events::~Events() = default;
 
-void Events::publish(const dvrk::Event& event, std::int64_t time_ns) {
+bool Events::publish(const dvrk::Event& event, std::int64_t time_ns) {
   const auto found = tellers_.find({event.from.kind, event.from.index, event.topic});
-  if (found == tellers_.end()) return;
-  if (const Status told = found->second->tell(event, time_ns); !told) node_.problem(told.problem);
+  if (found == tellers_.end()) return true;
+  const Status told = found->second->tell(event, time_ns);
+  if (!told) node_.problem(told.problem);
+  return static_cast<bool>(told);
 }
 
 }  // namespace palpate::ros

@@ -14,8 +14,8 @@ class Events {
  public:
   Events(Node& node, const dvrk::System& robot);
   ~Events();
-  /// `time_ns`: when it happened [ns since 1970].
-  void publish(const dvrk::Event& event, std::int64_t time_ns);
+  /// `time_ns`: when it happened [ns since 1970]. Answers whether it was told.
+  bool publish(const dvrk::Event& event, std::int64_t time_ns);
 
   struct Teller;  ///< of one topic
 

@@ -9,6 +9,13 @@ namespace {
 
 constexpr double kEnd = 0.1;           // of being powered off, before the threads end [s]
 constexpr std::int64_t kCatchUp = 30;  // ticks at most, after the machine was busy elsewhere
+constexpr int kServo = 70;             // priorities, all below a haptic loop's on the same machine (80): of the servo,
+constexpr int kPublish = 69, kListen = 71;  // of who tells what it measured, of who takes commands
+
+/// On any core: the robot is the world, and the world does not wait.
+loop::RealTimeOptions at(int priority) noexcept {
+  return {.allow_affinity = false, .priority = priority, .spin_us = 0.0};
+}
 
 std::int64_t wall_ns() noexcept {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
@@ -24,8 +31,7 @@ Robot::Robot(const std::shared_ptr<Context>& context, dvrk::System& robot, dvrk:
       query_node_(context, "dvrk_queries"),
       queries_(query_node_, twin),
       events_(node_, robot),
-      // Below a haptic loop on the same machine, and on any core: the robot is the world, and the world does not wait.
-      servo_(loop::RealTimeOptions{.allow_affinity = false, .priority = 70, .spin_us = 0.0}) {
+      servo_(at(kServo)) {
   for (int i = 0; i < static_cast<int>(robot.arms().size()); ++i) {
     const std::string& name = robot.arms()[static_cast<std::size_t>(i)];
     arms_.push_back(std::make_unique<ArmMeasures>(node_, name, robot.kind(i), robot.joint_names(i)));
@@ -40,9 +46,12 @@ Robot::Robot(const std::shared_ptr<Context>& context, dvrk::System& robot, dvrk:
     commands_.push(command);
     if (command.verb == dvrk::Verb::set_base_frame) queries_.apply(command);
   });
-  publisher_ = std::thread([this] { publish(); });
+  publisher_ = std::thread([this] {
+    loop::schedule(at(kPublish));
+    publish();
+  });
   servo_.start(1.0 / dvrk::System::kTick, [this](const loop::Wake& wake) { return tick(wake); });
-  spinner_ = std::make_unique<Spinner>(node_);
+  spinner_ = std::make_unique<Spinner>(node_, SpinnerOptions{.in_thread = [] { loop::schedule(at(kListen)); }});
   query_spinner_ = std::make_unique<Spinner>(query_node_);
 }
 
@@ -108,9 +117,13 @@ void Robot::publish() noexcept {
   }
 }
 
+// An event that could not be told stays first in the line: a state that is told too late is better than a wrong one.
 void Robot::publish_round() {
-  Happened happened;
-  while (happened_.pop(happened)) events_.publish(happened.event, happened.time_ns);
+  for (Happened next; untold_ || happened_.pop(next);) {
+    if (!untold_) untold_ = next;
+    if (!events_.publish(untold_->event, untold_->time_ns)) break;
+    untold_.reset();
+  }
   for (std::size_t i = 0; i < arms_.size(); ++i) {
     const auto& [state, time_ns] = arm_states_[i]->read();
     arms_[i]->publish(state, time_ns);
@@ -119,6 +132,7 @@ void Robot::publish_round() {
     const auto& [state, time_ns] = teleop_states_[i]->read();
     teleops_[i]->publish(state, time_ns);
   }
+  rounds_told_.fetch_add(1, std::memory_order_relaxed);
 }
 
 }  // namespace palpate::ros

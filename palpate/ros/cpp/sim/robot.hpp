@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <memory>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -37,6 +38,8 @@ class Robot {
   [[nodiscard]] std::uint64_t commands() const noexcept { return commands_told_; }
   /// Commands that came faster than the servo took them.
   [[nodiscard]] std::uint64_t dropped() const noexcept { return commands_.dropped(); }
+  /// How often everything that is measured was published.
+  [[nodiscard]] std::uint64_t rounds() const noexcept { return rounds_told_; }
 
  private:
   /// A state with the time it was measured.
@@ -67,7 +70,8 @@ class Robot {
   loop::Ring<Happened> happened_{4096};
   std::vector<std::unique_ptr<Mailbox<Stamped<dvrk::ArmState>>>> arm_states_;
   std::vector<std::unique_ptr<Mailbox<Stamped<dvrk::TeleopState>>>> teleop_states_;
-  std::atomic<std::uint64_t> commands_told_{0};
+  std::atomic<std::uint64_t> commands_told_{0}, rounds_told_{0};
+  std::optional<Happened> untold_;
   std::atomic<std::uint32_t> rounds_{0};  // of what is to be published
   std::atomic<bool> ending_{false};
   int ticks_ = 0, ticks_left_ = -1;
