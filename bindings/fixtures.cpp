@@ -3,6 +3,7 @@
 #include <nanobind/stl/vector.h>
 
 #include <array>
+#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
@@ -121,16 +122,21 @@ void bind_fixture(nb::module_& m) {
           "__init__",
           [](Fixture* self, std::string name, std::shared_ptr<Geometry> geometry, const std::string& role,
              const RoleOptions& role_options, const std::string& law, const LawOptions& law_options,
-             const Policy& policy, bool on) {
+             const Policy& policy, bool on, double patience) {
             new (self) Fixture{std::move(name),
                                std::move(geometry),
                                guidance::make_role(role, role_options),
                                guidance::make_law(law, law_options),
                                policy,
-                               on};
+                               on,
+                               {},
+                               patience};
+            if (self->geometry) self->geometry->add_live(self->frames);
           },
           "name"_a, "geometry"_a, "role"_a, "role_options"_a = RoleOptions{}, "law"_a = "spring",
-          "law_options"_a = LawOptions{}, "policy"_a = Policy{}, "on"_a = true)
+          "law_options"_a = LawOptions{}, "policy"_a = Policy{}, "on"_a = true,
+          "patience"_a = std::numeric_limits<double>::infinity(),
+          "patience: a live frame that it is attached to told no longer ago than this, or it fades out [s].")
       .def_ro("name", &Fixture::name)
       .def_prop_ro("role", [](const Fixture& f) { return std::string(f.role->name()); })
       .def_prop_ro("law", [](const Fixture& f) { return std::string(f.law->name()); })

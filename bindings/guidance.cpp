@@ -125,11 +125,15 @@ void bind_frames(nb::module_& m) {
   nb::class_<guidance::LiveFrame, Frame>(m, "LiveFrame", "Is where it was last told to be.")
       .def(nb::init<>())
       .def(
+          "set", [](guidance::LiveFrame& frame, const Matrix4& X_WF) { frame.set(to_pose(X_WF, "X_WF")); },
+          nb::arg("X_WF"), "Its velocity is found from pose to pose. One thread tells.")
+      .def(
           "set",
           [](guidance::LiveFrame& frame, const Matrix4& X_WF, const VectorArg& V_WF) {
-            frame.set({to_pose(X_WF, "X_WF"), twist(V_WF.values, "V_WF")});
+            frame.set(guidance::FrameState{to_pose(X_WF, "X_WF"), twist(V_WF.values, "V_WF")});
           },
-          nb::arg("X_WF"), nb::arg("V_WF") = Vec6(Vec6::Zero()), "One thread tells, one asks.");
+          nb::arg("X_WF"), nb::arg("V_WF"))
+      .def_prop_ro("told", &guidance::LiveFrame::told, "it was told where it is");
 }
 
 void make_path(guidance::Path* self, const Controls& controls, const Rotations& attitudes, bool tangential,

@@ -16,6 +16,7 @@ from palpate.cli.check_mesh import Touch, look, told_of
 from palpate.cli.output import console_for, say, write_json
 from palpate.errors import PalpateWarning
 from palpate.mesh import Mesh, Unit
+from palpate.scene.guidance import LIVE
 from palpate.scene.rig import Rig
 from palpate.surfaces import DistanceGrid
 
@@ -119,11 +120,21 @@ def _fixtures(rig: Rig, console: Console) -> list[dict[str, Any]]:
         asked = fixture.make(rig.here).ask(X_WT)
         gap, turns = float(asked["gap"]), bool(asked["turns"])
         size = f"{np.degrees(abs(gap)):.3g} deg" if turns else f"{1e3 * abs(gap):.3g} mm"
-        state = "nothing is wanted" if not np.isfinite(gap) else f"{size} {'wrong' if gap < 0 else 'to spare'}"
+        live = fixture.frame.of in LIVE and fixture.frame.of != "tool"
+        state = (
+            f"waits for {fixture.frame.of}"
+            if live
+            else "nothing is wanted"
+            if not np.isfinite(gap)
+            else f"{size} {'wrong' if gap < 0 else 'to spare'}"
+        )
         law = f"{fixture.law.name}{', hard' if fixture.hard else ''}{'' if fixture.enabled else ', off'}"
         table.add_row(fixture.name, fixture.role.name, law, fixture.geometry.shape.key, fixture.frame.of, state)
         told.append({"name": fixture.name, "role": fixture.role.name, "law": fixture.law.name, "hard": fixture.hard,
                      "geometry": fixture.geometry.shape.key, "frame": fixture.frame.of,
                      "gap_at_start": gap if np.isfinite(gap) else None})  # fmt: skip
+        if live:
+            frame = fixture.frame.of
+            say(console, f"fixture {fixture.name!r} counts for nothing until session.frames[{frame!r}].set(X) tells it")
     console.print(table)
     return told

@@ -112,6 +112,8 @@ class Frame(Section):
     """world, leader, follower, tool, camera, or an object of the scene, with its motion"""
     pose: PoseSection = PoseSection()
     """X_FG: the geometry in that frame"""
+    patience: Positive | None = None
+    """camera: the fixture fades out once the frame is told no longer; never when left out [s]"""
 
 
 class Fixture(Section):
@@ -218,7 +220,7 @@ class Fixture(Section):
         policy.ramps = [_core.Ramp(ramp.by, ramp.start, ramp.end) for ramp in self.ramps]
         try:
             made = _core.Fixture(name, geometry, self.role.name, self.role.core(), self.law.name, self.law.core(),
-                                 policy, self.enabled)  # fmt: skip
+                                 policy, self.enabled, self.frame.patience or np.inf)  # fmt: skip
             _core.Fixtures([made])
         except ValueError as error:
             what, _, mend = str(error).partition("; ")

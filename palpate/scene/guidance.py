@@ -12,7 +12,7 @@ from palpate.guidance.here import Here
 from palpate.scene import arms, surface, tissue
 from palpate.scene.scene import Scene
 
-#: Frames that are told where they are while a session runs; at the world's origin until then.
+#: Frames that are told where they are while a session runs; until then what is attached to them counts for nothing.
 LIVE = ("tool", "camera")
 
 

@@ -38,7 +38,8 @@ def filled(options, values):
 
 
 def fixture(geometry, role="forbid", law="spring", name="one", on=True, role_=None, law_=None, **policy):
-    """role_, law_: options by their names; the rest is policy."""
+    """role_, law_: options by their names; the rest is policy, and patience."""
+    patience = policy.pop("patience", np.inf)
     return _core.Fixture(
         name,
         geometry,
@@ -48,6 +49,7 @@ def fixture(geometry, role="forbid", law="spring", name="one", on=True, role_=No
         filled(_core.GuidanceLawOptions(), law_ or {}),
         filled(_core.Policy(), policy),
         on,
+        patience,
     )
 
 

@@ -180,3 +180,21 @@ def test_on_an_admittance_master_the_hand_moves_easily_along_and_hardly_across(a
     of_fixture = o.mapping.force_scale * o.mapping.scale * (B if along else B / ratio)
     assert -felt / speed == pytest.approx(b + of_fixture, rel=0.15)
     np.testing.assert_allclose(ticks["F_guidance_W"], 0.0, atol=1e-12)
+
+
+def test_the_damping_of_an_admittance_master_is_capped_and_booked_as_a_force_is():
+    """Hard across: more than the cap would be felt; the ledger bills guidance with what the hand was given of it."""
+    line = _core.LineGeometry(np.array([-1.0, 0, 0.012]), np.array([1.0, 0, 0.012]), True)
+    f = fixture(placed(line), "guide", "admittance", law_={"B": 20.0, "ratio": 0.05})
+    path = way([[0, 0, 0.012], [0, 0, 0.012], [0, 0.1, 0.012]], [0.0, 0.4, 1.4])
+    changes = {"torque__law": "admittance", "stability__force_cap": 1.5, "hand__stiffness": 300.0}
+    ticks = loop_rig.run(simulation(path, f, **changes), 1.6)
+    felt = np.linalg.norm(ticks["F_H_L"], axis=1)
+    assert felt.max() <= 1.5 + 1e-9
+    assert felt.max() > 1.4, "control: the cap was reached"
+    assert np.linalg.norm(np.diff(ticks["F_H_L"], axis=0), axis=1).max() < 0.2
+    power = -(ticks["F_H_L"] * ticks["v_LH"]).sum(axis=1)
+    taken = (power * 1e-3).sum()
+    assert taken > 0.01, "the hand paid for its way across"
+    assert ticks["energy_port"][-1] == pytest.approx(taken, rel=0.1)
+    assert ticks["energy_source"][-1, 15] >= ticks["energy_port"][-1], "wanted by guidance, before the caps"

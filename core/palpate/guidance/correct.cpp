@@ -13,7 +13,6 @@
 namespace palpate::guidance {
 namespace {
 
-constexpr double kLength = 0.05;     // [m] that a turn of 1 rad counts as
 constexpr int kRounds = 3;           // of linearising and solving
 constexpr double kGood = 1e-6;       // [m, rad] lacking less, a place is as wanted
 constexpr double kFar = 0.5;         // [m] a correction beyond it is none
@@ -43,13 +42,6 @@ Pose moved(const Pose& X, const Vec6& y) noexcept {
   const Vec3 theta = y.tail<3>() / kLength;
   const double angle = theta.norm();
   return {angle > 0.0 ? Mat3(Eigen::AngleAxisd(angle, theta / angle) * X.R) : X.R, X.p + y.head<3>()};
-}
-
-/// What turns the tool is led by turning it: never by shifting it to where another attitude is wanted.
-Vec6 row(const Want& want) noexcept {
-  Vec6 a;
-  a << (want.turns ? Vec3(Vec3::Zero()) : want.along.f), want.along.t / kLength;
-  return a;
 }
 
 bool one_sided(const Want& want) noexcept {

@@ -86,6 +86,7 @@ void check(const Fixture& f) {
   require(p.release >= p.engage, whose, "release", p.release, "must not be below engage");
   require(p.rise >= 0.01 && std::isfinite(p.rise), whose, "rise", p.rise, "must be 0.01 s or more: no steps");
   require(p.fall >= 0.01 && std::isfinite(p.fall), whose, "fall", p.fall, "must be 0.01 s or more: no steps");
+  require(f.patience > 0.0, whose, "patience", f.patience, "must be above 0 s");
   for (const Ramp& ramp : p.ramps) {
     require(std::isfinite(ramp.from) && std::isfinite(ramp.to) && ramp.from != ramp.to, whose, "ramp", ramp.to,
             "from and to must be finite, and not the same");

@@ -12,8 +12,6 @@
 
 namespace palpate::guidance {
 
-class LiveFrame;
-
 /// Fixtures of a list, at most.
 inline constexpr int kMaxFixtures = 128;
 
@@ -144,6 +142,8 @@ struct Fixture {
   std::shared_ptr<const Law> law;
   Policy policy;
   bool on = true;
+  LiveFrames frames;  ///< that the geometry is attached to: never told, the fixture counts for nothing ...
+  double patience = std::numeric_limits<double>::infinity();  ///< ... and told longer ago than this, too [s]
 };
 
 /// What a fixture wants of a tool at time t [s], whatever its policy.

@@ -1,9 +1,15 @@
 #include "palpate/guidance/frame.hpp"
 
+#include <Eigen/Geometry>
 #include <stdexcept>
 #include <utility>
 
 namespace palpate::guidance {
+namespace {
+
+constexpr double kSeldom = 0.2;  // [s] between two poses of which no velocity is made
+
+}  // namespace
 
 MotionFrame::MotionFrame(const Pose& X_WF, scene::Motion motion) : X_WF_(X_WF), motion_(std::move(motion)) {}
 
@@ -12,25 +18,28 @@ FrameState MotionFrame::at(double t) const noexcept {
   return {X_WF, {motion_.velocity(X_WF.p, t), motion_.spin(t)}};
 }
 
-void LiveFrame::set(const FrameState& state) noexcept {
+void LiveFrame::put(const FrameState& state, bool with_velocity) noexcept {
   const std::size_t n = told_.load(std::memory_order_relaxed) + 1;
   Slot& slot = slots_[n % kSlots];
   const auto put = [&slot](std::size_t from, const double* values, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) slot[from + i].store(values[i], std::memory_order_relaxed);
   };
   std::atomic_thread_fence(std::memory_order_release);
+  const double given = with_velocity ? 1.0 : 0.0;
   put(0, state.X_WF.R.data(), 9);
   put(9, state.X_WF.p.data(), 3);
   put(12, state.V_WF.v.data(), 3);
   put(15, state.V_WF.w.data(), 3);
+  put(18, &given, 1);
   told_.store(n, std::memory_order_release);
 }
 
-FrameState LiveFrame::at(double) const noexcept {
-  FrameState state;
+// The state as it was told. True when a velocity was.
+bool LiveFrame::get(FrameState& state) const noexcept {
+  double given = 0.0;
   for (int again = 0; again < 4; ++again) {  // overtaken while it was read: once more
     const std::size_t n = told_.load(std::memory_order_acquire);
-    if (n == 0) return {};
+    if (n == 0) return true;
     const Slot& slot = slots_[n % kSlots];
     const auto get = [&slot](std::size_t from, double* values, std::size_t count) {
       for (std::size_t i = 0; i < count; ++i) values[i] = slot[from + i].load(std::memory_order_relaxed);
@@ -39,15 +48,61 @@ FrameState LiveFrame::at(double) const noexcept {
     get(9, state.X_WF.p.data(), 3);
     get(12, state.V_WF.v.data(), 3);
     get(15, state.V_WF.w.data(), 3);
+    get(18, &given, 1);
     std::atomic_thread_fence(std::memory_order_acquire);
     if (told_.load(std::memory_order_relaxed) - n < kSlots - 1) break;
   }
+  return given != 0.0;
+}
+
+FrameState LiveFrame::at(double) const noexcept {
+  FrameState state;
+  if (!get(state)) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto k = static_cast<Eigen::Index>(i);
+      state.V_WF.v[k] = V_[i].load(std::memory_order_relaxed);
+      state.V_WF.w[k] = V_[i + 3].load(std::memory_order_relaxed);
+    }
+  }
   return state;
+}
+
+void LiveFrame::see(double t) noexcept {
+  const std::size_t told = told_.load(std::memory_order_acquire);
+  Twist V;
+  if (t < t_) seen_ = 0;  // another run
+  if (told == seen_) {
+    t_ = t;
+    if (age() <= 2.5 * interval_) return;  // told at its usual pace it is still on its way; later it has stopped
+  } else {
+    FrameState now;
+    (void)get(now);
+    interval_ = seen_ > 0 ? t - t_told_ : 0.0;
+    if (interval_ > 0.0 && interval_ < kSeldom) {
+      const Eigen::AngleAxisd turned(Mat3(now.X_WF.R * X_seen_.R.transpose()));
+      V = {(now.X_WF.p - X_seen_.p) / interval_, turned.angle() / interval_ * turned.axis()};
+      if (V.v.norm() > kFastest || V.w.norm() > kTurns) V = {};  // a leap
+    }
+    X_seen_ = now.X_WF;
+    seen_ = told;
+    t_ = t_told_ = t;
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    V_[i].store(V.v[k], std::memory_order_relaxed);
+    V_[i + 3].store(V.w[k], std::memory_order_relaxed);
+  }
 }
 
 Placed::Placed(GeometryPtr geometry, const Pose& X_FG, std::shared_ptr<const Frame> frame)
     : geometry_(std::move(geometry)), X_FG_(X_FG), frame_(std::move(frame)) {
   if (geometry_ == nullptr || frame_ == nullptr) throw std::invalid_argument("a geometry and a frame are needed");
+}
+
+void Placed::add_live(LiveFrames& frames) const {
+  const auto live = std::dynamic_pointer_cast<const LiveFrame>(frame_);
+  if (live != nullptr) frames.push_back(std::const_pointer_cast<LiveFrame>(live));
+  geometry_->add_live(frames);
 }
 
 Query Placed::answer(const Pose& X_WT, double t) const noexcept {

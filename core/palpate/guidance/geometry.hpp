@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "palpate/types/spatial.hpp"
 
@@ -30,6 +31,9 @@ struct Slope {
   Mat3 turn = Mat3::Zero();    ///< the rotation vector of the attitude's turn, by dp [rad/m]
 };
 
+class LiveFrame;
+using LiveFrames = std::vector<std::shared_ptr<LiveFrame>>;
+
 /// Immutable once built; what moves is where it is (frame.hpp). Distances are exact unless a class says otherwise.
 class Geometry {
  public:
@@ -45,6 +49,8 @@ class Geometry {
   [[nodiscard]] Slope slopes(const Pose& X_WT, double t) const noexcept;
   /// It has an inside: `forbid` and `keep-in` have a meaning.
   [[nodiscard]] virtual bool solid() const noexcept = 0;
+  /// Adds the frames that it is attached to and that are told live.
+  virtual void add_live(LiveFrames& /*frames*/) const {}
 
   static constexpr double kFarthest = 1e6;    ///< of coordinates [m]
   static constexpr double kSharpest = 100.0;  ///< most that a slope turns by [rad/m] ...

@@ -58,6 +58,17 @@ struct Output {
   unsigned status = 0;  ///< bits of loop::Status
 };
 
+/// A turn of 1 rad counts as so many metres [m].
+inline constexpr double kLength = 0.05;
+
+/// The gradient of what is wanted over (place, kLength turn). What turns the tool is led by turning it, never by
+/// shifting it to where another attitude is wanted.
+inline Vec6 row(const Want& want) noexcept {
+  Vec6 a;
+  a << (want.turns ? Vec3(Vec3::Zero()) : want.along.f), want.along.t / kLength;
+  return a;
+}
+
 class Guidance {
  public:
   /// dt: period of the cycle [s]. Throws std::invalid_argument naming an option that cannot be.
@@ -124,8 +135,8 @@ class Guidance {
   [[nodiscard]] double kept(const Want& want, bool hard) const noexcept;
   Pose towards(const Pose& X_WT, const Input& in) noexcept;
   void pull(const Input& in) noexcept;
-  void yield() noexcept;
-  void blend(const Wrench& F, const Input& in) noexcept;
+  void yield(bool takes_damping) noexcept;
+  void blend(const Wrench& F, const Mat3& B_W, const Input& in) noexcept;
   void tell(const Input& in) noexcept;
 
   Options options_;
@@ -134,6 +145,7 @@ class Guidance {
   const Fixtures* fixtures_ = nullptr;
   std::array<Part, kMaxFixtures> part_{}, old_{};
   Proxy hard_, soft_;
+  Qp yield_;         ///< what gives way to whom
   Jacobian turned_;  ///< joint k turns by turned_.col(k) . y
   Pose X_before_;    ///< mapped goal of the last tick
   Twist V_before_;

@@ -58,8 +58,8 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
   const bool reached = reach(follower_, X_BT_goal, q_step_, out_.follower.q);
   out_.follower.jaw = felt.mapped.jaw;
   in_.tool.reached = reached && in_.tool.good;
-  const Wrench& F_H_L = felt.rendered.F_H_L;
-  const unsigned driven = torque_.step(leader_, {leader_state_, F_H_L, in_.handle.good, felt.B_H_L}, out_.leader);
+  const Wrench& beside = felt.beside;
+  const unsigned driven = torque_.step(leader_, {leader_state_, beside, in_.handle.good, felt.B_H_L}, out_.leader);
   haptics_.finish(in_, out_.leader.F_H_L, out_.tick);
 
   out_.tick.status =

@@ -1,5 +1,7 @@
 #include "palpate/loop/haptics.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 namespace palpate::loop {
@@ -36,12 +38,25 @@ const HapticsOutput& Haptics::step(const HapticsInput& in) noexcept {
   stiffness_ = options_.source == force::Source::contact
                    ? stability::stiffness_along(out_.force.F, *out_.contacts, in.controls.stiffness_scale)
                    : 0.0;
-  out_.wanted = mapping_.wrench_on_hand(felt_ + out_.guided.F_T_W);
+  out_.F_B_L = {-out_.B_H_L * in.handle.V_LH.v, Vec3::Zero()};
+  out_.wanted = mapping_.wrench_on_hand(felt_ + out_.guided.F_T_W) + out_.F_B_L;
   out_.rendered = stabilise(in);
+  share_out(in.handle);
   return out_;
 }
 
-void Haptics::finish(const HapticsInput& in, const Wrench& F_H_L, Tick& tick) noexcept {
+// Caps and passivity leave a share of the force: so much of the damping, too, is the master's to render.
+void Haptics::share_out(const Handle& handle) noexcept {
+  const Vec3 &wanted = out_.wanted.f, &rendered = out_.rendered.F_H_L.f;
+  const double size = wanted.squaredNorm();
+  const double share = size > 0.0 ? std::clamp(rendered.dot(wanted) / size, 0.0, 1.0) : 0.0;
+  out_.B_H_L *= std::isfinite(share) ? share : 0.0;
+  F_B_L_ = {-out_.B_H_L * handle.V_LH.v, Vec3::Zero()};
+  out_.beside = out_.rendered.F_H_L - F_B_L_;
+}
+
+void Haptics::finish(const HapticsInput& in, const Wrench& beside, Tick& tick) noexcept {
+  const Wrench F_H_L = beside + F_B_L_;
   stability_.rendered(F_H_L);
   const stability::Energy energy = book(in, F_H_L);
   record(in, tick);

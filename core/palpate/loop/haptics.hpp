@@ -65,10 +65,12 @@ struct HapticsOutput {
   mapping::Output mapped;                         ///< the tool's goal, corrected by hard fixtures
   guidance::Output guided;                        ///< what the fixtures add
   Mat3 B_H_L = Mat3::Zero();                      ///< of it, damping at the handle for a master that takes it [N s/m]
+  Wrench F_B_L;                                   ///< what that damping wants the hand to be given
   const contact::ContactSet* contacts = nullptr;  ///< what is touched
   force::ForceTerms force;                        ///< of it on the tool
-  Wrench wanted;                                  ///< on the hand, before the stage `stability`
-  stability::Output rendered;                     ///< on the hand
+  Wrench wanted;                                  ///< on the hand, F_B_L in it, before the stage `stability`
+  stability::Output rendered;                     ///< on the hand, F_B_L in it
+  Wrench beside;                                  ///< of it, what the master renders beside B_H_L
 };
 
 /// Its signals of a tick.
@@ -81,8 +83,9 @@ class Haptics {
 
   /// One tick: no allocation, no lock, no exception. The answer lives until the next step. `in` up to finish().
   const HapticsOutput& step(const HapticsInput& in) noexcept;
-  /// What the device truly renders of it, to be told after every step: books the energy, writes the tick's signals.
-  void finish(const HapticsInput& in, const Wrench& F_H_L, Tick& tick) noexcept;
+  /// What the device truly renders of `beside`, to be told after every step: books the energy, writes the tick's
+  /// signals.
+  void finish(const HapticsInput& in, const Wrench& beside, Tick& tick) noexcept;
 
   [[nodiscard]] const mapping::Mapping& mapping() const noexcept { return mapping_; }
   [[nodiscard]] bool stale(double now, double stamp) const noexcept { return stability_.stale(now, stamp); }
@@ -99,6 +102,7 @@ class Haptics {
  private:
   void guide(const HapticsInput& in) noexcept;
   [[nodiscard]] Wrench felt(const HapticsInput& in) const noexcept;
+  void share_out(const Handle& handle) noexcept;
   [[nodiscard]] stability::Output stabilise(const HapticsInput& in) noexcept;
   stability::Energy book(const HapticsInput& in, const Wrench& F_H_L) noexcept;
   void record(const HapticsInput& in, Tick& tick) const noexcept;
@@ -114,6 +118,7 @@ class Haptics {
   stability::Stability stability_;
   stability::Ledger ledger_;
   HapticsOutput out_;
+  Wrench F_B_L_;            ///< what the damping gives, once caps and passivity have taken their share
   Wrench felt_;             ///< of what the tool touches, in W: in the last tick
   double stiffness_ = 0.0;  ///< along it, on the tool's side; 0 when it is not known [N/m]
 };

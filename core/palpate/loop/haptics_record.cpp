@@ -54,7 +54,7 @@ stability::Energy Haptics::book(const HapticsInput& in, const Wrench& F_H_L) noe
     rest = rest - of_contact;
   }
   if (out_.mapped.engaged) {
-    const Wrench of_guidance = finite(mapping_.wrench_on_hand(out_.guided.F_T_W));
+    const Wrench of_guidance = finite(mapping_.wrench_on_hand(out_.guided.F_T_W) + out_.F_B_L);
     forces.F_source[kGuidanceSource] = of_guidance;
     rest = rest - of_guidance;
   }

@@ -110,6 +110,8 @@ constexpr std::array kStatusWords = {
     StatusWords{"singular", kSingular, "the leader is nearly stretched: its dynamics are damped"},
     StatusWords{"too_fast", kTooFast, "fast motion: the hand feels the arm's inertia beside the force"},
     StatusWords{"guidance_conflict", kGuidanceConflict, "fixtures contradict each other: one of them gives way"},
+    StatusWords{"frame_lost", kFrameLost,
+                "the frame that a fixture is attached to is not told where it is: the fixture counts for nothing"},
     StatusWords{"goal_corrected", kGoalCorrected, "a hard fixture holds the instrument back"},
     StatusWords{"ik_failed", kIkFailed, "the instrument cannot reach further: it holds"},
     StatusWords{"hand_slipped", kHandSlipped, "the handle slips out of the hand's grip"},

@@ -31,6 +31,7 @@ enum Status : unsigned {
   // Of devices on a network (crtk_cycle.hpp). All but the first two are faults: the force is zero within 30 ms.
   kNoOperator = 1u << 17,    ///< nobody is at the console
   kNotEnabled = 1u << 18,    ///< an arm is not enabled and homed
+  kFrameLost = 1u << 16,     ///< a fixture's frame was never told, or not for longer than its patience: it fades out
   kFrameUnsure = 1u << 15,   ///< the arm may read wrenches in another frame, or not carry its own weight
   kBadStamp = 1u << 19,      ///< a stamp was zero, which says not valid, or far from our clock
   kClockJumped = 1u << 23,   ///< ours, or the device's

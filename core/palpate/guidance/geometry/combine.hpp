@@ -17,6 +17,7 @@ class Offset final : public Geometry {
   /// Throws std::invalid_argument when margin [m] is not finite, or not above zero around something without an inside.
   Offset(GeometryPtr geometry, double margin);
   [[nodiscard]] bool solid() const noexcept override { return true; }
+  void add_live(LiveFrames& frames) const override { geometry_->add_live(frames); }
 
  protected:
   [[nodiscard]] Query answer(const Pose& X_WT, double t) const noexcept override;
@@ -38,6 +39,9 @@ class Combination final : public Geometry {
   /// Throws std::invalid_argument: no parts, a blend that is no length, or parts without an inside that are cut.
   Combination(Kind kind, std::vector<GeometryPtr> parts, double blend);
   [[nodiscard]] bool solid() const noexcept override { return solid_; }
+  void add_live(LiveFrames& frames) const override {
+    for (const GeometryPtr& part : parts_) part->add_live(frames);
+  }
 
  protected:
   [[nodiscard]] Query answer(const Pose& X_WT, double t) const noexcept override;
