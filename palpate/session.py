@@ -18,7 +18,8 @@ import numpy as np
 
 from palpate import _core
 from palpate.errors import PalpateError
-from palpate.guidance.fixture import Fixture, named
+from palpate.guidance.fixture import Fixture
+from palpate.guidance.lists import named
 from palpate.guidance.steered import SteeredFixtures
 from palpate.record.ticks import Ticks, as_ticks
 from palpate.record.writer import Recorder

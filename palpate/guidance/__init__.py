@@ -2,7 +2,7 @@
 
 import palpate.scene  # noqa: F401 - its sections hold fixtures: whoever comes first, it is complete before them
 from palpate.guidance.combine import Difference, Geometry, Intersection, Offset, Union
-from palpate.guidance.fixture import Fixture, Law, Ramp, Role, from_yaml, to_yaml
+from palpate.guidance.fixture import Fixture
 from palpate.guidance.geometry import (
     Box,
     Cloud,
@@ -18,7 +18,9 @@ from palpate.guidance.geometry import (
     Sphere,
 )
 from palpate.guidance.here import Here
+from palpate.guidance.lists import from_yaml, to_yaml
 from palpate.guidance.paths import Path, Tube
+from palpate.guidance.sections import Law, Ramp, Role
 
 __all__ = [
     "Box",

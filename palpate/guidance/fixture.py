@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import numpy as np
 import numpy.typing as npt
-import yaml
-from pydantic import Field, GetJsonSchemaHandler, TypeAdapter, ValidationError, field_validator, model_validator
+from pydantic import Field, GetJsonSchemaHandler, field_validator, model_validator
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
@@ -16,104 +14,19 @@ from palpate import _core
 from palpate.errors import GuidanceError
 from palpate.guidance import one_line
 from palpate.guidance.combine import Geometry
-from palpate.guidance.geometry import Shape, placed
+from palpate.guidance.geometry import Shape, placed, refused
 from palpate.guidance.here import Here
-from palpate.guidance.values import NotNegativeLength, PositiveLength
-from palpate.scene.values import NotNegative, Number, Positive, Section, Vector
-from palpate.scene.values import Pose as PoseSection
+from palpate.guidance.sections import Frame, Law, Ramp, Role
+from palpate.guidance.values import PositiveLength
+from palpate.scene.values import Number, Section
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = npt.NDArray[np.float64]
 
-_R, _L, _P = _core.GuidanceRoleOptions(), _core.GuidanceLawOptions(), _core.Policy()
+_P = _core.Policy()
 Share = Annotated[Number, Field(ge=0.0, le=1.0)]
-RoleName = Literal["guide", "forbid", "keep-in", "orient", "limit", "rcm"]
-LawName = Literal["spring", "potential", "admittance", "optimise"]
-
-
-class Role(Section):
-    """What is wanted of the tool at the geometry; each role reads what concerns it."""
-
-    name: RoleName
-    """guide: attracts; forbid: stay out; keep-in: stay inside; orient: turn to it; limit: speed, force or workspace
-    inside; rcm: the shaft passes through"""
-    margin: NotNegativeLength = _R.margin
-    """guide: free play; forbid: kept clear around; keep-in: kept clear inside [m]"""
-    angle_deg: NotNegative = float(np.degrees(_R.angle))
-    """orient: free tilt [deg]"""
-    axis: Vector = (_R.axis[0], _R.axis[1], _R.axis[2])
-    """orient, rcm: of the tool, in T, what points or slides [-]"""
-    target: Literal["axis", "normal", "frame"] = _R.target
-    """orient: to the geometry's axis, against its normal, or as its whole frame"""
-    speed: NotNegative = _R.speed
-    """limit: of the tool; 0: none [m/s]"""
-    force: NotNegative = _R.force
-    """limit: of what it touches, on the tool; 0: none [N]"""
-
-    def core(self) -> _core.GuidanceRoleOptions:
-        """As the core knows it."""
-        o = _core.GuidanceRoleOptions()
-        o.margin, o.angle, o.axis = self.margin, float(np.radians(self.angle_deg)), np.array(self.axis)
-        o.target, o.speed, o.force = self.target, self.speed, self.force
-        return o
-
-
-class Law(Section):
-    """How the hand is told; each law reads what concerns it. On the tool's side: the hand feels it by the mapping."""
-
-    name: LawName = "spring"
-    """spring: spring and damper to the closest place; potential: with range and saturation; admittance: free along,
-    hard across; optimise: all such fixtures together, by a quadratic program"""
-    stiffness: NotNegative = _L.K
-    """of the spring [N/m]"""
-    damping: NotNegative = _L.B
-    """against what is not wanted [N s/m]"""
-    turning_stiffness: NotNegative = _L.K_turn
-    """the same of an angle [N m/rad]"""
-    turning_damping: NotNegative = _L.B_turn
-    """the same of an angle [N m s/rad]"""
-    force: NotNegative = _L.force
-    """potential, optimise: most that it pulls [N]"""
-    moment: NotNegative = _L.moment
-    """the same of an angle [N m]"""
-    range: PositiveLength = _L.range
-    """potential: attracts or repels from so far [m]"""
-    turning_range_deg: Positive = float(np.degrees(_L.range_turn))
-    """potential: the same of an angle [deg]"""
-    ratio: Annotated[Number, Field(gt=0.0, le=1.0)] = _L.ratio
-    """admittance: speed across what is free per speed along it [-]"""
-
-    def core(self) -> _core.GuidanceLawOptions:
-        """As the core knows it."""
-        o = _core.GuidanceLawOptions()
-        o.K, o.B, o.K_turn, o.B_turn = self.stiffness, self.damping, self.turning_stiffness, self.turning_damping
-        o.force, o.moment, o.range, o.ratio = self.force, self.moment, self.range, self.ratio
-        o.range_turn = float(np.radians(self.turning_range_deg))
-        return o
-
-
-class Ramp(Section):
-    """Authority that fades with something measured: 0 at `start`, 1 at `end`, either may be the larger."""
-
-    by: Literal["pedal", "distance", "time", "force"] = "pedal"
-    """guidance pedal [0-1], distance from what is wanted [m], time since it was engaged [s], force of the hand [N]"""
-    start: Number = 0.0
-    """authority is 0 here"""
-    end: Number = 1.0
-    """and 1 here"""
-
-
-class Frame(Section):
-    """Where a fixture is attached, and how it sits there."""
-
-    of: str = "world"
-    """world, leader, follower, tool, camera, or an object of the scene, with its motion"""
-    pose: PoseSection = PoseSection()
-    """X_FG: the geometry in that frame"""
-    patience: Positive | None = None
-    """camera: the fixture fades out once the frame is told no longer; never when left out [s]"""
 
 
 class Fixture(Section):
@@ -149,9 +62,9 @@ class Fixture(Section):
     """takes part once the tool is nearer than this to what is wanted; always when left out [m]"""
     release: PositiveLength | None = None
     """until it is farther than this; never when left out [m]"""
-    rise: NotNegative = _P.rise
+    rise: Annotated[Number, Field(ge=0.01)] = _P.rise
     """shortest time for its authority from 0 to 1 [s]"""
-    fall: NotNegative = _P.fall
+    fall: Annotated[Number, Field(ge=0.01)] = _P.fall
     """and back [s]"""
     ramps: Annotated[tuple[Ramp, ...], Field(max_length=8)] = ()
     """its authority fades with each of them"""
@@ -177,6 +90,13 @@ class Fixture(Section):
     @classmethod
     def _frame(cls, value: Any) -> Any:
         return {"of": value} if isinstance(value, str) else value
+
+    @model_validator(mode="after")
+    def _hysteresis(self) -> Self:
+        if self.engage is not None and self.release is not None and self.release < self.engage:
+            told = f"release {self.release:g} m is below engage {self.engage:g} m"
+            raise ValueError(f"{told} | it takes part below engage, until above release: release the larger")
+        return self
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
@@ -223,8 +143,7 @@ class Fixture(Section):
                                  policy, self.enabled, self.frame.patience or np.inf)  # fmt: skip
             _core.Fixtures([made])
         except ValueError as error:
-            what, _, mend = str(error).partition("; ")
-            raise GuidanceError(what, where=name, mend=mend) from None
+            raise refused(error, name) from None
         return made
 
     def make_geometry(self, here: Here | None = None) -> _core.Geometry:
@@ -258,6 +177,8 @@ class Fixture(Section):
 
     def to_yaml(self) -> str:
         """As one item of a scene's list ``guidance``; `from_yaml` reads it back."""
+        from palpate.guidance.lists import to_yaml
+
         return to_yaml([self])
 
     @classmethod
@@ -267,47 +188,9 @@ class Fixture(Section):
         Raises:
             GuidanceError: none or several.
         """
+        from palpate.guidance.lists import from_yaml
+
         found = from_yaml(text)
         if len(found) != 1:
             raise GuidanceError(f"{len(found)} fixtures where one is wanted", mend="guidance.from_yaml reads lists")
         return found[0]
-
-
-def to_yaml(fixtures: Iterable[Fixture]) -> str:
-    """A scene's list ``guidance``: what differs from the defaults."""
-    data = [f.model_dump(mode="json", exclude_defaults=True) for f in fixtures]
-    return str(yaml.safe_dump(data, sort_keys=False, allow_unicode=True, default_flow_style=None, width=110))
-
-
-def from_yaml(text: str) -> tuple[Fixture, ...]:
-    """Fixtures from a list of YAML, of sections or of lines.
-
-    Raises:
-        GuidanceError: it is none; names the first mistake.
-    """
-    try:
-        data = yaml.safe_load(one_line.readable(text))
-        return TypeAdapter(tuple[Fixture, ...]).validate_python(data if isinstance(data, list) else [data])
-    except yaml.YAMLError as error:
-        raise GuidanceError("not valid YAML", why=" ".join(str(error).split()), mend="a list of fixtures") from None
-    except ValidationError as error:
-        from palpate.scene.explain import spell
-
-        first = error.errors(include_url=False)[0]
-        what, _, mend = str(first.get("ctx", {}).get("error", first["msg"])).partition(" | ")
-        raise GuidanceError(f"{spell(tuple(first['loc']))}: {what}", mend=mend) from None
-
-
-def named(guidance: tuple[Fixture, ...]) -> tuple[Fixture, ...]:
-    """Each with a name of its own: its role where none is given, and a number where one is taken.
-
-    Raises:
-        ValueError: two were given the same name.
-    """
-    out: list[Fixture] = []
-    for i, fixture in enumerate(guidance):
-        name, taken = fixture.name or fixture.role.name, [f.name for f in out]
-        if name in taken and fixture.name:
-            raise ValueError(f"two fixtures are named {name!r} | give each fixture its own name")
-        out.append(fixture.model_copy(update={"name": f"{name}-{i + 1}" if name in taken else name}))
-    return tuple(out)

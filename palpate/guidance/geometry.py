@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -38,9 +39,24 @@ class Shape(Section):
         raise NotImplementedError
 
 
+#: How scene files call what the core calls otherwise.
+_KEYS = {
+    "law.K ": "law.stiffness ",
+    "law.B ": "law.damping ",
+    "law.K_turn ": "law.turning_stiffness ",
+    "law.B_turn ": "law.turning_damping ",
+    "law.range_turn ": "law.turning_range ",
+    "role.angle ": "role.angle ",
+}
+
+
 def refused(error: ValueError, where: str) -> GuidanceError:
-    """The core's words as an error of ours."""
-    what, _, mend = str(error).partition("; ")
+    """The core's words as an error of ours: `guidance: fixture 'x'.key = value: mend`, or `what; mend`."""
+    text = re.sub(r"^guidance: (fixture '[^']*'[.:]? ?)?", "", str(error))
+    what, _, mend = text.partition("; ") if "; " in text else text.partition(": ")
+    for core, ours in _KEYS.items():
+        what = what.replace(core, ours)
+    what = re.sub(r"-?\d+\.\d{6}", lambda number: f"{float(number[0]):g}", what)
     return GuidanceError(what, where=where, mend=mend)
 
 

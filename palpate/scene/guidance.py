@@ -8,6 +8,7 @@ from typing import Any
 from palpate import _core
 from palpate.errors import MeshError, PalpateError, SceneError, SurfaceError
 from palpate.guidance.fixture import Fixture
+from palpate.guidance.geometry import refused
 from palpate.guidance.here import Here
 from palpate.scene import arms, surface, tissue
 from palpate.scene.scene import Scene
@@ -41,8 +42,8 @@ def fixtures(scene: Scene, around: Here) -> _core.Fixtures:
     try:
         return _core.Fixtures(made, around.tool)
     except ValueError as error:
-        what, _, mend = str(error).partition("; ")
-        raise SceneError(what, where=scene.where("guidance"), mend=mend) from None
+        told = refused(error, "")
+        raise SceneError(told.what, where=scene.where("guidance"), mend=told.mend) from None
 
 
 def _made(scene: Scene, index: int, fixture: Fixture, around: Here) -> _core.Fixture:

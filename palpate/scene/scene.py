@@ -14,7 +14,7 @@ from palpate import _core
 from palpate.arm import NAMES, Arm
 from palpate.errors import ArmError, SceneError
 from palpate.guidance.fixture import Fixture
-from palpate.guidance.fixture import named as fixture_names
+from palpate.guidance.lists import named as fixture_names
 from palpate.scene import explain, presets, text
 from palpate.scene.force import ForceSection
 from palpate.scene.model import (

@@ -11,9 +11,9 @@ import palpate
 from palpate import _core, guidance
 from palpate.errors import GuidanceError, SceneError
 from palpate.guidance import Fixture, Geometry, Here, Mesh, OfObject, Sphere, from_yaml, to_yaml
-from palpate.guidance.fixture import LawName, RoleName
 from palpate.guidance.one_line import KEYS
 from palpate.guidance.plot import query
+from palpate.guidance.sections import LawName, RoleName
 from palpate.scene import Scene
 from palpate.scene.rig import build
 from palpate.scene.schema import schema_text

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 from asking import ask, assert_sound, poses, slope
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
@@ -93,6 +93,8 @@ def test_a_change_of_frame_changes_nothing(name):
 
 
 @settings(max_examples=40)
+@example(p=[1e-320, -3e-320, 2e-162], t=0.0)
+@example(p=[1.5e-162, 1e-162, 0.0], t=0.0)
 @given(p=st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=3, max_size=3), t=st.floats(-1e300, 1e300))
 def test_every_finite_pose_gets_a_finite_answer(p, t):
     for geometry in EVERY.values():

@@ -98,10 +98,33 @@ def test_it_ends_finite_however_degenerate_the_rows(seed, m, spread):
     b, y0 = rng.normal(size=m) * rng.choice([0.0, 1.0]), rng.normal(size=6)
     found = _core.Qp().solve(A, b, y0, rng.integers(0, 3, m).tolist())
     assert np.isfinite(found["y"]).all()
-    assert found["steps"] <= 401
+    assert found["steps"] <= 121
     kept = ~np.array(found["gave_way"])
     if found["status"] == "solved":
         assert kept.all()
     if found["status"] != "stopped":
         scale = np.linalg.norm(A[kept], axis=1)
         assert ((A[kept] @ found["y"] - b[kept]) / scale).min(initial=0.0) > -1e-8
+
+
+def test_of_rows_that_contradict_each_other_in_every_way_the_least_is_violated_by_priority():
+    """Half-spaces that all leave the origin out, all around it: beyond the steps, the least sum of squares by rank."""
+    from scipy.optimize import minimize
+
+    rng = np.random.default_rng(4)
+    A = rng.normal(size=(300, 6))
+    A /= np.linalg.norm(A, axis=1, keepdims=True)
+    b, ranks = rng.uniform(0.1, 1.0, 300), np.r_[np.zeros(200, int), np.full(100, 1)]
+    found = _core.Qp().solve(A, b, np.zeros(6), ranks.tolist())
+    assert found["status"] == "stopped"
+
+    def cost(y, w):
+        lacks = np.maximum(b - A @ y, 0.0)
+        return (w * lacks**2).sum(), -2.0 * A.T @ (w * lacks)
+
+    high = np.where(ranks == 1, 1.0, 0.0)
+    best = minimize(cost, np.zeros(6), (high,), jac=True, options={"gtol": 1e-12})
+    assert cost(found["y"], high)[0] <= best.fun * (1 + 1e-3) + 1e-8, "of the higher rank as little as can be"
+    weighed = np.where(ranks == 1, 1e4, 1.0)
+    best = minimize(cost, found["y"], (weighed,), jac=True, options={"gtol": 1e-9})
+    assert cost(found["y"], weighed)[0] <= best.fun * (1 + 1e-4)

@@ -106,13 +106,20 @@ double Guidance::kept(const Want& want, bool hard) const noexcept {
   return hard && !want.attracts && !want.of_tool ? options_.reserve + bend_ : 0.0;
 }
 
-// Asks all fixtures of the proxy at X. Answers how much is wrong there, beyond what is allowed [m].
-double Guidance::look_at(Proxy& proxy, bool hard, const Pose& X, const Input& in) noexcept {
+// Asks all fixtures of the proxy at X; at the mapped goal they have been asked.
+void Guidance::look_at(Proxy& proxy, bool hard, const Pose& X, const Input& in) noexcept {
+  const bool at_goal = X.p == in.X_WT_goal.p && X.R == in.X_WT_goal.R;
+  for (int i = 0; i < size(); ++i) {
+    if (this->in(i, hard)) proxy.want[at(i)] = at_goal ? part(i).want : ask(i, X, in);
+  }
+}
+
+// How much is wrong where the proxy looked last, beyond what is allowed [m].
+double Guidance::lacking(const Proxy& proxy, bool hard) noexcept {
   double worst = 0.0;
   for (int i = 0; i < size(); ++i) {
-    if (!this->in(i, hard)) continue;
-    const Want want = proxy.want[at(i)] = ask(i, X, in);
-    if (!one_sided(want)) continue;
+    const Want& want = proxy.want[at(i)];
+    if (!this->in(i, hard) || !one_sided(want)) continue;
     const double lacks = kept(want, hard) - want.gap - allowed(i);
     worst = std::max(worst, want.turns ? kLength * lacks : lacks);
   }
@@ -172,10 +179,9 @@ bool Guidance::solve(Proxy& proxy, bool hard, const Input& in) noexcept {
   bend_ = follower_.follows_at_once() ? 0.0 : std::min(kBend * (X.p - in.X_WT.p).squaredNorm(), kMostBend);
   look_at(proxy, hard, X, in);
   each([&](int i) noexcept { forgive(i, proxy.want[at(i)], in); });
-  const double wrong = look_at(proxy, hard, X, in);
   proxy.qp.clear();
   if (hard) {
-    wrong_ = wrong;
+    wrong_ = lacking(proxy, hard);
     add_joint_rows(proxy, in);
     each([&](int i) noexcept { add_tool_row(proxy, i, in); });
   }
@@ -196,9 +202,11 @@ bool Guidance::solve(Proxy& proxy, bool hard, const Input& in) noexcept {
     });
     status = proxy.qp.solve(Vec6::Zero());
     const Vec6& y = proxy.qp.y();
-    if (status == Qp::Status::stopped || !(y.norm() < kFar)) return false;  // the goal stays where it was
+    if (!(y.norm() < kFar)) return false;  // the goal stays where it was
     X = moved(in.X_WT_goal, y);
-    if (look_at(proxy, hard, X, in) < kGood || round + 1 == kRounds) break;
+    if (status == Qp::Status::stopped || round + 1 == kRounds) break;
+    look_at(proxy, hard, X, in);
+    if (lacking(proxy, hard) < kGood) break;
     proxy.qp.truncate(cuts);
   }
   take_shares(proxy);

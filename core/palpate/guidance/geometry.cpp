@@ -7,8 +7,9 @@
 namespace palpate::guidance {
 namespace {
 
-constexpr double kLongest = 1e9;  // [s]
-constexpr double kStep = 2e-6;    // of the differences [m]: what they leave out and what they round are as small, 1e-6
+constexpr double kLongest = 1e9;     // [s]
+constexpr double kNothing = 1e-100;  // [m] squares of what is less leave the numbers that are precise
+constexpr double kStep = 2e-6;  // of the differences [m]: what they leave out and what they round are as small, 1e-6
 
 /// The rotation vector that turns R_a into R_b.
 Vec3 turn(const Mat3& R_a, const Mat3& R_b) noexcept {
@@ -24,7 +25,8 @@ Mat3 at_most(double most, const Mat3& slope) noexcept {
 }  // namespace
 
 Query Geometry::query(const Pose& X_WT, double t) const noexcept {
-  const Vec3 p = X_WT.p.cwiseMax(-kFarthest).cwiseMin(kFarthest);
+  Vec3 p = X_WT.p.cwiseMax(-kFarthest).cwiseMin(kFarthest);
+  p = (p.array().abs() < kNothing).select(0.0, p);
   return answer({X_WT.R, p}, std::clamp(t, -kLongest, kLongest));
 }
 

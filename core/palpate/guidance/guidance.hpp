@@ -123,7 +123,8 @@ class Guidance {
   void look(const Input& in) noexcept;
   void correct(const Input& in) noexcept;
   bool solve(Proxy& proxy, bool hard, const Input& in) noexcept;
-  double look_at(Proxy& proxy, bool hard, const Pose& X_WT, const Input& in) noexcept;
+  void look_at(Proxy& proxy, bool hard, const Pose& X_WT, const Input& in) noexcept;
+  [[nodiscard]] double lacking(const Proxy& proxy, bool hard) noexcept;
   void forgive(int i, const Want& at_goal, const Input& in) noexcept;
   void add_row(Proxy& proxy, int i, const Want& want, const Pose& X_WT, const Input& in) noexcept;
   void add_tool_row(Proxy& proxy, int i, const Input& in) noexcept;

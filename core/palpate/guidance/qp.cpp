@@ -132,6 +132,34 @@ bool Qp::take_up(int p) noexcept {
   return false;
 }
 
+// min |y - y0|^2 + sum w max(b - a . y, 0)^2 by Newton's method: piecewise quadratic, so that a few steps are exact.
+void Qp::least_violation() noexcept {
+  constexpr int kNewton = 12;
+  constexpr double kWeight = 1e4, kHardly = 1e-6;  // from rank to rank; of the distance from y0
+  int first = std::numeric_limits<int>::min(), second = first;
+  for (int i = 0; i < m_; ++i) first = std::max(first, rank_[at(i)]);
+  for (int i = 0; i < m_; ++i) {
+    if (rank_[at(i)] < first) second = std::max(second, rank_[at(i)]);
+  }
+  Vec6& y = now_.y;
+  for (int step = 0; step < kNewton; ++step) {
+    Eigen::Matrix<double, kVars, kVars> H = kHardly * Eigen::Matrix<double, kVars, kVars>::Identity();
+    Vec6 g = kHardly * (y0_ - y);
+    for (int i = 0; i < m_; ++i) {
+      const Vec6& a = a_[at(i)];
+      const double lacks = b_[at(i)] - a.dot(y);
+      if (lacks <= 0.0) continue;
+      const double w = rank_[at(i)] == first ? kWeight * kWeight : rank_[at(i)] == second ? kWeight : 1.0;
+      H.noalias() += w * a * a.transpose();
+      g += w * lacks * a;
+    }
+    const Vec6 change = H.ldlt().solve(g);
+    if (!change.allFinite()) return;
+    y += change;
+    if (change.norm() < kClose) return;
+  }
+}
+
 Qp::Status Qp::solve(const Vec6& y0) noexcept {
   for (int i = 0; i < m_; ++i) active_[at(i)] = out_[at(i)] = false, lambda_[at(i)] = 0.0;
   y0_ = y0;
@@ -139,6 +167,7 @@ Qp::Status Qp::solve(const Vec6& y0) noexcept {
   steps_ = 0;
   bool done = true;
   for (int p = most_violated(); p >= 0 && done; p = most_violated()) done = take_up(p);
+  if (!done) least_violation();
   std::fill(was_active_.begin(), was_active_.end(), false);
   bool relaxed = false;
   for (int k = 0; k < now_.q; ++k) {

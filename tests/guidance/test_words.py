@@ -1,0 +1,72 @@
+"""Fixtures that cannot be: every mistake names the key, the value and the mend; units of ramps; keys nobody reads."""
+
+import numpy as np
+import pytest
+
+from palpate import _core
+from palpate.errors import GuidanceError
+from palpate.guidance import Fixture, Sphere, from_yaml
+from palpate.guidance.geometry import refused
+from palpate.guidance.sections import OF_LAW, OF_ROLE
+
+BALL = "geometry: {sphere: {radius: 0.02}}"
+
+
+@pytest.mark.parametrize(
+    ("keys", "told", "mend"),
+    [
+        ("role: forbid, rise: 0", "rise = 0", "greater than or equal to 0.01"),
+        ("role: forbid, fall: -1", "fall = -1", "greater than or equal to 0.01"),
+        ("role: forbid, engage: 2 cm, release: 1 cm", "release 0.01 m is below engage 0.02 m", "release the larger"),
+        ("role: forbid, law: {name: admittance, ratio: 0.001}", "law.ratio = 0.001", "greater than or equal to 0.01"),
+        ("role: forbid, law: {name: spring, ratio: 0.5}", "spring does not read ratio", "it reads damping, stiffness"),
+        ("role: {name: forbid, target: frame}", "forbid does not read target", "it reads margin: leave target out"),
+        ("role: {name: orient, margin: 1 mm}", "orient does not read margin", "it reads angle_deg, axis, target"),
+        ("role: guide, ramps: [{by: time, end: 3 mm}]", "end: '3 mm' of a ramp by time", "a plain number"),
+        ("role: guide, ramps: [{by: distance, start: 3 mm, end: 0.003}]", "from 0.003 to 0.003", "must differ"),
+        ("role: guide, ramps: [{by: distance, end: 3 ells}]", "'3 ells' is no length", "3 mm"),
+    ],
+)
+def test_a_mistake_is_told_with_its_value_and_its_mend(keys, told, mend):
+    with pytest.raises(GuidanceError) as found:
+        from_yaml(f"- {{{BALL}, {keys}}}")
+    assert told in found.value.what
+    assert mend in found.value.mend
+
+
+def test_ramps_by_distance_take_lengths_with_units():
+    one = Fixture(Sphere(radius=0.02), role="guide", ramps=[{"by": "distance", "start": "2 cm", "end": "0 mm"}])
+    assert (one.ramps[0].start, one.ramps[0].end) == (0.02, 0.0)
+    assert Fixture.from_yaml(one.to_yaml()) == one
+
+
+def test_defaults_that_are_written_out_are_no_mistake():
+    one = Fixture(Sphere(radius=0.02), role="forbid")
+    assert Fixture.model_validate(one.model_dump(mode="json")) == one
+
+
+def test_every_role_and_law_says_what_it_reads():
+    assert set(OF_ROLE) == set(_core.guidance_roles())
+    assert set(OF_LAW) == set(_core.guidance_laws())
+
+
+@pytest.mark.parametrize(
+    ("make", "what", "mend"),
+    [
+        (lambda: _core.Fixtures([_fixture(rise=0.0)]), "rise = 0", "must be 0.01 s or more: no steps"),
+        (lambda: _fixture(law_={"K": -1.0}), "law.stiffness = -1", "must be 0 N/m or more, and finite"),
+        (lambda: _fixture(law_={"range_turn": 4.0}), "law.turning_range = 4", "must lie in 0..pi rad"),
+        (lambda: _core.LineGeometry(np.zeros(3), np.zeros(3)), "a line needs two places that are finite and apart", ""),
+    ],
+)
+def test_the_cores_words_are_parted_into_what_and_mend(make, what, mend):
+    with pytest.raises(ValueError) as found:  # noqa: PT011 - judged below
+        make()
+    ours = refused(found.value, "ball")
+    assert (ours.what, ours.where, ours.mend) == (what, "ball", mend)
+
+
+def _fixture(law_=None, **policy):
+    from fixtures import fixture, plane
+
+    return fixture(plane(), law_=law_, **policy)
