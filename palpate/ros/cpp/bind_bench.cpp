@@ -68,8 +68,8 @@ void bind_bench(nb::module_& m) {
           "(n, 1) when each state was published [s]")
       .def_prop_ro(
           "felt", [](const Puppet& self) { return to_array(self.felt()); }, nb::rv_policy::automatic,
-          "(n, 11): monotonic time, time since 1970, stamp [s], force [N], torque [N m], who wrote it (0, 1, ...), "
-          "whether an arm would read it in absolute axes")
+          "(n, 12): monotonic time, time since 1970, stamp [s], force [N], torque [N m], who wrote it (0, 1, ...), "
+          "whether an arm would read it in absolute axes, how many that writer had sent")
       .def_prop_ro(
           "echoes", [](const Puppet& self) { return to_array(self.echoes()); }, nb::rv_policy::automatic,
           "(n, 1) there and back [s]")

@@ -14,7 +14,6 @@ namespace palpate::ros {
 namespace {
 
 using loop::now_ns;
-constexpr std::size_t kRoom = 2'000'000;  // numbers noted without another allocation
 constexpr Qos kReliable{.depth = 10};
 
 double now() noexcept { return 1e-9 * static_cast<double>(now_ns()); }
@@ -40,8 +39,7 @@ Puppet::Puppet(std::shared_ptr<Context> context, const PuppetOptions& options)
       absolute_told_(node_, "/" + options.leader + "/body/set_cf_orientation_absolute",
                      [this](const auto& m, const Info&) {
                        absolute_ = m.data;
-                       const std::lock_guard lock(mutex_);
-                       flags_.push_back({now(), m.data ? 1.0 : 0.0});
+                       flags_.add({now(), m.data ? 1.0 : 0.0});
                      }),
       carried_told_(node_, "/" + options.leader + "/use_gravity_compensation",
                     [this](const auto& m, const Info&) { carried_ = m.data; }),
@@ -51,23 +49,20 @@ Puppet::Puppet(std::shared_ptr<Context> context, const PuppetOptions& options)
             const auto &f = m.wrench.force, &torque = m.wrench.torque;
             const double stamp = 1e-9 * static_cast<double>(nanoseconds(m.header.stamp));
             Felt felt{now(), wall(), stamp, {f.x, f.y, f.z}, {torque.x, torque.y, torque.z}};
-            const std::lock_guard lock(mutex_);
             felt.writer = writer(info.publisher);
             felt.absolute = absolute_ ? 1.0 : 0.0;
-            felt_.push_back(felt);
+            felt.sequence = static_cast<double>(info.sequence);
+            felt_.add(felt);
           },
           Qos{.depth = 100}),
       clock_({.allow_priority = true, .allow_affinity = false, .spin_us = 0.0}),
       random_(options.seed) {
-  sent_.reserve(kRoom), felt_.reserve(kRoom / 8), echoes_.reserve(options.echo ? kRoom : 0);
   from_ = to_ = amplitude_ = Vec3::Zero();
   joints_message_.name = {"j1", "j2", "j3", "j4", "j5", "j6", "j7"};
   if (options.echo) {
     there_.emplace(node_, "/palpate_there");
     back_.emplace(node_, "/palpate_back", [this](const auto& m, const Info&) {
-      const double took = wall() - 1e-9 * static_cast<double>(nanoseconds(m.header.stamp));
-      const std::lock_guard lock(mutex_);
-      echoes_.push_back(took);
+      echoes_.add(wall() - 1e-9 * static_cast<double>(nanoseconds(m.header.stamp)));
     });
   }
   SpinnerOptions spinning;
@@ -145,8 +140,7 @@ void Puppet::send(double t) {
   const bool done = static_cast<bool>(pose_.publish(message_));
   if (done && chance(spoil.twice)) static_cast<void>(pose_.publish(message_));
   if (held_) static_cast<void>(pose_.publish(*std::exchange(held_, std::nullopt)));
-  const std::lock_guard lock(mutex_);
-  sent_.push_back(before);
+  sent_.add(before);
 }
 
 void Puppet::send_joints(double stamp, const Spoil& spoil) {
@@ -195,26 +189,6 @@ void Puppet::follow(bool on) {
   std_msgs::msg::Bool told;
   told.data = on;
   if (const Status done = following_.publish(told); !done) throw Error(done.problem);
-}
-
-std::vector<double> Puppet::sent() const {
-  const std::lock_guard lock(mutex_);
-  return sent_;
-}
-
-std::vector<Felt> Puppet::felt() const {
-  const std::lock_guard lock(mutex_);
-  return felt_;
-}
-
-std::vector<Flag> Puppet::flags() const {
-  const std::lock_guard lock(mutex_);
-  return flags_;
-}
-
-std::vector<double> Puppet::echoes() const {
-  const std::lock_guard lock(mutex_);
-  return echoes_;
 }
 
 }  // namespace palpate::ros

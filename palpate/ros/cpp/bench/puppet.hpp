@@ -18,6 +18,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/notes.hpp"
 #include "palpate/loop/realtime.hpp"
 #include "palpate/types/spatial.hpp"
 #include "rcl/publisher.hpp"
@@ -55,6 +56,7 @@ struct Felt {
   double f[3] = {}, torque[3] = {};
   double writer = 0.0;    ///< 0 for the first who wrote, 1 for the next, ...
   double absolute = 0.0;  ///< 1: a dVRK arm would read it in the axes of measured_cp's frame, 0: in those of its tip
+  double sequence = 0.0;  ///< how many its writer had sent, this one included
 };
 
 /// How its wrenches are to be read, as it was told.
@@ -83,10 +85,10 @@ class Puppet {
   void follow(bool on);
 
   // What it noted since it started; times on the monotonic clock [s].
-  [[nodiscard]] std::vector<double> sent() const;    ///< when each state was published
-  [[nodiscard]] std::vector<Felt> felt() const;      ///< every wrench
-  [[nodiscard]] std::vector<double> echoes() const;  ///< there and back [s]
-  [[nodiscard]] std::vector<Flag> flags() const;     ///< body/set_cf_orientation_absolute
+  [[nodiscard]] std::vector<double> sent() const { return sent_.all(); }      ///< when each state was published
+  [[nodiscard]] std::vector<Felt> felt() const { return felt_.all(); }        ///< every wrench
+  [[nodiscard]] std::vector<double> echoes() const { return echoes_.all(); }  ///< there and back [s]
+  [[nodiscard]] std::vector<Flag> flags() const { return flags_.all(); }      ///< body/set_cf_orientation_absolute
   [[nodiscard]] bool absolute() const noexcept { return absolute_; }
   [[nodiscard]] bool carried() const noexcept { return carried_; }  ///< by its gravity compensation
   [[nodiscard]] std::uint64_t pings() const noexcept { return pings_; }
@@ -122,14 +124,14 @@ class Puppet {
   std::optional<Subscription<geometry_msgs::msg::WrenchStamped>> back_;
   loop::RealTimeThread clock_;
 
-  mutable std::mutex mutex_;  // what people set, and what it noted
+  mutable std::mutex mutex_;  // what people set
   Spoil spoil_;
   Vec3 from_, to_, amplitude_;
   Eigen::Vector4d quat_{0.0, 0.0, 0.0, 1.0};
   double begin_ = 0.0, seconds_ = 0.0, frequency_ = 0.0;
-  std::vector<double> sent_, echoes_;
-  std::vector<Felt> felt_;
-  std::vector<Flag> flags_;
+  Notes<double> sent_, echoes_;
+  Notes<Felt> felt_;
+  Notes<Flag> flags_;
   std::vector<Gid> writers_;
 
   std::mt19937_64 random_;

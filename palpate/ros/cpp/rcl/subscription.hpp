@@ -21,6 +21,7 @@ struct Info {
   std::int64_t source_ns = 0;    ///< the publisher's clock when it was sent [ns since 1970]
   std::int64_t received_ns = 0;  ///< our clock when it came [ns since 1970]
   Gid publisher{};               ///< who sent it
+  std::uint64_t sequence = 0;    ///< how many that publisher has sent, this one included
 };
 
 template <class Msg>
@@ -77,6 +78,7 @@ class Subscription final : public Entity {
       if (answer == RCL_RET_SUBSCRIPTION_TAKE_FAILED) return rcl_reset_error();  // no more of them
       if (const Status taken = status(answer, "read " + topic_); !taken) return node_.problem(taken.problem);
       Info info{.source_ns = told.source_timestamp, .received_ns = told.received_timestamp};
+      info.sequence = told.publication_sequence_number;
       std::copy_n(told.publisher_gid.data, info.publisher.size(), info.publisher.begin());
       callback_(message_, info);
     }

@@ -1,0 +1,42 @@
+// What one thread notes while others read it: no lock, so that nobody who reads can hold up who notes.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+namespace palpate::ros {
+
+/// Grows by pieces that stay where they are. Beyond its room nothing is noted.
+template <class T>
+class Notes {
+ public:
+  /// From one thread alone. Allocates once in kPiece.
+  void add(const T& note) {
+    const std::size_t n = size_.load(std::memory_order_relaxed);
+    if (n == kPiece * pieces_.size()) return;
+    auto& piece = pieces_[n / kPiece];
+    if (!piece) piece = std::make_unique<T[]>(kPiece);
+    piece[n % kPiece] = note;
+    size_.store(n + 1, std::memory_order_release);
+  }
+  /// A copy of what has been noted so far, from any thread.
+  [[nodiscard]] std::vector<T> all() const {
+    const std::size_t n = size_.load(std::memory_order_acquire);
+    std::vector<T> notes(n);
+    for (std::size_t i = 0; i < n; i += kPiece) {
+      std::copy_n(pieces_[i / kPiece].get(), std::min(kPiece, n - i), notes.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+    return notes;
+  }
+
+ private:
+  static constexpr std::size_t kPiece = 8192;
+  std::array<std::unique_ptr<T[]>, 512> pieces_;
+  std::atomic<std::size_t> size_{0};
+};
+
+}  // namespace palpate::ros
