@@ -153,6 +153,9 @@ void fill(Command& c, const dvrk::VerbEntry& entry, const nb::object& value, con
     case Payload::button:
       c.button = nb::cast<int>(value);
       break;
+    case Payload::numbers:
+      c.position = numbers(value);
+      break;
     case Payload::joints:
       (entry.name.ends_with("jf") ? c.effort : c.position) = numbers(value);
       if (!velocity.is_none()) c.velocity = numbers(velocity);
@@ -398,7 +401,16 @@ void bind_system(nb::module_& m) {
             if (!s.inverse_kinematics(arm_index(s, arm), raw_pose(X), joints)) return nb::none();
             return nb::cast(Vector(joints));
           },
-          "arm"_a, "X"_a, "q"_a);
+          "arm"_a, "X"_a, "q"_a)
+      .def(
+          "joint_position",
+          [](System& s, const std::string& arm, const VectorArg& actuators) -> nb::object {
+            const JointVector q = s.joint_position(
+                arm_index(s, arm),
+                dvrk::joints({actuators.values.data(), static_cast<std::size_t>(actuators.values.size())}));
+            return q.size() == 0 ? nb::none() : nb::cast(Vector(q));
+          },
+          "arm"_a, "actuators"_a);
 }
 
 void bind_pieces(nb::module_& m) {

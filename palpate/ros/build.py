@@ -29,7 +29,7 @@ from palpate.errors import RosMissingError
 from palpate.ros import where
 
 HERE = Path(__file__).parent
-PACKAGES = ("crtk_msgs", "tf2_msgs")
+PACKAGES = ("crtk_msgs", "cisst_msgs", "tf2_msgs")
 """Message packages that we bring where ROS 2 has none: definitions in `messages/`."""
 Progress = Callable[[str], None]
 _PYTHON = ("lib/python3*/site-packages", "local/lib/python3*/dist-packages")  # the second on Debian's own

@@ -56,6 +56,7 @@ ARM = [
     *into(FLOAT, "trajectory_j/set_ratio", "trajectory_j/set_ratio_v", "trajectory_j/set_ratio_a"),
     Row("forward_kinematics", "crtk_msgs/QueryForwardKinematics", "srv"),
     Row("inverse_kinematics", "crtk_msgs/QueryInverseKinematics", "srv"),
+    Row("actuator_to_joint_position", "cisst_msgs/ConvertFloat64Array", "srv"),
 ]
 MTM = [
     *ARM,
@@ -75,7 +76,14 @@ PSM = [
     *into(STRING, "set_tool_type"),
     *into(BOOL, "emulate_adapter_present", "emulate_tool_present"),
 ]
-SYSTEM = [*WORDS, *into(EMPTY, "power_on", "power_off", "home")]
+SYSTEM = [
+    *WORDS,
+    *into(EMPTY, "power_on", "power_off", "home"),
+    *into(FLOAT, "set_volume"),
+    *into(MATRIX, "beep"),
+    *into(STRING, "string_to_speech"),
+    *out(FLOAT, "volume", latched=True),
+]
 CONSOLE = [
     *WORDS,
     *into(BOOL, "teleop/enable"),

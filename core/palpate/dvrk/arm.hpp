@@ -62,7 +62,7 @@ class Arm {
   void jaw_servo_jp(double q) noexcept;
 
  private:
-  enum class Phase : unsigned char { disabled, powering, enabled, calibrating, homing, homed, paused, fault };
+  enum class Phase : unsigned char { disabled, powering, enabled, calibrating, homing, homed, paused, fault, engaging };
   enum class Space : unsigned char { undefined, joint, cartesian };
   enum class Mode : unsigned char { undefined, position, trajectory, effort };
   enum class Cf : unsigned char { body, spatial, impedance };
@@ -75,6 +75,8 @@ class Arm {
   void power(bool on) noexcept;
   void run_phase(double dt) noexcept;
   void run_homing(double dt) noexcept;
+  void engage() noexcept;
+  void run_engaging(double dt) noexcept;
   void check_tracking() noexcept;
   void operating(State state, bool busy) noexcept;
   void busy(bool busy) noexcept;
@@ -114,7 +116,8 @@ class Arm {
   bool servo_pose(double dt) noexcept;
   void order_positions(const JointVector& q, const JointVector& v, const JointVector& tau) noexcept;
   void run_effort(double dt) noexcept;
-  [[nodiscard]] JointVector effort() noexcept;
+  [[nodiscard]] JointVector effort(double dt) noexcept;
+  void watch_current(const JointVector& tau, double dt) noexcept;
   void hold_orientation(double dt) noexcept;
   [[nodiscard]] JointVector clipped(const JointVector& q) const noexcept;
   [[nodiscard]] JointVector feed_forward() const noexcept;
@@ -139,6 +142,7 @@ class Arm {
   bool powered_ = false, biased_ = false;
   double in_phase_ = 0.0;  ///< since it was entered [s]
   bool settling_ = false;  ///< homing waits for an arm that was falling
+  int engaging_ = 0;       ///< motions of a tool's disks that have begun
   int errors_ = 0;
   Text last_error_;
   int refused_ = 0;             ///< commands since the arm was last ready
@@ -155,7 +159,8 @@ class Arm {
   bool goal_pose_ = false, goal_twist_ = false, goal_wrench_ = false;
   Trajectory path_;
   double ratio_v_ = 1.0, ratio_a_ = 1.0;
-  JointVector servo_tau_;  ///< of servo_jf
+  JointVector servo_tau_;                          ///< of servo_jf
+  std::array<double, kMaxJoints> over_current_{};  ///< so long each joint's torque has been above its limit [s]
   Cf cf_ = Cf::body;
   Wrench servo_F_;
   Impedance impedance_;

@@ -8,6 +8,7 @@ namespace palpate::dvrk {
 namespace {
 
 constexpr double kReach = 0.1;         // [m] a Cartesian goal so far beyond the limits is refused, not clipped
+constexpr double kOverCurrent = 0.1;   // [s] OURS: a torque above a drive's limit is cut; asked for so long, a fault
 constexpr Eigen::Index kPlatform = 3;  // joint 4: with it an MTM's gimbal, a PSM's wrist begins
 
 /// J^T F of a Jacobian and a wrench in the same axes.
@@ -101,10 +102,18 @@ bool Arm::servo_pose(double dt) noexcept {
 }
 
 // Torque of the wrench that is to act on the handle; it stays until the next one comes, however long.
-JointVector Arm::effort() noexcept {
-  if (space_ == Space::joint) return bounded(servo_tau_);
+JointVector Arm::effort(double dt) noexcept {
+  if (space_ == Space::joint) {
+    const JointVector tau = bounded(servo_tau_);
+    watch_current(tau, dt);
+    return tau;
+  }
   const Wrench sent{bounded(servo_F_.f), bounded(servo_F_.t)};
-  if (cf_ == Cf::spatial) return transposed(state_.spatial_jacobian, sent);  // and no platform control
+  if (cf_ == Cf::spatial) {  // and no platform control
+    const JointVector tau = transposed(state_.spatial_jacobian, sent);
+    watch_current(tau, dt);
+    return tau;
+  }
   Wrench F = sent;
   if (cf_ == Cf::impedance) {
     F = impedance_wrench(impedance_, state_.measured_cp, state_.measured_cv);
@@ -112,10 +121,26 @@ JointVector Arm::effort() noexcept {
   }
   if (absolute_) F = {state_.measured_cp.R.transpose() * F.f, state_.measured_cp.R.transpose() * F.t};
   JointVector tau = transposed(state_.body_jacobian, F);
+  watch_current(tau, dt);
   if (spec_.kind == ArmKind::mtm) {
     tau[kPlatform] += torque::platform(spec_.platform_gain, state_.measured_js.q, state_.measured_js.v);
   }
   return tau;
+}
+
+// The check of currents is what protects an arm in torque control: there is no position to lose.
+void Arm::watch_current(const JointVector& tau, double dt) noexcept {
+  for (Eigen::Index k = 0; k < n_; ++k) {
+    double& over = over_current_[static_cast<std::size_t>(k)];
+    over = std::abs(tau[k]) > model_.tau_max()[k] ? over + dt : 0.0;
+    if (over <= kOverCurrent) continue;
+    over_current_.fill(0.0);
+    Text words("received [");
+    words << spec_.name << "-IO: requested effort is too large on joint "
+          << model_.joint_names()[static_cast<std::size_t>(k)] << ", requested " << tau[k] << ", limit "
+          << model_.tau_max()[k] << "]";
+    return fault(words);
+  }
 }
 
 void Arm::run_effort(double dt) noexcept {
@@ -126,7 +151,9 @@ void Arm::run_effort(double dt) noexcept {
   order_.by_torque.fill(true);
   order_.q = body_->measured().q;
   order_.v = JointVector::Zero(n_);
-  order_.tau = effort() + feed_forward();
+  const JointVector tau = effort(dt);
+  if (phase_ == Phase::fault) return;
+  order_.tau = tau + feed_forward();
   if (!locked) return;
   if (goes_on) order_.q.tail(n_ - kPlatform) = held.tail(n_ - kPlatform);
   hold_orientation(dt);

@@ -15,7 +15,7 @@ constexpr double kCannula = 0.045 - 0.002;  // [m] from the remote centre, less 
 
 bool Arm::ready_for(std::string_view method, Space space) noexcept {
   const bool can = space == Space::joint ? is_joint_ready() : is_cartesian_ready();
-  if (operating_.state == State::ENABLED && can) {
+  if (operating_.state == State::ENABLED && can && phase_ != Phase::engaging) {
     refused_ = 0;
     told_refusal_ = -kQuiet;
     return true;
@@ -221,13 +221,18 @@ void Arm::jaw(const Command& c) noexcept {
   const bool move = c.verb == Verb::jaw_move_jp;
   if (c.verb == Verb::jaw_servo_jp) return jaw_servo_jp(c.position[0]);
   if (!ready_for(move ? "jaw_move_jp" : "jaw_servo_jf", Space::cartesian)) return;
-  if (!move) return instrument_.servo_jf(c.effort[0]);
+  if (!move) {
+    instrument_.servo_jf(c.effort[0]);
+    return busy(path_.active());
+  }
   instrument_.move_jp(c.position[0], ratio_v_, ratio_a_);
   busy(true);
 }
 
 void Arm::jaw_servo_jp(double q) noexcept {
-  if (ready_for("jaw_servo_jp", Space::cartesian)) instrument_.servo_jp(q);
+  if (!ready_for("jaw_servo_jp", Space::cartesian)) return;
+  instrument_.servo_jp(q);
+  busy(path_.active());  // a move of the jaw that was on its way has ended here
 }
 
 }  // namespace palpate::dvrk

@@ -9,7 +9,10 @@ namespace {
 
 constexpr double kSettle = 0.4;          // [s] of holding an arm that was falling, before it is moved
 constexpr double kHomingPatience = 2.0;  // [s] after the trajectory to homing has ended
-constexpr double kHomingTolerance = 4.0 * std::numbers::pi / 180.0;  // [rad]
+constexpr double kPastCannula = 0.025;   // [m] of insertion: a tool that is so deep is engaged as it is
+constexpr Eigen::Index kDisks = 3;       // joint from which on a PSM's are moved by the disks of its tool
+constexpr std::array<double, 3> kEngage{-std::numbers::pi / 6, std::numbers::pi / 6, 0.0};  // OURS: its motions [rad]
+constexpr double kHomingTolerance = 4.0 * std::numbers::pi / 180.0;                         // [rad]
 
 /// Which commands an operating state knows. DISABLED knows those of ENABLED as well, as the real one does.
 bool knows(State state, std::string_view command) noexcept {
@@ -29,8 +32,9 @@ bool knows(State state, std::string_view command) noexcept {
 }  // namespace
 
 std::string_view Arm::name_of(Phase phase) noexcept {
-  constexpr std::array<std::string_view, 8> kNames{"DISABLED", "POWERING", "ENABLED", "CALIBRATING_ENCODERS_FROM_POTS",
-                                                   "HOMING",   "HOMED",    "PAUSED",  "FAULT"};
+  constexpr std::array<std::string_view, 9> kNames{
+      "DISABLED", "POWERING", "ENABLED",      "CALIBRATING_ENCODERS_FROM_POTS", "HOMING", "HOMED",
+      "PAUSED",   "FAULT",    "ENGAGING_TOOL"};
   return kNames[static_cast<std::size_t>(phase)];
 }
 
@@ -159,6 +163,11 @@ void Arm::enter(Phase phase) noexcept {
       space_ = Space::undefined;
       order_positions(order_.on ? order_.q : body_->measured().q, JointVector::Zero(n_), JointVector::Zero(n_));
       break;
+    case Phase::engaging:
+      operating(State::ENABLED, true);
+      set_mode(Space::joint, Mode::trajectory);
+      engaging_ = 0;
+      break;
     case Phase::paused:
       operating(State::PAUSED, false);
       break;
@@ -198,15 +207,47 @@ void Arm::run_phase(double dt) noexcept {
       check_tracking();
       break;
     case Phase::homed:
-      if (spec_.kind == ArmKind::psm && biased_) instrument_.engage(voice_);
+      if (spec_.kind == ArmKind::psm && biased_) engage();
+      if (phase_ != Phase::homed) break;
       busy(operating_.is_busy);  // is_homed may have changed
       control(dt);
+      check_tracking();
+      break;
+    case Phase::engaging:
+      run_engaging(dt);
       check_tracking();
       break;
     case Phase::paused:
     case Phase::fault:
       break;
   }
+}
+
+// A tool that came after homing is turned to and fro until its disks catch, unless it is past the cannula already.
+void Arm::engage() noexcept {
+  if (!instrument_.waits()) return;
+  if (!instrument_.fresh()) return instrument_.engage(voice_);
+  if (body_->measured().q[kDisks - 1] < kPastCannula) return enter(Phase::engaging);
+  voice_.words(Topic::status, "tool tip is outside the cannula, assuming it doesn't need to \"engage\"");
+  instrument_.engage(voice_);
+}
+
+void Arm::run_engaging(double dt) noexcept {
+  if (!instrument_.waits()) return enter(Phase::homed);  // it was taken out
+  if (path_.active()) {
+    path_.step(dt);
+    return order_positions(path_.q(), path_.v(), JointVector::Zero(n_));
+  }
+  if (engaging_ == static_cast<int>(kEngage.size())) {
+    instrument_.engage(voice_);
+    return enter(Phase::homed);
+  }
+  JointVector goal = order_.q;
+  goal.tail(n_ - kDisks).setConstant(kEngage[static_cast<std::size_t>(engaging_)]);
+  path_.start(order_.q, JointVector::Zero(n_), goal, ratio_v_ * spec_.v_max, ratio_a_ * spec_.a_max);
+  Text words("engaging tool ");
+  words << static_cast<long>(++engaging_) << " of " << static_cast<long>(kEngage.size());
+  voice_.words(Topic::status, words);
 }
 
 void Arm::run_homing(double dt) noexcept {

@@ -26,11 +26,12 @@ void Instrument::set_adapter_present(bool present, const Voice& voice) noexcept 
   adapter_ = present;
   voice.words(Topic::status, present ? "sterile adapter present" : "sterile adapter removed");
   if (!present) engaged_ = false;
+  fresh_ = fresh_ || present;
 }
 
 void Instrument::set_tool_present(bool present, const Voice& voice) noexcept {
   if (present == tool_) return;
-  tool_ = present;
+  tool_ = fresh_ = present;
   engaged_ = false;
   voice.words(Topic::status, present ? "tool present" : "tool removed");
   if (!present || !type_.empty()) return;
@@ -44,8 +45,9 @@ void Instrument::set_tool_type(const Text& type, const Voice& voice) noexcept {
 }
 
 void Instrument::engage(const Voice& voice) noexcept {
-  if (engaged_ || !tool_present() || type_.empty()) return;
+  if (!waits()) return;
   engaged_ = true;
+  fresh_ = false;
   hold();
   voice.words(Topic::status, "tool engaged");
   voice.text(Topic::tool_type, type_);

@@ -17,7 +17,10 @@ class Instrument {
   void set_tool_type(const Text& type, const Voice& voice) noexcept;
   [[nodiscard]] bool tool_present() const noexcept { return adapter_ && tool_; }
   [[nodiscard]] bool engaged() const noexcept { return engaged_; }
-  /// The arm is homed: a tool that is there and known is engaged.
+  /// A tool that is there and known is not yet engaged.
+  [[nodiscard]] bool waits() const noexcept { return !engaged_ && tool_present() && !type_.empty(); }
+  /// It was put in after the arm was homed: its disks have to be found.
+  [[nodiscard]] bool fresh() const noexcept { return fresh_; }
   void engage(const Voice& voice) noexcept;
   void release() noexcept { engaged_ = false; }
 
@@ -37,7 +40,7 @@ class Instrument {
 
  private:
   double q_min_, q_max_, v_max_, a_max_, tau_max_;
-  bool adapter_ = true, tool_ = false, engaged_ = false, by_torque_ = false;
+  bool adapter_ = true, tool_ = false, engaged_ = false, fresh_ = false, by_torque_ = false;
   Text type_;
   Trajectory path_;
   JointState measured_, setpoint_;  // one joint

@@ -27,6 +27,7 @@ enum class Payload : unsigned char {
   value,      ///< std_msgs/Float64
   text,       ///< std_msgs/String, or crtk_msgs/StringStamped for state_command
   button,     ///< sensor_msgs/Joy, buttons[0]: 0 released, 1 pressed, 2 tapped
+  numbers,    ///< std_msgs/Float64MultiArray
   joints,     ///< sensor_msgs/JointState
   pose,       ///< geometry_msgs/PoseStamped
   rotation,   ///< geometry_msgs/Quaternion
@@ -95,6 +96,9 @@ enum class Verb : unsigned char {
   power_on,
   power_off,
   home,
+  set_volume,
+  beep,
+  string_to_speech,
   // console
   teleop_enable,
   teleop_select,
@@ -128,7 +132,7 @@ struct Command {
   int button = 0;
   double value = 0.0;
   Text text;
-  JointVector position, velocity, effort;  ///< as many as were sent (`joints`)
+  JointVector position, velocity, effort;  ///< as many as were sent (`joints`); position of `numbers`, too
   Pose X;                                  ///< pose, or its rotation alone
   Twist V;
   Wrench F;
@@ -174,6 +178,8 @@ enum class Topic : unsigned char {
   status,
   warning,
   error,
+  // system
+  volume,
   // console
   teleop_enabled,
   teleop_selected,

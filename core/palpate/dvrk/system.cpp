@@ -3,7 +3,9 @@
 #include <cstdint>
 #include <stdexcept>
 
+#include "palpate/dvrk/audio.hpp"
 #include "palpate/dvrk/console.hpp"
+#include "palpate/dvrk/coupling.hpp"
 #include "palpate/dvrk/inverse.hpp"
 
 namespace palpate::dvrk {
@@ -54,6 +56,7 @@ struct System::Impl {
                                               at_index(spec.camera_ecm));
     }
     console = std::make_unique<Console>(std::move(mtms), std::move(list), camera.get(), out);
+    voice.value(Topic::volume, audio.volume());
     for (auto& arm : arms) arm->start();
     for (auto& teleop : teleops) teleop->start();
     console->start();
@@ -79,7 +82,7 @@ struct System::Impl {
     const auto index = static_cast<std::size_t>(c.to.index);
     switch (c.to.kind) {
       case Kind::system:
-        return power(c.verb);
+        return sound(c) || power(c.verb);
       case Kind::console:
       case Kind::footpedals:
         return console->apply(c);
@@ -88,6 +91,13 @@ struct System::Impl {
       case Kind::teleop:
         return index < teleops.size() && teleops[index]->apply(c);
     }
+    return false;
+  }
+
+  bool sound(const Command& c) noexcept {
+    if (c.verb == Verb::set_volume) return audio.set_volume(c.value, voice), true;
+    if (c.verb == Verb::beep) return audio.beep(c.position, voice), true;
+    if (c.verb == Verb::string_to_speech) return Audio::say(c.text, voice), true;
     return false;
   }
 
@@ -106,6 +116,7 @@ struct System::Impl {
 
   Outbox out;
   Voice voice;
+  Audio audio;
   std::vector<std::string> arm_names, teleop_names;
   std::vector<std::unique_ptr<Arm>> arms;
   std::vector<std::unique_ptr<Teleop>> teleops;
@@ -149,6 +160,12 @@ bool System::inverse_kinematics(int arm, const Pose& cp, JointVector& q) noexcep
   Arm& a = impl_->at_index(arm);
   if (q.size() != a.model().n() || !q.allFinite() || !is_pose(cp)) return false;
   return inverse_anywhere(a.model(), a.spec().kind, a.base_frame().inverse() * cp, a.spec().home, q);
+}
+
+JointVector System::joint_position(int arm, const JointVector& actuators) noexcept {
+  const ArmSpec& spec = impl_->at_index(arm).spec();
+  const JointMatrix A = actuator_coupling(spec);
+  return actuators.size() == A.cols() && actuators.allFinite() ? JointVector(A * actuators) : JointVector();
 }
 
 }  // namespace palpate::dvrk

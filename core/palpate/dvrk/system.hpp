@@ -48,6 +48,9 @@ class System {
   bool forward_kinematics(int arm, const JointVector& q, Pose& cp) noexcept;
   /// crtk_msgs/QueryInverseKinematics: q in: where to begin, out: joints. False: out of reach or a wrong length.
   bool inverse_kinematics(int arm, const Pose& cp, JointVector& q) noexcept;
+  /// cisst_msgs/ConvertFloat64Array actuator_to_joint_position: joints, a PSM's with the jaw, of actuators [rad, m].
+  /// Empty: a wrong length, or not finite.
+  JointVector joint_position(int arm, const JointVector& actuators) noexcept;
 
   /// For judges: true joint positions and velocities, and the torques of the drives.
   [[nodiscard]] JointState truth(int arm) const noexcept;

@@ -135,6 +135,7 @@ void HapticNode::start() {
     granted->set_value(loop::schedule(wanted));
   };
   options.after = [this] { return after(); };
+  options.direct = true;
   spinner_ = std::make_unique<Spinner>(node_, std::move(options));
   scheduler_ = words.get();
   if (cycle_.contact().asynchronous()) {

@@ -10,6 +10,7 @@
 #include <std_msgs/msg/bool.hpp>
 #include <std_msgs/msg/empty.hpp>
 #include <std_msgs/msg/float64.hpp>
+#include <std_msgs/msg/float64_multi_array.hpp>
 #include <std_msgs/msg/string.hpp>
 
 #include "convert.hpp"
@@ -25,6 +26,7 @@ using dvrk::Payload;
 void read(const std_msgs::msg::Empty&, Command&) {}
 void read(const std_msgs::msg::Bool& m, Command& c) { c.flag = m.data; }
 void read(const std_msgs::msg::Float64& m, Command& c) { c.value = m.data; }
+void read(const std_msgs::msg::Float64MultiArray& m, Command& c) { c.position = dvrk::joints(m.data); }
 void read(const std_msgs::msg::String& m, Command& c) { c.text = std::string_view(m.data); }
 void read(const crtk_msgs::msg::StringStamped& m, Command& c) { c.text = std::string_view(m.string); }
 void read(const sensor_msgs::msg::Joy& m, Command& c) { c.button = m.buttons.empty() ? 0 : m.buttons.front(); }
@@ -77,6 +79,8 @@ std::unique_ptr<Entity> reader(Node& node, const std::string& topic, const dvrk:
       return reader<std_msgs::msg::Float64>(node, topic, command, tell);
     case Payload::button:
       return reader<sensor_msgs::msg::Joy>(node, topic, command, tell);
+    case Payload::numbers:
+      return reader<std_msgs::msg::Float64MultiArray>(node, topic, command, tell);
     case Payload::joints:
       return reader<sensor_msgs::msg::JointState>(node, topic, command, tell);
     case Payload::pose:

@@ -1,5 +1,6 @@
 #include "sim/queries.hpp"
 
+#include <cisst_msgs/srv/convert_float64_array.hpp>
 #include <crtk_msgs/srv/query_forward_kinematics.hpp>
 #include <crtk_msgs/srv/query_inverse_kinematics.hpp>
 
@@ -11,6 +12,7 @@ namespace {
 
 using Forward = crtk_msgs::srv::QueryForwardKinematics;
 using Inverse = crtk_msgs::srv::QueryInverseKinematics;
+using Convert = cisst_msgs::srv::ConvertFloat64Array;
 
 }  // namespace
 
@@ -35,6 +37,13 @@ Queries::Queries(Node& node, dvrk::System& twin) : twin_(twin) {
           answer.result = twin_.inverse_kinematics(arm, pose_of(asked.cp), q);
           answer.jp.assign(q.data(), q.data() + q.size());
           if (!answer.result) answer.message = inverse_needs;
+        }));
+    services_.push_back(std::make_unique<Service<Convert>>(
+        node, name + "/actuator_to_joint_position",
+        [=, this](const Convert::Request& asked, Convert::Response& answer) {
+          const std::lock_guard<std::mutex> lock(mutex_);
+          const JointVector q = twin_.joint_position(arm, dvrk::joints(asked.input));  // empty: it cannot be
+          answer.output.assign(q.data(), q.data() + q.size());
         }));
   }
 }
