@@ -124,10 +124,12 @@ def run_guidance(
     t: Sequence[float],
     X_WT_goal: Array,
     V_WT: Array,
-    F_T_W: Array = ...,
+    normal: Array = ...,
+    height: Sequence[float] = (),
     stiffness: float = 0.0,
     F_hand: float = -1.0,
     pedal: float = 1.0,
+    takes_damping: bool = False,
 ) -> dict[str, Array]: ...
 def time_guidance(fixtures: Fixtures, X_WT: Array, dt: float = 1e-3) -> Array: ...
 def time_qp(A: Array, b: Array, y0: Array) -> Array: ...

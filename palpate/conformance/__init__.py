@@ -8,7 +8,7 @@ laws come from the core's own tables, geometries from its classes: a new one wit
 
 from palpate.conformance import entry
 from palpate.conformance.combinations import Combination, combinations
-from palpate.conformance.judges import ROLES
+from palpate.conformance.roles import ROLES
 from palpate.conformance.run import examine, summary
 from palpate.conformance.specimens import SPECIMENS
 

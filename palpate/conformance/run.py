@@ -2,11 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
-from palpate.conformance.bench import Bench, fixture
-from palpate.conformance.checks import CHECKS
-from palpate.conformance.combinations import Combination, combinations, unjudged
+from palpate.conformance.at_rest import frame_change, quiet, sign_and_direction
+from palpate.conformance.bench import Bench
+from palpate.conformance.combinations import Combination, unjudged
+from palpate.conformance.in_motion import continuity, energy, moving
+from palpate.conformance.live import live_edit
+from palpate.conformance.master import admittance_master
+from palpate.conformance.shares import policy
+
+#: The properties that every combination is held to; each tells what is wrong in words, or nothing.
+CHECKS: dict[str, Callable[[Combination], str]] = {
+    "sign and direction": sign_and_direction,
+    "quiet": quiet,
+    "continuity": continuity,
+    "energy": energy,
+    "frame change": frame_change,
+    "moving": moving,
+    "live edit": live_edit,
+    "policy": policy,
+    "admittance master": admittance_master,
+}
+NO_JUDGE = "unjudged"
+"""Among what is wrong with a combination: nothing is known of it, and why."""
 
 
 def examine(c: Combination) -> dict[str, str]:
@@ -15,7 +35,7 @@ def examine(c: Combination) -> dict[str, str]:
     One without a meaning passes when the product refuses it.
     """
     try:
-        Bench(fixture(c))
+        Bench(c)
     except ValueError as error:
         return {} if c.meaningless else {"refused": str(error)}
     if c.meaningless:
@@ -25,25 +45,30 @@ def examine(c: Combination) -> dict[str, str]:
         try:
             wrong = check(c)
         except LookupError as error:
-            wrong = str(error)
+            name, wrong = NO_JUDGE, f"{name}: {error}"
         if wrong:
             found[name] = wrong
     return found
 
 
-def summary(failures: dict[Combination, dict[str, str]], examined: list[Combination]) -> dict[str, Any]:
-    """As in docs/json.md: ``{combinations, passed, ...}``."""
-    missing = unjudged()
+def summary(found: dict[Combination, dict[str, str]]) -> dict[str, Any]:
+    """As in docs/json.md, of what `examine` found: ``{combinations, passed, refused, unjudged, ...}``."""
     reasons: dict[str, int] = {}
-    for c in examined:
-        if c.meaningless:
+    judged, failures, without = 0, [], [f"the core's {name}: nothing here judges it" for name in unjudged()]
+    for c, wrong in found.items():
+        if NO_JUDGE in wrong:
+            without.append(f"{c}: {wrong[NO_JUDGE]}")
+        if c.meaningless and not wrong:
             reasons[c.meaningless] = reasons.get(c.meaningless, 0) + 1
+            continue
+        judged += 1
+        if wrong:
+            failures.append({"combination": str(c), **wrong})
     return {
-        "combinations": len(examined) + len(missing),
-        "passed": len(examined) - len(failures),
-        "of_all": len(combinations()),
+        "combinations": judged,
+        "passed": judged - len(failures),
         "refused": sum(reasons.values()),
+        "unjudged": without,
         "reasons": reasons,
-        "unjudged": missing,
-        "failures": [{"combination": str(c), **wrong} for c, wrong in failures.items()],
+        "failures": failures,
     }

@@ -8,8 +8,21 @@ What comes out says how a chain of arm, cycle and guidance acts on somebody with
 so, and how they learn, tire or trust, only people can tell.
 """
 
-from palpate.operators.cohort import TRAITS, Person, Trait, cohort
+from palpate.operators.cohort import TRAITS, Person, Trait, cohort, person
 from palpate.operators.errand import Aim, Errand, Trial, perform
 from palpate.operators.operator import STEP, Operator, Senses
 
-__all__ = ["STEP", "TRAITS", "Aim", "Errand", "Operator", "Person", "Senses", "Trait", "Trial", "cohort", "perform"]
+__all__ = [
+    "STEP",
+    "TRAITS",
+    "Aim",
+    "Errand",
+    "Operator",
+    "Person",
+    "Senses",
+    "Trait",
+    "Trial",
+    "cohort",
+    "perform",
+    "person",
+]

@@ -128,10 +128,12 @@ def cohort(n: int, seed: int = 7) -> list[Person]:
         n: how many.
         seed: of the whole cohort.
     """
-    return [_person(i, np.random.default_rng([seed, i])) for i in range(n)]
+    return [person(i, seed) for i in range(n)]
 
 
-def _person(number: int, rng: np.random.Generator) -> Person:
+def person(number: int, seed: int = 7) -> Person:
+    """One of a cohort, by number."""
+    rng = np.random.default_rng([seed, number])
     drawn = {name: t.median * t.factor ** float(rng.normal() / 1.96) for name, t in TRAITS.items()}
     drawn["haste"] = max(drawn["haste"], 1.0)
     hand = PRESETS[GRIPS[int(rng.integers(len(GRIPS)))]].drawn(rng)

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle, Polygon
 
 from palpate.lessons.face_angle import Slide, angle_noise, candidates, contact_normal_error, eq20
 from palpate.report.style import CAP, DEPTH, FORCE, INK, MUTED, SURFACE, Canvas, png
 from palpate.studies.geometry import BASELINE, FACES, NOISES, approaches, pressed
+from palpate.studies.geometry_drawing import arrow, ground, outline, plain, spring
 
 Array = npt.NDArray[np.float64]
 MM, GOOD = 1e3, "#4f8f4f"
@@ -44,16 +43,16 @@ def point_contact(canvas: Canvas) -> Figure:
     U, V, pairs = approaches((12e-3, 4e-3, 0.0))
     for axes, pair in zip(panels, pairs, strict=False):
         for body, at, color in ((U, np.zeros(3), SURFACE), (V, pair.p_V, "#bcd4de")):
-            outline = MM * (_outline(body.core.half, body.exponents) + at[[0, 2]])
-            axes.add_patch(Polygon(outline, facecolor=color, edgecolor=MUTED, lw=0.8))
+            around = MM * (outline(body.core.half, body.exponents) + at[[0, 2]])
+            axes.add_patch(Polygon(around, facecolor=color, edgecolor=MUTED, lw=0.8))
         for p, n, color, name in ((pair.x, pair.n_U, FORCE, "$n_U$"), (pair.y, pair.n_V, DEPTH, "$n_V$")):
-            _arrow(axes, MM * p[[0, 2]], 14 * n[[0, 2]], color)
+            arrow(axes, MM * p[[0, 2]], 14 * n[[0, 2]], color)
             axes.plot(*(MM * p[[0, 2]]), "o", color=color, ms=3)
             axes.annotate(name, MM * p[[0, 2]] + 17 * n[[0, 2]], color=color, ha="center", va="center", fontsize=9)
         axes.text(-11, -9, "U", fontsize=10, color=INK)
         axes.text(*(MM * pair.p_V[[0, 2]] + [3, 3]), "V", fontsize=10, color=INK)
         axes.set_title(f"gap {MM * pair.gap:.1f} mm:  $|n_U × n_V|$ = {pair.cross:.3f}", fontsize=8.5, loc="left")
-        _plain(axes, (-33, 70), (-22, 56))
+        plain(axes, (-33, 70), (-22, 56))
     gaps = np.logspace(-2, -8, 25)
     _, _, way = approaches(gaps)
     x = [MM * p.gap for p in way]
@@ -73,18 +72,18 @@ def spr(canvas: Canvas) -> Figure:
     r = 15.0
     for axes, i in zip(panels, (0, 40, 100), strict=False):
         height = r - MM * depths[i]
-        _ground(axes, [[-60, 0], [60, 0]])
+        ground(axes, [[-60, 0], [60, 0]])
         axes.add_patch(Circle((0, height), r, facecolor="none", edgecolor=DEPTH, lw=1.2))
         for angle in np.radians(np.arange(-180, 180, 45)):
             out = np.array([np.cos(angle), np.sin(angle)])
             reach = r if out[1] >= 0 else min(r, height / -out[1])
-            _spring(axes, np.array([0.0, height]), out, reach, FORCE if reach < r - 1e-6 else MUTED)
+            spring(axes, np.array([0.0, height]), out, reach, FORCE if reach < r - 1e-6 else MUTED)
         axes.plot(0, height, "o", color=INK, ms=3)
         if delta[i] > 0:
-            _arrow(axes, np.array([20.0, 0.0]), np.array([0.0, MM * delta[i]]), FORCE, 2.0)
+            arrow(axes, np.array([20.0, 0.0]), np.array([0.0, MM * delta[i]]), FORCE, 2.0)
             axes.text(21.5, 0.5 * MM * delta[i], "δx", color=FORCE, va="center", fontsize=9)
         axes.set_title(f"{MM * depths[i]:g} mm deep: δx = {MM * delta[i]:g} mm", fontsize=8.5, loc="left")
-        _plain(axes, (-26, 28), (-14, 33))
+        plain(axes, (-26, 28), (-14, 33))
     panels[3].plot(MM * depths, MM * delta, color=FORCE)
     panels[3].set(xlabel="depth of the sphere's lowest point [mm]", ylabel="δx = (r − distance) n [mm]")
     panels[3].set_title("the arrow grows with the depth", fontsize=8.5, loc="left")
@@ -117,8 +116,8 @@ def depth_and_slide(canvas: Canvas) -> Figure:
         ),
         ("D  next face, old normal", [[-60, 0], [0, 0], (70 * face).tolist()], x_d, None, next_n, up, turn),
     )
-    for axes, (title, ground, centre, point, true, used, wrong) in zip(panels, cases, strict=True):
-        _ground(axes, ground)
+    for axes, (title, line, centre, point, true, used, wrong) in zip(panels, cases, strict=True):
+        ground(axes, line)
         axes.add_patch(Circle(tuple(centre), r, facecolor="none", edgecolor=DEPTH, lw=1.2))
         axes.plot(*centre, "o", color=DEPTH, ms=3)
         foot = centre - (r - depth if wrong else r) * true
@@ -126,10 +125,10 @@ def depth_and_slide(canvas: Canvas) -> Figure:
         if point is not None:
             axes.plot([point[0], centre[0]], [point[1], centre[1]], color=MUTED, lw=0.8, ls="--")
             axes.plot(*point, "o", color=FORCE, ms=4)
-        _arrow(axes, foot, 17 * true, GOOD, 3.4)
-        _arrow(axes, foot, 17 * np.asarray(n), FORCE, 1.6)
+        arrow(axes, foot, 17 * true, GOOD, 3.4)
+        arrow(axes, foot, 17 * np.asarray(n), FORCE, 1.6)
         axes.set_title(f"{title}: {wrong:.0f}° off", fontsize=8.0, loc="left")
-        _plain(axes, (-28, 34), (-16, 34))
+        plain(axes, (-28, 34), (-16, 34))
     note = "green: true normal      red: the normal that is used      red dot: the contact point that is reported"
     figure.supxlabel(note, fontsize=7.5, color=MUTED)
     return figure
@@ -143,7 +142,7 @@ def angles(canvas: Canvas) -> Figure:
     x = slide.travel(100)[[38]]
     centre, c, phi_n = MM * slide.centre(x)[0], MM * slide.contact(x)[0], slide.phi_n(x)[0]
     r, face = MM * slide.radius, slide.face
-    _ground(axes, [[-50, 0], [0, 0], (80 * face).tolist()])
+    ground(axes, [[-50, 0], [0, 0], (80 * face).tolist()])
     axes.plot([0, 26], [0, 0], color=MUTED, lw=0.8, ls="--")
     axes.add_patch(Circle(tuple(centre), r, facecolor="none", edgecolor=DEPTH, lw=1.3))
     axes.plot([centre[0], centre[0] + 1.35 * r], [centre[1]] * 2, color=MUTED, lw=0.8, ls="--")
@@ -159,7 +158,7 @@ def angles(canvas: Canvas) -> Figure:
     axes.text(c[0] + 2.5, c[1] - 2.6, "contact point c", color=FORCE, fontsize=9)
     axes.text(centre[0] - 1.2, centre[1] - 0.6, "centre x", fontsize=9, color=DEPTH, ha="right")
     axes.text(centre[0] - 0.62 * r, centre[1] + 0.9 * r, "SPR, radius r", fontsize=9, color=DEPTH, ha="right")
-    _arrow(axes, np.array([-26.0, centre[1]]), np.array([12.0, 0.0]), INK)
+    arrow(axes, np.array([-26.0, centre[1]]), np.array([12.0, 0.0]), INK)
     axes.text(-26, centre[1] + 1.2, "motion of the SPR", fontsize=8.5)
     axes.text(-33, -6, "previous face", fontsize=8.5, color=INK)
     axes.text(
@@ -167,7 +166,7 @@ def angles(canvas: Canvas) -> Figure:
     )
     told = f"$φ_f$ = 35°,  $φ_n$ = {lean:.1f}°,  $c$ = ({c[0]:.2f}, {c[1]:.2f}) mm,  $c_y = c_x$ tan $φ_f$"
     axes.set_title(told, fontsize=8.5, loc="left")
-    _plain(axes, (-34, 44), (-10, 31))
+    plain(axes, (-34, 44), (-10, 31))
     return figure
 
 
@@ -184,7 +183,7 @@ def sinusoids(canvas: Canvas) -> Figure:
         side = 3.0 * slide.normal
         seen = np.flatnonzero((c[:, 0] < 33) & (np.linalg.norm(rate, axis=1) > 0.1))
         for i in seen[np.linspace(0, len(seen) - 1, 6).astype(int)]:
-            _arrow(top, c[i] + side, 4.0 * rate[i] / np.linalg.norm(rate[i]), DEPTH, 0.9)
+            arrow(top, c[i] + side, 4.0 * rate[i] / np.linalg.norm(rate[i]), DEPTH, 0.9)
         slope = np.degrees(np.arctan2(*(np.sign(rate @ slide.face)[:, None] * rate).T[::-1]))
         off = np.abs(slope - degrees)[np.linalg.norm(rate, axis=1) > 0.1].max()
         top.set_title(f"{'ABCDEF'[k]}  $φ_f$ = {degrees:g}°\nslope off by {_power(off)}°", fontsize=8.5, loc="left")
@@ -231,75 +230,21 @@ def two_candidates(canvas: Canvas) -> Figure:
         slide = Slide(np.radians(degrees))
         x = slide.travel(100)[[25]]
         centre, c = MM * slide.centre(x)[0], MM * slide.contact(x)[0]
-        _ground(axes, [[-60, 0], [0, 0], (90 * slide.face).tolist()])
+        ground(axes, [[-60, 0], [0, 0], (90 * slide.face).tolist()])
         axes.add_patch(Circle(tuple(centre), MM * slide.radius, facecolor="none", edgecolor=DEPTH, lw=1.2))
         picked, fails = eq20(slide)
         for n in candidates(slide.phi_f):
             good = bool(n @ picked > 0)
-            _arrow(axes, c, 15 * n, (FORCE if fails else GOOD) if good else MUTED, 1.8 if good else 1.0)
-        _arrow(axes, np.array([-40.0, 0.0]), np.array([0.0, 12.0]), CAP, 1.4)
+            arrow(axes, c, 15 * n, (FORCE if fails else GOOD) if good else MUTED, 1.8 if good else 1.0)
+        arrow(axes, np.array([-40.0, 0.0]), np.array([0.0, 12.0]), CAP, 1.4)
         axes.text(-42, 14, "$x_n$", color=CAP, fontsize=9)
         axes.plot(*c, "o", color=INK, ms=3.5)
         kind = "convex" if degrees < 0 else "concave"
         verdict = "wrong" if fails else "right"
         axes.set_title(f"{kind}, $φ_f$ = {degrees:g}°: {verdict}", fontsize=8.5, loc="left")
-        _plain(axes, (-46, 34), (-28, 36))
+        plain(axes, (-46, 34), (-28, 36))
     figure.supxlabel("green or red: picked by Eq 20      grey: the other candidate of Eq 19", fontsize=7.5, color=MUTED)
     return figure
-
-
-# ---- pieces
-
-
-def _outline(half: Array, exponents: tuple[int, int, int], n: int = 200) -> Array:
-    """The section y = 0 of an implicit surface, (n, 2) in x and z [m]."""
-    t = np.linspace(0, 2 * np.pi, n)
-    way = np.stack([np.cos(t), np.sin(t)], axis=1)
-    low, high = np.zeros(n), np.full(n, 2.0)
-    for _ in range(50):
-        middle = 0.5 * (low + high)
-        beyond = ((middle[:, None] * way) ** [exponents[0], exponents[2]]).sum(axis=1) > 1.0
-        low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
-    return np.asarray(low[:, None] * way * half[[0, 2]])
-
-
-def _ground(axes: Axes, line: Any) -> None:
-    """Solid to the right of a polyline of faces, out of sight on all sides."""
-    line = np.asarray(line, dtype=float)
-    far, first, last = 300.0, line[1] - line[0], line[-1] - line[-2]
-    start, end = line[0] - far * first / np.linalg.norm(first), line[-1] + far * last / np.linalg.norm(last)
-    right = end + far * np.array([last[1], -last[0]]) / np.linalg.norm(last)
-    corners = np.vstack([start, line, end, right, [far, -far], [start[0], -far]])
-    axes.add_patch(Polygon(corners, facecolor=SURFACE, alpha=0.45, edgecolor="none"))
-    axes.plot(line[:, 0], line[:, 1], color="#b07a63", lw=1.4)
-
-
-def _spring(axes: Axes, start: Array, out: Array, length: float, color: str) -> None:
-    """A zigzag of as many turns however long it is."""
-    s = np.linspace(0, 1, 2 * 7 + 2)
-    aside = np.where(np.arange(len(s)) % 2 == 1, 0.8, -0.8)
-    aside[[0, 1, -2, -1]] = 0.0
-    points = start + np.outer(s * length, out) + np.outer(aside, [-out[1], out[0]])
-    axes.plot(points[:, 0], points[:, 1], color=color, lw=0.9)
-
-
-def _arrow(axes: Axes, start: Array, vector: Array, color: str, width: float = 1.4) -> None:
-    style = {
-        "arrowstyle": "-|>",
-        "color": color,
-        "lw": width,
-        "shrinkA": 0,
-        "shrinkB": 0,
-        "mutation_scale": 6 + 2 * width,
-    }
-    axes.annotate("", xy=tuple(np.asarray(start) + vector), xytext=tuple(start), arrowprops=style)
-
-
-def _plain(axes: Axes, xlim: tuple[float, float], ylim: tuple[float, float]) -> None:
-    axes.set(xlim=xlim, ylim=ylim, aspect="equal", xticks=[], yticks=[])
-    axes.grid(False)
-    for spine in axes.spines.values():
-        spine.set_visible(False)
 
 
 def _power(x: float) -> str:

@@ -23,8 +23,10 @@ RADIUS = 0.002
 """Of the tool's sphere [m]."""
 SCALE = 0.5
 """Tool motion per hand motion."""
-DISPLACED = np.array([0.0, 0.005, 0.0])
-"""How far the guidance of the control lies beside what it should be [m]."""
+BESIDE = np.array([0.0, 1.0, 0.0])
+"""Unit: where misplaced guidance lies beside what it should be."""
+KEPT = 0.001
+"""Radius of the hose around the path that hard guidance keeps the tool in [m]."""
 
 
 @dataclass(frozen=True)
@@ -35,13 +37,15 @@ class Task:
     errand: Errand
     thing: dict[str, Any]
     """What is touched, as an object of a scene; a mesh of ours takes its place where `surface` makes one."""
-    guidance: Callable[[Array], list[dict[str, Any]]]
-    """The fixtures for a path that lies so far beside the true one (3,)."""
+    guidance: Callable[[Array, bool], list[dict[str, Any]]]
+    """The fixtures for a path that lies so far beside the true one (3,) [m]; hard ones keep the tool in, or out."""
     outside: Callable[[Array], Array]
     """How deep tool positions (n, 3) are in the forbidden region, below zero outside of it (n,) [m]."""
     off: Callable[[Array], Array]
     """Path error of tool positions (n, 3), (n,) [m]."""
     surface: Callable[[], _core.Mesh] | None = None
+    purpose: str = "path_error_mm"
+    """The measure that its guidance is for."""
 
     @cached_property
     def start(self) -> Array:
@@ -55,7 +59,7 @@ class Task:
             "objects": [self.thing | {"damping": 1.0}],
             "mapping": {"scale": SCALE},
             "contact": {"radius": RADIUS},
-            "rates": {"plant": 4000.0},
+            "rates": {"plant": 2000.0},
             "stability": {"force_cap": 6.0},
             "operator": {"path": [{"t": 0.0, "xyz": self.start.tolist()}]},
         }
@@ -125,7 +129,7 @@ def ring_on_wire() -> Task:
         "ring on a wire",
         Errand(wire, np.full(len(wire), 2 * clear), 1500.0),
         {"box": {"size": [0.08, 0.03, 0.03]}, "stiffness": 1500.0, "pose": {"xyz": [0.0, 0.0, 0.012]}},
-        lambda beside: [_follow(wire, beside)],
+        lambda beside, hard: [_follow(wire, beside, hard)],
         lambda p: distance(p, wire)[0] - clear,
         lambda p: distance(p, wire)[0],
         lambda: sleeve(hose, np.full(len(hose), clear + RADIUS), 0.004),
@@ -141,7 +145,7 @@ def tracing() -> Task:
         "line on soft tissue",
         Errand(line, np.full(len(line), 0.003), K, press),
         {"plane": {"size": 0.1}, "stiffness": K},
-        lambda beside: [_follow(line, beside)],
+        lambda beside, hard: [_follow(line, beside, hard)],
         lambda p: _flat(p, line) - 0.0015,
         lambda p: _flat(p, line),
     )
@@ -155,7 +159,7 @@ def palpation() -> Task:
     z = RADIUS - press / K
     way = _evenly(np.column_stack([corners, np.full(len(corners), z)]))
 
-    def guidance(beside: Array) -> list[dict[str, Any]]:
+    def guidance(beside: Array, hard: bool) -> list[dict[str, Any]]:
         return [
             {
                 "name": "vessel",
@@ -163,7 +167,7 @@ def palpation() -> Task:
                 "geometry": {"cylinder": {"radius": vessel, "length": 0.1}},
                 "frame": {"pose": {"xyz": [-float(beside[1]), 0.0, 0.0], "rpy_deg": [90.0, 0.0, 0.0]}},
                 "law": {"stiffness": 1000.0, "damping": 4.0},
-                "hard": True,
+                "hard": hard,
             }
         ]
 
@@ -174,6 +178,7 @@ def palpation() -> Task:
         guidance,
         lambda p: vessel + margin - np.hypot(p[:, 0], p[:, 2]),
         lambda p: _flat(p, way),
+        purpose="entries",
     )
 
 
@@ -188,22 +193,27 @@ def insertion() -> Task:
 
     beyond = _evenly(np.array([entry - 0.004 * axis, target + 0.006 * axis]), 0.002)
 
-    def guidance(beside: Array) -> list[dict[str, Any]]:
-        return [_follow(way, beside)]
-
     return Task(
         "insertion to a target",
         Errand(way, 2 * clear(way), 800.0),
         {"box": {"size": [0.04, 0.04, 0.03]}, "stiffness": 800.0, "pose": {"xyz": [0.006, 0.003, 0.022]}},
-        guidance,
+        lambda beside, hard: [_follow(way, beside, hard)],
         lambda p: distance(p, way)[0] - clear(p),
         lambda p: distance(p, way)[0],
         lambda: sleeve(beyond, clear(beyond) + RADIUS, 0.006),
     )
 
 
-def _follow(path: Array, beside: Array) -> dict[str, Any]:
-    """A path that attracts."""
+def _follow(path: Array, beside: Array, hard: bool) -> dict[str, Any]:
+    """A path that attracts; or a hose around it that is not left."""
+    if hard:
+        return {
+            "name": "path",
+            "role": "keep-in",
+            "geometry": {"tube": {"waypoints": _waypoints(path, beside), "radius": KEPT}},
+            "law": {"stiffness": 600.0, "damping": 4.0},
+            "hard": True,
+        }
     return {
         "name": "path",
         "role": "guide",

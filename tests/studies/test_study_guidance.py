@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from palpate.operators import Trial
-from palpate.studies import guidance
+from palpate.studies import guidance, guidance_effects
 from palpate.studies.guidance_tasks import TASKS, distance, sleeve
+from palpate.studies.guidance_words import tables
 from palpate.sweep import sweep
 
 
@@ -34,14 +35,14 @@ def test_hedges_g():
     rng = np.random.default_rng(0)
     a, b = rng.normal(2.0, 1.0, 10), rng.normal(1.0, 1.0, 10)
     spread = np.sqrt((a.var(ddof=1) + b.var(ddof=1)) / 2)
-    assert guidance.hedges_g(a, b) == pytest.approx((b.mean() - a.mean()) / spread * (1 - 3 / 71))
-    assert guidance.hedges_g(a, a) == 0.0
+    assert guidance_effects.hedges_g(a, b) == pytest.approx((b.mean() - a.mean()) / spread * (1 - 3 / 71))
+    assert guidance_effects.hedges_g(a, a) == 0.0
 
 
 def test_entries_are_counted_once_each():
     """In, out by less than is steady, in again: one; out and in: another."""
     deep = 1e-3 * np.array([-1.0, 1.0, 0.5, -0.01, 0.5, -1.5, 0.4, -2.0])
-    task = replace(guidance._task("ring"), outside=lambda p: p[:, 0], off=lambda p: np.full(len(p), 3e-3))
+    task = replace(guidance.task_of("ring"), outside=lambda p: p[:, 0], off=lambda p: np.full(len(p), 3e-3))
     told = guidance.judged(task, Trial(np.arange(8.0), deep[:, None] * np.eye(3)[0], np.arange(8.0), np.zeros(8), True))
     assert told["entries"] == 2
     assert told["deepest_mm"] == pytest.approx(1.0)
@@ -52,14 +53,14 @@ def test_entries_are_counted_once_each():
 @pytest.fixture(scope="module")
 def few():
     def serial(fn, grid, seed, **more):
-        return sweep(fn, grid, seed, executor="serial")
+        return sweep(fn, grid, seed, executor="serial", where=more["where"])
 
     return guidance.run(2, sweep=serial)
 
 
 def test_a_small_cohort_from_end_to_end(few):
-    told = guidance.summary(few, 7)
-    assert len(few) == 2 * len(TASKS) * len(guidance.CONDITIONS)
+    told = guidance_effects.summary(few, 7)
+    assert len(few) == 2 * (len(TASKS) * len(guidance.CONDITIONS | guidance.REGISTRATION) + 2 * len(guidance.ABLATION))
     assert all(row["done"] == 1.0 for row in few)
     assert set(told) == json_contract.keys("study guidance") - {"conformance"}
     assert set(told["rows"][0]) == json_contract.keys_of("study guidance", "A row of `rows`:")
@@ -69,15 +70,51 @@ def test_a_small_cohort_from_end_to_end(few):
         assert by[task, "guidance"]["path_error_mm"] < 0.8 * by[task, "none"]["path_error_mm"]
     for task in ("tracing", "palpation"):
         assert by[task, "haptics"]["peak_force_N"] < by[task, "none"]["peak_force_N"]
+    assert set(told["registration"][0]) == json_contract.keys_of("study guidance", "A row of `registration`:")
+    assert set(told["break_even"][0]) == json_contract.keys_of("study guidance", "A row of `break_even`:")
+    assert set(told["ablation"][0]) == json_contract.keys_of("study guidance", "A row of `ablation`:")
+    assert {row["task"] for row in told["ablation"]} == {"tracing", "palpation"}
+    assert all(e["source"] for e in told["effects"] if e["expected_hedges_g"] is not None)
     for task in TASKS:
         assert by[task, "control_wrong"]["path_error_mm"] > by[task, "haptics+guidance"]["path_error_mm"]
-    assert guidance.tables(told)
+    assert tables(told)
 
 
 def test_the_same_seed_gives_the_same_trial():
     point = {"operator": 3, "task": "insertion", "condition": "haptics+guidance", "cohort": 7}
     assert guidance.measure(point, 11) == guidance.measure(point, 11)
     assert guidance.measure(point, 11) != guidance.measure(point, 12)
+
+
+def test_the_way_that_is_drawn_is_one_of_the_study(few):
+    row = next(r for r in few if (r["operator"], r["task"], r["condition"]) == (1, "tracing", "none"))
+    trial = guidance.attempt(1, "tracing", "none", guidance.trial_seed(1, "tracing", "none"))
+    assert guidance.judged(guidance.task_of("tracing"), trial)["path_error_mm"] == row["path_error_mm"]
+
+
+def test_break_even_lies_where_the_lines_cross():
+    """Of path error e + 0.5 under guidance e beside, against 2 without: at 1.5 mm; never, and at once."""
+
+    misplaced = ("haptics+guidance", *guidance.REGISTRATION, "control_wrong")
+
+    def rows(slope, begin):
+        errors = {"haptics": 2.0} | {n: begin + slope * guidance.ALL[n].beside_mm for n in misplaced}
+        return [
+            {"task": "ring", "condition": n, "operator": k, "path_error_mm": v, "peak_force_N": 0.0, "entries": 0.0}
+            for n, v in errors.items()
+            for k in range(2)
+        ]
+
+    for given, at in (((1.0, 0.5), pytest.approx(1.5)), ((0.1, 0.5), None), ((1.0, 3.0), 0.0)):
+        assert guidance_effects._break_even(rows(*given), "ring")["break_even_mm"] == at
+
+
+def test_operators_without_haste_press_as_they_feel():
+    pressed = {
+        c: guidance.measure({"operator": 2, "task": "tracing", "condition": c, "cohort": 7}, 5)["mean_force_N"]
+        for c in ("none", "none_no_haste")
+    }
+    assert pressed["none_no_haste"] < pressed["none"]
 
 
 def test_nobody_is_no_cohort():
@@ -87,4 +124,5 @@ def test_nobody_is_no_cohort():
 
 def test_pictures_of_the_cohort_are_kept_in_the_pages():
     images = Path(__file__).resolve().parents[2] / "docs" / "images"
-    assert (images / "guidance.png").is_file()
+    for name in ("guidance", "guidance_paths", "guidance_registration"):
+        assert (images / f"{name}.png").is_file()

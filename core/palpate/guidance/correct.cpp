@@ -91,11 +91,13 @@ double Guidance::allowed(int i) noexcept {
 }
 
 // A fixture that has just come, was edited, or leapt, may find goal and tool where they may not be: it leads them out.
+// What is of the tool itself, and does not move it, is as wrong at every goal: no leap of a border.
 void Guidance::forgive(int i, const Want& at_goal, const Input& in) noexcept {
   Part& now = part(i);
   const double pace = options_.return_speed * dt_ / (at_goal.turns ? kLength : 1.0);
   now.slack = std::max(now.slack - pace, 0.0);
-  const bool leapt = at_goal.wrong() - allowed(i) > (at_goal.turns ? kLeap / kLength : kLeap);
+  const bool stays = at_goal.of_tool && !fixture(i).policy.hard;
+  const bool leapt = !stays && at_goal.wrong() - allowed(i) > (at_goal.turns ? kLeap / kLength : kLeap);
   if (!now.fresh && !leapt) return;
   now.fresh = false;
   now.slack = std::max(at_goal.wrong(), at_goal.attracts ? 0.0 : ask(i, in.X_WT, in).wrong());

@@ -81,6 +81,14 @@ void check(const Fixture& f) {
                                 " needs a geometry with an inside; give the geometry a thickness, or a margin");
   }
   const Policy& p = f.policy;
+  const bool by_gap =
+      p.engage < std::numeric_limits<double>::infinity() ||
+      std::any_of(p.ramps.begin(), p.ramps.end(), [](const Ramp& r) { return r.by == Ramp::By::distance; });
+  if (by_gap && !f.role->has_gap()) {
+    throw std::invalid_argument(whose +
+                                ": a limit of speed has no distance to engage or to ramp by; leave out engage, " +
+                                "or ramp by pedal, time or force");
+  }
   require(p.authority >= 0.0 && p.authority <= 1.0, whose, "authority", p.authority, "must lie in 0..1");
   require(p.engage >= 0.0, whose, "engage", p.engage, "must be 0 m or more");
   require(p.release >= p.engage, whose, "release", p.release, "must not be below engage");

@@ -35,6 +35,7 @@ class Limit final : public Role {
   }
   [[nodiscard]] const char* name() const noexcept override { return "limit"; }
   [[nodiscard]] bool needs_solid() const noexcept override { return margin_ == 0.0; }
+  [[nodiscard]] bool has_gap() const noexcept override { return speed_ == 0.0 || force_ > 0.0; }
 
  private:
   double margin_, speed_, force_;
