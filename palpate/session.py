@@ -225,7 +225,9 @@ class Session:
         """Why the hand feels guidance now, in words: the fixture that pulls most, and its terms."""
         from palpate.guidance.why import of_tick
 
-        return of_tick(self._fixtures, self.latest(), self.rig.here)
+        tick, scene = self.latest(), self.rig.scene
+        V_WT = np.r_[scene.mapping.scale * self.rig.arms.X_WL[:3, :3] @ np.asarray(tick["v_LH"]), np.zeros(3)]
+        return of_tick(self._fixtures, tick, self.rig.here, V_WT)
 
     @property
     def timing(self) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 import time
 from pathlib import Path
 
@@ -57,11 +58,16 @@ def grid(mesh_file: Path, spacing: float | None, unit: Unit, out: Path | None, j
     off = error_of(made, mesh)
     table = Table(show_header=False, box=None, pad_edge=False)
     table.add_row("nodes", f"{' x '.join(map(str, made.values.shape))}, {1e3 * step:.3g} mm apart, {took:.1f} s")
+    peak = 1024.0 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    table.add_row(
+        "memory", f"{made.values.nbytes / 1e6:,.0f} MB of values; {peak / 1e6:,.0f} MB at most while building"
+    )
     table.add_row("error near the surface", f"p99 {1e6 * off.near_p99:.3g} um, worst {1e6 * off.near_worst:.3g} um")
     table.add_row("error in its box", f"p99 {1e6 * off.box_p99:.3g} um, worst {1e6 * off.box_worst:.3g} um")
     console.print(table)
     say(console, f"wrote {out}; against the exact distance of the mesh at {off.points:,} random places")
     write_json(json, {"mesh": str(mesh_file), "grid": str(out), "nodes": list(made.values.shape), "spacing_m": step,
-                      "build_s": took, "error_near_p99_m": off.near_p99, "error_near_max_m": off.near_worst,
+                      "build_s": took, "peak_memory_bytes": peak,
+                      "error_near_p99_m": off.near_p99, "error_near_max_m": off.near_worst,
                       "error_box_p99_m": off.box_p99, "error_box_max_m": off.box_worst})  # fmt: skip
     return 0

@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from palpate import _core
 from palpate.guidance.here import Here
 
 if TYPE_CHECKING:
     from palpate.guidance.fixture import Fixture
 
+Array = npt.NDArray[np.float64]
+
 _SMALL = 1e-9  # forces and gaps below it are none [N, m]
+_TOLD = 5e-4  # what adds less is not told [N, N m]
+_DT, _TICKS = 1e-3, 200  # of the stage that is asked anew
 
 
 def why(fixture: Fixture, X_WT: npt.ArrayLike, V_WT: npt.ArrayLike | None, t: float, here: Here | None) -> str:
@@ -31,12 +37,57 @@ def why(fixture: Fixture, X_WT: npt.ArrayLike, V_WT: npt.ArrayLike | None, t: fl
     if not fixture.enabled:
         lines.append("  it is switched off: none of this counts")
     elif fixture.authority < 1.0:
-        lines.append(f"  its authority is {fixture.authority:g}: the hand is given so much of it")
+        given = fixture.authority * float(
+            np.linalg.norm(np.asarray(asked["F"])[3:] if asked["turns"] else asked["F"][:3])
+        )
+        unit = "N m" if asked["turns"] else "N"
+        lines.append(f"  its authority is {fixture.authority:g}: the hand is given {given:.3g} {unit} of it")
     return "\n".join(lines)
 
 
-def of_tick(fixtures: Sequence[Fixture], tick: Any, here: Here) -> str:
-    """What guidance did at a tick of a run: the sum, the fixture that pulled most, and how it comes to that.
+@dataclass(frozen=True)
+class Term:
+    """What one fixture adds to the wrench on the tool, after authority, quadratic program and priorities."""
+
+    name: str
+    F: Array
+    """(6,) force [N] over moment [N m], in W."""
+    authority: float = 1.0
+
+
+def terms(fixtures: Sequence[Fixture], tick: Any, here: Here, V_WT: npt.ArrayLike | None) -> list[Term]:
+    """What each fixture adds at a tick of a run, and last what is left: they sum up to the recorded wrench.
+
+    The stage itself is asked, at rest at the tick's pose until nothing fades any more. Left is what only the run knows:
+    ramps on their way, the limit of the rate, the share of a motion that is not given.
+
+    Args:
+        fixtures: of the run, in their order.
+        tick: signals of the run by their names.
+        here: what the names in them stand for.
+        V_WT: (6,) of the tool as the hand moves it, in W [m/s, rad/s]; at rest when left out.
+    """
+    made = _core.Fixtures([f.model_copy(update={"rise": 0.01, "fall": 0.01}).make(here) for f in fixtures], here.tool)
+    options = _core.GuidanceOptions()
+    options.force_rate = options.moment_rate = 1e6
+    options.return_speed = 0.9  # less than a leap in a period: what was wrong when it came is mended by then
+    options.servo_bandwidth = 0.0
+    stage = _core.Guidance(options, _DT)
+    stage.take(made)
+    X = np.eye(4)
+    X[:3, :3] = Rotation.from_quat(np.roll(tick["quat_WT"], -1)).as_matrix()
+    X[:3, 3] = np.asarray(tick["p_WT_goal"]) - np.asarray(tick["p_correction_W"])
+    V = np.zeros(6) if V_WT is None else np.asarray(V_WT, dtype=np.float64)
+    X_tool = X
+    for _ in range(_TICKS):
+        X_tool = stage.step(float(tick["t"]), X, V, X_tool, F_T_W=np.asarray(tick["F_T_W"]))["X_WT_goal"]
+    told = [Term(f.name or f.role.name, stage.wrench(i), stage.authority(i)) for i, f in enumerate(fixtures)]
+    left = np.r_[tick["F_guidance_W"], tick["t_guidance_W"]] - sum((term.F for term in told), np.zeros(6))
+    return [*told, Term("what fades", left)]
+
+
+def of_tick(fixtures: Sequence[Fixture], tick: Any, here: Here, V_WT: npt.ArrayLike | None = None) -> str:
+    """What guidance did at a tick of a run: the sum, what each fixture adds to it, and how the most of it comes about.
 
     Every fixture is asked where the hand sends the tool: at the goal as it was mapped, before it was corrected.
     """
@@ -48,10 +99,18 @@ def of_tick(fixtures: Sequence[Fixture], tick: Any, here: Here) -> str:
     if not 0 <= index < len(fixtures):
         return "\n".join([*lines, "no fixture pulls"])
     lines.append(f"guidance pulls with {force:.3g} N; most of it is {fixtures[index].name}'s")
-    R = Rotation.from_quat(np.roll(tick["quat_WT"], -1)).as_matrix()
+    lines += [_told(term) for term in terms(fixtures, tick, here, V_WT) if np.abs(term.F).max() > _TOLD]
     X = np.eye(4)
-    X[:3, :3], X[:3, 3] = R, np.asarray(tick["p_WT_goal"]) - held
-    return "\n".join([*lines, why(fixtures[index], X, None, float(tick["t"]), here)])
+    X[:3, :3] = Rotation.from_quat(np.roll(tick["quat_WT"], -1)).as_matrix()
+    X[:3, 3] = np.asarray(tick["p_WT_goal"]) - held
+    return "\n".join([*lines, why(fixtures[index], X, V_WT, float(tick["t"]), here)])
+
+
+def _told(term: Term) -> str:
+    f, m = term.F[:3], term.F[3:]
+    share = f", at {100.0 * term.authority:.3g} % of its authority" if term.authority < 1.0 else ""
+    moment = f" and {1e3 * np.linalg.norm(m):.3g} mN m" if np.linalg.norm(m) > 1e-6 else ""
+    return f"  {term.name}: ({', '.join(f'{x:+.3f}' for x in f)}) N{moment}{share}"
 
 
 def _lines(fixture: Fixture, asked: dict[str, Any], still: dict[str, Any]) -> list[str]:
