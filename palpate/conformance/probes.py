@@ -109,6 +109,9 @@ def _placed(case: RoleCase, s: Specimen, rng: np.random.Generator, wrong: bool) 
     along = gradient(case, s, X)
     if (wrong or case.turns) and not _smooth(case, s, X, along):
         return None
+    pushes = not (case.attracts or case.touches)  # a potential does here already
+    if pushes and abs(np.linalg.norm(slope(s.distance, X[:3, 3])) - 1.0) > 1e-3:
+        return None
     return Probe(X, np.zeros(6), case.gap(s, X), along)
 
 

@@ -87,6 +87,7 @@ class RoleCase:
     attracts: bool = False
     turns: bool = False
     needs_solid: bool = False
+    needs_point: bool = False
     touches: bool = False
     """the tool stands on the ground z = 0 of the geometry's frame, a spring."""
     speed: bool = False
@@ -110,13 +111,13 @@ ROLES: dict[str, RoleCase] = {
                                           turns=True),
     "orient as the frame": RoleCase("orient", {"angle": TILT, "target": "frame"}, _orient_frame, attracts=True,
                                     turns=True),
-    "rcm": RoleCase("rcm", {"margin": TROCAR}, _rcm, attracts=True),
+    "rcm": RoleCase("rcm", {"margin": TROCAR}, _rcm, attracts=True, needs_point=True),
 }  # fmt: skip
 
 
 def gradient(case: RoleCase, s: Specimen, X: Array) -> Array:
     """(6,) of the gap over the six motions of the tool, all of it: what is aimed at may go with the place."""
-    h = 1e-5 if case.turns or case.role == "rcm" else H  # of a slope's slope: less rounding
+    h = 1e-5 if case.turns else H  # of a slope's slope: less rounding
     steps = h * np.eye(6)
     return np.array([case.gap(s, moved(X, y)) - case.gap(s, moved(X, -y)) for y in steps]) / (2.0 * h)
 
@@ -139,4 +140,6 @@ def meaningless(role: str, geometry: str) -> str:
     """Why a role has no meaning with a geometry, in words; empty when it has one."""
     if ROLES[role].needs_solid and not SPECIMENS[geometry].solid:
         return f"a {geometry} has no inside, and {role} needs one"
+    if ROLES[role].needs_point and geometry != "point":
+        return f"a {geometry} is no point, and {role} is about one"
     return ""

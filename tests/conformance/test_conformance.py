@@ -42,12 +42,12 @@ def test_distances_and_axes_are_those_of_the_formulas(name):
 
 def known(c):
     """What the core does not do yet, in words (docs/guidance.md tells it too)."""
-    if c.role == "rcm" or (c.role.startswith("orient") and c.corrects):
-        return "what it aims at goes with the place: its corrected goal gives a few percent of the energy that moved"
+    if c.role.startswith("orient"):
+        return "where its aim turns by more than 100 rad/m or its goal is corrected, a percent or so of energy is left"
+    if c.role == "rcm":
+        return "beside the point the way there turns quickly: a law of much damping is reached late"
     if c.role == "limit of force" and c.corrects:
         return "it asks again what is left: its share is not that of its authority"
-    if c.role == "limit of speed":
-        return "given a law of much damping in fast motion, its wrench stays behind"
     if c.corrects:
         return "beside edges a corrected goal may change sides from tick to tick"
     return ""
@@ -70,7 +70,7 @@ def test_combination(c):
 
 
 def test_what_has_no_meaning_is_refused_and_counts_neither_as_judged_nor_as_passed():
-    without = [c for c in ALL if "has no inside" in c.meaningless]
+    without = [c for c in ALL if c.meaningless]
     assert len(without) > 100
     few = without[:: len(without) // 20]
     found = {c: examine(c) for c in few}
@@ -94,7 +94,7 @@ def test_a_wrong_sign_is_found(monkeypatch):
 
 def test_a_wrong_moment_beside_a_right_force_is_found(monkeypatch):
     mutated(monkeypatch, lambda a: Answer(a.F * [0, 0, 0, 1, 1, 1], a.X, a.B))
-    assert at_rest.sign_and_direction(Combination("rcm", "sphere", "spring", "soft"))
+    assert at_rest.sign_and_direction(Combination("rcm", "point", "spring", "soft"))
     assert at_rest.sign_and_direction(Combination("orient against the normal", "sphere", "spring", "soft"))
 
 

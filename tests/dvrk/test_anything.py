@@ -1,5 +1,7 @@
 """Whatever is sent, in whatever order: states stay finite and known, torques within limits, a disabled arm undriven."""
 
+from functools import cache
+
 import numpy as np
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
@@ -12,7 +14,7 @@ ARMS = ("MTMR", "PSM1", "ECM")
 KINDS = {"MTMR": 1, "PSM1": 2, "ECM": 4}
 JOINTS = {"MTMR": 7, "PSM1": 6, "ECM": 4}
 #: payloads of messages.hpp
-NONE, FLAG, VALUE, TEXT, BUTTON, JOINT, POSE, ROTATION, WRENCH, CARTESIAN, IMPEDANCE = range(11)
+NONE, FLAG, VALUE, TEXT, BUTTON, NUMBERS, JOINT, POSE, ROTATION, WRENCH, CARTESIAN, IMPEDANCE = range(12)
 VERBS = {
     "system": [v for v in _core.dvrk_verbs() if v[0] == 0],
     "console": [v for v in _core.dvrk_verbs() if v[0] == 1],
@@ -61,6 +63,7 @@ PAYLOADS = {
     FLAG: st.booleans(),
     VALUE: number,
     TEXT: TEXTS,
+    NUMBERS: st.integers(0, 9).flatmap(arrays),
     BUTTON: st.sampled_from([0, 1, 2, -1, 99]),
     POSE: poses(),
     ROTATION: rotations,
@@ -70,22 +73,23 @@ PAYLOADS = {
 }
 
 
+@cache
+def models():
+    return (
+        palpate.Arm.mtm("right"),
+        palpate.Arm.psm("lnd"),
+        palpate.Arm.load(palpate.arm.models_folder() / "ecm.yaml"),
+    )
+
+
 class AnyClient(RuleBasedStateMachine):
     @initialize(homed=st.booleans())
     def build(self, homed):
         self.system = dvrk.system(ARMS)
-        self.limits = {a: np.asarray(m.tau_max) for a, m in zip(ARMS, self.models(), strict=True)}
+        self.limits = {a: np.asarray(m.tau_max) for a, m in zip(ARMS, models(), strict=True)}
         if homed:
             self.system.send("system", "home")
             self.system.step(20_000)
-
-    @staticmethod
-    def models():
-        return (
-            palpate.Arm.mtm("right"),
-            palpate.Arm.psm("lnd"),
-            palpate.Arm.load(palpate.arm.models_folder() / "ecm.yaml"),
-        )
 
     @rule(data=st.data(), component=st.sampled_from([*VERBS, *ARMS, *ARMS]))
     def send(self, data, component):

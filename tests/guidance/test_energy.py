@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from fixtures import Stage, fixture, placed, pose, sphere
+from fixtures import Stage, fixture, placed, pose
 from scipy.spatial.transform import Rotation
 
 from palpate import _core
@@ -53,6 +53,7 @@ ROLES = {
     "orient against the normal": ("orient", {"target": "normal", "angle": 0.05}),
     "orient as the frame": ("orient", {"target": "frame"}),
 }
+MEANT = [(role, name) for role in ROLES for name in WAYS if role != "rcm" or name == "point"]
 TILT = Rotation.from_rotvec([0.9, 0.5, -0.2])
 
 
@@ -78,8 +79,7 @@ def work(F, X):
 
 
 @pytest.mark.parametrize("radius", [0.002, 0.004])
-@pytest.mark.parametrize("name", WAYS)
-@pytest.mark.parametrize("role", ROLES)
+@pytest.mark.parametrize(("role", "name"), MEANT)
 def test_a_closed_loop_of_pose_earns_nothing(role, name, radius):
     geometry, middle = WAYS[name]
     f = fixture(geometry, ROLES[role][0], role_=ROLES[role][1], law_=EVEN)
@@ -91,8 +91,7 @@ def test_a_closed_loop_of_pose_earns_nothing(role, name, radius):
 
 
 @pytest.mark.parametrize("law", ["spring", "potential", "optimise"])
-@pytest.mark.parametrize("name", WAYS)
-@pytest.mark.parametrize("role", ROLES)
+@pytest.mark.parametrize(("role", "name"), MEANT)
 def test_the_wrench_is_the_gradient_of_what_is_stored(role, name, law):
     geometry, middle = WAYS[name]
     f = fixture(geometry, ROLES[role][0], law, role_=ROLES[role][1], law_=EVEN)
@@ -112,9 +111,9 @@ def test_the_wrench_is_the_gradient_of_what_is_stored(role, name, law):
     ("geometry", "role", "middle"),
     [
         (ring(0.03), "orient", (0.028, 0.004, 0.004)),
-        (sphere(0.02), "rcm", (0.02, 0.015, 0.01)),
+        (placed(_core.PointGeometry()), "rcm", (0.02, 0.015, 0.01)),
     ],
-    ids=["orient along a ring", "rcm on a ball"],
+    ids=["orient along a ring", "rcm"],
 )
 def test_the_stage_earns_nothing_around_a_loop(geometry, role, middle, hard):
     """Soft to rounding and rates; hard to what its correction leaves of second order. Damping only takes."""
@@ -131,7 +130,7 @@ def test_a_frame_that_turns_carries_the_whole_gradient_along():
     """The gap's drift is its slope in time, of roles whose aim goes with the place, too."""
     motion = _core.Motion(w=np.array([0.3, -0.5, 0.8]), v=np.array([0.02, 0.01, -0.03]))
     for role in ("guide", "rcm", "orient"):
-        f = fixture(placed(ring(0.03), motion=motion), role)
+        f = fixture(placed(_core.PointGeometry() if role == "rcm" else ring(0.03), motion=motion), role)
         X, h = loop(np.array((0.02, 0.02, 0.01)), 0.002, n=3)[0], 1e-5
         numeric = (f.ask(X, 0.2 + h)["gap"] - f.ask(X, 0.2 - h)["gap"]) / (2 * h)
         assert f.ask(X, 0.2)["drift"] == pytest.approx(numeric, rel=1e-4), role

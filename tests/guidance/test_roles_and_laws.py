@@ -69,6 +69,11 @@ def test_orient_turns_the_shortest_way(target, angle):
     assert want["turns"]
 
 
+def test_rcm_is_about_a_point():
+    with pytest.raises(ValueError, match="role rcm needs a point, the place that the shaft passes through"):
+        _core.Fixtures([fixture(sphere(), "rcm")])
+
+
 def test_rcm_measures_the_shaft_beside_the_point():
     """A shaft along y, its tip 0.1 m beyond the point, 5 mm beside it."""
     R = Rotation.from_rotvec([-np.pi / 2, 0, 0]).as_matrix()  # z of T along y of W
@@ -198,7 +203,8 @@ def test_admittance_leaves_the_way_back_free():
 def test_admittance_only_takes_energy(seed, role):
     """In whatever place, however the tool moves: the port is passive at every instant."""
     rng = np.random.default_rng(seed)
-    f = fixture(sphere(0.03), role, "admittance", law_={"B": 3.0, "ratio": rng.uniform(0.01, 1.0)})
+    geometry = placed(_core.PointGeometry()) if role == "rcm" else sphere(0.03)
+    f = fixture(geometry, role, "admittance", law_={"B": 3.0, "ratio": rng.uniform(0.01, 1.0)})
     V = rng.normal(size=6)
     found = ask(f, 0.05 * rng.normal(size=3), Rotation.random(random_state=rng).as_matrix(), V)
     assert found["F"] @ V <= 1e-12
@@ -231,7 +237,8 @@ def test_a_closed_way_in_a_resting_fixture_earns_nothing(role, law):
 def test_another_frame_changes_nothing(seed, role, law):
     """Geometry, tool, motion and answer turned and moved together."""
     rng = np.random.default_rng(seed)
-    geometry, X = _core.LineGeometry(np.zeros(3), np.array([0.01, 0.02, 0.1])), np.eye(4)
+    line = _core.LineGeometry(np.zeros(3), np.array([0.01, 0.02, 0.1]))
+    geometry, X = _core.PointGeometry() if role == "rcm" else line, np.eye(4)
     X[:3, :3], X[:3, 3] = Rotation.random(random_state=rng).as_matrix(), rng.normal(size=3)
     p, R, V = 0.02 * rng.normal(size=3), Rotation.random(random_state=rng).as_matrix(), rng.normal(size=6)
     options = {"role_": {"margin": 0.001} if role != "keep-in" else {}, "law_": {"range": 0.05}}

@@ -5,6 +5,7 @@ The leader is a puppet in this process (threads of C++), the node `palpate ros h
 time is judged by the best of three, for this machine may be busy; a node that is too slow is so each time.
 """
 
+import contextlib
 import json
 import os
 import signal
@@ -17,6 +18,7 @@ import numpy as np
 import pytest
 import stand as bench
 
+from palpate.errors import PalpateError
 from palpate.record import Record
 from palpate.record.ticks import STATUS
 
@@ -220,11 +222,23 @@ def test_every_message_fault_is_in_the_record_and_the_summary(stand, node):
     assert (growth <= bench.RATE_CAP * np.minimum(step, 1.5 / bench.RATE) + 1e-6).all()
 
 
+def recorded_force(out):
+    """Largest in the record of a run, that may still be written; 0 without one [N]."""
+    for file in out.glob("*/record.mcap"):
+        with contextlib.suppress(PalpateError):
+            return np.linalg.norm(Record.open(file).ticks["F_H_L"], axis=1).max(initial=0.0)
+    return 0.0
+
+
 def test_kill_9_of_the_node_frees_the_hand_and_leaves_a_record(stand, tmp_path):
     node = bench.Node(stand, tmp_path)
     try:
         stand.press(60.0)
         guardian = node.guardian
+        end = time.monotonic() + 20.0
+        while recorded_force(node.out) <= 0.1:  # what a busy machine has not written yet is lost
+            assert time.monotonic() < end, "no force in the record"
+            time.sleep(0.2)
         begin = time.monotonic()
         node.process.kill()
         assert stand.released(begin) <= bench.MOST
@@ -232,7 +246,7 @@ def test_kill_9_of_the_node_frees_the_hand_and_leaves_a_record(stand, tmp_path):
         record = Record.open(next(node.out.glob("*/record.mcap")))
         assert not record.complete
         assert "no end" in record.note
-        assert np.linalg.norm(record.ticks["F_H_L"], axis=1).max() > 0.1
+        assert recorded_force(node.out) > 0.1
     finally:
         node.process.kill()
         node.process.wait()

@@ -80,6 +80,12 @@ void check(const Fixture& f) {
     throw std::invalid_argument(whose + ": role " + f.role->name() +
                                 " needs a geometry with an inside; give the geometry a thickness, or a margin");
   }
+  if (f.role->needs_point() && !f.geometry->is_point()) {
+    throw std::invalid_argument(
+        whose + ": role " + f.role->name() +
+        " needs a point, the place that the shaft passes through; give it a geometry point: {at: "
+        "...}");
+  }
   const Policy& p = f.policy;
   const bool by_gap =
       p.engage < std::numeric_limits<double>::infinity() ||

@@ -76,6 +76,7 @@ class Placed final : public Geometry {
   /// Throws std::invalid_argument when a pointer is null.
   Placed(GeometryPtr geometry, const Pose& X_FG, std::shared_ptr<const Frame> frame);
   [[nodiscard]] bool solid() const noexcept override { return geometry_->solid(); }
+  [[nodiscard]] bool is_point() const noexcept override { return geometry_->is_point(); }
   void add_live(LiveFrames& frames) const override;
 
  protected:

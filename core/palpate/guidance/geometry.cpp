@@ -37,10 +37,9 @@ Slope Geometry::slopes(const Pose& X_WT, double t) const noexcept {
     const Vec3 step = kStep * Vec3::Unit(k);
     const Query after = query({X_WT.R, X_WT.p + step}, t), before = query({X_WT.R, X_WT.p - step}, t);
     out.normal.col(k) = kPerStep * (after.normal - before.normal);
-    out.point.col(k) = kPerStep * (after.point - before.point);
     out.turn.col(k) = kPerStep * turn(before.attitude, after.attitude);
   }
-  return {at_most(kSharpest, out.normal), at_most(kFastest, out.point), at_most(kSharpest, out.turn)};
+  return {at_most(kSharpest, out.normal), at_most(kSharpest, out.turn)};
 }
 
 Mat3 basis_of(const Vec3& normal) noexcept { return basis_of(normal, normal); }

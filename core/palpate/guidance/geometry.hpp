@@ -27,7 +27,6 @@ struct Query {
 /// How the answer goes with the tool's place p.
 struct Slope {
   Mat3 normal = Mat3::Zero();  ///< d normal / dp [1/m]
-  Mat3 point = Mat3::Zero();   ///< d point / dp
   Mat3 turn = Mat3::Zero();    ///< the rotation vector of the attitude's turn, by dp [rad/m]
 };
 
@@ -49,12 +48,13 @@ class Geometry {
   [[nodiscard]] Slope slopes(const Pose& X_WT, double t) const noexcept;
   /// It has an inside: `forbid` and `keep-in` have a meaning.
   [[nodiscard]] virtual bool solid() const noexcept = 0;
+  /// It is one place.
+  [[nodiscard]] virtual bool is_point() const noexcept { return false; }
   /// Adds the frames that it is attached to and that are told live.
   virtual void add_live(LiveFrames& /*frames*/) const {}
 
   static constexpr double kFarthest = 1e6;    ///< of coordinates [m]
-  static constexpr double kSharpest = 100.0;  ///< most that a slope turns by [rad/m] ...
-  static constexpr double kFastest = 4.0;     ///< ... and that a nearest place runs by, for each metre of the tool
+  static constexpr double kSharpest = 100.0;  ///< most that a slope turns by [rad/m]
 
  protected:
   /// As `query`, for coordinates within kFarthest and times within 1e9 s.

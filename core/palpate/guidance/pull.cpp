@@ -139,6 +139,7 @@ void Guidance::blend(const Wrench& F, const Mat3& B_W, const Input& in) noexcept
     const double rise = K * (shift * moved + lever * turn + drift);
     const double damps = now.want.turns ? law.turning_damping() * dw : law.damping() * (shift * dv + lever * dw);
     f += shift * (now.want.turns ? rise : rise + damps);
+    if (std::isfinite(now.want.speed)) f += law.damping() * dv;  // a limit of speed has no slope to move along
     t += lever * (rise + damps);
   }
   const Mat3 change = B_W - out_.B_W;

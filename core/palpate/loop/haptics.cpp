@@ -49,7 +49,7 @@ const HapticsOutput& Haptics::step(const HapticsInput& in) noexcept {
 void Haptics::share_out(const Handle& handle) noexcept {
   const Vec3 &wanted = out_.wanted.f, &rendered = out_.rendered.F_H_L.f;
   const double size = wanted.squaredNorm();
-  const double share = size > 0.0 ? std::clamp(rendered.dot(wanted) / size, 0.0, 1.0) : 0.0;
+  const double share = size > 0.0 ? std::clamp(rendered.dot(wanted) / size, 0.0, 1.0) : 1.0;
   out_.B_H_L *= std::isfinite(share) ? share : 0.0;
   F_B_L_ = {-out_.B_H_L * handle.V_LH.v, Vec3::Zero()};
   out_.beside = out_.rendered.F_H_L - F_B_L_;

@@ -9,6 +9,7 @@ namespace palpate::guidance {
 class Point final : public Geometry {
  public:
   [[nodiscard]] bool solid() const noexcept override { return false; }
+  [[nodiscard]] bool is_point() const noexcept override { return true; }
 
  protected:
   [[nodiscard]] Query answer(const Pose& X_WT, double) const noexcept override {

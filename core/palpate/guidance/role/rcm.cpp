@@ -1,8 +1,6 @@
-// The tool's shaft passes through the geometry's nearest point: a trocar, an entry. It slides and turns there.
+// The tool's shaft passes through a point: a trocar, an entry. It slides and turns there.
 //
-//   gap = margin - |(1 - a a^T) (c - p_WT)|,    a the shaft's direction, c(p_WT) the nearest place
-//
-// Along a curve or a surface c follows the tool: what it follows by is not wrong, and is not pulled against.
+//   gap = margin - |(1 - a a^T) (c - p_WT)|,    a the shaft's direction, c the point
 #include "palpate/guidance/fixture.hpp"
 
 namespace palpate::guidance {
@@ -12,23 +10,22 @@ class Rcm final : public Role {
  public:
   explicit Rcm(const RoleOptions& options) : margin_(options.margin), axis_(options.axis.normalized()) {}
 
-  [[nodiscard]] Want want(const Query& query, const Slope& slope, const Tool& tool) const noexcept override {
+  [[nodiscard]] Want want(const Query& query, const Slope& /*slope*/, const Tool& tool) const noexcept override {
     const Vec3 a = tool.X_WT.R * axis_, to = query.point - tool.X_WT.p;
     const Vec3 lever = a * a.dot(to);  // from T to the shaft's place beside c
     const Vec3 aside = to - lever;
     const double far = aside.norm();
     Want out;
     out.gap = margin_ - far;
-    const Vec3 u = far > 0.0 ? Vec3(aside / far) : a.unitOrthogonal();
-    out.along.f = u - slope.point.transpose() * u;
-    out.along.t = lever.cross(u);
+    out.along.f = far > 0.0 ? Vec3(aside / far) : a.unitOrthogonal();
+    out.along.t = lever.cross(out.along.f);
     out.carried_by(query, tool.X_WT.p);
     out.free = a * a.transpose();
     out.attracts = true;
     return out;
   }
   [[nodiscard]] const char* name() const noexcept override { return "rcm"; }
-  [[nodiscard]] bool needs_slope() const noexcept override { return true; }
+  [[nodiscard]] bool needs_point() const noexcept override { return true; }
 
  private:
   double margin_;
