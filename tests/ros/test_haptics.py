@@ -168,6 +168,8 @@ def test_a_node_without_its_guardian_ends_at_zero(master, node):
 def test_two_nodes_on_one_arm_push_neither(master, node):
     first = pressing(master, node)
     second = node("--teleop", "none")
+    while "force cap" not in second.stdout.readline():
+        assert second.poll() is None, second.stderr.read()
     master.until(lambda: not any(force for _, force in master.forces[-500:]), "both feel each other", 60.0)
     time.sleep(1.0)
     assert not any(force for _, force in master.forces[-500:]), "and stay at zero"

@@ -106,9 +106,12 @@ def test_the_page_from_sim_to_wall(built, start, tmp_path):
     assert rows[-1][1] < -384.0
     heard = []
     with topic.node() as here:
-        listed = dict(topic.topics(here))
+        listed, end = dict(topic.topics(here)), time.monotonic() + 20.0
+        while not {"/tf", "/palpate/markers", "/diagnostics", "/MTMR/measured_cp"} <= set(listed):
+            assert time.monotonic() < end, listed
+            time.sleep(0.1)
+            listed = dict(topic.topics(here))
         assert listed["/MTMR/measured_cp"] == "geometry_msgs/msg/PoseStamped"
-        assert {"/tf", "/palpate/markers", "/diagnostics"} <= set(listed)
         assert topic.listen(here, "/MTMR/measured_cp", heard.append, 3, 10.0) == 3
         assert topic.as_plain(heard[0])["pose"]["orientation"]["w"] != 0.0
         wrenches = []

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "rcl/status.hpp"
 
@@ -42,18 +43,20 @@ std::vector<Endpoint> endpoints(const rcl_node_t* node, const std::string& topic
 /// at normal priority a busy machine stops the most punctual loop behind them (tens of milliseconds, measured). Only
 /// those, by the names that Fast DDS gives since 2.12: its asynchronous senders wait for others without sleeping, and
 /// would at that priority never let them come.
-void raise_receivers(int priority) {
-  if (priority <= 0) return;
+int raise_named(int priority) {
   const sched_param wanted{.sched_priority = priority};
+  int found = 0;
   std::error_code none;
-  for (const auto& task : std::filesystem::directory_iterator("/proc/self/task", none)) {
+  for (std::filesystem::directory_iterator task("/proc/self/task", none), end; task != end; task.increment(none)) {
     std::string name;
-    std::getline(std::ifstream(task.path() / "comm") >> std::ws, name);
+    std::getline(std::ifstream(task->path() / "comm") >> std::ws, name);
     for (const char* receiver : {"dds.shm.", "dds.udp.", "dds.tcp", "dds.ev."}) {
       if (!name.starts_with(receiver)) continue;
-      sched_setscheduler(std::atoi(task.path().filename().c_str()), SCHED_FIFO, &wanted);  // refused: as it was
+      ++found;
+      sched_setscheduler(std::atoi(task->path().filename().c_str()), SCHED_FIFO, &wanted);  // refused: as it was
     }
   }
+  return found;
 }
 
 }  // namespace
@@ -66,7 +69,7 @@ Node::Node(std::shared_ptr<Context> context, const std::string& name, const std:
   rcl_node_options_t options = rcl_node_get_default_options();
   options.enable_rosout = false;
   check(rcl_node_init(&node_, name.c_str(), space.c_str(), context_->get(), &options), "start the node " + name);
-  raise_receivers(context_->priority());
+  raise_receivers();
   const Status woken =
       status(rcl_guard_condition_init(&woken_, context_->get(), rcl_guard_condition_get_default_options()),
              "start the node " + name);
@@ -82,6 +85,17 @@ Node::~Node() {
 
 std::vector<Endpoint> Node::publishers(const std::string& topic) const {
   return endpoints(&node_, topic, &rcl_get_publishers_info_by_topic);
+}
+
+// A thread names itself once it runs: looked for until no more of them come.
+void Node::raise_receivers() const {
+  if (context_->priority() <= 0) return;
+  constexpr auto kPause = std::chrono::milliseconds(5);
+  for (int before = -1, found = 0, looks = 0; found != before && looks < 20; ++looks) {
+    before = found;
+    std::this_thread::sleep_for(kPause);
+    found = raise_named(context_->priority());
+  }
 }
 
 std::vector<Endpoint> Node::subscribers(const std::string& topic) const {

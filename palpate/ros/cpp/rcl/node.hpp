@@ -47,6 +47,9 @@ class Node {
   /// Who publishes on, or listens to, a topic (its full name), from everywhere. Allocates: not for a cycle.
   [[nodiscard]] std::vector<Endpoint> publishers(const std::string& topic) const;
   [[nodiscard]] std::vector<Endpoint> subscribers(const std::string& topic) const;
+  /// Gives the middleware's receiving threads the priority of the context, where the system allows it: again once
+  /// publishers and subscriptions have brought more of them.
+  void raise_receivers() const;
   /// Told from any thread; the same words at most once a second.
   void problem(const std::string& words) const noexcept;
 

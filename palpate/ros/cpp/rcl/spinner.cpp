@@ -42,6 +42,7 @@ void Spinner::arrived(Entity& entity) noexcept {
 }
 
 void Spinner::spin() noexcept {
+  node_.raise_receivers();
   if (options_.in_thread) options_.in_thread();
   rcl_wait_set_t set = rcl_get_zero_initialized_wait_set();
   Status ready = status(rcl_wait_set_init(&set, 0, 1, 0, 0, 0, 0, node_.context_->get(), rcl_get_default_allocator()),
