@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from rich.markup import escape
 from rich.table import Table
 
-from palpate.certificate.entry import Entry, entries
+from palpate.certificate.entry import Entry, entries, stiffness
 from palpate.certificate.guidance import moves
 from palpate.certificate.scene import Touched, touched, worst_of
 from palpate.certificate.words import number
@@ -40,23 +40,33 @@ def certify(o: Certify) -> int:
     hands = ", ".join(f"{name} {number(k)}" for name, k in worst.hands.items())
     say(console, worst.reason, f"{worst.name}:", f"bold {_COLOURS[worst.verdict or 'stable']}")
     say(console, f"stable below {hands} N/m", "with other hands:", "bold")
-    pressed = _entries(rig)
+    pressed, force_scale = _entries(rig), rig.options().mapping.force_scale
     for name, K, presses in pressed:
         told = ", ".join(f"{e.measured_mm:.3g} mm at {e.force_N:g} N (K says {e.certified_mm:.3g})" for e in presses)
+        told += f"; {stiffness(presses, force_scale):.4g} N/m measured"
         say(console, f"{told}, simulated", f"entry into {name}, {K:g} N/m:", "bold")
     if o.figure is not None:
         _draw(scene, things, found, o.figure)
         say(console, str(o.figure), "picture")
-    rows = [{"name": name, "K_N_per_m": K, "entries": [asdict(e) for e in presses]} for name, K, presses in pressed]
+    rows = [
+        {
+            "name": name,
+            "K_N_per_m": K,
+            "measured_N_per_m": stiffness(presses, force_scale),
+            "entries": [asdict(e) for e in presses],
+        }
+        for name, K, presses in pressed
+    ]
     objects = [{"name": one.name, **one.to_json()} for one in found]
     write_json(o.json, {**worst.to_json(), "objects": objects, "fixtures": rows})
     return 0
 
 
 def _entries(rig: Rig) -> list[tuple[str, float, list[Entry]]]:
-    """Of each soft fixture that has a stiffness: name, stiffness, presses."""
-    return [(f.name, f.stiffness, entries(rig, f.stiffness, f.damping)) for f in rig.fixtures.list()
-            if moves(f) and not f.policy.hard and f.stiffness > 0.0]  # fmt: skip
+    """Of each soft fixture that has a stiffness: name, stiffness with its authority, presses."""
+    soft = [f for f in rig.fixtures.list() if moves(f) and not f.policy.hard and f.stiffness > 0.0]
+    each = [(f.name, f.policy.authority * f.stiffness, f.policy.authority * f.damping) for f in soft]
+    return [(name, K, entries(rig, K, B)) for name, K, B in each]
 
 
 def _table(things: list[Touched], found: list[Certificate]) -> Table:

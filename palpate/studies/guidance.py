@@ -24,7 +24,7 @@ from palpate.operators.errand import Trial
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.studies.command import Findings, SweepCommand, Sweeper
-from palpate.studies.guidance_conformance import conform, conformance_words
+from palpate.studies.guidance_conformance import conform, conformance_words, entered, entry_words
 from palpate.studies.guidance_tasks import BESIDE, SCALE, TASKS, Task
 from palpate.sweep import Axis, Label, sweep
 from palpate.sweep.grid import Point
@@ -91,6 +91,7 @@ class Study(SweepCommand):
       palpate study guidance
       palpate study guidance --json guidance.json --figures docs/images
       palpate study guidance --conformance
+      palpate study guidance --entry
     """
 
     operators: Annotated[int, arg(metavar="N")] = 200
@@ -98,13 +99,18 @@ class Study(SweepCommand):
     seed: int = SEED
     """Of the cohort and of all that is random."""
     conformance: bool = False
-    """Instead: every role x geometry x law x policy, judged by numbers of its own."""
+    """Instead: every role x geometry x law x policy, judged by numbers of its own; and --entry."""
+    entry: bool = False
+    """Instead: how far the tool gets into hard regions and soft ones, in the whole simulation (some two minutes)."""
 
     def study(self, console: Console) -> Findings:
         """Do it."""
         if self.conformance:
             told = conform(self.sweeper(console))
             return Findings({"conformance": told}, lambda _: [], conformance_words(told))
+        if self.entry:
+            told = entered(self.sweeper(console))
+            return Findings({"entry": told}, lambda _: [], entry_words(told))
         from palpate.studies.guidance_effects import summary
         from palpate.studies.guidance_figures import draw
         from palpate.studies.guidance_words import tables

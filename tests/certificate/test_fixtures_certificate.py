@@ -9,7 +9,7 @@ import palpate
 from palpate import _core
 from palpate.certificate import certify_all
 from palpate.certificate.arms import Held
-from palpate.certificate.entry import entries
+from palpate.certificate.entry import entries, stiffness
 from palpate.certificate.guidance import at_once, pulled
 from palpate.record.ticks import as_ticks
 from palpate.scene.rig import build
@@ -113,3 +113,12 @@ def test_the_entry_is_the_certified_stiffness_to_five_percent():
     for one in entries(rig(0.0), 300.0, 2.0):
         assert one.certified_mm == pytest.approx(1e3 * one.force_N / 300.0)
         assert one.measured_mm == pytest.approx(one.certified_mm, rel=0.05)
+
+
+def test_the_stiffness_that_is_measured_is_that_of_the_fixture_in_its_place():
+    """By load cell and depth: of a plane that is put there, or of the rig's own fixture, whatever was asked about."""
+    arms, scale = rig(0.0).arms, rig(0.0).options().mapping.force_scale
+    at = (arms.X_WB @ arms.follower.fk(arms.q_follower0))[:3, 3] - [0.0, 0.0, 0.004]
+    made = rig(0.0, [wall(200.0, 2.0, at[2])])
+    assert stiffness(entries(made, 300.0, 2.0), scale) == pytest.approx(300.0, rel=0.01)
+    assert stiffness(entries(made, 300.0, 2.0, at), scale) == pytest.approx(200.0, rel=0.01)

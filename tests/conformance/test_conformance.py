@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate import _core
+from palpate import _core, guidance
 from palpate.conformance import at_rest, combinations, entry, examine, in_motion, live, master, roles, shares, summary
 from palpate.conformance.bench import Answer, Bench, fixture
 from palpate.conformance.combinations import POLICIES, Combination, unjudged
 from palpate.conformance.laws import LAWS
 from palpate.conformance.run import CHECKS, NO_JUDGE
 from palpate.conformance.specimens import SPECIMENS
+from palpate.scene.rig import build
 
 FEW = 40
 ALL = combinations()
@@ -173,10 +174,38 @@ def test_each_property_is_looked_at():
 
 
 def test_the_tool_stays_out_of_hard_regions_and_goes_into_soft_ones_as_certified(monkeypatch):
-    monkeypatch.setattr(entry, "REGIONS", ("sphere", "box"))
+    few = ("floor that breathes", "planes of any tilt", "inside of a sphere of 2 cm", "box")
+    monkeypatch.setattr(entry, "REGIONS", {name: entry.REGIONS[name] for name in few})
     told = [{"region": r, "fixture": f, **entry.hard(r, 0, f)} for r in entry.REGIONS for f in (True, False)]
     hard, soft = entry.hard_rows(told), [entry.soft(2.0)]
     assert entry.passed(hard, soft), (hard, soft)
     for wrong in ({"entry_mm": 0.2}, {"held_share": 0.0}, {"entry_without_mm": 1.0}):
         assert not entry.passed([{**hard[0], **wrong}], soft)
-    assert not entry.passed(hard, [{**soft[0], "measured_mm": 1.1 * soft[0]["certified_mm"]}])
+    for key in ("measured_mm", "certified_N_per_m"):
+        assert not entry.passed(hard, [{**soft[0], key: 1.1 * soft[0][key]}])
+
+
+def test_a_region_is_judged_where_it_has_breathed_to_and_as_it_lies():
+    """Against the core's own answer, for poses and times of all kinds."""
+    rng = np.random.default_rng(6)
+    for region in entry.REGIONS.values():
+        X_WG, t = region.pose(np.array([0.01, 0.02, 0.03]), rng), rng.uniform(0.0, 3.0, 20)
+        p, f = X_WG[:3, 3] + rng.uniform(-0.02, 0.02, (20, 3)), region.fixture(X_WG, True)
+        X = np.tile(np.eye(4), (20, 1, 1))
+        X[:, :3, 3] = p
+        gap = [f.ask(one, when)["gap"] for one, when in zip(X, t, strict=True)]
+        here = (p - region.shift(t) - X_WG[:3, 3]) @ X_WG[:3, :3]
+        np.testing.assert_allclose(region.outside(here), gap, atol=2e-5)
+
+
+def test_the_certified_stiffness_is_measured_and_not_the_number_of_the_file(monkeypatch):
+    """With a law that gives a tenth more than it says the certificate sees it, and tells the entry accordingly."""
+    rig, wall = entry._pressed()
+    scene = entry._scene(guidance=[rig.scene.guidance[0].model_copy(update={"law": guidance.Law(stiffness=440.0)})])
+    monkeypatch.setattr(entry, "_pressed", lambda: (build(scene), wall))
+    entry._certified.cache_clear()
+    told = entry.soft(2.0)
+    entry._certified.cache_clear()
+    assert told["certified_N_per_m"] == pytest.approx(440.0, rel=0.01)
+    assert told["measured_mm"] == pytest.approx(told["certified_mm"], rel=entry.WITHIN)
+    assert not entry.passed([], [told])

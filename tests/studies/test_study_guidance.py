@@ -7,8 +7,10 @@ import json_contract
 import numpy as np
 import pytest
 
+from palpate.conformance import entry
 from palpate.operators import Trial
 from palpate.studies import guidance, guidance_effects
+from palpate.studies.guidance_conformance import entered, entry_words
 from palpate.studies.guidance_tasks import TASKS, distance, sleeve
 from palpate.studies.guidance_words import tables
 from palpate.sweep import sweep
@@ -62,7 +64,7 @@ def test_a_small_cohort_from_end_to_end(few):
     told = guidance_effects.summary(few, 7)
     assert len(few) == 2 * (len(TASKS) * len(guidance.CONDITIONS | guidance.REGISTRATION) + 2 * len(guidance.ABLATION))
     assert all(row["done"] == 1.0 for row in few)
-    assert set(told) == json_contract.keys("study guidance") - {"conformance"}
+    assert set(told) == json_contract.keys("study guidance") - {"conformance", "entry"}
     assert set(told["rows"][0]) == json_contract.keys_of("study guidance", "A row of `rows`:")
     assert set(told["effects"][0]) == json_contract.keys_of("study guidance", "A row of `effects`:")
     by = {(r["task"], r["condition"]): r for r in told["rows"]}
@@ -78,6 +80,15 @@ def test_a_small_cohort_from_end_to_end(few):
     for task in TASKS:
         assert by[task, "control_wrong"]["path_error_mm"] > by[task, "haptics+guidance"]["path_error_mm"]
     assert tables(told)
+
+
+def test_the_entry_is_told_as_it_is_documented(monkeypatch):
+    monkeypatch.setattr(entry, "REGIONS", {"floor": replace(entry.REGIONS["floor"], hands=2)})
+    told = entered(lambda fn, grid, **more: sweep(fn, grid, 0, executor="serial", where=more["where"]))
+    keys = {"hard_entry", "soft_entry", "entry_passed", *told["hard_entry"][0], *told["soft_entry"][0]}
+    assert keys == json_contract.keys_of("study guidance", "`entry`:")
+    assert told["hard_entry"][0]["hands"] == 2
+    assert entry_words(told)[-1] == "entry: as promised"
 
 
 def test_the_same_seed_gives_the_same_trial():
