@@ -133,6 +133,77 @@ def test_a_moment_without_its_force_makes_energy(monkeypatch):
     assert in_motion.energy(c)
 
 
+def elsewhere(monkeypatch, change):
+    """Answers of a bench whose geometry is at X_WG, and they alone, go through `change` first."""
+    run = Bench.run
+
+    def spoilt(self, motion, X_WG=None):
+        out = run(self, motion, X_WG)
+        return out if X_WG is None else change(out, X_WG)
+
+    monkeypatch.setattr(Bench, "run", spoilt)
+
+
+def test_a_wrench_that_is_not_carried_to_another_frame_is_found(monkeypatch):
+    assert at_rest.frame_change(SOFT) == ""
+    elsewhere(monkeypatch, lambda a, X: Answer(a.F @ np.kron(np.eye(2), X[:3, :3]), a.X, a.B))
+    assert "here" in at_rest.frame_change(SOFT)
+
+
+def test_a_geometry_that_leaves_its_attitude_behind_is_found(monkeypatch):
+    """A box that goes to another place and is not turned there."""
+    c = replace(SOFT, geometry="box")
+    assert at_rest.frame_change(c) == ""
+
+    def unturned(c, X_WG):
+        X = np.eye(4)
+        X[:3, 3] = X_WG[:3, 3]
+        return fixture(c, X_WG=X)
+
+    monkeypatch.setattr(at_rest, "fixture", unturned)
+    assert at_rest.frame_change(c)
+
+
+def test_a_corrected_goal_that_is_not_carried_to_another_frame_is_found(monkeypatch):
+    c = replace(SOFT, policy="hard")
+    assert at_rest.frame_change(c) == ""
+    shift = np.zeros((4, 4))
+    shift[0, 3] = 0.01
+    elsewhere(monkeypatch, lambda a, X: Answer(a.F, a.X + shift, a.B))
+    assert at_rest.frame_change(c) == "the goal is corrected otherwise in another frame"
+
+
+def test_a_fixture_that_stays_where_its_frame_was_is_found(monkeypatch):
+    assert in_motion.moving(SOFT) == ""
+    monkeypatch.setattr(in_motion, "fixture", lambda c, frame: fixture(c))
+    assert "of the same at rest" in in_motion.moving(SOFT)
+
+
+def test_damping_against_a_fixture_whose_velocity_is_ignored_is_found(monkeypatch):
+    """The hand is told to rest in the world while it is carried along: what is felt is the fixture's own speed."""
+    damped = {"B": 40.0}  # of the law's own 2 N s/m it would be lost in what the judge allows
+    monkeypatch.setattr(in_motion, "fixture", lambda c, frame: fixture(c, frame=frame, law=damped))
+    assert in_motion.moving(SOFT) == ""
+    carried = in_motion.Motion.carried
+    monkeypatch.setattr(in_motion.Motion, "carried", lambda self, X, V=None: carried(self, X))
+    assert "of the same at rest" in in_motion.moving(SOFT)
+
+
+def test_a_law_of_motions_that_pushes_whom_it_carries_is_found(monkeypatch):
+    c = replace(SOFT, law="admittance")
+    assert in_motion.moving(c) == ""
+    velocity = in_motion._carriage()[2]
+    elsewhere(monkeypatch, lambda a, X: Answer(a.F + 2.0 * velocity[-len(a.F) :], a.X, a.B))
+    assert "W to a hand that it carries" in in_motion.moving(c)
+
+
+def test_a_corrected_goal_that_does_not_move_along_is_found(monkeypatch):
+    c = replace(SOFT, policy="hard")
+    assert in_motion.moving(c) == ""
+    elsewhere(monkeypatch, lambda a, X: Answer(a.F, np.repeat(a.X[-1:], len(a.X), axis=0), a.B))
+    assert in_motion.moving(c) == "its corrected goal does not move along"
+
+
 @pytest.mark.parametrize(
     "c", [SOFT, replace(SOFT, law="potential"), Combination("orient along the axis", "line", "spring", "soft")]
 )
