@@ -102,3 +102,27 @@ def test_hit_by_both_kernels_is_the_same_place(name):
         points = np.random.default_rng(4).normal(size=(500, 3)) * 0.05 * scale
         fast, portable = (mesh.closest_by_kernel(points, kernel) for kernel in ("avx2", "portable"))
         np.testing.assert_allclose(fast, portable, rtol=1e-12, atol=1e-16)
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), bumps=st.floats(0.0, 0.3), exponent=st.integers(-30, 20))
+def test_closest_is_brute_force_on_fine_patches_seen_from_near_and_far(seed, bumps, exponent):
+    """What bounds a small patch of a smooth surface most tightly must still hold all of it, at any size and place."""
+    rng = np.random.default_rng(seed)
+    n = 24
+    x, y = np.meshgrid(np.linspace(-1, 1, n), np.linspace(-1, 1, n), indexing="ij")
+    z = bumps * (np.sin(3 * x + rng.uniform(0, 6)) * np.cos(2 * y) + rng.uniform(-1, 1) * x * y)
+    z += rng.choice([0.0, 1e-3, 1e-1]) * rng.normal(size=z.shape)
+    a = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
+    t = np.concatenate([np.c_[a, a + n, a + 1], np.c_[a + 1, a + n, a + n + 1]])
+    R, scale = rotation(rng), 2.0**exponent
+    v = np.stack([x, y, z], axis=-1).reshape(-1, 3) @ R.T + rng.choice([0.0, 10.0]) * rng.normal(size=3)
+    feet = v[rng.integers(0, len(v), 60)]
+    away = 10.0 ** rng.uniform(-9, 1, (60, 1)) * rng.normal(size=(60, 3))
+    points = scale * np.concatenate([feet, feet + away, 1e4 * rng.normal(size=(3, 3))])
+    mesh = _core.Mesh(scale * v, t[rng.permutation(len(t))].astype(np.int32))
+    truth = distance_by_segments_and_planes(mesh.vertices, mesh.triangles, points)
+    kernels = ["portable", "avx2"] if _core.bvh_has_avx2() else ["portable"]
+    for kernel in kernels:
+        found = mesh.closest_by_kernel(points, kernel)
+        np.testing.assert_allclose(found, truth, rtol=1e-12, atol=1e-14 * scale * np.abs(v).max())

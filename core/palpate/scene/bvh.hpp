@@ -11,10 +11,15 @@
 
 namespace palpate::scene {
 
-/// Eight child boxes. child >= 0: a node; child < 0: the triangle block ~child. Unused children have empty boxes.
+/// Eight children, each within a box and within a thick disc: a box alone is loose around a patch of surface that lies
+/// aslant. child >= 0: a node; child < 0: the triangle block ~child. Unused children have empty boxes.
 struct alignas(32) BvhNode {
   float lo[3][8];
   float hi[3][8];
+  float centre[3][8];  ///< of the disc
+  float normal[3][8];  ///< at most a unit long; zero: the disc is a ball
+  float radius[8];     ///< across the normal; infinity: no disc
+  float half[8];       ///< of the thickness, along the normal
   std::int32_t child[8];
 };
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "palpate/scene/bvh.hpp"
+#include "palpate/scene/bvh_disc.hpp"
 
 namespace palpate::scene {
 namespace {
@@ -21,6 +22,7 @@ constexpr std::size_t kSmall = 128;           // below it ranges are split at mu
 constexpr std::size_t kMinSide = 8;           // smallest side of a binned split: bounds the number of blocks
 constexpr int kBins = 16;                     // per axis
 constexpr int kBinnedDepth = 14;              // deeper nodes use medians: bounds the depth of the tree
+constexpr std::size_t kDisc = 256;            // more triangles are hardly flat: no disc
 constexpr std::size_t kThreadedSize = 50000;  // fewer triangles are not worth a second thread
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
@@ -256,6 +258,17 @@ class Builder {
     return index;
   }
 
+  Disc disc_of(const Range& range) const {
+    if (range.size() > kDisc) return {};
+    std::array<Corner, 3 * kDisc> corners;
+    for (std::size_t i = 0; i < 3 * range.size(); ++i) {
+      const auto t = static_cast<std::size_t>(items_[range.begin + i / 3].id);
+      const double* x = &vertices_[static_cast<std::size_t>(triangles_[3 * t + i % 3]) * 3];
+      for (std::size_t k = 0; k < 3; ++k) corners[i][k] = (x[k] - bvh_.centre[k]) * bvh_.scale;
+    }
+    return disc_around({corners.data(), 3 * range.size()});
+  }
+
   /// Fills one node; children that are not leaves are handed to `pending`.
   template <class Pending>
   void fill(const Job& job, Pending&& pending) {
@@ -268,6 +281,13 @@ class Builder {
         node.lo[k][i] = box.lo[k];
         node.hi[k][i] = box.hi[k];
       }
+      const Disc disc = i < n ? disc_of(children[i]) : Disc{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        node.centre[k][i] = disc.centre[k];
+        node.normal[k][i] = disc.normal[k];
+      }
+      node.radius[i] = disc.radius;
+      node.half[i] = disc.half;
       node.child[i] = 0;
       if (i >= n) continue;
       if (children[i].size() <= kLeaf) {

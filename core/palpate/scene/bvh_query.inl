@@ -53,18 +53,45 @@ PALPATE_TARGET inline void nearest_in_block(const TriangleBlock& block, const st
   }
 }
 
+/// The point in the boxes' coordinates.
+struct Place {
+  F8 above[3], below[3];  // an interval: rounding to float never makes a box look too far
+  F8 at[3], slack;        // and what rounding does to a place and to its height over a disc, at most
+};
+
+/// To each of a node's children, squared: no more than the distance, by its box and by its disc.
+PALPATE_TARGET inline F8 least_distance2(const BvhNode& node, const Place& p) {
+  const F8 zero = F8::all(0.0F);
+  F8 box = zero, far2 = zero, height = zero;
+  for (int k = 0; k < 3; ++k) {
+    const F8 d = max(max(F8::load(node.lo[k]) - p.above[k], p.below[k] - F8::load(node.hi[k])), zero);
+    const F8 v = p.at[k] - F8::load(node.centre[k]);
+    box = box + d * d;
+    far2 = far2 + v * v;
+    height = height + v * F8::load(node.normal[k]);
+  }
+  // max() makes zero of what is no number: there the box alone tells.
+  const F8 aside2 = far2 * F8::all(1.0F - 0x1p-19F) - height * height;
+  const F8 up = max(max(height, zero - height) - F8::load(node.half) - p.slack, zero);
+  const F8 aside = max(root(max(aside2, zero)) - F8::load(node.radius) - p.slack, zero);
+  return max(box, up * up + aside * aside);
+}
+
 /// Depth first, nearest child first; what is farther than the best so far is skipped.
 PALPATE_TARGET inline BvhHit closest_in(const Bvh& bvh, const double p[3], const BvhHit& start) {
   BvhHit best = start;
-  // The point in the boxes' coordinates, as an interval: rounding to float never makes a box look too far.
-  F8 above[3], below[3];
+  Place place;
+  double farthest = 1.0;
   for (int k = 0; k < 3; ++k) {
     const double x = (p[k] - bvh.centre[k]) * bvh.scale;
     if (!(x - x == 0.0)) return start;  // not a number, or beyond them: nothing is near, and max() would hide it
-    const double slack = 0x1p-22 * (x < 0 ? -x : x);
-    above[k] = F8::all(static_cast<float>(x + slack));
-    below[k] = F8::all(static_cast<float>(x - slack));
+    const double size = x < 0 ? -x : x, slack = 0x1p-22 * size;
+    place.above[k] = F8::all(static_cast<float>(x + slack));
+    place.below[k] = F8::all(static_cast<float>(x - slack));
+    place.at[k] = F8::all(static_cast<float>(x));
+    farthest = size > farthest ? size : farthest;
   }
+  place.slack = F8::all(static_cast<float>(0x1p-19 * farthest));
   const double scale2 = bvh.scale * bvh.scale * (1.0 + 0x1p-20);
   // Finite always: unused children are infinitely far, and must be farther than the limit.
   const auto limit_of = [scale2](double distance2) PALPATE_TARGET {
@@ -92,15 +119,11 @@ PALPATE_TARGET inline BvhHit closest_in(const Bvh& bvh, const double p[3], const
       continue;
     }
     const BvhNode& node = bvh.nodes[static_cast<std::size_t>(entry.child)];
-    F8 sum = F8::all(0.0F);
-    for (int k = 0; k < 3; ++k) {
-      const F8 d = max(max(F8::load(node.lo[k]) - above[k], below[k] - F8::load(node.hi[k])), F8::all(0.0F));
-      sum = sum + d * d;
-    }
+    const F8 least = least_distance2(node, place);
     float distance2[8];
-    sum.store(distance2);
+    least.store(distance2);
     const int first = top;
-    for (unsigned mask = mask_of(sum <= F8::all(limit)); mask != 0; mask &= mask - 1) {
+    for (unsigned mask = mask_of(least <= F8::all(limit)); mask != 0; mask &= mask - 1) {
       const int lane = __builtin_ctz(mask);
       Entry child{distance2[lane], node.child[lane]};
       int i = top++;  // insertion: the nearest ends on top

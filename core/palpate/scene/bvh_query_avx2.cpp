@@ -25,6 +25,7 @@ PALPATE_TARGET inline F8 operator-(F8 a, F8 b) { return {_mm256_sub_ps(a.x, b.x)
 PALPATE_TARGET inline F8 operator*(F8 a, F8 b) { return {_mm256_mul_ps(a.x, b.x)}; }
 PALPATE_TARGET inline F8 operator<=(F8 a, F8 b) { return {_mm256_cmp_ps(a.x, b.x, _CMP_LE_OQ)}; }
 PALPATE_TARGET inline F8 max(F8 a, F8 b) { return {_mm256_max_ps(a.x, b.x)}; }
+PALPATE_TARGET inline F8 root(F8 a) { return {_mm256_sqrt_ps(a.x)}; }
 PALPATE_TARGET inline unsigned mask_of(F8 a) { return static_cast<unsigned>(_mm256_movemask_ps(a.x)); }
 
 struct D4 {

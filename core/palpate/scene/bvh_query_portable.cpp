@@ -1,4 +1,5 @@
 // The kernel for every machine: the same traversal on plain arrays. Also chooses between the two, once.
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -88,6 +89,12 @@ unsigned mask_of(const Lanes<T, N>& a) {
 
 using F8 = Lanes<float, 8>;
 using D4 = Lanes<double, 4>;
+
+F8 root(const F8& a) {
+  F8 r;
+  for (int i = 0; i < 8; ++i) r.x[i] = std::sqrt(a.x[i]);
+  return r;
+}
 
 D4 dot(const D4 a[3], const D4 b[3]) { return a[0] * b[0] + (a[1] * b[1] + a[2] * b[2]); }
 
