@@ -114,9 +114,10 @@ class Study(SweepCommand):
         from palpate.studies.guidance_effects import summary
         from palpate.studies.guidance_figures import draw
         from palpate.studies.guidance_words import tables
+        from palpate.studies.guidance_yields import yielding
 
         rows = run(self.operators, self.seed, self.sweeper(console))
-        told = summary(rows, self.seed)
+        told = summary(rows, self.seed) | {"yields": yielding(self.operators, self.seed, self.sweeper(console))}
         return Findings(told, lambda folder: draw(rows, told, folder, self.seed), tables(told))
 
 
@@ -152,11 +153,12 @@ def measure(point: Point, seed: int) -> dict[str, float]:
     return judged(task_of(point["task"]), trial)
 
 
-def attempt(operator: int, task: str, condition: str, seed: int, cohort_seed: int = SEED) -> Trial:
-    """One operator does one task under one condition."""
+def attempt(operator: int, task: str, condition: str, seed: int, cohort_seed: int = SEED, yields: float = 1.0) -> Trial:
+    """One operator does one task under one condition, with a share of the trait `yields`."""
     who, c, t = person(operator, cohort_seed), ALL[condition], task_of(task)
     if not c.haste:
         who = replace(who, haste=1.0)
+    who = replace(who, yields=yields * who.yields)
     rig = _rig(task, c.guidance, c.beside_mm if operator % 2 == 0 else -c.beside_mm)
     o = rig.options(seed)
     o.hand, o.tremor = who.hand.options(), who.tremor

@@ -20,7 +20,7 @@ def tables(told: dict[str, Any]) -> list[RenderableType]:
             row["task"] if first else "", row["condition"], f"{row['path_error_mm']:.2f} mm", f"{row['time_s']:.1f} s",
             f"{row['mean_force_N']:.2f} N", f"{row['peak_force_N']:.2f} N", f"{row['entries']:.2f}",
         )  # fmt: skip
-    return [means, _expectations(told), _registration(told), _ablation(told), *_verdicts(told)]
+    return [means, _expectations(told), _registration(told), _ablation(told), _yields(told), *_verdicts(told)]
 
 
 def _table(title: str, left: tuple[str, ...], right: tuple[str, ...]) -> Table:
@@ -66,6 +66,17 @@ def _ablation(told: dict[str, Any]) -> Table:
     for row in told["ablation"]:
         out.add_row(row["task"], row["measure"].rsplit("_", 1)[0].replace("_", " "), f"{100 * row['change']:+.0f} %",
                     f"{100 * row['change_without_haste']:+.0f} %")  # fmt: skip
+    return out
+
+
+def _yields(told: dict[str, Any]) -> Table:
+    shares = list(dict.fromkeys(row["share"] for row in told["yields"]))
+    title = f"path error, guidance against none, by the trait yields of {min(told['operators'], FEW)} operators"
+    out = _table(title, ("task",), tuple(f"{100 * share:.0f} %" for share in shares))
+    for task in dict.fromkeys(row["task"] for row in told["yields"]):
+        mine = [row for row in told["yields"] if row["task"] == task]
+        cells = [[round(100 * row[key]) for key in ("change", "change_low", "change_high")] for row in mine]
+        out.add_row(task, *(f"{c:+d} % ({low:+d} .. {high:+d})" for c, low, high in cells))
     return out
 
 

@@ -13,6 +13,7 @@ from palpate.studies import guidance, guidance_effects
 from palpate.studies.guidance_conformance import entered, entry_words
 from palpate.studies.guidance_tasks import TASKS, distance, sleeve
 from palpate.studies.guidance_words import tables
+from palpate.studies.guidance_yields import yielding
 from palpate.sweep import sweep
 
 
@@ -52,16 +53,17 @@ def test_entries_are_counted_once_each():
     assert told["peak_force_N"] == 7.0
 
 
+def serial(fn, grid, seed=0, **more):
+    return sweep(fn, grid, seed, executor="serial", where=more.get("where"))
+
+
 @pytest.fixture(scope="module")
 def few():
-    def serial(fn, grid, seed, **more):
-        return sweep(fn, grid, seed, executor="serial", where=more["where"])
-
     return guidance.run(2, sweep=serial)
 
 
 def test_a_small_cohort_from_end_to_end(few):
-    told = guidance_effects.summary(few, 7)
+    told = guidance_effects.summary(few, 7) | {"yields": yielding(2, sweep=serial)}
     assert len(few) == 2 * (len(TASKS) * len(guidance.CONDITIONS | guidance.REGISTRATION) + 2 * len(guidance.ABLATION))
     assert all(row["done"] == 1.0 for row in few)
     assert set(told) == json_contract.keys("study guidance") - {"conformance", "entry"}
@@ -76,6 +78,7 @@ def test_a_small_cohort_from_end_to_end(few):
     assert set(told["break_even"][0]) == json_contract.keys_of("study guidance", "A row of `break_even`:")
     assert set(told["ablation"][0]) == json_contract.keys_of("study guidance", "A row of `ablation`:")
     assert {row["task"] for row in told["ablation"]} == {"tracing", "palpation"}
+    assert set(told["yields"][0]) == json_contract.keys_of("study guidance", "A row of `yields`:")
     assert all(e["source"] for e in told["effects"] if e["expected_hedges_g"] is not None)
     for task in TASKS:
         assert by[task, "control_wrong"]["path_error_mm"] > by[task, "haptics+guidance"]["path_error_mm"]
@@ -84,7 +87,7 @@ def test_a_small_cohort_from_end_to_end(few):
 
 def test_the_entry_is_told_as_it_is_documented(monkeypatch):
     monkeypatch.setattr(entry, "REGIONS", {"floor": replace(entry.REGIONS["floor"], hands=2)})
-    told = entered(lambda fn, grid, **more: sweep(fn, grid, 0, executor="serial", where=more["where"]))
+    told = entered(serial)
     keys = {"hard_entry", "soft_entry", "entry_passed", *told["hard_entry"][0], *told["soft_entry"][0]}
     assert keys == json_contract.keys_of("study guidance", "`entry`:")
     assert told["hard_entry"][0]["hands"] == 2
@@ -126,6 +129,14 @@ def test_operators_without_haste_press_as_they_feel():
         for c in ("none", "none_no_haste")
     }
     assert pressed["none_no_haste"] < pressed["none"]
+
+
+def test_operators_who_do_not_give_way_are_led_less():
+    """The less of the trait the less guidance does; on a console that pushes nobody the trait does nothing at all."""
+    told = {row["share"]: row["change"] for row in yielding(4, sweep=serial) if row["task"] == "insertion"}
+    assert told[1.0] < told[0.5] < told[0.0]
+    all_, not_ = (guidance.attempt(2, "ring", "none", 5, yields=share) for share in (1.0, 0.0))
+    np.testing.assert_array_equal(all_.p_WT, not_.p_WT)
 
 
 def test_nobody_is_no_cohort():
