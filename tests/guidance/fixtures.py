@@ -7,6 +7,8 @@ import numpy as np
 from palpate import _core
 
 DT = 1e-3
+RESERVE = _core.GuidanceOptions().reserve
+LINE = _core.LineGeometry(np.zeros(3), np.array([0.1, 0.0, 0.0]), True)
 
 
 def pose(p=(0.0, 0.0, 0.0), R=None):
@@ -15,6 +17,11 @@ def pose(p=(0.0, 0.0, 0.0), R=None):
     if R is not None:
         X[:3, :3] = R
     return X
+
+
+def at(z, x=0.0):
+    """A place over the origin."""
+    return np.array([x, 0.0, z])
 
 
 def placed(geometry, X=None, motion=None):

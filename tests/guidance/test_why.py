@@ -79,6 +79,18 @@ def test_what_is_told_names_every_part_its_authority_and_the_damping():
     assert "its authority is 0.5: the hand is given 2.03 N of it" in alone
 
 
+def test_why_names_the_term_that_made_the_force():
+    fixture = Fixture(Sphere(radius=0.03), role={"name": "forbid", "margin": 0.002}, name="vessel")
+    told = fixture.why([0.028, 0, 0], V_WT=[-0.02, 0, 0, 0, 0, 0])
+    assert "vessel (forbid, law spring, soft)" in told
+    assert "the tool is 4 mm inside its margin of 2 mm" in told
+    assert "spring: 1.6 N, at 400 N/m" in told
+    assert "damping: 0.04 N, at 2 N s/m" in told
+    assert "together 1.64 N along (+1.00, +0.00, +0.00) in W; most of it is the spring" in told
+    assert "no force" in fixture.why([0.1, 0, 0])
+    assert "switched off" in fixture.model_copy(update={"enabled": False}).why([0.028, 0, 0])
+
+
 def test_the_tools_axis_is_the_shaft_of_a_psm_while_its_wrist_is_straight():
     """`keep-rcm` is about z of T: through the remote centre, until the wrist bends."""
     from palpate.scene import Scene

@@ -1,0 +1,141 @@
+"""The stage: soft ones pull, hard ones correct the goal as well; a tool behind its servo stays out, come what may."""
+
+import numpy as np
+import pytest
+from fixtures import DT, LINE, RESERVE, Stage, at, fixture, placed, plane, pose, sphere
+from scipy.spatial.transform import Rotation
+
+from palpate import _core
+
+GUIDED, CORRECTED, CONFLICT = 1 << 20, 1 << 21, 1 << 22
+
+
+def test_without_fixtures_the_goal_is_the_mapped_one_to_the_bit():
+    stage, rng = Stage(bandwidth=30.0), np.random.default_rng(0)
+    for _ in range(50):
+        X = pose(rng.normal(size=3), Rotation.random(random_state=rng).as_matrix())
+        out = stage.step(X)
+        np.testing.assert_array_equal(out["X_WT_goal"], X)
+        np.testing.assert_array_equal(out["F_T_W"], 0.0)
+        assert out["status"] == 0
+
+
+def test_soft_a_hand_that_rests_inside_feels_the_spring():
+    stage = Stage(fixture(plane(), law_={"K": 400.0}))
+    out = stage.settle(at(-0.005))
+    np.testing.assert_allclose(out["F_T_W"][:3], [0, 0, 2.0], atol=1e-9)
+    np.testing.assert_array_equal(out["X_WT_goal"][:3, 3], at(-0.005))
+    assert (out["strongest"], out["gap"], out["status"]) == (0, pytest.approx(-0.005), GUIDED)
+
+
+def test_hard_the_goal_stays_out_and_the_hand_feels_the_rest():
+    stage = Stage(fixture(plane(), law_={"K": 400.0}, hard=True))
+    stage.settle(at(0.01))
+    for z in np.linspace(0.01, -0.005, 300):
+        out = stage.step(at(z))
+        assert out["X_WT_goal"][2, 3] >= 0.0
+    out = stage.settle(at(-0.005))
+    np.testing.assert_allclose(out["X_WT_goal"][:3, 3], [0, 0, RESERVE], atol=1e-9)
+    np.testing.assert_allclose(out["F_T_W"][:3], [0, 0, 400.0 * (0.005 + RESERVE)], atol=1e-6)
+    np.testing.assert_allclose(out["correction"], [0, 0, 0.005 + RESERVE], atol=1e-9)
+    assert out["status"] == GUIDED | CORRECTED
+
+
+def test_hard_guide_leads_the_goal_along_the_line():
+    stage = Stage(fixture(placed(LINE), "guide", hard=True))
+    out = stage.settle(np.array([0.03, 0.004, -0.003]), ticks=2000)
+    np.testing.assert_allclose(out["X_WT_goal"][:3, 3], [0.03, 0.0, 0.0], atol=1e-9)
+
+
+def test_hard_orient_turns_the_goal():
+    R = Rotation.from_rotvec([0.3, 0.0, 0.0]).as_matrix()
+    stage = Stage(fixture(plane(), "orient", hard=True))
+    out = stage.settle(pose(at(0.05), R), ticks=3000)
+    np.testing.assert_allclose(out["X_WT_goal"][:3, 2], [0, 0, 1], atol=1e-5)
+    np.testing.assert_allclose(out["F_T_W"][3:], [-0.5 * 0.3, 0, 0], atol=1e-3)
+
+
+def test_hard_rcm_keeps_the_shaft_through_the_point():
+    X = pose([0.003, 0.0, 0.1])
+    stage = Stage(fixture(placed(_core.PointGeometry()), "rcm", hard=True))
+    goal = stage.settle(X, ticks=3000)["X_WT_goal"]
+    a, p = goal[:3, 2], goal[:3, 3]
+    assert np.linalg.norm(p - a * (a @ p)) < 1e-5
+
+
+def test_a_corner_of_three_hard_planes_is_the_nearest_point_of_all():
+    walls = [
+        fixture(plane(pose(R=Rotation.align_vectors([n], [[0, 0, 1]])[0].as_matrix())), name=str(n), hard=True)
+        for n in np.eye(3)
+    ]
+    out = Stage(*walls).settle(np.array([-0.003, -0.004, -0.005]), ticks=1000)
+    np.testing.assert_allclose(out["X_WT_goal"][:3, 3], RESERVE, atol=1e-9)
+    assert out["status"] & CONFLICT == 0
+
+
+def test_hard_ones_that_contradict_each_other_yield_by_priority_and_say_so():
+    up = fixture(plane(pose(at(0.002))), name="above", hard=True, priority=1)  # z >= 2 mm
+    down = fixture(plane(pose(at(-0.002), np.diag([1.0, -1.0, -1.0]))), name="below", hard=True)  # z <= -2 mm
+    out = Stage(up, down).settle(at(0.0), ticks=1000)
+    assert out["X_WT_goal"][2, 3] == pytest.approx(0.002 + RESERVE)
+    assert out["status"] & CONFLICT
+
+
+def test_a_thin_forbidden_plate_is_not_gone_through_by_the_goal():
+    """Its side is remembered, though the other side is nearer to the hand."""
+    plate = placed(_core.SurfaceGeometry(_core.Box(np.array([0.2, 0.2, 0.002]))))
+    stage = Stage(fixture(plate, hard=True))
+    stage.settle(at(0.005))
+    for z in np.concatenate([np.linspace(0.005, -0.02, 50), np.full(300, -0.02)]):
+        out = stage.step(at(z))
+        assert out["X_WT_goal"][2, 3] >= 0.001 - 1e-9
+    assert out["F_T_W"][2] > 1.0
+
+
+@pytest.mark.parametrize("kind", ["plane", "sphere", "cavity", "corner"])
+@pytest.mark.parametrize("moving", [False, True])
+def test_the_tool_behind_a_servo_stays_out_whatever_the_hand_does(kind, moving):
+    """30 Hz behind its goal, thrown at the border with 0.4 m/s and more: entry at most 0.1 mm."""
+    waves = [_core.Wave(shift=np.array([0.002, 0.0, 0.004]), turn=np.zeros(3), period=0.8)]
+    motion = _core.Motion(waves=waves) if moving else None
+    made = {
+        "plane": [fixture(plane(motion=motion), hard=True)],
+        "sphere": [fixture(sphere(0.02, pose(at(-0.004)), motion), hard=True)],
+        "cavity": [fixture(sphere(0.03, pose(at(0.03)), motion), "keep-in", hard=True)],
+        "corner": [
+            fixture(plane(motion=motion), hard=True),
+            fixture(plane(pose(R=Rotation.from_rotvec([0, np.pi / 2, 0]).as_matrix()), motion), name="b", hard=True),
+        ],
+    }[kind]
+    stage, rng = Stage(*made, bandwidth=30.0), np.random.default_rng(4)
+    t = np.arange(4000) * DT
+    waves = [(rng.uniform(0.5, 12.0), rng.uniform(0, 6.3, 3), rng.uniform(0.3, 1.0)) for _ in range(8)]
+    hand = sum(a * 0.02 * np.sin(2 * np.pi * f * t[:, None] + phase) / max(f / 3, 1) for f, phase, a in waves)
+    hand = np.array([0.01, 0.0, 0.02]) + np.clip(t, 0.0, 1.0)[:, None] * (hand - np.array([0.01, 0.0, 0.02]))
+    stage.settle(hand[0])
+    start = stage.k
+    assert np.linalg.norm(np.diff(hand, axis=0), axis=1).max() / DT > 0.4
+    deepest = touched = 0.0
+    for k, p in enumerate(hand):
+        stage.step(p)
+        for f in made:
+            gap = f.ask(stage.X_tool, stage.k * DT)["gap"]
+            deepest, touched = min(deepest, gap), touched + (gap < 5e-4)
+        assert deepest > -1e-4, f"{1e3 * -deepest:.3f} mm in at {k + start} ms"
+    assert touched > 100, "control: it was at the border"
+
+
+def test_speed_is_limited_and_the_lag_is_felt():
+    stage = Stage(fixture(sphere(0.1), "limit", role_={"speed": 0.02}, hard=True), force_rate=1e3)
+    z = 0.0
+    stage.settle(at(z), ticks=400)
+    before = at(z)
+    for _ in range(100):
+        z += 0.1 * DT
+        out = stage.step(at(z))
+        after = out["X_WT_goal"][:3, 3]
+        assert np.linalg.norm(after - before) <= 0.02 * DT + 1e-12
+        before = after
+    assert out["F_T_W"][2] < -0.5
+    out = stage.settle(at(z), ticks=2000)
+    np.testing.assert_allclose(out["X_WT_goal"][:3, 3], at(z), atol=1e-12)

@@ -1,0 +1,110 @@
+"""Every geometry and every key goes round through YAML, reaches the core, and can be drawn."""
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from fixtures import pose
+
+from palpate import _core, guidance
+from palpate.guidance import Fixture, Geometry, Mesh, OfObject, Sphere, from_yaml, to_yaml
+from palpate.guidance.plot import query
+from palpate.guidance.sections import LawName, RoleName
+
+mpl.use("Agg")
+
+SHAPES = {
+    "point": {"at": [0.01, 0, 0]},
+    "line": {"start": [0, 0, 0], "end": ["5 mm", 0, 0]},
+    "plane": {"at": [0, 0, 0.01], "normal": [0, 1, 1]},
+    "path": {"waypoints": [[0, 0, 0], [0.01, 0.01, 0], [0.02, 0, 0]]},
+    "tube": {"waypoints": [[0, 0, 0], [0.01, 0.01, 0], [0.02, 0, 0]], "radius": "3 mm"},
+    "cone": {"entry": [0, 0, 0.1], "target": [0, 0, 0]},
+    "sphere": {"radius": 0.02, "at": [0, 0, 0.01]},
+    "box": {"size": [0.02, 0.03, 0.04]},
+    "cylinder": {"radius": 0.01, "length": 0.05},
+    "mesh": {"file": "ball.stl"},
+    "cloud": {"file": "cloud.csv", "radius": "2 mm"},
+    "grid": {"file": "ball.stl", "spacing": "2 mm"},
+    "object": {"name": "liver"},
+    "offset": {"of": {"sphere": {"radius": 0.02}}, "margin": "-2 mm"},
+    "union": {"of": [{"sphere": {"radius": 0.02}}, {"box": {"size": [0.05, 0.01, 0.01]}}], "blend": "1 mm"},
+    "intersection": {"of": [{"sphere": {"radius": 0.02}}, {"plane": {}}]},
+    "difference": {"of": [{"sphere": {"radius": 0.02}}, {"plane": {}}]},
+}
+
+
+def at(fixture, points, here, t=0.0):
+    return query(fixture.make_geometry(here), points, t)
+
+
+def test_every_geometry_has_a_specimen_here_and_every_name_is_the_cores():
+    assert set(SHAPES) == set(Geometry.model_fields)
+    assert set(RoleName.__args__) == set(_core.guidance_roles())
+    assert set(LawName.__args__) == set(_core.guidance_laws())
+
+
+@pytest.mark.parametrize("key", SHAPES)
+def test_every_geometry_goes_round_and_answers_the_same(key, here):
+    fixture = Fixture(geometry={key: SHAPES[key]}, role="guide", name="it")
+    again = Fixture.from_yaml(fixture.to_yaml())
+    assert again == fixture
+    assert Fixture.model_validate(fixture.model_dump(mode="json")) == fixture
+    where = np.random.default_rng(1).uniform(-0.05, 0.05, (100, 3))
+    np.testing.assert_array_equal(at(again, where, here)["distance"], at(fixture, where, here)["distance"])
+    assert fixture.make(here).role == "guide"
+
+
+def test_every_other_key_goes_round_and_reaches_the_core(here):
+    fixture = Fixture(
+        Sphere(radius=0.02),
+        name="ball",
+        role={"name": "keep-in", "margin": "1 mm"},
+        law={"name": "potential", "stiffness": 700.0, "range": "4 mm", "force": 2.0},
+        frame={"of": "liver", "pose": {"xyz": [0, 0, 0.1]}},
+        hard=True,
+        authority=0.5,
+        priority=3,
+        engage=0.05,
+        release=0.06,
+        rise=0.3,
+        ramps=[{"by": "distance", "start": 0.02, "end": 0.0}],
+        enabled=False,
+    )
+    assert Fixture.from_yaml(fixture.to_yaml()) == fixture
+    assert "damping" not in fixture.to_yaml(), "what is as always is not written"
+    core = fixture.make(here)
+    told = (core.policy.hard, core.policy.authority, core.policy.priority, core.policy.engage, core.policy.release)
+    assert told == (True, 0.5, 3, 0.05, 0.06)
+    assert (core.policy.rise, core.stiffness, core.on, core.law) == (0.3, 700.0, False, "potential")
+    assert [(r.by, r.start, r.end) for r in core.policy.ramps] == [("distance", 0.02, 0.0)]
+    gap = core.ask(pose((0, 0, 0.1)))["gap"]
+    assert gap == pytest.approx(0.02 - 0.001)
+
+
+def test_several_fixtures_go_round():
+    fixtures = [Fixture("margin: 3 mm around: ball.stl"), Fixture(Mesh(file="ball.stl"), role="guide", name="b")]
+    assert list(from_yaml(to_yaml(fixtures))) == fixtures
+
+
+def test_a_fixture_moves_with_the_object_it_is_attached_to(here):
+    fixture = Fixture(OfObject(name="liver"), role="forbid", frame="liver")
+    q = at(fixture, [[1, 1, 1.1]], here, t=1.0)
+    np.testing.assert_allclose(q["distance"], 0.07)
+    np.testing.assert_allclose(q["velocity"], [[1, 1, 1]])
+
+
+def test_the_defaults_are_the_cores():
+    fixture = Fixture(Sphere(radius=0.02), role="guide")
+    o, r, p = _core.GuidanceLawOptions(), _core.GuidanceRoleOptions(), _core.Policy()
+    assert (fixture.law.stiffness, fixture.law.damping, fixture.law.range) == (o.K, o.B, o.range)
+    assert (fixture.role.margin, fixture.authority, fixture.hard) == (r.margin, p.authority, p.hard)
+    cone = guidance.Cone(entry=(0, 0, 1), target=(0, 0, 0))
+    assert np.radians(cone.half_angle_deg) == pytest.approx(_core.CONE_HALF_ANGLE)
+
+
+@pytest.mark.parametrize("key", SHAPES)
+def test_every_geometry_can_be_drawn(key, here):
+    role = {"name": "forbid" if key not in ("point", "line", "path") else "guide", "margin": 0.002}
+    axes = Fixture(geometry={key: SHAPES[key]}, role=role).plot(here=here)
+    assert axes.collections or axes.lines
+    mpl.pyplot.close("all")

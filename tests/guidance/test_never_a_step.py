@@ -1,0 +1,94 @@
+"""The stage: nothing that the hand feels leaps, whatever is edited; nothing but numbers; no energy for nothing."""
+
+import numpy as np
+import pytest
+from fixtures import DT, LINE, RESERVE, Stage, at, fixture, placed, plane, pose, sphere
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from palpate import _core
+
+RATE, MOMENT_RATE = 20.0, 0.35
+EDITS = ["off", "gone", "gains", "law", "moved", "role", "hard", "authority", "other"]
+
+
+def edited(what, rng):
+    base = {"law_": {"K": 400.0}, "role_": {}}
+    where = pose(at(0.0))
+    if what == "off":
+        return [fixture(plane(where), on=False, **base)]
+    if what == "gone":
+        return []
+    if what == "gains":
+        return [fixture(plane(where), law_={"K": rng.uniform(0, 2000)})]
+    if what == "law":
+        return [fixture(plane(where), law=str(rng.choice(["potential", "admittance", "optimise"])))]
+    if what == "moved":
+        return [fixture(plane(pose(rng.uniform(-0.01, 0.01, 3), Rotation.random(random_state=rng).as_matrix())))]
+    if what == "role":
+        return [fixture(sphere(0.02, where), str(rng.choice(["guide", "keep-in", "forbid", "orient"])))]
+    if what == "hard":
+        return [fixture(plane(where), hard=True, **base)]
+    if what == "authority":
+        return [fixture(plane(where), authority=rng.uniform(), rise=0.01, fall=0.01, **base)]
+    return [fixture(plane(where), **base), fixture(sphere(0.02, where), "guide", name="two", law_={"K": 800.0})]
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.lists(st.sampled_from(EDITS), min_size=2, max_size=5))
+def test_a_still_hand_feels_no_step_whatever_is_switched_moved_or_edited(seed, edits):
+    """The wrench changes by the rate at most, the goal by the return speed, in every tick."""
+    rng = np.random.default_rng(seed)
+    X = pose(rng.uniform(-0.006, 0.006, 3), Rotation.random(random_state=rng).as_matrix())
+    stage = Stage(*edited("gains", rng))
+    before, slowest = stage.settle(X, 100), _core.GuidanceOptions().return_speed
+    for what in edits:
+        stage.give(*edited(what, rng))
+        for _ in range(60):
+            out = stage.step(X)
+            change = out["F_T_W"] - before["F_T_W"]
+            assert np.linalg.norm(change[:3]) <= RATE * DT * (1 + 1e-9), what
+            assert np.linalg.norm(change[3:]) <= MOMENT_RATE * DT * (1 + 1e-9), what
+            moved = np.linalg.norm(out["X_WT_goal"][:3, 3] - before["X_WT_goal"][:3, 3])
+            assert moved <= slowest * DT + RESERVE + 1e-12, what
+            before = out
+
+
+def test_a_hand_that_moves_feels_no_more_than_its_motion_explains():
+    stage, rng = Stage(fixture(sphere(0.01), law_={"K": 500.0, "B": 0.0})), np.random.default_rng(1)
+    before, p = stage.settle(at(0.02)), at(0.02)
+    for _ in range(3000):
+        last, p = p, 0.99 * p + rng.normal(size=3) * 2e-4
+        out = stage.step(p)
+        change = np.linalg.norm((out["F_T_W"] - before["F_T_W"])[:3])
+        assert change <= 500.0 * np.linalg.norm(p - last) + RATE * DT + 1e-9
+        before = out
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, 1e300])
+def test_numbers_that_are_none_are_answered_by_finite_ones(bad):
+    """Of touch and operator; poses are checked before the stage."""
+    made = [
+        fixture(sphere(0.1), "limit", name="f", role_={"force": 1.0}, hard=True),
+        fixture(plane(), ramps=[_core.Ramp("force", 4.0, 2.0)]),
+    ]
+    out = Stage(*made).settle(at(-0.003), 50, F_T_W=np.full(3, bad), stiffness=bad, F_hand=bad, pedal=bad)
+    assert np.isfinite(out["F_T_W"]).all()
+    assert np.isfinite(out["X_WT_goal"]).all()
+
+
+def test_springs_and_potentials_give_no_energy_around_a_closed_motion():
+    """What the hand gets back over many rounds in and out of soft fixtures is no more than it put in."""
+    made = [
+        fixture(sphere(0.02), law_={"K": 400.0}),
+        fixture(placed(LINE, pose(at(0.01))), "guide", "potential", name="two"),
+    ]
+    stage = Stage(*made)
+    stage.settle(at(0.03))
+    s = np.linspace(0, 10 * np.pi, 20001)
+    hand = np.stack([0.01 * np.sin(2 * s), 0.012 * np.sin(s), 0.012 + 0.018 * np.cos(s)], axis=1)
+    F = np.array([stage.step(p)["F_T_W"][:3] for p in hand])
+    work = (F[:-1] * np.diff(hand, axis=0)).sum()
+    exchanged = np.abs(F[:-1] * np.diff(hand, axis=0)).sum()
+    assert work < 2e-3 * exchanged

@@ -1,0 +1,104 @@
+"""A fixture in one line: what it becomes, and words with the mend for what is wrong in it or missing."""
+
+import json
+
+import numpy as np
+import pytest
+from fixtures import pose
+
+from palpate import _core
+from palpate.errors import GuidanceError
+from palpate.guidance import Fixture, Here, from_yaml
+from palpate.guidance.one_line import KEYS
+from palpate.guidance.plot import query
+from palpate.scene.schema import schema_text
+
+
+def test_a_margin_around_a_mesh_in_one_line(here):
+    """3 mm around a ball of 20 mm: gap of a tool 24 mm and 22 mm from its middle."""
+    fixture = Fixture("margin: 3 mm around: ball.stl")
+    assert (fixture.role.name, fixture.role.margin, fixture.hard, fixture.name) == ("forbid", 0.003, True, "ball")
+    core = fixture.make(here)
+    assert core.ask(pose((0.024, 0, 0)))["gap"] == pytest.approx(0.001, abs=1e-4)
+    assert core.ask(pose((0.022, 0, 0)))["gap"] == pytest.approx(-0.001, abs=1e-4)
+    same = from_yaml(
+        "- margin: 3 mm around: ball.stl\n- margin: 3 mm around ball.stl\n- {margin: 3 mm, around: ball.stl}"
+    )
+    assert {f.to_yaml() for f in same} == {fixture.to_yaml()}
+    soft = from_yaml("[{margin: 0.003, around: ball.stl, hard: false, authority: 0.3, unit: m}]")[0]
+    assert (soft.hard, soft.authority, soft.geometry.mesh.unit) == (False, 0.3, "m")
+
+
+def test_a_path_a_cone_and_a_trocar_in_one_line(here):
+    follow = Fixture("follow: suture.csv")
+    assert follow.role.name == "guide"
+    assert query(follow.make_geometry(here), [[0.01, 0.005, 0.003]], 0.0)["distance"][0] < 0.004
+    stay = Fixture("stay-in: cone(entry, target)").make(here)
+    assert stay.role == "keep-in"
+    assert stay.ask(pose((0, 0, 0.07)))["gap"] == pytest.approx(0.05 * np.sin(_core.CONE_HALF_ANGLE))
+    wide = Fixture("stay-in: cone([0, 0, 10 cm], target, 30 deg)").make(here)
+    assert wide.ask(pose((0, 0, 0.07)))["gap"] == pytest.approx(0.025)
+    rcm = Fixture("keep-rcm")
+    assert (rcm.role.name, rcm.geometry.point.at) == ("rcm", "rcm")
+    assert Fixture("keep-rcm: entry").geometry.point.at == "entry"
+    assert Fixture("stay-in: tube(suture.csv, 2 mm)").make(here).ask(np.eye(4))["gap"] == pytest.approx(0.002)
+    around = Fixture("margin: 1 mm around: liver")
+    assert (around.geometry.object.name, around.frame.of) == ("liver", "liver")
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("margin: 3 mm", "around what"),
+        ("margin: 3 furlongs around: ball.stl", "'3 furlongs' is no length | a number of metres"),
+        ("keep-away: ball.stl", "is no fixture"),
+        ("follow: suture.docx", "is no kind of file that is known"),
+        ("stay-in: pyramid(a, b)", "there is no shape 'pyramid' to be called"),
+        ("stay-in: cone(a, b, c, d)", "has 4 arguments"),
+    ],
+)
+def test_a_line_that_is_none_says_what_is_possible(text, told):
+    with pytest.raises(GuidanceError, match=told.split(" | ")[0].replace("(", r"\(")):
+        from_yaml(f"- {text!r}")
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("follow: sutur.csv", r"(?s)file not found.*did you mean .*suture.csv"),
+        ("margin: 1 mm around: missing.stl", "mesh file not found"),
+        ("margin: 1 mm around: open.stl", r"(?s)open.stl' is open, a forbidden region needs an inside.*--repair"),
+        ("margin: 1 mm around: livre", r"(?s)there is no object 'livre'.*did you mean 'liver'"),
+        ("stay-in: cone(entrance, target)", "there is no place 'entrance'"),
+        ("stay-in: cone(entry, entry)", "a cone needs a finite apex, and a mouth apart from it"),
+        ("keep-rcm", "there is no place 'rcm'"),
+    ],
+)
+def test_what_is_missing_is_told_with_the_mend(line, told, here):
+    with pytest.raises(Exception, match=told):
+        Fixture(line).make(here)
+
+
+@pytest.mark.parametrize(
+    ("rows", "told"),
+    [
+        ("", "no place in it"),
+        ("x_mm,y_mm,z_mm\n1,2\n", r"2 numbers in a row\n  mend: x y z, or"),
+        ("1,2,3\nfour,5,6\n", "'four,5,6' is no row of numbers"),
+        ("x_ft,y_ft,z_ft\n1,2,3", "unknown unit 'ft' in 'x_ft'"),
+        ("1,2,3,1,1,0,0\n2,2,3,1,0,0,0", "quaternion of length 1.41"),
+        ("0,0,0\n20000,0,0", r"20 m long\n  why: waypoints are metres here\n  mend: unit: mm"),
+        ("0,0,0\n10,10,0\n10,0,0\n0,10,0", "the path crosses itself"),
+    ],
+)
+def test_a_bad_path_file_is_told_with_its_line(rows, told, tmp_path):
+    (tmp_path / "p.csv").write_text(rows)
+    with pytest.raises(GuidanceError, match=told):
+        Fixture("follow: p.csv").make(Here(lambda name: tmp_path / name))
+
+
+def test_the_published_schema_knows_the_lines_too():
+    item = json.loads(schema_text())["$defs"]["Fixture"]
+    assert item["type"] == ["object", "string"]
+    assert [one["required"] for one in item["anyOf"]] == [["geometry", "role"], *([key] for key in KEYS)]
+    assert set(item["properties"]) >= {*KEYS, "around", "unit", *Fixture.model_fields}

@@ -1,0 +1,94 @@
+"""The stage: how much of a fixture counts (authority, engagement, ramps), and of several at once."""
+
+import numpy as np
+import pytest
+from fixtures import DT, LINE, RESERVE, Stage, at, fixture, placed, plane, pose
+from scipy.spatial.transform import Rotation
+
+from palpate import _core
+
+
+def test_authority_counts_and_comes_at_its_pace():
+    stage = Stage(fixture(plane(), law_={"K": 400.0}, authority=0.5, rise=0.1))
+    seen = [stage.step(at(-0.005)) and stage.core.authority(0) for _ in range(100)]
+    assert np.diff(seen).max() <= DT / 0.1 + 1e-12
+    assert seen[-1] == 0.5
+    assert stage.settle(at(-0.005))["F_T_W"][2] == pytest.approx(1.0)
+
+
+def test_engagement_has_hysteresis():
+    stage = Stage(fixture(placed(LINE), "guide", engage=0.01, release=0.02, rise=0.05, fall=0.05))
+    for y, on in ((0.015, 0.0), (0.009, 1.0), (0.015, 1.0), (0.021, 0.0), (0.015, 0.0)):
+        stage.settle(np.array([0.0, y, 0.0]), 100)
+        assert stage.core.authority(0) == pytest.approx(on), y
+
+
+@pytest.mark.parametrize(
+    ("ramp", "half"),
+    [
+        (("pedal", 0.0, 1.0), {"pedal": 0.5}),
+        (("distance", 0.01, 0.0), {}),
+        (("force", 4.0, 2.0), {"F_hand": 3.0}),
+    ],
+)
+def test_ramps_halve_the_authority_half_way(ramp, half):
+    stage = Stage(fixture(plane(), ramps=[_core.Ramp(*ramp)]))
+    stage.settle(at(-0.005), **half)
+    assert stage.core.authority(0) == pytest.approx(0.5)
+
+
+def test_a_ramp_of_time_runs_from_the_engagement():
+    stage = Stage(
+        fixture(placed(LINE), "guide", engage=0.01, release=0.01, rise=0.01, ramps=[_core.Ramp("time", 0, 1)])
+    )
+    stage.settle(np.array([0, 0.05, 0.0]), 500)
+    stage.settle(np.array([0, 0.005, 0.0]), 500)
+    assert stage.core.authority(0) == pytest.approx(0.5, abs=5e-3)
+
+
+def test_soft_ones_add_and_a_hard_one_dominates():
+    guide = fixture(placed(LINE, pose(at(-0.01))), "guide", name="down", law_={"K": 100.0})
+    other = fixture(placed(LINE, pose(at(-0.01))), "guide", name="too", law_={"K": 50.0})
+    np.testing.assert_allclose(Stage(guide, other).settle(at(-0.002))["F_T_W"][:3], [0, 0, -150 * 0.008], atol=1e-9)
+    wall = fixture(plane(), name="wall", law_={"K": 400.0}, hard=True)
+    out = Stage(guide, other, wall).settle(at(-0.002), 1000)
+    np.testing.assert_allclose(out["F_T_W"][:3], [0, 0, 400.0 * (0.002 + RESERVE)], atol=1e-6)
+
+
+def test_of_two_soft_ones_the_lower_priority_never_pulls_against_the_higher():
+    high = fixture(plane(), name="wall", law_={"K": 400.0}, priority=1)
+    low = fixture(placed(_core.PointGeometry(), pose([0.01, 0, -0.01])), "guide", name="goal", law_={"K": 100.0})
+    F = Stage(high, low).settle(at(-0.002))["F_T_W"][:3]
+    np.testing.assert_allclose(F, [1.0, 0, 0.8], atol=1e-9)
+
+
+def test_optimise_finds_its_deviation_for_all_at_once():
+    """Two walls that meet at 45 degrees: the spring pulls to the nearest place outside both, not by their sum."""
+    tilt = Rotation.from_rotvec([0, np.pi / 4, 0]).as_matrix()
+    walls = [fixture(plane(pose(R=R)), law="optimise", name=n) for n, R in (("a", np.eye(3)), ("b", tilt))]
+    p = at(-0.004, -0.001)
+    out = Stage(*walls).settle(p, 1000)
+    n = np.array([[0, 0, 1.0], tilt[:, 2]])
+    lam = np.linalg.solve(n @ n.T, -(n @ p))
+    nearest = p + n.T @ np.maximum(lam, 0.0) if (lam > 0).all() else p - n[0] * (n[0] @ p)
+    np.testing.assert_allclose(out["F_T_W"][:3], 400.0 * (nearest - p), atol=1e-6)
+    np.testing.assert_array_equal(out["X_WT_goal"][:3, 3], p)
+
+
+def test_an_admittance_master_is_given_the_damping_itself():
+    f = fixture(placed(LINE), "guide", "admittance", law_={"B": 3.0, "ratio": 0.2})
+    V = np.array([0.01, 0.02, 0, 0, 0, 0])
+    as_wrench, as_damping = Stage(f), Stage(f)
+    for _ in range(400):
+        one = as_wrench.step(at(0.0), V=V)
+        other = as_damping.step(at(0.0), V=V, takes_damping=True)
+    np.testing.assert_allclose(one["F_T_W"][:3], -other["B_W"] @ V[:3], atol=1e-9)
+    np.testing.assert_array_equal(other["F_T_W"][:3], 0.0)
+
+
+def test_while_the_hand_is_let_go_nothing_is_felt_and_the_goal_is_still_kept_out():
+    stage = Stage(fixture(plane(), hard=True))
+    stage.settle(at(-0.005), 2000)
+    out = stage.step(at(-0.005), engaged=False)
+    np.testing.assert_array_equal(out["F_T_W"], 0.0)
+    assert out["X_WT_goal"][2, 3] >= 0.0
