@@ -197,6 +197,7 @@ void bind_shapes(nb::module_& m) {
 void bind_guidance(nb::module_& m) {
   nb::class_<Geometry>(m, "Geometry", "What a fixture is made of (core/palpate/guidance/geometry.hpp).")
       .def_prop_ro("solid", &Geometry::solid, "it has an inside")
+      .def_prop_ro("has_axis", &Geometry::has_axis, "it has an axis to name: no point, ball or cloud")
       .def("query", &query, nb::arg("X_WT"), nb::arg("t"),
            "Poses (n, 4, 4) of a tool, times (n,) [s] -> arrays by the names of Query's fields, n of each.");
   bind_frames(m);

@@ -88,6 +88,7 @@ class RoleCase:
     turns: bool = False
     needs_solid: bool = False
     needs_point: bool = False
+    needs_axis: bool = False
     touches: bool = False
     """the tool stands on the ground z = 0 of the geometry's frame, a spring."""
     speed: bool = False
@@ -106,13 +107,17 @@ ROLES: dict[str, RoleCase] = {
     "limit of speed": RoleCase("limit", {"margin": FAR, "speed": SPEED}, lambda s, X: np.inf, speed=True),
     "orient along the axis": RoleCase("orient", {"angle": TILT},
                                       lambda s, X: TILT - _between(X[:3, 2], s.axis(X[:3, 3])),
-                                      attracts=True, turns=True),
+                                      attracts=True, turns=True, needs_axis=True),
     "orient against the normal": RoleCase("orient", {"angle": TILT, "target": "normal"}, _orient_normal, attracts=True,
                                           turns=True),
     "orient as the frame": RoleCase("orient", {"angle": TILT, "target": "frame"}, _orient_frame, attracts=True,
                                     turns=True),
     "rcm": RoleCase("rcm", {"margin": TROCAR}, _rcm, attracts=True, needs_point=True),
 }  # fmt: skip
+
+
+WITHOUT_AXIS = {"point", "sphere", "cloud", "union", "intersection", "difference", "placed"}
+"""Specimens: those after the cloud are of balls."""
 
 
 def gradient(case: RoleCase, s: Specimen, X: Array) -> Array:
@@ -142,4 +147,6 @@ def meaningless(role: str, geometry: str) -> str:
         return f"a {geometry} has no inside, and {role} needs one"
     if ROLES[role].needs_point and geometry != "point":
         return f"a {geometry} is no point, and {role} is about one"
+    if ROLES[role].needs_axis and geometry in WITHOUT_AXIS:
+        return f"a {geometry} has no axis that a person would name, and {role} needs one"
     return ""

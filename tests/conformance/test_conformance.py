@@ -45,6 +45,8 @@ def known(c):
     """What the core does not do yet, in words (docs/guidance.md tells it too)."""
     if c.role.startswith("orient"):
         return "where its aim turns by more than 100 rad/m or its goal is corrected, a percent or so of energy is left"
+    if c.policy == "ramp by time":
+        return "the quicker loops of the energy begin before the ramp is full"
     if c.role == "rcm":
         return "beside the point the way there turns quickly: a law of much damping is reached late"
     if c.role == "limit of force" and c.corrects:

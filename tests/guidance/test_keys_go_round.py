@@ -4,11 +4,13 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 from fixtures import pose
+from scipy.spatial.transform import Rotation
 
 from palpate import _core, guidance
-from palpate.guidance import Fixture, Geometry, Mesh, OfObject, Sphere, from_yaml, to_yaml
+from palpate.errors import GuidanceError
+from palpate.guidance import Fixture, Geometry, Here, Mesh, OfObject, Role, Sphere, from_yaml, to_yaml
 from palpate.guidance.plot import query
-from palpate.guidance.sections import LawName, RoleName
+from palpate.guidance.sections import Frame, LawName, RoleName
 
 mpl.use("Agg")
 
@@ -79,6 +81,34 @@ def test_every_other_key_goes_round_and_reaches_the_core(here):
     assert [(r.by, r.start, r.end) for r in core.policy.ramps] == [("distance", 0.02, 0.0)]
     gap = core.ask(pose((0, 0, 0.1)))["gap"]
     assert gap == pytest.approx(0.02 - 0.001)
+
+
+WITHOUT_AXIS = {"point", "sphere", "cloud", "object", "offset", "union", "intersection", "difference"}
+
+
+@pytest.mark.parametrize("key", SHAPES)
+def test_what_has_no_axis_cannot_be_aligned_with_until_it_is_turned(key, here):
+    """A point, a ball, a cloud, what is made with balls; a plane, a line, a mesh have one. So has what is turned."""
+    fixture = Fixture(geometry={key: SHAPES[key]}, role="orient", name="it")
+    assert fixture.make_geometry(here).has_axis == (key not in WITHOUT_AXIS)
+    if key in WITHOUT_AXIS:
+        with pytest.raises(GuidanceError, match="role orient with target axis needs a geometry that has one") as found:
+            fixture.make(here)
+        assert found.value.mend.startswith("turn it (rpy_deg), give a line through the place")
+    turned = fixture.model_copy(update={"frame": Frame(pose={"rpy_deg": [0, 20, 0]})})
+    assert turned.make(here).role == "orient"
+    for target in ("normal", "frame"):
+        other = fixture.model_copy(update={"role": Role(name="orient", target=target)})
+        assert other.make(here).role == "orient"
+
+
+def test_a_point_that_is_turned_or_told_live_has_the_axis_of_its_frame(here):
+    told = {"name": "it", "role": "orient"}
+    turned = Fixture(geometry={"point": {"at": [0, 0, 0], "rpy_deg": [90, 0, 0]}}, **told).make(here)
+    tool = Rotation.from_euler("x", 90, degrees=True).as_matrix()
+    assert turned.ask(pose((0.01, 0, 0), tool))["gap"] == pytest.approx(0.0, abs=1e-9)
+    live = Here(here.file, {**here.frames, "camera": _core.LiveFrame()}, {}, {})
+    assert Fixture(geometry={"point": {"at": [0, 0, 0]}}, frame="camera", **told).make(live).role == "orient"
 
 
 def test_several_fixtures_go_round():

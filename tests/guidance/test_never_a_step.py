@@ -27,7 +27,8 @@ def edited(what, rng):
     if what == "moved":
         return [fixture(plane(pose(rng.uniform(-0.01, 0.01, 3), Rotation.random(random_state=rng).as_matrix())))]
     if what == "role":
-        return [fixture(sphere(0.02, where), str(rng.choice(["guide", "keep-in", "forbid", "orient"])))]
+        role = str(rng.choice(["guide", "keep-in", "forbid", "orient"]))
+        return [fixture(sphere(0.02, where), role, role_={"target": "normal"})]
     if what == "hard":
         return [fixture(plane(where), hard=True, **base)]
     if what == "authority":

@@ -263,6 +263,7 @@ def test_another_frame_changes_nothing(seed, role, law):
         (lambda: fixture(plane(), law_={"K": -1.0}), "law.K = -1.0.*must be 0 N/m or more"),
         (lambda: fixture(plane(), law="admittance", law_={"ratio": 0.0}), "law.ratio = 0.0.*policy `hard`"),
         (lambda: fixture(plane(), "orient", role_={"target": "up"}), "role.target = 'up': must be axis, normal"),
+        (lambda: _core.Fixtures([fixture(sphere(), "orient")]), "orient with target axis.*has one; turn it .rpy_deg."),
         (lambda: _core.Fixtures([fixture(plane(), authority=1.5)]), "'one'.authority = 1.5.*0..1"),
         (lambda: _core.Fixtures([fixture(plane(), rise=0.0)]), "'one'.rise = 0.0.*no steps"),
         (lambda: _core.Fixtures([fixture(plane(), engage=0.02, release=0.01)]), "release = 0.01.*below engage"),

@@ -86,6 +86,11 @@ void check(const Fixture& f) {
         " needs a point, the place that the shaft passes through; give it a geometry point: {at: "
         "...}");
   }
+  if (f.role->needs_axis() && !f.geometry->has_axis()) {
+    throw std::invalid_argument(whose + ": role " + f.role->name() +
+                                " with target axis needs a geometry that has one; turn it (rpy_deg), give a line " +
+                                "through the place, or take target normal: towards it");
+  }
   const Policy& p = f.policy;
   const bool by_gap =
       p.engage < std::numeric_limits<double>::infinity() ||

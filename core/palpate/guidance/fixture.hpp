@@ -64,6 +64,8 @@ class Role {
   [[nodiscard]] virtual bool needs_solid() const noexcept { return false; }
   /// It needs a geometry that is one place.
   [[nodiscard]] virtual bool needs_point() const noexcept { return false; }
+  /// It needs a geometry that has an axis.
+  [[nodiscard]] virtual bool needs_axis() const noexcept { return false; }
   /// It has a gap: a policy can go by it.
   [[nodiscard]] virtual bool has_gap() const noexcept { return true; }
 };

@@ -99,6 +99,11 @@ Placed::Placed(GeometryPtr geometry, const Pose& X_FG, std::shared_ptr<const Fra
   if (geometry_ == nullptr || frame_ == nullptr) throw std::invalid_argument("a geometry and a frame are needed");
 }
 
+bool Placed::has_axis() const noexcept {
+  if (geometry_->has_axis() || dynamic_cast<const LiveFrame*>(frame_.get()) != nullptr) return true;
+  return !(frame_->at(0.0).X_WF.R * X_FG_.R).isIdentity(1e-9);
+}
+
 void Placed::add_live(LiveFrames& frames) const {
   const auto live = std::dynamic_pointer_cast<const LiveFrame>(frame_);
   if (live != nullptr) frames.push_back(std::const_pointer_cast<LiveFrame>(live));

@@ -77,6 +77,8 @@ class Placed final : public Geometry {
   Placed(GeometryPtr geometry, const Pose& X_FG, std::shared_ptr<const Frame> frame);
   [[nodiscard]] bool solid() const noexcept override { return geometry_->solid(); }
   [[nodiscard]] bool is_point() const noexcept override { return geometry_->is_point(); }
+  /// Also of what has none by itself, once somebody has turned it, or tells live how it is turned.
+  [[nodiscard]] bool has_axis() const noexcept override;
   void add_live(LiveFrames& frames) const override;
 
  protected:

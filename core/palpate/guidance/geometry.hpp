@@ -50,6 +50,8 @@ class Geometry {
   [[nodiscard]] virtual bool solid() const noexcept = 0;
   /// It is one place.
   [[nodiscard]] virtual bool is_point() const noexcept { return false; }
+  /// The attitude's z is an axis that a person would name: not of a point, a ball or a cloud that nobody has turned.
+  [[nodiscard]] virtual bool has_axis() const noexcept { return true; }
   /// Adds the frames that it is attached to and that are told live.
   virtual void add_live(LiveFrames& /*frames*/) const {}
 

@@ -1,6 +1,7 @@
 // Geometries made of geometries: grown or shrunk, joined, cut.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "palpate/guidance/geometry.hpp"
@@ -17,6 +18,7 @@ class Offset final : public Geometry {
   /// Throws std::invalid_argument when margin [m] is not finite, or not above zero around something without an inside.
   Offset(GeometryPtr geometry, double margin);
   [[nodiscard]] bool solid() const noexcept override { return true; }
+  [[nodiscard]] bool has_axis() const noexcept override { return geometry_->has_axis(); }
   void add_live(LiveFrames& frames) const override { geometry_->add_live(frames); }
 
  protected:
@@ -39,6 +41,9 @@ class Combination final : public Geometry {
   /// Throws std::invalid_argument: no parts, a blend that is no length, or parts without an inside that are cut.
   Combination(Kind kind, std::vector<GeometryPtr> parts, double blend);
   [[nodiscard]] bool solid() const noexcept override { return solid_; }
+  [[nodiscard]] bool has_axis() const noexcept override {
+    return std::all_of(parts_.begin(), parts_.end(), [](const GeometryPtr& part) { return part->has_axis(); });
+  }
   void add_live(LiveFrames& frames) const override {
     for (const GeometryPtr& part : parts_) part->add_live(frames);
   }

@@ -10,6 +10,7 @@ class Point final : public Geometry {
  public:
   [[nodiscard]] bool solid() const noexcept override { return false; }
   [[nodiscard]] bool is_point() const noexcept override { return true; }
+  [[nodiscard]] bool has_axis() const noexcept override { return false; }
 
  protected:
   [[nodiscard]] Query answer(const Pose& X_WT, double) const noexcept override {

@@ -4,7 +4,9 @@
 #include <stdexcept>
 #include <utility>
 
+#include "palpate/scene/cloud.hpp"
 #include "palpate/scene/mesh.hpp"
+#include "palpate/scene/primitives.hpp"
 
 namespace palpate::guidance {
 namespace {
@@ -17,6 +19,8 @@ Solid::Solid(std::shared_ptr<const scene::Surface> surface) : surface_(std::move
   if (surface_ == nullptr) throw std::invalid_argument("a surface is needed");
   const scene::Mesh* mesh = surface_->mesh();
   closed_ = mesh == nullptr || mesh->report().closed;
+  const scene::Surface* any = surface_.get();
+  axis_ = dynamic_cast<const scene::Sphere*>(any) == nullptr && dynamic_cast<const scene::Cloud*>(any) == nullptr;
 }
 
 Query Solid::answer(const Pose& X_WT, double) const noexcept {

@@ -15,13 +15,14 @@ class Solid final : public Geometry {
   explicit Solid(std::shared_ptr<const scene::Surface> surface);
   /// False for open meshes, whose distance has no sign.
   [[nodiscard]] bool solid() const noexcept override { return closed_; }
+  [[nodiscard]] bool has_axis() const noexcept override { return axis_; }
 
  protected:
   [[nodiscard]] Query answer(const Pose& X_WT, double) const noexcept override;
 
  private:
   std::shared_ptr<const scene::Surface> surface_;
-  bool closed_;
+  bool closed_, axis_;
 };
 
 }  // namespace palpate::guidance

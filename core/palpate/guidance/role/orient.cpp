@@ -50,6 +50,7 @@ class Orient final : public Role {
     out.carried_by(query, tool.X_WT.p);
     return out;
   }
+  [[nodiscard]] bool needs_axis() const noexcept override { return target_ == Target::axis; }
   [[nodiscard]] const char* name() const noexcept override { return "orient"; }
   [[nodiscard]] bool needs_slope() const noexcept override { return true; }
 
