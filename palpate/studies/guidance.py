@@ -73,6 +73,8 @@ REGISTRATION: dict[str, Condition] = {f"registration_{e:g}mm": _misplaced(e) for
 """Between `haptics+guidance` and `control_wrong`."""
 ABLATION: dict[str, Condition] = {"none_no_haste": Condition("the picture alone", Senses(), haste=False)}
 ALL = CONDITIONS | REGISTRATION | ABLATION
+CUED: dict[str, Condition] = {"visual+haptics": Condition("path drawn, contact felt", Senses("felt", drawn=True), True)}
+"""Beside `visual` and `haptics`, in guidance_cues.py. A bar adds nothing to a force that is felt, in this model."""
 
 MEASURES = {
     "path_error_mm": Label("mm", "rms distance from the path"),
@@ -111,13 +113,16 @@ class Study(SweepCommand):
         if self.entry:
             told = entered(self.sweeper(console))
             return Findings({"entry": told}, lambda _: [], entry_words(told))
+        from palpate.studies.guidance_cues import cued
         from palpate.studies.guidance_effects import summary
         from palpate.studies.guidance_figures import draw
         from palpate.studies.guidance_words import tables
         from palpate.studies.guidance_yields import yielding
 
         rows = run(self.operators, self.seed, self.sweeper(console))
-        told = summary(rows, self.seed) | {"yields": yielding(self.operators, self.seed, self.sweeper(console))}
+        told = summary(rows, self.seed)
+        told["visual_cues"] = cued(self.operators, self.seed, self.sweeper(console))
+        told["yields"] = yielding(self.operators, self.seed, self.sweeper(console))
         return Findings(told, lambda folder: draw(rows, told, folder, self.seed), tables(told))
 
 
@@ -155,7 +160,7 @@ def measure(point: Point, seed: int) -> dict[str, float]:
 
 def attempt(operator: int, task: str, condition: str, seed: int, cohort_seed: int = SEED, yields: float = 1.0) -> Trial:
     """One operator does one task under one condition, with a share of the trait `yields`."""
-    who, c, t = person(operator, cohort_seed), ALL[condition], task_of(task)
+    who, c, t = person(operator, cohort_seed), (ALL | CUED)[condition], task_of(task)
     if not c.haste:
         who = replace(who, haste=1.0)
     who = replace(who, yields=yields * who.yields)

@@ -20,7 +20,15 @@ def tables(told: dict[str, Any]) -> list[RenderableType]:
             row["task"] if first else "", row["condition"], f"{row['path_error_mm']:.2f} mm", f"{row['time_s']:.1f} s",
             f"{row['mean_force_N']:.2f} N", f"{row['peak_force_N']:.2f} N", f"{row['entries']:.2f}",
         )  # fmt: skip
-    return [means, _expectations(told), _registration(told), _ablation(told), _yields(told), *_verdicts(told)]
+    return [
+        means,
+        _expectations(told),
+        _registration(told),
+        _ablation(told),
+        _cues(told),
+        _yields(told),
+        *_verdicts(told),
+    ]
 
 
 def _table(title: str, left: tuple[str, ...], right: tuple[str, ...]) -> Table:
@@ -66,6 +74,17 @@ def _ablation(told: dict[str, Any]) -> Table:
     for row in told["ablation"]:
         out.add_row(row["task"], row["measure"].rsplit("_", 1)[0].replace("_", " "), f"{100 * row['change']:+.0f} %",
                     f"{100 * row['change_without_haste']:+.0f} %")  # fmt: skip
+    return out
+
+
+def _cues(told: dict[str, Any]) -> Table:
+    title = f"visual cues alone, with contact felt, and none, {min(told['operators'], FEW)} operators, the same noise"
+    out = _table(title, ("task", "condition"), ("path error", "mean force", "peak force", "time"))
+    for row in told["visual_cues"]:
+        first = row["condition"] == "none"
+        out.add_row(row["task"] if first else "", row["condition"], f"{row['path_error_mm']:.2f} mm",
+                    f"{row['mean_force_N']:.2f} N", f"{row['peak_force_N']:.2f} N",
+                    f"{row['time_s']:.1f} s")  # fmt: skip
     return out
 
 

@@ -11,6 +11,7 @@ from palpate.conformance import entry
 from palpate.operators import Trial
 from palpate.studies import guidance, guidance_effects
 from palpate.studies.guidance_conformance import entered, entry_words
+from palpate.studies.guidance_cues import cued
 from palpate.studies.guidance_tasks import TASKS, distance, sleeve
 from palpate.studies.guidance_words import tables
 from palpate.studies.guidance_yields import yielding
@@ -63,7 +64,8 @@ def few():
 
 
 def test_a_small_cohort_from_end_to_end(few):
-    told = guidance_effects.summary(few, 7) | {"yields": yielding(2, sweep=serial)}
+    told = guidance_effects.summary(few, 7)
+    told |= {"yields": yielding(2, sweep=serial), "visual_cues": cued(2, sweep=serial)}
     assert len(few) == 2 * (len(TASKS) * len(guidance.CONDITIONS | guidance.REGISTRATION) + 2 * len(guidance.ABLATION))
     assert all(row["done"] == 1.0 for row in few)
     assert set(told) == json_contract.keys("study guidance") - {"conformance", "entry"}
@@ -78,6 +80,7 @@ def test_a_small_cohort_from_end_to_end(few):
     assert set(told["break_even"][0]) == json_contract.keys_of("study guidance", "A row of `break_even`:")
     assert set(told["ablation"][0]) == json_contract.keys_of("study guidance", "A row of `ablation`:")
     assert {row["task"] for row in told["ablation"]} == {"tracing", "palpation"}
+    assert set(told["visual_cues"][0]) == json_contract.keys_of("study guidance", "A row of `visual_cues`:")
     assert set(told["yields"][0]) == json_contract.keys_of("study guidance", "A row of `yields`:")
     assert all(e["source"] for e in told["effects"] if e["expected_hedges_g"] is not None)
     for task in TASKS:
@@ -137,6 +140,17 @@ def test_operators_who_do_not_give_way_are_led_less():
     assert told[1.0] < told[0.5] < told[0.0]
     all_, not_ = (guidance.attempt(2, "ring", "none", 5, yields=share) for share in (1.0, 0.0))
     np.testing.assert_array_equal(all_.p_WT, not_.p_WT)
+
+
+def test_cues_and_contact_each_bring_what_is_theirs():
+    """Drawn paths lessen the path error, contact that is felt the force, and both together do both."""
+    told = {row["condition"]: row for row in cued(4, sweep=serial) if row["task"] == "tracing"}
+    none, both = told["none"], told["visual+haptics"]
+    assert none["path_error_mm_more_low"] == none["path_error_mm_more_high"] == 0.0
+    for drawn in (told["visual"], both):
+        assert drawn["path_error_mm"] < 0.95 * none["path_error_mm"]
+    for felt in (told["haptics"], both):
+        assert felt["mean_force_N"] < 0.9 * none["mean_force_N"]
 
 
 def test_nobody_is_no_cohort():

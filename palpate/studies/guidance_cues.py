@@ -1,0 +1,43 @@
+"""Visual cues alone, with contact that is felt, or none: the same operators with the same noise under each."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from palpate.studies.command import Sweeper
+from palpate.studies.guidance import FEW, SEED, attempt, judged, task_of
+from palpate.studies.guidance_effects import BOOTSTRAPS
+from palpate.studies.guidance_tasks import TASKS
+from palpate.sweep import Axis, sweep
+from palpate.sweep.grid import Point
+
+CONDITIONS = ("none", "visual", "haptics", "visual+haptics")
+MEASURES = ("path_error_mm", "mean_force_N", "peak_force_N", "time_s")
+
+
+def cued(operators: int, seed: int = SEED, sweep: Sweeper = sweep) -> list[dict[str, Any]]:
+    """A row per task and condition, of the first operators of the cohort; as `visual_cues` in docs/json.md."""
+    few = min(operators, FEW)
+    grid = {"operator": Axis(range(few)), "task": Axis(TASKS), "cohort": Axis([seed])}
+    rows = sweep(each, grid, seed, title="visual cues").rows()
+    draws = np.random.default_rng(seed).integers(few, size=(BOOTSTRAPS, few))
+    told = []
+    for task in TASKS:
+        mine = [row for row in rows if row["task"] == task]
+        for condition in CONDITIONS:
+            out: dict[str, Any] = {"task": task, "condition": condition}
+            for key in MEASURES:
+                none, here = (np.array([row[f"{key} {c}"] for row in mine]) for c in ("none", condition))
+                low, high = np.percentile((here - none)[draws].mean(axis=1), [2.5, 97.5])
+                out |= {key: float(here.mean()), f"{key}_more_low": float(low), f"{key}_more_high": float(high)}
+            told.append(out)
+    return told
+
+
+def each(point: Point, seed: int) -> dict[str, float]:
+    """The measures of one operator in one task under each condition, the noise the same."""
+    task = task_of(point["task"])
+    told = {c: judged(task, attempt(point["operator"], point["task"], c, seed, point["cohort"])) for c in CONDITIONS}
+    return {f"{key} {c}": told[c][key] for c in CONDITIONS for key in MEASURES}
