@@ -174,7 +174,7 @@ def fixtures(gain: float = 1.0) -> _core.Fixtures:
             policy = _core.Policy()
             policy.hard, policy.priority = (i + j) % 3 == 0, j
             policy.ramps = [_core.Ramp("distance", 0.2, 0.0), _core.Ramp("force", 9.0, 1.0)]
-            geometry = {"guide": line, "rcm": _core.PointGeometry()}.get(name, ball)
+            geometry = {"guide": line, "orient": line, "rcm": _core.PointGeometry()}.get(name, ball)
             made.append(_core.Fixture(f"{name} {how}", geometry, name, role, how, law, policy))
     return _core.Fixtures(made)
 
