@@ -16,7 +16,7 @@ from palpate.guidance import one_line
 from palpate.guidance.combine import Geometry
 from palpate.guidance.geometry import Shape, placed, refused
 from palpate.guidance.here import Here
-from palpate.guidance.sections import Frame, Law, Ramp, Role
+from palpate.guidance.sections import Frame, Law, Ramp, Role, law_is_read
 from palpate.guidance.values import PositiveLength
 from palpate.scene.values import Number, Section
 
@@ -90,6 +90,11 @@ class Fixture(Section):
     @classmethod
     def _frame(cls, value: Any) -> Any:
         return {"of": value} if isinstance(value, str) else value
+
+    @model_validator(mode="after")
+    def _law_is_read(self) -> Self:
+        law_is_read(self.role, self.law)
+        return self
 
     @model_validator(mode="after")
     def _hysteresis(self) -> Self:

@@ -35,6 +35,23 @@ OF_LAW = {
 }
 
 
+#: Of a law: what is read of a place, and in its stead of an angle.
+OF_PLACE_AND_ANGLE = {
+    "stiffness": "turning_stiffness",
+    "damping": "turning_damping",
+    "force": "moment",
+    "range": "turning_range_deg",
+}
+
+
+def law_is_read(role: Role, law: Law) -> None:
+    """Raises ValueError for a key of the law that is about a place where an angle is wanted, or the other way round."""
+    for place, turn in OF_PLACE_AND_ANGLE.items():
+        unread, read = (place, turn) if role.name == "orient" else (turn, place)
+        if unread in law.model_fields_set and getattr(law, unread) != Law.model_fields[unread].default:
+            raise ValueError(f"role {role.name} does not read law.{unread} | it reads law.{read}")
+
+
 def _all_are_read(section: Role | Law, read: set[str]) -> None:
     """Raises ValueError for a key that is given, differs from its default, and is not read."""
     fields = type(section).model_fields
@@ -66,7 +83,7 @@ class Role(Section):
 
     @model_validator(mode="after")
     def _read(self) -> Self:
-        _all_are_read(self, OF_ROLE[self.name])
+        _all_are_read(self, OF_ROLE[self.name] - ({"axis"} if self.target == "frame" else set()))
         return self
 
     def core(self) -> _core.GuidanceRoleOptions:
