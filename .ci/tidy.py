@@ -1,4 +1,4 @@
-"""clang-tidy over our own C++ as the build compiles it; a file seen clean is looked at again only when it changed."""
+"""clang-tidy over our own C++ as the builds compile it; a file seen clean is looked at again only when it changed."""
 
 import hashlib
 import os
@@ -10,30 +10,57 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 TIDY = Path(sys.executable).with_name("clang-tidy")
 GCC_ONLY = ("-mtls-dialect=gnu2",)  # flags of the build's compiler that clang does not know
+SEEN = ROOT / "build" / "tidy"
+NODES = ROOT / "palpate" / "ros" / "cpp"
 
 
 def fingerprint(file: Path, common: bytes) -> str:
     return hashlib.sha256(common + file.as_posix().encode() + file.read_bytes()).hexdigest()
 
 
-def main() -> int:
+def core_database() -> Path | None:
     databases = sorted(ROOT.glob("build/*/compile_commands.json"), key=lambda p: p.stat().st_mtime)
-    if not databases:
+    return databases[-1].parent if databases else None
+
+
+def nodes_database() -> Path | None:
+    """The ROS nodes are compiled where they are first used, against the ROS 2 there: their build tells its commands."""
+    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "palpate" / "ros"
+    ours = f"CMAKE_HOME_DIRECTORY:INTERNAL={NODES}\n"
+    builds = [c.parent for c in cache.glob("*/build/CMakeCache.txt") if ours in c.read_text()]
+    if not builds:
+        return None
+    build = max(builds, key=lambda p: p.stat().st_mtime)
+    told = subprocess.run(["ninja", "-C", build, "-t", "compdb"], capture_output=True, check=True).stdout
+    database = SEEN / "nodes"
+    database.mkdir(exist_ok=True)
+    (database / "compile_commands.json").write_bytes(told[told.index(b"[") :])
+    return database
+
+
+def main() -> int:
+    core = core_database()
+    if core is None:
         print("clang-tidy: no build/*/compile_commands.json. Run `make setup` first, it builds the core.")
         return 1
+    SEEN.mkdir(exist_ok=True)
     # A file younger than the last build borrows the command of its neighbour.
-    sources = sorted([*ROOT.glob("core/**/*.cpp"), *ROOT.glob("bindings/*.cpp")])
-    build, seen = databases[-1].parent, ROOT / "build" / "tidy"
-    seen.mkdir(exist_ok=True)
-    headers = sorted([*ROOT.glob("core/**/*.hpp"), *ROOT.glob("bindings/*.hpp"), ROOT / ".clang-tidy"])
+    sources = dict.fromkeys(sorted([*ROOT.glob("core/**/*.cpp"), *ROOT.glob("bindings/*.cpp")]), core)
+    nodes = nodes_database()
+    if nodes is None:
+        print("clang-tidy: the ROS nodes are not compiled here, and not looked at; `palpate ros setup` compiles them")
+    else:
+        sources |= dict.fromkeys(sorted(NODES.glob("**/*.cpp")), nodes)
+    headers = [*ROOT.glob("core/**/*.hpp"), *ROOT.glob("bindings/*.hpp"), *NODES.glob("**/*.hpp")]
     version = subprocess.run([TIDY, "--version"], capture_output=True, check=True).stdout
-    common = version + b"".join(h.read_bytes() for h in headers)
+    common = version + b"".join(h.read_bytes() for h in [*sorted(headers), ROOT / ".clang-tidy"])
 
     def look(file: Path) -> bool:
-        stamp = seen / fingerprint(file, common)
+        stamp = SEEN / fingerprint(file, common)
         if stamp.exists():
             return True
-        command = [str(TIDY), "--quiet", "-p", str(build), *(f"--removed-arg={a}" for a in GCC_ONLY), str(file)]
+        removed = (f"--removed-arg={a}" for a in GCC_ONLY)
+        command = [str(TIDY), "--quiet", "-p", str(sources[file]), *removed, str(file)]
         run = subprocess.run(command, capture_output=True, text=True, check=False)
         if run.returncode == 0:
             stamp.touch()

@@ -24,7 +24,6 @@ namespace {
 using loop::CrtkCycle;
 using loop::CrtkGates;
 using loop::CrtkOptions;
-using loop::Moment;
 using loop::WatchOptions;
 
 /// As cycles of arms known by their joints are told; what is theirs alone is left behind.

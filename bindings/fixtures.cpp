@@ -23,12 +23,10 @@ using guidance::Fixture;
 using guidance::Fixtures;
 using guidance::Geometry;
 using guidance::Guidance;
-using guidance::Law;
 using guidance::LawOptions;
 using guidance::Policy;
 using guidance::Qp;
 using guidance::Ramp;
-using guidance::Role;
 using guidance::RoleOptions;
 
 constexpr std::array kRamps = {"pedal", "distance", "time", "force"};  // as in Ramp::By

@@ -3,12 +3,14 @@
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/pair.h>
 
+#include <cstdint>
 #include <utility>
 
 #include "bindings.hpp"
 #include "palpate/scene/cloud.hpp"
 #include "palpate/scene/distance_grid.hpp"
 #include "palpate/scene/implicit_surface.hpp"
+#include "palpate/scene/mesh.hpp"
 #include "palpate/scene/primitives.hpp"
 
 namespace nb = nanobind;
@@ -17,12 +19,28 @@ namespace palpate::bindings {
 namespace {
 
 using Values = nb::ndarray<const float, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+using Samples = nb::ndarray<float, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
 using Points = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 
 void make_grid(scene::DistanceGrid* self, const Vec3& origin, const Vec3& spacing, const Values& values) {
   const nb::gil_scoped_release release;
   new (self) scene::DistanceGrid(origin, spacing, {values.shape(0), values.shape(1), values.shape(2)},
                                  {values.data(), values.size()});
+}
+
+/// The nodes' values where they lie, kept alive by their grid.
+nb::object values_of(nb::handle self) {
+  const auto& grid = nb::cast<const scene::DistanceGrid&>(self);
+  const auto& n = grid.nodes();
+  const auto s = grid.strides();
+  return nb::cast(nb::ndarray<nb::numpy, const float>(
+      grid.values(), {n[0], n[1], n[2]}, self, {static_cast<std::int64_t>(s[0]), static_cast<std::int64_t>(s[1]), 1}));
+}
+
+void sample(const scene::Mesh& mesh, const Vec3& origin, const Vec3& spacing, const Samples& values) {
+  const nb::gil_scoped_release release;
+  scene::sample(mesh, origin, spacing, {values.shape(0), values.shape(1), values.shape(2)},
+                {values.data(), values.size()});
 }
 
 }  // namespace
@@ -62,7 +80,12 @@ void bind_surfaces(nb::module_& m) {
             const double v = grid.value(p, gradient);
             return std::make_pair(v, gradient);
           },
-          nb::arg("p"), "The sampled function and its gradient at p (3,).");
+          nb::arg("p"), "The sampled function and its gradient at p (3,).")
+      .def_prop_ro("values", &values_of, "(nx, ny, nz) float32 [m], read-only");
+  m.def("sample_distance", &sample, nb::arg("mesh"), nb::arg("origin"), nb::arg("spacing"),
+        nb::arg("values").noconvert(),
+        "Fills values (nx, ny, nz) float32 with a mesh's signed distance at origin + (i, j, k) * spacing, both (3,) "
+        "[m].");
 }
 
 }  // namespace palpate::bindings

@@ -52,16 +52,22 @@ def grid(mesh_file: Path, spacing: float | None, unit: Unit, out: Path | None, j
     mesh = Mesh.load(mesh_file, unit)
     step = spacing or float(np.ptp(mesh.bounds, axis=0).max()) / 100.0
     begin = time.perf_counter()
-    made = DistanceGrid.from_mesh(mesh, step)
-    took = time.perf_counter() - begin
-    made.save(out)
-    off = error_of(made, mesh)
+    with console.status("") as line:
+        made = DistanceGrid.from_mesh(
+            mesh, step, on_progress=lambda done, of: line.update(f"{done} of {of} layers of nodes")
+        )
+        took = time.perf_counter() - begin
+        line.update(f"writing {out}")
+        made.save(out)
+        line.update("comparing with the exact distance")
+        off = error_of(made, mesh)
     table = Table(show_header=False, box=None, pad_edge=False)
     table.add_row("nodes", f"{' x '.join(map(str, made.values.shape))}, {1e3 * step:.3g} mm apart, {took:.1f} s")
     peak = 1024.0 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     table.add_row(
         "memory", f"{made.values.nbytes / 1e6:,.0f} MB of values; {peak / 1e6:,.0f} MB at most while building"
     )
+    table.add_row("file", f"{out.stat().st_size / 1e6:,.0f} MB")
     table.add_row("error near the surface", f"p99 {1e6 * off.near_p99:.3g} um, worst {1e6 * off.near_worst:.3g} um")
     table.add_row("error in its box", f"p99 {1e6 * off.box_p99:.3g} um, worst {1e6 * off.box_worst:.3g} um")
     console.print(table)

@@ -59,8 +59,11 @@ def require_writable(path: Path | None) -> None:
     if path is None or str(path) == "-":
         return
     try:
+        there = path.exists()
         with path.open("a", encoding="utf-8"):
             pass
+        if not there:  # nothing is left of work that is interrupted
+            path.unlink()
     except OSError as error:
         raise _refusal(path, error) from None
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import zipfile
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,9 +20,8 @@ from palpate.surfaces.surface import Array, Surface, Triangles, length, nets, th
 if TYPE_CHECKING:
     from palpate.mesh import Mesh, Unit
 
-#: Nodes a grid may have: 512 MB of samples, and as much again in the core.
+#: Nodes a grid may have: 0.54 GB in the core, and as much again while it is made or read.
 MAX_NODES = 512**3
-_BLOCK = 200_000  # points asked at once
 _VOLUME = 0.05  # a grid that differs more in volume from its mesh is too coarse for it [-]
 
 
@@ -51,24 +51,31 @@ class DistanceGrid(Surface):
         if np.ndim(values) != 3:
             raise SurfaceError(f"values must have shape (nx, ny, nz). Got: {np.shape(values)}", where=name)
         _require_size(np.shape(values), name)
-        array = np.array(values, dtype=np.float32, order="C")
+        array = np.ascontiguousarray(values, dtype=np.float32)
         step = np.asarray(spacing, dtype=np.float64)
         self.spacing = three("spacing", np.full(3, step) if step.ndim == 0 else step)
-        self.name, self.values, self.origin = name, array, three("origin", origin)
+        self.name, self.origin = name, three("origin", origin)
         try:
             self.core = _core.DistanceGrid(self.origin, self.spacing, array)
         except ValueError as error:
             raise SurfaceError(str(error), where=name, mend="signed distances in metres, below zero inside") from None
-        self.values.flags.writeable = False
+        self.values = self.core.values
 
     @classmethod
-    def from_mesh(cls, mesh: Mesh, spacing: float, margin: float | None = None) -> DistanceGrid:
+    def from_mesh(
+        cls,
+        mesh: Mesh,
+        spacing: float,
+        margin: float | None = None,
+        on_progress: Callable[[int, int], None] = lambda done, of: None,
+    ) -> DistanceGrid:
         """Sample the signed distance of a closed mesh.
 
         Args:
             mesh: closed.
             spacing: of the nodes [m]; details and walls below two of them are lost.
             margin: of nodes around the mesh [m]; four spacings when left out.
+            on_progress: told how many layers of nodes are done, of how many.
 
         Raises:
             SurfaceError: an open mesh, a spacing that is no length, or one so fine that the nodes pass ``MAX_NODES``.
@@ -87,8 +94,8 @@ class DistanceGrid(Surface):
         low, high = mesh.bounds[0] - around, mesh.bounds[1] + around
         nodes = np.ceil((high - low) / step).astype(int) + 1
         _require_size(tuple(nodes.tolist()), mesh.name, step)
-        values = _sample(mesh, low, step, nodes)
-        inside = float((values < 0).sum()) * step**3
+        values, count = _sample(mesh, low, step, nodes, on_progress)
+        inside = count * step**3
         if abs(inside - mesh.report.volume_m3) > _VOLUME * mesh.report.volume_m3:
             ratio = 100.0 * inside / mesh.report.volume_m3
             what = f"a grid of {1e3 * step:g} mm holds {ratio:.0f} % of the mesh's volume"
@@ -129,9 +136,17 @@ class DistanceGrid(Surface):
             raise SurfaceError("cannot be read", where=str(file), why=str(error), mend="save it again") from None
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write ``distance`` (nx, ny, nz) float32, ``origin`` and ``spacing`` (3,), all in metres, as ``.npz``."""
-        with open(path, "wb") as file:
-            np.savez_compressed(file, distance=self.values, origin=self.origin, spacing=self.spacing)
+        """Write ``distance`` (nx, ny, nz) float32, ``origin`` and ``spacing`` (3,), all in metres, as ``.npz``.
+
+        Whole or not at all: an interrupted one leaves what was there before.
+        """
+        draft = Path(path).with_name(f".{Path(path).name}.{os.getpid()}")
+        try:
+            with draft.open("wb") as file:
+                np.savez(file, distance=self.values, origin=self.origin, spacing=self.spacing)
+            draft.replace(path)
+        finally:
+            draft.unlink(missing_ok=True)
 
     def __str__(self) -> str:
         """What it is."""
@@ -170,18 +185,23 @@ def error_of(grid: DistanceGrid, mesh: Mesh, points: int = 40_000, seed: int = 0
     return GridError(p99[0], worst[0], p99[1], worst[1], 2 * half)
 
 
-def _sample(mesh: Mesh, low: Array, step: float, nodes: npt.NDArray[np.int_]) -> npt.NDArray[np.float32]:
-    """Block by block, to keep the memory small, on all cores: the mesh is asked without the interpreter's lock."""
-    values = np.empty(int(nodes.prod()), np.float32)
+def _sample(
+    mesh: Mesh, low: Array, step: float, nodes: npt.NDArray[np.int_], on_progress: Callable[[int, int], None]
+) -> tuple[npt.NDArray[np.float32], int]:
+    """Layer by layer on all cores, and how many nodes lie inside. Interrupted, it ends with the layers begun."""
+    values = np.empty(nodes, np.float32)
 
-    def fill(start: int) -> None:
-        index = np.arange(start, min(start + _BLOCK, len(values)))
-        points = low + step * np.stack(np.unravel_index(index, nodes), axis=1)
-        values[index] = mesh.core.nearest(points)[0]
+    def fill(i: int) -> int:
+        layer = values[i : i + 1]
+        _core.sample_distance(mesh.core, low + np.array([i * step, 0.0, 0.0]), np.full(3, step), layer)
+        return int(np.count_nonzero(layer < 0.0))
 
+    inside = 0
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        list(pool.map(fill, range(0, len(values), _BLOCK)))
-    return values.reshape(nodes)
+        for done, count in enumerate(pool.map(fill, range(len(values))), start=1):
+            inside += count
+            on_progress(done, len(values))
+    return values, inside
 
 
 def _require_size(nodes: tuple[int, ...], name: str, step: float | None = None) -> None:

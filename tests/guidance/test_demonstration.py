@@ -121,6 +121,28 @@ def test_more_than_512_nodes_each_way_are_refused_in_words(ball, capsys):
     assert "mend: a spacing of 0.0" in told
 
 
+@pytest.mark.parametrize("there", [False, True])
+@pytest.mark.parametrize("where", ["sampling", "writing"])
+def test_an_interrupted_grid_leaves_the_folder_as_it_was(ball, tmp_path, monkeypatch, there, where):
+    out = tmp_path / "ball.npz"
+    if there:
+        out.write_bytes(b"what was there")
+
+    def stop(file, *_, **__):
+        if where == "writing":
+            file.write(b"half")
+        raise KeyboardInterrupt
+
+    if where == "writing":
+        monkeypatch.setattr(np, "savez", stop)
+    else:
+        monkeypatch.setattr(grids._core, "sample_distance", stop)
+    before = sorted(tmp_path.iterdir())
+    assert main(["grid", str(ball), "--spacing", "1", "--out", str(out)]) == 130
+    assert sorted(tmp_path.iterdir()) == before
+    assert not there or out.read_bytes() == b"what was there"
+
+
 def test_an_open_mesh_makes_no_grid(ball, tmp_path):
     half = trimesh.load(ball)
     half.update_faces(np.arange(len(half.faces)) > 5)

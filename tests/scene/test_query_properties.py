@@ -126,3 +126,18 @@ def test_closest_is_brute_force_on_fine_patches_seen_from_near_and_far(seed, bum
     for kernel in kernels:
         found = mesh.closest_by_kernel(points, kernel)
         np.testing.assert_allclose(found, truth, rtol=1e-12, atol=1e-14 * scale * np.abs(v).max())
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), name=st.sampled_from(sorted(SHAPES)), spacing=st.floats(1e-4, 2e-2))
+def test_sampling_is_asking_at_every_node(seed, name, spacing):
+    """However far the nearest triangle of one node is from that of the next."""
+    rng = np.random.default_rng(seed)
+    mesh = _core.Mesh(*SHAPES[name].mesh(2000))
+    origin, steps = rng.uniform(-0.05, 0.03, 3), spacing * rng.uniform(0.5, 1.0, 3)
+    values = np.full((7, 8, 9), np.nan, np.float32)
+    _core.sample_distance(mesh, origin, steps, values)
+    asked = mesh.nearest(origin + steps * np.moveaxis(np.indices(values.shape), 0, -1).reshape(-1, 3))[0]
+    clear = np.abs(asked) > 1e-9  # on the surface the sign is a toss
+    np.testing.assert_allclose(values.ravel()[clear], asked[clear], rtol=1e-6)
+    np.testing.assert_allclose(values.ravel()[~clear], 0.0, atol=1e-8)

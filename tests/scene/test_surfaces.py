@@ -170,3 +170,15 @@ def test_impossible_surfaces_are_refused(make, message):
 
 def grid_of(values):
     return _core.DistanceGrid(np.zeros(3), np.full(3, 0.001), values.astype(np.float32))
+
+
+@pytest.mark.parametrize("wall", [0.025, 0.028])
+def test_far_from_a_small_ball_no_farther_wall_is_taken_for_the_nearest(wall):
+    """Seen from ten times its radius the search along tangent planes strays; a wall beyond the grid is no wall."""
+    nodes = np.moveaxis(np.indices((81, 81, 61)), 0, -1) * 0.0005 - [0.02, 0.02, 0.004]
+    distance = lambda p: np.minimum(np.linalg.norm(p, axis=-1) - 0.002, wall - p[..., 2])  # noqa: E731
+    grid = _core.DistanceGrid(nodes[0, 0, 0], np.full(3, 0.0005), distance(nodes).astype(np.float32))
+    points = np.random.default_rng(1).uniform(nodes[0, 0, 0], nodes[-1, -1, -1] - [0, 0, 0.002], (20_000, 3))
+    outside = distance(points) > 0
+    found = grid.nearest(points)[0]
+    np.testing.assert_allclose(found[outside], distance(points)[outside], atol=0.001)  # two cells, beside the ridge

@@ -58,6 +58,17 @@ def test_grid_files_come_back(ball, tmp_path):
     np.testing.assert_array_equal(again.spacing, ball.spacing)
 
 
+def test_a_grid_keeps_what_it_was_given():
+    nodes = np.moveaxis(np.indices((4, 5, 6)), 0, -1) * 0.001
+    values = (nodes[..., 2] - 0.0025).astype(np.float32)
+    grid = surfaces.DistanceGrid(values, np.zeros(3), 0.001)
+    given = values.copy()
+    values[:] = 1.0
+    np.testing.assert_array_equal(grid.values, given)
+    with pytest.raises(ValueError, match="read-only"):
+        grid.values[0, 0, 0] = 0.0
+
+
 @pytest.mark.parametrize("encoding", ["raw", "gzip"])
 def test_nrrd(ball, tmp_path, encoding):
     data = (1e3 * ball.values).astype("<f4").tobytes(order="F")

@@ -69,7 +69,7 @@ CrtkCycle::CrtkCycle(const CrtkOptions& options, std::optional<arm::Arm> followe
     q_step_ = arm_->v_max() / options_.rate;
     q_follower_ = options_.virtual_follower ? options_.q_follower0 : zero_;
     arm_->update(q_follower_, zero_);
-    if (options_.virtual_follower) X_BT_ = arm_->tip();
+    if (options_.virtual_follower && arm_) X_BT_ = arm_->tip();
   }
   in_.tool.jaw = options_.mapping.jaw_min;
 }
@@ -236,14 +236,15 @@ void CrtkCycle::locate() noexcept {
 // Spheres on links of which nothing is known touch nothing.
 void CrtkCycle::place_spheres(bool joints_known) noexcept {
   Instrument& tool = in_.tool;
-  const Pose X_WA = joints_known ? tool.X_WT * arm_->tip().inverse() : Pose{};  // the model's base, wherever it is
+  const Pose X_WA =
+      joints_known && arm_ ? tool.X_WT * arm_->tip().inverse() : Pose{};  // the model's base, wherever it is
   tool.p_WS[0] = tool.X_WT.p;
   std::size_t s = 0;
   for (const contact::Sphere& sphere : options_.contact.spheres) {
     const Vec3 p = sphere.centre(tool.jaw);
     if (sphere.link < 0) {
       tool.p_WS[++s] = tool.X_WT * p;
-    } else if (joints_known) {
+    } else if (joints_known && arm_) {
       tool.p_WS[++s] = X_WA * (arm_->link_pose(sphere.link) * p);
     } else {
       tool.p_WS[++s].setConstant(std::numeric_limits<double>::quiet_NaN());
@@ -257,7 +258,7 @@ unsigned CrtkCycle::follow(const HapticsOutput& felt) noexcept {
   out_.jaw = felt.mapped.jaw;
   out_.move = options_.own_teleop && !options_.virtual_follower && felt.mapped.engaged;
   bool reached = options_.own_teleop && (out_.X_BT_goal.p - X_BT_.p).norm() <= options_.lag_most;
-  if (options_.virtual_follower) {
+  if (options_.virtual_follower && arm_) {
     reached = reach(*arm_, out_.X_BT_goal, q_step_, q_follower_);
     in_.tool.jaw = out_.jaw;
   }

@@ -6,12 +6,15 @@
 #include <stdexcept>
 #include <string>
 
+#include "palpate/scene/mesh.hpp"
+
 namespace palpate::scene {
 namespace {
 
 constexpr double kSteepest = 1.5;  // change per metre beyond which values are no distance [-]; 1 is exact
 constexpr double kEven = 0.995;    // gradients shorter than this may lie beside a ridge; 1 is exact [-]
 constexpr double kRidge = 0.9;     // and shorter than this they do [-]
+constexpr double kStrayed = 0.05;  // [spacing] a wall that is farther than its sample by more is another one
 constexpr int kSteps = 8;          // of the search for a foot
 constexpr double kClose = 1e-7;    // [spacing] a foot is found
 
@@ -30,7 +33,36 @@ void require(bool good, const std::string& otherwise) {
   if (!good) throw std::invalid_argument(otherwise);
 }
 
+/// Between neighbours along the axis of n nodes, `stride` apart.
+float largest_change(std::span<const float> values, std::size_t n, std::size_t stride) {
+  float largest = 0.0F;
+  for (std::size_t start = 0; start < values.size(); start += n * stride) {
+    const float* v = &values[start];
+    for (std::size_t i = 0; i < (n - 1) * stride; ++i) largest = std::max(largest, std::abs(v[i + stride] - v[i]));
+  }
+  return largest;
+}
+
 }  // namespace
+
+void sample(const Mesh& mesh, const Vec3& origin, const Vec3& spacing, const std::array<std::size_t, 3>& nodes,
+            std::span<float> values) noexcept {
+  std::size_t at = 0;
+  std::array<int, 3> seed{-1, -1,
+                          -1};  // the nearest triangle of the plane's, the row's first node, and of the node before
+  for (std::size_t i = 0; i < nodes[0]; ++i) {
+    seed[1] = seed[0];
+    for (std::size_t j = 0; j < nodes[1]; ++j) {
+      seed[2] = seed[1];
+      for (std::size_t k = 0; k < nodes[2]; ++k) {
+        const Vec3 ijk(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k));
+        values[at++] = static_cast<float>(mesh.nearest(origin + spacing.cwiseProduct(ijk), seed[2]).distance);
+        if (k == 0) seed[1] = seed[2];
+      }
+      if (j == 0) seed[0] = seed[1];
+    }
+  }
+}
 
 DistanceGrid::DistanceGrid(const Vec3& origin, const Vec3& spacing, const std::array<std::size_t, 3>& nodes,
                            std::span<const float> values)
@@ -51,13 +83,9 @@ DistanceGrid::DistanceGrid(const Vec3& origin, const Vec3& spacing, const std::a
 
   const std::array<std::size_t, 3> stride{nodes[1] * nodes[2], nodes[2], 1};
   double steepest = 0.0;
-  for (std::size_t at = 0; at < values.size(); ++at) {
-    const std::array<std::size_t, 3> ijk{at / stride[0], at / stride[1] % nodes[1], at % nodes[2]};
-    for (std::size_t a = 0; a < 3; ++a) {
-      if (ijk[a] + 1 == nodes[a]) continue;
-      const double change = static_cast<double>(values[at + stride[a]]) - static_cast<double>(values[at]);
-      steepest = std::max(steepest, std::abs(change) / spacing[static_cast<Eigen::Index>(a)]);
-    }
+  for (std::size_t a = 0; a < 3; ++a) {
+    const float change = largest_change(values, nodes[a], stride[a]);
+    steepest = std::max(steepest, static_cast<double>(change) / spacing[static_cast<Eigen::Index>(a)]);
   }
   require(steepest <= kSteepest, "values change by up to " + std::to_string(steepest) +
                                      " m per metre, a distance by 1 at most: a wrong unit, or no distance");
@@ -139,11 +167,21 @@ DistanceGrid::Foot DistanceGrid::foot(const Vec3& p, const Vec3& start) const no
     const Vec3 next = (p - out.n * (out.n.dot(p - out.q) + v / length)).cwiseMax(lowest_).cwiseMin(highest_);
     const double moved = (next - out.q).norm();
     out.q = next;
-    out.found = moved < 1e-2 * spacing_.minCoeff();
+    out.found = moved < 1e-2 * spacing_.minCoeff() && std::abs(v) < 0.1 * spacing_.minCoeff();  // no edge of the grid
     if (moved <= close || moved > 0.9 * before) break;
     before = moved;
   }
   return out;
+}
+
+/// A place of the zero level beside q, or as near to it as two steps lead.
+Vec3 DistanceGrid::onto_wall(Vec3 q) const noexcept {
+  for (int step = 0; step < 2; ++step) {
+    Vec3 g;
+    const double v = value(q, g), length2 = g.squaredNorm();
+    if (length2 > 0.01) q = (q - v / length2 * g).cwiseMax(lowest_).cwiseMin(highest_);
+  }
+  return q;
 }
 
 /// Inside of the grid.
@@ -167,6 +205,13 @@ Nearest DistanceGrid::wall(const Vec3& p) const noexcept {
       least = distance;
       best = candidate;
     }
+  }
+  // Far from a sharp bump the search strays, to a wall that is farther than the one that the sample points at.
+  const double strayed = std::abs(v) + kStrayed * spacing_.minCoeff();
+  if (best.found && length >= kRidge && (p - best.q).norm() > strayed) {
+    const Vec3 q = onto_wall(p - v / length * g);
+    const double distance = (p - q).norm();
+    if (distance > 0.0 && distance < (p - best.q).norm()) best = {q, side / distance * (p - q), true};
   }
   if (!best.found) {  // neither: what the samples say
     best.n = length > 0.0 ? Vec3(g / length) : Vec3::UnitZ();

@@ -14,6 +14,10 @@
 
 namespace palpate::scene {
 
+/// Signed distance of a mesh at origin + (i, j, k) * spacing, k fastest [m]: as many values as nodes.
+void sample(const Mesh& mesh, const Vec3& origin, const Vec3& spacing, const std::array<std::size_t, 3>& nodes,
+            std::span<float> values) noexcept;
+
 class DistanceGrid final : public Surface {
  public:
   /// Values at origin + (i, j, k) * spacing, k fastest [m]; at least four nodes along each axis.
@@ -28,6 +32,10 @@ class DistanceGrid final : public Surface {
   /// The sampled function and its gradient at p, which is taken to the nearest point of the grid.
   double value(const Vec3& p, Vec3& gradient) const noexcept;
 
+  /// At node (i, j, k): values()[i * strides()[0] + j * strides()[1] + k] [m].
+  [[nodiscard]] const float* values() const noexcept { return &value_[strides()[0] + strides()[1] + 1]; }
+  [[nodiscard]] std::array<std::size_t, 2> strides() const noexcept { return {padded_[1] * padded_[2], padded_[2]}; }
+  [[nodiscard]] const std::array<std::size_t, 3>& nodes() const noexcept { return nodes_; }
   [[nodiscard]] const Vec3& lowest() const noexcept { return lowest_; }
   [[nodiscard]] const Vec3& highest() const noexcept { return highest_; }
 
@@ -38,6 +46,7 @@ class DistanceGrid final : public Surface {
   };
 
   [[nodiscard]] Foot foot(const Vec3& p, const Vec3& start) const noexcept;
+  [[nodiscard]] Vec3 onto_wall(Vec3 q) const noexcept;
   [[nodiscard]] Nearest wall(const Vec3& p) const noexcept;
   void add_border(std::span<const float> values);
 

@@ -200,9 +200,11 @@ BvhHit Mesh::Impl::closest(const Vec3& p, double max_distance, std::int32_t seed
   return bvh_closest(bvh, p.data(), best);
 }
 
-ClosestPoint Mesh::closest(const Vec3& p, double max_distance) const noexcept {
+ClosestPoint Mesh::closest(const Vec3& p, double max_distance) const noexcept { return closest(p, max_distance, -1); }
+
+ClosestPoint Mesh::closest(const Vec3& p, double max_distance, int seed) const noexcept {
   ClosestPoint out;
-  const BvhHit hit = impl_->closest(p, max_distance, -1);
+  const BvhHit hit = impl_->closest(p, max_distance, seed);
   if (hit.triangle < 0) return out;
   out.distance = std::sqrt(hit.distance2);
   out.point = impl_->position({hit.triangle, hit.v, hit.w});
@@ -213,7 +215,13 @@ ClosestPoint Mesh::closest(const Vec3& p, double max_distance) const noexcept {
 }
 
 Nearest Mesh::nearest(const Vec3& p) const noexcept {
-  const ClosestPoint c = closest(p, std::numeric_limits<double>::infinity());
+  int seed = -1;
+  return nearest(p, seed);
+}
+
+Nearest Mesh::nearest(const Vec3& p, int& seed) const noexcept {
+  const ClosestPoint c = closest(p, std::numeric_limits<double>::infinity(), seed);
+  seed = c.triangle;
   const bool inside = impl_->report.closed && c.normal.dot(p - c.point) < 0.0;
   return {inside ? -c.distance : c.distance, c.point, c.normal};
 }

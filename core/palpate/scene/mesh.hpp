@@ -61,6 +61,8 @@ class Mesh final : public Surface {
   [[nodiscard]] std::vector<std::int32_t> rims() const;
 
   [[nodiscard]] Nearest nearest(const Vec3& p) const noexcept override;
+  /// The same answer, sooner where `seed` (a triangle, or -1) is near: it is looked at first, and becomes the nearest.
+  [[nodiscard]] Nearest nearest(const Vec3& p, int& seed) const noexcept;
   [[nodiscard]] const Mesh* mesh() const noexcept override { return this; }
   /// Nearest point within `max_distance`; triangle = -1 when there is none.
   [[nodiscard]] ClosestPoint closest(const Vec3& p, double max_distance) const noexcept;
@@ -75,6 +77,7 @@ class Mesh final : public Surface {
 
  private:
   Mesh();
+  [[nodiscard]] ClosestPoint closest(const Vec3& p, double max_distance, int seed) const noexcept;
   std::unique_ptr<Impl> impl_;
 };
 
