@@ -227,7 +227,8 @@ class Session:
 
         tick, scene = self.latest(), self.rig.scene
         V_WT = np.r_[scene.mapping.scale * self.rig.arms.X_WL[:3, :3] @ np.asarray(tick["v_LH"]), np.zeros(3)]
-        return of_tick(self._fixtures, tick, self.rig.here, V_WT)
+        F_hand = float(np.linalg.norm(tick["F_cell_L"]))
+        return of_tick(self._fixtures, tick, self.rig.here, V_WT, self.controls.guidance, F_hand)
 
     @property
     def timing(self) -> dict[str, Any]:

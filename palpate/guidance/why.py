@@ -55,17 +55,27 @@ class Term:
     authority: float = 1.0
 
 
-def terms(fixtures: Sequence[Fixture], tick: Any, here: Here, V_WT: npt.ArrayLike | None) -> list[Term]:
+def terms(
+    fixtures: Sequence[Fixture],
+    tick: Any,
+    here: Here,
+    V_WT: npt.ArrayLike | None = None,
+    pedal: float = 1.0,
+    F_hand: float = -1.0,
+) -> list[Term]:
     """What each fixture adds at a tick of a run, and last what is left: they sum up to the recorded wrench.
 
     The stage itself is asked, at rest at the tick's pose until nothing fades any more. Left is what only the run knows:
-    ramps on their way, the limit of the rate, the share of a motion that is not given.
+    ramps on their way, the limit of the rate, the share of a motion that is not given, the limits of the follower's
+    joints, which lead a goal on that hard fixtures correct.
 
     Args:
         fixtures: of the run, in their order.
         tick: signals of the run by their names.
         here: what the names in them stand for.
         V_WT: (6,) of the tool as the hand moves it, in W [m/s, rad/s]; at rest when left out.
+        pedal: of guidance, 0 to 1.
+        F_hand: of the operator, by a load cell [N]; below zero: there is none.
     """
     made = _core.Fixtures([f.model_copy(update={"rise": 0.01, "fall": 0.01}).make(here) for f in fixtures], here.tool)
     options = _core.GuidanceOptions()
@@ -74,22 +84,36 @@ def terms(fixtures: Sequence[Fixture], tick: Any, here: Here, V_WT: npt.ArrayLik
     options.servo_bandwidth = 0.0
     stage = _core.Guidance(options, _DT)
     stage.take(made)
-    X = np.eye(4)
-    X[:3, :3] = Rotation.from_quat(np.roll(tick["quat_WT"], -1)).as_matrix()
-    X[:3, 3] = np.asarray(tick["p_WT_goal"]) - np.asarray(tick["p_correction_W"])
+    X = _mapped(tick)
     V = np.zeros(6) if V_WT is None else np.asarray(V_WT, dtype=np.float64)
     X_tool = X
-    for _ in range(_TICKS):
-        X_tool = stage.step(float(tick["t"]), X, V, X_tool, F_T_W=np.asarray(tick["F_T_W"]))["X_WT_goal"]
+    more: dict[str, Any] = {"F_T_W": np.asarray(tick["F_T_W"]), "pedal": pedal, "F_hand": F_hand}
+    t = float(tick["t"])
+    for when in [t - _ramped(fixtures), *[t] * _TICKS]:
+        X_tool = stage.step(when, X, V, X_tool, **more)["X_WT_goal"]
     told = [Term(f.name or f.role.name, stage.wrench(i), stage.authority(i)) for i, f in enumerate(fixtures)]
     left = np.r_[tick["F_guidance_W"], tick["t_guidance_W"]] - sum((term.F for term in told), np.zeros(6))
-    return [*told, Term("what fades", left)]
+    return [*told, Term("what is left", left)]
 
 
-def of_tick(fixtures: Sequence[Fixture], tick: Any, here: Here, V_WT: npt.ArrayLike | None = None) -> str:
+def _ramped(fixtures: Sequence[Fixture]) -> float:
+    """How long ago fixtures have to be engaged for every ramp by time to have come to its end [s]."""
+    ends = [max(ramp.start, ramp.end) for f in fixtures for ramp in f.ramps if ramp.by == "time"]
+    return max(ends, default=0.0) + 1.0
+
+
+def of_tick(
+    fixtures: Sequence[Fixture],
+    tick: Any,
+    here: Here,
+    V_WT: npt.ArrayLike | None = None,
+    pedal: float = 1.0,
+    F_hand: float = -1.0,
+) -> str:
     """What guidance did at a tick of a run: the sum, what each fixture adds to it, and how the most of it comes about.
 
-    Every fixture is asked where the hand sends the tool: at the goal as it was mapped, before it was corrected.
+    Every fixture is asked where the hand sends the tool: at the goal as it was mapped, before it was corrected. As
+    `terms`.
     """
     force, index = float(np.linalg.norm(tick["F_guidance_W"])), int(tick["guidance_fixture"])
     held = np.asarray(tick["p_correction_W"], dtype=np.float64)
@@ -99,11 +123,17 @@ def of_tick(fixtures: Sequence[Fixture], tick: Any, here: Here, V_WT: npt.ArrayL
     if not 0 <= index < len(fixtures):
         return "\n".join([*lines, "no fixture pulls"])
     lines.append(f"guidance pulls with {force:.3g} N; most of it is {fixtures[index].name}'s")
-    lines += [_told(term) for term in terms(fixtures, tick, here, V_WT) if np.abs(term.F).max() > _TOLD]
+    parts = terms(fixtures, tick, here, V_WT, pedal, F_hand)
+    lines += [_told(term) for term in parts if np.abs(term.F).max() > _TOLD]
+    return "\n".join([*lines, why(fixtures[index], _mapped(tick), V_WT, float(tick["t"]), here)])
+
+
+def _mapped(tick: Any) -> Array:
+    """(4, 4) the tool's goal as it was mapped, before it was corrected."""
     X = np.eye(4)
-    X[:3, :3] = Rotation.from_quat(np.roll(tick["quat_WT"], -1)).as_matrix()
-    X[:3, 3] = np.asarray(tick["p_WT_goal"]) - held
-    return "\n".join([*lines, why(fixtures[index], X, V_WT, float(tick["t"]), here)])
+    X[:3, :3] = Rotation.from_quat(np.roll(tick["quat_WT_asked"], -1)).as_matrix()
+    X[:3, 3] = np.asarray(tick["p_WT_goal"]) - np.asarray(tick["p_correction_W"])
+    return X
 
 
 def _told(term: Term) -> str:

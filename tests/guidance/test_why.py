@@ -1,13 +1,17 @@
 """What is told of a wrench adds up to it; of soft springs, potentials and dampings nothing is left over."""
 
 import numpy as np
+import pytest
 from fixtures import Stage, pose
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+import palpate
 from palpate.guidance import Fixture, Here, Line, Plane, Sphere
 from palpate.guidance.why import of_tick, terms
+from palpate.scene import Scene
+from palpate.scene.rig import build
 
 HERE = Here()
 
@@ -38,7 +42,7 @@ def tick_of(stage, fixtures, X, V, ticks=1500):
         out = stage.step(X, V=V)
     return {
         "t": 0.0,
-        "quat_WT": np.roll(Rotation.from_matrix(X[:3, :3]).as_quat(), 1),
+        "quat_WT_asked": np.roll(Rotation.from_matrix(X[:3, :3]).as_quat(), 1),
         "p_WT_goal": out["X_WT_goal"][:3, 3],
         "p_correction_W": out["correction"],
         "F_guidance_W": out["F_T_W"][:3],
@@ -91,11 +95,52 @@ def test_why_names_the_term_that_made_the_force():
     assert "switched off" in fixture.model_copy(update={"enabled": False}).why([0.028, 0, 0])
 
 
+SESSION = """
+objects: [{sphere: {radius: 0.01}}]
+guidance:
+  - {name: floor, geometry: {plane: {}}, frame: {pose: {xyz: [0, 0, 0.045]}}, role: forbid, hard: true, priority: 1,
+     law: {stiffness: 200}}
+  - {name: slope, geometry: {plane: {normal: [-1, 0, 0.3]}}, frame: {pose: {xyz: [0.004, 0, 0.045]}}, role: forbid,
+     hard: true, law: {stiffness: 100}}
+  - {name: jig, geometry: {line: {start: [0, 0.004, 0.05], end: [0.03, 0.004, 0.05]}}, role: guide,
+     law: {name: optimise, stiffness: 150}}
+  - {name: turned, geometry: {line: {start: [0, 0, 0.05], end: [0.01, 0.01, -0.05]}}, role: orient, hard: true}
+  - {name: upright, geometry: {line: {start: [0, 0, 0.05], end: [0, 0.02, -0.2]}}, role: {name: orient, angle_deg: 1},
+     law: optimise}
+  - {name: soft, geometry: {point: {at: [0.01, 0, 0.04]}}, role: guide, law: {stiffness: 100},
+     ramps: [{by: pedal, start: 0, end: 1}, {by: time, start: 0, end: 0.8}]}
+operator: {path: [{t: 0, xyz: [0, 0, 0.05]}, {t: 1, xyz: [0.008, 0, 0.04]}]}
+"""
+
+
+def test_in_a_session_hard_and_optimised_ones_add_up_to_what_is_felt():
+    """Six at once, with what turns the tool and with a pedal; on the way a little of it is left, at rest nothing."""
+    session = palpate.Session(Scene.parse(SESSION))
+    controls = session.controls
+    controls.guidance = 0.5
+    session.controls = controls
+    rig = session.rig
+    for ticks, force, moment in ((900, 0.05, 1e-3), (600, 2e-4, 5e-5), (1500, 2e-4, 5e-5)):
+        tick = session.step(ticks).tick
+        V = np.r_[rig.scene.mapping.scale * rig.arms.X_WL[:3, :3] @ np.asarray(tick["v_LH"]), np.zeros(3)]
+        told = terms(session.fixtures, tick, rig.here, V, 0.5, float(np.linalg.norm(tick["F_cell_L"])))
+        whole = sum(term.F for term in told)
+        np.testing.assert_allclose(whole, np.r_[tick["F_guidance_W"], tick["t_guidance_W"]], atol=1e-12)
+        assert np.abs(told[-1].F[:3]).max() < force, (tick["t"], told)
+        assert np.abs(told[-1].F[3:]).max() < moment, (tick["t"], told)
+    assert all(np.linalg.norm(term.F) > 0.01 for term in told[:-1]), "control: every one of them pulls"
+    assert told[5].authority == pytest.approx(0.5)
+    felt = rig.arms.X_WL[:3, :3] @ np.asarray(tick["F_H_L"])
+    np.testing.assert_allclose(felt, rig.scene.mapping.force_scale * whole[:3], atol=2e-3)
+    words = session.why()
+    assert "what is left" not in words
+    assert "hard fixtures hold the tool's goal back by" in words
+    assert "soft: (" in words
+    assert "at 50 % of its authority" in words
+
+
 def test_the_tools_axis_is_the_shaft_of_a_psm_while_its_wrist_is_straight():
     """`keep-rcm` is about z of T: through the remote centre, until the wrist bends."""
-    from palpate.scene import Scene
-    from palpate.scene.rig import build
-
     arms = build(Scene.parse("objects: [{sphere: {radius: 0.03}}]")).arms
     q = np.array(arms.q_follower0)
     q[:4] += [0.3, -0.2, 0.05, 0.7]

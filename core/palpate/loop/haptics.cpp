@@ -77,6 +77,7 @@ void Haptics::guide(const HapticsInput& in) noexcept {
   now.pedal = in.controls.guidance;
   now.takes_damping = in.handle.takes_damping;
   now.joints = in.tool.joints;
+  out_.R_WT_asked = now.X_WT_goal.R;
   out_.guided = guidance_.step(now);
   out_.mapped.X_WT_goal = out_.guided.X_WT_goal;
   mapping_.given(out_.guided.X_WT_goal);

@@ -63,6 +63,7 @@ struct HapticsInput {
 /// All that they answer.
 struct HapticsOutput {
   mapping::Output mapped;                         ///< the tool's goal, corrected by hard fixtures
+  Mat3 R_WT_asked = Mat3::Identity();             ///< the goal's attitude before they correct it
   guidance::Output guided;                        ///< what the fixtures add
   Mat3 B_H_L = Mat3::Zero();                      ///< of it, damping at the handle for a master that takes it [N s/m]
   Wrench F_B_L;                                   ///< what that damping wants the hand to be given

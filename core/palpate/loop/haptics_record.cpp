@@ -93,6 +93,7 @@ void Haptics::record_guidance(Tick& tick) const noexcept {
   const guidance::Output& guided = out_.guided;
   copy(guided.F_T_W.f, tick.F_guidance_W);
   copy(guided.F_T_W.t, tick.t_guidance_W);
+  copy(out_.R_WT_asked, tick.quat_WT_asked);
   copy(guided.correction, tick.p_correction_W);
   tick.guidance_fixture = guided.strongest;
   tick.guidance_gap = guided.gap;

@@ -53,6 +53,7 @@ constexpr std::array kSignals = {
     SIGNAL(guidance, t_guidance_W, "N m", "W", "their torque about the tool tip", true),
     SIGNAL(guidance, guidance_fixture, "1", "", "fixture that pulls most, by its index; -1 when none does", true),
     SIGNAL(guidance, guidance_gap, "m|rad", "", "of it, or of the nearest: below zero it is not as wanted", true),
+    SIGNAL(guidance, quat_WT_asked, "1", "W", "attitude asked of the tool, before hard ones turn it, w x y z", true),
     SIGNAL(guidance, p_correction_W, "m", "W", "of the tool goal, by hard fixtures", true),
     SIGNAL(stability, F_H_L, "N", "L", "commanded on the hand, spatial frame", true),
     SIGNAL(stability, t_H_L, "N m", "L", "moment commanded on the hand, spatial frame", true),

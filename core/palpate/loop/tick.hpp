@@ -95,6 +95,7 @@ struct Tick {
   double t_guidance_W[3];          // their torque about the tool tip [N m]
   double guidance_fixture;         // the one that pulls most, by its index; -1 when none does
   double guidance_gap;             // of it, or of the nearest: below zero by how much it is not as wanted [m, rad]
+  double quat_WT_asked[4];         // attitude that the hand asks of the tool, before hard fixtures turn it: w x y z
   double p_correction_W[3];        // of the tool goal by hard fixtures: the given goal minus the mapped one [m]
   double F_H_L[3];                 // commanded on the hand, leader base ("spatial", green) [N]
   double t_H_L[3];                 // moment commanded on the hand, leader base [N m]
