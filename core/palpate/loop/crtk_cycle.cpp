@@ -228,7 +228,7 @@ void CrtkCycle::locate() noexcept {
   if (!twist_known_) in_.handle.V_LH = V_differenced_;
   if (!in_.handle.good) in_.handle.V_LH = {};
   if (arm_) arm_->update(q_follower_, zero_);
-  if (options_.virtual_follower) X_BT_ = arm_->tip();
+  if (options_.virtual_follower && arm_) X_BT_ = arm_->tip();
   in_.tool.X_WT = options_.X_WB * X_BT_;
   place_spheres(options_.virtual_follower || (arm_ && !joints_.stale(last_)));
 }

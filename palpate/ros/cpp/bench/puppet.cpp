@@ -139,7 +139,7 @@ void Puppet::send(double t) {
   const double before = now();
   const bool done = static_cast<bool>(pose_.publish(message_));
   if (done && chance(spoil.twice)) static_cast<void>(pose_.publish(message_));
-  if (held_) static_cast<void>(pose_.publish(*std::exchange(held_, std::nullopt)));
+  if (const auto held = std::exchange(held_, std::nullopt)) static_cast<void>(pose_.publish(*held));
   sent_.add(before);
 }
 
@@ -151,7 +151,7 @@ void Puppet::send_joints(double stamp, const Spoil& spoil) {
 }
 
 void Puppet::ping() {
-  if (there_->listeners() == 0 || back_->publishers() == 0) return;  // nobody is there yet
+  if (!there_ || !back_ || there_->listeners() == 0 || back_->publishers() == 0) return;  // nobody is there yet
   ping_.header.stamp = stamped(wall());
   if (there_->publish(ping_)) ++pings_;
 }

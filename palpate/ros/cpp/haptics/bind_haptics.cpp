@@ -109,7 +109,8 @@ void bind_haptics(nb::module_& m) {
   bind_node(m);
   m.def(
       "guard",
-      [](std::shared_ptr<Context> context, std::string wrench_topic, std::string node_name, int node_pid, int beat_fd) {
+      [](const std::shared_ptr<Context>& context, std::string wrench_topic, std::string node_name, int node_pid,
+         int beat_fd) {
         GuardianOptions options;
         options.wrench_topic = std::move(wrench_topic);
         options.node_name = std::move(node_name);

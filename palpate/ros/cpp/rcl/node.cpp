@@ -53,7 +53,8 @@ int raise_named(int priority) {
     for (const char* receiver : {"dds.shm.", "dds.udp.", "dds.tcp", "dds.ev."}) {
       if (!name.starts_with(receiver)) continue;
       ++found;
-      sched_setscheduler(std::atoi(task->path().filename().c_str()), SCHED_FIFO, &wanted);  // refused: as it was
+      const auto thread = static_cast<pid_t>(std::strtol(task->path().filename().c_str(), nullptr, 10));
+      sched_setscheduler(thread, SCHED_FIFO, &wanted);  // refused: as it was
     }
   }
   return found;

@@ -59,7 +59,7 @@ class QosEvent final : public Entity {
                    [this](auto call, const void* self) { return rcl_event_set_callback(&event_, call, self); });
   }
   void take() override {
-    rmw_qos_incompatible_event_status_t told{};
+    rmw_qos_incompatible_event_status_t told{0, 0, RMW_QOS_POLICY_INVALID};
     if (rcl_take_event(&event_, &told) != RCL_RET_OK) return rcl_reset_error();
     node_.problem(topic_ + ": the other end's " + policy_name(told.last_policy_kind) +
                   " does not fit ours, so nothing arrives. Mend: the same quality of service on both sides");

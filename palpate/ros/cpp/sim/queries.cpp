@@ -20,8 +20,9 @@ Queries::Queries(Node& node, dvrk::System& twin) : twin_(twin) {
   for (int arm = 0; arm < static_cast<int>(twin.arms().size()); ++arm) {
     const std::string& name = twin.arms()[static_cast<std::size_t>(arm)];
     const std::string numbers = std::to_string(twin.joint_names(arm).size()) + " finite numbers";
-    const std::string forward_needs = name + ": forward kinematics needs " + numbers + " in jp";
-    const std::string inverse_needs = name + ": cp is out of reach, or jp (where to begin) has not " + numbers;
+    std::string forward_needs(name), inverse_needs(name);
+    forward_needs.append(": forward kinematics needs ").append(numbers).append(" in jp");
+    inverse_needs.append(": cp is out of reach, or jp (where to begin) has not ").append(numbers);
     services_.push_back(std::make_unique<Service<Forward>>(
         node, name + "/forward_kinematics", [=, this](const Forward::Request& asked, Forward::Response& answer) {
           const std::lock_guard<std::mutex> lock(mutex_);
