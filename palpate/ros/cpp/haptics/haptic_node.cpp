@@ -55,7 +55,7 @@ std::shared_ptr<const scene::Snapshot> present(std::shared_ptr<const scene::Snap
 
 }  // namespace
 
-HapticNode::HapticNode(std::shared_ptr<Context> context, const HapticNodeOptions& options,
+HapticNode::HapticNode(const std::shared_ptr<Context>& context, const HapticNodeOptions& options,
                        std::optional<arm::Arm> follower, std::shared_ptr<const scene::Snapshot> scene)
     : options_(options),
       beat_(options.beat_fd),
@@ -245,7 +245,7 @@ void HapticNode::command(const loop::CrtkOutput& out) noexcept {
       if (!out.command) --tail_;
     }
   }
-  if (out.move && goal_) {
+  if (out.move && goal_ && jaw_) {
     const Eigen::Quaterniond turn(out.X_BT_goal.R);
     auto& pose = goal_message_.pose;
     pose.position.x = out.X_BT_goal.p.x(), pose.position.y = out.X_BT_goal.p.y(), pose.position.z = out.X_BT_goal.p.z();

@@ -45,8 +45,8 @@ struct Stream {
 
 class HapticNode {
  public:
-  HapticNode(std::shared_ptr<Context> context, const HapticNodeOptions& options, std::optional<arm::Arm> follower,
-             std::shared_ptr<const scene::Snapshot> scene);
+  HapticNode(const std::shared_ptr<Context>& context, const HapticNodeOptions& options,
+             std::optional<arm::Arm> follower, std::shared_ptr<const scene::Snapshot> scene);
   ~HapticNode();
   HapticNode(const HapticNode&) = delete;
   HapticNode& operator=(const HapticNode&) = delete;
