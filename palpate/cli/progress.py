@@ -14,7 +14,28 @@ from palpate.session import State
 _LINES = 10  # without a terminal, over the whole run
 
 
-class Progress:
+class LiveLine:
+    """A line that a terminal writes over and over, while it is open; elsewhere `_live` is None."""
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+        self._live = Live(console=console, refresh_per_second=12, transient=True) if console.is_terminal else None
+
+    def __enter__(self) -> Self:
+        """Begin."""
+        if self._live is not None:
+            self._live.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Give the line back."""
+        if self._live is not None:
+            self._live.stop()
+
+
+class Progress(LiveLine):
     """Shows time, phase, force, penetration and cycle time while a run goes on.
 
     Args:
@@ -24,8 +45,8 @@ class Progress:
     """
 
     def __init__(self, console: Console, duration: float, mode: str) -> None:
-        self._console, self._duration, self._mode = console, duration, mode
-        self._live = Live(console=console, refresh_per_second=12, transient=True) if console.is_terminal else None
+        super().__init__(console)
+        self._duration, self._mode = duration, mode
         self._start: float | None = None
         self._printed = 0
 
@@ -50,16 +71,3 @@ class Progress:
         elif done >= self._printed * self._duration / _LINES:
             self._printed += 1
             self._console.print(line, soft_wrap=True)
-
-    def __enter__(self) -> Self:
-        """Begin."""
-        if self._live is not None:
-            self._live.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Give the line back."""
-        if self._live is not None:
-            self._live.stop()

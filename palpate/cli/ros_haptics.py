@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING
 
 from rich.console import Console
-from rich.live import Live
 from rich.text import Text
 
 from palpate.cli.output import console_for, require_writable, say, write_json
+from palpate.cli.progress import LiveLine
 from palpate.cli.run import tell, with_report
 from palpate.errors import PalpateError
 from palpate.scene import Scene
@@ -65,15 +64,15 @@ def _refuse(o: Haptics) -> None:
         raise PalpateError(f"--rate {o.rate:g}: must be 50 to 10000 Hz", mend="the rate at which the leader publishes")
 
 
-class Line:
+class Line(LiveLine):
     """The live line: rates, lateness, force, and what forbids it, in words. Below it, what happens, line by line.
 
     Without a terminal, a line for each change of what forbids the force.
     """
 
     def __init__(self, console: Console, session: HapticSession) -> None:
-        self._console, self._session = console, session
-        self._live = Live(console=console, refresh_per_second=12, transient=True) if console.is_terminal else None
+        super().__init__(console)
+        self._session = session
         self._told, self._last = 0, ["?"]
 
     def __call__(self, state: State) -> None:
@@ -103,16 +102,3 @@ class Line:
         for words in self._session.told[self._told :]:
             say(self._console, words, "*", "cyan")
         self._told = len(self._session.told)
-
-    def __enter__(self) -> Self:
-        """Begin."""
-        if self._live is not None:
-            self._live.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Give the line back."""
-        if self._live is not None:
-            self._live.stop()

@@ -17,6 +17,18 @@ double period(double rate) {
 
 }  // namespace
 
+void check(const Controls& controls) {
+  if (!(controls.guidance >= 0.0 && controls.guidance <= 1.0)) {
+    throw std::invalid_argument("controls: guidance = " + std::to_string(controls.guidance) + " must lie in 0..1");
+  }
+  if (!(controls.stiffness_scale >= 0.0 && std::isfinite(controls.stiffness_scale)) ||
+      !(controls.damping_scale >= 0.0 && std::isfinite(controls.damping_scale)) ||
+      !controls.p_hand_offset_W.allFinite()) {
+    throw std::invalid_argument(
+        "controls: stiffness_scale and damping_scale must be 0 or more, p_hand_offset_W finite");
+  }
+}
+
 Haptics::Haptics(const HapticsOptions& options)
     : options_(options),
       mapping_(options.mapping, options.X_WL.R, period(options.rate)),

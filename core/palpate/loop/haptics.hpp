@@ -60,6 +60,9 @@ struct HapticsInput {
   const scene::Snapshot* scene = nullptr;
 };
 
+/// Throws std::invalid_argument naming what a console cannot say. Not for the cycle.
+void check(const Controls& controls);
+
 /// All that they answer.
 struct HapticsOutput {
   mapping::Output mapped;                         ///< the tool's goal, corrected by hard fixtures

@@ -30,8 +30,8 @@ struct Options {
 /// What the stage is told at every tick.
 struct Input {
   const LeaderState& leader;
-  Wrench F_H_L;       ///< to render on the hand, in L
-  bool fresh = true;  ///< the leader's state is new; otherwise what a law adds fades, and it starts afresh
+  Wrench F_H_L;             ///< to render on the hand, in L
+  bool fresh = true;        ///< the leader's state is new; otherwise what a law adds fades, and it starts afresh
   Mat3 B_L = Mat3::Zero();  ///< damping beside it, for a law that takes_damping() [N s/m]
 };
 

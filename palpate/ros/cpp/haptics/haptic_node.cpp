@@ -284,11 +284,7 @@ Controls HapticNode::controls() const {
 }
 
 void HapticNode::set_controls(const Controls& controls) {
-  if (!(controls.stiffness_scale >= 0.0 && std::isfinite(controls.stiffness_scale)) ||
-      !(controls.damping_scale >= 0.0 && std::isfinite(controls.damping_scale)) ||
-      !(controls.guidance >= 0.0 && controls.guidance <= 1.0)) {
-    throw std::invalid_argument("controls: stiffness_scale and damping_scale must be 0 or more, guidance 0 to 1");
-  }
+  loop::check(controls);
   const std::lock_guard lock(people_);
   controls_ = controls;
   controls_in_.write(controls);
