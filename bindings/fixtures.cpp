@@ -93,7 +93,6 @@ nb::dict told(const guidance::Want& want) {
   out["free"] = want.free;
   out["attracts"] = want.attracts;
   out["turns"] = want.turns;
-  out["of_tool"] = want.of_tool;
   out["speed"] = want.speed;
   return out;
 }
@@ -102,7 +101,7 @@ nb::dict told(const guidance::Want& want) {
 nb::dict ask(const Fixture& f, const Matrix4& X_WT, double t, const VectorArg& V_WT, const Vec3& F_T_W,
              double stiffness) {
   const Pose X = to_pose(X_WT, "X_WT");
-  const guidance::Want want = guidance::ask(f, {X, F_T_W, stiffness}, t);
+  const guidance::Want want = guidance::ask(f, {X, X.p, F_T_W, stiffness}, t);
   const guidance::Pull pull = f.law->pull(want, to_twist(V_WT, "V_WT"));
   nb::dict out = told(want);
   out["F"] = to_vector(pull.F);
@@ -151,7 +150,6 @@ void bind_fixture(nb::module_& m) {
       .def("ask", &ask, "X_WT"_a, "t"_a = 0.0, "V_WT"_a = Vec6(Vec6::Zero()), "F_T_W"_a = Vec3(Vec3::Zero()),
            "stiffness"_a = 0.0,
            "What its role wants of a tool at X_WT (4, 4) (gap, along (6,), drift, free (3, 3), attracts, turns, "
-           "of_tool, "
            "speed), and its law's answer to a motion V_WT (6,): wrench F (6,), energy U [J], damping B (3, 3) and the "
            "part F_of_B of F. Authority and other fixtures left aside.");
   nb::class_<Fixtures>(m, "Fixtures", "A list of fixtures: immutable, swapped whole.")

@@ -18,11 +18,11 @@ using guidance::Guidance;
 using Goals = nb::ndarray<const double, nb::shape<-1, 4, 4>, nb::c_contig, nb::device::cpu>;
 using Twists = nb::ndarray<const double, nb::shape<-1, 6>, nb::c_contig, nb::device::cpu>;
 
-/// The stage, tick by tick along a motion, the tool where the last tick's goal was. It touches a spring below the plane
-/// `normal . p = height`, a height a tick; nothing where there are none.
+/// The stage, tick by tick along a motion, the tool where the last tick's goal was, at first at X_WT. It touches a
+/// spring below the plane `normal . p = height`, a height a tick; nothing where there are none.
 nb::dict run(Guidance& self, const std::vector<double>& t, const Goals& X_WT_goal, const Twists& V_WT,
-             const Vec3& normal, const std::vector<double>& height, double stiffness, double F_hand, double pedal,
-             bool takes_damping) {
+             const Matrix4& X_WT, const Vec3& normal, const std::vector<double>& height, double stiffness,
+             double F_hand, double pedal, bool takes_damping) {
   const std::size_t n = t.size();
   if (X_WT_goal.shape(0) != n || V_WT.shape(0) != n) throw nb::value_error("as many goals and twists as times");
   if (!height.empty() && height.size() != n) throw nb::value_error("as many heights as times, or none");
@@ -32,6 +32,7 @@ nb::dict run(Guidance& self, const std::vector<double>& t, const Goals& X_WT_goa
   Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor> B(n, 9);
   Eigen::VectorXd gap(n);
   guidance::Input in;
+  in.X_WT = to_pose(X_WT, "X_WT");
   in.stiffness = stiffness;
   in.takes_damping = takes_damping;
   in.F_hand = F_hand;
@@ -41,7 +42,6 @@ nb::dict run(Guidance& self, const std::vector<double>& t, const Goals& X_WT_goa
     in.t = t[k];
     in.X_WT_goal = to_pose(Matrix4(Eigen::Map<const RowMatrix4>(X_WT_goal.data() + 16 * k)), "X_WT_goal");
     in.V_WT = {Vec3(V_WT.data() + 6 * k), Vec3(V_WT.data() + 6 * k + 3)};
-    if (k == 0) in.X_WT = in.X_WT_goal;
     if (!height.empty()) in.F_T_W = stiffness * std::max(height[k] - normal.dot(in.X_WT.p), 0.0) * normal;
     const guidance::Output& out = self.step(in);
     in.X_WT = out.X_WT_goal;
@@ -62,11 +62,12 @@ nb::dict run(Guidance& self, const std::vector<double>& t, const Goals& X_WT_goa
 
 void bind_guidance_run(nb::module_& m) {
   m.def(
-      "run_guidance", &run, "stage"_a, "t"_a, "X_WT_goal"_a, "V_WT"_a, "normal"_a = Vec3(Vec3::UnitZ()),
+      "run_guidance", &run, "stage"_a, "t"_a, "X_WT_goal"_a, "V_WT"_a, "X_WT"_a, "normal"_a = Vec3(Vec3::UnitZ()),
       "height"_a = std::vector<double>{}, "stiffness"_a = 0.0, "F_hand"_a = -1.0, "pedal"_a = 1.0,
       "takes_damping"_a = false,
       "A Guidance along a motion, (n,) [s], (n, 4, 4), (n, 6): F_T_W (n, 6), X_WT_goal (n, 16), B_W (n, 9), gap (n,). "
-      "The tool is where the last goal was; below normal . p = height (n,) it touches a spring of stiffness [N/m].");
+      "The tool is where the last goal was, at first at X_WT (4, 4); below normal . p = height (n,) it touches a "
+      "spring of stiffness [N/m].");
 }
 
 }  // namespace palpate::bindings

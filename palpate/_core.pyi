@@ -126,6 +126,7 @@ def run_guidance(
     t: Sequence[float],
     X_WT_goal: Array,
     V_WT: Array,
+    X_WT: Array,
     normal: Array = ...,
     height: Sequence[float] = (),
     stiffness: float = 0.0,

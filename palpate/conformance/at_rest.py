@@ -35,7 +35,7 @@ def settle(c: Combination) -> int:
 def sign_and_direction(c: Combination) -> str:
     """The law's force along the gap's slope, times the policy's share; none where all is well; the corrected goal."""
     for probe in probes(c.role, c.geometry):
-        out = Bench(c, quick=True).begin().run(held(probe, settle(c)))
+        out = Bench(c, quick=True).begin(probe.X).run(held(probe, settle(c)))
         wrong = _direction(c, probe, out.F[-1])
         if not wrong and POLICIES[c.policy].hard and c.share(probe.gap) == 1.0 and not ROLES[c.role].speed:
             wrong = _corrected(c, probe, out.X[-1])
@@ -103,7 +103,7 @@ def _damps(c: Combination, probe: Probe) -> str:
 
 
 def _power(c: Combination, probe: Probe, V: Array) -> float:
-    bench = Bench(c, quick=True).begin()
+    bench = Bench(c, quick=True).begin(probe.X)
     bench.run(still(probe.X, settle(c)))
     return float(bench.run(still(probe.X, 40, V)).F[-1] @ V)
 
@@ -111,7 +111,7 @@ def _power(c: Combination, probe: Probe, V: Array) -> float:
 def quiet(c: Combination) -> str:
     """Where all is not well, and edges and middles may be near as well: at rest the wrench stands still."""
     for X in rough(c.role, c.geometry):
-        bench = Bench(c, quick=True).begin()
+        bench = Bench(c, quick=True).begin(X)
         bench.run(still(X, settle(c)))
         F = bench.run(still(X, 50)).F
         moves = float(np.linalg.norm((F - F[-1]) * WEIGH, axis=1).max())
@@ -127,8 +127,8 @@ def frame_change(c: Combination) -> str:
     X_WG[:3, 3] = [0.11, -0.07, 0.05]
     for probe in probes(c.role, c.geometry)[:2]:
         motion = held(probe, settle(c))
-        here = Bench(c, quick=True).begin().run(motion)
-        there = Bench(c, fixture(c, X_WG=X_WG), quick=True).begin(X_WG).run(motion.carried(X_WG), X_WG)
+        here = Bench(c, quick=True).begin(probe.X).run(motion)
+        there = Bench(c, fixture(c, X_WG=X_WG), quick=True).begin(probe.X, X_WG).run(motion.carried(X_WG), X_WG)
         R = X_WG[:3, :3]
         F = np.r_[R.T @ there.F[-1, :3], R.T @ there.F[-1, 3:]]
         near = 1e-6 + K * (2.0 * RESERVE if c.corrects else 4e-2 * SPECIMENS[c.geometry].near)

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from palpate import _core
 from palpate.conformance.combinations import OPERATOR, PEDAL, POLICIES, QUICK, Combination
 from palpate.conformance.laws import LAWS
-from palpate.conformance.probes import WRONG, Probe, probes
+from palpate.conformance.probes import Probe, beside
 from palpate.conformance.roles import ROLES, TOUCHED
 from palpate.conformance.specimens import SPECIMENS
 
@@ -109,6 +109,7 @@ class Bench:
         self.c, self.damping, self.ticks = c, damping, 0
         self.pedal, self.operator = PEDAL, OPERATOR
         self.stage = _core.Guidance(o, DT)
+        self._tool: Array | None = None
         self.take(*(fixtures or [fixture(c)]))
 
     def take(self, *fixtures: _core.Fixture) -> None:
@@ -116,10 +117,13 @@ class Bench:
         self._list = _core.Fixtures(list(fixtures))
         self.stage.take(self._list)
 
-    def begin(self, X_WG: Array | None = None) -> Bench:
-        """Has been where all is well for VISIT ticks, if that engages it; geometry at X_WG, (4, 4) or one a tick."""
+    def begin(self, there: Array, X_WG: Array | None = None) -> Bench:
+        """Has been beside `there` (4, 4), where all is well, for VISIT ticks, if that engages it.
+
+        X_WG: of the geometry, (4, 4) or one a tick.
+        """
         if "engage" in POLICIES[self.c.policy].options:
-            good = held(probes(self.c.role, self.c.geometry)[WRONG], VISIT)
+            good = still(beside(self.c.role, self.c.geometry, there), VISIT)
             X = None if X_WG is None else X_WG if X_WG.ndim == 2 else X_WG[:VISIT]
             self.run(good if X is None else good.carried(X), X)
         return self
@@ -135,12 +139,15 @@ class Bench:
             normal = X[0, :3, 2]
             more = {"normal": normal, "height": (X[:, :3, 3] @ normal).tolist(), "stiffness": TOUCHED}
         X, V = np.ascontiguousarray(motion.X), np.ascontiguousarray(motion.V)
+        tool = motion.X[0] if self._tool is None else self._tool
         out = _core.run_guidance(
-            self.stage, t, X, V, F_hand=self.operator, pedal=self.pedal, takes_damping=self.damping, **more
+            self.stage, t, X, V, tool, F_hand=self.operator, pedal=self.pedal, takes_damping=self.damping, **more
         )
         F, B = out["F_T_W"], out["B_W"].reshape(n, 3, 3)
         F[:, :3] -= np.einsum("nij,nj->ni", B, V[:, :3])
-        return Answer(F, out["X_WT_goal"].reshape(n, 4, 4), B)
+        goals = out["X_WT_goal"].reshape(n, 4, 4)
+        self._tool = goals[-1]
+        return Answer(F, goals, B)
 
 
 def still(X: Array, n: int, V: Array | None = None) -> Motion:

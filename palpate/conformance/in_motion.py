@@ -12,7 +12,7 @@ from palpate.conformance.at_rest import ENTRY, settle
 from palpate.conformance.bench import DT, VISIT, Bench, Motion, between, fixture, held, still
 from palpate.conformance.combinations import Combination
 from palpate.conformance.laws import LAWS, K
-from palpate.conformance.probes import WRONG, brought, probes
+from palpate.conformance.probes import beside, probes
 from palpate.conformance.roles import LEVER, ROLES, moved
 from palpate.conformance.specimens import SPECIMENS
 
@@ -28,16 +28,11 @@ RADIUS, TILT = 1.5e-3, 0.1
 @lru_cache(maxsize=64)
 def ways(role: str, geometry: str) -> tuple[tuple[Array, Array], ...]:
     """From where all is well to where it is not, straight and near enough for the answer to turn smoothly."""
-    case, s = ROLES[role], SPECIMENS[geometry]
     found = probes(role, geometry)
-    if case.speed:
+    if ROLES[role].speed:
         return tuple((p.X, moved(p.X, 0.2 * p.V)) for p in found[:2])
-    goal = 0.03 if case.turns else 2e-4
-    starts = ((brought(case, s, probe.X, goal), probe.X) for probe in found[:WRONG])
-    ways = tuple((a, moved(b, np.r_[0.0, 0.0, 0.0, 0.03, -0.02, 0.02])) for a, b in starts if a is not None)
-    if not ways:
-        raise LookupError(f"no way into what {role} does not want of a {geometry} that is smooth")
-    return ways[:2]
+    tilt = np.r_[0.0, 0.0, 0.0, 0.03, -0.02, 0.02]
+    return tuple((beside(role, geometry, p.X), moved(p.X, tilt)) for p in found[:2])
 
 
 def continuity(c: Combination) -> str:
@@ -48,7 +43,7 @@ def continuity(c: Combination) -> str:
     for a, b in ways(c.role, c.geometry):
         largest, size = [], 0.0
         for n in (TICKS, FINER * TICKS):
-            bench = Bench(c, quick=True).begin()
+            bench = Bench(c, quick=True).begin(a)
             bench.run(still(a, settle(c)))
             out = bench.run(_join(between(a, b, n), between(b, a, n)))
             largest.append(out.steps().max(axis=0))
@@ -76,9 +71,10 @@ def energy(c: Combination) -> str:
     """Around closed loops of place and attitude, at two speeds: what the fixture gives to the hand it has taken."""
     for damping in (False, True) if LAWS[c.law].force is None else (False,):
         for way_in, loop in _loops(c.role, c.geometry):
-            bench = Bench(c, damping=damping).begin()
+            bench = Bench(c, damping=damping).begin(way_in.X[0])
             bench.run(way_in)
-            bench.run(loop)  # once, so that it begins as it ends
+            for _ in range(-(-settle(c) // len(loop.X))):  # so that it begins as it ends
+                bench.run(loop)
             F = bench.run(loop).F
             given = np.einsum("ij,ij->i", 0.5 * (F[1:] + F[:-1]), loop.way)
             if given.sum() > 1e-7 + 0.004 * np.abs(given).sum():
@@ -97,8 +93,8 @@ def _loop(X: Array, n: int, way: float) -> Motion:
     return Motion(poses, np.concatenate([V, V[:1]]))
 
 
-AMPLITUDE, PERIOD, CARRIED = 0.004, 1.25, 900
-"""Of a fixture that swings [m, s]; for so many ticks."""
+AMPLITUDE, PERIOD, CARRIED, DAMPED = 0.004, 1.25, 900, 40.0
+"""Of a fixture that swings [m, s]; for so many ticks; its damping [N s/m]."""
 
 
 @lru_cache(maxsize=1)
@@ -114,16 +110,18 @@ def moving(c: Combination) -> str:
     """Carried along by a fixture that moves, the hand feels what it feels beside one that rests.
 
     A law of motions may hold the hand back, against the world; it never gives. A limit of speed is of the tool's speed
-    in the world, however its region moves.
+    in the world, however its region moves; one of force does not know how fast what is touched moves. All others are
+    damped so much that a fixture whose velocity is not reckoned with is felt.
     """
     frame, X_WF, V_WF = _carriage()
+    law = {} if LAWS[c.law].force is None or ROLES[c.role].touches else {"B": DAMPED}
     last, of_world = slice(-200, None), ROLES[c.role].speed
     for probe in (probes(c.role, c.geometry)[0], probes(c.role, c.geometry)[-1]):
-        bench = Bench(c, fixture(c, frame=frame)).begin(X_WF)
+        bench = Bench(c, fixture(c, frame=frame, law=law)).begin(probe.X, X_WF)
         X, V = (told[bench.ticks :][:CARRIED] for told in (X_WF, V_WF))
         motion = held(probe, CARRIED).carried(X, V)
         carried = bench.run(motion, X)
-        rests = Bench(c).begin().run(motion if of_world else held(probe, CARRIED))
+        rests = Bench(c, fixture(c, law=law)).begin(probe.X).run(motion if of_world else held(probe, CARRIED))
         wrong = _not_carried(c, carried.F[last], rests.F[last], V[last])
         if wrong:
             return wrong

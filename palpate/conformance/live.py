@@ -30,14 +30,16 @@ from palpate.conformance.bench import (
 )
 from palpate.conformance.combinations import ENGAGE, LATER, PER_TURN, POLICIES, QUICK, SLOW, Combination
 from palpate.conformance.laws import B_TURN, K_TURN, LAWS, RATIO, B, K
-from palpate.conformance.probes import Probe, brought, probe_at, probes
-from palpate.conformance.roles import LEVER, ROLES, SPEED, moved
+from palpate.conformance.probes import WRONG, Probe, brought, probe_at, probes, smooth
+from palpate.conformance.roles import LEVER, ROLES, SPEED, gradient, moved
 from palpate.conformance.specimens import SPECIMENS
 
 Array = NDArray[np.float64]
 
 PERIOD, SWING, NOD = 160, 3e-4, 0.015
 """Of the hand's motion [ticks, m, rad]."""
+MOVED, LEAPT = 7e-4, 2.5e-3
+"""By which a fixture is moved by hand; by which its frame leaps [m]."""
 OTHER = {"spring": "admittance", "potential": "optimise", "admittance": "spring", "optimise": "potential"}
 """The law that takes the place of each."""
 
@@ -72,11 +74,11 @@ def _shift(xyz: Array) -> Array:
 def edits(c: Combination, probe: Probe) -> dict[str, Setting]:
     """One after the other, by what is done."""
     first = Setting()
-    aside = _shift(np.array([4e-4, -5e-4, 3e-4]))
+    aside = _smoothly(c, probe.X, probe.along[:3], MOVED)
+    leapt = _smoothly(c, np.linalg.inv(aside) @ probe.X, probe.along[:3], LEAPT)
     stiffer, damper = {"K": 1.5 * K, "K_turn": 1.5 * K_TURN}, {"B": 3.0 * B, "B_turn": 3.0 * B_TURN}
     authority = 0.5 * float(POLICIES[c.policy].options.get("authority", 1.0))
     last = replace(first, X_FG=aside, law={**stiffer, **damper}, law_name=OTHER[c.law], authority=authority)
-    deeper = probe.along[:3] / max(float(np.linalg.norm(probe.along[:3])), 1e-9)
     return {
         "as it was": first,
         "switched off": replace(first, on=False),
@@ -85,8 +87,8 @@ def edits(c: Combination, probe: Probe) -> dict[str, Setting]:
         "made stiffer": replace(first, X_FG=aside, law=stiffer),
         "damped more": replace(first, X_FG=aside, law={**stiffer, **damper}),
         "given another law": replace(last, authority=None),
-        "its frame leapt by 2.5 mm": replace(last, authority=None, X_WF=_shift(2.5e-3 * deeper)),
-        "given half the authority": replace(last, X_WF=_shift(2.5e-3 * deeper)),
+        "its frame leapt by 2.5 mm": replace(last, authority=None, X_WF=leapt),
+        "given half the authority": replace(last, X_WF=leapt),
     }
 
 
@@ -107,7 +109,7 @@ def _edited(c: Combination, probe: Probe, motion: Motion, damping: bool) -> str:
     shape, frame, settings = SPECIMENS[c.geometry].make(), _core.LiveFrame(), edits(c, probe)
     controls = {words: _control(c, setting, shape, motion, damping) for words, setting in settings.items()}
     (before, first), *rest = settings.items()
-    bench = Bench(c, first.fixture(c, shape, frame), damping=damping).begin()
+    bench = Bench(c, first.fixture(c, shape, frame), damping=damping).begin(probe.X)
     now = _run(bench, first, motion, _fading(c))
     for words, setting in rest:
         frame.set(setting.X_WF)
@@ -116,12 +118,26 @@ def _edited(c: Combination, probe: Probe, motion: Motion, damping: bool) -> str:
         after = _run(bench, setting, motion, _fading(c) + len(motion.X))
         was, becomes = controls[before], controls[words]
         goals = max(_ways(was.X), _ways(becomes.X)) + RETURN_SPEED * DT + 4.0 * RESERVE
-        felt = _promised(c, words, probe, motion, was, becomes) + damping * DT * np.array([FORCE_RATE, 0.0])
+        seen = (_seen(c, probe, settings[before]), _seen(c, probe, setting))
+        felt = _promised(c, words, seen, motion, was, becomes) + damping * DT * np.array([FORCE_RATE, 0.0])
         wrong = _a_step(c, now, after, felt, goals) or _late(c, after, becomes)
         if wrong:
             return f"{words}: {wrong}"
         now, before = after, words
     return ""
+
+
+def _smoothly(c: Combination, X: Array, along: Array, far: float) -> Array:
+    """(4, 4) so far that a tool at X is deeper then, if all is smooth there; else aside, or out."""
+    case, s = ROLES[c.role], SPECIMENS[c.geometry]
+    up = along / max(float(np.linalg.norm(along)), 1e-9)
+    side = np.cross(up, np.eye(3)[int(np.argmin(np.abs(up)))])
+    for way in (up, side, -side, np.cross(up, side), -np.cross(up, side), -up):
+        shift = _shift(far * way / max(float(np.linalg.norm(way)), 1e-9))
+        Y = np.linalg.inv(shift) @ X
+        if case.speed or smooth(case, s, Y, gradient(case, s, Y)):
+            return shift
+    raise LookupError(f"no move of {1e3 * far} mm beside a {c.geometry} that ends where {c.role} has a smooth answer")
 
 
 def _fading(c: Combination) -> int:
@@ -131,14 +147,14 @@ def _fading(c: Combination) -> int:
 
 def _place(c: Combination) -> Probe:
     """Where the hand is: not as wanted; of a fixture that engages by nearness, near enough."""
-    probe = probes(c.role, c.geometry)[0]
+    case, s = ROLES[c.role], SPECIMENS[c.geometry]
     if "engage" not in POLICIES[c.policy].options:
-        return probe
-    case = ROLES[c.role]
-    X = brought(case, SPECIMENS[c.geometry], probe.X, -0.6 * ENGAGE * (PER_TURN if case.turns else 1.0))
-    if X is None:
-        raise LookupError(f"no place near the border of {c.role} beside a {c.geometry}")
-    return probe_at(c.role, c.geometry, X)
+        return probes(c.role, c.geometry)[0]
+    for probe in probes(c.role, c.geometry)[:WRONG]:
+        X = brought(case, s, probe.X, -0.85 * ENGAGE * (PER_TURN if case.turns else 1.0))
+        if X is not None and smooth(case, s, X, gradient(case, s, X)):
+            return probe_at(c.role, c.geometry, X)
+    raise LookupError(f"no smooth place near the border of {c.role} beside a {c.geometry}")
 
 
 def _swinging(c: Combination, probe: Probe) -> Motion:
@@ -163,7 +179,7 @@ def _control(c: Combination, setting: Setting, shape: _core.Geometry, motion: Mo
     frame = _core.LiveFrame()
     frame.set(setting.X_WF)
     made = setting.fixture(c, shape, frame, QUICK)
-    bench = Bench(c, made, damping=damping, quick=True).begin(setting.X_WF @ setting.X_FG)
+    bench = Bench(c, made, damping=damping, quick=True).begin(motion.X[0], setting.X_WF @ setting.X_FG)
     n = len(motion.X)
     out = _run(bench, setting, motion, (settle(c) if setting.law_name != "optimise" else SETTLED) + 2 * n)
     return Answer(out.F[-n - 1 :], out.X[-n - 1 :], out.B[-n - 1 :])
@@ -181,16 +197,26 @@ def _a_step(c: Combination, now: Answer, after: Answer, felt: Array, goals: floa
     return ""
 
 
-def _promised(c: Combination, words: str, probe: Probe, motion: Motion, was: Answer, becomes: Answer) -> Array:
-    """(2,) N and N m in a tick."""
+def _seen(c: Combination, probe: Probe, setting: Setting) -> Probe:
+    """The probe, as the fixture has it where it is then."""
+    if ROLES[c.role].speed:
+        return probe
+    return probe_at(c.role, c.geometry, np.linalg.inv(setting.X_WF @ setting.X_FG) @ probe.X)
+
+
+def _promised(
+    c: Combination, words: str, seen: tuple[Probe, Probe], motion: Motion, was: Answer, becomes: Answer
+) -> Array:
+    """(2,) N and N m in a tick. seen: the probe before and after the edit."""
     controls = np.maximum(was.steps().max(axis=0), becomes.steps().max(axis=0))
     rate = DT * np.array([FORCE_RATE, MOMENT_RATE])
     corrects = c.corrects or LAWS[OTHER[c.law]].together
     if words.startswith(("switched", "given half")) and not corrects and not np.ptp(motion.X, axis=0).any():
         fading = 1.0 / SLOW + (1.0 / LATER if POLICIES[c.policy].ramp else 0.0)
-        whole = np.maximum(_sizes(was), _sizes(becomes)) / c.share(probe.gap)
+        whole = np.maximum(_sizes(was), _sizes(becomes)) / max(c.share(seen[1].gap), 0.01)
         rate = np.minimum(rate, DT * fading * whole)
-    return np.asarray(np.maximum(controls, _explained(c, probe, motion)) + rate)
+    explained = np.maximum(*(_explained(c, probe, motion) for probe in seen))
+    return np.asarray(np.maximum(controls, explained) + rate)
 
 
 def _sizes(answer: Answer) -> Array:

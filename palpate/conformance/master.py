@@ -17,7 +17,7 @@ def admittance_master(c: Combination) -> str:
     for a, b in ways(c.role, c.geometry):
         told = []
         for damping in (False, True):
-            bench = Bench(c, quick=True, damping=damping).begin()
+            bench = Bench(c, quick=True, damping=damping).begin(a)
             bench.run(still(a, settle(c)))
             told.append(bench.run(between(a, b, 200)))
         plain, taken = told

@@ -4,23 +4,29 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from itertools import islice
+from itertools import islice, product
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from palpate.conformance.roles import FAR, ROLES, SPEED, RoleCase, gradient, moved, slope
+from palpate.conformance.roles import FAR, ROLES, SPEED, H, RoleCase, gradient, moved, slope
 from palpate.conformance.specimens import SPECIMENS, Specimen
 
 Array = NDArray[np.float64]
 
 WRONG, RIGHT = 4, 2
 """How many of each."""
-SHARPEST = 180.0
-"""Most that what a role aims at turns with the place, where it is judged: the core follows up to 200 rad/m."""
-_REACH = 1.2e-3
-"""Around a probe the answer turns little [m]."""
+SHARPEST = 60.0
+"""Most that an axis or a frame turns with the place, where it is judged: within a loop of 1.5 mm it does not reach the
+100 rad/m up to which the core follows."""
+UNEVEN = 10.0
+"""Most that the turn of an aim changes within _LOOP [rad/m]."""
+_EVERY_WAY = np.array([np.array(u) / np.linalg.norm(u) for u in product((-1, 0, 1), repeat=3) if any(u)])
+_REACH, _CLOSE = 1.2e-3, 0.5e-3
+"""Around a probe the normal turns little; closer, it does not leap [m]."""
+_LOOP = 1.8e-3
+"""So far around it an aim turns as at the probe [m]."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +73,19 @@ def rough(role: str, geometry: str) -> tuple[Array, ...]:
     if case.speed:
         return tuple(_random_pose(rng) for _ in range(RIGHT))
     tried = (brought(case, s, _random_pose(rng), -0.3 if case.turns else -0.0025) for _ in range(100))
-    return tuple(islice((X for X in tried if X is not None), RIGHT))
+    return tuple(islice((X for X in tried if X is not None and _well(case, s, X) is not None), RIGHT))
+
+
+def beside(role: str, geometry: str, X: Array) -> Array:
+    """(4, 4) beside a pose, where all is well; LookupError where there is no way to it."""
+    found = _well(ROLES[role], SPECIMENS[geometry], X)
+    if found is None:
+        raise LookupError(f"no way to where all is well for {role} beside a {geometry} from {np.round(X[:3, 3], 4)}")
+    return found
+
+
+def _well(case: RoleCase, s: Specimen, X: Array) -> Array | None:
+    return X if case.speed else brought(case, s, X, 0.03 if case.turns else 2e-4)
 
 
 def brought(case: RoleCase, s: Specimen, X: Array, goal: float) -> Array | None:
@@ -107,7 +125,9 @@ def _placed(case: RoleCase, s: Specimen, rng: np.random.Generator, wrong: bool) 
     if X is None or np.abs(X[:3, 3]).max() > 0.032:
         return None
     along = gradient(case, s, X)
-    if (wrong or case.turns) and not _smooth(case, s, X, along):
+    if wrong and not smooth(case, s, X, along):
+        return None
+    if _well(case, s, X) is None:
         return None
     pushes = not (case.attracts or case.touches)  # a potential does here already
     if pushes and abs(np.linalg.norm(slope(s.distance, X[:3, 3])) - 1.0) > 1e-3:
@@ -122,25 +142,39 @@ def _random_pose(rng: np.random.Generator) -> Array:
     return X
 
 
-def _bend(s: Specimen, p: Array, h: float = 5e-5) -> float:
-    """How much the distance's slope turns with the place, at most [rad/m]."""
-    rows = [slope(s.distance, p + h * e) - slope(s.distance, p - h * e) for e in np.eye(3)]
-    return float(np.linalg.norm(rows, axis=1).max()) / (2.0 * h)
-
-
-def _smooth(case: RoleCase, s: Specimen, X: Array, along: Array) -> bool:
+def smooth(case: RoleCase, s: Specimen, X: Array, along: Array) -> bool:
     """The distance's slope is of length one, and turns little within a millimetre, and where a correction leads to."""
     p = X[:3, 3]
     if case.touches:
         return abs(float(s.distance(p[None])[0])) < 0.5 * FAR
+    if case.turns:
+        return _aim_is_smooth(case, s, X, along)
     d, n = float(s.distance(p[None])[0]), slope(s.distance, p)
-    if case.turns and max(float(np.linalg.norm(along[:3])), _bend(s, p)) > SHARPEST:
-        return False
     if abs(np.linalg.norm(n) - 1.0) > 1e-3 or abs(d) < 5e-5:
         return False
     feet = [p - 0.98 * d * n]
-    if not case.turns:
+    if not case.needs_point:
         feet.append(p + 0.98 * abs(case.gap(s, X)) * along[:3])
-    around = [p + _REACH * e for e in (*np.eye(3), *-np.eye(3))]
-    turns_little = all(float(slope(s.distance, q) @ n) > 0.7 for q in around)
-    return turns_little and all(float(slope(s.distance, q) @ n) > 0.99 for q in feet)
+    turns_little = all(float(slope(s.distance, p + _REACH * u) @ n) > 0.7 for u in _EVERY_WAY) and not _leaps(s, p)
+    return turns_little and all(float(slope(s.distance, q) @ n) > 0.999 for q in feet)
+
+
+def _leaps(s: Specimen, p: Array) -> bool:
+    """The normal leaps somewhere on the rays around p, by 6 degrees or more in a tenth of _CLOSE."""
+    places = p + _CLOSE * np.linspace(0.0, 1.0, 11)[None, :, None] * _EVERY_WAY[:, None, :]
+    steps = H * np.concatenate([np.eye(3), -np.eye(3)])
+    d = s.distance((places[:, :, None, :] + steps).reshape(-1, 3)).reshape(*places.shape[:2], 6)
+    n = (d[..., :3] - d[..., 3:]) / (2.0 * H)
+    return bool(np.linalg.norm(np.diff(n, axis=1), axis=2).max() > 0.1)
+
+
+def _aim_is_smooth(case: RoleCase, s: Specimen, X: Array, along: Array) -> bool:
+    """What a tool is turned to turns little with the place, and as much beside, as far as the closed loops go."""
+    if float(np.linalg.norm(along[:3])) > SHARPEST:
+        return False
+    half = len(_EVERY_WAY) // 2
+    for u in _LOOP * _EVERY_WAY[:half]:
+        there, back = (gradient(case, s, moved(X, np.r_[v, 0.0, 0.0, 0.0]))[:3] - along[:3] for v in (u, -u))
+        if max(np.linalg.norm(there), np.linalg.norm(back)) > UNEVEN or np.linalg.norm(there + back) > 0.4 * UNEVEN:
+            return False
+    return True

@@ -29,6 +29,8 @@ LEVER = 0.05
 FREE, MARGIN, KEPT, TILT, TROCAR = 0.0005, 0.004, 0.001, 0.05, 0.0005
 FAR = 0.03
 """Margin of limits: all places here lie within their region [m]."""
+AROUND = 0.01
+"""A normal is the mean of the distance's slope over so much, either way along each axis [m]."""
 SPEED = 0.02
 """Most that the limit of speed allows [m/s]."""
 FORCE, TOUCHED = 2.0, 1000.0
@@ -63,8 +65,8 @@ def _distance(s: Specimen, X: Array) -> float:
 
 
 def _orient_normal(s: Specimen, X: Array) -> float:
-    n = slope(s.distance, X[:3, 3], 1e-5)
-    return TILT - _between(X[:3, 2], -n / np.linalg.norm(n))
+    n = slope(s.distance, X[:3, 3], AROUND)
+    return TILT - float(np.linalg.norm(n)) * _between(X[:3, 2], -n)
 
 
 def _orient_frame(s: Specimen, X: Array) -> float:

@@ -41,21 +41,6 @@ def test_distances_and_axes_are_those_of_the_formulas(name):
     np.testing.assert_allclose(told["attitude"][:, :, 2], [s.axis(one) for one in p], atol=1e-6)
 
 
-def known(c):
-    """What the core does not do yet, in words (docs/guidance.md tells it too)."""
-    if c.role.startswith("orient"):
-        return "where its aim turns by more than 100 rad/m or its goal is corrected, a percent or so of energy is left"
-    if c.policy == "ramp by time":
-        return "the quicker loops of the energy begin before the ramp is full"
-    if c.role == "rcm":
-        return "beside the point the way there turns quickly: a law of much damping is reached late"
-    if c.role == "limit of force" and c.corrects:
-        return "it asks again what is left: its share is not that of its authority"
-    if c.corrects:
-        return "beside edges a corrected goal may change sides from tick to tick"
-    return ""
-
-
 def some():
     """Thinned with a seed, every role with every law at least once."""
     rng = np.random.default_rng(2)
@@ -66,10 +51,7 @@ def some():
 
 @pytest.mark.parametrize("c", some(), ids=str)
 def test_combination(c):
-    found = examine(c)
-    if found and known(c):
-        pytest.xfail(known(c))
-    assert found == {}
+    assert examine(c) == {}
 
 
 def test_what_has_no_meaning_is_refused_and_counts_neither_as_judged_nor_as_passed():
@@ -177,14 +159,12 @@ def test_a_corrected_goal_that_is_not_carried_to_another_frame_is_found(monkeypa
 
 def test_a_fixture_that_stays_where_its_frame_was_is_found(monkeypatch):
     assert in_motion.moving(SOFT) == ""
-    monkeypatch.setattr(in_motion, "fixture", lambda c, frame: fixture(c))
+    monkeypatch.setattr(in_motion, "fixture", lambda c, frame=None, law=None: fixture(c, law=law))
     assert "of the same at rest" in in_motion.moving(SOFT)
 
 
 def test_damping_against_a_fixture_whose_velocity_is_ignored_is_found(monkeypatch):
     """The hand is told to rest in the world while it is carried along: what is felt is the fixture's own speed."""
-    damped = {"B": 40.0}  # of the law's own 2 N s/m it would be lost in what the judge allows
-    monkeypatch.setattr(in_motion, "fixture", lambda c, frame: fixture(c, frame=frame, law=damped))
     assert in_motion.moving(SOFT) == ""
     carried = in_motion.Motion.carried
     monkeypatch.setattr(in_motion.Motion, "carried", lambda self, X, V=None: carried(self, X))

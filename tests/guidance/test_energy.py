@@ -9,6 +9,8 @@ from palpate import _core
 from palpate.guidance.curve import path
 from palpate.shapes import analytic
 
+AROUND = 0.01
+"""A normal is the mean of those so far around [m]."""
 EVEN = {"K": 300.0, "B": 0.0, "B_turn": 0.0, "range": 0.05, "range_turn": 2.0, "force": 1e3, "moment": 1e3}
 
 
@@ -136,11 +138,12 @@ def test_a_frame_that_turns_carries_the_whole_gradient_along():
         assert f.ask(X, 0.2)["drift"] == pytest.approx(numeric, rel=1e-4), role
 
 
-def test_the_force_beside_the_moment_is_bounded_where_the_aim_leaps():
-    """Beside the axis of a line its normal turns without end: the slope has a bound there."""
+def test_what_is_wanted_fades_where_the_normals_around_disagree():
+    """Towards the axis of a line its normal turns without end: the mean of those around does not, and vanishes."""
     f = fixture(
         placed(_core.LineGeometry(np.zeros(3), np.array([0.1, 0.0, 0.0]), True)), "orient", role_={"target": "normal"}
     )
     for y in (1e-3, 1e-4, 1e-6, 1e-9):
-        F = f.ask(pose((0.0, y, 0.0), TILT.as_matrix()))["F"]
-        assert np.linalg.norm(F[:3]) <= 100.0 * np.linalg.norm(F[3:]) * (1 + 1e-9)
+        along = f.ask(pose((0.0, y, 0.0), TILT.as_matrix()))["along"]
+        assert np.linalg.norm(along[3:]) == pytest.approx(y / AROUND)
+        assert np.linalg.norm(along[:3]) <= np.sqrt(3.0) / AROUND * np.hypot(1.0, np.pi)

@@ -139,3 +139,32 @@ def test_speed_is_limited_and_the_lag_is_felt():
     assert out["F_T_W"][2] < -0.5
     out = stage.settle(at(z), ticks=2000)
     np.testing.assert_allclose(out["X_WT_goal"][:3, 3], at(z), atol=1e-12)
+
+
+@pytest.mark.parametrize("law", ["spring", "optimise"])
+def test_where_walls_meet_each_of_them_is_kept_and_the_wrench_stands_still(law):
+    """Beyond a corner of a box that it is to stay in: the goal is in the corner, the force of the whole way there."""
+    box = placed(_core.SurfaceGeometry(_core.Box(np.full(3, 0.04))))
+    hard = law == "spring"
+    stage = Stage(fixture(box, "keep-in", law, law_={"K": 400.0, "B": 0.0, "force": 9.0}, hard=hard))
+    hand = np.array([0.024, 0.023, -0.022])
+    stage.settle(np.zeros(3))
+    stage.settle(hand, ticks=2000)
+    told = [stage.step(hand) for _ in range(20)]
+    corner = 0.02 * np.sign(hand) - hard * RESERVE * np.sign(hand)
+    for out in told:
+        np.testing.assert_allclose(out["F_T_W"][:3], 400.0 * (corner - hand), atol=1e-6)
+        np.testing.assert_allclose(out["X_WT_goal"][:3, 3], corner if hard else hand, atol=1e-9)
+
+
+@pytest.mark.parametrize("authority", [1.0, 0.5])
+def test_hard_a_limit_of_force_lets_the_tool_in_as_far_as_its_share(authority):
+    """The tool stands on a spring of 1000 N/m: 4 mm are asked, 2 N are 2 mm; the hand feels its share of the rest."""
+    limit = fixture(sphere(0.1), "limit", role_={"force": 2.0}, law_={"K": 400.0}, hard=True, authority=authority)
+    stage, depth = Stage(limit), 0.004
+    for _ in range(2000):
+        touched = 0.0 if stage.X_tool is None else max(-stage.X_tool[2, 3], 0.0)
+        out = stage.step(at(-depth), F_T_W=np.array([0.0, 0.0, 1000.0 * touched]), stiffness=1000.0)
+    left = depth - authority * (depth - 0.002)
+    assert out["X_WT_goal"][2, 3] == pytest.approx(-left, abs=2 * RESERVE)
+    assert out["F_T_W"][2] == pytest.approx(authority * 400.0 * 0.002, abs=400.0 * 2 * RESERVE)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from fixtures import DT, Stage, fixture, pose
+from fixtures import DT, RESERVE, Stage, fixture, pose
 from scipy.spatial.transform import Rotation
 
 from palpate import _core
@@ -90,3 +90,20 @@ def test_a_frame_that_falls_silent_fades_out_and_comes_back():
     assert stage.core.authority(0) == 1.0
     with pytest.raises(ValueError, match=r"patience = 0.0.*must be above 0 s"):
         _core.Fixtures([fixture(ball(frame), patience=0.0)])
+
+
+def test_a_leap_leads_the_goals_of_all_that_hang_on_the_frame_at_the_return_speed():
+    """By 0.9 mm in a tick, that is at 0.9 m/s: too fast for a motion, though less than what borders may move."""
+    frame = _core.LiveFrame()
+    frame.set(np.eye(4))
+    stage = Stage(*(fixture(ball(frame), name=name, hard=True) for name in ("one", "two")))
+    hand = np.array([0.0, 0.0, 0.0195])
+    before = stage.settle(hand, ticks=1000)["X_WT_goal"]
+    frame.set(np.eye(4))
+    stage.step(hand)
+    frame.set(pose((0.0, 0.0, 0.0009)))
+    for _ in range(60):
+        now = stage.step(hand)["X_WT_goal"]
+        assert np.linalg.norm((now - before)[:3, 3]) <= _core.GuidanceOptions().return_speed * DT * (1 + 1e-6)
+        before = now
+    np.testing.assert_allclose(now[2, 3], 0.0209 + RESERVE, atol=1e-6)

@@ -13,8 +13,8 @@
 namespace palpate::guidance {
 namespace {
 
-constexpr int kRounds = 3;           // of linearising and solving
-constexpr double kGood = 1e-6;       // [m, rad] lacking less, a place is as wanted
+constexpr int kRounds = 6;           // of linearising and solving
+constexpr double kGood = 1e-8;       // [m, rad] lacking less, a place is as wanted
 constexpr double kFar = 0.5;         // [m] a correction beyond it is none
 constexpr int kJointRank = 1 << 20;  // limits of joints come before every fixture
 constexpr double kLeap = 1e-3;       // [m] that no border moves in a period
@@ -91,21 +91,21 @@ double Guidance::allowed(int i) noexcept {
 }
 
 // A fixture that has just come, was edited, or leapt, may find goal and tool where they may not be: it leads them out.
-// What is of the tool itself, and does not move it, is as wrong at every goal: no leap of a border.
 void Guidance::forgive(int i, const Want& at_goal, const Input& in) noexcept {
   Part& now = part(i);
   const double pace = options_.return_speed * dt_ / (at_goal.turns ? kLength : 1.0);
   now.slack = std::max(now.slack - pace, 0.0);
-  const bool stays = at_goal.of_tool && !fixture(i).policy.hard;
-  const bool leapt = !stays && at_goal.wrong() - allowed(i) > (at_goal.turns ? kLeap / kLength : kLeap);
+  const bool leapt = at_goal.wrong() - allowed(i) > (at_goal.turns ? kLeap / kLength : kLeap);
   if (!now.fresh && !leapt) return;
   now.fresh = false;
   now.slack = std::max(at_goal.wrong(), at_goal.attracts ? 0.0 : ask(i, in.X_WT, in).wrong());
 }
 
-// How far from the border the goal is kept: more while the tool is far behind, for its joints lead it there by an arc.
-double Guidance::kept(const Want& want, bool hard) const noexcept {
-  return hard && !want.attracts && !want.of_tool ? options_.reserve + bend_ : 0.0;
+// What is left up to where the goal has to turn, for as long as it is held: a reserve before the border, and more while
+// the tool is far behind, for its joints lead it there by an arc.
+double Guidance::room(int i, const Want& want) noexcept {
+  const double keep = fixture(i).policy.hard && !want.attracts ? options_.reserve + bend_ : 0.0;
+  return want.gap + allowed(i) - keep - std::max(-want.drift, 0.0) * dt_;
 }
 
 // Asks all fixtures of the proxy at X; at the mapped goal they have been asked.
@@ -122,26 +122,24 @@ double Guidance::lacking(const Proxy& proxy, bool hard) noexcept {
   for (int i = 0; i < size(); ++i) {
     const Want& want = proxy.want[at(i)];
     if (!this->in(i, hard) || !one_sided(want)) continue;
-    const double lacks = kept(want, hard) - want.gap - allowed(i);
+    const double lacks = -room(i, want);
     worst = std::max(worst, want.turns ? kLength * lacks : lacks);
   }
   return worst;
 }
 
-// gap(X) + along . (y - y_X) >= -allowed, and for as long as the goal is held.
+// room(X) + along . (y - y_X) >= 0.
 void Guidance::add_row(Proxy& proxy, int i, const Want& want, const Pose& X, const Input& in) noexcept {
   if (!one_sided(want)) return;
   const Vec6 a = row(want);
-  const double keep = kept(want, fixture(i).policy.hard) + std::max(-want.drift, 0.0) * dt_;
-  const Vec6 from = way(in.X_WT_goal, want.of_tool ? in.X_WT : X);
-  proxy.add(a, a.dot(from) - want.gap - allowed(i) + keep, fixture(i).policy.priority, i);
+  proxy.add(a, a.dot(way(in.X_WT_goal, X)) - room(i, want), fixture(i).policy.priority, i);
 }
 
 // The tool itself is to stay out as well, though it follows its goal late.
 void Guidance::add_tool_row(Proxy& proxy, int i, const Input& in) noexcept {
   if (follower_.follows_at_once()) return;
   const Want want = ask(i, in.X_WT, in);
-  if (!one_sided(want) || want.attracts || want.turns || want.of_tool) return;
+  if (!one_sided(want) || want.attracts || want.turns) return;
   const Vec6 a = row(want);
   const double need = follower_.need(want.gap + allowed(i), want.along.f.dot(follower_.v()), want.drift);
   const Pose X = {in.X_WT_goal.R, in.X_WT.p};
@@ -181,9 +179,10 @@ bool Guidance::solve(Proxy& proxy, bool hard, const Input& in) noexcept {
   bend_ = follower_.follows_at_once() ? 0.0 : std::min(kBend * (X.p - in.X_WT.p).squaredNorm(), kMostBend);
   look_at(proxy, hard, X, in);
   each([&](int i) noexcept { forgive(i, proxy.want[at(i)], in); });
+  const double lacks = lacking(proxy, hard);
   proxy.qp.clear();
   if (hard) {
-    wrong_ = lacking(proxy, hard);
+    wrong_ = lacks;
     add_joint_rows(proxy, in);
     each([&](int i) noexcept { add_tool_row(proxy, i, in); });
   }
@@ -192,13 +191,13 @@ bool Guidance::solve(Proxy& proxy, bool hard, const Input& in) noexcept {
   each([&](int i) noexcept {
     if (part(i).want.attracts) add_row(proxy, i, part(i).want, in.X_WT_goal, in);
   });
+  const int fixed = proxy.qp.rows();
   Qp::Status status = Qp::Status::solved;
   for (int round = 0; round < kRounds; ++round) {
     each([&](int i) noexcept {
       const Want& want = proxy.want[at(i)];
       if (round > 0 && want.attracts && want.wrong() > allowed(i) + kGood) add_row(proxy, i, want, X, in);
     });
-    const int cuts = proxy.qp.rows();
     each([&](int i) noexcept {
       if (!proxy.want[at(i)].attracts) add_row(proxy, i, proxy.want[at(i)], X, in);
     });
@@ -208,10 +207,13 @@ bool Guidance::solve(Proxy& proxy, bool hard, const Input& in) noexcept {
     X = moved(in.X_WT_goal, y);
     if (status == Qp::Status::stopped || round + 1 == kRounds) break;
     look_at(proxy, hard, X, in);
-    if (lacking(proxy, hard) < kGood) break;
-    proxy.qp.truncate(cuts);
+    if (lacking(proxy, hard) < kGood || proxy.qp.rows() + size() > Qp::kRows) break;
+    forget(proxy, fixed);
   }
   take_shares(proxy);
+  // As wanted already, the place is left for a nearer one alone: at rest it stands still.
+  const Vec6 stays = way(in.X_WT_goal, proxy.X_WT);
+  if (lacks < kGood && stays.norm() <= proxy.qp.y().norm() && proxy.qp.kept(stays, fixed)) X = proxy.X_WT;
   if (hard) {
     X = towards(X, in);
     // What had to be slowed down is pushed all the same, by a border that has moved over it.
@@ -223,24 +225,41 @@ bool Guidance::solve(Proxy& proxy, bool hard, const Input& in) noexcept {
   return status == Qp::Status::solved;
 }
 
-// Each fixture's share of the way from the mapped goal, y = sum of multipliers times rows, and the mean of its rows.
+// A row that promised less than is found where it led to bulges the other way than its border: it would forbid what is
+// allowed. One that promised more stays beside the newer: where walls meet, each has its own.
+void Guidance::forget(Proxy& proxy, int from) noexcept {
+  int rows = from;
+  for (int r = from; r < proxy.qp.rows(); ++r) {
+    const int i = proxy.of[at(r)];
+    const Want& want = proxy.want[at(i)];
+    if (!want.attracts && proxy.qp.slack(r) < room(i, want)) continue;
+    proxy.of[at(rows)] = i;
+    proxy.qp.move(r, rows++);
+  }
+  proxy.qp.truncate(rows);
+}
+
+// Each fixture's share of the way from the mapped goal, y = sum of multipliers times rows, as one row of their size.
 void Guidance::take_shares(Proxy& proxy) noexcept {
-  std::array<double, kMaxFixtures> sum{};
+  std::array<double, kMaxFixtures> sum{}, squares{};
   for (int i = 0; i < size(); ++i) proxy.share[at(i)] = 0.0, proxy.along[at(i)] = {};
   for (int r = 0; r < proxy.qp.rows(); ++r) {
     const int i = proxy.of[at(r)];
     const double pushes = proxy.qp.multiplier(r);
     if (i < 0 || pushes <= 0.0) continue;
     const Vec6 a = proxy.qp.row(r);
-    proxy.share[at(i)] += pushes * a.squaredNorm();
     sum[at(i)] += pushes;
+    squares[at(i)] += pushes * a.squaredNorm();
     Wrench& along = proxy.along[at(i)];
     along = along + Wrench{pushes * a.head<3>(), pushes * kLength * a.tail<3>()};
   }
   for (int i = 0; i < size(); ++i) {
     if (sum[at(i)] == 0.0) continue;
     Wrench& along = proxy.along[at(i)];
-    along = {along.f / sum[at(i)], along.t / sum[at(i)]};
+    const double size = std::sqrt(squares[at(i)] / sum[at(i)]);
+    const double way = std::sqrt(along.f.squaredNorm() + (along.t / kLength).squaredNorm());
+    along = {size / way * along.f, size / way * along.t};
+    proxy.share[at(i)] = size * way;
     if (part(i).want.turns) along.f = part(i).want.along.f;  // that the aim turns with the place is felt all the same
   }
 }

@@ -129,8 +129,11 @@ std::shared_ptr<const Law> make_law(const std::string& name, const LawOptions& o
 
 Want ask(const Fixture& fixture, const Tool& tool, double t) noexcept {
   const Geometry& geometry = *fixture.geometry;
-  const Slope slope = fixture.role->needs_slope() ? geometry.slopes(tool.X_WT, t) : Slope{};
-  return fixture.role->want(geometry.query(tool.X_WT, t), slope, tool);
+  Around around;
+  const Role::Needs needs = fixture.role->needs();
+  if (needs == Role::Needs::normals) around = geometry.normals(tool.X_WT, t);
+  if (needs == Role::Needs::turns) around = geometry.turns(tool.X_WT, t);
+  return fixture.role->want(geometry.query(tool.X_WT, t), around, tool);
 }
 
 void check(const Fixtures& fixtures) {

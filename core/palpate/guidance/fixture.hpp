@@ -17,24 +17,24 @@ inline constexpr int kMaxFixtures = 128;
 
 /// What a role is told of the tool. All in W.
 struct Tool {
-  Pose X_WT;                  ///< where it is, or is to be
-  Vec3 F_T_W = Vec3::Zero();  ///< what it touches does to it [N]
-  double stiffness = 0.0;     ///< of what it touches, along that force; 0 when it is not known [N/m]
+  Pose X_WT;                    ///< where it is, or is to be
+  Vec3 p_touch = Vec3::Zero();  ///< where it is, and feels [m]
+  Vec3 F_T_W = Vec3::Zero();    ///< what it touches does to it there [N]
+  double stiffness = 0.0;       ///< of what it touches, along that force; 0 when it is not known [N/m]
 };
 
 /// What a role wants: one number that shall not be below zero, and its slope.
 struct Want {
   /// Below zero by how much it is not as wanted [m; rad when it turns]; infinity: nothing is wanted.
   double gap = std::numeric_limits<double>::infinity();
-  /// Its whole gradient: d gap = along.f . dp + along.t . turn. A unit moment where it turns; the force beside it is
-  /// there because what is aimed at goes with the place.
+  /// Its whole gradient: d gap = along.f . dp + along.t . turn. Where it turns a moment, of length one, or less where
+  /// it is less sure what to turn to; the force beside it is there because what is aimed at goes with the place.
   Wrench along;
   double drift = 0.0;            ///< of the gap while the tool stands still: the fixture moves [m/s, rad/s]
   Vec3 spin = Vec3::Zero();      ///< of the fixture [rad/s]
   Mat3 free = Mat3::Identity();  ///< projector on the directions that are left to the hand
   bool attracts = false;         ///< wants the tool there (guide, orient, rcm), not away from there
   bool turns = false;            ///< of an angle
-  bool of_tool = false;          ///< the gap is of where the tool is now, not of the place that was asked about
   double speed = std::numeric_limits<double>::infinity();  ///< most that the tool may have here [m/s]
 
   /// Takes the drift from the geometry that carries all of it along: d gap = along . (motion of the tool - its own).
@@ -55,11 +55,12 @@ struct Want {
 class Role {
  public:
   virtual ~Role() = default;
-  /// slope: all zero unless the role needs it.
-  [[nodiscard]] virtual Want want(const Query& query, const Slope& slope, const Tool& tool) const noexcept = 0;
+  /// around: of it what the role needs.
+  [[nodiscard]] virtual Want want(const Query& query, const Around& around, const Tool& tool) const noexcept = 0;
   [[nodiscard]] virtual const char* name() const noexcept = 0;
   /// What it aims at goes with the tool's place: it is told how.
-  [[nodiscard]] virtual bool needs_slope() const noexcept { return false; }
+  enum class Needs { nothing, normals, turns };
+  [[nodiscard]] virtual Needs needs() const noexcept { return Needs::nothing; }
   /// It needs a geometry that has an inside.
   [[nodiscard]] virtual bool needs_solid() const noexcept { return false; }
   /// It needs a geometry that is one place.

@@ -78,11 +78,12 @@ void LiveFrame::see(double t) noexcept {
     FrameState now;
     (void)get(now);
     interval_ = seen_ > 0 ? t - t_told_ : 0.0;
-    if (interval_ > 0.0 && interval_ < kSeldom) {
-      const Eigen::AngleAxisd turned(Mat3(now.X_WF.R * X_seen_.R.transpose()));
-      V = {(now.X_WF.p - X_seen_.p) / interval_, turned.angle() / interval_ * turned.axis()};
-      if (V.v.norm() > kFastest || V.w.norm() > kTurns) V = {};  // a leap
-    }
+    const bool often = interval_ > 0.0 && interval_ < kSeldom;
+    const Eigen::AngleAxisd turned(Mat3(now.X_WF.R * X_seen_.R.transpose()));
+    if (often) V = {(now.X_WF.p - X_seen_.p) / interval_, turned.angle() / interval_ * turned.axis()};
+    const bool follows = often && V.v.norm() <= kFastest && V.w.norm() <= kTurns;
+    const bool leapt = !follows && (now.X_WF.p != X_seen_.p || now.X_WF.R != X_seen_.R);
+    if (leapt) V = {}, t_leapt_ = t;
     X_seen_ = now.X_WF;
     seen_ = told;
     t_ = t_told_ = t;
@@ -108,6 +109,14 @@ void Placed::add_live(LiveFrames& frames) const {
   const auto live = std::dynamic_pointer_cast<const LiveFrame>(frame_);
   if (live != nullptr) frames.push_back(std::const_pointer_cast<LiveFrame>(live));
   geometry_->add_live(frames);
+}
+
+Around Placed::normals(const Pose& X_WT, double t) const noexcept {
+  const Pose X_WG = frame_->at(t).X_WF * X_FG_;
+  Around out = geometry_->normals(X_WG.inverse() * X_WT, t);
+  out.normal = X_WG.R * out.normal;
+  out.d_normal = X_WG.R * out.d_normal * X_WG.R.transpose();
+  return out;
 }
 
 Query Placed::answer(const Pose& X_WT, double t) const noexcept {

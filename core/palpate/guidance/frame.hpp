@@ -48,6 +48,8 @@ class LiveFrame final : public Frame {
   /// One thread, the cycle's, sees it: at every tick, at times t [s].
   void see(double t) noexcept;
   [[nodiscard]] bool told() const noexcept { return told_.load(std::memory_order_relaxed) > 0; }
+  /// It was told anew, and not where a motion could have brought it.
+  [[nodiscard]] bool leapt() const noexcept { return t_leapt_ == t_; }
   /// Since it was told anew, as of the last time it was seen [s].
   [[nodiscard]] double age() const noexcept { return t_ - t_told_; }
 
@@ -66,7 +68,7 @@ class LiveFrame final : public Frame {
   // As the cycle has seen it.
   std::size_t seen_ = 0;
   Pose X_seen_;
-  double t_ = 0.0, t_told_ = 0.0, interval_ = 0.0;
+  double t_ = 0.0, t_told_ = 0.0, t_leapt_ = -1.0, interval_ = 0.0;
   std::array<std::atomic<double>, 6> V_{};
 };
 
@@ -80,6 +82,7 @@ class Placed final : public Geometry {
   /// Also of what has none by itself, once somebody has turned it, or tells live how it is turned.
   [[nodiscard]] bool has_axis() const noexcept override;
   void add_live(LiveFrames& frames) const override;
+  [[nodiscard]] Around normals(const Pose& X_WT, double t) const noexcept override;
 
  protected:
   [[nodiscard]] Query answer(const Pose& X_WT, double t) const noexcept override;

@@ -30,16 +30,26 @@ Query Geometry::query(const Pose& X_WT, double t) const noexcept {
   return answer({X_WT.R, p}, std::clamp(t, -kLongest, kLongest));
 }
 
-Slope Geometry::slopes(const Pose& X_WT, double t) const noexcept {
-  constexpr double kPerStep = 0.5 / kStep;
-  Slope out;
+Around Geometry::normals(const Pose& X_WT, double t) const noexcept {
+  Around out;
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const Vec3 step = kAround * Vec3::Unit(k);
+    const Query after = query({X_WT.R, X_WT.p + step}, t), before = query({X_WT.R, X_WT.p - step}, t);
+    out.normal[k] = 0.5 / kAround * (after.distance - before.distance);
+    out.d_normal.row(k) = 0.5 / kAround * (after.steep * after.normal - before.steep * before.normal);
+  }
+  return out;
+}
+
+Around Geometry::turns(const Pose& X_WT, double t) const noexcept {
+  Around out;
   for (Eigen::Index k = 0; k < 3; ++k) {
     const Vec3 step = kStep * Vec3::Unit(k);
     const Query after = query({X_WT.R, X_WT.p + step}, t), before = query({X_WT.R, X_WT.p - step}, t);
-    out.normal.col(k) = kPerStep * (after.normal - before.normal);
-    out.turn.col(k) = kPerStep * turn(before.attitude, after.attitude);
+    out.turn.col(k) = 0.5 / kStep * turn(before.attitude, after.attitude);
   }
-  return {at_most(kSharpest, out.normal), at_most(kSharpest, out.turn)};
+  out.turn = at_most(kSharpest, out.turn);
+  return out;
 }
 
 Mat3 basis_of(const Vec3& normal) noexcept { return basis_of(normal, normal); }

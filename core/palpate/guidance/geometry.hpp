@@ -24,10 +24,11 @@ struct Query {
   int dimension = 2;                 ///< leading tangents that lie along the geometry: 0 at points, 1 along curves
 };
 
-/// How the answer goes with the tool's place p.
-struct Slope {
-  Mat3 normal = Mat3::Zero();  ///< d normal / dp [1/m]
-  Mat3 turn = Mat3::Zero();    ///< the rotation vector of the attitude's turn, by dp [rad/m]
+/// What the answer is around the tool's place p, for roles whose aim goes with the place.
+struct Around {
+  Vec3 normal = Vec3::Zero();    ///< mean of the distance's gradient; shorter than one where the normals disagree
+  Mat3 d_normal = Mat3::Zero();  ///< d normal / dp [1/m]
+  Mat3 turn = Mat3::Zero();      ///< the rotation vector of the attitude's turn, by dp [rad/m]
 };
 
 class LiveFrame;
@@ -44,8 +45,11 @@ class Geometry {
   /// At time t [s], for a tool at X_WT. Finite for every finite pose and time: what lies beyond `kFarthest` is answered
   /// as if it were at the edge. Allocation free.
   [[nodiscard]] Query query(const Pose& X_WT, double t) const noexcept;
-  /// At the same place, by central differences: six queries. Where the answer leaps, as large as kSharpest lets it be.
-  [[nodiscard]] Slope slopes(const Pose& X_WT, double t) const noexcept;
+  /// The normals around the same place, over kAround either way along each of the geometry's axes: by central
+  /// differences of the distance, so that d_normal is exact. Six queries.
+  [[nodiscard]] virtual Around normals(const Pose& X_WT, double t) const noexcept;
+  /// How the attitude turns with the place: six queries. Where it leaps, as fast as kSharpest lets it.
+  [[nodiscard]] Around turns(const Pose& X_WT, double t) const noexcept;
   /// It has an inside: `forbid` and `keep-in` have a meaning.
   [[nodiscard]] virtual bool solid() const noexcept = 0;
   /// It is one place.
@@ -56,7 +60,8 @@ class Geometry {
   virtual void add_live(LiveFrames& /*frames*/) const {}
 
   static constexpr double kFarthest = 1e6;    ///< of coordinates [m]
-  static constexpr double kSharpest = 100.0;  ///< most that a slope turns by [rad/m]
+  static constexpr double kAround = 0.01;     ///< [m]
+  static constexpr double kSharpest = 100.0;  ///< most that an attitude turns by [rad/m]
 
  protected:
   /// As `query`, for coordinates within kFarthest and times within 1e9 s.

@@ -71,7 +71,7 @@ const Output& Guidance::step(const Input& in) noexcept {
 }
 
 Want Guidance::ask(int i, const Pose& X_WT, const Input& in) const noexcept {
-  const Want want = guidance::ask(fixture(i), {X_WT, in.F_T_W, in.stiffness}, in.t);
+  const Want want = guidance::ask(fixture(i), {X_WT, in.X_WT.p, in.F_T_W, in.stiffness}, in.t);
   return finite(want) ? want : Want{};
 }
 
@@ -84,6 +84,8 @@ void Guidance::look(const Input& in) noexcept {
     if (!fixture(i).on && !counts(i)) continue;
     now.want = ask(i, in.X_WT_goal, in);
     const double wanted = wanted_authority(i, in);
+    const auto& frames = fixture(i).frames;
+    now.fresh |= std::any_of(frames.begin(), frames.end(), [](const auto& frame) { return frame->leapt(); });
     if (now.authority == 0.0 && wanted > 0.0) now.fresh = true;
     const double before = now.authority;
     now.authority = std::clamp(wanted, before - dt_ / policy.fall, before + dt_ / policy.rise);

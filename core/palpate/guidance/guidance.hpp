@@ -131,9 +131,10 @@ class Guidance {
   void invert(const Joints& joints) noexcept;
   void add_joint_rows(Proxy& proxy, const Input& in) noexcept;
   [[nodiscard]] double joints_can(const Vec6& step, const Input& in) const noexcept;
+  void forget(Proxy& proxy, int from) noexcept;
   void take_shares(Proxy& proxy) noexcept;
   [[nodiscard]] double allowed(int i) noexcept;
-  [[nodiscard]] double kept(const Want& want, bool hard) const noexcept;
+  [[nodiscard]] double room(int i, const Want& want) noexcept;
   Pose towards(const Pose& X_WT, const Input& in) noexcept;
   void pull(const Input& in) noexcept;
   void yield(bool takes_damping) noexcept;

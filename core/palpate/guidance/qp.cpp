@@ -24,7 +24,21 @@ int Qp::add(const Vec6& a, double b, int rank) noexcept {
   return m_++;
 }
 
+void Qp::move(int from, int to) noexcept {
+  a_[at(to)] = a_[at(from)];
+  b_[at(to)] = b_[at(from)];
+  length_[at(to)] = length_[at(from)];
+  rank_[at(to)] = rank_[at(from)];
+}
+
 double Qp::slack(int i) const noexcept { return length(i) * (a_[at(i)].dot(now_.y) - b_[at(i)]); }
+
+bool Qp::kept(const Vec6& y, int rows) const noexcept {
+  for (int i = 0; i < rows; ++i) {
+    if (a_[at(i)].dot(y) - b_[at(i)] < -kClose) return false;
+  }
+  return true;
+}
 
 // The row that lacks most, of the highest rank; of those first that were active the last time.
 int Qp::most_violated() const noexcept {

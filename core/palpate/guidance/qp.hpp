@@ -35,6 +35,8 @@ class Qp {
   /// that is violated last, when those that lack most are taken up first.
   /// Returns its index; -1 when it is no row (not finite, or a = 0), or there is no room for it.
   int add(const Vec6& a, double b, int rank = 0) noexcept;
+  /// Row `to` is what row `from` is.
+  void move(int from, int to) noexcept;
   [[nodiscard]] int rows() const noexcept { return m_; }
 
   /// y0 finite. Rows that were active in the last solution are taken up first (warm start).
@@ -47,6 +49,8 @@ class Qp {
   [[nodiscard]] Vec6 row(int i) const noexcept { return length(i) * a_[static_cast<std::size_t>(i)]; }
   /// a_i . y - b_i.
   [[nodiscard]] double slack(int i) const noexcept;
+  /// The first `rows` rows are kept at y, but for kClose.
+  [[nodiscard]] bool kept(const Vec6& y, int rows) const noexcept;
   [[nodiscard]] int steps() const noexcept { return steps_; }
 
  private:

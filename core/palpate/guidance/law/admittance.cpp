@@ -33,12 +33,17 @@ class Admittance final : public Law {
 
   [[nodiscard]] Pull attracting(const Want& want, const Twist& V_WT) const noexcept {
     Pull out;
-    Mat3 hard = Mat3::Identity() - want.free;
+    const double more = o_.B / o_.ratio - o_.B;
+    const Mat3 hard = Mat3::Identity() - want.free;
     const Vec3 n = (hard * want.along.f).stableNormalized();
-    const double share = std::min(want.wrong() / kComesIn, 1.0);
-    if (want.rate(V_WT) > 0.0) hard -= share * n * n.transpose();
-    out.B = o_.B * (Mat3::Identity() + (1.0 / o_.ratio - 1.0) * hard);
+    const double mends = want.rate(V_WT) > 0.0 ? std::min(want.wrong() / kComesIn, 1.0) : 0.0;
+    const bool levers = want.along.t != Vec3::Zero();
+    out.B = o_.B * Mat3::Identity() + more * (hard - (levers ? 1.0 : mends) * n * n.transpose());
     out.F_of_B.f = out.F.f = -out.B * V_WT.v;
+    // What the tool's turning changes, too, is damped as one: of place alone it would be a step where the rate turns.
+    const double rate = want.along.f.dot(V_WT.v) + want.along.t.dot(V_WT.w);
+    const double f = levers ? more * (1.0 - mends) * rate : 0.0;
+    out.F = {out.F.f - f * want.along.f, -f * want.along.t};
     return out;
   }
 

@@ -12,7 +12,7 @@ class Guide final : public Role {
  public:
   explicit Guide(const RoleOptions& options) : margin_(options.margin) {}
 
-  [[nodiscard]] Want want(const Query& query, const Slope& /*slope*/, const Tool& tool) const noexcept override {
+  [[nodiscard]] Want want(const Query& query, const Around& /*around*/, const Tool& tool) const noexcept override {
     Want out;
     const double side = query.distance < 0.0 ? -1.0 : 1.0;
     out.gap = margin_ - std::abs(query.distance);

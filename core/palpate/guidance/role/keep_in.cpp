@@ -10,7 +10,7 @@ class KeepIn final : public Role {
  public:
   explicit KeepIn(const RoleOptions& options) : margin_(options.margin) {}
 
-  [[nodiscard]] Want want(const Query& query, const Slope& /*slope*/, const Tool& tool) const noexcept override {
+  [[nodiscard]] Want want(const Query& query, const Around& /*around*/, const Tool& tool) const noexcept override {
     Want out;
     out.gap = -query.distance - margin_;
     out.along.f = -query.steep * query.normal;

@@ -1,6 +1,6 @@
 // Limits within the geometry: the tool's speed, the force of what it touches, or, with neither, the place itself.
 //
-//   gap = (force - |F_T|) / K of what is touched, along F_T;    speed;    workspace: gap = -distance
+//   gap = (force - |F|) / K + n . (p - p_touch),  K of what is touched, n = F / |F|;    speed;    workspace: -distance
 #include "palpate/guidance/fixture.hpp"
 
 namespace palpate::guidance {
@@ -12,7 +12,7 @@ class Limit final : public Role {
  public:
   explicit Limit(const RoleOptions& options) : margin_(options.margin), speed_(options.speed), force_(options.force) {}
 
-  [[nodiscard]] Want want(const Query& query, const Slope& /*slope*/, const Tool& tool) const noexcept override {
+  [[nodiscard]] Want want(const Query& query, const Around& /*around*/, const Tool& tool) const noexcept override {
     Want out;
     if (speed_ == 0.0 && force_ == 0.0) {
       out.gap = margin_ - query.distance;
@@ -26,9 +26,8 @@ class Limit final : public Role {
     const double force = tool.F_T_W.norm();
     if (force_ > 0.0 && force > 0.0) {
       const Vec3 n = tool.F_T_W / force;
-      out.gap = (force_ - force) / (tool.stiffness > 0.0 ? tool.stiffness : kTouch);
+      out.gap = (force_ - force) / (tool.stiffness > 0.0 ? tool.stiffness : kTouch) + n.dot(tool.X_WT.p - tool.p_touch);
       out.along.f = n;
-      out.of_tool = true;
       out.free = Mat3::Identity() - n * n.transpose();
     }
     return out;

@@ -1,9 +1,10 @@
 // Turns the tool: its axis along the geometry's axis, against its normal, or the whole tool as the geometry's frame is.
 //
-//   gap = angle - |theta|,    theta(R_WT, p_WT) the smallest rotation vector that turns the tool as it is wanted
+//   gap = angle - w |theta|,    theta(R_WT, p_WT) the smallest rotation vector that turns the tool as it is wanted
 //
 // Along a curve or a bent surface the aim turns with the place: then a force belongs to the moment, and only the two
-// together are the gradient of what is stored.
+// together are the gradient of what is stored. The normal is the mean of those around (geometry.hpp), w its length:
+// where they disagree, less is wanted, so that wherever the tool is, the aim turns by 1 / kAround at most.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -34,35 +35,34 @@ class Orient final : public Role {
   Orient(const RoleOptions& options, Target target)
       : angle_(options.angle), axis_(options.axis.normalized()), target_(target) {}
 
-  [[nodiscard]] Want want(const Query& query, const Slope& slope, const Tool& tool) const noexcept override {
+  [[nodiscard]] Want want(const Query& query, const Around& around, const Tool& tool) const noexcept override {
     const Mat3& R = tool.X_WT.R;
     const Vec3 pointing = R * axis_;
+    const double w = target_ == Target::normal ? around.normal.norm() : 1.0;
+    const Vec3 n = w > 0.0 ? Vec3(around.normal / w) : Vec3(Vec3::Zero());
     const Vec3 theta = target_ == Target::frame    ? turn(Mat3(query.attitude * R.transpose()))
-                       : target_ == Target::normal ? turn(pointing, Vec3(-query.normal))
+                       : target_ == Target::normal ? turn(pointing, Vec3(-n))
                                                    : turn(pointing, Vec3(query.attitude.col(2)));
     const double far = theta.norm();
+    const Vec3 u = far > 0.0 ? Vec3(theta / far) : pointing.unitOrthogonal();
     Want out;
     out.turns = true;
     out.attracts = true;
-    out.gap = angle_ - far;
-    out.along.t = far > 0.0 ? Vec3(theta / far) : pointing.unitOrthogonal();
-    out.along.f = -turn_of_aim(query, slope).transpose() * out.along.t;
+    out.gap = angle_ - w * far;
+    out.along.t = w * u;
+    // theta grows by u . (n x dn), n = normal / w, and w by n . d_normal.
+    out.along.f = target_ == Target::normal ? Vec3(-around.d_normal.transpose() * (u.cross(n) + far * n))
+                                            : Vec3(-around.turn.transpose() * u);
     out.carried_by(query, tool.X_WT.p);
     return out;
   }
   [[nodiscard]] bool needs_axis() const noexcept override { return target_ == Target::axis; }
   [[nodiscard]] const char* name() const noexcept override { return "orient"; }
-  [[nodiscard]] bool needs_slope() const noexcept override { return true; }
-
- private:
-  /// By which the aim turns when the tool is shifted [rad/m].
-  [[nodiscard]] Mat3 turn_of_aim(const Query& query, const Slope& slope) const noexcept {
-    if (target_ != Target::normal) return slope.turn;
-    Mat3 out;  // n x dn
-    for (Eigen::Index k = 0; k < 3; ++k) out.col(k) = query.normal.cross(Vec3(slope.normal.col(k)));
-    return out;
+  [[nodiscard]] Needs needs() const noexcept override {
+    return target_ == Target::normal ? Needs::normals : Needs::turns;
   }
 
+ private:
   double angle_;
   Vec3 axis_;
   Target target_;

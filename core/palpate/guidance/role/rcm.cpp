@@ -10,7 +10,7 @@ class Rcm final : public Role {
  public:
   explicit Rcm(const RoleOptions& options) : margin_(options.margin), axis_(options.axis.normalized()) {}
 
-  [[nodiscard]] Want want(const Query& query, const Slope& /*slope*/, const Tool& tool) const noexcept override {
+  [[nodiscard]] Want want(const Query& query, const Around& /*around*/, const Tool& tool) const noexcept override {
     const Vec3 a = tool.X_WT.R * axis_, to = query.point - tool.X_WT.p;
     const Vec3 lever = a * a.dot(to);  // from T to the shaft's place beside c
     const Vec3 aside = to - lever;
