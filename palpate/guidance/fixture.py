@@ -18,7 +18,7 @@ from palpate.guidance.geometry import Shape, placed, refused
 from palpate.guidance.here import Here
 from palpate.guidance.sections import Frame, Law, Ramp, Role, law_is_read
 from palpate.guidance.values import PositiveLength
-from palpate.scene.values import Number, Section
+from palpate.scene.values import Number, Positive, Section
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -62,6 +62,10 @@ class Fixture(Section):
     """takes part once the tool is nearer than this to what is wanted; always when left out [m]"""
     release: PositiveLength | None = None
     """until it is farther than this; never when left out [m]"""
+    engage_deg: Positive | None = None
+    """orient: takes part once the tool is nearer than this angle; always when left out [deg]"""
+    release_deg: Positive | None = None
+    """orient: until it is farther than this; never when left out [deg]"""
     rise: Annotated[Number, Field(ge=0.01)] = _P.rise
     """shortest time for its authority from 0 to 1 [s]"""
     fall: Annotated[Number, Field(ge=0.01)] = _P.fall
@@ -97,10 +101,22 @@ class Fixture(Section):
         return self
 
     @model_validator(mode="after")
+    def _policy_is_read(self) -> Self:
+        turns = self.role.name == "orient"
+        place, turn = ("engage", "release", "a ramp by distance"), ("engage_deg", "release_deg", "a ramp by angle")
+        given = {key for key in (*place, *turn) if getattr(self, key, None) is not None}
+        given |= {f"a ramp by {ramp.by}" for ramp in self.ramps}
+        for unread, read in zip(place if turns else turn, turn if turns else place, strict=True):
+            if unread in given:
+                raise ValueError(f"role {self.role.name} does not read {unread} | it reads {read}")
+        return self
+
+    @model_validator(mode="after")
     def _hysteresis(self) -> Self:
-        if self.engage is not None and self.release is not None and self.release < self.engage:
-            told = f"release {self.release:g} m is below engage {self.engage:g} m"
-            raise ValueError(f"{told} | it takes part below engage, until above release: release the larger")
+        for unit, engage, release in (("m", self.engage, self.release), ("deg", self.engage_deg, self.release_deg)):
+            if engage is not None and release is not None and release < engage:
+                told = f"release {release:g} {unit} is below engage {engage:g} {unit}"
+                raise ValueError(f"{told} | it takes part below engage, until above release: release the larger")
         return self
 
     @classmethod
@@ -140,9 +156,9 @@ class Fixture(Section):
         policy = _core.Policy()
         policy.hard, policy.authority, policy.priority = self.hard, self.authority, self.priority
         policy.rise, policy.fall = self.rise, self.fall
-        policy.engage = np.inf if self.engage is None else self.engage
-        policy.release = np.inf if self.release is None else self.release
-        policy.ramps = [_core.Ramp(ramp.by, ramp.start, ramp.end) for ramp in self.ramps]
+        policy.engage = self.engage or float(np.radians(self.engage_deg or np.inf))
+        policy.release = self.release or float(np.radians(self.release_deg or np.inf))
+        policy.ramps = [ramp.core() for ramp in self.ramps]
         try:
             made = _core.Fixture(name, geometry, self.role.name, self.role.core(), self.law.name, self.law.core(),
                                  policy, self.enabled, self.frame.patience or np.inf)  # fmt: skip

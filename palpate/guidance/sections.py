@@ -136,8 +136,9 @@ class Law(Section):
 class Ramp(Section):
     """Authority that fades with something measured: 0 at `start`, 1 at `end`, either may be the larger."""
 
-    by: Literal["pedal", "distance", "time", "force"] = "pedal"
-    """guidance pedal [0-1], distance from what is wanted [m], time since it was engaged [s], force of the hand [N]"""
+    by: Literal["pedal", "distance", "angle", "time", "force"] = "pedal"
+    """guidance pedal [0-1], distance from what is wanted [m], of `orient` the angle from it [deg], time since it was
+    engaged [s], force of the hand [N]"""
     start: Length = 0.0
     """authority is 0 here; of a distance also with its unit: 2 cm"""
     end: Length = 1.0
@@ -157,6 +158,12 @@ class Ramp(Section):
         if self.start == self.end:
             raise ValueError(f"a ramp from {self.start:g} to {self.end:g} is none | start and end must differ")
         return self
+
+    def core(self) -> _core.Ramp:
+        """As the core knows it, to which an angle is a distance [rad]."""
+        if self.by == "angle":
+            return _core.Ramp("distance", float(np.radians(self.start)), float(np.radians(self.end)))
+        return _core.Ramp(self.by, self.start, self.end)
 
 
 class Frame(Section):

@@ -111,6 +111,20 @@ def test_a_point_that_is_turned_or_told_live_has_the_axis_of_its_frame(here):
     assert Fixture(geometry={"point": {"at": [0, 0, 0]}}, frame="camera", **told).make(live).role == "orient"
 
 
+def test_an_orient_engages_and_fades_by_angles_and_nothing_else_does():
+    by_angle = {"engage_deg": 10, "release_deg": 20, "ramps": [{"by": "angle", "start": 5, "end": 15}]}
+    f = Fixture(guidance.Line(start=(0, 0, 0), end=(0, 0, 1)), role="orient", **by_angle)
+    assert list(from_yaml(f.to_yaml())) == [f]
+    policy = f.make().policy
+    assert (policy.engage, policy.release) == pytest.approx((np.radians(10), np.radians(20)))
+    assert (policy.ramps[0].start, policy.ramps[0].end) == pytest.approx((np.radians(5), np.radians(15)))
+    by_place = {"engage": "2 mm", "release": "3 mm", "ramps": [{"by": "distance", "end": "1 cm"}]}
+    for role, keys, read in (("orient", by_place, "angle|_deg"), ("guide", by_angle, "distance|engage|release")):
+        for key, value in keys.items():
+            with pytest.raises(ValueError, match=rf"role {role} does not read .* \| it reads .*({read})"):
+                Fixture(guidance.Line(start=(0, 0, 0), end=(0, 0, 1)), role=role, **{key: value})
+
+
 def test_several_fixtures_go_round():
     fixtures = [Fixture("margin: 3 mm around: ball.stl"), Fixture(Mesh(file="ball.stl"), role="guide", name="b")]
     assert list(from_yaml(to_yaml(fixtures))) == fixtures
