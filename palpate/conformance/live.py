@@ -9,6 +9,7 @@ And what is switched, or given another authority, at rest comes and goes no fast
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -74,8 +75,9 @@ def _shift(xyz: Array) -> Array:
 def edits(c: Combination, probe: Probe) -> dict[str, Setting]:
     """One after the other, by what is done."""
     first = Setting()
-    aside = _smoothly(c, probe.X, probe.along[:3], MOVED)
-    leapt = _smoothly(c, np.linalg.inv(aside) @ probe.X, probe.along[:3], LEAPT)
+    up = probe.along[:3].tobytes()
+    aside = _smoothly(c.role, c.geometry, probe.X.tobytes(), up, MOVED)
+    leapt = _smoothly(c.role, c.geometry, (np.linalg.inv(aside) @ probe.X).tobytes(), up, LEAPT)
     stiffer, damper = {"K": 1.5 * K, "K_turn": 1.5 * K_TURN}, {"B": 3.0 * B, "B_turn": 3.0 * B_TURN}
     authority = 0.5 * float(POLICIES[c.policy].options.get("authority", 1.0))
     last = replace(first, X_FG=aside, law={**stiffer, **damper}, law_name=OTHER[c.law], authority=authority)
@@ -94,7 +96,7 @@ def edits(c: Combination, probe: Probe) -> dict[str, Setting]:
 
 def live_edit(c: Combination) -> str:
     """Switched, moved, leapt, made stiffer, more damped, given another law and authority: at rest, then in motion."""
-    probe = _place(c)
+    probe = _place(c.role, c.geometry, "engage" in POLICIES[c.policy].options)
     masters = (False, True) if "admittance" in (c.law, OTHER[c.law]) else (False,)
     motions = {"at rest": (held(probe, 2), False)}
     motions |= {f"in motion{', admittance master' * m}": (_swinging(c, probe), m) for m in masters}
@@ -127,17 +129,22 @@ def _edited(c: Combination, probe: Probe, motion: Motion, damping: bool) -> str:
     return ""
 
 
-def _smoothly(c: Combination, X: Array, along: Array, far: float) -> Array:
-    """(4, 4) so far that a tool at X is deeper then, if all is smooth there; else aside, or out."""
-    case, s = ROLES[c.role], SPECIMENS[c.geometry]
-    up = along / max(float(np.linalg.norm(along)), 1e-9)
+@lru_cache(maxsize=64)
+def _smoothly(role: str, geometry: str, X: bytes, along: bytes, far: float) -> Array:
+    """(4, 4) so far that a tool at X (4, 4) is deeper then, if all is smooth there; else aside, or out.
+
+    along (3,): up the slope. Both as bytes, to be kept for all laws and policies.
+    """
+    case, s = ROLES[role], SPECIMENS[geometry]
+    here, slope = np.frombuffer(X).reshape(4, 4), np.frombuffer(along)
+    up = slope / max(float(np.linalg.norm(slope)), 1e-9)
     side = np.cross(up, np.eye(3)[int(np.argmin(np.abs(up)))])
     for way in (up, side, -side, np.cross(up, side), -np.cross(up, side), -up):
         shift = _shift(far * way / max(float(np.linalg.norm(way)), 1e-9))
-        Y = np.linalg.inv(shift) @ X
+        Y = np.linalg.inv(shift) @ here
         if case.speed or smooth(case, s, Y, gradient(case, s, Y)):
             return shift
-    raise LookupError(f"no move of {1e3 * far} mm beside a {c.geometry} that ends where {c.role} has a smooth answer")
+    raise LookupError(f"no move of {1e3 * far} mm beside a {geometry} that ends where {role} has a smooth answer")
 
 
 def _fading(c: Combination) -> int:
@@ -145,16 +152,17 @@ def _fading(c: Combination) -> int:
     return max(settle(c), 1600 if ROLES[c.role].turns else round(1.6 * SLOW / DT))
 
 
-def _place(c: Combination) -> Probe:
+@lru_cache(maxsize=64)
+def _place(role: str, geometry: str, engages: bool) -> Probe:
     """Where the hand is: not as wanted; of a fixture that engages by nearness, near enough."""
-    case, s = ROLES[c.role], SPECIMENS[c.geometry]
-    if "engage" not in POLICIES[c.policy].options:
-        return probes(c.role, c.geometry)[0]
-    for probe in probes(c.role, c.geometry)[:WRONG]:
+    case, s = ROLES[role], SPECIMENS[geometry]
+    if not engages:
+        return probes(role, geometry)[0]
+    for probe in probes(role, geometry)[:WRONG]:
         X = brought(case, s, probe.X, -0.85 * ENGAGE * (PER_TURN if case.turns else 1.0))
         if X is not None and smooth(case, s, X, gradient(case, s, X)):
-            return probe_at(c.role, c.geometry, X)
-    raise LookupError(f"no smooth place near the border of {c.role} beside a {c.geometry}")
+            return probe_at(role, geometry, X)
+    raise LookupError(f"no smooth place near the border of {role} beside a {geometry}")
 
 
 def _swinging(c: Combination, probe: Probe) -> Motion:
@@ -201,7 +209,12 @@ def _seen(c: Combination, probe: Probe, setting: Setting) -> Probe:
     """The probe, as the fixture has it where it is then."""
     if ROLES[c.role].speed:
         return probe
-    return probe_at(c.role, c.geometry, np.linalg.inv(setting.X_WF @ setting.X_FG) @ probe.X)
+    return _probe(c.role, c.geometry, (np.linalg.inv(setting.X_WF @ setting.X_FG) @ probe.X).tobytes())
+
+
+@lru_cache(maxsize=64)
+def _probe(role: str, geometry: str, X: bytes) -> Probe:
+    return probe_at(role, geometry, np.frombuffer(X).reshape(4, 4))
 
 
 def _promised(

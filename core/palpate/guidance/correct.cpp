@@ -15,6 +15,7 @@ namespace {
 
 constexpr int kRounds = 6;           // of linearising and solving
 constexpr double kGood = 1e-8;       // [m, rad] lacking less, a place is as wanted
+constexpr double kPushed = 1e-6;     // [m] by which a border has to have moved over the goal to push it
 constexpr double kFar = 0.5;         // [m] a correction beyond it is none
 constexpr int kJointRank = 1 << 20;  // limits of joints come before every fixture
 constexpr double kLeap = 1e-3;       // [m] that no border moves in a period
@@ -169,38 +170,38 @@ void Guidance::add_joint_rows(Proxy& proxy, const Input& in) noexcept {
   }
 }
 
+// The rows that stay for this tick: of joints, of the tool itself, and of what attracts, which is asked where the hand
+// is. Returns how many they are.
+int Guidance::add_lasting_rows(Proxy& proxy, bool hard, const Input& in) noexcept {
+  proxy.qp.clear();
+  if (hard) add_joint_rows(proxy, in);
+  for (int i = 0; i < size(); ++i) {
+    if (!this->in(i, hard)) continue;
+    if (hard) add_tool_row(proxy, i, in);
+    if (part(i).want.attracts) add_row(proxy, i, part(i).want, in.X_WT_goal, in);
+  }
+  return proxy.qp.rows();
+}
+
 bool Guidance::solve(Proxy& proxy, bool hard, const Input& in) noexcept {
-  const auto each = [&](auto&& act) noexcept {
-    for (int i = 0; i < size(); ++i) {
-      if (this->in(i, hard)) act(i);
-    }
-  };
   Pose X = proxy.X_WT;
   bend_ = follower_.follows_at_once() ? 0.0 : std::min(kBend * (X.p - in.X_WT.p).squaredNorm(), kMostBend);
   look_at(proxy, hard, X, in);
-  each([&](int i) noexcept { forgive(i, proxy.want[at(i)], in); });
-  const double lacks = lacking(proxy, hard);
-  proxy.qp.clear();
-  if (hard) {
-    wrong_ = lacks;
-    add_joint_rows(proxy, in);
-    each([&](int i) noexcept { add_tool_row(proxy, i, in); });
+  for (int i = 0; i < size(); ++i) {
+    if (this->in(i, hard)) forgive(i, proxy.want[at(i)], in);
   }
-  // What attracts is asked where the hand is, and each row stays: cuts of what is wanted. What repels is asked about
-  // the place before, and anew about each better one: its side is remembered.
-  each([&](int i) noexcept {
-    if (part(i).want.attracts) add_row(proxy, i, part(i).want, in.X_WT_goal, in);
-  });
-  const int fixed = proxy.qp.rows();
+  const double lacks = lacking(proxy, hard);
+  wrong_ = lacks;
+  const int lasting = add_lasting_rows(proxy, hard, in);
+  // What attracts adds cuts of what is wanted. What repels is asked about the place before, and anew about each better
+  // one: its side is remembered.
   Qp::Status status = Qp::Status::solved;
   for (int round = 0; round < kRounds; ++round) {
-    each([&](int i) noexcept {
+    for (int i = 0; i < size(); ++i) {
+      if (!this->in(i, hard)) continue;
       const Want& want = proxy.want[at(i)];
-      if (round > 0 && want.attracts && want.wrong() > allowed(i) + kGood) add_row(proxy, i, want, X, in);
-    });
-    each([&](int i) noexcept {
-      if (!proxy.want[at(i)].attracts) add_row(proxy, i, proxy.want[at(i)], X, in);
-    });
+      if (!want.attracts || (round > 0 && want.wrong() > allowed(i) + kGood)) add_row(proxy, i, want, X, in);
+    }
     status = proxy.qp.solve(Vec6::Zero());
     const Vec6& y = proxy.qp.y();
     if (!(y.norm() < kFar)) return false;  // the goal stays where it was
@@ -208,16 +209,16 @@ bool Guidance::solve(Proxy& proxy, bool hard, const Input& in) noexcept {
     if (status == Qp::Status::stopped || round + 1 == kRounds) break;
     look_at(proxy, hard, X, in);
     if (lacking(proxy, hard) < kGood || proxy.qp.rows() + size() > Qp::kRows) break;
-    forget(proxy, fixed);
+    forget(proxy, lasting);
   }
   take_shares(proxy);
   // As wanted already, the place is left for a nearer one alone: at rest it stands still.
   const Vec6 stays = way(in.X_WT_goal, proxy.X_WT);
-  if (lacks < kGood && stays.norm() <= proxy.qp.y().norm() && proxy.qp.kept(stays, fixed)) X = proxy.X_WT;
+  if (lacks < kGood && stays.norm() <= proxy.qp.y().norm() && proxy.qp.kept(stays, lasting)) X = proxy.X_WT;
   if (hard) {
     X = towards(X, in);
     // What had to be slowed down is pushed all the same, by a border that has moved over it.
-    if (wrong_ > kGood && proxy.qp.solve(way(in.X_WT_goal, X)) != Qp::Status::stopped && proxy.qp.y().norm() < kFar) {
+    if (wrong_ > kPushed && proxy.qp.solve(way(in.X_WT_goal, X)) != Qp::Status::stopped && proxy.qp.y().norm() < kFar) {
       X = moved(in.X_WT_goal, proxy.qp.y());
     }
   }

@@ -122,6 +122,7 @@ class Guidance {
   [[nodiscard]] double wanted_authority(int i, const Input& in) noexcept;
   void look(const Input& in) noexcept;
   void correct(const Input& in) noexcept;
+  int add_lasting_rows(Proxy& proxy, bool hard, const Input& in) noexcept;
   bool solve(Proxy& proxy, bool hard, const Input& in) noexcept;
   void look_at(Proxy& proxy, bool hard, const Pose& X_WT, const Input& in) noexcept;
   [[nodiscard]] double lacking(const Proxy& proxy, bool hard) noexcept;
