@@ -137,7 +137,8 @@ void Guidance::blend(const Wrench& F, const Mat3& B_W, const Input& in) noexcept
     const double shift = now.want.along.f.norm(), lever = now.want.along.t.norm();
     const double K = now.want.turns ? law.turning_stiffness() : law.stiffness();
     const double rise = K * (shift * moved + lever * turn + drift);
-    const double damps = now.want.turns ? law.turning_damping() * dw : law.damping() * (shift * dv + lever * dw);
+    double damps = now.want.turns ? law.turning_damping() * dw : law.damping() * (shift * dv + lever * dw);
+    if (in.takes_damping && lever == 0.0 && now.pull.B != Mat3::Zero()) damps = 0.0;  // the master has it
     f += shift * (now.want.turns ? rise : rise + damps);
     if (std::isfinite(now.want.speed)) f += law.damping() * dv;  // a limit of speed has no slope to move along
     t += lever * (rise + damps);
