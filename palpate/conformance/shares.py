@@ -183,9 +183,8 @@ def _pair(c: Combination, probe: Probe, mine: int, others: int, first: float, se
     n = settle(c)
     own, against = fixture(c, policy={"priority": mine}), _opponent(c, probe, others)
     F1, F2, both = (Bench(c, *some, quick=True).run(held(probe, n)) for some in ((own,), (against,), (own, against)))
-    part = slice(3, 6) if ROLES[c.role].turns else slice(0, 3)
-    a, b = (_unit(F[-1, part]) for F in (F1.F, F2.F))
-    f1, f2, f12 = F1.F[-1, part], F2.F[-1, part], both.F[-1, part]
+    f1, f2, f12 = (F.F[-1] * WEIGH * (np.arange(6) > 2 if ROLES[c.role].turns else 1.0) for F in (F1, F2, both))
+    a, b = _unit(f1), _unit(f2)
     # What each loses of the other is its part against it, where there is one.
     due = f1 - second * min(float(f1 @ b), 0.0) * b + f2 - first * min(float(f2 @ a), 0.0) * a
     off = float(np.linalg.norm(f12 - due))
@@ -200,7 +199,7 @@ def _pair(c: Combination, probe: Probe, mine: int, others: int, first: float, se
 
 def _unit(v: Array) -> Array:
     size = float(np.linalg.norm(v))
-    return np.asarray(v / size if size > 1e-9 else np.zeros(3))
+    return np.asarray(v / size if size > 1e-9 else 0.0 * v)
 
 
 def _opponent(c: Combination, probe: Probe, priority: int) -> _core.Fixture:
