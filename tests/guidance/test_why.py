@@ -32,7 +32,9 @@ def some(rng, i):
         hard=bool(rng.random() < 0.3),
         authority=float(rng.choice([1.0, 0.4])),
         priority=int(rng.integers(0, 3)),
-        ramps=[{"by": "distance", "start": 0.0, "end": 0.01}] if rng.random() < 0.3 else [],
+        ramps=[{"by": "angle", "end": 30.0} if role == "orient" else {"by": "distance", "end": 0.01}]
+        if rng.random() < 0.3
+        else [],
     )
 
 

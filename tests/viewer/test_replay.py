@@ -47,7 +47,7 @@ def test_shows_the_chosen_instant(viewer):
     for t in (2.5, 0.5):  # forwards, then back
         viewer.show_at(t)
         settled(lambda: float(viewer._drawing.p_WT[0]), 0.01 * t, 1e-4)
-        assert f">{t:.2f} N<" in viewer._gauges._figures.content
+        settled(lambda at=f">{t:.2f} N<": at in viewer._gauges._figures.content, True, 0)
         assert f">{t:.2f} s<" in viewer._gauges._figures.content
         times, forces = viewer._gauges._force_plot.data
         assert times[-1] == pytest.approx(t, abs=0.02)
