@@ -223,12 +223,12 @@ class Session:
 
     def why(self) -> str:
         """Why the hand feels guidance now, in words: the fixture that pulls most, and its terms."""
-        from palpate.guidance.why import of_tick
+        from palpate.guidance.why import Hand, of_tick
 
         tick, scene = self.latest(), self.rig.scene
         V_WT = np.r_[scene.mapping.scale * self.rig.arms.X_WL[:3, :3] @ np.asarray(tick["v_LH"]), np.zeros(3)]
-        F_hand = float(np.linalg.norm(tick["F_cell_L"]))
-        return of_tick(self._fixtures, tick, self.rig.here, V_WT, self.controls.guidance, F_hand)
+        hand = Hand(V_WT, self.controls.guidance, float(np.linalg.norm(tick["F_cell_L"])))
+        return of_tick(self._fixtures, tick, self.rig.here, hand)
 
     @property
     def timing(self) -> dict[str, Any]:

@@ -17,9 +17,6 @@ Array = NDArray[np.float64]
 
 WRONG, RIGHT = 4, 2
 """How many of each."""
-SHARPEST = 60.0
-"""Most that an axis or a frame turns with the place, where it is judged: within a loop of 1.5 mm it does not reach the
-100 rad/m up to which the core follows."""
 UNEVEN = 10.0
 """Most that the turn of an aim changes within _LOOP [rad/m]."""
 _EVERY_WAY = np.array([np.array(u) / np.linalg.norm(u) for u in product((-1, 0, 1), repeat=3) if any(u)])
@@ -170,8 +167,6 @@ def _leaps(s: Specimen, p: Array) -> bool:
 
 def _aim_is_smooth(case: RoleCase, s: Specimen, X: Array, along: Array) -> bool:
     """What a tool is turned to turns little with the place, and as much beside, as far as the closed loops go."""
-    if float(np.linalg.norm(along[:3])) > SHARPEST:
-        return False
     half = len(_EVERY_WAY) // 2
     for u in _LOOP * _EVERY_WAY[:half]:
         there, back = (gradient(case, s, moved(X, np.r_[v, 0.0, 0.0, 0.0]))[:3] - along[:3] for v in (u, -u))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -55,14 +55,19 @@ class Term:
     authority: float = 1.0
 
 
-def terms(
-    fixtures: Sequence[Fixture],
-    tick: Any,
-    here: Here,
-    V_WT: npt.ArrayLike | None = None,
-    pedal: float = 1.0,
-    F_hand: float = -1.0,
-) -> list[Term]:
+@dataclass(frozen=True)
+class Hand:
+    """What the fixtures of a run were told of the operator."""
+
+    V_WT: Array = field(default_factory=lambda: np.zeros(6))
+    """(6,) of the tool as the hand moves it, in W [m/s, rad/s]."""
+    pedal: float = 1.0
+    """of guidance, 0 to 1."""
+    force: float = -1.0
+    """by a load cell [N]; below zero: there is none."""
+
+
+def terms(fixtures: Sequence[Fixture], tick: Any, here: Here, hand: Hand | None = None) -> list[Term]:
     """What each fixture adds at a tick of a run, and last what is left: they sum up to the recorded wrench.
 
     The stage itself is asked, at rest at the tick's pose until nothing fades any more. Left is what only the run knows:
@@ -73,9 +78,7 @@ def terms(
         fixtures: of the run, in their order.
         tick: signals of the run by their names.
         here: what the names in them stand for.
-        V_WT: (6,) of the tool as the hand moves it, in W [m/s, rad/s]; at rest when left out.
-        pedal: of guidance, 0 to 1.
-        F_hand: of the operator, by a load cell [N]; below zero: there is none.
+        hand: that was there; at rest, the pedal down and no load cell when left out.
     """
     made = _core.Fixtures([f.model_copy(update={"rise": 0.01, "fall": 0.01}).make(here) for f in fixtures], here.tool)
     options = _core.GuidanceOptions()
@@ -85,12 +88,12 @@ def terms(
     stage = _core.Guidance(options, _DT)
     stage.take(made)
     X = _mapped(tick)
-    V = np.zeros(6) if V_WT is None else np.asarray(V_WT, dtype=np.float64)
+    hand = hand or Hand()
     X_tool = X
-    more: dict[str, Any] = {"F_T_W": np.asarray(tick["F_T_W"]), "pedal": pedal, "F_hand": F_hand}
+    more: dict[str, Any] = {"F_T_W": np.asarray(tick["F_T_W"]), "pedal": hand.pedal, "F_hand": hand.force}
     t = float(tick["t"])
     for when in [t - _ramped(fixtures), *[t] * _TICKS]:
-        X_tool = stage.step(when, X, V, X_tool, **more)["X_WT_goal"]
+        X_tool = stage.step(when, X, hand.V_WT, X_tool, **more)["X_WT_goal"]
     told = [Term(f.name or f.role.name, stage.wrench(i), stage.authority(i)) for i, f in enumerate(fixtures)]
     left = np.r_[tick["F_guidance_W"], tick["t_guidance_W"]] - sum((term.F for term in told), np.zeros(6))
     return [*told, Term("what is left", left)]
@@ -102,14 +105,7 @@ def _ramped(fixtures: Sequence[Fixture]) -> float:
     return max(ends, default=0.0) + 1.0
 
 
-def of_tick(
-    fixtures: Sequence[Fixture],
-    tick: Any,
-    here: Here,
-    V_WT: npt.ArrayLike | None = None,
-    pedal: float = 1.0,
-    F_hand: float = -1.0,
-) -> str:
+def of_tick(fixtures: Sequence[Fixture], tick: Any, here: Here, hand: Hand | None = None) -> str:
     """What guidance did at a tick of a run: the sum, what each fixture adds to it, and how the most of it comes about.
 
     Every fixture is asked where the hand sends the tool: at the goal as it was mapped, before it was corrected. As
@@ -123,9 +119,10 @@ def of_tick(
     if not 0 <= index < len(fixtures):
         return "\n".join([*lines, "no fixture pulls"])
     lines.append(f"guidance pulls with {force:.3g} N; most of it is {fixtures[index].name}'s")
-    parts = terms(fixtures, tick, here, V_WT, pedal, F_hand)
+    hand = hand or Hand()
+    parts = terms(fixtures, tick, here, hand)
     lines += [_told(term) for term in parts if np.abs(term.F).max() > _TOLD]
-    return "\n".join([*lines, why(fixtures[index], _mapped(tick), V_WT, float(tick["t"]), here)])
+    return "\n".join([*lines, why(fixtures[index], _mapped(tick), hand.V_WT, float(tick["t"]), here)])
 
 
 def _mapped(tick: Any) -> Array:

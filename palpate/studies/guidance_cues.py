@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from palpate.studies.command import Sweeper
-from palpate.studies.guidance import FEW, SEED, attempt, judged, task_of
-from palpate.studies.guidance_effects import BOOTSTRAPS
+from palpate.studies.guidance import SEED, attempt, judged, task_of
+from palpate.studies.guidance_effects import of_the_first
 from palpate.studies.guidance_tasks import TASKS
-from palpate.sweep import Axis, sweep
+from palpate.sweep import sweep
 from palpate.sweep.grid import Point
 
 CONDITIONS = ("none", "visual", "haptics", "visual+haptics")
@@ -19,13 +19,9 @@ MEASURES = ("path_error_mm", "mean_force_N", "peak_force_N", "time_s")
 
 def cued(operators: int, seed: int = SEED, sweep: Sweeper = sweep) -> list[dict[str, Any]]:
     """A row per task and condition, of the first operators of the cohort; as `visual_cues` in docs/json.md."""
-    few = min(operators, FEW)
-    grid = {"operator": Axis(range(few)), "task": Axis(TASKS), "cohort": Axis([seed])}
-    rows = sweep(each, grid, seed, title="visual cues").rows()
-    draws = np.random.default_rng(seed).integers(few, size=(BOOTSTRAPS, few))
+    rows, draws = of_the_first(each, TASKS, operators, seed, sweep, "visual cues")
     told = []
-    for task in TASKS:
-        mine = [row for row in rows if row["task"] == task]
+    for task, mine in rows.items():
         for condition in CONDITIONS:
             out: dict[str, Any] = {"task": task, "condition": condition}
             for key in MEASURES:

@@ -2,18 +2,39 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.studies.command import Sweeper
 from palpate.studies.guidance import ABLATION, ALL, CONDITIONS, FEW, MEASURES, REGISTRATION, task_of
 from palpate.studies.guidance_tasks import TASKS
+from palpate.sweep import Axis
+from palpate.sweep.grid import Point
 
 Array = NDArray[np.float64]
 
 BOOTSTRAPS = 2000
+Rows = list[dict[str, Any]]
+
+
+def of_the_first(
+    each: Callable[[Point, int], dict[str, float]],
+    tasks: Iterable[str],
+    operators: int,
+    seed: int,
+    sweep: Sweeper,
+    title: str,
+) -> tuple[dict[str, Rows], NDArray[np.int64]]:
+    """`each` of the cohort's first operators, FEW at most: their rows by task; draws (BOOTSTRAPS, few) of them."""
+    few = min(operators, FEW)
+    grid = {"operator": Axis(range(few)), "task": Axis(tasks), "cohort": Axis([seed])}
+    rows = sweep(each, grid, seed, title=title).rows()
+    draws = np.random.default_rng(seed).integers(few, size=(BOOTSTRAPS, few))
+    return {task: [row for row in rows if row["task"] == task] for task in tasks}, draws
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from palpate.studies.command import Sweeper
-from palpate.studies.guidance import FEW, SEED, attempt, judged, task_of
-from palpate.studies.guidance_effects import BOOTSTRAPS
+from palpate.studies.guidance import SEED, attempt, judged, task_of
+from palpate.studies.guidance_effects import of_the_first
 from palpate.studies.guidance_tasks import TASKS
-from palpate.sweep import Axis, sweep
+from palpate.sweep import sweep
 from palpate.sweep.grid import Point
 
 SHARES = (1.0, 0.5, 0.0)
@@ -24,13 +24,9 @@ PATHS = tuple(name for name in TASKS if task_of(name).purpose == "path_error_mm"
 
 def yielding(operators: int, seed: int = SEED, sweep: Sweeper = sweep) -> list[dict[str, Any]]:
     """A row per task and share, of the first operators of the cohort; as `yields` in docs/json.md."""
-    few = min(operators, FEW)
-    grid = {"operator": Axis(range(few)), "task": Axis(PATHS), "cohort": Axis([seed])}
-    rows = sweep(yielded, grid, seed, title="yields").rows()
-    draws = np.random.default_rng(seed).integers(few, size=(BOOTSTRAPS, few))
+    rows, draws = of_the_first(yielded, PATHS, operators, seed, sweep, "yields")
     told = []
-    for task in PATHS:
-        mine = [row for row in rows if row["task"] == task]
+    for task, mine in rows.items():
         none = np.array([row["none_mm"] for row in mine])
         for share in SHARES:
             guided = np.array([row[_key(share)] for row in mine])

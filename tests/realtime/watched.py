@@ -166,7 +166,7 @@ def estimating() -> _core.Simulation:
 def fixtures(gain: float = 1.0) -> _core.Fixtures:
     """Every role and every law, soft and hard, with ramps, around where the hand is; some contradict each other."""
     made, line = [], _core.LineGeometry(np.zeros(3), np.array([0.1, 0.0, 0.0]), True)
-    ball = _core.SurfaceGeometry(_core.Sphere(0.02))
+    ball = _core.SurfaceGeometry(_core.Sphere(0.012))
     law, role = _core.GuidanceLawOptions(), _core.GuidanceRoleOptions()
     law.K, role.speed, role.force = 300.0 * gain, 0.05, 1.0
     for i, name in enumerate(_core.guidance_roles()):
