@@ -6,6 +6,8 @@ from importlib import import_module
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
+from palpate.renamed import RENAMED, announce
+
 if TYPE_CHECKING:
     from palpate import contact as contact
     from palpate import guidance as guidance
@@ -51,4 +53,9 @@ def __getattr__(name: str) -> Any:
         return getattr(import_module(_HOME[name]), name)
     if name in ("contact", "guidance", "shapes", "surfaces"):
         return import_module(f"palpate.{name}")
+    if f"palpate.{name}" in RENAMED:
+        raise AttributeError(f"palpate.{name} is now {RENAMED[f'palpate.{name}']}")
     raise AttributeError(f"module 'palpate' has no attribute {name!r}. Available: {', '.join(__all__)}")
+
+
+announce()

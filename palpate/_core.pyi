@@ -658,7 +658,7 @@ class Follower:
     @property
     def jaw(self) -> float: ...
 
-# ---- dvrk: the simulated dVRK (palpate.dvrk)
+# ---- dvrk: the simulated dVRK (palpate.simulators.dvrk)
 
 class DvrkArmSpec:
     @property

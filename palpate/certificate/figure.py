@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from palpate.certificate.certificate import Certificate
 from palpate.certificate.words import number
-from palpate.report.style import CAP, DEPTH, FORCE, INK, MUTED, Canvas, png
+from palpate.plotting.style import CAP, DEPTH, FORCE, INK, MUTED, Canvas, png
 
 _COLOURS = {"stable": "#4f8f4f", "marginal": CAP, "unstable": FORCE}
 

@@ -17,25 +17,25 @@ def bench(o: Bench) -> int:
     console = console_for(json)
     require_writable(json)
     if what == "loop":
-        from palpate.bench import loop
+        from palpate.verify.bench import loop
 
         figures = loop.run(on_progress=lambda text: say(console, text))
         say(console, loop.table(figures))
         write_json(json, figures)
     elif what == "sweep":
-        from palpate.bench import sweep
+        from palpate.verify.bench import sweep
 
         measured = sweep.run(on_progress=lambda text: say(console, text))
         console.print(sweep.table(measured))
         write_json(json, measured)
     elif what == "guidance":
-        from palpate.bench import guidance
+        from palpate.verify.bench import guidance
 
         found = guidance.run(on_progress=lambda text: say(console, text))
         console.print(guidance.table(found))
         write_json(json, found)
     elif what == "ros":
-        from palpate.bench import ros
+        from palpate.verify.bench import ros
 
         if not 1.0 <= o.duration <= 86400.0 or not 50.0 <= o.rate <= 5000.0:
             raise PalpateError(
@@ -49,7 +49,7 @@ def bench(o: Bench) -> int:
         console.print(ros.table(answered))
         write_json(json, answered)
     else:
-        from palpate.bench import contact
+        from palpate.verify.bench import contact
 
         def told(row: contact.Row) -> None:
             case = f"{row['shape']} {row['triangles']:,} {row['path']} {row['method']}"

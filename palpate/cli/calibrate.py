@@ -1,4 +1,4 @@
-"""`palpate calibrate NAME`: the commands and their options; the work is in `palpate/calibrate`."""
+"""`palpate calibrate NAME`: the commands and their options; the work is in `palpate/identify`."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ class Dynamics:
       palpate calibrate dynamics one.csv two.csv --arm psm --out psm.yaml --json fit.json
 
     A recording is a CSV of q, dq, tau of all drives, or all joints (rad, rad/s, N m), evenly sampled; docs/dynamics.md
-    tells which drives. What the model file is for: a load (palpate.calibrate.payload), and the force that a session
+    tells which drives. What the model file is for: a load (palpate.identify.payload), and the force that a session
     estimates (force.dynamics in a scene).
     """
 

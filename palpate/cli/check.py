@@ -11,9 +11,9 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from palpate import touchable
 from palpate.cli.check_mesh import Touch, look, told_of
 from palpate.cli.output import console_for, say, write_json
+from palpate.contact import touchable
 from palpate.errors import PalpateWarning
 from palpate.mesh import Mesh, Unit
 from palpate.scene.guidance import LIVE

@@ -12,10 +12,13 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from palpate import _core, check, mesh_files, mesh_repair, touchable
+from palpate import _core
 from palpate.cli.output import say
+from palpate.contact import touchable
 from palpate.errors import MeshError, OutputError, PalpateError, PalpateWarning
-from palpate.mesh import Mesh, Unit, quiet
+from palpate.mesh import Mesh, Unit, check, quiet
+from palpate.mesh import files as mesh_files
+from palpate.mesh import repair as mesh_repair
 
 
 @dataclass(frozen=True)

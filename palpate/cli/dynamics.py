@@ -14,9 +14,9 @@ from palpate.cli.output import console_for, say, write_json, write_text
 from palpate.errors import ArmError
 
 if TYPE_CHECKING:
-    from palpate.calibrate.dynamics import Dynamics as Model
-    from palpate.calibrate.motion import Motion
     from palpate.cli.calibrate import Dynamics
+    from palpate.identify.dynamics import Dynamics as Model
+    from palpate.identify.motion import Motion
 
 CUTOFFS = (2.0, 3.0, 5.0, 10.0)  # at which a test is judged as well: what is left rises with the band [Hz]
 _SHORT = {"mtm": "mtm_right", "mtml": "mtm_left", "mtmr": "mtm_right", "psm": "psm_lnd"}
@@ -24,8 +24,8 @@ _SHORT = {"mtm": "mtm_right", "mtml": "mtm_left", "mtmr": "mtm_right", "psm": "p
 
 def dynamics(command: Dynamics) -> int:
     """Identify, judge, write."""
-    from palpate.calibrate import dynamics as identification
-    from palpate.calibrate.gravity_model import refuse_to_overwrite
+    from palpate.identify import dynamics as identification
+    from palpate.identify.gravity_model import refuse_to_overwrite
 
     console = console_for(command.json)
     refuse_to_overwrite(command.out, command.force)
@@ -63,7 +63,7 @@ def arm_named(name: str) -> Arm:
 
 
 def _figures(model: Model, train: list[Motion], test: Motion | None, seconds: float) -> dict[str, Any]:
-    from palpate.calibrate.dynamics import consistency
+    from palpate.identify.dynamics import consistency
 
     cutoffs = [f for f in CUTOFFS if f < 0.5 * train[0].rate]
     return {

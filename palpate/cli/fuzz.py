@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from palpate.cli.output import console_for, require_writable, say, write_json
-from palpate.fuzz import Outcome, run
+from palpate.verify.fuzz import Outcome, run
 
 
 def fuzz(target: str, runs: int, seed: int, json: Path | None) -> int:

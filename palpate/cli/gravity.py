@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 from rich.table import Table
 
-from palpate.calibrate import dvrk
-from palpate.calibrate.gravity import Calibration, named_arm
-from palpate.calibrate.gravity import gravity as identify
-from palpate.calibrate.gravity_model import GravityModel, refuse_to_overwrite
 from palpate.cli.output import console_for, require_writable, say, write_json
+from palpate.identify import dvrk
+from palpate.identify.gravity import Calibration, named_arm
+from palpate.identify.gravity import gravity as identify
+from palpate.identify.gravity_model import GravityModel, refuse_to_overwrite
 
 if TYPE_CHECKING:
     from palpate.cli.calibrate import Export, Gravity, Import
@@ -33,7 +33,7 @@ def gravity(o: Gravity) -> int:
     for warning in found.warnings:
         say(console, warning, "warning:", "yellow")
     if importlib.util.find_spec("matplotlib") is not None:
-        from palpate.calibrate.figure import save
+        from palpate.identify.figure import save
 
         save(found, named_arm(o.arm), picture)
         say(console, f"figure: {picture}")

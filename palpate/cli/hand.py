@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 from rich.table import Table
 
 from palpate import hands
-from palpate.calibrate import grip_recording
-from palpate.calibrate.gravity_model import refuse_to_overwrite
-from palpate.calibrate.hand import Grip, HandFit, fit
 from palpate.cli.output import console_for, require_writable, say, write_json
+from palpate.identify import grip_recording
+from palpate.identify.gravity_model import refuse_to_overwrite
+from palpate.identify.hand import Grip, HandFit, fit
 
 if TYPE_CHECKING:
     from palpate.cli.calibrate import Hand
@@ -39,7 +39,7 @@ def hand(o: Hand) -> int:
         told.save(o.out, {key: value for key, value in to_json(grip, found).items() if key != "warnings"})
         say(console, f"hand: {o.out}   in a scene: operator: {{hand: {o.out.name}}}")
         if importlib.util.find_spec("matplotlib") is not None:
-            from palpate.calibrate.hand_figure import save
+            from palpate.identify.hand_figure import save
 
             save(found, written[1])
             say(console, f"figure: {written[1]}")

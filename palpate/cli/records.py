@@ -7,10 +7,10 @@ from pathlib import Path
 
 from rich.console import Console
 
-from palpate.bag import Bag
 from palpate.cli.output import console_for, require_writable, say, write_json
 from palpate.cli.view import require_viewer, serve
 from palpate.errors import MissingExtraError, RecordError
+from palpate.record.bags import Bag
 from palpate.record.reader import Record
 
 
@@ -83,8 +83,8 @@ def report(path: Path, out: Path | None, json: Path | None) -> int:
 
 
 def _replay_bag(bag: Bag, scene: Path | None, port: int, console: Console) -> int:
-    from palpate.bag.replaying import stage_and_ticks
-    from palpate.bag.summary import table
+    from palpate.record.bags.summary import table
+    from palpate.viewer.bag import stage_and_ticks
 
     shown = stage_and_ticks(bag, scene)
     console.print(table(bag))
@@ -95,8 +95,8 @@ def _replay_bag(bag: Bag, scene: Path | None, port: int, console: Console) -> in
 
 
 def _report_bag(bag: Bag, out: Path | None, json: Path | None, console: Console) -> int:
-    from palpate.bag.page import write_page
-    from palpate.bag.summary import summary_of, table
+    from palpate.record.bags.summary import summary_of, table
+    from palpate.report.bag import write_page
 
     page = write_page(bag, out)
     console.print(table(bag))

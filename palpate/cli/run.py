@@ -17,7 +17,7 @@ from palpate.cli.view import require_viewer, serve
 from palpate.errors import MissingExtraError, PalpateError
 from palpate.scene import Scene
 from palpate.session import Session
-from palpate.summary import Summary
+from palpate.session.summary import Summary
 
 if TYPE_CHECKING:
     from palpate.cli.commands import Run

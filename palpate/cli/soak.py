@@ -6,7 +6,7 @@ from pathlib import Path
 
 from palpate.cli.output import console_for, require_writable, say, write_json
 from palpate.errors import PalpateError
-from palpate.soak import Soak, run, table
+from palpate.verify.soak import Soak, run, table
 
 LINES = 50  # of progress, over the whole run
 

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
-from palpate.check import UNITS
 from palpate.errors import GuidanceError, OutputError
+from palpate.mesh.check import UNITS
 
 Array = npt.NDArray[np.float64]
 

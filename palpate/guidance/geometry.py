@@ -216,9 +216,9 @@ class Cloud(Shape):
 
     def make(self, here: Here, X_WF: Array) -> _core.Geometry:
         """The cloud."""
-        from palpate import mesh_files
-        from palpate.check import UNITS
         from palpate.guidance.files import read_rows
+        from palpate.mesh import files as mesh_files
+        from palpate.mesh.check import UNITS
 
         file = here.file(self.file)
         if file.suffix.lower() in MESHES:

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from palpate.plotting.style import CAP, CELL, DEPTH, FORCE, INK, JOINTS, MUTED, PHASES, Canvas, curve
 from palpate.report.assumptions import FAST_FORCE
 from palpate.report.run import Run
-from palpate.report.style import CAP, CELL, DEPTH, FORCE, INK, JOINTS, MUTED, PHASES, Canvas, curve
 
 
 def story(run: Run, canvas: Canvas) -> Figure:

@@ -21,13 +21,13 @@ from palpate.report.diagram import diagram, signal_table
 from palpate.report.run import Run
 from palpate.report.summary import given, rows, summary_of
 from palpate.report.words import GLOSSARY
-from palpate.scene.recorded import recorded_scene
-from palpate.summary import Summary
+from palpate.session.recorded import recorded_scene
+from palpate.session.summary import Summary
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from palpate.report.style import Canvas
+    from palpate.plotting.style import Canvas
 
 
 def write_report(record: str | Path, out: str | Path | None = None) -> Path:
@@ -62,8 +62,8 @@ def report(record: Record) -> str:
         MissingExtraError: matplotlib is not installed.
     """
     try:
+        from palpate.plotting.style import picture
         from palpate.report import figures, views
-        from palpate.report.style import picture
     except ImportError as error:
         raise MissingExtraError("the report's figures", "report") from error
 

@@ -7,8 +7,8 @@ from html import escape
 from palpate import hands
 from palpate.errors import PalpateError
 from palpate.record.reader import Record
-from palpate.scene.recorded import recorded_scene
 from palpate.scene.scene import Scene
+from palpate.session.recorded import recorded_scene
 
 _WORDS = (
     "Arm, hand and follower are simulated, with these flaws of real ones. Each has its key in the scene file; what is "

@@ -59,8 +59,8 @@ class Run:
         from palpate.errors import PalpateError
 
         try:
-            from palpate.scene.recorded import recorded_scene
             from palpate.scene.tool import tool_spheres
+            from palpate.session.recorded import recorded_scene
 
             scene = recorded_scene(self.record)
             follower = Arm.model(scene.arms.follower.model)
@@ -136,8 +136,8 @@ class Run:
 
         try:
             from palpate.mesh import quiet
-            from palpate.scene.recorded import recorded_scene
             from palpate.scene.surface import placed
+            from palpate.session.recorded import recorded_scene
 
             with quiet():  # the run has told what is wrong with the meshes
                 there = placed(recorded_scene(self.record))

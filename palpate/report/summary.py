@@ -7,7 +7,7 @@ import hashlib
 from rich.table import Table
 
 from palpate.record.reader import Record
-from palpate.summary import Summary, summarise
+from palpate.session.summary import Summary, summarise
 
 
 def summary_of(record: Record) -> Summary:

@@ -9,8 +9,8 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from palpate.plotting.style import INK, MUTED, PROXY, SURFACE, TOOL, Canvas
 from palpate.report.run import Run
-from palpate.report.style import INK, MUTED, PROXY, SURFACE, TOOL, Canvas
 
 Array = NDArray[np.float64]
 _LIGHT = np.array([-0.4, -0.5, 0.77])

@@ -19,7 +19,7 @@ from palpate.ros.guardian import Guardian
 from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
 from palpate.session import Session, State
-from palpate.summary import Summary
+from palpate.session.summary import Summary
 
 FORCE_CAP = 1.0
 """Of arms that are real: a scene may ask for more only by name (--force-cap) [N]."""

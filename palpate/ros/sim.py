@@ -6,9 +6,9 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
-from palpate import dvrk
 from palpate.errors import PalpateError
 from palpate.ros import build
+from palpate.simulators import dvrk
 
 FASTEST = 1000.0
 """Of what the arms measure [Hz]; their own servos run at 1500 Hz."""

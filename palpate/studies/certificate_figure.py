@@ -13,7 +13,7 @@ from palpate.certificate import Device
 from palpate.certificate.classical import colgate_brown
 from palpate.certificate.figure import plane
 from palpate.hands import PRESETS
-from palpate.report.style import CAP, DEPTH, FORCE, INK, JOINTS, MUTED, Canvas, png
+from palpate.plotting.style import CAP, DEPTH, FORCE, INK, JOINTS, MUTED, Canvas, png
 from palpate.studies.certificate import WITHIN, simulated_limit
 
 Rows = list[dict[str, Any]]

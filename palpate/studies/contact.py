@@ -19,7 +19,6 @@ from rich.console import Console
 from rich.table import Table
 
 from palpate import _core
-from palpate.bench.contact import PATHS, RADIUS, SIZES, judge
 from palpate.errors import PalpateWarning
 from palpate.mesh import Mesh
 from palpate.shapes.analytic import SHAPES, Box, Shape
@@ -27,6 +26,7 @@ from palpate.shapes.paths import RATE, ToolPath, tool_path
 from palpate.studies.command import Findings, SweepCommand, Sweeper
 from palpate.sweep import Axis, sweep
 from palpate.sweep.grid import Point
+from palpate.verify.bench.contact import PATHS, RADIUS, SIZES, judge
 
 Array = NDArray[np.float64]
 Row = dict[str, Any]

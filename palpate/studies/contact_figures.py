@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from palpate import _core
-from palpate.bench.contact import ARTEFACT, RADIUS
-from palpate.report.style import INK, JOINTS, MUTED, Canvas, png
+from palpate.plotting.style import INK, JOINTS, MUTED, Canvas, png
+from palpate.verify.bench.contact import ARTEFACT, RADIUS
 
 Row = dict[str, Any]
 Result = dict[str, list[Row]]

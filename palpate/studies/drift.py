@@ -23,9 +23,9 @@ from rich.console import Console
 from rich.table import Table
 from tyro.conf import Positional
 
-from palpate.calibrate.fit_gravity import fit_poses
-from palpate.calibrate.gravity import named_arm
 from palpate.errors import RecordingError
+from palpate.identify.fit_gravity import fit_poses
+from palpate.identify.gravity import named_arm
 from palpate.studies.command import Findings, SweepCommand, Sweeper
 from palpate.studies.drift_plant import PLANTS, TIME, Plant, make_plants, release, sampled, unseen_poses
 from palpate.sweep import Axis, sweep

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from palpate.report.style import INK, JOINTS, MUTED, Canvas, png
+from palpate.plotting.style import INK, JOINTS, MUTED, Canvas, png
 from palpate.studies.drift import FORMS
 from palpate.studies.drift_plant import PLANTS
 

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from palpate import _core
 from palpate.arm import Arm
-from palpate.calibrate import fit
-from palpate.calibrate.approach import directions, drives
-from palpate.calibrate.fit_gravity import Fitted, fit_poses, predicted
-from palpate.calibrate.gravity import measured_joints, named_arm
-from palpate.calibrate.gravity_model import friction_torque
-from palpate.calibrate.pairs import find_pairs
-from palpate.calibrate.recordings import Static, on_levels, read_static
+from palpate.identify import fit
+from palpate.identify.approach import directions, drives
+from palpate.identify.fit_gravity import Fitted, fit_poses, predicted
+from palpate.identify.gravity import measured_joints, named_arm
+from palpate.identify.gravity_model import friction_torque
+from palpate.identify.pairs import find_pairs
+from palpate.identify.recordings import Static, on_levels, read_static
 
 Array = NDArray[np.float64]
 

@@ -53,7 +53,7 @@ class Study(Command):
 
 
 def _picture(moments: list[Moment], folder: Path) -> list[Path]:
-    from palpate.report.style import png
+    from palpate.plotting.style import png
     from palpate.studies.figure12_drawing import draw
 
     file = folder / "figure12.png"

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from palpate.arm import Arm
-from palpate.arm_shapes import Visual
-from palpate.report.style import INK, SURFACE, Canvas
+from palpate.arm.shapes import Visual
+from palpate.plotting.style import INK, SURFACE, Canvas
 
 if TYPE_CHECKING:
     from palpate.studies.figure12 import Moment

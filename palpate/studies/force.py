@@ -23,8 +23,8 @@ from palpate.arm import Arm
 from palpate.studies.command import Command, Findings
 
 if TYPE_CHECKING:
-    from palpate.calibrate.dynamics import Dynamics
-    from palpate.calibrate.payload import Load
+    from palpate.identify.dynamics import Dynamics
+    from palpate.identify.payload import Load
 
 Array = NDArray[np.float64]
 Found = dict[str, Any]
@@ -90,8 +90,8 @@ def _in_words(found: Found) -> str:
 
 def weight(folder: Path) -> Load:
     """The weight on the recorded PSM; the dynamics are of the recordings without it."""
-    from palpate.calibrate.dynamics import identify, read_motion
-    from palpate.calibrate.payload import estimate_load
+    from palpate.identify.dynamics import identify, read_motion
+    from palpate.identify.payload import estimate_load
 
     arm = Arm.psm()
     one, two, again, loaded = (
@@ -132,9 +132,9 @@ def simulated() -> tuple[Found, Trace]:
 
 def identified(arm: Arm) -> Dynamics:
     """The dynamics of the simulated arm, from its encoders and drive torques in free motion."""
-    from palpate.calibrate.dynamics import identify
-    from palpate.calibrate.motion import motion
-    from palpate.calibrate.recordings import Moving
+    from palpate.identify.dynamics import identify
+    from palpate.identify.motion import motion
+    from palpate.identify.recordings import Moving
 
     follower, path, noise = _follower(arm), _path(1), _noise(arm, 1)
     rows = []
@@ -148,7 +148,7 @@ def identified(arm: Arm) -> Dynamics:
 
 def press(arm: Arm, model: Dynamics) -> Trace:
     """Another motion meets a floor below the tool and is pushed from the sides."""
-    from palpate.calibrate.observer import estimate_options
+    from palpate.identify.observer import estimate_options
 
     follower, path, noise, push = _follower(arm), _path(2), _noise(arm, 2), _waves(3, 2)
     estimate = _core.Estimate(arm, estimate_options(model))

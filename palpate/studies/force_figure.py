@@ -7,8 +7,8 @@ from pathlib import Path
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from palpate.calibrate.payload import Load
-from palpate.report.style import CAP, CELL, FORCE, INK, Canvas, png
+from palpate.identify.payload import Load
+from palpate.plotting.style import CAP, CELL, FORCE, INK, Canvas, png
 from palpate.studies.force import WEIGHT, Found, Trace
 
 

@@ -1,6 +1,7 @@
 """``palpate study geometry``: sections 3.2 and 3.3 of the paper as numbers and drawings; geometry alone, no arm.
 
-The ideas are in ``palpate.lessons``, the pictures in ``geometry_figures``; docs/geometry.md tells what they mean.
+The ideas are in ``palpate.contact.lessons``, the pictures in ``geometry_figures``; docs/geometry.md says what they
+mean.
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ from rich.console import Console
 from rich.table import Table
 
 import palpate.contact
-from palpate.lessons.face_angle import Slide, angle_noise, contact_normal_error, eq20
-from palpate.lessons.point_contact import Pair, approach
+from palpate.contact.lessons.face_angle import Slide, angle_noise, contact_normal_error, eq20
+from palpate.contact.lessons.point_contact import Pair, approach
 from palpate.studies.command import Command, Findings
 from palpate.surfaces import ImplicitSurface, Plane
 

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
 
-from palpate.report.style import SURFACE
+from palpate.plotting.style import SURFACE
 
 Array = npt.NDArray[np.float64]
 

@@ -9,8 +9,8 @@ import numpy.typing as npt
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle, Polygon
 
-from palpate.lessons.face_angle import Slide, angle_noise, candidates, contact_normal_error, eq20
-from palpate.report.style import CAP, DEPTH, FORCE, INK, MUTED, SURFACE, Canvas, png
+from palpate.contact.lessons.face_angle import Slide, angle_noise, candidates, contact_normal_error, eq20
+from palpate.plotting.style import CAP, DEPTH, FORCE, INK, MUTED, SURFACE, Canvas, png
 from palpate.studies.geometry import BASELINE, FACES, NOISES, approaches, pressed
 from palpate.studies.geometry_drawing import arrow, ground, outline, plain, spring
 

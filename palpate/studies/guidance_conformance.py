@@ -8,12 +8,12 @@ from typing import Any
 from rich.console import RenderableType
 from rich.table import Table
 
-from palpate import conformance
 from palpate.certificate.guidance import FORCES
-from palpate.conformance import entry
 from palpate.studies.command import Sweeper
 from palpate.sweep import Axis, sweep
 from palpate.sweep.grid import Point
+from palpate.verify import conformance
+from palpate.verify.conformance import entry
 
 
 def conform(sweep: Sweeper = sweep) -> dict[str, Any]:

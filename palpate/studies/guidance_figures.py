@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from palpate.report.style import CAP, DEPTH, FORCE, INK, MUTED, Canvas, png
+from palpate.plotting.style import CAP, DEPTH, FORCE, INK, MUTED, Canvas, png
 from palpate.studies.guidance import CONDITIONS, attempt, task_of, trial_seed
 from palpate.studies.guidance_tasks import TASKS, Task
 

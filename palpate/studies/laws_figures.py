@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from palpate import _core
 from palpate.arm import Arm
-from palpate.report.style import CAP, CELL, FORCE, INK, JOINTS, Canvas, png
+from palpate.plotting.style import CAP, CELL, FORCE, INK, JOINTS, Canvas, png
 from palpate.studies.laws import _AXIS, FREQUENCIES, HANDS, LAWS, MIDDLE, NOTICED, STIFFNESSES, Outcome, bandwidth
 
 Array = NDArray[np.float64]

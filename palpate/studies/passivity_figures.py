@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from palpate import _core
 from palpate.hands import PRESETS
-from palpate.report.style import CAP, DEPTH, FORCE, INK, MUTED, Canvas, png
+from palpate.plotting.style import CAP, DEPTH, FORCE, INK, MUTED, Canvas, png
 from palpate.studies.passivity import BOUND, SECONDS, Case, port
 
 WALL = (1000.0, 0.010)  # stiffness [N/m] and delay [s] of the picture's wall

@@ -6,7 +6,7 @@ which it rolls over the true relief less a depth, at 50 mm/s. Noise shifts the v
 a depth camera does.
 
 What a radius keeps of the relief, and what it lets through of the noise, are two figures; the map holds both. The rule
-of ``palpate.touchable`` is read off this map.
+of ``palpate.contact.touchable`` is read off this map.
 """
 
 from __future__ import annotations

@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from palpate.report.style import DEPTH, FORCE, INK, JOINTS, MUTED, Canvas, png
+from palpate.contact.touchable import FEATURE_RADIUS, direction_noise_deg
+from palpate.plotting.style import DEPTH, FORCE, INK, JOINTS, MUTED, Canvas, png
 from palpate.studies.radius import Row
-from palpate.touchable import FEATURE_RADIUS, direction_noise_deg
 
 SHOWN = 0.2  # noise of the lower panels [mm]
 

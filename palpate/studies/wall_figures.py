@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from palpate.report.style import CAP, FORCE, INK, MUTED, TOOL, Canvas, png
+from palpate.plotting.style import CAP, FORCE, INK, MUTED, TOOL, Canvas, png
 from palpate.studies.wall import CURVE, KDS, NUDGE, TABLE_1
 from palpate.studies.wall_bench import WALL, Trace
 

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from palpate.report.style import DEPTH, FORCE, INK, MUTED, Canvas, png
+from palpate.plotting.style import DEPTH, FORCE, INK, MUTED, Canvas, png
 
 STABLE, UNSTABLE = "#d5e6ec", "#f8e3df"
 

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from palpate.check import UNITS
 from palpate.errors import SurfaceError
+from palpate.mesh.check import UNITS
 
 Array = npt.NDArray[np.float64]
 

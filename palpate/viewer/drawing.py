@@ -7,7 +7,7 @@ import viser
 from numpy.typing import NDArray
 from viser.transforms import SE3
 
-from palpate.arm_shapes import Visual
+from palpate.arm.shapes import Visual
 from palpate.record.ticks import Ticks
 from palpate.viewer.fixtures import FixtureDrawing
 from palpate.viewer.organs import OrganDrawing

@@ -16,9 +16,9 @@ from palpate.guidance.plot import curve, drawing
 from palpate.record.reader import Record
 from palpate.scene import tissue
 from palpate.scene.model import ObjectSection
-from palpate.scene.recorded import recorded_scene
 from palpate.scene.rig import Rig, build
 from palpate.scene.surface import Surface
+from palpate.session.recorded import recorded_scene
 from palpate.viewer.stage import ArmPlace, FixtureMark, RegionMark, Stage, Thing
 
 Array = NDArray[np.float64]

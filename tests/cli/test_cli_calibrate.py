@@ -8,7 +8,7 @@ import json_contract
 import pytest
 import yaml
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "calibrate"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "identify"))
 import synthetic_arm as synthetic
 
 
@@ -81,7 +81,7 @@ record: {report: false}
 
 def test_a_scene_holds_its_arm_by_the_model(palpate, poses, tmp_path):
     from palpate import Arm
-    from palpate.calibrate.gravity_model import GravityModel
+    from palpate.identify.gravity_model import GravityModel
     from palpate.record import Record
 
     palpate("calibrate", "gravity", poses, "--arm", "mtmr", "--out", "m.yaml", "--model", "gravity+springs")

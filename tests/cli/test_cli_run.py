@@ -15,7 +15,7 @@ from palpate import __version__
 from palpate.cli.view import free_port
 from palpate.errors import PortError
 from palpate.record import Record
-from palpate.summary import summarise
+from palpate.session.summary import summarise
 
 
 def test_run_writes_record_report_and_json(palpate, scene, tmp_path):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import palpate
-from palpate.algorithm1 import trace_algorithm1
+from palpate.contact.algorithm1 import trace_algorithm1
 
 K, R = 500.0, 0.002  # [N/m], [m]
 

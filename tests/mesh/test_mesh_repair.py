@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from palpate import _core, mesh_repair
+from palpate import _core
+from palpate.mesh import repair as mesh_repair
 from palpate.shapes.analytic import SHAPES
 
 SPHERE = SHAPES["sphere"]

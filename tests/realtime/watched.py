@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate import _core, dvrk
+from palpate import _core
 from palpate.arm import Arm
 from palpate.guidance import curve
 from palpate.mesh import Mesh
@@ -24,6 +24,7 @@ from palpate.scene.rig import build
 from palpate.scene.scene import Scene
 from palpate.shapes import analytic
 from palpate.shapes.organ import organ
+from palpate.simulators import dvrk
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "loop"))
 import loop_rig

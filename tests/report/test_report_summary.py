@@ -7,11 +7,11 @@ import pytest
 import synthetic_run
 from rich.console import Console
 
+from palpate.plotting.style import thin
 from palpate.record import Record, Recorder
 from palpate.record.ticks import STATUS
 from palpate.report.assumptions import slow_motion
 from palpate.report.run import Run
-from palpate.report.style import thin
 from palpate.report.summary import rows, summary_of, summary_table
 
 SCENE = "name: floor\nstability: {force_cap: 3.0}\n"

@@ -6,8 +6,8 @@ import json_contract
 import numpy as np
 import pytest
 
-from palpate.bench.ros import answers
 from palpate.cli import main
+from palpate.verify.bench.ros import answers
 
 
 def felt(rows):

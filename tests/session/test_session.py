@@ -14,7 +14,7 @@ import palpate
 from palpate.errors import OutputError, PalpateError
 from palpate.record import Record
 from palpate.scene import Scene
-from palpate.scene.recorded import recorded_scene
+from palpate.session.recorded import recorded_scene
 
 SOFT = """\
 objects: [{shape: organ, triangles: 3000, stiffness: 400}]

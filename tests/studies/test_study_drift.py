@@ -11,7 +11,7 @@ from palpate import Arm, _core
 from palpate.errors import RecordingError
 from palpate.studies import drift, drift_plant
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "calibrate"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "identify"))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import json_contract
 import synthetic_arm as synthetic

@@ -4,7 +4,7 @@ import json_contract
 import numpy as np
 import pytest
 
-from palpate.report.style import png
+from palpate.plotting.style import png
 from palpate.shapes.analytic import SHAPES
 from palpate.studies import figure12
 from palpate.studies.figure12_drawing import draw

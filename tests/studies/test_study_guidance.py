@@ -7,7 +7,6 @@ import json_contract
 import numpy as np
 import pytest
 
-from palpate.conformance import entry
 from palpate.operators import Trial
 from palpate.studies import guidance, guidance_effects
 from palpate.studies.guidance_conformance import entered, entry_words
@@ -16,6 +15,7 @@ from palpate.studies.guidance_tasks import TASKS, distance, sleeve
 from palpate.studies.guidance_words import tables
 from palpate.studies.guidance_yields import yielding
 from palpate.sweep import sweep
+from palpate.verify.conformance import entry
 
 
 def test_distance_to_a_polyline():

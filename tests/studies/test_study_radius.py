@@ -1,4 +1,4 @@
-"""`palpate study radius`: the documented keys and a picture; tests/mesh/test_touchable.py holds what the map says."""
+"""`palpate study radius`: the documented keys and a picture. tests/contact/test_touchable.py tests the map."""
 
 from functools import partial
 

@@ -1,0 +1,352 @@
+"""Arms: the da Vinci master arm (MTM) and patient-side arm (PSM), or one of yours (docs/arms.md).
+
+    arm = palpate.Arm.mtm("right")          # or palpate.Arm.load("my_arm.yaml")
+    X_LH = arm.fk(arm.home)                 # pose of the handle in the arm's base, 4x4
+    q = arm.ik(X_LH)                        # and back
+
+Numbers of the arms (kinematics, limits, masses, encoders, friction) live in `models/`, each with its source.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+from pathlib import Path
+from typing import Any, Self
+from xml.etree import ElementTree
+
+import numpy as np
+import yaml
+from numpy.typing import ArrayLike, NDArray
+
+from palpate import _core
+from palpate.arm.shapes import DrawnJoint, Visual, drawn_joints, jaw_range, sticks, turn_about, visuals
+from palpate.errors import ArmError
+
+Array = NDArray[np.float64]
+
+SIDES = ("right", "left")
+INSTRUMENTS = ("lnd",)
+
+#: Models that come with Palpate, `models/NAME.yaml`. Either may lead or follow.
+NAMES = (*(f"mtm_{side}" for side in SIDES), *(f"psm_{tool}" for tool in INSTRUMENTS), "six_axis", "delta")
+
+#: What a model file may say. Lists have one number per joint.
+KEYS = {
+    "name": "how messages and plots call it",
+    "urdf": "file of a serial arm, beside this one",
+    "base_frame": "root link of the URDF; found when left out",
+    "tip_frame": "link that is the handle or the tool; the chain's end when left out",
+    "device": "instead of a URDF: a kind with a closed form, e.g. delta",
+    "parameters": "of the device",
+    "home": "joints at rest [rad, m]; the middle of the limits when left out",
+    "counterbalance": "a spring: {torque: N m, along: [..]}; none when left out",
+    "coupling": "matrix A of q_joint = A q_motor; the identity when left out",
+    "encoder_step_deg": "per count, motor side [deg]; ideal when left out",
+    "encoder_step_mm": "the same of prismatic joints [mm]",
+    "coulomb": "friction [N m, N]; none when left out",
+    "viscous": "friction [N m s/rad, N s/m]; none when left out",
+    "rotor_inertia": "reflected to the joint [kg m^2, kg]; none when left out",
+    "platform": "true: joint 4 is an MTM's platform, which has a controller of its own",
+    "remote_centre": "true: the base is where the instrument passes the body wall",
+    "jaw_tip": "from the tip to the end of the jaws [m]",
+    "spheres": "of the whole tool beside the tip's: [{link: name, at: [x, y, z], radius: m}, ..]",
+}
+_PER_JOINT = ("home", "encoder_step_deg", "encoder_step_mm", "coulomb", "viscous", "rotor_inertia")
+
+
+def models_folder() -> Path:
+    """Where the arms' files are: beside the installed package, or in the repository's `models/`."""
+    here = Path(__file__).resolve().parents[1]
+    for folder in (here / "models", here.parent / "models"):
+        if (folder / "mtm_right.urdf").is_file():
+            return folder
+    raise ArmError(
+        "the arm models are missing",
+        where=str(here / "models"),
+        why="neither the installed package nor a repository around it has the folder models/",
+        mend="install palpate again (make setup)",
+    )
+
+
+class Arm(_core.Arm):
+    """An arm in its base frame: kinematics, dynamics, limits, and what it looks like.
+
+    Joint vectors have shape (n,) in rad (prismatic joints: m); poses are 4x4; X_0T is the tip in the base. Methods of
+    the compiled class (`fk`, `jacobian`, `gravity`, `bias`, `inverse_dynamics`, `mass_matrix`, ...) raise ValueError
+    naming the argument and both shapes. One object holds one workspace: do not share it between threads.
+    """
+
+    name: str
+    home: Array
+    visuals: list[Visual]
+    urdf: str
+    """Text of its URDF; empty for a device that has none."""
+    jaw_range: tuple[float, float]
+
+    def __init__(self, xml: str, base_frame: str, tip_frame: str, data: dict[str, Any] | None = None) -> None:
+        """From a URDF's text. `data`: what a model's YAML says beyond the URDF (home, friction, encoders ...)."""
+        super().__init__(xml, base_frame, tip_frame)
+        robot = ElementTree.fromstring(xml)
+        chain = set(self.joint_names)
+        self.urdf = xml
+        self.visuals = visuals(robot) or sticks(self.segments)
+        self._drawn = drawn_joints(robot, chain)
+        self.jaw_range = jaw_range(robot, chain)
+        self._describe(data or {}, robot.get("name", "arm"))
+
+    @classmethod
+    def device(cls, kind: str, parameters: dict[str, float], data: dict[str, Any] | None = None) -> Self:
+        """A device with a closed form of its own (docs/arms.md), e.g. `Arm.device("delta", {"upper": 0.1, ...})`.
+
+        Raises:
+            ArmError: names the parameter that is missing, wrong or unknown.
+        """
+        arm = cls.__new__(cls)
+        try:
+            numbers = {
+                name: np.atleast_1d(np.asarray(value, dtype=float)).tolist() for name, value in parameters.items()
+            }
+            _core.Arm.__init__(arm, kind, numbers)
+        except (RuntimeError, TypeError, ValueError) as error:
+            raise ArmError(str(error), mend="docs/arms.md lists the parameters") from None
+        arm.urdf = ""
+        arm.visuals, arm._drawn, arm.jaw_range = sticks(arm.segments), [], (0.0, 0.0)
+        arm._describe(data or {}, kind)
+        return arm
+
+    def _describe(self, data: dict[str, Any], name: str) -> None:
+        self._data = data
+        self.name = str(data.get("name", name))
+        for key in _PER_JOINT:
+            if key in data and np.shape(data[key]) != (self.n,):
+                raise ArmError(
+                    f"{self.name}: {key} needs {self.n} numbers, one per joint",
+                    why=f"it has the shape {np.shape(data[key])}",
+                    mend=f"the joints are {', '.join(self.joint_names)}",
+                )
+        self.home = np.asarray(data.get("home", 0.5 * (self.q_min + self.q_max)), dtype=float)
+        for joint, q, low, high in zip(self.joint_names, self.home, self.q_min, self.q_max, strict=True):
+            if not low <= q <= high:
+                raise ArmError(
+                    f"{self.name}: home puts {joint} at {q:g}, outside its limits {low:g} to {high:g}",
+                    mend="choose home within the limits",
+                )
+        spring = data.get("counterbalance")
+        if spring is not None:
+            self.set_counterbalance(float(spring["torque"]), np.asarray(spring["along"], dtype=float))
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """An arm from a model file (docs/arms.md; `models/*.yaml` are examples).
+
+        Raises:
+            ArmError: names the file, what is wrong in it or in its URDF, and the mend.
+        """
+        path = Path(path)
+        data = _read(path)
+        if "device" in data:
+            data.setdefault("name", path.stem)
+            return cls.device(str(data["device"]), dict(data.get("parameters") or {}), data)
+        if "urdf" not in data:
+            raise ArmError("no arm is named", where=str(path), mend="give urdf: my_arm.urdf, or device: delta")
+        urdf = path.parent / str(data["urdf"])
+        try:
+            xml = urdf.read_text(encoding="utf-8")
+            base, tip = _ends(xml)
+            return cls(xml, str(data.get("base_frame", base)), str(data.get("tip_frame", tip)), data)
+        except OSError as error:
+            raise ArmError(
+                "the arm's URDF cannot be read", where=str(urdf), why=str(error), mend=f"urdf: in {path.name}"
+            ) from None
+        except (RuntimeError, UnicodeDecodeError, ElementTree.ParseError) as error:
+            raise ArmError(str(error), where=str(urdf), mend=f"mend the URDF, or {path.name}") from None
+
+    @classmethod
+    def model(cls, name: str, folder: str | Path = ".") -> Self:
+        """An arm by the name of a model that comes with Palpate, or by the path of a model file (from `folder`)."""
+        return cls.load(models_folder() / f"{name}.yaml" if name in NAMES else Path(folder) / name)
+
+    @classmethod
+    def mtm(cls, side: str) -> Self:
+        """The da Vinci master arm, `side` "right" or "left": 7 joints; base L (z up), tip H at the wrist centre."""
+        return cls._named("mtm", side, SIDES, "master arm")
+
+    @classmethod
+    def psm(cls, instrument: str = "lnd") -> Self:
+        """The da Vinci patient-side arm with an instrument ("lnd" = large needle driver).
+
+        6 joints and a jaw; base B = remote centre of motion, tip T on the wrist's yaw axis, z along the jaws.
+        """
+        return cls._named("psm", instrument, INSTRUMENTS, "patient-side arm")
+
+    @classmethod
+    def _named(cls, kind: str, which: str, choices: tuple[str, ...], title: str) -> Self:
+        if which not in choices:
+            names = " and ".join(f'palpate.Arm.{kind}("{choice}")' for choice in choices)
+            raise ArmError(
+                f"there is no {title} {which!r}",
+                why=f"the models are {', '.join(choices)}",
+                mend=f"use {names}, or palpate.Arm.load(path) for an arm of your own",
+            )
+        return cls.load(models_folder() / f"{kind}_{which}.yaml")
+
+    def ik(self, X_0T: ArrayLike, q0: ArrayLike | None = None, *, restarts: int = 64) -> Array:
+        """Joints (n,) that put the tip at X_0T (4, 4), within the limits; near `q0` when it is given.
+
+        Raises:
+            ArmError: no start arrives to 1e-8 m and 1e-8 rad; names the smallest error found.
+        """
+        goal = np.asarray(X_0T, dtype=float)
+        q, best = self.ik_nearest(goal, q0, restarts=restarts)
+        if best.converged:
+            return q
+        p = ", ".join(f"{1e3 * x:.1f}" for x in goal[:3, 3])
+        raise ArmError(
+            f"{self.name} cannot reach the tip pose at ({p}) mm in its base frame",
+            why=f"the nearest it came is {1e3 * best.position_error:.2f} mm and "
+            f"{math.degrees(best.orientation_error):.2f} degrees away, within its joint limits",
+            mend="move the arm's base or the goal, or turn the goal",
+        )
+
+    def ik_nearest(
+        self, X_0T: ArrayLike, q0: ArrayLike | None = None, *, restarts: int = 64
+    ) -> tuple[Array, _core.IkResult]:
+        """Joints (n,) whose tip comes nearest to X_0T (4, 4), and how near; `converged` when it is there.
+
+        It starts from `q0` when it is given, from home, then `restarts` times from random joints, always the same.
+        Of two misses the nearer one is that with less position error plus 0.05 m per rad of orientation error.
+        """
+        goal = np.asarray(X_0T, dtype=float)
+        options = _core.IkOptions()
+        options.max_iterations = 60
+        rng = np.random.default_rng(0)
+        first = [] if q0 is None else [np.asarray(q0, dtype=float)]
+        starts = [*first, self.home, *(rng.uniform(self.q_min, self.q_max) for _ in range(restarts))]
+        best, nearest = None, math.inf
+        for start in starts:
+            q, result = self.ik_from(goal, start, options)
+            miss = result.position_error + 0.05 * result.orientation_error
+            if best is None or miss < nearest:
+                best, nearest = (q, result), miss
+            if result.converged:
+                return q, result
+        assert best is not None
+        return best
+
+    def link_poses(self, q: ArrayLike, jaw: float = 0.0) -> dict[str, Array]:
+        """X_0link (4, 4) of every link at q (n,), drawn bars, jaws and grips included.
+
+        jaw: opening of the jaws (PSM) or the grips (MTM), 0 = closed [rad].
+        """
+        q = np.asarray(q, dtype=float)
+        poses = dict(zip(self.link_names, self.link_poses_array(q), strict=True))
+        angle = dict(zip(self.joint_names, q, strict=True))
+        for joint in self._drawn:
+            turn = joint.multiplier * float(angle.get(joint.source, jaw))
+            poses[joint.child] = poses[joint.parent] @ joint.X_parent @ turn_about(joint.axis, turn)
+        return poses
+
+    def drawn_joint(self, child: str) -> DrawnJoint | None:
+        """The joint that moves a link which is not of the chain, such as a jaw; None for any other."""
+        return next((joint for joint in self._drawn if joint.child == child), None)
+
+    @property
+    def spheres(self) -> list[dict[str, Any]]:
+        """Of the whole tool beside the one on its tip, as the model's file gives them (`KEYS`)."""
+        return list(self._data.get("spheres", []))
+
+    def leader_options(self) -> _core.LeaderOptions:
+        """What a simulated leader of this arm is made of: coupling, encoders, friction, rotors, drive limits.
+
+        Raises:
+            ArmError: a joint moves no mass, or its drive has no limit.
+        """
+        options = _core.LeaderOptions()
+        options.coupling = np.array(self._data.get("coupling", np.eye(self.n)), dtype=float)
+        options.encoder_step = self._encoder_step()
+        options.coulomb = self._per_joint("coulomb")
+        options.viscous = self._per_joint("viscous")
+        options.rotor_inertia = self._per_joint("rotor_inertia")
+        options.tau_max = self.tau_max
+        self._require(self.mass_matrix(self.home).diagonal() + options.rotor_inertia > 1e-9, "moves no mass",
+                      "give its links an <inertial>, or rotor_inertia in the model file")  # fmt: skip
+        self._require(options.tau_max > 0.0, "has no drive limit",
+                      "give it <limit effort=...> in the URDF")  # fmt: skip
+        return options
+
+    def follower_options(self) -> _core.FollowerOptions:
+        """What a simulated follower of this arm is made of: speed limits, encoders, and drives for one that is driven.
+
+        Raises:
+            ArmError: a joint has no speed limit.
+        """
+        options = _core.FollowerOptions()
+        options.v_max = self.v_max
+        options.encoder_step = self._encoder_step()
+        drives = options.drives
+        drives.coulomb, drives.viscous = self._per_joint("coulomb"), self._per_joint("viscous")
+        drives.rotor_inertia = self._per_joint("rotor_inertia")
+        options.drives = drives
+        self._require(options.v_max > 0.0, "has no speed limit", "give it <limit velocity=...> in the URDF")
+        return options
+
+    @property
+    def has_platform(self) -> bool:
+        """Is joint 4 an MTM's platform, with a controller of its own?"""
+        return bool(self._data.get("platform", False))
+
+    @property
+    def has_remote_centre(self) -> bool:
+        """Is the base where the instrument passes the body wall?"""
+        return bool(self._data.get("remote_centre", False))
+
+    def _per_joint(self, key: str) -> Array:
+        return np.array(self._data.get(key, np.zeros(self.n)), dtype=float)
+
+    def _encoder_step(self) -> Array:
+        return np.radians(self._per_joint("encoder_step_deg")) + 1e-3 * self._per_joint("encoder_step_mm")
+
+    def _require(self, good: NDArray[np.bool_], what: str, mend: str) -> None:
+        for joint, fine in zip(self.joint_names, good, strict=True):
+            if not fine:
+                raise ArmError(f"{self.name}: joint {joint!r} {what}", mend=mend)
+
+
+def _read(path: Path) -> dict[str, Any]:
+    """The values of a model file, its keys known."""
+    try:
+        data = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        mend = f"models that come with Palpate: {', '.join(NAMES)}"
+        raise ArmError("the arm's model file cannot be read", where=str(path), why=str(error), mend=mend) from None
+    except yaml.YAMLError as error:
+        raise ArmError("not valid YAML", where=str(path), why=" ".join(str(error).split())) from None
+    if not isinstance(data, dict):
+        raise ArmError("a model file is a mapping", where=str(path), mend="begin with: urdf: my_arm.urdf")
+    for key in data:
+        if key not in KEYS:
+            near = difflib.get_close_matches(str(key), KEYS, n=1)
+            mend = f"did you mean {near[0]!r}?" if near else f"there are: {', '.join(KEYS)}"
+            raise ArmError(f"unknown key {key!r}", where=str(path), mend=mend)
+    return data
+
+
+def _ends(xml: str) -> tuple[str, str]:
+    """Root link of a URDF, and the link at the end of its longest chain."""
+    parent: dict[str, str] = {}
+    robot = ElementTree.fromstring(xml)
+    for joint in robot.findall("joint"):
+        above, below = joint.find("parent"), joint.find("child")
+        if above is not None and below is not None:
+            parent[below.get("link", "")] = above.get("link", "")
+    links = [link.get("name", "") for link in robot.findall("link")]
+
+    def depth(link: str) -> int:
+        seen = [link]
+        while seen[-1] in parent and parent[seen[-1]] not in seen:
+            seen.append(parent[seen[-1]])
+        return len(seen)
+
+    roots = [link for link in links if link not in parent]
+    return (roots[0] if roots else ""), max(links, key=depth, default="")

@@ -1,1 +1,0 @@
-"""From recordings of a real arm to a model of it."""

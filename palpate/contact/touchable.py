@@ -1,0 +1,224 @@
+"""Is a mesh fine enough for the sphere that touches it, and which radius suits it? Estimates, before anything is run.
+
+The rules are read off measured maps: the radius rules off ``palpate study radius``, the errors between facets off
+``palpate bench contact`` (tests/contact/test_touchable.py holds both to what they measure).
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from palpate import _core
+
+Array = npt.NDArray[np.float64]
+Index = npt.NDArray[np.integer]
+
+FEATURE_RADIUS = 0.5
+"""A sphere of half a ridge's width still reaches the ground beside it: 97 % of the relief is felt."""
+DIRECTION_LIMIT_DEG = 15.0
+"""Noise may turn the force by this (95 %) before a larger radius is recommended: hands tell 20 to 35 deg apart."""
+COARSE_DEG, COARSE_MN = 2.0, 50.0
+"""Estimated errors between facets above which a mesh is called coarse: 5 % of a force of 1 N."""
+DOUBTFUL_DEG = 60.0
+"""Edges that turn by more are meant; those between this and the crease angle may be a round thing cut too coarsely."""
+EDGE_SPEED = 0.05
+"""Of a tool sliding over an edge [m/s]."""
+
+
+@dataclass(frozen=True)
+class Fineness:
+    """How the facets of a mesh would be felt, 95 % of the surface being better."""
+
+    edge_mm: float  #: median length of an edge
+    turn_deg: float  #: between neighbouring facets, real edges left out
+    direction_error_deg: float  #: of the smoothed force of method ``proxy``
+    force_error_mN: float
+    facet_error_mN: float  #: of a method that does not smooth: stiffness times the sagitta of the facets
+    doubtful_share: float  #: of the surface beside edges of 30 to 60 deg: round things cut coarsely, or real edges
+    triangles_needed: int  #: of this shape for errors below COARSE_DEG and COARSE_MN
+
+    @property
+    def coarse(self) -> bool:
+        """More triangles would be felt."""
+        return self.direction_error_deg > COARSE_DEG or self.force_error_mN > COARSE_MN or self.doubtful_share > 0.05
+
+
+@dataclass(frozen=True)
+class Radius:
+    """A radius for a mesh: what the features allow, what the noise asks for. Lengths in millimetres."""
+
+    given_mm: float
+    recommended_mm: float
+    largest_mm: float  #: that still reaches into the features; infinite when there are none
+    smallest_mm: float  #: that keeps the noise's direction error below the limit
+    feature_mm: float | None  #: narrowest thing to be felt: given, or the tightest hollows'; None: there are none
+    noise_mm: float  #: standard deviation: given, or from the mesh's roughness
+    direction_noise_deg: float  #: left with the recommended radius, 95 %
+    unreachable_share: float  #: of the surface, in hollows tighter than the given radius
+
+    @property
+    def conflict(self) -> bool:
+        """No radius does both."""
+        return self.smallest_mm > self.largest_mm
+
+    def to_json(self) -> dict[str, Any]:
+        """As plain JSON values."""
+        values = asdict(self)
+        return values | {"largest_mm": values["largest_mm"] if np.isfinite(self.largest_mm) else None}
+
+
+@dataclass(frozen=True)
+class _Edges:
+    """Inner edges of a mesh, one row each."""
+
+    turn: Array  # between its two facets, above zero when convex [rad]
+    across: Array  # mean height of the two facets over it [m]
+    area: Array  # of both [m^2]
+    length: Array  # [m]
+
+
+def fineness(mesh: _core.Mesh, stiffness: float) -> Fineness:
+    """The facets of a mesh under a tool of ``stiffness`` [N/m]."""
+    e, n = _edges(mesh), mesh.triangle_count
+    turn = np.abs(e.turn)
+    smooth = turn < np.radians(DOUBTFUL_DEG)
+    doubtful = smooth & (turn >= _core.CREASE_ANGLE)
+    angle, sagitta = (_quantile(x[smooth], e.area[smooth], 0.95) for x in (turn, turn * e.across / 8))
+    # Smoothing leaves errors of the second order in the turn (measured: docs/contact.md); at most the facets' own.
+    direction = min(np.degrees(angle**2), np.degrees(angle) / 2)
+    force = 1e3 * stiffness * sagitta * min(8.0 * angle**2, 1.0)
+    share = float(e.area[doubtful].sum() / max(e.area.sum(), 1e-300))
+    more = max(direction / COARSE_DEG, np.sqrt(force / COARSE_MN), 4.0 if share > 0.05 else 0.0)
+    return Fineness(
+        edge_mm=1e3 * float(np.median(e.length)) if len(e.length) else 0.0,
+        turn_deg=float(np.degrees(angle)),
+        direction_error_deg=float(direction),
+        force_error_mN=float(force),
+        facet_error_mN=float(1e3 * stiffness * sagitta),
+        doubtful_share=share,
+        triangles_needed=int(np.ceil(n * max(more, 1.0))) if more > 1 else n,
+    )
+
+
+def radius(mesh: _core.Mesh, given: float, *, feature: float | None = None, noise: float | None = None) -> Radius:
+    """Recommend a radius.
+
+    Args:
+        mesh: to be touched.
+        given: the radius in mind [m].
+        feature: width of the narrowest thing to be felt [m]; from the concave curvature of the mesh when left out.
+        noise: standard deviation of the surface [m]; from its roughness when left out.
+    """
+    e = _edges(mesh)
+    edge = float(np.median(e.length)) if len(e.length) else 0.0
+    noise = roughness(mesh) if noise is None else noise
+    rough = noise > 0.05 * edge  # the curvature seen is that of the noise
+    hollow = (e.turn < -1e-9) & ~np.full(len(e.turn), rough)
+    tightness = np.where(hollow, e.across / np.maximum(-e.turn, 1e-9), np.inf)  # radius of curvature [m]
+    largest = FEATURE_RADIUS * feature if feature is not None else _quantile(tightness, e.area, 0.01)
+    smallest = noise_radius(noise, edge)
+    default = _core.ContactOptions().radius
+    recommended = largest if smallest > largest else max(smallest, min(default, largest))
+    return Radius(
+        given_mm=1e3 * given,
+        recommended_mm=_two_digits(1e3 * recommended),
+        largest_mm=1e3 * largest,
+        smallest_mm=1e3 * smallest,
+        feature_mm=1e3 * largest / FEATURE_RADIUS if np.isfinite(largest) else None,
+        noise_mm=1e3 * noise,
+        direction_noise_deg=direction_noise_deg(noise, recommended, edge),
+        unreachable_share=float(e.area[tightness < given].sum() / max(e.area.sum(), 1e-300)),
+    )
+
+
+def direction_noise_deg(noise: float, radius: float, spacing: float) -> float:
+    """What noise of the vertices turns the force by, 95 % of the time [deg].
+
+    Where the facets are still smoothed it is SLOPE times their slope, noise / spacing: the smooth surface goes through
+    every vertex. Rougher than that the sphere rests on the peaks: on one of height ``noise`` beside flat ground it
+    touches at sqrt(2 noise / radius), and so it is measured.
+    """
+    if noise <= 0.0 or noise < SMOOTHED * spacing:
+        return float(np.degrees(SLOPE * noise / spacing)) if noise > 0.0 else 0.0
+    return float(np.degrees(min(np.sqrt(2 * noise / radius), np.pi / 2)))
+
+
+SLOPE = 3.2
+"""Of the smooth surface between vertices that are off by their noise, over noise / spacing: as measured, 95 %."""
+SMOOTHED = 0.15
+"""Noise below this share of the vertices' spacing leaves few edges sharper than the crease angle."""
+
+
+def noise_radius(noise: float, spacing: float) -> float:
+    """The smallest radius that keeps ``direction_noise_deg`` below its limit [m]; 0 when any does."""
+    if direction_noise_deg(noise, 1e9, spacing) == 0.0 or noise < SMOOTHED * spacing:
+        return 0.0
+    return float(2 * noise / np.radians(DIRECTION_LIMIT_DEG) ** 2)
+
+
+def roughness(mesh: _core.Mesh) -> float:
+    """Standard deviation of vertex noise [m]: what is left of the vertices after their neighbours' mean, twice.
+
+    The second difference of a second difference leaves of a smooth surface almost nothing, of white noise a known
+    share: the same is done to noise of one, and compared. The quieter quarter of the vertices decides: edges and
+    corners of the thing are no noise. Fewer than a hundred vertices say nothing (0).
+    """
+    v, t = mesh.vertices, mesh.triangles
+    if len(v) < 100:
+        return 0.0
+    a, b = (np.concatenate([t[:, i] for i in order]) for order in ((0, 1, 2, 1, 2, 0), (1, 2, 0, 0, 1, 2)))
+    degree = np.maximum(np.bincount(a, minlength=len(v)), 1)
+
+    def off_the_mean(x: Array) -> Array:
+        mean = np.stack([np.bincount(a, x[b, k], len(v)) for k in range(x.shape[1])], axis=1)
+        return x - mean / degree[:, None]
+
+    n = np.cross(v[t[:, 1]] - v[t[:, 0]], v[t[:, 2]] - v[t[:, 0]])
+    normal = np.stack([np.bincount(t.ravel(), np.repeat(n[:, k], 3), len(v)) for k in range(3)], axis=1)
+    normal = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    along = (off_the_mean(off_the_mean(v - v.mean(axis=0))) * normal).sum(axis=1)
+    unit = off_the_mean(off_the_mean(np.random.default_rng(0).normal(size=(len(v), 1))))[:, 0]
+    return float(np.quantile(np.abs(along), 0.25) / np.quantile(np.abs(unit), 0.25))
+
+
+def turn_per_ms_deg(radius: float) -> float:
+    """How fast the force turns while a sphere rolls over an edge at ``EDGE_SPEED``."""
+    return float(np.degrees(EDGE_SPEED * 1e-3 / radius))
+
+
+def _edges(mesh: _core.Mesh) -> _Edges:
+    v, t = mesh.vertices, mesh.triangles
+    a = v[t[:, 0]]
+    n = np.cross(v[t[:, 1]] - a, v[t[:, 2]] - a)
+    double = np.linalg.norm(n, axis=1)
+    n /= np.maximum(double, 1e-300)[:, None]
+    ends = np.sort(t[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1).astype(np.int64)
+    key = ends[:, 0] * len(v) + ends[:, 1]
+    order = np.argsort(key, kind="stable")
+    same = key[order][1:] == key[order][:-1]
+    i, j = order[:-1][same] // 3, order[1:][same] // 3
+    start, end = v[ends[order[:-1][same], 0]], v[ends[order[:-1][same], 1]]
+    length = np.linalg.norm(end - start, axis=1)
+    sharp = np.arctan2(np.linalg.norm(np.cross(n[i], n[j]), axis=1), (n[i] * n[j]).sum(axis=1))
+    middle = v[t].mean(axis=1)
+    convex = ((middle[j] - middle[i]) * n[i]).sum(axis=1) <= 0
+    keep = (double[i] > 0) & (double[j] > 0) & (length > 0)
+    area = (double[i] + double[j]) / 2
+    turn = np.where(convex, sharp, -sharp)
+    return _Edges(turn[keep], (area / np.maximum(length, 1e-300))[keep], area[keep], length[keep])
+
+
+def _quantile(values: Array, weights: Array, q: float) -> float:
+    if len(values) == 0:
+        return 0.0
+    order = np.argsort(values)
+    share = np.cumsum(weights[order])
+    return float(values[order[min(int(np.searchsorted(share, q * share[-1])), len(values) - 1)]])
+
+
+def _two_digits(x: float) -> float:
+    return float(f"{x:.2g}")

@@ -1,0 +1,1 @@
+"""Identification: from recordings of a real arm or hand to a model of it."""

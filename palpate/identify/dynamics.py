@@ -1,0 +1,226 @@
+"""Full dynamics of an arm from moving recordings: links that could exist, friction, rotors, springs.
+
+    tau_drive = A^T (M(q) a + C(q, v) v + G(q)) + terms(q, v, a) . theta,     q = A q_drive
+
+is linear in the links' inertial parameters pi and in theta. Both sides go through the same zero-phase filter, and
+pi, theta are the most probable ones given the residual's own size, a broad prior around the arm's model file, and that
+every link is a body (inertia.py). `drives.py` lists the terms.
+
+The relative RMS of a joint is rms(filter(tau) - filter(prediction)) / rms(filter(tau)), both low-passed at `cutoff`
+without phase: the measure of Wang, Gondokaryono, Munawar and Fischer (2019), whose figures for the da Vinci arms stand
+in PUBLISHED. What they filtered at is not told with their data.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate import _core
+from palpate.arm import Arm
+from palpate.errors import RecordingError
+from palpate.identify.drives import At, DriveTrain, State, drive_train
+from palpate.identify.inertia import Problem, pseudo_inertia, solve
+from palpate.identify.motion import Motion, lowpass, motion
+from palpate.identify.recordings import check_joints, read_moving
+
+Array = NDArray[np.float64]
+
+CUTOFF = 2.0  # of both sides before they are compared; excitation ends below it [Hz]
+SPREAD = 3.0  # of the links around their first guess, in the metric of inertia.py
+ROUNDS = 3  # of weighing each joint by what is left unexplained
+KNOWN = 0.5  # a parameter is known when the data narrowed it to less than this share of its prior
+
+#: Relative RMS per drive on the other trajectory, Wang et al., IROS 2019, of the recordings they published.
+PUBLISHED = {
+    "mtm": (0.077, 0.149, 0.170, 0.223, 0.280, 0.234, 0.340),
+    "psm": (0.093, 0.178, 0.191, 0.134, 0.239, 0.213, 0.264),
+}
+
+
+@dataclass
+class Dynamics:
+    """An identified arm. Drive coordinates are those of the recording, `train.coupling` leads to the joints."""
+
+    arm: Arm
+    pi: Array  # (10n,) inertial parameters of the links, in Pinocchio's order
+    theta: Array  # (t,) of the drive train's terms
+    at: At = "drives"  # where it was recorded
+    cutoff: float = CUTOFF
+    trained: tuple[str, ...] = ()
+    rank: int = 0  # of the whitened regressor
+    condition: float = 0.0  # of its identifiable part
+    unknown: tuple[str, ...] = ()  # parameters that the motion said little about
+    train: DriveTrain = field(init=False)
+    links: _core.Arm = field(init=False)  # the arm made of the identified links
+
+    def __post_init__(self) -> None:
+        self.train = drive_train(self.arm, self.at)
+        self.links = self.arm.with_inertial_parameters(self.pi)
+
+    def torque(self, q: Array, v: Array, a: Array) -> Array:
+        """tau (k, m) of the drives for a motion at the drives (k, m) [N m, N]: inverse dynamics and terms."""
+        s = self.train.state(q, v, a)
+        links = np.array([self.links.inverse_dynamics(*row) for row in zip(s.q, s.v, s.a, strict=True)])
+        return np.asarray(links @ self.train.coupling + self.terms(s))
+
+    def terms(self, s: State, leave_out: str = " ") -> Array:
+        """Torque (k, m) of the drive train at the drives, without the terms whose name begins with `leave_out`."""
+        kept = ((t, x) for t, x in zip(self.train.terms, self.theta, strict=True) if not t.name.startswith(leave_out))
+        return np.asarray(sum(x * term.column(s) for term, x in kept))
+
+    def relative_rms(self, m: Motion, *cutoffs: float) -> Array:
+        """Relative RMS (m,) of the prediction, see the module; (c, m) of several cutoffs [Hz]."""
+        error, rows = m.tau - self.torque(m.q, m.v, m.a), []
+        for cutoff in cutoffs or (self.cutoff,):
+            left, measured = (lowpass(x, cutoff, m.rate)[m.kept] for x in (error, m.tau))
+            rows.append(np.sqrt((left**2).mean(axis=0) / (measured**2).mean(axis=0)))
+        return np.array(rows) if cutoffs else rows[0]
+
+    def masses(self) -> Array:
+        """(n,) [kg]; mostly the prior's: predictions are what a motion identifies."""
+        return self.pi[::10]
+
+
+def read_motion(path: str, arm: Arm, rate: float = 200.0, at: At = "drives") -> Motion:
+    """A moving recording of this arm, made at its drives or at its joints.
+
+    Raises:
+        RecordingError: names the file and what is wrong: columns, NaN, units, another arm, too short, nothing moves.
+    """
+    train = drive_train(arm, at)
+    recording = read_moving(path, train.coupling.shape[1], rate)
+    check_joints(recording.q @ train.coupling.T, arm, path, margin=0.2)
+    span = np.ptp(recording.q, axis=0)
+    still = [str(j + 1) for j in np.flatnonzero(span < 1e-6)]
+    if still:
+        raise RecordingError(
+            f"drive {', '.join(still)} does not move", where=path, why="its position is constant from end to end",
+            mend="excite every joint at once, over most of its range and at several speeds; parameters of a joint "
+            "that rests cannot be told: " + ", ".join(t.name for t in train.terms if t.name.split("_")[-1] in still),
+        )  # fmt: skip
+    m = motion(recording)
+    _check_rates(m, path)
+    return m
+
+
+def identify(motions: Sequence[Motion], arm: Arm, cutoff: float = CUTOFF, at: At = "drives") -> Dynamics:
+    """The most probable dynamics of `arm`, given its motions, made at its drives or at its joints.
+
+    Raises:
+        RecordingError: no motion, or the recordings have no torque in some drive.
+    """
+    if not motions:
+        raise RecordingError("no recording given", mend="name at least one CSV file")
+    train = drive_train(arm, at)
+    blocks = [_regressor(m, arm, train, cutoff) for m in motions]
+    tau = np.concatenate([tau for _, tau in blocks])
+    W = np.concatenate([W for W, _ in blocks])
+    size = np.sqrt((tau**2).mean(axis=0))
+    if not (size > 0).all():
+        raise RecordingError(
+            f"drive {int(np.argmin(size)) + 1} has no torque in any recording", where=motions[0].file,
+            why="its torque column is zero", mend="record the efforts of all drives",
+        )  # fmt: skip
+    pi0 = arm.inertial_parameters
+    columns = W[:, :, len(pi0) :]
+    reach = np.sqrt(((columns / size[:, None]) ** 2).mean(axis=0)).max(axis=0)
+    deviation = np.array([term.share for term in train.terms]) / np.maximum(reach, 1e-12)
+    positive = np.array([term.positive for term in train.terms])
+    # A residual below `cutoff` has 2 cutoff independent values a second; motions repeat themselves, hence half of them.
+    share = cutoff * _STRIDE / motions[0].rate
+    left = 0.1 * size
+    for _ in range(ROUNDS):
+        R = (W / left[:, None]).reshape(-1, W.shape[2]) * np.sqrt(share)
+        y = (tau / left).reshape(-1) * np.sqrt(share)
+        x, covariance = solve(Problem(R, y, pi0, SPREAD, deviation, positive))
+        left = np.sqrt(((tau - W @ x) ** 2).mean(axis=0))
+    n = len(pi0)
+    dynamics = Dynamics(arm, x[:n], x[n:], at, cutoff, tuple(m.file for m in motions))
+    dynamics.rank, dynamics.condition = _rank(R[:, :n])
+    narrowed = np.sqrt(covariance.diagonal()[n:]) / deviation
+    dynamics.unknown = tuple(t.name for t, s in zip(train.terms, narrowed, strict=True) if s > KNOWN)
+    return dynamics
+
+
+_STRIDE = 4  # rows between those that are fitted: the filter leaves nothing between them
+
+
+def _regressor(m: Motion, arm: Arm, train: DriveTrain, cutoff: float) -> tuple[Array, Array]:
+    """Filtered regressor (k, m, p) and torque (k, m)."""
+    s = train.state(m.q, m.v, m.a)
+    links = np.array([train.coupling.T @ arm.torque_regressor(*row) for row in zip(s.q, s.v, s.a, strict=True)])
+    terms = np.stack([term.column(s) for term in train.terms], axis=2)
+    W = np.concatenate([links, terms], axis=2)
+    shape = W.shape
+    W = lowpass(W.reshape(len(m), -1), cutoff, m.rate).reshape(shape)
+    rows = slice(m.kept.start, m.kept.stop, _STRIDE)
+    return W[rows], lowpass(m.tau, cutoff, m.rate)[rows]
+
+
+def _rank(R: Array) -> tuple[int, float]:
+    scale = np.sqrt((R**2).mean(axis=0))
+    values = np.linalg.svd(R[:, scale > 0] / scale[scale > 0], compute_uv=False)
+    rank = int((values > 1e-7 * values[0]).sum())
+    return rank, float(values[0] / values[rank - 1])
+
+
+def _check_rates(m: Motion, path: str) -> None:
+    """Velocities as recorded against those of the positions: other units, another order or another rate."""
+    v = np.gradient(m.q, 1.0 / m.rate, axis=0)[m.kept]
+    ratio = (m.v[m.kept] * v).sum(axis=0) / (v**2).sum(axis=0)
+    worst = int(np.argmax(np.abs(np.log(np.maximum(ratio, 1e-6)))))
+    if not 0.7 < ratio[worst] < 1.4:
+        raise RecordingError(
+            f"the velocity of drive {worst + 1} is {ratio[worst]:.3g} times that of its positions", where=path,
+            why=f"positions are differentiated at {m.rate:g} Hz; columns are q, v, tau of all drives",
+            mend="give the rate it was recorded at, rad and rad/s, and the columns in this order",
+        )  # fmt: skip
+
+
+def to_data(d: Dynamics) -> dict[str, Any]:
+    """The model file's content."""
+    names = d.arm.joint_names
+    return {
+        "dynamics": d.arm.name,
+        "recorded_at": d.at,
+        "trained_on": list(d.trained),
+        "cutoff_Hz": d.cutoff,
+        "links": [
+            {"after_joint": name, "parameters": [float(x) for x in pi]}
+            for name, pi in zip(names, d.pi.reshape(-1, 10), strict=True)
+        ],
+        "terms": {t.name: float(x) for t, x in zip(d.train.terms, d.theta, strict=True)},
+    }
+
+
+def from_data(data: Any, arm: Arm, where: str) -> Dynamics:
+    """The model of a file's content.
+
+    Raises:
+        RecordingError: it is no dynamics model, or one of another arm.
+    """
+    if not isinstance(data, dict) or "dynamics" not in data:
+        raise RecordingError("not a dynamics model", where=where, mend="palpate calibrate dynamics writes one")
+    if data["dynamics"] != arm.name:
+        raise RecordingError(
+            f"this is the model of {data['dynamics']!r}", where=where, why=f"the arm is {arm.name!r}",
+            mend="name the arm it was identified from, or its own model",
+        )  # fmt: skip
+    try:
+        terms = [t.name for t in drive_train(arm, data["recorded_at"]).terms]
+        pi = np.array([link["parameters"] for link in data["links"]], dtype=float).ravel()
+        theta = np.array([data["terms"][name] for name in terms], dtype=float)
+        return Dynamics(arm, pi, theta, data["recorded_at"], float(data["cutoff_Hz"]), tuple(data["trained_on"]))
+    except (KeyError, TypeError, ValueError, RuntimeError) as error:
+        raise RecordingError("the model is broken", where=where, why=str(error), mend="identify it again") from None
+
+
+def consistency(d: Dynamics) -> Array:
+    """(n,) smallest eigenvalue of each link's pseudo-inertia over its largest: above zero for a body."""
+    eigen = [np.linalg.eigvalsh(pseudo_inertia(p)) for p in d.pi.reshape(-1, 10)]
+    return np.array([e[0] / e[-1] for e in eigen])

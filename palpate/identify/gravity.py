@@ -1,0 +1,192 @@
+"""Gravity of an arm from poses it was held at: read, fit, judge on unseen poses, say what it is worth."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.arm import Arm
+from palpate.errors import RecordingError
+from palpate.identify import fit, forms, scores
+from palpate.identify.fit_gravity import Fitted, fit_poses
+from palpate.identify.gravity_model import GravityModel
+from palpate.identify.identifiability import Identifiability, identifiability, next_poses
+from palpate.identify.pairs import Pairs, find_pairs
+from palpate.identify.recordings import Static, on_levels, read_static
+from palpate.identify.scores import Scores
+
+Array = NDArray[np.float64]
+
+_FEWEST = 12  # poses: fewer say nothing about ten base parameters, springs and friction
+_SILENT = 2e-4  # a joint whose torque varies less was not measured [N m]
+_ARMS = {"mtml": "left", "mtmr": "right"}
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """A gravity model with the evidence for it. Per joint values are of the joints whose torque was measured."""
+
+    model: GravityModel
+    fitted: Fitted
+    poses: Static
+    unseen: Static | None
+    told: Identifiability
+    joints: tuple[int, ...]  # measured ones, from 0
+    train: Scores
+    test: Scores | None
+    cross_validation: Scores
+    pairs: Pairs | None  # poses reached both ways: then it was fitted to their means
+    advice: tuple[tuple[Array, float], ...]  # pose (n,) [rad], information it adds [nat]
+    warnings: tuple[str, ...]
+    seconds: float  # of one core
+
+    def to_json(self) -> dict[str, Any]:
+        """The values of docs/json.md."""
+        model, told = self.model, self.told
+        return {
+            "model": model.form,
+            "arm": model.arm,
+            "poses": len(self.poses),
+            "train": self.train.undirected(),
+            "test": self.test.undirected() if self.test else None,
+            "train_directed": self.train.directed(),
+            "test_directed": self.test.directed() if self.test else None,
+            "cross_validation_directed": self.cross_validation.directed(),
+            "friction_floor_Nm": (self.test or self.train).floor.tolist(),
+            "friction_Nm": np.round(np.abs(model.friction).max(axis=1), 6)[list(self.joints)].tolist(),
+            "friction_of": "motors" if model.motor_friction else "joints",
+            "pairs": self.pairs.to_json(self.joints) if self.pairs else None,
+            "std_Nm": (self.test or self.train).std.tolist(),
+            "coverage_95": (self.test or self.train).coverage.tolist(),
+            "rank": told.rank,
+            "structural_rank": told.structural_rank,
+            "condition": told.condition,
+            "base_parameters": list(told.base),
+            "not_identifiable": list(told.never),
+            "weak_parameters": list(told.weak),
+            "outliers": [vars(o) | {"joint": o.joint + 1} for o in self.fitted.outliers],
+            "stops": [vars(s) | {"joint": s.joint + 1} for s in model.stops],
+            "outside": self.test.outside if self.test else 0,
+            "advice": [{"q_rad": np.round(q, 4).tolist(), "information_nat": gain} for q, gain in self.advice],
+            "warnings": list(self.warnings),
+            "seconds": self.seconds,
+        }
+
+
+@fit.on_one_core
+def gravity(
+    train: str | Path | Sequence[str | Path],
+    arm: Arm | str,
+    *,
+    model: str = forms.DEFAULT,
+    test: str | Path | None = None,
+) -> Calibration:
+    """Identify what holds an arm still.
+
+    Args:
+        train: static recordings (CSV, see `read_static`), rows in the order of visits.
+        arm: the arm, or "mtml" or "mtmr".
+        model: one of `palpate.identify.forms.FORMS`.
+        test: a recording of other poses to judge on.
+
+    Raises:
+        RecordingError: the recordings cannot be used (see `read_static`), are too few or too much alike; names the
+            parameters that suffer.
+    """
+    began = time.process_time()
+    arm = named_arm(arm)
+    if model not in forms.FORMS:
+        raise RecordingError(f"there is no model {model!r}", mend=f"choose one of {', '.join(forms.FORMS)}")
+    poses = read_static(train, arm)
+    unseen = read_static(test, arm) if test is not None else None
+    measured = measured_joints(poses)
+    joints = tuple(np.flatnonzero(measured).tolist())
+    pairs = find_pairs(poses, joints)
+    if pairs is not None:
+        poses = pairs.means
+    poses = on_levels(poses)
+    told = identifiability(poses.q, measured, arm)
+    _require_rich(poses, told)
+    fitted = fit_poses(poses, arm, model, measured)
+    if pairs is not None:
+        friction = np.median(pairs.half_difference, axis=0)[:, None]
+        fitted = replace(fitted, model=replace(fitted.model, friction=friction, motor_friction=False))
+    return Calibration(
+        model=fitted.model,
+        fitted=fitted,
+        poses=poses,
+        unseen=unseen,
+        told=told,
+        joints=joints,
+        train=scores.score(fitted, poses, joints, arm),
+        test=scores.score(fitted, unseen, joints, arm) if unseen is not None else None,
+        cross_validation=scores.cross_validate(fitted, poses, joints, arm),
+        pairs=pairs,
+        advice=tuple(next_poses(fitted, measured, arm)),
+        warnings=tuple(_warnings(fitted, poses, unseen, told, arm)),
+        seconds=time.process_time() - began,
+    )
+
+
+def measured_joints(poses: Static) -> NDArray[np.bool_]:
+    """(n,) joints whose torque varies, and so was measured."""
+    return np.asarray(poses.tau.std(axis=0) > _SILENT)
+
+
+def named_arm(arm: Arm | str) -> Arm:
+    """The arm of a name of the command line.
+
+    Raises:
+        RecordingError: there is no such name.
+    """
+    if isinstance(arm, Arm):
+        return arm
+    if arm not in _ARMS:
+        raise RecordingError(f"there is no arm {arm!r}", mend=f"name {' or '.join(_ARMS)}, or pass an Arm")
+    return Arm.mtm(_ARMS[arm])
+
+
+def _require_rich(poses: Static, told: Identifiability) -> None:
+    where = ", ".join(poses.files)
+    if len(poses) < _FEWEST:
+        repeats = f"; {poses.samples} rows repeat them" if poses.samples > len(poses) else ""
+        lost = f"; nothing is known about {', '.join(told.weak)}" if told.weak else ""
+        raise RecordingError(
+            f"{len(poses)} different poses",
+            where=where,
+            why=f"at least {_FEWEST} are needed to tell masses, springs and friction apart{repeats}{lost}",
+            mend="record more poses, spread over the joint limits",
+        )
+    if told.rank < told.structural_rank:
+        raise RecordingError(
+            f"the poses are too much alike: they show {told.rank} of {told.structural_rank} base parameters",
+            where=where,
+            why=f"nothing is known about {', '.join(told.weak)}",
+            mend="record poses in which every joint stands differently, spread over its limits",
+        )
+
+
+def _warnings(fitted: Fitted, poses: Static, unseen: Static | None, told: Identifiability, arm: Arm) -> list[str]:
+    said = []
+    for stop in fitted.model.stops:
+        end = "upper" if stop.side > 0 else "lower"
+        said.append(f"joint {stop.joint + 1} leaned on its {end} stop beyond {stop.at:.3f} rad: kept out of the model")
+    if unseen is not None:
+        outside = int(fitted.model.region.outside(unseen.q, arm, 6).sum())
+        if outside:
+            said.append(f"{outside} of {len(unseen)} test poses lie outside of the trained region")
+        shared = sum((np.abs(poses.q - q).max(axis=1) < 1e-6).any() for q in unseen.q)
+        if shared:
+            said.append(f"{shared} of {len(unseen)} test poses were trained on: not unseen")
+    if not poses.start.all() and poses.samples > len(poses):
+        said.append(f"{poses.samples} rows are {len(poses)} poses: repeated ones were averaged")
+    swapped = scores.actuator_side(poses, arm)
+    if swapped is not None:
+        said.append(swapped)
+    return said

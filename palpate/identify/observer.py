@@ -1,0 +1,62 @@
+"""From an identified arm to the observer in the cycle: what `_core.Estimate` has to know of its drives."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate import _core
+from palpate.errors import RecordingError
+from palpate.identify.dynamics import Dynamics
+
+Array = NDArray[np.float64]
+
+
+def drive_inertia(d: Dynamics) -> Array:
+    """I_d (n, n) of the rotors, seen at the joints [kg m^2, kg]."""
+    to_drives = np.linalg.pinv(d.train.coupling)  # (m, n)
+    return np.asarray(to_drives.T @ np.diag(_per_drive(d, "rotor")) @ to_drives)
+
+
+def estimate_options(d: Dynamics, base: _core.EstimateOptions | None = None) -> _core.EstimateOptions:
+    """Options of the estimate: links, rotors, friction, offsets and springs at the joints (the rest as in `base`).
+
+    Friction of motors that turn a joint together is that of the joint moving alone. Terms of a jaw stay out.
+
+    Raises:
+        RecordingError: the arm has springs that are not linear in one joint (an MTM): the cycle does not know them.
+    """
+    options = base or _core.EstimateOptions()
+    n, theta = d.arm.n, _theta(d)
+    to_drives = np.linalg.pinv(d.train.coupling)
+    coulomb = np.abs(to_drives).T @ _per_drive(d, "coulomb")
+    viscous = (to_drives**2).T @ _per_drive(d, "viscous")
+    spring = np.zeros(n)
+    for name, value in theta.items():
+        kind, _, joint = name.rpartition("_")
+        if kind == "joint_coulomb":
+            coulomb[int(joint) - 1] += value
+        elif kind == "joint_viscous":
+            viscous[int(joint) - 1] += value
+        elif name == "roll_spring":
+            spring[3] += value
+        elif kind == "spring":
+            spring[int(joint) - 1] += value
+        elif kind not in ("coulomb", "viscous", "offset", "rotor", "jaw"):
+            raise RecordingError(
+                f"a dynamics model of {d.arm.name!r} cannot be a follower's", why=f"it has the term {name!r}",
+                mend="estimate the force of a PSM, or of an arm of your own",
+            )  # fmt: skip
+    options.links, options.rotor_inertia = d.pi, drive_inertia(d).diagonal()
+    options.coulomb, options.viscous, options.spring = coulomb, viscous, spring
+    options.offset = to_drives.T @ _per_drive(d, "offset")
+    return options
+
+
+def _theta(d: Dynamics) -> dict[str, float]:
+    return dict(zip((t.name for t in d.train.terms), d.theta, strict=True))
+
+
+def _per_drive(d: Dynamics, kind: str) -> Array:
+    theta = _theta(d)
+    return np.array([theta[f"{kind}_{j + 1}"] for j in range(d.train.coupling.shape[1])])

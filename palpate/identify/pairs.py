@@ -1,0 +1,52 @@
+"""Poses that were reached both ways: half of the difference is friction, the mean is free of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from palpate.identify.recordings import Static
+
+Array = NDArray[np.float64]
+
+_SAME_POSE = 0.03  # poses nearer than this pair a way up with a way down [rad]
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """What two recordings of the same poses, visited in opposite orders, say together."""
+
+    means: Static
+    half_difference: Array  # (k, n) size [N m]
+
+    def to_json(self, joints: tuple[int, ...]) -> dict[str, Any]:
+        """Plain values of these joints."""
+        halves = self.half_difference[:, list(joints)]
+        return {
+            "count": len(halves),
+            "half_difference_Nm": np.median(halves, axis=0).tolist(),
+            "half_difference_p95_Nm": np.percentile(halves, 95, axis=0).tolist(),
+        }
+
+
+def find_pairs(poses: Static, joints: tuple[int, ...]) -> Pairs | None:
+    """Same poses in two files that follow each other; None unless most poses have a partner."""
+    file, j = np.cumsum(poses.start), list(joints)
+    q, tau, halves = [], [], []
+    for k in range(1, int(file.max()), 2):
+        one, two = poses.only(file == k), poses.only(file == k + 1)
+        near, rows = cKDTree(one.q[:, j]).query(two.q[:, j])
+        close = near < _SAME_POSE
+        rows = rows[close]
+        q.append(0.5 * (one.q[rows] + two.q[close]))
+        tau.append(0.5 * (one.tau[rows] + two.tau[close]))
+        halves.append(0.5 * np.abs(one.tau[rows] - two.tau[close]))
+    count = sum(len(h) for h in halves)
+    if 2 * count < 0.9 * len(poses):
+        return None
+    means = Static(np.concatenate(q), np.concatenate(tau), np.ones(count, dtype=bool), poses.files, poses.samples)
+    return Pairs(means, np.concatenate(halves))

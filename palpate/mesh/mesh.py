@@ -1,0 +1,165 @@
+"""A triangle mesh in metres, checked and ready to be touched."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from palpate import _core
+from palpate.errors import MeshError, PalpateWarning
+from palpate.mesh import check
+from palpate.mesh import files as mesh_files
+
+Unit = Literal["mm", "cm", "m", "in"]
+
+
+class Mesh:
+    """A surface of triangles, counter-clockwise seen from outside, in its own frame O.
+
+    Equal vertices are welded; triangles without area and duplicates are dropped; closed parts that are inside out
+    and triangles that face the other way than their neighbours are turned. The core does that and counts it in
+    ``report``; it is told once as a :class:`PalpateWarning`.
+
+    Args:
+        vertices: (n, 3) [m].
+        triangles: (m, 3) indices into ``vertices``.
+        name: how messages call it.
+
+    Raises:
+        MeshError: wrong shapes, an index out of range, a vertex that is not finite, no triangle with an area, or
+            extents that leave numbers no precision.
+    """
+
+    vertices: npt.NDArray[np.float64]  #: (n, 3) [m], read-only
+    triangles: npt.NDArray[np.int32]  #: (m, 3), read-only
+    core: _core.Mesh  #: the C++ mesh with its index
+    report: check.MeshReport  #: what was found and mended
+    name: str  #: what messages call it
+
+    def __init__(self, vertices: npt.ArrayLike, triangles: npt.ArrayLike, *, name: str = "mesh") -> None:
+        v, t = _vertices(vertices, name), _triangles(triangles, name)
+        _require_indices(t, len(v), name)
+        self._settle(v, t, name, "m")
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str], unit: Unit = "mm") -> Mesh:
+        """Read a mesh file: STL (binary or ASCII), OBJ, PLY, OFF, GLB.
+
+        Args:
+            path: the file.
+            unit: the unit of its numbers: ``mm``, ``cm``, ``m`` or ``in``. Files do not say it themselves.
+
+        Raises:
+            MeshError: the file is missing, empty, truncated, of an unknown format, or holds nothing to touch.
+        """
+        if unit not in check.UNITS:
+            raise MeshError(f"unknown unit {unit!r}", where=str(path), mend=f"use one of {', '.join(check.UNITS)}")
+        vertices, triangles = mesh_files.read(Path(path))
+        _require_finite(vertices, str(path))
+        metres: npt.NDArray[np.float64] = np.multiply(vertices, check.UNITS[unit], dtype=np.float64)
+        del vertices  # a large file is held once
+        triangles = _triangles(triangles, str(path))
+        _require_indices(triangles, len(metres), str(path))
+        mesh = cls.__new__(cls)
+        mesh._settle(metres, triangles, str(path), unit)
+        return mesh
+
+    def _settle(self, v: npt.NDArray[np.float64], t: npt.NDArray[np.int32], name: str, unit: str) -> None:
+        """The core welds, mends, judges and indexes; here it is told."""
+        try:
+            self.core = _core.Mesh(np.ascontiguousarray(v), np.ascontiguousarray(t))
+        except ValueError as error:
+            what, _, mend = str(error).removeprefix("mesh: ").partition("; ")
+            raise MeshError(what, where=name, mend=mend) from None
+        self.vertices, self.triangles, self.name = self.core.vertices, self.core.triangles, name
+        self.report = check.report_of(self.core.report, unit)
+        for f in self.report.findings:
+            warnings.warn(PalpateWarning(f.what, where=name, why=f.why, mend=f.mend), stacklevel=4)
+
+    def closest(
+        self, points: npt.ArrayLike, max_distance: float = np.inf
+    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.int32]]:
+        """Nearest surface points to ``points`` (n, 3) [m].
+
+        Returns:
+            distance (n,) unsigned [m], point (n, 3) [m], outward unit normal (n, 3), triangle (n,): -1 where nothing
+            is within ``max_distance``. Triangles are numbered as in ``triangles``.
+        """
+        return self.core.closest(np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3), max_distance)
+
+    @property
+    def bounds(self) -> npt.NDArray[np.float64]:
+        """(2, 3): lowest and highest corner of the bounding box [m]."""
+        return np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)])
+
+    def __repr__(self) -> str:
+        """Name, size and extents."""
+        x, y, z = self.report.extents_m
+        return f"<Mesh {self.name!r}: {len(self.triangles):,} triangles, {x:.3g} x {y:.3g} x {z:.3g} m>"
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Findings are not told as warnings inside (they stay in ``Mesh.report``)."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PalpateWarning)
+        yield
+
+
+def _vertices(values: npt.ArrayLike, name: str) -> npt.NDArray[np.float64]:
+    try:
+        array = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise MeshError("vertices are not numbers", where=name, why=str(error), mend="pass an (n, 3) array") from None
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise MeshError(
+            f"vertices must have shape (n, 3). Got: {array.shape}", where=name, mend="one row per vertex [m]"
+        )
+    _require_finite(array, name)
+    return array
+
+
+def _require_finite(vertices: npt.NDArray[np.floating], name: str) -> None:
+    if np.isfinite(vertices).all():
+        return
+    bad = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
+    text = ", ".join(f"{x:g}" for x in vertices[bad[0]])
+    raise MeshError(
+        f"{len(bad):,} of {len(vertices):,} vertices are not finite; the first is vertex {bad[0]:,}: ({text})",
+        where=name,
+        why="NaN and infinity have no place in space",
+        mend="remove these vertices or export the mesh again",
+    )
+
+
+def _triangles(values: npt.ArrayLike, name: str) -> npt.NDArray[np.int32]:
+    array = np.asarray(values)
+    if array.size == 0:
+        raise MeshError("zero triangles", where=name, mend="pass an (m, 3) array of vertex indices")
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise MeshError(
+            f"triangles must have shape (m, 3). Got: {array.shape}", where=name, mend="triangulate the faces"
+        )
+    if not np.issubdtype(array.dtype, np.integer):
+        raise MeshError(f"triangles must be integers. Got: {array.dtype}", where=name, mend="pass vertex indices")
+    if array.max() > np.iinfo(np.int32).max or array.min() < np.iinfo(np.int32).min:
+        raise MeshError(f"triangle index {array.max()} is out of range", where=name, mend="indices count from 0")
+    return array.astype(np.int32, copy=False)
+
+
+def _require_indices(triangles: npt.NDArray[np.int32], n: int, name: str) -> None:
+    if triangles.min() >= 0 and triangles.max() < n:
+        return
+    row = int(np.flatnonzero(((triangles < 0) | (triangles >= n)).any(axis=1))[0])
+    raise MeshError(
+        f"triangle {row:,} names vertex {triangles[row].tolist()}, there are {n:,} vertices (0 to {n - 1:,})",
+        where=name,
+        mend="indices count from 0",
+    )

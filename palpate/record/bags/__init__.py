@@ -1,0 +1,10 @@
+"""Bags of other people: a ROS 2 recording of arms that speak CRTK names, read without ROS (library rosbags).
+
+from palpate.record.bags import Bag
+bag = Bag.open("rosbag2_2026_11_21-13_00_00")
+print(bag.arms, bag.arms["MTMR"].wrench.values)
+"""
+
+from palpate.record.bags.bag import Arm, Bag, Event, Topic, Track
+
+__all__ = ["Arm", "Bag", "Event", "Topic", "Track"]

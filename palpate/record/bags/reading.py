@@ -1,0 +1,177 @@
+"""From a rosbag2 to tracks. Which topic means what stands in one table; messages are decoded by the library rosbags."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from palpate.errors import MissingExtraError, RecordError
+from palpate.record.bags.bag import Arm, Bag, Event, Topic, Track
+
+_MOTION = {
+    "measured_js": "js",
+    "measured_cp": "pose",
+    "measured_cv": "twist",
+    "setpoint_cp": "goal",
+    "servo_cp": "goal",
+    "servo_cs": "goal",
+    "body/servo_cf": "wrench",
+    "spatial/servo_cf": "wrench",
+    "following/mtm/body/servo_cf": "wrench",
+    "gripper/measured_js": "gripper",
+    "jaw/measured_js": "gripper",
+    "body/set_cf_orientation_absolute": "absolute",
+}
+"""The end of a topic's name -> what it is of the arm before it."""
+_TOLD = (
+    "operating_state", "current_state", "following", "operator_present", "clutch", "camera", "status", "warning",
+    "error", "state_command", "goal_reached", "enabled", "pinch", "closed", "message",
+)  # fmt: skip
+"""Last words of topics that are told as events."""
+_SCENE = "scene"
+
+
+def read(path: Path) -> Bag:
+    """Decode a bag. Raises as `Bag.open`."""
+    try:
+        from rosbags.highlevel import AnyReader, AnyReaderError
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError as error:
+        raise MissingExtraError("reading of ROS 2 bags (rosbags)", "ros") from error
+    if path.is_dir() and not (path / "metadata.yaml").exists() and len(only := sorted(path.glob("*.mcap"))) == 1:
+        path = only[0]  # a recorder that was killed left no metadata
+    try:
+        with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader:
+            return _Reading(path, reader).bag()
+    except (AnyReaderError, OSError, ValueError, AssertionError, KeyError, IndexError) as error:
+        raise RecordError(
+            "the bag cannot be read", where=str(path), why=str(error) or type(error).__name__,
+            mend="give the folder that `ros2 bag record` wrote, its .mcap or .db3; `ros2 bag reindex` mends it",
+        ) from error  # fmt: skip
+
+
+class _Reading:
+    """One pass over a bag."""
+
+    def __init__(self, path: Path, reader: Any) -> None:
+        self.path, self.reader = path, reader
+        self.rows: dict[tuple[str, str], list[tuple[float, list[float]]]] = defaultdict(list)
+        self.events: list[Event] = []
+        self.times: dict[str, list[float]] = defaultdict(list)
+        self.silent: dict[str, int] = defaultdict(int)
+        self.bad: dict[str, int] = defaultdict(int)
+        self.undecoded: dict[str, str] = {}
+        self.frames: dict[str, float] = defaultdict(float)
+        self.scene = ""
+
+    def bag(self) -> Bag:
+        begin = self.reader.start_time
+        for connection, time, data in self.reader.messages():
+            topic, t = connection.topic, 1e-9 * (time - begin)
+            self.times[topic].append(t)
+            try:
+                message = self.reader.deserialize(data, connection.msgtype)
+            except Exception as error:
+                self.undecoded.setdefault(topic, f"{connection.msgtype}: {type(error).__name__}")
+                continue
+            self._take(topic, t, message)
+        arms = {name: self._arm(name) for name in dict.fromkeys(n for n, _ in self.rows)}
+        duration = max((t[-1] for t in self.times.values()), default=0.0)
+        notes = [f"{topic} could not be decoded ({why})" for topic, why in self.undecoded.items()]
+        return Bag(self.path, duration, arms, self.events, list(self._topics()), self.scene, notes)
+
+    def _take(self, topic: str, t: float, message: Any) -> None:
+        stamp = getattr(getattr(message, "header", None), "stamp", None)
+        spoken = stamp is None or stamp.sec or stamp.nanosec
+        self.silent[topic] += not spoken
+        name, what = _place(topic)
+        if what == "absolute":
+            self.frames[name] = float(message.data)
+        elif what is not None:
+            self._move(topic, name, what, t, message, bool(spoken))
+        elif topic.rsplit("/", 1)[-1] == _SCENE and hasattr(message, "data"):
+            self.scene = str(message.data)
+        elif topic.rsplit("/", 1)[-1] in _TOLD and (text := _words(message)):
+            self.events.append(Event(t, topic, text))
+
+    def _move(self, topic: str, name: str, what: str, t: float, message: Any, spoken: bool) -> None:
+        found = dict(_numbers(what, message))
+        if not all(np.isfinite(v).all() for v in found.values()):
+            self.bad[topic] += 1
+        elif spoken or what == "wrench":  # an invalid measurement is none; a wrench acts whatever its stamp says
+            for field, values in found.items():
+                self.rows[name, field].append((t, values))
+            if what == "wrench":
+                frame = 1.0 if topic.endswith("spatial/servo_cf") else self.frames[name]
+                self.rows[name, "absolute"].append((t, [frame]))
+
+    def _arm(self, name: str) -> Arm:
+        arm = Arm(name)
+        for field in ("q", "v", "tau", "pose", "twist", "goal", "wrench", "absolute", "gripper"):
+            rows = self.rows.get((name, field), [])
+            width = max((len(v) for _, v in rows), default=0)
+            rows = [r for r in rows if len(r[1]) == width and width]
+            if rows:
+                setattr(arm, field, Track(np.array([t for t, _ in rows]), np.array([v for _, v in rows])))
+        return arm
+
+    def _topics(self) -> Iterator[Topic]:
+        types = {c.topic: c.msgtype for c in self.reader.connections}
+        for name in sorted(types):
+            steps = np.diff(self.times[name])
+            rate = 1.0 / float(np.median(steps)) if len(steps) > 1 and np.median(steps) > 0 else 0.0
+            gap = float(steps.max()) if len(steps) else 0.0
+            yield Topic(name, types[name], len(self.times[name]), rate, gap, self.silent[name], self.bad[name])
+
+
+def _place(topic: str) -> tuple[str, str | None]:
+    """The arm that a topic belongs to and what it tells of it: ``("MTMR", "pose")``; None for what is no motion."""
+    parts = topic.strip("/").split("/")
+    for k in range(1, len(parts)):
+        ending = "/".join(parts[k:])
+        if ending in _MOTION:
+            name = "/".join(parts[:k])
+            if ending.startswith("following/"):
+                name = re.sub(r"_[^_/]+$", "", name)  # MTMR_PSM1 pushes MTMR
+            return name, _MOTION[ending]
+    return "", None
+
+
+def _numbers(what: str, message: Any) -> Iterator[tuple[str, list[float]]]:
+    """The fields of an arm that a message fills."""
+    if what in ("js", "gripper"):
+        fields = {"q": "position", "v": "velocity", "tau": "effort"} if what == "js" else {"gripper": "position"}
+        for field, array in fields.items():
+            if len(getattr(message, array)):
+                yield field, [float(x) for x in getattr(message, array)]
+    elif what in ("pose", "goal"):
+        inner = getattr(message, "pose", None) or getattr(message, "transform", None) or message
+        p, q = getattr(inner, "position", None) or inner.translation, getattr(inner, "orientation", None)
+        q = q if q is not None else inner.rotation  # TransformStamped: dVRK before 2.2
+        yield what, [p.x, p.y, p.z, q.w, q.x, q.y, q.z]
+    else:
+        inner = getattr(message, what)
+        a, b = (inner.force, inner.torque) if what == "wrench" else (inner.linear, inner.angular)
+        yield what, [a.x, a.y, a.z, b.x, b.y, b.z]
+
+
+def _words(message: Any) -> str:
+    """A message in words; empty for one that has none."""
+    tell: dict[str, Callable[[Any], str]] = {
+        "state": lambda m: f"{m.state}{', homed' if m.is_homed else ''}{', busy' if m.is_busy else ''}",
+        "string": lambda m: str(m.string),
+        "buttons": lambda m: {0: "released", 1: "pressed", 2: "tapped"}.get(int(m.buttons[0]), str(m.buttons[0])),
+        "data": lambda m: str(m.data),
+    }
+    for field, say in tell.items():
+        if hasattr(message, field):
+            try:
+                return say(message)
+            except (AttributeError, IndexError):
+                return ""
+    return ""

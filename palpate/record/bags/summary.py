@@ -1,0 +1,69 @@
+"""A bag in a few numbers, for the terminal and for `--json`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.table import Table
+
+from palpate.record.bags.bag import Arm, Bag
+
+STALE = 0.03
+"""A wrench that is not renewed for longer is one that nobody looks after any more [s]."""
+_PUSHES = 1e-3  # less is no force [N]
+
+
+def summary_of(bag: Bag) -> dict[str, Any]:
+    """The keys of docs/json.md."""
+    return {
+        "bag": str(bag.path),
+        "duration_s": bag.duration,
+        "leader": bag.pair[0],
+        "follower": bag.pair[1],
+        "arms": {name: _arm(arm, bag.duration) for name, arm in bag.arms.items()},
+        "topics": [
+            {"topic": t.name, "type": t.type, "count": t.count, "rate_Hz": t.rate, "longest_gap_s": t.gap,
+             "stamp_zero": t.silent, "not_finite": t.bad}
+            for t in bag.topics
+        ],
+        "events": len(bag.events),
+        "notes": bag.notes,
+    }  # fmt: skip
+
+
+def _arm(arm: Arm, end: float) -> dict[str, float]:
+    force, t = arm.wrench.values[:, :3], arm.wrench.t
+    size = np.linalg.norm(force, axis=1)
+    steps = np.linalg.norm(np.diff(force, axis=0), axis=1) / _apart(t)
+    unrenewed = np.diff(np.append(t, end))
+    held = unrenewed[(size > _PUSHES) & (unrenewed > STALE)].sum()
+    moved = np.linalg.norm(np.diff(arm.pose.values[:, :3], axis=0), axis=1) / _apart(arm.pose.t)
+    return {
+        "peak_force_N": float(size.max(initial=0.0)),
+        "steepest_N_per_s": float(steps.max(initial=0.0)),
+        "held_s": float(held),
+        "peak_speed_m_s": float(moved.max(initial=0.0)),
+        "wrenches": len(t),
+        "poses": len(arm.pose.t),
+    }
+
+
+def _apart(t: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Times between messages; of those that came in a bunch half the usual time, for they were sent further apart."""
+    steps = np.diff(t)
+    return np.maximum(steps, max(0.5 * float(np.median(steps)), 1e-6)) if len(steps) else steps
+
+
+def table(bag: Bag) -> Table:
+    """For a terminal."""
+    out = Table(title=f"{bag.duration:.2f} s, {len(bag.topics)} topics", title_justify="left", box=None)
+    for column in ("arm", "poses", "wrenches", "peak force", "steepest", "force left on", "top speed"):
+        out.add_column(column, justify="left" if column == "arm" else "right")
+    for name, s in summary_of(bag)["arms"].items():
+        out.add_row(
+            name, str(s["poses"]), str(s["wrenches"]), f"{s['peak_force_N']:.2f} N", f"{s['steepest_N_per_s']:.0f} N/s",
+            f"{s['held_s']:.2f} s", f"{s['peak_speed_m_s']:.3f} m/s",
+        )  # fmt: skip
+    return out

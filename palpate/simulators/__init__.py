@@ -1,0 +1,1 @@
+"""Simulated robots that are spoken to like the real ones."""

@@ -1,0 +1,133 @@
+"""A simulated dVRK without a bus: arms, console, pedals and teleoperations, asked by the names of their topics.
+
+    robot = palpate.simulators.dvrk.system(("MTMR", "PSM1"))
+    robot.send("MTMR", "state_command", "home")
+    robot.step(3 * 10_000)                                # 10 s, a tick is a third of a millisecond
+    robot.send("MTMR", "body/servo_cf", [0, 0, 1, 0, 0, 0])
+    robot.state("MTMR")["measured_cp"]                    # what it would publish
+    robot.events()                                        # what it has said since
+
+What only a simulated one can do: `hand/servo_cp`, `hand/servo_cf`, `hand/gripper` and `hand/free` are a hand on the
+handle of an MTM, `tool/servo_cf` a force on the tip of a PSM (it moves a driven one; of the other the torques tell it),
+`emulate_fault` a fault, `emulate_*` of `footpedals` a foot.
+
+Numbers of the arms are those of `models/`; those of their controllers are
+sawIntuitiveResearchKit 2.4's unless marked OURS.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from palpate import _core
+from palpate.arm import Arm, models_folder
+from palpate.errors import ArmError
+
+#: Every arm that there is a model of.
+ARMS = ("MTMR", "MTML", "PSM1", "PSM2", "PSM3", "ECM")
+#: Who moves whom, where both are there.
+TELEOPS = (("MTMR", "PSM1"), ("MTML", "PSM2"))
+
+_TOOL = "LARGE_NEEDLE_DRIVER:400006[12]"
+_DEG = math.pi / 180.0
+
+
+def _mtm(name: str) -> _core.DvrkArmSpec:
+    arm = Arm.mtm("right" if name == "MTMR" else "left")
+    spec = _core.DvrkArmSpec(name, "mtm", arm)
+    spec.leader = arm.leader_options()
+    spec.P = np.array([100.0, 80.0, 80.0, 3.0, 1.0, 0.4, 0.15])
+    spec.D = np.array([10.0, 5.0, 5.0, 0.35, 0.028, 0.015, 0.005])
+    spec.tracking_error = _DEG * np.array([10.0, 10.0, 10.0, 30.0, 30.0, 30.0, 30.0])  # OURS: the last four
+    spec.v_max = _DEG * np.array([90.0] * 6 + [360.0])
+    spec.a_max = _DEG * np.array([45.0] * 6 + [360.0])
+    spec.start = spec.home = arm.home
+    return spec
+
+
+def _psm(name: str, *, driven: bool) -> _core.DvrkArmSpec:
+    arm = Arm.psm("lnd")
+    spec = _core.DvrkArmSpec(name, "psm", arm)
+    spec.dynamic = driven
+    spec.leader, spec.follower = arm.leader_options(), arm.follower_options()
+    spec.P = np.array([120.0, 120.0, 6000.0, 6.0, 6.0, 6.0])
+    spec.D = np.array([6.0, 5.0, 200.0, 0.09, 0.09, 0.09])
+    spec.has_gravity_model = driven  # OURS: the real PSM is balanced, ours is where it was designed to be
+    spec.tracking_error = np.array([20 * _DEG, 20 * _DEG, 0.02, 35 * _DEG, 35 * _DEG, 35 * _DEG])
+    spec.v_max = np.array([90 * _DEG, 90 * _DEG, 0.2, *[1080 * _DEG] * 3])
+    spec.a_max = np.array([90 * _DEG, 90 * _DEG, 0.2, *[720 * _DEG] * 3])
+    spec.start = spec.home = arm.home
+    spec.cannula_link = arm.link_names.index("wrist")
+    spec.jaw_min, spec.jaw_max = arm.jaw_range
+    spec.jaw_v_max, spec.jaw_a_max = 1080 * _DEG, 720 * _DEG
+    spec.tool_type = _TOOL
+    return spec
+
+
+def _ecm(name: str) -> _core.DvrkArmSpec:
+    arm = Arm.load(models_folder() / "ecm.yaml")
+    spec = _core.DvrkArmSpec(name, "ecm", arm)
+    spec.dynamic = False
+    spec.follower = arm.follower_options()
+    spec.has_gravity_model = False
+    spec.tracking_error = np.array([20 * _DEG, 20 * _DEG, 0.02, 20 * _DEG])  # OURS
+    spec.v_max = np.array([30 * _DEG, 30 * _DEG, 0.05, 30 * _DEG])  # OURS
+    spec.a_max = np.array([90 * _DEG, 90 * _DEG, 0.05, 90 * _DEG])  # OURS
+    spec.start = spec.home = arm.home
+    return spec
+
+
+def arm(name: str, *, driven: bool = False) -> _core.DvrkArmSpec:
+    """What an arm is built from, for changes before `system`.
+
+    driven: joints of a PSM are moved by torques, as an MTM's are; otherwise they are servoed and no torque moves them.
+
+    Raises:
+        ArmError: there is no such arm.
+    """
+    if name in ("MTMR", "MTML"):
+        return _mtm(name)
+    if name in ("PSM1", "PSM2", "PSM3"):
+        return _psm(name, driven=driven)
+    if name == "ECM":
+        return _ecm(name)
+    raise ArmError(f"the simulated dVRK has no arm {name!r}", mend=f"arms: {', '.join(ARMS)}")
+
+
+def system(
+    arms: Sequence[str | _core.DvrkArmSpec] = ("MTMR", "MTML", "PSM1", "PSM2", "ECM"),
+    *,
+    driven: bool = False,
+    base_frames: Mapping[str, ArrayLike] | None = None,
+    teleops: Sequence[_core.DvrkTeleopSpec] | None = None,
+) -> _core.DvrkSystem:
+    """A simulated dVRK with these arms (names, or what `arm` gave), powered off.
+
+    base_frames: pose (4, 4) of an arm's own base in the frame of its `measured_cp`; the identity when left out.
+    teleops: MTMR_PSM1 and MTML_PSM2 where both arms are there, when left out.
+
+    Raises:
+        ArmError: an arm is unknown, or named twice.
+    """
+    specs = [arm(a, driven=driven) if isinstance(a, str) else a for a in arms]
+    names = [spec.name for spec in specs]
+    for name in names:
+        if names.count(name) > 1:
+            raise ArmError(f"the arm {name!r} is named {names.count(name)} times", mend="name every arm once")
+    for name, frame in (base_frames or {}).items():
+        if name not in names:
+            raise ArmError(f"there is no arm {name!r} to give a base frame", mend=f"arms: {', '.join(names)}")
+        specs[names.index(name)].base_frame = np.asarray(frame, dtype=float)
+    if teleops is None:
+        teleops = []
+        for mtm, psm in TELEOPS:
+            if mtm in names and psm in names:
+                pair = _core.DvrkTeleopSpec()
+                pair.mtm, pair.psm = names.index(mtm), names.index(psm)
+                teleops.append(pair)
+    camera = [names.index(a) for a in ("MTML", "MTMR", "ECM") if a in names]
+    return _core.DvrkSystem(specs, list(teleops), camera if len(camera) == 3 else [])

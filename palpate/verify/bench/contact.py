@@ -1,0 +1,249 @@
+"""``palpate bench contact``: forces on shapes known exactly, their quality and their time, beside reference figures.
+
+Every row runs in a process of its own, so that load time and memory are those of one mesh alone.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from time import perf_counter
+from typing import TypedDict
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.table import Table
+
+import palpate.contact
+from palpate import _core
+from palpate.mesh import files as mesh_files
+from palpate.shapes.analytic import SHAPES, Shape
+from palpate.shapes.paths import ToolPath, tool_path
+
+Array = NDArray[np.float64]
+
+RADIUS, STIFFNESS = 2e-3, 500.0  # [m], [N/m]; no damping, no friction
+PATHS = {"deep": (-2e-3, 0.05), "shallow": (1e-3, 0.05), "fast": (-2e-3, 0.2), "tool": (-2e-3, 0.05)}
+"""Offset [m] and speed [m/s]; along `tool` all of a tool's 16 spheres are in the surface at once."""
+SIZES, HUGE = (10_000, 100_000, 1_000_000), 10_000_000
+ARTEFACT = 45.0  # direction error beyond which a force is one of the paper's "erroneous directions" (section 4) [deg]
+WARM_UP = 100  # first updates that are not timed
+
+
+class Row(TypedDict):
+    """One case. The keys are the documented contract of ``--json``."""
+
+    shape: str
+    triangles: int
+    path: str
+    method: str
+    p50_us: float  #: one update of contact and force
+    p99_us: float
+    direction_median_deg: float  #: angle to the exact normal over the steady slide
+    direction_p95_deg: float
+    direction_max_deg: float
+    magnitude_p95_mN: float  #: error against k times the exact deflection
+    magnitude_max_mN: float
+    step_deg: float  #: largest change of direction from one sample to the next
+    step_mN: float  #: largest change of magnitude
+    true_step_deg: float  #: the same of the exact force
+    true_step_mN: float
+    lost: int  #: samples without force though the sphere touches
+    flipped: int  #: samples whose force points into the surface
+    artefacts: int  #: samples whose force is more than ``ARTEFACT`` from the exact normal
+    energy_mJ: float  #: net work on the tool from free to free: what it gave beyond what it took
+    true_energy_mJ: float  #: of the exact force: none but for sampling
+    load_s: float  #: binary STL on disk to indexed mesh
+    memory_MB: float  #: growth of the process, at its peak while loading
+
+
+def run(
+    shapes: Sequence[str] = tuple(SHAPES),
+    sizes: Sequence[int] = SIZES,
+    paths: Sequence[str] = ("deep", "shallow", "fast"),
+    method: str = "proxy",
+    on_row: Callable[[Row], None] | None = None,
+) -> list[Row]:
+    """Measure every combination; ``on_row`` hears of each as it is done.
+
+    Raises:
+        ValueError: an unknown shape or path.
+        RuntimeError: a case failed; carries what its process said.
+    """
+    for kind, given, known in (("shape", shapes, SHAPES), ("path", paths, PATHS)):
+        for name in given:
+            if name not in known:
+                raise ValueError(f"unknown {kind} {name!r}; there are: {', '.join(known)}")
+    rows = []
+    with tempfile.TemporaryDirectory(prefix="palpate-bench-") as folder:
+        for shape in shapes:
+            for size in sizes:
+                file = Path(folder) / f"{shape}-{size}.stl"
+                vertices, triangles = SHAPES[shape].mesh(size)
+                mesh_files.write(file, 1e3 * vertices, triangles)
+                for path in paths:
+                    row = _in_a_process(file, shape, path, method)
+                    rows.append(row)
+                    if on_row:
+                        on_row(row)
+                file.unlink()
+    return rows
+
+
+def _in_a_process(file: Path, shape: str, path: str, method: str) -> Row:
+    command = [sys.executable, "-m", "palpate.verify.bench.contact", str(file), shape, path, method]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise RuntimeError(f"bench contact: {shape}, {path}, {method} failed:\n{done.stderr.strip()}")
+    row: Row = json.loads(done.stdout.splitlines()[-1])
+    return row
+
+
+def measure(file: Path, shape: str, path: str, method: str) -> Row:
+    """One row, in this process, which should be a fresh one."""
+    from palpate.mesh import Mesh
+
+    before, start = _status_mb("VmRSS"), perf_counter()
+    mesh = Mesh.load(file, unit="mm").core
+    load_s, memory = perf_counter() - start, _status_mb("VmHWM") - before
+
+    offset, speed = PATHS[path]
+    way = tool_path(SHAPES[shape], offset, speed, RADIUS)
+    row: Row = {
+        "shape": shape,
+        "triangles": mesh.triangle_count,
+        "path": path,
+        "method": method,
+        **judge(mesh, SHAPES[shape], way, method, _cluster() if path == "tool" else None),  # type: ignore[typeddict-item]
+        "load_s": load_s,
+        "memory_MB": memory,
+    }
+    return row
+
+
+def judge(
+    mesh: _core.Mesh, shape: Shape, way: ToolPath, method: str, places: Array | None = None
+) -> dict[str, float | int]:
+    """Time and quality of one path over a mesh of a shape, by the keys of a ``Row``.
+
+    places: (m, 3) centres of the tool's spheres from the tip, which is the first [m]; the tip alone when left out.
+    """
+    places = np.zeros((1, 3)) if places is None else places
+    others = [(p_TS, RADIUS) for p_TS in places[1:]]
+    felt = palpate.contact.render(mesh, way.tips, radius=RADIUS, stiffness=STIFFNESS, method=method, spheres=others)
+    exact = np.zeros_like(way.tips)
+    for p_TS in places:
+        depth, normal = shape.held(way.tips + p_TS, RADIUS)
+        exact += STIFFNESS * depth[:, None] * normal
+    p50, p99 = np.percentile(felt.latency[WARM_UP:] * 1e6, [50, 99])
+    return {
+        "p50_us": float(p50),
+        "p99_us": float(p99),
+        **_quality(felt.force[way.steady], exact[way.steady]),
+        "energy_mJ": _work_mj(felt.force, way.tips),
+        "true_energy_mJ": _work_mj(exact, way.tips),
+    }
+
+
+def _cluster() -> Array:
+    """(16, 3) the tip, and 15 spheres spread evenly 1.5 mm around it [m]."""
+    k = np.arange(15)
+    z, turn = 1.0 - 2.0 * (k + 0.5) / 15, np.pi * (1.0 + 5.0**0.5) * k
+    ring = np.sqrt(1.0 - z * z)
+    around = 1.5e-3 * np.stack([ring * np.cos(turn), ring * np.sin(turn), z], axis=1)
+    return np.concatenate([np.zeros((1, 3)), around])
+
+
+def _quality(force: Array, exact: Array) -> dict[str, float | int]:
+    """Figures of the steady slide against the exact force, both (n, 3) [N]."""
+    strength, due = np.linalg.norm(force, axis=1), np.linalg.norm(exact, axis=1)
+    error = _angle_deg(force, exact)[strength > 0]
+    magnitude = np.abs(strength - due) * 1e3
+    median, p95 = np.percentile(error, [50, 95]) if len(error) else (180.0, 180.0)
+    return {
+        "direction_median_deg": float(median),
+        "direction_p95_deg": float(p95),
+        "direction_max_deg": float(error.max(initial=0.0 if len(error) else 180.0)),
+        "magnitude_p95_mN": float(np.percentile(magnitude, 95)),
+        "magnitude_max_mN": float(magnitude.max()),
+        "step_deg": float(_angle_deg(force[1:], force[:-1]).max()),
+        "step_mN": float(np.abs(np.diff(strength)).max() * 1e3),
+        "true_step_deg": float(_angle_deg(exact[1:], exact[:-1]).max()),
+        "true_step_mN": float(np.abs(np.diff(due)).max() * 1e3),
+        "lost": int(np.count_nonzero((strength == 0) & (due > 0))),
+        "artefacts": int(np.count_nonzero(error > ARTEFACT)),
+        "flipped": int(np.count_nonzero((force * exact).sum(axis=1) < 0)),
+    }
+
+
+def _work_mj(force: Array, tips: Array) -> float:
+    """Of the force on the tool along its way, by the trapezoid rule [mJ]."""
+    return float(((force[1:] + force[:-1]) / 2 * np.diff(tips, axis=0)).sum() * 1e3)
+
+
+def _angle_deg(a: Array, b: Array) -> Array:
+    return np.asarray(np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(axis=1))))
+
+
+def _status_mb(key: str) -> float:
+    """A memory figure of this process from /proc [MB]; nan where there is no such thing."""
+    try:
+        lines = Path("/proc/self/status").read_text().splitlines()
+    except OSError:
+        return float("nan")
+    return next((int(line.split()[1]) * 1024 / 1e6 for line in lines if line.startswith(f"{key}:")), float("nan"))
+
+
+# Deep slides on the same input by a study with an 8-wide BVH and a shaded proxy, one core of a 2-core shared machine:
+# what is reachable. p50, p99 [us]; direction median, p95, max [deg]; magnitude p95, max [mN]; step [deg], [mN].
+PROTOTYPE: dict[tuple[str, int], tuple[float, ...]] = {
+    ("sphere", 10_000): (0.9, 3, 0.06, 0.11, 0.2, 8, 9, 0.4, 3),
+    ("sphere", 100_000): (1.8, 5, 0.02, 0.03, 0.04, 0.8, 1, 0.2, 0.4),
+    ("sphere", 1_000_000): (4.9, 13, 0.01, 0.01, 0.01, 0.1, 0.1, 0.1, 0.1),
+    ("torus", 10_000): (0.8, 6, 0.29, 0.61, 0.8, 26, 30, 1.3, 13),
+    ("torus", 100_000): (1.3, 11, 0.09, 0.19, 0.24, 2.6, 3, 0.5, 1.5),
+    ("torus", 1_000_000): (3.0, 25, 0.03, 0.06, 0.08, 0.3, 0.3, 0.3, 0.2),
+}
+
+
+def table(rows: Iterable[Row]) -> Table:
+    """The rows for a terminal of 80 columns, the prototype's figures below each deep slide."""
+    rows = list(rows)
+    methods = ", ".join(dict.fromkeys(r["method"] for r in rows))
+    out = Table(title=f"Method {methods}: r = 2 mm, k = 500 N/m", box=None, padding=(0, 1, 0, 0), pad_edge=False)
+    columns: tuple[str, ...] = ("mesh", "path", "us\np50/p99", "direction deg\nmed/p95/max", "force mN\np95/max")
+    columns += ("step deg\n/true", "lost\nflip", "work mJ\n/true", "load\ns", "\nMB")
+    for i, column in enumerate(columns):
+        out.add_column(column, justify="left" if i < 2 else "right", no_wrap=True)
+    for r in rows:
+        out.add_row(
+            f"{r['shape']} {_short(r['triangles'])}",
+            r["path"],
+            f"{r['p50_us']:.2f}/{r['p99_us']:.0f}",
+            f"{r['direction_median_deg']:.2f}/{r['direction_p95_deg']:.2f}/{r['direction_max_deg']:.2f}",
+            f"{r['magnitude_p95_mN']:.1f}/{r['magnitude_max_mN']:.1f}",
+            f"{r['step_deg']:.1f}/{r['true_step_deg']:.1f}",
+            f"{r['lost']}/{r['flipped']}",
+            "/".join(f"{round(r[key], 2) + 0.0:.2f}" for key in ("energy_mJ", "true_energy_mJ")),  # no -0.00
+            f"{r['load_s']:.2f}",
+            f"{r['memory_MB']:.0f}",
+        )
+        size = min((*SIZES, HUGE), key=lambda n: abs(np.log(n / r["triangles"])))
+        reference = PROTOTYPE.get((r["shape"], size)) if r["path"] == "deep" else None
+        if reference:
+            p50, p99, median, p95, top, magnitude, magnitude_top, step_deg, _ = (f"{x:g}" for x in reference)
+            figures = (f"{p50}/{p99}", f"{median}/{p95}/{top}", f"{magnitude}/{magnitude_top}", step_deg)
+            out.add_row("  prototype", "", *figures, style="dim")
+    return out
+
+
+def _short(triangles: int) -> str:
+    return f"{triangles / 1e6:.1f}M" if triangles >= 1e6 else f"{triangles / 1e3:.0f}k"
+
+
+if __name__ == "__main__":
+    print(json.dumps(measure(Path(sys.argv[1]), *sys.argv[2:5])))

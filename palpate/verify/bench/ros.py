@@ -1,0 +1,240 @@
+"""How long from a leader's state to the wrench that answers it, over ROS 2? `palpate bench ros`.
+
+Two processes on this machine: a leader that publishes its states (in C++, here), and the haptic node with the virtual
+wall. Beside them a third that sends wrenches straight back, asked half a period after each state: what ROS itself takes
+for the way there and back, in the same run.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.table import Table
+
+from palpate.errors import PalpateError
+
+Array = NDArray[np.float64]
+LEADER, TELEOP = "palpate_bench", "palpate_bench_wall"
+RATE, SECONDS = 1000.0, 20.0
+SETTLE = 0.7  # between what is done and what counts [s]
+_CROSSING = 10e-6  # no message crosses faster: a wrench stamped sooner after a state cannot answer it [s]
+_START = 120.0  # most that the others take to come up [s]
+_ECHO = """
+import sys, palpate.ros
+ros = palpate.ros.load()
+echo = ros.Echo(ros.Context(), "/palpate_there", "/palpate_back")
+print("ready", flush=True)
+sys.stdin.read()
+"""
+_WALL = np.array([0.0, -0.0225, 0.0])  # scenes/wall.yaml: from its start 2 mm deep into the wall [m]
+
+
+def run(
+    seconds: float = SECONDS, rate: float = RATE, on_progress: Callable[[str], None] = lambda _: None
+) -> dict[str, Any]:
+    """Measure: the keys of `palpate bench ros` in docs/json.md.
+
+    Raises:
+        RosMissingError: no ROS 2. PalpateError: the node does not come up, or never pushes.
+    """
+    from palpate import ros
+
+    native = ros.load(on_progress)
+    options = native.PuppetOptions()
+    options.leader, options.teleop, options.rate, options.echo = LEADER, TELEOP, rate, True
+    options.wrench = f"/{TELEOP}/following/mtm/body/servo_cf"
+    puppet = native.Puppet(native.Context(), options)
+    node_command = ["-m", "palpate.verify.bench.ros_node", str(_scene()), f"{rate:g}", LEADER, TELEOP]
+    with _process("-c", _ECHO), _process(*node_command) as node:
+        on_progress("node and echo are up")
+        puppet.start()
+        puppet.set_state("ENABLED")
+        puppet.follow(True)
+        _await(lambda: len(puppet.felt) > 10, "the node sends no wrench")
+        time.sleep(SETTLE)
+        _touch(puppet)
+        puppet.swing(np.array([0.0, 0.0005, 0.0]), 1.0)
+        time.sleep(SETTLE)
+        begin, before = time.monotonic(), (int(puppet.pings), len(puppet.echoes))
+        for left in np.arange(seconds, 0.0, -5.0):
+            on_progress(f"{left:.0f} s to go")
+            time.sleep(min(5.0, left))
+        end = time.monotonic()
+        pushed = float(np.linalg.norm(puppet.felt[-1, 3:6]))
+        counted = _ended(node)
+        puppet.stop()
+        time.sleep(0.2)  # for the last echoes
+    return _figures(puppet, counted, begin, end, rate, before) | {"force_N": pushed}
+
+
+def answers(sent: Array, felt: Array, wall_minus_monotonic: float) -> tuple[Array, int]:
+    """Time from each state to its wrench, and how many states had none before the next was sent.
+
+    Args:
+        sent: (n,) when each state was published [s, monotonic].
+        felt: (m, 10) as of the puppet.
+        wall_minus_monotonic: between the clock of stamps and ours [s].
+
+    Returns:
+        ((k,) [s], states without an answer of their own).
+    """
+    stamps = felt[:, 2] - wall_minus_monotonic
+    state = np.searchsorted(sent, stamps - _CROSSING, side="right") - 1  # the newest that the node can have known
+    good = state >= 0
+    first, index = np.unique(state[good], return_index=True)  # an overdue step sends again: the first answer counts
+    took = felt[good, 0][index] - sent[first]
+    return took, len(sent) - len(first)
+
+
+def table(result: dict[str, Any]) -> Table:
+    """For a terminal."""
+    out = Table(title=f"leader's state to wrench, {result['rate_hz']:g} Hz, {result['seconds']:.0f} s",
+                title_justify="left", box=None, padding=(0, 2, 0, 0))  # fmt: skip
+    for column in ("", "p50", "p99", "p99.9", "longest"):
+        out.add_column(column, justify="right" if column else "left")
+    for key, words in (("latency", "state to wrench"), ("echo", "bare echo, there and back")):
+        values = [f"{result[f'{key}_{p}_us']:.0f} us" for p in ("p50", "p99", "p999", "max")]
+        out.add_row(words, *values)
+    out.caption_justify = "left"
+    out.caption = (
+        f"{result['states']} states, {result['commands']} commands, {result['lost']} lost, {result['late']} states "
+        f"without an answer before the next;\nnode {result['node_cores']:.2f} cores; {result['scheduler']}"
+    )
+    return out
+
+
+def of_sim(
+    seconds: float = 10.0, arms: tuple[str, ...] = ("MTMR", "MTML", "PSM1", "PSM2"), rate: float = RATE
+) -> dict[str, float]:
+    """What `palpate ros sim` takes and reaches with these arms, powered, homed and measured at `rate` [Hz].
+
+    Returns:
+        `sim_cores`: cores of its process [-]; `sim_rate_hz`: at which the slowest arm's measures came [Hz].
+
+    Raises:
+        PalpateError: it does not come up.
+    """
+    from palpate import ros
+    from palpate.ros import topic
+
+    command = [sys.executable, "-m", "palpate", "ros", "sim", "--rate", f"{rate:g}", "--arms", *arms]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+        try:
+            with topic.node() as here:
+                _await(lambda: ("/system/home", "std_msgs/msg/Empty") in topic.topics(here, 0.2), "no simulated robot")
+                for verb in ("power_on", "home"):
+                    topic.publish(here, f"/system/{verb}", "std_msgs/msg/Empty", "{}", None)
+                    time.sleep(4.0)
+            native = ros.load()
+            context = native.Context()
+            ears = [native.Echo(context, f"/{arm}/body/measured_cf", f"/palpate_heard/{arm}") for arm in arms]
+            _await(lambda: all(ear.count for ear in ears), "an arm of the simulated robot is silent")
+            before, heard, start = _cpu_time(process.pid), [ear.count for ear in ears], time.monotonic()
+            time.sleep(seconds)
+            if process.poll() is not None:
+                raise PalpateError("palpate ros sim ended by itself", mend="run it alone to see why")
+            took = time.monotonic() - start
+            slowest = min(ear.count - then for ear, then in zip(ears, heard, strict=True))
+            return {"sim_cores": (_cpu_time(process.pid) - before) / took, "sim_rate_hz": slowest / took}
+        finally:
+            process.terminate()
+
+
+def _figures(
+    puppet: Any, counted: dict[str, Any], begin: float, end: float, rate: float, before: tuple[int, int]
+) -> dict[str, Any]:
+    """before: pings and echoes when the measured time began."""
+    sent, felt, echoes = puppet.sent[:, 0], puppet.felt, puppet.echoes[before[1] :, 0]
+    felt = felt[felt[:, 9] == np.bincount(felt[:, 9].astype(int)).argmax()]  # the node's, without its guardian's
+    wall = float(np.median(felt[:, 1] - felt[:, 0]))
+    inside = (sent >= begin) & (sent < end)
+    took, late = answers(sent[inside], felt[(felt[:, 0] >= begin) & (felt[:, 0] < end + 1.0 / rate)], wall)
+    figures: dict[str, Any] = {
+        "rate_hz": rate,
+        "seconds": end - begin,
+        "states": int(inside.sum()),
+        "commands": counted["published"],
+        "lost": int(counted["published"]) - len(felt),
+        "late": late,
+        "echoes": len(echoes),
+        "echo_lost": int(puppet.pings) - before[0] - len(echoes),
+    }
+    for key, values in (("latency", took), ("echo", echoes)):
+        points = np.percentile(1e6 * values, [50, 99, 99.9, 100]).tolist() if len(values) else [float("nan")] * 4
+        figures |= {f"{key}_{p}_us": v for p, v in zip(("p50", "p99", "p999", "max"), points, strict=True)}
+    figures["cycle_p50_us"], figures["cycle_p99_us"] = counted["cycle_us"]["p50"], counted["cycle_us"]["p99"]
+    figures["node_cores"] = counted["cpu_s"] / max(len(sent) / rate, 1e-9)
+    figures["leader_late_p99_us"], figures["scheduler"] = puppet.late_p99_us, counted["scheduler"]
+    return figures
+
+
+@contextmanager
+def _process(*arguments: str) -> Iterator[subprocess.Popen[str]]:
+    """A Python that says `ready`; ended at the end."""
+    command = [sys.executable, *arguments]
+    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout
+        if process.stdout.readline() != "ready\n":
+            raise PalpateError(f"{' '.join(arguments[:2])} does not come up", mend="what it said stands above")
+        yield process
+    finally:
+        if process.poll() is None:
+            process.terminate()
+            try:
+                process.wait(10.0)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+
+def _touch(puppet: Any) -> None:
+    """Move the leader until the wall pushes. Once more, where the node began to follow only after it had moved."""
+    for turn in range(1, 6):
+        puppet.move_to(turn * _WALL, 0.5)
+        end = time.monotonic() + 2.0
+        while time.monotonic() < end:
+            if np.abs(puppet.felt[-1, 3:6]).max() > 0.1:
+                return
+            time.sleep(0.02)
+    raise PalpateError("the wall is not felt", mend="palpate ros haptics scenes/wall.yaml says what forbids a force")
+
+
+def _ended(node: subprocess.Popen[str]) -> dict[str, Any]:
+    """Ask the node to end; what it counted."""
+    out, _ = node.communicate(timeout=30.0)
+    counted: dict[str, Any] = json.loads(out.splitlines()[-1])
+    return counted
+
+
+def _await(true: Callable[[], bool], otherwise: str) -> None:
+    end = time.monotonic() + _START
+    while not true():
+        if time.monotonic() > end:
+            raise PalpateError(otherwise, why=f"waited {_START:g} s", mend="palpate ros setup")
+        time.sleep(0.02)
+
+
+def _cpu_time(pid: int) -> float:
+    """User and system time of a process [s]."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / float(os.sysconf("SC_CLK_TCK"))
+
+
+def _scene() -> Path:
+    from palpate.arm import models_folder
+
+    for folder in (models_folder().parent / "scenes", Path(__file__).parents[2] / "scenes"):
+        if (folder / "wall.yaml").is_file():
+            return folder / "wall.yaml"
+    raise PalpateError("the shipped scene wall.yaml is not here", mend="install palpate again")

@@ -1,0 +1,178 @@
+"""The stage `guidance` on a bench: a fixture, a motion of the hand, what comes out of every tick."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation, Slerp
+
+from palpate import _core
+from palpate.verify.conformance.combinations import OPERATOR, PEDAL, POLICIES, QUICK, Combination
+from palpate.verify.conformance.laws import LAWS
+from palpate.verify.conformance.probes import Probe, beside
+from palpate.verify.conformance.roles import ROLES, TOUCHED
+from palpate.verify.conformance.specimens import SPECIMENS
+
+Array = NDArray[np.float64]
+
+DT = 1e-3
+VISIT = 60
+FORCE_RATE, MOMENT_RATE, RETURN_SPEED, RESERVE = 20.0, 0.35, 0.05, 5e-5
+"""As docs/guidance.md promises: what a tick may change beside what motions explain; where hard ones keep the goal."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Goals of the hand, tick by tick."""
+
+    X: Array
+    """(n, 4, 4)."""
+    V: Array
+    """(n, 6) linear over angular, in W."""
+
+    @cached_property
+    def way(self) -> Array:
+        """(n - 1, 6) from tick to tick: shift over rotation vector."""
+        R = Rotation.from_matrix(self.X[:, :3, :3])
+        return np.column_stack([np.diff(self.X[:, :3, 3], axis=0), (R[1:] * R[:-1].inv()).as_rotvec()])
+
+    def carried(self, X_WF: Array, V_WF: Array | None = None) -> Motion:
+        """The same motion in a frame at X_WF, (4, 4) or (n, 4, 4), that moves by the linear velocities V_WF (n, 6)."""
+        R = np.broadcast_to(X_WF, self.X.shape)[:, :3, :3]
+        V = np.concatenate([np.einsum("nij,nj->ni", R, self.V[:, s]) for s in (slice(0, 3), slice(3, 6))], axis=1)
+        return Motion(X_WF @ self.X, V if V_WF is None else V + V_WF)
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What came out."""
+
+    F: Array
+    """(n, 6) that the hand feels, on the tool: with what a master takes as damping."""
+    X: Array
+    """(n, 4, 4) goal."""
+    B: Array
+    """(n, 3, 3) of F what a master takes as damping [N s/m]."""
+
+    def steps(self, before: Array | None = None) -> Array:
+        """(n - 1, 2) changes of force and of moment from tick to tick; n of them after an F (6,) before the first."""
+        F = self.F if before is None else np.concatenate([before[None], self.F])
+        return np.column_stack([np.linalg.norm(np.diff(F[:, s], axis=0), axis=1) for s in (slice(0, 3), slice(3, 6))])
+
+
+def fixture(
+    c: Combination,
+    name: str = "f",
+    X_WG: Array | None = None,
+    frame: _core.Frame | None = None,
+    law: dict[str, Any] | None = None,
+    law_name: str = "",
+    policy: dict[str, Any] | None = None,
+    rise: float = QUICK,
+    on: bool = True,
+    geometry: _core.Geometry | None = None,
+) -> _core.Fixture:
+    """A combination for the core, its geometry at X_WG or in a frame, some of law's and policy's options changed."""
+    role, law_options = _core.GuidanceRoleOptions(), _core.GuidanceLawOptions()
+    for key, value in ROLES[c.role].options.items():
+        setattr(role, key, value)
+    for key, value in (LAWS[c.law].options | (law or {})).items():
+        setattr(law_options, key, value)
+    shape = geometry or SPECIMENS[c.geometry].make()
+    if frame is not None:
+        shape = _core.PlacedGeometry(shape, np.eye(4) if X_WG is None else X_WG, frame)
+    elif X_WG is not None:
+        shape = _core.PlacedGeometry(shape, X_WG)
+    made = POLICIES[c.policy].make(ROLES[c.role], rise)
+    for key, value in (policy or {}).items():
+        setattr(made, key, value)
+    return _core.Fixture(name, shape, ROLES[c.role].role, role, law_name or c.law, law_options, made, on)
+
+
+class Bench:
+    """One stage with a combination in it, or fixtures made of one; it keeps what it is given alive."""
+
+    def __init__(
+        self, c: Combination, *fixtures: _core.Fixture, quick: bool = False, damping: bool = False, **options: float
+    ) -> None:
+        """quick: the wrench follows at once, so that what is seen is the law; damping: the master takes it as such."""
+        o = _core.GuidanceOptions()
+        o.servo_bandwidth = 0.0
+        if quick:
+            o.force_rate = o.moment_rate = 1e6
+        for key, value in options.items():
+            setattr(o, key, value)
+        self.c, self.damping, self.ticks = c, damping, 0
+        self.pedal, self.operator = PEDAL, OPERATOR
+        self.stage = _core.Guidance(o, DT)
+        self._tool: Array | None = None
+        self.take(*(fixtures or [fixture(c)]))
+
+    def take(self, *fixtures: _core.Fixture) -> None:
+        """A live edit."""
+        self._list = _core.Fixtures(list(fixtures))
+        self.stage.take(self._list)
+
+    def begin(self, there: Array, X_WG: Array | None = None) -> Bench:
+        """Has been beside `there` (4, 4), where all is well, for VISIT ticks, if that engages it.
+
+        X_WG: of the geometry, (4, 4) or one a tick.
+        """
+        if "engage" in POLICIES[self.c.policy].options:
+            good = still(beside(self.c.role, self.c.geometry, there), VISIT)
+            X = None if X_WG is None else X_WG if X_WG.ndim == 2 else X_WG[:VISIT]
+            self.run(good if X is None else good.carried(X), X)
+        return self
+
+    def run(self, motion: Motion, X_WG: Array | None = None) -> Answer:
+        """Goes on along a motion; what is touched is where the geometry is, X_WG (4, 4) or (n, 4, 4)."""
+        n = len(motion.X)
+        t = (DT * (self.ticks + np.arange(n))).tolist()
+        self.ticks += n
+        more: dict[str, Any] = {}
+        if ROLES[self.c.role].touches:
+            X = np.broadcast_to(np.eye(4) if X_WG is None else X_WG, (n, 4, 4))
+            normal = X[0, :3, 2]
+            more = {"normal": normal, "height": (X[:, :3, 3] @ normal).tolist(), "stiffness": TOUCHED}
+        X, V = np.ascontiguousarray(motion.X), np.ascontiguousarray(motion.V)
+        tool = motion.X[0] if self._tool is None else self._tool
+        out = _core.run_guidance(
+            self.stage, t, X, V, tool, F_hand=self.operator, pedal=self.pedal, takes_damping=self.damping, **more
+        )
+        F, B = out["F_T_W"], out["B_W"].reshape(n, 3, 3)
+        F[:, :3] -= np.einsum("nij,nj->ni", B, V[:, :3])
+        goals = out["X_WT_goal"].reshape(n, 4, 4)
+        self._tool = goals[-1]
+        return Answer(F, goals, B)
+
+
+def still(X: Array, n: int, V: Array | None = None) -> Motion:
+    """n ticks at one pose; told to have the velocity V (6,) there."""
+    return Motion(np.repeat(X[None], n, axis=0), np.repeat((np.zeros(6) if V is None else V)[None], n, axis=0))
+
+
+def held(probe: Probe, n: int) -> Motion:
+    """n ticks at a probe."""
+    return still(probe.X, n, probe.V)
+
+
+def between(a: Array, b: Array, n: int) -> Motion:
+    """From pose a to pose b in n ticks, at rest at both ends."""
+    u = np.linspace(0.0, 1.0, n)
+    s = u**3 * (10.0 - 15.0 * u + 6.0 * u * u)
+    return along(a, b, s)
+
+
+def along(a: Array, b: Array, s: Array) -> Motion:
+    """Poses a share s (n,) of the way from a to b, with their velocities."""
+    X = np.repeat(np.eye(4)[None], len(s), axis=0)
+    X[:, :3, 3] = a[:3, 3] + s[:, None] * (b[:3, 3] - a[:3, 3])
+    turn = Slerp([0.0, 1.0], Rotation.from_matrix(np.stack([a[:3, :3], b[:3, :3]])))
+    X[:, :3, :3] = turn(np.clip(s, 0.0, 1.0)).as_matrix()
+    w = (Rotation.from_matrix(b[:3, :3]) * Rotation.from_matrix(a[:3, :3]).inv()).as_rotvec()
+    rate = np.gradient(s, DT)
+    return Motion(X, np.column_stack([rate[:, None] * (b[:3, 3] - a[:3, 3]), rate[:, None] * w]))

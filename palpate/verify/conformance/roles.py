@@ -1,0 +1,154 @@
+"""What roles want, restated in numpy from their words; slopes by finite differences of it.
+
+A role wants one number, its gap, not to be below zero [m; rad where it turns the tool]. Its slope along the six motions
+of the tool (linear over angular, about the tip) is the direction that a wrench has to have.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from palpate import _core
+from palpate.verify.conformance.laws import LAWS
+from palpate.verify.conformance.specimens import SPECIMENS, Specimen
+
+Array = NDArray[np.float64]
+Gap = Callable[[Specimen, Array], float]
+
+H = 1e-6
+"""Step of the differences [m, rad]."""
+LEVER = 0.05
+"""Metres that a turn of one radian counts as, where both are compared [m/rad]."""
+
+FREE, MARGIN, KEPT, TILT, TROCAR = 0.0005, 0.004, 0.001, 0.05, 0.0005
+FAR = 0.03
+"""Margin of limits: all places here lie within their region [m]."""
+AROUND = 0.01
+"""A normal is the mean of the distance's slope over so much, either way along each axis [m]."""
+SPEED = 0.02
+"""Most that the limit of speed allows [m/s]."""
+FORCE, TOUCHED = 2.0, 1000.0
+"""Most that the limit of force allows [N]; stiffness of the ground z = 0 that is touched then [N/m]."""
+
+
+def slope(f: Callable[[Array], Array], p: Array, h: float = H) -> Array:
+    """(3,) gradient of f (n, 3) -> (n,) at p (3,)."""
+    steps = np.concatenate([np.eye(3), -np.eye(3)]) * h
+    d = f(p + steps)
+    return np.asarray((d[:3] - d[3:]) / (2.0 * h))
+
+
+def nearest(specimen: Specimen, p: Array) -> Array:
+    """(3,) the geometry's place nearest to p: as far as the distance says, down its slope."""
+    d = float(specimen.distance(p[None])[0])
+    n = slope(specimen.distance, p)
+    return np.asarray(p - d * n / np.linalg.norm(n))
+
+
+def angle(X: Array, Y: Array) -> float:
+    """Between two attitudes, of poses or rotations [rad]."""
+    return float(Rotation.from_matrix(X[:3, :3].T @ Y[:3, :3]).magnitude())
+
+
+def _between(a: Array, b: Array) -> float:
+    return float(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))
+
+
+def _distance(s: Specimen, X: Array) -> float:
+    return float(s.distance(X[None, :3, 3])[0])
+
+
+def _orient_normal(s: Specimen, X: Array) -> float:
+    n = slope(s.distance, X[:3, 3], AROUND)
+    return TILT - float(np.linalg.norm(n)) * _between(X[:3, 2], -n)
+
+
+def _orient_frame(s: Specimen, X: Array) -> float:
+    return TILT - angle(X, s.attitude(X[:3, 3]))
+
+
+def _rcm(s: Specimen, X: Array) -> float:
+    to = nearest(s, X[:3, 3]) - X[:3, 3]
+    a = X[:3, 2]
+    return TROCAR - float(np.linalg.norm(to - a * (a @ to)))
+
+
+@dataclass(frozen=True)
+class RoleCase:
+    """A role with options under which it is examined."""
+
+    role: str
+    options: dict[str, Any]
+    gap: Gap
+    attracts: bool = False
+    turns: bool = False
+    needs_solid: bool = False
+    needs_point: bool = False
+    needs_axis: bool = False
+    touches: bool = False
+    """the tool stands on the ground z = 0 of the geometry's frame, a spring."""
+    speed: bool = False
+    """is about the tool's speed, and wants nothing of its place."""
+
+
+#: By name; each role of the core has at least one.
+ROLES: dict[str, RoleCase] = {
+    "guide": RoleCase("guide", {"margin": FREE}, lambda s, X: FREE - abs(_distance(s, X)), attracts=True),
+    "forbid": RoleCase("forbid", {"margin": MARGIN}, lambda s, X: _distance(s, X) - MARGIN),
+    "forbid, no margin": RoleCase("forbid", {}, _distance, needs_solid=True),
+    "keep-in": RoleCase("keep-in", {"margin": KEPT}, lambda s, X: -_distance(s, X) - KEPT, needs_solid=True),
+    "limit of the workspace": RoleCase("limit", {}, lambda s, X: -_distance(s, X), needs_solid=True),
+    "limit of force": RoleCase("limit", {"margin": FAR, "force": FORCE},
+                               lambda s, X: FORCE / TOUCHED - max(-float(X[2, 3]), 0.0), touches=True),
+    "limit of speed": RoleCase("limit", {"margin": FAR, "speed": SPEED}, lambda s, X: np.inf, speed=True),
+    "orient along the axis": RoleCase("orient", {"angle": TILT},
+                                      lambda s, X: TILT - _between(X[:3, 2], s.axis(X[:3, 3])),
+                                      attracts=True, turns=True, needs_axis=True),
+    "orient against the normal": RoleCase("orient", {"angle": TILT, "target": "normal"}, _orient_normal, attracts=True,
+                                          turns=True),
+    "orient as the frame": RoleCase("orient", {"angle": TILT, "target": "frame"}, _orient_frame, attracts=True,
+                                    turns=True),
+    "rcm": RoleCase("rcm", {"margin": TROCAR}, _rcm, attracts=True, needs_point=True),
+}  # fmt: skip
+
+
+WITHOUT_AXIS = {"point", "sphere", "cloud", "union", "intersection", "difference", "placed"}
+"""Specimens: those after the cloud are of balls."""
+
+
+def gradient(case: RoleCase, s: Specimen, X: Array) -> Array:
+    """(6,) of the gap over the six motions of the tool, all of it: what is aimed at may go with the place."""
+    h = 1e-5 if case.turns else H  # of a slope's slope: less rounding
+    steps = h * np.eye(6)
+    return np.array([case.gap(s, moved(X, y)) - case.gap(s, moved(X, -y)) for y in steps]) / (2.0 * h)
+
+
+def moved(X: Array, y: Array) -> Array:
+    """(4, 4) pose X moved by y (6,), turned about its own origin."""
+    out = X.copy()
+    out[:3, 3] += y[:3]
+    out[:3, :3] = Rotation.from_rotvec(y[3:]).as_matrix() @ X[:3, :3]
+    return out
+
+
+def unjudged() -> list[str]:
+    """Roles, targets of orient, and laws of the core that nothing here judges."""
+    roles = {case.role for case in ROLES.values()}
+    return [r for r in _core.guidance_roles() if r not in roles] + [n for n in _core.guidance_laws() if n not in LAWS]
+
+
+def meaningless(role: str, geometry: str) -> str:
+    """Why a role has no meaning with a geometry, in words; empty when it has one."""
+    if ROLES[role].needs_solid and not SPECIMENS[geometry].solid:
+        return f"a {geometry} has no inside, and {role} needs one"
+    if ROLES[role].needs_point and geometry != "point":
+        return f"a {geometry} is no point, and {role} is about one"
+    if ROLES[role].needs_axis and geometry in WITHOUT_AXIS:
+        return f"a {geometry} has no axis that a person would name, and {role} needs one"
+    return ""

@@ -1,0 +1,139 @@
+"""A bag as the ticks of a run, so that the viewer plays it: what it does not hold stays zero, and is no signal."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from palpate.arm import Arm as Mechanism
+from palpate.errors import PalpateError, RecordError
+from palpate.record.bags.bag import Arm, Bag, Track
+from palpate.record.ticks import TICK, Ticks
+from palpate.scene.rig import build
+from palpate.scene.scene import Scene
+from palpate.viewer.stage import ArmPlace, Stage
+from palpate.viewer.staging import stage_of
+
+Array = NDArray[np.float64]
+
+MOST_RATE = 1000.0
+"""A replay has no more ticks a second [Hz]."""
+_MODELS = {"MTMR": "mtm_right", "MTML": "mtm_left", "PSM1": "psm_lnd", "PSM2": "psm_lnd", "PSM3": "psm_lnd"}
+_PLACES = {"leader": [0.345, 0.243, 0.219], "follower": [-0.120, -0.060, 0.155]}
+"""Where arms stand when no scene says so [m]: a picture, not a calibration."""
+
+
+def stage_and_ticks(bag: Bag, scene: Path | None) -> tuple[Stage, Ticks]:
+    """What the viewer draws of a bag.
+
+    Args:
+        bag: a CRTK session.
+        scene: its arms' models and bases and the objects; else the scene in the bag; else arms alone.
+
+    Raises:
+        RecordError: the arms have no model to draw, or other joints than it. SceneError: the scene cannot be set up.
+    """
+    leader, follower = bag.pair
+    text = bag.scene if scene is None else ""
+    if scene is not None or text:
+        stage = stage_of(build(Scene.load(scene) if scene is not None else Scene.parse(text, str(bag.path))))
+    else:
+        places = (_place(bag, leader, "leader"), _place(bag, follower or "PSM1", "follower"))
+        stage = Stage(
+            f"{leader} {follower or ''}".strip(), [], *places, radius=0.002, stiffness=0.0, damping=0.0,
+            force_cap=np.inf, motion_scale=1.0, focus=np.array([0.1, 0.05, 0.1]), extent=0.5,
+        )  # fmt: skip
+    return stage, ticks(bag, stage.leader, stage.follower)
+
+
+def ticks(bag: Bag, leader: ArmPlace, follower: ArmPlace) -> Ticks:
+    """The session at a steady rate, each number as last received: (n,) of `TICK`.
+
+    Raises:
+        RecordError: the bag's leader has other joints than the model.
+    """
+    name, partner = bag.pair
+    arm = bag.arms[name]
+    clock = arm.q.t if len(arm.q.t) else arm.pose.t
+    step = max(float(np.median(np.diff(clock))) if len(clock) > 2 else 0.01, 1.0 / MOST_RATE)
+    t = np.arange(clock[0], bag.duration + 0.5 * step, step)
+    out = np.zeros(len(t), TICK)
+    out["t"] = t - t[0]
+    _leader(out, bag, arm, leader.arm, t)
+    if partner is not None:
+        _follower(out, bag, bag.arms[partner], follower, t)
+    out["p_WP"] = out["p_WT"]  # what was touched, no CRTK topic tells
+    return out
+
+
+def _leader(out: Ticks, bag: Bag, arm: Arm, model: Mechanism, t: Array) -> None:
+    q = _joints(bag, arm, model, t)
+    out["q"][:, : model.n], out["v"][:, : model.n] = q, _filled(arm.v, t, model.n)
+    X_LH = np.array([model.fk(row) for row in q])
+    R_LH = Rotation.from_matrix(X_LH[:, :3, :3])
+    out["p_LH"], out["quat_LH"] = X_LH[:, :3, 3], _wxyz(R_LH)
+    if len(arm.gripper.t):
+        out["gripper"] = _filled(arm.gripper, t, 1)[:, 0]
+    out["v_LH"] = np.gradient(out["p_LH"], out["t"], axis=0) if len(t) > 1 else 0.0
+    wrench, absolute = _filled(arm.wrench, t, 6), _filled(arm.absolute, t, 1)[:, 0] > 0.5
+    # A wrench in the tip's axes turns with the handle; one in the axes of measured_cp's frame M only by how M stands.
+    R_MH = _rotation(_filled(arm.pose, t, 7)[:, 3:]) if len(arm.pose.t) else R_LH
+    in_tip = np.where(absolute[:, None], R_MH.inv().apply(wrench[:, :3]), wrench[:, :3])
+    moment = np.where(absolute[:, None], R_MH.inv().apply(wrench[:, 3:]), wrench[:, 3:])
+    out["F_H_H"], out["F_H_L"], out["t_H_L"] = in_tip, R_LH.apply(in_tip), R_LH.apply(moment)
+    power = np.einsum("ij,ij->i", out["F_H_L"], out["v_LH"])
+    out["energy_port"] = -np.concatenate([[0.0], np.cumsum(power[:-1] * np.diff(out["t"]))])
+
+
+def _follower(out: Ticks, bag: Bag, arm: Arm, place: ArmPlace, t: Array) -> None:
+    n, X_WB = place.arm.n, place.X_WA
+    q = _joints(bag, arm, place.arm, t)
+    out["q_follower"][:, :n] = q
+    X_WT = np.array([X_WB @ place.arm.fk(row) for row in q])
+    out["p_WT"], out["quat_WT"] = X_WT[:, :3, 3], _wxyz(Rotation.from_matrix(X_WT[:, :3, :3]))
+    out["p_WT_goal"] = out["p_WT"]
+    if len(arm.gripper.t):
+        out["jaw"] = _filled(arm.gripper, t, 1)[:, 0]
+
+
+def _joints(bag: Bag, arm: Arm, model: Mechanism, t: Array) -> Array:
+    if arm.q.values.shape[1] < model.n:
+        raise RecordError(
+            f"{arm.name} has {arm.q.values.shape[1]} joints in the bag, its model {model.n}",
+            where=str(bag.path),
+            why="without measured_js the arm cannot be drawn" if not len(arm.q.t) else "",
+            mend="record measured_js, or name the arms' models with --scene",
+        )
+    return _filled(arm.q, t, model.n)
+
+
+def _filled(track: Track, t: Array, width: int) -> Array:
+    """As last received (m, width), before the first message as the first; zero without any."""
+    if not len(track.t) or track.values.shape[1] < width:
+        return np.zeros((len(t), width))
+    return track.at(np.maximum(t, track.t[0]))[:, :width]
+
+
+def _place(bag: Bag, name: str, side: str) -> ArmPlace:
+    X = np.eye(4)
+    X[:3, 3] = _PLACES[side]
+    try:
+        model = Mechanism.model(_MODELS[name.rsplit("/", 1)[-1]])
+    except (KeyError, PalpateError):
+        raise RecordError(
+            f"there is no model of the arm {name}", where=str(bag.path), why=f"known: {', '.join(_MODELS)}",
+            mend="name the arms' models and bases with --scene SCENE.yaml",
+        ) from None  # fmt: skip
+    return ArmPlace(side, model, X)
+
+
+def _rotation(wxyz: Array) -> Rotation:
+    good = np.linalg.norm(wxyz, axis=1, keepdims=True) > 1e-9
+    return Rotation.from_quat(np.where(good, wxyz, [[1.0, 0.0, 0.0, 0.0]])[:, [1, 2, 3, 0]])
+
+
+def _wxyz(R: Rotation) -> Array:
+    return np.asarray(R.as_quat())[:, [3, 0, 1, 2]]

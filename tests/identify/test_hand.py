@@ -1,0 +1,150 @@
+"""Hands from recorded grips: closed forms, the presets through the whole simulation, and what is refused."""
+
+import json
+from pathlib import Path
+
+import json_contract
+import numpy as np
+import pytest
+import yaml
+
+from palpate import hands
+from palpate.cli.hand import to_json
+from palpate.errors import RecordingError
+from palpate.identify import grip_recording
+from palpate.identify.hand import Grip, fit
+from palpate.record.ticks import as_ticks
+from palpate.scene import Scene, rig
+
+GRIP = Path(__file__).parents[2] / "scenes" / "grip.yaml"
+TRUE = np.array([0.2, 6.0, 250.0])  # kg, N s/m, N/m
+LINES = np.array([0.5, 1, 1.75, 2.5, 3.5, 5, 7.25, 9, 12, 15.5, 20, 25])  # Hz
+
+
+def pushed(seconds=30.0, rate=1000.0, lines=LINES, wander=0.0, seed=0):
+    """(x, F, u): a force of sinusoids on a hand that wanders; every sinusoid answered by its closed form."""
+    rng, t = np.random.default_rng(seed), np.arange(0, seconds, 1 / rate)
+    m, b, k = TRUE
+    x, F, u = np.zeros_like(t), np.zeros_like(t), np.zeros_like(t)
+
+    def add(f, amplitude, of_hand):
+        w, phase = 2 * np.pi * f, rng.uniform(0, 2 * np.pi)
+        Z = k - m * w**2 + 1j * w * b  # the hand; the arm beside it: 0.5 kg, 4 N s/m
+        arm = 1j * w * 4.0 - 0.5 * w**2
+        wave = amplitude * np.exp(1j * (w * t + phase))
+        X = ((k + 1j * w * b) if of_hand else 1.0) * wave / (Z + arm)  # of_hand: what the person intends [m]
+        x[:] += X.real
+        F[:] += (-(arm * X) if of_hand else wave - arm * X).real  # Newton on the arm
+        if not of_hand:
+            u[:] += wave.real
+
+    for f in lines:
+        add(f, 0.3, False)
+    for f in (0.6, 1.4, 3.1, 8.3, 10.1) if wander else ():
+        add(f, wander, True)
+    return x, F, u
+
+
+@pytest.mark.parametrize("rate", [200.0, 1000.0])
+def test_a_clean_grip_gives_the_hand_itself(rate):
+    x, F, u = pushed(rate=rate)
+    found = fit(Grip(rate, x, F, u))
+    # Fourth order differences: (w / rate)^4 / 30 at 25 Hz is 1.3 % at 200 Hz.
+    assert found.value == pytest.approx(TRUE, rel=0.02 if rate < 1000 else 1e-3)
+    assert found.explained > 0.99
+    assert found.warnings == ()
+    assert found.resonance == pytest.approx(np.sqrt(250 / 0.2) / 2 / np.pi, rel=0.01)
+
+
+def test_a_hand_that_moves_by_itself_biases_nothing_when_the_shaker_is_known():
+    x, F, u = pushed(wander=2e-3)
+    known, unknown = fit(Grip(1000.0, x, F, u)), fit(Grip(1000.0, x, F))
+    assert known.value == pytest.approx(TRUE, rel=0.03)
+    assert np.abs(unknown.value / TRUE - 1).max() > 0.1
+    assert "nothing in the recording says what shook" in unknown.warnings[0]
+
+
+def test_confidence_covers_the_truth():
+    """Noise on the force: over 60 recordings 95 % intervals hold the truth nearly always."""
+    rng = np.random.default_rng(1)
+    x, F, u = pushed(30.0, 250.0)
+    inside = []
+    for _ in range(60):
+        found = fit(Grip(250.0, x + rng.normal(0, 2e-5, len(x)), F + rng.normal(0, 0.3, len(F)), u))
+        inside.append((found.interval[:, 0] < TRUE) & (found.interval[:, 1] > TRUE))
+    # Binomial: 180 intervals at 95 %; differences at 250 Hz alone bias the mass by half a percent.
+    assert np.mean(inside) > 0.85
+
+
+@pytest.mark.parametrize("name", list(hands.PRESETS))
+def test_presets_come_back_from_simulated_sessions(name):
+    """With the arm's friction, encoder counts, load cell noise of 0.05 N and a tremor of 0.1 mm: within 10 %."""
+    scene = yaml.safe_load(GRIP.read_text())
+    scene["operator"]["hand"] = name
+    scene["operator"]["palpate"]["slide"] = 22
+    scene["arms"]["leader"] = {"load_cell_noise": 0.05}
+    ticks = as_ticks(rig.build(Scene.model_validate(scene)).simulation().run(24_000))
+    found, true = fit(grip_recording.of_ticks(ticks, 1000.0, name)), hands.PRESETS[name]
+    assert found.value == pytest.approx([true.mass, true.damping, true.stiffness], rel=0.1)
+    assert found.warnings == ()
+
+
+# ---------------------------------------------------------------- what is refused
+def refuse(*args, said):
+    with pytest.raises(RecordingError) as caught:
+        fit(Grip(*args))
+    assert said in str(caught.value)
+
+
+def test_grips_that_tell_nothing():
+    x, F, u = pushed()
+    refuse(1000.0, x[:9000], F[:9000], u[:9000], said="9.0 s of grip are too short")
+    refuse(100.0, x, F, u, said="100 Hz is too slow for a hand")
+    refuse(1000.0, 0.001 * x, F, u, said="the handle hardly moves")
+    refuse(1000.0, x, np.where(F > 0.5, np.nan, F), u, said="not finite")
+    refuse(1000.0, x, -F, u, said="x or F has the wrong sign")
+    noise = np.random.default_rng(2).normal(size=(3, len(x)))
+    refuse(1000.0, 1e-3 * noise[0], noise[1], noise[2], said="frequencies tell of the hand")
+
+
+def test_excitation_on_one_side_of_the_resonance():
+    refuse(1000.0, *pushed(lines=np.arange(0.5, 5.0, 0.5)), said="the mass cannot be told")
+    refuse(1000.0, *pushed(lines=np.arange(6.0, 28.0, 2.0)), said="the stiffness cannot be told")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("a,b\n1,2\n", "column t_s is missing"),
+        ("", "column t_s is missing"),
+        ("t_s,x_m,F_N\n0,0,0\n1,x,0\n", "grip.csv:3: not a row of numbers"),
+        ("t_s,x_m,F_N\n0,0,0\n1,0\n", "grip.csv:3: not a row of numbers"),
+        ("t_s,x_m,F_N\n0,0,0\n0,0,0\n0,0,0\n", "t_s must rise"),
+        ("t_s,x_m,F_N\n0,0,0\n1,0,0\n3,0,0\n4,0,0\n", "not sampled evenly"),
+    ],
+)
+def test_bad_tables(tmp_path, text, said):
+    (tmp_path / "grip.csv").write_text(text)
+    with pytest.raises(RecordingError) as caught:
+        grip_recording.load(tmp_path / "grip.csv")
+    assert said in str(caught.value)
+
+
+def test_a_record_in_which_nothing_was_touched(tmp_path):
+    with pytest.raises(RecordingError, match=r"none\.mcap"):
+        grip_recording.load(tmp_path / "none.mcap")
+    scene = {"objects": [{"sphere": {"radius": 0.02}}], "operator": {"path": [{"t": 0, "xyz": [0, 0, 0.04]}]}}
+    ticks = as_ticks(rig.build(Scene.model_validate(scene)).simulation().run(100))
+    with pytest.raises(RecordingError, match="nothing was touched"):
+        grip_recording.of_ticks(ticks, 1000.0, "r")
+
+
+def test_a_table_gives_what_the_signals_give(tmp_path):
+    x, F, u = pushed(20.0)
+    table = np.stack([np.arange(len(x)) * 1e-3, x, F, u], axis=1)
+    np.savetxt(tmp_path / "grip.csv", table, "%.9g", ",", header="t_s,x_m,F_N,u", comments="")
+    grip = grip_recording.load(tmp_path / "grip.csv")
+    assert fit(grip).value == pytest.approx(fit(Grip(1000.0, x, F, u)).value, rel=1e-4)
+    told = to_json(grip, fit(grip))
+    assert set(told) == json_contract.keys("calibrate hand")
+    json.dumps(told, allow_nan=False)

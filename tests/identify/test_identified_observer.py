@@ -1,0 +1,55 @@
+"""An identified arm in the observer: what its own drives and springs do is not felt."""
+
+import moving
+import numpy as np
+import pytest
+
+from palpate import _core
+from palpate.arm import Arm
+from palpate.errors import RecordingError
+from palpate.identify import dynamics
+from palpate.identify.drives import drive_train
+from palpate.identify.motion import Motion
+from palpate.identify.observer import drive_inertia, estimate_options
+from palpate.identify.payload import external_torque
+
+RATE = 200.0
+
+
+def random_model(arm: Arm, at: str, only: tuple[str, ...] = ()) -> dynamics.Dynamics:
+    """Random terms, or random `only`."""
+    rng, train = np.random.default_rng(4), drive_train(arm, at)
+    theta = [0.02 * rng.uniform() * (not only or t.name.rpartition("_")[0] in only) for t in train.terms]
+    return dynamics.Dynamics(arm, arm.inertial_parameters, np.array(theta), at)
+
+
+@pytest.mark.parametrize(("arm", "at"), [(Arm.mtm("left"), "drives"), (Arm.psm(), "drives"), (Arm.psm(), "joints")])
+def test_what_the_model_explains_is_no_external_torque(arm, at):
+    d = random_model(arm, at)
+    to_drives = np.linalg.pinv(d.train.coupling).T  # the jaw at rest
+    q, v, a = (x @ to_drives for x in moving.excitation(3, arm.home, np.full(arm.n, 0.05), 6.0))
+    tau = d.torque(q, v, a)
+    r = external_torque(d, Motion(q, v, a, tau, RATE, 0, "known"), bandwidth=5.0)
+    largest = np.abs(tau @ np.linalg.pinv(d.train.coupling)).max(axis=0)
+    assert (np.abs(r[200:]).max(axis=0) < 0.01 * largest + 1e-3).all()
+
+
+def test_options_at_the_joints_are_those_of_a_joint_that_moves_alone():
+    """Each joint of a PSM in turn, at a steady speed through q = 0: what its drives need beyond the links."""
+    arm = Arm.psm()
+    d = random_model(arm, "drives", ("coulomb", "viscous", "offset", "joint_coulomb", "joint_viscous"))
+    o = estimate_options(d)
+    for j in range(arm.n):
+        v = np.zeros((400, arm.n))
+        v[:, j] = 0.1
+        q = arm.home + np.cumsum(v, axis=0) / RATE
+        to_drives = np.linalg.pinv(d.train.coupling).T
+        s = d.train.state(q @ to_drives, v @ to_drives, 0.0 * v @ to_drives)
+        at_joint = d.terms(s)[-1] @ np.linalg.pinv(d.train.coupling)
+        assert at_joint[j] == pytest.approx(o.coulomb[j] + 0.1 * o.viscous[j] + o.offset[j], rel=1e-6)
+    np.testing.assert_allclose(drive_inertia(random_model(arm, "drives", ("rotor",))).diagonal()[:4] > 0, True)
+
+
+def test_the_cycle_knows_no_platform_cable():
+    with pytest.raises(RecordingError, match="has the term 'cable_4_1'"):
+        estimate_options(random_model(Arm.mtm("left"), "drives"), _core.EstimateOptions())

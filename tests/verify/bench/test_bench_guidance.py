@@ -1,0 +1,31 @@
+"""The JSON of `palpate bench guidance` is a contract. No timing is asserted."""
+
+import json_contract
+import numpy as np
+from rich.console import Console
+
+from palpate import _core
+from palpate.verify.bench import guidance
+
+
+def test_keys_and_table():
+    told = []
+    result = guidance.run(2000, 400, told.append)
+    assert set(result) == json_contract.keys("bench guidance")
+    assert result["triangles"] > 1000
+    assert all(value > 0.0 for key, value in result.items() if key.startswith(("query", "qp", "hundred")))
+    console = Console(width=100, record=True, quiet=True)
+    console.print(guidance.table(result))
+
+
+def test_the_programs_are_worth_solving_and_the_cage_holds():
+    A, b, y0 = guidance._programs(20)
+    steps = [_core.Qp().solve(A[i], b[i], y0[i])["steps"] for i in range(20)]
+    assert min(steps) >= 1
+    assert np.mean(steps) > 3
+    stage = _core.Guidance()
+    cage = guidance._polytope()
+    stage.take(cage)
+    X = guidance._around(4000)
+    held = [stage.step(i * 1e-3, X[i], np.zeros(6), X[i])["correction"] for i in range(4000)]
+    assert np.linalg.norm(held, axis=1).max() > 5e-3

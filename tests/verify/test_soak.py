@@ -1,0 +1,40 @@
+"""The soak in small: nothing pops through; a method without memory does, so that the judge can say no."""
+
+import json
+
+import json_contract
+import pytest
+
+from palpate.cli import main
+from palpate.verify import soak
+
+
+def test_nothing_pops_through():
+    done = soak.run(20_000, seed=3)
+    assert done.passes == 20_000
+    assert done.touched > 0.9 * done.passes
+    assert done.popped == 0, soak.table(done)
+
+
+def test_the_same_seed_makes_the_same_passes():
+    one, other = (soak.run(3000, seed=5).as_json() | {"seconds": 0.0} for _ in range(2))
+    assert one == other
+
+
+def test_a_method_without_memory_pops_through(tmp_path, capsys):
+    file = tmp_path / "soak.json"
+    assert main(["soak", "contact", "--passes", "3000", "--method", "penalty", "--json", str(file)]) == 1
+    done = json.loads(file.read_text())
+    assert set(done) == json_contract.keys("soak")
+    assert done["popped"] > 0.05 * done["passes"]
+    assert done["examples"]
+    assert "popped through" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [({"passes": 0}, "passes must be at least 1, got 0"), ({"passes": 1, "method": "magic"}, "no method 'magic'")],
+)
+def test_bad_arguments_are_named(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        soak.run(**arguments)
