@@ -118,3 +118,11 @@ class PalpateWarning(UserWarning):
 
 class RosMissingError(PalpateError):
     """ROS 2, or what its part of Palpate is compiled with, is not here or does not fit."""
+
+
+def spell(place: tuple[str | int, ...]) -> str:
+    """The place of a value in a file, as messages write it: ``objects[0].mesh``."""
+    text = ""
+    for part in place:
+        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)
+    return text

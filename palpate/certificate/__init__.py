@@ -51,5 +51,4 @@ def certify_all(
     """
     from palpate.certificate.scene import certificates
 
-    with threadpool_limits(1):
-        return certificates(scene, K, B, rig)
+    return certificates(scene, K, B, rig)

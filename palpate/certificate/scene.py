@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
-from palpate import _core, certificate
+from palpate import _core
 from palpate.certificate import classical, words
 from palpate.certificate.arms import Held, felt, whole_servo_periods
 from palpate.certificate.certificate import SURE, Case, Certificate, advice, judge
@@ -63,7 +64,7 @@ def warn_outside(rig: Rig) -> None:
     """One warning per object (or region) of a scene that is not certified to be stable; none where there is no
     certificate for its control law or its source of the force."""
     try:
-        found = certificate.certify_all(rig.scene, rig=rig)
+        found = certificates(rig.scene, None, None, rig)
     except PalpateError:
         return
     for thing, one in zip(touched(rig), found, strict=True):
@@ -79,6 +80,11 @@ def worst_of(certificates: Sequence[Certificate]) -> Certificate:
 
 def certificates(scene: Scene, K: float | None, B: float | None, rig: Rig | None) -> list[Certificate]:
     """As `palpate.certificate.certify_all`."""
+    with threadpool_limits(1):  # the matrices are small: threads would only wait for each other
+        return _certificates(scene, K, B, rig)
+
+
+def _certificates(scene: Scene, K: float | None, B: float | None, rig: Rig | None) -> list[Certificate]:
     _require_known(scene)
     rig = rig or build(scene)
     objects = _Arms(rig)

@@ -1,6 +1,5 @@
 """Virtual fixtures: what guides, forbids and keeps in, made from geometries, roles and laws (docs/guidance.md)."""
 
-import palpate.scene  # noqa: F401 - its sections hold fixtures: whoever comes first, it is complete before them
 from palpate.guidance.combine import Difference, Geometry, Intersection, Offset, Union
 from palpate.guidance.fixture import Fixture
 from palpate.guidance.geometry import (

@@ -26,8 +26,7 @@ from palpate.guidance.geometry import (
 )
 from palpate.guidance.here import Here
 from palpate.guidance.paths import Path, Tube
-from palpate.guidance.values import Length, NotNegativeLength
-from palpate.scene.values import Section
+from palpate.values import Length, NotNegativeLength, Section
 
 
 class Offset(Shape):

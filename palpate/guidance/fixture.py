@@ -12,13 +12,12 @@ from pydantic_core import CoreSchema
 
 from palpate import _core
 from palpate.errors import GuidanceError
-from palpate.guidance import one_line
+from palpate.guidance import one_line, yaml_text
 from palpate.guidance.combine import Geometry
 from palpate.guidance.geometry import Shape, placed, refused
 from palpate.guidance.here import Here
 from palpate.guidance.sections import Frame, Law, Ramp, Role, law_is_read
-from palpate.guidance.values import PositiveLength
-from palpate.scene.values import Number, Positive, Section
+from palpate.values import Number, Positive, PositiveLength, Section
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -187,20 +186,19 @@ class Fixture(Section):
         """Draw it with matplotlib: what is allowed green, what is forbidden red, and its normals."""
         from palpate.guidance.plot import plot
 
-        return plot(self, ax, here)
+        title = f"{self.name or self.role.name}: {self.role.name}"
+        return plot(self.make_geometry(here), self.role, title, ax)
 
     def why(self, X_WT: npt.ArrayLike, V_WT: npt.ArrayLike | None = None, t: float = 0.0,
             here: Here | None = None) -> str:  # fmt: skip
         """What it does to a tool at X_WT (4, 4), or at p_WT (3,), in words; V_WT (6,): how the hand moves it."""
-        from palpate.guidance.why import why
+        from palpate.guidance.reasons import reasons
 
-        return why(self, X_WT, V_WT, t, here)
+        return reasons(self.make(here), self.role, self.law, X_WT, V_WT, t)
 
     def to_yaml(self) -> str:
         """As one item of a scene's list ``guidance``; `from_yaml` reads it back."""
-        from palpate.guidance.lists import to_yaml
-
-        return to_yaml([self])
+        return yaml_text.to_yaml([self])
 
     @classmethod
     def from_yaml(cls, text: str) -> Fixture:
@@ -209,9 +207,7 @@ class Fixture(Section):
         Raises:
             GuidanceError: none or several.
         """
-        from palpate.guidance.lists import from_yaml
-
-        found = from_yaml(text)
+        found = yaml_text.from_yaml(text, cls)
         if len(found) != 1:
             raise GuidanceError(f"{len(found)} fixtures where one is wanted", mend="guidance.from_yaml reads lists")
         return found[0]

@@ -13,9 +13,8 @@ from pydantic import Field
 from palpate import _core
 from palpate.errors import GuidanceError, SurfaceError
 from palpate.guidance.here import Here
-from palpate.guidance.values import Place, PositiveLength
-from palpate.scene.values import Number, Section, Vector
-from palpate.scene.values import Pose as PoseSection
+from palpate.values import Number, Place, PositiveLength, Section, Vector
+from palpate.values import Pose as PoseSection
 
 Array = npt.NDArray[np.float64]
 Unit = Literal["mm", "cm", "m", "in"]

@@ -11,8 +11,8 @@ from palpate import _core
 from palpate.guidance import curve
 from palpate.guidance.geometry import Array, Shape, Unit
 from palpate.guidance.here import Here
-from palpate.guidance.values import NotNegativeLength, Place, PositiveLength
-from palpate.scene.values import Pose as PoseSection
+from palpate.values import NotNegativeLength, Place, PositiveLength
+from palpate.values import Pose as PoseSection
 
 
 class Path(Shape):

@@ -8,12 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate import _core
-from palpate.guidance.here import Here
+from palpate.guidance.sections import Role
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from palpate.guidance.fixture import Fixture
 
 Array = npt.NDArray[np.float64]
 
@@ -65,12 +63,11 @@ def curve(geometry: _core.Geometry) -> Array:
     return np.asarray(found["point"][np.argsort(found["along"], kind="stable")])
 
 
-def plot(fixture: Fixture, ax: Axes | None, here: Here | None) -> Axes:
-    """Draw into 3-D axes, new ones when left out; lengths in millimetres."""
+def plot(geometry: _core.Geometry, role: Role, title: str, ax: Axes | None) -> Axes:
+    """Draw a geometry in its role into 3-D axes, new ones when `ax` is None; lengths in millimetres."""
     import matplotlib.pyplot as plt
 
     axes: Any = plt.figure().add_subplot(projection="3d") if ax is None else ax
-    geometry, role = fixture.make_geometry(here), fixture.role
     colour = FORBIDDEN if role.name == "forbid" else ALLOWED
     if geometry.solid:
         places = _surface(axes, geometry, 0.0, colour, 0.5)
@@ -81,7 +78,7 @@ def plot(fixture: Fixture, ax: Axes | None, here: Here | None) -> Axes:
         sign = -1.0 if role.name == "keep-in" else 1.0
         places = _surface(axes, geometry, sign * role.margin, colour, 0.18)
     _normals(axes, geometry, places)
-    axes.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]", title=f"{fixture.name or role.name}: {role.name}")
+    axes.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]", title=title)
     axes.set_aspect("equal")
     return axes  # type: ignore[no-any-return]  # of matplotlib's 3-D kind
 

@@ -8,9 +8,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from palpate import _core
-from palpate.guidance.values import Length, NotNegativeLength, PositiveLength
-from palpate.scene.values import NotNegative, Number, Positive, Section, Vector
-from palpate.scene.values import Pose as PoseSection
+from palpate.values import Length, NotNegative, NotNegativeLength, Number, Positive, PositiveLength, Section, Vector
+from palpate.values import Pose as PoseSection
 
 _R, _L = _core.GuidanceRoleOptions(), _core.GuidanceLawOptions()
 RoleName = Literal["guide", "forbid", "keep-in", "orient", "limit", "rcm"]

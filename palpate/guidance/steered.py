@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from palpate import _core
 from palpate.guidance.fixture import Fixture
 from palpate.guidance.here import Here
-from palpate.scene.values import Pose
+from palpate.values import Pose
 
 Array = npt.NDArray[np.float64]
 

@@ -4,45 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from palpate import _core
+from palpate.guidance.fixture import Fixture
 from palpate.guidance.here import Here
-
-if TYPE_CHECKING:
-    from palpate.guidance.fixture import Fixture
+from palpate.guidance.reasons import SMALL
 
 Array = npt.NDArray[np.float64]
 
-_SMALL = 1e-9  # forces and gaps below it are none [N, m]
 _TOLD = 5e-4  # what adds less is not told [N, N m]
 _DT, _TICKS = 1e-3, 200  # of the stage that is asked anew
-
-
-def why(fixture: Fixture, X_WT: npt.ArrayLike, V_WT: npt.ArrayLike | None, t: float, here: Here | None) -> str:
-    """What the fixture does to a tool, by itself, line by line: what is wanted, what is, and the terms of the force."""
-    X = np.array(X_WT, dtype=np.float64)
-    if X.shape == (3,):
-        p, X = X, np.eye(4)
-        X[:3, 3] = p
-    V = np.zeros(6) if V_WT is None else np.array(V_WT, dtype=np.float64)
-    core = fixture.make(here)
-    asked = core.ask(X, t, V)
-    lines = [f"{core.name} ({fixture.role.name}, law {fixture.law.name}, {'hard' if fixture.hard else 'soft'}):"]
-    lines += [f"  {line}" for line in _lines(fixture, asked, core.ask(X, t, np.zeros(6)))]
-    if not fixture.enabled:
-        lines.append("  it is switched off: none of this counts")
-    elif fixture.authority < 1.0:
-        given = fixture.authority * float(
-            np.linalg.norm(np.asarray(asked["F"])[3:] if asked["turns"] else asked["F"][:3])
-        )
-        unit = "N m" if asked["turns"] else "N"
-        lines.append(f"  its authority is {fixture.authority:g}: the hand is given {given:.3g} {unit} of it")
-    return "\n".join(lines)
 
 
 @dataclass(frozen=True)
@@ -114,7 +90,7 @@ def of_tick(fixtures: Sequence[Fixture], tick: Any, here: Here, hand: Hand | Non
     force, index = float(np.linalg.norm(tick["F_guidance_W"])), int(tick["guidance_fixture"])
     held = np.asarray(tick["p_correction_W"], dtype=np.float64)
     lines = []
-    if np.linalg.norm(held) > _SMALL:
+    if np.linalg.norm(held) > SMALL:
         lines.append(f"hard fixtures hold the tool's goal back by {1e3 * np.linalg.norm(held):.3g} mm")
     if not 0 <= index < len(fixtures):
         return "\n".join([*lines, "no fixture pulls"])
@@ -122,7 +98,7 @@ def of_tick(fixtures: Sequence[Fixture], tick: Any, here: Here, hand: Hand | Non
     hand = hand or Hand()
     parts = terms(fixtures, tick, here, hand)
     lines += [_told(term) for term in parts if np.abs(term.F).max() > _TOLD]
-    return "\n".join([*lines, why(fixtures[index], _mapped(tick), hand.V_WT, float(tick["t"]), here)])
+    return "\n".join([*lines, fixtures[index].why(_mapped(tick), hand.V_WT, float(tick["t"]), here)])
 
 
 def _mapped(tick: Any) -> Array:
@@ -138,54 +114,3 @@ def _told(term: Term) -> str:
     share = f", at {100.0 * term.authority:.3g} % of its authority" if term.authority < 1.0 else ""
     moment = f" and {1e3 * np.linalg.norm(m):.3g} mN m" if np.linalg.norm(m) > 1e-6 else ""
     return f"  {term.name}: ({', '.join(f'{x:+.3f}' for x in f)}) N{moment}{share}"
-
-
-def _lines(fixture: Fixture, asked: dict[str, Any], still: dict[str, Any]) -> list[str]:
-    """asked: the core's answer to the tool as it moves; still: to the same tool at rest."""
-    gap, turns = float(asked["gap"]), bool(asked["turns"])
-    if not np.isfinite(gap):
-        limit = f"; the tool may move at {asked['speed']:g} m/s" if np.isfinite(asked["speed"]) else ""
-        return [f"nothing is wanted here{limit}"]
-    part = slice(3, 6) if turns else slice(0, 3)
-    F, F_still = np.asarray(asked["F"])[part], np.asarray(still["F"])[part]
-    return [_state(fixture, gap, turns), *_terms(fixture, F, F - F_still, turns)]
-
-
-def _state(fixture: Fixture, gap: float, turns: bool) -> str:
-    size = f"{np.degrees(abs(gap)):.3g} deg" if turns else f"{1e3 * abs(gap):.3g} mm"
-    margin = f" its margin of {1e3 * fixture.role.margin:g} mm" if fixture.role.margin > 0.0 else ""
-    wrong = {
-        "guide": f"the tool is {size} off{' beyond' + margin if margin else ''}",
-        "forbid": f"the tool is {size} inside{margin or ' it'}",
-        "keep-in": f"the tool is {size} outside{' of' + margin if margin else ''}",
-        "orient": f"the tool is turned {size} too far away",
-        "limit": f"the tool is {size} beyond the limit",
-        "rcm": f"the shaft passes {size} beside the place",
-    }
-    right = {
-        "guide": "the tool is on it",
-        "forbid": f"the tool is {size} away from{margin or ' it'}",
-        "keep-in": f"the tool is inside, {size} from{margin or ' its border'}",
-        "orient": "the tool is turned as it shall be",
-        "limit": f"{size} are left to the limit",
-        "rcm": "the shaft passes through the place",
-    }
-    return (wrong if gap < -_SMALL else right)[fixture.role.name]
-
-
-def _terms(fixture: Fixture, F: npt.NDArray[np.float64], F_B: npt.NDArray[np.float64], turns: bool) -> list[str]:
-    unit = "N m" if turns else "N"
-    total, law = float(np.linalg.norm(F)), fixture.law
-    if total < _SMALL:
-        return ["no force"]
-    damping = float(np.linalg.norm(F_B))
-    spring = float(np.linalg.norm(F - F_B))
-    K, B = (law.turning_stiffness, law.turning_damping) if turns else (law.stiffness, law.damping)
-    per = "N m/rad" if turns else "N/m"
-    lines = [f"spring: {spring:.3g} {unit}, at {K:g} {per}"] if spring > _SMALL else []
-    if damping > _SMALL:
-        against = float(F_B @ F) < 0.0
-        lines.append(f"damping: {damping:.3g} {unit}, at {B:g} {per.replace('/', ' s/')}" + ", against it" * against)
-    way = ", ".join(f"{x:+.2f}" for x in F / total)
-    most = "damping" if damping > spring else "the spring"
-    return [*lines, f"together {total:.3g} {unit} along ({way}) in W; most of it is {most}"]

@@ -9,8 +9,9 @@ so, and how they learn, tire or trust, only people can tell.
 """
 
 from palpate.operators.cohort import TRAITS, Person, Trait, cohort, person
-from palpate.operators.errand import Aim, Errand, Trial, perform
+from palpate.operators.errand import Aim, Errand
 from palpate.operators.operator import STEP, Operator, Senses
+from palpate.operators.trial import Trial, perform
 
 __all__ = [
     "STEP",

@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from palpate.errors import MissingExtraError, OutputError
-from palpate.record.bags.bag import Arm, Bag, Track
+from palpate.record.bags.bag import Bag
 from palpate.record.bags.summary import summary_of
+from palpate.record.bags.tracks import Arm, Track
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

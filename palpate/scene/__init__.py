@@ -14,7 +14,7 @@ from palpate.scene.model import (
 from palpate.scene.operator import OperatorSection, PalpateSection, WayPoint
 from palpate.scene.scene import Scene
 from palpate.scene.stability import StabilitySection
-from palpate.scene.values import Pose
+from palpate.values import Pose
 
 __all__ = [
     "ArmsSection",

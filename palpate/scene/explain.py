@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ValidationError
 
-from palpate.errors import SceneError
+from palpate.errors import SceneError, spell
 from palpate.scene.text import Place
 
 
@@ -65,14 +65,6 @@ def _one(e: Any, model: type[BaseModel], name: str, lines: dict[Place, int]) -> 
 def _show(value: Any) -> str:
     text = repr(value)
     return text if len(text) <= 60 else text[:57] + "..."
-
-
-def spell(place: Place) -> str:
-    """``objects[0].mesh``."""
-    text = ""
-    for part in place:
-        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)
-    return text
 
 
 def _nearest(place: Place, model: type[BaseModel]) -> str:

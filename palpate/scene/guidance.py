@@ -10,7 +10,7 @@ from palpate.errors import MeshError, PalpateError, SceneError, SurfaceError
 from palpate.guidance.fixture import Fixture
 from palpate.guidance.geometry import refused
 from palpate.guidance.here import Here
-from palpate.scene import arms, surface, tissue
+from palpate.scene import arms, materials, surface
 from palpate.scene.scene import Scene
 
 #: Frames that are told where they are while a session runs; until then what is attached to them counts for nothing.
@@ -23,7 +23,7 @@ def here(scene: Scene, placed: list[surface.Surface], both: arms.Arms) -> Here:
     frames |= {"leader": _core.MotionFrame(both.X_WL), "follower": _core.MotionFrame(both.X_WB)}
     frames |= {name: _core.LiveFrame() for name in LIVE}
     for thing, body in zip(scene.objects, placed, strict=True):
-        frames[thing.name] = _core.MotionFrame(body.X_WO, tissue.motion(thing, body.bounds.mean(axis=0)))
+        frames[thing.name] = _core.MotionFrame(body.X_WO, materials.motion(thing, body.bounds.mean(axis=0)))
     places: dict[str, Any] = dict(scene.places)
     if both.follower.has_remote_centre:
         places.setdefault("rcm", both.X_WB[:3, 3])

@@ -9,7 +9,7 @@ from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
 
 from palpate import _core
 from palpate.arm import NAMES
-from palpate.scene.values import NotNegative, Number, Pose, Positive, Section
+from palpate.values import NotNegative, Number, Pose, Positive, Section
 
 _C = _core.SimulationOptions()
 

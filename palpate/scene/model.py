@@ -21,7 +21,7 @@ from palpate.scene.solids import (
 from palpate.scene.stability import Share
 from palpate.scene.tissue import Motions, RegionSection, require_sticking
 from palpate.scene.tool import ToolSphereSection
-from palpate.scene.values import Diagonal, NotNegative, Pose, Positive, Section
+from palpate.values import Diagonal, NotNegative, Pose, Positive, Section
 
 _C = _core.SimulationOptions()
 _M = _core.Material()

@@ -9,7 +9,7 @@ from pydantic import AfterValidator, Field, ValidationInfo, WithJsonSchema, mode
 
 from palpate import _core, hands
 from palpate.errors import RecordingError
-from palpate.scene.values import NotNegative, Number, Positive, Section, Vector
+from palpate.values import NotNegative, Number, Positive, Section, Vector
 
 _C = _core.SimulationOptions()
 

@@ -14,7 +14,7 @@ from palpate.errors import PalpateWarning, RecordingError, SceneError
 from palpate.guidance.here import Here
 from palpate.hands import PRESETS
 from palpate.identify.gravity_model import GravityModel
-from palpate.scene import arms, force, gains, guidance, hand, surface, tool
+from palpate.scene import arms, force_source, gains, guidance, hand, surface, tool
 from palpate.scene.scene import Scene
 from palpate.surfaces import DistanceGrid
 
@@ -53,7 +53,7 @@ class Rig:
         if not self.arms.leader.orients:
             o.mapping.align_rate = 0.0  # its handle does not turn: the tool keeps its orientation
         _fill(o.follower, scene.arms.follower, "bandwidth")
-        force.fill(o, scene, self.arms.follower)
+        force_source.fill(o, scene, self.arms.follower)
         o.X_WL, o.X_WB = self.arms.X_WL, self.arms.X_WB
         o.q_leader0, o.q_follower0 = self.arms.q_leader0, self.arms.q_follower0
         return o
@@ -178,7 +178,7 @@ def build(scene: Scene) -> Rig:
         SceneError, MeshError, SurfaceError: what is wrong, where, why, and how to mend it.
     """
     gains.check_stiffness(scene)
-    force.check_presence(scene)
+    force_source.check_presence(scene)
     placed = surface.placed(scene)
     for thing in placed:
         if isinstance(thing.body, DistanceGrid) and thing.body.spacing.max() > scene.contact.radius:

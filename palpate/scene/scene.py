@@ -12,7 +12,7 @@ from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
 from palpate import _core
 from palpate.arm import NAMES, Arm
-from palpate.errors import ArmError, SceneError
+from palpate.errors import ArmError, SceneError, spell
 from palpate.guidance.fixture import Fixture
 from palpate.guidance.lists import named as fixture_names
 from palpate.scene import explain, presets, text
@@ -28,7 +28,7 @@ from palpate.scene.model import (
 )
 from palpate.scene.operator import OperatorSection
 from palpate.scene.stability import StabilitySection
-from palpate.scene.values import NotNegative, Positive, Section, Vector
+from palpate.values import NotNegative, Positive, Section, Vector
 
 _C = _core.SimulationOptions()
 _VARIABLE = re.compile(r"\$\{(\w+)(?::-([^}]*))?\}")
@@ -114,7 +114,7 @@ class Scene(Section):
 
     def where(self, *place: str | int) -> str:
         """``file:line`` of a value, e.g. ``where("objects", 0, "mesh")``, or of its section."""
-        return explain.where(self._file, self._lines, place) if self._file else explain.spell(place)
+        return explain.where(self._file, self._lines, place) if self._file else spell(place)
 
     def path_of(self, index: int) -> Path:
         """File of object ``index``: variables replaced, relative paths taken from the scene's folder.

@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import Field
 
 from palpate import surfaces
-from palpate.scene.values import Positive, Section
+from palpate.values import Positive, Section
 
 _Even = Annotated[int, Field(strict=True, ge=2, le=12, multiple_of=2)]
 

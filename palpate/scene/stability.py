@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field
 
 from palpate import _core
-from palpate.scene.values import NotNegative, Positive, Section
+from palpate.values import NotNegative, Positive, Section
 
 _S = _core.SimulationOptions().stability
 

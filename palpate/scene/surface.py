@@ -10,7 +10,7 @@ import numpy.typing as npt
 from palpate import _core, surfaces
 from palpate.errors import SceneError
 from palpate.mesh import Mesh
-from palpate.scene import tissue
+from palpate.scene import materials
 from palpate.scene.scene import Scene
 
 Array = npt.NDArray[np.float64]
@@ -61,9 +61,9 @@ def snapshot(scene: Scene, surfaces_W: list[Surface]) -> _core.Snapshot:
                 thing.name,
                 placed_one.body.core,
                 placed_one.X_WO,
-                tissue.material(thing),
-                tissue.regions(thing),
-                tissue.motion(thing, placed_one.bounds.mean(axis=0)),
+                materials.material(thing),
+                materials.regions(thing),
+                materials.motion(thing, placed_one.bounds.mean(axis=0)),
                 is_virtual=thing.presence != "real",
                 is_real=thing.presence != "virtual",
             )

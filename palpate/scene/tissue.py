@@ -1,18 +1,14 @@
-"""Where an object feels otherwise, and how it moves: sections of the scene file and what the core makes of them."""
+"""Sections of the scene file for regions of an object that feel different, and for the motion of an object."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
-from palpate import _core
-from palpate.scene.values import Diagonal, NotNegative, Number, Positive, Section, Vector
-
-if TYPE_CHECKING:
-    from palpate.scene.model import ObjectSection
+from palpate.values import Diagonal, NotNegative, Number, Positive, Section, Vector
 
 Array = npt.NDArray[np.float64]
 
@@ -97,34 +93,3 @@ Motions = Annotated[
     BeforeValidator(_several),
     WithJsonSchema({"anyOf": [_SCHEMA, {"type": "array", "items": _SCHEMA}]}),
 ]
-
-
-def material(thing: ObjectSection, region: RegionSection | None = None) -> _core.Material:
-    """Of an object, or of a region in it: what the region does not say is the object's."""
-    K, B, mu, held = (
-        value if region is None or value_there is None else value_there
-        for value, value_there in (
-            (getattr(thing, key), getattr(region, key, None))
-            for key in ("stiffness", "damping", "friction", "static_friction")
-        )
-    )
-    return _core.Material(np.array(K), np.array(B), mu, held or 0.0)
-
-
-def regions(thing: ObjectSection) -> list[_core.Region]:
-    """As the core knows them."""
-    return [_core.Region(np.array(r.at), r.half, r.radius, r.blend, material(thing, r)) for r in thing.regions]
-
-
-def motion(thing: ObjectSection, middle: Array) -> _core.Motion:
-    """As the core knows it; middle: (3,) what the object turns about, in W [m]."""
-    terms = thing.motion
-    waves = [
-        _core.Wave(np.array(m.amplitude), np.radians(m.turn_deg), m.period, float(np.radians(m.phase_deg)))
-        for m in terms
-        if any(m.amplitude) or any(m.turn_deg)
-    ]
-    steady, spin = (
-        np.sum([getattr(m, key) for m in terms] or [np.zeros(3)], axis=0) for key in ("velocity", "spin_deg")
-    )
-    return _core.Motion(steady, np.radians(spin), waves, middle)

@@ -14,7 +14,7 @@ from pydantic import Field
 from palpate import _core
 from palpate.arm import Arm
 from palpate.errors import SceneError
-from palpate.scene.values import Positive, Section, Vector
+from palpate.values import Positive, Section, Vector
 
 Array = npt.NDArray[np.float64]
 

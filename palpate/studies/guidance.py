@@ -20,7 +20,7 @@ from tyro.conf import arg
 
 from palpate import _core
 from palpate.operators import Operator, Senses, perform, person
-from palpate.operators.errand import Trial
+from palpate.operators.trial import Trial
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.studies.command import Findings, SweepCommand, Sweeper

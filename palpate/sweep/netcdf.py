@@ -4,35 +4,39 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.io import netcdf_file
 
 from palpate.errors import OutputError, SweepError
-
-if TYPE_CHECKING:
-    from palpate.sweep.result import Swept
+from palpate.sweep.grid import Grid
 
 
-def write(swept: Swept, file: Path) -> None:
-    """Write it whole or not at all."""
-    arrays = swept.arrays()
-    if clash := sorted(arrays.keys() & swept.grid.axes.keys()):
+def write(
+    file: Path,
+    grid: Grid,
+    arrays: Mapping[str, NDArray[Any]],
+    attributes: Mapping[str, str | int],
+    labels: Mapping[str, tuple[str, str]],
+) -> None:
+    """Write arrays over a grid, each with its label (unit, words); the file is written whole or not at all."""
+    if clash := sorted(arrays.keys() & grid.axes.keys()):
         raise SweepError(f"{clash} name both an axis and a value", mend="rename the value that fn returns")
     draft = file.with_name(f".{file.name}.{os.getpid()}")
     try:
         with netcdf_file(draft, "w", version=2) as out:
-            for name, value in {"title": f"{swept.attributes['fn']} over its grid", **swept.attributes}.items():
+            for name, value in {"title": f"{attributes['fn']} over its grid", **attributes}.items():
                 setattr(out, name, value if isinstance(value, str) or abs(value) < 2**31 else str(value))
-            dimensions = tuple(map(safe, swept.grid.axes))
-            for name, axis in swept.grid.axes.items():
+            dimensions = tuple(map(safe, grid.axes))
+            for name, axis in grid.axes.items():
                 out.createDimension(safe(name), len(axis.values))
                 _variable(out, name, np.array(axis.values), (safe(name),), axis.unit, axis.words)
             for name, array in arrays.items():
-                _variable(out, name, array, dimensions, *swept.labels.get(name, ()))
+                _variable(out, name, array, dimensions, *labels.get(name, ()))
         os.replace(draft, file)
     except OSError as error:
         raise OutputError("the file cannot be written", where=str(file), why=error.strerror or str(error)) from None

@@ -74,7 +74,7 @@ class Swept:
         """
         from palpate.sweep.netcdf import write
 
-        write(self, Path(file))
+        write(Path(file), self.grid, self.arrays(), self.attributes, self.labels)
 
     def to_csv(self, file: Path | str) -> None:
         """One row for each point; lists and dictionaries become columns.

@@ -10,7 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from palpate.arm import Arm as Mechanism
 from palpate.errors import PalpateError, RecordError
-from palpate.record.bags.bag import Arm, Bag, Track
+from palpate.record.bags.bag import Bag
+from palpate.record.bags.tracks import Arm, Track
 from palpate.record.ticks import TICK, Ticks
 from palpate.scene.rig import build
 from palpate.scene.scene import Scene

@@ -14,7 +14,7 @@ from palpate.guidance.fixture import Fixture
 from palpate.guidance.here import Here
 from palpate.guidance.plot import curve, drawing
 from palpate.record.reader import Record
-from palpate.scene import tissue
+from palpate.scene import materials
 from palpate.scene.model import ObjectSection
 from palpate.scene.rig import Rig, build
 from palpate.scene.surface import Surface
@@ -127,7 +127,7 @@ def _thing(section: ObjectSection, placed: Surface, felt: _core.Object) -> Thing
             region.radius,
             np.array([region.weight(p) > 0.5 for p in middles]),
         )
-        for named, region in zip(section.regions, tissue.regions(section), strict=True)
+        for named, region in zip(section.regions, materials.regions(section), strict=True)
     ]
     return Thing(section.name, vertices, triangles, placed.X_WO, tuple(marks), felt.pose if section.motion else None)
 

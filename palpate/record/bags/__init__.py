@@ -5,6 +5,7 @@ bag = Bag.open("rosbag2_2026_11_21-13_00_00")
 print(bag.arms, bag.arms["MTMR"].wrench.values)
 """
 
-from palpate.record.bags.bag import Arm, Bag, Event, Topic, Track
+from palpate.record.bags.bag import Bag
+from palpate.record.bags.tracks import Arm, Event, Topic, Track
 
 __all__ = ["Arm", "Bag", "Event", "Topic", "Track"]

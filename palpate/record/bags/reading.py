@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from palpate.errors import MissingExtraError, RecordError
-from palpate.record.bags.bag import Arm, Bag, Event, Topic, Track
+from palpate.record.bags.tracks import Arm, Contents, Event, Topic, Track
 
 _MOTION = {
     "measured_js": "js",
@@ -36,8 +36,8 @@ _TOLD = (
 _SCENE = "scene"
 
 
-def read(path: Path) -> Bag:
-    """Decode a bag. Raises as `Bag.open`."""
+def read(path: Path) -> Contents:
+    """Decode a bag. Raises RecordError and MissingExtraError, as `Bag.open`."""
     try:
         from rosbags.highlevel import AnyReader, AnyReaderError
         from rosbags.typesys import Stores, get_typestore
@@ -69,7 +69,7 @@ class _Reading:
         self.frames: dict[str, float] = defaultdict(float)
         self.scene = ""
 
-    def bag(self) -> Bag:
+    def bag(self) -> Contents:
         begin = self.reader.start_time
         for connection, time, data in self.reader.messages():
             topic, t = connection.topic, 1e-9 * (time - begin)
@@ -83,7 +83,7 @@ class _Reading:
         arms = {name: self._arm(name) for name in dict.fromkeys(n for n, _ in self.rows)}
         duration = max((t[-1] for t in self.times.values()), default=0.0)
         notes = [f"{topic} could not be decoded ({why})" for topic, why in self.undecoded.items()]
-        return Bag(self.path, duration, arms, self.events, list(self._topics()), self.scene, notes)
+        return Contents(self.path, duration, arms, self.events, list(self._topics()), self.scene, notes)
 
     def _take(self, topic: str, t: float, message: Any) -> None:
         stamp = getattr(getattr(message, "header", None), "stamp", None)

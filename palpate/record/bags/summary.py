@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.table import Table
 
-from palpate.record.bags.bag import Arm, Bag
+from palpate.record.bags.bag import Bag
+from palpate.record.bags.tracks import Arm
 
 STALE = 0.03
 """A wrench that is not renewed for longer is one that nobody looks after any more [s]."""

@@ -1,0 +1,42 @@
+"""YAML text of the items of a scene's list ``guidance``, and back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TypeVar
+
+import yaml
+from pydantic import TypeAdapter, ValidationError
+
+from palpate.errors import GuidanceError, spell
+from palpate.guidance import one_line
+from palpate.values import Section
+
+_Item = TypeVar("_Item", bound=Section)
+
+
+def to_yaml(fixtures: Iterable[Section]) -> str:
+    """A scene's list ``guidance``: the values that differ from the defaults."""
+    data = [f.model_dump(mode="json", exclude_defaults=True) for f in fixtures]
+    return str(yaml.safe_dump(data, sort_keys=False, allow_unicode=True, default_flow_style=None, width=110))
+
+
+def from_yaml(text: str, kind: type[_Item]) -> tuple[_Item, ...]:
+    """Items of one kind from a list of YAML, of sections or of lines.
+
+    Raises:
+        GuidanceError: the text holds none; names the first mistake.
+    """
+    try:
+        data = yaml.safe_load(one_line.readable(text))
+        return TypeAdapter(tuple[kind, ...]).validate_python(data if isinstance(data, list) else [data])  # type: ignore[valid-type]
+    except yaml.YAMLError as error:
+        raise GuidanceError("not valid YAML", why=" ".join(str(error).split()), mend="a list of fixtures") from None
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        where = spell(tuple(first["loc"]))
+        if "error" in first.get("ctx", {}):
+            what, _, mend = str(first["ctx"]["error"]).partition(" | ")
+            raise GuidanceError(f"{where}: {what}", mend=mend) from None
+        expected = first["msg"].replace("Input should be", "must be")
+        raise GuidanceError(f"{where} = {first['input']!r:.60}", mend=expected) from None
