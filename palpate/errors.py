@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 __all__ = [
     "ArmError",
@@ -20,6 +21,8 @@ __all__ = [
     "SceneError",
     "SurfaceError",
     "SweepError",
+    "refuse_to_overwrite",
+    "spell",
 ]
 
 
@@ -126,3 +129,13 @@ def spell(place: tuple[str | int, ...]) -> str:
     for part in place:
         text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)
     return text
+
+
+def refuse_to_overwrite(path: Path, force: bool) -> None:
+    """Refuse to write over a file that exists.
+
+    Raises:
+        OutputError: the file exists and `force` is not given.
+    """
+    if path.exists() and not force:
+        raise OutputError("the file exists already", where=str(path), mend="give --force, or another name")

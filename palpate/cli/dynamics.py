@@ -14,8 +14,8 @@ from palpate.cli.output import console_for, say, write_json, write_text
 from palpate.errors import ArmError
 
 if TYPE_CHECKING:
+    from palpate.arm.dynamics import Dynamics as Model
     from palpate.cli.calibrate import Dynamics
-    from palpate.identify.dynamics import Dynamics as Model
     from palpate.identify.motion import Motion
 
 CUTOFFS = (2.0, 3.0, 5.0, 10.0)  # at which a test is judged as well: what is left rises with the band [Hz]
@@ -24,8 +24,9 @@ _SHORT = {"mtm": "mtm_right", "mtml": "mtm_left", "mtmr": "mtm_right", "psm": "p
 
 def dynamics(command: Dynamics) -> int:
     """Identify, judge, write."""
+    from palpate.arm.dynamics import to_data
+    from palpate.errors import refuse_to_overwrite
     from palpate.identify import dynamics as identification
-    from palpate.identify.gravity_model import refuse_to_overwrite
 
     console = console_for(command.json)
     refuse_to_overwrite(command.out, command.force)
@@ -37,7 +38,7 @@ def dynamics(command: Dynamics) -> int:
         test = identification.read_motion(str(command.test), arm, command.rate, command.at)
     model = identification.identify(train, arm, command.cutoff, command.at)
     figures = _figures(model, train, test, time.perf_counter() - started)
-    write_text(command.out, yaml.safe_dump(identification.to_data(model), sort_keys=False))
+    write_text(command.out, yaml.safe_dump(to_data(model), sort_keys=False))
     console.print(_table(figures, identification.PUBLISHED.get(arm.name.split("_")[0])))
     say(console, f"{model.cutoff:g} Hz, both sides, no phase: rms of the error over rms of the torque", "filtered at")
     say(
@@ -63,7 +64,7 @@ def arm_named(name: str) -> Arm:
 
 
 def _figures(model: Model, train: list[Motion], test: Motion | None, seconds: float) -> dict[str, Any]:
-    from palpate.identify.dynamics import consistency
+    from palpate.identify.dynamics import consistency, relative_rms
 
     cutoffs = [f for f in CUTOFFS if f < 0.5 * train[0].rate]
     return {
@@ -71,15 +72,15 @@ def _figures(model: Model, train: list[Motion], test: Motion | None, seconds: fl
         "recorded_at": model.at,
         "cutoff_Hz": model.cutoff,
         "train": {
-            "relative_rms": [model.relative_rms(m).tolist() for m in train],
+            "relative_rms": [relative_rms(model, m).tolist() for m in train],
             "repeated_rows": [m.repeated for m in train],
         },
         "test": None
         if test is None
         else {
-            "relative_rms": model.relative_rms(test).tolist(),
+            "relative_rms": relative_rms(model, test).tolist(),
             "cutoffs_Hz": cutoffs,
-            "relative_rms_at": model.relative_rms(test, *cutoffs).tolist(),
+            "relative_rms_at": relative_rms(model, test, *cutoffs).tolist(),
         },
         "rank": model.rank,
         "condition": model.condition,

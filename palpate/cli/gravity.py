@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 
 from rich.table import Table
 
+from palpate.arm import dvrk_gravity as dvrk
+from palpate.arm.gravity_model import GravityModel
 from palpate.cli.output import console_for, require_writable, say, write_json
-from palpate.identify import dvrk
+from palpate.errors import refuse_to_overwrite
 from palpate.identify.gravity import Calibration, named_arm
 from palpate.identify.gravity import gravity as identify
-from palpate.identify.gravity_model import GravityModel, refuse_to_overwrite
 
 if TYPE_CHECKING:
     from palpate.cli.calibrate import Export, Gravity, Import

@@ -9,8 +9,8 @@ from rich.table import Table
 
 from palpate import hands
 from palpate.cli.output import console_for, require_writable, say, write_json
+from palpate.errors import refuse_to_overwrite
 from palpate.identify import grip_recording
-from palpate.identify.gravity_model import refuse_to_overwrite
 from palpate.identify.hand import Grip, HandFit, fit
 
 if TYPE_CHECKING:

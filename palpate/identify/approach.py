@@ -10,25 +10,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.arm import Arm
 from palpate.identify.recordings import Static
 
 Array = NDArray[np.float64]
 
 _MOVED = 5e-3  # a drive that moved less than this has stood still, and leans the way it came before [rad]
-
-
-def coupling(arm: Arm) -> Array:
-    """A (n, n) of q_joint = A q_motor; tau_motor = A^T tau_joint."""
-    try:
-        return np.asarray(arm.leader_options().coupling)
-    except ValueError:  # an arm that does not say: every motor drives its joint
-        return np.eye(arm.n)
-
-
-def drives(q: Array, arm: Arm) -> Array:
-    """Motor positions (k, n) of joint positions q (k, n) [rad]."""
-    return np.asarray(q @ np.linalg.inv(coupling(arm)).T)
 
 
 def directions(poses: Static, x: Array) -> Array:

@@ -14,23 +14,20 @@ in PUBLISHED. What they filtered at is not told with their data.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate import _core
 from palpate.arm import Arm
+from palpate.arm.drives import At, DriveTrain, drive_train
+from palpate.arm.dynamics import CUTOFF, Dynamics
 from palpate.errors import RecordingError
-from palpate.identify.drives import At, DriveTrain, State, drive_train
 from palpate.identify.inertia import Problem, pseudo_inertia, solve
 from palpate.identify.motion import Motion, lowpass, motion
 from palpate.identify.recordings import check_joints, read_moving
 
 Array = NDArray[np.float64]
 
-CUTOFF = 2.0  # of both sides before they are compared; excitation ends below it [Hz]
 SPREAD = 3.0  # of the links around their first guess, in the metric of inertia.py
 ROUNDS = 3  # of weighing each joint by what is left unexplained
 KNOWN = 0.5  # a parameter is known when the data narrowed it to less than this share of its prior
@@ -42,48 +39,13 @@ PUBLISHED = {
 }
 
 
-@dataclass
-class Dynamics:
-    """An identified arm. Drive coordinates are those of the recording, `train.coupling` leads to the joints."""
-
-    arm: Arm
-    pi: Array  # (10n,) inertial parameters of the links, in Pinocchio's order
-    theta: Array  # (t,) of the drive train's terms
-    at: At = "drives"  # where it was recorded
-    cutoff: float = CUTOFF
-    trained: tuple[str, ...] = ()
-    rank: int = 0  # of the whitened regressor
-    condition: float = 0.0  # of its identifiable part
-    unknown: tuple[str, ...] = ()  # parameters that the motion said little about
-    train: DriveTrain = field(init=False)
-    links: _core.Arm = field(init=False)  # the arm made of the identified links
-
-    def __post_init__(self) -> None:
-        self.train = drive_train(self.arm, self.at)
-        self.links = self.arm.with_inertial_parameters(self.pi)
-
-    def torque(self, q: Array, v: Array, a: Array) -> Array:
-        """tau (k, m) of the drives for a motion at the drives (k, m) [N m, N]: inverse dynamics and terms."""
-        s = self.train.state(q, v, a)
-        links = np.array([self.links.inverse_dynamics(*row) for row in zip(s.q, s.v, s.a, strict=True)])
-        return np.asarray(links @ self.train.coupling + self.terms(s))
-
-    def terms(self, s: State, leave_out: str = " ") -> Array:
-        """Torque (k, m) of the drive train at the drives, without the terms whose name begins with `leave_out`."""
-        kept = ((t, x) for t, x in zip(self.train.terms, self.theta, strict=True) if not t.name.startswith(leave_out))
-        return np.asarray(sum(x * term.column(s) for term, x in kept))
-
-    def relative_rms(self, m: Motion, *cutoffs: float) -> Array:
-        """Relative RMS (m,) of the prediction, see the module; (c, m) of several cutoffs [Hz]."""
-        error, rows = m.tau - self.torque(m.q, m.v, m.a), []
-        for cutoff in cutoffs or (self.cutoff,):
-            left, measured = (lowpass(x, cutoff, m.rate)[m.kept] for x in (error, m.tau))
-            rows.append(np.sqrt((left**2).mean(axis=0) / (measured**2).mean(axis=0)))
-        return np.array(rows) if cutoffs else rows[0]
-
-    def masses(self) -> Array:
-        """(n,) [kg]; mostly the prior's: predictions are what a motion identifies."""
-        return self.pi[::10]
+def relative_rms(d: Dynamics, m: Motion, *cutoffs: float) -> Array:
+    """Relative RMS (m,) of the prediction, see the module; (c, m) of several cutoffs [Hz]."""
+    error, rows = m.tau - d.torque(m.q, m.v, m.a), []
+    for cutoff in cutoffs or (d.cutoff,):
+        left, measured = (lowpass(x, cutoff, m.rate)[m.kept] for x in (error, m.tau))
+        rows.append(np.sqrt((left**2).mean(axis=0) / (measured**2).mean(axis=0)))
+    return np.array(rows) if cutoffs else rows[0]
 
 
 def read_motion(path: str, arm: Arm, rate: float = 200.0, at: At = "drives") -> Motion:
@@ -180,44 +142,6 @@ def _check_rates(m: Motion, path: str) -> None:
             why=f"positions are differentiated at {m.rate:g} Hz; columns are q, v, tau of all drives",
             mend="give the rate it was recorded at, rad and rad/s, and the columns in this order",
         )  # fmt: skip
-
-
-def to_data(d: Dynamics) -> dict[str, Any]:
-    """The model file's content."""
-    names = d.arm.joint_names
-    return {
-        "dynamics": d.arm.name,
-        "recorded_at": d.at,
-        "trained_on": list(d.trained),
-        "cutoff_Hz": d.cutoff,
-        "links": [
-            {"after_joint": name, "parameters": [float(x) for x in pi]}
-            for name, pi in zip(names, d.pi.reshape(-1, 10), strict=True)
-        ],
-        "terms": {t.name: float(x) for t, x in zip(d.train.terms, d.theta, strict=True)},
-    }
-
-
-def from_data(data: Any, arm: Arm, where: str) -> Dynamics:
-    """The model of a file's content.
-
-    Raises:
-        RecordingError: it is no dynamics model, or one of another arm.
-    """
-    if not isinstance(data, dict) or "dynamics" not in data:
-        raise RecordingError("not a dynamics model", where=where, mend="palpate calibrate dynamics writes one")
-    if data["dynamics"] != arm.name:
-        raise RecordingError(
-            f"this is the model of {data['dynamics']!r}", where=where, why=f"the arm is {arm.name!r}",
-            mend="name the arm it was identified from, or its own model",
-        )  # fmt: skip
-    try:
-        terms = [t.name for t in drive_train(arm, data["recorded_at"]).terms]
-        pi = np.array([link["parameters"] for link in data["links"]], dtype=float).ravel()
-        theta = np.array([data["terms"][name] for name in terms], dtype=float)
-        return Dynamics(arm, pi, theta, data["recorded_at"], float(data["cutoff_Hz"]), tuple(data["trained_on"]))
-    except (KeyError, TypeError, ValueError, RuntimeError) as error:
-        raise RecordingError("the model is broken", where=where, why=str(error), mend="identify it again") from None
 
 
 def consistency(d: Dynamics) -> Array:

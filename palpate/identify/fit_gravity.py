@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.arm import Arm
+from palpate.arm.coupling import coupling, drives
+from palpate.arm.gravity_model import GravityModel, Region
 from palpate.identify import fit, forms
-from palpate.identify.approach import coupling, directions, drives
+from palpate.identify.approach import directions
 from palpate.identify.forms import Design, Hyper
-from palpate.identify.gravity_model import GravityModel, Region
 from palpate.identify.recordings import Static
 from palpate.identify.stops import leaning, stop_of
 

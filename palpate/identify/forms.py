@@ -21,8 +21,8 @@ from scipy import linalg
 
 from palpate import _core
 from palpate.arm import Arm
-from palpate.identify import dvrk
-from palpate.identify.approach import coupling, drives
+from palpate.arm import dvrk_gravity as dvrk
+from palpate.arm.coupling import coupling, drives
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.arm import Arm
+from palpate.arm.gravity_model import GravityModel
 from palpate.errors import RecordingError
 from palpate.identify import fit, forms, scores
 from palpate.identify.fit_gravity import Fitted, fit_poses
-from palpate.identify.gravity_model import GravityModel
 from palpate.identify.identifiability import Identifiability, identifiability, next_poses
 from palpate.identify.pairs import Pairs, find_pairs
 from palpate.identify.recordings import Static, on_levels, read_static

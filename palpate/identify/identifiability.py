@@ -10,9 +10,9 @@ from scipy import linalg
 
 from palpate import _core
 from palpate.arm import Arm
-from palpate.identify.approach import coupling
+from palpate.arm.coupling import coupling
+from palpate.arm.gravity_model import Region
 from palpate.identify.fit_gravity import Fitted
-from palpate.identify.gravity_model import Region
 
 Array = NDArray[np.float64]
 

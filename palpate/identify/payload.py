@@ -22,10 +22,10 @@ from numpy.typing import NDArray
 from scipy import signal, stats
 
 from palpate import _core
+from palpate.arm.dynamics import Dynamics
+from palpate.arm.observer import drive_inertia
 from palpate.errors import RecordingError
-from palpate.identify.dynamics import Dynamics
 from palpate.identify.motion import Motion, lowpass
-from palpate.identify.observer import drive_inertia
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.identify.gravity_model import Stop
+from palpate.arm.gravity_model import Stop
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

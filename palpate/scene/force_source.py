@@ -37,8 +37,8 @@ def fill(options: _core.SimulationOptions, scene: Scene, arm: Arm) -> None:
 
 
 def _identified(options: _core.EstimateOptions, path: Path, scene: Scene, arm: Arm) -> _core.EstimateOptions:
-    from palpate.identify.dynamics import from_data
-    from palpate.identify.observer import estimate_options
+    from palpate.arm.dynamics import from_data
+    from palpate.arm.observer import estimate_options
 
     where = scene.where("force", "dynamics")
     try:

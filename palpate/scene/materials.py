@@ -13,7 +13,7 @@ Array = npt.NDArray[np.float64]
 
 
 def material(thing: ObjectSection, region: RegionSection | None = None) -> _core.Material:
-    """The material of an object, or of one of its regions; a region takes the values that it does not set from the object."""
+    """The material of an object, or of one of its regions: values that the region leaves out are the object's."""
     K, B, mu, held = (
         value if region is None or value_there is None else value_there
         for value, value_there in (

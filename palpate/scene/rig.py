@@ -10,10 +10,10 @@ import numpy.typing as npt
 import yaml
 
 from palpate import _core
+from palpate.arm.gravity_model import GravityModel
 from palpate.errors import PalpateWarning, RecordingError, SceneError
 from palpate.guidance.here import Here
 from palpate.hands import PRESETS
-from palpate.identify.gravity_model import GravityModel
 from palpate.scene import arms, force_source, gains, guidance, hand, surface, tool
 from palpate.scene.scene import Scene
 from palpate.surfaces import DistanceGrid

@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from palpate import _core
 from palpate.arm import Arm
+from palpate.arm.coupling import drives
+from palpate.arm.gravity_model import friction_torque
 from palpate.identify import fit
-from palpate.identify.approach import directions, drives
+from palpate.identify.approach import directions
 from palpate.identify.fit_gravity import Fitted, fit_poses, predicted
 from palpate.identify.gravity import measured_joints, named_arm
-from palpate.identify.gravity_model import friction_torque
 from palpate.identify.pairs import find_pairs
 from palpate.identify.recordings import Static, on_levels, read_static
 

@@ -23,7 +23,7 @@ from palpate.arm import Arm
 from palpate.studies.command import Command, Findings
 
 if TYPE_CHECKING:
-    from palpate.identify.dynamics import Dynamics
+    from palpate.arm.dynamics import Dynamics
     from palpate.identify.payload import Load
 
 Array = NDArray[np.float64]
@@ -148,7 +148,7 @@ def identified(arm: Arm) -> Dynamics:
 
 def press(arm: Arm, model: Dynamics) -> Trace:
     """Another motion meets a floor below the tool and is pushed from the sides."""
-    from palpate.identify.observer import estimate_options
+    from palpate.arm.observer import estimate_options
 
     follower, path, noise, push = _follower(arm), _path(2), _noise(arm, 2), _waves(3, 2)
     estimate = _core.Estimate(arm, estimate_options(model))

@@ -81,7 +81,7 @@ record: {report: false}
 
 def test_a_scene_holds_its_arm_by_the_model(palpate, poses, tmp_path):
     from palpate import Arm
-    from palpate.identify.gravity_model import GravityModel
+    from palpate.arm.gravity_model import GravityModel
     from palpate.record import Record
 
     palpate("calibrate", "gravity", poses, "--arm", "mtmr", "--out", "m.yaml", "--model", "gravity+springs")

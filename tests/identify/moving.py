@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from palpate.arm import Arm
-from palpate.identify.drives import dahl
+from palpate.arm.drives import dahl
 from palpate.identify.recordings import Moving
 
 RATE = 200.0

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from palpate import Arm, _core
-from palpate.identify.approach import coupling, directions, drives
-from palpate.identify.gravity_model import friction_torque
+from palpate.arm.coupling import coupling, drives
+from palpate.arm.gravity_model import friction_torque
+from palpate.identify.approach import directions
 from palpate.identify.recordings import Static
 
 COULOMB = np.array([0.016, 0.025, 0.03, 0.03, 0.004, 0.002, 0.0])

@@ -8,8 +8,8 @@ import synthetic_arm as synthetic
 from real_data import DATA, needs_data
 
 from palpate import Arm, _core
+from palpate.arm import dvrk_gravity as dvrk
 from palpate.errors import OutputError, RecordingError
-from palpate.identify import dvrk
 from palpate.identify.fit_gravity import fit_poses
 from palpate.identify.recordings import read_static
 

@@ -6,11 +6,12 @@ import synthetic_arm as synthetic
 from threadpoolctl import threadpool_info
 
 from palpate import Arm
+from palpate.arm.coupling import drives
+from palpate.arm.gravity_model import GravityModel
 from palpate.identify import fit, forms
-from palpate.identify.approach import drives, expected_directions
+from palpate.identify.approach import expected_directions
 from palpate.identify.fit_gravity import fit_poses, predicted
 from palpate.identify.gravity import gravity
-from palpate.identify.gravity_model import GravityModel
 from palpate.identify.identifiability import identifiability, next_poses
 from palpate.identify.recordings import read_static
 

@@ -12,10 +12,11 @@ import pytest
 import yaml
 
 from palpate.arm import Arm
+from palpate.arm.drives import dahl, drive_train
+from palpate.arm.dynamics import Dynamics, from_data
 from palpate.cli import main
 from palpate.errors import RecordingError
 from palpate.identify import dynamics
-from palpate.identify.drives import dahl, drive_train
 from palpate.identify.inertia import pseudo_inertia
 from palpate.identify.motion import motion
 
@@ -65,7 +66,7 @@ def test_regressor_prediction_is_inverse_dynamics_of_the_identified_arm(arm):
     """Two ways of one torque, 1e-9: W x at the drives, and the arm made of the links with its terms."""
     rng = np.random.default_rng(0)
     train = drive_train(arm)
-    d = dynamics.Dynamics(arm, arm.inertial_parameters, rng.uniform(0, 0.1, len(train.terms)))
+    d = Dynamics(arm, arm.inertial_parameters, rng.uniform(0, 0.1, len(train.terms)))
     m = train.coupling.shape[1]
     q, v, a = moving.excitation(3, np.zeros(m), np.full(m, 0.1), 1.0)
     s = train.state(q, v, a)
@@ -90,9 +91,9 @@ def test_real_arms_not_worse_than_published_on_the_other_trajectory(kind):
         pytest.skip(f"no recordings in {DATA} (set PALPATE_DATA)")
     train, test = (dynamics.read_motion(str(f), arm) for f in (one, two))
     found = dynamics.identify([train], arm)
-    errors = found.relative_rms(test, 2.0, 3.0)
+    errors = dynamics.relative_rms(found, test, 2.0, 3.0)
     assert (errors <= dynamics.PUBLISHED[kind]).all(), errors
-    np.testing.assert_allclose(errors[0], found.relative_rms(test))
+    np.testing.assert_allclose(errors[0], dynamics.relative_rms(found, test))
     assert (dynamics.consistency(found) > 0).all()
     assert train.repeated == (887 if kind == "mtm" else 0)
 
@@ -160,7 +161,7 @@ def test_command_writes_a_model_that_is_read_back_and_not_overwritten(tmp_path, 
     figures = loads(json.read_text())
     assert set(figures) == json_contract.keys("calibrate dynamics")
     assert len(figures["test"]["relative_rms_at"]) == len(figures["test"]["cutoffs_Hz"])
-    model = dynamics.from_data(yaml.safe_load(out.read_text()), arm, str(out))
+    model = from_data(yaml.safe_load(out.read_text()), arm, str(out))
     q, v, a = moving.excitation(2, arm.home, np.full(6, 0.3), 1.0)
     assert (np.abs(model.torque(q, v, a) - moving.torques(arm, q, v, a)).mean(axis=0) < 0.1).all()
     before = out.read_text()
@@ -169,7 +170,7 @@ def test_command_writes_a_model_that_is_read_back_and_not_overwritten(tmp_path, 
     assert out.read_text() == before
     assert main([*command, "--force"]) == 0
     with pytest.raises(RecordingError, match="this is the model of 'six_axis'"):
-        dynamics.from_data(yaml.safe_load(out.read_text()), Arm.psm(), str(out))
+        from_data(yaml.safe_load(out.read_text()), Arm.psm(), str(out))
 
 
 def test_wrong_arms_and_columns_are_told(tmp_path, capsys):

@@ -6,21 +6,21 @@ import pytest
 
 from palpate import _core
 from palpate.arm import Arm
+from palpate.arm.drives import drive_train
+from palpate.arm.dynamics import Dynamics
+from palpate.arm.observer import drive_inertia, estimate_options
 from palpate.errors import RecordingError
-from palpate.identify import dynamics
-from palpate.identify.drives import drive_train
 from palpate.identify.motion import Motion
-from palpate.identify.observer import drive_inertia, estimate_options
 from palpate.identify.payload import external_torque
 
 RATE = 200.0
 
 
-def random_model(arm: Arm, at: str, only: tuple[str, ...] = ()) -> dynamics.Dynamics:
+def random_model(arm: Arm, at: str, only: tuple[str, ...] = ()) -> Dynamics:
     """Random terms, or random `only`."""
     rng, train = np.random.default_rng(4), drive_train(arm, at)
     theta = [0.02 * rng.uniform() * (not only or t.name.rpartition("_")[0] in only) for t in train.terms]
-    return dynamics.Dynamics(arm, arm.inertial_parameters, np.array(theta), at)
+    return Dynamics(arm, arm.inertial_parameters, np.array(theta), at)
 
 
 @pytest.mark.parametrize(("arm", "at"), [(Arm.mtm("left"), "drives"), (Arm.psm(), "drives"), (Arm.psm(), "joints")])

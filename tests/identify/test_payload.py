@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from palpate.arm import Arm
+from palpate.arm.drives import drive_train
+from palpate.arm.dynamics import Dynamics
 from palpate.errors import RecordingError
-from palpate.identify import dynamics, payload
-from palpate.identify.drives import drive_train
+from palpate.identify import payload
 from palpate.identify.motion import Motion, motion
 from palpate.identify.recordings import Moving
 
@@ -19,11 +20,11 @@ ARM = Arm.psm()
 
 
 @pytest.fixture(scope="module")
-def known() -> dynamics.Dynamics:
-    return dynamics.Dynamics(ARM, ARM.inertial_parameters, np.zeros(len(drive_train(ARM).terms)))
+def known() -> Dynamics:
+    return Dynamics(ARM, ARM.inertial_parameters, np.zeros(len(drive_train(ARM).terms)))
 
 
-def unloaded(known: dynamics.Dynamics, seed: int) -> Motion:
+def unloaded(known: Dynamics, seed: int) -> Motion:
     q, v, a = moving.excitation(
         7, np.array([-0.2, 0, 0.15, 0, 0, 0, 0]), np.array([0.5, 0.8, 0.07, 0.5, 0.3, 0.3, 0.3])
     )
@@ -31,7 +32,7 @@ def unloaded(known: dynamics.Dynamics, seed: int) -> Motion:
     return motion(Moving(q, v, known.torque(q, v, a) + noise, 200.0, f"unloaded {seed}"))
 
 
-def hung(known: dynamics.Dynamics, mass: float, height: float) -> Motion:
+def hung(known: Dynamics, mass: float, height: float) -> Motion:
     """The same motion with a body on the bar: its own kinematics by finite differences, d'Alembert's torque."""
     m = unloaded(known, 3)
     pivot = payload.Hang().p_pivot

@@ -6,9 +6,9 @@ import synthetic_arm as synthetic
 from real_data import DATA, needs_data
 
 from palpate import Arm
+from palpate.arm.gravity_model import GravityModel
 from palpate.errors import PalpateError, RecordingError
 from palpate.identify.gravity import gravity
-from palpate.identify.gravity_model import GravityModel
 from palpate.identify.recordings import on_levels, read_moving, read_static
 
 HEADER = ",".join([f"q{k}_rad" for k in range(1, 8)] + [f"tau{k}_Nm" for k in range(1, 8)]) + "\n"
@@ -169,7 +169,7 @@ def test_test_poses_that_were_trained_on_are_told(tmp_path):
 @needs_data
 def test_actuator_coordinates_are_doubted(tmp_path):
     """A real recording turned into motor coordinates still lies within the limits: only its torques make no sense."""
-    from palpate.identify.approach import coupling, drives
+    from palpate.arm.coupling import coupling, drives
 
     arm = Arm.mtm("right")
     poses = read_static(DATA / "mtm_static/MTMR_31519__random_N160.csv", arm)

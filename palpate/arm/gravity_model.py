@@ -11,9 +11,9 @@ import yaml
 from numpy.typing import NDArray
 
 from palpate import _core
-from palpate.arm import Arm
-from palpate.errors import OutputError, RecordingError
-from palpate.identify.approach import coupling, drives
+from palpate.arm.arm import Arm
+from palpate.arm.coupling import coupling, drives
+from palpate.errors import OutputError, RecordingError, refuse_to_overwrite
 
 Array = NDArray[np.float64]
 
@@ -205,13 +205,3 @@ def friction_torque(coulomb: Array, of_motors: bool, q: Array, direction: Array,
     powers = np.stack([x**k for k in range(coulomb.shape[1])], axis=2)
     tau = direction * np.einsum("ijk,jk->ij", powers, coulomb)
     return np.asarray(tau @ np.linalg.inv(coupling(arm)) if of_motors else tau)
-
-
-def refuse_to_overwrite(path: Path, force: bool) -> None:
-    """Leave what exists alone.
-
-    Raises:
-        OutputError: the file exists and `force` is not given.
-    """
-    if path.exists() and not force:
-        raise OutputError("the file exists already", where=str(path), mend="give --force, or another name")

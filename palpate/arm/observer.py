@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate import _core
+from palpate.arm.dynamics import Dynamics
 from palpate.errors import RecordingError
-from palpate.identify.dynamics import Dynamics
 
 Array = NDArray[np.float64]
 

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate import _core
-from palpate.arm import Arm
-from palpate.errors import OutputError, RecordingError
-from palpate.identify.approach import coupling
-from palpate.identify.gravity_model import GravityModel, Region, refuse_to_overwrite
+from palpate.arm.arm import Arm
+from palpate.arm.coupling import coupling
+from palpate.arm.gravity_model import GravityModel, Region
+from palpate.errors import OutputError, RecordingError, refuse_to_overwrite
 
 Array = NDArray[np.float64]
 

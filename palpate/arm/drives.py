@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.arm import Arm
+from palpate.arm.arm import Arm
 
 At = Literal["drives", "joints"]
 Array = NDArray[np.float64]
