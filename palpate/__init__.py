@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from importlib import import_module
-from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from palpate.renamed import RENAMED, announce
@@ -14,6 +13,8 @@ if TYPE_CHECKING:
     from palpate import shapes as shapes
     from palpate import surfaces as surfaces
     from palpate.arm import Arm as Arm
+    from palpate.batch import Variation as Variation
+    from palpate.batch import simulate as simulate
     from palpate.certificate import Device as Device
     from palpate.certificate import certify as certify
     from palpate.guidance import Fixture as Fixture
@@ -21,7 +22,8 @@ if TYPE_CHECKING:
     from palpate.scene import Scene as Scene
     from palpate.session import Session as Session
 
-__version__ = version("palpate")
+    __version__: str
+
 __all__ = [
     "Arm",
     "Device",
@@ -29,10 +31,12 @@ __all__ = [
     "Mesh",
     "Scene",
     "Session",
+    "Variation",
     "certify",
     "contact",
     "guidance",
     "shapes",
+    "simulate",
     "surfaces",
 ]
 
@@ -43,12 +47,23 @@ _HOME = {
     "Mesh": "palpate.mesh",
     "Scene": "palpate.scene",
     "Session": "palpate.session",
+    "Variation": "palpate.batch",
     "certify": "palpate.certificate",
+    "simulate": "palpate.batch",
 }
 
 
 def __getattr__(name: str) -> Any:
     """Parts are imported when they are first used, so that ``palpate --version`` answers at once."""
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("palpate")
+    if name == "_core":  # the first import of the compiled core, by whatever module
+        from palpate.rebuild import refresh
+
+        refresh(__loader__)
+        return import_module("palpate._core")
     if name in _HOME:
         return getattr(import_module(_HOME[name]), name)
     if name in ("contact", "guidance", "shapes", "surfaces"):

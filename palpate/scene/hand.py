@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,7 @@ _DIRECTIONS = 6  # of slides, 60 degrees apart
 _SAMPLE = 0.01  # of a slide along the surface [s]
 _SMOOTHNESS = 6  # degree of the curve a hand draws over facets
 _LONGEST = 3600.0  # an automatic path goes on for so long [s]
+_LEAST = 7  # periods of a path that is cut short: one of each direction, and one that follows
 
 
 @dataclass(frozen=True)
@@ -34,8 +36,13 @@ class HandPlan:
         return next((name for start, name in reversed(self.phases) if within >= start), "")
 
 
-def plan(scene: Scene, surfaces: list[Surface]) -> HandPlan:
+def plan(scene: Scene, surfaces: list[Surface], until: float | None = None) -> HandPlan:
     """The path that the scene's operator follows.
+
+    Args:
+        scene: with an operator's path, or an object to palpate.
+        surfaces: of the scene's objects.
+        until: the automatic path may end after this time, which saves memory; up to it the path is the same [s].
 
     Raises:
         SceneError: the wanted force is above the cap, or the slide has no direction along the surface.
@@ -43,7 +50,7 @@ def plan(scene: Scene, surfaces: list[Surface]) -> HandPlan:
     path = scene.operator.path
     if path is not None:
         return HandPlan(np.array([p.t for p in path]), np.array([p.xyz for p in path]))
-    return _palpation(scene, surfaces)
+    return _palpation(scene, surfaces, _LONGEST if until is None else min(until, _LONGEST))
 
 
 def intended_depth(scene: Scene, index: int, normal: Array) -> float:
@@ -56,7 +63,7 @@ def intended_depth(scene: Scene, index: int, normal: Array) -> float:
     return F / max(K, 1e-9) + mapping.scale * mapping.force_scale * F / scene.operator.stiffness
 
 
-def _palpation(scene: Scene, surfaces: list[Surface]) -> HandPlan:
+def _palpation(scene: Scene, surfaces: list[Surface], until: float) -> HandPlan:
     o = scene.operator.palpate
     index = next((i for i, thing in enumerate(scene.objects) if thing.name == o.object), 0)
     surface = surfaces[index]
@@ -90,14 +97,13 @@ def _palpation(scene: Scene, surfaces: list[Surface]) -> HandPlan:
 
     phases = np.cumsum([0.0, o.approach, o.press, o.slide, o.leave])
     period = float(phases[-1])
-    times, positions = [], []
-    for k in range(max(1, int(_LONGEST / period))):
-        start = k * period
-        times += [start, start + phases[1], start + phases[2], *(start + phases[2] + u * o.slide), start + phases[3]]
-        positions += [hover, touch, inside, *slides[k % _DIRECTIONS], inside]
+    turns = np.arange(max(1, min(int(_LONGEST / period), max(_LEAST, math.ceil(until / period) + 1))))
+    start = period * turns[:, None]
+    times = np.hstack([start, start + phases[1], start + phases[2], start + phases[2] + u * o.slide, start + phases[3]])
+    strokes = np.stack([np.vstack([hover, touch, inside, slide, inside]) for slide in slides])
+    positions = strokes[turns % _DIRECTIONS].reshape(-1, 3)
     names = tuple(zip(phases[:-1].tolist(), ("approach", "press", "slide", "leave"), strict=True))
-    times.append(times[-1] + o.leave)
-    return HandPlan(np.array(times), np.array([*positions, hover]), period, names)
+    return HandPlan(np.append(times, times[-1, -1] + o.leave), np.vstack([positions, hover]), period, names)
 
 
 def _smooth(way: Array, q: Array, n: Array, offset: float) -> Array:

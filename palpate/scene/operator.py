@@ -28,7 +28,7 @@ HandName = Annotated[
 ]
 
 
-def _hand(name: str, folder: Path) -> hands.Hand:
+def hand_of(name: str, folder: Path) -> hands.Hand:
     """By its name, or from its file.
 
     Raises:
@@ -110,7 +110,7 @@ class OperatorSection(Section):
         if not isinstance(data, dict) or not isinstance(data.get("hand"), str):
             return data
         keys = [key for key in ("mass", "damping", "stiffness") if key not in data]
-        hand = _hand(data["hand"], (info.context or {}).get("folder", Path())) if keys else None
+        hand = hand_of(data["hand"], (info.context or {}).get("folder", Path())) if keys else None
         return {**{key: getattr(hand, key) for key in keys}, **data}
 
     @model_validator(mode="after")

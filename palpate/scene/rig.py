@@ -171,15 +171,20 @@ class Rig:
             raise SceneError(str(error), where=self.scene.file, mend="change this value in the scene") from None
 
 
-def build(scene: Scene) -> Rig:
+def build(scene: Scene, bodies: surface.Bodies | None = None, until: float | None = None) -> Rig:
     """Set a scene up: read surfaces, index meshes, place arms, plan the path; refuse what cannot work.
+
+    Args:
+        scene: what to set up.
+        bodies: surfaces that scenes share (`surface.placed`).
+        until: time up to which the run may go, when it is known: an automatic path is planned no further [s].
 
     Raises:
         SceneError, MeshError, SurfaceError: what is wrong, where, why, and how to mend it.
     """
     gains.check_stiffness(scene)
     force_source.check_presence(scene)
-    placed = surface.placed(scene)
+    placed = surface.placed(scene, bodies)
     for thing in placed:
         if isinstance(thing.body, DistanceGrid) and thing.body.spacing.max() > scene.contact.radius:
             told = (
@@ -191,7 +196,7 @@ def build(scene: Scene) -> Rig:
         _warn_of_lost_regions(scene, i, thing)
     snapshot = surface.snapshot(scene, placed)
     check_method(scene, snapshot)
-    path = hand.plan(scene, placed)
+    path = hand.plan(scene, placed, until)
     both = arms.place(scene, placed, path)
     spheres = tool.tool_spheres(both.follower, scene.contact.spheres, scene.contact.whole_tool)
     around = guidance.here(scene, placed, both)

@@ -102,6 +102,11 @@ class Scene(Section):
         scene._file, scene._lines = name, lines
         return scene
 
+    def standing_for(self, other: Scene) -> Scene:
+        """Itself, with the file and the lines of another scene: for its relative paths and messages."""
+        self._file, self._lines = other._file, other._lines
+        return self
+
     @property
     def file(self) -> str:
         """Path of the file it was read from; empty for a scene made in Python."""

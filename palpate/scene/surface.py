@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,13 +44,40 @@ class Surface:
         return np.array([middle[0], middle[1], high[2] + float(np.linalg.norm(high - low))])
 
 
-def placed(scene: Scene) -> list[Surface]:
+Bodies = dict[str, Mesh | surfaces.Surface]
+"""Surfaces that scenes share, by what they are made of."""
+
+
+def placed(scene: Scene, bodies: Bodies | None = None) -> list[Surface]:
     """Every object's surface, read or made, placed in W.
+
+    Args:
+        scene: whose objects are wanted.
+        bodies: surfaces of other scenes, taken from here where they are the same; new ones are added.
 
     Raises:
         MeshError, SurfaceError: a file cannot be used. SceneError: its path names an unknown variable.
     """
-    return [Surface(_body(scene, i), thing.pose.matrix()) for i, thing in enumerate(scene.objects)]
+    shared = {} if bodies is None else bodies
+    found = []
+    for i, thing in enumerate(scene.objects):
+        key = _made_of(scene, i)
+        if key not in shared:
+            shared[key] = _body(scene, i)
+        found.append(Surface(shared[key], thing.pose.matrix()))
+    return found
+
+
+def _made_of(scene: Scene, index: int) -> str:
+    """What the surface of an object depends on; equal texts mean equal surfaces."""
+    thing = scene.objects[index]
+    file = None
+    if thing.file is not None:
+        path = scene.path_of(index)
+        with suppress(OSError):  # a missing file is refused when it is read
+            state = path.stat()
+            file = (str(path.resolve()), state.st_size, state.st_mtime_ns)
+    return repr((thing.name, thing.source, getattr(thing, thing.source), file, thing.unit, thing.triangles))
 
 
 def snapshot(scene: Scene, surfaces_W: list[Surface]) -> _core.Snapshot:

@@ -28,7 +28,7 @@ from palpate.scene.scene import Scene
 from palpate.session.run_folder import keep_scene, new_folder, require_writable
 from palpate.session.summary import Summary, Totals
 
-_BATCH = 0.1  # lockstep: ticks are handed over in batches of so much simulated time [s]
+BATCH = 0.1  # lockstep: ticks are handed over in batches of so much simulated time [s]
 _DRAIN = 0.05  # real time: the ring is drained so often [s]
 
 
@@ -298,7 +298,7 @@ class Session:
                 signal.signal(s, handler)
 
     def _run_lockstep(self, n: int, on_progress: Callable[[State], None] | None) -> None:
-        batch = max(1, round(_BATCH * self.rate))
+        batch = max(1, round(BATCH * self.rate))
         while n > 0 and not self._interrupted.is_set():
             rows = self._sim.run(min(batch, n))
             if not len(rows):  # paused: time stands still

@@ -163,7 +163,7 @@ def test_unwritable_folder_is_refused_before_anything_runs(tmp_path):
 def test_names_of_the_package_are_lazy_and_typos_are_told():
     with pytest.raises(
         AttributeError,
-        match=r"has no attribute 'Sesion'. Available: Arm, Device, Fixture, Mesh, Scene, Session, certify",
+        match=r"has no attribute 'Sesion'. Available: Arm, Device, Fixture, Mesh, Scene, Session, Variation, certify",
     ):
         _ = palpate.Sesion
 

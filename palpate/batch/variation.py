@@ -1,0 +1,68 @@
+"""A scene with some of its values replaced."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from palpate.errors import PalpateError
+from palpate.scene import Scene
+from palpate.scene.overrides import overridden
+
+
+@dataclass(frozen=True)
+class Variation:
+    """One run of `simulate`.
+
+    Args:
+        scene: a scene, or the path of a scene file.
+        overrides: values by their place in the scene file, with dots and list indices: ``{"objects.0.stiffness": 500.0,
+            "mapping.scale": 0.3}``. Units are those of the scene file.
+        seed: of everything random in the run; the scene's when left out.
+    """
+
+    scene: Scene | str | os.PathLike[str]
+    overrides: Mapping[str, Any] = field(default_factory=dict)
+    seed: int | None = None
+
+    def resolved(self) -> Scene:
+        """The scene with the overrides in place.
+
+        Raises:
+            SceneError: the scene cannot be read, or a value is refused.
+        """
+        base = self.scene if isinstance(self.scene, Scene) else Scene.load(self.scene)
+        return overridden(base, self.overrides)
+
+    def __str__(self) -> str:
+        """The overrides and the seed, for messages."""
+        told = [f"{place} = {value}" for place, value in self.overrides.items()]
+        return ", ".join(told + ([f"seed {self.seed}"] if self.seed is not None else [])) or "the scene as it is"
+
+
+Runs = Scene | Variation | str | os.PathLike[str] | Iterable[Scene | Variation | str | os.PathLike[str]]
+
+
+def variations(runs: Runs) -> list[Variation]:
+    """Runs in every form that `simulate` takes, each scene file read once.
+
+    Raises:
+        SceneError: a scene file cannot be read. PalpateError: there is no run.
+    """
+    single = isinstance(runs, (Scene, Variation, str, os.PathLike))
+    listed: list[Any] = [runs] if single else list(runs)  # type: ignore[arg-type]
+    if not listed:
+        raise PalpateError("there is nothing to simulate", mend="give at least one scene or variation")
+    files: dict[str, Scene] = {}
+    found = []
+    for one in listed:
+        wanted = one if isinstance(one, Variation) else Variation(one)
+        if not isinstance(wanted.scene, Scene):
+            name = os.fspath(wanted.scene)
+            if name not in files:
+                files[name] = Scene.load(name)
+            wanted = Variation(files[name], wanted.overrides, wanted.seed)
+        found.append(wanted)
+    return found
