@@ -40,9 +40,13 @@ Diagonal = Annotated[
 
 
 class Section(BaseModel):
-    """A part of a scene file: unchangeable, and unknown keys are errors."""
+    """A part of a scene file: unchangeable, and unknown keys are errors.
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    The text below a field describes it. `palpate.scene.descriptions` reads these texts when they are wanted: pydantic
+    would read them at every import.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 class Pose(Section):

@@ -20,11 +20,11 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import expm
 
 from palpate import _core
 from palpate.arm import Arm
 from palpate.certificate.device import TAP, as_viscous
+from palpate.certificate.exponential import expm
 from palpate.certificate.loop import Complex, Loop, Modes, Path, low_pass, modes
 
 Array = NDArray[np.float64]

@@ -29,9 +29,9 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import expm
 
 from palpate import _core
+from palpate.certificate.exponential import expm
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import numpy.typing as npt
-from scipy.interpolate import CubicSpline
-from scipy.spatial import cKDTree
-from scipy.spatial.transform import Rotation, RotationSpline
 
 from palpate import _core
 from palpate.errors import GuidanceError
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline  # scipy takes seconds to import: only scenes that have a path wait for it
 
 Array = npt.NDArray[np.float64]
 
@@ -43,6 +45,8 @@ def path(
     Raises:
         GuidanceError: no path, one that crosses itself, or most likely one in another unit.
     """
+    from scipy.interpolate import CubicSpline
+
     p, R = _distinct(waypoints, rotations, closed, name)
     knots = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=1))]
     if knots[-1] > _LONGEST:
@@ -58,6 +62,8 @@ def path(
     if R is None:
         attitudes = frames_along(ends, slopes)
     else:
+        from scipy.spatial.transform import Rotation, RotationSpline
+
         attitudes = RotationSpline(knots, Rotation.from_matrix(R))(u).as_matrix()
     return _core.PathGeometry(np.ascontiguousarray(controls), np.ascontiguousarray(attitudes), R is None, closed)
 
@@ -133,6 +139,8 @@ def _breaks(spline: CubicSpline, knots: Array, name: str) -> Array:
 
 def _refuse_crossing(ends: Array, nearest: float, closed: bool, name: str) -> None:
     """Stretches that lie ten times as far apart along the path as `nearest` may not come as near as that."""
+    from scipy.spatial import cKDTree
+
     steps = np.maximum(np.ceil(np.linalg.norm(np.diff(ends, axis=0), axis=1) / nearest), 1).astype(int)
     if steps.sum() > _MOST * 10:
         return

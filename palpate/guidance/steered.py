@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial.transform import Rotation
 
 from palpate import _core
 from palpate.guidance.fixture import Fixture
@@ -36,6 +35,8 @@ class Now:
         """As a scene file would have it now."""
         if np.array_equal(self.X_W, np.eye(4)):
             return self.given
+        from scipy.spatial.transform import Rotation
+
         frame = self.given.frame
         X_FG = np.linalg.inv(self.X_WF) @ self.X_W @ self.X_WF @ frame.pose.matrix()
         rpy = Rotation.from_matrix(X_FG[:3, :3]).as_euler("xyz", degrees=True)

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ValidationError
 
 from palpate.errors import SceneError, spell
+from palpate.scene.descriptions import descriptions
 from palpate.scene.text import Place
 
 
@@ -89,7 +90,7 @@ def _purpose(place: Place, model: type[BaseModel]) -> str:
         return ""
     parent = _model_at(model, place[:-1])
     info = parent.model_fields.get(str(place[-1])) if parent else None
-    return (info.description or "") if info else ""
+    return descriptions(parent).get(str(place[-1]), "") if parent and info else ""
 
 
 def _keys(model: type[BaseModel] | None) -> list[str]:

@@ -6,7 +6,9 @@ from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
+from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, model_validator
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema
 
 from palpate.values import Diagonal, NotNegative, Number, Positive, Section, Vector
 
@@ -86,10 +88,18 @@ def _several(value: Any) -> Any:
     return (value,) if isinstance(value, (dict, MotionSection)) else value
 
 
-_SCHEMA = MotionSection.model_json_schema() | {"title": "MotionSection"}
+class _OneOrSeveral:
+    """The JSON schema of a list whose only entry may stand without the list."""
+
+    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        """The schema of an entry, or of a list of them."""
+        one = handler.resolve_ref_schema(handler(core)["items"])
+        return {"anyOf": [one, {"type": "array", "items": one}]}
+
+
 #: One motion, or a list of motions that add up.
 Motions = Annotated[
     tuple[MotionSection, ...],
     BeforeValidator(_several),
-    WithJsonSchema({"anyOf": [_SCHEMA, {"type": "array", "items": _SCHEMA}]}),
+    _OneOrSeveral(),
 ]

@@ -1,0 +1,35 @@
+"""The exponential of a small matrix, without scipy, whose import takes longer than the certificate of a scene."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_ORDER = 13
+_LARGEST = 5.371920351148152  # 1-norm up to which the approximant of this order is exact to rounding (Higham 2005)
+#: Coefficients of the numerator of the diagonal Pade approximant of e^x; the denominator's alternate in sign.
+_PADE = [math.factorial(2 * _ORDER - k) * math.comb(_ORDER, k) / math.factorial(2 * _ORDER) for k in range(_ORDER + 1)]
+
+
+def expm(A: Array) -> Array:
+    """``e^A`` of a square matrix (n, n), by scaling and squaring (Higham, SIAM J. Matrix Anal. Appl. 26, 2005).
+
+    A is halved until its 1-norm is at most 5.37, the Pade approximant of order 13 is exact to rounding there, and its
+    square is taken as often as A was halved.
+    """
+    norm = float(np.abs(A).sum(axis=0).max())
+    halvings = max(0, math.ceil(math.log2(norm / _LARGEST))) if norm > _LARGEST else 0
+    X = A / 2.0**halvings
+    X2 = X @ X
+    even, odd = _PADE[_ORDER - 1] * np.eye(len(A)), _PADE[_ORDER] * np.eye(len(A))
+    for k in range(_ORDER - 3, -1, -2):  # Horner's scheme in X^2, even and odd powers apart
+        even, odd = even @ X2 + _PADE[k] * np.eye(len(A)), odd @ X2 + _PADE[k + 1] * np.eye(len(A))
+    odd = X @ odd
+    E = np.linalg.solve(even - odd, even + odd)
+    for _ in range(halvings):
+        E = E @ E
+    return np.asarray(E)
