@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,9 +17,10 @@ from palpate import _core, ros
 from palpate.errors import PalpateError
 from palpate.record.ticks import STATUS, Ticks
 from palpate.ros.guardian import Guardian
-from palpate.scene.rig import Rig
+from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
-from palpate.session import Session, State
+from palpate.session import LiveSession, State
+from palpate.session.run_folder import require_writable
 from palpate.session.summary import Summary
 
 FORCE_CAP = 1.0
@@ -62,7 +64,7 @@ class Seen:
 
 
 class HapticLoop:
-    """The node with its guardian, driven as `_core.Simulation` is in real time."""
+    """The node with its guardian, as a `Loop` of a session."""
 
     def __init__(self, rig: Rig, devices: Devices, limits: Limits, context: Mapping[str, Any]) -> None:
         self.native = ros.load(lambda text: print(text, file=sys.stderr))
@@ -115,10 +117,6 @@ class HapticLoop:
         cycle.own_teleop = devices.teleop == "none"
         cycle.tip_frame, cycle.needs_state = limits.tip_frame, limits.needs_state
         return cycle
-
-    def run(self, n: int) -> Any:
-        """Never."""
-        raise PalpateError("a session on ROS 2 runs in real time alone", mend="start() it, or run(seconds)")
 
     def start(self) -> None:
         """From here on it pushes."""
@@ -187,8 +185,8 @@ def _require_aligned(rig: Rig) -> None:
         )
 
 
-class HapticSession(Session):
-    """A scene felt on a CRTK master. As `Session`, in real time alone, and for one run.
+class HapticSession(LiveSession):
+    """A scene felt on a CRTK master: a session in real time whose loop is a node on ROS 2, for one run.
 
         with palpate.ros.HapticSession(scene, Devices("MTMR", "virtual", "none")) as session:
             session.run(60.0)
@@ -212,16 +210,14 @@ class HapticSession(Session):
         out: str | os.PathLike[str] | None = None,
         context: Mapping[str, Any] | None = None,
     ) -> None:
+        if out is not None:
+            require_writable(Path(out))
+        rig = build(scene)
         self.devices, self.limits = devices or Devices(), limits or Limits()
-        self._context = dict(context or {})
         self.seen: dict[str, Seen] = {}  #: faults by the name of their bit
         self.told: list[str] = []  #: what the node had to say, newest last
-        super().__init__(scene, out)
-
-    def _make_loop(self) -> Any:
-        self.loop = HapticLoop(self.rig, self.devices, self.limits, self._context)
-        self.rate = self.limits.rate or self.rate
-        return self.loop
+        self.loop = HapticLoop(rig, self.devices, self.limits, dict(context or {}))
+        super().__init__(rig, self.loop, self.limits.rate or scene.rates.haptic, scene.seed, out)
 
     @property
     def state(self) -> State:
@@ -231,14 +227,12 @@ class HapticSession(Session):
     def run(
         self,
         duration: float | None = None,
-        realtime: bool = True,
         on_progress: Callable[[State], None] | None = None,
     ) -> Summary:
         """Feel for a while, or until Ctrl-C or SIGTERM; then close the record.
 
         Args:
             duration: time [s]; without an end when left out.
-            realtime: it is.
             on_progress: told the state about ten times a second.
         """
         self._require_idle()

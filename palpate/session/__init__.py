@@ -1,5 +1,8 @@
 """A session: one scene, run in lockstep or in real time, recorded while it runs (`palpate.Session`)."""
 
-from palpate.session.session import Session, State
+from palpate.session.live import LiveSession
+from palpate.session.loop import Loop
+from palpate.session.session import Session
+from palpate.session.state import State
 
-__all__ = ["Session", "State"]
+__all__ = ["LiveSession", "Loop", "Session", "State"]

@@ -1,0 +1,263 @@
+"""A session in real time: a loop in a thread of its own, steered while it runs and drained into a record."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+import weakref
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+
+from palpate import _core
+from palpate.errors import PalpateError
+from palpate.guidance.fixture import Fixture
+from palpate.guidance.lists import named
+from palpate.guidance.steered import SteeredFixtures
+from palpate.record.ticks import Ticks, as_ticks
+from palpate.record.writer import Recorder
+from palpate.scene.rig import Rig
+from palpate.session.loop import Loop
+from palpate.session.run_folder import keep_scene, new_folder, require_writable
+from palpate.session.state import State
+from palpate.session.summary import Summary, Totals
+
+DRAIN = 0.05
+"""Time between two drains of the loop's ring [s]."""
+
+
+class LiveSession:
+    """A loop that runs in real time, with its record: what `palpate.Session` and a session on ROS 2 are made of.
+
+    Args:
+        rig: the scene set up; `loop` is made from it.
+        loop: what runs.
+        rate: its ticks per second [Hz].
+        seed: of everything random in the loop; for the record.
+        out: folder for records; each run gets a folder of its own below it. None: nothing is recorded.
+
+    Raises:
+        OutputError: `out` cannot be written.
+    """
+
+    def __init__(self, rig: Rig, loop: Loop, rate: float, seed: int, out: str | os.PathLike[str] | None = None) -> None:
+        self.scene, self.rig, self.seed = rig.scene, rig, seed
+        self.rate = rate  #: ticks per second [Hz]
+        self._out = Path(out) if out is not None else None
+        if self._out is not None:
+            require_writable(self._out)
+        self._loop = loop
+        self._fixtures = self.scene.guidance
+        weakref.finalize(self, loop.stop)  # a session forgotten, or alive when Python ends: force to zero first
+        self._recorder: Recorder | None = None
+        self._steered: SteeredFixtures | None = None
+        self._closed = True
+        self._totals = Totals(self.rate)
+        self._live = False
+        self._began = 0.0
+        self._dropped = 0
+        self._lock = threading.RLock()  # the recorder is fed by one thread at a time
+        self._pump: threading.Thread | None = None
+        self._stop_pump = threading.Event()
+        self._interrupted = threading.Event()
+        self.recording = self._out is not None  #: set it to False to run on unrecorded from the next record on
+        self.record: Path | None = None  #: file of the newest record
+        self.notes: list[str] = []  #: what went wrong beside the run, e.g. a full disk
+
+    # -- running ---------------------------------------------------------------------------------------------------
+
+    def start(self) -> None:
+        """Run in real time from here on, in threads of its own, until `stop`. Does nothing when it runs already."""
+        if self._pump is not None:
+            return
+        self._begin(realtime=True)
+        self._stop_pump.clear()
+        self._loop.start()
+        self._pump = threading.Thread(target=self._keep_draining, name="palpate-drain", daemon=True)
+        self._pump.start()
+
+    def stop(self) -> None:
+        """Stop the real-time run with the force at zero. Does nothing when it does not run."""
+        if self._pump is None:
+            return
+        self._loop.stop()
+        self._stop_pump.set()
+        self._pump.join()
+        self._pump = None
+        self._drain()
+
+    # -- looking and steering --------------------------------------------------------------------------------------
+
+    @property
+    def running(self) -> bool:
+        """Does it run in real time now?"""
+        return self._pump is not None
+
+    @property
+    def state(self) -> State:
+        """The newest tick: of the loop itself while it runs in real time."""
+        tick = self.latest()
+        return State(tick, self.rig.path.phase(float(tick["t"])))
+
+    def latest(self) -> Ticks:
+        """The newest tick as one row of `TICK`; never waits for the loop."""
+        tick: Ticks = as_ticks(self._loop.latest().reshape(1, -1))[0]
+        return tick
+
+    @property
+    def controls(self) -> _core.Controls:
+        """Clutch, pause, stiffness and damping scales, drag of the hand. A copy: assign it whole."""
+        return self._loop.controls
+
+    @controls.setter
+    def controls(self, value: _core.Controls) -> None:
+        self._loop.controls = value
+
+    @property
+    def fixtures(self) -> tuple[Fixture, ...]:
+        """Virtual fixtures in use. Assign others, or changed ones, while it runs: nothing that the hand feels jumps."""
+        return self._fixtures
+
+    @fixtures.setter
+    def fixtures(self, value: Iterable[Fixture]) -> None:
+        fixtures = named(tuple(value))
+        here = self.rig.here
+        self._loop.set_fixtures(_core.Fixtures([fixture.make(here) for fixture in fixtures], here.tool))
+        self._fixtures, self._steered = fixtures, None
+
+    @property
+    def steered(self) -> SteeredFixtures:
+        """The same by name, to be switched, weighed and moved one by one."""
+        if self._steered is None:
+            self._steered = SteeredFixtures(self._fixtures, self.rig.here, self._steer)
+        return self._steered
+
+    def _steer(self, sections: tuple[Fixture, ...], core: _core.Fixtures) -> None:
+        self._loop.set_fixtures(core)
+        self._fixtures = sections
+
+    @property
+    def frames(self) -> Mapping[str, _core.Frame]:
+        """Frames that fixtures are attached to, by name; ``frames["camera"].set(X_WC)`` tells where the camera is."""
+        return self.rig.here.frames
+
+    def why(self) -> str:
+        """Why the hand feels guidance now, in words: the fixture that pulls most, and its terms."""
+        from palpate.guidance.why import Hand, of_tick
+
+        tick, scene = self.latest(), self.rig.scene
+        V_WT = np.r_[scene.mapping.scale * self.rig.arms.X_WL[:3, :3] @ np.asarray(tick["v_LH"]), np.zeros(3)]
+        hand = Hand(V_WT, self.controls.guidance, float(np.linalg.norm(tick["F_cell_L"])))
+        return of_tick(self._fixtures, tick, self.rig.here, hand)
+
+    @property
+    def timing(self) -> dict[str, Any]:
+        """Compute time, lateness, slack and missed ticks of the loop (`Simulation.timing`)."""
+        return self._loop.timing()
+
+    # -- ending ----------------------------------------------------------------------------------------------------
+
+    def close(self, interrupted: bool = False) -> Summary:
+        """Stop, close the record and sum up. What runs afterwards goes into a new record."""
+        self.stop()
+        with self._lock:
+            faults = self._faults()
+            timing = self.timing
+            sha256 = None
+            if self._recorder is not None and not self._closed:
+                self._recorder.close(faults, timing)
+                if self._recorder.failure and self._recorder.failure not in self.notes:
+                    self.notes.append(self._recorder.failure)
+                sha256 = self._recorder.sha256
+            took = time.perf_counter() - self._began if not self._closed else 0.0
+            summary = self._totals.summary(
+                timing,
+                realtime=self._live,
+                realtime_factor=round(self._totals.ticks / self.rate / took, 3) if took > 0 else 0.0,
+                interrupted=interrupted,
+                faults=(*faults, *self.notes),
+                record=str(self.record) if self.record else None,
+                record_sha256=sha256,
+            )
+            self._closed = True
+            return summary
+
+    def __enter__(self) -> Self:
+        """The session itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close it."""
+        self.close()
+
+    # -- inside ----------------------------------------------------------------------------------------------------
+
+    def _require_idle(self) -> None:
+        if self._pump is not None:
+            raise PalpateError("the session runs in real time already", mend="call stop() first")
+
+    @contextmanager
+    def _ctrl_c_waits(self) -> Iterator[None]:
+        """Ctrl-C (and SIGTERM, SIGHUP where somebody listens) ends a run between two batches, never inside a write."""
+        self._interrupted.clear()
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        heard = [s for s in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP) if callable(signal.getsignal(s))]
+        before = {s: signal.signal(s, lambda *_: self._interrupted.set()) for s in heard}
+        try:
+            yield
+        finally:
+            for s, handler in before.items():
+                signal.signal(s, handler)
+
+    def _keep_draining(self) -> None:
+        while not self._stop_pump.wait(DRAIN):
+            self._drain()
+
+    def _drain(self) -> None:
+        rows = self._loop.drain()
+        if len(rows):
+            self._take(as_ticks(rows), realtime=True)
+
+    def _take(self, ticks: Ticks, realtime: bool = False) -> None:
+        with self._lock:
+            self._begin(realtime)
+            self._totals.add(ticks)
+            if self._recorder is not None:
+                self._recorder.append(ticks)
+                if self._recorder.failure and self._recorder.failure not in self.notes:
+                    self.notes.append(self._recorder.failure)
+
+    def _begin(self, realtime: bool) -> None:
+        with self._lock:
+            if not self._closed:
+                return
+            self._closed = False
+            self._totals = Totals(self.rate)
+            self._live = realtime
+            self._began = time.perf_counter()
+            self._dropped = self._loop.dropped
+            self.notes = []
+            self._recorder, self.record = None, None
+            if self._out is not None and self.recording:
+                folder = new_folder(self._out, self.scene.title)
+                self.record = folder / "record.mcap"
+                self.notes += keep_scene(folder, self.rig.resolved_yaml(absolute=True))
+                self._recorder = Recorder(
+                    self.record, self.rig.resolved_yaml(), self.seed, self.rate, not realtime, bag=True
+                )
+
+    def _faults(self) -> list[str]:
+        fault = self._loop.fault()
+        lost = self._loop.dropped - self._dropped
+        faults = [fault] if fault else []
+        return [*faults, f"{lost} ticks are missing in the record: the disk was too slow"] if lost > 0 else faults

@@ -1,0 +1,48 @@
+"""The newest tick of a session, for people and progress lines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from palpate.record.ticks import Ticks
+
+
+@dataclass(frozen=True)
+class State:
+    """The newest tick of a session. `tick` holds every signal."""
+
+    tick: Ticks  # one row of `TICK`
+    phase: str  # of the operator's path: approach, press, slide, leave; empty when unknown
+
+    @property
+    def t(self) -> float:
+        """Time of the tick [s]."""
+        return float(self.tick["t"])
+
+    @property
+    def force(self) -> float:
+        """Size of the force commanded on the hand [N]."""
+        return float(np.linalg.norm(self.tick["F_H_L"]))
+
+    @property
+    def F_T_W(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """Force of the environment on the tool (3,) [N]."""
+        return np.asarray(self.tick["F_T_W"])
+
+    @property
+    def depth(self) -> float:
+        """Penetration [m]."""
+        return float(self.tick["depth"])
+
+    @property
+    def contacts(self) -> int:
+        """Number of objects touched."""
+        return int(self.tick["contacts"])
+
+    @property
+    def cycle_us(self) -> float:
+        """Compute time of the haptic cycle [us]."""
+        return float(self.tick["cycle_us"])
