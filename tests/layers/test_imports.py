@@ -1,0 +1,125 @@
+"""The order of layers (pyproject.toml, import-linter), and no circle of files or folders; lazy imports count."""
+
+import ast
+import tomllib
+from collections.abc import Iterable, Mapping
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import grimp
+import pytest
+from importlinter.cli import lint_imports
+
+ROOT = Path(__file__).resolve().parents[2]
+CONTRACT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]["contracts"][0]
+
+
+def circles(package: str) -> list[list[str]]:
+    """A circle of files, and one of the files and folders in each folder; the root, which names all parts, apart."""
+    graph = grimp.build_graph(package, cache_dir=None)
+    files = {m: graph.find_modules_directly_imported_by(m) - {package} for m in graph.modules - {package}}
+    found = [_circle(files)]
+    for folder in sorted(graph.modules):
+        depth, inside = folder.count(".") + 2, folder + "."
+        parts: dict[str, set[str]] = {}
+        for file, others in files.items():
+            if file.startswith(inside):
+                part = _first(file, depth)
+                parts.setdefault(part, set()).update(
+                    {_first(o, depth) for o in others if o.startswith(inside)} - {part}
+                )
+        found.append(_circle(parts))
+    return [circle for circle in found if circle]
+
+
+def _first(module: str, depth: int) -> str:
+    return ".".join(module.split(".")[:depth])
+
+
+def _circle(graph: Mapping[str, Iterable[str]]) -> list[str]:
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return list(error.args[1])
+    return []
+
+
+def from_the_root(source: str) -> set[str]:
+    """Names that a file takes from the root: `from palpate import x`, or `palpate.x` after `import palpate`."""
+    tree = list(ast.walk(ast.parse(source)))
+    taken = {name.name for n in tree if isinstance(n, ast.ImportFrom) and n.module == "palpate" for name in n.names}
+    used = {n.attr for n in tree if isinstance(n, ast.Attribute) and getattr(n.value, "id", "") == "palpate"}
+    return taken | used
+
+
+def test_imports_only_go_down_the_layers():
+    assert lint_imports(str(ROOT / "pyproject.toml"), no_cache=True, no_logo=True) == 0
+
+
+def test_there_is_no_circle_of_files_or_folders():
+    unfinished = ("palpate.cli", "palpate.studies")
+    found = circles("palpate")
+    assert [circle for circle in found if not all(part.startswith(unfinished) for part in circle)] == []
+
+
+def test_the_root_gives_the_parts_of_the_package_nothing_but_modules():
+    """What a part took from the root by name (`palpate.Session`), no graph of modules would show."""
+    parts = {path.name.removesuffix(".py") for path in (ROOT / "palpate").iterdir()}
+    for path in (ROOT / "palpate").rglob("*.py"):
+        others = from_the_root(path.read_text(encoding="utf-8")) - parts - {"_core", "__version__", "__file__"}
+        assert path == ROOT / "palpate" / "__init__.py" or not others, f"{path}: {others}"
+
+
+def made_up(folder: Path, name: str, files: Mapping[str, str], monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A package with an empty part for every layer and some files, and its contract; returns the contract's file."""
+    layers = [layer.replace("|", " ").split() for layer in CONTRACT["layers"]]
+    for path in ["", *(f"{part}/" for layer in layers for part in layer)]:
+        (folder / name / path).mkdir(parents=True)
+        (folder / name / path / "__init__.py").touch()
+    for path, source in files.items():
+        (folder / name / path).write_text(source.replace("palpate", name))
+    contract = folder / "contract.toml"
+    contract.write_text(
+        f'[tool.importlinter]\nroot_package = "{name}"\n[[tool.importlinter.contracts]]\nname = "layers"\n'
+        f'type = "layers"\ncontainers = ["{name}"]\nlayers = {CONTRACT["layers"]}\nexhaustive = true\n'
+        f'ignore_imports = ["{name}.** -> {name}"]\nunmatched_ignore_imports_alerting = "none"\n'
+    )
+    monkeypatch.syspath_prepend(folder)
+    return contract
+
+
+@pytest.mark.parametrize(
+    ("uphill", "kept"),
+    [
+        ("def f():\n    from palpate.scene import text\n", False),
+        ("from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from palpate.scene import text\n", False),
+        ("from palpate.errors import PalpateError\n", True),
+    ],
+)
+def test_an_import_uphill_is_caught(tmp_path, monkeypatch, uphill, kept):
+    name = f"made_up_{abs(hash(uphill))}"
+    files = {"arm/arm.py": uphill, "scene/text.py": "", "errors/__init__.py": "class PalpateError(Exception): ...\n"}
+    contract = made_up(tmp_path, name, files, monkeypatch)
+    assert (lint_imports(str(contract), no_cache=True, no_logo=True) == 0) == kept
+
+
+@pytest.mark.parametrize(
+    ("files", "circle"),
+    [
+        ({"mesh/a.py": "from palpate.mesh import b\n", "mesh/b.py": "def f():\n    import palpate.mesh.a\n"}, "mesh.a"),
+        ({"mesh/a.py": "from palpate.arm import b\n", "arm/b.py": "", "arm/c.py": "from palpate.mesh import d\n",
+          "mesh/d.py": ""}, "mesh"),
+        ({"mesh/a.py": "from palpate.arm import b\n", "arm/b.py": "", "arm/c.py": "from palpate.arm import b\n"}, None),
+    ],
+)  # fmt: skip
+def test_a_circle_is_caught(tmp_path, monkeypatch, files, circle):
+    name = f"made_up_{abs(hash(str(files)))}"
+    made_up(tmp_path, name, files, monkeypatch)
+    found = circles(name)
+    assert bool(found) == (circle is not None)
+    assert circle is None or all(f"{name}.{circle}" in one for one in found)
+
+
+def test_a_name_of_the_root_is_caught():
+    assert from_the_root("import palpate\ndef f():\n    return palpate.Session\n") == {"Session"}
+    assert from_the_root("from palpate import Scene, _core\n") == {"Scene", "_core"}
