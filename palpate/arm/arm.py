@@ -22,9 +22,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from palpate import _core
 from palpate.arm.shapes import DrawnJoint, Visual, drawn_joints, jaw_range, sticks, turn_about, visuals
+from palpate.arrays import Array
 from palpate.errors import ArmError
-
-Array = NDArray[np.float64]
 
 SIDES = ("right", "left")
 INSTRUMENTS = ("lnd",)

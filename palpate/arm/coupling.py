@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.arm.arm import Arm
-
-Array = NDArray[np.float64]
+from palpate.arrays import Array
 
 
 def coupling(arm: Arm) -> Array:

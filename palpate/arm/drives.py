@@ -11,12 +11,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.arm.arm import Arm
+from palpate.arrays import Array
 
 At = Literal["drives", "joints"]
-Array = NDArray[np.float64]
 
 PRESLIDING = {"revolute": 0.01, "prismatic": 5e-4}  # way until a drive that turned round slips again [rad, m]
 CABLE = 0.1  # share of a joint's torque that an unasked-for spring may have

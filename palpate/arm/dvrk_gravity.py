@@ -11,15 +11,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate import _core
 from palpate.arm.arm import Arm
 from palpate.arm.coupling import coupling
 from palpate.arm.gravity_model import GravityModel, Region
+from palpate.arrays import Array
 from palpate.errors import OutputError, RecordingError, refuse_to_overwrite
-
-Array = NDArray[np.float64]
 
 PARAMETERS = 10
 _JOINTS, _POWERS = 6, 5

@@ -9,14 +9,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate import _core
 from palpate.arm.arm import Arm
 from palpate.arm.drives import At, DriveTrain, State, drive_train
+from palpate.arrays import Array
 from palpate.errors import RecordingError
-
-Array = NDArray[np.float64]
 
 CUTOFF = 2.0  # of both sides before they are compared; excitation ends below it [Hz]
 

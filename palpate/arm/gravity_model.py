@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 from palpate import _core
 from palpate.arm.arm import Arm
 from palpate.arm.coupling import coupling, drives
+from palpate.arrays import Array
 from palpate.errors import OutputError, RecordingError, refuse_to_overwrite
-
-Array = NDArray[np.float64]
 
 _TITLE = """\
 # Gravity model of one {arm}: what holds it still, identified from {poses} poses. Written by `palpate calibrate`.

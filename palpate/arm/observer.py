@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate import _core
 from palpate.arm.dynamics import Dynamics
+from palpate.arrays import Array
 from palpate.errors import RecordingError
-
-Array = NDArray[np.float64]
 
 
 def drive_inertia(d: Dynamics) -> Array:

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from palpate.arrays import Array
 
 _STICK = 0.012  # radius of a stick [m]
 _STEEL = (0.62, 0.65, 0.69, 1.0)

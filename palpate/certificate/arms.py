@@ -19,15 +19,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate import _core
 from palpate.arm import Arm
+from palpate.arrays import Array
 from palpate.certificate.device import TAP, as_viscous
 from palpate.certificate.exponential import expm
 from palpate.certificate.loop import Complex, Loop, Modes, Path, low_pass, modes
-
-Array = NDArray[np.float64]
 
 _SLOWEST = 1e-3  # joints that a tap hardly moves stick [rad/s]
 _STEP = 1e-5  # of a differentiation [rad, rad/s]

@@ -6,13 +6,12 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from palpate.arrays import Array
 from palpate.certificate import classical, trials, words
 from palpate.certificate.device import Device
 from palpate.certificate.loop import Loop
 
-Array = NDArray[np.float64]
 Verdict = Literal["stable", "marginal", "unstable"]
 
 #: A stiffness below this share of both limits, the one with friction and the linear one, is called stable; one above

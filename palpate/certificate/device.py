@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.certificate.loop import Loop, difference
 from palpate.errors import PalpateError
 from palpate.hands import PRESETS, Hand
-
-Array = NDArray[np.float64]
 
 #: The fastest tap that a certificate counts with [m/s]; dry friction helps least against it.
 TAP = 0.5

@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.certificate.guidance import FORCES, entry
 from palpate.record.ticks import as_ticks
 from palpate.scene.rig import Rig
-
-Array = NDArray[np.float64]
 
 _GAP = 0.004  # between the tool at the start and the wall [m]
 _REST = 0.5  # [s] at the end, over which the mean is taken

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from palpate.arrays import Array
 
 _ORDER = 13
 _LARGEST = 5.371920351148152  # 1-norm up to which the approximant of this order is exact to rounding (Higham 2005)

@@ -31,9 +31,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.certificate.exponential import expm
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Path = Callable[[Complex], Complex]
 

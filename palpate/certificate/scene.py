@@ -8,10 +8,10 @@ from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.certificate import classical, words
 from palpate.certificate.arms import Held, felt, whole_servo_periods
 from palpate.certificate.certificate import SURE, Case, Certificate, advice, judge
@@ -21,8 +21,6 @@ from palpate.hands import PRESETS
 from palpate.record.ticks import as_ticks
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
-
-Array = NDArray[np.float64]
 
 _SHARES = (0.3, 0.6)  # of the operator's path, where the leader is looked at beside the start
 _SETTLE = 1.0  # [s]

@@ -8,7 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate import _core
-from palpate.contact.rendering import Array, Surface, snapshot_of
+from palpate.arrays import Array
+from palpate.contact.rendering import Surface, snapshot_of
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate import _core
+from palpate.arrays import Array
 
 if TYPE_CHECKING:
     from palpate import surfaces
     from palpate.mesh import Mesh
-
-Array = npt.NDArray[np.float64]
 
 
 Surface: TypeAlias = "Mesh | surfaces.Surface | _core.Surface | tuple[npt.ArrayLike, npt.ArrayLike]"

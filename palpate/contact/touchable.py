@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate import _core
+from palpate.arrays import Array
 
-Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.integer]
 
 FEATURE_RADIUS = 0.5

@@ -7,9 +7,9 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.errors import GuidanceError
 from palpate.guidance.geometry import (
-    Array,
     Box,
     Cloud,
     Cone,

@@ -8,12 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.errors import GuidanceError
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline  # scipy takes seconds to import: only scenes that have a path wait for it
 
-Array = npt.NDArray[np.float64]
 
 #: Most that a piece turns: the core's arc lengths are exact to 1e-9 then [rad].
 TURN = 0.2

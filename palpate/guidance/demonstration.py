@@ -6,15 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation, Slerp
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.errors import GuidanceError
 from palpate.guidance.plot import query
-
-Array = npt.NDArray[np.float64]
 
 SPACING = 2e-3  #: of the places that are kept [m]
 SMOOTH = 1e-3  #: standard deviation of the Gaussian along the way: tremor and noise below it go [m]

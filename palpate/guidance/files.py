@@ -6,13 +6,11 @@ import difflib
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from palpate.arrays import Array
 from palpate.errors import GuidanceError, OutputError
 from palpate.mesh.check import UNITS
-
-Array = npt.NDArray[np.float64]
 
 HEADER = "x_m,y_m,z_m,qw,qx,qy,qz"
 

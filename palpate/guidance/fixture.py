@@ -22,7 +22,6 @@ from palpate.values import Number, Positive, PositiveLength, Section
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = npt.NDArray[np.float64]
 
 _P = _core.Policy()
 Share = Annotated[Number, Field(ge=0.0, le=1.0)]

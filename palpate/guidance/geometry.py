@@ -7,16 +7,15 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import Field
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.errors import GuidanceError, SurfaceError
 from palpate.guidance.here import Here
 from palpate.values import Number, Place, PositiveLength, Section, Vector
 from palpate.values import Pose as PoseSection
 
-Array = npt.NDArray[np.float64]
 Unit = Literal["mm", "cm", "m", "in"]
 
 MESHES = (".stl", ".obj", ".ply", ".off", ".glb", ".gltf", ".3mf", ".dae")

@@ -12,13 +12,13 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.errors import GuidanceError
 
 if TYPE_CHECKING:
     from palpate.mesh import Mesh
     from palpate.surfaces import Surface
 
-Array = npt.NDArray[np.float64]
 Body = "Mesh | Surface"
 
 

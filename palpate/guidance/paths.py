@@ -8,8 +8,9 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.guidance import curve
-from palpate.guidance.geometry import Array, Shape, Unit
+from palpate.guidance.geometry import Shape, Unit
 from palpate.guidance.here import Here
 from palpate.values import NotNegativeLength, Place, PositiveLength
 from palpate.values import Pose as PoseSection

@@ -8,12 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.guidance.sections import Role
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = npt.NDArray[np.float64]
 
 ALLOWED, FORBIDDEN = "#2a9d5c", "#c8372d"
 _LOOK = 0.15  # what has no end is drawn so far around its middle [m]

@@ -8,9 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.guidance.sections import Law, Role
-
-Array = npt.NDArray[np.float64]
 
 SMALL = 1e-9
 """Forces and gaps below it count as zero [N, m]."""

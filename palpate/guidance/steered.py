@@ -10,11 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.guidance.fixture import Fixture
 from palpate.guidance.here import Here
 from palpate.values import Pose
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

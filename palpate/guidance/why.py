@@ -7,15 +7,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.guidance.fixture import Fixture
 from palpate.guidance.here import Here
 from palpate.guidance.reasons import SMALL
-
-Array = npt.NDArray[np.float64]
 
 _TOLD = 5e-4  # what adds less is not told [N, N m]
 _DT, _TICKS = 1e-3, 200  # of the stage that is asked anew

@@ -8,11 +8,9 @@ upper end has come from below.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from palpate.arrays import Array
 from palpate.identify.recordings import Static
-
-Array = NDArray[np.float64]
 
 _MOVED = 5e-3  # a drive that moved less than this has stood still, and leans the way it came before [rad]
 

@@ -16,17 +16,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.arm import Arm
 from palpate.arm.drives import At, DriveTrain, drive_train
 from palpate.arm.dynamics import CUTOFF, Dynamics
+from palpate.arrays import Array
 from palpate.errors import RecordingError
 from palpate.identify.inertia import Problem, pseudo_inertia, solve
 from palpate.identify.motion import Motion, lowpass, motion
 from palpate.identify.recordings import check_joints, read_moving
-
-Array = NDArray[np.float64]
 
 SPREAD = 3.0  # of the links around their first guess, in the metric of inertia.py
 ROUNDS = 3  # of weighing each joint by what is left unexplained

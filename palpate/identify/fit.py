@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from scipy import linalg, optimize
 from threadpoolctl import threadpool_limits
 
-Array = NDArray[np.float64]
+from palpate.arrays import Array
+
 Mask = NDArray[np.bool_]
 P = ParamSpec("P")
 R = TypeVar("R")

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from palpate.arm import Arm
 from palpate.arm.coupling import coupling, drives
 from palpate.arm.gravity_model import GravityModel, Region
+from palpate.arrays import Array
 from palpate.identify import fit, forms
 from palpate.identify.approach import directions
 from palpate.identify.forms import Design, Hyper
 from palpate.identify.recordings import Static
 from palpate.identify.stops import leaning, stop_of
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 _TUNED_ON = 200  # poses that shape the fields; all of them determine the parameters

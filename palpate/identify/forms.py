@@ -23,8 +23,8 @@ from palpate import _core
 from palpate.arm import Arm
 from palpate.arm import dvrk_gravity as dvrk
 from palpate.arm.coupling import coupling, drives
+from palpate.arrays import Array
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 #: Joints (from 0) that a bundle of cables crosses: along the arm, around the platform, through the gimbal.

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from palpate.arm import Arm
 from palpate.arm.gravity_model import GravityModel
+from palpate.arrays import Array
 from palpate.errors import RecordingError
 from palpate.identify import fit, forms, scores
 from palpate.identify.fit_gravity import Fitted, fit_poses
@@ -20,8 +21,6 @@ from palpate.identify.identifiability import Identifiability, identifiability, n
 from palpate.identify.pairs import Pairs, find_pairs
 from palpate.identify.recordings import Static, on_levels, read_static
 from palpate.identify.scores import Scores
-
-Array = NDArray[np.float64]
 
 _FEWEST = 12  # poses: fewer say nothing about ten base parameters, springs and friction
 _SILENT = 2e-4  # a joint whose torque varies less was not measured [N m]

@@ -5,14 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from palpate.arrays import Array
 from palpate.errors import RecordError, RecordingError
 from palpate.identify.hand import Grip
 from palpate.record.reader import Record
 from palpate.record.ticks import Ticks
-
-Array = NDArray[np.float64]
 
 COLUMNS = ("t_s", "x_m", "F_N")
 SHAKER = "u"

@@ -22,9 +22,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.arrays import Array
 from palpate.errors import RecordingError
 
-Array = NDArray[np.float64]
 Spectra = dict[str, NDArray[np.complex128]]
 
 SEGMENT = 4.0  # of a spectrum, half overlapping [s]

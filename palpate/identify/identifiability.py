@@ -12,9 +12,8 @@ from palpate import _core
 from palpate.arm import Arm
 from palpate.arm.coupling import coupling
 from palpate.arm.gravity_model import Region
+from palpate.arrays import Array
 from palpate.identify.fit_gravity import Fitted
-
-Array = NDArray[np.float64]
 
 _NOTHING = 1e-9  # of the largest singular value: a column that never moves a joint
 _WIDER = 0.05  # [rad]

@@ -15,9 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from palpate.arrays import Array
 from palpate.errors import MissingExtraError
-
-Array = NDArray[np.float64]
 
 _WIDTH = 0.02  # a link is at least so wide: radius of gyration added to a first guess [m]
 _LEAST = 0.02  # of the first guess, in every direction of the pseudo-inertia: away from the edge of what can exist

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import signal
 
+from palpate.arrays import Array
 from palpate.errors import RecordingError
 from palpate.identify.recordings import Moving
-
-Array = NDArray[np.float64]
 
 EDGE = 0.5  # of either end, where filters have seen too little [s]
 _STATE_BAND = 10.0  # of the states: far above the motion, below encoder noise [Hz]

@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from palpate.arrays import Array
 from palpate.identify.recordings import Static
-
-Array = NDArray[np.float64]
 
 _SAME_POSE = 0.03  # poses nearer than this pair a way up with a way down [rad]
 

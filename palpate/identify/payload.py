@@ -24,10 +24,9 @@ from scipy import signal, stats
 from palpate import _core
 from palpate.arm.dynamics import Dynamics
 from palpate.arm.observer import drive_inertia
+from palpate.arrays import Array
 from palpate.errors import RecordingError
 from palpate.identify.motion import Motion, lowpass
-
-Array = NDArray[np.float64]
 
 BANDWIDTH = 5.0  # of the observer on recordings [Hz]
 G = np.array([0.0, 0.0, -9.81])  # in the arm's base [m/s^2]

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.arm import Arm
+from palpate.arrays import Array
 from palpate.errors import RecordingError
-
-Array = NDArray[np.float64]
 
 _LEVELS = 10  # a grid has not more
 _OTHER_SIDE = {"mtm_left": "right", "mtm_right": "left"}

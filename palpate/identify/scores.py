@@ -11,12 +11,12 @@ from palpate import _core
 from palpate.arm import Arm
 from palpate.arm.coupling import coupling
 from palpate.arm.gravity_model import GravityModel, friction_torque
+from palpate.arrays import Array
 from palpate.identify import fit
 from palpate.identify.approach import directions, expected_directions
 from palpate.identify.fit_gravity import Fitted, beyond_drives, predicted
 from palpate.identify.recordings import Static
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 _FOLDS = 5

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.arm.gravity_model import Stop
+from palpate.arrays import Array
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 _ZONE = 0.03  # of the joint's range: so near to its end a joint may lean

@@ -19,13 +19,12 @@ from dataclasses import dataclass
 from typing import Literal, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from palpate.arrays import Array
 from palpate.operators.cohort import Person
 from palpate.operators.errand import Aim
 
-Array = NDArray[np.float64]
 _T = TypeVar("_T")
 
 STEP = 0.020

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.operators.errand import Errand
 from palpate.operators.operator import STEP, Operator
 from palpate.record.ticks import as_ticks
-
-Array = NDArray[np.float64]
 
 EVERY = 4
 """Rows of the cycle per row of a trial."""

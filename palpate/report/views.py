@@ -9,10 +9,10 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from palpate.arrays import Array
 from palpate.plotting.style import INK, MUTED, PROXY, SURFACE, TOOL, Canvas
 from palpate.report.run import Run
 
-Array = NDArray[np.float64]
 _LIGHT = np.array([-0.4, -0.5, 0.77])
 
 

@@ -6,15 +6,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from palpate.arm import Arm
+from palpate.arrays import Array
 from palpate.errors import SceneError
 from palpate.scene.hand import HandPlan
 from palpate.scene.scene import Scene
 from palpate.scene.surface import Surface
-
-Array = npt.NDArray[np.float64]
 
 _RCM_HEIGHT = 0.12  # of an automatic follower base above the surface: half of the instrument's travel is left [m]
 _LEADER_BESIDE = np.array([0.35, -0.15, 0.05])  # of an automatic leader handle, from the objects' box [m]

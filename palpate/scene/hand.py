@@ -6,13 +6,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from palpate.arrays import Array
 from palpate.errors import SceneError
 from palpate.scene.scene import Scene
 from palpate.scene.surface import Surface
-
-Array = npt.NDArray[np.float64]
 
 _DIRECTIONS = 6  # of slides, 60 degrees apart
 _SAMPLE = 0.01  # of a slide along the surface [s]

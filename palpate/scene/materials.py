@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.scene.model import ObjectSection
 from palpate.scene.tissue import RegionSection
-
-Array = npt.NDArray[np.float64]
 
 
 def material(thing: ObjectSection, region: RegionSection | None = None) -> _core.Material:

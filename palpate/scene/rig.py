@@ -6,19 +6,17 @@ import warnings
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import yaml
 
 from palpate import _core
 from palpate.arm.gravity_model import GravityModel
+from palpate.arrays import Array
 from palpate.errors import PalpateWarning, RecordingError, SceneError
 from palpate.guidance.here import Here
 from palpate.hands import PRESETS
 from palpate.scene import arms, force_source, gains, guidance, hand, surface, tool
 from palpate.scene.scene import Scene
 from palpate.surfaces import DistanceGrid
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -6,15 +6,13 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from palpate import _core, surfaces
+from palpate.arrays import Array
 from palpate.errors import SceneError
 from palpate.mesh import Mesh
 from palpate.scene import materials
 from palpate.scene.scene import Scene
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

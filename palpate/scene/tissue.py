@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, model_validator
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
+from palpate.arrays import Array
 from palpate.values import Diagonal, NotNegative, Number, Positive, Section, Vector
-
-Array = npt.NDArray[np.float64]
 
 
 class RegionSection(Section):

@@ -8,15 +8,13 @@ from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import Field
 
 from palpate import _core
 from palpate.arm import Arm
+from palpate.arrays import Array
 from palpate.errors import SceneError
 from palpate.values import Positive, Section, Vector
-
-Array = npt.NDArray[np.float64]
 
 TIP = "tip"
 

@@ -7,13 +7,11 @@ The frame of an organ is that of a patient lying on the back: x to the patient's
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate import cache
+from palpate.arrays import Array
 from palpate.shapes import surface_nets
 from palpate.shapes.surface_nets import Field, Triangles, Vertices, extract, refine, triangle_count
-
-Array = NDArray[np.float64]
 
 MM = 1e-3
 COARSEST, FINEST_EXTRACTION = 2000, 60_000  # triangles

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from palpate.arrays import Array
 from palpate.shapes.analytic import Shape
-
-Array = NDArray[np.float64]
 
 RATE = 1000.0  # [Hz]
 APPROACH, PRESS, SLIDE, LEAVE = 2000, 1000, 14_000, 3000  # samples

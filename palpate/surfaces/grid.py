@@ -14,8 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.errors import PalpateWarning, SurfaceError
-from palpate.surfaces.surface import Array, Surface, Triangles, length, nets, three
+from palpate.surfaces.surface import Surface, Triangles, length, nets, three
 
 if TYPE_CHECKING:
     from palpate.mesh import Mesh, Unit

@@ -8,8 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.errors import SurfaceError
-from palpate.surfaces.surface import Array, Surface, Triangles, three
+from palpate.surfaces.surface import Surface, Triangles, three
 
 
 class ImplicitSurface(Surface):

@@ -10,10 +10,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from palpate.arrays import Array
 from palpate.errors import SurfaceError
 from palpate.mesh.check import UNITS
-
-Array = npt.NDArray[np.float64]
 
 _TYPES = {"float": "f4", "double": "f8", "short": "i2", "int16": "i2", "int": "i4", "int32": "i4"}
 _VECTOR = re.compile(r"\(([^)]*)\)")

@@ -6,7 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate import _core
-from palpate.surfaces.surface import Array, Surface, Triangles, length, three
+from palpate.arrays import Array
+from palpate.surfaces.surface import Surface, Triangles, length, three
 
 
 class Plane(Surface):

@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.errors import SurfaceError
 
-Array = npt.NDArray[np.float64]
 Triangles = npt.NDArray[np.int32]
 
 #: Cells along the longest side of what is drawn of a surface that has no drawing of its own.

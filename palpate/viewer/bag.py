@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from palpate.arm import Arm as Mechanism
+from palpate.arrays import Array
 from palpate.errors import PalpateError, RecordError
 from palpate.record.bags.bag import Bag
 from palpate.record.bags.tracks import Arm, Track
@@ -17,8 +17,6 @@ from palpate.scene.rig import build
 from palpate.scene.scene import Scene
 from palpate.viewer.stage import ArmPlace, Stage
 from palpate.viewer.staging import stage_of
-
-Array = NDArray[np.float64]
 
 MOST_RATE = 1000.0
 """A replay has no more ticks a second [Hz]."""

@@ -6,14 +6,12 @@ import threading
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 
+from palpate.arrays import Array
 from palpate.record.ticks import Ticks
 from palpate.viewer.controls import set_value
 from palpate.viewer.source import Source
 from palpate.viewer.stage import Stage
-
-Array = NDArray[np.float64]
 
 REACH = 0.12
 """The ball moves the hand no further than this from its path, along each axis [m]."""

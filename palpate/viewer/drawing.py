@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 from viser.transforms import SE3
 
 from palpate.arm.shapes import Visual
+from palpate.arrays import Array
 from palpate.record.ticks import Ticks
 from palpate.viewer.fixtures import FixtureDrawing
 from palpate.viewer.organs import OrganDrawing
 from palpate.viewer.stage import ArmPlace, Stage, Thing
 from palpate.viewer.tool import ToolDrawing
 
-Array = NDArray[np.float64]
 Color = tuple[int, int, int]
 
 RED: Color = (200, 0, 0)

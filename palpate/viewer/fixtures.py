@@ -6,14 +6,12 @@ from typing import Any
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 from viser.transforms import SE3, SO3
 
+from palpate.arrays import Array
 from palpate.guidance.steered import SteeredFixtures
 from palpate.record.ticks import Ticks
 from palpate.viewer.stage import FixtureMark
-
-Array = NDArray[np.float64]
 
 ALLOWED, FORBIDDEN = (42, 157, 92), (200, 55, 45)
 SOLID, MARGIN, OFF = 0.35, 0.15, 0.06

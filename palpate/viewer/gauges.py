@@ -7,7 +7,6 @@ from collections.abc import Callable
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 from viser import uplot
 
 from palpate.record.ticks import Ticks
@@ -15,8 +14,6 @@ from palpate.viewer.drawing import DEFLECTION_SCALE, FORCE_SCALE, Arrow, Drawing
 from palpate.viewer.fixtures import in_words as guided_in_words
 from palpate.viewer.stage import Stage
 from palpate.viewer.words import in_words
-
-Array = NDArray[np.float64]
 
 WINDOW = 10.0
 """Span of the plots [s]."""

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 from viser.transforms import SE3
 
 from palpate.viewer.stage import RegionMark, Thing
 
-Array = NDArray[np.float64]
 Color = tuple[int, int, int]
 
 TINT: Color = (222, 178, 62)

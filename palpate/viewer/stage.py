@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.arm import Arm
+from palpate.arrays import Array
 from palpate.record.ticks import Ticks
 from palpate.scene.tool import LinkSphere
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.certificate import certify_all
 from palpate.errors import PalpateError, RecordError
 from palpate.guidance.fixture import Fixture
@@ -21,7 +22,6 @@ from palpate.scene.surface import Surface
 from palpate.session.recorded import recorded_scene
 from palpate.viewer.stage import ArmPlace, FixtureMark, RegionMark, Stage, Thing
 
-Array = NDArray[np.float64]
 Triangles = NDArray[np.int32]
 
 MOST_TRIANGLES = 150_000

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 
+from palpate.arrays import Array
 from palpate.record.ticks import SIGNALS, Ticks
 from palpate.viewer.stage import Stage
-
-Array = NDArray[np.float64]
 
 SMALL = 0.004
 """A tool sphere up to this radius is drawn solid [m]."""

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 
+from palpate.arrays import Array
 from palpate.viewer.controls import set_value
 from palpate.viewer.drawing import Drawing
 from palpate.viewer.stage import Stage
 
-Array = NDArray[np.float64]
 View = tuple[Array, Array]
 """Position of the eye and what it looks at, (3,) each [m]."""
 

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from palpate.arrays import Array
 
 #: What Eq 20 does at a concave edge that leans back over the tool.
 OVERHANG = "sharp concave edge: the normal points into the wall"

@@ -13,9 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from palpate.arrays import Array
 from palpate.surfaces import ImplicitSurface
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-Array = NDArray[np.float64]
+from palpate.arrays import Array
+
 WORLD = "palpate_world"
 """Name of the frame W of the scene."""
 

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from palpate.arm import Arm
+from palpate.arrays import Array
 from palpate.record.ticks import Ticks
-from palpate.ros.around.convert import WORLD, Array, latched, pose, transform
+from palpate.ros.around.convert import WORLD, latched, pose, transform
 
 if TYPE_CHECKING:
     from palpate.ros.haptics import HapticSession

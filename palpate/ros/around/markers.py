@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from palpate.arrays import Array
 from palpate.record.ticks import Ticks
-from palpate.ros.around.convert import WORLD, Array, latched, point, pose, vector
+from palpate.ros.around.convert import WORLD, latched, point, pose, vector
 from palpate.viewer.staging import drawable
 
 if TYPE_CHECKING:
