@@ -1,4 +1,4 @@
-"""The command line: `palpate COMMAND`, the commands are in `commands.py`. Parts load when they are used."""
+"""The command line: `palpate COMMAND`. Each command is a file of this folder, and is imported when it runs."""
 
 from __future__ import annotations
 
@@ -8,9 +8,22 @@ import sys
 import warnings
 from typing import Any
 
+from palpate.console import INTERRUPTED, MISTAKE
 from palpate.errors import PalpateError, PalpateWarning
 
-MISTAKE, INTERRUPTED = 2, 130  # exit codes: the user can mend it; Ctrl-C
+#: Shown first by `palpate --help`, in this order; the other commands follow by name.
+FIRST = (
+    "run", "replay", "report", "check", "certify", "study", "calibrate", "bench", "fuzz", "soak", "ros", "path", "grid",
+    "schema",
+)  # fmt: skip
+
+_DESCRIPTION = """\
+Feel virtual and scanned anatomy through a surgical robot's master arm.
+
+examples:
+  palpate run scenes/palpation.yaml
+  palpate check my_organ.stl
+  palpate run --help"""
 
 
 def main(args: list[str] | None = None) -> int:
@@ -27,9 +40,9 @@ def main(args: list[str] | None = None) -> int:
     if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # a terminal or a connection was closed; nohup ignores it
         signal.signal(signal.SIGHUP, _terminated)
     try:
-        from palpate.cli.commands import dispatch
+        from palpate.cli._folder import dispatch
 
-        return dispatch(args)
+        return dispatch(sys.modules[__name__], "palpate", _DESCRIPTION, args)
     except PalpateError as error:
         print(_paint(f"error: {error}", 31), file=sys.stderr)
         return MISTAKE

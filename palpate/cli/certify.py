@@ -2,74 +2,106 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-from rich.markup import escape
-from rich.table import Table
+from tyro.conf import Positional, arg
 
-from palpate.certificate.entry import Entry, entries, stiffness
-from palpate.certificate.guidance import moves
-from palpate.certificate.scene import Touched, touched, worst_of
-from palpate.certificate.words import number
-from palpate.cli.output import console_for, require_writable, say, write_json
-from palpate.scene import Scene
-from palpate.scene.rig import Rig, build
+from palpate.console.output import console_for, require_writable, say, write_json
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from palpate.certificate import Certificate
-    from palpate.cli.commands import Certify
+    from palpate.certificate.entry import Entry
+    from palpate.certificate.scene import Touched
+    from palpate.scene import Scene
+    from palpate.scene.rig import Rig
 
 _COLOURS = {"stable": "green", "marginal": "yellow", "unstable": "red"}
 
 
-def certify(o: Certify) -> int:
-    """Tell which of a scene's objects are stable, and by how much; returns the exit code."""
-    from palpate.certificate import certify_all
+@dataclass
+class Command:
+    """Say before a run which stiffness is stable with a scene's arms, loop and hand, and why.
 
-    console = console_for(o.json)
-    for file in (o.json, o.figure):
-        require_writable(file)
-    scene = Scene.load(o.scene)
-    rig = build(scene)
-    things = touched(rig)
-    found = certify_all(scene, rig=rig)
-    console.print(_table(things, found))
-    worst = worst_of(found)
-    hands = ", ".join(f"{name} {number(k)}" for name, k in worst.hands.items())
-    say(console, worst.reason, f"{worst.name}:", f"bold {_COLOURS[worst.verdict or 'stable']}")
-    say(console, f"stable below {hands} N/m", "with other hands:", "bold")
-    pressed, force_scale = _entries(rig), rig.options().mapping.force_scale
-    for name, K, presses in pressed:
-        told = ", ".join(f"{e.measured_mm:.3g} mm at {e.force_N:g} N (K says {e.certified_mm:.3g})" for e in presses)
-        told += f"; {stiffness(presses, force_scale):.4g} N/m measured"
-        say(console, f"{told}, simulated", f"entry into {name}, {K:g} N/m:", "bold")
-    if o.figure is not None:
-        _draw(scene, things, found, o.figure)
-        say(console, str(o.figure), "picture")
-    rows = [
-        {
-            "name": name,
-            "K_N_per_m": K,
-            "measured_N_per_m": stiffness(presses, force_scale),
-            "entries": [asdict(e) for e in presses],
-        }
-        for name, K, presses in pressed
-    ]
-    objects = [{"name": one.name, **one.to_json()} for one in found]
-    write_json(o.json, {**worst.to_json(), "objects": objects, "fixtures": rows})
-    return 0
+    examples:
+      palpate certify scenes/palpation.yaml
+      palpate certify my.yaml --json certificate.json --figure certificate.png
+
+    The stability boundary is exact for small motions: sampling, delay, the follower's servo and every filter are in it
+    (docs/certificate.md).
+    """
+
+    scene: Positional[Path]
+    """Scene file (YAML)."""
+    figure: Annotated[Path | None, arg(metavar="FILE.png")] = None
+    """Draw the boundary in the plane of damping and stiffness."""
+    json: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write the certificate as JSON (docs/json.md); - for the standard output."""
+
+    def __call__(self) -> int:
+        """Say which of the scene's objects are stable, and by how much; returns the exit code."""
+        from palpate.certificate import certify_all
+        from palpate.certificate.entry import stiffness
+        from palpate.certificate.scene import touched, worst_of
+        from palpate.certificate.words import number
+        from palpate.scene import Scene
+        from palpate.scene.rig import build
+
+        console = console_for(self.json)
+        for file in (self.json, self.figure):
+            require_writable(file)
+        scene = Scene.load(self.scene)
+        rig = build(scene)
+        things = touched(rig)
+        found = certify_all(scene, rig=rig)
+        console.print(_table(things, found))
+        worst = worst_of(found)
+        hands = ", ".join(f"{name} {number(k)}" for name, k in worst.hands.items())
+        say(console, worst.reason, f"{worst.name}:", f"bold {_COLOURS[worst.verdict or 'stable']}")
+        say(console, f"stable below {hands} N/m", "with other hands:", "bold")
+        pressed, force_scale = _entries(rig), rig.options().mapping.force_scale
+        for name, K, presses in pressed:
+            told = ", ".join(
+                f"{e.measured_mm:.3g} mm at {e.force_N:g} N (K says {e.certified_mm:.3g})" for e in presses
+            )
+            told += f"; {stiffness(presses, force_scale):.4g} N/m measured"
+            say(console, f"{told}, simulated", f"entry into {name}, {K:g} N/m:", "bold")
+        if self.figure is not None:
+            _draw(scene, things, found, self.figure)
+            say(console, str(self.figure), "picture")
+        rows = [
+            {
+                "name": name,
+                "K_N_per_m": K,
+                "measured_N_per_m": stiffness(presses, force_scale),
+                "entries": [asdict(e) for e in presses],
+            }
+            for name, K, presses in pressed
+        ]
+        objects = [{"name": one.name, **one.to_json()} for one in found]
+        write_json(self.json, {**worst.to_json(), "objects": objects, "fixtures": rows})
+        return 0
 
 
 def _entries(rig: Rig) -> list[tuple[str, float, list[Entry]]]:
     """Of each soft fixture that has a stiffness: name, stiffness with its authority, presses."""
+    from palpate.certificate.entry import entries
+    from palpate.certificate.guidance import moves
+
     soft = [f for f in rig.fixtures.list() if moves(f) and not f.policy.hard and f.stiffness > 0.0]
     each = [(f.name, f.policy.authority * f.stiffness, f.policy.authority * f.damping) for f in soft]
     return [(name, K, entries(rig, K, B)) for name, K, B in each]
 
 
 def _table(things: list[Touched], found: list[Certificate]) -> Table:
+    from rich.markup import escape
+    from rich.table import Table
+
+    from palpate.certificate.words import number
+
     out = Table(box=None, pad_edge=False, title="stiffness on the tool's side", title_justify="left")
     for column in (
         "object",
@@ -90,6 +122,7 @@ def _table(things: list[Touched], found: list[Certificate]) -> Table:
 
 def _draw(scene: Scene, things: list[Touched], found: list[Certificate], path: Path) -> None:
     from palpate.certificate.figure import Point, draw
+    from palpate.certificate.scene import worst_of
 
     points = [
         Point(thing.name, one.B, thing.K, one.verdict or "stable") for thing, one in zip(things, found, strict=True)

@@ -3,95 +3,95 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Annotated
 
-from rich.console import Console
+from tyro.conf import Positional, arg
 
-from palpate.certificate.scene import warn_outside
-from palpate.cli import INTERRUPTED
-from palpate.cli.output import console_for, require_writable, say, write_json
-from palpate.cli.progress import Progress
-from palpate.cli.view import require_viewer, serve
-from palpate.errors import MissingExtraError, PalpateError
-from palpate.scene import Scene
-from palpate.session import Session
-from palpate.session.summary import Summary
-
-if TYPE_CHECKING:
-    from palpate.cli.commands import Run
+from palpate.console import INTERRUPTED, PORT
+from palpate.errors import PalpateError
 
 
-def run(o: Run) -> int:
-    """Run a scene, tell about it, serve the viewer if wanted; returns the exit code."""
-    from palpate.report.summary import summary_table
+@dataclass
+class Command:
+    """Run a scene: the simulated hand palpates, the run is recorded and summed up.
 
-    _refuse_contradictions(o)
-    console = console_for(o.json)
-    viewer = o.serve or (not o.headless and sys.stdout.isatty() and sys.stdin.isatty())
-    if viewer:
-        require_viewer()
-    require_writable(o.json)
-    scene = Scene.load(o.scene)
-    session = Session(scene, out=o.out or Path(scene.record.folder), seed=o.seed)
-    warn_outside(session.rig)
-    duration = scene.duration if o.duration is None else o.duration
-    realtime = o.realtime or (viewer and not o.fast)
-    mode = "real time" if realtime else "lockstep, as fast as it goes"
-    with Progress(console, duration, mode) as progress:
-        summary = session.run(duration, realtime=realtime, on_progress=progress)
-    summary = with_report(summary, scene)
-    console.print(summary_table(summary))
-    tell(console, summary, scene.record.report)
-    write_json(o.json, summary.to_json())
-    if summary.interrupted:
-        return INTERRUPTED
-    if viewer:
-        session.recording = False
-        serve(session, o.port, console)
-    return 0
+    examples:
+      palpate run scenes/palpation.yaml
+      palpate run scenes/liver.yaml --headless --duration 5 --json run.json
+      palpate run my.yaml --realtime --seed 7 --out /data/runs
 
+    With a terminal it runs in real time and then serves the 3-D viewer until Ctrl-C; without one, or with
+    --headless, it runs as fast as the machine can and ends by itself. Ctrl-C stops at any moment: the record is
+    closed, the summary is printed, the exit code is 130.
+    """
 
-def _refuse_contradictions(o: Run) -> None:
-    if o.realtime and o.fast:
-        raise PalpateError("--realtime and --fast contradict each other", mend="give one of them, or none")
-    if o.serve and o.headless:
-        raise PalpateError("--serve and --headless contradict each other", mend="give one of them, or none")
-    if o.duration is not None and not 0.0 < o.duration < 1e7:
-        raise PalpateError(f"--duration {o.duration:g}: must be above 0 s", mend="give seconds, e.g. --duration 20")
-    if o.seed is not None and not 0 <= o.seed < 2**64:
-        raise PalpateError(f"--seed {o.seed}: must be a whole number from 0", mend="give e.g. --seed 1")
+    scene: Positional[Path]
+    """Scene file (YAML)."""
+    headless: bool = False
+    """No viewer, even with a terminal; lockstep unless --realtime is given."""
+    duration: Annotated[float | None, arg(metavar="SECONDS")] = None
+    """Simulated time [s]; the scene's when left out."""
+    realtime: bool = False
+    """At the pace of the clock, in a real-time thread."""
+    fast: bool = False
+    """Lockstep, as fast as the machine can: the same scene and seed give the same record, byte for byte."""
+    seed: int | None = None
+    """Instead of the scene's seed [-]."""
+    out: Annotated[Path | None, arg(metavar="DIR")] = None
+    """Folder for records and reports; the scene's record.folder when left out."""
+    json: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write the summary as JSON (docs/json.md); - writes it to the standard output, everything else to stderr."""
+    serve: bool = False
+    """Serve the viewer after the run even without a terminal."""
+    port: int = PORT
+    """Of the viewer, on 127.0.0.1; the next free one when it is taken."""
 
+    def __call__(self) -> int:
+        """Run the scene, say how it went, serve the viewer if wanted; returns the exit code."""
+        from palpate.certificate.scene import warn_outside
+        from palpate.console import outcome
+        from palpate.console.output import console_for, require_writable, write_json
+        from palpate.console.progress import Progress
+        from palpate.console.view import require_viewer, serve
+        from palpate.report.summary import summary_table
+        from palpate.scene import Scene
+        from palpate.session import Session
 
-def with_report(summary: Summary, scene: Scene) -> Summary:
-    """The report beside the record; a report that cannot be made is told and costs nothing else."""
-    if not scene.record.report or summary.record is None:
-        return summary
-    try:
-        from palpate.report import write_report
+        self._refuse_contradictions()
+        console = console_for(self.json)
+        viewer = self.serve or (not self.headless and sys.stdout.isatty() and sys.stdin.isatty())
+        if viewer:
+            require_viewer()
+        require_writable(self.json)
+        scene = Scene.load(self.scene)
+        session = Session(scene, out=self.out or Path(scene.record.folder), seed=self.seed)
+        warn_outside(session.rig)
+        duration = scene.duration if self.duration is None else self.duration
+        realtime = self.realtime or (viewer and not self.fast)
+        mode = "real time" if realtime else "lockstep, as fast as it goes"
+        with Progress(console, duration, mode) as progress:
+            summary = session.run(duration, realtime=realtime, on_progress=progress)
+        summary = outcome.with_report(summary, scene)
+        console.print(summary_table(summary))
+        outcome.tell(console, summary, scene.record.report)
+        write_json(self.json, summary.to_json())
+        if summary.interrupted:
+            return INTERRUPTED
+        if viewer:
+            session.recording = False
+            serve(session, self.port, console)
+        return 0
 
-        return replace(summary, report=str(write_report(Path(summary.record))))
-    except MissingExtraError as error:
-        print(f"no report: {error}", file=sys.stderr)
-        return summary
-    except (PalpateError, OSError) as error:
-        return replace(summary, faults=(*summary.faults, f"no report: {error}"))
-    except KeyboardInterrupt:
-        return replace(summary, interrupted=True)
-
-
-def tell(console: Console, summary: Summary, report_wanted: bool) -> None:
-    """How it went, beside the table."""
-    if summary.interrupted:
-        say(console, "stopped by Ctrl-C; everything up to here is kept")
-    if summary.scheduler:
-        say(console, f"scheduling: {summary.scheduler}")
-    for fault in summary.faults:
-        say(console, fault, "fault:", "red")
-    if summary.record is not None:
-        say(console, f"record: {summary.record}")
-    if summary.report is not None:
-        say(console, f"report: {summary.report}")
-    elif summary.interrupted and report_wanted and summary.record is not None:
-        say(console, f"report: not written; palpate report {summary.record} does it")
+    def _refuse_contradictions(self) -> None:
+        if self.realtime and self.fast:
+            raise PalpateError("--realtime and --fast contradict each other", mend="give one of them, or none")
+        if self.serve and self.headless:
+            raise PalpateError("--serve and --headless contradict each other", mend="give one of them, or none")
+        if self.duration is not None and not 0.0 < self.duration < 1e7:
+            raise PalpateError(
+                f"--duration {self.duration:g}: must be above 0 s", mend="give seconds, e.g. --duration 20"
+            )
+        if self.seed is not None and not 0 <= self.seed < 2**64:
+            raise PalpateError(f"--seed {self.seed}: must be a whole number from 0", mend="give e.g. --seed 1")

@@ -2,31 +2,60 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
 
-from palpate.cli.output import console_for, require_writable, say, write_json
+from tyro.conf import Positional, arg
+
+from palpate.console.output import console_for, require_writable, say, write_json
 from palpate.errors import PalpateError
-from palpate.verify.soak import Soak, run, table
+
+if TYPE_CHECKING:
+    from palpate.verify.soak import Soak
 
 LINES = 50  # of progress, over the whole run
 
 
-def soak(passes: int, method: str, seed: int, json: Path | None) -> int:
-    """Poke, print the count, write the JSON contract. Returns 1 when a pass went through."""
-    console = console_for(json)
-    require_writable(json)
-    told = 0
+@dataclass
+class Command:
+    """Millions of short random pokes at random meshes: no tool may pop through a surface.
 
-    def progress(so_far: Soak) -> None:
-        nonlocal told
-        if so_far.passes * LINES >= told * passes:
-            told += 1
-            say(console, f"{so_far.passes:,} passes, {so_far.popped:,} popped through, {so_far.seconds:.0f} s")
+    examples:
+      palpate soak contact
+      palpate soak contact --passes 100000 --seed 7
+      palpate soak contact --passes 2000 --method penalty
+    """
 
-    try:
-        done = run(passes, method, seed, progress)
-    except ValueError as error:
-        raise PalpateError(str(error)) from error
-    console.print(table(done))
-    write_json(json, done.as_json())
-    return 1 if done.popped else 0
+    what: Positional[Literal["contact"]]
+    """contact: the proxy's way judged triangle by triangle."""
+    passes: int = 10_000_000
+    """Pokes of about 60 ticks each [-]."""
+    method: str = "proxy"
+    """Contact method; `penalty` shows what a method without memory does."""
+    seed: int = 1
+    """The same seed gives the same meshes and passes [-]."""
+    json: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write the count as JSON (docs/json.md); - for the standard output."""
+
+    def __call__(self) -> int:
+        """Poke, print the count, write the JSON contract. Returns 1 when a pass went through."""
+        from palpate.verify.soak import run, table
+
+        console = console_for(self.json)
+        require_writable(self.json)
+        lines = 0
+
+        def progress(so_far: Soak) -> None:
+            nonlocal lines
+            if so_far.passes * LINES >= lines * self.passes:
+                lines += 1
+                say(console, f"{so_far.passes:,} passes, {so_far.popped:,} popped through, {so_far.seconds:.0f} s")
+
+        try:
+            done = run(self.passes, self.method, self.seed, progress)
+        except ValueError as error:
+            raise PalpateError(str(error)) from error
+        console.print(table(done))
+        write_json(self.json, done.as_json())
+        return 1 if done.popped else 0

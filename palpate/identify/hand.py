@@ -18,6 +18,7 @@ lags. Without u, x itself stands in for it, and that is told.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -229,3 +230,22 @@ def _warn(found: HandFit, explained: float, grip: Grip) -> tuple[str, ...]:
             f"a mass with spring and damper explains {100 * explained:.0f} % only: the grip changed, or it slid"
         )
     return tuple(words)
+
+
+def to_json(grip: Grip, found: HandFit) -> dict[str, Any]:
+    """The figures of a fit, as docs/json.md describes them."""
+    names = ("mass_kg", "damping_N_s_per_m", "stiffness_N_per_m")
+    values = {name: float(x) for name, x in zip(names, found.value, strict=True)}
+    intervals = {f"{name}_95": [float(x) for x in row] for name, row in zip(names, found.interval, strict=True)}
+    return {
+        **values,
+        **intervals,
+        "resonance_Hz": found.resonance,
+        "lines": len(found.f),
+        "band_Hz": [float(found.f.min()), float(found.f.max())],
+        "coherence": float(found.coherence.mean()),
+        "explained": found.explained,
+        "direction": list(grip.direction) if grip.direction else None,
+        "seconds": found.seconds,
+        "warnings": list(found.warnings),
+    }

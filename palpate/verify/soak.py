@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from rich.table import Table
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.shapes.analytic import MM, Box, Groove, Sphere, Torus, WavySheet
 
-Array = NDArray[np.float64]
 Triangles = NDArray[np.int32]
 
 PASSES = 10_000_000

@@ -10,7 +10,7 @@ from palpate.certificate import certify_all
 from palpate.certificate.scene import touched, warn_outside
 from palpate.errors import PalpateError, PalpateWarning
 from palpate.scene.rig import build
-from palpate.studies import certificate_arms
+from palpate.studies.certificate import arms as certificate_arms
 from palpate.viewer.staging import stable_below
 
 SCENE = """

@@ -12,7 +12,7 @@ import json_contract
 import pytest
 
 from palpate import __version__
-from palpate.cli.view import free_port
+from palpate.console.view import free_port
 from palpate.errors import PortError
 from palpate.record import Record
 from palpate.session.summary import summarise

@@ -10,7 +10,7 @@ from palpate import _core
 from palpate.contact import touchable
 from palpate.shapes.analytic import SHAPES
 from palpate.shapes.paths import tool_path
-from palpate.studies import radius as study
+from palpate.studies.radius import work as study
 from palpate.verify.bench.contact import RADIUS, STIFFNESS
 
 

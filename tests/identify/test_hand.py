@@ -9,10 +9,9 @@ import pytest
 import yaml
 
 from palpate import hands
-from palpate.cli.hand import to_json
 from palpate.errors import RecordingError
 from palpate.identify import grip_recording
-from palpate.identify.hand import Grip, fit
+from palpate.identify.hand import Grip, fit, to_json
 from palpate.record.ticks import as_ticks
 from palpate.scene import Scene, rig
 

@@ -90,7 +90,7 @@ def test_what_catches_in_one_recording_widens_the_interval_and_bends_the_estimat
 
 @pytest.mark.skipif(not DATA.is_dir(), reason=f"no recordings in {DATA} (set PALPATE_DATA)")
 def test_the_weight_on_the_real_arm():
-    from palpate.studies.force import weight
+    from palpate.studies.force.work import weight
 
     load = weight(DATA)
     assert load.mass == pytest.approx(0.105, rel=0.15)

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import dataclass, field
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -9,15 +10,16 @@ import sweep_points
 from rich.table import Table
 from scipy.io import netcdf_file
 
+from palpate.cli._folder import entries
 from palpate.errors import JournalError, MissingExtraError, OutputError
-from palpate.studies import command, commands
+from palpate.studies import _command as command
 from palpate.sweep import Axis
 
 GRID = {"k": Axis([1, 3], "mm", "a length")}
 
 
 @dataclass
-class Study(command.SweepCommand):
+class Study(command.SweepStudy):
     """Two points."""
 
     seed: int = 4
@@ -83,8 +85,11 @@ def test_what_is_missing_is_told_before_the_work(here, monkeypatch):
 
 def test_every_study_is_such_a_command_and_is_on_the_page():
     page = (Path(__file__).resolve().parents[2] / "docs" / "studies.md").read_text()
-    for name, study in commands().items():
-        assert issubclass(study, command.Command)
+    found = entries("palpate.studies")
+    assert len(found) >= 12
+    for name, entry in found.items():
+        study = import_module(entry.module).Command
+        assert issubclass(study, command.Study)
         assert study().name == name
         assert f"  palpate study {name}" in study.__doc__
         assert f"| `{name}` |" in page

@@ -5,7 +5,8 @@ import json
 import json_contract
 import pytest
 
-from palpate.studies.geometry import Study, run
+from palpate.studies.geometry.command import Command
+from palpate.studies.geometry.work import run
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +36,7 @@ def test_noise_and_the_rule_of_eq_20(result):
 
 
 def test_the_command_writes_pictures_and_the_documented_keys(tmp_path, capsys):
-    assert Study(json=tmp_path / "g.json", figures=tmp_path / "figures")() == 0
+    assert Command(json=tmp_path / "g.json", figures=tmp_path / "figures")() == 0
     told = json.loads((tmp_path / "g.json").read_text())
     assert set(told) == json_contract.keys("study geometry")
     assert {key for rows in told.values() for key in rows[0]} == json_contract.keys_of(

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from json_contract import keys, keys_of
 
-from palpate.studies import certificate as study
-from palpate.studies import certificate_figure
-from palpate.studies.certificate_arms import table as arms_table
+from palpate.studies.certificate import figures
+from palpate.studies.certificate import work as study
+from palpate.studies.certificate.arms import table as arms_table
 
 
 @pytest.fixture(scope="module")
@@ -38,4 +38,4 @@ def test_keys_table_and_picture(rows, tmp_path):
             "error": 0.0, "frequency_Hz": 8.0, "certified_broken": 0.0}  # fmt: skip
     assert set(wall) == keys_of("study certificate", "A row of `arms`:")
     assert arms_table([wall]).row_count == 1
-    assert certificate_figure.draw(rows, tmp_path).stat().st_size > 10_000
+    assert figures.draw(rows, tmp_path).stat().st_size > 10_000

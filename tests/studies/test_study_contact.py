@@ -10,8 +10,8 @@ from rich.console import Console
 
 from palpate import _core
 from palpate.shapes.analytic import SHAPES
-from palpate.studies import contact
-from palpate.studies.contact_figures import draw
+from palpate.studies.contact import work as contact
+from palpate.studies.contact.figures import draw
 from palpate.sweep import sweep
 
 

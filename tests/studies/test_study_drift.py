@@ -9,7 +9,9 @@ import pytest
 
 from palpate import Arm, _core
 from palpate.errors import RecordingError
-from palpate.studies import drift, drift_plant
+from palpate.studies.drift import plant as drift_plant
+from palpate.studies.drift import work as drift
+from palpate.studies.drift.command import Command
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "identify"))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -71,7 +73,7 @@ def test_samples_of_the_plant_are_its_torques_with_friction_and_noise():
 def test_study_tells_every_form_on_every_plant(tmp_path, capsys):
     synthetic.write(tmp_path / "poses.csv", synthetic.recording(60, 1))
     files = {"json": tmp_path / "d.json", "figures": tmp_path / "figures"}
-    drift.Study(recordings=(tmp_path / "poses.csv",), arm="mtmr", releases=2, **files)()
+    Command(recordings=(tmp_path / "poses.csv",), arm="mtmr", releases=2, **files)()
     told = json.loads((tmp_path / "d.json").read_text())
     assert told["simulated"] is True
     assert set(told) | set(told["arms"][0]) | set(told["rows"][0]) == json_contract.keys("study drift")
@@ -98,6 +100,6 @@ def test_mistakes_are_told(monkeypatch, tmp_path):
     with pytest.raises(RecordingError, match="no recordings to make a plant from"):
         drift.real_arms("mtmr")
     with pytest.raises(RecordingError, match="add --arm mtml or --arm mtmr"):
-        drift.Study(recordings=(tmp_path / "a.csv",), figures=tmp_path)()
+        Command(recordings=(tmp_path / "a.csv",), figures=tmp_path)()
     with pytest.raises(RecordingError, match="0 releases"):
-        drift.Study(releases=0, figures=tmp_path)()
+        Command(releases=0, figures=tmp_path)()

@@ -6,8 +6,8 @@ import pytest
 
 from palpate.plotting.style import png
 from palpate.shapes.analytic import SHAPES
-from palpate.studies import figure12
-from palpate.studies.figure12_drawing import draw
+from palpate.studies.figure12 import work as figure12
+from palpate.studies.figure12.figures import draw
 
 
 @pytest.fixture(scope="module")

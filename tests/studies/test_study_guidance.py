@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from palpate.operators import Trial
-from palpate.studies import guidance, guidance_effects
-from palpate.studies.guidance_conformance import entered, entry_words
-from palpate.studies.guidance_cues import cued
-from palpate.studies.guidance_tasks import TASKS, distance, sleeve
-from palpate.studies.guidance_words import tables
-from palpate.studies.guidance_yields import yielding
+from palpate.studies.guidance import effects as guidance_effects
+from palpate.studies.guidance import work as guidance
+from palpate.studies.guidance.conformance import entered, entry_words
+from palpate.studies.guidance.cues import cued
+from palpate.studies.guidance.tasks import TASKS, distance, sleeve
+from palpate.studies.guidance.words import tables
+from palpate.studies.guidance.yields import yielding
 from palpate.sweep import sweep
 from palpate.verify.conformance import entry
 

@@ -6,8 +6,8 @@ import json_contract
 import numpy as np
 import pytest
 
-from palpate.studies import laws
-from palpate.studies.laws_figures import draw, handle_mass
+from palpate.studies.laws import work as laws
+from palpate.studies.laws.figures import draw, handle_mass
 from palpate.sweep.grid import Grid
 
 KEYS = {

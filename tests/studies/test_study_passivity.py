@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from palpate import _core
-from palpate.studies import passivity
+from palpate.studies.passivity import work as passivity
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,8 @@ from functools import partial
 import json_contract
 import numpy as np
 
-from palpate.studies import radius
-from palpate.studies.radius_figure import draw
+from palpate.studies.radius import work as radius
+from palpate.studies.radius.figures import draw
 from palpate.sweep import sweep
 
 

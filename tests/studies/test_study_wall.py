@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from palpate.scene import Scene, rig
-from palpate.studies import wall, wall_figures, wall_fit
-from palpate.studies.wall_bench import WALL, Press, Setting, Trace, judge, press, scene_file
+from palpate.studies.wall import command, figures, fit
+from palpate.studies.wall import work as wall
+from palpate.studies.wall.bench import WALL, Press, Setting, Trace, judge, press, scene_file
 from palpate.sweep import sweep
 
 HAND = Press.fitted()
@@ -100,7 +101,7 @@ def test_the_fit_prefers_the_scene_s_hand_to_its_neighbours():
     """The scene's hand is as good as the search needs: rows of a third less delay, or a softer push, are worse."""
 
     def of(hand):
-        return wall_fit.loss([judge(press(Setting(kd), hand)) for kd in wall.KDS])
+        return fit.loss([judge(press(Setting(kd), hand)) for kd in wall.KDS])
 
     here = of(HAND)
     assert here < 0.8
@@ -108,21 +109,21 @@ def test_the_fit_prefers_the_scene_s_hand_to_its_neighbours():
 
 
 def test_the_search_stays_within_its_bounds_and_keeps_the_best(monkeypatch):
-    monkeypatch.setattr(wall_fit, "TRIES", 3)
-    monkeypatch.setattr(wall_fit, "STEPS", 2)
-    found, least = wall_fit.search(seed=5)
-    low, value, high = (np.array(astuple(x)) for x in (wall_fit.LOW, found, wall_fit.HIGH))
+    monkeypatch.setattr(fit, "TRIES", 3)
+    monkeypatch.setattr(fit, "STEPS", 2)
+    found, least = fit.search(seed=5)
+    low, value, high = (np.array(astuple(x)) for x in (fit.LOW, found, fit.HIGH))
     assert ((low <= value * (1 + 1e-12)) & (value <= high * (1 + 1e-12))).all()
-    assert least == wall_fit.loss([judge(press(Setting(kd), found)) for kd in wall.KDS])
-    assert "found again" in wall_fit.words(found, least)
+    assert least == fit.loss([judge(press(Setting(kd), found)) for kd in wall.KDS])
+    assert "found again" in fit.words(found, least)
 
 
 def test_json_is_the_documented_contract(tmp_path, monkeypatch):
     monkeypatch.setattr(wall, "CURVE", wall.KDS)
-    monkeypatch.setattr(wall_figures, "CURVE", wall.KDS)
+    monkeypatch.setattr(figures, "CURVE", wall.KDS)
     monkeypatch.setattr(wall, "press", lambda setting, hand: press(setting, hand, seconds=1.5))  # rough, and quick
-    monkeypatch.setattr(wall.Study, "sweeper", lambda self, console: partial(sweep, executor="serial"))
-    assert wall.Study(hands=2, json=tmp_path / "wall.json", figures=tmp_path)() == 0
+    monkeypatch.setattr(command.Command, "sweeper", lambda self, console: partial(sweep, executor="serial"))
+    assert command.Command(hands=2, json=tmp_path / "wall.json", figures=tmp_path)() == 0
     told = json.loads((tmp_path / "wall.json").read_text())
     assert set(told) | {"fit"} == json_contract.keys("study wall")
     assert set(told["rows"][0]) - {"hands"} <= json_contract.keys_of("study wall", "Row:")

@@ -9,9 +9,9 @@ import pytest
 
 from palpate.arm import Arm
 from palpate.hands import PRESETS
-from palpate.studies import zwidth
-from palpate.studies.laws_figures import handle_mass
-from palpate.studies.zwidth_figure import draw
+from palpate.studies.laws.figures import handle_mass
+from palpate.studies.zwidth import work as zwidth
+from palpate.studies.zwidth.figures import draw
 from palpate.sweep import sweep
 
 

@@ -15,16 +15,14 @@ from time import perf_counter
 from typing import TypedDict
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.table import Table
 
 import palpate.contact
 from palpate import _core
+from palpate.arrays import Array
 from palpate.mesh import files as mesh_files
 from palpate.shapes.analytic import SHAPES, Shape
 from palpate.shapes.paths import ToolPath, tool_path
-
-Array = NDArray[np.float64]
 
 RADIUS, STIFFNESS = 2e-3, 500.0  # [m], [N/m]; no damping, no friction
 PATHS = {"deep": (-2e-3, 0.05), "shallow": (1e-3, 0.05), "fast": (-2e-3, 0.2), "tool": (-2e-3, 0.05)}

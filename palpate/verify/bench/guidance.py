@@ -11,14 +11,12 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.table import Table
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.shapes.analytic import SHAPES
 from palpate.shapes.paths import tool_path
-
-Array = NDArray[np.float64]
 
 TRIANGLES, CONSTRAINTS, TICKS = 1_000_000, 100, 20_000
 RATE = 1000.0  # [Hz]

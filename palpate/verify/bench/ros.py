@@ -18,12 +18,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.table import Table
 
+from palpate.arrays import Array
 from palpate.errors import PalpateError
 
-Array = NDArray[np.float64]
 LEADER, TELEOP = "palpate_bench", "palpate_bench_wall"
 RATE, SECONDS = 1000.0, 20.0
 SETTLE = 0.7  # between what is done and what counts [s]

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from palpate.arrays import Array
 from palpate.verify.conformance.bench import DT, RESERVE, Bench, fixture, held, still
 from palpate.verify.conformance.combinations import LATER, POLICIES, Combination
 from palpate.verify.conformance.laws import K_TURN, LAWS, K
 from palpate.verify.conformance.probes import Probe, probes, rough
 from palpate.verify.conformance.roles import LEVER, ROLES, SPEED, angle
 from palpate.verify.conformance.specimens import SPECIMENS
-
-Array = NDArray[np.float64]
 
 ENTRY = 1e-4
 """A hard fixture lets the tool in no further than this [m]; of angles, this many times 1/LEVER [rad]."""

@@ -7,17 +7,15 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.verify.conformance.combinations import OPERATOR, PEDAL, POLICIES, QUICK, Combination
 from palpate.verify.conformance.laws import LAWS
 from palpate.verify.conformance.probes import Probe, beside
 from palpate.verify.conformance.roles import ROLES, TOUCHED
 from palpate.verify.conformance.specimens import SPECIMENS
-
-Array = NDArray[np.float64]
 
 DT = 1e-3
 VISIT = 60

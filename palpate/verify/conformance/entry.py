@@ -7,10 +7,10 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.certificate import certify_all
 from palpate.certificate.entry import entries, stiffness
 from palpate.certificate.guidance import entry as depth
@@ -18,8 +18,6 @@ from palpate.record.ticks import as_ticks
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.verify.conformance.specimens import BALL, SPECIMENS, TUBE
-
-Array = NDArray[np.float64]
 
 MOST = 0.1
 """Into a hard forbidden region [mm]."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.verify.conformance.at_rest import ENTRY, settle
 from palpate.verify.conformance.bench import DT, VISIT, Bench, Motion, between, fixture, held, still
 from palpate.verify.conformance.combinations import Combination
@@ -15,8 +15,6 @@ from palpate.verify.conformance.laws import LAWS, K
 from palpate.verify.conformance.probes import beside, probes
 from palpate.verify.conformance.roles import LEVER, ROLES, moved
 from palpate.verify.conformance.specimens import SPECIMENS
-
-Array = NDArray[np.float64]
 
 TICKS = 200
 """Of a way; once more with FINER times as many."""

@@ -13,9 +13,9 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.verify.conformance.at_rest import SETTLED, WEIGH, settle
 from palpate.verify.conformance.bench import (
     DT,
@@ -34,8 +34,6 @@ from palpate.verify.conformance.laws import B_TURN, K_TURN, LAWS, RATIO, B, K
 from palpate.verify.conformance.probes import WRONG, Probe, brought, probe_at, probes, smooth
 from palpate.verify.conformance.roles import LEVER, ROLES, SPEED, gradient, moved
 from palpate.verify.conformance.specimens import SPECIMENS
-
-Array = NDArray[np.float64]
 
 PERIOD, SWING, NOD = 160, 3e-4, 0.015
 """Of the hand's motion [ticks, m, rad]."""

@@ -7,13 +7,11 @@ from functools import cache
 from itertools import islice, product
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from palpate.arrays import Array
 from palpate.verify.conformance.roles import FAR, ROLES, SPEED, H, RoleCase, gradient, moved, slope
 from palpate.verify.conformance.specimens import SPECIMENS, Specimen
-
-Array = NDArray[np.float64]
 
 WRONG, RIGHT = 4, 2
 """How many of each."""

@@ -11,14 +11,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.verify.conformance.laws import LAWS
 from palpate.verify.conformance.specimens import SPECIMENS, Specimen
 
-Array = NDArray[np.float64]
 Gap = Callable[[Specimen, Array], float]
 
 H = 1e-6

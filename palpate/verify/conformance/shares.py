@@ -6,10 +6,10 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.verify.conformance.at_rest import WEIGH, settle
 from palpate.verify.conformance.bench import DT, RESERVE, Bench, Motion, fixture, held, still
 from palpate.verify.conformance.combinations import (
@@ -26,8 +26,6 @@ from palpate.verify.conformance.laws import K_TURN, LAWS, K
 from palpate.verify.conformance.probes import Probe, brought, probe_at, probes
 from palpate.verify.conformance.roles import LEVER, ROLES
 from palpate.verify.conformance.specimens import SPECIMENS
-
-Array = NDArray[np.float64]
 
 PRESSED, TWISTED = 0.002, 0.3
 """How deep the tool is in what pulls against [m]; how far it is turned from what it wants [rad]."""

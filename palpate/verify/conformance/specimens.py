@@ -16,9 +16,9 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.guidance.curve import path as smooth_path
 
-Array = NDArray[np.float64]
 Distance = Callable[[Array], Array]
 
 

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 import palpate.contact
 from palpate import _core
+from palpate.arrays import Array
 from palpate.scene.model import ContactSection
 from palpate.shapes.analytic import SHAPES
 from palpate.verify.fuzz import FaultError
 
-Array = NDArray[np.float64]
 Soup = tuple[Array, NDArray[np.int32]]
 
 RATE = 1000.0  # [Hz]

@@ -1,0 +1,89 @@
+"""Commands are found by listing folders: a new command is a new file.
+
+`palpate NAME` is `NAME.py`, or `NAME/command.py` when the command has several parts: a dataclass ``Command`` whose
+fields are the options and whose ``__call__`` does the work. A module without ``Command`` is a group: its docstring is
+the help text, its members are the commands in its folder (or in the package named by ``MEMBERS``), ``FIRST`` names the
+members that the help shows first, and ``prepare()`` runs before one of them is imported.
+
+Listing reads the files as text: a command and what it imports are loaded when it runs.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Sequence
+from dataclasses import dataclass, make_dataclass
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from types import ModuleType
+from typing import Annotated, Any, Union
+
+import tyro
+from tyro.conf import FlagCreatePairsOff, subcommand
+
+_CONFIG = (FlagCreatePairsOff,)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A command or a group of commands."""
+
+    module: str
+    """the name to import."""
+    file: Path
+    """its source."""
+
+    @property
+    def summary(self) -> str:
+        """The first line of its help text."""
+        tree = ast.parse(self.file.read_text(encoding="utf-8"))
+        command = next((n for n in tree.body if isinstance(n, ast.ClassDef) and n.name == "Command"), tree)
+        return (ast.get_docstring(command) or "").partition("\n")[0]
+
+
+def entries(package: str, first: Sequence[str] = ()) -> dict[str, Entry]:
+    """The commands and groups in the folder of a package, by name; those named in ``first`` come first."""
+    spec = find_spec(package)
+    folders = (spec and spec.submodule_search_locations) or ()
+    paths = (path for folder in map(Path, folders) if folder.is_dir() for path in folder.iterdir())
+    found: dict[str, Entry] = {}
+    for path in paths:
+        name = path.stem.rstrip("_")  # import_.py is `import`
+        if path.name.startswith("_"):
+            continue
+        if path.suffix == ".py":
+            found[name] = Entry(f"{package}.{path.stem}", path)
+        elif (path / "command.py").is_file():
+            found[name] = Entry(f"{package}.{path.name}.command", path / "command.py")
+        elif (path / "__init__.py").is_file():
+            found[name] = Entry(f"{package}.{path.name}", path / "__init__.py")
+    order = {name: i for i, name in enumerate(first)}
+    return dict(sorted(found.items(), key=lambda item: (order.get(item[0], len(order)), item[0])))
+
+
+def dispatch(group: ModuleType, prog: str, description: str, args: Sequence[str]) -> int:
+    """Run the command that the arguments name; returns its exit code.
+
+    Wrong arguments exit with 2 and say what is possible.
+    """
+    members = entries(getattr(group, "MEMBERS", group.__name__), getattr(group, "FIRST", ()))
+    if not args or args[0] not in members:
+        tyro.cli(_choice(members), prog=prog, description=description, args=args[:1] or ["--help"], config=_CONFIG)
+        return 0  # tyro has listed the commands and left, with 2 where there is no such command
+    module = import_module(members[args[0]].module)
+    prog = f"{prog} {args[0]}"
+    if hasattr(module, "Command"):
+        return int(tyro.cli(module.Command, prog=prog, args=args[1:], config=_CONFIG)())
+    if hasattr(module, "prepare"):
+        module.prepare()
+    return dispatch(module, prog, module.__doc__ or "", args[1:])
+
+
+def _choice(members: dict[str, Entry]) -> Any:
+    """The members as one type, each described by the first line of its help text."""
+    kinds = (
+        Annotated[make_dataclass(name.capitalize(), ()), subcommand(name, description=entry.summary)]
+        for name, entry in members.items()
+    )
+    return Union[tuple(kinds)]  # noqa: UP007 - made at run time

@@ -1,0 +1,35 @@
+"""`palpate bench loop`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from tyro.conf import arg
+
+from palpate.console.output import console_for, require_writable, say, write_json
+
+
+@dataclass
+class Command:
+    """Compute time of the haptic loop, its real-time factor, and lateness in real time.
+
+    examples:
+      palpate bench loop
+      palpate bench loop --json loop.json
+    """
+
+    json: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write the figures as JSON (docs/json.md); - for the standard output."""
+
+    def __call__(self) -> int:
+        """Measure, print the table, write the JSON contract."""
+        from palpate.verify.bench import loop
+
+        console = console_for(self.json)
+        require_writable(self.json)
+        figures = loop.run(on_progress=lambda text: say(console, text))
+        say(console, loop.table(figures))
+        write_json(self.json, figures)
+        return 0

@@ -1,0 +1,50 @@
+"""`palpate bench ros`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from tyro.conf import arg
+
+from palpate.console.output import console_for, require_writable, say, write_json
+from palpate.errors import PalpateError
+
+
+@dataclass
+class Command:
+    """A leader's state to its wrench over ROS 2, next to a bare echo.
+
+    examples:
+      palpate bench ros --duration 600 --json ros.json
+      palpate bench ros --sim
+    """
+
+    json: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write the figures as JSON (docs/json.md); - for the standard output."""
+    duration: float = 20.0
+    """Time that is measured [s]."""
+    rate: float = 1000.0
+    """Rate of the leader's states [Hz]."""
+    sim: bool = False
+    """Also measure the rate that `palpate ros sim` reaches with four arms, and the cores it takes."""
+
+    def __call__(self) -> int:
+        """Measure, print the table, write the JSON contract."""
+        from palpate.verify.bench import ros
+
+        console = console_for(self.json)
+        require_writable(self.json)
+        if not 1.0 <= self.duration <= 86400.0 or not 50.0 <= self.rate <= 5000.0:
+            raise PalpateError(
+                "--duration: 1 to 86400 s; --rate: 50 to 5000 Hz", mend="e.g. --duration 600 --rate 1000"
+            )
+        figures = ros.run(self.duration, self.rate, on_progress=lambda text: say(console, text))
+        if self.sim:
+            figures |= ros.of_sim()
+            words = f"{figures['sim_rate_hz']:.0f} Hz reached, {figures['sim_cores']:.2f} cores"
+            say(console, f"palpate ros sim with four arms: {words}")
+        console.print(ros.table(figures))
+        write_json(self.json, figures)
+        return 0

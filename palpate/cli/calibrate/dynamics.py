@@ -1,0 +1,152 @@
+"""`palpate calibrate dynamics`."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from tyro.conf import Positional, arg
+
+from palpate.console.output import console_for, say, write_json, write_text
+from palpate.errors import ArmError, refuse_to_overwrite
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from palpate.arm import Arm
+    from palpate.arm.dynamics import Dynamics
+    from palpate.identify.motion import Motion
+
+CUTOFFS = (2.0, 3.0, 5.0, 10.0)  # at which a test is judged as well: what is left rises with the band [Hz]
+_SHORT = {"mtm": "mtm_right", "mtml": "mtm_left", "mtmr": "mtm_right", "psm": "psm_lnd"}
+
+
+@dataclass
+class Command:
+    """An arm's full dynamics from moving recordings: links, friction, rotors, springs; every link could exist.
+
+    examples:
+      palpate calibrate dynamics one.csv --arm mtm --out mtm.yaml --test two.csv
+      palpate calibrate dynamics one.csv two.csv --arm psm --out psm.yaml --json fit.json
+
+    A recording is a CSV of q, dq, tau of all drives, or all joints (rad, rad/s, N m), evenly sampled; docs/dynamics.md
+    tells which drives. What the model file is for: a load (palpate.identify.payload), and the force that a session
+    estimates (force.dynamics in a scene).
+    """
+
+    train: Positional[tuple[Path, ...]]
+    """Moving recordings to learn from (CSV)."""
+    arm: str
+    """Which arm was recorded: mtm, mtml, mtmr, psm, or a model file."""
+    out: Annotated[Path, arg(metavar="MODEL.yaml")]
+    """The model file to write."""
+    test: Annotated[Path | None, arg(metavar="OTHER.csv")] = None
+    """Another motion to judge on."""
+    json: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write the figures as JSON (docs/json.md); - for the standard output."""
+    at: Literal["drives", "joints"] = "drives"
+    """Where the columns were measured: at the motors, as the published recordings, or at the joints (ROS)."""
+    rate: float = 200.0
+    """Samples a second of the recordings [Hz]."""
+    cutoff: float = 2.0
+    """Of the filter that both sides of the comparison go through [Hz]."""
+    force: bool = False
+    """Overwrite what is there."""
+
+    def __call__(self) -> int:
+        """Identify, judge, write."""
+        import yaml
+
+        from palpate.arm.dynamics import to_data
+        from palpate.identify import dynamics as identification
+
+        console = console_for(self.json)
+        refuse_to_overwrite(self.out, self.force)
+        arm = arm_named(self.arm)
+        started = time.perf_counter()
+        train = [identification.read_motion(str(file), arm, self.rate, self.at) for file in self.train]
+        test = None
+        if self.test is not None:
+            test = identification.read_motion(str(self.test), arm, self.rate, self.at)
+        model = identification.identify(train, arm, self.cutoff, self.at)
+        figures = _figures(model, train, test, time.perf_counter() - started)
+        write_text(self.out, yaml.safe_dump(to_data(model), sort_keys=False))
+        console.print(_table(figures, identification.PUBLISHED.get(arm.name.split("_")[0])))
+        say(
+            console,
+            f"{model.cutoff:g} Hz, both sides, no phase: rms of the error over rms of the torque",
+            "filtered at",
+        )
+        say(
+            console,
+            f"{model.rank} of {len(model.pi)} inertial parameters, condition {model.condition:.3g}",
+            "identifiable",
+        )
+        if model.unknown:
+            say(console, ", ".join(model.unknown), "the motion says little about", "yellow")
+        say(console, str(self.out), "model")
+        write_json(self.json, figures)
+        return 0
+
+
+def arm_named(name: str) -> Arm:
+    """An arm that comes with Palpate, also by a short name, or a model file.
+
+    Raises:
+        ArmError: there is no such arm.
+    """
+    from palpate.arm import NAMES, Arm
+
+    name = _SHORT.get(name, name)
+    if name not in NAMES and not Path(name).is_file():
+        raise ArmError(f"there is no arm {name!r}", mend=f"use {', '.join((*_SHORT, *NAMES))}, or a model file")
+    return Arm.model(name)
+
+
+def _figures(model: Dynamics, train: list[Motion], test: Motion | None, seconds: float) -> dict[str, Any]:
+    from palpate.identify.dynamics import consistency, relative_rms
+
+    cutoffs = [f for f in CUTOFFS if f < 0.5 * train[0].rate]
+    return {
+        "arm": model.arm.name,
+        "recorded_at": model.at,
+        "cutoff_Hz": model.cutoff,
+        "train": {
+            "relative_rms": [relative_rms(model, m).tolist() for m in train],
+            "repeated_rows": [m.repeated for m in train],
+        },
+        "test": None
+        if test is None
+        else {
+            "relative_rms": relative_rms(model, test).tolist(),
+            "cutoffs_Hz": cutoffs,
+            "relative_rms_at": relative_rms(model, test, *cutoffs).tolist(),
+        },
+        "rank": model.rank,
+        "condition": model.condition,
+        "unknown": list(model.unknown),
+        "consistency": consistency(model).tolist(),
+        "terms": {t.name: float(x) for t, x in zip(model.train.terms, model.theta, strict=True)},
+        "seconds": seconds,
+    }
+
+
+def _table(figures: dict[str, Any], published: tuple[float, ...] | None) -> Table:
+    from rich.table import Table
+
+    table = Table(title=f"relative RMS of {figures['arm']}'s drive torques", title_justify="left")
+    rows = [(f"train {k + 1}", row) for k, row in enumerate(figures["train"]["relative_rms"])]
+    if figures["test"] is not None:
+        rows.append(("test", figures["test"]["relative_rms"]))
+        wider = zip(figures["test"]["cutoffs_Hz"], figures["test"]["relative_rms_at"], strict=True)
+        rows += [(f"test, at {cutoff:g} Hz", row) for cutoff, row in wider if cutoff != figures["cutoff_Hz"]]
+        if published is not None:
+            rows.append(("published, on a test", list(published)))
+    table.add_column("drive")
+    for j in range(len(rows[0][1])):
+        table.add_column(str(j + 1), justify="right")
+    for name, row in rows:
+        table.add_row(name, *(f"{x:.3f}" for x in row))
+    return table

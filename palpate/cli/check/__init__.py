@@ -1,0 +1,1 @@
+"""`palpate check`: one file for each kind of file that it looks at."""

@@ -1,0 +1,31 @@
+"""`palpate check` of a distance grid: its nodes, their spacing and what is inside."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from palpate.mesh import Unit
+from palpate.surfaces import DistanceGrid
+
+
+def look(path: Path, unit: Unit, console: Console) -> dict[str, Any]:
+    """Print what the grid holds; returns the values for JSON."""
+    grid = DistanceGrid.load(path, unit)
+    nodes = np.array(grid.values.shape)
+    extents, inside = grid.spacing * (nodes - 1), int((grid.values < 0).sum())
+    table = Table(show_header=False, box=None, pad_edge=False)
+    for name, value in (
+        ("nodes", " x ".join(f"{n}" for n in nodes)),
+        ("spacing", " x ".join(f"{1e3 * s:.3g}" for s in grid.spacing) + " mm: a radius of as much, or more"),
+        ("extents", " x ".join(f"{1e3 * e:.1f}" for e in extents) + " mm"),
+        ("inside", f"{inside:,} nodes, {1e6 * inside * grid.spacing.prod():,.1f} cm^3"),
+    ):
+        table.add_row(name, value)
+    console.print(table)
+    told = {"nodes": nodes.tolist(), "spacing_m": grid.spacing.tolist(), "extents_m": extents.tolist()}
+    return {"grid": {**told, "volume_m3": float(inside * grid.spacing.prod())}}

@@ -1,0 +1,205 @@
+"""`palpate check` of a mesh: what was found, how its facets would be felt, which radius suits, and a repaired copy."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from palpate import _core
+from palpate.console.output import say
+from palpate.contact import touchable
+from palpate.errors import MeshError, OutputError, PalpateError, PalpateWarning
+from palpate.mesh import Mesh, Unit, check, quiet
+from palpate.mesh import files as mesh_files
+from palpate.mesh import repair as mesh_repair
+
+
+@dataclass(frozen=True)
+class Touch:
+    """What a mesh is to be judged for. Metres."""
+
+    radius: float
+    stiffness: float
+    feature: float | None
+    noise: float | None
+    repair: Path | None
+    hole: float | None
+    force: bool
+
+    @classmethod
+    def of(
+        cls,
+        radius: float | None,
+        stiffness: float | None,
+        feature: float | None,
+        noise: float | None,
+        repair: Path | None,
+        hole: float | None,
+        force: bool,
+    ) -> Touch:
+        """From the command line's options, lengths in millimetres.
+
+        Raises:
+            PalpateError: a number that makes no sense.
+        """
+        given = {"radius": radius, "stiffness": stiffness, "feature": feature, "noise": noise, "hole": hole}
+        for name, value in given.items():
+            if value is not None and not (math.isfinite(value) and (value > 0 or (name == "noise" and value == 0))):
+                raise PalpateError(f"--{name} must be a positive number, got {value:g}", mend=f"e.g. --{name} 2")
+        mm = {name: None if x is None else 1e-3 * x for name, x in given.items()}
+        return cls(
+            mm["radius"] or _core.ContactOptions().radius,
+            stiffness or float(_core.Material().K[0]),
+            mm["feature"],
+            mm["noise"],
+            repair,
+            mm["hole"],
+            force,
+        )
+
+
+def look(path: Path, unit: Unit, touch: Touch, console: Console) -> dict[str, Any]:
+    """Print everything about a mesh file; returns the values for JSON."""
+    if touch.repair is not None:
+        _require_free(touch.repair, path, touch.force)
+    mesh = Mesh.load(path, unit)
+    fine = touchable.fineness(mesh.core, touch.stiffness)
+    suits = touchable.radius(mesh.core, touch.radius, feature=touch.feature, noise=touch.noise)
+    table = Table(show_header=False, box=None, pad_edge=False)
+    for name, value in (*_rows(mesh.core, mesh.report, unit), *_touch_rows(fine, suits, touch)):
+        table.add_row(name, value)
+    console.print(table)
+    warn_of_facets(fine, str(path))
+    _warn_of_radius(suits, str(path))
+    told: dict[str, Any] = {"mesh": mesh.report.to_json(), "fineness": asdict(fine), "radius": suits.to_json()}
+    return told | {"repair": _repair(mesh, unit, touch, console) if touch.repair is not None else None}
+
+
+def warn_of_facets(fine: touchable.Fineness, where: str) -> None:
+    """Warn of facets that would be felt."""
+    if not fine.coarse:
+        return
+    what = (
+        f"coarse mesh: neighbouring facets turn by {fine.turn_deg:.0f} deg; the force may be off by about "
+        f"{fine.direction_error_deg:.1f} deg and {fine.force_error_mN:.0f} mN"
+    )
+    if fine.doubtful_share > 0.05:
+        what = (
+            f"coarse mesh, or a thing of many edges: {fine.doubtful_share:.0%} of the surface lies beside edges of "
+            f"30 to {touchable.DOUBTFUL_DEG:.0f} deg, which are felt as edges"
+        )
+    mend = f"about {_rounded(fine.triangles_needed):,} triangles of the same thing would do"
+    warnings.warn(PalpateWarning(what, where=where, mend=mend), stacklevel=2)
+
+
+def _warn_of_radius(suits: touchable.Radius, where: str) -> None:
+    """Warn of a radius that does not suit."""
+    if suits.conflict:
+        what = (
+            f"no radius suits: noise of {suits.noise_mm:.2g} mm asks for {suits.smallest_mm:.2g} mm or more, the "
+            f"features for {suits.largest_mm:.2g} mm or less"
+        )
+        why = f"at {suits.recommended_mm:g} mm the noise turns the force by {suits.direction_noise_deg:.0f} deg"
+        mend = "smooth the mesh, or filter the force: stability.rate_cap of 5 to 10 N/s (palpate study radius)"
+        warnings.warn(PalpateWarning(what, where=where, why=why, mend=mend), stacklevel=2)
+    elif suits.smallest_mm == 0.0 and suits.direction_noise_deg > touchable.DIRECTION_LIMIT_DEG:
+        what = f"noise of {suits.noise_mm:.2g} mm turns the force by {suits.direction_noise_deg:.0f} deg at any radius"
+        why = "the surface that is felt goes through every vertex"
+        warnings.warn(PalpateWarning(what, where=where, why=why, mend="smooth the mesh"), stacklevel=2)
+    elif suits.given_mm < 0.99 * suits.smallest_mm:
+        what = f"radius {suits.given_mm:g} mm is small for noise of {suits.noise_mm:.2g} mm"
+        why = f"below {suits.smallest_mm:.2g} mm it turns the force by more than {touchable.DIRECTION_LIMIT_DEG:g} deg"
+        warnings.warn(PalpateWarning(what, where=where, why=why, mend=f"{suits.recommended_mm:g} mm"), stacklevel=2)
+    elif suits.given_mm > 1.01 * suits.largest_mm:
+        what = f"radius {suits.given_mm:g} mm is too large to feel {suits.feature_mm:.2g} mm"
+        why = f"{suits.unreachable_share:.1%} of the surface lies in hollows tighter than that"
+        warnings.warn(PalpateWarning(what, where=where, why=why, mend=f"{suits.recommended_mm:g} mm"), stacklevel=2)
+
+
+def _rows(core: _core.Mesh, r: check.MeshReport, unit: Unit) -> tuple[tuple[str, str], ...]:
+    x, y, z = (1e3 * e for e in r.extents_m)
+    small = mesh_repair.small_parts(core) if r.components > 1 else 0
+    return (
+        ("triangles", f"{r.triangles:,}"),
+        ("vertices", f"{r.vertices:,}"),
+        ("extents", f"{x:.1f} x {y:.1f} x {z:.1f} mm (file in {unit})"),
+        ("parts", f"{r.components:,}" + (f", {small:,} of them below 1 % of the triangles" if small else "")),
+        ("closed", "yes" if r.watertight else f"no: {r.open_edges:,} open edges"),
+        ("volume", f"{1e6 * r.volume_m3:,.3g} cm^3" if r.watertight else "-"),
+        ("dropped", f"{r.degenerate:,} degenerate, {r.duplicate:,} duplicate"),
+        ("turned", f"{r.turned:,} inconsistent, {r.inverted:,} inside out"),
+    )
+
+
+def _touch_rows(fine: touchable.Fineness, suits: touchable.Radius, touch: Touch) -> tuple[tuple[str, str], ...]:
+    bounds = [f"up to {suits.largest_mm:.2g} mm reaches into the hollows"] if math.isfinite(suits.largest_mm) else []
+    if suits.smallest_mm:
+        bounds.append(f"noise of {suits.noise_mm:.2g} mm asks for {suits.smallest_mm:.2g} mm")
+    turn = touchable.turn_per_ms_deg(touch.radius)
+    return (
+        ("facets", f"edges of {fine.edge_mm:.2g} mm; 95 % turn by less than {fine.turn_deg:.2g} deg"),
+        (
+            "felt",
+            f"off by about {fine.direction_error_deg:.2g} deg, {fine.force_error_mN:.2g} mN at {touch.stiffness:g} N/m "
+            f"(without smoothing {fine.turn_deg / 2:.2g} deg, {fine.facet_error_mN:.2g} mN)",
+        ),
+        ("radius", "; ".join([f"{suits.recommended_mm:g} mm suits", *bounds])),
+        (
+            "sharp edges",
+            f"rounded by {suits.given_mm:g} mm: the force turns by {turn:.2g} deg a millisecond at 50 mm/s",
+        ),
+    )
+
+
+def _require_free(out: Path, source: Path, force: bool) -> None:
+    if out.exists() and not force:
+        what = "this is the mesh itself" if out.samefile(source) else "the file exists"
+        raise OutputError(what, where=str(out), mend="choose another name, or --force to overwrite it")
+
+
+def _repair(mesh: Mesh, unit: Unit, touch: Touch, console: Console) -> dict[str, Any]:
+    assert touch.repair is not None
+    widest = touch.hole if touch.hole is not None else 0.1 * float(np.linalg.norm(mesh.report.extents_m))
+    vertices, triangles, done = mesh_repair.repair(mesh.core, widest)
+    mesh_files.write(touch.repair, vertices / check.UNITS[unit], triangles)
+    with quiet():
+        try:
+            after = Mesh.load(touch.repair, unit)  # as the next one will read it
+        except MeshError as error:  # a format that cannot be read back
+            raise OutputError(
+                "the repaired copy cannot be read back", where=str(touch.repair), why=error.what
+            ) from None
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for heading in ("repaired copy", "before", "after"):
+        table.add_column(heading, justify="left" if heading == "repaired copy" else "right")
+    rows = {
+        "triangles": [f"{m.report.triangles:,}" for m in (mesh, after)],
+        "parts": [f"{m.report.components:,}" for m in (mesh, after)],
+        "closed": ["yes" if m.report.watertight else "no" for m in (mesh, after)],
+        "open edges": [f"{m.report.open_edges:,}" for m in (mesh, after)],
+        "edges of many triangles": [f"{m.report.non_manifold_edges:,}" for m in (mesh, after)],
+        "volume, cm^3": [f"{1e6 * m.report.volume_m3:,.4g}" if m.report.watertight else "-" for m in (mesh, after)],
+    }
+    for name, values in rows.items():
+        table.add_row(name, *values)
+    console.print(table)
+    left = f", {done.left_open} left open (the widest {done.widest_left_mm:.1f} mm)" if done.left_open else ""
+    say(
+        console,
+        f"{touch.repair}: sewn {done.sewn} rim vertices, collapsed {done.collapsed} slivers, filled holes: "
+        f"{done.filled}{left}",
+    )
+    return {"file": str(touch.repair), **asdict(done), "after": after.report.to_json()}
+
+
+def _rounded(n: int) -> int:
+    """To two digits, upwards."""
+    step = int(10 ** max(len(str(n)) - 2, 0))
+    return -(-n // step) * step

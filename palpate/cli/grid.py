@@ -1,0 +1,89 @@
+"""`palpate grid`."""
+
+from __future__ import annotations
+
+import resource
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from tyro.conf import Positional, arg
+
+from palpate.console.output import console_for, require_writable, say, write_json
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from palpate.surfaces import DistanceGrid
+    from palpate.surfaces.grid import GridError
+
+
+@dataclass
+class Command:
+    """Make a signed distance grid of a closed mesh, and say how far it is from the exact distance.
+
+    examples:
+      palpate grid vessel.stl --spacing 0.5
+      palpate grid organ.stl --unit m --out organ.npz
+
+    A grid answers in the same time whatever the mesh is made of; at most 512 x 512 x 512 nodes.
+    """
+
+    mesh: Positional[Path]
+    """Mesh file (STL, OBJ, PLY, ...), closed."""
+    spacing: Annotated[float | None, arg(metavar="MM")] = None
+    """Of the nodes; a hundredth of the mesh when left out. Walls thinner than two of them are lost."""
+    unit: Literal["mm", "cm", "m", "in"] = "mm"
+    """Of the mesh file's numbers."""
+    out: Annotated[Path | None, arg(metavar="FILE.npz")] = None
+    """The grid; beside the mesh when left out."""
+    json: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write the figures as JSON (docs/json.md); - for the standard output."""
+
+    def __call__(self) -> int:
+        """Make a distance grid of a mesh, and say how far it is from the exact distance."""
+        import numpy as np
+
+        from palpate.mesh import Mesh
+        from palpate.surfaces import DistanceGrid
+        from palpate.surfaces.grid import error_of
+
+        console = console_for(self.json)
+        out = self.out or self.mesh.with_suffix(".npz")
+        require_writable(out)
+        mesh = Mesh.load(self.mesh, self.unit)
+        spacing = None if self.spacing is None else 1e-3 * self.spacing
+        step = spacing or float(np.ptp(mesh.bounds, axis=0).max()) / 100.0
+        begin = time.perf_counter()
+        with console.status("") as line:
+            made = DistanceGrid.from_mesh(
+                mesh, step, on_progress=lambda done, of: line.update(f"{done} of {of} layers of nodes")
+            )
+            took = time.perf_counter() - begin
+            line.update(f"writing {out}")
+            made.save(out)
+            line.update("comparing with the exact distance")
+            off = error_of(made, mesh)
+        peak = 1024.0 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        console.print(_table(made, step, took, peak, out, off))
+        say(console, f"wrote {out}; against the exact distance of the mesh at {off.points:,} random places")
+        write_json(self.json, {"mesh": str(self.mesh), "grid": str(out), "nodes": list(made.values.shape),
+                               "spacing_m": step, "build_s": took, "peak_memory_bytes": peak,
+                               "error_near_p99_m": off.near_p99, "error_near_max_m": off.near_worst,
+                               "error_box_p99_m": off.box_p99, "error_box_max_m": off.box_worst})  # fmt: skip
+        return 0
+
+
+def _table(made: DistanceGrid, step: float, took: float, peak: float, file: Path, off: GridError) -> Table:
+    from rich.table import Table
+
+    table = Table(show_header=False, box=None, pad_edge=False)
+    table.add_row("nodes", f"{' x '.join(map(str, made.values.shape))}, {1e3 * step:.3g} mm apart, {took:.1f} s")
+    table.add_row(
+        "memory", f"{made.values.nbytes / 1e6:,.0f} MB of values; {peak / 1e6:,.0f} MB at most while building"
+    )
+    table.add_row("file", f"{file.stat().st_size / 1e6:,.0f} MB")
+    table.add_row("error near the surface", f"p99 {1e6 * off.near_p99:.3g} um, worst {1e6 * off.near_worst:.3g} um")
+    table.add_row("error in its box", f"p99 {1e6 * off.box_p99:.3g} um, worst {1e6 * off.box_worst:.3g} um")
+    return table

@@ -1,0 +1,72 @@
+"""`palpate replay`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from tyro.conf import Positional, arg
+
+from palpate.console import PORT
+from palpate.console.output import console_for, say
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from palpate.record.bags import Bag
+    from palpate.record.reader import Record
+
+
+@dataclass
+class Command:
+    """Sum up a record, or the ROS 2 bag of a CRTK session, and show it in the 3-D viewer until Ctrl-C.
+
+    examples:
+      palpate replay runs/palpation-20260101-120000/record.mcap
+      palpate replay rosbag2_2026_01_01-12_00_00 --scene my.yaml
+    """
+
+    record: Positional[Path]
+    """Record (MCAP), or the folder it is in; or a rosbag2 (folder, .mcap, .db3)."""
+    scene: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Of a bag: the arms' models and bases and what stood before them; the scene in the bag when left out."""
+    port: int = PORT
+    """Of the viewer, on 127.0.0.1; the next free one when it is taken."""
+
+    def __call__(self) -> int:
+        """Sum the record up and show it until Ctrl-C."""
+        from palpate.console.view import require_viewer
+        from palpate.record.bags.open import open_any
+        from palpate.record.reader import Record
+
+        require_viewer()
+        console = console_for(None)
+        found = open_any(self.record)
+        if isinstance(found, Record):
+            self._show_record(found, console)
+        else:
+            self._show_bag(found, console)
+        return 0
+
+    def _show_record(self, record: Record, console: Console) -> None:
+        from palpate.console.view import serve
+        from palpate.report.summary import summary_of, summary_table
+
+        if record.note:
+            say(console, record.note)
+        console.print(summary_table(summary_of(record)))
+        for fault in record.faults:
+            say(console, fault, "fault:", "red")
+        serve(record, self.port, console)
+
+    def _show_bag(self, bag: Bag, console: Console) -> None:
+        from palpate.console.view import serve
+        from palpate.record.bags.summary import table
+        from palpate.viewer.bag import stage_and_ticks
+
+        shown = stage_and_ticks(bag, self.scene)
+        console.print(table(bag))
+        for note in bag.notes:
+            say(console, note)
+        serve(shown, self.port, console)

@@ -1,0 +1,72 @@
+"""`palpate report`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from tyro.conf import Positional, arg
+
+from palpate.console.output import console_for, require_writable, say, write_json
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from palpate.record.bags import Bag
+    from palpate.record.reader import Record
+
+
+@dataclass
+class Command:
+    """Sum up a record, or the ROS 2 bag of a CRTK session, and write its HTML report with figures.
+
+    examples:
+      palpate report runs/palpation-20260101-120000/record.mcap
+      palpate report run.mcap --out liver.html
+      palpate report rosbag2_2026_01_01-12_00_00
+    """
+
+    record: Positional[Path]
+    """Record (MCAP), or the folder it is in; or a rosbag2 (folder, .mcap, .db3)."""
+    out: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Where to write it; report.html beside the record when left out."""
+    json: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write the summary as JSON (docs/json.md); - for the standard output."""
+
+    def __call__(self) -> int:
+        """Sum the record up and write its report."""
+        from palpate.record.bags.open import open_any
+        from palpate.record.reader import Record
+
+        console = console_for(self.json)
+        require_writable(self.json)
+        found = open_any(self.record)
+        if isinstance(found, Record):
+            self._report_record(found, console)
+        else:
+            self._report_bag(found, console)
+        return 0
+
+    def _report_record(self, record: Record, console: Console) -> None:
+        from palpate.report import write_report
+        from palpate.report.summary import summary_of, summary_table
+
+        if record.note:
+            say(console, record.note)
+        page = write_report(record.path, self.out)
+        summary = replace(summary_of(record), report=str(page))
+        console.print(summary_table(summary))
+        say(console, f"report: {page}")
+        write_json(self.json, summary.to_json())
+
+    def _report_bag(self, bag: Bag, console: Console) -> None:
+        from palpate.record.bags.summary import summary_of, table
+        from palpate.report.bag import write_page
+
+        page = write_page(bag, self.out)
+        console.print(table(bag))
+        for note in bag.notes:
+            say(console, note)
+        say(console, f"report: {page}")
+        write_json(self.json, summary_of(bag) | {"report": str(page)})

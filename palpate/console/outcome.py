@@ -1,0 +1,47 @@
+"""How a run went: its report, and what is said below its table."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+from rich.console import Console
+
+from palpate.console.output import say
+from palpate.errors import MissingExtraError, PalpateError
+from palpate.scene import Scene
+from palpate.session.summary import Summary
+
+
+def with_report(summary: Summary, scene: Scene) -> Summary:
+    """Write the report next to the record; a report that fails is named among the faults, or on the standard error."""
+    if not scene.record.report or summary.record is None:
+        return summary
+    try:
+        from palpate.report import write_report
+
+        return replace(summary, report=str(write_report(Path(summary.record))))
+    except MissingExtraError as error:
+        print(f"no report: {error}", file=sys.stderr)
+        return summary
+    except (PalpateError, OSError) as error:
+        return replace(summary, faults=(*summary.faults, f"no report: {error}"))
+    except KeyboardInterrupt:
+        return replace(summary, interrupted=True)
+
+
+def tell(console: Console, summary: Summary, report_wanted: bool) -> None:
+    """Say what the table does not show: scheduling, faults and the files that were written."""
+    if summary.interrupted:
+        say(console, "stopped by Ctrl-C; everything up to here is kept")
+    if summary.scheduler:
+        say(console, f"scheduling: {summary.scheduler}")
+    for fault in summary.faults:
+        say(console, fault, "fault:", "red")
+    if summary.record is not None:
+        say(console, f"record: {summary.record}")
+    if summary.report is not None:
+        say(console, f"report: {summary.report}")
+    elif summary.interrupted and report_wanted and summary.record is not None:
+        say(console, f"report: not written; palpate report {summary.record} does it")

@@ -1,0 +1,132 @@
+"""The other half of ``palpate study certificate``: the arms of the scenes, in the whole simulation.
+
+The tool of a scene is pressed into a plane by the scene's simulated hand, with caps and passivity layer out of the way,
+and the stiffness is halved between one at which the handle comes to rest and one at which it does not. Once as the
+analysis sees the arm, without dry friction and counts; and once as it is, friction, counts and caps, at the stiffness
+that is certified: it has to rest. Simulated.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+import yaml
+from rich.table import Table
+from threadpoolctl import threadpool_limits
+
+from palpate import _core
+from palpate.arm import models_folder
+from palpate.arrays import Array
+from palpate.certificate.arms import Held
+from palpate.certificate.certificate import SURE
+from palpate.record.ticks import as_ticks
+from palpate.scene import Scene
+from palpate.scene.rig import Rig, build
+from palpate.studies._command import Sweeper
+
+SCENES = ("palpation", "paper")
+NORMALS = ((0.0, 0.0, 1.0), (0.6, 0.0, 0.8), (0.0, 1.0, 0.0))  # of the plane, in W
+DAMPINGS = (0.0, 5.0)  # [N s/m]
+DELAYS = (0.0, 0.006)  # [s]
+_PRESS, _QUICK, _SECONDS = 1.0, 0.08, 4.0  # [N], [s], [s]
+_GAP = 0.002  # between the tool and the plane at the start [m]
+_WATCHED, _WINDOWS = 0.4, 6  # the last 60 % of a run, in so many parts
+_DECAYED, _UNFELT = 0.98, 2e-5  # from one to the next; amplitude of the handle that counts as rest [m]
+_FINE = 1.005
+
+
+def run(sweep: Sweeper) -> list[dict[str, Any]]:
+    """Every arm, direction, damping and delay."""
+    grid = {"scene": SCENES, "normal": range(len(NORMALS)), "B": DAMPINGS, "delay": DELAYS}
+    return list(sweep(judged, grid, title="arms").rows())
+
+
+def judged(point: dict[str, Any], seed: int) -> dict[str, float]:
+    """Predicted and simulated limit of one of them, and whether the arm as it is rests at what is certified."""
+    rig, n_W, B = _rig(point), np.array(NORMALS[point["normal"]]), point["B"]
+    with threadpool_limits(1):
+        predicted, w = limit(rig, n_W, B)
+        low, high = 0.5 * predicted, 2.0 * predicted
+        while high / low > _FINE:
+            middle = float(np.sqrt(low * high))
+            if swings(rig, n_W, middle, B):
+                high = middle
+            else:
+                low = middle
+        simulated = float(np.sqrt(low * high))
+        broken = swings(rig, n_W, SURE * predicted, B, ideal=False)
+    return {"predicted_N_per_m": predicted, "simulated_N_per_m": simulated, "error": predicted / simulated - 1.0,
+            "frequency_Hz": w / (2 * np.pi), "certified_broken": float(broken)}  # fmt: skip
+
+
+def _rig(point: dict[str, Any]) -> Rig:
+    scene = Scene.load(models_folder().parent / "scenes" / f"{point['scene']}.yaml")
+    return build(scene.model_copy(update={"loop_delay": point["delay"]}))
+
+
+def limit(rig: Rig, n_W: Array, B: float) -> tuple[float, float]:
+    """Largest stable stiffness along n_W (3,) where the pressed arm comes to rest [N/m], and its frequency [rad/s]."""
+    _, q = _press(rig, n_W, 100.0, B, ideal=True)
+    o = rig.options()
+    return Held(rig.arms.leader, q, o, o.hand).loop(rig.arms.X_WL[:3, :3].T @ n_W).K_max(B)
+
+
+def swings(rig: Rig, n_W: Array, K: float, B: float, ideal: bool = True) -> bool:
+    """Does the handle, pressed into the plane, not come to rest? Is its motion not quieter from window to window?"""
+    x, _ = _press(rig, n_W, K, B, ideal)
+    windows = np.array_split(x[round(_WATCHED * len(x)) :], _WINDOWS)
+    size = [0.5 * float(np.ptp(part)) for part in windows]
+    return size[-1] > _UNFELT and any(b > _DECAYED * a for a, b in itertools.pairwise(size))
+
+
+def _press(rig: Rig, n_W: Array, K: float, B: float, ideal: bool) -> tuple[Array, Array]:
+    """Way of the handle along n_W at each tick [m], and the joints at the end."""
+    walled = build(_walled(rig, n_W, K, B, ideal))
+    o, leader = walled.options(), walled.arms.leader
+    if ideal:
+        o.leader.coulomb, o.leader.quantised = np.zeros(leader.n), False
+    path = _core.HandPath(walled.path.times.tolist(), walled.path.positions_W)
+    model = leader.with_scaled_masses(np.ones(leader.n))
+    simulation = _core.Simulation(o, leader, model, walled.arms.follower, walled.snapshot, path)
+    ticks = as_ticks(simulation.run(round(_SECONDS * o.rate)))
+    return ticks["p_LH"] @ (walled.arms.X_WL[:3, :3].T @ n_W), ticks["q"][-1][: leader.n]
+
+
+def _walled(rig: Rig, n_W: Array, K: float, B: float, ideal: bool) -> Scene:
+    """The scene with a plane under its tool, and a hand that presses into it and stays."""
+    data = yaml.safe_load(rig.resolved_yaml(absolute=True))
+    tip = (rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0))[:3, 3]
+    top = tip - n_W * (rig.scene.contact.radius + _GAP)
+    depth = _PRESS / K + _PRESS * rig.scene.mapping.scale / rig.scene.operator.stiffness
+    goal = (tip - n_W * (_GAP + depth)).tolist()
+    turn = [float(np.degrees(-np.arcsin(n_W[1]))), float(np.degrees(np.arctan2(n_W[0], n_W[2]))), 0.0]
+    data["preset"] = None
+    data["objects"] = [{"name": "wall", "plane": {"size": 0.3}, "stiffness": K, "damping": B,
+                        "pose": {"xyz": top.tolist(), "rpy_deg": turn}}]  # fmt: skip
+    rest = [{"t": t, "xyz": tip.tolist()} for t in (0.0, 0.2)]
+    stays = [{"t": t, "xyz": goal} for t in (0.2 + _QUICK, 100.0)]
+    data["operator"] = {key: data["operator"][key] for key in ("mass", "damping", "stiffness")}
+    data["operator"] |= {"path": rest + stays, "grip_force_max": 500.0}
+    data["stability"]["passivity"] = "off"  # it would hold what swings
+    if ideal:
+        data["stability"] |= {"force_cap": 1e3, "rate_cap": 1e6, "moment_cap": 1e2, "moment_rate_cap": 1e5}
+    else:
+        data["stability"] |= {"force_cap": max(3.0, 2e-3 * K), "rate_cap": max(50.0, 0.05 * K)}
+    return Scene.model_validate({key: value for key, value in data.items() if value is not None})
+
+
+def table(rows: list[dict[str, Any]]) -> Table:
+    """Agreement by arm."""
+    out = Table(box=None, pad_edge=False, title="arms of the scenes, whole simulation", title_justify="left")
+    for column in ("scene", "normal", "delay", "B", "predicted", "simulated", "error", "certified, as it is"):
+        out.add_column(column, justify="left" if column in ("scene", "normal") else "right")
+    for row in rows:
+        n = ", ".join(f"{x:g}" for x in NORMALS[row["normal"]])
+        out.add_row(
+            row["scene"], n, f"{1e3 * row['delay']:g} ms", f"{row['B']:g}", f"{row['predicted_N_per_m']:.0f}",
+            f"{row['simulated_N_per_m']:.0f}", f"{100 * row['error']:.1f} %",
+            "swings" if row["certified_broken"] else "rests",
+        )  # fmt: skip
+    return out

@@ -1,0 +1,36 @@
+"""``palpate study certificate``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rich.console import Console
+
+from palpate.studies._command import Findings, SweepStudy
+
+
+@dataclass
+class Command(SweepStudy):
+    """Predicted and simulated largest stiffness of random devices, and of the scenes' arms (minutes).
+
+    examples:
+      palpate study certificate
+      palpate study certificate --devices 50 --json certificate.json --figures docs/images
+    """
+
+    devices: int = 1000
+    """How many [-]."""
+    seed: int = 1
+    """Of all that is random; the same seed gives the same devices [-]."""
+
+    def study(self, console: Console) -> Findings:
+        """Do the work."""
+        from palpate.studies.certificate import arms, work
+        from palpate.studies.certificate.figures import draw
+
+        sweep = self.sweeper(console)
+        rows = sweep(work.judged, {"device": range(self.devices)}, self.seed, title="devices").rows()
+        walls = arms.run(sweep)
+        told = work.summary(rows)
+        values = {"simulated": True, "seed": self.seed, **told, "devices": rows, "arms": walls}
+        return Findings(values, lambda folder: [draw(rows, folder)], [work.table(told), arms.table(walls)])

@@ -1,0 +1,132 @@
+"""The work of ``palpate study certificate``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+
+from palpate import _core
+from palpate.certificate import Device
+from palpate.certificate.certificate import certify_device
+from palpate.certificate.device import TAP
+from palpate.hands import Hand
+
+WITHIN = 0.05  # agreement that is asked for
+_THROWS = 40  # disturbances at each stiffness of the judge's search
+_GAINS = (1.0, 0.9, 0.7, 0.4)  # of what is certified stable, tried afterwards
+_TRIES = 20  # disturbances at each of these
+_FINE = 1.003
+_PRESSES = (0.2, 10.0)  # [N]
+
+
+def drawn(seed: int) -> tuple[Device, float]:
+    """A random device with one hand, and the damping of its wall [N s/m]: what desktop devices and masters have."""
+    rng = np.random.default_rng(seed)
+
+    def between(low: float, high: float) -> float:  # evenly in the logarithm
+        return float(np.exp(rng.uniform(np.log(low), np.log(high))))
+
+    hand = Hand("random", between(0.03, 0.8), between(1.0, 25.0), between(30.0, 1000.0))
+    device = Device(
+        mass=between(0.03, 1.5), damping=between(0.02, 5.0), rate=between(200.0, 5000.0),
+        delay=float(rng.uniform(0.0, 0.01)), filter=between(10.0, 300.0) if rng.random() < 0.7 else 0.0,
+        quantum=between(1e-6, 5e-5), friction=between(0.02, 0.8), hand=hand,
+    )  # fmt: skip
+    share = float(rng.uniform(0.0, 0.6)) if rng.random() < 0.8 else 0.0
+    return device, share * min(device.loop(hand).B_max, 20.0)
+
+
+def judged(point: dict[str, Any], seed: int) -> dict[str, float]:
+    """One device: predicted and simulated limit, and how many certified gains oscillate."""
+    device, B = drawn(seed)
+    certificate = certify_device(device, B=B)
+    rng = np.random.default_rng([seed, 1])
+    simulated = simulated_limit(device, B, certificate.k_linear, rng)
+    broken = sum(
+        oscillates(device, share * certificate.k_sure, B, _TRIES, rng) for share in _GAINS if certificate.k_sure > 0
+    )
+    told = {f"{name}_SI": float(getattr(device, name)) for name in _DRAWN}
+    told |= {f"hand_{name}_SI": float(getattr(device.hands[0], name)) for name in ("mass", "damping", "stiffness")}
+    return told | {
+        "B_N_s_per_m": B, "predicted_N_per_m": certificate.k_max, "linear_N_per_m": certificate.k_linear,
+        "simulated_N_per_m": simulated, "error": certificate.k_max / simulated - 1.0, "certified_broken": float(broken),
+        **{f"{name}_N_per_m": bound for name, bound in certificate.bounds.items()},
+    }  # fmt: skip
+
+
+_DRAWN = ("mass", "damping", "rate", "delay", "filter", "quantum", "friction")
+
+
+def simulated_limit(device: Device, B: float, near: float, rng: np.random.Generator) -> float:
+    """The stiffness below which random disturbances die away, by halving [N/m]."""
+    low, high = 0.03 * near, 3.0 * near
+    if oscillates(device, low, B, _THROWS, rng):
+        return 0.0
+    while not oscillates(device, high, B, _THROWS, rng):
+        low, high = high, 2.0 * high
+        if high > 1e9:
+            return float("inf")
+    while high / low > _FINE:
+        middle = float(np.sqrt(low * high))
+        if oscillates(device, middle, B, _THROWS, rng):
+            high = middle
+        else:
+            low = middle
+    return float(np.sqrt(low * high))
+
+
+def oscillates(device: Device, K: float, B: float, throws: int, rng: np.random.Generator) -> bool:
+    """Does any of so many random disturbances, no faster than a tap, leave an oscillation?
+
+    A disturbance is a press, a place and a speed: together as much energy in the spring as a tap of `TAP` has, or less.
+    """
+    hand = device.hands[0]
+    w = np.sqrt((K + hand.stiffness) / (device.mass + hand.mass))
+    still = max(_core.AXIS_QUANTA * device.quantum, _core.AXIS_UNFELT)
+    for i in range(throws):
+        both = i % 3 == 0
+        press = 0.0 if both else float(np.exp(rng.uniform(*np.log(_PRESSES))))
+        speed = TAP * (rng.random() ** 0.1 if i % 2 else 10.0 ** rng.uniform(-2.0, 0.0))
+        phase = rng.uniform(-np.pi, np.pi) if both else rng.choice([0.0, np.pi]) + rng.uniform(-0.5, 0.5)
+        x0, v0 = press / (K + hand.stiffness) + speed / w * np.sin(phase), speed * np.cos(phase)
+        if _stays(_core.Axis(device.axis(hand, K, B, both)), still, 2.0 + 20.0 / w, x0, v0, press):
+            return True
+    return False
+
+
+def _stays(axis: _core.Axis, still: float, duration: float, x0: float, v0: float, push: float) -> bool:
+    for longer in (1.0, 4.0, 16.0):
+        result = axis.run(duration=longer * duration, x0=x0, v0=v0, push=push)
+        if result.oscillates or result.amplitude <= still:
+            return result.oscillates
+    return False
+
+
+def summary(rows: list[dict[str, Any]]) -> dict[str, float]:
+    """Agreement over all devices."""
+    error = np.array([row["error"] for row in rows])
+    linear = np.array([row["linear_N_per_m"] / row["simulated_N_per_m"] - 1.0 for row in rows])
+    return {
+        "count": len(rows), "median_error": float(np.median(np.abs(error))),
+        "largest_error": float(np.abs(error).max()), "share_within": float((np.abs(error) <= WITHIN).mean()),
+        "linear_median_error": float(np.median(np.abs(linear))),
+        "certified_gains": len(rows) * len(_GAINS),
+        "certified_broken": int(sum(row["certified_broken"] for row in rows)),
+    }  # fmt: skip
+
+
+def table(told: dict[str, float]) -> Table:
+    """The summary, told."""
+    out = Table(box=None, pad_edge=False, show_header=False, title="largest stable stiffness", title_justify="left")
+    for name, value in (
+        ("devices", f"{told['count']:.0f}"),
+        ("median disagreement", f"{100 * told['median_error']:.2f} %"),
+        ("largest", f"{100 * told['largest_error']:.1f} %"),
+        (f"within {100 * WITHIN:.0f} %", f"{100 * told['share_within']:.1f} % of the devices"),
+        ("without friction, counts, bounces", f"{100 * told['linear_median_error']:.2f} % median disagreement"),
+        ("certified gains that oscillate", f"{told['certified_broken']:.0f} of {told['certified_gains']:.0f}"),
+    ):
+        out.add_row(name, value)
+    return out

@@ -1,0 +1,33 @@
+"""``palpate study contact``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+
+from rich.console import Console
+
+from palpate.studies._command import Findings, SweepStudy
+
+
+@dataclass
+class Command(SweepStudy):
+    """Every contact method over every shape: direction, steps, energy, time (minutes).
+
+    examples:
+      palpate study contact
+      palpate study contact --json contact.json --figures docs/images
+      palpate study contact --large
+    """
+
+    large: bool = False
+    """Meshes of a million triangles as well."""
+
+    def study(self, console: Console) -> Findings:
+        """Do the work."""
+        from palpate.studies.contact.figures import draw
+        from palpate.studies.contact.work import TRIANGLES, run, table
+        from palpate.verify.bench.contact import SIZES
+
+        result = run((*TRIANGLES, *SIZES[-1:]) if self.large else TRIANGLES, self.sweeper(console))
+        return Findings(result, partial(draw, result), [table(result["rows"])])

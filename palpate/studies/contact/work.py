@@ -1,0 +1,214 @@
+"""The work of ``palpate study contact``."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable, Iterator
+from functools import lru_cache
+from itertools import islice
+from typing import Any, NamedTuple
+
+import numpy as np
+from rich.table import Table
+
+from palpate import _core
+from palpate.arrays import Array
+from palpate.errors import PalpateWarning
+from palpate.mesh import Mesh
+from palpate.shapes.analytic import SHAPES, Box, Shape
+from palpate.shapes.paths import RATE, ToolPath, tool_path
+from palpate.studies._command import Sweeper
+from palpate.sweep import Axis, sweep
+from palpate.sweep.grid import Point
+from palpate.verify.bench.contact import PATHS, RADIUS, judge
+
+Row = dict[str, Any]
+
+TRIANGLES = (1_000, 10_000, 100_000)
+SWEPT = 10_000  # triangles of the sweeps over penetration and approach
+PENETRATIONS = (0.25e-3, 0.5e-3, 1e-3, 1.5e-3, 1.9e-3, 2.5e-3, 3e-3, 3.5e-3, 3.9e-3, 4.5e-3, 6e-3)  # r - phi [m]
+APPROACHES = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0)  # of the path to the surface's normal [deg]
+PLACES = 8  # and headings per angle of approach
+SPEED, PRESSED = 0.05, 1e-3  # of an approach [m/s]; r - phi where it ends [m]
+POINTS, SPREADS = (3, 4, 6, 9, 15), (0.1e-3, 0.2e-3, 0.4e-3, 0.8e-3, 1.6e-3)  # of a grown plane; across [m]
+NOISES, DRAWS = (1e-6, 10e-6, 100e-6), 400  # of its points [m]; planes grown for each figure
+
+
+class UpperFace(Box):
+    """A box or plate for one who presses on its upper face: right however deep, and wherever the bottom is."""
+
+    def distance(self, points: Array) -> tuple[Array, Array]:
+        """To the face's plane."""
+        return points[:, 2] - self.half[2], np.tile([0.0, 0.0, 1.0], (len(points), 1))
+
+    def curve(self, s: Array, offset: float) -> Array:
+        """A loop over the face, whether below or above it."""
+        return np.asarray(super().curve(s, -1.0) + np.array([0.0, 0.0, 1.0 + offset]))
+
+
+PRESSED_FROM_ABOVE = {"box": UpperFace(), "plate": UpperFace((60e-3, 60e-3, 1e-3))}
+
+
+def run(
+    triangles: Iterable[int] = TRIANGLES,
+    sweep: Sweeper = sweep,
+    shapes: Iterable[str] = tuple(SHAPES),
+    methods: Iterable[str] = tuple(_core.contact_methods()),
+) -> dict[str, list[Row]]:
+    """Everything measured: ``rows`` of the methods and ``planes`` grown through points."""
+    tabled, path = set(triangles), {name: way.path for name, way in ways().items()}
+    grid = {
+        "shape": Axis(shapes),
+        "size": Axis(sorted({*tabled, SWEPT}), "", "triangles asked for"),
+        "way": Axis(path, "", "path of the tool"),
+        "method": Axis(methods, "", "contact method"),
+    }
+    swept = sweep(
+        experiment, grid, where=lambda p: p["size"] in tabled if path[p["way"]] in PATHS else p["size"] == SWEPT
+    )
+    drop = {"size", "way"}
+    rows = [{key: value for key, value in row.items() if key not in drop} for row in swept.rows()]
+    return {"rows": rows, "planes": list(grown_planes())}
+
+
+class Way(NamedTuple):
+    """How a tool goes over a shape."""
+
+    path: str
+    """``shallow`` or ``deep`` as in the bench, ``penetration`` or ``approach``."""
+    penetration: float
+    """r - phi of the slide or of the rest [m]."""
+    approach: float = 0.0
+    """to the surface's normal [deg]."""
+    place: int = 0
+
+
+def ways() -> dict[str, Way]:
+    """All of them, by name."""
+    slides = {name: Way(name, RADIUS - PATHS[name][0]) for name in ("shallow", "deep")}
+    deeper = {f"penetration {1e3 * depth:g} mm": Way("penetration", depth) for depth in PENETRATIONS}
+    straight = [Way("approach", PRESSED, degrees, k) for degrees in APPROACHES for k in range(PLACES)]
+    return slides | deeper | {f"approach {way.approach:g} deg, place {way.place}": way for way in straight}
+
+
+def experiment(point: Point, seed: int) -> Row:
+    """One method along one way over one mesh; nothing in it is random."""
+    way = ways()[point["way"]]
+    mesh, (judging, path) = _mesh(point["shape"], point["size"]), _path(point["shape"], way)
+    return {
+        "triangles": mesh.triangle_count,
+        "path": way.path,
+        "penetration_mm": way.penetration * 1e3,
+        "approach_deg": way.approach,
+        **judge(mesh, judging, path, point["method"]),
+    }
+
+
+@lru_cache(2)
+def _mesh(shape: str, triangles: int) -> _core.Mesh:
+    with warnings.catch_warnings():  # wavy sheet and groove are open, and meant to be
+        warnings.simplefilter("ignore", PalpateWarning)
+        return Mesh(*SHAPES[shape].mesh(triangles), name=shape).core
+
+
+@lru_cache(2)
+def _path(name: str, way: Way) -> tuple[Shape, ToolPath]:
+    """The judge, and the samples."""
+    shape = SHAPES[name]
+    if way.path == "approach":
+        return shape, next(islice(approaches(shape, way.approach), way.place, None))
+    if way.path == "penetration":
+        pressed = PRESSED_FROM_ABOVE.get(name, shape)
+        return pressed, _first_seconds(tool_path(pressed, RADIUS - way.penetration, SPEED, RADIUS), 4.0)
+    return shape, tool_path(shape, *PATHS[way.path], RADIUS)
+
+
+def _first_seconds(way: ToolPath, seconds: float) -> ToolPath:
+    """The beginning of its slide."""
+    end = way.steady.start + round(seconds * RATE)
+    return ToolPath(way.tips[:end], slice(way.steady.start, end))
+
+
+def approaches(shape: Shape, degrees: float) -> Iterator[ToolPath]:
+    """Straight in at an angle to the surface's normal, a rest where r - phi = ``PRESSED``; at several places."""
+    for i in range(PLACES):
+        end = shape.curve(np.array([0.13 + i / PLACES]), RADIUS - PRESSED)
+        normal = shape.distance(end)[1][0]
+        side = np.cross(normal, [np.cos(i), np.sin(i), 0.3])
+        side /= np.linalg.norm(side)
+        a = np.radians(degrees)
+        back = np.cos(a) * normal + np.sin(a) * side
+        length = (PRESSED + 2e-3) / np.cos(a)  # from well outside
+        samples = round(length / SPEED * RATE) + 2
+        way = end + back * np.linspace(length, 0.0, samples)[:, None]
+        rest = np.tile(end, (60, 1))
+        out = end + back * np.linspace(0.0, length, samples)[:, None]
+        yield ToolPath(np.vstack([way, rest, out]), slice(samples + 10, samples + 60))
+
+
+def grown_planes(seed: int = 0) -> Iterator[Row]:
+    """Normal of the plane through points of the 30 mm sphere, with noise: against their number and spread."""
+    rng, shape = np.random.default_rng(seed), SHAPES["sphere"]
+    up = np.array([0.0, 0.0, 1.0])
+    for noise in NOISES:
+        for spread in SPREADS:
+            for n in POINTS:
+                error, refused = [], 0
+                for _ in range(DRAWS):
+                    angle, reach = rng.uniform(0, 2 * np.pi, n), spread / 2 * np.sqrt(rng.uniform(0, 1, n))
+                    points = np.column_stack([reach * np.cos(angle), reach * np.sin(angle), np.full(n, 0.03)])
+                    points -= shape.distance(points)[0][:, None] * shape.distance(points)[1]
+                    normal = _core.grow_plane(points + rng.normal(0, noise, (n, 3)), up, 0.05 * RADIUS)
+                    refused += not normal.any()
+                    if normal.any():
+                        error.append(np.degrees(np.arctan2(np.linalg.norm(np.cross(normal, up)), normal @ up)))
+                median, p95 = np.percentile(error, [50, 95]) if error else (None, None)
+                yield {
+                    "points": n,
+                    "spread_mm": spread * 1e3,
+                    "noise_um": noise * 1e6,
+                    "refused": refused / DRAWS,
+                    "direction_median_deg": median,
+                    "direction_p95_deg": p95,
+                }
+
+
+def table(rows: Iterable[Row]) -> Table:
+    """The slides: for each method, path and shape its finest mesh, figures of the bench."""
+    slides = [r for r in rows if r["path"] in PATHS]
+    finest = {
+        shape: max(r["triangles"] for r in slides if r["shape"] == shape) for shape in {r["shape"] for r in slides}
+    }
+    out = Table(title="r = 2 mm, k = 500 N/m, 50 mm/s; finest mesh of each", box=None, padding=(0, 1, 0, 0))
+    columns = ("path", "method", "shape", "us\np50/p99", "direction deg\nmed/p95/max", "force mN\np95/max")
+    for i, column in enumerate((*columns, "step\ndeg", "lost\n%", "flipped\n%", "arte-\nfacts", "work\nmJ")):
+        out.add_column(column, justify="left" if i < 3 else "right", no_wrap=True)
+    samples = _steady_samples()
+    last = ""
+    for r in sorted(slides, key=lambda r: (-list(PATHS).index(r["path"]), _core.contact_methods().index(r["method"]))):
+        if r["triangles"] != finest[r["shape"]]:
+            continue
+        out.add_row(
+            r["path"],
+            r["method"],
+            r["shape"],
+            f"{r['p50_us']:.1f}/{r['p99_us']:.0f}",
+            "no force"
+            if r["lost"] == samples
+            else f"{r['direction_median_deg']:.2f}/{r['direction_p95_deg']:.2f}/{r['direction_max_deg']:.1f}",
+            f"{r['magnitude_p95_mN']:.1f}/{r['magnitude_max_mN']:.1f}",
+            f"{r['step_deg']:.1f}",
+            f"{100 * r['lost'] / samples:.0f}",
+            f"{100 * r['flipped'] / samples:.0f}",
+            f"{r['artefacts']}",
+            f"{round(r['energy_mJ'], 2) + 0.0:.2f}",
+            style="bold" if r["method"] == "proxy" else None,
+            end_section=last not in ("", r["method"]),
+        )
+        last = r["method"]
+    return out
+
+
+def _steady_samples() -> int:
+    steady = tool_path(SHAPES["box"], *PATHS["shallow"], RADIUS).steady
+    return int(steady.stop - steady.start)

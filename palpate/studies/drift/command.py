@@ -1,0 +1,53 @@
+"""``palpate study drift``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from rich.console import Console
+from tyro.conf import Positional
+
+from palpate.errors import RecordingError
+from palpate.studies._command import Findings, SweepStudy
+from palpate.studies.drift.work import RELEASES, Recorded, real_arms, run, table
+
+
+@dataclass
+class Command(SweepStudy):
+    """Tip drift of a released arm by form of gravity model, on plants made from real arms' recordings (minutes).
+
+    examples:
+      palpate study drift --json drift.json --figures docs/images
+      palpate study drift my_poses.csv --arm mtml
+
+    Without recordings the three arms of PALPATE_DATA are taken (docs/calibrate.md).
+    """
+
+    recordings: Positional[tuple[Path, ...]] = ()
+    """Static recordings of one arm: its plant is made from them all."""
+    arm: Literal["mtml", "mtmr"] | None = None
+    """Which arm was recorded; without recordings, only those of this side."""
+    releases: int = RELEASES
+    """Poses the arm is released from."""
+
+    def study(self, console: Console) -> Findings:
+        """Do the work."""
+        from palpate.studies.drift.figures import draw
+
+        if self.releases < 1:
+            raise RecordingError(f"{self.releases} releases", mend="give at least one, e.g. --releases 400")
+        found = run(self._arms(), self.releases, self.sweeper(console))
+        return Findings(
+            found,
+            lambda folder: [draw(found, folder)],
+            [table(found), "simulated arms, made from recordings of real ones"],
+        )
+
+    def _arms(self) -> list[Recorded]:
+        if not self.recordings:
+            return real_arms(self.arm)
+        if self.arm is None:
+            raise RecordingError("which arm was recorded is not said", mend="add --arm mtml or --arm mtmr")
+        return [Recorded(self.recordings[0].stem, self.arm, self.recordings)]

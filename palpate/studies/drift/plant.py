@@ -1,0 +1,140 @@
+"""The simulated arms of ``palpate study drift``: held as recorded ones are, sampled, and let go of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate import _core
+from palpate.arm import Arm
+from palpate.arm.coupling import drives
+from palpate.arm.gravity_model import friction_torque
+from palpate.arrays import Array
+from palpate.identify import fit
+from palpate.identify.approach import directions
+from palpate.identify.fit_gravity import Fitted, fit_poses, predicted
+from palpate.identify.gravity import measured_joints, named_arm
+from palpate.identify.pairs import find_pairs
+from palpate.identify.recordings import Static, on_levels, read_static
+
+PLANTS = ("as identified", "rough")
+TIME = 2.0  # [s]
+
+_DT, _SUBSTEPS = 1e-3, 2  # of the controller [s]; plant steps in it
+_AT_REST = 30  # cycles without any motion: it stays
+_UNKNOWN = 0.5  # size of that over what recordings leave unexplained, where no +/- grids tell it
+_CENTRES = 100
+#: Lengths [rad] of potentials of all six joints, as no controller's form has them, and the joints they pull most at.
+_BEYOND = (
+    ((0.6, 0.25, 0.3, 6.0, 6.0, 6.0), slice(0, 3)),
+    ((3.0, 1.5, 1.5, 1.5, 2.0, 1.0), slice(3, 6)),
+)
+
+
+@dataclass(frozen=True)
+class Plant:
+    """A simulated arm that is held as the recorded one."""
+
+    arm: Arm
+    coulomb: Array  # (n,) dry friction of the joints [N m]
+    motors: Array  # (n, 1) of the motors: what recordings of it show [N m]
+    noise: Array  # (n,) of recordings [N m]
+    measured: NDArray[np.bool_]  # (n,) joints whose torque they know
+    poses: Array  # (k, n) where it was recorded [rad]
+    beyond: Array  # (n,) rms of what the controller's form cannot say [N m]
+
+
+def make_plants(recordings: Sequence[Path], arm: str) -> dict[str, Plant]:
+    """Identify all that the recordings of `arm` say; what the model leaves goes into potentials on top of it.
+
+    As identified: these are as large as the recordings bear out. Rough: as large as all that is left in poses reached
+    both ways, as if none of it were chance.
+    """
+    it = named_arm(arm)
+    grids = [file for file in recordings if "uniform" in file.name]
+    poses = read_static([file for file in recordings if file not in grids] or grids, it)
+    measured = measured_joints(poses)
+    fitted = fit_poses(poses, it, "potential", measured)
+    pairs = find_pairs(read_static(grids, it), tuple(np.flatnonzero(measured))) if len(grids) > 1 else None
+    friction, left = np.abs(fitted.model.friction[:, 0]), _UNKNOWN * fitted.noise
+    if pairs is not None:  # the grids' hysteresis where it is wider; what is left of their means, free of friction
+        friction = np.maximum(friction, np.median(pairs.half_difference, axis=0))
+        left = fit_poses(on_levels(pairs.means), it, "potential", measured).noise
+
+    fields, columns, weights = _beyond(fitted, poses, it)
+    terms = _core.GravityTerms(degree=1, fields=[*fitted.model.terms.fields, *fields])
+    plants = {}
+    for name in PLANTS:
+        scaled = weights if name == "as identified" else _as_large_as(left, columns, weights)
+        beyond = _rms(columns @ np.concatenate(scaled))
+        chance = np.sqrt(np.maximum(fitted.noise**2 - beyond**2, 0.0)) * measured
+        held = named_arm(arm)
+        held.set_gravity_model(terms, np.concatenate([fitted.model.theta, *scaled]))
+        plants[name] = Plant(held, friction, fitted.model.friction, chance, measured, poses.q, beyond)
+    return plants
+
+
+def _beyond(fitted: Fitted, poses: Static, arm: Arm) -> tuple[list[_core.Field], Array, list[Array]]:
+    """Potentials of all joints, their columns (k, n, p) at the poses, and weights that explain what is left there."""
+    left = np.where(fitted.use, poses.tau - predicted(fitted.model, poses, arm), 0.0)
+    centres = poses.q[np.random.default_rng(0).permutation(len(poses))[:_CENTRES], :6]
+    fields = [_core.Field(list(range(6)), centres, length) for length, _ in _BEYOND]
+    columns = arm.gravity_columns(_core.GravityTerms(masses=False, fields=fields), poses.q)
+    scale = np.repeat([0.1 * min(length) for length, _ in _BEYOND], len(centres))  # slopes of hundredths of N m
+    x = fit.bayes(scale * columns, left, np.maximum(fitted.noise, 1e-3), fitted.use).x
+    return fields, columns, np.split(scale * x, len(_BEYOND))
+
+
+def _as_large_as(left: Array, columns: Array, weights: list[Array]) -> list[Array]:
+    """Weights times what makes each potential pull, at its own joints, as much as is left [N m] (rms)."""
+    parts = np.split(columns, len(weights), axis=2)
+    pulls = [_rms(part @ w)[j] for part, w, (_, j) in zip(parts, weights, _BEYOND, strict=True)]
+    return [w * (left[j] / pull).mean() for w, pull, (_, j) in zip(weights, pulls, _BEYOND, strict=True)]
+
+
+def _rms(tau: Array) -> Array:
+    return np.asarray(np.sqrt((tau**2).mean(axis=0) + 1e-18))
+
+
+def sampled(plant: Plant, count: int, seed: int, both_ways: bool = False) -> Static:
+    """A recording of the plant: poses of its region in order, each with friction of the motors and noise.
+
+    both_ways: the mean of two samples, of the pose reached from below and from above, as the dVRK calibrates.
+    """
+    q = unseen_poses(plant, count, seed)
+    bare = Static(q, np.zeros_like(q), np.arange(count) == 0, ("simulated",), count)
+    tau = np.array([plant.arm.holding(x) for x in q])
+    if not both_ways:
+        tau += friction_torque(plant.motors, True, q, directions(bare, drives(q, plant.arm)), plant.arm)
+    noise = plant.noise * (0.5**0.5 if both_ways else 1.0) * np.random.default_rng(seed + 1).standard_normal(tau.shape)
+    return replace(bare, start=bare.start | both_ways, tau=np.where(plant.measured, tau + noise, 0.0))
+
+
+def unseen_poses(plant: Plant, count: int, seed: int) -> Array:
+    """(count, n) anywhere between recorded poses, within the joint limits: each a mean of two of them."""
+    rng = np.random.default_rng(seed)
+    one, two = (plant.poses[rng.integers(0, len(plant.poses), count)] for _ in range(2))
+    share = rng.uniform(0.0, 1.0, (count, 1))
+    return np.clip(one + share * (two - one), plant.arm.q_min, plant.arm.q_max)
+
+
+def release(plant: Plant, controller: Arm, q: Array) -> float:
+    """Distance [m] of the tip from where it was let go, after `TIME`, gravity compensation alone at work."""
+    options = plant.arm.leader_options()
+    options.coulomb = plant.coulomb
+    hand = _core.HandOptions()
+    for name in ("mass", "damping", "stiffness", "inertia", "rotational_damping", "rotational_stiffness"):
+        setattr(hand, name, 0.0)
+    leader, none, still, nowhere = _core.Leader(plant.arm, options, hand), np.zeros(plant.arm.n), 0, np.eye(4)
+    leader.reset(q)
+    for _ in range(round(TIME / _DT)):
+        leader.command(none, controller.holding(leader.q_measured), none)
+        leader.step(_DT / _SUBSTEPS, nowhere, n=_SUBSTEPS)
+        still = 0 if leader.v.any() else still + 1
+        if still > _AT_REST:
+            break
+    return float(np.linalg.norm(plant.arm.fk(leader.q)[:3, 3] - plant.arm.fk(q)[:3, 3]))

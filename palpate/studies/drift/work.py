@@ -1,0 +1,133 @@
+"""The work of ``palpate study drift``."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+
+from palpate.errors import RecordingError
+from palpate.identify.fit_gravity import fit_poses
+from palpate.identify.gravity import named_arm
+from palpate.studies._command import Sweeper
+from palpate.studies.drift.plant import PLANTS, TIME, Plant, make_plants, release, sampled, unseen_poses
+from palpate.sweep import Axis, sweep
+from palpate.sweep.grid import Point
+
+FORMS = ("paper", "gravity+springs", "dvrk", "potential")
+PUBLISHED = {"paper": (96.0, 60.0, 254.0), "dvrk": (5.8, 2.1, 22.0)}  # mean, median, p95 on a real arm [mm]
+RELEASES, TRAINED = 400, 160  # poses
+STAYS = 0.1  # [mm]
+
+_REAL = ("MTML_34863", "MTMR_31519", "MTMR_28247")
+_FILES = ("random_N160", "random_N400", "uniform_pos", "uniform_neg")
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """An arm, and the recordings that its plant is made from."""
+
+    name: str
+    arm: str  # mtml or mtmr
+    files: tuple[Path, ...]
+
+
+def real_arms(side: str | None = None) -> list[Recorded]:
+    """Three arms whose recordings are public, or those of one side.
+
+    Raises:
+        RecordingError: they are not there; says where they were looked for.
+    """
+    folder = Path(os.environ.get("PALPATE_DATA", "../shared/data")) / "mtm_static"
+    arms = [
+        Recorded(name, name[:4].lower(), tuple(folder / f"{name}__{part}.csv" for part in _FILES)) for name in _REAL
+    ]
+    arms = [arm for arm in arms if side in (None, arm.arm)]
+    if not all(file.is_file() for arm in arms for file in arm.files):
+        mend = "name static recordings of your arm, or set PALPATE_DATA"
+        raise RecordingError("no recordings to make a plant from", where=str(folder), mend=mend)
+    return arms
+
+
+def run(arms: Sequence[Recorded], releases: int = RELEASES, sweep: Sweeper = sweep) -> dict[str, Any]:
+    """Every form on the same plants, the same 160 samples, the same releases; keys of docs/json.md."""
+    grid = {"arm": Axis(arm.name for arm in arms), "plant": Axis(PLANTS), "model": Axis(FORMS)}
+    rows = sweep(partial(_released, tuple(arms), releases), grid).rows()
+    made = {(row["arm"], row["plant"]): row.pop("made") for row in rows}
+    return {
+        "simulated": True,
+        "releases": releases,
+        "trained_on": TRAINED,
+        "released_s": TIME,
+        "published_mm": PUBLISHED,
+        "arms": [_description(arm, {name: made[arm.name, name] for name in PLANTS}) for arm in arms],
+        "rows": rows,
+    }
+
+
+def _released(arms: tuple[Recorded, ...], releases: int, point: Point, seed: int) -> dict[str, Any]:
+    """One form on one plant. Samples and releases have seeds of their own: every form meets the same."""
+    (arm,) = (arm for arm in arms if arm.name == point["arm"])
+    plant = _plants(arm)[point["plant"]]
+    made = {"friction_Nm": plant.coulomb[:6], "noise_Nm": plant.noise[:6], "beyond_form_Nm": plant.beyond[:6]}
+    return {"made": made, **_drift(point["model"], plant, releases)}
+
+
+@lru_cache(1)
+def _plants(arm: Recorded) -> dict[str, Plant]:
+    return make_plants(arm.files, arm.arm)
+
+
+def _description(arm: Recorded, made: dict[str, dict[str, list[float]]]) -> dict[str, Any]:
+    return {
+        "arm": arm.name,
+        "recordings": [file.name for file in arm.files],
+        "friction_Nm": made[PLANTS[0]]["friction_Nm"],
+        **{key: {name: plant[key] for name, plant in made.items()} for key in ("noise_Nm", "beyond_form_Nm")},
+    }
+
+
+def _drift(form: str, plant: Plant, releases: int) -> dict[str, Any]:
+    controller = named_arm("mtml" if plant.arm.name == "mtm_left" else "mtmr")
+    poses = sampled(plant, TRAINED, seed=1, both_ways=form == "dvrk")
+    model = fit_poses(poses, controller, form, plant.measured).model
+    model.apply(controller)
+    starts = unseen_poses(plant, releases, seed=2)
+    wrong = model.holding(starts, controller) - np.array([plant.arm.holding(q) for q in starts])
+    drift = 1e3 * np.array([release(plant, controller, q) for q in starts])
+    return {
+        "mean_mm": float(drift.mean()),
+        "median_mm": float(np.median(drift)),
+        "p95_mm": float(np.percentile(drift, 95)),
+        "stays": float((drift < STAYS).mean()),
+        "torque_error_Nm": np.sqrt((wrong**2).mean(axis=0))[:6].tolist(),
+        "beyond_friction": (np.abs(wrong) > plant.coulomb).mean(axis=0)[:6].tolist(),
+        "drift_mm": np.round(np.sort(drift), 4).tolist(),
+    }
+
+
+def table(found: dict[str, Any]) -> Table:
+    """Drift by form, beside what was published."""
+    title = f"tip drift within {found['released_s']:g} s of letting go, simulated, {found['releases']} poses [mm]"
+    shown = Table(title=title, title_justify="left")
+    heads = ("arm", "plant", "model", "mean", "median", "95 %", "stays", "published", "wrong by [N m]")
+    for head in heads:
+        shown.add_column(head, justify="left" if head in heads[:3] else "right", no_wrap=True)
+    for k, row in enumerate(found["rows"]):
+        first = k % len(FORMS) == 0
+        real = "/".join(f"{x:g}" for x in found["published_mm"].get(row["model"], ()))
+        wrong = " ".join(f"{x:.3f}" for x in row["torque_error_Nm"][:3])
+        shown.add_row(row["arm"] * first, row["plant"] * first, row["model"], f"{row['mean_mm']:.2f}",
+                      f"{row['median_mm']:.2f}", f"{row['p95_mm']:.2f}", f"{100 * row['stays']:.0f} %", real, wrong,
+                      end_section=(k + 1) % len(FORMS) == 0)  # fmt: skip
+    shown.caption = (
+        f"stays: moved less than {STAYS:g} mm; published: on a real arm (Lin et al. 2019), mean/median/95 %; wrong by: "
+        "rms error of the holding torques of joints 1 to 3."
+    )
+    return shown

@@ -1,0 +1,32 @@
+"""``palpate study figure12``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+
+from rich.console import Console
+
+from palpate.console.output import say
+from palpate.studies._command import Findings, Study
+
+
+@dataclass
+class Command(Study):
+    """The paper's Fig 12: instrument in four meshes, body and spatial force on the master arm (half a minute).
+
+    examples:
+      palpate study figure12
+      palpate study figure12 --figures docs/images
+    """
+
+    def study(self, console: Console) -> Findings:
+        """Do the work."""
+        from palpate.studies.figure12.figures import save
+        from palpate.studies.figure12.work import line, row, run
+
+        moments = []
+        for moment in run():
+            say(console, line(moment))
+            moments.append(moment)
+        return Findings([row(moment) for moment in moments], partial(save, moments))

@@ -1,0 +1,40 @@
+"""``palpate study force``."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from rich.console import Console
+from tyro.conf import arg
+
+from palpate.studies._command import Findings, Study
+
+
+@dataclass
+class Command(Study):
+    """Force without a sensor: a weight on a real arm, a floor touched by a simulated one (a minute).
+
+    examples:
+      palpate study force
+      palpate study force --json force.json --figures pictures
+    """
+
+    data: Annotated[Path, arg(metavar="DIR")] = Path(os.environ.get("PALPATE_DATA", "../shared/data"))
+    """Folder of the recordings; without them the weight is left out."""
+
+    def study(self, console: Console) -> Findings:
+        """Do the work."""
+        from palpate.studies.force.figures import draw
+        from palpate.studies.force.work import in_words, simulated, told, weight, words
+
+        recordings = self.data / "psm_moving"
+        load = weight(recordings) if recordings.is_dir() else None
+        found, trace = simulated()
+        return Findings(
+            {"weight": None if load is None else told(load), "simulated": found},
+            lambda folder: [draw(load, trace, found, folder)],
+            [*words(load, recordings), in_words(found)],
+        )

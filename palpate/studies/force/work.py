@@ -1,0 +1,171 @@
+"""The work of ``palpate study force``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from palpate import _core
+from palpate.arm import Arm
+from palpate.arrays import Array
+
+if TYPE_CHECKING:
+    from palpate.arm.dynamics import Dynamics
+    from palpate.identify.payload import Load
+
+Found = dict[str, Any]
+
+WEIGHT = 0.105  # that hung on the recorded arm [kg]
+SERVO = 1e-4  # period of the simulated drives [s]
+SAMPLES, TICKS = 200.0, 1000.0  # of a recording, of the cycle [Hz]
+LEARN, PRESS = 30.0, 12.0  # duration of the motions [s]
+NOISE = 0.005  # of a measured drive torque, rms, over the drive's limit
+FLOOR = (600.0, 2.0)  # stiffness, damping of the floor [N/m, N s/m]
+DEEP = 0.03  # of the floor below the middle of the motion [m]
+PUSH = 2.0  # from the side, largest per axis [N]
+#: Excitation about the middle of the simulated arm's motion: amplitude of each joint [rad, m]
+MIDDLE = np.array([0.0, 0.0, 0.12, 0.0, 0.0, 0.0])
+SWING = np.array([0.45, 0.45, 0.06, 0.8, 0.5, 0.5])
+
+
+def words(load: Load | None, recordings: Path) -> list[str]:
+    """The weight, for people."""
+    if load is None:
+        return [f"no recordings in {recordings}: the weight is left out"]
+    low, high = load.interval
+    error = 100 * (load.mass / WEIGHT - 1.0)
+    return [
+        f"weight on the recorded PSM: {1e3 * load.mass:.0f} g, 95 % {1e3 * low:.0f} to {1e3 * high:.0f} g; "
+        f"on the scale {1e3 * WEIGHT:.0f} g, {error:+.0f} %",
+        f"it is taken to hang {load.hang.words}",
+    ]
+
+
+def in_words(found: Found) -> str:
+    """The simulated arm, for people."""
+    axes = ", ".join(f"{axis} {100 * x:.1f}" for axis, x in zip("xyz", found["nrmse_axis"], strict=True))
+    return (
+        f"simulated PSM: NRMSE {100 * found['nrmse']:.1f} % (by axis {axes} %) over {PRESS:g} s of a motion it was "
+        f"not identified from, force to {found['force_max_N']:.1f} N"
+    )
+
+
+def weight(folder: Path) -> Load:
+    """The weight on the recorded PSM; the dynamics are of the recordings without it."""
+    from palpate.identify.dynamics import identify, read_motion
+    from palpate.identify.payload import estimate_load
+
+    arm = Arm.psm()
+    one, two, again, loaded = (
+        read_motion(str(folder / f"psm__{name}_results.csv"), arm)
+        for name in ("one", "two", "one_no_weight", "one_105_grams_parallel")
+    )
+    return estimate_load(identify([one, two, again], arm), loaded, [one, again])
+
+
+def told(load: Load) -> dict[str, Any]:
+    """As JSON."""
+    return {
+        "mass_kg": load.mass,
+        "deviation_kg": load.deviation,
+        "interval_kg": list(load.interval),
+        "true_kg": WEIGHT,
+        "error": load.mass / WEIGHT - 1.0,
+        "explained": list(load.explained),
+        "assumed": load.hang.words,
+    }
+
+
+@dataclass(frozen=True)
+class Trace:
+    """What pushed the simulated tool, and what was told."""
+
+    t: Array  # (k,) [s]
+    truth: Array  # (k, 3) F_T_B [N]
+    told: Array  # (k, 3)
+
+
+def simulated() -> tuple[Found, Trace]:
+    """Identify a simulated PSM from one motion, estimate forces in another. Fixed seeds."""
+    arm = Arm.psm()
+    trace = press(arm, identified(arm))
+    return {"simulated": True, "samples_Hz": SAMPLES, "torque_noise": NOISE, **score(trace)}, trace
+
+
+def identified(arm: Arm) -> Dynamics:
+    """The dynamics of the simulated arm, from its encoders and drive torques in free motion."""
+    from palpate.identify.dynamics import identify
+    from palpate.identify.motion import motion
+    from palpate.identify.recordings import Moving
+
+    follower, path, noise = _follower(arm), _path(1), _noise(arm, 1)
+    rows = []
+    for k in range(round(LEARN * SAMPLES)):
+        follower.command(path(k / SAMPLES))
+        follower.step(SERVO, round(1.0 / SAMPLES / SERVO))
+        rows.append(np.concatenate([follower.q, follower.v, follower.tau + noise()]))
+    q, v, tau = np.split(np.array(rows), 3, axis=1)
+    return identify([motion(Moving(q, v, tau, SAMPLES, "simulated PSM"))], arm, at="joints")
+
+
+def press(arm: Arm, model: Dynamics) -> Trace:
+    """Another motion meets a floor below the tool and is pushed from the sides."""
+    from palpate.arm.observer import estimate_options
+
+    follower, path, noise, push = _follower(arm), _path(2), _noise(arm, 2), _waves(3, 2)
+    estimate = _core.Estimate(arm, estimate_options(model))
+    follower.reset(path(0.0))
+    height = float(arm.fk(MIDDLE)[2, 3]) - DEEP
+    F, told, truth, last = np.zeros(6), [], [], height
+    for k in range(round(PRESS * TICKS)):
+        follower.command(path(k / TICKS))
+        follower.step(SERVO, round(1.0 / TICKS / SERVO), F)
+        z = float(arm.fk(follower.q)[2, 3])
+        told.append(estimate.step(k / TICKS, follower.q, follower.v, follower.tau + noise()))
+        truth.append(F[:3].copy())
+        depth = height - z
+        F[:2] = PUSH * push(k / TICKS)
+        F[2] = max(FLOOR[0] * depth - FLOOR[1] * (z - last) * TICKS, 0.0) if depth > 0.0 else 0.0
+        last = z
+    return Trace(np.arange(len(told)) / TICKS, np.array(truth), np.array(told))
+
+
+def score(trace: Trace) -> Found:
+    """NRMSE: rms of the error vector over the largest force; of an axis: rms of its error over its force's range."""
+    settled = slice(round(TICKS), None)
+    truth, error = trace.truth[settled], (trace.told - trace.truth)[settled]
+    rms, largest = float(np.sqrt((error**2).sum(axis=1).mean())), float(np.linalg.norm(truth, axis=1).max())
+    by_axis = np.sqrt((error**2).mean(axis=0)) / np.ptp(truth, axis=0)
+    return {"nrmse": rms / largest, "nrmse_axis": by_axis.tolist(), "error_rms_N": rms, "force_max_N": largest}
+
+
+def _follower(arm: Arm) -> _core.Follower:
+    options = arm.follower_options()
+    options.driven = True
+    follower = _core.Follower(arm, options)
+    follower.reset(MIDDLE)
+    return follower
+
+
+def _noise(arm: Arm, seed: int) -> Callable[[], Array]:
+    rng, size = np.random.default_rng(seed), NOISE * arm.tau_max
+    return lambda: size * rng.normal(size=arm.n)
+
+
+def _path(seed: int) -> Callable[[float], Array]:
+    """Joints from rest at the middle."""
+    wave = _waves(seed, 6)
+    return lambda t: np.asarray(MIDDLE + SWING * wave(t) * min(t, 1.0))
+
+
+def _waves(seed: int, n: int) -> Callable[[float], Array]:
+    """n sums, at most 1, of five harmonics of about 0.1 Hz."""
+    rng = np.random.default_rng(seed)
+    frequency = 0.1 * rng.permutation(np.arange(1, 9))[:5][:, None] * rng.uniform(0.9, 1.1, (5, n))
+    phase = rng.uniform(0.0, 2.0 * np.pi, (5, n))
+    share = rng.dirichlet(np.ones(5), n).T
+    return lambda t: np.asarray((share * np.sin(2.0 * np.pi * frequency * t + phase)).sum(axis=0))

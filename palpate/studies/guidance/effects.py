@@ -1,0 +1,201 @@
+"""What the trials of `palpate study guidance` come to: means, effects with confidence, break-even, ablation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.arrays import Array
+from palpate.studies._command import Sweeper
+from palpate.studies.guidance.tasks import TASKS
+from palpate.studies.guidance.work import ABLATION, ALL, CONDITIONS, FEW, MEASURES, REGISTRATION, task_of
+from palpate.sweep import Axis
+from palpate.sweep.grid import Point
+
+BOOTSTRAPS = 2000
+Rows = list[dict[str, Any]]
+
+
+def of_the_first(
+    each: Callable[[Point, int], dict[str, float]],
+    tasks: Iterable[str],
+    operators: int,
+    seed: int,
+    sweep: Sweeper,
+    title: str,
+) -> tuple[dict[str, Rows], NDArray[np.int64]]:
+    """`each` of the cohort's first operators, FEW at most: their rows by task; draws (BOOTSTRAPS, few) of them."""
+    few = min(operators, FEW)
+    grid = {"operator": Axis(range(few)), "task": Axis(tasks), "cohort": Axis([seed])}
+    rows = sweep(each, grid, seed, title=title).rows()
+    draws = np.random.default_rng(seed).integers(few, size=(BOOTSTRAPS, few))
+    return {task: [row for row in rows if row["task"] == task] for task in tasks}, draws
+
+
+@dataclass(frozen=True)
+class Expected:
+    """What the literature lets expect of people, against the condition none."""
+
+    hedges_g: float
+    """Below zero: less of it."""
+    source: str
+    change: tuple[float, float] | None = None
+
+
+_META = "Bergholz, Ferle and Weber 2023, meta-analysis of 56 papers on haptic feedback in robot assisted surgery"
+_PATH = Expected(-1.28, f"g: {_META}, accuracy with virtual fixtures (0.78 to 1.78); range: they raise "
+                 "performance by 20 to 70 % (Rosenberg 1993, as told in Du and Zhang 2014)", (-0.7, -0.2))  # fmt: skip
+_PEAK = Expected(-0.69, f"g: {_META}, peak force; range: about -40 %; without force feedback twice as large in "
+                 "Wagner, Stylopoulos, Jackson and Howe 2007", (-0.50, -0.30))  # fmt: skip
+_MEAN = Expected(-0.83, f"{_META}, average force (0.66 to 1.01)")
+_TIME = Expected(
+    -0.83, f"{_META}, completion time; no difference was found between contact forces and virtual fixtures"
+)
+
+#: By condition and measure.
+EXPECTED: dict[tuple[str, str], Expected] = {
+    ("guidance", "path_error_mm"): _PATH,
+    ("haptics+guidance", "path_error_mm"): _PATH,
+    ("haptics+hard", "path_error_mm"): _PATH,
+    ("haptics", "peak_force_N"): _PEAK,
+    ("haptics+guidance", "peak_force_N"): _PEAK,
+    ("haptics", "mean_force_N"): _MEAN,
+    ("haptics+guidance", "mean_force_N"): _MEAN,
+    ("haptics", "time_s"): _TIME,
+    ("guidance", "time_s"): _TIME,
+    ("haptics+guidance", "time_s"): _TIME,
+}
+
+
+def summary(rows: list[dict[str, Any]], seed: int) -> dict[str, Any]:
+    """As in docs/json.md."""
+    rng = np.random.default_rng(seed)
+    means, effects = [], []
+    for task in TASKS:
+        none = _columns(rows, task, "none")
+        draws = rng.integers(len(none["time_s"]), size=(BOOTSTRAPS, len(none["time_s"])))
+        for condition in CONDITIONS:
+            mine = _columns(rows, task, condition)
+            mean = {key: float(mine[key].mean()) for key in (*MEASURES, "deepest_mm", "hand_peak_force_N")}
+            unfinished = int(np.sum(mine["done"] == 0.0))
+            means.append({"task": task, "condition": condition, **mean, "unfinished": unfinished})
+            if condition != "none":
+                effects += [_effect(task, condition, key, none[key], mine[key], draws) for key in MEASURES]
+    control = [_against(rows, task, rng) for task in TASKS]
+    return {
+        "simulated": True,
+        "operators": len(none["time_s"]),
+        "rows": means,
+        "effects": effects,
+        "registration": [row for task in TASKS for row in _registered(rows, task)],
+        "break_even": [_break_even(rows, task) for task in TASKS],
+        "ablation": [row for task in TASKS for row in _ablated(rows, task)],
+        "control": control,
+        "control_works": all(one["than_right_low_mm"] > 0.0 for one in control),
+    }
+
+
+def _columns(rows: list[dict[str, Any]], task: str, condition: str, most: int | None = None) -> dict[str, Array]:
+    """Of the operators in their order, of the first `most` alone."""
+    mine = sorted((r for r in rows if r["task"] == task and r["condition"] == condition), key=lambda r: r["operator"])
+    kept = mine[:most]
+    return {key: np.array([row[key] for row in kept]) for key in kept[0] if key not in ("task", "condition")}
+
+
+def hedges_g(a: Array, b: Array) -> Array:
+    """Standardised difference of means b - a over the pooled spread, corrected for few; along the last axis."""
+    n = a.shape[-1] + b.shape[-1]
+    spread = np.sqrt(0.5 * (a.var(axis=-1, ddof=1) + b.var(axis=-1, ddof=1)))
+    difference = b.mean(axis=-1) - a.mean(axis=-1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        g = np.where(spread > 0.0, difference / spread, 0.0)
+    return np.asarray((1.0 - 3.0 / (4.0 * n - 9.0)) * g)
+
+
+def _effect(task: str, condition: str, key: str, none: Array, mine: Array, draws: NDArray[np.int64]) -> dict[str, Any]:
+    g = hedges_g(none[draws], mine[draws])
+    before, after = none[draws].mean(axis=1), mine[draws].mean(axis=1)
+    some = before > 0.0
+    change = after[some] / before[some] - 1.0
+    known = none.mean() > 0.0
+    low, high = np.percentile(change, [2.5, 97.5]) if known and some.any() else (np.nan, np.nan)
+    expected = EXPECTED.get((condition, key))
+    if key == "path_error_mm" and task_of(task).purpose != key:
+        expected = None  # nothing guides along the path there
+    return {
+        "task": task,
+        "condition": condition,
+        "measure": key,
+        "change": float(mine.mean() / none.mean() - 1.0) if known else None,
+        "change_low": float(low) if known else None,
+        "change_high": float(high) if known else None,
+        "hedges_g": float(hedges_g(none, mine)),
+        "hedges_g_low": float(np.percentile(g, 2.5)),
+        "hedges_g_high": float(np.percentile(g, 97.5)),
+        "expected_change": list(expected.change) if expected and expected.change else None,
+        "expected_hedges_g": expected.hedges_g if expected else None,
+        "source": expected.source if expected else None,
+    }
+
+
+def _registered(rows: list[dict[str, Any]], task: str) -> list[dict[str, Any]]:
+    """Means of the same FEW operators over the registration error; first without guidance."""
+    told = []
+    for name in ("haptics", "haptics+guidance", *REGISTRATION, "control_wrong"):
+        mine = _columns(rows, task, name, FEW)
+        told.append({
+            "task": task,
+            "error_mm": ALL[name].beside_mm if ALL[name].guidance else None,
+            **{key: float(mine[key].mean()) for key in ("path_error_mm", "peak_force_N", "entries")},
+        })  # fmt: skip
+    return told
+
+
+def _break_even(rows: list[dict[str, Any]], task: str) -> dict[str, Any]:
+    """Registration error from which on guidance is worse at its purpose than the same console without any [mm].
+
+    Between the errors that were tried by straight lines; None where it helps at the largest yet, 0 where it never does.
+    """
+    without, *tried = _registered(rows, task)
+    purpose = task_of(task).purpose
+    errors = np.array([row["error_mm"] for row in tried])
+    more = np.array([row[purpose] for row in tried]) - without[purpose]
+    k = int(np.argmax(more > 0.0))
+    at: float | None = None if not (more > 0.0).any() else 0.0
+    if k > 0:
+        at = float(errors[k - 1] + (errors[k] - errors[k - 1]) * -more[k - 1] / (more[k] - more[k - 1]))
+    return {"task": task, "measure": purpose, "break_even_mm": at, "largest_tried_mm": float(errors[-1])}
+
+
+def _ablated(rows: list[dict[str, Any]], task: str) -> list[dict[str, Any]]:
+    """What felt contact takes from the forces, and how much of it is left when nobody presses harder unfelt."""
+    (name,) = ABLATION
+    if not any(r["task"] == task and r["condition"] == name for r in rows):
+        return []
+    felt, none, same = (_columns(rows, task, c) for c in ("haptics", "none", name))
+    return [
+        {
+            "task": task,
+            "measure": key,
+            "change": float(felt[key].mean() / none[key].mean() - 1.0),
+            "change_without_haste": float(felt[key].mean() / same[key].mean() - 1.0),
+        }
+        for key in ("mean_force_N", "peak_force_N")
+    ]
+
+
+def _against(rows: list[dict[str, Any]], task: str, rng: np.random.Generator) -> dict[str, Any]:
+    """How much more path error wrong guidance makes than the same guidance in its place, and than none [mm]."""
+    wrong = _columns(rows, task, "control_wrong")["path_error_mm"]
+    draws = rng.integers(len(wrong), size=(BOOTSTRAPS, len(wrong)))
+    told: dict[str, Any] = {"task": task}
+    for name, condition in (("right", "haptics+guidance"), ("none", "none")):
+        more = wrong - _columns(rows, task, condition)["path_error_mm"]
+        low, high = np.percentile(more[draws].mean(axis=1), [2.5, 97.5])
+        told |= {f"than_{name}_mm": float(more.mean())}
+        told |= {f"than_{name}_low_mm": float(low), f"than_{name}_high_mm": float(high)}
+    return told

@@ -1,0 +1,239 @@
+"""The four tasks of `palpate study guidance`: what is touched, what is to be done, what guides, what is judged.
+
+Lengths in metres in W. What is touched is there in every condition; the guidance is a list as in a scene file. The
+judges here are numpy's: they know the true path and the true forbidden region, never what the guidance believes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from palpate import _core
+from palpate.arrays import Array
+from palpate.operators import Errand
+
+RADIUS = 0.002
+"""Of the tool's sphere [m]."""
+SCALE = 0.5
+"""Tool motion per hand motion."""
+BESIDE = np.array([0.0, 1.0, 0.0])
+"""Unit: where misplaced guidance lies beside what it should be."""
+KEPT = 0.001
+"""Radius of the hose around the path that hard guidance keeps the tool in [m]."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """One task."""
+
+    title: str
+    errand: Errand
+    thing: dict[str, Any]
+    """What is touched, as an object of a scene; a mesh of ours takes its place where `surface` makes one."""
+    guidance: Callable[[Array, bool], list[dict[str, Any]]]
+    """The fixtures for a path that lies so far beside the true one (3,) [m]; hard ones keep the tool in, or out."""
+    outside: Callable[[Array], Array]
+    """How deep tool positions (n, 3) are in the forbidden region, below zero outside of it (n,) [m]."""
+    off: Callable[[Array], Array]
+    """Path error of tool positions (n, 3), (n,) [m]."""
+    surface: Callable[[], _core.Mesh] | None = None
+    purpose: str = "path_error_mm"
+    """The measure that its guidance is for."""
+
+    @cached_property
+    def start(self) -> Array:
+        """(3,) where the tool begins [m]."""
+        lift = -0.001 * np.array(self.errand.into) if self.errand.press > 0.0 else 0.0
+        return np.asarray(self.errand.path[0] + lift)
+
+    def scene(self) -> dict[str, Any]:
+        """As a scene file, without guidance; the simulated hand rests where the task begins."""
+        return {
+            "objects": [self.thing | {"damping": 1.0}],
+            "mapping": {"scale": SCALE},
+            "contact": {"radius": RADIUS},
+            "rates": {"plant": 2000.0},
+            "stability": {"force_cap": 6.0},
+            "operator": {"path": [{"t": 0.0, "xyz": self.start.tolist()}]},
+        }
+
+
+def distance(p: Array, path: Array) -> tuple[Array, Array]:
+    """(n,) from points (n, 3) to a polyline (m, 3), and the nearest places (n, 3) on it."""
+    a, d = path[:-1], np.diff(path, axis=0)
+    best, where = np.full(len(p), np.inf), np.zeros_like(p)
+    for begin, step in zip(a, d, strict=True):
+        share = np.clip((p - begin) @ step / (step @ step), 0.0, 1.0)
+        q = begin + share[:, None] * step
+        away = np.linalg.norm(p - q, axis=1)
+        closer = away < best
+        best[closer], where[closer] = away[closer], q[closer]
+    return best, where
+
+
+def sleeve(path: Array, inner: Array, thickness: float, sides: int = 24) -> _core.Mesh:
+    """A hose along a path (n, 3) that is inner (n,) wide inside: closed, and solid between its walls [m]."""
+    along = np.gradient(path, axis=0)
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    side = np.cross(along, [0.0, 0.0, 1.0]) if abs(along[0, 2]) < 0.9 else np.cross(along, [0.0, 1.0, 0.0])
+    side /= np.linalg.norm(side, axis=1)[:, None]
+    up = np.cross(side, along)
+    turn = 2 * np.pi * np.arange(sides) / sides
+    circle = np.cos(turn)[:, None] * side[:, None, :] + np.sin(turn)[:, None] * up[:, None, :]  # (n, sides, 3)
+    rings = [path[:, None] + r[:, None, None] * circle for r in (inner, inner + thickness)]
+    vertices = np.concatenate([ring.reshape(-1, 3) for ring in rings])
+    n, k = len(path), np.arange(sides)
+    nxt, quads = (k + 1) % sides, []
+    for i in range(n - 1):
+        for wall, flip in ((0, False), (n * sides, True)):
+            a, b = wall + i * sides + k, wall + i * sides + nxt
+            quads.append((a, b, b + sides, a + sides) if not flip else (a, a + sides, b + sides, b))
+    for i, flip in ((0, True), (n - 1, False)):
+        a, b, out = i * sides + k, i * sides + nxt, n * sides
+        quads.append((a, b, b + out, a + out) if not flip else (a, a + out, b + out, b))
+    corners = [np.stack([q[0], q[1], q[2]], 1) for q in quads] + [np.stack([q[0], q[2], q[3]], 1) for q in quads]
+    triangles = np.concatenate(corners).astype(np.int32)
+    a, b, c = (vertices[triangles[:, j]] for j in range(3))
+    if float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum()) < 0.0:
+        triangles = triangles[:, ::-1].copy()
+    return _core.Mesh(vertices, triangles)
+
+
+def _evenly(curve: Array, step: float = 0.0005) -> Array:
+    """The same curve in points so far apart [m]."""
+    s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1))])
+    at = np.linspace(0.0, s[-1], int(s[-1] / step) + 1)
+    return np.column_stack([np.interp(at, s, curve[:, j]) for j in range(3)])
+
+
+def _waypoints(path: Array, beside: Array, every: int = 10) -> list[list[float]]:
+    kept = np.concatenate([path[:-1:every], path[-1:]])
+    return [[float(v) for v in point] for point in kept + beside]
+
+
+def ring_on_wire() -> Task:
+    """A ring of 6 mm inside on a wire of 2 mm: its centre has 2 mm to every side."""
+    u, clear = np.linspace(0.0, 1.0, 400), 0.002
+    curve = [0.04 * (u - 0.5), 0.004 * np.sin(2 * np.pi * u), 0.03 + 0.005 * np.sin(np.pi * (u - 0.2))]
+    wire = _evenly(np.column_stack(curve))
+    ends = 0.008 * _unit(wire[1] - wire[0]), 0.008 * _unit(wire[-1] - wire[-2])
+    hose = _evenly(np.concatenate([wire[:1] - ends[0], wire, wire[-1:] + ends[1]]), 0.0015)
+    return Task(
+        "ring on a wire",
+        Errand(wire, np.full(len(wire), 2 * clear), 1500.0),
+        {"box": {"size": [0.08, 0.03, 0.03]}, "stiffness": 1500.0, "pose": {"xyz": [0.0, 0.0, 0.012]}},
+        lambda beside, hard: [_follow(wire, beside, hard)],
+        lambda p: distance(p, wire)[0] - clear,
+        lambda p: distance(p, wire)[0],
+        lambda: sleeve(hose, np.full(len(hose), clear + RADIUS), 0.004),
+    )
+
+
+def tracing() -> Task:
+    """A curve on soft tissue, pressed with half a newton; a millimetre and a half beside it is forbidden."""
+    u, press, K = np.linspace(0.0, 1.0, 400), 0.5, 400.0
+    curve = [0.04 * (u - 0.5), 0.004 * np.sin(3 * np.pi * u), np.full(len(u), RADIUS - press / K)]
+    line = _evenly(np.column_stack(curve))
+    return Task(
+        "line on soft tissue",
+        Errand(line, np.full(len(line), 0.003), K, press),
+        {"plane": {"size": 0.1}, "stiffness": K},
+        lambda beside, hard: [_follow(line, beside, hard)],
+        lambda p: _flat(p, line) - 0.0015,
+        lambda p: _flat(p, line),
+    )
+
+
+def palpation() -> Task:
+    """Pressed with a newton along a vessel that lies on the tissue: nearer than 3 mm to its wall is forbidden."""
+    press, K, vessel, margin = 1.0, 400.0, 0.002, 0.003
+    near = -vessel - margin - 0.0004
+    corners = np.array([[-0.016, -0.016], [near, -0.012], [near, 0.012], [-0.016, 0.016]])
+    z = RADIUS - press / K
+    way = _evenly(np.column_stack([corners, np.full(len(corners), z)]))
+
+    def guidance(beside: Array, hard: bool) -> list[dict[str, Any]]:
+        return [
+            {
+                "name": "vessel",
+                "role": {"name": "forbid", "margin": margin},
+                "geometry": {"cylinder": {"radius": vessel, "length": 0.1}},
+                "frame": {"pose": {"xyz": [-float(beside[1]), 0.0, 0.0], "rpy_deg": [90.0, 0.0, 0.0]}},
+                "law": {"stiffness": 1000.0, "damping": 4.0},
+                "hard": hard,
+            }
+        ]
+
+    return Task(
+        "palpation beside a vessel",
+        Errand(way, np.full(len(way), 0.003), K, press),
+        {"plane": {"size": 0.1}, "stiffness": K},
+        guidance,
+        lambda p: vessel + margin - np.hypot(p[:, 0], p[:, 2]),
+        lambda p: _flat(p, way),
+        purpose="entries",
+    )
+
+
+def insertion() -> Task:
+    """Down a narrowing passage to a target: 7 mm wide to every side at the entry, 1.2 mm at the target."""
+    entry, target = np.array([0.0, 0.0, 0.050]), np.array([0.012, 0.006, 0.010])
+    axis, length = _unit(target - entry), float(np.linalg.norm(target - entry))
+    way, wide, narrow = _evenly(np.array([entry, target])), 0.007, 0.0012
+
+    def clear(p: Array) -> Array:
+        return np.asarray(narrow + (wide - narrow) * np.clip(1.0 - (p - entry) @ axis / length, 0.0, 1.2))
+
+    beyond = _evenly(np.array([entry - 0.004 * axis, target + 0.006 * axis]), 0.002)
+
+    return Task(
+        "insertion to a target",
+        Errand(way, 2 * clear(way), 800.0),
+        {"box": {"size": [0.04, 0.04, 0.03]}, "stiffness": 800.0, "pose": {"xyz": [0.006, 0.003, 0.022]}},
+        lambda beside, hard: [_follow(way, beside, hard)],
+        lambda p: distance(p, way)[0] - clear(p),
+        lambda p: distance(p, way)[0],
+        lambda: sleeve(beyond, clear(beyond) + RADIUS, 0.006),
+    )
+
+
+def _follow(path: Array, beside: Array, hard: bool) -> dict[str, Any]:
+    """A path that attracts; or a hose around it that is not left."""
+    if hard:
+        return {
+            "name": "path",
+            "role": "keep-in",
+            "geometry": {"tube": {"waypoints": _waypoints(path, beside), "radius": KEPT}},
+            "law": {"stiffness": 600.0, "damping": 4.0},
+            "hard": True,
+        }
+    return {
+        "name": "path",
+        "role": "guide",
+        "geometry": {"path": {"waypoints": _waypoints(path, beside)}},
+        "law": {"stiffness": 600.0, "damping": 4.0},
+    }
+
+
+def _flat(p: Array, path: Array) -> Array:
+    """Distance (n,) across the tissue alone, without height [m]."""
+    flat = np.array([1.0, 1.0, 0.0])
+    return distance(p * flat, path * flat)[0]
+
+
+def _unit(v: Array) -> Array:
+    return np.asarray(v / np.linalg.norm(v))
+
+
+#: By name.
+TASKS: dict[str, Callable[[], Task]] = {
+    "ring": ring_on_wire,
+    "tracing": tracing,
+    "palpation": palpation,
+    "insertion": insertion,
+}

@@ -1,0 +1,116 @@
+"""What `palpate study guidance` tells people: tables, and what stands beside them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rich.console import RenderableType
+from rich.table import Table
+
+from palpate.studies.guidance.work import FEW
+
+
+def tables(told: dict[str, Any]) -> list[RenderableType]:
+    """For people."""
+    title = f"means of {told['operators']} simulated operators"
+    means = _table(title, ("task", "condition"), ("path error", "time", "mean force", "peak force", "entries"))
+    for row in told["rows"]:
+        first = row["condition"] == "none"
+        means.add_row(
+            row["task"] if first else "", row["condition"], f"{row['path_error_mm']:.2f} mm", f"{row['time_s']:.1f} s",
+            f"{row['mean_force_N']:.2f} N", f"{row['peak_force_N']:.2f} N", f"{row['entries']:.2f}",
+        )  # fmt: skip
+    return [
+        means,
+        _expectations(told),
+        _registration(told),
+        _ablation(told),
+        _cues(told),
+        _yields(told),
+        *_verdicts(told),
+    ]
+
+
+def _table(title: str, left: tuple[str, ...], right: tuple[str, ...]) -> Table:
+    out = Table(box=None, pad_edge=False, title=title, title_justify="left")
+    for column in (*left, *right):
+        out.add_column(column, justify="left" if column in left else "right")
+    return out
+
+
+def _expectations(told: dict[str, Any]) -> Table:
+    columns = ("ours", "literature", "Hedges' g ours", "people")
+    out = _table("against none, beside the literature", ("task", "condition", "measure"), columns)
+    for e in told["effects"]:
+        if e["expected_hedges_g"] is None or e["change"] is None:
+            continue
+        c = [round(100 * e[k]) for k in ("change", "change_low", "change_high")]
+        range_ = e["expected_change"]
+        lit = f"{100 * range_[0]:.0f} .. {100 * range_[1]:.0f} %" if range_ else ""
+        g = f"{e['hedges_g']:.2f} ({e['hedges_g_low']:.2f} .. {e['hedges_g_high']:.2f})"
+        out.add_row(e["task"], e["condition"], e["measure"].rsplit("_", 1)[0].replace("_", " "),
+                    f"{c[0]:+d} % ({c[1]:+d} .. {c[2]:+d})", lit, g, f"{e['expected_hedges_g']:.2f}")  # fmt: skip
+    return out
+
+
+def _registration(told: dict[str, Any]) -> Table:
+    n = min(told["operators"], FEW)
+    errors = sorted({row["error_mm"] for row in told["registration"] if row["error_mm"] is not None})
+    columns = ("no guidance", *(f"{e:g} mm" for e in errors), "break-even")
+    out = _table(f"contact felt, by registration error of the guidance, {n} operators", ("task", "measure"), columns)
+    for one in told["break_even"]:
+        mine = [row for row in told["registration"] if row["task"] == one["task"]]
+        at = one["break_even_mm"]
+        even = f"beyond {one['largest_tried_mm']:g} mm" if at is None else f"{at:.1f} mm"
+        unit = " mm" if one["measure"].endswith("mm") else ""
+        words = one["measure"].removesuffix("_mm").replace("_", " ")
+        out.add_row(one["task"], words, *(f"{row[one['measure']]:.2f}{unit}" for row in mine), even)
+    return out
+
+
+def _ablation(told: dict[str, Any]) -> Table:
+    out = _table("what contact that is felt takes, with the operators' haste and without", ("task", "measure"),
+                 ("with", "without"))  # fmt: skip
+    for row in told["ablation"]:
+        out.add_row(row["task"], row["measure"].rsplit("_", 1)[0].replace("_", " "), f"{100 * row['change']:+.0f} %",
+                    f"{100 * row['change_without_haste']:+.0f} %")  # fmt: skip
+    return out
+
+
+def _cues(told: dict[str, Any]) -> Table:
+    title = f"visual cues alone, with contact felt, and none, {min(told['operators'], FEW)} operators, the same noise"
+    out = _table(title, ("task", "condition"), ("path error", "mean force", "peak force", "time"))
+    for row in told["visual_cues"]:
+        first = row["condition"] == "none"
+        out.add_row(row["task"] if first else "", row["condition"], f"{row['path_error_mm']:.2f} mm",
+                    f"{row['mean_force_N']:.2f} N", f"{row['peak_force_N']:.2f} N",
+                    f"{row['time_s']:.1f} s")  # fmt: skip
+    return out
+
+
+def _yields(told: dict[str, Any]) -> Table:
+    shares = list(dict.fromkeys(row["share"] for row in told["yields"]))
+    title = f"path error, guidance against none, by the trait yields of {min(told['operators'], FEW)} operators"
+    out = _table(title, ("task",), tuple(f"{100 * share:.0f} %" for share in shares))
+    for task in dict.fromkeys(row["task"] for row in told["yields"]):
+        mine = [row for row in told["yields"] if row["task"] == task]
+        cells = [[round(100 * row[key]) for key in ("change", "change_low", "change_high")] for row in mine]
+        out.add_row(task, *(f"{c:+d} % ({low:+d} .. {high:+d})" for c, low, high in cells))
+    return out
+
+
+def _verdicts(told: dict[str, Any]) -> list[str]:
+    graded = [e for e in told["effects"] if e["expected_change"] and e["change"] is not None]
+    inside = [e for e in graded if e["expected_change"][0] <= e["change"] <= e["expected_change"][1]]
+    beyond = [e for e in graded if e["change"] < e["expected_change"][0]]
+    control = ", ".join(
+        f"{one['task']} {one['than_right_mm']:+.2f} ({one['than_none_mm']:+.2f})" for one in told["control"]
+    )
+    worse = "worse in every task" if told["control_works"] else "NOT worse in every task"
+    sources = dict.fromkeys(f"{e['measure']}: {e['source']}" for e in told["effects"] if e["source"])
+    return [
+        f"{len(inside)} of {len(graded)} effects lie where the literature has them, {len(beyond)} are larger",
+        f"control, guidance 5 mm beside the truth: path error in mm against right guidance (none): {control}: {worse}",
+        *sources,
+        "simulated operators: models, not people (palpate/operators); simulated arms",
+    ]

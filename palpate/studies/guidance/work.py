@@ -1,0 +1,162 @@
+"""The work of ``palpate study guidance``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any, Literal
+
+import numpy as np
+
+from palpate import _core
+from palpate.operators import Operator, Senses, perform, person
+from palpate.operators.trial import Trial
+from palpate.scene.rig import Rig, build
+from palpate.scene.scene import Scene
+from palpate.studies._command import Sweeper
+from palpate.studies.guidance.tasks import BESIDE, SCALE, TASKS, Task
+from palpate.sweep import Axis, Label, sweep
+from palpate.sweep.grid import Point
+from palpate.sweep.work import seed_of
+
+SEED = 7
+MOST = 15.0
+"""Longest trial [s]."""
+FEW = 50
+"""Operators, the first ones, with whom the registration error is swept."""
+STEADY = 0.05e-3
+"""The forbidden region counts as left once the tool is so far outside of it [m]."""
+
+
+@dataclass(frozen=True)
+class Condition:
+    """What the console gives."""
+
+    words: str
+    senses: Senses
+    forces: bool = False
+    """contact is felt."""
+    guidance: Literal["", "soft", "hard"] = ""
+    beside_mm: float = 0.0
+    """registration error: how far the guidance lies beside the truth, to one side or the other by the operator [mm]."""
+    haste: bool = True
+    """operators press harder where they do not feel: `TRAITS["haste"]`, put in by hand. Without: the ablation."""
+
+
+def _misplaced(error: float) -> Condition:
+    return Condition(f"contact and guidance felt, {error:g} mm beside", Senses("felt"), True, "soft", error)
+
+
+CONDITIONS: dict[str, Condition] = {
+    "none": Condition("the picture alone", Senses()),
+    "visual": Condition("path drawn, force as a bar", Senses("shown", drawn=True)),
+    "haptics": Condition("contact felt", Senses("felt"), forces=True),
+    "guidance": Condition("guidance felt, contact not", Senses(), guidance="soft"),
+    "haptics+guidance": Condition("contact and guidance felt", Senses("felt"), True, "soft"),
+    "haptics+hard": Condition("contact felt, guidance hard", Senses("felt"), True, "hard"),
+    "control_wrong": _misplaced(5.0),
+}
+REGISTRATION: dict[str, Condition] = {f"registration_{e:g}mm": _misplaced(e) for e in (1.0, 2.0, 3.0)}
+"""Between `haptics+guidance` and `control_wrong`."""
+ABLATION: dict[str, Condition] = {"none_no_haste": Condition("the picture alone", Senses(), haste=False)}
+ALL = CONDITIONS | REGISTRATION | ABLATION
+CUED: dict[str, Condition] = {"visual+haptics": Condition("path drawn, contact felt", Senses("felt", drawn=True), True)}
+"""Beside `visual` and `haptics`, in guidance_cues.py. A bar adds nothing to a force that is felt, in this model."""
+
+MEASURES = {
+    "path_error_mm": Label("mm", "rms distance from the path"),
+    "time_s": Label("s", "until the end of the path"),
+    "mean_force_N": Label("N", "of the tool on what it touches, mean over the trial"),
+    "peak_force_N": Label("N", "of the tool on what it touches"),
+    "entries": Label("", "times the tool went into the forbidden region"),
+}
+
+
+def run(operators: int = 200, seed: int = SEED, sweep: Sweeper = sweep) -> list[dict[str, Any]]:
+    """A row per operator, task and condition."""
+    if operators < 2:
+        raise ValueError(f"operators must be 2 or more: a spread needs two. Got: {operators}")
+    grid = {
+        "operator": Axis(range(operators)),
+        "task": Axis(TASKS),
+        "condition": Axis(ALL),
+        "cohort": Axis([seed]),
+    }
+    return sweep(measure, grid, seed, labels=MEASURES, where=_asked).rows()
+
+
+def trial_seed(operator: int, task: str, condition: str, seed: int = SEED) -> int:
+    """Of one trial of `run`: the sweep's own for this point."""
+    tasks, conditions = list(TASKS), list(ALL)
+    return seed_of(seed, (operator * len(tasks) + tasks.index(task)) * len(conditions) + conditions.index(condition))
+
+
+def _asked(point: Point) -> bool:
+    """Registration is swept with some; haste has no part in tasks in which nothing is pressed."""
+    if point["condition"] in ABLATION:
+        return task_of(point["task"]).errand.press > 0.0
+    return point["condition"] not in REGISTRATION or point["operator"] < FEW
+
+
+def measure(point: Point, seed: int) -> dict[str, float]:
+    """One trial of the sweep."""
+    trial = attempt(point["operator"], point["task"], point["condition"], seed, point["cohort"])
+    return judged(task_of(point["task"]), trial)
+
+
+def attempt(operator: int, task: str, condition: str, seed: int, cohort_seed: int = SEED, yields: float = 1.0) -> Trial:
+    """One operator does one task under one condition, with a share of the trait `yields`."""
+    who, c, t = person(operator, cohort_seed), (ALL | CUED)[condition], task_of(task)
+    if not c.haste:
+        who = replace(who, haste=1.0)
+    who = replace(who, yields=yields * who.yields)
+    rig = _rig(task, c.guidance, c.beside_mm if operator % 2 == 0 else -c.beside_mm)
+    o = rig.options(seed)
+    o.hand, o.tremor = who.hand.options(), who.tremor
+    arms = rig.arms
+    rest = _core.HandPath([0.0], t.start[None])
+    sim = _core.Simulation(o, arms.leader, arms.leader, arms.follower, rig.snapshot, rest)
+    sim.set_fixtures(rig.fixtures)
+    controls = sim.controls
+    controls.stiffness_scale = controls.damping_scale = float(c.forces)
+    sim.controls = controls
+    return perform(sim, Operator(who, c.senses, seed), t.errand, arms.X_WL, SCALE, MOST)
+
+
+@lru_cache
+def task_of(name: str) -> Task:
+    """By name."""
+    return TASKS[name]()
+
+
+@lru_cache(maxsize=64)
+def _rig(name: str, guidance: str, beside_mm: float) -> Rig:
+    task = task_of(name)
+    data = task.scene()
+    if guidance:
+        data["guidance"] = task.guidance(1e-3 * beside_mm * BESIDE, guidance == "hard")
+    rig = build(Scene.model_validate(data))
+    if task.surface is None:
+        return rig
+    material = _core.Material(K=np.full(3, task.errand.stiffness), B=np.ones(3))
+    return replace(rig, snapshot=_core.Snapshot([_core.Object(name, task.surface(), np.eye(4), material)]))
+
+
+def judged(task: Task, trial: Trial) -> dict[str, float]:
+    """The measures of a trial, from the true positions."""
+    deep = task.outside(trial.p_WT)
+    inside = False
+    entries = 0
+    for d in deep:
+        entries += d > 0.0 and not inside
+        inside = d > 0.0 or (inside and d > -STEADY)
+    return {
+        "path_error_mm": 1e3 * float(np.sqrt(np.mean(task.off(trial.p_WT) ** 2))),
+        "time_s": float(trial.t[-1]),
+        "mean_force_N": float(trial.F_T.mean()),
+        "peak_force_N": float(trial.F_T.max()),
+        "entries": float(entries),
+        "deepest_mm": 1e3 * float(max(deep.max(), 0.0)),
+        "hand_peak_force_N": float(trial.F_hand.max()),
+        "done": float(trial.done),
+    }

@@ -1,0 +1,37 @@
+"""``palpate study passivity``."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+from rich.console import Console
+
+from palpate.studies._command import Findings, SweepStudy
+from palpate.sweep import Axis
+
+
+@dataclass
+class Command(SweepStudy):
+    """Passivity layer on random devices, hands and walls: the port's true energy, and what the hand feels of it.
+
+    examples:
+      palpate study passivity --runs 1000
+      palpate study passivity --json passivity.json --figures docs/images
+    """
+
+    runs: int = 10_000
+    """How many random cases; each without the layer, and with it in three modes."""
+    seed: int = 0
+    """Of the cases."""
+
+    def study(self, console: Console) -> Findings:
+        """Do the work."""
+        from palpate.studies.passivity.figures import draw
+        from palpate.studies.passivity.work import experiment, summed_up, tables
+
+        begin = time.monotonic()
+        found = self.sweeper(console)(experiment, {"run": Axis(range(self.runs))}, self.seed).rows()
+        result = summed_up(found) | {"seed": self.seed, "seconds": round(time.monotonic() - begin, 1)}
+        told = [*tables(result), "simulated devices, simulated hands, one axis"]
+        return Findings(result, lambda folder: [draw(found, folder)], told)

@@ -1,0 +1,214 @@
+"""The work of ``palpate study passivity``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from rich.console import RenderableType
+from rich.table import Table
+
+from palpate import _core
+from palpate.arrays import Array
+from palpate.certificate.certificate import SURE
+from palpate.certificate.device import Device
+from palpate.hands import PRESETS, Hand
+
+BOUND = 1e-3  # the port's energy may not fall below minus this [J]
+CHANGED = 0.01  # of the largest force without the layer
+FRICTION_SHARE = 0.5  # of the true friction, that the layer counts on
+LIGHTEST = PRESETS["relaxed"].mass  # of a hand, that the layer counts on [kg]
+SECONDS = 4.0  # of a run
+MODES = ("observer", "tank", "alone")  # alone: an observer that counts nothing of the device
+_DEPTH, _AWAY = 0.012, 0.020  # farthest that the hand wants to go into the wall, and out of it [m]
+_STROKE = (0.25, 0.8)  # duration of a stroke [s]
+_REST = 0.2  # longest rest between two [s]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A device, its wall, and what the hand does."""
+
+    axis: _core.AxisOptions
+    path: list[float]
+    """Where the hand wants to be at each cycle [m]; the wall is at x > 0."""
+
+    @property
+    def certified(self) -> bool:
+        """Is the wall stable with this very hand, by the linear part of the certificate, with its margin?"""
+        a = self.axis
+        hand = Hand("its", a.hand_mass, a.hand_damping, a.hand_stiffness)
+        device = Device(a.mass, a.damping, a.rate, a.delay, 0.0, a.velocity_cutoff, a.quantum, a.coulomb, hand)
+        return bool(SURE * device.loop(hand).K_max(a.B)[0] >= a.K)
+
+    def options(self, mode: str) -> _core.StabilityOptions:
+        """The layer, with what a device knows."""
+        o, a = _core.StabilityOptions(), self.axis
+        o.passivity = "observer" if mode == "alone" else mode  # type: ignore[assignment]
+        o.delay, o.quantum = a.delay, a.quantum
+        o.acceleration = max(o.acceleration, o.force_cap / (a.mass + LIGHTEST))  # the force throws a light handle
+        friction, share = _core.CertainFriction(), 0.0 if mode == "alone" else FRICTION_SHARE
+        friction.coulomb, friction.viscous = np.array([share * a.coulomb]), np.array([share * a.damping])
+        friction.quantum = np.array([a.quantum])
+        o.friction = friction
+        return o
+
+    def run(self, mode: str) -> tuple[_core.AxisResult, Array]:
+        """Result, and rows t, x, v, F, energy as `_core.Axis.trace` gives them."""
+        return _core.Axis(self.axis).trace(SECONDS, self.path[0], path=self.path, stability=self.options(mode))
+
+
+def case(seed: int) -> Case:
+    """A random one; the same seed, the same case."""
+    rng = np.random.default_rng(seed)
+    o = _core.AxisOptions()
+    o.mass, o.damping, o.coulomb = log_uniform(rng, 0.05, 0.6), rng.uniform(0.0, 1.0), rng.uniform(0.0, 0.3)
+    o.rate = float(rng.choice([500.0, 1000.0, 2000.0, 4000.0]))
+    o.delay = float(rng.choice([0.0, rng.uniform(0.0, 0.005), rng.uniform(0.0, 0.05)]))
+    o.quantum = log_uniform(rng, 1e-6, 5e-5)
+    o.velocity_cutoff = float(rng.choice([0.0, 100.0]))
+    o.K, o.B = log_uniform(rng, 50.0, 5000.0), float(rng.choice([0.0, rng.uniform(0.0, 10.0)]))
+    hand = list(PRESETS.values())[rng.integers(len(PRESETS))].drawn(rng)
+    o.hand_mass, o.hand_damping, o.hand_stiffness = hand.mass, hand.damping, hand.stiffness
+    o.seed = seed % 2**32
+    return Case(o, strokes(rng, round(SECONDS * o.rate), 1.0 / o.rate))
+
+
+def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
+    """A number whose logarithm is uniform."""
+    return float(np.exp(rng.uniform(np.log(low), np.log(high))))
+
+
+def strokes(rng: np.random.Generator, n: int, dt: float) -> list[float]:
+    """A path in and out of the wall: strokes of least jerk (Flash and Hogan 1985) between random places, with rests.
+
+    The last quarter it rests, most often inside the wall: what swings then, swings by itself.
+    """
+    x, path = -_AWAY * rng.uniform(0.2, 1.0), [np.zeros(0)]
+    done, last = 0, False
+    while not last:
+        last = done > 0.25 * n
+        goal = rng.uniform(-0.2 * _DEPTH if last else -_AWAY, _DEPTH)
+        s = np.linspace(0.0, 1.0, max(2, round(rng.uniform(*_STROKE) / dt)))
+        path.append(x + (goal - x) * s**3 * (10.0 - 15.0 * s + 6.0 * s**2))
+        path.append(np.full(round(rng.uniform(0.0, _REST) / dt), goal))
+        x, done = goal, done + len(path[-1]) + len(path[-2])
+    whole = np.concatenate([*path, np.full(n, x)])
+    return [float(v) for v in whole[:n]]
+
+
+def port(axis: _core.AxisOptions, rows: Array) -> tuple[Array, Array]:
+    """(E_rendered, E_port) (n,) at each cycle [J]."""
+    dx = np.diff(rows[:, 1], prepend=rows[0, 1])
+    heat = np.cumsum(axis.coulomb * np.abs(dx) + axis.damping * axis.rate * dx**2)
+    return rows[:, 4], rows[:, 4] + heat
+
+
+def passive(axis: _core.AxisOptions) -> bool:
+    """Is the wall passive for every hand, by what the layer knows? b + B >= K (T / 2 + delay), with the certain b."""
+    return FRICTION_SHARE * axis.damping + axis.B >= axis.K * (0.5 / axis.rate + axis.delay)
+
+
+def silent(axis: _core.AxisOptions, o: _core.StabilityOptions, force: float, speed: float) -> bool:
+    """Is the layer bound to be silent, for a hand no faster and forces no larger than these [m/s], [N]?
+
+    The wall is passive, no cap acts, and the spring pays (docs/stability.md).
+    """
+    if not passive(axis) or force > o.force_cap or axis.K * speed + axis.B * 2 * speed * axis.rate > o.rate_cap:
+        return False
+    return pays(axis.K, o, force, speed, axis.rate)
+
+
+def pays(K: float, o: _core.StabilityOptions, force: float, speed: float, rate: float = 1000.0) -> bool:
+    """Does the energy of a spring K [N/m] pay for taking its force back, for every force and speed up to these?
+
+    F^2 / 2K + allowance >= cost of F held until delay + T, and of its ramp to zero after that.
+    """
+    t, a = o.delay + 1.0 / rate, o.acceleration
+    older = 0.5 * a / rate  # of the velocity
+    return all(
+        F**2 / (2.0 * K) + o.allowance
+        >= _core.held_cost(F, u + older, a, 0.0, t) + _core.ramp_cost(F, u + older, a, t, o.rate_cap)
+        for F in np.linspace(0.0, force, 16)[1:]
+        for u in np.linspace(0.0, speed, 5)
+    )
+
+
+def experiment(point: dict[str, Any], seed: int) -> dict[str, Any]:
+    """One case, without the layer and with it in each of its `MODES`."""
+    one = case(seed)
+    a, o = one.axis, one.options("observer")
+    off, rows = one.run("off")
+    force, speed = float(np.abs(rows[:, 3]).max()), float(np.abs(rows[:, 2]).max())
+    calm = force < 0.999 * o.force_cap and float(np.abs(np.diff(rows[:, 3])).max()) < 0.999 * o.rate_cap / a.rate
+    found: dict[str, Any] = {
+        "K_N_per_m": a.K, "B_N_s_per_m": a.B, "delay_s": a.delay, "rate_Hz": a.rate, "case_seed": seed,
+        "passive": passive(a), "certified": one.certified, "calm": calm,
+        "silent": silent(a, o, force, speed), "force_N": force, "speed_m_s": speed,
+        "off": outcome(a, off, rows, rows),
+    }  # fmt: skip
+    for mode in MODES:
+        result, with_it = one.run(mode)
+        found[mode] = outcome(a, result, with_it, rows)
+    return found
+
+
+def outcome(axis: _core.AxisOptions, result: _core.AxisResult, rows: Array, without: Array) -> dict[str, Any]:
+    """What came of a run, beside the same without the layer."""
+    rendered, whole = port(axis, rows)
+    n = min(len(rows), len(without))
+    largest = float(np.abs(without[:, 3]).max())
+    changed = float(np.abs(rows[:n, 3] - without[:n, 3]).max()) / largest if largest > 0.0 else 0.0
+    return {"rendered_J": min(float(rendered.min()), result.energy_min), "port_J": float(whole.min()),
+            "diverged": result.diverged, "oscillates": result.oscillates, "change": changed}  # fmt: skip
+
+
+def summed_up(found: list[dict[str, Any]]) -> dict[str, Any]:
+    """The figures of docs/stability.md."""
+
+    def of(mode: str) -> dict[str, Any]:
+        rows = [f[mode] for f in found]
+        return {
+            "lowest_port_J": min(r["port_J"] for r in rows), "lowest_rendered_J": min(r["rendered_J"] for r in rows),
+            "below_bound": sum(r["port_J"] < -BOUND for r in rows),
+            "rendered_below_bound": sum(r["rendered_J"] < -BOUND for r in rows),
+            "diverged": sum(r["diverged"] for r in rows), "oscillates": sum(r["oscillates"] for r in rows),
+        }  # fmt: skip
+
+    def changes(name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
+        change = np.array([r["observer"]["change"] for r in rows])
+        return {"of": name, "runs": len(rows), "changed": int((change >= CHANGED).sum()),
+                "largest_change": float(change.max(initial=0.0))}  # fmt: skip
+
+    return {
+        "runs": len(found), "bound_J": BOUND, "simulated": True,
+        "modes": [{"mode": mode} | of(mode) for mode in ("off", *MODES)],
+        "changes": [
+            changes("silent", [f for f in found if f["silent"]]),
+            changes("passive", [f for f in found if f["passive"]]),
+            changes("certified and calm", [f for f in found if f["certified"] and f["calm"]]),
+            changes("certified", [f for f in found if f["certified"]]),
+            changes("all", found),
+        ],
+    }  # fmt: skip
+
+
+def tables(result: dict[str, Any]) -> list[RenderableType]:
+    """For people."""
+    energy = Table(
+        box=None, pad_edge=False, title=f"{result['runs']} runs: the port's true energy", title_justify="left"
+    )
+    for column in ("layer", "lowest, with device", "below -1 mJ", "lowest, wall alone", "below -1 mJ", "diverged",
+                   "oscillates"):  # fmt: skip
+        energy.add_column(column, justify="left" if column == "layer" else "right")
+    for m in result["modes"]:
+        energy.add_row(m["mode"], f"{1e3 * m['lowest_port_J']:.3g} mJ", str(m["below_bound"]),
+                       f"{1e3 * m['lowest_rendered_J']:.3g} mJ",
+                       *(str(m[key]) for key in ("rendered_below_bound", "diverged", "oscillates")))  # fmt: skip
+    felt = Table(box=None, pad_edge=False, title="force changed by 1 % and more", title_justify="left")
+    for column in ("of the runs that are", "runs", "changed", "largest change"):
+        felt.add_column(column, justify="left" if column.startswith("of") else "right")
+    for c in result["changes"]:
+        felt.add_row(c["of"], str(c["runs"]), str(c["changed"]), f"{100 * c['largest_change']:.2g} %")
+    return [energy, felt]

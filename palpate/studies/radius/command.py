@@ -1,0 +1,27 @@
+"""``palpate study radius``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rich.console import Console
+
+from palpate.studies._command import Findings, SweepStudy
+
+
+@dataclass
+class Command(SweepStudy):
+    """The sphere's radius: what it keeps of a feature, what it lets through of sensor noise, beside a force filter.
+
+    examples:
+      palpate study radius
+      palpate study radius --json radius.json --figures docs/images
+    """
+
+    def study(self, console: Console) -> Findings:
+        """Do the work."""
+        from palpate.studies.radius.figures import draw
+        from palpate.studies.radius.work import run, table
+
+        rows = run(sweep=self.sweeper(console))
+        return Findings(rows, lambda folder: [draw(rows, folder)], [table(rows)])

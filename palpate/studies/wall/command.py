@@ -1,0 +1,43 @@
+"""``palpate study wall``."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from rich.console import Console
+
+from palpate.errors import PalpateError
+from palpate.studies._command import Findings, SweepStudy
+
+
+@dataclass
+class Command(SweepStudy):
+    """The paper's virtual wall: Table 1 and Fig 13 with one hand, 100 other hands, and with passivity (a minute).
+
+    examples:
+      palpate study wall --json wall.json
+      palpate study wall --hands 1000 --figures docs/images
+      palpate study wall --fit
+    """
+
+    hands: int = 100
+    """Other people's hands, for the confidence and the curve."""
+    fit: bool = False
+    """Search for the hand and the delay again (minutes) and tell what is found; the study itself keeps the scene's."""
+
+    def study(self, console: Console) -> Findings:
+        """Do the work."""
+        from palpate.studies.wall.figures import draw
+        from palpate.studies.wall.fit import search, words
+        from palpate.studies.wall.work import lines, run, table
+
+        if not 2 <= self.hands <= 100_000:
+            raise PalpateError(f"--hands {self.hands}: must be from 2 to 100000", mend="give e.g. --hands 1000")
+        found, traces = run(self.sweeper(console), self.hands)
+        told: list[Any] = [table(found), *lines(found, self.hands)]
+        if self.fit:
+            best, loss = search(on_progress=console.print)
+            found["fit"] = asdict(best) | {"loss": loss}
+            told.append(words(best, loss))
+        return Findings(found, lambda folder: draw(traces, found, folder), told)

@@ -1,0 +1,124 @@
+"""The work of ``palpate study zwidth``."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+
+from palpate.arm import Arm
+from palpate.arrays import Array
+from palpate.certificate import Device, trials
+from palpate.certificate.classical import colgate_brown
+from palpate.studies._command import Sweeper
+from palpate.sweep import Axis, Label, Swept, sweep
+from palpate.sweep.grid import Point
+
+RATES = (250.0, 1000.0, 4000.0)  # [Hz]
+DELAYS = (0.0, 2e-3, 10e-3)  # [s]
+STIFFNESS, DAMPING = (30.0, 100_000.0), (0.1, 300.0)  # ends of the map [N/m], [N s/m]
+POINTS, FINE = (34, 22), 120  # along them, evenly in the logarithm; of the lines
+_TOWARDS_USER = 1  # of the axes of L
+
+
+def mtm() -> Device:
+    """The simulated MTM at home as a device of one axis: its handle moving along y of L, nothing turning.
+
+    With q' = M^-1 J^T (J M^-1 J^T)^-1 e for a unit velocity e: mass q'^T M q', damping sum Fv q'^2, dry friction
+    sum Fc |q'|; resolution: one count of the encoder that moves the handle most.
+    """
+    arm = Arm.mtm("right")
+    plant, J = arm.leader_options(), arm.jacobian(arm.home)
+    M = arm.mass_matrix(arm.home) + np.diag(plant.rotor_inertia)
+    toward = np.linalg.solve(M, J.T)
+    rates = toward @ np.linalg.solve(J @ toward, np.eye(6)[_TOWARDS_USER])
+    counts = np.abs(J[_TOWARDS_USER] @ plant.coupling) * plant.encoder_step
+    return Device(
+        mass=float(rates @ M @ rates),
+        damping=float(plant.viscous @ rates**2),
+        friction=float(plant.coulomb @ np.abs(rates)),
+        quantum=float(counts.max()),
+    )
+
+
+def run(
+    device: Device, rates: tuple[float, ...], delays: tuple[float, ...], sweep: Sweeper = sweep,
+    points: tuple[int, int] = POINTS,
+) -> dict[str, Any]:  # fmt: skip
+    """The map, and for each rate and delay what stands beside it; keys of docs/json.md."""
+    grid = {
+        "rate": Axis(rates, "Hz", "rate of the haptic cycle"),
+        "delay": Axis(delays, "s", "from the measurement to the force"),
+        "B": Axis(np.geomspace(*DAMPING, points[1]), "N s/m", "damping of the wall"),
+        "K": Axis(np.geomspace(*STIFFNESS, points[0]), "N/m", "stiffness of the wall"),
+    }
+    labels = {"stable": Label("1", "no press and no tap leaves an oscillation that lasts")}
+    swept = sweep(partial(wall, device), grid, labels=labels)
+    numbers = {f"{name}_SI": value for name, value in asdict(device).items() if isinstance(value, float)}
+    panels = [_panel(device, swept, i, j) for i in range(len(rates)) for j in range(len(delays))]
+    return {"simulated": True, "device": numbers, "hand": device.hands[0].name, "panels": panels}
+
+
+def wall(device: Device, point: Point, seed: int) -> dict[str, bool]:
+    """Is this wall stable? Nothing in it is random but the jitter of the device, which has a seed of its own."""
+    at = replace(device, rate=point["rate"], delay=point["delay"])
+    (hand,) = at.hands
+    w = at.loop(hand, lubricated=False).K_max(point["B"])[1]
+    return {"stable": not trials.oscillates(at, hand, point["K"], point["B"], w)}
+
+
+def _panel(device: Device, swept: Swept, i: int, j: int) -> dict[str, Any]:
+    rate, delay, B, K = (np.array(axis.values, float) for axis in swept.grid.axes.values())
+    at = replace(device, rate=float(rate[i]), delay=float(delay[j]))
+    loop, fine = at.loop(at.hands[0], lubricated=False), np.geomspace(B[0], B[-1], FINE)
+    return {
+        "rate_Hz": at.rate,
+        "delay_s": at.delay,
+        "B_N_s_per_m": B.tolist(),
+        "K_N_per_m": K.tolist(),
+        "stable": (swept.array("stable")[i, j] == 1.0).tolist(),
+        "line_B_N_s_per_m": fine.tolist(),
+        "boundary_N_per_m": [_finite(loop.K_max(b)[0]) for b in fine],
+        "colgate_brown_N_per_m": [colgate_brown(at.damping, b, 1.0 / at.rate, at.delay) for b in fine],
+    }
+
+
+def _finite(x: float) -> float | None:
+    return float(x) if np.isfinite(x) else None
+
+
+def largest(panel: dict[str, Any]) -> Array:
+    """For each damping the stiffness below which every simulated wall is stable (n,) [N/m]; 0 where none is."""
+    K, stable = np.array(panel["K_N_per_m"]), np.array(panel["stable"])
+    count = np.where(stable.all(axis=1), len(K), stable.argmin(axis=1))
+    return np.where(count > 0, K[count - 1], 0.0)
+
+
+def words(device: Device) -> str:
+    """The device in a line."""
+    return (
+        f"{device.mass:.3g} kg, {device.damping:.3g} N s/m, dry friction {device.friction:.3g} N, "
+        f"resolution {1e6 * device.quantum:.3g} um, hand {device.hands[0].name}"
+    )
+
+
+def table(found: dict[str, Any]) -> Table:
+    """Each rate and delay: the stiffest wall, its damping, and what analysis says there."""
+    out = Table(title="The stiffest stable wall, simulated", box=None, padding=(0, 2, 0, 0), title_justify="left")
+    heads = ("rate\nHz", "delay\nms", "least damping\nK N/m", "best damping\nK N/m", "\nB N s/m", "certified\nthere")
+    for head in (*heads, "Colgate-\nBrown, least"):
+        out.add_column(head, justify="right")
+    for panel in found["panels"]:
+        K = largest(panel)
+        best = int(K.argmax())
+        near = int(np.abs(np.log(panel["line_B_N_s_per_m"]) - np.log(panel["B_N_s_per_m"][best])).argmin())
+        boundary = panel["boundary_N_per_m"][near]
+        out.add_row(
+            f"{panel['rate_Hz']:g}", f"{1e3 * panel['delay_s']:g}", f"{K[0]:.0f}", f"{K[best]:.0f}",
+            f"{panel['B_N_s_per_m'][best]:.3g}", "none" if boundary is None else f"{boundary:.0f}",
+            f"{panel['colgate_brown_N_per_m'][0]:.0f}",
+        )  # fmt: skip
+    return out

@@ -1,0 +1,58 @@
+"""Commands are found by listing folders, without importing one of them."""
+
+import subprocess
+import sys
+from importlib import import_module
+
+import pytest
+
+import palpate.cli
+from palpate.cli._folder import entries
+
+
+def test_a_file_is_a_command_and_a_folder_a_group_or_a_command_in_parts(tmp_path, monkeypatch):
+    root = tmp_path / "listed_commands"
+    for path, text in {
+        "__init__.py": "",
+        "_hidden.py": "",
+        "plain.py": 'class Command:\n    """Does one thing.\n\n    More.\n    """\n',
+        "import_.py": 'raise RuntimeError("is never imported")\nclass Command:\n    """Imports."""\n',
+        "parts/command.py": 'class Command:\n    """Has parts."""\n',
+        "group/__init__.py": '"""A group.\n\nMore."""\n',
+        "data/table.txt": "",
+    }.items():
+        (root / path).parent.mkdir(parents=True, exist_ok=True)
+        (root / path).write_text(text)
+    monkeypatch.syspath_prepend(tmp_path)
+    found = entries("listed_commands", first=("plain", "import"))
+    assert {name: entry.summary for name, entry in found.items()} == {
+        "plain": "Does one thing.", "import": "Imports.", "group": "A group.", "parts": "Has parts.",
+    }  # fmt: skip
+    assert list(found) == ["plain", "import", "group", "parts"]
+    assert found["parts"].module == "listed_commands.parts.command"
+
+
+@pytest.mark.parametrize("package", ["palpate.cli", "palpate.cli.bench", "palpate.cli.calibrate", "palpate.cli.ros"])
+def test_every_command_says_what_it_does_and_can_be_called(package):
+    first = import_module(package).FIRST
+    found = entries(package, first)
+    assert set(first) <= set(found)
+    for name, entry in found.items():
+        assert entry.summary, name
+        module = import_module(entry.module)
+        if hasattr(module, "Command"):
+            assert callable(module.Command)
+            assert module.Command.__call__.__doc__
+        else:
+            assert entries(getattr(module, "MEMBERS", module.__name__))
+
+
+def test_listing_imports_no_command():
+    code = (
+        "import sys\nfrom palpate.cli._folder import entries\n"
+        "found = entries('palpate.cli') | entries('palpate.studies')\nassert all(e.summary for e in found.values())\n"
+        "print(*(m for m in sys.modules if m.startswith(('palpate.cli.', 'palpate.studies.', 'numpy', 'scipy'))))"
+    )
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert told.split() == ["palpate.cli._folder"]
+    assert "run" in entries(palpate.cli.__name__)
