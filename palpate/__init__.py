@@ -62,7 +62,7 @@ def __getattr__(name: str) -> Any:
     if name == "_core":  # the first import of the compiled core, by whatever module
         from palpate.rebuild import refresh
 
-        refresh(__loader__)
+        refresh()
         return import_module("palpate._core")
     if name in _HOME:
         return getattr(import_module(_HOME[name]), name)

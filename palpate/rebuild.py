@@ -12,19 +12,18 @@ import sys
 import time
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 _ROOT = Path(__file__).resolve().parent.parent
 _SOURCES = ("core", "bindings", "CMakeLists.txt")
 
 
-def refresh(loader: Any) -> None:
-    """Compile what has changed since the last build; ``loader`` is that of the package `palpate`.
+def refresh() -> None:
+    """Compile what has changed since the last build.
 
     Raises:
         ImportError: a source does not compile; the compiler's words are on the standard error.
     """
-    rebuild = getattr(loader, "rebuild", None)
+    rebuild = getattr(getattr(sys.modules["palpate"], "__loader__", None), "rebuild", None)  # scikit-build-core's
     if rebuild is None:
         return
     stamp = _ROOT / "build" / f"compiled-{sys.implementation.cache_tag}"

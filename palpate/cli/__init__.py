@@ -14,7 +14,7 @@ from palpate.errors import PalpateError, PalpateWarning
 #: Shown first by `palpate --help`, in this order; the other commands follow by name.
 FIRST = (
     "run", "replay", "report", "check", "certify", "study", "calibrate", "bench", "fuzz", "soak", "ros", "path", "grid",
-    "schema",
+    "schema", "cache",
 )  # fmt: skip
 
 _DESCRIPTION = """\

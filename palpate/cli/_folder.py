@@ -19,10 +19,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Annotated, Any, Union
 
-import tyro
-from tyro.conf import FlagCreatePairsOff, subcommand
-
-_CONFIG = (FlagCreatePairsOff,)
+from palpate.cli._overview import overview
 
 
 @dataclass(frozen=True)
@@ -68,13 +65,20 @@ def dispatch(group: ModuleType, prog: str, description: str, args: Sequence[str]
     Wrong arguments exit with 2 and say what is possible.
     """
     members = entries(getattr(group, "MEMBERS", group.__name__), getattr(group, "FIRST", ()))
-    if not args or args[0] not in members:
-        tyro.cli(_choice(members), prog=prog, description=description, args=args[:1] or ["--help"], config=_CONFIG)
-        return 0  # tyro has listed the commands and left, with 2 where there is no such command
+    if not args or args[0] in ("-h", "--help"):
+        print(overview(prog, description, {name: entry.summary for name, entry in members.items()}))
+        return 0
+    import tyro
+    from tyro.conf import FlagCreatePairsOff
+
+    config = (FlagCreatePairsOff,)
+    if args[0] not in members:
+        tyro.cli(_choice(members), prog=prog, description=description, args=args[:1], config=config)
+        return 2  # tyro has said which commands there are, and left
     module = import_module(members[args[0]].module)
     prog = f"{prog} {args[0]}"
     if hasattr(module, "Command"):
-        return int(tyro.cli(module.Command, prog=prog, args=args[1:], config=_CONFIG)())
+        return int(tyro.cli(module.Command, prog=prog, args=args[1:], config=config)())
     if hasattr(module, "prepare"):
         module.prepare()
     return dispatch(module, prog, module.__doc__ or "", args[1:])
@@ -82,6 +86,8 @@ def dispatch(group: ModuleType, prog: str, description: str, args: Sequence[str]
 
 def _choice(members: dict[str, Entry]) -> Any:
     """The members as one type, each described by the first line of its help text."""
+    from tyro.conf import subcommand
+
     kinds = (
         Annotated[make_dataclass(name.capitalize(), ()), subcommand(name, description=entry.summary)]
         for name, entry in members.items()

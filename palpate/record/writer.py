@@ -6,7 +6,6 @@ import json
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +17,6 @@ from palpate.errors import OutputError
 from palpate.record.channels import MESSAGE_HEAD, Channel, channels
 from palpate.record.mcap_file import Block, McapFile
 from palpate.record.ticks import TICK, Ticks, as_ticks
-
-_VERSION = version("palpate")
 
 CHUNKS_PER_SECOND = 4
 """Of run time; a killed run loses at most one."""
@@ -106,8 +103,10 @@ class Recorder:
         self.close()
 
     def _begin(self, scene_yaml: str, seed: int, rate: float) -> None:
-        self._file.begin(profile="ros2", library=f"palpate {_VERSION}")
-        run = {"version": _VERSION, "seed": str(seed), "rate_Hz": repr(float(rate))}
+        from palpate import __version__
+
+        self._file.begin(profile="ros2", library=f"palpate {__version__}")
+        run = {"version": __version__, "seed": str(seed), "rate_Hz": repr(float(rate))}
         self._file.add_metadata("palpate", run | {"deterministic": json.dumps(self._deterministic)})
         self._file.add_attachment("scene.yaml", "application/yaml", scene_yaml)
         table = [asdict(c.signal) | {"channel": c.topic, "type": c.schema} for c in self._channels]

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+from typing import TYPE_CHECKING
 
 from rich.table import Table
 
-from palpate.record.reader import Record
 from palpate.session.summary import Summary, summarise
+
+if TYPE_CHECKING:
+    from palpate.record.reader import Record
 
 
 def summary_of(record: Record) -> Summary:

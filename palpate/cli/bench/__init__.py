@@ -1,3 +1,3 @@
-"""Measure this machine: the haptic loop, contact queries, virtual fixtures, studies on several cores, ROS 2."""
+"""Measure this machine: start-up, the haptic loop, contact, fixtures, many runs, studies on several cores, ROS 2."""
 
-FIRST = ("loop", "contact", "sweep", "guidance", "ros")
+FIRST = ("loop", "start", "contact", "simulate", "sweep", "guidance", "ros")

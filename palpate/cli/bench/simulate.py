@@ -1,0 +1,40 @@
+"""`palpate bench simulate`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from tyro.conf import arg
+
+from palpate.console.output import console_for, require_writable, say, write_json
+
+
+@dataclass
+class Command:
+    """Many runs at once (palpate.simulate) against as many sessions one by one: time and memory.
+
+    examples:
+      palpate bench simulate
+      palpate bench simulate --runs 1000 --json simulate.json
+    """
+
+    json: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write the figures as JSON (docs/json.md); - for the standard output."""
+    runs: int = 40
+    """Runs of 5 s of each kind in a turn [-]."""
+    turns: int = 2
+    """Sessions and palpate.simulate take turns so often [-]."""
+
+    def __call__(self) -> int:
+        """Measure, print the table, write the JSON contract."""
+        from palpate.verify.bench import simulate
+
+        console = console_for(self.json)
+        require_writable(self.json)
+        runs, turns = max(1, self.runs), max(1, self.turns)
+        figures = simulate.run(runs, turns=turns, on_progress=lambda text: say(console, text))
+        console.print(simulate.table(figures))
+        write_json(self.json, figures)
+        return 0

@@ -1,0 +1,100 @@
+"""How long until something happens? `palpate bench start`: fresh processes, medians, in turns with a bare numpy import.
+
+Absolute times differ by a factor of three between machines. The control is what every program that computes with numpy
+pays on this machine before it begins: an interpreter of this environment that imports numpy and ends.
+"""
+
+from __future__ import annotations
+
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from rich.table import Table
+
+from palpate.errors import PalpateError
+
+RUNS = 7
+
+#: Runs the command line until the first batch of ticks has been simulated, and ends there.
+_TO_FIRST_TICK = """
+import os, sys
+from palpate.cli import main
+from palpate.session import Session
+Session._take = lambda *_: os._exit(0)
+sys.exit(main(sys.argv[1:]) or 1)
+"""
+
+
+def default_scene() -> Path:
+    """The shipped scene with a palpated organ: beside the installed package, or in the repository."""
+    package = Path(str(resources.files("palpate")))
+    for folder in (package / "scenes", package.parent / "scenes"):
+        if (folder / "palpation.yaml").is_file():
+            return folder / "palpation.yaml"
+    raise PalpateError("the shipped scenes are missing", where=str(package), mend="install palpate again")
+
+
+def run(
+    runs: int = RUNS, scene: Path | None = None, on_progress: Callable[[str], None] = lambda _: None
+) -> dict[str, Any]:
+    """Measure; the keys of `palpate bench start` in docs/json.md.
+
+    Args:
+        runs: of each command; one more before them fills the caches of the system and of Palpate.
+        scene: what `palpate run` and `palpate check` get; the shipped scene when left out.
+        on_progress: told what has been measured.
+    """
+    path = str(scene or default_scene())
+    with tempfile.TemporaryDirectory() as folder:
+        commands = {
+            "help_s": ["-m", "palpate", "--help"],
+            "first_tick_s": ["-c", _TO_FIRST_TICK, "run", path, "--headless", "--out", folder],
+            "check_s": ["-m", "palpate", "check", path],
+            "control_s": ["-c", "import numpy"],
+        }
+        seconds: dict[str, list[float]] = {name: [] for name in commands}
+        for turn in range(runs + 1):
+            for name, command in commands.items():
+                took = _timed(command, folder)
+                if turn > 0:
+                    seconds[name].append(took)
+            on_progress(f"turn {turn} of {runs}" if turn > 0 else "caches are filled")
+    medians = {name: statistics.median(times) for name, times in seconds.items()}
+    return {**medians, "runs": runs, "scene": path, "seconds": seconds, "cores": os.cpu_count(),
+            "load": os.getloadavg()[0]}  # fmt: skip
+
+
+def _timed(command: list[str], folder: str) -> float:
+    """Seconds from the start of a fresh interpreter to its end."""
+    guard = "_ROS_WHEELS_BOOTSTRAP_COMPLETE"  # of the ROS 2 wheels: a shell does not have it, this process may
+    environment = {name: value for name, value in os.environ.items() if name != guard}
+    began = time.perf_counter()
+    done = subprocess.run([sys.executable, *command], env=environment, cwd=folder, capture_output=True, text=True)
+    took = time.perf_counter() - began
+    if done.returncode != 0:
+        raise PalpateError(f"{' '.join(command[-4:])} failed", why=done.stderr[-400:], mend="run it by itself")
+    return took
+
+
+def table(result: dict[str, Any]) -> Table:
+    """For a terminal."""
+    title = f"from the start of a process, medians of {result['runs']} runs in turns"
+    out = Table(title=title, box=None, padding=(0, 2, 0, 0), title_justify="left")
+    out.add_column("command")
+    out.add_column("seconds", justify="right")
+    out.add_column("controls", justify="right")
+    rows = {"help_s": "palpate --help", "first_tick_s": "palpate run, to its first ticks", "check_s": "palpate check",
+            "control_s": "control: python -c 'import numpy'"}  # fmt: skip
+    for key, words in rows.items():
+        out.add_row(words, f"{result[key]:.2f}", f"{result[key] / result['control_s']:.1f}")
+    out.caption_justify = "left"
+    out.caption = f"{result['scene']}; load of the machine {result['load']:.1f} on {result['cores']} cores"
+    return out

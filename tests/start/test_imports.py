@@ -1,0 +1,84 @@
+"""Nothing heavy is imported before it is needed. Held by lists of modules, never by seconds."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+HEAVY = {"clarabel", "distributed", "matplotlib", "nanobind", "rosbags", "scipy", "trimesh", "viser"}
+MODELS = {"pydantic", "yaml"}
+TERMINAL = {"rich", "tyro"}
+ARRAYS = {"numpy"}
+
+SCENE = """\
+objects: [{name: ball, sphere: {radius: 0.04}, stiffness: 300}]
+record: {report: false}
+"""
+#: Runs a command line until it ends or the first ticks are there, and prints what was imported.
+WATCH = """
+import json, sys
+%s
+def leave(*_):
+    raise SystemExit
+from palpate.cli import main
+if "run" in sys.argv:
+    from palpate.session import Session
+    Session._take = leave
+try:
+    main(sys.argv[1:])
+except SystemExit:
+    pass
+print("\\n" + json.dumps(sorted(sys.modules)))
+"""
+
+
+def imported(folder, *args, first=""):
+    command = [sys.executable, "-c", WATCH % first, *args]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120, env=dict(os.environ))
+    assert done.returncode == 0, done.stderr
+    return set(json.loads(done.stdout.splitlines()[-1]))
+
+
+def tops(modules):
+    return {name.partition(".")[0] for name in modules}
+
+
+@pytest.fixture
+def scene(tmp_path):
+    (tmp_path / "ball.yaml").write_text(SCENE)
+    return "ball.yaml"
+
+
+@pytest.mark.parametrize("args", [("--help",), (), ("--version",)])
+def test_help_and_version_import_neither_numpy_nor_the_core_nor_the_parser(tmp_path, args):
+    modules = imported(tmp_path, *args)
+    assert not tops(modules) & (HEAVY | MODELS | TERMINAL | ARRAYS)
+    assert "palpate._core" not in modules
+
+
+def test_a_run_reaches_its_first_ticks_without_what_it_does_not_need(tmp_path, scene):
+    modules = imported(tmp_path, "run", scene, "--headless", "--out", "runs")
+    assert "palpate.session" in modules
+    assert not tops(modules) & HEAVY
+    rooms = {name.split(".")[1] for name in modules if name.startswith("palpate.")}
+    assert not rooms & {"batch", "identify", "operators", "ros", "simulators", "studies", "sweep", "verify", "viewer"}
+    assert not {"palpate.report.html", "palpate.report.figures"} & modules
+
+
+def test_a_check_imports_what_a_run_does_and_nothing_heavy(tmp_path, scene):
+    modules = imported(tmp_path, "check", scene)
+    assert not tops(modules) & HEAVY
+    assert "palpate._core" in modules
+
+
+@pytest.mark.parametrize("args", [("--help",), ("run", "ball.yaml", "--headless", "--out", "runs")])
+def test_the_lists_notice_a_heavy_import(tmp_path, scene, args):
+    assert "scipy" in tops(imported(tmp_path, *args, first="import scipy.interpolate"))
+
+
+def test_a_scene_with_a_path_imports_scipy_when_it_is_set_up(tmp_path):
+    text = SCENE + "guidance: [{geometry: {path: {waypoints: [[0, 0, 0.06], [0.02, 0, 0.06]]}}, role: guide}]\n"
+    (tmp_path / "path.yaml").write_text(text)
+    assert "scipy" in tops(imported(tmp_path, "check", "path.yaml"))

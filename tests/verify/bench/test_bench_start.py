@@ -1,0 +1,30 @@
+"""The JSON of `palpate bench start` and `palpate bench simulate` is a contract. No timing is asserted."""
+
+import json_contract
+from rich.console import Console
+
+from palpate.verify.bench import simulate, start
+
+SCENE = "objects: [{name: ball, sphere: {radius: 0.04}, stiffness: 300}]\nrecord: {report: false}\n"
+
+
+def test_keys_of_start_and_its_table(tmp_path):
+    scene = tmp_path / "ball.yaml"
+    scene.write_text(SCENE)
+    told = []
+    result = start.run(1, scene, on_progress=told.append)
+    assert set(result) == json_contract.keys("bench start")
+    assert set(result["seconds"]) == {"help_s", "first_tick_s", "check_s", "control_s"}
+    assert len(told) == 2
+    Console(width=120, record=True, quiet=True).print(start.table(result))
+    assert start.default_scene().is_file()
+
+
+def test_keys_of_simulate_and_the_same_numbers(tmp_path):
+    scene = tmp_path / "ball.yaml"
+    scene.write_text(SCENE)
+    result = simulate.run(4, 0.3, 1, scene)
+    assert set(result) == json_contract.keys("bench simulate")
+    assert result["identical"] is True
+    assert result["share"] > 0.0
+    Console(width=120, record=True, quiet=True).print(simulate.table(result))
