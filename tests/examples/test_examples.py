@@ -92,3 +92,11 @@ def test_guidance(tmp_path):
     assert rows["none"][2] == 0.0 < rows["both"][2]
     assert "the tool is 1 mm inside its margin of 3 mm" in out
     assert (tmp_path / "guidance.png").is_file()
+
+
+def test_many_runs():
+    out = run("06_many_runs.py", "--runs", "6", "--duration", "2.5")
+    rows = [[float(x) for x in line.split("|")] for line in out.splitlines()[2:8]]
+    assert [row[0] for row in rows] == sorted(row[0] for row in rows)
+    assert rows[0][2] > rows[-1][2], "the tool sinks deeper into soft tissue"
+    assert all(abs(row[3] / row[0] - 1.0) < 0.2 for row in rows), "force / depth is the stiffness"
