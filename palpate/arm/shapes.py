@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from xml.etree import ElementTree
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.arrays import Array, so3
 
 _STICK = 0.012  # radius of a stick [m]
 _STEEL = (0.62, 0.65, 0.69, 1.0)
@@ -58,10 +57,8 @@ def _origin(element: ElementTree.Element | None) -> Array:
 
 def turn_about(axis: Array, angle: float) -> Array:
     """Rotation by `angle` about a unit axis, 4x4 (Rodrigues)."""
-    x, y, z = axis
-    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     X = np.eye(4)
-    X[:3, :3] += math.sin(angle) * K + (1 - math.cos(angle)) * (K @ K)
+    X[:3, :3] = so3.about(axis, angle)
     return X
 
 

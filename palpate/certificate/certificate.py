@@ -8,6 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from palpate.arrays import Array
+from palpate.arrays.checks import finite_or_none
 from palpate.certificate import classical, trials, words
 from palpate.certificate.device import Device
 from palpate.certificate.loop import Loop
@@ -75,17 +76,14 @@ class Certificate:
         """As ``palpate certify --json`` writes it (docs/json.md); infinity is null."""
         B, K = self.boundary()
         return {
-            "k_max_N_per_m": _finite(self.k_max), "verdict": self.verdict, "reason": self.reason, "margin": self.margin,
-            "K_N_per_m": self.K, "B_N_s_per_m": self.B, "k_linear_N_per_m": _finite(self.k_linear),
+            "k_max_N_per_m": finite_or_none(self.k_max),
+            "verdict": self.verdict, "reason": self.reason, "margin": self.margin,
+            "K_N_per_m": self.K, "B_N_s_per_m": self.B, "k_linear_N_per_m": finite_or_none(self.k_linear),
             "frequency_Hz": self.frequency, "worst": self.worst,
-            "hands_N_per_m": {name: _finite(k) for name, k in self.hands.items()},
-            "bounds_N_per_m": {name: _finite(k) for name, k in self.bounds.items()},
-            "boundary": [{"B_N_s_per_m": float(b), "K_N_per_m": _finite(k)} for b, k in zip(B, K, strict=True)],
+            "hands_N_per_m": {name: finite_or_none(k) for name, k in self.hands.items()},
+            "bounds_N_per_m": {name: finite_or_none(k) for name, k in self.bounds.items()},
+            "boundary": [{"B_N_s_per_m": float(b), "K_N_per_m": finite_or_none(k)} for b, k in zip(B, K, strict=True)],
         }  # fmt: skip
-
-
-def _finite(x: float) -> float | None:
-    return float(x) if np.isfinite(x) else None
 
 
 def linear_limit(cases: tuple[Case, ...], B: float) -> tuple[float, float, Case]:

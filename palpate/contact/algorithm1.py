@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
 import numpy.typing as npt
 
 from palpate import _core
 from palpate.arrays import Array
+from palpate.arrays.checks import positive, vector
 from palpate.contact.rendering import Surface, snapshot_of
 
 
@@ -74,18 +74,10 @@ def trace_algorithm1(
         MeshError: the surface is no mesh.
     """
     snapshot = snapshot_of(surface, stiffness=stiffness, damping=damping)
-    if not (np.isfinite(radius) and radius > 0):
-        raise ValueError(f"radius must be a positive number in m, got {radius!r}")
-    vectors = [_vector(*v) for v in (("tip", tip), ("velocity", velocity), ("last_normal", last_normal))]
+    positive("radius", radius, "m")
+    vectors = [vector(*v) for v in (("tip", tip), ("velocity", velocity), ("last_normal", last_normal))]
     p_WT, v_WT, n_last = vectors
     return Trace(**_core.trace_algorithm1(snapshot, p_WT, v_WT, radius, n_last))
-
-
-def _vector(name: str, value: npt.ArrayLike) -> Array:
-    v = np.asarray(value, dtype=np.float64)
-    if v.shape != (3,) or not np.isfinite(v).all():
-        raise ValueError(f"{name} must be three finite numbers, got {np.asarray(value).tolist()}")
-    return v
 
 
 def _row(v: Array, unit: str) -> str:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from palpate import _core
 from palpate.arrays import Array
+from palpate.arrays.checks import not_negative, positive
 
 if TYPE_CHECKING:
     from palpate import surfaces
@@ -76,17 +77,17 @@ def render(
     """
     points = _points(tips)
     options = _core.ContactOptions()
-    options.radius = _positive("radius", radius, "m")
+    options.radius = positive("radius", radius, "m")
     if release is not None:
-        options.release = _positive("release", release, "m")
+        options.release = positive("release", release, "m")
     options.spheres = [
-        _core.ToolSphere(np.asarray(p, dtype=np.float64), _positive("radius", r, "m")) for p, r in spheres
+        _core.ToolSphere(np.asarray(p, dtype=np.float64), positive("radius", r, "m")) for p, r in spheres
     ]
     snapshot = snapshot_of(
         surface, stiffness=stiffness, damping=damping, friction=friction, static_friction=static_friction
     )
     X_WO = None if poses is None else _poses(poses, len(points))
-    return Rendered(*_core.contact_render(snapshot, points, method, options, _positive("rate", rate, "Hz"), X_WO))
+    return Rendered(*_core.contact_render(snapshot, points, method, options, positive("rate", rate, "Hz"), X_WO))
 
 
 def snapshot_of(
@@ -98,7 +99,7 @@ def snapshot_of(
     static_friction: float = 0.0,
 ) -> _core.Snapshot:
     """A world of one object, "surface", in its own frame. Arguments and errors as in ``render``."""
-    mu, mu_static = _not_negative("friction", friction), _not_negative("static_friction", static_friction)
+    mu, mu_static = not_negative("friction", friction), not_negative("static_friction", static_friction)
     material = _core.Material(_axes("stiffness", stiffness), _axes("damping", damping), mu, mu_static)
     return _core.Snapshot([_core.Object("surface", _core_surface(surface), np.eye(4), material)])
 
@@ -134,18 +135,6 @@ def _axes(name: str, value: float | npt.ArrayLike) -> Array:
     if not np.isfinite(axes).all() or (axes < 0).any():
         raise ValueError(f"{name} must be finite and not negative, got {axes.tolist()}")
     return np.ascontiguousarray(np.broadcast_to(axes, (3,)))
-
-
-def _positive(name: str, value: float, unit: str) -> float:
-    if not (np.isfinite(value) and value > 0):
-        raise ValueError(f"{name} must be a positive number in {unit}, got {value!r}")
-    return float(value)
-
-
-def _not_negative(name: str, value: float) -> float:
-    if not (np.isfinite(value) and value >= 0):
-        raise ValueError(f"{name} must be finite and not negative, got {value!r}")
-    return float(value)
 
 
 def _poses(poses: npt.ArrayLike, n: int) -> Array:

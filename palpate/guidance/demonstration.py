@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from palpate import _core
 from palpate.arrays import Array
+from palpate.arrays.so3 import matrices
 from palpate.errors import GuidanceError
 from palpate.guidance.plot import query
 
@@ -64,8 +65,7 @@ def read(record: Path, span: tuple[float, float] | None = None) -> Shown:
         raise GuidanceError(
             f"no tick{told}", where=str(file), mend=f"the record is of {t[0]:.3g} to {t[-1]:.3g} s" if len(t) else ""
         )
-    wxyz = np.asarray(ticks["quat_WT"])[keep]
-    return Shown(t[keep], np.asarray(ticks["p_WT"])[keep], Rotation.from_quat(np.roll(wxyz, -1, axis=1)).as_matrix())
+    return Shown(t[keep], np.asarray(ticks["p_WT"])[keep], matrices(np.asarray(ticks["quat_WT"])[keep]))
 
 
 def simplified(shown: Shown, spacing: float = SPACING, smooth: float = SMOOTH) -> tuple[Array, Array]:

@@ -6,9 +6,9 @@ import difflib
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from palpate.arrays import Array
+from palpate.arrays.so3 import matrices, quaternions
 from palpate.errors import GuidanceError, OutputError
 from palpate.mesh.check import UNITS
 
@@ -53,9 +53,15 @@ def write_rows(path: Path, places: Array, rotations: Array) -> None:
     Raises:
         OutputError: it cannot be written.
     """
-    quaternions = np.roll(Rotation.from_matrix(rotations).as_quat(canonical=True), 1, axis=1)  # w first
     try:
-        np.savetxt(path, np.hstack([places, quaternions]), fmt="%.9g", delimiter=",", header=HEADER, comments="")
+        np.savetxt(
+            path,
+            np.hstack([places, quaternions(rotations, canonical=True)]),
+            fmt="%.9g",
+            delimiter=",",
+            header=HEADER,
+            comments="",
+        )
     except OSError as error:
         raise OutputError("the path cannot be written", where=str(path), why=str(error), mend="another place") from None
 
@@ -89,4 +95,4 @@ def _rotations(table: Array, path: Path) -> Array:
         raise GuidanceError(
             f"quaternion of length {lengths[abs(lengths - 1.0).argmax()]:.3g}", where=str(path), mend="unit, qw first"
         )
-    return np.asarray(Rotation.from_quat(np.roll(table[:, 3:], -1, axis=1)).as_matrix())
+    return matrices(table[:, 3:])

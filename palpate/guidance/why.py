@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from palpate import _core
 from palpate.arrays import Array
+from palpate.arrays.so3 import pose
 from palpate.guidance.fixture import Fixture
 from palpate.guidance.here import Here
 from palpate.guidance.reasons import SMALL
@@ -101,10 +101,7 @@ def of_tick(fixtures: Sequence[Fixture], tick: Any, here: Here, hand: Hand | Non
 
 def _mapped(tick: Any) -> Array:
     """(4, 4) the tool's goal as it was mapped, before it was corrected."""
-    X = np.eye(4)
-    X[:3, :3] = Rotation.from_quat(np.roll(tick["quat_WT_asked"], -1)).as_matrix()
-    X[:3, 3] = np.asarray(tick["p_WT_goal"]) - np.asarray(tick["p_correction_W"])
-    return X
+    return pose(np.asarray(tick["p_WT_goal"]) - np.asarray(tick["p_correction_W"]), tick["quat_WT_asked"])
 
 
 def _told(term: Term) -> str:

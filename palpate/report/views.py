@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from palpate.arrays import Array
+from palpate.arrays.so3 import unit
 from palpate.plotting.style import INK, MUTED, PROXY, SURFACE, TOOL, Canvas
 from palpate.report.run import Run
 
@@ -25,8 +26,8 @@ def path(run: Run, canvas: Canvas) -> Figure:
     across = _slide_direction(run)
     up = np.array([0.0, 0.0, 1.0])
     side = np.cross(up, across)
-    oblique = _unit(0.45 * across - 0.8 * side + 0.55 * up)  # where the eye is, seen from the middle
-    right = _unit(np.cross(up, oblique))
+    oblique = unit(0.45 * across - 0.8 * side + 0.55 * up)  # where the eye is, seen from the middle
+    right = unit(np.cross(up, oblique))
     views = [
         ("from the side, obliquely", right, np.cross(oblique, right), oblique, False),
         ("from above", np.array([1.0, 0, 0]), np.array([0, 1.0, 0]), up, True),
@@ -99,7 +100,7 @@ def _slide_direction(run: Run) -> Array:
         return np.array([1.0, 0.0, 0.0])
     _, _, axes = np.linalg.svd(touched - touched.mean(axis=0), full_matrices=False)
     direction = np.array([axes[0, 0], axes[0, 1], 0.0])
-    return _unit(direction if direction[0] >= 0 else -direction)
+    return unit(direction if direction[0] >= 0 else -direction)
 
 
 def _scale_bar(axes: Axes, reach: float) -> None:
@@ -113,7 +114,3 @@ def _scale_bar(axes: Axes, reach: float) -> None:
     for spine in axes.spines.values():
         spine.set_visible(False)
     axes.title.set_color(MUTED)
-
-
-def _unit(v: Array) -> Array:
-    return v / np.linalg.norm(v)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.arm import Arm
-from palpate.arrays import Array
+from palpate.arrays import Array, so3
 from palpate.errors import SceneError
 from palpate.scene.hand import HandPlan
 from palpate.scene.scene import Scene
@@ -78,19 +78,9 @@ def _follower_base(scene: Scene, arm: Arm, surfaces: list[Surface], path: HandPl
     axis = out + up  # as upright as the surface allows
     axis = axis / np.linalg.norm(axis) if np.linalg.norm(axis) > 0.1 else out
     X = np.eye(4)
-    X[:3, :3] = _turn_onto(axis)
+    X[:3, :3] = so3.onto(axis)
     X[:3, 3] = nearest + _RCM_HEIGHT * axis
     return X
-
-
-def _turn_onto(axis: Array) -> Array:
-    """The smallest rotation that takes z onto ``axis``."""
-    z = np.array([0.0, 0.0, 1.0])
-    v, c = np.cross(z, axis), float(z @ axis)
-    if c < -1.0 + 1e-9:
-        return np.diag([1.0, -1.0, -1.0])
-    K = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
-    return np.asarray(np.eye(3) + K + K @ K / (1.0 + c))
 
 
 def _follower_start(scene: Scene, arm: Arm, X_WB: Array, path: HandPlan) -> Array:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from palpate.arm import Arm as Mechanism
 from palpate.arrays import Array
+from palpate.arrays.so3 import matrices, quaternions
 from palpate.errors import PalpateError, RecordError
 from palpate.record.bags.bag import Bag
 from palpate.record.bags.tracks import Arm, Track
@@ -72,17 +72,17 @@ def _leader(out: Ticks, bag: Bag, arm: Arm, model: Mechanism, t: Array) -> None:
     q = _joints(bag, arm, model, t)
     out["q"][:, : model.n], out["v"][:, : model.n] = q, _filled(arm.v, t, model.n)
     X_LH = np.array([model.fk(row) for row in q])
-    R_LH = Rotation.from_matrix(X_LH[:, :3, :3])
-    out["p_LH"], out["quat_LH"] = X_LH[:, :3, 3], _wxyz(R_LH)
+    R_LH = X_LH[:, :3, :3]
+    out["p_LH"], out["quat_LH"] = X_LH[:, :3, 3], quaternions(R_LH)
     if len(arm.gripper.t):
         out["gripper"] = _filled(arm.gripper, t, 1)[:, 0]
     out["v_LH"] = np.gradient(out["p_LH"], out["t"], axis=0) if len(t) > 1 else 0.0
     wrench, absolute = _filled(arm.wrench, t, 6), _filled(arm.absolute, t, 1)[:, 0] > 0.5
     # A wrench in the tip's axes turns with the handle; one in the axes of measured_cp's frame M only by how M stands.
-    R_MH = _rotation(_filled(arm.pose, t, 7)[:, 3:]) if len(arm.pose.t) else R_LH
-    in_tip = np.where(absolute[:, None], R_MH.inv().apply(wrench[:, :3]), wrench[:, :3])
-    moment = np.where(absolute[:, None], R_MH.inv().apply(wrench[:, 3:]), wrench[:, 3:])
-    out["F_H_H"], out["F_H_L"], out["t_H_L"] = in_tip, R_LH.apply(in_tip), R_LH.apply(moment)
+    R_MH = matrices(_filled(arm.pose, t, 7)[:, 3:]) if len(arm.pose.t) else R_LH
+    in_tip = np.where(absolute[:, None], _turned(R_MH.transpose(0, 2, 1), wrench[:, :3]), wrench[:, :3])
+    moment = np.where(absolute[:, None], _turned(R_MH.transpose(0, 2, 1), wrench[:, 3:]), wrench[:, 3:])
+    out["F_H_H"], out["F_H_L"], out["t_H_L"] = in_tip, _turned(R_LH, in_tip), _turned(R_LH, moment)
     power = np.einsum("ij,ij->i", out["F_H_L"], out["v_LH"])
     out["energy_port"] = -np.concatenate([[0.0], np.cumsum(power[:-1] * np.diff(out["t"]))])
 
@@ -92,7 +92,7 @@ def _follower(out: Ticks, bag: Bag, arm: Arm, place: ArmPlace, t: Array) -> None
     q = _joints(bag, arm, place.arm, t)
     out["q_follower"][:, :n] = q
     X_WT = np.array([X_WB @ place.arm.fk(row) for row in q])
-    out["p_WT"], out["quat_WT"] = X_WT[:, :3, 3], _wxyz(Rotation.from_matrix(X_WT[:, :3, :3]))
+    out["p_WT"], out["quat_WT"] = X_WT[:, :3, 3], quaternions(X_WT[:, :3, :3])
     out["p_WT_goal"] = out["p_WT"]
     if len(arm.gripper.t):
         out["jaw"] = _filled(arm.gripper, t, 1)[:, 0]
@@ -129,10 +129,6 @@ def _place(bag: Bag, name: str, side: str) -> ArmPlace:
     return ArmPlace(side, model, X)
 
 
-def _rotation(wxyz: Array) -> Rotation:
-    good = np.linalg.norm(wxyz, axis=1, keepdims=True) > 1e-9
-    return Rotation.from_quat(np.where(good, wxyz, [[1.0, 0.0, 0.0, 0.0]])[:, [1, 2, 3, 0]])
-
-
-def _wxyz(R: Rotation) -> Array:
-    return np.asarray(R.as_quat())[:, [3, 0, 1, 2]]
+def _turned(R: Array, v: Array) -> Array:
+    """Vectors (n, 3), each turned by its own rotation (n, 3, 3)."""
+    return np.asarray(np.einsum("nij,nj->ni", R, v))

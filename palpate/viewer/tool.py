@@ -6,6 +6,7 @@ import numpy as np
 import viser
 
 from palpate.arrays import Array
+from palpate.arrays.so3 import pose
 from palpate.record.ticks import SIGNALS, Ticks
 from palpate.viewer.stage import Stage
 
@@ -56,14 +57,3 @@ class ToolDrawing:
                 point.position = tick["p_WC"][3 * k : 3 * k + 3]
             if point.visible != seen:
                 point.visible = seen
-
-
-def pose(p: Array, quaternion: Array) -> Array:
-    """(4, 4) from a place (3,) [m] and a unit quaternion w x y z; the identity's rotation when it is zero."""
-    from viser.transforms import SO3
-
-    X = np.eye(4)
-    if np.any(quaternion):
-        X[:3, :3] = SO3(np.asarray(quaternion)).as_matrix()
-    X[:3, 3] = p
-    return X

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-from scipy.spatial.transform import Rotation
-
 from palpate.arrays import Array
+from palpate.arrays.so3 import quaternions
 
 WORLD = "palpate_world"
 """Name of the frame W of the scene."""
@@ -27,21 +25,12 @@ def vector(p: Array) -> Any:
     return Vector3(x=float(p[0]), y=float(p[1]), z=float(p[2]))
 
 
-def pose(p: Array, wxyz: Array) -> Array:
-    """Position (3,) and quaternion (4,) w x y z as a matrix (4, 4); no turn where the quaternion is none."""
-    X = np.eye(4)
-    X[:3, 3] = p
-    if np.linalg.norm(wxyz) > 0.5:
-        X[:3, :3] = Rotation.from_quat(np.asarray(wxyz)[[1, 2, 3, 0]]).as_matrix()
-    return X
-
-
 def transform(parent: str, child: str, X: Array, stamp: Any) -> Any:
     """(4, 4) as geometry_msgs/TransformStamped."""
     from geometry_msgs.msg import Quaternion, Transform, TransformStamped
     from std_msgs.msg import Header
 
-    x, y, z, w = (float(c) for c in Rotation.from_matrix(X[:3, :3]).as_quat())
+    w, x, y, z = (float(c) for c in quaternions(X[:3, :3]))
     turned = Transform(translation=vector(X[:3, 3]), rotation=Quaternion(x=x, y=y, z=z, w=w))
     return TransformStamped(header=Header(stamp=stamp, frame_id=parent), child_frame_id=child, transform=turned)
 

@@ -8,8 +8,9 @@ import numpy as np
 
 from palpate.arm import Arm
 from palpate.arrays import Array
+from palpate.arrays.so3 import pose
 from palpate.record.ticks import Ticks
-from palpate.ros.around.convert import WORLD, latched, pose, transform
+from palpate.ros.around.convert import WORLD, latched, transform
 
 if TYPE_CHECKING:
     from palpate.ros.haptics import HapticSession

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from palpate.arrays import Array
+from palpate.arrays.so3 import pose
 from palpate.record.ticks import Ticks
-from palpate.ros.around.convert import WORLD, latched, point, pose, vector
+from palpate.ros.around.convert import WORLD, latched, point, vector
 from palpate.viewer.staging import drawable
 
 if TYPE_CHECKING:
