@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from palpate.session.summary import Summary
 
-Array = npt.NDArray[Any]
+Column = npt.NDArray[Any]
 
 MEASURED = ("realtime_factor", "cycle_p50_us", "cycle_p99_us", "cycle_p999_us", "cycle_max_us")
 """Keys of the summary that depend on the machine; all others are the same wherever and in whatever order runs go."""
@@ -25,7 +25,7 @@ class Outcome(NamedTuple):
 
     summary: dict[str, float | int | bool]
     faults: tuple[str, ...]
-    signals: dict[str, Array]
+    signals: dict[str, Column]
     """By name: (k,) or (k, size)."""
 
     @staticmethod
@@ -39,13 +39,13 @@ class Outcome(NamedTuple):
 class Simulated:
     """Results of n runs, in the order in which the runs were given."""
 
-    summary: dict[str, Array]
+    summary: dict[str, Column]
     """By key of docs/json.md (`palpate run`), shape (n,), units in the names."""
     faults: tuple[tuple[str, ...], ...]
     """Faults of each run, in words; empty when all was well."""
     t: npt.NDArray[np.float64]
     """(k,) times of the samples in `signals` [s]."""
-    signals: dict[str, Array]
+    signals: dict[str, Column]
     """By name of the signal, shape (n, k) or (n, k, size), in the signal's unit (`palpate.record.SIGNALS`)."""
 
     def __len__(self) -> int:

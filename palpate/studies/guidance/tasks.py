@@ -15,6 +15,7 @@ import numpy as np
 
 from palpate import _core
 from palpate.arrays import Array
+from palpate.arrays.so3 import unit
 from palpate.operators import Errand
 
 RADIUS = 0.002
@@ -121,7 +122,7 @@ def ring_on_wire() -> Task:
     u, clear = np.linspace(0.0, 1.0, 400), 0.002
     curve = [0.04 * (u - 0.5), 0.004 * np.sin(2 * np.pi * u), 0.03 + 0.005 * np.sin(np.pi * (u - 0.2))]
     wire = _evenly(np.column_stack(curve))
-    ends = 0.008 * _unit(wire[1] - wire[0]), 0.008 * _unit(wire[-1] - wire[-2])
+    ends = 0.008 * unit(wire[1] - wire[0]), 0.008 * unit(wire[-1] - wire[-2])
     hose = _evenly(np.concatenate([wire[:1] - ends[0], wire, wire[-1:] + ends[1]]), 0.0015)
     return Task(
         "ring on a wire",
@@ -183,7 +184,7 @@ def palpation() -> Task:
 def insertion() -> Task:
     """Down a narrowing passage to a target: 7 mm wide to every side at the entry, 1.2 mm at the target."""
     entry, target = np.array([0.0, 0.0, 0.050]), np.array([0.012, 0.006, 0.010])
-    axis, length = _unit(target - entry), float(np.linalg.norm(target - entry))
+    axis, length = unit(target - entry), float(np.linalg.norm(target - entry))
     way, wide, narrow = _evenly(np.array([entry, target])), 0.007, 0.0012
 
     def clear(p: Array) -> Array:
@@ -224,10 +225,6 @@ def _flat(p: Array, path: Array) -> Array:
     """Distance (n,) across the tissue alone, without height [m]."""
     flat = np.array([1.0, 1.0, 0.0])
     return distance(p * flat, path * flat)[0]
-
-
-def _unit(v: Array) -> Array:
-    return np.asarray(v / np.linalg.norm(v))
 
 
 #: By name.

@@ -11,6 +11,7 @@ from rich.table import Table
 
 from palpate.arm import Arm
 from palpate.arrays import Array
+from palpate.arrays.checks import finite_or_none
 from palpate.certificate import Device, trials
 from palpate.certificate.classical import colgate_brown
 from palpate.studies._command import Sweeper
@@ -81,13 +82,9 @@ def _panel(device: Device, swept: Swept, i: int, j: int) -> dict[str, Any]:
         "K_N_per_m": K.tolist(),
         "stable": (swept.array("stable")[i, j] == 1.0).tolist(),
         "line_B_N_s_per_m": fine.tolist(),
-        "boundary_N_per_m": [_finite(loop.K_max(b)[0]) for b in fine],
+        "boundary_N_per_m": [finite_or_none(loop.K_max(b)[0]) for b in fine],
         "colgate_brown_N_per_m": [colgate_brown(at.damping, b, 1.0 / at.rate, at.delay) for b in fine],
     }
-
-
-def _finite(x: float) -> float | None:
-    return float(x) if np.isfinite(x) else None
 
 
 def largest(panel: dict[str, Any]) -> Array:
