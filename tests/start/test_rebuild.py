@@ -1,0 +1,71 @@
+"""An editable install compiles the core again when a source has changed, and only looks at time stamps otherwise."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+import palpate
+from palpate import rebuild
+
+
+class Loader:
+    """Stands for scikit-build-core's loader of an editable install."""
+
+    def __init__(self, fails=False):
+        self.count, self.path, self.fails = 0, "", fails
+
+    def rebuild(self):
+        self.count, self.path = self.count + 1, os.environ["PATH"]
+        if self.fails:
+            raise subprocess.CalledProcessError(1, "cmake")
+
+
+@pytest.fixture
+def source(tmp_path, monkeypatch):
+    """A repository with one source, compiled an hour ago."""
+    (tmp_path / "core" / "palpate").mkdir(parents=True)
+    (tmp_path / "bindings").mkdir()
+    (tmp_path / "build").mkdir()
+    (tmp_path / "CMakeLists.txt").write_text("")
+    source = tmp_path / "core" / "palpate" / "law.cpp"
+    source.write_text("old")
+    monkeypatch.setattr(rebuild, "_ROOT", tmp_path)
+    stamp = tmp_path / "build" / f"compiled-{sys.implementation.cache_tag}"
+    stamp.touch()
+    for path in [*tmp_path.rglob("*"), tmp_path]:
+        os.utime(path, (1e9, 1e9))
+    return source
+
+
+def test_a_changed_source_is_compiled_once(source, monkeypatch):
+    loader, path = Loader(), os.environ["PATH"]
+    monkeypatch.setattr(palpate, "__loader__", loader)
+    rebuild.refresh()
+    assert loader.count == 0
+    source.write_text("new")
+    rebuild.refresh()
+    rebuild.refresh()
+    assert loader.count == 1
+    assert loader.path.startswith(os.path.join(sys.prefix, "bin"))
+    assert os.environ["PATH"] == path
+    (source.parent / "added.cpp").touch()
+    rebuild.refresh()
+    assert loader.count == 2
+
+
+def test_a_source_that_does_not_compile_is_told_and_tried_again(source, monkeypatch):
+    loader = Loader(fails=True)
+    monkeypatch.setattr(palpate, "__loader__", loader)
+    source.write_text("wrong")
+    for count in (1, 2):
+        with pytest.raises(ImportError, match="does not compile"):
+            rebuild.refresh()
+        assert loader.count == count
+
+
+def test_an_installed_wheel_has_nothing_to_rebuild(source, monkeypatch):
+    monkeypatch.setattr(palpate, "__loader__", object())
+    source.write_text("new")
+    rebuild.refresh()
