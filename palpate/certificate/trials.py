@@ -7,6 +7,7 @@ linear limit, and the edge is found by halving.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -92,16 +93,24 @@ def limit(device: Device, hand: Hand, B: float, expected: float, w: float) -> fl
     for share in _LADDER + (_ABOVE if device.friction > 0.0 else ()):
         K = share * expected
         if oscillates(device, hand, K, B, w):
-            return _edge(device, hand, B, w, held, K) if held > 0.0 else 0.0
+            return edge(lambda k: oscillates(device, hand, k, B, w), held, K)[0] if held > 0.0 else 0.0
         held = K
     return held if device.friction > 0.0 else expected
 
 
-def _edge(device: Device, hand: Hand, B: float, w: float, low: float, high: float) -> float:
-    while high / low > _FINE:
+def edge(swings: Callable[[float], bool], low: float, high: float, fine: float = _FINE) -> tuple[float, float]:
+    """The largest stiffness that was seen at rest, and the least that swings, by halving in the logarithm [N/m].
+
+    Args:
+        swings: whether a stiffness [N/m] does.
+        low: one that does not.
+        high: one that does.
+        fine: ratio of the two at which the search ends [-].
+    """
+    while high / low > fine:
         middle = float(np.sqrt(low * high))
-        if oscillates(device, hand, middle, B, w):
+        if swings(middle):
             high = middle
         else:
             low = middle
-    return low
+    return low, high

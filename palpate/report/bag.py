@@ -9,10 +9,11 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from palpate.errors import MissingExtraError, OutputError
+from palpate.errors import MissingExtraError
 from palpate.record.bags.bag import Bag
 from palpate.record.bags.summary import summary_of
 from palpate.record.bags.tracks import Arm, Track
+from palpate.report.page import write
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,14 +30,7 @@ def write_page(bag: Bag, out: Path | None = None) -> Path:
         MissingExtraError: matplotlib is not installed. OutputError: it cannot be written.
     """
     folder = bag.path if bag.path.is_dir() else bag.path.parent
-    page = out if out is not None else folder / "report.html"
-    text = report(bag)
-    try:
-        page.write_text(text, encoding="utf-8")
-    except OSError as error:
-        why = error.strerror or str(error)
-        raise OutputError(f"the report cannot be written: {why}", where=str(page), mend="use --out") from None
-    return page
+    return write(out if out is not None else folder / "report.html", report(bag))
 
 
 def report(bag: Bag) -> str:

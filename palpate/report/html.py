@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from palpate.arm import Arm
-from palpate.errors import MissingExtraError, OutputError, PalpateError
+from palpate.errors import MissingExtraError, PalpateError
 from palpate.record.reader import Record
 from palpate.record.ticks import STATUS
 from palpate.report import elements, energy, imperfections, touches
 from palpate.report.assumptions import FAST_FORCE, SlowMotion, slow_motion
 from palpate.report.diagram import diagram, signal_table
+from palpate.report.page import write
 from palpate.report.run import Run
 from palpate.report.summary import given, rows, summary_of
 from palpate.report.words import GLOSSARY
@@ -46,13 +47,7 @@ def write_report(record: str | Path, out: str | Path | None = None) -> Path:
     """
     opened = Record.open(record)
     page = Path(out) if out is not None else opened.path.with_name("report.html")
-    text = report(opened)
-    try:
-        page.write_text(text, encoding="utf-8")
-    except OSError as error:
-        why = error.strerror or str(error)
-        raise OutputError(f"the report cannot be written: {why}", where=str(page), mend="use --out") from None
-    return page
+    return write(page, report(opened))
 
 
 def report(record: Record) -> str:

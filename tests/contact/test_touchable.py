@@ -8,10 +8,10 @@ import pytest
 import palpate.contact
 from palpate import _core
 from palpate.contact import touchable
+from palpate.contact.judging import RADIUS, STIFFNESS
 from palpate.shapes.analytic import SHAPES
 from palpate.shapes.paths import tool_path
 from palpate.studies.radius import work as study
-from palpate.verify.bench.contact import RADIUS, STIFFNESS
 
 
 @pytest.mark.parametrize(("name", "triangles"), [("torus", 1000), ("torus", 10_000), ("wavy", 1000), ("wavy", 10_000)])

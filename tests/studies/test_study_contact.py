@@ -12,6 +12,7 @@ from palpate import _core
 from palpate.shapes.analytic import SHAPES
 from palpate.studies.contact import work as contact
 from palpate.studies.contact.figures import draw
+from palpate.studies.contact.words import table
 from palpate.sweep import sweep
 
 
@@ -78,7 +79,7 @@ def test_approaches_end_where_they_should():
 
 def test_table_and_pictures(result, tmp_path):
     console = Console(width=160, record=True, file=StringIO())
-    console.print(contact.table(result["rows"]))
+    console.print(table(result["rows"]))
     told = console.export_text()
     assert all(method in told for method in _core.contact_methods())
     files = draw(result, tmp_path)

@@ -12,6 +12,7 @@ from palpate.hands import PRESETS
 from palpate.studies.laws.figures import handle_mass
 from palpate.studies.zwidth import work as zwidth
 from palpate.studies.zwidth.figures import draw
+from palpate.studies.zwidth.words import largest, table
 from palpate.sweep import sweep
 
 
@@ -49,10 +50,10 @@ def test_simulated_walls_keep_to_the_boundary(found):
 
 
 def test_delay_costs_stiffness_and_passive_walls_are_stable(found):
-    at_once, late = (zwidth.largest(panel) for panel in found["panels"])
+    at_once, late = (largest(panel) for panel in found["panels"])
     assert (late[:3] < 0.3 * at_once[:3]).all()
-    for panel, largest in zip(found["panels"], (at_once, late), strict=True):
-        assert max(panel["colgate_brown_N_per_m"]) < largest.max()
+    for panel, most in zip(found["panels"], (at_once, late), strict=True):
+        assert max(panel["colgate_brown_N_per_m"]) < most.max()
         b, T = found["device"]["damping_SI"], 1e-3
         passive = (b - panel["line_B_N_s_per_m"][0]) / (T / 2 + panel["delay_s"])
         assert panel["colgate_brown_N_per_m"][0] == pytest.approx(passive)
@@ -62,5 +63,5 @@ def test_keys_table_and_picture(found, tmp_path):
     assert set(found) == json_contract.keys("study zwidth")
     documented = json_contract.keys_of("study zwidth", "A panel:") - {"null"}
     assert set(found["panels"][0]) == documented
-    assert len(zwidth.table(found).rows) == 2
+    assert len(table(found).rows) == 2
     assert 5_000 < draw(found, tmp_path).stat().st_size < 150_000

@@ -9,7 +9,7 @@ that is certified: it has to rest. Simulated.
 from __future__ import annotations
 
 import itertools
-from typing import Any
+from typing import cast
 
 import numpy as np
 import yaml
@@ -21,10 +21,13 @@ from palpate.arm import models_folder
 from palpate.arrays import Array
 from palpate.certificate.arms import Held
 from palpate.certificate.certificate import SURE
+from palpate.certificate.trials import edge
 from palpate.record.ticks import as_ticks
 from palpate.scene import Scene
 from palpate.scene.rig import Rig, build
 from palpate.studies._command import Sweeper
+from palpate.studies.certificate.result import Walled
+from palpate.sweep.grid import Point
 
 SCENES = ("palpation", "paper")
 NORMALS = ((0.0, 0.0, 1.0), (0.6, 0.0, 0.8), (0.0, 1.0, 0.0))  # of the plane, in W
@@ -37,31 +40,25 @@ _DECAYED, _UNFELT = 0.98, 2e-5  # from one to the next; amplitude of the handle 
 _FINE = 1.005
 
 
-def run(sweep: Sweeper) -> list[dict[str, Any]]:
+def run(sweep: Sweeper) -> list[Walled]:
     """Every arm, direction, damping and delay."""
     grid = {"scene": SCENES, "normal": range(len(NORMALS)), "B": DAMPINGS, "delay": DELAYS}
-    return list(sweep(judged, grid, title="arms").rows())
+    return cast(list[Walled], sweep(judged, grid, title="arms").rows())
 
 
-def judged(point: dict[str, Any], seed: int) -> dict[str, float]:
+def judged(point: Point, seed: int) -> dict[str, float]:
     """Predicted and simulated limit of one of them, and whether the arm as it is rests at what is certified."""
     rig, n_W, B = _rig(point), np.array(NORMALS[point["normal"]]), point["B"]
     with threadpool_limits(1):
         predicted, w = limit(rig, n_W, B)
-        low, high = 0.5 * predicted, 2.0 * predicted
-        while high / low > _FINE:
-            middle = float(np.sqrt(low * high))
-            if swings(rig, n_W, middle, B):
-                high = middle
-            else:
-                low = middle
+        low, high = edge(lambda K: swings(rig, n_W, K, B), 0.5 * predicted, 2.0 * predicted, _FINE)
         simulated = float(np.sqrt(low * high))
         broken = swings(rig, n_W, SURE * predicted, B, ideal=False)
     return {"predicted_N_per_m": predicted, "simulated_N_per_m": simulated, "error": predicted / simulated - 1.0,
             "frequency_Hz": w / (2 * np.pi), "certified_broken": float(broken)}  # fmt: skip
 
 
-def _rig(point: dict[str, Any]) -> Rig:
+def _rig(point: Point) -> Rig:
     scene = Scene.load(models_folder().parent / "scenes" / f"{point['scene']}.yaml")
     return build(scene.model_copy(update={"loop_delay": point["delay"]}))
 
@@ -117,7 +114,7 @@ def _walled(rig: Rig, n_W: Array, K: float, B: float, ideal: bool) -> Scene:
     return Scene.model_validate({key: value for key, value in data.items() if value is not None})
 
 
-def table(rows: list[dict[str, Any]]) -> Table:
+def table(rows: list[Walled]) -> Table:
     """Agreement by arm."""
     out = Table(box=None, pad_edge=False, title="arms of the scenes, whole simulation", title_justify="left")
     for column in ("scene", "normal", "delay", "B", "predicted", "simulated", "error", "certified, as it is"):

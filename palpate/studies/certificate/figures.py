@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,9 +13,10 @@ from palpate.certificate.classical import colgate_brown
 from palpate.certificate.figure import plane
 from palpate.hands import PRESETS
 from palpate.plotting.style import CAP, DEPTH, FORCE, INK, JOINTS, MUTED, Canvas, png
+from palpate.studies.certificate.result import Row
 from palpate.studies.certificate.work import WITHIN, simulated_limit
 
-Rows = list[dict[str, Any]]
+Rows = list[Row]
 
 DEVICE = {"mass": 0.3, "damping": 0.6, "rate": 1000.0, "filter": 100.0, "quantum": 1e-5, "friction": 0.05}
 DELAYS = (0.003, 0.006, 0.009, 0.015)  # [s]

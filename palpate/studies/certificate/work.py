@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from rich.table import Table
 
@@ -11,7 +9,10 @@ from palpate import _core
 from palpate.certificate import Device
 from palpate.certificate.certificate import certify_device
 from palpate.certificate.device import TAP
+from palpate.certificate.trials import edge
 from palpate.hands import Hand
+from palpate.studies.certificate.result import Row, Summary
+from palpate.sweep.grid import Point
 
 WITHIN = 0.05  # agreement that is asked for
 _THROWS = 40  # disturbances at each stiffness of the judge's search
@@ -38,7 +39,7 @@ def drawn(seed: int) -> tuple[Device, float]:
     return device, share * min(device.loop(hand).B_max, 20.0)
 
 
-def judged(point: dict[str, Any], seed: int) -> dict[str, float]:
+def judged(point: Point, seed: int) -> dict[str, float]:
     """One device: predicted and simulated limit, and how many certified gains oscillate."""
     device, B = drawn(seed)
     certificate = certify_device(device, B=B)
@@ -68,12 +69,7 @@ def simulated_limit(device: Device, B: float, near: float, rng: np.random.Genera
         low, high = high, 2.0 * high
         if high > 1e9:
             return float("inf")
-    while high / low > _FINE:
-        middle = float(np.sqrt(low * high))
-        if oscillates(device, middle, B, _THROWS, rng):
-            high = middle
-        else:
-            low = middle
+    low, high = edge(lambda K: oscillates(device, K, B, _THROWS, rng), low, high, _FINE)
     return float(np.sqrt(low * high))
 
 
@@ -104,7 +100,7 @@ def _stays(axis: _core.Axis, still: float, duration: float, x0: float, v0: float
     return False
 
 
-def summary(rows: list[dict[str, Any]]) -> dict[str, float]:
+def summary(rows: list[Row]) -> Summary:
     """Agreement over all devices."""
     error = np.array([row["error"] for row in rows])
     linear = np.array([row["linear_N_per_m"] / row["simulated_N_per_m"] - 1.0 for row in rows])
@@ -117,7 +113,7 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, float]:
     }  # fmt: skip
 
 
-def table(told: dict[str, float]) -> Table:
+def table(told: Summary) -> Table:
     """The summary, told."""
     out = Table(box=None, pad_edge=False, show_header=False, title="largest stable stiffness", title_justify="left")
     for name, value in (

@@ -26,8 +26,8 @@ class Command(SweepStudy):
     def study(self, console: Console) -> Findings:
         """Do the work."""
         from palpate.studies.contact.figures import draw
-        from palpate.studies.contact.work import TRIANGLES, run, table
-        from palpate.verify.bench.contact import SIZES
+        from palpate.studies.contact.words import table
+        from palpate.studies.contact.work import LARGE, TRIANGLES, run
 
-        result = run((*TRIANGLES, *SIZES[-1:]) if self.large else TRIANGLES, self.sweeper(console))
+        result = run((*TRIANGLES, LARGE) if self.large else TRIANGLES, self.sweeper(console))
         return Findings(result, partial(draw, result), [table(result["rows"])])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from itertools import cycle
 from pathlib import Path
-from typing import Any
+from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,21 +13,20 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from palpate import _core
+from palpate.contact.judging import ARTEFACT, RADIUS
 from palpate.plotting.style import INK, JOINTS, MUTED, Canvas, png
-from palpate.verify.bench.contact import ARTEFACT, RADIUS
-
-Row = dict[str, Any]
-Result = dict[str, list[Row]]
+from palpate.studies.contact.result import Found, Row
 
 PALETTE = ("#1f6f8b", "#b58900", "#4f8f4f", "#c8453b", "#8767a8", "#8b98a3", "#d98cb3", "#8a6a4f")
 COLORS = dict(zip(_core.contact_methods(), cycle(PALETTE), strict=False))
 MARKERS = "os^Dv*Xp"  # of the shapes
 LEAST = 0.003  # smallest direction error drawn [deg]
+Shown = Literal["step_deg", "artefacts", "energy_mJ"]
 
 
-def draw(result: Result, folder: Path) -> list[Path]:
+def draw(result: Found, folder: Path) -> list[Path]:
     """Write every picture; returns the files."""
-    figures: dict[str, Callable[[Result, Canvas], Figure]] = {
+    figures: dict[str, Callable[[Found, Canvas], Figure]] = {
         "penetration": penetration,
         "approach": approach,
         "slide": slide,
@@ -41,7 +40,7 @@ def draw(result: Result, folder: Path) -> list[Path]:
     return files
 
 
-def penetration(result: Result, canvas: Canvas) -> Figure:
+def penetration(result: Found, canvas: Canvas) -> Figure:
     """Direction error against how deep the sphere is in; a cross where a method lets go or flips for good."""
     rows = [r for r in result["rows"] if r["path"] == "penetration"]
     shapes = list(dict.fromkeys(r["shape"] for r in rows))
@@ -78,7 +77,7 @@ def _depth_curve(axes: Axes, method: str, rows: list[Row]) -> None:
         axes.plot(x[-1:], y[-1:], "x", ms=7, mew=1.6, color=COLORS[method], zorder=4)
 
 
-def approach(result: Result, canvas: Canvas) -> Figure:
+def approach(result: Found, canvas: Canvas) -> Figure:
     """Direction error against the angle of approach, the median over places and headings."""
     rows = [r for r in result["rows"] if r["path"] == "approach"]
     shapes = list(dict.fromkeys(r["shape"] for r in rows))[:3]
@@ -98,13 +97,15 @@ def approach(result: Result, canvas: Canvas) -> Figure:
     return figure
 
 
-def slide(result: Result, canvas: Canvas) -> Figure:
+def slide(result: Found, canvas: Canvas) -> Figure:
     """The shallow slide: largest step of direction, artefacts, net work, one mark per shape; and time by mesh size."""
     rows = [r for r in result["rows"] if r["path"] == "shallow"]
     figure = Figure(figsize=(canvas.width, 3.9), layout="constrained")
     step, count, work, time = figure.subplots(1, 4, width_ratios=[1, 1, 1, 1.1])
     methods, shapes = _methods(rows), list(dict.fromkeys(r["shape"] for r in rows))
-    for axes, key, least in ((step, "step_deg", LEAST), (count, "artefacts", 0.25), (work, "energy_mJ", -np.inf)):
+    panels: tuple[tuple[Axes, Shown, float], ...]
+    panels = (step, "step_deg", LEAST), (count, "artefacts", 0.25), (work, "energy_mJ", -np.inf)
+    for axes, key, least in panels:
         for i, method in enumerate(methods):
             finest = _finest([r for r in rows if r["method"] == method])
             for k, r in enumerate(finest):
@@ -138,7 +139,7 @@ def slide(result: Result, canvas: Canvas) -> Figure:
     return figure
 
 
-def planes(result: Result, canvas: Canvas) -> Figure:
+def planes(result: Found, canvas: Canvas) -> Figure:
     """Normal error of grown planes: against the spread of their points, one panel for each noise."""
     rows = result["planes"]
     noises = sorted({r["noise_um"] for r in rows})

@@ -6,25 +6,23 @@ import warnings
 from collections.abc import Iterable, Iterator
 from functools import lru_cache
 from itertools import islice
-from typing import Any, NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
-from rich.table import Table
 
 from palpate import _core
 from palpate.arrays import Array
+from palpate.contact.judging import PATHS, RADIUS, judge
 from palpate.errors import PalpateWarning
 from palpate.mesh import Mesh
 from palpate.shapes.analytic import SHAPES, Box, Shape
 from palpate.shapes.paths import RATE, ToolPath, tool_path
 from palpate.studies._command import Sweeper
+from palpate.studies.contact.result import Found, Measured, Plane, Row
 from palpate.sweep import Axis, sweep
 from palpate.sweep.grid import Point
-from palpate.verify.bench.contact import PATHS, RADIUS, judge
 
-Row = dict[str, Any]
-
-TRIANGLES = (1_000, 10_000, 100_000)
+TRIANGLES, LARGE = (1_000, 10_000, 100_000), 1_000_000
 SWEPT = 10_000  # triangles of the sweeps over penetration and approach
 PENETRATIONS = (0.25e-3, 0.5e-3, 1e-3, 1.5e-3, 1.9e-3, 2.5e-3, 3e-3, 3.5e-3, 3.9e-3, 4.5e-3, 6e-3)  # r - phi [m]
 APPROACHES = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0)  # of the path to the surface's normal [deg]
@@ -54,7 +52,7 @@ def run(
     sweep: Sweeper = sweep,
     shapes: Iterable[str] = tuple(SHAPES),
     methods: Iterable[str] = tuple(_core.contact_methods()),
-) -> dict[str, list[Row]]:
+) -> Found:
     """Everything measured: ``rows`` of the methods and ``planes`` grown through points."""
     tabled, path = set(triangles), {name: way.path for name, way in ways().items()}
     grid = {
@@ -68,7 +66,7 @@ def run(
     )
     drop = {"size", "way"}
     rows = [{key: value for key, value in row.items() if key not in drop} for row in swept.rows()]
-    return {"rows": rows, "planes": list(grown_planes())}
+    return {"rows": cast(list[Row], rows), "planes": list(grown_planes())}
 
 
 class Way(NamedTuple):
@@ -91,7 +89,7 @@ def ways() -> dict[str, Way]:
     return slides | deeper | {f"approach {way.approach:g} deg, place {way.place}": way for way in straight}
 
 
-def experiment(point: Point, seed: int) -> Row:
+def experiment(point: Point, seed: int) -> Measured:
     """One method along one way over one mesh; nothing in it is random."""
     way = ways()[point["way"]]
     mesh, (judging, path) = _mesh(point["shape"], point["size"]), _path(point["shape"], way)
@@ -146,7 +144,7 @@ def approaches(shape: Shape, degrees: float) -> Iterator[ToolPath]:
         yield ToolPath(np.vstack([way, rest, out]), slice(samples + 10, samples + 60))
 
 
-def grown_planes(seed: int = 0) -> Iterator[Row]:
+def grown_planes(seed: int = 0) -> Iterator[Plane]:
     """Normal of the plane through points of the 30 mm sphere, with noise: against their number and spread."""
     rng, shape = np.random.default_rng(seed), SHAPES["sphere"]
     up = np.array([0.0, 0.0, 1.0])
@@ -171,44 +169,3 @@ def grown_planes(seed: int = 0) -> Iterator[Row]:
                     "direction_median_deg": median,
                     "direction_p95_deg": p95,
                 }
-
-
-def table(rows: Iterable[Row]) -> Table:
-    """The slides: for each method, path and shape its finest mesh, figures of the bench."""
-    slides = [r for r in rows if r["path"] in PATHS]
-    finest = {
-        shape: max(r["triangles"] for r in slides if r["shape"] == shape) for shape in {r["shape"] for r in slides}
-    }
-    out = Table(title="r = 2 mm, k = 500 N/m, 50 mm/s; finest mesh of each", box=None, padding=(0, 1, 0, 0))
-    columns = ("path", "method", "shape", "us\np50/p99", "direction deg\nmed/p95/max", "force mN\np95/max")
-    for i, column in enumerate((*columns, "step\ndeg", "lost\n%", "flipped\n%", "arte-\nfacts", "work\nmJ")):
-        out.add_column(column, justify="left" if i < 3 else "right", no_wrap=True)
-    samples = _steady_samples()
-    last = ""
-    for r in sorted(slides, key=lambda r: (-list(PATHS).index(r["path"]), _core.contact_methods().index(r["method"]))):
-        if r["triangles"] != finest[r["shape"]]:
-            continue
-        out.add_row(
-            r["path"],
-            r["method"],
-            r["shape"],
-            f"{r['p50_us']:.1f}/{r['p99_us']:.0f}",
-            "no force"
-            if r["lost"] == samples
-            else f"{r['direction_median_deg']:.2f}/{r['direction_p95_deg']:.2f}/{r['direction_max_deg']:.1f}",
-            f"{r['magnitude_p95_mN']:.1f}/{r['magnitude_max_mN']:.1f}",
-            f"{r['step_deg']:.1f}",
-            f"{100 * r['lost'] / samples:.0f}",
-            f"{100 * r['flipped'] / samples:.0f}",
-            f"{r['artefacts']}",
-            f"{round(r['energy_mJ'], 2) + 0.0:.2f}",
-            style="bold" if r["method"] == "proxy" else None,
-            end_section=last not in ("", r["method"]),
-        )
-        last = r["method"]
-    return out
-
-
-def _steady_samples() -> int:
-    steady = tool_path(SHAPES["box"], *PATHS["shallow"], RADIUS).steady
-    return int(steady.stop - steady.start)

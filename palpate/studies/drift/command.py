@@ -11,7 +11,7 @@ from tyro.conf import Positional
 
 from palpate.errors import RecordingError
 from palpate.studies._command import Findings, SweepStudy
-from palpate.studies.drift.work import RELEASES, Recorded, real_arms, run, table
+from palpate.studies.drift.work import RELEASES, Recorded, real_arms, run
 
 
 @dataclass
@@ -35,6 +35,7 @@ class Command(SweepStudy):
     def study(self, console: Console) -> Findings:
         """Do the work."""
         from palpate.studies.drift.figures import draw
+        from palpate.studies.drift.words import table
 
         if self.releases < 1:
             raise RecordingError(f"{self.releases} releases", mend="give at least one, e.g. --releases 400")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,6 +11,7 @@ from matplotlib.lines import Line2D
 
 from palpate.plotting.style import INK, JOINTS, MUTED, Canvas, png
 from palpate.studies.drift.plant import PLANTS
+from palpate.studies.drift.result import Found, Row
 from palpate.studies.drift.work import FORMS
 
 COLOURS = dict(zip(FORMS, JOINTS, strict=False))
@@ -19,14 +19,14 @@ STYLES = dict(zip(PLANTS, ("-", (0, (4, 2))), strict=True))
 _SMALLEST = 0.1  # [mm] what moves less is drawn there
 
 
-def draw(found: dict[str, Any], folder: Path) -> Path:
+def draw(found: Found, folder: Path) -> Path:
     """Draw it into ``folder``; the file."""
     path = folder / "drift.png"
     png(lambda canvas: picture(found, canvas), path)
     return path
 
 
-def picture(found: dict[str, Any], canvas: Canvas) -> Figure:
+def picture(found: Found, canvas: Canvas) -> Figure:
     """A panel per arm: the share of releases that drifts no farther."""
     arms = [arm["arm"] for arm in found["arms"]]
     figure = Figure(figsize=(canvas.width, 3.6), layout="constrained")
@@ -43,7 +43,7 @@ def picture(found: dict[str, Any], canvas: Canvas) -> Figure:
     return figure
 
 
-def _shares(axes: Axes, rows: list[dict[str, Any]], published: dict[str, tuple[float, ...]]) -> None:
+def _shares(axes: Axes, rows: list[Row], published: dict[str, tuple[float, float, float]]) -> None:
     for row in rows:
         drift = np.maximum(row["drift_mm"], _SMALLEST)
         share = np.arange(1, len(drift) + 1) / len(drift)

@@ -7,16 +7,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
-from rich.table import Table
 
 from palpate.errors import RecordingError
 from palpate.identify.fit_gravity import fit_poses
 from palpate.identify.gravity import named_arm
 from palpate.studies._command import Sweeper
 from palpate.studies.drift.plant import PLANTS, TIME, Plant, make_plants, release, sampled, unseen_poses
+from palpate.studies.drift.result import Described, Found, Made, Row
 from palpate.sweep import Axis, sweep
 from palpate.sweep.grid import Point
 
@@ -55,7 +55,7 @@ def real_arms(side: str | None = None) -> list[Recorded]:
     return arms
 
 
-def run(arms: Sequence[Recorded], releases: int = RELEASES, sweep: Sweeper = sweep) -> dict[str, Any]:
+def run(arms: Sequence[Recorded], releases: int = RELEASES, sweep: Sweeper = sweep) -> Found:
     """Every form on the same plants, the same 160 samples, the same releases; keys of docs/json.md."""
     grid = {"arm": Axis(arm.name for arm in arms), "plant": Axis(PLANTS), "model": Axis(FORMS)}
     rows = sweep(partial(_released, tuple(arms), releases), grid).rows()
@@ -67,7 +67,7 @@ def run(arms: Sequence[Recorded], releases: int = RELEASES, sweep: Sweeper = swe
         "released_s": TIME,
         "published_mm": PUBLISHED,
         "arms": [_description(arm, {name: made[arm.name, name] for name in PLANTS}) for arm in arms],
-        "rows": rows,
+        "rows": cast(list[Row], rows),
     }
 
 
@@ -84,16 +84,17 @@ def _plants(arm: Recorded) -> dict[str, Plant]:
     return make_plants(arm.files, arm.arm)
 
 
-def _description(arm: Recorded, made: dict[str, dict[str, list[float]]]) -> dict[str, Any]:
+def _description(arm: Recorded, made: dict[str, Made]) -> Described:
     return {
         "arm": arm.name,
         "recordings": [file.name for file in arm.files],
         "friction_Nm": made[PLANTS[0]]["friction_Nm"],
-        **{key: {name: plant[key] for name, plant in made.items()} for key in ("noise_Nm", "beyond_form_Nm")},
+        "noise_Nm": {name: plant["noise_Nm"] for name, plant in made.items()},
+        "beyond_form_Nm": {name: plant["beyond_form_Nm"] for name, plant in made.items()},
     }
 
 
-def _drift(form: str, plant: Plant, releases: int) -> dict[str, Any]:
+def _drift(form: str, plant: Plant, releases: int) -> dict[str, float | list[float]]:
     controller = named_arm("mtml" if plant.arm.name == "mtm_left" else "mtmr")
     poses = sampled(plant, TRAINED, seed=1, both_ways=form == "dvrk")
     model = fit_poses(poses, controller, form, plant.measured).model
@@ -110,24 +111,3 @@ def _drift(form: str, plant: Plant, releases: int) -> dict[str, Any]:
         "beyond_friction": (np.abs(wrong) > plant.coulomb).mean(axis=0)[:6].tolist(),
         "drift_mm": np.round(np.sort(drift), 4).tolist(),
     }
-
-
-def table(found: dict[str, Any]) -> Table:
-    """Drift by form, beside what was published."""
-    title = f"tip drift within {found['released_s']:g} s of letting go, simulated, {found['releases']} poses [mm]"
-    shown = Table(title=title, title_justify="left")
-    heads = ("arm", "plant", "model", "mean", "median", "95 %", "stays", "published", "wrong by [N m]")
-    for head in heads:
-        shown.add_column(head, justify="left" if head in heads[:3] else "right", no_wrap=True)
-    for k, row in enumerate(found["rows"]):
-        first = k % len(FORMS) == 0
-        real = "/".join(f"{x:g}" for x in found["published_mm"].get(row["model"], ()))
-        wrong = " ".join(f"{x:.3f}" for x in row["torque_error_Nm"][:3])
-        shown.add_row(row["arm"] * first, row["plant"] * first, row["model"], f"{row['mean_mm']:.2f}",
-                      f"{row['median_mm']:.2f}", f"{row['p95_mm']:.2f}", f"{100 * row['stays']:.0f} %", real, wrong,
-                      end_section=(k + 1) % len(FORMS) == 0)  # fmt: skip
-    shown.caption = (
-        f"stays: moved less than {STAYS:g} mm; published: on a real arm (Lin et al. 2019), mean/median/95 %; wrong by: "
-        "rms error of the holding torques of joints 1 to 3."
-    )
-    return shown

@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -19,6 +19,17 @@ from palpate.shapes.analytic import SHAPES
 MESHES = ("organ", "gallbladder", "torus", "wavy")
 TRIANGLES = 20_000
 SECONDS = 4.0
+
+
+class Row(TypedDict):
+    """The numbers of one mesh. The keys are the documented contract of ``--json``."""
+
+    mesh: str
+    t_s: float
+    penetration_mm: float
+    F_T_W_N: list[float]
+    F_H_L_N: list[float]
+    F_H_H_N: list[float]
 
 
 @dataclass(frozen=True)
@@ -52,7 +63,7 @@ def _thing(mesh: str, folder: Path) -> dict[str, Any]:
     return {"name": mesh, "mesh": str(file), "unit": "m"}
 
 
-def row(moment: Moment) -> dict[str, Any]:
+def row(moment: Moment) -> Row:
     """Its numbers, as in docs/json.md."""
     tick = moment.tick
     return {
@@ -68,5 +79,5 @@ def row(moment: Moment) -> dict[str, Any]:
 def line(moment: Moment) -> str:
     """A line for people."""
     r = row(moment)
-    spatial, body = (" ".join(f"{x:+.2f}" for x in r[key]) for key in ("F_H_L_N", "F_H_H_N"))
+    spatial, body = (" ".join(f"{x:+.2f}" for x in force) for force in (r["F_H_L_N"], r["F_H_H_N"]))
     return f"{moment.mesh}: {r['penetration_mm']:.1f} mm deep, spatial ({spatial}) N, body ({body}) N"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
 
@@ -17,7 +17,35 @@ if TYPE_CHECKING:
     from palpate.arm.dynamics import Dynamics
     from palpate.identify.payload import Load
 
-Found = dict[str, Any]
+
+class Score(TypedDict):
+    """Errors of the estimated force over a motion."""
+
+    nrmse: float
+    nrmse_axis: list[float]
+    error_rms_N: float
+    force_max_N: float
+
+
+class Found(Score):
+    """What the simulation found. The keys are the documented contract of ``--json``."""
+
+    simulated: bool
+    samples_Hz: float
+    torque_noise: float
+
+
+class Weight(TypedDict):
+    """The weight on the recorded arm."""
+
+    mass_kg: float
+    deviation_kg: float
+    interval_kg: list[float]
+    true_kg: float
+    error: float
+    explained: list[float]
+    assumed: str
+
 
 WEIGHT = 0.105  # that hung on the recorded arm [kg]
 SERVO = 1e-4  # period of the simulated drives [s]
@@ -67,7 +95,7 @@ def weight(folder: Path) -> Load:
     return estimate_load(identify([one, two, again], arm), loaded, [one, again])
 
 
-def told(load: Load) -> dict[str, Any]:
+def told(load: Load) -> Weight:
     """As JSON."""
     return {
         "mass_kg": load.mass,
@@ -134,7 +162,7 @@ def press(arm: Arm, model: Dynamics) -> Trace:
     return Trace(np.arange(len(told)) / TICKS, np.array(truth), np.array(told))
 
 
-def score(trace: Trace) -> Found:
+def score(trace: Trace) -> Score:
     """NRMSE: rms of the error vector over the largest force; of an axis: rms of its error over its force's range."""
     settled = slice(round(TICKS), None)
     truth, error = trace.truth[settled], (trace.told - trace.truth)[settled]

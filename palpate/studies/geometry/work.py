@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 from rich.table import Table
@@ -14,6 +13,9 @@ from palpate.contact.lessons.face_angle import Slide, angle_noise, contact_norma
 from palpate.contact.lessons.point_contact import Pair, approach
 from palpate.surfaces import ImplicitSurface, Plane
 
+Found = dict[str, list[dict[str, float | str]]]
+"""By table: its rows, as docs/json.md lists their keys."""
+
 FACES = (15.0, 30.0, 45.0, 60.0, 75.0, 90.0)  # of Fig 11 [deg]
 TURNS = (-80.0, -50.0, -20.0, 20.0, 50.0, 80.0, 100.0, 125.0, 150.0)  # at which Eq 20 is tried [deg]
 NOISES = (1e-6, 10e-6, 100e-6)  # of a contact point [m]
@@ -22,7 +24,7 @@ GAPS = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8)  # of two surfaces [m]
 RADIUS = 15e-3  # of the SPR in the paper's Fig 12 [m]
 
 
-def run() -> dict[str, list[dict[str, Any]]]:
+def run() -> Found:
     """Every number of the page; keys as in docs/json.md."""
     _, _, pairs = approaches(GAPS)
     depths, delta = pressed()
@@ -57,7 +59,7 @@ def pressed() -> tuple[Array, Array]:
     return depths, felt.depth
 
 
-def _slope(degrees: float) -> dict[str, float]:
+def _slope(degrees: float) -> dict[str, float | str]:
     """Of the contact point's steps, over all depths and the whole travel, where it moves along the face at all."""
     worst = 0.0
     for share in (0.05, 0.3, 0.7, 1.0):
@@ -69,7 +71,7 @@ def _slope(degrees: float) -> dict[str, float]:
     return {"face_deg": degrees, "slope_error_deg": worst}
 
 
-def tables(result: dict[str, list[dict[str, Any]]]) -> list[tuple[str, Table]]:
+def tables(result: Found) -> list[tuple[str, Table]]:
     """The numbers for a terminal."""
     titles = {
         "point_contact": "Eqs 14-17: normals of two surfaces as the gap closes",

@@ -37,8 +37,8 @@ class Command(SweepStudy):
         from palpate.studies.guidance.conformance import conform, conformance_words, entered, entry_words
 
         if self.conformance:
-            told = conform(self.sweeper(console))
-            return Findings({"conformance": told}, lambda _: [], conformance_words(told))
+            judged = conform(self.sweeper(console))
+            return Findings({"conformance": judged}, lambda _: [], conformance_words(judged))
         if self.entry:
             told = entered(self.sweeper(console))
             return Findings({"entry": told}, lambda _: [], entry_words(told))
@@ -48,12 +48,15 @@ class Command(SweepStudy):
         from palpate.studies.guidance.cues import cued
         from palpate.studies.guidance.effects import summary
         from palpate.studies.guidance.figures import draw
+        from palpate.studies.guidance.result import Found
         from palpate.studies.guidance.words import tables
         from palpate.studies.guidance.work import run
         from palpate.studies.guidance.yields import yielding
 
         rows = run(self.operators, self.seed, self.sweeper(console))
-        told = summary(rows, self.seed)
-        told["visual_cues"] = cued(self.operators, self.seed, self.sweeper(console))
-        told["yields"] = yielding(self.operators, self.seed, self.sweeper(console))
+        told: Found = {
+            **summary(rows, self.seed),
+            "visual_cues": cued(self.operators, self.seed, self.sweeper(console)),
+            "yields": yielding(self.operators, self.seed, self.sweeper(console)),
+        }
         return Findings(told, lambda folder: draw(rows, told, folder, self.seed), tables(told))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import Any
+from typing import TypedDict, cast
 
 from rich.console import RenderableType
 from rich.table import Table
@@ -14,27 +14,40 @@ from palpate.sweep import Axis, sweep
 from palpate.sweep.grid import Point
 from palpate.verify import conformance
 from palpate.verify.conformance import entry
+from palpate.verify.conformance.run import Summary
 
 
-def conform(sweep: Sweeper = sweep) -> dict[str, Any]:
+class Entered(TypedDict):
+    """How far the tool got in, as `entry` in docs/json.md."""
+
+    hard_entry: list[entry.Hard]
+    soft_entry: list[dict[str, float]]
+    entry_passed: bool
+
+
+class Conformance(Summary, Entered):
+    """The suite's summary, and how far the tool got in."""
+
+
+def conform(sweep: Sweeper = sweep) -> Conformance:
     """As `conformance` in docs/json.md."""
     grid = {"role": Axis(conformance.ROLES), "geometry": Axis(conformance.SPECIMENS)}
     rows = sweep(examined, grid, title="conformance").rows()
     wrong = {name: found for row in rows for name, found in json.loads(row["failures"]).items()}
     told = conformance.summary({c: wrong.get(str(c), {}) for c in conformance.combinations()})
-    return told | entered(sweep)
+    return {**told, **entered(sweep)}
 
 
-def entered(sweep: Sweeper = sweep) -> dict[str, Any]:
+def entered(sweep: Sweeper = sweep) -> Entered:
     """As `entry` in docs/json.md."""
     most = max(region.hands for region in entry.REGIONS.values())
     grid = {"region": Axis(entry.REGIONS), "hand": Axis(range(most)), "fixture": Axis([1, 0])}
-    hard = entry.hard_rows(sweep(gone_in, grid, where=_has_hand, title="entry").rows())
+    hard = entry.hard_rows(cast(list[entry.Gone], sweep(gone_in, grid, where=_has_hand, title="entry").rows()))
     soft = [entry.soft(force) for force in FORCES]
     return {"hard_entry": hard, "soft_entry": soft, "entry_passed": entry.passed(hard, soft)}
 
 
-def examined(point: Point, seed: int) -> dict[str, Any]:
+def examined(point: Point, seed: int) -> dict[str, int | str]:
     """All laws and policies of a role with a geometry; nothing in it is random."""
     mine = [c for c in conformance.combinations() if (c.role, c.geometry) == (point["role"], point["geometry"])]
     found = {str(c): conformance.examine(c) for c in mine}
@@ -50,7 +63,7 @@ def _has_hand(point: Point) -> bool:
     return bool(point["hand"] < entry.REGIONS[point["region"]].hands)
 
 
-def conformance_words(told: dict[str, Any]) -> list[RenderableType]:
+def conformance_words(told: Conformance) -> list[RenderableType]:
     """For people: what failed, by property; what has no meaning, and why; how far the tool got in."""
     kinds: dict[str, list[str]] = {}
     for failure in told["failures"]:
@@ -66,7 +79,7 @@ def conformance_words(told: dict[str, Any]) -> list[RenderableType]:
     return [*lines, *entry_words(told), f"conformance: {passed}, {len(told['unjudged'])} not judged"]
 
 
-def entry_words(told: dict[str, Any]) -> list[RenderableType]:
+def entry_words(told: Entered) -> list[RenderableType]:
     """For people: how far the tool got in."""
     hard = Table(box=None, pad_edge=False, title="into hard regions, whatever the hands do", title_justify="left")
     for column in ("region", "hands", "in", "held back", "without the fixture"):

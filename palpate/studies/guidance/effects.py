@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate.arrays import Array
 from palpate.studies._command import Sweeper
+from palpate.studies.guidance.result import Ablated, Against, BreakEven, Effect, Mean, Registered, Summary, Trials
 from palpate.studies.guidance.tasks import TASKS
 from palpate.studies.guidance.work import ABLATION, ALL, CONDITIONS, FEW, MEASURES, REGISTRATION, task_of
 from palpate.sweep import Axis
 from palpate.sweep.grid import Point
 
 BOOTSTRAPS = 2000
-Rows = list[dict[str, Any]]
 
 
 def of_the_first(
@@ -27,7 +27,7 @@ def of_the_first(
     seed: int,
     sweep: Sweeper,
     title: str,
-) -> tuple[dict[str, Rows], NDArray[np.int64]]:
+) -> tuple[dict[str, Trials], NDArray[np.int64]]:
     """`each` of the cohort's first operators, FEW at most: their rows by task; draws (BOOTSTRAPS, few) of them."""
     few = min(operators, FEW)
     grid = {"operator": Axis(range(few)), "task": Axis(tasks), "cohort": Axis([seed])}
@@ -71,10 +71,11 @@ EXPECTED: dict[tuple[str, str], Expected] = {
 }
 
 
-def summary(rows: list[dict[str, Any]], seed: int) -> dict[str, Any]:
+def summary(rows: Trials, seed: int) -> Summary:
     """As in docs/json.md."""
     rng = np.random.default_rng(seed)
-    means, effects = [], []
+    means: list[Mean] = []
+    effects: list[Effect] = []
     for task in TASKS:
         none = _columns(rows, task, "none")
         draws = rng.integers(len(none["time_s"]), size=(BOOTSTRAPS, len(none["time_s"])))
@@ -82,7 +83,7 @@ def summary(rows: list[dict[str, Any]], seed: int) -> dict[str, Any]:
             mine = _columns(rows, task, condition)
             mean = {key: float(mine[key].mean()) for key in (*MEASURES, "deepest_mm", "hand_peak_force_N")}
             unfinished = int(np.sum(mine["done"] == 0.0))
-            means.append({"task": task, "condition": condition, **mean, "unfinished": unfinished})
+            means.append(cast(Mean, {"task": task, "condition": condition, **mean, "unfinished": unfinished}))
             if condition != "none":
                 effects += [_effect(task, condition, key, none[key], mine[key], draws) for key in MEASURES]
     control = [_against(rows, task, rng) for task in TASKS]
@@ -99,7 +100,7 @@ def summary(rows: list[dict[str, Any]], seed: int) -> dict[str, Any]:
     }
 
 
-def _columns(rows: list[dict[str, Any]], task: str, condition: str, most: int | None = None) -> dict[str, Array]:
+def _columns(rows: Trials, task: str, condition: str, most: int | None = None) -> dict[str, Array]:
     """Of the operators in their order, of the first `most` alone."""
     mine = sorted((r for r in rows if r["task"] == task and r["condition"] == condition), key=lambda r: r["operator"])
     kept = mine[:most]
@@ -116,7 +117,7 @@ def hedges_g(a: Array, b: Array) -> Array:
     return np.asarray((1.0 - 3.0 / (4.0 * n - 9.0)) * g)
 
 
-def _effect(task: str, condition: str, key: str, none: Array, mine: Array, draws: NDArray[np.int64]) -> dict[str, Any]:
+def _effect(task: str, condition: str, key: str, none: Array, mine: Array, draws: NDArray[np.int64]) -> Effect:
     g = hedges_g(none[draws], mine[draws])
     before, after = none[draws].mean(axis=1), mine[draws].mean(axis=1)
     some = before > 0.0
@@ -142,20 +143,22 @@ def _effect(task: str, condition: str, key: str, none: Array, mine: Array, draws
     }
 
 
-def _registered(rows: list[dict[str, Any]], task: str) -> list[dict[str, Any]]:
+def _registered(rows: Trials, task: str) -> list[Registered]:
     """Means of the same FEW operators over the registration error; first without guidance."""
-    told = []
+    told: list[Registered] = []
     for name in ("haptics", "haptics+guidance", *REGISTRATION, "control_wrong"):
         mine = _columns(rows, task, name, FEW)
         told.append({
             "task": task,
             "error_mm": ALL[name].beside_mm if ALL[name].guidance else None,
-            **{key: float(mine[key].mean()) for key in ("path_error_mm", "peak_force_N", "entries")},
+            "path_error_mm": float(mine["path_error_mm"].mean()),
+            "peak_force_N": float(mine["peak_force_N"].mean()),
+            "entries": float(mine["entries"].mean()),
         })  # fmt: skip
     return told
 
 
-def _break_even(rows: list[dict[str, Any]], task: str) -> dict[str, Any]:
+def _break_even(rows: Trials, task: str) -> BreakEven:
     """Registration error from which on guidance is worse at its purpose than the same console without any [mm].
 
     Between the errors that were tried by straight lines; None where it helps at the largest yet, 0 where it never does.
@@ -171,7 +174,7 @@ def _break_even(rows: list[dict[str, Any]], task: str) -> dict[str, Any]:
     return {"task": task, "measure": purpose, "break_even_mm": at, "largest_tried_mm": float(errors[-1])}
 
 
-def _ablated(rows: list[dict[str, Any]], task: str) -> list[dict[str, Any]]:
+def _ablated(rows: Trials, task: str) -> list[Ablated]:
     """What felt contact takes from the forces, and how much of it is left when nobody presses harder unfelt."""
     (name,) = ABLATION
     if not any(r["task"] == task and r["condition"] == name for r in rows):
@@ -188,14 +191,14 @@ def _ablated(rows: list[dict[str, Any]], task: str) -> list[dict[str, Any]]:
     ]
 
 
-def _against(rows: list[dict[str, Any]], task: str, rng: np.random.Generator) -> dict[str, Any]:
+def _against(rows: Trials, task: str, rng: np.random.Generator) -> Against:
     """How much more path error wrong guidance makes than the same guidance in its place, and than none [mm]."""
     wrong = _columns(rows, task, "control_wrong")["path_error_mm"]
     draws = rng.integers(len(wrong), size=(BOOTSTRAPS, len(wrong)))
-    told: dict[str, Any] = {"task": task}
+    told: dict[str, str | float] = {"task": task}
     for name, condition in (("right", "haptics+guidance"), ("none", "none")):
         more = wrong - _columns(rows, task, condition)["path_error_mm"]
         low, high = np.percentile(more[draws].mean(axis=1), [2.5, 97.5])
         told |= {f"than_{name}_mm": float(more.mean())}
         told |= {f"than_{name}_low_mm": float(low), f"than_{name}_high_mm": float(high)}
-    return told
+    return cast(Against, told)

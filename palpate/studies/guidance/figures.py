@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from palpate.plotting.style import CAP, DEPTH, FORCE, INK, MUTED, Canvas, png
+from palpate.studies.guidance.result import Found, Trials
 from palpate.studies.guidance.tasks import TASKS, Task
 from palpate.studies.guidance.work import CONDITIONS, attempt, task_of, trial_seed
 
@@ -22,7 +22,7 @@ FORBIDDEN = "#c8453b"
 DRAWN = ("none", "haptics+guidance", "control_wrong")
 
 
-def draw(rows: list[dict[str, Any]], told: dict[str, Any], folder: Path, seed: int) -> list[Path]:
+def draw(rows: Trials, told: Found, folder: Path, seed: int) -> list[Path]:
     """All pictures, into a folder."""
     files = [folder / f"{name}.png" for name in ("guidance", "guidance_paths", "guidance_registration")]
     png(lambda canvas: _cohort(rows, told, canvas), files[0])
@@ -31,7 +31,7 @@ def draw(rows: list[dict[str, Any]], told: dict[str, Any], folder: Path, seed: i
     return files
 
 
-def _cohort(rows: list[dict[str, Any]], told: dict[str, Any], canvas: Canvas) -> Figure:
+def _cohort(rows: Trials, told: Found, canvas: Canvas) -> Figure:
     figure = Figure(figsize=(canvas.width, 6.2), layout="constrained")
     panels = figure.subplots(len(SHOWN), len(TASKS), sharex=True, squeeze=False)
     for j, name in enumerate(TASKS):
@@ -59,7 +59,7 @@ def _short(condition: str) -> str:
     return told.get(condition, condition)
 
 
-def _violins(axes: Axes, rows: list[dict[str, Any]], task: str, key: str) -> None:
+def _violins(axes: Axes, rows: Trials, task: str, key: str) -> None:
     for k, (condition, color) in enumerate(COLORS.items()):
         values = np.array([r[key] for r in rows if r["task"] == task and r["condition"] == condition])
         low, high = np.percentile(values, [25, 75])
@@ -69,7 +69,7 @@ def _violins(axes: Axes, rows: list[dict[str, Any]], task: str, key: str) -> Non
         axes.plot(k, values.mean(), "o", color="white", mec=INK, ms=4.0)
 
 
-def middle(rows: list[dict[str, Any]]) -> int:
+def middle(rows: Trials) -> int:
     """The operator whose path error, over all that is drawn, is the cohort's median."""
     drawn = [r for r in rows if r["condition"] in DRAWN]
     numbers = sorted({int(r["operator"]) for r in drawn})
@@ -115,7 +115,7 @@ def _forbidden(axes: Axes, task: Task) -> None:
     axes.contourf(1e3 * x, 1e3 * y, inside, levels=[0.0, np.inf], colors=[FORBIDDEN], alpha=0.12)
 
 
-def _registration(canvas: Canvas, told: dict[str, Any]) -> Figure:
+def _registration(canvas: Canvas, told: Found) -> Figure:
     figure = Figure(figsize=(canvas.width, 2.4), layout="constrained")
     panels = figure.subplots(1, len(TASKS), squeeze=False)
     for axes, even in zip(panels.flat, told["break_even"], strict=True):

@@ -17,6 +17,7 @@ from palpate import _core
 from palpate.arrays import Array
 from palpate.arrays.so3 import unit
 from palpate.operators import Errand
+from palpate.studies.guidance.result import Purpose
 
 RADIUS = 0.002
 """Of the tool's sphere [m]."""
@@ -43,7 +44,7 @@ class Task:
     off: Callable[[Array], Array]
     """Path error of tool positions (n, 3), (n,) [m]."""
     surface: Callable[[], _core.Mesh] | None = None
-    purpose: str = "path_error_mm"
+    purpose: Purpose = "path_error_mm"
     """The measure that its guidance is for."""
 
     @cached_property

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from rich.console import RenderableType
 from rich.table import Table
 
+from palpate.studies.guidance.result import Found
 from palpate.studies.guidance.work import FEW
 
 
-def tables(told: dict[str, Any]) -> list[RenderableType]:
+def tables(told: Found) -> list[RenderableType]:
     """For people."""
     title = f"means of {told['operators']} simulated operators"
     means = _table(title, ("task", "condition"), ("path error", "time", "mean force", "peak force", "entries"))
@@ -38,13 +37,13 @@ def _table(title: str, left: tuple[str, ...], right: tuple[str, ...]) -> Table:
     return out
 
 
-def _expectations(told: dict[str, Any]) -> Table:
+def _expectations(told: Found) -> Table:
     columns = ("ours", "literature", "Hedges' g ours", "people")
     out = _table("against none, beside the literature", ("task", "condition", "measure"), columns)
     for e in told["effects"]:
         if e["expected_hedges_g"] is None or e["change"] is None:
             continue
-        c = [round(100 * e[k]) for k in ("change", "change_low", "change_high")]
+        c = [round(100 * (x or 0.0)) for x in (e["change"], e["change_low"], e["change_high"])]
         range_ = e["expected_change"]
         lit = f"{100 * range_[0]:.0f} .. {100 * range_[1]:.0f} %" if range_ else ""
         g = f"{e['hedges_g']:.2f} ({e['hedges_g_low']:.2f} .. {e['hedges_g_high']:.2f})"
@@ -53,7 +52,7 @@ def _expectations(told: dict[str, Any]) -> Table:
     return out
 
 
-def _registration(told: dict[str, Any]) -> Table:
+def _registration(told: Found) -> Table:
     n = min(told["operators"], FEW)
     errors = sorted({row["error_mm"] for row in told["registration"] if row["error_mm"] is not None})
     columns = ("no guidance", *(f"{e:g} mm" for e in errors), "break-even")
@@ -68,7 +67,7 @@ def _registration(told: dict[str, Any]) -> Table:
     return out
 
 
-def _ablation(told: dict[str, Any]) -> Table:
+def _ablation(told: Found) -> Table:
     out = _table("what contact that is felt takes, with the operators' haste and without", ("task", "measure"),
                  ("with", "without"))  # fmt: skip
     for row in told["ablation"]:
@@ -77,7 +76,7 @@ def _ablation(told: dict[str, Any]) -> Table:
     return out
 
 
-def _cues(told: dict[str, Any]) -> Table:
+def _cues(told: Found) -> Table:
     title = f"visual cues alone, with contact felt, and none, {min(told['operators'], FEW)} operators, the same noise"
     out = _table(title, ("task", "condition"), ("path error", "mean force", "peak force", "time"))
     for row in told["visual_cues"]:
@@ -88,21 +87,22 @@ def _cues(told: dict[str, Any]) -> Table:
     return out
 
 
-def _yields(told: dict[str, Any]) -> Table:
+def _yields(told: Found) -> Table:
     shares = list(dict.fromkeys(row["share"] for row in told["yields"]))
     title = f"path error, guidance against none, by the trait yields of {min(told['operators'], FEW)} operators"
     out = _table(title, ("task",), tuple(f"{100 * share:.0f} %" for share in shares))
     for task in dict.fromkeys(row["task"] for row in told["yields"]):
         mine = [row for row in told["yields"] if row["task"] == task]
-        cells = [[round(100 * row[key]) for key in ("change", "change_low", "change_high")] for row in mine]
+        cells = [[round(100 * x) for x in (row["change"], row["change_low"], row["change_high"])] for row in mine]
         out.add_row(task, *(f"{c:+d} % ({low:+d} .. {high:+d})" for c, low, high in cells))
     return out
 
 
-def _verdicts(told: dict[str, Any]) -> list[str]:
-    graded = [e for e in told["effects"] if e["expected_change"] and e["change"] is not None]
-    inside = [e for e in graded if e["expected_change"][0] <= e["change"] <= e["expected_change"][1]]
-    beyond = [e for e in graded if e["change"] < e["expected_change"][0]]
+def _verdicts(told: Found) -> list[str]:
+    both = [(e["change"], e["expected_change"]) for e in told["effects"]]
+    graded = [(change, expected) for change, expected in both if expected and change is not None]
+    inside = [change for change, (low, high) in graded if low <= change <= high]
+    beyond = [change for change, (low, _) in graded if change < low]
     control = ", ".join(
         f"{one['task']} {one['than_right_mm']:+.2f} ({one['than_none_mm']:+.2f})" for one in told["control"]
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from palpate.operators.trial import Trial
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.studies._command import Sweeper
+from palpate.studies.guidance.result import Trials
 from palpate.studies.guidance.tasks import BESIDE, SCALE, TASKS, Task
 from palpate.sweep import Axis, Label, sweep
 from palpate.sweep.grid import Point
@@ -72,7 +73,7 @@ MEASURES = {
 }
 
 
-def run(operators: int = 200, seed: int = SEED, sweep: Sweeper = sweep) -> list[dict[str, Any]]:
+def run(operators: int = 200, seed: int = SEED, sweep: Sweeper = sweep) -> Trials:
     """A row per operator, task and condition."""
     if operators < 2:
         raise ValueError(f"operators must be 2 or more: a spread needs two. Got: {operators}")

@@ -5,12 +5,11 @@ The trait's number is ours. Here the same operators, with the same noise, have a
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from palpate.studies._command import Sweeper
 from palpate.studies.guidance.effects import of_the_first
+from palpate.studies.guidance.result import Yielded
 from palpate.studies.guidance.tasks import TASKS
 from palpate.studies.guidance.work import SEED, attempt, judged, task_of
 from palpate.sweep import sweep
@@ -22,10 +21,10 @@ PATHS = tuple(name for name in TASKS if task_of(name).purpose == "path_error_mm"
 """Tasks in which guidance is for the path."""
 
 
-def yielding(operators: int, seed: int = SEED, sweep: Sweeper = sweep) -> list[dict[str, Any]]:
+def yielding(operators: int, seed: int = SEED, sweep: Sweeper = sweep) -> list[Yielded]:
     """A row per task and share, of the first operators of the cohort; as `yields` in docs/json.md."""
     rows, draws = of_the_first(yielded, PATHS, operators, seed, sweep, "yields")
-    told = []
+    told: list[Yielded] = []
     for task, mine in rows.items():
         none = np.array([row["none_mm"] for row in mine])
         for share in SHARES:

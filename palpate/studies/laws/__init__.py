@@ -4,5 +4,5 @@ A simulated MTM with its friction and encoders on a bench: a hand moves the hand
 F = -K x, the load cell says what arrives. At the frequency of the motion -F_cell / x is complex: its real part is the
 spring that is felt, from which inertia takes m w^2; its imaginary part is friction. Where the spring strays from K by a
 tenth, a hand begins to notice. Nothing is in the way but the leader itself: no contact,
-no follower. Figures in ``laws_figures``; what they mean is in docs/torque.md.
+no follower. What the figures mean is in docs/torque.md.
 """

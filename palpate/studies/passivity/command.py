@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from typing import cast
 
 from rich.console import Console
 
@@ -28,10 +29,13 @@ class Command(SweepStudy):
     def study(self, console: Console) -> Findings:
         """Do the work."""
         from palpate.studies.passivity.figures import draw
-        from palpate.studies.passivity.work import experiment, summed_up, tables
+        from palpate.studies.passivity.result import Ran, Timed
+        from palpate.studies.passivity.words import tables
+        from palpate.studies.passivity.work import experiment, summed_up
 
         begin = time.monotonic()
-        found = self.sweeper(console)(experiment, {"run": Axis(range(self.runs))}, self.seed).rows()
-        result = summed_up(found) | {"seed": self.seed, "seconds": round(time.monotonic() - begin, 1)}
+        found = cast(list[Ran], self.sweeper(console)(experiment, {"run": Axis(range(self.runs))}, self.seed).rows())
+        seconds = round(time.monotonic() - begin, 1)
+        result: Timed = {**summed_up(found), "seed": self.seed, "seconds": seconds}
         told = [*tables(result), "simulated devices, simulated hands, one axis"]
         return Findings(result, lambda folder: [draw(found, folder)], told)

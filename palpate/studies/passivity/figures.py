@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,6 +11,7 @@ from matplotlib.figure import Figure
 from palpate import _core
 from palpate.hands import PRESETS
 from palpate.plotting.style import CAP, DEPTH, FORCE, INK, MUTED, Canvas, png
+from palpate.studies.passivity.result import Ran
 from palpate.studies.passivity.work import BOUND, SECONDS, Case, port
 
 WALL = (1000.0, 0.010)  # stiffness [N/m] and delay [s] of the picture's wall
@@ -29,14 +29,14 @@ def wall() -> Case:
     return Case(o, list(0.004 - 0.010 * np.cos(2 * np.pi * _PRESSES * t / SECONDS)))
 
 
-def draw(found: list[dict[str, Any]], folder: Path) -> Path:
+def draw(found: list[Ran], folder: Path) -> Path:
     """The picture, into a folder."""
     path = folder / "passivity.png"
     png(lambda canvas: _picture(found, canvas), path)
     return path
 
 
-def _picture(found: list[dict[str, Any]], canvas: Canvas) -> Figure:
+def _picture(found: list[Ran], canvas: Canvas) -> Figure:
     figure = Figure(figsize=(canvas.width, 7.0), layout="constrained")
     panels = figure.subplots(2, 2)
     _wall(panels[0, 0], panels[1, 0])
@@ -70,10 +70,11 @@ def _wall(energy: Axes, force: Axes) -> None:
     force.legend(ncols=2, loc="upper right")
 
 
-def _energies(axes: Axes, found: list[dict[str, Any]]) -> None:
+def _energies(axes: Axes, found: list[Ran]) -> None:
     lag = np.array([f["K_N_per_m"] * (f["delay_s"] + 0.5 / f["rate_Hz"]) for f in found])
-    for mode, color, label in (("off", CAP, "layer off"), ("observer", FORCE, "layer on")):
-        lowest = 1e3 * np.array([f[mode]["port_J"] for f in found])
+    runs = ([f["off"] for f in found], CAP, "layer off"), ([f["observer"] for f in found], FORCE, "layer on")
+    for outcomes, color, label in runs:
+        lowest = 1e3 * np.array([o["port_J"] for o in outcomes])
         axes.scatter(lag, lowest, s=3, color=color, alpha=0.5, lw=0, label=label, rasterized=True)
     axes.axhline(-1e3 * BOUND, color=MUTED, lw=0.9, ls=(0, (5, 3)))
     axes.set(xscale="log", xlabel="K (delay + T / 2) [N s/m]", ylabel="lowest port energy [mJ]")
@@ -83,14 +84,14 @@ def _energies(axes: Axes, found: list[dict[str, Any]]) -> None:
     axes.legend(markerscale=4, loc="lower left")
 
 
-def _changes(axes: Axes, found: list[dict[str, Any]]) -> None:
-    for name, color, label in (
-        (None, MUTED, "all"),
-        ("certified", INK, "certified with their hand"),
-        ("passive", DEPTH, "passive for every hand"),
-        ("silent", FORCE, "and the spring pays for taking it back"),
+def _changes(axes: Axes, found: list[Ran]) -> None:
+    for some, color, label in (
+        (found, MUTED, "all"),
+        ([f for f in found if f["certified"]], INK, "certified with their hand"),
+        ([f for f in found if f["passive"]], DEPTH, "passive for every hand"),
+        ([f for f in found if f["silent"]], FORCE, "and the spring pays for taking it back"),
     ):
-        change = np.sort([100 * f["observer"]["change"] for f in found if name is None or f[name]])
+        change = np.sort([100 * f["observer"]["change"] for f in some])
         share = 100 * np.arange(1, len(change) + 1) / max(len(change), 1)
         axes.step(np.maximum(change, 1e-2), share, color=color, lw=1.4, label=f"{label} ({len(change)})")
     axes.axvline(1.0, color=INK, lw=0.8, ls=(0, (5, 3)))

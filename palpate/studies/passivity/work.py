@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Literal
 
 import numpy as np
-from rich.console import RenderableType
-from rich.table import Table
 
 from palpate import _core
 from palpate.arrays import Array
 from palpate.certificate.certificate import SURE
 from palpate.certificate.device import Device
 from palpate.hands import PRESETS, Hand
+from palpate.studies.passivity.result import Change, Found, Mode, Outcome, Ran
+from palpate.sweep.grid import Point
 
 BOUND = 1e-3  # the port's energy may not fall below minus this [J]
 CHANGED = 0.01  # of the largest force without the layer
 FRICTION_SHARE = 0.5  # of the true friction, that the layer counts on
 LIGHTEST = PRESETS["relaxed"].mass  # of a hand, that the layer counts on [kg]
 SECONDS = 4.0  # of a run
-MODES = ("observer", "tank", "alone")  # alone: an observer that counts nothing of the device
+ModeName = Literal["off", "observer", "tank", "alone"]
+MODES: tuple[ModeName, ...] = ("observer", "tank", "alone")  # alone: an observer that counts nothing of the device
 _DEPTH, _AWAY = 0.012, 0.020  # farthest that the hand wants to go into the wall, and out of it [m]
 _STROKE = (0.25, 0.8)  # duration of a stroke [s]
 _REST = 0.2  # longest rest between two [s]
@@ -135,26 +136,24 @@ def pays(K: float, o: _core.StabilityOptions, force: float, speed: float, rate: 
     )
 
 
-def experiment(point: dict[str, Any], seed: int) -> dict[str, Any]:
+def experiment(point: Point, seed: int) -> Ran:
     """One case, without the layer and with it in each of its `MODES`."""
     one = case(seed)
     a, o = one.axis, one.options("observer")
     off, rows = one.run("off")
     force, speed = float(np.abs(rows[:, 3]).max()), float(np.abs(rows[:, 2]).max())
     calm = force < 0.999 * o.force_cap and float(np.abs(np.diff(rows[:, 3])).max()) < 0.999 * o.rate_cap / a.rate
-    found: dict[str, Any] = {
+    each = {mode: one.run(mode) for mode in MODES}
+    observer, tank, alone = (outcome(a, *each[mode], rows) for mode in MODES)
+    return {
         "K_N_per_m": a.K, "B_N_s_per_m": a.B, "delay_s": a.delay, "rate_Hz": a.rate, "case_seed": seed,
         "passive": passive(a), "certified": one.certified, "calm": calm,
         "silent": silent(a, o, force, speed), "force_N": force, "speed_m_s": speed,
-        "off": outcome(a, off, rows, rows),
+        "off": outcome(a, off, rows, rows), "observer": observer, "tank": tank, "alone": alone,
     }  # fmt: skip
-    for mode in MODES:
-        result, with_it = one.run(mode)
-        found[mode] = outcome(a, result, with_it, rows)
-    return found
 
 
-def outcome(axis: _core.AxisOptions, result: _core.AxisResult, rows: Array, without: Array) -> dict[str, Any]:
+def outcome(axis: _core.AxisOptions, result: _core.AxisResult, rows: Array, without: Array) -> Outcome:
     """What came of a run, beside the same without the layer."""
     rendered, whole = port(axis, rows)
     n = min(len(rows), len(without))
@@ -164,26 +163,27 @@ def outcome(axis: _core.AxisOptions, result: _core.AxisResult, rows: Array, with
             "diverged": result.diverged, "oscillates": result.oscillates, "change": changed}  # fmt: skip
 
 
-def summed_up(found: list[dict[str, Any]]) -> dict[str, Any]:
+def summed_up(found: list[Ran]) -> Found:
     """The figures of docs/stability.md."""
 
-    def of(mode: str) -> dict[str, Any]:
+    def of(mode: ModeName) -> Mode:
         rows = [f[mode] for f in found]
         return {
+            "mode": mode,
             "lowest_port_J": min(r["port_J"] for r in rows), "lowest_rendered_J": min(r["rendered_J"] for r in rows),
             "below_bound": sum(r["port_J"] < -BOUND for r in rows),
             "rendered_below_bound": sum(r["rendered_J"] < -BOUND for r in rows),
             "diverged": sum(r["diverged"] for r in rows), "oscillates": sum(r["oscillates"] for r in rows),
         }  # fmt: skip
 
-    def changes(name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
+    def changes(name: str, rows: list[Ran]) -> Change:
         change = np.array([r["observer"]["change"] for r in rows])
         return {"of": name, "runs": len(rows), "changed": int((change >= CHANGED).sum()),
                 "largest_change": float(change.max(initial=0.0))}  # fmt: skip
 
     return {
         "runs": len(found), "bound_J": BOUND, "simulated": True,
-        "modes": [{"mode": mode} | of(mode) for mode in ("off", *MODES)],
+        "modes": [of(mode) for mode in ("off", *MODES)],
         "changes": [
             changes("silent", [f for f in found if f["silent"]]),
             changes("passive", [f for f in found if f["passive"]]),
@@ -192,23 +192,3 @@ def summed_up(found: list[dict[str, Any]]) -> dict[str, Any]:
             changes("all", found),
         ],
     }  # fmt: skip
-
-
-def tables(result: dict[str, Any]) -> list[RenderableType]:
-    """For people."""
-    energy = Table(
-        box=None, pad_edge=False, title=f"{result['runs']} runs: the port's true energy", title_justify="left"
-    )
-    for column in ("layer", "lowest, with device", "below -1 mJ", "lowest, wall alone", "below -1 mJ", "diverged",
-                   "oscillates"):  # fmt: skip
-        energy.add_column(column, justify="left" if column == "layer" else "right")
-    for m in result["modes"]:
-        energy.add_row(m["mode"], f"{1e3 * m['lowest_port_J']:.3g} mJ", str(m["below_bound"]),
-                       f"{1e3 * m['lowest_rendered_J']:.3g} mJ",
-                       *(str(m[key]) for key in ("rendered_below_bound", "diverged", "oscillates")))  # fmt: skip
-    felt = Table(box=None, pad_edge=False, title="force changed by 1 % and more", title_justify="left")
-    for column in ("of the runs that are", "runs", "changed", "largest change"):
-        felt.add_column(column, justify="left" if column.startswith("of") else "right")
-    for c in result["changes"]:
-        felt.add_row(c["of"], str(c["runs"]), str(c["changed"]), f"{100 * c['largest_change']:.2g} %")
-    return [energy, felt]

@@ -30,7 +30,8 @@ class Command(SweepStudy):
         """Do the work."""
         from palpate.studies.wall.figures import draw
         from palpate.studies.wall.fit import search, words
-        from palpate.studies.wall.work import lines, run, table
+        from palpate.studies.wall.words import lines, table
+        from palpate.studies.wall.work import run
 
         if not 2 <= self.hands <= 100_000:
             raise PalpateError(f"--hands {self.hands}: must be from 2 to 100000", mend="give e.g. --hands 1000")

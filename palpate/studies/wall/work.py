@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, fields
-from typing import Any
+from typing import Literal, cast
 
 import numpy as np
-from rich.table import Table
 
 from palpate.studies._command import Sweeper
-from palpate.studies.wall.bench import KP, WALL, Outcome, Press, Setting, Trace, judge, press
+from palpate.studies.wall.bench import KP, Outcome, Press, Setting, Trace, judge, press
+from palpate.studies.wall.result import Changed, Found, Hands, Person, Row, Traces
 from palpate.sweep import Axis, Label
 from palpate.sweep.grid import Point
 
@@ -18,7 +18,7 @@ CURVE = (0.0, 2.5, 5.0, 7.5, 10.0, 15.0, 20.0, 30.0)  # [N s/m]
 BETWEEN = 100  # hands on the walls of the curve that are not in Table 1
 SHIPPED = (250.0, 100.0)  # rates of the authors' published code [Hz]
 PASSIVE = "observer"
-Traces = dict[float, tuple[Trace, Trace]]
+Measured = Literal["overshoot_percent", "settling_s", "rigidity_N_per_m", "rebound"]
 NUDGE = 0.2  # of the sensitivity, either way
 
 
@@ -49,36 +49,36 @@ LABELS = {
 }
 
 
-def run(sweep: Sweeper, hands: int) -> tuple[dict[str, Any], Traces]:
+def run(sweep: Sweeper, hands: int) -> tuple[Found, Traces]:
     """The result with the keys of docs/json.md; by K_d the presses of the fitted hand, without and with passivity."""
     hand = Press.fitted()
     traces = {kd: (press(Setting(kd), hand), press(Setting(kd, passivity=PASSIVE), hand)) for kd in KDS}
     people = others(sweep, hands)
-    found = {
+    found: Found = {
         "simulated": True,
         "leader": "mtm_right",
         "rate_Hz": Setting(0.0).rate,
         "hand": asdict(hand),
-        "rows": [row(kd, traces[kd][0]) | {"hands": spread(people, kd)} for kd in KDS],
+        "rows": [{**row(kd, traces[kd][0]), "hands": spread(people, kd)} for kd in KDS],
         "passive_rows": [row(kd, traces[kd][1]) for kd in KDS],
         "other_rates": [
-            {"rate_Hz": rate} | row(kd, press(Setting(kd, rate=rate), hand)) for rate in SHIPPED for kd in KDS
+            {"rate_Hz": rate, **row(kd, press(Setting(kd, rate=rate), hand))} for rate in SHIPPED for kd in KDS
         ],
         "sensitivity": sensitivity(hand),
-        "curve": [{"kd": kd} | spread(people, kd) for kd in CURVE],
+        "curve": [{"kd": kd, **spread(people, kd)} for kd in CURVE],
     }
     return found, traces
 
 
-def row(kd: float, trace: Trace) -> dict[str, Any]:
+def row(kd: float, trace: Trace) -> Row:
     """A row of Table 1 with its gains, and the published one beside it."""
-    return {"kp": KP, "kd": kd} | asdict(judge(trace)) | {"published": asdict(TABLE_1[kd])}
+    return cast(Row, {"kp": KP, "kd": kd} | asdict(judge(trace)) | {"published": asdict(TABLE_1[kd])})
 
 
-def others(sweep: Sweeper, hands: int) -> list[dict[str, Any]]:
+def others(sweep: Sweeper, hands: int) -> list[Person]:
     """Every hand on every wall of the curve."""
     grid = {"kd": Axis(CURVE, "N s/m", "damping of the wall"), "person": Axis(range(hands), "", "number of a hand")}
-    return sweep(measure, grid, title="hands", labels=LABELS, where=wanted).rows()
+    return cast(list[Person], sweep(measure, grid, title="hands", labels=LABELS, where=wanted).rows())
 
 
 def wanted(point: Point) -> bool:
@@ -92,28 +92,28 @@ def measure(point: Point, seed: int) -> dict[str, float]:
     return {name: float("nan") if (x := getattr(outcome, name)) is None else float(x) for name in LABELS}
 
 
-def spread(people: list[dict[str, Any]], kd: float) -> dict[str, Any]:
+def spread(people: list[Person], kd: float) -> Hands:
     """Of all hands on one wall: 5, 50 and 95 % of them lie below."""
     mine = [one for one in people if one["kd"] == kd]
     rests = [one for one in mine if not one["limit_cycle"]]
 
-    def quantiles(name: str, of: list[dict[str, Any]]) -> list[float] | None:
+    def quantiles(name: Measured, of: list[Person]) -> list[float] | None:
         values = [one[name] for one in of if one[name] == one[name]]
         return [float(x) for x in np.quantile(values, (0.05, 0.5, 0.95))] if values else None
 
     return {
         "people": len(mine),
-        "overshoot_percent": quantiles("overshoot_percent", mine),
+        "overshoot_percent": quantiles("overshoot_percent", mine) or [],
         "settling_s": quantiles("settling_s", rests),
         "rigidity_N_per_m": quantiles("rigidity_N_per_m", rests),
-        "rebound": quantiles("rebound", mine),
+        "rebound": quantiles("rebound", mine) or [],
         "limit_cycle_share": 1.0 - len(rests) / len(mine),
     }
 
 
-def sensitivity(hand: Press) -> list[dict[str, Any]]:
+def sensitivity(hand: Press) -> list[Changed]:
     """What each value, a fifth lower and higher, does to the rows."""
-    rows = []
+    rows: list[Changed] = []
     for name in [*(field.name for field in fields(hand)), "coulomb_scale"]:
         for factor in (1.0 - NUDGE, 1.0 + NUDGE):
             friction = factor if name == "coulomb_scale" else 1.0
@@ -128,54 +128,3 @@ def sensitivity(hand: Press) -> list[dict[str, Any]]:
                 }
             )
     return rows
-
-
-def table(found: dict[str, Any]) -> Table:
-    """Measured beside published."""
-    title = "wall of 400 N/m at 0.385 m; published in brackets"
-    out = Table(box=None, pad_edge=False, title=title, title_justify="left")
-    columns = ("K_d", "passivity", "overshoot, %", "peak, mm", "settles, s", "rests at, mm", "limit cycle")
-    for column in (*columns, "rebound", "energy, mJ"):
-        out.add_column(column, justify="left" if column in ("passivity", "limit cycle") else "right")
-    for rows, passivity in ((found["rows"], "off"), (found["passive_rows"], PASSIVE)):
-        for r in rows:
-            p = TABLE_1[r["kd"]] if passivity == "off" else None
-            settles = "never" if r["settling_s"] is None else f"{r['settling_s']:.2f}"
-            rests = f"+-{1e3 * r['steady_state_m']:.1f}" if r["limit_cycle"] else f"{1e3 * r['steady_state_m']:.2f}"
-            out.add_row(
-                f"{r['kd']:g}", passivity,
-                f"{r['overshoot_percent']:.2f}" + (f" ({p.offshoot_percent:g})" if p else ""),
-                f"{10 * WALL * r['overshoot_percent']:.1f}" + (f" ({10 * WALL * p.offshoot_percent:.1f})" if p else ""),
-                settles + (f" ({p.response_s:g})" if p else ""),
-                rests + (f" ({1e3 * p.steady_state_m:.1f})" if p else ""),
-                f"{1e3 * r['swing_m']:.0f} mm" if r["limit_cycle"] else "no",
-                f"{r['rebound']:.2f}",
-                f"{1e3 * r['energy_J']:.1f}",
-            )  # fmt: skip
-    return out
-
-
-def lines(found: dict[str, Any], hands: int) -> list[str]:
-    """What the table does not say."""
-    h = found["hand"]
-    out = [
-        "steady state as printed in the paper: 100, 15, 20 cm; 400 N/m over 1 m would be 400 N, so it is read as 1.00, "
-        "0.15, 0.20 cm",
-        f"one hand for all rows: {h['mass_kg']:.2g} kg, {h['damping_N_s_per_m']:.2g} N s/m, "
-        f"{h['stiffness_N_per_m']:.3g} N/m, push {h['push_N']:.2g} N, approach {h['approach_s']:.2g} s; loop delay "
-        f"{1e3 * h['delay_s']:.3g} ms at {found['rate_Hz']:g} Hz. A fit, not a proof: docs/wall.md",
-    ]
-    for r in found["rows"]:
-        low, middle, high = r["hands"]["overshoot_percent"]
-        out.append(
-            f"K_d {r['kd']:g}: of {hands} other hands half overshoot {middle:.2f} %, 90 % between {low:.2f} and "
-            f"{high:.2f} %; {100 * r['hands']['limit_cycle_share']:.0f} % of them oscillate"
-        )
-    for rate in SHIPPED:
-        ends = [r for r in found["other_rates"] if r["rate_Hz"] == rate]
-        words = ", ".join(
-            f"{r['overshoot_percent']:.2f} %" + (" (oscillates)" if r["limit_cycle"] else "") for r in ends
-        )
-        out.append(f"at {rate:g} Hz, as in the published code: {words}")
-    out.append("simulated leader (mtm_right), simulated hand")
-    return out

@@ -43,7 +43,8 @@ class Command(SweepStudy):
         """Do the work."""
         from palpate.hands import PRESETS
         from palpate.studies.zwidth.figures import draw
-        from palpate.studies.zwidth.work import mtm, run, table, words
+        from palpate.studies.zwidth.words import table, words
+        from palpate.studies.zwidth.work import mtm, run
 
         names = ("mass", "damping", "friction", "quantum")
         given = {name: x for name in names if (x := getattr(self, name)) is not None}

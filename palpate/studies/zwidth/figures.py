@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,18 +12,19 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from palpate.plotting.style import DEPTH, FORCE, INK, MUTED, Canvas, png
+from palpate.studies.zwidth.result import Found, Panel
 
 STABLE, UNSTABLE = "#d5e6ec", "#f8e3df"
 
 
-def draw(found: dict[str, Any], folder: Path) -> Path:
+def draw(found: Found, folder: Path) -> Path:
     """Write it; returns the file."""
     file = folder / "zwidth.png"
     png(lambda canvas: _figure(found, canvas), file)
     return file
 
 
-def _figure(found: dict[str, Any], canvas: Canvas) -> Figure:
+def _figure(found: Found, canvas: Canvas) -> Figure:
     panels = found["panels"]
     rates, delays = (list(dict.fromkeys(p[key] for p in panels)) for key in ("rate_Hz", "delay_s"))
     size = (canvas.width, 0.9 + 2.1 * len(rates))
@@ -47,7 +47,7 @@ def _figure(found: dict[str, Any], canvas: Canvas) -> Figure:
     return figure
 
 
-def _plane(axes: Axes, panel: dict[str, Any]) -> None:
+def _plane(axes: Axes, panel: Panel) -> None:
     B, K = np.array(panel["B_N_s_per_m"]), np.array(panel["K_N_per_m"])
     colors = ListedColormap([UNSTABLE, STABLE])
     axes.pcolormesh(_edges(B), _edges(K), np.array(panel["stable"]).T, cmap=colors, vmin=0, vmax=1, rasterized=True)

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from dataclasses import asdict, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
-from rich.table import Table
 
 from palpate.arm import Arm
-from palpate.arrays import Array
 from palpate.arrays.checks import finite_or_none
 from palpate.certificate import Device, trials
 from palpate.certificate.classical import colgate_brown
 from palpate.studies._command import Sweeper
+from palpate.studies.zwidth.result import Found, Panel
 from palpate.sweep import Axis, Label, Swept, sweep
 from palpate.sweep.grid import Point
 
@@ -48,7 +46,7 @@ def mtm() -> Device:
 def run(
     device: Device, rates: tuple[float, ...], delays: tuple[float, ...], sweep: Sweeper = sweep,
     points: tuple[int, int] = POINTS,
-) -> dict[str, Any]:  # fmt: skip
+) -> Found:  # fmt: skip
     """The map, and for each rate and delay what stands beside it; keys of docs/json.md."""
     grid = {
         "rate": Axis(rates, "Hz", "rate of the haptic cycle"),
@@ -71,7 +69,7 @@ def wall(device: Device, point: Point, seed: int) -> dict[str, bool]:
     return {"stable": not trials.oscillates(at, hand, point["K"], point["B"], w)}
 
 
-def _panel(device: Device, swept: Swept, i: int, j: int) -> dict[str, Any]:
+def _panel(device: Device, swept: Swept, i: int, j: int) -> Panel:
     rate, delay, B, K = (np.array(axis.values, float) for axis in swept.grid.axes.values())
     at = replace(device, rate=float(rate[i]), delay=float(delay[j]))
     loop, fine = at.loop(at.hands[0], lubricated=False), np.geomspace(B[0], B[-1], FINE)
@@ -85,37 +83,3 @@ def _panel(device: Device, swept: Swept, i: int, j: int) -> dict[str, Any]:
         "boundary_N_per_m": [finite_or_none(loop.K_max(b)[0]) for b in fine],
         "colgate_brown_N_per_m": [colgate_brown(at.damping, b, 1.0 / at.rate, at.delay) for b in fine],
     }
-
-
-def largest(panel: dict[str, Any]) -> Array:
-    """For each damping the stiffness below which every simulated wall is stable (n,) [N/m]; 0 where none is."""
-    K, stable = np.array(panel["K_N_per_m"]), np.array(panel["stable"])
-    count = np.where(stable.all(axis=1), len(K), stable.argmin(axis=1))
-    return np.where(count > 0, K[count - 1], 0.0)
-
-
-def words(device: Device) -> str:
-    """The device in a line."""
-    return (
-        f"{device.mass:.3g} kg, {device.damping:.3g} N s/m, dry friction {device.friction:.3g} N, "
-        f"resolution {1e6 * device.quantum:.3g} um, hand {device.hands[0].name}"
-    )
-
-
-def table(found: dict[str, Any]) -> Table:
-    """Each rate and delay: the stiffest wall, its damping, and what analysis says there."""
-    out = Table(title="The stiffest stable wall, simulated", box=None, padding=(0, 2, 0, 0), title_justify="left")
-    heads = ("rate\nHz", "delay\nms", "least damping\nK N/m", "best damping\nK N/m", "\nB N s/m", "certified\nthere")
-    for head in (*heads, "Colgate-\nBrown, least"):
-        out.add_column(head, justify="right")
-    for panel in found["panels"]:
-        K = largest(panel)
-        best = int(K.argmax())
-        near = int(np.abs(np.log(panel["line_B_N_s_per_m"]) - np.log(panel["B_N_s_per_m"][best])).argmin())
-        boundary = panel["boundary_N_per_m"][near]
-        out.add_row(
-            f"{panel['rate_Hz']:g}", f"{1e3 * panel['delay_s']:g}", f"{K[0]:.0f}", f"{K[best]:.0f}",
-            f"{panel['B_N_s_per_m'][best]:.3g}", "none" if boundary is None else f"{boundary:.0f}",
-            f"{panel['colgate_brown_N_per_m'][0]:.0f}",
-        )  # fmt: skip
-    return out

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from rich.table import Table
@@ -32,15 +31,15 @@ BUDGET = {
 
 def run(
     triangles: int = TRIANGLES, ticks: int = TICKS, on_progress: Callable[[str], None] = lambda _: None
-) -> dict[str, Any]:
+) -> dict[str, float]:
     """Measure: the keys of `palpate bench guidance` in docs/json.md."""
     shape = SHAPES["torus"]
     on_progress(f"a mesh of {triangles:,} triangles")
     mesh = _core.Mesh(*shape.mesh(triangles))
     geometry = _core.SurfaceGeometry(mesh)
     X_WT = _poses(tool_path(shape, -1e-3, 0.05, 2e-3).tips, ticks)
-    out: dict[str, Any] = {"triangles": mesh.triangle_count, "constraints": CONSTRAINTS, "ticks": ticks}
-    out |= {"cores": os.cpu_count(), "load": os.getloadavg()[0]}
+    out: dict[str, float] = {"triangles": mesh.triangle_count, "constraints": CONSTRAINTS, "ticks": ticks}
+    out |= {"cores": os.cpu_count() or 1, "load": os.getloadavg()[0]}
     on_progress(f"{ticks:,} ticks over it")
     out |= _percentiles("query", _core.time_query(geometry, X_WT))
     empty = _core.time_guidance(_core.Fixtures([]), X_WT, 1.0 / RATE)
@@ -59,7 +58,7 @@ def run(
     return out | {"kept": all(out[key] <= most for key, most in BUDGET.items())}
 
 
-def table(result: dict[str, Any]) -> Table:
+def table(result: dict[str, float]) -> Table:
     """For a terminal."""
     told = {
         "query": f"nearest place of a mesh of {result['triangles']:,} triangles",

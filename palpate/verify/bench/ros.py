@@ -15,13 +15,26 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 from rich.table import Table
 
 from palpate.arrays import Array
 from palpate.errors import PalpateError
+
+Figures = dict[str, float | str]
+"""By the keys of `palpate bench ros` in docs/json.md."""
+
+
+class Counted(TypedDict):
+    """What the node's process counted."""
+
+    published: int
+    cycle_us: dict[str, float]
+    cpu_s: float
+    scheduler: str
+
 
 LEADER, TELEOP = "palpate_bench", "palpate_bench_wall"
 RATE, SECONDS = 1000.0, 20.0
@@ -38,9 +51,7 @@ sys.stdin.read()
 _WALL = np.array([0.0, -0.0225, 0.0])  # scenes/wall.yaml: from its start 2 mm deep into the wall [m]
 
 
-def run(
-    seconds: float = SECONDS, rate: float = RATE, on_progress: Callable[[str], None] = lambda _: None
-) -> dict[str, Any]:
+def run(seconds: float = SECONDS, rate: float = RATE, on_progress: Callable[[str], None] = lambda _: None) -> Figures:
     """Measure: the keys of `palpate bench ros` in docs/json.md.
 
     Raises:
@@ -95,7 +106,7 @@ def answers(sent: Array, felt: Array, wall_minus_monotonic: float) -> tuple[Arra
     return took, len(sent) - len(first)
 
 
-def table(result: dict[str, Any]) -> Table:
+def table(result: Figures) -> Table:
     """For a terminal."""
     out = Table(title=f"leader's state to wrench, {result['rate_hz']:g} Hz, {result['seconds']:.0f} s",
                 title_justify="left", box=None, padding=(0, 2, 0, 0))  # fmt: skip
@@ -149,16 +160,14 @@ def of_sim(
             process.terminate()
 
 
-def _figures(
-    puppet: Any, counted: dict[str, Any], begin: float, end: float, rate: float, before: tuple[int, int]
-) -> dict[str, Any]:
+def _figures(puppet: Any, counted: Counted, begin: float, end: float, rate: float, before: tuple[int, int]) -> Figures:
     """before: pings and echoes when the measured time began."""
     sent, felt, echoes = puppet.sent[:, 0], puppet.felt, puppet.echoes[before[1] :, 0]
     felt = felt[felt[:, 9] == np.bincount(felt[:, 9].astype(int)).argmax()]  # the node's, without its guardian's
     wall = float(np.median(felt[:, 1] - felt[:, 0]))
     inside = (sent >= begin) & (sent < end)
     took, late = answers(sent[inside], felt[(felt[:, 0] >= begin) & (felt[:, 0] < end + 1.0 / rate)], wall)
-    figures: dict[str, Any] = {
+    figures: Figures = {
         "rate_hz": rate,
         "seconds": end - begin,
         "states": int(inside.sum()),
@@ -209,10 +218,10 @@ def _touch(puppet: Any) -> None:
     raise PalpateError("the wall is not felt", mend="palpate ros haptics scenes/wall.yaml says what forbids a force")
 
 
-def _ended(node: subprocess.Popen[str]) -> dict[str, Any]:
+def _ended(node: subprocess.Popen[str]) -> Counted:
     """Ask the node to end; what it counted."""
     out, _ = node.communicate(timeout=30.0)
-    counted: dict[str, Any] = json.loads(out.splitlines()[-1])
+    counted: Counted = json.loads(out.splitlines()[-1])
     return counted
 
 

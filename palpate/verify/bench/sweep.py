@@ -11,7 +11,7 @@ import os
 import statistics
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import TypedDict, cast
 
 import numpy as np
 from rich.table import Table
@@ -23,6 +23,37 @@ from palpate.sweep.local import cores
 
 RUNS, SECONDS, TURNS = 10_000, 2.0, 3
 SEED = 1
+
+
+class Press(TypedDict):
+    """One run."""
+
+    oscillates: bool
+    peak_m: float
+    energy_J: float
+
+
+class Timed(TypedDict):
+    """All turns with one number of processes."""
+
+    workers: int
+    seconds: list[float]
+    start_s: float
+    runs_per_s: float
+
+
+class Found(TypedDict):
+    """What was measured. The keys are the documented contract of ``--json``."""
+
+    runs: int
+    simulated_s: float
+    cores: int | None
+    load: float
+    identical: bool
+    rows: list[Timed]
+    ratio: float
+    ratio_started: float
+    ratios: list[float]
 
 
 def wall_run(point: Point, seed: int) -> dict[str, float | bool]:
@@ -39,7 +70,7 @@ def wall_run(point: Point, seed: int) -> dict[str, float | bool]:
 
 def run(
     runs: int = RUNS, turns: int = TURNS, many: int | None = None, on_progress: Callable[[str], None] = lambda _: None
-) -> dict[str, Any]:
+) -> Found:
     """Measure: the keys of `palpate bench sweep` in docs/json.md. Times include starting the processes."""
     many = many or max(2, cores())
     seconds: dict[int, list[float]] = {1: [], many: []}
@@ -68,13 +99,13 @@ def run(
     }
 
 
-def _timed(runs: int, workers: int) -> tuple[float, list[dict[str, Any]]]:
+def _timed(runs: int, workers: int) -> tuple[float, list[Press]]:
     begin = time.perf_counter()
     rows = sweep(wall_run, {"run": Axis(range(runs))}, SEED, workers=workers).rows()
-    return time.perf_counter() - begin, rows
+    return time.perf_counter() - begin, cast(list[Press], rows)
 
 
-def table(result: dict[str, Any]) -> Table:
+def table(result: Found) -> Table:
     """For a terminal."""
     title = f"{result['runs']:,} wall runs of {result['simulated_s']:g} s, simulated, medians"
     out = Table(title=title, box=None, padding=(0, 2, 0, 0), title_justify="left")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -107,9 +107,29 @@ def hard(region: str, seed: int, fixture: bool = True) -> dict[str, float]:
     return {"entry_mm": 1e3 * max(deepest, 0.0), "held_share": held}
 
 
-def hard_rows(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+class Gone(TypedDict):
+    """One hand at one region, with the fixture (1) or without (0)."""
+
+    region: str
+    hand: int
+    fixture: int
+    entry_mm: float
+    held_share: float
+
+
+class Hard(TypedDict):
+    """The worst of all hands at one hard region."""
+
+    region: str
+    hands: int
+    entry_mm: float
+    held_share: float
+    entry_without_mm: float
+
+
+def hard_rows(rows: list[Gone]) -> list[Hard]:
     """A row per region, of rows with `region`, `fixture` and what `hard` told: the worst of all hands."""
-    out = []
+    out: list[Hard] = []
     for region in REGIONS:
         on, off = ([r for r in rows if r["region"] == region and bool(r["fixture"]) == kind] for kind in (True, False))
         out.append({
@@ -151,7 +171,7 @@ def soft(force: float) -> dict[str, float]:
     }
 
 
-def passed(hard_rows: list[dict[str, Any]], soft_rows: list[dict[str, float]]) -> bool:
+def passed(hard_rows: list[Hard], soft_rows: list[dict[str, float]]) -> bool:
     """Both as asked, and without the fixture the hand did go in."""
     return all(
         row["entry_mm"] <= MOST and row["held_share"] > 0.02 and row["entry_without_mm"] >= GOES_IN for row in hard_rows

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TypedDict
 
 from palpate.verify.conformance.at_rest import frame_change, quiet, sign_and_direction
 from palpate.verify.conformance.bench import Bench
@@ -51,7 +51,18 @@ def examine(c: Combination) -> dict[str, str]:
     return found
 
 
-def summary(found: dict[Combination, dict[str, str]]) -> dict[str, Any]:
+class Summary(TypedDict):
+    """What the suite found, as `conformance` in docs/json.md."""
+
+    combinations: int
+    passed: int
+    refused: int
+    unjudged: list[str]
+    reasons: dict[str, int]
+    failures: list[dict[str, str]]
+
+
+def summary(found: dict[Combination, dict[str, str]]) -> Summary:
     """As in docs/json.md, of what `examine` found: ``{combinations, passed, refused, unjudged, ...}``."""
     reasons: dict[str, int] = {}
     judged, failures, without = 0, [], [f"the core's {name}: nothing here judges it" for name in unjudged()]

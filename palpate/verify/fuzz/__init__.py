@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from importlib import import_module
-from typing import Any
+from typing import Any, TypedDict
 
 #: What can be fuzzed: a file here with ``case(seed)``, which returns counts and raises ``FaultError``.
 TARGETS = ("contact", "files")
@@ -19,6 +19,13 @@ class FaultError(Exception):
     """Something that must never happen did."""
 
 
+class Fault(TypedDict):
+    """A case that went wrong."""
+
+    seed: int
+    what: str
+
+
 @dataclass
 class Outcome:
     """What a campaign came to. The keys are the documented contract of ``--json``."""
@@ -26,7 +33,7 @@ class Outcome:
     target: str
     runs: int  #: cases done
     seed: int  #: of the first case; the others follow one by one
-    faults: list[dict[str, Any]] = field(default_factory=list)  #: ``seed`` and ``what``
+    faults: list[Fault] = field(default_factory=list)  #: ``seed`` and ``what``
     counts: dict[str, int] = field(default_factory=dict)  #: what the cases were made of
     seconds: float = 0.0
 

@@ -1,0 +1,85 @@
+"""What ``palpate study wall`` finds. The keys are the documented contract of ``--json`` (docs/json.md)."""
+
+from __future__ import annotations
+
+from typing import NotRequired, TypedDict
+
+from palpate.studies.wall.bench import Trace
+
+Traces = dict[float, tuple[Trace, Trace]]
+"""By K_d: the fitted hand's press, without and with passivity."""
+
+
+class Person(TypedDict):
+    """One hand on one wall, as the sweep measured it; nan where there is nothing to measure."""
+
+    kd: float
+    person: int
+    overshoot_percent: float
+    rigidity_N_per_m: float
+    settling_s: float
+    limit_cycle: float
+    rebound: float
+    energy_J: float
+
+
+class Hands(TypedDict):
+    """All hands on one wall: 5, 50 and 95 % of them lie below."""
+
+    kd: NotRequired[float]
+    people: int
+    overshoot_percent: list[float]
+    settling_s: list[float] | None
+    rigidity_N_per_m: list[float] | None
+    rebound: list[float]
+    limit_cycle_share: float
+
+
+class Printed(TypedDict):
+    """A row of the paper's Table 1."""
+
+    response_s: float
+    offshoot_percent: float
+    steady_state_cm: float
+
+
+class Row(TypedDict):
+    """A row of Table 1, simulated."""
+
+    rate_Hz: NotRequired[float]
+    kp: float
+    kd: float
+    overshoot_percent: float
+    settling_s: float | None
+    steady_state_m: float
+    limit_cycle: bool
+    swing_m: float
+    energy_J: float
+    rigidity_N_per_m: float | None
+    rebound: float
+    published: Printed
+    hands: NotRequired[Hands]
+
+
+class Changed(TypedDict):
+    """The rows with one value of the fit changed by a factor."""
+
+    name: str
+    factor: float
+    overshoot_percent: list[float]
+    limit_cycle: list[bool]
+
+
+class Found(TypedDict):
+    """The whole study."""
+
+    simulated: bool
+    leader: str
+    rate_Hz: float
+    hand: dict[str, float]
+    rows: list[Row]
+    passive_rows: list[Row]
+    other_rates: list[Row]
+    sensitivity: list[Changed]
+    curve: list[Hands]
+    fit: NotRequired[dict[str, float]]
