@@ -5,18 +5,14 @@
 
 #include "palpate/arm/arm.hpp"
 
+#include "palpate/types/so3.hpp"
+
 namespace palpate::arm {
 namespace {
 
 constexpr double kLength = 0.1;         // [m] that counts as much as one radian
 constexpr double kErrorDamping = 0.02;  // damping per squared error (Sugihara 2011: full steps close to the goal)
 constexpr double kMaxStep = 0.6;        // largest joint step of one iteration [rad, or 0.1 m]
-
-/// Rotation vector of R: axis times angle in 0..pi.
-Vec3 rotation_vector(const Mat3& R) noexcept {
-  const Eigen::AngleAxisd turn(R);
-  return turn.angle() * turn.axis();
-}
 
 using Error = Vec6;  // position over kLength, then rotation vector, both in base axes
 

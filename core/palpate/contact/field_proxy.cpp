@@ -4,21 +4,21 @@
 #include <cmath>
 #include <cstddef>
 
+#include "palpate/types/index.hpp"
+
 namespace palpate::contact {
 namespace {
 
 constexpr int kSteps = 24;         // per tick; a proxy that needs more goes on in the next
 constexpr double kSettled = 1e-6;  // [r] the proxy is where it should be
 constexpr double kTouch = 1e-4;    // [r] how much nearer than r a wall may be: rounding, and a grid's own error
-constexpr double kSlack = 1e-10;   // [r] half-spaces count as kept
 constexpr double kShort = 1.5;     // [r] ways so short cross nothing when both ends are r away; 2 is the limit
 constexpr double kSameFace = 0.7;  // cosine of normals that may follow each other within one tick
 constexpr double kTrust = 0.9;     // of two free balls that overlap: a grid's distances are not exact
 constexpr double kLost = 0.5;      // cosine: a wall whose normal turned more is another wall
 constexpr double kEscape = 0.25;   // [r] step of a proxy that was put into a second wall
-constexpr double kLookout = 2.0;   // [r] walls so near count
+constexpr double kWallRange = 2.0;   // [r] walls so near count
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
@@ -91,12 +91,12 @@ bool FieldProxy::settles_above(const Vec3& g) noexcept {
 bool FieldProxy::relax(const Vec3& g) noexcept {
   for (int step = 0; step < kSteps; ++step) {
     follow_walls();
-    if (near_.distance < kLookout * radius_) meet(near_);
+    if (near_.distance < kWallRange * radius_) meet(near_);
     for (int i = 0; i < walls_; ++i) {
-      const Vec3 out = centre_ - wall_[at(i)].q;
+      const Vec3 out = centre_ - wall_[to_index(i)].q;
       const double distance = out.norm();
-      const Vec3 n = distance > 0.0 && out.dot(wall_[at(i)].n) > 0.0 ? Vec3(out / distance) : wall_[at(i)].n;
-      half_space_[at(i)] = {n, n.dot(wall_[at(i)].q) + radius_};
+      const Vec3 n = distance > 0.0 && out.dot(wall_[to_index(i)].n) > 0.0 ? Vec3(out / distance) : wall_[to_index(i)].n;
+      half_space_[to_index(i)] = {n, n.dot(wall_[to_index(i)].q) + radius_};
     }
     active_ = project(half_space_.data(), walls_, g, kSlack * radius_);
     if (!active_.feasible) return false;  // wedged: it pulls from where it is
@@ -116,25 +116,25 @@ bool FieldProxy::relax(const Vec3& g) noexcept {
 void FieldProxy::meet(const scene::Nearest& near) noexcept {
   int place = walls_;
   for (int i = 0; i < walls_; ++i)
-    if ((wall_[at(i)].q - near.point).norm() < 0.01 * radius_ && wall_[at(i)].n.dot(near.normal) > kLost) place = i;
+    if ((wall_[to_index(i)].q - near.point).norm() < 0.01 * radius_ && wall_[to_index(i)].n.dot(near.normal) > kLost) place = i;
   if (place == kMaxHalfSpaces) {
     place = 0;
     for (int i = 1; i < walls_; ++i)
-      if ((wall_[at(i)].q - centre_).norm() > (wall_[at(place)].q - centre_).norm()) place = i;
+      if ((wall_[to_index(i)].q - centre_).norm() > (wall_[to_index(place)].q - centre_).norm()) place = i;
   }
   walls_ = std::max(walls_, place + 1);
-  wall_[at(place)] = {near.point, near.normal};
+  wall_[to_index(place)] = {near.point, near.normal};
 }
 
 /// Each wall's place below the centre: the nearest one to the foot of the centre on the wall's own plane.
 void FieldProxy::follow_walls() noexcept {
   int kept = 0;
   for (int i = 0; i < walls_; ++i) {
-    const Wall& wall = wall_[at(i)];
+    const Wall& wall = wall_[to_index(i)];
     const Vec3 foot = centre_ - wall.n * wall.n.dot(centre_ - wall.q);
     const scene::Nearest there = surface_->nearest(foot);
     if (there.normal.dot(wall.n) < kLost) continue;
-    wall_[at(kept++)] = {there.point, there.normal};
+    wall_[to_index(kept++)] = {there.point, there.normal};
   }
   walls_ = kept;
 }
@@ -142,7 +142,7 @@ void FieldProxy::follow_walls() noexcept {
 /// Walls that do not hold the proxy any more are met again when they do.
 void FieldProxy::keep_active() noexcept {
   std::array<Wall, 3> kept;
-  for (int i = 0; i < active_.active; ++i) kept[at(i)] = wall_[at(active_.index[at(i)])];
+  for (int i = 0; i < active_.active; ++i) kept[to_index(i)] = wall_[to_index(active_.index[to_index(i)])];
   walls_ = active_.active;
   std::copy_n(kept.begin(), walls_, wall_.begin());
 }

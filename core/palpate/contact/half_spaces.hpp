@@ -15,6 +15,7 @@ struct HalfSpace {
   [[nodiscard]] double gap(const Vec3& x) const noexcept { return normal.dot(x) - offset; }
 };
 
+inline constexpr double kSlack = 1e-10;  ///< [radius of the sphere] violation of a half-space that counts as kept
 inline constexpr int kMaxHalfSpaces = 8;
 
 struct Projection {

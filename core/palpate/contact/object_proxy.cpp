@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "palpate/scene/smooth.hpp"
+#include "palpate/types/index.hpp"
 
 namespace palpate::contact {
 namespace {
@@ -13,8 +14,7 @@ namespace {
 constexpr int kQueries = 24;      // per tick; a proxy that needs more goes on in the next
 constexpr double kCoarse = 5e-3;  // [r] accuracy of the proxy where the smooth surface gives the answer
 constexpr double kFine = 1e-7;    // [r] where it gives the answer itself
-constexpr double kSlack = 1e-10;  // [r] half-spaces count as kept
-constexpr double kLookout = 4.0;  // [r] how far free flight looks for triangles
+constexpr double kFlightRange = 4.0;  // [r] how far free flight looks for triangles
 constexpr double kLower = 0.5;    // [r] the smooth surface may lie this far below the facets
 constexpr double kOnEdge = 1e-9;  // barycentric weight below which a point lies on the edge: rounding
 const double kOnePatch = std::cos(15.0 * M_PI / 180.0);  // contacts on one smooth patch: normals closer than this
@@ -25,7 +25,6 @@ const double kApart = std::cos(45.0 * M_PI / 180.0), kAgree = std::cos(20.0 * M_
 /// 0 below `low`, 1 above `high`.
 double ramp(double x, double low, double high) { return std::clamp((x - low) / (high - low), 0.0, 1.0); }
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// A deflection of `depth` times the gradient of the distance; no contact, yet a normal, when the depth is not
 /// positive.
@@ -101,36 +100,36 @@ bool ObjectProxy::fly(const Vec3& g, double radius) noexcept {
 }
 
 void ObjectProxy::hold(int i, const scene::BvhHit& hit) noexcept {
-  hold_[at(i)].at = {hit.triangle, hit.v, hit.w};
-  hold_[at(i)].q = mesh_->impl().position(hold_[at(i)].at);
+  hold_[to_index(i)].at = {hit.triangle, hit.v, hit.w};
+  hold_[to_index(i)].q = mesh_->impl().position(hold_[to_index(i)].at);
 }
 
 /// Adds a triangle to those that hold the proxy, in the place of the loosest when there are too many.
 void ObjectProxy::add(const scene::BvhHit& hit, double radius) noexcept {
   int place = holds_;
   for (int i = 0; i < holds_; ++i)
-    if (hold_[at(i)].at.triangle == hit.triangle) place = i;
+    if (hold_[to_index(i)].at.triangle == hit.triangle) place = i;
   if (place == kMaxHalfSpaces) {
     place = 0;
     for (int i = 1; i < holds_; ++i)
-      if (half_space_[at(i)].gap(centre_) > half_space_[at(place)].gap(centre_)) place = i;
+      if (half_space_[to_index(i)].gap(centre_) > half_space_[to_index(place)].gap(centre_)) place = i;
   }
   holds_ = std::max(holds_, place + 1);
   hold(place, hit);
-  const Vec3 out = centre_ - hold_[at(place)].q;
+  const Vec3 out = centre_ - hold_[to_index(place)].q;
   const double distance = out.norm();
-  if (distance > 0.0) half_space_[at(place)].normal = out / distance;
-  half_space_[at(place)].offset = half_space_[at(place)].normal.dot(hold_[at(place)].q) + radius;
+  if (distance > 0.0) half_space_[to_index(place)].normal = out / distance;
+  half_space_[to_index(place)].offset = half_space_[to_index(place)].normal.dot(hold_[to_index(place)].q) + radius;
 }
 
 /// Half-spaces at the proxy's present place. False when there is nothing that holds it.
 bool ObjectProxy::linearise(double radius) noexcept {
   for (int i = 0; i < holds_; ++i) {
-    const scene::BvhHit hit = mesh_->impl().closest_on(hold_[at(i)].at.triangle, centre_);
+    const scene::BvhHit hit = mesh_->impl().closest_on(hold_[to_index(i)].at.triangle, centre_);
     hold(i, hit);
     const double distance = std::sqrt(hit.distance2);
-    if (distance > 0.0) half_space_[at(i)].normal = (centre_ - hold_[at(i)].q) / distance;
-    half_space_[at(i)].offset = half_space_[at(i)].normal.dot(hold_[at(i)].q) + radius;
+    if (distance > 0.0) half_space_[to_index(i)].normal = (centre_ - hold_[to_index(i)].q) / distance;
+    half_space_[to_index(i)].offset = half_space_[to_index(i)].normal.dot(hold_[to_index(i)].q) + radius;
   }
   return holds_ > 0;
 }
@@ -140,14 +139,14 @@ void ObjectProxy::keep_active(const Projection& projection) noexcept {
   std::array<Hold, 3> kept;
   std::array<HalfSpace, 3> kept_space;
   for (int i = 0; i < projection.active; ++i) {
-    kept[at(i)] = hold_[at(projection.index[at(i)])];
-    kept_space[at(i)] = half_space_[at(projection.index[at(i)])];
+    kept[to_index(i)] = hold_[to_index(projection.index[to_index(i)])];
+    kept_space[to_index(i)] = half_space_[to_index(projection.index[to_index(i)])];
   }
   holds_ = projection.active;
   for (int i = 0; i < holds_; ++i) {
-    hold_[at(i)] = kept[at(i)];
-    half_space_[at(i)] = kept_space[at(i)];
-    active_.index[at(i)] = i;
+    hold_[to_index(i)] = kept[to_index(i)];
+    half_space_[to_index(i)] = kept_space[to_index(i)];
+    active_.index[to_index(i)] = i;
   }
 }
 
@@ -159,7 +158,7 @@ double ObjectProxy::safe_step(double radius) const noexcept {
 
 /// Moves the centre to the point nearest to g that the triangles allow. False: it is still on its way.
 bool ObjectProxy::relax(const Vec3& g, double radius, double tolerance) noexcept {
-  const double lookout = kLookout * radius + mesh_->impl().topology.height;
+  const double lookout = kFlightRange * radius + mesh_->impl().topology.height;
   linearise(radius);
   active_ = project(half_space_.data(), holds_, g, kSlack * radius);
   bool settled = false;
@@ -241,18 +240,18 @@ bool ObjectProxy::is_smooth(const Hold& h) const noexcept {
   }
   if (zeros == 0) return true;
   const std::vector<std::int32_t>& normal = topology.normal;
-  if (zeros == 2) return topology.whole[at(normal[at(c + one)])];
+  if (zeros == 2) return topology.whole[to_index(normal[to_index(c + one)])];
   const std::int32_t he = c + (zero + 1) % 3, next = c + (zero + 2) % 3;
-  const std::int32_t twin = topology.twin[at(he)];
+  const std::int32_t twin = topology.twin[to_index(he)];
   if (twin < 0) return false;
   const std::int32_t twin_next = twin % 3 == 2 ? twin - 2 : twin + 1;
-  return normal[at(he)] == normal[at(twin_next)] && normal[at(next)] == normal[at(twin)];
+  return normal[to_index(he)] == normal[to_index(twin_next)] && normal[to_index(next)] == normal[to_index(twin)];
 }
 
 /// The half-space of hold i on the smooth surface, turned to the proxy's side; the facet's own at creases.
 HalfSpace ObjectProxy::shaded(int i, double radius) const noexcept {
-  const Hold& h = hold_[at(i)];
-  HalfSpace out = half_space_[at(i)];
+  const Hold& h = hold_[to_index(i)];
+  HalfSpace out = half_space_[to_index(i)];
   if (!is_smooth(h)) return out;
   const scene::SmoothPoint s = scene::smooth_at(mesh_->impl(), h.at, centre_);
   const Vec3 normal = s.gradient.normalized();
@@ -266,7 +265,7 @@ HalfSpace ObjectProxy::shaded(int i, double radius) const noexcept {
 /// One smooth patch holds the proxy: force and direction from the smooth surface. A zero normal: not so.
 ObjectProxy::Touch ObjectProxy::touch_smooth(const Vec3& g, double radius) const noexcept {
   for (int i = 0; i < active_.active; ++i)
-    if (!is_smooth(hold_[at(i)])) return {};
+    if (!is_smooth(hold_[to_index(i)])) return {};
   const HalfSpace first = shaded(0, radius);
   for (int i = 1; i < active_.active; ++i)
     if (shaded(i, radius).normal.dot(first.normal) < kOnePatch) return {};
@@ -291,7 +290,7 @@ ObjectProxy::Touch ObjectProxy::touch_smooth(const Vec3& g, double radius) const
 /// Creases and corners: the half-spaces themselves.
 ObjectProxy::Touch ObjectProxy::touch_hard(const Vec3& g, double radius) const noexcept {
   std::array<HalfSpace, 3> h;
-  for (int i = 0; i < active_.active; ++i) h[at(i)] = shaded(i, radius);
+  for (int i = 0; i < active_.active; ++i) h[to_index(i)] = shaded(i, radius);
   const Projection p = project(h.data(), active_.active, g, kSlack * radius);
   Touch out;
   if (p.active == 0) {  // the smooth surfaces lie below the facets here, but not by more than that
@@ -306,7 +305,7 @@ ObjectProxy::Touch ObjectProxy::touch_hard(const Vec3& g, double radius) const n
   out.depth = out.delta.norm();
   if (!(out.depth > 0.0)) return {};
   out.touching = true;
-  out.normal = p.active == 1 ? h[at(p.index[0])].normal : Vec3(out.delta / out.depth);
+  out.normal = p.active == 1 ? h[to_index(p.index[0])].normal : Vec3(out.delta / out.depth);
   return out;
 }
 

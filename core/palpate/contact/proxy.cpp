@@ -3,15 +3,16 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "palpate/types/index.hpp"
+
 namespace palpate::contact {
 namespace {
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
 void Proxy::reset() noexcept {
-  for (int i = 0; i < seen_; ++i) memory_[at(i)] = Memory();
+  for (int i = 0; i < seen_; ++i) memory_[to_index(i)] = Memory();
   seen_ = 0;
   set_ = ContactSet();
 }
@@ -24,14 +25,14 @@ const ContactSet& Proxy::step(const scene::Snapshot& scene, const Vec3& p_WT, co
   set_.size = 0;
   set_.started_inside = false;
   const int objects = std::min(static_cast<int>(scene.objects.size()), scene::kMaxObjects);
-  for (int i = 0; i < objects; ++i) touch(scene.objects[at(i)], i, scene.objects[at(i)].pose(t), p_WT);
-  for (int i = objects; i < seen_; ++i) memory_[at(i)] = Memory();
+  for (int i = 0; i < objects; ++i) touch(scene.objects[to_index(i)], i, scene.objects[to_index(i)].pose(t), p_WT);
+  for (int i = objects; i < seen_; ++i) memory_[to_index(i)] = Memory();
   seen_ = objects;
   return set_;
 }
 
 void Proxy::touch(const scene::Object& object, int index, const Pose& X_WO, const Vec3& p_WT) noexcept {
-  Memory& memory = memory_[at(index)];
+  Memory& memory = memory_[to_index(index)];
   const Vec3 p_OT = X_WO.R.transpose() * (p_WT - X_WO.p);
   const scene::Surface& surface = *object.surface;
   const ObjectProxy::Touch touch = surface.mesh()
@@ -48,7 +49,7 @@ void Proxy::touch(const scene::Object& object, int index, const Pose& X_WO, cons
   const Vec3 lag = memory.friction.step(p_OP, touch.normal, touch.depth, material.mu, material.mu_static);
   if (set_.size == kMaxContacts) return;
 
-  Contact& c = set_.contact[at(set_.size++)];
+  Contact& c = set_.contact[to_index(set_.size++)];
   c = Contact();
   c.object = index;
   c.normal = X_WO.R * touch.normal;

@@ -6,10 +6,11 @@
 #include <stdexcept>
 #include <string>
 
+#include "palpate/types/index.hpp"
+
 namespace palpate::contact {
 namespace {
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
@@ -47,16 +48,16 @@ const ContactSet& Tool::step(const scene::Snapshot& scene, const Vec3* p_WS, dou
   const double rate = running_ && t > t_ ? 1.0 / (t - t_) : 0.0;
   for (int s = 0; s < size(); ++s) {
     if (!p_WS[s].allFinite()) continue;  // nothing is known of it: no touch, and no memory spoiled
-    const Vec3 v_WS = running_ ? Vec3((p_WS[s] - last_[at(s)]) * rate) : Vec3::Zero();
-    last_[at(s)] = p_WS[s];
-    const ContactSet& found = methods_[at(s)]->step(scene, p_WS[s], v_WS, t);
+    const Vec3 v_WS = running_ ? Vec3((p_WS[s] - last_[to_index(s)]) * rate) : Vec3::Zero();
+    last_[to_index(s)] = p_WS[s];
+    const ContactSet& found = methods_[to_index(s)]->step(scene, p_WS[s], v_WS, t);
     set_.started_inside |= found.started_inside;
     for (int i = 0; i < found.size; ++i) {
-      const scene::Object& object = scene.objects[at(found.contact[at(i)].object)];
+      const scene::Object& object = scene.objects[to_index(found.contact[to_index(i)].object)];
       if (!(real_ ? object.is_real : object.is_virtual)) continue;
       const bool room = set_.size < kMaxContacts;
-      Contact& c = room ? set_.contact[at(set_.size++)] : spare_;
-      c = found.contact[at(i)];
+      Contact& c = room ? set_.contact[to_index(set_.size++)] : spare_;
+      c = found.contact[to_index(i)];
       c.sphere = s;
       c.p_TS = p_WS[s] - p_WS[0];
       complete(c, object, t);
@@ -70,7 +71,7 @@ const ContactSet& Tool::step(const scene::Snapshot& scene, const Vec3* p_WS, dou
 
 /// What all methods would have to tell alike.
 void Tool::complete(Contact& c, const scene::Object& object, double t) const noexcept {
-  c.p_C = c.p_proxy - radius_[at(c.sphere)] * c.normal;
+  c.p_C = c.p_proxy - radius_[to_index(c.sphere)] * c.normal;
   c.v_surface = object.motion.velocity(c.p_C, t);
   if (object.regions.empty()) {
     c.material = object.material;

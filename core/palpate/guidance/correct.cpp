@@ -9,6 +9,8 @@
 
 #include "palpate/guidance/guidance.hpp"
 #include "palpate/loop/tick.hpp"
+#include "palpate/types/index.hpp"
+#include "palpate/types/so3.hpp"
 
 namespace palpate::guidance {
 namespace {
@@ -24,18 +26,11 @@ constexpr double kMostBend = 5e-4;   // [m]
 constexpr double kOfSpeed = 0.9;     // of the joints' speed: the rest is for what the Jacobian leaves out
 constexpr double kDamping = 1e-3;    // of the inverse of the Jacobian, rows over kLength
 
-std::size_t at(int i) noexcept { return static_cast<std::size_t>(i); }
-
-/// The rotation vector that turns R_a into R_b.
-Vec3 turn(const Mat3& R_a, const Mat3& R_b) noexcept {
-  const Eigen::AngleAxisd rotation(Mat3(R_b * R_a.transpose()));
-  return rotation.angle() * rotation.axis();
-}
 
 /// X_b seen from X_a.
 Vec6 way(const Pose& X_a, const Pose& X_b) noexcept {
   Vec6 y;
-  y << X_b.p - X_a.p, kLength * turn(X_a.R, X_b.R);
+  y << X_b.p - X_a.p, kLength * rotation_vector(X_b.R * X_a.R.transpose());
   return y;
 }
 
@@ -53,7 +48,7 @@ bool one_sided(const Want& want) noexcept {
 
 void Guidance::Proxy::add(const Vec6& a, double b, int rank, int fixture) noexcept {
   const int r = qp.add(a, b, rank);
-  if (r >= 0) of[at(r)] = fixture;
+  if (r >= 0) of[to_index(r)] = fixture;
 }
 
 bool Guidance::in(int i, bool hard) noexcept {
@@ -113,7 +108,7 @@ double Guidance::room(int i, const Want& want) noexcept {
 void Guidance::look_at(Proxy& proxy, bool hard, const Pose& X, const Input& in) noexcept {
   const bool at_goal = X.p == in.X_WT_goal.p && X.R == in.X_WT_goal.R;
   for (int i = 0; i < size(); ++i) {
-    if (this->in(i, hard)) proxy.want[at(i)] = at_goal ? part(i).want : ask(i, X, in);
+    if (this->in(i, hard)) proxy.want[to_index(i)] = at_goal ? part(i).want : ask(i, X, in);
   }
 }
 
@@ -121,7 +116,7 @@ void Guidance::look_at(Proxy& proxy, bool hard, const Pose& X, const Input& in) 
 double Guidance::lacking(const Proxy& proxy, bool hard) noexcept {
   double worst = 0.0;
   for (int i = 0; i < size(); ++i) {
-    const Want& want = proxy.want[at(i)];
+    const Want& want = proxy.want[to_index(i)];
     if (!this->in(i, hard) || !one_sided(want)) continue;
     const double lacks = -room(i, want);
     worst = std::max(worst, want.turns ? kLength * lacks : lacks);
@@ -188,7 +183,7 @@ bool Guidance::solve(Proxy& proxy, bool hard, const Input& in) noexcept {
   bend_ = follower_.follows_at_once() ? 0.0 : std::min(kBend * (X.p - in.X_WT.p).squaredNorm(), kMostBend);
   look_at(proxy, hard, X, in);
   for (int i = 0; i < size(); ++i) {
-    if (this->in(i, hard)) forgive(i, proxy.want[at(i)], in);
+    if (this->in(i, hard)) forgive(i, proxy.want[to_index(i)], in);
   }
   const double lacks = lacking(proxy, hard);
   wrong_ = lacks;
@@ -199,7 +194,7 @@ bool Guidance::solve(Proxy& proxy, bool hard, const Input& in) noexcept {
   for (int round = 0; round < kRounds; ++round) {
     for (int i = 0; i < size(); ++i) {
       if (!this->in(i, hard)) continue;
-      const Want& want = proxy.want[at(i)];
+      const Want& want = proxy.want[to_index(i)];
       if (!want.attracts || (round > 0 && want.wrong() > allowed(i) + kGood)) add_row(proxy, i, want, X, in);
     }
     status = proxy.qp.solve(Vec6::Zero());
@@ -231,10 +226,10 @@ bool Guidance::solve(Proxy& proxy, bool hard, const Input& in) noexcept {
 void Guidance::forget(Proxy& proxy, int from) noexcept {
   int rows = from;
   for (int r = from; r < proxy.qp.rows(); ++r) {
-    const int i = proxy.of[at(r)];
-    const Want& want = proxy.want[at(i)];
+    const int i = proxy.of[to_index(r)];
+    const Want& want = proxy.want[to_index(i)];
     if (!want.attracts && proxy.qp.slack(r) < room(i, want)) continue;
-    proxy.of[at(rows)] = i;
+    proxy.of[to_index(rows)] = i;
     proxy.qp.move(r, rows++);
   }
   proxy.qp.truncate(rows);
@@ -243,24 +238,24 @@ void Guidance::forget(Proxy& proxy, int from) noexcept {
 // Each fixture's share of the way from the mapped goal, y = sum of multipliers times rows, as one row of their size.
 void Guidance::take_shares(Proxy& proxy) noexcept {
   std::array<double, kMaxFixtures> sum{}, squares{};
-  for (int i = 0; i < size(); ++i) proxy.share[at(i)] = 0.0, proxy.along[at(i)] = {};
+  for (int i = 0; i < size(); ++i) proxy.share[to_index(i)] = 0.0, proxy.along[to_index(i)] = {};
   for (int r = 0; r < proxy.qp.rows(); ++r) {
-    const int i = proxy.of[at(r)];
+    const int i = proxy.of[to_index(r)];
     const double pushes = proxy.qp.multiplier(r);
     if (i < 0 || pushes <= 0.0) continue;
     const Vec6 a = proxy.qp.row(r);
-    sum[at(i)] += pushes;
-    squares[at(i)] += pushes * a.squaredNorm();
-    Wrench& along = proxy.along[at(i)];
+    sum[to_index(i)] += pushes;
+    squares[to_index(i)] += pushes * a.squaredNorm();
+    Wrench& along = proxy.along[to_index(i)];
     along = along + Wrench{pushes * a.head<3>(), pushes * kLength * a.tail<3>()};
   }
   for (int i = 0; i < size(); ++i) {
-    if (sum[at(i)] == 0.0) continue;
-    Wrench& along = proxy.along[at(i)];
-    const double size = std::sqrt(squares[at(i)] / sum[at(i)]);
+    if (sum[to_index(i)] == 0.0) continue;
+    Wrench& along = proxy.along[to_index(i)];
+    const double size = std::sqrt(squares[to_index(i)] / sum[to_index(i)]);
     const double way = std::sqrt(along.f.squaredNorm() + (along.t / kLength).squaredNorm());
     along = {size / way * along.f, size / way * along.t};
-    proxy.share[at(i)] = size * way;
+    proxy.share[to_index(i)] = size * way;
     if (part(i).want.turns) along.f = part(i).want.along.f;  // that the aim turns with the place is felt all the same
   }
 }

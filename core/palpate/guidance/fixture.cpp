@@ -5,6 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "palpate/types/require.hpp"
+
 namespace palpate::guidance {
 namespace {
 
@@ -42,23 +44,19 @@ auto make(const char* what, const Table& table, const std::string& name, const O
   throw std::invalid_argument("guidance: no " + std::string(what) + " '" + name + "'; there are: " + known);
 }
 
-void require(bool good, const std::string& whose, const char* key, double value, const char* mend) {
-  if (!good) throw std::invalid_argument(whose + "." + key + " = " + std::to_string(value) + ": " + mend);
-}
-
 void check(const RoleOptions& o) {
   const std::string role = "role";
-  require(o.margin >= 0.0 && std::isfinite(o.margin), role, "margin", o.margin, "must be 0 m or more, and finite");
-  require(o.angle >= 0.0 && o.angle <= 3.2, role, "angle", o.angle, "must lie in 0..pi rad");
-  require(o.axis.allFinite() && o.axis.norm() > 1e-9, role, "axis", o.axis.norm(), "must have a length");
-  require(o.speed >= 0.0 && std::isfinite(o.speed), role, "speed", o.speed, "must be above 0 m/s (0: none)");
-  require(o.force >= 0.0 && std::isfinite(o.force), role, "force", o.force, "must be above 0 N (0: none)");
+  require(role, o.margin >= 0.0 && std::isfinite(o.margin), "margin", o.margin, "must be 0 m or more, and finite");
+  require(role, o.angle >= 0.0 && o.angle <= 3.2, "angle", o.angle, "must lie in 0..pi rad");
+  require(role, o.axis.allFinite() && o.axis.norm() > 1e-9, "axis", o.axis.norm(), "must have a length");
+  require(role, o.speed >= 0.0 && std::isfinite(o.speed), "speed", o.speed, "must be above 0 m/s (0: none)");
+  require(role, o.force >= 0.0 && std::isfinite(o.force), "force", o.force, "must be above 0 N (0: none)");
 }
 
 void check(const LawOptions& o) {
   const std::string law = "law";
   const auto positive = [&](const char* key, double value, const char* mend) {
-    require(value >= 0.0 && std::isfinite(value), law, key, value, mend);
+    require(law, value >= 0.0 && std::isfinite(value), key, value, mend);
   };
   positive("K", o.K, "must be 0 N/m or more, and finite");
   positive("B", o.B, "must be 0 N s/m or more, and finite");
@@ -66,9 +64,9 @@ void check(const LawOptions& o) {
   positive("B_turn", o.B_turn, "must be 0 N m s/rad or more, and finite");
   positive("force", o.force, "must be 0 N or more, and finite");
   positive("moment", o.moment, "must be 0 N m or more, and finite");
-  require(o.range > 0.0 && std::isfinite(o.range), law, "range", o.range, "must be above 0 m, for example 0.01");
-  require(o.range_turn > 0.0 && o.range_turn <= 3.2, law, "range_turn", o.range_turn, "must lie in 0..pi rad");
-  require(o.ratio >= 0.01 && o.ratio <= 1.0, law, "ratio", o.ratio, "must lie in 0.01..1: harder is policy `hard`");
+  require(law, o.range > 0.0 && std::isfinite(o.range), "range", o.range, "must be above 0 m, for example 0.01");
+  require(law, o.range_turn > 0.0 && o.range_turn <= 3.2, "range_turn", o.range_turn, "must lie in 0..pi rad");
+  require(law, o.ratio >= 0.01 && o.ratio <= 1.0, "ratio", o.ratio, "must lie in 0.01..1: harder is policy `hard`");
 }
 
 void check(const Fixture& f) {
@@ -100,15 +98,14 @@ void check(const Fixture& f) {
                                 ": a limit of speed has no distance to engage or to ramp by; leave out engage, " +
                                 "or ramp by pedal, time or force");
   }
-  require(p.authority >= 0.0 && p.authority <= 1.0, whose, "authority", p.authority, "must lie in 0..1");
-  require(p.engage >= 0.0, whose, "engage", p.engage, "must be 0 m or more");
-  require(p.release >= p.engage, whose, "release", p.release, "must not be below engage");
-  require(p.rise >= 0.01 && std::isfinite(p.rise), whose, "rise", p.rise, "must be 0.01 s or more: no steps");
-  require(p.fall >= 0.01 && std::isfinite(p.fall), whose, "fall", p.fall, "must be 0.01 s or more: no steps");
-  require(f.patience > 0.0, whose, "patience", f.patience, "must be above 0 s");
+  require(whose, p.authority >= 0.0 && p.authority <= 1.0, "authority", p.authority, "must lie in 0..1");
+  require(whose, p.engage >= 0.0, "engage", p.engage, "must be 0 m or more");
+  require(whose, p.release >= p.engage, "release", p.release, "must not be below engage");
+  require(whose, p.rise >= 0.01 && std::isfinite(p.rise), "rise", p.rise, "must be 0.01 s or more: no steps");
+  require(whose, p.fall >= 0.01 && std::isfinite(p.fall), "fall", p.fall, "must be 0.01 s or more: no steps");
+  require(whose, f.patience > 0.0, "patience", f.patience, "must be above 0 s");
   for (const Ramp& ramp : p.ramps) {
-    require(std::isfinite(ramp.from) && std::isfinite(ramp.to) && ramp.from != ramp.to, whose, "ramp", ramp.to,
-            "from and to must be finite, and not the same");
+    require(whose, std::isfinite(ramp.from) && std::isfinite(ramp.to) && ramp.from != ramp.to, "ramp", ramp.to, "from and to must be finite, and not the same");
   }
 }
 

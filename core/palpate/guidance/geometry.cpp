@@ -4,18 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "palpate/types/so3.hpp"
+
 namespace palpate::guidance {
 namespace {
 
 constexpr double kLongest = 1e9;     // [s]
 constexpr double kNothing = 1e-100;  // [m] squares of what is less leave the numbers that are precise
 constexpr double kStep = 2e-6;  // of the differences [m]: what they leave out and what they round are as small, 1e-6
-
-/// The rotation vector that turns R_a into R_b.
-Vec3 turn(const Mat3& R_a, const Mat3& R_b) noexcept {
-  const Eigen::AngleAxisd rotation(Mat3(R_b * R_a.transpose()));
-  return rotation.angle() * rotation.axis();
-}
 
 Mat3 at_most(double most, const Mat3& slope) noexcept {
   const double norm = slope.norm();
@@ -46,7 +42,7 @@ Around Geometry::turns(const Pose& X_WT, double t) const noexcept {
   for (Eigen::Index k = 0; k < 3; ++k) {
     const Vec3 step = kStep * Vec3::Unit(k);
     const Query after = query({X_WT.R, X_WT.p + step}, t), before = query({X_WT.R, X_WT.p - step}, t);
-    out.turn.col(k) = 0.5 / kStep * turn(before.attitude, after.attitude);
+    out.turn.col(k) = 0.5 / kStep * rotation_vector(after.attitude * before.attitude.transpose());
   }
   out.turn = at_most(kSharpest, out.turn);
   return out;

@@ -7,17 +7,14 @@
 
 #include "palpate/guidance/frame.hpp"
 #include "palpate/loop/tick.hpp"
+#include "palpate/types/require.hpp"
 
 namespace palpate::guidance {
 namespace {
 
 constexpr double kTellsMoments = 0.02;  // [m] that makes a moment comparable to a force
 
-void require(bool good, const char* key, double value, const char* mend) {
-  if (!good) throw std::invalid_argument("guidance." + std::string(key) + " = " + std::to_string(value) + ": " + mend);
-}
-
-bool finite(const Want& want) noexcept {
+bool usable(const Want& want) noexcept {
   return !std::isnan(want.gap) && !std::isnan(want.speed) && want.along.f.allFinite() && want.along.t.allFinite() &&
          std::isfinite(want.drift) && want.free.allFinite();
 }
@@ -25,13 +22,13 @@ bool finite(const Want& want) noexcept {
 }  // namespace
 
 Guidance::Guidance(const Options& options, double dt) : options_(options), dt_(dt), follower_(options.servo, dt) {
-  require(options.force_rate > 0.0 && std::isfinite(options.force_rate), "force_rate", options.force_rate,
+  require("guidance", options.force_rate > 0.0 && std::isfinite(options.force_rate), "force_rate", options.force_rate,
           "must be above 0 N/s, and finite; for example 20");
-  require(options.moment_rate > 0.0 && std::isfinite(options.moment_rate), "moment_rate", options.moment_rate,
+  require("guidance", options.moment_rate > 0.0 && std::isfinite(options.moment_rate), "moment_rate", options.moment_rate,
           "must be above 0 N m/s, and finite; for example 0.35");
-  require(options.return_speed > 0.0 && std::isfinite(options.return_speed), "return_speed", options.return_speed,
+  require("guidance", options.return_speed > 0.0 && std::isfinite(options.return_speed), "return_speed", options.return_speed,
           "must be above 0 m/s, and finite; for example 0.05");
-  require(options.reserve >= 0.0 && options.reserve < 0.01, "reserve", options.reserve, "must lie in 0..0.01 m");
+  require("guidance", options.reserve >= 0.0 && options.reserve < 0.01, "reserve", options.reserve, "must lie in 0..0.01 m");
 }
 
 void Guidance::take(const Fixtures& fixtures) noexcept {
@@ -72,7 +69,7 @@ const Output& Guidance::step(const Input& in) noexcept {
 
 Want Guidance::ask(int i, const Pose& X_WT, const Input& in) const noexcept {
   const Want want = guidance::ask(fixture(i), {X_WT, in.X_WT.p, in.F_T_W, in.stiffness}, in.t);
-  return finite(want) ? want : Want{};
+  return usable(want) ? want : Want{};
 }
 
 // What each fixture wants where the hand is, and how much it counts: its authority goes there at the policy's pace.

@@ -5,13 +5,13 @@
 
 #include "palpate/guidance/guidance.hpp"
 #include "palpate/guidance/law/profile.hpp"
+#include "palpate/types/index.hpp"
 
 namespace palpate::guidance {
 namespace {
 
 constexpr double kLagForce = 3.0;  // [N] most that a goal behind a limit of speed pulls with
 
-std::size_t at(int i) noexcept { return static_cast<std::size_t>(i); }
 
 bool none(const Wrench& F) noexcept { return F.f == Vec3::Zero() && F.t == Vec3::Zero(); }
 
@@ -92,9 +92,9 @@ void Guidance::pull(const Input& in) noexcept {
 // Damping that the master takes pushes nowhere.
 void Guidance::yield(bool takes_damping) noexcept {
   std::array<bool, kMaxFixtures> pulls{};
-  for (int i = 0; i < size(); ++i) pulls[at(i)] = counts(i) && !none(part(i).pull.F);
+  for (int i = 0; i < size(); ++i) pulls[to_index(i)] = counts(i) && !none(part(i).pull.F);
   for (int i = 0; i < size(); ++i) {
-    if (!pulls[at(i)]) continue;
+    if (!pulls[to_index(i)]) continue;
     Wrench& F = part(i).pull.F;
     const Vec3 F_B = takes_damping ? part(i).pull.F_of_B.f : Vec3(Vec3::Zero());
     Vec6 y;
@@ -103,7 +103,7 @@ void Guidance::yield(bool takes_damping) noexcept {
     yield_.clear();
     for (int j = 0; j < size(); ++j) {
       const Want& first = part(j).want;
-      if (!pulls[at(j)] || !comes_before(fixture(j).policy, fixture(i).policy)) continue;
+      if (!pulls[to_index(j)] || !comes_before(fixture(j).policy, fixture(i).policy)) continue;
       const Vec6 a = row(first).stableNormalized();
       const double share = std::min(first.wrong() / (first.turns ? kComesInTurn : kComesIn), 1.0);
       const double pushes = std::min(a.dot(y), 0.0);

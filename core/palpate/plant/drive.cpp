@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "palpate/plant/sampling.hpp"
 #include "palpate/types/random.hpp"
 
 namespace palpate::plant {
 namespace {
 
-constexpr double kShortestPeriod = 1e-5;  // [s] between commands; the line has room for as many
 constexpr double kFade = 0.06;            // [s] from full force to none once the commands stop: 3 N at 50 N/s
 
 }  // namespace

@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "palpate/plant/sampling.hpp"
 #include "palpate/types/low_pass.hpp"
 
 namespace palpate::plant {
 
 namespace {
 constexpr double kLongAgo = 1e9;          // [s] before the first edge: the first velocity is zero
-constexpr double kShortestPeriod = 1e-5;  // [s] of a step; the history is long enough for it
 }  // namespace
 
 Encoders::Encoders(const EncoderOptions& options)

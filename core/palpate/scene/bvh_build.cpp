@@ -26,7 +26,7 @@ constexpr std::size_t kDisc = 256;            // more triangles are hardly flat:
 constexpr std::size_t kThreadedSize = 50000;  // fewer triangles are not worth a second thread
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
-struct Box {
+struct Bounds {
   float lo[3] = {kInf, kInf, kInf};
   float hi[3] = {-kInf, -kInf, -kInf};
 
@@ -36,7 +36,7 @@ struct Box {
       hi[k] = std::max(hi[k], h[k]);
     }
   }
-  void add(const Box& b) { add(b.lo, b.hi); }
+  void add(const Bounds& b) { add(b.lo, b.hi); }
   [[nodiscard]] float half_area() const {
     const float x = hi[0] - lo[0], y = hi[1] - lo[1], z = hi[2] - lo[2];
     return x * y + y * z + z * x;
@@ -55,15 +55,15 @@ struct Item {
 struct Range {
   std::size_t begin = 0;
   std::size_t end = 0;
-  Box box;
-  Box centres;  // of twice the items' centres
+  Bounds box;
+  Bounds centres;  // of twice the items' centres
 
   [[nodiscard]] std::size_t size() const { return end - begin; }
 };
 
-class Builder {
+class BvhBuilder {
  public:
-  Builder(std::span<const double> vertices, std::span<const std::int32_t> triangles)
+  BvhBuilder(std::span<const double> vertices, std::span<const std::int32_t> triangles)
       : vertices_(vertices), triangles_(triangles), items_(triangles.size() / 3) {}
 
   Bvh build() {
@@ -131,7 +131,7 @@ class Builder {
     range.centres.add(c, c);
   }
 
-  static int widest(const Box& box) {
+  static int widest(const Bounds& box) {
     const float d[3] = {box.hi[0] - box.lo[0], box.hi[1] - box.lo[1], box.hi[2] - box.lo[2]};
     return d[0] >= d[1] ? (d[0] >= d[2] ? 0 : 2) : (d[1] >= d[2] ? 1 : 2);
   }
@@ -160,7 +160,7 @@ class Builder {
     const auto bin_of = [&](const Item& item) {
       return std::min(static_cast<int>((item.twice_centre(axis) - from) * to_bin), kBins - 1);
     };
-    std::array<Box, kBins> box;
+    std::array<Bounds, kBins> box;
     std::array<std::size_t, kBins> count{};
     for (std::size_t i = range.begin; i < range.end; ++i) {
       const auto b = static_cast<std::size_t>(bin_of(items_[i]));
@@ -180,17 +180,17 @@ class Builder {
   }
 
   /// Bin before which the sum of area times count is least, both sides large enough; -1 when there is none.
-  static int best_cut(const std::array<Box, kBins>& box, const std::array<std::size_t, kBins>& count,
+  static int best_cut(const std::array<Bounds, kBins>& box, const std::array<std::size_t, kBins>& count,
                       std::size_t total) {
     std::array<float, kBins> cost_right{};
-    Box right;
+    Bounds right;
     std::size_t n = 0;
     for (std::size_t b = kBins - 1; b > 0; --b) {
       right.add(box[b]);
       n += count[b];
       cost_right[b] = n > 0 ? right.half_area() * static_cast<float>(n) : 0.0F;
     }
-    Box left;
+    Bounds left;
     n = 0;
     int best = -1;
     float best_cost = kInf;
@@ -276,7 +276,7 @@ class Builder {
     const std::size_t n = open(job.range, job.depth, children);
     BvhNode& node = bvh_.nodes[static_cast<std::size_t>(job.node)];
     for (std::size_t i = 0; i < kWide; ++i) {
-      const Box box = i < n ? children[i].box : Box{};
+      const Bounds box = i < n ? children[i].box : Bounds{};
       for (int k = 0; k < 3; ++k) {
         node.lo[k][i] = box.lo[k];
         node.hi[k][i] = box.hi[k];
@@ -334,7 +334,7 @@ class Builder {
 }  // namespace
 
 Bvh build_bvh(std::span<const double> vertices, std::span<const std::int32_t> triangles) {
-  return Builder(vertices, triangles).build();
+  return BvhBuilder(vertices, triangles).build();
 }
 
 }  // namespace palpate::scene

@@ -8,7 +8,7 @@
 namespace palpate::scene {
 namespace {
 
-constexpr int kSteps = 100;          // a bracket halved so often has no digits left
+constexpr int kBisections = 100;          // a bracket halved so often has no digits left
 constexpr double kRounding = 1e-15;  // relative change that ends an iteration
 
 double power(double x, int n) {
@@ -68,7 +68,7 @@ double ImplicitSurface::along(int axis, double p, double multiplier) const noexc
   const int n = exponent_[static_cast<std::size_t>(axis)];
   const double k = multiplier * coefficient_[axis] * n;
   double x = p;
-  for (int step = 0; step < kSteps; ++step) {
+  for (int step = 0; step < kBisections; ++step) {
     const double slope = k * power(x, n - 2);
     const double move = (x + slope * x - p) / (1.0 + (n - 1) * slope);
     x -= move;
@@ -81,7 +81,7 @@ double ImplicitSurface::along(int axis, double p, double multiplier) const noexc
 Vec3 ImplicitSurface::from_outside(const Vec3& p) const noexcept {
   double low = 0.0, high = std::numeric_limits<double>::infinity(), multiplier = 0.0;
   Vec3 x = p;
-  for (int step = 0; step < kSteps; ++step) {
+  for (int step = 0; step < kBisections; ++step) {
     for (int i = 0; i < 3; ++i) x[i] = along(i, p[i], multiplier);
     const double u = value(x);
     (u > 0.0 ? low : high) = multiplier;
@@ -120,7 +120,7 @@ Vec3 ImplicitSurface::from_inside(const Vec3& p) const noexcept {
 /// Where the ray from p inside meets the surface: Newton from the far side of a convex function.
 Vec3 ImplicitSurface::towards(const Vec3& p, const Vec3& direction) const noexcept {
   double t = 2.0 * half_.norm() / direction.norm();  // beyond it, along any axis
-  for (int step = 0; step < kSteps; ++step) {
+  for (int step = 0; step < kBisections; ++step) {
     const Vec3 x = p + t * direction;
     const double move = value(x) / gradient(x).dot(direction);
     t -= move;

@@ -10,15 +10,14 @@
 
 #include "palpate/scene/extent.hpp"
 #include "palpate/scene/mesh_impl.hpp"
+#include "palpate/scene/topology.hpp"
 #include "palpate/scene/weld.hpp"
 #include "palpate/scene/winding.hpp"
+#include "palpate/types/index.hpp"
 
 namespace palpate::scene {
 namespace {
 
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
-std::int32_t after(std::int32_t he) { return he % 3 == 2 ? he - 2 : he + 1; }
-std::int32_t before(std::int32_t he) { return he % 3 == 0 ? he + 2 : he - 1; }
 
 /// Topology and BVH need nothing of each other: one thread each, when there is a second one.
 void build_indices(Mesh::Impl& m, Winding& winding) {
@@ -44,8 +43,8 @@ std::size_t drop_flat(Mesh::Impl& m) {
   for (const std::int32_t he : topology.rims) {
     const std::int32_t c = he / 3 * 3;
     const Vec3 a = m.corner(c);
-    if (drop[at(he / 3)] || (m.corner(c + 1) - a).cross(m.corner(c + 2) - a).squaredNorm() > 0.0) continue;
-    drop[at(he / 3)] = true;
+    if (drop[to_index(he / 3)] || (m.corner(c + 1) - a).cross(m.corner(c + 2) - a).squaredNorm() > 0.0) continue;
+    drop[to_index(he / 3)] = true;
     ++dropped;
   }
   std::size_t kept = 0;
@@ -110,14 +109,14 @@ Vec3 face_normal(const Mesh::Impl& m, std::int32_t half_edge) {
 Vec3 vertex_normal(const Mesh::Impl& m, std::int32_t start) {
   Vec3 sum = Vec3::Zero();
   const auto take = [&](std::int32_t he) {
-    const Vec3 p = m.corner(he), e1 = m.corner(after(he)) - p, e2 = m.corner(before(he)) - p;
+    const Vec3 p = m.corner(he), e1 = m.corner(next_half_edge(he)) - p, e2 = m.corner(previous_half_edge(he)) - p;
     sum += std::atan2(e1.cross(e2).norm(), e1.dot(e2)) * face_normal(m, he);
   };
   take(start);
-  for (std::int32_t he = m.topology.twin[at(before(start))]; he != start; he = m.topology.twin[at(before(he))]) {
+  for (std::int32_t he = m.topology.twin[to_index(previous_half_edge(start))]; he != start; he = m.topology.twin[to_index(previous_half_edge(he))]) {
     if (he < 0) {  // a rim: the rest of the fan from the other side
-      for (std::int32_t back = m.topology.twin[at(start)]; back >= 0; back = m.topology.twin[at(after(back))])
-        take(after(back));
+      for (std::int32_t back = m.topology.twin[to_index(start)]; back >= 0; back = m.topology.twin[to_index(next_half_edge(back))])
+        take(next_half_edge(back));
       break;
     }
     take(he);
@@ -133,7 +132,7 @@ Vec3 feature_normal(const Mesh::Impl& m, const BvhHit& hit, Feature feature) {
   const Vec3 n = face_normal(m, c);
   if (feature == Feature::face) return n;
   const std::int32_t opposite = static_cast<std::int32_t>(std::min_element(b, b + 3) - b);
-  const std::int32_t twin = m.topology.twin[at(c + (opposite + 1) % 3)];
+  const std::int32_t twin = m.topology.twin[to_index(c + (opposite + 1) % 3)];
   return twin < 0 ? n : Vec3((n + face_normal(m, twin)).normalized());
 }
 
@@ -164,7 +163,7 @@ std::span<const std::int32_t> Mesh::triangles() const noexcept { return impl_->t
 std::vector<std::int32_t> Mesh::rims() const {
   std::vector<std::int32_t> out;
   for (const std::int32_t he : impl_->topology.rims)
-    out.insert(out.end(), {impl_->triangles[at(he)], impl_->triangles[at(after(he))]});
+    out.insert(out.end(), {impl_->triangles[to_index(he)], impl_->triangles[to_index(next_half_edge(he))]});
   return out;
 }
 

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "palpate/scene/topology.hpp"
+#include "palpate/types/index.hpp"
+
 namespace palpate::scene {
 namespace {
 
@@ -11,8 +14,6 @@ constexpr int kMaxNewton = 12;      // steps on one facet
 constexpr double kSettled = 1e-13;  // step in barycentric weights
 constexpr double kRim = 1e-9;       // weights may be this negative: rounding, not another facet
 
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
-std::int32_t after(std::int32_t he) { return he % 3 == 2 ? he - 2 : he + 1; }
 
 /// Height of the smooth surface over a facet: a function of the weights b, with its slopes.
 class Height {
@@ -151,12 +152,12 @@ SurfacePoint onto_edge(const SurfacePoint& s, int corner) {
 /// The same point of the edge, seen from the triangle across; triangle = -1 over a crease or a rim.
 SurfacePoint across(const Mesh::Impl& mesh, const SurfacePoint& s, int corner) {
   const std::int32_t he = 3 * s.triangle + (corner + 1) % 3;  // the edge opposite `corner`
-  const std::int32_t twin = mesh.topology.twin[at(he)];
+  const std::int32_t twin = mesh.topology.twin[to_index(he)];
   const std::vector<std::int32_t>& normal = mesh.topology.normal;
-  if (twin < 0 || normal[at(he)] != normal[at(after(twin))] || normal[at(after(he))] != normal[at(twin)]) return {};
+  if (twin < 0 || normal[to_index(he)] != normal[to_index(next_half_edge(twin))] || normal[to_index(next_half_edge(he))] != normal[to_index(twin)]) return {};
   const double own[3] = {s.u(), s.v, s.w};
   double b[3] = {0.0, 0.0, 0.0};
-  b[after(twin) % 3] = own[(corner + 1) % 3];
+  b[next_half_edge(twin) % 3] = own[(corner + 1) % 3];
   b[twin % 3] = own[(corner + 2) % 3];
   return from_weights(twin / 3, b);
 }

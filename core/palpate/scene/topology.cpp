@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "palpate/types/index.hpp"
 #include "palpate/types/spatial.hpp"
 
 namespace palpate::scene {
@@ -11,13 +12,10 @@ namespace {
 
 using Index = std::int32_t;
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-Index after(Index he) { return he % 3 == 2 ? he - 2 : he + 1; }
-Index before(Index he) { return he % 3 == 0 ? he + 2 : he - 1; }
 
-class Builder {
+class TopologyBuilder {
  public:
-  Builder(std::span<const double> vertices, std::span<const Index> triangles)
+  TopologyBuilder(std::span<const double> vertices, std::span<const Index> triangles)
       : vertices_(vertices), triangles_(triangles), count_(static_cast<Index>(triangles.size())) {}
 
   Topology build() {
@@ -29,44 +27,44 @@ class Builder {
   }
 
  private:
-  [[nodiscard]] Vec3 vertex(Index v) const { return Vec3(&vertices_[3 * at(v)]); }
-  [[nodiscard]] Vec3 normal(Index corner) const { return Vec3(&out_.normals[3 * at(out_.normal[at(corner)])]); }
-  [[nodiscard]] Index from(Index he) const { return triangles_[at(he)]; }
-  [[nodiscard]] Index to(Index he) const { return triangles_[at(after(he))]; }
+  [[nodiscard]] Vec3 vertex(Index v) const { return Vec3(&vertices_[3 * to_index(v)]); }
+  [[nodiscard]] Vec3 normal(Index corner) const { return Vec3(&out_.normals[3 * to_index(out_.normal[to_index(corner)])]); }
+  [[nodiscard]] Index from(Index he) const { return triangles_[to_index(he)]; }
+  [[nodiscard]] Index to(Index he) const { return triangles_[to_index(next_half_edge(he))]; }
   [[nodiscard]] Vec3 area(Index he) const {  // twice the triangle's area, along its normal
     const Index t = he / 3 * 3;
-    const Vec3 a = vertex(triangles_[at(t)]);
-    return (vertex(triangles_[at(t + 1)]) - a).cross(vertex(triangles_[at(t + 2)]) - a);
+    const Vec3 a = vertex(triangles_[to_index(t)]);
+    return (vertex(triangles_[to_index(t + 1)]) - a).cross(vertex(triangles_[to_index(t + 2)]) - a);
   }
 
   /// Pairs each half-edge a -> b with the one b -> a among those that leave b.
   void find_twins() {
-    std::vector<Index> first(vertices_.size() / 3 + 1, 0), leaving(at(count_));
-    for (Index he = 0; he < count_; ++he) ++first[at(from(he)) + 1];
+    std::vector<Index> first(vertices_.size() / 3 + 1, 0), leaving(to_index(count_));
+    for (Index he = 0; he < count_; ++he) ++first[to_index(from(he)) + 1];
     for (std::size_t v = 1; v < first.size(); ++v) first[v] += first[v - 1];
     {
       std::vector<Index> next(first.begin(), first.end() - 1);
-      for (Index he = 0; he < count_; ++he) leaving[at(next[at(from(he))]++)] = he;
+      for (Index he = 0; he < count_; ++he) leaving[to_index(next[to_index(from(he))]++)] = he;
     }
-    out_.twin.assign(at(count_), -1);
+    out_.twin.assign(to_index(count_), -1);
     for (Index he = 0; he < count_; ++he) {
-      if (out_.twin[at(he)] >= 0) continue;
+      if (out_.twin[to_index(he)] >= 0) continue;
       const Index a = from(he), b = to(he);
       int along = 0, against = 0;
       Index twin = -1, other = -1;
-      for (Index i = first[at(a)]; i < first[at(a) + 1]; ++i) {
-        if (to(leaving[at(i)]) != b) continue;
+      for (Index i = first[to_index(a)]; i < first[to_index(a) + 1]; ++i) {
+        if (to(leaving[to_index(i)]) != b) continue;
         ++along;
-        if (leaving[at(i)] != he) other = leaving[at(i)];
+        if (leaving[to_index(i)] != he) other = leaving[to_index(i)];
       }
-      for (Index i = first[at(b)]; i < first[at(b) + 1]; ++i) {
-        if (to(leaving[at(i)]) != a) continue;
+      for (Index i = first[to_index(b)]; i < first[to_index(b) + 1]; ++i) {
+        if (to(leaving[to_index(i)]) != a) continue;
         ++against;
-        twin = leaving[at(i)];
+        twin = leaving[to_index(i)];
       }
       if (along == 1 && against == 1) {
-        out_.twin[at(he)] = twin;
-        out_.twin[at(twin)] = he;
+        out_.twin[to_index(he)] = twin;
+        out_.twin[to_index(twin)] = he;
         continue;
       }
       // Told once for each edge: by its first half-edge.
@@ -80,15 +78,15 @@ class Builder {
 
   bool is_first(const std::vector<Index>& first, const std::vector<Index>& leaving, Index he) const {
     const Index a = from(he), b = to(he);
-    for (Index i = first[at(a)]; i < first[at(a) + 1]; ++i)
-      if (to(leaving[at(i)]) == b && leaving[at(i)] < he) return false;
-    for (Index i = first[at(b)]; i < first[at(b) + 1]; ++i)
-      if (to(leaving[at(i)]) == a && leaving[at(i)] < he) return false;
+    for (Index i = first[to_index(a)]; i < first[to_index(a) + 1]; ++i)
+      if (to(leaving[to_index(i)]) == b && leaving[to_index(i)] < he) return false;
+    for (Index i = first[to_index(b)]; i < first[to_index(b) + 1]; ++i)
+      if (to(leaving[to_index(i)]) == a && leaving[to_index(i)] < he) return false;
     return true;
   }
 
   [[nodiscard]] bool smooth_across(Index he) const {
-    const Index twin = out_.twin[at(he)];
+    const Index twin = out_.twin[to_index(he)];
     if (twin < 0) return false;
     static const double cos_crease = std::cos(kCreaseAngle);
     const Vec3 n = area(he), m = area(twin);
@@ -98,41 +96,41 @@ class Builder {
   /// A corner's share of its vertex's normal, by Max (1999): exact where the vertices lie on a sphere.
   [[nodiscard]] Vec3 share(Index he) const {
     const Vec3 v = vertex(from(he));
-    const Vec3 e1 = vertex(to(he)) - v, e2 = vertex(from(before(he))) - v;
+    const Vec3 e1 = vertex(to(he)) - v, e2 = vertex(from(previous_half_edge(he))) - v;
     const double weight = e1.squaredNorm() * e2.squaredNorm();
     return weight > 0.0 ? Vec3(e1.cross(e2) / weight) : Vec3::Zero();
   }
 
   /// One normal for each fan of triangles around a vertex that no crease parts.
   void smooth_normals() {
-    std::vector<bool> smooth(at(count_));
+    std::vector<bool> smooth(to_index(count_));
     for (Index he = 0; he < count_; ++he) {
-      const Index twin = out_.twin[at(he)];
-      smooth[at(he)] = twin >= 0 && twin < he ? smooth[at(twin)] : smooth_across(he);
+      const Index twin = out_.twin[to_index(he)];
+      smooth[to_index(he)] = twin >= 0 && twin < he ? smooth[to_index(twin)] : smooth_across(he);
     }
-    out_.normal.assign(at(count_), -1);
+    out_.normal.assign(to_index(count_), -1);
     out_.normals.reserve(vertices_.size());
     for (Index start = 0; start < count_; ++start) {
-      if (out_.normal[at(start)] >= 0) continue;
+      if (out_.normal[to_index(start)] >= 0) continue;
       const auto row = static_cast<Index>(out_.normals.size() / 3);
       Vec3 sum = Vec3::Zero();
       const auto take = [&](Index corner) {
-        out_.normal[at(corner)] = row;
+        out_.normal[to_index(corner)] = row;
         sum += share(corner);
       };
       take(start);
       bool around = false;
-      for (Index he = start; smooth[at(before(he))];) {  // counter-clockwise
-        he = out_.twin[at(before(he))];
-        if (he == start || out_.normal[at(he)] >= 0) {
+      for (Index he = start; smooth[to_index(previous_half_edge(he))];) {  // counter-clockwise
+        he = out_.twin[to_index(previous_half_edge(he))];
+        if (he == start || out_.normal[to_index(he)] >= 0) {
           around = true;
           break;
         }
         take(he);
       }
-      for (Index he = start; !around && smooth[at(he)];) {  // clockwise, when a crease or the rim stopped the other
-        he = after(out_.twin[at(he)]);
-        if (out_.normal[at(he)] >= 0) break;
+      for (Index he = start; !around && smooth[to_index(he)];) {  // clockwise, when a crease or the rim stopped the other
+        he = next_half_edge(out_.twin[to_index(he)]);
+        if (out_.normal[to_index(he)] >= 0) break;
         take(he);
       }
       if (!(sum.squaredNorm() > 0.0)) sum = area(start);
@@ -145,7 +143,7 @@ class Builder {
 
   void bound_height() {
     for (Index he = 0; he < count_; ++he) {
-      const Vec3 e = vertex(to(he)) - vertex(from(he)), n = normal(he), m = normal(after(he));
+      const Vec3 e = vertex(to(he)) - vertex(from(he)), n = normal(he), m = normal(next_half_edge(he));
       out_.height = std::max(out_.height, std::abs(e.dot(m - n)) / 4.0 + std::abs(e.dot(m + n)) / 8.0);
     }
   }
@@ -159,7 +157,7 @@ class Builder {
 }  // namespace
 
 Topology build_topology(std::span<const double> vertices, std::span<const std::int32_t> triangles) {
-  return Builder(vertices, triangles).build();
+  return TopologyBuilder(vertices, triangles).build();
 }
 
 }  // namespace palpate::scene

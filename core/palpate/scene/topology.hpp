@@ -26,6 +26,10 @@ struct Topology {
   std::vector<std::pair<std::int32_t, std::int32_t>> clashes;  ///< half-edges whose two triangles run the same way
 };
 
+/// The half-edges after and before `he` in its triangle.
+[[nodiscard]] constexpr std::int32_t next_half_edge(std::int32_t he) { return he % 3 == 2 ? he - 2 : he + 1; }
+[[nodiscard]] constexpr std::int32_t previous_half_edge(std::int32_t he) { return he % 3 == 0 ? he + 2 : he - 1; }
+
 Topology build_topology(std::span<const double> vertices, std::span<const std::int32_t> triangles);
 
 }  // namespace palpate::scene

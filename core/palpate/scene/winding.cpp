@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "palpate/types/index.hpp"
 #include "palpate/types/spatial.hpp"
 
 namespace palpate::scene {
@@ -13,7 +14,6 @@ using Index = std::int32_t;
 
 constexpr std::size_t kMostPairs = 1'000'000'000;  // of parts, looked at for cavities: a bound for heaps of crumbs
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Disjoint sets; each member also knows whether it is turned relative to its root.
 class Sets {
@@ -28,12 +28,12 @@ class Sets {
   };
   Place find(Index i) {
     bool odd = false;
-    while (parent_[at(i)] != i) {
-      const Index up = parent_[at(i)];
-      odd_[at(i)] ^= odd_[at(up)];  // halve the way: the root's own is always 0
-      odd ^= odd_[at(i)] != 0;
-      parent_[at(i)] = parent_[at(up)];
-      i = parent_[at(i)];
+    while (parent_[to_index(i)] != i) {
+      const Index up = parent_[to_index(i)];
+      odd_[to_index(i)] ^= odd_[to_index(up)];  // halve the way: the root's own is always 0
+      odd ^= odd_[to_index(i)] != 0;
+      parent_[to_index(i)] = parent_[to_index(up)];
+      i = parent_[to_index(i)];
     }
     return {i, odd};
   }
@@ -42,8 +42,8 @@ class Sets {
     const Place x = find(a), y = find(b);
     if (x.root == y.root) return (x.odd ^ y.odd) == odd;
     const auto [low, high] = std::minmax(x.root, y.root);
-    parent_[at(high)] = low;
-    odd_[at(high)] = static_cast<std::uint8_t>(x.odd ^ y.odd ^ odd);
+    parent_[to_index(high)] = low;
+    odd_[to_index(high)] = static_cast<std::uint8_t>(x.odd ^ y.odd ^ odd);
     return true;
   }
 
@@ -59,29 +59,29 @@ struct Judge {
   Winding out;
   Index count = static_cast<Index>(triangles.size() / 3);
 
-  [[nodiscard]] Vec3 corner(Index he) const { return Vec3(&vertices[3 * at(triangles[at(he)])]); }
+  [[nodiscard]] Vec3 corner(Index he) const { return Vec3(&vertices[3 * to_index(triangles[to_index(he)])]); }
 
   /// The fewer of each connected patch are turned.
   void agree() {
-    Sets patches(at(count));
+    Sets patches(to_index(count));
     for (Index he = 0; he < 3 * count; ++he)
-      if (topology.twin[at(he)] > he) patches.join(he / 3, topology.twin[at(he)] / 3, false);
+      if (topology.twin[to_index(he)] > he) patches.join(he / 3, topology.twin[to_index(he)] / 3, false);
     std::vector<Index> one_sided;
     for (const auto& [a, b] : topology.clashes)
       if (!patches.join(a / 3, b / 3, true)) one_sided.push_back(a / 3);
-    std::vector<Index> votes(at(count), 0);  // by root: as it is, less turned
+    std::vector<Index> votes(to_index(count), 0);  // by root: as it is, less turned
     for (Index t = 0; t < count; ++t) {
       const Sets::Place place = patches.find(t);
-      votes[at(place.root)] += place.odd ? -1 : 1;
+      votes[to_index(place.root)] += place.odd ? -1 : 1;
     }
-    std::vector<bool> hopeless(at(count), false);
-    for (const Index t : one_sided) hopeless[at(patches.find(t).root)] = true;
+    std::vector<bool> hopeless(to_index(count), false);
+    for (const Index t : one_sided) hopeless[to_index(patches.find(t).root)] = true;
     out.two_sided = one_sided.empty();
-    out.turn.assign(at(count), false);
+    out.turn.assign(to_index(count), false);
     for (Index t = 0; t < count; ++t) {
       const Sets::Place place = patches.find(t);
-      if (hopeless[at(place.root)] || place.odd != (votes[at(place.root)] >= 0)) continue;
-      out.turn[at(t)] = true;
+      if (hopeless[to_index(place.root)] || place.odd != (votes[to_index(place.root)] >= 0)) continue;
+      out.turn[to_index(t)] = true;
       ++out.turned;
     }
     if (out.turned == 0) out.turn.clear();
@@ -102,13 +102,13 @@ struct Judge {
     const std::size_t n = vertices.size() / 3;
     Sets by_vertex(n);
     for (Index he = 0; he < 3 * count; he += 3) {
-      by_vertex.join(triangles[at(he)], triangles[at(he + 1)], false);
-      by_vertex.join(triangles[at(he)], triangles[at(he + 2)], false);
+      by_vertex.join(triangles[to_index(he)], triangles[to_index(he + 1)], false);
+      by_vertex.join(triangles[to_index(he)], triangles[to_index(he + 2)], false);
     }
     std::vector<Index> part_of(n, -1);  // by root
     std::vector<Part> parts;
     const auto part = [&](Index he) -> Index {
-      Index& p = part_of[at(by_vertex.find(triangles[at(he)]).root)];
+      Index& p = part_of[to_index(by_vertex.find(triangles[to_index(he)]).root)];
       if (p < 0) {
         p = static_cast<Index>(parts.size());
         parts.emplace_back();
@@ -117,15 +117,15 @@ struct Judge {
     };
     const Vec3 origin = corner(0);
     for (Index he = 0; he < 3 * count; he += 3) {
-      Part& p = parts[at(part(he))];
+      Part& p = parts[to_index(part(he))];
       const Vec3 a = corner(he), b = corner(he + 1), c = corner(he + 2);
       p.volume += (a - origin).dot((b - a).cross(c - a)) / 6.0;
       p.low = p.low.cwiseMin(a).cwiseMin(b).cwiseMin(c);
       p.high = p.high.cwiseMax(a).cwiseMax(b).cwiseMax(c);
       ++p.triangles;
     }
-    for (const Index he : topology.rims) parts[at(part(he))].closed = false;
-    for (const auto& [a, b] : topology.clashes) parts[at(part(a))].closed = false;
+    for (const Index he : topology.rims) parts[to_index(part(he))].closed = false;
+    for (const auto& [a, b] : topology.clashes) parts[to_index(part(a))].closed = false;
 
     std::vector<bool> inside_out(parts.size(), false);
     std::size_t pairs_left = kMostPairs;
@@ -138,12 +138,12 @@ struct Judge {
         inside_out[i] = !look || std::count_if(parts.begin(), parts.end(), around) % 2 == 1;
       }
       out.volume += inside_out[i] ? -parts[i].volume : parts[i].volume;
-      if (inside_out[i]) out.inverted += at(parts[i].triangles);
+      if (inside_out[i]) out.inverted += to_index(parts[i].triangles);
     }
     out.parts = parts.size();
     if (out.inverted == 0) return;
-    out.turn.assign(at(count), false);
-    for (Index t = 0; t < count; ++t) out.turn[at(t)] = inside_out[at(part(3 * t))];
+    out.turn.assign(to_index(count), false);
+    for (Index t = 0; t < count; ++t) out.turn[to_index(t)] = inside_out[to_index(part(3 * t))];
   }
 };
 

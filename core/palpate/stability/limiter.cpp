@@ -5,6 +5,7 @@
 #include <string>
 
 #include "palpate/loop/tick.hpp"
+#include "palpate/types/require.hpp"
 
 namespace palpate::stability {
 namespace {
@@ -40,24 +41,18 @@ unsigned approach(Vec3 goal, double cap, double step, Vec3& now) {
   return status;
 }
 
-void require(bool good, const char* name, double value, const char* mend) {
-  if (!good) {
-    throw std::invalid_argument("stability." + std::string(name) + " = " + std::to_string(value) + ": " + mend);
-  }
-}
-
 }  // namespace
 
 Limiter::Limiter(const Caps& caps, double dt) : caps_(caps), dt_(dt) {
-  require(caps.force_cap >= 0.0 && std::isfinite(caps.force_cap), "force_cap", caps.force_cap,
+  require("stability", caps.force_cap >= 0.0 && std::isfinite(caps.force_cap), "force_cap", caps.force_cap,
           "must be 0 N or more, and finite");
-  require(caps.rate_cap > 0.0 && std::isfinite(caps.rate_cap), "rate_cap", caps.rate_cap,
+  require("stability", caps.rate_cap > 0.0 && std::isfinite(caps.rate_cap), "rate_cap", caps.rate_cap,
           "must be above 0 N/s, and finite");
-  require(caps.moment_cap >= 0.0 && std::isfinite(caps.moment_cap), "moment_cap", caps.moment_cap,
+  require("stability", caps.moment_cap >= 0.0 && std::isfinite(caps.moment_cap), "moment_cap", caps.moment_cap,
           "must be 0 N m or more, and finite");
-  require(caps.moment_rate_cap > 0.0 && std::isfinite(caps.moment_rate_cap), "moment_rate_cap", caps.moment_rate_cap,
+  require("stability", caps.moment_rate_cap > 0.0 && std::isfinite(caps.moment_rate_cap), "moment_rate_cap", caps.moment_rate_cap,
           "must be above 0 N m/s, and finite");
-  require(caps.stale_after > 0.0, "stale_after", caps.stale_after, "must be above 0 s, for example 0.03");
+  require("stability", caps.stale_after > 0.0, "stale_after", caps.stale_after, "must be above 0 s, for example 0.03");
 }
 
 bool Limiter::stale(double now, double stamp) const noexcept {

@@ -5,14 +5,10 @@
 #include <stdexcept>
 #include <string>
 
+#include "palpate/types/require.hpp"
+
 namespace palpate::stability {
 namespace {
-
-void require(bool good, const char* name, double value, const char* mend) {
-  if (!good) {
-    throw std::invalid_argument("stability." + std::string(name) + " = " + std::to_string(value) + ": " + mend);
-  }
-}
 
 /// Fastest that the handle may be along a force (or turn along a moment): a measured speed is one of the past.
 double along(const Vec3& F, const Vec3& v, double since) noexcept {
@@ -37,14 +33,14 @@ double ramp_cost(double F, double u, double a, double from, double rate) noexcep
 
 Observer::Observer(const ObserverOptions& options, double dt)
     : options_(options), dt_(dt), delay_(options.delay), line_(options.delay, dt), stored_(options.allowance) {
-  require(options.quantum >= 0.0 && options.quantum < 0.01, "quantum", options.quantum, "must lie in 0..0.01 m");
-  require(options.allowance >= 0.0 && std::isfinite(options.allowance), "allowance", options.allowance,
+  require("stability", options.quantum >= 0.0 && options.quantum < 0.01, "quantum", options.quantum, "must lie in 0..0.01 m");
+  require("stability", options.allowance >= 0.0 && std::isfinite(options.allowance), "allowance", options.allowance,
           "must be 0 J or more, and finite");
-  require(options.capacity >= options.allowance, "tank_capacity", options.capacity,
+  require("stability", options.capacity >= options.allowance, "tank_capacity", options.capacity,
           "must not be below stability.allowance [J]");
-  require(options.acceleration > 0.0 && std::isfinite(options.acceleration), "acceleration", options.acceleration,
+  require("stability", options.acceleration > 0.0 && std::isfinite(options.acceleration), "acceleration", options.acceleration,
           "must be above 0 m/s^2, and finite; for example 5");
-  require(options.angular_acceleration > 0.0 && std::isfinite(options.angular_acceleration), "angular_acceleration",
+  require("stability", options.angular_acceleration > 0.0 && std::isfinite(options.angular_acceleration), "angular_acceleration",
           options.angular_acceleration, "must be above 0 rad/s^2, and finite; for example 100");
 }
 

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "palpate/types/require.hpp"
+
 namespace palpate::torque {
 namespace {
 
@@ -14,20 +16,14 @@ struct Entry {
 constexpr Entry kLaws[] = {
     {"stiffness", &make_stiffness}, {"impedance", &make_impedance}, {"admittance", &make_admittance}};
 
-void require(bool good, const char* name, double value, const char* mend) {
-  if (!good) {
-    throw std::invalid_argument("torque." + std::string(name) + " = " + std::to_string(value) + ": " + mend);
-  }
-}
-
 }  // namespace
 
 std::unique_ptr<Law> make_law(const std::string& name, const LawOptions& options, double dt) {
-  require(options.virtual_mass >= 0.05 && std::isfinite(options.virtual_mass), "virtual_mass", options.virtual_mass,
+  require("torque", options.virtual_mass >= 0.05 && std::isfinite(options.virtual_mass), "virtual_mass", options.virtual_mass,
           "must be 0.05 kg or more: a lighter handle would answer to noise");
-  require(options.virtual_damping >= 0.0 && std::isfinite(options.virtual_damping), "virtual_damping",
+  require("torque", options.virtual_damping >= 0.0 && std::isfinite(options.virtual_damping), "virtual_damping",
           options.virtual_damping, "must be 0 N s/m or more");
-  require(name != "admittance" || (options.servo_bandwidth > 0.0 && options.servo_bandwidth * dt <= 0.05),
+  require("torque", name != "admittance" || (options.servo_bandwidth > 0.0 && options.servo_bandwidth * dt <= 0.05),
           "servo_bandwidth", options.servo_bandwidth,
           "must be above 0 and at most a twentieth of the cycle's rate [Hz]");
   std::string names;

@@ -7,6 +7,7 @@
 
 #include "palpate/loop/tick.hpp"
 #include "palpate/torque/cartesian.hpp"
+#include "palpate/types/require.hpp"
 
 namespace palpate::torque {
 namespace {
@@ -20,24 +21,18 @@ constexpr double kHandMotion = 10.0;  // [Hz] faster accelerations are noise, no
 constexpr double kRounding = 1e-12;   // [N m] a joint that the force hardly loads does not take it away
 constexpr double kFade = 0.06;        // [s] of what a law adds, once the leader is silent
 
-void require(bool good, const char* name, double value, const char* mend) {
-  if (!good) {
-    throw std::invalid_argument("torque." + std::string(name) + " = " + std::to_string(value) + ": " + mend);
-  }
-}
-
 void check(const Options& o, Eigen::Index n) {
-  require(o.platform_gain >= 0.0 && o.platform_gain <= 1.0, "platform_gain", o.platform_gain, "must lie in 0..1");
-  require(o.force_gain >= 0.0 && o.force_gain <= 1.0, "force_gain", o.force_gain, "must lie in 0..1");
-  require(o.gravity_gain >= 0.0, "gravity_gain", o.gravity_gain, "must be 0 or more");
-  require(o.friction.gain >= 0.0 && o.friction.gain <= 1.0, "friction_gain", o.friction.gain,
+  require("torque", o.platform_gain >= 0.0 && o.platform_gain <= 1.0, "platform_gain", o.platform_gain, "must lie in 0..1");
+  require("torque", o.force_gain >= 0.0 && o.force_gain <= 1.0, "force_gain", o.force_gain, "must lie in 0..1");
+  require("torque", o.gravity_gain >= 0.0, "gravity_gain", o.gravity_gain, "must be 0 or more");
+  require("torque", o.friction.gain >= 0.0 && o.friction.gain <= 1.0, "friction_gain", o.friction.gain,
           "must lie in 0..1: more than the friction would drive the arm");
-  require(o.friction.dead_band > 0.0 && o.friction.full_speed > o.friction.dead_band, "friction_dead_band",
+  require("torque", o.friction.dead_band > 0.0 && o.friction.full_speed > o.friction.dead_band, "friction_dead_band",
           o.friction.dead_band, "must be above 0 and below friction_full_speed [rad/s]");
-  require(o.limits.gain >= 0.0 && o.limits.gain <= 1.0, "limit_gain", o.limits.gain, "must lie in 0..1");
-  require(o.limits.margin > 0.0 && o.limits.margin <= 0.5, "limit_margin", o.limits.margin, "must lie in 0..0.5");
-  require(o.law_cap >= 0.0 && std::isfinite(o.law_cap), "law_cap", o.law_cap, "must be 0 N or more, and finite");
-  require(o.fast_force > 0.0, "fast_force", o.fast_force, "must be above 0 N");
+  require("torque", o.limits.gain >= 0.0 && o.limits.gain <= 1.0, "limit_gain", o.limits.gain, "must lie in 0..1");
+  require("torque", o.limits.margin > 0.0 && o.limits.margin <= 0.5, "limit_margin", o.limits.margin, "must lie in 0..0.5");
+  require("torque", o.law_cap >= 0.0 && std::isfinite(o.law_cap), "law_cap", o.law_cap, "must be 0 N or more, and finite");
+  require("torque", o.fast_force > 0.0, "fast_force", o.fast_force, "must be above 0 N");
   for (const JointVector* x : {&o.friction.coulomb, &o.friction.viscous, &o.rotor_inertia}) {
     if (x->size() != n || !(x->array() >= 0.0).all()) {
       throw std::invalid_argument("the torque stage's coulomb, viscous and rotor_inertia need " + std::to_string(n) +
