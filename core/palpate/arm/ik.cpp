@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "palpate/arm/arm.hpp"
-
 #include "palpate/types/so3.hpp"
 
 namespace palpate::arm {

@@ -9,16 +9,15 @@
 namespace palpate::contact {
 namespace {
 
-constexpr int kSteps = 24;         // per tick; a proxy that needs more goes on in the next
-constexpr double kSettled = 1e-6;  // [r] the proxy is where it should be
-constexpr double kTouch = 1e-4;    // [r] how much nearer than r a wall may be: rounding, and a grid's own error
-constexpr double kShort = 1.5;     // [r] ways so short cross nothing when both ends are r away; 2 is the limit
-constexpr double kSameFace = 0.7;  // cosine of normals that may follow each other within one tick
-constexpr double kTrust = 0.9;     // of two free balls that overlap: a grid's distances are not exact
-constexpr double kLost = 0.5;      // cosine: a wall whose normal turned more is another wall
-constexpr double kEscape = 0.25;   // [r] step of a proxy that was put into a second wall
-constexpr double kWallRange = 2.0;   // [r] walls so near count
-
+constexpr int kSteps = 24;          // per tick; a proxy that needs more goes on in the next
+constexpr double kSettled = 1e-6;   // [r] the proxy is where it should be
+constexpr double kTouch = 1e-4;     // [r] how much nearer than r a wall may be: rounding, and a grid's own error
+constexpr double kShort = 1.5;      // [r] ways so short cross nothing when both ends are r away; 2 is the limit
+constexpr double kSameFace = 0.7;   // cosine of normals that may follow each other within one tick
+constexpr double kTrust = 0.9;      // of two free balls that overlap: a grid's distances are not exact
+constexpr double kLost = 0.5;       // cosine: a wall whose normal turned more is another wall
+constexpr double kEscape = 0.25;    // [r] step of a proxy that was put into a second wall
+constexpr double kWallRange = 2.0;  // [r] walls so near count
 
 }  // namespace
 
@@ -95,7 +94,8 @@ bool FieldProxy::relax(const Vec3& g) noexcept {
     for (int i = 0; i < walls_; ++i) {
       const Vec3 out = centre_ - wall_[to_index(i)].q;
       const double distance = out.norm();
-      const Vec3 n = distance > 0.0 && out.dot(wall_[to_index(i)].n) > 0.0 ? Vec3(out / distance) : wall_[to_index(i)].n;
+      const Vec3 n =
+          distance > 0.0 && out.dot(wall_[to_index(i)].n) > 0.0 ? Vec3(out / distance) : wall_[to_index(i)].n;
       half_space_[to_index(i)] = {n, n.dot(wall_[to_index(i)].q) + radius_};
     }
     active_ = project(half_space_.data(), walls_, g, kSlack * radius_);
@@ -116,7 +116,8 @@ bool FieldProxy::relax(const Vec3& g) noexcept {
 void FieldProxy::meet(const scene::Nearest& near) noexcept {
   int place = walls_;
   for (int i = 0; i < walls_; ++i)
-    if ((wall_[to_index(i)].q - near.point).norm() < 0.01 * radius_ && wall_[to_index(i)].n.dot(near.normal) > kLost) place = i;
+    if ((wall_[to_index(i)].q - near.point).norm() < 0.01 * radius_ && wall_[to_index(i)].n.dot(near.normal) > kLost)
+      place = i;
   if (place == kMaxHalfSpaces) {
     place = 0;
     for (int i = 1; i < walls_; ++i)

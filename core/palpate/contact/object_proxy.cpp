@@ -11,12 +11,12 @@
 namespace palpate::contact {
 namespace {
 
-constexpr int kQueries = 24;      // per tick; a proxy that needs more goes on in the next
-constexpr double kCoarse = 5e-3;  // [r] accuracy of the proxy where the smooth surface gives the answer
-constexpr double kFine = 1e-7;    // [r] where it gives the answer itself
+constexpr int kQueries = 24;          // per tick; a proxy that needs more goes on in the next
+constexpr double kCoarse = 5e-3;      // [r] accuracy of the proxy where the smooth surface gives the answer
+constexpr double kFine = 1e-7;        // [r] where it gives the answer itself
 constexpr double kFlightRange = 4.0;  // [r] how far free flight looks for triangles
-constexpr double kLower = 0.5;    // [r] the smooth surface may lie this far below the facets
-constexpr double kOnEdge = 1e-9;  // barycentric weight below which a point lies on the edge: rounding
+constexpr double kLower = 0.5;        // [r] the smooth surface may lie this far below the facets
+constexpr double kOnEdge = 1e-9;      // barycentric weight below which a point lies on the edge: rounding
 const double kOnePatch = std::cos(15.0 * M_PI / 180.0);  // contacts on one smooth patch: normals closer than this
 
 constexpr double kSpreadLow = 0.1, kSpreadHigh = 0.4;  // SmoothPoint::spread: none and full trust in the projection
@@ -24,7 +24,6 @@ const double kApart = std::cos(45.0 * M_PI / 180.0), kAgree = std::cos(20.0 * M_
 
 /// 0 below `low`, 1 above `high`.
 double ramp(double x, double low, double high) { return std::clamp((x - low) / (high - low), 0.0, 1.0); }
-
 
 /// A deflection of `depth` times the gradient of the distance; no contact, yet a normal, when the depth is not
 /// positive.

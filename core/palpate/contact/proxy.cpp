@@ -6,10 +6,7 @@
 #include "palpate/types/index.hpp"
 
 namespace palpate::contact {
-namespace {
-
-
-}  // namespace
+namespace {}  // namespace
 
 void Proxy::reset() noexcept {
   for (int i = 0; i < seen_; ++i) memory_[to_index(i)] = Memory();

@@ -9,10 +9,7 @@
 #include "palpate/types/index.hpp"
 
 namespace palpate::contact {
-namespace {
-
-
-}  // namespace
+namespace {}  // namespace
 
 Tool::Tool(std::string_view method, const Options& options) : real_(options.real) {
   if (options.spheres.size() >= kMaxSpheres) {

@@ -26,7 +26,6 @@ constexpr double kMostBend = 5e-4;   // [m]
 constexpr double kOfSpeed = 0.9;     // of the joints' speed: the rest is for what the Jacobian leaves out
 constexpr double kDamping = 1e-3;    // of the inverse of the Jacobian, rows over kLength
 
-
 /// X_b seen from X_a.
 Vec6 way(const Pose& X_a, const Pose& X_b) noexcept {
   Vec6 y;

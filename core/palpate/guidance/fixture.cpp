@@ -105,7 +105,8 @@ void check(const Fixture& f) {
   require(whose, p.fall >= 0.01 && std::isfinite(p.fall), "fall", p.fall, "must be 0.01 s or more: no steps");
   require(whose, f.patience > 0.0, "patience", f.patience, "must be above 0 s");
   for (const Ramp& ramp : p.ramps) {
-    require(whose, std::isfinite(ramp.from) && std::isfinite(ramp.to) && ramp.from != ramp.to, "ramp", ramp.to, "from and to must be finite, and not the same");
+    require(whose, std::isfinite(ramp.from) && std::isfinite(ramp.to) && ramp.from != ramp.to, "ramp", ramp.to,
+            "from and to must be finite, and not the same");
   }
 }
 

@@ -24,11 +24,12 @@ bool usable(const Want& want) noexcept {
 Guidance::Guidance(const Options& options, double dt) : options_(options), dt_(dt), follower_(options.servo, dt) {
   require("guidance", options.force_rate > 0.0 && std::isfinite(options.force_rate), "force_rate", options.force_rate,
           "must be above 0 N/s, and finite; for example 20");
-  require("guidance", options.moment_rate > 0.0 && std::isfinite(options.moment_rate), "moment_rate", options.moment_rate,
-          "must be above 0 N m/s, and finite; for example 0.35");
-  require("guidance", options.return_speed > 0.0 && std::isfinite(options.return_speed), "return_speed", options.return_speed,
-          "must be above 0 m/s, and finite; for example 0.05");
-  require("guidance", options.reserve >= 0.0 && options.reserve < 0.01, "reserve", options.reserve, "must lie in 0..0.01 m");
+  require("guidance", options.moment_rate > 0.0 && std::isfinite(options.moment_rate), "moment_rate",
+          options.moment_rate, "must be above 0 N m/s, and finite; for example 0.35");
+  require("guidance", options.return_speed > 0.0 && std::isfinite(options.return_speed), "return_speed",
+          options.return_speed, "must be above 0 m/s, and finite; for example 0.05");
+  require("guidance", options.reserve >= 0.0 && options.reserve < 0.01, "reserve", options.reserve,
+          "must lie in 0..0.01 m");
 }
 
 void Guidance::take(const Fixtures& fixtures) noexcept {

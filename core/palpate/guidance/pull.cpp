@@ -12,7 +12,6 @@ namespace {
 
 constexpr double kLagForce = 3.0;  // [N] most that a goal behind a limit of speed pulls with
 
-
 bool none(const Wrench& F) noexcept { return F.f == Vec3::Zero() && F.t == Vec3::Zero(); }
 
 bool comes_before(const Policy& a, const Policy& b) noexcept {

@@ -12,7 +12,6 @@ namespace {
 constexpr double kDependent = 1e-5;  // a unit row of which less is left beside the active ones is made of them
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-
 }  // namespace
 
 int Qp::add(const Vec6& a, double b, int rank) noexcept {
@@ -76,7 +75,8 @@ void Qp::factorise() noexcept {
 
 void Qp::drop(int k) noexcept {
   active_[to_index(now_.set[to_index(k)])] = false;
-  for (int j = k; j + 1 < now_.q; ++j) now_.set[to_index(j)] = now_.set[to_index(j + 1)], now_.u[to_index(j)] = now_.u[to_index(j + 1)];
+  for (int j = k; j + 1 < now_.q; ++j)
+    now_.set[to_index(j)] = now_.set[to_index(j + 1)], now_.u[to_index(j)] = now_.u[to_index(j + 1)];
   now_.u[to_index(now_.q - 1)] = now_.u[to_index(now_.q)];
   --now_.q;
   factorise();

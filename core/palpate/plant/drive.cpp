@@ -9,7 +9,7 @@
 namespace palpate::plant {
 namespace {
 
-constexpr double kFade = 0.06;            // [s] from full force to none once the commands stop: 3 N at 50 N/s
+constexpr double kFade = 0.06;  // [s] from full force to none once the commands stop: 3 N at 50 N/s
 
 }  // namespace
 

@@ -10,7 +10,7 @@
 namespace palpate::plant {
 
 namespace {
-constexpr double kLongAgo = 1e9;          // [s] before the first edge: the first velocity is zero
+constexpr double kLongAgo = 1e9;  // [s] before the first edge: the first velocity is zero
 }  // namespace
 
 Encoders::Encoders(const EncoderOptions& options)

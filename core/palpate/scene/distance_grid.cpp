@@ -15,7 +15,7 @@ constexpr double kSteepest = 1.5;  // change per metre beyond which values are n
 constexpr double kEven = 0.995;    // gradients shorter than this may lie beside a ridge; 1 is exact [-]
 constexpr double kRidge = 0.9;     // and shorter than this they do [-]
 constexpr double kStrayed = 0.05;  // [spacing] a wall that is farther than its sample by more is another one
-constexpr int kFootSteps = 8;          // of the search for a foot
+constexpr int kFootSteps = 8;      // of the search for a foot
 constexpr double kClose = 1e-7;    // [spacing] a foot is found
 
 /// Catmull-Rom weights of four neighbours at t in [0, 1] between the middle two, and their derivatives.

@@ -8,7 +8,7 @@
 namespace palpate::scene {
 namespace {
 
-constexpr int kBisections = 100;          // a bracket halved so often has no digits left
+constexpr int kBisections = 100;     // a bracket halved so often has no digits left
 constexpr double kRounding = 1e-15;  // relative change that ends an iteration
 
 double power(double x, int n) {

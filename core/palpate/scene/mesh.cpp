@@ -18,7 +18,6 @@
 namespace palpate::scene {
 namespace {
 
-
 /// Topology and BVH need nothing of each other: one thread each, when there is a second one.
 void build_indices(Mesh::Impl& m, Winding& winding) {
   const auto topology = [&] {
@@ -113,9 +112,11 @@ Vec3 vertex_normal(const Mesh::Impl& m, std::int32_t start) {
     sum += std::atan2(e1.cross(e2).norm(), e1.dot(e2)) * face_normal(m, he);
   };
   take(start);
-  for (std::int32_t he = m.topology.twin[to_index(previous_half_edge(start))]; he != start; he = m.topology.twin[to_index(previous_half_edge(he))]) {
+  for (std::int32_t he = m.topology.twin[to_index(previous_half_edge(start))]; he != start;
+       he = m.topology.twin[to_index(previous_half_edge(he))]) {
     if (he < 0) {  // a rim: the rest of the fan from the other side
-      for (std::int32_t back = m.topology.twin[to_index(start)]; back >= 0; back = m.topology.twin[to_index(next_half_edge(back))])
+      for (std::int32_t back = m.topology.twin[to_index(start)]; back >= 0;
+           back = m.topology.twin[to_index(next_half_edge(back))])
         take(next_half_edge(back));
       break;
     }

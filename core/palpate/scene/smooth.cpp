@@ -14,7 +14,6 @@ constexpr int kMaxNewton = 12;      // steps on one facet
 constexpr double kSettled = 1e-13;  // step in barycentric weights
 constexpr double kRim = 1e-9;       // weights may be this negative: rounding, not another facet
 
-
 /// Height of the smooth surface over a facet: a function of the weights b, with its slopes.
 class Height {
  public:
@@ -154,7 +153,9 @@ SurfacePoint across(const Mesh::Impl& mesh, const SurfacePoint& s, int corner) {
   const std::int32_t he = 3 * s.triangle + (corner + 1) % 3;  // the edge opposite `corner`
   const std::int32_t twin = mesh.topology.twin[to_index(he)];
   const std::vector<std::int32_t>& normal = mesh.topology.normal;
-  if (twin < 0 || normal[to_index(he)] != normal[to_index(next_half_edge(twin))] || normal[to_index(next_half_edge(he))] != normal[to_index(twin)]) return {};
+  if (twin < 0 || normal[to_index(he)] != normal[to_index(next_half_edge(twin))] ||
+      normal[to_index(next_half_edge(he))] != normal[to_index(twin)])
+    return {};
   const double own[3] = {s.u(), s.v, s.w};
   double b[3] = {0.0, 0.0, 0.0};
   b[next_half_edge(twin) % 3] = own[(corner + 1) % 3];

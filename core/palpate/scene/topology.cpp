@@ -12,7 +12,6 @@ namespace {
 
 using Index = std::int32_t;
 
-
 class TopologyBuilder {
  public:
   TopologyBuilder(std::span<const double> vertices, std::span<const Index> triangles)
@@ -28,7 +27,9 @@ class TopologyBuilder {
 
  private:
   [[nodiscard]] Vec3 vertex(Index v) const { return Vec3(&vertices_[3 * to_index(v)]); }
-  [[nodiscard]] Vec3 normal(Index corner) const { return Vec3(&out_.normals[3 * to_index(out_.normal[to_index(corner)])]); }
+  [[nodiscard]] Vec3 normal(Index corner) const {
+    return Vec3(&out_.normals[3 * to_index(out_.normal[to_index(corner)])]);
+  }
   [[nodiscard]] Index from(Index he) const { return triangles_[to_index(he)]; }
   [[nodiscard]] Index to(Index he) const { return triangles_[to_index(next_half_edge(he))]; }
   [[nodiscard]] Vec3 area(Index he) const {  // twice the triangle's area, along its normal
@@ -128,7 +129,8 @@ class TopologyBuilder {
         }
         take(he);
       }
-      for (Index he = start; !around && smooth[to_index(he)];) {  // clockwise, when a crease or the rim stopped the other
+      for (Index he = start;
+           !around && smooth[to_index(he)];) {  // clockwise, when a crease or the rim stopped the other
         he = next_half_edge(out_.twin[to_index(he)]);
         if (out_.normal[to_index(he)] >= 0) break;
         take(he);

@@ -14,7 +14,6 @@ using Index = std::int32_t;
 
 constexpr std::size_t kMostPairs = 1'000'000'000;  // of parts, looked at for cavities: a bound for heaps of crumbs
 
-
 /// Disjoint sets; each member also knows whether it is turned relative to its root.
 class Sets {
  public:

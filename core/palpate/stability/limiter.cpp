@@ -50,8 +50,8 @@ Limiter::Limiter(const Caps& caps, double dt) : caps_(caps), dt_(dt) {
           "must be above 0 N/s, and finite");
   require("stability", caps.moment_cap >= 0.0 && std::isfinite(caps.moment_cap), "moment_cap", caps.moment_cap,
           "must be 0 N m or more, and finite");
-  require("stability", caps.moment_rate_cap > 0.0 && std::isfinite(caps.moment_rate_cap), "moment_rate_cap", caps.moment_rate_cap,
-          "must be above 0 N m/s, and finite");
+  require("stability", caps.moment_rate_cap > 0.0 && std::isfinite(caps.moment_rate_cap), "moment_rate_cap",
+          caps.moment_rate_cap, "must be above 0 N m/s, and finite");
   require("stability", caps.stale_after > 0.0, "stale_after", caps.stale_after, "must be above 0 s, for example 0.03");
 }
 

@@ -33,15 +33,16 @@ double ramp_cost(double F, double u, double a, double from, double rate) noexcep
 
 Observer::Observer(const ObserverOptions& options, double dt)
     : options_(options), dt_(dt), delay_(options.delay), line_(options.delay, dt), stored_(options.allowance) {
-  require("stability", options.quantum >= 0.0 && options.quantum < 0.01, "quantum", options.quantum, "must lie in 0..0.01 m");
+  require("stability", options.quantum >= 0.0 && options.quantum < 0.01, "quantum", options.quantum,
+          "must lie in 0..0.01 m");
   require("stability", options.allowance >= 0.0 && std::isfinite(options.allowance), "allowance", options.allowance,
           "must be 0 J or more, and finite");
   require("stability", options.capacity >= options.allowance, "tank_capacity", options.capacity,
           "must not be below stability.allowance [J]");
-  require("stability", options.acceleration > 0.0 && std::isfinite(options.acceleration), "acceleration", options.acceleration,
-          "must be above 0 m/s^2, and finite; for example 5");
-  require("stability", options.angular_acceleration > 0.0 && std::isfinite(options.angular_acceleration), "angular_acceleration",
-          options.angular_acceleration, "must be above 0 rad/s^2, and finite; for example 100");
+  require("stability", options.acceleration > 0.0 && std::isfinite(options.acceleration), "acceleration",
+          options.acceleration, "must be above 0 m/s^2, and finite; for example 5");
+  require("stability", options.angular_acceleration > 0.0 && std::isfinite(options.angular_acceleration),
+          "angular_acceleration", options.angular_acceleration, "must be above 0 rad/s^2, and finite; for example 100");
 }
 
 void Observer::step(const Pose& X_LH, const Twist& V_LH, double dissipated) noexcept {

@@ -19,8 +19,8 @@ constexpr Entry kLaws[] = {
 }  // namespace
 
 std::unique_ptr<Law> make_law(const std::string& name, const LawOptions& options, double dt) {
-  require("torque", options.virtual_mass >= 0.05 && std::isfinite(options.virtual_mass), "virtual_mass", options.virtual_mass,
-          "must be 0.05 kg or more: a lighter handle would answer to noise");
+  require("torque", options.virtual_mass >= 0.05 && std::isfinite(options.virtual_mass), "virtual_mass",
+          options.virtual_mass, "must be 0.05 kg or more: a lighter handle would answer to noise");
   require("torque", options.virtual_damping >= 0.0 && std::isfinite(options.virtual_damping), "virtual_damping",
           options.virtual_damping, "must be 0 N s/m or more");
   require("torque", name != "admittance" || (options.servo_bandwidth > 0.0 && options.servo_bandwidth * dt <= 0.05),

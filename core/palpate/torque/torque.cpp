@@ -16,13 +16,14 @@ constexpr Eigen::Index kPositioning = 3;  // joints that place the wrist centre 
 constexpr Eigen::Index kPlatform = 3;     // joint 4, counted from zero
 constexpr Eigen::Index kMtmJoints = 7;
 constexpr double kHeaviest = 20.0;    // [kg] a direction in which the handle weighs more is called singular
-constexpr double kLength = 0.1;       // [m] by which law_cap is a cap of moments, too
+constexpr double kCapArm = 0.1;       // [m] by which law_cap is a cap of moments, too
 constexpr double kHandMotion = 10.0;  // [Hz] faster accelerations are noise, not a hand's intention
 constexpr double kRounding = 1e-12;   // [N m] a joint that the force hardly loads does not take it away
 constexpr double kFade = 0.06;        // [s] of what a law adds, once the leader is silent
 
 void check(const Options& o, Eigen::Index n) {
-  require("torque", o.platform_gain >= 0.0 && o.platform_gain <= 1.0, "platform_gain", o.platform_gain, "must lie in 0..1");
+  require("torque", o.platform_gain >= 0.0 && o.platform_gain <= 1.0, "platform_gain", o.platform_gain,
+          "must lie in 0..1");
   require("torque", o.force_gain >= 0.0 && o.force_gain <= 1.0, "force_gain", o.force_gain, "must lie in 0..1");
   require("torque", o.gravity_gain >= 0.0, "gravity_gain", o.gravity_gain, "must be 0 or more");
   require("torque", o.friction.gain >= 0.0 && o.friction.gain <= 1.0, "friction_gain", o.friction.gain,
@@ -30,8 +31,10 @@ void check(const Options& o, Eigen::Index n) {
   require("torque", o.friction.dead_band > 0.0 && o.friction.full_speed > o.friction.dead_band, "friction_dead_band",
           o.friction.dead_band, "must be above 0 and below friction_full_speed [rad/s]");
   require("torque", o.limits.gain >= 0.0 && o.limits.gain <= 1.0, "limit_gain", o.limits.gain, "must lie in 0..1");
-  require("torque", o.limits.margin > 0.0 && o.limits.margin <= 0.5, "limit_margin", o.limits.margin, "must lie in 0..0.5");
-  require("torque", o.law_cap >= 0.0 && std::isfinite(o.law_cap), "law_cap", o.law_cap, "must be 0 N or more, and finite");
+  require("torque", o.limits.margin > 0.0 && o.limits.margin <= 0.5, "limit_margin", o.limits.margin,
+          "must lie in 0..0.5");
+  require("torque", o.law_cap >= 0.0 && std::isfinite(o.law_cap), "law_cap", o.law_cap,
+          "must be 0 N or more, and finite");
   require("torque", o.fast_force > 0.0, "fast_force", o.fast_force, "must be above 0 N");
   for (const JointVector* x : {&o.friction.coulomb, &o.friction.viscous, &o.rotor_inertia}) {
     if (x->size() != n || !(x->array() >= 0.0).all()) {
@@ -139,7 +142,7 @@ unsigned Torque::law(arm::Arm& model, const Input& in, LeaderCommand& out) noexc
   }
   const Wrench add = law_->step(now);
   if (add.f.allFinite() && add.t.allFinite()) {
-    const double size = std::max(add.f.norm(), add.t.norm() / kLength);
+    const double size = std::max(add.f.norm(), add.t.norm() / kCapArm);
     const double share = size > options_.law_cap ? options_.law_cap / size : 1.0;
     out.F_law_L = {share * add.f, share * add.t};
   }
