@@ -1,0 +1,66 @@
+"""What `palpate bench build` reads from logs, flags and sources; compiling everything is the command's own work."""
+
+import json
+import subprocess
+import sys
+
+import json_contract
+import pytest
+
+from palpate.errors import PalpateError
+from palpate.verify.bench import build
+
+
+def test_the_stopwatch_writes_cpu_time_and_passes_the_exit_code_on(tmp_path):
+    watch, log = tmp_path / "stopwatch.py", tmp_path / "log"
+    watch.write_text(build._STOPWATCH)
+    spin = "import time\nwhile time.process_time() < 0.3: pass"
+    for code, status in ((spin, 0), ("raise SystemExit(3)", 3)):
+        done = subprocess.run([sys.executable, str(watch), str(log), sys.executable, "-c", code, "-o", "a/thing.o"])
+        assert done.returncode == status
+    (busy, made), (idle, _) = build._rows(log)
+    assert made == "a/thing.o"
+    assert 0.3 <= float(busy) < 3.0
+    assert float(idle) < float(busy)
+
+
+@pytest.mark.parametrize(
+    ("made", "name"),
+    [
+        ("CMakeFiles/palpate_core.dir/core/palpate/arm/ik.cpp.o", "core/palpate/arm/ik.cpp"),
+        (
+            "CMakeFiles/palpate_core.dir/Unity/unity__home_me_core_palpate_guidance_law_cxx.cxx.o",
+            "core/palpate/guidance/law/",
+        ),
+        ("CMakeFiles/_core.dir/cmake_pch.hxx.gch", "cmake_pch.hxx.gch"),
+    ],
+)
+def test_a_compilation_is_named_by_its_source_or_folder(made, name):
+    assert build._named(made) == name
+
+
+def test_flags_keep_the_libraries_and_lose_input_and_output(tmp_path):
+    flags = "-DX -isystem /p/include -O3 -Winvalid-pch -include /b/cmake_pch.hxx"
+    command = f"/usr/bin/ccache /usr/bin/g++ {flags} -o a.o -c /p/bindings/arm.cpp"
+    (tmp_path / "c.json").write_text(json.dumps([{"file": "/p/bindings/arm.cpp", "command": command}]))
+    assert build._flags(tmp_path / "c.json") == ["/usr/bin/g++", "-DX", "-isystem", "/p/include", "-O3"]
+
+
+def test_every_header_of_another_library_is_counted():
+    counts = build._headers()
+    assert counts["Eigen/Geometry"] >= 1
+    assert not any(name.startswith("palpate/") for name in counts)
+
+
+def test_a_wheel_has_nothing_to_compile(monkeypatch, tmp_path):
+    monkeypatch.setattr(build, "__file__", str(tmp_path / "a" / "b" / "c" / "build.py"))
+    with pytest.raises(PalpateError, match="there is no source to compile"):
+        build.root()
+
+
+def test_keys_and_order_of_the_figures():
+    cheap, dear = build.Unit(name="a.cpp", seconds=1.0), build.Unit(name="b.cpp", seconds=9.0)
+    figures = build._figures(10.0, 6.0, 8.0, [cheap, dear], [build.Header(name="Eigen/Dense", seconds=2.0, files=40)])
+    assert set(figures) == json_contract.keys("bench build")
+    assert figures["files"] == [dear, cheap]
+    assert "1.1" in [cell for column in build.tables(figures, 1)[0].columns for cell in column.cells]
