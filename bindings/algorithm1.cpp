@@ -22,7 +22,7 @@ nb::dict trace(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT,
 
   contact::algorithm1::Plane plane;
   contact::algorithm1::Deflection d;
-  contact::ContactSet contacts;
+  ContactSet contacts;
   if (points.size > 0) {
     plane = contact::algorithm1::average(points, n_last, p_WT);
     d = contact::algorithm1::deflect(plane, p_WT, v_WT);

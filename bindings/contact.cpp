@@ -77,7 +77,7 @@ nb::tuple render(scene::Snapshot scene, const Rows& tips, const std::string& met
       const Clock::time_point start = Clock::now();
       if (tool.asynchronous() && i > 0) tool.collide(scene);  // lockstep: the answer to the last step
       if (poses) move(scene.objects[0], *poses, i, rate);
-      const contact::ContactSet& contacts = tool.step(scene, p_WS.data(), static_cast<double>(i) / rate);
+      const ContactSet& contacts = tool.step(scene, p_WS.data(), static_cast<double>(i) / rate);
       const force::ForceTerms terms = force::step(contacts, V_WT, 1.0, 1.0);
       *latency.row(i) = std::chrono::duration<double>(Clock::now() - start).count();
 

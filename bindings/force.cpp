@@ -23,15 +23,15 @@ auto force_step(const Rows& K, const Rows& B, const Rows& normal, const Rows& de
                 const Rows& v_surface, double stiffness_scale, double damping_scale, const Vec3& w_WT,
                 const std::optional<Rows>& p_TS) {
   const Eigen::Index n = normal.rows();
-  if (n > contact::kMaxContacts || K.rows() != n || B.rows() != n || delta_x.rows() != n || v_surface.rows() != n ||
+  if (n > kMaxContacts || K.rows() != n || B.rows() != n || delta_x.rows() != n || v_surface.rows() != n ||
       (p_TS && p_TS->rows() != n)) {
     throw std::invalid_argument("K, B, normal, delta_x, v_surface and p_TS must all have shape (n, 3), n <= " +
-                                std::to_string(contact::kMaxContacts));
+                                std::to_string(kMaxContacts));
   }
-  contact::ContactSet contacts;
+  ContactSet contacts;
   contacts.size = static_cast<int>(n);
   for (int i = 0; i < contacts.size; ++i) {
-    contact::Contact& c = contacts.contact[static_cast<std::size_t>(i)];
+    Contact& c = contacts.contact[static_cast<std::size_t>(i)];
     c.object = i;
     c.material = {K.row(i), B.row(i), 0.0};
     c.normal = normal.row(i);

@@ -31,7 +31,7 @@ void bind_table(nb::module_& m) {
       "status_words",
       [] {
         nb::list rows;
-        for (const loop::StatusWords& s : loop::status_words()) {
+        for (const StatusWords& s : status_words()) {
           rows.append(nb::make_tuple(s.name, s.bit, s.words));
         }
         return rows;

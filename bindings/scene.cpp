@@ -143,7 +143,6 @@ void bind_mesh(nb::module_& m) {
 }
 
 void bind_material(nb::module_& m) {
-  using scene::Material;
   using scene::Region;
   nb::class_<Material>(m, "Material", "How an object feels: diagonal K and B along the axes of W, friction.")
       .def(
@@ -215,7 +214,7 @@ void bind_world(nb::module_& m) {
       .def(
           "__init__",
           [](Object* self, std::string name, std::shared_ptr<scene::Surface> surface, const Matrix4& X_WO,
-             const scene::Material& material, std::vector<scene::Region> regions, scene::Motion motion, bool is_virtual,
+             const Material& material, std::vector<scene::Region> regions, scene::Motion motion, bool is_virtual,
              bool is_real) {
             new (self) Object{std::move(name),
                               std::move(surface),
@@ -227,7 +226,7 @@ void bind_world(nb::module_& m) {
                               is_real};
           },
           nb::arg("name"), nb::arg("surface"), nb::arg("X_WO") = Matrix4(Matrix4::Identity()),
-          nb::arg("material") = scene::Material{}, nb::arg("regions") = std::vector<scene::Region>{},
+          nb::arg("material") = Material{}, nb::arg("regions") = std::vector<scene::Region>{},
           nb::arg("motion") = scene::Motion{}, nb::arg("is_virtual") = true, nb::arg("is_real") = true,
           "is_virtual: the contact stage feels it; is_real: the tool of a driven follower bumps into it.")
       .def_ro("name", &Object::name)

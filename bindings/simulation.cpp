@@ -84,16 +84,16 @@ void pose_field(Class& c, const char* name, Pose Struct::* field, const char* do
       [field, name](Bound& s, const Matrix4& m) { s.*field = to_pose(m, name); }, doc);
 }
 
-constexpr std::array kSources = {"contact", "estimate", "both"};  // as in force::Source
+constexpr std::array kForceSources = {"contact", "estimate", "both"};  // as in force::Source
 
-std::string source_name(const CycleOptions& o) { return kSources[static_cast<std::size_t>(o.source)]; }
+std::string source_name(const CycleOptions& o) { return kForceSources[static_cast<std::size_t>(o.source)]; }
 
 void set_source(CycleOptions& o, const std::string& name) {
-  const auto* at = std::find(kSources.begin(), kSources.end(), name);
-  if (at == kSources.end()) {
+  const auto* at = std::find(kForceSources.begin(), kForceSources.end(), name);
+  if (at == kForceSources.end()) {
     throw std::invalid_argument("force source must be 'contact', 'estimate' or 'both'; got '" + name + "'");
   }
-  o.source = static_cast<force::Source>(at - kSources.begin());
+  o.source = static_cast<force::Source>(at - kForceSources.begin());
 }
 
 void bind_options(nb::module_& m) {

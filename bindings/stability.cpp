@@ -170,7 +170,7 @@ void bind_energy(nb::module_& m) {
             forces.F_H_L = wrench(F_H_L, "F_H_L");
             forces.F_damping = wrench(F_damping, "F_damping");
             forces.F_cut = wrench(F_cut, "F_cut");
-            for (Eigen::Index i = 0; F_source && i < std::min<Eigen::Index>(F_source->rows(), stability::kSources);
+            for (Eigen::Index i = 0; F_source && i < std::min<Eigen::Index>(F_source->rows(), kSources);
                  ++i) {
               forces.F_source[static_cast<std::size_t>(i)] = wrench(F_source->row(i), "F_source");
             }

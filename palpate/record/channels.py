@@ -46,7 +46,7 @@ class Channel:
     stamp: int
     """Position of the header's time in `message` [bytes]; -1 without a header."""
     data: int
-    """Position of the signal's first double in `message` [bytes]."""
+    """Position of the signal's first number in `message` [bytes]; every number is stored as a double, bits too."""
 
     @property
     def schema(self) -> str:

@@ -208,4 +208,5 @@ def _blank(n: int) -> Ticks:
 
 def _set(ticks: Ticks, channel: Channel, values: Any) -> None:
     target = ticks[channel.signal.name].reshape(len(ticks), -1)
-    target[:, channel.order] = values
+    with np.errstate(invalid="ignore"):  # bits of a damaged record may be no whole number
+        target[:, channel.order] = values

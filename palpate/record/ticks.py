@@ -1,7 +1,8 @@
 """The table of signals as numpy sees it: one `TICK` is one row of a run.
 
-The table lives once, in C++ (core/palpate/loop/tick.cpp). A run's data is a structured array of dtype `TICK`:
-`ticks["F_T_W"]` has shape (n, 3), `ticks["t"]` has shape (n,).
+The table lives once, in C++ (core/palpate/loop/signals.inl). A run's data is a structured array of dtype `TICK`:
+`ticks["F_T_W"]` has shape (n, 3), `ticks["t"]` has shape (n,). All numbers are doubles; `ticks["status"]` alone is a
+whole number, whose bits are those of `STATUS`.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ class Signal:
     offset: int
     """Position in a tick [bytes]."""
     size: int
-    """Number of doubles."""
+    """Number of elements; each has eight bytes."""
     unit: str
     """SI unit; `rad|m` where joints differ; `1` without unit."""
     frame: str
@@ -37,7 +38,17 @@ class Signal:
     deterministic: bool
     """False: depends on the machine (times of computation); kept out of a lockstep record."""
     stage: str
-    """The stage that speaks it: the first word of its channel."""
+    """The stage that produces it: the first word of its channel."""
+
+    @property
+    def is_bits(self) -> bool:
+        """True for a whole number that holds bits; every other signal consists of doubles."""
+        return self.unit == "bits"
+
+    @property
+    def format(self) -> str:
+        """numpy type of one element, little-endian."""
+        return "<u8" if self.is_bits else "<f8"
 
 
 TICK_BYTES: int = _core.TICK_BYTES
@@ -50,19 +61,20 @@ STATUS: dict[str, tuple[int, str]] = {name: (bit, words) for name, bit, words in
 TICK: np.dtype[np.void] = np.dtype(
     {
         "names": list(SIGNALS),
-        "formats": ["<f8" if s.size == 1 else ("<f8", (s.size,)) for s in SIGNALS.values()],
+        "formats": [s.format if s.size == 1 else (s.format, (s.size,)) for s in SIGNALS.values()],
         "offsets": [s.offset for s in SIGNALS.values()],
         "itemsize": TICK_BYTES,
     }
 )
-"""numpy dtype of one tick; little-endian doubles laid out as the C++ struct."""
+"""numpy dtype of one tick, laid out as the C++ struct."""
 
 
 def as_ticks(rows: NDArray[Any]) -> Ticks:
     """Rows of a run as ticks, without copying where the memory allows it.
 
     Args:
-        rows: (n, TICK_DOUBLES) float64 as `_core.Simulation.run` returns them, or an array of `TICK` already.
+        rows: (n, TICK_DOUBLES) float64 as `_core.Simulation.run` returns them (the memory of ticks, whose status is
+            no double), or an array of `TICK` already.
 
     Returns:
         (n,) structured array of `TICK`.

@@ -165,7 +165,7 @@ def _extension(ros: where.Ros, folder: Path, package: Path, messages: dict[str, 
     import nanobind
 
     sources = (p for p in (HERE / "cpp").rglob("*") if p.suffix in (".cpp", ".hpp", ".txt"))
-    headers = (package / "include").rglob("*.hpp")
+    headers = (p for p in (package / "include").rglob("*") if p.suffix in (".hpp", ".inl"))
     digest = _digest([*sources, *headers], nanobind.__version__, *map(str, messages.values()))
     target = folder / f"_ros-{digest}" / f"_ros{_SUFFIX}"
     if target.is_file():

@@ -50,11 +50,16 @@ def test_real_time_record_also_holds_the_times(tmp_path):
 
 
 @settings(max_examples=20, deadline=None)
-@given(rows=npst.arrays(np.float64, st.tuples(st.integers(1, 40), st.just(TICK_DOUBLES)), elements=st.floats(width=64)))
-def test_any_double_survives(tmp_path_factory, rows):
+@given(
+    rows=npst.arrays(np.float64, st.tuples(st.integers(1, 40), st.just(TICK_DOUBLES)), elements=st.floats(width=64)),
+    bits=st.integers(0, 2**32 - 1),
+)
+def test_any_double_and_any_status_survive(tmp_path_factory, rows, bits):
     path = tmp_path_factory.mktemp("any") / "r.mcap"
-    write(path, as_ticks(rows), batch=7, deterministic=False)
-    assert as_rows(Record.open(path).ticks).tobytes() == rows.tobytes()
+    ticks = as_ticks(rows.copy())
+    ticks["status"] = bits
+    write(path, ticks, batch=7, deterministic=False)
+    assert as_rows(Record.open(path).ticks).tobytes() == as_rows(ticks).tobytes()
 
 
 def test_same_run_gives_the_same_bytes_however_it_is_handed_over(tmp_path):

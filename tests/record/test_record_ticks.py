@@ -22,7 +22,8 @@ def test_fields_land_where_the_table_says():
     for s in SIGNALS.values():
         column = s.offset // 8
         expected = rows[:, column] if s.size == 1 else rows[:, column : column + s.size]
-        np.testing.assert_array_equal(ticks[s.name], expected)
+        np.testing.assert_array_equal(ticks[s.name].view(np.float64), expected)
+        assert ticks[s.name].dtype == (np.uint64 if s.name == "status" else np.float64)
     np.testing.assert_array_equal(as_rows(ticks), rows)
     assert as_ticks(ticks).dtype == TICK
 

@@ -9,7 +9,7 @@ import pytest
 from palpate.record.ticks import TICK
 from palpate.viewer.words import in_words
 
-HEADER = Path(__file__).parents[2] / "core" / "palpate" / "loop" / "tick.hpp"
+HEADER = Path(__file__).parents[2] / "core" / "palpate" / "types" / "status.hpp"
 BITS = {name: int(bit) for name, bit in re.findall(r"(k\w+) = 1u << (\d+)", HEADER.read_text())}
 
 

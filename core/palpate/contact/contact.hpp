@@ -1,42 +1,16 @@
 // Stage `contact`: where is the tool relative to the surface, and which way is out?
 #pragma once
 
-#include <array>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "palpate/scene/snapshot.hpp"
+#include "palpate/types/contact.hpp"
 #include "palpate/types/spatial.hpp"
 
 namespace palpate::contact {
-
-/// Touches that may happen at once: pairs of a sphere and an object.
-inline constexpr int kMaxContacts = 32;
-
-/// One object touched by one sphere of the tool: the spherical proxy region (SPR) on the tip is the first. All in W.
-struct Contact {
-  int object = -1;              ///< index into the snapshot
-  Vec3 p_proxy = Vec3::Zero();  ///< centre of the proxy sphere P, on or outside the surface [m]
-  Vec3 normal = Vec3::Zero();   ///< unit, out of the obstacle
-  Vec3 delta_x = Vec3::Zero();  ///< p_proxy - p_tool, out of the obstacle (Eq 6, Fig 3) [m]
-  double depth = 0.0;           ///< delta_x . normal [m]
-
-  // What a Tool adds (tool.hpp).
-  Vec3 v_surface = Vec3::Zero();  ///< velocity of the touched surface point [m/s]
-  scene::Material material{};     ///< how it feels there
-  Vec3 F_slope = Vec3::Zero();    ///< of a stiffness that is not the same beside: -1/2 delta_x^2 grad K [N]
-  int sphere = 0;                 ///< index into the tool's spheres, 0 = the SPR on the tip
-  Vec3 p_C = Vec3::Zero();        ///< where the proxy touches the surface [m]
-  Vec3 p_TS = Vec3::Zero();       ///< from the tool tip T to the sphere's centre S: the force's lever [m]
-};
-
-struct ContactSet {
-  std::array<Contact, kMaxContacts> contact;
-  int size = 0;
-  bool started_inside = false;  ///< an object was around the tool when it was first seen: put outside, nearest point
-};
 
 /// A sphere of the tool beside the SPR on its tip.
 struct Sphere {

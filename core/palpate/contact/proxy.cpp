@@ -40,7 +40,7 @@ void Proxy::touch(const scene::Object& object, int index, const Pose& X_WO, cons
     memory.friction.release();
     return;
   }
-  const scene::Material material =
+  const Material material =
       object.regions.empty() ? object.material : object.feel(p_OT - options_.radius * touch.normal).material;
   const Vec3 p_OP = p_OT + touch.delta;
   const Vec3 lag = memory.friction.step(p_OP, touch.normal, touch.depth, material.mu, material.mu_static);

@@ -5,12 +5,12 @@
 
 namespace palpate::force {
 
-ForceTerms step(const contact::ContactSet& contacts, const Twist& V_WT, double stiffness_scale,
+ForceTerms step(const ContactSet& contacts, const Twist& V_WT, double stiffness_scale,
                 double damping_scale) noexcept {
   ForceTerms sum;
   for (int i = 0; i < contacts.size; ++i) {
-    const contact::Contact& c = contacts.contact[static_cast<std::size_t>(i)];
-    const scene::Material& material = c.material;
+    const Contact& c = contacts.contact[static_cast<std::size_t>(i)];
+    const Material& material = c.material;
     const Vec3& n = c.normal;
 
     Vec3 F_spring = stiffness_scale * (material.K.cwiseProduct(c.delta_x) + c.F_slope);

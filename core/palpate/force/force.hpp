@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "palpate/contact/contact.hpp"
+#include "palpate/types/contact.hpp"
 #include "palpate/types/spatial.hpp"
 
 namespace palpate::force {
@@ -22,7 +22,7 @@ struct ForceTerms {
   Vec3 F_damping = Vec3::Zero();  ///< -B xdot along the normal; its power is never positive [N]
   Vec3 torque = Vec3::Zero();     ///< of F about the tool tip T [N m]
   Vec3 t_damping = Vec3::Zero();  ///< the damping's part of it [N m]
-  std::array<Wrench, contact::kMaxContacts> of_contact{};  ///< force and torque of each contact, in their order
+  std::array<Wrench, kMaxContacts> of_contact{};  ///< force and torque of each contact, in their order
 };
 
 /// Sum over the contacts of
@@ -39,7 +39,7 @@ struct ForceTerms {
 ///
 /// V_WT: twist of the tool in W (the handle's, mapped: collocated damping). As the velocity of each sphere
 /// is that of a tool held by this twist, the damping's power on it, F . v + torque . w, is never positive.
-[[nodiscard]] ForceTerms step(const contact::ContactSet& contacts, const Twist& V_WT, double stiffness_scale,
+[[nodiscard]] ForceTerms step(const ContactSet& contacts, const Twist& V_WT, double stiffness_scale,
                               double damping_scale) noexcept;
 
 }  // namespace palpate::force

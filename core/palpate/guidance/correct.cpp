@@ -8,7 +8,6 @@
 #include <cmath>
 
 #include "palpate/guidance/guidance.hpp"
-#include "palpate/loop/tick.hpp"
 #include "palpate/types/index.hpp"
 #include "palpate/types/so3.hpp"
 
@@ -69,7 +68,7 @@ void Guidance::correct(const Input& in) noexcept {
   if (!hard_.known) hard_.X_WT = in.X_WT_goal;
   hard_.known = true;
   if (any_hard) {
-    if (!solve(hard_, true, in)) out_.status |= loop::kGuidanceConflict;
+    if (!solve(hard_, true, in)) out_.status |= kGuidanceConflict;
   } else if (hard_.X_WT.p == X_before_.p && hard_.X_WT.R == X_before_.R) {
     hard_.X_WT = in.X_WT_goal;  // exactly: nothing hard is there, nor was
   } else {

@@ -6,7 +6,6 @@
 #include <stdexcept>
 
 #include "palpate/guidance/frame.hpp"
-#include "palpate/loop/tick.hpp"
 #include "palpate/types/require.hpp"
 
 namespace palpate::guidance {
@@ -97,7 +96,7 @@ double Guidance::wanted_authority(int i, const Input& in) noexcept {
   const double near = std::abs(now.want.gap);
   const bool placed = std::all_of(f.frames.begin(), f.frames.end(),
                                   [&f](const auto& frame) { return frame->told() && frame->age() <= f.patience; });
-  if (f.on && !placed) out_.status |= loop::kFrameLost;
+  if (f.on && !placed) out_.status |= kFrameLost;
   const bool engaged = f.on && placed && (now.engaged ? near <= f.policy.release : near <= f.policy.engage);
   if (engaged && !now.engaged) now.since = in.t;
   now.engaged = engaged;
@@ -139,8 +138,8 @@ void Guidance::tell(const Input& in) noexcept {
   }
   if (!std::isfinite(out_.gap)) out_.gap = 0.0;
   out_.correction = out_.X_WT_goal.p - in.X_WT_goal.p;
-  if (out_.strongest >= 0) out_.status |= loop::kGuided;
-  if (out_.X_WT_goal.p != in.X_WT_goal.p || out_.X_WT_goal.R != in.X_WT_goal.R) out_.status |= loop::kGoalCorrected;
+  if (out_.strongest >= 0) out_.status |= kGuided;
+  if (out_.X_WT_goal.p != in.X_WT_goal.p || out_.X_WT_goal.R != in.X_WT_goal.R) out_.status |= kGoalCorrected;
 }
 
 }  // namespace palpate::guidance

@@ -12,6 +12,7 @@
 #include "palpate/guidance/fixture.hpp"
 #include "palpate/guidance/follower_model.hpp"
 #include "palpate/guidance/qp.hpp"
+#include "palpate/types/status.hpp"
 
 namespace palpate::guidance {
 
@@ -55,7 +56,7 @@ struct Output {
   double gap = 0.0;                ///< of it, or of the nearest when none pulls [m, rad]
   Vec3 correction = Vec3::Zero();  ///< of the goal's place [m]
   double lent = 0.0;    ///< what fixtures that came to count more, by no motion of the hand's, store where it is [J]
-  unsigned status = 0;  ///< bits of loop::Status
+  unsigned status = 0;  ///< bits of Status
 };
 
 /// A turn of 1 rad counts as so many metres [m].

@@ -182,7 +182,7 @@ const CrtkOutput& CrtkCycle::step(Moment now) noexcept {
   pushed_ = out_.command && !(F_.f.isZero(0.0) && F_.t.isZero(0.0));
   out_.tick.t = now.t;
   const unsigned caps = felt.rendered.status & ~(kLeaderStale | kFollowerStale);
-  out_.tick.status = status | caps | reached | static_cast<unsigned>(out_.tick.status);  // of guidance
+  out_.tick.status |= status | caps | reached;  // to what guidance reported
   copy(in_.handle.q, out_.tick.q);
   if (arm_) copy(q_follower_, out_.tick.q_follower);
   return out_;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "palpate/loop/tick.hpp"
+#include "palpate/types/status.hpp"
 
 namespace palpate::loop {
 namespace {

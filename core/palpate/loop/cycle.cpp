@@ -62,8 +62,7 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
   const unsigned driven = torque_.step(leader_, {leader_state_, beside, in_.handle.good, felt.B_H_L}, out_.leader);
   haptics_.finish(in_, out_.leader.F_H_L, out_.tick);
 
-  out_.tick.status =
-      felt.rendered.status | driven | estimated | (reached ? 0u : kIkFailed) | static_cast<unsigned>(out_.tick.status);
+  out_.tick.status |= felt.rendered.status | driven | estimated | (reached ? 0u : kIkFailed);
   record_leader();
   record_follower();
   return out_;

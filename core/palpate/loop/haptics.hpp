@@ -70,7 +70,7 @@ struct HapticsOutput {
   guidance::Output guided;                        ///< what the fixtures add
   Mat3 B_H_L = Mat3::Zero();                      ///< of it, damping at the handle for a master that takes it [N s/m]
   Wrench F_B_L;                                   ///< what that damping wants the hand to be given
-  const contact::ContactSet* contacts = nullptr;  ///< what is touched
+  const ContactSet* contacts = nullptr;  ///< what is touched
   force::ForceTerms force;                        ///< of it on the tool
   Wrench wanted;                                  ///< on the hand, F_B_L in it, before the stage `stability`
   stability::Output rendered;                     ///< on the hand, F_B_L in it

@@ -10,7 +10,7 @@
 namespace palpate::loop {
 namespace {
 
-const contact::Contact* strongest(const contact::ContactSet& contacts) noexcept {
+const Contact* strongest(const ContactSet& contacts) noexcept {
   const auto first = contacts.contact.begin();
   const auto deepest =
       std::max_element(first, first + contacts.size, [](const auto& a, const auto& b) { return a.depth < b.depth; });
@@ -31,7 +31,7 @@ void record(const Handle& handle, Tick& tick) noexcept {
 // Wrenches on the hand and the energy they move. While the tool holds, nothing of what the hand does moves the contact:
 // there is nothing to be taken or withheld.
 stability::Energy Haptics::book(const HapticsInput& in, const Wrench& F_H_L) noexcept {
-  const contact::ContactSet& contacts = *out_.contacts;
+  const ContactSet& contacts = *out_.contacts;
   const stability::Output& rendered = out_.rendered;
   const Wrench wanted = out_.mapped.engaged ? out_.wanted : Wrench{};
   const bool law = options_.source != force::Source::estimate;  // is it part of what the hand is given?
@@ -73,7 +73,7 @@ void Haptics::record(const HapticsInput& in, Tick& tick) const noexcept {
   copy(X_WT.p, tick.p_WT);
   copy(X_WT.R, tick.quat_WT);
   copy(X_WT.p, tick.p_WP);
-  if (const contact::Contact* c = strongest(*out_.contacts)) {
+  if (const Contact* c = strongest(*out_.contacts)) {
     copy(c->p_proxy, tick.p_WP);
     copy(c->normal, tick.normal);
     copy(c->delta_x, tick.delta_x);
@@ -97,21 +97,21 @@ void Haptics::record_guidance(Tick& tick) const noexcept {
   copy(guided.correction, tick.p_correction_W);
   tick.guidance_fixture = guided.strongest;
   tick.guidance_gap = guided.gap;
-  tick.status = static_cast<unsigned>(tick.status) | guided.status;
+  tick.status |= guided.status;
 }
 
 // Touch by touch, the strongest first.
 void Haptics::record_touches(double stiffness_scale, Tick& tick) const noexcept {
-  const contact::ContactSet& contacts = *out_.contacts;
-  std::array<std::pair<double, int>, contact::kMaxContacts> order;
+  const ContactSet& contacts = *out_.contacts;
+  std::array<std::pair<double, int>, kMaxContacts> order;
   for (int i = 0; i < contacts.size; ++i) {
-    const contact::Contact& c = contacts.contact[static_cast<std::size_t>(i)];
+    const Contact& c = contacts.contact[static_cast<std::size_t>(i)];
     order[static_cast<std::size_t>(i)] = {-stiffness_scale * c.normal.dot(c.material.K.cwiseProduct(c.delta_x)), i};
   }
   std::sort(order.begin(), order.begin() + contacts.size);
   for (int k = 0; k < std::min(contacts.size, kTouches); ++k) {
     const auto& [minus_force, i] = order[static_cast<std::size_t>(k)];
-    const contact::Contact& c = contacts.contact[static_cast<std::size_t>(i)];
+    const Contact& c = contacts.contact[static_cast<std::size_t>(i)];
     tick.touch_sphere[k] = c.sphere;
     tick.touch_object[k] = c.object;
     tick.touch_force[k] = -minus_force;

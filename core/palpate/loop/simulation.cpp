@@ -180,13 +180,11 @@ void Simulation::tick(double lateness_us) noexcept {
     tick_.p_hand_L[i] = hand.X_LH.p[i];
     tick_.F_touch_W[i] = F_touch_W_[i];
   }
-  auto status = static_cast<unsigned>(tick_.status);
-  status |= leader_.hand_slipped() ? kHandSlipped : 0u;
-  tick_.status = status;
+  tick_.status |= leader_.hand_slipped() ? kHandSlipped : 0u;
   tick_.cycle_us = 1e-3 * static_cast<double>(spent);
   tick_.lateness_us = lateness_us;
   latest_.write(tick_);
-  if (!faulty_ && (status & (kLeaderStale | kFollowerStale | kNotFinite)) != 0) {
+  if (!faulty_ && (tick_.status & (kLeaderStale | kFollowerStale | kNotFinite)) != 0) {
     faulty_ = true;
     fault_.write(tick_);
   }
@@ -215,7 +213,7 @@ Wrench Simulation::touch(double t) noexcept {
   const Pose& X_WB = options_.X_WB;
   const Vec3 p_WT = X_WB * drives.tip().p;
   const Twist V_BT = drives.twist();
-  const contact::ContactSet& contacts = touched_->step(scene_.current(), &p_WT, t);
+  const ContactSet& contacts = touched_->step(scene_.current(), &p_WT, t);
   const force::ForceTerms terms = force::step(contacts, {X_WB.R * V_BT.v, X_WB.R * V_BT.w},
                                               in_.controls.stiffness_scale, in_.controls.damping_scale);
   F_touch_W_ = terms.F;
@@ -266,7 +264,7 @@ Tick Simulation::latest() {
 std::string Simulation::fault() {
   const std::lock_guard lock(people_);
   const Tick& tick = fault_.read();
-  const auto status = static_cast<unsigned>(tick.status);
+  const std::uint64_t status = tick.status;
   if (status == 0) {
     const std::string thrown = collider_.fault();
     return thrown.empty() ? thrown : "contact method " + options_.method + ": " + thrown;

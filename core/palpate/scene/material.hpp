@@ -1,17 +1,10 @@
 // How an object feels, and where in it that changes.
 #pragma once
 
+#include "palpate/types/contact.hpp"
 #include "palpate/types/spatial.hpp"
 
 namespace palpate::scene {
-
-/// Diagonal stiffness and damping along the axes of W (Eq 8); Coulomb friction.
-struct Material {
-  Vec3 K = Vec3::Constant(500.0);  ///< stiffness [N/m]
-  Vec3 B = Vec3::Constant(0.0);    ///< damping [N s/m]
-  double mu = 0.0;                 ///< friction coefficient while it slips [-]
-  double mu_static = 0.0;          ///< while it sticks; below mu: as mu [-]
-};
 
 /// Part of an object that feels otherwise, in the object's frame O: a box with round edges. A box of no size is a ball.
 struct Region {

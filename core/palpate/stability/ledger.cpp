@@ -28,22 +28,22 @@ void Ledger::book(const PortForces& forces, const Vec3& dx, const Vec3& turn, do
   for (std::size_t i = 0; i < energy_.source.size(); ++i) take(energy_.source[i], forces.F_source[i]);
 }
 
-double spring_energy(const contact::ContactSet& contacts, double stiffness_scale) noexcept {
+double spring_energy(const ContactSet& contacts, double stiffness_scale) noexcept {
   double energy = 0.0;
   for (int i = 0; i < contacts.size; ++i) {
-    const contact::Contact& c = contacts.contact[static_cast<std::size_t>(i)];
+    const Contact& c = contacts.contact[static_cast<std::size_t>(i)];
     const Vec3& K = c.material.K;
     energy += 0.5 * stiffness_scale * c.delta_x.dot(K.cwiseProduct(c.delta_x));
   }
   return energy;
 }
 
-double stiffness_along(const Vec3& F, const contact::ContactSet& contacts, double stiffness_scale) noexcept {
+double stiffness_along(const Vec3& F, const ContactSet& contacts, double stiffness_scale) noexcept {
   const double size = F.norm();
   if (!(size > 0.0)) return 0.0;
   double sum = 0.0;
   for (int i = 0; i < contacts.size; ++i) {
-    const contact::Contact& c = contacts.contact[static_cast<std::size_t>(i)];
+    const Contact& c = contacts.contact[static_cast<std::size_t>(i)];
     const double share = c.normal.dot(F) / size;
     sum += share * share * stiffness_scale * c.normal.dot(c.material.K.cwiseProduct(c.normal));
   }

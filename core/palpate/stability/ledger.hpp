@@ -3,15 +3,12 @@
 
 #include <array>
 
-#include "palpate/contact/contact.hpp"
-#include "palpate/loop/tick.hpp"
-#include "palpate/scene/snapshot.hpp"
 #include "palpate/stability/delay_line.hpp"
+#include "palpate/types/contact.hpp"
 #include "palpate/types/spatial.hpp"
+#include "palpate/types/status.hpp"
 
 namespace palpate::stability {
-
-using loop::kSources;
 
 /// All at the hand's port, so that the entries add up [J].
 struct Energy {
@@ -60,9 +57,9 @@ class Ledger {
 };
 
 /// 1/2 delta_x^T K delta_x over the contacts, on the tool's side [J].
-[[nodiscard]] double spring_energy(const contact::ContactSet& contacts, double stiffness_scale) noexcept;
+[[nodiscard]] double spring_energy(const ContactSet& contacts, double stiffness_scale) noexcept;
 /// Stiffness of all contacts together along a force F, f = F / |F|: sum of (f . n)^2 n^T K n, on the tool's side [N/m].
-[[nodiscard]] double stiffness_along(const Vec3& F, const contact::ContactSet& contacts,
+[[nodiscard]] double stiffness_along(const Vec3& F, const ContactSet& contacts,
                                      double stiffness_scale) noexcept;
 
 }  // namespace palpate::stability

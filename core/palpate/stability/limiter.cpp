@@ -4,7 +4,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "palpate/loop/tick.hpp"
 #include "palpate/types/require.hpp"
 
 namespace palpate::stability {
@@ -29,11 +28,11 @@ bool shorten(Vec3& v, double length) {
 unsigned approach(Vec3 goal, double cap, double step, Vec3& now) {
   unsigned status = 0;
   if (shorten(goal, cap)) {
-    status |= loop::kForceCapped;
+    status |= kForceCapped;
   }
   Vec3 change = goal - now;
   if (shorten(change, step)) {
-    status |= loop::kRateCapped;
+    status |= kRateCapped;
     now += change;
   } else {
     now = goal;  // exactly, so that zero is zero
@@ -69,14 +68,14 @@ Wrench Limiter::next(const Wrench& F_H_L) const noexcept {
 Limited Limiter::step(const Wanted& in) noexcept {
   Limited out;
   if (!in.leader_valid || stale(in.t, in.t_leader)) {
-    out.status |= loop::kLeaderStale;
+    out.status |= kLeaderStale;
   }
   if (!in.follower_valid || stale(in.t, in.t_follower)) {
-    out.status |= loop::kFollowerStale;
+    out.status |= kFollowerStale;
   }
   Wrench wanted = in.F_H_L;
   if (!wanted.f.allFinite() || !wanted.t.allFinite()) {
-    out.status |= loop::kNotFinite;
+    out.status |= kNotFinite;
     wanted = {};
   }
   const bool trusted = in.engaged && out.status == 0;

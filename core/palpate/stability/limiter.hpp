@@ -4,6 +4,7 @@
 #pragma once
 
 #include "palpate/types/spatial.hpp"
+#include "palpate/types/status.hpp"
 
 namespace palpate::stability {
 
@@ -31,7 +32,7 @@ struct Wanted {
 struct Limited {
   Wrench F_H_L;         ///< rendered on the hand
   Wrench F_cut;         ///< wanted minus rendered; what was not finite counts as zero wanted
-  unsigned status = 0;  ///< bits of loop::Status
+  unsigned status = 0;  ///< bits of Status
 };
 
 /// With F_k-1 the last force and dt the period:

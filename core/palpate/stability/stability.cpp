@@ -1,6 +1,5 @@
 #include "palpate/stability/stability.hpp"
 
-#include "palpate/loop/tick.hpp"
 
 namespace palpate::stability {
 namespace {
@@ -45,7 +44,7 @@ Output Stability::step(const Input& in) noexcept {
   const Limited limited = limiter_.step(last);
   out.F_H_L = limited.F_H_L;
   out.status = limited.status;
-  if (out.F_passivity.f.norm() + out.F_passivity.t.norm() > kSliver) out.status |= loop::kPassivity;
+  if (out.F_passivity.f.norm() + out.F_passivity.t.norm() > kSliver) out.status |= kPassivity;
   const double rate = limiter_.caps().rate_cap;
   out.lag.passivity = out.F_passivity.f.norm() / rate;
   out.lag.caps = (out.F_capped - out.F_H_L).f.norm() / rate;

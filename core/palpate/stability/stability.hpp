@@ -11,6 +11,7 @@
 #include "palpate/stability/low_pass.hpp"
 #include "palpate/stability/passivity.hpp"
 #include "palpate/types/spatial.hpp"
+#include "palpate/types/status.hpp"
 
 namespace palpate::stability {
 
@@ -43,7 +44,7 @@ struct Output {
   Wrench F_capped;                             ///< what the limiter was asked for
   Wrench F_coupling, F_low_pass, F_passivity;  ///< what each element kept: its input minus its output
   Lag lag;
-  unsigned status = 0;  ///< bits of loop::Status
+  unsigned status = 0;  ///< bits of Status
 };
 
 /// Whatever comes in, what goes out is finite, below its cap and changes no faster than its rate cap: the limiter has

@@ -5,9 +5,9 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "palpate/loop/tick.hpp"
 #include "palpate/torque/cartesian.hpp"
 #include "palpate/types/require.hpp"
+#include "palpate/types/status.hpp"
 
 namespace palpate::torque {
 namespace {
@@ -84,7 +84,7 @@ unsigned Torque::step(arm::Arm& model, const Input& in, LeaderCommand& out) noex
       tau->tail(n - kPositioning).setZero();
     }
   }
-  return status | (fit(in, model.jacobian(), out) ? loop::kTorqueLimited : 0u);
+  return status | (fit(in, model.jacobian(), out) ? kTorqueLimited : 0u);
 }
 
 // What the law adds to the force, and whether the motion is one it was made for.
@@ -134,11 +134,11 @@ unsigned Torque::law(arm::Arm& model, const Input& in, LeaderCommand& out) noexc
   v_slow_ += dt_ * a;
   out.F_neglected = law_->neglected(now, a).norm();
   const bool too_fast = out.F_neglected > options_.fast_force;
-  const unsigned status = (singular ? loop::kSingular : 0u) | (too_fast ? loop::kTooFast : 0u);
+  const unsigned status = (singular ? kSingular : 0u) | (too_fast ? kTooFast : 0u);
   out.F_law_L = {};
   if (law_->needs_load_cell() && !cell) {
     law_->reset();
-    return status | loop::kNoLoadCell;
+    return status | kNoLoadCell;
   }
   const Wrench add = law_->step(now);
   if (add.f.allFinite() && add.t.allFinite()) {

@@ -46,7 +46,7 @@ class Torque {
   /// the mend.
   Torque(Options options, JointVector tau_max, double dt);
 
-  /// `model` is the controller's arm. Answers the bits of loop::Status; out.F_H_L is what is truly rendered.
+  /// `model` is the controller's arm. Answers the bits of Status; out.F_H_L is what is truly rendered.
   unsigned step(arm::Arm& model, const Input& in, LeaderCommand& out) noexcept;
   /// Input::B_L is felt as such: it must not be in the wrench as well.
   [[nodiscard]] bool takes_damping(const LeaderState& leader) const noexcept;

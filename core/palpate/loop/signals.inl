@@ -1,0 +1,77 @@
+// The table of signals: every row is one field of `struct Tick` and one recorded channel. tick.hpp makes the struct from
+// it, tick.cpp the list that record, report, viewer and numpy read.
+//
+//   SIGNAL(stage, type, name, unit, frame, meaning, deterministic)
+//
+// stage: who produces the signal, the first word of its channel. frame: monogram letter of the frame in which it is
+// expressed, empty when there is none. deterministic: false when the value depends on the machine; a lockstep record
+// leaves such a signal out.
+
+// clang-format off
+SIGNAL(loop, double, t, "s", "", "time of the tick", true)
+SIGNAL(stability, Bits, status, "bits", "", "what the safety layer did", true)
+SIGNAL(leader, Reals<7>, q, "rad", "", "leader joints, measured", true)
+SIGNAL(leader, Reals<7>, v, "rad/s", "", "leader joint velocities, estimated", true)
+SIGNAL(torque, Reals<7>, tau, "N m", "", "commanded joint torque, the sum of its terms", true)
+SIGNAL(torque, Reals<7>, tau_force, "N m", "", "J^T (F_H_L + F_law_L): renders the force", true)
+SIGNAL(torque, Reals<7>, tau_gravity, "N m", "", "G_hat(q): holds the arm up", true)
+SIGNAL(torque, Reals<7>, tau_platform, "N m", "", "joint-4 null-space controller", true)
+SIGNAL(torque, Reals<7>, tau_friction, "N m", "", "compensates the arm's friction", true)
+SIGNAL(torque, Reals<7>, tau_limits, "N m", "", "soft stops before the joint limits", true)
+SIGNAL(torque, Reals<3>, F_law_L, "N", "L", "what the control law adds to F_H_L, at the handle", true)
+SIGNAL(torque, double, F_neglected, "N", "", "inertia and Coriolis force that the control law leaves to the hand", true)
+SIGNAL(leader, double, gripper, "rad", "", "pinch angle of the leader", true)
+SIGNAL(leader, Reals<3>, p_LH, "m", "L", "handle position", true)
+SIGNAL(leader, Reals<4>, quat_LH, "1", "L", "handle orientation, w x y z", true)
+SIGNAL(leader, Reals<3>, v_LH, "m/s", "L", "handle velocity", true)
+SIGNAL(follower, Reals<7>, q_follower, "rad|m", "", "follower joints, measured", true)
+SIGNAL(follower, Reals<7>, tau_follower, "N m|N", "", "torques of the follower's drives, where they are measured", true)
+SIGNAL(follower, double, jaw, "rad", "", "jaw angle of the follower", true)
+SIGNAL(mapping, Reals<3>, p_WT_goal, "m", "W", "tool goal from the mapping, corrected by hard fixtures", true)
+SIGNAL(follower, Reals<3>, p_WT, "m", "W", "tool tip x, measured", true)
+SIGNAL(follower, Reals<4>, quat_WT, "1", "W", "tool orientation, w x y z", true)
+SIGNAL(contact, Reals<3>, p_WP, "m", "W", "proxy x_d; the tool tip when nothing is touched", true)
+SIGNAL(contact, Reals<3>, normal, "1", "W", "surface normal, out of the obstacle; zero when free", true)
+SIGNAL(contact, Reals<3>, delta_x, "m", "W", "deflection x_d - x, out of the obstacle", true)
+SIGNAL(contact, double, depth, "m", "", "penetration: deflection along the normal", true)
+SIGNAL(contact, double, contacts, "1", "", "touches: pairs of a sphere of the tool and an object", true)
+SIGNAL(contact, Reals<kTouches>, touch_sphere, "1", "",
+       "which sphere, of each touch, the strongest first; 0 is on the tip", true)
+SIGNAL(contact, Reals<kTouches>, touch_object, "1", "", "which object, of each touch", true)
+SIGNAL(contact, Reals<kTouches>, touch_force, "N", "", "spring force along the normal, of each touch", true)
+SIGNAL(contact, Reals<3 * kTouches>, p_WC, "m", "W", "where the proxy touches the surface, of each touch", true)
+SIGNAL(force, Reals<3>, F_T_W, "N", "W", "force law: environment on tool, before the stability stage", true)
+SIGNAL(force, Reals<3>, t_T_W, "N m", "W", "its torque about the tool tip", true)
+SIGNAL(force, Reals<3>, F_spring_W, "N", "W", "K delta_x", true)
+SIGNAL(force, Reals<3>, F_damping_W, "N", "W", "-B xdot", true)
+SIGNAL(force, Reals<3>, F_estimate_W, "N", "W", "environment on tool, from the follower's drive torques", true)
+SIGNAL(follower, Reals<3>, F_touch_W, "N", "W", "objects on the tool of a driven follower, the truth (simulated)", true)
+SIGNAL(guidance, Reals<3>, F_guidance_W, "N", "W", "force of the fixtures of guidance on the tool", true)
+SIGNAL(guidance, Reals<3>, t_guidance_W, "N m", "W", "their torque about the tool tip", true)
+SIGNAL(guidance, double, guidance_fixture, "1", "", "fixture that pulls most, by its index; -1 when none does", true)
+SIGNAL(guidance, double, guidance_gap, "m|rad", "", "of it, or of the nearest: below zero it is not as wanted", true)
+SIGNAL(guidance, Reals<4>, quat_WT_asked, "1", "W",
+       "attitude asked of the tool, before hard ones turn it, w x y z", true)
+SIGNAL(guidance, Reals<3>, p_correction_W, "m", "W", "of the tool goal, by hard fixtures", true)
+SIGNAL(stability, Reals<3>, F_H_L, "N", "L", "commanded on the hand, spatial frame", true)
+SIGNAL(stability, Reals<3>, t_H_L, "N m", "L", "moment commanded on the hand, spatial frame", true)
+SIGNAL(stability, Reals<3>, F_H_H, "N", "H", "commanded on the hand, body frame", true)
+SIGNAL(hand, Reals<3>, F_cell_L, "N", "L", "load cell: force of the arm on the hand (simulated)", true)
+SIGNAL(hand, Reals<3>, p_hand_L, "m", "L", "where the hand wants to be", true)
+SIGNAL(stability, double, energy_port, "J", "",
+       "energy the rendered force took from the hand; below zero it generated", true)
+SIGNAL(stability, double, energy_spring, "J", "", "stored in the contact springs", true)
+SIGNAL(stability, double, energy_damping, "J", "", "dissipated by the damping term", true)
+SIGNAL(stability, double, energy_cut, "J", "", "withheld by the caps", true)
+SIGNAL(stability, double, energy_passivity, "J", "", "withheld by the passivity controller", true)
+SIGNAL(stability, double, energy_low_pass, "J", "", "withheld by the low-pass", true)
+SIGNAL(stability, double, energy_coupling, "J", "", "withheld by the virtual coupling", true)
+SIGNAL(stability, Reals<kSources>, energy_source, "J", "",
+       "wanted by each object, by guidance, and last by all the rest, before the stage", true)
+SIGNAL(stability, double, energy_stored, "J", "", "what the passivity layer may still give back", true)
+SIGNAL(stability, double, energy_lent, "J", "", "lent by fixtures that were switched on where the hand was", true)
+SIGNAL(stability, double, energy_reserved, "J", "", "of it, most that the wrenches on their way may cost", true)
+SIGNAL(stability, Reals<4>, lag_ms, "ms", "", "of virtual coupling, low-pass, passivity controller, caps", true)
+SIGNAL(loop, double, cycle_us, "us", "", "compute time of the haptic cycle", false)
+SIGNAL(loop, double, lateness_us, "us", "", "start of the tick after its deadline", false)
+// clang-format on
