@@ -85,29 +85,29 @@ void bind_options(nb::module_& m) {
       .def_rw("ramps", &Policy::ramps, "a copy; assign it whole");
 }
 
-nb::dict told(const guidance::Want& want) {
+nb::dict to_dict(const guidance::Constraint& c) {
   nb::dict out;
-  out["gap"] = want.gap;
-  out["along"] = to_vector(want.along);
-  out["drift"] = want.drift;
-  out["free"] = want.free;
-  out["attracts"] = want.attracts;
-  out["turns"] = want.turns;
-  out["speed"] = want.speed;
+  out["gap"] = c.gap;
+  out["along"] = to_vector(c.gradient);
+  out["drift"] = c.gap_rate_of_fixture;
+  out["free"] = c.free;
+  out["attracts"] = c.attracts;
+  out["turns"] = c.rotational;
+  out["speed"] = c.speed_limit;
   return out;
 }
 
-/// A role's answer for a tool at X_WT, and a law's answer to that.
-nb::dict ask(const Fixture& f, const Matrix4& X_WT, double t, const VectorArg& V_WT, const Vec3& F_T_W,
-             double stiffness) {
+/// The constraint of a tool at X_WT, and the force of the fixture's law.
+nb::dict evaluate(const Fixture& f, const Matrix4& X_WT, double t, const VectorArg& V_WT, const Vec3& F_T_W,
+                  double stiffness) {
   const Pose X = to_pose(X_WT, "X_WT");
-  const guidance::Want want = guidance::ask(f, {X, X.p, F_T_W, stiffness}, t);
-  const guidance::Pull pull = f.law->pull(want, to_twist(V_WT, "V_WT"));
-  nb::dict out = told(want);
-  out["F"] = to_vector(pull.F);
-  out["U"] = pull.U;
-  out["B"] = pull.B;
-  out["F_of_B"] = to_vector(pull.F_of_B);
+  const guidance::Constraint c = guidance::evaluate(f, {X, X.p, F_T_W, stiffness}, t);
+  const guidance::ConstraintForce force = f.law->force(c, to_twist(V_WT, "V_WT"));
+  nb::dict out = to_dict(c);
+  out["F"] = to_vector(force.F);
+  out["U"] = force.U;
+  out["B"] = force.B;
+  out["F_of_B"] = to_vector(force.F_of_B);
   return out;
 }
 
@@ -147,7 +147,7 @@ void bind_fixture(nb::module_& m) {
           "turning_stiffness", [](const Fixture& f) { return f.law->turning_stiffness(); }, "[N m/rad]")
       .def_prop_ro(
           "turning_damping", [](const Fixture& f) { return f.law->turning_damping(); }, "[N m s/rad]")
-      .def("ask", &ask, "X_WT"_a, "t"_a = 0.0, "V_WT"_a = Vec6(Vec6::Zero()), "F_T_W"_a = Vec3(Vec3::Zero()),
+      .def("ask", &evaluate, "X_WT"_a, "t"_a = 0.0, "V_WT"_a = Vec6(Vec6::Zero()), "F_T_W"_a = Vec3(Vec3::Zero()),
            "stiffness"_a = 0.0,
            "What its role wants of a tool at X_WT (4, 4) (gap, along (6,), drift, free (3, 3), attracts, turns, "
            "speed), and its law's answer to a motion V_WT (6,): wrench F (6,), energy U [J], damping B (3, 3) and the "
@@ -175,20 +175,17 @@ nb::dict step(Guidance& self, double t, const Matrix4& X_WT_goal, const VectorAr
               bool engaged, const Vec3& F_T_W, double stiffness, double F_hand, double pedal, bool takes_damping) {
   guidance::Input in;
   in.t = t;
-  in.X_WT_goal = to_pose(X_WT_goal, "X_WT_goal");
-  in.V_WT = to_twist(V_WT, "V_WT");
-  in.X_WT = to_pose(X_WT, "X_WT");
-  in.engaged = engaged;
-  in.F_T_W = F_T_W;
-  in.stiffness = stiffness;
-  in.F_hand = F_hand;
+  in.goal = {to_pose(X_WT_goal, "X_WT_goal"), 0.0, to_twist(V_WT, "V_WT"), engaged};
+  in.tool.X_WT = to_pose(X_WT, "X_WT");
+  in.touch = {{F_T_W, Vec3::Zero()}, stiffness};
+  in.handle.F_hand = F_hand;
+  in.handle.takes_damping = takes_damping;
   in.pedal = pedal;
-  in.takes_damping = takes_damping;
   const guidance::Output& out = self.step(in);
   nb::dict d;
   d["X_WT_goal"] = to_matrix(out.X_WT_goal);
-  d["F_T_W"] = to_vector(out.F_T_W);
-  d["B_W"] = out.B_W;
+  d["F_T_W"] = to_vector(out.on_tool.F);
+  d["B_W"] = out.on_tool.B;
   d["strongest"] = out.strongest;
   d["gap"] = out.gap;
   d["correction"] = out.correction;

@@ -50,13 +50,14 @@ Eigen::VectorXd time_stage(const guidance::Fixtures& fixtures, const Poses& X_WT
   const auto stage = std::make_unique<guidance::Guidance>(guidance::Options{}, dt);
   stage->take(fixtures);
   guidance::Input in;
+  in.goal.engaged = true;
   Vec3 before = pose(X_WT, 0).p;
   return timed(X_WT.shape(0), [&](std::size_t i) {
     in.t = dt * static_cast<double>(i);
-    in.X_WT_goal = pose(X_WT, i);
-    in.V_WT.v = (in.X_WT_goal.p - before) / dt;
-    before = in.X_WT_goal.p;
-    in.X_WT = stage->step(in).X_WT_goal;
+    in.goal.X_WT_goal = pose(X_WT, i);
+    in.goal.V_WT.v = (in.goal.X_WT_goal.p - before) / dt;
+    before = in.goal.X_WT_goal.p;
+    in.tool.X_WT = stage->step(in).X_WT_goal;
   });
 }
 

@@ -1,12 +1,12 @@
+#include "palpate/loop/guidance_run.hpp"
+
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/vector.h>
 
-#include <algorithm>
 #include <vector>
 
 #include "bindings.hpp"
 #include "convert.hpp"
-#include "palpate/guidance/guidance.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -18,8 +18,7 @@ using guidance::Guidance;
 using Goals = nb::ndarray<const double, nb::shape<-1, 4, 4>, nb::c_contig, nb::device::cpu>;
 using Twists = nb::ndarray<const double, nb::shape<-1, 6>, nb::c_contig, nb::device::cpu>;
 
-/// The stage, tick by tick along a motion, the tool where the last tick's goal was, at first at X_WT. It touches a
-/// spring below the plane `normal . p = height`, a height a tick; nothing where there are none.
+/// Runs the stage tick by tick along a motion (loop::GuidanceRun). height: of the elastic plane at each tick, or empty.
 nb::dict run(Guidance& self, const std::vector<double>& t, const Goals& X_WT_goal, const Twists& V_WT,
              const Matrix4& X_WT, const Vec3& normal, const std::vector<double>& height, double stiffness,
              double F_hand, double pedal, bool takes_damping) {
@@ -31,23 +30,15 @@ nb::dict run(Guidance& self, const std::vector<double>& t, const Goals& X_WT_goa
   Eigen::Matrix<double, Eigen::Dynamic, 16, Eigen::RowMajor> goals(n, 16);
   Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor> B(n, 9);
   Eigen::VectorXd gap(n);
-  guidance::Input in;
-  in.X_WT = to_pose(X_WT, "X_WT");
-  in.stiffness = stiffness;
-  in.takes_damping = takes_damping;
-  in.F_hand = F_hand;
-  in.pedal = pedal;
+  loop::GuidanceRun motion(self, {{normal, stiffness}, F_hand, pedal, takes_damping}, to_pose(X_WT, "X_WT"));
   for (std::size_t k = 0; k < n; ++k) {
     const auto row = static_cast<Eigen::Index>(k);
-    in.t = t[k];
-    in.X_WT_goal = to_pose(Matrix4(Eigen::Map<const RowMatrix4>(X_WT_goal.data() + 16 * k)), "X_WT_goal");
-    in.V_WT = {Vec3(V_WT.data() + 6 * k), Vec3(V_WT.data() + 6 * k + 3)};
-    if (!height.empty()) in.F_T_W = stiffness * std::max(height[k] - normal.dot(in.X_WT.p), 0.0) * normal;
-    const guidance::Output& out = self.step(in);
-    in.X_WT = out.X_WT_goal;
-    F.row(row) = to_vector(out.F_T_W);
+    const Pose goal = to_pose(Matrix4(Eigen::Map<const RowMatrix4>(X_WT_goal.data() + 16 * k)), "X_WT_goal");
+    const Twist V = {Vec3(V_WT.data() + 6 * k), Vec3(V_WT.data() + 6 * k + 3)};
+    const guidance::Output& out = height.empty() ? motion.step(t[k], goal, V) : motion.step(t[k], goal, V, height[k]);
+    F.row(row) = to_vector(out.on_tool.F);
     Eigen::Map<RowMatrix4>(&goals(row, 0)) = to_matrix(out.X_WT_goal);
-    Eigen::Map<Mat3>(&B(row, 0)) = out.B_W;  // symmetric
+    Eigen::Map<Mat3>(&B(row, 0)) = out.on_tool.B;  // symmetric
     gap[row] = out.gap;
   }
   nb::dict d;

@@ -35,14 +35,14 @@ void bind_mapping(nb::module_& m) {
           "step",
           [](Mapping& self, const Matrix4& X_WH, const Vec3& v_LH, double gripper, const Matrix4& X_WT, double jaw,
              bool following, bool clutch, bool reached) {
-            const mapping::Output out = self.step({to_pose(X_WH, "X_WH"),
-                                                   {v_LH, Vec3::Zero()},
-                                                   gripper,
-                                                   to_pose(X_WT, "X_WT"),
-                                                   jaw,
-                                                   following,
-                                                   clutch,
-                                                   reached});
+            const ToolGoal out = self.step({to_pose(X_WH, "X_WH"),
+                                            {v_LH, Vec3::Zero()},
+                                            gripper,
+                                            to_pose(X_WT, "X_WT"),
+                                            jaw,
+                                            following,
+                                            clutch,
+                                            reached});
             return std::make_tuple(to_matrix(out.X_WT_goal), out.jaw, out.V_WT.v, out.engaged);
           },
           "X_WH"_a, "v_LH"_a, "gripper"_a, "X_WT"_a, "jaw"_a = 0.0, "following"_a = true, "clutch"_a = false,

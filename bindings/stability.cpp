@@ -110,13 +110,11 @@ void bind_stage(nb::module_& m) {
           [](Stability& self, const VectorArg& F_H_L, const Vec3& p_LH, const Vec3& v_LH, const Eigen::VectorXd& q,
              double stiffness, double t, double t_leader, bool engaged) {
             stability::Input in;
-            in.F_H_L = wrench(F_H_L, "F_H_L");
-            in.t = in.t_follower = t;
-            in.t_leader = t_leader;
+            in.wanted.F = wrench(F_H_L, "F_H_L");
+            in.t = t;
+            in.handle = {{t_leader, true}, {Mat3::Identity(), p_LH}, {v_LH, Vec3::Zero()}, 0.0, joint_vector(q, "q")};
+            in.tool = {t, true};
             in.engaged = engaged;
-            in.X_LH.p = p_LH;
-            in.V_LH.v = v_LH;
-            in.q = joint_vector(q, "q");
             in.stiffness = stiffness;
             return self.step(in);
           },
@@ -142,7 +140,7 @@ void bind_limiter(nb::module_& m) {
           [](Limiter& self, const VectorArg& F_H_L, double t, double t_leader, double t_follower, bool leader_valid,
              bool follower_valid, bool engaged) {
             const stability::Limited out =
-                self.step({wrench(F_H_L, "F_H_L"), t, t_leader, t_follower, leader_valid, follower_valid, engaged});
+                self.step({wrench(F_H_L, "F_H_L"), t, {t_leader, leader_valid}, {t_follower, follower_valid}, engaged});
             const Eigen::Index n = F_H_L.values.size();
             return std::make_tuple(Eigen::VectorXd(to_vector(out.F_H_L).head(n)),
                                    Eigen::VectorXd(to_vector(out.F_cut).head(n)), out.status);
@@ -170,8 +168,7 @@ void bind_energy(nb::module_& m) {
             forces.F_H_L = wrench(F_H_L, "F_H_L");
             forces.F_damping = wrench(F_damping, "F_damping");
             forces.F_cut = wrench(F_cut, "F_cut");
-            for (Eigen::Index i = 0; F_source && i < std::min<Eigen::Index>(F_source->rows(), kSources);
-                 ++i) {
+            for (Eigen::Index i = 0; F_source && i < std::min<Eigen::Index>(F_source->rows(), kSources); ++i) {
               forces.F_source[static_cast<std::size_t>(i)] = wrench(F_source->row(i), "F_source");
             }
             return self.step({R_LH, p_LH}, forces, spring);

@@ -43,7 +43,7 @@ std::pair<LeaderCommand, unsigned> step(torque::Torque& self, arm::Arm& model, c
   leader.F_cell_L = F_cell_L.value_or(Vec3::Zero());
   LeaderCommand out(model.n());
   model.update(leader.q, leader.v);
-  const unsigned status = self.step(model, {leader, {F.head<3>(), F.tail<3>()}, fresh}, out);
+  const unsigned status = self.step(model, {leader, {{F.head<3>(), F.tail<3>()}}, fresh}, out);
   return {std::move(out), status};
 }
 

@@ -5,8 +5,7 @@
 
 namespace palpate::force {
 
-ForceTerms step(const ContactSet& contacts, const Twist& V_WT, double stiffness_scale,
-                double damping_scale) noexcept {
+ForceTerms step(const ContactSet& contacts, const Twist& V_WT, double stiffness_scale, double damping_scale) noexcept {
   ForceTerms sum;
   for (int i = 0; i < contacts.size; ++i) {
     const Contact& c = contacts.contact[static_cast<std::size_t>(i)];

@@ -17,11 +17,11 @@ enum class Source {
 
 /// The terms, kept apart so that each is recorded. All in W, environment on tool.
 struct ForceTerms {
-  Vec3 F = Vec3::Zero();          ///< F_spring + F_damping [N]
-  Vec3 F_spring = Vec3::Zero();   ///< K delta_x [N]
-  Vec3 F_damping = Vec3::Zero();  ///< -B xdot along the normal; its power is never positive [N]
-  Vec3 torque = Vec3::Zero();     ///< of F about the tool tip T [N m]
-  Vec3 t_damping = Vec3::Zero();  ///< the damping's part of it [N m]
+  Vec3 F = Vec3::Zero();                          ///< F_spring + F_damping [N]
+  Vec3 F_spring = Vec3::Zero();                   ///< K delta_x [N]
+  Vec3 F_damping = Vec3::Zero();                  ///< -B xdot along the normal; its power is never positive [N]
+  Vec3 torque = Vec3::Zero();                     ///< of F about the tool tip T [N m]
+  Vec3 t_damping = Vec3::Zero();                  ///< the damping's part of it [N m]
   std::array<Wrench, kMaxContacts> of_contact{};  ///< force and torque of each contact, in their order
 };
 

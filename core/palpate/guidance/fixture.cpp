@@ -125,13 +125,13 @@ std::shared_ptr<const Law> make_law(const std::string& name, const LawOptions& o
   return make("law", kLaws, name, options);
 }
 
-Want ask(const Fixture& fixture, const Tool& tool, double t) noexcept {
+Constraint evaluate(const Fixture& fixture, const ToolQuery& tool, double t) noexcept {
   const Geometry& geometry = *fixture.geometry;
   Around around;
   const Role::Needs needs = fixture.role->needs();
   if (needs == Role::Needs::normals) around = geometry.normals(tool.X_WT, t);
   if (needs == Role::Needs::turns) around = geometry.turns(tool.X_WT, t);
-  return fixture.role->want(geometry.query(tool.X_WT, t), around, tool);
+  return fixture.role->constraint(geometry.query(tool.X_WT, t), around, tool);
 }
 
 void check(const Fixtures& fixtures) {

@@ -18,16 +18,18 @@ class AxisLayer : public plant::AxisStage {
   AxisLayer(const stability::Options& options, double stiffness, double dt)
       : stage_(options, dt), window_(options.passivity.observer.quantum > 0.0 ? kWindow : 1) {
     in_.stiffness = stiffness;
-    in_.q = JointVector::Zero(1);
+    in_.handle.q = JointVector::Zero(1);
+    in_.handle.good = in_.tool.good = true;
   }
 
   double step(double F, double x, double dt) noexcept override {
     if (steps_ == 0) x_.fill(x);
     const std::size_t window = std::clamp<std::size_t>(steps_, 1, window_);
-    in_.V_LH.v.x() = (x - x_[(steps_ - std::min(steps_, window)) % kWindow]) / (static_cast<double>(window) * dt);
+    in_.handle.V_LH.v.x() =
+        (x - x_[(steps_ - std::min(steps_, window)) % kWindow]) / (static_cast<double>(window) * dt);
     x_[steps_++ % kWindow] = x;
-    in_.F_H_L.f.x() = F;
-    in_.X_LH.p.x() = in_.q[0] = x;
+    in_.wanted.F.f.x() = F;
+    in_.handle.X_LH.p.x() = in_.handle.q[0] = x;
     const stability::Output out = stage_.step(in_);
     stage_.rendered(out.F_H_L);
     acted_ = acted_ || out.F_passivity.f.x() != 0.0;

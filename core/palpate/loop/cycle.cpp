@@ -58,8 +58,7 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
   const bool reached = reach(follower_, X_BT_goal, q_step_, out_.follower.q);
   out_.follower.jaw = felt.mapped.jaw;
   in_.tool.reached = reached && in_.tool.good;
-  const Wrench& beside = felt.beside;
-  const unsigned driven = torque_.step(leader_, {leader_state_, beside, in_.handle.good, felt.B_H_L}, out_.leader);
+  const unsigned driven = torque_.step(leader_, {leader_state_, felt.rendered.on_hand, in_.handle.good}, out_.leader);
   haptics_.finish(in_, out_.leader.F_H_L, out_.tick);
 
   out_.tick.status |= felt.rendered.status | driven | estimated | (reached ? 0u : kIkFailed);

@@ -73,8 +73,8 @@ class Cycle {
   JointVector zero_;    ///< follower joint velocities: not needed, not measured
   JointVector q_step_;  ///< most that the follower's joints may turn in a cycle [rad, m]
   bool leader_known_ = false, follower_known_ = false;
-  guidance::Joints joints_;  ///< of the follower
-  HapticsInput in_;          ///< the same states as poses
+  ToolJoints joints_;  ///< of the follower
+  HapticsInput in_;    ///< the same states as poses
   CycleOutput out_;
 };
 

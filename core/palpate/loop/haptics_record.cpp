@@ -33,7 +33,8 @@ void record(const Handle& handle, Tick& tick) noexcept {
 stability::Energy Haptics::book(const HapticsInput& in, const Wrench& F_H_L) noexcept {
   const ContactSet& contacts = *out_.contacts;
   const stability::Output& rendered = out_.rendered;
-  const Wrench wanted = out_.mapped.engaged ? out_.wanted : Wrench{};
+  const Vec3& v_LH = in.handle.V_LH.v;
+  const Wrench wanted = out_.mapped.engaged ? out_.wanted.total(v_LH) : Wrench{};
   const bool law = options_.source != force::Source::estimate;  // is it part of what the hand is given?
   const bool engaged = wanted.f != Vec3::Zero() || wanted.t != Vec3::Zero();
   stability::PortForces forces;
@@ -54,13 +55,13 @@ stability::Energy Haptics::book(const HapticsInput& in, const Wrench& F_H_L) noe
     rest = rest - of_contact;
   }
   if (out_.mapped.engaged) {
-    const Wrench of_guidance = finite(mapping_.wrench_on_hand(out_.guided.F_T_W) + out_.F_B_L);
+    const Wrench of_guidance = finite(mapping_.on_hand(out_.guided.on_tool).total(v_LH));
     forces.F_source[kGuidanceSource] = of_guidance;
     rest = rest - of_guidance;
   }
   forces.F_source.back() = rest;
   // A spring of the tool's side, seen from the hand, which moves 1/scale as far.
-  const double per_hand = law ? mapping_.options().force_scale / mapping_.options().scale : 0.0;
+  const double per_hand = law ? mapping_.energy_ratio() : 0.0;
   const double spring = per_hand * stability::spring_energy(contacts, in.controls.stiffness_scale);
   return ledger_.step(in.handle.X_LH, forces, spring);
 }
@@ -91,8 +92,8 @@ void Haptics::record(const HapticsInput& in, Tick& tick) const noexcept {
 
 void Haptics::record_guidance(Tick& tick) const noexcept {
   const guidance::Output& guided = out_.guided;
-  copy(guided.F_T_W.f, tick.F_guidance_W);
-  copy(guided.F_T_W.t, tick.t_guidance_W);
+  copy(guided.on_tool.F.f, tick.F_guidance_W);
+  copy(guided.on_tool.F.t, tick.t_guidance_W);
   copy(out_.R_WT_asked, tick.quat_WT_asked);
   copy(guided.correction, tick.p_correction_W);
   tick.guidance_fixture = guided.strongest;
@@ -133,7 +134,7 @@ void Haptics::record_stability(const HapticsInput& in, const Wrench& F_H_L, cons
   tick.energy_coupling = energy.coupling;
   std::copy(energy.source.begin(), energy.source.end(), tick.energy_source);
   tick.energy_stored = stability_.passivity().stored();
-  tick.energy_lent = stability_.passivity().lent();
+  tick.energy_lent = stability_.passivity().credited();
   tick.energy_reserved = stability_.passivity().reserved();
   const stability::Lag& lag = out_.rendered.lag;
   Eigen::Vector4d::Map(tick.lag_ms) << 1e3 * lag.coupling, 1e3 * lag.low_pass, 1e3 * lag.passivity, 1e3 * lag.caps;

@@ -1,5 +1,5 @@
-// The table of signals: every row is one field of `struct Tick` and one recorded channel. tick.hpp makes the struct from
-// it, tick.cpp the list that record, report, viewer and numpy read.
+// The table of signals: every row is one field of `struct Tick` and one recorded channel. tick.hpp makes the struct
+// from it, tick.cpp the list that record, report, viewer and numpy read.
 //
 //   SIGNAL(stage, type, name, unit, frame, meaning, deterministic)
 //

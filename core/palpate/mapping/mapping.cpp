@@ -33,7 +33,7 @@ Mapping::Mapping(const Options& options, const Mat3& R_WL, double dt) : options_
   require(options.jaw_rate > 0.0, "jaw_rate", options.jaw_rate, "must be above 0 rad/s, for example 2");
 }
 
-Output Mapping::step(const Input& in) noexcept {
+ToolGoal Mapping::step(const Input& in) noexcept {
   if (!started_) {
     goal_ = in.X_WT;
     jaw_ = in.jaw;
@@ -71,6 +71,10 @@ Vec3 Mapping::force_on_hand(const Vec3& F_T_W) const noexcept {
 
 Wrench Mapping::wrench_on_hand(const Wrench& F_T_W) const noexcept {
   return {force_on_hand(F_T_W.f), force_on_hand(F_T_W.t) / options_.scale};
+}
+
+DampedWrench Mapping::on_hand(const DampedWrench& on_tool) const noexcept {
+  return {wrench_on_hand(on_tool.F), options_.force_scale * options_.scale * (R_WL_.transpose() * on_tool.B * R_WL_)};
 }
 
 Vec3 Mapping::hand_position(const Vec3& p_WT) const noexcept { return p_WH0_ + (p_WT - p_WT0_) / options_.scale; }

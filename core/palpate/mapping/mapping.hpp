@@ -1,6 +1,8 @@
 // Stage `mapping`: what the tool should do when the hand does this, and how a force on the tool feels in the hand.
 #pragma once
 
+#include "palpate/types/damped_wrench.hpp"
+#include "palpate/types/motion.hpp"
 #include "palpate/types/spatial.hpp"
 
 namespace palpate::mapping {
@@ -16,7 +18,7 @@ struct Options {
   double jaw_rate = 2.0;       ///< the jaw catches up with the pinch no faster [rad/s]
 };
 
-/// What the stage is told at every tick.
+/// Input of the stage at every tick.
 struct Input {
   Pose X_WH;             ///< handle, measured
   Twist V_LH;            ///< handle velocity in L
@@ -26,14 +28,6 @@ struct Input {
   bool following = true;
   bool clutch = false;
   bool reached = true;  ///< the follower was heard and could take the last goal (inverse kinematics)
-};
-
-/// What the stage answers.
-struct Output {
-  Pose X_WT_goal;
-  double jaw = 0.0;      ///< [rad]
-  Twist V_WT;            ///< handle velocity mapped to the tool, for the damping term
-  bool engaged = false;  ///< the tool follows the hand in this tick
 };
 
 /// Relative scaled position, absolute orientation (Fig 4):
@@ -48,7 +42,7 @@ class Mapping {
   /// dt: period of the cycle [s]. Throws std::invalid_argument naming an option that cannot be.
   Mapping(const Options& options, const Mat3& R_WL, double dt);
 
-  Output step(const Input& in) noexcept;
+  ToolGoal step(const Input& in) noexcept;
   /// The goal that was truly given in this tick. While the tool holds, it holds there.
   void given(const Pose& X_WT_goal) noexcept {
     if (!engaged_) goal_ = X_WT_goal;
@@ -65,6 +59,12 @@ class Mapping {
   /// 1/scale as far, so a moment is force_scale / scale times the tool's: then the hand's port is the tool's port times
   /// one factor, and what is passive there is passive here.
   [[nodiscard]] Wrench wrench_on_hand(const Wrench& F_T_W) const noexcept;
+  /// The same of a wrench with damping; the hand moves 1/scale as far, so it feels force_scale * scale of the damping.
+  [[nodiscard]] DampedWrench on_hand(const DampedWrench& on_tool) const noexcept;
+  /// Stiffness that the hand feels of a stiffness at the tool [N/m].
+  [[nodiscard]] double stiffness_on_hand(double K) const noexcept { return options_.force_scale * options_.scale * K; }
+  /// Energy at the hand's port per energy at the tool's [-].
+  [[nodiscard]] double energy_ratio() const noexcept { return options_.force_scale / options_.scale; }
   /// Where the handle has to be for the tool to be at p_WT: the inverse of the position map as caught last.
   [[nodiscard]] Vec3 hand_position(const Vec3& p_WT) const noexcept;
   /// How often the map was caught anew.

@@ -59,7 +59,6 @@ class Ledger {
 /// 1/2 delta_x^T K delta_x over the contacts, on the tool's side [J].
 [[nodiscard]] double spring_energy(const ContactSet& contacts, double stiffness_scale) noexcept;
 /// Stiffness of all contacts together along a force F, f = F / |F|: sum of (f . n)^2 n^T K n, on the tool's side [N/m].
-[[nodiscard]] double stiffness_along(const Vec3& F, const ContactSet& contacts,
-                                     double stiffness_scale) noexcept;
+[[nodiscard]] double stiffness_along(const Vec3& F, const ContactSet& contacts, double stiffness_scale) noexcept;
 
 }  // namespace palpate::stability

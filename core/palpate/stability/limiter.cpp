@@ -67,10 +67,10 @@ Wrench Limiter::next(const Wrench& F_H_L) const noexcept {
 
 Limited Limiter::step(const Wanted& in) noexcept {
   Limited out;
-  if (!in.leader_valid || stale(in.t, in.t_leader)) {
+  if (!in.leader.good || stale(in.t, in.leader.t)) {
     out.status |= kLeaderStale;
   }
-  if (!in.follower_valid || stale(in.t, in.t_follower)) {
+  if (!in.follower.good || stale(in.t, in.follower.t)) {
     out.status |= kFollowerStale;
   }
   Wrench wanted = in.F_H_L;

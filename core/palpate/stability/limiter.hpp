@@ -3,6 +3,7 @@
 // direction: that loss is as sudden as the limit is, and rendered() tells it, so that the way back is a ramp again.
 #pragma once
 
+#include "palpate/types/motion.hpp"
 #include "palpate/types/spatial.hpp"
 #include "palpate/types/status.hpp"
 
@@ -17,18 +18,15 @@ struct Caps {
   double stale_after = 0.03;      ///< states older than this are not trusted [s]
 };
 
-/// What the stage is told at every tick.
+/// Input of the limiter at every tick.
 struct Wanted {
-  Wrench F_H_L;              ///< wanted on the hand
-  double t = 0.0;            ///< now [s]
-  double t_leader = 0.0;     ///< stamp of the leader's state [s]
-  double t_follower = 0.0;   ///< stamp of the follower's state [s]
-  bool leader_valid = true;  ///< finite, and the source says it is good
-  bool follower_valid = true;
-  bool engaged = true;  ///< following and not clutched: only then the hand is given a wrench
+  Wrench F_H_L;             ///< wanted on the hand
+  double t = 0.0;           ///< now [s]
+  Sample leader, follower;  ///< of the states from which the wrench was computed
+  bool engaged = true;      ///< following and not clutched: only then the hand is given a wrench
 };
 
-/// What the stage answers.
+/// Output of the limiter.
 struct Limited {
   Wrench F_H_L;         ///< rendered on the hand
   Wrench F_cut;         ///< wanted minus rendered; what was not finite counts as zero wanted
@@ -47,7 +45,7 @@ class Limiter {
   Limiter(const Caps& caps, double dt);
 
   Limited step(const Wanted& in) noexcept;
-  /// What step() would render of a trusted wrench: for whoever has to know before.
+  /// What step() would render of a trusted wrench: needed before the step.
   [[nodiscard]] Wrench next(const Wrench& F_H_L) const noexcept;
   /// The last wrench rendered.
   [[nodiscard]] const Wrench& now() const noexcept { return F_; }

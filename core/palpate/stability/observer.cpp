@@ -72,15 +72,15 @@ void Observer::sent(const Wrench& F_H_L) noexcept {
   quiet_ = F_H_L.f == Vec3::Zero() && F_H_L.t == Vec3::Zero() ? quiet_ + 1 : 0;
 }
 
-void Observer::forgive() noexcept {
+void Observer::clear_deficit() noexcept {
   if (quiet_ > line_.steps() + 1) stored_ = std::max(stored_, options_.allowance);
 }
 
-double Observer::lend(double energy, double most) noexcept {
+double Observer::credit(double energy, double most) noexcept {
   if (!(energy > 0.0)) return 0.0;
-  const double credit = std::clamp(most - stored_, 0.0, energy);
-  stored_ += credit;
-  return credit;
+  const double credited = std::clamp(most - stored_, 0.0, energy);
+  stored_ += credited;
+  return credited;
 }
 
 double Observer::held(const Wrench& F, double from, double to) const noexcept {

@@ -42,11 +42,11 @@ class Observer {
   void step(const Pose& X_LH, const Twist& V_LH, double dissipated) noexcept;
   /// What this tick sends: acts after the delay.
   void sent(const Wrench& F_H_L) noexcept;
-  /// The account is opened anew, once nothing acts and nothing is in flight: a deficit is forgiven.
-  void forgive() noexcept;
-  /// Somebody has switched on a potential where the hand is: what it stores there [J] is his to give, not made of
-  /// nothing. The account is not lifted above `most` by it. Answers by how much it was.
-  double lend(double energy, double most) noexcept;
+  /// Resets a deficit to the allowance, once nothing acts and nothing is in flight.
+  void clear_deficit() noexcept;
+  /// Credits the energy [J] of a potential that was switched on where the hand is: the hand did not put it in, but the
+  /// port may give it. The account is not raised above `most`. Returns the energy credited.
+  double credit(double energy, double most) noexcept;
 
   /// What may be given back [J].
   [[nodiscard]] double stored() const noexcept { return stored_; }

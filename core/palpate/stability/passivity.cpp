@@ -22,7 +22,7 @@ PassivityController::PassivityController(const PassivityOptions& options, const 
       ramp_{caps.rate_cap, caps.moment_rate_cap},
       observer_(remembering(options), dt),
       dissipation_(options.friction, dt),
-      lendable_(options.observer.capacity) {}
+      credit_limit_(options.observer.capacity) {}
 
 void PassivityController::observe(const Pose& X_LH, const Twist& V_LH, const JointVector& q) noexcept {
   observer_.step(X_LH, V_LH, dissipation_.step(q));

@@ -36,15 +36,15 @@ class PassivityController {
   void observe(const Pose& X_LH, const Twist& V_LH, const JointVector& q) noexcept;
   /// s F; F finite.
   [[nodiscard]] Wrench step(const Wrench& F_H_L, const Limiter& limiter) noexcept;
-  /// The map is let go (clutch, an arm that is silent): see Observer::forgive.
-  void forgive() noexcept { observer_.forgive(); }
-  /// See Observer::lend.
-  void lend(double energy) noexcept { lent_ += observer_.lend(energy, lendable_); }
+  /// The hand is disengaged (clutch, a silent arm): see Observer::clear_deficit.
+  void clear_deficit() noexcept { observer_.clear_deficit(); }
+  /// See Observer::credit.
+  void credit(double energy) noexcept { credited_ += observer_.credit(energy, credit_limit_); }
   void rendered(const Wrench& F_H_L) noexcept { observer_.sent(F_H_L); }
 
   [[nodiscard]] double stored() const noexcept { return observer_.stored(); }
-  /// In all [J].
-  [[nodiscard]] double lent() const noexcept { return lent_; }
+  /// Energy credited since the start [J].
+  [[nodiscard]] double credited() const noexcept { return credited_; }
   /// What the wrenches on their way, the last one sent among them, may cost [J].
   [[nodiscard]] double reserved() const noexcept { return reserved_; }
 
@@ -53,8 +53,8 @@ class PassivityController {
   Ramp ramp_;
   Observer observer_;
   Dissipation dissipation_;
-  double lendable_;  ///< the account's level up to which it is lent to, in either mode
-  double lent_ = 0.0, reserved_ = 0.0;
+  double credit_limit_;  ///< level of the account up to which energy is credited, in either mode [J]
+  double credited_ = 0.0, reserved_ = 0.0;
 };
 
 }  // namespace palpate::stability

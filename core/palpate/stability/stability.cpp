@@ -1,5 +1,7 @@
 #include "palpate/stability/stability.hpp"
 
+#include <algorithm>
+#include <cmath>
 
 namespace palpate::stability {
 namespace {
@@ -13,6 +15,18 @@ bool believable(const Wrench& F) noexcept {
 
 bool finite(const Wrench& F) noexcept { return F.f.allFinite() && F.t.allFinite(); }
 
+/// The rendered wrench with its damping. Caps and passivity leave a share of the wanted force; the same share of the
+/// damping is left to the device.
+DampedWrench with_damping(const Wrench& rendered, const Wrench& wanted, const DampedWrench& asked,
+                          const Vec3& v_LH) noexcept {
+  const double size = wanted.f.squaredNorm();
+  const double share = size > 0.0 ? std::clamp(rendered.f.dot(wanted.f) / size, 0.0, 1.0) : 1.0;
+  DampedWrench out{rendered, asked.B};
+  out.B *= std::isfinite(share) ? share : 0.0;
+  out.F = rendered - out.damping(v_LH);
+  return out;
+}
+
 }  // namespace
 
 Stability::Stability(const Options& options, double dt)
@@ -23,26 +37,28 @@ Stability::Stability(const Options& options, double dt)
 
 Output Stability::step(const Input& in) noexcept {
   Output out;
-  passivity_.observe(in.X_LH, in.V_LH, in.q);
-  if (!in.engaged || !believable(in.F_H_L)) {
+  const Handle& handle = in.handle;
+  const Wrench wanted = in.wanted.total(handle.V_LH.v);
+  passivity_.observe(handle.X_LH, handle.V_LH, handle.q);
+  if (!in.engaged || !believable(wanted)) {
     coupling_.reset();
     low_pass_.reset();
-    if (!in.engaged) passivity_.forgive();
+    if (!in.engaged) passivity_.clear_deficit();
     out.F_capped = passivity_.step({}, limiter_);
   } else {
-    passivity_.lend(in.lent);
-    const Wrench coupled = coupling_.step(in.F_H_L, in.stiffness);
+    passivity_.credit(in.credit);
+    const Wrench coupled = coupling_.step(wanted, in.stiffness);
     const Wrench smooth = low_pass_.step(coupled);
     out.F_capped = passivity_.step(smooth, limiter_);
-    out.F_coupling = in.F_H_L - coupled;
+    out.F_coupling = wanted - coupled;
     out.F_low_pass = coupled - smooth;
     out.F_passivity = smooth - out.F_capped;
     out.lag = {coupling_.lag(in.stiffness), low_pass_.lag(), 0.0, 0.0};
   }
-  Wanted last = in;
-  if (finite(in.F_H_L)) last.F_H_L = out.F_capped;  // otherwise the limiter says so, and asks for zero
-  const Limited limited = limiter_.step(last);
+  // The limiter reports a wrench that is not finite, and takes zero for it.
+  const Limited limited = limiter_.step({finite(wanted) ? out.F_capped : wanted, in.t, in.handle, in.tool, in.engaged});
   out.F_H_L = limited.F_H_L;
+  out.on_hand = with_damping(out.F_H_L, wanted, in.wanted, handle.V_LH.v);
   out.status = limited.status;
   if (out.F_passivity.f.norm() + out.F_passivity.t.norm() > kSliver) out.status |= kPassivity;
   const double rate = limiter_.caps().rate_cap;

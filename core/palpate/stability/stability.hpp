@@ -10,6 +10,8 @@
 #include "palpate/stability/limiter.hpp"
 #include "palpate/stability/low_pass.hpp"
 #include "palpate/stability/passivity.hpp"
+#include "palpate/types/damped_wrench.hpp"
+#include "palpate/types/motion.hpp"
 #include "palpate/types/spatial.hpp"
 #include "palpate/types/status.hpp"
 
@@ -21,13 +23,15 @@ struct Options : Caps {
   PassivityOptions passivity;
 };
 
-/// What the stage is told at every tick. A single axis uses the first component of each vector.
-struct Input : Wanted {
-  Pose X_LH;               ///< handle, measured
-  Twist V_LH;              ///< of it
-  JointVector q;           ///< measured joints, for the device's friction; may be empty
-  double stiffness = 0.0;  ///< felt, along the wanted force [N/m]
-  double lent = 0.0;       ///< by whoever switched a potential on, at the hand's port [J]
+/// Input of the stage at every tick. A single axis uses the first component of each vector.
+struct Input {
+  DampedWrench wanted;     ///< on the hand, in L
+  double t = 0.0;          ///< now [s]
+  Handle handle;           ///< measured
+  Sample tool;             ///< of the tool's state
+  bool engaged = true;     ///< following and not clutched: only then the hand is given a wrench
+  double stiffness = 0.0;  ///< felt by the hand, along the wanted force [N/m]
+  double credit = 0.0;     ///< energy of potentials that were switched on in this tick, at the hand's port [J]
 };
 
 /// How much later a ramp of force comes out of each element [s].
@@ -38,9 +42,10 @@ struct Lag {
   double caps = 0.0;       ///< at the rate cap, the time it takes to what is asked now
 };
 
-/// What the stage answers.
+/// Output of the stage.
 struct Output {
-  Wrench F_H_L;                                ///< rendered on the hand
+  Wrench F_H_L;                                ///< rendered on the hand, the damping included
+  DampedWrench on_hand;                        ///< the same wrench; its damping is reduced as much as the force
   Wrench F_capped;                             ///< what the limiter was asked for
   Wrench F_coupling, F_low_pass, F_passivity;  ///< what each element kept: its input minus its output
   Lag lag;
@@ -55,7 +60,7 @@ class Stability {
   Stability(const Options& options, double dt);
 
   Output step(const Input& in) noexcept;
-  /// What was really rendered, when a drive limit left less of it. To be told after every step.
+  /// To be called after every step with the wrench that the drives really rendered, the damping included.
   void rendered(const Wrench& F_H_L) noexcept;
   [[nodiscard]] bool stale(double now, double stamp) const noexcept { return limiter_.stale(now, stamp); }
   [[nodiscard]] const PassivityController& passivity() const noexcept { return passivity_; }

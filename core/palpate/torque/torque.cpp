@@ -124,8 +124,8 @@ unsigned Torque::law(arm::Arm& model, const Input& in, LeaderCommand& out) noexc
   const Vec3 v_LH = model.twist().v;
   now.p_LH = model.tip().p;
   now.v_LH = v_LH;
-  now.F_H_L = in.F_H_L.f;
-  now.B_L = in.B_L;
+  now.F_H_L = in.on_hand.F.f;
+  now.B_L = in.on_hand.B;
   now.F_hand_L = cell ? Vec3(-leader.F_cell_L) : Vec3::Zero();
   if (!started_) v_slow_ = v_LH;
   started_ = true;
@@ -166,13 +166,13 @@ bool Torque::fit(const Input& in, const Jacobian& J, LeaderCommand& out) noexcep
   const Eigen::Index n = tau_max_.size(), joints = full ? n : std::min(kPositioning, n);
   const double gain = options_.force_gain;
   JointVector tau_f = JointVector::Zero(n), tau_t = tau_f;
-  tau_f.head(joints).noalias() = gain * (J.topLeftCorner(3, joints).transpose() * (in.F_H_L.f + out.F_law_L.f));
-  if (full) tau_t.noalias() = gain * (J.bottomRows<3>().transpose() * (in.F_H_L.t + out.F_law_L.t));
+  tau_f.head(joints).noalias() = gain * (J.topLeftCorner(3, joints).transpose() * (in.on_hand.F.f + out.F_law_L.f));
+  if (full) tau_t.noalias() = gain * (J.bottomRows<3>().transpose() * (in.on_hand.F.t + out.F_law_L.t));
   const double share_f = share_that_fits(tau_f, held, tau_max_);
   held += share_f * tau_f;
   const double share_t = share_that_fits(tau_t, held, tau_max_);
   out.tau_force = share_f * tau_f + share_t * tau_t;
-  out.F_H_L = {gain * share_f * in.F_H_L.f, (full ? gain * share_t : 0.0) * in.F_H_L.t};
+  out.F_H_L = {gain * share_f * in.on_hand.F.f, (full ? gain * share_t : 0.0) * in.on_hand.F.t};
   return limited || share_f < 1.0 || share_t < 1.0;
 }
 

@@ -8,6 +8,7 @@
 #include "palpate/torque/law.hpp"
 #include "palpate/torque/terms.hpp"
 #include "palpate/types/arms.hpp"
+#include "palpate/types/damped_wrench.hpp"
 
 namespace palpate::torque {
 
@@ -27,12 +28,11 @@ struct Options {
   JointVector rotor_inertia;  ///< of the controller's model, reflected [kg m^2]; empty: none
 };
 
-/// What the stage is told at every tick.
+/// Input of the stage at every tick.
 struct Input {
   const LeaderState& leader;
-  Wrench F_H_L;             ///< to render on the hand, in L
-  bool fresh = true;        ///< the leader's state is new; otherwise what a law adds fades, and it starts afresh
-  Mat3 B_L = Mat3::Zero();  ///< damping beside it, for a law that takes_damping() [N s/m]
+  DampedWrench on_hand;  ///< to render on the hand, in L; its damping is zero unless takes_damping()
+  bool fresh = true;     ///< the leader's state is new; otherwise the law's own wrench fades, and the law is reset
 };
 
 /// tau = tau_force + tau_gravity + tau_limits + tau_platform + tau_friction, with
@@ -46,9 +46,10 @@ class Torque {
   /// the mend.
   Torque(Options options, JointVector tau_max, double dt);
 
-  /// `model` is the controller's arm. Answers the bits of Status; out.F_H_L is what is truly rendered.
+  /// `model` is the controller's arm. Answers the bits of Status; out.F_H_L is the part of on_hand.F that the drives
+  /// render.
   unsigned step(arm::Arm& model, const Input& in, LeaderCommand& out) noexcept;
-  /// Input::B_L is felt as such: it must not be in the wrench as well.
+  /// True when the law renders the damping of Input::on_hand by itself.
   [[nodiscard]] bool takes_damping(const LeaderState& leader) const noexcept;
 
  private:

@@ -1,10 +1,10 @@
 // Anisotropic admittance (Bettini, Marayong, Lang, Okamura, Hager 2004): under the same force the tool moves `ratio`
-// times as fast across what is wanted as along it,
+// times as fast across the free directions as along them,
 //
 //   v = (P + ratio (1 - P)) f / B          P projects on the free directions
 //
-// rendered as the damping it is, F = -B (P + (1 - P) / ratio) v. A motion that mends the deviation is free as well; a
-// role that repels slows the approach alone, within `range` of the border. Damping whatever happens: nothing is stored.
+// rendered as damping, F = -B (P + (1 - P) / ratio) v. A motion that reduces the violation is free as well. A repelling
+// role damps only the approach, within `range` of the border. The law is damping only: it stores no energy.
 #include "palpate/guidance/law/profile.hpp"
 
 namespace palpate::guidance {
@@ -14,8 +14,8 @@ class Admittance final : public Law {
  public:
   explicit Admittance(const LawOptions& options) : o_(options) {}
 
-  [[nodiscard]] Pull pull(const Want& want, const Twist& V_WT) const noexcept override {
-    return want.turns ? turning(want, V_WT) : want.attracts ? attracting(want, V_WT) : repelling(want, V_WT);
+  [[nodiscard]] ConstraintForce force(const Constraint& c, const Twist& V_WT) const noexcept override {
+    return c.rotational ? turning(c, V_WT) : c.attracts ? attracting(c, V_WT) : repelling(c, V_WT);
   }
   [[nodiscard]] const char* name() const noexcept override { return "admittance"; }
   [[nodiscard]] double stiffness() const noexcept override { return 0.0; }
@@ -24,36 +24,36 @@ class Admittance final : public Law {
   [[nodiscard]] double turning_damping() const noexcept override { return o_.B_turn / o_.ratio; }
 
  private:
-  [[nodiscard]] Pull turning(const Want& want, const Twist& V_WT) const noexcept {
-    Pull out;
-    const double worse = std::min(want.rate(V_WT), 0.0), share = std::min(want.wrong() / kComesInTurn, 1.0);
-    out.F.t = -o_.B_turn * V_WT.w - share * (o_.B_turn / o_.ratio - o_.B_turn) * worse * want.along.t;
+  [[nodiscard]] ConstraintForce turning(const Constraint& c, const Twist& V_WT) const noexcept {
+    ConstraintForce out;
+    const double worse = std::min(c.rate(V_WT), 0.0), share = std::min(c.violation() / kComesInTurn, 1.0);
+    out.F.t = -o_.B_turn * V_WT.w - share * (o_.B_turn / o_.ratio - o_.B_turn) * worse * c.gradient.t;
     return out;
   }
 
-  [[nodiscard]] Pull attracting(const Want& want, const Twist& V_WT) const noexcept {
-    Pull out;
+  [[nodiscard]] ConstraintForce attracting(const Constraint& c, const Twist& V_WT) const noexcept {
+    ConstraintForce out;
     const double more = o_.B / o_.ratio - o_.B;
-    const Mat3 hard = Mat3::Identity() - want.free;
-    const Vec3 n = (hard * want.along.f).stableNormalized();
-    const double mends = want.rate(V_WT) > 0.0 ? std::min(want.wrong() / kComesIn, 1.0) : 0.0;
-    const bool levers = want.along.t != Vec3::Zero();
+    const Mat3 hard = Mat3::Identity() - c.free;
+    const Vec3 n = (hard * c.gradient.f).stableNormalized();
+    const double mends = c.rate(V_WT) > 0.0 ? std::min(c.violation() / kComesIn, 1.0) : 0.0;
+    const bool levers = c.gradient.t != Vec3::Zero();
     out.B = o_.B * Mat3::Identity() + more * (hard - (levers ? 1.0 : mends) * n * n.transpose());
     out.F_of_B.f = out.F.f = -out.B * V_WT.v;
     // What the tool's turning changes, too, is damped as one: of place alone it would be a step where the rate turns.
-    const double rate = want.along.f.dot(V_WT.v) + want.along.t.dot(V_WT.w);
+    const double rate = c.gradient.f.dot(V_WT.v) + c.gradient.t.dot(V_WT.w);
     const double f = levers ? more * (1.0 - mends) * rate : 0.0;
-    out.F = {out.F.f - f * want.along.f, -f * want.along.t};
+    out.F = {out.F.f - f * c.gradient.f, -f * c.gradient.t};
     return out;
   }
 
-  [[nodiscard]] Pull repelling(const Want& want, const Twist& V_WT) const noexcept {
-    Pull out;
-    const Vec3 n = want.along.f.stableNormalized();
-    const double near = std::clamp(1.0 - want.gap / o_.range, 0.0, 1.0), rate = want.rate(V_WT);
+  [[nodiscard]] ConstraintForce repelling(const Constraint& c, const Twist& V_WT) const noexcept {
+    ConstraintForce out;
+    const Vec3 n = c.gradient.f.stableNormalized();
+    const double near = std::clamp(1.0 - c.gap / o_.range, 0.0, 1.0), rate = c.rate(V_WT);
     out.B = o_.B * near * Mat3::Identity();
     if (rate < 0.0) out.B += o_.B * (1.0 / o_.ratio - 1.0) * near * n * n.transpose();
-    out.F_of_B.f = out.F.f = -out.B * (V_WT.v + want.drift * n);
+    out.F_of_B.f = out.F.f = -out.B * (V_WT.v + c.gap_rate_of_fixture * n);
     return out;
   }
 

@@ -1,7 +1,7 @@
-// Pulls to the nearest place that is as all such fixtures want it at once (guidance.cpp asks the quadratic program for
-// it; this fixture's share of the way there is its multiplier):
+// A force towards the nearest pose that satisfies all fixtures of this law together. The corrector finds that pose
+// (corrector.hpp); e is this fixture's share of the way there:
 //
-//   F = min(K e - B gap', force) along
+//   F = min(K e - B gap', force) J
 #include "palpate/guidance/law/profile.hpp"
 
 namespace palpate::guidance {
@@ -11,10 +11,10 @@ class Optimise final : public Law {
  public:
   explicit Optimise(const LawOptions& options) : o_(options) {}
 
-  [[nodiscard]] Pull pull(const Want& want, const Twist& V_WT) const noexcept override {
-    const double K = want.turns ? o_.K_turn : o_.K, most = want.turns ? o_.moment : o_.force;
-    const double e = want.wrong(), knee = K > 0.0 ? most / K : 0.0;
-    Pull out = along(want, V_WT, std::min(K * e, most), K, want.turns ? o_.B_turn : o_.B, most);
+  [[nodiscard]] ConstraintForce force(const Constraint& c, const Twist& V_WT) const noexcept override {
+    const double K = c.rotational ? o_.K_turn : o_.K, most = c.rotational ? o_.moment : o_.force;
+    const double e = c.violation(), knee = K > 0.0 ? most / K : 0.0;
+    ConstraintForce out = force_along(c, V_WT, std::min(K * e, most), K, c.rotational ? o_.B_turn : o_.B, most);
     out.U = e < knee ? 0.5 * K * e * e : most * (e - 0.5 * knee);
     return out;
   }

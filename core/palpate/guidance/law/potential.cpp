@@ -32,13 +32,13 @@ class Potential final : public Law {
  public:
   explicit Potential(const LawOptions& options) : o_(options) {}
 
-  [[nodiscard]] Pull pull(const Want& want, const Twist& V_WT) const noexcept override {
-    const double K = want.turns ? o_.K_turn : o_.K, most = want.turns ? o_.moment : o_.force;
-    const double range = want.turns ? o_.range_turn : o_.range;
-    const bool there = want.along.f != Vec3::Zero() || want.turns;
-    const double e = want.attracts ? want.wrong() : there ? range - want.gap : 0.0;
-    const Profile at = profile(e, K, most, range, want.attracts);
-    Pull out = along(want, V_WT, at.f, K, want.turns ? o_.B_turn : o_.B, most);
+  [[nodiscard]] ConstraintForce force(const Constraint& c, const Twist& V_WT) const noexcept override {
+    const double K = c.rotational ? o_.K_turn : o_.K, most = c.rotational ? o_.moment : o_.force;
+    const double range = c.rotational ? o_.range_turn : o_.range;
+    const bool there = c.gradient.f != Vec3::Zero() || c.rotational;
+    const double e = c.attracts ? c.violation() : there ? range - c.gap : 0.0;
+    const Profile at = profile(e, K, most, range, c.attracts);
+    ConstraintForce out = force_along(c, V_WT, at.f, K, c.rotational ? o_.B_turn : o_.B, most);
     out.U = at.U;
     return out;
   }

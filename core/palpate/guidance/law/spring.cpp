@@ -1,6 +1,6 @@
-// Spring and damper to the closest place that is as wanted:
+// Spring and damper towards the closest feasible pose:
 //
-//   F = (K e - B gap') along,    e = max(-gap, 0),    U = K e^2 / 2
+//   F = (K e - B gap') J,    e = max(-gap, 0),    U = K e^2 / 2
 #include "palpate/guidance/law/profile.hpp"
 
 namespace palpate::guidance {
@@ -10,9 +10,10 @@ class Spring final : public Law {
  public:
   explicit Spring(const LawOptions& options) : o_(options) {}
 
-  [[nodiscard]] Pull pull(const Want& want, const Twist& V_WT) const noexcept override {
-    const double K = want.turns ? o_.K_turn : o_.K, e = want.wrong();
-    Pull out = along(want, V_WT, K * e, K, want.turns ? o_.B_turn : o_.B, std::numeric_limits<double>::infinity());
+  [[nodiscard]] ConstraintForce force(const Constraint& c, const Twist& V_WT) const noexcept override {
+    const double K = c.rotational ? o_.K_turn : o_.K, e = c.violation();
+    ConstraintForce out =
+        force_along(c, V_WT, K * e, K, c.rotational ? o_.B_turn : o_.B, std::numeric_limits<double>::infinity());
     out.U = 0.5 * K * e * e;
     return out;
   }

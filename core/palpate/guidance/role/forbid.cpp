@@ -10,11 +10,12 @@ class Forbid final : public Role {
  public:
   explicit Forbid(const RoleOptions& options) : margin_(options.margin) {}
 
-  [[nodiscard]] Want want(const Query& query, const Around& /*around*/, const Tool& tool) const noexcept override {
-    Want out;
+  [[nodiscard]] Constraint constraint(const Query& query, const Around& /*around*/,
+                                      const ToolQuery& tool) const noexcept override {
+    Constraint out;
     out.gap = query.distance - margin_;
-    out.along.f = query.steep * query.normal;
-    out.carried_by(query, tool.X_WT.p);
+    out.gradient.f = query.steep * query.normal;
+    out.set_fixture_motion(query, tool.X_WT.p);
     out.free = Mat3::Identity() - query.normal * query.normal.transpose();
     return out;
   }

@@ -12,12 +12,13 @@ class Guide final : public Role {
  public:
   explicit Guide(const RoleOptions& options) : margin_(options.margin) {}
 
-  [[nodiscard]] Want want(const Query& query, const Around& /*around*/, const Tool& tool) const noexcept override {
-    Want out;
+  [[nodiscard]] Constraint constraint(const Query& query, const Around& /*around*/,
+                                      const ToolQuery& tool) const noexcept override {
+    Constraint out;
     const double side = query.distance < 0.0 ? -1.0 : 1.0;
     out.gap = margin_ - std::abs(query.distance);
-    out.along.f = -side * query.steep * query.normal;
-    out.carried_by(query, tool.X_WT.p);
+    out.gradient.f = -side * query.steep * query.normal;
+    out.set_fixture_motion(query, tool.X_WT.p);
     const auto tangents = query.basis.leftCols(query.dimension);
     out.free = tangents * tangents.transpose();
     out.attracts = true;

@@ -12,22 +12,23 @@ class Limit final : public Role {
  public:
   explicit Limit(const RoleOptions& options) : margin_(options.margin), speed_(options.speed), force_(options.force) {}
 
-  [[nodiscard]] Want want(const Query& query, const Around& /*around*/, const Tool& tool) const noexcept override {
-    Want out;
+  [[nodiscard]] Constraint constraint(const Query& query, const Around& /*around*/,
+                                      const ToolQuery& tool) const noexcept override {
+    Constraint out;
     if (speed_ == 0.0 && force_ == 0.0) {
       out.gap = margin_ - query.distance;
-      out.along.f = -query.steep * query.normal;
-      out.carried_by(query, tool.X_WT.p);
+      out.gradient.f = -query.steep * query.normal;
+      out.set_fixture_motion(query, tool.X_WT.p);
       out.free = Mat3::Identity() - query.normal * query.normal.transpose();
       return out;
     }
     if (query.distance > margin_) return out;
-    if (speed_ > 0.0) out.speed = speed_;
+    if (speed_ > 0.0) out.speed_limit = speed_;
     const double force = tool.F_T_W.norm();
     if (force_ > 0.0 && force > 0.0) {
       const Vec3 n = tool.F_T_W / force;
       out.gap = (force_ - force) / (tool.stiffness > 0.0 ? tool.stiffness : kTouch) + n.dot(tool.X_WT.p - tool.p_touch);
-      out.along.f = n;
+      out.gradient.f = n;
       out.free = Mat3::Identity() - n * n.transpose();
     }
     return out;

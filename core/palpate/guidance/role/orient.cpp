@@ -1,10 +1,10 @@
 // Turns the tool: its axis along the geometry's axis, against its normal, or the whole tool as the geometry's frame is.
 //
-//   gap = angle - w |theta|,    theta(R_WT, p_WT) the smallest rotation vector that turns the tool as it is wanted
+//   gap = angle - w |theta|,    theta(R_WT, p_WT) the smallest rotation vector to the target attitude
 //
-// Along a curve or a bent surface the aim turns with the place: then a force belongs to the moment, and only the two
-// together are the gradient of what is stored. The normal is the mean of those around (geometry.hpp), w its length:
-// where they disagree, less is wanted, so that wherever the tool is, the aim turns by 1 / kAround at most.
+// Along a curve or a bent surface the target direction changes with the place. Then a force belongs to the moment, and
+// only both together are the gradient of the stored energy. The normal is the mean of the normals nearby (geometry.hpp)
+// and w its length: where they disagree the constraint is weaker, so that the target turns by 1 / kAround at most.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -35,7 +35,8 @@ class Orient final : public Role {
   Orient(const RoleOptions& options, Target target)
       : angle_(options.angle), axis_(options.axis.normalized()), target_(target) {}
 
-  [[nodiscard]] Want want(const Query& query, const Around& around, const Tool& tool) const noexcept override {
+  [[nodiscard]] Constraint constraint(const Query& query, const Around& around,
+                                      const ToolQuery& tool) const noexcept override {
     const Mat3& R = tool.X_WT.R;
     const Vec3 pointing = R * axis_;
     const double w = target_ == Target::normal ? around.normal.norm() : 1.0;
@@ -45,15 +46,15 @@ class Orient final : public Role {
                                                    : turn(pointing, Vec3(query.attitude.col(2)));
     const double far = theta.norm();
     const Vec3 u = far > 0.0 ? Vec3(theta / far) : pointing.unitOrthogonal();
-    Want out;
-    out.turns = true;
+    Constraint out;
+    out.rotational = true;
     out.attracts = true;
     out.gap = angle_ - w * far;
-    out.along.t = w * u;
+    out.gradient.t = w * u;
     // theta grows by u . (n x dn), n = normal / w, and w by n . d_normal.
-    out.along.f = target_ == Target::normal ? Vec3(-around.d_normal.transpose() * (u.cross(n) + far * n))
-                                            : Vec3(-around.turn.transpose() * u);
-    out.carried_by(query, tool.X_WT.p);
+    out.gradient.f = target_ == Target::normal ? Vec3(-around.d_normal.transpose() * (u.cross(n) + far * n))
+                                               : Vec3(-around.turn.transpose() * u);
+    out.set_fixture_motion(query, tool.X_WT.p);
     return out;
   }
   [[nodiscard]] bool needs_axis() const noexcept override { return target_ == Target::axis; }

@@ -10,16 +10,17 @@ class Rcm final : public Role {
  public:
   explicit Rcm(const RoleOptions& options) : margin_(options.margin), axis_(options.axis.normalized()) {}
 
-  [[nodiscard]] Want want(const Query& query, const Around& /*around*/, const Tool& tool) const noexcept override {
+  [[nodiscard]] Constraint constraint(const Query& query, const Around& /*around*/,
+                                      const ToolQuery& tool) const noexcept override {
     const Vec3 a = tool.X_WT.R * axis_, to = query.point - tool.X_WT.p;
     const Vec3 lever = a * a.dot(to);  // from T to the shaft's place beside c
     const Vec3 aside = to - lever;
     const double far = aside.norm();
-    Want out;
+    Constraint out;
     out.gap = margin_ - far;
-    out.along.f = far > 0.0 ? Vec3(aside / far) : a.unitOrthogonal();
-    out.along.t = lever.cross(out.along.f);
-    out.carried_by(query, tool.X_WT.p);
+    out.gradient.f = far > 0.0 ? Vec3(aside / far) : a.unitOrthogonal();
+    out.gradient.t = lever.cross(out.gradient.f);
+    out.set_fixture_motion(query, tool.X_WT.p);
     out.free = a * a.transpose();
     out.attracts = true;
     return out;

@@ -1,0 +1,67 @@
+#include "palpate/guidance/authority.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "palpate/guidance/frame.hpp"
+#include "palpate/types/status.hpp"
+
+namespace palpate::guidance {
+namespace {
+
+/// True when every live frame of the fixture has a pose that is not timed out.
+bool placed(const Fixture& f) noexcept {
+  return std::all_of(f.frames.begin(), f.frames.end(),
+                     [&f](const auto& frame) { return frame->told() && frame->age() <= f.patience; });
+}
+
+/// The measured value by which a ramp goes.
+double measured(const Ramp& ramp, const Fixture& f, const FixtureState& now, const Input& in) noexcept {
+  switch (ramp.by) {
+    case Ramp::By::distance:
+      return std::min(std::abs(now.constraint.gap), 1e3);
+    case Ramp::By::time:
+      return in.t - now.since;
+    case Ramp::By::force:
+      return in.handle.F_hand >= 0.0 ? in.handle.F_hand : f.law->force(now.constraint, {}).F.f.norm();
+    default:
+      return in.pedal;
+  }
+}
+
+/// Engages or releases the fixture; returns the authority that its policy asks for.
+double target(const Fixture& f, FixtureState& now, bool has_place, const Input& in) noexcept {
+  const double near = std::abs(now.constraint.gap);
+  const bool engaged = f.on && has_place && (now.engaged ? near <= f.policy.release : near <= f.policy.engage);
+  if (engaged && !now.engaged) now.since = in.t;
+  now.engaged = engaged;
+  double share = engaged ? f.policy.authority : 0.0;
+  for (const Ramp& ramp : f.policy.ramps) {
+    share *= std::clamp((measured(ramp, f, now, in) - ramp.from) / (ramp.to - ramp.from), 0.0, 1.0);
+  }
+  return std::isfinite(share) ? share : 0.0;
+}
+
+}  // namespace
+
+unsigned Authority::step(FixtureStates& states, const Input& in) const noexcept {
+  unsigned status = kOk;
+  for (int i = 0; i < states.size(); ++i) {
+    const Fixture& f = states.fixture(i);
+    FixtureState& now = states[i];
+    now.rise = 0.0;
+    if (!f.on && !now.active()) continue;
+    now.constraint = states.evaluate(i, in.goal.X_WT_goal, in);
+    const bool has_place = placed(f);
+    if (f.on && !has_place) status |= kFrameLost;
+    const double wanted = target(f, now, has_place, in);
+    now.fresh |= std::any_of(f.frames.begin(), f.frames.end(), [](const auto& frame) { return frame->leapt(); });
+    if (now.authority == 0.0 && wanted > 0.0) now.fresh = true;
+    const double before = now.authority;
+    now.authority = std::clamp(wanted, before - dt_ / f.policy.fall, before + dt_ / f.policy.rise);
+    now.rise = std::max(now.authority - before, 0.0);
+  }
+  return status;
+}
+
+}  // namespace palpate::guidance

@@ -1,0 +1,210 @@
+#include "palpate/guidance/corrector.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "palpate/types/index.hpp"
+
+namespace palpate::guidance {
+namespace {
+
+constexpr int kRounds = 6;               // of linearising and solving
+constexpr double kTolerance = 1e-8;      // [m, rad] constraint violation accepted as satisfied
+constexpr double kPushed = 1e-6;         // [m] by which a border has to move over the goal to push it
+constexpr double kMostCorrection = 0.5;  // [m] a correction beyond it is none
+constexpr double kJump = 1e-3;           // [m] no border moves that far in one period
+
+bool one_sided(const Constraint& c) noexcept {
+  return std::isfinite(c.gap) && (c.gradient.f != Vec3::Zero() || c.gradient.t != Vec3::Zero());
+}
+
+}  // namespace
+
+bool Corrector::needed(const FixtureStates& states) const noexcept {
+  bool any = false;
+  for (int i = 0; i < states.size(); ++i) any |= has(states, i);
+  return any;
+}
+
+void Corrector::add(const Vec6& a, double b, int rank, int fixture) noexcept {
+  const int r = qp_.add(a, b, rank);
+  if (r >= 0) fixture_of_[to_index(r)] = fixture;
+}
+
+// Evaluates all members at X; at the mapped goal they have been evaluated already.
+void Corrector::evaluate(const FixtureStates& states, const Pose& X, const Input& in) noexcept {
+  const Pose& mapped = in.goal.X_WT_goal;
+  const bool at_goal = X.p == mapped.p && X.R == mapped.R;
+  for (int i = 0; i < states.size(); ++i) {
+    if (has(states, i)) constraint_[to_index(i)] = at_goal ? states[i].constraint : states.evaluate(i, X, in);
+  }
+}
+
+// A fixture that has just appeared, was edited or has jumped may find goal and tool in violation. It may stay violated
+// by that slack, which decreases at the return speed.
+void Corrector::update_slack(FixtureStates& states, int i, const Input& in) const noexcept {
+  FixtureState& now = states[i];
+  const Constraint& c = constraint_[to_index(i)];
+  const double pace = return_speed_ * dt_ / (c.rotational ? kLength : 1.0);
+  now.slack = std::max(now.slack - pace, 0.0);
+  const bool jumped = c.violation() - now.allowed() > (c.rotational ? kJump / kLength : kJump);
+  if (!now.fresh && !jumped) return;
+  now.fresh = false;
+  now.slack = std::max(c.violation(), c.attracts ? 0.0 : states.evaluate(i, in.tool.X_WT, in).violation());
+}
+
+// Distance left up to where the goal has to turn, for the period that it is held [m, rad].
+double Corrector::room(const FixtureState& state, const Constraint& c) const noexcept {
+  const double keep = follower_ != nullptr && !c.attracts ? follower_->standoff() : 0.0;
+  return c.gap + state.allowed() - keep - std::max(-c.gap_rate_of_fixture, 0.0) * dt_;
+}
+
+// Largest violation at the last evaluated pose, beyond what is allowed [m].
+double Corrector::worst_violation(const FixtureStates& states) const noexcept {
+  double worst = 0.0;
+  for (int i = 0; i < states.size(); ++i) {
+    const Constraint& c = constraint_[to_index(i)];
+    if (!has(states, i) || !one_sided(c)) continue;
+    const double lacks = -room(states[i], c);
+    worst = std::max(worst, c.rotational ? kLength * lacks : lacks);
+  }
+  return worst;
+}
+
+// room(X) + J . (y - y_X) >= 0.
+void Corrector::add_row(const FixtureStates& states, int i, const Constraint& c, const Pose& X,
+                        const Input& in) noexcept {
+  if (!one_sided(c)) return;
+  const Vec6 a = row(c);
+  add(a, a.dot(displacement(in.goal.X_WT_goal, X)) - room(states[i], c), states.fixture(i).policy.priority, i);
+}
+
+// The tool itself respects the constraint as well, though it lags its goal. Returns by how much the present goal fails
+// to ensure that [m].
+double Corrector::add_tool_row(const FixtureStates& states, int i, const Input& in) noexcept {
+  const Constraint c = states.evaluate(i, in.tool.X_WT, in);
+  if (!one_sided(c) || c.attracts || c.rotational) return 0.0;
+  const Vec6 a = row(c);
+  const double lead = follower_->lead(c, states[i].allowed());
+  const Pose X = {in.goal.X_WT_goal.R, in.tool.X_WT.p};
+  add(a, a.dot(displacement(in.goal.X_WT_goal, X)) + lead, states.fixture(i).policy.priority, i);
+  return lead - c.gradient.f.dot(X_WT_.p - in.tool.X_WT.p);
+}
+
+// The rows that stay for this tick: of the joints, of the tool itself, and of attracting fixtures, evaluated at the
+// mapped goal. Returns by how much the tool's rows are violated [m].
+double Corrector::add_lasting_rows(const FixtureStates& states, const Input& in) noexcept {
+  double violation = 0.0;
+  qp_.clear();
+  if (follower_ != nullptr) {
+    follower_->add_joint_rows(in, [this](const Vec6& a, double b, int rank) { add(a, b, rank, -1); });
+  }
+  for (int i = 0; i < states.size(); ++i) {
+    if (!has(states, i)) continue;
+    if (follower_ != nullptr && follower_->lags()) violation = std::max(violation, add_tool_row(states, i, in));
+    if (states[i].constraint.attracts) add_row(states, i, states[i].constraint, in.goal.X_WT_goal, in);
+  }
+  return violation;
+}
+
+// Attracting fixtures add cuts of their constraint. Repelling ones are linearised at the previous goal, and anew at
+// each better one, so that their side is remembered. False: no solution, the goal stays in place.
+bool Corrector::iterate(const FixtureStates& states, const Input& in, int lasting, Pose& X,
+                        Qp::Status& status) noexcept {
+  for (int round = 0; round < kRounds; ++round) {
+    for (int i = 0; i < states.size(); ++i) {
+      if (!has(states, i)) continue;
+      const Constraint& c = constraint_[to_index(i)];
+      const bool cuts = round > 0 && c.violation() > states[i].allowed() + kTolerance;
+      if (!c.attracts || cuts) add_row(states, i, c, X, in);
+    }
+    status = qp_.solve(Vec6::Zero());
+    if (!(qp_.y().norm() < kMostCorrection)) return false;
+    X = displaced(in.goal.X_WT_goal, qp_.y());
+    if (status == Qp::Status::stopped || round + 1 == kRounds) break;
+    evaluate(states, X, in);
+    if (worst_violation(states) < kTolerance || qp_.rows() + states.size() > Qp::kRows) break;
+    drop_misleading_rows(states, lasting);
+  }
+  return true;
+}
+
+bool Corrector::step(FixtureStates& states, const Input& in) noexcept {
+  const Pose& mapped = in.goal.X_WT_goal;
+  Pose X = X_WT_;
+  if (follower_ != nullptr) follower_->begin(X, in);
+  evaluate(states, X, in);
+  for (int i = 0; i < states.size(); ++i) {
+    if (has(states, i)) update_slack(states, i, in);
+  }
+  const double lacks = worst_violation(states);
+  const double pushed = std::max(lacks, add_lasting_rows(states, in));
+  const int lasting = qp_.rows();
+  Qp::Status status = Qp::Status::solved;
+  if (!iterate(states, in, lasting, X, status)) return false;
+  share_out(states);
+  // A feasible goal is left for a nearer one only: at rest it stands still.
+  const Vec6 stays = displacement(mapped, X_WT_);
+  if (lacks < kTolerance && stays.norm() <= qp_.y().norm() && qp_.kept(stays, lasting)) X = X_WT_;
+  if (follower_ != nullptr) {
+    X = towards(X, states, in);
+    // A goal that had to be slowed down is pushed all the same by a border that has moved over it.
+    if (pushed > kPushed && qp_.solve(displacement(mapped, X)) != Qp::Status::stopped &&
+        qp_.y().norm() < kMostCorrection) {
+      X = displaced(mapped, qp_.y());
+    }
+  }
+  X_WT_ = X;
+  return status == Qp::Status::solved;
+}
+
+// A row that promised less room than is found at its solution bulges away from its border and would forbid allowed
+// poses. A row that promised more stays beside the newer one: where walls meet, each has its own.
+void Corrector::drop_misleading_rows(const FixtureStates& states, int from) noexcept {
+  int rows = from;
+  for (int r = from; r < qp_.rows(); ++r) {
+    const int i = fixture_of_[to_index(r)];
+    const Constraint& c = constraint_[to_index(i)];
+    if (!c.attracts && qp_.slack(r) < room(states[i], c)) continue;
+    fixture_of_[to_index(rows)] = i;
+    qp_.move(r, rows++);
+  }
+  qp_.truncate(rows);
+}
+
+// Each fixture's share of the correction y = sum of multipliers times rows, as one row of the rows' mean length.
+void Corrector::share_out(const FixtureStates& states) noexcept {
+  std::array<double, kMaxFixtures> sum{}, squares{};
+  for (int i = 0; i < states.size(); ++i) share_[to_index(i)] = 0.0, direction_[to_index(i)] = {};
+  for (int r = 0; r < qp_.rows(); ++r) {
+    const int i = fixture_of_[to_index(r)];
+    const double multiplier = qp_.multiplier(r);
+    if (i < 0 || multiplier <= 0.0) continue;
+    const Vec6 a = qp_.row(r);
+    sum[to_index(i)] += multiplier;
+    squares[to_index(i)] += multiplier * a.squaredNorm();
+    Wrench& direction = direction_[to_index(i)];
+    direction = direction + Wrench{multiplier * a.head<3>(), multiplier * kLength * a.tail<3>()};
+  }
+  for (int i = 0; i < states.size(); ++i) {
+    if (sum[to_index(i)] == 0.0) continue;
+    Wrench& direction = direction_[to_index(i)];
+    const double size = std::sqrt(squares[to_index(i)] / sum[to_index(i)]);
+    const double length = std::sqrt(direction.f.squaredNorm() + (direction.t / kLength).squaredNorm());
+    direction = {size / length * direction.f, size / length * direction.t};
+    share_[to_index(i)] = size * length;
+    // The target direction changes with the place: the hand feels that force too.
+    if (states[i].constraint.rotational) direction.f = states[i].constraint.gradient.f;
+  }
+}
+
+Pose Corrector::towards(const Pose& X_goal, const FixtureStates& states, const Input& in) noexcept {
+  double speed = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < states.size(); ++i) {
+    if (has(states, i)) speed = std::min(speed, states[i].constraint.speed_limit);
+  }
+  return follower_->towards(X_WT_, X_goal, speed, in);
+}
+
+}  // namespace palpate::guidance

@@ -1,0 +1,70 @@
+// Projects the commanded goal onto the set that several fixtures allow together, by a quadratic program.
+//
+//   y = displacement from the mapped goal       min |y|^2 / 2,   for every fixture:  gap(X) + J . (y - y_X) >= -slack
+//
+// The program is linearised at the previous solution, so that the goal stays on its side of a thin fixture, and again
+// at each new solution, at most kRounds times, until all constraints hold within 10 nm.
+#pragma once
+
+#include <array>
+
+#include "palpate/guidance/fixture_state.hpp"
+#include "palpate/guidance/follower_limits.hpp"
+#include "palpate/guidance/qp.hpp"
+#include "palpate/types/index.hpp"
+
+namespace palpate::guidance {
+
+class Corrector {
+ public:
+  using Member = bool (*)(const Fixture&) noexcept;
+
+  /// member: which fixtures it satisfies. dt: period of the cycle [s]. follower: its limits, for a corrector whose
+  /// solution the tool follows; null for one whose solution is only the target of a force.
+  Corrector(Member member, const Options& options, double dt, FollowerLimits* follower = nullptr)
+      : member_(member), follower_(follower), return_speed_(options.return_speed), dt_(dt) {}
+
+  /// True when an active fixture is a member.
+  [[nodiscard]] bool needed(const FixtureStates& states) const noexcept;
+  /// One tick: the nearest allowed goal, from the one before. False when the constraints contradict each other.
+  bool step(FixtureStates& states, const Input& in) noexcept;
+
+  /// The corrected goal.
+  [[nodiscard]] const Pose& X_WT() const noexcept { return X_WT_; }
+  /// Starts from another goal.
+  void start_at(const Pose& X_WT) noexcept { X_WT_ = X_WT; }
+  /// The goal moves towards X_goal, within what the follower can do.
+  [[nodiscard]] Pose towards(const Pose& X_goal, const FixtureStates& states, const Input& in) noexcept;
+
+  /// Fixture i's share of the correction [m, rad] and its direction.
+  [[nodiscard]] double share(int i) const noexcept { return share_[to_index(i)]; }
+  [[nodiscard]] const Wrench& direction(int i) const noexcept { return direction_[to_index(i)]; }
+
+ private:
+  [[nodiscard]] bool has(const FixtureStates& states, int i) const noexcept {
+    return states[i].active() && member_(states.fixture(i));
+  }
+  void evaluate(const FixtureStates& states, const Pose& X_WT, const Input& in) noexcept;
+  void update_slack(FixtureStates& states, int i, const Input& in) const noexcept;
+  [[nodiscard]] double room(const FixtureState& state, const Constraint& c) const noexcept;
+  [[nodiscard]] double worst_violation(const FixtureStates& states) const noexcept;
+  void add(const Vec6& a, double b, int rank, int fixture) noexcept;
+  void add_row(const FixtureStates& states, int i, const Constraint& c, const Pose& X, const Input& in) noexcept;
+  double add_tool_row(const FixtureStates& states, int i, const Input& in) noexcept;
+  double add_lasting_rows(const FixtureStates& states, const Input& in) noexcept;
+  bool iterate(const FixtureStates& states, const Input& in, int lasting, Pose& X, Qp::Status& status) noexcept;
+  void drop_misleading_rows(const FixtureStates& states, int from) noexcept;
+  void share_out(const FixtureStates& states) noexcept;
+
+  Member member_;
+  FollowerLimits* follower_;
+  double return_speed_, dt_;
+  Pose X_WT_;
+  Qp qp_;
+  std::array<int, Qp::kRows> fixture_of_{};            ///< fixture of each row; below zero: none
+  std::array<Constraint, kMaxFixtures> constraint_{};  ///< of each fixture, at the newest solution
+  std::array<double, kMaxFixtures> share_{};
+  std::array<Wrench, kMaxFixtures> direction_{};
+};
+
+}  // namespace palpate::guidance

@@ -1,0 +1,51 @@
+#include "palpate/guidance/fixture_state.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <string>
+#include <utility>
+
+#include "palpate/guidance/frame.hpp"
+
+namespace palpate::guidance {
+namespace {
+
+bool finite(const Constraint& c) noexcept {
+  return !std::isnan(c.gap) && !std::isnan(c.speed_limit) && c.gradient.f.allFinite() && c.gradient.t.allFinite() &&
+         std::isfinite(c.gap_rate_of_fixture) && c.free.allFinite();
+}
+
+}  // namespace
+
+double FixtureState::allowed() const noexcept { return std::max(slack, (1.0 - authority) * constraint.violation()); }
+
+void FixtureStates::take(const Fixtures& fixtures) noexcept {
+  const int before = size();
+  std::swap(old_, state_);
+  list_ = &fixtures;
+  for (int i = 0; i < size(); ++i) {
+    const std::uint64_t key = std::hash<std::string>{}(fixture(i).name);
+    const auto* end = old_.cbegin() + before;
+    const auto* old = std::find_if(old_.cbegin(), end, [key](const FixtureState& s) { return s.key == key; });
+    FixtureState& now = (*this)[i];
+    now = old != end ? *old : FixtureState{};
+    now.key = key;
+    now.fresh = true;
+  }
+}
+
+void FixtureStates::begin(const Input& in) noexcept {
+  if (list_ != nullptr && list_->tool != nullptr) list_->tool->set({in.tool.X_WT, in.goal.V_WT});
+  for (int i = 0; i < size(); ++i) {
+    for (const auto& frame : fixture(i).frames) frame->see(in.t);
+  }
+}
+
+Constraint FixtureStates::evaluate(int i, const Pose& X_WT, const Input& in) const noexcept {
+  const Touch& touch = in.touch;
+  const Constraint c = guidance::evaluate(fixture(i), {X_WT, in.tool.X_WT.p, touch.F_T_W.f, touch.stiffness}, in.t);
+  return finite(c) ? c : Constraint{};
+}
+
+}  // namespace palpate::guidance

@@ -1,0 +1,53 @@
+#include "palpate/guidance/follower_limits.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace palpate::guidance {
+namespace {
+
+constexpr double kBend = 2.0;       // [1/m] the tool leaves the chord by lag^2 / (8 r), r at least 6 cm
+constexpr double kMostBend = 5e-4;  // [m]
+constexpr double kOfSpeed = 0.9;    // of the joints' speed: the rest is for what the Jacobian leaves out
+constexpr double kDamping = 1e-3;   // of the inverse of the Jacobian, rows over kLength
+
+}  // namespace
+
+void FollowerLimits::begin(const Pose& X_WT, const Input& in) noexcept {
+  arc_ = lags() ? std::min(kBend * (X_WT.p - in.tool.X_WT.p).squaredNorm(), kMostBend) : 0.0;
+  if (in.tool.joints == nullptr) return;
+  inverse_ = in.tool.joints->J_WT;
+  inverse_.bottomRows<3>() *= kLength;
+  const Mat6 A = inverse_ * inverse_.transpose() + kDamping * kDamping * Mat6::Identity();
+  const Eigen::LDLT<Mat6> factors(A);
+  for (Eigen::Index k = 0; k < inverse_.cols(); ++k) inverse_.col(k) = factors.solve(Vec6(inverse_.col(k)));
+}
+
+// The share of a step of the goal that the joints can take in one period; beyond it each joint would saturate alone.
+double FollowerLimits::share_of_joints(const Vec6& step, const Input& in) const noexcept {
+  double share = 1.0;
+  if (in.tool.joints == nullptr || inverse_.cols() != in.tool.joints->step.size()) return share;
+  const JointVector& steps = in.tool.joints->step;
+  for (Eigen::Index k = 0; k < steps.size(); ++k) {
+    const double turn = std::abs(inverse_.col(k).dot(step)), most = kOfSpeed * steps[k];
+    if (turn > most) share = std::min(share, most / turn);
+  }
+  return share;
+}
+
+Pose FollowerLimits::towards(const Pose& X, const Pose& X_goal, double speed_limit, const Input& in) noexcept {
+  const double hand = displacement(X_mapped_before_, in.goal.X_WT_goal).norm();
+  const Vec6 step = displacement(X, X_goal);
+  const double far = step.norm();
+  const double most =
+      std::min({hand + options_.return_speed * dt_, speed_limit * dt_, far * share_of_joints(step, in)});
+  lag_ = 0.0;
+  if (far <= most) return X_goal;
+  const Pose reached = displaced(X, most / far * step);
+  const Vec3 behind = reached.p - X_goal.p;
+  if (speed_limit * dt_ <= most && behind.norm() > 0.0) lag_ = behind.norm(), lag_direction_ = behind / lag_;
+  return reached;
+}
+
+}  // namespace palpate::guidance
