@@ -1,4 +1,4 @@
-// Ticks as rows of a numpy array.
+// Ticks as rows of a numpy array: the memory of a tick, whose status is no double (palpate/record/ticks.py).
 #pragma once
 
 #include <nanobind/ndarray.h>

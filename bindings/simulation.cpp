@@ -15,7 +15,7 @@
 
 #include "bindings.hpp"
 #include "convert.hpp"
-#include "rows.hpp"
+#include "front.hpp"
 #include "timing.hpp"
 
 namespace nb = nanobind;
@@ -47,15 +47,6 @@ Rows run(Simulation& self, std::size_t n_ticks, const std::optional<Points>& han
   {
     nb::gil_scoped_release release;
     ticks.resize(self.run(n_ticks, ticks.data(), hand_W ? led.data() : nullptr));
-  }
-  return to_rows(std::move(ticks));
-}
-
-Rows drain(Simulation& self) {
-  std::vector<Tick> ticks(self.waiting());
-  {
-    nb::gil_scoped_release release;
-    ticks.resize(self.drain(ticks.size(), ticks.data()));
   }
   return to_rows(std::move(ticks));
 }
@@ -173,7 +164,9 @@ void bind_running(nb::module_& m) {
           },
           "t"_a, "(position [m], velocity [m/s], pinch [rad]) at t.");
 
-  nb::class_<Simulation>(m, "Simulation", "Hand, leader and follower simulated around the haptic cycle.")
+  nb::class_<Simulation> simulation(m, "Simulation", "Hand, leader and follower simulated around the haptic cycle.");
+  bind_front(simulation);
+  simulation
       .def(nb::init<const SimulationOptions&, arm::Arm, arm::Arm, const arm::Arm&,
                     std::shared_ptr<const scene::Snapshot>, HandPath>(),
            "options"_a, "leader_plant"_a, "leader_model"_a, "follower"_a, "snapshot"_a, "hand_path"_a)
@@ -185,15 +178,6 @@ void bind_running(nb::module_& m) {
       .def("stop", &Simulation::stop, nb::call_guard<nb::gil_scoped_release>(),
            "Ramps the force to zero, then ends the thread.")
       .def_prop_ro("running", &Simulation::running)
-      .def("drain", &drain, "Rows since the last drain (real time).")
-      .def_prop_ro("dropped", &Simulation::dropped, "Rows lost because nobody drained.")
-      .def(
-          "latest", [](Simulation& self) { return to_row(self.latest()); }, "The newest row.")
-      .def_prop_rw("controls", &Simulation::controls, &Simulation::set_controls,
-                   "A copy; assign it whole. Taken at the next tick.")
-      .def("set_fixtures", &Simulation::set_fixtures, "fixtures"_a,
-           "Swaps the fixtures of guidance whole at the next tick; nothing that the hand feels jumps.")
-      .def("set_snapshot", &Simulation::set_scene, "snapshot"_a, "Swaps the scene whole at the next tick.")
       .def("timing", &timing,
            "cycle_us, lateness_us {p50, p99, p999, max}, slack_us {p50, p01, p001}, ticks, missed_ticks, scheduler.")
       .def(

@@ -8,7 +8,6 @@
 namespace palpate::loop {
 namespace {
 
-constexpr double kRingSeconds = 4.0;    // what a recorder may be late
 constexpr double kMostCaughtUp = 0.05;  // longest silence that the simulated arms live through [s]
 
 SimulationOptions checked(SimulationOptions o, const arm::Arm& leader, const arm::Arm& follower) {
@@ -47,13 +46,6 @@ std::unique_ptr<contact::Tool> touched(const SimulationOptions& o) {
   return std::make_unique<contact::Tool>("proxy", tip);
 }
 
-std::shared_ptr<const scene::Snapshot> present(std::shared_ptr<const scene::Snapshot> scene) {
-  if (!scene) {
-    throw std::invalid_argument("scene: none given; a Snapshot without objects is free space");
-  }
-  return scene;
-}
-
 }  // namespace
 
 Simulation::Simulation(const SimulationOptions& options, arm::Arm leader, arm::Arm leader_model,
@@ -67,24 +59,18 @@ Simulation::Simulation(const SimulationOptions& options, arm::Arm leader, arm::A
       substeps_(static_cast<int>(std::ceil(options_.plant_rate / options_.rate - 1e-9))),
       plant_dt_(1.0 / (options_.rate * substeps_)),
       thread_(options_.realtime),
-      ring_(static_cast<std::size_t>(kRingSeconds * options_.rate)),
-      newest_scene_(present(std::move(scene))),
-      scene_(newest_scene_),
-      fixtures_(std::make_shared<const guidance::Fixtures>()) {
+      front_(cycle_.contact(), std::move(scene), options_.rate) {
   leader_.reset(options_.q_leader0);
   follower_.reset(options_.q_follower0, options_.mapping.jaw_min);
   leader.update(options_.q_leader0, JointVector::Zero(leader.n()));
   hand_.start(leader.tip());
-  in_.scene = &scene_.current();
-  cycle_.contact().check(scene_.current());
-  if (touched_) touched_->check(scene_.current());
+  in_.scene = &front_.scene();
+  if (touched_) touched_->check(front_.scene());
   if (options_.source != force::Source::contact && !options_.follower.driven) {
     throw std::invalid_argument(
         "force source: an estimate needs the torques of the follower's drives; make the follower driven");
   }
-  if (cycle_.contact().asynchronous()) {
-    collide();
-  }
+  front_.collide();
 }
 
 std::size_t Simulation::run(std::size_t n, Tick* rows, const Vec3* hand_W) {
@@ -97,7 +83,7 @@ std::size_t Simulation::run(std::size_t n, Tick* rows, const Vec3* hand_W) {
     if (hand_W != nullptr) hand_.lead(hand_W[done], 1.0 / options_.rate);
     tick(0.0);
     if (cycle_.contact().asynchronous()) {
-      cycle_.contact().collide(scene_.current());
+      cycle_.contact().collide(front_.scene());
     }
     rows[done++] = tick_;
   }
@@ -108,25 +94,13 @@ std::size_t Simulation::run(std::size_t n, Tick* rows, const Vec3* hand_W) {
 void Simulation::start() {
   const std::lock_guard lock(driver_);
   thread_.start(options_.rate, [this](const Wake& w) { return wake(w); });
-  if (cycle_.contact().asynchronous()) {
-    const double pause = 0.25 / std::max(options_.contact.collision_rate, 1.0);
-    collider_.start([this] { collide(); }, std::chrono::microseconds(static_cast<std::int64_t>(1e6 * pause)));
-  }
+  front_.start_collider(options_.contact.collision_rate);
 }
 
 void Simulation::stop() {
   const std::lock_guard lock(driver_);
   thread_.stop();
-  collider_.stop();
-}
-
-void Simulation::collide() {
-  std::shared_ptr<const scene::Snapshot> scene;
-  {
-    const std::lock_guard lock(people_);
-    scene = newest_scene_;
-  }
-  cycle_.contact().collide(*scene);
+  front_.stop_collider();
 }
 
 bool Simulation::wake(const Wake& w) noexcept {
@@ -140,7 +114,7 @@ bool Simulation::wake(const Wake& w) noexcept {
     return true;
   }
   tick(1e-3 * static_cast<double>(w.lateness_ns));
-  ring_.push(tick_);
+  front_.keep(tick_);
   const auto zero = [](const double (&x)[3]) { return x[0] == 0.0 && x[1] == 0.0 && x[2] == 0.0; };
   const bool quiet = zero(tick_.F_H_L) && zero(tick_.t_H_L);
   return !(w.stopping && quiet);
@@ -148,17 +122,17 @@ bool Simulation::wake(const Wake& w) noexcept {
 
 // What people changed since the last tick.
 void Simulation::take(bool stopping) noexcept {
-  in_.controls = controls_in_.read();
+  in_.controls = front_.take_controls();
   if (stopping) {
     in_.controls.following = false;
     in_.controls.paused = false;
   }
-  if (scene_.take()) {
-    in_.scene = &scene_.current();
+  if (front_.take_scene()) {
+    in_.scene = &front_.scene();
     cycle_.forget_contacts();
     if (touched_) touched_->reset();
   }
-  if (fixtures_.take()) cycle_.take(fixtures_.current());
+  if (front_.take_fixtures()) cycle_.take(front_.fixtures());
 }
 
 void Simulation::tick(double lateness_us) noexcept {
@@ -183,7 +157,7 @@ void Simulation::tick(double lateness_us) noexcept {
   tick_.status |= leader_.hand_slipped() ? kHandSlipped : 0u;
   tick_.cycle_us = 1e-3 * static_cast<double>(spent);
   tick_.lateness_us = lateness_us;
-  latest_.write(tick_);
+  front_.show(tick_);
   if (!faulty_ && (tick_.status & (kLeaderStale | kFollowerStale | kNotFinite)) != 0) {
     faulty_ = true;
     fault_.write(tick_);
@@ -213,60 +187,19 @@ Wrench Simulation::touch(double t) noexcept {
   const Pose& X_WB = options_.X_WB;
   const Vec3 p_WT = X_WB * drives.tip().p;
   const Twist V_BT = drives.twist();
-  const ContactSet& contacts = touched_->step(scene_.current(), &p_WT, t);
+  const ContactSet& contacts = touched_->step(front_.scene(), &p_WT, t);
   const force::ForceTerms terms = force::step(contacts, {X_WB.R * V_BT.v, X_WB.R * V_BT.w},
                                               in_.controls.stiffness_scale, in_.controls.damping_scale);
   F_touch_W_ = terms.F;
   return {X_WB.R.transpose() * terms.F, X_WB.R.transpose() * terms.torque};
 }
 
-std::size_t Simulation::drain(std::size_t n, Tick* rows) {
-  const std::lock_guard lock(people_);
-  std::size_t done = 0;
-  while (done < n && ring_.pop(rows[done])) {
-    ++done;
-  }
-  return done;
-}
-
-Controls Simulation::controls() const {
-  const std::lock_guard lock(people_);
-  return controls_;
-}
-
-void Simulation::set_controls(const Controls& controls) {
-  check(controls);
-  const std::lock_guard lock(people_);
-  controls_ = controls;
-  controls_in_.write(controls);
-}
-
-void Simulation::set_scene(std::shared_ptr<const scene::Snapshot> scene) {
-  present(scene);
-  cycle_.contact().check(*scene);
-  const std::lock_guard lock(people_);
-  newest_scene_ = scene;
-  scene_.give(std::move(scene));
-}
-
-void Simulation::set_fixtures(std::shared_ptr<const guidance::Fixtures> fixtures) {
-  if (!fixtures) throw std::invalid_argument("guidance: no fixtures given; an empty list is none");
-  guidance::check(*fixtures);
-  const std::lock_guard lock(people_);
-  fixtures_.give(std::move(fixtures));
-}
-
-Tick Simulation::latest() {
-  const std::lock_guard lock(people_);
-  return latest_.read();
-}
-
 std::string Simulation::fault() {
-  const std::lock_guard lock(people_);
+  const std::lock_guard lock(fault_readers_);
   const Tick& tick = fault_.read();
   const std::uint64_t status = tick.status;
   if (status == 0) {
-    const std::string thrown = collider_.fault();
+    const std::string thrown = front_.collider_fault();
     return thrown.empty() ? thrown : "contact method " + options_.method + ": " + thrown;
   }
   std::ostringstream words;

@@ -8,12 +8,11 @@
 #include <vector>
 
 #include "palpate/contact/tool.hpp"
-#include "palpate/loop/collider.hpp"
 #include "palpate/loop/cycle.hpp"
+#include "palpate/loop/front.hpp"
 #include "palpate/loop/hand_motion.hpp"
 #include "palpate/loop/histogram.hpp"
 #include "palpate/loop/realtime.hpp"
-#include "palpate/loop/ring.hpp"
 #include "palpate/plant/follower.hpp"
 #include "palpate/plant/hand.hpp"
 #include "palpate/plant/leader.hpp"
@@ -54,19 +53,11 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): there i
   void start();
   void stop();
   [[nodiscard]] bool running() const noexcept { return thread_.running(); }
-  /// Rows since the last drain: at most n of them into rows.
-  std::size_t drain(std::size_t n, Tick* rows);
-  [[nodiscard]] std::size_t waiting() const noexcept { return ring_.size(); }
-  [[nodiscard]] std::uint64_t dropped() const noexcept { return ring_.dropped(); }
-
-  // From any thread, at any time; the loop takes them at its next tick and waits for nobody.
-  [[nodiscard]] Controls controls() const;
-  void set_controls(const Controls& controls);
-  void set_scene(std::shared_ptr<const scene::Snapshot> scene);
-  /// The fixtures of guidance, swapped whole: on, off, moved or with other gains, nothing that the hand feels jumps.
-  void set_fixtures(std::shared_ptr<const guidance::Fixtures> fixtures);
-  [[nodiscard]] Tick latest();
-  /// The first tick at which an arm fell silent or a number was not finite, in words; empty when none.
+  /// How people steer the simulation and read its ticks, from any thread.
+  [[nodiscard]] Front& front() noexcept { return front_; }
+  [[nodiscard]] const Front& front() const noexcept { return front_; }
+  /// The first tick at which an arm's state became stale or a number was not finite, in words; empty when there was
+  /// none. From any thread.
   [[nodiscard]] std::string fault();
 
   [[nodiscard]] const Histogram& cycle_time() const noexcept { return cycle_time_; }
@@ -74,7 +65,6 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): there i
   [[nodiscard]] const SimulationOptions& options() const noexcept { return options_; }
 
  private:
-  void collide();
   void take(bool stopping) noexcept;
   void tick(double lateness_us) noexcept;
   void plant() noexcept;
@@ -95,18 +85,12 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): there i
   Tick tick_{};
 
   RealTimeThread thread_;
-  Collider collider_;
-  Ring<Tick> ring_;
+  Front front_;
   Histogram cycle_time_;
-  std::mutex driver_;          ///< one caller at a time runs, starts or stops
-  mutable std::mutex people_;  ///< between callers who look and steer; the loop never takes it
-  Controls controls_;
-  std::shared_ptr<const scene::Snapshot> newest_scene_;  ///< as given last; for the collider
-  Mailbox<Controls> controls_in_;
-  Mailbox<Tick> latest_, fault_;
+  std::mutex driver_;         ///< one caller at a time runs, starts or stops
+  std::mutex fault_readers_;  ///< one caller at a time reads the fault
+  Mailbox<Tick> fault_;
   bool faulty_ = false;
-  Handover<scene::Snapshot> scene_;
-  Handover<guidance::Fixtures> fixtures_;
 };
 
 }  // namespace palpate::loop

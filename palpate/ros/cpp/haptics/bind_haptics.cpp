@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "bind.hpp"
+#include "bindings/front.hpp"
+#include "bindings/timing.hpp"
 #include "haptics/guardian.hpp"
 #include "haptics/haptic_node.hpp"
 
@@ -18,36 +20,7 @@ using namespace nb::literals;
 namespace palpate::ros {
 namespace {
 
-using loop::Tick;
-using Rows = nb::ndarray<nb::numpy, double, nb::ndim<2>>;
-
-Rows to_rows(std::vector<Tick>&& ticks) {
-  auto owner = std::make_unique<std::vector<Tick>>(std::move(ticks));
-  auto* data = reinterpret_cast<double*>(owner->data());
-  const std::size_t n = owner->size();
-  nb::capsule capsule(owner.release(), [](void* p) noexcept { delete static_cast<std::vector<Tick>*>(p); });
-  return Rows(data, {n, sizeof(Tick) / sizeof(double)}, capsule);
-}
-
-nb::object to_row(const Tick& tick) { return nb::cast(to_rows({tick}))[nb::int_(0)]; }
-
-Rows drain(HapticNode& self) {
-  std::vector<Tick> ticks(self.waiting());
-  {
-    nb::gil_scoped_release release;
-    ticks.resize(self.drain(ticks.size(), ticks.data()));
-  }
-  return to_rows(std::move(ticks));
-}
-
-nb::dict percentiles(const loop::Histogram& h) {
-  nb::dict d;
-  d["p50"] = h.percentile_us(0.5);
-  d["p99"] = h.percentile_us(0.99);
-  d["p999"] = h.percentile_us(0.999);
-  d["max"] = h.max_us();
-  return d;
-}
+using bindings::percentiles;
 
 nb::dict timing(const HapticNode& self) {
   nb::dict d;
@@ -84,21 +57,15 @@ void bind_node(nb::module_& m) {
           "names"_a, "cycle"_a, "writer"_a, "guardian"_a, "beat_fd"_a)
       .def_rw("realtime", &HapticNodeOptions::realtime);
 
-  nb::class_<HapticNode>(m, "HapticNode", "A CRTK leader's state in, the cycle, the wrench out, in a thread of C++.")
-      .def(nb::init<std::shared_ptr<Context>, const HapticNodeOptions&, std::optional<arm::Arm>,
+  nb::class_<HapticNode> node(m, "HapticNode",
+                              "A CRTK leader's state in, the cycle, the wrench out, in a thread of C++.");
+  bindings::bind_front(node);
+  node.def(nb::init<std::shared_ptr<Context>, const HapticNodeOptions&, std::optional<arm::Arm>,
                     std::shared_ptr<const scene::Snapshot>>(),
            "context"_a, "options"_a, "follower"_a, "snapshot"_a)
       .def("start", &HapticNode::start, nb::call_guard<nb::gil_scoped_release>(), "From here on it pushes.")
       .def("stop", &HapticNode::stop, nb::call_guard<nb::gil_scoped_release>(), "The last wrench that is sent is zero.")
       .def_prop_ro("running", &HapticNode::running)
-      .def("drain", &drain, "Rows since the last drain.")
-      .def_prop_ro("dropped", &HapticNode::dropped, "Rows lost because nobody drained.")
-      .def(
-          "latest", [](HapticNode& self) { return to_row(self.latest()); }, "The newest row.")
-      .def_prop_rw("controls", &HapticNode::controls, &HapticNode::set_controls, "A copy; assign it whole.")
-      .def("set_snapshot", &HapticNode::set_scene, "snapshot"_a, "Swaps the scene whole at the next step.")
-      .def("set_fixtures", &HapticNode::set_fixtures, "fixtures"_a,
-           "Swaps the fixtures of guidance whole at the next step.")
       .def("news", &HapticNode::news, "What has happened since the last call, in words.")
       .def("timing", &timing, "Times of computation and of answers, counts, rates.");
 }

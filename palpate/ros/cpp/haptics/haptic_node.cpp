@@ -14,7 +14,6 @@ namespace {
 
 using loop::now_ns;
 
-constexpr double kRingSeconds = 4.0;
 constexpr double kOverdue = 1.5;           // periods without a state, after which the cycle steps all the same
 constexpr std::int64_t kBeat = 3'000'000;  // [ns] the guardian hears that often that the loop lives, stepping or not
 constexpr int kTail = 5;                   // zeros that are sent after the last word, each of them heard or not
@@ -48,11 +47,6 @@ void stamp(Header& header, double wall) noexcept {
   header.stamp.nanosec = static_cast<std::uint32_t>(1e9 * (wall - whole));
 }
 
-std::shared_ptr<const scene::Snapshot> present(std::shared_ptr<const scene::Snapshot> scene) {
-  if (!scene) throw std::invalid_argument("scene: none given; a Snapshot without objects is free space");
-  return scene;
-}
-
 }  // namespace
 
 HapticNode::HapticNode(const std::shared_ptr<Context>& context, const HapticNodeOptions& options,
@@ -64,12 +58,9 @@ HapticNode::HapticNode(const std::shared_ptr<Context>& context, const HapticNode
       writer_(context, options.writer, "", [this](const std::string& words) { console_.tell(words); }),
       wrench_(writer_, options.names.wrench()),
       cycle_(options.cycle, std::move(follower)),
+      front_(cycle_.contact(), std::move(scene), options.cycle.rate),
       t0_(now_ns()),
-      period_(static_cast<std::int64_t>(std::llround(1e9 / options.cycle.rate))),
-      ring_(static_cast<std::size_t>(kRingSeconds * options.cycle.rate)),
-      newest_scene_(present(std::move(scene))),
-      scene_(newest_scene_),
-      fixtures_(std::make_shared<const guidance::Fixtures>()) {
+      period_(static_cast<std::int64_t>(std::llround(1e9 / options.cycle.rate))) {
   const HapticNames& names = options.names;
   if (names.own_teleop() && !names.follower.empty()) {
     goal_.emplace(writer_, names.of_follower("servo_cp"));
@@ -77,9 +68,8 @@ HapticNode::HapticNode(const std::shared_ptr<Context>& context, const HapticNode
     jaw_message_.name = {"jaw"};
     jaw_message_.position.resize(1);
   }
-  cycle_.contact().check(scene_.current());
-  cycle_.set_scene(scene_.current());
-  if (cycle_.contact().asynchronous()) cycle_.contact().collide(scene_.current());
+  cycle_.set_scene(front_.scene());
+  front_.collide();
   listen();
 }
 
@@ -138,19 +128,7 @@ void HapticNode::start() {
   options.direct = true;
   spinner_ = std::make_unique<Spinner>(node_, std::move(options));
   scheduler_ = words.get();
-  if (cycle_.contact().asynchronous()) {
-    const double pause = 0.25 / std::max(options_.cycle.contact.collision_rate, 1.0);
-    collider_.start(
-        [this] {
-          std::shared_ptr<const scene::Snapshot> scene;
-          {
-            const std::lock_guard lock(people_);
-            scene = newest_scene_;
-          }
-          cycle_.contact().collide(*scene);
-        },
-        std::chrono::microseconds(static_cast<std::int64_t>(1e6 * pause)));
-  }
+  front_.start_collider(options_.cycle.contact.collision_rate);
 }
 
 void HapticNode::stop() noexcept {
@@ -160,7 +138,7 @@ void HapticNode::stop() noexcept {
   while (!quiet_ && std::chrono::steady_clock::now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   spinner_->stop();
   spinner_.reset();
-  collider_.stop();
+  front_.stop_collider();
   wrench_message_.wrench = geometry_msgs::msg::Wrench();
   stamp(wrench_message_.header, wall_now());
   if (commanding_) {
@@ -198,8 +176,8 @@ void HapticNode::step(std::int64_t begin) noexcept {
   loop::Tick tick = out.tick;
   tick.cycle_us = 1e-3 * static_cast<double>(spent);
   tick.lateness_us = answered ? 1e-3 * static_cast<double>(begin - came_) : 0.0;
-  ring_.push(tick);
-  latest_.write(tick);
+  front_.keep(tick);
+  front_.show(tick);
   tell_stream();
   quiet_ = stopping_ && out.F.f.isZero(0.0) && out.F.t.isZero(0.0);
   last_step_ = begin;
@@ -207,11 +185,11 @@ void HapticNode::step(std::int64_t begin) noexcept {
 
 // What people changed since the last step.
 void HapticNode::take() noexcept {
-  Controls controls = controls_in_.read();
+  Controls controls = front_.take_controls();
   if (stopping_) controls.following = false;
   cycle_.set_controls(controls);
-  if (scene_.take()) cycle_.set_scene(scene_.current());
-  if (fixtures_.take()) cycle_.take(fixtures_.current());
+  if (front_.take_scene()) cycle_.set_scene(front_.scene());
+  if (front_.take_fixtures()) cycle_.take(front_.fixtures());
   if (const double scale = console_.scale(); scale != 0.0) cycle_.set_scale(scale);
 }
 
@@ -264,45 +242,6 @@ void HapticNode::tell_stream() noexcept {
   leader_age_.store(leader.age(), std::memory_order_relaxed);
   leader_taken_.store(leader.taken(), std::memory_order_relaxed);
   leader_left_out_.store(leader.left_out(), std::memory_order_relaxed);
-}
-
-std::size_t HapticNode::drain(std::size_t n, loop::Tick* rows) {
-  const std::lock_guard lock(people_);
-  std::size_t done = 0;
-  while (done < n && ring_.pop(rows[done])) ++done;
-  return done;
-}
-
-loop::Tick HapticNode::latest() {
-  const std::lock_guard lock(people_);
-  return latest_.read();
-}
-
-Controls HapticNode::controls() const {
-  const std::lock_guard lock(people_);
-  return controls_;
-}
-
-void HapticNode::set_controls(const Controls& controls) {
-  loop::check(controls);
-  const std::lock_guard lock(people_);
-  controls_ = controls;
-  controls_in_.write(controls);
-}
-
-void HapticNode::set_scene(std::shared_ptr<const scene::Snapshot> scene) {
-  present(scene);
-  cycle_.contact().check(*scene);
-  const std::lock_guard lock(people_);
-  newest_scene_ = scene;
-  scene_.give(std::move(scene));
-}
-
-void HapticNode::set_fixtures(std::shared_ptr<const guidance::Fixtures> fixtures) {
-  if (!fixtures) throw std::invalid_argument("guidance: no fixtures given; an empty list is none");
-  guidance::check(*fixtures);
-  const std::lock_guard lock(people_);
-  fixtures_.give(std::move(fixtures));
 }
 
 }  // namespace palpate::ros

@@ -6,7 +6,6 @@
 #include <geometry_msgs/msg/twist_stamped.hpp>
 #include <geometry_msgs/msg/wrench_stamped.hpp>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <sensor_msgs/msg/joint_state.hpp>
 #include <string>
@@ -15,12 +14,10 @@
 #include "haptics/console.hpp"
 #include "haptics/heartbeat.hpp"
 #include "haptics/names.hpp"
-#include "palpate/loop/collider.hpp"
 #include "palpate/loop/crtk_cycle.hpp"
+#include "palpate/loop/front.hpp"
 #include "palpate/loop/histogram.hpp"
 #include "palpate/loop/realtime.hpp"
-#include "palpate/loop/ring.hpp"
-#include "palpate/types/mailbox.hpp"
 #include "rcl/publisher.hpp"
 #include "rcl/spinner.hpp"
 #include "rcl/subscription.hpp"
@@ -56,15 +53,9 @@ class HapticNode {
   void stop() noexcept;
   [[nodiscard]] bool running() const noexcept { return spinner_ != nullptr; }
 
-  // As of loop::Simulation: from any thread, at any time.
-  std::size_t drain(std::size_t n, loop::Tick* rows);
-  [[nodiscard]] std::size_t waiting() const noexcept { return ring_.size(); }
-  [[nodiscard]] std::uint64_t dropped() const noexcept { return ring_.dropped(); }
-  [[nodiscard]] loop::Tick latest();
-  [[nodiscard]] Controls controls() const;
-  void set_controls(const Controls& controls);
-  void set_scene(std::shared_ptr<const scene::Snapshot> scene);
-  void set_fixtures(std::shared_ptr<const guidance::Fixtures> fixtures);
+  /// How people steer the node and read its ticks, from any thread.
+  [[nodiscard]] loop::Front& front() noexcept { return front_; }
+  [[nodiscard]] const loop::Front& front() const noexcept { return front_; }
   /// What has happened since the last call, in words.
   [[nodiscard]] std::vector<std::string> news() { return console_.news(); }
 
@@ -104,24 +95,16 @@ class HapticNode {
   Joints jaw_message_;
 
   loop::CrtkCycle cycle_;
-  loop::Collider collider_;
+  loop::Front front_;
   std::int64_t t0_, period_, last_step_ = 0, came_ = 0;
   double stamp_ = 0.0;
   bool fresh_ = false, commanding_ = false;
   int tail_ = 0;  ///< zeros still to be sent after the last command
   std::atomic<bool> stopping_{false}, quiet_{false};
 
-  loop::Ring<loop::Tick> ring_;
   loop::Histogram cycle_time_, answer_time_;
   std::atomic<double> leader_rate_{0.0}, leader_age_{0.0};
   std::atomic<std::uint64_t> leader_taken_{0}, leader_left_out_{0}, published_{0};
-  mutable std::mutex people_;
-  Controls controls_;
-  std::shared_ptr<const scene::Snapshot> newest_scene_;
-  Mailbox<Controls> controls_in_;
-  Mailbox<loop::Tick> latest_;
-  Handover<scene::Snapshot> scene_;
-  Handover<guidance::Fixtures> fixtures_;
   std::string scheduler_ = "not started";
   std::unique_ptr<Spinner> spinner_;
   Spinner told_{writer_};  ///< that a listener's quality of service does not fit; last: it stops first

@@ -1,0 +1,100 @@
+#include "palpate/loop/front.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace palpate::loop {
+namespace {
+
+constexpr double kRingSeconds = 4.0;  // how late a recorder may be
+constexpr double kPollShare = 0.25;   // of a collision period: pause of the collider between two looks
+
+std::shared_ptr<const scene::Snapshot> present(std::shared_ptr<const scene::Snapshot> scene) {
+  if (!scene) throw std::invalid_argument("scene: none given; a Snapshot without objects is free space");
+  return scene;
+}
+
+}  // namespace
+
+void check(const Controls& controls) {
+  if (!(controls.guidance >= 0.0 && controls.guidance <= 1.0)) {
+    throw std::invalid_argument("controls: guidance = " + std::to_string(controls.guidance) + " must lie in 0..1");
+  }
+  if (!(controls.stiffness_scale >= 0.0 && std::isfinite(controls.stiffness_scale)) ||
+      !(controls.damping_scale >= 0.0 && std::isfinite(controls.damping_scale)) ||
+      !controls.p_hand_offset_W.allFinite()) {
+    throw std::invalid_argument(
+        "controls: stiffness_scale and damping_scale must be 0 or more, p_hand_offset_W finite");
+  }
+}
+
+Front::Front(contact::Tool& contact, std::shared_ptr<const scene::Snapshot> scene, double rate)
+    : contact_(contact),
+      newest_scene_(present(std::move(scene))),
+      scene_(newest_scene_),
+      fixtures_(std::make_shared<const guidance::Fixtures>()),
+      ring_(static_cast<std::size_t>(kRingSeconds * rate)) {
+  contact_.check(*newest_scene_);
+}
+
+Controls Front::controls() const {
+  const std::lock_guard lock(people_);
+  return controls_;
+}
+
+void Front::set_controls(const Controls& controls) {
+  check(controls);
+  const std::lock_guard lock(people_);
+  controls_ = controls;
+  controls_in_.write(controls);
+}
+
+void Front::set_scene(std::shared_ptr<const scene::Snapshot> scene) {
+  present(scene);
+  contact_.check(*scene);
+  const std::lock_guard lock(people_);
+  newest_scene_ = scene;
+  scene_.give(std::move(scene));
+}
+
+void Front::set_fixtures(std::shared_ptr<const guidance::Fixtures> fixtures) {
+  if (!fixtures) throw std::invalid_argument("guidance: no fixtures given; an empty list is none");
+  guidance::check(*fixtures);
+  const std::lock_guard lock(people_);
+  fixtures_.give(std::move(fixtures));
+}
+
+Tick Front::latest() {
+  const std::lock_guard lock(people_);
+  return latest_.read();
+}
+
+std::size_t Front::drain(std::size_t n, Tick* rows) {
+  const std::lock_guard lock(people_);
+  std::size_t done = 0;
+  while (done < n && ring_.pop(rows[done])) ++done;
+  return done;
+}
+
+void Front::start_collider(double collision_rate) {
+  if (!contact_.asynchronous()) return;
+  const double pause = kPollShare / std::max(collision_rate, 1.0);
+  collider_.start([this] { collide(); }, std::chrono::microseconds(static_cast<std::int64_t>(1e6 * pause)));
+}
+
+void Front::stop_collider() { collider_.stop(); }
+
+void Front::collide() {
+  if (!contact_.asynchronous()) return;
+  std::shared_ptr<const scene::Snapshot> scene;
+  {
+    const std::lock_guard lock(people_);
+    scene = newest_scene_;
+  }
+  contact_.collide(*scene);
+}
+
+}  // namespace palpate::loop
