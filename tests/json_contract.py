@@ -1,9 +1,9 @@
-"""The keys that docs/json.md promises, read from the page itself."""
+"""The keys that the pages of docs/json document, read from the pages themselves."""
 
 import re
 from pathlib import Path
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "json.md"
+PAGES = sorted((Path(__file__).resolve().parents[1] / "docs" / "json").glob("*.md"))
 
 
 def keys(command: str) -> set[str]:
@@ -19,4 +19,6 @@ def keys_of(command: str, start: str) -> set[str]:
 
 
 def _section(command: str) -> str:
-    return next(s for s in PAGE.read_text().split("\n## ") if f"`palpate {command}`" in s.splitlines()[0])
+    sections = [section for page in PAGES for section in page.read_text(encoding="utf-8").split("\n## ")[1:]]
+    (found,) = (s for s in sections if f"`palpate {command}`" in s.splitlines()[0])
+    return found
