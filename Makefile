@@ -1,4 +1,4 @@
-# make demo | make test | make lint | make wheel | make clean.   Everything else is `palpate --help`.
+# make demo | make test | make lint | make wheel | make clean.   `palpate --help` lists all other commands.
 .PHONY: demo test lint wheel clean setup
 ARGS ?=
 OUT ?= dist
@@ -19,7 +19,7 @@ wheel: setup
 
 setup: .venv/.ready
 
-# What the demo needs: the core, the viewer and the report.
+# The demo needs the core, the viewer and the report.
 .venv/.demo: pyproject.toml CMakeLists.txt | $(UV)
 	@command -v g++ >/dev/null || { echo "palpate: no C++ compiler (g++) found. Mend: sudo apt install g++"; exit 1; }
 	@python3 -c 'import os, sys, sysconfig; sys.exit(not os.path.exists(sysconfig.get_path("include") + "/Python.h"))' \

@@ -1,4 +1,4 @@
-"""Prints the layers of the Python package, the lowest first, and fails when an import goes up (pyproject.toml)."""
+"""Prints the layers of the Python package, lowest last, and fails when an import goes up (pyproject.toml)."""
 
 import sys
 import tomllib
@@ -10,7 +10,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 def main() -> int:
-    """Exit code of import-linter."""
+    """Print the layers and run import-linter; returns its exit code."""
     config = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]
     layers = config["contracts"][0]["layers"]
     print("\n".join(f"{floor:3}  {layer}" for floor, layer in reversed(list(enumerate(reversed(layers), 1)))))

@@ -1,4 +1,4 @@
-"""clang-tidy over our own C++ as the builds compile it; a file seen clean is looked at again only when it changed."""
+"""Runs clang-tidy on Palpate's C++ with the flags of the builds; a clean file is checked again only after a change."""
 
 import hashlib
 import os
@@ -24,38 +24,38 @@ def core_database() -> Path | None:
 
 
 def nodes_database() -> Path | None:
-    """The ROS nodes are compiled where they are first used, against the ROS 2 there: their build tells its commands."""
+    """Compilation database of the ROS nodes, from the newest build that `palpate ros` has left in the user's cache."""
     cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "palpate" / "ros"
     ours = f"CMAKE_HOME_DIRECTORY:INTERNAL={NODES}\n"
     builds = [c.parent for c in cache.glob("*/build/CMakeCache.txt") if ours in c.read_text()]
     if not builds:
         return None
     build = max(builds, key=lambda p: p.stat().st_mtime)
-    told = subprocess.run(["ninja", "-C", build, "-t", "compdb"], capture_output=True, check=True).stdout
-    database = SEEN / "nodes"
-    database.mkdir(exist_ok=True)
-    (database / "compile_commands.json").write_bytes(told[told.index(b"[") :])
-    return database
+    database_json = subprocess.run(["ninja", "-C", build, "-t", "compdb"], capture_output=True, check=True).stdout
+    folder = SEEN / "nodes"
+    folder.mkdir(exist_ok=True)
+    (folder / "compile_commands.json").write_bytes(database_json[database_json.index(b"[") :])
+    return folder
 
 
 def main() -> int:
     core = core_database()
     if core is None:
-        print("clang-tidy: no build/*/compile_commands.json. Run `make setup` first, it builds the core.")
+        print("clang-tidy: there is no build/*/compile_commands.json. Run `make setup` first: it builds the core.")
         return 1
     SEEN.mkdir(exist_ok=True)
-    # A file younger than the last build borrows the command of its neighbour.
+    # clang-tidy interpolates the command of a file that is newer than the last build.
     sources = dict.fromkeys(sorted([*ROOT.glob("core/**/*.cpp"), *ROOT.glob("bindings/*.cpp")]), core)
     nodes = nodes_database()
     if nodes is None:
-        print("clang-tidy: the ROS nodes are not compiled here, and not looked at; `palpate ros setup` compiles them")
+        print("clang-tidy: the ROS nodes are skipped, as they are not compiled here; `palpate ros setup` compiles them")
     else:
         sources |= dict.fromkeys(sorted(NODES.glob("**/*.cpp")), nodes)
     headers = [*ROOT.glob("core/**/*.hpp"), *ROOT.glob("bindings/*.hpp"), *NODES.glob("**/*.hpp")]
     version = subprocess.run([TIDY, "--version"], capture_output=True, check=True).stdout
     common = version + b"".join(h.read_bytes() for h in [*sorted(headers), ROOT / ".clang-tidy"])
 
-    def look(file: Path) -> bool:
+    def check(file: Path) -> bool:
         stamp = SEEN / fingerprint(file, common)
         if stamp.exists():
             return True
@@ -69,7 +69,7 @@ def main() -> int:
         return run.returncode == 0
 
     with ThreadPoolExecutor(min(2, os.cpu_count() or 1)) as pool:
-        return 0 if all(list(pool.map(look, sources))) else 1
+        return 0 if all(list(pool.map(check, sources))) else 1
 
 
 if __name__ == "__main__":

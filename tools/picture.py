@@ -1,8 +1,8 @@
-"""The picture of the README, made by the product: the shipped scene in the middle of a stroke, as the viewer shows it.
+"""Makes the README's picture: the shipped scene in the middle of a stroke, as the viewer shows it.
 
     uv run --group test python tools/picture.py [--scene SCENE.yaml] [--at SECONDS] [--out FILE.png]
 
-Runs the scene in lockstep up to that instant, opens the replay viewer on it and photographs it with headless Chromium.
+Runs the scene in lockstep up to the instant, opens the replay viewer and photographs it with headless Chromium.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from palpate.viewer import ReplayViewer, stage_of
 
 FLAGS = ["--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 CONSOLE = 284
-"""Width of the replay's own panel, which is left out of the picture [px]."""
+"""Width of the replay panel, which is cropped from the picture [px]."""
 HIDE = ".mantine-Notification-root, .mantine-Notifications-root { display: none !important }"
 
 
 def photograph(url: str, out: Path, size: tuple[int, int]) -> None:
-    """One screenshot of the page at `url` [px]."""
+    """Save a screenshot of the page at `url`; `size` is its width and height [px]."""
     chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if chromium is None:
         sys.exit("no Chromium found (Debian: apt-get install chromium)")
@@ -36,7 +36,7 @@ def photograph(url: str, out: Path, size: tuple[int, int]) -> None:
         page.goto(url, timeout=90_000)
         page.wait_for_selector("#palpate-force", timeout=90_000)
         page.add_style_tag(content=HIDE)
-        time.sleep(8.0)  # software rendering takes its time
+        time.sleep(8.0)  # software rendering is slow
         out.parent.mkdir(parents=True, exist_ok=True)
         clip = {"x": 0, "y": 0, "width": size[0] - CONSOLE, "height": size[1]}
         page.screenshot(path=out, clip=clip, timeout=90_000)
@@ -44,12 +44,12 @@ def photograph(url: str, out: Path, size: tuple[int, int]) -> None:
 
 
 def main() -> None:
-    """Runs the scene, shows the instant, takes the picture."""
+    """Run the scene, show the instant, take the picture."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scene", default="scenes/palpation.yaml")
     parser.add_argument("--at", type=float, default=4.6, help="instant of the picture [s]")
     parser.add_argument("--out", type=Path, default=Path("docs/images/palpation.png"))
-    parser.add_argument("--size", type=int, nargs=2, default=(1720, 860), help="of the page, width and height [px]")
+    parser.add_argument("--size", type=int, nargs=2, default=(1720, 860), help="width and height of the page [px]")
     args = parser.parse_args()
     session = Session(Scene.load(args.scene))
     ticks = as_ticks(session.rig.simulation(session.seed).run(round(args.at * session.rate) + 1))

@@ -1,4 +1,4 @@
-"""The command line: `palpate COMMAND`. Each command is a file of this folder, and is imported when it runs."""
+"""The command line: `palpate COMMAND`. Each command is a file in this folder and is imported only when it runs."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from typing import Any
 from palpate.console import INTERRUPTED, MISTAKE
 from palpate.errors import PalpateError, PalpateWarning
 
-#: Shown first by `palpate --help`, in this order; the other commands follow by name.
+#: Commands that `palpate --help` lists first, in this order; the others follow in alphabetical order.
 FIRST = (
     "run", "replay", "report", "check", "certify", "study", "calibrate", "bench", "fuzz", "soak", "ros", "path", "grid",
     "schema", "cache",
 )  # fmt: skip
 
 _DESCRIPTION = """\
-Feel virtual and scanned anatomy through a surgical robot's master arm.
+Palpate renders the contact forces of virtual and scanned anatomy on the master arm of a surgical robot.
 
 examples:
   palpate run scenes/palpation.yaml
@@ -27,7 +27,7 @@ examples:
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run one command; returns the exit code: 0 done, 2 a mistake that the message explains, 130 Ctrl-C."""
+    """Run one command; returns the exit code: 0 success, 2 a mistake that the message explains, 130 Ctrl-C."""
     args = sys.argv[1:] if args is None else args
     if args in (["--version"], ["-V"]):
         from palpate import __version__
@@ -37,7 +37,7 @@ def main(args: list[str] | None = None) -> int:
     warnings.showwarning = _show_warning
     warnings.simplefilter("always", PalpateWarning)
     signal.signal(signal.SIGTERM, _terminated)
-    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # a terminal or a connection was closed; nohup ignores it
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # the terminal closed; nohup ignores the signal
         signal.signal(signal.SIGHUP, _terminated)
     try:
         from palpate.cli._folder import dispatch
@@ -49,7 +49,7 @@ def main(args: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("stopped", file=sys.stderr)
         return INTERRUPTED
-    except BrokenPipeError:  # the reader of our output has gone, e.g. `| head`
+    except BrokenPipeError:  # the reader of our output has closed it, e.g. `| head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
 

@@ -1,11 +1,11 @@
-"""Commands are found by listing folders: a new command is a new file.
+"""Finds the commands by listing folders: a new command is a new file.
 
 `palpate NAME` is `NAME.py`, or `NAME/command.py` when the command has several parts: a dataclass ``Command`` whose
 fields are the options and whose ``__call__`` does the work. A module without ``Command`` is a group: its docstring is
 the help text, its members are the commands in its folder (or in the package named by ``MEMBERS``), ``FIRST`` names the
 members that the help shows first, and ``prepare()`` runs before one of them is imported.
 
-Listing reads the files as text: a command and what it imports are loaded when it runs.
+Listing reads the files as text; a command and its imports are loaded only when the command runs.
 """
 
 from __future__ import annotations
@@ -27,20 +27,20 @@ class Entry:
     """A command or a group of commands."""
 
     module: str
-    """the name to import."""
+    """Module name for the import."""
     file: Path
-    """its source."""
+    """Source file of the module."""
 
     @property
     def summary(self) -> str:
-        """The first line of its help text."""
+        """The first line of the help text."""
         tree = ast.parse(self.file.read_text(encoding="utf-8"))
         command = next((n for n in tree.body if isinstance(n, ast.ClassDef) and n.name == "Command"), tree)
         return (ast.get_docstring(command) or "").partition("\n")[0]
 
 
 def entries(package: str, first: Sequence[str] = ()) -> dict[str, Entry]:
-    """The commands and groups in the folder of a package, by name; those named in ``first`` come first."""
+    """The commands and groups in the folder of a package, by name; the names in ``first`` come first."""
     spec = find_spec(package)
     folders = (spec and spec.submodule_search_locations) or ()
     paths = (path for folder in map(Path, folders) if folder.is_dir() for path in folder.iterdir())
@@ -62,7 +62,7 @@ def entries(package: str, first: Sequence[str] = ()) -> dict[str, Entry]:
 def dispatch(group: ModuleType, prog: str, description: str, args: Sequence[str]) -> int:
     """Run the command that the arguments name; returns its exit code.
 
-    Wrong arguments exit with 2 and say what is possible.
+    Wrong arguments exit with 2 and list the possible ones.
     """
     members = entries(getattr(group, "MEMBERS", group.__name__), getattr(group, "FIRST", ()))
     if not args or args[0] in ("-h", "--help"):
@@ -74,7 +74,7 @@ def dispatch(group: ModuleType, prog: str, description: str, args: Sequence[str]
     config = (FlagCreatePairsOff,)
     if args[0] not in members:
         tyro.cli(_choice(members), prog=prog, description=description, args=args[:1], config=config)
-        return 2  # tyro has said which commands there are, and left
+        return 2  # not reached: tyro lists the commands and exits
     module = import_module(members[args[0]].module)
     prog = f"{prog} {args[0]}"
     if hasattr(module, "Command"):
@@ -85,7 +85,7 @@ def dispatch(group: ModuleType, prog: str, description: str, args: Sequence[str]
 
 
 def _choice(members: dict[str, Entry]) -> Any:
-    """The members as one type, each described by the first line of its help text."""
+    """A union type of the members, each described by the first line of its help text."""
     from tyro.conf import subcommand
 
     kinds = (

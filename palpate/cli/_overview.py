@@ -1,4 +1,4 @@
-"""The list of commands, without the option parser: its import alone takes longer than the whole list."""
+"""Prints the list of commands without the option parser, whose import alone takes longer than the whole list."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ def overview(prog: str, description: str, members: Mapping[str, str]) -> str:
     """The help text of a group of commands.
 
     Args:
-        prog: what the user types before the name of a command.
-        description: what the group is for.
-        members: the first line of each command's help text, by name.
+        prog: text that the user types before the name of a command.
+        description: purpose of the group.
+        members: first line of each command's help text, by name.
     """
     column = max(map(len, members), default=0) + 4
     width = min(_columns(), _WIDEST)
@@ -29,5 +29,5 @@ def overview(prog: str, description: str, members: Mapping[str, str]) -> str:
 def _columns() -> int:
     try:
         return os.get_terminal_size().columns
-    except OSError:  # the standard output is no terminal
+    except OSError:  # the standard output is not a terminal
         return _WIDEST

@@ -13,7 +13,7 @@ from palpate.console.output import console_for, require_writable, say, write_jso
 
 @dataclass
 class Command:
-    """Show what Palpate keeps in the user's cache folder, or clear it. Nothing is lost: it is made again when wanted.
+    """List the user's cache of Palpate, or clear it. Palpate rebuilds deleted entries when it needs them.
 
     examples:
       palpate cache
@@ -26,7 +26,7 @@ class Command:
     """Write the list as JSON (docs/json.md); - for the standard output."""
 
     def __call__(self) -> int:
-        """Clear the cache if wanted, print what is in it, write the JSON contract."""
+        """Clear the cache if requested, print its entries, write the JSON contract."""
         from datetime import datetime
 
         from rich.table import Table

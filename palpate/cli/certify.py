@@ -24,25 +24,25 @@ _COLOURS = {"stable": "green", "marginal": "yellow", "unstable": "red"}
 
 @dataclass
 class Command:
-    """Say before a run which stiffness is stable with a scene's arms, loop and hand, and why.
+    """Predict which stiffness is stable with a scene's arms, loop and hand, and explain why, without a run.
 
     examples:
       palpate certify scenes/palpation.yaml
       palpate certify my.yaml --json certificate.json --figure certificate.png
 
-    The stability boundary is exact for small motions: sampling, delay, the follower's servo and every filter are in it
-    (docs/certificate.md).
+    The stability boundary is exact for small motions: the model includes sampling, delay, the follower's servo and
+    every filter (docs/certificate.md).
     """
 
     scene: Positional[Path]
     """Scene file (YAML)."""
     figure: Annotated[Path | None, arg(metavar="FILE.png")] = None
-    """Draw the boundary in the plane of damping and stiffness."""
+    """Draw the stability boundary over damping and stiffness."""
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the certificate as JSON (docs/json.md); - for the standard output."""
 
     def __call__(self) -> int:
-        """Say which of the scene's objects are stable, and by how much; returns the exit code."""
+        """Print which objects of the scene are stable, and by what margin; returns the exit code."""
         from palpate.certificate import certify_all
         from palpate.certificate.entry import stiffness
         from palpate.certificate.scene import touched, worst_of
@@ -55,23 +55,23 @@ class Command:
             require_writable(file)
         scene = Scene.load(self.scene)
         rig = build(scene)
-        things = touched(rig)
+        surfaces = touched(rig)
         found = certify_all(scene, rig=rig)
-        console.print(_table(things, found))
+        console.print(_table(surfaces, found))
         worst = worst_of(found)
         hands = ", ".join(f"{name} {number(k)}" for name, k in worst.hands.items())
         say(console, worst.reason, f"{worst.name}:", f"bold {_COLOURS[worst.verdict or 'stable']}")
         say(console, f"stable below {hands} N/m", "with other hands:", "bold")
         pressed, force_scale = _entries(rig), rig.options().mapping.force_scale
         for name, K, presses in pressed:
-            told = ", ".join(
-                f"{e.measured_mm:.3g} mm at {e.force_N:g} N (K says {e.certified_mm:.3g})" for e in presses
+            depths = ", ".join(
+                f"{e.measured_mm:.3g} mm at {e.force_N:g} N ({e.certified_mm:.3g} mm by K)" for e in presses
             )
-            told += f"; {stiffness(presses, force_scale):.4g} N/m measured"
-            say(console, f"{told}, simulated", f"entry into {name}, {K:g} N/m:", "bold")
+            measured = f"{stiffness(presses, force_scale):.4g} N/m"
+            say(console, f"{depths}; stiffness {measured} (simulated)", f"entry into {name}, {K:g} N/m:", "bold")
         if self.figure is not None:
-            _draw(scene, things, found, self.figure)
-            say(console, str(self.figure), "picture")
+            _draw(scene, surfaces, found, self.figure)
+            say(console, str(self.figure), "figure:")
         rows = [
             {
                 "name": name,
@@ -87,7 +87,7 @@ class Command:
 
 
 def _entries(rig: Rig) -> list[tuple[str, float, list[Entry]]]:
-    """Of each soft fixture that has a stiffness: name, stiffness with its authority, presses."""
+    """Name, stiffness times authority [N/m] and simulated presses of each soft fixture that has a stiffness."""
     from palpate.certificate.entry import entries
     from palpate.certificate.guidance import moves
 
@@ -96,7 +96,7 @@ def _entries(rig: Rig) -> list[tuple[str, float, list[Entry]]]:
     return [(name, K, entries(rig, K, B)) for name, K, B in each]
 
 
-def _table(things: list[Touched], found: list[Certificate]) -> Table:
+def _table(surfaces: list[Touched], found: list[Certificate]) -> Table:
     from rich.markup import escape
     from rich.table import Table
 
@@ -109,22 +109,23 @@ def _table(things: list[Touched], found: list[Certificate]) -> Table:
         "B [N s/m]",
         "stable below [N/m]",
         "passive below [N/m]",
-        "swings at [Hz]",
+        "oscillates at [Hz]",
         "verdict",
     ):
         out.add_column(escape(column), justify="left" if column in ("object", "verdict") else "right")
-    for thing, one in zip(things, found, strict=True):
+    for surface, one in zip(surfaces, found, strict=True):
         passive = one.bounds["colgate_brown_with_hand"]
-        out.add_row(thing.name, f"{thing.K:g}", f"{one.B:g}", number(one.k_max), number(passive),
+        out.add_row(surface.name, f"{surface.K:g}", f"{one.B:g}", number(one.k_max), number(passive),
                     f"{one.frequency:.3g}", one.verdict, style=_COLOURS[one.verdict or "stable"])  # fmt: skip
     return out
 
 
-def _draw(scene: Scene, things: list[Touched], found: list[Certificate], path: Path) -> None:
+def _draw(scene: Scene, surfaces: list[Touched], found: list[Certificate], path: Path) -> None:
     from palpate.certificate.figure import Point, draw
     from palpate.certificate.scene import worst_of
 
     points = [
-        Point(thing.name, one.B, thing.K, one.verdict or "stable") for thing, one in zip(things, found, strict=True)
+        Point(surface.name, one.B, surface.K, one.verdict or "stable")
+        for surface, one in zip(surfaces, found, strict=True)
     ]
     draw(worst_of(found), points, f"{scene.title}: stable below the line", path)

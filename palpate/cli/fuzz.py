@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class Command:
-    """Random meshes, tool paths or mesh files against what must hold whatever comes in.
+    """Test the contact stage or the mesh readers with random input, and report each violated invariant.
 
     examples:
       palpate fuzz contact --runs 100000
@@ -24,16 +24,16 @@ class Command:
     """
 
     target: Positional[Literal["contact", "files"]]
-    """contact: triangle soups and tool paths through every method; files: spoilt mesh files through the readers."""
+    """contact: random triangles and tool paths for every contact method; files: corrupted mesh files."""
     runs: int = 2000
-    """Cases; each has the next seed [-]."""
+    """Number of cases; each case takes the next seed [-]."""
     seed: int = 0
-    """Of the first case: a fault is repeated by its seed [-]."""
+    """Seed of the first case; `--seed N --runs 1` repeats a fault [-]."""
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the outcome as JSON (docs/json.md); - for the standard output."""
 
     def __call__(self) -> int:
-        """Run the cases and name every fault with its seed. Returns 1 when there was one."""
+        """Run the cases and print every fault with its seed. Returns 1 after a fault."""
         from palpate.verify.fuzz import run
 
         console = console_for(self.json)

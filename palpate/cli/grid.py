@@ -21,28 +21,28 @@ if TYPE_CHECKING:
 
 @dataclass
 class Command:
-    """Make a signed distance grid of a closed mesh, and say how far it is from the exact distance.
+    """Compute the signed distance grid of a closed mesh, and measure its error against the exact distance.
 
     examples:
       palpate grid vessel.stl --spacing 0.5
       palpate grid organ.stl --unit m --out organ.npz
 
-    A grid answers in the same time whatever the mesh is made of; at most 512 x 512 x 512 nodes.
+    The query time of a grid does not depend on the number of triangles; a grid has at most 512 x 512 x 512 nodes.
     """
 
     mesh: Positional[Path]
     """Mesh file (STL, OBJ, PLY, ...), closed."""
     spacing: Annotated[float | None, arg(metavar="MM")] = None
-    """Of the nodes; a hundredth of the mesh when left out. Walls thinner than two of them are lost."""
+    """Distance of the nodes; 1/100 of the mesh when left out. Walls thinner than two spacings are lost."""
     unit: Literal["mm", "cm", "m", "in"] = "mm"
-    """Of the mesh file's numbers."""
+    """Unit of the numbers in the mesh file."""
     out: Annotated[Path | None, arg(metavar="FILE.npz")] = None
-    """The grid; beside the mesh when left out."""
+    """The grid file to write; next to the mesh when left out."""
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the figures as JSON (docs/json.md); - for the standard output."""
 
     def __call__(self) -> int:
-        """Make a distance grid of a mesh, and say how far it is from the exact distance."""
+        """Compute the grid, write it and print its error."""
         import numpy as np
 
         from palpate.mesh import Mesh
@@ -64,18 +64,18 @@ class Command:
             line.update(f"writing {out}")
             made.save(out)
             line.update("comparing with the exact distance")
-            off = error_of(made, mesh)
+            error = error_of(made, mesh)
         peak = 1024.0 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-        console.print(_table(made, step, took, peak, out, off))
-        say(console, f"wrote {out}; against the exact distance of the mesh at {off.points:,} random places")
+        console.print(_table(made, step, took, peak, out, error))
+        say(console, f"wrote {out}; errors against the exact distance of the mesh at {error.points:,} random points")
         write_json(self.json, {"mesh": str(self.mesh), "grid": str(out), "nodes": list(made.values.shape),
                                "spacing_m": step, "build_s": took, "peak_memory_bytes": peak,
-                               "error_near_p99_m": off.near_p99, "error_near_max_m": off.near_worst,
-                               "error_box_p99_m": off.box_p99, "error_box_max_m": off.box_worst})  # fmt: skip
+                               "error_near_p99_m": error.near_p99, "error_near_max_m": error.near_worst,
+                               "error_box_p99_m": error.box_p99, "error_box_max_m": error.box_worst})  # fmt: skip
         return 0
 
 
-def _table(made: DistanceGrid, step: float, took: float, peak: float, file: Path, off: GridError) -> Table:
+def _table(made: DistanceGrid, step: float, took: float, peak: float, file: Path, error: GridError) -> Table:
     from rich.table import Table
 
     table = Table(show_header=False, box=None, pad_edge=False)
@@ -84,6 +84,6 @@ def _table(made: DistanceGrid, step: float, took: float, peak: float, file: Path
         "memory", f"{made.values.nbytes / 1e6:,.0f} MB of values; {peak / 1e6:,.0f} MB at most while building"
     )
     table.add_row("file", f"{file.stat().st_size / 1e6:,.0f} MB")
-    table.add_row("error near the surface", f"p99 {1e6 * off.near_p99:.3g} um, worst {1e6 * off.near_worst:.3g} um")
-    table.add_row("error in its box", f"p99 {1e6 * off.box_p99:.3g} um, worst {1e6 * off.box_worst:.3g} um")
+    table.add_row("error near the surface", f"p99 {1e6 * error.near_p99:.3g} um, worst {1e6 * error.near_worst:.3g} um")
+    table.add_row("error in its box", f"p99 {1e6 * error.box_p99:.3g} um, worst {1e6 * error.box_worst:.3g} um")
     return table

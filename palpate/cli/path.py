@@ -14,33 +14,33 @@ from palpate.errors import PalpateError
 
 @dataclass
 class Command:
-    """Write the way of the tool in a record as a path that a fixture follows.
+    """Turn a recorded tool motion into a path file that a guidance fixture follows.
 
     examples:
       palpate path runs/demonstration/record.mcap --out suture.csv
       palpate path record.mcap --out cut.csv --start 2 --end 9.5 --smooth 0.5
 
-    The way is sampled evenly along its length (pauses count nothing), smoothed there by a Gaussian, and thinned; what
-    is left of the demonstration is told. In a scene: guidance: [follow: suture.csv].
+    The path is resampled evenly along its length, so that pauses have no weight, then smoothed by a Gaussian and
+    thinned. The command prints the deviation from the demonstration. Use in a scene: guidance: [follow: suture.csv].
     """
 
     record: Positional[Path]
-    """Record (MCAP), or the folder it is in."""
+    """Record (MCAP), or its folder."""
     out: Annotated[Path, arg(metavar="FILE.csv")] = Path("path.csv")
-    """Places and attitudes, with a header that says the unit."""
+    """The path file to write: positions and orientations, with the unit in the header."""
     spacing: Annotated[float, arg(metavar="MM")] = 2.0
-    """Of the places that are kept."""
+    """Distance of the path points."""
     smooth: Annotated[float, arg(metavar="MM")] = 1.0
-    """Standard deviation of the Gaussian along the way; 0: none."""
+    """Standard deviation of the Gaussian along the path; 0: no smoothing."""
     start: Annotated[float | None, arg(metavar="SECONDS")] = None
-    """Where the demonstration begins in the record."""
+    """Time in the record at which the demonstration begins."""
     end: Annotated[float | None, arg(metavar="SECONDS")] = None
-    """And where it ends."""
+    """Time at which it ends."""
     json: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Write what was found as JSON (docs/json.md); - for the standard output."""
+    """Write the figures as JSON (docs/json.md); - for the standard output."""
 
     def __call__(self) -> int:
-        """Write the path of the tool in the record as a path file."""
+        """Read the demonstration, write the path file, print the deviation."""
         from palpate.guidance import curve, demonstration
         from palpate.guidance.files import write_rows
 
@@ -53,9 +53,9 @@ class Command:
         write_rows(out, places, rotations)
         off = demonstration.deviation(path, shown)
         say(console, f"{self.record}: {len(shown.t):,} ticks, {shown.t[-1] - shown.t[0]:.2f} s of motion")
-        say(console, f"smoothed over {1e3 * smooth:g} mm, a place every {1e3 * spacing:g} mm: "
-                     f"{len(places)} places, {1e3 * path.length:.4g} mm long")  # fmt: skip
-        say(console, f"from what was shown: rms {1e3 * off.rms:.3g} mm, worst {1e3 * off.worst:.3g} mm")
+        say(console, f"smoothed over {1e3 * smooth:g} mm, a point every {1e3 * spacing:g} mm: "
+                     f"{len(places)} points, {1e3 * path.length:.4g} mm long")  # fmt: skip
+        say(console, f"deviation from the demonstration: rms {1e3 * off.rms:.3g} mm, worst {1e3 * off.worst:.3g} mm")
         try:
             curve.path(places, rotations, name=str(out))
         except PalpateError as error:

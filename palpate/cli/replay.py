@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class Command:
-    """Sum up a record, or the ROS 2 bag of a CRTK session, and show it in the 3-D viewer until Ctrl-C.
+    """Summarise a record, or the ROS 2 bag of a CRTK session, and show it in the 3-D viewer until Ctrl-C.
 
     examples:
       palpate replay runs/palpation-20260101-120000/record.mcap
@@ -28,14 +28,14 @@ class Command:
     """
 
     record: Positional[Path]
-    """Record (MCAP), or the folder it is in; or a rosbag2 (folder, .mcap, .db3)."""
+    """Record (MCAP), or its folder; or a rosbag2 (folder, .mcap, .db3)."""
     scene: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Of a bag: the arms' models and bases and what stood before them; the scene in the bag when left out."""
+    """Scene of a bag, with the arms' models and bases and the objects; the scene in the bag when left out."""
     port: int = PORT
-    """Of the viewer, on 127.0.0.1; the next free one when it is taken."""
+    """Port of the viewer on 127.0.0.1; the next free one when it is taken."""
 
     def __call__(self) -> int:
-        """Sum the record up and show it until Ctrl-C."""
+        """Print the summary of the record and show it until Ctrl-C."""
         from palpate.console.view import require_viewer
         from palpate.record.bags.open import open_any
         from palpate.record.reader import Record

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class Command:
-    """Sum up a record, or the ROS 2 bag of a CRTK session, and write its HTML report with figures.
+    """Summarise a record, or the ROS 2 bag of a CRTK session, and write its HTML report with figures.
 
     examples:
       palpate report runs/palpation-20260101-120000/record.mcap
@@ -28,14 +28,14 @@ class Command:
     """
 
     record: Positional[Path]
-    """Record (MCAP), or the folder it is in; or a rosbag2 (folder, .mcap, .db3)."""
+    """Record (MCAP), or its folder; or a rosbag2 (folder, .mcap, .db3)."""
     out: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Where to write it; report.html beside the record when left out."""
+    """The HTML file to write; report.html next to the record when left out."""
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the summary as JSON (docs/json.md); - for the standard output."""
 
     def __call__(self) -> int:
-        """Sum the record up and write its report."""
+        """Print the summary of the record and write its report."""
         from palpate.record.bags.open import open_any
         from palpate.record.reader import Record
 

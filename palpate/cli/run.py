@@ -15,41 +15,41 @@ from palpate.errors import PalpateError
 
 @dataclass
 class Command:
-    """Run a scene: the simulated hand palpates, the run is recorded and summed up.
+    """Run a scene: a simulated hand palpates it, and the run is recorded and summarised.
 
     examples:
       palpate run scenes/palpation.yaml
       palpate run scenes/liver.yaml --headless --duration 5 --json run.json
       palpate run my.yaml --realtime --seed 7 --out /data/runs
 
-    With a terminal it runs in real time and then serves the 3-D viewer until Ctrl-C; without one, or with
-    --headless, it runs as fast as the machine can and ends by itself. Ctrl-C stops at any moment: the record is
+    In a terminal the scene runs in real time, and the 3-D viewer is served afterwards until Ctrl-C. Without a terminal,
+    or with --headless, it runs as fast as possible and ends by itself. Ctrl-C stops a run at any moment: the record is
     closed, the summary is printed, the exit code is 130.
     """
 
     scene: Positional[Path]
     """Scene file (YAML)."""
     headless: bool = False
-    """No viewer, even with a terminal; lockstep unless --realtime is given."""
+    """Run without the viewer even in a terminal; in lockstep unless --realtime is given."""
     duration: Annotated[float | None, arg(metavar="SECONDS")] = None
     """Simulated time [s]; the scene's when left out."""
     realtime: bool = False
-    """At the pace of the clock, in a real-time thread."""
+    """Run in real time, in a real-time thread."""
     fast: bool = False
-    """Lockstep, as fast as the machine can: the same scene and seed give the same record, byte for byte."""
+    """Run in lockstep, as fast as possible: the same scene and seed give the same record, byte for byte."""
     seed: int | None = None
-    """Instead of the scene's seed [-]."""
+    """Seed of the random numbers [-]; the scene's when left out."""
     out: Annotated[Path | None, arg(metavar="DIR")] = None
     """Folder for records and reports; the scene's record.folder when left out."""
     json: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Write the summary as JSON (docs/json.md); - writes it to the standard output, everything else to stderr."""
+    """Write the summary as JSON (docs/json.md); - for the standard output, all else then goes to stderr."""
     serve: bool = False
     """Serve the viewer after the run even without a terminal."""
     port: int = PORT
-    """Of the viewer, on 127.0.0.1; the next free one when it is taken."""
+    """Port of the viewer on 127.0.0.1; the next free one when it is taken."""
 
     def __call__(self) -> int:
-        """Run the scene, say how it went, serve the viewer if wanted; returns the exit code."""
+        """Run the scene, print the summary, serve the viewer if requested; returns the exit code."""
         from palpate.certificate.scene import warn_outside
         from palpate.console import outcome
         from palpate.console.output import console_for, require_writable, write_json
@@ -70,12 +70,12 @@ class Command:
         warn_outside(session.rig)
         duration = scene.duration if self.duration is None else self.duration
         realtime = self.realtime or (viewer and not self.fast)
-        mode = "real time" if realtime else "lockstep, as fast as it goes"
+        mode = "real time" if realtime else "lockstep, as fast as possible"
         with Progress(console, duration, mode) as progress:
             summary = session.run(duration, realtime=realtime, on_progress=progress)
         summary = outcome.with_report(summary, scene)
         console.print(summary_table(summary))
-        outcome.tell(console, summary, scene.record.report)
+        outcome.print_details(console, summary, scene.record.report)
         write_json(self.json, summary.to_json())
         if summary.interrupted:
             return INTERRUPTED

@@ -11,14 +11,14 @@ from tyro.conf import arg
 
 @dataclass
 class Command:
-    """Print the JSON Schema of scene files, for editors that complete them.
+    """Print the JSON Schema of scene files, which lets an editor complete and check them.
 
     examples:
       palpate schema > scene.schema.json
     """
 
     out: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Write it to a file instead."""
+    """Write the schema to a file instead of the standard output."""
 
     def __call__(self) -> int:
         """Print the schema, or write it to a file."""

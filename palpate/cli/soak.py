@@ -14,12 +14,12 @@ from palpate.errors import PalpateError
 if TYPE_CHECKING:
     from palpate.verify.soak import Soak
 
-LINES = 50  # of progress, over the whole run
+LINES = 50  # progress lines over the whole run
 
 
 @dataclass
 class Command:
-    """Millions of short random pokes at random meshes: no tool may pop through a surface.
+    """Poke random meshes millions of times, and count how often a tool pops through a surface.
 
     examples:
       palpate soak contact
@@ -28,18 +28,18 @@ class Command:
     """
 
     what: Positional[Literal["contact"]]
-    """contact: the proxy's way judged triangle by triangle."""
+    """contact: the path of the proxy is checked against every triangle."""
     passes: int = 10_000_000
-    """Pokes of about 60 ticks each [-]."""
+    """Number of pokes, each of about 60 ticks [-]."""
     method: str = "proxy"
-    """Contact method; `penalty` shows what a method without memory does."""
+    """Contact method; `penalty`, which has no memory, shows how a tool pops through."""
     seed: int = 1
-    """The same seed gives the same meshes and passes [-]."""
+    """Seed; the same seed gives the same meshes and pokes [-]."""
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the count as JSON (docs/json.md); - for the standard output."""
 
     def __call__(self) -> int:
-        """Poke, print the count, write the JSON contract. Returns 1 when a pass went through."""
+        """Poke, print the count, write the JSON contract. Returns 1 if a tool popped through."""
         from palpate.verify.soak import run, table
 
         console = console_for(self.json)

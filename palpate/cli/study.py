@@ -1,3 +1,3 @@
-"""Studies: many runs, one table and one picture. `palpate study` lists them."""
+"""Run a study: many simulated runs, one table and one figure. `palpate study` lists the studies."""
 
 MEMBERS = "palpate.studies"  # the folder whose commands these are

@@ -1,4 +1,4 @@
-"""A line that a terminal rewrites while something runs."""
+"""A line that a terminal rewrites while a command runs."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from rich.live import Live
 
 
 class LiveLine:
-    """A line that a terminal writes over and over, while it is open; elsewhere `_live` is None."""
+    """A context manager for a line that the terminal rewrites; without a terminal `_live` is None."""
 
     def __init__(self, console: Console) -> None:
         self._console = console
         self._live = Live(console=console, refresh_per_second=12, transient=True) if console.is_terminal else None
 
     def __enter__(self) -> Self:
-        """Begin."""
+        """Start rewriting the line."""
         if self._live is not None:
             self._live.start()
         return self
@@ -25,6 +25,6 @@ class LiveLine:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Give the line back."""
+        """Erase the line."""
         if self._live is not None:
             self._live.stop()

@@ -1,4 +1,4 @@
-"""How a run went: its report, and what is said below its table."""
+"""Result of a run: writes its report and prints the lines below its summary table."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from palpate.session.summary import Summary
 
 
 def with_report(summary: Summary, scene: Scene) -> Summary:
-    """Write the report next to the record; a report that fails is named among the faults, or on the standard error."""
+    """Write the report next to the record; a failure is added to the faults, or printed on the standard error."""
     if not scene.record.report or summary.record is None:
         return summary
     try:
@@ -31,10 +31,10 @@ def with_report(summary: Summary, scene: Scene) -> Summary:
         return replace(summary, interrupted=True)
 
 
-def tell(console: Console, summary: Summary, report_wanted: bool) -> None:
-    """Say what the table does not show: scheduling, faults and the files that were written."""
+def print_details(console: Console, summary: Summary, report_wanted: bool) -> None:
+    """Print the details below the table: scheduling, faults and the files written."""
     if summary.interrupted:
-        say(console, "stopped by Ctrl-C; everything up to here is kept")
+        say(console, "stopped by Ctrl-C; the record is complete up to this moment")
     if summary.scheduler:
         say(console, f"scheduling: {summary.scheduler}")
     for fault in summary.faults:
@@ -44,4 +44,4 @@ def tell(console: Console, summary: Summary, report_wanted: bool) -> None:
     if summary.report is not None:
         say(console, f"report: {summary.report}")
     elif summary.interrupted and report_wanted and summary.record is not None:
-        say(console, f"report: not written; palpate report {summary.record} does it")
+        say(console, f"report: not written; run: palpate report {summary.record}")

@@ -1,4 +1,4 @@
-"""Where commands write their files."""
+"""Terminal output and output files of the commands."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from palpate.errors import OutputError
 
 
 def console_for(json: Path | None) -> Console:
-    """Where a command talks to people: the standard error when its JSON takes the standard output."""
+    """The console for messages: the standard error when the JSON goes to the standard output."""
     console = Console(stderr=str(json) == "-", highlight=False)
     if not console.is_terminal:
         console.width = max(console.width, 120)
@@ -21,7 +21,7 @@ def console_for(json: Path | None) -> Console:
 
 
 def say(console: Console, text: str, label: str = "", style: str = "") -> None:
-    """Print text as it is, long lines whole, after a coloured label."""
+    """Print text without markup or wrapping, after a coloured label."""
     if label:
         console.print(label, style=style, end=" ", markup=False)
     console.print(text, soft_wrap=True, markup=False)
@@ -31,7 +31,7 @@ def write_text(path: Path, text: str) -> None:
     """Write a small file.
 
     Raises:
-        OutputError: it cannot be written.
+        OutputError: the file cannot be written.
     """
     try:
         path.write_text(text, encoding="utf-8")
@@ -51,28 +51,28 @@ def write_json(path: Path | None, values: Any) -> None:
 
 
 def require_writable(path: Path | None) -> None:
-    """Try a file that will be written at the end, before the work begins.
+    """Check before the work begins that a file can be written at its end.
 
     Raises:
-        OutputError: it cannot be written.
+        OutputError: the file cannot be written.
     """
     if path is None or str(path) == "-":
         return
     try:
-        there = path.exists()
+        existed = path.exists()
         with path.open("a", encoding="utf-8"):
             pass
-        if not there:  # nothing is left of work that is interrupted
+        if not existed:  # interrupted work shall leave no empty file
             path.unlink()
     except OSError as error:
         raise _refusal(path, error) from None
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder for files that will be written at the end, before the work begins.
+    """Create a folder before the work begins, for files that are written at its end.
 
     Raises:
-        OutputError: it cannot be made.
+        OutputError: the folder cannot be created.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)

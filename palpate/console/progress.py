@@ -1,4 +1,4 @@
-"""The live line of a run: on a terminal it rewrites itself, elsewhere a few lines are printed."""
+"""Progress of a run: a live line in a terminal, otherwise a few printed lines."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from rich.text import Text
 from palpate.console.live_line import LiveLine
 from palpate.session import State
 
-_LINES = 10  # without a terminal, over the whole run
+_LINES = 10  # lines over the whole run, without a terminal
 
 
 class Progress(LiveLine):
     """Shows time, phase, force, penetration and cycle time while a run goes on.
 
     Args:
-        console: where to.
-        duration: of the run [s].
-        mode: how it runs, in words.
+        console: output.
+        duration: simulated time of the run [s].
+        mode: words for the mode, such as "real time".
     """
 
     def __init__(self, console: Console, duration: float, mode: str) -> None:

@@ -1,4 +1,4 @@
-"""The viewer from the command line: on this machine only, on the first free port, until Ctrl-C."""
+"""Serves the viewer from the command line: on this machine only, on the first free port, until Ctrl-C."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ _TRIES = 20
 
 
 def require_viewer() -> None:
-    """Say before the run that the viewer is not installed.
+    """Check before the run that the viewer is installed.
 
     Raises:
-        MissingExtraError: names the extra.
+        MissingExtraError: the viewer is not installed.
     """
     if importlib.util.find_spec("viser") is None:
         raise MissingExtraError("the 3-D viewer", "viewer")
@@ -35,7 +35,7 @@ def free_port(wanted: int) -> int:
     """The wanted port, or the next free one above it.
 
     Raises:
-        PortError: the number is no port, or none of the next ones is free.
+        PortError: the number is not a port, or this port and the next ones are all taken.
     """
     if not 0 < wanted < 65536:
         raise PortError(f"port {wanted} does not exist", mend="choose one from 1024 to 65535, e.g. --port 8080")
@@ -56,7 +56,7 @@ def free_port(wanted: int) -> int:
 
 
 def serve(shown: Session | Record | tuple[Stage, Ticks], port: int, console: Console) -> None:
-    """Serve a session (live), or a record or its like, until Ctrl-C."""
+    """Serve a session (live), a record, or a stage with its ticks until Ctrl-C."""
     from palpate import viewer
 
     free = free_port(port)

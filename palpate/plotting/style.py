@@ -1,4 +1,4 @@
-"""How the report's figures look: one palette, two widths, vector graphics inside the page."""
+"""Style of the report's figures: one palette, two widths, vector graphics embedded in the page."""
 
 from __future__ import annotations
 
@@ -50,19 +50,19 @@ _RC: Any = {
 
 @dataclass(frozen=True)
 class Canvas:
-    """The width a figure is drawn for."""
+    """Page width of a figure."""
 
     name: str
     width: float
-    """[inch] of 72 points; the page shows it at about 1.35 times that."""
+    """Width [inch]; the page shows it about 1.35 times as wide."""
 
     @property
     def narrow(self) -> bool:
-        """A telephone: panels below each other."""
+        """True for a telephone, where panels are stacked."""
         return self.width < 6.0
 
     def points(self) -> int:
-        """How many points of a curve it can show."""
+        """Largest useful number of points in a curve."""
         return 700 if self.narrow else 1800
 
 
@@ -70,16 +70,16 @@ CANVASES = (Canvas("narrow", 4.0), Canvas("wide", 10.0))
 
 
 def style() -> AbstractContextManager[None]:
-    """Draw in the report's style inside a ``with``."""
+    """Context manager that applies the report's style."""
     return matplotlib.rc_context(_RC)
 
 
 def picture(draw: Callable[[Canvas], Figure], alt: str) -> str:
-    """A figure drawn for both widths, as HTML that needs nothing from outside.
+    """A figure for both widths as self-contained HTML.
 
     Args:
-        draw: makes the figure for a canvas.
-        alt: what the figure shows, for those who cannot see it.
+        draw: draws the figure for a canvas.
+        alt: description for readers who cannot see the figure.
     """
     with style():
         narrow, wide = (_data_uri(draw(canvas)) for canvas in CANVASES)
@@ -90,10 +90,10 @@ def picture(draw: Callable[[Canvas], Figure], alt: str) -> str:
 
 
 def png(draw: Callable[[Canvas], Figure], file: Path) -> None:
-    """A figure for a page of documentation: wide, light enough to be kept in the repository.
+    """Write a wide figure for the documentation, small enough for the repository.
 
     Raises:
-        OutputError: it cannot be written.
+        OutputError: the file cannot be written.
     """
     from PIL import Image  # comes with matplotlib
 
@@ -114,13 +114,13 @@ def _data_uri(figure: Figure) -> str:
 
 
 def curve(axes: Axes, t: NDArray[Any], y: NDArray[Any], points: int, **style: Any) -> None:
-    """Draw y(t); of a long run the smallest and largest value of each interval, so that no peak is lost."""
+    """Draw y(t); a long curve is reduced to the minimum and maximum of each interval, so that every peak remains."""
     t, y = thin(t, y, points)
     axes.plot(t, y, **style)
 
 
 def thin(t: NDArray[Any], y: NDArray[Any], points: int) -> tuple[NDArray[Any], NDArray[Any]]:
-    """At most about `points` points of y(t) (n,) that keep every peak."""
+    """About `points` or fewer points of y(t) (n,) that keep every peak."""
     step = -(-2 * len(t) // points)
     if step <= 2:
         return t, y

@@ -1,4 +1,4 @@
-"""What a run tells afterwards: the summary table and the HTML report."""
+"""Reports on a run: the summary table and the HTML page."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["report", "write_report"]
 
 
 def __getattr__(name: str) -> Any:
-    """The page is imported when it is first written: the summary of a run does without it."""
+    """Imports the page on first use, as the summary of a run does not need it."""
     if name in __all__:
         from palpate.report import html
 

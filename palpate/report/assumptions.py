@@ -1,11 +1,11 @@
-"""Was the motion as slow as the control law assumes?
+"""Checks whether the motion was as slow as the control law assumes.
 
-Eq 13 keeps tau = J^T F + G(q) of the arm's dynamics (Eq 9) and drops Lambda a + Gamma v. What is dropped, the hand
-feels beside the rendered force. The cycle estimates it at every tick (signal `F_neglected`, core/palpate/torque):
-Lambda and Gamma v of the controller's model at the handle, a its acceleration below 10 Hz, which keeps the motions a
-hand makes on purpose and drops encoder steps and stick-slip. Above `torque.fast_force` status `too_fast` is set; its
-default, 0.3 N, is a tenth of the default force cap, about the smallest change of force that a hand notices (Weber
-fraction 7 to 10 %). Laws that compensate a part neglect only the rest.
+Eq 13 keeps tau = J^T F + G(q) of the arm's dynamics (Eq 9) and neglects Lambda a + Gamma v, which the hand feels in
+addition to the rendered force. The cycle estimates this force at every tick (signal `F_neglected`,
+core/palpate/torque): Lambda and Gamma v come from the controller's model at the handle, and a is the handle's
+acceleration below 10 Hz, which covers voluntary motion but not encoder steps and stick-slip. Above `torque.fast_force`
+the cycle sets status `too_fast`. The default, 0.3 N, is a tenth of the default force cap, about the smallest change
+of force that a hand notices (Weber fraction 7 to 10 %). Control laws that compensate a part neglect only the rest.
 """
 
 from __future__ import annotations
@@ -23,22 +23,22 @@ FAST_FORCE = float(_core.TorqueOptions().fast_force)
 
 @dataclass(frozen=True)
 class SlowMotion:
-    """How far a run kept to slow motion."""
+    """Speed and neglected force of a run."""
 
     peak_speed: float
-    """Of the handle [m/s]."""
+    """Peak speed of the handle [m/s]."""
     peak_inertia: float
-    """Largest force of the arm's own dynamics at the handle that the law left to the hand [N]."""
+    """Largest force of the arm's dynamics at the handle that the control law neglects [N]."""
     force_limit: float
-    """What `peak_inertia` is compared with [N]."""
+    """Limit for `peak_inertia` [N]."""
     broken_s: float
-    """Time in which it was passed [s]."""
+    """Time above the limit [s]."""
     first: float | None
-    """When first [s]; None if never."""
+    """First time above the limit [s]; None if never."""
 
     @property
     def kept(self) -> bool:
-        """Does the assumption hold throughout?"""
+        """True if the assumption holds throughout."""
         return self.first is None
 
     @property
@@ -52,17 +52,17 @@ class SlowMotion:
             return f"The motion was slow enough throughout: {facts}."
         return (
             f"The motion was too fast for {self.broken_s:.2f} s, first at t = {self.first:.2f} s: {facts}. "
-            "There the hand feels the arm's inertia beside the rendered force."
+            "During that time the hand feels the arm's inertia in addition to the rendered force."
         )
 
 
 def slow_motion(ticks: Ticks, rate: float, *, fast_force: float = FAST_FORCE) -> SlowMotion:
-    """What the cycle found about a run, summed up.
+    """Summarises the neglected force over a run.
 
     Args:
-        ticks: (n,).
-        rate: of the ticks [Hz].
-        fast_force: of the scene's `torque` section, for the words [N].
+        ticks: (n,) ticks of the run.
+        rate: tick rate [Hz].
+        fast_force: limit `torque.fast_force` of the scene [N].
     """
     broken = (ticks["status"].astype(np.int64) & STATUS["too_fast"][0]) != 0
     return SlowMotion(

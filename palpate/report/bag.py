@@ -1,4 +1,4 @@
-"""The report of a bag: one HTML page of what a CRTK session was."""
+"""The report of a bag: one HTML page on a CRTK session."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ _MOST_EVENTS = 300
 
 
 def write_page(bag: Bag, out: Path | None = None) -> Path:
-    """Write it: ``report.html`` in the bag's folder when `out` is left out.
+    """Write the report: ``report.html`` in the bag's folder when `out` is left out.
 
     Raises:
-        MissingExtraError: matplotlib is not installed. OutputError: it cannot be written.
+        MissingExtraError: matplotlib is not installed. OutputError: the page cannot be written.
     """
     folder = bag.path if bag.path.is_dir() else bag.path.parent
     return write(out if out is not None else folder / "report.html", report(bag))
@@ -49,13 +49,13 @@ def report(bag: Bag) -> str:
 
     parts = [
         f"<header><h1>{escape(bag.path.name)}</h1><p>A ROS 2 bag of {bag.duration:.2f} s: "
-        f"{', '.join(map(escape, bag.arms))}. Forces are those that were commanded, not measured.</p></header>",
+        f"{', '.join(map(escape, bag.arms))}. Forces are commanded forces, not measured ones.</p></header>",
         *(f'<div class="note"><p>{escape(note)}</p></div>' for note in bag.notes),
         _numbers(bag),
     ]
     for arm in bag.arms.values():
         if len(arm.pose.t) or len(arm.wrench.t):
-            words = "Position in the arm's base frame, and the wrench it was commanded (in the frame told below it)."
+            words = "Position in the arm's base frame, and the commanded wrench (in the frame named below the plot)."
             parts.append(figure(escape(arm.name), words, partial(_draw, arm)))
     parts += [_events(bag), _topics(bag)]
     css = files("palpate.report").joinpath("page.css").read_text(encoding="utf-8")
@@ -89,23 +89,23 @@ def _draw(arm: Arm, canvas: Canvas) -> Figure:
 
 
 def _frame(absolute: Track) -> str:
-    said = {bool(x) for x in absolute.values[:, 0]} if len(absolute.t) else {False}
-    return "base, then of the tip, or the other way round" if len(said) > 1 else "base" if said == {True} else "tip"
+    found = {bool(x) for x in absolute.values[:, 0]} if len(absolute.t) else {False}
+    return "base or of the tip (changed during the session)" if len(found) > 1 else "base" if found == {True} else "tip"
 
 
 def _numbers(bag: Bag) -> str:
     lines: list[tuple[str, str, str]] = []
     for name, s in summary_of(bag)["arms"].items():
         if s["wrenches"]:
-            lines.append((f"{name} peak force", f"{s['peak_force_N']:.2f} N", "largest that was commanded"))
-            lines.append((f"{name} steepest force", f"{s['steepest_N_per_s']:.0f} N/s", "fastest change of it"))
+            lines.append((f"{name} peak force", f"{s['peak_force_N']:.2f} N", "largest commanded force"))
+            lines.append((f"{name} steepest force", f"{s['steepest_N_per_s']:.0f} N/s", "fastest change of that force"))
             lines.append((f"{name} force left on", f"{s['held_s']:.2f} s", _HELD))
         if s["poses"]:
-            lines.append((f"{name} top speed", f"{s['peak_speed_m_s']:.3f} m/s", "of its tip"))
+            lines.append((f"{name} top speed", f"{s['peak_speed_m_s']:.3f} m/s", "peak speed of the tip"))
     return _table("Numbers", lines)
 
 
-_HELD = "the last wrench stayed unrenewed above zero for more than 30 ms: an arm without a timeout goes on pushing"
+_HELD = "time with a force above zero that was not renewed for more than 30 ms: an arm without a timeout keeps pushing"
 
 
 def _events(bag: Bag) -> str:

@@ -1,4 +1,4 @@
-"""The paper's Fig 3 as the loop that ran: each stage with its law and the signals it recorded."""
+"""The haptic loop of a run after the paper's Fig 3: each stage with its law and its recorded signals."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _LAWS = {
     ),
     "torque": ("Torque", "τ = Jᵀ F + Ĝ(q)  (Eq 13)", False),
 }
-"""Stage: title, law, simulated? Order: the first four flow to the patient, the others back to the hand."""
+"""Title, law and whether simulated, by stage. Motion flows through the first four stages, force through the others."""
 
 _SYMBOLS = {
     "q": "q", "v": "q̇", "gripper": "pinch", "p_LH": "p<sub>LH</sub>", "quat_LH": "R<sub>LH</sub>",
@@ -40,7 +40,7 @@ _SYMBOLS = {
 
 
 def diagram(run: Run) -> str:
-    """The loop as HTML: two rows on a wide page, one column on a telephone."""
+    """The loop as HTML: two rows on a wide page, one column on a phone."""
     cards = [_card(stage, i, run) for i, stage in enumerate(_LAWS)]
     return f'<div class="loop">{"".join(cards)}</div>'
 
@@ -64,7 +64,7 @@ def _chip(signal: Signal) -> str:
 
 
 def signal_table(run: Run) -> str:
-    """Every recorded signal: symbol, channel, unit, frame, meaning."""
+    """HTML table of every recorded signal: symbol, channel, unit, frame, meaning."""
     lines = []
     order = {stage: i for i, stage in enumerate(_LAWS, start=1)}
     for s in sorted(run.record.signals.values(), key=lambda s: order.get(s.stage, 0)):

@@ -1,4 +1,4 @@
-"""The sphere on the tool as three springs and dampers (Fig 7), and how well the leader's Jacobian is conditioned."""
+"""The tool sphere as three springs and dampers (Fig 7), and the condition of the leader's Jacobian."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from palpate.arm import Arm
 from palpate.record.ticks import Ticks
 
 _SAMPLES = 400
-_LENGTH, _COILS = 110.0, 8  # of a drawn spring at rest [px], and its windings
+_LENGTH, _COILS = 110.0, 8  # length of a drawn spring at rest [px], and its number of coils
 
 
 def table(ticks: Ticks) -> str:
-    """The elements at the deepest contact of a run (n,) as HTML: drawn, with deflection and force of each."""
+    """HTML table of the springs and dampers at the deepest contact of a run (n,), with their deflections and forces."""
     row = ticks[int(np.argmax(ticks["depth"]))]
     if not row["depth"] > 0:
         return "<p>Nothing was touched, so no spring was compressed.</p>"
-    longest = 1.6 * float(np.abs(row["delta_x"]).max())  # as long at rest as to be compressed by 60 % at most
+    longest = 1.6 * float(np.abs(row["delta_x"]).max())  # rest length at which the drawn compression is 60 % at most
     lines = []
     for axis, name in enumerate("xyz"):
         dx, spring, damper = (float(row[key][axis]) for key in ("delta_x", "F_spring_W", "F_damping_W"))
@@ -34,7 +34,7 @@ def table(ticks: Ticks) -> str:
 
 
 def _spring(share: float) -> str:
-    """A coil of `share` of its length at rest, from its fixed end on the left."""
+    """SVG of a coil spring whose length is `share` of its rest length; its fixed end is on the left."""
     x = 4.0 + np.linspace(0.0, share * _LENGTH, 2 * _COILS + 1)
     y = 9.0 + 6.0 * np.array([0.0, *([1.0, -1.0] * _COILS)[:-1], 0.0])
     points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))
@@ -47,9 +47,10 @@ def _spring(share: float) -> str:
 
 
 def conditioning(ticks: Ticks, arm: Arm) -> NDArray[np.float64]:
-    """Condition numbers (k,) of the 3x3 Jacobian of the wrist centre (section 2.3), over ticks sampled from a run.
+    """Condition numbers (k,) of the 3x3 Jacobian of the wrist centre (section 2.3), for ticks sampled from a run.
 
-    1: a torque makes the same force in every direction; large: near a singular pose. `arm`: the leader.
+    1 is isotropic: a torque makes the same force in every direction. Large values are near a singular pose. `arm` is
+    the leader.
     """
     rows = np.unique(np.linspace(0, len(ticks) - 1, min(_SAMPLES, len(ticks))).astype(np.int64))
     return np.array([np.linalg.cond(arm.jacobian(q[: arm.n])[:3, :3]) for q in ticks["q"][rows]])

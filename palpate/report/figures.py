@@ -1,4 +1,4 @@
-"""The figures of a report. Each takes a run and a canvas (wide page or telephone) and draws; no figure decides."""
+"""The figures of a report. Each function draws a run for a canvas (wide page or phone)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from palpate.report.run import Run
 
 
 def story(run: Run, canvas: Canvas) -> Figure:
-    """Force on the hand, penetration and what inertia adds over time, with the phases of the touch."""
+    """Force on the hand, penetration and neglected inertia force over time, with the phases of the touch."""
     figure = _figure(canvas, 6.0, 6.4)
     force, depth, own = figure.subplots(3, 1, sharex=True, height_ratios=[2.2, 1.3, 1.0])
     ticks, t, points = run.ticks, run.t, canvas.points()
@@ -29,7 +29,7 @@ def story(run: Run, canvas: Canvas) -> Figure:
         real = np.linalg.norm(ticks["F_touch_W"], axis=1)
         curve(force, t, real, points, color=JOINTS[2], lw=0.9, label="real objects on the tool (simulated)")
         estimate = np.linalg.norm(ticks["F_estimate_W"], axis=1)
-        curve(force, t, estimate, points, color=JOINTS[4], lw=0.9, label="told by the follower's drives")
+        curve(force, t, estimate, points, color=JOINTS[4], lw=0.9, label="estimated from the follower's drives")
     cap = run.setting("stability", "force_cap")
     top = max(float(rendered.max()), float(np.percentile(cell, 99.9)))
     if cap is not None:
@@ -63,7 +63,7 @@ def story(run: Run, canvas: Canvas) -> Figure:
 
 
 def stiffness(run: Run, canvas: Canvas) -> Figure:
-    """Force of the law over penetration: the line is the spring, what strays from it is damping."""
+    """Rendered force over penetration: the line is the spring, the deviations are damping."""
     figure = _figure(canvas, 4.2, 3.9)
     panels: Any = figure.subplots(1, 1) if canvas.narrow else figure.subplots(1, 2, width_ratios=[1.25, 1])
     axes: Axes = panels if canvas.narrow else panels[0]
@@ -97,11 +97,11 @@ def _terms_of_law(run: Run, axes: Axes, canvas: Canvas) -> None:
 
 
 def torques(run: Run, canvas: Canvas) -> Figure:
-    """The terms of Eq 13, each joint a line."""
+    """The terms of Eq 13, one line per joint."""
     terms = [
-        ("tau_force", r"renders the force:  $J^T F$"),
-        ("tau_gravity", r"holds the arm up:  $\hat G(q)$"),
-        ("tau_platform", "keeps joint 4 beside the wrist"),
+        ("tau_force", r"rendered force:  $J^T F$"),
+        ("tau_gravity", r"gravity compensation:  $\hat G(q)$"),
+        ("tau_platform", "position control of joint 4"),
     ]
     figure = _figure(canvas, 3.6, 6.4)
     panels = figure.subplots(3, 1, sharex=True) if canvas.narrow else figure.subplots(1, 3, width_ratios=[1, 1, 1])
@@ -121,7 +121,7 @@ def torques(run: Run, canvas: Canvas) -> Figure:
 
 
 def energy(run: Run, canvas: Canvas) -> Figure:
-    """The ledger: what the hand put in, and where it went."""
+    """The energy ledger: energy from the hand, and where it went."""
     ticks = run.ticks
     figure = _figure(canvas, 3.4, 3.6)
     axes = figure.subplots()
@@ -129,12 +129,12 @@ def energy(run: Run, canvas: Canvas) -> Figure:
     entries = [
         ("energy_port", "taken from the hand", INK, 1.5),
         ("energy_spring", "stored in the springs", FORCE, 1.0),
-        ("energy_damping", "turned to heat by damping", DEPTH, 1.0),
+        ("energy_damping", "dissipated by damping", DEPTH, 1.0),
         ("energy_cut", "withheld by the caps", CAP, 1.0),
     ]
     kept = ("energy_passivity", "energy_low_pass", "energy_coupling")
     entries += [
-        (name, f"by the {name[7:].replace('_', '-')}", JOINTS[i], 1.0)
+        (name, f"withheld by the {name[7:].replace('_', '-')}", JOINTS[i], 1.0)
         for i, name in enumerate(kept)
         if ticks[name].any()
     ]
@@ -177,7 +177,7 @@ def frames(run: Run, canvas: Canvas) -> Figure:
 
 
 def timing(run: Run, canvas: Canvas) -> Figure:
-    """Compute time of the cycle and lateness of its start; only a real-time record has them."""
+    """Compute time of the cycle and lateness of its start, which only a real-time record contains."""
     figure = _figure(canvas, 3.2, 5.0)
     panels = figure.subplots(2, 1) if canvas.narrow else figure.subplots(1, 2)
     period = 1e6 / run.record.rate
@@ -220,7 +220,7 @@ def _figure(canvas: Canvas, wide: float, narrow: float) -> Figure:
 
 
 def _shade(run: Run, panels: tuple[Axes, ...], canvas: Canvas, names: bool = True) -> None:
-    """Tint the phases; name them on the first panel where there is room."""
+    """Shade the phases, and name them on the first panel where there is room."""
     whole = max(1e-9, float(run.t[-1] - run.t[0]))
     for phase in run.phases:
         for axes in panels:
@@ -239,7 +239,7 @@ def _span(run: Run, axes: Axes) -> None:
 
 
 def _headroom(axes: Axes, share: float) -> None:
-    """Room for a legend above the curves."""
+    """Extend the y axis upwards to make room for a legend."""
     low, high = axes.get_ylim()
     axes.set_ylim(low, high + share * (high - low))
 

@@ -1,4 +1,4 @@
-"""One HTML file that tells a run: numbers, figures, words. It needs nothing from outside."""
+"""The report of a run as one self-contained HTML file: numbers, figures, text."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def write_report(record: str | Path, out: str | Path | None = None) -> Path:
 
     Args:
         record: the record's file.
-        out: the HTML file to write; ``report.html`` beside the record when left out.
+        out: the HTML file to write; ``report.html`` next to the record when left out.
 
     Returns:
         The file written.
@@ -51,7 +51,7 @@ def write_report(record: str | Path, out: str | Path | None = None) -> Path:
 
 
 def report(record: Record) -> str:
-    """The page as text. The same record gives the same page.
+    """The page as HTML text; the same record gives the same page.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
@@ -106,30 +106,31 @@ def report(record: Record) -> str:
 
 
 _VIEWS = (
-    "The tool tip (blue) and the proxy that stays on the surface (red), in the world frame W. Where they part, the "
-    "tool is inside and the spring pulls it back along the red lines."
+    "The tool tip (blue) and the proxy that stays on the surface (red), in the world frame W. Where the two differ, "
+    "the tool is inside the object and the spring pulls it back along the red lines."
 )
-_NO_SURFACE = " The mesh of the scene is not at hand any more: the paths are drawn alone."
+_NO_SURFACE = " The mesh of the scene is not available any more, so only the paths are drawn."
 _LOOP = (
     "The paper's Fig 3: motion flows from the hand to the tool (blue), force flows back (red). Every symbol is a "
-    "recorded channel with its unit; rest the pointer on it to read what it means."
+    "recorded channel with its unit; point at it to read its meaning."
 )
 _TORQUE = (
-    "What the motors were told: one part renders the force on the hand, the other holds the arm's own weight, so "
-    "that the hand feels the organ and not the arm. Joint 4 has a controller of its own, as on the real arm."
+    "Commanded motor torques. One term renders the force on the hand, the other compensates the arm's weight, so that "
+    "the hand feels the organ and not the arm. Joint 4 has its own position controller, as on the real arm."
 )
 _TOUCHES = (
-    "Each pair of a sphere of the tool and an object, with the spring force along the normal. The tip's sphere is the "
-    "spherical proxy region; more spheres on jaws and shaft are those of <code>contact.whole_tool</code> and "
-    "<code>contact.spheres</code>."
+    "Each pair of a tool sphere and an object, with the spring force along the normal. This force acts at the tool, "
+    "before force scale, damping, filters and force cap, so it can exceed the force on the hand. The sphere at the tip "
+    "is the spherical proxy region (SPR); <code>contact.whole_tool</code> and <code>contact.spheres</code> add spheres "
+    "on jaws and shaft."
 )
 _ELEMENTS = (
-    "The paper's Fig 7: along each axis of the world a spring and a damper hold the sphere (SPR) on the tool. How far "
-    "each was compressed at the deepest contact, and the force that it made."
+    "The paper's Fig 7: along each axis of the world frame, a spring and a damper connect the tool to the sphere at "
+    "its tip, the spherical proxy region (SPR). The table shows their compression and force at the deepest contact."
 )
 _FRAMES = (
-    "Turning the wrist changes the components in the handle, never those in the base: the forces are one and the "
-    "same arrow. The paper draws the first green, the second red."
+    "Both plots show the same force. A rotation of the wrist changes its components in the handle's frame, but not "
+    "those in the base frame. The paper draws the base-frame force green and the handle-frame force red."
 )
 
 
@@ -138,21 +139,21 @@ def _story_words(run: Run) -> str:
         return "Nothing was touched in this run."
     touches = len(run.touches)
     return (
-        f"{'One touch' if touches == 1 else f'{touches} touches'}. Tinted: press, slide and leave, as the motion shows "
-        "them. Between the rendered force and the load cell lie the friction and the inertia of the arm."
+        f"{'One touch' if touches == 1 else f'{touches} touches'}. The background shows the phases press, slide and "
+        "leave, found from the motion. The load cell differs from the rendered force by the arm's friction and inertia."
     )
 
 
 def _stiffness_words(run: Run) -> str:
     if run.stiffness is None:
-        return "Nothing was touched, so there is no stiffness to see."
+        return "Nothing was touched, so there is no stiffness to show."
     scale = float(run.setting("mapping", "scale") or 1.0) * float(run.setting("mapping", "force_scale") or 1.0)
     felt = f"{run.stiffness * scale:.0f} N/m"
     if abs(scale - 1.0) < 1e-9:
-        words = f"The hand feels {felt}, for its motions are not scaled."
+        words = f"The hand feels {felt}, as motion and force together are not scaled."
     else:
-        words = f"The hand feels {felt}: motion and force are scaled by {scale:g} together."
-    return f"The line is the spring the tool met, {run.stiffness:.0f} N/m. {words} What strays from it is damping."
+        words = f"The hand feels {felt}: motion scale times force scale is {scale:g}."
+    return f"The line is the spring at the tool, {run.stiffness:.0f} N/m. {words} Deviations from the line are damping."
 
 
 def _timing_words(run: Run, summary: Summary) -> str:
@@ -191,18 +192,18 @@ def _notes(run: Run, slow: SlowMotion) -> list[str]:
     for fault in run.record.faults:
         notes.append(f'<div class="note bad"><p><b>Fault.</b> {escape(fault)}</p></div>')
     why = (
-        "The controller (Eq 13) assumes slow motion: it renders the force and holds the arm's weight, and leaves the "
-        "arm's inertia and Coriolis forces to the hand. The cycle estimates them from its own model; the limit is what "
-        "a hand just notices beside a force of a few newton. Impedance control leaves out less, admittance control "
-        "nothing."
+        "The controller (Eq 13) assumes slow motion: it renders the force and compensates the arm's weight, but not "
+        "the arm's inertia and Coriolis forces, which the hand feels. The cycle estimates them from its own model. "
+        "The limit is the smallest force that a hand notices on top of a few newtons. The impedance law neglects less, "
+        "the admittance law nothing."
     )
-    kind, title = ("note", "Assumption kept.") if slow.kept else ("note warn", "Assumption broken.")
+    kind, title = ("note", "Assumption holds.") if slow.kept else ("note warn", "Assumption violated.")
     notes.append(f'<div class="{kind}"><p><b>{title}</b> {escape(slow.words)}</p><p>{escape(why)}</p></div>')
     return notes
 
 
 def _leader(run: Run) -> Arm | None:
-    """The leader of a run; None when the record has lost its scene or the arm's file."""
+    """The leader of a run; None when the record holds no scene or the arm's file is missing."""
     try:
         return recorded_scene(run.record).arm("leader")
     except PalpateError:
@@ -211,11 +212,11 @@ def _leader(run: Run) -> Arm | None:
 
 def _numbers(run: Run, summary: Summary, slow: SlowMotion) -> str:
     lines = rows(summary)
-    lines.append(("inertia", f"{slow.peak_inertia:.2f} N", "largest force the arm's own mass put on the hand"))
+    lines.append(("inertia", f"{slow.peak_inertia:.2f} N", "largest inertia and Coriolis force of the arm on the hand"))
     leader = _leader(run)
     if leader is not None and leader.n >= 3:
         condition = elements.conditioning(run.ticks, leader)
-        words = "condition of the 3x3 Jacobian of the wrist centre, median and worst: 1 is alike in all directions"
+        words = "condition number of the 3x3 Jacobian of the wrist centre, median and worst: 1 is isotropic"
         lines.append(("leader's Jacobian", f"{np.median(condition):.2f} / {condition.max():.2f}", words))
     status = run.ticks["status"].astype(np.int64)
     for name, (bit, words) in STATUS.items():
@@ -234,24 +235,24 @@ def _scene(run: Run) -> str:
     for thing in objects if isinstance(objects, list) else []:
         if isinstance(thing, dict):
             made = thing.get("shape") or Path(str(thing.get("mesh", ""))).name
-            lines.append((f"object {thing.get('name') or made}", str(made), "what was touched"))
+            lines.append((f"object {thing.get('name') or made}", str(made), "shape or mesh of the object"))
             lines += [
                 (f"{key} of {thing.get('name') or made}", f"{_plain(thing[key])}{unit}", words)
                 for key, unit, words in (
-                    ("stiffness", " N/m", "force per penetration; one number per axis of W"),
-                    ("damping", " N s/m", "force against the speed"),
-                    ("friction", "", "sideways force over normal force"),
+                    ("stiffness", " N/m", "force over penetration; one number per axis of W"),
+                    ("damping", " N s/m", "force over speed"),
+                    ("friction", "", "tangential force over normal force"),
                 )
                 if key in thing
             ]
     for place, unit, words in (
-        (("contact", "radius"), " m", "of the sphere on the tool tip where contact happens (SPR)"),
-        (("mapping", "scale"), "", "tool motion per hand motion"),
+        (("contact", "radius"), " m", "radius of the sphere at the tool tip, the spherical proxy region (SPR)"),
+        (("mapping", "scale"), "", "tool motion over hand motion"),
         (("stability", "force_cap"), " N", "largest force allowed on the hand"),
-        (("stability", "rate_cap"), " N/s", "fastest change of it"),
-        (("rates", "haptic"), " Hz", "haptic cycles a second"),
-        (("rates", "plant"), " Hz", "steps of the simulated arm a second"),
-        (("loop_delay",), " s", "added between command and torque"),
+        (("stability", "rate_cap"), " N/s", "fastest allowed change of the force"),
+        (("rates", "haptic"), " Hz", "rate of the haptic cycle"),
+        (("rates", "plant"), " Hz", "step rate of the simulated arm"),
+        (("loop_delay",), " s", "simulated delay between command and torque"),
     ):
         value = run.setting(*place)
         if value is not None:

@@ -1,4 +1,4 @@
-"""What is imperfect in a simulated run, one row each: nobody shall take the simulation for more than it is."""
+"""Lists the imperfections of a simulated run, so that the reader knows how realistic the simulation is."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from palpate.scene.scene import Scene
 from palpate.session.recorded import recorded_scene
 
 _WORDS = (
-    "Arm, hand and follower are simulated, with these flaws of real ones. Each has its key in the scene file; what is "
-    "off is ideal."
+    "Arm, hand and follower are simulated with these imperfections of real devices. Each has a key in the scene file. "
+    "Where it is off, the simulation is ideal."
 )
 
 
 def imperfections(scene: Scene) -> list[tuple[str, str, bool]]:
-    """(what, how much, is it on) of a scene, everything that is off included."""
+    """(imperfection, size, whether on) of a scene, including those that are off."""
     leader, hand, rate = scene.arms.leader, scene.operator, scene.rates.haptic
     rows = [
-        ("sampling", f"a cycle every {1e3 / rate:.3g} ms; the torque is held in between", True),
+        ("sampling", f"a cycle every {1e3 / rate:.3g} ms; the torque is constant in between", True),
         ("loop delay", _ms(scene.loop_delay) + ", of the force's torque", scene.loop_delay > 0),
-        ("loop jitter", f"0 to {_ms(scene.loop_jitter)} more, of each cycle anew", scene.loop_jitter > 0),
+        ("loop jitter", f"0 to {_ms(scene.loop_jitter)} more, random in each cycle", scene.loop_jitter > 0),
         ("encoders", _encoders(scene), leader.quantised and (leader.encoder_scale > 0 or bool(leader.encoder_step))),
         ("velocity estimate", _velocity(scene), leader.quantised),
         ("drive lag", f"{_ms(leader.drive_lag)} of first order, of all torque", leader.drive_lag > 0),
-        ("drive saturation", f"at {leader.drive_limit_scale:g} of what the controller believes", True),
-        ("dry friction", f"{leader.coulomb_scale:g} of the arm's", leader.coulomb_scale > 0),
+        ("drive torque limits", f"{leader.drive_limit_scale:g} times the limits that the controller assumes", True),
+        ("dry friction", f"{leader.coulomb_scale:g} times the arm's", leader.coulomb_scale > 0),
         ("load cell noise", f"{leader.load_cell_noise:g} N rms per axis", leader.load_cell_noise > 0),
-        ("masses in the controller", f"{leader.model_mass_scale:g} of the true ones", leader.model_mass_scale != 1),
-        ("follower servo", f"{scene.arms.follower.bandwidth:g} Hz", scene.arms.follower.bandwidth > 0),
+        ("controller's mass error", f"{leader.model_mass_scale:g} times the true masses", leader.model_mass_scale != 1),
+        ("follower servo", f"bandwidth {scene.arms.follower.bandwidth:g} Hz", scene.arms.follower.bandwidth > 0),
         ("hand", _hand(scene), True),
         ("tremor", f"{1e3 * hand.tremor:g} mm rms, 8 to 12 Hz", hand.tremor > 0),
         ("grip", f"slips above {hand.grip_force_max:g} N", True),
@@ -39,7 +39,7 @@ def imperfections(scene: Scene) -> list[tuple[str, str, bool]]:
 
 
 def section(record: Record) -> str:
-    """The rows of a record's scene as a part of the report; empty where the record has lost its scene."""
+    """The imperfections as a section of the report; empty when the record holds no scene."""
     try:
         rows = imperfections(recorded_scene(record))
     except PalpateError:
@@ -48,7 +48,7 @@ def section(record: Record) -> str:
         f'<tr><td>{escape(what)}</td><td class="value">{"on" if on else "off"}</td><td>{escape(words)}</td></tr>'
         for what, words, on in rows
     )
-    return f'<section><h2>What is imperfect</h2><p>{_WORDS}</p><table class="facts-table">{body}</table></section>'
+    return f'<section><h2>Imperfections</h2><p>{_WORDS}</p><table class="facts-table">{body}</table></section>'
 
 
 def _ms(seconds: float) -> str:

@@ -1,4 +1,4 @@
-"""A report's file."""
+"""Writes the file of a report."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ def write(page: Path, text: str) -> Path:
     """Write the page; returns its file.
 
     Raises:
-        OutputError: it cannot be written.
+        OutputError: the file cannot be written.
     """
     try:
         page.write_text(text, encoding="utf-8")

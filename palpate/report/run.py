@@ -1,4 +1,4 @@
-"""A record with what the report needs to know beside the ticks: caps, phases of the touch, the surface."""
+"""A record with the data that the report derives from it: settings, phases of the touch, surfaces."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from palpate.record.reader import Record
 from palpate.record.ticks import Ticks
 
-_GAP = 0.05  # contacts closer than this are one touch [s]
-_SLIDING = 0.004  # the tool slides above this speed along the surface [m/s]
+_GAP = 0.05  # contacts with a shorter break count as one touch [s]
+_SLIDING = 0.004  # speed along the surface above which the tool slides [m/s]
 
 
 @dataclass(frozen=True)
@@ -25,13 +25,13 @@ class Phase:
     name: str
     """approach, press, slide or leave."""
     start: float
-    """[s]."""
+    """Start time [s]."""
     end: float
-    """[s]."""
+    """End time [s]."""
 
 
 class Run:
-    """A record, seen as a palpation."""
+    """A record with its touches, phases and surfaces."""
 
     def __init__(self, record: Record) -> None:
         self.record = record
@@ -40,7 +40,7 @@ class Run:
         self.scene: dict[str, Any] = _mapping(record.scene)
 
     def setting(self, *place: str) -> Any:
-        """A value of the scene, e.g. ``setting("stability", "force_cap")``; None when the scene does not say."""
+        """A value of the scene, e.g. ``setting("stability", "force_cap")``; None when the scene does not set it."""
         value: Any = self.scene
         for key in place:
             value = value.get(key) if isinstance(value, dict) else None
@@ -48,13 +48,13 @@ class Run:
 
     @property
     def title(self) -> str:
-        """Name of the scene, else of the run's folder without its date."""
+        """Name of the scene, or else of the run's folder without its date."""
         folder = re.sub(r"-\d{8}-\d{6}(-\d+)?$", "", self.record.path.resolve().parent.name)
         return str(self.setting("name") or folder or "a run")
 
     @cached_property
     def sphere_names(self) -> list[str]:
-        """Of the tool's spheres, the one on the tip first; those that cannot be had again are left out."""
+        """Names of the tool's spheres, the one at the tip first; only ["tip"] if the scene cannot be rebuilt."""
         from palpate.arm import Arm
         from palpate.errors import PalpateError
 
@@ -71,7 +71,7 @@ class Run:
 
     @property
     def object_names(self) -> list[str]:
-        """Of the scene's objects, in its order."""
+        """Names of the scene's objects, in the scene's order."""
         objects = self.setting("objects")
         return [str(o.get("name")) for o in objects if isinstance(o, dict)] if isinstance(objects, list) else []
 
@@ -94,7 +94,7 @@ class Run:
 
     @cached_property
     def phases(self) -> list[Phase]:
-        """Approach, press, slide and leave, as far as the motion shows them."""
+        """The phases approach, press, slide and leave, found from the motion."""
         found: list[Phase] = []
         n, sliding = len(self.t), self._sliding
         for k, (start, end) in enumerate(self.touches):
@@ -110,7 +110,7 @@ class Run:
 
     @cached_property
     def _sliding(self) -> NDArray[np.bool_]:
-        """Does the tool move along the surface? (n,)."""
+        """True while the tool moves along the surface (n,)."""
         v = np.gradient(self.ticks["p_WT"], axis=0) * self.record.rate if len(self.t) > 1 else np.zeros((1, 3))
         n = self.ticks["normal"]
         along = v - np.einsum("ij,ij->i", v, n)[:, None] * n
@@ -131,7 +131,7 @@ class Run:
 
     @cached_property
     def surface(self) -> list[tuple[NDArray[np.float64], NDArray[np.int32]]]:
-        """What is drawn of the touched surfaces in W, vertices (n, 3) [m] and triangles (m, 3); empty when gone."""
+        """Touched surfaces in W: vertices (n, 3) [m] and triangles (m, 3). Empty if they cannot be rebuilt."""
         from palpate.errors import PalpateError
 
         try:
@@ -139,11 +139,11 @@ class Run:
             from palpate.scene.surface import placed
             from palpate.session.recorded import recorded_scene
 
-            with quiet():  # the run has told what is wrong with the meshes
-                there = placed(recorded_scene(self.record))
+            with quiet():  # the run has warned of defects in the meshes
+                surfaces = placed(recorded_scene(self.record))
         except (ImportError, PalpateError, OSError, ValueError):
-            return []  # the mesh was moved, or the record comes from another machine: the paths alone are drawn
-        return [(s.body.vertices @ s.X_WO[:3, :3].T + s.X_WO[:3, 3], s.body.triangles) for s in there]
+            return []  # the mesh was moved, or the record comes from another machine
+        return [(s.body.vertices @ s.X_WO[:3, :3].T + s.X_WO[:3, 3], s.body.triangles) for s in surfaces]
 
     def _time(self, tick: int) -> float:
         return float(self.t[min(tick, len(self.t) - 1)])

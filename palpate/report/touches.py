@@ -1,4 +1,4 @@
-"""Which sphere of the tool touched which object, how long and how hard."""
+"""Contacts between tool spheres and objects: spring force and duration of each pair."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from palpate.record.ticks import SIGNALS, Ticks
 
 
 def table(ticks: Ticks, spheres: Sequence[str], objects: Sequence[str], rate: float) -> str:
-    """The pairs of a run (n,) as HTML, the hardest first.
+    """HTML table of the contact pairs of a run, the largest force first.
 
     Args:
-        ticks: of the run.
-        spheres: their names, the one on the tip first; a number stands for one without a name.
-        objects: likewise.
-        rate: ticks per second [Hz].
+        ticks: (n,) ticks of the run.
+        spheres: names of the tool's spheres, the one at the tip first; a sphere without a name is shown by its index.
+        objects: names of the objects; likewise.
+        rate: tick rate [Hz].
     """
-    told = np.arange(SIGNALS["touch_sphere"].size) < ticks["contacts"][:, None]  # (n, touches)
-    pairs = np.stack([ticks["touch_sphere"][told], ticks["touch_object"][told]], axis=1).astype(np.int64)
+    valid = np.arange(SIGNALS["touch_sphere"].size) < ticks["contacts"][:, None]  # (n, touches)
+    pairs = np.stack([ticks["touch_sphere"][valid], ticks["touch_object"][valid]], axis=1).astype(np.int64)
     if not len(pairs):
         return "<p>Nothing was touched.</p>"
-    force = ticks["touch_force"][told]
+    force = ticks["touch_force"][valid]
     kinds, which = np.unique(pairs, axis=0, return_inverse=True)
     found = []
     for k, (s, o) in enumerate(kinds.tolist()):
@@ -35,7 +35,7 @@ def table(ticks: Ticks, spheres: Sequence[str], objects: Sequence[str], rate: fl
         f'<td class="value">{seconds:.2f} s</td></tr>'
         for most, mean, seconds, name in sorted(found, reverse=True)
     ]
-    head = "<tr><th>sphere \u00d7 object</th><th>largest</th><th>mean</th><th>touching</th></tr>"
+    head = "<tr><th>sphere \u00d7 object</th><th>largest spring force</th><th>mean</th><th>contact time</th></tr>"
     return f'<div class="scroll"><table class="signals">{head}{"".join(lines)}</table></div>'
 
 

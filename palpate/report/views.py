@@ -26,7 +26,7 @@ def path(run: Run, canvas: Canvas) -> Figure:
     across = _slide_direction(run)
     up = np.array([0.0, 0.0, 1.0])
     side = np.cross(up, across)
-    oblique = unit(0.45 * across - 0.8 * side + 0.55 * up)  # where the eye is, seen from the middle
+    oblique = unit(0.45 * across - 0.8 * side + 0.55 * up)  # direction from the middle to the eye
     right = unit(np.cross(up, oblique))
     views = [
         ("from the side, obliquely", right, np.cross(oblique, right), oblique, False),
@@ -51,7 +51,7 @@ def path(run: Run, canvas: Canvas) -> Figure:
 
 
 def _draw(run: Run, axes: Axes, centre: Array, reach: float, R: Array) -> None:
-    """One view: rows of R are right, up and towards the eye."""
+    """Draw one view; the rows of R are the directions right, up and towards the eye."""
     for vertices, triangles in run.surface:
         _draw_surface(axes, 1e3 * (vertices - centre) @ R.T, triangles, reach)
     step = max(1, len(run.t) // 3000)
@@ -70,7 +70,7 @@ def _draw(run: Run, axes: Axes, centre: Array, reach: float, R: Array) -> None:
 
 
 def _draw_surface(axes: Axes, points: Array, triangles: NDArray[np.int32], reach: float) -> None:
-    """The triangles in the window that face the eye, far ones first, shaded by their slope."""
+    """Draw the triangles in the window that face the eye, far ones first, shaded by their slope."""
     corners = points[triangles]
     near = (np.abs(corners[..., :2]).min(axis=1) < 1.05 * reach).all(axis=1)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -86,7 +86,7 @@ def _draw_surface(axes: Axes, points: Array, triangles: NDArray[np.int32], reach
 
 
 def _window(run: Run) -> tuple[Array, float]:
-    """Middle and half-width [mm] of what the views show: the touched part of the path, with air around."""
+    """Centre [m] and half-width [mm] of the views: the part of the path in contact, with a margin."""
     touched = run.ticks["p_WT"][run.ticks["contacts"] > 0]
     points = touched if len(touched) else run.ticks["p_WT"]
     low, high = points.min(axis=0), points.max(axis=0)
@@ -94,7 +94,7 @@ def _window(run: Run) -> tuple[Array, float]:
 
 
 def _slide_direction(run: Run) -> Array:
-    """The horizontal direction in which the touch extends most."""
+    """Horizontal unit vector (3,) along which the contact path extends most."""
     touched = run.ticks["p_WT"][run.ticks["contacts"] > 0][:, :2]
     if len(touched) < 3:
         return np.array([1.0, 0.0, 0.0])

@@ -1,9 +1,9 @@
-"""The 3-D viewer in the browser: looks at a session or a record, and lets a person take the hand (extra `viewer`).
+"""The 3-D viewer in the browser: shows a session or a record, and lets the user move the hand (extra `viewer`).
 
     palpate.viewer.serve(session)             # until Ctrl-C
     palpate.viewer.serve(Record.open(path))   # with a time slider
 
-Everything binds to this machine (127.0.0.1) unless told otherwise, and asks nobody else for anything.
+The server binds to this machine (127.0.0.1) by default, and the page loads nothing from elsewhere.
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ def serve(
     port: int = 8080,
     on_ready: Callable[[str], None] = lambda url: None,
 ) -> None:
-    """Shows a session, which runs in real time meanwhile, or a record with a time slider, until Ctrl-C.
+    """Shows a session while it runs in real time, or a record with a time slider, until Ctrl-C.
 
     Args:
-        shown: a session goes on from where it is, and is left stopped, not closed. Ticks that are no record of ours
-            come with what is drawn around them.
+        shown: a session (it continues from its present state, and is stopped but not closed at the end), a record, or
+            ticks of another origin with the stage to draw them in.
         host: address to bind to.
         port: 0 takes a free one.
-        on_ready: told the address once a browser can open it.
+        on_ready: called with the address once a browser can open it.
 
     Raises:
-        PortError: the port cannot be used; a session has not been started then.
-        RecordError, SceneError, MeshError: the scene of the record cannot be set up again.
-        KeyboardInterrupt: Ctrl-C, after everything is closed.
+        PortError: the port cannot be used; the session was not started.
+        RecordError, SceneError, MeshError: the scene of the record cannot be rebuilt.
+        KeyboardInterrupt: Ctrl-C, after the viewer is closed.
     """
     if not isinstance(shown, Session):
         stage, ticks = (stage_of_record(shown), shown.ticks) if isinstance(shown, Record) else shown

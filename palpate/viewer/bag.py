@@ -1,4 +1,4 @@
-"""A bag as the ticks of a run, so that the viewer plays it: what it does not hold stays zero, and is no signal."""
+"""Converts a bag to the ticks of a run for the viewer. Signals that the bag does not contain stay zero."""
 
 from __future__ import annotations
 
@@ -19,21 +19,22 @@ from palpate.viewer.stage import ArmPlace, Stage
 from palpate.viewer.staging import stage_of
 
 MOST_RATE = 1000.0
-"""A replay has no more ticks a second [Hz]."""
+"""Highest tick rate of a replay [Hz]."""
 _MODELS = {"MTMR": "mtm_right", "MTML": "mtm_left", "PSM1": "psm_lnd", "PSM2": "psm_lnd", "PSM3": "psm_lnd"}
 _PLACES = {"leader": [0.345, 0.243, 0.219], "follower": [-0.120, -0.060, 0.155]}
-"""Where arms stand when no scene says so [m]: a picture, not a calibration."""
+"""Positions of the arm bases without a scene [m], for display only: not a calibration."""
 
 
 def stage_and_ticks(bag: Bag, scene: Path | None) -> tuple[Stage, Ticks]:
-    """What the viewer draws of a bag.
+    """Stage and ticks that the viewer draws for a bag.
 
     Args:
         bag: a CRTK session.
-        scene: its arms' models and bases and the objects; else the scene in the bag; else arms alone.
+        scene: scene file with the arms' models and bases and the objects. When left out, the scene in the bag is
+            used; without one, only the arms are drawn.
 
     Raises:
-        RecordError: the arms have no model to draw, or other joints than it. SceneError: the scene cannot be set up.
+        RecordError: an arm has no model, or a different number of joints. SceneError: the scene cannot be set up.
     """
     leader, follower = bag.pair
     text = bag.scene if scene is None else ""
@@ -49,10 +50,10 @@ def stage_and_ticks(bag: Bag, scene: Path | None) -> tuple[Stage, Ticks]:
 
 
 def ticks(bag: Bag, leader: ArmPlace, follower: ArmPlace) -> Ticks:
-    """The session at a steady rate, each number as last received: (n,) of `TICK`.
+    """The session resampled at a steady rate, with the last received value of each signal: (n,) of `TICK`.
 
     Raises:
-        RecordError: the bag's leader has other joints than the model.
+        RecordError: an arm in the bag has fewer joints than its model.
     """
     name, partner = bag.pair
     arm = bag.arms[name]
@@ -64,7 +65,7 @@ def ticks(bag: Bag, leader: ArmPlace, follower: ArmPlace) -> Ticks:
     _leader(out, bag, arm, leader.arm, t)
     if partner is not None:
         _follower(out, bag, bag.arms[partner], follower, t)
-    out["p_WP"] = out["p_WT"]  # what was touched, no CRTK topic tells
+    out["p_WP"] = out["p_WT"]  # no CRTK topic reports contacts
     return out
 
 
@@ -78,7 +79,7 @@ def _leader(out: Ticks, bag: Bag, arm: Arm, model: Mechanism, t: Array) -> None:
         out["gripper"] = _filled(arm.gripper, t, 1)[:, 0]
     out["v_LH"] = np.gradient(out["p_LH"], out["t"], axis=0) if len(t) > 1 else 0.0
     wrench, absolute = _filled(arm.wrench, t, 6), _filled(arm.absolute, t, 1)[:, 0] > 0.5
-    # A wrench in the tip's axes turns with the handle; one in the axes of measured_cp's frame M only by how M stands.
+    # An absolute wrench is expressed in the frame of measured_cp, M; the others are expressed in the tip's frame.
     R_MH = matrices(_filled(arm.pose, t, 7)[:, 3:]) if len(arm.pose.t) else R_LH
     in_tip = np.where(absolute[:, None], _turned(R_MH.transpose(0, 2, 1), wrench[:, :3]), wrench[:, :3])
     moment = np.where(absolute[:, None], _turned(R_MH.transpose(0, 2, 1), wrench[:, 3:]), wrench[:, 3:])
@@ -110,7 +111,7 @@ def _joints(bag: Bag, arm: Arm, model: Mechanism, t: Array) -> Array:
 
 
 def _filled(track: Track, t: Array, width: int) -> Array:
-    """As last received (m, width), before the first message as the first; zero without any."""
+    """Last received values (m, width); the first value before the first message, zero without any message."""
     if not len(track.t) or track.values.shape[1] < width:
         return np.zeros((len(t), width))
     return track.at(np.maximum(t, track.t[0]))[:, :width]

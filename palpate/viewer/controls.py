@@ -1,4 +1,4 @@
-"""Controls of the page, set from the program."""
+"""Sets controls of the page from the program."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""The 3-D view: what stands still is drawn once, what moves is moved by `Drawing.show(tick)`."""
+"""The 3-D view: every object is drawn once, and `Drawing.show(tick)` moves it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from palpate.arrays import Array
 from palpate.record.ticks import Ticks
 from palpate.viewer.fixtures import FixtureDrawing
 from palpate.viewer.organs import OrganDrawing
-from palpate.viewer.stage import ArmPlace, Stage, Thing
+from palpate.viewer.stage import ArmPlace, Stage, TouchedObject
 from palpate.viewer.tool import ToolDrawing
 
 Color = tuple[int, int, int]
@@ -24,16 +24,16 @@ DRAPE: Color = (46, 104, 116)
 FORCE_SCALE = 0.06
 """Length of a force arrow [m/N]."""
 DEFLECTION_SCALE = 10.0
-"""Length of the deflection arrow per deflection [-]."""
+"""Length of the deflection arrow over the deflection [-]."""
 STILL = 2e-5
-"""Changes of a link's pose below this are not drawn [m, rad]."""
+"""Smallest change of a link's pose that is drawn [m, rad]."""
 
 
 class Arrow:
-    """An arrow that disappears when it is shorter than what can be seen."""
+    """An arrow that is hidden while it is too short to see."""
 
     def __init__(self, scene: viser.SceneApi, name: str, color: Color, radius: float) -> None:
-        """`radius`: of the shaft [m]; the head is in proportion."""
+        """`radius`: radius of the shaft [m]; the head is in proportion."""
         self._handle = scene.add_arrows(
             name,
             np.zeros((1, 2, 3), dtype=np.float32),
@@ -47,7 +47,7 @@ class Arrow:
         self.wanted = True
 
     def show(self, start: Array, vector: Array) -> None:
-        """From `start` (3,) along `vector` (3,), both in the world [m]."""
+        """Draws the arrow from `start` (3,) along `vector` (3,), both in W [m]."""
         seen = self.wanted and float(np.linalg.norm(vector)) > self._shortest
         if seen:
             self._handle.points = np.stack([start, start + vector])[None].astype(np.float32)
@@ -59,7 +59,7 @@ class ArmDrawing:
     """The primitives of an arm's links, one node per link."""
 
     def __init__(self, scene: viser.SceneApi, place: ArmPlace) -> None:
-        """Draws the arm at its home."""
+        """Draws the arm at its home position."""
         self._arm = place.arm
         X = SE3.from_matrix(place.X_WA)
         base = f"/{place.name}"
@@ -74,11 +74,11 @@ class ArmDrawing:
         self.show(place.arm.home, 0.0)
 
     def show(self, q: Array, pinch: float) -> dict[str, Array]:
-        """Moves the links to joints q (n,) [rad, m], jaws or grips opened by `pinch` [rad]; answers their poses."""
-        poses = self._arm.link_poses(q[: self._arm.n], pinch)  # a tick has room for more joints
+        """Moves the links to joints q (n,) [rad, m] and jaw or grip angle `pinch` [rad]; returns their poses."""
+        poses = self._arm.link_poses(q[: self._arm.n], pinch)  # the arrays of a tick are longer than n
         for link, node in self._links.items():
             if np.abs(poses[link] - self._shown.get(link, 0.0)).max() < STILL:
-                continue  # what stands still costs the browser nothing
+                continue  # saves traffic to the browser
             self._shown[link] = poses[link]
             X = SE3.from_matrix(poses[link])
             node.wxyz, node.position = X.rotation().wxyz, X.translation()
@@ -102,7 +102,7 @@ class Drawing:
     """Arms, organs, tool sphere, proxy and arrows of one stage."""
 
     def __init__(self, scene: viser.SceneApi, stage: Stage) -> None:
-        """Draws everything once, the arms at joint values zero."""
+        """Draws everything once."""
         self._stage = stage
         _light(scene)
         _drape(scene, stage)
@@ -115,13 +115,13 @@ class Drawing:
         self.force_spatial = Arrow(scene, "/arrows/force_spatial", GREEN, 0.0030)
 
     def see_through(self, share: float) -> None:
-        """Organs as solid as they are (0), or so that what is inside shows through them (up to 0.9)."""
+        """Sets the transparency of the organs: 0 opaque, up to 0.9."""
         for organ in self._organs:
             organ.see_through(share)
 
     @property
     def p_WT(self) -> Array:
-        """Tool tip as drawn (3,) [m]."""
+        """Drawn position of the tool tip (3,) [m]."""
         return self._tool.p_WT
 
     def show(self, tick: Ticks) -> None:
@@ -143,7 +143,7 @@ class Drawing:
 
 
 def _light(scene: viser.SceneApi) -> None:
-    """A lamp above the table with soft shadows, and enough light from everywhere to see into the hollows."""
+    """A lamp above the table with soft shadows, and enough ambient light to see into hollows."""
     scene.set_up_direction("+z")
     scene.configure_default_lights(enabled=False)
     scene.configure_environment_map("studio", environment_intensity=0.12)
@@ -159,7 +159,7 @@ def _light(scene: viser.SceneApi) -> None:
 
 def _drape(scene: viser.SceneApi, stage: Stage) -> None:
     if not stage.things:
-        return  # arms alone
+        return  # a stage without objects
     corners = np.concatenate([_corners(t) for t in stage.things])
     low, middle = corners[:, 2].min(), 0.5 * (corners.min(axis=0) + corners.max(axis=0))
     size = 1.6 * np.ptp(corners, axis=0)[:2].max() + 0.08
@@ -168,6 +168,6 @@ def _drape(scene: viser.SceneApi, stage: Stage) -> None:
     )
 
 
-def _corners(thing: Thing) -> Array:
+def _corners(thing: TouchedObject) -> Array:
     p_WV = thing.vertices @ thing.X_WO[:3, :3].T + thing.X_WO[:3, 3]
     return np.stack([p_WV.min(axis=0), p_WV.max(axis=0)])

@@ -1,4 +1,4 @@
-"""Virtual fixtures in the view: allowed green, forbidden red; switches, weights, and handles to move them."""
+"""Virtual fixtures in the view: allowed regions green, forbidden ones red; controls to switch and move them."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from palpate.viewer.stage import FixtureMark
 
 ALLOWED, FORBIDDEN = (42, 157, 92), (200, 55, 45)
 SOLID, MARGIN, OFF = 0.35, 0.15, 0.06
-"""How opaque: the geometry, its margin, and both while it is switched off."""
+"""Opacity [-] of the geometry, of its margin, and of both while the fixture is off."""
 CURVE = 0.0012
 """Width of a drawn curve [m]."""
 LABEL = np.array([0.0, 0.0, 0.012])
-"""Of the name, above the middle [m]."""
+"""Offset of the name from the middle [m]."""
 HANDLE = 0.05
 """Size of the handle that moves a fixture [m]."""
 
 
 class FixtureDrawing:
-    """One fixture under a frame of its own, which moves with what it is attached to and with its handle."""
+    """One fixture under its own frame, which moves with the frame of attachment and with the handle."""
 
     def __init__(self, scene: viser.SceneApi, mark: FixtureMark) -> None:
         self._mark, self._moved = mark, np.eye(4)
@@ -49,22 +49,22 @@ class FixtureDrawing:
         self.show(0.0)
 
     def switch(self, on: bool) -> None:
-        """Pale while it is off."""
+        """Draws the fixture pale while it is off."""
         for mesh, opacity in self._bodies:
             mesh.opacity = opacity if on else OFF
 
     def move(self, X_W: Array) -> None:
-        """To where its handle has it: (4, 4) from where the scene has it."""
+        """Sets the displacement by the handle, (4, 4), relative to the pose in the scene."""
         self._moved = X_W
 
     def show(self, t: float) -> None:
-        """Where it is at t [s]."""
+        """Moves the fixture to its pose at time t [s]."""
         X = SE3.from_matrix(self._moved @ (np.eye(4) if self._mark.moving is None else self._mark.moving(t)))
         self._frame.wxyz, self._frame.position = X.rotation().wxyz, X.translation()
 
 
 class FixturePanel:
-    """A switch, a weight and a handle for every fixture; each change is one new list for the loop."""
+    """A switch, an authority slider and a handle for every fixture; each change sends a new list to the loop."""
 
     def __init__(
         self,
@@ -86,7 +86,7 @@ class FixturePanel:
         words = f"{section.role.name}, {section.law.name}{', hard' if section.hard else ''}"
         on = server.gui.add_checkbox(name, section.enabled, hint=words)
         weight = server.gui.add_slider(
-            "authority", 0.0, 1.0, 0.05, section.authority, hint=f"How much of {name} counts"
+            "authority", 0.0, 1.0, 0.05, section.authority, hint=f"Share of the force of {name} that acts"
         )
         grip = server.gui.add_checkbox("move it", False, hint="Shows a handle that moves and turns the fixture")
         handle = server.scene.add_transform_controls(
@@ -116,14 +116,14 @@ class FixturePanel:
 
 
 def _moved(handle: viser.TransformControlsHandle, middle: Array) -> Array:
-    """(4, 4) that takes a fixture along with a handle that began at `middle`, unturned."""
+    """Displacement (4, 4) of a fixture whose handle started at `middle` without rotation."""
     X = SE3.from_rotation_and_translation(SO3(np.array(handle.wxyz)), np.array(handle.position)).as_matrix()
     X[:3, 3] -= X[:3, :3] @ middle
     return np.asarray(X)
 
 
 def in_words(tick: Ticks, names: tuple[str, ...]) -> str:
-    """What guidance does at a tick: `vessel: 1.20 N; the goal is kept 0.4 mm back`; empty when it does nothing."""
+    """Action of guidance at a tick: `vessel: 1.20 N; the goal is kept 0.4 mm back`; empty without any."""
     i = int(tick["guidance_fixture"])
     if not 0 <= i < len(names):
         return ""

@@ -1,4 +1,4 @@
-"""The left-hand panel: read-outs in large figures, live plots, and the legend of the arrows."""
+"""The left-hand panel: numeric read-outs, live plots, and the legend of the arrows."""
 
 from __future__ import annotations
 
@@ -16,27 +16,29 @@ from palpate.viewer.stage import Stage
 from palpate.viewer.words import in_words
 
 WINDOW = 10.0
-"""Span of the plots [s]."""
+"""Time span of the plots [s]."""
 POINTS = 400
-"""Most points in a plot."""
+"""Largest number of points in a plot."""
 PAIRS = 4
-"""Most touches that are told one by one."""
+"""Largest number of contacts listed one by one."""
 
 _FIGURE = (
     '<div style="flex:1"><div style="opacity:.65;font-size:11px">{label}</div>'
     '<div style="font-size:24px;font-weight:650;font-variant-numeric:tabular-nums" id="{id}">{value}</div></div>'
 )
+_STORED = "Energy that the hand has put in. The passivity controller limits the force so that it returns no more."
+_CONTACTS = "Spring force of each contact, before force scale, damping, filters and force cap act on it."
 _NOTE = '<div style="padding:0 10px 4px 10px;font-size:12px;line-height:1.35;opacity:.75">{}</div>'
 _SWATCH = '<span style="color:{color};font-weight:700">&#9632;</span>'
 
 
 class Gauges:
-    """Shows force, penetration, cycle times and status of the ticks it is given."""
+    """Shows force, penetration, cycle times and status of a tick."""
 
     def __init__(self, server: viser.ViserServer, stage: Stage, drawing: Drawing) -> None:
         """Docks the panel on the left."""
         self._stage = stage
-        self._limit: tuple[float, float] | None = None  # damping, and the stiffness that is stable with it
+        self._limit: tuple[float, float] | None = None  # damping [N s/m] and its largest stable stiffness [N/m]
         self._t: deque[float] = deque(maxlen=POINTS)
         self._force: deque[float] = deque(maxlen=POINTS)
         self._depth: deque[float] = deque(maxlen=POINTS)
@@ -52,7 +54,7 @@ class Gauges:
         panel.set_width(320)
 
     def add(self, tick: Ticks) -> None:
-        """Remembers a tick for the plots and the percentiles; a tick already seen is left out."""
+        """Adds a tick to the plots and percentiles, unless it was added before."""
         t = float(tick["t"])
         if self._t and t < self._t[-1]:
             self.clear()
@@ -63,12 +65,12 @@ class Gauges:
             self._cycle.append(float(tick["cycle_us"]))
 
     def clear(self) -> None:
-        """Forgets everything: a jump in time."""
+        """Empties the plots and percentiles, after a jump in time."""
         for series in (self._t, self._force, self._depth, self._cycle):
             series.clear()
 
     def set_history(self, ticks: Ticks) -> None:
-        """Shows these ticks (n,) in the plots instead of those added so far."""
+        """Replaces the ticks of the plots by these (n,)."""
         self.clear()
         self._t.extend(ticks["t"].tolist())
         self._force.extend(np.linalg.norm(ticks["F_H_L"], axis=1).tolist())
@@ -76,10 +78,10 @@ class Gauges:
         self._cycle.extend(ticks["cycle_us"].tolist())
 
     def show(self, tick: Ticks, paused: bool = False, stiffness_scale: float = 1.0, damping_scale: float = 1.0) -> None:
-        """Brings the read-outs up to date; the scales are what the console multiplies the tissue with."""
+        """Updates the read-outs; the scales are the console's factors on stiffness and damping of the tissue [-]."""
         words = in_words(tick, self._stage.force_cap, paused)
         cycle = "-"
-        measured = [us for us in self._cycle if us > 0.0]  # a lockstep record holds none
+        measured = [us for us in self._cycle if us > 0.0]  # cycle times are zero in a lockstep record
         if measured:
             p50, p99 = np.percentile(measured, [50, 99])
             cycle = f"{p50:.1f} / {p99:.1f} &micro;s"
@@ -99,15 +101,16 @@ class Gauges:
             f'<div style="{small}"><span>time</span><span id="palpate-time">{float(tick["t"]):.2f} s</span></div>'
             f'<div style="{small}"><span>cycle p50 / p99</span><span>{cycle}</span></div>'
             f'<div style="{small}"><span>stability margin</span>{self._margin(stiffness_scale, damping_scale)}</div>'
-            f'<div style="{small}" title="what the hand put in; beyond it the passivity layer holds the force back">'
-            f"<span>energy to give back</span><span>{1e3 * float(tick['energy_stored']):.1f} mJ</span></div>"
-            f'<div style="font-size:12px;opacity:.8" id="palpate-touches">{touches}</div>'
+            f'<div style="{small}" title="{_STORED}"><span>energy stored from the hand</span>'
+            f"<span>{1e3 * float(tick['energy_stored']):.1f} mJ</span></div>"
+            f'<div style="{small}" title="{_CONTACTS}"><span>contact springs at the tool</span></div>'
+            f'<div style="font-size:12px;opacity:.8" id="palpate-touches" title="{_CONTACTS}">{touches or "none"}</div>'
             f'<div style="font-size:12px;opacity:.8" id="palpate-guidance">{guidance}</div>'
             "</div>"
         )
 
     def _margin(self, stiffness_scale: float, damping_scale: float) -> str:
-        """How much stiffer the tissue could be, and up to where; red beyond that (`palpate certify`)."""
+        """Largest stable stiffness over the present one, and its value [N/m]; red when exceeded (`palpate certify`)."""
         stage, K, B = self._stage, self._stage.stiffness * stiffness_scale, self._stage.damping * damping_scale
         if stage.stable_below is None:
             return '<span id="palpate-margin">-</span>'
@@ -119,7 +122,7 @@ class Gauges:
         return f'<span id="palpate-margin" style="opacity:1{red}">{times}, stable below {limit:.0f} N/m</span>'
 
     def plot(self) -> None:
-        """Brings the plots up to date."""
+        """Updates the plots."""
         if len(self._t) < 2:
             return
         t = np.array(self._t)
@@ -145,8 +148,8 @@ def _plot(gui: viser.GuiApi, title: str, color: str) -> viser.GuiUplotHandle:
 def _legend(gui: viser.GuiApi, stage: Stage, drawing: Drawing) -> None:
     rows = [
         ("#e12626", "deflection", f"from tool to proxy, drawn {DEFLECTION_SCALE:g} times as long", drawing.deflection),
-        ("#28aa46", "force (spatial)", "on the hand, in the master's base axes", drawing.force_spatial),
-        ("#e12626", "force (body)", "the same numbers in the handle's own axes", drawing.force_body),
+        ("#28aa46", "force (spatial)", "force on the hand, in the master's base frame", drawing.force_spatial),
+        ("#e12626", "force (body)", "the same, components in the handle's frame", drawing.force_body),
     ]
     with gui.add_folder("Arrows"):
         for color, label, text, arrow in rows:

@@ -1,4 +1,4 @@
-"""The live viewer: looks at a running session some thirty times a second and hands it what a person changes."""
+"""The live viewer: shows a running session at 30 Hz and sends it the user's changes."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from palpate.viewer.source import Source
 from palpate.viewer.stage import Stage
 
 FRAME_RATE = 30.0
-"""Poses and arrows per second [Hz]."""
+"""Update rate of poses and arrows [Hz]."""
 FRAMES_PER_READOUT, FRAMES_PER_PLOT = 3, 6
-"""Read-outs are renewed at 10 Hz, as fast as one reads, and plots at 5 Hz."""
+"""Frames between two updates of the read-outs (10 Hz) and of the plots (5 Hz)."""
 
 
 class LiveViewer:
-    """A viewer of a session that runs; it only looks, and never waits for the loop."""
+    """A viewer of a running session; it reads the newest tick and never waits for the loop."""
 
     def __init__(self, source: Source, stage: Stage, host: str = "127.0.0.1", port: int = 8080) -> None:
-        """Opens the server and starts to draw. Raises PortError when the port cannot be used."""
+        """Opens the server and starts drawing. Raises PortError when the port cannot be used."""
         self._source = source
         self._server = open_server(host, port, stage)
         self.url = url(self._server)
@@ -41,7 +41,7 @@ class LiveViewer:
         self._thread.start()
 
     def close(self) -> None:
-        """Stops drawing and closes the port; the session is left alone."""
+        """Stops drawing and closes the port; the session continues."""
         self._stop.set()
         self._thread.join(timeout=2.0)
         close_server(self._server)

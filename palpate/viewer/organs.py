@@ -1,4 +1,4 @@
-"""What can be touched: each object with the regions that feel otherwise, and where it moves."""
+"""Draws the objects that can be touched, with their regions of different stiffness, and moves them."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ import numpy as np
 import viser
 from viser.transforms import SE3
 
-from palpate.viewer.stage import RegionMark, Thing
+from palpate.viewer.stage import RegionMark, TouchedObject
 
 Color = tuple[int, int, int]
 
 TINT: Color = (222, 178, 62)
-"""Of a region: the object's triangles in it, and the body of it inside."""
+"""Colour of a region: of the object's triangles inside the region, and of the region's own body."""
 
 
 class OrganDrawing:
-    """One object, cut into what feels alike, under a frame that moves."""
+    """One object, split by region, under a frame that moves."""
 
-    def __init__(self, scene: viser.SceneApi, thing: Thing, color: Color) -> None:
-        """Draws it where it rests."""
+    def __init__(self, scene: viser.SceneApi, thing: TouchedObject, color: Color) -> None:
+        """Draws the object at its rest pose."""
         self._moving = thing.moving
         name = f"/objects/{thing.name}"
         X = SE3.from_matrix(thing.X_WO)
@@ -44,12 +44,12 @@ class OrganDrawing:
             _body(scene, f"{name}/region{k}", mark)
 
     def see_through(self, share: float) -> None:
-        """As solid as it is (0), or so that what is inside shows through it (up to 0.9)."""
+        """Sets the transparency: 0 opaque, up to 0.9."""
         for part in self._parts:
             part.opacity = None if share < 0.01 else 1.0 - share
 
     def show(self, t: float) -> None:
-        """Moves it to where it is at t [s]."""
+        """Moves the object to its pose at time t [s]."""
         if self._moving is None:
             return
         X = SE3.from_matrix(self._moving(t))
@@ -57,7 +57,7 @@ class OrganDrawing:
 
 
 def _body(scene: viser.SceneApi, name: str, mark: RegionMark) -> None:
-    """A little smaller than the region, so that its surface does not flicker with the object's."""
+    """Draws a region slightly too small, so that coincident surfaces do not flicker."""
     if mark.half.any():
         x, y, z = (0.98 * 2.0 * (mark.half + mark.radius)).tolist()
         scene.add_box(name, TINT, (x, y, z), position=mark.centre, cast_shadow=False)

@@ -1,4 +1,4 @@
-"""The viewer of a record: the same picture and gauges, with a time slider instead of the console."""
+"""The viewer of a record: the same view and gauges, with a time slider instead of the console."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from palpate.viewer.server import close_server, open_server, url
 from palpate.viewer.stage import Stage
 
 FRAME_RATE = 30.0
-"""[Hz]."""
+"""Update rate of the view [Hz]."""
 SPEEDS = {"x 0.1": 0.1, "x 0.25": 0.25, "x 1": 1.0, "x 2": 2.0}
 
 
 class ReplayViewer:
-    """Plays the ticks of a run over and over, or shows the instant that a person chooses."""
+    """Plays the ticks of a run in a loop, or shows the instant that the user chooses."""
 
     def __init__(self, ticks: Ticks, stage: Stage, host: str = "127.0.0.1", port: int = 8080) -> None:
-        """Opens the server and starts to play. ticks: (n,), n >= 1. Raises PortError when the port cannot be used."""
+        """Opens the server and starts playing. ticks: (n,), n >= 1. Raises PortError when the port cannot be used."""
         self._ticks, self._times = ticks, np.asarray(ticks["t"])
         self._server = open_server(host, port, stage)
         self.url = url(self._server)
@@ -47,18 +47,18 @@ class ReplayViewer:
         self._thread.start()
 
     def show_at(self, t: float) -> None:
-        """Stops and shows the instant t [s]."""
+        """Stops playing and shows the instant t [s]."""
         set_value(self.play, False)
         set_value(self.time, float(np.clip(t, self._times[0], self._times[-1])))
 
     def close(self) -> None:
-        """Stops and closes the port."""
+        """Stops playing and closes the port."""
         self._stop.set()
         self._thread.join(timeout=2.0)
         close_server(self._server)
 
     def _dragged(self, event: object) -> None:
-        """A person moved the slider (the player's own moves carry no client): hold that instant."""
+        """Stops playing when a user moves the slider; the player's own updates carry no client."""
         if getattr(event, "client", None) is not None:
             set_value(self.play, False)
 

@@ -1,4 +1,4 @@
-"""The web server of the viewer: local by default, and clear when the port is taken."""
+"""The web server of the viewer: local by default; reports a taken port."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ except ModuleNotFoundError as missing:
 
 
 def open_server(host: str, port: int, stage: Stage) -> viser.ViserServer:
-    """A server with the viewer's look and camera; port 0 takes a free one.
+    """A server with the viewer's theme and camera; port 0 takes a free port.
 
     Raises PortError when the port is taken or not allowed.
     """
@@ -34,8 +34,8 @@ def open_server(host: str, port: int, stage: Stage) -> viser.ViserServer:
                 mend=f"close the other viewer, or choose another port: --port {port + 1}, or --port 0 for a free one",
             ) from error
         port = probe.getsockname()[1]
-    logging.getLogger("websockets").setLevel(logging.ERROR)  # a browser that goes away is no error
-    with contextlib.redirect_stdout(io.StringIO()):  # our own line tells the address
+    logging.getLogger("websockets").setLevel(logging.ERROR)  # a browser that disconnects is not an error
+    with contextlib.redirect_stdout(io.StringIO()):  # the caller prints the address
         server = viser.ViserServer(host=host, port=port, label=f"Palpate - {stage.title}", verbose=False)
     server.gui.configure_theme(dark_mode=False, show_logo=False, show_share_button=False, brand_color=(48, 96, 130))
     views.start_with(server, views.overview(stage))
@@ -43,11 +43,11 @@ def open_server(host: str, port: int, stage: Stage) -> viser.ViserServer:
 
 
 def close_server(server: viser.ViserServer) -> None:
-    """Closes the port, without a word on the terminal."""
+    """Closes the port and prints nothing."""
     with contextlib.redirect_stdout(io.StringIO()):
         server.stop()
 
 
 def url(server: viser.ViserServer) -> str:
-    """Where a browser finds it."""
+    """Address of the server for a browser."""
     return f"http://{server.get_host()}:{server.get_port()}"

@@ -1,4 +1,4 @@
-"""What the live viewer needs from whatever runs: `palpate.Session`, or a small fake in a test."""
+"""Interface between the live viewer and a running session: `palpate.Session`, or a small fake in a test."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from palpate.record.ticks import Ticks
 
 
 class Source(Protocol):
-    """Something that runs in real time by itself and can be looked at and steered."""
+    """A simulation that runs in real time by itself, and can be observed and controlled."""
 
     controls: Any
-    """`palpate._core.Controls`; reading gives a copy, assigning hands it to the loop."""
+    """`palpate._core.Controls`: reading returns a copy, assignment sends it to the loop."""
 
     @property
     def steered(self) -> SteeredFixtures:
-        """Its virtual fixtures, to switch, weigh and move; asked only where the stage has some."""
+        """The virtual fixtures, to switch, weight and move; used only if the stage has fixtures."""
         ...
 
     def latest(self) -> Ticks:
-        """The newest tick: never waits for the loop."""
+        """The newest tick, without waiting for the loop."""
         ...
 
     def start(self) -> None:
-        """Starts, or goes on, in real time."""
+        """Starts or continues in real time."""
         ...
 
     def stop(self) -> None:
-        """Stops with the force at zero."""
+        """Stops with zero force."""
         ...

@@ -1,4 +1,4 @@
-"""What the viewer draws, as plain data: no session, no browser."""
+"""Data that the viewer draws, independent of session and browser."""
 
 from __future__ import annotations
 
@@ -16,48 +16,48 @@ from palpate.scene.tool import LinkSphere
 
 @dataclass(frozen=True)
 class ArmPlace:
-    """An arm and where its base stands."""
+    """An arm and the pose of its base."""
 
     name: str
-    """First part of the names of its nodes: `leader` or `follower`."""
+    """First part of the node names: `leader` or `follower`."""
     arm: Arm
-    """One of its own: an arm holds a workspace and is not shared between threads."""
+    """Separate instance for the viewer: an arm has a workspace and cannot be shared between threads."""
     X_WA: Array
-    """(4, 4) pose of the base in the world [m]."""
+    """(4, 4) pose of the base in W [m]."""
 
 
 @dataclass(frozen=True)
 class RegionMark:
-    """Where an object feels otherwise: a box with round edges, or a ball."""
+    """A region of different stiffness in an object: a box with rounded edges, or a ball."""
 
     name: str
     centre: Array
-    """(3,) [m] in the object's frame O."""
+    """(3,) centre in the object's frame O [m]."""
     half: Array
-    """(3,) half the lengths of the box; zero for a ball [m]."""
+    """(3,) half lengths of the box; zero for a ball [m]."""
     radius: float
-    """Of the ball, or of the round edges [m]."""
+    """Radius of the ball, or of the rounded edges [m]."""
     triangles: NDArray[np.bool_]
-    """(m,) those of the object's triangles that lie in it."""
+    """(m,) True for the object's triangles inside the region."""
 
 
 @dataclass(frozen=True)
-class Thing:
+class TouchedObject:
     """An object that can be touched."""
 
     name: str
     vertices: Array
-    """(n, 3) [m] in the object's frame O."""
+    """(n, 3) vertices in the object's frame O [m]."""
     triangles: NDArray[np.int32]
-    """(m, 3)."""
+    """(m, 3) vertex indices."""
     X_WO: Array
-    """(4, 4), at rest."""
+    """(4, 4) rest pose in W [m]."""
     regions: tuple[RegionMark, ...] = ()
     moving: Callable[[float], Array] | None = None
-    """X_WO (4, 4) at a time [s]; None when it rests."""
+    """X_WO (4, 4) [m] at a time [s]; None for a static object."""
 
 
-def _none() -> Array:
+def _empty() -> Array:
     return np.zeros((0, 3))
 
 
@@ -67,55 +67,55 @@ def _no_triangles() -> NDArray[np.int32]:
 
 @dataclass(frozen=True)
 class FixtureMark:
-    """A virtual fixture, where the scene has it: a body, a curve or a point, and its margin. All in W [m]."""
+    """A virtual fixture at its pose in the scene: a body, a curve or a point, and its margin. All in W [m]."""
 
     name: str
     forbids: bool
-    """Drawn red; what is allowed is green."""
+    """True for a forbidden region, drawn red; the others are drawn green."""
     middle: Array
-    """(3,) where its name and its handle are."""
-    curve: Array = field(default_factory=_none)
-    """(n, 3) along a path or a line; one point of a point."""
-    vertices: Array = field(default_factory=_none)
-    """(n, 3) of its surface."""
+    """(3,) position of the name and of the handle."""
+    curve: Array = field(default_factory=_empty)
+    """(n, 3) points along a path or a line; a single point for a point fixture."""
+    vertices: Array = field(default_factory=_empty)
+    """(n, 3) vertices of the surface."""
     triangles: NDArray[np.int32] = field(default_factory=_no_triangles)
-    margin_vertices: Array = field(default_factory=_none)
+    margin_vertices: Array = field(default_factory=_empty)
     margin_triangles: NDArray[np.int32] = field(default_factory=_no_triangles)
     moving: Callable[[float], Array] | None = None
-    """How it has moved since the start (4, 4) at a time [s]; None when it rests."""
+    """Displacement (4, 4) since the start at a time [s]; None for a static fixture."""
 
 
 @dataclass(frozen=True)
 class Stage:
-    """Everything that stands in the scene before anything moves."""
+    """The scene before any motion: objects, arms, fixtures, and values for the gauges."""
 
     title: str
-    things: list[Thing]
+    things: list[TouchedObject]
     leader: ArmPlace
     follower: ArmPlace
     radius: float
-    """Of the spherical proxy region on the tool tip [m]."""
+    """Radius of the spherical proxy region on the tool tip [m]."""
     stiffness: float
-    """Of the first object [N/m], what a scale of 1 on the console means."""
+    """Stiffness of the first object [N/m], which is scale 1 on the console."""
     damping: float
-    """Of the first object [N s/m]."""
+    """Damping of the first object [N s/m], which is scale 1 on the console."""
     force_cap: float
-    """[N]."""
+    """Force cap of the scene [N]."""
     motion_scale: float
     """Tool motion per hand motion [-]."""
     focus: Array = field(default_factory=lambda: np.zeros(3))
-    """(3,) what the camera looks at [m], in the world."""
+    """(3,) point that the camera looks at, in W [m]."""
     extent: float = 0.4
-    """How wide what the camera has to see is [m]."""
+    """Width of the region that the camera must show [m]."""
     stable_below: Callable[[float], float] | None = None
-    """Largest stable stiffness of the first object for a damping [N s/m], [N/m]; None when it is not known."""
+    """Largest stable stiffness of the first object [N/m] for a damping [N s/m]; None when unknown."""
     spheres: tuple[LinkSphere, ...] = ()
-    """Of the tool beside the one on its tip."""
+    """Tool spheres in addition to the one at the tip."""
     fixtures: tuple[FixtureMark, ...] = ()
-    """Of guidance, in the scene's order."""
+    """Guidance fixtures in the scene's order."""
 
     def touches(self, tick: Ticks) -> list[str]:
-        """The pairs that touch, the strongest first: `tip x liver 1.20 N`."""
+        """Contact pairs with their spring force, the strongest first: `tip \u00d7 liver 1.20 N`."""
         pairs = zip(tick["touch_sphere"], tick["touch_object"], tick["touch_force"], strict=True)
         names = ["tip", *(sphere.name for sphere in self.spheres)]
         return [

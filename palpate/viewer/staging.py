@@ -1,4 +1,4 @@
-"""From a rig, or a record, to what the viewer draws."""
+"""Makes the viewer's stage from a rig or a record."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from palpate.scene.model import ObjectSection
 from palpate.scene.rig import Rig, build
 from palpate.scene.surface import Surface
 from palpate.session.recorded import recorded_scene
-from palpate.viewer.stage import ArmPlace, FixtureMark, RegionMark, Stage, Thing
+from palpate.viewer.stage import ArmPlace, FixtureMark, RegionMark, Stage, TouchedObject
 
 Triangles = NDArray[np.int32]
 
 MOST_TRIANGLES = 150_000
-"""A finer surface is drawn coarser, so that a browser turns it smoothly; it is felt as it is."""
+"""A finer surface is drawn coarser, so that the browser stays fluent; contact uses the full surface."""
 
 
 def stage_of(rig: Rig, title: str = "") -> Stage:
-    """What the viewer draws of a scene that is set up; the arms are copies of its own."""
+    """The stage of a built scene, with its own copies of the arms."""
     scene, arms = rig.scene, rig.arms
     things = [
         _thing(each, placed, felt)
@@ -58,7 +58,7 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
 
 
 def fixture_mark(fixture: Fixture, here: Here) -> FixtureMark:
-    """What is drawn of a fixture: its surface and that of its margin, or its curve."""
+    """Drawing of a fixture: its surface and the surface of its margin, or its curve."""
     geometry, role = fixture.make_geometry(here), fixture.role
     nothing = np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int32)
     body = drawing(geometry) if geometry.solid else nothing
@@ -83,8 +83,8 @@ def fixture_mark(fixture: Fixture, here: Here) -> FixtureMark:
 
 
 def stable_below(rig: Rig) -> Callable[[float], float] | None:
-    """How stiff the first object may be at a damping, when the sliders scale all objects and regions with it, so that
-    every one of them is stable; None for a loop that the certificate does not know."""
+    """Largest stiffness of the first object [N/m], for a damping [N s/m], at which all objects and regions are stable
+    while the sliders scale them together. None for a loop that the certificate does not cover."""
     try:
         found = certify_all(rig.scene, rig=rig)
     except PalpateError:
@@ -101,10 +101,10 @@ def stable_below(rig: Rig) -> Callable[[float], float] | None:
 
 
 def stage_of_record(record: Record) -> Stage:
-    """What was in front of a record.
+    """The stage of a record.
 
-    Raises RecordError when the record has lost its scene, SceneError and MeshError when it cannot be set up again
-    (a mesh file that has moved, for instance).
+    Raises RecordError when the record holds no scene; SceneError or MeshError when the scene cannot be rebuilt, for
+    instance because a mesh file has moved.
     """
     if not record.scene:
         raise RecordError(
@@ -116,7 +116,7 @@ def stage_of_record(record: Record) -> Stage:
     return stage_of(build(recorded_scene(record)), record.path.parent.name)
 
 
-def _thing(section: ObjectSection, placed: Surface, felt: _core.Object) -> Thing:
+def _thing(section: ObjectSection, placed: Surface, felt: _core.Object) -> TouchedObject:
     vertices, triangles = drawable(placed.body.vertices, placed.body.triangles)
     middles = vertices[triangles].mean(axis=1)
     marks = [
@@ -129,11 +129,12 @@ def _thing(section: ObjectSection, placed: Surface, felt: _core.Object) -> Thing
         )
         for named, region in zip(section.regions, materials.regions(section), strict=True)
     ]
-    return Thing(section.name, vertices, triangles, placed.X_WO, tuple(marks), felt.pose if section.motion else None)
+    moving = felt.pose if section.motion else None
+    return TouchedObject(section.name, vertices, triangles, placed.X_WO, tuple(marks), moving)
 
 
 def drawable(vertices: Array, triangles: Triangles, most: int = MOST_TRIANGLES) -> tuple[Array, Triangles]:
-    """At most about `most` triangles: vertices that share a cell of a grid become one, their mean."""
+    """A mesh of about `most` triangles or fewer: all vertices in a grid cell are merged into their mean."""
     if len(triangles) <= most:
         return vertices, triangles
     a, b, c = (vertices[triangles[:, k]] for k in range(3))

@@ -1,4 +1,4 @@
-"""The tool as it touches: its spheres, its proxy, and a red point at each true contact."""
+"""Draws the tool's spheres, the proxy, and a red point at each contact."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from palpate.record.ticks import SIGNALS, Ticks
 from palpate.viewer.stage import Stage
 
 SMALL = 0.004
-"""A tool sphere up to this radius is drawn solid [m]."""
+"""Largest radius of a tool sphere that is drawn opaque [m]."""
 BLUE, YELLOW, RED = (90, 170, 255), (255, 214, 70), (225, 20, 20)
 
 
@@ -21,7 +21,7 @@ class ToolDrawing:
     def __init__(self, scene: viser.SceneApi, stage: Stage) -> None:
         """Draws everything at the origin."""
         self._stage, r = stage, stage.radius
-        # Solid where they are small: what is solid shows through an organ of glass. A large sphere would hide the tool.
+        # A small opaque sphere stays visible inside a transparent organ; a large one would hide the tool.
         clear = None if r <= SMALL else 0.5
         self._spr = scene.add_icosphere("/spr", r, BLUE, opacity=clear, cast_shadow=False)
         self._proxy = scene.add_icosphere("/proxy", r, YELLOW, opacity=clear, cast_shadow=False, visible=False)
@@ -37,11 +37,11 @@ class ToolDrawing:
 
     @property
     def p_WT(self) -> Array:
-        """Tool tip as drawn (3,) [m]."""
+        """Drawn position of the tool tip (3,) [m]."""
         return np.array(self._spr.position)
 
     def show(self, tick: Ticks, links: dict[str, Array]) -> None:
-        """Moves everything to one tick; links: X_Blink of the follower in it."""
+        """Moves the tool to a tick; links: poses of the follower's links in B."""
         touches = int(tick["contacts"])
         self._spr.position = tick["p_WT"]
         self._proxy.visible = touches > 0

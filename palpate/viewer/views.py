@@ -1,4 +1,4 @@
-"""Where one looks from: the whole scene, or the tool from near by."""
+"""Camera views: the whole scene, or a close-up of the tool."""
 
 from __future__ import annotations
 
@@ -11,39 +11,40 @@ from palpate.viewer.drawing import Drawing
 from palpate.viewer.stage import Stage
 
 View = tuple[Array, Array]
-"""Position of the eye and what it looks at, (3,) each [m]."""
+"""Position of the camera and the point it looks at, (3,) each [m]."""
 
 GLASS = 0.5
-"""How far one sees through the organs from near by."""
+"""Transparency of the organs in the close-up [-]."""
 FIELD_OF_VIEW = np.radians(42.0)
 FROM_ABOVE_IN_FRONT = np.array([-0.10, -1.15, 0.50])
-"""The eye of the overview, from the focus, for a scene of 0.4 m [m]: the surgeon's side, patient's feet in front."""
+"""Camera position relative to the focus, for a scene of 0.4 m [m]: on the surgeon's side."""
 
 
 def overview(stage: Stage) -> View:
-    """Organ and master arm side by side, with room above for the arms."""
+    """View of organ and master arm side by side, with room above for the arms."""
     size = stage.extent / 0.4
     look_at = stage.focus + size * np.array([-0.02, 0.0, 0.10])
     return look_at + size * FROM_ABOVE_IN_FRONT, look_at
 
 
 def close_up(p_WT: Array) -> View:
-    """The tool tip (3,) from a hand's breadth away."""
+    """View of the tool tip (3,) [m] from a distance of 0.2 m."""
     return p_WT + np.array([0.03, -0.17, 0.09]), p_WT
 
 
 def start_with(server: viser.ViserServer, view: View) -> None:
-    """The view that a browser begins with."""
+    """Sets the initial view of a browser."""
     camera = server.initial_camera
     camera.position, camera.look_at = (tuple(point) for point in view)
     camera.up, camera.fov, camera.near, camera.far = (0.0, 0.0, 1.0), float(FIELD_OF_VIEW), 0.01, 30.0
 
 
 def add_buttons(gui: viser.GuiApi, stage: Stage, drawing: Drawing) -> None:
-    """A button for each view, which moves the camera of the browser that asks, and how solid the organs look."""
+    """Adds a button for each view, which moves the camera of the requesting browser, and the transparency slider."""
     with gui.add_folder("View"):
         buttons = gui.add_button_group("look at", ("scene", "tool tip"))
-        glass = gui.add_slider("see through", 0.0, 0.9, 0.1, 0.0, hint="Look into the organ: where the tool is inside")
+        hint = "Transparency of the organs, to show the tool inside"
+        glass = gui.add_slider("see through", 0.0, 0.9, 0.1, 0.0, hint=hint)
 
     @glass.on_update
     def _(_: object) -> None:

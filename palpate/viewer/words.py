@@ -1,4 +1,4 @@
-"""The state of a session in words that a newcomer understands."""
+"""Describes the state of a session in words."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from palpate.record.ticks import STATUS, Ticks
 
 
 def in_words(tick: Ticks, force_cap: float, paused: bool = False) -> list[str]:
-    """What a tick's status bits say, the gravest first; `touching` or `free` when there is nothing to say.
+    """Descriptions of a tick's status bits, the gravest first; `touching` or `free` when no bit is set.
 
-    force_cap: the cap of the scene [N].
+    force_cap: force cap of the scene [N].
     """
     status = int(tick["status"])
     limits = {"force_capped": f" at {force_cap:g} N"}

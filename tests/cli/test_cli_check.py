@@ -167,4 +167,4 @@ def test_a_coarse_mesh_in_a_scene_is_told(palpate, scene):
     done = palpate("check", scene)
     assert done.code == 0, done.err
     assert "coarse mesh" in done.out
-    assert "triangles of the same thing would do" in done.out
+    assert "triangles of the same object would do" in done.out

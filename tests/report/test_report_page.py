@@ -72,7 +72,7 @@ def test_page_names_every_signal_with_its_unit_and_says_simulated(page):
     assert "load cell are simulated" in page
     assert "floor &lt;&amp;&gt;" in page
     assert "The hand feels 250 N/m" in page
-    assert "not at hand any more" in page
+    assert "not available any more" in page
 
 
 def test_lockstep_page_is_the_same_every_time_and_has_no_times(tmp_path):

@@ -257,7 +257,7 @@ def test_setup_says_what_it_uses(built):
     done = subprocess.run([sys.executable, "-m", "palpate", "ros", "setup"], capture_output=True, text=True, check=True)
     assert built.ros.words in done.stdout
     assert "crtk_msgs: our definitions" in done.stdout
-    assert "all of it was there" in done.stdout
+    assert "everything was compiled already" in done.stdout
 
 
 def test_two_releases_do_not_mix(monkeypatch, tmp_path, built):

@@ -9,7 +9,7 @@ import numpy as np
 from palpate.arm import Arm
 from palpate.record.ticks import TICK
 from palpate.shapes.organ import organ
-from palpate.viewer.stage import ArmPlace, Stage, Thing
+from palpate.viewer.stage import ArmPlace, Stage, TouchedObject
 
 
 def pose(p, R=None):
@@ -37,7 +37,7 @@ def stage():
     vertices, triangles = organ(6000)
     return Stage(
         title="Palpation",
-        things=[Thing("liver", vertices, triangles, np.eye(4))],
+        things=[TouchedObject("liver", vertices, triangles, np.eye(4))],
         leader=ArmPlace("leader", LEADER, X_WL),
         follower=ArmPlace("follower", Arm.psm("lnd"), X_WB),
         radius=0.002,

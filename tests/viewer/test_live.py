@@ -79,7 +79,7 @@ def test_clutch_frees_the_hand_and_says_so(page, viewer):
 
 
 def test_reset_brings_everything_back(page, viewer):
-    page.get_by_text("Reset the console").click()
+    page.get_by_text("Reset hand and tissue").click()
     until(lambda: number(page, "force") == 0.0)
     controls = viewer.console._source.controls
     assert controls.stiffness_scale == 1.0

@@ -1,3 +1,3 @@
-"""Measure this machine: start-up, the haptic loop, contact, fixtures, many runs, studies on several cores, ROS 2."""
+"""Measure the speed of Palpate on this machine: haptic loop, start-up, contact, batch runs, fixtures, ROS 2."""
 
 FIRST = ("loop", "start", "contact", "simulate", "sweep", "guidance", "ros")

@@ -13,7 +13,7 @@ from palpate.console.output import console_for, require_writable, say, write_jso
 
 @dataclass
 class Command:
-    """Contact queries: the table of shapes and methods.
+    """Measure the time of a contact query for each shape, mesh size and contact method.
 
     examples:
       palpate bench contact --json contact.json
@@ -24,9 +24,9 @@ class Command:
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the figures as JSON (docs/json.md); - for the standard output."""
     huge: bool = False
-    """Ten million triangles instead (2.5 GB of memory, minutes)."""
+    """Measure meshes of ten million triangles only (2.5 GB of memory, several minutes)."""
     quick: bool = False
-    """Ten thousand triangles alone (half a minute)."""
+    """Measure meshes of ten thousand triangles only (half a minute)."""
 
     def __call__(self) -> int:
         """Measure, print the table, write the JSON contract."""
@@ -35,14 +35,14 @@ class Command:
         console = console_for(self.json)
         require_writable(self.json)
 
-        def told(row: contact.Row) -> None:
+        def show_row(row: contact.Row) -> None:
             case = f"{row['shape']} {row['triangles']:,} {row['path']} {row['method']}"
             say(console, f"{case}: p50 {row['p50_us']:.2f} us")
 
         sizes = (contact.HUGE,) if self.huge else contact.SIZES[:1] if self.quick else contact.SIZES
-        rows = contact.run(sizes=sizes, on_row=told)
+        rows = contact.run(sizes=sizes, on_row=show_row)
         if not (self.huge or self.quick):
-            rows += contact.run(("sphere", "torus", "box"), sizes=(100_000,), paths=("tool",), on_row=told)
+            rows += contact.run(("sphere", "torus", "box"), sizes=(100_000,), paths=("tool",), on_row=show_row)
         console.print(contact.table(rows))
         write_json(self.json, rows)
         return 0

@@ -13,7 +13,7 @@ from palpate.console.output import console_for, require_writable, say, write_jso
 
 @dataclass
 class Command:
-    """A fixture on a million triangles, and a hundred constraints at once.
+    """Measure virtual fixtures: one on a mesh of a million triangles, and a hundred constraints at once.
 
     examples:
       palpate bench guidance

@@ -13,7 +13,7 @@ from palpate.console.output import console_for, require_writable, say, write_jso
 
 @dataclass
 class Command:
-    """Compute time of the haptic loop, its real-time factor, and lateness in real time.
+    """Measure the haptic loop: compute time of a cycle, real-time factor, and lateness in real time.
 
     examples:
       palpate bench loop

@@ -14,7 +14,7 @@ from palpate.errors import PalpateError
 
 @dataclass
 class Command:
-    """A leader's state to its wrench over ROS 2, next to a bare echo.
+    """Measure the latency from a leader's state to its wrench over ROS 2, next to a bare echo as a control.
 
     examples:
       palpate bench ros --duration 600 --json ros.json
@@ -24,11 +24,11 @@ class Command:
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the figures as JSON (docs/json.md); - for the standard output."""
     duration: float = 20.0
-    """Time that is measured [s]."""
+    """Duration of the measurement [s]."""
     rate: float = 1000.0
-    """Rate of the leader's states [Hz]."""
+    """Rate at which the leader publishes its state [Hz]."""
     sim: bool = False
-    """Also measure the rate that `palpate ros sim` reaches with four arms, and the cores it takes."""
+    """Also measure the rate that `palpate ros sim` reaches with four arms, and the CPU cores it uses."""
 
     def __call__(self) -> int:
         """Measure, print the table, write the JSON contract."""

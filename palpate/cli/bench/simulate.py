@@ -13,7 +13,7 @@ from palpate.console.output import console_for, require_writable, say, write_jso
 
 @dataclass
 class Command:
-    """Many runs at once (palpate.simulate) against as many sessions one by one: time and memory.
+    """Compare palpate.simulate (many runs at once) with the same number of single sessions: time and memory.
 
     examples:
       palpate bench simulate
@@ -23,9 +23,9 @@ class Command:
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the figures as JSON (docs/json.md); - for the standard output."""
     runs: int = 40
-    """Runs of 5 s of each kind in a turn [-]."""
+    """Number of 5 s runs that each method does per turn [-]."""
     turns: int = 2
-    """Sessions and palpate.simulate take turns so often [-]."""
+    """Number of turns; the two methods alternate [-]."""
 
     def __call__(self) -> int:
         """Measure, print the table, write the JSON contract."""

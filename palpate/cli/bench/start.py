@@ -13,7 +13,7 @@ from palpate.console.output import console_for, require_writable, say, write_jso
 
 @dataclass
 class Command:
-    """How long help, a run's first ticks and a check take from a fresh process, next to a bare numpy import.
+    """Measure the start-up time of help, a run and a check in a fresh process, next to a bare numpy import.
 
     examples:
       palpate bench start
@@ -23,7 +23,7 @@ class Command:
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the figures as JSON (docs/json.md); - for the standard output."""
     runs: int = 7
-    """Fresh processes of each kind [-]."""
+    """Number of fresh processes per command [-]."""
 
     def __call__(self) -> int:
         """Measure, print the table, write the JSON contract."""

@@ -13,7 +13,7 @@ from palpate.console.output import console_for, require_writable, say, write_jso
 
 @dataclass
 class Command:
-    """Many wall runs on one core and on all.
+    """Measure how fast many wall runs are on one core and on all cores.
 
     examples:
       palpate bench sweep

@@ -1,3 +1,3 @@
-"""From recordings of an arm to a model of it. `palpate calibrate` lists what can be identified."""
+"""Identify models of an arm or a hand from recordings. `palpate calibrate` lists the models."""
 
 FIRST = ("gravity", "dynamics", "hand", "import", "export")

@@ -19,44 +19,44 @@ if TYPE_CHECKING:
     from palpate.arm.dynamics import Dynamics
     from palpate.identify.motion import Motion
 
-CUTOFFS = (2.0, 3.0, 5.0, 10.0)  # at which a test is judged as well: what is left rises with the band [Hz]
+CUTOFFS = (2.0, 3.0, 5.0, 10.0)  # further cutoffs for the test error, which grows with the bandwidth [Hz]
 _SHORT = {"mtm": "mtm_right", "mtml": "mtm_left", "mtmr": "mtm_right", "psm": "psm_lnd"}
 
 
 @dataclass
 class Command:
-    """An arm's full dynamics from moving recordings: links, friction, rotors, springs; every link could exist.
+    """Identify the full dynamics of an arm from recorded motions: links, friction, rotors and springs.
 
     examples:
       palpate calibrate dynamics one.csv --arm mtm --out mtm.yaml --test two.csv
       palpate calibrate dynamics one.csv two.csv --arm psm --out psm.yaml --json fit.json
 
-    A recording is a CSV of q, dq, tau of all drives, or all joints (rad, rad/s, N m), evenly sampled; docs/dynamics.md
-    tells which drives. What the model file is for: a load (palpate.identify.payload), and the force that a session
-    estimates (force.dynamics in a scene).
+    A recording is an evenly sampled CSV with q, dq and tau of all drives or all joints (rad, rad/s, N m);
+    docs/dynamics.md lists the drives. The masses and inertias found are physically consistent. The model file serves
+    to identify a payload (palpate.identify.payload) and to estimate the tool force in a session (force.dynamics).
     """
 
     train: Positional[tuple[Path, ...]]
-    """Moving recordings to learn from (CSV)."""
+    """Recordings of motions for the fit (CSV)."""
     arm: str
     """Which arm was recorded: mtm, mtml, mtmr, psm, or a model file."""
     out: Annotated[Path, arg(metavar="MODEL.yaml")]
     """The model file to write."""
     test: Annotated[Path | None, arg(metavar="OTHER.csv")] = None
-    """Another motion to judge on."""
+    """Recording of another motion that tests the model."""
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the figures as JSON (docs/json.md); - for the standard output."""
     at: Literal["drives", "joints"] = "drives"
-    """Where the columns were measured: at the motors, as the published recordings, or at the joints (ROS)."""
+    """Where the columns were measured: drives as in the published recordings, or joints as on ROS."""
     rate: float = 200.0
-    """Samples a second of the recordings [Hz]."""
+    """Sampling rate of the recordings [Hz]."""
     cutoff: float = 2.0
-    """Of the filter that both sides of the comparison go through [Hz]."""
+    """Cutoff of the low-pass filter on both measured and predicted torque [Hz]."""
     force: bool = False
-    """Overwrite what is there."""
+    """Overwrite an existing file."""
 
     def __call__(self) -> int:
-        """Identify, judge, write."""
+        """Identify the model, print its errors, write the model file and the JSON."""
         import yaml
 
         from palpate.arm.dynamics import to_data
@@ -76,26 +76,27 @@ class Command:
         console.print(_table(figures, identification.PUBLISHED.get(arm.name.split("_")[0])))
         say(
             console,
-            f"{model.cutoff:g} Hz, both sides, no phase: rms of the error over rms of the torque",
-            "filtered at",
+            f"zero-phase low-pass of {model.cutoff:g} Hz on measured and predicted torque; values are rms error over "
+            "rms torque",
+            "filter:",
         )
         say(
             console,
             f"{model.rank} of {len(model.pi)} inertial parameters, condition {model.condition:.3g}",
-            "identifiable",
+            "identifiable:",
         )
         if model.unknown:
-            say(console, ", ".join(model.unknown), "the motion says little about", "yellow")
-        say(console, str(self.out), "model")
+            say(console, ", ".join(model.unknown), "poorly excited by these motions:", "yellow")
+        say(console, str(self.out), "model:")
         write_json(self.json, figures)
         return 0
 
 
 def arm_named(name: str) -> Arm:
-    """An arm that comes with Palpate, also by a short name, or a model file.
+    """The arm of a name, a short name, or a model file.
 
     Raises:
-        ArmError: there is no such arm.
+        ArmError: no arm has this name.
     """
     from palpate.arm import NAMES, Arm
 

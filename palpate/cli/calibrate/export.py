@@ -13,30 +13,30 @@ from palpate.console.output import console_for, say
 
 @dataclass
 class Command:
-    """A model file as the dVRK's own gravity compensation.
+    """Convert a gravity model to the JSON file of the dVRK's own gravity compensation.
 
     examples:
       palpate calibrate export mtmr.yaml --out gc-MTMR-28247.json --serial 28247
 
-    A model of the dVRK's form goes over exactly; another is fitted by it over the poses it was trained on, and what
-    that loses is told.
+    A model of the dVRK's form is converted exactly. Any other model is approximated by that form over its training
+    poses, and the command prints the torque error.
     """
 
     file: Positional[Path]
-    """Model file (MODEL.yaml)."""
+    """Gravity model (MODEL.yaml)."""
     out: Annotated[Path, arg(metavar="GC.json")]
-    """The dVRK's JSON to write."""
+    """The JSON file to write."""
     serial: str = ""
-    """Of the arm; the dVRK compares it."""
+    """Serial number of the arm; the dVRK checks it."""
     force: bool = False
-    """Overwrite what is there."""
+    """Overwrite an existing file."""
 
     def __call__(self) -> int:
-        """MODEL.yaml to JSON of the dVRK."""
+        """Convert the model, print the error, write the JSON file."""
         from palpate.arm import dvrk_gravity
         from palpate.arm.gravity_model import GravityModel
 
         lost = dvrk_gravity.save(GravityModel.load(self.file), self.out, self.serial, self.force)
         words = ", ".join(f"{x:.4f}" for x in lost)
-        say(console_for(None), f"written: {self.out}   its form loses {words} N m (rms)")
+        say(console_for(None), f"written: {self.out}   rms torque error of the conversion per joint [N m]: {words}")
         return 0

@@ -20,30 +20,30 @@ if TYPE_CHECKING:
 
 @dataclass
 class Command:
-    """What holds an arm still, from poses it was held at: masses, springs, cables, and the friction that hides them.
+    """Identify the gravity model of an arm from static poses: masses, springs, cables and dry friction.
 
     examples:
       palpate calibrate gravity poses.csv --arm mtmr --out my_mtmr.yaml
       palpate calibrate gravity up.csv down.csv --arm mtml --out mtml.yaml --test others.csv --json fit.json
 
-    A recording is a CSV of q1_rad .. q7_rad, tau1_Nm .. tau7_Nm, joint side, one row per pose in the order of visits.
-    Beside MODEL.yaml a figure MODEL.png is written. In a scene: arms: {leader: {gravity_model: MODEL.yaml}}.
+    A recording is a CSV of q1_rad .. q7_rad, tau1_Nm .. tau7_Nm at the joints, one row per pose in the order of
+    visits. The command also draws MODEL.png. Use in a scene: arms: {leader: {gravity_model: MODEL.yaml}}.
     """
 
     train: Positional[tuple[Path, ...]]
-    """Recordings to learn from (CSV); two files of the same poses reached both ways are averaged."""
+    """Recordings for the fit (CSV); two files of the same poses, approached from opposite sides, are averaged."""
     arm: Literal["mtml", "mtmr"]
     """Which arm was recorded."""
     out: Annotated[Path, arg(metavar="MODEL.yaml")]
     """The model file to write."""
     model: Literal["potential", "dvrk", "gravity+springs", "paper"] = "potential"
-    """Form of the model: ours, the dVRK's, or the paper's with or without springs."""
+    """Form of the model: Palpate's (potential), the dVRK's, or the paper's with or without springs."""
     test: Annotated[Path | None, arg(metavar="TEST.csv")] = None
-    """Other poses to judge on."""
+    """Recording of other poses that tests the model."""
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the figures as JSON (docs/json.md); - for the standard output."""
     force: bool = False
-    """Overwrite what is there."""
+    """Overwrite existing files."""
 
     def __call__(self) -> int:
         """Fit, report, write the model, its figure and the JSON."""
@@ -87,30 +87,32 @@ def _table(c: Calibration) -> Table:
             f"+-{judged.std[i]:.4f}",
         )  # fmt: skip
     table.caption = (
-        "N m. Friction floor: what dry friction leaves when nobody says from which side the arm came; approach known: "
-        "the order of the rows says it. Confidence: standard deviation of the holding torque."
+        "All in N m. Friction floor: error that dry friction causes while the direction of approach is unknown. "
+        "Approach known: RMS with the direction taken from the order of the rows. Confidence: standard deviation of "
+        "the holding torque."
     )
     return table
 
 
 def _lines(c: Calibration) -> list[str]:
-    told, rub = c.told, c.model.friction
+    found, friction = c.told, c.model.friction
     lines = [
-        f"rank {told.rank} of {told.structural_rank} base parameters, condition {told.condition:.1f}",
-        f"base parameters (the JSON says what each stands for): {', '.join(b.split()[0] for b in told.base)}",
-        f"not identifiable, never seen by these joints: {', '.join(told.never)}",
+        f"rank {found.rank} of {found.structural_rank} base parameters, condition {found.condition:.1f}",
+        f"base parameters (the JSON defines each): {', '.join(b.split()[0] for b in found.base)}",
+        f"not identifiable, as they never load these joints: {', '.join(found.never)}",
     ]
-    if rub.any():
+    if friction.any():
         of = "motors" if c.model.motor_friction else "joints"
-        lines.append(f"dry friction of the {of} [N m]: " + ", ".join(f"{abs(x[0]):.4f}" for x in rub[: len(c.joints)]))
+        torques = ", ".join(f"{abs(x[0]):.4f}" for x in friction[: len(c.joints)])
+        lines.append(f"dry friction of the {of} [N m]: {torques}")
     if c.pairs:
-        lines.append(f"{len(c.pairs.half_difference)} poses reached both ways: fitted to their means")
+        lines.append(f"{len(c.pairs.half_difference)} poses approached from both sides: fitted to their means")
     if c.fitted.outliers:
         some = "; ".join(f"pose {o.pose + 1} joint {o.joint + 1}: {o.why}" for o in c.fitted.outliers[:3])
         lines.append(
-            f"{len(c.fitted.outliers)} outliers kept out ({some}{' ..' if len(c.fitted.outliers) > 3 else ''})"
+            f"{len(c.fitted.outliers)} outliers excluded ({some}{' ..' if len(c.fitted.outliers) > 3 else ''})"
         )
     for q, gain in c.advice[:3]:
-        lines.append(f"next pose [rad]: {' '.join(f'{x:+.2f}' for x in q)}   adds {gain:.2f} nat")
-    lines.append(f"{c.seconds:.1f} s of one core")
+        lines.append(f"next pose [rad]: {' '.join(f'{x:+.2f}' for x in q)}   information gain {gain:.2f} nat")
+    lines.append(f"computed in {c.seconds:.1f} s on one core")
     return lines

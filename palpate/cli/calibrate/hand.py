@@ -22,16 +22,16 @@ QUANTITIES = (("mass", "kg"), ("damping", "N s/m"), ("stiffness", "N/m"))
 
 @dataclass
 class Command:
-    """Mass, damping and stiffness of a hand, from a recorded grip that was pushed (load cell needed).
+    """Identify mass, damping and stiffness of a hand from a recorded grip under a push (needs a load cell).
 
     examples:
       palpate run scenes/grip.yaml --out grip
       palpate calibrate hand grip/grip-*/record.mcap --out my_hand.yaml
       palpate calibrate hand grip.csv --json hand.json
 
-    A recording is a record of Palpate (scenes/grip.yaml pushes as it should), or a CSV of one direction: t_s, x_m, F_N
-    (force of the arm on the hand), and u where it is known (what shakes, any unit). Beside HAND.yaml a figure HAND.png
-    is written. In a scene: operator: {hand: HAND.yaml}.
+    A recording is a record of Palpate (scenes/grip.yaml makes a suitable push), or a CSV for one direction: t_s, x_m,
+    F_N (force of the arm on the hand), and optionally u (the excitation signal, any unit). The command also draws
+    HAND.png. Use in a scene: operator: {hand: HAND.yaml}.
     """
 
     recording: Positional[Path]
@@ -39,12 +39,12 @@ class Command:
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the figures as JSON (docs/json.md); - for the standard output."""
     out: Annotated[Path | None, arg(metavar="HAND.yaml")] = None
-    """The hand to write."""
+    """The hand file to write."""
     force: bool = False
-    """Overwrite what is there."""
+    """Overwrite existing files."""
 
     def __call__(self) -> int:
-        """Fit, report, write the hand, its figure and the JSON."""
+        """Fit the hand, print it, write the hand file, its figure and the JSON."""
         from palpate import hands
         from palpate.identify import grip_recording
         from palpate.identify.hand import fit, to_json
@@ -63,8 +63,8 @@ class Command:
             say(console, warning, "warning:", "yellow")
         if self.out is not None:
             m, b, k = (float(x) for x in found.value)
-            told = hands.Hand(self.out.stem, m, b, k, source=f"fitted to {self.recording.name}, palpate calibrate hand")
-            told.save(self.out, {key: value for key, value in to_json(grip, found).items() if key != "warnings"})
+            hand = hands.Hand(self.out.stem, m, b, k, source=f"fitted to {self.recording.name}, palpate calibrate hand")
+            hand.save(self.out, {key: value for key, value in to_json(grip, found).items() if key != "warnings"})
             say(console, f"hand: {self.out}   in a scene: operator: {{hand: {self.out.name}}}")
             if importlib.util.find_spec("matplotlib") is not None:
                 from palpate.identify.hand_figure import save
@@ -90,16 +90,16 @@ def _lines(grip: Grip, found: HandFit) -> list[str]:
     from palpate import hands
 
     m, b, k = found.value
-    where = (
+    direction = (
         ""
         if grip.direction is None
-        else ", along ({:.2f}, {:.2f}, {:.2f}) of the leader's base".format(*grip.direction)
+        else ", along ({:.2f}, {:.2f}, {:.2f}) in the leader's base frame".format(*grip.direction)
     )
-    near = min(hands.PRESETS.values(), key=lambda h: abs(h.stiffness / k - 1) + abs(h.damping / b - 1))
+    nearest = min(hands.PRESETS.values(), key=lambda h: abs(h.stiffness / k - 1) + abs(h.damping / b - 1))
     return [
-        f"{found.seconds:.0f} s of grip{where}; {len(found.f)} lines from {found.f.min():.2g} to "
+        f"{found.seconds:.0f} s of grip{direction}; {len(found.f)} frequencies from {found.f.min():.2g} to "
         f"{found.f.max():.2g} Hz, coherence {found.coherence.mean():.2f}",
         f"resonance {found.resonance:.1f} Hz, damping ratio {b / (2 * (m * k) ** 0.5):.2f}; a mass with spring and "
         f"damper explains {100 * found.explained:.1f} %",
-        f"nearest preset: {near.name} ({near.mass:g} kg, {near.damping:g} N s/m, {near.stiffness:g} N/m)",
+        f"nearest preset: {nearest.name} ({nearest.mass:g} kg, {nearest.damping:g} N s/m, {nearest.stiffness:g} N/m)",
     ]

@@ -13,21 +13,21 @@ from palpate.console.output import console_for, say
 
 @dataclass
 class Command:
-    """A dVRK's own gravity compensation (gc-MTMR-xxxxx.json) as a model file of Palpate.
+    """Convert the dVRK's own gravity compensation (gc-MTMR-xxxxx.json) to a gravity model of Palpate.
 
     examples:
       palpate calibrate import gc-MTMR-28247.json --out mtmr.yaml
     """
 
     file: Positional[Path]
-    """The dVRK's JSON."""
+    """The dVRK's JSON file."""
     out: Annotated[Path, arg(metavar="MODEL.yaml")]
     """The model file to write."""
     force: bool = False
-    """Overwrite what is there."""
+    """Overwrite an existing file."""
 
     def __call__(self) -> int:
-        """JSON of the dVRK to MODEL.yaml."""
+        """Convert the JSON file and write the model."""
         from palpate.arm import dvrk_gravity
 
         model = dvrk_gravity.load(self.file)

@@ -1,1 +1,1 @@
-"""`palpate check`: one file for each kind of file that it looks at."""
+"""`palpate check`: one module for each kind of input file."""

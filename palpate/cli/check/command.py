@@ -21,7 +21,7 @@ _GRIDS = (".npz", ".nrrd")
 
 @dataclass
 class Command:
-    """Look at a scene, a mesh or a distance grid without running it: what is wrong, what was mended, what is in reach.
+    """Check a scene, a mesh or a distance grid without a run: report mistakes, repairs and recommended settings.
 
     examples:
       palpate check scenes/palpation.yaml
@@ -29,52 +29,52 @@ class Command:
       palpate check scan.ply --unit m --feature 4 --noise 0.3
       palpate check organ.stl --repair mended.stl
 
-    A repaired copy has its cracks sewn, slivers collapsed and small holes filled; the file itself is never changed.
+    --repair writes a copy with cracks sewn, slivers collapsed and small holes filled; it never changes the file itself.
     """
 
     file: Positional[Path]
     """Scene (YAML), mesh (STL, OBJ, PLY, ...) or distance grid (.npz, .nrrd)."""
     unit: Literal["mm", "cm", "m", "in"] = "mm"
-    """Of a mesh file's numbers."""
+    """Unit of the numbers in a mesh file."""
     radius: Annotated[float | None, arg(metavar="MM")] = None
-    """Of the sphere that will touch the mesh; the default radius when left out."""
+    """Radius of the sphere that will touch the mesh; the default radius when left out."""
     stiffness: Annotated[float | None, arg(metavar="N/M")] = None
-    """That the mesh will have; the default stiffness when left out."""
+    """Stiffness that the mesh will have; the default stiffness when left out."""
     feature: Annotated[float | None, arg(metavar="MM")] = None
-    """Width of the narrowest thing to be felt; from the mesh's hollows when left out."""
+    """Width of the narrowest feature to feel; estimated from the mesh's hollows when left out."""
     noise: Annotated[float | None, arg(metavar="MM")] = None
-    """Standard deviation of the sensor that measured the mesh; from its roughness when left out."""
+    """Noise (standard deviation) of the scanner that measured the mesh; estimated from its roughness when left out."""
     repair: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write a repaired copy of the mesh, in the same unit."""
     hole: Annotated[float | None, arg(metavar="MM")] = None
     """Widest hole that --repair fills; a tenth of the mesh when left out."""
     force: bool = False
-    """--repair may overwrite a file."""
+    """Allow --repair to overwrite a file."""
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the findings as JSON (docs/json.md); - for the standard output."""
 
     def __call__(self) -> int:
-        """Look at the file; warnings are printed, mistakes are raised. Returns the exit code."""
+        """Check the file; warnings are printed, mistakes are raised. Returns the exit code."""
         console, path = console_for(self.json), self.file
         is_scene = path.suffix.lower() in _SCENES
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            result = self._look(console)
-        told = [str(w.message) for w in caught if issubclass(w.category, PalpateWarning)]
-        for text in told:
+            result = self._inspect(console)
+        texts = [str(w.message) for w in caught if issubclass(w.category, PalpateWarning)]
+        for text in texts:
             say(console, text, "warning:", "yellow")
         verdict = "ready to run" if is_scene else "can be touched"
-        say(console, f"{path}: {verdict}" + (f", with {len(told)} warnings" if told else ""))
-        write_json(self.json, {"file": str(path), "ok": True, "warnings": told, **result})
+        say(console, f"{path}: {verdict}" + (f", with {len(texts)} warnings" if texts else ""))
+        write_json(self.json, {"file": str(path), "ok": True, "warnings": texts, **result})
         return 0
 
-    def _look(self, console: Console) -> dict[str, Any]:
+    def _inspect(self, console: Console) -> dict[str, Any]:
         from palpate.cli.check import grid, mesh, scene
 
         touch = mesh.Touch.of(self.radius, self.stiffness, self.feature, self.noise, self.repair, self.hole, self.force)
         ending = self.file.suffix.lower()
         if ending in _SCENES:
-            return scene.look(self.file, console)
+            return scene.inspect(self.file, console)
         if ending in _GRIDS:
-            return grid.look(self.file, self.unit, console)
-        return mesh.look(self.file, self.unit, touch, console)
+            return grid.inspect(self.file, self.unit, console)
+        return mesh.inspect(self.file, self.unit, touch, console)

@@ -1,4 +1,4 @@
-"""`palpate check` of a mesh: what was found, how its facets would be felt, which radius suits, and a repaired copy."""
+"""`palpate check` of a mesh: its defects, how its facets would be felt, a suitable radius, and a repaired copy."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from palpate.mesh import repair as mesh_repair
 
 @dataclass(frozen=True)
 class Touch:
-    """What a mesh is to be judged for. Metres."""
+    """How the mesh will be touched: lengths [m], stiffness [N/m], and where the repaired copy goes."""
 
     radius: float
     stiffness: float
@@ -47,7 +47,7 @@ class Touch:
         """From the command line's options, lengths in millimetres.
 
         Raises:
-            PalpateError: a number that makes no sense.
+            PalpateError: a number is not positive.
         """
         given = {"radius": radius, "stiffness": stiffness, "feature": feature, "noise": noise, "hole": hole}
         for name, value in given.items():
@@ -65,8 +65,8 @@ class Touch:
         )
 
 
-def look(path: Path, unit: Unit, touch: Touch, console: Console) -> dict[str, Any]:
-    """Print everything about a mesh file; returns the values for JSON."""
+def inspect(path: Path, unit: Unit, touch: Touch, console: Console) -> dict[str, Any]:
+    """Print the findings on a mesh file; returns the values for JSON."""
     if touch.repair is not None:
         _require_free(touch.repair, path, touch.force)
     mesh = Mesh.load(path, unit)
@@ -78,12 +78,12 @@ def look(path: Path, unit: Unit, touch: Touch, console: Console) -> dict[str, An
     console.print(table)
     warn_of_facets(fine, str(path))
     _warn_of_radius(suits, str(path))
-    told: dict[str, Any] = {"mesh": mesh.report.to_json(), "fineness": asdict(fine), "radius": suits.to_json()}
-    return told | {"repair": _repair(mesh, unit, touch, console) if touch.repair is not None else None}
+    values: dict[str, Any] = {"mesh": mesh.report.to_json(), "fineness": asdict(fine), "radius": suits.to_json()}
+    return values | {"repair": _repair(mesh, unit, touch, console) if touch.repair is not None else None}
 
 
 def warn_of_facets(fine: touchable.Fineness, where: str) -> None:
-    """Warn of facets that would be felt."""
+    """Warn of facets that the hand would feel."""
     if not fine.coarse:
         return
     what = (
@@ -92,19 +92,19 @@ def warn_of_facets(fine: touchable.Fineness, where: str) -> None:
     )
     if fine.doubtful_share > 0.05:
         what = (
-            f"coarse mesh, or a thing of many edges: {fine.doubtful_share:.0%} of the surface lies beside edges of "
+            f"coarse mesh, or an object of many edges: {fine.doubtful_share:.0%} of the surface lies beside edges of "
             f"30 to {touchable.DOUBTFUL_DEG:.0f} deg, which are felt as edges"
         )
-    mend = f"about {_rounded(fine.triangles_needed):,} triangles of the same thing would do"
+    mend = f"about {_rounded(fine.triangles_needed):,} triangles of the same object would do"
     warnings.warn(PalpateWarning(what, where=where, mend=mend), stacklevel=2)
 
 
 def _warn_of_radius(suits: touchable.Radius, where: str) -> None:
-    """Warn of a radius that does not suit."""
+    """Warn of a radius that the noise or the features of the mesh do not allow."""
     if suits.conflict:
         what = (
-            f"no radius suits: noise of {suits.noise_mm:.2g} mm asks for {suits.smallest_mm:.2g} mm or more, the "
-            f"features for {suits.largest_mm:.2g} mm or less"
+            f"no radius suits: noise of {suits.noise_mm:.2g} mm needs {suits.smallest_mm:.2g} mm or more, the "
+            f"features need {suits.largest_mm:.2g} mm or less"
         )
         why = f"at {suits.recommended_mm:g} mm the noise turns the force by {suits.direction_noise_deg:.0f} deg"
         mend = "smooth the mesh, or filter the force: stability.rate_cap of 5 to 10 N/s (palpate study radius)"
@@ -115,11 +115,12 @@ def _warn_of_radius(suits: touchable.Radius, where: str) -> None:
         warnings.warn(PalpateWarning(what, where=where, why=why, mend="smooth the mesh"), stacklevel=2)
     elif suits.given_mm < 0.99 * suits.smallest_mm:
         what = f"radius {suits.given_mm:g} mm is small for noise of {suits.noise_mm:.2g} mm"
-        why = f"below {suits.smallest_mm:.2g} mm it turns the force by more than {touchable.DIRECTION_LIMIT_DEG:g} deg"
+        limit = f"{touchable.DIRECTION_LIMIT_DEG:g} deg"
+        why = f"below {suits.smallest_mm:.2g} mm the noise turns the force by more than {limit}"
         warnings.warn(PalpateWarning(what, where=where, why=why, mend=f"{suits.recommended_mm:g} mm"), stacklevel=2)
     elif suits.given_mm > 1.01 * suits.largest_mm:
         what = f"radius {suits.given_mm:g} mm is too large to feel {suits.feature_mm:.2g} mm"
-        why = f"{suits.unreachable_share:.1%} of the surface lies in hollows tighter than that"
+        why = f"{suits.unreachable_share:.1%} of the surface lies in hollows tighter than this radius"
         warnings.warn(PalpateWarning(what, where=where, why=why, mend=f"{suits.recommended_mm:g} mm"), stacklevel=2)
 
 
@@ -141,19 +142,19 @@ def _rows(core: _core.Mesh, r: check.MeshReport, unit: Unit) -> tuple[tuple[str,
 def _touch_rows(fine: touchable.Fineness, suits: touchable.Radius, touch: Touch) -> tuple[tuple[str, str], ...]:
     bounds = [f"up to {suits.largest_mm:.2g} mm reaches into the hollows"] if math.isfinite(suits.largest_mm) else []
     if suits.smallest_mm:
-        bounds.append(f"noise of {suits.noise_mm:.2g} mm asks for {suits.smallest_mm:.2g} mm")
+        bounds.append(f"noise of {suits.noise_mm:.2g} mm needs {suits.smallest_mm:.2g} mm or more")
     turn = touchable.turn_per_ms_deg(touch.radius)
     return (
         ("facets", f"edges of {fine.edge_mm:.2g} mm; 95 % turn by less than {fine.turn_deg:.2g} deg"),
         (
             "felt",
-            f"off by about {fine.direction_error_deg:.2g} deg, {fine.force_error_mN:.2g} mN at {touch.stiffness:g} N/m "
+            f"force off by {fine.direction_error_deg:.2g} deg, {fine.force_error_mN:.2g} mN at {touch.stiffness:g} N/m "
             f"(without smoothing {fine.turn_deg / 2:.2g} deg, {fine.facet_error_mN:.2g} mN)",
         ),
         ("radius", "; ".join([f"{suits.recommended_mm:g} mm suits", *bounds])),
         (
             "sharp edges",
-            f"rounded by {suits.given_mm:g} mm: the force turns by {turn:.2g} deg a millisecond at 50 mm/s",
+            f"rounded by {suits.given_mm:g} mm: the force turns by {turn:.2g} deg per millisecond at 50 mm/s",
         ),
     )
 
@@ -171,7 +172,7 @@ def _repair(mesh: Mesh, unit: Unit, touch: Touch, console: Console) -> dict[str,
     mesh_files.write(touch.repair, vertices / check.UNITS[unit], triangles)
     with quiet():
         try:
-            after = Mesh.load(touch.repair, unit)  # as the next one will read it
+            after = Mesh.load(touch.repair, unit)
         except MeshError as error:  # a format that cannot be read back
             raise OutputError(
                 "the repaired copy cannot be read back", where=str(touch.repair), why=error.what
@@ -200,6 +201,6 @@ def _repair(mesh: Mesh, unit: Unit, touch: Touch, console: Console) -> dict[str,
 
 
 def _rounded(n: int) -> int:
-    """To two digits, upwards."""
+    """Rounded up to two significant digits."""
     step = int(10 ** max(len(str(n)) - 2, 0))
     return -(-n // step) * step

@@ -1,4 +1,4 @@
-"""`palpate check` of a scene: its objects, its fixtures, and how it begins."""
+"""`palpate check` of a scene: its objects, its fixtures, and the poses at the start."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from palpate.scene.guidance import LIVE
 from palpate.scene.rig import Rig, build
 
 
-def look(path: Path, console: Console) -> dict[str, Any]:
-    """Print what the scene holds and how it begins; returns the values for JSON."""
+def inspect(path: Path, console: Console) -> dict[str, Any]:
+    """Print the objects, fixtures and initial poses of a scene; returns the values for JSON."""
     scene = Scene.load(path)
     rig = build(scene)
     rig.simulation()
@@ -39,19 +39,19 @@ def look(path: Path, console: Console) -> dict[str, Any]:
         kind = f"{mesh.report.triangles:,} triangles" if mesh else thing.source
         K, B = (" ".join(f"{x:g}" for x in dict.fromkeys(v)) for v in (thing.stiffness, thing.damping))
         table.add_row(thing.name, kind, extents, K, f"{felt:g}", B, f"{thing.friction:g}")
-        told = {"name": thing.name, "felt_stiffness_N_per_m": felt, "surface": kind if mesh else str(body)}
-        objects.append({**told, "mesh": mesh.report.to_json() if mesh else None})
+        row = {"name": thing.name, "felt_stiffness_N_per_m": felt, "surface": kind if mesh else str(body)}
+        objects.append({**row, "mesh": mesh.report.to_json() if mesh else None})
         if mesh:
             warn_of_facets(touchable.fineness(mesh.core, max(thing.stiffness)), f"object {thing.name!r}")
     console.print(table)
     fixtures = _fixtures(rig, console)
     tool = (rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0))[:3, 3]
     millimetres = ", ".join(f"{1e3 * x:.1f}" for x in tool)
-    say(console, f"tool at the start: ({millimetres}) mm in W; both arms reach the operator's path")
+    say(console, f"tool at the start: ({millimetres}) mm in the world frame W; both arms reach the operator's path")
     condition = float(np.linalg.cond(rig.arms.leader.jacobian(rig.arms.q_leader0)[:3, :3]))
     say(
         console,
-        f"leader at the start: 3x3 Jacobian of the wrist centre, condition {condition:.2f} (1: all directions alike)",
+        f"leader at the start: 3x3 Jacobian of the wrist centre, condition {condition:.2f} (1: isotropic)",
     )
     start = {
         "p_WT_m": tool.tolist(),
@@ -65,11 +65,11 @@ def look(path: Path, console: Console) -> dict[str, Any]:
 
 
 def _fixtures(rig: Rig, console: Console) -> list[dict[str, Any]]:
-    """The list `guidance`, and what each fixture has to say of the tool at the start."""
+    """Print the scene's fixtures and their constraint values for the tool at the start; returns them for JSON."""
     if not rig.scene.guidance:
         return []
     X_WT = rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0)
-    table, told = Table(box=None, pad_edge=False), []
+    table, rows = Table(box=None, pad_edge=False), []
     for heading in ("fixture", "role", "law", "geometry", "attached to", "at the start"):
         table.add_column(heading)
     for fixture in rig.scene.guidance:
@@ -78,19 +78,22 @@ def _fixtures(rig: Rig, console: Console) -> list[dict[str, Any]]:
         size = f"{np.degrees(abs(gap)):.3g} deg" if turns else f"{1e3 * abs(gap):.3g} mm"
         live = fixture.frame.of in LIVE and fixture.frame.of != "tool"
         state = (
-            f"waits for {fixture.frame.of}"
+            f"waits for frame {fixture.frame.of}"
             if live
-            else "nothing is wanted"
+            else "inactive"
             if not np.isfinite(gap)
-            else f"{size} {'wrong' if gap < 0 else 'to spare'}"
+            else f"violated by {size}"
+            if gap < 0
+            else f"satisfied with {size} to spare"
         )
         law = f"{fixture.law.name}{', hard' if fixture.hard else ''}{'' if fixture.enabled else ', off'}"
         table.add_row(fixture.name, fixture.role.name, law, fixture.geometry.shape.key, fixture.frame.of, state)
-        told.append({"name": fixture.name, "role": fixture.role.name, "law": fixture.law.name, "hard": fixture.hard,
+        rows.append({"name": fixture.name, "role": fixture.role.name, "law": fixture.law.name, "hard": fixture.hard,
                      "geometry": fixture.geometry.shape.key, "frame": fixture.frame.of,
                      "gap_at_start": gap if np.isfinite(gap) else None})  # fmt: skip
         if live:
             frame = fixture.frame.of
-            say(console, f"fixture {fixture.name!r} counts for nothing until session.frames[{frame!r}].set(X) tells it")
+            words = f"stays inactive until session.frames[{frame!r}].set(X) gives its frame"
+            say(console, f"fixture {fixture.name!r} {words}")
     console.print(table)
-    return told
+    return rows

@@ -1,10 +1,10 @@
-"""On ROS 2: a simulated dVRK, and the node that makes a CRTK master feel. `palpate ros` lists the commands."""
+"""Run on ROS 2: a simulated dVRK, and the node that renders forces on a CRTK master. `palpate ros` lists commands."""
 
 FIRST = ("setup", "sim", "haptics", "topic", "keystore")
 
 
 def prepare() -> None:
-    """Settle which ROS 2 is used, before anything of it is imported."""
+    """Choose the ROS 2 installation before the first import from it."""
     from palpate.ros import where
 
     where.settle()

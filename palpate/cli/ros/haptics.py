@@ -23,15 +23,16 @@ if TYPE_CHECKING:
 
 @dataclass
 class Command:
-    """Feel a scene on a CRTK master, real or simulated. Ends with Ctrl-C or SIGTERM, the force at zero.
+    """Render a scene on a CRTK master, real or simulated. Ctrl-C or SIGTERM sets the force to zero and ends it.
 
     examples:
       palpate ros haptics scenes/wall.yaml
       palpate ros haptics scenes/wall.yaml --follower virtual --teleop none
       palpate ros haptics scenes/palpation.yaml --leader MTML --follower PSM2 --teleop MTML_PSM2 --force-cap 2
 
-    With a teleoperation that runs (--teleop NAME), forces go by its hook following/mtm/body/servo_cf; with none, to the
-    leader itself, and the follower is moved from here. A guardian process sends zeros where this one dies.
+    With a running teleoperation component (--teleop NAME), forces go to its topic following/mtm/body/servo_cf. With
+    --teleop none, forces go to the leader itself, and Palpate moves the follower. A guardian process sends zero
+    wrenches if this process dies.
     """
 
     scene: Positional[Path]
@@ -39,32 +40,32 @@ class Command:
     leader: str = "MTMR"
     """CRTK name of the master."""
     follower: str = "PSM1"
-    """CRTK name of the patient-side arm; virtual: there is none, the tool is where the map puts it."""
+    """CRTK name of the patient-side arm; virtual: no arm, the tool follows the mapped hand exactly."""
     teleop: str = "MTMR_PSM1"
-    """Teleoperation component that moves the follower; none: ours does."""
+    """Teleoperation component that moves the follower; none: Palpate moves it."""
     console: str = "console"
-    """Where pedals and operator presence are told."""
+    """CRTK name of the console, which reports pedals and operator presence."""
     force_cap: float | None = None
-    """Largest force [N]; the smaller of the scene's and 1 N when left out."""
+    """Largest force [N]; the scene's cap, but at most 1 N, when left out."""
     rate: float | None = None
-    """Of the cycle; the leader must publish as fast. The scene's when left out [Hz]."""
+    """Cycle rate, which the leader's publisher must reach; the scene's when left out [Hz]."""
     tip_frame: bool = False
-    """Wrenches go out in the tip's frame, and the arm is told so: for a master that knows no absolute one."""
+    """Send wrenches in the tip's frame, and set this on the arm: for a master without absolute orientation."""
     any_state: bool = False
-    """For devices that tell no operating state: do not wait for ENABLED."""
+    """Do not wait for ENABLED: for devices that report no operating state."""
     bare: bool = False
-    """Forces alone: no frames, markers, diagnostics, parameters and services beside them."""
+    """Render forces only: no frames, markers, diagnostics, parameters or services."""
     duration: float | None = None
-    """End after so long [s]."""
+    """End after this time [s]."""
     network: bool = False
-    """Talk to other machines; otherwise within this one alone."""
+    """Communicate with other machines; otherwise only within this one."""
     out: Annotated[Path | None, arg(metavar="DIR")] = None
-    """Folder for records, in place of the scene's."""
+    """Folder for records; the scene's record.folder when left out."""
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the summary as JSON (docs/json.md); - for the standard output."""
 
     def __call__(self) -> int:
-        """Feel a scene until somebody ends it; returns the exit code."""
+        """Render the scene until the duration, Ctrl-C or SIGTERM ends it; returns the exit code."""
         from palpate.console import outcome
         from palpate.report.summary import summary_table
         from palpate.ros.haptics import Devices, HapticSession, Limits
@@ -83,18 +84,18 @@ class Command:
         )
         loop = session.loop
         say(console, f"{self.leader} feels {scene.title or self.scene.stem}: wrenches to {loop.names.wrench}")
-        say(console, f"force cap {loop.force_cap:g} N, {session.rate:g} Hz, guardian {loop.guardian.pid}")
-        with ExitStack() as beside:
+        say(console, f"force cap {loop.force_cap:g} N, {session.rate:g} Hz, guardian process {loop.guardian.pid}")
+        with ExitStack() as stack:
             if not self.bare:
                 from palpate.ros.around import Around
 
-                beside.enter_context(Around(session))
-            line = beside.enter_context(Line(console, session))
+                stack.enter_context(Around(session))
+            line = stack.enter_context(Line(console, session))
             summary = session.run(self.duration, on_progress=line)
         line.rest()
         summary = outcome.with_report(summary, scene)
         console.print(summary_table(summary))
-        outcome.tell(console, summary, scene.record.report)
+        outcome.print_details(console, summary, scene.record.report)
         write_json(self.json, summary.to_json())
         return 0
 
@@ -114,15 +115,15 @@ class Command:
 
 
 class Line(LiveLine):
-    """The live line: rates, lateness, force, and what forbids it, in words. Below it, what happens, line by line.
+    """The live line: rate, latency, force, and the conditions that forbid a force; events are printed line by line.
 
-    Without a terminal, a line for each change of what forbids the force.
+    Without a terminal, a line is printed whenever these conditions change.
     """
 
     def __init__(self, console: Console, session: HapticSession) -> None:
         super().__init__(console)
         self._session = session
-        self._told, self._last = 0, ["?"]
+        self._printed, self._last = 0, ["?"]
 
     def __call__(self, state: State) -> None:
         """Show the newest state."""
@@ -147,7 +148,7 @@ class Line(LiveLine):
         self._last = words
 
     def rest(self) -> None:
-        """What happened since the last look."""
-        for words in self._session.told[self._told :]:
+        """Print the events since the last call."""
+        for words in self._session.told[self._printed :]:
             say(self._console, words, "*", "cyan")
-        self._told = len(self._session.told)
+        self._printed = len(self._session.told)

@@ -12,19 +12,19 @@ from palpate.console.output import console_for, say
 
 @dataclass
 class Command:
-    """Keys for DDS security (SROS 2), by openssl alone; says how to use them.
+    """Create keys for DDS security (SROS 2) with openssl, and print the variables that enable it.
 
     examples:
       palpate ros keystore keys /palpate/sim /palpate/haptics
     """
 
     folder: Positional[Path]
-    """Of the keystore; what is there stays."""
+    """Folder of the keystore; existing keys stay."""
     enclaves: Positional[tuple[str, ...]]
-    """Names, one for each process, e.g. /palpate/haptics."""
+    """Enclave names, one for each process, e.g. /palpate/haptics."""
 
     def __call__(self) -> int:
-        """Do it."""
+        """Create the keystore and print its enclaves and variables."""
         from palpate.ros import keystore
 
         console = console_for(None)

@@ -9,24 +9,24 @@ from palpate.console.output import console_for, say
 
 @dataclass
 class Command:
-    """Find ROS 2 and compile what runs on it, once; says what is used and where it is kept.
+    """Find ROS 2, compile Palpate's nodes and messages for it once, and print where they are kept.
 
     examples:
       palpate ros setup
       source /opt/ros/jazzy/setup.bash && palpate ros setup
 
-    A sourced ROS 2 wins over the wheels of palpate[ros]. The other commands do the same on their first use.
+    A sourced ROS 2 takes precedence over the wheels of palpate[ros]. The other commands compile on their first use.
     """
 
     def __call__(self) -> int:
-        """Do it."""
+        """Find, compile, print."""
         from palpate.ros import build, where
 
         console = console_for(None)
         say(console, where.find().words)
         built = build.build(lambda text: say(console, text))
         for name, prefix in built.messages.items():
-            say(console, f"{name}: {'our definitions' if built.ours(name) else 'of ROS 2'}, {prefix}")
+            say(console, f"{name}: {'compiled by Palpate' if built.ours(name) else 'part of ROS 2'}, {prefix}")
         say(console, f"nodes: {built.extension}")
-        say(console, f"compiled in {built.seconds:.0f} s" if built.seconds else "all of it was there")
+        say(console, f"compiled in {built.seconds:.0f} s" if built.seconds else "everything was compiled already")
         return 0

@@ -15,27 +15,27 @@ from palpate.console.output import console_for, say
 
 @dataclass
 class Command:
-    """A dVRK one can talk to: simulated arms, console, pedals and teleoperations under the real one's names.
+    """Simulate a dVRK on ROS 2: arms, console, pedals and teleoperation under the topic names of the real robot.
 
     examples:
       palpate ros sim
       palpate ros sim --arms MTMR PSM1 --rate 1000
       ros2 topic pub --once /MTMR/state_command crtk_msgs/msg/StringStamped "{string: home}"
 
-    The MTMs move by their dynamics: they yield to servo_cf, and fall when gravity compensation is off. Ctrl-C ends it.
+    The MTMs have dynamics: they move under servo_cf, and fall without gravity compensation. Ctrl-C ends the simulation.
     """
 
     arms: tuple[str, ...] = ("MTMR", "MTML", "PSM1", "PSM2", "ECM")
-    """Of MTMR, MTML, PSM1, PSM2, PSM3, ECM; MTMR_PSM1 and MTML_PSM2 are teleoperated where both are there."""
+    """Arms among MTMR, MTML, PSM1, PSM2, PSM3, ECM; the pairs MTMR_PSM1 and MTML_PSM2 get a teleoperation."""
     rate: Annotated[float, arg(metavar="HZ")] = 100.0
-    """Of what the arms measure, 1 to 1000 [Hz]."""
+    """Rate of the measured states, 1 to 1000 [Hz]."""
     network: bool = False
-    """Other machines may talk to it; otherwise this one alone."""
+    """Communicate with other machines; otherwise only within this one."""
     meter: Annotated[float | None, arg(metavar="SECONDS")] = None
-    """Every so often a line with the rate that is reached, late servo ticks, commands and cores [s]."""
+    """Interval of a status line: rate reached, late servo ticks, commands, CPU cores [s]; no line when left out."""
 
     def __call__(self) -> int:
-        """Do it."""
+        """Simulate until Ctrl-C."""
         from palpate.ros import sim
 
         console = console_for(None)
@@ -55,7 +55,7 @@ class Command:
                     sys.stdout.flush()
         except KeyboardInterrupt:
             for end in (signal.SIGINT, signal.SIGTERM):
-                signal.signal(end, signal.SIG_IGN)  # it is ending: a tenth of a second
+                signal.signal(end, signal.SIG_IGN)  # the shutdown takes a tenth of a second
             robot.stop()
         say(console, f"ended, arms powered off; {robot.commands} commands taken, {robot.dropped} lost")
         return 0

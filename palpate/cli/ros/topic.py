@@ -15,7 +15,7 @@ _PARTS = {"list": 0, "echo": 1, "hz": 1, "pub": 3}
 
 @dataclass
 class Command:
-    """What `ros2 topic` does, where the ros2 command is not installed: list, echo, hz, pub.
+    """Replace `ros2 topic` where the ros2 command is not installed: list, echo, hz, pub.
 
     examples:
       palpate ros topic list
@@ -26,17 +26,17 @@ class Command:
     """
 
     what: Positional[Literal["list", "echo", "hz", "pub"]]
-    """list: names and types; echo: each message as YAML; hz: how often and how evenly; pub: send one."""
+    """list: names and types; echo: each message as YAML; hz: rate and intervals; pub: publish a message."""
     words: Positional[tuple[str, ...]] = ()
     """TOPIC; for pub: TOPIC TYPE YAML."""
     count: int | None = None
-    """echo, hz: end after so many messages."""
+    """echo, hz: end after this number of messages."""
     duration: float | None = None
-    """echo, hz: end after so long [s]."""
+    """echo, hz: end after this time [s]."""
     rate: float = 0.0
-    """pub: again and again until Ctrl-C [Hz]; once when left out."""
+    """pub: repeat at this rate until Ctrl-C [Hz]; once when left out."""
     network: bool = False
-    """Talk to other machines; otherwise within this one alone."""
+    """Communicate with other machines; otherwise only within this one."""
 
     def __call__(self) -> int:
         """List, print, measure or send; returns the exit code."""
@@ -67,10 +67,11 @@ class Command:
         topic.listen(here, self.words[0], lambda _: times.append(time.monotonic()), self.count, self.duration or 3.0)
         steps = np.diff(times)
         if not len(steps):
-            raise PalpateError(f"{self.words[0]}: {len(times)} messages came", mend="--duration gives it longer")
+            what = f"{self.words[0]}: {len(times)} messages came, too few for a rate"
+            raise PalpateError(what, mend="listen longer, e.g. --duration 10")
         span = 1e3 * np.percentile(steps, [0, 50, 100])
         print(f"average rate: {1.0 / steps.mean():.1f} Hz, {len(times)} messages")
-        print(f"  apart: shortest {span[0]:.2f}, median {span[1]:.2f}, longest {span[2]:.2f} ms")
+        print(f"  interval: shortest {span[0]:.2f}, median {span[1]:.2f}, longest {span[2]:.2f} ms")
 
 
 def _show(message: Any) -> None:
