@@ -13,7 +13,7 @@ test: setup
 	@$(RUN) palpate bench build --last
 	@$(RUN) pytest -n 2 --dist loadfile --durations 20
 
-# The wheel of this platform, from what is compiled already.
+# The wheel of this platform, built from the compiled core.
 wheel: setup
 	@PATH="$(CURDIR)/.venv/bin:$$PATH" $(UV) build --wheel --no-build-isolation --python .venv/bin/python --out-dir "$(OUT)" --quiet
 
@@ -28,15 +28,15 @@ setup: .venv/.ready
 	@$(UV) sync --python "$$(command -v python3)" --extra viewer --extra report --no-default-groups --group build --inexact --quiet
 	@touch $@
 
-# Everything else: ROS 2, calibration, clusters, tests. The ros-* wheels carry .egg-info folders of other names: uv takes
-# those for strangers, and would remove the modules that they list at the next sync. Hence --inexact, and the folders go.
+# All other extras: ROS 2, calibration, clusters, tests. The ros-* wheels contain .egg-info folders of other names. uv
+# takes these for unknown packages and would remove their modules: hence --inexact, and the folders are deleted.
 .venv/.ready: .venv/.demo
 	@echo "setting up, once: the packages of all extras and of the tests"
 	@$(UV) sync --python "$$(command -v python3)" --all-extras --inexact --quiet
 	@cd .venv/lib/python3*/site-packages && cat ros_*.dist-info/RECORD 2>/dev/null | grep -o '^[^/,]*\.egg-info' | sort -u | xargs -r rm -rf
 	@touch $@
 
-# uv comes from the package index: into a small environment, or a plain folder where Debian's python3-venv is absent.
+# Installs uv from the package index into a small environment, or into a plain folder without Debian's python3-venv.
 .uv/bin/uv:
 	@python3 -m venv .uv >/dev/null 2>&1 && .uv/bin/python -m pip install --quiet --disable-pip-version-check 'uv>=0.8,<1' \
 	  || python3 -m pip install --quiet --disable-pip-version-check --upgrade --target .uv 'uv>=0.8,<1' \

@@ -1,7 +1,7 @@
-"""Palpate on ROS 2: a simulated dVRK, and the node that makes a CRTK master feel. `palpate ros --help`.
+"""Palpate on ROS 2: a simulated dVRK, and the node that renders forces on a CRTK master. `palpate ros --help`.
 
-Messages become structs of the core, and back; there is no law of control here. The nodes run in C++ outside the
-interpreter (`cpp/`), compiled once against the ROS 2 at hand (`build.py`).
+This package converts messages to structs of the core and back; the control laws are in the core. The nodes run in C++
+outside the interpreter (`cpp/`), and are compiled once against the installed ROS 2 (`build.py`).
 """
 
 from __future__ import annotations

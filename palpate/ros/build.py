@@ -1,9 +1,9 @@
-"""Compiles the ROS 2 part once, against the ROS 2 at hand, and loads it.
+"""Compiles the ROS 2 part of Palpate once, against the installed ROS 2, and loads it.
 
-Message packages that ROS 2 lacks go beside the `ros-*` wheels, where every Python of this environment imports them: a
-client of the real robot runs unchanged. All else is kept in `~/.cache/palpate/ros` (`XDG_CACHE_HOME`), under a name
-made from everything it is made of: the sources, the headers of the core, ROS 2, Python; so are the messages for a
-sourced ROS 2, which is not ours to change. Processes that start at the same time wait for the one that compiles.
+Message packages that ROS 2 lacks are installed next to the `ros-*` wheels, where every Python of this environment
+imports them, so that a client of the real robot runs unchanged. Everything else, including the messages for a sourced
+ROS 2, is kept in `~/.cache/palpate/ros` (`XDG_CACHE_HOME`) under a hash of its inputs: the sources, the headers of the
+core, ROS 2, Python. Processes that start at the same time wait for the one that compiles.
 """
 
 from __future__ import annotations
@@ -30,39 +30,39 @@ from palpate.ros import where
 
 HERE = Path(__file__).parent
 PACKAGES = ("crtk_msgs", "cisst_msgs", "tf2_msgs")
-"""Message packages that we bring where ROS 2 has none: definitions in `messages/`."""
+"""Message packages that Palpate adds if ROS 2 lacks them; their definitions are in `messages/`."""
 Progress = Callable[[str], None]
-_PYTHON = ("lib/python3*/site-packages", "local/lib/python3*/dist-packages")  # the second on Debian's own
-_KEPT = 4  # compiled modules of earlier sources: working copies go back and forth
+_PYTHON = ("lib/python3*/site-packages", "local/lib/python3*/dist-packages")  # the second on Debian's Python
+_KEPT = 4  # number of compiled modules to keep, as working copies switch between versions
 _OURS = "palpate"
-"""File in a message package's description that says: made by us, of these sources."""
+"""File in a message package's share folder that marks it as made by Palpate, with the hash of its sources."""
 _SUFFIX = sysconfig.get_config_var("EXT_SUFFIX")
 
 
 @dataclass(frozen=True)
 class Built:
-    """What there is to use."""
+    """The installation and the compiled parts."""
 
     ros: where.Ros
     messages: dict[str, Path]
-    """Prefix of each message package: ours, or of the ROS 2 that has it."""
+    """Prefix of each message package: Palpate's, or that of ROS 2."""
     extension: Path
     """The compiled module `_ros`."""
     seconds: float
-    """That compiling took; 0 when all was there [s]."""
+    """Time of the compilation [s]; 0 if nothing was compiled."""
 
     def ours(self, name: str) -> bool:
-        """A message package is of our definitions."""
+        """True if Palpate made this message package."""
         return (self.messages[name] / "share" / name / _OURS).is_file()
 
 
 def build(progress: Progress = lambda _: None) -> Built:
-    """Everything that is missing.
+    """Compile all missing parts.
 
     Raises:
-        RosMissingError: no ROS 2, no compiler, or it does not compile: with the mend and the log.
+        RosMissingError: no ROS 2, no compiler, or a compiler error; the message has the remedy and the log.
     """
-    from palpate import _core  # first: in a working copy this installs the headers anew
+    from palpate import _core  # first: in a working copy this import updates the installed headers
 
     ros, package = where.find(), Path(_core.__file__).parent
     place = ":".join([*map(str, ros.prefixes), ros.version(), sys.version, str(package)])
@@ -75,14 +75,14 @@ def build(progress: Progress = lambda _: None) -> Built:
 
 
 def messages(progress: Progress = lambda _: None) -> Built:
-    """Make `crtk_msgs` and `tf2_msgs` importable beside `rclpy`; compiles what is missing."""
+    """Make the packages of `PACKAGES` importable next to `rclpy`; compiles missing parts."""
     built = build(progress)
     for name, prefix in built.messages.items():
-        if prefix in built.ros.prefixes:  # there it is found already
+        if prefix in built.ros.prefixes:  # importable already
             continue
         _prepend("AMENT_PREFIX_PATH", prefix)
         for library in sorted((prefix / "lib").glob("lib*__rosidl_typesupport_*.so")):
-            ctypes.CDLL(str(library))  # ROS asks for them by name alone, wherever LD_LIBRARY_PATH leads
+            ctypes.CDLL(str(library))  # ROS loads these by file name, outside LD_LIBRARY_PATH
         python = next((p for place in _PYTHON for p in prefix.glob(place)), None)
         if python and importlib.util.find_spec(name) is None:
             sys.path.append(str(python))
@@ -90,7 +90,7 @@ def messages(progress: Progress = lambda _: None) -> Built:
 
 
 def load(progress: Progress = lambda _: None) -> ModuleType:
-    """The module `palpate.ros._ros`; compiles what is missing."""
+    """The module `palpate.ros._ros`; compiles missing parts."""
     name = "palpate.ros._ros"
     if name in sys.modules:
         return sys.modules[name]
@@ -111,7 +111,7 @@ def load(progress: Progress = lambda _: None) -> ModuleType:
 
 
 def _messages(ros: where.Ros, folder: Path, name: str, progress: Progress) -> Path:
-    """The prefix that holds a message package; compiled where there is none, or one of ours that is outdated."""
+    """The prefix of a message package; compiles the package if it is missing or made from older sources."""
     source = HERE / "messages"
     digest = _digest([source / "CMakeLists.txt", *(p for p in (source / name).rglob("*") if p.is_file())])
     target = ros.prefixes[0] if ros.may_grow() else folder / f"{name}-{digest}"
@@ -134,7 +134,7 @@ def _messages(ros: where.Ros, folder: Path, name: str, progress: Progress) -> Pa
 
 
 def _compiled(ros: where.Ros, work: Path, source: Path, name: str) -> Path:
-    """A message package compiled and installed below `work`, relocatable."""
+    """Compile a message package and install it, relocatable, below `work`."""
     shutil.rmtree(work, ignore_errors=True)
     shutil.copytree(source / name, work / "source")
     shutil.copy(source / "CMakeLists.txt", work / "source")
@@ -152,13 +152,13 @@ def _compiled(ros: where.Ros, work: Path, source: Path, name: str) -> Path:
 
 
 def _install(compiled: Path, target: Path, name: str, digest: str) -> None:
-    """Copy it to where it stays; the file by which everybody knows it is there comes last."""
-    known_by = Path("share") / name / "package.xml"
-    (target / known_by).unlink(missing_ok=True)
-    (compiled / known_by.with_name(_OURS)).write_text(digest)
-    leave = shutil.ignore_patterns("*.egg-info", known_by.name)  # uv takes an .egg-info for a package of its own
+    """Copy a compiled package to its final place; the file that makes it visible, package.xml, comes last."""
+    manifest = Path("share") / name / "package.xml"
+    (target / manifest).unlink(missing_ok=True)
+    (compiled / manifest.with_name(_OURS)).write_text(digest)
+    leave = shutil.ignore_patterns("*.egg-info", manifest.name)  # uv takes an .egg-info for a package
     shutil.copytree(compiled, target, ignore=leave, dirs_exist_ok=True)
-    shutil.copy(compiled / known_by, target / known_by)
+    shutil.copy(compiled / manifest, target / manifest)
 
 
 def _extension(ros: where.Ros, folder: Path, package: Path, messages: dict[str, Path], progress: Progress) -> Path:
@@ -191,40 +191,42 @@ def _extension(ros: where.Ros, folder: Path, package: Path, messages: dict[str, 
 
 
 def _cmake(ros: where.Ros, source: Path, build: Path, options: dict[str, str], what: str, *more: str) -> None:
-    """Configure and build; what the tools say goes to a log."""
+    """Configure and build; the output of the tools goes to a log file."""
     environment = ros.environment()
     for tool, package in (("cmake", "cmake"), ("ninja", "ninja-build"), ("g++", "g++")):
         if not shutil.which(os.environ.get("CXX", tool) if tool == "g++" else tool, path=environment["PATH"]):
             raise RosMissingError(
-                f"{what} cannot be compiled", why=f"no {tool} here", mend=f"sudo apt install {package}"
+                f"{what} cannot be compiled", why=f"{tool} is not installed", mend=f"sudo apt install {package}"
             )
     build.mkdir(parents=True, exist_ok=True)
     log = build.parent / f"{build.parent.name}-{what.replace(' ', '-')}.log"
     defined = [f"-D{name}={value}" for name, value in (options | {"CMAKE_BUILD_TYPE": "Release"}).items()]
-    with log.open("w") as told:
+    with log.open("w") as output:
         for command in (
             ["cmake", "-G", "Ninja", "-S", str(source), "-B", str(build), *defined],
             ["cmake", "--build", str(build), *more],
         ):
-            if subprocess.run(command, env=environment, stdout=told, stderr=told, check=False).returncode:
+            if subprocess.run(command, env=environment, stdout=output, stderr=output, check=False).returncode:
                 lines = log.read_text(errors="replace").splitlines()
                 first = next((i for i, line in enumerate(lines) if "rror" in line), max(0, len(lines) - 12))
                 raise RosMissingError(
                     f"{what} cannot be compiled",
                     where=ros.words,
                     why="\n    ".join(lines[first : first + 12]),
-                    mend=f"what it names, then `palpate ros setup`; all of it is in {log}",
+                    mend=f"correct the cause, then run `palpate ros setup`; the whole log is {log}",
                 )
 
 
 def _eigen() -> Path:
     from palpate import _core
 
-    beside = Path(_core.__file__).parents[1]
-    for place in (*(Path(p) / "cmeel.prefix" for p in (str(beside), *sys.path)), Path("/usr")):
+    packages = Path(_core.__file__).parents[1]
+    for place in (*(Path(p) / "cmeel.prefix" for p in (str(packages), *sys.path)), Path("/usr")):
         if (place / "include" / "eigen3" / "Eigen" / "Core").is_file():
             return place / "include" / "eigen3"
-    raise RosMissingError("Eigen's headers are not here", mend="pip install 'palpate[ros]', or pip install cmeel-eigen")
+    raise RosMissingError(
+        "Eigen's headers are not installed", mend="pip install 'palpate[ros]', or pip install cmeel-eigen"
+    )
 
 
 def _digest(files: Iterable[Path], *words: str) -> str:
@@ -239,14 +241,14 @@ def _cache() -> Path:
 
 
 def _prepend(variable: str, place: Path) -> None:
-    """At run time: rcl looks for its plug-ins in these paths."""
+    """Prepend a folder to a search path of this process; rcl searches it for plug-ins."""
     places = [p for p in os.environ.get(variable, "").split(os.pathsep) if p and p != str(place)]
     os.environ[variable] = os.pathsep.join([str(place), *places])
 
 
 @contextmanager
 def _lock(folder: Path, progress: Progress) -> Iterator[None]:
-    """One process compiles; the lock ends with the process, however that ends."""
+    """Let one process compile at a time; the system releases the lock even if the process dies."""
     folder.mkdir(parents=True, exist_ok=True)
     with (folder / "lock").open("w") as file:
         try:

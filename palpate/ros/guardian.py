@@ -1,8 +1,8 @@
-"""The process that dies last: sends zero wrenches where a haptic node falls silent (cpp/haptics/guardian.hpp).
+"""A guardian process, which sends zero wrenches when a haptic node falls silent (cpp/haptics/guardian.hpp).
 
     python -m palpate.ros.guardian NODE_PID BEAT_FD NODE_NAME WRENCH_TOPIC
 
-It is started by the haptic node, in a session of its own, so that Ctrl-C in the terminal does not reach it.
+The haptic node starts it in its own process session, so that Ctrl-C in the terminal does not reach it.
 """
 
 from __future__ import annotations
@@ -23,12 +23,9 @@ class Guardian:
     """The guardian of this process.
 
     Args:
-        name: of its ROS node.
-        topic: that wrenches go to.
+        name: name of the guardian's ROS node.
+        topic: wrench topic.
         context: arguments of the ROS context.
-
-    Raises:
-        PalpateError: it does not come up.
     """
 
     def __init__(self, name: str, topic: str, context: Mapping[str, Any]) -> None:
@@ -41,41 +38,41 @@ class Guardian:
 
     @property
     def pid(self) -> int:
-        """Of the process."""
+        """Process id of the guardian."""
         return self._process.pid
 
     def await_watching(self, seconds: float = 30.0) -> None:
-        """Wait until it watches.
+        """Wait until the guardian watches this process, for at most `seconds` [s].
 
         Raises:
-            PalpateError: it does not.
+            PalpateError: the guardian does not start.
         """
         end = time.monotonic() + seconds
         while not self.watching:
             if self._process.poll() is not None or time.monotonic() > end:
                 raise PalpateError(
-                    "the guardian process does not start", mend="`palpate ros setup` tells what is wrong"
+                    "the guardian process does not start", mend="run `palpate ros setup`, which reports the cause"
                 )
             time.sleep(0.01)
 
     @property
     def watching(self) -> bool:
-        """Has it looked yet?"""
+        """True once the guardian has read the heartbeat."""
         return os.pread(self.beat_fd, 8, 8) not in (b"", bytes(8))
 
     @property
     def alive(self) -> bool:
-        """Is it there?"""
+        """True while the guardian process runs."""
         return self._process.poll() is None
 
     def kill(self) -> None:
-        """At once: there was nothing to guard."""
+        """Kill the guardian at once, when no node was started."""
         self._process.kill()
         self._process.wait()
         os.close(self.beat_fd)
 
     def end(self) -> None:
-        """Wait for its own end, which follows that of the node; help after a second."""
+        """Wait until the guardian ends after its node; kill it after 1 s."""
         try:
             self._process.wait(1.0)
         except subprocess.TimeoutExpired:
@@ -86,16 +83,16 @@ class Guardian:
 
 def main(arguments: list[str]) -> int:
     """Guard until the node has ended."""
-    for told in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(told, signal.SIG_IGN)  # it ends when the node has
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)  # the guardian ends after its node
     pid, fd, name, topic, context = arguments
     from palpate import ros
 
     native = ros.load()
-    well = native.guard(native.Context(**json.loads(context)), topic, name, int(pid), int(fd))
-    if not well:
+    ended_cleanly = native.guard(native.Context(**json.loads(context)), topic, name, int(pid), int(fd))
+    if not ended_cleanly:
         print(f"the haptic node died: the guardian has sent zero wrenches to {topic}", file=sys.stderr)
-    return 0 if well else 1
+    return 0 if ended_cleanly else 1
 
 
 if __name__ == "__main__":

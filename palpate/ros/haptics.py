@@ -1,4 +1,4 @@
-"""A scene felt on a real or simulated CRTK master: a session whose arms are on ROS 2."""
+"""A session that renders a scene on a real or simulated CRTK master over ROS 2."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from palpate.session.run_folder import require_writable
 from palpate.session.summary import Summary
 
 FORCE_CAP = 1.0
-"""Of arms that are real: a scene may ask for more only by name (--force-cap) [N]."""
-_LOOK = 0.1  # between two looks at the guardian and the news [s]
-_OWN = {"not_following", "clutched", "force_capped", "rate_capped", "passivity", "ik_failed"}  # no faults
+"""Default force cap on real arms [N]; only --force-cap can raise it."""
+_CHECK_PERIOD = 0.1  # interval of the checks of guardian and events [s]
+_OWN = {"not_following", "clutched", "force_capped", "rate_capped", "passivity", "ik_failed"}  # not faults
 
 
 @dataclass(frozen=True)
@@ -35,36 +35,36 @@ class Devices:
 
     leader: str = "MTMR"
     follower: str = "PSM1"
-    """`virtual`: there is none, the tool is where the map puts it."""
+    """`virtual`: no arm; the tool follows the mapped hand exactly."""
     teleop: str = "MTMR_PSM1"
-    """The teleoperation component that runs; `none`: ours."""
+    """The running teleoperation component; `none`: Palpate moves the follower."""
     console: str = "console"
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What the hand may be given, and when."""
+    """Limits and conditions of the force on the hand."""
 
     force_cap: float | None = None
-    """Instead of the smaller of the scene's and `FORCE_CAP` [N]."""
+    """Force cap [N]; the scene's cap, but at most `FORCE_CAP`, when left out."""
     rate: float | None = None
-    """Of the cycle, which the leader's publisher must keep up with; the scene's when left out [Hz]."""
+    """Cycle rate [Hz], which the leader's publisher must reach; the scene's when left out."""
     tip_frame: bool = False
-    """Wrenches in the leader's tip frame, which it is told; otherwise in that of its measured_cp."""
+    """Send wrenches in the leader's tip frame, and set this on the leader; otherwise in the frame of measured_cp."""
     needs_state: bool = True
-    """Operating states must be told: CRTK says so, a device of another maker may not."""
+    """Require reported operating states, as CRTK does; devices of other makers may report none."""
 
 
 @dataclass
 class Seen:
-    """When a fault was first seen, and for how many ticks [s]."""
+    """Time of the first tick with a fault [s], and the number of such ticks."""
 
     first: float
     ticks: int = field(default=0)
 
 
 class HapticLoop:
-    """The node with its guardian, as a `Loop` of a session."""
+    """The haptic node and its guardian, with the interface of a session's `Loop`."""
 
     def __init__(self, rig: Rig, devices: Devices, limits: Limits, context: Mapping[str, Any]) -> None:
         self.native = ros.load(lambda text: print(text, file=sys.stderr))
@@ -106,9 +106,9 @@ class HapticLoop:
         cap = min(cap, FORCE_CAP) if limits.force_cap is None else cap
         stability.moment_cap *= cap / stability.force_cap
         stability.force_cap = cap
-        stability.delay = max(stability.delay, 2.0 / options.rate)  # state to us, wrench to the arm's next cycle
+        stability.delay = max(stability.delay, 2.0 / options.rate)  # one cycle each for state and wrench
         options.stability = stability
-        if devices.teleop == "none":  # a master that nobody has aligned: the tool turns as it does, not to where it is
+        if devices.teleop == "none":  # unaligned master: the tool follows relative rotations
             mapping = options.mapping
             mapping.align_rate = 0.0
             options.mapping = mapping
@@ -119,36 +119,36 @@ class HapticLoop:
         return cycle
 
     def start(self) -> None:
-        """From here on it pushes."""
+        """Start the node; from now on it sends forces."""
         self.node.start()
 
     def stop(self) -> None:
-        """Force to zero, then the end: for good, as a guardian guards once."""
+        """Set the force to zero and end the node. It cannot start again, as a guardian works only once."""
         if not self._ended:
             self._ended = True
             self.node.stop()
             self.guardian.end()
 
     def drain(self) -> Any:
-        """Rows since the last drain."""
+        """Ticks since the last call."""
         return self.node.drain()
 
     def latest(self) -> Any:
-        """The newest row."""
+        """The newest tick."""
         return self.node.latest()
 
     def timing(self) -> dict[str, Any]:
-        """`HapticNode.timing`; missed ticks are not known to a loop that follows its leader."""
+        """`HapticNode.timing`; missed ticks are undefined for a loop that follows its leader, and reported as 0."""
         return {**self.node.timing(), "missed_ticks": 0}
 
     @property
     def dropped(self) -> int:
-        """Rows lost because nobody drained."""
+        """Number of ticks lost because they were not drained in time."""
         return int(self.node.dropped)
 
     @property
     def controls(self) -> _core.Controls:
-        """As of `_core.Simulation`."""
+        """The controls, as in `_core.Simulation`."""
         controls: _core.Controls = self.node.controls
         return controls
 
@@ -157,45 +157,45 @@ class HapticLoop:
         self.node.controls = value
 
     def set_snapshot(self, snapshot: _core.Snapshot) -> None:
-        """Another scene, whole, at the next step."""
+        """Replace all objects at the next step."""
         self.node.set_snapshot(snapshot)
 
     def set_fixtures(self, fixtures: _core.Fixtures) -> None:
-        """Other fixtures of guidance, whole, at the next step."""
+        """Replace all guidance fixtures at the next step."""
         self.node.set_fixtures(fixtures)
 
     def fault(self) -> str | None:
-        """Told by the session, from the ticks."""
+        """Always None: the session finds faults in the ticks."""
         return None
 
 
 def _require_aligned(rig: Rig) -> None:
-    """Somebody else's teleoperation moves the tool as the hand, each in its own base: p_B += scale (p_L - p_L0).
+    """Check that the bases are aligned: an external teleoperation uses p_B += scale (p_L - p_L0), without rotation.
 
     Raises:
-        PalpateError: the scene's bases are turned against each other, the force would come from another side.
+        PalpateError: the scene's bases are rotated against each other, so the force would have a wrong direction.
     """
     R_BL = rig.arms.X_WB[:3, :3].T @ rig.arms.X_WL[:3, :3]
     turn = np.degrees(np.arccos(np.clip((np.trace(R_BL) - 1.0) / 2.0, -1.0, 1.0)))
     if turn > 0.1:
         raise PalpateError(
             f"the bases of leader and follower are turned against each other by {turn:.1f} deg in the scene",
-            why="a teleoperation that runs moves the tool as the hand, number for number between their measured_cp",
-            mend="give arms.leader.base and arms.follower.base the same rpy_deg, or --teleop none",
+            why="a running teleoperation copies the motion from one measured_cp to the other without a rotation",
+            mend="give arms.leader.base and arms.follower.base the same rpy_deg, or use --teleop none",
         )
 
 
 class HapticSession(LiveSession):
-    """A scene felt on a CRTK master: a session in real time whose loop is a node on ROS 2, for one run.
+    """A real-time session on a CRTK master, whose loop is a ROS 2 node; it runs once.
 
         with palpate.ros.HapticSession(scene, Devices("MTMR", "virtual", "none")) as session:
             session.run(60.0)
 
     Args:
-        scene: what to feel.
-        devices: on which arms.
+        scene: scene to render.
+        devices: CRTK names of the arms.
         limits: caps and rates.
-        out: folder for records; None: nothing is recorded.
+        out: folder for records; None: no record.
         context: arguments of the ROS context (`network`, `domain`, `arguments`).
 
     Raises:
@@ -215,13 +215,13 @@ class HapticSession(LiveSession):
         rig = build(scene)
         self.devices, self.limits = devices or Devices(), limits or Limits()
         self.seen: dict[str, Seen] = {}  #: faults by the name of their bit
-        self.told: list[str] = []  #: what the node had to say, newest last
+        self.told: list[str] = []  #: events reported by the node, newest last
         self.loop = HapticLoop(rig, self.devices, self.limits, dict(context or {}))
         super().__init__(rig, self.loop, self.limits.rate or scene.rates.haptic, scene.seed, out)
 
     @property
     def state(self) -> State:
-        """The newest tick; the hand is a person's, its phase unknown."""
+        """The newest tick; the phase is empty, as the hand is not simulated."""
         return State(self.latest(), "")
 
     def run(
@@ -229,19 +229,19 @@ class HapticSession(LiveSession):
         duration: float | None = None,
         on_progress: Callable[[State], None] | None = None,
     ) -> Summary:
-        """Feel for a while, or until Ctrl-C or SIGTERM; then close the record.
+        """Render the scene for a time, or until Ctrl-C or SIGTERM; then close the record.
 
         Args:
-            duration: time [s]; without an end when left out.
-            on_progress: told the state about ten times a second.
+            duration: time [s]; no limit when left out.
+            on_progress: called with the state about ten times a second.
         """
         self._require_idle()
         with self._ctrl_c_waits():
             try:
                 self.start()
                 end = time.monotonic() + (np.inf if duration is None else duration)
-                while time.monotonic() < end and not self._interrupted.wait(_LOOK):
-                    self._look()
+                while time.monotonic() < end and not self._interrupted.wait(_CHECK_PERIOD):
+                    self._check_node()
                     if on_progress is not None:
                         on_progress(self.state)
             except BaseException:
@@ -249,13 +249,13 @@ class HapticSession(LiveSession):
                 raise
             return self.close(interrupted=self._interrupted.is_set())
 
-    def _look(self) -> None:
+    def _check_node(self) -> None:
         self.told += self.loop.node.news()
         if not self.loop.guardian.alive:
             raise PalpateError("the guardian process has died: the session ends, the force is zero")
 
     def words(self, status: int) -> list[str]:
-        """What forbids a force now, the gravest first; empty when nothing does."""
+        """Conditions of a status that forbid a force, the gravest first; empty if a force is allowed."""
         caps = {"force_capped", "rate_capped", "passivity"}
         return [words for name, (bit, words) in STATUS.items() if status & bit and name not in caps]
 

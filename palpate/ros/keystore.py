@@ -1,11 +1,11 @@
-"""A keystore for DDS security (SROS 2) by openssl alone, laid out as `ros2 security create_keystore` does.
+"""Creates a keystore for DDS security (SROS 2) with openssl, in the layout of `ros2 security create_keystore`.
 
     keystore/public/ca.cert.pem  private/ca.key.pem         one authority for identities and permissions
-    keystore/enclaves/governance.p7s                        what is encrypted: everything
-    keystore/enclaves/NAME/{cert,key}.pem permissions.p7s   one folder for each enclave, beside copies of the above
+    keystore/enclaves/governance.p7s                        encryption rules: everything is encrypted
+    keystore/enclaves/NAME/{cert,key}.pem permissions.p7s   one folder for each enclave, with copies of the above
 
-Every participant of an enclave may speak and listen on any domain (0 to 230, what every maker's DDS can read); who has
-no certificate of this authority is not let in, sees no topic, and is heard by nobody.
+Every participant of an enclave may publish and subscribe on any domain (0 to 230, a range that every DDS can read). A
+participant without a certificate of this authority cannot join, discovers no topic, and is ignored.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from pathlib import Path
 from palpate.errors import OutputError, PalpateError
 
 DAYS = 3650
-"""That certificates are valid."""
+"""Validity of the certificates [days]."""
 _GOVERNANCE = """<?xml version="1.0" encoding="UTF-8"?>
 <dds xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"
   xsi:noNamespaceSchemaLocation="http://www.omg.org/spec/DDS-SECURITY/20170901/omg_shared_ca_governance.xsd">
@@ -59,23 +59,26 @@ _PERMISSIONS = """<?xml version="1.0" encoding="UTF-8"?>
 
 
 def make(folder: Path, enclaves: tuple[str, ...]) -> list[Path]:
-    """Make a keystore, or add enclaves to one; what is there stays.
+    """Create a keystore, or add enclaves to one; existing keys stay.
 
     Args:
-        folder: of the keystore.
+        folder: folder of the keystore.
         enclaves: names such as ``/palpate/haptics``.
 
     Returns:
         The folders of the enclaves.
 
     Raises:
-        PalpateError: openssl is not here, or a name is none. OutputError: the folder cannot be written.
+        PalpateError: openssl is not installed, or an enclave name is invalid.
+        OutputError: the folder cannot be written.
     """
     if shutil.which("openssl") is None:
-        raise PalpateError("openssl is not here", mend="sudo apt install openssl")
+        raise PalpateError("openssl is not installed", mend="sudo apt install openssl")
     for name in enclaves:
         if not name.startswith("/") or ".." in name or name.endswith("/") or not name.replace("/", "").isidentifier():
-            raise PalpateError(f"{name!r} is no enclave", mend="letters, digits and _, e.g. /palpate/haptics")
+            raise PalpateError(
+                f"{name!r} is no enclave name", mend="use /, letters, digits and _, e.g. /palpate/haptics"
+            )
     try:
         for part in ("public", "private", "enclaves"):
             (folder / part).mkdir(parents=True, exist_ok=True)
@@ -87,7 +90,7 @@ def make(folder: Path, enclaves: tuple[str, ...]) -> list[Path]:
 
 
 def environment(folder: Path, enclave: str) -> dict[str, str]:
-    """Variables for a process of this enclave: without security it does not start."""
+    """Environment variables for a process of this enclave; with them, it does not start without security."""
     return {
         "ROS_SECURITY_KEYSTORE": str(folder.resolve()),
         "ROS_SECURITY_ENABLE": "true",
@@ -111,15 +114,15 @@ def _authority(folder: Path) -> None:
 def _enclave(folder: Path, name: str) -> Path:
     place = folder / "enclaves" / name.strip("/")
     place.mkdir(parents=True, exist_ok=True)
-    cert, key, asked = place / "cert.pem", place / "key.pem", place / "request.pem"
+    cert, key, request = place / "cert.pem", place / "key.pem", place / "request.pem"
     ca, ca_key = folder / "public" / "ca.cert.pem", folder / "private" / "ca.key.pem"
     if not cert.exists():
         _key(key)
-        subject = f"/CN={name.replace('/', chr(92) + '/')}"  # a slash parts the fields of a subject
-        _openssl("req", "-new", "-key", key, "-sha256", "-subj", subject, "-out", asked)
-        _openssl("x509", "-req", "-in", asked, "-CA", ca, "-CAkey", ca_key, "-set_serial", str(_serial()),
+        subject = f"/CN={name.replace('/', chr(92) + '/')}"  # a slash separates the fields of a subject
+        _openssl("req", "-new", "-key", key, "-sha256", "-subj", subject, "-out", request)
+        _openssl("x509", "-req", "-in", request, "-CA", ca, "-CAkey", ca_key, "-set_serial", str(_serial()),
                  "-days", DAYS, "-sha256", "-out", cert)  # fmt: skip
-        asked.unlink()
+        request.unlink()
     permissions = place / "permissions.xml"
     permissions.write_text(_PERMISSIONS.format(name=name))
     _sign(folder, permissions)

@@ -1,4 +1,4 @@
-"""The simulated dVRK on ROS 2: arms, console, pedals and teleoperations under the names that the real one has."""
+"""The simulated dVRK on ROS 2: arms, console, pedals and teleoperation under the topic names of the real robot."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from palpate.ros import build
 from palpate.simulators import dvrk
 
 FASTEST = 1000.0
-"""Of what the arms measure [Hz]; their own servos run at 1500 Hz."""
+"""Highest rate of the measured states [Hz]; the simulated servos run at 1500 Hz."""
 
 
 def start(
@@ -21,35 +21,37 @@ def start(
     network: bool = False,
     on_progress: build.Progress = lambda _: None,
 ) -> Any:
-    """Begin; the robot runs, outside the interpreter, until its `stop()`.
+    """Start the robot, which runs outside the interpreter until its `stop()`.
 
     Args:
         arms: names, such as MTMR and PSM1.
-        rate: of what the arms measure [Hz].
-        network: other machines see it, too; otherwise this one alone.
-        on_progress: told what is compiled on first use.
+        rate: rate of the measured states [Hz].
+        network: communicate with other machines; otherwise only within this one.
+        on_progress: called with a line on each compilation at first use.
 
     Raises:
-        ArmError: there is no such arm.
-        PalpateError: a rate that cannot be.
-        RosMissingError: ROS 2 is not here, or our part of it does not compile.
+        ArmError: no arm has this name.
+        PalpateError: the rate is out of range.
+        RosMissingError: ROS 2 is not installed, or Palpate's part does not compile.
     """
     if not 1.0 <= rate <= FASTEST:
-        raise PalpateError(f"--rate {rate:g}: the arms cannot tell at {rate:g} Hz", mend=f"from 1 to {FASTEST:g} Hz")
+        raise PalpateError(
+            f"--rate {rate:g}: the arms cannot publish at {rate:g} Hz", mend=f"choose from 1 to {FASTEST:g} Hz"
+        )
     robot, twin = dvrk.system(arms), dvrk.system(arms)
     native = build.load(on_progress)
     return native.Robot(native.Context(network=network), robot, twin, rate)
 
 
 class Meter:
-    """What a running robot reaches, from one look to the next."""
+    """Measures rates and load of a running robot between two readings."""
 
     def __init__(self, robot: Any) -> None:
         self._robot = robot
         self._before = self._now()
 
-    def look(self) -> dict[str, float]:
-        """Since the last look: `rate` of measures [Hz], servo ticks `missed`, `commands`, `cores` of this process."""
+    def read(self) -> dict[str, float]:
+        """Values since the last reading: state `rate` [Hz], `missed` servo ticks, `commands`, CPU `cores` in use."""
         before, self._before = self._before, self._now()
         seconds, rounds, missed, commands, cpu = (now - then for now, then in zip(self._before, before, strict=True))
         return {"rate": rounds / seconds, "missed": missed, "commands": commands, "cores": cpu / seconds}

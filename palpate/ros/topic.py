@@ -1,4 +1,4 @@
-"""`ros2 topic` for an environment without it: list, echo, hz, pub, as the tool of that name does, over rclpy."""
+"""Replaces `ros2 topic` in an environment without it: list, echo, hz and pub, over rclpy."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from palpate import ros
 from palpate.errors import PalpateError
 
 FIND = 3.0
-"""Most that a topic is waited for [s]."""
+"""Timeout for finding a topic [s]."""
 
 
 @contextmanager
 def node(network: bool = False) -> Iterator[Any]:
-    """A node of ours for a while; on this machine alone unless `network`."""
+    """Context manager for a node; limited to this machine unless `network`."""
     native = ros.load()
     here = native.Context(network=network)  # sets how far discovery reaches
     import rclpy
@@ -37,7 +37,7 @@ def node(network: bool = False) -> Iterator[Any]:
 
 
 def topics(here: Any, seconds: float = 1.0) -> list[tuple[str, str]]:
-    """Names and types of all topics there are, after so long a look."""
+    """Names and types of all topics, after a discovery of `seconds` [s]."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         _spin(here, 0.05)
@@ -45,28 +45,28 @@ def topics(here: Any, seconds: float = 1.0) -> list[tuple[str, str]]:
 
 
 def listen(here: Any, topic: str, take: Callable[[Any], None], count: int | None, seconds: float | None) -> int:
-    """Call back with each message; returns how many came.
+    """Call back with each message; returns the number of messages.
 
     Args:
         here: a node.
         topic: full name.
-        take: called with the message.
-        count: end after so many.
-        seconds: end after so long.
+        take: called with each message.
+        count: end after this number of messages.
+        seconds: end after this time [s].
 
     Raises:
-        PalpateError: nobody publishes it.
+        PalpateError: nobody publishes the topic.
     """
-    kind, told = _found(here, topic)
+    kind, quality = _publisher_type(here, topic)
     heard = 0
 
-    def one(message: Any) -> None:
+    def receive(message: Any) -> None:
         nonlocal heard
         if count is None or heard < count:
             heard += 1
             take(message)
 
-    here.create_subscription(kind, topic, one, told)
+    here.create_subscription(kind, topic, receive, quality)
     end = np.inf if seconds is None else time.monotonic() + seconds
     while (count is None or heard < count) and time.monotonic() < end:
         _spin(here, 0.1)
@@ -74,10 +74,10 @@ def listen(here: Any, topic: str, take: Callable[[Any], None], count: int | None
 
 
 def publish(here: Any, topic: str, type_name: str, text: str, rate: float | None) -> None:
-    """Publish a message given as YAML, once as soon as somebody listens, or at a rate until Ctrl-C.
+    """Publish a message given as YAML: once after a subscriber is found, or at `rate` [Hz] until Ctrl-C.
 
     Raises:
-        PalpateError: no such type or field, or nobody listens.
+        PalpateError: the type or a field does not exist, or nobody subscribes.
     """
     kind = message_type(type_name)
     message = kind()
@@ -86,7 +86,7 @@ def publish(here: Any, topic: str, type_name: str, text: str, rate: float | None
     end = time.monotonic() + FIND
     while not publisher.get_subscription_count():
         if time.monotonic() > end:
-            raise PalpateError(f"nobody listens to {topic}", mend="palpate ros topic list; is its name spelt so?")
+            raise PalpateError(f"nobody listens to {topic}", mend="check the name with `palpate ros topic list`")
         _spin(here, 0.02)
     while True:
         if hasattr(message, "header") and not (message.header.stamp.sec or message.header.stamp.nanosec):
@@ -107,13 +107,15 @@ def message_type(name: str) -> Any:
     """``geometry_msgs/msg/WrenchStamped`` (or without ``msg``) as a class.
 
     Raises:
-        PalpateError: there is none.
+        PalpateError: the type does not exist.
     """
     package, _, kind = name.replace("/msg/", "/").partition("/")
     try:
         return getattr(importlib.import_module(f"{package}.msg"), kind)
     except (ImportError, AttributeError, ValueError):
-        raise PalpateError(f"there is no message type {name!r}", mend="e.g. std_msgs/msg/Bool") from None
+        raise PalpateError(
+            f"there is no message type {name!r}", mend="give package/msg/Type, e.g. std_msgs/msg/Bool"
+        ) from None
 
 
 def as_plain(message: Any) -> Any:
@@ -129,7 +131,7 @@ def fill(message: Any, values: dict[str, Any]) -> None:
     """Set the fields of a message that `values` names.
 
     Raises:
-        PalpateError: a field that is none, or a value that does not fit.
+        PalpateError: a field does not exist, or a value has the wrong type.
     """
     fields = message.get_fields_and_field_types()
     for name, value in values.items():
@@ -146,23 +148,23 @@ def fill(message: Any, values: dict[str, Any]) -> None:
             raise PalpateError(f"{name}: {value!r} does not fit {fields[name]}", why=why) from None
 
 
-def _found(here: Any, topic: str) -> tuple[Any, Any]:
-    """Type of a topic, and a quality of service that hears what its publishers offer."""
+def _publisher_type(here: Any, topic: str) -> tuple[Any, Any]:
+    """Type of a topic, and a quality of service that is compatible with its publishers."""
     from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
     end = time.monotonic() + FIND
     while not (ends := here.get_publishers_info_by_topic(topic)):
         if time.monotonic() > end:
-            raise PalpateError(f"nobody publishes {topic}", mend="palpate ros topic list")
+            raise PalpateError(f"nobody publishes {topic}", mend="check the name with `palpate ros topic list`")
         _spin(here, 0.02)
     reliable = all(e.qos_profile.reliability == ReliabilityPolicy.RELIABLE for e in ends)
     latched = all(e.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for e in ends)
-    told = QoSProfile(
+    quality = QoSProfile(
         depth=100,
         reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
         durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
     )
-    return message_type(ends[0].topic_type), told
+    return message_type(ends[0].topic_type), quality
 
 
 def _spin(here: Any, seconds: float) -> None:

@@ -1,4 +1,4 @@
-"""Which ROS 2 is used: the one that is sourced, or the `ros-*` wheels beside this interpreter."""
+"""Finds the ROS 2 to use: a sourced installation, or the `ros-*` wheels of this interpreter."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pathlib import Path
 from palpate.errors import RosMissingError
 
 _RELEASES = {5: "Humble", 6: "Iron", 9: "Jazzy", 10: "Kilted"}  # by the major version of rcl
-_GUARD = "_ROS_WHEELS_BOOTSTRAP_COMPLETE"  # of the wheels' own start-up
+_GUARD = "_ROS_WHEELS_BOOTSTRAP_COMPLETE"  # set by the wheels' start-up code
 
 
 @dataclass(frozen=True)
@@ -25,39 +25,39 @@ class Ros:
     kind: str
     """`wheels` or `sourced`."""
     prefixes: tuple[Path, ...]
-    """Folders with include, lib and share, the first wins."""
+    """Folders with include, lib and share; the first takes precedence."""
 
     def share(self, package: str) -> Path | None:
-        """The folder of a package's description, None where it is not installed."""
+        """The share folder of a package; None if the package is not installed."""
         shares = (prefix / "share" / package for prefix in self.prefixes)
         return next((share for share in shares if (share / "package.xml").is_file()), None)
 
     def version(self, package: str = "rcl") -> str:
-        """Of a package, as its description says."""
+        """Version of a package from its package.xml; "?" if unknown."""
         share = self.share(package)
         found = re.search(r"<version>\s*([\d.]+)", (share / "package.xml").read_text()) if share else None
         return found[1] if found else "?"
 
     @property
     def release(self) -> str:
-        """The name of the distribution, by the version of rcl."""
+        """Name of the distribution, derived from the version of rcl."""
         major = int(self.version().partition(".")[0].replace("?", "0"))
         return _RELEASES.get(major, "Rolling" if major > max(_RELEASES) else "unknown")
 
     @property
     def words(self) -> str:
-        """In a line: release, where from, where."""
+        """Release, source and folder in one line."""
         source = "from the ros-* wheels" if self.kind == "wheels" else "sourced"
         share = self.share("rcl")
         place = share.parents[1] if share else self.prefixes[0]
         return f"ROS 2 {self.release} (rcl {self.version()}), {source}, {place}"
 
     def may_grow(self) -> bool:
-        """Packages may be added to it: wheels in an environment of the user's own."""
+        """True if packages may be installed into it: wheels in a writable environment."""
         return self.kind == "wheels" and os.access(self.prefixes[0] / "share", os.W_OK)
 
     def environment(self) -> dict[str, str]:
-        """For its tools: this environment with its libraries, and its packages in the index."""
+        """Environment variables for the tools of this ROS 2, with its libraries and packages."""
         libraries = [str(p / "lib") for p in self.prefixes]
         strange = () if self.kind == "wheels" else _wheel_libraries()
         present = [p for p in _library_path() if p not in libraries and p not in strange]
@@ -69,7 +69,11 @@ class Ros:
         return os.environ | paths | {_GUARD: "1"}
 
     def python(self) -> str:
-        """The interpreter that runs its message generators: ours, or the system's that it was made with."""
+        """An interpreter that can run the message generators: this one, or the system's.
+
+        Raises:
+            RosMissingError: no interpreter can.
+        """
         environment = self.environment()
         for python in (sys.executable, shutil.which("python3", path="/usr/bin:/usr/local/bin")):
             command = [python or "", "-c", "import em, lark, catkin_pkg, rosidl_adapter"]
@@ -84,10 +88,10 @@ class Ros:
 
 
 def find() -> Ros:
-    """The ROS 2 to use: a sourced one wins.
+    """The ROS 2 to use; a sourced one takes precedence.
 
     Raises:
-        RosMissingError: there is none.
+        RosMissingError: ROS 2 is not installed.
     """
     sourced = [Path(p) for p in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if p]
     if any((p / "include" / "rcl").is_dir() for p in sourced):
@@ -105,14 +109,14 @@ def find() -> Ros:
 
 
 def settle() -> None:
-    """Begin this process anew where the wheels' start-up has put their libraries before those of a sourced ROS 2.
+    """Restart this process if the wheels' start-up code has put their libraries before those of a sourced ROS 2.
 
-    The loader reads LD_LIBRARY_PATH only when a process begins, and two releases of ROS 2 do not mix in one.
+    The loader reads LD_LIBRARY_PATH only when a process starts, and a process cannot mix two releases of ROS 2.
     """
     try:
         ros = find()
     except RosMissingError:
-        return  # told when it is needed
+        return  # the error is raised again when ROS 2 is needed
     if ros.kind == "sourced" and any(p in _wheel_libraries() for p in _library_path()):
         os.execve(sys.executable, sys.orig_argv, ros.environment())
 
@@ -122,7 +126,7 @@ def _library_path() -> list[str]:
 
 
 def _wheel_libraries() -> tuple[str, ...]:
-    """The folders that the wheels' start-up puts into LD_LIBRARY_PATH; none where there are no wheels."""
+    """The folders that the wheels' start-up code puts into LD_LIBRARY_PATH; empty without wheels."""
     home = Path(sys.prefix)
     if not (home / "include" / "rcl").is_dir():
         return ()

@@ -49,7 +49,7 @@ class Command:
             while True:
                 time.sleep(self.meter or 0.2)
                 if self.meter:
-                    now = meter.look()
+                    now = meter.read()
                     words = f"{now['missed']:.0f} servo ticks late, {now['commands']:.0f} commands"
                     say(console, f"{now['rate']:.0f} Hz, {words}, {now['cores']:.2f} cores")
                     sys.stdout.flush()

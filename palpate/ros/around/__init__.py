@@ -1,7 +1,6 @@
-"""What stands around the haptic node: frames, models, markers, diagnostics, parameters, another scene.
+"""ROS interfaces around the haptic node: frames, models, markers, diagnostics, parameters, change of scene.
 
-All of it looks at the newest tick from a thread of its own, some thirty times a second; nothing here is in the way of
-a force (Python, rclpy).
+They read the newest tick in their own thread at 30 Hz (Python, rclpy), outside the path of the force.
 """
 
 from palpate.ros.around.node import Around

@@ -1,4 +1,4 @@
-"""Numbers to messages."""
+"""Converts arrays to ROS messages."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from palpate.arrays import Array
 from palpate.arrays.so3 import quaternions
 
 WORLD = "palpate_world"
-"""Name of the frame W of the scene."""
+"""ROS name of the world frame W."""
 
 
 def point(p: Array) -> Any:
@@ -31,12 +31,12 @@ def transform(parent: str, child: str, X: Array, stamp: Any) -> Any:
     from std_msgs.msg import Header
 
     w, x, y, z = (float(c) for c in quaternions(X[:3, :3]))
-    turned = Transform(translation=vector(X[:3, 3]), rotation=Quaternion(x=x, y=y, z=z, w=w))
-    return TransformStamped(header=Header(stamp=stamp, frame_id=parent), child_frame_id=child, transform=turned)
+    pose = Transform(translation=vector(X[:3, 3]), rotation=Quaternion(x=x, y=y, z=z, w=w))
+    return TransformStamped(header=Header(stamp=stamp, frame_id=parent), child_frame_id=child, transform=pose)
 
 
 def latched() -> Any:
-    """Quality of service of what a late listener must hear, too."""
+    """Quality of service for messages that late subscribers also receive."""
     from rclpy.qos import DurabilityPolicy, QoSProfile
 
     return QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)

@@ -1,4 +1,4 @@
-"""How it goes, for rqt_robot_monitor and its like: rates, lateness, energy, caps, what forbids a force."""
+"""Diagnostics for rqt_robot_monitor: rates, latency, energy, caps, and the conditions that forbid a force."""
 
 from __future__ import annotations
 
@@ -14,39 +14,39 @@ if TYPE_CHECKING:
     from palpate.scene.rig import Rig
 
 _CAPS = ("force_capped", "rate_capped", "passivity")
-_WAITING = ("not_following", "clutched")  # no fault: nobody asked for a force
+_WAITING = ("not_following", "clutched")  # not faults: no force is requested
 
 
 class Diagnostics:
-    """Publishes /diagnostics, and ~/message, ~/scene as texts."""
+    """Publishes /diagnostics, ~/message (events) and ~/scene (YAML)."""
 
     def __init__(self, node: Any, session: HapticSession) -> None:
         from diagnostic_msgs.msg import DiagnosticArray
         from std_msgs.msg import String
 
         self._node, self._session = node, session
-        self._told = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self._message = node.create_publisher(String, "~/message", 10)
         self._scene = node.create_publisher(String, "~/scene", latched())
-        self._heard = 0
+        self._published = 0
         self._shown: Rig | None = None
 
-    def tell(self) -> None:
-        """Once a second."""
+    def publish(self) -> None:
+        """Publish new events, a changed scene and the diagnostics; called once a second."""
         from diagnostic_msgs.msg import DiagnosticArray
         from std_msgs.msg import String
 
         news = list(self._session.told)
-        for words in news[self._heard :]:
+        for words in news[self._published :]:
             self._message.publish(String(data=words))
-        self._heard = len(news)
+        self._published = len(news)
         rig = self._session.rig
-        if rig is not self._shown:  # another scene, or the first
+        if rig is not self._shown:
             self._scene.publish(String(data=rig.resolved_yaml(absolute=True)))
             self._shown = rig
         array = DiagnosticArray(status=[self._status()])
         array.header.stamp = self._node.get_clock().now().to_msg()
-        self._told.publish(array)
+        self._diagnostics.publish(array)
 
     def _status(self) -> Any:
         from diagnostic_msgs.msg import DiagnosticStatus, KeyValue

@@ -1,4 +1,4 @@
-"""Where everything stands: the tree of frames, the arms' models and joints."""
+"""Publishes the tree of frames, and the models and joint states of the arms."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 
 class Frames:
-    """Publishes /tf, and of each arm NAME/joint_states and NAME/robot_description below the node's name.
+    """Publishes /tf, and ~/NAME/joint_states and ~/NAME/robot_description for each arm NAME.
 
-    Frames: palpate_world > NAME_base > NAME/LINK for each link of the model, NAME_handle and NAME_tool as measured,
+    Frames: palpate_world > NAME_base > NAME/LINK for each link of the model, the measured NAME_handle and NAME_tool,
     palpate_proxy, palpate_object_OBJECT.
     """
 
@@ -38,15 +38,15 @@ class Frames:
         }
         self._joints = {name: node.create_publisher(JointState, f"~/{name}/joint_states", 10) for name in self._arms}
         self._models = [node.create_publisher(String, f"~/{name}/robot_description", latched()) for name in self._arms]
-        for told, side in zip(self._models, ("leader", "follower"), strict=True):
-            told.publish(String(data=scene.arm(side).urdf))
+        for publisher, side in zip(self._models, ("leader", "follower"), strict=True):
+            publisher.publish(String(data=scene.arm(side).urdf))
 
     def show(self, tick: Ticks) -> None:
-        """Tell where everything is now."""
+        """Publish all frames and joint states of a tick."""
         from tf2_msgs.msg import TFMessage
 
         stamp = self._node.get_clock().now().to_msg()
-        found = [(WORLD, "palpate_proxy", _at(tick["p_WP"]))]
+        found = [(WORLD, "palpate_proxy", _translation(tick["p_WP"]))]
         X_WL = self._session.rig.arms.X_WL
         found.append((WORLD, f"{self._leader}_handle", X_WL @ pose(tick["p_LH"], tick["quat_LH"])))
         found.append((WORLD, f"{self._follower}_tool", pose(tick["p_WT"], tick["quat_WT"])))
@@ -63,7 +63,7 @@ class Frames:
         self._tf.publish(TFMessage(transforms=good))
 
 
-def _at(p: Array) -> Array:
+def _translation(p: Array) -> Array:
     X = np.eye(4)
     X[:3, 3] = p
     return X

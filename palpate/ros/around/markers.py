@@ -1,4 +1,4 @@
-"""Markers for RViz: what is touched, and what the hand feels of it. Colours and lengths are those of our own viewer."""
+"""Markers for RViz: objects, tool, contacts and forces, in the colours and lengths of Palpate's viewer."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ if TYPE_CHECKING:
 FORCE_SCALE = 0.06
 """Length of a force arrow [m/N]."""
 DEFLECTION_SCALE = 10.0
-"""Length of the deflection arrow per deflection [-]."""
+"""Length of the deflection arrow over the deflection [-]."""
 MOST_TRIANGLES = 20_000
-"""A finer object is drawn coarser."""
+"""Limit above which an object is drawn with a coarser mesh."""
 _RED, _GREEN, _BLUE = (0.78, 0.0, 0.0, 1.0), (0.0, 0.51, 0.12, 1.0), (0.12, 0.44, 0.85, 0.6)
 _YELLOW, _TISSUE = (0.9, 0.75, 0.1, 0.6), (0.62, 0.25, 0.2, 0.8)
-_SHORTEST = 1e-4  # an arrow shorter than this is none [m]
+_SHORTEST = 1e-4  # shorter arrows are deleted [m]
 
 
 class Markers:
-    """Publishes ~/markers, and ~/objects once for all listeners; in the frame palpate_world."""
+    """Publishes ~/markers, and ~/objects (latched), in the frame palpate_world."""
 
     def __init__(self, node: Any, session: HapticSession) -> None:
         from visualization_msgs.msg import MarkerArray
 
         self._node, self._session = node, session
-        self._told = node.create_publisher(MarkerArray, "~/markers", 10)
+        self._markers = node.create_publisher(MarkerArray, "~/markers", 10)
         self._objects = node.create_publisher(MarkerArray, "~/objects", latched())
         self.draw_objects()
 
@@ -46,7 +46,7 @@ class Markers:
         radius, R_WL = self._session.rig.scene.contact.radius, X_WL[:3, :3]
         n = int(np.nan_to_num(tick["contacts"]))
         p_WS = tick["p_WP"] - tick["delta_x"] if n else tick["p_WT"]
-        told = [
+        drawn = [
             self._arrow("force_body", p_WH, FORCE_SCALE * (R_WL @ tick["F_H_H"]), _RED, 0.006),
             self._arrow("force_spatial", p_WH, FORCE_SCALE * (R_WL @ tick["F_H_L"]), _GREEN, 0.006),
             self._arrow("deflection", p_WS, DEFLECTION_SCALE * np.array(tick["delta_x"]), _RED, 0.0032),
@@ -58,10 +58,10 @@ class Markers:
         touched = np.asarray(tick["p_WC"]).reshape(-1, 3)[:n]
         contacts.points = [point(p) for p in touched if np.isfinite(p).all()]
         contacts.action = Marker.ADD if contacts.points else Marker.DELETE
-        self._told.publish(MarkerArray(markers=[*told, contacts]))
+        self._markers.publish(MarkerArray(markers=[*drawn, contacts]))
 
     def draw_objects(self) -> None:
-        """Draw the scene's objects anew; they follow their frames."""
+        """Draw the scene's objects again; each marker follows the frame of its object."""
         from visualization_msgs.msg import Marker, MarkerArray
 
         drawn = [Marker(action=Marker.DELETEALL)]

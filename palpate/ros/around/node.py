@@ -1,4 +1,4 @@
-"""The node `/palpate`, beside the haptic one."""
+"""The node `/palpate`, which runs next to the haptic node."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ if TYPE_CHECKING:
     from palpate.ros.haptics import HapticSession
 
 RATE = 30.0
-"""Of frames and markers [Hz]; diagnostics come once a second, as is the custom."""
+"""Rate of frames and markers [Hz]; diagnostics are published at the usual 1 Hz."""
 NAME = "palpate"
 
 
 class Around:
-    """Publishes a session until it is left.
+    """Publishes a session while the context is open.
 
         with HapticSession(scene) as session, Around(session):
             session.run()
 
     Args:
-        session: that runs, or will.
-        name: of the node, where several sessions are on one network.
+        session: the session, started or not.
+        name: name of the node; must be unique for several sessions on one network.
     """
 
     def __init__(self, session: HapticSession, name: str = NAME) -> None:
@@ -53,12 +53,12 @@ class Around:
             markers.show(tick)
 
         self.node.create_timer(1.0 / RATE, show)
-        self.node.create_timer(1.0, Diagnostics(self.node, session).tell)
+        self.node.create_timer(1.0, Diagnostics(self.node, session).publish)
         self._thread = threading.Thread(target=self._spin, name="palpate-around", daemon=True)
         self._thread.start()
 
     def close(self) -> None:
-        """Take the node from the network."""
+        """Remove the node from the network."""
         import rclpy
 
         if self._thread.is_alive():
@@ -68,13 +68,13 @@ class Around:
             rclpy.shutdown(context=self._context)
 
     def __enter__(self) -> Self:
-        """The same."""
+        """Return the object itself."""
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close."""
+        """Close the node."""
         self.close()
 
     def _spin(self) -> None:

@@ -1,4 +1,4 @@
-"""Gains as parameters, another scene by service: both through the checks of scene files, whole or not at all."""
+"""Gains as ROS parameters, and change of scene by a service: checked like scene files, applied as a whole."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _GAINS = {
     "stiffness": (0.0, 1e5, "N/m, all axes alike"),
     "damping": (0.0, 1e3, "N s/m, all axes alike"),
-    "friction": (0.0, 2.0, "sideways force over normal force"),
+    "friction": (0.0, 2.0, "tangential force over normal force"),
 }
 _SCALES = {
     "stiffness_scale": (0.0, 2.0, "multiplies the stiffness of every object"),
@@ -30,8 +30,8 @@ _SCALES = {
 class Swap:
     """Parameters of the node: stiffness_scale, damping_scale, following, OBJECT.stiffness|damping|friction, scene_file.
 
-    The service ~/load_scene (std_srvs/Trigger) loads scene_file. The objects change, at one step of the cycle; arms,
-    mapping, caps and all the rest stay as they were when the node began.
+    The service ~/load_scene (std_srvs/Trigger) loads scene_file. All objects change in one step of the cycle; arms,
+    mapping, caps and all other settings keep their values from the start of the node.
     """
 
     def __init__(self, node: Any, session: HapticSession, on_swap: Callable[[], None]) -> None:
@@ -43,10 +43,10 @@ class Swap:
         node.create_service(Trigger, "~/load_scene", self._load)
 
     def swap(self, scene: Scene) -> None:
-        """Feel other objects, from the next step on.
+        """Replace the objects at the next step of the cycle.
 
         Raises:
-            PalpateError: the scene cannot be felt here; nothing has changed.
+            PalpateError: the scene cannot be used; nothing has changed.
         """
         session = self._session
         gains.check_stiffness(scene)
@@ -56,18 +56,22 @@ class Swap:
         try:
             session.loop.set_snapshot(snapshot)
         except ValueError as error:
-            raise PalpateError(str(error), where=scene.file, mend="the scene before it goes on") from None
+            raise PalpateError(
+                str(error), where=scene.file, mend="correct the scene; the previous one stays active"
+            ) from None
         session.rig = replace(session.rig, scene=scene, surfaces=placed, snapshot=snapshot)
-        session.told.append(f"at t = {float(session.latest()['t']):.3f} s: {', '.join(_told(scene))}")
+        session.told.append(f"at t = {float(session.latest()['t']):.3f} s: {', '.join(_gains_in_words(scene))}")
         self._on_swap()
 
     def _declare(self) -> None:
         controls, file = self._session.controls, self._session.rig.scene.file
         for name, (least, most, words) in _SCALES.items():
             self._number(name, getattr(controls, name), least, most, words)
-        self._node.declare_parameter("following", bool(controls.following), _described("feel and follow at all"))
-        told = _described("scene that ~/load_scene loads: a path on this machine")
-        self._node.declare_parameter("scene_file", str(Path(file).resolve()) if file else "", told)
+        self._node.declare_parameter(
+            "following", bool(controls.following), _described("render forces and follow the hand")
+        )
+        description = _described("scene that ~/load_scene loads: a path on this machine")
+        self._node.declare_parameter("scene_file", str(Path(file).resolve()) if file else "", description)
         self._declare_objects()
 
     def _declare_objects(self) -> None:
@@ -81,12 +85,12 @@ class Swap:
     def _number(self, name: str, value: float, least: float, most: float, words: str) -> None:
         from rcl_interfaces.msg import FloatingPointRange
 
-        told = _described(words)
-        told.floating_point_range = [FloatingPointRange(from_value=least, to_value=most, step=0.0)]
-        self._node.declare_parameter(name, min(max(float(value), least), most), told)
+        description = _described(words)
+        description.floating_point_range = [FloatingPointRange(from_value=least, to_value=most, step=0.0)]
+        self._node.declare_parameter(name, min(max(float(value), least), most), description)
 
     def _set(self, parameters: list[Any]) -> Any:
-        """Several at once are one change: all of them, or none and why."""
+        """Apply several parameters as one change: all of them, or none with the reason."""
         from rcl_interfaces.msg import SetParametersResult
 
         try:
@@ -127,7 +131,7 @@ def _described(words: str) -> Any:
 
 
 def _with(scene: Scene, changes: dict[str, float]) -> Scene:
-    """The scene with other gains, as if it had been written so. Raises SceneError."""
+    """A copy of the scene with other gains, checked like a scene file. Raises SceneError."""
     data = scene.model_dump(mode="json")
     for name, value in changes.items():
         thing, gain = name.rsplit(".", 1)
@@ -139,5 +143,5 @@ def _with(scene: Scene, changes: dict[str, float]) -> Scene:
     return Scene.parse(yaml.safe_dump(data, sort_keys=False), scene.file or "scene.yaml")
 
 
-def _told(scene: Scene) -> list[str]:
+def _gains_in_words(scene: Scene) -> list[str]:
     return [f"{o.name} {max(o.stiffness):g} N/m, {max(o.damping):g} N s/m" for o in scene.objects]
