@@ -232,18 +232,18 @@ def _numbers(run: Run, summary: Summary, slow: SlowMotion) -> str:
 def _scene(run: Run) -> str:
     lines = []
     objects = run.setting("objects")
-    for thing in objects if isinstance(objects, list) else []:
-        if isinstance(thing, dict):
-            made = thing.get("shape") or Path(str(thing.get("mesh", ""))).name
-            lines.append((f"object {thing.get('name') or made}", str(made), "shape or mesh of the object"))
+    for obj in objects if isinstance(objects, list) else []:
+        if isinstance(obj, dict):
+            made = obj.get("shape") or Path(str(obj.get("mesh", ""))).name
+            lines.append((f"object {obj.get('name') or made}", str(made), "shape or mesh of the object"))
             lines += [
-                (f"{key} of {thing.get('name') or made}", f"{_plain(thing[key])}{unit}", words)
+                (f"{key} of {obj.get('name') or made}", f"{_plain(obj[key])}{unit}", words)
                 for key, unit, words in (
                     ("stiffness", " N/m", "force over penetration; one number per axis of W"),
                     ("damping", " N s/m", "force over speed"),
                     ("friction", "", "tangential force over normal force"),
                 )
-                if key in thing
+                if key in obj
             ]
     for place, unit, words in (
         (("contact", "radius"), " m", "radius of the sphere at the tool tip, the spherical proxy region (SPR)"),

@@ -58,19 +58,19 @@ def listen(here: Any, topic: str, take: Callable[[Any], None], count: int | None
         PalpateError: nobody publishes the topic.
     """
     kind, quality = _publisher_type(here, topic)
-    heard = 0
+    received = 0
 
     def receive(message: Any) -> None:
-        nonlocal heard
-        if count is None or heard < count:
-            heard += 1
+        nonlocal received
+        if count is None or received < count:
+            received += 1
             take(message)
 
     here.create_subscription(kind, topic, receive, quality)
     end = np.inf if seconds is None else time.monotonic() + seconds
-    while (count is None or heard < count) and time.monotonic() < end:
+    while (count is None or received < count) and time.monotonic() < end:
         _spin(here, 0.1)
-    return heard
+    return received
 
 
 def publish(here: Any, topic: str, type_name: str, text: str, rate: float | None) -> None:

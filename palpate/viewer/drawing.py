@@ -44,11 +44,11 @@ class Arrow:
             visible=False,
         )
         self._shortest = 2.0 * radius
-        self.wanted = True
+        self.enabled = True
 
     def show(self, start: Array, vector: Array) -> None:
         """Draws the arrow from `start` (3,) along `vector` (3,), both in W [m]."""
-        seen = self.wanted and float(np.linalg.norm(vector)) > self._shortest
+        seen = self.enabled and float(np.linalg.norm(vector)) > self._shortest
         if seen:
             self._handle.points = np.stack([start, start + vector])[None].astype(np.float32)
         if self._handle.visible != seen:
@@ -106,7 +106,7 @@ class Drawing:
         self._stage = stage
         _light(scene)
         _drape(scene, stage)
-        self._organs = [OrganDrawing(scene, t, TISSUE[k % len(TISSUE)]) for k, t in enumerate(stage.things)]
+        self._organs = [OrganDrawing(scene, t, TISSUE[k % len(TISSUE)]) for k, t in enumerate(stage.objects)]
         self._leader, self._follower = ArmDrawing(scene, stage.leader), ArmDrawing(scene, stage.follower)
         self._tool = ToolDrawing(scene, stage)
         self.fixtures = [FixtureDrawing(scene, mark) for mark in stage.fixtures]
@@ -158,9 +158,9 @@ def _light(scene: viser.SceneApi) -> None:
 
 
 def _drape(scene: viser.SceneApi, stage: Stage) -> None:
-    if not stage.things:
+    if not stage.objects:
         return  # a stage without objects
-    corners = np.concatenate([_corners(t) for t in stage.things])
+    corners = np.concatenate([_corners(t) for t in stage.objects])
     low, middle = corners[:, 2].min(), 0.5 * (corners.min(axis=0) + corners.max(axis=0))
     size = 1.6 * np.ptp(corners, axis=0)[:2].max() + 0.08
     scene.add_box(
@@ -168,6 +168,6 @@ def _drape(scene: viser.SceneApi, stage: Stage) -> None:
     )
 
 
-def _corners(thing: TouchedObject) -> Array:
-    p_WV = thing.vertices @ thing.X_WO[:3, :3].T + thing.X_WO[:3, 3]
+def _corners(obj: TouchedObject) -> Array:
+    p_WV = obj.vertices @ obj.X_WO[:3, :3].T + obj.X_WO[:3, 3]
     return np.stack([p_WV.min(axis=0), p_WV.max(axis=0)])

@@ -168,6 +168,6 @@ def _legend(gui: viser.GuiApi, stage: Stage, drawing: Drawing) -> None:
 
 def _shows(arrow: Arrow) -> Callable[[viser.GuiEvent[viser.GuiCheckboxHandle]], None]:
     def shows(event: viser.GuiEvent[viser.GuiCheckboxHandle]) -> None:
-        arrow.wanted = event.target.value
+        arrow.enabled = event.target.value
 
     return shows

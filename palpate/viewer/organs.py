@@ -17,22 +17,22 @@ TINT: Color = (222, 178, 62)
 class OrganDrawing:
     """One object, split by region, under a frame that moves."""
 
-    def __init__(self, scene: viser.SceneApi, thing: TouchedObject, color: Color) -> None:
+    def __init__(self, scene: viser.SceneApi, obj: TouchedObject, color: Color) -> None:
         """Draws the object at its rest pose."""
-        self._moving = thing.moving
-        name = f"/objects/{thing.name}"
-        X = SE3.from_matrix(thing.X_WO)
+        self._moving = obj.moving
+        name = f"/objects/{obj.name}"
+        X = SE3.from_matrix(obj.X_WO)
         self._frame = scene.add_frame(name, show_axes=False, wxyz=X.rotation().wxyz, position=X.translation())
-        tinted = np.any([mark.triangles for mark in thing.regions], axis=0) if thing.regions else None
+        tinted = np.any([mark.triangles for mark in obj.regions], axis=0) if obj.regions else None
         parts = (
-            [(thing.triangles, color)]
+            [(obj.triangles, color)]
             if tinted is None
-            else [(thing.triangles[~tinted], color), (thing.triangles[tinted], TINT)]
+            else [(obj.triangles[~tinted], color), (obj.triangles[tinted], TINT)]
         )
         self._parts = [
             scene.add_mesh_simple(
                 f"{name}/{k}",
-                thing.vertices.astype(np.float32),
+                obj.vertices.astype(np.float32),
                 triangles.astype(np.uint32),
                 color=shade,
                 side="double",
@@ -40,7 +40,7 @@ class OrganDrawing:
             for k, (triangles, shade) in enumerate(parts)
             if len(triangles)
         ]
-        for k, mark in enumerate(thing.regions):
+        for k, mark in enumerate(obj.regions):
             _body(scene, f"{name}/region{k}", mark)
 
     def see_through(self, share: float) -> None:

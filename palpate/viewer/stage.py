@@ -90,7 +90,7 @@ class Stage:
     """The scene before any motion: objects, arms, fixtures, and values for the gauges."""
 
     title: str
-    things: list[TouchedObject]
+    objects: list[TouchedObject]
     leader: ArmPlace
     follower: ArmPlace
     radius: float
@@ -119,6 +119,6 @@ class Stage:
         pairs = zip(tick["touch_sphere"], tick["touch_object"], tick["touch_force"], strict=True)
         names = ["tip", *(sphere.name for sphere in self.spheres)]
         return [
-            f"{names[int(s)]} \u00d7 {self.things[int(o)].name} {force:.2f} N"
+            f"{names[int(s)]} \u00d7 {self.objects[int(o)].name} {force:.2f} N"
             for s, o, force in list(pairs)[: int(tick["contacts"])]
         ]

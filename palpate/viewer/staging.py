@@ -31,8 +31,8 @@ MOST_TRIANGLES = 150_000
 def stage_of(rig: Rig, title: str = "") -> Stage:
     """The stage of a built scene, with its own copies of the arms."""
     scene, arms = rig.scene, rig.arms
-    things = [
-        _thing(each, placed, felt)
+    objects = [
+        _touched_object(each, placed, felt)
         for each, placed, felt in zip(scene.objects, rig.surfaces, rig.snapshot.objects, strict=True)
     ]
     p_WH = arms.X_WL @ arms.leader.fk(arms.q_leader0)[:, 3]
@@ -41,7 +41,7 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
     first = scene.objects[0]
     return Stage(
         title=title or scene.title,
-        things=things,
+        objects=objects,
         leader=ArmPlace("leader", scene.arm("leader"), arms.X_WL),
         follower=ArmPlace("follower", scene.arm("follower"), arms.X_WB),
         radius=scene.contact.radius,
@@ -116,7 +116,7 @@ def stage_of_record(record: Record) -> Stage:
     return stage_of(build(recorded_scene(record)), record.path.parent.name)
 
 
-def _thing(section: ObjectSection, placed: Surface, felt: _core.Object) -> TouchedObject:
+def _touched_object(section: ObjectSection, placed: Surface, felt: _core.Object) -> TouchedObject:
     vertices, triangles = drawable(placed.body.vertices, placed.body.triangles)
     middles = vertices[triangles].mean(axis=1)
     marks = [

@@ -32,7 +32,7 @@ class ToolDrawing:
         point = max(0.3 * r, 0.0006)
         self._points = [
             scene.add_icosphere(f"/contacts/{k}", point, RED, subdivisions=1, cast_shadow=False, visible=False)
-            for k in range(SIGNALS["touch_sphere"].size if stage.spheres else len(stage.things))
+            for k in range(SIGNALS["touch_sphere"].size if stage.spheres else len(stage.objects))
         ]
 
     @property

@@ -32,7 +32,7 @@ def test_a_hand_feels_what_the_scene_names(kind):
     rig = build(Scene.parse(f"objects:\n  - {kind}: {SOLIDS[kind]}\n    stiffness: 400\n{HAND}"))
     assert rig.scene.objects[0].name == rig.scene.objects[0].source == kind
     stage = stage_of(rig)
-    assert len(stage.things[0].triangles) >= 2
+    assert len(stage.objects[0].triangles) >= 2
     session = Session(rig.scene)
     depths = [float(session.step().tick["depth"]) for _ in range(1000)]
     assert 1e-3 < max(depths) < 0.01

@@ -105,9 +105,9 @@ def test_a_run_tells_its_touches_one_by_one():
 
 def test_the_viewer_gets_what_moves_and_what_is_tinted():
     stage = stage_of(rig("    regions: [{name: lump, at: [-0.035, -0.01, 0.04], radius: 0.012, stiffness: 900}]\n"))
-    (mark,) = stage.things[0].regions
+    (mark,) = stage.objects[0].regions
     assert mark.name == "lump"
     assert 0 < mark.triangles.sum() < 0.2 * len(mark.triangles)
-    assert stage.things[0].moving is None
-    moving = stage_of(rig("    motion: {amplitude: [0, 0, 0.004]}\n")).things[0].moving
+    assert stage.objects[0].moving is None
+    moving = stage_of(rig("    motion: {amplitude: [0, 0, 0.004]}\n")).objects[0].moving
     np.testing.assert_allclose(moving(1.0)[:3, 3], [0, 0, 0.004], atol=1e-15)

@@ -37,7 +37,7 @@ def stage():
     vertices, triangles = organ(6000)
     return Stage(
         title="Palpation",
-        things=[TouchedObject("liver", vertices, triangles, np.eye(4))],
+        objects=[TouchedObject("liver", vertices, triangles, np.eye(4))],
         leader=ArmPlace("leader", LEADER, X_WL),
         follower=ArmPlace("follower", Arm.psm("lnd"), X_WB),
         radius=0.002,

@@ -13,9 +13,9 @@ from palpate.console.output import console_for, require_writable, say, write_jso
 
 @dataclass
 class Command:
-    """What compiling the core costs: seconds per file, the headers that cost most, the total beside a control.
+    """Measure the compile time of the core: per file, the slowest headers, and the total next to a control.
 
-    It compiles everything in a new folder and needs a clone of the repository with its developer packages.
+    The command compiles the core in a new folder; it needs a clone of the repository with the developer packages.
 
     examples:
       palpate bench build
@@ -25,9 +25,9 @@ class Command:
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the figures as JSON (docs/json.md); - for the standard output."""
     most: int = 12
-    """Files and headers to print [-]."""
+    """Number of files and headers to print [-]."""
     last: bool = False
-    """Read the log of the last build of this environment instead of compiling: wall time per file only."""
+    """Read the log of this environment's last build instead of compiling; it has only the wall time per file."""
 
     def __call__(self) -> int:
         """Compile or read the log, print the table, write the JSON contract."""

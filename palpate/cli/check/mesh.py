@@ -92,7 +92,7 @@ def warn_of_facets(fine: touchable.Fineness, where: str) -> None:
     )
     if fine.doubtful_share > 0.05:
         what = (
-            f"coarse mesh, or an object of many edges: {fine.doubtful_share:.0%} of the surface lies beside edges of "
+            f"coarse mesh, or an object of many edges: {fine.doubtful_share:.0%} of the surface lies next to edges of "
             f"30 to {touchable.DOUBTFUL_DEG:.0f} deg, which are felt as edges"
         )
     mend = f"about {_rounded(fine.triangles_needed):,} triangles of the same object would do"

@@ -32,17 +32,17 @@ def inspect(path: Path, console: Console) -> dict[str, Any]:
     for heading in ("surface", "extents [mm]", "stiffness [N/m]", "felt [N/m]", "damping [N s/m]", "friction [-]"):
         table.add_column(escape(heading), justify="right")
     objects = []
-    for i, (thing, surface) in enumerate(zip(scene.objects, rig.surfaces, strict=True)):
+    for i, (obj, surface) in enumerate(zip(scene.objects, rig.surfaces, strict=True)):
         felt, body = felt_stiffness(scene, i), surface.body
         mesh = body if isinstance(body, Mesh) else None
         extents = " x ".join(f"{1e3 * e:.0f}" for e in np.ptp(body.vertices, axis=0))
-        kind = f"{mesh.report.triangles:,} triangles" if mesh else thing.source
-        K, B = (" ".join(f"{x:g}" for x in dict.fromkeys(v)) for v in (thing.stiffness, thing.damping))
-        table.add_row(thing.name, kind, extents, K, f"{felt:g}", B, f"{thing.friction:g}")
-        row = {"name": thing.name, "felt_stiffness_N_per_m": felt, "surface": kind if mesh else str(body)}
+        kind = f"{mesh.report.triangles:,} triangles" if mesh else obj.source
+        K, B = (" ".join(f"{x:g}" for x in dict.fromkeys(v)) for v in (obj.stiffness, obj.damping))
+        table.add_row(obj.name, kind, extents, K, f"{felt:g}", B, f"{obj.friction:g}")
+        row = {"name": obj.name, "felt_stiffness_N_per_m": felt, "surface": kind if mesh else str(body)}
         objects.append({**row, "mesh": mesh.report.to_json() if mesh else None})
         if mesh:
-            warn_of_facets(touchable.fineness(mesh.core, max(thing.stiffness)), f"object {thing.name!r}")
+            warn_of_facets(touchable.fineness(mesh.core, max(obj.stiffness)), f"object {obj.name!r}")
     console.print(table)
     fixtures = _fixtures(rig, console)
     tool = (rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0))[:3, 3]

@@ -57,8 +57,8 @@ class Frames:
                 links = arm.link_poses(q, float(np.nan_to_num(tick[pinch])))
                 found += [(f"{name}_base", f"{name}/{link}", X) for link, X in links.items()]
                 self._joints[name].publish(_joint_state(arm, q, stamp, name))
-        for thing in self._session.rig.snapshot.objects:
-            found.append((WORLD, f"palpate_object_{thing.name}", thing.pose(float(tick["t"]))))
+        for obj in self._session.rig.snapshot.objects:
+            found.append((WORLD, f"palpate_object_{obj.name}", obj.pose(float(tick["t"]))))
         good = [transform(parent, child, X, stamp) for parent, child, X in found if np.isfinite(X).all()]
         self._tf.publish(TFMessage(transforms=good))
 

@@ -65,10 +65,10 @@ class Markers:
         from visualization_msgs.msg import Marker, MarkerArray
 
         drawn = [Marker(action=Marker.DELETEALL)]
-        for placed, thing in zip(self._session.rig.surfaces, self._session.rig.snapshot.objects, strict=True):
+        for placed, obj in zip(self._session.rig.surfaces, self._session.rig.snapshot.objects, strict=True):
             vertices, triangles = drawable(placed.body.vertices, placed.body.triangles, MOST_TRIANGLES)
-            mesh = self._marker(f"object_{thing.name}", Marker.TRIANGLE_LIST, _TISSUE)
-            mesh.header.frame_id, mesh.frame_locked = f"palpate_object_{thing.name}", True
+            mesh = self._marker(f"object_{obj.name}", Marker.TRIANGLE_LIST, _TISSUE)
+            mesh.header.frame_id, mesh.frame_locked = f"palpate_object_{obj.name}", True
             mesh.scale = vector(np.ones(3))
             mesh.points = [point(vertices[k]) for k in triangles.reshape(-1)]
             drawn.append(mesh)

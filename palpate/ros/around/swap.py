@@ -75,10 +75,10 @@ class Swap:
         self._declare_objects()
 
     def _declare_objects(self) -> None:
-        for thing in self._session.rig.scene.objects:
+        for obj in self._session.rig.scene.objects:
             for gain, (least, most, words) in _GAINS.items():
-                value = getattr(thing, gain)
-                name = f"{thing.name}.{gain}"
+                value = getattr(obj, gain)
+                name = f"{obj.name}.{gain}"
                 if not self._node.has_parameter(name):
                     self._number(name, max(value) if isinstance(value, tuple | list) else value, least, most, words)
 
@@ -134,11 +134,11 @@ def _with(scene: Scene, changes: dict[str, float]) -> Scene:
     """A copy of the scene with other gains, checked like a scene file. Raises SceneError."""
     data = scene.model_dump(mode="json")
     for name, value in changes.items():
-        thing, gain = name.rsplit(".", 1)
-        index = next((i for i, o in enumerate(scene.objects) if o.name == thing), None)
+        obj, gain = name.rsplit(".", 1)
+        index = next((i for i, o in enumerate(scene.objects) if o.name == obj), None)
         if index is None:
             names = ", ".join(o.name for o in scene.objects)
-            raise PalpateError(f"there is no object {thing!r} any more", mend=f"objects: {names}")
+            raise PalpateError(f"there is no object {obj!r} any more", mend=f"objects: {names}")
         data["objects"][index][gain] = value
     return Scene.parse(yaml.safe_dump(data, sort_keys=False), scene.file or "scene.yaml")
 
