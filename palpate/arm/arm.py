@@ -1,10 +1,10 @@
-"""Arms: the da Vinci master arm (MTM) and patient-side arm (PSM), or one of yours (docs/arms.md).
+"""Arms: the da Vinci master arm (MTM) and patient-side arm (PSM), or an arm of your own (docs/arms.md).
 
     arm = palpate.Arm.mtm("right")          # or palpate.Arm.load("my_arm.yaml")
     X_LH = arm.fk(arm.home)                 # pose of the handle in the arm's base, 4x4
-    q = arm.ik(X_LH)                        # and back
+    q = arm.ik(X_LH)                        # inverse kinematics
 
-Numbers of the arms (kinematics, limits, masses, encoders, friction) live in `models/`, each with its source.
+The parameters of the arms (kinematics, limits, masses, encoders, friction) are in `models/`, each with its source.
 """
 
 from __future__ import annotations
@@ -28,36 +28,36 @@ from palpate.errors import ArmError
 SIDES = ("right", "left")
 INSTRUMENTS = ("lnd",)
 
-#: Models that come with Palpate, `models/NAME.yaml`. Either may lead or follow.
+#: Models that come with Palpate, `models/NAME.yaml`. Each may be used as a leader or as a follower.
 NAMES = (*(f"mtm_{side}" for side in SIDES), *(f"psm_{tool}" for tool in INSTRUMENTS), "six_axis", "delta")
 
-#: What a model file may say. Lists have one number per joint.
+#: Keys of a model file. Lists have one number per joint.
 KEYS = {
-    "name": "how messages and plots call it",
-    "urdf": "file of a serial arm, beside this one",
-    "base_frame": "root link of the URDF; found when left out",
-    "tip_frame": "link that is the handle or the tool; the chain's end when left out",
-    "device": "instead of a URDF: a kind with a closed form, e.g. delta",
-    "parameters": "of the device",
-    "home": "joints at rest [rad, m]; the middle of the limits when left out",
-    "counterbalance": "a spring: {torque: N m, along: [..]}; none when left out",
-    "coupling": "matrix A of q_joint = A q_motor; the identity when left out",
-    "encoder_step_deg": "per count, motor side [deg]; ideal when left out",
-    "encoder_step_mm": "the same of prismatic joints [mm]",
-    "coulomb": "friction [N m, N]; none when left out",
-    "viscous": "friction [N m s/rad, N s/m]; none when left out",
-    "rotor_inertia": "reflected to the joint [kg m^2, kg]; none when left out",
-    "platform": "true: joint 4 is an MTM's platform, which has a controller of its own",
-    "remote_centre": "true: the base is where the instrument passes the body wall",
-    "jaw_tip": "from the tip to the end of the jaws [m]",
-    "spheres": "of the whole tool beside the tip's: [{link: name, at: [x, y, z], radius: m}, ..]",
+    "name": "name of the arm in messages and plots",
+    "urdf": "URDF of a serial arm, relative to this file",
+    "base_frame": "root link of the URDF; default: its root",
+    "tip_frame": "link of the handle or the tool; default: the end of the longest chain",
+    "device": "instead of a URDF: a device with closed-form kinematics, e.g. delta",
+    "parameters": "parameters of the device",
+    "home": "joint positions at rest [rad, m]; default: the middle of the limits",
+    "counterbalance": "a spring: {torque: N m, along: [..]}; default: none",
+    "coupling": "matrix A of q_joint = A q_motor; default: identity",
+    "encoder_step_deg": "encoder resolution on the motor side [deg]; default: ideal",
+    "encoder_step_mm": "encoder resolution of prismatic joints [mm]; default: ideal",
+    "coulomb": "Coulomb friction [N m, N]; default: none",
+    "viscous": "viscous friction [N m s/rad, N s/m]; default: none",
+    "rotor_inertia": "rotor inertia reflected to the joint [kg m^2, kg]; default: none",
+    "platform": "true: joint 4 is an MTM's platform, which has its own controller",
+    "remote_centre": "true: the base frame is at the remote centre of motion (the body wall)",
+    "jaw_tip": "distance from the tip to the end of the jaws [m]",
+    "spheres": "contact spheres in addition to the tip's: [{link: name, at: [x, y, z], radius: m}, ..]",
 }
-_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # the same values, ten times as fast where libyaml is there
+_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # the C loader is ten times faster
 _PER_JOINT = ("home", "encoder_step_deg", "encoder_step_mm", "coulomb", "viscous", "rotor_inertia")
 
 
 def models_folder() -> Path:
-    """Where the arms' files are: beside the installed package, or in the repository's `models/`."""
+    """Folder of the arms' files: in the installed package, or `models/` of the repository."""
     here = Path(__file__).resolve().parents[1]
     for folder in (here / "models", here.parent / "models"):
         if (folder / "mtm_right.urdf").is_file():
@@ -71,7 +71,7 @@ def models_folder() -> Path:
 
 
 class Arm(_core.Arm):
-    """An arm in its base frame: kinematics, dynamics, limits, and what it looks like.
+    """An arm in its base frame: kinematics, dynamics, limits and appearance.
 
     Joint vectors have shape (n,) in rad (prismatic joints: m); poses are 4x4; X_0T is the tip in the base. Methods of
     the compiled class (`fk`, `jacobian`, `gravity`, `bias`, `inverse_dynamics`, `mass_matrix`, ...) raise ValueError
@@ -82,11 +82,11 @@ class Arm(_core.Arm):
     home: Array
     visuals: list[Visual]
     urdf: str
-    """Text of its URDF; empty for a device that has none."""
+    """Text of its URDF; empty for a device without a URDF."""
     jaw_range: tuple[float, float]
 
     def __init__(self, xml: str, base_frame: str, tip_frame: str, data: dict[str, Any] | None = None) -> None:
-        """From a URDF's text. `data`: what a model's YAML says beyond the URDF (home, friction, encoders ...)."""
+        """Build from the text of a URDF; `data` holds the further values of a model file (`KEYS`)."""
         super().__init__(xml, base_frame, tip_frame)
         robot = ElementTree.fromstring(xml)
         chain = set(self.joint_names)
@@ -98,10 +98,10 @@ class Arm(_core.Arm):
 
     @classmethod
     def device(cls, kind: str, parameters: dict[str, float], data: dict[str, Any] | None = None) -> Self:
-        """A device with a closed form of its own (docs/arms.md), e.g. `Arm.device("delta", {"upper": 0.1, ...})`.
+        """A device with closed-form kinematics (docs/arms.md), e.g. `Arm.device("delta", {"upper": 0.1, ...})`.
 
         Raises:
-            ArmError: names the parameter that is missing, wrong or unknown.
+            ArmError: a parameter is missing, wrong or unknown; the message names it.
         """
         arm = cls.__new__(cls)
         try:
@@ -142,7 +142,7 @@ class Arm(_core.Arm):
         """An arm from a model file (docs/arms.md; `models/*.yaml` are examples).
 
         Raises:
-            ArmError: names the file, what is wrong in it or in its URDF, and the mend.
+            ArmError: the file or its URDF is not valid; the message names the file, the fault and the remedy.
         """
         path = Path(path)
         data = _read(path)
@@ -165,19 +165,19 @@ class Arm(_core.Arm):
 
     @classmethod
     def model(cls, name: str, folder: str | Path = ".") -> Self:
-        """An arm by the name of a model that comes with Palpate, or by the path of a model file (from `folder`)."""
+        """An arm by the name of a model in `NAMES`, or by the path of a model file, relative to `folder`."""
         return cls.load(models_folder() / f"{name}.yaml" if name in NAMES else Path(folder) / name)
 
     @classmethod
     def mtm(cls, side: str) -> Self:
-        """The da Vinci master arm, `side` "right" or "left": 7 joints; base L (z up), tip H at the wrist centre."""
+        """The da Vinci master arm, `side` "right" or "left": 7 joints, base L (z up), tip H at the wrist centre."""
         return cls._named("mtm", side, SIDES, "master arm")
 
     @classmethod
     def psm(cls, instrument: str = "lnd") -> Self:
         """The da Vinci patient-side arm with an instrument ("lnd" = large needle driver).
 
-        6 joints and a jaw; base B = remote centre of motion, tip T on the wrist's yaw axis, z along the jaws.
+        6 joints and a jaw; base B at the remote centre of motion, tip T on the wrist's yaw axis, z along the jaws.
         """
         return cls._named("psm", instrument, INSTRUMENTS, "patient-side arm")
 
@@ -193,10 +193,10 @@ class Arm(_core.Arm):
         return cls.load(models_folder() / f"{kind}_{which}.yaml")
 
     def ik(self, X_0T: ArrayLike, q0: ArrayLike | None = None, *, restarts: int = 64) -> Array:
-        """Joints (n,) that put the tip at X_0T (4, 4), within the limits; near `q0` when it is given.
+        """Joint positions (n,) within the limits that place the tip at X_0T (4, 4); near `q0` if given.
 
         Raises:
-            ArmError: no start arrives to 1e-8 m and 1e-8 rad; names the smallest error found.
+            ArmError: no start converges to 1e-8 m and 1e-8 rad; the message names the smallest error found.
         """
         goal = np.asarray(X_0T, dtype=float)
         q, best = self.ik_nearest(goal, q0, restarts=restarts)
@@ -205,7 +205,7 @@ class Arm(_core.Arm):
         p = ", ".join(f"{1e3 * x:.1f}" for x in goal[:3, 3])
         raise ArmError(
             f"{self.name} cannot reach the tip pose at ({p}) mm in its base frame",
-            why=f"the nearest it came is {1e3 * best.position_error:.2f} mm and "
+            why=f"the nearest pose found is {1e3 * best.position_error:.2f} mm and "
             f"{math.degrees(best.orientation_error):.2f} degrees away, within its joint limits",
             mend="move the arm's base or the goal, or turn the goal",
         )
@@ -213,10 +213,10 @@ class Arm(_core.Arm):
     def ik_nearest(
         self, X_0T: ArrayLike, q0: ArrayLike | None = None, *, restarts: int = 64
     ) -> tuple[Array, _core.IkResult]:
-        """Joints (n,) whose tip comes nearest to X_0T (4, 4), and how near; `converged` when it is there.
+        """Joint positions (n,) whose tip is nearest to X_0T (4, 4), and the result of the search (`converged`, errors).
 
-        It starts from `q0` when it is given, from home, then `restarts` times from random joints, always the same.
-        Of two misses the nearer one is that with less position error plus 0.05 m per rad of orientation error.
+        The search starts from `q0` if given, from home, then from `restarts` random positions with a fixed seed.
+        The distance of a pose is its position error plus 0.05 m per rad of orientation error.
         """
         goal = np.asarray(X_0T, dtype=float)
         options = _core.IkOptions()
@@ -233,7 +233,7 @@ class Arm(_core.Arm):
         return best
 
     def _starts(self, q0: ArrayLike | None, restarts: int) -> Iterator[Array]:
-        """Joints from which inverse kinematics starts; most searches end with the first."""
+        """Start positions of the inverse kinematics; most searches converge from the first."""
         if q0 is not None:
             yield np.asarray(q0, dtype=float)
         yield self.home
@@ -242,9 +242,9 @@ class Arm(_core.Arm):
             yield rng.uniform(self.q_min, self.q_max)
 
     def link_poses(self, q: ArrayLike, jaw: float = 0.0) -> dict[str, Array]:
-        """X_0link (4, 4) of every link at q (n,), drawn bars, jaws and grips included.
+        """Poses X_0link (4, 4) of every link at q (n,), including the drawn links (bars, jaws, grips).
 
-        jaw: opening of the jaws (PSM) or the grips (MTM), 0 = closed [rad].
+        jaw: opening angle of the jaws (PSM) or the grips (MTM), 0 = closed [rad].
         """
         q = np.asarray(q, dtype=float)
         poses = dict(zip(self.link_names, self.link_poses_array(q), strict=True))
@@ -255,19 +255,19 @@ class Arm(_core.Arm):
         return poses
 
     def drawn_joint(self, child: str) -> DrawnJoint | None:
-        """The joint that moves a link which is not of the chain, such as a jaw; None for any other."""
+        """The joint that moves a link outside the kinematic chain, such as a jaw; None for other links."""
         return next((joint for joint in self._drawn if joint.child == child), None)
 
     @property
     def spheres(self) -> list[dict[str, Any]]:
-        """Of the whole tool beside the one on its tip, as the model's file gives them (`KEYS`)."""
+        """Contact spheres in addition to the tip's, as in the model file (`KEYS`)."""
         return list(self._data.get("spheres", []))
 
     def leader_options(self) -> _core.LeaderOptions:
-        """What a simulated leader of this arm is made of: coupling, encoders, friction, rotors, drive limits.
+        """Options of a simulated leader: coupling, encoders, friction, rotors and drive limits.
 
         Raises:
-            ArmError: a joint moves no mass, or its drive has no limit.
+            ArmError: a joint has no inertia, or its drive has no limit.
         """
         options = _core.LeaderOptions()
         options.coupling = np.array(self._data.get("coupling", np.eye(self.n)), dtype=float)
@@ -283,7 +283,7 @@ class Arm(_core.Arm):
         return options
 
     def follower_options(self) -> _core.FollowerOptions:
-        """What a simulated follower of this arm is made of: speed limits, encoders, and drives for one that is driven.
+        """Options of a simulated follower: speed limits, encoders, and drives if it is driven by torques.
 
         Raises:
             ArmError: a joint has no speed limit.
@@ -300,12 +300,12 @@ class Arm(_core.Arm):
 
     @property
     def has_platform(self) -> bool:
-        """Is joint 4 an MTM's platform, with a controller of its own?"""
+        """True if joint 4 is an MTM's platform, which has its own controller."""
         return bool(self._data.get("platform", False))
 
     @property
     def has_remote_centre(self) -> bool:
-        """Is the base where the instrument passes the body wall?"""
+        """True if the base frame is at the remote centre of motion."""
         return bool(self._data.get("remote_centre", False))
 
     def _per_joint(self, key: str) -> Array:
@@ -314,14 +314,14 @@ class Arm(_core.Arm):
     def _encoder_step(self) -> Array:
         return np.radians(self._per_joint("encoder_step_deg")) + 1e-3 * self._per_joint("encoder_step_mm")
 
-    def _require(self, good: NDArray[np.bool_], what: str, mend: str) -> None:
-        for joint, fine in zip(self.joint_names, good, strict=True):
-            if not fine:
-                raise ArmError(f"{self.name}: joint {joint!r} {what}", mend=mend)
+    def _require(self, satisfied: NDArray[np.bool_], fault: str, mend: str) -> None:
+        for joint, valid in zip(self.joint_names, satisfied, strict=True):
+            if not valid:
+                raise ArmError(f"{self.name}: joint {joint!r} {fault}", mend=mend)
 
 
 def _read(path: Path) -> dict[str, Any]:
-    """The values of a model file, its keys known."""
+    """Read a model file and check its keys."""
     try:
         data = yaml.load(path.read_text(encoding="utf-8"), _LOADER)
     except (OSError, UnicodeDecodeError) as error:
@@ -334,7 +334,7 @@ def _read(path: Path) -> dict[str, Any]:
     for key in data:
         if key not in KEYS:
             near = difflib.get_close_matches(str(key), KEYS, n=1)
-            mend = f"did you mean {near[0]!r}?" if near else f"there are: {', '.join(KEYS)}"
+            mend = f"did you mean {near[0]!r}?" if near else f"the keys are: {', '.join(KEYS)}"
             raise ArmError(f"unknown key {key!r}", where=str(path), mend=mend)
     return data
 

@@ -9,10 +9,10 @@ from palpate.arrays import Array
 
 
 def coupling(arm: Arm) -> Array:
-    """A (n, n) of q_joint = A q_motor; tau_motor = A^T tau_joint."""
+    """Coupling matrix A (n, n): q_joint = A q_motor and tau_motor = A^T tau_joint."""
     try:
         return np.asarray(arm.leader_options().coupling)
-    except ValueError:  # an arm that does not say: every motor drives its joint
+    except ValueError:  # an arm without drive limits or inertia: assume one motor per joint
         return np.eye(arm.n)
 
 

@@ -1,7 +1,7 @@
-"""What an arm's drives move besides its links: friction, rotors, springs, cables, and how motors drive joints.
+"""Drive train of an arm: friction, rotors, springs, cables, and the coupling of motors and joints.
 
-Every term is a column: the torque at the drives per unit of its parameter. Torques at joints come to the drives through
-the coupling, tau_drive = A^T tau_joint for q_joint = A q_drive.
+Every term is a column of the regressor: the drive torque per unit of its parameter. The coupling maps joint torques to
+drive torques: tau_drive = A^T tau_joint for q_joint = A q_drive.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from palpate.arrays import Array
 
 At = Literal["drives", "joints"]
 
-PRESLIDING = {"revolute": 0.01, "prismatic": 5e-4}  # way until a drive that turned round slips again [rad, m]
-CABLE = 0.1  # share of a joint's torque that an unasked-for spring may have
+PRESLIDING = {"revolute": 0.01, "prismatic": 5e-4}  # presliding displacement after a reversal [rad, m]
+CABLE = 0.1  # prior deviation of a cable spring, as a fraction of the joint's torque
 
 
 Column = Callable[["State"], Array]
@@ -26,17 +26,17 @@ Column = Callable[["State"], Array]
 
 @dataclass(frozen=True)
 class Term:
-    """One parameter. `column` answers (k, m) for positions and velocities of joints and drives."""
+    """One parameter of the drive train. `column` gives the drive torque (k, m) per unit of it, for k states."""
 
     name: str
     column: Column
     positive: bool = False
-    share: float = 1.0  # of the torque, one standard deviation: what it may explain before the data speak
+    share: float = 1.0  # prior standard deviation, as a fraction of the drive torque
 
 
 @dataclass(frozen=True)
 class State:
-    """A motion seen from both sides of the coupling."""
+    """A motion in joint and in drive coordinates."""
 
     q: Array  # (k, n) joints
     v: Array
@@ -48,49 +48,49 @@ class State:
 
 @dataclass(frozen=True)
 class DriveTrain:
-    """How an arm was recorded: coupling A (n, m) of q_joint = A q_drive, and its terms."""
+    """Coupling A (n, m) of q_joint = A q_drive, and the terms of the drives."""
 
     coupling: Array
     terms: tuple[Term, ...]
 
     def state(self, q_drive: Array, v_drive: Array, a_drive: Array) -> State:
-        """Both sides of a motion given at the drives."""
+        """A motion (k, m) in drive coordinates, completed by its joint coordinates."""
         A = self.coupling.T
         return State(q_drive @ A, v_drive @ A, a_drive @ A, q_drive, v_drive, a_drive)
 
 
 def drive_train(arm: Arm, at: At = "drives") -> DriveTrain:
-    """Of an arm recorded at its drives, or at its joints (ROS: measured_js), where each joint counts as a drive.
+    """Drive train of an arm recorded at its drives, or at its joints (ROS: measured_js), each joint then being a drive.
 
-    The drives of a da Vinci arm are those of its research kit; of another one, its model file's coupling.
+    Da Vinci arms have the drives of the research kit; other arms have the coupling of their model file.
     """
     kind = arm.name.split("_")[0]
     if at == "joints":
-        A, own = np.eye(arm.n), (_mtm_springs if kind == "mtm" else _any)
+        A, specific = np.eye(arm.n), (_mtm_springs if kind == "mtm" else _joint_springs)
     elif kind == "psm":
-        A, own = _PSM_COUPLING, _psm
+        A, specific = _PSM_COUPLING, _psm
     else:
-        A, own = arm.leader_options().coupling, (_mtm if kind == "mtm" else _any)
-    turns = np.abs(arm.jacobian(arm.home)[3:]).max(axis=0) > 1e-9
-    ways = [PRESLIDING["revolute" if j >= arm.n or turns[j] else "prismatic"] for j in range(A.shape[1])]
-    return DriveTrain(A, (*_each_drive(A, ways), *own(A)))
+        A, specific = arm.leader_options().coupling, (_mtm if kind == "mtm" else _joint_springs)
+    revolute = np.abs(arm.jacobian(arm.home)[3:]).max(axis=0) > 1e-9
+    presliding = [PRESLIDING["revolute" if j >= arm.n or revolute[j] else "prismatic"] for j in range(A.shape[1])]
+    return DriveTrain(A, (*_each_drive(A, presliding), *specific(A)))
 
 
-def _each_drive(A: Array, ways: list[float]) -> Iterator[Term]:
-    for j, way in enumerate(ways):
-        yield Term(f"coulomb_{j + 1}", _at_drive(A, j, _dry(j, way)), True)
+def _each_drive(A: Array, presliding: list[float]) -> Iterator[Term]:
+    for j, displacement in enumerate(presliding):
+        yield Term(f"coulomb_{j + 1}", _at_drive(A, j, _dry(j, displacement)), True)
         yield Term(f"viscous_{j + 1}", _at_drive(A, j, _speed(j)), True)
         yield Term(f"offset_{j + 1}", _at_drive(A, j, lambda s: np.ones(len(s.q))))
         yield Term(f"rotor_{j + 1}", _at_drive(A, j, _acceleration(j)), True)
 
 
-def _any(A: Array) -> Iterator[Term]:
+def _joint_springs(A: Array) -> Iterator[Term]:
     for i in range(A.shape[0]):
         yield _spring(A, i)
 
 
 def _mtm(A: Array) -> Iterator[Term]:
-    """Springs of the MTM, and friction at joints that two motors turn."""
+    """Springs of the MTM, and friction at the joints that two motors drive together."""
     yield from _mtm_springs(A)
     for i in (2, 3):
         yield Term(f"joint_coulomb_{i + 1}", _at_joint(A, i, _dry_joint(i)), True)
@@ -105,13 +105,14 @@ def _mtm_springs(A: Array) -> Iterator[Term]:
         yield Term(f"cable_4_{power}", _at_joint(A, 3, _power(3, power)))
     yield Term("wrist_spring_sin", _at_joint(A, 4, lambda s: np.sin(s.q[:, 4])))
     yield Term("wrist_spring_cos", _at_joint(A, 4, lambda s: np.cos(s.q[:, 4])))
-    along = A[1] + A[2]  # the forearm's absolute angle, q2 + q3
-    yield Term("counterbalance_cos", lambda s: np.outer(np.cos(s.q[:, 1] + s.q[:, 2]), along))
-    yield Term("counterbalance_sin", lambda s: np.outer(np.sin(s.q[:, 1] + s.q[:, 2]), along))
+    forearm = A[1] + A[2]  # gradient of the forearm's absolute angle q2 + q3
+    yield Term("counterbalance_cos", lambda s: np.outer(np.cos(s.q[:, 1] + s.q[:, 2]), forearm))
+    yield Term("counterbalance_sin", lambda s: np.outer(np.sin(s.q[:, 1] + s.q[:, 2]), forearm))
 
 
-#: Yaw, pitch, insertion, roll as they are; wrist pitch and the two jaws through the instrument's cables (LND 400006, as
-#: the research kit's software has it): pitch = 1.0186 m5, yaw = -0.8306 m5 + 0.6089 (m6 + m7), jaw = 1.2177 (m7 - m6).
+#: One motor each drives yaw, pitch, insertion and roll. The instrument's cables couple wrist and jaws (LND 400006,
+#: values of the research kit's software):
+#: pitch = 1.0186 m5, yaw = -0.8306 m5 + 0.6089 (m6 + m7), jaw = 1.2177 (m7 - m6).
 _PSM_COUPLING = np.array(
     [
         [1, 0, 0, 0, 0, 0, 0],
@@ -142,8 +143,8 @@ def _spring(A: Array, joint: int, share: float = CABLE) -> Term:
     return Term(f"spring_{joint + 1}", _at_joint(A, joint, lambda s: s.q[:, joint]), share=share)
 
 
-def _dry(drive: int, way: float) -> Column:
-    return lambda s: dahl(s.q_drive[:, drive], way)
+def _dry(drive: int, presliding: float) -> Column:
+    return lambda s: dahl(s.q_drive[:, drive], presliding)
 
 
 def _speed(drive: int) -> Column:
@@ -175,15 +176,15 @@ def _at_joint(A: Array, joint: int, f: Column) -> Column:
     return lambda s: np.outer(f(s), A[joint])
 
 
-def dahl(q: Array, way: float) -> Array:
-    """Dry friction of unit size along a path q (k,): it turns round over a `way` of presliding (Dahl, 1968).
+def dahl(q: Array, presliding: float) -> Array:
+    """Unit dry friction (k,) along a path q (k,), which reverses over a displacement `presliding` (Dahl, 1968).
 
-    dz = (dq - |dq| z) / way, integrated exactly over each step.
+    dz = (dq - |dq| z) / presliding, integrated exactly over each step.
     """
     dq = np.diff(q, prepend=q[:1])
-    towards, fade = np.sign(dq), np.exp(-np.abs(dq) / way)
-    z, path = 0.0, np.empty(len(q))
+    steady, decay = np.sign(dq), np.exp(-np.abs(dq) / presliding)
+    z, friction = 0.0, np.empty(len(q))
     for k in range(len(q)):
-        z = towards[k] + (z - towards[k]) * fade[k]
-        path[k] = z
-    return path
+        z = steady[k] + (z - steady[k]) * decay[k]
+        friction[k] = z
+    return friction

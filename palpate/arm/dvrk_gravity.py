@@ -1,4 +1,4 @@
-"""The dVRK's own gravity compensation: its ten parameters, its JSON file, both ways.
+"""The dVRK's own gravity compensation: its ten parameters; reading and writing its JSON file.
 
 tau_j = g Y10(q) p + sum_k a_jk q_j^k, one set (p, a) for each direction of motion; joints 2 and 3 are serial angles.
 Source: sawIntuitiveResearchKit robGravityCompensationMTM; Lin et al., IROS 2019.
@@ -22,7 +22,7 @@ from palpate.errors import OutputError, RecordingError, refuse_to_overwrite
 PARAMETERS = 10
 _JOINTS, _POWERS = 6, 5
 _G = 9.81
-_BLENDING: dict[str, Any] = {  # how much of friction it compensates, by velocity: the controller's defaults
+_BLENDING: dict[str, Any] = {  # friction compensation by velocity: the controller's defaults
     "db_vel_vec": [0.02, 0.02, 0.02, 0.01, 0.008, 0.008, 0.01],
     "sat_vec_vec": [0.4, 0.2, 0.2, 0.4, 0.4, 0.2, 0.4],
     "fric_comp_ratio_vec": [0.7, 0.01, 0.5, 0.4, 0.2, 0.2, 1.0],
@@ -31,7 +31,7 @@ _BLENDING: dict[str, Any] = {  # how much of friction it compensates, by velocit
 
 
 def regressor(q: Array) -> Array:
-    """Its Y10 (k, 7, 10) at q (k, 7), gravity's 9.81 included [m/s^2]."""
+    """The dVRK's regressor Y10 (k, 7, 10) at q (k, 7), multiplied by g = 9.81 m/s^2."""
     s2, c2 = np.sin(q[:, 1]), np.cos(q[:, 1])
     s, c = np.sin(q[:, 1] + q[:, 2]), np.cos(q[:, 1] + q[:, 2])
     s4, c4, s5, c5 = np.sin(q[:, 3]), np.cos(q[:, 3]), np.sin(q[:, 4]), np.cos(q[:, 4])
@@ -54,7 +54,7 @@ def regressor(q: Array) -> Array:
 
 
 def moments_of_parameters(arm: Arm) -> Array:
-    """T (28, 10): links' first moments Pi = T p, so that Y Pi = Y10 p at every pose; none on the roll's link."""
+    """T (28, 10) of Pi = T p: masses and moments with Y Pi = Y10 p at every pose; zero for the last (roll) link."""
     q = np.random.default_rng(0).uniform(arm.q_min, arm.q_max, (60, arm.n))
     Y = arm.gravity_columns(_core.GravityTerms(), q).reshape(-1, 4 * arm.n)[:, : 4 * _JOINTS]
     T = np.zeros((4 * arm.n, PARAMETERS))
@@ -63,12 +63,12 @@ def moments_of_parameters(arm: Arm) -> Array:
 
 
 def load(path: str | Path) -> GravityModel:
-    """A gravity model from the dVRK's JSON (``gc-MTMR-xxxxx.json``).
+    """Read a gravity model from the dVRK's JSON (``gc-MTMR-xxxxx.json``).
 
-    The controller is given the mean of both directions; half of their difference is kept as dry friction.
+    The holding torque is the mean of both directions; half of their difference becomes dry friction.
 
     Raises:
-        RecordingError: it cannot be read; names what is missing.
+        RecordingError: the file cannot be read or lacks a value; the message names it.
     """
     path = Path(path)
     try:
@@ -76,27 +76,27 @@ def load(path: str | Path) -> GravityModel:
         sides = {"MTML": "left", "MTMR": "right"}
         arm = Arm.mtm(sides[str(data["ARM_NAME"])])
         controller = data["GC_controller"]
-        forth, back = (np.array(controller[f"gc_dynamic_params_{way}"], dtype=float) for way in ("pos", "neg"))
+        up, down = (np.array(controller[f"gc_dynamic_params_{sign}"], dtype=float) for sign in ("pos", "neg"))
         limits = [np.radians(controller[f"joint_position_{end}_limit"]) for end in ("lower", "upper")]
-        if not forth.shape == back.shape == (PARAMETERS + _POWERS * _JOINTS,) or len(limits[0]) != arm.n:
-            raise ValueError(f"{len(forth)} and {len(back)} parameters where 40 are needed")
+        if not up.shape == down.shape == (PARAMETERS + _POWERS * _JOINTS,) or len(limits[0]) != arm.n:
+            raise ValueError(f"{len(up)} and {len(down)} parameters where 40 are needed")
     except (OSError, UnicodeDecodeError, KeyError, TypeError, ValueError) as error:
         missing = f"{error} is missing or unknown" if isinstance(error, KeyError) else str(error)
         raise RecordingError(
             "this is no gravity compensation of the dVRK", where=str(path), why=missing,
             mend="name a gc-MTML-xxxxx.json or gc-MTMR-xxxxx.json",
         ) from None  # fmt: skip
-    middle, half = 0.5 * (forth + back), 0.5 * (forth - back)
+    mean, half = 0.5 * (up + down), 0.5 * (up - down)
     friction = np.zeros((arm.n, _POWERS))
     friction[:_JOINTS] = half[PARAMETERS:].reshape(_JOINTS, _POWERS)
     polynomials = np.zeros((arm.n, _POWERS))
-    polynomials[:_JOINTS] = middle[PARAMETERS:].reshape(_JOINTS, _POWERS)
+    polynomials[:_JOINTS] = mean[PARAMETERS:].reshape(_JOINTS, _POWERS)
     q = np.random.default_rng(0).uniform(limits[0], limits[1], (200, arm.n))
     return GravityModel(
         arm=arm.name,
         form="dvrk",
         terms=_core.GravityTerms(degree=_POWERS - 1),
-        theta=np.concatenate([moments_of_parameters(arm) @ middle[:PARAMETERS], polynomials.ravel()]),
+        theta=np.concatenate([moments_of_parameters(arm) @ mean[:PARAMETERS], polynomials.ravel()]),
         friction=friction,
         motor_friction=False,
         region=Region.of(np.concatenate([q, np.array(limits)]), arm),
@@ -106,10 +106,10 @@ def load(path: str | Path) -> GravityModel:
 
 
 def save(model: GravityModel, path: str | Path, serial: str = "", force: bool = False) -> Array:
-    """Write the dVRK's JSON of a model; returns (6,) rms of what its form cannot say, over the trained region [N m].
+    """Write a model as the dVRK's JSON; return the RMS error (6,) of the conversion over the training poses [N m].
 
-    A model of that form goes over exactly; any other is sampled and fitted. What friction adds is a constant or a
-    polynomial per joint and direction.
+    A model of the form ``dvrk`` is converted exactly; other forms are sampled and fitted. Friction becomes a constant
+    or a polynomial per joint and direction.
 
     Raises:
         OutputError: the file exists, or cannot be written.
@@ -148,7 +148,7 @@ def save(model: GravityModel, path: str | Path, serial: str = "", force: bool = 
 
 
 def _parameters(model: GravityModel, arm: Arm, q: Array) -> tuple[Array, Array]:
-    """p (10,) and polynomials (6, 5)."""
+    """Parameters p (10,) and polynomial coefficients (6, 5)."""
     terms = model.terms
     if terms.degree == _POWERS - 1 and not terms.fields:
         p = np.linalg.lstsq(moments_of_parameters(arm), model.theta[: 4 * arm.n], rcond=None)[0]
@@ -164,11 +164,11 @@ def _parameters(model: GravityModel, arm: Arm, q: Array) -> tuple[Array, Array]:
 
 
 def _joint_friction(model: GravityModel, arm: Arm) -> Array:
-    """(6, 5): what one joint moving alone rubs, as a polynomial of its position."""
+    """Friction (6, 5) of a joint that moves alone, as a polynomial of its position."""
     if not model.motor_friction:
         padded = np.zeros((_JOINTS, _POWERS))
         padded[:, : model.friction.shape[1]] = model.friction[:_JOINTS]
         return padded
-    motors = np.abs(np.linalg.inv(coupling(arm)))  # motor i moves with joint j, and is felt there
+    motors = np.abs(np.linalg.inv(coupling(arm)))  # element (i, j): motor i moves with joint j and acts on it
     constant = motors.T @ model.friction[:, 0]
     return np.asarray(np.pad(constant[:_JOINTS, None], ((0, 0), (0, _POWERS - 1))))

@@ -1,4 +1,4 @@
-"""Full dynamics of an arm as identified: links, and the terms of its drive train; a model file's content and back.
+"""Identified dynamics of an arm: links and drive train, and their conversion to and from a model file.
 
 tau_drive = A^T (M(q) a + C(q, v) v + G(q)) + terms(q, v, a) . theta,     q = A q_drive
 """
@@ -16,47 +16,47 @@ from palpate.arm.drives import At, DriveTrain, State, drive_train
 from palpate.arrays import Array
 from palpate.errors import RecordingError
 
-CUTOFF = 2.0  # of both sides before they are compared; excitation ends below it [Hz]
+CUTOFF = 2.0  # low-pass cutoff of measured and predicted torques; the excitation lies below it [Hz]
 
 
 @dataclass
 class Dynamics:
-    """An identified arm. Drive coordinates are those of the recording, `train.coupling` leads to the joints."""
+    """An identified arm. Drive coordinates are those of the recording; `train.coupling` maps them to the joints."""
 
     arm: Arm
     pi: Array  # (10n,) inertial parameters of the links, in Pinocchio's order
-    theta: Array  # (t,) of the drive train's terms
-    at: At = "drives"  # where it was recorded
+    theta: Array  # (t,) parameters of the drive train's terms
+    at: At = "drives"  # coordinates of the recording
     cutoff: float = CUTOFF
     trained: tuple[str, ...] = ()
-    rank: int = 0  # of the whitened regressor
-    condition: float = 0.0  # of its identifiable part
-    unknown: tuple[str, ...] = ()  # parameters that the motion said little about
+    rank: int = 0  # rank of the whitened regressor
+    condition: float = 0.0  # condition number of its identifiable part
+    unknown: tuple[str, ...] = ()  # parameters that the motion hardly identified
     train: DriveTrain = field(init=False)
-    links: _core.Arm = field(init=False)  # the arm made of the identified links
+    links: _core.Arm = field(init=False)  # the arm with the identified links
 
     def __post_init__(self) -> None:
         self.train = drive_train(self.arm, self.at)
         self.links = self.arm.with_inertial_parameters(self.pi)
 
     def torque(self, q: Array, v: Array, a: Array) -> Array:
-        """tau (k, m) of the drives for a motion at the drives (k, m) [N m, N]: inverse dynamics and terms."""
+        """Drive torque (k, m) of a motion in drive coordinates (k, m): inverse dynamics plus terms [N m, N]."""
         s = self.train.state(q, v, a)
         links = np.array([self.links.inverse_dynamics(*row) for row in zip(s.q, s.v, s.a, strict=True)])
         return np.asarray(links @ self.train.coupling + self.terms(s))
 
     def terms(self, s: State, leave_out: str = " ") -> Array:
-        """Torque (k, m) of the drive train at the drives, without the terms whose name begins with `leave_out`."""
+        """Drive torque (k, m) of the drive train, without the terms whose name begins with `leave_out`."""
         kept = ((t, x) for t, x in zip(self.train.terms, self.theta, strict=True) if not t.name.startswith(leave_out))
         return np.asarray(sum(x * term.column(s) for term, x in kept))
 
     def masses(self) -> Array:
-        """(n,) [kg]; mostly the prior's: predictions are what a motion identifies."""
+        """Link masses (n,) [kg]; mostly given by the prior, because a motion identifies torques rather than masses."""
         return self.pi[::10]
 
 
 def to_data(d: Dynamics) -> dict[str, Any]:
-    """The model file's content."""
+    """The content of a model file."""
     names = d.arm.joint_names
     return {
         "dynamics": d.arm.name,
@@ -72,10 +72,10 @@ def to_data(d: Dynamics) -> dict[str, Any]:
 
 
 def from_data(data: Any, arm: Arm, where: str) -> Dynamics:
-    """The model of a file's content.
+    """Build the model from the content of a file.
 
     Raises:
-        RecordingError: it is no dynamics model, or one of another arm.
+        RecordingError: the content is not a dynamics model, or is that of another arm.
     """
     if not isinstance(data, dict) or "dynamics" not in data:
         raise RecordingError("not a dynamics model", where=where, mend="palpate calibrate dynamics writes one")

@@ -1,4 +1,4 @@
-"""A gravity model as a file: what holds an arm, as identified from poses it was held at."""
+"""Gravity model of an arm, identified from poses at which it was held, and its file."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ _TITLE = """\
 
 @dataclass(frozen=True)
 class Stop:
-    """A joint that leaned on its stop: tau of its drive = -side stiffness max(0, side (q - at)), softened by `width`.
+    """Stop of a joint: holding torque side stiffness max(0, side (q - at)) of its drive, smoothed over `width`.
 
-    Predicted where recordings show it, never compensated.
+    The model includes it in predicted measurements but never compensates it.
     """
 
     joint: int  # from 0
     side: int  # +1 upper, -1 lower end
-    at: float  # [rad]
+    at: float  # position of the stop [rad]
     stiffness: float  # [N m/rad]
-    width: float = 0.01  # [rad] joints are homed anew for each recording: about so well
+    width: float = 0.01  # [rad] repeatability of homing between recordings
 
     def torque(self, q: Array) -> Array:
         """Holding torque of the joint's drive at joint positions q (k, n) [N m]."""
@@ -43,7 +43,7 @@ class Stop:
 
 @dataclass(frozen=True)
 class Region:
-    """Where a model was trained: ranges of joints and of drives [rad], and the poses, for expected directions."""
+    """Training region of a model: ranges of the joints and of the drives [rad], each (n,)."""
 
     q_min: Array
     q_max: Array
@@ -52,12 +52,12 @@ class Region:
 
     @classmethod
     def of(cls, q: Array, arm: Arm) -> Self:
-        """Of the poses q (k, n)."""
+        """The region of the poses q (k, n)."""
         m = drives(q, arm)
         return cls(q.min(axis=0), q.max(axis=0), m.min(axis=0), m.max(axis=0))
 
     def outside(self, q: Array, arm: Arm, joints: int) -> NDArray[np.bool_]:
-        """(k,) poses that leave it by more than 3 % of a range."""
+        """Mask (k,) of the poses q (k, n) that leave the region by more than 3 % of a range."""
         m = drives(q, arm)
         away = np.zeros(len(q), dtype=bool)
         for x, low, high in ((q, self.q_min, self.q_max), (m, self.motor_min, self.motor_max)):
@@ -68,24 +68,24 @@ class Region:
 
 @dataclass(frozen=True)
 class GravityModel:
-    """tau that holds the arm = Phi(q) theta, evaluated in C++; friction and stops apart, to explain recordings."""
+    """Holding torque Phi(q) theta, evaluated in C++; friction and stops only predict what a recording shows."""
 
     arm: str
     form: str
     terms: _core.GravityTerms
     theta: Array
     friction: Array  # (n, k): Coulomb torque of drive i is its direction times sum_k c_ik x_i^k [N m]
-    motor_friction: bool  # drives are the motors (through the coupling), else the joints
+    motor_friction: bool  # True: friction acts at the motors (through the coupling); False: at the joints
     region: Region
-    visited: Array  # (k, n) poses it was trained on [rad]
+    visited: Array  # (k, n) training poses, for expected approach directions [rad]
     stops: tuple[Stop, ...] = ()
     notes: dict[str, Any] = field(default_factory=dict)
 
     def require(self, arm: Arm, where: str = "") -> None:
-        """Refuse another arm.
+        """Check that the model belongs to this arm.
 
         Raises:
-            RecordingError: names both arms.
+            RecordingError: it belongs to another arm; the message names both.
         """
         if arm.name != self.arm:
             raise RecordingError(
@@ -95,28 +95,26 @@ class GravityModel:
             )
 
     def apply(self, arm: Arm) -> Arm:
-        """Let `arm` be held by this model (in place) and return it."""
+        """Set this model as the gravity compensation of `arm` (in place) and return `arm`."""
         self.require(arm)
         arm.set_gravity_model(self.terms, self.theta)
         return arm
 
     def holding(self, q: Array, arm: Arm) -> Array:
-        """Torques that hold `arm` at poses q (k, n), as the controller has them: no friction, no stops [N m]."""
+        """Holding torques (k, n) at poses q (k, n) for a controller: without friction and stops [N m]."""
         return np.asarray(arm.gravity_columns(self.terms, np.atleast_2d(q)) @ self.theta)
 
     def drives(self, q: Array, arm: Arm) -> Array:
-        """Positions (k, n) of what rubs, at joint positions q (k, n): the motors, or the joints themselves [rad]."""
+        """Positions (k, n) of the drives with friction, motors or joints, at joint positions q (k, n) [rad]."""
         return drives(q, arm) if self.motor_friction else q
 
     def measured(self, q: Array, arm: Arm, direction: Array) -> Array:
-        """Torques (k, n) that a recording shows at q, drives having come in `direction` (k, n), -1 .. 1."""
+        """Torques (k, n) that a recording shows at q if the drives approached in `direction` (k, n), -1 .. 1 [N m]."""
         tau = self.holding(q, arm) + friction_torque(self.friction, self.motor_friction, q, direction, arm)
-        out = np.linalg.inv(coupling(arm)).T
+        to_joints = np.linalg.inv(coupling(arm)).T
         for stop in self.stops:
-            tau += stop.torque(q)[:, None] * out[:, stop.joint]
+            tau += stop.torque(q)[:, None] * to_joints[:, stop.joint]
         return tau
-
-    # -- file ------------------------------------------------------------------------------------------------------
 
     def save(self, path: str | Path, force: bool = False) -> None:
         """Write the model (YAML).
@@ -160,7 +158,7 @@ class GravityModel:
         """Read a model file.
 
         Raises:
-            RecordingError: it cannot be read, or is no gravity model; names what is missing.
+            RecordingError: the file cannot be read or is not a gravity model; the message names what is missing.
         """
         path = Path(path)
         try:
@@ -172,7 +170,7 @@ class GravityModel:
             return cls._from(data)
         except (KeyError, TypeError, ValueError) as error:
             raise RecordingError(
-                "this is no gravity model",
+                "this is not a gravity model",
                 where=str(path),
                 why=f"{error} is missing" if isinstance(error, KeyError) else str(error),
                 mend="write one with palpate calibrate gravity",
@@ -199,7 +197,7 @@ class GravityModel:
 
 
 def friction_torque(coulomb: Array, of_motors: bool, q: Array, direction: Array, arm: Arm) -> Array:
-    """Joint torques (k, n) of dry friction, drives having come in `direction` (k, n); see `GravityModel.friction`."""
+    """Joint torques (k, n) of dry friction for approach directions (k, n); see `GravityModel.friction` [N m]."""
     x = drives(q, arm) if of_motors else q
     powers = np.stack([x**k for k in range(coulomb.shape[1])], axis=2)
     tau = direction * np.einsum("ijk,jk->ij", powers, coulomb)

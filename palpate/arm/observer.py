@@ -1,4 +1,4 @@
-"""From an identified arm to the observer in the cycle: what `_core.Estimate` has to know of its drives."""
+"""Options of the momentum observer in the cycle (`_core.Estimate`), from the identified dynamics of an arm."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from palpate.errors import RecordingError
 
 
 def drive_inertia(d: Dynamics) -> Array:
-    """I_d (n, n) of the rotors, seen at the joints [kg m^2, kg]."""
+    """Inertia (n, n) of the rotors, reflected to the joints [kg m^2, kg]."""
     to_drives = np.linalg.pinv(d.train.coupling)  # (m, n)
     return np.asarray(to_drives.T @ np.diag(_per_drive(d, "rotor")) @ to_drives)
 
 
 def estimate_options(d: Dynamics, base: _core.EstimateOptions | None = None) -> _core.EstimateOptions:
-    """Options of the estimate: links, rotors, friction, offsets and springs at the joints (the rest as in `base`).
+    """Options of the estimate: links, rotors, friction, offsets and springs at the joints; the others come from `base`.
 
-    Friction of motors that turn a joint together is that of the joint moving alone. Terms of a jaw stay out.
+    The friction of coupled motors is that of each joint moving alone. Terms of a jaw are left out.
 
     Raises:
-        RecordingError: the arm has springs that are not linear in one joint (an MTM): the cycle does not know them.
+        RecordingError: the arm has springs that are not linear in one joint (an MTM), which the cycle cannot evaluate.
     """
     options = base or _core.EstimateOptions()
     n, theta = d.arm.n, _theta(d)
@@ -42,7 +42,8 @@ def estimate_options(d: Dynamics, base: _core.EstimateOptions | None = None) -> 
             spring[int(joint) - 1] += value
         elif kind not in ("coulomb", "viscous", "offset", "rotor", "jaw"):
             raise RecordingError(
-                f"a dynamics model of {d.arm.name!r} cannot be a follower's", why=f"it has the term {name!r}",
+                f"the dynamics model of {d.arm.name!r} cannot be used for a follower",
+                why=f"the observer cannot evaluate its term {name!r}",
                 mend="estimate the force of a PSM, or of an arm of your own",
             )  # fmt: skip
     options.links, options.rotor_inertia = d.pi, drive_inertia(d).diagonal()

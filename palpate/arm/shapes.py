@@ -1,4 +1,4 @@
-"""What an arm looks like: the primitives and drawn joints of a URDF, or sticks where it has none."""
+"""Appearance of an arm: the primitives and drawn joints of its URDF, or sticks if it has no primitives."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _STEEL = (0.62, 0.65, 0.69, 1.0)
 
 @dataclass(frozen=True)
 class Visual:
-    """One primitive of a link, to be drawn at `X_0link @ X_link_visual`."""
+    """One primitive of a link, drawn at `X_0link @ X_link_visual`."""
 
     link: str
     shape: str  # "box" | "cylinder" (along z) | "sphere"
@@ -26,14 +26,14 @@ class Visual:
 
 @dataclass(frozen=True)
 class DrawnJoint:
-    """A joint outside the kinematic chain: a jaw, a grip, a parallelogram's bar. Drawn, without dynamics."""
+    """A joint outside the kinematic chain (jaw, grip, bar of a parallelogram): drawn, but without dynamics."""
 
     name: str
     parent: str
     child: str
     X_parent: Array
     axis: Array
-    source: str  # the joint it follows: one of the chain, or a free one such as "jaw"
+    source: str  # the joint that it follows: a joint of the chain, or a free one such as "jaw"
     multiplier: float
 
 
@@ -63,7 +63,7 @@ def turn_about(axis: Array, angle: float) -> Array:
 
 
 def sticks(segments: list[tuple[str, Array]]) -> list[Visual]:
-    """A stick from each link's origin to the end of its segment, and a ball where it ends."""
+    """A cylinder from each link's origin to the end of its segment, and a sphere at that end."""
     found = []
     for link, end in segments:
         length = float(np.linalg.norm(end))
@@ -108,7 +108,7 @@ def _moving(robot: ElementTree.Element, chain: set[str]) -> list[ElementTree.Ele
 
 
 def drawn_joints(robot: ElementTree.Element, chain: set[str]) -> list[DrawnJoint]:
-    """In file order, parents before children. A joint without <mimic> turns with the jaw itself."""
+    """Drawn joints in file order, parents before children. A joint without <mimic> follows the jaw angle."""
     drawn = []
     for joint in _moving(robot, chain):
         parent, child, axis, mimic = (joint.find(tag) for tag in ("parent", "child", "axis", "mimic"))
@@ -130,7 +130,7 @@ def drawn_joints(robot: ElementTree.Element, chain: set[str]) -> list[DrawnJoint
 
 
 def jaw_range(robot: ElementTree.Element, chain: set[str]) -> tuple[float, float]:
-    """Limits of the joint that opens the jaws or the grips; (0, 0) when there is none."""
+    """Limits of the joint that opens the jaws or the grips [rad]; (0, 0) for an arm without one."""
     for joint in _moving(robot, chain):
         limit = joint.find("limit")
         if joint.find("mimic") is None and limit is not None:

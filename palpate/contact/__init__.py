@@ -1,4 +1,4 @@
-"""Stage ``contact``: render a prescribed tool path through the very contact and force code of the loop."""
+"""Stage ``contact``: render a prescribed tool path with the contact and force code of the haptic loop."""
 
 from palpate.contact.rendering import Rendered, render
 

@@ -1,4 +1,4 @@
-"""The paper's Algorithm 1 for one position of the tool, line by line, by the very code of method ``paper-alg1``."""
+"""The paper's Algorithm 1 for one position of the tool, line by line, with the code of method ``paper-alg1``."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from palpate.contact.rendering import Surface, snapshot_of
 
 @dataclass(frozen=True)
 class Trace:
-    """The values of Algorithm 1 after each of its lines. World frame W, SI units; ``print`` it to read it."""
+    """The values of Algorithm 1 after each of its lines. World frame W, SI units; ``print`` shows them."""
 
     collision: bool  #: line 1
     points: Array  #: line 2: (z, 3) collision points p_i, z <= 15 [m]
-    normals: Array  #: line 3: (z, 3) from the triangle to the sphere's centre, unit
+    normals: Array  #: line 3: (z, 3) unit vectors from the triangle to the sphere's centre
     depths: Array  #: (z,) overlap of each point along its normal [m]
-    normal: Array  #: line 4: (3,) n
+    normal: Array  #: line 4: (3,) mean unit normal n
     delta_x_total: Array  #: line 5: (3,) [m]
     v_total: Array  #: line 6: (3,) [m/s]
     delta_x: Array  #: line 7: (3,) along n [m]
     v: Array  #: line 8: (3,) along n [m/s]
     force_spring: Array  #: line 9: (3,) K delta_x [N]
     force_damping: Array  #: line 9: (3,) -B v [N]
-    force: Array  #: line 9: (3,) their sum, of the surface on the tool; zero when there is no collision [N]
+    force: Array  #: line 9: (3,) total force of the surface on the tool; zero without a collision [N]
 
     def __str__(self) -> str:
-        """The algorithm with its numbers."""
+        """The lines of the algorithm with their values."""
         if not self.collision:
             return "1 no collision: F = 0"
         mm, mm_s = 1e3, 1e3
@@ -58,20 +58,20 @@ def trace_algorithm1(
     velocity: npt.ArrayLike = (0.0, 0.0, 0.0),
     last_normal: npt.ArrayLike = (0.0, 0.0, 0.0),
 ) -> Trace:
-    """Run Algorithm 1 once for a tool tip that is given.
+    """Run Algorithm 1 once for a given tool tip.
 
     Args:
         surface: as in ``palpate.contact.render``.
         tip: (3,) p_WT, the centre of the spherical proxy region [m].
-        radius: of the spherical proxy region [m].
-        stiffness: K, one number or one for each axis of W [N/m].
+        radius: radius of the spherical proxy region [m].
+        stiffness: K, one number or one per axis of W [N/m].
         damping: B, likewise [N s/m].
         velocity: (3,) v_WT of the tool [m/s].
-        last_normal: (3,) n of the collision before: kept where the normals cancel each other.
+        last_normal: (3,) n of the previous collision, used if the normals cancel each other.
 
     Raises:
-        ValueError: names the argument, what it was and what it should be.
-        MeshError: the surface is no mesh.
+        ValueError: an argument is not valid; the message names it, its value and the requirement.
+        MeshError: the vertices and triangles do not form a mesh.
     """
     snapshot = snapshot_of(surface, stiffness=stiffness, damping=damping)
     positive("radius", radius, "m")

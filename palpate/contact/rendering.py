@@ -1,4 +1,4 @@
-"""Stage ``contact``: render a prescribed tool path through the very contact and force code of the loop."""
+"""Stage ``contact``: render a prescribed tool path with the contact and force code of the haptic loop."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ Surface: TypeAlias = "Mesh | surfaces.Surface | _core.Surface | tuple[npt.ArrayL
 
 @dataclass(frozen=True)
 class Rendered:
-    """What the tool met, one row for each of its n positions. World frame W."""
+    """Contact and force for each of the n positions of the tool. World frame W."""
 
-    force: Array  #: (n, 3) F_T_W, of the surface on the tool; exactly zero when free [N]
-    normal: Array  #: (n, 3) unit, out of the surface; zero when free
+    force: Array  #: (n, 3) F_T_W, force of the surface on the tool; exactly zero without contact [N]
+    normal: Array  #: (n, 3) outward unit normal of the surface; zero without contact
     depth: Array  #: (n,) deflection along the normal [m]
-    proxy: Array  #: (n, 3) p_WP, the proxy; the tool itself when free [m]
-    latency: Array  #: (n,) of one update of contact and force, measured inside C++ [s]
-    started_inside: bool  #: the path began inside the closed surface: the proxy was put outside, at the nearest point
-    torque: Array  #: (n, 3) of the force about the tool tip; zero but for spheres beside it [N m]
+    proxy: Array  #: (n, 3) p_WP, the proxy; equal to the tool position without contact [m]
+    latency: Array  #: (n,) computation time of one update of contact and force, measured in C++ [s]
+    started_inside: bool  #: the path starts inside a closed surface; the proxy starts at the nearest point outside
+    torque: Array  #: (n, 3) torque about the tool tip; zero without additional spheres [N m]
 
 
 def render(
@@ -49,31 +49,31 @@ def render(
     poses: npt.ArrayLike | None = None,
     spheres: Sequence[tuple[npt.ArrayLike, float]] = (),
 ) -> Rendered:
-    """Feel ``surface`` with a sphere whose centre follows ``tips``.
+    """Render the contact of ``surface`` with a sphere whose centre follows ``tips``.
 
     F = K delta_x - B (n . v) n with delta_x from the tool to the proxy and v by backward differences of ``tips``.
 
     Args:
         surface: a ``palpate.Mesh``, one of ``palpate.surfaces``, a compiled ``_core.Surface``, or
             ``(vertices (n, 3) [m], triangles (m, 3))``.
-        tips: (n, 3) tool tip p_WT, the centre of the spherical proxy region [m]. The first one is where the
-            tool appears; inside a closed surface it is put outside (``started_inside``).
-        radius: of the spherical proxy region [m].
-        stiffness: K, one number or one for each axis of W [N/m].
+        tips: (n, 3) tool tip p_WT, the centre of the spherical proxy region [m]. If the first one is
+            inside a closed surface, the proxy starts outside (``started_inside``).
+        radius: radius of the spherical proxy region [m].
+        stiffness: K, one number or one per axis of W [N/m].
         damping: B, likewise [N s/m].
-        friction: Coulomb coefficient mu while it slips.
-        static_friction: while it sticks; below ``friction`` it counts as that.
+        friction: Coulomb coefficient mu while the tool slips.
+        static_friction: coefficient while the tool sticks; at least ``friction``.
         method: one of ``_core.contact_methods()``: ``proxy``; for comparison ``penalty`` and the paper's
             ``paper-plane``, ``paper-alg1``, ``face-normal``, ``approach-velocity``, which need triangles.
-        release: of ``proxy``: deflection at which a tool that went through a closed object is let go [m].
-        rate: of the tips [Hz].
-        poses: (n, 4, 4) X_WO, where the surface is at each tip; at rest in W when left out. Its velocity, which the
-            damping sees, is by backward differences, too.
-        spheres: more spheres of the tool beside the one on the tip: (p_TS (3,) [m] in axes of W, radius [m]) each.
+        release: deflection at which method ``proxy`` releases a tool that passed through a closed object [m].
+        rate: sampling rate of the tips [Hz].
+        poses: (n, 4, 4) X_WO, pose of the surface at each tip; default: at rest in W. The damping uses its velocity,
+            also by backward differences.
+        spheres: additional spheres of the tool: (p_TS (3,) [m] in axes of W, radius [m]) each.
 
     Raises:
-        ValueError: names the argument, what it was and what it should be.
-        MeshError: the surface is no mesh.
+        ValueError: an argument is not valid; the message names it, its value and the requirement.
+        MeshError: the vertices and triangles do not form a mesh.
     """
     points = _points(tips)
     options = _core.ContactOptions()
@@ -98,14 +98,14 @@ def snapshot_of(
     friction: float = 0.0,
     static_friction: float = 0.0,
 ) -> _core.Snapshot:
-    """A world of one object, "surface", in its own frame. Arguments and errors as in ``render``."""
+    """A world with one object, "surface", at the origin. Arguments and errors as in ``render``."""
     mu, mu_static = not_negative("friction", friction), not_negative("static_friction", static_friction)
     material = _core.Material(_axes("stiffness", stiffness), _axes("damping", damping), mu, mu_static)
     return _core.Snapshot([_core.Object("surface", _core_surface(surface), np.eye(4), material)])
 
 
 def _core_surface(surface: Surface) -> _core.Surface:
-    from palpate import surfaces  # here: reading files is not part of rendering
+    from palpate import surfaces  # imported late: rendering does not need the readers of files
     from palpate.mesh import Mesh
 
     if isinstance(surface, _core.Surface):
@@ -114,8 +114,8 @@ def _core_surface(surface: Surface) -> _core.Surface:
         return surface.core
     if isinstance(surface, tuple) and len(surface) == 2:
         return Mesh(*surface, name="surface").core
-    wanted = "a palpate.Mesh, one of palpate.surfaces or (vertices, triangles)"
-    raise ValueError(f"surface must be {wanted}, got {type(surface).__name__}")
+    expected = "a palpate.Mesh, one of palpate.surfaces or (vertices, triangles)"
+    raise ValueError(f"surface must be {expected}, got {type(surface).__name__}")
 
 
 def _points(tips: npt.ArrayLike) -> Array:
@@ -143,9 +143,9 @@ def _poses(poses: npt.ArrayLike, n: int) -> Array:
         raise ValueError(f"poses must have shape ({n}, 4, 4), one for each tip, got {X.shape}")
     finite = np.asarray(np.isfinite(X).reshape(n, 16).all(axis=1))
     R = np.where(finite[:, None, None], X[:, :3, :3], 0.0)
-    sound = finite & (X[:, 3] == [0, 0, 0, 1]).all(axis=1) & (np.linalg.det(R) > 0)
-    sound &= np.abs(R @ R.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2), initial=0.0) < 1e-6
-    if not sound.all():
-        i = int(np.argmin(sound))
-        raise ValueError(f"poses must be finite, rotation matrices over a last row 0 0 0 1; poses[{i}] is not")
+    valid = finite & (X[:, 3] == [0, 0, 0, 1]).all(axis=1) & (np.linalg.det(R) > 0)
+    valid &= np.abs(R @ R.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2), initial=0.0) < 1e-6
+    if not valid.all():
+        i = int(np.argmin(valid))
+        raise ValueError(f"poses must be finite, with a rotation matrix and a last row 0 0 0 1; poses[{i}] is not")
     return X

@@ -1,7 +1,7 @@
-"""Is a mesh fine enough for the sphere that touches it, and which radius suits it? Estimates, before anything is run.
+"""Estimates of whether a mesh is fine enough for haptic contact, and of the best radius of the tool's sphere.
 
-The rules are read off measured maps: the radius rules off ``palpate study radius``, the errors between facets off
-``palpate bench contact`` (tests/contact/test_touchable.py holds both to what they measure).
+The rules are fitted to measurements: the radius rules to ``palpate study radius``, the errors between facets to
+``palpate bench contact`` (tests/contact/test_touchable.py compares them).
 """
 
 from __future__ import annotations
@@ -18,55 +18,55 @@ from palpate.arrays import Array
 Index = npt.NDArray[np.integer]
 
 FEATURE_RADIUS = 0.5
-"""A sphere of half a ridge's width still reaches the ground beside it: 97 % of the relief is felt."""
+"""Largest radius over the width of a ridge: such a sphere reaches the ground next to it, with 97 % of the relief."""
 DIRECTION_LIMIT_DEG = 15.0
-"""Noise may turn the force by this (95 %) before a larger radius is recommended: hands tell 20 to 35 deg apart."""
+"""Direction error by noise (95 %) above which a larger radius is recommended; hands discriminate 20 to 35 deg."""
 COARSE_DEG, COARSE_MN = 2.0, 50.0
-"""Estimated errors between facets above which a mesh is called coarse: 5 % of a force of 1 N."""
+"""Estimated errors between facets above which a mesh counts as coarse; 50 mN is 5 % of 1 N."""
 DOUBTFUL_DEG = 60.0
-"""Edges that turn by more are meant; those between this and the crease angle may be a round thing cut too coarsely."""
+"""Edges sharper than this are real; those between the crease angle and this may be a coarsely meshed round shape."""
 EDGE_SPEED = 0.05
-"""Of a tool sliding over an edge [m/s]."""
+"""Speed of a tool that slides over an edge [m/s]."""
 
 
 @dataclass(frozen=True)
 class Fineness:
-    """How the facets of a mesh would be felt, 95 % of the surface being better."""
+    """Estimated effect of a mesh's facets on the force: values that 95 % of the surface does not exceed."""
 
     edge_mm: float  #: median length of an edge
-    turn_deg: float  #: between neighbouring facets, real edges left out
-    direction_error_deg: float  #: of the smoothed force of method ``proxy``
-    force_error_mN: float
-    facet_error_mN: float  #: of a method that does not smooth: stiffness times the sagitta of the facets
-    doubtful_share: float  #: of the surface beside edges of 30 to 60 deg: round things cut coarsely, or real edges
-    triangles_needed: int  #: of this shape for errors below COARSE_DEG and COARSE_MN
+    turn_deg: float  #: angle between neighbouring facets, without real edges
+    direction_error_deg: float  #: direction error of the smoothed force of method ``proxy``
+    force_error_mN: float  #: magnitude error of that force
+    facet_error_mN: float  #: force error without smoothing: stiffness times the sagitta of the facets
+    doubtful_share: float  #: fraction of the surface next to edges of 30 to 60 deg: coarse round shapes, or real edges
+    triangles_needed: int  #: number for errors below COARSE_DEG and COARSE_MN
 
     @property
     def coarse(self) -> bool:
-        """More triangles would be felt."""
+        """True if a finer mesh would change the force noticeably."""
         return self.direction_error_deg > COARSE_DEG or self.force_error_mN > COARSE_MN or self.doubtful_share > 0.05
 
 
 @dataclass(frozen=True)
 class Radius:
-    """A radius for a mesh: what the features allow, what the noise asks for. Lengths in millimetres."""
+    """Recommended radius for a mesh, and its limits by features and noise. Lengths in millimetres."""
 
     given_mm: float
     recommended_mm: float
-    largest_mm: float  #: that still reaches into the features; infinite when there are none
-    smallest_mm: float  #: that keeps the noise's direction error below the limit
-    feature_mm: float | None  #: narrowest thing to be felt: given, or the tightest hollows'; None: there are none
+    largest_mm: float  #: largest radius that reaches into the features; infinite without features
+    smallest_mm: float  #: smallest radius that keeps the direction error by noise below the limit
+    feature_mm: float | None  #: narrowest feature: given, or the tightest hollows of the mesh; None without hollows
     noise_mm: float  #: standard deviation: given, or from the mesh's roughness
-    direction_noise_deg: float  #: left with the recommended radius, 95 %
-    unreachable_share: float  #: of the surface, in hollows tighter than the given radius
+    direction_noise_deg: float  #: direction error by noise at the recommended radius, 95 %
+    unreachable_share: float  #: fraction of the surface in hollows tighter than the given radius
 
     @property
     def conflict(self) -> bool:
-        """No radius does both."""
+        """True if no radius satisfies both limits."""
         return self.smallest_mm > self.largest_mm
 
     def to_json(self) -> dict[str, Any]:
-        """As plain JSON values."""
+        """The values as JSON; an infinite radius becomes null."""
         values = asdict(self)
         return values | {"largest_mm": values["largest_mm"] if np.isfinite(self.largest_mm) else None}
 
@@ -75,20 +75,20 @@ class Radius:
 class _Edges:
     """Inner edges of a mesh, one row each."""
 
-    turn: Array  # between its two facets, above zero when convex [rad]
-    across: Array  # mean height of the two facets over it [m]
-    area: Array  # of both [m^2]
-    length: Array  # [m]
+    turn: Array  # angle between its two facets, positive if convex [rad]
+    across: Array  # mean height of the two facets over the edge [m]
+    area: Array  # total area of the two facets [m^2]
+    length: Array  # length of the edge [m]
 
 
 def fineness(mesh: _core.Mesh, stiffness: float) -> Fineness:
-    """The facets of a mesh under a tool of ``stiffness`` [N/m]."""
+    """Estimate the effect of a mesh's facets for a contact stiffness [N/m]."""
     e, n = _edges(mesh), mesh.triangle_count
     turn = np.abs(e.turn)
     smooth = turn < np.radians(DOUBTFUL_DEG)
     doubtful = smooth & (turn >= _core.CREASE_ANGLE)
     angle, sagitta = (_quantile(x[smooth], e.area[smooth], 0.95) for x in (turn, turn * e.across / 8))
-    # Smoothing leaves errors of the second order in the turn (measured: docs/contact.md); at most the facets' own.
+    # Smoothing leaves errors of second order in the turn (measured: docs/contact.md), at most those of the facets.
     direction = min(np.degrees(angle**2), np.degrees(angle) / 2)
     force = 1e3 * stiffness * sagitta * min(8.0 * angle**2, 1.0)
     share = float(e.area[doubtful].sum() / max(e.area.sum(), 1e-300))
@@ -108,15 +108,15 @@ def radius(mesh: _core.Mesh, given: float, *, feature: float | None = None, nois
     """Recommend a radius.
 
     Args:
-        mesh: to be touched.
-        given: the radius in mind [m].
-        feature: width of the narrowest thing to be felt [m]; from the concave curvature of the mesh when left out.
-        noise: standard deviation of the surface [m]; from its roughness when left out.
+        mesh: the mesh.
+        given: the intended radius [m].
+        feature: width of the narrowest feature to be felt [m]; default: from the concave curvature of the mesh.
+        noise: standard deviation of the surface [m]; default: from its roughness.
     """
     e = _edges(mesh)
     edge = float(np.median(e.length)) if len(e.length) else 0.0
     noise = roughness(mesh) if noise is None else noise
-    rough = noise > 0.05 * edge  # the curvature seen is that of the noise
+    rough = noise > 0.05 * edge  # then the curvature of the mesh is that of the noise
     hollow = (e.turn < -1e-9) & ~np.full(len(e.turn), rough)
     tightness = np.where(hollow, e.across / np.maximum(-e.turn, 1e-9), np.inf)  # radius of curvature [m]
     largest = FEATURE_RADIUS * feature if feature is not None else _quantile(tightness, e.area, 0.01)
@@ -136,11 +136,11 @@ def radius(mesh: _core.Mesh, given: float, *, feature: float | None = None, nois
 
 
 def direction_noise_deg(noise: float, radius: float, spacing: float) -> float:
-    """What noise of the vertices turns the force by, 95 % of the time [deg].
+    """Direction error of the force by noise of the vertices, 95 % [deg].
 
-    Where the facets are still smoothed it is SLOPE times their slope, noise / spacing: the smooth surface goes through
-    every vertex. Rougher than that the sphere rests on the peaks: on one of height ``noise`` beside flat ground it
-    touches at sqrt(2 noise / radius), and so it is measured.
+    For noise below SMOOTHED * spacing the facets are smoothed, and the error is SLOPE * noise / spacing, because the
+    smooth surface passes through every vertex. For larger noise the sphere rests on the peaks: a peak of height
+    ``noise`` on flat ground touches it at the angle sqrt(2 noise / radius), which agrees with measurements.
     """
     if noise <= 0.0 or noise < SMOOTHED * spacing:
         return float(np.degrees(SLOPE * noise / spacing)) if noise > 0.0 else 0.0
@@ -148,24 +148,24 @@ def direction_noise_deg(noise: float, radius: float, spacing: float) -> float:
 
 
 SLOPE = 3.2
-"""Of the smooth surface between vertices that are off by their noise, over noise / spacing: as measured, 95 %."""
+"""Slope error of the smoothed surface divided by noise / spacing, as measured (95 %)."""
 SMOOTHED = 0.15
-"""Noise below this share of the vertices' spacing leaves few edges sharper than the crease angle."""
+"""Noise below this fraction of the vertices' spacing leaves few edges sharper than the crease angle."""
 
 
 def noise_radius(noise: float, spacing: float) -> float:
-    """The smallest radius that keeps ``direction_noise_deg`` below its limit [m]; 0 when any does."""
+    """Smallest radius with ``direction_noise_deg`` below its limit [m]; 0 if the radius does not matter."""
     if direction_noise_deg(noise, 1e9, spacing) == 0.0 or noise < SMOOTHED * spacing:
         return 0.0
     return float(2 * noise / np.radians(DIRECTION_LIMIT_DEG) ** 2)
 
 
 def roughness(mesh: _core.Mesh) -> float:
-    """Standard deviation of vertex noise [m]: what is left of the vertices after their neighbours' mean, twice.
+    """Standard deviation of the vertex noise [m], from subtracting the neighbours' mean twice.
 
-    The second difference of a second difference leaves of a smooth surface almost nothing, of white noise a known
-    share: the same is done to noise of one, and compared. The quieter quarter of the vertices decides: edges and
-    corners of the thing are no noise. Fewer than a hundred vertices say nothing (0).
+    This removes almost all of a smooth surface and a known fraction of white noise. The fraction is found by applying
+    the same operation to unit noise. The lower quartile is used, because edges and corners are not noise. The result
+    is 0 for fewer than a hundred vertices.
     """
     v, t = mesh.vertices, mesh.triangles
     if len(v) < 100:
@@ -173,20 +173,20 @@ def roughness(mesh: _core.Mesh) -> float:
     a, b = (np.concatenate([t[:, i] for i in order]) for order in ((0, 1, 2, 1, 2, 0), (1, 2, 0, 0, 1, 2)))
     degree = np.maximum(np.bincount(a, minlength=len(v)), 1)
 
-    def off_the_mean(x: Array) -> Array:
+    def minus_neighbours(x: Array) -> Array:
         mean = np.stack([np.bincount(a, x[b, k], len(v)) for k in range(x.shape[1])], axis=1)
         return x - mean / degree[:, None]
 
     n = np.cross(v[t[:, 1]] - v[t[:, 0]], v[t[:, 2]] - v[t[:, 0]])
     normal = np.stack([np.bincount(t.ravel(), np.repeat(n[:, k], 3), len(v)) for k in range(3)], axis=1)
     normal = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-    along = (off_the_mean(off_the_mean(v - v.mean(axis=0))) * normal).sum(axis=1)
-    unit = off_the_mean(off_the_mean(np.random.default_rng(0).normal(size=(len(v), 1))))[:, 0]
-    return float(np.quantile(np.abs(along), 0.25) / np.quantile(np.abs(unit), 0.25))
+    normal_part = (minus_neighbours(minus_neighbours(v - v.mean(axis=0))) * normal).sum(axis=1)
+    unit = minus_neighbours(minus_neighbours(np.random.default_rng(0).normal(size=(len(v), 1))))[:, 0]
+    return float(np.quantile(np.abs(normal_part), 0.25) / np.quantile(np.abs(unit), 0.25))
 
 
 def turn_per_ms_deg(radius: float) -> float:
-    """How fast the force turns while a sphere rolls over an edge at ``EDGE_SPEED``."""
+    """Rotation of the force per millisecond while a sphere rolls over an edge at ``EDGE_SPEED`` [deg]."""
     return float(np.degrees(EDGE_SPEED * 1e-3 / radius))
 
 

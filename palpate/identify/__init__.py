@@ -1,1 +1,1 @@
-"""Identification: from recordings of a real arm or hand to a model of it."""
+"""Identification: models of real arms and hands, fitted to recordings."""

@@ -1,8 +1,8 @@
-"""From which side the drives came to a pose: dry friction holds with them, so it decides half of what is measured.
+"""Approach directions: the direction in which each drive last moved before it stopped at a pose.
 
-A recording's rows stand in the order of visits, so each drive's last motion is known. For a pose of a recording
-visited at random, but in an unknown order, its expected direction follows from the poses alone: whoever stands at the
-upper end has come from below.
+Dry friction opposes that motion and is part of the measured holding torque. The rows of a recording are in the order
+of visits, so the last motion of each drive is known. If poses were visited at random in an unknown order, the expected
+direction follows from the positions alone: a drive at the upper end of its range has come from below.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ import numpy as np
 from palpate.arrays import Array
 from palpate.identify.recordings import Static
 
-_MOVED = 5e-3  # a drive that moved less than this has stood still, and leans the way it came before [rad]
+_MOVED = 5e-3  # a drive that moved less than this stood still and keeps its earlier direction [rad]
 
 
 def directions(poses: Static, x: Array) -> Array:
-    """-1, 0, +1 (k, n): the way each drive last moved to reach its position x (k, n); 0 where nobody knows."""
+    """Signs (k, n) of the last motion of each drive before it reached its position x (k, n); 0 where unknown."""
     moves = np.diff(x, axis=0, prepend=x[:1])
     signs = np.where(np.abs(moves) > _MOVED, np.sign(moves), 0.0)
     signs[poses.start] = 0.0
@@ -27,9 +27,9 @@ def directions(poses: Static, x: Array) -> Array:
 
 
 def expected_directions(x: Array, visited: Array) -> Array:
-    """Mean direction (k, n) at x (k, n) when the arm came from any of `visited` (m, n): 2 F(x) - 1.
+    """Expected direction (k, n) at x (k, n) if the previous pose is equally likely any of `visited` (m, n).
 
-    F is the share of `visited` that lies below.
+    It is 2 F(x) - 1, where F(x) is the fraction of `visited` below x.
     """
     below = np.stack([np.searchsorted(np.sort(v), c) + np.searchsorted(np.sort(v), c, side="right")
                       for c, v in zip(x.T, visited.T, strict=True)], axis=1)  # fmt: skip

@@ -1,14 +1,15 @@
-"""Full dynamics of an arm from moving recordings: links that could exist, friction, rotors, springs.
+"""Full dynamics of an arm from moving recordings: physically consistent links, friction, rotors and springs.
 
     tau_drive = A^T (M(q) a + C(q, v) v + G(q)) + terms(q, v, a) . theta,     q = A q_drive
 
-is linear in the links' inertial parameters pi and in theta. Both sides go through the same zero-phase filter, and
-pi, theta are the most probable ones given the residual's own size, a broad prior around the arm's model file, and that
-every link is a body (inertia.py). `drives.py` lists the terms.
+is linear in the links' inertial parameters pi and in theta. Both sides are filtered by the same zero-phase filter. The
+estimate of pi and theta is the maximum of the posterior: the noise level is estimated from the residual, the prior is
+broad and centred on the arm's model file, and every link must be physically consistent (inertia.py). `drives.py` lists
+the terms.
 
 The relative RMS of a joint is rms(filter(tau) - filter(prediction)) / rms(filter(tau)), both low-passed at `cutoff`
-without phase: the measure of Wang, Gondokaryono, Munawar and Fischer (2019), whose figures for the da Vinci arms stand
-in PUBLISHED. What they filtered at is not told with their data.
+without phase lag. It is the measure of Wang, Gondokaryono, Munawar and Fischer (2019); PUBLISHED holds their figures
+for the da Vinci arms. Their data do not state the cutoff they used.
 """
 
 from __future__ import annotations
@@ -26,11 +27,11 @@ from palpate.identify.inertia import Problem, pseudo_inertia, solve
 from palpate.identify.motion import Motion, lowpass, motion
 from palpate.identify.recordings import check_joints, read_moving
 
-SPREAD = 3.0  # of the links around their first guess, in the metric of inertia.py
-ROUNDS = 3  # of weighing each joint by what is left unexplained
-KNOWN = 0.5  # a parameter is known when the data narrowed it to less than this share of its prior
+SPREAD = 3.0  # prior standard deviation of a link from its first guess, in the metric of inertia.py
+ROUNDS = 3  # iterations of weighting each joint by the RMS of its residual
+KNOWN = 0.5  # a parameter is known if its posterior deviation is below this fraction of its prior deviation
 
-#: Relative RMS per drive on the other trajectory, Wang et al., IROS 2019, of the recordings they published.
+#: Relative RMS per drive on the validation trajectory, as published with their recordings (Wang et al., IROS 2019).
 PUBLISHED = {
     "mtm": (0.077, 0.149, 0.170, 0.223, 0.280, 0.234, 0.340),
     "psm": (0.093, 0.178, 0.191, 0.134, 0.239, 0.213, 0.264),
@@ -38,19 +39,20 @@ PUBLISHED = {
 
 
 def relative_rms(d: Dynamics, m: Motion, *cutoffs: float) -> Array:
-    """Relative RMS (m,) of the prediction, see the module; (c, m) of several cutoffs [Hz]."""
+    """Relative RMS (m,) of the prediction, defined in the module; (c, m) if c cutoffs [Hz] are given."""
     error, rows = m.tau - d.torque(m.q, m.v, m.a), []
     for cutoff in cutoffs or (d.cutoff,):
-        left, measured = (lowpass(x, cutoff, m.rate)[m.kept] for x in (error, m.tau))
-        rows.append(np.sqrt((left**2).mean(axis=0) / (measured**2).mean(axis=0)))
+        residual, measured = (lowpass(x, cutoff, m.rate)[m.kept] for x in (error, m.tau))
+        rows.append(np.sqrt((residual**2).mean(axis=0) / (measured**2).mean(axis=0)))
     return np.array(rows) if cutoffs else rows[0]
 
 
 def read_motion(path: str, arm: Arm, rate: float = 200.0, at: At = "drives") -> Motion:
-    """A moving recording of this arm, made at its drives or at its joints.
+    """Read a moving recording of this arm, in drive or joint coordinates (`at`).
 
     Raises:
-        RecordingError: names the file and what is wrong: columns, NaN, units, another arm, too short, nothing moves.
+        RecordingError: wrong columns, NaN, wrong units, another arm, too short, or a drive that does not move. The
+            message names the file.
     """
     train = drive_train(arm, at)
     recording = read_moving(path, train.coupling.shape[1], rate)
@@ -61,7 +63,7 @@ def read_motion(path: str, arm: Arm, rate: float = 200.0, at: At = "drives") -> 
         raise RecordingError(
             f"drive {', '.join(still)} does not move", where=path, why="its position is constant from end to end",
             mend="excite every joint at once, over most of its range and at several speeds; parameters of a joint "
-            "that rests cannot be told: " + ", ".join(t.name for t in train.terms if t.name.split("_")[-1] in still),
+            "at rest cannot be identified: " + ", ".join(t.name for t in train.terms if t.name.split("_")[-1] in still),
         )  # fmt: skip
     m = motion(recording)
     _check_rates(m, path)
@@ -69,10 +71,10 @@ def read_motion(path: str, arm: Arm, rate: float = 200.0, at: At = "drives") -> 
 
 
 def identify(motions: Sequence[Motion], arm: Arm, cutoff: float = CUTOFF, at: At = "drives") -> Dynamics:
-    """The most probable dynamics of `arm`, given its motions, made at its drives or at its joints.
+    """The most probable dynamics of `arm`, given motions in drive or joint coordinates (`at`).
 
     Raises:
-        RecordingError: no motion, or the recordings have no torque in some drive.
+        RecordingError: no motion is given, or the torque of a drive is zero in all recordings.
     """
     if not motions:
         raise RecordingError("no recording given", mend="name at least one CSV file")
@@ -88,17 +90,17 @@ def identify(motions: Sequence[Motion], arm: Arm, cutoff: float = CUTOFF, at: At
         )  # fmt: skip
     pi0 = arm.inertial_parameters
     columns = W[:, :, len(pi0) :]
-    reach = np.sqrt(((columns / size[:, None]) ** 2).mean(axis=0)).max(axis=0)
-    deviation = np.array([term.share for term in train.terms]) / np.maximum(reach, 1e-12)
+    effect = np.sqrt(((columns / size[:, None]) ** 2).mean(axis=0)).max(axis=0)
+    deviation = np.array([term.share for term in train.terms]) / np.maximum(effect, 1e-12)
     positive = np.array([term.positive for term in train.terms])
-    # A residual below `cutoff` has 2 cutoff independent values a second; motions repeat themselves, hence half of them.
+    # A residual below `cutoff` [Hz] has 2 cutoff independent values per second. Motions repeat: only half are counted.
     share = cutoff * _STRIDE / motions[0].rate
-    left = 0.1 * size
+    noise = 0.1 * size
     for _ in range(ROUNDS):
-        R = (W / left[:, None]).reshape(-1, W.shape[2]) * np.sqrt(share)
-        y = (tau / left).reshape(-1) * np.sqrt(share)
+        R = (W / noise[:, None]).reshape(-1, W.shape[2]) * np.sqrt(share)
+        y = (tau / noise).reshape(-1) * np.sqrt(share)
         x, covariance = solve(Problem(R, y, pi0, SPREAD, deviation, positive))
-        left = np.sqrt(((tau - W @ x) ** 2).mean(axis=0))
+        noise = np.sqrt(((tau - W @ x) ** 2).mean(axis=0))
     n = len(pi0)
     dynamics = Dynamics(arm, x[:n], x[n:], at, cutoff, tuple(m.file for m in motions))
     dynamics.rank, dynamics.condition = _rank(R[:, :n])
@@ -107,7 +109,7 @@ def identify(motions: Sequence[Motion], arm: Arm, cutoff: float = CUTOFF, at: At
     return dynamics
 
 
-_STRIDE = 4  # rows between those that are fitted: the filter leaves nothing between them
+_STRIDE = 4  # every fourth row is fitted: the filtered signals hold no more information
 
 
 def _regressor(m: Motion, arm: Arm, train: DriveTrain, cutoff: float) -> tuple[Array, Array]:
@@ -130,7 +132,7 @@ def _rank(R: Array) -> tuple[int, float]:
 
 
 def _check_rates(m: Motion, path: str) -> None:
-    """Velocities as recorded against those of the positions: other units, another order or another rate."""
+    """Compare recorded velocities with differentiated positions; a mismatch shows wrong units, order or rate."""
     v = np.gradient(m.q, 1.0 / m.rate, axis=0)[m.kept]
     ratio = (m.v[m.kept] * v).sum(axis=0) / (v**2).sum(axis=0)
     worst = int(np.argmax(np.abs(np.log(np.maximum(ratio, 1e-6)))))
@@ -143,6 +145,6 @@ def _check_rates(m: Motion, path: str) -> None:
 
 
 def consistency(d: Dynamics) -> Array:
-    """(n,) smallest eigenvalue of each link's pseudo-inertia over its largest: above zero for a body."""
+    """(n,) smallest over largest eigenvalue of each link's pseudo-inertia: positive if physically consistent."""
     eigen = [np.linalg.eigvalsh(pseudo_inertia(p)) for p in d.pi.reshape(-1, 10)]
     return np.array([e[0] / e[-1] for e in eigen])

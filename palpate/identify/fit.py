@@ -1,4 +1,4 @@
-"""Linear models with normal priors: the solution, its certainty, and the marginal likelihood of what shapes it."""
+"""Linear models with normal priors: solution, covariance, and the marginal likelihood of the hyperparameters."""
 
 from __future__ import annotations
 
@@ -20,8 +20,10 @@ R = TypeVar("R")
 
 
 def on_one_core(work: Callable[P, R]) -> Callable[P, R]:
-    """Let BLAS use one thread for `work`: for matrices this small, threads that wait for each other take 20 times
-    longer, and as long again where others use the cores."""
+    """Decorator: BLAS uses one thread while `work` runs.
+
+    With matrices this small, synchronising threads takes 20 times longer, and more if the cores are busy.
+    """
 
     @wraps(work)
     def alone(*args: P.args, **options: P.kwargs) -> R:
@@ -33,28 +35,35 @@ def on_one_core(work: Callable[P, R]) -> Callable[P, R]:
 
 @dataclass(frozen=True)
 class Solution:
-    """x of tau = C x + noise, and its covariance."""
+    """Solution x of tau = C x + noise, with its covariance."""
 
     x: Array  # (p,)
     covariance: Array  # (p, p)
 
 
 def bayes(columns: Array, tau: Array, noise: Array, use: Mask) -> Solution:
-    """x standard normal a priori; columns (k, n, p), tau (k, n), noise (n,), torques to `use` (k, n)."""
+    """Posterior of x with a standard normal prior.
+
+    Args:
+        columns: (k, n, p) regressor.
+        tau: (k, n) torques [N m].
+        noise: (n,) standard deviation per joint [N m].
+        use: (k, n) mask of the torques to fit.
+    """
     factor, v, _ = _normal(columns, tau, noise, use)
     inverse = linalg.solve_triangular(factor, np.eye(len(factor)), lower=True)
     return Solution(np.asarray(inverse.T @ v, dtype=float), np.asarray(inverse.T @ inverse, dtype=float))
 
 
 def evidence(columns: Array, tau: Array, noise: Array, use: Mask) -> float:
-    """Log marginal likelihood of the torques, x integrated out, up to a constant; arguments as `bayes`."""
+    """Log marginal likelihood of the torques, up to a constant; arguments as in `bayes`."""
     factor, v, squares = _normal(columns, tau, noise, use)
     logs = np.log(np.diag(factor)).sum() + (use * np.log(noise)).sum()
     return float(0.5 * (v @ v - squares) - logs)
 
 
 def _normal(columns: Array, tau: Array, noise: Array, use: Mask) -> tuple[Array, Array, float]:
-    """L of L L^T = W^T W + 1, L^-1 W^T y and y^T y, for columns W and torques y in units of the noise."""
+    """L, L^-1 W^T y and y^T y, where L L^T = W^T W + 1; W: columns, y: torques, both divided by the noise."""
     weight = np.where(use, 1.0 / noise, 0.0)
     W = (columns * weight[:, :, None]).reshape(-1, columns.shape[2])
     y = (tau * weight).ravel()
@@ -65,17 +74,17 @@ def _normal(columns: Array, tau: Array, noise: Array, use: Mask) -> tuple[Array,
 
 
 def least_squares(columns: Array, tau: Array, use: Mask) -> Solution:
-    """x of the smallest norm; covariance from what is left, joint by joint."""
+    """Least-squares x of the smallest norm; its covariance follows from the residual of each joint."""
     C, y = columns[use], tau[use]
     x, _, rank, _ = np.linalg.lstsq(C, y, rcond=1e-9)
-    left = np.where(use, tau - columns @ x, 0.0)
-    variance = (left**2).sum(axis=0) / np.maximum(use.sum(axis=0) - rank / tau.shape[1], 1.0)
+    residual = np.where(use, tau - columns @ x, 0.0)
+    variance = (residual**2).sum(axis=0) / np.maximum(use.sum(axis=0) - rank / tau.shape[1], 1.0)
     spread = np.linalg.pinv(C, rcond=1e-9) * np.sqrt(np.broadcast_to(variance, tau.shape)[use])
     return Solution(np.asarray(x, dtype=float), np.asarray(spread @ spread.T, dtype=float))
 
 
 def most_likely(objective: Callable[[Array], float], start: Array, least: Array, steps: int) -> Array:
-    """exp(theta) >= `least` that maximises objective(exp(theta)) with a broad prior (a factor e) about `start`."""
+    """Values >= `least` that maximise `objective`, with a log-normal prior (a factor e) around `start`."""
     centre = np.log(np.maximum(start, least))
 
     def cost(theta: Array) -> float:

@@ -1,4 +1,4 @@
-"""The fit of a form of gravity model to poses: shape of the fields, parameters, outliers, stops."""
+"""Fit of a gravity model to poses: hyperparameters of the fields, parameters, outliers and stops."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from palpate.identify.stops import leaning, stop_of
 
 Mask = NDArray[np.bool_]
 
-_TUNED_ON = 200  # poses that shape the fields; all of them determine the parameters
-_STEPS = 12  # of the search for that shape; the first look for outliers takes a third of them
-_FAR = 5.0  # robust standard deviations: an outlier
-_IMPOSSIBLE = 3.0  # times what a drive can: no torque of this arm
+_TUNED_ON = 200  # poses used to tune the hyperparameters; the parameters are fitted to all poses
+_STEPS = 12  # iterations of that tuning; the first fit, which finds outliers, takes a third of them
+_FAR = 5.0  # residual of an outlier, in robust standard deviations
+_IMPOSSIBLE = 3.0  # torques above this multiple of a drive's limit are recording errors
 _START = Hyper((0.03, 0.03, 0.03), ((0.7, 0.5, 1.2), (1.2,), (2.0, 1.2)), (0.015, 0.03, 0.025, 0.01, 0.005, 0.004, 1.0))
 
 
 @dataclass(frozen=True)
 class Outlier:
-    """A torque that does not fit the others, kept out of the fit."""
+    """A torque that is excluded from the fit."""
 
     pose: int  # row of the recordings, from 0
     joint: int  # from 0
@@ -39,54 +39,54 @@ class Outlier:
 
 @dataclass(frozen=True)
 class Fitted:
-    """A model, and what its certainty follows from."""
+    """A fitted model, with the design and covariance that give its uncertainty."""
 
     model: GravityModel
     design: Design
     solution: fit.Solution
-    noise: Array  # (n,) what is left unexplained [N m]
+    noise: Array  # (n,) standard deviation of the residual [N m]
     use: Mask  # (k, n) torques it was fitted to
     outliers: tuple[Outlier, ...] = ()
 
     def columns(self, q: Array, direction: Array, arm: Arm) -> Array:
-        """What the torques at q (k, n) are linear in, (k, n, p)."""
+        """Regressor (k, n, p) of the torques at q (k, n)."""
         return forms.columns(self.design, q, direction, arm)
 
     def std(self, q: Array, arm: Arm) -> Array:
-        """Standard deviation (k, n) of the holding torques at q: how well the poses determine them [N m]."""
+        """Standard deviation (k, n) of the holding torques at q (k, n), from the covariance of the fit [N m]."""
         C = self.columns(q, np.zeros_like(q), arm)
         return np.asarray(np.sqrt(np.einsum("kip,pr,kir->ki", C, self.solution.covariance, C, optimize=True)))
 
 
 @fit.on_one_core
 def fit_poses(poses: Static, arm: Arm, form: str, measured: Mask) -> Fitted:
-    """Fit one form to poses; `measured` (n,) are the joints whose torques are known."""
+    """Fit one form of model to poses; `measured` (n,) marks the joints whose torques were measured."""
     impossible = beyond_drives(poses.tau, arm)
     use = np.broadcast_to(measured, poses.tau.shape) & ~impossible.any(axis=1, keepdims=True)
     outliers = [_outlier(poses, i, j, "more than three times what the drive can") for i, j in np.argwhere(impossible)]
     if not forms.FORMS[form](arm, poses.q, measured, _START).prior:
         return replace(_fit(poses, arm, form, measured, use), outliers=tuple(outliers))
     leans = leaning(poses.q, poses.tau, use, arm.tau_max)
-    for lean in leans:  # what a drive bears is felt by all joints it is coupled to
+    for lean in leans:  # the torque of a drive acts on all joints that it is coupled to
         use = use & ~(lean.rows[:, None] & (np.abs(np.linalg.inv(coupling(arm)).T[:, lean.joint]) > 0.0))
     fitted = _fit(poses, arm, form, measured, use, _STEPS // 3)
-    left = poses.tau - predicted(fitted.model, poses, arm)
-    far = use & (np.abs(left) > _FAR * _spread(left, use))
-    outliers += [_outlier(poses, i, j, f"{left[i, j]:+.3f} N m from the model") for i, j in np.argwhere(far)]
+    residual = poses.tau - predicted(fitted.model, poses, arm)
+    far = use & (np.abs(residual) > _FAR * _spread(residual, use))
+    outliers += [_outlier(poses, i, j, f"{residual[i, j]:+.3f} N m from the model") for i, j in np.argwhere(far)]
     fitted = _fit(poses, arm, form, measured, use & ~far, _STEPS)
-    left = poses.tau - predicted(fitted.model, poses, arm)
-    back = left @ coupling(arm)  # to the drives
-    stops = tuple(stop_of(poses.q[:, lean.joint], back[:, lean.joint], lean) for lean in leans)
+    residual = poses.tau - predicted(fitted.model, poses, arm)
+    drive_residual = residual @ coupling(arm)
+    stops = tuple(stop_of(poses.q[:, lean.joint], drive_residual[:, lean.joint], lean) for lean in leans)
     return replace(fitted, model=replace(fitted.model, stops=stops), outliers=tuple(outliers))
 
 
 def beyond_drives(tau: Array, arm: Arm) -> Mask:
-    """(k, n) torques that no drive of this arm can give: mistakes of the recording."""
+    """(k, n) mask of torques that no drive of this arm can apply: recording errors."""
     return np.asarray(np.abs(tau) > _IMPOSSIBLE * arm.tau_max)
 
 
 def predicted(model: GravityModel, poses: Static, arm: Arm) -> Array:
-    """Torques (k, n) of the poses of a recording, in its order of visits."""
+    """Measured torques (k, n) that the model predicts for poses in their order of visits [N m]."""
     return model.measured(poses.q, arm, directions(poses, model.drives(poses.q, arm)))
 
 
@@ -102,8 +102,8 @@ def _fit(poses: Static, arm: Arm, form: str, measured: Mask, use: Mask, steps: i
         solution = fit.bayes(columns, poses.tau, noise, use)
     else:
         solution = fit.least_squares(columns, poses.tau, use)
-        left = np.where(use, poses.tau - columns @ solution.x, 0.0)
-        noise = np.sqrt((left**2).sum(axis=0) / np.maximum(use.sum(axis=0), 1)) + 1e-9
+        residual = np.where(use, poses.tau - columns @ solution.x, 0.0)
+        noise = np.sqrt((residual**2).sum(axis=0) / np.maximum(use.sum(axis=0), 1)) + 1e-9
     model = GravityModel(
         arm=arm.name,
         form=form,
@@ -118,13 +118,13 @@ def _fit(poses: Static, arm: Arm, form: str, measured: Mask, use: Mask, steps: i
 
 
 def _tuned(poses: Static, arm: Arm, form: str, use: Mask, steps: int) -> Hyper:
-    """The shape of the fields that makes these torques most likely."""
+    """Hyperparameters that maximise the marginal likelihood of these torques."""
     rows = np.random.default_rng(0).permutation(len(poses))[:_TUNED_ON]
     q, tau, use = poses.q[rows], poses.tau[rows], use[rows]
     direction = directions(poses, drives(poses.q, arm))[rows]
     joints: Mask = np.asarray(use.any(axis=0))
 
-    @lru_cache(maxsize=4)  # a step in the noise alone leaves the columns as they are
+    @lru_cache(maxsize=4)  # the columns do not depend on the noise
     def columns(size: tuple[float, ...], length: tuple[tuple[float, ...], ...]) -> Array:
         design = forms.FORMS[form](arm, q, joints, replace(_START, size=size, length=length))
         return np.ascontiguousarray(forms.columns(design, q, direction, arm)[:, joints])
@@ -135,8 +135,9 @@ def _tuned(poses: Static, arm: Arm, form: str, use: Mask, steps: int) -> Hyper:
         return fit.evidence(columns(hyper.size, hyper.length), tau[:, joints], noise, use[:, joints])
 
     start = np.concatenate([_START.size, *_START.length, np.array(_START.noise)[joints]])
-    least = np.full_like(start, 1e-4)  # below it no torque is known, and
-    # no field is wavier than the poses can show
+    # Lower bounds: torques are not measured more finely than 0.1 mN m, and no field varies over less than the largest
+    # distance between neighbouring poses.
+    least = np.full_like(start, 1e-4)
     crossed = [joint for bundle in forms.BUNDLES for joint in bundle]
     least[len(forms.BUNDLES) :][: len(crossed)] = np.diff(np.sort(poses.q[:, crossed], axis=0), axis=0).max(axis=0)
     return _hyper(fit.most_likely(objective, start, least, steps), joints)
@@ -144,12 +145,12 @@ def _tuned(poses: Static, arm: Arm, form: str, use: Mask, steps: int) -> Hyper:
 
 def _hyper(values: Array, joints: Mask) -> Hyper:
     sizes = len(forms.BUNDLES)
-    lengths, at = [], sizes
+    lengths, i = [], sizes
     for bundle in forms.BUNDLES:
-        lengths.append(tuple(values[at : at + len(bundle)].tolist()))
-        at += len(bundle)
+        lengths.append(tuple(values[i : i + len(bundle)].tolist()))
+        i += len(bundle)
     noise = np.array(_START.noise)
-    noise[joints] = values[at:]
+    noise[joints] = values[i:]
     return Hyper(tuple(values[:sizes].tolist()), tuple(lengths), tuple(noise.tolist()))
 
 
@@ -157,6 +158,8 @@ def _outlier(poses: Static, pose: int, joint: int, why: str) -> Outlier:
     return Outlier(int(pose), int(joint), float(poses.tau[pose, joint]), why)
 
 
-def _spread(left: Array, use: Mask) -> Array:
-    """Robust standard deviation (n,) of what is left."""
-    return np.array([1.4826 * np.median(np.abs(x[u])) if u.any() else 0.0 for x, u in zip(left.T, use.T, strict=True)])
+def _spread(residual: Array, use: Mask) -> Array:
+    """Robust standard deviation (n,) of the residual (k, n)."""
+    return np.array(
+        [1.4826 * np.median(np.abs(x[u])) if u.any() else 0.0 for x, u in zip(residual.T, use.T, strict=True)]
+    )

@@ -1,12 +1,13 @@
-"""Forms of a gravity model: which columns, with which prior. One line in `FORMS` each.
+"""Forms of a gravity model: the columns of the regressor and their prior. Each form has an entry in `FORMS`.
 
-* ``paper``: the masses alone, Pi = Y^+ T (Eqs 10-12, least squares of the smallest norm).
+* ``paper``: masses only, Pi = Y^+ T (Eqs 10-12, least squares of the smallest norm).
 * ``gravity+springs``: masses, and a constant and a linear spring per joint; least squares.
-* ``dvrk``: ten combinations of moments, a polynomial of fourth order per joint, and its direction, as the dVRK has it.
-* ``potential`` (ours): masses, springs, and what cables do as a smooth potential of the joints that a bundle of them
-  crosses, its smoothness and size found by marginal likelihood (a Gaussian process of the potential, whose slope is
-  measured); dry friction of the motors, by the direction each came from. One potential for all joints of a bundle is
-  the physics: what pulls at joint 1 as joint 2 moves pulls at joint 2 as joint 1 moves.
+* ``dvrk``: ten combinations of moments, a polynomial of fourth order per joint, and friction by approach direction,
+  as in the dVRK.
+* ``potential`` (this project's form): masses, springs, a cable potential and dry friction of the motors. The torque of
+  each bundle of cables is the gradient of a smooth potential of the joints that the bundle crosses. The potential is a
+  Gaussian process; its size and length scales maximise the marginal likelihood. One potential per bundle makes the
+  stiffness symmetric: d tau_1 / d q_2 = d tau_2 / d q_1.
 """
 
 from __future__ import annotations
@@ -27,16 +28,16 @@ from palpate.arrays import Array
 
 Mask = NDArray[np.bool_]
 
-#: Joints (from 0) that a bundle of cables crosses: along the arm, around the platform, through the gimbal.
+#: Joints (from 0) that each bundle of cables crosses: along the arm, around the platform, through the gimbal.
 BUNDLES: tuple[tuple[int, ...], ...] = ((0, 1, 2), (3,), (4, 5))
-_CENTRES = {1: 14, 2: 40, 3: 60}  # of a field, by its number of joints
+_CENTRES = {1: 14, 2: 40, 3: 60}  # number of centres of a field, by its number of joints
 
 _MASS, _MOMENT, _SPRING, _COULOMB = 0.3, 0.1, 0.3, 0.05  # prior standard deviations [kg, kg m, N m, N m]
 
 
 @dataclass(frozen=True)
 class Hyper:
-    """Size [N m] and length [rad] of each field, and what is left unexplained per joint [N m]."""
+    """Size [N m] and length scales [rad] of each field; standard deviation of the residual per joint [N m]."""
 
     size: tuple[float, ...]
     length: tuple[tuple[float, ...], ...]
@@ -45,9 +46,9 @@ class Hyper:
 
 @dataclass(frozen=True)
 class Design:
-    """Linear model: tau (k, n) = (columns @ into) x + friction_columns y, with x, y standard normal a priori.
+    """Linear model tau (k, n) = (columns @ into) x + friction_columns y; the prior of x and y is standard normal.
 
-    `into` maps the free parameters to theta; None: no prior, plain least squares.
+    `into` maps the free parameters x to theta. Without `prior`, the fit is plain least squares.
     """
 
     terms: _core.GravityTerms
@@ -58,16 +59,16 @@ class Design:
 
 
 def _of_measured(measured: Mask, each: int) -> Array:
-    """(each n, p): `each` parameters per joint, of measured joints alone.
+    """Selection matrix (each n, p): `each` parameters per joint, for measured joints only.
 
-    Of a link's moments: static torques of the other joints cannot tell it from the next one; what is told of it stays
-    with the last measured joint's, so that the others hold nothing made up.
+    Static torques of the measured joints cannot separate the moments of an unmeasured link from those of the previous
+    link. They are attributed to the last measured link, and the parameters of unmeasured links stay zero.
     """
     return np.asarray(np.eye(each * len(measured))[:, np.repeat(measured, each)])
 
 
 def paper(arm: Arm, q: Array, measured: Mask, hyper: Hyper | None) -> Design:
-    """Masses alone."""
+    """Masses only."""
     terms = _core.GravityTerms()
     return Design(terms, _of_measured(measured, 4), 0, True, False)
 
@@ -79,17 +80,17 @@ def gravity_springs(arm: Arm, q: Array, measured: Mask, hyper: Hyper | None) -> 
 
 
 def dvrk_form(arm: Arm, q: Array, measured: Mask, hyper: Hyper | None) -> Design:
-    """Ten parameters of gravity, a polynomial per joint, and a constant of its direction.
+    """Ten gravity parameters, a polynomial per joint, and constant friction by approach direction.
 
-    The dVRK fits a whole polynomial per direction, to grids of poses reached both ways. Poses visited in any order are
-    reached from below where they are high, so that two polynomials would each be blind for half of the range.
+    The dVRK fits one polynomial per direction, to grids of poses that are reached from both sides. Poses visited in
+    random order are mostly reached from below near the upper limit, so each polynomial would lack half of the range.
     """
     into = linalg.block_diag(dvrk.moments_of_parameters(arm), _of_measured(measured, 5))
     return Design(_core.GravityTerms(degree=4), into, 1, False, False)
 
 
 def potential(arm: Arm, q: Array, measured: Mask, hyper: Hyper | None) -> Design:
-    """Masses, springs, and a field per bundle of cables; prior as `hyper` says."""
+    """Masses, springs, and a field per bundle of cables; `hyper` gives the prior of the fields."""
     assert hyper is not None
     fields = []
     scales = np.diag(np.tile([_MASS, _MOMENT, _MOMENT, _MOMENT], arm.n))
@@ -99,9 +100,8 @@ def potential(arm: Arm, q: Array, measured: Mask, hyper: Hyper | None) -> Design
         fields.append(_core.Field(list(joints), z, scale))
         distance = (z[:, None] - z[None]) / scale
         K = np.exp(-0.5 * (distance**2).sum(axis=2)) + 1e-6 * np.eye(len(z))
-        block = (
-            size * scale.min() * np.linalg.inv(np.linalg.cholesky(K)).T
-        )  # weights have the covariance size^2 l^2 / K
+        # The weights have the covariance size^2 l^2 K^-1.
+        block = size * scale.min() * np.linalg.inv(np.linalg.cholesky(K)).T
         blocks.append(block)
     return Design(_core.GravityTerms(degree=1, fields=fields), linalg.block_diag(*blocks), 1, True, True)
 
@@ -116,13 +116,13 @@ DEFAULT = "potential"
 
 
 def centres(x: Array) -> Array:
-    """Where a field of the joints x (k, d) has its centres (c, d)."""
+    """Centres (c, d) of a field over the joints x (k, d) [rad]."""
     return _spread(np.ascontiguousarray(x).tobytes(), x.shape[1])
 
 
-@lru_cache(maxsize=8)  # the search for the fields' shape asks again and again
+@lru_cache(maxsize=8)  # the tuning of the hyperparameters calls it often
 def _spread(values: bytes, joints: int) -> Array:
-    """Spread over the poses, farthest next; evenly for a single joint."""
+    """Evenly spaced centres for one joint, else farthest-point sampling of the poses."""
     x = np.frombuffer(values).reshape(-1, joints)
     if joints == 1:
         margin = 0.1 * (x.max() - x.min()) + 1e-3
@@ -138,7 +138,7 @@ def _spread(values: bytes, joints: int) -> Array:
 
 
 def columns(design: Design, q: Array, direction: Array, arm: Arm) -> Array:
-    """(k, n, p + n * coulomb): what tau is linear in, at poses q (k, n) reached in `direction` (k, n)."""
+    """Regressor (k, n, p + n * coulomb) of tau at poses q (k, n) approached in `direction` (k, n)."""
     Phi = arm.gravity_columns(design.terms, q) @ design.into
     if design.coulomb == 0:
         return np.asarray(Phi)
@@ -151,7 +151,7 @@ def columns(design: Design, q: Array, direction: Array, arm: Arm) -> Array:
 
 
 def friction_of(design: Design, x: Array, n: int) -> Array:
-    """(n, coulomb) of the solution x of `columns`."""
+    """Friction coefficients (n, coulomb) in the solution x of `columns`."""
     if design.coulomb == 0:
         return np.zeros((n, 1))
     scale = _COULOMB if design.prior else 1.0

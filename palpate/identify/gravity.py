@@ -1,4 +1,4 @@
-"""Gravity of an arm from poses it was held at: read, fit, judge on unseen poses, say what it is worth."""
+"""Gravity calibration: read the poses at which an arm was held, fit a model, and score it on unseen poses."""
 
 from __future__ import annotations
 
@@ -22,32 +22,32 @@ from palpate.identify.pairs import Pairs, find_pairs
 from palpate.identify.recordings import Static, on_levels, read_static
 from palpate.identify.scores import Scores
 
-_FEWEST = 12  # poses: fewer say nothing about ten base parameters, springs and friction
-_SILENT = 2e-4  # a joint whose torque varies less was not measured [N m]
+_FEWEST = 12  # poses needed for ten base parameters, springs and friction
+_SILENT = 2e-4  # standard deviation of the torque below which a joint counts as not measured [N m]
 _ARMS = {"mtml": "left", "mtmr": "right"}
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """A gravity model with the evidence for it. Per joint values are of the joints whose torque was measured."""
+    """A gravity model with its scores. Values per joint are for the joints whose torque was measured."""
 
     model: GravityModel
     fitted: Fitted
     poses: Static
     unseen: Static | None
-    told: Identifiability
-    joints: tuple[int, ...]  # measured ones, from 0
+    identifiability: Identifiability
+    joints: tuple[int, ...]  # measured joints, from 0
     train: Scores
     test: Scores | None
     cross_validation: Scores
-    pairs: Pairs | None  # poses reached both ways: then it was fitted to their means
-    advice: tuple[tuple[Array, float], ...]  # pose (n,) [rad], information it adds [nat]
+    pairs: Pairs | None  # poses reached from both sides; if present, the model is fitted to their means
+    advice: tuple[tuple[Array, float], ...]  # pose (n,) [rad], information that it adds [nat]
     warnings: tuple[str, ...]
-    seconds: float  # of one core
+    seconds: float  # CPU time on one core [s]
 
     def to_json(self) -> dict[str, Any]:
-        """The values of docs/json.md."""
-        model, told = self.model, self.told
+        """The JSON values that docs/json.md describes."""
+        model, found = self.model, self.identifiability
         return {
             "model": model.form,
             "arm": model.arm,
@@ -63,12 +63,12 @@ class Calibration:
             "pairs": self.pairs.to_json(self.joints) if self.pairs else None,
             "std_Nm": (self.test or self.train).std.tolist(),
             "coverage_95": (self.test or self.train).coverage.tolist(),
-            "rank": told.rank,
-            "structural_rank": told.structural_rank,
-            "condition": told.condition,
-            "base_parameters": list(told.base),
-            "not_identifiable": list(told.never),
-            "weak_parameters": list(told.weak),
+            "rank": found.rank,
+            "structural_rank": found.structural_rank,
+            "condition": found.condition,
+            "base_parameters": list(found.base),
+            "not_identifiable": list(found.never),
+            "weak_parameters": list(found.weak),
             "outliers": [vars(o) | {"joint": o.joint + 1} for o in self.fitted.outliers],
             "stops": [vars(s) | {"joint": s.joint + 1} for s in model.stops],
             "outside": self.test.outside if self.test else 0,
@@ -86,22 +86,22 @@ def gravity(
     model: str = forms.DEFAULT,
     test: str | Path | None = None,
 ) -> Calibration:
-    """Identify what holds an arm still.
+    """Identify the torques that hold an arm against gravity, springs and cables.
 
     Args:
         train: static recordings (CSV, see `read_static`), rows in the order of visits.
         arm: the arm, or "mtml" or "mtmr".
         model: one of `palpate.identify.forms.FORMS`.
-        test: a recording of other poses to judge on.
+        test: a recording of other poses, used for scoring only.
 
     Raises:
-        RecordingError: the recordings cannot be used (see `read_static`), are too few or too much alike; names the
-            parameters that suffer.
+        RecordingError: the recordings are not usable (see `read_static`), or hold too few or too similar poses. The
+            message names the parameters that cannot be identified.
     """
     began = time.process_time()
     arm = named_arm(arm)
     if model not in forms.FORMS:
-        raise RecordingError(f"there is no model {model!r}", mend=f"choose one of {', '.join(forms.FORMS)}")
+        raise RecordingError(f"there is no gravity model {model!r}", mend=f"choose one of {', '.join(forms.FORMS)}")
     poses = read_static(train, arm)
     unseen = read_static(test, arm) if test is not None else None
     measured = measured_joints(poses)
@@ -110,8 +110,8 @@ def gravity(
     if pairs is not None:
         poses = pairs.means
     poses = on_levels(poses)
-    told = identifiability(poses.q, measured, arm)
-    _require_rich(poses, told)
+    found = identifiability(poses.q, measured, arm)
+    _require_rich(poses, found)
     fitted = fit_poses(poses, arm, model, measured)
     if pairs is not None:
         friction = np.median(pairs.half_difference, axis=0)[:, None]
@@ -121,28 +121,28 @@ def gravity(
         fitted=fitted,
         poses=poses,
         unseen=unseen,
-        told=told,
+        identifiability=found,
         joints=joints,
         train=scores.score(fitted, poses, joints, arm),
         test=scores.score(fitted, unseen, joints, arm) if unseen is not None else None,
         cross_validation=scores.cross_validate(fitted, poses, joints, arm),
         pairs=pairs,
         advice=tuple(next_poses(fitted, measured, arm)),
-        warnings=tuple(_warnings(fitted, poses, unseen, told, arm)),
+        warnings=tuple(_warnings(fitted, poses, unseen, arm)),
         seconds=time.process_time() - began,
     )
 
 
 def measured_joints(poses: Static) -> NDArray[np.bool_]:
-    """(n,) joints whose torque varies, and so was measured."""
+    """(n,) mask of joints whose torque varies and therefore was measured."""
     return np.asarray(poses.tau.std(axis=0) > _SILENT)
 
 
 def named_arm(arm: Arm | str) -> Arm:
-    """The arm of a name of the command line.
+    """The arm that a name on the command line denotes.
 
     Raises:
-        RecordingError: there is no such name.
+        RecordingError: the name is unknown.
     """
     if isinstance(arm, Arm):
         return arm
@@ -151,41 +151,43 @@ def named_arm(arm: Arm | str) -> Arm:
     return Arm.mtm(_ARMS[arm])
 
 
-def _require_rich(poses: Static, told: Identifiability) -> None:
+def _require_rich(poses: Static, found: Identifiability) -> None:
     where = ", ".join(poses.files)
     if len(poses) < _FEWEST:
         repeats = f"; {poses.samples} rows repeat them" if poses.samples > len(poses) else ""
-        lost = f"; nothing is known about {', '.join(told.weak)}" if told.weak else ""
+        lost = f"; these poses do not identify {', '.join(found.weak)}" if found.weak else ""
         raise RecordingError(
             f"{len(poses)} different poses",
             where=where,
-            why=f"at least {_FEWEST} are needed to tell masses, springs and friction apart{repeats}{lost}",
+            why=f"at least {_FEWEST} are needed to separate masses, springs and friction{repeats}{lost}",
             mend="record more poses, spread over the joint limits",
         )
-    if told.rank < told.structural_rank:
+    if found.rank < found.structural_rank:
         raise RecordingError(
-            f"the poses are too much alike: they show {told.rank} of {told.structural_rank} base parameters",
+            f"the poses are too much alike: they show {found.rank} of {found.structural_rank} base parameters",
             where=where,
-            why=f"nothing is known about {', '.join(told.weak)}",
-            mend="record poses in which every joint stands differently, spread over its limits",
+            why=f"these poses do not identify {', '.join(found.weak)}",
+            mend="record poses that differ in every joint and cover its range",
         )
 
 
-def _warnings(fitted: Fitted, poses: Static, unseen: Static | None, told: Identifiability, arm: Arm) -> list[str]:
-    said = []
+def _warnings(fitted: Fitted, poses: Static, unseen: Static | None, arm: Arm) -> list[str]:
+    warnings = []
     for stop in fitted.model.stops:
         end = "upper" if stop.side > 0 else "lower"
-        said.append(f"joint {stop.joint + 1} leaned on its {end} stop beyond {stop.at:.3f} rad: kept out of the model")
+        warnings.append(
+            f"joint {stop.joint + 1} leaned on its {end} stop beyond {stop.at:.3f} rad: kept out of the model"
+        )
     if unseen is not None:
         outside = int(fitted.model.region.outside(unseen.q, arm, 6).sum())
         if outside:
-            said.append(f"{outside} of {len(unseen)} test poses lie outside of the trained region")
+            warnings.append(f"{outside} of {len(unseen)} test poses lie outside of the trained region")
         shared = sum((np.abs(poses.q - q).max(axis=1) < 1e-6).any() for q in unseen.q)
         if shared:
-            said.append(f"{shared} of {len(unseen)} test poses were trained on: not unseen")
+            warnings.append(f"{shared} of {len(unseen)} test poses were trained on: not unseen")
     if not poses.start.all() and poses.samples > len(poses):
-        said.append(f"{poses.samples} rows are {len(poses)} poses: repeated ones were averaged")
+        warnings.append(f"{poses.samples} rows are {len(poses)} poses: repeated ones were averaged")
     swapped = scores.actuator_side(poses, arm)
     if swapped is not None:
-        said.append(swapped)
-    return said
+        warnings.append(swapped)
+    return warnings

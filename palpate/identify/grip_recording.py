@@ -1,4 +1,4 @@
-"""A recorded grip: a Palpate record (MCAP) of a session with a load cell, or a CSV of one direction."""
+"""Reads a recorded grip: a Palpate record (MCAP) of a session with a load cell, or a CSV of one direction."""
 
 from __future__ import annotations
 
@@ -14,18 +14,19 @@ from palpate.record.ticks import Ticks
 
 COLUMNS = ("t_s", "x_m", "F_N")
 SHAKER = "u"
-_SETTLE = 2.0  # after the touch began [s]
+_SETTLE = 2.0  # time after the start of contact that is discarded [s]
 
 
 def load(path: str | Path) -> Grip:
     """Read a grip.
 
-    A record gives the longest time in contact, from 2 s after the touch, along the direction in which the commanded
-    force varies most; what shakes is the surface, where the proxy stays. A CSV has columns ``t_s``, ``x_m``, ``F_N``
-    (force of the arm on the hand) and, better, ``u``: what shakes, in any unit; all along one direction.
+    From a record, the longest contact is used, from 2 s after its start, along the direction in which the commanded
+    force varies most; the excitation u is the position of the proxy on the moving surface. A CSV has the columns
+    ``t_s``, ``x_m``, ``F_N`` (force of the arm on the hand) and, if known, ``u`` (the excitation, in any unit). All
+    columns are along one direction.
 
     Raises:
-        RecordingError: it cannot be read, is not sampled evenly, or holds no push.
+        RecordingError: the file cannot be read, is not sampled evenly, or holds no contact.
     """
     path = Path(path)
     return _csv(path) if path.suffix.lower() == ".csv" else _record(path)
@@ -36,19 +37,19 @@ def _record(path: Path) -> Grip:
         record = Record.open(path)
     except RecordError as error:
         raise RecordingError(error.what, where=str(path), why=error.why, mend=error.mend) from None
-    return of_ticks(record.ticks, record.rate, str(path))
+    return grip_of_ticks(record.ticks, record.rate, str(path))
 
 
-def of_ticks(ticks: Ticks, rate: float, source: str) -> Grip:
-    """The grip in the ticks of a session.
+def grip_of_ticks(ticks: Ticks, rate: float, source: str) -> Grip:
+    """The grip during the longest contact of a session.
 
     Raises:
-        RecordingError: nothing was touched for long enough, or there is no load cell.
+        RecordingError: no contact lasted long enough, or the record has no load cell.
     """
     touching = np.concatenate([[False], ticks["contacts"] > 0, [False]]).astype(int)
     starts, ends = np.flatnonzero(np.diff(touching) == 1), np.flatnonzero(np.diff(touching) == -1)
     if not len(starts):
-        mend = "run scenes/grip.yaml: a wall that shakes pushes the hand"
+        mend = "run scenes/grip.yaml: its moving wall pushes the hand"
         raise RecordingError("nothing was touched in this record", where=source, mend=mend)
     k = int(np.argmax(ends - starts))
     held = ticks[starts[k] + round(_SETTLE * rate) : ends[k]]

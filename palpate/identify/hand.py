@@ -1,18 +1,19 @@
-"""Mass, damping and stiffness of a hand from a recorded grip, with confidence; what cannot be told is refused.
+"""Mass, damping and stiffness of a hand from a recorded grip, with confidence intervals.
 
-The arm pushes the hand with a broadband force; along the direction of that force the hand answers as
+The arm pushes the hand with a broadband force. Along the direction of that force the hand moves as
 
     F(t) = m x_tt + b x_t + k (x - x_path)
 
-F: force of the arm on the hand (load cell), x: the handle. x_path is where the person wants the hand: it wanders and
-trembles, and through the loop it moves x and F alike, so F over x is biased. What the person does knows nothing of what
-shakes (u: the place of a shaking wall, or a force commanded whatever happens), so spectra crossed with u are not:
+F is the force of the arm on the hand (load cell) and x is the position of the handle. x_path is the position that the
+person intends: it drifts and trembles, and through the closed loop it moves x and F alike, so F / x is biased. The
+intended motion is independent of the excitation u (position of a moving wall, or a force commanded in open loop), so
+cross spectra with u are unbiased:
 
     S_uF(f) = m S_ux_tt + b S_ux_t + k S_ux        u is an instrumental variable (Ljung 1999, section 7.6)
 
-Linear least squares over the lines f, each weighted by its coherence with u; confidence from leaving out one stretch of
-the recording at a time (jackknife): it speaks of noise, not of a hand that is of another form, nor of a load cell that
-lags. Without u, x itself stands in for it, and that is told.
+The fit is linear least squares over the spectral lines f, each weighted by its coherence with u. The confidence
+intervals come from leaving out one section of the recording at a time (jackknife): they cover noise, but neither a hand
+of another form nor a load cell that lags. Without u, x replaces u and the result carries a warning.
 """
 
 from __future__ import annotations
@@ -28,14 +29,14 @@ from palpate.errors import RecordingError
 
 Spectra = dict[str, NDArray[np.complex128]]
 
-SEGMENT = 4.0  # of a spectrum, half overlapping [s]
-BAND = (0.4, 30.0)  # in which a hand is of second order, about [Hz]
-COHERENT = 0.6  # a line with less coherence than this is left out
+SEGMENT = 4.0  # length of a spectrum's segments, which overlap by half [s]
+BAND = (0.4, 30.0)  # in which a hand is approximately of second order [Hz]
+COHERENT = 0.6  # spectral lines of less coherence are left out
 LEAST_LINES = 6
 LEAST_SEGMENTS = 6
-LEAST_MOTION = 5e-5  # rms of the handle, else there is nothing to see [m]
-_GOOD_FIT = 0.85  # share of the impedance that second order explains
-_WIDE = 0.2  # half width of a confidence interval over the value, above it a warning
+LEAST_MOTION = 5e-5  # least RMS motion of the handle [m]
+_GOOD_FIT = 0.85  # fraction of the impedance that the second-order model should explain
+_WIDE = 0.2  # relative half width of a confidence interval above which a warning is given
 _Z95 = 1.96
 
 
@@ -44,51 +45,51 @@ class Grip:
     """A recorded grip along one direction."""
 
     rate: float
-    """[Hz]."""
+    """Sampling rate [Hz]."""
     x: Array
-    """(n,) handle [m]."""
+    """(n,) position of the handle [m]."""
     F: Array
     """(n,) force of the arm on the hand [N]."""
     u: Array | None = None
-    """(n,) what shakes, independent of the hand: a wall's place, a force; None when it was not recorded."""
+    """(n,) excitation independent of the hand: position of a wall, or a force; None if not recorded."""
     direction: tuple[float, float, float] | None = None
-    """In the leader's base; None when the recording does not say."""
+    """Unit vector in the leader's base; None if the recording does not give it."""
     source: str = ""
-    """File."""
+    """Path of the recording, for messages."""
 
 
 @dataclass(frozen=True)
 class HandFit:
-    """What a grip told."""
+    """The hand identified from a grip."""
 
     value: Array
     """(3,) mass [kg], damping [N s/m], stiffness [N/m]."""
     std: Array
     """(3,) standard deviations."""
     f: Array
-    """(l,) lines used [Hz]."""
+    """(l,) spectral lines used [Hz]."""
     Z: NDArray[np.complex128]
     """(l,) measured impedance F / x [N/m]."""
     coherence: Array
-    """(l,)."""
+    """(l,) coherence of each line with the excitation, 0..1."""
     explained: float
-    """Share of the impedance's squares that second order explains."""
+    """Fraction of the squared impedance that the second-order model explains."""
     seconds: float
-    """Of the recording."""
+    """Duration of the recording [s]."""
     warnings: tuple[str, ...]
 
     @property
     def resonance(self) -> float:
-        """sqrt(k / m) / 2 pi [Hz]."""
+        """Natural frequency sqrt(k / m) / 2 pi [Hz]."""
         return float(np.sqrt(self.value[2] / self.value[0]) / (2 * np.pi))
 
     @property
     def interval(self) -> Array:
-        """(3, 2): 95 % confidence."""
+        """(3, 2) 95 % confidence intervals of `value`."""
         return np.stack([self.value - _Z95 * self.std, self.value + _Z95 * self.std], axis=1)
 
     def impedance(self, f: Array) -> NDArray[np.complex128]:
-        """Of the fitted hand at frequencies [N/m]."""
+        """Impedance F / x of the fitted hand at frequencies f [Hz], in N/m."""
         m, b, k = self.value
         w = 2 * np.pi * f
         return np.asarray(k - m * w**2 + 1j * w * b)
@@ -98,8 +99,8 @@ def fit(grip: Grip) -> HandFit:
     """Identify the hand of a grip.
 
     Raises:
-        RecordingError: too short, too slow, too little motion, too little coherence, lines on one side of the resonance
-            alone, or a hand that cannot be: names the number and what to do.
+        RecordingError: the recording is too short or too slow, has too little motion or coherence, has lines on one
+            side of the resonance only, or gives a negative parameter. The message names the number and the remedy.
     """
     _check(grip)
     f, parts = _spectra(grip)
@@ -129,10 +130,10 @@ def _check(grip: Grip) -> None:
 
     signals = [grip.x, grip.F] + ([] if grip.u is None else [grip.u])
     if any(not np.isfinite(s).all() for s in signals):
-        refuse("the recording holds numbers that are not finite", "", "cut them out, or record again")
+        refuse("the recording holds values that are not finite", "", "cut those rows out, or record again")
     if grip.rate < 6.0 * BAND[1]:
         mend = "record at 1000 Hz"
-        refuse(f"{grip.rate:g} Hz is too slow for a hand", f"it needs {6 * BAND[1]:g} Hz or more", mend)
+        refuse(f"{grip.rate:g} Hz is too slow for a hand", f"{6 * BAND[1]:g} Hz or more are needed", mend)
     seconds = len(grip.x) / grip.rate
     least = SEGMENT * (LEAST_SEGMENTS + 1) / 2
     if seconds < least:
@@ -144,7 +145,7 @@ def _check(grip: Grip) -> None:
 
 
 def _spectra(grip: Grip) -> tuple[Array, Spectra]:
-    """(frequencies (l,), cross spectra (segments, l)) of every pair that is needed."""
+    """Frequencies (l,) and the cross spectra (segments, l) that the fit needs, by pair."""
     n = round(SEGMENT * grip.rate)
     starts = np.arange(0, len(grip.x) - n + 1, n // 2)
     window, ramp = np.hanning(n), np.linspace(-1, 1, n)
@@ -164,7 +165,7 @@ def _spectra(grip: Grip) -> tuple[Array, Spectra]:
 
 
 def _lines(f: Array, S: Spectra, grip: Grip) -> tuple[NDArray[np.intp], Array]:
-    """Lines where motion and force are coherent with what shakes, and that coherence."""
+    """Indices of the lines at which motion and force are coherent with the excitation, and their coherence."""
 
     def coherence(key: str, a: str) -> Array:
         return np.asarray(np.abs(S[key]) ** 2 / np.maximum((S["uu"] * S[a]).real, 1e-300))
@@ -177,9 +178,9 @@ def _lines(f: Array, S: Spectra, grip: Grip) -> tuple[NDArray[np.intp], Array]:
     if len(used) < LEAST_LINES:
         within = both[(f >= BAND[0]) & (f <= BAND[1])]
         raise RecordingError(
-            f"only {len(used)} frequencies tell of the hand",
+            f"only {len(used)} frequencies are coherent enough",
             where=grip.source,
-            why=f"their coherence with what shakes is {np.median(within):.2f} in the middle; {COHERENT:g} is needed",
+            why=f"their median coherence with the excitation is {np.median(within):.2f}; {COHERENT:g} is needed",
             mend="push with a broadband force of about 1 N rms, as scenes/grip.yaml does, and hold the handle still",
         )
     return used, both[used]
@@ -211,10 +212,10 @@ def _require_hand(value: Array, f: Array, grip: Grip) -> None:
     if f.min() > 0.7 * f0 or f.max() < 1.4 * f0:
         side, what = ("below", "stiffness") if f.min() > 0.7 * f0 else ("above", "mass")
         raise RecordingError(
-            f"the {what} cannot be told",
+            f"the {what} cannot be identified",
             where=grip.source,
             why=f"the hand resonates at {f0:.2g} Hz; coherent lines go from {f.min():.2g} to {f.max():.2g} Hz",
-            mend=f"excite it {side} that, too",
+            mend=f"excite the hand {side} its resonance, too",
         )
 
 

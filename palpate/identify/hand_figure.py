@@ -1,4 +1,4 @@
-"""What a grip told, as a picture: measured impedance and the fitted hand over frequency."""
+"""The figure of an identified hand: measured and fitted impedance over frequency."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What poses can tell about an arm's masses: rank, condition, base parameters, and which poses would tell more."""
+"""Identifiability of an arm's masses from poses: rank, condition, base parameters, and the best further poses."""
 
 from __future__ import annotations
 
@@ -15,30 +15,30 @@ from palpate.arm.gravity_model import Region
 from palpate.arrays import Array
 from palpate.identify.fit_gravity import Fitted
 
-_NOTHING = 1e-9  # of the largest singular value: a column that never moves a joint
-_WIDER = 0.05  # [rad]
-_WEAK = 1e-3  # of what poses all over the limits would tell: too little
+_NOTHING = 1e-9  # relative size below which a column has no effect on any joint
+_WIDER = 0.05  # margin by which suggested poses may exceed the drives' ranges so far [rad]
+_WEAK = 1e-3  # singular value below which a direction counts as not identified, relative to poses over the full range
 
 
 @dataclass(frozen=True)
 class Identifiability:
-    """Of the links' masses and first moments by static torques."""
+    """Identifiability of the links' masses and first moments from static torques."""
 
-    rank: int  # of the poses' regressor
-    structural_rank: int  # of any poses within the limits, joints that never moved held still
-    condition: float  # of the base columns, as they are (SI units)
-    base: tuple[str, ...]  # base parameters: a parameter, with those that cannot be told from it
-    never: tuple[str, ...]  # parameters without any effect on these joints
-    weak: tuple[str, ...]  # base parameters that these poses do not show
+    rank: int  # rank of the regressor of the poses
+    structural_rank: int  # rank over all poses within the limits, with joints that never moved held still
+    condition: float  # condition number of the base columns, unscaled (SI units)
+    base: tuple[str, ...]  # base parameters: a parameter plus those that cannot be separated from it
+    never: tuple[str, ...]  # parameters without effect on these joints
+    weak: tuple[str, ...]  # base parameters that these poses do not identify
 
 
 def names(arm: Arm) -> list[str]:
-    """Pi by name: mass and first moments of each link, called by its joint."""
+    """Names of the parameters Pi: mass and first moments of each link, prefixed by its joint."""
     return [f"{joint}.{part}" for joint in arm.joint_names for part in ("m", "mx", "my", "mz")]
 
 
 def identifiability(q: Array, joints: NDArray[np.bool_], arm: Arm) -> Identifiability:
-    """What torques of `joints` (n,) at poses q (k, n) tell."""
+    """Identifiability from the torques of `joints` (n,) at poses q (k, n)."""
     anywhere = np.random.default_rng(0).uniform(arm.q_min, arm.q_max, (200, arm.n))
     anywhere[:, ~joints] = q[:, ~joints].mean(axis=0)
     Y = arm.gravity_columns(_core.GravityTerms(), q)[:, joints].reshape(-1, 4 * arm.n)
@@ -49,20 +49,22 @@ def identifiability(q: Array, joints: NDArray[np.bool_], arm: Arm) -> Identifiab
     rank0 = int((diagonal > _NOTHING * diagonal[0]).sum())
     base, rest = order[:rank0], order[rank0:]
     share = linalg.solve_triangular(R[:rank0, :rank0], R[:rank0, rank0:])  # Y0[:, rest] = Y0[:, base] @ share
-    told = names(arm)
+    parameter = names(arm)
     seen = Y[:, base] / sizes[base] * np.sqrt(len(Y0) / len(Y))
     values, V = np.linalg.svd(seen, full_matrices=False)[1:]
-    lost = values < _WEAK * np.linalg.svd(Y0[:, base] / sizes[base], compute_uv=False)[: len(values)]
-    weak = np.sqrt((V[lost] ** 2).sum(axis=0)) > 0.3 if len(values) == rank0 else np.ones(rank0, dtype=bool)
+    unseen = values < _WEAK * np.linalg.svd(Y0[:, base] / sizes[base], compute_uv=False)[: len(values)]
+    weak = np.sqrt((V[unseen] ** 2).sum(axis=0)) > 0.3 if len(values) == rank0 else np.ones(rank0, dtype=bool)
     kept = np.linalg.svd(Y[:, base], compute_uv=False)
-    rank = int((~lost).sum())
+    rank = int((~unseen).sum())
     return Identifiability(
         rank=rank,
         structural_rank=rank0,
         condition=float(kept[0] / kept[rank - 1]) if rank else float("inf"),
-        base=tuple(_sum(told[b], [(share[i, j], told[r]) for j, r in enumerate(rest)]) for i, b in enumerate(base)),
-        never=tuple(told[r] for r in rest if sizes[r] < _NOTHING * sizes.max()),
-        weak=tuple(told[b] for b, w in zip(base, weak, strict=True) if w),
+        base=tuple(
+            _sum(parameter[b], [(share[i, j], parameter[r]) for j, r in enumerate(rest)]) for i, b in enumerate(base)
+        ),
+        never=tuple(parameter[r] for r in rest if sizes[r] < _NOTHING * sizes.max()),
+        weak=tuple(parameter[b] for b, w in zip(base, weak, strict=True) if w),
     )
 
 
@@ -71,9 +73,10 @@ def _sum(first: str, others: list[tuple[float, str]]) -> str:
 
 
 def next_poses(fitted: Fitted, joints: NDArray[np.bool_], arm: Arm, count: int = 6) -> list[tuple[Array, float]]:
-    """Poses (n,) that would tell most next, with the information each adds [nat]: greedy D-optimal.
+    """Further poses (n,) that add most information, with the information each adds [nat]: greedy D-optimal.
 
-    Within the arm's limits, and near the drives' ranges so far: a parallelogram has limits that no joint shows.
+    They lie within the joint limits and near the drives' ranges so far, because a parallelogram has further limits that
+    no joint limit expresses.
     """
     q = _reachable(fitted.model.region, joints, arm)[:300]
     C = fitted.columns(q, np.zeros_like(q), arm)[:, joints] / fitted.noise[joints][:, None]
@@ -89,7 +92,7 @@ def next_poses(fitted: Fitted, joints: NDArray[np.bool_], arm: Arm, count: int =
 
 
 def _reachable(region: Region, joints: NDArray[np.bool_], arm: Arm) -> Array:
-    """Random poses (k, n) within the joint limits and about the drives' ranges; joints that never moved stay."""
+    """Random poses (k, n) within the joint limits and near the drives' ranges; unmeasured joints stay fixed."""
     low, high = region.motor_min - _WIDER, region.motor_max + _WIDER
     q = np.random.default_rng(1).uniform(low, high, (4000, arm.n)) @ coupling(arm).T
     q[:, ~joints] = 0.5 * (region.q_min + region.q_max)[~joints]

@@ -1,10 +1,10 @@
-"""Links that could exist: pseudo-inertia, and least squares over positive definite ones.
+"""Physically consistent links: pseudo-inertia, and least squares over positive definite pseudo-inertias.
 
 The ten parameters of a link, pi = (m, m c (3), I_xx, I_xy, I_yy, I_xz, I_yz, I_zz) in Pinocchio's order, belong to a
 body of positive density if and only if the 4x4 pseudo-inertia J(pi) = [tr(I)/2 1 - I, m c; (m c)^T, m] is positive
-definite (Wensing, Kim and Slotine, RA-L 2018). J is linear in pi, so that the best body is the optimum of a convex
-problem, and its distance from a first guess J0 is measured by the metric at J0, |J0^-1/2 (J - J0) J0^-1/2| (Lee,
-Wensing and Park, TRO 2019), which knows no units.
+definite (Wensing, Kim and Slotine, RA-L 2018). J is linear in pi, so the estimate is the optimum of a convex problem.
+The distance from a first guess J0 is |J0^-1/2 (J - J0) J0^-1/2|, a metric that does not depend on units (Lee, Wensing
+and Park, TRO 2019).
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from scipy import sparse
 from palpate.arrays import Array
 from palpate.errors import MissingExtraError
 
-_WIDTH = 0.02  # a link is at least so wide: radius of gyration added to a first guess [m]
-_LEAST = 0.02  # of the first guess, in every direction of the pseudo-inertia: away from the edge of what can exist
+_WIDTH = 0.02  # radius of gyration added to a first guess, so that no link is too thin [m]
+_LEAST = 0.02  # lower bound of J, relative to J0: keeps the estimate away from a singular pseudo-inertia
 
 
 def pseudo_inertia(pi: Array) -> Array:
-    """J (4, 4) of a link's ten parameters."""
+    """Pseudo-inertia J (4, 4) of a link's ten parameters."""
     J = np.empty((4, 4))
     inertia = np.array([[pi[4], pi[5], pi[7]], [pi[5], pi[6], pi[8]], [pi[7], pi[8], pi[9]]])
     J[:3, :3] = 0.5 * np.trace(inertia) * np.eye(3) - inertia
@@ -37,7 +37,7 @@ _BASIS = [pseudo_inertia(e) for e in np.eye(10)]
 
 
 def _svec(J: Array) -> Array:
-    """Upper triangle, column by column, its norm that of the matrix."""
+    """Upper triangle of J, column by column, scaled so that its norm is the Frobenius norm of J."""
     return np.array([J[i, j] * (1.0 if i == j else np.sqrt(2.0)) for i, j in _UPPER])
 
 
@@ -45,7 +45,7 @@ _SVEC = np.column_stack([_svec(J) for J in _BASIS])
 
 
 def guesses(pi: Array) -> list[Array]:
-    """J0 of every link (10n,) of a model, none of them thinner than a rod."""
+    """First guess J0 of every link of a model's parameters pi (10n,), widened by `_WIDTH`."""
     J0 = [pseudo_inertia(p) for p in pi.reshape(-1, 10)]
     for J in J0:
         J[:3, :3] += max(J[3, 3], 1e-3) * _WIDTH**2 * np.eye(3)
@@ -60,16 +60,17 @@ class Problem:
     R: Array  # (k, p), whitened
     y: Array  # (k,)
     pi0: Array  # (10n,) first guess
-    spread: float  # how far a link may be from it, in its own metric
-    deviation: Array  # (t,) of the other terms around zero
-    positive: NDArray[np.bool_]  # (t,) terms that cannot be below zero
+    spread: float  # prior standard deviation of a link from pi0, in the metric at J0
+    deviation: Array  # (t,) prior standard deviation of the other terms, around zero
+    positive: NDArray[np.bool_]  # (t,) terms that cannot be negative
 
 
 def solve(problem: Problem) -> tuple[Array, Array]:
-    """x (p,) of the convex problem, and its covariance (p, p) without regard to the bounds.
+    """Optimum x (p,) of the convex problem, and its covariance (p, p), which ignores the bounds.
 
     Raises:
-        MissingExtraError: the solver is not installed. ArithmeticError: it found no optimum.
+        MissingExtraError: the solver is not installed.
+        ArithmeticError: the solver found no optimum.
     """
     try:
         import clarabel

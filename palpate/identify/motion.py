@@ -1,4 +1,4 @@
-"""From a moving recording to positions, velocities, accelerations and torques that belong together."""
+"""Positions, velocities, accelerations and torques of a moving recording, filtered without delay."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from palpate.arrays import Array
 from palpate.errors import RecordingError
 from palpate.identify.recordings import Moving
 
-EDGE = 0.5  # of either end, where filters have seen too little [s]
-_STATE_BAND = 10.0  # of the states: far above the motion, below encoder noise [Hz]
-_SHORTEST = 5.0  # [s]
+EDGE = 0.5  # discarded at either end, where the filters have not settled [s]
+_STATE_BAND = 10.0  # cutoff for positions and velocities: above the motion, below the encoder noise [Hz]
+_SHORTEST = 5.0  # shortest usable recording [s]
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Drive coordinates, evenly sampled, without delay; repeated samples have been replaced."""
+    """A motion in the coordinates of its recording, sampled evenly; repeated samples are interpolated."""
 
     q: Array  # (k, m) [rad, m]
-    v: Array  # (k, m)
-    a: Array  # (k, m)
+    v: Array  # (k, m) [rad/s, m/s]
+    a: Array  # (k, m) [rad/s^2, m/s^2]
     tau: Array  # (k, m) as recorded [N m, N]
     rate: float  # [Hz]
-    repeated: int  # rows that only repeated their predecessor
+    repeated: int  # number of rows that repeated the row before them
     file: str
 
     def __len__(self) -> int:
@@ -33,19 +33,19 @@ class Motion:
 
     @property
     def kept(self) -> slice:
-        """Rows away from both ends."""
+        """Rows without the discarded ends."""
         edge = round(EDGE * self.rate)
         return slice(edge, len(self.q) - edge)
 
 
 def motion(recording: Moving) -> Motion:
-    """Positions and velocities are filtered forwards and backwards, velocities differentiated: no phase, no delay.
+    """Filter positions and velocities without phase lag, and differentiate the velocities.
 
-    Recorded velocities are from the encoders' own timing, and their differences quieter than second differences of
-    positions. A row that repeats the positions before it is a sample that came late: it is interpolated.
+    Recorded velocities come from the timing of encoder edges, so their differences are less noisy than second
+    differences of positions. A row that repeats the positions of the row before is a late sample: it is interpolated.
 
     Raises:
-        RecordingError: the recording is too short, or nothing moves in it.
+        RecordingError: the recording is too short, or the arm does not move in it.
     """
     repeated = np.zeros(len(recording), dtype=bool)
     repeated[1:] = (np.diff(recording.q, axis=0) == 0.0).all(axis=1)
@@ -67,6 +67,6 @@ def motion(recording: Moving) -> Motion:
 
 
 def lowpass(x: Array, cutoff: float, rate: float) -> Array:
-    """Fourth-order Butterworth along the first axis, forwards and backwards: no phase. cutoff: -6 dB [Hz]."""
+    """Fourth-order Butterworth along the first axis, forwards and backwards (no phase lag). cutoff: -6 dB [Hz]."""
     sections = signal.butter(4, cutoff, fs=rate, output="sos")
     return np.asarray(signal.sosfiltfilt(sections, x, axis=0))

@@ -1,4 +1,4 @@
-"""Poses that were reached both ways: half of the difference is friction, the mean is free of it."""
+"""Poses reached from both sides: half of the torque difference is friction, and the mean is free of friction."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from scipy.spatial import cKDTree
 from palpate.arrays import Array
 from palpate.identify.recordings import Static
 
-_SAME_POSE = 0.03  # poses nearer than this pair a way up with a way down [rad]
+_SAME_POSE = 0.03  # two poses closer than this form a pair [rad]
 
 
 @dataclass(frozen=True)
 class Pairs:
-    """What two recordings of the same poses, visited in opposite orders, say together."""
+    """Pairs of poses from two recordings of the same poses in opposite order."""
 
     means: Static
-    half_difference: Array  # (k, n) size [N m]
+    half_difference: Array  # (k, n) magnitude [N m]
 
     def to_json(self, joints: tuple[int, ...]) -> dict[str, Any]:
-        """Plain values of these joints."""
+        """JSON values for these joints (from 0)."""
         halves = self.half_difference[:, list(joints)]
         return {
             "count": len(halves),
@@ -32,7 +32,7 @@ class Pairs:
 
 
 def find_pairs(poses: Static, joints: tuple[int, ...]) -> Pairs | None:
-    """Same poses in two files that follow each other; None unless most poses have a partner."""
+    """Pair the poses of consecutive files; None unless 90 % of the poses have a partner."""
     file, j = np.cumsum(poses.start), list(joints)
     q, tau, halves = [], [], []
     for k in range(1, int(file.max()), 2):

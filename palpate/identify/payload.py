@@ -1,15 +1,15 @@
-"""What hangs on an arm, from its drives' torques: the momentum observer on the identified dynamics.
+"""Estimate of a payload from the drive torques, by the momentum observer on the identified dynamics.
 
-The observer's torque of the loaded recording, less that of unloaded recordings of the same motion (a tare: what the
-model leaves unexplained is the same in both), is that of a body of mass m,
+The tare is the observer's torque in unloaded recordings of the same motion: it holds the same model error as the loaded
+recording. The difference of the two torques is that of a body of mass m,
 
     r_loaded - r_unloaded = filter(m J^T (g - a)) + drift,
 
-filtered as the observer filters, with drift a constant, dry friction and a cable per joint and tare. Row by row the
-tare is trusted as far as the unloaded recordings agree there; differences have heavy tails (a cable that catches),
-hence Cauchy's weights. The interval is that of leaving out one sixth of the time after the other (a jackknife over
-blocks: what catches stays so for seconds, rows do not repeat the experiment), and of one tare against another. How the
-body hangs must be known: with gravity alone, mass and lever are one product.
+where filter is that of the observer, and drift is a constant, dry friction and a cable stiffness per joint and tare.
+Each row is weighted by how well the unloaded recordings agree there. The differences have heavy tails (cables stick and
+slip), hence Cauchy weights. The confidence interval combines a jackknife over six blocks of time (a stuck cable stays
+stuck for seconds, so rows are not independent) with the variance between tares. The attachment of the body must be
+known: gravity alone determines only the product of mass and lever arm.
 """
 
 from __future__ import annotations
@@ -28,23 +28,23 @@ from palpate.arrays import Array
 from palpate.errors import RecordingError
 from palpate.identify.motion import Motion, lowpass
 
-BANDWIDTH = 5.0  # of the observer on recordings [Hz]
-G = np.array([0.0, 0.0, -9.81])  # in the arm's base [m/s^2]
-_SAME = 5e-3  # two recordings are of one motion when their joints differ by less, rms [rad, m]
+BANDWIDTH = 5.0  # bandwidth of the observer on recordings [Hz]
+G = np.array([0.0, 0.0, -9.81])  # gravity in the arm's base frame [m/s^2]
+_SAME = 5e-3  # largest RMS difference of joint positions between recordings of the same motion [rad, m]
 _STRIDE = 4
-_REPEATS = 5e-3  # what two recordings of one motion differ by where nothing catches [N m]
-_OFF = 0.03  # load times distance from the bar's pivot, one standard deviation [kg m]
-_DRIFT = 0.1  # of each part of the drift, one standard deviation [N m, N m/rad]
-_BLOCKS = 6  # of the time, left out one after the other
-_TUNING = 2.385  # of Cauchy's weights: 95 % efficient when nothing catches (Holland and Welsch, 1977)
+_REPEATS = 5e-3  # torque repeatability between recordings of one motion without stick-slip [N m]
+_OFF = 0.03  # prior standard deviation of load times distance from the bar's pivot [kg m]
+_DRIFT = 0.1  # prior standard deviation of each part of the drift [N m, N m/rad]
+_BLOCKS = 6  # blocks of time of the jackknife
+_TUNING = 2.385  # constant of the Cauchy weights: 95 % efficient for normal errors (Holland and Welsch, 1977)
 
 
 @dataclass(frozen=True)
 class Hang:
-    """How a load hangs on a PSM: on a bar of its parallelogram, which moves without turning.
+    """Attachment of a load to a PSM: on a bar of its parallelogram, which does not rotate with pitch.
 
-    The bar's pivot turns with the pitch joint, p_pivot in the axes of the pitch link; along the yaw axis and across it
-    the load may sit anywhere on the bar.
+    The bar's pivot moves with the pitch joint: it is at p_pivot [m] in the axes of the pitch link. The position of the
+    load on the bar is free.
     """
 
     p_pivot: tuple[float, float] = (0.04009, 0.14454)
@@ -59,22 +59,22 @@ class Load:
     """An estimated load."""
 
     mass: float  # [kg]
-    deviation: float  # one standard deviation [kg]
-    explained: tuple[float, float]  # share of the tared torque's variance, yaw and pitch
+    deviation: float  # standard deviation [kg]
+    explained: tuple[float, float]  # explained fraction of the tared torque's variance (robust), yaw and pitch
     hang: Hang
     t: Array  # (k,) [s]
-    tared: Array  # (k, 2) torque of yaw and pitch less the mean tare and its drift [N m]
-    fitted: Array  # (k, 2) that of the load [N m]
+    tared: Array  # (k, 2) torque of yaw and pitch minus the mean tare and its drift [N m]
+    fitted: Array  # (k, 2) torque of the fitted load [N m]
 
     @property
     def interval(self) -> tuple[float, float]:
-        """95 % [kg], Student's with as many degrees of freedom as blocks less one."""
+        """95 % confidence interval [kg], from Student's t with `_BLOCKS` - 1 degrees of freedom."""
         reach = float(stats.t.ppf(0.975, _BLOCKS - 1)) * self.deviation
         return self.mass - reach, self.mass + reach
 
 
 def external_torque(d: Dynamics, m: Motion, bandwidth: float = BANDWIDTH) -> Array:
-    """r (k, n) of the momentum observer along a motion: joint torque of the environment on the arm [N m, N]."""
+    """Joint torque (k, n) of the environment on the arm along a motion, by the momentum observer [N m, N]."""
     s = d.train.state(m.q, m.v, m.a)
     to_joints = np.linalg.pinv(d.train.coupling.T)  # (n, m)
     observer = _core.MomentumObserver(d.links, drive_inertia(d), bandwidth)
@@ -82,10 +82,10 @@ def external_torque(d: Dynamics, m: Motion, bandwidth: float = BANDWIDTH) -> Arr
 
 
 def estimate_load(d: Dynamics, loaded: Motion, unloaded: Sequence[Motion], hang: Hang | None = None) -> Load:
-    """The load of one PSM recording, given at least two unloaded recordings of the same motion.
+    """Estimate the load of one PSM recording, given at least two unloaded recordings of the same motion.
 
     Raises:
-        RecordingError: fewer than two, or another motion.
+        RecordingError: fewer than two unloaded recordings, or recordings of another motion.
     """
     hang = hang or Hang()
     _require_tares(loaded, unloaded)
@@ -96,7 +96,7 @@ def estimate_load(d: Dynamics, loaded: Motion, unloaded: Sequence[Motion], hang:
 
     r = [smooth(external_torque(d, m)[:, :2]) for m in (loaded, *unloaded)]
     body, drift = _body(d, loaded, hang, smooth), _drift(d, loaded, smooth)
-    share = 0.5 * d.cutoff * _STRIDE / loaded.rate  # of a row in an independent observation
+    share = 0.5 * d.cutoff * _STRIDE / loaded.rate  # independent observations per row
     trust = 1.0 / (_REPEATS**2 + np.var(r[1:], axis=0, ddof=1) * 2.0)
     whole = _Tared(body, drift, [r[0] - x for x in r[1:]], trust, share)
     x = whole.fit()
@@ -105,8 +105,8 @@ def estimate_load(d: Dynamics, loaded: Motion, unloaded: Sequence[Motion], hang:
     tares = np.array([_Tared(body, drift, [r[0] - one], trust, share).fit()[0] for one in r[1:]])
     variance = (_BLOCKS - 1) / _BLOCKS * ((parts - parts.mean()) ** 2).sum() + tares.var(ddof=1) / len(tares)
     fitted, tared = body @ x[:3], whole.without_drift(x)
-    left = np.median(np.abs(tared - fitted), axis=0) / np.median(np.abs(tared - np.median(tared, axis=0)), axis=0)
-    explained = (float(1.0 - left[0] ** 2), float(1.0 - left[1] ** 2))
+    ratio = np.median(np.abs(tared - fitted), axis=0) / np.median(np.abs(tared - np.median(tared, axis=0)), axis=0)
+    explained = (float(1.0 - ratio[0] ** 2), float(1.0 - ratio[1] ** 2))
     t = np.arange(len(loaded))[rows] / loaded.rate
     return Load(float(x[0]), float(np.sqrt(variance)), explained, hang, t, tared, fitted)
 
@@ -115,7 +115,8 @@ def _require_tares(loaded: Motion, unloaded: Sequence[Motion]) -> None:
     if len(unloaded) < 2:
         raise RecordingError(
             f"{len(unloaded)} unloaded recording of the motion", where=loaded.file,
-            why="how far two of them differ tells what an estimate is worth", mend="record the motion twice without it",
+            why="at least two are needed: their difference gives the uncertainty of the estimate",
+            mend="record the motion twice without the load",
         )  # fmt: skip
     for other in unloaded:
         n = min(len(loaded), len(other))
@@ -130,25 +131,25 @@ def _require_tares(loaded: Motion, unloaded: Sequence[Motion]) -> None:
 
 @dataclass(frozen=True)
 class _Tared:
-    """Body and drift, linear in x = (m, m times its place on the bar (2), drift of each tare (6))."""
+    """Linear model of the tared torques; x = (m, m times position on the bar (2), drift of each tare (6))."""
 
     body: Array  # (k, 2, 3)
     drift: Array  # (k, 2, 6)
-    tared: list[Array]  # (k, 2) per tare
-    trust: Array  # (k, 2) of a row
-    share: float
+    tared: list[Array]  # (k, 2) per tare [N m]
+    trust: Array  # (k, 2) weight: inverse variance [1/(N m)^2]
+    share: float  # independent observations per row
 
     def only(self, rows: NDArray[np.bool_]) -> _Tared:
-        """Some of the rows."""
+        """The model restricted to some rows."""
         return _Tared(self.body[rows], self.drift[rows], [y[rows] for y in self.tared], self.trust[rows], self.share)
 
     def without_drift(self, x: Array) -> Array:
-        """(k, 2), mean over the tares."""
+        """Tared torque (k, 2) minus its drift, mean over the tares [N m]."""
         drifts = x[3:].reshape(len(self.tared), -1)
         return np.asarray(np.mean([y - self.drift @ x for y, x in zip(self.tared, drifts, strict=True)], axis=0))
 
     def fit(self) -> Array:
-        """x, most probable under Cauchy's likelihood, by reweighing."""
+        """The most probable x under a Cauchy likelihood, by iterative reweighting."""
         u = len(self.tared)
         drifts = [np.concatenate([self.drift if i == k else 0.0 * self.drift for i in range(u)], axis=2)
                   for k in range(u)]  # fmt: skip
@@ -168,14 +169,14 @@ class _Tared:
 
 def _body(d: Dynamics, m: Motion, hang: Hang, smooth: Callable[[Array], Array]) -> Array:
     """(k, 2, 3): observed torque of 1 kg at the pivot, and of 1 kg m along and across the bar."""
-    bar, pivot, none = _Bar(d, m), np.array([*hang.p_pivot, 0.0]), np.zeros(3)
-    places = ((none, pivot), (np.eye(3)[0], none), (np.eye(3)[1], none))
+    bar, pivot, zero = _Bar(d, m), np.array([*hang.p_pivot, 0.0]), np.zeros(3)
+    places = ((zero, pivot), (np.eye(3)[0], zero), (np.eye(3)[1], zero))
     parts = [bar.torque(p_yaw, p_pitch) for p_yaw, p_pitch in places]
     return np.stack([smooth(_observed(part, m.rate)) for part in parts], axis=2)
 
 
 class _Bar:
-    """Yaw and pitch along a motion, for what rides on the parallelogram."""
+    """Kinematics of yaw and pitch along a motion, for a body on the parallelogram."""
 
     def __init__(self, d: Dynamics, m: Motion) -> None:
         links = list(d.arm.link_names)
@@ -199,14 +200,14 @@ class _Bar:
 
 
 def _observed(torque: Array, rate: float) -> Array:
-    """A torque as the momentum observer tells it: a first-order filter, discrete as the observer is."""
+    """A torque after the momentum observer: the same discrete first-order filter."""
     k = 2.0 * np.pi * BANDWIDTH / rate
     half = 0.5 * k / (1.0 + k)  # r' = (r + k (tau + tau')/2) / (1 + k)
     return np.asarray(signal.lfilter([half, half], [1.0, -1.0 / (1.0 + k)], torque, axis=0))
 
 
 def _drift(d: Dynamics, m: Motion, smooth: Callable[[Array], Array]) -> Array:
-    """(k, 2, 6): constant, dry friction and cable of yaw, then of pitch."""
+    """Drift columns (k, 2, 6): constant, dry friction and cable stiffness of yaw, then of pitch."""
     s = d.train.state(m.q, m.v, m.a)
     columns = {t.name: t.column(s) for t in d.train.terms if t.name in ("coulomb_1", "coulomb_2")}
     parts = []

@@ -1,4 +1,4 @@
-"""Recordings of an arm that it is identified from: poses it was held at, and motions. Read and checked here."""
+"""Reads and checks the recordings that an arm is identified from: static poses, and motions."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ from palpate.arm import Arm
 from palpate.arrays import Array
 from palpate.errors import RecordingError
 
-_LEVELS = 10  # a grid has not more
+_LEVELS = 10  # a grid has at most this many levels per joint
 _OTHER_SIDE = {"mtm_left": "right", "mtm_right": "left"}
-_STILL = 2e-3  # rows nearer to their predecessor than this are samples of one pose [rad]
-_MOTOR_SIDE = 0.02  # [N m] a shoulder that is held up with less is seen through its gear
+_STILL = 2e-3  # consecutive rows closer than this are samples of one pose [rad]
+_MOTOR_SIDE = 0.02  # if no median torque exceeds this, torques were recorded before the gears [N m]
 
 
 @dataclass(frozen=True)
 class Static:
-    """Poses an arm was held at, in the order of visits. Joint coordinates; tau is the effort that holds the arm."""
+    """Poses at which an arm was held, in order of visits and joint coordinates; tau is the holding torque."""
 
     q: Array  # (m, n) [rad]
     tau: Array  # (m, n) [N m]
-    start: NDArray[np.bool_]  # (m,) first pose of a file: nobody knows where the arm came from
+    start: NDArray[np.bool_]  # (m,) first pose of a file: its approach direction is unknown
     files: tuple[str, ...]
-    samples: int  # rows read; more than m when poses were sampled several times
+    samples: int  # rows read; more than m if poses were sampled several times
 
     def __len__(self) -> int:
         return len(self.q)
 
     def only(self, rows: NDArray[np.bool_]) -> Static:
-        """Some of the poses (m,); where each came from is then what the kept ones say."""
+        """A subset of the poses; rows (m,) is a mask. Approach directions follow from the remaining poses."""
         start = self.start[rows]
         if len(start):
             start[0] = True
@@ -43,7 +43,7 @@ class Static:
 
 @dataclass(frozen=True)
 class Moving:
-    """A motion, sampled evenly."""
+    """A motion sampled evenly, in the coordinates of its file."""
 
     q: Array  # (m, n) [rad, m]
     v: Array  # (m, n) [rad/s, m/s]
@@ -56,14 +56,14 @@ class Moving:
 
 
 def read_static(paths: str | Path | Sequence[str | Path], arm: Arm) -> Static:
-    """Static recordings: CSV with q1_rad.., tau1_Nm.. per joint of `arm`, one row per pose (or several in a row).
+    """Read static recordings: CSV with q1_rad.., tau1_Nm.. per joint of `arm`, one or more consecutive rows per pose.
 
-    A column `pose` is allowed; rows without a header are q(n), tau(n). Rows that follow each other within 2 mrad are
-    one pose and are averaged.
+    A column `pose` is allowed; rows without a header are q(n), tau(n). Consecutive rows within 2 mrad are one pose and
+    are averaged.
 
     Raises:
-        RecordingError: names file, line and column: wrong columns, NaN, other units than rad and N m in joint
-            coordinates, joints out of the arm's limits, no row at all.
+        RecordingError: wrong columns, NaN, units other than rad and N m in joint coordinates, joints outside the
+            arm's limits, or an empty file. The message names file, line and column.
     """
     paths = [paths] if isinstance(paths, str | Path) else list(paths)
     n, parts, starts, samples = arm.n, [], [], 0
@@ -82,7 +82,7 @@ def read_static(paths: str | Path | Sequence[str | Path], arm: Arm) -> Static:
 
 
 def read_moving(path: str | Path, joints: int, rate: float = 200.0) -> Moving:
-    """A moving recording: CSV of q(n), v(n), tau(n), with or without the header q1_rad.., dq1_rad_s.., tau1_Nm...
+    """Read a moving recording: CSV of q(n), v(n), tau(n), with or without the header q1_rad.., dq1_rad_s.., tau1_Nm...
 
     Units and coordinates are those of the file. Raises RecordingError as `read_static` does.
     """
@@ -93,10 +93,10 @@ def read_moving(path: str | Path, joints: int, rate: float = 200.0) -> Moving:
 
 
 def on_levels(poses: Static) -> Static:
-    """Poses of a grid, put on the grid's levels; others as they are.
+    """Replace the joint positions of a grid of poses by the levels of the grid; other poses stay unchanged.
 
-    A servo yields under the torque it holds, so that within a level of, say, 0.01 rad the position follows the torque:
-    a slope of the servo, not of the arm, and a thousand poses per level would believe it.
+    A servo yields under its load, so within a level (about 0.01 rad) the position follows the torque. That slope is the
+    compliance of the servo, not a property of the arm, and with a thousand poses per level the fit would adopt it.
     """
     q = poses.q.copy()
     for x in q.T:
@@ -111,10 +111,10 @@ def on_levels(poses: Static) -> Static:
 
 
 def check_joints(q: Array, arm: Arm, path: str | Path, margin: float = 0.05) -> None:
-    """Refuse joints (m, n) that the arm cannot have; tells degrees and motor turns from mere excess.
+    """Refuse joint positions (m, n) outside the limits; recognises degrees, motor turns and the other arm.
 
     Raises:
-        RecordingError: names the row, the joint, its value and its limits.
+        RecordingError: a joint is outside its limits; the message names row, joint, value and limits.
     """
     over = _beyond(q, arm) - margin
     if (over <= 0).all():
@@ -143,7 +143,7 @@ def _check_torques(tau: Array, path: str | Path) -> None:
     loads = np.median(np.abs(tau), axis=0)
     if loads.max() < _MOTOR_SIDE:
         raise RecordingError(
-            f"no joint bears more than {loads.max():.2g} N m in most poses",
+            f"no joint holds more than {loads.max():.2g} N m in most poses",
             where=str(path),
             why="an arm's own weight is tenths of N m at its joints; at the motor, before the gear, it is about 1/50",
             mend="record joint torques in N m (the dVRK's measured_js effort)",
@@ -151,7 +151,7 @@ def _check_torques(tau: Array, path: str | Path) -> None:
 
 
 def _poses(rows: Array, n: int) -> Array:
-    """Means of the rows of each pose."""
+    """Mean of the rows of each pose."""
     moved = np.abs(np.diff(rows[:, :n], axis=0)).max(axis=1) > _STILL
     pose = np.concatenate([[0], np.cumsum(moved)])
     sums = np.zeros((int(pose[-1]) + 1, rows.shape[1]))
@@ -175,7 +175,7 @@ def _table(path: Path, names: list[str]) -> Array:
     else:
         width = len(names)
     if not lines:
-        raise RecordingError("there is no row in it", where=str(path), mend="record some poses")
+        raise RecordingError("the recording has no rows", where=str(path), mend="record some poses")
     table = np.empty((len(lines), len(names)))
     for i, (number, line) in enumerate(lines):
         if (width is not None and len(line) != width) or len(line) <= max(columns):
@@ -195,7 +195,7 @@ def _columns(header: list[str], names: list[str], path: Path) -> list[int]:
         raise RecordingError(
             f"column {near[0]!r} where {missing[0]!r} is needed",
             where=f"{path}:1",
-            why="the unit is part of the name, and it is another one",
+            why="the unit is part of the name, and it differs",
             mend="convert the column and rename it",
         )
     raise _wrong_width(f"{path}:1", len(header), names, f"no column {', '.join(missing)}")

@@ -1,4 +1,4 @@
-"""How good a gravity model is: on what it was trained on, on unseen poses, and beside what friction allows."""
+"""Scores of a gravity model: on training poses, on unseen poses, and compared with the limit set by friction."""
 
 from __future__ import annotations
 
@@ -20,33 +20,33 @@ from palpate.identify.recordings import Static
 Mask = NDArray[np.bool_]
 
 _FOLDS = 5
-_DISBELIEF = 0.7  # masses explain torques so much better in the motors' coordinates that the file must be in them
+_DISBELIEF = 0.7  # ratio of residuals (motor over joint coordinates) below which motor coordinates are assumed
 
 
 @dataclass(frozen=True)
 class Scores:
-    """Per measured joint (j,). Undirected: nobody says from where the arm came to a pose; directed: row order does."""
+    """Scores per measured joint (j,). Undirected: unknown approach directions; directed: known from the row order."""
 
     rms: Array  # [N m]
     r2: Array
     rms_directed: Array
     r2_directed: Array
-    floor: Array  # what friction alone leaves when the approach is unknown [N m]
-    std: Array  # of the holding torques, mean [N m]
-    coverage: Array  # share of directed errors within 1.96 predicted standard deviations
-    outside: int  # poses outside of the trained region
+    floor: Array  # RMS error that friction causes if the approach is unknown [N m]
+    std: Array  # mean standard deviation of the holding torques [N m]
+    coverage: Array  # fraction of directed errors within 1.96 predicted standard deviations
+    outside: int  # poses outside the trained region
 
     def undirected(self) -> dict[str, list[float]]:
-        """RMS and R2, approach unknown."""
+        """RMS and R2 with unknown approach directions."""
         return {"rms_Nm": self.rms.tolist(), "r2": self.r2.tolist()}
 
     def directed(self) -> dict[str, list[float]]:
-        """RMS and R2, approach known."""
+        """RMS and R2 with known approach directions."""
         return {"rms_Nm": self.rms_directed.tolist(), "r2": self.r2_directed.tolist()}
 
 
 def score(fitted: Fitted, poses: Static, joints: tuple[int, ...], arm: Arm) -> Scores:
-    """Of all poses of a recording, outliers included, but for torques that no drive can give."""
+    """Scores on all poses of a recording, outliers included, except torques that no drive can apply."""
     model, poses = fitted.model, poses.only(np.asarray(~beyond_drives(poses.tau, arm).any(axis=1)))
     expected = expected_directions(model.drives(poses.q, arm), model.drives(model.visited, arm))
     return _scores(
@@ -54,11 +54,11 @@ def score(fitted: Fitted, poses: Static, joints: tuple[int, ...], arm: Arm) -> S
     )
 
 
-def _scores(fitted: Fitted, poses: Static, joints: tuple[int, ...], arm: Arm, blind: Array, seeing: Array,
+def _scores(fitted: Fitted, poses: Static, joints: tuple[int, ...], arm: Arm, undirected: Array, directed: Array,
             expected: Array) -> Scores:  # fmt: skip
     j = list(joints)
-    rms, r2 = _rms_r2(poses.tau[:, j], blind[:, j])
-    rms_directed, r2_directed = _rms_r2(poses.tau[:, j], seeing[:, j])
+    rms, r2 = _rms_r2(poses.tau[:, j], undirected[:, j])
+    rms_directed, r2_directed = _rms_r2(poses.tau[:, j], directed[:, j])
     std = fitted.std(poses.q, arm)[:, j]
     band = 1.96 * np.sqrt(std**2 + fitted.noise[j] ** 2)
     return Scores(
@@ -68,13 +68,13 @@ def _scores(fitted: Fitted, poses: Static, joints: tuple[int, ...], arm: Arm, bl
         r2_directed=r2_directed,
         floor=_floor(fitted.model, poses.q, expected, arm)[j],
         std=std.mean(axis=0),
-        coverage=(np.abs(poses.tau - seeing)[:, j] < band).mean(axis=0),
+        coverage=(np.abs(poses.tau - directed)[:, j] < band).mean(axis=0),
         outside=int(fitted.model.region.outside(poses.q, arm, len(j)).sum()),
     )
 
 
 def cross_validate(fitted: Fitted, poses: Static, joints: tuple[int, ...], arm: Arm) -> Scores:
-    """Five folds of the poses, each predicted from the others; the shape of the fields stays. Without outliers."""
+    """Five-fold cross-validation without outliers; the hyperparameters of the fields stay fixed."""
     rows: Mask = np.asarray(fitted.use.any(axis=1))
     poses, used = poses.only(rows), fitted.use[rows]
     direction = directions(poses, fitted.model.drives(poses.q, arm))
@@ -83,10 +83,10 @@ def cross_validate(fitted: Fitted, poses: Static, joints: tuple[int, ...], arm: 
     tau = np.empty_like(poses.tau)
     for k in range(_FOLDS):
         use = used & (fold != k)[:, None]
-        solve = (
+        solution = (
             fit.bayes(C, poses.tau, fitted.noise, use) if fitted.design.prior else fit.least_squares(C, poses.tau, use)
         )
-        tau[fold == k] = C[fold == k] @ solve.x
+        tau[fold == k] = C[fold == k] @ solution.x
     return _scores(fitted, poses, joints, arm, tau, tau, direction)
 
 
@@ -97,22 +97,22 @@ def _rms_r2(tau: Array, model: Array) -> tuple[Array, Array]:
 
 
 def _floor(model: GravityModel, q: Array, expected: Array, arm: Arm) -> Array:
-    """(n,) rms of dry friction about its expectation."""
+    """RMS (n,) of dry friction about its expected value [N m]."""
     variance = np.zeros(arm.n)
     for drive in range(arm.n):
-        way = np.zeros_like(q)
-        way[:, drive] = np.sqrt(1.0 - expected[:, drive] ** 2)
-        variance += (friction_torque(model.friction, model.motor_friction, q, way, arm) ** 2).mean(axis=0)
+        direction = np.zeros_like(q)
+        direction[:, drive] = np.sqrt(1.0 - expected[:, drive] ** 2)
+        variance += (friction_torque(model.friction, model.motor_friction, q, direction, arm) ** 2).mean(axis=0)
     return np.asarray(np.sqrt(variance))
 
 
 def actuator_side(poses: Static, arm: Arm) -> str | None:
-    """Words of doubt when the torques make sense only if positions and torques are those of coupled motors."""
+    """A warning if the recording seems to be in motor coordinates of coupled drives; None otherwise."""
     A = coupling(arm)
     if np.allclose(A, np.eye(arm.n)):
         return None
-    as_is = _left_by_masses(poses.q, poses.tau, arm)
-    decoupled = _left_by_masses(poses.q @ A.T, poses.tau @ np.linalg.inv(A), arm)
+    as_is = _mass_residual(poses.q, poses.tau, arm)
+    decoupled = _mass_residual(poses.q @ A.T, poses.tau @ np.linalg.inv(A), arm)
     if decoupled > _DISBELIEF * as_is:
         return None
     return (
@@ -121,8 +121,8 @@ def actuator_side(poses: Static, arm: Arm) -> str | None:
     )
 
 
-def _left_by_masses(q: Array, tau: Array, arm: Arm) -> float:
-    """RMS [N m] that masses and a constant per joint leave."""
+def _mass_residual(q: Array, tau: Array, arm: Arm) -> float:
+    """RMS residual of a fit of masses and a constant per joint [N m]."""
     rows = np.linspace(0, len(q) - 1, min(len(q), 200)).astype(int)
     C = arm.gravity_columns(_core.GravityTerms(degree=0), q[rows])[:, 1:6].reshape(5 * len(rows), -1)
     y = tau[rows][:, 1:6].ravel()

@@ -1,4 +1,4 @@
-"""Poses in which a joint leaned on its stop: what pushes back there is not gravity and must not be compensated."""
+"""Finds poses in which a joint leaned on its stop: the stop's torque is not gravity and must not be compensated."""
 
 from __future__ import annotations
 
@@ -12,10 +12,12 @@ from palpate.arrays import Array
 
 Mask = NDArray[np.bool_]
 
-_ZONE = 0.03  # of the joint's range: so near to its end a joint may lean
-_BETRAYS = 1.0  # a torque so many spans outside of what the rest of the range shows betrays a stop ..
-_STRAINED = 0.4  # .. when it is so much of what the drive can, as no cable asks for
-_LEANS = 0.25  # beyond so many, further poses in the zone lean on it, too
+_ZONE = 0.03  # end of the joint's range in which it may lean on a stop, as a fraction
+# A pose reveals a stop if its torque exceeds the range of torques elsewhere by _BETRAYS times the width of that range,
+# and exceeds _STRAINED times the drive limit, which no cable needs.
+_BETRAYS = 1.0
+_STRAINED = 0.4
+_LEANS = 0.25  # excess above which the other poses in the zone count as leaning, in the same width
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,7 @@ class Leaning:
 def leaning(q: Array, tau: Array, use: Mask, tau_max: Array) -> list[Leaning]:
     """Poses of q (k, n) that lean on stops, by the torques tau (k, n) that `use` (k, n) allows.
 
-    tau_max (n,) is what the drives can [N m].
+    tau_max (n,) is the drive limit [N m].
     """
     found = []
     for joint in np.flatnonzero(use.any(axis=0)):
@@ -49,7 +51,7 @@ def leaning(q: Array, tau: Array, use: Mask, tau_max: Array) -> list[Leaning]:
 
 
 def stop_of(q: Array, excess: Array, lean: Leaning) -> Stop:
-    """Where a stop begins and how stiff it is, from what its drive bears in excess (k,) at q (k,) [N m, rad]."""
+    """Position and stiffness of a stop, from the excess torque (k,) [N m] of its drive at q (k,) [rad]."""
     into = lean.side * q[lean.rows]  # grows into the stop
     begin = float(into.min()) - Stop.width / 2
     depth = into - begin

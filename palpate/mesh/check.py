@@ -1,4 +1,4 @@
-"""Is a triangle mesh fit to be touched? Welding, winding, holes: counted, mended where that is safe, and told."""
+"""Report on a triangle mesh: what the core counted and repaired (welding, winding, holes), as findings for users."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 from palpate import _core
 
-#: Sizes an organ, a bone or a phantom may have [m]; outside, the unit is doubted.
+#: Plausible extents of an organ, a bone or a phantom [m]; beyond them, the unit is questioned.
 PLAUSIBLE_SIZE = (0.005, 2.0)
 _LIKELY_SIZE = (0.03, 0.7)
 UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
@@ -15,7 +15,7 @@ UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that is wrong with a mesh, what Palpate did about it, and what the user can do."""
+    """One fault of a mesh, its consequence, and what the user can do about it."""
 
     what: str
     why: str = ""
@@ -24,20 +24,20 @@ class Finding:
 
 @dataclass(frozen=True)
 class MeshReport:
-    """What was found in a mesh. Counts are of the file's triangles; the mesh in use is what is left."""
+    """Report on a mesh. Counts of faults refer to the triangles of the file."""
 
     vertices: int  # after welding
     triangles: int  # in use
     extents_m: tuple[float, float, float]
     components: int
     watertight: bool
-    volume_m3: float  # of the closed parts; 0 when there is none
+    volume_m3: float  # enclosed volume of the closed parts; 0 for an open mesh
     open_edges: int
     non_manifold_edges: int
     degenerate: int  # dropped
     duplicate: int  # dropped
-    turned: int  # triangles whose winding was turned to match their neighbours
-    inverted: int  # triangles of closed parts that were inside out, turned
+    turned: int  # triangles whose winding was reversed to match their neighbours
+    inverted: int  # triangles of closed parts that were inside out; their winding was reversed
     findings: tuple[Finding, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
@@ -46,7 +46,7 @@ class MeshReport:
 
 
 def report_of(core: _core.MeshReport, unit: str = "m") -> MeshReport:
-    """What the core found and did, in words; ``unit`` of the file, a key of ``UNITS``: advice about a wrong one."""
+    """Report from the core's counts; ``unit`` (a key of ``UNITS``) is that of the file, for advice on the unit."""
     x, y, z = (float(e) for e in core.highest - core.lowest)
     report = MeshReport(
         vertices=core.vertices,

@@ -1,4 +1,4 @@
-"""Mesh files into triangles and back, in the file's own unit: STL by numpy, every other format by trimesh."""
+"""Reading and writing of mesh files, in the file's own unit: STL with numpy, other formats with trimesh."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def read(path: Path) -> Soup:
     """Vertices (n, 3) in the file's unit and triangles (m, 3) of a mesh file.
 
     Raises:
-        MeshError: the file is missing, empty, truncated or not a mesh; says which and how to mend it.
+        MeshError: the file is missing, empty, truncated or not a mesh; the message names the remedy.
     """
     data = _bytes(path)
     if data.startswith(b"version https://git-lfs"):
@@ -36,10 +36,10 @@ def read(path: Path) -> Soup:
 
 
 def write(path: Path, vertices: npt.NDArray[np.float64], triangles: npt.NDArray[np.integer]) -> None:
-    """Write a mesh in the unit of its numbers: binary STL, or what trimesh knows by the name's ending.
+    """Write a mesh without changing its unit: binary STL, or another format of trimesh by the suffix.
 
     Raises:
-        OutputError: it cannot be written.
+        OutputError: the file cannot be written.
     """
     try:
         if path.suffix.lower() == ".stl":
@@ -54,7 +54,7 @@ def write(path: Path, vertices: npt.NDArray[np.float64], triangles: npt.NDArray[
             trimesh.Trimesh(vertices, triangles, process=False).export(str(path))
     except (OSError, ValueError, KeyError, NotImplementedError) as error:
         raise OutputError(
-            "the mesh cannot be written", where=str(path), why=str(error), mend="another place, e.g. mended.stl"
+            "the mesh cannot be written", where=str(path), why=str(error), mend="choose another path, e.g. mended.stl"
         ) from None
 
 
@@ -168,15 +168,15 @@ def _by_trimesh(path: Path) -> Soup:
         loaded = trimesh.load(str(path), force="mesh", process=False)
         vertices = np.asarray(getattr(loaded, "vertices", np.empty((0, 3))), dtype=np.float64)
         triangles = np.asarray(getattr(loaded, "faces", np.empty((0, 3))), dtype=np.int64)
-    except Exception as error:  # a reader of foreign files fails in many ways; all of them mean: not this format
+    except Exception as error:  # trimesh raises many types of exception; each means that the file is not readable
         why = f"{type(error).__name__}: {error}"
         raise MeshError(
             f"not a readable {path.suffix} file", where=str(path), why=why, mend="export it again"
         ) from None
     if len(triangles) == 0 or len(vertices) == 0:
-        why = "points without faces are no surface" if len(vertices) else ""
+        why = "points without faces are not a surface" if len(vertices) else ""
         raise MeshError("the mesh holds zero triangles", where=str(path), why=why, mend="export it with its faces")
     if vertices.ndim != 2 or vertices.shape[1] != 3:
-        what = f"vertices of {vertices.shape[-1]} numbers, a place in space has three"
+        what = f"vertices have {vertices.shape[-1]} coordinates; three are needed"
         raise MeshError(what, where=str(path), mend="export it again")
     return vertices, triangles

@@ -1,4 +1,4 @@
-"""A triangle mesh in metres, checked and ready to be touched."""
+"""A triangle mesh in metres, checked and indexed for contact."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ Unit = Literal["mm", "cm", "m", "in"]
 class Mesh:
     """A surface of triangles, counter-clockwise seen from outside, in its own frame O.
 
-    Equal vertices are welded; triangles without area and duplicates are dropped; closed parts that are inside out
-    and triangles that face the other way than their neighbours are turned. The core does that and counts it in
-    ``report``; it is told once as a :class:`PalpateWarning`.
+    The core welds equal vertices, drops duplicate triangles and triangles without area, and reverses the winding of
+    closed parts that are inside out and of triangles that disagree with their neighbours. ``report`` holds the counts;
+    each finding is also given as a :class:`PalpateWarning`.
 
     Args:
         vertices: (n, 3) [m].
         triangles: (m, 3) indices into ``vertices``.
-        name: how messages call it.
+        name: name in messages.
 
     Raises:
         MeshError: wrong shapes, an index out of range, a vertex that is not finite, no triangle with an area, or
@@ -40,13 +40,13 @@ class Mesh:
     vertices: npt.NDArray[np.float64]  #: (n, 3) [m], read-only
     triangles: npt.NDArray[np.int32]  #: (m, 3), read-only
     core: _core.Mesh  #: the C++ mesh with its index
-    report: check.MeshReport  #: what was found and mended
-    name: str  #: what messages call it
+    report: check.MeshReport  #: what was found and repaired
+    name: str  #: name in messages
 
     def __init__(self, vertices: npt.ArrayLike, triangles: npt.ArrayLike, *, name: str = "mesh") -> None:
         v, t = _vertices(vertices, name), _triangles(triangles, name)
         _require_indices(t, len(v), name)
-        self._settle(v, t, name, "m")
+        self._build(v, t, name, "m")
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], unit: Unit = "mm") -> Mesh:
@@ -54,25 +54,25 @@ class Mesh:
 
         Args:
             path: the file.
-            unit: the unit of its numbers: ``mm``, ``cm``, ``m`` or ``in``. Files do not say it themselves.
+            unit: the unit of its coordinates: ``mm``, ``cm``, ``m`` or ``in``. Mesh files do not state it.
 
         Raises:
-            MeshError: the file is missing, empty, truncated, of an unknown format, or holds nothing to touch.
+            MeshError: the file is missing, empty, truncated, of an unknown format, or holds no triangle with an area.
         """
         if unit not in check.UNITS:
             raise MeshError(f"unknown unit {unit!r}", where=str(path), mend=f"use one of {', '.join(check.UNITS)}")
         vertices, triangles = mesh_files.read(Path(path))
         _require_finite(vertices, str(path))
         metres: npt.NDArray[np.float64] = np.multiply(vertices, check.UNITS[unit], dtype=np.float64)
-        del vertices  # a large file is held once
+        del vertices  # frees the memory of a large file
         triangles = _triangles(triangles, str(path))
         _require_indices(triangles, len(metres), str(path))
         mesh = cls.__new__(cls)
-        mesh._settle(metres, triangles, str(path), unit)
+        mesh._build(metres, triangles, str(path), unit)
         return mesh
 
-    def _settle(self, v: npt.NDArray[np.float64], t: npt.NDArray[np.int32], name: str, unit: str) -> None:
-        """The core welds, mends, judges and indexes; here it is told."""
+    def _build(self, v: npt.NDArray[np.float64], t: npt.NDArray[np.int32], name: str, unit: str) -> None:
+        """Build the core mesh, which welds, repairs and indexes, and warn of its findings."""
         try:
             self.core = _core.Mesh(np.ascontiguousarray(v), np.ascontiguousarray(t))
         except ValueError as error:
@@ -89,8 +89,8 @@ class Mesh:
         """Nearest surface points to ``points`` (n, 3) [m].
 
         Returns:
-            distance (n,) unsigned [m], point (n, 3) [m], outward unit normal (n, 3), triangle (n,): -1 where nothing
-            is within ``max_distance``. Triangles are numbered as in ``triangles``.
+            distance (n,) unsigned [m], point (n, 3) [m], outward unit normal (n, 3), triangle (n,): -1 where no
+            surface is within ``max_distance``. Triangles are numbered as in ``triangles``.
         """
         return self.core.closest(np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3), max_distance)
 
@@ -107,7 +107,7 @@ class Mesh:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Findings are not told as warnings inside (they stay in ``Mesh.report``)."""
+    """Context in which findings give no warnings; they remain in ``Mesh.report``."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PalpateWarning)
         yield
@@ -134,7 +134,7 @@ def _require_finite(vertices: npt.NDArray[np.floating], name: str) -> None:
     raise MeshError(
         f"{len(bad):,} of {len(vertices):,} vertices are not finite; the first is vertex {bad[0]:,}: ({text})",
         where=name,
-        why="NaN and infinity have no place in space",
+        why="NaN and infinity are not coordinates",
         mend="remove these vertices or export the mesh again",
     )
 
@@ -159,7 +159,7 @@ def _require_indices(triangles: npt.NDArray[np.int32], n: int, name: str) -> Non
         return
     row = int(np.flatnonzero(((triangles < 0) | (triangles >= n)).any(axis=1))[0])
     raise MeshError(
-        f"triangle {row:,} names vertex {triangles[row].tolist()}, there are {n:,} vertices (0 to {n - 1:,})",
+        f"triangle {row:,} names the vertices {triangles[row].tolist()}; the mesh has {n:,} vertices (0 to {n - 1:,})",
         where=name,
         mend="indices count from 0",
     )

@@ -1,4 +1,4 @@
-"""A repaired copy of a mesh: cracks sewn, slivers collapsed, small holes filled. Nothing that the user must judge."""
+"""Repair of a mesh without user decisions: cracks are sewn, slivers collapsed and small holes filled."""
 
 from __future__ import annotations
 
@@ -14,35 +14,35 @@ Vertices = npt.NDArray[np.float64]
 Triangles = npt.NDArray[np.int32]
 
 CRACK = 0.01
-"""Rims nearer to each other than this share of the median edge are one [-]."""
+"""Rims closer than this fraction of the median edge length are merged [-]."""
 SLIVER = 1e-4
-"""Edges shorter than this share of the median edge are points [-]."""
+"""Edges shorter than this fraction of the median edge length are collapsed [-]."""
 LONGEST_LOOP = 120
-"""Vertices around a hole that is filled: the work grows with the third power."""
+"""Most vertices around a hole that is filled: the computation grows with their third power."""
 CRUMB = 0.01
-"""Parts with less than this share of the triangles are small [-]."""
+"""Parts with less than this fraction of the triangles count as small [-]."""
 
 
 @dataclass(frozen=True)
 class Repairs:
-    """What was done, and what was left to the user."""
+    """What was repaired, and which holes stay open."""
 
     sewn: int  #: rim vertices moved onto their neighbours across a crack
-    collapsed: int  #: slivers without area to speak of: gone, their neighbours meet
+    collapsed: int  #: triangles removed by merging vertices (slivers)
     filled: int  #: holes closed with triangles of least area
-    left_open: int  #: holes wider than asked, or with too many corners
-    widest_left_mm: float
+    left_open: int  #: holes wider than the limit, or with too many vertices
+    widest_left_mm: float  #: width of the widest of them [mm]
 
 
 def repair(mesh: _core.Mesh, widest_hole: float) -> tuple[Vertices, Triangles, Repairs]:
-    """Mend what needs no judgement; the winding, duplicates and triangles without area the core has mended already.
+    """Repair cracks, slivers and small holes. The core has already corrected winding, duplicates and zero areas.
 
     Args:
         mesh: as loaded.
-        widest_hole: holes whose corners lie farther apart stay open [m].
+        widest_hole: holes with a larger bounding-box diagonal stay open [m].
 
     Returns:
-        Vertices (n, 3) [m], triangles (m, 3), and what was done.
+        Vertices (n, 3) [m], triangles (m, 3), and a summary of the repairs.
     """
     v, before = np.array(mesh.vertices), mesh.triangle_count
     edge = float(np.median(np.linalg.norm(v[mesh.triangles[:, 0]] - v[mesh.triangles[:, 1]], axis=1)))
@@ -70,10 +70,10 @@ def repair(mesh: _core.Mesh, widest_hole: float) -> tuple[Vertices, Triangles, R
 
 
 def small_parts(mesh: _core.Mesh) -> int:
-    """How many parts have less than ``CRUMB`` of the triangles."""
+    """Number of parts with less than ``CRUMB`` of the triangles."""
     label = np.arange(len(mesh.vertices))
     t = mesh.triangles
-    while True:  # each vertex takes the least label of its triangles, until all agree
+    while True:  # each vertex takes the smallest label of its triangles, until no label changes
         least = label[t].min(axis=1)
         new = label.copy()
         np.minimum.at(new, t.ravel(), np.repeat(least, 3))
@@ -86,27 +86,27 @@ def small_parts(mesh: _core.Mesh) -> int:
 
 
 def loops(rims: npt.NDArray[np.int32]) -> Iterator[list[int]]:
-    """Closed ways along the rims (k, 2), against the triangles' turn: the turn of what would fill them."""
+    """Closed loops of vertices along the rims (k, 2), in the winding of the triangles that would fill them."""
     leaving: dict[int, list[int]] = {}
     for a, b in rims.tolist():
         leaving.setdefault(b, []).append(a)
     for start in list(leaving):
-        way, place = [start], {start: 0}
-        while leaving.get(way[-1]):
-            after = leaving[way[-1]].pop()
-            if after in place:  # a loop closes; what came before it goes on, as where two holes touch in a vertex
-                loop = way[place[after] :]
+        path, place = [start], {start: 0}
+        while leaving.get(path[-1]):
+            after = leaving[path[-1]].pop()
+            if after in place:  # a loop closes; the path before it continues (two holes share a vertex)
+                loop = path[place[after] :]
                 yield loop
                 for x in loop[1:]:
                     del place[x]
-                way = way[: place[after] + 1]
+                path = path[: place[after] + 1]
             else:
-                place[after] = len(way)
-                way.append(after)
+                place[after] = len(path)
+                path.append(after)
 
 
 def fill(v: Vertices, loop: list[int], edges: set[tuple[int, int]]) -> Triangles | None:
-    """Triangles of least area over a closed loop (Barequet and Sharir 1995); no inner edge that is there already."""
+    """Triangles of least area over a closed loop (Barequet and Sharir 1995); None if that needs an existing edge."""
     n = len(loop)
     if n < 3:
         return None
@@ -142,21 +142,21 @@ def _short_edges(v: Vertices, t: Triangles, limit: float) -> Triangles:
 
 
 def _merge(v: Vertices, t: Triangles, which: npt.NDArray[np.integer], limit: float) -> tuple[Triangles, int]:
-    """Vertices among ``which`` nearer than ``limit`` become one; triangles that lose a corner go."""
+    """Merge vertices among ``which`` that are closer than ``limit``; drop triangles that lose a corner."""
     if len(which) == 0:
         return t, 0
     cell = np.floor(v[which] / limit).astype(np.int64)
     lists: dict[tuple[int, ...], list[int]] = {}
-    onto = np.arange(len(v), dtype=np.int32)
+    target = np.arange(len(v), dtype=np.int32)
     steps = [(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)]
-    moved = 0
+    merged = 0
     for i, c in zip(which.tolist(), cell.tolist(), strict=True):
         near = [j for s in steps for j in lists.get((c[0] + s[0], c[1] + s[1], c[2] + s[2]), ())]
         close = [j for j in near if np.linalg.norm(v[i] - v[j]) < limit]
         if close:
-            onto[i] = close[0]
-            moved += 1
+            target[i] = close[0]
+            merged += 1
         else:
             lists.setdefault(tuple(c), []).append(i)
-    t = onto[t]
-    return t[(t[:, 0] != t[:, 1]) & (t[:, 1] != t[:, 2]) & (t[:, 2] != t[:, 0])], moved
+    t = target[t]
+    return t[(t[:, 0] != t[:, 1]) & (t[:, 1] != t[:, 2]) & (t[:, 2] != t[:, 0])], merged

@@ -1,4 +1,4 @@
-"""Records of a session: the table of signals, MCAP files."""
+"""Records of a session: the table of signals, and MCAP files."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _HOME = {"Record": "palpate.record.reader", "Recorder": "palpate.record.writer"}
 
 
 def __getattr__(name: str) -> Any:
-    """Readers and writers of MCAP files are imported when they are first used: a scene needs the signals alone."""
+    """Import the readers and writers of MCAP files at first use: a scene needs only the signals."""
     if name in _HOME:
         return getattr(import_module(_HOME[name]), name)
     raise AttributeError(f"module 'palpate.record' has no attribute {name!r}")

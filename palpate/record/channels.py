@@ -1,6 +1,6 @@
-"""Which ROS 2 message carries each signal, and how its bytes lie in the file.
+"""The ROS 2 message that carries each signal, and its byte layout in the file.
 
-Every message of a channel has the same length, because names and frames are constant: so a whole tick is one fixed
+Every message of a channel has the same length, because names and frames are constant. A tick is therefore a fixed
 block of bytes, and a thousand ticks are written with one strided copy per signal.
 """
 
@@ -23,7 +23,7 @@ def topic(signal: Signal) -> str:
 
 
 def part(signal: Signal) -> str:
-    """The part of a message that carries the signal: position, velocity, effort, point, vector, force, ..."""
+    """The field of a message that carries the signal: position, velocity, effort, point, vector, force, ..."""
     if signal.size == 1:
         return "data"
     if signal.size == 3:
@@ -40,7 +40,7 @@ class Channel:
     signal: Signal
     topic: str
     part: str
-    """Which part of the message carries the signal (see `part`)."""
+    """The field of the message that carries the signal (see `part`)."""
     message: bytes
     """The serialised message (CDR, little endian) with every number zero."""
     stamp: int
@@ -55,17 +55,17 @@ class Channel:
 
     @property
     def definition(self) -> str:
-        """Text of the message type and the types inside."""
+        """Definition text of the message type and its nested types."""
         return DEFINITIONS[self.schema]
 
     @property
     def order(self) -> list[int]:
-        """The signal's elements in the message's order: a ROS quaternion is x y z w, a tick's w x y z."""
+        """Indices of the signal's elements in the message's order: a ROS quaternion is x y z w, a tick's w x y z."""
         return [1, 2, 3, 0] if self.part == "quaternion" else list(range(self.signal.size))
 
     @property
     def metadata(self) -> dict[str, str]:
-        """What the numbers mean, for whoever opens the record with another tool."""
+        """Unit, frame and meaning of the signal, for readers other than Palpate."""
         s = self.signal
         return {
             "signal": s.name,
@@ -116,7 +116,7 @@ def channels(deterministic: bool) -> list[Channel]:
     """The channels of a record, in the order of the tick.
 
     Args:
-        deterministic: leave out the signals that depend on the machine, as a lockstep record does.
+        deterministic: True leaves out signals that depend on the machine, as in a lockstep record.
     """
     return [channel_of(s) for s in SIGNALS.values() if s.deterministic or not deterministic]
 

@@ -1,8 +1,8 @@
-"""An MCAP file written a chunk at a time.
+"""Writes an MCAP file one chunk at a time.
 
-The record classes are those of the `mcap` library. Its `Writer` takes one message a call, 3 us each: with 35 channels
-at 1 kHz that alone caps a run at 10x real time. This one takes whole chunks of serialised messages: 100x.
-What is written is flushed: a killed process leaves every chunk but the one in the making.
+The record classes are those of the `mcap` library. Its `Writer` takes one message per call, 3 us each: with 35 channels
+at 1 kHz this limits a run to 10x real time. `McapFile` takes whole chunks of serialised messages, which allows 100x.
+Writes are unbuffered: a killed process only loses the chunk that is not yet written.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ MAGIC = b"\x89MCAP0\r\n"
 
 @dataclass(frozen=True)
 class Block:
-    """Messages for one chunk: n ticks of the same bytes-per-tick, one message of each channel per tick."""
+    """Messages of one chunk: n ticks of equal length, with one message per channel and tick."""
 
     data: NDArray[np.uint8]
     """(n, bytes per tick) serialised MCAP message records."""
     log_time: NDArray[np.uint64]
     """(n,) [ns], ascending."""
     offsets: dict[int, int]
-    """Channel -> position of its message within a tick [bytes]."""
+    """Channel id -> position of its message within a tick [bytes]."""
 
 
 class McapFile:
-    """Write header, schemas, channels, attachments, metadata, chunks, and at the end the summary.
+    """An MCAP file in the making: header, schemas, channels, attachments, metadata, chunks, and finally the summary.
 
     Raises:
-        OSError: from any method, when the file cannot be written.
+        OSError: from any method, if the file cannot be written.
     """
 
     def __init__(self, path: Path) -> None:
@@ -71,13 +71,13 @@ class McapFile:
         return channel.id
 
     def add_metadata(self, name: str, values: dict[str, str]) -> None:
-        """Write a table of texts."""
+        """Write a table of strings."""
         data = _bytes(records.Metadata(name=name, metadata=values))
         self._metadata.append(records.MetadataIndex(offset=self._size, length=len(data), name=name))
         self._write(data)
 
     def add_attachment(self, name: str, media_type: str, text: str) -> None:
-        """Write a file into the file."""
+        """Write a text as an attachment."""
         content = text.encode()
         data = _bytes(records.Attachment(0, 0, name, media_type, content))
         index = records.AttachmentIndex(self._size, len(data), 0, 0, len(content), name, media_type)
@@ -85,7 +85,7 @@ class McapFile:
         self._write(data)
 
     def add_chunk(self, block: Block) -> None:
-        """Write the messages of some ticks, with the index of each channel."""
+        """Write the messages of a block of ticks, with the index of each channel."""
         raw = block.data.tobytes()
         start, end = int(block.log_time[0]), int(block.log_time[-1])
         packed = self._zstd.compress(raw)
@@ -150,11 +150,11 @@ class McapFile:
         return self._sha256.hexdigest()
 
     def abandon(self) -> None:
-        """Close after a failed write, cut back to the last whole record. Never raises."""
+        """Close after a failed write, truncated to the last complete record. Does not raise."""
         try:
             self._file.truncate(self._size)
         except OSError:
-            pass  # the reader copes with half a record
+            pass  # the reader ignores an incomplete record at the end
         finally:
             self._file.close()
 

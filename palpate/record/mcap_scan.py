@@ -1,7 +1,6 @@
-"""Walk through an MCAP file from front to back, as far as it is whole.
+"""Reads an MCAP file sequentially, up to the last complete record.
 
-Front to back, because a killed run has no summary at its end; the few records before the first chunk say everything
-that the summary would.
+The file of a killed run has no summary at its end, but the records before the first chunk hold the same information.
 """
 
 from __future__ import annotations
@@ -35,12 +34,12 @@ _DAMAGE = (
     MemoryError,
     OverflowError,
 )
-"""What the libraries raise on bytes that are no MCAP."""
+"""Exceptions that the libraries raise on damaged bytes."""
 
 
 @dataclass
 class Scan:
-    """What a file holds."""
+    """Contents of a file."""
 
     channels: dict[int, records.Channel] = field(default_factory=dict)
     schemas: dict[int, str] = field(default_factory=dict)
@@ -51,7 +50,7 @@ class Scan:
     loose: list[records.Message] = field(default_factory=list)
     """Messages outside any chunk."""
     complete: bool = False
-    """The file has its end."""
+    """True if the file has its footer."""
 
     def messages(self, path: Path) -> Iterator[records.Message]:
         """Every message, in the order of the file."""
@@ -66,7 +65,7 @@ def scan(path: Path) -> Scan:
     """Read the file.
 
     Raises:
-        RecordError: missing, unreadable, empty, not MCAP, or damaged in the middle.
+        RecordError: the file is missing, unreadable, empty, not MCAP, or damaged.
     """
     content = Scan()
     data = memoryview(_load(path))
@@ -81,7 +80,7 @@ def scan(path: Path) -> Scan:
 
 
 def chunk_data(chunk: records.Chunk, path: Path) -> bytes:
-    """The messages of a chunk, unpacked.
+    """The decompressed messages of a chunk.
 
     Raises:
         RecordError: the chunk is damaged.
@@ -120,7 +119,7 @@ def _load(path: Path) -> bytes:
 
 
 def _records(data: memoryview) -> Iterator[tuple[int, memoryview]]:
-    """The whole records in `data`: (opcode, body). Stops at the first that is cut short."""
+    """Complete records in `data` as (opcode, body); stops at the first truncated record."""
     position = 0
     while position + 9 <= len(data):
         opcode, length = struct.unpack_from("<BQ", data, position)
@@ -134,7 +133,7 @@ def _take(content: Scan, opcode: int, body: memoryview, path: Path) -> None:
     if opcode == Opcode.CHUNK:
         chunk = _parse(body, path, records.Chunk.read)
         content.chunks.append(chunk)
-        if not content.channels:  # the library's own writer puts them into the first chunk
+        if not content.channels:  # the writer of the mcap library puts schemas and channels into the first chunk
             for inner, inner_body in _records(memoryview(chunk_data(chunk, path))):
                 if inner in (Opcode.SCHEMA, Opcode.CHANNEL):
                     _take(content, inner, inner_body, path)
@@ -167,7 +166,7 @@ def _parse_message(body: memoryview, path: Path) -> records.Message:
 
 
 def damaged(path: Path, error: Exception) -> RecordError:
-    """The error of a file whose bytes make no sense."""
+    """The error for a file that cannot be parsed."""
     return RecordError(
         "the record is damaged",
         where=str(path),

@@ -1,4 +1,4 @@
-"""The standard ROS 2 message types that a record uses, as text (`ros2msg`), so that any reader can decode them."""
+"""Definitions (`ros2msg`) of the standard ROS 2 message types in a record, so that any reader can decode them."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ TYPE_OF_PART = {
 
 
 def _inside(name: str) -> list[str]:
-    """The message types a type is made of, each once, outermost first."""
+    """The nested message types of a type, each once, outermost first."""
     found: list[str] = []
     for field in _FIELDS[name]:
         inner = field.split()[0].removesuffix("[]")
@@ -56,4 +56,4 @@ def _definition(name: str) -> str:
 
 
 DEFINITIONS = {schema: _definition(schema.replace("/msg/", "/")) for schema in set(TYPE_OF_PART.values())}
-"""Text of each message type used, with the types inside."""
+"""Definition text of each message type used, with its nested types."""

@@ -1,4 +1,4 @@
-"""Read a record back: the very ticks of the run, the scene, and whether the run ended well."""
+"""Reads a record: the ticks of the run, its scene, its faults, and whether the file is complete."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from palpate.record.ticks import SIGNALS, TICK, TICK_BYTES, Signal, Ticks
 from palpate.record.writer import TickEncoder, column
 
 Numbered = dict[int, Channel]
-"""Channel id in the file -> its layout."""
+"""Channel id in the file -> layout of the channel."""
 
 
 @dataclass(frozen=True)
@@ -29,20 +29,20 @@ class Record:
     ticks: Ticks = field(repr=False)
     """(n,) of `TICK`, bit for bit as recorded. Signals that were not recorded are NaN (see `signals`)."""
     scene: str = field(repr=False)
-    """The scene as resolved when the run began, YAML; empty when the file lost it."""
+    """The resolved scene at the start of the run (YAML); empty if the file lacks it."""
     signals: dict[str, Signal] = field(repr=False)
     """The recorded signals by name, with unit, frame and meaning."""
     complete: bool
-    """False: the run was killed or the disk was full; `ticks` ends with the last whole chunk."""
+    """False if the run was killed or the disk was full; `ticks` then ends with the last complete chunk."""
     metadata: dict[str, dict[str, str]] = field(repr=False)
-    """Every table of texts of the file, by name."""
+    """Every metadata table of the file, by name."""
 
     @classmethod
     def open(cls, path: str | Path) -> Record:
         """Read a record.
 
         Raises:
-            RecordError: the file is missing, empty, not MCAP, not a record of Palpate, damaged, or holds no tick.
+            RecordError: the file is missing, empty, not MCAP, not a record of Palpate, damaged, or without ticks.
         """
         path = Path(path)
         content = scan(path)
@@ -50,7 +50,7 @@ class Record:
         ticks = _decode(content, found, path)
         if not len(ticks):
             raise RecordError(
-                "the record holds no tick",
+                "the record has no ticks",
                 where=str(path),
                 why="the run ended before its first quarter of a second was written",
                 mend="run again, longer",
@@ -66,7 +66,7 @@ class Record:
 
     @property
     def duration(self) -> float:
-        """From the first tick to the end of the last [s]."""
+        """Time from the first tick to the end of the last tick [s]."""
         return float(self.ticks["t"][-1] - self.ticks["t"][0]) + 1.0 / self.rate
 
     @property
@@ -80,17 +80,17 @@ class Record:
 
     @property
     def seed(self) -> int | None:
-        """Of the run; None when the file lost it."""
+        """Seed of the run; None if the file lacks it."""
         return int(self._run["seed"]) if "seed" in self._run else None
 
     @property
     def version(self) -> str:
-        """Version of Palpate that recorded it; empty when the file lost it."""
+        """Version of Palpate that recorded the run; empty if the file lacks it."""
         return self._run.get("version", "")
 
     @property
     def deterministic(self) -> bool:
-        """True for a lockstep record: times of computation are not in it."""
+        """True for a lockstep record, which has no signals that depend on the machine."""
         return not any(not s.deterministic for s in self.signals.values())
 
     @cached_property
@@ -100,13 +100,13 @@ class Record:
 
     @cached_property
     def timing(self) -> dict[str, Any] | None:
-        """`Simulation.timing()` at the end of a real-time run; None in lockstep or when the run was killed."""
+        """`Simulation.timing()` at the end of a real-time run; None in lockstep or if the run was killed."""
         stored = self.metadata.get("outcome", {}).get("timing")
         return None if stored is None else dict(json.loads(stored))
 
     @property
     def note(self) -> str | None:
-        """What to tell the reader about an incomplete file; None for a whole one."""
+        """A message for the user about an incomplete file; None for a complete file."""
         if self.complete:
             return None
         return (
@@ -120,7 +120,7 @@ class Record:
 
 
 def _match(content: Scan, path: Path) -> Numbered:
-    """Find the channel of every signal; complain about those that are missing."""
+    """Find the channel of every signal; raises RecordError if deterministic signals are missing."""
     by_topic = {c.topic: (number, c.schema_id) for number, c in content.channels.items()}
     found: Numbered = {}
     missing = []
@@ -165,7 +165,7 @@ def _decode(content: Scan, found: Numbered, path: Path) -> Ticks:
 
 
 def _decode_block(encoder: TickEncoder, chunk: records.Chunk, first: int, path: Path) -> Ticks | None:
-    """The ticks of a chunk as `Recorder` lays it out; None when another tool laid it out."""
+    """The ticks of a chunk in the layout of `Recorder`; None for a chunk of another tool."""
     raw = np.frombuffer(chunk_data(chunk, path), np.uint8)
     if len(raw) % encoder.tick_bytes:
         return None
@@ -174,7 +174,7 @@ def _decode_block(encoder: TickEncoder, chunk: records.Chunk, first: int, path: 
     for channel, start in zip(encoder.layout, encoder.offsets.values(), strict=True):
         values = column(data, start + MESSAGE_HEAD.size + channel.data, "<f8", channel.signal.size)
         _set(ticks, channel, values)
-    # Serialising again must give the same bytes: a proof that nothing was misread, and cheap.
+    # Encoding the ticks again must reproduce the bytes: a cheap check that the layout is as assumed.
     return ticks if np.array_equal(encoder.encode(ticks, first).data, data) else None
 
 

@@ -1,8 +1,8 @@
-"""The table of signals as numpy sees it: one `TICK` is one row of a run.
+"""The table of signals as a numpy dtype: one `TICK` is one row of a run.
 
-The table lives once, in C++ (core/palpate/loop/signals.inl). A run's data is a structured array of dtype `TICK`:
-`ticks["F_T_W"]` has shape (n, 3), `ticks["t"]` has shape (n,). All numbers are doubles; `ticks["status"]` alone is a
-whole number, whose bits are those of `STATUS`.
+The table is defined in C++ (core/palpate/loop/signals.inl). A run's data is a structured array of dtype `TICK`:
+`ticks["F_T_W"]` has shape (n, 3), `ticks["t"]` has shape (n,). All signals are doubles except `ticks["status"]`, an
+integer whose bits are those of `STATUS`.
 """
 
 from __future__ import annotations
@@ -21,28 +21,28 @@ Ticks = NDArray[np.void]
 
 @dataclass(frozen=True)
 class Signal:
-    """A row of the table: what one recorded signal is."""
+    """A row of the table: the description of one recorded signal."""
 
     name: str
-    """Field of `TICK` and channel of the record."""
+    """Name of the field in `TICK` and of the channel in a record."""
     offset: int
     """Position in a tick [bytes]."""
     size: int
     """Number of elements; each has eight bytes."""
     unit: str
-    """SI unit; `rad|m` where joints differ; `1` without unit."""
+    """SI unit; `rad|m` if it depends on the joint; `1` if dimensionless."""
     frame: str
-    """Monogram letter of the frame it is expressed in; empty when there is none."""
+    """Letter of the frame in which it is expressed (monogram notation); empty without a frame."""
     doc: str
     """Meaning and sign."""
     deterministic: bool
-    """False: depends on the machine (times of computation); kept out of a lockstep record."""
+    """False if it depends on the machine (computation times); a lockstep record leaves it out."""
     stage: str
     """The stage that produces it: the first word of its channel."""
 
     @property
     def is_bits(self) -> bool:
-        """True for a whole number that holds bits; every other signal consists of doubles."""
+        """True for an integer that holds bits; every other signal consists of doubles."""
         return self.unit == "bits"
 
     @property
@@ -56,7 +56,7 @@ TICK_DOUBLES: int = TICK_BYTES // 8
 SIGNALS: dict[str, Signal] = {row[0]: Signal(*row) for row in _core.signals()}
 """Every signal by name, in the order of the tick."""
 STATUS: dict[str, tuple[int, str]] = {name: (bit, words) for name, bit, words in _core.status_words()}
-"""Every bit of the signal `status` by name, with its words, the gravest first."""
+"""Bits of the signal `status` by name, each with its index and description, the most severe first."""
 
 TICK: np.dtype[np.void] = np.dtype(
     {
@@ -70,11 +70,11 @@ TICK: np.dtype[np.void] = np.dtype(
 
 
 def as_ticks(rows: NDArray[Any]) -> Ticks:
-    """Rows of a run as ticks, without copying where the memory allows it.
+    """Rows of a run as ticks, without copying if the array is contiguous.
 
     Args:
-        rows: (n, TICK_DOUBLES) float64 as `_core.Simulation.run` returns them (the memory of ticks, whose status is
-            no double), or an array of `TICK` already.
+        rows: (n, TICK_DOUBLES) float64 as `_core.Simulation.run` returns them (ticks viewed as doubles, although
+            the status is an integer), or an array of `TICK`.
 
     Returns:
         (n,) structured array of `TICK`.

@@ -1,4 +1,4 @@
-"""Write a run: every signal a channel of an MCAP file that rosbag2, Foxglove and PlotJuggler open."""
+"""Writes a run as an MCAP file for rosbag2, Foxglove and PlotJuggler; every signal is a channel."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from palpate.record.mcap_file import Block, McapFile
 from palpate.record.ticks import TICK, Ticks, as_ticks
 
 CHUNKS_PER_SECOND = 4
-"""Of run time; a killed run loses at most one."""
+"""Chunks per second of run time; a killed run loses at most one chunk."""
 
 _LATEST = 2.0**31 - 1  # a ROS time has 32 bits of seconds
 
@@ -27,17 +27,16 @@ _LATEST = 2.0**31 - 1  # a ROS time has 32 bits of seconds
 class Recorder:
     """Record a run into one MCAP file.
 
-    A lockstep record depends on scene and seed alone: no wall clock, host name or time of computation enters it, so
-    that the same run gives the same bytes. A write that fails (disk full) ends the recording, not the run: see
-    `failure`.
+    A lockstep record depends on scene and seed only: it holds no wall-clock time, host name or computation time, so the
+    same run gives the same bytes. A failed write (disk full) ends the recording but not the run: see `failure`.
 
     Args:
         path: file to create; its folder must exist.
-        scene_yaml: the scene as resolved, stored as attachment ``scene.yaml``.
-        seed: of the run.
+        scene_yaml: the resolved scene, stored as attachment ``scene.yaml``.
+        seed: seed of the run.
         rate: ticks per second of run time [Hz].
-        deterministic: lockstep record; the signals that depend on the machine are left out.
-        bag: the folder is this record's own: write the ``metadata.yaml`` of a rosbag2 into it.
+        deterministic: True for a lockstep record, which leaves out signals that depend on the machine.
+        bag: True writes the ``metadata.yaml`` of a rosbag2 into the folder, which then holds this record only.
 
     Raises:
         OutputError: the file cannot be created.
@@ -49,11 +48,11 @@ class Recorder:
         self.path = Path(path)
         self._bag = bag
         self.failure: str | None = None
-        """Why recording stopped early; None while all is well."""
+        """Reason for which recording stopped early; None without failure."""
         self.sha256: str | None = None
-        """SHA-256 of the finished file (hexadecimal); None until closed, or after a failure."""
+        """SHA-256 of the finished file (hexadecimal); None before `close` and after a failure."""
         self.ticks_written = 0
-        """Ticks in the file so far."""
+        """Number of ticks written to the file."""
         self._deterministic = deterministic
         self._channels = channels(deterministic)
         self._encoder = TickEncoder(self._channels)
@@ -73,7 +72,7 @@ class Recorder:
         self._guard(lambda: self._begin(scene_yaml, seed, rate))
 
     def append(self, rows: NDArray[Any]) -> None:
-        """Record ticks: (n, TICK_DOUBLES) float64 or (n,) `TICK`, in the order of time. Nothing after a failure."""
+        """Record ticks: (n, TICK_DOUBLES) float64 or (n,) `TICK`, in order of time. Ignored after a failure."""
         if self.failure is not None or self.sha256 is not None or not len(rows):
             return
         self._pending.append(as_ticks(rows).copy())
@@ -83,7 +82,7 @@ class Recorder:
             self._guard(lambda: self._flush(everything=late))
 
     def close(self, faults: Sequence[str] = (), timing: Mapping[str, Any] | None = None) -> None:
-        """Write what is left and the summary.
+        """Write the pending ticks and the summary.
 
         Args:
             faults: faults of the run, in words.
@@ -136,15 +135,15 @@ class Recorder:
         self._file.add_metadata("rosbag2", {"serialized_metadata": self._rosbag2()})
         self.sha256 = self._file.finish(self.ticks_written * len(self._channels))
         if self._bag:
-            self._keep_bag()
+            self._write_bag_metadata()
 
-    def _keep_bag(self) -> None:
-        """Write ``metadata.yaml`` into the folder, so that `ros2 bag` takes the folder as well as the file."""
+    def _write_bag_metadata(self) -> None:
+        """Write ``metadata.yaml`` into the folder, so that `ros2 bag` accepts the folder."""
         text = yaml.safe_dump({"rosbag2_bagfile_information": json.loads(self._rosbag2())}, sort_keys=False)
         self.path.with_name("metadata.yaml").write_text(text, encoding="utf-8")
 
     def _rosbag2(self) -> str:
-        """What rosbag2's own recorder writes into its metadata."""
+        """The metadata that rosbag2's recorder would write, as JSON (which is valid YAML)."""
         start, end = self._span_ns
         topics = [
             {
@@ -173,10 +172,10 @@ class Recorder:
             "custom_data": None,
             "ros_distro": "",
         }
-        return json.dumps(information)  # JSON is YAML
+        return json.dumps(information)
 
     def _guard(self, write: Any) -> None:
-        """A write that fails ends the recording; the run goes on."""
+        """Call `write`; a failure ends the recording but not the run."""
         try:
             write()
         except OSError as error:
@@ -187,22 +186,22 @@ class Recorder:
 
 
 class TickEncoder:
-    """Serialise ticks: one template of a tick's messages, copied n times, then one strided copy per signal."""
+    """Serialises ticks: copies a template of one tick's messages n times, then each signal by a strided copy."""
 
     def __init__(self, layout: Sequence[Channel]) -> None:
         self.layout = layout
         self.offsets: dict[int, int] = {}
-        """Channel id (counted from 1) -> position of its message in a tick [bytes]."""
+        """Channel id (from 1) -> position of its message in a tick [bytes]."""
         template = bytearray()
         for i, channel in enumerate(layout, start=1):
             self.offsets[i] = len(template)
             template += channel.record(i)
         self.tick_bytes = len(template)
-        """Length of a tick's messages."""
+        """Length of the messages of one tick [bytes]."""
         self._template = np.frombuffer(bytes(template), np.uint8)
 
     def encode(self, ticks: Ticks, first: int) -> Block:
-        """Serialise (n,) ticks; `first` numbers the first of them."""
+        """Serialise (n,) ticks; `first` is the sequence number of the first tick."""
         n = len(ticks)
         data = np.empty((n, self.tick_bytes), np.uint8)
         data[:] = self._template
@@ -222,7 +221,7 @@ class TickEncoder:
 
 
 def nanoseconds(t: NDArray[np.float64]) -> NDArray[np.uint64]:
-    """Times [s] as whole nanoseconds; what is no time (NaN, negative) counts as zero."""
+    """Times [s] rounded to nanoseconds; NaN, infinity and negative values become zero."""
     seconds = np.clip(np.nan_to_num(t, nan=0.0, posinf=0.0, neginf=0.0), 0.0, _LATEST)
     return np.rint(seconds * 1e9).astype(np.uint64)
 

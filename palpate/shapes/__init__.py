@@ -1,4 +1,4 @@
-"""Shapes made by generators of our own: nothing to download, the same on every machine."""
+"""Generated shapes: nothing is downloaded, and every machine generates the same arrays."""
 
 from palpate.shapes.organ import gallbladder, organ
 

@@ -1,4 +1,4 @@
-"""Shapes with a closed form: tessellations of about n triangles beside their exact signed distance, the oracle.
+"""Shapes in closed form: tessellations of about n triangles, and the exact signed distance as their reference.
 
 Metres. Distances are negative inside; normals point out. Dimensions are those of the contact benchmark.
 """
@@ -19,29 +19,29 @@ MM = 1e-3
 
 
 class Shape(ABC):
-    """A surface known exactly. ``mesh`` approximates it, ``distance`` judges, ``curve`` is the way to slide."""
+    """A surface in closed form: ``mesh`` approximates it, ``distance`` is exact, ``curve`` is a sliding path."""
 
     name: ClassVar[str]
 
     @abstractmethod
     def mesh(self, triangles: int) -> tuple[Array, Triangles]:
-        """About ``triangles`` of them: vertices (n, 3) [m] and triangles (m, 3), counter-clockwise from outside."""
+        """About ``triangles`` triangles: vertices (n, 3) [m], triangles (m, 3), counter-clockwise from outside."""
 
     @abstractmethod
     def distance(self, points: Array) -> tuple[Array, Array]:
         """Signed distance (n,) [m] and its gradient, the outward unit normal (n, 3), at points (n, 3) [m]."""
 
     def held(self, points: Array, radius: float) -> tuple[Array, Array]:
-        """Deflection (n,) [m] and direction (n, 3) of a sphere that is held outside while its centre goes to points.
+        """Deflection (n,) [m] and direction (n, 3) of a sphere held outside the surface, for tool positions ``points``.
 
-        r - phi along the normal, as long as one place holds it; a shape with concave edges says better.
+        The deflection is r - phi along the normal if the sphere touches one point; concave shapes override this.
         """
         phi, normal = self.distance(points)
         return np.maximum(radius - phi, 0.0), normal
 
     @abstractmethod
     def curve(self, s: Array, offset: float) -> Array:
-        """Points (n, 3) [m] at signed distance ``offset`` along a closed way, s in turns (one turn, one unit)."""
+        """Points (n, 3) [m] at signed distance ``offset`` along a closed path, s (n,) in turns."""
 
 
 class Sphere(Shape):
@@ -53,17 +53,17 @@ class Sphere(Shape):
         self.radius = radius
 
     def mesh(self, triangles: int) -> tuple[Array, Triangles]:
-        """Geodesic: an icosahedron cut and blown up."""
+        """Geodesic tessellation: a subdivided icosahedron, projected onto the sphere."""
         vertices, faces = _icosahedron(max(1, round((triangles / 20) ** 0.5)))
         return vertices * self.radius, faces
 
     def distance(self, points: Array) -> tuple[Array, Array]:
-        """Radial."""
+        """Distance from the centre minus the radius."""
         length = np.linalg.norm(points, axis=1)
         return length - self.radius, points / np.where(length > 0, length, 1.0)[:, None]
 
     def curve(self, s: Array, offset: float) -> Array:
-        """Around, up and down, at a tilt."""
+        """A tilted path around the sphere whose latitude oscillates."""
         longitude, latitude = 2 * np.pi * s, 0.6 * np.sin(2 * np.pi * s / 3 + 0.3)
         direction = np.stack(
             [np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), np.sin(latitude)], axis=1
@@ -84,28 +84,28 @@ class Torus(Shape):
         n_minor = max(3, round((triangles / 2 * self.minor / self.major) ** 0.5))
         n_major = max(3, round(triangles / 2 / n_minor))
         u, v = np.meshgrid(np.arange(n_major), np.arange(n_minor), indexing="ij")
-        points = self._at(2 * np.pi * u.ravel() / n_major, 2 * np.pi * v.ravel() / n_minor, 0.0)
+        points = self._points(2 * np.pi * u.ravel() / n_major, 2 * np.pi * v.ravel() / n_minor, 0.0)
         return points, _grid(n_major, n_minor, wrap=True)
 
-    def _at(self, u: Array, v: Array, offset: float) -> Array:
+    def _points(self, u: Array, v: Array, offset: float) -> Array:
         ring = self.major + (self.minor + offset) * np.cos(v)
         return np.stack([ring * np.cos(u), ring * np.sin(u), (self.minor + offset) * np.sin(v)], axis=1)
 
     def distance(self, points: Array) -> tuple[Array, Array]:
-        """From the circle in the tube's middle."""
+        """Distance from the centre line of the tube minus its radius."""
         ring = np.hypot(points[:, 0], points[:, 1])
         outward = points[:, :2] / np.where(ring > 0, ring, 1.0)[:, None]
-        away = np.column_stack([outward * (ring - self.major)[:, None], points[:, 2]])
-        length = np.linalg.norm(away, axis=1)
-        return length - self.minor, away / np.where(length > 0, length, 1.0)[:, None]
+        from_circle = np.column_stack([outward * (ring - self.major)[:, None], points[:, 2]])
+        length = np.linalg.norm(from_circle, axis=1)
+        return length - self.minor, from_circle / np.where(length > 0, length, 1.0)[:, None]
 
     def curve(self, s: Array, offset: float) -> Array:
-        """Winds around the tube, five turns to one around the axis."""
-        return self._at(2 * np.pi * (s / 5 + 0.013), 2 * np.pi * s + 0.4, offset)
+        """A helix on the tube: five turns around the tube per turn around the axis."""
+        return self._points(2 * np.pi * (s / 5 + 0.013), 2 * np.pi * s + 0.4, offset)
 
 
 class Box(Shape):
-    """Closed box around the origin; a plate when one side is short."""
+    """Closed box around the origin."""
 
     name = "box"
 
@@ -113,7 +113,7 @@ class Box(Shape):
         self.half = np.array(size) / 2
 
     def mesh(self, triangles: int) -> tuple[Array, Triangles]:
-        """Six grids that meet at the edges."""
+        """Six grids that meet at the edges, with coincident but separate vertices there."""
         x, y, z = 2 * self.half
         step = (2 * (2 * (x * y + y * z + z * x)) / triangles) ** 0.5
         counts = np.maximum(1, np.round(2 * self.half / step).astype(int))
@@ -133,7 +133,7 @@ class Box(Shape):
         return points, faces if sign > 0 else faces[:, ::-1].copy()
 
     def distance(self, points: Array) -> tuple[Array, Array]:
-        """Outside to faces, edges and corners; inside to the nearest face."""
+        """Outside: distance to faces, edges and corners; inside: to the nearest face."""
         q = np.abs(points) - self.half
         outside = np.maximum(q, 0.0)
         length = np.linalg.norm(outside, axis=1)
@@ -144,18 +144,18 @@ class Box(Shape):
         return np.where(beyond, length, q.max(axis=1)), normal * np.where(points < 0, -1.0, 1.0)
 
     def curve(self, s: Array, offset: float) -> Array:
-        """Below the surface a loop over one face; above it a way around four edges."""
+        """For a negative offset a loop over one face, otherwise a path around four edges."""
         if offset < 0:
             r = 0.6 * min(self.half[0], self.half[1])
             x, y = r * np.cos(2 * np.pi * s), 0.9 * r * np.sin(2 * np.pi * s)
             return np.stack([x, y, np.full_like(s, self.half[2] + offset)], axis=1)
         hx, hz, arc = self.half[0], self.half[2], np.pi / 2 * offset
-        # Start in the middle of the top, go towards +x, over the edge, down, below, up again.
+        # The path starts at the centre of the top face and continues over +x, the bottom and -x back to the top.
         legs = np.array([hx, arc, 2 * hz, arc, 2 * hx, arc, 2 * hz, arc, hx])
         ends = np.concatenate([[0.0], np.cumsum(legs)])
-        way = (s % 1.0) * ends[-1]
-        leg = np.clip(np.searchsorted(ends, way, side="right") - 1, 0, 8)
-        turn, into = (leg + 1) // 2, way - ends[leg]  # quarter turns begun before or in this leg
+        path = (s % 1.0) * ends[-1]
+        leg = np.clip(np.searchsorted(ends, path, side="right") - 1, 0, 8)
+        turn, into = (leg + 1) // 2, path - ends[leg]  # quarter turns begun before or in this leg
         bent = leg % 2 == 1
         angle = np.pi / 2 * (turn - bent) + np.where(bent, into / (offset if offset > 0 else 1.0), 0.0)
         corners = np.array([[hx, hz], [hx, -hz], [-hx, -hz], [-hx, hz]])
@@ -176,7 +176,7 @@ class Plate(Box):
 
 
 class WavySheet(Shape):
-    """Open sheet z = a sin(kx) cos(ky); out is up."""
+    """Open sheet z = a sin(kx) cos(ky); the outside is above."""
 
     name = "wavy"
 
@@ -197,9 +197,9 @@ class WavySheet(Shape):
         return np.stack([x, y, self._height(x, y)], axis=1), _grid(n, n)
 
     def distance(self, points: Array) -> tuple[Array, Array]:
-        """By Newton's method on the foot of the perpendicular; the sheet goes on for ever."""
+        """Distance by Gauss-Newton iteration on the foot of the perpendicular, to the unbounded sheet."""
         x, y = points[:, 0].copy(), points[:, 1].copy()
-        for _ in range(60):  # Gauss-Newton: converges for points nearer than the radius of curvature
+        for _ in range(60):  # converges for points closer than the radius of curvature
             zx, zy = self._slope(x, y)
             dx, dy, dz = points[:, 0] - x, points[:, 1] - y, points[:, 2] - self._height(x, y)
             rx, ry = dx + dz * zx, dy + dz * zy
@@ -224,7 +224,7 @@ class WavySheet(Shape):
 
 
 class Groove(Shape):
-    """Open groove z = |x|; out is up. Its edge is concave, a right angle."""
+    """Open groove z = |x| with a concave right angle; the outside is above."""
 
     name = "groove"
 
@@ -240,12 +240,12 @@ class Groove(Shape):
         return np.stack([xs, ys, np.abs(xs)], axis=1), _grid(len(x), len(y))
 
     def distance(self, points: Array) -> tuple[Array, Array]:
-        """Above: to the nearer half-plane; below the edge: to the edge."""
+        """Distance to the nearer half-plane, or to the edge for points below the edge."""
         side = np.where(points[:, 0] < 0, -1.0, 1.0)
         x, z = np.abs(points[:, 0]), points[:, 2]
-        along, height = (x + z) / 2**0.5, (z - x) / 2**0.5  # on the nearer half-plane: along it, above it
+        along, height = (x + z) / 2**0.5, (z - x) / 2**0.5  # coordinates along and above the nearer half-plane
         zero = np.zeros_like(x)
-        edge = -np.stack([points[:, 0], zero, z], axis=1)  # below the edge itself
+        edge = -np.stack([points[:, 0], zero, z], axis=1)  # from the point to the edge
         length = np.linalg.norm(edge, axis=1)
         plane = np.stack([-side, zero, np.ones_like(x)], axis=1) / 2**0.5
         on_edge = (along < 0) & (height < 0)
@@ -253,7 +253,7 @@ class Groove(Shape):
         return np.where(on_edge, -length, height), normal
 
     def held(self, points: Array, radius: float) -> tuple[Array, Array]:
-        """By either wall for itself: at a right angle the two do not know of each other."""
+        """Sum of the deflections by the two walls, which are independent because they are perpendicular."""
         walls = np.array([[-1.0, 0.0, 1.0], [1.0, 0.0, 1.0]]) / 2**0.5
         delta = np.maximum(radius - points @ walls.T, 0.0) @ walls
         length = np.linalg.norm(delta, axis=1)
@@ -261,7 +261,7 @@ class Groove(Shape):
         return length, direction
 
     def curve(self, s: Array, offset: float) -> Array:
-        """An ellipse seen from above: crosses the edge twice a turn."""
+        """An ellipse seen from above, which crosses the edge twice per turn."""
         x = 0.3 * self.side * np.cos(2 * np.pi * s)
         y = 0.25 * self.side * np.sin(2 * np.pi * s)
         side = np.where(x < 0, -1.0, 1.0)
@@ -277,11 +277,11 @@ def _rotation(x: float, z: float) -> Array:
     return np.asarray(about_z @ np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]]))
 
 
-_TILT = _rotation(0.7, 0.4)  # so that no way follows the tessellation's own lines
+_TILT = _rotation(0.7, 0.4)  # keeps paths from following the edges of the tessellation
 
 
 def _grid(n: int, m: int, wrap: bool = False) -> Triangles:
-    """Two triangles for each cell of n x m points (row-major); the diagonals alternate."""
+    """Two triangles for each cell of a grid of n x m points (row-major), with alternating diagonals."""
     cells = np.meshgrid(np.arange(n if wrap else n - 1), np.arange(m if wrap else m - 1), indexing="ij")
     i, j = (c.ravel() for c in cells)
     a, b = i * m + j, (i + 1) % n * m + j
@@ -293,11 +293,11 @@ def _grid(n: int, m: int, wrap: bool = False) -> Triangles:
 
 
 def _icosahedron(frequency: int) -> tuple[Array, Triangles]:
-    """Unit icosahedron, each face cut into frequency^2 triangles and blown up onto the sphere."""
+    """Unit icosahedron with each face subdivided into frequency^2 triangles and projected onto the sphere."""
     g = (1 + 5**0.5) / 2
     corners = np.array([(0, y, z) for y in (-1, 1) for z in (-g, g)])
     corners = np.concatenate([np.roll(corners, k, axis=1) for k in range(3)]) / (1 + g * g) ** 0.5
-    near = corners @ corners.T > 0.4  # neighbours have 1/sqrt(5), and each corner itself
+    near = corners @ corners.T > 0.4  # 1/sqrt(5) for neighbours, 1 for the corner itself
     triples = [
         (i, j, k) for i in range(12) for j in range(i) for k in range(j) if near[i, j] and near[j, k] and near[k, i]
     ]
@@ -323,7 +323,7 @@ def _icosahedron(frequency: int) -> tuple[Array, Triangles]:
 
 
 def _weld(points: Array, triangles: NDArray[np.int_]) -> tuple[Array, Triangles]:
-    """Corners and edges that neighbouring faces computed each for itself, to the last bits, become one."""
+    """Merge vertices that neighbouring faces share, which differ by rounding only."""
     key = np.round(points * 2**40).astype(np.int64)
     _, first, inverse = np.unique(key, axis=0, return_index=True, return_inverse=True)
     return points[first], inverse.reshape(-1)[triangles].astype(np.int32)

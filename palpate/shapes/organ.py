@@ -1,4 +1,4 @@
-"""Organ-like closed surfaces made from a few smooth solids: shapes of our own that a surgeon recognises.
+"""Organ-like closed surfaces composed of a few smooth solids.
 
 The frame of an organ is that of a patient lying on the back: x to the patient's left, y towards the head, z up
 (anterior). Metres; the origin is the middle of the bounding box.
@@ -18,27 +18,27 @@ COARSEST, FINEST_EXTRACTION = 2000, 60_000  # triangles
 
 
 def organ(triangles: int = 30_000, seed: int = 0) -> tuple[Vertices, Triangles]:
-    """A liver-like surface, about 195 mm wide: thick right lobe, left lobe that tapers out, thin inferior edge.
+    """A liver-like surface, about 195 mm wide: thick right lobe, tapering left lobe, thin inferior edge.
 
-    `triangles` is met within 10 % up to 60,000 and, by splitting triangles into four, within a factor of two above;
-    `seed` draws the gentle relief of the surface. Returns vertices (n, 3) [m] and triangles (m, 3), closed and
-    counter-clockwise seen from outside; the same arguments give the same arrays. Raises ValueError below 2,000
+    The count `triangles` is met within 10 % up to 60,000 and within a factor of two above, where triangles are split
+    into four; `seed` sets the gentle relief of the surface. Returns vertices (n, 3) [m] and triangles (m, 3), closed
+    and counter-clockwise seen from outside; the same arguments give the same arrays. Raises ValueError below 2,000
     triangles, where the thin edge is lost.
     """
     box = np.array([[-105.0, -95.0, -65.0], [110.0, 85.0, 65.0]]) * MM
-    return _kept("organ", triangles, seed, lambda: _surface(_liver(seed), box, triangles))
+    return _cached("organ", triangles, seed, lambda: _surface(_liver(seed), box, triangles))
 
 
 def gallbladder(triangles: int = 8000, seed: int = 0) -> tuple[Vertices, Triangles]:
-    """A gallbladder-like pear, about 80 mm long, along y; arguments, result and errors as `organ`."""
+    """A pear-shaped gallbladder along y, about 80 mm long; arguments, result and errors as in `organ`."""
     box = np.array([[-30.0, -55.0, -30.0], [30.0, 55.0, 35.0]]) * MM
-    return _kept("gallbladder", triangles, seed, lambda: _surface(_pear(seed), box, triangles))
+    return _cached("gallbladder", triangles, seed, lambda: _surface(_pear(seed), box, triangles))
 
 
-def _kept(
+def _cached(
     kind: str, triangles: int, seed: int, make: Callable[[], tuple[Vertices, Triangles]]
 ) -> tuple[Vertices, Triangles]:
-    """A surface from the user's cache, where it takes milliseconds instead of seconds, or made and stored there."""
+    """Read a surface from the user's cache (milliseconds), or generate it (seconds) and store it there."""
 
     def arrays() -> cache.Arrays:
         vertices, faces = make()
@@ -53,12 +53,12 @@ def _surface(field: Field, box: Array, triangles: int) -> tuple[Vertices, Triang
     if triangles < COARSEST:
         raise ValueError(f"triangles = {triangles}: the shape needs at least {COARSEST} to keep its thin edge")
     splits = max(0, int(np.ceil(np.log(triangles / FINEST_EXTRACTION) / np.log(4.0))))
-    wanted = triangles / 4**splits
+    target = triangles / 4**splits
     spacing = float((box[1] - box[0]).max()) / 40.0
-    for _ in range(2):  # the count goes with 1 / spacing^2
-        spacing *= np.sqrt(triangle_count(field, box[0], box[1], spacing) / wanted)
+    for _ in range(2):  # the count is proportional to 1 / spacing^2
+        spacing *= np.sqrt(triangle_count(field, box[0], box[1], spacing) / target)
     vertices, faces = extract(field, box[0], box[1], spacing)
-    while not _is_closed(faces):  # where a thin fold falls badly on the grid, two sheets may meet in one cell
+    while not _is_closed(faces):  # two sheets of a thin fold may cross one cell; another spacing separates them
         spacing *= 0.98
         vertices, faces = extract(field, box[0], box[1], spacing)
     for _ in range(splits):
@@ -68,13 +68,13 @@ def _surface(field: Field, box: Array, triangles: int) -> tuple[Vertices, Triang
 
 
 def _is_closed(faces: Triangles) -> bool:
-    """Is every edge shared by exactly two triangles?"""
+    """True if every edge is shared by exactly two triangles."""
     sides = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1).astype(np.int64)
     _, count = np.unique(sides[:, 0] << 32 | sides[:, 1], return_counts=True)
     return bool((count == 2).all())
 
 
-# Solids: functions of points p (..., 3) [mm] that are negative inside and grow like a distance. ----------------------
+# Solids: approximate signed distances [mm] at points p (..., 3) [mm], negative inside.
 
 
 def _ellipsoid(p: Array, centre: tuple[float, ...], radii: tuple[float, ...], tilt: float = 0.0) -> Array:
@@ -89,18 +89,18 @@ def _ellipsoid(p: Array, centre: tuple[float, ...], radii: tuple[float, ...], ti
 
 
 def _union(a: Array, b: Array, blend: float) -> Array:
-    """Smooth minimum: the two solids melt into each other over `blend` [mm]."""
+    """Smooth union of two solids, blended over `blend` [mm]."""
     h = np.maximum(blend - np.abs(a - b), 0.0) / blend
     return np.asarray(np.minimum(a, b) - h * h * h * blend / 6.0)
 
 
 def _minus(a: Array, b: Array, blend: float) -> Array:
-    """a without b, the new rim rounded over `blend` [mm]."""
+    """Solid a without b, with the new rim rounded over `blend` [mm]."""
     return np.asarray(-_union(-a, b, blend))
 
 
 def _relief(p: Array, seed: int, amplitude: float, wavelength: float) -> Array:
-    """Gentle bumps: six plane waves of random direction and phase [mm]."""
+    """Gentle relief: six plane waves of random direction and phase [mm]."""
     draw = np.random.default_rng(seed)
     directions = draw.normal(size=(6, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
@@ -117,7 +117,7 @@ def _liver(seed: int) -> Field:
         left = _ellipsoid(p, (40.0, 21.0, 9.0), (48.0, 35.0, 21.0), tilt=0.22)
         tip = _ellipsoid(p, (84.0, 34.0, 10.0), (26.0, 16.0, 9.0), tilt=0.1)
         f = _union(_union(_union(right, middle, 30.0), left, 26.0), tip, 24.0)
-        # The visceral side rests on stomach, duodenum and colon: hollow, and it leaves a thin edge in front and below.
+        # The visceral side is hollow where it rests on stomach, duodenum and colon; its inferior edge is thin.
         f = _minus(f, _ellipsoid(p, (6.0, -58.0, -66.0), (150.0, 88.0, 70.0), tilt=0.30), 9.0)
         # Heart above the left lobe; notch and groove of the falciform ligament; bed of the gallbladder.
         f = _minus(f, _ellipsoid(p, (44.0, 84.0, 14.0), (44.0, 34.0, 44.0)), 18.0)

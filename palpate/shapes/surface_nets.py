@@ -1,9 +1,9 @@
-"""From an implicit solid to a clean closed triangle mesh: surface nets, then relaxation on the surface.
+"""Closed triangle mesh of an implicit solid: surface nets, followed by relaxation on the surface.
 
-Law: the surface is {p : f(p) = 0}, f < 0 inside. Every grid cell that the surface crosses gets one vertex, every grid
+The surface is {p : f(p) = 0}, f < 0 inside. Every grid cell that the surface crosses gets one vertex, every grid
 edge that it crosses gets one quadrilateral between the four cells around it (naive surface nets). The vertices are then
-pulled towards the mean of their neighbours within the tangent plane, and back onto f = 0 by Newton steps, so that the
-triangles end up well shaped and the vertices on the true surface.
+moved towards the mean of their neighbours in the tangent plane, and back onto f = 0 by Newton steps. The triangles
+become well shaped, and the vertices lie on the exact surface.
 """
 
 from collections.abc import Callable
@@ -21,8 +21,8 @@ RELAX_ROUNDS = 8
 def extract(field: Field, lower: Vertices, upper: Vertices, spacing: float) -> tuple[Vertices, Triangles]:
     """Surface {f = 0} inside the box [lower, upper] as a closed mesh of about `spacing` metres edge length.
 
-    The solid must lie strictly inside the box and be thicker than two cells everywhere; f must behave like a distance
-    near its zero. Raises ValueError where the solid touches the box or is missing.
+    The solid must lie strictly inside the box and be thicker than two cells everywhere; f must approximate a
+    distance near its zero. Raises ValueError if the solid touches the box or no grid point is inside it.
     """
     vertices, quads = _nets(field, lower, upper, spacing)
     vertices = _relax(field, vertices, quads, spacing)
@@ -30,19 +30,19 @@ def extract(field: Field, lower: Vertices, upper: Vertices, spacing: float) -> t
 
 
 def rough(field: Field, lower: Vertices, upper: Vertices, spacing: float) -> tuple[Vertices, Triangles]:
-    """As `extract`, without the relaxation: a tenth of its time, its vertices a fraction of a cell off the surface."""
+    """As `extract` without relaxation: ten times faster, with vertices a fraction of a cell off the surface."""
     vertices, quads = _nets(field, lower, upper, spacing)
     return vertices, _split(vertices, quads)
 
 
 def triangle_count(field: Field, lower: Vertices, upper: Vertices, spacing: float) -> int:
-    """Triangles that `extract` would return: two for every grid edge that the surface crosses."""
+    """Number of triangles that `extract` would return: two per grid edge that the surface crosses."""
     inside = _sample(field, lower, upper, spacing) < 0.0
     return 2 * int(sum(np.count_nonzero(np.diff(inside, axis=a)) for a in range(3)))
 
 
 def refine(field: Field, vertices: Vertices, triangles: Triangles, spacing: float) -> tuple[Vertices, Triangles]:
-    """Every triangle into four, the new vertices moved onto f = 0; `spacing` is the edge length before."""
+    """Split each triangle into four and move the new vertices onto f = 0; `spacing` is the edge length before [m]."""
     sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     edges, which = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True)
     middle = _project(field, vertices[edges].mean(axis=1), 0.5 * spacing)
@@ -53,7 +53,7 @@ def refine(field: Field, vertices: Vertices, triangles: Triangles, spacing: floa
 
 
 def _nets(field: Field, lower: Vertices, upper: Vertices, spacing: float) -> tuple[Vertices, NDArray[np.int64]]:
-    """A vertex in each cell that the surface crosses, a quadrilateral for each such edge."""
+    """Vertices (one per crossed cell) and quadrilaterals (m, 4) (one per crossed grid edge)."""
     values = _sample(field, lower, upper, spacing)
     inside = values < 0.0
     if not inside.any():
@@ -67,7 +67,7 @@ def _nets(field: Field, lower: Vertices, upper: Vertices, spacing: float) -> tup
 
 
 def _sample(field: Field, lower: Vertices, upper: Vertices, spacing: float) -> NDArray[np.float64]:
-    """f on the grid points, slab by slab to keep the memory small."""
+    """f at the grid points, evaluated slab by slab to limit the memory."""
     counts = np.ceil((upper - lower) / spacing).astype(int) + 1
     x, y, z = (lower[a] + spacing * np.arange(counts[a]) for a in range(3))
     slab = np.empty((counts[1], counts[2], 3))
@@ -82,7 +82,7 @@ def _sample(field: Field, lower: Vertices, upper: Vertices, spacing: float) -> N
 def _cell_vertices(
     values: NDArray[np.float64], inside: NDArray[np.bool_], lower: Vertices, spacing: float
 ) -> tuple[NDArray[np.int64], Vertices]:
-    """One vertex per crossed cell: the mean of the points where the surface cuts the cell's edges."""
+    """One vertex per crossed cell: the mean of the points where the surface crosses the cell's edges."""
     corners = [(slice(dx, dx - 1 or None), slice(dy, dy - 1 or None), slice(dz, dz - 1 or None))
                for dx in (0, 1) for dy in (0, 1) for dz in (0, 1)]  # fmt: skip
     count = np.sum([inside[c] for c in corners], axis=0, dtype=np.int8)
@@ -115,7 +115,7 @@ def _quads(inside: NDArray[np.bool_], cell_id: NDArray[np.int64]) -> NDArray[np.
         unit_u, unit_w = np.eye(3, dtype=int)[u], np.eye(3, dtype=int)[w]
         ring = [cell_id[tuple((edges - d).T)] for d in (unit_u + unit_w, unit_w, 0 * unit_u, unit_u)]
         quad = np.stack(ring, axis=1)
-        leaving = first[tuple(edges.T)]  # inside first: the outward normal points along +axis
+        leaving = first[tuple(edges.T)]  # the solid is on the lower side: the outward normal points along +axis
         quads.append(np.where(leaving[:, None], quad, quad[:, ::-1]))
     return np.concatenate(quads)
 
@@ -125,7 +125,7 @@ def _gradient(field: Field, points: Vertices, step: float) -> Vertices:
 
 
 def _project(field: Field, points: Vertices, spacing: float, rounds: int = 2) -> Vertices:
-    """Newton steps along the gradient, none longer than half a cell."""
+    """Newton steps along the gradient, each limited to half a cell."""
     for _ in range(rounds):
         g = _gradient(field, points, 0.05 * spacing)
         move = -field(points)[:, None] * g / np.maximum((g * g).sum(axis=1, keepdims=True), 1e-12)
@@ -148,14 +148,14 @@ def _relax(field: Field, vertices: Vertices, quads: NDArray[np.int64], spacing: 
         )
         g = _gradient(field, vertices, 0.05 * spacing)
         n = g / np.linalg.norm(g, axis=1, keepdims=True)
-        pull = total / degree[:, None] - vertices
-        vertices = vertices + 0.6 * (pull - (pull * n).sum(axis=1, keepdims=True) * n)
+        offset = total / degree[:, None] - vertices
+        vertices = vertices + 0.6 * (offset - (offset * n).sum(axis=1, keepdims=True) * n)
         vertices = _project(field, vertices, spacing, rounds=1)
     return _project(field, vertices, spacing)
 
 
 def _split(vertices: Vertices, quads: NDArray[np.int64]) -> Triangles:
-    """Each quadrilateral along its shorter diagonal."""
+    """Split each quadrilateral along its shorter diagonal."""
     v = vertices[quads]
     short = np.linalg.norm(v[:, 0] - v[:, 2], axis=1) <= np.linalg.norm(v[:, 1] - v[:, 3], axis=1)
     first = np.where(short[:, None], quads[:, [0, 1, 2]], quads[:, [0, 1, 3]])

@@ -1,1 +1,1 @@
-"""Simulated robots that are spoken to like the real ones."""
+"""Simulated robots with the interfaces of the real ones."""

@@ -1,18 +1,18 @@
-"""A simulated dVRK without a bus: arms, console, pedals and teleoperations, asked by the names of their topics.
+"""A simulated dVRK without ROS: arms, console, pedals and teleoperations, addressed by their topic names.
 
     robot = palpate.simulators.dvrk.system(("MTMR", "PSM1"))
     robot.send("MTMR", "state_command", "home")
-    robot.step(3 * 10_000)                                # 10 s, a tick is a third of a millisecond
+    robot.step(3 * 10_000)                                # 10 s; one tick is a third of a millisecond
     robot.send("MTMR", "body/servo_cf", [0, 0, 1, 0, 0, 0])
-    robot.state("MTMR")["measured_cp"]                    # what it would publish
-    robot.events()                                        # what it has said since
+    robot.state("MTMR")["measured_cp"]                    # the measurement that the topic would publish
+    robot.events()                                        # events since the last call
 
-What only a simulated one can do: `hand/servo_cp`, `hand/servo_cf`, `hand/gripper` and `hand/free` are a hand on the
-handle of an MTM, `tool/servo_cf` a force on the tip of a PSM (it moves a driven one; of the other the torques tell it),
-`emulate_fault` a fault, `emulate_*` of `footpedals` a foot.
+Some topics exist in the simulation only. `hand/servo_cp`, `hand/servo_cf`, `hand/gripper` and `hand/free` simulate a
+hand on the handle of an MTM. `tool/servo_cf` is a force on the tip of a PSM: it moves a driven PSM, and otherwise only
+appears in the measured torques. `emulate_fault` triggers a fault, and `emulate_*` of `footpedals` presses a pedal.
 
-Numbers of the arms are those of `models/`; those of their controllers are
-sawIntuitiveResearchKit 2.4's unless marked OURS.
+The parameters of the arms are those of `models/`. The parameters of their controllers are those of
+sawIntuitiveResearchKit 2.4 unless marked OURS (chosen for this simulation).
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from palpate import _core
 from palpate.arm import Arm, models_folder
 from palpate.errors import ArmError
 
-#: Every arm that there is a model of.
+#: Names of the arms that can be simulated.
 ARMS = ("MTMR", "MTML", "PSM1", "PSM2", "PSM3", "ECM")
-#: Who moves whom, where both are there.
+#: Default teleoperations (leader, follower), created if both arms are present.
 TELEOPS = (("MTMR", "PSM1"), ("MTML", "PSM2"))
 
 _TOOL = "LARGE_NEEDLE_DRIVER:400006[12]"
@@ -82,12 +82,13 @@ def _ecm(name: str) -> _core.DvrkArmSpec:
 
 
 def arm(name: str, *, driven: bool = False) -> _core.DvrkArmSpec:
-    """What an arm is built from, for changes before `system`.
+    """Specification of an arm, which may be changed before it is passed to `system`.
 
-    driven: joints of a PSM are moved by torques, as an MTM's are; otherwise they are servoed and no torque moves them.
+    driven: True if the joints of a PSM are moved by torques, as those of an MTM; False if they follow their servo
+        exactly, whatever the torques.
 
     Raises:
-        ArmError: there is no such arm.
+        ArmError: the name is not in `ARMS`.
     """
     if name in ("MTMR", "MTML"):
         return _mtm(name)
@@ -105,10 +106,10 @@ def system(
     base_frames: Mapping[str, ArrayLike] | None = None,
     teleops: Sequence[_core.DvrkTeleopSpec] | None = None,
 ) -> _core.DvrkSystem:
-    """A simulated dVRK with these arms (names, or what `arm` gave), powered off.
+    """A simulated dVRK with these arms (names or specifications from `arm`), powered off.
 
-    base_frames: pose (4, 4) of an arm's own base in the frame of its `measured_cp`; the identity when left out.
-    teleops: MTMR_PSM1 and MTML_PSM2 where both arms are there, when left out.
+    base_frames: pose (4, 4) of an arm's own base in the frame of its `measured_cp`; default: identity.
+    teleops: default: those of `TELEOPS` whose arms are both present.
 
     Raises:
         ArmError: an arm is unknown, or named twice.

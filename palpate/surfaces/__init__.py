@@ -1,6 +1,6 @@
-"""Surfaces that are no meshes: primitives, signed distance grids, the paper's implicit surface. Exact, nothing to weld.
+"""Surfaces other than meshes: primitives, signed distance grids and the paper's implicit surface.
 
-Accepted wherever a mesh is: ``palpate.contact.render(surface=...)``, and by name in scene files.
+They are accepted wherever a mesh is: in ``palpate.contact.render(surface=...)``, and by name in scene files.
 """
 
 from palpate.surfaces.grid import DistanceGrid

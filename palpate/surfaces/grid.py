@@ -1,4 +1,4 @@
-"""Signed distance grids: from a mesh, from an array, from a file."""
+"""Signed distance grids, made from a mesh, an array or a file."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ from palpate.surfaces.surface import Surface, Triangles, length, nets, three
 if TYPE_CHECKING:
     from palpate.mesh import Mesh, Unit
 
-#: Nodes a grid may have: 0.54 GB in the core, and as much again while it is made or read.
+#: Largest number of nodes of a grid: 0.54 GB in the core, and twice that while it is made or read.
 MAX_NODES = 512**3
-_VOLUME = 0.05  # a grid that differs more in volume from its mesh is too coarse for it [-]
+_VOLUME = 0.05  # relative difference in volume above which a grid is too coarse for its mesh [-]
 
 
 class DistanceGrid(Surface):
-    """A signed distance sampled on a regular grid, tricubic in between; below zero inside.
+    """A signed distance sampled on a regular grid, with tricubic interpolation; negative inside.
 
-    The solid ends at the edge of its grid. A grid rounds edges and loses walls thinner than two of its cells.
+    The solid ends at the boundary of the grid. Sampling rounds edges and loses walls thinner than two cells.
 
     Args:
         values: (nx, ny, nz) signed distance at origin + (i, j, k) * spacing [m].
         origin: (3,) the first node [m].
-        spacing: of the nodes, one number or three [m].
-        name: how plots and messages call it.
+        spacing: distance between nodes, one number or (3,) [m].
+        name: name in plots and messages.
 
     Raises:
-        SurfaceError: wrong shape, values that are no distance, more than ``MAX_NODES``.
+        SurfaceError: wrong shape, values that are not distances, or more than ``MAX_NODES``.
     """
 
     core: _core.DistanceGrid
@@ -59,7 +59,9 @@ class DistanceGrid(Surface):
         try:
             self.core = _core.DistanceGrid(self.origin, self.spacing, array)
         except ValueError as error:
-            raise SurfaceError(str(error), where=name, mend="signed distances in metres, below zero inside") from None
+            raise SurfaceError(
+                str(error), where=name, mend="give signed distances in metres, negative inside"
+            ) from None
         self.values = self.core.values
 
     @classmethod
@@ -73,13 +75,13 @@ class DistanceGrid(Surface):
         """Sample the signed distance of a closed mesh.
 
         Args:
-            mesh: closed.
-            spacing: of the nodes [m]; details and walls below two of them are lost.
-            margin: of nodes around the mesh [m]; four spacings when left out.
-            on_progress: told how many layers of nodes are done, of how many.
+            mesh: a closed mesh.
+            spacing: distance between nodes [m]; details and walls thinner than two spacings are lost.
+            margin: distance from the mesh to the boundary of the grid [m]; default: four spacings.
+            on_progress: called with the number of layers done and the number of layers.
 
         Raises:
-            SurfaceError: an open mesh, a spacing that is no length, or one so fine that the nodes pass ``MAX_NODES``.
+            SurfaceError: the mesh is open, the spacing is not a positive length, or it needs more than ``MAX_NODES``.
         """
         import warnings
 
@@ -88,8 +90,8 @@ class DistanceGrid(Surface):
             raise SurfaceError(
                 f"the mesh is open: {mesh.report.open_edges:,} open edges",
                 where=mesh.name,
-                why="a signed distance needs an inside",
-                mend="close its holes first, or touch it as a mesh",
+                why="a signed distance needs a closed surface",
+                mend="close its holes first, or use it as a mesh",
             )
         around = 4.0 * step if margin is None else max(float(margin), 2.0 * step)
         low, high = mesh.bounds[0] - around, mesh.bounds[1] + around
@@ -99,9 +101,11 @@ class DistanceGrid(Surface):
         inside = count * step**3
         if abs(inside - mesh.report.volume_m3) > _VOLUME * mesh.report.volume_m3:
             ratio = 100.0 * inside / mesh.report.volume_m3
-            what = f"a grid of {1e3 * step:g} mm holds {ratio:.0f} % of the mesh's volume"
+            what = f"a grid of {1e3 * step:g} mm has {ratio:.0f} % of the mesh's volume"
             warnings.warn(
-                PalpateWarning(what, where=mesh.name, why="it is too coarse for thin parts", mend="a finer spacing"),
+                PalpateWarning(
+                    what, where=mesh.name, why="it is too coarse for thin parts", mend="use a finer spacing"
+                ),
                 stacklevel=2,
             )
         return cls(values, low, step, name=mesh.name)
@@ -112,34 +116,42 @@ class DistanceGrid(Surface):
 
         Args:
             path: the file.
-            unit: of an NRRD's values and lengths when its header does not name one.
+            unit: unit of an NRRD file whose header names none.
 
         Raises:
-            SurfaceError: the file is missing, of another format, damaged, or holds no distance.
+            SurfaceError: the file is missing, of another format, damaged, or holds no distances.
         """
         file = Path(path)
         if not file.is_file():
-            raise SurfaceError("no such file", where=str(file), mend="check the path")
+            raise SurfaceError("grid file not found", where=str(file), mend="check the path")
         if file.suffix.lower() == ".nrrd":
             from palpate.surfaces import nrrd
 
             return cls(*nrrd.read(file, unit), name=file.stem)
         if file.suffix.lower() != ".npz":
-            raise SurfaceError(f"{file.suffix or 'no ending'} is no distance grid", where=str(file), mend=".npz, .nrrd")
+            raise SurfaceError(
+                f"{file.suffix or 'no ending'} is not a format of distance grids",
+                where=str(file),
+                mend="use .npz or .nrrd",
+            )
         try:
             with np.load(file, allow_pickle=False) as data:
                 return cls(data["distance"], data["origin"], data["spacing"], name=file.stem)
         except SurfaceError as error:
             raise SurfaceError(error.what, where=str(file), why=error.why, mend=error.mend) from None
         except KeyError as error:
-            raise SurfaceError(f"array {error} is missing", where=str(file), mend="distance, origin, spacing") from None
+            raise SurfaceError(
+                f"array {error} is missing", where=str(file), mend="give distance, origin, spacing"
+            ) from None
         except (OSError, ValueError, zipfile.BadZipFile) as error:
-            raise SurfaceError("cannot be read", where=str(file), why=str(error), mend="save it again") from None
+            raise SurfaceError(
+                "the grid cannot be read", where=str(file), why=str(error), mend="save it again"
+            ) from None
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write ``distance`` (nx, ny, nz) float32, ``origin`` and ``spacing`` (3,), all in metres, as ``.npz``.
 
-        Whole or not at all: an interrupted one leaves what was there before.
+        The write is atomic: if it is interrupted, an existing file stays unchanged.
         """
         draft = Path(path).with_name(f".{Path(path).name}.{os.getpid()}")
         try:
@@ -150,7 +162,7 @@ class DistanceGrid(Surface):
             draft.unlink(missing_ok=True)
 
     def __str__(self) -> str:
-        """What it is."""
+        """Number and spacing of the nodes."""
         nodes = " x ".join(f"{n}" for n in self.values.shape)
         steps = " x ".join(f"{1e3 * s:.3g}" for s in dict.fromkeys(self.spacing.tolist()))
         return f"distance grid, {nodes} nodes, {steps} mm apart"
@@ -162,34 +174,34 @@ class DistanceGrid(Surface):
 
 @dataclass(frozen=True)
 class GridError:
-    """How far a grid's distances are from those of the mesh it was made from [m]."""
+    """Error of a grid's distances against those of its mesh [m]: 99th percentiles and maxima."""
 
     near_p99: float
-    """within two cells of the surface"""
+    """within two cells of the surface, 99th percentile"""
     near_worst: float
     box_p99: float
-    """anywhere in its box"""
+    """anywhere in the box of the grid, 99th percentile"""
     box_worst: float
     points: int
-    """random places asked, half of them near the surface"""
+    """number of random sample points, half of them near the surface"""
 
 
 def error_of(grid: DistanceGrid, mesh: Mesh, points: int = 40_000, seed: int = 0) -> GridError:
-    """Compare a grid with the exact distance of its mesh at random places."""
+    """Compare a grid with the exact distance of its mesh at random points."""
     rng, half = np.random.default_rng(seed), points // 2
     corners = mesh.vertices[mesh.triangles[rng.integers(0, len(mesh.triangles), half)]]
     weights = rng.dirichlet(np.ones(3), half)[:, :, None]
     near = (weights * corners).sum(axis=1) + rng.uniform(-2.0, 2.0, (half, 3)) * grid.spacing
     box = rng.uniform(grid.origin, grid.origin + grid.spacing * (np.array(grid.values.shape) - 1), (half, 3))
-    off = [abs(grid.nearest(p)[0] - mesh.core.nearest(np.ascontiguousarray(p))[0]) for p in (near, box)]
-    p99, worst = ([float(f(o)) for o in off] for f in (lambda o: np.percentile(o, 99), np.max))
+    errors = [abs(grid.nearest(p)[0] - mesh.core.nearest(np.ascontiguousarray(p))[0]) for p in (near, box)]
+    p99, worst = ([float(f(o)) for o in errors] for f in (lambda o: np.percentile(o, 99), np.max))
     return GridError(p99[0], worst[0], p99[1], worst[1], 2 * half)
 
 
 def _sample(
     mesh: Mesh, low: Array, step: float, nodes: npt.NDArray[np.int_], on_progress: Callable[[int, int], None]
 ) -> tuple[npt.NDArray[np.float32], int]:
-    """Layer by layer on all cores, and how many nodes lie inside. Interrupted, it ends with the layers begun."""
+    """Distances at all nodes, and the number of nodes inside; computed layer by layer on all cores."""
     values = np.empty(nodes, np.float32)
 
     def fill(i: int) -> int:
@@ -209,8 +221,8 @@ def _require_size(nodes: tuple[int, ...], name: str, step: float | None = None) 
     count = int(np.prod(nodes, dtype=np.int64))
     if count <= MAX_NODES:
         return
-    told = " x ".join(f"{n:,}" for n in nodes)
-    mend = "a coarser grid"
+    size = " x ".join(f"{n:,}" for n in nodes)
+    mend = "use a coarser grid"
     if step is not None:
-        mend = f"a spacing of {1e3 * step * (count / MAX_NODES) ** (1 / 3) * 1.05:.2g} mm or more"
-    raise SurfaceError(f"{told} nodes are more than {MAX_NODES:,}", where=name, mend=mend)
+        mend = f"use a spacing of {1e3 * step * (count / MAX_NODES) ** (1 / 3) * 1.05:.2g} mm or more"
+    raise SurfaceError(f"{size} nodes are more than {MAX_NODES:,}", where=name, mend=mend)

@@ -1,4 +1,4 @@
-"""NRRD files of distances: an attached header, raw or gzip data, axes along those of space."""
+"""NRRD files of distances, with attached header, raw or gzip data, and axes parallel to those of space."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _VECTOR = re.compile(r"\(([^)]*)\)")
 
 
 def read(path: Path, unit: str) -> tuple[npt.NDArray[np.float32], Array, Array]:
-    """Values (nx, ny, nz), origin (3,) and spacing (3,), all in metres.
+    """Read values (nx, ny, nz), origin (3,) and spacing (3,), all in metres.
 
     Raises:
-        SurfaceError: no NRRD, a kind of it that is not read, or less data than its header says.
+        SurfaceError: the file is not NRRD, has an unsupported encoding or type, or less data than its header states.
     """
     try:
         head, _, data = path.read_bytes().partition(b"\n\n")
@@ -35,10 +35,10 @@ def read(path: Path, unit: str) -> tuple[npt.NDArray[np.float32], Array, Array]:
         scale = UNITS[_unit(field, unit)]
         values = np.frombuffer(_decoded(field, data), _dtype(field), int(np.prod(sizes)))
     except KeyError as error:
-        raise SurfaceError(f"the header does not say {error}", where=str(path), mend="write it again") from None
+        raise SurfaceError(f"the header lacks {error}", where=str(path), mend="write it again") from None
     except (OSError, ValueError, zlib.error, EOFError) as error:
         raise SurfaceError(
-            "cannot be read", where=str(path), why=str(error), mend="write it again, raw or gzip"
+            "the NRRD file cannot be read", where=str(path), why=str(error), mend="write it again, raw or gzip"
         ) from None
     return (values.reshape(sizes, order="F") * scale).astype(np.float32), scale * origin, scale * spacing
 
@@ -48,7 +48,7 @@ def _space(field: dict[str, str]) -> tuple[Array, Array]:
         rows = np.array([[float(x) for x in v.split(",")] for v in _VECTOR.findall(field["space directions"])])
         spacing = np.diag(rows) if rows.shape == (3, 3) else np.zeros(3)
         if rows.shape != (3, 3) or (rows != np.diag(spacing)).any() or (spacing <= 0).any():
-            raise ValueError("its axes are not those of space; resample it along x, y, z")
+            raise ValueError("its axes are not parallel to those of space; resample it along x, y, z")
     else:
         spacing = np.array([float(x) for x in field["spacings"].split()])
     found = _VECTOR.search(field.get("space origin", "(0, 0, 0)"))

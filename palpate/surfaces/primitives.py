@@ -11,10 +11,10 @@ from palpate.surfaces.surface import Surface, Triangles, length, three
 
 
 class Plane(Surface):
-    """The half-space z <= 0, without an end; a square of ``size`` [m] of it is drawn.
+    """The half-space z <= 0; a square of side ``size`` [m] is drawn.
 
     Raises:
-        SurfaceError: a size that is no positive length.
+        SurfaceError: the size is not a positive length [m].
     """
 
     def __init__(self, size: float = 0.2, *, name: str = "plane") -> None:
@@ -22,7 +22,7 @@ class Plane(Surface):
         self.core = _core.Plane()
 
     def __str__(self) -> str:
-        """What it is."""
+        """Kind and size, for messages."""
         return "plane without an end"
 
     def _drawing(self) -> tuple[Array, Triangles]:
@@ -32,10 +32,10 @@ class Plane(Surface):
 
 
 class Sphere(Surface):
-    """Around the origin.
+    """A sphere around the origin.
 
     Raises:
-        SurfaceError: a radius that is no positive length [m].
+        SurfaceError: the radius is not a positive length [m].
     """
 
     def __init__(self, radius: float, *, name: str = "sphere") -> None:
@@ -43,7 +43,7 @@ class Sphere(Surface):
         self.core = _core.Sphere(self.radius)
 
     def __str__(self) -> str:
-        """What it is."""
+        """Kind and size, for messages."""
         return f"sphere, radius {_mm(self.radius)}"
 
     def _drawing(self) -> tuple[Array, Triangles]:
@@ -53,10 +53,10 @@ class Sphere(Surface):
 
 
 class Box(Surface):
-    """Around the origin, its sides (x, y, z) along the axes; edges are rounded by the tool's radius, never cut.
+    """A box around the origin with sides (x, y, z) along the axes; its distance is exact at edges and corners.
 
     Raises:
-        SurfaceError: not three positive lengths [m].
+        SurfaceError: the size is not three positive lengths [m].
     """
 
     def __init__(self, size: npt.ArrayLike, *, name: str = "box") -> None:
@@ -66,7 +66,7 @@ class Box(Surface):
         self.core = _core.Box(sides)
 
     def __str__(self) -> str:
-        """What it is."""
+        """Kind and size, for messages."""
         return f"box, {' x '.join(f'{1e3 * s:g}' for s in self.size)} mm"
 
     def _drawing(self) -> tuple[Array, Triangles]:
@@ -77,10 +77,10 @@ class Box(Surface):
 
 
 class Cylinder(Surface):
-    """Around the z axis, flat ends, its middle at the origin.
+    """A cylinder around the z axis with flat ends, centred at the origin.
 
     Raises:
-        SurfaceError: a radius or length that is no positive length [m].
+        SurfaceError: the radius or the length is not a positive length [m].
     """
 
     def __init__(self, radius: float, length: float, *, name: str = "cylinder") -> None:
@@ -88,7 +88,7 @@ class Cylinder(Surface):
         self.core = _core.Cylinder(self.radius, self.length)
 
     def __str__(self) -> str:
-        """What it is."""
+        """Kind and size, for messages."""
         return f"cylinder, radius {_mm(self.radius)}, length {_mm(self.length)}"
 
     def _drawing(self) -> tuple[Array, Triangles]:
@@ -99,10 +99,10 @@ class Cylinder(Surface):
 
 
 class Capsule(Surface):
-    """All points within ``radius`` of a segment of ``length`` along the z axis, its middle at the origin.
+    """All points within ``radius`` of a segment of ``length`` along the z axis, centred at the origin.
 
     Raises:
-        SurfaceError: a radius or length that is no positive length [m].
+        SurfaceError: the radius or the length is not a positive length [m].
     """
 
     def __init__(self, radius: float, length: float, *, name: str = "capsule") -> None:
@@ -110,7 +110,7 @@ class Capsule(Surface):
         self.core = _core.Capsule(self.radius, self.length)
 
     def __str__(self) -> str:
-        """What it is."""
+        """Kind and size, for messages."""
         return f"capsule, radius {_mm(self.radius)}, length {_mm(self.length)} between its centres"
 
     def _drawing(self) -> tuple[Array, Triangles]:
@@ -121,8 +121,8 @@ class Capsule(Surface):
         return np.asarray(drawn.vertices) - 0.5 * (low + high), np.asarray(drawn.faces, dtype=np.int32)
 
 
-def _radius_and_length(kind: str, radius: float, along: float) -> tuple[float, float]:
-    return length(f"radius of a {kind}", radius), length(f"length of a {kind}", along)
+def _radius_and_length(kind: str, radius: float, extent: float) -> tuple[float, float]:
+    return length(f"radius of a {kind}", radius), length(f"length of a {kind}", extent)
 
 
 def _mm(metres: float) -> str:

@@ -1,4 +1,4 @@
-"""What primitives, grids and implicit surfaces have in common."""
+"""Base class of primitives, grids and implicit surfaces."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from palpate.errors import SurfaceError
 
 Triangles = npt.NDArray[np.int32]
 
-#: Cells along the longest side of what is drawn of a surface that has no drawing of its own.
+#: Cells along the longest side when a surface is triangulated for drawing.
 DRAWN_CELLS = 60
 
 
 class Surface(ABC):
-    """Something to touch in its own frame O. What is felt is ``core``; the triangles are there to be drawn."""
+    """A surface in its own frame O. Contact uses ``core``; the triangles are for drawing only."""
 
-    name: str  #: how plots and messages call it
-    core: _core.Surface  #: what contact asks
+    name: str  #: name in plots and messages
+    core: _core.Surface  #: the C++ surface that contact uses
 
     @abstractmethod
     def __str__(self) -> str:
-        """What it is, in a few words with its sizes."""
+        """Kind and size, for messages."""
 
     @abstractmethod
     def _drawing(self) -> tuple[Array, Triangles]:
-        """Vertices (n, 3) [m] and triangles (m, 3) to be drawn."""
+        """Vertices (n, 3) [m] and triangles (m, 3) for drawing."""
 
     def nearest(self, points: npt.ArrayLike) -> tuple[Array, Array, Array]:
-        """Nearest places to ``points`` (n, 3) [m]: signed distance (n,), point (n, 3), outward normal (n, 3)."""
+        """Nearest surface points to (n, 3) points [m]: signed distance (n,), point (n, 3), outward normal (n, 3)."""
         return self.core.nearest(np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3))
 
     @cached_property
@@ -57,7 +57,7 @@ class Surface(ABC):
 
 
 def nets(core: _core.Surface, lowest: Array, highest: Array, spacing: float) -> tuple[Array, Triangles]:
-    """Triangles of a closed surface inside of a box [m], from its distances at about ``spacing`` or coarser [m]."""
+    """Triangulate a closed surface inside a box [m], with cells of ``spacing`` [m] or coarser."""
     from palpate.shapes.surface_nets import rough
 
     step = max(spacing, float((highest - lowest).max()) / DRAWN_CELLS)
@@ -87,5 +87,5 @@ def three(name: str, values: npt.ArrayLike) -> Array:
     except (TypeError, ValueError):
         array = np.empty(0)
     if array.shape != (3,) or not np.isfinite(array).all():
-        raise SurfaceError(f"{name} must be three finite numbers, got {values!r}", mend="one for each axis")
+        raise SurfaceError(f"{name} must be three finite numbers, got {values!r}", mend="give one for each axis")
     return array

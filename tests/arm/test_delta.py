@@ -103,7 +103,7 @@ def test_driven_arms_are_mujocos(delta):
 def test_out_of_reach_says_how_far(delta):
     X = delta.fk(delta.home)
     X[2, 3] -= 1.0
-    with pytest.raises(ArmError, match="nearest it came is"):
+    with pytest.raises(ArmError, match="nearest pose found is"):
         delta.ik(X)
 
 

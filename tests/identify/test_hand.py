@@ -83,7 +83,7 @@ def test_presets_come_back_from_simulated_sessions(name):
     scene["operator"]["palpate"]["slide"] = 22
     scene["arms"]["leader"] = {"load_cell_noise": 0.05}
     ticks = as_ticks(rig.build(Scene.model_validate(scene)).simulation().run(24_000))
-    found, true = fit(grip_recording.of_ticks(ticks, 1000.0, name)), hands.PRESETS[name]
+    found, true = fit(grip_recording.grip_of_ticks(ticks, 1000.0, name)), hands.PRESETS[name]
     assert found.value == pytest.approx([true.mass, true.damping, true.stiffness], rel=0.1)
     assert found.warnings == ()
 
@@ -103,12 +103,12 @@ def test_grips_that_tell_nothing():
     refuse(1000.0, x, np.where(F > 0.5, np.nan, F), u, said="not finite")
     refuse(1000.0, x, -F, u, said="x or F has the wrong sign")
     noise = np.random.default_rng(2).normal(size=(3, len(x)))
-    refuse(1000.0, 1e-3 * noise[0], noise[1], noise[2], said="frequencies tell of the hand")
+    refuse(1000.0, 1e-3 * noise[0], noise[1], noise[2], said="frequencies are coherent enough")
 
 
 def test_excitation_on_one_side_of_the_resonance():
-    refuse(1000.0, *pushed(lines=np.arange(0.5, 5.0, 0.5)), said="the mass cannot be told")
-    refuse(1000.0, *pushed(lines=np.arange(6.0, 28.0, 2.0)), said="the stiffness cannot be told")
+    refuse(1000.0, *pushed(lines=np.arange(0.5, 5.0, 0.5)), said="the mass cannot be identified")
+    refuse(1000.0, *pushed(lines=np.arange(6.0, 28.0, 2.0)), said="the stiffness cannot be identified")
 
 
 @pytest.mark.parametrize(
@@ -135,7 +135,7 @@ def test_a_record_in_which_nothing_was_touched(tmp_path):
     scene = {"objects": [{"sphere": {"radius": 0.02}}], "operator": {"path": [{"t": 0, "xyz": [0, 0, 0.04]}]}}
     ticks = as_ticks(rig.build(Scene.model_validate(scene)).simulation().run(100))
     with pytest.raises(RecordingError, match="nothing was touched"):
-        grip_recording.of_ticks(ticks, 1000.0, "r")
+        grip_recording.grip_of_ticks(ticks, 1000.0, "r")
 
 
 def test_a_table_gives_what_the_signals_give(tmp_path):

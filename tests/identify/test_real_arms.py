@@ -28,7 +28,7 @@ def test_unseen_poses_of_real_arms(name):
     assert (found.test.r2 > np.subtract(R2[name], 0.01)).all(), found.test.r2
     assert (found.test.r2_directed[:3] > [0.83, 0.95, 0.945]).all(), "the order of rows tells the approach"
     assert (found.test.coverage > 0.85).all()
-    assert found.told.rank == 10
+    assert found.identifiability.rank == 10
 
 
 @needs_data

@@ -25,8 +25,8 @@ def refused(path, text, read=lambda p: read_static(p, Arm.mtm("right"))) -> str:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "there is no row in it"),
-        (HEADER, "there is no row in it"),
+        ("", "the recording has no rows"),
+        (HEADER, "the recording has no rows"),
         (HEADER + "1,2,3\n", ":2: 3 columns\n  why: 14 are needed: q1_rad .. tau7_Nm"),
         ("1,2,3\n", ":1: 3 columns"),
         (ROW.strip() + ",7\n", ":1: 15 columns"),
@@ -124,14 +124,14 @@ def test_too_few_and_too_similar_poses(tmp_path):
         gravity(tmp_path / "few.csv", "mtmr")
     few.q[:, 1:] = few.q[0, 1:]
     synthetic.write(tmp_path / "few.csv", few)
-    with pytest.raises(RecordingError, match=r"nothing is known about .*shoulder_pitch\.m"):
+    with pytest.raises(RecordingError, match=r"these poses do not identify .*shoulder_pitch\.m"):
         gravity(tmp_path / "few.csv", "mtmr")
     line = synthetic.recording(40, 1)
     line.q[:, [0, 2, 3, 4, 5]] = line.q[0, [0, 2, 3, 4, 5]]
     synthetic.write(tmp_path / "line.csv", line)
     with pytest.raises(RecordingError, match=r"too much alike: they show \d of 10 base parameters") as error:
         gravity(tmp_path / "line.csv", "mtmr")
-    assert "nothing is known about" in str(error.value)
+    assert "these poses do not identify" in str(error.value)
     assert "wrist_platform" in str(error.value)
 
 
@@ -146,7 +146,7 @@ def test_repeated_poses_are_told(tmp_path):
 def test_arm_and_form_are_asked_for_by_name(tmp_path):
     with pytest.raises(RecordingError, match="there is no arm 'psm'"):
         gravity("x.csv", "psm")
-    with pytest.raises(RecordingError, match="there is no model 'magic'\n  mend: choose one of potential"):
+    with pytest.raises(RecordingError, match="there is no gravity model 'magic'\n  mend: choose one of potential"):
         gravity("x.csv", "mtmr", model="magic")
 
 
@@ -219,9 +219,9 @@ def test_grid_levels_lose_the_servos_slope():
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("a: 1", "this is no gravity model\n  why: 'kind' is missing"),
+        ("a: 1", "this is not a gravity model\n  why: 'kind' is missing"),
         ("kind: dynamics", "its kind is 'dynamics'"),
-        ("- 1", "this is no gravity model"),
+        ("- 1", "this is not a gravity model"),
         ("a: [", "the gravity model cannot be read"),
     ],
 )

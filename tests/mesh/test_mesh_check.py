@@ -134,7 +134,7 @@ def test_a_size_that_betrays_the_unit(scale, said):
         (CUBE_V[:, :2], CUBE_T, r"vertices must have shape \(n, 3\). Got: \(8, 2\)"),
         (CUBE_V, CUBE_T[:, :2], r"triangles must have shape \(m, 3\). Got: \(12, 2\)"),
         (CUBE_V, CUBE_T.astype(float), "triangles must be integers. Got: float64"),
-        (CUBE_V, CUBE_T + 1, r"names vertex \[\d, \d, \d\], there are 8 vertices \(0 to 7\)"),
+        (CUBE_V, CUBE_T + 1, r"names the vertices \[\d, \d, \d\]; the mesh has 8 vertices \(0 to 7\)"),
         (CUBE_V, CUBE_T - 1, r"there are 8 vertices \(0 to 7\)"),
         (CUBE_V, np.empty((0, 3), int), "zero triangles"),
         ([["a", "b", "c"]], CUBE_T, "vertices are not numbers"),

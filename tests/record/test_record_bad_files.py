@@ -61,7 +61,7 @@ def test_other_peoples_mcap_is_told_what_it_lacks(tmp_path):
 
 def test_no_tick_is_told(tmp_path):
     Recorder(tmp_path / "r.mcap", "", 0, 1000.0, True).close()
-    assert "holds no tick" in told(tmp_path / "r.mcap")
+    assert "the record has no ticks" in told(tmp_path / "r.mcap")
 
 
 @settings(max_examples=150, deadline=None)

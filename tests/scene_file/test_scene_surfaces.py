@@ -64,7 +64,7 @@ def test_a_grid_coarser_than_the_tool_is_a_warning(tmp_path):
         ("objects: [{sphere: {radus: 1}}]", SceneError, "did you mean 'radius'"),
         ("objects: [{box: {size: [1, 1]}}]", SceneError, r"objects\[0\].box.size"),
         ("objects: [{implicit: {half: [1, 1, 1], exponents: [2, 3, 2]}}]", SceneError, "must be a multiple of 2"),
-        ("objects: [{sdf: nowhere.npz}]", SurfaceError, "nowhere.npz: no such file"),
+        ("objects: [{sdf: nowhere.npz}]", SurfaceError, "nowhere.npz: grid file not found"),
     ],
 )
 def test_mistakes(text, error, said):

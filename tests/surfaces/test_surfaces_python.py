@@ -85,7 +85,7 @@ def test_nrrd(ball, tmp_path, encoding):
     np.testing.assert_allclose(again.origin, ball.origin)
     np.testing.assert_allclose(again.spacing, ball.spacing)
     (tmp_path / "ball.nrrd").write_bytes(header.encode() + data[:100])
-    with pytest.raises(SurfaceError, match="cannot be read"):
+    with pytest.raises(SurfaceError, match="the NRRD file cannot be read"):
         surfaces.DistanceGrid.load(tmp_path / "ball.nrrd")
 
 
@@ -102,7 +102,7 @@ def test_nrrd(ball, tmp_path, encoding):
         (lambda: surfaces.DistanceGrid(np.ones((5, 5)), np.zeros(3), 1), r"shape \(nx, ny, nz\). Got: \(5, 5\)"),
         (lambda: surfaces.DistanceGrid(np.ones((5, 5, 5)), np.zeros(3), 1), "no surface inside"),
         (lambda: surfaces.DistanceGrid(np.broadcast_to(1.0, (9999, 9999, 9)), np.zeros(3), 1), "more than 134,217,728"),
-        (lambda: surfaces.DistanceGrid.load("nowhere.npz"), "nowhere.npz: no such file"),
+        (lambda: surfaces.DistanceGrid.load("nowhere.npz"), "nowhere.npz: grid file not found"),
         (lambda: surfaces.DistanceGrid.from_mesh(Mesh(*SHAPES["sphere"].mesh(500)), 1e-5), "mm or more"),
     ],
 )
@@ -112,7 +112,11 @@ def test_mistakes_are_told(make, message):
 
 
 def test_damaged_files_are_told(tmp_path, ball):
-    for name, said in (("a.npz", "cannot be read"), ("a.stl", ".stl is no distance grid"), ("a.nrrd", "cannot be")):
+    for name, said in (
+        ("a.npz", "the grid cannot be read"),
+        ("a.stl", ".stl is not a format of distance grids"),
+        ("a.nrrd", "cannot be"),
+    ):
         (tmp_path / name).write_bytes(b"nonsense")
         with pytest.raises(SurfaceError, match=said):
             surfaces.DistanceGrid.load(tmp_path / name)

@@ -1,1 +1,1 @@
-"""Ideas of the paper in their simplest form, to be read and drawn. Nothing here runs in the haptic cycle."""
+"""Ideas of the paper in their simplest form, for reading and for figures. None of them runs in the haptic cycle."""

@@ -1,8 +1,9 @@
 """The paper's section 3.3 in the plane: the angle of a mesh face from the motion of one contact point.
 
 A circle, the spherical proxy region (SPR), moves along +x. Its lowest point is ``depth`` below the previous face,
-y = 0. At the origin that face meets the next one, which is turned by phi_f: up for phi_f > 0 (a concave edge), down
-for phi_f < 0 (a convex one). Solid is below. The reported contact point c is where the circle meets the face ahead,
+y = 0. At the origin that face meets the next face, which is turned by phi_f: up for phi_f > 0 (a concave edge), down
+for phi_f < 0 (a convex edge). The solid is below. The reported contact point c is where the circle meets the
+face ahead,
 
     c = x + r (cos phi_n, sin phi_n),    phi_n = phi_f - asin(d / r),    c_y = c_x tan phi_f        (Figs 10, 11)
 
@@ -24,7 +25,7 @@ import numpy.typing as npt
 
 from palpate.arrays import Array
 
-#: What Eq 20 does at a concave edge that leans back over the tool.
+#: Failure of Eq 20 at a concave edge that overhangs the tool.
 OVERHANG = "sharp concave edge: the normal points into the wall"
 
 
@@ -33,12 +34,12 @@ class Slide:
     """A circle that slides along +x toward the next face.
 
     Raises:
-        ValueError: a depth or an angle at which the circle never meets the next face.
+        ValueError: the circle never meets the next face at this depth or angle.
     """
 
     phi_f: float  #: angle of the next face, -pi < phi_f < pi, not 0
-    radius: float = 15e-3  #: of the circle [m]
-    depth: float = 5e-3  #: of its lowest point below the previous face [m]
+    radius: float = 15e-3  #: radius of the circle [m]
+    depth: float = 5e-3  #: depth of its lowest point below the previous face [m]
 
     def __post_init__(self) -> None:
         if not 0.0 < self.depth < 2.0 * self.radius:
@@ -48,7 +49,7 @@ class Slide:
 
     @property
     def height(self) -> float:
-        """Of the centre above the previous face [m]."""
+        """Height of the centre above the previous face [m]."""
         return self.radius - self.depth
 
     @property
@@ -62,10 +63,10 @@ class Slide:
         return np.array([-np.sin(self.phi_f), np.cos(self.phi_f)])
 
     def travel(self, n: int) -> Array:
-        """Places x of the centre (n,) [m] over which it meets the next face, both ends left out.
+        """Positions x of the centre (n,) [m] at which the circle meets the next face, without both ends.
 
-        From where the circle reaches the edge, or touches a steep face above it, to where it leaves the face: sinks in
-        whole (concave) or lifts off (convex).
+        The first end is where the circle reaches the edge, or a steep face above it. The last end is where it is
+        entirely inside the face (concave) or loses contact (convex).
         """
         run, rise = self.face
         first = -float(np.sqrt(self.radius**2 - self.height**2))
@@ -76,7 +77,7 @@ class Slide:
         return np.asarray(np.linspace(first, last, n + 2)[1:-1])
 
     def centre(self, x: Array) -> Array:
-        """(n, 2) [m]."""
+        """Positions of the centre (n, 2) [m]."""
         return np.stack([x, np.full_like(x, self.height)], axis=1)
 
     def phi_n(self, x: Array) -> Array:
@@ -84,12 +85,12 @@ class Slide:
         return np.asarray(self.phi_f - np.arcsin(self.centre(x) @ self.normal / self.radius))
 
     def contact(self, x: Array) -> Array:
-        """c (n, 2) [m], on the circle by its angle phi_n."""
+        """Contact point c (n, 2) [m], at the angle phi_n on the circle."""
         angle = self.phi_n(x)
         return np.asarray(self.centre(x) + self.radius * np.stack([np.cos(angle), np.sin(angle)], axis=1))
 
     def rate(self, x: Array) -> Array:
-        """dc/dx (n, 2) [-]: of the centre, and of the angle around it."""
+        """Derivative dc/dx (n, 2) [-]: motion of the centre plus motion around the circle."""
         angle = self.phi_n(x)
         turn = np.sin(self.phi_f) / np.cos(angle - self.phi_f)  # r dphi_n/dx
         around = turn[:, None] * np.stack([-np.sin(angle), np.cos(angle)], axis=1)
@@ -99,11 +100,11 @@ class Slide:
 def face_angle(c_before: npt.ArrayLike, c_now: npt.ArrayLike, baseline: float = 0.0) -> float:
     """Eq 18: phi_f = atan2(delta c_y, delta c_x) of two contact points (2,) [m].
 
-    The point may run backwards along the face when the circle sinks in far: then it is phi_f + 180 degrees, the same
-    line, and Eqs 19 and 20 do not notice.
+    If the circle is deep in the solid, the point may move backwards along the face. The result is then phi_f + 180
+    degrees: the same line, so Eqs 19 and 20 give the same normal.
 
     Raises:
-        ValueError: the points are nearer to each other than ``baseline`` [m]: noise would decide.
+        ValueError: the points are closer than ``baseline`` [m], so that noise would dominate.
     """
     dx, dy = np.asarray(c_now, dtype=float) - np.asarray(c_before, dtype=float)
     moved = float(np.hypot(dx, dy))
@@ -115,21 +116,21 @@ def face_angle(c_before: npt.ArrayLike, c_now: npt.ArrayLike, baseline: float = 
 
 
 def candidates(phi_f: float) -> tuple[Array, Array]:
-    """Eq 19: both unit normals (2,) of a face at phi_f, the one to its left first."""
+    """Eq 19: both unit normals (2,) of a face at phi_f, the left one first."""
     left = np.array([-np.sin(phi_f), np.cos(phi_f)])
     return left, -left
 
 
 def locally_convex(normals: tuple[Array, Array], x_n: npt.ArrayLike) -> Array:
-    """Eq 20: the one with n . x_n >= 0, where x_n is the last good normal (2,)."""
+    """Eq 20: the normal with n . x_n >= 0, where x_n is the last valid normal (2,)."""
     return normals[0] if float(normals[0] @ np.asarray(x_n, dtype=float)) >= 0.0 else normals[1]
 
 
 def eq20(slide: Slide) -> tuple[Array, str]:
-    """The normal that Eqs 18-20 give on the next face when the previous one's was right; what fails, or nothing.
+    """Normal by Eqs 18-20 on the next face if the previous normal was correct, and the failure in words (or empty).
 
-    A circle that moves along the previous face meets convex edges of less than a right angle only, there Eq 20 holds.
-    A concave edge may be sharper; then it picks the normal that points into the wall.
+    A circle that moves along the previous face only meets convex edges below a right angle, where Eq 20 holds. At a
+    concave edge above a right angle, Eq 20 chooses the normal that points into the wall.
     """
     x = slide.travel(3)
     c = slide.contact(x)
@@ -138,14 +139,14 @@ def eq20(slide: Slide) -> tuple[Array, str]:
 
 
 def angle_noise(noise: float, speed: float = 0.02, rate: float = 250.0, draws: int = 200_000, seed: int = 0) -> float:
-    """Eq 18 under noise: rms error of phi_f [deg] from two points a tick apart, each off by ``noise`` [m] an axis.
+    """Eq 18 under noise: RMS error of phi_f [deg] from two noisy points one tick apart.
 
     Args:
         noise: standard deviation of each coordinate of a contact point [m].
-        speed: of the contact point along the face [m/s].
-        rate: of the collision reports [Hz].
-        draws: pairs of points.
-        seed: of the noise.
+        speed: speed of the contact point along the face [m/s].
+        rate: rate of the collision reports [Hz].
+        draws: number of simulated pairs of points.
+        seed: seed of the noise.
     """
     points = noise * np.random.default_rng(seed).normal(size=(2, draws, 2))
     delta = points[1] - points[0] + [speed / rate, 0.0]
@@ -153,8 +154,8 @@ def angle_noise(noise: float, speed: float = 0.02, rate: float = 250.0, draws: i
 
 
 def contact_normal_error(radius: float, depth: float) -> float:
-    """Fig 9B: angle [deg] between the face's normal and centre-to-contact, when only surface points are reported.
+    """Fig 9B: angle [deg] between the face's normal and the line from contact to centre, for contacts on the surface.
 
-    The circle cuts the face at two points; seen from either the centre is acos((r - depth) / r) off the normal.
+    The circle intersects the face at two points; from each the centre lies acos((r - depth) / r) off the normal.
     """
     return float(np.degrees(np.arccos((radius - depth) / radius)))

@@ -1,7 +1,7 @@
-"""The paper's section 3.2: two surfaces that come to touch have collinear normals where they touch (Eqs 14-17, Fig 6A).
+"""The paper's section 3.2: two surfaces in contact have collinear normals at the contact point (Eqs 14-17, Fig 6A).
 
-U stays; V comes along a slanted way and touches U at one point. V's touching point y* and its normal psi(y*) go with V;
-x* is the place of U nearest to y*. Delta(U, V) = |x* - y*|. Away from contact the normals are askew; as Delta -> 0
+U is at rest; V moves along an oblique path and touches U at one point. The contact point y* of V and its normal psi(y*)
+move with V; x* is the point of U nearest to y*. Delta(U, V) = |x* - y*|. The normals become collinear as Delta -> 0:
 
     |n_U x n_V| -> 0,    n_U . n_V -> -1.
 """
@@ -19,13 +19,13 @@ from palpate.surfaces import ImplicitSurface
 
 @dataclass(frozen=True)
 class Pair:
-    """Both points and normals (3,), outward, in U's frame."""
+    """Both points and outward unit normals (3,), in U's frame."""
 
-    x: Array  #: on U [m]
-    y: Array  #: on V [m]
+    x: Array  #: point on U [m]
+    y: Array  #: point on V [m]
     n_U: Array
     n_V: Array
-    p_V: Array  #: where V's centre is [m]
+    p_V: Array  #: position of V's centre [m]
 
     @property
     def gap(self) -> float:
@@ -44,40 +44,40 @@ class Pair:
 
 
 def approach(U: ImplicitSurface, V: ImplicitSurface, touch: npt.ArrayLike, way: npt.ArrayLike, distance: float) -> Pair:
-    """V, ``distance`` before it touches U.
+    """The pair of points when V is ``distance`` before contact with U.
 
     Args:
-        U: stays around the origin.
-        V: keeps its orientation.
-        touch: (3,) the place of U nearest to this point is where they will touch [m].
-        way: (3,) direction in which V comes; it must lead into U there.
-        distance: left on this way [m].
+        U: surface at rest around the origin.
+        V: surface that moves without turning.
+        touch: (3,) the contact point is the point of U nearest to this one [m].
+        way: (3,) direction of V's motion, which must lead into U at the contact point.
+        distance: remaining distance along ``way`` [m].
 
     Raises:
-        ValueError: a way that does not lead into U.
+        ValueError: ``way`` does not lead into U.
     """
-    _, place, normal = (rows[0] for rows in U.nearest(np.array([touch], dtype=float)))
+    _, contact, normal = (rows[0] for rows in U.nearest(np.array([touch], dtype=float)))
     towards = np.asarray(way, dtype=float) / np.linalg.norm(np.asarray(way, dtype=float))
     if not float(towards @ normal) < 0.0:
         raise ValueError(f"way {towards.tolist()} does not lead into U, whose normal is {normal.tolist()} there")
     y_V = _facing(V, -normal)
-    y = place - distance * towards
+    y = contact - distance * towards
     _, x, n_U = (rows[0] for rows in U.nearest(y[None]))
     n_V = V.gradient(y_V)
     return Pair(x, y, n_U, n_V / np.linalg.norm(n_V), y - y_V)
 
 
 def _facing(V: ImplicitSurface, n: Array) -> Array:
-    """The place of V whose outward normal is n: sum |x_i/h_i|^m_i = 1 with grad along n, by bisection on its length."""
+    """Point of V whose outward normal is n: sum |x_i/h_i|^m_i = 1, by bisection on the length of the gradient."""
     half, m = V.core.half, np.asarray(V.exponents, dtype=float)
 
-    def at(length: float) -> Array:
+    def point(length: float) -> Array:
         return np.asarray(np.sign(n) * half * (length * half * np.abs(n) / m) ** (1.0 / (m - 1.0)))
 
     low, high = 0.0, 1.0
-    while V.value(at(high)) < 0.0:
+    while V.value(point(high)) < 0.0:
         high *= 2.0
     for _ in range(200):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if V.value(at(middle)) < 0.0 else (low, middle)
-    return at(low)
+        low, high = (middle, high) if V.value(point(middle)) < 0.0 else (low, middle)
+    return point(low)

@@ -1,4 +1,4 @@
-"""Bags of other people: a ROS 2 recording of arms that speak CRTK names, read without ROS (library rosbags).
+"""ROS 2 bags of other software: recordings of arms with CRTK topics, read without ROS (library rosbags).
 
 from palpate.record.bags import Bag
 bag = Bag.open("rosbag2_2026_11_21-13_00_00")

@@ -1,4 +1,4 @@
-"""A bag of a CRTK session, opened."""
+"""The ROS 2 bag of a CRTK session."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from palpate.record.bags.tracks import Contents
 
 @dataclass
 class Bag(Contents):
-    """A CRTK session."""
+    """A CRTK session read from a bag."""
 
     @classmethod
     def open(cls, path: str | Path) -> Bag:
         """Read a rosbag2: its folder, an ``.mcap`` or a ``.db3``.
 
         Raises:
-            RecordError: there is none, it is damaged, or no arm in it speaks CRTK.
-            MissingExtraError: the library is not installed.
+            RecordError: the bag is missing or damaged, or no arm in it has CRTK topics.
+            MissingExtraError: the library rosbags is not installed.
         """
         bag = cls(**vars(read(Path(path))))
         if not any(len(a.pose.t) or len(a.q.t) for a in bag.arms.values()):
             names = ", ".join(t.name for t in bag.topics[:6]) or "none"
             raise RecordError(
-                "no arm in this bag speaks CRTK: there is no measured_cp and no measured_js",
+                "no arm in this bag has CRTK topics: there is no measured_cp and no measured_js",
                 where=str(bag.path),
                 why=f"its topics: {names}{', ...' if len(bag.topics) > 6 else ''}",
                 mend="record the arm's topics: ros2 bag record -a",
@@ -36,9 +36,10 @@ class Bag(Contents):
 
     @cached_property
     def pair(self) -> tuple[str, str | None]:
-        """Names of the leader and its follower: as a teleop component pairs them, else by name, else by who is pushed.
+        """Names of the leader and its follower.
 
-        The leader is the arm that was commanded a wrench; a bag of one arm has no follower.
+        The names of teleoperation topics decide (``MTMR_PSM1``). Without them, the leader is the arm with commanded
+        wrenches, then the first MTM by name; the follower is the first PSM. A bag of one arm has no follower.
         """
         moved = [n for n, a in self.arms.items() if len(a.pose.t) or len(a.q.t)]
         for event in self.events:

@@ -1,4 +1,4 @@
-"""Open whatever holds a run: a record of Palpate, or a ROS 2 bag of other software."""
+"""Opens a record of Palpate, or a ROS 2 bag of other software."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from palpate.record.reader import Record
 
 
 def _find(path: Path) -> Path:
-    """The record itself when its folder is given; a folder without one may be a bag of other software."""
+    """Path of the record inside a folder; a folder without a record may be a bag of other software."""
     inside = path / "record.mcap"
     return inside if path.is_dir() and (inside.exists() or not _is_bag(path)) else path
 
@@ -19,20 +19,20 @@ def open_any(path: Path) -> Record | Bag:
     """Open a record of Palpate, or the ROS 2 bag of any CRTK session.
 
     Raises:
-        RecordError: the file is neither.
+        RecordError: the file is neither of them.
     """
     found = _find(path)
     if found.is_dir() or found.suffix == ".db3":
         return Bag.open(found)
     try:
         return Record.open(found)
-    except RecordError as ours:
+    except RecordError as record_error:
         if found.suffix != ".mcap" or not found.is_file():
             raise
         try:
             return Bag.open(found)
         except (RecordError, MissingExtraError):
-            raise ours from None
+            raise record_error from None
 
 
 def _is_bag(folder: Path) -> bool:

@@ -1,4 +1,4 @@
-"""From a rosbag2 to tracks. Which topic means what stands in one table; messages are decoded by the library rosbags."""
+"""Reads tracks and events from a rosbag2; `_MOTION` maps topics to tracks, and the library rosbags decodes messages."""
 
 from __future__ import annotations
 
@@ -27,36 +27,36 @@ _MOTION = {
     "jaw/measured_js": "gripper",
     "body/set_cf_orientation_absolute": "absolute",
 }
-"""The end of a topic's name -> what it is of the arm before it."""
-_TOLD = (
+"""End of a topic's name, after the name of the arm -> the quantity it carries."""
+_EVENTS = (
     "operating_state", "current_state", "following", "operator_present", "clutch", "camera", "status", "warning",
     "error", "state_command", "goal_reached", "enabled", "pinch", "closed", "message",
 )  # fmt: skip
-"""Last words of topics that are told as events."""
+"""Last components of topics whose messages become events."""
 _SCENE = "scene"
 
 
 def read(path: Path) -> Contents:
-    """Decode a bag. Raises RecordError and MissingExtraError, as `Bag.open`."""
+    """Decode a bag; raises the errors of `Bag.open`."""
     try:
         from rosbags.highlevel import AnyReader, AnyReaderError
         from rosbags.typesys import Stores, get_typestore
     except ImportError as error:
         raise MissingExtraError("reading of ROS 2 bags (rosbags)", "ros") from error
     if path.is_dir() and not (path / "metadata.yaml").exists() and len(only := sorted(path.glob("*.mcap"))) == 1:
-        path = only[0]  # a recorder that was killed left no metadata
+        path = only[0]  # a killed recorder leaves no metadata
     try:
         with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader:
             return _Reading(path, reader).bag()
     except (AnyReaderError, OSError, ValueError, AssertionError, KeyError, IndexError) as error:
         raise RecordError(
             "the bag cannot be read", where=str(path), why=str(error) or type(error).__name__,
-            mend="give the folder that `ros2 bag record` wrote, its .mcap or .db3; `ros2 bag reindex` mends it",
+            mend="give the folder that `ros2 bag record` wrote, its .mcap or .db3; `ros2 bag reindex` repairs a bag",
         ) from error  # fmt: skip
 
 
 class _Reading:
-    """One pass over a bag."""
+    """State of one pass over a bag."""
 
     def __init__(self, path: Path, reader: Any) -> None:
         self.path, self.reader = path, reader
@@ -87,26 +87,26 @@ class _Reading:
 
     def _take(self, topic: str, t: float, message: Any) -> None:
         stamp = getattr(getattr(message, "header", None), "stamp", None)
-        spoken = stamp is None or stamp.sec or stamp.nanosec
-        self.silent[topic] += not spoken
-        name, what = _place(topic)
-        if what == "absolute":
+        valid = stamp is None or stamp.sec or stamp.nanosec
+        self.silent[topic] += not valid
+        name, quantity = _arm_and_quantity(topic)
+        if quantity == "absolute":
             self.frames[name] = float(message.data)
-        elif what is not None:
-            self._move(topic, name, what, t, message, bool(spoken))
+        elif quantity is not None:
+            self._move(topic, name, quantity, t, message, bool(valid))
         elif topic.rsplit("/", 1)[-1] == _SCENE and hasattr(message, "data"):
             self.scene = str(message.data)
-        elif topic.rsplit("/", 1)[-1] in _TOLD and (text := _words(message)):
+        elif topic.rsplit("/", 1)[-1] in _EVENTS and (text := _words(message)):
             self.events.append(Event(t, topic, text))
 
-    def _move(self, topic: str, name: str, what: str, t: float, message: Any, spoken: bool) -> None:
-        found = dict(_numbers(what, message))
+    def _move(self, topic: str, name: str, quantity: str, t: float, message: Any, valid: bool) -> None:
+        found = dict(_numbers(quantity, message))
         if not all(np.isfinite(v).all() for v in found.values()):
             self.bad[topic] += 1
-        elif spoken or what == "wrench":  # an invalid measurement is none; a wrench acts whatever its stamp says
+        elif valid or quantity == "wrench":  # a zero stamp invalidates a measurement, but not a commanded wrench
             for field, values in found.items():
                 self.rows[name, field].append((t, values))
-            if what == "wrench":
+            if quantity == "wrench":
                 frame = 1.0 if topic.endswith("spatial/servo_cf") else self.frames[name]
                 self.rows[name, "absolute"].append((t, [frame]))
 
@@ -129,49 +129,49 @@ class _Reading:
             yield Topic(name, types[name], len(self.times[name]), rate, gap, self.silent[name], self.bad[name])
 
 
-def _place(topic: str) -> tuple[str, str | None]:
-    """The arm that a topic belongs to and what it tells of it: ``("MTMR", "pose")``; None for what is no motion."""
+def _arm_and_quantity(topic: str) -> tuple[str, str | None]:
+    """Arm and quantity of a topic, e.g. ``("MTMR", "pose")``; ``("", None)`` for other topics."""
     parts = topic.strip("/").split("/")
     for k in range(1, len(parts)):
         ending = "/".join(parts[k:])
         if ending in _MOTION:
             name = "/".join(parts[:k])
             if ending.startswith("following/"):
-                name = re.sub(r"_[^_/]+$", "", name)  # MTMR_PSM1 pushes MTMR
+                name = re.sub(r"_[^_/]+$", "", name)  # MTMR_PSM1 commands MTMR
             return name, _MOTION[ending]
     return "", None
 
 
-def _numbers(what: str, message: Any) -> Iterator[tuple[str, list[float]]]:
-    """The fields of an arm that a message fills."""
-    if what in ("js", "gripper"):
-        fields = {"q": "position", "v": "velocity", "tau": "effort"} if what == "js" else {"gripper": "position"}
+def _numbers(quantity: str, message: Any) -> Iterator[tuple[str, list[float]]]:
+    """Fields of `Arm` that a message fills, with their values."""
+    if quantity in ("js", "gripper"):
+        fields = {"q": "position", "v": "velocity", "tau": "effort"} if quantity == "js" else {"gripper": "position"}
         for field, array in fields.items():
             if len(getattr(message, array)):
                 yield field, [float(x) for x in getattr(message, array)]
-    elif what in ("pose", "goal"):
+    elif quantity in ("pose", "goal"):
         inner = getattr(message, "pose", None) or getattr(message, "transform", None) or message
         p, q = getattr(inner, "position", None) or inner.translation, getattr(inner, "orientation", None)
         q = q if q is not None else inner.rotation  # TransformStamped: dVRK before 2.2
-        yield what, [p.x, p.y, p.z, q.w, q.x, q.y, q.z]
+        yield quantity, [p.x, p.y, p.z, q.w, q.x, q.y, q.z]
     else:
-        inner = getattr(message, what)
-        a, b = (inner.force, inner.torque) if what == "wrench" else (inner.linear, inner.angular)
-        yield what, [a.x, a.y, a.z, b.x, b.y, b.z]
+        inner = getattr(message, quantity)
+        a, b = (inner.force, inner.torque) if quantity == "wrench" else (inner.linear, inner.angular)
+        yield quantity, [a.x, a.y, a.z, b.x, b.y, b.z]
 
 
 def _words(message: Any) -> str:
-    """A message in words; empty for one that has none."""
-    tell: dict[str, Callable[[Any], str]] = {
+    """Text of a message; empty for other message types."""
+    texts: dict[str, Callable[[Any], str]] = {
         "state": lambda m: f"{m.state}{', homed' if m.is_homed else ''}{', busy' if m.is_busy else ''}",
         "string": lambda m: str(m.string),
         "buttons": lambda m: {0: "released", 1: "pressed", 2: "tapped"}.get(int(m.buttons[0]), str(m.buttons[0])),
         "data": lambda m: str(m.data),
     }
-    for field, say in tell.items():
+    for field, text in texts.items():
         if hasattr(message, field):
             try:
-                return say(message)
+                return text(message)
             except (AttributeError, IndexError):
                 return ""
     return ""

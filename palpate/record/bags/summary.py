@@ -1,4 +1,4 @@
-"""A bag in a few numbers, for the terminal and for `--json`."""
+"""Summary of a bag, for the terminal and for `--json`."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from palpate.record.bags.bag import Bag
 from palpate.record.bags.tracks import Arm
 
 STALE = 0.03
-"""A wrench that is not renewed for longer is one that nobody looks after any more [s]."""
-_PUSHES = 1e-3  # less is no force [N]
+"""Age above which a commanded wrench that is not renewed counts as left on [s]."""
+_LEAST_FORCE = 1e-3  # smaller forces count as zero [N]
 
 
 def summary_of(bag: Bag) -> dict[str, Any]:
-    """The keys of docs/json.md."""
+    """JSON values, as docs/json.md describes them."""
     return {
         "bag": str(bag.path),
         "duration_s": bag.duration,
@@ -37,28 +37,28 @@ def summary_of(bag: Bag) -> dict[str, Any]:
 def _arm(arm: Arm, end: float) -> dict[str, float]:
     force, t = arm.wrench.values[:, :3], arm.wrench.t
     size = np.linalg.norm(force, axis=1)
-    steps = np.linalg.norm(np.diff(force, axis=0), axis=1) / _apart(t)
+    steps = np.linalg.norm(np.diff(force, axis=0), axis=1) / _intervals(t)
     unrenewed = np.diff(np.append(t, end))
-    held = unrenewed[(size > _PUSHES) & (unrenewed > STALE)].sum()
-    moved = np.linalg.norm(np.diff(arm.pose.values[:, :3], axis=0), axis=1) / _apart(arm.pose.t)
+    left_on = unrenewed[(size > _LEAST_FORCE) & (unrenewed > STALE)].sum()
+    moved = np.linalg.norm(np.diff(arm.pose.values[:, :3], axis=0), axis=1) / _intervals(arm.pose.t)
     return {
         "peak_force_N": float(size.max(initial=0.0)),
         "steepest_N_per_s": float(steps.max(initial=0.0)),
-        "held_s": float(held),
+        "held_s": float(left_on),
         "peak_speed_m_s": float(moved.max(initial=0.0)),
         "wrenches": len(t),
         "poses": len(arm.pose.t),
     }
 
 
-def _apart(t: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Times between messages; of those that came in a bunch half the usual time, for they were sent further apart."""
+def _intervals(t: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Intervals between messages [s], at least half the median, because messages may arrive in bursts."""
     steps = np.diff(t)
     return np.maximum(steps, max(0.5 * float(np.median(steps)), 1e-6)) if len(steps) else steps
 
 
 def table(bag: Bag) -> Table:
-    """For a terminal."""
+    """Table of the arms for the terminal."""
     out = Table(title=f"{bag.duration:.2f} s, {len(bag.topics)} topics", title_justify="left", box=None)
     for column in ("arm", "poses", "wrenches", "peak force", "steepest", "force left on", "top speed"):
         out.add_column(column, justify="left" if column == "arm" else "right")
