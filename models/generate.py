@@ -1,14 +1,15 @@
-"""Write the arm models: `python models/generate.py` (the output is committed; a test compares the two).
+"""Generates the arm models: `python models/generate.py` (the output is committed, and a test compares it).
 
-One place for the numbers of the da Vinci arms. Kinematics: Denavit-Hartenberg tables, limits, couplings, encoders and
-drive limits as published with the da Vinci Research Kit (sawIntuitiveResearchKit, share/kinematic and share/io).
-Masses and centres of mass of the MTM: the CAD values of Lin et al., IROS 2019, in whose link frames the gravity model
-of the real controller is exact. Friction: Wang, Gondokaryono, Munawar, Fischer, IROS 2019. Everything marked OURS is
-an estimate of ours: rotor inertias and rotational inertias are not published, shapes are drawn for the eye.
+This folder is the only source of the parameters of the da Vinci arms. Denavit-Hartenberg tables, limits, couplings,
+encoders and drive limits are those published with the da Vinci Research Kit (sawIntuitiveResearchKit, share/kinematic
+and share/io). Masses and centres of mass of the MTM are the CAD values of Lin et al., IROS 2019; in their link frames
+the gravity model of the real controller is exact. Friction is from Wang, Gondokaryono, Munawar, Fischer, IROS 2019.
+OURS marks estimates of this project: rotor inertias and rotational inertias are not published, and shapes are for
+display only.
 
-Frames in the URDF: a link's frame sits on its joint's axis (z), after the joint's rotation. With standard DH (MTM)
-T_i = Rz(q + off) Tz(d) Tx(a) Rx(alpha) = Rz(q) F_i, so the next joint's origin is F_i; with modified DH (PSM)
-T_i = Rx(alpha) Tx(a) Tz(d) Rz(q + off), so the joint's origin is everything but q. Units: m, rad, kg, N m.
+Frames in the URDF: a link's frame is on its joint's axis (z) and moves with the joint. With standard DH (MTM),
+T_i = Rz(q + off) Tz(d) Tx(a) Rx(alpha) = Rz(q) F_i, so the next joint's origin is F_i. With modified DH (PSM),
+T_i = Rx(alpha) Tx(a) Tz(d) Rz(q + off), so the joint's origin is T_i at q = 0. Units: m, rad, kg, N m.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ HERE = Path(__file__).parent
 
 
 def outputs() -> dict[str, str]:
-    """Every file this script writes: name -> text."""
+    """Files that this script writes: name -> text."""
     files = {"psm_lnd.urdf": psm(), "psm_lnd.yaml": PSM_YAML}
     files |= {"ecm.urdf": ecm(), "ecm.yaml": ECM_YAML}
     files |= {"six_axis.urdf": six_axis(), "six_axis.yaml": SIX_AXIS_YAML, "delta.yaml": DELTA_YAML}

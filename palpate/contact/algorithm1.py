@@ -9,7 +9,7 @@ import numpy.typing as npt
 from palpate import _core
 from palpate.arrays import Array
 from palpate.arrays.checks import positive, vector
-from palpate.contact.rendering import Surface, snapshot_of
+from palpate.contact.rendering import SurfaceLike, snapshot_of
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Trace:
 
 
 def trace_algorithm1(
-    surface: Surface,
+    surface: SurfaceLike,
     tip: npt.ArrayLike,
     *,
     radius: float,

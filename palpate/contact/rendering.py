@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from palpate.mesh import Mesh
 
 
-Surface: TypeAlias = "Mesh | surfaces.Surface | _core.Surface | tuple[npt.ArrayLike, npt.ArrayLike]"
+SurfaceLike: TypeAlias = "Mesh | surfaces.Surface | _core.Surface | tuple[npt.ArrayLike, npt.ArrayLike]"
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Rendered:
 
 
 def render(
-    surface: Surface,
+    surface: SurfaceLike,
     tips: npt.ArrayLike,
     *,
     radius: float,
@@ -91,7 +91,7 @@ def render(
 
 
 def snapshot_of(
-    surface: Surface,
+    surface: SurfaceLike,
     *,
     stiffness: float | npt.ArrayLike,
     damping: float | npt.ArrayLike = 0.0,
@@ -104,7 +104,7 @@ def snapshot_of(
     return _core.Snapshot([_core.Object("surface", _core_surface(surface), np.eye(4), material)])
 
 
-def _core_surface(surface: Surface) -> _core.Surface:
+def _core_surface(surface: SurfaceLike) -> _core.Surface:
     from palpate import surfaces  # imported late: rendering does not need the readers of files
     from palpate.mesh import Mesh
 

@@ -26,11 +26,11 @@ def on_one_core(work: Callable[P, R]) -> Callable[P, R]:
     """
 
     @wraps(work)
-    def alone(*args: P.args, **options: P.kwargs) -> R:
+    def limited(*args: P.args, **options: P.kwargs) -> R:
         with threadpool_limits(1):
             return work(*args, **options)
 
-    return alone
+    return limited
 
 
 @dataclass(frozen=True)

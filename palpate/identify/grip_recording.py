@@ -13,7 +13,7 @@ from palpate.record.reader import Record
 from palpate.record.ticks import Ticks
 
 COLUMNS = ("t_s", "x_m", "F_N")
-SHAKER = "u"
+EXCITATION = "u"
 _SETTLE = 2.0  # time after the start of contact that is discarded [s]
 
 
@@ -75,11 +75,11 @@ def _csv(path: Path) -> Grip:
     missing = [name for name in COLUMNS if name not in names]
     if missing:
         why = f"its first line names {', '.join(names) or 'nothing'}"
-        mend = f"columns {', '.join(COLUMNS)}, and {SHAKER} where it is known"
+        mend = f"columns {', '.join(COLUMNS)}, and {EXCITATION} where it is known"
         raise RecordingError(f"column {missing[0]} is missing", where=str(path), why=why, mend=mend)
     table = _numbers(path, lines[1:], len(names))
     column = {name: table[:, i] for i, name in enumerate(names)}
-    return Grip(_rate(path, column["t_s"]), column["x_m"], column["F_N"], column.get(SHAKER), None, str(path))
+    return Grip(_rate(path, column["t_s"]), column["x_m"], column["F_N"], column.get(EXCITATION), None, str(path))
 
 
 def _numbers(path: Path, lines: list[str], width: int) -> Array:

@@ -203,16 +203,20 @@ def _solve(S: Spectra, weight: Array) -> Array:
 
 def _require_hand(value: Array, f: Array, grip: Grip) -> None:
     names = ("mass", "damping", "stiffness")
-    wrong = [f"{name} {x:.3g}" for name, x in zip(names, value, strict=True) if not x > 0.0]
-    if wrong:
-        why = "x or F has the wrong sign" if len(wrong) > 1 else "too little was moved, or the hand moved on purpose"
-        mend = "F is what the arm does to the hand, x grows along it; hold still while the arm pushes"
-        raise RecordingError(f"no hand has {' and '.join(wrong)}", where=grip.source, why=why, mend=mend)
+    negative = [f"{name} {x:.3g}" for name, x in zip(names, value, strict=True) if not x > 0.0]
+    if negative:
+        why = (
+            "x or F has the wrong sign"
+            if len(negative) > 1
+            else "the motion was too small, or the person moved the hand"
+        )
+        mend = "F is the force of the arm on the hand, with x positive along F; hold still while the arm pushes"
+        raise RecordingError(f"no hand has {' and '.join(negative)}", where=grip.source, why=why, mend=mend)
     f0 = float(np.sqrt(value[2] / value[0]) / (2 * np.pi))
     if f.min() > 0.7 * f0 or f.max() < 1.4 * f0:
-        side, what = ("below", "stiffness") if f.min() > 0.7 * f0 else ("above", "mass")
+        side, parameter = ("below", "stiffness") if f.min() > 0.7 * f0 else ("above", "mass")
         raise RecordingError(
-            f"the {what} cannot be identified",
+            f"the {parameter} cannot be identified",
             where=grip.source,
             why=f"the hand resonates at {f0:.2g} Hz; coherent lines go from {f.min():.2g} to {f.max():.2g} Hz",
             mend=f"excite the hand {side} its resonance, too",
@@ -220,17 +224,17 @@ def _require_hand(value: Array, f: Array, grip: Grip) -> None:
 
 
 def _warn(found: HandFit, explained: float, grip: Grip) -> tuple[str, ...]:
-    words = []
+    warnings = []
     if grip.u is None:
-        words.append("nothing in the recording says what shook: the hand's own motions bias what is found")
+        warnings.append("nothing in the recording says what shook: the hand's own motions bias what is found")
     for name, value, std in zip(("mass", "damping", "stiffness"), found.value, found.std, strict=True):
         if _Z95 * std > _WIDE * value:
-            words.append(f"{name} is known to +-{100 * _Z95 * std / value:.0f} % only: record longer, push more")
+            warnings.append(f"{name} is known to +-{100 * _Z95 * std / value:.0f} % only: record longer, push more")
     if explained < _GOOD_FIT:
-        words.append(
+        warnings.append(
             f"a mass with spring and damper explains {100 * explained:.0f} % only: the grip changed, or it slid"
         )
-    return tuple(words)
+    return tuple(warnings)
 
 
 def to_json(grip: Grip, found: HandFit) -> dict[str, Any]:

@@ -147,5 +147,5 @@ def test_an_open_mesh_makes_no_grid(ball, tmp_path):
     half = trimesh.load(ball)
     half.update_faces(np.arange(len(half.faces)) > 5)
     half.export(tmp_path / "open.stl")
-    with pytest.raises(SurfaceError, match=r"(?s)the mesh is open.*a signed distance needs an inside"):
+    with pytest.raises(SurfaceError, match=r"(?s)the mesh is open.*a signed distance needs a closed surface"):
         DistanceGrid.from_mesh(Mesh.load(tmp_path / "open.stl"), 1e-3)

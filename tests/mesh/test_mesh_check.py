@@ -135,7 +135,7 @@ def test_a_size_that_betrays_the_unit(scale, said):
         (CUBE_V, CUBE_T[:, :2], r"triangles must have shape \(m, 3\). Got: \(12, 2\)"),
         (CUBE_V, CUBE_T.astype(float), "triangles must be integers. Got: float64"),
         (CUBE_V, CUBE_T + 1, r"names the vertices \[\d, \d, \d\]; the mesh has 8 vertices \(0 to 7\)"),
-        (CUBE_V, CUBE_T - 1, r"there are 8 vertices \(0 to 7\)"),
+        (CUBE_V, CUBE_T - 1, r"the mesh has 8 vertices \(0 to 7\)"),
         (CUBE_V, np.empty((0, 3), int), "zero triangles"),
         ([["a", "b", "c"]], CUBE_T, "vertices are not numbers"),
         (CUBE_V * np.nan, CUBE_T, "8 of 8 vertices are not finite"),

@@ -162,7 +162,7 @@ def test_not_finite(tmp_path, value, encode):
 
 
 def test_vertices_in_the_plane_are_refused(tmp_path):
-    with pytest.raises(MeshError, match="vertices of 2 numbers, a place in space has three"):
+    with pytest.raises(MeshError, match="vertices have 2 coordinates; three are needed"):
         Mesh.load(write(tmp_path, b"v 0 0\nv 40 0\nv 0 40\nf 1 2 3\n", "flat.obj"))
 
 
