@@ -52,7 +52,7 @@ def test_the_same_seed_the_same_case():
 
 @pytest.mark.parametrize(("delay", "least", "most"), [(0.0, 206, 209), (0.010, 134, 137), (0.050, 4, 8)])
 def test_stiffness_up_to_which_a_spring_pays(delay, least, most):
-    """The table of docs/stability.md: an MTM that is left at 5 cm/s, 3 N."""
+    """The table of docs/stability-passivity.md: an MTM that is left at 5 cm/s, 3 N."""
     o = _core.StabilityOptions()
     o.delay, o.acceleration = delay, 9.0
     assert passivity.pays(least, o, 3.0, 0.05)

@@ -6,7 +6,7 @@
 // violated row after the other, each step exact, so that the answer is one after a few rows. No allocation, no lock;
 // the number of steps is bounded; rows that contradict each other in more ways than that are violated as little as can
 // be, those of a higher rank ten thousand times less (least_violation). What was tried for it, and why it is our own:
-// docs/guidance.md.
+// docs/guidance-hard.md.
 #pragma once
 
 #include <array>

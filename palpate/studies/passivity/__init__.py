@@ -8,5 +8,5 @@ truth. Of the friction it takes a bound from below, from the true positions x_k 
     E_rendered = - integral of F dx                      E_port = E_rendered + sum Fc |dx_k| + b dx_k^2 / T
 
 E_port is what the hand has put into device and wall together; a hand can get energy out of it where E_port falls below
-zero. Figures and what they mean: docs/stability.md.
+zero. Figures and what they mean: docs/stability-study.md.
 """

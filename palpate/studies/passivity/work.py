@@ -114,7 +114,7 @@ def passive(axis: _core.AxisOptions) -> bool:
 def silent(axis: _core.AxisOptions, o: _core.StabilityOptions, force: float, speed: float) -> bool:
     """Is the layer bound to be silent, for a hand no faster and forces no larger than these [m/s], [N]?
 
-    The wall is passive, no cap acts, and the spring pays (docs/stability.md).
+    The wall is passive, no cap acts, and the spring pays (docs/stability-passivity.md).
     """
     if not passive(axis) or force > o.force_cap or axis.K * speed + axis.B * 2 * speed * axis.rate > o.rate_cap:
         return False
@@ -164,7 +164,7 @@ def outcome(axis: _core.AxisOptions, result: _core.AxisResult, rows: Array, with
 
 
 def summed_up(found: list[Ran]) -> Found:
-    """The figures of docs/stability.md."""
+    """The figures of docs/stability-study.md."""
 
     def of(mode: ModeName) -> Mode:
         rows = [f[mode] for f in found]

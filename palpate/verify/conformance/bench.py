@@ -20,7 +20,7 @@ from palpate.verify.conformance.specimens import SPECIMENS
 DT = 1e-3
 VISIT = 60
 FORCE_RATE, MOMENT_RATE, RETURN_SPEED, RESERVE = 20.0, 0.35, 0.05, 5e-5
-"""As docs/guidance.md promises: what a tick may change beside what motions explain; where hard ones keep the goal."""
+"""As docs/guidance-laws.md promises: what a tick may change beside what motions explain; where hard ones keep the goal."""
 
 
 @dataclass(frozen=True)

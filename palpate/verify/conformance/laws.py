@@ -1,4 +1,4 @@
-"""What each law gives, restated from its words in docs/guidance.md."""
+"""What each law gives, restated from its words in docs/guidance-laws.md."""
 
 from __future__ import annotations
 
