@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from palpate.renamed import RENAMED, announce
+from palpate.renamed import RENAMED, install
 
 if TYPE_CHECKING:
     from palpate import contact as contact
@@ -40,7 +40,7 @@ __all__ = [
     "surfaces",
 ]
 
-_HOME = {
+_MODULE_OF = {
     "Arm": "palpate.arm",
     "Device": "palpate.certificate",
     "Fixture": "palpate.guidance",
@@ -54,18 +54,18 @@ _HOME = {
 
 
 def __getattr__(name: str) -> Any:
-    """Parts are imported when they are first used, so that ``palpate --version`` answers at once."""
+    """Import public names on first use, which keeps ``palpate --version`` fast."""
     if name == "__version__":
         from importlib.metadata import version
 
         return version("palpate")
-    if name == "_core":  # the first import of the compiled core, by whatever module
+    if name == "_core":  # first import of the compiled core: rebuild it if its sources changed
         from palpate.rebuild import refresh
 
         refresh()
         return import_module("palpate._core")
-    if name in _HOME:
-        return getattr(import_module(_HOME[name]), name)
+    if name in _MODULE_OF:
+        return getattr(import_module(_MODULE_OF[name]), name)
     if name in ("contact", "guidance", "shapes", "surfaces"):
         return import_module(f"palpate.{name}")
     if f"palpate.{name}" in RENAMED:
@@ -73,4 +73,4 @@ def __getattr__(name: str) -> Any:
     raise AttributeError(f"module 'palpate' has no attribute {name!r}. Available: {', '.join(__all__)}")
 
 
-announce()
+install()

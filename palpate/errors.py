@@ -1,4 +1,4 @@
-"""What can go wrong before a run, told so that the reader can mend it: what, where, why, how to mend."""
+"""Errors that a user can correct: each message states what failed, where, why, and how to correct it."""
 
 from __future__ import annotations
 
@@ -21,57 +21,57 @@ __all__ = [
     "SceneError",
     "SurfaceError",
     "SweepError",
+    "format_place",
     "refuse_to_overwrite",
-    "spell",
 ]
 
 
-def _tell(what: str, where: str, why: str, mend: str) -> str:
+def _format_message(what: str, where: str, why: str, mend: str) -> str:
     first = f"{where}: {what}" if where else what
     lines = [first, *(f"  {label}: {text}" for label, text in (("why", why), ("mend", mend)) if text)]
     return "\n".join(lines)
 
 
 class PalpateError(Exception):
-    """The base of every error that a user can mend. The CLI prints it without a traceback and exits with 2.
+    """Base class of every error that a user can correct. The CLI prints it without a traceback and exits with 2.
 
     Args:
-        what: the thing and its value, e.g. ``unknown key 'stifness'``.
-        where: file, or file:line, or the name of the object; empty when there is no place to name.
+        what: what failed, with the value, e.g. ``unknown key 'stifness'``.
+        where: file, file:line, or name of the object; empty if unknown.
         why: the cause.
-        mend: what to do about it.
+        mend: how to correct it.
     """
 
     def __init__(self, what: str, *, where: str = "", why: str = "", mend: str = "") -> None:
         self.what, self.where, self.why, self.mend = what, str(where), why, mend
-        super().__init__(_tell(what, self.where, why, mend))
+        super().__init__(_format_message(what, self.where, why, mend))
 
 
 class ArmError(PalpateError, ValueError):
-    """An arm that does not exist, or a pose it cannot reach."""
+    """The arm does not exist, or it cannot reach a pose."""
 
 
 class GuidanceError(PalpateError, ValueError):
-    """A fixture, its geometry or its file that cannot be."""
+    """A fixture, its geometry or its file is invalid."""
 
 
 class SceneError(PalpateError):
-    """The scene file cannot be read, or asks for something impossible."""
+    """The scene file cannot be read, or its values are invalid."""
 
-    others: tuple[SceneError, ...] = ()  #: further mistakes in the same file
+    others: tuple[SceneError, ...] = ()  #: further errors in the same file
 
     def add_others(self, others: Sequence[SceneError]) -> None:
-        """Tell further mistakes of the same file in the same message."""
+        """Append further errors of the same file to the message."""
         self.others = tuple(others)
         self.args = ("\n".join(str(e) for e in (self, *others)),)
 
 
 class MeshError(PalpateError):
-    """The mesh cannot be read or cannot be touched."""
+    """The mesh cannot be read, or cannot be used for contact."""
 
 
 class SurfaceError(PalpateError, ValueError):
-    """A primitive, distance grid or implicit surface with impossible values, or its file cannot be read."""
+    """A primitive, distance grid or implicit surface has invalid values, or its file cannot be read."""
 
 
 class OutputError(PalpateError):
@@ -83,15 +83,15 @@ class RecordError(PalpateError):
 
 
 class RecordingError(PalpateError):
-    """A recording of an arm that nothing can be identified from, or a model file that does not fit."""
+    """Nothing can be identified from a recording, or a model file does not belong to the arm."""
 
 
 class SweepError(PalpateError):
-    """Points of a sweep failed, or its workers cannot work."""
+    """Points of a sweep failed, or its workers cannot run."""
 
 
 class JournalError(SweepError):
-    """The journal belongs to another sweep, or is none."""
+    """The journal belongs to another sweep, or the file is not a journal."""
 
 
 class PortError(PalpateError):
@@ -102,7 +102,7 @@ class MissingExtraError(PalpateError):
     """An optional part of Palpate is not installed.
 
     Args:
-        feature: what the part is for, e.g. ``the viewer``.
+        feature: name of the missing part, e.g. ``the viewer``.
         extra: name of the extra, e.g. ``viewer``.
     """
 
@@ -112,19 +112,19 @@ class MissingExtraError(PalpateError):
 
 
 class PalpateWarning(UserWarning):
-    """Something was mended or looks wrong, and the run goes on. Told once, in the words of the errors."""
+    """A value was corrected or looks wrong, and the run continues. Issued once, in the format of the errors."""
 
     def __init__(self, what: str, *, where: str = "", why: str = "", mend: str = "") -> None:
         self.what, self.where, self.why, self.mend = what, str(where), why, mend
-        super().__init__(_tell(what, self.where, why, mend))
+        super().__init__(_format_message(what, self.where, why, mend))
 
 
 class RosMissingError(PalpateError):
-    """ROS 2, or what its part of Palpate is compiled with, is not here or does not fit."""
+    """ROS 2, or a tool needed to compile Palpate's ROS 2 node, is missing or has the wrong version."""
 
 
-def spell(place: tuple[str | int, ...]) -> str:
-    """The place of a value in a file, as messages write it: ``objects[0].mesh``."""
+def format_place(place: tuple[str | int, ...]) -> str:
+    """Path of a value in a file, as messages print it: ``objects[0].mesh``."""
     text = ""
     for part in place:
         text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)
@@ -132,10 +132,10 @@ def spell(place: tuple[str | int, ...]) -> str:
 
 
 def refuse_to_overwrite(path: Path, force: bool) -> None:
-    """Refuse to write over a file that exists.
+    """Check that a file may be written.
 
     Raises:
-        OutputError: the file exists and `force` is not given.
+        OutputError: the file exists and `force` is false.
     """
     if path.exists() and not force:
         raise OutputError("the file exists already", where=str(path), mend="give --force, or another name")

@@ -1,4 +1,4 @@
-"""Public modules that moved: an import of the old name says the new one."""
+"""Public modules that were renamed: importing the old name raises an error that states the new name."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ RENAMED = {
 
 
 class _Finder:
-    """The last finder of ``sys.meta_path``: it is asked only for modules that no other finder knows."""
+    """Finder at the end of ``sys.meta_path``; Python calls it only when no other finder finds the module."""
 
     @staticmethod
     def find_spec(name: str, path: Sequence[str] | None = None, target: ModuleType | None = None) -> ModuleSpec | None:
-        """Raise ModuleNotFoundError with the new name of a module that moved; None for all others."""
+        """Raise ModuleNotFoundError with the new name of a renamed module; return None for every other module."""
         if name in RENAMED:
             raise ModuleNotFoundError(f"{name} is now {RENAMED[name]}")
         return None
 
 
-def announce() -> None:
-    """Let imports of old names say the new ones; a second call changes nothing."""
+def install() -> None:
+    """Append the finder to ``sys.meta_path``, once."""
     if _Finder not in sys.meta_path:
         sys.meta_path.append(_Finder)

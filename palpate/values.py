@@ -1,4 +1,4 @@
-"""Types of the values in scene files. SI units without a suffix; a key that is not SI says its unit in its name."""
+"""Types of the values in scene files. Values are in SI units; a key in another unit names it (``rpy_deg``)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0.0)]
 Vector = tuple[Number, Number, Number]
 
 
-def _three(value: Any) -> Any:
+def _repeat_number(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return value
     if isinstance(value, bool) or not isinstance(value, (int, float)):
@@ -24,10 +24,10 @@ def _three(value: Any) -> Any:
     return (value, value, value)
 
 
-#: One number for all axes, or one for each axis of W.
+#: Diagonal of a (3, 3) matrix in W: one number for all axes, or one number per axis.
 Diagonal = Annotated[
     tuple[NotNegative, NotNegative, NotNegative],
-    BeforeValidator(_three),
+    BeforeValidator(_repeat_number),
     WithJsonSchema(
         {
             "anyOf": [
@@ -40,17 +40,17 @@ Diagonal = Annotated[
 
 
 class Section(BaseModel):
-    """A part of a scene file: unchangeable, and unknown keys are errors.
+    """A section of a scene file. It is immutable, and an unknown key is an error.
 
-    The text below a field describes it. `palpate.scene.descriptions` reads these texts when they are wanted: pydantic
-    would read them at every import.
+    The string below a field describes the field. `palpate.scene.descriptions` reads these strings on demand, because
+    pydantic would read them at every import.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 class Pose(Section):
-    """Where one frame is in another."""
+    """Pose of one frame in another."""
 
     xyz: Vector = (0.0, 0.0, 0.0)
     """origin [m]"""
@@ -58,7 +58,7 @@ class Pose(Section):
     """roll, pitch, yaw about fixed x, then y, then z [deg]"""
 
     def matrix(self) -> npt.NDArray[np.float64]:
-        """X_AB as a 4 x 4 matrix: R = Rz(yaw) Ry(pitch) Rx(roll)."""
+        """X_AB (4, 4) with R = Rz(yaw) Ry(pitch) Rx(roll)."""
         (cr, sr), (cp, sp), (cy, sy) = ((math.cos(a), math.sin(a)) for a in np.radians(self.rpy_deg))
         X = np.eye(4)
         X[:3, :3] = [
@@ -75,34 +75,38 @@ _LENGTH = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-zA-Z
 
 
 def metres(value: Any) -> Any:
-    """``3 mm`` as 0.003; numbers are metres already."""
+    """Length in metres: ``3 mm`` gives 0.003; a number is returned unchanged.
+
+    Raises:
+        ValueError: the text is not a number with a known unit.
+    """
     if not isinstance(value, str):
         return value
     match = _LENGTH.fullmatch(value)
     if match is None or match[2] not in _UNITS:
         units = ", ".join(_UNITS)
-        raise ValueError(f"{value!r} is no length | a number of metres, or one with its unit: 3 mm ({units})")
+        raise ValueError(f"{value!r} is not a length | write metres, or a number with its unit: 3 mm ({units})")
     return float(f"{float(match[1]) * _UNITS[match[2]]:.15g}")
 
 
-def _bounds(**limits: float) -> Any:
+def _length_schema(**limits: float) -> Any:
     number = {"type": "number", **{{"gt": "exclusiveMinimum", "ge": "minimum"}[k]: v for k, v in limits.items()}}
     return WithJsonSchema({"anyOf": [number, {"type": "string", "pattern": r"^.*\d\s*(um|mm|cm|m|in)$"}]})
 
 
-#: Metres, or text with a unit.
-Length = Annotated[float, Field(strict=True, allow_inf_nan=False), BeforeValidator(metres), _bounds()]
+#: Length [m]: a number of metres, or text with a unit.
+Length = Annotated[float, Field(strict=True, allow_inf_nan=False), BeforeValidator(metres), _length_schema()]
 PositiveLength = Annotated[
-    float, Field(strict=True, allow_inf_nan=False, gt=0.0), BeforeValidator(metres), _bounds(gt=0.0)
+    float, Field(strict=True, allow_inf_nan=False, gt=0.0), BeforeValidator(metres), _length_schema(gt=0.0)
 ]
 NotNegativeLength = Annotated[
-    float, Field(strict=True, allow_inf_nan=False, ge=0.0), BeforeValidator(metres), _bounds(ge=0.0)
+    float, Field(strict=True, allow_inf_nan=False, ge=0.0), BeforeValidator(metres), _length_schema(ge=0.0)
 ]
 
 
-def _place(value: Any) -> Any:
+def _position(value: Any) -> Any:
     return tuple(metres(x) for x in value) if isinstance(value, (list, tuple)) else value
 
 
-#: Three numbers [m] in the fixture's frame, or the name of a place of the scene.
-Place = Annotated[Vector | str, BeforeValidator(_place)]
+#: A position (3,) in the fixture's frame [m], or the name of a place of the scene.
+Place = Annotated[Vector | str, BeforeValidator(_position)]

@@ -1,4 +1,4 @@
-"""Arrays: the alias that annotations share."""
+"""The array type used in annotations."""
 
 from __future__ import annotations
 
@@ -8,4 +8,4 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array: TypeAlias = NDArray[np.float64]
-"""An array of floating-point numbers; each use says its shape and unit."""
+"""Array of double-precision numbers; each use documents its shape and unit."""

@@ -1,4 +1,4 @@
-"""Checks of the numbers and arrays that users give: each error names the argument, its value and what it must be."""
+"""Checks of numbers and arrays given by users. Each error names the argument, its value and the requirement."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from palpate.arrays import Array
 
 
 def positive(name: str, value: float, unit: str) -> float:
-    """A positive, finite number, or a ValueError."""
+    """Return `value` if it is positive and finite; raise ValueError otherwise."""
     if not (np.isfinite(value) and value > 0):
         raise ValueError(f"{name} must be a positive number in {unit}, got {value!r}")
     return float(value)
 
 
 def not_negative(name: str, value: float) -> float:
-    """A finite number that is not negative, or a ValueError."""
+    """Return `value` if it is finite and not negative; raise ValueError otherwise."""
     if not (np.isfinite(value) and value >= 0):
         raise ValueError(f"{name} must be finite and not negative, got {value!r}")
     return float(value)
 
 
 def vector(name: str, value: npt.ArrayLike) -> Array:
-    """Three finite numbers (3,), or a ValueError."""
+    """Return `value` as an array (3,) of finite numbers; raise ValueError otherwise."""
     v = np.asarray(value, dtype=np.float64)
     if v.shape != (3,) or not np.isfinite(v).all():
         raise ValueError(f"{name} must be three finite numbers, got {np.asarray(value).tolist()}")
@@ -31,5 +31,5 @@ def vector(name: str, value: npt.ArrayLike) -> Array:
 
 
 def finite_or_none(x: float) -> float | None:
-    """A number as JSON has it: None for infinity and NaN."""
+    """A number for JSON: None replaces infinity and NaN."""
     return float(x) if np.isfinite(x) else None

@@ -1,4 +1,4 @@
-"""Rotations and poses as matrices: from quaternions and axes, and back. Quaternions are w x y z."""
+"""Conversions between rotation matrices, poses, quaternions (w, x, y, z) and axis-angle rotations."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from palpate.arrays import Array
 
 
 def unit(v: Array) -> Array:
-    """The direction of a vector (n,) longer than zero."""
+    """Unit vector (n,) along a non-zero vector (n,)."""
     return np.asarray(v / np.linalg.norm(v))
 
 
 def cross_matrix(v: npt.ArrayLike) -> Array:
-    """The matrix (3, 3) of the cross product: ``cross_matrix(v) @ x = cross(v, x)``."""
+    """Matrix (3, 3) of the cross product: ``cross_matrix(v) @ x = cross(v, x)``."""
     x, y, z = np.asarray(v)
     return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
 
 
 def about(axis: npt.ArrayLike, angle: float) -> Array:
-    """The rotation (3, 3) by `angle` [rad] about a unit axis (3,) (Rodrigues)."""
+    """Rotation (3, 3) by `angle` [rad] about a unit axis (3,), by Rodrigues' formula."""
     K = cross_matrix(axis)
     return np.asarray(np.eye(3) + (math.sin(angle) * K + (1 - math.cos(angle)) * (K @ K)))
 
 
 def onto(axis: Array) -> Array:
-    """The smallest rotation (3, 3) that takes z onto a unit axis (3,)."""
+    """Smallest rotation (3, 3) that maps the z axis onto a unit axis (3,)."""
     z = np.array([0.0, 0.0, 1.0])
     v, c = np.cross(z, axis), float(z @ axis)
     if c < -1.0 + 1e-9:
@@ -38,7 +38,7 @@ def onto(axis: Array) -> Array:
 
 
 def matrices(wxyz: npt.ArrayLike) -> Array:
-    """The rotations (..., 3, 3) of quaternions (..., 4) of any length; the identity for a quaternion of zero."""
+    """Rotations (..., 3, 3) from quaternions (..., 4) of any norm; a zero quaternion gives the identity."""
     from scipy.spatial.transform import Rotation
 
     q = np.asarray(wxyz, dtype=np.float64)
@@ -48,7 +48,7 @@ def matrices(wxyz: npt.ArrayLike) -> Array:
 
 
 def quaternions(R: Array, canonical: bool = False) -> Array:
-    """The unit quaternions (..., 4) of rotations (..., 3, 3); with w >= 0 if `canonical`."""
+    """Unit quaternions (..., 4) from rotations (..., 3, 3), with w >= 0 if `canonical`."""
     from scipy.spatial.transform import Rotation
 
     found = np.asarray(Rotation.from_matrix(R.reshape(-1, 3, 3)).as_quat(canonical=canonical))
@@ -56,7 +56,7 @@ def quaternions(R: Array, canonical: bool = False) -> Array:
 
 
 def pose(p: npt.ArrayLike, wxyz: npt.ArrayLike) -> Array:
-    """The pose (4, 4) of a position (3,) [m] and a quaternion (4,); no rotation for a quaternion of zero."""
+    """Pose (4, 4) from a position (3,) [m] and a quaternion (4,); a zero quaternion gives no rotation."""
     X = np.eye(4)
     X[:3, :3], X[:3, 3] = matrices(wxyz), p
     return X

@@ -1,4 +1,4 @@
-"""Many runs at once: the same simulation a session runs, on all cores, with meshes shared between the runs.
+"""Batch simulation: many runs on all cores. Each run equals the run of a session; the runs share their meshes.
 
 runs = [palpate.Variation("scenes/palpation.yaml", {"objects.0.stiffness": float(K)}) for K in range(100, 600, 5)]
 found = palpate.simulate(runs, duration=5.0, signals=["F_T_W"])

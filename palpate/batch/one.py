@@ -1,4 +1,4 @@
-"""One run of many: set up from what the runs share, simulated in batches of ticks, reduced while it goes."""
+"""One run of a batch: set up with shared surfaces, simulated in batches of ticks, and reduced to its results."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ from palpate.session.summary import Totals
 
 
 class StoppedError(Exception):
-    """Another run has failed, or the user has interrupted all."""
+    """Another run failed, or the user interrupted the batch."""
 
 
 @dataclass(frozen=True)
-class Asked:
-    """What is wanted of every run."""
+class BatchOptions:
+    """Options that hold for every run."""
 
     duration: float | None
-    """Of simulated time [s]; the scene's when None."""
+    """Simulated time [s]; None: the scene's duration."""
     signals: tuple[str, ...]
     signal_rate: float
-    """Samples per simulated second [Hz]."""
+    """Samples per simulated time [Hz]."""
 
     def times(self, runs: Sequence[Variation]) -> npt.NDArray[np.float64]:
-        """Times of the samples (k,) [s]; empty when no signal is asked for.
+        """Times of the samples (k,) [s]; empty if no signal is requested.
 
         Raises:
-            PalpateError: an unknown signal, or runs of different duration.
+            PalpateError: a signal is unknown, or the runs differ in duration.
         """
         for name in self.signals:
             if name not in SIGNALS:
@@ -49,47 +49,47 @@ class Asked:
             return np.zeros(0)
         durations = {self.duration} if self.duration is not None else {one.resolved().duration for one in runs}
         if len(durations) > 1:
-            raise PalpateError("signals of runs that last differently long make no array", mend="give duration")
+            raise PalpateError("signals of runs of different duration do not fit into one array", mend="give duration")
         return np.arange(max(1, round(durations.pop() * self.signal_rate))) / self.signal_rate
 
 
-class World:
-    """What runs share: the surfaces of their objects, each made once. Setting a run up is one thread's at a time."""
+class SharedSurfaces:
+    """Surfaces shared by the runs, each made once. One thread at a time sets up a run."""
 
     def __init__(self) -> None:
         self._bodies: Bodies = {}
         self._lock = threading.Lock()
 
     def rig(self, variation: Variation, duration: float | None) -> Rig:
-        """The run set up, its path no longer than it needs.
+        """The rig of a run; its automatic path is planned only as far as the run goes.
 
         Raises:
-            SceneError, MeshError: it cannot run.
+            SceneError, MeshError: the scene cannot run.
         """
         with self._lock:
             scene = variation.resolved()
             return build(scene, self._bodies, until=scene.duration if duration is None else duration)
 
 
-def outcome(
-    world: World, index: int, variation: Variation, asked: Asked, stop: threading.Event | None = None
+def simulate_one(
+    shared: SharedSurfaces, index: int, variation: Variation, options: BatchOptions, stop: threading.Event | None = None
 ) -> Outcome:
-    """Run number ``index``.
+    """Simulate run number ``index``.
 
     Raises:
-        PalpateError: it cannot run; the message names it. StoppedError: ``stop`` was set.
+        PalpateError: the run cannot be set up; the message names the run. StoppedError: ``stop`` was set.
     """
     try:
-        rig = world.rig(variation, asked.duration)
+        rig = shared.rig(variation, options.duration)
         sim = rig.simulation(variation.seed)
     except PalpateError as error:
-        told = type(error)(
+        named = type(error)(
             f"run {index} ({variation}): {error.what}", where=error.where, why=error.why, mend=error.mend
         )
-        raise told from None
+        raise named from None
     rate = rig.scene.rates.haptic
-    n = max(1, round((rig.scene.duration if asked.duration is None else asked.duration) * rate))
-    totals, samples, batch = Totals(rate), _Samples(asked, rate, n), max(1, round(BATCH * rate))
+    n = max(1, round((rig.scene.duration if options.duration is None else options.duration) * rate))
+    totals, samples, batch = Totals(rate), _Samples(options, rate, n), max(1, round(BATCH * rate))
     began = time.perf_counter()
     while totals.ticks < n:
         if stop is not None and stop.is_set():
@@ -104,16 +104,16 @@ def outcome(
 
 
 class _Samples:
-    """The signals that are asked for, at their own rate."""
+    """The requested signals, sampled at `signal_rate`."""
 
-    def __init__(self, asked: Asked, rate: float, n: int) -> None:
-        count = max(1, round(n / rate * asked.signal_rate))
-        self._rows = np.minimum(np.rint(np.arange(count) * (rate / asked.signal_rate)).astype(np.int64), n - 1)
-        shapes = {name: (count, SIGNALS[name].size) if SIGNALS[name].size > 1 else (count,) for name in asked.signals}
+    def __init__(self, options: BatchOptions, rate: float, n: int) -> None:
+        count = max(1, round(n / rate * options.signal_rate))
+        self._rows = np.minimum(np.rint(np.arange(count) * (rate / options.signal_rate)).astype(np.int64), n - 1)
+        shapes = {name: (count, SIGNALS[name].size) if SIGNALS[name].size > 1 else (count,) for name in options.signals}
         self.kept = {name: np.empty(shape) for name, shape in shapes.items()}
 
     def take(self, ticks: Ticks, first: int) -> None:
-        """Keep the samples among ``ticks``, the first of which has the number ``first``."""
+        """Store the samples among ``ticks``; ``first`` is the number of the first tick."""
         begin, end = np.searchsorted(self._rows, (first, first + len(ticks)))
         for name, values in self.kept.items():
             values[begin:end] = ticks[name][self._rows[begin:end] - first]

@@ -1,4 +1,4 @@
-"""What many runs leave: one array for each key of a session's summary, one for each signal that was asked for."""
+"""Results of a batch: one array for each key of a session's summary, and one for each requested signal."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from palpate.session.summary import Summary
 Column = npt.NDArray[Any]
 
 MEASURED = ("realtime_factor", "cycle_p50_us", "cycle_p99_us", "cycle_p999_us", "cycle_max_us")
-"""Keys of the summary that depend on the machine; all others are the same wherever and in whatever order runs go."""
+"""Keys of the summary that depend on the machine; all others depend neither on it nor on the order of the runs."""
 
 KEYS = tuple(f.name for f in fields(Summary) if f.type in ("float", "int", "bool"))
-"""Keys of a session's summary that are numbers."""
+"""Numeric keys of a session's summary."""
 
 
 class Outcome(NamedTuple):
-    """What one run leaves."""
+    """Result of one run."""
 
     summary: dict[str, float | int | bool]
     faults: tuple[str, ...]
     signals: dict[str, Column]
-    """By name: (k,) or (k, size)."""
+    """Samples by signal name, (k,) or (k, size)."""
 
     @staticmethod
     def of(values: dict[str, Any]) -> Outcome:
-        """From the plain values that a sweep keeps."""
+        """The outcome from the plain values stored by a sweep."""
         signals = {name: np.array(rows) for name, rows in values["signals"].items()}
         return Outcome(values["summary"], tuple(values["faults"]), signals)
 
@@ -40,21 +40,21 @@ class Simulated:
     """Results of n runs, in the order in which the runs were given."""
 
     summary: dict[str, Column]
-    """By key of docs/json.md (`palpate run`), shape (n,), units in the names."""
+    """Arrays (n,) by key of docs/json.md (`palpate run`); the keys name the units."""
     faults: tuple[tuple[str, ...], ...]
-    """Faults of each run, in words; empty when all was well."""
+    """Fault messages of each run; empty if the run had none."""
     t: npt.NDArray[np.float64]
-    """(k,) times of the samples in `signals` [s]."""
+    """Times (k,) of the samples in `signals` [s]."""
     signals: dict[str, Column]
-    """By name of the signal, shape (n, k) or (n, k, size), in the signal's unit (`palpate.record.SIGNALS`)."""
+    """Arrays (n, k) or (n, k, size) by signal name, in the signal's unit (`palpate.record.SIGNALS`)."""
 
     def __len__(self) -> int:
         """Number of runs."""
         return len(self.faults)
 
 
-def collected(outcomes: Sequence[Outcome], t: npt.NDArray[np.float64]) -> Simulated:
-    """Outcomes as arrays."""
+def stack_outcomes(outcomes: Sequence[Outcome], t: npt.NDArray[np.float64]) -> Simulated:
+    """Stack the outcomes of n runs into arrays."""
     return Simulated(
         summary={key: np.array([one.summary[key] for one in outcomes]) for key in KEYS},
         faults=tuple(one.faults for one in outcomes),

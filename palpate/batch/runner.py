@@ -1,4 +1,4 @@
-"""Many runs on all cores of this machine, or on a Dask cluster."""
+"""Runs a batch on all cores of this machine, or on a Dask cluster."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import Any, Literal
 
 from threadpoolctl import threadpool_limits
 
-from palpate.batch.one import Asked, World, outcome
-from palpate.batch.result import Outcome, Simulated, collected
+from palpate.batch.one import BatchOptions, SharedSurfaces, simulate_one
+from palpate.batch.result import Outcome, Simulated, stack_outcomes
 from palpate.batch.variation import Runs, Variation, variations
 from palpate.errors import PalpateError
 from palpate.sweep import Axis, sweep
@@ -30,78 +30,78 @@ def simulate(
     address: str | None = None,
     on_progress: Callable[[int], None] | None = None,
 ) -> Simulated:
-    """Simulate many runs in lockstep; each is the run that a session of the same scene and seed makes.
+    """Simulate many runs in lockstep. Each run equals that of a session with the same scene and seed.
 
     Nothing is recorded on disk. Meshes and their indices are shared between the runs. Apart from the keys in
-    ``palpate.batch.MEASURED``, the results depend on scenes, overrides and seeds alone: not on the order of the runs,
-    on the executor or on the number of workers.
+    ``palpate.batch.MEASURED``, the results depend only on scenes, overrides and seeds, and not on the order of
+    the runs, the executor or the number of workers.
 
     Args:
-        runs: scenes, paths of scene files or `Variation` objects; or one of them.
-        duration: simulated time of every run [s]; each scene's own when left out (then all must agree if signals are
-            asked for).
+        runs: one or several scenes, paths of scene files or `Variation` objects.
+        duration: simulated time of every run [s]; each scene's own when left out. All must be equal if signals are
+            requested.
         signals: names of recorded signals to keep (`palpate.record.SIGNALS`), e.g. ``F_T_W``.
-        signal_rate: samples of the signals per simulated second, each the nearest tick [Hz].
-        workers: threads or processes; one per core when left out. On an existing cluster all its workers are used.
-        executor: ``threads`` of this process, ``local`` processes, or a ``dask`` cluster (docs/studies.md).
+        signal_rate: samples per simulated time, each taken from the nearest tick [Hz].
+        workers: number of threads or processes; one per core when left out. An existing cluster uses all its workers.
+        executor: ``threads`` in this process, ``local`` processes, or a ``dask`` cluster (docs/studies.md).
         address: of an existing Dask scheduler; without one, ``dask`` starts a cluster on this machine.
-        on_progress: receives the number of finished runs after each run (``threads`` only).
+        on_progress: called with the number of finished runs after each run (``threads`` only).
 
     Returns:
-        The summaries and signals as arrays, first axis: the run.
+        Summaries and signals as arrays; their first axis is the run.
 
     Raises:
         SceneError, MeshError: a run cannot be set up; the message names the run.
-        PalpateError: no runs, an unknown signal, or a rate that no scene has.
+        PalpateError: no runs, an unknown signal, different durations, or fewer than one worker.
         SweepError, MissingExtraError: as `palpate.sweep.sweep`.
     """
-    asked = Asked(duration, tuple(signals), signal_rate)
+    options = BatchOptions(duration, tuple(signals), signal_rate)
     listed = variations(runs)
     if workers is not None and workers < 1:
         raise PalpateError(f"workers = {workers}: must be at least 1")
-    t = asked.times(listed)
+    t = options.times(listed)
     if executor == "threads":
-        outcomes = _in_threads(listed, asked, workers or cores(), on_progress)
+        outcomes = _run_in_threads(listed, options, workers or cores(), on_progress)
     else:
-        outcomes = _swept(listed, asked, workers, executor, address)
-    return collected(outcomes, t)
+        outcomes = _run_in_sweep(listed, options, workers, executor, address)
+    return stack_outcomes(outcomes, t)
 
 
-def _in_threads(
-    listed: Sequence[Variation], asked: Asked, workers: int, on_progress: Callable[[int], None] | None
+def _run_in_threads(
+    listed: Sequence[Variation], options: BatchOptions, workers: int, on_progress: Callable[[int], None] | None
 ) -> list[Outcome]:
-    world, stop = World(), threading.Event()
+    shared, stop = SharedSurfaces(), threading.Event()
     with threadpool_limits(1), ThreadPoolExecutor(min(workers, len(listed)), "palpate-run") as pool:
-        futures = [pool.submit(outcome, world, index, one, asked, stop) for index, one in enumerate(listed)]
+        futures = [pool.submit(simulate_one, shared, index, one, options, stop) for index, one in enumerate(listed)]
         try:
             for count, future in enumerate(as_completed(futures), 1):
                 future.result()
                 if on_progress is not None:
                     on_progress(count)
-        except BaseException:  # a run that failed, or Ctrl-C: the others end at their next batch of ticks
+        except BaseException:  # a run failed, or Ctrl-C: the other runs end after their current batch
             stop.set()
             pool.shutdown(wait=False, cancel_futures=True)
             raise
         return [future.result() for future in futures]
 
 
-def _swept(
+def _run_in_sweep(
     listed: Sequence[Variation],
-    asked: Asked,
+    options: BatchOptions,
     workers: int | None,
     executor: Literal["local", "dask"],
     address: str | None,
 ) -> list[Outcome]:
-    fn = partial(_point, listed=tuple(listed), asked=asked)
+    fn = partial(_point, listed=tuple(listed), options=options)
     swept = sweep(fn, {"run": Axis(range(len(listed)))}, executor=executor, workers=workers, address=address)
     return [Outcome.of(swept.values[index]) for index in range(len(listed))]
 
 
-_HERE = World()
-"""Of this process when it is a worker of a sweep: its runs share meshes, too."""
+_WORKER_SURFACES = SharedSurfaces()
+"""Surfaces shared by the runs of this worker process of a sweep."""
 
 
-def _point(point: Point, seed: int, *, listed: tuple[Variation, ...], asked: Asked) -> dict[str, Any]:
-    """One run on a worker. The sweep's own seed is not used: the run has one."""
+def _point(point: Point, seed: int, *, listed: tuple[Variation, ...], options: BatchOptions) -> dict[str, Any]:
+    """Simulate one run on a worker. The seed of the sweep is unused, because the run has its own."""
     index = int(point["run"])
-    return outcome(_HERE, index, listed[index], asked)._asdict()
+    return simulate_one(_WORKER_SURFACES, index, listed[index], options)._asdict()

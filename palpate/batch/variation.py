@@ -9,7 +9,7 @@ from typing import Any
 
 from palpate.errors import PalpateError
 from palpate.scene import Scene
-from palpate.scene.overrides import overridden
+from palpate.scene.overrides import override
 
 
 @dataclass(frozen=True)
@@ -18,9 +18,9 @@ class Variation:
 
     Args:
         scene: a scene, or the path of a scene file.
-        overrides: values by their place in the scene file, with dots and list indices: ``{"objects.0.stiffness": 500.0,
+        overrides: values by path in the scene file, with dots and list indices: ``{"objects.0.stiffness": 500.0,
             "mapping.scale": 0.3}``. Units are those of the scene file.
-        seed: of everything random in the run; the scene's when left out.
+        seed: seed of all random numbers of the run; the scene's when left out.
     """
 
     scene: Scene | str | os.PathLike[str]
@@ -28,28 +28,28 @@ class Variation:
     seed: int | None = None
 
     def resolved(self) -> Scene:
-        """The scene with the overrides in place.
+        """The scene with the overrides applied.
 
         Raises:
-            SceneError: the scene cannot be read, or a value is refused.
+            SceneError: the scene cannot be read, or a value is invalid.
         """
         base = self.scene if isinstance(self.scene, Scene) else Scene.load(self.scene)
-        return overridden(base, self.overrides)
+        return override(base, self.overrides)
 
     def __str__(self) -> str:
         """The overrides and the seed, for messages."""
-        told = [f"{place} = {value}" for place, value in self.overrides.items()]
-        return ", ".join(told + ([f"seed {self.seed}"] if self.seed is not None else [])) or "the scene as it is"
+        parts = [f"{place} = {value}" for place, value in self.overrides.items()]
+        return ", ".join(parts + ([f"seed {self.seed}"] if self.seed is not None else [])) or "the scene as it is"
 
 
 Runs = Scene | Variation | str | os.PathLike[str] | Iterable[Scene | Variation | str | os.PathLike[str]]
 
 
 def variations(runs: Runs) -> list[Variation]:
-    """Runs in every form that `simulate` takes, each scene file read once.
+    """The `runs` argument of `simulate` as a list of variations. Each scene file is read once.
 
     Raises:
-        SceneError: a scene file cannot be read. PalpateError: there is no run.
+        SceneError: a scene file cannot be read. PalpateError: the list is empty.
     """
     single = isinstance(runs, (Scene, Variation, str, os.PathLike))
     listed: list[Any] = [runs] if single else list(runs)  # type: ignore[arg-type]
@@ -58,11 +58,11 @@ def variations(runs: Runs) -> list[Variation]:
     files: dict[str, Scene] = {}
     found = []
     for one in listed:
-        wanted = one if isinstance(one, Variation) else Variation(one)
-        if not isinstance(wanted.scene, Scene):
-            name = os.fspath(wanted.scene)
+        variation = one if isinstance(one, Variation) else Variation(one)
+        if not isinstance(variation.scene, Scene):
+            name = os.fspath(variation.scene)
             if name not in files:
                 files[name] = Scene.load(name)
-            wanted = Variation(files[name], wanted.overrides, wanted.seed)
-        found.append(wanted)
+            variation = Variation(files[name], variation.overrides, variation.seed)
+        found.append(variation)
     return found

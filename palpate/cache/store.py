@@ -1,9 +1,8 @@
-"""Arrays that took long to make, one ``KIND-KEY.npz`` file each, in ``$XDG_CACHE_HOME/palpate`` (``~/.cache/palpate``).
+"""Disk cache of arrays: one ``KIND-KEY.npz`` file per entry, in ``$XDG_CACHE_HOME/palpate`` (``~/.cache/palpate``).
 
-The key is a digest of everything that the arrays are made of, the code included, so that an entry is never wrong, only
-unused. A file is written under another name and then renamed: readers and a second writer see a whole file or none.
-The checksums inside the file reveal damage; a damaged file is made anew. The cache may vanish at any moment: whoever
-cannot read or write it makes the arrays again.
+The key is a digest of all inputs, including the source code, so an entry can become unused but never outdated. Files
+are written under a temporary name and then renamed, so other processes never see a partial file. The checksums in the
+zip format reveal damaged files, which are replaced. If the cache cannot be read or written, the arrays are recomputed.
 """
 
 from __future__ import annotations
@@ -25,9 +24,9 @@ import numpy.typing as npt
 Arrays = Mapping[str, npt.NDArray[Any]]
 
 LIMIT_BYTES = 512 * 2**20
-"""Size of the whole cache; beyond it the entries that were used least recently are deleted."""
+"""Maximum size of the cache; above it, the least recently used entries are deleted."""
 
-_ABANDONED = 3600.0  # age of a temporary file whose writer must have died [s]
+_ABANDONED = 3600.0  # temporary files older than this are deleted: their writer was killed [s]
 
 
 @dataclass(frozen=True)
@@ -38,11 +37,11 @@ class Entry:
     kind: str
     bytes: int
     used: float
-    """Time of its last use [s since 1970]."""
+    """Time of the last use [s since 1970]."""
 
 
 def folder() -> Path | None:
-    """The folder of the cache, which may not exist yet; None for a user without a home."""
+    """Folder of the cache, which may not exist yet; None if the user has no home folder."""
     base = os.environ.get("XDG_CACHE_HOME", "")
     if os.path.isabs(base):  # the XDG specification ignores relative paths
         return Path(base) / "palpate"
@@ -51,24 +50,24 @@ def folder() -> Path | None:
     return None
 
 
-def source_key(files: Iterable[str | Path], *made_of: object) -> str:
-    """Key of arrays that follow from the source ``files`` and the values ``made_of`` (told apart by their ``repr``).
+def source_key(files: Iterable[str | Path], *inputs: object) -> str:
+    """Key of arrays computed from the source ``files`` and the values ``inputs``, which are compared by their ``repr``.
 
-    numpy's version and the kind of processor are part of it, because sines may differ in their last bit.
+    The key includes numpy's version and the processor type, because sines may differ in the last bit.
     """
-    digest = sha256(repr((np.__version__, platform.machine(), *made_of)).encode())
+    digest = sha256(repr((np.__version__, platform.machine(), *inputs)).encode())
     for file in files:
         digest.update(Path(file).read_bytes())
     return digest.hexdigest()[:32]
 
 
-def kept(kind: str, key: str, make: Callable[[], Arrays]) -> Arrays:
-    """The arrays of an entry: read from the cache, or made and stored there.
+def load_or_make(kind: str, key: str, make: Callable[[], Arrays]) -> Arrays:
+    """The arrays of an entry: read from the cache, or computed and stored in the cache.
 
     Args:
-        kind: what `palpate cache` calls it; letters and underscores.
-        key: of `source_key`.
-        make: returns the arrays by name.
+        kind: name of the entry in `palpate cache`; letters and underscores.
+        key: digest from `source_key`.
+        make: computes the arrays, by name.
     """
     place = folder()
     if place is None:
@@ -77,7 +76,7 @@ def kept(kind: str, key: str, make: Callable[[], Arrays]) -> Arrays:
     found = _read(path)
     if found is None:
         found = make()
-        with suppress(OSError):  # the disk is full or read-only: the next run makes them again
+        with suppress(OSError):  # the disk is full or read-only: the next run computes them again
             _write(path, found)
             _trim(place)
     return found
@@ -89,17 +88,17 @@ def entries() -> list[Entry]:
 
 
 def clear() -> int:
-    """Delete all entries; returns how many bytes that freed."""
+    """Delete all entries; return the number of bytes freed."""
     return sum(_delete(entry) for entry in entries())
 
 
 def _read(path: Path) -> Arrays | None:
-    """The arrays of a file, or None when it is absent or damaged."""
+    """The arrays of a file; None if the file is missing or damaged."""
     try:
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
         os.utime(path)
-    except Exception:  # a damaged file makes the readers of zip and numpy raise errors of a dozen kinds
+    except Exception:  # zip and numpy raise a dozen kinds of error for damaged files
         return None
     return arrays
 
@@ -119,7 +118,7 @@ def _write(path: Path, arrays: Arrays) -> None:
 
 
 def _trim(place: Path) -> None:
-    """Delete what exceeds the limit, and what writers that were killed left behind."""
+    """Delete entries above the size limit, and temporary files of killed writers."""
     total = 0
     for entry in _entries(place):
         total += entry.bytes
@@ -134,7 +133,7 @@ def _trim(place: Path) -> None:
 def _entries(place: Path | None) -> list[Entry]:
     found = []
     for path in place.glob("*-*.npz") if place is not None else ():
-        with suppress(OSError):  # another process has just deleted it
+        with suppress(OSError):  # another process may delete the file meanwhile
             state = path.stat()
             found.append(Entry(path, path.stem.rpartition("-")[0], state.st_size, state.st_mtime))
     return sorted(found, key=lambda entry: entry.used, reverse=True)

@@ -1,4 +1,4 @@
-"""Virtual fixtures: what guides, forbids and keeps in, made from geometries, roles and laws (docs/guidance.md)."""
+"""Virtual fixtures: constraints on the tool, each made from a geometry, a role and a law (docs/guidance.md)."""
 
 from palpate.guidance.combine import Difference, Geometry, Intersection, Offset, Union
 from palpate.guidance.fixture import Fixture

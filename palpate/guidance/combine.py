@@ -1,4 +1,4 @@
-"""Geometries made of geometries, and the section of a scene file that is any of them."""
+"""Geometries combined from other geometries, and the scene section that accepts any geometry."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from palpate.guidance.geometry import (
     Point,
     Shape,
     Sphere,
-    refused,
+    as_guidance_error,
 )
 from palpate.guidance.here import Here
 from palpate.guidance.paths import Path, Tube
@@ -30,74 +30,74 @@ from palpate.values import Length, NotNegativeLength, Section
 
 
 class Offset(Shape):
-    """Everything within a margin of a geometry; below zero: it is shrunk."""
+    """All points within a margin of a geometry; a negative margin shrinks the geometry."""
 
     key: ClassVar[str] = "offset"
     of: Geometry
-    """what is grown"""
+    """the geometry to grow"""
     margin: Length
-    """by so much; above zero around what has no inside [m]"""
+    """distance to grow; must be positive for a geometry without an inside [m]"""
 
     def make(self, here: Here, X_WF: Array) -> _core.Geometry:
-        """What is grown, or shrunk."""
+        """The grown or shrunk geometry."""
         try:
             return _core.OffsetGeometry(self.of.make(here, X_WF), self.margin)
         except GuidanceError:
             raise
         except ValueError as error:
-            raise refused(error, "offset") from None
+            raise as_guidance_error(error, "offset") from None
 
 
 class Combination(Shape):
     """Several geometries as one."""
 
     of: Annotated[tuple[Geometry, ...], Field(min_length=1, max_length=64)]
-    """its parts"""
+    """the geometries to combine"""
     blend: NotNegativeLength = 0.0
-    """creases are filled over so much, so that the normal turns gradually; 0: it turns at once [m]"""
+    """width over which creases are rounded, so that the normal turns continuously; 0: sharp creases [m]"""
 
     def make(self, here: Here, X_WF: Array) -> _core.Geometry:
-        """The whole."""
+        """The combined geometry."""
         parts = [part.make(here, X_WF) for part in self.of]
         try:
-            return _core.CombinedGeometry(self.key, parts, self.blend)  # type: ignore[arg-type]  # one of three
+            return _core.CombinedGeometry(self.key, parts, self.blend)  # type: ignore[arg-type]  # key is one of the three literals
         except ValueError as error:
-            raise refused(error, self.key) from None
+            raise as_guidance_error(error, self.key) from None
 
 
 class Union(Combination):
-    """What is in any of the parts."""
+    """All points that lie in at least one part."""
 
     key: ClassVar[str] = "union"
 
 
 class Intersection(Combination):
-    """What is in all of the parts."""
+    """All points that lie in every part."""
 
     key: ClassVar[str] = "intersection"
 
 
 class Difference(Combination):
-    """What is in the first part and in none of the others."""
+    """All points that lie in the first part and in no other part."""
 
     key: ClassVar[str] = "difference"
 
 
 class Geometry(Section):
-    """One shape: a point, a curve, a solid, a surface from a file or of the scene, or one made of others."""
+    """One geometry: a point, a curve, a solid, a surface from a file or of a scene object, or a combination."""
 
     point: Point | None = None
-    """a place"""
+    """a point"""
     line: Line | None = None
-    """from place to place, or endless"""
+    """a straight line between two places, or through them without end"""
     plane: Plane | None = None
     """a half-space"""
     path: Path | None = None
     """a smooth curve"""
     tube: Tube | None = None
-    """everything near a path"""
+    """all points within a radius of a path"""
     cone: Cone | None = None
-    """the way from an entry to a target"""
+    """the region from an entry to a target"""
     sphere: Sphere | None = None
     """a ball"""
     box: Box | None = None
@@ -113,43 +113,43 @@ class Geometry(Section):
     object: OfObject | None = None
     """the surface of an object of the scene"""
     offset: Offset | None = None
-    """a geometry grown or shrunk"""
+    """a grown or shrunk geometry"""
     union: Union | None = None
-    """any of several"""
+    """the union of several geometries"""
     intersection: Intersection | None = None
-    """all of several"""
+    """the intersection of several geometries"""
     difference: Difference | None = None
-    """the first without the others"""
+    """the first geometry without the others"""
 
     @model_validator(mode="before")
     @classmethod
-    def _of_shape(cls, value: Any) -> Any:
+    def _wrap_shape(cls, value: Any) -> Any:
         return {value.key: value} if isinstance(value, Shape) else value
 
     @model_validator(mode="after")
-    def _one(self) -> Self:
+    def _require_one(self) -> Self:
         given = [key for key in type(self).model_fields if getattr(self, key) is not None]
         if len(given) != 1:
-            told = f"{' and '.join(given)} are given" if given else "none is given"
+            count = f"{' and '.join(given)} are given" if given else "none is given"
             keys = ", ".join(type(self).model_fields)
-            raise ValueError(f"a geometry is one of {keys}; {told} | keep one of them, e.g. sphere: {{radius: 2 cm}}")
+            raise ValueError(f"a geometry is one of {keys}; {count} | keep one of them, e.g. sphere: {{radius: 2 cm}}")
         return self
 
     @model_serializer(mode="wrap")
-    def _given(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+    def _dump_given(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         return {key: value for key, value in handler(self).items() if value is not None}
 
     @property
     def shape(self) -> Shape:
-        """What is given."""
+        """The shape that is given."""
         shape: Shape = next(filter(None, (getattr(self, key) for key in type(self).model_fields)))
         return shape
 
     def make(self, here: Here, X_WF: Array) -> _core.Geometry:
-        """What the core asks.
+        """The geometry for the core.
 
         Raises:
-            GuidanceError, MeshError, SurfaceError: what it names is not there, or cannot be.
+            GuidanceError, MeshError, SurfaceError: a file, object or place is missing, or a value is invalid.
         """
         return self.shape.make(here, X_WF)
 

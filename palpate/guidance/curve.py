@@ -1,4 +1,4 @@
-"""Smooth curves through waypoints, in the pieces that the core wants (core/palpate/guidance/geometry/path.hpp)."""
+"""Smooth curves through waypoints, as Bezier pieces for the core (core/palpate/guidance/geometry/path.hpp)."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from palpate.arrays import Array
 from palpate.errors import GuidanceError
 
 if TYPE_CHECKING:
-    from scipy.interpolate import CubicSpline  # scipy takes seconds to import: only scenes that have a path wait for it
+    from scipy.interpolate import CubicSpline  # scipy takes seconds to import: import it only for scenes with a path
 
 
-#: Most that a piece turns: the core's arc lengths are exact to 1e-9 then [rad].
+#: Maximum turn of a piece, with which the core's arc lengths are accurate to 1e-9 [rad].
 TURN = 0.2
-#: A path that comes nearer to itself than this crosses itself [m].
+#: A path crosses itself if two of its stretches come closer than this [m].
 CROSSING = 2e-4
-_SAME = 1e-7  # waypoints nearer than this are one [m]
-_LONGEST = 10.0  # a path longer than this is most likely in another unit [m]
-_MOST = 200_000  # pieces
+_SAME = 1e-7  # waypoints closer than this are merged [m]
+_LONGEST = 10.0  # a longer path is most likely given in another unit [m]
+_MAX_PIECES = 200_000
 
 
 def path(
@@ -32,18 +32,18 @@ def path(
     crossing: float = CROSSING,
     name: str = "path",
 ) -> _core.PathGeometry:
-    """The natural cubic spline through waypoints over their chord lengths: twice continuously differentiable.
+    """The natural cubic spline through waypoints, parametrised by chord length: twice continuously differentiable.
 
     Args:
-        waypoints: (n, 3), two or more apart; repeats are dropped [m].
-        rotations: (n, 3, 3) of the tool at the waypoints, for `orient`; the tangent's own frame when left out, turned
-            about it no more than it must be (Wang et al. 2008, double reflection).
-        closed: the end goes smoothly over into the beginning.
-        crossing: nearest that it may come to another stretch of itself; 0 allows what comes [m].
-        name: how messages call it.
+        waypoints: (n, 3), at least two distinct points; repeated points are dropped [m].
+        rotations: (n, 3, 3) attitudes of the tool at the waypoints, for `orient`; when left out, the
+            rotation-minimising frame of the tangent (Wang et al. 2008, double reflection).
+        closed: the end joins the beginning smoothly.
+        crossing: smallest distance allowed between two stretches of the path; 0 allows crossings [m].
+        name: name of the path in messages.
 
     Raises:
-        GuidanceError: no path, one that crosses itself, or most likely one in another unit.
+        GuidanceError: the waypoints make no path, the path crosses itself, or its unit is most likely wrong.
     """
     from scipy.interpolate import CubicSpline
 
@@ -51,7 +51,10 @@ def path(
     knots = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=1))]
     if knots[-1] > _LONGEST:
         raise GuidanceError(
-            f"the path is {knots[-1]:.4g} m long", where=name, why="waypoints are metres here", mend="unit: mm?"
+            f"the path is {knots[-1]:.4g} m long",
+            where=name,
+            why="waypoints are in metres here",
+            mend="is the unit mm?",
         )
     spline = CubicSpline(knots, p, bc_type="periodic" if closed else "natural" if len(p) > 2 else "not-a-knot")
     u = _breaks(spline, knots, name)
@@ -69,7 +72,7 @@ def path(
 
 
 def frames_along(places: Array, tangents: Array) -> Array:
-    """(n, 3, 3) rotations with z along ``tangents`` (n, 3), turning about them as little as can be.
+    """Rotation-minimising frames (n, 3, 3) along ``places`` (n, 3) [m]; their z axes follow ``tangents`` (n, 3).
 
     By double reflection (Wang, Juettler, Zheng and Liu, Computation of rotation minimizing frames, 2008).
     """
@@ -108,41 +111,41 @@ def _distinct(
             p, R = np.r_[p, p[:1]], None if R is None else np.r_[R, R[:1]]
         else:
             p = np.r_[p[:-1], p[:1]]
-        least = 4  # three, and the first again
+        least = 4  # three points, and the first one repeated
     if len(p) < least:
-        told = "three or more apart" if closed else "two or more apart"
-        raise GuidanceError(f"a path needs waypoints, {told}; {len(keep)} are given", where=name, mend="add some")
+        least_text = "three or more apart" if closed else "two or more apart"
+        raise GuidanceError(f"a path needs waypoints, {least_text}; {len(keep)} are given", where=name, mend="add some")
     return p, R
 
 
 def _breaks(spline: CubicSpline, knots: Array, name: str) -> Array:
-    """The knots, and as many values between that no piece turns by more than TURN."""
-    share = np.linspace(0.0, 1.0, 17)
-    u = knots[:-1, None] + np.diff(knots)[:, None] * share  # (n, 17)
+    """The knots, with values inserted between them so that no piece turns by more than TURN."""
+    fraction = np.linspace(0.0, 1.0, 17)
+    u = knots[:-1, None] + np.diff(knots)[:, None] * fraction  # (n, 17)
     d = spline(u, 1)
     speed = np.linalg.norm(d, axis=2)
-    if speed.min() < 1e-3:  # of arc length per chord length
+    if speed.min() < 1e-3:  # speed: arc length per chord length
         at = knots[np.unravel_index(speed.argmin(), speed.shape)[0]]
         raise GuidanceError(
             f"the path turns on the spot {1e3 * at:.3g} mm from its start",
             where=name,
-            mend="leave a waypoint out there",
+            mend="leave out a waypoint there",
         )
     d /= speed[..., None]
     turn = np.arctan2(np.linalg.norm(np.cross(d[:, 1:], d[:, :-1]), axis=2), (d[:, 1:] * d[:, :-1]).sum(axis=2))
     parts = np.ceil(16 * turn.max(axis=1) / TURN).clip(min=1).astype(int)
-    if parts.sum() > _MOST:
-        raise GuidanceError(f"the path is too winding: {parts.sum():,} pieces", where=name, mend="fewer waypoints")
+    if parts.sum() > _MAX_PIECES:
+        raise GuidanceError(f"the path has too many bends: {parts.sum():,} pieces", where=name, mend="fewer waypoints")
     inner = [np.linspace(a, b, k, endpoint=False) for a, b, k in zip(knots[:-1], knots[1:], parts, strict=True)]
     return np.concatenate([*inner, knots[-1:]])
 
 
 def _refuse_crossing(ends: Array, nearest: float, closed: bool, name: str) -> None:
-    """Stretches that lie ten times as far apart along the path as `nearest` may not come as near as that."""
+    """Refuse two stretches closer than `nearest` that lie more than ten times as far apart along the path."""
     from scipy.spatial import cKDTree
 
     steps = np.maximum(np.ceil(np.linalg.norm(np.diff(ends, axis=0), axis=1) / nearest), 1).astype(int)
-    if steps.sum() > _MOST * 10:
+    if steps.sum() > _MAX_PIECES * 10:
         return
     pieces = [np.linspace(a, b, k, endpoint=False) for a, b, k in zip(ends[:-1], ends[1:], steps, strict=True)]
     samples = np.concatenate([*pieces, ends[-1:]])
@@ -158,6 +161,6 @@ def _refuse_crossing(ends: Array, nearest: float, closed: bool, name: str) -> No
         raise GuidanceError(
             f"the path crosses itself at ({at}) mm, {1e3 * first:.3g} and {1e3 * second:.3g} mm from its start",
             where=name,
-            why="there the nearest place of the path, and with it the force, would jump",
-            mend="split it into two fixtures, or crossing: 0 to allow it",
+            why="the nearest point of the path, and with it the force, would jump there",
+            mend="split the path into two fixtures, or allow the crossing with crossing: 0",
         )

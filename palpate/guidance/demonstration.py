@@ -1,4 +1,4 @@
-"""From a recorded motion of the tool to a path: smoothed, thinned, and how far it then is from what was shown."""
+"""Converts a recorded motion of the tool to a smoothed, thinned path, and measures the path's deviation from it."""
 
 from __future__ import annotations
 
@@ -15,38 +15,38 @@ from palpate.arrays.so3 import matrices
 from palpate.errors import GuidanceError
 from palpate.guidance.plot import query
 
-SPACING = 2e-3  #: of the places that are kept [m]
-SMOOTH = 1e-3  #: standard deviation of the Gaussian along the way: tremor and noise below it go [m]
-_FINEST = 1e-4  # the way is sampled anew at so much of the arc length, or finer [m]
+SPACING = 2e-3  #: spacing of the places of the path [m]
+SMOOTH = 1e-3  #: standard deviation of the Gaussian along the path: removes shorter tremor and noise [m]
+_SAMPLING = 1e-4  # maximum spacing of the samples along the path before smoothing [m]
 
 
 @dataclass(frozen=True)
 class Shown:
-    """A recorded motion."""
+    """A recorded motion of the tool."""
 
     t: Array
-    """(n,) [s]"""
+    """(n,) time [s]"""
     p_WT: Array
-    """(n, 3) [m]"""
+    """(n, 3) position in W [m]"""
     R_WT: Array
-    """(n, 3, 3)"""
+    """(n, 3, 3) attitude in W"""
 
 
 @dataclass(frozen=True)
 class Deviation:
-    """Distances of what was shown from a path."""
+    """Distance of a demonstration from a path."""
 
     rms: float
-    """[m]"""
+    """root mean square [m]"""
     worst: float
-    """[m]"""
+    """maximum [m]"""
 
 
 def read(record: Path, span: tuple[float, float] | None = None) -> Shown:
-    """The tool's motion in a record of Palpate, between two times when they are given [s].
+    """The motion of the tool in a record of Palpate, within the time `span` [s] if given.
 
     Raises:
-        RecordError: it cannot be read. GuidanceError: no motion in it, or the record has no tool.
+        RecordError: the record cannot be read. GuidanceError: the record has no motion of a tool in that time.
     """
     from palpate.record import Record
 
@@ -54,28 +54,28 @@ def read(record: Path, span: tuple[float, float] | None = None) -> Shown:
     found = Record.open(file)
     missing = [name for name in ("p_WT", "quat_WT") if name not in found.signals]
     if missing:
-        raise GuidanceError(f"{' and '.join(missing)} not recorded", where=str(file), mend="a record of a run")
+        raise GuidanceError(f"{' and '.join(missing)} not recorded", where=str(file), mend="use the record of a run")
     ticks = found.ticks
     t = np.asarray(ticks["t"])
     keep = np.isfinite(np.asarray(ticks["p_WT"])).all(axis=1)
     if span is not None:
         keep &= (t >= span[0]) & (t <= span[1])
     if not keep.any():
-        told = "" if span is None else f" from {span[0]:g} to {span[1]:g} s"
+        during = "" if span is None else f" from {span[0]:g} to {span[1]:g} s"
         raise GuidanceError(
-            f"no tick{told}", where=str(file), mend=f"the record is of {t[0]:.3g} to {t[-1]:.3g} s" if len(t) else ""
+            f"no tick{during}", where=str(file), mend=f"the record covers {t[0]:.3g} to {t[-1]:.3g} s" if len(t) else ""
         )
     return Shown(t[keep], np.asarray(ticks["p_WT"])[keep], matrices(np.asarray(ticks["quat_WT"])[keep]))
 
 
 def simplified(shown: Shown, spacing: float = SPACING, smooth: float = SMOOTH) -> tuple[Array, Array]:
-    """Places (n, 3) [m] about `spacing` apart along the way, and attitudes (n, 3, 3) there.
+    """Places (n, 3) about `spacing` apart along the motion [m], and attitudes (n, 3, 3) at the places.
 
-    The way is sampled evenly along its arc length, so that pauses count nothing, and smoothed there by a Gaussian of
-    standard deviation `smooth`; its ends stay where they are.
+    The motion is sampled evenly along its arc length, so that pauses have no weight, and smoothed by a Gaussian of
+    standard deviation `smooth` [m]. The ends keep their positions.
 
     Raises:
-        GuidanceError: the tool hardly moved.
+        GuidanceError: the tool moved less than twice `spacing`.
     """
     step = np.linalg.norm(np.diff(shown.p_WT, axis=0), axis=1)
     moved = np.r_[True, step > 1e-9]
@@ -86,10 +86,10 @@ def simplified(shown: Shown, spacing: float = SPACING, smooth: float = SMOOTH) -
             why=f"a path with a place every {1e3 * spacing:g} mm needs more",
             mend="a longer motion, or a smaller spacing",
         )
-    even = np.linspace(0.0, along[-1], int(np.ceil(along[-1] / min(_FINEST, spacing / 4.0))) + 1)
+    even = np.linspace(0.0, along[-1], int(np.ceil(along[-1] / min(_SAMPLING, spacing / 4.0))) + 1)
     p = np.stack([np.interp(even, along, column) for column in shown.p_WT[moved].T], axis=1)
     if smooth > 0.0:
-        # Mirrored through its ends, the way goes on as it came, and the ends keep their places.
+        # Extending the samples by point reflection at both ends keeps the ends in place.
         p = _smoothed(p, smooth / even[1])
     n = max(2, round(along[-1] / spacing) + 1)
     places = np.linspace(0.0, along[-1], n)
@@ -99,7 +99,7 @@ def simplified(shown: Shown, spacing: float = SPACING, smooth: float = SMOOTH) -
 
 
 def deviation(path: _core.Geometry, shown: Shown) -> Deviation:
-    """How far what was shown is from the path."""
+    """Deviation of a demonstration from a path."""
     d = query(path, shown.p_WT)["distance"]
     return Deviation(float(np.sqrt((d**2).mean())), float(d.max()))
 

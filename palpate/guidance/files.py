@@ -1,4 +1,4 @@
-"""Tables of places: x, y, z a row and, if there are attitudes, qw, qx, qy, qz. Paths and clouds are read from them."""
+"""Tables of places for paths and clouds: each row is x, y, z and, with attitudes, qw, qx, qy, qz."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ HEADER = "x_m,y_m,z_m,qw,qx,qy,qz"
 
 
 def read_rows(path: Path, unit: str = "mm") -> tuple[Array, Array | None]:
-    """Places (n, 3) [m] and, where the file has them, rotations (n, 3, 3).
+    """Read places (n, 3) [m] and, if the file has them, rotations (n, 3, 3).
 
-    Columns are parted by commas, semicolons or white space; lines that begin with # are left out. A first line of
-    names says the unit (``x_m``, ``x_mm``, ``x_cm``, ``x_in``); without it ``unit`` does.
+    Columns are separated by commas, semicolons or white space; lines that begin with # are skipped. A header line
+    may name the unit (``x_m``, ``x_mm``, ``x_cm``, ``x_in``); otherwise the unit is ``unit``.
 
     Raises:
-        GuidanceError: the file is missing, empty, or holds something else; names the line.
+        GuidanceError: the file is missing, empty, or a line is invalid; the message names the line.
     """
     named, rows = unit, []
     for number, line in enumerate(_lines(path), start=1):
@@ -33,25 +33,25 @@ def read_rows(path: Path, unit: str = "mm") -> tuple[Array, Array | None]:
             rows.append([float(word) for word in words])
         except ValueError:
             if rows:
-                raise GuidanceError(f"{line.strip()!r:.60} is no row of numbers", where=f"{path}:{number}") from None
+                raise GuidanceError(f"{line.strip()!r:.60} is not a row of numbers", where=f"{path}:{number}") from None
             named = _unit_of(words[0], unit, f"{path}:{number}")
             continue
         if len(rows[-1]) not in (3, 7) or len(rows[-1]) != len(rows[0]):
-            told = f"{len(rows[-1])} numbers in a row"
+            what = f"{len(rows[-1])} numbers in a row"
             mend = f"x y z, or x y z qw qx qy qz, the same in every row ({HEADER})"
-            raise GuidanceError(told, where=f"{path}:{number}", mend=mend)
+            raise GuidanceError(what, where=f"{path}:{number}", mend=mend)
     table = np.array(rows)
     if not len(table) or not np.isfinite(table).all():
-        what = "no place in it" if not len(table) else "a number is not finite"
+        what = "the file holds no places" if not len(table) else "a number is not finite"
         raise GuidanceError(what, where=str(path), mend="rows of x, y, z")
     return UNITS[named] * table[:, :3], _rotations(table, path) if table.shape[1] == 7 else None
 
 
 def write_rows(path: Path, places: Array, rotations: Array) -> None:
-    """Write places (n, 3) [m] and rotations (n, 3, 3) with a header that says the unit.
+    """Write places (n, 3) [m] and rotations (n, 3, 3), with a header that names the unit.
 
     Raises:
-        OutputError: it cannot be written.
+        OutputError: the file cannot be written.
     """
     try:
         np.savetxt(
@@ -63,20 +63,22 @@ def write_rows(path: Path, places: Array, rotations: Array) -> None:
             comments="",
         )
     except OSError as error:
-        raise OutputError("the path cannot be written", where=str(path), why=str(error), mend="another place") from None
+        raise OutputError(
+            "the path cannot be written", where=str(path), why=str(error), mend="choose another file"
+        ) from None
 
 
 def _lines(path: Path) -> list[str]:
     try:
         return path.read_text(encoding="utf-8-sig").splitlines()
     except FileNotFoundError:
-        there = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
-        near = difflib.get_close_matches(path.name, there, n=1)
+        names = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
+        near = difflib.get_close_matches(path.name, names, n=1)
         mend = f"did you mean {path.parent / near[0]}?" if near else "check the path; it is relative to the scene file"
         raise GuidanceError("file not found", where=str(path), mend=mend) from None
     except (OSError, ValueError) as error:
         raise GuidanceError(
-            "cannot be read as text", where=str(path), why=str(error), mend="rows of x, y, z in a text file"
+            "cannot be read as text", where=str(path), why=str(error), mend="give a text file with rows of x, y, z"
         ) from None
 
 
@@ -92,7 +94,8 @@ def _unit_of(first: str, unit: str, where: str) -> str:
 def _rotations(table: Array, path: Path) -> Array:
     lengths = np.linalg.norm(table[:, 3:], axis=1)
     if abs(lengths - 1.0).max() > 0.01:
+        length = lengths[abs(lengths - 1.0).argmax()]
         raise GuidanceError(
-            f"quaternion of length {lengths[abs(lengths - 1.0).argmax()]:.3g}", where=str(path), mend="unit, qw first"
+            f"quaternion of length {length:.3g}", where=str(path), mend="give quaternions of unit length, qw first"
         )
     return matrices(table[:, 3:])

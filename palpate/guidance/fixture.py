@@ -1,4 +1,4 @@
-"""A fixture: a geometry, a role, a law and a policy; one item of the scene's list ``guidance``."""
+"""A fixture: a geometry, a role, a law and a policy; an item of the scene's list ``guidance``."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from palpate import _core
 from palpate.errors import GuidanceError
 from palpate.guidance import one_line, yaml_text
 from palpate.guidance.combine import Geometry
-from palpate.guidance.geometry import Shape, placed, refused
+from palpate.guidance.geometry import Shape, as_guidance_error, placed
 from palpate.guidance.here import Here
-from palpate.guidance.sections import Frame, Law, Ramp, Role, law_is_read
+from palpate.guidance.sections import Frame, Law, Ramp, Role, check_law_keys
 from palpate.values import Number, Positive, PositiveLength, Section
 
 if TYPE_CHECKING:
@@ -34,42 +34,42 @@ class Fixture(Section):
         Fixture(Path(file="suture.csv"), role={"name": "guide", "margin": 0.001}, law="potential", authority=0.5)
 
     Args:
-        geometry: a `Shape`, or the text of one line: ``margin: 3 mm around: vessel.stl``.
+        geometry: a `Shape`, or one line of text: ``margin: 3 mm around: vessel.stl``.
         values: the keys below.
     """
 
     geometry: Geometry
-    """where"""
+    """shape and position of the constraint"""
     name: str = ""
-    """how plots and messages call it; its role when left out"""
+    """name in plots and messages; the role when left out"""
     role: Role
-    """what is wanted there: a name, or a section with it and more"""
+    """type of constraint: a name, or a section with the name and more keys"""
     law: Law = Law()
-    """how the hand is told: a name, or a section with it and more"""
+    """force law of the constraint: a name, or a section with the name and more keys"""
     frame: Frame = Frame()
-    """what it is attached to: a name, or a section"""
+    """frame that carries the fixture: a name, or a section"""
     enabled: bool = True
-    """false: it is there, but does nothing until it is switched on"""
+    """false: the fixture has no effect until it is switched on"""
     hard: bool = _P.hard
-    """the tool's goal is corrected as well: the tool does not go there, whatever the hand does"""
+    """true: the commanded tool pose is corrected, too, so that the tool always satisfies the constraint"""
     authority: Share = _P.authority
-    """how much of it counts, times its ramps [-]"""
+    """scale of the fixture's force, multiplied by its ramps [-]"""
     priority: Annotated[int, Field(strict=True, ge=-100, le=100)] = _P.priority
-    """a lower one never pulls against a higher one; hard ones come first [-]"""
+    """a fixture of lower priority never acts against one of higher priority; hard fixtures come first [-]"""
     engage: PositiveLength | None = None
-    """takes part once the tool is nearer than this to what is wanted; always when left out [m]"""
+    """engages when the absolute constraint value falls below this; always engaged when left out [m]"""
     release: PositiveLength | None = None
-    """until it is farther than this; never when left out [m]"""
+    """releases when the absolute constraint value exceeds this; never when left out [m]"""
     engage_deg: Positive | None = None
-    """orient: takes part once the tool is nearer than this angle; always when left out [deg]"""
+    """orient: engages when the absolute angle to the constraint falls below this; always engaged when left out [deg]"""
     release_deg: Positive | None = None
-    """orient: until it is farther than this; never when left out [deg]"""
+    """orient: releases when the absolute angle to the constraint exceeds this; never when left out [deg]"""
     rise: Annotated[Number, Field(ge=0.01)] = _P.rise
-    """shortest time for its authority from 0 to 1 [s]"""
+    """minimum time for the authority to rise from 0 to 1 [s]"""
     fall: Annotated[Number, Field(ge=0.01)] = _P.fall
-    """and back [s]"""
+    """minimum time for the authority to fall from 1 to 0 [s]"""
     ramps: Annotated[tuple[Ramp, ...], Field(max_length=8)] = ()
-    """its authority fades with each of them"""
+    """ramps that scale the authority; their values are multiplied"""
 
     def __init__(self, geometry: Shape | Geometry | str | None = None, /, **values: Any) -> None:
         if isinstance(geometry, str):
@@ -80,26 +80,26 @@ class Fixture(Section):
 
     @model_validator(mode="before")
     @classmethod
-    def _expanded(cls, value: Any) -> Any:
+    def _expand_line(cls, value: Any) -> Any:
         return one_line.expand(value)
 
     @field_validator("role", "law", mode="before")
     @classmethod
-    def _named(cls, value: Any) -> Any:
+    def _name_as_section(cls, value: Any) -> Any:
         return {"name": value} if isinstance(value, str) else value
 
     @field_validator("frame", mode="before")
     @classmethod
-    def _frame(cls, value: Any) -> Any:
+    def _frame_as_section(cls, value: Any) -> Any:
         return {"of": value} if isinstance(value, str) else value
 
     @model_validator(mode="after")
-    def _law_is_read(self) -> Self:
-        law_is_read(self.role, self.law)
+    def _check_law(self) -> Self:
+        check_law_keys(self.role, self.law)
         return self
 
     @model_validator(mode="after")
-    def _policy_is_read(self) -> Self:
+    def _check_policy(self) -> Self:
         turns = self.role.name == "orient"
         place, turn = ("engage", "release", "a ramp by distance"), ("engage_deg", "release_deg", "a ramp by angle")
         given = {key for key in (*place, *turn) if getattr(self, key, None) is not None}
@@ -110,16 +110,16 @@ class Fixture(Section):
         return self
 
     @model_validator(mode="after")
-    def _hysteresis(self) -> Self:
+    def _check_hysteresis(self) -> Self:
         for unit, engage, release in (("m", self.engage, self.release), ("deg", self.engage_deg, self.release_deg)):
             if engage is not None and release is not None and release < engage:
-                told = f"release {release:g} {unit} is below engage {engage:g} {unit}"
-                raise ValueError(f"{told} | it takes part below engage, until above release: release the larger")
+                what = f"release {release:g} {unit} is below engage {engage:g} {unit}"
+                raise ValueError(f"{what} | it engages below engage and releases above release: release the larger")
         return self
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """The section, with the keys of the lines, or the text of one; role, law and frame by name alone, too."""
+        """Schema of a section (with the one-line keys) or one line of text; role, law and frame also as names."""
         whole = handler.resolve_ref_schema(handler(core))
         for key in ("role", "law", "frame"):
             section = whole["properties"][key]
@@ -129,26 +129,26 @@ class Fixture(Section):
         return {**whole, "type": ["object", "string"], "anyOf": [{"required": keys} for keys in required]}
 
     def make(self, here: Here | None = None) -> _core.Fixture:
-        """As the core knows it.
+        """The fixture for the core.
 
         Raises:
-            GuidanceError, MeshError, SurfaceError: what it names is not there, or cannot be.
+            GuidanceError, MeshError, SurfaceError: a file, object or place is missing, or a value is invalid.
         """
         name = self.name or self.role.name
         geometry = self.make_geometry(here)
         if self.role.name == "forbid" and not geometry.solid and self.geometry.mesh is not None:
             raise GuidanceError(
-                f"{name}: the mesh {self.geometry.mesh.file!r} is open, a forbidden region needs an inside",
-                why="the nearest wall pushes to the side that the tool is on, and that may be the wrong one",
-                mend="palpate check FILE --repair closes small holes; for a wall of both sides wrap it: offset",
+                f"{name}: the mesh {self.geometry.mesh.file!r} is open, but a forbidden region needs an inside",
+                why="the nearest wall pushes to the side where the tool is, which may be the wrong side",
+                mend="palpate check FILE --repair closes small holes; for a two-sided wall wrap the mesh in an offset",
             )
-        return self.made_of(geometry)
+        return self.make_with(geometry)
 
-    def made_of(self, geometry: _core.Geometry) -> _core.Fixture:
-        """As the core knows it, of a geometry in the world.
+    def make_with(self, geometry: _core.Geometry) -> _core.Fixture:
+        """The fixture for the core, with a geometry in the world.
 
         Raises:
-            GuidanceError: role and geometry, or the values, do not fit.
+            GuidanceError: role and geometry do not match, or a value is invalid.
         """
         name = self.name or self.role.name
         policy = _core.Policy()
@@ -162,18 +162,18 @@ class Fixture(Section):
                                  policy, self.enabled, self.frame.patience or np.inf)  # fmt: skip
             _core.Fixtures([made])
         except ValueError as error:
-            raise refused(error, name) from None
+            raise as_guidance_error(error, name) from None
         return made
 
     def make_geometry(self, here: Here | None = None) -> _core.Geometry:
-        """Its geometry in the world, moving with its frame.
+        """The geometry in the world, moving with the fixture's frame.
 
         Raises:
-            GuidanceError, MeshError, SurfaceError: what it names is not there, or cannot be.
+            GuidanceError, MeshError, SurfaceError: a file, object or place is missing, or a value is invalid.
         """
         here = here or Here()
         if self.geometry.object is not None:
-            here.body(self.geometry.object.name)  # told as an object that is missing, not as a frame
+            here.body(self.geometry.object.name)  # a missing object is reported as an object, not as a frame
         frame, X_FG = here.frame(self.frame.of), self.frame.pose.matrix()
         X_WF = np.eye(4) if isinstance(frame, _core.LiveFrame) else frame.at(0.0)[0]
         shape = self.geometry.make(here, X_WF @ X_FG)
@@ -182,7 +182,7 @@ class Fixture(Section):
         return _core.PlacedGeometry(shape, X_FG, frame)
 
     def plot(self, ax: Axes | None = None, here: Here | None = None) -> Axes:
-        """Draw it with matplotlib: what is allowed green, what is forbidden red, and its normals."""
+        """Draw the fixture with matplotlib: allowed regions green, forbidden regions red, and the normals."""
         from palpate.guidance.plot import plot
 
         title = f"{self.name or self.role.name}: {self.role.name}"
@@ -190,23 +190,30 @@ class Fixture(Section):
 
     def why(self, X_WT: npt.ArrayLike, V_WT: npt.ArrayLike | None = None, t: float = 0.0,
             here: Here | None = None) -> str:  # fmt: skip
-        """What it does to a tool at X_WT (4, 4), or at p_WT (3,), in words; V_WT (6,): how the hand moves it."""
+        """Explain in words the fixture's force on a tool.
+
+        Args:
+            X_WT: pose (4, 4) of the tool, or its position (3,) [m].
+            V_WT: velocity (6,) of the tool over its angular velocity, in W [m/s, rad/s]; zero when None.
+            t: time [s].
+            here: files, frames, places and objects that the fixture names.
+        """
         from palpate.guidance.reasons import reasons
 
         return reasons(self.make(here), self.role, self.law, X_WT, V_WT, t)
 
     def to_yaml(self) -> str:
-        """As one item of a scene's list ``guidance``; `from_yaml` reads it back."""
+        """YAML text of one item of a scene's list ``guidance``; `from_yaml` reads it back."""
         return yaml_text.to_yaml([self])
 
     @classmethod
     def from_yaml(cls, text: str) -> Fixture:
-        """The one fixture of a text, as `from_yaml`.
+        """The single fixture in a YAML text, in the format of `from_yaml`.
 
         Raises:
-            GuidanceError: none or several.
+            GuidanceError: the text holds none or several fixtures, or a value is invalid.
         """
         found = yaml_text.from_yaml(text, cls)
         if len(found) != 1:
-            raise GuidanceError(f"{len(found)} fixtures where one is wanted", mend="guidance.from_yaml reads lists")
+            raise GuidanceError(f"{len(found)} fixtures where one is expected", mend="guidance.from_yaml reads lists")
         return found[0]

@@ -1,4 +1,4 @@
-"""What a fixture is made of, as scene files name it and Python makes it; the core answers (geometry.hpp)."""
+"""Geometries of fixtures, as scene sections and Python classes; the core evaluates them (geometry.hpp)."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ class Shape(Section):
     """A geometry in the fixture's frame F."""
 
     key: ClassVar[str]
-    """how scene files call it"""
+    """key in scene files"""
 
     def make(self, here: Here, X_WF: Array) -> _core.Geometry:
-        """What the core asks; X_WF (4, 4): F at the start, for places that are named in W.
+        """The geometry for the core. X_WF (4, 4) is the pose of F at the start; it converts places given in W.
 
         Raises:
-            GuidanceError, MeshError, SurfaceError: what it names is not there, or cannot be.
+            GuidanceError, MeshError, SurfaceError: a file, object or place is missing, or a value is invalid.
         """
         raise NotImplementedError
 
 
-#: How scene files call what the core calls otherwise.
+#: Keys in messages of the core, and their names in scene files.
 _KEYS = {
     "law.K ": "law.stiffness ",
     "law.B ": "law.damping ",
@@ -48,83 +48,83 @@ _KEYS = {
 }
 
 
-def refused(error: ValueError, where: str) -> GuidanceError:
-    """The core's words as an error of ours: `guidance: fixture 'x'.key = value: mend`, or `what; mend`."""
+def as_guidance_error(error: ValueError, where: str) -> GuidanceError:
+    """Convert an error of the core, `guidance: fixture 'x'.key = value: mend` or `what; mend`, to a GuidanceError."""
     text = re.sub(r"^guidance: (fixture '[^']*'[.:]? ?)?", "", str(error))
     what, _, mend = text.partition("; ") if "; " in text else text.partition(": ")
-    for core, ours in _KEYS.items():
-        what = what.replace(core, ours)
+    for core_key, scene_key in _KEYS.items():
+        what = what.replace(core_key, scene_key)
     what = re.sub(r"-?\d+\.\d{6}", lambda number: f"{float(number[0]):g}", what)
     return GuidanceError(what, where=where, mend=mend)
 
 
 def placed(geometry: _core.Geometry, X: Array) -> _core.Geometry:
-    """The geometry at a pose in F."""
+    """The geometry placed at a pose X (4, 4) in F."""
     return geometry if np.array_equal(X, np.eye(4)) else _core.PlacedGeometry(geometry, X)
 
 
 class Point(Shape):
-    """A place: a target, a trocar."""
+    """A point, for example a target or a trocar."""
 
     key: ClassVar[str] = "point"
     at: Place
-    """where [m]"""
+    """position [m]"""
     rpy_deg: Vector = (0.0, 0.0, 0.0)
-    """the attitude that `orient` turns the tool to: roll, pitch, yaw [deg]"""
+    """target attitude of `orient`: roll, pitch, yaw [deg]"""
 
     def make(self, here: Here, X_WF: Array) -> _core.Geometry:
-        """The place."""
+        """The point."""
         X = PoseSection(rpy_deg=self.rpy_deg).matrix()
         X[:3, 3] = here.place(self.at, X_WF)
         return _core.PlacedGeometry(_core.PointGeometry(), X)
 
 
 class Line(Shape):
-    """A straight line between two places, or endless through both."""
+    """A straight line between two places, or through both without end."""
 
     key: ClassVar[str] = "line"
     start: Place
     """one end [m]"""
     end: Place
-    """the other [m]"""
+    """the other end [m]"""
     endless: bool = False
-    """it goes on through both"""
+    """true: the line continues beyond both ends"""
 
     def make(self, here: Here, X_WF: Array) -> _core.Geometry:
         """The line."""
         try:
             return _core.LineGeometry(here.place(self.start, X_WF), here.place(self.end, X_WF), self.endless)
         except ValueError as error:
-            raise refused(error, "line") from None
+            raise as_guidance_error(error, "line") from None
 
 
 class Plane(Shape):
-    """A plane; inside is behind it."""
+    """A plane; the inside is behind it, opposite to the normal."""
 
     key: ClassVar[str] = "plane"
     at: Place = (0.0, 0.0, 0.0)
-    """a place on it [m]"""
+    """a point on the plane [m]"""
     normal: Vector = (0.0, 0.0, 1.0)
-    """points outwards, any length [-]"""
+    """outward normal of any length [-]"""
 
     def make(self, here: Here, X_WF: Array) -> _core.Geometry:
         """The half-space."""
         X = np.eye(4)
-        X[:3, :3] = _turned_to(self.normal, "normal of a plane")
+        X[:3, :3] = _rotation_z_to(self.normal, "normal of a plane")
         X[:3, 3] = here.place(self.at, X_WF)
         return _core.PlacedGeometry(_core.SurfaceGeometry(_core.Plane()), X)
 
 
 class Cone(Shape):
-    """The way from an entry to a target: a cone with its apex at the target, open at the entry and beyond."""
+    """A cone with its apex at the target; it opens towards the entry and continues beyond the entry."""
 
     key: ClassVar[str] = "cone"
     entry: Place
-    """where it is entered [m]"""
+    """entry, a point on the axis [m]"""
     target: Place
-    """its apex [m]"""
+    """apex [m]"""
     half_angle_deg: Annotated[Number, Field(gt=0.0, le=90.0)] = float(np.degrees(_core.CONE_HALF_ANGLE))
-    """between its axis and its side [deg]"""
+    """angle between axis and side [deg]"""
 
     def make(self, here: Here, X_WF: Array) -> _core.Geometry:
         """The cone."""
@@ -132,33 +132,33 @@ class Cone(Shape):
         try:
             return _core.ConeGeometry(target, entry - target, float(np.radians(self.half_angle_deg)))
         except ValueError as error:
-            raise refused(error, "cone") from None
+            raise as_guidance_error(error, "cone") from None
 
 
 class Sphere(Shape):
-    """A ball."""
+    """A solid sphere."""
 
     key: ClassVar[str] = "sphere"
     radius: PositiveLength
-    """of the ball [m]"""
+    """radius [m]"""
     at: Place = (0.0, 0.0, 0.0)
-    """its centre [m]"""
+    """centre [m]"""
 
     def make(self, here: Here, X_WF: Array) -> _core.Geometry:
-        """The ball."""
+        """The sphere."""
         X = np.eye(4)
         X[:3, 3] = here.place(self.at, X_WF)
         return placed(_core.SurfaceGeometry(_core.Sphere(self.radius)), X)
 
 
 class Box(Shape):
-    """A box."""
+    """A solid box."""
 
     key: ClassVar[str] = "box"
     size: tuple[PositiveLength, PositiveLength, PositiveLength]
-    """its sides [m]"""
+    """side lengths [m]"""
     pose: PoseSection = PoseSection()
-    """of its middle and axes"""
+    """pose of the centre and axes"""
 
     def make(self, here: Here, X_WF: Array) -> _core.Geometry:
         """The box."""
@@ -166,15 +166,15 @@ class Box(Shape):
 
 
 class Cylinder(Shape):
-    """A cylinder with flat ends, around the z axis of its pose."""
+    """A solid cylinder with flat ends; its axis is the z axis of its pose."""
 
     key: ClassVar[str] = "cylinder"
     radius: PositiveLength
-    """of the cylinder [m]"""
+    """radius [m]"""
     length: PositiveLength
-    """from end to end [m]"""
+    """length from end to end [m]"""
     pose: PoseSection = PoseSection()
-    """of its middle and axis"""
+    """pose of the centre and axis"""
 
     def make(self, here: Here, X_WF: Array) -> _core.Geometry:
         """The cylinder."""
@@ -182,15 +182,15 @@ class Cylinder(Shape):
 
 
 class Mesh(Shape):
-    """A surface of triangles from a file; inside and outside need it closed."""
+    """A triangle mesh from a file; only a closed mesh has an inside."""
 
     key: ClassVar[str] = "mesh"
     file: str
     """STL, OBJ, PLY, ..., relative to the scene file; ${VARIABLE} is replaced"""
     unit: Unit = "mm"
-    """of the numbers in the file"""
+    """unit of the numbers in the file"""
     pose: PoseSection = PoseSection()
-    """of the file's own frame"""
+    """pose of the file's own frame"""
 
     def make(self, here: Here, X_WF: Array) -> _core.Geometry:
         """The mesh, open or closed."""
@@ -200,17 +200,17 @@ class Mesh(Shape):
 
 
 class Cloud(Shape):
-    """Points from a file, each with a ball around it."""
+    """Points from a file; each point is the centre of a ball."""
 
     key: ClassVar[str] = "cloud"
     file: str
-    """x, y, z a row (.csv, .xyz, .txt), or the vertices of a mesh file; relative to the scene file"""
+    """file with x, y, z in each row (.csv, .xyz, .txt), or a mesh file (its vertices); relative to the scene file"""
     radius: PositiveLength
-    """of the balls: about the spacing of the points, so that no gap is left [m]"""
+    """radius of the balls; about the spacing of the points, which leaves no gaps [m]"""
     unit: Unit = "mm"
-    """of the numbers in the file, unless a header names it (x_m, y_m, z_m)"""
+    """unit of the numbers in the file, unless a header names the unit (x_m, y_m, z_m)"""
     pose: PoseSection = PoseSection()
-    """of the file's own frame"""
+    """pose of the file's own frame"""
 
     def make(self, here: Here, X_WF: Array) -> _core.Geometry:
         """The cloud."""
@@ -226,22 +226,22 @@ class Cloud(Shape):
         try:
             core = _core.Cloud(np.ascontiguousarray(points), self.radius)
         except ValueError as error:
-            raise refused(error, str(file)) from None
+            raise as_guidance_error(error, str(file)) from None
         return placed(_core.SurfaceGeometry(core), self.pose.matrix())
 
 
 class Grid(Shape):
-    """A signed distance grid from a file, or made from a closed mesh file on the spot."""
+    """A signed distance grid from a file, or computed from a closed mesh file."""
 
     key: ClassVar[str] = "grid"
     file: str
-    """.npz or .nrrd (`palpate grid MESH` makes one), or a mesh file; relative to the scene file"""
+    """grid file, .npz or .nrrd (`palpate grid MESH` writes one), or a mesh file; relative to the scene file"""
     spacing: PositiveLength | None = None
-    """of the nodes, when it is made from a mesh; a hundredth of the mesh when left out [m]"""
+    """spacing of the nodes of a grid made from a mesh; a hundredth of the mesh's size when left out [m]"""
     unit: Unit = "mm"
-    """of the numbers in the file, unless the file says it"""
+    """unit of the numbers in the file, unless the file names it"""
     pose: PoseSection = PoseSection()
-    """of the file's own frame"""
+    """pose of the file's own frame"""
 
     def make(self, here: Here, X_WF: Array) -> _core.Geometry:
         """The grid."""
@@ -258,19 +258,19 @@ class Grid(Shape):
 
 
 class OfObject(Shape):
-    """The surface of an object of the scene, wherever it goes: set the fixture's frame to the object, too."""
+    """The surface of an object of the scene. Set the fixture's frame to the same object, so that both move together."""
 
     key: ClassVar[str] = "object"
     name: str
-    """of the object"""
+    """name of the object"""
 
     def make(self, here: Here, X_WF: Array) -> _core.Geometry:
-        """Its surface, in its own frame."""
+        """The surface of the object, in the object's frame."""
         return _core.SurfaceGeometry(here.body(self.name).core)
 
 
-def _turned_to(z: Any, name: str) -> Array:
-    """A rotation with its z along a vector of any length."""
+def _rotation_z_to(z: Any, name: str) -> Array:
+    """A rotation (3, 3) whose z axis points along a vector (3,) of any length."""
     from palpate.guidance.curve import frames_along
 
     vector = np.array(z, dtype=np.float64)

@@ -1,4 +1,4 @@
-"""What the names in a fixture stand for: files, places, frames and objects of the scene around it."""
+"""Resolves the names used in a fixture: files, places, frames and objects of the surrounding scene."""
 
 from __future__ import annotations
 
@@ -22,55 +22,55 @@ if TYPE_CHECKING:
 Body = "Mesh | Surface"
 
 
-def _still() -> dict[str, _core.Frame]:
+def _world_only() -> dict[str, _core.Frame]:
     return {"world": _core.MotionFrame()}
 
 
 @dataclass(frozen=True)
 class Here:
-    """Where a fixture is used. Without a scene: files from the working folder, and the world."""
+    """Context of a fixture. Without a scene it holds the world frame and finds files in the working folder."""
 
     file: Callable[[str], Path] = Path
-    """a file by the name that the scene gives it"""
-    frames: Mapping[str, _core.Frame] = field(default_factory=_still)
-    """by name: world, leader, follower, tool, camera, and the scene's objects"""
+    """returns the path of a file named in the scene"""
+    frames: Mapping[str, _core.Frame] = field(default_factory=_world_only)
+    """frames by name: world, leader, follower, tool, camera, and the scene's objects"""
     places: Mapping[str, npt.ArrayLike] = field(default_factory=dict)
     """named places, (3,) in W [m]"""
     bodies: Mapping[str, Mesh | Surface] = field(default_factory=dict)
-    """the scene's objects, each in its own frame"""
+    """surfaces of the scene's objects, each in its own frame"""
 
     def frame(self, name: str) -> _core.Frame:
-        """The frame of that name.
+        """The frame with this name.
 
         Raises:
-            GuidanceError: there is none; names those there are.
+            GuidanceError: the name is unknown; the message lists the known names.
         """
         return self.frames[self._known(name, self.frames, "frame")]
 
     @property
     def tool(self) -> _core.LiveFrame | None:
-        """The frame that a run tells where its tool is; None without a scene."""
+        """The live frame that a run sets to the measured tool pose; None without a scene."""
         frame = self.frames.get("tool")
         return frame if isinstance(frame, _core.LiveFrame) else None
 
     def body(self, name: str) -> Mesh | Surface:
-        """The object of that name.
+        """The surface of the object with this name.
 
         Raises:
-            GuidanceError: there is none; names those there are.
+            GuidanceError: the name is unknown; the message lists the known names.
         """
         return self.bodies[self._known(name, self.bodies, "object")]
 
     def place(self, at: str | tuple[float, float, float], X_WF: Array) -> Array:
-        """(3,) in F: numbers are in F already, a named place or an object's origin is in W.
+        """Position (3,) in F [m]. Numbers are given in F; a named place or an object's origin is converted from W.
 
         Raises:
-            GuidanceError: no place and no object has that name.
+            GuidanceError: neither a place nor an object has this name.
         """
         if not isinstance(at, str):
             return np.array(at, dtype=np.float64)
-        still = {name: frame for name, frame in self.frames.items() if not isinstance(frame, _core.LiveFrame)}
-        origins = {name: frame.at(0.0)[0][:3, 3] for name, frame in still.items() if name != "world"}
+        fixed = {name: frame for name, frame in self.frames.items() if not isinstance(frame, _core.LiveFrame)}
+        origins = {name: frame.at(0.0)[0][:3, 3] for name, frame in fixed.items() if name != "world"}
         known = {**origins, **self.places}
         p_W = np.asarray(known[self._known(at, known, "place")], dtype=np.float64)
         return np.asarray(X_WF[:3, :3].T @ (p_W - X_WF[:3, 3]))
@@ -79,7 +79,7 @@ class Here:
         if name in names:
             return name
         near = difflib.get_close_matches(name, names, n=1)
-        there = ", ".join(names) or "none"
+        listed = ", ".join(names) or "none"
         raise GuidanceError(
-            f"there is no {kind} {name!r}", mend=f"did you mean {near[0]!r}?" if near else f"{kind}s: {there}"
+            f"there is no {kind} {name!r}", mend=f"did you mean {near[0]!r}?" if near else f"{kind}s: {listed}"
         )

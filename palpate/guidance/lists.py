@@ -1,4 +1,4 @@
-"""Lists of fixtures: as YAML and back, each with a name of its own."""
+"""Lists of fixtures: conversion to and from YAML, and unique names."""
 
 from __future__ import annotations
 
@@ -6,23 +6,23 @@ from palpate.guidance import yaml_text
 from palpate.guidance.fixture import Fixture
 from palpate.guidance.yaml_text import to_yaml
 
-__all__ = ["from_yaml", "named", "to_yaml"]
+__all__ = ["from_yaml", "to_yaml", "with_unique_names"]
 
 
 def from_yaml(text: str) -> tuple[Fixture, ...]:
-    """Fixtures from a list of YAML, of sections or of lines.
+    """Fixtures from a YAML list; each item is a section or one line of text.
 
     Raises:
-        GuidanceError: the text holds no fixtures; names the first mistake.
+        GuidanceError: the text is invalid; the message names the first error.
     """
     return yaml_text.from_yaml(text, Fixture)
 
 
-def named(guidance: tuple[Fixture, ...]) -> tuple[Fixture, ...]:
-    """Each with a name of its own: its role where none is given, and a number where one is taken.
+def with_unique_names(guidance: tuple[Fixture, ...]) -> tuple[Fixture, ...]:
+    """The fixtures with unique names. A missing name becomes the role, numbered if that name is taken.
 
     Raises:
-        ValueError: two were given the same name.
+        ValueError: two fixtures are given the same name.
     """
     out: list[Fixture] = []
     for i, fixture in enumerate(guidance):

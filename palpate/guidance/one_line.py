@@ -1,4 +1,4 @@
-"""From anatomy to a fixture in one line: `margin: 3 mm around: vessel.stl`, `follow`, `stay-in`, `keep-rcm`."""
+"""Fixtures written in one line: `margin: 3 mm around: vessel.stl`, `follow`, `stay-in`, `keep-rcm`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _ARGUMENT = re.compile(r"\s*(\[[^\]]*\]|[^,]+)")
 _DEGREES = re.compile(r"([-+.\deE]+)\s*(?:deg|°)")
 _AROUND = re.compile(r"^(?P<before>[^#\n]*\bmargin:[^#:,\n]*\saround):(?P<after>\s)", re.MULTILINE)
 
-#: Shapes that are called by name, and the keys of their arguments in order.
+#: Shapes that can be written as calls, with the keys of their arguments in order.
 CALLS = {
     "cone": ("entry", "target", "half_angle_deg"),
     "tube": ("file", "radius"),
@@ -30,15 +30,15 @@ CALLS = {
 
 
 def readable(text: str) -> str:
-    """YAML knows no second colon in a line: `margin: 3 mm around: vessel.stl` as `margin: 3 mm around vessel.stl`."""
+    """Remove the colon after `around`: YAML forbids a second colon in `margin: 3 mm around: vessel.stl`."""
     return _AROUND.sub(r"\g<before>\g<after>", text)
 
 
 def expand(value: Any) -> Any:
-    """A line, or a mapping with the key of one, as the keys of a fixture; anything else as it is.
+    """Expand a line, or a mapping with a one-line key, to the keys of a fixture; return other values unchanged.
 
     Raises:
-        ValueError: it is none; says what is possible.
+        ValueError: the line is not a fixture; the message lists the possible forms.
     """
     if isinstance(value, str):
         value = _split(value)
@@ -58,7 +58,7 @@ def expand(value: Any) -> Any:
 def _split(text: str) -> dict[str, Any]:
     key, _, rest = readable(text.strip()).partition(":")
     if key.strip() not in _LINES:
-        raise ValueError(f"{text!r:.60} is no fixture | one of {', '.join(EXAMPLES)}")
+        raise ValueError(f"{text!r:.60} is not a fixture | write one of {', '.join(EXAMPLES)}")
     return {key.strip(): rest.strip() or None}
 
 
@@ -67,7 +67,7 @@ def _margin(value: dict[str, Any]) -> dict[str, Any]:
     if around is None and isinstance(margin, str):
         margin, _, around = margin.partition(" around ")
     if not around:
-        raise ValueError(f"margin: {margin}, around what? | write {EXAMPLES[0]!r}")
+        raise ValueError(f"margin: {margin} does not name what it is around | write {EXAMPLES[0]!r}")
     return {**target(around), "role": {"name": "forbid", "margin": margin}, "hard": True}
 
 
@@ -93,21 +93,21 @@ _LINES: dict[str, Callable[[dict[str, Any]], dict[str, Any]]] = {
 }
 KEYS = tuple(_LINES)
 WORDS = {
-    "margin": "in one line: forbidden, hard, with so much around: a length, or `3 mm around vessel.stl`",
-    "around": "what the margin is around: a file, an object of the scene, or a shape such as sphere(target, 1 cm)",
-    "follow": "in one line: a path to be led along, a file or an object",
-    "stay-in": "in one line: kept inside, hard: cone(entry, target), tube(path.csv, 2 mm), a closed mesh",
+    "margin": "in one line: a hard forbidden region with this margin: a length, or `3 mm around vessel.stl`",
+    "around": "geometry inside the margin: a file, an object of the scene, or a shape such as sphere(target, 1 cm)",
+    "follow": "in one line: a path that guides the tool: a file or an object",
+    "stay-in": "in one line: a hard region to stay in: cone(entry, target), tube(path.csv, 2 mm), a closed mesh",
     "keep-rcm": "in one line: the shaft passes through this place; the follower's remote centre when left empty",
-    "unit": "of the numbers in the file that the line names: mm, cm, m, in",
+    "unit": "unit of the numbers in the file that the line names: mm, cm, m, in",
 }
 EXAMPLES = ("margin: 3 mm around: vessel.stl", "follow: suture-path.csv", "stay-in: cone(entry, target)", "keep-rcm")
 
 
 def target(value: Any) -> dict[str, Any]:
-    """The keys `geometry`, `name` and `frame` of what a line names: a file, a call, an object of the scene.
+    """The keys `geometry`, `name` and `frame` for the target of a line: a file, a call, or an object of the scene.
 
     Raises:
-        ValueError: a kind of file or a shape that is not known.
+        ValueError: the file type or the shape is unknown.
     """
     if not isinstance(value, str):
         return {"geometry": value}
@@ -120,17 +120,17 @@ def target(value: Any) -> dict[str, Any]:
             return {"name": name, "geometry": {kind: {"file": value}}}
     if ending:
         known = ", ".join((*MESHES[:3], *GRIDS, *_TABLES))
-        raise ValueError(f"{value!r} is no kind of file that is known | {known}, an object's name, or e.g. cone(a, b)")
+        raise ValueError(f"{value!r} has an unknown file type | use {known}, an object's name, or e.g. cone(a, b)")
     return {"name": value, "geometry": {"object": {"name": value}}, "frame": value}
 
 
 def _arguments(shape: str, text: str) -> dict[str, Any]:
     if shape not in CALLS:
-        raise ValueError(f"there is no shape {shape!r} to be called | {', '.join(CALLS)}")
+        raise ValueError(f"there is no shape {shape!r} | shapes: {', '.join(CALLS)}")
     given = [_argument(part.strip()) for part in _ARGUMENT.findall(text) if part.strip()]
     keys = CALLS[shape]
     if len(given) > len(keys):
-        raise ValueError(f"{shape}({text}) has {len(given)} arguments | {shape}({', '.join(keys)})")
+        raise ValueError(f"{shape}({text}) has {len(given)} arguments | write {shape}({', '.join(keys)})")
     return dict(zip(keys, given, strict=False))
 
 
@@ -139,4 +139,4 @@ def _argument(text: str) -> Any:
     try:
         return float(degrees[1]) if degrees else yaml.safe_load(text)
     except (ValueError, yaml.YAMLError):
-        raise ValueError(f"{text!r} is no argument | a number with its unit, [x, y, z], or a name") from None
+        raise ValueError(f"{text!r} is not an argument | write a number with its unit, [x, y, z], or a name") from None

@@ -1,4 +1,4 @@
-"""Paths and the tubes around them: from waypoints, from a file, from a demonstration."""
+"""Paths and tubes, from waypoints, a file or a demonstration."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ class Path(Shape):
 
     key: ClassVar[str] = "path"
     file: str | None = None
-    """x, y, z and, if the tool's attitude was recorded, qw, qx, qy, qz a row (.csv); relative to the scene file"""
+    """file (.csv) with x, y, z and optionally the attitude qw, qx, qy, qz in each row; relative to the scene file"""
     waypoints: Annotated[tuple[Place, ...], Field(max_length=10_000)] = ()
-    """instead of a file [m]"""
+    """waypoints instead of a file [m]"""
     unit: Unit = "mm"
-    """of the numbers in the file, unless its header names it (x_m, y_m, z_m)"""
+    """unit of the numbers in the file, unless its header names the unit (x_m, y_m, z_m)"""
     closed: bool = False
-    """its end goes smoothly over into its beginning"""
+    """true: the end joins the beginning smoothly"""
     crossing: NotNegativeLength = curve.CROSSING
-    """nearest that it may come to another stretch of itself; 0 allows what comes [m]"""
+    """smallest distance allowed between two stretches of the path; 0 allows crossings [m]"""
     pose: PoseSection = PoseSection()
-    """of the file's own frame; of waypoints none"""
+    """pose of the file's own frame; unused with waypoints"""
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:
         if (self.file is None) == (not self.waypoints):
-            told = "both are given" if self.waypoints else "none is given"
-            raise ValueError(f"a path is a file or waypoints; {told} | keep one of them, e.g. file: suture.csv")
+            count = "both are given" if self.waypoints else "none is given"
+            raise ValueError(f"a path is a file or waypoints; {count} | keep one of them, e.g. file: suture.csv")
         return self
 
     def make(self, here: Here, X_WF: Array) -> _core.Geometry:
@@ -59,11 +59,11 @@ class Path(Shape):
 
 
 class Tube(Path):
-    """Everything within a radius of a path."""
+    """All points within a radius of a path."""
 
     key: ClassVar[str] = "tube"
     radius: PositiveLength
-    """of the tube [m]"""
+    """radius of the tube [m]"""
 
     def make(self, here: Here, X_WF: Array) -> _core.Geometry:
         """The tube."""

@@ -1,4 +1,4 @@
-"""Fixtures drawn with matplotlib: what is allowed green, what is forbidden red, and the normals. Needs no shape."""
+"""Draws fixtures with matplotlib: allowed regions green, forbidden regions red, and the normals."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 
 
 ALLOWED, FORBIDDEN = "#2a9d5c", "#c8372d"
-_LOOK = 0.15  # what has no end is drawn so far around its middle [m]
-_CELLS = 48  # along the longest side
-_ARROWS = 40
+_VIEW = 0.15  # half the size of the drawn part of an unbounded geometry [m]
+_CELLS = 48  # number of cells along the longest side
+_ARROWS = 40  # maximum number of drawn normals
 
 
 def query(geometry: _core.Geometry, points: npt.ArrayLike, t: float = 0.0) -> dict[str, Any]:
-    """The answers to a tool along the axes of W at points (n, 3) [m]: arrays by the names of the core's Query."""
+    """Query the geometry for a tool at points (n, 3) [m], aligned with W: arrays by the names of the core's Query."""
     points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     X = np.tile(np.eye(4), (len(points), 1, 1))
     X[:, :3, 3] = points
@@ -30,23 +30,23 @@ def query(geometry: _core.Geometry, points: npt.ArrayLike, t: float = 0.0) -> di
 
 
 def extent(geometry: _core.Geometry) -> Array:
-    """(2, 3) corners of a box around a geometry, or around the part of it near the origin where it has no end [m]."""
-    rng, middle, half = np.random.default_rng(0), query(geometry, [[0.0, 0.0, 0.0]])["point"][0], _LOOK
+    """Corners (2, 3) of a box around a geometry; of an unbounded geometry, around the part near the origin [m]."""
+    rng, middle, half = np.random.default_rng(0), query(geometry, [[0.0, 0.0, 0.0]])["point"][0], _VIEW
     places = query(geometry, middle + rng.uniform(-half, half, (4000, 3)))["point"]
-    places = places[(abs(places - middle) <= _LOOK).all(axis=1)]
+    places = places[(abs(places - middle) <= _VIEW).all(axis=1)]
     places = np.vstack([places, middle])
     return np.stack([places.min(axis=0), places.max(axis=0)])
 
 
 def drawing(geometry: _core.Geometry, level: float = 0.0) -> tuple[Array, npt.NDArray[np.int32]]:
-    """Triangles of where the distance is `level` [m]: vertices (n, 3) in W and indices (m, 3); none where it is not."""
+    """Triangles of the level set distance = `level` [m]: vertices (n, 3) in W and indices (m, 3), possibly none."""
     from palpate.shapes.surface_nets import rough
 
     low, high = extent(geometry) + np.array([[-1.0], [1.0]]) * (abs(level) + 1e-3)
     step = float((high - low).max()) / _CELLS
 
     def distance(points: Array) -> Array:
-        """Of the geometry within the box: what has no end is cut off there."""
+        """Distance to the part of the geometry inside the box."""
         found = query(geometry, points)["distance"].reshape(points.shape[:-1]) - level
         beyond = np.maximum(low - points, points - high).max(axis=-1)
         return np.asarray(np.maximum(found, beyond))
@@ -57,14 +57,14 @@ def drawing(geometry: _core.Geometry, level: float = 0.0) -> tuple[Array, npt.ND
 
 
 def curve(geometry: _core.Geometry) -> Array:
-    """(n, 3) places of a point, a line or a path, in order along it [m]."""
+    """Samples (n, 3) of a point, a line or a path, ordered along the curve [m]."""
     low, high = extent(geometry)
     found = query(geometry, np.random.default_rng(1).uniform(low - 0.02, high + 0.02, (4000, 3)))
     return np.asarray(found["point"][np.argsort(found["along"], kind="stable")])
 
 
 def plot(geometry: _core.Geometry, role: Role, title: str, ax: Axes | None) -> Axes:
-    """Draw a geometry in its role into 3-D axes, new ones when `ax` is None; lengths in millimetres."""
+    """Draw the geometry of a fixture into 3-D axes, or into new ones when `ax` is None; lengths in millimetres."""
     import matplotlib.pyplot as plt
 
     axes: Any = plt.figure().add_subplot(projection="3d") if ax is None else ax
@@ -80,7 +80,7 @@ def plot(geometry: _core.Geometry, role: Role, title: str, ax: Axes | None) -> A
     _normals(axes, geometry, places)
     axes.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]", title=title)
     axes.set_aspect("equal")
-    return axes  # type: ignore[no-any-return]  # of matplotlib's 3-D kind
+    return axes  # type: ignore[no-any-return]  # 3-D axes of matplotlib
 
 
 def _surface(axes: Any, geometry: _core.Geometry, level: float, colour: str, alpha: float) -> Array:

@@ -1,4 +1,4 @@
-"""Sections of a fixture: what is wanted, how the hand is told, what fades it, what it is attached to."""
+"""Sections of a fixture: role (constraint), law (force), ramps (authority) and frame."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ RoleName = Literal["guide", "forbid", "keep-in", "orient", "limit", "rcm"]
 LawName = Literal["spring", "potential", "admittance", "optimise"]
 
 
-#: What each role, and each law, reads beside its name.
+#: Keys that each role, and each law, reads in addition to its name.
 OF_ROLE = {
     "guide": {"margin"},
     "forbid": {"margin"},
@@ -34,7 +34,7 @@ OF_LAW = {
 }
 
 
-#: Of a law: what is read of a place, and in its stead of an angle.
+#: Keys of a law for positions, and the corresponding keys for angles.
 OF_PLACE_AND_ANGLE = {
     "stiffness": "turning_stiffness",
     "damping": "turning_damping",
@@ -43,16 +43,16 @@ OF_PLACE_AND_ANGLE = {
 }
 
 
-def law_is_read(role: Role, law: Law) -> None:
-    """Raises ValueError for a key of the law that is about a place where an angle is wanted, or the other way round."""
+def check_law_keys(role: Role, law: Law) -> None:
+    """Raise ValueError for a translational key in the law of role `orient`, or a rotational key with other roles."""
     for place, turn in OF_PLACE_AND_ANGLE.items():
         unread, read = (place, turn) if role.name == "orient" else (turn, place)
         if unread in law.model_fields_set and getattr(law, unread) != Law.model_fields[unread].default:
             raise ValueError(f"role {role.name} does not read law.{unread} | it reads law.{read}")
 
 
-def _all_are_read(section: Role | Law, read: set[str]) -> None:
-    """Raises ValueError for a key that is given, differs from its default, and is not read."""
+def _check_keys(section: Role | Law, read: set[str]) -> None:
+    """Raise ValueError for a given key that differs from its default but is not in `read`."""
     fields = type(section).model_fields
     for key in sorted(section.model_fields_set - read - {"name"}):
         if getattr(section, key) != fields[key].default:
@@ -62,31 +62,31 @@ def _all_are_read(section: Role | Law, read: set[str]) -> None:
 
 
 class Role(Section):
-    """What is wanted of the tool at the geometry; each role reads what concerns it."""
+    """Constraint on the tool relative to the geometry. Each role reads its own keys."""
 
     name: RoleName
-    """guide: attracts; forbid: stay out; keep-in: stay inside; orient: turn to it; limit: speed, force or workspace
-    inside; rcm: the shaft passes through"""
+    """guide: attract the tool; forbid: keep the tool out; keep-in: keep the tool inside; orient: align the tool; limit:
+    limit speed, force or workspace inside; rcm: the shaft passes through the geometry"""
     margin: NotNegativeLength = _R.margin
-    """guide: free play; forbid: kept clear around; keep-in: kept clear inside [m]"""
+    """guide: free distance; forbid: clearance outside the geometry; keep-in: clearance inside it [m]"""
     angle_deg: NotNegative = float(np.degrees(_R.angle))
-    """orient: free tilt [deg]"""
+    """orient: free angle [deg]"""
     axis: Vector = (_R.axis[0], _R.axis[1], _R.axis[2])
-    """orient, rcm: of the tool, in T, what points or slides [-]"""
+    """orient, rcm: axis of the tool in T that is aligned, or that slides through the centre [-]"""
     target: Literal["axis", "normal", "frame"] = _R.target
-    """orient: to the geometry's axis, against its normal, or as its whole frame"""
+    """orient: align with the geometry's axis, against its normal, or with its whole frame"""
     speed: NotNegative = _R.speed
-    """limit: of the tool; 0: none [m/s]"""
+    """limit: maximum speed of the tool; 0: no limit [m/s]"""
     force: NotNegative = _R.force
-    """limit: of what it touches, on the tool; 0: none [N]"""
+    """limit: maximum contact force on the tool; 0: no limit [N]"""
 
     @model_validator(mode="after")
-    def _read(self) -> Self:
-        _all_are_read(self, OF_ROLE[self.name] - ({"axis"} if self.target == "frame" else set()))
+    def _check_read(self) -> Self:
+        _check_keys(self, OF_ROLE[self.name] - ({"axis"} if self.target == "frame" else set()))
         return self
 
     def core(self) -> _core.GuidanceRoleOptions:
-        """As the core knows it."""
+        """The options for the core."""
         o = _core.GuidanceRoleOptions()
         o.margin, o.angle, o.axis = self.margin, float(np.radians(self.angle_deg)), np.array(self.axis)
         o.target, o.speed, o.force = self.target, self.speed, self.force
@@ -94,37 +94,37 @@ class Role(Section):
 
 
 class Law(Section):
-    """How the hand is told; each law reads what concerns it. On the tool's side: the hand feels it by the mapping."""
+    """Force law of a fixture; each law reads its own keys. Forces act on the tool, and the mapping scales them."""
 
     name: LawName = "spring"
-    """spring: spring and damper to the closest place; potential: with range and saturation; admittance: free along,
-    hard across; optimise: all such fixtures together, by a quadratic program"""
+    """spring: spring and damper to the closest point; potential: spring with range and saturation; admittance: free
+    motion along the geometry, slow motion across; optimise: all such fixtures together, by a quadratic program"""
     stiffness: NotNegative = _L.K
-    """of the spring [N/m]"""
+    """stiffness of the spring [N/m]"""
     damping: NotNegative = _L.B
-    """against what is not wanted [N s/m]"""
+    """damping against motion that increases the violation [N s/m]"""
     turning_stiffness: NotNegative = _L.K_turn
-    """the same of an angle [N m/rad]"""
+    """rotational stiffness [N m/rad]"""
     turning_damping: NotNegative = _L.B_turn
-    """the same of an angle [N m s/rad]"""
+    """rotational damping [N m s/rad]"""
     force: NotNegative = _L.force
-    """potential, optimise: most that it pulls [N]"""
+    """potential, optimise: maximum force [N]"""
     moment: NotNegative = _L.moment
-    """the same of an angle [N m]"""
+    """potential, optimise: maximum moment [N m]"""
     range: PositiveLength = _L.range
-    """potential: attracts or repels from so far [m]"""
+    """potential: distance within which the fixture attracts or repels [m]"""
     turning_range_deg: Positive = float(np.degrees(_L.range_turn))
-    """potential: the same of an angle [deg]"""
+    """potential: angle within which the fixture attracts [deg]"""
     ratio: Annotated[Number, Field(ge=0.01, le=1.0)] = _L.ratio
-    """admittance: speed across what is free per speed along it [-]"""
+    """admittance: speed across the geometry per speed along it [-]"""
 
     @model_validator(mode="after")
-    def _read(self) -> Self:
-        _all_are_read(self, OF_LAW[self.name])
+    def _check_read(self) -> Self:
+        _check_keys(self, OF_LAW[self.name])
         return self
 
     def core(self) -> _core.GuidanceLawOptions:
-        """As the core knows it."""
+        """The options for the core."""
         o = _core.GuidanceLawOptions()
         o.K, o.B, o.K_turn, o.B_turn = self.stiffness, self.damping, self.turning_stiffness, self.turning_damping
         o.force, o.moment, o.range, o.ratio = self.force, self.moment, self.range, self.ratio
@@ -133,19 +133,19 @@ class Law(Section):
 
 
 class Ramp(Section):
-    """Authority that fades with something measured: 0 at `start`, 1 at `end`, either may be the larger."""
+    """Factor of the authority, linear in a measured quantity: 0 at `start`, 1 at `end`; either may be larger."""
 
     by: Literal["pedal", "distance", "angle", "time", "force"] = "pedal"
-    """guidance pedal [0-1], distance from what is wanted [m], of `orient` the angle from it [deg], time since it was
-    engaged [s], force of the hand [N]"""
+    """measured quantity: guidance pedal [0-1], distance to the constraint [m], for `orient` the angle to the constraint
+    [deg], time since engagement [s], or force of the hand [N]"""
     start: Length = 0.0
-    """authority is 0 here; of a distance also with its unit: 2 cm"""
+    """value at which the factor is 0; a distance may have a unit: 2 cm"""
     end: Length = 1.0
-    """and 1 here"""
+    """value at which the factor is 1"""
 
     @model_validator(mode="before")
     @classmethod
-    def _of_a_length(cls, value: Any) -> Any:
+    def _check_unit(cls, value: Any) -> Any:
         given = value if isinstance(value, dict) else {}
         for key in ("start", "end"):
             if isinstance(given.get(key), str) and given.get("by", "pedal") != "distance":
@@ -153,24 +153,24 @@ class Ramp(Section):
         return value
 
     @model_validator(mode="after")
-    def _not_the_same(self) -> Self:
+    def _check_span(self) -> Self:
         if self.start == self.end:
-            raise ValueError(f"a ramp from {self.start:g} to {self.end:g} is none | start and end must differ")
+            raise ValueError(f"a ramp from {self.start:g} to {self.end:g} is empty | start and end must differ")
         return self
 
     def core(self) -> _core.Ramp:
-        """As the core knows it, to which an angle is a distance [rad]."""
+        """The ramp for the core, where an angle is a distance in rad."""
         if self.by == "angle":
             return _core.Ramp("distance", float(np.radians(self.start)), float(np.radians(self.end)))
         return _core.Ramp(self.by, self.start, self.end)
 
 
 class Frame(Section):
-    """Where a fixture is attached, and how it sits there."""
+    """Frame that carries a fixture, and the pose of the geometry in that frame."""
 
     of: str = "world"
-    """world, leader, follower, tool, camera, or an object of the scene, with its motion"""
+    """world, leader, follower, tool, camera, or a (possibly moving) object of the scene"""
     pose: PoseSection = PoseSection()
-    """X_FG: the geometry in that frame"""
+    """X_FG: pose of the geometry in the frame"""
     patience: Positive | None = None
-    """camera: the fixture fades out once the frame is told no longer; never when left out [s]"""
+    """camera: timeout after which the fixture fades out if no pose was received; never when left out [s]"""

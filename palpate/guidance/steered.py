@@ -1,4 +1,4 @@
-"""The fixtures of a session while it runs: switched, weighed, moved. The core fades over: never a step in the force."""
+"""Changes to the fixtures of a running session: enabled, authority, pose. The core avoids force steps."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from palpate.values import Pose
 
 
 @dataclass(frozen=True)
-class Now:
-    """How one fixture is now."""
+class FixtureState:
+    """Present state of one fixture."""
 
     given: Fixture
-    """as it was given, with what was switched and weighed since."""
+    """the section as given, with changes of `enabled` and `authority` applied."""
     geometry: _core.Geometry
-    """where it was given, in W."""
+    """the geometry as given, in W."""
     X_WF: Array
-    """(4, 4) of the frame that it is attached to, at the start."""
+    """(4, 4) pose of the fixture's frame at the start."""
     X_W: Array = field(default_factory=lambda: np.eye(4))
-    """(4, 4): how it was moved since, in W [m]."""
+    """(4, 4) displacement in W since the fixture was given."""
 
     @property
     def section(self) -> Fixture:
-        """As a scene file would have it now."""
+        """The present state as a section of a scene file."""
         if np.array_equal(self.X_W, np.eye(4)):
             return self.given
         from scipy.spatial.transform import Rotation
@@ -43,39 +43,39 @@ class Now:
         return self.given.model_copy(update={"frame": frame.model_copy(update={"pose": pose})})
 
     def core(self) -> _core.Fixture:
-        """For the core."""
+        """The present state for the core."""
         still = np.array_equal(self.X_W, np.eye(4))
-        return self.given.made_of(self.geometry if still else _core.PlacedGeometry(self.geometry, self.X_W))
+        return self.given.make_with(self.geometry if still else _core.PlacedGeometry(self.geometry, self.X_W))
 
 
 class SteeredFixtures:
-    """Fixtures by name, handed over whole after every change; what is heavy to make of them is made once.
+    """Fixtures by name. Every change passes the complete list on; the geometries are made only once.
 
     Args:
-        sections: their names differ.
-        here: what the names in them stand for.
-        give: takes the new list, as sections and for the core; any thread may call.
+        sections: fixtures with unique names.
+        here: files, frames, places and objects that the fixtures name.
+        publish: receives the new list, as sections and for the core, in the calling thread.
     """
 
     def __init__(
         self,
         sections: Sequence[Fixture],
         here: Here,
-        give: Callable[[tuple[Fixture, ...], _core.Fixtures], None],
+        publish: Callable[[tuple[Fixture, ...], _core.Fixtures], None],
     ) -> None:
-        self._give, self._lock, self._tool = give, threading.Lock(), here.tool
+        self._publish, self._lock, self._tool = publish, threading.Lock(), here.tool
         self._now = {
-            (one.name or one.role.name): Now(one, one.make_geometry(here), here.frame(one.frame.of).at(0.0)[0])
+            (one.name or one.role.name): FixtureState(one, one.make_geometry(here), here.frame(one.frame.of).at(0.0)[0])
             for one in sections
         }
 
     @property
     def names(self) -> tuple[str, ...]:
-        """In order, which is that of the signal `guidance_fixture`."""
+        """Names in the order that the signal `guidance_fixture` indexes."""
         return tuple(self._now)
 
-    def __getitem__(self, name: str) -> Now:
-        """How it is now; KeyError names those there are."""
+    def __getitem__(self, name: str) -> FixtureState:
+        """Present state of the fixture `name`; a KeyError lists the known names."""
         if name not in self._now:
             raise KeyError(f"no fixture {name!r}; there are: {', '.join(self._now) or 'none'}")
         return self._now[name]
@@ -88,11 +88,11 @@ class SteeredFixtures:
         authority: float | None = None,
         X_W: npt.ArrayLike | None = None,
     ) -> None:
-        """Switch one on or off, weigh it anew (0 to 1), move it from where it was given by X_W (4, 4).
+        """Change one fixture: switch it, set its authority (0 to 1), or displace it from its given pose by X_W (4, 4).
 
         Raises:
-            KeyError: no fixture of that name.
-            ValueError: an authority outside of 0 to 1, no pose.
+            KeyError: no fixture has this name.
+            ValueError: the authority is outside 0 to 1, or X_W is not a pose.
         """
         if authority is not None and not 0.0 <= authority <= 1.0:
             raise ValueError(f"authority must lie in 0 .. 1. Got: {authority}")
@@ -103,5 +103,5 @@ class SteeredFixtures:
             moved = now.X_W if X_W is None else np.array(X_W, dtype=np.float64)
             changed = {**self._now, name: replace(now, given=given, X_W=moved)}
             core = _core.Fixtures([one.core() for one in changed.values()], self._tool)
-            self._give(tuple(one.section for one in changed.values()), core)
+            self._publish(tuple(one.section for one in changed.values()), core)
             self._now = changed

@@ -1,4 +1,4 @@
-"""YAML text of the items of a scene's list ``guidance``, and back."""
+"""Conversion between YAML text and the items of a scene's list ``guidance``."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TypeVar
 import yaml
 from pydantic import TypeAdapter, ValidationError
 
-from palpate.errors import GuidanceError, spell
+from palpate.errors import GuidanceError, format_place
 from palpate.guidance import one_line
 from palpate.values import Section
 
@@ -16,16 +16,16 @@ _Item = TypeVar("_Item", bound=Section)
 
 
 def to_yaml(fixtures: Iterable[Section]) -> str:
-    """A scene's list ``guidance``: the values that differ from the defaults."""
+    """YAML text of a scene's list ``guidance``, with the values that differ from the defaults."""
     data = [f.model_dump(mode="json", exclude_defaults=True) for f in fixtures]
     return str(yaml.safe_dump(data, sort_keys=False, allow_unicode=True, default_flow_style=None, width=110))
 
 
 def from_yaml(text: str, kind: type[_Item]) -> tuple[_Item, ...]:
-    """Items of one kind from a list of YAML, of sections or of lines.
+    """Items of one kind from a YAML list; each item is a section or one line of text.
 
     Raises:
-        GuidanceError: the text holds none; names the first mistake.
+        GuidanceError: the text is invalid; the message names the first error.
     """
     try:
         data = yaml.safe_load(one_line.readable(text))
@@ -34,7 +34,7 @@ def from_yaml(text: str, kind: type[_Item]) -> tuple[_Item, ...]:
         raise GuidanceError("not valid YAML", why=" ".join(str(error).split()), mend="a list of fixtures") from None
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
-        where = spell(tuple(first["loc"]))
+        where = format_place(tuple(first["loc"]))
         if "error" in first.get("ctx", {}):
             what, _, mend = str(first["ctx"]["error"]).partition(" | ")
             raise GuidanceError(f"{where}: {what}", mend=mend) from None

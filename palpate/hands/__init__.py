@@ -1,17 +1,17 @@
-"""The simulated operator's hand at the handle: presets from relaxed to rigid with their sources, and fitted hands.
+"""The simulated operator's hand on the handle: presets from relaxed to rigid with their sources, and fitted hands.
 
-A hand is a mass that rides on the handle, and a spring with a damper from there to where the person wants it:
+A hand is a mass fixed to the handle, and a spring and damper from the mass to the person's intended path:
 
     F_arm_on_hand = m x_tt + b (x_t - x_path_t) + k (x - x_path)
 
-Second order suits small motions around a held grip, up to about 30 Hz (Hajian and Howe 1997; Hasser and Cutkosky 2002;
-Speich, Shao and Goldfarb 2005 find that a better fit over a wider band takes five parameters).
+The second-order model suits small motions around a steady grip, up to about 30 Hz (Hajian and Howe 1997; Hasser and
+Cutkosky 2002). A better fit over a wider band takes five parameters (Speich, Shao and Goldfarb 2005).
 
-How sure are the numbers? That stiffness and damping grow with the grip, and the order in which the presets stand, is
-what the sources measured. The magnitudes lie within what they report. The numbers themselves are ours, round ones; no
-source reports this grip on this arm, and people differ by a factor of two. They are the same along every direction:
-arms at rest are several times stiffer along one direction than across it (Mussa-Ivaldi, Hogan and Bizzi 1985), but
-which one depends on the posture. For a hand of yours: `palpate calibrate hand`.
+How certain are the numbers? The sources measured that stiffness and damping grow with the grip, hence the order of the
+presets. The magnitudes lie within the reported ranges. The numbers are our own round values: no source reports this
+grip on this arm, and people differ by a factor of two. The model is isotropic. Real arms at rest are several times
+stiffer along one direction than across it (Mussa-Ivaldi, Hogan and Bizzi 1985), but that direction depends on the
+posture. `palpate calibrate hand` identifies your own hand.
 """
 
 from __future__ import annotations
@@ -32,25 +32,25 @@ _DEFAULT = _core.HandOptions()
 
 @dataclass(frozen=True)
 class Hand:
-    """A hand as a mechanical impedance along any direction."""
+    """A hand as a mechanical impedance, equal along all directions."""
 
     name: str
     mass: float
-    """Rides on the handle [kg]."""
+    """Mass fixed to the handle [kg]."""
     damping: float
-    """Between the hand and its intended path [N s/m]."""
+    """Damping between the hand and its intended path [N s/m]."""
     stiffness: float
-    """Between the hand and its intended path [N/m]."""
+    """Stiffness between the hand and its intended path [N/m]."""
     grip: str = ""
-    """What the person does."""
+    """Description of the grip."""
     source: str = ""
-    """Where the numbers come from, and how sure they are."""
+    """Source of the numbers, and their certainty."""
 
     def __post_init__(self) -> None:
-        """Refuse what no hand can be.
+        """Check the numbers.
 
         Raises:
-            ValueError: names the number.
+            ValueError: a number is not positive; the message names it.
         """
         for key in _KEYS:
             value = getattr(self, key)
@@ -58,21 +58,21 @@ class Hand:
                 raise ValueError(f"{key} must be a number above 0. Got: {value!r}")
 
     def options(self) -> _core.HandOptions:
-        """As the simulation takes it; what turns is the core's default."""
+        """Options for the core; the rotational values are the core's defaults."""
         o = _core.HandOptions()
         o.mass, o.damping, o.stiffness = self.mass, self.damping, self.stiffness
         return o
 
     def drawn(self, rng: np.random.Generator, factor: float = 2.0) -> Self:
-        """Another person's hand in the same grip: each number log-normal, 95 % within this factor either way."""
+        """A random hand in the same grip: each number is log-normal, and 95 % lie within `factor` of this hand's."""
         m, b, k = np.exp(rng.normal(0.0, np.log(factor) / 1.96, 3)).tolist()
         return replace(self, mass=m * self.mass, damping=b * self.damping, stiffness=k * self.stiffness)
 
     def save(self, path: str | Path, notes: dict[str, Any] | None = None) -> None:
-        """Write it (YAML), for ``operator: {hand: FILE}`` in a scene.
+        """Write the hand as YAML, for ``operator: {hand: FILE}`` in a scene.
 
         Raises:
-            OutputError: it cannot be written.
+            OutputError: the file cannot be written.
         """
         data = {"kind": "hand", **{k: v for k, v in asdict(self).items() if v != ""}, "notes": notes or {}}
         text = f"# A hand; in a scene: operator: {{hand: {Path(path).name}}}\n" + yaml.safe_dump(data, sort_keys=False)
@@ -88,7 +88,7 @@ _GROWS = (
     "stiffness and damping grow steadily with the grip force, the inertia does not"
 )
 
-#: From the most yielding to the stiffest.
+#: Hands by name, from the softest to the stiffest.
 PRESETS: dict[str, Hand] = {
     hand.name: hand
     for hand in (
@@ -126,7 +126,7 @@ def load(path: str | Path) -> Hand:
     """Read a hand that `Hand.save` or ``palpate calibrate hand`` wrote.
 
     Raises:
-        RecordingError: it cannot be read, or is no hand; names what is missing.
+        RecordingError: the file cannot be read or does not describe a hand; the message names the missing key.
     """
     try:
         data = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
@@ -140,7 +140,7 @@ def load(path: str | Path) -> Hand:
         return Hand(name or Path(path).stem, data["mass"], data["damping"], data["stiffness"], grip, source)
     except (KeyError, TypeError, ValueError) as error:
         raise RecordingError(
-            "this is no hand",
+            "the file does not describe a hand",
             where=str(path),
             why=f"{error} is missing" if isinstance(error, KeyError) else str(error),
             mend="write one with palpate calibrate hand",

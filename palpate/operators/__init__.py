@@ -2,10 +2,10 @@
 
     person = cohort(200, seed=7)[0]                 # traits drawn with published sources (`TRAITS`)
     operator = Operator(person, Senses(force="felt"), seed=1)
-    trial = perform(simulation, operator, errand)   # looks at the rows, leads the hand
+    trial = perform(simulation, operator, errand, X_WL, scale, most=20.0)
 
-What comes out says how a chain of arm, cycle and guidance acts on somebody with these traits. Whether people have them
-so, and how they learn, tire or trust, only people can tell.
+The results show how arm, haptic cycle and guidance act on an operator with these traits. Only experiments with people
+can show whether people have these traits, and how they learn, tire or trust.
 """
 
 from palpate.operators.cohort import TRAITS, Person, Trait, cohort, person

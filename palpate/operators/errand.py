@@ -1,4 +1,4 @@
-"""What an operator is to do: a path to follow, how wide the passage is, how hard to press on the way."""
+"""The task of an operator: a path to follow, the width of the passage, and the force to press with."""
 
 from __future__ import annotations
 
@@ -8,56 +8,56 @@ import numpy as np
 
 from palpate.arrays import Array
 
-_AHEAD = 0.008  # how much of the path is looked through for the nearest point, forwards [m]
+_AHEAD = 0.008  # length of path, ahead of the last nearest point, that is searched for the next one [m]
 
 
 @dataclass(frozen=True)
 class Aim:
-    """What is wanted of a tool where it is seen."""
+    """Local goal for a tool at its seen position."""
 
     error: Array
-    """(3,) from the tool to the path, without its part along it, and along `into` where something is pressed [m]."""
+    """(3,) vector from the tool to the path, without its components along the path and, when pressing, `into` [m]."""
     along: Array
-    """(3,) unit: where the path goes on."""
+    """(3,) unit tangent of the path, forwards."""
     ahead: float
-    """How much of the path is left [m]."""
+    """Remaining length of the path [m]."""
     width: float
-    """Of the passage [m]."""
+    """Width of the passage [m]."""
     press: float
-    """Force to press with; 0: none [N]."""
+    """Force to press with; 0: do not press [N]."""
     into: Array
-    """(3,) unit: the direction that presses."""
+    """(3,) unit vector of the pressing direction."""
     stiffness: float
-    """That the operator expects of what is pressed, as the tool feels it [N/m]."""
+    """Stiffness that the operator expects of the pressed surface, at the tool [N/m]."""
 
 
 @dataclass(frozen=True)
 class Errand:
-    """A path of the tool with a passage around it."""
+    """A path of the tool with a passage around the path."""
 
     path: Array
-    """(n, 3) points close to each other, in W [m]."""
+    """(n, 3) closely spaced points in W [m]."""
     width: Array
-    """(n,) of the passage there: what the steering law goes by [m]."""
+    """(n,) width of the passage at each point, for the steering law [m]."""
     stiffness: float
-    """Of what the tool touches [N/m]."""
+    """Stiffness of the touched surface [N/m]."""
     press: float = 0.0
-    """Force to press with along the way; 0: touch nothing [N]."""
+    """Force to press with along the path; 0: touch nothing [N]."""
     into: tuple[float, float, float] = (0.0, 0.0, -1.0)
-    """Unit: the direction that presses."""
+    """Unit vector of the pressing direction, in W."""
 
     def __post_init__(self) -> None:
-        """Lengths along the path."""
+        """Compute the arc length at each point."""
         steps = np.linalg.norm(np.diff(self.path, axis=0), axis=1)
         object.__setattr__(self, "s", np.concatenate([[0.0], np.cumsum(steps)]))
 
     s: Array = None  # type: ignore[assignment]
-    """(n,) length of the path up to each point [m]."""
+    """(n,) arc length at each point [m]."""
 
     def aim(self, x: Array, begin: int, preview: float = 0.0) -> tuple[Aim, int]:
-        """What is wanted of a tool seen at x (3,), and the point of the path it has come to, from `begin` on.
+        """The local goal for a tool seen at x (3,) [m], and the index of the nearest path point, searched from `begin`.
 
-        preview: how far ahead of there the path's direction is looked up [m].
+        preview: distance ahead of the nearest point at which the tangent is taken [m].
         """
         last = len(self.path) - 1
         end = int(np.searchsorted(self.s, self.s[begin] + _AHEAD)) + 1

@@ -1,4 +1,4 @@
-"""A simulated operator does an errand in a simulation, in closed loop."""
+"""Trial of a simulated operator: a task performed in a simulation, in closed loop."""
 
 from __future__ import annotations
 
@@ -13,36 +13,36 @@ from palpate.operators.operator import STEP, Operator
 from palpate.record.ticks import as_ticks
 
 EVERY = 4
-"""Rows of the cycle per row of a trial."""
-_THERE = 1e-3  # so near to its end a path is done [m]
+"""Number of haptic cycles per row of a trial."""
+_TOLERANCE = 1e-3  # a path is done when the remaining length is less [m]
 
 
 @dataclass(frozen=True)
 class Trial:
-    """What a simulated operator did, every `EVERY` rows of the haptic cycle."""
+    """Motion and forces of a simulated operator, every `EVERY` haptic cycles."""
 
     t: Array
-    """(n,) [s]"""
+    """(n,) time [s]."""
     p_WT: Array
-    """(n, 3) tool [m]."""
+    """(n, 3) position of the tool in W [m]."""
     F_T: Array
-    """(n,) of the tool's spring contact with what it touches [N]."""
+    """(n,) contact force of the tool: stiffness times depth [N]."""
     F_hand: Array
-    """(n,) of the device on the hand [N]."""
+    """(n,) size of the force of the device on the hand [N]."""
     done: bool
-    """the end of the path was reached in time."""
+    """True if the end of the path was reached in time."""
 
 
 def perform(sim: _core.Simulation, operator: Operator, errand: Errand, X_WL: Array, scale: float, most: float) -> Trial:
-    """Let an operator do an errand in a simulation that stands at its beginning, at 1000 cycles a second.
+    """Let an operator perform a task in a simulation at 1000 cycles per second.
 
     Args:
-        sim: fresh; its hand has no path of its own.
-        operator: fresh, too.
-        errand: what to do.
-        X_WL: (4, 4) base of the leader.
+        sim: fresh simulation; its hand has no path of its own.
+        operator: fresh operator.
+        errand: the task.
+        X_WL: (4, 4) pose of the leader's base.
         scale: tool motion per hand motion.
-        most: longest that it may take [s].
+        most: time limit [s].
     """
     n = round(STEP * 1000)
     R_WL, hand, at = X_WL[:3, :3], np.zeros(3), 0
@@ -53,7 +53,7 @@ def perform(sim: _core.Simulation, operator: Operator, errand: Errand, X_WL: Arr
         now = rows[-1]
         seen = operator.x
         aim, at = errand.aim(now["p_WT"] if seen is None else seen, at, operator.preview)
-        done = aim.ahead < _THERE
+        done = aim.ahead < _TOLERANCE
         if done or len(kept) * STEP > most:
             break
         F_T = errand.stiffness * float(now["depth"])

@@ -236,7 +236,7 @@ class HapticSession(LiveSession):
             on_progress: called with the state about ten times a second.
         """
         self._require_idle()
-        with self._ctrl_c_waits():
+        with self._deferred_signals():
             try:
                 self.start()
                 end = time.monotonic() + (np.inf if duration is None else duration)

@@ -1,4 +1,4 @@
-"""Scene files: what a run depends on, read from YAML with the line of every mistake."""
+"""Scene files: all inputs of a run, read from YAML. Errors name the line in the file."""
 
 from palpate.scene.leader import LeaderSection
 from palpate.scene.model import (

@@ -1,4 +1,4 @@
-"""Where the arms stand and how they start: as the scene says, or found; refused when out of reach."""
+"""Places the arms and computes their joints at the start, from the scene or automatically; checks their reach."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from palpate.scene.hand import HandPlan
 from palpate.scene.scene import Scene
 from palpate.scene.surface import Surface
 
-_RCM_HEIGHT = 0.12  # of an automatic follower base above the surface: half of the instrument's travel is left [m]
-_LEADER_BESIDE = np.array([0.35, -0.15, 0.05])  # of an automatic leader handle, from the objects' box [m]
-_MOST_JOINTS = 7  # a record has room for so many
+_RCM_HEIGHT = 0.12  # height of an automatic follower base above the surface: half of the instrument's travel [m]
+_LEADER_OFFSET = np.array([0.35, -0.15, 0.05])  # offset of an automatic leader handle from the objects' box [m]
+_MAX_JOINTS = 7  # number of joints that a record stores
 _GRAVITY = np.array([0.0, 0.0, -9.81])  # in W [m/s^2]
-_CLOSE = (1e-6, 1e-5)  # an arm is there [m, rad]
+_TOLERANCE = (1e-6, 1e-5)  # errors with which a pose counts as reached [m, rad]
 
 
 @dataclass(frozen=True)
 class Arms:
-    """Both arms, placed, with their joints at the start."""
+    """Both arms with their base poses and their joint positions at the start."""
 
     leader: Arm
     follower: Arm
@@ -34,10 +34,10 @@ class Arms:
 
 
 def place(scene: Scene, surfaces: list[Surface], path: HandPlan) -> Arms:
-    """Put the arms where the scene says, or where the objects can be reached; find their joints at the start.
+    """Place the arms as the scene states, or so that they reach the objects; compute their joints at the start.
 
     Raises:
-        SceneError: a start pose or a point of the path is out of reach; names the arm, the pose and the distance.
+        SceneError: a start pose or a point of the path is out of reach; the message names the arm, pose and distance.
     """
     follower = _arm(scene, "follower")
     X_WB = _follower_base(scene, follower, surfaces, path)
@@ -54,9 +54,9 @@ def place(scene: Scene, surfaces: list[Surface], path: HandPlan) -> Arms:
 
 def _arm(scene: Scene, side: str) -> Arm:
     arm = scene.arm(side)
-    if arm.n > _MOST_JOINTS:
+    if arm.n > _MAX_JOINTS:
         raise SceneError(
-            f"{side} {arm.name} has {arm.n} joints; a session takes arms of up to {_MOST_JOINTS}",
+            f"{side} {arm.name} has {arm.n} joints; a session takes arms of up to {_MAX_JOINTS}",
             where=scene.where("arms", side, "model"),
             mend='lock joints with type="fixed", or name a tip_frame nearer to the base',
         )
@@ -67,7 +67,7 @@ def _follower_base(scene: Scene, arm: Arm, surfaces: list[Surface], path: HandPl
     if scene.arms.follower.base is not None:
         return scene.arms.follower.base.matrix()
     start = path.positions_W[0]
-    if not arm.has_remote_centre:  # stands upright, its tip at home where the path begins
+    if not arm.has_remote_centre:  # upright, with its tip at home at the start of the path
         X = np.eye(4)
         X[:3, 3] = start - arm.fk(arm.home)[:3, 3]
         return X
@@ -75,7 +75,7 @@ def _follower_base(scene: Scene, arm: Arm, surfaces: list[Surface], path: HandPl
     up = np.array([0.0, 0.0, 1.0])
     out = start - nearest
     out = out / np.linalg.norm(out) if np.linalg.norm(out) > 1e-9 else up
-    axis = out + up  # as upright as the surface allows
+    axis = out + up  # between the surface normal and the vertical
     axis = axis / np.linalg.norm(axis) if np.linalg.norm(axis) > 0.1 else out
     X = np.eye(4)
     X[:3, :3] = so3.onto(axis)
@@ -92,9 +92,7 @@ def _follower_start(scene: Scene, arm: Arm, X_WB: Array, path: HandPlan) -> Arra
     q = arm.home
     if not arm.has_remote_centre:
         X_WT[:3, :3] = (X_WB @ arm.fk(arm.home))[:3, :3]
-    for _ in range(
-        20 if arm.has_remote_centre else 0
-    ):  # the wrist stays straight: turn the goal with the shaft until it does
+    for _ in range(20 if arm.has_remote_centre else 0):  # rotate the goal with the shaft until the wrist is straight
         straight = np.concatenate([q[:4], np.zeros(len(q) - 4)])
         X_WT[:3, :3] = (X_WB @ arm.fk(straight))[:3, :3]
         q, _ = _ik(arm, np.linalg.inv(X_WB) @ X_WT, straight)
@@ -118,40 +116,40 @@ def _leader(scene: Scene, surfaces: list[Surface], arm: Arm, X_WT: Array) -> tup
                 raise SceneError(
                     f"arms.leader.start: {name} = {value:g} rad is outside its limits, {low:.3f} to {high:.3f} rad",
                     where=scene.where("arms", "leader", "start"),
-                    mend="choose it within the limits, or leave start out",
+                    mend="choose a value within the limits, or leave start out",
                 )
-        return (base if base is not None else _beside(surfaces, arm.fk(q)[:3, 3], np.eye(3))), q
+        return (base if base is not None else _base_next_to(surfaces, arm.fk(q)[:3, 3], np.eye(3))), q
     handle = arm.fk(arm.home)
     if not arm.orients:
-        return (base if base is not None else _beside(surfaces, handle[:3, 3], np.eye(3))), arm.home
+        return (base if base is not None else _base_next_to(surfaces, handle[:3, 3], np.eye(3))), arm.home
     for yaw in (0.0,) if base is not None else np.radians([0, 90, -90, 180, 45, -45, 135, -135]):
         c, s = math.cos(yaw), math.sin(yaw)
         R_WL = base[:3, :3] if base is not None else np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]])
         X_LH = handle.copy()
-        X_LH[:3, :3] = R_WL.T @ X_WT[:3, :3]  # the handle is held as the tool is
+        X_LH[:3, :3] = R_WL.T @ X_WT[:3, :3]  # the handle has the tool's orientation
         q, missed = _ik(arm, X_LH, arm.home)
-        if missed[0] < _CLOSE[0] and missed[1] < _CLOSE[1]:
-            return (base if base is not None else _beside(surfaces, handle[:3, 3], R_WL)), q
+        if missed[0] < _TOLERANCE[0] and missed[1] < _TOLERANCE[1]:
+            return (base if base is not None else _base_next_to(surfaces, handle[:3, 3], R_WL)), q
     raise SceneError(
-        f"leader {arm.name} cannot hold its handle as the tool is held at the start",
+        f"leader {arm.name} cannot give its handle the orientation of the tool at the start",
         where=scene.where("arms", "leader"),
-        why=f"its wrist stops {math.degrees(missed[1]):.1f} degrees short",
+        why=f"its wrist is {math.degrees(missed[1]):.1f} degrees short of it",
         mend="give arms.leader.start or another arms.leader.base, or turn arms.follower.start",
     )
 
 
-def _beside(surfaces: list[Surface], p_LH: Array, R_WL: Array) -> Array:
+def _base_next_to(surfaces: list[Surface], p_LH: Array, R_WL: Array) -> Array:
     bounds = np.array([s.bounds for s in surfaces])
     low, high = bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
     corner = np.array([high[0], 0.5 * (low[1] + high[1]), 0.5 * (low[2] + high[2])])
     X = np.eye(4)
     X[:3, :3] = R_WL
-    X[:3, 3] = corner + _LEADER_BESIDE - R_WL @ p_LH
+    X[:3, 3] = corner + _LEADER_OFFSET - R_WL @ p_LH
     return X
 
 
 def _check_path(scene: Scene, arms: Arms, path: HandPlan) -> None:
-    """Both arms along the intended path, orientation kept."""
+    """Check that both arms reach the intended path with constant orientation."""
     last = np.searchsorted(path.times, 6 * path.period, side="right") if path.period else len(path.times)
     rows = np.unique(np.linspace(0, max(0, int(last) - 1), 120).astype(int))
     X_WT, X_LH = arms.X_WB @ arms.follower.fk(arms.q_follower0), arms.leader.fk(arms.q_leader0)
@@ -170,7 +168,7 @@ def _reach(
     scene: Scene, side: str, arm: Arm, X_W0: Array, X_W: Array, q0: Array, *place: str, what: str = "its start pose"
 ) -> Array:
     q, (far, turned) = _ik(arm, np.linalg.inv(X_W0) @ X_W, q0)
-    if far < _CLOSE[0] and turned < _CLOSE[1]:
+    if far < _TOLERANCE[0] and turned < _TOLERANCE[1]:
         return q
     p = ", ".join(f"{x:.3f}" for x in X_W[:3, 3])
     base = ", ".join(f"{x:.3f}" for x in X_W0[:3, 3])
@@ -179,11 +177,11 @@ def _reach(
         f"{math.degrees(turned):.1f} degrees out of reach",
         where=scene.where(*place),
         why=f"its base stands at ({base}) m in W",
-        mend=f"move it, or leave arms.{side}.base out: the arm is then placed automatically",
+        mend=f"move the base, or leave out arms.{side}.base: the arm is then placed automatically",
     )
 
 
 def _ik(arm: Arm, X_0T: Array, q0: Array) -> tuple[Array, tuple[float, float]]:
-    """Joints nearest to a pose, and how far off [m, rad]."""
+    """Joint positions closest to a pose, and the remaining pose error [m, rad]."""
     q, result = arm.ik_nearest(X_0T, q0, restarts=24)
     return q, (result.position_error, result.orientation_error)

@@ -1,4 +1,4 @@
-"""What the fields of a scene's sections mean: the texts below them in the source."""
+"""Descriptions of the fields of scene sections, read from the strings below the fields in the source."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pydantic import BaseModel
 
 @cache
 def descriptions(model: type[BaseModel]) -> dict[str, str]:
-    """The texts below the fields of a model and of its bases, by field; empty where the source is not at hand."""
+    """Strings below the fields of a model and its bases, by field name; empty if the source is not available."""
     found: dict[str, str] = {}
     for cls in reversed(model.__mro__):
         if issubclass(cls, BaseModel) and cls is not BaseModel:

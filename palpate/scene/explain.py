@@ -1,4 +1,4 @@
-"""Pydantic's findings in the user's words: file and line, the nearest valid key, the unit that is expected."""
+"""Converts pydantic's errors to scene errors with file and line, the nearest valid key and the expected unit."""
 
 from __future__ import annotations
 
@@ -10,26 +10,28 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ValidationError
 
-from palpate.errors import SceneError, spell
+from palpate.errors import SceneError, format_place
 from palpate.scene.descriptions import descriptions
 from palpate.scene.text import Place
 
 
 def scene_error(error: ValidationError, model: type[BaseModel], name: str, lines: dict[Place, int]) -> SceneError:
-    """One error that tells every mistake; its parts name the first."""
+    """One SceneError whose message lists all errors of the file; its attributes describe the first."""
     found = error.errors(include_url=False)
-    # A list whose items are wrong counts as too short, too: tell the items alone.
+    # pydantic also reports a list with invalid items as too short: keep only the items' errors.
     deeper = {tuple(e["loc"])[:1] for e in found if len(e["loc"]) > 1}
     found = [e for e in found if not (e["type"] == "too_short" and len(e["loc"]) == 1 and tuple(e["loc"]) in deeper)]
-    told = [_one(e, model, name, lines) for e in sorted(found, key=lambda e: _line(lines, tuple(e["loc"])))]
-    unique = list({str(e): e for e in told}.values())
+    errors = [
+        _to_scene_error(e, model, name, lines) for e in sorted(found, key=lambda e: _line(lines, tuple(e["loc"])))
+    ]
+    unique = list({str(e): e for e in errors}.values())
     first = unique[0]
     first.add_others(unique[1:])
     return first
 
 
 def where(name: str, lines: dict[Place, int], place: Place) -> str:
-    """``file:line`` of a place, or of the nearest enclosing one that the file mentions."""
+    """``file:line`` of a place, or of the nearest enclosing place that the file contains."""
     line = _line(lines, place)
     return f"{name}:{line}" if line else name
 
@@ -38,10 +40,10 @@ def _line(lines: dict[Place, int], place: Place) -> int:
     return next((lines[place[:end]] for end in range(len(place), 0, -1) if place[:end] in lines), 0)
 
 
-def _one(e: Any, model: type[BaseModel], name: str, lines: dict[Place, int]) -> SceneError:
+def _to_scene_error(e: Any, model: type[BaseModel], name: str, lines: dict[Place, int]) -> SceneError:
     place: Place = tuple(e["loc"])
     at = where(name, lines, place)
-    spelled = spell(place)
+    spelled = format_place(place)
     if e["type"] == "extra_forbidden":
         return SceneError(f"unknown key {spelled!r}", where=at, mend=_nearest(place, model))
     if e["type"] == "value_error":
@@ -59,7 +61,8 @@ def _one(e: Any, model: type[BaseModel], name: str, lines: dict[Place, int]) -> 
         expected = "must be a list"
     elif e["type"] in ("too_short", "too_long"):
         limit = e["ctx"].get("min_length") or e["ctx"].get("max_length")
-        expected = f"must have {'at least' if e['type'] == 'too_short' else 'at most'} {limit} of them"
+        count = f"{limit} {'entry' if limit == 1 else 'entries'}"
+        expected = f"must have {'at least' if e['type'] == 'too_short' else 'at most'} {count}"
     return SceneError(f"{spelled} {expected}. Got: {_show(e['input'])}", where=at, mend=why and f"expected: {why}")
 
 
@@ -83,7 +86,7 @@ def _nearest(place: Place, model: type[BaseModel]) -> str:
 
 
 def _purpose(place: Place, model: type[BaseModel]) -> str:
-    """The description of the field at a place (or of the field that a list belongs to)."""
+    """Description of the field at a place, or of the field that contains the list entry."""
     while place and not isinstance(place[-1], str):
         place = place[:-1]
     if not place:
@@ -101,7 +104,7 @@ def _all_keys(model: type[BaseModel], prefix: str = "", above: tuple[type[BaseMo
     for key, info in model.model_fields.items():
         inner = _model_in(info.annotation)
         yield prefix + key
-        if inner and inner not in above:  # a section may hold others of its kind
+        if inner and inner not in above:  # a section may contain sections of its own type
             yield from _all_keys(inner, f"{prefix}{key}.", (*above, model))
 
 

@@ -1,4 +1,4 @@
-"""Stage `force` in a scene file: virtual surfaces, what the follower really touches, or both."""
+"""Section `force` of a scene file: force from virtual surfaces, from the estimated contact force, or both."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ Presence = Literal["both", "virtual", "real"]
 
 
 class ForceSection(Section):
-    """Where the force on the tool that the hand feels comes from."""
+    """Source of the tool force that is rendered to the hand."""
 
     source: Literal["contact", "estimate", "both"] = "contact"
-    """contact: the virtual surfaces; estimate: the follower's drive torques, what its tool really touches (simulated:
-    the objects push a follower with drives and weight); both: their sum"""
+    """contact: virtual surfaces; estimate: real contact force, estimated from the follower's drive torques (in
+    simulation, the objects push a follower with drives and weight); both: the sum"""
     bandwidth: Positive = _E.bandwidth
-    """of the estimate's momentum observer [Hz]"""
+    """bandwidth of the momentum observer that estimates the force [Hz]"""
     dead_band: NotNegative = _E.dead_band
-    """estimated forces below it are not felt: friction that the model does not know [N]"""
+    """estimated forces below this are not rendered, because unmodelled friction causes them [N]"""
     dynamics: str | None = None
-    """the follower as `palpate calibrate dynamics` identified it, for the estimate: a file beside the scene;
-    the arm's own model file when left out"""
+    """identified dynamics of the follower for the estimate: a file of `palpate calibrate dynamics`, relative to the
+    scene file; the arm's model file when left out"""

@@ -1,4 +1,4 @@
-"""The source of the force, as the core takes it: made from the section `force` and the follower's dynamics."""
+"""Sets the core's options of the force source from the section `force` and the follower's dynamics."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from palpate.scene.scene import Scene
 
 
 def fill(options: _core.SimulationOptions, scene: Scene, arm: Arm) -> None:
-    """Source, drives and estimate of the follower `arm`.
+    """Set source, drives and estimate of the follower `arm` in `options`.
 
     Raises:
-        SceneError: the model of its dynamics cannot be read, or is of another arm.
+        SceneError: the dynamics file cannot be read, or belongs to another arm.
     """
     section, estimate = scene.force, _core.EstimateOptions()
     options.source = section.source
-    options.follower.driven = section.source != "contact"  # only drives with torques have something to tell
+    options.follower.driven = section.source != "contact"  # the estimate needs simulated drive torques
     estimate.bandwidth, estimate.dead_band = section.bandwidth, section.dead_band
     path = scene.dynamics_path()
     if path is None:
@@ -44,27 +44,29 @@ def _identified(options: _core.EstimateOptions, path: Path, scene: Scene, arm: A
     try:
         return estimate_options(from_data(yaml.safe_load(path.read_text(encoding="utf-8")), arm, str(path)), options)
     except OSError as error:
-        told, mend = f"{path}: {error.strerror or error}", "palpate calibrate dynamics writes one"
-        raise SceneError("the dynamics cannot be read", where=where, why=told, mend=mend) from None
+        why, mend = f"{path}: {error.strerror or error}", "palpate calibrate dynamics writes one"
+        raise SceneError("the dynamics cannot be read", where=where, why=why, mend=mend) from None
     except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise SceneError("the dynamics are no YAML", where=where, why=str(error), mend="identify them again") from None
+        what = "the dynamics are not valid YAML"
+        raise SceneError(what, where=where, why=str(error), mend="identify them again") from None
     except RecordingError as error:
         raise SceneError(error.what, where=where, why=error.why or str(path), mend=error.mend) from None
 
 
 def check_presence(scene: Scene) -> None:
-    """Objects that nothing tells of are refused; those that are told of twice are warned of.
+    """Refuse objects that the force source cannot render; warn of objects that it renders twice.
 
     Raises:
-        SceneError: names the object.
+        SceneError: an object is never felt; the message names the object.
     """
-    for i, thing in enumerate(scene.objects):
+    for i, obj in enumerate(scene.objects):
         where, source = scene.where("objects", i, "presence"), scene.force.source
-        if thing.presence == {"contact": "real", "estimate": "virtual"}.get(source):
+        if obj.presence == {"contact": "real", "estimate": "virtual"}.get(source):
             raise SceneError(
-                f"object {thing.name!r} is {thing.presence} alone and force.source is {source!r}: nobody feels it",
-                where=where, mend="force: {source: both}, or another presence",
+                f"object {obj.name!r} is {obj.presence} only and force.source is {source!r}: it is never felt",
+                where=where, mend="use force: {source: both}, or another presence",
             )  # fmt: skip
-        if source == "both" and thing.presence == "both":
-            what = f"object {thing.name!r} is felt twice: as a virtual surface, and through the follower's drives"
-            warnings.warn(PalpateWarning(what, where=where, mend="presence: real, or virtual"), stacklevel=3)
+        if source == "both" and obj.presence == "both":
+            what = f"object {obj.name!r} is felt twice: as a virtual surface, and through the follower's drives"
+            mend = "use presence: real or presence: virtual"
+            warnings.warn(PalpateWarning(what, where=where, mend=mend), stacklevel=3)

@@ -1,4 +1,4 @@
-"""Can the caps hold what the scene asks for? Asked before a run, answered with numbers."""
+"""Checks before a run whether the force caps allow the stiffness that the scene requests."""
 
 from __future__ import annotations
 
@@ -6,29 +6,29 @@ from palpate.errors import SceneError
 from palpate.scene.model import ObjectSection
 from palpate.scene.scene import Scene
 
-#: A surface must be able to answer the first millimetre of a press; at the cap the force stops growing.
+#: Depth up to which the force must grow with stiffness K before it reaches the force cap.
 LEAST_DEPTH = 0.001  # [m]
-#: And it must be able to answer as fast as a careful finger moves; at the rate cap the force lags behind.
+#: Speed of a careful finger, at which the force must follow K without reaching the rate cap.
 LEAST_SPEED = 0.020  # [m/s]
 
 
 def check_stiffness(scene: Scene) -> None:
-    """Refuse a stiffness K that the caps cannot hold.
+    """Refuse a stiffness K that exceeds the force caps.
 
     The force on the hand is ``force_scale * K * depth``. It reaches ``force_cap`` within ``LEAST_DEPTH`` when
     ``K > force_cap / (force_scale * LEAST_DEPTH)``; it grows faster than ``rate_cap`` at ``LEAST_SPEED`` when
     ``K > rate_cap / (force_scale * LEAST_SPEED)``. Above the smaller of the two the hand would not feel K.
 
     Raises:
-        SceneError: names the object, the limit and what to change.
+        SceneError: K is too large; the message names the object, the limit and the values to change.
     """
     cap, rate, scale = scene.stability.force_cap, scene.stability.rate_cap, scene.mapping.force_scale
     by_force, by_rate = cap / (scale * LEAST_DEPTH), rate / (scale * LEAST_SPEED)
-    for i, thing in enumerate(scene.objects):
-        K = stiffest(thing)
+    for i, obj in enumerate(scene.objects):
+        K = max_stiffness(obj)
         if min(by_force, by_rate) >= K:
             continue
-        part, place = _where_stiffest(thing, K)
+        part, place = _where_stiffest(obj, K)
         if by_force <= by_rate:
             why = f"{cap:g} N (stability.force_cap) is reached after {1e3 * cap / (scale * K):.2g} mm of depth"
         else:
@@ -36,27 +36,27 @@ def check_stiffness(scene: Scene) -> None:
             why = f"at {1e3 * LEAST_SPEED:g} mm/s the force would grow by {growth:.3g} N/s; "
             why += f"stability.rate_cap is {rate:g} N/s"
         raise SceneError(
-            f"object {thing.name!r}{part}: stiffness {K:g} N/m is more than the caps can hold",
+            f"object {obj.name!r}{part}: stiffness {K:g} N/m is more than the caps allow",
             where=scene.where("objects", i, *place),
             why=why,
-            mend=f"at most {min(by_force, by_rate):.4g} N/m; or raise the cap, or lower mapping.force_scale",
+            mend=f"use at most {min(by_force, by_rate):.4g} N/m; or raise the cap, or lower mapping.force_scale",
         )
 
 
-def stiffest(thing: ObjectSection) -> float:
-    """The largest stiffness of an object or of a region in it, along any axis [N/m]."""
-    return max(max(K) for K in (thing.stiffness, *(r.stiffness for r in thing.regions)) if K is not None)
+def max_stiffness(obj: ObjectSection) -> float:
+    """Largest stiffness of an object and its regions, along any axis [N/m]."""
+    return max(max(K) for K in (obj.stiffness, *(r.stiffness for r in obj.regions)) if K is not None)
 
 
-def _where_stiffest(thing: ObjectSection, K: float) -> tuple[str, tuple[str | int, ...]]:
-    """In words, and in the scene file: the region that has the stiffness K, or the object itself."""
-    for i, region in enumerate(thing.regions):
-        if region.stiffness is not None and K in region.stiffness and K not in thing.stiffness:
+def _where_stiffest(obj: ObjectSection, K: float) -> tuple[str, tuple[str | int, ...]]:
+    """Name and place in the scene file of the region with stiffness K, or of the object itself."""
+    for i, region in enumerate(obj.regions):
+        if region.stiffness is not None and K in region.stiffness and K not in obj.stiffness:
             return f", region {region.name!r}", ("regions", i, "stiffness")
     return "", ("stiffness",)
 
 
 def felt_stiffness(scene: Scene, index: int) -> float:
-    """What the hand feels of object ``index``: scale * force_scale * force_gain * K, along its stiffest axis [N/m]."""
+    """Stiffness of object ``index`` at the hand: scale * force_scale * force_gain * K, largest axis [N/m]."""
     gain = scene.mapping.scale * scene.mapping.force_scale * scene.torque.force_gain
-    return gain * stiffest(scene.objects[index])
+    return gain * max_stiffness(scene.objects[index])

@@ -1,4 +1,4 @@
-"""The operator's intended path of the tool: way points of the scene, or made from the surface of an object."""
+"""The operator's intended path of the tool: way points of the scene, or an automatic palpation of an object."""
 
 from __future__ import annotations
 
@@ -12,49 +12,49 @@ from palpate.errors import SceneError
 from palpate.scene.scene import Scene
 from palpate.scene.surface import Surface
 
-_DIRECTIONS = 6  # of slides, 60 degrees apart
-_SAMPLE = 0.01  # of a slide along the surface [s]
-_SMOOTHNESS = 6  # degree of the curve a hand draws over facets
-_LONGEST = 3600.0  # an automatic path goes on for so long [s]
-_LEAST = 7  # periods of a path that is cut short: one of each direction, and one that follows
+_DIRECTIONS = 6  # number of slide directions, 60 degrees apart
+_SAMPLE = 0.01  # sample period of a slide [s]
+_DEGREE = 6  # degree of the polynomial fitted to a slide over facets
+_MAX_DURATION = 3600.0  # duration of an automatic path [s]
+_MIN_PERIODS = 7  # periods of a shortened path: one for each direction, and one more
 
 
 @dataclass(frozen=True)
 class HandPlan:
-    """Where the hand wants the tool, and what it is doing."""
+    """Intended path of the tool, and its phases."""
 
     times: Array  # (k,) rising [s]
     positions_W: Array  # (k, 3) [m]
-    period: float = 0.0  # the phases repeat after it [s]
+    period: float = 0.0  # period of the phases; 0: not periodic [s]
     phases: tuple[tuple[float, str], ...] = ()  # (start within the period [s], name)
 
     def phase(self, t: float) -> str:
-        """``approach``, ``press``, ``slide`` or ``leave`` at ``t`` [s]; empty for a path of way points."""
+        """Phase at time ``t`` [s]: ``approach``, ``press``, ``slide`` or ``leave``; empty for a path of way points."""
         within = t % self.period if self.period else t
         return next((name for start, name in reversed(self.phases) if within >= start), "")
 
 
 def plan(scene: Scene, surfaces: list[Surface], until: float | None = None) -> HandPlan:
-    """The path that the scene's operator follows.
+    """The path of the scene's operator.
 
     Args:
-        scene: with an operator's path, or an object to palpate.
-        surfaces: of the scene's objects.
-        until: the automatic path may end after this time, which saves memory; up to it the path is the same [s].
+        scene: scene with a path of the operator, or an object to palpate.
+        surfaces: surfaces of the scene's objects.
+        until: time up to which the automatic path is needed; a shorter path saves memory and is otherwise the same [s].
 
     Raises:
-        SceneError: the wanted force is above the cap, or the slide has no direction along the surface.
+        SceneError: the intended force on the hand is not below the cap.
     """
     path = scene.operator.path
     if path is not None:
         return HandPlan(np.array([p.t for p in path]), np.array([p.xyz for p in path]))
-    return _palpation(scene, surfaces, _LONGEST if until is None else min(until, _LONGEST))
+    return _palpation(scene, surfaces, _MAX_DURATION if until is None else min(until, _MAX_DURATION))
 
 
 def intended_depth(scene: Scene, index: int, normal: Array) -> float:
-    """How far below the surface the hand aims, so that the palpation force results [m].
+    """Depth of the intended path below the surface that results in the palpation force [m].
 
-    The tool sinks by F / K, and the hand, a spring too, gives way by scale * force_scale * F / K_hand.
+    The tool penetrates by F / K, and the spring of the hand yields by scale * force_scale * F / K_hand.
     """
     F, mapping = scene.operator.palpate.force, scene.mapping
     K = float(normal @ np.diag(scene.objects[index].stiffness) @ normal)
@@ -63,7 +63,7 @@ def intended_depth(scene: Scene, index: int, normal: Array) -> float:
 
 def _palpation(scene: Scene, surfaces: list[Surface], until: float) -> HandPlan:
     o = scene.operator.palpate
-    index = next((i for i, thing in enumerate(scene.objects) if thing.name == o.object), 0)
+    index = next((i for i, obj in enumerate(scene.objects) if obj.name == o.object), 0)
     surface = surfaces[index]
     felt = o.force * scene.mapping.force_scale
     if felt >= scene.stability.force_cap:
@@ -85,17 +85,17 @@ def _palpation(scene: Scene, surfaces: list[Surface], until: float) -> HandPlan:
     across = np.cross(n0, along)
     count = max(2, round(o.slide / _SAMPLE))
     u = np.arange(1, count) / count
-    way = 0.5 * o.length * (1.0 - np.cos(2.0 * np.pi * u))  # there and back, at rest at both ends
+    travel = 0.5 * o.length * (1.0 - np.cos(2.0 * np.pi * u))  # there and back, with zero speed at both ends
     slides = []
     for k in range(_DIRECTIONS):
         angle = 2.0 * np.pi * k / _DIRECTIONS
-        line = q0 + np.outer(way, np.cos(angle) * along + np.sin(angle) * across)
-        slide = _smooth(way, *surface.nearest(line + 0.5 * o.hover * n0), radius - depth)
-        slides.append(slide + np.outer(1.0 - way / o.length, inside - slide[0]))  # from where the press ends
+        line = q0 + np.outer(travel, np.cos(angle) * along + np.sin(angle) * across)
+        slide = _smooth(travel, *surface.nearest(line + 0.5 * o.hover * n0), radius - depth)
+        slides.append(slide + np.outer(1.0 - travel / o.length, inside - slide[0]))  # starts where the press ends
 
     phases = np.cumsum([0.0, o.approach, o.press, o.slide, o.leave])
     period = float(phases[-1])
-    turns = np.arange(max(1, min(int(_LONGEST / period), max(_LEAST, math.ceil(until / period) + 1))))
+    turns = np.arange(max(1, min(int(_MAX_DURATION / period), max(_MIN_PERIODS, math.ceil(until / period) + 1))))
     start = period * turns[:, None]
     times = np.hstack([start, start + phases[1], start + phases[2], start + phases[2] + u * o.slide, start + phases[3]])
     strokes = np.stack([np.vstack([hover, touch, inside, slide, inside]) for slide in slides])
@@ -104,11 +104,11 @@ def _palpation(scene: Scene, surfaces: list[Surface], until: float) -> HandPlan:
     return HandPlan(np.append(times, times[-1, -1] + o.leave), np.vstack([positions, hover]), period, names)
 
 
-def _smooth(way: Array, q: Array, n: Array, offset: float) -> Array:
-    """The curve that a hand draws over the facets: a low polynomial through q + offset n along the way [m].
+def _smooth(travel: Array, q: Array, n: Array, offset: float) -> Array:
+    """Fit a low-order polynomial in `travel` to the points q + offset n, (n, 3) [m].
 
-    A hand neither sees nor follows facets, whose normals jump by degrees.
+    A hand does not follow facets, whose normals jump by degrees.
     """
-    wanted = q + offset * n
-    fits = (np.polynomial.Chebyshev.fit(way, wanted[:, axis], _SMOOTHNESS) for axis in range(3))
-    return np.stack([fit(way) for fit in fits], axis=1)
+    positions = q + offset * n
+    fits = (np.polynomial.Chebyshev.fit(travel, positions[:, axis], _DEGREE) for axis in range(3))
+    return np.stack([fit(travel) for fit in fits], axis=1)

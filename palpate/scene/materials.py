@@ -1,4 +1,4 @@
-"""Materials, regions and motions of the core, made from the sections of an object."""
+"""Converts the sections of an object to the core's materials, regions and motions."""
 
 from __future__ import annotations
 
@@ -10,26 +10,26 @@ from palpate.scene.model import ObjectSection
 from palpate.scene.tissue import RegionSection
 
 
-def material(thing: ObjectSection, region: RegionSection | None = None) -> _core.Material:
-    """The material of an object, or of one of its regions: values that the region leaves out are the object's."""
-    K, B, mu, held = (
-        value if region is None or value_there is None else value_there
-        for value, value_there in (
-            (getattr(thing, key), getattr(region, key, None))
+def material(obj: ObjectSection, region: RegionSection | None = None) -> _core.Material:
+    """The material of an object, or of one of its regions. Values that a region leaves out are those of the object."""
+    K, B, mu, mu_static = (
+        value if region is None or region_value is None else region_value
+        for value, region_value in (
+            (getattr(obj, key), getattr(region, key, None))
             for key in ("stiffness", "damping", "friction", "static_friction")
         )
     )
-    return _core.Material(np.array(K), np.array(B), mu, held or 0.0)
+    return _core.Material(np.array(K), np.array(B), mu, mu_static or 0.0)
 
 
-def regions(thing: ObjectSection) -> list[_core.Region]:
+def regions(obj: ObjectSection) -> list[_core.Region]:
     """The regions of an object."""
-    return [_core.Region(np.array(r.at), r.half, r.radius, r.blend, material(thing, r)) for r in thing.regions]
+    return [_core.Region(np.array(r.at), r.half, r.radius, r.blend, material(obj, r)) for r in obj.regions]
 
 
-def motion(thing: ObjectSection, middle: Array) -> _core.Motion:
-    """The motion of an object; it turns about `middle` (3,), in W [m]."""
-    terms = thing.motion
+def motion(obj: ObjectSection, middle: Array) -> _core.Motion:
+    """The motion of an object; `middle` (3,) is its centre of rotation in W [m]."""
+    terms = obj.motion
     waves = [
         _core.Wave(np.array(m.amplitude), np.radians(m.turn_deg), m.period, float(np.radians(m.phase_deg)))
         for m in terms

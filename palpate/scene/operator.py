@@ -1,4 +1,4 @@
-"""The simulated operator in a scene file: what the hand wants, and how it holds the handle."""
+"""The simulated operator in a scene file: the intended path, and the impedance of the hand."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ _C = _core.SimulationOptions()
 def _known(name: str) -> str:
     if name in hands.PRESETS or name.endswith((".yaml", ".yml")):
         return name
-    raise ValueError(f"there is no hand {name!r} | hands: {', '.join(hands.PRESETS)}; or a file, my_hand.yaml")
+    raise ValueError(f"there is no hand {name!r} | use one of {', '.join(hands.PRESETS)}; or a file, my_hand.yaml")
 
 
-#: A hand of `palpate.hands`, or the path of a file, relative to the scene file.
+#: Name of a hand of `palpate.hands`, or the path of a hand file relative to the scene file.
 HandName = Annotated[
     str,
     AfterValidator(_known),
@@ -28,11 +28,11 @@ HandName = Annotated[
 ]
 
 
-def hand_of(name: str, folder: Path) -> hands.Hand:
-    """By its name, or from its file.
+def load_hand(name: str, folder: Path) -> hands.Hand:
+    """The hand with a preset name, or from a file relative to `folder`.
 
     Raises:
-        ValueError: in the words of a scene file's mistakes.
+        ValueError: the hand is unknown or its file is invalid; the message is "what | mend".
     """
     if name in hands.PRESETS:
         return hands.PRESETS[name]
@@ -44,7 +44,7 @@ def hand_of(name: str, folder: Path) -> hands.Hand:
 
 
 class WayPoint(Section):
-    """Where the hand wants the tool at a time."""
+    """Intended position of the tool at a time."""
 
     t: NotNegative
     """time from the start [s]"""
@@ -57,64 +57,64 @@ Near = Annotated[Number, Field(ge=-1e3, le=1e3)]
 
 
 class PalpateSection(Section):
-    """A path made from the surface: approach, press, slide, leave, again and again, each time in another direction."""
+    """Automatic path over a surface: approach, press, slide, leave; each repetition slides in another direction."""
 
     object: str = ""
-    """name of the object; the first one when left out"""
+    """name of the object; the first object when left out"""
     at: tuple[Near, Near, Near] | None = None
-    """about where, in W: the nearest surface point is taken; the top of the object when left out [m]"""
+    """position in W, replaced by the nearest surface point; the top of the object when left out [m]"""
     direction: Vector = (1.0, 0.0, 0.0)
-    """first direction of the slide, in W; turned about the surface normal by 60 degrees each time [-]"""
+    """first direction of the slide, in W; each repetition turns it by 60 degrees about the surface normal [-]"""
     force: Positive = 1.5
     """intended force on the tool [N]"""
     hover: Annotated[Positive, Field(le=1.0)] = 0.02
     """height of the start above the surface [m]"""
     length: Annotated[Positive, Field(le=1.0)] = 0.03
-    """of the slide [m]"""
+    """length of the slide [m]"""
     approach: Phase = 1.5
-    """duration [s]"""
+    """duration of the approach [s]"""
     press: Phase = 1.0
-    """duration [s]"""
+    """duration of the press [s]"""
     slide: Phase = 5.5
-    """duration, there and back [s]"""
+    """duration of the slide, there and back [s]"""
     leave: Phase = 2.0
-    """duration [s]"""
+    """duration of the departure [s]"""
 
 
 class OperatorSection(Section):
-    """The simulated hand: what it wants, and how it yields."""
+    """The simulated hand: its intended path and its impedance."""
 
     palpate: PalpateSection = PalpateSection()
     """automatic path over an object"""
     path: tuple[WayPoint, ...] | None = None
-    """instead: way points of the tool, passed without a stop; the hand rests at both ends, where one is repeated,
-    and where the path turns by a right angle or more"""
+    """instead of palpate: way points of the tool. The hand passes them without a stop; it stops at both ends, at
+    repeated way points, and where the path turns by 90 degrees or more"""
     hand: HandName = "normal"
-    """how it holds the handle: relaxed, light, normal, firm, rigid; or a file of `palpate calibrate hand`, relative to
-    the scene file"""
+    """grip of the handle: relaxed, light, normal, firm, rigid; or a file of `palpate calibrate hand`, relative to the
+    scene file"""
     mass: Positive = _C.hand.mass
-    """moves with the handle; as hand says when left out [kg]"""
+    """mass that moves with the handle; from hand when left out [kg]"""
     damping: NotNegative = _C.hand.damping
-    """between the hand and its intended path; as hand says when left out [N s/m]"""
+    """damping between the hand and its intended path; from hand when left out [N s/m]"""
     stiffness: Positive = _C.hand.stiffness
-    """between the hand and its intended path; as hand says when left out [N/m]"""
+    """stiffness between the hand and its intended path; from hand when left out [N/m]"""
     grip_force_max: Positive = _C.hand.grip_force_max
-    """the hand slips above it [N]"""
+    """force above which the hand slips [N]"""
     tremor: Annotated[NotNegative, Field(lt=0.01)] = _C.tremor
-    """8-12 Hz trembling, rms per axis [m]"""
+    """tremor at 8 to 12 Hz, rms per axis [m]"""
 
     @model_validator(mode="before")
     @classmethod
-    def _held(cls, data: Any, info: ValidationInfo) -> Any:
-        """What the hand says, below what the file says itself."""
+    def _fill_from_hand(cls, data: Any, info: ValidationInfo) -> Any:
+        """Fill in values of the hand for keys that the file leaves out."""
         if not isinstance(data, dict) or not isinstance(data.get("hand"), str):
             return data
         keys = [key for key in ("mass", "damping", "stiffness") if key not in data]
-        hand = hand_of(data["hand"], (info.context or {}).get("folder", Path())) if keys else None
+        hand = load_hand(data["hand"], (info.context or {}).get("folder", Path())) if keys else None
         return {**{key: getattr(hand, key) for key in keys}, **data}
 
     @model_validator(mode="after")
-    def _rising(self) -> OperatorSection:
+    def _check_path(self) -> OperatorSection:
         for before, after in zip(self.path or (), (self.path or ())[1:], strict=False):
             if after.t <= before.t:
                 raise ValueError(f"path: times must rise: {after.t:g} s follows {before.t:g} s | sort the way points")

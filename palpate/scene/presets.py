@@ -1,4 +1,4 @@
-"""Sets of values known by a name. Keys that the scene file gives itself win."""
+"""Presets: named sets of values. Keys given in the scene file take precedence."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PRESETS: dict[str, dict[str, Any]] = {
 
 
 def apply(data: Any) -> Any:
-    """The values of a scene with its preset filled in below them."""
+    """Fill in the values of the preset for keys that the scene leaves out."""
     name = data.get("preset") if isinstance(data, dict) else None
     preset = PRESETS.get(name) if isinstance(name, str) else None
     if preset is None:

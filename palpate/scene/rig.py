@@ -1,4 +1,4 @@
-"""A scene set up: meshes indexed, arms placed, path planned. What a simulation is made from."""
+"""Sets up a scene for simulation: surfaces read and indexed, arms placed, path planned."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from palpate.surfaces import DistanceGrid
 
 @dataclass(frozen=True)
 class Rig:
-    """Everything a run needs, checked."""
+    """Checked inputs of a run."""
 
     scene: Scene
     surfaces: list[surface.Surface]
     snapshot: _core.Snapshot
     path: hand.HandPlan
     arms: arms.Arms
-    spheres: list[tool.LinkSphere]  # of the tool beside the one on its tip
-    here: Here  # what the names in the scene's fixtures stand for
-    fixtures: _core.Fixtures  # of the scene's list `guidance`
+    spheres: list[tool.LinkSphere]  # additional spheres of the tool, without the one on its tip
+    here: Here  # resolves the names in the scene's fixtures
+    fixtures: _core.Fixtures  # fixtures of the scene's list `guidance`
 
     def options(self, seed: int | None = None) -> _core.SimulationOptions:
-        """The core's options: its own defaults, with what the scene says on top."""
+        """The core's options: defaults, overridden by the values of the scene."""
         scene, o = self.scene, _core.SimulationOptions()
         o.leader, o.follower = self.arms.leader.leader_options(), self.arms.follower.follower_options()
         o.rate, o.plant_rate = scene.rates.haptic, scene.rates.plant
@@ -46,20 +46,20 @@ class Rig:
         o.torque = self._torque(o.leader)
         _fill(o.hand, scene.operator, "mass", "damping", "stiffness", "grip_force_max")
         _fill(o, scene.operator, "tremor")
-        o.leader = self._spoilt(o.leader)  # after the torques: the controller knows the arm of the model file
+        o.leader = self._with_imperfections(o.leader)  # set after the torques, which use the model file
         o.stability = self._stability(o)
         if not self.arms.leader.orients:
-            o.mapping.align_rate = 0.0  # its handle does not turn: the tool keeps its orientation
+            o.mapping.align_rate = 0.0  # the handle cannot rotate, so the tool keeps its orientation
         _fill(o.follower, scene.arms.follower, "bandwidth")
         force_source.fill(o, scene, self.arms.follower)
         o.X_WL, o.X_WB = self.arms.X_WL, self.arms.X_WB
         o.q_leader0, o.q_follower0 = self.arms.q_leader0, self.arms.q_follower0
         return o
 
-    def _spoilt(self, leader: _core.LeaderOptions) -> _core.LeaderOptions:
-        """The simulated arm with the imperfections that the scene asks for."""
+    def _with_imperfections(self, leader: _core.LeaderOptions) -> _core.LeaderOptions:
+        """Options of the simulated arm with the imperfections of the scene."""
         try:
-            self.scene.arms.leader.spoil(leader, self.scene.rates.haptic)
+            self.scene.arms.leader.apply_imperfections(leader, self.scene.rates.haptic)
         except ValueError as error:
             what, _, mend = str(error).partition(" | ")
             where = self.scene.where("arms", "leader", "encoder_step")
@@ -67,7 +67,7 @@ class Rig:
         return leader
 
     def _stability(self, o: _core.SimulationOptions) -> _core.StabilityOptions:
-        """Stability options. The layer knows encoders, mean delay, and a share of the friction in the model file."""
+        """Stability options. The layer knows the encoders, the mean delay and a fraction of the modelled friction."""
         section, s = self.scene.stability, _core.StabilityOptions()
         _fill(s, section, *(set(type(section).model_fields) - {"known_delay", "friction_share", "acceleration"}))
         mean_delay = o.loop_delay + 0.5 * o.loop_jitter + o.leader.drive_lag
@@ -80,14 +80,14 @@ class Rig:
         s.friction = friction
         leader, q = self.arms.leader, self.arms.q_leader0
         J, M = leader.jacobian(q)[:3], leader.mass_matrix(q) + np.diag(o.leader.rotor_inertia)
-        lightest = 1.0 / float(np.linalg.eigvalsh(J @ np.linalg.solve(M, J.T)).max())  # of the handle, any direction
-        thrown = section.force_cap / (lightest + PRESETS["relaxed"].mass)
-        s.acceleration = section.acceleration or max(s.acceleration, thrown)
+        min_mass = 1.0 / float(np.linalg.eigvalsh(J @ np.linalg.solve(M, J.T)).max())  # of the handle [kg]
+        fastest = section.force_cap / (min_mass + PRESETS["relaxed"].mass)  # [m/s^2]
+        s.acceleration = section.acceleration or max(s.acceleration, fastest)
         s.quantum = float(np.linalg.norm((J @ A) * step, axis=0).max())
         return s
 
     def _torque(self, leader: _core.LeaderOptions) -> _core.TorqueOptions:
-        """Torque options; the controller knows friction and rotors as the model file says them."""
+        """Torque options. The controller uses the friction and rotor inertia of the model file."""
         section, o = self.scene.torque, _core.TorqueOptions()
         _fill(o, section, "law", "mode", "force_gain", "gravity_gain", "platform_gain", "fast_force")
         if not self.arms.leader.has_platform:
@@ -103,15 +103,15 @@ class Rig:
         return o
 
     def resolved_yaml(self, absolute: bool = False) -> str:
-        """The scene with its placements filled in: what a record needs to show the run again.
+        """YAML text of the scene with the automatic placements filled in, from which a record can be shown again.
 
-        absolute: with the files as found on this machine; otherwise as the scene names them, so that the text
-        does not depend on where things lie.
+        absolute: True: file paths on this machine; False: paths as the scene names them, so that the text does not
+        depend on the machine.
         """
         data = self.scene.model_dump(mode="json")
-        for i, thing in enumerate(self.scene.objects):
-            if absolute and thing.file is not None:
-                data["objects"][i][thing.source] = str(self.scene.path_of(i).resolve())
+        for i, obj in enumerate(self.scene.objects):
+            if absolute and obj.file is not None:
+                data["objects"][i][obj.source] = str(self.scene.path_of(i).resolve())
         arms = data["arms"]
         for side in ("leader", "follower"):
             path = self.scene.arm_path(side)
@@ -132,34 +132,34 @@ class Rig:
         return str(yaml.safe_dump(data, sort_keys=False, allow_unicode=True))
 
     def gravity_model(self, key: str) -> GravityModel | None:
-        """The identified model that the scene names under ``arms.leader.KEY``.
+        """The identified gravity model named under ``arms.leader.KEY``; None if the scene names none.
 
         Raises:
-            SceneError: it cannot be read, or is of another arm.
+            SceneError: the file cannot be read, or belongs to another arm.
         """
         path = self.scene.gravity_path(key)
         if path is None:
             return None
         try:
-            held = GravityModel.load(path)
-            held.require(self.arms.leader)
+            model = GravityModel.load(path)
+            model.require(self.arms.leader)
         except RecordingError as error:
             where = self.scene.where("arms", "leader", key)
             raise SceneError(error.what, where=where, why=error.why or str(path), mend=error.mend) from None
-        return held
+        return model
 
     def simulation(self, seed: int | None = None) -> _core.Simulation:
         """A fresh simulation at time zero.
 
         Raises:
-            SceneError: the core refuses a combination of options; says which.
+            SceneError: the core rejects a combination of options; the message names it.
         """
         leader = self.arms.leader
         model = leader.with_scaled_masses(np.full(leader.n, self.scene.arms.leader.model_mass_scale))
         for key, arm in (("gravity_model", model), ("plant_gravity_model", leader)):
-            held = self.gravity_model(key)
-            if held is not None:
-                arm.set_gravity_model(held.terms, held.theta)
+            gravity = self.gravity_model(key)
+            if gravity is not None:
+                arm.set_gravity_model(gravity.terms, gravity.theta)
         path = _core.HandPath(self.path.times.tolist(), self.path.positions_W)
         try:
             made = _core.Simulation(self.options(seed), leader, model, self.arms.follower, self.snapshot, path)
@@ -170,28 +170,28 @@ class Rig:
 
 
 def build(scene: Scene, bodies: surface.Bodies | None = None, until: float | None = None) -> Rig:
-    """Set a scene up: read surfaces, index meshes, place arms, plan the path; refuse what cannot work.
+    """Set up a scene: check its values, read surfaces, index meshes, place arms and plan the path.
 
     Args:
-        scene: what to set up.
-        bodies: surfaces that scenes share (`surface.placed`).
-        until: time up to which the run may go, when it is known: an automatic path is planned no further [s].
+        scene: the scene to set up.
+        bodies: surfaces shared by several scenes (`surface.placed`).
+        until: duration of the run, if known; an automatic path is planned only up to this time [s].
 
     Raises:
-        SceneError, MeshError, SurfaceError: what is wrong, where, why, and how to mend it.
+        SceneError, MeshError, SurfaceError: the scene is invalid; the message states where, why, and the correction.
     """
     gains.check_stiffness(scene)
     force_source.check_presence(scene)
     placed = surface.placed(scene, bodies)
-    for thing in placed:
-        if isinstance(thing.body, DistanceGrid) and thing.body.spacing.max() > scene.contact.radius:
-            told = (
-                f"{1e3 * thing.body.spacing.max():.3g} mm between its nodes, {1e3 * scene.contact.radius:g} mm radius"
+    for obj in placed:
+        if isinstance(obj.body, DistanceGrid) and obj.body.spacing.max() > scene.contact.radius:
+            sizes = f"{1e3 * obj.body.spacing.max():.3g} mm between its nodes, {1e3 * scene.contact.radius:g} mm radius"
+            what = f"the grid of {obj.body.name!r} is coarser than the tool's sphere: {sizes}"
+            warnings.warn(
+                PalpateWarning(what, where=scene.file, mend="use a finer grid or a larger radius"), stacklevel=2
             )
-            what = f"the grid of {thing.body.name!r} is coarser than the tool's sphere: {told}"
-            warnings.warn(PalpateWarning(what, where=scene.file, mend="a finer grid or a larger radius"), stacklevel=2)
-    for i, thing in enumerate(placed):
-        _warn_of_lost_regions(scene, i, thing)
+    for i, obj in enumerate(placed):
+        _warn_of_lost_regions(scene, i, obj)
     snapshot = surface.snapshot(scene, placed)
     check_method(scene, snapshot)
     path = hand.plan(scene, placed, until)
@@ -200,17 +200,19 @@ def build(scene: Scene, bodies: surface.Bodies | None = None, until: float | Non
     around = guidance.here(scene, placed, both)
     rig = Rig(scene, placed, snapshot, path, both, spheres, around, guidance.fixtures(scene, around))
     for key in ("gravity_model", "plant_gravity_model"):
-        rig.gravity_model(key)  # refused here, before anything runs
+        rig.gravity_model(key)  # check the files before the run
     rig.options()
     return rig
 
 
 def _warn_of_lost_regions(scene: Scene, index: int, placed: surface.Surface) -> None:
-    """A region that reaches nothing of its object: most likely a centre in millimetres, or in another frame."""
+    """Warn of regions that lie outside their object, most likely given in millimetres or in another frame."""
     for i, region in enumerate(scene.objects[index].regions):
         away = float(placed.body.core.nearest(np.array([region.at]))[0][0]) - region.reach
         if away > 0.0:
-            what = f"region {region.name!r} lies {1e3 * away:.3g} mm beside {scene.objects[index].name!r}: never felt"
+            what = (
+                f"region {region.name!r} lies {1e3 * away:.3g} mm outside of {scene.objects[index].name!r}: never felt"
+            )
             where = scene.where("objects", index, "regions", i, "at")
             warnings.warn(
                 PalpateWarning(what, where=where, mend="at is in metres, in the object's own frame"), stacklevel=3
@@ -218,10 +220,10 @@ def _warn_of_lost_regions(scene: Scene, index: int, placed: surface.Surface) -> 
 
 
 def check_method(scene: Scene, snapshot: _core.Snapshot) -> None:
-    """Refuse a contact method that cannot feel one of the objects.
+    """Refuse a contact method that does not support one of the objects.
 
     Raises:
-        SceneError: names the object.
+        SceneError: the message names the object.
     """
     try:
         _core.contact_check(scene.contact.method, _core.ContactOptions(), snapshot)

@@ -1,4 +1,4 @@
-"""One scene: everything a run depends on, read from YAML or made in Python."""
+"""A scene: all inputs of a run, read from YAML or made in Python."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
 from palpate import _core
 from palpate.arm import NAMES, Arm
-from palpate.errors import ArmError, SceneError, spell
+from palpate.errors import ArmError, SceneError, format_place
 from palpate.guidance.fixture import Fixture
-from palpate.guidance.lists import named as fixture_names
+from palpate.guidance.lists import with_unique_names
 from palpate.scene import explain, presets, text
 from palpate.scene.force import ForceSection
 from palpate.scene.model import (
@@ -35,45 +35,45 @@ _VARIABLE = re.compile(r"\$\{(\w+)(?::-([^}]*))?\}")
 
 
 class Scene(Section):
-    """Arms, objects, gains, rates and the operator of one run. All values in SI units unless a key names another.
+    """Arms, objects, gains, rates and operator of one run. Values are in SI units unless a key names another unit.
 
-    ``Scene.load(path)`` reads a file and tells mistakes with their line; ``Scene.model_validate(dict)`` takes values.
+    ``Scene.load(path)`` reads a file and reports errors with their line; ``Scene.model_validate(dict)`` takes values.
     """
 
     preset: Literal["paper", "as-shipped"] | None = None
-    """values of the paper or of its published code, below what this file gives itself"""
+    """default values of the paper or of its published code; keys given in this file take precedence"""
     objects: Annotated[tuple[ObjectSection, ...], Field(min_length=1, max_length=32)]
-    """what can be touched"""
+    """objects that can be touched"""
     arms: ArmsSection = ArmsSection()
     """leader and follower"""
     mapping: MappingSection = MappingSection()
-    """from the hand to the tool, and back for forces"""
+    """mapping of motion from hand to tool, and of force from tool to hand"""
     contact: ContactSection = ContactSection()
-    """how contact is found"""
+    """contact method and geometry of the tool"""
     force: ForceSection = ForceSection()
-    """where the force on the tool comes from"""
+    """source of the force on the tool"""
     guidance: Annotated[tuple[Fixture, ...], Field(max_length=128)] = ()
-    """virtual fixtures: what guides, forbids and keeps in (docs/guidance.md)"""
+    """virtual fixtures: constraints on the tool (docs/guidance.md)"""
     places: dict[str, Vector] = Field(default_factory=dict)
-    """named places in W that fixtures may be made from, e.g. entry and target [m]"""
+    """named positions in W that fixtures can use, e.g. entry and target [m]"""
     stability: StabilitySection = StabilitySection()
-    """the last word on the force"""
+    """limits and passivity of the force"""
     torque: TorqueSection = TorqueSection()
     """joint torques of the leader"""
     rates: RatesSection = RatesSection()
-    """how often things happen"""
+    """rates of the haptic cycle and the simulated arms"""
     loop_delay: Annotated[NotNegative, Field(le=1.0)] = _C.loop_delay
-    """from the computed force to the torque of the drives [s]"""
+    """delay from the computed force to the torque of the drives [s]"""
     loop_jitter: Annotated[NotNegative, Field(le=1.0)] = _C.loop_jitter
-    """on top of loop_delay: uniform from 0 to this, of each cycle's force anew, in their order [s]"""
+    """random delay in addition to loop_delay, uniform from 0 to this for each cycle's force; the order is kept [s]"""
     operator: OperatorSection = OperatorSection()
     """the simulated hand"""
     seed: Annotated[int, Field(strict=True, ge=0, lt=2**64)] = _C.seed
-    """of everything random"""
+    """seed of all random numbers"""
     duration: Positive = 20.0
-    """of a run that is not told otherwise [s]"""
+    """default duration of a run [s]"""
     record: RecordSection = RecordSection()
-    """what is kept of a run"""
+    """output of a run"""
 
     _file: str = PrivateAttr(default="")
     _lines: dict[text.Place, int] = PrivateAttr(default_factory=dict)
@@ -83,16 +83,16 @@ class Scene(Section):
         """Read a scene file.
 
         Raises:
-            SceneError: with file and line of every mistake, the nearest valid key, and the unit that is expected.
+            SceneError: the file is invalid; the message gives file and line of every error, and how to correct it.
         """
         return cls.parse(text.read(Path(path)), str(path))
 
     @classmethod
     def parse(cls, source: str, name: str = "scene.yaml") -> Scene:
-        """A scene from YAML text; ``name`` is the file it stands for: mesh paths are relative to its folder.
+        """Parse YAML text. ``name`` is the path of the file; relative paths in the scene start at its folder.
 
         Raises:
-            SceneError: as ``load``.
+            SceneError: as for ``load``.
         """
         data, lines = text.parse(source, name)
         try:
@@ -102,51 +102,51 @@ class Scene(Section):
         scene._file, scene._lines = name, lines
         return scene
 
-    def standing_for(self, other: Scene) -> Scene:
-        """Itself, with the file and the lines of another scene: for its relative paths and messages."""
+    def with_file_of(self, other: Scene) -> Scene:
+        """Take over the file and line numbers of another scene, for relative paths and messages; return self."""
         self._file, self._lines = other._file, other._lines
         return self
 
     @property
     def file(self) -> str:
-        """Path of the file it was read from; empty for a scene made in Python."""
+        """Path of the scene file; empty for a scene made in Python."""
         return self._file
 
     @property
     def title(self) -> str:
-        """Short name for folders and headings."""
+        """Short name of the scene for folders and headings."""
         return Path(self._file).stem or "scene"
 
     def where(self, *place: str | int) -> str:
         """``file:line`` of a value, e.g. ``where("objects", 0, "mesh")``, or of its section."""
-        return explain.where(self._file, self._lines, place) if self._file else spell(place)
+        return explain.where(self._file, self._lines, place) if self._file else format_place(place)
 
     def path_of(self, index: int) -> Path:
-        """File of object ``index``: variables replaced, relative paths taken from the scene's folder.
+        """Geometry file of object ``index``, with variables replaced; relative paths start at the scene's folder.
 
         Raises:
-            SceneError: the object has no file, or names a variable that is not set.
+            SceneError: the object has no file, or the path contains an unset variable.
         """
-        thing = self.objects[index]
-        where, value = self.where("objects", index, thing.source), thing.file
+        obj = self.objects[index]
+        where, value = self.where("objects", index, obj.source), obj.file
         if value is None:
-            raise SceneError(f"object {thing.name!r} has no file", where=where, mend=f"it is a {thing.source}")
+            raise SceneError(f"object {obj.name!r} has no file", where=where, mend=f"it is a {obj.source}")
         return self.path_to(value, where)
 
     def arm_path(self, side: str) -> Path | None:
-        """Model file of the arm on a ``side``, ``leader`` or ``follower``; None for one that comes with Palpate.
+        """Model file of the arm on ``side``, ``leader`` or ``follower``; None for an arm shipped with Palpate.
 
         Raises:
-            SceneError: names a variable that is not set.
+            SceneError: the path contains an unset variable.
         """
         model: str = getattr(self.arms, side).model
         return None if model in NAMES else self.path_to(model, self.where("arms", side, "model"))
 
     def arm(self, side: str) -> Arm:
-        """A fresh arm of a ``side``, ``leader`` or ``follower``.
+        """A new arm object for ``side``, ``leader`` or ``follower``.
 
         Raises:
-            SceneError: its model file cannot be read, or describes nothing that can move.
+            SceneError: the model file cannot be read, or does not describe a movable arm.
         """
         path = self.arm_path(side)
         try:
@@ -157,20 +157,20 @@ class Scene(Section):
             raise SceneError(what, where=self.where("arms", side, "model"), why=why, mend=error.mend) from None
 
     def gravity_path(self, key: str) -> Path | None:
-        """File of ``arms.leader.gravity_model`` or ``plant_gravity_model``, as `path_of`; None when there is none."""
+        """File of ``arms.leader.gravity_model`` or ``plant_gravity_model``, as `path_of`; None without one."""
         value: str | None = getattr(self.arms.leader, key)
         return None if value is None else self.path_to(value, self.where("arms", "leader", key))
 
     def dynamics_path(self) -> Path | None:
-        """File of ``force.dynamics``, as `path_of`; None when there is none."""
+        """File of ``force.dynamics``, as `path_of`; None if the scene names none."""
         value = self.force.dynamics
         return None if value is None else self.path_to(value, self.where("force", "dynamics"))
 
     def path_to(self, value: str, where: str) -> Path:
-        """A file that the scene names at ``where``: variables replaced, relative to the scene's folder.
+        """Path of a file named in the scene at ``where``: variables replaced, relative to the scene's folder.
 
         Raises:
-            SceneError: names a variable that is not set.
+            SceneError: the path contains an unset variable.
         """
 
         def replace(match: re.Match[str]) -> str:
@@ -188,23 +188,23 @@ class Scene(Section):
 
     @model_validator(mode="before")
     @classmethod
-    def _preset(cls, data: Any) -> Any:
+    def _apply_preset(cls, data: Any) -> Any:
         return presets.apply(data)
 
     @model_validator(mode="after")
-    def _names(self) -> Scene:
+    def _fill_names(self) -> Scene:
         taken: dict[str, int] = {}
         named = []
-        for i, thing in enumerate(self.objects):
-            name = thing.name or (Path(thing.file).stem if thing.file else thing.shape or thing.source)
-            if name in taken and thing.name:
+        for i, obj in enumerate(self.objects):
+            name = obj.name or (Path(obj.file).stem if obj.file else obj.shape or obj.source)
+            if name in taken and obj.name:
                 raise ValueError(f"two objects are named {name!r} | give each object its own name")
             count = taken[name] = taken.get(name, 0) + 1
-            named.append(thing.model_copy(update={"name": name if count == 1 else f"{name}-{i + 1}"}))
+            named.append(obj.model_copy(update={"name": name if count == 1 else f"{name}-{i + 1}"}))
         object.__setattr__(self, "objects", tuple(named))
-        object.__setattr__(self, "guidance", fixture_names(self.guidance))
-        wanted = self.operator.palpate.object
-        if wanted and wanted not in [o.name for o in named]:
+        object.__setattr__(self, "guidance", with_unique_names(self.guidance))
+        palpated = self.operator.palpate.object
+        if palpated and palpated not in [o.name for o in named]:
             names = ", ".join(o.name for o in named)
-            raise ValueError(f"operator.palpate.object: there is no object {wanted!r} | objects: {names}")
+            raise ValueError(f"operator.palpate.object: there is no object {palpated!r} | objects: {names}")
         return self

@@ -1,4 +1,4 @@
-"""The JSON Schema of scene files, for editors that complete and check them."""
+"""The JSON Schema of scene files, with which editors complete and check them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from palpate.scene.scene import Scene
 
 
 class _Described(GenerateJsonSchema):
-    """Adds to each property what it means."""
+    """Adds a description to each property."""
 
     def model_schema(self, schema: Any) -> JsonSchemaValue:
         """The schema of one section."""
@@ -24,7 +24,7 @@ class _Described(GenerateJsonSchema):
 
 
 def schema_text() -> str:
-    """The schema as it is published in ``docs/scene.schema.json``."""
+    """Text of the schema, as published in ``docs/scene.schema.json``."""
     schema = Scene.model_json_schema(schema_generator=_Described)
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     schema["title"] = "Palpate scene"

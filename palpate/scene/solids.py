@@ -1,4 +1,4 @@
-"""Surfaces that a scene names instead of a mesh: each key of an object is one section here, which makes it."""
+"""Primitive and implicit surfaces in a scene file; each section makes the surface for one key of an object."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ _Even = Annotated[int, Field(strict=True, ge=2, le=12, multiple_of=2)]
 
 
 class PlaneSection(Section):
-    """The half-space below z = 0 of the object, without an end."""
+    """The unbounded half-space below z = 0 of the object."""
 
     size: Positive = 0.2
-    """side of the square that is drawn of it [m]"""
+    """side of the drawn square [m]"""
 
     def make(self, name: str) -> surfaces.Plane:
         """The surface."""
@@ -27,7 +27,7 @@ class SphereSection(Section):
     """A sphere around the object's origin."""
 
     radius: Positive
-    """of the sphere [m]"""
+    """radius [m]"""
 
     def make(self, name: str) -> surfaces.Sphere:
         """The surface."""
@@ -35,7 +35,7 @@ class SphereSection(Section):
 
 
 class BoxSection(Section):
-    """A box around the object's origin, its sides along the axes."""
+    """A box around the object's origin, with its sides along the axes."""
 
     size: tuple[Positive, Positive, Positive]
     """sides along x, y and z [m]"""
@@ -49,9 +49,9 @@ class CylinderSection(Section):
     """A cylinder with flat ends around the object's z axis."""
 
     radius: Positive
-    """of the cylinder [m]"""
+    """radius [m]"""
     length: Positive
-    """from end to end [m]"""
+    """length from end to end [m]"""
 
     def make(self, name: str) -> surfaces.Cylinder:
         """The surface."""
@@ -62,9 +62,9 @@ class CapsuleSection(Section):
     """A cylinder with round ends around the object's z axis."""
 
     radius: Positive
-    """of the cylinder and its ends [m]"""
+    """radius of the cylinder and its ends [m]"""
     length: Positive
-    """between the centres of its round ends [m]"""
+    """length between the centres of the round ends [m]"""
 
     def make(self, name: str) -> surfaces.Capsule:
         """The surface."""
@@ -75,9 +75,9 @@ class ImplicitSection(Section):
     """The implicit surface of the paper's Eq 14: sum of (x_i / half_i)^exponent_i = 1."""
 
     half: tuple[Positive, Positive, Positive]
-    """half of its size along x, y and z [m]"""
+    """half lengths along x, y and z [m]"""
     exponents: tuple[_Even, _Even, _Even] = (2, 2, 2)
-    """of x, y and z: 2, 4, ... 12; 2 is an ellipsoid, more a pillow [-]"""
+    """exponents of x, y and z: 2, 4, ... 12; 2 gives an ellipsoid, larger values a pillow [-]"""
 
     def make(self, name: str) -> surfaces.ImplicitSurface:
         """The surface."""
@@ -85,4 +85,4 @@ class ImplicitSection(Section):
 
 
 SOLIDS = ("plane", "sphere", "box", "cylinder", "capsule", "implicit")
-"""Keys of an object that are one of these sections."""
+"""Keys of an object that take one of these sections."""

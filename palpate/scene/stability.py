@@ -1,4 +1,4 @@
-"""The stage `stability` in a scene file: caps, passivity, virtual coupling, low-pass (docs/stability.md)."""
+"""Section `stability` of a scene file: caps, passivity, virtual coupling and low-pass filter (docs/stability.md)."""
 
 from __future__ import annotations
 
@@ -20,36 +20,36 @@ def _off(given: object) -> object:
 
 
 class StabilitySection(Section):
-    """The last word on the force."""
+    """Limits and passivity of the force: the last stage before the torques."""
 
     force_cap: Positive = _S.force_cap
-    """largest force on the hand [N]"""
+    """maximum force on the hand [N]"""
     rate_cap: Positive = _S.rate_cap
-    """largest change of it [N/s]"""
+    """maximum rate of change of the force [N/s]"""
     moment_cap: NotNegative = _S.moment_cap
-    """largest moment on the hand; 0: forces only [N m]"""
+    """maximum moment on the hand; 0: forces only [N m]"""
     moment_rate_cap: Positive = _S.moment_rate_cap
-    """largest change of it [N m/s]"""
+    """maximum rate of change of the moment [N m/s]"""
     stale_after: Positive = _S.stale_after
-    """states older than this are not trusted: the force ramps to zero [s]"""
+    """maximum age of a measured state; with older states the force ramps to zero [s]"""
     passivity: Annotated[Literal["observer", "tank", "off"], BeforeValidator(_off)] = _S.passivity
-    """observer: the hand gets back no more energy than it ever put in; tank: no more than the tank holds"""
+    """observer: the hand receives at most the energy it has put in; tank: at most the energy in the tank; off: no limit"""
     allowance: NotNegative = _S.allowance
-    """energy that may be given beyond that [J]"""
+    """energy that the hand may receive beyond this limit [J]"""
     tank_capacity: NotNegative = _S.tank_capacity
-    """of the tank: what the hand put in beyond it is forgotten [J]"""
+    """capacity of the tank; energy put in beyond the capacity is discarded [J]"""
     known_delay: Annotated[NotNegative, Field(le=1.0)] | None = None
-    """what the layer knows of the loop's delay; all of it when left out [s]"""
+    """loop delay assumed by the layer; the true mean delay when left out [s]"""
     friction_share: Share = 0.5
-    """share of the arm's own friction that surely is there, beside what torque.friction_gain takes off [-]"""
+    """certified fraction of the arm's friction, from which torque.friction_gain is subtracted [-]"""
     acceleration: Positive | None = None
-    """the handle is snatched away no faster than this; when left out 5 m/s^2, or more where force_cap throws a handle
-    that is held by 50 g of a relaxed hand faster than that [m/s^2]"""
+    """maximum acceleration of the handle assumed by the layer; when left out 5 m/s^2, or, if larger, the acceleration
+    that force_cap gives to a handle held by a relaxed hand of 50 g [m/s^2]"""
     angular_acceleration: Positive = _S.angular_acceleration
-    """nor turns it faster [rad/s^2]"""
+    """maximum angular acceleration of the handle assumed by the layer [rad/s^2]"""
     coupling_stiffness: NotNegative = _S.coupling_stiffness
-    """of a virtual coupling between handle and virtual tool; 0: none [N/m]"""
+    """stiffness of a virtual coupling between handle and virtual tool; 0: no coupling [N/m]"""
     coupling_damping: NotNegative = _S.coupling_damping
-    """beside its spring [N s/m]"""
+    """damping of the virtual coupling [N s/m]"""
     low_pass: NotNegative = _S.low_pass
-    """cut-off of a low-pass of the force; 0: none [Hz]"""
+    """cut-off of a low-pass filter of the force; 0: no filter [Hz]"""

@@ -19,97 +19,97 @@ from palpate.scene.scene import Scene
 class Surface:
     """A surface placed in the world."""
 
-    body: Mesh | surfaces.Surface  # both have vertices and triangles to be drawn
+    body: Mesh | surfaces.Surface  # both have vertices and triangles for drawing
     X_WO: Array  # (4, 4)
 
     def nearest(self, points_W: Array) -> tuple[Array, Array]:
-        """Nearest surface points and outward normals in W, both (n, 3)."""
+        """Nearest surface points [m] and outward normals in W, both (n, 3), of points (n, 3) in W [m]."""
         R, p = self.X_WO[:3, :3], self.X_WO[:3, 3]
         _, q, n = self.body.core.nearest(np.ascontiguousarray((points_W - p) @ R))
         return q @ R.T + p, n @ R.T
 
     @property
     def bounds(self) -> Array:
-        """(2, 3): lowest and highest corner in W of what is drawn [m]."""
+        """Lowest and highest corner (2, 3) of the drawn surface in W [m]."""
         v = self.body.vertices @ self.X_WO[:3, :3].T + self.X_WO[:3, 3]
         return np.stack([v.min(axis=0), v.max(axis=0)])
 
     @property
     def top(self) -> Array:
-        """A point high above the middle."""
+        """A point (3,) in W high above the centre [m]."""
         low, high = self.bounds
         middle = 0.5 * (low + high)
         return np.array([middle[0], middle[1], high[2] + float(np.linalg.norm(high - low))])
 
 
 Bodies = dict[str, Mesh | surfaces.Surface]
-"""Surfaces that scenes share, by what they are made of."""
+"""Surfaces shared by scenes, keyed by the values that define them."""
 
 
 def placed(scene: Scene, bodies: Bodies | None = None) -> list[Surface]:
-    """Every object's surface, read or made, placed in W.
+    """Read or generate the surface of every object, and place it in W.
 
     Args:
-        scene: whose objects are wanted.
-        bodies: surfaces of other scenes, taken from here where they are the same; new ones are added.
+        scene: the scene that contains the objects.
+        bodies: surfaces shared with other scenes; equal surfaces are reused and new ones are added.
 
     Raises:
-        MeshError, SurfaceError: a file cannot be used. SceneError: its path names an unknown variable.
+        MeshError, SurfaceError: a file cannot be used. SceneError: a path contains an unset variable.
     """
     shared = {} if bodies is None else bodies
     found = []
-    for i, thing in enumerate(scene.objects):
-        key = _made_of(scene, i)
+    for i, obj in enumerate(scene.objects):
+        key = _surface_key(scene, i)
         if key not in shared:
             shared[key] = _body(scene, i)
-        found.append(Surface(shared[key], thing.pose.matrix()))
+        found.append(Surface(shared[key], obj.pose.matrix()))
     return found
 
 
-def _made_of(scene: Scene, index: int) -> str:
-    """What the surface of an object depends on; equal texts mean equal surfaces."""
-    thing = scene.objects[index]
+def _surface_key(scene: Scene, index: int) -> str:
+    """Text of all values that define the surface of an object; equal texts mean equal surfaces."""
+    obj = scene.objects[index]
     file = None
-    if thing.file is not None:
+    if obj.file is not None:
         path = scene.path_of(index)
-        with suppress(OSError):  # a missing file is refused when it is read
+        with suppress(OSError):  # reading the file later reports that it is missing
             state = path.stat()
             file = (str(path.resolve()), state.st_size, state.st_mtime_ns)
-    return repr((thing.name, thing.source, getattr(thing, thing.source), file, thing.unit, thing.triangles))
+    return repr((obj.name, obj.source, getattr(obj, obj.source), file, obj.unit, obj.triangles))
 
 
 def snapshot(scene: Scene, surfaces_W: list[Surface]) -> _core.Snapshot:
-    """The world as the core sees it."""
+    """Objects, materials and motions for the core."""
     objects = []
-    for thing, placed_one in zip(scene.objects, surfaces_W, strict=True):
+    for obj, placed_one in zip(scene.objects, surfaces_W, strict=True):
         objects.append(
             _core.Object(
-                thing.name,
+                obj.name,
                 placed_one.body.core,
                 placed_one.X_WO,
-                materials.material(thing),
-                materials.regions(thing),
-                materials.motion(thing, placed_one.bounds.mean(axis=0)),
-                is_virtual=thing.presence != "real",
-                is_real=thing.presence != "virtual",
+                materials.material(obj),
+                materials.regions(obj),
+                materials.motion(obj, placed_one.bounds.mean(axis=0)),
+                is_virtual=obj.presence != "real",
+                is_real=obj.presence != "virtual",
             )
         )
     return _core.Snapshot(objects)
 
 
 def _body(scene: Scene, index: int) -> Mesh | surfaces.Surface:
-    thing = scene.objects[index]
-    if thing.mesh is not None:
-        return Mesh.load(scene.path_of(index), thing.unit)
-    if thing.sdf is not None:
-        return surfaces.DistanceGrid.load(scene.path_of(index), thing.unit)
-    if thing.shape is None:
-        made: surfaces.Surface = getattr(thing, thing.source).make(thing.name)
+    obj = scene.objects[index]
+    if obj.mesh is not None:
+        return Mesh.load(scene.path_of(index), obj.unit)
+    if obj.sdf is not None:
+        return surfaces.DistanceGrid.load(scene.path_of(index), obj.unit)
+    if obj.shape is None:
+        made: surfaces.Surface = getattr(obj, obj.source).make(obj.name)
         return made
     from palpate import shapes
 
-    make = {"organ": shapes.organ, "gallbladder": shapes.gallbladder}[thing.shape]
+    make = {"organ": shapes.organ, "gallbladder": shapes.gallbladder}[obj.shape]
     try:
-        return Mesh(*make(thing.triangles), name=thing.name)
+        return Mesh(*make(obj.triangles), name=obj.name)
     except ValueError as error:
         raise SceneError(str(error), where=scene.where("objects", index), mend="change triangles") from None

@@ -1,4 +1,4 @@
-"""YAML text into plain values, remembering the line of every key."""
+"""Parses YAML text to plain values, and records the line of every key."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ import yaml
 from palpate.errors import SceneError
 from palpate.guidance import one_line
 
-#: The place of a value: keys and list indices from the top, as pydantic names it.
+#: Path of a value in the file: keys and list indices from the top, as in pydantic's errors.
 Place = tuple[str | int, ...]
 
 _MOST_NODES = 100_000
 
 
 class _Loader(yaml.SafeLoader):
-    """YAML's safe subset, reading 1e-3 as the number it is (YAML 1.1 wants 1.0e-3), and no dates."""
+    """Safe YAML loader that reads 1e-3 as a number (YAML 1.1 requires 1.0e-3) and does not parse dates."""
 
 
 _Loader.yaml_implicit_resolvers = {
@@ -34,7 +34,7 @@ def read(path: Path) -> str:
     """The text of a scene file.
 
     Raises:
-        SceneError: missing, unreadable or not text.
+        SceneError: the file is missing, cannot be read, or is not text.
     """
     try:
         return path.read_text(encoding="utf-8")
@@ -51,10 +51,10 @@ def read(path: Path) -> str:
 
 
 def parse(text: str, name: str) -> tuple[dict[str, Any], dict[Place, int]]:
-    """Values of a scene file, and the line (from 1) of every place in it.
+    """Values of a scene file, and the line number (from 1) of every value.
 
     Raises:
-        SceneError: not YAML, a key given twice, not a mapping at the top, or absurdly large.
+        SceneError: the text is not YAML, repeats a key, has no mapping at the top, or is too large.
     """
     try:
         loader = _Loader(one_line.readable(text))

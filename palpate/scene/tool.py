@@ -1,4 +1,4 @@
-"""The spheres of the tool beside the one on its tip."""
+"""Contact spheres of the tool, in addition to the sphere on the tip."""
 
 from __future__ import annotations
 
@@ -20,39 +20,39 @@ TIP = "tip"
 
 
 class ToolSphereSection(Section):
-    """A sphere that is fixed to the tool."""
+    """A contact sphere fixed to a link of the tool."""
 
     link: str = TIP
-    """a link of the follower, or tip: the frame T, z along the jaws; a PSM has shaft, wrist, tool, jaw_1 and jaw_2"""
+    """link of the follower, or tip: frame T, with z along the jaws; a PSM has shaft, wrist, tool, jaw_1 and jaw_2"""
     at: Vector = (0.0, 0.0, 0.0)
-    """its centre, in that link's frame; of a jaw: when it is closed [m]"""
+    """centre in the frame of the link; for a jaw, in the closed position [m]"""
     radius: Annotated[Positive, Field(le=0.1)]
-    """of the sphere [m]"""
+    """radius [m]"""
 
 
 @dataclass(frozen=True)
 class LinkSphere:
-    """A sphere of the tool, for people and for the core."""
+    """A contact sphere with its name and the core's representation."""
 
-    name: str  #: the link it sits on and, where there are several, its number: shaft 3
-    link: str | None  #: of the follower that carries it; None: the tool tip T
+    name: str  #: name of the link and, if a link has several spheres, a number: shaft 3
+    link: str | None  #: link of the follower that carries the sphere; None: the tool tip T
     core: _core.ToolSphere
 
     def centre(self, X_WT: Array, X_WB: Array, links: dict[str, Array], jaw: float) -> Array:
-        """(3,) its centre in W [m]; links: X_Blink (`Arm.link_poses`); jaw: how far it is open [rad]."""
+        """Centre (3,) in W [m]; links: X_Blink (`Arm.link_poses`); jaw: opening angle [rad]."""
         X = X_WT if self.link is None else X_WB @ links[self.link]
         return np.asarray(X[:3, :3] @ self.core.centre(jaw) + X[:3, 3])
 
 
 def tool_sphere(follower: Arm, sphere: ToolSphereSection) -> LinkSphere:
-    """A sphere on a link of an arm.
+    """The contact sphere on a link of the follower.
 
     Raises:
-        SceneError: the arm has no such link.
+        SceneError: the arm does not have the link.
     """
     at, names = np.array(sphere.at), list(follower.link_names)
     joint = follower.drawn_joint(sphere.link)
-    if joint is not None and joint.parent in names:  # a jaw: it turns on the link that carries it
+    if joint is not None and joint.parent in names:  # a jaw: it rotates on its parent link
         R, p = joint.X_parent[:3, :3], joint.X_parent[:3, 3]
         turn = joint.multiplier * R @ joint.axis
         core = _core.ToolSphere(R @ at + p, sphere.radius, names.index(joint.parent), np.ascontiguousarray(p), turn)
@@ -70,29 +70,29 @@ def tool_sphere(follower: Arm, sphere: ToolSphereSection) -> LinkSphere:
 
 
 def tool_spheres(follower: Arm, listed: Sequence[ToolSphereSection], whole: bool) -> list[LinkSphere]:
-    """Those of the arm's model when the whole tool is asked for, then those of the scene.
+    """The spheres of the arm's model if `whole`, followed by the spheres of the scene.
 
     Raises:
-        SceneError: an unknown link, or more spheres than a tool may have.
+        SceneError: a link is unknown, or there are too many spheres.
     """
-    own = [ToolSphereSection.model_validate(s) for s in follower.spheres] if whole else []
-    if whole and not own:
+    from_model = [ToolSphereSection.model_validate(s) for s in follower.spheres] if whole else []
+    if whole and not from_model:
         raise SceneError(
             "contact.whole_tool: the spheres of this tool are not known",
             why=f"the model of {follower.name} has no entry spheres",
             mend="list them yourself: contact.spheres",
         )
     most = _core.MAX_SPHERES - 1
-    if len(own) + len(listed) > most:
+    if len(from_model) + len(listed) > most:
         raise SceneError(
-            f"contact.spheres: {len(own) + len(listed)} spheres beside the one on the tip are too many",
-            why=f"{len(own)} are the whole tool's" if own else "",
-            mend=f"at most {most}" + ("; or leave whole_tool out" if own else ""),
+            f"contact.spheres: {len(from_model) + len(listed)} spheres in addition to the one on the tip are too many",
+            why=f"{len(from_model)} belong to the whole tool" if from_model else "",
+            mend=f"use at most {most}" + ("; or leave whole_tool out" if from_model else ""),
         )
-    places = Counter(s.link for s in [*own, *listed])
+    places = Counter(s.link for s in [*from_model, *listed])
     count: Counter[str] = Counter()
     spheres = []
-    for s in [*own, *listed]:
+    for s in [*from_model, *listed]:
         count[s.link] += 1
         name = f"{s.link} {count[s.link]}" if places[s.link] > 1 or s.link == TIP else s.link
         spheres.append(replace(tool_sphere(follower, s), name=name))

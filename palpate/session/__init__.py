@@ -1,4 +1,4 @@
-"""A session: one scene, run in lockstep or in real time, recorded while it runs (`palpate.Session`)."""
+"""Sessions: one scene, run in lockstep or in real time, and recorded (`palpate.Session`)."""
 
 from palpate.session.live import LiveSession
 from palpate.session.loop import Loop

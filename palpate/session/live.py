@@ -1,4 +1,4 @@
-"""A session in real time: a loop in a thread of its own, steered while it runs and drained into a record."""
+"""A session in real time: a loop in its own thread, controlled while it runs and recorded."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ import numpy as np
 from palpate import _core
 from palpate.errors import PalpateError
 from palpate.guidance.fixture import Fixture
-from palpate.guidance.lists import named
+from palpate.guidance.lists import with_unique_names
 from palpate.guidance.steered import SteeredFixtures
 from palpate.record.ticks import Ticks, as_ticks
 from palpate.record.writer import Recorder
@@ -29,18 +29,18 @@ from palpate.session.state import State
 from palpate.session.summary import Summary, Totals
 
 DRAIN = 0.05
-"""Time between two drains of the loop's ring [s]."""
+"""Period at which the loop's ring buffer is drained [s]."""
 
 
 class LiveSession:
-    """A loop that runs in real time, with its record: what `palpate.Session` and a session on ROS 2 are made of.
+    """A loop that runs in real time, with its record: the base of `palpate.Session` and of sessions on ROS 2.
 
     Args:
-        rig: the scene set up; `loop` is made from it.
-        loop: what runs.
-        rate: its ticks per second [Hz].
-        seed: of everything random in the loop; for the record.
-        out: folder for records; each run gets a folder of its own below it. None: nothing is recorded.
+        rig: the rig of the scene, from which `loop` is made.
+        loop: the loop to run.
+        rate: ticks of the loop per second [Hz].
+        seed: seed of all random numbers in the loop, stored in the record.
+        out: folder for records, in which each run gets its own folder; None: nothing is recorded.
 
     Raises:
         OutputError: `out` cannot be written.
@@ -54,7 +54,7 @@ class LiveSession:
             require_writable(self._out)
         self._loop = loop
         self._fixtures = self.scene.guidance
-        weakref.finalize(self, loop.stop)  # a session forgotten, or alive when Python ends: force to zero first
+        weakref.finalize(self, loop.stop)  # ramps the force to zero when the session is collected or Python ends
         self._recorder: Recorder | None = None
         self._steered: SteeredFixtures | None = None
         self._closed = True
@@ -62,18 +62,18 @@ class LiveSession:
         self._live = False
         self._began = 0.0
         self._dropped = 0
-        self._lock = threading.RLock()  # the recorder is fed by one thread at a time
+        self._lock = threading.RLock()  # only one thread at a time writes to the recorder
         self._pump: threading.Thread | None = None
         self._stop_pump = threading.Event()
         self._interrupted = threading.Event()
-        self.recording = self._out is not None  #: set it to False to run on unrecorded from the next record on
+        self.recording = self._out is not None  #: False: no new record is begun after the present one
         self.record: Path | None = None  #: file of the newest record
-        self.notes: list[str] = []  #: what went wrong beside the run, e.g. a full disk
+        self.notes: list[str] = []  #: problems outside of the loop, e.g. a full disk
 
     # -- running ---------------------------------------------------------------------------------------------------
 
     def start(self) -> None:
-        """Run in real time from here on, in threads of its own, until `stop`. Does nothing when it runs already."""
+        """Start running in real time, in separate threads, until `stop`. No effect if it is already running."""
         if self._pump is not None:
             return
         self._begin(realtime=True)
@@ -83,7 +83,7 @@ class LiveSession:
         self._pump.start()
 
     def stop(self) -> None:
-        """Stop the real-time run with the force at zero. Does nothing when it does not run."""
+        """Stop the real-time run with the force at zero. No effect if it is not running."""
         if self._pump is None:
             return
         self._loop.stop()
@@ -92,16 +92,16 @@ class LiveSession:
         self._pump = None
         self._drain()
 
-    # -- looking and steering --------------------------------------------------------------------------------------
+    # -- observation and control ------------------------------------------------------------------------------------
 
     @property
     def running(self) -> bool:
-        """Does it run in real time now?"""
+        """True while the session runs in real time."""
         return self._pump is not None
 
     @property
     def state(self) -> State:
-        """The newest tick: of the loop itself while it runs in real time."""
+        """State of the newest tick."""
         tick = self.latest()
         return State(tick, self.rig.path.phase(float(tick["t"])))
 
@@ -112,7 +112,7 @@ class LiveSession:
 
     @property
     def controls(self) -> _core.Controls:
-        """Clutch, pause, stiffness and damping scales, drag of the hand. A copy: assign it whole."""
+        """Clutch, pause, stiffness and damping scales, drag of the hand. This is a copy: assign it as a whole."""
         return self._loop.controls
 
     @controls.setter
@@ -121,19 +121,19 @@ class LiveSession:
 
     @property
     def fixtures(self) -> tuple[Fixture, ...]:
-        """Virtual fixtures in use. Assign others, or changed ones, while it runs: nothing that the hand feels jumps."""
+        """Virtual fixtures in use. They can be replaced in a running session; the force on the hand stays continuous."""
         return self._fixtures
 
     @fixtures.setter
     def fixtures(self, value: Iterable[Fixture]) -> None:
-        fixtures = named(tuple(value))
+        fixtures = with_unique_names(tuple(value))
         here = self.rig.here
         self._loop.set_fixtures(_core.Fixtures([fixture.make(here) for fixture in fixtures], here.tool))
         self._fixtures, self._steered = fixtures, None
 
     @property
     def steered(self) -> SteeredFixtures:
-        """The same by name, to be switched, weighed and moved one by one."""
+        """The fixtures by name: each can be switched, scaled in authority and displaced."""
         if self._steered is None:
             self._steered = SteeredFixtures(self._fixtures, self.rig.here, self._steer)
         return self._steered
@@ -144,17 +144,17 @@ class LiveSession:
 
     @property
     def frames(self) -> Mapping[str, _core.Frame]:
-        """Frames that fixtures are attached to, by name; ``frames["camera"].set(X_WC)`` tells where the camera is."""
+        """Frames that carry fixtures, by name; ``frames["camera"].set(X_WC)`` sets the pose of the camera."""
         return self.rig.here.frames
 
     def why(self) -> str:
-        """Why the hand feels guidance now, in words: the fixture that pulls most, and its terms."""
-        from palpate.guidance.why import Hand, of_tick
+        """Explain in words the present guidance force: all contributions, and the terms of the largest."""
+        from palpate.guidance.why import Hand, explain_tick
 
         tick, scene = self.latest(), self.rig.scene
         V_WT = np.r_[scene.mapping.scale * self.rig.arms.X_WL[:3, :3] @ np.asarray(tick["v_LH"]), np.zeros(3)]
         hand = Hand(V_WT, self.controls.guidance, float(np.linalg.norm(tick["F_cell_L"])))
-        return of_tick(self._fixtures, tick, self.rig.here, hand)
+        return explain_tick(self._fixtures, tick, self.rig.here, hand)
 
     @property
     def timing(self) -> dict[str, Any]:
@@ -164,7 +164,7 @@ class LiveSession:
     # -- ending ----------------------------------------------------------------------------------------------------
 
     def close(self, interrupted: bool = False) -> Summary:
-        """Stop, close the record and sum up. What runs afterwards goes into a new record."""
+        """Stop, close the record and return the summary. Later ticks go into a new record."""
         self.stop()
         with self._lock:
             faults = self._faults()
@@ -195,7 +195,7 @@ class LiveSession:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close it."""
+        """Close the session."""
         self.close()
 
     # -- inside ----------------------------------------------------------------------------------------------------
@@ -205,14 +205,14 @@ class LiveSession:
             raise PalpateError("the session runs in real time already", mend="call stop() first")
 
     @contextmanager
-    def _ctrl_c_waits(self) -> Iterator[None]:
-        """Ctrl-C (and SIGTERM, SIGHUP where somebody listens) ends a run between two batches, never inside a write."""
+    def _deferred_signals(self) -> Iterator[None]:
+        """Ctrl-C (and SIGTERM and SIGHUP, if handled) ends a run between two batches, never during a write."""
         self._interrupted.clear()
         if threading.current_thread() is not threading.main_thread():
             yield
             return
-        heard = [s for s in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP) if callable(signal.getsignal(s))]
-        before = {s: signal.signal(s, lambda *_: self._interrupted.set()) for s in heard}
+        handled = [s for s in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP) if callable(signal.getsignal(s))]
+        before = {s: signal.signal(s, lambda *_: self._interrupted.set()) for s in handled}
         try:
             yield
         finally:

@@ -1,4 +1,4 @@
-"""What a session needs from the loop that it runs: a simulation of the core, or a node that drives real devices."""
+"""Interface of the loop that a session runs: a simulation of the core, or a node that drives real devices."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from numpy.typing import NDArray
 from palpate import _core
 
 Rows = NDArray[np.float64]
-"""(n, signals) rows of ticks, in the order of the table of signals."""
+"""Rows of ticks (n, signals), in the order of the table of signals."""
 
 
 class Loop(Protocol):
-    """A loop in real time: it runs in a thread of its own and is looked at and steered through mailboxes."""
+    """A real-time loop in its own thread; mailboxes transfer its state and its controls."""
 
     controls: _core.Controls
-    """Reading gives a copy; an assigned value reaches the loop whole, before its next cycle."""
+    """Reading returns a copy; an assigned value takes effect as a whole before the next cycle."""
 
     def start(self) -> None:
-        """Run on in real time."""
+        """Start running in real time."""
         ...
 
     def stop(self) -> None:
@@ -32,12 +32,12 @@ class Loop(Protocol):
         ...
 
     def latest(self) -> Rows:
-        """The newest row (signals,); never waits for the loop."""
+        """The newest row (signals,); does not wait for the loop."""
         ...
 
     @property
     def dropped(self) -> int:
-        """Number of rows lost because nobody drained the ring in time."""
+        """Number of rows lost because the ring buffer was not drained in time."""
         ...
 
     def timing(self) -> dict[str, Any]:
@@ -45,21 +45,21 @@ class Loop(Protocol):
         ...
 
     def set_snapshot(self, snapshot: _core.Snapshot, /) -> None:
-        """Replace the scene, whole, before the next cycle."""
+        """Replace all objects before the next cycle."""
         ...
 
     def set_fixtures(self, fixtures: _core.Fixtures, /) -> None:
-        """Replace the virtual fixtures, whole, before the next cycle."""
+        """Replace all virtual fixtures before the next cycle."""
         ...
 
     def fault(self) -> str | None:
-        """Why the loop stopped by itself; None when it did not."""
+        """Reason for which the loop stopped by itself; None if it did not stop."""
         ...
 
 
 class LockstepLoop(Loop, Protocol):
-    """A loop that also runs tick by tick in the caller's thread: a simulation."""
+    """A loop that can also run tick by tick in the caller's thread: a simulation."""
 
     def run(self, n_ticks: int, /) -> Rows:
-        """Run `n_ticks` and return their rows; none while it is paused."""
+        """Run `n_ticks` and return their rows; no rows while the loop is paused."""
         ...

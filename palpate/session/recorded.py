@@ -1,4 +1,4 @@
-"""The scene of a record, its files found again."""
+"""Loads the scene of a record and locates its files."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from palpate.session.run_folder import SCENE
 def recorded_scene(record: Record) -> Scene:
     """The scene of a record.
 
-    A mesh or grid file, or an arm's model file, is taken from where the ``scene.yaml`` beside the record says it lay;
-    where there is nothing any more, from where the record names it, seen from its own folder: so a record that moves
-    may take its files along.
+    A mesh, grid or arm model file is first looked up at its path in the ``scene.yaml`` next to the record. If that file
+    no longer exists, the path in the record is used, relative to the record's folder. A record can therefore be moved
+    together with its files.
 
     Raises:
         SceneError: the record's scene cannot be read.
     """
     scene = Scene.parse(record.scene, str(record.path))
     try:
-        there = Scene.load(record.path.with_name(SCENE))
-        arm_files = {side: there.arm_path(side) for side in ("leader", "follower")}
-        lay = {thing.name: there.path_of(i) for i, thing in enumerate(there.objects) if thing.file is not None}
+        original = Scene.load(record.path.with_name(SCENE))
+        arm_files = {side: original.arm_path(side) for side in ("leader", "follower")}
+        files = {obj.name: original.path_of(i) for i, obj in enumerate(original.objects) if obj.file is not None}
     except SceneError:
         return scene
     objects = tuple(
-        thing.model_copy(update={thing.source: str(lay[thing.name])})
-        if thing.file is not None and thing.name in lay and lay[thing.name].is_file()
-        else thing
-        for thing in scene.objects
+        obj.model_copy(update={obj.source: str(files[obj.name])})
+        if obj.file is not None and obj.name in files and files[obj.name].is_file()
+        else obj
+        for obj in scene.objects
     )
     sections = {
         side: getattr(scene.arms, side).model_copy(update={"model": str(file)})

@@ -1,4 +1,4 @@
-"""Where a run keeps its record and report."""
+"""Folders for the records and reports of runs."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from pathlib import Path
 from palpate.errors import OutputError, PalpateError
 
 SCENE = "scene.yaml"
-"""Beside a record: its scene, with the mesh files as found on the machine of the run."""
+"""File next to a record: the scene, with the paths of its files on the machine of the run."""
 
 
 def require_writable(folder: Path) -> None:
-    """Make the folder of all runs and try it, before anything runs.
+    """Make the folder for all runs, and check that it is writable.
 
     Raises:
-        OutputError: it cannot be made or written.
+        OutputError: the folder cannot be made or written.
     """
     probe = folder / ".palpate-writable"
     try:
@@ -32,10 +32,10 @@ def require_writable(folder: Path) -> None:
 
 
 def new_folder(out: Path, title: str) -> Path:
-    """A folder for one run: title, date and time, numbered when there is one already.
+    """Make a folder for one run, named by title, date and time, and numbered if that name is taken.
 
     Raises:
-        OutputError: it cannot be made.
+        OutputError: the folder cannot be made.
     """
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
     for i in range(1000):
@@ -52,10 +52,10 @@ def new_folder(out: Path, title: str) -> Path:
 
 
 def keep_scene(folder: Path, text: str) -> list[str]:
-    """Write a run's scene, with its mesh files as found on this machine, beside its record.
+    """Write the scene of a run next to its record, with the paths of its files on this machine.
 
-    The record itself does not say where the meshes lie: the same run gives the same record everywhere. This file does,
-    and `palpate run` takes it. Returns what went wrong, in words.
+    The record does not contain these paths, so that equal runs give equal records on every machine. `palpate run`
+    accepts the written file. Returns error messages, empty on success.
     """
     try:
         (folder / SCENE).write_text(text, encoding="utf-8")

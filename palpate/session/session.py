@@ -1,4 +1,4 @@
-"""A session: one scene, run in lockstep or in real time, recorded while it runs."""
+"""A session: one scene, run in lockstep or in real time, and recorded."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from palpate.session.run_folder import require_writable
 from palpate.session.state import State
 from palpate.session.summary import Summary
 
-BATCH = 0.1  # lockstep: ticks are handed over in batches of so much simulated time [s]
+BATCH = 0.1  # simulated time per batch of ticks in lockstep [s]
 
 
 class Session(LiveSession):
-    """A scene that runs.
+    """Runs a scene.
 
         session = palpate.Session(palpate.Scene.load("scenes/palpation.yaml"), out="runs")
         summary = session.run(10.0)
 
     Args:
-        scene: what to run.
-        out: folder for records; each run gets a folder of its own below it. None: nothing is recorded.
-        seed: instead of the scene's.
+        scene: the scene to run.
+        out: folder for records, in which each run gets its own folder; None: nothing is recorded.
+        seed: seed of all random numbers; the scene's when left out.
 
     Raises:
         SceneError, MeshError: the scene cannot run. OutputError: `out` cannot be written.
@@ -47,23 +47,23 @@ class Session(LiveSession):
         realtime: bool = False,
         on_progress: Callable[[State], None] | None = None,
     ) -> Summary:
-        """Run on for a while, then close the record.
+        """Run for a duration, then close the record.
 
         Args:
             duration: simulated time [s]; the scene's when left out.
-            realtime: at the pace of the clock, in a C++ thread; otherwise lockstep, as fast as the machine can.
-            on_progress: told the state about ten times a second of simulated time (lockstep) or of time (real time).
+            realtime: True: in real time, in a C++ thread; False: in lockstep, as fast as possible.
+            on_progress: called with the state about ten times per second of simulated time (lockstep) or real time.
 
         Returns:
-            The summary of everything since the record began. Ctrl-C ends the run early and is told in it.
+            The summary of all ticks since the record began. Ctrl-C ends the run early, which the summary reports.
         """
         self._require_idle()
         n = max(1, round((self.scene.duration if duration is None else duration) * self.rate))
-        with self._ctrl_c_waits():
+        with self._deferred_signals():
             try:
                 (self._run_realtime if realtime else self._run_lockstep)(n, on_progress)
             except BaseException:
-                self.close(interrupted=True)  # whatever was thrown, the record is whole
+                self.close(interrupted=True)  # the record is complete after any exception
                 raise
             return self.close(interrupted=self._interrupted.is_set())
 
@@ -77,7 +77,7 @@ class Session(LiveSession):
         batch = max(1, round(BATCH * self.rate))
         while n > 0 and not self._interrupted.is_set():
             rows = self._sim.run(min(batch, n))
-            if not len(rows):  # paused: time stands still
+            if not len(rows):  # paused: simulated time stops
                 time.sleep(DRAIN)
                 continue
             n -= len(rows)

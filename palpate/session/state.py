@@ -1,4 +1,4 @@
-"""The newest tick of a session, for people and progress lines."""
+"""State of a session at its newest tick, for callbacks and progress lines."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from palpate.record.ticks import Ticks
 
 @dataclass(frozen=True)
 class State:
-    """The newest tick of a session. `tick` holds every signal."""
+    """State of a session at its newest tick. `tick` contains every signal."""
 
     tick: Ticks  # one row of `TICK`
-    phase: str  # of the operator's path: approach, press, slide, leave; empty when unknown
+    phase: str  # phase of the operator's path: approach, press, slide, leave; empty if unknown
 
     @property
     def t(self) -> float:
@@ -24,7 +24,7 @@ class State:
 
     @property
     def force(self) -> float:
-        """Size of the force commanded on the hand [N]."""
+        """Magnitude of the force commanded on the hand [N]."""
         return float(np.linalg.norm(self.tick["F_H_L"]))
 
     @property
@@ -34,12 +34,12 @@ class State:
 
     @property
     def depth(self) -> float:
-        """Penetration [m]."""
+        """Penetration depth [m]."""
         return float(self.tick["depth"])
 
     @property
     def contacts(self) -> int:
-        """Number of objects touched."""
+        """Number of touched objects."""
         return int(self.tick["contacts"])
 
     @property

@@ -1,4 +1,4 @@
-"""A run in a few numbers: what the terminal shows, what `--json` writes, what the report begins with."""
+"""Summary of a run, for the terminal, for `--json` and for the report."""
 
 from __future__ import annotations
 
@@ -17,31 +17,31 @@ _CAPPED = STATUS["force_capped"][0] | STATUS["rate_capped"][0]
 
 @dataclass(frozen=True)
 class Summary:
-    """Outcome of a run. Units are in the names; docs/json.md describes every field."""
+    """Results of a run. The names contain the units; docs/json.md describes every field."""
 
-    duration_s: float  # of simulated time
+    duration_s: float  # simulated time
     ticks: int
     realtime: bool  # false: lockstep
-    realtime_factor: float  # simulated time over the time it took; 0 when unknown
+    realtime_factor: float  # simulated time per real time; 0 if unknown
     interrupted: bool  # stopped by the user before its end
-    peak_force_N: float  # of the force commanded on the hand
-    mean_force_N: float  # the same, over the time in contact
+    peak_force_N: float  # maximum force commanded on the hand
+    mean_force_N: float  # mean force commanded on the hand during contact
     max_penetration_m: float
-    contact_s: float  # time with something touched
-    capped_s: float  # time in which a cap shortened the force
-    passivity_s: float  # time in which the passivity controller did
-    peak_speed_m_s: float  # of the handle
-    fast_s: float  # time in which the control law left noticeable inertia to the hand (status too_fast)
-    energy_J: float  # the rendered force took from the hand; below zero: it generated
-    energy_min_J: float  # lowest that it was in the run
-    energy_lent_J: float  # brought by fixtures that were switched on where the hand was
+    contact_s: float  # time in contact
+    capped_s: float  # time during which a cap reduced the force
+    passivity_s: float  # time during which the passivity controller reduced the force
+    peak_speed_m_s: float  # maximum speed of the handle
+    fast_s: float  # time during which the hand felt noticeable uncompensated inertia (status too_fast)
+    energy_J: float  # energy absorbed by the rendered force; negative: the force generated energy
+    energy_min_J: float  # minimum of energy_J during the run
+    energy_lent_J: float  # energy stored in fixtures when switched on, not put in by the hand
     cycle_p50_us: float  # compute time of a haptic cycle
     cycle_p99_us: float
     cycle_p999_us: float
     cycle_max_us: float
     missed_ticks: int
-    scheduler: str = ""  # what the system granted the real-time thread, in words; empty in lockstep
-    faults: tuple[str, ...] = ()  # in words
+    scheduler: str = ""  # scheduling granted to the real-time thread, in words; empty in lockstep
+    faults: tuple[str, ...] = ()  # messages
     record: str | None = None  # path
     report: str | None = None  # path
     record_sha256: str | None = None
@@ -52,7 +52,7 @@ class Summary:
 
 
 class Totals:
-    """Sums up a run tick by tick, in constant memory but for one number per tick."""
+    """Accumulates the summary of a run; the memory grows only by one number per tick."""
 
     def __init__(self, rate: float) -> None:
         self._dt = 1.0 / rate
@@ -61,7 +61,7 @@ class Totals:
         self._cycle_us: list[np.ndarray[Any, np.dtype[np.float32]]] = []
 
     def add(self, ticks: Ticks) -> None:
-        """Take further ticks (n,), in the order of time."""
+        """Add further ticks (n,), in order of time."""
         if not len(ticks):
             return
         force = np.linalg.norm(ticks["F_H_L"], axis=1)
@@ -83,15 +83,15 @@ class Totals:
 
     @property
     def ticks(self) -> int:
-        """Number of ticks taken."""
+        """Number of ticks added."""
         return self._ticks
 
     def summary(self, timing: Mapping[str, Any] | None = None, **known: Any) -> Summary:
         """The summary of all ticks so far.
 
         Args:
-            timing: `Simulation.timing()`, for missed ticks.
-            known: fields of `Summary` that ticks do not tell: realtime, faults, record, ...
+            timing: result of `Simulation.timing()`, for missed ticks.
+            known: fields of `Summary` that the ticks do not contain: realtime, faults, record, ...
         """
         us = np.concatenate(self._cycle_us) if self._cycle_us else np.zeros(0)
         us = us[np.isfinite(us)]

@@ -45,7 +45,7 @@ def _cached(
         return {"vertices": vertices, "triangles": faces}
 
     key = cache.source_key((__file__, surface_nets.__file__), kind, triangles, seed)
-    found = cache.kept(kind, key, arrays)
+    found = cache.load_or_make(kind, key, arrays)
     return found["vertices"], found["triangles"]
 
 

@@ -124,7 +124,7 @@ def test_wrong_questions_are_refused(scene):
         palpate.simulate(scene, 0.1, signals=["F_T_V"])
     with pytest.raises(PalpateError, match="workers = 0"):
         palpate.simulate(scene, 0.1, workers=0)
-    with pytest.raises(PalpateError, match="no array"):
+    with pytest.raises(PalpateError, match="do not fit into one array"):
         palpate.simulate([scene, Variation(scene, {"duration": 0.3})], signals=["depth"])
 
 

@@ -39,10 +39,10 @@ def same(found):
 
 def test_arrays_are_made_once_and_come_back_bit_for_bit():
     make = Maker()
-    assert same(cache.kept("thing", "0123", make))
-    assert same(cache.kept("thing", "0123", make))
+    assert same(cache.load_or_make("thing", "0123", make))
+    assert same(cache.load_or_make("thing", "0123", make))
     assert make.count == 1
-    assert same(cache.kept("thing", "4567", make))
+    assert same(cache.load_or_make("thing", "4567", make))
     assert make.count == 2
     assert {entry.kind for entry in cache.entries()} == {"thing"}
 
@@ -50,7 +50,7 @@ def test_arrays_are_made_once_and_come_back_bit_for_bit():
 @pytest.mark.parametrize("damage", ["truncated", "flipped", "empty", "text", "other"])
 def test_a_damaged_file_is_made_anew(damage):
     make = Maker()
-    cache.kept("thing", "0123", make)
+    cache.load_or_make("thing", "0123", make)
     path = cache.entries()[0].path
     data = bytearray(path.read_bytes())
     if damage == "flipped":
@@ -58,14 +58,14 @@ def test_a_damaged_file_is_made_anew(damage):
         data[start + 17] ^= 0xFF
     path.write_bytes({"truncated": bytes(data[: len(data) // 2]), "empty": b"", "text": b"not a cache",
                       "other": b"\x93NUMPY" + bytes(40)}.get(damage, bytes(data)))  # fmt: skip
-    assert same(cache.kept("thing", "0123", make))
+    assert same(cache.load_or_make("thing", "0123", make))
     assert make.count == 2
-    assert same(cache.kept("thing", "0123", make))
+    assert same(cache.load_or_make("thing", "0123", make))
     assert make.count == 2
 
 
 def test_any_flipped_byte_is_noticed_or_harmless():
-    cache.kept("thing", "0123", Maker())
+    cache.load_or_make("thing", "0123", Maker())
     path = cache.entries()[0].path
     data = path.read_bytes()
     for place in range(0, len(data), 7):
@@ -79,8 +79,8 @@ def test_any_flipped_byte_is_noticed_or_harmless():
 def test_a_folder_that_cannot_be_written_costs_nothing_but_time(folder, monkeypatch):
     folder.write_text("a file where the folder should be")
     make = Maker()
-    assert same(cache.kept("thing", "0123", make))
-    assert same(cache.kept("thing", "0123", make))
+    assert same(cache.load_or_make("thing", "0123", make))
+    assert same(cache.load_or_make("thing", "0123", make))
     assert make.count == 2
     monkeypatch.setenv("XDG_CACHE_HOME", "not/absolute")
     monkeypatch.setenv("HOME", str(folder.parent))
@@ -89,15 +89,15 @@ def test_a_folder_that_cannot_be_written_costs_nothing_but_time(folder, monkeypa
 
 def test_the_oldest_entries_go_when_the_bound_is_reached(folder, monkeypatch):
     for k in range(4):
-        cache.kept("thing", f"{k:04}", Maker())
+        cache.load_or_make("thing", f"{k:04}", Maker())
         os.utime(folder / f"thing-{k:04}.npz", (1000.0 + k, 1000.0 + k))
     size = cache.entries()[0].bytes
-    cache.kept("thing", "0000", Maker())  # read: the newest now
+    cache.load_or_make("thing", "0000", Maker())  # read: the newest now
     leftover = folder / ".dead.tmp"
     leftover.write_bytes(b"half")
     os.utime(leftover, (1000.0, 1000.0))
     monkeypatch.setattr(store, "LIMIT_BYTES", 3 * size + size // 2)
-    cache.kept("thing", "0004", Maker())
+    cache.load_or_make("thing", "0004", Maker())
     assert {entry.path.stem for entry in cache.entries()} == {"thing-0004", "thing-0000", "thing-0003"}
     assert not leftover.exists()
     assert cache.clear() == 3 * size
@@ -110,7 +110,7 @@ def test_two_processes_that_write_the_same_entry_leave_one_whole_file(folder):
         "from palpate import cache\n"
         "arrays = {'a': np.full(200_000, 7.0)}\n"
         "for k in range(40):\n"
-        "    found = cache.kept('rivals', f'{k % 4:04}', lambda: arrays)\n"
+        "    found = cache.load_or_make('rivals', f'{k % 4:04}', lambda: arrays)\n"
         "    assert found['a'].tobytes() == arrays['a'].tobytes()\n"
         "    if k % 3 == 0: cache.clear()\n"
     )

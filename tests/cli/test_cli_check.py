@@ -79,7 +79,7 @@ def test_own_stl_in_five_lines(palpate, tmp_path):
 @pytest.mark.parametrize(
     ("line", "said"),
     [
-        ("    stiffness: 4000", "soft.yaml:4: object 'organ': stiffness 4000 N/m is more than the caps can hold"),
+        ("    stiffness: 4000", "soft.yaml:4: object 'organ': stiffness 4000 N/m is more than the caps allow"),
         ("    stiffness: 4000", "at 20 mm/s the force would grow by 80 N/s; stability.rate_cap is 50 N/s"),
         ("    stiffness: 4000", "mend: at most 2500 N/m"),
         ("stability: {rate_cap: 1000}\n_: [{stiffness: 4000}]", "unknown key '_'"),

@@ -49,8 +49,8 @@ def test_a_scene_lists_fixtures_and_writes_them_back():
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ("keep-rcm\n", "keep-out\n", r"scene.yaml:7: guidance\[2\]: 'keep-out' is no fixture"),
-        ("3 mm", "3 mn", r"scene.yaml:5: guidance\[0\].role.margin: '3 mn' is no length"),
+        ("keep-rcm\n", "keep-out\n", r"scene.yaml:7: guidance\[2\]: 'keep-out' is not a fixture"),
+        ("3 mm", "3 mn", r"scene.yaml:5: guidance\[0\].role.margin: '3 mn' is not a length"),
         ("radius: 0.1}", "radius: -0.1}", r"scene.yaml:8: guidance\[3\].geometry.sphere.radius must be greater than 0"),
         ("radius: 0.1}", "radios: 0.1}", r"(?s)unknown key .*radios.*did you mean 'radius'"),
         (
@@ -87,11 +87,11 @@ operator: {path: [{t: 0, xyz: [0, 0, 0.05]}, {t: 1, xyz: [0.02, 0, 0.05]}]}
     pulled = np.array(tick["F_guidance_W"])
     assert pulled[1] > 0.5, "towards the line"
     told = session.why()
-    assert "guidance pulls with" in told
-    assert "most of it is line's" in told
+    assert "guidance applies" in told
+    assert "most of it from line" in told
     assert "at 400 N/m" in told
     session.fixtures = [f.model_copy(update={"enabled": False}) for f in session.fixtures]
     after = session.step(1).tick
     assert np.linalg.norm(np.array(after["F_guidance_W"]) - pulled) < 0.1, "no step"
     assert np.linalg.norm(session.step(600).tick["F_guidance_W"]) < 1e-6
-    assert session.why() == "no fixture pulls"
+    assert session.why() == "no fixture applies a force"

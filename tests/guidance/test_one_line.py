@@ -49,11 +49,11 @@ def test_a_path_a_cone_and_a_trocar_in_one_line(here):
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("margin: 3 mm", "around what"),
-        ("margin: 3 furlongs around: ball.stl", "'3 furlongs' is no length | a number of metres"),
-        ("keep-away: ball.stl", "is no fixture"),
-        ("follow: suture.docx", "is no kind of file that is known"),
-        ("stay-in: pyramid(a, b)", "there is no shape 'pyramid' to be called"),
+        ("margin: 3 mm", "does not name what it is around"),
+        ("margin: 3 furlongs around: ball.stl", "'3 furlongs' is not a length | a number of metres"),
+        ("keep-away: ball.stl", "is not a fixture"),
+        ("follow: suture.docx", "has an unknown file type"),
+        ("stay-in: pyramid(a, b)", "there is no shape 'pyramid'"),
         ("stay-in: cone(a, b, c, d)", "has 4 arguments"),
     ],
 )
@@ -67,7 +67,7 @@ def test_a_line_that_is_none_says_what_is_possible(text, told):
     [
         ("follow: sutur.csv", r"(?s)file not found.*did you mean .*suture.csv"),
         ("margin: 1 mm around: missing.stl", "mesh file not found"),
-        ("margin: 1 mm around: open.stl", r"(?s)open.stl' is open, a forbidden region needs an inside.*--repair"),
+        ("margin: 1 mm around: open.stl", r"(?s)open.stl' is open, but a forbidden region needs an inside.*--repair"),
         ("margin: 1 mm around: livre", r"(?s)there is no object 'livre'.*did you mean 'liver'"),
         ("stay-in: cone(entrance, target)", "there is no place 'entrance'"),
         ("stay-in: cone(entry, entry)", "a cone needs a finite apex, and a mouth apart from it"),
@@ -82,12 +82,12 @@ def test_what_is_missing_is_told_with_the_mend(line, told, here):
 @pytest.mark.parametrize(
     ("rows", "told"),
     [
-        ("", "no place in it"),
+        ("", "the file holds no places"),
         ("x_mm,y_mm,z_mm\n1,2\n", r"2 numbers in a row\n  mend: x y z, or"),
-        ("1,2,3\nfour,5,6\n", "'four,5,6' is no row of numbers"),
+        ("1,2,3\nfour,5,6\n", "'four,5,6' is not a row of numbers"),
         ("x_ft,y_ft,z_ft\n1,2,3", "unknown unit 'ft' in 'x_ft'"),
         ("1,2,3,1,1,0,0\n2,2,3,1,0,0,0", "quaternion of length 1.41"),
-        ("0,0,0\n20000,0,0", r"20 m long\n  why: waypoints are metres here\n  mend: unit: mm"),
+        ("0,0,0\n20000,0,0", r"20 m long\n  why: waypoints are in metres here\n  mend: is the unit mm"),
         ("0,0,0\n10,10,0\n10,0,0\n0,10,0", "the path crosses itself"),
     ],
 )

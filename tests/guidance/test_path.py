@@ -119,7 +119,7 @@ def test_the_frame_along_a_plane_curve_does_not_turn_about_it():
         ([[0, 0, 0], [0.01, 0, 0]], {"closed": True}, "three or more apart"),
         ([[0, 0], [1, 1]], {}, r"of shape \(n, 3\). Got: \(2, 2\)"),
         ([[0, 0, np.nan], [1, 1, 1]], {}, "must be finite"),
-        ([[0, 0, 0], [30.0, 0, 0]], {}, r"30 m long\n  why: waypoints are metres here\n  mend: unit: mm"),
+        ([[0, 0, 0], [30.0, 0, 0]], {}, r"30 m long\n  why: waypoints are in metres here\n  mend: is the unit mm"),
         ([[0, 0, 0], [2, 2, 0], [2, 0, 0], [0, 2, 0]], {}, r"the path crosses itself at \(.*\) mm, .* from its start"),
     ],
 )

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import palpate
 from palpate.guidance import Fixture, Here, Line, Plane, Sphere
-from palpate.guidance.why import Hand, of_tick, terms
+from palpate.guidance.why import Hand, explain_tick, terms
 from palpate.scene import Scene
 from palpate.scene.rig import build
 
@@ -76,7 +76,7 @@ def test_what_is_told_names_every_part_its_authority_and_the_damping():
     ]
     V = np.array([0.0, -0.03, 0.0, 0.0, 0.0, 0.0])
     tick = tick_of(Stage(), fixtures, pose((0.02, 0.0, -0.002)), V)
-    words = of_tick(fixtures, tick, HERE, Hand(V))
+    words = explain_tick(fixtures, tick, HERE, Hand(V))
     assert "floor: (+0.000, +0.000, +0.820) N" in words
     assert "line: (" in words
     assert "at 50 % of its authority" in words
@@ -135,7 +135,7 @@ def test_in_a_session_hard_and_optimised_ones_add_up_to_what_is_felt():
     felt = rig.arms.X_WL[:3, :3] @ np.asarray(tick["F_H_L"])
     np.testing.assert_allclose(felt, rig.scene.mapping.force_scale * whole[:3], atol=2e-3)
     words = session.why()
-    assert "what is left" not in words
+    assert "residual" not in words
     assert "hard fixtures hold the tool's goal back by" in words
     assert "soft: (" in words
     assert "at 50 % of its authority" in words

@@ -6,7 +6,7 @@ import pytest
 from palpate import _core
 from palpate.errors import GuidanceError
 from palpate.guidance import Fixture, Sphere, from_yaml
-from palpate.guidance.geometry import refused
+from palpate.guidance.geometry import as_guidance_error
 from palpate.guidance.sections import OF_LAW, OF_ROLE
 
 BALL = "geometry: {sphere: {radius: 0.02}}"
@@ -32,7 +32,7 @@ BALL = "geometry: {sphere: {radius: 0.02}}"
         ("role: orient, law: {name: potential, force: 1}", "role orient does not read law.force", "law.moment"),
         ("role: guide, ramps: [{by: time, end: 3 mm}]", "end: '3 mm' of a ramp by time", "a plain number"),
         ("role: guide, ramps: [{by: distance, start: 3 mm, end: 0.003}]", "from 0.003 to 0.003", "must differ"),
-        ("role: guide, ramps: [{by: distance, end: 3 ells}]", "'3 ells' is no length", "3 mm"),
+        ("role: guide, ramps: [{by: distance, end: 3 ells}]", "'3 ells' is not a length", "3 mm"),
     ],
 )
 def test_a_mistake_is_told_with_its_value_and_its_mend(keys, told, mend):
@@ -70,7 +70,7 @@ def test_every_role_and_law_says_what_it_reads():
 def test_the_cores_words_are_parted_into_what_and_mend(make, what, mend):
     with pytest.raises(ValueError) as found:  # noqa: PT011 - judged below
         make()
-    ours = refused(found.value, "ball")
+    ours = as_guidance_error(found.value, "ball")
     assert (ours.what, ours.where, ours.mend) == (what, "ball", mend)
 
 

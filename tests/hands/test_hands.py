@@ -50,7 +50,7 @@ def test_a_hand_survives_its_file(tmp_path):
         ("kind: hand\nmass: 0.1\ndamping: 3\n", "'stiffness' is missing"),
         ("kind: hand\nmass: -1\ndamping: 3\nstiffness: 5\n", "mass must be a number above 0. Got: -1"),
         ("kind: hand\nmass: .nan\ndamping: 3\nstiffness: 5\n", "mass must be a number above 0. Got: nan"),
-        ("3\n", "this is no hand"),
+        ("3\n", "does not describe a hand"),
         ("a: [", "the hand cannot be read"),
     ],
 )
@@ -85,7 +85,8 @@ def test_a_file_lies_beside_the_scene_and_is_not_needed_by_its_record(tmp_path):
 @pytest.mark.parametrize(
     ("hand", "said"),
     [
-        ("gentle", "s.yaml:2: operator: there is no hand 'gentle'\n  mend: hands: relaxed, light, normal, firm, rigid"),
+        ("gentle", "s.yaml:2: operator: there is no hand 'gentle'\n"),
+        ("gentle", "\n  mend: use one of relaxed, light, normal, firm, rigid"),
         ("none.yaml", "s.yaml:2: operator: the hand cannot be read: none.yaml, No such file"),
         ("3", "s.yaml:2: operator.hand must be a valid string. Got: 3"),
     ],

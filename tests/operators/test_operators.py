@@ -120,6 +120,6 @@ def test_a_lasting_force_is_given_way_to_above_the_threshold_only():
 
 def test_a_path_that_is_drawn_is_seen_with_half_the_error():
     person = calm(visual_error=0.5e-3)
-    looks = [Operator(person, Senses(drawn=drawn), 4)._unseen for drawn in (False, True)]
+    looks = [Operator(person, Senses(drawn=drawn), 4)._sight_error for drawn in (False, True)]
     np.testing.assert_allclose(looks[1], 0.5 * looks[0])
     assert STEP == 0.02

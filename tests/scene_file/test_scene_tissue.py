@@ -77,7 +77,7 @@ def test_what_cannot_be_is_told(text, said):
 
 
 def test_a_region_beside_its_object_is_a_warning():
-    with pytest.warns(PalpateWarning, match=r"region 'region' lies .* mm beside .*: never felt"):
+    with pytest.warns(PalpateWarning, match=r"region 'region' lies .* mm outside of .*: never felt"):
         rig("    regions: [{at: [0, 0, 37.5], radius: 0.006}]\n")
 
 

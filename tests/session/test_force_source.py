@@ -77,7 +77,7 @@ def test_ideal_joints_have_nothing_to_tell():
 def test_an_object_that_nobody_feels_is_refused_and_one_felt_twice_is_told():
     text = "objects: [{name: wall, plane: {}, presence: %s}]\nforce: {source: %s}\n"
     for presence, source in (("real", "contact"), ("virtual", "estimate")):
-        with pytest.raises(SceneError, match=f"'wall' is {presence} alone and force.source is '{source}'"):
+        with pytest.raises(SceneError, match=f"'wall' is {presence} only and force.source is '{source}'"):
             build(Scene.parse(text % (presence, source)))
     with pytest.warns(PalpateWarning, match="'wall' is felt twice"):
         build(Scene.parse(text % ("both", "both")))

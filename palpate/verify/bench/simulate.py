@@ -18,7 +18,7 @@ import numpy as np
 from rich.table import Table
 
 from palpate.batch import MEASURED, Variation, simulate
-from palpate.batch.one import Asked, World, outcome
+from palpate.batch.one import BatchOptions, SharedSurfaces, simulate_one
 from palpate.scene import Scene
 from palpate.session import Session
 from palpate.sweep.local import cores
@@ -90,11 +90,11 @@ def _fixed(summary: dict[str, Any]) -> dict[str, Any]:
 
 def _memory_of_a_run(one: Variation) -> float:
     """Resident memory that a run in flight adds, mesh and index apart, which all runs share [bytes]."""
-    world, asked = World(), Asked(0.2, (), 100.0)
-    outcome(world, 0, one, asked)  # what is made once: the mesh, modules, the allocator's first pages
+    shared, options = SharedSurfaces(), BatchOptions(0.2, (), 100.0)
+    simulate_one(shared, 0, one, options)  # what is made once: the mesh, modules, the allocator's first pages
     before, alive = _resident(), []
     for _ in range(_ALIVE):
-        rig = world.rig(one, SECONDS)
+        rig = shared.rig(one, SECONDS)
         sim = rig.simulation()
         alive.append((rig, sim, sim.run(100)))
     return (_resident() - before) / len(alive)
