@@ -33,7 +33,7 @@ class StabilitySection(Section):
     stale_after: Positive = _S.stale_after
     """maximum age of a measured state; with older states the force ramps to zero [s]"""
     passivity: Annotated[Literal["observer", "tank", "off"], BeforeValidator(_off)] = _S.passivity
-    """observer: the hand receives at most the energy it has put in; tank: at most the energy in the tank; off: no limit"""
+    """observer: the hand receives at most the energy it put in; tank: at most the energy in the tank; off: no limit"""
     allowance: NotNegative = _S.allowance
     """energy that the hand may receive beyond this limit [J]"""
     tank_capacity: NotNegative = _S.tank_capacity

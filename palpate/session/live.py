@@ -121,7 +121,7 @@ class LiveSession:
 
     @property
     def fixtures(self) -> tuple[Fixture, ...]:
-        """Virtual fixtures in use. They can be replaced in a running session; the force on the hand stays continuous."""
+        """Virtual fixtures in use. They can be replaced in a running session; the force on the hand is continuous."""
         return self._fixtures
 
     @fixtures.setter
