@@ -62,7 +62,7 @@ def test_the_whole_tool_rides_on_the_links_of_the_follower():
     ("text", "said"),
     [
         ("contact: {spheres: [{link: elbow, radius: 0.01}]}\n", "there is no link 'elbow'"),
-        ("contact: {whole_tool: true, spheres: [{radius: 0.01}]}\n", "16 spheres beside the one on the tip"),
+        ("contact: {whole_tool: true, spheres: [{radius: 0.01}]}\n", "16 spheres in addition to the one on the tip"),
         ("    regions: [{at: [0, 0, 0]}]\n", "has no size"),
         ("    regions: [{at: [0, 0, 0], radius: 0.01, stiffness: 9000}]\n", "region 'region': stiffness 9000 N/m"),
         ("    motion: {amplitude: [0, 0, 0.004], period: 0}\n", "motion"),
