@@ -1,10 +1,10 @@
-"""A virtual wall: what stiffness, damping and delay do to a hand that pushes against it.
+"""A virtual wall: effect of stiffness, damping and delay on a hand that pushes against the wall.
 
 The experiment of the paper's Fig 13 and Table 1, on the simulated master arm: a flat wall of 400 N/m, three values of
-damping, a light hand that means to push with 0.7 N, once with and once without 10 ms of delay in the loop. You learn
+damping, a light hand that intends to push with 0.7 N, once with and once without 10 ms of delay in the loop. You learn
 
 * that a scene is a few lines of data, and that a session runs it tick by tick;
-* that a spring which is delayed gives back more energy than it took, and that damping pays for it.
+* that a delayed spring returns more energy than it absorbed, and that damping dissipates the excess.
 
     python examples/01_virtual_wall.py --duration 6 --figure wall.png
 """
@@ -26,7 +26,7 @@ PUSH = 0.7  # [N]
 
 def wall_scene(block: Path, damping: float, delay: float) -> palpate.Scene:
     """The top of a block, at z = 0, is the wall. The hand starts 15 mm above it and aims below it."""
-    aim = -PUSH / STIFFNESS - PUSH / HAND["stiffness"]  # both springs give way [m]
+    aim = -PUSH / STIFFNESS - PUSH / HAND["stiffness"]  # deflection of both springs [m]
     path = [{"t": 0.0, "xyz": [0.0, 0.0, 0.015 + RADIUS]}, {"t": 0.5, "xyz": [0.0, 0.0, aim + RADIUS]}]
     return palpate.Scene.model_validate(
         {
@@ -36,14 +36,14 @@ def wall_scene(block: Path, damping: float, delay: float) -> palpate.Scene:
             "mapping": {"scale": 1.0, "force_scale": 1.0},
             "operator": {**HAND, "path": path},
             "loop_delay": delay,
-            # The paper had no caps and nothing that keeps the port passive; "observer" instead of "off" keeps it so.
+            # The paper had neither caps nor a passivity controller; "observer" instead of "off" keeps the port passive.
             "stability": {"force_cap": 20.0, "rate_cap": 5000.0, "passivity": "off"},
         }
     )
 
 
 def response(depth: np.ndarray) -> tuple[float, float, float]:
-    """Peak [mm], mean of the last second [mm], and when the depth stays within 5 % of the peak around it [s]."""
+    """Peak [mm], mean of the last second [mm], and time until the depth stays within 5 % of the peak around it [s]."""
     peak, last = depth.max(), depth[-int(RATE) :]
     outside = np.flatnonzero(np.abs(depth - last.mean()) > 0.05 * peak)
     touched = int(np.argmax(depth > 0))
@@ -52,9 +52,8 @@ def response(depth: np.ndarray) -> tuple[float, float, float]:
 
 def main(duration: float = 6.0, figure: Path | None = None) -> None:
     """Run six walls and print a table."""
-    warnings.simplefilter(
-        "ignore", palpate.errors.PalpateWarning
-    )  # it warns that the first wall may oscillate: it does
+    # Palpate warns that the first wall may oscillate, which is intended here.
+    warnings.simplefilter("ignore", palpate.errors.PalpateWarning)
     block = Path(tempfile.mkdtemp()) / "block.stl"
     trimesh.creation.box(bounds=[(-60, -60, -40), (60, 60, 0)]).export(block)  # [mm]
 

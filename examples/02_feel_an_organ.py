@@ -1,11 +1,11 @@
-"""Feel an organ: the whole loop from Python, and what a session tells afterwards.
+"""Feel an organ: the complete loop from Python, and the results of a session.
 
 A simulated hand holds a simulated master arm, which moves a simulated instrument over the shipped organ: approach,
 press, slide, leave. You learn
 
-* the ten lines that load a scene, run it, and sum it up;
-* how to look at any signal of the run: here the force on the hand, phase by phase;
-* how to turn a knob while it runs: the second run makes the organ half as stiff.
+* how to load a scene, run it, and print its summary in ten lines;
+* how to read any signal of the run, here the force on the hand in each phase;
+* how to change a setting of a session: the second run makes the organ half as stiff.
 
     python examples/02_feel_an_organ.py --duration 10 --out runs
 """
@@ -22,7 +22,7 @@ SCENE = Path(__file__).resolve().parents[1] / "scenes" / "palpation.yaml"
 
 
 def show(name: str, summary: object) -> None:
-    """A summary is a frozen dataclass whose names carry their units."""
+    """Print a summary, a frozen dataclass whose field names contain the units."""
     print(f"\n{name}")
     for field in ("contact_s", "peak_force_N", "mean_force_N", "max_penetration_m", "energy_J", "cycle_p50_us"):
         print(f"  {field:<20} {getattr(summary, field):.4g}")
@@ -33,7 +33,7 @@ def main(duration: float = 10.0, out: Path = Path("runs"), figure: Path | None =
     scene = palpate.Scene.load(SCENE)
     session = palpate.Session(scene, out=out, seed=1)
 
-    phases: dict[str, list[float]] = {}  # force on the hand, by what the hand is doing [N]
+    phases: dict[str, list[float]] = {}  # force on the hand by phase [N]
     summary = session.run(duration, on_progress=lambda s: phases.setdefault(s.phase, []).append(s.force))
     show(f"as the scene says (record: {session.record})", summary)
     for phase, forces in phases.items():
@@ -46,7 +46,7 @@ def main(duration: float = 10.0, out: Path = Path("runs"), figure: Path | None =
     show("half as stiff", softer.run(duration))
 
     assert session.record is not None
-    ticks = Record.open(session.record).ticks  # a structured numpy array: one row a tick, one field a signal
+    ticks = Record.open(session.record).ticks  # a structured numpy array: one row per tick, one field per signal
     force, depth = np.linalg.norm(ticks["F_H_L"], axis=1), 1e3 * ticks["depth"]
     touching = ticks["contacts"] > 0
     print(

@@ -1,14 +1,14 @@
-"""Your own mesh: load it, slide a tool over it, and compare two ways of finding the force with the truth.
+"""Your own mesh: load it, slide a tool over it, and compare two contact methods with the true surface.
 
-A torus is written as STL in millimetres, as it would come from a scanner, and read back. Its true surface is known,
-so every rendered force can be judged. You learn
+A torus is written as STL in millimetres, like the output of a scanner, and read back. Its true surface is known, so
+the error of every rendered force is known. You learn
 
-* `palpate.Mesh.load` and `palpate.contact.render`: a tool path through the very contact code of the loop;
-* why the default method keeps a proxy: the paper's Algorithm 1 leans on collision normals, which lean with the
-  triangles when the tool is shallow, and point the wrong way once its centre is below the surface.
+* `palpate.Mesh.load` and `palpate.contact.render`, which runs a tool path through the contact code of the loop;
+* why the default method uses a proxy: the paper's Algorithm 1 relies on collision normals, which tilt with the
+  triangles at small depth, and point the wrong way once the centre of the tool is below the surface.
 
     python examples/03_own_mesh.py --sections 128 --figure normals.png
-    python examples/03_own_mesh.py --mesh my.stl --unit mm          # no truth: forces only
+    python examples/03_own_mesh.py --mesh my.stl --unit mm          # forces only, without known truth
 """
 
 import tempfile
@@ -21,7 +21,7 @@ import tyro
 
 import palpate
 
-RING, TUBE, RADIUS = 0.040, 0.015, 0.002  # torus and the spherical proxy region [m]
+RING, TUBE, RADIUS = 0.040, 0.015, 0.002  # radii of the torus and the spherical proxy region [m]
 STIFFNESS, RATE = 500.0, 1000.0  # [N/m], [Hz]
 
 
@@ -35,7 +35,7 @@ def torus_truth(tips: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def path(height: float, samples: int = 1500) -> np.ndarray:
-    """Down onto the tube from outside, then along it, with the tip kept `height` above the true surface [m]."""
+    """Tool path (samples, 3): onto the tube, then along it with the tip `height` above the true surface [m]."""
     turn = np.linspace(0.0, 1.2, samples)  # around the ring [rad]
     lean = 0.6 + 0.5 * np.sin(3 * turn)  # around the tube [rad]
     reach = TUBE + height + np.maximum(0.0, 0.006 - height) * np.clip(1 - np.arange(samples) / 300, 0, 1)
@@ -49,7 +49,7 @@ def main(
     unit: Literal["mm", "cm", "m", "in"] = "mm",
     figure: Path | None = None,
 ) -> None:
-    """Slide shallow and deep, with both methods; print how far the forces are from the truth."""
+    """Slide at three depths with both methods; print the errors of the forces."""
     file = mesh or Path(tempfile.mkdtemp()) / "torus.stl"
     if mesh is None:
         trimesh.creation.torus(1e3 * RING, 1e3 * TUBE, sections, sections // 2).export(file)
@@ -78,13 +78,13 @@ def main(
             angle = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
             miss = 1e3 * np.abs(size - STIFFNESS * (RADIUS - distance))[steady]
             lost = float(1 - touching.sum() / steady.sum())
-            told = (
+            angles = (
                 " / ".join(f"{x:6.2f}" for x in np.percentile(angle, (50, 95, 100)))
                 if len(angle)
                 else "     no contact     "
             )
             print(
-                f"{1e3 * height:+14.0f} mm | {method:<10} | {told:>24} deg       | {np.percentile(miss, 95):8.0f} mN "
+                f"{1e3 * height:+14.0f} mm | {method:<10} | {angles:>24} deg       | {np.percentile(miss, 95):8.0f} mN "
                 f"| {lost:8.0%} | {1e6 * np.percentile(felt.latency, 99):6.1f}"
             )
             errors[f"{method}, {1e3 * height:+.0f} mm"] = angle

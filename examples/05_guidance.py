@@ -1,11 +1,11 @@
-"""Virtual fixtures: keep a tool off a vessel and lead it along a line, and ask why the hand feels what it feels.
+"""Virtual fixtures: keep a tool away from a vessel, guide it along a line, and explain the force on the hand.
 
-A hand that does not see the vessel draws its tool straight across it. Then the same hand is given two fixtures: one
-that forbids a margin around the vessel, hard, and one that leads along the line. All motions are simulated. You learn
+A hand moves its tool straight across a vessel. Then the same hand gets two fixtures: a hard fixture that forbids a
+margin around the vessel, and a fixture that guides along the line. All motions are simulated. You learn
 
 * `palpate.guidance`: a geometry, a role, a law, a policy; the same in Python and in a scene file (`to_yaml`);
-* `Scene.guidance`, and what a run records of it (`F_guidance_W`, `p_correction_W`);
-* `fixture.why(...)`, which names the term that made the force, and `fixture.plot()`.
+* `Scene.guidance`, and the signals that a run records (`F_guidance_W`, `p_correction_W`);
+* `fixture.why(...)`, which names the terms of the force, and `fixture.plot()`.
 
     python examples/05_guidance.py --authority 0.5 --figure guidance.png
 """
@@ -21,13 +21,13 @@ from palpate.guidance import Path as Line
 from palpate.guidance.plot import query
 from palpate.record import Record
 
-VESSEL = ((0.012, -0.03, 0.055), (0.010, 0.0, 0.055), (0.012, 0.03, 0.055))  # crosses the hand's way [m]
+VESSEL = ((0.012, -0.03, 0.055), (0.010, 0.0, 0.055), (0.012, 0.03, 0.055))  # crosses the hand's path [m]
 LINE = ((-0.03, 0.004, 0.055), (-0.01, 0.004, 0.055), (0.0, 0.003, 0.055))
-RADIUS, MARGIN = 0.002, 0.003  # of the vessel, and around it [m]
+RADIUS, MARGIN = 0.002, 0.003  # radius of the vessel, and margin around it [m]
 
 
 def fixtures(authority: float) -> tuple[Fixture, Fixture]:
-    """What is forbidden, and where it is led."""
+    """The forbidden region, and the guide."""
     vessel = Fixture(
         Tube(waypoints=VESSEL, radius=RADIUS), name="vessel", role=Role(name="forbid", margin=MARGIN), hard=True
     )
@@ -42,8 +42,8 @@ def fixtures(authority: float) -> tuple[Fixture, Fixture]:
 
 
 def scene(guidance: tuple[Fixture, ...]) -> palpate.Scene:
-    """A ball to work over, and a hand that goes straight over it and across the vessel."""
-    way = [
+    """A scene with a ball, and a hand that moves straight over the ball and across the vessel."""
+    path = [
         {"t": 0.0, "xyz": [-0.03, 0.0, 0.055]},
         {"t": 1.0, "xyz": [-0.03, 0.0, 0.055]},
         {"t": 4.0, "xyz": [0.02, 0.0, 0.055]},
@@ -51,27 +51,27 @@ def scene(guidance: tuple[Fixture, ...]) -> palpate.Scene:
     data = {
         "objects": [{"name": "ball", "sphere": {"radius": 0.05}, "stiffness": 300}],
         "guidance": guidance,
-        "operator": {"path": way},
+        "operator": {"path": path},
     }
     return palpate.Scene.model_validate(data)
 
 
 def main(duration: float = 4.5, authority: float = 1.0, out: Path = Path("runs"), figure: Path | None = None) -> None:
-    """Run without and with fixtures; say how near the tool came to the vessel, and how far it was from the line."""
+    """Run without and with fixtures; print the distances of the tool from the vessel and from the line."""
     vessel, line = fixtures(authority)
-    print("as a scene file has them:", vessel.to_yaml() + line.to_yaml(), sep="\n")
-    print("fixtures | nearest to the vessel [mm] | from the line, rms [mm] | most that guidance pulled [N]")
+    print("in a scene file:", vessel.to_yaml() + line.to_yaml(), sep="\n")
+    print("fixtures | nearest to the vessel [mm] | from the line, rms [mm] | largest guidance force [N]")
     for name, chosen in (("none", ()), ("both", (vessel, line))):
         session = palpate.Session(scene(chosen), out)
         session.run(duration)
         ticks = Record.open(session.record).ticks
-        tips, pulled = ticks["p_WT"], np.linalg.norm(ticks["F_guidance_W"], axis=1)
+        tips, force = ticks["p_WT"], np.linalg.norm(ticks["F_guidance_W"], axis=1)
         away = query(vessel.make_geometry(), tips)["distance"]
-        beside = query(line.make_geometry(), tips[(tips[:, 0] > LINE[0][0]) & (tips[:, 0] < LINE[-1][0])])["distance"]
-        rms = np.sqrt((beside**2).mean())
-        print(f"{name:<8} | {1e3 * away.min():26.2f} | {1e3 * rms:23.2f} | {pulled.max():29.2f}")
+        error = query(line.make_geometry(), tips[(tips[:, 0] > LINE[0][0]) & (tips[:, 0] < LINE[-1][0])])["distance"]
+        rms = np.sqrt((error**2).mean())
+        print(f"{name:<8} | {1e3 * away.min():26.2f} | {1e3 * rms:23.2f} | {force.max():26.2f}")
 
-    print("\nwhy? of a tool 1 mm too near to the vessel, moving towards it, and of one 2 mm beside the line:")
+    print("\nforce on a tool 1 mm too close to the vessel, moving towards it, and on a tool 2 mm from the line:")
     print(vessel.why([0.006, 0.0, 0.055], V_WT=[0.01, 0, 0, 0, 0, 0]))
     print(line.why([-0.01, 0.002, 0.055]))
     if figure is not None:

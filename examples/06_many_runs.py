@@ -1,7 +1,7 @@
-"""How hard does a surgeon's hand press on tissue of unknown stiffness? Fifty simulated palpations answer at once.
+"""How hard does a surgeon's hand press on tissue of unknown stiffness? Fifty simulated palpations give the answer.
 
-You learn: scenes with other values (`palpate.Variation`), many runs on every core (`palpate.simulate`), signals as
-arrays over all runs.
+You learn how to vary the values of a scene (`palpate.Variation`), how to run many simulations on all cores
+(`palpate.simulate`), and how to use signals as arrays over all runs.
 
     python examples/06_many_runs.py --runs 50
 
@@ -22,7 +22,7 @@ SOFTEST, STIFFEST = 150.0, 800.0  # liver under an instrument, from healthy to f
 
 
 def variations(runs: int, seed: int) -> list[palpate.Variation]:
-    """The palpation scene with random stiffness and a hand that trembles, another tremor each."""
+    """The palpation scene with random stiffness and a hand with tremor; each run has its own seed."""
     scene = palpate.Scene.load(SCENES / "palpation.yaml")
     rng = np.random.default_rng(seed)
     stiffness = np.exp(rng.uniform(np.log(SOFTEST), np.log(STIFFEST), runs))
@@ -46,7 +46,7 @@ def main() -> None:
     depth = found.signals["depth"]  # (runs, samples) [m]
     deepest = depth.argmax(axis=1)
     rows = np.arange(len(found))
-    felt = force[rows, deepest] / depth[rows, deepest]  # what the instrument finds at its deepest point [N/m]
+    felt = force[rows, deepest] / depth[rows, deepest]  # stiffness measured at the deepest point [N/m]
 
     print(f"{len(found)} runs of {o.duration:g} s, simulated")
     print("stiffness [N/m] | peak force on the hand [N] | deepest [mm] | force / depth [N/m]")

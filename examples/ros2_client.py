@@ -1,5 +1,6 @@
-"""A hand presses a simulated MTM into a wall and feels it. Beside it run `palpate ros sim --rate 500` and
-`palpate ros haptics wall.yaml --follower virtual --teleop none` (docs/ros2.md). Plain rclpy, as for a real dVRK."""
+"""A hand presses a simulated MTM into a wall and feels the force. Run `palpate ros sim --rate 500` and
+`palpate ros haptics wall.yaml --follower virtual --teleop none` at the same time (docs/ros2.md). The client uses plain
+rclpy, as for a real dVRK."""
 
 import rclpy
 from crtk_msgs.msg import OperatingState
@@ -18,7 +19,7 @@ node.create_subscription(DiagnosticArray, "/diagnostics", lambda m: last.update(
 node.create_subscription(WrenchStamped, "/MTMR/body/servo_cf", lambda m: last.update(wrench=m.wrench.force), 10)
 power, home = node.create_publisher(Empty, "/system/power_on", 10), node.create_publisher(Empty, "/system/home", 10)
 present = node.create_publisher(Joy, "/console/emulate_operator_present", 10)
-hand = node.create_publisher(PoseStamped, "/MTMR/hand/servo_cp", 10)  # only a simulated arm has a hand to command
+hand = node.create_publisher(PoseStamped, "/MTMR/hand/servo_cp", 10)  # only simulated arms have a hand
 
 
 def wait(condition, seconds=60.0):
@@ -33,16 +34,16 @@ wait(lambda: last["state"].state == "ENABLED" if "state" in last else False, 5.0
 home.publish(Empty())
 wait(lambda: last["state"].is_homed and not last["state"].is_busy)
 present.publish(Joy(buttons=[1]))
-wait(lambda: "wrench" in last and "words" in last)  # the haptic node has begun
-wait(lambda: False, 1.0)  # and follows
+wait(lambda: "wrench" in last and "words" in last)  # the haptic node has started
+wait(lambda: False, 1.0)  # and follows the arm
 goal = last["pose"]
-for millimetre in range(100):  # the wall is 20.5 mm away, along -y; farther by what the hand goes while it may not push
+for millimetre in range(100):  # the wall is 20.5 mm away along -y
     hand.publish(goal)
     wait(lambda: False, 0.2)
     y, f = 1e3 * last["pose"].pose.position.y, last["wrench"].y
-    print(f"hand told {millimetre:2d} mm: handle at y = {y:.1f} mm, pushed by {f:.2f} N; {last['words']}", flush=True)
+    print(f"hand goal {millimetre:2d} mm: handle at y = {y:.1f} mm, pushed by {f:.2f} N; {last['words']}", flush=True)
     if f > 0.5:
         break
     goal.pose.position.y -= 0.001
 else:
-    raise SystemExit(f"no wall; what the node says: {last['words']}")
+    raise SystemExit(f"no wall found; message of the node: {last['words']}")
