@@ -98,7 +98,7 @@ def test_the_page_from_sim_to_wall(built, start, tmp_path):
     client = start(ROOT / "examples" / "ros2_client.py")
     out, told = client.communicate(timeout=120)
     assert client.returncode == 0, told
-    rows = re.findall(r"^hand told +(\d+) mm: handle at y = (-[\d.]+) mm, pushed by (-?[\d.]+) N; \w.*$", out, re.M)
+    rows = re.findall(r"^hand goal +(\d+) mm: handle at y = (-[\d.]+) mm, pushed by (-?[\d.]+) N; \w.*$", out, re.M)
     rows = [[float(x) for x in row] for row in rows]
     assert len(rows) == len(out.splitlines()) >= 20
     assert all(force == 0.0 for _, _, force in rows[:15]), "nothing is felt before the wall"
