@@ -103,7 +103,7 @@ def test_dynamics_of_a_scene_are_read_or_refused(tmp_path):
     F = np.linalg.solve(J @ W @ J.T + 1e-6 * np.eye(3), J @ W @ (0.3 * arm.gravity(q)))
     told = rig.arms.X_WB[:3, :3].T @ t["F_estimate_W"][-1]
     assert told[2] == pytest.approx(F[2], abs=drives.coulomb[2])  # a slow joint hides its dry friction
-    for content, why in (("{", "no YAML"), ("a: 1", "not a dynamics model"), (None, "cannot be read")):
+    for content, why in (("{", "not valid YAML"), ("a: 1", "not a dynamics model"), (None, "cannot be read")):
         if content is None:
             (tmp_path / "psm.yaml").unlink()
         else:
