@@ -1,4 +1,4 @@
-"""Functions that tests sweep: the workers import them from here."""
+"""Functions for the tests of sweeps; the workers import them from this module."""
 
 import os
 import signal
@@ -16,7 +16,7 @@ def draw(point, seed):
 
 
 def slow(point, seed):
-    """Leaves a line for each call in the folder of the point, one file for each process."""
+    """Append one line per call to a file of this process in the folder of the point."""
     with (Path(point["folder"]) / str(os.getpid())).open("a") as log:
         log.write(f"{point['k']}\n")
     time.sleep(0.02)

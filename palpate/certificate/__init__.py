@@ -1,4 +1,4 @@
-"""Which walls a device or a scene can render without swinging by itself (docs/certificate.md).
+"""Which virtual walls a device or a scene can render without self-sustained oscillation (docs/certificate.md).
 
 device = palpate.Device(mass=0.3, damping=0.5, rate=1000, delay=0.004, friction=0.1)
 print(palpate.certify(device, K=400, B=2).reason)
@@ -22,32 +22,32 @@ __all__ = ["Certificate", "Device", "certify", "certify_all"]
 
 
 def certify(what: Device | Scene, K: float | None = None, B: float | None = None) -> Certificate:
-    """The certificate of a `Device`, or of the arms, hand and objects of a scene: of the one nearest to its limit.
+    """Certify a `Device`, or a scene with its arms, hand and objects. A scene returns its most critical certificate.
 
     Args:
         what: a device, or a scene.
-        K: stiffness that is asked about [N/m]; for a device none (the limit alone), for a scene the object's, on the
-            tool's side as in the scene file: the hand feels ``scale * force_scale * K``.
-        B: damping of the wall [N s/m]; for a device none, for a scene the object's.
+        K: stiffness to judge [N/m]. Default for a device: no verdict, only the limit. Default for a scene: the
+            stiffness of each object on the tool's side. The hand feels ``scale * force_scale * K``.
+        B: damping of the wall [N s/m]. Default for a device: 0. Default for a scene: the damping of each object.
 
     Raises:
-        SceneError, MeshError: the scene cannot be set up. PalpateError: its control law or its source
-            of the force is not one that is analysed.
+        SceneError, MeshError: the scene cannot be set up.
+        PalpateError: the analysis does not cover the scene's control law or its force source.
     """
     if not isinstance(what, Device):
         from palpate.certificate.scene import worst_of
 
         return worst_of(certify_all(what, K, B))
-    with threadpool_limits(1):  # the matrices are small: threads would only wait for each other
+    with threadpool_limits(1):  # the matrices are small, so threads cost more time than they save
         return certify_device(what, K, 0.0 if B is None else B)
 
 
 def certify_all(
     scene: Scene, K: float | None = None, B: float | None = None, rig: Rig | None = None
 ) -> list[Certificate]:
-    """One certificate per object and region of a scene, in the order of `scene.touched`; as `certify`.
+    """One certificate per object, region and fixture of a scene, in the order of `certificate.scene.touched`.
 
-    rig: the scene set up, when that has been done.
+    Arguments and errors are those of `certify`; ``rig`` is the assembled scene if it already exists.
     """
     from palpate.certificate.scene import certificates
 

@@ -1,16 +1,16 @@
-"""The loop of a scene: the leader linearised where it touches, the hand on it, the mapping, and the follower's servo.
+"""The loop of a scene: the leader linearised at a pose, the operator's hand, the mapping, and the follower's servo.
 
-With small motions about a pose q of the leader, hand and drives included, and the wall's normal n,
+For small motions about a pose q of the leader, with hand and drives included, and the wall's normal n,
 
     (M + I_r + J^T M_h J) q'' + (F_v + J^T B_h J) q' + J^T K_h J q = J_v^T n u,      y = n^T J_v q,
 
-and along n the follower's tip follows the goal ``scale * y`` as each of its joints follows its own: a second-order
-servo that holds the goal for a period. So all that is between y and the depth at which the spring pushes is
+Along n the follower's tip tracks the goal ``scale * y`` with the same second-order servo as each joint; the servo holds
+its goal for one period. The transfer function from y to the depth that compresses the spring is therefore
 
     U(z) = force_scale * scale * [1 0] (z - Phi_f)^-1 (1 - Phi_f) [1 0]^T,     Phi_f = exp([0 1; -w^2 -2 zeta w] T),
 
-while the damping sees the leader's own velocity, ``force_scale * scale * y'``. A fixture of guidance is asked where the
-hand sends the tool, not where the follower has got to: its U(z) is ``force_scale * scale`` alone.
+while the damping acts on the leader's own velocity, ``force_scale * scale * y'``. A guidance fixture is evaluated at
+the commanded tool pose, not at the follower's actual pose, so its U(z) is the constant ``force_scale * scale``.
 """
 
 from __future__ import annotations
@@ -27,25 +27,25 @@ from palpate.certificate.device import TAP, as_viscous
 from palpate.certificate.exponential import expm
 from palpate.certificate.loop import Complex, Loop, Modes, Path, low_pass, modes
 
-_SLOWEST = 1e-3  # joints that a tap hardly moves stick [rad/s]
-_STEP = 1e-5  # of a differentiation [rad, rad/s]
-_POSITIONING = 3  # joints that render a force in the mode `paper`
-_ASYNCHRONOUS = ("paper-plane", "paper-alg1", "face-normal", "approach-velocity")  # contact beside the cycle
+_SLOWEST = 1e-3  # smallest joint speed at which dry friction is linearised; slower joints stick [rad/s]
+_STEP = 1e-5  # step of the numerical differentiation [rad, rad/s]
+_POSITIONING = 3  # number of joints that render a force in the mode `paper`
+_ASYNCHRONOUS = ("paper-plane", "paper-alg1", "face-normal", "approach-velocity")  # contact outside the haptic cycle
 
 
 @dataclass(frozen=True)
-class Held:
-    """A leader in a pose, held by a hand."""
+class HeldLeader:
+    """A leader at one pose, held by a hand."""
 
     arm: Arm
     q: Array
-    """(n,) [rad, m]."""
+    """Joint positions (n,) [rad, m]."""
     o: _core.SimulationOptions
     hand: _core.HandOptions
     fixture: bool = False
-    """What pushes is a fixture of guidance: the follower's servo is not in its loop."""
-    beside: float = 0.0
-    """Stiffness of the fixtures that pull beside what pushes, on the tool's side [N/m]."""
+    """True if a guidance fixture renders the force: the follower's servo is not in its loop."""
+    parallel_stiffness: float = 0.0
+    """Stiffness of fixtures that act in parallel with the rendered wall, on the tool's side [N/m]."""
 
     @cached_property
     def _matrices(self) -> tuple[Array, Array, Array, Array]:
@@ -55,34 +55,34 @@ class Held:
         M_h = np.diag([h.mass] * 3 + [h.inertia] * 3)
         B_h = np.diag([h.damping] * 3 + [h.rotational_damping] * 3)
         K_h = np.diag([h.stiffness] * 3 + [h.rotational_stiffness] * 3)
-        rubbing = (1.0 - self.o.torque.friction.gain) * plant.viscous
+        viscous = (1.0 - self.o.torque.friction.gain) * plant.viscous
         M = self.arm.mass_matrix(self.q) + np.diag(plant.rotor_inertia) + J.T @ M_h @ J
         D_p, K_p = self._platform()
-        return M, np.diag(rubbing) + J.T @ B_h @ J + D_p, J.T @ K_h @ J + K_p, J
+        return M, np.diag(viscous) + J.T @ B_h @ J + D_p, J.T @ K_h @ J + K_p, J
 
     def _platform(self) -> tuple[Array, Array]:
-        """Damping and stiffness (n, n) that an MTM's joint-4 controller adds: its law, differentiated."""
+        """Damping and stiffness (n, n) that an MTM's joint-4 controller adds, from numerical differentiation."""
         n = self.arm.n
         torque = _core.Torque(self.o.torque, self.arm.tau_max, 1.0 / self.o.rate)
 
-        def at(q: Array, v: Array) -> Array:
+        def platform_torque(q: Array, v: Array) -> Array:
             command, _ = torque.step(self.arm, q, v, np.zeros(6))
             return command.tau_platform.copy()
 
         still, D, K = np.zeros(n), np.zeros((n, n)), np.zeros((n, n))
         for k, e in enumerate(_STEP * np.eye(n)):
-            K[:, k] = -(at(self.q + e, still) - at(self.q - e, still)) / (2.0 * _STEP)
-            D[:, k] = -(at(self.q, e) - at(self.q, -e)) / (2.0 * _STEP)
+            K[:, k] = -(platform_torque(self.q + e, still) - platform_torque(self.q - e, still)) / (2.0 * _STEP)
+            D[:, k] = -(platform_torque(self.q, e) - platform_torque(self.q, -e)) / (2.0 * _STEP)
         return D, K
 
-    def _space(self, rubbing: Array) -> tuple[Array, Array, Array, Array]:
-        """A (m, m), b (m, 3), c (3, m), d (3, m): force on the handle to its place and measured velocity.
+    def _space(self, viscous: Array) -> tuple[Array, Array, Array, Array]:
+        """State-space matrices A (m, m), b (m, 3), c (3, m), d (3, m) from handle force to position and velocity.
 
-        rubbing: more viscous friction of the joints (n,) [N m s/rad].
+        viscous: additional viscous friction of the joints (n,) [N m s/rad].
         """
         M, D, S, J = self._matrices
         n, Minv, Jv = len(M), np.linalg.inv(M), J[:3]
-        A = np.block([[np.zeros((n, n)), np.eye(n)], [-Minv @ S, -Minv @ (D + np.diag(rubbing))]])
+        A = np.block([[np.zeros((n, n)), np.eye(n)], [-Minv @ S, -Minv @ (D + np.diag(viscous))]])
         first = np.arange(n) < _POSITIONING
         rendered = np.where(first, Jv, 0.0) if str(self.o.torque.mode).endswith("paper") else Jv
         b = np.vstack([np.zeros((n, 3)), Minv @ rendered.T])
@@ -90,18 +90,18 @@ class Held:
         return _with_lags(A, b, c, d, self.o.leader)
 
     @cached_property
-    def _lubricated(self) -> tuple[Array, Array, Array, Array, Modes]:
+    def _frictionless(self) -> tuple[Array, Array, Array, Array, Modes]:
         A, b, c, d = self._space(np.zeros(self.arm.n))
         return A, b, c, d, modes(A)
 
     def loop(self, n: Array) -> Loop:
-        """Pressing along n (3,), in the leader's base frame, the joints without dry friction."""
-        A, b, c, d, known = self._lubricated
+        """The loop for a wall with normal n (3,) in the leader's base frame, without dry friction."""
+        A, b, c, d, known = self._frictionless
         return self._closed(A, b @ n, n @ c, n @ d, known)
 
-    def rubbed(self, n: Array) -> Loop:
-        """The same with the joints' dry friction, as viscous friction that takes as much when the handle is tapped
-        with `TAP` along n (`Device.loop`)."""
+    def loop_with_friction(self, n: Array) -> Loop:
+        """The same loop with dry friction, replaced by the viscous friction that dissipates the same energy when
+        the handle is tapped with speed `TAP` along n (see `Device.loop`)."""
         M, _, _, J = self._matrices
         motion = np.linalg.solve(M, J[:3].T @ n)
         speed = np.maximum(np.abs(TAP * motion / (n @ J[:3] @ motion)), _SLOWEST)
@@ -113,23 +113,24 @@ class Held:
         gain = felt(o)
         velocity = _velocity(gain, o.leader.velocity_window, T)
         smooth = low_pass(T, o.stability.low_pass)
-        depth = _at_once(gain) if self.fixture else _depth(o, gain)
-        return Loop(A, b, c, T, whole_servo_periods(o), depth, velocity, d, smooth, known, gain * self.beside)
+        depth = _direct_path(gain) if self.fixture else _depth(o, gain)
+        parallel = gain * self.parallel_stiffness
+        return Loop(A, b, c, T, whole_servo_periods(o), depth, velocity, d, smooth, known, parallel)
 
 
 def felt(o: _core.SimulationOptions) -> float:
-    """Stiffness or damping at the hand per that of a surface [-]."""
+    """Stiffness or damping at the hand per stiffness or damping of a surface [-]."""
     return o.mapping.force_scale * o.mapping.scale * o.torque.force_gain
 
 
 def whole_servo_periods(o: _core.SimulationOptions) -> float:
-    """The loop delay as the simulated drives have it, jitter counted in full [s]."""
+    """The loop delay in whole periods of the simulated drives, with the full jitter added [s]."""
     dt = 1.0 / (o.rate * np.ceil(o.plant_rate / o.rate - 1e-9))
     return float(dt * np.ceil((o.loop_delay + o.loop_jitter) / dt - 0.5))
 
 
 def _with_lags(A: Array, b: Array, c: Array, d: Array, o: _core.LeaderOptions) -> tuple[Array, Array, Array, Array]:
-    """The drives' lag before the force, the velocity's low pass behind the speed: a state for each axis."""
+    """Add the drives' first-order lag at the input and the velocity's low pass at the output, one state per axis."""
     zero = np.zeros((3, 3))
     if o.drive_lag > 0.0:
         A = np.block([[A, b], [np.zeros((3, len(A))), -np.eye(3) / o.drive_lag]])
@@ -142,13 +143,13 @@ def _with_lags(A: Array, b: Array, c: Array, d: Array, o: _core.LeaderOptions) -
     return A, b, c, d
 
 
-def _at_once(gain: float) -> Path:
-    """U(z) of what is asked where the hand is."""
+def _direct_path(gain: float) -> Path:
+    """U(z) of a law evaluated at the commanded tool pose: a constant gain."""
     return lambda z: np.full_like(z, gain)
 
 
 def _depth(o: _core.SimulationOptions, gain: float) -> Path:
-    """U(z)."""
+    """U(z) of the follower's servo, with the delay of asynchronous contact."""
     T, w, zeta = 1.0 / o.rate, 2.0 * np.pi * o.follower.bandwidth, o.follower.damping_ratio
     late = int(np.ceil(o.rate / o.contact.collision_rate)) if o.method in _ASYNCHRONOUS else 0
     Phi = expm(np.array([[0.0, 1.0], [-(w**2), -2.0 * zeta * w]]) * T) if w > 0.0 else np.zeros((2, 2))
@@ -164,7 +165,7 @@ def _depth(o: _core.SimulationOptions, gain: float) -> Path:
 
 
 def _velocity(gain: float, window: float, T: float) -> Path:
-    """W(z): a difference over a window is the mean velocity in it, so late by half of it."""
+    """W(z): a difference over a window is the mean velocity in this window, delayed by half its length."""
 
     def W(z: Complex) -> Complex:
         w = np.log(z) / T

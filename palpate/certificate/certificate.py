@@ -1,4 +1,4 @@
-"""The certificate: the largest stable stiffness, a verdict on the one that is asked about, and why."""
+"""The certificate: the largest stable stiffness, a verdict on a given stiffness, and the reason."""
 
 from __future__ import annotations
 
@@ -15,54 +15,54 @@ from palpate.certificate.loop import Loop
 
 Verdict = Literal["stable", "marginal", "unstable"]
 
-#: A stiffness below this share of both limits, the one with friction and the linear one, is called stable; one above
-#: the former by its inverse unstable; between them marginal.
+#: A stiffness below this fraction of both limits, with dry friction and linear, is stable. A stiffness above the limit
+#: with friction divided by this fraction is unstable. A stiffness between these two values is marginal.
 SURE = 0.97
-_VISCOUS = 10.0  # most damping that is advised, beside four times what there is [N s/m]
+_VISCOUS = 10.0  # largest damping that is advised, unless four times the present damping is larger [N s/m]
 
 
 @dataclass(frozen=True)
 class Case:
-    """One of the loops that have to be stable."""
+    """One of the loops that must be stable."""
 
-    told: str
-    """Which hand, which direction, which pose, in words."""
+    description: str
+    """The hand, direction and pose of this loop, in words."""
     loop: Loop
 
 
 @dataclass(frozen=True)
 class Certificate:
-    """What may be rendered, for the damping chosen. The worst of all cases counts."""
+    """Stiffness limit and verdict for one wall damping. The most critical of all cases sets the limit."""
 
     B: float
-    """Damping that was chosen [N s/m]."""
+    """Damping of the wall [N s/m]."""
     k_max: float
-    """Largest stable stiffness; infinity when none is too stiff [N/m]."""
+    """Largest stable stiffness; infinity if every stiffness is stable [N/m]."""
     k_linear: float
-    """The same without what dry friction holds and counts and bounces spoil [N/m]."""
+    """Limit of the linear loop, without the effects of dry friction, encoder counts and bouncing [N/m]."""
     frequency: float
-    """At which it would swing [Hz]."""
+    """Frequency of the oscillation at the limit [Hz]."""
     worst: str
-    """The case that sets the limit."""
+    """Description of the case that sets the limit."""
     K: float | None
-    """Stiffness that is asked about [N/m]."""
+    """Stiffness to judge; None if only the limit was requested [N/m]."""
     verdict: Verdict | None
-    """On it."""
+    """Verdict on K; None without K."""
     margin: float | None
-    """k_max / K - 1: how much stiffer it could be [-]."""
+    """k_max / K - 1: relative stiffness reserve [-]."""
     reason: str
-    """In words, with what would help."""
+    """The verdict in words, with advice that would raise the limit."""
     bounds: dict[str, float] = field(default_factory=dict)
-    """The classical ones, `classical` [N/m]."""
+    """Classical passivity bounds by name, see `classical` [N/m]."""
     hands: dict[str, float] = field(default_factory=dict)
-    """Linear limit with each hand of the range, dry friction counted as viscous [N/m]."""
+    """Linear limit with each hand of the range, with dry friction replaced by viscous friction [N/m]."""
     cases: tuple[Case, ...] = field(default=(), repr=False)
     name: str = ""
-    """Of the object (or of a region in it); of a device nothing."""
+    """Name of the object, region or fixture; empty for a device."""
 
     @property
     def k_sure(self) -> float:
-        """Up to here the verdict is stable [N/m]."""
+        """Largest stiffness with the verdict "stable" [N/m]."""
         return SURE * min(self.k_max, self.k_linear)
 
     def boundary(self, points: int = 48) -> tuple[Array, Array]:
@@ -73,7 +73,7 @@ class Certificate:
         return B, np.array([min(case.loop.K_max(b)[0] for case in self.cases) for b in B])
 
     def to_json(self) -> dict[str, Any]:
-        """As ``palpate certify --json`` writes it (docs/json.md); infinity is null."""
+        """The object that ``palpate certify --json`` writes (docs/json.md); infinity becomes null."""
         B, K = self.boundary()
         return {
             "k_max_N_per_m": finite_or_none(self.k_max),
@@ -89,11 +89,11 @@ class Certificate:
 def linear_limit(cases: tuple[Case, ...], B: float) -> tuple[float, float, Case]:
     """Largest stable stiffness of all cases [N/m], its frequency [rad/s], and the case that sets it."""
     limits = [(*case.loop.K_max(B), case) for case in cases]
-    return min(limits, key=lambda one: one[0])
+    return min(limits, key=lambda limit: limit[0])
 
 
 def judge(K: float | None, k_max: float, k_linear: float) -> tuple[Verdict | None, float | None]:
-    """The verdict on K, and the margin. Stable is what needs no dry friction to be so."""
+    """The verdict on K, and the margin. The verdict is stable only if the loop is stable without dry friction."""
     if K is None or K <= 0.0:
         return (None if K is None else "stable" if k_max > 0.0 else "unstable"), None
     margin = k_max / K - 1.0
@@ -104,11 +104,11 @@ def judge(K: float | None, k_max: float, k_linear: float) -> tuple[Verdict | Non
 
 def certify_device(device: Device, K: float | None = None, B: float = 0.0) -> Certificate:
     """The certificate of a `Device` for a wall of stiffness K [N/m] (None: only the limit) and damping B [N s/m]."""
-    rubbed = tuple(Case(f"hand {h.name}", device.loop(h, lubricated=False)) for h in device.hands)
-    bare = tuple(Case(f"hand {h.name}", device.loop(h)) for h in device.hands)
-    k_linear, w, worst = linear_limit(bare, B)
+    frictional = tuple(Case(f"hand {h.name}", device.loop(h, lubricated=False)) for h in device.hands)
+    linear = tuple(Case(f"hand {h.name}", device.loop(h)) for h in device.hands)
+    k_linear, w, worst = linear_limit(linear, B)
     k_max = np.inf
-    for hand, case in sorted(zip(device.hands, rubbed, strict=True), key=lambda one: one[1].loop.K_max(B)[0]):
+    for hand, case in sorted(zip(device.hands, frictional, strict=True), key=lambda one: one[1].loop.K_max(B)[0]):
         expected, w_hand = case.loop.K_max(B)
         if min(expected, k_max) == k_max and not trials.oscillates(device, hand, k_max, B, w_hand):
             continue
@@ -123,31 +123,31 @@ def certify_device(device: Device, K: float | None = None, B: float = 0.0) -> Ce
         "abbott_okamura": classical.abbott_okamura(device.damping, device.friction, device.quantum, 1 / device.rate),
     }
 
-    loop = words.LoopFacts(device.delay + device.jitter, device.rate, B, w / (2 * np.pi), worst.told)
-    reason = words.reason(K, k_max, verdict, loop, advice(rubbed, B))
+    loop = words.LoopFacts(device.delay + device.jitter, device.rate, B, w / (2 * np.pi), worst.description)
+    reason = words.reason(K, k_max, verdict, loop, advice(frictional, B))
     if verdict == "marginal" and K is not None and SURE * k_linear < K:
         reason += f"; beyond {words.number(k_linear)} N/m it leans on the device's dry friction"
-    hands = {h.name: case.loop.K_max(B)[0] for h, case in zip(device.hands, rubbed, strict=True)}
+    hands = {h.name: case.loop.K_max(B)[0] for h, case in zip(device.hands, frictional, strict=True)}
     return Certificate(
-        B, k_max, k_linear, w / (2 * np.pi), worst.told, K, verdict, margin, reason, bounds, hands, rubbed
+        B, k_max, k_linear, w / (2 * np.pi), worst.description, K, verdict, margin, reason, bounds, hands, frictional
     )
 
 
 def advice(cases: tuple[Case, ...], B: float) -> list[words.Advice]:
-    """What would help any loop: less delay, other damping."""
+    """Changes that may raise the limit of any loop: less delay, other damping."""
     delay = max(case.loop.delay for case in cases)
     less = 1e-3 * round(1e3 * delay / 3) if delay >= 1.5e-3 else delay / 3
-    told: list[words.Advice] = []
+    found: list[words.Advice] = []
     if delay > 0.0:
-        shorter = tuple(Case(c.told, c.loop.delayed(max(c.loop.delay - less, 0.0))) for c in cases)
-        told.append((f"{1e3 * less:.2g} ms less delay", lambda: linear_limit(shorter, B)[0]))
+        shorter = tuple(Case(c.description, c.loop.delayed(max(c.loop.delay - less, 0.0))) for c in cases)
+        found.append((f"{1e3 * less:.2g} ms less delay", lambda: linear_limit(shorter, B)[0]))
     best, K = _best_damping(cases, B)
-    what = f"{best:.2g} N s/m of damping" if best > B else f"only {best:.2g} N s/m of damping"
-    return [*told, (what, lambda: K)]
+    change = f"{best:.2g} N s/m of damping" if best > B else f"only {best:.2g} N s/m of damping"
+    return [*found, (change, lambda: K)]
 
 
 def _best_damping(cases: tuple[Case, ...], B: float) -> tuple[float, float]:
-    """The damping, no more than a hand would call viscous, that lets the wall be stiffest, and how stiff then."""
+    """The damping [N s/m], bounded by `_VISCOUS`, with the largest stable stiffness, and this stiffness [N/m]."""
     top = min(min(case.loop.B_max for case in cases), max(4.0 * B, _VISCOUS))
     grid = np.linspace(0.0, 0.98 * top, 12)
     K = [linear_limit(cases, float(b))[0] for b in grid]

@@ -1,4 +1,4 @@
-"""A haptic device of one axis: what the certificate asks about it, as a loop to analyse and as one to simulate."""
+"""A haptic device with one axis: its parameters, its linear loop for the analysis, and its simulated loop."""
 
 from __future__ import annotations
 
@@ -12,24 +12,25 @@ from palpate.certificate.loop import Loop, difference
 from palpate.errors import PalpateError
 from palpate.hands import PRESETS, Hand
 
-#: The fastest tap that a certificate counts with [m/s]; dry friction helps least against it.
+#: Speed of the fastest tap that a certificate considers [m/s]. Dry friction damps the fastest tap least.
 TAP = 0.5
 
 
 def as_viscous(friction: float | Array, speed: float | Array) -> Array:
-    """Viscous friction that takes as much as dry friction `friction` from a swing of the velocity `speed`, 4 Fc/(pi v).
+    """Viscous friction that dissipates as much as dry friction in an oscillation of velocity amplitude `speed`.
 
-    Its describing function (Gelb and Vander Velde 1968, 2.3); [N] and [m/s] give [N s/m], [N m] and [rad/s] N m s/rad.
+    This is the describing function 4 Fc / (pi v) (Gelb and Vander Velde 1968, 2.3). Units: [N] and [m/s] give [N s/m];
+    [N m] and [rad/s] give [N m s/rad].
     """
     return np.asarray(4.0 * friction / (np.pi * speed))
 
 
 @dataclass(frozen=True)
 class Device:
-    """A device along one direction, its haptic loop, and the hands that will hold it. All SI.
+    """A device along one direction, its haptic loop, and the hands that hold it. All values are in SI units.
 
     Raises:
-        PalpateError: a number that no device can have; names it.
+        PalpateError: a value is outside its physical range; the error names the value.
     """
 
     mass: float
@@ -37,22 +38,22 @@ class Device:
     damping: float
     """Viscous friction of the device itself [N s/m]."""
     rate: float = 1000.0
-    """Of the haptic cycle [Hz]."""
+    """Rate of the haptic cycle [Hz]."""
     delay: float = 0.0
-    """From the measurement of the position to the force on the hand [s]."""
+    """Time from the position measurement to the force on the hand [s]."""
     jitter: float = 0.0
-    """Added to the delay, anew in each cycle, uniform between 0 and this [s]."""
+    """Upper bound of the random delay that is added in each cycle, uniform from 0 [s]."""
     filter: float = 0.0
-    """Cut-off of the velocity's low pass, 0: the bare difference of two positions [Hz]."""
+    """Cut-off of the velocity's low pass; 0: the unfiltered difference of two positions [Hz]."""
     quantum: float = 0.0
-    """Resolution of the position, at the handle; 0: ideal [m]."""
+    """Resolution of the position measurement at the handle; 0: ideal [m]."""
     friction: float = 0.0
-    """Dry friction of the device, at the handle [N]."""
+    """Dry friction of the device at the handle [N]."""
     hand: Hand | tuple[Hand, ...] = tuple(PRESETS.values())
-    """One hand, or the range of hands that shall be safe."""
+    """One hand, or the range of hands for which the loop must be stable."""
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be."""
+        """Refuse values outside their physical range."""
         try:
             _core.Axis(self.axis(self.hands[0], 0.0, 0.0))
         except ValueError as error:
@@ -65,10 +66,10 @@ class Device:
         return (self.hand,) if isinstance(self.hand, Hand) else self.hand
 
     def loop(self, hand: Hand, lubricated: bool = True) -> Loop:
-        """Device and hand as a linear loop; jitter counts in full, as delay.
+        """Device and hand as a linear loop; the full jitter is added to the delay.
 
-        lubricated: without dry friction. Otherwise as the viscous friction that takes as much from a swing of the
-        velocity `TAP` (`as_viscous`).
+        lubricated: leave dry friction out. Otherwise it is replaced by the viscous friction that dissipates as much in
+        an oscillation of velocity amplitude `TAP` (`as_viscous`).
         """
         M = self.mass + hand.mass
         D = self.damping + hand.damping + (0.0 if lubricated else as_viscous(self.friction, TAP))
@@ -78,7 +79,7 @@ class Device:
                     velocity=difference(T, self.filter))  # fmt: skip
 
     def axis(self, hand: Hand, K: float, B: float, bilateral: bool = False) -> _core.AxisOptions:
-        """The same to be simulated, with everything that is not linear."""
+        """Options of the simulated axis with all nonlinear effects, for a wall of K [N/m] and B [N s/m]."""
         o = _core.AxisOptions()
         o.mass, o.damping, o.coulomb, o.rate = self.mass, self.damping, self.friction, self.rate
         o.delay, o.jitter, o.quantum, o.velocity_cutoff = self.delay, self.jitter, self.quantum, self.filter

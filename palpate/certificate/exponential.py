@@ -17,15 +17,15 @@ _PADE = [math.factorial(2 * _ORDER - k) * math.comb(_ORDER, k) / math.factorial(
 def expm(A: Array) -> Array:
     """``e^A`` of a square matrix (n, n), by scaling and squaring (Higham, SIAM J. Matrix Anal. Appl. 26, 2005).
 
-    A is halved until its 1-norm is at most 5.37, the Pade approximant of order 13 is exact to rounding there, and its
-    square is taken as often as A was halved.
+    A is halved until its 1-norm is at most 5.37, where the Pade approximant of order 13 is exact to rounding. The
+    approximant is then squared once per halving.
     """
     norm = float(np.abs(A).sum(axis=0).max())
     halvings = max(0, math.ceil(math.log2(norm / _LARGEST))) if norm > _LARGEST else 0
     X = A / 2.0**halvings
     X2 = X @ X
     even, odd = _PADE[_ORDER - 1] * np.eye(len(A)), _PADE[_ORDER] * np.eye(len(A))
-    for k in range(_ORDER - 3, -1, -2):  # Horner's scheme in X^2, even and odd powers apart
+    for k in range(_ORDER - 3, -1, -2):  # Horner's scheme in X^2, separately for even and odd powers
         even, odd = even @ X2 + _PADE[k] * np.eye(len(A)), odd @ X2 + _PADE[k + 1] * np.eye(len(A))
     odd = X @ odd
     E = np.linalg.solve(even - odd, even + odd)

@@ -19,18 +19,18 @@ _COLOURS = {"stable": "#4f8f4f", "marginal": CAP, "unstable": FORCE}
 
 @dataclass(frozen=True)
 class Point:
-    """Something that is rendered."""
+    """A rendered wall in the plane of damping and stiffness."""
 
     name: str
     B: float
-    """[N s/m]."""
+    """Damping [N s/m]."""
     K: float
-    """[N/m]."""
+    """Stiffness [N/m]."""
     verdict: str
 
 
 def draw(certificate: Certificate, points: Sequence[Point], title: str, path: Path) -> Path:
-    """Draw it into a PNG file."""
+    """Draw the stability boundary and the points into the PNG file ``path``."""
     png(lambda canvas: _picture(certificate, points, title, canvas), path)
     return path
 
@@ -44,8 +44,8 @@ def _picture(certificate: Certificate, points: Sequence[Point], title: str, canv
         if name == "colgate_brown_with_hand" and 0.0 < k < np.inf:
             axes.plot(certificate.B, k, marker="_", ms=14, mew=1.5, color=MUTED, ls="", label="passive with this hand")
     if np.isfinite(certificate.k_max):
-        told = f"limit, {number(certificate.k_max)} N/m"
-        axes.plot(certificate.B, certificate.k_max, marker="^", color=INK, ls="", label=told)
+        limit = f"limit, {number(certificate.k_max)} N/m"
+        axes.plot(certificate.B, certificate.k_max, marker="^", color=INK, ls="", label=limit)
     for point in points:
         axes.plot(point.B, point.K, marker="o", ms=6, color=_COLOURS[point.verdict], ls="",
                   label=f"{point.name}: {point.verdict}")  # fmt: skip
@@ -56,7 +56,7 @@ def _picture(certificate: Certificate, points: Sequence[Point], title: str, canv
 
 
 def plane(axes: Axes, B: np.ndarray, K: np.ndarray, label: str = "stability boundary", color: str = DEPTH) -> None:
-    """One boundary, the stable side shaded."""
+    """Draw one boundary and shade its stable side."""
     shown = np.where(np.isfinite(K), K, np.nan)
     axes.fill_between(B, 0.0, shown, color=color, alpha=0.10, lw=0)
     axes.plot(B, shown, color=color, lw=1.6, label=label)

@@ -1,24 +1,24 @@
-"""The sampled loop of a virtual wall, exactly: which stiffness and damping keep it stable.
+"""Exact stability analysis of the sampled loop of a virtual wall: which stiffness and damping keep it stable.
 
-A plant (device and hand), linear in time,
+A linear plant (device and hand),
 
-    x' = A x + b u,      y = c x   the handle's way into the wall [m]
+    x' = A x + b u,      y = c x   the handle's penetration of the wall [m]
 
-is driven by a force that is computed at the instants k T, held for a period, and arrives ``delay`` later, l whole
-periods and a fraction f T of one. From one cycle to the next (Astrom and Wittenmark, Computer-Controlled Systems, 3.2)
+is driven by a force that is computed at the instants k T and held for one period. It acts after ``delay``, which is l
+whole periods plus f T. From one cycle to the next (Astrom and Wittenmark, Computer-Controlled Systems, 3.2)
 
     x[k+1] = Phi x[k] + Gamma0 u[k-l] + Gamma1 u[k-l-1],
     Phi = e^(A T),   Gamma0 = int_0^(T-f) e^(A s) ds b,   Gamma1 = e^(A (T-f)) int_0^f e^(A s) ds b
 
-which is no approximation. With the paths of position and velocity through the controller, U(z) and W(z), the wall
+without approximation. U(z) and W(z) are the controller's transfer functions of position and velocity. The wall
 u = -(K U y + B W y) has the characteristic equation
 
     1 + K P(z) + B Q(z) = 0,     P = U G,   Q = W G,   G(z) = c (z - Phi)^-1 (Gamma0 z^-l + Gamma1 z^-(l+1)).
 
-On the unit circle, z = e^(i w T), these are two real equations that are linear in K and B: each frequency gives the one
-gain (K, B) at which the loop swings at it for ever. They are the stability boundary (Neimark's D-decomposition). With B
-given the roots leave the circle where Im H = 0, H(w) = -(1 + B Q) / P, at K = Re H, and the smallest of these K is the
-largest that is stable.
+On the unit circle, z = e^(i w T), these are two real equations that are linear in K and B. Each frequency gives one
+gain (K, B) at which the loop oscillates with constant amplitude; these gains form the stability boundary (Neimark's
+D-decomposition). For a given B, roots leave the circle at K = Re H where Im H = 0, with H(w) = -(1 + B Q) / P. The
+smallest such K is the largest stable stiffness.
 """
 
 from __future__ import annotations
@@ -37,17 +37,17 @@ from palpate.certificate.exponential import expm
 Complex = NDArray[np.complex128]
 Path = Callable[[Complex], Complex]
 
-_POINTS = 600  # frequencies, beside those that a long delay asks for
-_PER_PERIOD = 30  # frequencies per turn of the delay's phase
-_LOWEST = 1e-4  # of the grid, as a share of the Nyquist frequency
-_RESONANT = 0.1  # damping ratio below which a pole is looked at more closely
-_REFINEMENTS = 40
-_REFINED = 4  # crossings, the lowest
-_TURNED = 1e-9  # of A, so that equal poles come apart
+_POINTS = 600  # number of logarithmically spaced frequencies
+_PER_PERIOD = 30  # number of evenly spaced frequencies per turn of the delay's phase
+_LOWEST = 1e-4  # lowest frequency of the grid, as a fraction of the Nyquist frequency
+_RESONANT = 0.1  # damping ratio below which the grid is refined around a pole
+_REFINEMENTS = 40  # bisection steps per crossing
+_REFINED = 4  # number of lowest crossings that are refined
+_PERTURBATION = 1e-9  # relative perturbation of A that separates equal poles
 
 
-def held(A: Array, b: Array, T: float) -> tuple[Array, Array]:
-    """``e^(A T)`` (n, n) and ``int_0^T e^(A s) ds b`` (n,), of one matrix exponential."""
+def zero_order_hold(A: Array, b: Array, T: float) -> tuple[Array, Array]:
+    """``e^(A T)`` (n, n) and ``int_0^T e^(A s) ds b`` (n,) from one matrix exponential."""
     n = len(A)
     block = np.zeros((n + 1, n + 1))
     block[:n, :n], block[:n, n] = A, b
@@ -60,12 +60,12 @@ Modes = tuple[Complex, Complex, Complex]
 
 
 def modes(A: Array) -> Modes:
-    """Of A; equal poles (a critically damped device) are moved apart by a billionth."""
+    """Modes of A (n, n). Equal poles (critical damping) are separated by a relative perturbation of 1e-9."""
     poles, V = np.linalg.eig(A)
     if np.linalg.cond(V) > 1e10:
         n = len(A)
         poles, V = np.linalg.eig(
-            A + _TURNED * np.linalg.norm(A) * np.outer(np.arange(1, n + 1), np.arange(n, 0, -1)) / n
+            A + _PERTURBATION * np.linalg.norm(A) * np.outer(np.arange(1, n + 1), np.arange(n, 0, -1)) / n
         )
     return poles.astype(complex), V.astype(complex), np.linalg.inv(V).astype(complex)
 
@@ -78,65 +78,65 @@ def _integral(poles: Complex, t: float) -> Complex:
 
 
 def low_pass(T: float, cutoff: float) -> Path:
-    """The first-order low-pass of the cycle; cutoff 0: none [Hz]."""
-    share = _core.low_pass_share(cutoff, T)
-    return lambda z: share / (1.0 - (1.0 - share) / z)
+    """Transfer function of the cycle's first-order low pass with ``cutoff`` [Hz]; 0: no filter."""
+    fraction = _core.low_pass_share(cutoff, T)
+    return lambda z: fraction / (1.0 - (1.0 - fraction) / z)
 
 
 def difference(T: float, cutoff: float = 0.0) -> Path:
-    """``W(z)`` of the filtered difference of two positions; cutoff of the low pass [Hz], 0: none."""
+    """``W(z)`` of the difference of two positions, low-pass filtered with ``cutoff`` [Hz]; 0: no filter."""
     smooth = low_pass(T, cutoff)
     return lambda z: smooth(z) * (1.0 - 1.0 / z) / T
 
 
 @dataclass(frozen=True)
 class Loop:
-    """A plant in a sampled loop. All SI; y > 0 is into the wall."""
+    """A plant in a sampled loop. All values are in SI units; y > 0 is inside the wall."""
 
     A: Array
-    """(n, n) of x' = A x + b u, no eigenvalue to the right of the imaginary axis."""
+    """System matrix (n, n) of x' = A x + b u, without eigenvalues in the right half-plane."""
     b: Array
-    """(n,) what a force along the way of y does."""
+    """Input vector (n,) of a force along y."""
     c: Array
-    """(n,) of y = c x."""
+    """Output vector (n,) of y = c x."""
     T: float
     """Period of the cycle [s]."""
     delay: float
-    """From the measurement to the force [s]."""
+    """Time from the measurement to the force [s]."""
     position: Path = np.ones_like
-    """U(z): from y to the position that the wall sees."""
+    """U(z): transfer function from y to the position that the wall's spring uses."""
     velocity: Path = np.ones_like
-    """W(z): from y, or from d x when d is given, to the velocity that the damping sees."""
+    """W(z): transfer function from y, or from d x if d is given, to the velocity that the wall's damper uses."""
     d: Array | None = None
-    """(n,) of a velocity d x that the plant measures by itself."""
+    """Output vector (n,) of a velocity d x that the plant measures directly."""
     force: Path = np.ones_like
-    """From the force of the wall to the one that is commanded."""
+    """Transfer function from the wall's force to the commanded force."""
     modes: Modes | None = None
-    """``modes(A)``, when they are known."""
-    beside: float = 0.0
-    """Stiffness of springs that act on y itself beside the wall: fixtures of guidance [N/m]."""
+    """``modes(A)`` if already computed."""
+    parallel_stiffness: float = 0.0
+    """Stiffness of springs (guidance fixtures) that act on y in parallel with the wall [N/m]."""
 
     def delayed(self, delay: float) -> Loop:
-        """The same with another delay [s]."""
+        """This loop with another delay [s]."""
         return replace(self, delay=delay)
 
     @cached_property
     def _split(self) -> tuple[int, float]:
-        """Whole periods of the delay, and what is left of it [s]."""
+        """Number of whole periods in the delay, and the remainder [s]."""
         whole = int(np.floor(self.delay / self.T + 1e-9))
         return whole, max(self.delay - whole * self.T, 0.0)
 
     @cached_property
     def sampled(self) -> tuple[Array, Array, Array]:
-        """Phi (n, n), Gamma0 (n,), Gamma1 (n,), by matrix exponentials."""
+        """Phi (n, n), Gamma0 (n,), Gamma1 (n,) from matrix exponentials."""
         f = self._split[1]
-        Phi, _ = held(self.A, self.b, self.T)
-        late, Gamma0 = held(self.A, self.b, self.T - f)
-        return Phi, Gamma0, late @ held(self.A, self.b, f)[1]
+        Phi, _ = zero_order_hold(self.A, self.b, self.T)
+        late, Gamma0 = zero_order_hold(self.A, self.b, self.T - f)
+        return Phi, Gamma0, late @ zero_order_hold(self.A, self.b, f)[1]
 
     @cached_property
     def _modal(self) -> tuple[Complex, Complex, Complex, Complex, Complex]:
-        """Eigenvalues of Phi; Gamma0, Gamma1, c and d in their axes."""
+        """Eigenvalues of Phi, and Gamma0, Gamma1, c and d in modal coordinates, each (n,)."""
         poles, V, V_inverse = modes(self.A) if self.modes is None else self.modes
         late = self._split[1]
         early = self.T - late
@@ -151,18 +151,18 @@ class Loop:
         return self.position(z) * y, self.velocity(z) * v
 
     def _responses(self, z: Complex) -> tuple[Complex, Complex]:
-        """Of y and of the measured velocity to the wall's force, at z (m,), the springs `beside` closed."""
+        """Responses of y and of the velocity to the wall's force at z (m,), with the parallel springs connected."""
         poles, g0, g1, c, d = self._modal
         z = np.asarray(z, dtype=complex)
         late = self.force(z) * z ** -float(self._split[0])
         states = (g0 + g1 / z[:, None]) / (z[:, None] - poles) * late[:, None]  # (m, n)
         y = states @ c
-        left = 1.0 / (1.0 + self.beside * y) if self.beside > 0.0 else 1.0
+        left = 1.0 / (1.0 + self.parallel_stiffness * y) if self.parallel_stiffness > 0.0 else 1.0
         return y * left, (states @ d) * left
 
     @cached_property
     def grid(self) -> Array:
-        """w T (m,), rising, below pi: dense enough to follow the delay's phase and the plant's resonances."""
+        """Ascending w T (m,) below pi, dense enough to resolve the delay's phase and the plant's resonances."""
         turns = self.delay / self.T + 8.0
         low, high = np.log10(np.pi * _LOWEST), np.log10(np.pi)
         even = np.linspace(0.0, np.pi, int(_PER_PERIOD * turns) + 2)[1:-1]
@@ -177,14 +177,14 @@ class Loop:
         return self.P_and_Q(np.exp(1j * self.grid))
 
     def crossings(self, B: float) -> tuple[Array, Array]:
-        """K > 0 at which roots cross the circle with this B, the lowest few, rising, and their frequencies [rad/s]."""
+        """Lowest K > 0 [N/m] at which roots cross the circle for this B, ascending, and their frequencies [rad/s]."""
 
         def H(P: Complex, Q: Complex) -> Complex:
             return -(1.0 + B * Q) / P
 
         w, K = self._real_where(H(*self._on_circle), lambda z: H(*self.P_and_Q(z)))
         P, Q = self.P_and_Q(np.exp(1j * w))
-        there = np.abs(1.0 + K * P + B * Q) < 1e-6  # a change of sign through infinity (P = 0) is none
+        there = np.abs(1.0 + K * P + B * Q) < 1e-6  # excludes sign changes at a pole of H (P = 0)
         last = H(*self.P_and_Q(np.array([-1.0 + 0.0j]))).real  # z = -1, where both equations are real
         K, w = np.append(K[there], last), np.append(w[there], np.pi)
         order = np.argsort(K)
@@ -193,19 +193,19 @@ class Loop:
 
     @cached_property
     def B_max(self) -> float:
-        """The largest damping that is stable without a spring [N s/m]."""
+        """The largest stable damping for K = 0 [N s/m]."""
         _, B = self._real_where(-1.0 / self._on_circle[1], lambda z: -1.0 / self.P_and_Q(z)[1])
         last = (-1.0 / self.P_and_Q(np.array([-1.0 + 0j]))[1]).real
         B = np.append(B, last)
         return float(B[B > 0.0].min(initial=np.inf))
 
     def _real_where(self, on_grid: Complex, f: Callable[[Complex], Complex]) -> tuple[Array, Array]:
-        """w T where f is real and above zero, for the smallest such values, and these values."""
+        """w T at which f is real and positive, for the smallest such values, and these values."""
         im, re = on_grid.imag, on_grid.real
         change = np.flatnonzero(np.diff(np.signbit(im)))
-        share = im[change] / (im[change] - im[change + 1])
-        guess = re[change] + share * (re[change + 1] - re[change])
-        near = np.maximum(re[change], re[change + 1]) > 0.0  # a value just above zero may be guessed below it
+        fraction = im[change] / (im[change] - im[change + 1])
+        guess = re[change] + fraction * (re[change + 1] - re[change])
+        near = np.maximum(re[change], re[change + 1]) > 0.0  # interpolation may give a small positive value below zero
         change = change[near][np.argsort(guess[near])][:_REFINED]
         low, high, below = self.grid[change], self.grid[change + 1], np.signbit(im[change])
         for _ in range(_REFINEMENTS if len(change) else 0):
@@ -215,11 +215,13 @@ class Loop:
         return low, f(np.exp(1j * low)).real if len(change) else low
 
     def K_max(self, B: float) -> tuple[float, float]:
-        """The largest stable K with this B, and the frequency at which it would swing [N/m], [rad/s]; 0 when B, or what
-        acts beside, is too much by itself, infinity when nothing is too stiff."""
-        if self.beside > 0.0:
-            alone = replace(self, beside=0.0, position=np.ones_like)
-            if alone.K_max(B)[0] <= self.beside:
+        """Largest stable K [N/m] for this B, and the frequency of the oscillation at this limit [rad/s].
+
+        K is 0 if B or the parallel stiffness alone makes the loop unstable, and infinity if every stiffness is stable.
+        """
+        if self.parallel_stiffness > 0.0:
+            alone = replace(self, parallel_stiffness=0.0, position=np.ones_like)
+            if alone.K_max(B)[0] <= self.parallel_stiffness:
                 return 0.0, 0.0
         if self.B_max <= B:
             return 0.0, 0.0

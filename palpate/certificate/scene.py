@@ -1,4 +1,4 @@
-"""The certificate of a scene: its arms in the poses of its path, every direction of touch, its hand and others."""
+"""The certificate of a scene: several poses along its path, several contact directions, its hand and the presets."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from threadpoolctl import threadpool_limits
 from palpate import _core
 from palpate.arrays import Array
 from palpate.certificate import classical, words
-from palpate.certificate.arms import Held, felt, whole_servo_periods
+from palpate.certificate.arms import HeldLeader, felt, whole_servo_periods
 from palpate.certificate.certificate import SURE, Case, Certificate, advice, judge
-from palpate.certificate.guidance import NO_OBJECT, at_once, pulled, reach
+from palpate.certificate.guidance import NO_OBJECT, entry_summary, fixture_springs, total_stiffness
 from palpate.errors import PalpateError, PalpateWarning
 from palpate.hands import PRESETS
 from palpate.record.ticks import as_ticks
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 
-_SHARES = (0.3, 0.6)  # of the operator's path, where the leader is looked at beside the start
-_SETTLE = 1.0  # [s]
-_TILTS = (0.4, 0.2)  # about the worst direction so far [rad]
-#: Axes, and the middles between them, in the leader's base; a direction and its opposite are the same.
+_PATH_FRACTIONS = (0.3, 0.6)  # fractions of the operator's path, analysed in addition to the start
+_SETTLE = 1.0  # simulated time for the gimbal to settle [s]
+_TILTS = (0.4, 0.2)  # tilt angles of the search around the worst direction so far [rad]
+#: The axes of the leader's base and the bisectors between them; opposite directions are equivalent.
 _DIRECTIONS = [
     np.array(n) / np.linalg.norm(n)
     for n in ((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (1, -1, 0), (1, 0, 1), (1, 0, -1), (0, 1, 1), (0, 1, -1))
@@ -34,51 +34,53 @@ _DIRECTIONS = [
 
 @dataclass(frozen=True)
 class Touched:
-    """Something of a scene that can be touched, with one stiffness."""
+    """An object, region or fixture of a scene with one stiffness."""
 
     name: str
     index: int
-    """Of the object; of a fixture below zero."""
+    """Index of the object; negative for a fixture."""
     K: float
-    """Along its stiffest axis [N/m]."""
+    """Stiffness along the stiffest axis [N/m]."""
     B: float
-    """Along its least damped axis [N s/m]."""
+    """Damping along the least damped axis [N s/m]."""
     B_most: float
-    """Along its most damped axis, which may be too much [N s/m]."""
+    """Damping along the most damped axis; a large damping can also destabilise the loop [N s/m]."""
 
 
 def touched(rig: Rig) -> list[Touched]:
-    """Objects, the regions in them that feel otherwise, and fixtures of guidance: what each certificate is of."""
+    """Objects, their regions with own parameters, and guidance fixtures, in the order of the certificates."""
     scene, found = rig.scene, []
-    for i, thing in enumerate(scene.objects):
-        found.append(Touched(thing.name, i, max(thing.stiffness), min(thing.damping), max(thing.damping)))
-        for region in thing.regions:
-            K, B = region.stiffness or thing.stiffness, region.damping or thing.damping
-            found.append(Touched(f"{thing.name}, {region.name}", i, max(K), min(B), max(B)))
-    return found + [Touched(f.name, NO_OBJECT, f.K, f.B, f.B) for f in pulled(rig.fixtures.list())]
+    for i, surface in enumerate(scene.objects):
+        found.append(Touched(surface.name, i, max(surface.stiffness), min(surface.damping), max(surface.damping)))
+        for region in surface.regions:
+            K, B = region.stiffness or surface.stiffness, region.damping or surface.damping
+            found.append(Touched(f"{surface.name}, {region.name}", i, max(K), min(B), max(B)))
+    return found + [Touched(f.name, NO_OBJECT, f.K, f.B, f.B) for f in fixture_springs(rig.fixtures.list())]
 
 
 def warn_outside(rig: Rig) -> None:
-    """One warning per object (or region) of a scene that is not certified to be stable; none where there is no
-    certificate for its control law or its source of the force."""
+    """Warn once per object, region or fixture that is not certified as stable.
+
+    No warning is raised if the analysis does not cover the scene's control law or force source.
+    """
     try:
         found = certificates(rig.scene, None, None, rig)
     except PalpateError:
         return
-    for thing, one in zip(touched(rig), found, strict=True):
-        if one.verdict != "stable":
-            where = rig.scene.where(*(("objects", thing.index) if thing.index >= 0 else ("guidance",)))
-            warnings.warn(PalpateWarning(f"{one.name}: {one.reason}", where=where), stacklevel=2)
+    for surface, certificate in zip(touched(rig), found, strict=True):
+        if certificate.verdict != "stable":
+            where = rig.scene.where(*(("objects", surface.index) if surface.index >= 0 else ("guidance",)))
+            warnings.warn(PalpateWarning(f"{certificate.name}: {certificate.reason}", where=where), stacklevel=2)
 
 
 def worst_of(certificates: Sequence[Certificate]) -> Certificate:
-    """The one nearest to its limit, or furthest beyond it."""
+    """The certificate with the smallest ratio of limit to stiffness."""
     return min(certificates, key=lambda c: 0.0 if c.k_max <= 0.0 else c.k_max / c.K if c.K else np.inf)
 
 
 def certificates(scene: Scene, K: float | None, B: float | None, rig: Rig | None) -> list[Certificate]:
-    """As `palpate.certificate.certify_all`."""
-    with threadpool_limits(1):  # the matrices are small: threads would only wait for each other
+    """Implementation of `palpate.certificate.certify_all`."""
+    with threadpool_limits(1):  # the matrices are small, so threads cost more time than they save
         return _certificates(scene, K, B, rig)
 
 
@@ -86,14 +88,14 @@ def _certificates(scene: Scene, K: float | None, B: float | None, rig: Rig | Non
     _require_known(scene)
     rig = rig or build(scene)
     objects = _Arms(rig)
-    fixtures = objects.asking(fixture=True)
-    objects = objects.asking(beside=at_once(rig.fixtures.list()))
+    fixtures = objects.variant(fixture=True)
+    objects = objects.variant(parallel_stiffness=total_stiffness(rig.fixtures.list()))
     found = []
-    for thing in touched(rig):
-        arms = objects if thing.index >= 0 else fixtures
-        dampings = {thing.B, thing.B_most} if B is None else {B}
-        each = [arms.certificate(thing, thing.K if K is None else K, b) for b in sorted(dampings)]
-        found.append(min(each, key=lambda one: one.k_max))
+    for surface in touched(rig):
+        arms = objects if surface.index >= 0 else fixtures
+        dampings = {surface.B, surface.B_most} if B is None else {B}
+        each = [arms.certificate(surface, surface.K if K is None else K, b) for b in sorted(dampings)]
+        found.append(min(each, key=lambda certificate: certificate.k_max))
     return found
 
 
@@ -103,76 +105,79 @@ def _require_known(scene: Scene) -> None:
         raise PalpateError(
             f"there is no certificate for torque.law {scene.torque.law}{' with shape_inertia' if shaped else ''}",
             where=scene.where("torque"),
-            why="its loop goes through the load cell, which the analysis does not know",
+            why="its loop contains the load cell, which the analysis does not model",
             mend="use law stiffness or impedance, or try the scene with a simulated hand",
         )
     if scene.force.source != "contact":
         raise PalpateError(
             f"there is no certificate for force.source {scene.force.source}",
             where=scene.where("force"),
-            why="its loop goes through the follower's drives and its observer, which the analysis does not know",
+            why="its loop contains the follower's drives and force observer, which the analysis does not model",
             mend="use source contact, or try the scene with a simulated hand",
         )
 
 
 class _Arms:
-    """The leader of a scene in its poses, and what was found for a damping and a kind of surface."""
+    """The leader of a scene in several poses, with the worst pose and direction found so far by damping and surface."""
 
     def __init__(self, rig: Rig) -> None:
         self.rig, self.o = rig, rig.options()
-        self.held = {told: Held(rig.arms.leader, q, self.o, self.o.hand) for told, q in _poses(rig)}
-        self._known: dict[tuple[float, int | None], tuple[str, Array]] = {}
+        self.leaders = {pose: HeldLeader(rig.arms.leader, q, self.o, self.o.hand) for pose, q in _poses(rig)}
+        self._worst_cases: dict[tuple[float, int | None], tuple[str, Array]] = {}
         self.fixture = False
 
-    def asking(self, fixture: bool = False, beside: float = 0.0) -> _Arms:
-        """The same arms and poses, pushed by a fixture of guidance, or by a surface with fixtures beside it."""
+    def variant(self, fixture: bool = False, parallel_stiffness: float = 0.0) -> _Arms:
+        """The same arms and poses, with the force rendered by a fixture, or by a surface with parallel fixtures."""
         other = copy(self)
-        other.held = {told: replace(held, fixture=fixture, beside=beside) for told, held in self.held.items()}
-        other._known, other.fixture = {}, fixture
+        other.leaders = {
+            pose: replace(leader, fixture=fixture, parallel_stiffness=parallel_stiffness)
+            for pose, leader in self.leaders.items()
+        }
+        other._worst_cases, other.fixture = {}, fixture
         return other
 
-    def certificate(self, thing: Touched, K: float, B: float) -> Certificate:
-        pose, n = self._worst(thing, B)
-        held = self.held[pose]
+    def certificate(self, surface: Touched, K: float, B: float) -> Certificate:
+        pose, n = self._worst(surface, B)
+        held = self.leaders[pose]
         case = Case(f"pressing {_along(self.rig.arms.X_WL[:3, :3] @ n)} {pose}", held.loop(n))
         k_max, w = case.loop.K_max(B)
         verdict, margin = judge(K, k_max, k_max)
         servo = 0.0 if self.fixture else _servo_lag(self.o)
-        facts = words.LoopFacts(whole_servo_periods(self.o), self.o.rate, B, w / (2 * np.pi), case.told,
+        facts = words.LoopFacts(whole_servo_periods(self.o), self.o.rate, B, w / (2 * np.pi), case.description,
                                 f", {1e3 * servo:.3g} ms of the follower's servo" if servo > 0.0 else "")  # fmt: skip
-        told = words.reason(
+        reason = words.reason(
             K, k_max, verdict, facts, [*advice((case,), B), *self._faster(held, n, B)] if verdict != "stable" else []
         )
         if verdict != "stable" and self.rig.scene.stability.passivity != "off":
-            told += f"; the passivity layer ({self.rig.scene.stability.passivity}) will take force to hold it"
+            reason += f"; the passivity layer ({self.rig.scene.stability.passivity}) will take force to hold it"
         if verdict != "stable" and self.fixture and 0.0 < k_max < np.inf:
-            told += f"; softly it can hold so much: {reach(SURE * k_max, self.o.mapping.force_scale)}"
-            told += "; with hard: true the tool stays out"
+            reason += f"; softly it can hold so much: {entry_summary(SURE * k_max, self.o.mapping.force_scale)}"
+            reason += "; with hard: true the tool stays out"
         gain = felt(self.o)
         passive = classical.colgate_brown(self.o.hand.damping, gain * B, 1 / self.o.rate, facts.delay + servo)
         bounds = {"colgate_brown_with_hand": passive / gain if gain > 0.0 else np.inf}
-        return Certificate(B, k_max, k_max, w / (2 * np.pi), case.told, K, verdict, margin, told, bounds,
-                           self._hands(held, n, B), (case,), thing.name)  # fmt: skip
+        return Certificate(B, k_max, k_max, w / (2 * np.pi), case.description, K, verdict, margin, reason, bounds,
+                           self._hands(held, n, B), (case,), surface.name)  # fmt: skip
 
-    def _worst(self, thing: Touched, B: float) -> tuple[str, Array]:
-        """Pose and direction, in the leader's base, in which the least stiffness is stable."""
-        plane = thing.index >= 0 and self.rig.scene.objects[thing.index].plane is not None
-        key = (B, thing.index if plane else None)
-        if key not in self._known:
+    def _worst(self, surface: Touched, B: float) -> tuple[str, Array]:
+        """The pose, and the direction (3,) in the leader's base, with the smallest stable stiffness."""
+        plane = surface.index >= 0 and self.rig.scene.objects[surface.index].plane is not None
+        key = (B, surface.index if plane else None)
+        if key not in self._worst_cases:
             R_LW = self.rig.arms.X_WL[:3, :3].T
-            only = [R_LW @ self.rig.scene.objects[thing.index].pose.matrix()[:3, 2]] if plane else None
+            only = [R_LW @ self.rig.scene.objects[surface.index].pose.matrix()[:3, 2]] if plane else None
             tried = [
                 (held.loop(n).K_max(B)[0], i, pose, n)
-                for i, (pose, held) in enumerate(self.held.items())
+                for i, (pose, held) in enumerate(self.leaders.items())
                 for n in (only or _DIRECTIONS)
             ]
-            k, _, pose, n = min(tried, key=lambda one: one[:2])
-            self._known[key] = (pose, n if only else self._steepest(self.held[pose], n, k, B))
-        return self._known[key]
+            k, _, pose, n = min(tried, key=lambda limit: limit[:2])
+            self._worst_cases[key] = (pose, n if only else self._steepest(self.leaders[pose], n, k, B))
+        return self._worst_cases[key]
 
     @staticmethod
-    def _steepest(held: Held, n: Array, k: float, B: float) -> Array:
-        """A direction near n that is worse still."""
+    def _steepest(held: HeldLeader, n: Array, k: float, B: float) -> Array:
+        """A direction near n (3,) with a smaller limit than k [N/m], or n itself."""
         for tilt in _TILTS:
             u = np.cross(n, np.eye(3)[int(np.argmin(np.abs(n)))])
             u /= np.linalg.norm(u)
@@ -184,11 +189,11 @@ class _Arms:
         return n
 
     @staticmethod
-    def _hands(held: Held, n: Array, B: float) -> dict[str, float]:
-        """Limit with each preset of `palpate.hands`, in the same pose and direction."""
+    def _hands(held: HeldLeader, n: Array, B: float) -> dict[str, float]:
+        """Limit [N/m] with each preset of `palpate.hands`, for the same pose and direction."""
         return {name: replace(held, hand=hand.options()).loop(n).K_max(B)[0] for name, hand in PRESETS.items()}
 
-    def _faster(self, held: Held, n: Array, B: float) -> list[words.Advice]:
+    def _faster(self, held: HeldLeader, n: Array, B: float) -> list[words.Advice]:
         if self.o.follower.bandwidth == 0.0 or self.fixture:
             return []
         o = self.rig.options()
@@ -198,7 +203,7 @@ class _Arms:
 
 
 def _servo_lag(o: _core.SimulationOptions) -> float:
-    """Of the follower's joints behind a slow goal [s]."""
+    """Lag of the follower's joints behind a slowly moving goal [s]."""
     return o.follower.damping_ratio / (np.pi * o.follower.bandwidth) if o.follower.bandwidth > 0.0 else 0.0
 
 
@@ -210,22 +215,22 @@ def _along(n: Array) -> str:
 
 
 def _poses(rig: Rig) -> Iterator[tuple[str, Array]]:
-    """Where the leader is at the start, and along the operator's path, in words and joints."""
+    """Description and joint positions (n,) of the leader at the start and along the operator's path."""
     arms, path = rig.arms, rig.path
     yield "at the start", arms.q_leader0
     q0 = _settled(rig)
     X_LH, X_WT = arms.leader.fk(arms.q_leader0), arms.X_WB @ arms.follower.fk(arms.q_follower0)
     handle0 = X_LH[:3, 3].copy()
     last = path.period if path.period else float(path.times[-1])
-    for share in _SHARES:
-        i = int(np.argmin(np.abs(path.times - share * last)))
+    for fraction in _PATH_FRACTIONS:
+        i = int(np.argmin(np.abs(path.times - fraction * last)))
         X_LH[:3, 3] = handle0 + arms.X_WL[:3, :3].T @ (path.positions_W[i] - X_WT[:3, 3]) / rig.scene.mapping.scale
         q, _ = arms.leader.ik_nearest(X_LH, q0, restarts=0)
         yield f"at {path.times[i]:.2g} s of the path", q
 
 
 def _settled(rig: Rig) -> Array:
-    """Joints at the start once an MTM's joint-4 controller has opened the gimbal, without dry friction to stop it."""
+    """Joint positions (n,) at the start after an MTM's joint-4 controller has settled, without dry friction."""
     o, arms = rig.options(), rig.arms
     if o.torque.platform_gain == 0.0 or str(o.torque.mode).endswith("paper"):
         return arms.q_leader0

@@ -1,8 +1,8 @@
-"""What no linear analysis sees, by simulation: dry friction, whole counts, and a wall that never pulls.
+"""Simulated nonlinear effects that a linear analysis misses: dry friction, quantisation, and unilateral contact.
 
-Friction holds small swings and lets large ones go; counts keep small swings alive; a wall that is left and met again
-bounces. A list of presses and taps, the same for every device, is tried at rising stiffness, beginning well below the
-linear limit, and the edge is found by halving.
+Dry friction stops small oscillations but not large ones. Quantisation sustains small oscillations. A unilateral wall
+bounces. A fixed list of presses and taps is simulated at increasing stiffness, starting well below the linear limit,
+and the limit is found by bisection.
 """
 
 from __future__ import annotations
@@ -16,25 +16,25 @@ from palpate import _core
 from palpate.certificate.device import TAP, Device
 from palpate.hands import Hand
 
-_LADDER = (0.15, 0.3, 0.45, 0.6, 0.75, 0.88, 0.985)  # of the expected limit
-_ABOVE = (1.05, 1.15, 1.3)  # friction may hold more than its describing function says
-_FINE = 1.003
-_SWINGS = 60  # of the expected frequency in a run, before it is judged
-_SHORTEST, _LONGEST = 0.5, 40.0  # [s]
+_LADDER = (0.15, 0.3, 0.45, 0.6, 0.75, 0.88, 0.985)  # tested stiffness, as fractions of the expected limit
+_ABOVE = (1.05, 1.15, 1.3)  # further fractions: friction may stabilise more than its describing function predicts
+_FINE = 1.003  # ratio of the bounds at which the bisection ends
+_SWINGS = 60  # periods of the expected frequency in the first run
+_SHORTEST, _LONGEST = 0.5, 40.0  # bounds of a run's duration [s]
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A press, and a push off that rest with the energy of a tap."""
+    """A constant press, and an initial deviation from its equilibrium with the energy of a tap."""
 
     spring: bool
-    """Against a spring that pulls as well, instead of a wall."""
+    """True for a bilateral spring instead of a unilateral wall."""
     press: float
-    """[N]."""
+    """Pressing force [N]."""
     tap: float
-    """Speed that has the energy of the push [m/s]."""
+    """Speed whose kinetic energy is that of the deviation [m/s]."""
     phase: float = 0.0
-    """Share of it as speed (cosine) and as place (sine) [rad]."""
+    """Split of the deviation into initial speed (cosine) and initial position (sine) [rad]."""
 
 
 TRIALS = (
@@ -48,8 +48,8 @@ TRIALS = (
 )
 
 
-def lasts(axis: _core.Axis, duration: float, floor: float, x0: float, v0: float, push: float) -> bool:
-    """Does an oscillation last? A run that is neither at rest nor clear is made three times as long."""
+def persists(axis: _core.Axis, duration: float, floor: float, x0: float, v0: float, push: float) -> bool:
+    """True if an oscillation persists. An undecided run is repeated with three times the duration."""
     while True:
         result = axis.run(duration=duration, x0=x0, v0=v0, push=push)
         if result.oscillates:
@@ -60,52 +60,58 @@ def lasts(axis: _core.Axis, duration: float, floor: float, x0: float, v0: float,
 
 
 def duration(w: float) -> float:
-    """Of a first run, for a loop that would swing at w [rad/s]."""
+    """Duration of a first run for a loop that would oscillate at w [rad/s], in [s]."""
     return float(np.clip(_SWINGS * 2 * np.pi / max(w, 1e-3), _SHORTEST, 6.0))
 
 
 def floor(device: Device) -> float:
-    """Amplitude below which nothing counts as an oscillation [m]."""
+    """Smallest amplitude that counts as an oscillation [m]."""
     return max(_core.AXIS_QUANTA * device.quantum, _core.AXIS_UNFELT)
 
 
 def oscillates(device: Device, hand: Hand, K: float, B: float, w: float) -> bool:
-    """Does any of `TRIALS` leave an oscillation that lasts?"""
+    """True if any of `TRIALS` leaves a persistent oscillation."""
     spring, wall = (_core.Axis(device.axis(hand, K, B, bilateral)) for bilateral in (True, False))
     stiff = K + hand.stiffness
     w_n = np.sqrt(stiff / (device.mass + hand.mass))
     first, still = duration(w), floor(device)
     return any(
-        lasts(spring if t.spring else wall, first, still, t.press / stiff + t.tap / w_n * np.sin(t.phase),
+        persists(spring if t.spring else wall, first, still, t.press / stiff + t.tap / w_n * np.sin(t.phase),
               t.tap * np.cos(t.phase), t.press)
         for t in TRIALS
     )  # fmt: skip
 
 
 def limit(device: Device, hand: Hand, B: float, expected: float, w: float) -> float:
-    """The largest stiffness up to which no trial oscillates; expected: of the linear loop with friction [N/m].
+    """The largest stiffness [N/m] up to which no trial oscillates.
 
-    Without dry friction the linear limit bounds it, and where no trial oscillates below, is the answer.
+    Without dry friction, the linear limit is an upper bound, and it is returned if no trial below it oscillates.
+
+    Args:
+        device, hand: the simulated loop.
+        B: damping of the wall [N s/m].
+        expected: limit of the linear loop with equivalent viscous friction [N/m].
+        w: frequency of the oscillation at this limit [rad/s].
     """
     if not 0.0 < expected < np.inf:
         return expected
-    held = 0.0
-    for share in _LADDER + (_ABOVE if device.friction > 0.0 else ()):
-        K = share * expected
+    stable = 0.0
+    for fraction in _LADDER + (_ABOVE if device.friction > 0.0 else ()):
+        K = fraction * expected
         if oscillates(device, hand, K, B, w):
-            return edge(lambda k: oscillates(device, hand, k, B, w), held, K)[0] if held > 0.0 else 0.0
-        held = K
-    return held if device.friction > 0.0 else expected
+            return edge(lambda k: oscillates(device, hand, k, B, w), stable, K)[0] if stable > 0.0 else 0.0
+        stable = K
+    return stable if device.friction > 0.0 else expected
 
 
 def edge(swings: Callable[[float], bool], low: float, high: float, fine: float = _FINE) -> tuple[float, float]:
-    """The largest stiffness that was seen at rest, and the least that swings, by halving in the logarithm [N/m].
+    """The largest stiffness found at rest and the smallest that oscillates [N/m], by bisection of the logarithm.
 
     Args:
-        swings: whether a stiffness [N/m] does.
-        low: one that does not.
-        high: one that does.
-        fine: ratio of the two at which the search ends [-].
+        swings: returns True if the loop oscillates at a stiffness [N/m].
+        low: stiffness at which the loop is at rest [N/m].
+        high: stiffness at which the loop oscillates [N/m].
+        fine: ratio of high to low at which the search ends [-].
     """
     while high / low > fine:
         middle = float(np.sqrt(low * high))

@@ -1,4 +1,4 @@
-"""One function over a grid, on every core or on a Dask cluster: the same numbers whoever computes them.
+"""Evaluate one function over a grid, on all cores or on a Dask cluster, with identical results.
 
     from palpate.sweep import Axis, sweep
 
@@ -10,7 +10,7 @@
         swept = sweep(felt, {"K": Axis([100.0, 200.0], "N/m", "stiffness of the wall")}, seed=1)
         swept.to_netcdf("felt.nc")
 
-docs/studies.md shows how a laboratory runs one on its cluster.
+docs/studies.md shows how to run a sweep on the cluster of a laboratory.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A Dask cluster: one that is there, or processes of this machine, which then listen on its loopback alone."""
+"""Run a sweep on an existing Dask cluster, or on a local one that listens on the loopback interface only."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ from palpate.sweep.queue import Queue
 from palpate.sweep.work import Answer, Work, limit_threads
 
 CONNECT_SECONDS, WORKERS_SECONDS = 20.0, 120.0
-"""Patience with a scheduler that does not answer, and with one that has no worker yet."""
+"""Timeouts for the connection to a scheduler, and for its first worker [s]."""
 POLL_SECONDS = 2.0
-"""Between two looks at the cluster when nothing is heard from it."""
+"""Time between two polls of the cluster [s]."""
 IDLE_POLLS = 3
-"""Looks in which workers are there, work is, too, and none is doing it, before it is handed out anew: a scheduler may
-forget work when several workers die at the same moment (seen with distributed 2026.8)."""
+"""Consecutive polls with pending work but idle workers before the work is submitted again. A scheduler may lose work
+when several workers die at the same moment (seen with distributed 2026.8)."""
 
 
 def run(
     work: Work, todo: list[int], workers: int | None = None, address: str | None = None
 ) -> Generator[list[Answer], None, None]:
-    """Answers as they come, some at a time, in any order. Dask itself does a chunk again when its worker dies.
+    """Yield batches of answers in order of completion. Dask itself repeats a chunk when its worker dies.
 
     Args:
-        work: what is to be done.
-        todo: numbers of the points.
-        workers: of a cluster on this machine; one for each core when left out.
-        address: of an existing scheduler.
+        work: function and grid.
+        todo: indices of the points.
+        workers: number of workers of a local cluster; default: one per core.
+        address: address of an existing scheduler; default: start a local cluster.
 
     Raises:
         MissingExtraError: Dask is not installed.
-        SweepError: no scheduler, no worker, or the function cannot be sent to them.
+        SweepError: there is no scheduler or no worker, or the function cannot be sent to the workers.
     """
     try:
         from distributed import Client, LocalCluster, wait
@@ -50,14 +50,14 @@ def run(
         else:
             place = address
         client = stack.enter_context(_connected(Client, place, address))
-        queue = Queue(todo, _threads(client), patience=1)  # Dask has its own
+        queue = Queue(todo, _threads(client), max_deaths=1)  # Dask itself retries a chunk that kills its worker
         flying: dict[Any, list[int]] = {}
         idle, since = 0, time.monotonic()
         while queue or flying:
             queue.workers = _threads(client)
             since = time.monotonic() if queue.workers else since
             if time.monotonic() - since > WORKERS_SECONDS:
-                raise _no_worker(place, "the last one has gone, and none came")
+                raise _no_worker(place, "the last worker has left and no new worker joined")
             while queue and len(flying) < 2 * max(1, queue.workers):
                 chunk = queue.take()
                 flying[client.submit(_chunk, work, chunk, pure=False)] = chunk
@@ -68,7 +68,7 @@ def run(
                 chunk = flying.pop(future)
                 try:
                     yield _answers(future, chunk, queue)
-                except TimeoutError:  # its worker died before it could hand it over
+                except TimeoutError:  # the worker died before it transferred the result
                     queue.again(chunk)
                 future.release()
             idle = idle + 1 if not done and queue.workers and not any(client.processing().values()) else 0
@@ -80,7 +80,7 @@ def run(
 
 
 def _no_worker(place: Any, why: str) -> SweepError:
-    mend = "start dask worker, and sweep again: what is done is in the journal"
+    mend = "start dask worker, and sweep again: the journal contains the finished points"
     where = getattr(place, "scheduler_address", place)
     return SweepError(
         f"the Dask scheduler at {where} has no worker", why=f"{why} within {WORKERS_SECONDS:g} s", mend=mend
@@ -91,13 +91,13 @@ def _connected(client: Any, place: Any, address: str | None) -> Any:
     try:
         found = client(place, timeout=CONNECT_SECONDS, set_as_default=False)
     except (OSError, ValueError) as error:
-        mend = "start one (dask scheduler), or correct the address"
+        mend = "start a scheduler (dask scheduler), or correct the address"
         raise SweepError(f"no Dask scheduler answers at {address}", why=str(error), mend=mend) from None
     try:
         found.wait_for_workers(1, timeout=WORKERS_SECONDS)
     except TimeoutError:
         found.close()
-        raise _no_worker(place, "none came") from None
+        raise _no_worker(place, "no worker joined") from None
     return found
 
 
@@ -106,7 +106,7 @@ def _threads(client: Any) -> int:
 
 
 def _answers(future: Any, chunk: list[int], queue: Queue) -> list[Answer]:
-    """Raises TimeoutError when it is not there after all."""
+    """Result of a finished future; raises TimeoutError if the result is lost."""
     from distributed import CancelledError, KilledWorker
 
     try:
@@ -116,15 +116,15 @@ def _answers(future: Any, chunk: list[int], queue: Queue) -> list[Answer]:
     except KilledWorker as error:
         return queue.lost(chunk, f"{error.allowed_failures + 1} workers by Dask's count")
     except CancelledError as error:
-        raise SweepError("the Dask cluster has forgotten the work", why=str(error)) from None
-    except Exception as error:  # from unpickling on the worker: of any kind
+        raise SweepError("the Dask cluster has lost the work", why=str(error)) from None
+    except Exception as error:  # unpickling on the worker may raise any exception
         raise SweepError("the Dask workers cannot run fn", why=f"{type(error).__name__}: {error}", mend=MEND) from None
     queue.took(len(chunk), seconds)
     return [Answer(*answer) for answer in answers]
 
 
 def _chunk(work: Work, points: list[int]) -> tuple[float, list[tuple[Any, ...]]]:
-    """On a worker."""
+    """Evaluate points on a worker: elapsed time [s], and answers as plain tuples."""
     limit_threads()
     start = time.perf_counter()
     answers = [tuple(answer) for answer in work.answers(points)]

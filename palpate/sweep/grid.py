@@ -1,4 +1,4 @@
-"""The grid of a sweep: named axes, points counted in row-major order, the last axis fastest."""
+"""The grid of a sweep: named axes; points are numbered in row-major order (the last axis varies fastest)."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class Axis:
     """Values of one parameter.
 
     Args:
-        values: all numbers or all texts, each once; numpy numbers become plain ones.
-        unit: of the values, e.g. ``N/m``; empty for pure numbers and names.
-        words: what they are, for labels and for whoever opens the file.
+        values: distinct values, all numbers or all texts; numpy scalars are converted to Python scalars.
+        unit: unit of the values, e.g. ``N/m``; empty for pure numbers and names.
+        words: description of the parameter for labels and data files.
     """
 
     values: tuple[Scalar, ...]
@@ -37,16 +37,16 @@ class Axis:
 
 @dataclass(frozen=True)
 class Grid:
-    """Axes by name."""
+    """The product of named axes."""
 
     axes: dict[str, Axis]
 
     @staticmethod
     def of(axes: Mapping[str, Axis | Iterable[Any]]) -> Grid:
-        """Check and name the axes.
+        """Build a grid from axes by name and check their values.
 
         Raises:
-            SweepError: an axis without values, with one twice, or with values that are neither numbers nor texts.
+            SweepError: an axis has no value, a duplicate value, or a value that is neither a number nor a text.
         """
         grid = Grid({name: a if isinstance(a, Axis) else Axis(a) for name, a in axes.items()})
         for name, axis in grid.axes.items():
@@ -55,20 +55,20 @@ class Grid:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Values of each axis."""
+        """Number of values of each axis."""
         return tuple(len(axis.values) for axis in self.axes.values())
 
     def __len__(self) -> int:
-        """Points."""
+        """Number of points."""
         return prod(self.shape)
 
     def point(self, index: int) -> Point:
-        """The point with this number, as a value for each axis."""
+        """The point with this index, as one value per axis."""
         places = np.unravel_index(index, self.shape) if self.axes else ()
         return {name: axis.values[int(k)] for (name, axis), k in zip(self.axes.items(), places, strict=True)}
 
     def points(self, where: Callable[[Point], bool] | None) -> list[int]:
-        """Numbers of the points for which ``where`` is true; of all without."""
+        """Indices of the points for which ``where`` is true; of all points without ``where``."""
         return [k for k in range(len(self)) if where is None or where(self.point(k))]
 
 
@@ -77,7 +77,7 @@ def _check(name: str, values: tuple[Scalar, ...]) -> None:
         if not isinstance(value, (bool, int, float, str)) or value != value:
             raise SweepError(f"axis {name!r} has the value {value!r}", mend="use numbers or texts")
     if not values or len(set(values)) < len(values):
-        why = "it has no value" if not values else "a value is there twice"
+        why = "it has no value" if not values else "it contains a value twice"
         raise SweepError(f"axis {name!r} cannot be swept", why=why, mend="give each value once")
     if len({isinstance(v, str) for v in values}) > 1:
         raise SweepError(f"axis {name!r} mixes numbers and texts", mend="use one kind for all its values")

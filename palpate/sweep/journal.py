@@ -1,7 +1,7 @@
-"""What is done, on disk as soon as it is done: a file that only grows, a line for each point.
+"""The journal of a sweep: an append-only file with one line per finished point, written immediately.
 
-The first line tells which sweep it belongs to. Each line begins with its own CRC-32, so that a line torn by a kill or a
-full disk is known for what it is: that point is simply done again.
+The first line identifies the sweep. Each line begins with its CRC-32, so that a line truncated by a kill or a full
+disk is detected; its point is computed again.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from palpate.errors import JournalError, OutputError, PalpateWarning, SweepError
 from palpate.sweep.work import Answer, Work
 
 SYNC_SECONDS = 0.5
-"""Between two calls of fsync: a kill loses nothing at all, a power cut at most what was done in this time."""
+"""Time between two calls of fsync [s]. A killed process loses nothing; a power cut loses at most this time of work."""
 
 
 def fingerprint(work: Work, indices: list[int]) -> dict[str, Any]:
-    """What must be the same when a journal is taken up again."""
+    """Properties that must be identical when a sweep is resumed from a journal."""
     return {
         "fn": name_of(work.fn),
         "code": _code_of(work.fn),
@@ -39,13 +39,13 @@ def fingerprint(work: Work, indices: list[int]) -> dict[str, Any]:
 
 
 def name_of(fn: Any) -> str:
-    """Module and name of a function, through ``functools.partial``."""
+    """Module and name of a function; ``functools.partial`` is unwrapped."""
     inner = inspect.unwrap(getattr(fn, "func", fn))
     return f"{inner.__module__}.{inner.__qualname__}"
 
 
 def _code_of(fn: Any) -> str:
-    """Fingerprint of the file in which it stands, and of what is bound to it."""
+    """Fingerprint of the source file of a function and of its bound arguments."""
     inner = inspect.unwrap(getattr(fn, "func", fn))
     try:
         source = Path(inspect.getfile(inner)).read_bytes()
@@ -60,16 +60,16 @@ def _digest(data: bytes) -> str:
 
 
 class Journal:
-    """Open for one sweep: ``done`` holds the answers that were already there.
+    """The journal of one sweep; ``done`` contains the answers of earlier runs.
 
     Args:
-        path: begun when it is not there, gone on with when it is.
-        mark: of the sweep (``fingerprint``).
+        path: journal file; created if missing, otherwise continued.
+        mark: fingerprint of the sweep (``fingerprint``).
 
     Raises:
-        JournalError: it belongs to another sweep, or is no journal.
-        SweepError: another process writes it.
-        OutputError: it cannot be written.
+        JournalError: the file belongs to another sweep, or is not a journal.
+        SweepError: another process writes the journal.
+        OutputError: the file cannot be written.
     """
 
     def __init__(self, path: Path, mark: dict[str, Any]) -> None:
@@ -99,19 +99,19 @@ class Journal:
             return
         lines = data[:whole].splitlines()
         _require_same(_read(lines[0]) if lines else None, mark, self.path)
-        os.ftruncate(self._file, whole)  # what was torn off at the end
+        os.ftruncate(self._file, whole)  # removes an incomplete last line
         os.lseek(self._file, 0, os.SEEK_END)
         entries = [_read(line) for line in lines[1:]]
         self.done = {e["point"]: Answer(e["point"], e["values"]) for e in entries if e is not None}
         if broken := entries.count(None):
-            what, mend = f"{broken} broken lines", "nothing to do: their points are done again"
+            what, mend = f"{broken} broken lines", "nothing to do: their points are computed again"
             warnings.warn(PalpateWarning(what, where=str(self.path), mend=mend), stacklevel=4)
 
     def keep(self, answers: list[Answer]) -> None:
-        """Write answers down; a failed point is not kept, it is tried again another time.
+        """Append answers. A failed point is not written, so that the next run tries it again.
 
         Raises:
-            OutputError: they cannot be written.
+            OutputError: the file cannot be written.
         """
         self._write([{"point": a.point, "values": a.values} for a in answers if a.values is not None])
         if time.monotonic() - self._synced > SYNC_SECONDS:
@@ -131,13 +131,13 @@ class Journal:
         self._synced = time.monotonic()
 
     def __enter__(self) -> Self:
-        """Itself."""
+        """Return the journal itself."""
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """All of it on the disk."""
+        """Flush the file to the disk and close it."""
         try:
             self._sync()
         finally:
@@ -149,14 +149,14 @@ def _read(line: bytes) -> Any:
     return json.loads(text) if b"%08x" % crc32(text) == crc else None
 
 
-def _require_same(found: Any, wanted: dict[str, Any], path: Path) -> None:
-    if not isinstance(found, dict) or found.keys() != wanted.keys():
+def _require_same(found: Any, expected: dict[str, Any], path: Path) -> None:
+    if not isinstance(found, dict) or found.keys() != expected.keys():
         raise _no_journal(path)
-    wanted = json.loads(json.dumps(wanted))
-    for key, value in wanted.items():
+    expected = json.loads(json.dumps(expected))
+    for key, value in expected.items():
         if found[key] != value:
             why = f"{key} was {_short(found[key])} and is {_short(value)}"
-            mend = "take up the sweep as it was, or begin another journal"
+            mend = "resume the sweep with its original parameters and code, or name another journal"
             raise JournalError("the journal belongs to another sweep", where=str(path), why=why, mend=mend)
 
 
@@ -166,7 +166,7 @@ def _short(value: Any) -> str:
 
 
 def _no_journal(path: Path) -> JournalError:
-    return JournalError("this is no journal of a sweep", where=str(path), mend="name another file")
+    return JournalError("this is not a journal of a sweep", where=str(path), mend="name another file")
 
 
 def _refusal(path: Path, error: OSError) -> OutputError:

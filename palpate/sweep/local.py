@@ -1,4 +1,4 @@
-"""Processes of this machine. Each is started once, works chunk after chunk, and may be killed at any moment."""
+"""Worker processes of this machine. Each one computes chunk after chunk and may be killed at any time."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ from multiprocessing.process import BaseProcess
 from typing import Any
 
 from palpate.errors import SweepError
-from palpate.sweep.queue import PATIENCE, Queue
+from palpate.sweep.queue import MAX_DEATHS, Queue
 from palpate.sweep.work import Answer, Work, limit_threads
 
-#: What most often is to be done when processes cannot import the function.
+#: Remedy for the most frequent cause when processes cannot import the function.
 MEND = "define fn at the top of a file, and call sweep() below: if __name__ == '__main__':"
 FLUSH_SECONDS = 0.02
-"""A worker hands over what it has after this time: what a kill can make be done again."""
+"""Time between two transfers of results [s]; a killed worker loses at most this time of work, or one point."""
 
 
 def cores() -> int:
-    """That this process may use."""
+    """Number of cores that this process may use."""
     return len(os.sched_getaffinity(0))
 
 
 def run(work: Work, todo: list[int], workers: int | None = None) -> Generator[list[Answer], None, None]:
-    """Answers as they come, some at a time, in any order.
+    """Yield batches of answers in order of completion.
 
     Args:
-        work: what is to be done.
-        todo: numbers of the points.
-        workers: processes; one for each core when left out.
+        work: function and grid.
+        todo: indices of the points.
+        workers: number of processes; default: one per core.
 
     Raises:
         SweepError: the function cannot be sent to a process, or the processes cannot start.
@@ -43,7 +43,7 @@ def run(work: Work, todo: list[int], workers: int | None = None) -> Generator[li
     count = max(1, min(workers or cores(), len(todo)))
     packed, queue = _pack(work), Queue(todo, count)
     crew = [_Worker(packed) for _ in range(count)]
-    stillborn = 0
+    failed_starts = 0
     try:
         while queue or any(worker.chunk for worker in crew):
             for worker in crew:
@@ -51,13 +51,13 @@ def run(work: Work, todo: list[int], workers: int | None = None) -> Generator[li
             for connection in wait([worker.connection for worker in crew if worker.chunk or not worker.ready]):
                 worker = next(w for w in crew if w.connection is connection)
                 try:
-                    yield worker.hear(queue)
-                except (EOFError, OSError):  # it is dead, and its connection with it
-                    stillborn = 0 if worker.ready else stillborn + 1
-                    if stillborn >= PATIENCE:
-                        why = f"each {worker.fate()} while it was starting; see above what it said"
+                    yield worker.receive(queue)
+                except (EOFError, OSError):  # the worker has died and its connection is closed
+                    failed_starts = 0 if worker.ready else failed_starts + 1
+                    if failed_starts >= MAX_DEATHS:
+                        why = f"each {worker.exit_cause()} while it was starting; see its output above"
                         raise SweepError("the worker processes do not start", why=why, mend=MEND) from None
-                    yield queue.lost(worker.chunk, worker.fate())
+                    yield queue.lost(worker.chunk, worker.exit_cause())
                     crew[crew.index(worker)] = _Worker(packed)
     finally:
         for worker in crew:
@@ -67,18 +67,18 @@ def run(work: Work, todo: list[int], workers: int | None = None) -> Generator[li
 def _pack(work: Work) -> bytes:
     try:
         return pickle.dumps(work)
-    except Exception as error:  # pickle raises whatever it likes
+    except Exception as error:  # pickle may raise any exception
         raise SweepError("fn cannot be sent to worker processes", why=str(error), mend=MEND) from None
 
 
 @dataclass
 class _Worker:
-    """The parent's end of one process."""
+    """The parent's side of one worker process."""
 
     packed: bytes
     ready: bool = False
     chunk: list[int] = field(default_factory=list)
-    """given to it and not yet answered."""
+    """points that were sent to the worker and not yet answered."""
 
     def __post_init__(self) -> None:
         spawn = multiprocessing.get_context("spawn")
@@ -89,45 +89,50 @@ class _Worker:
         theirs.close()
 
     def feed(self, queue: Queue) -> None:
-        """Give it a chunk when it has none."""
+        """Send a chunk to the worker if it is idle."""
         if self.chunk or not self.ready:
             return
         self.chunk = queue.take()
         self._size, self._since = len(self.chunk), time.perf_counter()
         if self.chunk:
-            with suppress(OSError):  # it is dead: hear() will say so
+            with suppress(OSError):  # a dead worker is detected by receive()
                 self.connection.send(self.chunk)
 
-    def hear(self, queue: Queue) -> list[Answer]:
-        """What it says. Raises EOFError or OSError when it is dead, SweepError when it cannot begin."""
-        said = self.connection.recv()
-        if isinstance(said, str):
-            if said:
-                raise SweepError("the worker processes cannot import fn", why=said, mend=MEND)
+    def receive(self, queue: Queue) -> list[Answer]:
+        """The worker's next answers; empty for its start message.
+
+        Raises:
+            EOFError, OSError: the worker is dead.
+            SweepError: the worker cannot import the function.
+        """
+        message = self.connection.recv()
+        if isinstance(message, str):
+            if message:
+                raise SweepError("the worker processes cannot import fn", why=message, mend=MEND)
             self.ready = True
             return []
-        answers = [Answer(*answer) for answer in said]
-        self.chunk = self.chunk[len(answers) :]  # they come in order
+        answers = [Answer(*answer) for answer in message]
+        self.chunk = self.chunk[len(answers) :]  # answers arrive in the order of the chunk
         if not self.chunk:
             queue.took(self._size, time.perf_counter() - self._since)
         return answers
 
-    def fate(self) -> str:
-        """How it ended, in words."""
+    def exit_cause(self) -> str:
+        """The cause of the process's end in words."""
         self.process.join(5.0)
         code = self.process.exitcode or 0
         return f"was killed by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
 
     def stop(self) -> None:
-        """End it: whatever it is doing is not wanted any more."""
+        """Kill the process and discard its work."""
         self.process.kill()
         self.process.join()
         self.connection.close()
 
 
 def _serve(connection: Connection, packed: bytes) -> None:
-    """In the process: chunks in, answers out; ends with the parent."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's affair
+    """Main function of a worker process: receive chunks and send answers until the parent ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
     try:
         work: Work = pickle.loads(packed)
         limit_threads()
@@ -139,12 +144,12 @@ def _serve(connection: Connection, packed: bytes) -> None:
         while True:
             for batch in _batches(work, connection.recv()):
                 connection.send(batch)
-    except (EOFError, OSError):  # the parent has gone
+    except (EOFError, OSError):  # the parent has ended
         return
 
 
 def _batches(work: Work, chunk: list[int]) -> Iterator[list[tuple[Any, ...]]]:
-    """Answers as they are, no older than ``FLUSH_SECONDS``."""
+    """Batches of answers as plain tuples; each batch spans about ``FLUSH_SECONDS``."""
     batch: list[tuple[Any, ...]] = []
     since = time.perf_counter()
     for answer in work.answers(chunk):

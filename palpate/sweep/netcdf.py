@@ -1,4 +1,4 @@
-"""NetCDF-3 with the conventions that other tools read: coordinates, ``units``, ``long_name``, texts as characters."""
+"""Write NetCDF-3 files with common conventions: coordinates, ``units``, ``long_name``, texts as characters."""
 
 from __future__ import annotations
 
@@ -23,7 +23,12 @@ def write(
     attributes: Mapping[str, str | int],
     labels: Mapping[str, tuple[str, str]],
 ) -> None:
-    """Write arrays over a grid, each with its label (unit, words); the file is written whole or not at all."""
+    """Write arrays over a grid with labels (unit, words) by name. The file is replaced atomically.
+
+    Raises:
+        SweepError: an array has the name of an axis.
+        OutputError: the file cannot be written.
+    """
     if clash := sorted(arrays.keys() & grid.axes.keys()):
         raise SweepError(f"{clash} name both an axis and a value", mend="rename the value that fn returns")
     draft = file.with_name(f".{file.name}.{os.getpid()}")
@@ -45,7 +50,7 @@ def write(
 
 
 def safe(name: str) -> str:
-    """A name that NetCDF allows."""
+    """The name with all characters replaced that NetCDF does not allow."""
     clean = re.sub(r"[^A-Za-z0-9_]", "_", name)
     return clean if clean[:1].isalpha() else f"v{clean}"
 
@@ -66,7 +71,7 @@ def _variable(
         dimensions = (*dimensions, dimension)
     variable = out.createVariable(name, array.dtype, dimensions)
     variable[...] = array
-    encoding = "utf-8" if array.dtype.kind == "S" else ""  # as xarray and netCDF4 ask for it
+    encoding = "utf-8" if array.dtype.kind == "S" else ""  # xarray and netCDF4 read this attribute
     for key, text in (("units", unit), ("long_name", words), ("_Encoding", encoding)):
         if text:
             setattr(variable, key, text)

@@ -1,4 +1,4 @@
-"""How far a sweep is: a bar on a terminal, ten lines elsewhere."""
+"""Progress of a sweep: a bar on a terminal, ten lines elsewhere."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from typing import Self
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-_LINES = 10  # without a terminal, over the whole sweep
+_LINES = 10  # number of progress lines over the whole sweep without a terminal
 
 
 class Bar:
-    """Counts points.
+    """Shows the number of finished points.
 
     Args:
-        console: where to; None: a bar on the standard error where that is a terminal, nothing elsewhere.
-        title: what is swept.
-        total: points.
+        console: output console; None: a bar on the standard error if it is a terminal, otherwise no output.
+        title: name of the sweep.
+        total: number of points.
     """
 
     def __init__(self, console: Console | None, title: str, total: int) -> None:
@@ -37,7 +37,7 @@ class Bar:
         self._task = self._bar.add_task(title, total=total) if self._bar else None
 
     def advance(self, points: int, *, taken_up: bool = False) -> None:
-        """So many more are done; ``taken_up``: by an earlier run."""
+        """Count further finished points; ``taken_up``: the points of an earlier run."""
         self._done += points
         self._taken_up += points if taken_up else 0
         if self._bar is not None and self._task is not None:
@@ -50,7 +50,7 @@ class Bar:
         self._console.print(text, soft_wrap=True, markup=False, highlight=False)
 
     def __enter__(self) -> Self:
-        """Begin."""
+        """Show the bar."""
         if self._bar is not None:
             self._bar.start()
         return self
@@ -58,7 +58,7 @@ class Bar:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Sum up."""
+        """Remove the bar and print a summary."""
         if self._bar is not None:
             self._bar.stop()
         if self._quiet and self._bar is None:

@@ -1,4 +1,4 @@
-"""The points still to be done, handed out in chunks, and taken back when a worker dies."""
+"""The queue of pending points: it hands out chunks and takes them back when a worker dies."""
 
 from __future__ import annotations
 
@@ -8,57 +8,57 @@ from collections.abc import Iterable
 from palpate.sweep.work import Answer
 
 CHUNK_SECONDS = 0.25
-"""Work in one chunk: long beside the way to a worker and back, short beside the sweep."""
-PATIENCE = 3
-"""Workers that a point may take down before it is given up."""
+"""Target duration of one chunk [s]: long compared with the communication, short compared with the sweep."""
+MAX_DEATHS = 3
+"""Number of workers that may die at a point before it is reported as failed."""
 
 
 class Queue:
-    """Chunks of points; their size follows the time that points have taken.
+    """Chunks of points, sized by the measured time per point.
 
     Args:
-        todo: numbers of the points.
-        workers: that share them.
-        patience: how often a point may take down its worker before it is given up.
+        todo: indices of the points.
+        workers: number of workers that share the points.
+        max_deaths: number of workers that may die at a point before it is reported as failed.
     """
 
-    def __init__(self, todo: Iterable[int], workers: int, patience: int = PATIENCE) -> None:
+    def __init__(self, todo: Iterable[int], workers: int, max_deaths: int = MAX_DEATHS) -> None:
         self._todo = deque(todo)
-        self._alone: deque[int] = deque()  # were with a worker that died
-        self.workers, self._patience = workers, patience
+        self._alone: deque[int] = deque()  # points of dead workers, handed out one at a time
+        self.workers, self._max_deaths = workers, max_deaths
         self._killed: Counter[int] = Counter()
         self._done, self._seconds = 0, 0.0
 
     def __bool__(self) -> bool:
-        """Whether points wait."""
+        """True if points are pending."""
         return bool(self._todo or self._alone)
 
     def take(self) -> list[int]:
-        """The next chunk; empty when no point waits."""
+        """The next chunk; empty if no point is pending."""
         if self._alone:
             return [self._alone.popleft()]
         size = round(CHUNK_SECONDS * self._done / max(self._seconds, 1e-9)) if self._done else 1
-        fair = len(self._todo) // (2 * max(self.workers, 1))  # towards the end smaller, so that all end together
+        fair = len(self._todo) // (2 * max(self.workers, 1))  # chunks shrink so that all workers finish together
         return [self._todo.popleft() for _ in range(min(len(self._todo), max(1, min(size, fair))))]
 
     def took(self, points: int, seconds: float) -> None:
-        """Learn from a chunk that was done."""
+        """Update the mean time per point with a finished chunk of ``points`` that took ``seconds`` [s]."""
         self._done += points
         self._seconds += seconds
 
     def again(self, chunk: list[int]) -> None:
-        """These are done again, before all others, one at a time."""
+        """Queue these points again, before all others and one at a time."""
         self._alone.extend(chunk)
 
     def lost(self, chunk: list[int], why: str) -> list[Answer]:
-        """A worker died over these points: they are done again, one at a time, so that it shows over which one.
+        """Queue the points of a dead worker again, one at a time, to find the point that killed it.
 
         Returns:
-            The answer in words when it was one, and that one has done so too often.
+            A failed answer if the chunk is a single point that has killed too many workers; otherwise nothing.
         """
         if len(chunk) == 1:
             self._killed[chunk[0]] += 1
-            if self._killed[chunk[0]] >= self._patience:
-                return [Answer(chunk[0], None, f"its worker process died, again and again ({why})")]
+            if self._killed[chunk[0]] >= self._max_deaths:
+                return [Answer(chunk[0], None, f"its worker process died in each attempt ({why})")]
         self.again(chunk)
         return []

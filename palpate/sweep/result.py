@@ -1,4 +1,4 @@
-"""What a sweep found: rows for a script, arrays for numpy, NetCDF for xarray and friends, CSV for a table."""
+"""The result of a sweep as rows, numpy arrays, a NetCDF file, or a CSV table."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from palpate.sweep.work import Values
 
 
 class Label(NamedTuple):
-    """Of a value that the function returns."""
+    """Unit and description of a value that the function returns."""
 
     unit: str = ""
     words: str = ""
@@ -25,34 +25,34 @@ class Label(NamedTuple):
 
 @dataclass(frozen=True)
 class Swept:
-    """Values over a grid. Points left out, or failed where that is allowed, are absent from ``values``."""
+    """Values over a grid. Points that were left out or have failed are absent from ``values``."""
 
     grid: Grid
     values: dict[int, Values]
-    """by number of the point, in order; as the function returned them, in plain types."""
+    """Returned values in plain types by the index of the point, in ascending order."""
     attributes: dict[str, str | int]
-    """where it comes from: ``fn``, ``seed``, ``version``."""
+    """Origin of the values: ``fn``, ``seed``, ``version``."""
     labels: Mapping[str, Label] = field(default_factory=dict)
     errors: dict[int, str] = field(default_factory=dict)
-    """why points failed, by their number (``on_error="keep"``)."""
+    """Error message by the index of the failed point (``on_error="keep"``)."""
 
     def rows(self) -> list[dict[str, Any]]:
         """Each point with its values, in the order of the grid."""
         return [self.grid.point(index) | values for index, values in self.values.items()]
 
     def array(self, name: str) -> NDArray[Any]:
-        """One value over the whole grid, shape of the grid (lists add axes at the end).
+        """One value over the whole grid, with the shape of the grid (lists add axes at the end).
 
-        Numbers are floats, NaN where there is none; texts are texts, empty where there is none. Keys of dictionaries
+        Numbers become floats, with NaN at absent points. Texts are empty at absent points. Keys of nested dictionaries
         are joined by ``_``.
 
         Raises:
-            KeyError: no such value.
+            KeyError: no value has this name.
         """
         return self.arrays()[name]
 
     def arrays(self) -> dict[str, NDArray[Any]]:
-        """All of them, by name."""
+        """The arrays of all values, by name (see ``array``)."""
         flat = {index: flatten(values) for index, values in self.values.items()}
         names = dict.fromkeys(name for values in flat.values() for name in values)
         return {name: self._array({i: v[name] for i, v in flat.items() if v.get(name) is not None}) for name in names}
@@ -67,20 +67,21 @@ class Swept:
         return out.reshape(*self.grid.shape, *values.shape[1:])
 
     def to_netcdf(self, file: Path | str) -> None:
-        """Labelled, with units: a NetCDF-3 file that xarray, Matlab, Julia, R and ncdump open.
+        """Write a NetCDF-3 file with labels and units; xarray, Matlab, Julia, R and ncdump can read it.
 
         Raises:
-            OutputError: it cannot be written.
+            SweepError: a value has the name of an axis.
+            OutputError: the file cannot be written.
         """
         from palpate.sweep.netcdf import write
 
         write(Path(file), self.grid, self.arrays(), self.attributes, self.labels)
 
     def to_csv(self, file: Path | str) -> None:
-        """One row for each point; lists and dictionaries become columns.
+        """Write a CSV table with one row per point; lists and dictionaries become columns.
 
         Raises:
-            OutputError: it cannot be written.
+            OutputError: the file cannot be written.
         """
         rows = [_columns(row) for row in self.rows()]
         try:
@@ -93,7 +94,7 @@ class Swept:
 
 
 def flatten(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Dictionaries inside become ``outer_inner``."""
+    """Values without nested dictionaries; nested keys become ``outer_inner``."""
     flat: dict[str, Any] = {}
     for name, value in values.items():
         inner = flatten({f"{name}_{k}": v for k, v in value.items()}) if isinstance(value, dict) else {name: value}

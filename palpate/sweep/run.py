@@ -1,4 +1,4 @@
-"""The one function that studies go through."""
+"""The function that runs every sweep."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from palpate.sweep.result import Label, Swept
 from palpate.sweep.work import Answer, Function, Work, identity, seed_of
 
 FAILURES = 20
-"""After so many failed points a sweep stops: the fault is in the function."""
-TOLD = 5
-"""Failed points that an error names."""
+"""Number of failed points after which a sweep stops, because the fault is probably in the function."""
+MAX_LISTED = 5
+"""Number of failed points that an error message lists."""
 
 
 def sweep(
@@ -42,33 +42,34 @@ def sweep(
     console: Console | None = None,
     title: str = "",
 ) -> Swept:
-    """Call ``fn(point, seed)`` at every point of a grid; the result is the same, bit for bit, whoever computes it.
+    """Call ``fn(point, seed)`` at every point of a grid. All executors return bit-identical results.
 
-    A point's seed follows from ``seed`` and the point's number alone (numpy's ``SeedSequence``). A worker that is
-    killed loses nothing: its points are done again.
+    The seed of a point depends only on ``seed`` and the index of the point (numpy's ``SeedSequence``). The points of a
+    killed worker are computed again.
 
     Args:
-        fn: from ``{axis: value}`` and a seed below 2^63 to a dictionary of numbers, texts, lists or dictionaries. It
-            stands at the top of a module, for the workers import it; what it returns may depend on nothing else.
-        grid: values by axis; the points are their product, the last axis runs fastest.
-        seed: of the whole sweep.
-        executor: ``local`` (processes of this machine), ``dask`` (a Dask cluster), or ``serial`` (this very process,
-            for debuggers and for sweeps of a second).
-        workers: processes; one per core when left out. On an existing cluster all its workers are used.
-        address: of an existing Dask scheduler, e.g. ``tcp://node7:8786``; without one a cluster on this machine.
-        resume: journal, begun when the file is not there and gone on with when it is.
-        where: points for which it is false are left out, and blank in the result.
-        labels: unit and words of the values that ``fn`` returns.
-        on_error: ``keep`` leaves failed points blank and tells why in ``Swept.errors``.
-        console: for the progress; left out, a bar is shown where the standard error is a terminal.
-        title: of the bar; the function's name when left out.
+        fn: maps ``{axis: value}`` and a seed below 2^63 to a dictionary of numbers, texts, lists or dictionaries. The
+            workers import ``fn``, so it must be defined at the top level of a module. Its result must depend only on
+            its arguments.
+        grid: values by axis; the points are the product of the axes, and the last axis varies fastest.
+        seed: seed of the whole sweep.
+        executor: ``local`` (processes of this machine), ``dask`` (a Dask cluster), or ``serial`` (the calling process,
+            for debugging and for sweeps of a few seconds).
+        workers: number of processes; default: one per core. On an existing cluster all its workers are used.
+        address: address of an existing Dask scheduler, e.g. ``tcp://node7:8786``; default: start a local cluster.
+        resume: journal file; created if missing, otherwise the sweep continues from it.
+        where: points for which this function is false are left out and are blank in the result.
+        labels: unit and description of the values that ``fn`` returns.
+        on_error: ``keep`` leaves failed points blank and stores their errors in ``Swept.errors``.
+        console: console for the progress; default: a bar if the standard error is a terminal.
+        title: title of the bar; default: the name of the function.
 
     Returns:
         Values by point, with ``rows()``, ``array(name)``, ``to_netcdf(file)`` and ``to_csv(file)``.
 
     Raises:
-        SweepError: points failed (all others are done, and kept in the journal), or the workers cannot work.
-        JournalError: the journal belongs to another sweep, or is none.
+        SweepError: points failed (the journal contains all others), or the workers cannot run.
+        JournalError: the journal belongs to another sweep, or the file is not a journal.
         MissingExtraError: ``dask`` without the extra ``palpate[dask]``.
     """
     work = Work(fn, Grid.of(grid), seed, identity())
@@ -104,13 +105,14 @@ def _executor(
     name: str, workers: int | None, address: str | None
 ) -> Callable[[Work, list[int]], Generator[list[Answer], None, None]]:
     if address and name != "dask":
-        raise SweepError(f"address {address} with executor {name!r}", mend="use executor='dask' (--executor dask)")
+        what = f"address {address} does not apply to executor {name!r}"
+        raise SweepError(what, mend="use executor='dask' (--executor dask)")
     if workers is not None and workers < 1:
         raise SweepError(f"workers must be at least 1, got {workers}")
     if name == "serial":
         return _serial
     if multiprocessing.parent_process() or getattr(multiprocessing.current_process(), "_inheriting", False):
-        why = "this process is a worker itself; perhaps it runs the whole script because it imports fn from it"
+        why = "this process is itself a worker; importing fn from a script without a guard runs the whole script"
         raise SweepError("sweep() was called inside a worker process", why=why, mend=local.MEND)
     if name == "local":
         return partial(local.run, workers=workers)
@@ -128,16 +130,16 @@ def _serial(work: Work, todo: list[int]) -> Generator[list[Answer], None, None]:
 
 
 def _failure(work: Work, errors: dict[int, str], left: int, resume: Path | str | None) -> SweepError:
-    told = [
+    listed = [
         f"at {', '.join(f'{name} = {value}' for name, value in work.grid.point(index).items())} "
         f"(seed {seed_of(work.seed, index)}): {error}"
-        for index, error in islice(errors.items(), TOLD)
+        for index, error in islice(errors.items(), MAX_LISTED)
     ]
-    more = [f"and {len(errors) - TOLD} more"] if len(errors) > TOLD else []
+    more = [f"and {len(errors) - MAX_LISTED} more"] if len(errors) > MAX_LISTED else []
     undone = f", {left} not tried" if left else ""
     return SweepError(
         f"{len(errors)} of {len(work.grid)} points failed{undone}",
         where=name_of(work.fn),
-        why="\n    ".join([*told, *more]),
-        mend=f"what succeeded is kept in {resume}" if resume else "",
+        why="\n    ".join([*listed, *more]),
+        mend=f"the successful points are kept in {resume}" if resume else "",
     )

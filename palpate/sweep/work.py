@@ -1,4 +1,4 @@
-"""What a worker does: one point after the other, each with a seed of its own. The same in every executor."""
+"""The work of a worker: it evaluates points one after the other, each with an own seed, identically in any executor."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ Function = Callable[[Point, int], Mapping[str, Any]]
 
 
 class Answer(NamedTuple):
-    """What came of one point."""
+    """Result of one point."""
 
     point: int
-    """its number in the grid."""
+    """Index of the point in the grid."""
     values: Values | None
-    """as ``fn`` returned them, in plain types; None when it failed."""
+    """Values that ``fn`` returned, in plain types; None if it failed."""
     error: str = ""
-    """why it failed, in words."""
+    """Error message if ``fn`` failed."""
 
 
 @dataclass(frozen=True)
 class Work:
-    """A function over a grid, ready to be sent to a worker."""
+    """A function and its grid, which can be pickled and sent to a worker."""
 
     fn: Function
     grid: Grid
@@ -39,10 +39,10 @@ class Work:
     version: str
 
     def answers(self, indices: list[int]) -> Iterator[Answer]:
-        """Points one by one."""
-        stranger = identity() != self.version
+        """Evaluate the points with these indices, in this order."""
+        other_version = identity() != self.version
         for index in indices:
-            if stranger:
+            if other_version:
                 why = f"the worker runs palpate {identity()}, the sweep was begun by {self.version}; install the same"
                 yield Answer(index, None, why)
             else:
@@ -59,14 +59,14 @@ class Work:
 
 
 def seed_of(seed: int, index: int) -> int:
-    """The seed of a point: independent of all others', the same whoever computes it and when; below 2^63."""
+    """The seed of a point, below 2^63: independent of all other points' seeds and of the executor."""
     child = np.random.SeedSequence(seed, spawn_key=(index,))
     return int(child.generate_state(1, np.uint64)[0] >> np.uint64(1))
 
 
 @cache
 def identity() -> str:
-    """Version of palpate with a fingerprint of its sources and its compiled core: the code that a number came from."""
+    """Version of palpate with a fingerprint of its sources and its compiled core."""
     from palpate import __file__ as package
     from palpate import __version__, _core
 
@@ -79,17 +79,17 @@ def identity() -> str:
 
 @cache
 def limit_threads() -> None:
-    """BLAS of this process on one thread, from now on: more would be in each other's way, and round differently."""
+    """Limit BLAS in this process to one thread permanently, because several threads compete and round differently."""
     from threadpoolctl import threadpool_limits
 
     threadpool_limits(1)
 
 
 def plain(value: Any) -> Any:
-    """As JSON keeps it: numbers, texts, truths, None, and lists and dictionaries of them.
+    """A value in JSON types: numbers, texts, booleans, None, and lists and dictionaries of these.
 
     Raises:
-        TypeError: something else.
+        TypeError: the value has another type.
     """
     if isinstance(value, np.generic):
         return plain(value.item())
@@ -99,4 +99,4 @@ def plain(value: Any) -> Any:
         return [plain(v) for v in value]
     if isinstance(value, Mapping):
         return {str(k): plain(v) for k, v in value.items()}
-    raise TypeError(f"fn returned a {type(value).__name__}; numbers, texts, lists and dictionaries can be kept")
+    raise TypeError(f"fn returned a {type(value).__name__}; return numbers, texts, lists and dictionaries only")

@@ -1,4 +1,4 @@
-"""Certificates of devices: against simulation, in words, and what they refuse."""
+"""Certificates of devices: agreement with simulation, their text, and rejected input."""
 
 import numpy as np
 import pytest
@@ -20,14 +20,14 @@ def rests(device, K, B, spring=True, v0=0.2):
 
 @pytest.mark.parametrize("delay", [0.0, 0.0034, 0.009])
 @pytest.mark.parametrize("B", [0.0, 6.0])
-def test_a_smooth_device_swings_just_above_its_limit_and_rests_just_below(delay, B):
+def test_frictionless_device_oscillates_above_its_limit_and_settles_below(delay, B):
     device = palpate.Device(0.25, 0.4, 800.0, delay, filter=60.0, hand=NORMAL)
     k = palpate.certify(device, B=B).k_max
     assert rests(device, 0.99 * k, B)
     assert not rests(device, 1.01 * k, B)
 
 
-def test_dry_friction_holds_more_and_the_verdict_says_so():
+def test_dry_friction_raises_the_limit_with_a_marginal_verdict():
     device = palpate.Device(0.05, 0.05, 1000.0, 0.006, friction=0.5, quantum=1e-6, hand=PRESETS["light"])
     found = palpate.certify(device)
     assert found.k_max > 1.05 * found.k_linear
@@ -37,13 +37,13 @@ def test_dry_friction_holds_more_and_the_verdict_says_so():
     assert rests(device, 0.97 * found.k_max, 0.0, v0=0.5)
 
 
-def test_counts_without_friction_cost_stiffness():
+def test_quantisation_without_friction_lowers_the_limit():
     fine, coarse = (palpate.Device(0.5, 0.1, 500.0, 0.002, quantum=q, hand=PRESETS["relaxed"]) for q in (0.0, 5e-5))
     B = 8.0
     assert palpate.certify(coarse, B=B).k_max <= palpate.certify(fine, B=B).k_max
 
 
-def test_the_weakest_hand_of_a_range_sets_the_limit():
+def test_most_critical_hand_sets_the_limit():
     device = palpate.Device(0.3, 0.6, 1000.0, 0.003)
     all_of = palpate.certify(device)
     relaxed = palpate.certify(palpate.Device(0.3, 0.6, 1000.0, 0.003, hand=PRESETS["relaxed"]))
@@ -52,7 +52,7 @@ def test_the_weakest_hand_of_a_range_sets_the_limit():
     assert list(all_of.hands) == list(PRESETS)
 
 
-def test_the_reason_names_limit_and_cure():
+def test_reason_states_limit_and_remedy():
     device = palpate.Device(0.3, 0.6, 1000.0, 0.009, hand=PRESETS["light"])
     found = palpate.certify(device, K=2000.0, B=0.6)
     assert found.verdict == "unstable"
@@ -69,7 +69,7 @@ def test_stable_and_its_margin():
     assert palpate.certify(palpate.Device(0.3, 2.0, hand=NORMAL), K=0.0).verdict == "stable"
 
 
-def test_the_boundary_holds_the_limit_and_json_is_finite():
+def test_boundary_contains_the_limit_and_json_is_finite():
     found = palpate.certify(palpate.Device(0.3, 0.6, 1000.0, 0.004, hand=NORMAL), K=500.0, B=3.0)
     B, K = found.boundary(200)
     assert np.interp(3.0, B, K) == pytest.approx(found.k_linear, rel=0.01)
@@ -86,8 +86,8 @@ def test_classical_bounds():
     assert classical.abbott_okamura(0.1, 0.05, 2e-5, 1e-3) == pytest.approx(200.0)
 
 
-def test_passive_is_stable():
-    """Colgate and Brown's bound, the hand's damping counted, lies below the exact limit."""
+def test_passive_walls_are_stable():
+    """Colgate and Brown's bound, with the hand's damping included, lies below the exact limit."""
     rng = np.random.default_rng(5)
     for _ in range(10):
         device = palpate.Device(rng.uniform(0.05, 1), rng.uniform(0.5, 5), rng.uniform(300, 3000), hand=NORMAL)
@@ -95,7 +95,7 @@ def test_passive_is_stable():
         assert classical.colgate_brown(device.damping + NORMAL.damping, 0.0, case.T) < case.K_max(0.0)[0]
 
 
-def test_mistakes_are_told():
+def test_invalid_devices_are_rejected():
     with pytest.raises(PalpateError, match="device mass = 0"):
         palpate.Device(0.0, 1.0)
     with pytest.raises(PalpateError, match="device rate"):

@@ -18,6 +18,6 @@ def test_agrees_with_scipy(size):
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.3, 3.0, 40.0])
-def test_turns_by_an_angle(angle):
+def test_exponential_of_a_skew_matrix_is_a_rotation(angle):
     c, s = np.cos(angle), np.sin(angle)
     np.testing.assert_allclose(expm(np.array([[0.0, -angle], [angle, 0.0]])), [[c, -s], [s, c]], atol=1e-13)

@@ -1,6 +1,7 @@
-"""Fixtures of guidance in the certificate: their limit against the whole simulation; beside objects; the entry."""
+"""Guidance fixtures in the certificate: limit against the full simulation, parallel objects, and penetration."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,9 +9,9 @@ import pytest
 import palpate
 from palpate import _core
 from palpate.certificate import certify_all
-from palpate.certificate.arms import Held
+from palpate.certificate.arms import HeldLeader
 from palpate.certificate.entry import entries, stiffness
-from palpate.certificate.guidance import at_once, pulled
+from palpate.certificate.guidance import fixture_springs, total_stiffness
 from palpate.record.ticks import as_ticks
 from palpate.scene.rig import build
 
@@ -38,15 +39,15 @@ def wall(K, B, z=0.0, name="wall", role="forbid"):
 
 
 def press(made, K, B):
-    """Height of the handle while the hand pushes the tool quickly into a wall and stays; joints at the end."""
+    """Height of the handle [m] while the hand quickly pushes the tool into a wall and stays; joints at the end."""
     o, arms = made.options(), made.arms
     leader_options = o.leader
     leader_options.coulomb, leader_options.quantised = np.zeros(arms.leader.n), False
     o.leader = leader_options
     tip = (arms.X_WB @ arms.follower.fk(arms.q_follower0))[:3, 3]
     down = 0.002 + 1.0 / K + o.mapping.scale / o.hand.stiffness
-    way = np.array([tip, tip, tip - [0, 0, down], tip - [0, 0, down]])
-    path = _core.HandPath([0.0, 0.2, 0.28, 9.0], way)
+    positions = np.array([tip, tip, tip - [0, 0, down], tip - [0, 0, down]])
+    path = _core.HandPath([0.0, 0.2, 0.28, 9.0], positions)
     simulation = _core.Simulation(o, arms.leader, arms.leader, arms.follower, _core.Snapshot([]), path)
     simulation.set_fixtures(_core.Fixtures([wall(K, B, tip[2] - 0.002)]))
     ticks = as_ticks(simulation.run(3000))
@@ -58,26 +59,26 @@ def swings(made, K, B):
     return size[-1] > 2e-5 and any(b > 0.98 * a for a, b in itertools.pairwise(size))
 
 
-def test_the_whole_simulation_swings_above_a_fixtures_limit_and_rests_below():
+def test_full_simulation_oscillates_above_a_fixture_limit_and_settles_below():
     made, B = rig(), 5.0
     _, q = press(made, 100.0, B)
     o = made.options()
     n = made.arms.X_WL[:3, :3].T[:, 2]
-    k, _ = Held(made.arms.leader, q, o, o.hand, fixture=True).loop(n).K_max(B)
+    k, _ = HeldLeader(made.arms.leader, q, o, o.hand, fixture=True).loop(n).K_max(B)
     assert not swings(made, 0.93 * k, B)
     assert swings(made, 1.07 * k, B)
 
 
-def test_each_fixture_has_a_row_and_several_have_one_together():
+def test_each_fixture_and_their_sum_have_a_certificate():
     made = rig(fixtures=[wall(300.0, 1.0), wall(500.0, 2.0, name="two"), wall(1.0, 1.0, name="o", role="orient")])
     rows = certify_all(made.scene, rig=made)
     assert [row.name for row in rows] == ["table", "fixture wall", "fixture two", "all fixtures at once"]
     assert rows[-1].K == 800.0
-    assert at_once(made.fixtures.list()) == 800.0
+    assert total_stiffness(made.fixtures.list()) == 800.0
     assert rows[1].k_max > certify_all(rig().scene, rig=rig())[0].k_max, "no servo in a fixture's loop"
 
 
-def test_what_is_off_or_has_no_authority_does_not_count():
+def test_inactive_fixtures_are_ignored():
     off, none = wall(300.0, 1.0), wall(500.0, 2.0, name="two")
     policy = _core.Policy()
     policy.authority = 0.0
@@ -85,23 +86,23 @@ def test_what_is_off_or_has_no_authority_does_not_count():
         _core.Fixture("a", _core.SurfaceGeometry(_core.Plane()), "forbid", on=False),
         _core.Fixture("b", _core.SurfaceGeometry(_core.Plane()), "forbid", policy=policy),
     ]
-    assert pulled(made) == []
-    assert [f.K for f in pulled([off, none])] == [300.0, 500.0, 800.0]
+    assert fixture_springs(made) == []
+    assert [f.K for f in fixture_springs([off, none])] == [300.0, 500.0, 800.0]
 
 
-def test_a_fixture_beside_it_counts_in_an_objects_loop():
-    """Two springs of the same kind in one loop: the limit of their sum, whichever is asked about."""
+def test_parallel_fixture_stiffness_reduces_an_objects_limit():
+    """Two springs of the same kind in one loop: the limit applies to the sum of their stiffnesses."""
     made = rig()
     o, n = made.options(), np.array([0.0, 0.0, 1.0])
-    held = Held(made.arms.leader, made.arms.q_leader0, o, o.hand, fixture=True)
+    held = HeldLeader(made.arms.leader, made.arms.q_leader0, o, o.hand, fixture=True)
     k = held.loop(n).K_max(2.0)[0]
-    beside = Held(made.arms.leader, made.arms.q_leader0, o, o.hand, fixture=True, beside=0.4 * k).loop(n).K_max(2.0)[0]
-    assert beside == pytest.approx(0.6 * k, rel=0.01)
-    too_much = Held(made.arms.leader, made.arms.q_leader0, o, o.hand, fixture=True, beside=1.1 * k)
+    parallel = replace(held, parallel_stiffness=0.4 * k)
+    assert parallel.loop(n).K_max(2.0)[0] == pytest.approx(0.6 * k, rel=0.01)
+    too_much = replace(held, parallel_stiffness=1.1 * k)
     assert too_much.loop(n).K_max(2.0)[0] == 0.0
 
 
-def test_what_cannot_be_held_says_what_can():
+def test_reason_for_an_unstable_fixture_states_the_soft_depth():
     made = rig(0.02, [wall(20000.0, 2.0)])
     row = certify_all(made.scene, rig=made)[1]
     assert row.verdict == "unstable"
@@ -109,14 +110,14 @@ def test_what_cannot_be_held_says_what_can():
     assert "with hard: true the tool stays out" in row.reason
 
 
-def test_the_entry_is_the_certified_stiffness_to_five_percent():
-    for one in entries(rig(0.0), 300.0, 2.0):
-        assert one.certified_mm == pytest.approx(1e3 * one.force_N / 300.0)
-        assert one.measured_mm == pytest.approx(one.certified_mm, rel=0.05)
+def test_penetration_matches_the_certified_stiffness_within_five_percent():
+    for press in entries(rig(0.0), 300.0, 2.0):
+        assert press.certified_mm == pytest.approx(1e3 * press.force_N / 300.0)
+        assert press.measured_mm == pytest.approx(press.certified_mm, rel=0.05)
 
 
-def test_the_stiffness_that_is_measured_is_that_of_the_fixture_in_its_place():
-    """By load cell and depth: of a plane that is put there, or of the rig's own fixture, whatever was asked about."""
+def test_measured_stiffness_is_that_of_the_pressed_fixture():
+    """Slope of the load cell's force over the depth, for an added plane and for the rig's own fixture."""
     arms, scale = rig(0.0).arms, rig(0.0).options().mapping.force_scale
     at = (arms.X_WB @ arms.follower.fk(arms.q_follower0))[:3, 3] - [0.0, 0.0, 0.004]
     made = rig(0.0, [wall(200.0, 2.0, at[2])])

@@ -1,10 +1,10 @@
-"""The sampled loop against eigenvalues of its closed matrix, closed forms, and an integrator's idea of the hold."""
+"""The sampled loop against closed-loop eigenvalues, closed forms, and numerical integration of the held force."""
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from palpate.certificate.loop import Loop, difference, held, modes
+from palpate.certificate.loop import Loop, difference, modes, zero_order_hold
 
 
 def device(m=0.3, b=0.5, k=0.0, T=1e-3, delay=0.0, cutoff=0.0):
@@ -13,7 +13,7 @@ def device(m=0.3, b=0.5, k=0.0, T=1e-3, delay=0.0, cutoff=0.0):
 
 
 def closed(loop, K, B, cutoff=0.0):
-    """The closed loop's matrix, forces on their way as states: x, last y, velocity, u[k-1] .. u[k-l-1]."""
+    """Closed-loop matrix with delayed forces as states: x, last y, velocity, u[k-1] .. u[k-l-1]."""
     Phi, Gamma0, Gamma1 = loop.sampled
     n, whole = len(Phi), int(loop.delay / loop.T + 1e-9)
     share = -np.expm1(-2 * np.pi * cutoff * loop.T) if cutoff > 0 else 1.0
@@ -65,7 +65,7 @@ def test_fast_sampling_without_delay_is_colgate_and_browns_bound():
     assert loop.K_max(0.0)[0] == pytest.approx(2 * 2.0 / 1e-5, rel=1e-3)  # 2 b / T
 
 
-def test_a_slow_delay_is_that_of_the_continuous_loop():
+def test_long_delay_matches_the_continuous_loop():
     """m w^2 = k + K cos(w d), b w = K sin(w d): continuous time, as T -> 0."""
     m, b, k, d = 0.4, 6.0, 200.0, 0.012
     K, w = device(m, b, k, 1e-5, d - 0.5e-5).K_max(0.0)
@@ -73,15 +73,15 @@ def test_a_slow_delay_is_that_of_the_continuous_loop():
     assert k + K * np.cos(w * d) == pytest.approx(m * w**2, rel=1e-3)
 
 
-def test_parts_of_a_period_of_delay_lie_between_whole_ones():
+def test_fractional_delays_interpolate_between_whole_periods():
     limits = [device(b=4.0, k=100.0, delay=d * 1e-3).K_max(0.0)[0] for d in (2.0, 2.25, 2.5, 2.75, 3.0)]
     assert all(np.diff(limits) < 0)
     assert 1 / limits[2] == pytest.approx(0.5 * (1 / limits[0] + 1 / limits[4]), rel=0.01)  # K ~ 1 / delay
 
 
-def test_the_held_force_moves_it_as_an_integrator_says():
+def test_zero_order_hold_matches_numerical_integration():
     A, b = np.array([[0.0, 1.0], [-500.0, -3.0]]), np.array([0.0, 2.0])
-    Phi, Gamma = held(A, b, 0.02)
+    Phi, Gamma = zero_order_hold(A, b, 0.02)
     x = solve_ivp(lambda t, x: A @ x + b, (0, 0.02), [0.01, -0.3], rtol=1e-11, atol=1e-14).y[:, -1]
     assert Phi @ [0.01, -0.3] + Gamma == pytest.approx(x, abs=1e-11)
 
@@ -95,8 +95,8 @@ def test_a_critically_damped_device_has_equal_poles_and_a_limit():
 
 
 @pytest.mark.parametrize("delay", [6e-3, 9.3e-3, 15e-3])
-def test_the_limit_falls_to_nothing_at_the_largest_damping(delay):
-    """However near to zero it is: another crossing, far above, is no limit."""
+def test_limit_vanishes_at_the_largest_damping(delay):
+    """Even very close to zero, the lowest crossing is the limit, not a crossing far above."""
     loop = device(m=0.45, b=10.6, k=300.0, delay=delay, cutoff=100.0)
     shares = 1.0 - np.logspace(-7, -1, 25)
     K = np.array([loop.K_max(share * loop.B_max)[0] for share in shares])
@@ -109,7 +109,7 @@ def test_the_limit_falls_to_nothing_at_the_largest_damping(delay):
     )
 
 
-def test_damping_helps_first_and_harms_in_the_end():
+def test_damping_raises_then_lowers_the_limit():
     loop = device(b=3.0, delay=4e-3, cutoff=80.0)
     few, some, much = (loop.K_max(share * loop.B_max)[0] for share in (0.0, 0.4, 0.98))
     assert few < some > much

@@ -1,4 +1,4 @@
-"""Certificates of scenes: the loop of the whole simulation, its hand, and what is not certified."""
+"""Certificates of scenes: agreement with the full simulation, the scene's hand, and unsupported laws."""
 
 import warnings
 
@@ -28,8 +28,8 @@ def rig():
     return build(scene())
 
 
-def test_the_whole_simulation_swings_above_the_limit_and_rests_below(rig):
-    """Seven joints, hand, follower's servo and delay: nothing of it knows the analysis."""
+def test_full_simulation_oscillates_above_the_limit_and_settles_below(rig):
+    """The simulation has seven joints, a hand, the follower's servo and a delay, and uses no code of the analysis."""
     n_W = np.array([0.6, 0.0, 0.8])
     delayed = build(scene(loop_delay=0.006))
     k, _ = certificate_arms.limit(delayed, n_W, 5.0)
@@ -37,7 +37,7 @@ def test_the_whole_simulation_swings_above_the_limit_and_rests_below(rig):
     assert certificate_arms.swings(delayed, n_W, 1.05 * k, 5.0)
 
 
-def test_what_helps_helps(rig):
+def test_advised_changes_raise_the_limit(rig):
     k = certify_all(rig.scene, rig=rig)[0].k_max
     assert palpate.certify(scene(loop_delay=0.01)).k_max < 0.7 * k
     assert palpate.certify(scene("arms: {follower: {bandwidth: 60}}")).k_max > 1.2 * k
@@ -48,7 +48,7 @@ def test_what_helps_helps(rig):
     )
 
 
-def test_the_hand_of_the_scene_is_the_one_that_counts(rig):
+def test_the_scenes_own_hand_sets_the_limit(rig):
     hands = certify_all(rig.scene, rig=rig)[0].hands
     assert hands["normal"] == pytest.approx(certify_all(rig.scene, rig=rig)[0].k_max, rel=1e-6)
     assert list(np.argsort(list(hands.values()))) == list(range(5))
@@ -56,12 +56,12 @@ def test_the_hand_of_the_scene_is_the_one_that_counts(rig):
     assert palpate.certify(palpate.Scene.parse(light)).k_max == pytest.approx(hands["light"], rel=0.02)
 
 
-def test_regions_have_rows_of_their_own():
+def test_each_region_has_a_certificate():
     nodule = palpate.Scene.load("scenes/nodule.yaml")
-    assert [thing.name for thing in touched(build(nodule))] == ["liver", "liver, nodule"]
+    assert [surface.name for surface in touched(build(nodule))] == ["liver", "liver, nodule"]
 
 
-def test_outside_is_a_warning_with_its_place_and_cure():
+def test_unstable_object_warns_with_location_and_remedy():
     late = palpate.Scene.parse(SCENE + "loop_delay: 0.04\n", "late.yaml")
     with pytest.warns(PalpateWarning, match=r"late.yaml:2: table: unstable: 40 ms of delay .* would give"):
         warn_outside(build(late))
@@ -70,27 +70,27 @@ def test_outside_is_a_warning_with_its_place_and_cure():
         warn_outside(build(scene()))
 
 
-def test_a_law_through_the_load_cell_has_no_certificate():
+def test_admittance_law_has_no_certificate():
     admittance = scene("torque: {law: admittance}")
     with pytest.raises(PalpateError, match=r"there is no certificate for torque\.law admittance"):
         palpate.certify(admittance)
-    warn_outside(build(admittance))  # and no warning that would be a guess
+    warn_outside(build(admittance))  # no warning without an analysis
 
 
-def test_a_force_told_by_drives_has_no_certificate():
+def test_drive_based_force_source_has_no_certificate():
     bilateral = palpate.Scene.load("scenes/bilateral.yaml")
     with pytest.raises(PalpateError, match=r"there is no certificate for force\.source both"):
         palpate.certify(bilateral)
 
 
-def test_the_most_damped_axis_counts_as_well():
+def test_the_most_damped_axis_is_also_checked():
     too_much = palpate.Scene.parse(SCENE.replace("damping: 1", "damping: [1, 1, 3000]"))
     assert palpate.certify(too_much).verdict == "unstable"
     assert palpate.certify(palpate.Device(mass=0.3, damping=0.5, delay=0.005), K=0.0, B=1000.0).verdict == "unstable"
 
 
-def test_the_viewers_limit_is_that_of_the_stiffest_region_and_object():
-    """Its sliders scale them all: what is told of the first object's stiffness has to hold for every one."""
+def test_viewer_limit_is_that_of_the_stiffest_region_and_object():
+    """The sliders scale all stiffnesses, so the limit shown for the first object must hold for every object."""
     one = "{name: table, plane: {size: 0.3}, stiffness: 800, damping: 1}"
     stiff = one.replace("table", "stone").replace("800", "2400")
     alone, both = (build(palpate.Scene.parse(SCENE.replace(one, text))) for text in (one, f"{one}, {stiff}"))

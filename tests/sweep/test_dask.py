@@ -1,4 +1,4 @@
-"""On a real Dask cluster: a scheduler and workers as processes of their own, on the loopback."""
+"""Sweeps on a real Dask cluster: a scheduler and workers in separate processes on the loopback interface."""
 
 import json
 import signal
@@ -18,7 +18,7 @@ from palpate.sweep.work import seed_of
 TESTS = str(Path(sweep_points.__file__).parent)
 
 
-def test_without_the_extra_it_says_what_to_install(monkeypatch):
+def test_missing_dask_names_the_extra_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(MissingExtraError, match=r"the Dask executor is not installed[\s\S]*palpate\[dask\]"):
         sweep(sweep_points.picky, {"k": [0]}, executor="dask")
@@ -49,7 +49,7 @@ def dask(tmp_path_factory):
         process.wait()
 
 
-def test_a_cluster_gives_the_same_as_this_process(dask):
+def test_cluster_matches_the_serial_executor(dask):
     grid = {"K": [1.0, 2.0, 3.0], "law": ["a", "b"], "k": range(5)}
     found = sweep(sweep_points.draw, grid, 5, "dask", address=dask[0])
     assert found.rows() == sweep(sweep_points.draw, grid, 5, "serial").rows()
@@ -60,11 +60,11 @@ def test_an_exception_names_its_points(dask):
         sweep(sweep_points.picky, {"k": range(8)}, executor="dask", address=dask[0])
 
 
-def test_a_cluster_that_loses_a_worker_loses_nothing(dask, tmp_path):
+def test_killed_cluster_worker_loses_no_point(dask, tmp_path):
     address, workers = dask
 
     def kill_one() -> None:
-        while len(list(tmp_path.iterdir())) < 2:  # each has begun
+        while len(list(tmp_path.iterdir())) < 2:  # both workers have started
             time.sleep(0.01)
         time.sleep(0.3)
         workers[0].send_signal(signal.SIGKILL)

@@ -10,7 +10,7 @@ from scipy.io import netcdf_file
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "studies.md"
 
 
-def test_the_example_of_the_page(tmp_path):
+def test_documented_script_runs(tmp_path):
     (script,) = re.findall(r"```python\n(# my_sweep.py\n.*?)```", PAGE.read_text(), re.S)
     (tmp_path / "my_sweep.py").write_text(script)
     run = subprocess.run([sys.executable, "my_sweep.py"], cwd=tmp_path, capture_output=True, text=True, timeout=120)

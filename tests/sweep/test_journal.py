@@ -1,4 +1,4 @@
-"""What is done stays done: after a kill, after Ctrl-C, with a torn line; and a journal knows its sweep."""
+"""A journal keeps finished points after a kill, after Ctrl-C and with a broken line, and rejects another sweep."""
 
 import json
 import signal
@@ -58,35 +58,35 @@ def stopped(tmp_path):
     return stop
 
 
-def test_ctrl_c_keeps_what_is_done_and_ends_the_workers(stopped):
+def test_ctrl_c_keeps_finished_points_and_ends_the_workers(stopped):
     _, calls, journal, said = stopped(signal.SIGINT)
     assert said.rstrip().endswith("KeyboardInterrupt")
     assert said.count("Traceback") == 1  # the workers are silent
     assert 40 <= done(journal) <= calls_in(calls) < 200
 
 
-def test_a_killed_sweep_goes_on_where_it_was(stopped):
+def test_killed_sweep_resumes_from_its_journal(stopped):
     command, calls, journal, _ = stopped(signal.SIGKILL)
     kept, before = done(journal), calls_in(calls)
     assert 40 <= kept < 200
     with journal.open("ab") as torn:
         torn.write(b'0badc0de {"point":19')
     assert subprocess.run(command, timeout=60).returncode == 0
-    assert calls_in(calls) - before == 200 - kept  # nothing that was kept is done again
+    assert calls_in(calls) - before == 200 - kept  # points in the journal are not repeated
     lines = journal.read_bytes().splitlines()[1:]
     found = {e["point"]: e["values"]["x"] for e in (json.loads(line.partition(b" ")[2]) for line in lines)}
     assert found == {k: seed_of(7, k) % 1000 + k for k in range(200)}
 
 
-def test_a_finished_journal_is_read_and_nothing_is_done_again(tmp_path, monkeypatch):
+def test_finished_journal_is_not_recomputed(tmp_path, monkeypatch):
     first = sweep(sweep_points.draw, GRID, 1, "serial", resume=tmp_path / "j")
     size = (tmp_path / "j").stat().st_size
-    monkeypatch.setattr("palpate.sweep.work.Work._answer", None)  # whoever computes fails
+    monkeypatch.setattr("palpate.sweep.work.Work._answer", None)  # any computation would fail
     assert sweep(sweep_points.draw, GRID, 1, "serial", resume=tmp_path / "j").rows() == first.rows()
     assert (tmp_path / "j").stat().st_size == size
 
 
-def test_a_broken_line_costs_its_point_alone(tmp_path):
+def test_broken_line_repeats_only_its_point(tmp_path):
     first = sweep(sweep_points.draw, GRID, 1, "serial", resume=tmp_path / "j")
     lines = (tmp_path / "j").read_bytes().splitlines(keepends=True)
     lines[3] = lines[3].replace(b'"x":', b'"x":1')
@@ -98,9 +98,9 @@ def test_a_broken_line_costs_its_point_alone(tmp_path):
         assert done(tmp_path / "j") == 7
 
 
-def test_failed_points_are_tried_again(tmp_path):
+def test_failed_points_are_retried(tmp_path):
     for _ in range(2):
-        with pytest.raises(SweepError, match=f"what succeeded is kept in {tmp_path / 'j'}"):
+        with pytest.raises(SweepError, match=f"the successful points are kept in {tmp_path / 'j'}"):
             sweep(sweep_points.picky, {"k": range(8)}, executor="serial", resume=tmp_path / "j")
         assert done(tmp_path / "j") == 6
 
@@ -130,12 +130,12 @@ def test_another_version_is_refused(tmp_path, monkeypatch):
         sweep(sweep_points.draw, GRID, 1, "serial", resume=tmp_path / "j")
 
 
-def test_files_that_cannot_be_journals(tmp_path):
+def test_invalid_journal_files_are_rejected(tmp_path):
     (tmp_path / "notes.txt").write_text("buy milk\n")
-    with pytest.raises(SweepError, match=r"notes.txt: this is no journal of a sweep"):
+    with pytest.raises(SweepError, match=r"notes.txt: this is not a journal of a sweep"):
         sweep(sweep_points.draw, GRID, 1, "serial", resume=tmp_path / "notes.txt")
     (tmp_path / "one.txt").write_text("buy milk")  # not even a line
-    with pytest.raises(SweepError, match=r"one.txt: this is no journal of a sweep"):
+    with pytest.raises(SweepError, match=r"one.txt: this is not a journal of a sweep"):
         sweep(sweep_points.draw, GRID, 1, "serial", resume=tmp_path / "one.txt")
     assert (tmp_path / "one.txt").read_text() == "buy milk"
     with pytest.raises(OutputError, match="the journal cannot be written"):

@@ -39,7 +39,7 @@ def test_dimensions_units_and_values(swept, tmp_path):
         assert file.version.startswith(b"palpate 0.")
 
 
-def test_points_left_out_are_blank(swept):
+def test_absent_points_are_blank(swept):
     assert np.isnan(swept.array("yes")[:, 2, 1]).all()
     assert np.isnan(swept.array("yes")[0]).all()  # None
     assert (swept.array("yes")[1, :2] == 1.0).all()
@@ -55,7 +55,7 @@ def test_xarray_opens_it(swept, tmp_path):
         assert data.attrs["seed"] == 3
 
 
-def test_table_of_commas(swept, tmp_path):
+def test_csv_table(swept, tmp_path):
     swept.to_csv(tmp_path / "a.csv")
     rows = list(csv.DictReader((tmp_path / "a.csv").open(encoding="utf-8")))
     assert len(rows) == 10
@@ -63,7 +63,7 @@ def test_table_of_commas(swept, tmp_path):
                         "by cap_50": "", "word": "wavywavy", "yes": "True"}  # fmt: skip
 
 
-def test_what_cannot_be_written(swept, tmp_path):
+def test_write_errors(swept, tmp_path):
     with pytest.raises(OutputError, match="the file cannot be written"):
         swept.to_netcdf(tmp_path / "none" / "a.nc")
     clash = sweep(sweep_points.draw, {"K": [1.0], "law": ["a"], "x": [1]}, executor="serial")

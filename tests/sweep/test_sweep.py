@@ -1,4 +1,4 @@
-"""The same numbers whoever computes them, in whatever order, and however often a worker is killed."""
+"""Sweeps return identical numbers from every executor, in any order, and with killed workers."""
 
 import os
 import pickle
@@ -28,7 +28,7 @@ def expected():
     return sweep(sweep_points.draw, GRID, 5, "serial")
 
 
-def test_processes_give_the_same_as_this_process(expected, tmp_path):
+def test_local_executor_matches_the_serial_executor(expected, tmp_path):
     found = sweep(sweep_points.draw, GRID, 5, workers=3)
     assert found.rows() == expected.rows()
     found.to_netcdf(tmp_path / "a.nc")
@@ -36,12 +36,12 @@ def test_processes_give_the_same_as_this_process(expected, tmp_path):
     assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "b.nc").read_bytes()
 
 
-def test_the_order_of_the_points_is_that_of_nested_loops(expected):
+def test_points_are_in_row_major_order(expected):
     points = [(K, law, k) for K in np.linspace(100.0, 400.0, 7) for law in ("a", "bc") for k in range(3)]
     assert [(r["K"], r["law"], r["k"]) for r in expected.rows()] == points
 
 
-def test_seeds_are_those_of_numpy_and_all_different():
+def test_seeds_match_numpy_and_are_distinct():
     child = np.random.SeedSequence(5, spawn_key=(17,)).generate_state(1, np.uint64)[0]
     assert seed_of(5, 17) == int(child) // 2
     assert len({seed_of(seed, index) for seed in range(20) for index in range(500)}) == 10_000
@@ -59,7 +59,7 @@ def calls(folder: Path) -> list[int]:
     return [int(k) for file in folder.iterdir() for k in file.read_text().split()]
 
 
-def test_a_worker_killed_in_the_middle_loses_nothing(tmp_path):
+def test_killed_worker_loses_no_point(tmp_path):
     grid = {"k": range(120), "folder": [str(tmp_path)]}
 
     def kill_one() -> None:
@@ -72,16 +72,16 @@ def test_a_worker_killed_in_the_middle_loses_nothing(tmp_path):
     found = sweep(sweep_points.slow, grid, 7, workers=2)
     killer.join()
     assert sorted(set(calls(tmp_path))) == list(range(120))
-    assert len(calls(tmp_path)) <= 123  # only what it died over, and had not yet handed over, was done again
+    assert len(calls(tmp_path)) <= 123  # only the points that the killed worker had not transferred are repeated
     assert found.rows() == [
         p | {"x": seed_of(7, k) % 1000 + k} for k, p in enumerate(map(Grid.of(grid).point, range(120)))
     ]
 
 
-def test_a_point_that_kills_every_worker_is_told_and_the_others_are_done():
+def test_point_that_kills_every_worker_is_reported_as_failed():
     found = sweep(sweep_points.deadly, {"k": range(8)}, workers=2, on_error="keep")
     assert [row["k"] for row in found.rows()] == [0, 1, 2, 4, 5, 6, 7]
-    assert found.errors == {3: "its worker process died, again and again (was killed by SIGKILL)"}
+    assert found.errors == {3: "its worker process died in each attempt (was killed by SIGKILL)"}
 
 
 @pytest.mark.parametrize("executor", ["serial", "local"])
@@ -95,12 +95,12 @@ def test_an_exception_names_its_points_and_its_place(executor):
     assert "sweep_points.py:" in text
 
 
-def test_failures_without_end_stop_the_sweep():
+def test_too_many_failures_stop_the_sweep():
     with pytest.raises(SweepError, match=r"20 of 1000 points failed, 980 not tried[\s\S]*and 15 more"):
         sweep(partial(sweep_points.picky), {"k": [2], "n": range(1000)}, executor="serial")
 
 
-def test_the_queue_gives_every_point_and_smaller_chunks_towards_the_end():
+def test_queue_returns_every_point_with_shrinking_chunks():
     queue, taken = Queue(range(1000), 2), []
     while queue:
         chunk = queue.take()
@@ -118,21 +118,21 @@ def test_the_queue_gives_every_point_and_smaller_chunks_towards_the_end():
     [
         ({"fn": lambda point, seed: {}}, "fn cannot be sent to worker processes"),
         ({"executor": "slurm"}, "unknown executor 'slurm'"),
-        ({"address": "tcp://x:1"}, "address tcp://x:1 with executor 'local'"),
+        ({"address": "tcp://x:1"}, "address tcp://x:1 does not apply to executor 'local'"),
         ({"workers": 0}, "workers must be at least 1, got 0"),
         ({"grid": {"k": []}}, "axis 'k' cannot be swept"),
-        ({"grid": {"k": [1, 1]}}, "a value is there twice"),
+        ({"grid": {"k": [1, 1]}}, "it contains a value twice"),
         ({"grid": {"k": [1, "a"]}}, "axis 'k' mixes numbers and texts"),
         ({"grid": {"k": [float("nan")]}}, "axis 'k' has the value nan"),
         ({"fn": sweep_points.__dict__["Path"], "executor": "serial"}, "TypeError"),
     ],
 )
-def test_mistakes_are_told(wrong, words):
+def test_invalid_arguments_are_rejected(wrong, words):
     with pytest.raises(SweepError, match=words):
         sweep(**{"fn": sweep_points.picky, "grid": {"k": [0]}, **wrong})
 
 
-def test_a_script_without_a_guard_is_told_what_to_do(tmp_path):
+def test_script_without_a_main_guard_gets_a_remedy(tmp_path):
     script = tmp_path / "script.py"
     script.write_text("from palpate.sweep import sweep\ndef f(p, s): return {}\nsweep(f, {'k': range(3)}, workers=1)\n")
     run = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=60)

@@ -19,7 +19,7 @@ from threadpoolctl import threadpool_limits
 from palpate import _core
 from palpate.arm import models_folder
 from palpate.arrays import Array
-from palpate.certificate.arms import Held
+from palpate.certificate.arms import HeldLeader
 from palpate.certificate.certificate import SURE
 from palpate.certificate.trials import edge
 from palpate.record.ticks import as_ticks
@@ -67,7 +67,7 @@ def limit(rig: Rig, n_W: Array, B: float) -> tuple[float, float]:
     """Largest stable stiffness along n_W (3,) where the pressed arm comes to rest [N/m], and its frequency [rad/s]."""
     _, q = _press(rig, n_W, 100.0, B, ideal=True)
     o = rig.options()
-    return Held(rig.arms.leader, q, o, o.hand).loop(rig.arms.X_WL[:3, :3].T @ n_W).K_max(B)
+    return HeldLeader(rig.arms.leader, q, o, o.hand).loop(rig.arms.X_WL[:3, :3].T @ n_W).K_max(B)
 
 
 def swings(rig: Rig, n_W: Array, K: float, B: float, ideal: bool = True) -> bool:
