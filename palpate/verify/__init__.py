@@ -1,1 +1,1 @@
-"""Judges of the product: conformance of fixtures, fuzzing, soak runs and benchmarks."""
+"""Verification of the product: conformance of fixtures, fuzzing, soak runs and benchmarks."""

@@ -1,7 +1,7 @@
-"""``palpate soak contact``: millions of short random pokes at random meshes, and none may pop through.
+"""``palpate soak contact``: millions of short random pokes at random meshes, none of which may pop through.
 
-The pokes and their judge are C++ (``core/palpate/contact/soak.hpp``); here are the meshes they are made at, two threads
-and the count.
+The pokes and their evaluation are in C++ (``core/palpate/contact/soak.hpp``). This module creates the meshes, runs two
+threads and counts the results.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from palpate.shapes.analytic import MM, Box, Groove, Sphere, Torus, WavySheet
 Triangles = NDArray[np.int32]
 
 PASSES = 10_000_000
-PER_MESH = 2000  # passes at one mesh
+PER_MESH = 2000  # passes per mesh
 THREADS = 2
-TRIANGLES = (12, 1500)  # of a mesh; the judge asks every one of them at every tick
-EXAMPLES = 10
+TRIANGLES = (12, 1500)  # range of triangles per mesh; the evaluation tests all triangles in every tick
+EXAMPLES = 10  # largest number of meshes that the result lists
 KINDS = ("plate", "thin plate", "organ", "box", "edge", "torus", "sheet", "groove", "holes", "soup")
 
 
 @dataclass
 class Popped:
-    """The first pass of a mesh that went through."""
+    """The first pass at a mesh that popped through."""
 
-    mesh: int  #: number of the mesh: with the seed it makes it again
+    mesh: int  #: number of the mesh; number and seed reproduce the mesh
     kind: str
     radius_mm: float
     speed_m_s: float
@@ -44,20 +44,20 @@ class Popped:
 
 @dataclass
 class Soak:
-    """What the passes gave. The keys are the documented contract of ``--json``."""
+    """Counts of a soak run. The keys are the documented contract of ``--json``."""
 
     method: str
     seed: int
-    passes: int = 0  #: that found free space to begin in
-    touched: int = 0  #: of them, with a force
+    passes: int = 0  #: passes that found free space for their start
+    touched: int = 0  #: passes with a force
     ticks: int = 0
-    popped: int = 0  #: of them, through the surface
+    popped: int = 0  #: passes through the surface
     meshes: int = 0
     seconds: float = 0.0
-    examples: list[Popped] = field(default_factory=list)  #: the first meshes that let a pass through
+    examples: list[Popped] = field(default_factory=list)  #: the first meshes with a pass through the surface
 
     def as_json(self) -> dict[str, object]:
-        """For ``--json``."""
+        """The object of ``--json``."""
         return asdict(self)
 
 
@@ -67,10 +67,10 @@ def run(
     seed: int = 1,
     on_progress: Callable[[Soak], None] | None = None,
 ) -> Soak:
-    """Poke until ``passes`` passes are done, on two threads; the same seed gives the same meshes and passes.
+    """Run ``passes`` passes on two threads; the same seed gives the same meshes and passes.
 
     Raises:
-        ValueError: an unknown method, or no passes.
+        ValueError: the method is unknown, or ``passes`` is below 1.
     """
     if passes < 1:
         raise ValueError(f"passes must be at least 1, got {passes}")
@@ -83,7 +83,7 @@ def run(
             on_progress(out)
 
     with ThreadPoolExecutor(THREADS) as pool:
-        while out.passes < passes:  # again for the few that found no free space
+        while out.passes < passes:  # repeats the few passes that found no free space
             counts = [min(PER_MESH, passes - out.passes - k) for k in range(0, passes - out.passes, PER_MESH)]
             jobs = [(mesh + k, method, seed, count) for k, count in enumerate(counts)]
             mesh += len(counts)
@@ -95,7 +95,7 @@ def run(
 def _in_order(
     pool: ThreadPoolExecutor, jobs: Iterable[tuple[int, str, int, int]]
 ) -> Iterator[tuple[str, int, _core.SoakReport]]:
-    """Results in the order of the jobs, a few ahead."""
+    """Yield results in the order of the jobs; a few jobs run ahead."""
     ahead: deque[Future[tuple[str, int, _core.SoakReport]]] = deque()
     try:
         for job in jobs:
@@ -116,7 +116,7 @@ def _at_one_mesh(number: int, method: str, seed: int, passes: int) -> tuple[str,
     while mesh is None:
         try:
             mesh = _core.Mesh(*random_mesh(kind, rng))
-        except ValueError:  # nothing left of a soup: another one
+        except ValueError:  # all triangles of a soup are degenerate: draw another mesh
             continue
     return kind, number, _core.soak(mesh, method, passes, int(rng.integers(2**63)), _core.SoakRange())
 
@@ -133,7 +133,7 @@ def _add(out: Soak, kind: str, number: int, report: _core.SoakReport) -> None:
 
 
 def random_mesh(kind: str, rng: np.random.Generator) -> tuple[Array, Triangles]:
-    """A mesh of one of ``KINDS``: vertices (n, 3) [m] and triangles (m, 3); large enough for a tool to stay on."""
+    """A mesh of one of ``KINDS`` that is large enough for the tool: vertices (n, 3) [m] and triangles (m, 3)."""
     n = int(TRIANGLES[0] * (TRIANGLES[1] / TRIANGLES[0]) ** rng.random())
     side = rng.uniform(20, 60, 3) * MM
     if kind in ("plate", "thin plate", "holes"):
@@ -158,7 +158,7 @@ def random_mesh(kind: str, rng: np.random.Generator) -> tuple[Array, Triangles]:
         vertices[:, 2] *= 10.0 ** rng.uniform(-1, 0.6)  # dihedral angles from 30 to 170 degrees
     else:
         vertices, faces = Box((side[0], side[1], side[2])).mesh(n)
-        if kind == "edge":  # sheared and drawn out: wedges and slivers
+        if kind == "edge":  # sheared and stretched into wedges and slivers
             vertices = vertices @ (np.eye(3) + rng.uniform(-1.5, 1.5, (3, 3)) * [[0, 1, 1], [0, 0, 1], [0, 0, 0]])
             vertices[:, 2] *= np.where(vertices[:, 0] > 0, rng.uniform(0.02, 1), 1.0)
     if kind == "holes":
@@ -168,7 +168,7 @@ def random_mesh(kind: str, rng: np.random.Generator) -> tuple[Array, Triangles]:
 
 
 def table(soak: Soak) -> Table:
-    """The count for a terminal."""
+    """The counts as a table for a terminal."""
     out = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False, show_header=False)
     for words, value in (
         ("method", soak.method),

@@ -42,7 +42,7 @@ def entered(sweep: Sweeper = sweep) -> Entered:
     """As `entry` in docs/json.md."""
     most = max(region.hands for region in entry.REGIONS.values())
     grid = {"region": Axis(entry.REGIONS), "hand": Axis(range(most)), "fixture": Axis([1, 0])}
-    hard = entry.hard_rows(cast(list[entry.Gone], sweep(gone_in, grid, where=_has_hand, title="entry").rows()))
+    hard = entry.hard_rows(cast(list[entry.HandRun], sweep(gone_in, grid, where=_has_hand, title="entry").rows()))
     soft = [entry.soft(force) for force in FORCES]
     return {"hard_entry": hard, "soft_entry": soft, "entry_passed": entry.passed(hard, soft)}
 

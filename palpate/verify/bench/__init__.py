@@ -1,1 +1,1 @@
-"""Benchmarks: a command, a number, a machine."""
+"""Benchmarks of contact, fixtures, the haptic loop, ROS 2, batch runs, start-up and sweeps."""

@@ -1,6 +1,6 @@
-"""``palpate bench contact``: forces on shapes known exactly, their quality and their time, beside reference figures.
+"""``palpate bench contact``: accuracy and computing time of forces on analytic shapes, with reference figures.
 
-Every row runs in a process of its own, so that load time and memory are those of one mesh alone.
+Every row runs in a separate process, so that load time and memory are those of a single mesh.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ class Row(Judged):
     triangles: int
     path: str
     method: str
-    load_s: float  #: binary STL on disk to indexed mesh
-    memory_MB: float  #: growth of the process, at its peak while loading
+    load_s: float  #: time from binary STL on disk to indexed mesh
+    memory_MB: float  #: peak growth of the process's memory while loading
 
 
 def run(
@@ -43,11 +43,11 @@ def run(
     method: str = "proxy",
     on_row: Callable[[Row], None] | None = None,
 ) -> list[Row]:
-    """Measure every combination; ``on_row`` hears of each as it is done.
+    """Measure every combination; ``on_row`` is called with each finished row.
 
     Raises:
-        ValueError: an unknown shape or path.
-        RuntimeError: a case failed; carries what its process said.
+        ValueError: a shape or path is unknown.
+        RuntimeError: a case failed; the message contains the output of its process.
     """
     for kind, given, known in (("shape", shapes, SHAPES), ("path", paths, PATHS)):
         for name in given:
@@ -79,7 +79,7 @@ def _in_a_process(file: Path, shape: str, path: str, method: str) -> Row:
 
 
 def measure(file: Path, shape: str, path: str, method: str) -> Row:
-    """One row, in this process, which should be a fresh one."""
+    """Measure one row in this process, which should be newly started."""
     from palpate.mesh import Mesh
 
     before, start = _status_mb("VmRSS"), perf_counter()
@@ -87,13 +87,13 @@ def measure(file: Path, shape: str, path: str, method: str) -> Row:
     load_s, memory = perf_counter() - start, _status_mb("VmHWM") - before
 
     offset, speed = PATHS[path]
-    way = tool_path(SHAPES[shape], offset, speed, RADIUS)
+    tool = tool_path(SHAPES[shape], offset, speed, RADIUS)
     row: Row = {
         "shape": shape,
         "triangles": mesh.triangle_count,
         "path": path,
         "method": method,
-        **judge(mesh, SHAPES[shape], way, method, _cluster() if path == "tool" else None),
+        **judge(mesh, SHAPES[shape], tool, method, _cluster() if path == "tool" else None),
         "load_s": load_s,
         "memory_MB": memory,
     }
@@ -101,7 +101,7 @@ def measure(file: Path, shape: str, path: str, method: str) -> Row:
 
 
 def _cluster() -> Array:
-    """(16, 3) the tip, and 15 spheres spread evenly 1.5 mm around it [m]."""
+    """Sphere centres (16, 3) [m]: the tip, and 15 centres spread evenly at 1.5 mm around the tip."""
     k = np.arange(15)
     z, turn = 1.0 - 2.0 * (k + 0.5) / 15, np.pi * (1.0 + 5.0**0.5) * k
     ring = np.sqrt(1.0 - z * z)
@@ -110,7 +110,7 @@ def _cluster() -> Array:
 
 
 def _status_mb(key: str) -> float:
-    """A memory figure of this process from /proc [MB]; nan where there is no such thing."""
+    """A memory figure of this process from /proc [MB]; NaN on systems without /proc."""
     try:
         lines = Path("/proc/self/status").read_text().splitlines()
     except OSError:
@@ -118,8 +118,8 @@ def _status_mb(key: str) -> float:
     return next((int(line.split()[1]) * 1024 / 1e6 for line in lines if line.startswith(f"{key}:")), float("nan"))
 
 
-# Deep slides on the same input by a study with an 8-wide BVH and a shaded proxy, one core of a 2-core shared machine:
-# what is reachable. p50, p99 [us]; direction median, p95, max [deg]; magnitude p95, max [mN]; step [deg], [mN].
+# Reference figures of deep slides: a prototype with an 8-wide BVH and a shaded proxy on one core of a shared machine.
+# Columns: p50, p99 [us]; direction median, p95, max [deg]; magnitude p95, max [mN]; step [deg], [mN].
 PROTOTYPE: dict[tuple[str, int], tuple[float, ...]] = {
     ("sphere", 10_000): (0.9, 3, 0.06, 0.11, 0.2, 8, 9, 0.4, 3),
     ("sphere", 100_000): (1.8, 5, 0.02, 0.03, 0.04, 0.8, 1, 0.2, 0.4),
@@ -131,7 +131,7 @@ PROTOTYPE: dict[tuple[str, int], tuple[float, ...]] = {
 
 
 def table(rows: Iterable[Row]) -> Table:
-    """The rows for a terminal of 80 columns, the prototype's figures below each deep slide."""
+    """The rows for a terminal of 80 columns, with the prototype's figures below each deep slide."""
     rows = list(rows)
     methods = ", ".join(dict.fromkeys(r["method"] for r in rows))
     out = Table(title=f"Method {methods}: r = 2 mm, k = 500 N/m", box=None, padding=(0, 1, 0, 0), pad_edge=False)

@@ -1,7 +1,7 @@
-"""How much do virtual fixtures cost? `palpate bench guidance`.
+"""`palpate bench guidance`: computing time of virtual fixtures.
 
-A fixture on a mesh of a million triangles while the tool slides over it, and the quadratic program with a hundred
-constraints: the program alone, and the whole stage with a hundred hard fixtures that the hand pushes the tool against.
+The cases are a fixture on a mesh of a million triangles under a sliding tool, a quadratic program with a hundred
+constraints, and the whole stage with a hundred hard fixtures that the hand pushes the tool against.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ BUDGET = {
     "qp_p99_us": 200.0,
     "qp_contradictory_p99_us": 200.0,
 }
-"""What is promised."""
+"""Largest accepted times."""
 
 
 def run(
     triangles: int = TRIANGLES, ticks: int = TICKS, on_progress: Callable[[str], None] = lambda _: None
 ) -> dict[str, float]:
-    """Measure: the keys of `palpate bench guidance` in docs/json.md."""
+    """Measure; the result has the keys of `palpate bench guidance` in docs/json.md."""
     shape = SHAPES["torus"]
     on_progress(f"a mesh of {triangles:,} triangles")
     mesh = _core.Mesh(*shape.mesh(triangles))
@@ -59,8 +59,8 @@ def run(
 
 
 def table(result: dict[str, float]) -> Table:
-    """For a terminal."""
-    told = {
+    """The result as a table for a terminal."""
+    labels = {
         "query": f"nearest place of a mesh of {result['triangles']:,} triangles",
         "fixture_added": "a soft fixture on it adds to the stage",
         "hard_fixture_added": "a hard fixture on it adds to the stage",
@@ -73,7 +73,7 @@ def table(result: dict[str, float]) -> Table:
     out.add_column("")
     for column in ("p50 us", "p99 us", "promised"):
         out.add_column(column, justify="right")
-    for key, words in told.items():
+    for key, words in labels.items():
         most = BUDGET.get(f"{key}_p99_us")
         figures = (f"{result[f'{key}_{p}_us']:.2f}" for p in ("p50", "p99"))
         out.add_row(words, *figures, "" if most is None else f"{most:g}")
@@ -93,7 +93,7 @@ def _poses(p: Array, ticks: int) -> Array:
 
 
 def _programs(n: int) -> tuple[Array, Array, Array]:
-    """Random half-spaces that all leave the origin free by a tenth of their distance, and places outside of many."""
+    """Random half-spaces A (n, m, 6), b (n, m) that all contain the origin, and start points (n, 6) outside many."""
     rng = np.random.default_rng(1)
     A = rng.normal(size=(n, CONSTRAINTS, 6))
     A /= np.linalg.norm(A, axis=2, keepdims=True)
@@ -101,7 +101,7 @@ def _programs(n: int) -> tuple[Array, Array, Array]:
 
 
 def _polytope() -> _core.Fixtures:
-    """Half-spaces around a ball of 3 cm that the tool must not enter: a cage."""
+    """Forbidden half-spaces around a ball of 3 cm radius, which confine the tool."""
     rng = np.random.default_rng(2)
     normals = rng.normal(size=(CONSTRAINTS, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -113,7 +113,7 @@ def _polytope() -> _core.Fixtures:
 
 
 def _wall(n: Array) -> _core.Geometry:
-    """The half-space beyond 3 cm along n: its outside is where the ball is."""
+    """The half-space beyond 3 cm along n (3,); the ball is outside this half-space."""
     from palpate.guidance.curve import frames_along
 
     X = np.eye(4)
@@ -123,7 +123,7 @@ def _wall(n: Array) -> _core.Geometry:
 
 
 def _around(ticks: int) -> Array:
-    """From the middle out against the walls, and around: up to 1 cm beyond them."""
+    """Poses (ticks, 4, 4) that oscillate between the centre and 1 cm beyond the walls in changing directions."""
     t = np.arange(ticks) / RATE
     r = 0.04 * np.sin(0.5 * t)
     return _poses(r[:, None] * np.c_[np.cos(1.3 * t), np.sin(1.3 * t) * np.cos(0.7 * t), np.sin(0.7 * t)], ticks)

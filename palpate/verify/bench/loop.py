@@ -1,8 +1,8 @@
-"""How fast is the haptic cycle, and how punctual? `palpate bench loop`.
+"""`palpate bench loop`: computing time and timing accuracy of the haptic cycle.
 
-Three questions, one session: the compute time of a cycle (state in, torque out) while the hand palpates an organ; how
-many times faster than real time lockstep simulates it; and how late a real-time loop starts its ticks, beside a bare
-loop that does nothing but keep time with the same privileges, in turns, so that both see the same machine.
+The benchmark measures the computing time of a cycle (from state to torque) while the hand palpates an organ, the speed
+of lockstep simulation relative to real time, and the lateness of the ticks of a real-time loop. A control loop without
+computation and with the same privileges runs alternately, so that both loops see the same load of the machine.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from palpate.scene import Scene, rig
 Result = dict[str, Any]
 Progress = Callable[[str], None]
 
-_TURNS = 4  # of loop and control per rate
-_STIFFNESS = 400.0  # of the organ [N/m]
+_TURNS = 4  # alternations of loop and control per rate
+_STIFFNESS = 400.0  # stiffness of the organ [N/m]
 
 
 class _Timed(Protocol):
@@ -30,9 +30,9 @@ class _Timed(Protocol):
 
 
 def default_mesh() -> Path | None:
-    """The liver of the test data (`PALPATE_DATA`, or `../shared/data` beside the repository); None when absent."""
-    beside = Path(__file__).resolve().parents[4] / "shared" / "data"
-    liver = Path(os.environ.get("PALPATE_DATA") or beside) / "meshes" / "Liver.stl"
+    """The liver of the test data (`PALPATE_DATA`, or `../shared/data` next to the repository); None when absent."""
+    folder = Path(__file__).resolve().parents[4] / "shared" / "data"
+    liver = Path(os.environ.get("PALPATE_DATA") or folder) / "meshes" / "Liver.stl"
     return liver if liver.is_file() else None
 
 
@@ -44,18 +44,18 @@ def run(
     lockstep_seconds: float = 20.0,
     on_progress: Progress = lambda _: None,
 ) -> Result:
-    """Measure; takes 2 * seconds per rate, and a moment for lockstep.
+    """Measure; takes 2 * seconds per rate, and a few seconds for lockstep.
 
     Args:
-        seconds: real time measured per rate, loop and control each [s].
-        mesh: STL in millimetres to palpate; the liver of the test data when left out, or the shipped organ.
-        rates: of the haptic cycle in real-time mode [Hz].
+        seconds: real time measured per rate, for loop and control each [s].
+        mesh: STL file in millimetres to palpate; default: the liver of the test data, or the shipped organ.
+        rates: rates of the haptic cycle in real-time mode [Hz].
         lockstep_seconds: simulated time of the lockstep run [s].
-        on_progress: told what is being measured.
+        on_progress: called with the name of each measurement.
 
     Returns:
-        The documented JSON of `palpate bench loop`: figures of lockstep at 1 kHz (`cycle_*_us`, `realtime_factor`),
-        of real time at 1 kHz (`missed_ticks`, `lateness_*_us`, `control_*`), and all real-time rows in `realtime`.
+        The documented JSON of `palpate bench loop`: lockstep figures at 1 kHz (`cycle_*_us`, `realtime_factor`),
+        real-time figures at 1 kHz (`missed_ticks`, `lateness_*_us`, `control_*`), and all real-time rows in `realtime`.
     """
     mesh = mesh or default_mesh()
     result: Result = {"surface": mesh.name if mesh else "shipped organ", "rate_hz": 1000.0}
@@ -96,9 +96,9 @@ def table(result: Result) -> str:
 
 
 def _setup(mesh: Path | None, rate: float) -> rig.Rig:
-    thing: dict[str, Any] = {"mesh": str(mesh), "unit": "mm"} if mesh else {"shape": "organ"}
-    thing["stiffness"] = _STIFFNESS
-    return rig.build(Scene.model_validate({"objects": [thing], "rates": {"haptic": rate}}))
+    organ: dict[str, Any] = {"mesh": str(mesh), "unit": "mm"} if mesh else {"shape": "organ"}
+    organ["stiffness"] = _STIFFNESS
+    return rig.build(Scene.model_validate({"objects": [organ], "rates": {"haptic": rate}}))
 
 
 def _lockstep(setup: rig.Rig, seconds: float) -> Result:
@@ -141,7 +141,7 @@ def _real_time(simulation: _core.Simulation, rate: float, seconds: float) -> Res
 
 
 def _let_run(loop: _Timed, seconds: float, look: Callable[[], object]) -> None:
-    """Run for so long, looking in now and then as a recorder does."""
+    """Run a loop for ``seconds`` [s] and call ``look`` about every 0.2 s, as a recorder does."""
     end = time.monotonic() + seconds
     loop.start()
     while (left := end - time.monotonic()) > 0:

@@ -1,8 +1,8 @@
-"""How long from a leader's state to the wrench that answers it, over ROS 2? `palpate bench ros`.
+"""`palpate bench ros`: latency over ROS 2 from a leader's state to the wrench that answers it.
 
-Two processes on this machine: a leader that publishes its states (in C++, here), and the haptic node with the virtual
-wall. Beside them a third that sends wrenches straight back, asked half a period after each state: what ROS itself takes
-for the way there and back, in the same run.
+Two processes run on this machine: a leader that publishes its states (this process, in C++), and the haptic node with a
+virtual wall. A third process echoes wrenches that are sent half a period after each state; its round trip measures the
+latency of ROS 2 itself in the same run.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Figures = dict[str, float | str]
 
 
 class Counted(TypedDict):
-    """What the node's process counted."""
+    """Counts and timing of the node's process."""
 
     published: int
     cycle_us: dict[str, float]
@@ -38,9 +38,9 @@ class Counted(TypedDict):
 
 LEADER, TELEOP = "palpate_bench", "palpate_bench_wall"
 RATE, SECONDS = 1000.0, 20.0
-SETTLE = 0.7  # between what is done and what counts [s]
-_CROSSING = 10e-6  # no message crosses faster: a wrench stamped sooner after a state cannot answer it [s]
-_START = 120.0  # most that the others take to come up [s]
+SETTLE = 0.7  # settling time before the measurement [s]
+_CROSSING = 10e-6  # minimum transport time; a wrench stamped sooner after a state cannot be its answer [s]
+_START = 120.0  # timeout for the start of the other processes [s]
 _ECHO = """
 import sys, palpate.ros
 ros = palpate.ros.load()
@@ -48,14 +48,15 @@ echo = ros.Echo(ros.Context(), "/palpate_there", "/palpate_back")
 print("ready", flush=True)
 sys.stdin.read()
 """
-_WALL = np.array([0.0, -0.0225, 0.0])  # scenes/wall.yaml: from its start 2 mm deep into the wall [m]
+_WALL = np.array([0.0, -0.0225, 0.0])  # displacement in scenes/wall.yaml from the start to 2 mm inside the wall [m]
 
 
 def run(seconds: float = SECONDS, rate: float = RATE, on_progress: Callable[[str], None] = lambda _: None) -> Figures:
-    """Measure: the keys of `palpate bench ros` in docs/json.md.
+    """Measure; the result has the keys of `palpate bench ros` in docs/json.md.
 
     Raises:
-        RosMissingError: no ROS 2. PalpateError: the node does not come up, or never pushes.
+        RosMissingError: ROS 2 is not installed.
+        PalpateError: the node does not start, or never renders a force.
     """
     from palpate import ros
 
@@ -88,26 +89,26 @@ def run(seconds: float = SECONDS, rate: float = RATE, on_progress: Callable[[str
 
 
 def answers(sent: Array, felt: Array, wall_minus_monotonic: float) -> tuple[Array, int]:
-    """Time from each state to its wrench, and how many states had none before the next was sent.
+    """Time from each state to its wrench, and the number of states without a wrench before the next state.
 
     Args:
-        sent: (n,) when each state was published [s, monotonic].
-        felt: (m, 10) as of the puppet.
-        wall_minus_monotonic: between the clock of stamps and ours [s].
+        sent: publication times of the states (n,) [s, monotonic].
+        felt: received wrenches (m, 10), as recorded by the puppet.
+        wall_minus_monotonic: offset between the clock of the stamps and the monotonic clock [s].
 
     Returns:
-        ((k,) [s], states without an answer of their own).
+        Latencies (k,) [s], and the number of states without an own answer.
     """
     stamps = felt[:, 2] - wall_minus_monotonic
-    state = np.searchsorted(sent, stamps - _CROSSING, side="right") - 1  # the newest that the node can have known
+    state = np.searchsorted(sent, stamps - _CROSSING, side="right") - 1  # newest state that the node can have received
     good = state >= 0
-    first, index = np.unique(state[good], return_index=True)  # an overdue step sends again: the first answer counts
+    first, index = np.unique(state[good], return_index=True)  # only the first answer to a state counts
     took = felt[good, 0][index] - sent[first]
     return took, len(sent) - len(first)
 
 
 def table(result: Figures) -> Table:
-    """For a terminal."""
+    """The result as a table for a terminal."""
     out = Table(title=f"leader's state to wrench, {result['rate_hz']:g} Hz, {result['seconds']:.0f} s",
                 title_justify="left", box=None, padding=(0, 2, 0, 0))  # fmt: skip
     for column in ("", "p50", "p99", "p99.9", "longest"):
@@ -126,13 +127,14 @@ def table(result: Figures) -> Table:
 def of_sim(
     seconds: float = 10.0, arms: tuple[str, ...] = ("MTMR", "MTML", "PSM1", "PSM2"), rate: float = RATE
 ) -> dict[str, float]:
-    """What `palpate ros sim` takes and reaches with these arms, powered, homed and measured at `rate` [Hz].
+    """CPU load and achieved rate of `palpate ros sim` with these powered and homed arms at `rate` [Hz].
 
     Returns:
-        `sim_cores`: cores of its process [-]; `sim_rate_hz`: at which the slowest arm's measures came [Hz].
+        `sim_cores`: mean number of cores that the process uses [-]; `sim_rate_hz`: rate of the slowest arm's
+        measurements [Hz].
 
     Raises:
-        PalpateError: it does not come up.
+        PalpateError: the simulation does not start.
     """
     from palpate import ros
     from palpate.ros import topic
@@ -147,23 +149,23 @@ def of_sim(
                     time.sleep(4.0)
             native = ros.load()
             context = native.Context()
-            ears = [native.Echo(context, f"/{arm}/body/measured_cf", f"/palpate_heard/{arm}") for arm in arms]
-            _await(lambda: all(ear.count for ear in ears), "an arm of the simulated robot is silent")
-            before, heard, start = _cpu_time(process.pid), [ear.count for ear in ears], time.monotonic()
+            subscribers = [native.Echo(context, f"/{arm}/body/measured_cf", f"/palpate_heard/{arm}") for arm in arms]
+            _await(lambda: all(s.count for s in subscribers), "an arm of the simulated robot publishes nothing")
+            before, counts, start = _cpu_time(process.pid), [s.count for s in subscribers], time.monotonic()
             time.sleep(seconds)
             if process.poll() is not None:
                 raise PalpateError("palpate ros sim ended by itself", mend="run it alone to see why")
             took = time.monotonic() - start
-            slowest = min(ear.count - then for ear, then in zip(ears, heard, strict=True))
+            slowest = min(s.count - count for s, count in zip(subscribers, counts, strict=True))
             return {"sim_cores": (_cpu_time(process.pid) - before) / took, "sim_rate_hz": slowest / took}
         finally:
             process.terminate()
 
 
 def _figures(puppet: Any, counted: Counted, begin: float, end: float, rate: float, before: tuple[int, int]) -> Figures:
-    """before: pings and echoes when the measured time began."""
+    """Figures of the measured interval; before: numbers of pings and echoes at its start."""
     sent, felt, echoes = puppet.sent[:, 0], puppet.felt, puppet.echoes[before[1] :, 0]
-    felt = felt[felt[:, 9] == np.bincount(felt[:, 9].astype(int)).argmax()]  # the node's, without its guardian's
+    felt = felt[felt[:, 9] == np.bincount(felt[:, 9].astype(int)).argmax()]  # wrenches of the node, not its guardian
     wall = float(np.median(felt[:, 1] - felt[:, 0]))
     inside = (sent >= begin) & (sent < end)
     took, late = answers(sent[inside], felt[(felt[:, 0] >= begin) & (felt[:, 0] < end + 1.0 / rate)], wall)
@@ -188,13 +190,13 @@ def _figures(puppet: Any, counted: Counted, begin: float, end: float, rate: floa
 
 @contextmanager
 def _process(*arguments: str) -> Iterator[subprocess.Popen[str]]:
-    """A Python that says `ready`; ended at the end."""
+    """A Python process that has printed `ready`; it is terminated at the end of the context."""
     command = [sys.executable, *arguments]
     process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     try:
         assert process.stdout
         if process.stdout.readline() != "ready\n":
-            raise PalpateError(f"{' '.join(arguments[:2])} does not come up", mend="what it said stands above")
+            raise PalpateError(f"{' '.join(arguments[:2])} does not start", mend="see its output above")
         yield process
     finally:
         if process.poll() is None:
@@ -207,7 +209,7 @@ def _process(*arguments: str) -> Iterator[subprocess.Popen[str]]:
 
 
 def _touch(puppet: Any) -> None:
-    """Move the leader until the wall pushes. Once more, where the node began to follow only after it had moved."""
+    """Move the leader until the wall renders a force; repeat if the node started to follow after the motion."""
     for turn in range(1, 6):
         puppet.move_to(turn * _WALL, 0.5)
         end = time.monotonic() + 2.0
@@ -215,11 +217,12 @@ def _touch(puppet: Any) -> None:
             if np.abs(puppet.felt[-1, 3:6]).max() > 0.1:
                 return
             time.sleep(0.02)
-    raise PalpateError("the wall is not felt", mend="palpate ros haptics scenes/wall.yaml says what forbids a force")
+    mend = "run palpate ros haptics scenes/wall.yaml, which reports what prevents a force"
+    raise PalpateError("the wall renders no force", mend=mend)
 
 
 def _ended(node: subprocess.Popen[str]) -> Counted:
-    """Ask the node to end; what it counted."""
+    """Ask the node to end and return its counts."""
     out, _ = node.communicate(timeout=30.0)
     counted: Counted = json.loads(out.splitlines()[-1])
     return counted
@@ -245,4 +248,4 @@ def _scene() -> Path:
     for folder in (models_folder().parent / "scenes", Path(__file__).parents[2] / "scenes"):
         if (folder / "wall.yaml").is_file():
             return folder / "wall.yaml"
-    raise PalpateError("the shipped scene wall.yaml is not here", mend="install palpate again")
+    raise PalpateError("the shipped scene wall.yaml is missing", mend="install palpate again")

@@ -1,6 +1,6 @@
-"""The haptic node that `palpate bench ros` measures, in a process of its own: SCENE RATE LEADER TELEOP.
+"""The process with the haptic node that `palpate bench ros` measures; arguments: SCENE RATE LEADER TELEOP.
 
-Runs until its standard input ends; then says in one line of JSON what it counted.
+The process runs until its standard input ends and then prints its counts as one line of JSON.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from palpate.scene import Scene
 
 
 def main(arguments: list[str]) -> int:
-    """Feel the scene as the puppet moves."""
+    """Run the haptic node with the scene."""
     path, rate, leader, teleop = arguments
     session = HapticSession(Scene.load(path), Devices(leader, "virtual", teleop), Limits(rate=float(rate)))
     session.start()

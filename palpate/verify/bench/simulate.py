@@ -1,7 +1,7 @@
-"""How much faster are many runs at once than sessions one by one? `palpate bench simulate`.
+"""`palpate bench simulate`: speed of parallel runs compared with consecutive sessions.
 
-Both compute the same runs: the palpation scene with another stiffness each. They go in turns, so that both see the same
-machine. Memory is the growth of this process by runs that are in flight together, beyond one run alone.
+Both compute the same runs of the palpation scene with different stiffnesses. They alternate, so that both see the same
+load of the machine. The memory per run is the growth of this process per additional concurrent run.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from palpate.sweep.local import cores
 from palpate.verify.bench.start import default_scene
 
 RUNS, SECONDS, TURNS = 40, 5.0, 2
-_SOFTEST, _STIFFEST = 200.0, 600.0  # [N/m]
-_ALIVE = 12  # runs that are held in memory together
+_SOFTEST, _STIFFEST = 200.0, 600.0  # range of the stiffness [N/m]
+_ALIVE = 12  # number of concurrent runs for the memory measurement
 
 
 def run(
@@ -36,36 +36,37 @@ def run(
     scene: Path | None = None,
     on_progress: Callable[[str], None] = lambda _: None,
 ) -> dict[str, Any]:
-    """Measure; the keys of `palpate bench simulate` in docs/json.md.
+    """Measure; the result has the keys of `palpate bench simulate` in docs/json.md.
 
     Args:
-        runs: of each kind in a turn.
+        runs: number of runs of each kind per turn.
         seconds: simulated time of a run [s].
-        turns: sessions and `simulate` take turns, in alternating order.
-        scene: the shipped palpation scene when left out.
-        on_progress: told what has been measured.
+        turns: number of alternations of sessions and `simulate`.
+        scene: scene file; default: the shipped palpation scene.
+        on_progress: called after each measurement.
     """
     base = Scene.load(scene or default_scene())
-    wanted = [Variation(base, {"objects.0.stiffness": float(K)}) for K in np.linspace(_SOFTEST, _STIFFEST, runs)]
-    memory = _memory_of_a_run(wanted[0])
+    variations = [Variation(base, {"objects.0.stiffness": float(K)}) for K in np.linspace(_SOFTEST, _STIFFEST, runs)]
+    memory = _memory_of_a_run(variations[0])
     took: dict[str, list[float]] = {"sessions": [], "simulate": []}
     same = True
     for turn in range(turns):
         answers: dict[str, list[dict[str, Any]]] = {}
         for name in took if turn % 2 == 0 else reversed(took):
             began = time.perf_counter()
-            answers[name] = _sessions(wanted, seconds) if name == "sessions" else _at_once(wanted, seconds)
+            compute = _consecutive if name == "sessions" else _parallel
+            answers[name] = compute(variations, seconds)
             took[name].append(time.perf_counter() - began)
             on_progress(f"{runs} runs of {seconds:g} s, {name}: {took[name][-1]:.1f} s")
         same = same and answers["sessions"] == answers["simulate"]
-    one_by_one, at_once = (statistics.median(took[name]) for name in took)
+    consecutive, parallel = (statistics.median(took[name]) for name in took)
     return {
         "runs": runs,
         "simulated_s": seconds,
         "workers": cores(),
-        "sessions_s": one_by_one,
-        "simulate_s": at_once,
-        "share": at_once / one_by_one,
+        "sessions_s": consecutive,
+        "simulate_s": parallel,
+        "share": parallel / consecutive,
         "shares": [b / a for a, b in zip(took["sessions"], took["simulate"], strict=True)],
         "identical": same,
         "memory_per_run_bytes": memory,
@@ -73,40 +74,41 @@ def run(
     }
 
 
-def _sessions(wanted: list[Variation], seconds: float) -> list[dict[str, Any]]:
-    found = (asdict(Session(one.resolved()).run(seconds)) for one in wanted)
-    return [_fixed(summary) for summary in found]
+def _consecutive(variations: list[Variation], seconds: float) -> list[dict[str, Any]]:
+    found = (asdict(Session(variation.resolved()).run(seconds)) for variation in variations)
+    return [_deterministic(summary) for summary in found]
 
 
-def _at_once(wanted: list[Variation], seconds: float) -> list[dict[str, Any]]:
-    summary = simulate(wanted, seconds).summary
-    return [_fixed({key: values[i].item() for key, values in summary.items()}) for i in range(len(wanted))]
+def _parallel(variations: list[Variation], seconds: float) -> list[dict[str, Any]]:
+    summary = simulate(variations, seconds).summary
+    rows = ({key: values[i].item() for key, values in summary.items()} for i in range(len(variations)))
+    return [_deterministic(row) for row in rows]
 
 
-def _fixed(summary: dict[str, Any]) -> dict[str, Any]:
-    """Numbers that do not depend on the machine."""
+def _deterministic(summary: dict[str, Any]) -> dict[str, Any]:
+    """The numbers of a summary that do not depend on the machine."""
     return {k: v for k, v in summary.items() if isinstance(v, (bool, int, float)) and k not in MEASURED}
 
 
-def _memory_of_a_run(one: Variation) -> float:
-    """Resident memory that a run in flight adds, mesh and index apart, which all runs share [bytes]."""
+def _memory_of_a_run(variation: Variation) -> float:
+    """Resident memory per concurrent run, without the mesh and its index, which all runs share [bytes]."""
     shared, options = SharedSurfaces(), BatchOptions(0.2, (), 100.0)
-    simulate_one(shared, 0, one, options)  # what is made once: the mesh, modules, the allocator's first pages
+    simulate_one(shared, 0, variation, options)  # allocates shared data: mesh, modules, first pages of the allocator
     before, alive = _resident(), []
     for _ in range(_ALIVE):
-        rig = shared.rig(one, SECONDS)
+        rig = shared.rig(variation, SECONDS)
         sim = rig.simulation()
         alive.append((rig, sim, sim.run(100)))
     return (_resident() - before) / len(alive)
 
 
 def _resident() -> int:
-    """Of this process [bytes]."""
+    """Resident memory of this process [bytes]."""
     return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE")
 
 
 def table(result: dict[str, Any]) -> Table:
-    """For a terminal."""
+    """The result as a table for a terminal."""
     title = f"{result['runs']} runs of {result['simulated_s']:g} s, simulated, in turns, medians"
     out = Table(title=title, box=None, padding=(0, 2, 0, 0), title_justify="left")
     for column, side in (("", "left"), ("seconds", "right"), ("runs a second", "right")):

@@ -1,7 +1,7 @@
-"""How long until something happens? `palpate bench start`: fresh processes, medians, in turns with a bare numpy import.
+"""`palpate bench start`: start-up times of new processes (medians), alternating with a control process.
 
-Absolute times differ by a factor of three between machines. The control is what every program that computes with numpy
-pays on this machine before it begins: an interpreter of this environment that imports numpy and ends.
+The control is an interpreter of this environment that imports numpy and ends. Absolute times differ by a factor of
+three between machines; the ratio to the control is comparable.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ sys.exit(main(sys.argv[1:]) or 1)
 
 
 def default_scene() -> Path:
-    """The shipped scene with a palpated organ: beside the installed package, or in the repository."""
+    """The shipped scene with a palpated organ, from the installed package or from the repository."""
     package = Path(str(resources.files("palpate")))
     for folder in (package / "scenes", package.parent / "scenes"):
         if (folder / "palpation.yaml").is_file():
@@ -45,12 +45,12 @@ def default_scene() -> Path:
 def run(
     runs: int = RUNS, scene: Path | None = None, on_progress: Callable[[str], None] = lambda _: None
 ) -> dict[str, Any]:
-    """Measure; the keys of `palpate bench start` in docs/json.md.
+    """Measure; the result has the keys of `palpate bench start` in docs/json.md.
 
     Args:
-        runs: of each command; one more before them fills the caches of the system and of Palpate.
-        scene: what `palpate run` and `palpate check` get; the shipped scene when left out.
-        on_progress: told what has been measured.
+        runs: number of runs per command; one additional first run fills the caches of the system and of Palpate.
+        scene: scene of `palpate run` and `palpate check`; default: the shipped scene.
+        on_progress: called after each measurement.
     """
     path = str(scene or default_scene())
     with tempfile.TemporaryDirectory() as folder:
@@ -74,7 +74,7 @@ def run(
 
 def _timed(command: list[str], folder: str) -> float:
     """Seconds from the start of a fresh interpreter to its end."""
-    guard = "_ROS_WHEELS_BOOTSTRAP_COMPLETE"  # of the ROS 2 wheels: a shell does not have it, this process may
+    guard = "_ROS_WHEELS_BOOTSTRAP_COMPLETE"  # set by the ROS 2 wheels in this process, but not in a user's shell
     environment = {name: value for name, value in os.environ.items() if name != guard}
     began = time.perf_counter()
     done = subprocess.run([sys.executable, *command], env=environment, cwd=folder, capture_output=True, text=True)
@@ -85,7 +85,7 @@ def _timed(command: list[str], folder: str) -> float:
 
 
 def table(result: dict[str, Any]) -> Table:
-    """For a terminal."""
+    """The result as a table for a terminal."""
     title = f"from the start of a process, medians of {result['runs']} runs in turns"
     out = Table(title=title, box=None, padding=(0, 2, 0, 0), title_justify="left")
     out.add_column("command")

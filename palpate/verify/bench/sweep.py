@@ -1,8 +1,8 @@
-"""How well do studies use the cores? `palpate bench sweep`: wall runs of 2 s on one process and on several, in turns.
+"""`palpate bench sweep`: throughput of simulated wall runs of 2 s with one worker process and with several.
 
-A run is a device of one axis that a hand presses into a virtual wall (simulated). Several processes share the machine
-with this one, which hands out the work and takes the answers; with as many processes as cores the ratio tells what that
-costs. The answers are compared as well: they must be the same.
+In a run, a hand presses a simulated one-axis device into a virtual wall. This process distributes the work and collects
+the answers; with as many workers as cores, the speed-up shows the cost of this distribution. The answers must be
+identical for any number of workers.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ SEED = 1
 
 
 class Press(TypedDict):
-    """One run."""
+    """Result of one run."""
 
     oscillates: bool
     peak_m: float
@@ -43,7 +43,7 @@ class Timed(TypedDict):
 
 
 class Found(TypedDict):
-    """What was measured. The keys are the documented contract of ``--json``."""
+    """Result of the benchmark. The keys are the documented contract of ``--json``."""
 
     runs: int
     simulated_s: float
@@ -57,7 +57,7 @@ class Found(TypedDict):
 
 
 def wall_run(point: Point, seed: int) -> dict[str, float | bool]:
-    """One press of a random hand on a random device into a random wall, 2 s of it."""
+    """Simulate 2 s of a press of a random device into a random wall by a random hand."""
     rng = np.random.default_rng(seed)
     o = _core.AxisOptions()
     o.mass, o.damping, o.coulomb = rng.uniform(0.1, 1.0), rng.uniform(0.1, 2.0), rng.uniform(0.0, 0.3)
@@ -71,7 +71,7 @@ def wall_run(point: Point, seed: int) -> dict[str, float | bool]:
 def run(
     runs: int = RUNS, turns: int = TURNS, many: int | None = None, on_progress: Callable[[str], None] = lambda _: None
 ) -> Found:
-    """Measure: the keys of `palpate bench sweep` in docs/json.md. Times include starting the processes."""
+    """Measure; the result has the keys of `palpate bench sweep` in docs/json.md. Times include starting the workers."""
     many = many or max(2, cores())
     seconds: dict[int, list[float]] = {1: [], many: []}
     starts: dict[int, list[float]] = {1: [], many: []}
@@ -83,7 +83,7 @@ def run(
             seconds[workers].append(took)
             answers.append(rows)
             on_progress(f"{runs:,} runs, {workers} process(es): {runs / took:.0f} a second")
-    whole, start = ({w: statistics.median(times) for w, times in of.items()} for of in (seconds, starts))
+    total, start = ({w: statistics.median(times) for w, times in runs_of.items()} for runs_of in (seconds, starts))
     return {
         "runs": runs,
         "simulated_s": SECONDS,
@@ -91,10 +91,10 @@ def run(
         "load": os.getloadavg()[0],
         "identical": all(rows == answers[0] for rows in answers),
         "rows": [
-            {"workers": w, "seconds": seconds[w], "start_s": start[w], "runs_per_s": runs / whole[w]} for w in seconds
+            {"workers": w, "seconds": seconds[w], "start_s": start[w], "runs_per_s": runs / total[w]} for w in seconds
         ],
-        "ratio": whole[1] / whole[many],
-        "ratio_started": max(whole[1] - start[1], 0.0) / max(whole[many] - start[many], 1e-9),
+        "ratio": total[1] / total[many],
+        "ratio_started": max(total[1] - start[1], 0.0) / max(total[many] - start[many], 1e-9),
         "ratios": [one / several for one, several in zip(seconds[1], seconds[many], strict=True)],
     }
 
@@ -106,7 +106,7 @@ def _timed(runs: int, workers: int) -> tuple[float, list[Press]]:
 
 
 def table(result: Found) -> Table:
-    """For a terminal."""
+    """The result as a table for a terminal."""
     title = f"{result['runs']:,} wall runs of {result['simulated_s']:g} s, simulated, medians"
     out = Table(title=title, box=None, padding=(0, 2, 0, 0), title_justify="left")
     for column in ("processes", "seconds", "starting", "runs a second"):

@@ -1,9 +1,9 @@
-"""Does every fixture do what its words say? One suite over every role x geometry x law x policy, none left out.
+"""Conformance suite of the guidance stage: every combination of role, geometry, law and policy is checked.
 
-What is judged is the stage `guidance` of the core, asked through its binding. The judges are numpy's: a distance
-formula for every geometry (`specimens`), what each role wants and each law gives restated from their words (`judges`),
-and properties that need no formula: finite differences, closed loops, frames, motion, live edits (`checks`). Roles and
-laws come from the core's own tables, geometries from its classes: a new one without a judge fails until it has one.
+The suite runs the core's stage `guidance` through its binding. The references are written in numpy: a distance function
+of every geometry (`specimens`), and every role's constraint and every law's force from the documentation (`roles`,
+`laws`). Further checks need no reference: finite differences, closed loops, frames, motion and live edits. Roles and
+laws are listed by the core, geometries by its classes; a new entry without a reference fails the suite.
 """
 
 from palpate.verify.conformance import entry

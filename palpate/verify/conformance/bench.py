@@ -1,4 +1,4 @@
-"""The stage `guidance` on a bench: a fixture, a motion of the hand, what comes out of every tick."""
+"""Test bench of the stage `guidance`: input is a hand motion, output is the wrench and the goal per tick."""
 
 from __future__ import annotations
 
@@ -13,33 +13,35 @@ from palpate import _core
 from palpate.arrays import Array
 from palpate.verify.conformance.combinations import OPERATOR, PEDAL, POLICIES, QUICK, Combination
 from palpate.verify.conformance.laws import LAWS
-from palpate.verify.conformance.probes import Probe, beside
+from palpate.verify.conformance.probes import Probe, satisfied_pose
 from palpate.verify.conformance.roles import ROLES, TOUCHED
 from palpate.verify.conformance.specimens import SPECIMENS
 
 DT = 1e-3
 VISIT = 60
+"""Ticks in a satisfied pose before a run, so that the fixture engages."""
 FORCE_RATE, MOMENT_RATE, RETURN_SPEED, RESERVE = 20.0, 0.35, 0.05, 5e-5
-"""As docs/guidance-laws.md promises: what a tick may change beside what motions explain; where hard ones keep the goal."""
+"""Bounds from docs/guidance-laws.md: rate of the wrench in addition to motion [N/s, N m/s], speed at which a
+corrected goal returns [m/s], and distance that hard fixtures keep to their boundary [m]."""
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Goals of the hand, tick by tick."""
+    """Commanded tool poses per tick."""
 
     X: Array
-    """(n, 4, 4)."""
+    """Poses in W (n, 4, 4)."""
     V: Array
-    """(n, 6) linear over angular, in W."""
+    """Twists in W (n, 6), linear over angular [m/s, rad/s]."""
 
     @cached_property
-    def way(self) -> Array:
-        """(n - 1, 6) from tick to tick: shift over rotation vector."""
+    def displacements(self) -> Array:
+        """Displacements per tick (n - 1, 6): translation over rotation vector [m, rad]."""
         R = Rotation.from_matrix(self.X[:, :3, :3])
         return np.column_stack([np.diff(self.X[:, :3, 3], axis=0), (R[1:] * R[:-1].inv()).as_rotvec()])
 
     def carried(self, X_WF: Array, V_WF: Array | None = None) -> Motion:
-        """The same motion in a frame at X_WF, (4, 4) or (n, 4, 4), that moves by the linear velocities V_WF (n, 6)."""
+        """This motion relative to a frame with poses X_WF, (4, 4) or (n, 4, 4), and velocities V_WF (n, 6)."""
         R = np.broadcast_to(X_WF, self.X.shape)[:, :3, :3]
         V = np.concatenate([np.einsum("nij,nj->ni", R, self.V[:, s]) for s in (slice(0, 3), slice(3, 6))], axis=1)
         return Motion(X_WF @ self.X, V if V_WF is None else V + V_WF)
@@ -47,17 +49,17 @@ class Motion:
 
 @dataclass(frozen=True)
 class Answer:
-    """What came out."""
+    """Output of a run."""
 
     F: Array
-    """(n, 6) that the hand feels, on the tool: with what a master takes as damping."""
+    """Total wrench on the tool (n, 6), including the damping that the master renders [N, N m]."""
     X: Array
-    """(n, 4, 4) goal."""
+    """Goal poses (n, 4, 4)."""
     B: Array
-    """(n, 3, 3) of F what a master takes as damping [N s/m]."""
+    """Damping that the master renders (n, 3, 3) [N s/m]."""
 
     def steps(self, before: Array | None = None) -> Array:
-        """(n - 1, 2) changes of force and of moment from tick to tick; n of them after an F (6,) before the first."""
+        """Changes of force and moment per tick (n - 1, 2) [N, N m]; (n, 2) if the preceding wrench (6,) is given."""
         F = self.F if before is None else np.concatenate([before[None], self.F])
         return np.column_stack([np.linalg.norm(np.diff(F[:, s], axis=0), axis=1) for s in (slice(0, 3), slice(3, 6))])
 
@@ -74,7 +76,7 @@ def fixture(
     on: bool = True,
     geometry: _core.Geometry | None = None,
 ) -> _core.Fixture:
-    """A combination for the core, its geometry at X_WG or in a frame, some of law's and policy's options changed."""
+    """The core's fixture of a combination, with a placed geometry and with changed options of law and policy."""
     role, law_options = _core.GuidanceRoleOptions(), _core.GuidanceLawOptions()
     for key, value in ROLES[c.role].options.items():
         setattr(role, key, value)
@@ -92,12 +94,12 @@ def fixture(
 
 
 class Bench:
-    """One stage with a combination in it, or fixtures made of one; it keeps what it is given alive."""
+    """A guidance stage with the fixture of a combination, or with given fixtures; it keeps them alive."""
 
     def __init__(
         self, c: Combination, *fixtures: _core.Fixture, quick: bool = False, damping: bool = False, **options: float
     ) -> None:
-        """quick: the wrench follows at once, so that what is seen is the law; damping: the master takes it as such."""
+        """``quick`` disables the wrench's rate limit; with ``damping`` the master renders the damping itself."""
         o = _core.GuidanceOptions()
         o.servo_bandwidth = 0.0
         if quick:
@@ -111,23 +113,23 @@ class Bench:
         self.take(*(fixtures or [fixture(c)]))
 
     def take(self, *fixtures: _core.Fixture) -> None:
-        """A live edit."""
+        """Replace the fixtures as a live edit does."""
         self._list = _core.Fixtures(list(fixtures))
         self.stage.take(self._list)
 
     def begin(self, there: Array, X_WG: Array | None = None) -> Bench:
-        """Has been beside `there` (4, 4), where all is well, for VISIT ticks, if that engages it.
+        """Hold a satisfied pose near `there` (4, 4) for VISIT ticks if the policy has an engagement distance.
 
-        X_WG: of the geometry, (4, 4) or one a tick.
+        X_WG: pose of the geometry, (4, 4) or (n, 4, 4).
         """
         if "engage" in POLICIES[self.c.policy].options:
-            good = still(beside(self.c.role, self.c.geometry, there), VISIT)
+            good = constant_pose(satisfied_pose(self.c.role, self.c.geometry, there), VISIT)
             X = None if X_WG is None else X_WG if X_WG.ndim == 2 else X_WG[:VISIT]
             self.run(good if X is None else good.carried(X), X)
         return self
 
     def run(self, motion: Motion, X_WG: Array | None = None) -> Answer:
-        """Goes on along a motion; what is touched is where the geometry is, X_WG (4, 4) or (n, 4, 4)."""
+        """Continue along a motion; the touched ground moves with the geometry's pose X_WG (4, 4) or (n, 4, 4)."""
         n = len(motion.X)
         t = (DT * (self.ticks + np.arange(n))).tolist()
         self.ticks += n
@@ -148,25 +150,25 @@ class Bench:
         return Answer(F, goals, B)
 
 
-def still(X: Array, n: int, V: Array | None = None) -> Motion:
-    """n ticks at one pose; told to have the velocity V (6,) there."""
+def constant_pose(X: Array, n: int, V: Array | None = None) -> Motion:
+    """n ticks at one pose X (4, 4) with the reported twist V (6,)."""
     return Motion(np.repeat(X[None], n, axis=0), np.repeat((np.zeros(6) if V is None else V)[None], n, axis=0))
 
 
-def held(probe: Probe, n: int) -> Motion:
-    """n ticks at a probe."""
-    return still(probe.X, n, probe.V)
+def constant_probe(probe: Probe, n: int) -> Motion:
+    """n ticks at a probe's pose with its reported twist."""
+    return constant_pose(probe.X, n, probe.V)
 
 
 def between(a: Array, b: Array, n: int) -> Motion:
-    """From pose a to pose b in n ticks, at rest at both ends."""
+    """Motion from pose a to pose b in n ticks, with zero velocity at both ends."""
     u = np.linspace(0.0, 1.0, n)
     s = u**3 * (10.0 - 15.0 * u + 6.0 * u * u)
-    return along(a, b, s)
+    return interpolate(a, b, s)
 
 
-def along(a: Array, b: Array, s: Array) -> Motion:
-    """Poses a share s (n,) of the way from a to b, with their velocities."""
+def interpolate(a: Array, b: Array, s: Array) -> Motion:
+    """Poses between a and b at the fractions s (n,) of the path, with their twists."""
     X = np.repeat(np.eye(4)[None], len(s), axis=0)
     X[:, :3, 3] = a[:3, 3] + s[:, None] * (b[:3, 3] - a[:3, 3])
     turn = Slerp([0.0, 1.0], Rotation.from_matrix(np.stack([a[:3, :3], b[:3, :3]])))

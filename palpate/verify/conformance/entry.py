@@ -1,4 +1,4 @@
-"""How far the tool gets in, in the whole simulation: into hard regions whatever the hand does, into soft ones by K."""
+"""Penetration of the tool in the full simulation: into hard regions under violent motion, into soft walls by K."""
 
 from __future__ import annotations
 
@@ -19,40 +19,41 @@ from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.verify.conformance.specimens import BALL, SPECIMENS, TUBE
 
-MOST = 0.1
-"""Into a hard forbidden region [mm]."""
+MAX_ENTRY = 0.1
+"""Largest accepted penetration of a hard region [mm]."""
 WITHIN = 0.05
-"""Of the certified entry into a soft one; and of the certified stiffness from the one that was asked for."""
+"""Accepted relative error of the certified penetration, and of the certified stiffness [-]."""
 GOES_IN = 3.0
-"""What a region's control has to get in at least: the same hands without the fixture [mm]."""
-SEEDS, SECONDS = 8, 3.0
-HEIGHT = 0.02  # of the tool above the region's top at the start [m]
-GAP = 0.004  # of the tool above the soft wall at the start [m]
-BREATH, PERIOD = np.array([0.001, 0.0, 0.003]), 1.5  # shift of what breathes [m], [s]
-K, B = 400.0, 2.0  # of the soft wall [N/m, N s/m]
+"""Smallest penetration of the control runs, which have the same hand but no fixture [mm]."""
+SEEDS, SECONDS = 8, 3.0  # hands per region, duration of a run [s]
+HEIGHT = 0.02  # initial height of the tool above the region [m]
+GAP = 0.004  # initial height of the tool above the soft wall [m]
+BREATH, PERIOD = np.array([0.001, 0.0, 0.003]), 1.5  # amplitude and period of a breathing region [m], [s]
+K, B = 400.0, 2.0  # stiffness and damping of the soft wall [N/m, N s/m]
 
 
 @dataclass(frozen=True)
 class Region:
-    """What hard fixtures keep the tool out of, or in."""
+    """A region that a hard fixture keeps the tool out of, or in."""
 
     specimen: str
     margin: float = 0.0
-    """forbidden around it [m]."""
+    """Width of the forbidden margin around the specimen [m]."""
     keep_in: bool = False
-    """the tool begins in its middle."""
+    """True if the tool must stay inside; it starts in the middle."""
     breathes: bool = False
     tilted: bool = False
-    """any way, another for every hand; the tool begins 5 mm above it."""
+    """Random orientation for every hand; the tool starts 5 mm above the region."""
     hands: int = SEEDS
+    """Number of simulated hands."""
 
     def outside(self, p: Array) -> Array:
-        """How far places (n, 3) in its frame are from where the tool must not be, below zero there (n,) [m]."""
+        """Signed distance (n,) [m] of points (n, 3) in the region's frame to the boundary, negative if forbidden."""
         d = SPECIMENS[self.specimen].distance(p)
         return -d if self.keep_in else d - self.margin
 
     def pose(self, start: Array, rng: np.random.Generator) -> Array:
-        """(4, 4) where it is at rest, for a tool that begins at start (3,) in W [m]."""
+        """Rest pose X_WG (4, 4) of the region for a tool that starts at ``start`` (3,) in W [m]."""
         X_WG, lift = np.eye(4), np.array([0.0, 0.0, 0.0 if self.keep_in else HEIGHT + self._top()])
         if self.tilted:
             X_WG[:3, :3] = Rotation.random(random_state=rng).as_matrix()
@@ -61,11 +62,11 @@ class Region:
         return X_WG
 
     def shift(self, t: Array) -> Array:
-        """(n, 3) by which it has breathed at times (n,) [m]."""
+        """Breathing displacement (n, 3) [m] at times t (n,) [s]."""
         return np.sin(2.0 * np.pi * t / PERIOD)[:, None] * (BREATH if self.breathes else np.zeros(3))
 
     def fixture(self, X_WG: Array, on: bool) -> _core.Fixture:
-        """For the core, hard."""
+        """The core's hard fixture of this region at X_WG (4, 4)."""
         policy, role = _core.Policy(), _core.GuidanceRoleOptions()
         policy.hard, role.margin = True, self.margin
         waves = [_core.Wave(shift=BREATH, period=PERIOD)] if self.breathes else []
@@ -92,23 +93,23 @@ REGIONS: dict[str, Region] = {
 
 
 def hard(region: str, seed: int, fixture: bool = True) -> dict[str, float]:
-    """The deepest that a tool got where it must not be, judged by the region's own formula [mm], at every tick.
+    """Deepest penetration of a hard region over all ticks, from the region's own distance function [mm].
 
-    A stiff hand goes to another place every 60 to 200 ms, many of them within the region; `held_share` of the time its
-    goal is kept back by more than a millimetre. Without the fixture the same hand is the control: it goes in.
+    A stiff hand jumps to another point every 60 to 200 ms, often inside the region. `held_share` is the fraction of
+    time in which the fixture shifts its goal by more than 1 mm. A run without the fixture is the control.
     """
-    rig, asked = _rig(), REGIONS[region]
+    rig, tested = _rig(), REGIONS[region]
     start = (rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0))[:3, 3]
     rng = np.random.default_rng([sum(map(ord, region)), seed])
-    X_WG = asked.pose(start, rng)
-    ticks = _violent(rig, asked.fixture(X_WG, fixture), start, rng)
-    deepest = -float(asked.outside((ticks["p_WT"] - asked.shift(ticks["t"]) - X_WG[:3, 3]) @ X_WG[:3, :3]).min())
-    held = float((np.linalg.norm(ticks["p_correction_W"], axis=1) > 1e-3).mean())
-    return {"entry_mm": 1e3 * max(deepest, 0.0), "held_share": held}
+    X_WG = tested.pose(start, rng)
+    ticks = _aggressive_hand(rig, tested.fixture(X_WG, fixture), start, rng)
+    deepest = -float(tested.outside((ticks["p_WT"] - tested.shift(ticks["t"]) - X_WG[:3, 3]) @ X_WG[:3, :3]).min())
+    corrected = float((np.linalg.norm(ticks["p_correction_W"], axis=1) > 1e-3).mean())
+    return {"entry_mm": 1e3 * max(deepest, 0.0), "held_share": corrected}
 
 
-class Gone(TypedDict):
-    """One hand at one region, with the fixture (1) or without (0)."""
+class HandRun(TypedDict):
+    """Result of one hand at one region, with the fixture (1) or without (0)."""
 
     region: str
     hand: int
@@ -118,7 +119,7 @@ class Gone(TypedDict):
 
 
 class Hard(TypedDict):
-    """The worst of all hands at one hard region."""
+    """Worst result of all hands at one hard region."""
 
     region: str
     hands: int
@@ -127,8 +128,8 @@ class Hard(TypedDict):
     entry_without_mm: float
 
 
-def hard_rows(rows: list[Gone]) -> list[Hard]:
-    """A row per region, of rows with `region`, `fixture` and what `hard` told: the worst of all hands."""
+def hard_rows(rows: list[HandRun]) -> list[Hard]:
+    """One row per region with the worst result of all hands, from the rows of single runs."""
     out: list[Hard] = []
     for region in REGIONS:
         on, off = ([r for r in rows if r["region"] == region and bool(r["fixture"]) == kind] for kind in (True, False))
@@ -143,18 +144,18 @@ def hard_rows(rows: list[Gone]) -> list[Hard]:
 
 
 def soft(force: float) -> dict[str, float]:
-    """How far a hand that presses with a force gets into a soft wall, and what the certificate says of it [mm].
+    """Measured and certified penetration of a soft wall under a given force of the hand [mm].
 
-    Two ways to one number. Here the force is imposed: the hand wants to be far below, and its grip gives way at this
-    force. The certificate's hand goes to places and feels what it feels (`palpate.certificate.entry`): the slope of
-    that over the depth is the stiffness of this fixture in this scene, as it was measured.
+    The two values come from independent experiments. Here the force is imposed: the hand's target is far below, and
+    its grip slips at this force. The certificate (`palpate.certificate.entry`) imposes positions and measures the
+    stiffness as the slope of force over depth.
     """
     rig, wall = _pressed()
     o, arms = rig.options(), rig.arms
     stable_below, certified = _certified()
     hand, stability = o.hand, o.stability
     hand.grip_force_max = force
-    stability.force_cap = 2.0 * force  # it is the stiffness that is measured, not the cap
+    stability.force_cap = 2.0 * force  # the cap must not limit the measured force
     o.hand, o.stability, o.tremor = hand, stability, 0.0
     below = wall - [0.0, 0.0, 0.05 + o.mapping.scale * 2.0 * force / hand.stiffness]
     path = _core.HandPath([0.0, 0.4, 2.0, 4.0], np.array([wall - [0.0, 0.0, -GAP], wall, below, below]))
@@ -172,9 +173,10 @@ def soft(force: float) -> dict[str, float]:
 
 
 def passed(hard_rows: list[Hard], soft_rows: list[dict[str, float]]) -> bool:
-    """Both as asked, and without the fixture the hand did go in."""
+    """True if all rows are within their bounds, and every control run without a fixture enters its region."""
     return all(
-        row["entry_mm"] <= MOST and row["held_share"] > 0.02 and row["entry_without_mm"] >= GOES_IN for row in hard_rows
+        row["entry_mm"] <= MAX_ENTRY and row["held_share"] > 0.02 and row["entry_without_mm"] >= GOES_IN
+        for row in hard_rows
     ) and all(
         abs(row["measured_mm"] / row["certified_mm"] - 1.0) <= WITHIN
         and abs(row["certified_N_per_m"] / row["K_N_per_m"] - 1.0) <= WITHIN
@@ -183,10 +185,8 @@ def passed(hard_rows: list[Hard], soft_rows: list[dict[str, float]]) -> bool:
 
 
 def _scene(**more: Any) -> Scene:
-    beside = {"sphere": {"radius": 0.01}, "pose": {"xyz": [0.0, 0.0, -0.05]}}
-    return Scene.model_validate(
-        {"objects": [beside], "operator": {"path": [{"t": 0.0, "xyz": [0.0, 0.0, 0.0]}]}} | more
-    )
+    ball = {"sphere": {"radius": 0.01}, "pose": {"xyz": [0.0, 0.0, -0.05]}}
+    return Scene.model_validate({"objects": [ball], "operator": {"path": [{"t": 0.0, "xyz": [0.0, 0.0, 0.0]}]}} | more)
 
 
 def _rig() -> Rig:
@@ -195,7 +195,7 @@ def _rig() -> Rig:
 
 @cache
 def _pressed() -> tuple[Rig, Array]:
-    """A soft wall GAP below the tool at the start, as a user writes it, and where it is (3,) [m]."""
+    """A scene with a soft wall GAP below the tool's start, and the wall's position in W (3,) [m]."""
     arms = _rig().arms
     at = (arms.X_WB @ arms.follower.fk(arms.q_follower0))[:3, 3] - [0.0, 0.0, GAP]
     wall = {
@@ -210,14 +210,14 @@ def _pressed() -> tuple[Rig, Array]:
 
 @cache
 def _certified() -> tuple[float, float]:
-    """Of that wall: the largest stable stiffness, and the one that the certificate measures, if it is stable [N/m]."""
+    """Largest stable stiffness of this wall, and its measured stiffness if certified as stable [N/m]."""
     rig, wall = _pressed()
-    one = next(one for one in certify_all(rig.scene, rig=rig) if one.name == "fixture wall")
+    certificate = next(c for c in certify_all(rig.scene, rig=rig) if c.name == "fixture wall")
     measured = stiffness(entries(rig, K, B, wall), rig.options().mapping.force_scale)
-    return one.k_max, measured if one.verdict == "stable" else np.nan
+    return certificate.k_max, measured if certificate.verdict == "stable" else np.nan
 
 
-def _violent(rig: Rig, region: _core.Fixture, start: Array, rng: np.random.Generator) -> Any:
+def _aggressive_hand(rig: Rig, region: _core.Fixture, start: Array, rng: np.random.Generator) -> Any:
     o, arms = rig.options(), rig.arms
     hand = o.hand
     hand.stiffness, hand.grip_force_max = 600.0, 60.0

@@ -1,4 +1,4 @@
-"""Of a tool in motion: continuous, never a source of energy, and carried along by what moves."""
+"""Checks with a tool in motion: the wrench is continuous, passive, and correct for moving fixtures."""
 
 from __future__ import annotations
 
@@ -9,40 +9,41 @@ import numpy as np
 from palpate import _core
 from palpate.arrays import Array
 from palpate.verify.conformance.at_rest import ENTRY, settle
-from palpate.verify.conformance.bench import DT, VISIT, Bench, Motion, between, fixture, held, still
+from palpate.verify.conformance.bench import DT, VISIT, Bench, Motion, between, constant_pose, constant_probe, fixture
 from palpate.verify.conformance.combinations import Combination
 from palpate.verify.conformance.laws import LAWS, K
-from palpate.verify.conformance.probes import beside, probes
+from palpate.verify.conformance.probes import probes, satisfied_pose
 from palpate.verify.conformance.roles import LEVER, ROLES, moved
 from palpate.verify.conformance.specimens import SPECIMENS
 
 TICKS = 200
-"""Of a way; once more with FINER times as many."""
+"""Ticks of a path in the coarse run."""
 FINER = 4
+"""Ratio of ticks in the fine run to ticks in the coarse run."""
 RADIUS, TILT = 1.5e-3, 0.1
-"""Of the closed loops: how far the tip goes around [m], how far the tool nods [rad]."""
+"""Amplitudes of the closed loops in translation [m] and rotation [rad]."""
 
 
 @lru_cache(maxsize=64)
-def ways(role: str, geometry: str) -> tuple[tuple[Array, Array], ...]:
-    """From where all is well to where it is not, straight and near enough for the answer to turn smoothly."""
+def paths(role: str, geometry: str) -> tuple[tuple[Array, Array], ...]:
+    """Start and end poses (4, 4) of short straight paths from a satisfied pose to a violated pose."""
     found = probes(role, geometry)
     if ROLES[role].speed:
         return tuple((p.X, moved(p.X, 0.2 * p.V)) for p in found[:2])
     tilt = np.r_[0.0, 0.0, 0.0, 0.03, -0.02, 0.02]
-    return tuple((beside(role, geometry, p.X), moved(p.X, tilt)) for p in found[:2])
+    return tuple((satisfied_pose(role, geometry, p.X), moved(p.X, tilt)) for p in found[:2])
 
 
 def continuity(c: Combination) -> str:
-    """From where all is well to where it is not and back: steps shrink with the ticks, as of what is continuous.
+    """The wrench is continuous along a path into violation and back: its steps shrink with the tick length.
 
-    The stage's limit of the wrench's rate is off here: it would hide a step.
+    The rate limit of the stage is off in this check because it would hide a discontinuity.
     """
-    for a, b in ways(c.role, c.geometry):
+    for a, b in paths(c.role, c.geometry):
         largest, size = [], 0.0
         for n in (TICKS, FINER * TICKS):
             bench = Bench(c, quick=True).begin(a)
-            bench.run(still(a, settle(c)))
+            bench.run(constant_pose(a, settle(c)))
             out = bench.run(_join(between(a, b, n), between(b, a, n)))
             largest.append(out.steps().max(axis=0))
             size = float(np.abs(out.F).max())
@@ -59,82 +60,81 @@ def _join(a: Motion, b: Motion) -> Motion:
 
 @lru_cache(maxsize=64)
 def _loops(role: str, geometry: str) -> tuple[tuple[Motion, Motion], ...]:
-    """Ways into closed loops of place and attitude, and the loops, at two speeds, either way round."""
+    """Closed loops in position and orientation with their approach paths, at two speeds and in both directions."""
     found = probes(role, geometry)
-    loops = [(found[k].X, _loop(found[k].X, n, way)) for k, n in ((0, 600), (1, 200)) for way in (1.0, -1.0)]
+    loops = [(found[k].X, _loop(found[k].X, n, sign)) for k, n in ((0, 600), (1, 200)) for sign in (1.0, -1.0)]
     return tuple((between(X, loop.X[0], 200), loop) for X, loop in loops)
 
 
 def energy(c: Combination) -> str:
-    """Around closed loops of place and attitude, at two speeds: what the fixture gives to the hand it has taken."""
+    """The fixture supplies no net energy in a closed loop of position and orientation."""
     for damping in (False, True) if LAWS[c.law].force is None else (False,):
-        for way_in, loop in _loops(c.role, c.geometry):
-            bench = Bench(c, damping=damping).begin(way_in.X[0])
-            bench.run(way_in)
-            for _ in range(-(-settle(c) // len(loop.X))):  # so that it begins as it ends
+        for approach, loop in _loops(c.role, c.geometry):
+            bench = Bench(c, damping=damping).begin(approach.X[0])
+            bench.run(approach)
+            for _ in range(-(-settle(c) // len(loop.X))):  # repeated until the fixture's state is periodic
                 bench.run(loop)
             F = bench.run(loop).F
-            given = np.einsum("ij,ij->i", 0.5 * (F[1:] + F[:-1]), loop.way)
+            given = np.einsum("ij,ij->i", 0.5 * (F[1:] + F[:-1]), loop.displacements)
             if given.sum() > 1e-7 + 0.004 * np.abs(given).sum():
                 return f"gives {1e3 * given.sum():.3g} mJ in a loop in which {1e3 * np.abs(given).sum():.3g} mJ moved"
     return ""
 
 
-def _loop(X: Array, n: int, way: float) -> Motion:
-    """A circle with a nod, beginning and ending at the same pose with the same velocity."""
-    phase = way * 2.0 * np.pi * np.arange(n + 1) / n
+def _loop(X: Array, n: int, sign: float) -> Motion:
+    """A periodic loop in position and orientation around X with n ticks; sign: direction."""
+    phase = sign * 2.0 * np.pi * np.arange(n + 1) / n
     y = np.column_stack([RADIUS * np.cos(phase), RADIUS * np.sin(phase), 0.6 * RADIUS * np.sin(phase),
                          TILT * np.sin(phase), TILT * np.cos(phase), np.zeros(n + 1)])  # fmt: skip
     poses = np.stack([moved(X, row) for row in y])
-    steps = Motion(poses, np.zeros((n + 1, 6))).way
+    steps = Motion(poses, np.zeros((n + 1, 6))).displacements
     V = 0.5 * (steps + np.roll(steps, 1, axis=0)) / DT
     return Motion(poses, np.concatenate([V, V[:1]]))
 
 
 AMPLITUDE, PERIOD, CARRIED, DAMPED = 0.004, 1.25, 900, 40.0
-"""Of a fixture that swings [m, s]; for so many ticks; its damping [N s/m]."""
+"""Oscillation of a moving fixture [m, s], number of ticks, and its damping [N s/m]."""
 
 
 @lru_cache(maxsize=1)
 def _carriage() -> tuple[_core.Frame, Array, Array]:
-    """A frame that swings, its poses (n, 4, 4) and velocities (n, 6), tick by tick."""
+    """An oscillating frame, its poses (n, 4, 4) and its velocities (n, 6) per tick."""
     wave = _core.Wave(shift=np.array([AMPLITUDE, 0.0, 0.0]), period=PERIOD)
     frame = _core.MotionFrame(np.eye(4), _core.Motion(waves=[wave]))
-    told = [frame.at(DT * k) for k in range(CARRIED + VISIT)]
-    return frame, np.stack([X for X, _ in told]), np.stack([V for _, V in told])
+    states = [frame.at(DT * k) for k in range(CARRIED + VISIT)]
+    return frame, np.stack([X for X, _ in states]), np.stack([V for _, V in states])
 
 
 def moving(c: Combination) -> str:
-    """Carried along by a fixture that moves, the hand feels what it feels beside one that rests.
+    """A hand that moves with a moving fixture gets the same wrench as at a resting fixture.
 
-    A law of motions may hold the hand back, against the world; it never gives. A limit of speed is of the tool's speed
-    in the world, however its region moves; one of force does not know how fast what is touched moves. All others are
-    damped so much that a fixture whose velocity is not reckoned with is felt.
+    Exceptions: a velocity law may brake the hand relative to the world but never drives it; a speed limit applies to
+    the tool's speed in the world; a force limit does not know the velocity of the touched object. All other fixtures
+    have so much damping that an ignored fixture velocity changes the wrench.
     """
     frame, X_WF, V_WF = _carriage()
     law = {} if LAWS[c.law].force is None or ROLES[c.role].touches else {"B": DAMPED}
     last, of_world = slice(-200, None), ROLES[c.role].speed
     for probe in (probes(c.role, c.geometry)[0], probes(c.role, c.geometry)[-1]):
         bench = Bench(c, fixture(c, frame=frame, law=law)).begin(probe.X, X_WF)
-        X, V = (told[bench.ticks :][:CARRIED] for told in (X_WF, V_WF))
-        motion = held(probe, CARRIED).carried(X, V)
+        X, V = (states[bench.ticks :][:CARRIED] for states in (X_WF, V_WF))
+        motion = constant_probe(probe, CARRIED).carried(X, V)
         carried = bench.run(motion, X)
-        rests = Bench(c, fixture(c, law=law)).begin(probe.X).run(motion if of_world else held(probe, CARRIED))
-        wrong = _not_carried(c, carried.F[last], rests.F[last], V[last])
-        if wrong:
-            return wrong
+        rests = Bench(c, fixture(c, law=law)).begin(probe.X).run(motion if of_world else constant_probe(probe, CARRIED))
+        failure = _carried_failure(c, carried.F[last], rests.F[last], V[last])
+        if failure:
+            return failure
         X_rest = carried.X[last] if of_world else np.linalg.inv(X[last]) @ carried.X[last]
         if np.abs(X_rest - rests.X[last])[:, :3].max() > 2.0 * ENTRY / (LEVER if ROLES[c.role].turns else 1.0):
             return "its corrected goal does not move along"
     return ""
 
 
-def _not_carried(c: Combination, carried: Array, rests: Array, V_WF: Array) -> str:
+def _carried_failure(c: Combination, carried: Array, rests: Array, V_WF: Array) -> str:
     off, size = carried - rests, float(np.abs(rests).max())
     allowed = 0.02 * size + 1e-3 + K * 4.0 * SPECIMENS[c.geometry].near
-    if (
-        c.corrects or ROLES[c.role].touches
-    ):  # the correction, and the touch, are a tick old when the fixture has moved on
+    # A correction and a touch are computed from the fixture's pose of the previous tick.
+    if c.corrects or ROLES[c.role].touches:
         allowed += 2.0 * K * DT * float(np.linalg.norm(V_WF[:, :3], axis=1).max())
     if LAWS[c.law].force is None and not ROLES[c.role].speed:
         given = float(np.einsum("ij,ij->i", off, V_WF).max())

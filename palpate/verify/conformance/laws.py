@@ -1,4 +1,4 @@
-"""What each law gives, restated from its words in docs/guidance-laws.md."""
+"""Reference force of each law, written from its documentation in docs/guidance-laws.md."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from dataclasses import dataclass, field
 import numpy as np
 
 K, B, K_TURN, B_TURN, MOST, MOMENT, RANGE, RANGE_TURN, RATIO = 400.0, 2.0, 0.5, 0.005, 1.0, 0.1, 0.01, 0.8, 0.1
-"""Options under which every law is examined."""
+"""Options with which every law is checked."""
 _OPTIONS = {"K": K, "B": B, "K_turn": K_TURN, "B_turn": B_TURN, "force": MOST, "moment": MOMENT, "range": RANGE,
             "range_turn": RANGE_TURN, "ratio": RATIO}  # fmt: skip
 
 
 @dataclass(frozen=True)
 class LawCase:
-    """A law with options under which it is examined."""
+    """A law with the options of its check."""
 
     law: str
     force: Callable[[float, bool, bool], float] | None = None
-    """(gap, attracts, turns) -> force or moment of a tool at rest; None for a law of motions alone."""
+    """(gap, attracts, turns) -> force [N] or moment [N m] at rest; None for a pure velocity law."""
     damping: float = B
-    """That it holds against a tool which is too fast [N s/m]."""
+    """Damping against a tool above the speed limit [N s/m]."""
     together: bool = False
-    """All such fixtures are answered by one optimisation."""
+    """True if one optimisation solves all fixtures with this law."""
     options: dict[str, float] = field(default_factory=lambda: _OPTIONS)
 
 
@@ -36,7 +36,7 @@ def _optimise(gap: float, attracts: bool, turns: bool) -> float:
 
 
 def _potential(gap: float, attracts: bool, turns: bool) -> float:
-    """Attracts: rises, stays, fades over the last fifth of its range. Repels: from its range on, before the border."""
+    """Attraction saturates and fades over the last fifth of its range. Repulsion starts at its range."""
     k, most, reach = (K_TURN, MOMENT, RANGE_TURN) if turns else (K, MOST, RANGE)
     if not attracts:
         return min(k * max(reach - gap, 0.0), most)
@@ -44,7 +44,7 @@ def _potential(gap: float, attracts: bool, turns: bool) -> float:
     return min(k * e, most, k * 0.8 * reach) * float(np.clip((reach - e) / (0.2 * reach), 0.0, 1.0))
 
 
-#: By name of the core's.
+#: Cases by the core's name of the law.
 LAWS: dict[str, LawCase] = {
     "spring": LawCase("spring", _spring),
     "potential": LawCase("potential", _potential),

@@ -1,34 +1,34 @@
-"""On an admittance master, which takes a fixture's damping into its own equation: is the same felt as on any other?"""
+"""Check on an admittance master, which renders a fixture's damping itself: the total wrench is unchanged."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from palpate.verify.conformance.at_rest import WEIGH, settle
-from palpate.verify.conformance.bench import Bench, between, still
+from palpate.verify.conformance.at_rest import WEIGHTS, settle
+from palpate.verify.conformance.bench import Bench, between, constant_pose
 from palpate.verify.conformance.combinations import Combination
-from palpate.verify.conformance.in_motion import ways
+from palpate.verify.conformance.in_motion import paths
 from palpate.verify.conformance.laws import LAWS, RATIO, B
 from palpate.verify.conformance.roles import ROLES
 
 
 def admittance_master(c: Combination) -> str:
-    """Wrench less damping times velocity is the other master's wrench; the damping is one, of the law's size."""
-    for a, b in ways(c.role, c.geometry):
-        told = []
+    """The wrench minus damping times velocity equals an impedance master's wrench; the damping matrix is bounded."""
+    for a, b in paths(c.role, c.geometry):
+        runs = []
         for damping in (False, True):
             bench = Bench(c, quick=True, damping=damping).begin(a)
-            bench.run(still(a, settle(c)))
-            told.append(bench.run(between(a, b, 200)))
-        plain, taken = told
-        off = np.linalg.norm((plain.F - taken.F) * WEIGH, axis=1).max()
-        if off > 1e-6 + 1e-4 * np.linalg.norm(plain.F * WEIGH, axis=1).max():
-            return f"{off:.3g} N between what the two masters feel"
+            bench.run(constant_pose(a, settle(c)))
+            runs.append(bench.run(between(a, b, 200)))
+        plain, taken = runs
+        off = np.linalg.norm((plain.F - taken.F) * WEIGHTS, axis=1).max()
+        if off > 1e-6 + 1e-4 * np.linalg.norm(plain.F * WEIGHTS, axis=1).max():
+            return f"{off:.3g} N between the wrenches of the two masters"
         if np.any(plain.B):
-            return "damping is told to a master that cannot take it"
+            return "damping is commanded to a master that cannot render it"
         least, most = np.linalg.eigvalsh(taken.B).min(), np.linalg.eigvalsh(taken.B).max()
         if least < -1e-9 or most > B / RATIO * (1.0 + 1e-9):
             return f"its damping has eigenvalues from {least:.3g} to {most:.3g} N s/m"
         if LAWS[c.law].force is None and not ROLES[c.role].turns and not ROLES[c.role].speed and most == 0.0:
-            return "no damping is told to a master that takes it"
+            return "no damping is commanded to a master that can render it"
     return ""

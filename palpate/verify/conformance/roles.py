@@ -1,7 +1,7 @@
-"""What roles want, restated in numpy from their words; slopes by finite differences of it.
+"""Reference constraints of all roles in numpy, written from the documentation; gradients by finite differences.
 
-A role wants one number, its gap, not to be below zero [m; rad where it turns the tool]. Its slope along the six motions
-of the tool (linear over angular, about the tip) is the direction that a wrench has to have.
+A role is a one-sided constraint: it is satisfied while its gap is not negative [m; rad for roles that rotate the tool].
+The gradient of the gap with respect to the tool pose (linear over angular, about the tip) is the wrench's direction.
 """
 
 from __future__ import annotations
@@ -21,37 +21,37 @@ from palpate.verify.conformance.specimens import SPECIMENS, Specimen
 Gap = Callable[[Specimen, Array], float]
 
 H = 1e-6
-"""Step of the differences [m, rad]."""
+"""Step of the finite differences [m, rad]."""
 LEVER = 0.05
-"""Metres that a turn of one radian counts as, where both are compared [m/rad]."""
+"""Length that converts angles to distances for comparison [m/rad]."""
 
 FREE, MARGIN, KEPT, TILT, TROCAR = 0.0005, 0.004, 0.001, 0.05, 0.0005
 FAR = 0.03
-"""Margin of limits: all places here lie within their region [m]."""
+"""Margin of limits; all probes lie within the region of such a limit [m]."""
 AROUND = 0.01
-"""A normal is the mean of the distance's slope over so much, either way along each axis [m]."""
+"""Step of the central differences for the mean normal of the role `orient` [m]."""
 SPEED = 0.02
-"""Most that the limit of speed allows [m/s]."""
+"""Speed limit [m/s]."""
 FORCE, TOUCHED = 2.0, 1000.0
-"""Most that the limit of force allows [N]; stiffness of the ground z = 0 that is touched then [N/m]."""
+"""Force limit [N]; stiffness of the touched ground z = 0 [N/m]."""
 
 
 def slope(f: Callable[[Array], Array], p: Array, h: float = H) -> Array:
-    """(3,) gradient of f (n, 3) -> (n,) at p (3,)."""
+    """Gradient (3,) of the function f (n, 3) -> (n,) at p (3,)."""
     steps = np.concatenate([np.eye(3), -np.eye(3)]) * h
     d = f(p + steps)
     return np.asarray((d[:3] - d[3:]) / (2.0 * h))
 
 
 def nearest(specimen: Specimen, p: Array) -> Array:
-    """(3,) the geometry's place nearest to p: as far as the distance says, down its slope."""
+    """The geometry's point (3,) nearest to p (3,), from the distance and its gradient."""
     d = float(specimen.distance(p[None])[0])
     n = slope(specimen.distance, p)
     return np.asarray(p - d * n / np.linalg.norm(n))
 
 
 def angle(X: Array, Y: Array) -> float:
-    """Between two attitudes, of poses or rotations [rad]."""
+    """Angle between the orientations of two poses or rotations [rad]."""
     return float(Rotation.from_matrix(X[:3, :3].T @ Y[:3, :3]).magnitude())
 
 
@@ -80,7 +80,7 @@ def _rcm(s: Specimen, X: Array) -> float:
 
 @dataclass(frozen=True)
 class RoleCase:
-    """A role with options under which it is examined."""
+    """A role with the options of its check."""
 
     role: str
     options: dict[str, Any]
@@ -91,12 +91,12 @@ class RoleCase:
     needs_point: bool = False
     needs_axis: bool = False
     touches: bool = False
-    """the tool stands on the ground z = 0 of the geometry's frame, a spring."""
+    """True if the tool touches the elastic ground z = 0 of the geometry's frame."""
     speed: bool = False
-    """is about the tool's speed, and wants nothing of its place."""
+    """True if the role limits the tool's speed and does not constrain its pose."""
 
 
-#: By name; each role of the core has at least one.
+#: Cases by name; each role of the core has at least one case.
 ROLES: dict[str, RoleCase] = {
     "guide": RoleCase("guide", {"margin": FREE}, lambda s, X: FREE - abs(_distance(s, X)), attracts=True),
     "forbid": RoleCase("forbid", {"margin": MARGIN}, lambda s, X: _distance(s, X) - MARGIN),
@@ -118,18 +118,18 @@ ROLES: dict[str, RoleCase] = {
 
 
 WITHOUT_AXIS = {"point", "sphere", "cloud", "union", "intersection", "difference", "placed"}
-"""Specimens: those after the cloud are of balls."""
+"""Specimens without a distinguished axis; those after the cloud consist of balls."""
 
 
 def gradient(case: RoleCase, s: Specimen, X: Array) -> Array:
-    """(6,) of the gap over the six motions of the tool, all of it: what is aimed at may go with the place."""
-    h = 1e-5 if case.turns else H  # of a slope's slope: less rounding
+    """Gradient (6,) of the gap with respect to the tool pose; an orientation target may depend on the position."""
+    h = 1e-5 if case.turns else H  # a larger step limits rounding errors of the nested differences
     steps = h * np.eye(6)
     return np.array([case.gap(s, moved(X, y)) - case.gap(s, moved(X, -y)) for y in steps]) / (2.0 * h)
 
 
 def moved(X: Array, y: Array) -> Array:
-    """(4, 4) pose X moved by y (6,), turned about its own origin."""
+    """Pose X (4, 4) displaced by y (6,), rotated about its own origin."""
     out = X.copy()
     out[:3, 3] += y[:3]
     out[:3, :3] = Rotation.from_rotvec(y[3:]).as_matrix() @ X[:3, :3]
@@ -137,13 +137,13 @@ def moved(X: Array, y: Array) -> Array:
 
 
 def unjudged() -> list[str]:
-    """Roles, targets of orient, and laws of the core that nothing here judges."""
+    """Roles and laws of the core without a reference here."""
     roles = {case.role for case in ROLES.values()}
     return [r for r in _core.guidance_roles() if r not in roles] + [n for n in _core.guidance_laws() if n not in LAWS]
 
 
 def meaningless(role: str, geometry: str) -> str:
-    """Why a role has no meaning with a geometry, in words; empty when it has one."""
+    """Reason why a role is meaningless with a geometry; empty if it is meaningful."""
     if ROLES[role].needs_solid and not SPECIMENS[geometry].solid:
         return f"a {geometry} has no inside, and {role} needs one"
     if ROLES[role].needs_point and geometry != "point":

@@ -1,22 +1,22 @@
-"""Examines combinations, and sums up."""
+"""Run all checks on combinations and summarise the results."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import TypedDict
 
-from palpate.verify.conformance.at_rest import frame_change, quiet, sign_and_direction
+from palpate.verify.conformance.activation import policy
+from palpate.verify.conformance.at_rest import frame_change, sign_and_direction, steady
 from palpate.verify.conformance.bench import Bench
 from palpate.verify.conformance.combinations import Combination, unjudged
 from palpate.verify.conformance.in_motion import continuity, energy, moving
 from palpate.verify.conformance.live import live_edit
 from palpate.verify.conformance.master import admittance_master
-from palpate.verify.conformance.shares import policy
 
-#: The properties that every combination is held to; each tells what is wrong in words, or nothing.
+#: Checks of every combination by name; each returns a description of the failure, or an empty text.
 CHECKS: dict[str, Callable[[Combination], str]] = {
     "sign and direction": sign_and_direction,
-    "quiet": quiet,
+    "quiet": steady,
     "continuity": continuity,
     "energy": energy,
     "frame change": frame_change,
@@ -26,13 +26,13 @@ CHECKS: dict[str, Callable[[Combination], str]] = {
     "admittance master": admittance_master,
 }
 NO_JUDGE = "unjudged"
-"""Among what is wrong with a combination: nothing is known of it, and why."""
+"""Key of a combination's result that could not be judged; the value states the reason."""
 
 
 def examine(c: Combination) -> dict[str, str]:
-    """What is wrong with a combination, by property; empty when it passes.
+    """Failures of a combination by check; empty if it passes.
 
-    One without a meaning passes when the product refuses it.
+    A meaningless combination passes if the core refuses it.
     """
     try:
         Bench(c)
@@ -43,16 +43,16 @@ def examine(c: Combination) -> dict[str, str]:
     found = {}
     for name, check in CHECKS.items():
         try:
-            wrong = check(c)
+            failure = check(c)
         except LookupError as error:
-            name, wrong = NO_JUDGE, f"{name}: {error}"
-        if wrong:
-            found[name] = wrong
+            name, failure = NO_JUDGE, f"{name}: {error}"
+        if failure:
+            found[name] = failure
     return found
 
 
 class Summary(TypedDict):
-    """What the suite found, as `conformance` in docs/json.md."""
+    """Summary of the suite: `conformance` in docs/json.md."""
 
     combinations: int
     passed: int
@@ -63,18 +63,18 @@ class Summary(TypedDict):
 
 
 def summary(found: dict[Combination, dict[str, str]]) -> Summary:
-    """As in docs/json.md, of what `examine` found: ``{combinations, passed, refused, unjudged, ...}``."""
+    """Summarise the results of `examine` as described in docs/json.md."""
     reasons: dict[str, int] = {}
     judged, failures, without = 0, [], [f"the core's {name}: nothing here judges it" for name in unjudged()]
-    for c, wrong in found.items():
-        if NO_JUDGE in wrong:
-            without.append(f"{c}: {wrong[NO_JUDGE]}")
-        if c.meaningless and not wrong:
+    for c, failed in found.items():
+        if NO_JUDGE in failed:
+            without.append(f"{c}: {failed[NO_JUDGE]}")
+        if c.meaningless and not failed:
             reasons[c.meaningless] = reasons.get(c.meaningless, 0) + 1
             continue
         judged += 1
-        if wrong:
-            failures.append({"combination": str(c), **wrong})
+        if failed:
+            failures.append({"combination": str(c), **failed})
     return {
         "combinations": judged,
         "passed": judged - len(failures),

@@ -1,7 +1,7 @@
-"""A specimen of every geometry, with a distance of its own in numpy: closed forms, and brute force for the rest.
+"""A specimen of every geometry with a reference distance in numpy, in closed form or by brute force.
 
-Signed distances of points (n, 3) -> (n,) in metres; below zero inside, never below zero of points and curves. All lie
-around the origin and are some centimetres in size.
+Distance functions map points (n, 3) to signed distances (n,) [m], negative inside a solid. Points and curves have
+unsigned distances. All specimens lie around the origin and are a few centimetres in size.
 """
 
 from __future__ import annotations
@@ -23,26 +23,26 @@ Distance = Callable[[Array], Array]
 
 
 def up(p: Array) -> Array:
-    """(3,) the z axis, everywhere."""
+    """The z axis (3,) at any point."""
     return np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True)
 class Specimen:
-    """A geometry to be examined."""
+    """A geometry with its reference."""
 
     make: Callable[[], _core.Geometry]
     distance: Distance
     solid: bool
     axis: Callable[[Array], Array] = up
-    """(3,) of the attitude's z at a point (3,)."""
+    """The z axis (3,) of the geometry's orientation at a point (3,)."""
     classes: tuple[type, ...] = ()
-    """of the core that it stands for."""
+    """Classes of the core that this specimen covers."""
     near: float = 1e-9
-    """How far the geometry may be from its formula: a sampled one is never exact [m]."""
+    """Accepted difference between the geometry and its reference; a sampled geometry is approximate [m]."""
 
     def attitude(self, p: Array) -> Array:
-        """(3, 3) at a point (3,): the geometry's own axes; of what has an axis the turn about it is the core's word."""
+        """Orientation (3, 3) at a point (3,). The core chooses the rotation about the axis of an axial geometry."""
         if self.axis is up:
             return np.eye(3)
         X = np.eye(4)
@@ -63,13 +63,13 @@ TUBE, BALL, MARGIN = 0.006, 0.02, 0.005
 
 
 def segment(p: Array, a: Array, b: Array) -> Array:
-    """To a straight line from a to b."""
-    share = np.clip((p - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)
-    return np.asarray(np.linalg.norm(p - a - share[:, None] * (b - a), axis=1))
+    """Distance to the line segment from a to b."""
+    fraction = np.clip((p - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)
+    return np.asarray(np.linalg.norm(p - a - fraction[:, None] * (b - a), axis=1))
 
 
-def endless(p: Array) -> Array:
-    """To the line through both."""
+def infinite_line(p: Array) -> Array:
+    """Distance to the infinite line through A and B."""
     u = (B - A) / np.linalg.norm(B - A)
     return np.asarray(np.linalg.norm(np.cross(p - A, u), axis=1))
 
@@ -83,7 +83,7 @@ def _curve() -> tuple[Array, Array, CubicSpline]:
 
 
 def _foot(p: Array) -> float:
-    """Parameter of the spline's place nearest to p (3,): the nearest of 800, then Newton's method."""
+    """Parameter of the spline's point nearest to p (3,): the nearest of 801 samples, refined by Newton's method."""
     u, points, spline = _curve()
     s = u[int(np.argmin(((points - p) ** 2).sum(axis=1)))]
     for _ in range(4):
@@ -93,18 +93,18 @@ def _foot(p: Array) -> float:
 
 
 def curve(p: Array) -> Array:
-    """To the spline through WAYPOINTS."""
-    return np.array([np.linalg.norm(_curve()[2](_foot(one)) - one) for one in p])
+    """Distance to the spline through WAYPOINTS."""
+    return np.array([np.linalg.norm(_curve()[2](_foot(point)) - point) for point in p])
 
 
 def tangent(p: Array) -> Array:
-    """Of the spline, at its place nearest to p (3,)."""
+    """Unit tangent (3,) of the spline at its point nearest to p (3,)."""
     t = _curve()[2](_foot(p), 1)
     return np.asarray(t / np.linalg.norm(t))
 
 
 def cone(p: Array) -> Array:
-    """Of all places seen from APEX within OPENING of INWARD."""
+    """Distance to the cone with apex APEX, axis INWARD and half-angle OPENING [rad]."""
     h = (p - APEX) @ INWARD
     rho = np.linalg.norm(p - APEX - h[:, None] * INWARD, axis=1)
     c, s = np.cos(OPENING), np.sin(OPENING)
@@ -112,31 +112,34 @@ def cone(p: Array) -> Array:
 
 
 def box(p: Array, size: Array = BOX) -> Array:
-    """Of a box around the origin."""
+    """Distance to a box around the origin."""
     q = np.abs(p) - 0.5 * size
     return np.asarray(np.linalg.norm(np.maximum(q, 0.0), axis=1) + np.minimum(q.max(axis=1), 0.0))
 
 
 def cylinder(p: Array, radius: float = 0.012, length: float = 0.04) -> Array:
-    """With flat ends, around z."""
+    """Distance to a cylinder around z with flat ends."""
     q = np.column_stack([np.hypot(p[:, 0], p[:, 1]) - radius, np.abs(p[:, 2]) - 0.5 * length])
     return np.asarray(np.linalg.norm(np.maximum(q, 0.0), axis=1) + np.minimum(q.max(axis=1), 0.0))
 
 
 def capsule(p: Array, radius: float = 0.01, length: float = 0.03) -> Array:
-    """With round ends, around z."""
+    """Distance to a cylinder around z with round ends."""
     e = np.array([0.0, 0.0, 0.5 * length])
     return segment(p, -e, e) - radius
 
 
 def ball(p: Array, centre: tuple[float, float, float] = (0.0, 0.0, 0.0), radius: float = BALL) -> Array:
-    """Of a ball."""
+    """Distance to a ball."""
     return np.asarray(np.linalg.norm(p - np.array(centre), axis=1) - radius)
 
 
 def ellipsoid(p: Array) -> Array:
-    """Of the ellipsoid of HALF: the root of its Lagrange multiplier (Eberly, Distance from a point to an ellipsoid)."""
-    return np.array([_ellipsoid(one) for one in p])
+    """Distance to the ellipsoid with semi-axes HALF, from the root of its Lagrange multiplier.
+
+    Source: Eberly, Distance from a point to an ellipse, an ellipsoid, or a hyperellipsoid.
+    """
+    return np.array([_ellipsoid(point) for point in p])
 
 
 def _ellipsoid(p: Array) -> float:
@@ -154,7 +157,7 @@ def _ellipsoid(p: Array) -> float:
 
 @cache
 def _solid_mesh() -> tuple[Array, NDArray[np.int32]]:
-    """A closed mesh of 80 facets: an octahedron, halved twice, on an ellipsoid."""
+    """A closed mesh of 80 facets: an icosahedron, subdivided once, on an ellipsoid."""
     import trimesh
 
     mesh = trimesh.creation.icosphere(subdivisions=1, radius=1.0)
@@ -162,10 +165,10 @@ def _solid_mesh() -> tuple[Array, NDArray[np.int32]]:
 
 
 def mesh(p: Array) -> Array:
-    """Brute force over all triangles; inside by the sum of their solid angles (Van Oosterom and Strackee 1983)."""
+    """Distance to all triangles by brute force; sign from their solid angles (Van Oosterom and Strackee 1983)."""
     vertices, triangles = _solid_mesh()
     corners = vertices[triangles]  # (m, 3, 3)
-    return np.array([_to_mesh(one, corners) for one in p])
+    return np.array([_to_mesh(point, corners) for point in p])
 
 
 def _to_mesh(p: Array, corners: Array) -> float:
@@ -178,8 +181,8 @@ def _to_mesh(p: Array, corners: Array) -> float:
     edges = np.full(len(corners), np.inf)
     for u, v in ((a, b), (b, c), (c, a)):
         over &= np.einsum("ij,ij->i", np.cross(v - u, foot - u), normal) >= 0.0
-        share = np.clip(np.einsum("ij,ij->i", p - u, v - u) / np.einsum("ij,ij->i", v - u, v - u), 0.0, 1.0)
-        edges = np.minimum(edges, np.linalg.norm(p - u - share[:, None] * (v - u), axis=1))
+        fraction = np.clip(np.einsum("ij,ij->i", p - u, v - u) / np.einsum("ij,ij->i", v - u, v - u), 0.0, 1.0)
+        edges = np.minimum(edges, np.linalg.norm(p - u - fraction[:, None] * (v - u), axis=1))
     d = float(np.where(over, np.abs(height), edges).min())
     x, y, z = a - p, b - p, c - p
     n = [np.linalg.norm(w, axis=1) for w in (x, y, z)]
@@ -200,13 +203,13 @@ def _cloud() -> Array:
 
 
 def cloud(p: Array) -> Array:
-    """Of balls of 3 mm around every point; inside, what is nearest of their surfaces is no closer than this says."""
+    """Distance to balls of 3 mm around every point; inside, it is a lower bound of the true depth."""
     return np.asarray(np.linalg.norm(p[:, None] - _cloud(), axis=2).min(axis=1) - 0.003)
 
 
 @cache
 def _grid() -> _core.DistanceGrid:
-    """As wide as a mean of normals reaches: beyond its box it tells less than the distance."""
+    """A distance grid that covers all points of the mean normals; outside its box, distances are underestimated."""
     axis = np.arange(-0.046, 0.0461, 0.001)
     p = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
     values = ball(p).reshape(3 * (len(axis),)).astype(np.float32)
@@ -240,12 +243,12 @@ def _along(a: Array) -> Callable[[Array], Array]:
     return lambda _: unit
 
 
-#: By name. `classes` says which of the core's they stand for.
+#: Specimens by name; `classes` lists the core's classes that each one covers.
 SPECIMENS: dict[str, Specimen] = {
     "point": Specimen(_core.PointGeometry, lambda p: np.linalg.norm(p, axis=1), False, classes=(_core.PointGeometry,)),
     "line": Specimen(lambda: _core.LineGeometry(A, B), lambda p: segment(p, A, B), False, _along(B - A),
                      (_core.LineGeometry,)),
-    "line without end": Specimen(lambda: _core.LineGeometry(A, B, True), endless, False, _along(B - A)),
+    "line without end": Specimen(lambda: _core.LineGeometry(A, B, True), infinite_line, False, _along(B - A)),
     "plane": Specimen(_surface(_core.Plane), lambda p: p[:, 2], True, classes=(_core.SurfaceGeometry, _core.Plane)),
     "path": Specimen(lambda: smooth_path(WAYPOINTS), curve, False, tangent, (_core.PathGeometry,)),
     "tube": Specimen(lambda: _core.OffsetGeometry(smooth_path(WAYPOINTS), TUBE), lambda p: curve(p) - TUBE, True,
@@ -272,8 +275,8 @@ SPECIMENS: dict[str, Specimen] = {
 
 
 def unjudged() -> list[str]:
-    """Geometries and surfaces of the core that no specimen stands for."""
-    stood_for = {cls for specimen in SPECIMENS.values() for cls in specimen.classes}
+    """Geometries and surfaces of the core that no specimen covers."""
+    covered = {cls for specimen in SPECIMENS.values() for cls in specimen.classes}
     known = [cls for cls in vars(_core).values() if isinstance(cls, type)]
     of_core = [cls for cls in known if issubclass(cls, (_core.Geometry, _core.Surface))]
-    return sorted(cls.__name__ for cls in of_core if cls not in stood_for | {_core.Geometry, _core.Surface})
+    return sorted(cls.__name__ for cls in of_core if cls not in covered | {_core.Geometry, _core.Surface})

@@ -1,4 +1,4 @@
-"""``palpate fuzz``: random input, the same for the same seed, against what must hold whatever comes in."""
+"""``palpate fuzz``: checks of invariants with random input that is reproducible from a seed."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from dataclasses import asdict, dataclass, field
 from importlib import import_module
 from typing import Any, TypedDict
 
-#: What can be fuzzed: a file here with ``case(seed)``, which returns counts and raises ``FaultError``.
+#: Targets: modules of this package with ``case(seed)``, which returns counts and raises ``FaultError``.
 TARGETS = ("contact", "files")
-PATIENCE = 20.0
-"""A case that takes longer than this hangs [s]."""
+TIMEOUT = 20.0
+"""Time after which a case counts as an endless loop [s]."""
 
 
 class FaultError(Exception):
-    """Something that must never happen did."""
+    """An invariant is violated."""
 
 
 class Fault(TypedDict):
-    """A case that went wrong."""
+    """Seed and description of a failed case."""
 
     seed: int
     what: str
@@ -28,28 +28,28 @@ class Fault(TypedDict):
 
 @dataclass
 class Outcome:
-    """What a campaign came to. The keys are the documented contract of ``--json``."""
+    """Result of a campaign. The keys are the documented contract of ``--json``."""
 
     target: str
-    runs: int  #: cases done
-    seed: int  #: of the first case; the others follow one by one
-    faults: list[Fault] = field(default_factory=list)  #: ``seed`` and ``what``
-    counts: dict[str, int] = field(default_factory=dict)  #: what the cases were made of
+    runs: int  #: number of finished cases
+    seed: int  #: seed of the first case; each further case increments it
+    faults: list[Fault] = field(default_factory=list)
+    counts: dict[str, int] = field(default_factory=dict)  #: number of cases by property
     seconds: float = 0.0
 
     def to_json(self) -> dict[str, Any]:
-        """As plain JSON values."""
+        """The outcome in plain JSON values."""
         return asdict(self)
 
 
 def run(target: str, runs: int, seed: int = 0, on_progress: Callable[[Outcome], None] | None = None) -> Outcome:
-    """Cases ``seed`` to ``seed + runs - 1`` in a process of their own: crashes and endless loops are faults as well.
+    """Run the cases ``seed`` to ``seed + runs - 1`` in a separate process; crashes and endless loops are faults.
 
     Args:
-        target: one of ``TARGETS``, or a module of one's own with ``case(seed)``.
-        runs: how many cases; gives up after twenty faults.
-        seed: of the first.
-        on_progress: hears of each case.
+        target: one of ``TARGETS``, or the name of another module with ``case(seed)``.
+        runs: number of cases; the campaign stops after twenty faults.
+        seed: seed of the first case.
+        on_progress: called after each case.
     """
     outcome, start = Outcome(target, 0, seed), time.monotonic()
     while outcome.runs < runs and len(outcome.faults) < 20:
@@ -59,7 +59,7 @@ def run(target: str, runs: int, seed: int = 0, on_progress: Callable[[Outcome], 
 
 
 def _campaign(outcome: Outcome, first: int, end: int, on_progress: Callable[[Outcome], None] | None) -> None:
-    """Until all is done, or the process died or hung and the next one must go on after that case."""
+    """Run cases in one process until all are done or the process dies or hangs."""
     spawn = multiprocessing.get_context("spawn")
     receive, send = spawn.Pipe(duplex=False)
     process = spawn.Process(target=_work, args=(outcome.target, first, end, send), daemon=True)
@@ -67,8 +67,8 @@ def _campaign(outcome: Outcome, first: int, end: int, on_progress: Callable[[Out
     send.close()
     try:
         while True:
-            if not receive.poll(PATIENCE + 60.0 * (outcome.runs == first - outcome.seed)):  # imports may take long
-                return _lost(outcome, f"endless: no answer within {PATIENCE:g} s")
+            if not receive.poll(TIMEOUT + 60.0 * (outcome.runs == first - outcome.seed)):  # imports may take long
+                return _lost(outcome, f"endless: no answer within {TIMEOUT:g} s")
             try:
                 done, counts, fault = receive.recv()
             except EOFError:
@@ -102,7 +102,7 @@ def _work(target: str, first: int, end: int, send: Any) -> None:
             counts = case(seed)
         except FaultError as error:
             fault = str(error)
-        except Exception as error:  # whatever else is raised is a fault, too
+        except Exception as error:  # any other exception is also a fault
             fault = f"{type(error).__name__}: {error}"
         send.send((seed, counts, fault))
     send.close()

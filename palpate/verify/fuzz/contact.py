@@ -1,4 +1,4 @@
-"""Random triangle soups and tool paths: a finite force within its bounds, by every method."""
+"""Random triangle soups and tool paths: every contact method must return a finite, bounded force."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ METHODS = get_args(ContactSection.model_fields["method"].annotation)
 
 
 def case(seed: int) -> dict[str, int]:
-    """One mesh, one path, one method; all from the seed.
+    """Check one mesh, one path and one method, all derived from the seed.
 
     Raises:
-        FaultError: a force that is not finite, larger than the deflection explains, or above the cap after the limiter.
+        FaultError: a force is not finite, is larger than the deflection allows, or exceeds the cap after the limiter.
     """
     rng = np.random.default_rng(seed)
     size = 10.0 ** rng.uniform(-6, 6)  # [m]
@@ -47,17 +47,17 @@ def case(seed: int) -> dict[str, int]:
         if not np.isfinite(getattr(felt, name)).all():
             row = int(np.argmin(np.isfinite(getattr(felt, name)).reshape(len(tips), -1).all(axis=1)))
             raise FaultError(f"{method}: {name} is not finite at tip {row}")
-    # A proxy begins at the tool or outside at the nearest place, and only ever follows: it stays this near.
+    # The proxy starts at the tool or at the nearest surface point and only follows, so its distance is bounded.
     reach = (extent + 2 * radius + float(np.linalg.norm(np.ptp(tips, axis=0)))) * (1 + friction)
     strength = np.linalg.norm(felt.force, axis=1)
     if strength.max() > stiffness * reach:
-        raise FaultError(f"{method}: {strength.max():g} N, the deflection cannot be more than {stiffness * reach:g} N")
+        raise FaultError(f"{method}: {strength.max():g} N, the deflection allows at most {stiffness * reach:g} N")
     _limited(felt.force)
     return {kind: 1, method: 1, "touched": int(strength.any()), "ticks": len(tips)}
 
 
 def _limited(force: Array) -> None:
-    """What reaches the hand is below the cap and no faster than the rate cap."""
+    """The limited force respects the force cap and the rate cap."""
     options = _core.StabilityOptions()
     limiter, before = _core.Limiter(options, 1.0 / RATE), np.zeros(3)
     for i in range(0, len(force), 7):
@@ -71,16 +71,16 @@ def _limited(force: Array) -> None:
 
 
 def _mesh(rng: np.random.Generator) -> Soup:
-    """About one large: soups, slivers, fans, repeats, lattices, bent solids."""
+    """A mesh of about unit size: soup, slivers, fan, lattice or distorted solid, with duplicated triangles."""
     n = int(rng.integers(1, 120))
     kind = rng.integers(0, 8)
-    if kind > 4:  # a solid, bent out of shape, some triangles turned or gone
+    if kind > 4:  # a distorted solid with some triangles flipped or missing
         shape = SHAPES[sorted(SHAPES)[rng.integers(len(SHAPES))]]
         v, t = shape.mesh(int(rng.integers(12, 400)))
         v = v / np.abs(v).max() + 10.0 ** rng.uniform(-9, -0.5) * rng.normal(size=v.shape)
         t = t[rng.uniform(size=len(t)) >= rng.choice([0.0, 0.2])]
         return v, np.where(rng.uniform(size=(len(t), 1)) < rng.choice([0.0, 0.3]), t[:, ::-1], t)
-    if kind == 0:  # a lattice: repeated corners, coplanar triangles, lines, edges of many triangles
+    if kind == 0:  # a lattice: repeated vertices, coplanar and degenerate triangles, non-manifold edges
         v = rng.integers(-2, 3, (n + 2, 3)) / 2.0
         return v, rng.integers(0, n + 2, (n, 3)).astype(np.int32)
     v = rng.normal(size=(3 * n, 3)) / 2
@@ -90,14 +90,14 @@ def _mesh(rng: np.random.Generator) -> Soup:
         v[1::3] = v[0::3] + rng.uniform(size=(n, 1)) * (v[2::3] - v[0::3]) + thin * rng.normal(size=(n, 3))
     elif kind == 2:  # a fan around one edge
         t[:, :2] = t[0, :2]
-    elif kind == 3:  # sizes from a whole to a millionth
+    elif kind == 3:  # triangle sizes from 1 to 1e-6
         v = v[t[:, :1].repeat(3)] + np.repeat(10.0 ** rng.uniform(-6, 0, (n, 1)), 3, axis=0) * v
     extra = t[rng.integers(0, n, n // 3)]
     return v, np.concatenate([t, extra, extra[:, ::-1]]).astype(np.int32)
 
 
 def _path(rng: np.random.Generator, vertices: Array, extent: float) -> Array:
-    """Jumps, pokes, walks, and ways along the vertices themselves."""
+    """A tool path (n, 3): jumps, a straight line, jumps between vertices, or a random walk."""
     n, kind = int(rng.integers(2, 150)), rng.integers(0, 4)
     middle = vertices.mean(axis=0)
     if kind == 0:  # jumps

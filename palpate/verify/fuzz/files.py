@@ -1,4 +1,4 @@
-"""Hostile mesh files: every one gives a mesh or a ``MeshError``, in little time and memory."""
+"""Corrupted mesh files: reading must return a valid mesh or raise ``MeshError``."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ _WORDS = (
 
 
 def case(seed: int) -> dict[str, int]:
-    """One file, spoilt.
+    """Read one corrupted file.
 
     Raises:
-        FaultError: something else than a mesh or a ``MeshError`` came of it.
+        FaultError: the file was accepted, but its mesh is invalid.
     """
     rng = np.random.default_rng(seed)
     suffix = str(rng.choice([".stl", ".stla", ".stlb", ".ply", ".obj", ".off"]))
     written = str(rng.choice(["stl", "stla", "ply", "plyb", "obj", "off"])) if rng.uniform() < 0.3 else suffix[1:]
-    data = _spoil(rng, _file(written))
+    data = _corrupt(rng, _file(written))
     with tempfile.TemporaryDirectory(prefix="palpate-fuzz-") as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         path = Path(folder) / f"mesh{suffix}"
@@ -51,7 +51,7 @@ def case(seed: int) -> dict[str, int]:
         except MeshError:
             return {"refused": 1, suffix: 1}
     if not np.isfinite(mesh.vertices).all() or len(mesh.triangles) == 0:
-        raise FaultError(f"{suffix}: a mesh that is none")
+        raise FaultError(f"{suffix}: the mesh is empty or not finite")
     if not np.isfinite(mesh.closest([[0.0, 0.0, 0.0]])[0]).all():
         raise FaultError(f"{suffix}: the nearest point is not finite")
     return {"loaded": 1, suffix: 1}
@@ -81,8 +81,8 @@ def _file(written: str) -> bytes:
     return head.format("binary_little_endian").encode() + packed
 
 
-def _spoil(rng: np.random.Generator, data: bytes) -> bytes:
-    """Cut, overwritten, doubled, with words where they hurt."""
+def _corrupt(rng: np.random.Generator, data: bytes) -> bytes:
+    """Truncate, overwrite or duplicate parts of the data, or insert critical keywords."""
     for _ in range(int(rng.integers(0, 4))):
         at = int(rng.integers(0, len(data) + 1))
         kind = rng.integers(0, 5)
@@ -95,7 +95,7 @@ def _spoil(rng: np.random.Generator, data: bytes) -> bytes:
             data = data[:at] + word + data[at + int(rng.integers(0, len(word) + 1)) :]
         elif kind == 3:
             data = data[:at] + data[: int(rng.integers(0, 300))] + data[at:]
-        else:  # a count that is not so
+        else:  # a false triangle count
             count = struct.pack("<I", int(rng.choice([0, 1, 13, 2**24, 2**31 - 1, 2**32 - 1])))
             data = data[:80] + count + data[84:]
     return data

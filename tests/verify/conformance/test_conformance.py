@@ -8,6 +8,7 @@ import pytest
 from palpate import _core, guidance
 from palpate.scene.rig import build
 from palpate.verify.conformance import (
+    activation,
     at_rest,
     combinations,
     entry,
@@ -16,7 +17,6 @@ from palpate.verify.conformance import (
     live,
     master,
     roles,
-    shares,
     summary,
 )
 from palpate.verify.conformance.bench import Answer, Bench, fixture
@@ -36,7 +36,7 @@ def test_every_role_law_geometry_and_policy_of_the_core_is_in_it():
     assert {roles.ROLES[c.role].role for c in ALL} == set(_core.guidance_roles())
     assert {c.law for c in ALL} == set(_core.guidance_laws())
     assert len(ALL) == len(roles.ROLES) * len(SPECIMENS) * len(LAWS) * len(POLICIES)
-    assert set(shares.JUDGES) == set(POLICIES)
+    assert set(activation.JUDGES) == set(POLICIES)
 
 
 @pytest.mark.parametrize("name", SPECIMENS)
@@ -96,7 +96,7 @@ def test_a_wrong_moment_beside_a_right_force_is_found(monkeypatch):
 
 def test_a_wrench_that_does_not_stand_still_is_found(monkeypatch):
     mutated(monkeypatch, lambda a: Answer(a.F * (1.0 + 0.1 * (np.arange(len(a.F)) % 2))[:, None], a.X, a.B))
-    assert at_rest.quiet(SOFT)
+    assert at_rest.steady(SOFT)
 
 
 def test_a_step_on_the_way_is_found(monkeypatch):
@@ -216,13 +216,13 @@ def test_a_switch_that_is_faster_than_rise_and_fall_is_found(monkeypatch):
 def test_a_policy_that_does_nothing_is_found(monkeypatch, name):
     """With another policy in its place each judge of a policy complains; of two, when this one comes last."""
     c = replace(SOFT, policy=name)
-    assert shares.policy(c) == ""
+    assert activation.policy(c) == ""
     other = "part of the authority" if name in ("soft", "hard", "first of two") else "soft"
     plain = replace(c, policy=other)
-    monkeypatch.setattr(shares, "Bench", lambda c, *given, **more: Bench(c, *(given or [fixture(plain)]), **more))
+    monkeypatch.setattr(activation, "Bench", lambda c, *given, **more: Bench(c, *(given or [fixture(plain)]), **more))
     last = {"policy": {"priority": -5, "hard": False}}
-    monkeypatch.setattr(shares, "fixture", lambda c, **more: fixture(c, **more | last))
-    assert shares.policy(c) != ""
+    monkeypatch.setattr(activation, "fixture", lambda c, **more: fixture(c, **more | last))
+    assert activation.policy(c) != ""
 
 
 def test_damping_that_is_felt_twice_is_found(monkeypatch):

@@ -1,0 +1,244 @@
+"""Checks of the activation: every policy is compared with the same fixture without a policy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from palpate import _core
+from palpate.arrays import Array
+from palpate.verify.conformance.at_rest import WEIGHTS, settle
+from palpate.verify.conformance.bench import DT, RESERVE, Bench, Motion, constant_pose, constant_probe, fixture
+from palpate.verify.conformance.combinations import (
+    ENGAGE,
+    LATER,
+    NEAR,
+    PER_TURN,
+    POLICIES,
+    QUICK,
+    RELEASE,
+    Combination,
+)
+from palpate.verify.conformance.laws import K_TURN, LAWS, K
+from palpate.verify.conformance.probes import Probe, moved_to_gap, probe_at, probes
+from palpate.verify.conformance.roles import LEVER, ROLES
+from palpate.verify.conformance.specimens import SPECIMENS
+
+PRESSED, TWISTED = 0.002, 0.3
+"""Constraint violation of the opposing fixture, in position [m] and in orientation [rad]."""
+
+
+def policy(c: Combination) -> str:
+    """Run the policy's own check on two probes."""
+    for probe in probes(c.role, c.geometry)[:2]:
+        failure = JUDGES[c.policy](c, probe)
+        if failure:
+            return failure
+    return ""
+
+
+def _violating_motion(c: Combination, probe: Probe, n: int) -> Motion:
+    """A probe with a reported velocity that increases the violation, so that springs and dampers both act."""
+    if ROLES[c.role].speed:
+        return constant_probe(probe, n)
+    V = 0.01 * (10.0 if ROLES[c.role].turns else 1.0) * probe.J / np.linalg.norm(probe.J)
+    return constant_pose(probe.X, n, -V)
+
+
+def _full_wrench(c: Combination, probe: Probe) -> Array:
+    """Wrench (6,) of the fixture with full activation [N, N m]."""
+    plain = replace(c, policy="hard" if POLICIES[c.policy].hard else "soft")
+    return np.asarray(Bench(plain, quick=True).run(_violating_motion(c, probe, settle(c))).F[-1])
+
+
+def _wrench_failure(F: Array, full: Array, activation: float, words: str, slack: float = 1e-3) -> str:
+    if float(np.linalg.norm((F - activation * full) * WEIGHTS)) <= slack * float(np.linalg.norm(full * WEIGHTS)) + 1e-6:
+        return ""
+    return f"{words}: wrench {np.round(F, 4)}, expected {activation:.3g} of {np.round(full, 4)}"
+
+
+def _authority(c: Combination, probe: Probe) -> str:
+    """The authority scales the wrench, and for a hard policy also the correction of the goal.
+
+    A force limit repeats its correction, so its goal converges to the limit for any authority.
+    """
+    authority = float(POLICIES[c.policy].options.get("authority", 1.0))
+    out = Bench(c, quick=True).run(_violating_motion(c, probe, settle(c)))
+    hard = POLICIES[c.policy].hard
+    slack = 0.08 if c.corrects else 1e-3
+    failure = _wrench_failure(out.F[-1], _full_wrench(c, probe), authority, f"authority {authority:g}", slack)
+    if failure or not hard or ROLES[c.role].speed or ROLES[c.role].touches:
+        return failure
+    left = max(-ROLES[c.role].gap(SPECIMENS[c.geometry], out.X[-1]), 0.0)
+    expected = (1.0 - authority) * max(-probe.gap, 0.0)
+    reserve = 2.0 * RESERVE * (1.0 if not ROLES[c.role].turns else 1.0 / LEVER)
+    if abs(left - expected) > 0.1 * max(-probe.gap, 0.0) + reserve:
+        return f"authority {authority:g}: the goal is {left:.3g} beyond the boundary, expected {expected:.3g}"
+    return ""
+
+
+def _pedal(c: Combination, probe: Probe) -> str:
+    full = _full_wrench(c, probe)
+    for pedal in (0.0, 0.25, 1.0):
+        bench = Bench(c, quick=True)
+        bench.pedal = pedal
+        F = bench.run(_violating_motion(c, probe, settle(c))).F[-1]
+        failure = _wrench_failure(F, full, pedal, f"pedal {pedal:g}")
+        if failure:
+            return failure
+    return ""
+
+
+def _force(c: Combination, probe: Probe) -> str:
+    """The ramp by force uses the load cell; without a load cell it uses the fixture's own force."""
+    full, case, law = _full_wrench(c, probe), ROLES[c.role], LAWS[c.law]
+    shares = {force: min(force / 4.0, 1.0) for force in (0.0, 1.0, 6.0)}
+    if not case.turns and not case.speed:
+        own = 0.0 if law.force is None else law.force(probe.gap, case.attracts, False)
+        shares[-1.0] = min(own * float(np.linalg.norm(probe.J[:3])) / 4.0, 1.0)
+    for force, share in shares.items():
+        bench = Bench(c, quick=True)
+        bench.operator = force
+        words = f"operator's force {force:g} N" if force >= 0.0 else "no load cell"
+        F = bench.run(_violating_motion(c, probe, settle(c))).F[-1]
+        failure = _wrench_failure(F, full, share, words, 0.02 if force < 0.0 else 1e-3)
+        if failure:
+            return failure
+    return ""
+
+
+def _time(c: Combination, probe: Probe) -> str:
+    bench, full = Bench(c, quick=True), _full_wrench(c, probe)
+    out = bench.run(_violating_motion(c, probe, settle(c)))
+    for t in (0.1, 0.25, 0.4, LATER + 0.05):
+        failure = _wrench_failure(out.F[round(t / DT)], full, min(t / LATER, 1.0), f"after {t:g} s", 0.02)
+        if failure:
+            return failure
+    return ""
+
+
+def _distance(c: Combination, probe: Probe) -> str:
+    share = min(abs(probe.gap) / (NEAR * (PER_TURN if ROLES[c.role].turns else 1.0)), 1.0)
+    F = Bench(c, quick=True).run(_violating_motion(c, probe, settle(c))).F[-1]
+    return _wrench_failure(F, _full_wrench(c, probe), share, f"gap {probe.gap:.3g}", 2e-3)
+
+
+def _engagement(c: Combination, probe: Probe) -> str:
+    """A fixture engages within ENGAGE and releases beyond RELEASE (both within 3 %), with hysteresis in between."""
+    per = PER_TURN if ROLES[c.role].turns else 1.0
+    between = _probe_at_gap(c, probe, 0.4 * RELEASE * per, (-1.0,))
+    full = _full_wrench(c, between)
+    steps = (
+        ("fresh, between both", None, 0.0), ("come to just beyond `engage`", 1.03 * ENGAGE, 0.0),
+        ("come nearer than `engage`", 0.97 * ENGAGE, 1.0), ("gone to just before `release`", 0.97 * RELEASE, 1.0),
+        ("gone beyond `release`", 1.03 * RELEASE, 0.0),
+    )  # fmt: skip
+    bench = Bench(c, quick=True)
+    for words, gap, share in steps:
+        if gap is not None:
+            there = _probe_at_gap(c, probe, gap * per, (-1.0, 1.0))
+            bench.run(constant_pose(there.X, round(3 * QUICK / DT)))
+        F = bench.run(_violating_motion(c, between, max(settle(c), round(3 * QUICK / DT)))).F[-1]
+        failure = _wrench_failure(F, share * full, 1.0, words, 0.08 if c.corrects else 1e-3)
+        if failure:
+            return failure
+    return ""
+
+
+def _probe_at_gap(c: Combination, probe: Probe, gap: float, signs: tuple[float, ...]) -> Probe:
+    """A probe with this absolute gap and one of the signs; raises LookupError if none is reachable from a probe."""
+    case = ROLES[c.role]
+    for start in (probe, *probes(c.role, c.geometry)):
+        for sign in signs:
+            X = moved_to_gap(case, SPECIMENS[c.geometry], start.X, sign * gap)
+            if X is not None:
+                return probe_at(c.role, c.geometry, X)
+    raise LookupError(f"no pose with a gap of {gap:.3g} near a {c.geometry}")
+
+
+def _soft(c: Combination, probe: Probe) -> str:
+    """The wrenches of two soft fixtures add."""
+    return "" if c.corrects else _pair(c, probe, 0, 0, 0.0, 0.0)
+
+
+def _priority(c: Combination, probe: Probe) -> str:
+    """A fixture never acts against one of higher priority. A speed limit constrains no pose, so both wrenches add."""
+    if ROLES[c.role].speed:
+        return _pair(c, probe, 1, 0, 0.0, 0.0)
+    return _pair(c, probe, 1, 0, 1.0, 0.0) or _pair(c, probe, 0, 1, 0.0, 1.0)
+
+
+def _hard(c: Combination, probe: Probe) -> str:
+    """A soft fixture of any priority neither acts against a hard one nor moves its goal."""
+    if ROLES[c.role].speed:
+        return ""
+    return _pair(c, probe, 0, 5, 1.0, 0.0)
+
+
+def _pair(c: Combination, probe: Probe, mine: int, others: int, first: float, second: float) -> str:
+    """Check the sum with an opposing fixture.
+
+    first, second: fraction of the opposing component that is removed from the other fixture's force [-].
+    """
+    n = settle(c)
+    own, against = fixture(c, policy={"priority": mine}), _opponent(c, probe, others)
+    sets = ((own,), (against,), (own, against))
+    F1, F2, both = (Bench(c, *fixtures, quick=True).run(constant_probe(probe, n)) for fixtures in sets)
+    f1, f2, f12 = (F.F[-1] * WEIGHTS * (np.arange(6) > 2 if ROLES[c.role].turns else 1.0) for F in (F1, F2, both))
+    a, b = _unit(f1), _unit(f2)
+    # A fixture loses the component of its force that opposes the other fixture.
+    expected = f1 - second * min(float(f1 @ b), 0.0) * b + f2 - first * min(float(f2 @ a), 0.0) * a
+    off = float(np.linalg.norm(f12 - expected))
+    slack = 0.03 if c.corrects else 2e-3
+    if off > slack * float(np.linalg.norm(f1) + np.linalg.norm(f2)) + 1e-6:
+        total, first_F, second_F, reference = (np.round(f, 4) for f in (f12, f1, f2, expected))
+        return f"priorities {mine} and {others}: {total} from {first_F} and {second_F}, expected {reference}"
+    if POLICIES[c.policy].hard and np.abs(both.X[-1] - F1.X[-1]).max() > 1e-9:
+        return "a soft fixture moves the goal of a hard one"
+    return ""
+
+
+def _unit(v: Array) -> Array:
+    size = float(np.linalg.norm(v))
+    return np.asarray(v / size if size > 1e-9 else 0.0 * v)
+
+
+def _opponent(c: Combination, probe: Probe, priority: int) -> _core.Fixture:
+    """A soft spring fixture whose force is at 135 degrees to the gradient of the role's constraint."""
+    turns = ROLES[c.role].turns
+    z = probe.X[:3, 2]
+    a = probe.J[3:] if turns else probe.J[:3]
+    a = _unit(a - z * float(z @ a)) if turns else _unit(a)
+    side = _unit(np.cross(z if turns else np.eye(3)[int(np.argmin(np.abs(a)))], a))
+    n = (side - a) / np.sqrt(2.0)
+    law, policy, role = _core.GuidanceLawOptions(), _core.Policy(), _core.GuidanceRoleOptions()
+    law.K, law.K_turn, policy.priority, policy.rise = K, K_TURN, priority, QUICK
+    if turns:
+        axis = Rotation.from_rotvec(TWISTED * n).as_matrix() @ z
+        line = _core.LineGeometry(probe.X[:3, 3] - axis, probe.X[:3, 3] + axis, True)
+        return _core.Fixture("against", line, "orient", role, "spring", law, policy)
+    X = np.eye(4)
+    X[:3, 2] = n
+    X[:3, 0] = _unit(np.cross(n, np.eye(3)[int(np.argmin(np.abs(n)))]))
+    X[:3, 1] = np.cross(n, X[:3, 0])
+    X[:3, 3] = probe.X[:3, 3] + PRESSED * n
+    plane = _core.PlacedGeometry(_core.SurfaceGeometry(_core.Plane()), X)
+    return _core.Fixture("against", plane, "forbid", role, "spring", law, policy)
+
+
+#: Check by name of the policy.
+JUDGES: dict[str, Callable[[Combination, Probe], str]] = {
+    "soft": _soft,
+    "hard": _hard,
+    "part of the authority": _authority,
+    "hard, part of the authority": _authority,
+    "ramp by pedal": _pedal,
+    "ramp by distance": _distance,
+    "ramp by time": _time,
+    "ramp by force": _force,
+    "engages and releases": _engagement,
+    "first of two": _priority,
+}
