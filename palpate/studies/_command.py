@@ -1,7 +1,7 @@
-"""What the commands of all studies have in common: their options, and the way from the work to tables and files.
+"""Common base of all study commands: options, execution, and output of tables and files.
 
-A study is a folder: ``command.py`` holds its options (a `Study`, or a `SweepStudy` when it calls one function over a
-grid), ``work.py`` what it computes, ``words.py`` and ``figures.py`` how the result is shown.
+A study is a folder. ``command.py`` contains its options (a `Study`, or a `SweepStudy` if it evaluates a function over a
+grid), ``work.py`` its computation, and ``words.py`` and ``figures.py`` the presentation of the result.
 """
 
 from __future__ import annotations
@@ -24,27 +24,27 @@ from palpate.sweep.work import Function
 
 @dataclass(frozen=True)
 class Findings:
-    """What a study found."""
+    """Result of a study."""
 
     json: Any
-    """the documented contract of its ``--json``."""
+    """Content of ``--json``, a documented contract."""
     draw: Callable[[Path], Iterable[Path]]
-    """makes the pictures in a folder; their files."""
-    told: Sequence[RenderableType] = ()
-    """tables, and lines of text, for people."""
+    """Draws the pictures into a folder and returns their files."""
+    report: Sequence[RenderableType] = ()
+    """Tables and lines of text for the terminal."""
 
 
 @dataclass
 class Study:
-    """A study: work, tables, pictures, JSON, in this order. ``study`` is what each one adds."""
+    """Base class of a study command: computation, tables, pictures and JSON, in this order."""
 
     json: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Write the numbers as JSON (docs/json.md); - for the standard output."""
+    """Write the numbers as JSON to this file (docs/json.md); - for the standard output."""
     figures: Annotated[Path | None, arg(metavar="DIR")] = None
-    """Folder for the pictures; runs/study-NAME when left out."""
+    """Folder for the pictures; default: runs/study-NAME."""
 
     def study(self, console: Console) -> Findings:
-        """The work."""
+        """Compute the result of the study; every study implements this method."""
         raise NotImplementedError
 
     def __call__(self) -> int:
@@ -52,14 +52,14 @@ class Study:
         console, folder = console_for(self.json), self.figures or self.folder
         require_writable(self.json)
         make_folder(folder)
-        if find_spec("matplotlib") is None:  # told before the work, not after it
+        if find_spec("matplotlib") is None:  # reported before the computation starts
             raise MissingExtraError("what draws the pictures of a study", "report")
         findings = self.study(console)
-        for thing in findings.told:
-            if isinstance(thing, str):
-                say(console, thing)
+        for part in findings.report:
+            if isinstance(part, str):
+                say(console, part)
             else:
-                console.print(thing)
+                console.print(part)
         for file in findings.draw(folder):
             say(console, str(file), "picture")
         write_json(self.json, findings.json)
@@ -67,17 +67,17 @@ class Study:
 
     @property
     def name(self) -> str:
-        """Name of the study: that of its folder."""
+        """Name of the study, which is the name of its folder."""
         return type(self).__module__.removesuffix(".command").rpartition(".")[2]
 
     @property
     def folder(self) -> Path:
-        """Where its files go."""
+        """Default folder of the study's files."""
         return Path("runs") / f"study-{self.name}"
 
 
 class Sweeper(Protocol):
-    """``palpate.sweep.sweep`` with the choices of the command line already made."""
+    """``palpate.sweep.sweep`` with the options of the command line already bound."""
 
     def __call__(
         self,
@@ -89,27 +89,27 @@ class Sweeper(Protocol):
         where: Callable[[Point], bool] | None = None,
         labels: Mapping[str, Label] | None = None,
     ) -> Swept:
-        """One sweep of a study; a second one has a title of its own, which its files bear."""
+        """Run one sweep of a study; further sweeps need a title, which becomes part of their file names."""
         ...
 
 
 @dataclass
 class SweepStudy(Study):
-    """A study that is a sweep: on every core, on a Dask cluster, taken up again after a stop."""
+    """Base class of a study that runs a sweep on all cores or on a Dask cluster and can be resumed."""
 
     executor: Literal["local", "dask"] = "local"
-    """local: processes of this machine; dask: a Dask cluster. The numbers are the same."""
+    """local: processes of this machine; dask: a Dask cluster. Both compute identical numbers."""
     address: Annotated[str | None, arg(metavar="TCP://HOST:PORT")] = None
-    """Of an existing Dask scheduler; without it --executor dask makes a cluster on this machine."""
+    """Address of an existing Dask scheduler; without it, --executor dask starts a cluster on this machine."""
     workers: Annotated[int | None, arg(metavar="N")] = None
-    """Processes on this machine; one per core when left out."""
+    """Number of processes on this machine; default: one per core."""
     resume: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Journal to go on with, begun when it is not there. Without it a stopped study goes on by itself in its folder."""
+    """Journal to continue or to create; default: a journal in the study's folder, deleted when the study is done."""
     out: Annotated[Path | None, arg(metavar="FILE.nc")] = None
-    """Labelled results as NetCDF; runs/study-NAME/NAME.nc when left out."""
+    """NetCDF file for the labelled results; default: runs/study-NAME/NAME.nc."""
 
     def sweeper(self, console: Console) -> Sweeper:
-        """The sweep for this command; each one that is done is written as NetCDF."""
+        """The sweep function for this command; each finished sweep is written as NetCDF."""
 
         def run(
             fn: Function, grid: Mapping[str, Axis | Iterable[Any]], seed: int = 0, *, title: str = "", **more: Any
@@ -122,7 +122,7 @@ class SweepStudy(Study):
             try:
                 swept = self._swept(journal, fn, grid, seed, **more)
             except KeyboardInterrupt:
-                say(console, f"kept in {journal}: the same command goes on from there")
+                say(console, f"finished points are kept in {journal}: run the same command again to continue")
                 raise
             swept.to_netcdf(out)
             say(console, str(out), "data")
@@ -138,7 +138,7 @@ class SweepStudy(Study):
         except JournalError:
             if self.resume:
                 raise
-            journal.unlink()  # of another version, or of other options
+            journal.unlink()  # the journal belongs to another version or to other options
             return sweep(*args, **more)
 
 

@@ -62,7 +62,7 @@ def test_a_stopped_study_goes_on_by_itself(here, capsys, monkeypatch):
         with pytest.raises(KeyboardInterrupt):
             Study()()
     journal = here / "runs/study-test_command/test_command.journal"
-    assert f"kept in {journal.relative_to(here)}: the same command goes on from there" in capsys.readouterr().out
+    assert f"kept in {journal.relative_to(here)}: run the same command again to continue" in capsys.readouterr().out
     assert Study(seed=5)() == 0  # another sweep begins anew
     assert not journal.exists()
 

@@ -97,7 +97,7 @@ def test_a_rough_plant_holds_more_than_the_form_can_say(tmp_path):
 
 def test_mistakes_are_told(monkeypatch, tmp_path):
     monkeypatch.setenv("PALPATE_DATA", str(tmp_path))
-    with pytest.raises(RecordingError, match="no recordings to make a plant from"):
+    with pytest.raises(RecordingError, match="the recordings for the plants are missing"):
         drift.real_arms("mtmr")
     with pytest.raises(RecordingError, match="add --arm mtml or --arm mtmr"):
         Command(recordings=(tmp_path / "a.csv",), figures=tmp_path)()

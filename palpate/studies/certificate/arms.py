@@ -1,9 +1,8 @@
-"""The other half of ``palpate study certificate``: the arms of the scenes, in the whole simulation.
+"""Second part of ``palpate study certificate``: the arms of the scenes in the full simulation.
 
-The tool of a scene is pressed into a plane by the scene's simulated hand, with caps and passivity layer out of the way,
-and the stiffness is halved between one at which the handle comes to rest and one at which it does not. Once as the
-analysis sees the arm, without dry friction and counts; and once as it is, friction, counts and caps, at the stiffness
-that is certified: it has to rest. Simulated.
+The simulated hand of a scene presses the tool into a plane without force caps and passivity layer, and the stability
+limit is found by bisection. This run uses the model of the analysis, without dry friction and quantisation. A second
+run uses the complete arm with friction, quantisation and caps at the certified stiffness, where it must settle.
 """
 
 from __future__ import annotations
@@ -35,19 +34,19 @@ DAMPINGS = (0.0, 5.0)  # [N s/m]
 DELAYS = (0.0, 0.006)  # [s]
 _PRESS, _QUICK, _SECONDS = 1.0, 0.08, 4.0  # [N], [s], [s]
 _GAP = 0.002  # between the tool and the plane at the start [m]
-_WATCHED, _WINDOWS = 0.4, 6  # the last 60 % of a run, in so many parts
-_DECAYED, _UNFELT = 0.98, 2e-5  # from one to the next; amplitude of the handle that counts as rest [m]
+_WATCHED, _WINDOWS = 0.4, 6  # start of the evaluated part of a run, and number of its windows
+_DECAYED, _UNFELT = 0.98, 2e-5  # largest amplitude ratio of successive windows; amplitude that counts as rest [m]
 _FINE = 1.005
 
 
 def run(sweep: Sweeper) -> list[Walled]:
-    """Every arm, direction, damping and delay."""
+    """Results of all arms, directions, dampings and delays."""
     grid = {"scene": SCENES, "normal": range(len(NORMALS)), "B": DAMPINGS, "delay": DELAYS}
     return cast(list[Walled], sweep(judged, grid, title="arms").rows())
 
 
 def judged(point: Point, seed: int) -> dict[str, float]:
-    """Predicted and simulated limit of one of them, and whether the arm as it is rests at what is certified."""
+    """Predicted and simulated limit of one case, and whether the complete arm oscillates at the certified stiffness."""
     rig, n_W, B = _rig(point), np.array(NORMALS[point["normal"]]), point["B"]
     with threadpool_limits(1):
         predicted, w = limit(rig, n_W, B)
@@ -64,14 +63,14 @@ def _rig(point: Point) -> Rig:
 
 
 def limit(rig: Rig, n_W: Array, B: float) -> tuple[float, float]:
-    """Largest stable stiffness along n_W (3,) where the pressed arm comes to rest [N/m], and its frequency [rad/s]."""
+    """Largest stable stiffness along n_W (3,) in the pose of the pressed arm [N/m], and its frequency [rad/s]."""
     _, q = _press(rig, n_W, 100.0, B, ideal=True)
     o = rig.options()
     return HeldLeader(rig.arms.leader, q, o, o.hand).loop(rig.arms.X_WL[:3, :3].T @ n_W).K_max(B)
 
 
 def swings(rig: Rig, n_W: Array, K: float, B: float, ideal: bool = True) -> bool:
-    """Does the handle, pressed into the plane, not come to rest? Is its motion not quieter from window to window?"""
+    """True if the pressed handle does not settle: its amplitude does not decay from window to window."""
     x, _ = _press(rig, n_W, K, B, ideal)
     windows = np.array_split(x[round(_WATCHED * len(x)) :], _WINDOWS)
     size = [0.5 * float(np.ptp(part)) for part in windows]
@@ -79,7 +78,7 @@ def swings(rig: Rig, n_W: Array, K: float, B: float, ideal: bool = True) -> bool
 
 
 def _press(rig: Rig, n_W: Array, K: float, B: float, ideal: bool) -> tuple[Array, Array]:
-    """Way of the handle along n_W at each tick [m], and the joints at the end."""
+    """Position of the handle along n_W at each tick [m], and the joint positions at the end."""
     walled = build(_walled(rig, n_W, K, B, ideal))
     o, leader = walled.options(), walled.arms.leader
     if ideal:
@@ -92,7 +91,7 @@ def _press(rig: Rig, n_W: Array, K: float, B: float, ideal: bool) -> tuple[Array
 
 
 def _walled(rig: Rig, n_W: Array, K: float, B: float, ideal: bool) -> Scene:
-    """The scene with a plane under its tool, and a hand that presses into it and stays."""
+    """The scene with a plane below its tool, and a hand that presses the tool into the plane and holds it there."""
     data = yaml.safe_load(rig.resolved_yaml(absolute=True))
     tip = (rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0))[:3, 3]
     top = tip - n_W * (rig.scene.contact.radius + _GAP)
@@ -106,7 +105,7 @@ def _walled(rig: Rig, n_W: Array, K: float, B: float, ideal: bool) -> Scene:
     stays = [{"t": t, "xyz": goal} for t in (0.2 + _QUICK, 100.0)]
     data["operator"] = {key: data["operator"][key] for key in ("mass", "damping", "stiffness")}
     data["operator"] |= {"path": rest + stays, "grip_force_max": 500.0}
-    data["stability"]["passivity"] = "off"  # it would hold what swings
+    data["stability"]["passivity"] = "off"  # the passivity layer would damp the oscillation
     if ideal:
         data["stability"] |= {"force_cap": 1e3, "rate_cap": 1e6, "moment_cap": 1e2, "moment_rate_cap": 1e5}
     else:
@@ -115,7 +114,7 @@ def _walled(rig: Rig, n_W: Array, K: float, B: float, ideal: bool) -> Scene:
 
 
 def table(rows: list[Walled]) -> Table:
-    """Agreement by arm."""
+    """Predicted and simulated limits by arm."""
     out = Table(box=None, pad_edge=False, title="arms of the scenes, whole simulation", title_justify="left")
     for column in ("scene", "normal", "delay", "B", "predicted", "simulated", "error", "certified, as it is"):
         out.add_column(column, justify="left" if column in ("scene", "normal") else "right")

@@ -19,9 +19,9 @@ class Command(SweepStudy):
     """
 
     devices: int = 1000
-    """How many [-]."""
+    """Number of random devices [-]."""
     seed: int = 1
-    """Of all that is random; the same seed gives the same devices [-]."""
+    """Seed of the random devices; the same seed gives the same devices [-]."""
 
     def study(self, console: Console) -> Findings:
         """Do the work."""
@@ -31,6 +31,6 @@ class Command(SweepStudy):
         sweep = self.sweeper(console)
         rows = sweep(work.judged, {"device": range(self.devices)}, self.seed, title="devices").rows()
         walls = arms.run(sweep)
-        told = work.summary(rows)
-        values = {"simulated": True, "seed": self.seed, **told, "devices": rows, "arms": walls}
-        return Findings(values, lambda folder: [draw(rows, folder)], [work.table(told), arms.table(walls)])
+        summary = work.summary(rows)
+        values = {"simulated": True, "seed": self.seed, **summary, "devices": rows, "arms": walls}
+        return Findings(values, lambda folder: [draw(rows, folder)], [work.table(summary), arms.table(walls)])

@@ -25,14 +25,14 @@ _DAMPINGS = (0.0, 4.0, 8.0, 14.0, 20.0, 26.0)  # [N s/m]
 
 
 def draw(rows: Rows, folder: Path) -> Path:
-    """Draw it into ``folder``; the file."""
+    """Draw the picture into ``folder``; returns the file."""
     path = folder / "certificate.png"
     png(lambda canvas: picture(rows, canvas), path)
     return path
 
 
 def picture(rows: Rows, canvas: Canvas) -> Figure:
-    """Scatter, its disagreement, and the boundary of one device with several delays."""
+    """Predicted over simulated limits, their relative error, and the boundary of one device with several delays."""
     figure = Figure(figsize=(canvas.width, 4.0), layout="constrained")
     grid = figure.add_gridspec(2, 3, width_ratios=[1.0, 0.8, 1.25])
     _scatter(figure.add_subplot(grid[:, 0]), rows)
@@ -66,11 +66,11 @@ def _errors(axes: Axes, rows: Rows) -> None:
 
 
 def _classical(axes: Axes, rows: Rows) -> None:
-    """How much of the simulated limit the classical bounds use."""
+    """Ratio of the classical bounds to the simulated limit."""
     names = {"colgate_brown_with_hand": "passive, hand's damping counted", "abbott_okamura": "Abbott and Okamura"}
-    for (name, told), color in zip(names.items(), (INK, JOINTS[2]), strict=True):
+    for (name, label), color in zip(names.items(), (INK, JOINTS[2]), strict=True):
         share = np.array([row[f"{name}_N_per_m"] / row["simulated_N_per_m"] for row in rows])
-        axes.plot(np.sort(share), np.linspace(0, 100, len(share)), color=color, label=told)
+        axes.plot(np.sort(share), np.linspace(0, 100, len(share)), color=color, label=label)
     axes.set(xscale="symlog", xlabel="classical bound / simulated limit [-]", ylabel="devices below [%]")
     axes.set_xscale("symlog", linthresh=0.1)
     axes.set_xlim(0.0, 1e3)

@@ -1,4 +1,4 @@
-"""What ``palpate study certificate`` finds. The keys are the documented contract of ``--json`` (docs/json.md)."""
+"""Result of ``palpate study certificate``. The keys are the documented contract of ``--json`` (docs/json.md)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TypedDict
 
 
 class Summary(TypedDict):
-    """Agreement over all devices."""
+    """Summary of the agreement over all devices."""
 
     count: int
     median_error: float

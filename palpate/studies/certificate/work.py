@@ -14,19 +14,19 @@ from palpate.hands import Hand
 from palpate.studies.certificate.result import Row, Summary
 from palpate.sweep.grid import Point
 
-WITHIN = 0.05  # agreement that is asked for
-_THROWS = 40  # disturbances at each stiffness of the judge's search
-_GAINS = (1.0, 0.9, 0.7, 0.4)  # of what is certified stable, tried afterwards
-_TRIES = 20  # disturbances at each of these
+WITHIN = 0.05  # required relative agreement
+_THROWS = 40  # disturbances per stiffness in the search for the simulated limit
+_GAINS = (1.0, 0.9, 0.7, 0.4)  # tested stiffness as fractions of the certified stiffness
+_TRIES = 20  # disturbances per certified stiffness
 _FINE = 1.003
 _PRESSES = (0.2, 10.0)  # [N]
 
 
 def drawn(seed: int) -> tuple[Device, float]:
-    """A random device with one hand, and the damping of its wall [N s/m]: what desktop devices and masters have."""
+    """A random device with one hand, in the range of desktop devices and masters, and a wall damping [N s/m]."""
     rng = np.random.default_rng(seed)
 
-    def between(low: float, high: float) -> float:  # evenly in the logarithm
+    def between(low: float, high: float) -> float:  # log-uniform
         return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
     hand = Hand("random", between(0.03, 0.8), between(1.0, 25.0), between(30.0, 1000.0))
@@ -40,7 +40,7 @@ def drawn(seed: int) -> tuple[Device, float]:
 
 
 def judged(point: Point, seed: int) -> dict[str, float]:
-    """One device: predicted and simulated limit, and how many certified gains oscillate."""
+    """Predicted and simulated limit of one device, and the number of certified stiffnesses that oscillate."""
     device, B = drawn(seed)
     certificate = certify_device(device, B=B)
     rng = np.random.default_rng([seed, 1])
@@ -48,9 +48,9 @@ def judged(point: Point, seed: int) -> dict[str, float]:
     broken = sum(
         oscillates(device, share * certificate.k_sure, B, _TRIES, rng) for share in _GAINS if certificate.k_sure > 0
     )
-    told = {f"{name}_SI": float(getattr(device, name)) for name in _DRAWN}
-    told |= {f"hand_{name}_SI": float(getattr(device.hands[0], name)) for name in ("mass", "damping", "stiffness")}
-    return told | {
+    numbers = {f"{name}_SI": float(getattr(device, name)) for name in _DRAWN}
+    numbers |= {f"hand_{name}_SI": float(getattr(device.hands[0], name)) for name in ("mass", "damping", "stiffness")}
+    return numbers | {
         "B_N_s_per_m": B, "predicted_N_per_m": certificate.k_max, "linear_N_per_m": certificate.k_linear,
         "simulated_N_per_m": simulated, "error": certificate.k_max / simulated - 1.0, "certified_broken": float(broken),
         **{f"{name}_N_per_m": bound for name, bound in certificate.bounds.items()},
@@ -61,7 +61,7 @@ _DRAWN = ("mass", "damping", "rate", "delay", "filter", "quantum", "friction")
 
 
 def simulated_limit(device: Device, B: float, near: float, rng: np.random.Generator) -> float:
-    """The stiffness below which random disturbances die away, by halving [N/m]."""
+    """The stiffness below which random disturbances decay, by bisection [N/m]."""
     low, high = 0.03 * near, 3.0 * near
     if oscillates(device, low, B, _THROWS, rng):
         return 0.0
@@ -74,9 +74,9 @@ def simulated_limit(device: Device, B: float, near: float, rng: np.random.Genera
 
 
 def oscillates(device: Device, K: float, B: float, throws: int, rng: np.random.Generator) -> bool:
-    """Does any of so many random disturbances, no faster than a tap, leave an oscillation?
+    """True if any of ``throws`` random disturbances leaves an oscillation.
 
-    A disturbance is a press, a place and a speed: together as much energy in the spring as a tap of `TAP` has, or less.
+    A disturbance is a press with an initial position and speed; its energy is at most that of a tap of speed `TAP`.
     """
     hand = device.hands[0]
     w = np.sqrt((K + hand.stiffness) / (device.mass + hand.mass))
@@ -101,7 +101,7 @@ def _stays(axis: _core.Axis, still: float, duration: float, x0: float, v0: float
 
 
 def summary(rows: list[Row]) -> Summary:
-    """Agreement over all devices."""
+    """Summarise the agreement over all devices."""
     error = np.array([row["error"] for row in rows])
     linear = np.array([row["linear_N_per_m"] / row["simulated_N_per_m"] - 1.0 for row in rows])
     return {
@@ -113,16 +113,16 @@ def summary(rows: list[Row]) -> Summary:
     }  # fmt: skip
 
 
-def table(told: Summary) -> Table:
-    """The summary, told."""
+def table(summary: Summary) -> Table:
+    """The summary as a table for a terminal."""
     out = Table(box=None, pad_edge=False, show_header=False, title="largest stable stiffness", title_justify="left")
     for name, value in (
-        ("devices", f"{told['count']:.0f}"),
-        ("median disagreement", f"{100 * told['median_error']:.2f} %"),
-        ("largest", f"{100 * told['largest_error']:.1f} %"),
-        (f"within {100 * WITHIN:.0f} %", f"{100 * told['share_within']:.1f} % of the devices"),
-        ("without friction, counts, bounces", f"{100 * told['linear_median_error']:.2f} % median disagreement"),
-        ("certified gains that oscillate", f"{told['certified_broken']:.0f} of {told['certified_gains']:.0f}"),
+        ("devices", f"{summary['count']:.0f}"),
+        ("median disagreement", f"{100 * summary['median_error']:.2f} %"),
+        ("largest", f"{100 * summary['largest_error']:.1f} %"),
+        (f"within {100 * WITHIN:.0f} %", f"{100 * summary['share_within']:.1f} % of the devices"),
+        ("without friction, counts, bounces", f"{100 * summary['linear_median_error']:.2f} % median disagreement"),
+        ("certified gains that oscillate", f"{summary['certified_broken']:.0f} of {summary['certified_gains']:.0f}"),
     ):
         out.add_row(name, value)
     return out

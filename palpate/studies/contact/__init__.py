@@ -1,5 +1,5 @@
-"""``palpate study contact``: every method over every shape that is known exactly, judged against F = k (r - phi) n.
+"""``palpate study contact``: all contact methods on analytic shapes, compared with the exact force F = k (r - phi) n.
 
-Prescribed tool paths, no hand and no arm: what is measured is the contact method alone. What the
-figures mean is in docs/contact-methods.md.
+The tool follows prescribed paths without hand and arm, so the result depends on the contact method alone.
+docs/contact-methods.md explains the figures.
 """

@@ -21,7 +21,7 @@ class Command(SweepStudy):
     """
 
     large: bool = False
-    """Meshes of a million triangles as well."""
+    """Also measure meshes of a million triangles."""
 
     def study(self, console: Console) -> Findings:
         """Do the work."""

@@ -19,7 +19,7 @@ from palpate.studies.contact.result import Found, Row
 
 PALETTE = ("#1f6f8b", "#b58900", "#4f8f4f", "#c8453b", "#8767a8", "#8b98a3", "#d98cb3", "#8a6a4f")
 COLORS = dict(zip(_core.contact_methods(), cycle(PALETTE), strict=False))
-MARKERS = "os^Dv*Xp"  # of the shapes
+MARKERS = "os^Dv*Xp"  # one marker per shape
 LEAST = 0.003  # smallest direction error drawn [deg]
 Shown = Literal["step_deg", "artefacts", "energy_mJ"]
 
@@ -41,7 +41,7 @@ def draw(result: Found, folder: Path) -> list[Path]:
 
 
 def penetration(result: Found, canvas: Canvas) -> Figure:
-    """Direction error against how deep the sphere is in; a cross where a method lets go or flips for good."""
+    """Direction error over the penetration; a cross marks where a method permanently loses or flips the force."""
     rows = [r for r in result["rows"] if r["path"] == "penetration"]
     shapes = list(dict.fromkeys(r["shape"] for r in rows))
     figure = Figure(figsize=(canvas.width, 5.6), layout="constrained")
@@ -66,7 +66,7 @@ def penetration(result: Found, canvas: Canvas) -> Figure:
 
 
 def _depth_curve(axes: Axes, method: str, rows: list[Row]) -> None:
-    """Its error where it mostly gives a force; then it ends with a cross."""
+    """Plot a method's error where it mostly gives a force; a cross marks the end of this range."""
     rows = sorted(rows, key=lambda r: r["penetration_mm"])
     held = [r for r in rows if r["direction_median_deg"] < 180.0]
     x = [r["penetration_mm"] for r in held]
@@ -78,7 +78,7 @@ def _depth_curve(axes: Axes, method: str, rows: list[Row]) -> None:
 
 
 def approach(result: Found, canvas: Canvas) -> Figure:
-    """Direction error against the angle of approach, the median over places and headings."""
+    """Direction error over the angle of approach, median over places and headings."""
     rows = [r for r in result["rows"] if r["path"] == "approach"]
     shapes = list(dict.fromkeys(r["shape"] for r in rows))[:3]
     figure = Figure(figsize=(canvas.width, 3.4), layout="constrained")
@@ -98,7 +98,7 @@ def approach(result: Found, canvas: Canvas) -> Figure:
 
 
 def slide(result: Found, canvas: Canvas) -> Figure:
-    """The shallow slide: largest step of direction, artefacts, net work, one mark per shape; and time by mesh size."""
+    """Shallow slide: largest direction step, artefacts and net work with one mark per shape; time by mesh size."""
     rows = [r for r in result["rows"] if r["path"] == "shallow"]
     figure = Figure(figsize=(canvas.width, 3.9), layout="constrained")
     step, count, work, time = figure.subplots(1, 4, width_ratios=[1, 1, 1, 1.1])
@@ -112,7 +112,7 @@ def slide(result: Found, canvas: Canvas) -> Figure:
                 y = i + 0.3 * (k - (len(finest) - 1) / 2) / max(1, len(finest) - 1) * 2
                 mark = MARKERS[shapes.index(r["shape"])]
                 axes.plot(max(r[key], least), y, mark, ms=4, color=COLORS[method])
-                if key == "step_deg" and i == 0:  # the exact force turns as well
+                if key == "step_deg" and i == 0:  # steps of the exact force
                     axes.plot(max(r["true_step_deg"], least), y, mark, ms=7, mew=0.7, mfc="none", mec=INK)
         axes.set_yticks(range(len(methods)), methods if axes is step else [""] * len(methods))
         axes.set_ylim(len(methods) - 0.5, -0.5)
@@ -140,7 +140,7 @@ def slide(result: Found, canvas: Canvas) -> Figure:
 
 
 def planes(result: Found, canvas: Canvas) -> Figure:
-    """Normal error of grown planes: against the spread of their points, one panel for each noise."""
+    """Normal error of grown planes over the spread of their points, one panel per noise."""
     rows = result["planes"]
     noises = sorted({r["noise_um"] for r in rows})
     figure = Figure(figsize=(canvas.width, 3.2), layout="constrained")
@@ -152,7 +152,7 @@ def planes(result: Found, canvas: Canvas) -> Figure:
             x, y = [r["spread_mm"] for r in mine], [r["direction_median_deg"] for r in mine]
             axes.loglog(x, y, "-o", ms=3, color=JOINTS[i], label=f"{n} points")
         spread = np.array(sorted({r["spread_mm"] for r in rows}))
-        # Least squares tilt by sigma / (s sqrt n) about each axis, s = spread / 4 of a disc; the median of a Rayleigh.
+        # Least squares: tilt sigma / (s sqrt n) about each axis, s = spread / 4 of a disc; median of a Rayleigh law.
         n = max(r["points"] for r in rows)
         law = np.degrees(np.arctan(np.sqrt(2 * np.log(2)) * noise * 1e-3 / (spread / 4) / np.sqrt(n)))
         axes.loglog(spread, law, color=INK, lw=0.8, ls=(0, (4, 3)), label=f"noise alone, {n} points")
@@ -172,7 +172,7 @@ def _methods(rows: Iterable[Row]) -> list[str]:
 
 
 def _finest(rows: list[Row]) -> list[Row]:
-    """Of each shape its finest mesh."""
+    """The rows of the finest mesh of each shape."""
     shapes = dict.fromkeys(r["shape"] for r in rows)
     return [max((r for r in rows if r["shape"] == s), key=lambda r: r["triangles"]) for s in shapes]
 

@@ -1,4 +1,4 @@
-"""What ``palpate study contact`` finds. The keys are the documented contract of ``--json`` (docs/json.md)."""
+"""Result of ``palpate study contact``. The keys are the documented contract of ``--json`` (docs/json.md)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from palpate.contact.judging import Judged
 
 
 class Measured(Judged):
-    """One method along one way over one mesh."""
+    """Result of one method along one path over one mesh."""
 
     triangles: int
     path: str
@@ -17,19 +17,19 @@ class Measured(Judged):
 
 
 class Row(Measured):
-    """The same, with the shape and the method that the sweep asked for."""
+    """A result with the shape and the method of the sweep's point."""
 
     shape: str
     method: str
 
 
 class Plane(TypedDict):
-    """Planes grown through noisy points: their normals."""
+    """Normals of planes grown through noisy points."""
 
     points: int
     spread_mm: float
     noise_um: float
-    refused: float  #: share of the planes
+    refused: float  #: fraction of the planes
     direction_median_deg: float | None
     direction_p95_deg: float | None
 

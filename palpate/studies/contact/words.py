@@ -1,4 +1,4 @@
-"""What ``palpate study contact`` says: the slides of each method over its finest mesh."""
+"""Terminal output of ``palpate study contact``: the slides of each method over the finest meshes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from palpate.studies.contact.result import Row
 
 
 def table(rows: Iterable[Row]) -> Table:
-    """The slides: for each method, path and shape its finest mesh, figures of the bench."""
+    """Table of the slides by method, path and shape on the finest mesh, with the figures of the benchmark."""
     slides = [r for r in rows if r["path"] in PATHS]
     finest = {
         shape: max(r["triangles"] for r in slides if r["shape"] == shape) for shape in {r["shape"] for r in slides}

@@ -23,24 +23,24 @@ from palpate.sweep import Axis, sweep
 from palpate.sweep.grid import Point
 
 TRIANGLES, LARGE = (1_000, 10_000, 100_000), 1_000_000
-SWEPT = 10_000  # triangles of the sweeps over penetration and approach
+SWEPT = 10_000  # triangles of the meshes for penetration and approach
 PENETRATIONS = (0.25e-3, 0.5e-3, 1e-3, 1.5e-3, 1.9e-3, 2.5e-3, 3e-3, 3.5e-3, 3.9e-3, 4.5e-3, 6e-3)  # r - phi [m]
-APPROACHES = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0)  # of the path to the surface's normal [deg]
-PLACES = 8  # and headings per angle of approach
-SPEED, PRESSED = 0.05, 1e-3  # of an approach [m/s]; r - phi where it ends [m]
-POINTS, SPREADS = (3, 4, 6, 9, 15), (0.1e-3, 0.2e-3, 0.4e-3, 0.8e-3, 1.6e-3)  # of a grown plane; across [m]
-NOISES, DRAWS = (1e-6, 10e-6, 100e-6), 400  # of its points [m]; planes grown for each figure
+APPROACHES = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0)  # angles of the path to the surface's normal [deg]
+PLACES = 8  # number of places and headings per angle of approach
+SPEED, PRESSED = 0.05, 1e-3  # speed of an approach [m/s]; r - phi at its end [m]
+POINTS, SPREADS = (3, 4, 6, 9, 15), (0.1e-3, 0.2e-3, 0.4e-3, 0.8e-3, 1.6e-3)  # points of a grown plane; diameters [m]
+NOISES, DRAWS = (1e-6, 10e-6, 100e-6), 400  # noise of the points [m]; planes per figure
 
 
 class UpperFace(Box):
-    """A box or plate for one who presses on its upper face: right however deep, and wherever the bottom is."""
+    """A box or plate that is pressed on its upper face; the reference is valid at any depth, even below the bottom."""
 
     def distance(self, points: Array) -> tuple[Array, Array]:
-        """To the face's plane."""
+        """Signed distance (n,) [m] to the plane of the face, and its normals (n, 3)."""
         return points[:, 2] - self.half[2], np.tile([0.0, 0.0, 1.0], (len(points), 1))
 
     def curve(self, s: Array, offset: float) -> Array:
-        """A loop over the face, whether below or above it."""
+        """A loop (n, 3) above or below the face at the distance ``offset`` [m]."""
         return np.asarray(super().curve(s, -1.0) + np.array([0.0, 0.0, 1.0 + offset]))
 
 
@@ -53,8 +53,8 @@ def run(
     shapes: Iterable[str] = tuple(SHAPES),
     methods: Iterable[str] = tuple(_core.contact_methods()),
 ) -> Found:
-    """Everything measured: ``rows`` of the methods and ``planes`` grown through points."""
-    tabled, path = set(triangles), {name: way.path for name, way in ways().items()}
+    """All results: ``rows`` of the methods and ``planes`` grown through points."""
+    tabled, path = set(triangles), {name: motion.path for name, motion in motions().items()}
     grid = {
         "shape": Axis(shapes),
         "size": Axis(sorted({*tabled, SWEPT}), "", "triangles asked for"),
@@ -69,66 +69,66 @@ def run(
     return {"rows": cast(list[Row], rows), "planes": list(grown_planes())}
 
 
-class Way(NamedTuple):
-    """How a tool goes over a shape."""
+class ToolMotion(NamedTuple):
+    """A prescribed motion of the tool over a shape."""
 
     path: str
-    """``shallow`` or ``deep`` as in the bench, ``penetration`` or ``approach``."""
+    """``shallow`` or ``deep`` as in the benchmark, ``penetration`` or ``approach``."""
     penetration: float
-    """r - phi of the slide or of the rest [m]."""
+    """r - phi during the slide or at the end of the approach [m]."""
     approach: float = 0.0
-    """to the surface's normal [deg]."""
+    """Angle of the approach to the surface's normal [deg]."""
     place: int = 0
 
 
-def ways() -> dict[str, Way]:
-    """All of them, by name."""
-    slides = {name: Way(name, RADIUS - PATHS[name][0]) for name in ("shallow", "deep")}
-    deeper = {f"penetration {1e3 * depth:g} mm": Way("penetration", depth) for depth in PENETRATIONS}
-    straight = [Way("approach", PRESSED, degrees, k) for degrees in APPROACHES for k in range(PLACES)]
-    return slides | deeper | {f"approach {way.approach:g} deg, place {way.place}": way for way in straight}
+def motions() -> dict[str, ToolMotion]:
+    """All motions by name."""
+    slides = {name: ToolMotion(name, RADIUS - PATHS[name][0]) for name in ("shallow", "deep")}
+    deeper = {f"penetration {1e3 * depth:g} mm": ToolMotion("penetration", depth) for depth in PENETRATIONS}
+    straight = [ToolMotion("approach", PRESSED, degrees, k) for degrees in APPROACHES for k in range(PLACES)]
+    return slides | deeper | {f"approach {m.approach:g} deg, place {m.place}": m for m in straight}
 
 
 def experiment(point: Point, seed: int) -> Measured:
-    """One method along one way over one mesh; nothing in it is random."""
-    way = ways()[point["way"]]
-    mesh, (judging, path) = _mesh(point["shape"], point["size"]), _path(point["shape"], way)
+    """Measure one method along one path over one mesh; the experiment is deterministic."""
+    motion = motions()[point["way"]]
+    mesh, (judging, path) = _mesh(point["shape"], point["size"]), _path(point["shape"], motion)
     return {
         "triangles": mesh.triangle_count,
-        "path": way.path,
-        "penetration_mm": way.penetration * 1e3,
-        "approach_deg": way.approach,
+        "path": motion.path,
+        "penetration_mm": motion.penetration * 1e3,
+        "approach_deg": motion.approach,
         **judge(mesh, judging, path, point["method"]),
     }
 
 
 @lru_cache(2)
 def _mesh(shape: str, triangles: int) -> _core.Mesh:
-    with warnings.catch_warnings():  # wavy sheet and groove are open, and meant to be
+    with warnings.catch_warnings():  # the open meshes of wavy sheet and groove are intended
         warnings.simplefilter("ignore", PalpateWarning)
         return Mesh(*SHAPES[shape].mesh(triangles), name=shape).core
 
 
 @lru_cache(2)
-def _path(name: str, way: Way) -> tuple[Shape, ToolPath]:
-    """The judge, and the samples."""
+def _path(name: str, motion: ToolMotion) -> tuple[Shape, ToolPath]:
+    """The reference shape and the sampled tool path."""
     shape = SHAPES[name]
-    if way.path == "approach":
-        return shape, next(islice(approaches(shape, way.approach), way.place, None))
-    if way.path == "penetration":
+    if motion.path == "approach":
+        return shape, next(islice(approaches(shape, motion.approach), motion.place, None))
+    if motion.path == "penetration":
         pressed = PRESSED_FROM_ABOVE.get(name, shape)
-        return pressed, _first_seconds(tool_path(pressed, RADIUS - way.penetration, SPEED, RADIUS), 4.0)
-    return shape, tool_path(shape, *PATHS[way.path], RADIUS)
+        return pressed, _first_seconds(tool_path(pressed, RADIUS - motion.penetration, SPEED, RADIUS), 4.0)
+    return shape, tool_path(shape, *PATHS[motion.path], RADIUS)
 
 
-def _first_seconds(way: ToolPath, seconds: float) -> ToolPath:
-    """The beginning of its slide."""
-    end = way.steady.start + round(seconds * RATE)
-    return ToolPath(way.tips[:end], slice(way.steady.start, end))
+def _first_seconds(path: ToolPath, seconds: float) -> ToolPath:
+    """The path up to the first ``seconds`` [s] of its slide."""
+    end = path.steady.start + round(seconds * RATE)
+    return ToolPath(path.tips[:end], slice(path.steady.start, end))
 
 
 def approaches(shape: Shape, degrees: float) -> Iterator[ToolPath]:
-    """Straight in at an angle to the surface's normal, a rest where r - phi = ``PRESSED``; at several places."""
+    """Straight approaches at an angle to the normal with a rest at r - phi = ``PRESSED``, at several places."""
     for i in range(PLACES):
         end = shape.curve(np.array([0.13 + i / PLACES]), RADIUS - PRESSED)
         normal = shape.distance(end)[1][0]
@@ -136,16 +136,16 @@ def approaches(shape: Shape, degrees: float) -> Iterator[ToolPath]:
         side /= np.linalg.norm(side)
         a = np.radians(degrees)
         back = np.cos(a) * normal + np.sin(a) * side
-        length = (PRESSED + 2e-3) / np.cos(a)  # from well outside
+        length = (PRESSED + 2e-3) / np.cos(a)  # starts 2 mm outside
         samples = round(length / SPEED * RATE) + 2
-        way = end + back * np.linspace(length, 0.0, samples)[:, None]
+        inward = end + back * np.linspace(length, 0.0, samples)[:, None]
         rest = np.tile(end, (60, 1))
         out = end + back * np.linspace(0.0, length, samples)[:, None]
-        yield ToolPath(np.vstack([way, rest, out]), slice(samples + 10, samples + 60))
+        yield ToolPath(np.vstack([inward, rest, out]), slice(samples + 10, samples + 60))
 
 
 def grown_planes(seed: int = 0) -> Iterator[Plane]:
-    """Normal of the plane through points of the 30 mm sphere, with noise: against their number and spread."""
+    """Normal errors of planes through noisy points of the 30 mm sphere, by number and spread of the points."""
     rng, shape = np.random.default_rng(seed), SHAPES["sphere"]
     up = np.array([0.0, 0.0, 1.0])
     for noise in NOISES:

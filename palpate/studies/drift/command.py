@@ -22,15 +22,15 @@ class Command(SweepStudy):
       palpate study drift --json drift.json --figures docs/images
       palpate study drift my_poses.csv --arm mtml
 
-    Without recordings the three arms of PALPATE_DATA are taken (docs/calibrate.md).
+    Without recordings, the study uses the three arms of PALPATE_DATA (docs/calibrate.md).
     """
 
     recordings: Positional[tuple[Path, ...]] = ()
-    """Static recordings of one arm: its plant is made from them all."""
+    """Static recordings of one arm, from which its plant is identified."""
     arm: Literal["mtml", "mtmr"] | None = None
-    """Which arm was recorded; without recordings, only those of this side."""
+    """Recorded arm; without recordings, only the arms of this side are studied."""
     releases: int = RELEASES
-    """Poses the arm is released from."""
+    """Number of poses from which the arm is released."""
 
     def study(self, console: Console) -> Findings:
         """Do the work."""
@@ -50,5 +50,5 @@ class Command(SweepStudy):
         if not self.recordings:
             return real_arms(self.arm)
         if self.arm is None:
-            raise RecordingError("which arm was recorded is not said", mend="add --arm mtml or --arm mtmr")
+            raise RecordingError("the recorded arm is not specified", mend="add --arm mtml or --arm mtmr")
         return [Recorded(self.recordings[0].stem, self.arm, self.recordings)]

@@ -16,18 +16,18 @@ from palpate.studies.drift.work import FORMS
 
 COLOURS = dict(zip(FORMS, JOINTS, strict=False))
 STYLES = dict(zip(PLANTS, ("-", (0, (4, 2))), strict=True))
-_SMALLEST = 0.1  # [mm] what moves less is drawn there
+_SMALLEST = 0.1  # smaller drifts are drawn at this value [mm]
 
 
 def draw(found: Found, folder: Path) -> Path:
-    """Draw it into ``folder``; the file."""
+    """Draw the picture into ``folder``; returns the file."""
     path = folder / "drift.png"
     png(lambda canvas: picture(found, canvas), path)
     return path
 
 
 def picture(found: Found, canvas: Canvas) -> Figure:
-    """A panel per arm: the share of releases that drifts no farther."""
+    """One panel per arm with the cumulative distribution of the drift."""
     arms = [arm["arm"] for arm in found["arms"]]
     figure = Figure(figsize=(canvas.width, 3.6), layout="constrained")
     panels = np.atleast_1d(figure.subplots(1, len(arms), sharey=True))

@@ -1,4 +1,4 @@
-"""The simulated arms of ``palpate study drift``: held as recorded ones are, sampled, and let go of."""
+"""The simulated arms of ``palpate study drift``: identification from recordings, sampling and release."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from palpate.identify.recordings import Static, on_levels, read_static
 PLANTS = ("as identified", "rough")
 TIME = 2.0  # [s]
 
-_DT, _SUBSTEPS = 1e-3, 2  # of the controller [s]; plant steps in it
-_AT_REST = 30  # cycles without any motion: it stays
-_UNKNOWN = 0.5  # size of that over what recordings leave unexplained, where no +/- grids tell it
+_DT, _SUBSTEPS = 1e-3, 2  # period of the controller [s]; plant steps per period
+_AT_REST = 30  # cycles without motion after which the arm counts as resting
+_UNKNOWN = 0.5  # assumed systematic fraction of the fit's residual if no grids in both directions were recorded
 _CENTRES = 100
-#: Lengths [rad] of potentials of all six joints, as no controller's form has them, and the joints they pull most at.
+#: Length scales [rad] of potentials of all six joints, which no controller's model contains, and their main joints.
 _BEYOND = (
     ((0.6, 0.25, 0.3, 6.0, 6.0, 6.0), slice(0, 3)),
     ((3.0, 1.5, 1.5, 1.5, 2.0, 1.0), slice(3, 6)),
@@ -37,39 +37,39 @@ _BEYOND = (
 
 @dataclass(frozen=True)
 class Plant:
-    """A simulated arm that is held as the recorded one."""
+    """A simulated arm with the holding torques of a recorded one."""
 
     arm: Arm
     coulomb: Array  # (n,) dry friction of the joints [N m]
-    motors: Array  # (n, 1) of the motors: what recordings of it show [N m]
-    noise: Array  # (n,) of recordings [N m]
-    measured: NDArray[np.bool_]  # (n,) joints whose torque they know
-    poses: Array  # (k, n) where it was recorded [rad]
-    beyond: Array  # (n,) rms of what the controller's form cannot say [N m]
+    motors: Array  # (n, 1) friction of the motors in recordings [N m]
+    noise: Array  # (n,) torque noise of recordings [N m]
+    measured: NDArray[np.bool_]  # (n,) joints with a recorded torque
+    poses: Array  # (k, n) recorded poses [rad]
+    beyond: Array  # (n,) rms torque outside the controller's form of model [N m]
 
 
 def make_plants(recordings: Sequence[Path], arm: str) -> dict[str, Plant]:
-    """Identify all that the recordings of `arm` say; what the model leaves goes into potentials on top of it.
+    """Identify plants by name from recordings of `arm`: a gravity model, and potentials for its residual.
 
-    As identified: these are as large as the recordings bear out. Rough: as large as all that is left in poses reached
-    both ways, as if none of it were chance.
+    In the plant "as identified" the potentials are fitted to the recordings. In the plant "rough" they explain the
+    whole residual of poses that were reached from both sides.
     """
-    it = named_arm(arm)
+    model = named_arm(arm)
     grids = [file for file in recordings if "uniform" in file.name]
-    poses = read_static([file for file in recordings if file not in grids] or grids, it)
+    poses = read_static([file for file in recordings if file not in grids] or grids, model)
     measured = measured_joints(poses)
-    fitted = fit_poses(poses, it, "potential", measured)
-    pairs = find_pairs(read_static(grids, it), tuple(np.flatnonzero(measured))) if len(grids) > 1 else None
-    friction, left = np.abs(fitted.model.friction[:, 0]), _UNKNOWN * fitted.noise
-    if pairs is not None:  # the grids' hysteresis where it is wider; what is left of their means, free of friction
+    fitted = fit_poses(poses, model, "potential", measured)
+    pairs = find_pairs(read_static(grids, model), tuple(np.flatnonzero(measured))) if len(grids) > 1 else None
+    friction, residual = np.abs(fitted.model.friction[:, 0]), _UNKNOWN * fitted.noise
+    if pairs is not None:  # half differences give the friction, means give a residual that is free of friction
         friction = np.maximum(friction, np.median(pairs.half_difference, axis=0))
-        left = fit_poses(on_levels(pairs.means), it, "potential", measured).noise
+        residual = fit_poses(on_levels(pairs.means), model, "potential", measured).noise
 
-    fields, columns, weights = _beyond(fitted, poses, it)
+    fields, columns, weights = _beyond(fitted, poses, model)
     terms = _core.GravityTerms(degree=1, fields=[*fitted.model.terms.fields, *fields])
     plants = {}
     for name in PLANTS:
-        scaled = weights if name == "as identified" else _as_large_as(left, columns, weights)
+        scaled = weights if name == "as identified" else _scaled_to(residual, columns, weights)
         beyond = _rms(columns @ np.concatenate(scaled))
         chance = np.sqrt(np.maximum(fitted.noise**2 - beyond**2, 0.0)) * measured
         held = named_arm(arm)
@@ -79,21 +79,21 @@ def make_plants(recordings: Sequence[Path], arm: str) -> dict[str, Plant]:
 
 
 def _beyond(fitted: Fitted, poses: Static, arm: Arm) -> tuple[list[_core.Field], Array, list[Array]]:
-    """Potentials of all joints, their columns (k, n, p) at the poses, and weights that explain what is left there."""
-    left = np.where(fitted.use, poses.tau - predicted(fitted.model, poses, arm), 0.0)
+    """Potentials of all joints, their regressor columns (k, n, p) at the poses, and weights fitted to the residual."""
+    residual = np.where(fitted.use, poses.tau - predicted(fitted.model, poses, arm), 0.0)
     centres = poses.q[np.random.default_rng(0).permutation(len(poses))[:_CENTRES], :6]
     fields = [_core.Field(list(range(6)), centres, length) for length, _ in _BEYOND]
     columns = arm.gravity_columns(_core.GravityTerms(masses=False, fields=fields), poses.q)
-    scale = np.repeat([0.1 * min(length) for length, _ in _BEYOND], len(centres))  # slopes of hundredths of N m
-    x = fit.bayes(scale * columns, left, np.maximum(fitted.noise, 1e-3), fitted.use).x
+    scale = np.repeat([0.1 * min(length) for length, _ in _BEYOND], len(centres))  # prior: torques of about 0.01 N m
+    x = fit.bayes(scale * columns, residual, np.maximum(fitted.noise, 1e-3), fitted.use).x
     return fields, columns, np.split(scale * x, len(_BEYOND))
 
 
-def _as_large_as(left: Array, columns: Array, weights: list[Array]) -> list[Array]:
-    """Weights times what makes each potential pull, at its own joints, as much as is left [N m] (rms)."""
+def _scaled_to(residual: Array, columns: Array, weights: list[Array]) -> list[Array]:
+    """Weights scaled so that each potential's rms torque at its main joints equals the residual [N m]."""
     parts = np.split(columns, len(weights), axis=2)
-    pulls = [_rms(part @ w)[j] for part, w, (_, j) in zip(parts, weights, _BEYOND, strict=True)]
-    return [w * (left[j] / pull).mean() for w, pull, (_, j) in zip(weights, pulls, _BEYOND, strict=True)]
+    torques = [_rms(part @ w)[j] for part, w, (_, j) in zip(parts, weights, _BEYOND, strict=True)]
+    return [w * (residual[j] / tau).mean() for w, tau, (_, j) in zip(weights, torques, _BEYOND, strict=True)]
 
 
 def _rms(tau: Array) -> Array:
@@ -101,9 +101,9 @@ def _rms(tau: Array) -> Array:
 
 
 def sampled(plant: Plant, count: int, seed: int, both_ways: bool = False) -> Static:
-    """A recording of the plant: poses of its region in order, each with friction of the motors and noise.
+    """A simulated recording: ``count`` poses of the plant's region with motor friction and noise.
 
-    both_ways: the mean of two samples, of the pose reached from below and from above, as the dVRK calibrates.
+    both_ways: use the mean of two samples per pose, reached from below and from above, as the dVRK's calibration does.
     """
     q = unseen_poses(plant, count, seed)
     bare = Static(q, np.zeros_like(q), np.arange(count) == 0, ("simulated",), count)
@@ -115,7 +115,7 @@ def sampled(plant: Plant, count: int, seed: int, both_ways: bool = False) -> Sta
 
 
 def unseen_poses(plant: Plant, count: int, seed: int) -> Array:
-    """(count, n) anywhere between recorded poses, within the joint limits: each a mean of two of them."""
+    """Random poses (count, n) within the joint limits, each an interpolation between two recorded poses [rad]."""
     rng = np.random.default_rng(seed)
     one, two = (plant.poses[rng.integers(0, len(plant.poses), count)] for _ in range(2))
     share = rng.uniform(0.0, 1.0, (count, 1))
@@ -123,7 +123,7 @@ def unseen_poses(plant: Plant, count: int, seed: int) -> Array:
 
 
 def release(plant: Plant, controller: Arm, q: Array) -> float:
-    """Distance [m] of the tip from where it was let go, after `TIME`, gravity compensation alone at work."""
+    """Distance of the tip from its release point after `TIME`, with gravity compensation as the only control [m]."""
     options = plant.arm.leader_options()
     options.coulomb = plant.coulomb
     hand = _core.HandOptions()

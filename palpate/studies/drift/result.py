@@ -1,4 +1,4 @@
-"""What ``palpate study drift`` finds. The keys are the documented contract of ``--json`` (docs/json.md)."""
+"""Result of ``palpate study drift``. The keys are the documented contract of ``--json`` (docs/json.md)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TypedDict
 
 
 class Row(TypedDict):
-    """One form of gravity model on one plant."""
+    """Result of one form of gravity model on one plant."""
 
     arm: str
     plant: str
@@ -14,14 +14,14 @@ class Row(TypedDict):
     mean_mm: float
     median_mm: float
     p95_mm: float
-    stays: float  #: share of the releases that do not move
-    torque_error_Nm: list[float]  #: of the holding torques, rms of each joint
-    beyond_friction: list[float]  #: share of the poses whose error dry friction does not hold
-    drift_mm: list[float]  #: of each release, sorted
+    stays: float  #: fraction of the releases without motion
+    torque_error_Nm: list[float]  #: rms error of the holding torque of each joint
+    beyond_friction: list[float]  #: fraction of the poses where the error exceeds the dry friction, per joint
+    drift_mm: list[float]  #: drift of all releases, sorted
 
 
 class Made(TypedDict):
-    """What a plant was made of."""
+    """Parameters of a plant."""
 
     friction_Nm: list[float]
     noise_Nm: list[float]
@@ -29,7 +29,7 @@ class Made(TypedDict):
 
 
 class Described(TypedDict):
-    """A recorded arm, and the plants made from it, by name."""
+    """A recorded arm and the parameters of its plants by name."""
 
     arm: str
     recordings: list[str]

@@ -1,4 +1,4 @@
-"""What ``palpate study drift`` says: drift by form, next to what was published."""
+"""Terminal output of ``palpate study drift``: drift by form of model, with published values."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from palpate.studies.drift.work import FORMS, STAYS
 
 
 def table(found: Found) -> Table:
-    """Drift by form, beside what was published."""
+    """Table of the drift by form of model, with published values."""
     title = f"tip drift within {found['released_s']:g} s of letting go, simulated, {found['releases']} poses [mm]"
     shown = Table(title=title, title_justify="left")
     heads = ("arm", "plant", "model", "mean", "median", "95 %", "stays", "published", "wrong by [N m]")

@@ -22,8 +22,8 @@ from palpate.sweep.grid import Point
 
 FORMS = ("paper", "gravity+springs", "dvrk", "potential")
 PUBLISHED = {"paper": (96.0, 60.0, 254.0), "dvrk": (5.8, 2.1, 22.0)}  # mean, median, p95 on a real arm [mm]
-RELEASES, TRAINED = 400, 160  # poses
-STAYS = 0.1  # [mm]
+RELEASES, TRAINED = 400, 160  # numbers of poses
+STAYS = 0.1  # largest drift that counts as no motion [mm]
 
 _REAL = ("MTML_34863", "MTMR_31519", "MTMR_28247")
 _FILES = ("random_N160", "random_N400", "uniform_pos", "uniform_neg")
@@ -31,7 +31,7 @@ _FILES = ("random_N160", "random_N400", "uniform_pos", "uniform_neg")
 
 @dataclass(frozen=True)
 class Recorded:
-    """An arm, and the recordings that its plant is made from."""
+    """An arm and the recordings from which its plants are identified."""
 
     name: str
     arm: str  # mtml or mtmr
@@ -39,10 +39,10 @@ class Recorded:
 
 
 def real_arms(side: str | None = None) -> list[Recorded]:
-    """Three arms whose recordings are public, or those of one side.
+    """The three arms with public recordings, or those of one side.
 
     Raises:
-        RecordingError: they are not there; says where they were looked for.
+        RecordingError: the recordings are missing; the error names the searched folder.
     """
     folder = Path(os.environ.get("PALPATE_DATA", "../shared/data")) / "mtm_static"
     arms = [
@@ -51,12 +51,12 @@ def real_arms(side: str | None = None) -> list[Recorded]:
     arms = [arm for arm in arms if side in (None, arm.arm)]
     if not all(file.is_file() for arm in arms for file in arm.files):
         mend = "name static recordings of your arm, or set PALPATE_DATA"
-        raise RecordingError("no recordings to make a plant from", where=str(folder), mend=mend)
+        raise RecordingError("the recordings for the plants are missing", where=str(folder), mend=mend)
     return arms
 
 
 def run(arms: Sequence[Recorded], releases: int = RELEASES, sweep: Sweeper = sweep) -> Found:
-    """Every form on the same plants, the same 160 samples, the same releases; keys of docs/json.md."""
+    """All forms on the same plants with the same samples and releases; the keys are those of docs/json.md."""
     grid = {"arm": Axis(arm.name for arm in arms), "plant": Axis(PLANTS), "model": Axis(FORMS)}
     rows = sweep(partial(_released, tuple(arms), releases), grid).rows()
     made = {(row["arm"], row["plant"]): row.pop("made") for row in rows}
@@ -72,7 +72,7 @@ def run(arms: Sequence[Recorded], releases: int = RELEASES, sweep: Sweeper = swe
 
 
 def _released(arms: tuple[Recorded, ...], releases: int, point: Point, seed: int) -> dict[str, Any]:
-    """One form on one plant. Samples and releases have seeds of their own: every form meets the same."""
+    """One form on one plant. Samples and releases have fixed seeds, so they are the same for every form."""
     (arm,) = (arm for arm in arms if arm.name == point["arm"])
     plant = _plants(arm)[point["plant"]]
     made = {"friction_Nm": plant.coulomb[:6], "noise_Nm": plant.noise[:6], "beyond_form_Nm": plant.beyond[:6]}
@@ -100,14 +100,14 @@ def _drift(form: str, plant: Plant, releases: int) -> dict[str, float | list[flo
     model = fit_poses(poses, controller, form, plant.measured).model
     model.apply(controller)
     starts = unseen_poses(plant, releases, seed=2)
-    wrong = model.holding(starts, controller) - np.array([plant.arm.holding(q) for q in starts])
+    error = model.holding(starts, controller) - np.array([plant.arm.holding(q) for q in starts])
     drift = 1e3 * np.array([release(plant, controller, q) for q in starts])
     return {
         "mean_mm": float(drift.mean()),
         "median_mm": float(np.median(drift)),
         "p95_mm": float(np.percentile(drift, 95)),
         "stays": float((drift < STAYS).mean()),
-        "torque_error_Nm": np.sqrt((wrong**2).mean(axis=0))[:6].tolist(),
-        "beyond_friction": (np.abs(wrong) > plant.coulomb).mean(axis=0)[:6].tolist(),
+        "torque_error_Nm": np.sqrt((error**2).mean(axis=0))[:6].tolist(),
+        "beyond_friction": (np.abs(error) > plant.coulomb).mean(axis=0)[:6].tolist(),
         "drift_mm": np.round(np.sort(drift), 4).tolist(),
     }

@@ -19,15 +19,15 @@ from palpate.studies.figure12.work import Moment
 Solid = tuple[Array, tuple[float, float, float, float]]  # corners (n, 3, 3) in W [m], colour
 
 RED, GREEN = "#d3222a", "#2a9d46"  # body and spatial, as in the paper
-REACH = 0.07  # half of what a view of the instrument shows [m]
-ARM_REACH = 0.17
-NEWTON = 0.06  # length of an arrow [m/N]
-DEFLECTION = 6.0  # times as long as it is
+REACH = 0.07  # half width of a view of the instrument [m]
+ARM_REACH = 0.17  # half width of a view of the master arm [m]
+NEWTON = 0.06  # length of a force arrow [m/N]
+DEFLECTION = 6.0  # magnification of the deflection arrow [-]
 _LIGHT = np.array([-0.4, 0.5, 0.77])
 
 
 def save(moments: list[Moment], folder: Path) -> list[Path]:
-    """Draw into ``folder``; the file."""
+    """Draw the picture into ``folder``; returns the file."""
     file = folder / "figure12.png"
     png(lambda canvas: draw(moments, canvas), file)
     return [file]
@@ -60,10 +60,10 @@ def _instrument(moment: Moment, axes: Axes) -> None:
     sphere = trimesh.creation.icosphere(3, setup.scene.contact.radius)
     ball = (np.asarray(sphere.vertices) + p_WT)[sphere.faces]
     r, g, b = (int(SURFACE[i : i + 2], 16) / 255 for i in (1, 3, 5))
-    things: list[Solid] = [(s, (r, g, b, 1.0)) for s in solids]
-    things += _arm(setup.arms.follower, setup.arms.X_WB, tick["q_follower"], float(tick["jaw"]))
+    shown: list[Solid] = [(s, (r, g, b, 1.0)) for s in solids]
+    shown += _arm(setup.arms.follower, setup.arms.X_WB, tick["q_follower"], float(tick["jaw"]))
     R = _view(np.array([0.5, -0.75, 0.42]))
-    _paint(axes, things, p_WT, R, REACH)
+    _paint(axes, shown, p_WT, R, REACH)
     _paint(axes, [(ball, (0.12, 0.44, 0.55, 0.28))], p_WT, R, REACH)
     _arrow(axes, np.zeros(3), DEFLECTION * (tick["p_WP"] - p_WT), R, RED)
     axes.set_title(f"{moment.mesh}, {tick['depth'] * 1e3:.1f} mm deep", loc="left", fontsize=8.5, color=INK)
@@ -81,7 +81,7 @@ def _master(moment: Moment, axes: Axes) -> None:
 
 
 def _view(eye: Array) -> Array:
-    """Rows right, up, towards the eye."""
+    """Rotation (3, 3) with the rows right, up and towards the eye."""
     eye = eye / np.linalg.norm(eye)
     right = np.cross([0.0, 0.0, 1.0], eye)
     right /= np.linalg.norm(right)
@@ -89,7 +89,7 @@ def _view(eye: Array) -> Array:
 
 
 def _arm(arm: Arm, X_WA: Array, q: Array, jaw: float) -> list[Solid]:
-    poses = arm.link_poses(q[: arm.n], jaw)  # a tick has room for more joints
+    poses = arm.link_poses(q[: arm.n], jaw)  # a tick stores more joints than the arm has
     return [(_corners(v, X_WA @ poses[v.link] @ v.X_link_visual), v.colour) for v in arm.visuals]
 
 
@@ -103,9 +103,9 @@ def _corners(visual: Visual, X: Array) -> Array:
     return np.asarray((np.asarray(solid.vertices) @ X[:3, :3].T + X[:3, 3])[solid.faces])
 
 
-def _paint(axes: Axes, things: list[Solid], centre: Array, R: Array, reach: float) -> None:
-    corners = np.concatenate([(c - centre) @ R.T for c, _ in things])
-    colors = np.concatenate([np.tile(color, (len(c), 1)) for c, color in things])
+def _paint(axes: Axes, solids: list[Solid], centre: Array, R: Array, reach: float) -> None:
+    corners = np.concatenate([(c - centre) @ R.T for c, _ in solids])
+    colors = np.concatenate([np.tile(color, (len(c), 1)) for c, color in solids])
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(normal, axis=1)
     seen = (normal[:, 2] > 0) & (length > 0) & (np.abs(corners[..., :2]).min(axis=1) < reach).all(axis=1)

@@ -45,15 +45,15 @@ def run(meshes: tuple[str, ...] = MESHES, seconds: float = SECONDS) -> Iterator[
     """Palpate each mesh in turn."""
     with tempfile.TemporaryDirectory(prefix="palpate-figure12-") as folder:
         for mesh in meshes:
-            scene = {"preset": "paper", "objects": [_thing(mesh, Path(folder))]}
-            with warnings.catch_warnings():  # an open sheet, and meant to be
+            scene = {"preset": "paper", "objects": [_scene_object(mesh, Path(folder))]}
+            with warnings.catch_warnings():  # the open sheet is intended
                 warnings.simplefilter("ignore", PalpateWarning)
                 setup = rig.build(Scene.model_validate(scene))
             ticks = as_ticks(setup.simulation().run(round(seconds * setup.scene.rates.haptic)))
             yield Moment(mesh, setup, ticks[int(np.argmax(ticks["depth"]))])
 
 
-def _thing(mesh: str, folder: Path) -> dict[str, Any]:
+def _scene_object(mesh: str, folder: Path) -> dict[str, Any]:
     if mesh not in SHAPES:
         return {"name": mesh, "shape": mesh}
     import trimesh
@@ -64,7 +64,7 @@ def _thing(mesh: str, folder: Path) -> dict[str, Any]:
 
 
 def row(moment: Moment) -> Row:
-    """Its numbers, as in docs/json.md."""
+    """The numbers of a moment, as in docs/json.md."""
     tick = moment.tick
     return {
         "mesh": moment.mesh,
@@ -77,7 +77,7 @@ def row(moment: Moment) -> Row:
 
 
 def line(moment: Moment) -> str:
-    """A line for people."""
+    """The numbers of a moment as one line of text."""
     r = row(moment)
     spatial, body = (" ".join(f"{x:+.2f}" for x in force) for force in (r["F_H_L_N"], r["F_H_H_N"]))
     return f"{moment.mesh}: {r['penetration_mm']:.1f} mm deep, spatial ({spatial}) N, body ({body}) N"

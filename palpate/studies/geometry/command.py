@@ -24,4 +24,4 @@ class Command(Study):
         from palpate.studies.geometry.work import run, tables
 
         result = run()
-        return Findings(result, draw, [thing for pair in tables(result) for thing in pair])
+        return Findings(result, draw, [part for pair in tables(result) for part in pair])

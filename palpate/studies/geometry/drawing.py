@@ -1,4 +1,4 @@
-"""What the pictures of ``palpate study geometry`` are drawn of: ground, springs, arrows, outlines."""
+"""Drawing elements of ``palpate study geometry``: ground, springs, arrows and outlines."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from palpate.plotting.style import SURFACE
 def outline(half: Array, exponents: tuple[int, int, int], n: int = 200) -> Array:
     """The section y = 0 of an implicit surface, (n, 2) in x and z [m]."""
     t = np.linspace(0, 2 * np.pi, n)
-    way = np.stack([np.cos(t), np.sin(t)], axis=1)
+    direction = np.stack([np.cos(t), np.sin(t)], axis=1)
     low, high = np.zeros(n), np.full(n, 2.0)
     for _ in range(50):
         middle = 0.5 * (low + high)
-        beyond = ((middle[:, None] * way) ** [exponents[0], exponents[2]]).sum(axis=1) > 1.0
+        beyond = ((middle[:, None] * direction) ** [exponents[0], exponents[2]]).sum(axis=1) > 1.0
         low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
-    return np.asarray(low[:, None] * way * half[[0, 2]])
+    return np.asarray(low[:, None] * direction * half[[0, 2]])
 
 
 def ground(axes: Axes, line: Any) -> None:
-    """Solid to the right of a polyline of faces, out of sight on all sides."""
+    """Fill the solid on the right side of a polyline of faces, beyond the visible area."""
     line = np.asarray(line, dtype=float)
     far, first, last = 300.0, line[1] - line[0], line[-1] - line[-2]
     start, end = line[0] - far * first / np.linalg.norm(first), line[-1] + far * last / np.linalg.norm(last)
@@ -36,7 +36,7 @@ def ground(axes: Axes, line: Any) -> None:
 
 
 def spring(axes: Axes, start: Array, out: Array, length: float, color: str) -> None:
-    """A zigzag of as many turns however long it is."""
+    """Draw a zigzag with a constant number of turns."""
     s = np.linspace(0, 1, 2 * 7 + 2)
     aside = np.where(np.arange(len(s)) % 2 == 1, 0.8, -0.8)
     aside[[0, 1, -2, -1]] = 0.0
@@ -45,7 +45,7 @@ def spring(axes: Axes, start: Array, out: Array, length: float, color: str) -> N
 
 
 def arrow(axes: Axes, start: Array, vector: Array, color: str, width: float = 1.4) -> None:
-    """From a point along a vector (2,)."""
+    """Draw an arrow from a point (2,) along a vector (2,)."""
     style = {
         "arrowstyle": "-|>",
         "color": color,
@@ -58,7 +58,7 @@ def arrow(axes: Axes, start: Array, vector: Array, color: str, width: float = 1.
 
 
 def plain(axes: Axes, xlim: tuple[float, float], ylim: tuple[float, float]) -> None:
-    """No frame, no ticks, one scale."""
+    """Remove frame and ticks and set equal scales."""
     axes.set(xlim=xlim, ylim=ylim, aspect="equal", xticks=[], yticks=[])
     axes.grid(False)
     for spine in axes.spines.values():

@@ -1,4 +1,4 @@
-"""The pictures of ``palpate study geometry``: Figs 6 to 11 of the paper, drawn by the geometry code itself."""
+"""The pictures of ``palpate study geometry``: Figs 6 to 11 of the paper, drawn from computed geometry."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def draw(folder: Path) -> list[Path]:
 
 
 def point_contact(canvas: Canvas) -> Figure:
-    """Fig 6A: three gaps on the way, and both measures of collinearity against the gap."""
+    """Fig 6A: three gaps during an approach, and both measures of collinearity over the gap."""
     figure = Figure(figsize=(canvas.width, 2.5), layout="constrained")
     panels = figure.subplots(1, 4, width_ratios=(1.1, 1.1, 1.1, 1))
     U, V, pairs = approaches((12e-3, 4e-3, 0.0))
@@ -52,10 +52,10 @@ def point_contact(canvas: Canvas) -> Figure:
         axes.set_title(f"gap {MM * pair.gap:.1f} mm:  $|n_U × n_V|$ = {pair.cross:.3f}", fontsize=8.5, loc="left")
         plain(axes, (-33, 70), (-22, 56))
     gaps = np.logspace(-2, -8, 25)
-    _, _, way = approaches(gaps)
-    x = [MM * p.gap for p in way]
-    panels[3].loglog(x, [p.cross for p in way], color=FORCE, label="$|n_U × n_V|$")
-    panels[3].loglog(x, [max(1.0 + p.dot, 1e-16) for p in way], color=DEPTH, label="$1 + n_U · n_V$")
+    _, _, pairs = approaches(gaps)
+    x = [MM * p.gap for p in pairs]
+    panels[3].loglog(x, [p.cross for p in pairs], color=FORCE, label="$|n_U × n_V|$")
+    panels[3].loglog(x, [max(1.0 + p.dot, 1e-16) for p in pairs], color=DEPTH, label="$1 + n_U · n_V$")
     panels[3].set(xlabel="gap Δ(U, V) [mm]")
     panels[3].set_title("collinear as the gap closes", fontsize=8.5, loc="left")
     panels[3].legend()
@@ -63,7 +63,7 @@ def point_contact(canvas: Canvas) -> Figure:
 
 
 def spr(canvas: Canvas) -> Figure:
-    """Figs 6B, 7, 8: the sphere's springs compress, the deflection grows with the depth."""
+    """Figs 6B, 7, 8: the sphere's springs are compressed, and the deflection grows with the depth."""
     figure = Figure(figsize=(canvas.width, 2.5), layout="constrained")
     panels = figure.subplots(1, 4, width_ratios=(1, 1, 1, 1.2))
     depths, delta = pressed()
@@ -89,7 +89,7 @@ def spr(canvas: Canvas) -> Figure:
 
 
 def depth_and_slide(canvas: Canvas) -> Figure:
-    """Fig 9: what surface-only contact points do to a normal from the centre; old normals on a new face."""
+    """Fig 9: errors of a normal from the centre to a contact point, and of an old normal on a new face."""
     figure = Figure(figsize=(canvas.width, 2.6), layout="constrained")
     panels = figure.subplots(1, 4)
     r, depth, turn = 15.0, 5.0, 30.0
@@ -133,7 +133,7 @@ def depth_and_slide(canvas: Canvas) -> Figure:
 
 
 def angles(canvas: Canvas) -> Figure:
-    """Fig 10: the edge, both angles, the contact point, labelled where the code puts them."""
+    """Fig 10: the edge, both angles and the contact point at their computed positions."""
     figure = Figure(figsize=(0.6 * canvas.width, 3.3), layout="constrained")
     axes = figure.subplots()
     slide = Slide(np.radians(35.0))
@@ -162,14 +162,14 @@ def angles(canvas: Canvas) -> Figure:
     axes.text(
         39 * face[0], 39 * face[1] - 3.6, "next face", fontsize=8.5, color=INK, rotation=35, rotation_mode="anchor"
     )
-    told = f"$φ_f$ = 35°,  $φ_n$ = {lean:.1f}°,  $c$ = ({c[0]:.2f}, {c[1]:.2f}) mm,  $c_y = c_x$ tan $φ_f$"
-    axes.set_title(told, fontsize=8.5, loc="left")
+    values = f"$φ_f$ = 35°,  $φ_n$ = {lean:.1f}°,  $c$ = ({c[0]:.2f}, {c[1]:.2f}) mm,  $c_y = c_x$ tan $φ_f$"
+    axes.set_title(values, fontsize=8.5, loc="left")
     plain(axes, (-34, 44), (-10, 31))
     return figure
 
 
 def sinusoids(canvas: Canvas) -> Figure:
-    """Fig 11 A-F: the way of the contact point (red), its steps (blue), and c_y over the tool's travel."""
+    """Fig 11 A-F: path of the contact point (red), its steps (blue), and c_y over the tool's travel."""
     figure = Figure(figsize=(canvas.width, 4.1), layout="constrained")
     panels = figure.subplots(2, 6)
     for k, degrees in enumerate(FACES):
@@ -201,7 +201,7 @@ def sinusoids(canvas: Canvas) -> Figure:
 
 
 def noise(canvas: Canvas) -> Figure:
-    """Eq 18 under noise: how a baseline of 80 um turns micrometres into degrees."""
+    """Eq 18 with noise: error of the angle for a baseline of 80 um."""
     figure = Figure(figsize=(0.6 * canvas.width, 2.9), layout="constrained")
     axes = figure.subplots()
     sigma = np.logspace(-7, -3, 33)
@@ -221,7 +221,7 @@ def noise(canvas: Canvas) -> Figure:
 
 
 def two_candidates(canvas: Canvas) -> Figure:
-    """Eqs 19, 20: both normals, the one that is picked, and the edge at which it is the wrong one."""
+    """Eqs 19, 20: both candidate normals, the selected one, and edges where the selection is wrong."""
     figure = Figure(figsize=(canvas.width, 2.9), layout="constrained")
     panels = figure.subplots(1, 4)
     for axes, degrees in zip(panels, (-50.0, 50.0, 89.0, 125.0), strict=True):

@@ -14,18 +14,18 @@ from palpate.contact.lessons.point_contact import Pair, approach
 from palpate.surfaces import ImplicitSurface, Plane
 
 Found = dict[str, list[dict[str, float | str]]]
-"""By table: its rows, as docs/json.md lists their keys."""
+"""Rows by table; docs/json.md lists their keys."""
 
-FACES = (15.0, 30.0, 45.0, 60.0, 75.0, 90.0)  # of Fig 11 [deg]
-TURNS = (-80.0, -50.0, -20.0, 20.0, 50.0, 80.0, 100.0, 125.0, 150.0)  # at which Eq 20 is tried [deg]
-NOISES = (1e-6, 10e-6, 100e-6)  # of a contact point [m]
-BASELINE = 0.02 / 250.0  # between two of them: 20 mm/s at 250 Hz [m]
-GAPS = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8)  # of two surfaces [m]
-RADIUS = 15e-3  # of the SPR in the paper's Fig 12 [m]
+FACES = (15.0, 30.0, 45.0, 60.0, 75.0, 90.0)  # face angles of Fig 11 [deg]
+TURNS = (-80.0, -50.0, -20.0, 20.0, 50.0, 80.0, 100.0, 125.0, 150.0)  # face angles for the test of Eq 20 [deg]
+NOISES = (1e-6, 10e-6, 100e-6)  # noise of a contact point [m]
+BASELINE = 0.02 / 250.0  # distance of successive contact points: 20 mm/s at 250 Hz [m]
+GAPS = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8)  # gaps between two surfaces [m]
+RADIUS = 15e-3  # radius of the SPR in the paper's Fig 12 [m]
 
 
 def run() -> Found:
-    """Every number of the page; keys as in docs/json.md."""
+    """All numbers of the page, with the keys of docs/json.md."""
     _, _, pairs = approaches(GAPS)
     depths, delta = pressed()
     return {
@@ -44,15 +44,15 @@ def run() -> Found:
 
 
 def approaches(gaps: Iterable[float]) -> tuple[ImplicitSurface, ImplicitSurface, list[Pair]]:
-    """Two implicit surfaces, and the pairs of points and normals at distances ``gaps`` [m] of V's slanted way to U."""
+    """Two implicit surfaces, and pairs of points and normals at ``gaps`` [m] during V's oblique approach to U."""
     U = ImplicitSurface.of_half_lengths((0.03, 0.025, 0.02), (2, 2, 4), name="U")
     V = ImplicitSurface.of_half_lengths((0.02, 0.015, 0.015), (4, 2, 2), name="V")
-    touch, way = (0.022, 0.0, 0.03), (-1.0, 0.0, -0.35)
-    return U, V, [approach(U, V, touch, way, d) for d in gaps]
+    touch, direction = (0.022, 0.0, 0.03), (-1.0, 0.0, -0.35)
+    return U, V, [approach(U, V, touch, direction, d) for d in gaps]
 
 
 def pressed() -> tuple[Array, Array]:
-    """The SPR pressed into a plane by the contact stage: depth of its lowest point, and deflection (101,) [m]."""
+    """The SPR pressed into a plane: depth of its lowest point, and deflection from the contact stage (101,) [m]."""
     depths = np.linspace(0.0, 1e-2, 101)
     tips = np.stack([np.zeros(101), np.zeros(101), RADIUS - depths], axis=1)
     felt = palpate.contact.render(Plane(), tips, radius=RADIUS, stiffness=1.0)
@@ -60,7 +60,7 @@ def pressed() -> tuple[Array, Array]:
 
 
 def _slope(degrees: float) -> dict[str, float | str]:
-    """Of the contact point's steps, over all depths and the whole travel, where it moves along the face at all."""
+    """Largest slope error of the contact point's steps over all depths and the whole travel, where it moves."""
     worst = 0.0
     for share in (0.05, 0.3, 0.7, 1.0):
         slide = Slide(np.radians(degrees), RADIUS, share * RADIUS)
@@ -72,7 +72,7 @@ def _slope(degrees: float) -> dict[str, float | str]:
 
 
 def tables(result: Found) -> list[tuple[str, Table]]:
-    """The numbers for a terminal."""
+    """Titles and tables for a terminal."""
     titles = {
         "point_contact": "Eqs 14-17: normals of two surfaces as the gap closes",
         "deflection": "Fig 8: the SPR pressed into a plane",

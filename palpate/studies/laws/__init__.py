@@ -1,8 +1,7 @@
-"""``palpate study laws``: what the hand feels of a spring, by each control law, slow and fast.
+"""``palpate study laws``: impedance at the hand of a rendered spring, by control law and frequency.
 
-A simulated MTM with its friction and encoders on a bench: a hand moves the handle to and fro, the controller renders
-F = -K x, the load cell says what arrives. At the frequency of the motion -F_cell / x is complex: its real part is the
-spring that is felt, from which inertia takes m w^2; its imaginary part is friction. Where the spring strays from K by a
-tenth, a hand begins to notice. Nothing is in the way but the leader itself: no contact,
-no follower. What the figures mean is in docs/torque.md.
+A hand oscillates the handle of a simulated MTM with friction and encoders. The controller renders F = -K x, and a load
+cell measures the force on the hand. At the frequency of the motion, -F_cell / x is complex. Its real part is the
+stiffness at the hand, reduced by the inertia term m w^2; its imaginary part is due to friction. A deviation of 10 %
+from K is noticeable. The study contains only the leader: no contact and no follower (docs/torque.md).
 """

@@ -25,9 +25,9 @@ class Command(SweepStudy):
 
         found = run(self.sweeper(console))
         traces = [trace(law, f) for f in (0.5, 4.0) for law in ("stiffness", "admittance")]
-        told = {"simulated": True, "leader": "mtm_right", "noticed": NOTICED, "outcomes": [asdict(o) for o in found]}
+        result = {"simulated": True, "leader": "mtm_right", "noticed": NOTICED, "outcomes": [asdict(o) for o in found]}
         return Findings(
-            told,
+            result,
             lambda folder: [draw(found, traces, folder)],
             [table(found), "simulated leader (mtm_right), simulated hand"],
         )

@@ -1,4 +1,4 @@
-"""The picture of ``palpate study laws``: when the paper's simplification breaks, and what the other laws buy."""
+"""The picture of ``palpate study laws``: validity range of the paper's simplification and of the other laws."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ STYLES = {"slow": (0, (4, 2)), "fast": "-"}
 
 
 def draw(found: list[Outcome], traces: list[Trace], folder: Path) -> Path:
-    """Draw it into ``folder``; the file."""
+    """Draw the picture into ``folder``; returns the file."""
     path = folder / "laws.png"
     png(lambda canvas: picture(found, traces, canvas), path)
     return path
 
 
 def picture(found: list[Outcome], traces: list[Trace], canvas: Canvas) -> Figure:
-    """Error over frequency, bandwidth over stiffness, and what two laws make of a slow and a fast motion."""
+    """Error over frequency, bandwidth over stiffness, and force of two laws in a slow and a fast motion."""
     figure = Figure(figsize=(canvas.width, 6.4), layout="constrained")
     grid = figure.add_gridspec(2, 4, height_ratios=[1.6, 1.0])
     _errors(figure.add_subplot(grid[0, :2]), found)
     _bandwidths(figure.add_subplot(grid[0, 2:]), found)
-    for k, one in enumerate(traces):
-        _trace(figure.add_subplot(grid[1, k]), one, first=k == 0)
+    for k, trace in enumerate(traces):
+        _trace(figure.add_subplot(grid[1, k]), trace, first=k == 0)
     return figure
 
 
@@ -47,7 +47,7 @@ def handle_mass() -> float:
 
 
 def _errors(axes: Axes, found: list[Outcome]) -> None:
-    """Error of the felt spring over frequency, fast hand; the band is what wrong masses make of it."""
+    """Error of the stiffness at the hand over frequency, fast hand; the band shows the effect of wrong masses."""
     for law in LAWS:
         rows = [o for o in found if (o.law, o.K_N_per_m, o.hand) == (law, MIDDLE, "fast")]
         by = {(o.f_Hz, o.model_scale): 100 * o.stiffness_error for o in rows}
@@ -56,7 +56,7 @@ def _errors(axes: Axes, found: list[Outcome]) -> None:
         axes.fill_between(
             FREQUENCIES, [min(e) for e in all_of], [max(e) for e in all_of], color=COLOURS[law], alpha=0.15
         )
-        dashes = (0, (3, 2)) if law == "impedance" else "-"  # it lies on that of stiffness
+        dashes = (0, (3, 2)) if law == "impedance" else "-"  # this curve lies on the curve of stiffness
         axes.plot(FREQUENCIES, right, color=COLOURS[law], marker="o", ms=3, ls=dashes, label=law)
         total = [100 * o.impedance_error for o in sorted(rows, key=lambda o: o.f_Hz) if o.model_scale == 1.0]
         axes.plot(FREQUENCIES, total, color=COLOURS[law], lw=0.7, alpha=0.6)
@@ -71,11 +71,11 @@ def _errors(axes: Axes, found: list[Outcome]) -> None:
 
 
 def _bandwidths(axes: Axes, found: list[Outcome]) -> None:
-    """Up to which frequency a spring feels right, over its stiffness."""
+    """Bandwidth of each law over the rendered stiffness."""
     for law in LAWS:
         for hand in HANDS:
             f = [bandwidth(found, law, K, hand) for K in STIFFNESSES]
-            width = 2.4 if law == "stiffness" else 1.1  # impedance lies on it
+            width = 2.4 if law == "stiffness" else 1.1  # the curve of impedance lies on this curve
             axes.plot(STIFFNESSES, np.maximum(f, 0.1), color=COLOURS[law], ls=STYLES[hand], lw=width, marker="o", ms=3,
                       label=law if hand == "fast" else None)  # fmt: skip
     K = np.geomspace(STIFFNESSES[0], STIFFNESSES[-1], 50)

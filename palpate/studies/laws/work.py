@@ -18,16 +18,16 @@ from palpate.sweep.grid import Point
 LAWS = ("stiffness", "impedance", "impedance-shaped", "admittance")
 FREQUENCIES = (0.1, 0.3, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0)  # [Hz]
 STIFFNESSES = (50.0, 100.0, 400.0, 1000.0, 2000.0)  # [N/m]
-HANDS = {"slow": 0.05, "fast": 0.5}  # peak speed of what the hand intends [m/s]
-WRONG = (0.7, 1.0, 1.3)  # masses and rotors of the controller's model over the true ones
-MIDDLE = 400.0  # stiffness that wrong parameters are tried at [N/m]
-VIRTUAL_MASS = 0.2  # of the laws that choose what the handle weighs [kg]; the arm's own is about 0.56 along the axis
-NOTICED = 0.10  # change of stiffness or force that a hand notices (Weber fraction 7 to 10 %)
+HANDS = {"slow": 0.05, "fast": 0.5}  # peak speed of the hand's intended motion [m/s]
+WRONG = (0.7, 1.0, 1.3)  # masses and rotor inertias of the controller's model relative to the true values
+MIDDLE = 400.0  # stiffness for the tests of wrong masses [N/m]
+VIRTUAL_MASS = 0.2  # virtual mass of the laws that shape inertia [kg]; the arm's own is about 0.56 along the axis
+NOTICED = 0.10  # noticeable relative change of stiffness or force (Weber fraction 7 to 10 %)
 
-_AXIS = 1  # of L along which the hand moves: towards the user
-_FARTHEST = 0.03  # the hand moves [m]
-_FORCE = 2.5  # largest that the spring is asked for [N]
-_DT = 1e-3  # of the cycle [s]
+_AXIS = 1  # axis of L of the hand's motion, towards the user
+_FARTHEST = 0.03  # largest amplitude of the hand's motion [m]
+_FORCE = 2.5  # largest force of the spring [N]
+_DT = 1e-3  # period of the cycle [s]
 _SUBSTEPS = 10
 
 
@@ -36,38 +36,38 @@ class Case:
     """One experiment."""
 
     law: str
-    """of `LAWS`."""
+    """One of `LAWS`."""
     f_Hz: float
     K_N_per_m: float
     hand: str
-    """of `HANDS`."""
+    """One of `HANDS`."""
     model_scale: float = 1.0
-    """masses and rotors that the controller believes in, over the true ones; gravity is right (it is calibrated)."""
+    """Masses and rotor inertias of the controller's model relative to the true values; gravity is calibrated."""
 
 
 @dataclass(frozen=True)
 class Outcome(Case):
-    """What came of it."""
+    """Result of one experiment."""
 
     felt_N_per_m: float = 0.0
-    """real part of -F_cell / x: the spring that is felt."""
+    """Real part of -F_cell / x: the stiffness at the hand."""
     felt_damping_N_s_per_m: float = 0.0
-    """imaginary part over 2 pi f."""
+    """Imaginary part of -F_cell / x over 2 pi f."""
     stiffness_error: float = 0.0
-    """of the spring that is felt, against K [-]."""
+    """Relative error of the stiffness at the hand [-]."""
     impedance_error: float = 0.0
-    """|-F_cell / x - K| / K: of spring and friction together [-]."""
+    """Relative error of stiffness and friction together, |-F_cell / x - K| / K [-]."""
     force_error: float = 0.0
-    """rms of F_cell - F_desired over rms of F_desired, means taken off [-]."""
+    """Rms of F_cell - F_desired over rms of F_desired, without means [-]."""
     force_rms_N: float = 0.0
-    """of the desired force."""
+    """Rms of the desired force."""
     motion_mm: float = 0.0
-    """amplitude of the handle."""
+    """Amplitude of the handle."""
     peak_speed_m_s: float = 0.0
     neglected_N: float = 0.0
-    """largest inertia and Coriolis force that the law says it leaves to the hand."""
+    """Largest inertial and Coriolis force that the law reports as not compensated."""
     too_fast: bool = False
-    """the running loop warned."""
+    """True if the running loop warned about the speed."""
 
 
 GRID = {
@@ -79,24 +79,24 @@ GRID = {
 }
 
 
-def wanted(point: Point) -> bool:
-    """Every law, frequency, stiffness and hand; wrong masses at one stiffness with the fast hand."""
+def included(point: Point) -> bool:
+    """All laws, frequencies, stiffnesses and hands; wrong masses only at one stiffness with the fast hand."""
     return point["model_scale"] == 1.0 or (point["K_N_per_m"], point["hand"]) == (MIDDLE, "fast")
 
 
 def run(sweep: Sweeper = sweep) -> list[Outcome]:
-    """All outcomes; those with wrong masses are the last."""
-    swept = sweep(measure, GRID, where=wanted)
+    """All outcomes, those with wrong masses last."""
+    swept = sweep(measure, GRID, where=included)
     return sorted((Outcome(**row) for row in swept.rows()), key=lambda o: o.model_scale != 1.0)
 
 
 def measure(point: Point, seed: int) -> dict[str, float]:
-    """One experiment of the sweep; nothing in it is random."""
+    """Run one experiment of the sweep, which is deterministic."""
     return {key: value for key, value in asdict(experiment(Case(**point))).items() if key not in point}
 
 
 def experiment(case: Case) -> Outcome:
-    """One experiment: settle, then whole periods of the motion."""
+    """Run one experiment: settling time, then whole periods of the motion."""
     f = case.f_Hz
     settle, periods = max(0.4, 0.5 / f), max(1, int(0.8 * f))
     t, x, F_cell, F_wanted, commands = _bench(case, settle + periods / f)
@@ -145,7 +145,7 @@ def _bench(case: Case, seconds: float) -> tuple[Array, Array, Array, Array, Arra
     leader.reset(arm.home)
     model = arm.with_scaled_masses(np.full(arm.n, case.model_scale))
     torque = _core.Torque(_options(case, arm, plant), arm.tau_max, _DT)
-    true_gravity = arm.gravity(arm.home) - model.gravity(arm.home)  # calibrated: wrong masses leave it right at home
+    true_gravity = arm.gravity(arm.home) - model.gravity(arm.home)  # calibration corrects gravity of wrong masses
 
     w, K = 2 * np.pi * case.f_Hz, case.K_N_per_m
     A = min(HANDS[case.hand] / w, _FARTHEST, _FORCE * (1 / K + 1 / hand.stiffness))
@@ -170,9 +170,9 @@ def _bench(case: Case, seconds: float) -> tuple[Array, Array, Array, Array, Arra
 
 
 def bandwidth(found: list[Outcome], law: str, K: float, hand: str) -> float:
-    """Frequency up to which the felt stiffness is within `NOTICED` of K, between the grid's by its logarithm [Hz].
+    """Frequency up to which the stiffness at the hand is within `NOTICED` of K, interpolated logarithmically [Hz].
 
-    0 when it is not even at the lowest frequency.
+    The result is 0 if the error is larger already at the lowest frequency.
     """
     rows = [o for o in found if (o.law, o.K_N_per_m, o.hand, o.model_scale) == (law, K, hand, 1.0)]
     rows.sort(key=lambda o: o.f_Hz)
@@ -189,7 +189,7 @@ def bandwidth(found: list[Outcome], law: str, K: float, hand: str) -> float:
 
 
 def table(found: list[Outcome]) -> Table:
-    """Errors of the felt stiffness at the middle stiffness, and the bandwidths."""
+    """Errors of the stiffness at the hand for the middle stiffness, and the bandwidths."""
     out = Table(
         box=None, pad_edge=False, title=f"felt spring: error at {MIDDLE:g} N/m; with friction", title_justify="left"
     )

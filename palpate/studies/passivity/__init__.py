@@ -1,12 +1,12 @@
-"""``palpate study passivity``: does the layer keep its word? Random devices, hands and walls, judged by the simulator.
+"""``palpate study passivity``: test of the passivity layer on random devices, hands and walls in simulation.
 
-One axis, simulated exactly (`_core.Axis`): a device with friction and an encoder, held by a random person's hand that
-goes in and out of a wall of up to 5000 N/m, with up to 50 ms of delay. The layer is the one of the haptic cycle
-(`core/palpate/stability`) and knows what a device knows: counts, the delay, half of the friction. The judge knows the
-truth. Of the friction it takes a bound from below, from the true positions x_k at the cycles:
+One axis is simulated exactly (`_core.Axis`): a device with friction and an encoder, held by a random hand that moves in
+and out of a wall of up to 5000 N/m with up to 50 ms of delay. The layer is that of the haptic cycle
+(`core/palpate/stability`). It uses only data that a device has: encoder counts, the delay and half of the friction. The
+evaluation uses the true positions x_k at the cycles, which give a lower bound of the energy lost to friction:
 
     E_rendered = - integral of F dx                      E_port = E_rendered + sum Fc |dx_k| + b dx_k^2 / T
 
-E_port is what the hand has put into device and wall together; a hand can get energy out of it where E_port falls below
-zero. Figures and what they mean: docs/stability-study.md.
+E_port is the energy that the hand has put into device and wall together. A negative E_port means that the hand has
+extracted energy. docs/stability-study.md explains the figures.
 """

@@ -14,7 +14,7 @@ from palpate.sweep import Axis
 
 @dataclass
 class Command(SweepStudy):
-    """Passivity layer on random devices, hands and walls: the port's true energy, and what the hand feels of it.
+    """Passivity layer on random devices, hands and walls: true energy at the port and changes of the force.
 
     examples:
       palpate study passivity --runs 1000
@@ -22,9 +22,9 @@ class Command(SweepStudy):
     """
 
     runs: int = 10_000
-    """How many random cases; each without the layer, and with it in three modes."""
+    """Number of random cases; each runs without the layer and with the layer in three modes."""
     seed: int = 0
-    """Of the cases."""
+    """Seed of the random cases."""
 
     def study(self, console: Console) -> Findings:
         """Do the work."""
@@ -37,5 +37,5 @@ class Command(SweepStudy):
         found = cast(list[Ran], self.sweeper(console)(experiment, {"run": Axis(range(self.runs))}, self.seed).rows())
         seconds = round(time.monotonic() - begin, 1)
         result: Timed = {**summed_up(found), "seed": self.seed, "seconds": seconds}
-        told = [*tables(result), "simulated devices, simulated hands, one axis"]
-        return Findings(result, lambda folder: [draw(found, folder)], told)
+        report = [*tables(result), "simulated devices, simulated hands, one axis"]
+        return Findings(result, lambda folder: [draw(found, folder)], report)

@@ -1,4 +1,4 @@
-"""Picture of `palpate study passivity`: one wall with 10 ms of delay, and all the random runs."""
+"""The picture of `palpate study passivity`: one wall with 10 ms of delay, and all random runs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _PRESSES = 4
 
 
 def wall() -> Case:
-    """The picture's: a device as an MTM along one axis, a light hand that presses 6 mm deep, four times."""
+    """The case of the picture: a device like an MTM along one axis; a light hand presses 6 mm deep four times."""
     o = _core.AxisOptions()
     o.mass, o.damping, o.coulomb, o.rate, o.quantum = 0.5, 0.3, 0.1, 1000.0, 1e-5
     o.K, o.delay = WALL
@@ -30,7 +30,7 @@ def wall() -> Case:
 
 
 def draw(found: list[Ran], folder: Path) -> Path:
-    """The picture, into a folder."""
+    """Draw the picture into ``folder``; returns the file."""
     path = folder / "passivity.png"
     png(lambda canvas: _picture(found, canvas), path)
     return path
@@ -46,10 +46,10 @@ def _picture(found: list[Ran], canvas: Canvas) -> Figure:
 
 
 def _wall(energy: Axes, force: Axes) -> None:
-    one = wall()
+    case = wall()
     for mode, color, label in (("off", CAP, "layer off"), ("observer", FORCE, "layer on")):
-        _, rows = one.run(mode)
-        energy.plot(rows[:, 0], 1e3 * port(one.axis, rows)[1], color=color, lw=1.3, label=label)
+        _, rows = case.run(mode)
+        energy.plot(rows[:, 0], 1e3 * port(case.axis, rows)[1], color=color, lw=1.3, label=label)
         force.plot(rows[:, 0], -rows[:, 3], color=color, lw=1.0, label=label)
     energy.axhline(-1e3 * BOUND, color=MUTED, lw=0.9, ls=(0, (5, 3)))
     energy.annotate(
@@ -61,8 +61,8 @@ def _wall(energy: Axes, force: Axes) -> None:
         fontsize=8,
         color=MUTED,
     )
-    told = f"{WALL[0]:g} N/m, {1e3 * WALL[1]:g} ms of delay, light hand: energy the hand has put in"
-    energy.set_title(told, loc="left")
+    title = f"{WALL[0]:g} N/m, {1e3 * WALL[1]:g} ms of delay, light hand: energy the hand has put in"
+    energy.set_title(title, loc="left")
     energy.set_ylabel("port, device counted [mJ]")
     energy.legend()
     force.set(xlabel="time [s]", ylabel="force commanded [N]")

@@ -1,4 +1,4 @@
-"""What ``palpate study passivity`` finds. The keys are the documented contract of ``--json`` (docs/json.md)."""
+"""Result of ``palpate study passivity``. The keys are the documented contract of ``--json`` (docs/json.md)."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ from typing import TypedDict
 
 
 class Outcome(TypedDict):
-    """What came of a run of one mode."""
+    """Result of a run in one mode."""
 
     rendered_J: float  #: lowest energy of the rendered wall alone
     port_J: float  #: lowest energy of wall and device together
     diverged: bool
     oscillates: bool
-    change: float  #: largest change of the force against the run without the layer, over its largest force
+    change: float  #: largest difference to the force without the layer, relative to its maximum
 
 
 class Ran(TypedDict):
-    """One random case, without the layer and with it in each mode."""
+    """Results of one random case, without the layer and with the layer in each mode."""
 
     K_N_per_m: float
     B_N_s_per_m: float
@@ -36,7 +36,7 @@ class Ran(TypedDict):
 
 
 class Mode(TypedDict):
-    """All runs of one mode."""
+    """Summary of all runs in one mode."""
 
     mode: str
     lowest_port_J: float
@@ -48,7 +48,7 @@ class Mode(TypedDict):
 
 
 class Change(TypedDict):
-    """How often the layer changes the force by 1 % and more, in some of the runs."""
+    """Number of runs of a group in which the layer changes the force by 1 % or more."""
 
     of: str
     runs: int
@@ -67,7 +67,7 @@ class Found(TypedDict):
 
 
 class Timed(Found):
-    """The study as a command ran it."""
+    """The result with the seed and the duration of the command."""
 
     seed: int
     seconds: float

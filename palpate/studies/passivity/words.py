@@ -1,4 +1,4 @@
-"""What ``palpate study passivity`` says."""
+"""Terminal output of ``palpate study passivity``."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from palpate.studies.passivity.result import Found
 
 
 def tables(result: Found) -> list[RenderableType]:
-    """For people."""
+    """Tables for a terminal."""
     energy = Table(
         box=None, pad_edge=False, title=f"{result['runs']} runs: the port's true energy", title_justify="left"
     )

@@ -15,40 +15,40 @@ from palpate.hands import PRESETS, Hand
 from palpate.studies.passivity.result import Change, Found, Mode, Outcome, Ran
 from palpate.sweep.grid import Point
 
-BOUND = 1e-3  # the port's energy may not fall below minus this [J]
-CHANGED = 0.01  # of the largest force without the layer
-FRICTION_SHARE = 0.5  # of the true friction, that the layer counts on
-LIGHTEST = PRESETS["relaxed"].mass  # of a hand, that the layer counts on [kg]
-SECONDS = 4.0  # of a run
+BOUND = 1e-3  # largest energy that a hand may extract at the port [J]
+CHANGED = 0.01  # counted change of the force, relative to the largest force without the layer [-]
+FRICTION_SHARE = 0.5  # fraction of the true friction that the layer assumes as certain [-]
+LIGHTEST = PRESETS["relaxed"].mass  # smallest hand mass that the layer assumes [kg]
+SECONDS = 4.0  # duration of a run [s]
 ModeName = Literal["off", "observer", "tank", "alone"]
-MODES: tuple[ModeName, ...] = ("observer", "tank", "alone")  # alone: an observer that counts nothing of the device
-_DEPTH, _AWAY = 0.012, 0.020  # farthest that the hand wants to go into the wall, and out of it [m]
+MODES: tuple[ModeName, ...] = ("observer", "tank", "alone")  # alone: an observer without the device's friction
+_DEPTH, _AWAY = 0.012, 0.020  # farthest intended positions of the hand inside and outside the wall [m]
 _STROKE = (0.25, 0.8)  # duration of a stroke [s]
 _REST = 0.2  # longest rest between two [s]
 
 
 @dataclass(frozen=True)
 class Case:
-    """A device, its wall, and what the hand does."""
+    """A device, its wall, and the intended motion of the hand."""
 
     axis: _core.AxisOptions
     path: list[float]
-    """Where the hand wants to be at each cycle [m]; the wall is at x > 0."""
+    """Intended position of the hand in each cycle [m]; the wall is at x > 0."""
 
     @property
     def certified(self) -> bool:
-        """Is the wall stable with this very hand, by the linear part of the certificate, with its margin?"""
+        """True if the linear part of the certificate is stable with this hand, including its margin."""
         a = self.axis
         hand = Hand("its", a.hand_mass, a.hand_damping, a.hand_stiffness)
         device = Device(a.mass, a.damping, a.rate, a.delay, 0.0, a.velocity_cutoff, a.quantum, a.coulomb, hand)
         return bool(SURE * device.loop(hand).K_max(a.B)[0] >= a.K)
 
     def options(self, mode: str) -> _core.StabilityOptions:
-        """The layer, with what a device knows."""
+        """Options of the layer in a mode, from data that a device has."""
         o, a = _core.StabilityOptions(), self.axis
         o.passivity = "observer" if mode == "alone" else mode  # type: ignore[assignment]
         o.delay, o.quantum = a.delay, a.quantum
-        o.acceleration = max(o.acceleration, o.force_cap / (a.mass + LIGHTEST))  # the force throws a light handle
+        o.acceleration = max(o.acceleration, o.force_cap / (a.mass + LIGHTEST))  # the force accelerates a light handle
         friction, share = _core.CertainFriction(), 0.0 if mode == "alone" else FRICTION_SHARE
         friction.coulomb, friction.viscous = np.array([share * a.coulomb]), np.array([share * a.damping])
         friction.quantum = np.array([a.quantum])
@@ -56,12 +56,12 @@ class Case:
         return o
 
     def run(self, mode: str) -> tuple[_core.AxisResult, Array]:
-        """Result, and rows t, x, v, F, energy as `_core.Axis.trace` gives them."""
+        """The result, and the rows t, x, v, F, energy of `_core.Axis.trace`."""
         return _core.Axis(self.axis).trace(SECONDS, self.path[0], path=self.path, stability=self.options(mode))
 
 
 def case(seed: int) -> Case:
-    """A random one; the same seed, the same case."""
+    """A random case that is determined by the seed."""
     rng = np.random.default_rng(seed)
     o = _core.AxisOptions()
     o.mass, o.damping, o.coulomb = log_uniform(rng, 0.05, 0.6), rng.uniform(0.0, 1.0), rng.uniform(0.0, 0.3)
@@ -77,14 +77,14 @@ def case(seed: int) -> Case:
 
 
 def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
-    """A number whose logarithm is uniform."""
+    """A log-uniform random number."""
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
 def strokes(rng: np.random.Generator, n: int, dt: float) -> list[float]:
-    """A path in and out of the wall: strokes of least jerk (Flash and Hogan 1985) between random places, with rests.
+    """A path in and out of the wall: minimum-jerk strokes (Flash and Hogan 1985) between random positions, with rests.
 
-    The last quarter it rests, most often inside the wall: what swings then, swings by itself.
+    The intended position is constant in the last quarter, mostly inside the wall: an oscillation is self-sustained.
     """
     x, path = -_AWAY * rng.uniform(0.2, 1.0), [np.zeros(0)]
     done, last = 0, False
@@ -95,8 +95,8 @@ def strokes(rng: np.random.Generator, n: int, dt: float) -> list[float]:
         path.append(x + (goal - x) * s**3 * (10.0 - 15.0 * s + 6.0 * s**2))
         path.append(np.full(round(rng.uniform(0.0, _REST) / dt), goal))
         x, done = goal, done + len(path[-1]) + len(path[-2])
-    whole = np.concatenate([*path, np.full(n, x)])
-    return [float(v) for v in whole[:n]]
+    positions = np.concatenate([*path, np.full(n, x)])
+    return [float(v) for v in positions[:n]]
 
 
 def port(axis: _core.AxisOptions, rows: Array) -> tuple[Array, Array]:
@@ -107,14 +107,14 @@ def port(axis: _core.AxisOptions, rows: Array) -> tuple[Array, Array]:
 
 
 def passive(axis: _core.AxisOptions) -> bool:
-    """Is the wall passive for every hand, by what the layer knows? b + B >= K (T / 2 + delay), with the certain b."""
+    """True if the wall is passive for every hand: b + B >= K (T / 2 + delay) with the certain friction b."""
     return FRICTION_SHARE * axis.damping + axis.B >= axis.K * (0.5 / axis.rate + axis.delay)
 
 
 def silent(axis: _core.AxisOptions, o: _core.StabilityOptions, force: float, speed: float) -> bool:
-    """Is the layer bound to be silent, for a hand no faster and forces no larger than these [m/s], [N]?
+    """True if the layer provably never acts for forces and speeds up to these bounds [N], [m/s].
 
-    The wall is passive, no cap acts, and the spring pays (docs/stability-passivity.md).
+    The conditions are a passive wall, inactive caps, and sufficient energy in the spring (docs/stability-passivity.md).
     """
     if not passive(axis) or force > o.force_cap or axis.K * speed + axis.B * 2 * speed * axis.rate > o.rate_cap:
         return False
@@ -122,12 +122,12 @@ def silent(axis: _core.AxisOptions, o: _core.StabilityOptions, force: float, spe
 
 
 def pays(K: float, o: _core.StabilityOptions, force: float, speed: float, rate: float = 1000.0) -> bool:
-    """Does the energy of a spring K [N/m] pay for taking its force back, for every force and speed up to these?
+    """True if a spring K [N/m] stores enough energy to remove its force, for all forces and speeds up to the bounds.
 
-    F^2 / 2K + allowance >= cost of F held until delay + T, and of its ramp to zero after that.
+    The condition is F^2 / 2K + allowance >= cost of holding F until delay + T plus cost of its ramp to zero.
     """
     t, a = o.delay + 1.0 / rate, o.acceleration
-    older = 0.5 * a / rate  # of the velocity
+    older = 0.5 * a / rate  # possible change of the velocity since its measurement [m/s]
     return all(
         F**2 / (2.0 * K) + o.allowance
         >= _core.held_cost(F, u + older, a, 0.0, t) + _core.ramp_cost(F, u + older, a, t, o.rate_cap)
@@ -137,24 +137,24 @@ def pays(K: float, o: _core.StabilityOptions, force: float, speed: float, rate: 
 
 
 def experiment(point: Point, seed: int) -> Ran:
-    """One case, without the layer and with it in each of its `MODES`."""
-    one = case(seed)
-    a, o = one.axis, one.options("observer")
-    off, rows = one.run("off")
+    """Run one case without the layer and in each of its `MODES`."""
+    drawn = case(seed)
+    a, o = drawn.axis, drawn.options("observer")
+    off, rows = drawn.run("off")
     force, speed = float(np.abs(rows[:, 3]).max()), float(np.abs(rows[:, 2]).max())
     calm = force < 0.999 * o.force_cap and float(np.abs(np.diff(rows[:, 3])).max()) < 0.999 * o.rate_cap / a.rate
-    each = {mode: one.run(mode) for mode in MODES}
+    each = {mode: drawn.run(mode) for mode in MODES}
     observer, tank, alone = (outcome(a, *each[mode], rows) for mode in MODES)
     return {
         "K_N_per_m": a.K, "B_N_s_per_m": a.B, "delay_s": a.delay, "rate_Hz": a.rate, "case_seed": seed,
-        "passive": passive(a), "certified": one.certified, "calm": calm,
+        "passive": passive(a), "certified": drawn.certified, "calm": calm,
         "silent": silent(a, o, force, speed), "force_N": force, "speed_m_s": speed,
         "off": outcome(a, off, rows, rows), "observer": observer, "tank": tank, "alone": alone,
     }  # fmt: skip
 
 
 def outcome(axis: _core.AxisOptions, result: _core.AxisResult, rows: Array, without: Array) -> Outcome:
-    """What came of a run, beside the same without the layer."""
+    """Result of a run, compared with the rows of the run without the layer."""
     rendered, whole = port(axis, rows)
     n = min(len(rows), len(without))
     largest = float(np.abs(without[:, 3]).max())
@@ -164,7 +164,7 @@ def outcome(axis: _core.AxisOptions, result: _core.AxisResult, rows: Array, with
 
 
 def summed_up(found: list[Ran]) -> Found:
-    """The figures of docs/stability-study.md."""
+    """Summary with the figures of docs/stability-study.md."""
 
     def of(mode: ModeName) -> Mode:
         rows = [f[mode] for f in found]

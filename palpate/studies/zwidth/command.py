@@ -23,21 +23,21 @@ class Command(SweepStudy):
     """
 
     mass: Annotated[float | None, arg(metavar="KG")] = None
-    """Moving mass of the device; this and the next three: the simulated MTM's when left out."""
+    """Moving mass of the device; default: the simulated MTM's."""
     damping: Annotated[float | None, arg(metavar="N*S/M")] = None
-    """Its viscous friction."""
+    """Viscous friction of the device; default: the simulated MTM's."""
     friction: Annotated[float | None, arg(metavar="N")] = None
-    """Its dry friction."""
+    """Dry friction of the device; default: the simulated MTM's."""
     quantum: Annotated[float | None, arg(metavar="M")] = None
-    """Its resolution."""
+    """Position resolution of the device; default: the simulated MTM's."""
     filter: Annotated[float, arg(metavar="HZ")] = 0.0
-    """Cut-off of the velocity's low pass; 0: none."""
+    """Cut-off of the velocity's low pass; 0: no filter."""
     hand: Literal["relaxed", "light", "normal", "firm", "rigid"] = "relaxed"
-    """That holds it."""
+    """Hand that holds the device."""
     rates: Annotated[tuple[float, ...], arg(metavar="HZ")] = RATES
-    """Of the haptic cycle."""
+    """Rates of the haptic cycle."""
     delays: Annotated[tuple[float, ...], arg(metavar="S")] = DELAYS
-    """From the measurement to the force."""
+    """Delays from the measurement to the force."""
 
     def study(self, console: Console) -> Findings:
         """Do the work."""

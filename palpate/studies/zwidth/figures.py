@@ -18,7 +18,7 @@ STABLE, UNSTABLE = "#d5e6ec", "#f8e3df"
 
 
 def draw(found: Found, folder: Path) -> Path:
-    """Write it; returns the file."""
+    """Draw the picture into ``folder``; returns the file."""
     file = folder / "zwidth.png"
     png(lambda canvas: _figure(found, canvas), file)
     return file
@@ -52,7 +52,7 @@ def _plane(axes: Axes, panel: Panel) -> None:
     colors = ListedColormap([UNSTABLE, STABLE])
     axes.pcolormesh(_edges(B), _edges(K), np.array(panel["stable"]).T, cmap=colors, vmin=0, vmax=1, rasterized=True)
     fine = panel["line_B_N_s_per_m"]
-    boundary = [1e9 if k is None else max(k, 1e-9) for k in panel["boundary_N_per_m"]]  # far above, far below
+    boundary = [1e9 if k is None else max(k, 1e-9) for k in panel["boundary_N_per_m"]]  # outside the visible range
     axes.plot(fine, boundary, color=DEPTH, lw=1.6, label="certified boundary (linear loop)")
     passive = [max(k, 1e-9) for k in panel["colgate_brown_N_per_m"]]
     axes.plot(fine, passive, color=FORCE, lw=1.2, ls=(0, (4, 2)), label="passive (Colgate and Brown)")
@@ -63,7 +63,7 @@ def _plane(axes: Axes, panel: Panel) -> None:
 
 
 def _edges(centres: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Of cells around points that are evenly apart in the logarithm."""
+    """Edges (n + 1,) of cells around n logarithmically spaced centres."""
     x = np.log(centres)
     half = 0.5 * (x[1] - x[0])
     return np.asarray(np.exp(np.concatenate([x - half, x[-1:] + half])))

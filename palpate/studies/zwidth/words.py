@@ -1,4 +1,4 @@
-"""What ``palpate study zwidth`` says: the stiffest stable walls."""
+"""Terminal output of ``palpate study zwidth``: the stiffest stable walls."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from palpate.studies.zwidth.result import Found, Panel
 
 
 def largest(panel: Panel) -> Array:
-    """For each damping the stiffness below which every simulated wall is stable (n,) [N/m]; 0 where none is."""
+    """Stiffness up to which every simulated wall is stable, per damping (n,) [N/m]; 0 if no wall is stable."""
     K, stable = np.array(panel["K_N_per_m"]), np.array(panel["stable"])
     count = np.where(stable.all(axis=1), len(K), stable.argmin(axis=1))
     return np.where(count > 0, K[count - 1], 0.0)
 
 
 def words(device: Device) -> str:
-    """The device in a line."""
+    """The device's parameters in one line."""
     return (
         f"{device.mass:.3g} kg, {device.damping:.3g} N s/m, dry friction {device.friction:.3g} N, "
         f"resolution {1e6 * device.quantum:.3g} um, hand {device.hands[0].name}"
@@ -26,7 +26,7 @@ def words(device: Device) -> str:
 
 
 def table(found: Found) -> Table:
-    """Each rate and delay: the stiffest wall, its damping, and what analysis says there."""
+    """The stiffest wall per rate and delay, its damping, and the analytic bounds at this damping."""
     out = Table(title="The stiffest stable wall, simulated", box=None, padding=(0, 2, 0, 0), title_justify="left")
     heads = ("rate\nHz", "delay\nms", "least damping\nK N/m", "best damping\nK N/m", "\nB N s/m", "certified\nthere")
     for head in (*heads, "Colgate-\nBrown, least"):

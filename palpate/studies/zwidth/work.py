@@ -18,16 +18,16 @@ from palpate.sweep.grid import Point
 
 RATES = (250.0, 1000.0, 4000.0)  # [Hz]
 DELAYS = (0.0, 2e-3, 10e-3)  # [s]
-STIFFNESS, DAMPING = (30.0, 100_000.0), (0.1, 300.0)  # ends of the map [N/m], [N s/m]
-POINTS, FINE = (34, 22), 120  # along them, evenly in the logarithm; of the lines
-_TOWARDS_USER = 1  # of the axes of L
+STIFFNESS, DAMPING = (30.0, 100_000.0), (0.1, 300.0)  # ranges of the map [N/m], [N s/m]
+POINTS, FINE = (34, 22), 120  # logarithmically spaced points of the map; points of the boundary lines
+_TOWARDS_USER = 1  # axis of L towards the user
 
 
 def mtm() -> Device:
-    """The simulated MTM at home as a device of one axis: its handle moving along y of L, nothing turning.
+    """The simulated MTM in its home pose as a one-axis device: its handle moves along y of L without rotation.
 
     With q' = M^-1 J^T (J M^-1 J^T)^-1 e for a unit velocity e: mass q'^T M q', damping sum Fv q'^2, dry friction
-    sum Fc |q'|; resolution: one count of the encoder that moves the handle most.
+    sum Fc |q'|; resolution: one count of the encoder with the largest effect on the handle.
     """
     arm = Arm.mtm("right")
     plant, J = arm.leader_options(), arm.jacobian(arm.home)
@@ -47,7 +47,7 @@ def run(
     device: Device, rates: tuple[float, ...], delays: tuple[float, ...], sweep: Sweeper = sweep,
     points: tuple[int, int] = POINTS,
 ) -> Found:  # fmt: skip
-    """The map, and for each rate and delay what stands beside it; keys of docs/json.md."""
+    """The map and the analytic bounds per rate and delay, with the keys of docs/json.md."""
     grid = {
         "rate": Axis(rates, "Hz", "rate of the haptic cycle"),
         "delay": Axis(delays, "s", "from the measurement to the force"),
@@ -62,7 +62,7 @@ def run(
 
 
 def wall(device: Device, point: Point, seed: int) -> dict[str, bool]:
-    """Is this wall stable? Nothing in it is random but the jitter of the device, which has a seed of its own."""
+    """Whether this wall is stable. Only the device's jitter is random, with its own fixed seed."""
     at = replace(device, rate=point["rate"], delay=point["delay"])
     (hand,) = at.hands
     w = at.loop(hand, lubricated=False).K_max(point["B"])[1]
