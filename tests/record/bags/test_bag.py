@@ -63,7 +63,7 @@ def test_report_writes_a_page_and_json(folder, tmp_path, capsys):
     assert main(["report", str(folder), "--out", str(page), "--json", str(told)]) == 0
     text = page.read_text()
     assert "MTMR" in text
-    assert "an arm without a timeout goes on pushing" in text
+    assert "an arm without a timeout keeps pushing" in text
     assert json.loads(told.read_text())["leader"] == "MTMR"
     assert main(["report", str(next(folder.glob("session.*"))), "--out", str(page)]) == 0  # the file alone
 
