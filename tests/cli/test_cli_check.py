@@ -81,7 +81,7 @@ def test_own_stl_in_five_lines(palpate, tmp_path):
     [
         ("    stiffness: 4000", "soft.yaml:4: object 'organ': stiffness 4000 N/m is more than the caps allow"),
         ("    stiffness: 4000", "at 20 mm/s the force would grow by 80 N/s; stability.rate_cap is 50 N/s"),
-        ("    stiffness: 4000", "mend: at most 2500 N/m"),
+        ("    stiffness: 4000", "mend: use at most 2500 N/m"),
         ("stability: {rate_cap: 1000}\n_: [{stiffness: 4000}]", "unknown key '_'"),
         ("arms: {follower: {base: {xyz: [0, 0, 0.6]}}}", "follower psm_lnd cannot reach its start pose"),
         ("arms: {follower: {start: {xyz: [1, 0, 0]}}}", "soft.yaml:9: follower psm_lnd cannot reach its start"),
