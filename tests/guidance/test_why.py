@@ -82,7 +82,7 @@ def test_what_is_told_names_every_part_its_authority_and_the_damping():
     assert "at 50 % of its authority" in words
     alone = fixtures[1].why(pose((0.02, 0.0, 0.0)), V)
     assert "damping: 0.06 N" in alone
-    assert "its authority is 0.5: the hand is given 2.03 N of it" in alone
+    assert "its authority is 0.5: the hand is given 2.03 N" in alone
 
 
 def test_why_names_the_term_that_made_the_force():
