@@ -15,7 +15,7 @@ def test_command_without_recordings(tmp_path, capsys):
     assert main(["study", "force", "--json", "-", "--figures", folder, "--data", str(tmp_path)]) == 0
     out = capsys.readouterr()
     found = json.loads(out.out)
-    assert "the weight is left out" in out.err
+    assert "the study of the weight is skipped" in out.err
     assert set(found) == {"weight", "simulated"} <= json_contract.keys("study force")
     assert set(found["simulated"]) <= json_contract.keys_of("study force", "|")
     assert found["simulated"]["nrmse"] < 0.05

@@ -15,7 +15,7 @@ from palpate.studies._command import Findings, Study
 
 @dataclass
 class Command(Study):
-    """Force without a sensor: a weight on a real arm, a floor touched by a simulated one (a minute).
+    """Force without a sensor: a weight on a real arm, and a floor under a simulated arm (a minute).
 
     examples:
       palpate study force
@@ -23,18 +23,18 @@ class Command(Study):
     """
 
     data: Annotated[Path, arg(metavar="DIR")] = Path(os.environ.get("PALPATE_DATA", "../shared/data"))
-    """Folder of the recordings; without them the weight is left out."""
+    """Folder of the recordings; without recordings, the study of the weight is skipped."""
 
     def study(self, console: Console) -> Findings:
         """Do the work."""
         from palpate.studies.force.figures import draw
-        from palpate.studies.force.work import in_words, simulated, told, weight, words
+        from palpate.studies.force.work import in_words, simulated, weight, weight_json, words
 
         recordings = self.data / "psm_moving"
         load = weight(recordings) if recordings.is_dir() else None
         found, trace = simulated()
         return Findings(
-            {"weight": None if load is None else told(load), "simulated": found},
+            {"weight": None if load is None else weight_json(load), "simulated": found},
             lambda folder: [draw(load, trace, found, folder)],
             [*words(load, recordings), in_words(found)],
         )

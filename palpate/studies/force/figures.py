@@ -1,4 +1,4 @@
-"""The picture of ``palpate study force``: what was told beside what pushed, and the torque of a weight."""
+"""The picture of ``palpate study force``: estimated and true force, and the torque of a weight."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from palpate.studies.force.work import WEIGHT, Found, Trace
 
 
 def draw(load: Load | None, trace: Trace, found: Found, folder: Path) -> Path:
-    """Draw it into ``folder``; the file."""
+    """Draw the picture into ``folder``; returns the file."""
     path = folder / "force.png"
     png(lambda canvas: picture(load, trace, found, canvas), path)
     return path
@@ -34,7 +34,7 @@ def picture(load: Load | None, trace: Trace, found: Found, canvas: Canvas) -> Fi
 def _forces(panels: list[Axes], trace: Trace, found: Found) -> None:
     for k, axes in enumerate(panels):
         axes.plot(trace.t, trace.truth[:, k], color=CELL, lw=2.4, label="what pushes")
-        axes.plot(trace.t, trace.told[:, k], color=FORCE, lw=0.9, label="told by drive torques")
+        axes.plot(trace.t, trace.estimate[:, k], color=FORCE, lw=0.9, label="told by drive torques")
         axes.set_ylabel(f"$F_{'xyz'[k]}$ [N]")
         axes.set_title(f"NRMSE {100 * found['nrmse_axis'][k]:.1f} % of its range", loc="right", color=INK)
     panels[0].legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncols=2, borderaxespad=0.2)
@@ -47,7 +47,7 @@ def _weight(panels: list[Axes], load: Load) -> None:
         axes.plot(load.t, load.tared[:, k], color=CELL, lw=1.2, label="loaded less unloaded")
         axes.plot(load.t, load.fitted[:, k], color=CAP, lw=1.2, label=f"a body of {1e3 * load.mass:.0f} g")
         axes.set_ylabel(f"{('yaw', 'pitch')[k]} [N m]")
-    told = f"{1e3 * load.mass:.0f} g, 95 % {1e3 * low:.0f} to {1e3 * high:.0f} g; on the scale {1e3 * WEIGHT:.0f} g"
-    panels[0].set_title(told, loc="right", color=INK)
+    title = f"{1e3 * load.mass:.0f} g, 95 % {1e3 * low:.0f} to {1e3 * high:.0f} g; on the scale {1e3 * WEIGHT:.0f} g"
+    panels[0].set_title(title, loc="right", color=INK)
     panels[1].legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncols=2, borderaxespad=0.2)
     panels[-1].set_xlabel("t [s]   real PSM, recorded")

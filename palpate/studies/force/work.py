@@ -28,7 +28,7 @@ class Score(TypedDict):
 
 
 class Found(Score):
-    """What the simulation found. The keys are the documented contract of ``--json``."""
+    """Result of the simulation. The keys are the documented contract of ``--json``."""
 
     simulated: bool
     samples_Hz: float
@@ -47,23 +47,23 @@ class Weight(TypedDict):
     assumed: str
 
 
-WEIGHT = 0.105  # that hung on the recorded arm [kg]
+WEIGHT = 0.105  # true mass of the weight on the recorded arm [kg]
 SERVO = 1e-4  # period of the simulated drives [s]
-SAMPLES, TICKS = 200.0, 1000.0  # of a recording, of the cycle [Hz]
-LEARN, PRESS = 30.0, 12.0  # duration of the motions [s]
-NOISE = 0.005  # of a measured drive torque, rms, over the drive's limit
-FLOOR = (600.0, 2.0)  # stiffness, damping of the floor [N/m, N s/m]
-DEEP = 0.03  # of the floor below the middle of the motion [m]
-PUSH = 2.0  # from the side, largest per axis [N]
-#: Excitation about the middle of the simulated arm's motion: amplitude of each joint [rad, m]
+SAMPLES, TICKS = 200.0, 1000.0  # rates of a recording and of the cycle [Hz]
+LEARN, PRESS = 30.0, 12.0  # durations of the motions [s]
+NOISE = 0.005  # rms noise of a measured drive torque, relative to the drive's limit [-]
+FLOOR = (600.0, 2.0)  # stiffness and damping of the floor [N/m, N s/m]
+DEEP = 0.03  # depth of the floor below the middle of the motion [m]
+PUSH = 2.0  # largest lateral force per axis [N]
+#: Middle and amplitude of the simulated arm's joint motion [rad, m].
 MIDDLE = np.array([0.0, 0.0, 0.12, 0.0, 0.0, 0.0])
 SWING = np.array([0.45, 0.45, 0.06, 0.8, 0.5, 0.5])
 
 
 def words(load: Load | None, recordings: Path) -> list[str]:
-    """The weight, for people."""
+    """The result of the weight as lines of text."""
     if load is None:
-        return [f"no recordings in {recordings}: the weight is left out"]
+        return [f"no recordings in {recordings}: the study of the weight is skipped"]
     low, high = load.interval
     error = 100 * (load.mass / WEIGHT - 1.0)
     return [
@@ -74,7 +74,7 @@ def words(load: Load | None, recordings: Path) -> list[str]:
 
 
 def in_words(found: Found) -> str:
-    """The simulated arm, for people."""
+    """The result of the simulated arm as a line of text."""
     axes = ", ".join(f"{axis} {100 * x:.1f}" for axis, x in zip("xyz", found["nrmse_axis"], strict=True))
     return (
         f"simulated PSM: NRMSE {100 * found['nrmse']:.1f} % (by axis {axes} %) over {PRESS:g} s of a motion it was "
@@ -83,7 +83,7 @@ def in_words(found: Found) -> str:
 
 
 def weight(folder: Path) -> Load:
-    """The weight on the recorded PSM; the dynamics are of the recordings without it."""
+    """Estimate the weight on the recorded PSM; the dynamics are identified from recordings without the weight."""
     from palpate.identify.dynamics import identify, read_motion
     from palpate.identify.payload import estimate_load
 
@@ -95,8 +95,8 @@ def weight(folder: Path) -> Load:
     return estimate_load(identify([one, two, again], arm), loaded, [one, again])
 
 
-def told(load: Load) -> Weight:
-    """As JSON."""
+def weight_json(load: Load) -> Weight:
+    """The weight as JSON values."""
     return {
         "mass_kg": load.mass,
         "deviation_kg": load.deviation,
@@ -110,11 +110,11 @@ def told(load: Load) -> Weight:
 
 @dataclass(frozen=True)
 class Trace:
-    """What pushed the simulated tool, and what was told."""
+    """True and estimated force on the simulated tool."""
 
     t: Array  # (k,) [s]
-    truth: Array  # (k, 3) F_T_B [N]
-    told: Array  # (k, 3)
+    truth: Array  # (k, 3) true F_T_B [N]
+    estimate: Array  # (k, 3) estimated F_T_B [N]
 
 
 def simulated() -> tuple[Found, Trace]:
@@ -141,7 +141,7 @@ def identified(arm: Arm) -> Dynamics:
 
 
 def press(arm: Arm, model: Dynamics) -> Trace:
-    """Another motion meets a floor below the tool and is pushed from the sides."""
+    """Another motion, in which the tool touches a floor and is pushed from the sides."""
     from palpate.arm.observer import estimate_options
 
     follower, path, noise, push = _follower(arm), _path(2), _noise(arm, 2), _waves(3, 2)
@@ -165,7 +165,7 @@ def press(arm: Arm, model: Dynamics) -> Trace:
 def score(trace: Trace) -> Score:
     """NRMSE: rms of the error vector over the largest force; of an axis: rms of its error over its force's range."""
     settled = slice(round(TICKS), None)
-    truth, error = trace.truth[settled], (trace.told - trace.truth)[settled]
+    truth, error = trace.truth[settled], (trace.estimate - trace.truth)[settled]
     rms, largest = float(np.sqrt((error**2).sum(axis=1).mean())), float(np.linalg.norm(truth, axis=1).max())
     by_axis = np.sqrt((error**2).mean(axis=0)) / np.ptp(truth, axis=0)
     return {"nrmse": rms / largest, "nrmse_axis": by_axis.tolist(), "error_rms_N": rms, "force_max_N": largest}
@@ -185,13 +185,13 @@ def _noise(arm: Arm, seed: int) -> Callable[[], Array]:
 
 
 def _path(seed: int) -> Callable[[float], Array]:
-    """Joints from rest at the middle."""
+    """Joint positions as a function of time, starting at rest in the middle."""
     wave = _waves(seed, 6)
     return lambda t: np.asarray(MIDDLE + SWING * wave(t) * min(t, 1.0))
 
 
 def _waves(seed: int, n: int) -> Callable[[float], Array]:
-    """n sums, at most 1, of five harmonics of about 0.1 Hz."""
+    """n sums of five harmonics of about 0.1 Hz, with magnitudes up to 1."""
     rng = np.random.default_rng(seed)
     frequency = 0.1 * rng.permutation(np.arange(1, 9))[:5][:, None] * rng.uniform(0.9, 1.1, (5, n))
     phase = rng.uniform(0.0, 2.0 * np.pi, (5, n))

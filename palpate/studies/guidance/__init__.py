@@ -1,8 +1,8 @@
-"""``palpate study guidance``: do virtual fixtures, forces and visual cues help? Simulated operators answer.
+"""``palpate study guidance``: effect of virtual fixtures, forces and visual cues on simulated operators.
 
-They are models, not people (`palpate.operators`, with the source of every trait). Each does four tasks under each
-condition, in closed loop through the whole chain: hand, master arm, haptic cycle with its caps, instrument. Effects are
-against the console without help, with confidence from a bootstrap over the operators; beside them stands what the
-literature says of people. How well must guidance be registered? It is laid beside the truth by 1, 2, 3 and 5 mm: the
-operators aim at the true path, and somewhere it makes things worse than none. The last of these is the control.
+The operators are models, not people (`palpate.operators`, with the source of every trait). Each operator performs four
+tasks under each condition in closed loop through hand, master arm, haptic cycle with its caps, and instrument. Effects
+are relative to the console without assistance, with confidence intervals from a bootstrap over the operators, and are
+compared with published effects on people. Registration errors of 1, 2, 3 and 5 mm displace the guidance from the true
+path, at which the operators aim; from some error on, guidance is worse than none. The largest error is the control.
 """

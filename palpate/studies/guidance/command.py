@@ -14,7 +14,7 @@ from palpate.studies.guidance.work import SEED
 
 @dataclass
 class Command(SweepStudy):
-    """Virtual fixtures, forces and visual cues in four tasks, done by simulated operators (some six minutes).
+    """Virtual fixtures, forces and visual cues in four tasks with simulated operators (about six minutes).
 
     examples:
       palpate study guidance
@@ -24,13 +24,13 @@ class Command(SweepStudy):
     """
 
     operators: Annotated[int, arg(metavar="N")] = 200
-    """How many simulated operators."""
+    """Number of simulated operators."""
     seed: int = SEED
-    """Of the cohort and of all that is random."""
+    """Seed of the cohort and of all noise."""
     conformance: bool = False
-    """Instead: every role x geometry x law x policy, judged by numbers of its own; and --entry."""
+    """Run the conformance suite of all roles, geometries, laws and policies instead, including --entry."""
     entry: bool = False
-    """Instead: how far the tool gets into hard regions and soft ones, in the whole simulation (some two minutes)."""
+    """Measure the penetration of hard and soft fixtures in the full simulation instead (about two minutes)."""
 
     def study(self, console: Console) -> Findings:
         """Do the work."""
@@ -40,8 +40,8 @@ class Command(SweepStudy):
             judged = conform(self.sweeper(console))
             return Findings({"conformance": judged}, lambda _: [], conformance_words(judged))
         if self.entry:
-            told = entered(self.sweeper(console))
-            return Findings({"entry": told}, lambda _: [], entry_words(told))
+            penetration = entered(self.sweeper(console))
+            return Findings({"entry": penetration}, lambda _: [], entry_words(penetration))
         return self._study(console)
 
     def _study(self, console: Console) -> Findings:
@@ -54,9 +54,9 @@ class Command(SweepStudy):
         from palpate.studies.guidance.yields import yielding
 
         rows = run(self.operators, self.seed, self.sweeper(console))
-        told: Found = {
+        found: Found = {
             **summary(rows, self.seed),
             "visual_cues": cued(self.operators, self.seed, self.sweeper(console)),
             "yields": yielding(self.operators, self.seed, self.sweeper(console)),
         }
-        return Findings(told, lambda folder: draw(rows, told, folder, self.seed), tables(told))
+        return Findings(found, lambda folder: draw(rows, found, folder, self.seed), tables(found))

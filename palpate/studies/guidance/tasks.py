@@ -1,7 +1,7 @@
-"""The four tasks of `palpate study guidance`: what is touched, what is to be done, what guides, what is judged.
+"""The four tasks of `palpate study guidance`: touched object, path, guidance and measures.
 
-Lengths in metres in W. What is touched is there in every condition; the guidance is a list as in a scene file. The
-judges here are numpy's: they know the true path and the true forbidden region, never what the guidance believes.
+Lengths are in metres in W. The touched object exists in every condition; the guidance is a list as in a scene file. The
+measures are computed in numpy from the true path and the true forbidden region, never from the guidance.
 """
 
 from __future__ import annotations
@@ -20,41 +20,41 @@ from palpate.operators import Errand
 from palpate.studies.guidance.result import Purpose
 
 RADIUS = 0.002
-"""Of the tool's sphere [m]."""
+"""Radius of the tool's sphere [m]."""
 SCALE = 0.5
-"""Tool motion per hand motion."""
+"""Tool motion per hand motion [-]."""
 BESIDE = np.array([0.0, 1.0, 0.0])
-"""Unit: where misplaced guidance lies beside what it should be."""
+"""Direction (unit vector) in which misplaced guidance is displaced."""
 KEPT = 0.001
-"""Radius of the hose around the path that hard guidance keeps the tool in [m]."""
+"""Radius of the tube around the path that hard guidance keeps the tool in [m]."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """One task."""
+    """A task with its object, guidance and measures."""
 
     title: str
     errand: Errand
     thing: dict[str, Any]
-    """What is touched, as an object of a scene; a mesh of ours takes its place where `surface` makes one."""
+    """The touched object in a scene; it is replaced by the mesh of `surface` if given."""
     guidance: Callable[[Array, bool], list[dict[str, Any]]]
-    """The fixtures for a path that lies so far beside the true one (3,) [m]; hard ones keep the tool in, or out."""
+    """Fixtures for a displacement (3,) [m] of the path, soft or hard; hard fixtures keep the tool in or out."""
     outside: Callable[[Array], Array]
-    """How deep tool positions (n, 3) are in the forbidden region, below zero outside of it (n,) [m]."""
+    """Depth (n,) [m] of tool positions (n, 3) in the forbidden region, negative outside the region."""
     off: Callable[[Array], Array]
-    """Path error of tool positions (n, 3), (n,) [m]."""
+    """Path error (n,) [m] of tool positions (n, 3)."""
     surface: Callable[[], _core.Mesh] | None = None
     purpose: Purpose = "path_error_mm"
-    """The measure that its guidance is for."""
+    """The measure at which the guidance aims."""
 
     @cached_property
     def start(self) -> Array:
-        """(3,) where the tool begins [m]."""
+        """Start position of the tool (3,) [m]."""
         lift = -0.001 * np.array(self.errand.into) if self.errand.press > 0.0 else 0.0
         return np.asarray(self.errand.path[0] + lift)
 
     def scene(self) -> dict[str, Any]:
-        """As a scene file, without guidance; the simulated hand rests where the task begins."""
+        """Content of a scene file without guidance; the simulated hand rests at the start of the task."""
         return {
             "objects": [self.thing | {"damping": 1.0}],
             "mapping": {"scale": SCALE},
@@ -66,7 +66,7 @@ class Task:
 
 
 def distance(p: Array, path: Array) -> tuple[Array, Array]:
-    """(n,) from points (n, 3) to a polyline (m, 3), and the nearest places (n, 3) on it."""
+    """Distances (n,) from points (n, 3) to a polyline (m, 3), and the nearest points (n, 3) on the polyline."""
     a, d = path[:-1], np.diff(path, axis=0)
     best, where = np.full(len(p), np.inf), np.zeros_like(p)
     for begin, step in zip(a, d, strict=True):
@@ -79,7 +79,7 @@ def distance(p: Array, path: Array) -> tuple[Array, Array]:
 
 
 def sleeve(path: Array, inner: Array, thickness: float, sides: int = 24) -> _core.Mesh:
-    """A hose along a path (n, 3) that is inner (n,) wide inside: closed, and solid between its walls [m]."""
+    """A closed tube mesh along a path (n, 3) with inner radii (n,) and a solid wall of ``thickness`` [m]."""
     along = np.gradient(path, axis=0)
     along /= np.linalg.norm(along, axis=1)[:, None]
     side = np.cross(along, [0.0, 0.0, 1.0]) if abs(along[0, 2]) < 0.9 else np.cross(along, [0.0, 1.0, 0.0])
@@ -107,7 +107,7 @@ def sleeve(path: Array, inner: Array, thickness: float, sides: int = 24) -> _cor
 
 
 def _evenly(curve: Array, step: float = 0.0005) -> Array:
-    """The same curve in points so far apart [m]."""
+    """The curve (n, 3), resampled with the spacing ``step`` [m]."""
     s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1))])
     at = np.linspace(0.0, s[-1], int(s[-1] / step) + 1)
     return np.column_stack([np.interp(at, s, curve[:, j]) for j in range(3)])
@@ -205,7 +205,7 @@ def insertion() -> Task:
 
 
 def _follow(path: Array, beside: Array, hard: bool) -> dict[str, Any]:
-    """A path that attracts; or a hose around it that is not left."""
+    """Guidance for a path: an attracting fixture, or a hard tube around the path."""
     if hard:
         return {
             "name": "path",
@@ -223,12 +223,12 @@ def _follow(path: Array, beside: Array, hard: bool) -> dict[str, Any]:
 
 
 def _flat(p: Array, path: Array) -> Array:
-    """Distance (n,) across the tissue alone, without height [m]."""
+    """Horizontal distance (n,) to the path, without the height [m]."""
     flat = np.array([1.0, 1.0, 0.0])
     return distance(p * flat, path * flat)[0]
 
 
-#: By name.
+#: Tasks by name.
 TASKS: dict[str, Callable[[], Task]] = {
     "ring": ring_on_wire,
     "tracing": tracing,

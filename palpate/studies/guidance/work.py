@@ -22,26 +22,26 @@ from palpate.sweep.work import seed_of
 
 SEED = 7
 MOST = 15.0
-"""Longest trial [s]."""
+"""Largest duration of a trial [s]."""
 FEW = 50
-"""Operators, the first ones, with whom the registration error is swept."""
+"""Number of operators, the first of the cohort, for the sweep over the registration error."""
 STEADY = 0.05e-3
-"""The forbidden region counts as left once the tool is so far outside of it [m]."""
+"""Distance outside the forbidden region at which the region counts as left [m]."""
 
 
 @dataclass(frozen=True)
 class Condition:
-    """What the console gives."""
+    """Assistance that the console provides."""
 
     words: str
     senses: Senses
     forces: bool = False
-    """contact is felt."""
+    """True if contact forces are rendered."""
     guidance: Literal["", "soft", "hard"] = ""
     beside_mm: float = 0.0
-    """registration error: how far the guidance lies beside the truth, to one side or the other by the operator [mm]."""
+    """Registration error: displacement of the guidance, with a sign that alternates over the operators [mm]."""
     haste: bool = True
-    """operators press harder where they do not feel: `TRAITS["haste"]`, put in by hand. Without: the ablation."""
+    """Operators press harder without force feedback (assumed trait `TRAITS["haste"]`); False for the ablation."""
 
 
 def _misplaced(error: float) -> Condition:
@@ -58,11 +58,11 @@ CONDITIONS: dict[str, Condition] = {
     "control_wrong": _misplaced(5.0),
 }
 REGISTRATION: dict[str, Condition] = {f"registration_{e:g}mm": _misplaced(e) for e in (1.0, 2.0, 3.0)}
-"""Between `haptics+guidance` and `control_wrong`."""
+"""Conditions with registration errors between `haptics+guidance` and `control_wrong`."""
 ABLATION: dict[str, Condition] = {"none_no_haste": Condition("the picture alone", Senses(), haste=False)}
 ALL = CONDITIONS | REGISTRATION | ABLATION
 CUED: dict[str, Condition] = {"visual+haptics": Condition("path drawn, contact felt", Senses("felt", drawn=True), True)}
-"""Beside `visual` and `haptics`, in guidance_cues.py. A bar adds nothing to a force that is felt, in this model."""
+"""Condition of cues.py in addition to `visual` and `haptics`; a force bar adds nothing to a felt force."""
 
 MEASURES = {
     "path_error_mm": Label("mm", "rms distance from the path"),
@@ -74,7 +74,7 @@ MEASURES = {
 
 
 def run(operators: int = 200, seed: int = SEED, sweep: Sweeper = sweep) -> Trials:
-    """A row per operator, task and condition."""
+    """One row per operator, task and condition."""
     if operators < 2:
         raise ValueError(f"operators must be 2 or more: a spread needs two. Got: {operators}")
     grid = {
@@ -83,30 +83,30 @@ def run(operators: int = 200, seed: int = SEED, sweep: Sweeper = sweep) -> Trial
         "condition": Axis(ALL),
         "cohort": Axis([seed]),
     }
-    return sweep(measure, grid, seed, labels=MEASURES, where=_asked).rows()
+    return sweep(measure, grid, seed, labels=MEASURES, where=_included).rows()
 
 
 def trial_seed(operator: int, task: str, condition: str, seed: int = SEED) -> int:
-    """Of one trial of `run`: the sweep's own for this point."""
+    """Seed of one trial of `run`, equal to the sweep's seed of this point."""
     tasks, conditions = list(TASKS), list(ALL)
     return seed_of(seed, (operator * len(tasks) + tasks.index(task)) * len(conditions) + conditions.index(condition))
 
 
-def _asked(point: Point) -> bool:
-    """Registration is swept with some; haste has no part in tasks in which nothing is pressed."""
+def _included(point: Point) -> bool:
+    """Registration errors only for the first operators; the ablation of haste only for tasks with pressing."""
     if point["condition"] in ABLATION:
         return task_of(point["task"]).errand.press > 0.0
     return point["condition"] not in REGISTRATION or point["operator"] < FEW
 
 
 def measure(point: Point, seed: int) -> dict[str, float]:
-    """One trial of the sweep."""
+    """Run one trial of the sweep and return its measures."""
     trial = attempt(point["operator"], point["task"], point["condition"], seed, point["cohort"])
     return judged(task_of(point["task"]), trial)
 
 
 def attempt(operator: int, task: str, condition: str, seed: int, cohort_seed: int = SEED, yields: float = 1.0) -> Trial:
-    """One operator does one task under one condition, with a share of the trait `yields`."""
+    """Simulate one operator in one task under one condition; ``yields`` scales the trait of the same name."""
     who, c, t = person(operator, cohort_seed), (ALL | CUED)[condition], task_of(task)
     if not c.haste:
         who = replace(who, haste=1.0)
@@ -126,7 +126,7 @@ def attempt(operator: int, task: str, condition: str, seed: int, cohort_seed: in
 
 @lru_cache
 def task_of(name: str) -> Task:
-    """By name."""
+    """The task with this name."""
     return TASKS[name]()
 
 
@@ -144,7 +144,7 @@ def _rig(name: str, guidance: str, beside_mm: float) -> Rig:
 
 
 def judged(task: Task, trial: Trial) -> dict[str, float]:
-    """The measures of a trial, from the true positions."""
+    """The measures of a trial, computed from the true positions."""
     deep = task.outside(trial.p_WT)
     inside = False
     entries = 0

@@ -1,6 +1,7 @@
-"""How much of what guidance does to the path error comes from how readily operators give way: `TRAITS["yields"]`.
+"""Sensitivity of the guidance effect to the operators' compliance, `TRAITS["yields"]`.
 
-The trait's number is ours. Here the same operators, with the same noise, have all of it, half of it, and none.
+The value of this trait is an assumption of this project. The same operators with the same noise are simulated with the
+full trait, with half of it, and without it.
 """
 
 from __future__ import annotations
@@ -16,21 +17,21 @@ from palpate.sweep import sweep
 from palpate.sweep.grid import Point
 
 SHARES = (1.0, 0.5, 0.0)
-"""Of their own trait."""
+"""Scale factors of the trait [-]."""
 PATHS = tuple(name for name in TASKS if task_of(name).purpose == "path_error_mm")
-"""Tasks in which guidance is for the path."""
+"""Tasks whose guidance aims at the path error."""
 
 
 def yielding(operators: int, seed: int = SEED, sweep: Sweeper = sweep) -> list[Yielded]:
-    """A row per task and share, of the first operators of the cohort; as `yields` in docs/json.md."""
+    """One row per task and scale factor for the first operators of the cohort; `yields` in docs/json.md."""
     rows, draws = of_the_first(yielded, PATHS, operators, seed, sweep, "yields")
-    told: list[Yielded] = []
+    out: list[Yielded] = []
     for task, mine in rows.items():
         none = np.array([row["none_mm"] for row in mine])
         for share in SHARES:
             guided = np.array([row[_key(share)] for row in mine])
             low, high = np.percentile(guided[draws].mean(axis=1) / none[draws].mean(axis=1) - 1.0, [2.5, 97.5])
-            told.append({
+            out.append({
                 "task": task,
                 "share": share,
                 "path_error_mm": float(guided.mean()),
@@ -38,11 +39,11 @@ def yielding(operators: int, seed: int = SEED, sweep: Sweeper = sweep) -> list[Y
                 "change_low": float(low),
                 "change_high": float(high),
             })  # fmt: skip
-    return told
+    return out
 
 
 def yielded(point: Point, seed: int) -> dict[str, float]:
-    """Path errors of one operator in one task, the noise the same: the picture alone, and guided by each share."""
+    """Path errors of one operator in one task with the same noise: without guidance, and per scale factor."""
     operator, task, cohort = point["operator"], point["task"], point["cohort"]
 
     def error(condition: str, share: float) -> float:

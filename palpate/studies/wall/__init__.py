@@ -1,6 +1,5 @@
-"""``palpate study wall``: Table 1 and Fig 13 of Munawar and Fischer 2016, on the simulated MTM with one hand.
+"""``palpate study wall``: Table 1 and Fig 13 of Munawar and Fischer 2016, simulated on the MTM with one hand.
 
-The published overshoots of rows 2 and 3 fit one hand and one loop delay; row 1 is then an oscillation that does not
-end. What else would do the same, and what each value does to the rows, is told beside (docs/wall.md). The simulation
-is ``bench``, the search ``fit``.
+One hand and one loop delay are fitted to the published overshoots of rows 2 and 3; row 1 then oscillates permanently.
+docs/wall.md shows alternatives and the sensitivity to each value. The simulation is in ``bench``, the fit in ``fit``.
 """

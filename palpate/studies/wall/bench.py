@@ -1,7 +1,7 @@
-"""The paper's virtual wall on the whole simulation: hand, MTM, drives with their delay, haptic cycle.
+"""The paper's virtual wall in the full simulation: hand, MTM, drives with delay, and haptic cycle.
 
-The paper counts y from the master's base towards the handle; the base frame of the da Vinci, in which the scene is
-written, has its y axis the other way: the wall y = 0.385 m of the paper is y = -0.385 m there.
+The paper measures y from the master's base towards the handle. The scene uses the base frame of the da Vinci, whose y
+axis has the opposite direction: the paper's wall at y = 0.385 m is at y = -0.385 m in the scene.
 """
 
 from __future__ import annotations
@@ -20,46 +20,46 @@ from palpate.record.ticks import as_ticks
 from palpate.scene import Scene
 from palpate.scene.rig import Rig, build
 
-WALL = 0.385  # from the master's base, along y; overshoot is read against it [m]
-KP = 400.0  # [N/m]
-SECONDS = 4.0
-END = 0.6  # of a run that is judged for rest [s]
-SETTLED = 0.05  # share of the peak penetration
-OSCILLATES = 5e-4  # swing at the end, peak to peak [m]
-_START = 0.2  # the hand begins to move [s]
+WALL = 0.385  # distance of the wall from the master's base along y, reference of the overshoot [m]
+KP = 400.0  # stiffness of the wall [N/m]
+SECONDS = 4.0  # duration of a run [s]
+END = 0.6  # final interval that is tested for rest [s]
+SETTLED = 0.05  # settling band relative to the peak penetration [-]
+OSCILLATES = 5e-4  # smallest final peak-to-peak amplitude of an oscillation [m]
+_START = 0.2  # start of the hand's motion [s]
 _HERE = Path(__file__).resolve().parents[2]
 
 
 def scene_file() -> Path:
-    """``scenes/wall.yaml``, beside the installed package or in the repository."""
+    """Path of ``scenes/wall.yaml`` in the installed package or in the repository."""
     return next(p for p in (_HERE / "scenes" / "wall.yaml", _HERE.parent / "scenes" / "wall.yaml") if p.is_file())
 
 
 @dataclass(frozen=True)
 class Press:
-    """A hand, what it does, and how late the arm answers."""
+    """A hand, its motion, and the delay of the loop."""
 
     mass_kg: float
     damping_N_s_per_m: float
     stiffness_N_per_m: float
     push_N: float
-    """On a wall of infinite stiffness, at rest."""
+    """Static force on an infinitely stiff wall."""
     approach_s: float
-    """Duration of the hand's intended way, from 20.5 mm before the wall (minimum jerk)."""
+    """Duration of the hand's intended motion, which starts 20.5 mm before the wall (minimum jerk)."""
     delay_s: float
-    """From the computed force to the torque; sampling and the tool's way come on top of it."""
+    """Delay from the computed force to the torque; sampling and the follower add to this delay."""
 
     @classmethod
     @cache
     def fitted(cls) -> Self:
-        """As the scene says."""
+        """The hand and the delay of the shipped scene."""
         scene = Scene.load(scene_file())
         o, path = scene.operator, scene.operator.path or ()
         push = o.stiffness * (-path[-1].xyz[1] - WALL)
         return cls(o.mass, o.damping, o.stiffness, push, path[-1].t - path[0].t, scene.loop_delay)
 
     def scaled(self, **factors: float) -> Self:
-        """With some values multiplied."""
+        """A copy with some values multiplied by factors."""
         return replace(self, **{name: getattr(self, name) * factor for name, factor in factors.items()})
 
     def of_another(self, person: int) -> Self:
@@ -72,52 +72,52 @@ class Press:
 
 @dataclass(frozen=True)
 class Setting:
-    """The wall, and how it is rendered."""
+    """The wall and the options of its rendering."""
 
     kd: float
-    """K_d [N s/m]."""
+    """Damping K_d of the wall [N s/m]."""
     kp: float = KP
     rate: float = 500.0
-    """Of the haptic cycle [Hz]."""
+    """Rate of the haptic cycle [Hz]."""
     passivity: str = "off"
-    """As in a scene: `stability.passivity`."""
+    """Value of `stability.passivity` in the scene."""
     coulomb_scale: float = 1.0
-    """Of the arm's dry friction."""
+    """Scale of the arm's dry friction [-]."""
 
 
 @dataclass(frozen=True)
 class Trace:
-    """What happened."""
+    """Signals of a run."""
 
     t: Array
-    """(n,) [s]."""
+    """Time (n,) [s]."""
     y: Array
-    """(n,) the handle, along the paper's y [m]."""
+    """Position of the handle along the paper's y (n,) [m]."""
     F_cell: Array
-    """(n,) of the arm on the hand, out of the wall [N]."""
+    """Force of the arm on the hand, positive out of the wall (n,) [N]."""
     energy: Array
-    """(n,) taken from the hand by the rendered force; below zero it was generated [J]."""
+    """Energy that the rendered force has taken from the hand, negative if generated (n,) [J]."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """A row of Table 1, measured."""
+    """Measured values of a row of Table 1."""
 
     overshoot_percent: float
     """Largest penetration over 0.385 m."""
     settling_s: float | None
-    """From the touch until within 5 % of the peak penetration around the rest; None when it never rests."""
+    """Time from contact until the depth stays within 5 % of the peak around its final value; None without rest."""
     steady_state_m: float
-    """Depth at rest; half the swing when it never rests."""
+    """Depth at rest; half the final peak-to-peak amplitude without rest."""
     limit_cycle: bool
     swing_m: float
-    """Peak to peak in the last 0.6 s."""
+    """Peak-to-peak amplitude in the last 0.6 s."""
     energy_J: float
-    """At the end; below zero the wall has made energy."""
+    """Energy taken from the hand until the end; negative if the wall has generated energy."""
     rigidity_N_per_m: float | None
-    """As felt: the load cell's force at rest over the depth there; None when it never rests."""
+    """Load cell's force over depth, both at rest; None without rest."""
     rebound: float
-    """Speed out of the wall over the speed into it, of the first bounce: 1 is a spring, 0 a sponge."""
+    """Ratio of exit speed to entry speed of the first bounce: 1 for a spring, 0 for a sponge [-]."""
 
 
 @cache
@@ -130,12 +130,12 @@ def _rig(setting: Setting) -> Rig:
     arms = scene.arms.model_copy(update={"leader": leader})
     changed = {"objects": (wall,), "stability": stability, "rates": rates, "arms": arms}
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # that it may oscillate is what the study shows
+        warnings.simplefilter("ignore")  # the warning about oscillation is expected here
         return build(scene.model_copy(update=changed))
 
 
 def press(setting: Setting, hand: Press, seconds: float = SECONDS) -> Trace:
-    """The hand moves the handle into the wall and pushes on."""
+    """Simulate a hand that moves the handle into the wall and continues to push."""
     rig = _rig(setting)
     o = rig.options()
     held = o.hand
@@ -152,7 +152,7 @@ def press(setting: Setting, hand: Press, seconds: float = SECONDS) -> Trace:
 
 
 def judge(trace: Trace) -> Outcome:
-    """The row of Table 1 that a run makes."""
+    """Compute the row of Table 1 from a run."""
     t, depth = trace.t, trace.y - WALL
     inside, last = np.flatnonzero(depth > 0.0), t > t[-1] - END
     swing, rest, peak = float(np.ptp(depth[last])), float(depth[last].mean()), float(depth.max())

@@ -1,4 +1,4 @@
-"""The search for one hand and one loop delay that make the rows of Table 1."""
+"""The fit of one hand and one loop delay to the rows of Table 1."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ TRIES, STEPS = 300, 300
 
 
 def loss(outcomes: list[Outcome]) -> float:
-    """How far three rows are from the published ones: squared logarithms, the overshoots of rows 2 and 3 first.
+    """Weighted squared logarithmic errors of three rows against the published rows, mainly the overshoots of rows 2, 3.
 
-    Row 1 shall oscillate, the others rest.
+    A penalty is added if row 1 does not oscillate or another row does not settle.
     """
 
-    def off(x: float, wanted: float) -> float:
-        return float(np.log(max(x, 1e-6) / wanted) ** 2)
+    def off(x: float, target: float) -> float:
+        return float(np.log(max(x, 1e-6) / target) ** 2)
 
     total = 0.0 if outcomes[0].limit_cycle else 2.0
     total += 0.3 * off(outcomes[0].overshoot_percent, TABLE_1[0.0].offshoot_percent)
     for kd, outcome in zip(KDS[1:], outcomes[1:], strict=True):
-        wanted = TABLE_1[kd]
-        total += 4.0 * off(outcome.overshoot_percent, wanted.offshoot_percent)
-        total += 0.5 * off(outcome.settling_s, wanted.response_s) if outcome.settling_s is not None else 4.0
-        total += 0.3 * off(outcome.steady_state_m, wanted.steady_state_m)
+        published = TABLE_1[kd]
+        total += 4.0 * off(outcome.overshoot_percent, published.offshoot_percent)
+        total += 0.5 * off(outcome.settling_s, published.response_s) if outcome.settling_s is not None else 4.0
+        total += 0.3 * off(outcome.steady_state_m, published.steady_state_m)
     return total
 
 
 def search(seed: int = 1, on_progress: Callable[[str], object] = lambda _: None) -> tuple[Press, float]:
-    """Random hands, then steps from the best one; (the best, its loss)."""
+    """Search random hands, then random steps from the best one; returns the best hand and its loss."""
     rng = np.random.default_rng(seed)
     low, high = (np.log(astuple(bound)) for bound in (LOW, HIGH))
     best, least = low, np.inf
@@ -51,7 +51,7 @@ def search(seed: int = 1, on_progress: Callable[[str], object] = lambda _: None)
 
 
 def words(found: Press, least: float) -> str:
-    """The hand in a sentence."""
+    """The fitted hand in one sentence."""
     return (
         f"found again: {found.mass_kg:.3g} kg, {found.damping_N_s_per_m:.3g} N s/m, {found.stiffness_N_per_m:.3g} N/m, "
         f"push {found.push_N:.3g} N, approach {found.approach_s:.3g} s, delay {1e3 * found.delay_s:.3g} ms, "

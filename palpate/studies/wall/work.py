@@ -13,27 +13,27 @@ from palpate.studies.wall.result import Changed, Found, Hands, Person, Row, Trac
 from palpate.sweep import Axis, Label
 from palpate.sweep.grid import Point
 
-KDS = (0.0, 5.0, 10.0)  # Table 1 [N s/m]
-CURVE = (0.0, 2.5, 5.0, 7.5, 10.0, 15.0, 20.0, 30.0)  # [N s/m]
-BETWEEN = 100  # hands on the walls of the curve that are not in Table 1
+KDS = (0.0, 5.0, 10.0)  # damping of the walls in Table 1 [N s/m]
+CURVE = (0.0, 2.5, 5.0, 7.5, 10.0, 15.0, 20.0, 30.0)  # damping of the walls of the curve [N s/m]
+BETWEEN = 100  # number of hands on walls that are not in Table 1
 SHIPPED = (250.0, 100.0)  # rates of the authors' published code [Hz]
 PASSIVE = "observer"
 Measured = Literal["overshoot_percent", "settling_s", "rigidity_N_per_m", "rebound"]
-NUDGE = 0.2  # of the sensitivity, either way
+NUDGE = 0.2  # relative change for the sensitivity, in both directions
 
 
 @dataclass(frozen=True)
 class Published:
-    """A row of Table 1, as printed."""
+    """A printed row of Table 1."""
 
     response_s: float
     offshoot_percent: float
     steady_state_cm: float
-    """100, 15, 20 cm: 400 N/m over 1 m would be 400 N. Read with its point two places further left."""
+    """Printed values 100, 15 and 20 cm. They are implausible, because 400 N/m times 1 m would be 400 N."""
 
     @property
     def steady_state_m(self) -> float:
-        """As it is read here: 1.00, 0.15, 0.20 cm."""
+        """Steady state with the decimal point moved by two places: 1.00, 0.15, 0.20 cm [m]."""
         return 1e-4 * self.steady_state_cm
 
 
@@ -50,7 +50,7 @@ LABELS = {
 
 
 def run(sweep: Sweeper, hands: int) -> tuple[Found, Traces]:
-    """The result with the keys of docs/json.md; by K_d the presses of the fitted hand, without and with passivity."""
+    """The result with the keys of docs/json.md, and the fitted hand's traces by K_d without and with passivity."""
     hand = Press.fitted()
     traces = {kd: (press(Setting(kd), hand), press(Setting(kd, passivity=PASSIVE), hand)) for kd in KDS}
     people = others(sweep, hands)
@@ -71,34 +71,34 @@ def run(sweep: Sweeper, hands: int) -> tuple[Found, Traces]:
 
 
 def row(kd: float, trace: Trace) -> Row:
-    """A row of Table 1 with its gains, and the published one beside it."""
+    """A simulated row of Table 1 with its gains and the published row."""
     return cast(Row, {"kp": KP, "kd": kd} | asdict(judge(trace)) | {"published": asdict(TABLE_1[kd])})
 
 
 def others(sweep: Sweeper, hands: int) -> list[Person]:
-    """Every hand on every wall of the curve."""
+    """Results of other hands on the walls of the curve."""
     grid = {"kd": Axis(CURVE, "N s/m", "damping of the wall"), "person": Axis(range(hands), "", "number of a hand")}
-    return cast(list[Person], sweep(measure, grid, title="hands", labels=LABELS, where=wanted).rows())
+    return cast(list[Person], sweep(measure, grid, title="hands", labels=LABELS, where=included).rows())
 
 
-def wanted(point: Point) -> bool:
-    """All hands on the walls of Table 1, the first ones in between."""
+def included(point: Point) -> bool:
+    """All hands on the walls of Table 1, but only the first hands on the other walls."""
     return point["kd"] in KDS or point["person"] < BETWEEN
 
 
 def measure(point: Point, seed: int) -> dict[str, float]:
-    """One hand on one wall; the hand follows from its number alone, so that every wall meets the same hands."""
+    """Measure one hand on one wall. A hand depends on its number alone, so all walls meet the same hands."""
     outcome = judge(press(Setting(point["kd"]), Press.fitted().of_another(point["person"])))
     return {name: float("nan") if (x := getattr(outcome, name)) is None else float(x) for name in LABELS}
 
 
 def spread(people: list[Person], kd: float) -> Hands:
-    """Of all hands on one wall: 5, 50 and 95 % of them lie below."""
-    mine = [one for one in people if one["kd"] == kd]
-    rests = [one for one in mine if not one["limit_cycle"]]
+    """5, 50 and 95 % quantiles over all hands on one wall."""
+    mine = [person for person in people if person["kd"] == kd]
+    rests = [person for person in mine if not person["limit_cycle"]]
 
-    def quantiles(name: Measured, of: list[Person]) -> list[float] | None:
-        values = [one[name] for one in of if one[name] == one[name]]
+    def quantiles(name: Measured, group: list[Person]) -> list[float] | None:
+        values = [person[name] for person in group if person[name] == person[name]]
         return [float(x) for x in np.quantile(values, (0.05, 0.5, 0.95))] if values else None
 
     return {
@@ -112,7 +112,7 @@ def spread(people: list[Person], kd: float) -> Hands:
 
 
 def sensitivity(hand: Press) -> list[Changed]:
-    """What each value, a fifth lower and higher, does to the rows."""
+    """Effect of each value on the rows, when it is changed by -20 % and +20 %."""
     rows: list[Changed] = []
     for name in [*(field.name for field in fields(hand)), "coulomb_scale"]:
         for factor in (1.0 - NUDGE, 1.0 + NUDGE):
