@@ -7,6 +7,7 @@ import pytest
 
 import palpate
 from palpate import _core
+from palpate.contact.rendering import snapshot_of
 from palpate.scene import ContactSection
 from palpate.shapes.analytic import SHAPES, Box, Groove, Sphere
 
@@ -243,7 +244,7 @@ def test_a_tool_that_is_nowhere_feels_nothing_and_the_next_tick_is_sound(method)
     tips = press(0.001)[:600]
     good = render(Box().mesh(12), tips, method)
     options = _core.ContactOptions()
-    snapshot = palpate.contact.snapshot_of(Box().mesh(12), stiffness=K)
+    snapshot = snapshot_of(Box().mesh(12), stiffness=K)
     tips[400] = np.nan
     force = _core.contact_render(snapshot, tips, method, options, 1000.0)[0]
     assert np.isfinite(force).all()
