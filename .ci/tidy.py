@@ -11,6 +11,7 @@ ROOT = Path(__file__).resolve().parents[1]
 TIDY = Path(sys.executable).with_name("clang-tidy")
 GCC_ONLY = ("-mtls-dialect=gnu2",)  # flags of the build's compiler that clang does not know
 SEEN = ROOT / "build" / "tidy"
+FOLDERS = ("core", "simulators", "bindings")
 NODES = ROOT / "palpate" / "ros" / "cpp"
 
 
@@ -45,13 +46,13 @@ def main() -> int:
         return 1
     SEEN.mkdir(exist_ok=True)
     # clang-tidy interpolates the command of a file that is newer than the last build.
-    sources = dict.fromkeys(sorted([*ROOT.glob("core/**/*.cpp"), *ROOT.glob("bindings/*.cpp")]), core)
+    sources = dict.fromkeys(sorted(file for folder in FOLDERS for file in ROOT.glob(f"{folder}/**/*.cpp")), core)
     nodes = nodes_database()
     if nodes is None:
         print("clang-tidy: the ROS nodes are skipped, as they are not compiled here; `palpate ros setup` compiles them")
     else:
         sources |= dict.fromkeys(sorted(NODES.glob("**/*.cpp")), nodes)
-    headers = [*ROOT.glob("core/**/*.hpp"), *ROOT.glob("bindings/*.hpp"), *NODES.glob("**/*.hpp")]
+    headers = [file for folder in FOLDERS for file in ROOT.glob(f"{folder}/**/*.hpp")] + [*NODES.glob("**/*.hpp")]
     version = subprocess.run([TIDY, "--version"], capture_output=True, check=True).stdout
     common = version + b"".join(h.read_bytes() for h in [*sorted(headers), ROOT / ".clang-tidy"])
 

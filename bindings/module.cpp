@@ -21,7 +21,6 @@ NB_MODULE(_core, m) {
   palpate::bindings::bind_arm(m);
   palpate::bindings::bind_plant(m);
   palpate::bindings::bind_axis(m);
-  palpate::bindings::bind_dvrk(m);
   palpate::bindings::bind_torque(m);
   palpate::bindings::bind_loop(m);
   palpate::bindings::bind_simulation(m);

@@ -23,7 +23,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from palpate import _core
+from palpate import _dvrk
 from palpate.arm import Arm, models_folder
 from palpate.errors import ArmError
 
@@ -36,9 +36,9 @@ _TOOL = "LARGE_NEEDLE_DRIVER:400006[12]"
 _DEG = math.pi / 180.0
 
 
-def _mtm(name: str) -> _core.DvrkArmSpec:
+def _mtm(name: str) -> _dvrk.ArmSpec:
     arm = Arm.mtm("right" if name == "MTMR" else "left")
-    spec = _core.DvrkArmSpec(name, "mtm", arm)
+    spec = _dvrk.ArmSpec(name, "mtm", arm)
     spec.leader = arm.leader_options()
     spec.P = np.array([100.0, 80.0, 80.0, 3.0, 1.0, 0.4, 0.15])
     spec.D = np.array([10.0, 5.0, 5.0, 0.35, 0.028, 0.015, 0.005])
@@ -49,9 +49,9 @@ def _mtm(name: str) -> _core.DvrkArmSpec:
     return spec
 
 
-def _psm(name: str, *, driven: bool) -> _core.DvrkArmSpec:
+def _psm(name: str, *, driven: bool) -> _dvrk.ArmSpec:
     arm = Arm.psm("lnd")
-    spec = _core.DvrkArmSpec(name, "psm", arm)
+    spec = _dvrk.ArmSpec(name, "psm", arm)
     spec.dynamic = driven
     spec.leader, spec.follower = arm.leader_options(), arm.follower_options()
     spec.P = np.array([120.0, 120.0, 6000.0, 6.0, 6.0, 6.0])
@@ -68,9 +68,9 @@ def _psm(name: str, *, driven: bool) -> _core.DvrkArmSpec:
     return spec
 
 
-def _ecm(name: str) -> _core.DvrkArmSpec:
+def _ecm(name: str) -> _dvrk.ArmSpec:
     arm = Arm.load(models_folder() / "ecm.yaml")
-    spec = _core.DvrkArmSpec(name, "ecm", arm)
+    spec = _dvrk.ArmSpec(name, "ecm", arm)
     spec.dynamic = False
     spec.follower = arm.follower_options()
     spec.has_gravity_model = False
@@ -81,7 +81,7 @@ def _ecm(name: str) -> _core.DvrkArmSpec:
     return spec
 
 
-def arm(name: str, *, driven: bool = False) -> _core.DvrkArmSpec:
+def arm(name: str, *, driven: bool = False) -> _dvrk.ArmSpec:
     """Specification of an arm, which may be changed before it is passed to `system`.
 
     driven: True if the joints of a PSM are moved by torques, as those of an MTM; False if they follow their servo
@@ -100,12 +100,12 @@ def arm(name: str, *, driven: bool = False) -> _core.DvrkArmSpec:
 
 
 def system(
-    arms: Sequence[str | _core.DvrkArmSpec] = ("MTMR", "MTML", "PSM1", "PSM2", "ECM"),
+    arms: Sequence[str | _dvrk.ArmSpec] = ("MTMR", "MTML", "PSM1", "PSM2", "ECM"),
     *,
     driven: bool = False,
     base_frames: Mapping[str, ArrayLike] | None = None,
-    teleops: Sequence[_core.DvrkTeleopSpec] | None = None,
-) -> _core.DvrkSystem:
+    teleops: Sequence[_dvrk.TeleopSpec] | None = None,
+) -> _dvrk.System:
     """A simulated dVRK with these arms (names or specifications from `arm`), powered off.
 
     base_frames: pose (4, 4) of an arm's own base in the frame of its `measured_cp`; default: identity.
@@ -127,8 +127,8 @@ def system(
         teleops = []
         for mtm, psm in TELEOPS:
             if mtm in names and psm in names:
-                pair = _core.DvrkTeleopSpec()
+                pair = _dvrk.TeleopSpec()
                 pair.mtm, pair.psm = names.index(mtm), names.index(psm)
                 teleops.append(pair)
     camera = [names.index(a) for a in ("MTML", "MTMR", "ECM") if a in names]
-    return _core.DvrkSystem(specs, list(teleops), camera if len(camera) == 3 else [])
+    return _dvrk.System(specs, list(teleops), camera if len(camera) == 3 else [])

@@ -1,14 +1,15 @@
-"""`palpate/_core.pyi` names what the compiled module offers, no more and no less."""
+"""`palpate/_core.pyi` and `_dvrk.pyi` name what the compiled modules offer, no more and no less."""
 
 import ast
 from pathlib import Path
 
 import pytest
 
-from palpate import _core
+from palpate import _core, _dvrk
 
-STUB = ast.parse((Path(__file__).resolve().parents[2] / "palpate" / "_core.pyi").read_text())
-CLASSES = {node.name: node for node in STUB.body if isinstance(node, ast.ClassDef)}
+PACKAGE = Path(__file__).resolve().parents[2] / "palpate"
+STUBS = {module: ast.parse((PACKAGE / f"{module.__name__.split('.')[-1]}.pyi").read_text()) for module in (_core, _dvrk)}
+CLASSES = [(module, node) for module, stub in STUBS.items() for node in stub.body if isinstance(node, ast.ClassDef)]
 
 
 def names(body: list[ast.stmt]) -> set[str]:
@@ -22,13 +23,18 @@ def public(thing: object) -> set[str]:
     return {name for name in vars(thing) if not name.startswith("_")}
 
 
-def test_the_module():
-    assert names(STUB.body) == public(_core)
+@pytest.mark.parametrize("module", STUBS, ids=lambda module: module.__name__)
+def test_a_module(module):
+    assert names(STUBS[module].body) == public(module)
 
 
-@pytest.mark.parametrize("name", sorted(CLASSES))
-def test_a_class(name):
-    compiled = getattr(_core, name)
-    assert names(CLASSES[name].body) == public(compiled)
+@pytest.mark.parametrize(("module", "node"), CLASSES, ids=lambda x: getattr(x, "name", None))
+def test_a_class(module, node):
+    compiled = getattr(module, node.name)
+    assert names(node.body) == public(compiled)
     bases = {base.__name__ for base in compiled.__bases__} - {"object"}
-    assert {base.id for base in CLASSES[name].bases} == bases
+    assert {base.id for base in node.bases} == bases
+
+
+def test_the_core_knows_no_dvrk():
+    assert not [name for name in vars(_core) if "dvrk" in name.lower()]

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
 import palpate
-from palpate import _core
+from palpate import _dvrk
 from palpate.simulators import dvrk
 
 ARMS = ("MTMR", "PSM1", "ECM")
@@ -17,11 +17,11 @@ JOINTS = {"MTMR": 7, "PSM1": 6, "ECM": 4}
 #: payloads of messages.hpp
 NONE, FLAG, VALUE, TEXT, BUTTON, NUMBERS, JOINT, POSE, ROTATION, WRENCH, CARTESIAN, IMPEDANCE = range(12)
 VERBS = {
-    "system": [v for v in _core.dvrk_verbs() if v[0] == 0],
-    "console": [v for v in _core.dvrk_verbs() if v[0] == 1],
-    "footpedals": [v for v in _core.dvrk_verbs() if v[0] == 2],
-    "MTMR_PSM1": [v for v in _core.dvrk_verbs() if v[0] == 4],
-} | {arm: [v for v in _core.dvrk_verbs() if v[0] == 3 and v[1] & KINDS[arm]] for arm in ARMS}
+    "system": [v for v in _dvrk.verbs() if v[0] == 0],
+    "console": [v for v in _dvrk.verbs() if v[0] == 1],
+    "footpedals": [v for v in _dvrk.verbs() if v[0] == 2],
+    "MTMR_PSM1": [v for v in _dvrk.verbs() if v[0] == 4],
+} | {arm: [v for v in _dvrk.verbs() if v[0] == 3 and v[1] & KINDS[arm]] for arm in ARMS}
 
 odd = st.sampled_from([0.0, -0.0, np.nan, np.inf, -np.inf, 1e308, -1e308, 5e-324])
 number = st.one_of(st.floats(-1, 1), st.floats(-1, 1), odd)

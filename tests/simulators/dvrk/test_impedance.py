@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from palpate import _core
+from palpate import _dvrk
 
 vectors = st.lists(st.floats(-2, 2), min_size=3, max_size=3).map(np.array)
 gains = st.fixed_dictionaries({"p": vectors, "d": vectors, "bias": vectors, "deadband": vectors})
@@ -39,7 +39,7 @@ def test_law_is_the_one_of_the_real_controller(a, b, c, d, A, B, R, at, p, v, w)
     X = np.eye(4)
     X[:3, :3], X[:3, 3] = R, p
     V = np.concatenate([v, w])
-    assert np.allclose(_core.dvrk_impedance(goal, X, V), by_hand(goal, X, V), atol=1e-9)
+    assert np.allclose(_dvrk.impedance_wrench(goal, X, V), by_hand(goal, X, V), atol=1e-9)
 
 
 def test_a_wall_pushes_with_k_err_on_one_side_alone(robot):

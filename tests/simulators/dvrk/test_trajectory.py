@@ -4,12 +4,12 @@ import numpy as np
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from palpate import _core
+from palpate import _dvrk
 
 
 def follow(q, v, goal, v_max, a_max):
     """Its duration, the step, and positions and speeds at every step until it is done."""
-    path = _core.DvrkTrajectory()
+    path = _dvrk.Trajectory()
     path.start(*(np.asarray(x, float) for x in (q, v, goal, v_max, a_max)))
     dt = max(path.duration / 150, 1e-4)
     rows = [(np.asarray(q, float), np.asarray(v, float))]
@@ -56,7 +56,7 @@ def test_speed_and_acceleration_stay_within_limits(joints):
 
 @given(st.floats(0.1, 3), limits, limits, st.floats(0.05, 0.95))
 def test_a_new_goal_on_the_way_goes_on_without_a_jump(d, v_max, a_max, share):
-    path = _core.DvrkTrajectory()
+    path = _dvrk.Trajectory()
     one = np.ones(1)
     path.start(0 * one, 0 * one, d * one, v_max * one, a_max * one)
     path.step(share * path.duration)

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "palpate/dvrk/system.hpp"
+#include "dvrk/system.hpp"
 #include "rcl/subscription.hpp"
 
 namespace palpate::ros {

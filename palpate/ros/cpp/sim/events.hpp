@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "palpate/dvrk/system.hpp"
+#include "dvrk/system.hpp"
 #include "rcl/node.hpp"
 
 namespace palpate::ros {

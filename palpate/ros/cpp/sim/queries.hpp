@@ -5,7 +5,7 @@
 #include <mutex>
 #include <vector>
 
-#include "palpate/dvrk/system.hpp"
+#include "dvrk/system.hpp"
 #include "rcl/node.hpp"
 
 namespace palpate::ros {

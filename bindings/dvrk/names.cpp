@@ -1,0 +1,67 @@
+// Components and commands of the simulated dVRK by the names that they have on the bus.
+#include <stdexcept>
+
+#include "dvrk/bindings.hpp"
+
+namespace palpate::bindings {
+
+dvrk::Address address(const dvrk::System& system, const std::string& component) {
+  if (component == "system") return {dvrk::Kind::system, 0};
+  if (component == "console") return {dvrk::Kind::console, 0};
+  if (component == "footpedals") return {dvrk::Kind::footpedals, 0};
+  for (std::size_t k = 0; k < system.arms().size(); ++k) {
+    if (system.arms()[k] == component) return {dvrk::Kind::arm, static_cast<int>(k)};
+  }
+  for (std::size_t k = 0; k < system.teleops().size(); ++k) {
+    if (system.teleops()[k] == component) return {dvrk::Kind::teleop, static_cast<int>(k)};
+  }
+  std::string names = "system, console, footpedals";
+  for (const auto& list : {system.arms(), system.teleops()}) {
+    for (const auto& name : list) names += ", " + name;
+  }
+  throw std::invalid_argument("the simulated dVRK has no component '" + component + "'; there are " + names);
+}
+
+namespace {
+
+int index_of(const dvrk::System& system, const std::string& name, dvrk::Kind kind, const char* what) {
+  const dvrk::Address at = address(system, name);
+  if (at.kind != kind) throw std::invalid_argument("'" + name + "' is not " + what + " of the simulated dVRK");
+  return at.index;
+}
+
+}  // namespace
+
+int arm_index(const dvrk::System& system, const std::string& name) {
+  return index_of(system, name, dvrk::Kind::arm, "an arm");
+}
+
+int teleop_index(const dvrk::System& system, const std::string& name) {
+  return index_of(system, name, dvrk::Kind::teleop, "a teleop");
+}
+
+std::string name_of(const dvrk::System& system, const dvrk::Address& at) {
+  switch (at.kind) {
+    case dvrk::Kind::system:
+      return "system";
+    case dvrk::Kind::console:
+      return "console";
+    case dvrk::Kind::footpedals:
+      return "footpedals";
+    case dvrk::Kind::arm:
+      return system.arms()[static_cast<std::size_t>(at.index)];
+    case dvrk::Kind::teleop:
+      return system.teleops()[static_cast<std::size_t>(at.index)];
+  }
+  return {};
+}
+
+const dvrk::VerbEntry& verb_entry(const dvrk::System& system, const dvrk::Address& at, const std::string& name) {
+  for (const dvrk::VerbEntry& entry : dvrk::verbs()) {
+    const bool knows = at.kind != dvrk::Kind::arm || (entry.arms & static_cast<unsigned>(system.kind(at.index))) != 0;
+    if (entry.kind == at.kind && entry.name == name && knows) return entry;
+  }
+  throw std::invalid_argument(name_of(system, at) + " has no command '" + name + "' (palpate._dvrk.verbs() lists them)");
+}
+
+}  // namespace palpate::bindings

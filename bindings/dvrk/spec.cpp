@@ -1,0 +1,83 @@
+// What a simulated dVRK is built from.
+#include <nanobind/stl/string.h>
+
+#include <stdexcept>
+
+#include "convert.hpp"
+#include "dvrk/bindings.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace palpate::bindings {
+namespace {
+
+using dvrk::ArmKind;
+using dvrk::ArmSpec;
+using dvrk::TeleopSpec;
+
+void bind_arm_spec(nb::module_& m) {
+  nb::class_<ArmSpec> spec(m, "ArmSpec",
+                           "Options of one arm of the simulated dVRK (palpate.dvrk.arm fills them).");
+  spec.def(
+          "__init__",
+          [](ArmSpec* self, const std::string& name, const std::string& kind, const arm::Arm& model) {
+            if (kind != "mtm" && kind != "psm" && kind != "ecm") {
+              throw std::invalid_argument("a dVRK arm is an mtm, a psm or an ecm; got '" + kind + "'");
+            }
+            const ArmKind k = kind == "mtm" ? ArmKind::mtm : kind == "psm" ? ArmKind::psm : ArmKind::ecm;
+            new (self) ArmSpec{name, k, model};
+          },
+          "name"_a, "kind"_a, "model"_a)
+      .def_ro("name", &ArmSpec::name)
+      .def_rw("dynamic", &ArmSpec::dynamic, "True: torques move the joints; False: they are servoed and no torque moves them.")
+      .def_rw("leader", &ArmSpec::leader, "Drives, friction and encoders of a dynamic arm.")
+      .def_rw("follower", &ArmSpec::follower, "Joint servos of an arm that is not dynamic.")
+      .def_rw("hand", &ArmSpec::hand, "Impedance of the hand that holds an MTM.")
+      .def_rw("has_gravity_model", &ArmSpec::has_gravity_model,
+              "True: use_gravity_compensation has an effect.")
+      .def_rw("platform_gain", &ArmSpec::platform_gain, "Gain of the platform control on joint 4 of an MTM, 0..1 [-].")
+      .def_prop_rw(
+          "base_frame", [](const ArmSpec& s) { return to_matrix(s.base_frame); },
+          [](ArmSpec& s, const Matrix4& X) { s.base_frame = to_pose(X, "base_frame"); }, "Pose (4, 4) of the arm's own base in the frame of measured_cp.")
+      .def_rw("cannula_link", &ArmSpec::cannula_link, "Index of the link that must be past the cannula for Cartesian control; -1: no check.")
+      .def_rw("jaw_min", &ArmSpec::jaw_min, "Smallest angle of the jaw [rad].")
+      .def_rw("jaw_max", &ArmSpec::jaw_max, "Largest angle of the jaw [rad].")
+      .def_rw("jaw_v_max", &ArmSpec::jaw_v_max, "Speed limit of the jaw [rad/s].")
+      .def_rw("jaw_a_max", &ArmSpec::jaw_a_max, "Acceleration limit of the jaw [rad/s^2].")
+      .def_rw("tool_type", &ArmSpec::tool_type, "Tool mounted at power-up; empty: no tool.")
+      .def_rw("power_time", &ArmSpec::power_time, "Time from enable to powered [s].")
+      .def_rw("bias_time", &ArmSpec::bias_time, "Time to bias the encoders from the potentiometers [s].");
+  joint_field(spec, "P", &ArmSpec::P, "Proportional gains (n,) of position control [N m/rad, N/m].");
+  joint_field(spec, "D", &ArmSpec::D, "Derivative gains (n,) of position control [N m s/rad, N s/m].");
+  joint_field(spec, "tracking_error", &ArmSpec::tracking_error, "Position error (n,) beyond which an arm faults [rad, m].");
+  joint_field(spec, "v_max", &ArmSpec::v_max, "Speed limits (n,) of trajectories [rad/s, m/s].");
+  joint_field(spec, "a_max", &ArmSpec::a_max, "Acceleration limits (n,) of trajectories [rad/s^2, m/s^2].");
+  joint_field(spec, "start", &ArmSpec::start, "Joint positions (n,) at power-up [rad, m].");
+  joint_field(spec, "home", &ArmSpec::home, "Joint positions (n,) after homing [rad, m].");
+}
+
+void bind_teleop_spec(nb::module_& m) {
+  nb::class_<TeleopSpec>(m, "TeleopSpec", "A teleoperation of a PSM by an MTM; both are indices into the list of arms.")
+      .def(nb::init<>())
+      .def_rw("mtm", &TeleopSpec::mtm)
+      .def_rw("psm", &TeleopSpec::psm)
+      .def_rw("scale", &TeleopSpec::scale)
+      .def_rw("align_MTM", &TeleopSpec::align_MTM)
+      .def_rw("rotation_locked", &TeleopSpec::rotation_locked)
+      .def_rw("translation_locked", &TeleopSpec::translation_locked)
+      .def_rw("orientation_tolerance", &TeleopSpec::orientation_tolerance, "[rad]")
+      .def_rw("gripper_threshold", &TeleopSpec::gripper_threshold, "[rad]")
+      .def_rw("roll_threshold", &TeleopSpec::roll_threshold, "[rad]")
+      .def_rw("jaw_rate", &TeleopSpec::jaw_rate, "[rad/s]")
+      .def_rw("jaw_rate_after_clutch", &TeleopSpec::jaw_rate_after_clutch, "[rad/s]");
+}
+
+}  // namespace
+
+void bind_spec(nb::module_& m) {
+  bind_arm_spec(m);
+  bind_teleop_spec(m);
+}
+
+}  // namespace palpate::bindings

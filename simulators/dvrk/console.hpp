@@ -1,0 +1,51 @@
+// Console and pedals: who is there, which pedal is pressed, and which teleoperations that starts and stops
+// (sawIntuitiveResearchKit's console with pedals only: the coag pedal is the operator's presence).
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "dvrk/camera_teleop.hpp"
+#include "dvrk/teleop.hpp"
+
+namespace palpate::dvrk {
+
+class Console {
+ public:
+  /// Keeps the addresses of the arms and teleops.
+  Console(std::vector<Arm*> mtms, std::vector<Teleop*> teleops, CameraTeleop* camera, Outbox& out);
+
+  void start() noexcept;  ///< tells its first states
+  bool apply(const Command& command) noexcept;
+  void run(double t, double dt) noexcept;  ///< time goes on, for taps
+
+ private:
+  /// Clutch and camera: pressed for long, or tapped.
+  struct Pedal {
+    Topic topic = Topic::pedal_clutch;
+    bool down = false, told = false;
+    double since = 0.0;
+  };
+  void press(std::size_t pedal, int button) noexcept;
+  void tell(std::size_t pedal, int button) noexcept;
+  void operator_present(int button) noexcept;
+  void clutch(int button) noexcept;
+  void camera(int button) noexcept;
+  void select(const Text& name, bool selected) noexcept;
+  void tell_selection() noexcept;
+  void set_scale(double scale) noexcept;
+  void update() noexcept;
+  void run_teleops(std::string_view command) noexcept;
+  void hold_mtms() noexcept;
+
+  std::vector<Arm*> mtms_;
+  std::vector<Teleop*> teleops_;
+  std::vector<bool> selected_;
+  CameraTeleop* camera_teleop_;
+  Voice voice_, feet_;
+  std::array<Pedal, 6> pedals_;
+  bool enabled_ = false, present_ = false, camera_ = false;
+  bool psm_running_ = false, camera_running_ = false;
+};
+
+}  // namespace palpate::dvrk

@@ -1,0 +1,22 @@
+// Which joints the actuators move:  q_joint = A q_actuator.
+#pragma once
+
+#include "dvrk/spec.hpp"
+
+namespace palpate::dvrk {
+
+/// A of an arm. An MTM's is its drives' (parallelogram); a PSM's last four joints (roll, pitch, yaw, jaw) go through
+/// the disks of its tool, LARGE_NEEDLE_DRIVER 400006; an ECM's is the identity.
+[[nodiscard]] inline JointMatrix actuator_coupling(const ArmSpec& spec) noexcept {
+  const Eigen::Index n = spec.model.n();
+  if (spec.kind == ArmKind::mtm) return spec.leader.coupling;
+  if (spec.kind == ArmKind::ecm) return JointMatrix::Identity(n, n);
+  JointMatrix A = JointMatrix::Identity(n + 1, n + 1);
+  A.bottomRightCorner<4, 4>() << -1.5632, 0.0, 0.0, 0.0,  //
+      0.0, 1.0186, 0.0, 0.0,                              //
+      0.0, -0.8306, 0.6089, 0.6089,                       //
+      0.0, 0.0, -1.2177, 1.2177;
+  return A;
+}
+
+}  // namespace palpate::dvrk

@@ -1,0 +1,49 @@
+// What is mounted on a PSM: sterile adapter and tool, and the tool's jaw.
+#pragma once
+
+#include "dvrk/outbox.hpp"
+#include "dvrk/spec.hpp"
+#include "dvrk/trajectory.hpp"
+
+namespace palpate::dvrk {
+
+class Instrument {
+ public:
+  explicit Instrument(const ArmSpec& spec);
+
+  // What is there.
+  void set_adapter_present(bool present, const Voice& voice) noexcept;
+  void set_tool_present(bool present, const Voice& voice) noexcept;
+  void set_tool_type(const Text& type, const Voice& voice) noexcept;
+  [[nodiscard]] bool tool_present() const noexcept { return adapter_ && tool_; }
+  [[nodiscard]] bool engaged() const noexcept { return engaged_; }
+  /// A tool that is there and known is not yet engaged.
+  [[nodiscard]] bool waits() const noexcept { return !engaged_ && tool_present() && !type_.empty(); }
+  /// It was put in after the arm was homed: its disks have to be found.
+  [[nodiscard]] bool fresh() const noexcept { return fresh_; }
+  void engage(const Voice& voice) noexcept;
+  void release() noexcept { engaged_ = false; }
+
+  // The jaw. A torque closes or opens it to its stop.
+  void servo_jp(double q) noexcept;
+  void move_jp(double q, double ratio_v, double ratio_a) noexcept;
+  void servo_jf(double tau) noexcept;
+  [[nodiscard]] bool moving() const noexcept { return path_.active(); }
+  /// One servo period; true when a move has just arrived.
+  bool run(double dt, bool powered) noexcept;
+  void hold() noexcept;
+
+  [[nodiscard]] double q_min() const noexcept { return q_min_; }
+  [[nodiscard]] double q_max() const noexcept { return q_max_; }
+  [[nodiscard]] const JointState& measured() const noexcept { return measured_; }
+  [[nodiscard]] const JointState& setpoint() const noexcept { return setpoint_; }
+
+ private:
+  double q_min_, q_max_, v_max_, a_max_, tau_max_;
+  bool adapter_ = true, tool_ = false, engaged_ = false, fresh_ = false, by_torque_ = false;
+  Text type_;
+  Trajectory path_;
+  JointState measured_, setpoint_;  // one joint
+};
+
+}  // namespace palpate::dvrk

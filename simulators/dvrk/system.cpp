@@ -1,0 +1,171 @@
+#include "dvrk/system.hpp"
+
+#include <cstdint>
+#include <stdexcept>
+
+#include "dvrk/audio.hpp"
+#include "dvrk/console.hpp"
+#include "dvrk/coupling.hpp"
+#include "dvrk/inverse.hpp"
+
+namespace palpate::dvrk {
+namespace {
+
+constexpr int kArmTicks = 2, kTeleopTicks = 3;  // ticks of a servo period, and of a teleop's
+
+void check(const SystemSpec& spec) {
+  const int n = static_cast<int>(spec.arms.size());
+  const auto is = [&](int arm, ArmKind kind) {
+    return arm >= 0 && arm < n && spec.arms[static_cast<std::size_t>(arm)].kind == kind;
+  };
+  for (const TeleopSpec& teleop : spec.teleops) {
+    if (is(teleop.mtm, ArmKind::mtm) && is(teleop.psm, ArmKind::psm)) continue;
+    throw std::invalid_argument("a dVRK teleop needs the index of an MTM and of a PSM among " + std::to_string(n) +
+                                " arms; got " + std::to_string(teleop.mtm) + " and " + std::to_string(teleop.psm));
+  }
+  if (spec.camera_ecm < 0) return;
+  if (!is(spec.camera_mtml, ArmKind::mtm) || !is(spec.camera_mtmr, ArmKind::mtm) ||
+      !is(spec.camera_ecm, ArmKind::ecm)) {
+    throw std::invalid_argument("the camera's teleop needs the indices of two MTMs and of an ECM; got " +
+                                std::to_string(spec.camera_mtml) + ", " + std::to_string(spec.camera_mtmr) + " and " +
+                                std::to_string(spec.camera_ecm));
+  }
+}
+
+}  // namespace
+
+struct System::Impl {
+  explicit Impl(SystemSpec spec) : voice(Address{Kind::system, 0}, "system", out) {
+    check(spec);
+    std::vector<Arm*> mtms;
+    for (ArmSpec& arm : spec.arms) {
+      const Address at{Kind::arm, static_cast<int>(arms.size())};
+      arm_names.push_back(arm.name);
+      arms.push_back(std::make_unique<Arm>(std::move(arm), at, out));
+      if (arms.back()->spec().kind == ArmKind::mtm) mtms.push_back(arms.back().get());
+    }
+    std::vector<Teleop*> list;
+    for (const TeleopSpec& teleop : spec.teleops) {
+      const Address at{Kind::teleop, static_cast<int>(teleops.size())};
+      teleops.push_back(std::make_unique<Teleop>(teleop, at_index(teleop.mtm), at_index(teleop.psm), at, out));
+      teleop_names.emplace_back(teleops.back()->name().view());
+      list.push_back(teleops.back().get());
+    }
+    if (spec.camera_ecm >= 0) {
+      camera = std::make_unique<CameraTeleop>(at_index(spec.camera_mtml), at_index(spec.camera_mtmr),
+                                              at_index(spec.camera_ecm));
+    }
+    console = std::make_unique<Console>(std::move(mtms), std::move(list), camera.get(), out);
+    voice.value(Topic::volume, audio.volume());
+    for (auto& arm : arms) arm->start();
+    for (auto& teleop : teleops) teleop->start();
+    console->start();
+  }
+
+  Arm& at_index(int arm) noexcept { return *arms[static_cast<std::size_t>(arm)]; }
+
+  void step() noexcept {
+    ++ticks;
+    const double now = static_cast<double>(ticks) * kTick;
+    voice.at(now);
+    for (auto& arm : arms) {
+      arm->step(kTick);
+      if (ticks % kArmTicks == 0) arm->run(now, kArmTicks * kTick);
+    }
+    if (ticks % kTeleopTicks != 0) return;
+    console->run(now, kTeleopTicks * kTick);
+    for (auto& teleop : teleops) teleop->run(now, kTeleopTicks * kTick);
+    if (camera) camera->run();
+  }
+
+  bool apply(const Command& c) noexcept {
+    const auto index = static_cast<std::size_t>(c.to.index);
+    switch (c.to.kind) {
+      case Kind::system:
+        return sound(c) || power(c.verb);
+      case Kind::console:
+      case Kind::footpedals:
+        return console->apply(c);
+      case Kind::arm:
+        return index < arms.size() && arms[index]->apply(c);
+      case Kind::teleop:
+        return index < teleops.size() && teleops[index]->apply(c);
+    }
+    return false;
+  }
+
+  bool sound(const Command& c) noexcept {
+    if (c.verb == Verb::set_volume) return audio.set_volume(c.value, voice), true;
+    if (c.verb == Verb::beep) return audio.beep(c.position, voice), true;
+    if (c.verb == Verb::string_to_speech) return Audio::say(c.text, voice), true;
+    return false;
+  }
+
+  bool power(Verb verb) noexcept {
+    const std::string_view command = verb == Verb::power_on    ? "enable"
+                                     : verb == Verb::power_off ? "disable"
+                                     : verb == Verb::home      ? "home"
+                                                               : "";
+    if (command.empty()) return false;
+    Text words(command);
+    words << " requested for every arm";
+    voice.words(Topic::status, words);
+    for (auto& arm : arms) arm->state_command(command);
+    return true;
+  }
+
+  Outbox out;
+  Voice voice;
+  Audio audio;
+  std::vector<std::string> arm_names, teleop_names;
+  std::vector<std::unique_ptr<Arm>> arms;
+  std::vector<std::unique_ptr<Teleop>> teleops;
+  std::unique_ptr<CameraTeleop> camera;
+  std::unique_ptr<Console> console;
+  std::int64_t ticks = 0;
+};
+
+System::System(SystemSpec spec) : impl_(std::make_unique<Impl>(std::move(spec))) {}
+System::System(System&&) noexcept = default;
+System& System::operator=(System&&) noexcept = default;
+System::~System() = default;
+
+const std::vector<std::string>& System::arms() const noexcept { return impl_->arm_names; }
+const std::vector<std::string>& System::teleops() const noexcept { return impl_->teleop_names; }
+ArmKind System::kind(int arm) const noexcept { return impl_->at_index(arm).spec().kind; }
+const std::vector<std::string>& System::joint_names(int arm) const noexcept {
+  return impl_->at_index(arm).model().joint_names();
+}
+
+void System::step() noexcept { impl_->step(); }
+double System::t() const noexcept { return static_cast<double>(impl_->ticks) * kTick; }
+bool System::apply(const Command& command) noexcept { return impl_->apply(command); }
+bool System::next(Event& event) noexcept { return impl_->out.next(event); }
+std::size_t System::dropped_events() const noexcept { return impl_->out.dropped(); }
+const ArmState& System::arm(int arm) const noexcept { return impl_->at_index(arm).state(); }
+const TeleopState& System::teleop(int teleop) const noexcept {
+  return impl_->teleops[static_cast<std::size_t>(teleop)]->state();
+}
+JointState System::truth(int arm) const noexcept { return impl_->at_index(arm).truth(); }
+
+bool System::forward_kinematics(int arm, const JointVector& q, Pose& cp) noexcept {
+  Arm& a = impl_->at_index(arm);
+  if (q.size() != a.model().n() || !q.allFinite()) return false;
+  a.model().update(q, JointVector::Zero(q.size()));
+  cp = a.base_frame() * a.model().tip();
+  return true;
+}
+
+bool System::inverse_kinematics(int arm, const Pose& cp, JointVector& q) noexcept {
+  Arm& a = impl_->at_index(arm);
+  if (q.size() != a.model().n() || !q.allFinite() || !is_pose(cp)) return false;
+  return inverse_anywhere(a.model(), a.spec().kind, a.base_frame().inverse() * cp, a.spec().home, q);
+}
+
+JointVector System::joint_position(int arm, const JointVector& actuators) noexcept {
+  const ArmSpec& spec = impl_->at_index(arm).spec();
+  const JointMatrix A = actuator_coupling(spec);
+  return actuators.size() == A.cols() && actuators.allFinite() ? JointVector(A * actuators) : JointVector();
+}
+
+}  // namespace palpate::dvrk

@@ -1,0 +1,66 @@
+// Teleoperation of a PSM by an MTM, at 1 kHz: the state machine and the laws of the real component
+// (mtsTeleOperationPSM),
+//   p_PSM = p_PSM0 + scale (p_MTM - p_MTM0),   R_PSM = R_MTM R_offset,   R_offset = R_MTM0^T R_PSM0
+// with everything caught anew whenever it begins to follow, so that nothing jumps.
+#pragma once
+
+#include "dvrk/arm.hpp"
+
+namespace palpate::dvrk {
+
+class Teleop {
+ public:
+  /// Keeps the arms' addresses. Throws std::invalid_argument naming the option.
+  Teleop(const TeleopSpec& spec, Arm& mtm, Arm& psm, Address at, Outbox& out);
+
+  void start() noexcept;  ///< tells its first states
+  bool apply(const Command& command) noexcept;
+  void run(double t, double dt) noexcept;  ///< one period
+  void clutch(int button) noexcept;
+  void state_command(std::string_view command) noexcept;
+  void set_scale(double scale) noexcept;
+
+  [[nodiscard]] const Text& name() const noexcept { return voice_.name(); }
+  [[nodiscard]] const TeleopState& state() const noexcept { return state_; }
+
+ private:
+  enum class Phase : unsigned char { disabled, setting_arms_state, aligning_mtm, enabled };
+  static std::string_view name_of(Phase phase) noexcept;
+
+  void set_desired(Phase phase) noexcept;
+  void enter(Phase phase) noexcept;
+  void enter_enabled() noexcept;
+  void watch() noexcept;
+  void wait_for_arms() noexcept;
+  void align() noexcept;
+  void watch_operator() noexcept;
+  void follow() noexcept;
+  void follow_jaw(double dt) noexcept;
+  void set_following(bool following) noexcept;
+  void press_clutch() noexcept;
+  void catch_poses() noexcept;
+  void lock_rotation(bool lock) noexcept;
+  void set_align(bool align) noexcept;
+  void error(const Text& words) noexcept;
+  [[nodiscard]] double jaw_of(double gripper) const noexcept;
+  [[nodiscard]] double gripper_of(double jaw) const noexcept;
+
+  TeleopSpec spec_;
+  Arm *mtm_, *psm_;
+  Voice voice_;
+  TeleopState state_;
+  Phase phase_ = Phase::disabled, desired_ = Phase::disabled;
+  double in_phase_ = 0.0, since_goal_ = 0.0;
+  int mtm_errors_ = 0, psm_errors_ = 0;
+  bool clutched_ = false, back_from_clutch_ = false;
+  bool active_ = false, active_before_clutch_ = false;  ///< the operator has shown to be ready
+  double roll_min_ = 0.0, roll_max_ = 0.0, gripper_min_ = 0.0, gripper_max_ = 0.0;
+  Pose X_mtm0_, X_psm0_;
+  Mat3 R_offset0_ = Mat3::Identity();
+  Wrench F_user_;  ///< following/mtm/body/servo_cf
+  bool F_user_valid_ = false;
+  double ghost_ = 0.0;  ///< gripper angle that the jaw shows [rad]
+  bool jaw_caught_up_ = false;
+};
+
+}  // namespace palpate::dvrk
