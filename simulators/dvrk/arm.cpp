@@ -1,89 +1,102 @@
 #include "dvrk/arm.hpp"
 
-#include <stdexcept>
+#include <algorithm>
+
+#include "dvrk/payload.hpp"
 
 namespace palpate::dvrk {
-namespace {
-
-ArmSpec checked(ArmSpec spec) {
-  const Eigen::Index n = spec.model.n();
-  const auto require = [&](const char* what, const JointVector& x, bool positive) {
-    const bool good = x.size() == n && x.allFinite() && (!positive || (x.array() > 0.0).all());
-    if (good) return;
-    throw std::invalid_argument("dVRK arm " + spec.name + ": " + what + " needs " + std::to_string(n) +
-                                " finite numbers" + (positive ? " above zero" : "") + ", one per joint; got " +
-                                std::to_string(x.size()) + " (palpate.dvrk.arm() fills them)");
-  };
-  if (spec.kind == ArmKind::mtm && (n != 7 || !spec.dynamic)) {
-    throw std::invalid_argument("dVRK arm " + spec.name + ": an MTM has 7 joints and is dynamic; got " +
-                                std::to_string(n) + " joints");
-  }
-  if (spec.dynamic) {
-    require("P", spec.P, true);
-    require("D", spec.D, true);
-  }
-  require("tracking_error", spec.tracking_error, true);
-  require("v_max", spec.v_max, true);
-  require("a_max", spec.a_max, true);
-  require("start", spec.start, false);
-  require("home", spec.home, false);
-  if (!(spec.jaw_min <= spec.jaw_max) ||
-      (spec.kind == ArmKind::psm && !(spec.jaw_v_max > 0.0 && spec.jaw_a_max > 0.0))) {
-    throw std::invalid_argument("dVRK arm " + spec.name + ": jaw_min must not be above jaw_max, and a PSM needs " +
-                                "jaw_v_max and jaw_a_max above zero");
-  }
-  return spec;
-}
-
-}  // namespace
 
 Arm::Arm(ArmSpec spec, Address at, Outbox& out)
-    : spec_(checked(std::move(spec))),
-      model_(spec_.model),
-      body_(make_body(spec_)),
-      voice_(at, Text(spec_.name), out),
-      instrument_(spec_),
-      pinch_(kGripperOpen),
-      n_(model_.n()),
-      base_frame_(spec_.base_frame) {
-  const JointVector zero = JointVector::Zero(n_);
-  goal_q_ = goal_v_ = goal_tau_ = servo_tau_ = zero;
-  order_.q = order_.v = order_.tau = zero;
-  state_.gripper = {JointVector::Constant(1, pinch_), JointVector::Zero(1), JointVector::Zero(1)};
-  state_.body_jacobian = state_.spatial_jacobian = Jacobian::Zero(6, n_);
-  path_.start(zero, zero, zero, spec_.v_max, spec_.a_max);
-  path_.stop();
-  measure();
+    : context_(std::move(spec), at, out),
+      controller_(context_),
+      states_(context_, controller_),
+      reporter_(context_, controller_) {
+  reporter_.measure(pinch_);
 }
 
 void Arm::start() noexcept {
-  operating(State::DISABLED, false);
-  set_desired(Phase::disabled);
-  voice_.value(Topic::ratio, 1.0);
-  voice_.value(Topic::ratio_v, 1.0);
-  voice_.value(Topic::ratio_a, 1.0);
-  if (spec_.kind == ArmKind::mtm) voice_.flag(Topic::orientation_locked, false);
+  states_.start();
+  const Voice& voice = context_.voice;
+  voice.value(Topic::ratio, 1.0);
+  voice.value(Topic::ratio_v, 1.0);
+  voice.value(Topic::ratio_a, 1.0);
+  if (spec().kind == ArmKind::mtm) voice.flag(Topic::orientation_locked, false);
 }
 
-void Arm::step(double dt) noexcept { body_->step(dt, around_); }
+void Arm::step(double dt) noexcept { context_.body->step(dt, around_); }
 
-// As the real component: measure, go on in the state machine, order. Commands come in between two periods.
+// As the real component: measure, run the state machine, order. Commands are applied between two periods.
 void Arm::run(double t, double dt) noexcept {
-  voice_.at(t);
-  if (!body_->truth().q.allFinite()) {
-    body_->reset(spec_.start);
-    fault("the simulated joints were not finite: the arm is where it started");
+  context_.voice.at(t);
+  if (!context_.body->truth().q.allFinite()) {
+    context_.body->reset(spec().start);
+    states_.fault("the simulated joints were not finite: the arm is where it started");
   }
-  measure();
-  if (spec_.kind == ArmKind::mtm) gripper_.run(pinch_, dt, voice_);
-  run_phase(dt);
-  if (spec_.kind == ArmKind::psm && instrument_.run(dt, phase_ == Phase::homed)) stop_jaw();
-  body_->command(order_);
+  reporter_.measure(pinch_);
+  if (spec().kind == ArmKind::mtm) gripper_.run(pinch_, dt, context_.voice);
+  states_.run(dt);
+  if (spec().kind == ArmKind::psm && context_.instrument.run(dt, states_.homed())) controller_.jaw_arrived();
+  context_.body->command(controller_.order());
 }
 
-void Arm::stop_jaw() noexcept {
-  voice_.flag(Topic::goal_reached, true);
-  busy(path_.active());
+bool Arm::apply(const Command& c) noexcept {
+  for (const VerbEntry& entry : verbs()) {
+    if (entry.verb != c.verb) continue;
+    if (entry.kind != Kind::arm || (entry.arms & static_cast<unsigned>(spec().kind)) == 0) return false;
+    const Text refusal = payload_refusal(c, entry, context_.n());
+    if (!refusal.empty()) return context_.warning(refusal), true;
+    return controller_.apply(c) || apply_hardware(c) || apply_hand(c);
+  }
+  return false;
+}
+
+bool Arm::apply_hardware(const Command& c) noexcept {
+  switch (c.verb) {
+    case Verb::state_command:
+      state_command(c.text.view());
+      return true;
+    case Verb::set_base_frame:
+      context_.base_frame = c.X;
+      return true;
+    case Verb::set_tool_type:
+      context_.instrument.set_tool_type(c.text, context_.voice);
+      return true;
+    case Verb::emulate_adapter_present:
+      context_.instrument.set_adapter_present(c.flag, context_.voice);
+      return true;
+    case Verb::emulate_tool_present:
+      context_.instrument.set_tool_present(c.flag, context_.voice);
+      return true;
+    case Verb::emulate_fault:
+      states_.fault(c.text.empty() ? Text("emulated fault") : c.text);
+      return true;
+    default:
+      return false;
+  }
+}
+
+// A simulated hand on the handle, and a force on the tool.
+bool Arm::apply_hand(const Command& c) noexcept {
+  const Pose& base = context_.base_frame;
+  switch (c.verb) {
+    case Verb::hand_servo_cp:
+      around_.held = true;
+      around_.X_hand = base.inverse() * c.X;
+      return true;
+    case Verb::hand_servo_cf:
+    case Verb::tool_servo_cf:
+      around_.F = {base.R.transpose() * bounded(c.F.f), base.R.transpose() * bounded(c.F.t)};
+      return true;
+    case Verb::hand_gripper:
+      pinch_ = std::clamp(c.value, 0.0, kGripperOpen);
+      return true;
+    case Verb::hand_free:
+      around_ = {};
+      pinch_ = kGripperOpen;
+      return true;
+    default:
+      return false;
+  }
 }
 
 }  // namespace palpate::dvrk

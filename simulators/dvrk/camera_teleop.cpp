@@ -44,10 +44,10 @@ void CameraTeleop::begin() noexcept {
     if (!arm->ready()) return;
   }
   for (Arm* mtm : {mtml_, mtmr_}) {
-    mtm->use_gravity_compensation(true);
-    mtm->body_set_cf_orientation_absolute(true);
-    mtm->body_servo_cf({});
-    mtm->lock_orientation(mtm->state().measured_cp.R);
+    mtm->controller().use_gravity_compensation(true);
+    mtm->controller().body_set_cf_orientation_absolute(true);
+    mtm->controller().body_servo_cf({});
+    mtm->controller().lock_orientation(mtm->state().measured_cp.R);
   }
   first_ = image();
   q_first_ = ecm_->state().setpoint_js.q;
@@ -57,8 +57,8 @@ void CameraTeleop::begin() noexcept {
 void CameraTeleop::push(Arm& mtm, const Vec3& p_goal) const noexcept {
   const ArmState& state = mtm.state();
   const Vec3 f = kDistanceStiffness * (p_goal - state.measured_cp.p) + friction(state.measured_cv.v);
-  mtm.body_set_cf_orientation_absolute(true);
-  mtm.body_servo_cf({f, Vec3::Zero()});
+  mtm.controller().body_set_cf_orientation_absolute(true);
+  mtm.controller().body_servo_cf({f, Vec3::Zero()});
 }
 
 void CameraTeleop::run() noexcept {
@@ -72,7 +72,7 @@ void CameraTeleop::run() noexcept {
   }
   const Image now = image();
   if (!now.valid || !first_.valid) {  // hands in one place: nothing to turn the image with
-    for (Arm* mtm : {mtml_, mtmr_}) mtm->body_servo_cf({friction(mtm->state().measured_cv.v), Vec3::Zero()});
+    for (Arm* mtm : {mtml_, mtmr_}) mtm->controller().body_servo_cf({friction(mtm->state().measured_cv.v), Vec3::Zero()});
     return;
   }
   const Vec3 offset = first_.w * now.side + first_.d * now.C.normalized();
@@ -88,7 +88,7 @@ void CameraTeleop::run() noexcept {
   q[1] += tilt * std::cos(turn) + pan * std::sin(turn);
   q[2] += in;
   q[3] += roll;
-  ecm_->servo_jp(q, {});
+  ecm_->controller().servo_jp(q, {});
 }
 
 }  // namespace palpate::dvrk

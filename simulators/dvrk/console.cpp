@@ -162,7 +162,7 @@ void Console::set_scale(double scale) noexcept {
 
 void Console::hold_mtms() noexcept {
   for (Arm* mtm : mtms_) {
-    if (mtm->ready()) mtm->hold();
+    if (mtm->ready()) mtm->controller().hold();
   }
 }
 

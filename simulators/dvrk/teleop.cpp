@@ -130,7 +130,7 @@ void Teleop::lock_rotation(bool lock) noexcept {
     return enter(Phase::disabled);
   }
   catch_poses();
-  if (phase_ == Phase::enabled) mtm_->lock_orientation(mtm_->state().measured_cp.R);
+  if (phase_ == Phase::enabled) mtm_->controller().lock_orientation(mtm_->state().measured_cp.R);
 }
 
 void Teleop::set_align(bool align) noexcept {
@@ -169,14 +169,14 @@ void Teleop::press_clutch() noexcept {
   active_before_clutch_ = active_;
   set_following(false);
   voice_.words(Topic::status, "console clutch pressed");
-  mtm_->body_servo_cf({});
-  mtm_->use_gravity_compensation(true);
+  mtm_->controller().body_servo_cf({});
+  mtm_->controller().use_gravity_compensation(true);
   if (spec_.align_MTM || spec_.rotation_locked) {
-    mtm_->lock_orientation(mtm_->state().measured_cp.R);
+    mtm_->controller().lock_orientation(mtm_->state().measured_cp.R);
   } else {
-    mtm_->unlock_orientation();
+    mtm_->controller().unlock_orientation();
   }
-  psm_->hold();
+  psm_->controller().hold();
 }
 
 double Teleop::jaw_of(double gripper) const noexcept {
@@ -202,7 +202,7 @@ void Teleop::enter(Phase phase) noexcept {
   }
   switch (phase) {
     case Phase::disabled:
-      mtm_->hold();
+      mtm_->controller().hold();
       break;
     case Phase::setting_arms_state:
       for (Arm* arm : {psm_, mtm_}) {
@@ -213,7 +213,7 @@ void Teleop::enter(Phase phase) noexcept {
     case Phase::aligning_mtm:
       voice_.value(Topic::scale, spec_.scale);
       since_goal_ = kInfinity;
-      if (!spec_.align_MTM) mtm_->move_cp(mtm_->state().setpoint_cp);
+      if (!spec_.align_MTM) mtm_->controller().move_cp(mtm_->state().setpoint_cp);
       if (back_from_clutch_) active_ = active_before_clutch_;
       back_from_clutch_ = false;
       roll_min_ = gripper_min_ = kInfinity;
@@ -229,12 +229,12 @@ void Teleop::enter_enabled() noexcept {
   catch_poses();
   jaw_caught_up_ = false;
   ghost_ = gripper_of(psm_->state().jaw_setpoint_js.q[0]);
-  mtm_->use_gravity_compensation(true);
-  mtm_->body_servo_cf({});
+  mtm_->controller().use_gravity_compensation(true);
+  mtm_->controller().body_servo_cf({});
   if (spec_.rotation_locked) {
-    mtm_->lock_orientation(mtm_->state().measured_cp.R);
+    mtm_->controller().lock_orientation(mtm_->state().measured_cp.R);
   } else {
-    mtm_->unlock_orientation();
+    mtm_->controller().unlock_orientation();
   }
   if (clutched_) return press_clutch();
   set_following(true);

@@ -76,7 +76,7 @@ void Teleop::align() noexcept {
   const Mat3 R_goal = psm_->state().setpoint_cp.R;
   if (!clutched_ && spec_.align_MTM && since_goal_ > kAlignPeriod) {
     since_goal_ = 0.0;
-    mtm_->move_cp({R_goal, mtm_->state().setpoint_cp.p});
+    mtm_->controller().move_cp({R_goal, mtm_->state().setpoint_cp.p});
   }
   if (desired_ == Phase::aligning_mtm) return;
   state_.alignment_offset = mtm_->state().measured_cp.R.transpose() * R_goal;
@@ -108,7 +108,7 @@ void Teleop::watch_operator() noexcept {
 }
 
 void Teleop::follow() noexcept {
-  if (F_user_valid_) mtm_->body_servo_cf(F_user_);  // no timeout: it stays until the next transition
+  if (F_user_valid_) mtm_->controller().body_servo_cf(F_user_);  // no timeout: it stays until the next transition
   const ArmState& mtm = mtm_->state();
   Pose goal = X_psm0_;
   Twist V;
@@ -117,7 +117,7 @@ void Teleop::follow() noexcept {
     V.v = spec_.scale * mtm.measured_cv.v;  // linear velocity alone is fed forward
   }
   if (!spec_.rotation_locked) goal.R = normalised(mtm.measured_cp.R * R_offset0_);
-  psm_->servo_cp(goal, V);
+  psm_->controller().servo_cp(goal, V);
 }
 
 // The jaw shows the gripper's ghost, which follows the gripper no faster than its rate.
@@ -131,7 +131,7 @@ void Teleop::follow_jaw(double dt) noexcept {
     jaw = psm_->instrument().q_min();
     ghost_ = gripper_of(jaw);
   }
-  psm_->jaw_servo_jp(jaw);
+  psm_->controller().jaw_servo_jp(jaw);
 }
 
 }  // namespace palpate::dvrk
