@@ -18,7 +18,7 @@ using dvrk::TeleopSpec;
 
 void bind_arm_spec(nb::module_& m) {
   nb::class_<ArmSpec> spec(m, "ArmSpec",
-                           "Options of one arm of the simulated dVRK (palpate.dvrk.arm fills them).");
+                           "Options of one arm of the simulated dVRK (palpate.simulators.dvrk.arm fills them).");
   spec.def(
           "__init__",
           [](ArmSpec* self, const std::string& name, const std::string& kind, const arm::Arm& model) {

@@ -95,7 +95,7 @@ void bind_queries_of(System_& c) {
 }  // namespace
 
 void bind_system(nb::module_& m) {
-  System_ c(m, "System", "The simulated dVRK; palpate.dvrk.system() makes one.");
+  System_ c(m, "System", "The simulated dVRK; palpate.simulators.dvrk.system() makes one.");
   c.def(
        "__init__",
        [](System* self, const std::vector<ArmSpec>& arms, const std::vector<TeleopSpec>& teleops,

@@ -12,7 +12,7 @@ ArmSpec checked(ArmSpec spec) {
     if (good) return;
     throw std::invalid_argument("dVRK arm " + spec.name + ": " + what + " needs " + std::to_string(n) +
                                 " finite numbers" + (positive ? " above zero" : "") + ", one per joint; got " +
-                                std::to_string(x.size()) + " (palpate.dvrk.arm() fills them)");
+                                std::to_string(x.size()) + " (palpate.simulators.dvrk.arm() fills them)");
   };
   if (spec.kind == ArmKind::mtm && (n != 7 || !spec.dynamic)) {
     throw std::invalid_argument("dVRK arm " + spec.name + ": an MTM has 7 joints and is dynamic; got " +

@@ -1,4 +1,4 @@
-// What the simulated dVRK is built from. palpate/dvrk.py fills it from the arm models; defaults are the real one's.
+// What the simulated dVRK is built from. palpate/simulators/dvrk.py fills it from the arm models; defaults are the real one's.
 #pragma once
 
 #include <numbers>
