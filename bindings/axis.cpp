@@ -1,4 +1,4 @@
-#include "palpate/plant/axis.hpp"
+#include "palpate/verify/axis.hpp"
 
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/optional.h>
@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "bindings.hpp"
-#include "palpate/loop/axis_layer.hpp"
+#include "palpate/verify/axis_layer.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -19,11 +19,11 @@ using namespace nb::literals;
 namespace palpate::bindings {
 namespace {
 
-using plant::Axis;
-using plant::AxisMotion;
-using plant::AxisOptions;
-using plant::AxisResult;
-using plant::AxisRow;
+using verify::Axis;
+using verify::AxisMotion;
+using verify::AxisOptions;
+using verify::AxisResult;
+using verify::AxisRow;
 
 constexpr std::size_t kColumns = sizeof(AxisRow) / sizeof(double);
 using Rows = nb::ndarray<nb::numpy, double, nb::ndim<2>>;
@@ -41,9 +41,9 @@ AxisMotion motion(double duration, double x0, double v0, double push, std::vecto
 }
 
 /// The stage `stability` between the wall and the drive, where it is asked for.
-std::unique_ptr<loop::AxisLayer> make_layer(const Axis& axis, const std::optional<stability::Options>& options) {
+std::unique_ptr<verify::AxisLayer> make_layer(const Axis& axis, const std::optional<stability::Options>& options) {
   if (!options) return nullptr;
-  return std::make_unique<loop::AxisLayer>(*options, axis.options().K, 1.0 / axis.options().rate);
+  return std::make_unique<verify::AxisLayer>(*options, axis.options().K, 1.0 / axis.options().rate);
 }
 
 void bind_result(nb::module_& m) {
@@ -63,8 +63,8 @@ void bind_result(nb::module_& m) {
 }  // namespace
 
 void bind_axis(nb::module_& m) {
-  m.attr("AXIS_QUANTA") = plant::kAxisQuanta;
-  m.attr("AXIS_UNFELT") = plant::kAxisUnfelt;
+  m.attr("AXIS_QUANTA") = verify::kAxisQuanta;
+  m.attr("AXIS_UNFELT") = verify::kAxisUnfelt;
   nb::class_<AxisOptions>(m, "AxisOptions", "One axis of a haptic device, its loop, a virtual wall at x > 0, a hand.")
       .def(nb::init<>())
       .def_rw("mass", &AxisOptions::mass, "of the device [kg]")

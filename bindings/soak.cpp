@@ -1,4 +1,4 @@
-#include "palpate/contact/soak.hpp"
+#include "palpate/verify/soak.hpp"
 
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
@@ -10,16 +10,16 @@ namespace nb = nanobind;
 namespace palpate::bindings {
 namespace {
 
-contact::SoakReport soak(const std::shared_ptr<scene::Mesh>& mesh, const std::string& method, std::int64_t passes,
-                         std::uint64_t seed, const contact::SoakRange& range) {
+verify::SoakReport soak(const std::shared_ptr<scene::Mesh>& mesh, const std::string& method, std::int64_t passes,
+                         std::uint64_t seed, const verify::SoakRange& range) {
   const nb::gil_scoped_release release;
-  return contact::soak(mesh, method, passes, seed, range);
+  return verify::soak(mesh, method, passes, seed, range);
 }
 
 }  // namespace
 
 void bind_soak(nb::module_& m) {
-  using contact::SoakPass, contact::SoakRange, contact::SoakReport;
+  using verify::SoakPass, verify::SoakRange, verify::SoakReport;
   nb::class_<SoakRange>(m, "SoakRange", "What the passes are drawn from.")
       .def(nb::init<>())
       .def_rw("radius_min", &SoakRange::radius_min, "SPR [m]")

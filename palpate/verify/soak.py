@@ -1,6 +1,6 @@
 """``palpate soak contact``: millions of short random pokes at random meshes, none of which may pop through.
 
-The pokes and their evaluation are in C++ (``core/palpate/contact/soak.hpp``). This module creates the meshes, runs two
+The pokes and their evaluation are in C++ (``core/palpate/verify/soak.hpp``). This module creates the meshes, runs two
 threads and counts the results.
 """
 

@@ -1,4 +1,4 @@
-#include "palpate/plant/axis.hpp"
+#include "palpate/verify/axis.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,11 +6,11 @@
 #include <stdexcept>
 #include <string>
 
-#include "palpate/plant/axis_motion.hpp"
 #include "palpate/types/low_pass.hpp"
 #include "palpate/types/random.hpp"
+#include "palpate/verify/axis_motion.hpp"
 
-namespace palpate::plant {
+namespace palpate::verify {
 namespace {
 
 constexpr double kFar = 1.0;        // [m]
@@ -213,4 +213,4 @@ AxisResult Axis::run(const AxisMotion& motion, AxisStage* stage, std::vector<Axi
   return out;
 }
 
-}  // namespace palpate::plant
+}  // namespace palpate::verify

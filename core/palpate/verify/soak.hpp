@@ -12,7 +12,7 @@
 #include "palpate/contact/contact.hpp"
 #include "palpate/scene/mesh.hpp"
 
-namespace palpate::contact {
+namespace palpate::verify {
 
 /// How to poke; each pass draws its own values from these ranges.
 struct SoakRange {
@@ -43,4 +43,4 @@ struct SoakReport {
 SoakReport soak(const std::shared_ptr<const scene::Mesh>& mesh, std::string_view method, std::int64_t passes,
                 std::uint64_t seed, const SoakRange& range);
 
-}  // namespace palpate::contact
+}  // namespace palpate::verify

@@ -1,9 +1,9 @@
-// The exact motion of a mass with dry friction between two events; a part of plant/axis.
+// The exact motion of a mass with dry friction between two events; a part of verify/axis.
 #pragma once
 
 #include <array>
 
-namespace palpate::plant {
+namespace palpate::verify {
 
 /// M x'' = c - D x' - k (x - p - w t) - friction,   friction = Fc sign x', at rest whatever holds it up to Fc.
 class AxisMass {
@@ -34,4 +34,4 @@ class AxisMass {
   std::size_t oldest_ = 0;
 };
 
-}  // namespace palpate::plant
+}  // namespace palpate::verify

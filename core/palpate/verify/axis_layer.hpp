@@ -5,14 +5,14 @@
 #include <array>
 #include <cstddef>
 
-#include "palpate/plant/axis.hpp"
 #include "palpate/stability/stability.hpp"
+#include "palpate/verify/axis.hpp"
 
-namespace palpate::loop {
+namespace palpate::verify {
 
 /// Knows what a device knows: measured positions, and their mean velocity over the last period, over four of them where
 /// the positions are quantised.
-class AxisLayer : public plant::AxisStage {
+class AxisLayer : public AxisStage {
  public:
   /// options.passivity.friction: of one joint, or none. stiffness: felt [N/m]; dt [s].
   AxisLayer(const stability::Options& options, double stiffness, double dt)
@@ -49,4 +49,4 @@ class AxisLayer : public plant::AxisStage {
   bool acted_ = false;
 };
 
-}  // namespace palpate::loop
+}  // namespace palpate::verify

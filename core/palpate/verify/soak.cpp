@@ -1,4 +1,4 @@
-#include "palpate/contact/soak.hpp"
+#include "palpate/verify/soak.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include "palpate/scene/snapshot.hpp"
 #include "palpate/types/random.hpp"
 
-namespace palpate::contact {
+namespace palpate::verify {
 namespace {
 
 constexpr double kTick = 1e-3;   // [s]
@@ -125,7 +125,7 @@ bool draw(const scene::Mesh& mesh, const SoakRange& range, Dice& dice, SoakPass&
 }
 
 /// One pass from a free start. True: the proxy crossed the surface.
-bool poke(scene::Snapshot& scene, const Judge& judge, Method& method, const Motion& m, SoakReport& report) {
+bool poke(scene::Snapshot& scene, const Judge& judge, contact::Method& method, const Motion& m, SoakReport& report) {
   method.reset();
   const int ticks = m.ticks();
   bool touched = false, popped = false;
@@ -135,7 +135,7 @@ bool poke(scene::Snapshot& scene, const Judge& judge, Method& method, const Moti
   for (int k = 0; k < ticks && !popped; ++k) {
     const Pose X_WO = scene.objects[0].X_WO = m.object(k);
     const Vec3 tool = m.tool(k);
-    const ContactSet& contacts = method.step(scene, tool, (tool - tool_before) / kTick, k * kTick);
+    const contact::ContactSet& contacts = method.step(scene, tool, (tool - tool_before) / kTick, k * kTick);
     if (method.asynchronous()) method.collide(scene);
     tool_before = tool;
     touched |= contacts.size > 0;
@@ -170,9 +170,9 @@ SoakReport soak(const std::shared_ptr<const scene::Mesh>& mesh, std::string_view
     Motion motion;
     pass.index = i;
     if (!draw(*mesh, range, dice, pass, motion)) continue;
-    Options options;
+    contact::Options options;
     options.radius = pass.radius;
-    const std::unique_ptr<Method> m = make_method(method, options);
+    const std::unique_ptr<contact::Method> m = contact::make_method(method, options);
     ++report.passes;
     if (!poke(scene, judge, *m, motion, report)) continue;
     if (report.popped++ == 0) report.first_popped = pass;
@@ -180,4 +180,4 @@ SoakReport soak(const std::shared_ptr<const scene::Mesh>& mesh, std::string_view
   return report;
 }
 
-}  // namespace palpate::contact
+}  // namespace palpate::verify

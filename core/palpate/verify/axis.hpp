@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-namespace palpate::plant {
+namespace palpate::verify {
 
 /// x > 0 is inside the wall. All in SI.
 struct AxisOptions {
@@ -97,4 +97,4 @@ class Axis {
   AxisOptions options_;
 };
 
-}  // namespace palpate::plant
+}  // namespace palpate::verify

@@ -1,8 +1,8 @@
-#include "palpate/plant/axis_motion.hpp"
+#include "palpate/verify/axis_motion.hpp"
 
 #include <cmath>
 
-namespace palpate::plant {
+namespace palpate::verify {
 namespace {
 
 constexpr int kEvents = 64;  // reversals within one step; more is chatter, and it rests
@@ -121,4 +121,4 @@ double AxisMass::slip(double h, double c, double p, double w) noexcept {
   return until;
 }
 
-}  // namespace palpate::plant
+}  // namespace palpate::verify
