@@ -24,7 +24,9 @@ using System_ = nb::class_<System>;
 
 SystemSpec system_spec(const std::vector<ArmSpec>& arms, const std::vector<TeleopSpec>& teleops,
                        const std::vector<int>& camera) {
-  SystemSpec spec{arms, teleops};
+  SystemSpec spec;
+  spec.arms = arms;
+  spec.teleops = teleops;
   if (camera.size() == 3) {
     spec.camera_mtml = camera[0];
     spec.camera_mtmr = camera[1];
