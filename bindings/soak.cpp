@@ -11,7 +11,7 @@ namespace palpate::bindings {
 namespace {
 
 verify::SoakReport soak(const std::shared_ptr<scene::Mesh>& mesh, const std::string& method, std::int64_t passes,
-                         std::uint64_t seed, const verify::SoakRange& range) {
+                        std::uint64_t seed, const verify::SoakRange& range) {
   const nb::gil_scoped_release release;
   return verify::soak(mesh, method, passes, seed, range);
 }

@@ -14,7 +14,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 _ROOT = Path(__file__).resolve().parent.parent
-_SOURCES = ("core", "bindings", "CMakeLists.txt")
+_SOURCES = ("core", "simulators", "bindings", "CMakeLists.txt")
 
 
 def refresh() -> None:

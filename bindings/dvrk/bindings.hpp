@@ -35,8 +35,8 @@ void bind_trajectory(nanobind::module_& m);
 // states.cpp: states and events as Python values.
 
 using Fields = nanobind::typed<nanobind::dict, nanobind::str, nanobind::any>;
-using Events = nanobind::typed<nanobind::list, nanobind::typed<nanobind::tuple, double, nanobind::str, nanobind::str,
-                                                               nanobind::any>>;
+using Events = nanobind::typed<nanobind::list,
+                               nanobind::typed<nanobind::tuple, double, nanobind::str, nanobind::str, nanobind::any>>;
 [[nodiscard]] Fields joint_state(const dvrk::JointState& state);
 [[nodiscard]] Fields arm_state(const dvrk::ArmState& state);
 [[nodiscard]] Fields teleop_state(const dvrk::TeleopState& state);

@@ -61,7 +61,8 @@ const dvrk::VerbEntry& verb_entry(const dvrk::System& system, const dvrk::Addres
     const bool knows = at.kind != dvrk::Kind::arm || (entry.arms & static_cast<unsigned>(system.kind(at.index))) != 0;
     if (entry.kind == at.kind && entry.name == name && knows) return entry;
   }
-  throw std::invalid_argument(name_of(system, at) + " has no command '" + name + "' (palpate._dvrk.verbs() lists them)");
+  throw std::invalid_argument(name_of(system, at) + " has no command '" + name +
+                              "' (palpate._dvrk.verbs() lists them)");
 }
 
 }  // namespace palpate::bindings

@@ -30,17 +30,19 @@ void bind_arm_spec(nb::module_& m) {
           },
           "name"_a, "kind"_a, "model"_a)
       .def_ro("name", &ArmSpec::name)
-      .def_rw("dynamic", &ArmSpec::dynamic, "True: torques move the joints; False: they are servoed and no torque moves them.")
+      .def_rw("dynamic", &ArmSpec::dynamic,
+              "True: torques move the joints; False: they are servoed and no torque moves them.")
       .def_rw("leader", &ArmSpec::leader, "Drives, friction and encoders of a dynamic arm.")
       .def_rw("follower", &ArmSpec::follower, "Joint servos of an arm that is not dynamic.")
       .def_rw("hand", &ArmSpec::hand, "Impedance of the hand that holds an MTM.")
-      .def_rw("has_gravity_model", &ArmSpec::has_gravity_model,
-              "True: use_gravity_compensation has an effect.")
+      .def_rw("has_gravity_model", &ArmSpec::has_gravity_model, "True: use_gravity_compensation has an effect.")
       .def_rw("platform_gain", &ArmSpec::platform_gain, "Gain of the platform control on joint 4 of an MTM, 0..1 [-].")
       .def_prop_rw(
           "base_frame", [](const ArmSpec& s) { return to_matrix(s.base_frame); },
-          [](ArmSpec& s, const Matrix4& X) { s.base_frame = to_pose(X, "base_frame"); }, "Pose (4, 4) of the arm's own base in the frame of measured_cp.")
-      .def_rw("cannula_link", &ArmSpec::cannula_link, "Index of the link that must be past the cannula for Cartesian control; -1: no check.")
+          [](ArmSpec& s, const Matrix4& X) { s.base_frame = to_pose(X, "base_frame"); },
+          "Pose (4, 4) of the arm's own base in the frame of measured_cp.")
+      .def_rw("cannula_link", &ArmSpec::cannula_link,
+              "Index of the link that must be past the cannula for Cartesian control; -1: no check.")
       .def_rw("jaw_min", &ArmSpec::jaw_min, "Smallest angle of the jaw [rad].")
       .def_rw("jaw_max", &ArmSpec::jaw_max, "Largest angle of the jaw [rad].")
       .def_rw("jaw_v_max", &ArmSpec::jaw_v_max, "Speed limit of the jaw [rad/s].")
@@ -50,7 +52,8 @@ void bind_arm_spec(nb::module_& m) {
       .def_rw("bias_time", &ArmSpec::bias_time, "Time to bias the encoders from the potentiometers [s].");
   joint_field(spec, "P", &ArmSpec::P, "Proportional gains (n,) of position control [N m/rad, N/m].");
   joint_field(spec, "D", &ArmSpec::D, "Derivative gains (n,) of position control [N m s/rad, N s/m].");
-  joint_field(spec, "tracking_error", &ArmSpec::tracking_error, "Position error (n,) beyond which an arm faults [rad, m].");
+  joint_field(spec, "tracking_error", &ArmSpec::tracking_error,
+              "Position error (n,) beyond which an arm faults [rad, m].");
   joint_field(spec, "v_max", &ArmSpec::v_max, "Speed limits (n,) of trajectories [rad/s, m/s].");
   joint_field(spec, "a_max", &ArmSpec::a_max, "Acceleration limits (n,) of trajectories [rad/s^2, m/s^2].");
   joint_field(spec, "start", &ArmSpec::start, "Joint positions (n,) at power-up [rad, m].");

@@ -24,8 +24,10 @@ void bind_trajectory(nb::module_& m) {
           "q"_a, "v"_a, "goal"_a, "v_max"_a, "a_max"_a,
           "Plans from (q, v) to rest at goal within v_max and a_max; all (n,) [rad, m, s].")
       .def("step", &Trajectory::step, "dt"_a, "Advances by dt [s].")
-      .def_prop_ro("q", [](const Trajectory& t) -> Vector { return t.q(); }, "Joint positions (n,) [rad, m].")
-      .def_prop_ro("v", [](const Trajectory& t) -> Vector { return t.v(); }, "Joint velocities (n,) [rad/s, m/s].")
+      .def_prop_ro(
+          "q", [](const Trajectory& t) -> Vector { return t.q(); }, "Joint positions (n,) [rad, m].")
+      .def_prop_ro(
+          "v", [](const Trajectory& t) -> Vector { return t.v(); }, "Joint velocities (n,) [rad/s, m/s].")
       .def_prop_ro("done", &Trajectory::done, "True once the joints rest at the goal.")
       .def_prop_ro("duration", &Trajectory::duration, "Duration of the whole motion [s].");
 }

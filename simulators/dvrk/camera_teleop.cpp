@@ -72,7 +72,8 @@ void CameraTeleop::run() noexcept {
   }
   const Image now = image();
   if (!now.valid || !first_.valid) {  // hands in one place: nothing to turn the image with
-    for (Arm* mtm : {mtml_, mtmr_}) mtm->controller().body_servo_cf({friction(mtm->state().measured_cv.v), Vec3::Zero()});
+    for (Arm* mtm : {mtml_, mtmr_})
+      mtm->controller().body_servo_cf({friction(mtm->state().measured_cv.v), Vec3::Zero()});
     return;
   }
   const Vec3 offset = first_.w * now.side + first_.d * now.C.normalized();

@@ -86,8 +86,8 @@ class Controller {
   };
   /// Repeated refusals are reported at most every few seconds.
   struct Refusals {
-    int count = 0;                ///< since the arm was last ready
-    double reported_at = -1e9;    ///< [s]
+    int count = 0;              ///< since the arm was last ready
+    double reported_at = -1e9;  ///< [s]
     bool cannula_reported = false;
   };
 

@@ -1,8 +1,8 @@
 // Inverse kinematics as the arms of the dVRK need it: near where the joints are for servoing, from anywhere for a move.
 #pragma once
 
-#include "palpate/arm/arm.hpp"
 #include "dvrk/messages.hpp"
+#include "palpate/arm/arm.hpp"
 
 namespace palpate::dvrk {
 

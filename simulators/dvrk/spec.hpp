@@ -1,12 +1,13 @@
-// What the simulated dVRK is built from. palpate/simulators/dvrk.py fills it from the arm models; defaults are the real one's.
+// What the simulated dVRK is built from. palpate/simulators/dvrk.py fills it from the arm models; defaults are the real
+// one's.
 #pragma once
 
 #include <numbers>
 #include <string>
 #include <vector>
 
-#include "palpate/arm/arm.hpp"
 #include "dvrk/messages.hpp"
+#include "palpate/arm/arm.hpp"
 #include "palpate/plant/follower.hpp"
 #include "palpate/plant/hand.hpp"
 #include "palpate/plant/leader.hpp"
@@ -19,22 +20,22 @@ struct ArmSpec {
   ArmKind kind;
   arm::Arm model;
 
-  bool dynamic = true;              ///< moved by torques (MTMs always), or servoed joints that no torque moves
-  plant::LeaderOptions leader;      ///< drives, friction, encoders of a dynamic arm
-  plant::FollowerOptions follower;  ///< joint servos of the other
-  plant::HandOptions hand;          ///< of whoever holds an MTM
-  JointVector P, D;                 ///< position control of a dynamic arm [N m/rad, N/m], [N m s/rad, N s/m]
-  JointVector tracking_error;       ///< beyond it position control stops with a fault [rad, m]
-  JointVector v_max, a_max;         ///< of trajectories at ratio 1
-  JointVector start, home;          ///< joints at power-up and after homing
-  bool has_gravity_model = true;    ///< use_gravity_compensation does something
-  double platform_gain = 0.5;       ///< of joint 4 of an MTM, 0..1
-  Pose base_frame;                  ///< measured_cp = base_frame * local/measured_cp
+  bool dynamic = true;                ///< moved by torques (MTMs always), or servoed joints that no torque moves
+  plant::LeaderOptions leader{};      ///< drives, friction, encoders of a dynamic arm
+  plant::FollowerOptions follower{};  ///< joint servos of the other
+  plant::HandOptions hand{};          ///< of whoever holds an MTM
+  JointVector P{}, D{};               ///< position control of a dynamic arm [N m/rad, N/m], [N m s/rad, N s/m]
+  JointVector tracking_error{};       ///< beyond it position control stops with a fault [rad, m]
+  JointVector v_max{}, a_max{};       ///< of trajectories at ratio 1
+  JointVector start{}, home{};        ///< joints at power-up and after homing
+  bool has_gravity_model = true;      ///< use_gravity_compensation does something
+  double platform_gain = 0.5;         ///< of joint 4 of an MTM, 0..1
+  Pose base_frame{};                  ///< measured_cp = base_frame * local/measured_cp
 
   int cannula_link = -1;  ///< link whose origin must be past the cannula for Cartesian control; -1: no matter
   double jaw_min = 0.0, jaw_max = 0.0, jaw_v_max = 0.0, jaw_a_max = 0.0;  ///< [rad, rad/s, rad/s^2]
   double jaw_tau_max = 0.16;                                              ///< [N m]
-  std::string tool_type;                                                  ///< what is mounted at first; empty: nothing
+  std::string tool_type{};                                                ///< what is mounted at first; empty: nothing
 
   double power_time = 0.3;  ///< from enable to powered [s]
   double bias_time = 0.5;   ///< of reading encoders from potentiometers [s]

@@ -8,10 +8,10 @@
 namespace palpate::dvrk {
 namespace {
 
-constexpr double kSettle = 0.4;          // [s] of holding an arm that was falling, before it is moved
-constexpr double kHomingTimeout = 2.0;   // [s] after the end of the trajectory to the home position
-constexpr double kPastCannula = 0.025;   // [m] of insertion: a tool this deep is engaged without motion of its disks
-constexpr Eigen::Index kDisks = 3;       // first joint of a PSM that the disks of its tool move
+constexpr double kSettle = 0.4;         // [s] of holding an arm that was falling, before it is moved
+constexpr double kHomingTimeout = 2.0;  // [s] after the end of the trajectory to the home position
+constexpr double kPastCannula = 0.025;  // [m] of insertion: a tool this deep is engaged without motion of its disks
+constexpr Eigen::Index kDisks = 3;      // first joint of a PSM that the disks of its tool move
 constexpr std::array<double, 3> kEngage{-std::numbers::pi / 6, std::numbers::pi / 6, 0.0};  // OURS: their motions [rad]
 constexpr double kHomingTolerance = 4.0 * std::numbers::pi / 180.0;                         // [rad]
 
