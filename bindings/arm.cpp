@@ -1,3 +1,4 @@
+#include "palpate/arm/all_terms.hpp"
 #include "palpate/arm/arm.hpp"
 
 #include <nanobind/ndarray.h>
@@ -104,9 +105,23 @@ void bind_ik(nb::module_& m) {
       .def_ro("damping", &arm::IkResult::damping, "of the last step; large near singularities and out of reach");
 }
 
+void bind_all_terms(nb::module_& m) {
+  nb::class_<arm::AllTerms>(m, "AllTerms", "Pinocchio's dynamics of the same URDF: a judge and a control.")
+      .def(nb::init<const std::string&, const std::string&, const std::string&>(), "xml"_a, "base_frame"_a,
+           "tip_frame"_a)
+      .def(
+          "compute",
+          [](arm::AllTerms& self, const VectorArg& q, const VectorArg& v) {
+            self.compute(joint_vector(q, "q", self.n()), joint_vector(v, "v", self.n()));
+            return nb::make_tuple(self.M(), self.bias(), self.G(), self.J());
+          },
+          "q"_a, "v"_a, "(M (n,n), C v + G (n,), G (n,), J (6,n) at the tip in base axes) by computeAllTerms.");
+}
+
 }  // namespace
 
 void bind_arm(nb::module_& m) {
+  bind_all_terms(m);
   bind_ik(m);
   bind_gravity(m);
   nb::class_<Arm>(m, "Arm", "An arm: kinematics and dynamics in its base frame. See palpate.Arm.")

@@ -55,6 +55,13 @@ nb::dict timing(const Simulation& self) {
   nb::dict d = punctuality(self.thread());
   d["cycle_us"] = percentiles(self.cycle_time());
   d["ticks"] = self.cycle_time().count();
+  if (const loop::StageClock* clock = self.stages()) {
+    nb::dict stages;
+    for (std::size_t i = 0; i < loop::kStageNames.size(); ++i) {
+      stages[loop::kStageNames[i]] = percentiles(clock->time(i));
+    }
+    d["stages"] = stages;
+  }
   return d;
 }
 
@@ -178,6 +185,8 @@ void bind_running(nb::module_& m) {
       .def("stop", &Simulation::stop, nb::call_guard<nb::gil_scoped_release>(),
            "Ramps the force to zero, then ends the thread.")
       .def_prop_ro("running", &Simulation::running)
+      .def("watch_stages", &Simulation::watch_stages,
+           "Time each stage of the cycle from now on: timing()['stages'][name] {p50, p99, p999, max} [us].")
       .def("timing", &timing,
            "cycle_us, lateness_us {p50, p99, p999, max}, slack_us {p50, p01, p001}, ticks, missed_ticks, scheduler.")
       .def(

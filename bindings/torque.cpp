@@ -42,7 +42,7 @@ std::pair<LeaderCommand, unsigned> step(torque::Torque& self, arm::Arm& model, c
   leader.has_load_cell = F_cell_L.has_value();
   leader.F_cell_L = F_cell_L.value_or(Vec3::Zero());
   LeaderCommand out(model.n());
-  model.update(leader.q, leader.v);
+  model.dynamics(leader.q, leader.v);
   const unsigned status = self.step(model, {leader, {{F.head<3>(), F.tail<3>()}}, fresh}, out);
   return {std::move(out), status};
 }
@@ -53,8 +53,7 @@ nb::tuple cartesian(arm::Arm& model, const VectorArg& q_in, const VectorArg& v_i
   const JointVector q = joint_vector(q_in, "q", model.n()), v = joint_vector(v_in, "v", model.n());
   const JointVector I =
       rotor ? joint_vector(*rotor, "rotor_inertia", model.n()) : JointVector(JointVector::Zero(model.n()));
-  const JointVector G = model.gravity(q);
-  const torque::Cartesian<m> c = torque::cartesian<m>(model.dynamics(q, v), I, G, model.n(), heaviest);
+  const torque::Cartesian<m> c = torque::cartesian<m>(model.dynamics(q, v), I, model.n(), heaviest);
   return nb::make_tuple(Eigen::MatrixXd(c.Lambda), Vector(c.Gamma_v), Vector(c.eta), c.singular);
 }
 

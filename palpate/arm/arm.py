@@ -83,6 +83,8 @@ class Arm(_core.Arm):
     visuals: list[Visual]
     urdf: str
     """Text of its URDF; empty for a device without a URDF."""
+    frames: tuple[str, str]
+    """Base and tip frame of the URDF; empty names for a device without a URDF."""
     jaw_range: tuple[float, float]
 
     def __init__(self, xml: str, base_frame: str, tip_frame: str, data: dict[str, Any] | None = None) -> None:
@@ -91,6 +93,7 @@ class Arm(_core.Arm):
         robot = ElementTree.fromstring(xml)
         chain = set(self.joint_names)
         self.urdf = xml
+        self.frames = (base_frame, tip_frame)
         self.visuals = visuals(robot) or sticks(self.segments)
         self._drawn = drawn_joints(robot, chain)
         self.jaw_range = jaw_range(robot, chain)
@@ -111,7 +114,7 @@ class Arm(_core.Arm):
             _core.Arm.__init__(arm, kind, numbers)
         except (RuntimeError, TypeError, ValueError) as error:
             raise ArmError(str(error), mend="docs/arms.md lists the parameters") from None
-        arm.urdf = ""
+        arm.urdf, arm.frames = "", ("", "")
         arm.visuals, arm._drawn, arm.jaw_range = sticks(arm.segments), [], (0.0, 0.0)
         arm._describe(data or {}, kind)
         return arm

@@ -24,8 +24,8 @@ bool consistent(const Eigen::Matrix<double, 10, 1>& pi) {
 Arm::Arm(std::unique_ptr<Mechanism> mechanism) : mechanism_(std::move(mechanism)) {
   const Eigen::Index rows = n();
   zero_ = result_ = v_ = spring_.along = JointVector::Zero(rows);
-  J_ = Jacobian::Zero(6, rows);
-  dynamics_ = {JointMatrix::Zero(rows, rows), zero_, {}, J_, Vec6::Zero()};
+  state_ = {JointMatrix::Zero(rows, rows), zero_, zero_, {}, Jacobian::Zero(6, rows), Vec6::Zero()};
+  work_ = state_;
   update(zero_, zero_);
 }
 
@@ -41,9 +41,8 @@ Arm::Arm(const Arm& other)
       zero_(other.zero_),
       result_(other.result_),
       v_(other.v_),
-      X_0T_(other.X_0T_),
-      J_(other.J_),
-      dynamics_(other.dynamics_) {}
+      state_(other.state_),
+      work_(other.work_) {}
 
 Arm& Arm::operator=(const Arm& other) {
   if (this != &other) *this = Arm(other);
@@ -51,8 +50,14 @@ Arm& Arm::operator=(const Arm& other) {
 }
 
 void Arm::update(const JointVector& q, const JointVector& v) noexcept {
-  mechanism_->kinematics(q, X_0T_, J_);
+  mechanism_->kinematics(q, state_.X_0T, state_.J);
   v_ = v;
+}
+
+const Dynamics& Arm::dynamics(const JointVector& q, const JointVector& v) noexcept {
+  mechanism_->dynamics(q, v, state_);
+  v_ = v;
+  return state_;
 }
 
 std::vector<Pose> Arm::link_poses(const JointVector& q) {
@@ -63,13 +68,13 @@ std::vector<Pose> Arm::link_poses(const JointVector& q) {
 }
 
 Twist Arm::twist() const noexcept {
-  const Vec6 V = J_ * v_;
+  const Vec6 V = state_.J.lazyProduct(v_);
   return {V.head<3>(), V.tail<3>()};
 }
 
 const JointVector& Arm::gravity(const JointVector& q) noexcept {
-  mechanism_->gravity(q, dynamics_, result_);
-  return result_;
+  mechanism_->dynamics(q, zero_, work_);
+  return work_.G;
 }
 
 JointVector Arm::elastic(const JointVector& q) noexcept {
@@ -80,6 +85,11 @@ JointVector Arm::elastic(const JointVector& q) noexcept {
 JointVector Arm::holding(const JointVector& q) noexcept {
   if (identified_) return identified_->holding(q, gravity_regressor(q));
   return gravity(q) + elastic(q);
+}
+
+JointVector Arm::holding(const JointVector& q, const JointVector& G) noexcept {
+  if (identified_) return identified_->holding(q, gravity_regressor(q));
+  return G + elastic(q);
 }
 
 double Arm::elastic_energy(const JointVector& q) noexcept {
@@ -109,7 +119,7 @@ void Arm::set_counterbalance(const Counterbalance& spring) {
 }
 
 const JointVector& Arm::inverse_dynamics(const JointVector& q, const JointVector& v, const JointVector& a) noexcept {
-  mechanism_->inverse_dynamics(q, v, a, dynamics_, result_);
+  mechanism_->inverse_dynamics(q, v, a, work_, result_);
   return result_;
 }
 
@@ -118,13 +128,8 @@ const JointVector& Arm::bias(const JointVector& q, const JointVector& v) noexcep
 }
 
 const JointMatrix& Arm::mass_matrix(const JointVector& q) noexcept {
-  mechanism_->mass_matrix(q, dynamics_);
-  return dynamics_.M;
-}
-
-const Dynamics& Arm::dynamics(const JointVector& q, const JointVector& v) noexcept {
-  mechanism_->dynamics(q, v, dynamics_);
-  return dynamics_;
+  mechanism_->dynamics(q, zero_, work_);
+  return work_.M;
 }
 
 Arm Arm::with_scaled_masses(const JointVector& scale) const {

@@ -60,27 +60,31 @@ class Arm {
 
   /// Kinematics at q, v: fills tip(), jacobian(), twist().
   void update(const JointVector& q, const JointVector& v) noexcept;
-  [[nodiscard]] const Pose& tip() const noexcept { return X_0T_; }        ///< X_0T, base to tip
-  [[nodiscard]] const Jacobian& jacobian() const noexcept { return J_; }  ///< at the tip, in base axes
+  /// Kinematics and dynamics at q, v in one pass: fills tip(), jacobian(), twist() and state().
+  const Dynamics& dynamics(const JointVector& q, const JointVector& v) noexcept;
+  [[nodiscard]] const Pose& tip() const noexcept { return state_.X_0T; }       ///< X_0T, base to tip
+  [[nodiscard]] const Jacobian& jacobian() const noexcept { return state_.J; }  ///< at the tip, in base axes
+  /// Result of the last dynamics(); update() and ik() move its tip and Jacobian alone.
+  [[nodiscard]] const Dynamics& state() const noexcept { return state_; }
   [[nodiscard]] Twist twist() const noexcept;                             ///< J v
-  /// X_0link of link_names()[link], as of the last update().
+  /// X_0link of link_names()[link] at the joints of the last call that computed kinematics.
   [[nodiscard]] Pose link_pose(int link) const noexcept { return mechanism_->link_pose(link); }
 
   /// Gravity torque G(q) = dP/dq that holds the masses up (Eq 10); gravity vector in the base frame.
   [[nodiscard]] const JointVector& gravity(const JointVector& q) noexcept;
   /// What holds the arm still: the identified model where there is one, else gravity(q) and the counterbalance.
   [[nodiscard]] JointVector holding(const JointVector& q) noexcept;
+  /// The same where G = gravity(q) is known already.
+  [[nodiscard]] JointVector holding(const JointVector& q, const JointVector& G) noexcept;
   /// What of it is not of the masses (springs, cables): holding(q) - gravity(q).
   [[nodiscard]] JointVector elastic(const JointVector& q) noexcept;
-  /// tau = M a + C v + G (rnea).
+  /// tau = M a + C v + G.
   [[nodiscard]] const JointVector& inverse_dynamics(const JointVector& q, const JointVector& v,
                                                     const JointVector& a) noexcept;
   /// C(q,v) v + G(q).
   [[nodiscard]] const JointVector& bias(const JointVector& q, const JointVector& v) noexcept;
-  /// Full symmetric M(q) (crba).
+  /// Full symmetric M(q).
   [[nodiscard]] const JointMatrix& mass_matrix(const JointVector& q) noexcept;
-  /// M, bias, tip and Jacobian in one go: for a simulator, where every microsecond counts ten times a tick.
-  const Dynamics& dynamics(const JointVector& q, const JointVector& v) noexcept;
   /// P(q) of the masses, whose gradient is gravity(q) (Eq 10) [J].
   [[nodiscard]] double potential_energy(const JointVector& q) noexcept { return mechanism_->potential_energy(q); }
   [[nodiscard]] double elastic_energy(const JointVector& q) noexcept;  ///< whose gradient is elastic(q) [J]
@@ -126,9 +130,7 @@ class Arm {
   std::optional<GravityModel> identified_;
   GravityRegressor regressor_;
   JointVector zero_, result_, v_;
-  Pose X_0T_;
-  Jacobian J_;
-  Dynamics dynamics_;
+  Dynamics state_, work_;  ///< at the joints of update() and dynamics(); of the queries in between
 };
 
 }  // namespace palpate::arm

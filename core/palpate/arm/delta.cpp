@@ -79,8 +79,9 @@ class Delta final : public Mechanism {
     d.Jdot_v << drift, Vec3::Zero();
     d.M = m_platform_ * (J_.transpose() * J_);
     d.M.diagonal().array() += inertia_;
-    d.bias = m_platform_ * (J_.transpose() * (drift - g_));
-    for (int i = 0; i < kArms; ++i) d.bias[i] -= (0.5 * size_.upper_mass + m_elbow_) * g_.dot(b_[i]);
+    d.G = -m_platform_ * (J_.transpose() * g_);
+    for (int i = 0; i < kArms; ++i) d.G[i] -= (0.5 * size_.upper_mass + m_elbow_) * g_.dot(b_[i]);
+    d.bias = d.G + m_platform_ * (J_.transpose() * drift);
   }
 
   [[nodiscard]] double potential_energy(const JointVector& q) noexcept override {
@@ -177,7 +178,11 @@ class Delta final : public Mechanism {
 
   /// Axes whose z points along d.
   [[nodiscard]] static Mat3 along(const Vec3& d) noexcept {
-    return Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), d).toRotationMatrix();
+    const Vec3 z = d.normalized(), side = std::abs(z.y()) < 0.9 ? Vec3::UnitY() : Vec3::UnitX();
+    const Vec3 x = side.cross(z).normalized();
+    Mat3 R;
+    R << x, z.cross(x), z;
+    return R;
   }
 
   Size size_{};

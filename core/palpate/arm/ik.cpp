@@ -1,9 +1,9 @@
 // Inverse kinematics of Arm: damped Newton (Levenberg-Marquardt) steps within the joint limits.
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "palpate/arm/arm.hpp"
+#include "palpate/types/cholesky.hpp"
 #include "palpate/types/so3.hpp"
 
 namespace palpate::arm {
@@ -21,12 +21,27 @@ Error error_to(const Pose& goal, const Pose& tip) noexcept {
   return e;
 }
 
-/// dq = J^T (J J^T + lambda I)^-1 e over the joints that are free: the shortest step.
+/// dq = J^T (J J^T + lambda I)^-1 e over the joints that are free: the shortest step. Zero when rounding has left the
+/// matrix without an inverse.
 JointVector least_step(const Jacobian& J, const Vec6& e, double lambda) noexcept {
-  Mat6 A = J * J.transpose();
-  A.diagonal().array() += lambda;
-  const Vec6 y = A.ldlt().solve(e);
-  return J.transpose() * y;
+  const Eigen::Index n = J.cols();
+  double A[6][6] = {}, y[6];
+  for (Eigen::Index k = 0; k < n; ++k) {
+    for (int i = 0; i < 6; ++i) {
+      for (int j = 0; j <= i; ++j) A[i][j] += J(i, k) * J(j, k);
+    }
+  }
+  for (int i = 0; i < 6; ++i) {
+    A[i][i] += lambda;
+    y[i] = e[i];
+  }
+  JointVector dq = JointVector::Zero(n);
+  if (!cholesky(A)) return dq;
+  cholesky_solve(A, y);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    for (int i = 0; i < 6; ++i) dq[k] += J(i, k) * y[i];
+  }
+  return dq;
 }
 
 /// Steps towards e; a joint that would leave its limits stops there and the others take over, the worst first.

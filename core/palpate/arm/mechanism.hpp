@@ -14,6 +14,7 @@ namespace palpate::arm {
 struct Dynamics {
   JointMatrix M;               ///< inertia, full and symmetric
   JointVector bias;            ///< C(q, v) v + G(q)
+  JointVector G;               ///< gravity torque G(q)
   Pose X_0T;                   ///< base to tip
   Jacobian J;                  ///< as Arm::jacobian()
   Vec6 Jdot_v = Vec6::Zero();  ///< tip acceleration at zero joint acceleration, linear over angular
@@ -79,13 +80,6 @@ class Mechanism {
                                 JointVector& tau) noexcept {
     dynamics(q, v, work);
     tau.noalias() = work.M * a + work.bias;
-  }
-  virtual void gravity(const JointVector& q, Dynamics& work, JointVector& G) noexcept {
-    dynamics(q, JointVector::Zero(q.size()), work);
-    G = work.bias;
-  }
-  virtual void mass_matrix(const JointVector& q, Dynamics& work) noexcept {
-    dynamics(q, JointVector::Zero(q.size()), work);
   }
   /// Y and P at q. A device that is no chain of links leaves them as they are: empty.
   virtual void gravity_regressor(const JointVector& /*q*/, GravityRegressor& /*out*/) noexcept {}

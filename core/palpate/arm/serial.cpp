@@ -1,292 +1,243 @@
 #include "palpate/arm/serial.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <pinocchio/algorithm/crba.hpp>
-#include <pinocchio/algorithm/energy.hpp>
-#include <pinocchio/algorithm/frames.hpp>
-#include <pinocchio/algorithm/jacobian.hpp>
-#include <pinocchio/algorithm/kinematics.hpp>
-#include <pinocchio/algorithm/model.hpp>
-#include <pinocchio/algorithm/rnea.hpp>
-#include <pinocchio/parsers/urdf.hpp>
-#include <stdexcept>
-
-#include "palpate/arm/regressor.hpp"
+#include "palpate/arm/chain.hpp"
+#include "palpate/arm/recursion.hpp"
 
 namespace palpate::arm {
 namespace {
 
-using ConstRef = Eigen::Ref<const Eigen::VectorXd>;  // the type Pinocchio's library is instantiated for
+static_assert(kLanes >= kMaxJoints);
 
-Pose to_pose(const pinocchio::SE3& X) { return {X.rotation(), X.translation()}; }
+using Inertial = Eigen::Matrix<double, 10, 1>;  // m, m c, I about the joint's origin: xx, xy, yy, xz, yz, zz
 
-std::string join(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-  return text;
+Mat3 cross_matrix(const Vec3& a) noexcept {
+  Mat3 A;
+  A << 0.0, -a.z(), a.y(), a.z(), 0.0, -a.x(), -a.y(), a.x(), 0.0;
+  return A;
 }
 
-std::vector<std::string> body_names(const pinocchio::Model& model) {
-  std::vector<std::string> names;
-  for (const auto& frame : model.frames) {
-    if (frame.type == pinocchio::BODY) names.push_back(frame.name);
-  }
-  return names;
+Inertial parameters_of(const Link& link) noexcept {
+  const Mat3 C = cross_matrix(link.com);
+  const Mat3 I = link.inertia - link.mass * (C * C);
+  Inertial pi;
+  pi << link.mass, link.mass * link.com, I(0, 0), I(0, 1), I(1, 1), I(0, 2), I(1, 2), I(2, 2);
+  return pi;
 }
 
-pinocchio::FrameIndex find_body(const pinocchio::Model& model, const std::string& name, const char* role) {
-  if (!model.existBodyName(name)) {
-    throw std::runtime_error("the arm's " + std::string(role) + " frame '" + name +
-                             "' is not a link of the URDF; its links are: " + join(body_names(model)));
-  }
-  return model.getBodyId(name);
+void set_parameters(const Inertial& pi, Link& link) noexcept {
+  link.mass = pi[0];
+  link.com = pi.segment<3>(1) / pi[0];
+  const Mat3 C = cross_matrix(link.com);
+  Mat3 I;
+  I << pi[4], pi[5], pi[7], pi[5], pi[6], pi[8], pi[7], pi[8], pi[9];
+  link.inertia = I + link.mass * (C * C);
 }
 
-/// The chain from base to tip, every other joint locked at zero.
-pinocchio::Model chain(const pinocchio::Model& whole, pinocchio::JointIndex tip) {
-  std::vector<bool> on_chain(whole.joints.size(), false);
-  for (pinocchio::JointIndex j = tip; j > 0; j = whole.parents[j]) on_chain[j] = true;
-  std::vector<pinocchio::JointIndex> locked;
-  for (pinocchio::JointIndex j = 1; j < whole.joints.size(); ++j) {
-    if (!on_chain[j]) locked.push_back(j);
-  }
-  if (locked.empty()) return whole;
-  pinocchio::Model reduced;
-  pinocchio::buildReducedModel(whole, locked, Eigen::VectorXd::Zero(whole.nq), reduced);
-  return reduced;
+/// w x I and so on as linear functions of I:  I a = L(a) (I_xx, I_xy, I_yy, I_xz, I_yz, I_zz).
+Eigen::Matrix<double, 3, 6> of_inertia(const Vec3& a) noexcept {
+  Eigen::Matrix<double, 3, 6> L;
+  L << a.x(), a.y(), 0.0, a.z(), 0.0, 0.0,  //
+      0.0, a.x(), a.y(), 0.0, a.z(), 0.0,   //
+      0.0, 0.0, 0.0, a.x(), a.y(), a.z();
+  return L;
 }
 
-pinocchio::Model parse(const std::string& xml) {
-  pinocchio::Model whole;
-  try {
-    pinocchio::urdf::buildModelFromXML(xml, whole);
-  } catch (const std::exception& e) {
-    throw std::runtime_error("the arm's URDF cannot be read (" + std::string(e.what()) +
-                             "); pass the XML text of a <robot>, with every joint's parent and child named");
+ChainLanes::Joint joint_of(const Link& link) noexcept {
+  ChainLanes::Joint joint{};
+  for (int j = 0; j < 3; ++j) {
+    for (int i = 0; i < 3; ++i) joint.R[j][i] = link.X_parent.R(i, j);
+    joint.p[j] = link.X_parent.p[j];
+    joint.axis[j] = link.axis[j];
   }
-  for (const auto& link : body_names(whole)) {
-    if (whole.existJointName(link) || whole.existFrame(link, pinocchio::FIXED_JOINT)) {
-      throw std::runtime_error("the arm's URDF calls a link and a joint '" + link +
-                               "': give every link and joint a name of its own");
-    }
+  joint.aligned = -1;
+  for (int j = 0; j < 3; ++j) {
+    if (link.axis == Vec3::Unit(j)) joint.aligned = j;
   }
-  return whole;
-}
-
-/// Names the first joint of the chain that is not revolute or prismatic with limits.
-void check_joints(const pinocchio::Model& model) {
-  for (pinocchio::JointIndex j = 1; j < model.joints.size(); ++j) {
-    const std::string kind = model.joints[j].shortname();
-    if (model.joints[j].nq() == 1) {
-      const double low = model.lowerPositionLimit[model.joints[j].idx_q()];
-      const double high = model.upperPositionLimit[model.joints[j].idx_q()];
-      if (low < high && std::isfinite(low) && std::isfinite(high)) continue;
-      throw std::runtime_error("joint '" + model.names[j] + "' of the arm has the limits " + std::to_string(low) +
-                               " to " + std::to_string(high) +
-                               ": give it <limit lower=... upper=...> with lower below upper [rad, m]");
-    }
-    const bool continuous = kind.starts_with("JointModelRUB");
-    throw std::runtime_error("joint '" + model.names[j] + "' of the arm is of an unsupported type (" +
-                             (continuous ? "continuous" : kind) + "): revolute and prismatic joints are supported; " +
-                             (continuous ? "make it revolute, with a limit" : "lock it with type=\"fixed\""));
-  }
-}
-
-/// The bones of the chain: from each joint to the next, and from the last to the tip.
-std::vector<Segment> bones(const pinocchio::Model& model, pinocchio::FrameIndex tip) {
-  const auto link_of = [&model](pinocchio::JointIndex joint) {
-    for (const auto& frame : model.frames) {
-      if (frame.type == pinocchio::BODY && frame.parentJoint == joint && frame.placement.isIdentity(1e-12)) {
-        return frame.name;
-      }
-    }
-    return std::string();
-  };
-  std::vector<Segment> segments;
-  const auto add = [&](pinocchio::JointIndex joint, const Vec3& end) {
-    const std::string link = link_of(joint);
-    if (!link.empty() && end.norm() > 1e-6) segments.push_back({link, end});
-  };
-  for (pinocchio::JointIndex j = 1; j < model.joints.size(); ++j) {
-    add(model.parents[j], model.jointPlacements[j].translation());
-  }
-  add(model.frames[tip].parentJoint, model.frames[tip].placement.translation());
-  return segments;
+  joint.prismatic = link.prismatic;
+  return joint;
 }
 
 class Serial final : public Mechanism {
  public:
-  Serial(const pinocchio::Model& model, const std::string& tip_frame)
-      : model_(model), data_(model_), tip_id_(model_.getBodyId(tip_frame)) {
-    facts_.q_min = model_.lowerPositionLimit;
-    facts_.q_max = model_.upperPositionLimit;
-    facts_.tau_max = model_.upperEffortLimit;
-    facts_.v_max = model_.upperVelocityLimit;
-    facts_.orients = model_.nv >= 6;
-    facts_.segments = bones(model_, tip_id_);
-    zero_ = JointVector::Zero(model_.nv);
-    for (std::size_t j = 1; j < model_.names.size(); ++j) facts_.joint_names.push_back(model_.names[j]);
-    for (std::size_t f = 0; f < model_.frames.size(); ++f) {
-      if (model_.frames[f].type == pinocchio::BODY) {
-        link_ids_.push_back(f);
-        facts_.link_names.push_back(model_.frames[f].name);
-      }
-    }
+  explicit Serial(Chain chain) : chain_(std::move(chain)) {
+    lanes_.n = static_cast<int>(chain_.links.size());
+    zero_ = JointVector::Zero(lanes_.n);
+    set_gravity({0.0, 0.0, -9.81});
+    for (int k = 0; k < lanes_.n; ++k) lanes_.joint[k] = joint_of(link(k));
+    take_masses();
   }
   Serial(const Serial&) = default;
   [[nodiscard]] std::unique_ptr<Mechanism> clone() const override { return std::make_unique<Serial>(*this); }
-  [[nodiscard]] const Facts& facts() const noexcept override { return facts_; }
+  [[nodiscard]] const Facts& facts() const noexcept override { return chain_.facts; }
 
   void kinematics(const JointVector& q, Pose& X_0T, Jacobian& J) noexcept override {
-    pinocchio::computeJointJacobians(model_, data_, ConstRef(q));
-    X_0T = frame_pose(tip_id_);
-    tip_jacobian(X_0T.p, J);
+    arm::kinematics(lanes_, q.data(), now_);
+    tip(X_0T, J);
   }
 
   void dynamics(const JointVector& q, const JointVector& v, Dynamics& d) noexcept override {
-    mass_matrix(q, d);  // also oMi and J
-    d.X_0T = frame_pose(tip_id_);
-    tip_jacobian(d.X_0T.p, d.J);
-    bias_and_drift(v, d);
-  }
-
-  void mass_matrix(const JointVector& q, Dynamics& d) noexcept override {
-    pinocchio::crba(model_, data_, ConstRef(q), pinocchio::Convention::WORLD);
-    d.M = data_.M.selfadjointView<Eigen::Upper>();  // crba fills the upper triangle only
-  }
-
-  void gravity(const JointVector& q, Dynamics& /*work*/, JointVector& G) noexcept override {
-    G = pinocchio::computeGeneralizedGravity(model_, data_, ConstRef(q));
+    arm::dynamics(lanes_, q.data(), v.data(), zero_.data(), now_);
+    tip(d.X_0T, d.J);
+    const int n = lanes_.n;
+    d.M.resize(n, n);
+    d.bias.resize(n);
+    d.G.resize(n);
+    for (int k = 0; k < n; ++k) {
+      for (int i = 0; i <= k; ++i) d.M(k, i) = d.M(i, k) = now_.M[k][i];
+      d.bias[k] = now_.tau[k];
+      d.G[k] = now_.G[k];
+    }
+    const Vec3 v0 = lane<3>(now_.V, n - 1), w = lane<3>(now_.V + 3, n - 1);
+    const Vec3 a0 = lane<3>(now_.A, n - 1) + gravity(), alpha = lane<3>(now_.A + 3, n - 1);
+    const Vec3& p = d.X_0T.p;
+    d.Jdot_v << a0 + alpha.cross(p) + w.cross(v0 + w.cross(p)), alpha;
   }
 
   void inverse_dynamics(const JointVector& q, const JointVector& v, const JointVector& a, Dynamics& /*work*/,
                         JointVector& tau) noexcept override {
-    tau = pinocchio::rnea(model_, data_, ConstRef(q), ConstRef(v), ConstRef(a));
+    arm::dynamics(lanes_, q.data(), v.data(), a.data(), now_);
+    tau.resize(lanes_.n);
+    for (int k = 0; k < lanes_.n; ++k) tau[k] = now_.tau[k];
   }
 
   /// A link's point p moves with v0_j + w_j x p about joint j and before; P = -g . sum (m p_k + R_k m c_k).
   void gravity_regressor(const JointVector& q, GravityRegressor& out) noexcept override {
-    pinocchio::computeJointJacobians(model_, data_, ConstRef(q));
-    const Vec3 g = model_.gravity.linear();
-    const Eigen::Index n = model_.nv;
+    arm::kinematics(lanes_, q.data(), now_);
+    const Vec3 g = gravity();
+    const int n = lanes_.n;
     out.Y.setZero(n, 4 * n);
     out.P.resize(4 * n);
-    for (Eigen::Index k = 0; k < n; ++k) {
-      const auto& X_0k = data_.oMi[static_cast<std::size_t>(k) + 1];
-      out.P[4 * k] = -g.dot(X_0k.translation());
-      out.P.segment<3>(4 * k + 1) = -X_0k.rotation().transpose() * g;
-      for (Eigen::Index j = 0; j <= k; ++j) {
-        const Vec3 w = data_.J.col(j).tail<3>();
-        out.Y(j, 4 * k) = -g.dot(data_.J.col(j).head<3>() + w.cross(X_0k.translation()));
-        out.Y.block<1, 3>(j, 4 * k + 1) = -X_0k.rotation().transpose() * g.cross(w);
+    for (int k = 0; k < n; ++k) {
+      const Pose X = pose(k);
+      const Vec3 g_link = X.R.transpose() * g;
+      out.P[4 * k] = -g.dot(X.p);
+      out.P.segment<3>(4 * k + 1) = -g_link;
+      for (int j = 0; j <= k; ++j) {
+        const Vec3 w = lane<3>(now_.Jw, j), v0 = lane<3>(now_.Jv, j);
+        out.Y(j, 4 * k) = -g.dot(v0 + w.cross(X.p));
+        out.Y.block<1, 3>(j, 4 * k + 1) = -X.R.transpose() * g.cross(w);
       }
     }
   }
 
   [[nodiscard]] Eigen::VectorXd moments() const override {
-    Eigen::VectorXd Pi(4 * model_.nv);
-    for (Eigen::Index k = 0; k < model_.nv; ++k) {
-      const auto& body = model_.inertias[static_cast<std::size_t>(k) + 1];
-      Pi.segment<4>(4 * k) << body.mass(), body.mass() * body.lever();
-    }
+    Eigen::VectorXd Pi(4 * lanes_.n);
+    for (int k = 0; k < lanes_.n; ++k) Pi.segment<4>(4 * k) << link(k).mass, link(k).mass * link(k).com;
     return Pi;
   }
 
   [[nodiscard]] double potential_energy(const JointVector& q) noexcept override {
-    return pinocchio::computePotentialEnergy(model_, data_, ConstRef(q));
+    arm::kinematics(lanes_, q.data(), now_);
+    double P = 0.0;
+    for (int k = 0; k < lanes_.n; ++k) P -= link(k).mass * gravity().dot(pose(k) * link(k).com);
+    return P;
   }
 
-  void set_gravity(const Vec3& g_base) noexcept override { model_.gravity.linear() = g_base; }
+  void set_gravity(const Vec3& g_base) noexcept override {
+    for (int i = 0; i < 3; ++i) lanes_.g[i] = g_base[i];
+  }
 
   void scale_masses(const JointVector& scale) override {
-    for (int j = 0; j < model_.nv; ++j) {
-      auto& Y = model_.inertias[static_cast<std::size_t>(j) + 1];
-      Y.mass() *= scale[j];
-      Y.inertia().data() *= scale[j];
+    for (int k = 0; k < lanes_.n; ++k) {
+      link(k).mass *= scale[k];
+      link(k).inertia *= scale[k];
     }
+    take_masses();
   }
 
-  [[nodiscard]] Pose link_pose(int link) const noexcept override {
-    return frame_pose(link_ids_[static_cast<std::size_t>(link)]);
+  [[nodiscard]] Pose link_pose(int index) const noexcept override {
+    return frame_pose(chain_.frames[static_cast<std::size_t>(index)]);
   }
 
+  /// Force and moment of each link's motion about its joint's origin, in its axes, linear in its ten parameters; the
+  /// joints before it carry them.
   [[nodiscard]] Eigen::MatrixXd torque_regressor(const JointVector& q, const JointVector& v,
                                                  const JointVector& a) override {
-    return arm::torque_regressor(model_, data_, q, v, a);
+    arm::dynamics(lanes_, q.data(), v.data(), a.data(), now_);
+    const int n = lanes_.n;
+    Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(n, 10 * n);
+    for (int k = 0; k < n; ++k) {
+      const Pose X = pose(k);
+      const Vec3 v0 = lane<3>(now_.V, k), w0 = lane<3>(now_.V + 3, k);
+      const Vec3 a0 = lane<3>(now_.A, k), alpha0 = lane<3>(now_.A + 3, k);
+      const Vec3 w = X.R.transpose() * w0, alpha = X.R.transpose() * alpha0;
+      const Vec3 a_origin = X.R.transpose() * (a0 + alpha0.cross(X.p) + w0.cross(v0 + w0.cross(X.p)));
+      Eigen::Matrix<double, 3, 10> f = Eigen::Matrix<double, 3, 10>::Zero(), t = f;
+      f.col(0) = a_origin;
+      f.middleCols<3>(1) = cross_matrix(alpha) + cross_matrix(w) * cross_matrix(w);
+      t.middleCols<3>(1) = -cross_matrix(a_origin);
+      t.rightCols<6>() = of_inertia(alpha) + cross_matrix(w) * of_inertia(w);
+      for (int j = 0; j <= k; ++j) {
+        const Vec3 w_j = lane<3>(now_.Jw, j), v_j = lane<3>(now_.Jv, j) + w_j.cross(X.p);
+        Y.block<1, 10>(j, 10 * k) = (X.R.transpose() * v_j).transpose() * f + (X.R.transpose() * w_j).transpose() * t;
+      }
+    }
+    return Y;
   }
 
   [[nodiscard]] Eigen::VectorXd inertial_parameters() const override {
-    Eigen::VectorXd pi(10 * model_.nv);
-    for (Eigen::Index j = 0; j < model_.nv; ++j) {
-      pi.segment<10>(10 * j) = model_.inertias[static_cast<std::size_t>(j) + 1].toDynamicParameters();
-    }
+    Eigen::VectorXd pi(10 * lanes_.n);
+    for (int k = 0; k < lanes_.n; ++k) pi.segment<10>(10 * k) = parameters_of(link(k));
     return pi;
   }
 
   void set_inertial_parameters(const Eigen::VectorXd& pi) override {
-    for (Eigen::Index j = 0; j < model_.nv; ++j) {
-      model_.inertias[static_cast<std::size_t>(j) + 1] =
-          pinocchio::Inertia::FromDynamicParameters(pi.segment<10>(10 * j));
-    }
+    for (int k = 0; k < lanes_.n; ++k) set_parameters(pi.segment<10>(10 * k), link(k));
+    take_masses();
   }
 
  private:
-  [[nodiscard]] Pose frame_pose(pinocchio::FrameIndex id) const noexcept {
-    const auto& frame = model_.frames[id];
-    return to_pose(data_.oMi[frame.parentJoint] * frame.placement);
+  [[nodiscard]] Link& link(int k) { return chain_.links[static_cast<std::size_t>(k)]; }
+  [[nodiscard]] const Link& link(int k) const { return chain_.links[static_cast<std::size_t>(k)]; }
+  [[nodiscard]] Vec3 gravity() const noexcept { return {lanes_.g[0], lanes_.g[1], lanes_.g[2]}; }
+
+  /// The numbers of one joint from as many lanes.
+  template <int rows>
+  [[nodiscard]] static Eigen::Matrix<double, rows, 1> lane(const Lanes* lanes, int k) noexcept {
+    Eigen::Matrix<double, rows, 1> x;
+    for (int i = 0; i < rows; ++i) x[i] = lanes[i][k];
+    return x;
   }
 
-  /// Columns of data_.J are velocities of the point at the base's origin; move them to the tip.
-  void tip_jacobian(const Vec3& p_tip, Jacobian& J_tip) const noexcept {
-    for (Eigen::Index k = 0; k < model_.nv; ++k) {
-      const Vec3 w = data_.J.col(k).tail<3>();
-      J_tip.col(k).head<3>() = data_.J.col(k).head<3>() + w.cross(p_tip);
-      J_tip.col(k).tail<3>() = w;
+  /// X_0k of link k; -1: the base.
+  [[nodiscard]] Pose pose(int k) const noexcept {
+    if (k < 0) return {};
+    Pose X;
+    for (int i = 0; i < 9; ++i) X.R.data()[i] = now_.R[i][k];
+    X.p = lane<3>(now_.p, k);
+    return X;
+  }
+  [[nodiscard]] Pose frame_pose(const FixedFrame& frame) const noexcept { return pose(frame.link) * frame.X_link; }
+
+  /// The tip's pose, and the Jacobian moved from the base's origin to it.
+  void tip(Pose& X_0T, Jacobian& J) const noexcept {
+    X_0T = frame_pose(chain_.tip);
+    const Vec3& p = X_0T.p;
+    J.resize(6, lanes_.n);
+    for (int k = 0; k < lanes_.n; ++k) {
+      const double x = now_.Jw[0][k], y = now_.Jw[1][k], z = now_.Jw[2][k];
+      J(0, k) = now_.Jv[0][k] + (y * p.z() - z * p.y());
+      J(1, k) = now_.Jv[1][k] + (z * p.x() - x * p.z());
+      J(2, k) = now_.Jv[2][k] + (x * p.y() - y * p.x());
+      J(3, k) = x;
+      J(4, k) = y;
+      J(5, k) = z;
     }
   }
 
-  /// Newton-Euler in world axes, on top of what crba left in data_.J and data_.oMi (three times the speed of another
-  /// rnea). Spatial accelerations are those of the point at the base's origin; gravity is an acceleration upwards.
-  /// Along a serial chain the velocity of link k is the sum of J_i v_i, and dJ_k/dt = V_k x J_k.
-  void bias_and_drift(const JointVector& v_now, Dynamics& d) const noexcept {
-    const Vec3 g = model_.gravity.linear();
-    const Eigen::Index n = model_.nv;
-    Vec3 v0 = Vec3::Zero(), w = Vec3::Zero(), a0 = -g, alpha = Vec3::Zero();
-    std::array<Vec3, kMaxJoints> force, moment;  // of each link's own motion, about the origin
-    for (Eigen::Index k = 0; k < n; ++k) {
-      const auto link = static_cast<std::size_t>(k);
-      const Vec3 dv = data_.J.col(k).head<3>() * v_now[k];
-      const Vec3 dw = data_.J.col(k).tail<3>() * v_now[k];
-      a0 += w.cross(dv) + v0.cross(dw);
-      alpha += w.cross(dw);
-      v0 += dv;
-      w += dw;
-      const auto& R = data_.oMi[link + 1].rotation();
-      const auto& body = model_.inertias[link + 1];
-      const Vec3 com = R * body.lever() + data_.oMi[link + 1].translation();
-      const Vec3 w_body = R.transpose() * w;
-      const Vec3 alpha_body = R.transpose() * alpha;
-      const Vec3 spin = body.inertia() * alpha_body + w_body.cross(body.inertia() * w_body);
-      force[link] = body.mass() * (a0 + alpha.cross(com) + w.cross(v0 + w.cross(com)));
-      moment[link] = R * spin + com.cross(force[link]);
+  void take_masses() noexcept {
+    for (int k = 0; k < lanes_.n; ++k) {
+      const Mat3& I = link(k).inertia;
+      const double six[6] = {I(0, 0), I(0, 1), I(1, 1), I(0, 2), I(1, 2), I(2, 2)};
+      lanes_.m[k] = link(k).mass;
+      for (int i = 0; i < 3; ++i) lanes_.c[i][k] = link(k).com[i];
+      for (int i = 0; i < 6; ++i) lanes_.I[i][k] = six[i];
     }
-    Vec3 f = Vec3::Zero(), m = Vec3::Zero();
-    for (Eigen::Index k = n - 1; k >= 0; --k) {
-      f += force[static_cast<std::size_t>(k)];
-      m += moment[static_cast<std::size_t>(k)];
-      d.bias[k] = data_.J.col(k).head<3>().dot(f) + data_.J.col(k).tail<3>().dot(m);
-    }
-    const Vec3& p = d.X_0T.p;
-    d.Jdot_v << a0 + g + alpha.cross(p) + w.cross(v0 + w.cross(p)), alpha;
   }
 
-  pinocchio::Model model_;
-  pinocchio::Data data_;
-  pinocchio::FrameIndex tip_id_;
-  std::vector<pinocchio::FrameIndex> link_ids_;
-  Facts facts_;
+  Chain chain_;
+  ChainLanes lanes_;
+  ChainState now_;
   JointVector zero_;
 };
 
@@ -294,21 +245,7 @@ class Serial final : public Mechanism {
 
 std::unique_ptr<Mechanism> serial_arm(const std::string& xml, const std::string& base_frame,
                                       const std::string& tip_frame) {
-  const pinocchio::Model whole = parse(xml);
-  const auto base = find_body(whole, base_frame, "base");
-  const auto tip = find_body(whole, tip_frame, "tip");
-  if (whole.frames[base].parentJoint != 0 || !whole.frames[base].placement.isIdentity(1e-12)) {
-    throw std::runtime_error("the arm's base frame '" + base_frame +
-                             "' is not the root of the URDF; name the root link, or make this link the root");
-  }
-  pinocchio::Model model = chain(whole, whole.frames[tip].parentJoint);
-  if (model.nv < 1 || model.nv > kMaxJoints) {
-    throw std::runtime_error("the chain from '" + base_frame + "' to '" + tip_frame + "' has " +
-                             std::to_string(model.nv) + " degrees of freedom; 1 to " + std::to_string(kMaxJoints) +
-                             " revolute or prismatic joints are supported (give continuous joints a limit)");
-  }
-  check_joints(model);
-  return std::make_unique<Serial>(model, tip_frame);
+  return std::make_unique<Serial>(chain_from_urdf(xml, base_frame, tip_frame));
 }
 
 }  // namespace palpate::arm

@@ -43,6 +43,7 @@ Cycle::Cycle(const CycleOptions& options, arm::Arm leader, arm::Arm follower)
 }
 
 CycleOutput& Cycle::step(const CycleInput& in) noexcept {
+  if (clock_ != nullptr) clock_->start();
   out_.tick = Tick{};
   if (!trust(in)) {
     hold_up();  // an arm has not been heard of yet: no force, no motion
@@ -53,24 +54,29 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
   in_.scene = in.scene;
   locate();
   const unsigned estimated = estimate();
+  mark(Stage::kinematics);
   const HapticsOutput& felt = haptics_.step(in_);
   const Pose X_BT_goal = options_.X_WB.inverse() * felt.mapped.X_WT_goal;
   const bool reached = reach(follower_, X_BT_goal, q_step_, out_.follower.q);
   out_.follower.jaw = felt.mapped.jaw;
   in_.tool.reached = reached && in_.tool.good;
+  mark(Stage::kinematics);
   const unsigned driven = torque_.step(leader_, {leader_state_, felt.rendered.on_hand, in_.handle.good}, out_.leader);
+  mark(Stage::torque);
   haptics_.finish(in_, out_.leader.F_H_L, out_.tick);
 
   out_.tick.status |= felt.rendered.status | driven | estimated | (reached ? 0u : kIkFailed);
   record_leader();
   record_follower();
+  mark(Stage::record);
+  if (clock_ != nullptr) clock_->finish();
   return out_;
 }
 
 // Gravity compensation alone, as soon as the leader's joints are known.
 void Cycle::hold_up() noexcept {
   if (leader_known_) {
-    leader_.update(leader_state_.q, leader_state_.v);
+    leader_.dynamics(leader_state_.q, leader_state_.v);
     in_.handle.X_LH = leader_.tip();
     in_.handle.V_LH = leader_.twist();
     in_.handle.gripper = leader_state_.gripper;
@@ -82,7 +88,7 @@ void Cycle::hold_up() noexcept {
 
 // Where handle and tool are, and how fast.
 void Cycle::locate() noexcept {
-  leader_.update(leader_state_.q, leader_state_.v);
+  leader_.dynamics(leader_state_.q, leader_state_.v);
   follower_.update(follower_state_.q, zero_);
   Handle& handle = in_.handle;
   handle.t = leader_state_.t;

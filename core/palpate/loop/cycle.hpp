@@ -49,10 +49,18 @@ class Cycle {
   [[nodiscard]] const guidance::Guidance& guidance() const noexcept { return haptics_.guidance(); }
   /// Another scene: contact starts afresh from where the tool is.
   void forget_contacts() noexcept { haptics_.forget_contacts(); }
+  /// Times the stages from now on; the clock outlives the cycle. None: nothing is timed.
+  void watch(StageClock* clock) noexcept {
+    clock_ = clock;
+    haptics_.watch(clock);
+  }
   /// For whoever drives the cycle: see contact::Method::collide.
   [[nodiscard]] contact::Tool& contact() noexcept { return haptics_.contact(); }
 
  private:
+  void mark(Stage stage) noexcept {
+    if (clock_ != nullptr) clock_->mark(stage);
+  }
   bool trust(const CycleInput& in) noexcept;
   void hold_up() noexcept;
   void locate() noexcept;
@@ -75,6 +83,7 @@ class Cycle {
   bool leader_known_ = false, follower_known_ = false;
   ToolJoints joints_;  ///< of the follower
   HapticsInput in_;    ///< the same states as poses
+  StageClock* clock_ = nullptr;
   CycleOutput out_;
 };
 

@@ -31,12 +31,17 @@ const HapticsOutput& Haptics::step(const HapticsInput& in) noexcept {
   const bool following = in.controls.following && handle.good && tool.good;
   out_.mapped = mapping_.step({options_.X_WL * handle.X_LH, handle.V_LH, handle.gripper, tool.X_WT, tool.jaw, following,
                                in.controls.clutch, tool.reached});
+  mark(Stage::mapping);
   guide(in);
+  mark(Stage::guidance);
   out_.contacts = &contact_.step(*in.scene, tool.p_WS.data(), in.t);
+  mark(Stage::contact);
   out_.force = force::step(*out_.contacts, out_.mapped.V_WT, in.controls.stiffness_scale, in.controls.damping_scale);
   touch_ = felt(in);
   out_.wanted = mapping_.on_hand({touch_.F_T_W + out_.guided.on_tool.F, out_.guided.on_tool.B});
+  mark(Stage::force);
   out_.rendered = stabilise(in);
+  mark(Stage::stability);
   return out_;
 }
 

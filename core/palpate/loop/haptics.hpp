@@ -7,6 +7,7 @@
 #include "palpate/contact/tool.hpp"
 #include "palpate/force/force.hpp"
 #include "palpate/guidance/guidance.hpp"
+#include "palpate/loop/stage_clock.hpp"
 #include "palpate/loop/tick.hpp"
 #include "palpate/mapping/mapping.hpp"
 #include "palpate/scene/snapshot.hpp"
@@ -77,10 +78,15 @@ class Haptics {
   void rescale(double scale) noexcept { mapping_.rescale(scale); }
   /// Contact starts afresh from where the tool is.
   void forget_contacts() noexcept { contact_.reset(); }
+  /// Times the stages from now on; the clock outlives the haptics. None: nothing is timed.
+  void watch(StageClock* clock) noexcept { clock_ = clock; }
   /// For whoever drives the loop: see contact::Method::collide.
   [[nodiscard]] contact::Tool& contact() noexcept { return contact_; }
 
  private:
+  void mark(Stage stage) noexcept {
+    if (clock_ != nullptr) clock_->mark(stage);
+  }
   void guide(const HapticsInput& in) noexcept;
   [[nodiscard]] Touch felt(const HapticsInput& in) const noexcept;
   [[nodiscard]] stability::Output stabilise(const HapticsInput& in) noexcept;
@@ -97,6 +103,7 @@ class Haptics {
   contact::Tool contact_;
   stability::Stability stability_;
   stability::Ledger ledger_;
+  StageClock* clock_ = nullptr;
   HapticsOutput out_;
   Touch touch_;  ///< what the tool touched in the last tick
 };

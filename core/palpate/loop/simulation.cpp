@@ -91,6 +91,13 @@ std::size_t Simulation::run(std::size_t n, Tick* rows, const Vec3* hand_W) {
   return done;
 }
 
+void Simulation::watch_stages() {
+  const std::lock_guard lock(driver_);
+  if (running()) throw std::logic_error("the simulation runs in real time: stop() it before watch_stages()");
+  stages_ = std::make_unique<StageClock>();
+  cycle_.watch(stages_.get());
+}
+
 void Simulation::start() {
   const std::lock_guard lock(driver_);
   thread_.start(options_.rate, [this](const Wake& w) { return wake(w); });

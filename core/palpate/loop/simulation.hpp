@@ -60,6 +60,11 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): there i
   /// none. From any thread.
   [[nodiscard]] std::string fault();
 
+  /// Times the stages of the cycle from now on; not while it runs in real time. Costs about a quarter of a
+  /// microsecond a tick.
+  void watch_stages();
+  /// None before watch_stages().
+  [[nodiscard]] const StageClock* stages() const noexcept { return stages_.get(); }
   [[nodiscard]] const Histogram& cycle_time() const noexcept { return cycle_time_; }
   [[nodiscard]] const RealTimeThread& thread() const noexcept { return thread_; }
   [[nodiscard]] const SimulationOptions& options() const noexcept { return options_; }
@@ -87,6 +92,7 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): there i
   RealTimeThread thread_;
   Front front_;
   Histogram cycle_time_;
+  std::unique_ptr<StageClock> stages_;
   std::mutex driver_;         ///< one caller at a time runs, starts or stops
   std::mutex fault_readers_;  ///< one caller at a time reads the fault
   Mailbox<Tick> fault_;

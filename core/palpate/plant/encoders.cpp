@@ -22,13 +22,13 @@ Encoders::Encoders(const EncoderOptions& options)
 
 void Encoders::reset(const JointVector& q) noexcept {
   v_ = motor_v_ = JointVector::Zero(q.size());
-  motor_.noalias() = A_inverse_ * q;
+  motor_.noalias() = A_inverse_.lazyProduct(q);
   for (Eigen::Index k = 0; k < q.size(); ++k) {
     const double counts = options_.step[k] > 0.0 ? std::nearbyint(motor_[k] / options_.step[k]) : 0.0;
     track_[static_cast<std::size_t>(k)] = {motor_[k], counts, counts * options_.step[k], 0.0, kLongAgo};
     if (options_.step[k] > 0.0) motor_[k] = counts * options_.step[k];
   }
-  q_.noalias() = options_.coupling * motor_;
+  q_.noalias() = options_.coupling.lazyProduct(motor_);
   for (JointVector& motor : history_) motor = motor_;
 }
 
@@ -58,7 +58,7 @@ const JointVector& Encoders::earlier(double dt) noexcept {
 }
 
 void Encoders::step(const JointVector& q, double dt) noexcept {
-  motor_.noalias() = A_inverse_ * q;
+  motor_.noalias() = A_inverse_.lazyProduct(q);
   for (Eigen::Index k = 0; k < q.size(); ++k) {
     Track& track = track_[static_cast<std::size_t>(k)];
     if (options_.step[k] > 0.0) {
@@ -69,10 +69,10 @@ void Encoders::step(const JointVector& q, double dt) noexcept {
       track.motor = motor_[k];
     }
   }
-  q_.noalias() = options_.coupling * motor_;
+  q_.noalias() = options_.coupling.lazyProduct(motor_);
   if (options_.velocity_window > 0.0) motor_v_ = (motor_ - earlier(dt)) / options_.velocity_window;
   const double share = low_pass_share(options_.velocity_cutoff, dt);
-  v_ = (1.0 - share) * v_ + share * (options_.coupling * motor_v_).eval();
+  v_ = (1.0 - share) * v_ + share * JointVector(options_.coupling.lazyProduct(motor_v_));
 }
 
 }  // namespace palpate::plant

@@ -51,7 +51,7 @@ void FollowerDrives::reset(const JointVector& q) noexcept {
   tau_ = arm_.holding(q);
   friction_.reset(q.size());
   encoders_.reset(q);
-  arm_.update(q_, v_);
+  arm_.dynamics(q_, v_);
 }
 
 void FollowerDrives::aim(const JointVector& q_goal, double period) noexcept {
@@ -64,7 +64,7 @@ void FollowerDrives::step(double dt, const Wrench& F_T_B) noexcept {
   const double way = std::min(dt, left_);
   goal_ += way * goal_v_;
   left_ -= way;
-  const arm::Dynamics& d = arm_.dynamics(q_, v_);
+  const arm::Dynamics& d = arm_.state();  // at (q_, v_), where the last step ended
   JointMatrix A = d.M;
   A.diagonal() += options_.rotor_inertia;
   const JointVector inertia = A.diagonal();
@@ -86,7 +86,7 @@ void FollowerDrives::step(double dt, const Wrench& F_T_B) noexcept {
   v_ = friction_.solve(A, b, lo, hi);
   q_ = (q_ + dt * v_).cwiseMax(arm_.q_min()).cwiseMin(arm_.q_max());
   encoders_.step(q_, dt);
-  arm_.update(q_, v_);
+  arm_.dynamics(q_, v_);
 }
 
 }  // namespace palpate::plant

@@ -64,12 +64,6 @@ void check_values(const LeaderOptions& o, const HandOptions& h) {
   }
 }
 
-Vec6 velocity(const Jacobian& J, const JointVector& v) noexcept {
-  Vec6 V = Vec6::Zero();
-  for (Eigen::Index k = 0; k < v.size(); ++k) V += J.col(k) * v[k];
-  return V;
-}
-
 /// Rotation vector that turns R_from into R_to, in the axes both are expressed in.
 Vec3 turn_between(const Mat3& R_from, const Mat3& R_to) noexcept {
   const Eigen::AngleAxisd turn(R_to * R_from.transpose());
@@ -85,6 +79,27 @@ Vec3 turn_between(const Mat3& R_from, const Mat3& R_to) noexcept {
 // E: the counterbalance. Stiff hands and light wrists are stable because v+ stands on both sides; without friction and
 // damping the middle point makes the step second order, so that a free swing keeps its energy.
 struct Leader::Impl {
+  /// The six rows of a Jacobian as plain arrays, zero beyond the last joint: loops over them have fixed bounds.
+  struct JacobianRows {
+    alignas(64) double row[6][kMaxJoints] = {};
+
+    void take(const Jacobian& J) noexcept {
+      for (Eigen::Index k = 0; k < J.cols(); ++k) {
+        for (int r = 0; r < 6; ++r) row[r][k] = J(r, k);
+      }
+    }
+    /// J v
+    [[nodiscard]] Vec6 operator*(const JointVector& v) const noexcept {
+      Vec6 V;
+      for (int r = 0; r < 6; ++r) {
+        double sum = 0.0;
+        for (Eigen::Index k = 0; k < v.size(); ++k) sum += row[r][k] * v[k];
+        V[r] = sum;
+      }
+      return V;
+    }
+  };
+
   Impl(arm::Arm a, LeaderOptions o, HandOptions h)
       : arm(std::move(a)),
         options(std::move(o)),
@@ -150,11 +165,19 @@ struct Leader::Impl {
   const JointVector& advance(const arm::Dynamics& d, const JointVector& tau, const Vec6& F, const Vec6& response,
                              double dt) noexcept {
     const Vec6 H = M_hand + dt * response;
-    const Vec6 push = M_hand.cwiseProduct(velocity(d.J, v) - dt * d.Jdot_v) + dt * (F + F_push);
+    const Vec6 push = M_hand.cwiseProduct(J * v - dt * d.Jdot_v) + dt * (F + F_push);
     for (Eigen::Index j = 0; j < v.size(); ++j) {  // by hand: Eigen takes its large-matrix path for 7 x 6 x 7
-      const Vec6 HJ = H.cwiseProduct(d.J.col(j));
-      for (Eigen::Index i = j; i < v.size(); ++i) A(i, j) = A(j, i) = d.M(i, j) + d.J.col(i).dot(HJ);
-      b[j] = d.M.col(j).dot(v) + d.J.col(j).dot(push);
+      double column[kMaxJoints] = {}, pushed = 0.0, momentum = 0.0;
+      for (int r = 0; r < 6; ++r) {
+        const double HJ = H[r] * J.row[r][j];
+        for (int i = 0; i < kMaxJoints; ++i) column[i] += HJ * J.row[r][i];
+        pushed += J.row[r][j] * push[r];
+      }
+      for (Eigen::Index i = 0; i < v.size(); ++i) {
+        A(i, j) = d.M(i, j) + column[i];
+        momentum += d.M(i, j) * v[i];
+      }
+      b[j] = momentum + pushed;
     }
     A.diagonal() += options.rotor_inertia + dt * options.viscous;
     b += options.rotor_inertia.cwiseProduct(v) + dt * (tau - d.bias - arm.elastic(q_mid));
@@ -166,6 +189,7 @@ struct Leader::Impl {
     const JointVector& tau = drive.step(dt);
     q_mid = q + 0.5 * dt * v;
     const arm::Dynamics& d = arm.dynamics(q_mid, 1.5 * v - 0.5 * v_before);
+    J.take(d.J);
     bound_friction(dt);
 
     Vec6 x_error, V;
@@ -174,7 +198,7 @@ struct Leader::Impl {
     const Vec6 F0 = K.cwiseProduct(x_error) + B.cwiseProduct(V);
     const Vec6 response = 0.5 * dt * K + B;
     v_next = advance(d, tau, F0, response, dt);
-    Vec6 F = F0 - response.cwiseProduct(velocity(d.J, v_next));
+    Vec6 F = F0 - response.cwiseProduct(J * v_next);
     const double grip = F.head<3>().norm();
     slipped = grip > hand.grip_force_max;
     if (slipped) {  // the fingers slide: the force is what they can hold, whatever the velocity
@@ -182,10 +206,10 @@ struct Leader::Impl {
       F_slip.head<3>() = F.head<3>() * (hand.grip_force_max / grip);
       response_slip.head<3>().setZero();
       v_next = advance(d, tau, F_slip, response_slip, dt);
-      F = F_slip - response_slip.cwiseProduct(velocity(d.J, v_next));
+      F = F_slip - response_slip.cwiseProduct(J * v_next);
     }
     // Newton on the hand's mass: what the arm does to it is what it does, less what the person does.
-    const Vec6 arm_on_hand = M_hand.cwiseProduct(velocity(d.J, v_next - v) / dt + d.Jdot_v) - F - F_push;
+    const Vec6 arm_on_hand = M_hand.cwiseProduct((J * JointVector(v_next - v)) / dt + d.Jdot_v) - F - F_push;
     cell = {arm_on_hand.head<3>(), arm_on_hand.tail<3>()};
 
     q = (q_mid + 0.5 * dt * v_next).cwiseMax(arm.q_min()).cwiseMin(arm.q_max());
@@ -198,7 +222,7 @@ struct Leader::Impl {
 
   [[nodiscard]] double energy() noexcept {
     const arm::Dynamics& d = arm.dynamics(q, v);
-    const Vec6 V = velocity(d.J, v);
+    const Vec6 V = d.J * v;
     const double kinetic =
         v.dot(d.M * v) + v.dot(options.rotor_inertia.cwiseProduct(v)) + V.dot(M_hand.cwiseProduct(V));
     return 0.5 * kinetic + arm.potential_energy(q) + arm.elastic_energy(q);
@@ -214,6 +238,7 @@ struct Leader::Impl {
   Vec6 F_push;
   JointVector q, v, v_before, v_next, q_mid, b, lo, hi;
   JointMatrix A;
+  JacobianRows J;
   LeaderState state;
   Wrench cell;
   double gripper = 0.0, t = 0.0;

@@ -1,51 +1,126 @@
 #include "palpate/torque/cartesian.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "palpate/types/cholesky.hpp"
 
 namespace palpate::torque {
 namespace {
 
-constexpr double kLength = 0.1;  // [m] that makes a rotational inertia a mass
+constexpr double kLever = 0.1;  // [m] that makes a rotational inertia a mass
+constexpr int kSweeps = 30;      // of Jacobi's method; it needs six or fewer
+
+/// Eigenvalues of A, which becomes diagonal, and its eigenvectors as columns of V: Jacobi's rotations.
+template <int m>
+void diagonalise(double (&A)[m][m], double (&V)[m][m]) noexcept {
+  for (int i = 0; i < m; ++i) {
+    for (int j = 0; j < m; ++j) V[i][j] = i == j ? 1.0 : 0.0;
+  }
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    bool turned = false;
+    for (int p = 0; p < m; ++p) {
+      for (int q = p + 1; q < m; ++q) {
+        if (!(std::abs(A[p][q]) > 1e-17 * (std::abs(A[p][p]) + std::abs(A[q][q])))) continue;
+        turned = true;
+        const double theta = 0.5 * (A[q][q] - A[p][p]) / A[p][q];
+        const double t = std::copysign(1.0, theta) / (std::abs(theta) + std::sqrt(theta * theta + 1.0));
+        const double c = 1.0 / std::sqrt(t * t + 1.0), s = t * c;
+        for (int k = 0; k < m; ++k) {
+          const double a = A[k][p], b = A[k][q];
+          A[k][p] = c * a - s * b;
+          A[k][q] = s * a + c * b;
+        }
+        for (int k = 0; k < m; ++k) {
+          const double a = A[p][k], b = A[q][k], v = V[k][p], w = V[k][q];
+          A[p][k] = c * a - s * b;
+          A[q][k] = s * a + c * b;
+          V[k][p] = c * v - s * w;
+          V[k][q] = s * v + c * w;
+        }
+      }
+    }
+    if (!turned) return;
+  }
+}
+
+/// inverse <- A^-1 with no eigenvalue above `heaviest`. Answers whether one had to be cut.
+template <int m>
+bool bounded_inverse(const double (&A)[m][m], double heaviest, double (&inverse)[m][m]) noexcept {
+  double L[m][m], B[m][m];
+  for (int i = 0; i < m; ++i) {
+    for (int j = 0; j < m; ++j) {
+      L[i][j] = A[i][j];
+      B[i][j] = i == j ? 1.0 : 0.0;
+    }
+  }
+  const bool positive = cholesky(L);
+  solve_lower(L, B);
+  double trace = 0.0;
+  for (int i = 0; i < m; ++i) {
+    for (int j = 0; j < m; ++j) {
+      inverse[i][j] = 0.0;
+      for (int k = 0; k < m; ++k) inverse[i][j] += B[k][i] * B[k][j];
+    }
+    trace += inverse[i][i];
+  }
+  if (positive && trace <= heaviest) return false;  // no eigenvalue is above the trace: there is nothing to cut
+  double D[m][m];
+  std::copy(&A[0][0], &A[0][0] + m * m, &D[0][0]);
+  diagonalise(D, B);
+  bool cut = false;
+  for (int k = 0; k < m; ++k) cut |= !(D[k][k] >= 1.0 / heaviest);
+  for (int i = 0; i < m; ++i) {
+    for (int j = 0; j < m; ++j) {
+      inverse[i][j] = 0.0;
+      for (int k = 0; k < m; ++k) inverse[i][j] += B[i][k] * B[j][k] / std::max(D[k][k], 1.0 / heaviest);
+    }
+  }
+  return cut;
+}
 
 }  // namespace
 
+// With L the Cholesky factor of M and (X, c, g) = L^-1 (W J^T, C v, G): A = X^T X, J M^-1 C v = X^T c, and so on.
 template <int m>
-Cartesian<m> cartesian(const arm::Dynamics& d, const JointVector& rotor, const JointVector& G, Eigen::Index joints,
+Cartesian<m> cartesian(const arm::Dynamics& d, const JointVector& rotor, Eigen::Index joints,
                        double heaviest) noexcept {
-  using Square = Eigen::Matrix<double, m, m>;
-  using Column = Eigen::Matrix<double, m, 1>;
-  using Tall = Eigen::Matrix<double, Eigen::Dynamic, m, 0, kMaxJoints, m>;
-  Column weight = Column::Ones();
-  if constexpr (m == 6) weight.template tail<3>().setConstant(kLength);
-
-  JointMatrix M = d.M.topLeftCorner(joints, joints);
-  M.diagonal() += rotor.head(joints);
-  const Eigen::LLT<JointMatrix> cholesky(M);
-  const Tall Jt = d.J.topLeftCorner(m, joints).transpose();
-  const Tall Y = cholesky.solve(Jt);  // M^-1 J^T
-  const Square A = weight.asDiagonal() * Square(Jt.transpose().lazyProduct(Y)) * weight.asDiagonal();
+  constexpr int kRows = kMaxJoints, kColumns = m + 2;
+  double weight[m], M[kRows][kRows] = {}, X[kRows][kColumns] = {};
+  for (int r = 0; r < m; ++r) weight[r] = r < 3 ? 1.0 : kLever;
+  for (int i = 0; i < kRows; ++i) M[i][i] = 1.0;
+  for (int i = 0; i < static_cast<int>(joints); ++i) {
+    for (int j = 0; j < i; ++j) M[i][j] = d.M(i, j);
+    M[i][i] = d.M(i, i) + rotor[i];
+    for (int r = 0; r < m; ++r) X[i][r] = weight[r] * d.J(r, i);
+    X[i][m] = d.bias[i] - d.G[i];
+    X[i][m + 1] = d.G[i];
+  }
+  cholesky(M);
+  solve_lower(M, X);
+  double P[kColumns][kColumns] = {};
+  for (int i = 0; i < kRows; ++i) {
+    for (int r = 0; r < kColumns; ++r) {
+      for (int s = 0; s < kColumns; ++s) P[r][s] += X[i][r] * X[i][s];
+    }
+  }
+  double A[m][m], inverse[m][m];
+  for (int r = 0; r < m; ++r) std::copy(P[r], P[r] + m, A[r]);
 
   Cartesian<m> c;
-  const Eigen::LLT<Square> factors(A);
-  Square inverse = factors.solve(Square::Identity());
-  if (factors.info() != Eigen::Success ||
-      !(inverse.trace() <= heaviest)) {  // below it, no eigenvalue is above it, and there is nothing to cut
-    const Eigen::SelfAdjointEigenSolver<Square> eigen(A);
-    const Column light = eigen.eigenvalues().cwiseMax(1.0 / heaviest);
-    c.singular = !(eigen.eigenvalues()[0] >= 1.0 / heaviest);
-    inverse = eigen.eigenvectors() * light.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
+  c.singular = bounded_inverse(A, heaviest, inverse);
+  Eigen::Matrix<double, m, 1> Cv, G;
+  for (int r = 0; r < m; ++r) {
+    for (int s = 0; s < m; ++s) c.Lambda(r, s) = weight[r] * inverse[r][s] * weight[s];
+    Cv[r] = P[r][m] / weight[r] - d.Jdot_v[r];
+    G[r] = P[r][m + 1] / weight[r];
   }
-  c.Lambda = weight.asDiagonal() * inverse * weight.asDiagonal();
-  const JointVector Cv = d.bias.head(joints) - G.head(joints);
-  c.Gamma_v = c.Lambda * (Column(Y.transpose().lazyProduct(Cv)) - d.Jdot_v.head<m>());
-  c.eta = c.Lambda * Column(Y.transpose().lazyProduct(G.head(joints)));
+  c.Gamma_v = c.Lambda.lazyProduct(Cv);
+  c.eta = c.Lambda.lazyProduct(G);
   return c;
 }
 
-template Cartesian<3> cartesian<3>(const arm::Dynamics&, const JointVector&, const JointVector&, Eigen::Index,
-                                   double) noexcept;
-template Cartesian<6> cartesian<6>(const arm::Dynamics&, const JointVector&, const JointVector&, Eigen::Index,
-                                   double) noexcept;
+template Cartesian<3> cartesian<3>(const arm::Dynamics&, const JointVector&, Eigen::Index, double) noexcept;
+template Cartesian<6> cartesian<6>(const arm::Dynamics&, const JointVector&, Eigen::Index, double) noexcept;
 
 }  // namespace palpate::torque

@@ -18,11 +18,11 @@ struct Cartesian {
   bool singular = false;  ///< a direction weighed more than the heaviest that is believed, and was damped
 };
 
-/// Of the first `joints` joints, the others held. rotor: added to the diagonal of M (n,). G: gravity (n,).
+/// Of the first `joints` joints, the others held. rotor: added to the diagonal of M (n,).
 /// A direction heavier than `heaviest` [kg] (rotation: times 0.1 m squared) is one in which the arm can hardly move:
 /// Lambda's eigenvalue is cut there, as a damped inverse does, and `singular` says so.
 template <int m>
-[[nodiscard]] Cartesian<m> cartesian(const arm::Dynamics& d, const JointVector& rotor, const JointVector& G,
-                                     Eigen::Index joints, double heaviest) noexcept;
+[[nodiscard]] Cartesian<m> cartesian(const arm::Dynamics& d, const JointVector& rotor, Eigen::Index joints,
+                                     double heaviest) noexcept;
 
 }  // namespace palpate::torque

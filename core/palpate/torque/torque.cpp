@@ -74,7 +74,7 @@ unsigned Torque::step(arm::Arm& model, const Input& in, LeaderCommand& out) noex
   const bool full = options_.mode == Mode::full;
   const JointVector &q = in.leader.q, &v = in.leader.v;
   const unsigned status = law(model, in, out);
-  out.tau_gravity = options_.gravity_gain * model.holding(q);
+  out.tau_gravity = options_.gravity_gain * model.holding(q, model.state().G);
   out.tau_limits = limits(options_.limits, q, model.q_min(), model.q_max(), tau_max_);
   out.tau_friction = friction(options_.friction, v);
   out.tau_platform.setZero(n);
@@ -103,20 +103,19 @@ unsigned Torque::law(arm::Arm& model, const Input& in, LeaderCommand& out) noexc
     return 0u;
   }
   const LeaderState& leader = in.leader;
-  const JointVector G = model.gravity(leader.q);
-  const arm::Dynamics& d = model.dynamics(leader.q, leader.v);
+  const arm::Dynamics& d = model.state();
   const Eigen::Index n = tau_max_.size();
   const bool cell = leader.has_load_cell && leader.F_cell_L.allFinite();
   LawInput now;
   bool singular = false;
   // With three joints the hand locks the wrist, so that the place is all there is.
   if (full && model.orients()) {
-    const Cartesian<6> c = cartesian<6>(d, options_.rotor_inertia, G, n, kHeaviest);
+    const Cartesian<6> c = cartesian<6>(d, options_.rotor_inertia, n, kHeaviest);
     now.Lambda = c.Lambda.leftCols<3>();
     now.Gamma_v = {c.Gamma_v.head<3>(), c.Gamma_v.tail<3>()};
     singular = c.singular;
   } else {
-    const Cartesian<3> c = cartesian<3>(d, options_.rotor_inertia, G, full ? n : std::min(kPositioning, n), kHeaviest);
+    const Cartesian<3> c = cartesian<3>(d, options_.rotor_inertia, full ? n : std::min(kPositioning, n), kHeaviest);
     now.Lambda << c.Lambda, Mat3::Zero();
     now.Gamma_v.f = c.Gamma_v;
     singular = c.singular;

@@ -46,8 +46,8 @@ class Torque {
   /// the mend.
   Torque(Options options, JointVector tau_max, double dt);
 
-  /// `model` is the controller's arm. Answers the bits of Status; out.F_H_L is the part of on_hand.F that the drives
-  /// render.
+  /// `model` is the controller's arm, after dynamics() at the leader's state. Answers the bits of Status; out.F_H_L is
+  /// the part of on_hand.F that the drives render.
   unsigned step(arm::Arm& model, const Input& in, LeaderCommand& out) noexcept;
   /// True when the law renders the damping of Input::on_hand by itself.
   [[nodiscard]] bool takes_damping(const LeaderState& leader) const noexcept;

@@ -18,10 +18,14 @@ class Command:
     examples:
       palpate bench loop
       palpate bench loop --json loop.json
+      palpate bench loop --arms 8
     """
 
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the figures as JSON (docs/json.md); - for the standard output."""
+
+    arms: int = 0
+    """Arms that run in real time at 1 kHz at once, beside as many bare loops; then one arm at 10 kHz. 0: neither."""
 
     def __call__(self) -> int:
         """Measure, print the table, write the JSON contract."""
@@ -29,7 +33,7 @@ class Command:
 
         console = console_for(self.json)
         require_writable(self.json)
-        figures = loop.run(on_progress=lambda text: say(console, text))
+        figures = loop.run(arms=self.arms, on_progress=lambda text: say(console, text))
         say(console, loop.table(figures))
         write_json(self.json, figures)
         return 0

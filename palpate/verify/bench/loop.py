@@ -1,8 +1,10 @@
 """`palpate bench loop`: computing time and timing accuracy of the haptic cycle.
 
-The benchmark measures the computing time of a cycle (from state to torque) while the hand palpates an organ, the speed
-of lockstep simulation relative to real time, and the lateness of the ticks of a real-time loop. A control loop without
-computation and with the same privileges runs alternately, so that both loops see the same load of the machine.
+The benchmark answers four questions in one session. How long does a cycle take (state in, torque out) while the hand
+palpates an organ, in all and per stage, next to Pinocchio's `computeAllTerms` of the same two arms? How many times
+faster than real time is the lockstep simulation? How late does a real-time loop start its ticks? How many ticks do
+several arms miss when they share the machine? The last two alternate with bare loops that only keep time with the same
+privileges, so that both see the same load.
 """
 
 from __future__ import annotations
@@ -13,14 +15,19 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, Protocol
 
+import numpy as np
+
 from palpate import _core
+from palpate.record.ticks import TICK, Ticks
 from palpate.scene import Scene, rig
 
 Result = dict[str, Any]
 Progress = Callable[[str], None]
 
-_TURNS = 4  # alternations of loop and control per rate
-_STIFFNESS = 400.0  # stiffness of the organ [N/m]
+_TURNS = 4  # of loop and control per rate
+_CHUNK = 250  # lockstep ticks between two runs of their control
+_FAST = 10000.0  # of the single fast arm beside several [Hz]
+_STIFFNESS = 400.0  # of the organ [N/m]
 
 
 class _Timed(Protocol):
@@ -42,20 +49,23 @@ def run(
     mesh: Path | None = None,
     rates: Iterable[float] = (1000.0, 4000.0),
     lockstep_seconds: float = 20.0,
+    arms: int = 0,
     on_progress: Progress = lambda _: None,
 ) -> Result:
-    """Measure; takes 2 * seconds per rate, and a few seconds for lockstep.
+    """Measure; takes 2 * seconds per rate, as long for several arms and for the fast one, and a moment for lockstep.
 
     Args:
         seconds: real time measured per rate, for loop and control each [s].
         mesh: STL file in millimetres to palpate; default: the liver of the test data, or the shipped organ.
         rates: rates of the haptic cycle in real-time mode [Hz].
         lockstep_seconds: simulated time of the lockstep run [s].
-        on_progress: called with the name of each measurement.
+        arms: simulations that run in real time at 1 kHz at once, and then one at 10 kHz; 0 leaves both out.
+        on_progress: told what is being measured.
 
     Returns:
-        The documented JSON of `palpate bench loop`: lockstep figures at 1 kHz (`cycle_*_us`, `realtime_factor`),
-        real-time figures at 1 kHz (`missed_ticks`, `lateness_*_us`, `control_*`), and all real-time rows in `realtime`.
+        The documented JSON of `palpate bench loop`: figures of lockstep at 1 kHz (`cycle_*_us`, `realtime_factor`),
+        of real time at 1 kHz (`missed_ticks`, `lateness_*_us`, `control_*`), all real-time rows in `realtime`, and a
+        row per arm in `arms`.
     """
     mesh = mesh or default_mesh()
     result: Result = {"surface": mesh.name if mesh else "shipped organ", "rate_hz": 1000.0}
@@ -68,7 +78,11 @@ def run(
         rows.append(_real_time(_setup(mesh, rate).simulation(), rate, seconds))
     first = next((row for row in rows if row["rate_hz"] == 1000.0), rows[0] if rows else {})
     keys = ("missed_ticks", "lateness_p99_us", "control_missed_ticks", "control_lateness_p99_us")
-    return result | {key: first[key] for key in keys if key in first} | {"realtime": rows}
+    result |= {key: first[key] for key in keys if key in first} | {"realtime": rows, "arms": []}
+    for count, rate in ((arms, 1000.0), (1, _FAST)) if arms > 0 else ():
+        on_progress(f"{count} at {rate:g} Hz in real time, {seconds:g} s, and as many bare loops, in turns")
+        result["arms"] += _several(_setup(mesh, rate), count, rate, seconds)
+    return result
 
 
 def table(result: Result) -> str:
@@ -77,12 +91,15 @@ def table(result: Result) -> str:
         f"haptic cycle on {result['surface']} ({result['triangles']} triangles), 1000 Hz, lockstep",
         f"  compute time  p50 {result['cycle_p50_us']:.2f} us   p99 {result['cycle_p99_us']:.2f} us   "
         f"p99.9 {result['cycle_p999_us']:.2f} us   max {result['cycle_max_us']:.1f} us",
+        f"  control       p50 {result['control_us']['p50']:.2f} us   p99 {result['control_us']['p99']:.2f} us   "
+        "Pinocchio's computeAllTerms of both arms",
         f"  simulation    {result['realtime_factor']:.1f} x real time, plant at {result['plant_rate_hz']:g} Hz, "
         f"in contact {100 * result['contact_share']:.0f} % of the time",
         "",
         "real time              missed    lateness p50 / p99 / p99.9 us       cycle p50 / p99 us",
     ]
-    for row in result["realtime"]:
+    rows = result["realtime"]
+    for row in rows:
         lines += [
             f"  {row['rate_hz']:5g} Hz loop      {row['missed_ticks']:8d}    {row['lateness_p50_us']:8.2f} / "
             f"{row['lateness_p99_us']:7.2f} / {row['lateness_p999_us']:8.2f}     "
@@ -92,6 +109,18 @@ def table(result: Result) -> str:
             f"{row['control_lateness_p999_us']:8.2f}",
         ]
     lines += [f"  scheduler: {row['scheduler']}" for row in result["realtime"][:1]]
+    lines += ["", "stage             lockstep p50 / p99 us" + "".join(f"   {row['rate_hz']:5g} Hz" for row in rows)]
+    for name in result["stages"]:
+        places = (result["stages"], *(row["stages"] for row in rows))
+        times = (f"{place[name]['p50_us']:7.2f} / {place[name]['p99_us']:6.2f}" for place in places)
+        lines += [f"  {name:16s}" + "   ".join(times)]
+    if result["arms"]:
+        lines += ["", "arms at once     rate    missed   by a bare loop   cycle p50 / p99 us"]
+    for row in result["arms"]:
+        lines += [
+            f"  arm {row['arm']}       {row['rate_hz']:7g} {row['missed']:9d} {row['control_missed']:16d}   "
+            f"{row['cycle_p50_us']:9.2f} / {row['cycle_p99_us']:.2f}"
+        ]
     return "\n".join(lines)
 
 
@@ -102,26 +131,44 @@ def _setup(mesh: Path | None, rate: float) -> rig.Rig:
 
 
 def _lockstep(setup: rig.Rig, seconds: float) -> Result:
-    simulation = setup.simulation()
-    ticks = round(seconds * 1000.0)
-    begin = time.perf_counter()
-    rows = simulation.run(ticks)
-    spent = time.perf_counter() - begin
-    contacts = {row[0]: row[1] // 8 for row in _core.signals()}["contacts"]
-    cycle = simulation.timing()["cycle_us"]
+    """The control runs at the joints of the ticks before it, every quarter of a simulated second."""
+    simulation, timed = setup.simulation(), setup.simulation()
+    timed.watch_stages()
+    leader, follower = (_core.AllTerms(arm.urdf, *arm.frames) for arm in (setup.arms.leader, setup.arms.follower))
+    control = _core.BareDynamics(leader, follower)
+    spent, touching = 0.0, 0
+    chunks = max(1, round(seconds * 1000.0 / _CHUNK))
+    for _ in range(chunks):
+        begin = time.perf_counter()
+        rows = simulation.run(_CHUNK)
+        spent += time.perf_counter() - begin
+        ticks: Ticks = rows.view(TICK)[:, 0]
+        n, m = setup.arms.leader.n, setup.arms.follower.n
+        control.run(ticks["q"][:, :n].T, ticks["v"][:, :n].T, ticks["q_follower"][:, :m].T)
+        touching += np.count_nonzero(ticks["contacts"])
+        timed.run(_CHUNK)
+    cycle, control_us = simulation.timing()["cycle_us"], control.timing()
     return {
         "triangles": sum(len(s.body.triangles) for s in setup.surfaces),
         "cycle_p50_us": cycle["p50"],
         "cycle_p99_us": cycle["p99"],
         "cycle_p999_us": cycle["p999"],
         "cycle_max_us": cycle["max"],
-        "realtime_factor": seconds / spent,
+        "control_us": {p: control_us[p] for p in ("p50", "p99")},
+        "stages": _stages(timed),
+        "realtime_factor": chunks * _CHUNK * 1e-3 / spent,
         "plant_rate_hz": setup.scene.rates.plant,
-        "contact_share": float((rows[:, contacts] > 0).mean()),
+        "contact_share": touching / (chunks * _CHUNK),
     }
 
 
+def _stages(simulation: _core.Simulation) -> dict[str, dict[str, float]]:
+    times = simulation.timing()["stages"]
+    return {name: {"p50_us": time["p50"], "p99_us": time["p99"]} for name, time in times.items()}
+
+
 def _real_time(simulation: _core.Simulation, rate: float, seconds: float) -> Result:
+    simulation.watch_stages()
     control = _core.BareLoop(rate)
     for _ in range(_TURNS):
         _let_run(control, seconds / _TURNS, lambda: None)
@@ -135,9 +182,47 @@ def _real_time(simulation: _core.Simulation, rate: float, seconds: float) -> Res
     return row | {
         "cycle_p50_us": timing["cycle_us"]["p50"],
         "cycle_p99_us": timing["cycle_us"]["p99"],
+        "stages": _stages(simulation),
         "slack_p01_us": timing["slack_us"]["p01"],
         "scheduler": timing["scheduler"],
     }
+
+
+def _several(setup: rig.Rig, count: int, rate: float, seconds: float) -> list[Result]:
+    """`count` simulations at once in real time, in turns with as many bare loops; on any core, and nobody spins."""
+    options, shared = setup.options(), _core.RealTimeOptions()
+    shared.allow_affinity, shared.spin_us = False, 0.0
+    options.realtime = shared
+    simulations = [setup.simulation(options=options) for _ in range(count)]
+    controls = [_core.BareLoop(rate, shared) for _ in range(count)]
+    for _ in range(_TURNS):
+        for loops in (controls, simulations):
+            for loop in loops:
+                loop.start()
+            end = time.monotonic() + seconds / _TURNS
+            while (left := end - time.monotonic()) > 0:
+                time.sleep(min(0.2, left))
+                for simulation in simulations:
+                    simulation.drain()
+            for loop in loops:
+                loop.stop()
+    rows = []
+    for i, (simulation, control) in enumerate(zip(simulations, controls, strict=True)):
+        timing, bare = simulation.timing(), control.timing()
+        rows.append(
+            {
+                "arm": i,
+                "rate_hz": rate,
+                "seconds": seconds,
+                "missed": timing["missed_ticks"],
+                "control_missed": bare["missed_ticks"],
+                "lateness_p99_us": timing["lateness_us"]["p99"],
+                "control_lateness_p99_us": bare["lateness_us"]["p99"],
+                "cycle_p50_us": timing["cycle_us"]["p50"],
+                "cycle_p99_us": timing["cycle_us"]["p99"],
+            }
+        )
+    return rows
 
 
 def _let_run(loop: _Timed, seconds: float, look: Callable[[], object]) -> None:

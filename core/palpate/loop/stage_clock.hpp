@@ -1,0 +1,43 @@
+// Time that each stage of a cycle takes, where a benchmark asks for it.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "palpate/loop/histogram.hpp"
+#include "palpate/loop/realtime.hpp"
+
+namespace palpate::loop {
+
+enum class Stage : std::uint8_t { kinematics, mapping, guidance, contact, force, stability, torque, record };
+inline constexpr std::array kStageNames = {"kinematics", "mapping",   "guidance", "contact",
+                                           "force",      "stability", "torque",   "record"};
+
+/// One writer, the cycle; anybody may read meanwhile.
+class StageClock {
+ public:
+  /// Start of a cycle.
+  void start() noexcept {
+    spent_.fill(0);
+    last_ = now_ns();
+  }
+  /// The time since start() or the last mark() belongs to this stage.
+  void mark(Stage stage) noexcept {
+    const std::int64_t now = now_ns();
+    spent_[static_cast<std::size_t>(stage)] += now - last_;
+    last_ = now;
+  }
+  /// End of the cycle.
+  void finish() noexcept {
+    for (std::size_t i = 0; i < spent_.size(); ++i) times_[i].add(spent_[i]);
+  }
+  [[nodiscard]] const Histogram& time(std::size_t stage) const noexcept { return times_[stage]; }
+
+ private:
+  std::int64_t last_ = 0;
+  std::array<std::int64_t, kStageNames.size()> spent_{};
+  std::array<Histogram, kStageNames.size()> times_;
+};
+
+}  // namespace palpate::loop

@@ -1,0 +1,81 @@
+"""Kinematics and dynamics of serial arms are our own recursion: Pinocchio's computeAllTerms is the judge."""
+
+import numpy as np
+import pytest
+
+from palpate import _core
+
+
+def random_arm(joints: int, rng: np.random.Generator) -> str:
+    """A URDF of revolute and prismatic joints about any axes, with links fixed in between and a locked branch."""
+
+    def vector(x):
+        return " ".join(f"{value:.17g}" for value in x)
+
+    def link(name):
+        m, c = rng.uniform(0.05, 2.0), rng.normal(0.0, 0.1, 3)
+        a, b, d = rng.uniform(1e-4, 1e-2, 3)
+        inertia = f'ixx="{b + d}" iyy="{a + d}" izz="{a + b}" ixy="0" ixz="0" iyz="0"'
+        origin = f'<origin xyz="{vector(c)}" rpy="{vector(rng.normal(size=3))}"/>'
+        return f'<link name="{name}"><inertial>{origin}<mass value="{m}"/><inertia {inertia}/></inertial></link>'
+
+    def joint(name, kind, parent, child, axis):
+        origin = f'<origin xyz="{vector(rng.normal(0.0, 0.2, 3))}" rpy="{vector(rng.normal(size=3))}"/>'
+        limit = '<limit lower="-2" upper="2" effort="1" velocity="1"/>'
+        return (
+            f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>{origin}'
+            f'<axis xyz="{vector(axis)}"/>{limit}</joint>'
+        )
+
+    parts, parent = ['<link name="base"/>'], "base"
+    axes = [np.eye(3)[0], np.eye(3)[1], np.eye(3)[2], -np.eye(3)[2], *rng.normal(size=(4, 3))]
+    for k in range(joints):
+        axis = axes[rng.integers(len(axes))]
+        kind = "prismatic" if rng.random() < 0.3 else "revolute"
+        parts += [link(f"l{k}"), joint(f"j{k}", kind, parent, f"l{k}", axis / np.linalg.norm(axis))]
+        parts += [link(f"f{k}"), joint(f"k{k}", "fixed", f"l{k}", f"f{k}", axis)]
+        parts += [link(f"b{k}"), joint(f"i{k}", "revolute", f"l{k}", f"b{k}", axis)]
+        parent = f"f{k}"
+    return f'<robot name="random">{"".join(parts)}</robot>'
+
+
+@pytest.mark.parametrize("joints", range(1, 9))
+def test_random_chains_agree_with_pinocchio(joints):
+    rng = np.random.default_rng(joints)
+    for _ in range(5):
+        xml, tip = random_arm(joints, rng), f"f{joints - 1}"
+        arm, judge = _core.Arm(xml, "base", tip), _core.AllTerms(xml, "base", tip)
+        for _ in range(20):
+            q, v = rng.uniform(-2, 2, joints), rng.normal(0, 2, joints)
+            M, bias, G, J = judge.compute(q, v)
+            ours = arm.dynamics(q, v)
+            scale = max(1.0, np.abs(M).max(), np.abs(bias).max())
+            assert np.abs(ours[0] - M).max() < 1e-12 * scale
+            assert np.abs(ours[1] - bias).max() < 1e-12 * scale
+            assert np.abs(arm.gravity(q) - G).max() < 1e-12 * scale
+            assert np.abs(ours[3] - J).max() < 1e-12
+            assert np.array_equal(arm.jacobian(q), ours[3])
+            assert np.array_equal(arm.fk(q), ours[2])
+
+
+def test_the_arms_that_ship_agree_with_pinocchio(arm, poses):
+    judge = _core.AllTerms(arm.urdf, *arm.frames)
+    rng = np.random.default_rng(9)
+    for q in poses:
+        v = 3 * rng.normal(size=arm.n)
+        M, bias, G, J = judge.compute(q, v)
+        ours = arm.dynamics(q, v)
+        for mine, theirs in ((ours[0], M), (ours[1], bias), (arm.gravity(q), G), (ours[3], J)):
+            assert np.abs(mine - theirs).max() < 1e-12
+
+
+def test_the_drift_is_the_rate_of_the_jacobian(arm, poses):
+    """dJ/dt v by Richardson's difference along the motion."""
+    rng = np.random.default_rng(10)
+    for q in poses[:10]:
+        v = rng.normal(size=arm.n)
+
+        def slope(h, q=q, v=v):
+            return (arm.jacobian(q + h * v) - arm.jacobian(q - h * v)) @ v / (2 * h)
+
+        assert np.abs((4 * slope(1e-3) - slope(2e-3)) / 3 - arm.dynamics(q, v)[4]).max() < 1e-8
