@@ -135,7 +135,7 @@ bool poke(scene::Snapshot& scene, const Judge& judge, contact::Method& method, c
   for (int k = 0; k < ticks && !popped; ++k) {
     const Pose X_WO = scene.objects[0].X_WO = m.object(k);
     const Vec3 tool = m.tool(k);
-    const contact::ContactSet& contacts = method.step(scene, tool, (tool - tool_before) / kTick, k * kTick);
+    const ContactSet& contacts = method.step(scene, tool, (tool - tool_before) / kTick, k * kTick);
     if (method.asynchronous()) method.collide(scene);
     tool_before = tool;
     touched |= contacts.size > 0;
