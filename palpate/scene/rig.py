@@ -148,9 +148,7 @@ class Rig:
             raise SceneError(error.what, where=where, why=error.why or str(path), mend=error.mend) from None
         return model
 
-    def simulation(
-        self, seed: int | None = None, options: _core.SimulationOptions | None = None
-    ) -> _core.Simulation:
+    def simulation(self, seed: int | None = None, options: _core.SimulationOptions | None = None) -> _core.Simulation:
         """A fresh simulation at time zero, by options() of the seed when none are given.
 
         Raises:
@@ -164,7 +162,9 @@ class Rig:
                 arm.set_gravity_model(gravity.terms, gravity.theta)
         path = _core.HandPath(self.path.times.tolist(), self.path.positions_W)
         try:
-            made = _core.Simulation(options or self.options(seed), leader, model, self.arms.follower, self.snapshot, path)
+            made = _core.Simulation(
+                options or self.options(seed), leader, model, self.arms.follower, self.snapshot, path
+            )
             made.set_fixtures(self.fixtures)
             return made
         except ValueError as error:

@@ -8,7 +8,9 @@ import pytest
 from palpate import _core, _dvrk
 
 PACKAGE = Path(__file__).resolve().parents[2] / "palpate"
-STUBS = {module: ast.parse((PACKAGE / f"{module.__name__.split('.')[-1]}.pyi").read_text()) for module in (_core, _dvrk)}
+STUBS = {
+    module: ast.parse((PACKAGE / f"{module.__name__.split('.')[-1]}.pyi").read_text()) for module in (_core, _dvrk)
+}
 CLASSES = [(module, node) for module, stub in STUBS.items() for node in stub.body if isinstance(node, ast.ClassDef)]
 
 
