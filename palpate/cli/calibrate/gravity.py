@@ -95,7 +95,7 @@ def _table(c: Calibration) -> Table:
 
 
 def _lines(c: Calibration) -> list[str]:
-    found, friction = c.told, c.model.friction
+    found, friction = c.identifiability, c.model.friction
     lines = [
         f"rank {found.rank} of {found.structural_rank} base parameters, condition {found.condition:.1f}",
         f"base parameters (the JSON defines each): {', '.join(b.split()[0] for b in found.base)}",

@@ -145,7 +145,7 @@ def _lockstep(setup: rig.Rig, seconds: float) -> Result:
         ticks: Ticks = rows.view(TICK)[:, 0]
         n, m = setup.arms.leader.n, setup.arms.follower.n
         control.run(ticks["q"][:, :n].T, ticks["v"][:, :n].T, ticks["q_follower"][:, :m].T)
-        touching += np.count_nonzero(ticks["contacts"])
+        touching += int(np.count_nonzero(ticks["contacts"]))
         timed.run(_CHUNK)
     cycle, control_us = simulation.timing()["cycle_us"], control.timing()
     return {
