@@ -225,7 +225,7 @@ def _eigen() -> Path:
         if (place / "include" / "eigen3" / "Eigen" / "Core").is_file():
             return place / "include" / "eigen3"
     raise RosMissingError(
-        "Eigen's headers are not installed", mend="pip install 'palpate[ros]', or pip install cmeel-eigen"
+        "Eigen's headers are not installed", mend="run make setup in your clone, or pip install cmeel-eigen"
     )
 
 

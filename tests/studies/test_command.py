@@ -77,7 +77,7 @@ def test_a_journal_of_ones_own_is_kept_and_must_fit(here):
 
 def test_what_is_missing_is_told_before_the_work(here, monkeypatch):
     monkeypatch.setattr(command, "find_spec", lambda name: None)
-    with pytest.raises(MissingExtraError, match=r"pip install 'palpate\[report\]'"):
+    with pytest.raises(MissingExtraError, match=r"palpate\[report\]"):
         Study()()
     with pytest.raises(OutputError):
         Study(json=here)()

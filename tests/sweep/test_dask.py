@@ -27,7 +27,7 @@ def test_missing_dask_names_the_extra_to_install(monkeypatch):
 @pytest.fixture(scope="module")
 def dask(tmp_path_factory):
     """Address of a scheduler with two workers, and their processes."""
-    pytest.importorskip("distributed", reason="Dask is not installed: pip install 'palpate[dask]'")
+    pytest.importorskip("distributed", reason="Dask is not installed: make setup")
     folder = tmp_path_factory.mktemp("dask")
     told, running = folder / "scheduler.json", []
 
