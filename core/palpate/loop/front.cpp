@@ -36,7 +36,7 @@ Front::Front(contact::Tool& contact, std::shared_ptr<const scene::Snapshot> scen
       newest_scene_(present(std::move(scene))),
       scene_(newest_scene_),
       fixtures_(std::make_shared<const guidance::Fixtures>()),
-      ring_(static_cast<std::size_t>(kRingSeconds * rate)) {
+      ring_(static_cast<std::size_t>(kRingSeconds * rate), false) {
   contact_.check(*newest_scene_);
 }
 

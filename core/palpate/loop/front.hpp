@@ -44,6 +44,9 @@ class Front {
   /// Ticks that were lost because nobody drained them.
   [[nodiscard]] std::uint64_t dropped() const noexcept { return ring_.dropped(); }
 
+  /// Takes the memory of the queue that `keep` fills, once; before a loop starts in real time. Lockstep needs none.
+  void open() { ring_.open(); }
+
   // For contact methods whose geometry allocates (contact::Method::collide). collision_rate [Hz].
   void start_collider(double collision_rate);
   void stop_collider();

@@ -11,9 +11,15 @@ namespace palpate::loop {
 template <typename T>
 class Ring {
  public:
-  explicit Ring(std::size_t at_least) : slots_(std::bit_ceil(at_least)) {}
+  /// opened: false leaves the slots, which are megabytes for ticks, to open(): a loop that only ever runs in lockstep
+  /// needs none.
+  explicit Ring(std::size_t at_least, bool opened = true) : capacity_(std::bit_ceil(at_least)) {
+    if (opened) open();
+  }
 
-  /// False, and counted, when the reader is too slow: the newest is lost, the loop goes on.
+  /// Allocates the slots, unless they are there; while neither end is in use.
+  void open() { slots_.resize(capacity_); }
+  /// False, and counted, when the queue is not open or the reader is too slow: the newest is lost, the loop goes on.
   bool push(const T& value) noexcept {
     const std::uint64_t head = head_.load(std::memory_order_relaxed);
     if (head - tail_.load(std::memory_order_acquire) == slots_.size()) {
@@ -41,6 +47,7 @@ class Ring {
  private:
   alignas(64) std::atomic<std::uint64_t> head_{0};  // the writer's cache line
   std::atomic<std::uint64_t> dropped_{0};
+  std::size_t capacity_;
   std::vector<T> slots_;
   alignas(64) std::atomic<std::uint64_t> tail_{0};  // the reader's
 };

@@ -100,6 +100,7 @@ void Simulation::watch_stages() {
 
 void Simulation::start() {
   const std::lock_guard lock(driver_);
+  front_.open();
   thread_.start(options_.rate, [this](const Wake& w) { return wake(w); });
   front_.start_collider(options_.contact.collision_rate);
 }

@@ -116,6 +116,7 @@ void HapticNode::listen() {
 void HapticNode::start() {
   if (running()) return;
   stopping_ = quiet_ = false;
+  front_.open();
   auto granted = std::make_shared<std::promise<std::string>>();
   std::future<std::string> words = granted->get_future();
   SpinnerOptions options;
