@@ -19,9 +19,25 @@ def fingerprint(file: Path, common: bytes) -> str:
     return hashlib.sha256(common + file.as_posix().encode() + file.read_bytes()).hexdigest()
 
 
-def core_database() -> Path | None:
-    databases = sorted(ROOT.glob("build/*/compile_commands.json"), key=lambda p: p.stat().st_mtime)
-    return databases[-1].parent if databases else None
+def core_database() -> Path:
+    """Compilation database with a command per file: the build's own compiles folders as one, with GCC's headers."""
+    folder = SEEN / "core"
+    beside = Path(sys.executable).parent
+    nanobind = subprocess.run(
+        [sys.executable, "-m", "nanobind", "--cmake_dir"], capture_output=True, text=True, check=True
+    )
+    settings = {
+        "CMAKE_BUILD_TYPE": "Release",
+        "CMAKE_EXPORT_COMPILE_COMMANDS": "ON",
+        "CMAKE_MAKE_PROGRAM": beside / "ninja",
+        "PALPATE_UNITY": "OFF",
+        "Python_EXECUTABLE": sys.executable,
+        "nanobind_DIR": nanobind.stdout.strip(),
+    }
+    defines = [f"-D{key}={value}" for key, value in settings.items()]
+    configure = [beside / "cmake", "-S", ROOT, "-B", folder, "-G", "Ninja", *defines]
+    subprocess.run(configure, capture_output=True, check=True)
+    return folder
 
 
 def nodes_database() -> Path | None:
@@ -40,12 +56,8 @@ def nodes_database() -> Path | None:
 
 
 def main() -> int:
+    SEEN.mkdir(parents=True, exist_ok=True)
     core = core_database()
-    if core is None:
-        print("clang-tidy: there is no build/*/compile_commands.json. Run `make setup` first: it builds the core.")
-        return 1
-    SEEN.mkdir(exist_ok=True)
-    # clang-tidy interpolates the command of a file that is newer than the last build.
     sources = dict.fromkeys(sorted(file for folder in FOLDERS for file in ROOT.glob(f"{folder}/**/*.cpp")), core)
     nodes = nodes_database()
     if nodes is None:
