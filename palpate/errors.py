@@ -107,7 +107,10 @@ class MissingExtraError(PalpateError):
     """
 
     def __init__(self, feature: str, extra: str) -> None:
-        super().__init__(f"{feature} is not installed", mend=f"run make setup in your clone, or install the wheel as palpate[{extra}]")
+        super().__init__(
+            f"{feature} is not installed",
+            mend=f"run make setup in your clone, or install the wheel as palpate[{extra}]",
+        )
         self.extra = extra
 
 

@@ -105,7 +105,7 @@ def test_a_scene_or_a_file_alone_is_one_run(scene):
         ({"objects.0.stifness": 1.0}, "did you mean 'stiffness'"),
         ({"objects.1.stiffness": 1.0}, "there is no objects[1]"),
         ({"objects.0.stiffness": "soft"}, "stiffness"),
-        ({"objects.0.stiffness": 1e9}, "more than the caps can hold"),
+        ({"objects.0.stiffness": 1e9}, "more than the caps allow"),
         ({"preset": "paper"}, "preset cannot be overridden"),
     ],
 )

@@ -78,7 +78,7 @@ def test_the_command_makes_a_path_of_a_run(tmp_path, capsys):
     assert 0.0 < figures["deviation_rms_m"] <= figures["deviation_max_m"] < 1e-3
     core = Fixture("follow: way.csv").make(Here(lambda name: tmp_path / name))
     assert core.role == "guide"
-    assert "smoothed over 1 mm, a place every 2 mm" in capsys.readouterr().out
+    assert "smoothed over 1 mm, a point every 2 mm" in capsys.readouterr().out
     assert main(["path", str(record), "--start", "90", "--out", str(out)]) == 2
     assert "no tick from 90 to inf s" in capsys.readouterr().err
 
@@ -118,7 +118,7 @@ def test_more_than_512_nodes_each_way_are_refused_in_words(ball, capsys):
     assert main(["grid", str(ball), "--spacing", "0.05"]) == 2
     told = capsys.readouterr().err
     assert "nodes are more than 134,217,728" in told
-    assert "mend: a spacing of 0.0" in told
+    assert "mend: use a spacing of 0.0" in told
 
 
 @pytest.mark.parametrize("there", [False, True])

@@ -151,7 +151,7 @@ def test_a_gain_changes_what_is_felt_and_impossible_ones_change_nothing(client, 
     assert "150" in client.get("/palpate/scene", lambda m: "150" in m.data).data
     refused = client.set(wall__stiffness=90_000.0)
     assert not refused.successful
-    assert "more than the caps can hold" in refused.reason
+    assert "more than the caps allow" in refused.reason
     assert not client.set(wall__stiffness=-1.0).successful  # outside its range
     assert not client.set(stiffness_scale=7.0).successful
     time.sleep(0.3)

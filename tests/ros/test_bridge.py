@@ -256,7 +256,7 @@ def test_sourced_ros_wins(monkeypatch, tmp_path, built):
 def test_setup_says_what_it_uses(built):
     done = subprocess.run([sys.executable, "-m", "palpate", "ros", "setup"], capture_output=True, text=True, check=True)
     assert built.ros.words in done.stdout
-    assert "crtk_msgs: our definitions" in done.stdout
+    assert "crtk_msgs: compiled by Palpate" in done.stdout
     assert "everything was compiled already" in done.stdout
 
 

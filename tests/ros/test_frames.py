@@ -75,4 +75,4 @@ def test_bases_that_are_turned_against_each_other_are_refused(built, tmp_path, c
     assert main(["ros", "haptics", str(scene), "--out", str(tmp_path)]) == 2
     told = " ".join(capsys.readouterr().err.split())
     assert "turned against each other by 90.0 deg" in told
-    assert "rpy_deg, or --teleop none" in told
+    assert "rpy_deg, or use --teleop none" in told
