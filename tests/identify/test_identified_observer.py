@@ -51,5 +51,5 @@ def test_options_at_the_joints_are_those_of_a_joint_that_moves_alone():
 
 
 def test_the_cycle_knows_no_platform_cable():
-    with pytest.raises(RecordingError, match="has the term 'cable_4_1'"):
+    with pytest.raises(RecordingError, match="cannot evaluate its term 'cable_4_1'"):
         estimate_options(random_model(Arm.mtm("left"), "drives"), _core.EstimateOptions())

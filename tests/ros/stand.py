@@ -116,6 +116,9 @@ class Stand:
                 self.y = np.clip(self.y + (0.0004 if self.force() >= 0.8 else -0.0004), -0.2, 0.2)
                 self.puppet.move_to(np.array([0.0, self.y, 0.0]), 0.015)
             time.sleep(0.02)
+        while len(felt := self.puppet.felt[-20:]) < 20 or np.linalg.norm(felt[:, 3:6], axis=1).min() < 0.3:
+            assert time.monotonic() < end, f"the push does not last: {np.linalg.norm(felt[:, 3:6], axis=1)} N"
+            time.sleep(0.02)
         time.sleep(0.15)
 
     def force(self):

@@ -221,7 +221,7 @@ def test_bad_arguments_are_told(native):
 def test_no_ros_is_told(monkeypatch):
     monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
     monkeypatch.setattr(where.importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(RosMissingError, match=r"ROS 2 is not here(.|\n)*palpate\[ros\](.|\n)*setup.bash"):
+    with pytest.raises(RosMissingError, match=r"ROS 2 is not here(.|\n)*make setup(.|\n)*setup.bash"):
         where.find()
 
 

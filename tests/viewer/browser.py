@@ -31,14 +31,15 @@ def open_page(url, size=(1200, 500)):
     with api.sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         page = browser.new_page(viewport={"width": size[0], "height": size[1]})
+        page.set_default_timeout(90_000)  # software rendering on a busy machine
         page.strangers, page.errors = [], []
         own = (url, url.replace("http", "ws", 1), "data:", "blob:")
         page.on("request", lambda r: None if r.url.startswith(own) else page.strangers.append(r.url))
         complaint = lambda m: m.type == "error" and HARMLESS not in m.text  # noqa: E731
         page.on("console", lambda m: page.errors.append(m.text) if complaint(m) else None)
         page.on("pageerror", lambda e: page.errors.append(str(e)))
-        page.goto(url, timeout=90_000)
-        page.wait_for_selector("#palpate-force", timeout=90_000)
+        page.goto(url)
+        page.wait_for_selector("#palpate-force")
         yield page
         browser.close()
 

@@ -13,7 +13,6 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +34,7 @@ sys.exit(main(sys.argv[1:]) or 1)
 
 def default_scene() -> Path:
     """The shipped scene with a palpated organ, from the installed package or from the repository."""
-    package = Path(str(resources.files("palpate")))
+    package = Path(__file__).parents[2]
     for folder in (package / "scenes", package.parent / "scenes"):
         if (folder / "palpation.yaml").is_file():
             return folder / "palpation.yaml"
