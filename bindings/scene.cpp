@@ -39,6 +39,22 @@ nb::object view(nb::handle owner, std::span<const T> values) {
   return nb::cast(nb::ndarray<nb::numpy, const T>(values.data(), {values.size() / 3, 3}, owner));
 }
 
+using Bytes = nb::ndarray<const std::uint8_t, nb::shape<-1>, nb::c_contig, nb::device::cpu>;
+
+nb::object image(const scene::Mesh& mesh) {
+  std::vector<std::byte> bytes = mesh.image();
+  auto* owned = new std::vector<std::byte>(std::move(bytes));
+  nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<std::vector<std::byte>*>(p); });
+  auto* values = reinterpret_cast<std::uint8_t*>(owned->data());
+  return nb::cast(nb::ndarray<nb::numpy, std::uint8_t>(values, {owned->size()}, owner));
+}
+
+std::shared_ptr<scene::Mesh> from_image(const Bytes& bytes) {
+  const nb::gil_scoped_release release;
+  return std::const_pointer_cast<scene::Mesh>(
+      scene::Mesh::from_image(std::as_bytes(std::span(bytes.data(), bytes.size()))));
+}
+
 nb::tuple closest(const scene::Mesh& mesh, const Rows& points, double max_distance) {
   const std::size_t n = points.shape(0);
   std::vector<double> distance(n), point(3 * n), normal(3 * n);
@@ -117,6 +133,9 @@ void bind_mesh(nb::module_& m) {
                                           "Triangles ready to be touched: welded, with normals, adjacency and a BVH.")
       .def(nb::new_(&build), nb::arg("vertices"), nb::arg("triangles"),
            "vertices (n, 3) [m], triangles (m, 3) int32; ValueError when they are no mesh.")
+      .def_static("from_image", &from_image, nb::arg("bytes"),
+                  "The mesh of `image()`; ValueError if the bytes are incomplete or damaged.")
+      .def("image", &image, "The mesh and its index as bytes (n,) uint8, valid on this machine and version.")
       .def_prop_ro("triangle_count", &scene::Mesh::triangle_count)
       .def_prop_ro("report", &scene::Mesh::report)
       .def_prop_ro(

@@ -23,8 +23,8 @@ import numpy.typing as npt
 
 Arrays = Mapping[str, npt.NDArray[Any]]
 
-LIMIT_BYTES = 512 * 2**20
-"""Maximum size of the cache; above it, the least recently used entries are deleted."""
+LIMIT_BYTES = 2 * 2**30
+"""Maximum size of the cache; above it, the least recently used entries are deleted. A million triangles take 0.3 GB."""
 
 _ABANDONED = 3600.0  # temporary files older than this are deleted: their writer was killed [s]
 

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from palpate import _core
 from palpate.errors import MeshError, PalpateWarning
-from palpate.mesh import check
+from palpate.mesh import check, index
 from palpate.mesh import files as mesh_files
 
 Unit = Literal["mm", "cm", "m", "in"]
@@ -74,7 +74,7 @@ class Mesh:
     def _build(self, v: npt.NDArray[np.float64], t: npt.NDArray[np.int32], name: str, unit: str) -> None:
         """Build the core mesh, which welds, repairs and indexes, and warn of its findings."""
         try:
-            self.core = _core.Mesh(np.ascontiguousarray(v), np.ascontiguousarray(t))
+            self.core = index.build(np.ascontiguousarray(v), np.ascontiguousarray(t))
         except ValueError as error:
             what, _, mend = str(error).removeprefix("mesh: ").partition("; ")
             raise MeshError(what, where=name, mend=mend) from None

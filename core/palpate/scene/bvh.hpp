@@ -5,6 +5,7 @@
 // want them. No Eigen here: these headers are seen by files compiled for wider instruction sets.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -23,6 +24,8 @@ struct alignas(32) BvhNode {
   std::int32_t child[8];
 };
 
+inline constexpr std::size_t kTrianglesPerBlock = 4;
+
 /// Four triangles (a, a + e1, a + e2); a leaf with fewer repeats its last one.
 struct alignas(32) TriangleBlock {
   double a[3][4];
@@ -31,6 +34,8 @@ struct alignas(32) TriangleBlock {
 };
 
 struct Bvh {
+  std::size_t node_count = 0;
+  std::size_t block_count = 0;
   std::unique_ptr<BvhNode[]> nodes;  ///< nodes[0] is the root
   std::unique_ptr<TriangleBlock[]> blocks;
   std::unique_ptr<std::int32_t[]> ids;  ///< of the triangles, four for each block

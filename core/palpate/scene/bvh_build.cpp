@@ -16,7 +16,7 @@
 namespace palpate::scene {
 namespace {
 
-constexpr std::size_t kLeaf = 4;              // triangles in a block
+constexpr std::size_t kLeaf = kTrianglesPerBlock;
 constexpr std::size_t kWide = 8;              // children of a node
 constexpr std::size_t kSmall = 128;           // below it ranges are split at multiples of kLeaf
 constexpr std::size_t kMinSide = 8;           // smallest side of a binned split: bounds the number of blocks
@@ -76,6 +76,8 @@ class BvhBuilder {
     bvh_.blocks = std::make_unique_for_overwrite<TriangleBlock[]>(capacity);
     bvh_.ids = std::make_unique_for_overwrite<std::int32_t[]>(capacity * kLeaf);
     root(all);
+    bvh_.node_count = static_cast<std::size_t>(next_node_.load());
+    bvh_.block_count = static_cast<std::size_t>(next_block_.load());
     return std::move(bvh_);
   }
 

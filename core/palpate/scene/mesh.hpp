@@ -52,6 +52,11 @@ class Mesh final : public Surface {
   static std::shared_ptr<const Mesh> build(std::span<const double> vertices, std::span<const std::int32_t> triangles);
   ~Mesh() override;
 
+  /// The mesh and its index as bytes, for a cache on disk: reading them takes a fraction of the time of build().
+  [[nodiscard]] std::vector<std::byte> image() const;
+  /// The mesh of `image()`. Throws std::invalid_argument if the bytes are incomplete or an index in them is out of range.
+  static std::shared_ptr<const Mesh> from_image(std::span<const std::byte> image);
+
   [[nodiscard]] std::size_t triangle_count() const noexcept;
   [[nodiscard]] const MeshReport& report() const noexcept;
   /// The mesh in use: 3 doubles a vertex, 3 indices a triangle.

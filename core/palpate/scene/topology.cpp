@@ -71,7 +71,7 @@ class TopologyBuilder {
       // Told once for each edge: by its first half-edge.
       const bool first_of_edge = is_first(first, leaving, he);
       if (along + against == 1) out_.rims.push_back(he);
-      if (first_of_edge && along == 2 && against == 0) out_.clashes.emplace_back(he, other);
+      if (first_of_edge && along == 2 && against == 0) out_.clashes.push_back({he, other});
       if (first_of_edge && along + against > 2) ++out_.branching_edges;
     }
     out_.closed = out_.rims.empty() && out_.clashes.empty() && out_.branching_edges == 0;

@@ -1,0 +1,172 @@
+// A mesh and its index as one block of bytes. The layout is that of this machine and of this version of the library.
+#include <algorithm>
+#include <cstring>
+#include <stdexcept>
+#include <type_traits>
+
+#include "palpate/scene/mesh.hpp"
+#include "palpate/scene/mesh_impl.hpp"
+#include "palpate/types/index.hpp"
+
+namespace palpate::scene {
+namespace {
+
+constexpr std::uint64_t kMagic = 0x31687365'6d6c6170;  // "palmesh1"
+
+class Writer {
+ public:
+  explicit Writer(std::vector<std::byte>& out) : out_(out) {}
+
+  template <class T>
+  void array(const T* values, std::size_t n) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    const auto* bytes = reinterpret_cast<const std::byte*>(values);
+    out_.insert(out_.end(), bytes, bytes + n * sizeof(T));
+  }
+  template <class T>
+  void scalar(const T& value) {
+    array(&value, 1);
+  }
+  template <class T>
+  void list(const std::vector<T>& values) {
+    scalar(values.size());
+    array(values.data(), values.size());
+  }
+  template <class T>
+  void owned(const std::unique_ptr<T[]>& values, std::size_t n) {
+    array(values.get(), n);
+  }
+
+ private:
+  std::vector<std::byte>& out_;
+};
+
+class Reader {
+ public:
+  explicit Reader(std::span<const std::byte> in) : in_(in) {}
+
+  template <class T>
+  void array(T* values, std::size_t n) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    require_left<T>(n);
+    if (n > 0) std::memcpy(values, in_.data(), n * sizeof(T));
+    in_ = in_.subspan(n * sizeof(T));
+  }
+  template <class T>
+  void scalar(T& value) {
+    array(&value, 1);
+  }
+  template <class T>
+  void list(std::vector<T>& values) {
+    std::size_t n = 0;
+    scalar(n);
+    require_left<T>(n);
+    values.resize(n);
+    array(values.data(), n);
+  }
+  template <class T>
+  void owned(std::unique_ptr<T[]>& values, std::size_t n) {
+    require_left<T>(n);
+    values = std::make_unique_for_overwrite<T[]>(n);
+    array(values.get(), n);
+  }
+  [[nodiscard]] bool at_end() const { return in_.empty(); }
+
+ private:
+  template <class T>
+  void require_left(std::size_t n) const {
+    if (n > in_.size() / sizeof(T)) throw std::invalid_argument("mesh: the stored index is truncated");
+  }
+  std::span<const std::byte> in_;
+};
+
+/// Passes every field to the archive, in the same order for writing and for reading.
+template <class Archive, class Impl>
+void visit(Archive& archive, Impl& m) {
+  archive.list(m.vertices);
+  archive.list(m.triangles);
+  auto& t = m.topology;
+  archive.list(t.twin);
+  archive.list(t.normal);
+  archive.list(t.normals);
+  archive.list(t.whole);
+  archive.scalar(t.height);
+  archive.scalar(t.branching_edges);
+  archive.scalar(t.flat_triangles);
+  archive.scalar(t.closed);
+  archive.list(t.rims);
+  archive.list(t.clashes);
+  auto& b = m.bvh;
+  archive.scalar(b.node_count);
+  archive.scalar(b.block_count);
+  archive.owned(b.nodes, b.node_count);
+  archive.owned(b.blocks, b.block_count);
+  archive.owned(b.ids, b.block_count * kTrianglesPerBlock);
+  archive.array(b.centre, 3);
+  archive.scalar(b.scale);
+  auto& r = m.report;
+  for (auto* count : {&r.vertices, &r.triangles, &r.degenerate, &r.duplicate, &r.flat, &r.parts, &r.boundary_edges,
+                      &r.branching_edges, &r.inconsistent_edges, &r.turned, &r.inverted})
+    archive.scalar(*count);
+  archive.scalar(r.two_sided);
+  archive.scalar(r.closed);
+  archive.scalar(r.volume);
+  archive.array(r.lowest.data(), 3);
+  archive.array(r.highest.data(), 3);
+}
+
+/// Whether all values lie in [lowest, end).
+bool within(std::span<const std::int32_t> values, std::int64_t lowest, std::size_t end) {
+  return std::ranges::all_of(values, [&](std::int32_t i) { return i >= lowest && i < static_cast<std::int64_t>(end); });
+}
+
+/// Whether every child is a later node, a block, or an unused lane (child 0 with an empty box). No query can loop then.
+bool is_tree(const Bvh& bvh) {
+  for (std::size_t n = 0; n < bvh.node_count; ++n) {
+    const BvhNode& node = bvh.nodes[n];
+    for (std::size_t i = 0; i < 8; ++i) {
+      const std::int32_t child = node.child[i];
+      const bool unused = child == 0 && node.lo[0][i] > node.hi[0][i];
+      const bool block = child < 0 && to_index(~child) < bvh.block_count;
+      const bool inner = child > 0 && to_index(child) > n && to_index(child) < bvh.node_count;
+      if (!unused && !block && !inner) return false;
+    }
+  }
+  return bvh.node_count > 0;
+}
+
+bool is_consistent(const Mesh::Impl& m) {
+  const Topology& t = m.topology;
+  const std::size_t corners = m.triangles.size(), normals = t.whole.size();
+  return corners > 0 && corners % 3 == 0 && m.vertices.size() % 3 == 0 && t.normals.size() == 3 * normals &&
+         t.twin.size() == corners && t.normal.size() == corners && within(m.triangles, 0, m.vertices.size() / 3) &&
+         within(t.twin, -1, corners) && within(t.normal, 0, normals) && within(t.rims, 0, corners) &&
+         std::ranges::all_of(t.clashes, [&](const HalfEdgePair& pair) { return within(pair, 0, corners); }) &&
+         within({m.bvh.ids.get(), m.bvh.block_count * kTrianglesPerBlock}, 0, corners / 3) && is_tree(m.bvh);
+}
+
+}  // namespace
+
+std::vector<std::byte> Mesh::image() const {
+  std::vector<std::byte> out;
+  out.reserve(impl_->bvh.node_count * sizeof(BvhNode) + impl_->bvh.block_count * sizeof(TriangleBlock) +
+              impl_->triangles.size() * 40);
+  Writer writer(out);
+  writer.scalar(kMagic);
+  visit(writer, std::as_const(*impl_));
+  return out;
+}
+
+std::shared_ptr<const Mesh> Mesh::from_image(std::span<const std::byte> image) {
+  std::shared_ptr<Mesh> mesh(new Mesh);
+  Reader reader(image);
+  std::uint64_t magic = 0;
+  reader.scalar(magic);
+  if (magic != kMagic) throw std::invalid_argument("mesh: these bytes are no stored index");
+  visit(reader, *mesh->impl_);
+  if (!reader.at_end() || !is_consistent(*mesh->impl_))
+    throw std::invalid_argument("mesh: the stored index is damaged");
+  return mesh;
+}
+
+}  // namespace palpate::scene

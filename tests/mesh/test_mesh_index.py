@@ -1,0 +1,105 @@
+"""A mesh read from its image is the mesh that was built; damaged images are refused; large meshes use the cache."""
+
+import itertools
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate import Mesh, _core, cache
+from palpate.mesh import index, quiet
+
+BALL = trimesh.creation.icosphere(subdivisions=3, radius=0.03)
+SOUP = {  # a closed ball, an open disc, and three triangles at one edge
+    "ball": (BALL.vertices, BALL.faces),
+    "half": (BALL.vertices, BALL.faces[BALL.triangles_center[:, 2] > 0.0]),
+    "fin": (np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1]], float), [[0, 1, 2], [1, 0, 3], [0, 1, 4]]),
+}  # fmt: skip
+
+
+def core(name):
+    vertices, triangles = SOUP[name]
+    return _core.Mesh(np.ascontiguousarray(vertices, float), np.ascontiguousarray(triangles, dtype=np.int32))
+
+
+def report(mesh):
+    r = mesh.report
+    return {name: np.array(getattr(r, name)).tolist() for name in dir(r) if not name.startswith("_")}
+
+
+@pytest.mark.parametrize("name", SOUP)
+def test_the_image_gives_the_same_mesh(name, rng=np.random.default_rng(3)):
+    built = core(name)
+    read = _core.Mesh.from_image(built.image())
+    assert report(read) == report(built)
+    assert len(report(read)) > 10
+    points = rng.normal(size=(500, 3)) * 0.04
+    for a, b in zip(built.closest(points), read.closest(points), strict=True):
+        np.testing.assert_array_equal(a, b)
+    np.testing.assert_array_equal(built.contains(points), read.contains(points))
+    np.testing.assert_array_equal(built.rims(), read.rims())
+    for a, b in itertools.pairwise(points[:50]):
+        assert built.sweep(a, b, 1e-3) == read.sweep(a, b, 1e-3)
+
+
+IMAGE = core("half").image()
+
+
+@settings(max_examples=400, deadline=None)
+@given(st.integers(0, len(IMAGE) - 1), st.integers(1, 255))
+def test_a_changed_byte_is_refused_or_harmless(at, change):
+    """No change of one byte crashes a query or makes it endless: indices are checked, and numbers are only numbers."""
+    changed = IMAGE.copy()
+    changed[at] ^= change
+    try:
+        mesh = _core.Mesh.from_image(changed)
+    except ValueError:
+        return
+    mesh.closest(BALL.vertices[:40])
+
+
+@pytest.mark.parametrize("length", [0, 7, 8, 100, len(IMAGE) // 2, len(IMAGE) - 1])
+def test_a_truncated_image_is_refused(length):
+    with pytest.raises(ValueError, match="stored index"):
+        _core.Mesh.from_image(IMAGE[:length].copy())
+
+
+def test_an_image_with_bytes_after_it_is_refused():
+    with pytest.raises(ValueError, match="damaged"):
+        _core.Mesh.from_image(np.concatenate([IMAGE, np.zeros(8, np.uint8)]))
+
+
+@pytest.fixture
+def cached(tmp_path, monkeypatch):
+    """A user's cache of its own, used for meshes of any size."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(index, "CACHED_FROM", 1)
+
+
+def test_a_large_mesh_is_indexed_once(cached, monkeypatch):
+    with quiet():
+        first = Mesh(BALL.vertices, BALL.faces)
+        assert [entry.kind for entry in cache.entries()] == ["mesh_index"]
+        second = Mesh(BALL.vertices, BALL.faces)
+        assert len(cache.entries()) == 1, "read"
+        Mesh(BALL.vertices * 1.001, BALL.faces)
+        assert len(cache.entries()) == 2, "another shape has another index"
+    np.testing.assert_array_equal(first.triangles, second.triangles)
+    assert report(first.core) == report(second.core)
+    assert first.report == second.report
+
+
+def test_a_small_mesh_leaves_no_file(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    Mesh(BALL.vertices, BALL.faces)
+    assert cache.entries() == []
+
+
+def test_a_foreign_file_in_the_cache_is_ignored(cached):
+    Mesh(BALL.vertices, BALL.faces)
+    np.savez(cache.entries()[0].path, image=np.zeros(100, np.uint8))
+    assert len(Mesh(BALL.vertices, BALL.faces).triangles) == len(BALL.faces)
+    np.savez(cache.entries()[0].path, other=np.zeros(100, np.uint8))
+    assert len(Mesh(BALL.vertices, BALL.faces).triangles) == len(BALL.faces)
