@@ -63,8 +63,9 @@ void write(const Event& e, std::int64_t time_ns, crtk_msgs::msg::OperatingState&
 }
 
 template <class Msg>
-struct TellerOf final : Events::Teller {
-  TellerOf(Node& node, const std::string& topic, bool latched) : publisher(node, topic, latched ? kLatched : Qos{}) {}
+struct EventPublisher final : Events::Teller {
+  EventPublisher(Node& node, const std::string& topic, bool latched)
+      : publisher(node, topic, latched ? kLatched : Qos{}) {}
   Status tell(const Event& event, std::int64_t time_ns) override {
     write(event, time_ns, message);
     return publisher.publish(message);
@@ -76,17 +77,17 @@ struct TellerOf final : Events::Teller {
 std::unique_ptr<Events::Teller> teller(Node& node, const std::string& topic, const dvrk::TopicEntry& entry) {
   switch (entry.payload) {
     case Payload::none:
-      return std::make_unique<TellerOf<std_msgs::msg::Empty>>(node, topic, entry.latched);
+      return std::make_unique<EventPublisher<std_msgs::msg::Empty>>(node, topic, entry.latched);
     case Payload::flag:
-      return std::make_unique<TellerOf<std_msgs::msg::Bool>>(node, topic, entry.latched);
+      return std::make_unique<EventPublisher<std_msgs::msg::Bool>>(node, topic, entry.latched);
     case Payload::value:
-      return std::make_unique<TellerOf<std_msgs::msg::Float64>>(node, topic, entry.latched);
+      return std::make_unique<EventPublisher<std_msgs::msg::Float64>>(node, topic, entry.latched);
     case Payload::text:
-      return std::make_unique<TellerOf<std_msgs::msg::String>>(node, topic, entry.latched);
+      return std::make_unique<EventPublisher<std_msgs::msg::String>>(node, topic, entry.latched);
     case Payload::button:
-      return std::make_unique<TellerOf<sensor_msgs::msg::Joy>>(node, topic, entry.latched);
+      return std::make_unique<EventPublisher<sensor_msgs::msg::Joy>>(node, topic, entry.latched);
     case Payload::operating:
-      return std::make_unique<TellerOf<crtk_msgs::msg::OperatingState>>(node, topic, entry.latched);
+      return std::make_unique<EventPublisher<crtk_msgs::msg::OperatingState>>(node, topic, entry.latched);
     default:
       throw Error("no message carries the event " + topic);
   }

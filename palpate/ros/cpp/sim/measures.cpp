@@ -122,8 +122,8 @@ void sign(Msg& m, std::int64_t time_ns, bool valid) {
 }
 
 template <class Value, class Msg>
-struct TellerOf final : ArmMeasures::Teller {
-  TellerOf(Node& node, const std::string& arm, const Row<Value>& row, const std::vector<std::string>& joints)
+struct MeasurePublisher final : ArmMeasures::Teller {
+  MeasurePublisher(Node& node, const std::string& arm, const Row<Value>& row, const std::vector<std::string>& joints)
       : row(row), publisher(node, arm + "/" + row.topic) {
     if constexpr (requires { message.header; }) message.header.frame_id = arm + "_base";
     if constexpr (requires { message.name; }) message.name = joints;
@@ -149,7 +149,7 @@ void add(std::vector<std::unique_ptr<ArmMeasures::Teller>>& tellers, Node& node,
     const std::string_view topic = row.topic;
     const bool one = topic.starts_with("gripper") || topic.starts_with("jaw");
     const auto names = one ? std::vector<std::string>{std::string(topic.substr(0, topic.find('/')))} : joints;
-    tellers.push_back(std::make_unique<TellerOf<Value, Msg>>(node, arm, row, names));
+    tellers.push_back(std::make_unique<MeasurePublisher<Value, Msg>>(node, arm, row, names));
   }
 }
 
