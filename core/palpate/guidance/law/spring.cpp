@@ -1,4 +1,4 @@
-// Spring and damper towards the closest feasible pose:
+// Law `spring`: spring and damper towards the closest feasible pose:
 //
 //   F = (K e - B gap') J,    e = max(-gap, 0),    U = K e^2 / 2
 #include "palpate/guidance/law/profile.hpp"
