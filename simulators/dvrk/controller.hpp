@@ -18,12 +18,13 @@ namespace palpate::dvrk {
 enum class Space : unsigned char { undefined, joint, cartesian };
 enum class Mode : unsigned char { undefined, position, trajectory, effort };
 
+/// The controller of an arm.
 class Controller {
  public:
   /// Keeps the address of the arm.
   explicit Controller(ArmContext& arm);
 
-  /// False: not a verb of the controller.
+  /// Applies a command; false if the controller has no such verb.
   bool apply(const Command& command) noexcept;
 
   // Commands that a teleoperation sends as well.
@@ -38,16 +39,16 @@ class Controller {
   void unlock_orientation() noexcept;
   void jaw_servo_jp(double q) noexcept;
 
-  // What the state machine asks for.
+  // Calls of the state machine.
   /// Servos off and control mode undefined; an active trajectory is aborted.
   void reset() noexcept;
   /// While blocked, every command is refused.
   void block(bool blocked) noexcept { blocked_ = blocked; }
-  /// False: the arm refuses Cartesian control because its tool is inside the cannula.
+  /// Sets the control mode. Returns false if the arm refuses Cartesian control because its tool is inside the cannula.
   bool set_mode(Space space, Mode mode) noexcept;
-  /// Control mode undefined; the servos hold the last ordered position, or the measured one if they were off.
+  /// Leaves the control mode; the servos hold the last ordered position, or the measured one if they were off.
   void rest() noexcept;
-  /// Orders positions q at rest. clip: to the joint limits.
+  /// Orders the joint positions q at rest. clip: clips them to the joint limits.
   void order_rest(const JointVector& q, bool clip) noexcept;
   void start_path(const JointVector& goal) noexcept;
   [[nodiscard]] bool path_active() const noexcept { return path_.active(); }
@@ -79,15 +80,15 @@ class Controller {
   };
   /// Goal of torque control.
   struct Effort {
-    JointVector tau;  ///< of servo_jf
+    JointVector tau;  ///< joint torques of servo_jf [N m, N]
     Cf kind = Cf::body;
     Wrench F;
     Impedance impedance;
   };
   /// Repeated refusals are reported at most every few seconds.
   struct Refusals {
-    int count = 0;              ///< since the arm was last ready
-    double reported_at = -1e9;  ///< [s]
+    int count = 0;              ///< refusals since the arm was last ready
+    double reported_at = -1e9;  ///< time of the last report [s]
     bool cannula_reported = false;
   };
 
@@ -132,13 +133,13 @@ class Controller {
   Refusals refusals_;
   Goal goal_;
   Trajectory path_;
-  double ratio_v_ = 1.0, ratio_a_ = 1.0;  ///< of the speed and acceleration limits of trajectories
+  double ratio_v_ = 1.0, ratio_a_ = 1.0;  ///< factors of the speed and acceleration limits of trajectories
   Effort effort_;
   std::array<double, kMaxJoints> over_current_{};  ///< time for which each torque has been above its limit [s]
   bool absolute_ = false;                          ///< body_servo_cf is in base axes, not in tip axes
   bool gravity_compensation_ = true;
   bool locked_ = false;
-  Mat3 R_locked_ = Mat3::Identity();  ///< in the arm's own base
+  Mat3 R_locked_ = Mat3::Identity();  ///< locked orientation in the arm's own base
   Order order_;
 };
 

@@ -1,4 +1,4 @@
-// The state machine of an arm: power, calibration, homing, engaging a tool, pause and fault, with the words of the real
+// The state machine of an arm: power, calibration, homing, engaging a tool, pause and fault, with the texts of the real
 // component. It decides when the controller runs.
 //
 //   state_machine.cpp    commands and transitions
@@ -10,6 +10,7 @@
 
 namespace palpate::dvrk {
 
+/// The state machine of an arm.
 class StateMachine {
  public:
   /// Keeps the addresses of both.
@@ -46,8 +47,8 @@ class StateMachine {
   Phase phase_ = Phase::disabled, desired_ = Phase::disabled;
   Phase paused_phase_ = Phase::disabled, paused_desired_ = Phase::disabled;
   double in_phase_ = 0.0;  ///< time since the phase was entered [s]
-  bool settling_ = false;  ///< homing waits until an arm that was falling is at rest
-  int engaging_ = 0;       ///< motions of a tool's disks started so far
+  bool settling_ = false;  ///< homing holds an arm that was falling until it rests
+  int engaging_ = 0;       ///< number of motions of a tool's disks started so far
 };
 
 }  // namespace palpate::dvrk

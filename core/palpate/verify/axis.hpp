@@ -52,7 +52,7 @@ struct AxisResult {
   bool diverged = false;     ///< the axis left |x| < 1 m
   bool oscillates = false;   ///< a lasting oscillation, as defined above, or diverged
   double amplitude = 0.0;    ///< in the last quarter [m]
-  double before = 0.0;       ///< in the third quarter [m]
+  double before = 0.0;       ///< not computed, always 0 [m]
   double frequency = 0.0;    ///< in the last quarter [Hz]
   double peak = 0.0;         ///< largest x [m]
   double rest = 0.0;         ///< mean x of the last quarter [m]
