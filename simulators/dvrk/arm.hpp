@@ -34,9 +34,12 @@ class Arm {
 
   [[nodiscard]] const ArmSpec& spec() const noexcept { return context_.spec; }
   [[nodiscard]] arm::Arm& model() noexcept { return context_.model; }
+  /// The published state.
   [[nodiscard]] const ArmState& state() const noexcept { return context_.state; }
+  /// True joint positions and velocities, and the torques of the drives.
   [[nodiscard]] JointState truth() const noexcept { return context_.body->truth(); }
   [[nodiscard]] const Instrument& instrument() const noexcept { return context_.instrument; }
+  /// Pose of the arm's own base in the frame of measured_cp.
   [[nodiscard]] const Pose& base_frame() const noexcept { return context_.base_frame; }
   /// True if the arm is enabled and homed.
   [[nodiscard]] bool ready() const noexcept { return states_.homed() && state().operating_state.is_homed; }

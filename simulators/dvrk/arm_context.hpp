@@ -32,6 +32,7 @@ struct ArmContext {
   void set_operating(State operating, bool is_busy) noexcept;
   /// The same for is_busy and is_homed alone; publishes only a change.
   void set_busy(bool is_busy) noexcept;
+  // Publish a text.
   void error(const Text& words) noexcept;
   void warning(const Text& words) const noexcept { voice.words(Topic::warning, words); }
   void status(const Text& words) const noexcept { voice.words(Topic::status, words); }

@@ -15,6 +15,7 @@
 
 namespace palpate::dvrk {
 
+/// Control space and control mode, as in the real component.
 enum class Space : unsigned char { undefined, joint, cartesian };
 enum class Mode : unsigned char { undefined, position, trajectory, effort };
 
@@ -27,7 +28,8 @@ class Controller {
   /// Applies a command; false if the controller has no such verb.
   bool apply(const Command& command) noexcept;
 
-  // Commands that a teleoperation sends as well.
+  // Commands that a teleoperation sends as well: joints [rad, m], [rad/s, m/s]; poses, twists and orientations in the
+  // base frame; body_servo_cf in tip axes, or in base axes if set to absolute [N, N m].
   void hold() noexcept;
   void servo_jp(const JointVector& q, const JointVector& v) noexcept;
   void servo_cp(const Pose& X, const Twist& V) noexcept;
@@ -50,12 +52,14 @@ class Controller {
   void rest() noexcept;
   /// Orders the joint positions q at rest. clip: clips them to the joint limits.
   void order_rest(const JointVector& q, bool clip) noexcept;
+  /// Starts a trajectory from the ordered position to the joint positions `goal` [rad, m].
   void start_path(const JointVector& goal) noexcept;
   [[nodiscard]] bool path_active() const noexcept { return path_.active(); }
+  /// One servo period along the trajectory.
   void follow_path(double dt, bool clip) noexcept;
   /// One servo period of the active control mode. Returns the reason of a fault; empty: no fault.
   [[nodiscard]] Text control(double dt) noexcept;
-  /// Reason of a fault if a joint in position control has lost its setpoint; empty: none has.
+  /// Reason of a fault if a joint in position control is too far from its setpoint; empty: no fault.
   [[nodiscard]] Text tracking_fault() const noexcept;
   /// Reports that the jaw has reached the goal of its move.
   void jaw_arrived() noexcept;
@@ -85,7 +89,7 @@ class Controller {
     Wrench F;
     Impedance impedance;
   };
-  /// Repeated refusals are reported at most every few seconds.
+  /// State for reporting repeated refusals, at most every kReportPeriod.
   struct Refusals {
     int count = 0;              ///< refusals since the arm was last ready
     double reported_at = -1e9;  ///< time of the last report [s]

@@ -22,6 +22,7 @@ class Instrument {
   [[nodiscard]] bool waits() const noexcept { return !engaged_ && tool_present() && !type_.empty(); }
   /// True if the tool or adapter was mounted since the last engagement, so that its disks have to be turned to engage.
   [[nodiscard]] bool fresh() const noexcept { return fresh_; }
+  /// Engages a tool that waits().
   void engage(const Voice& voice) noexcept;
   void release() noexcept { engaged_ = false; }
 
@@ -34,6 +35,7 @@ class Instrument {
   bool run(double dt, bool powered) noexcept;
   void hold() noexcept;
 
+  // Limits of the jaw's angle [rad].
   [[nodiscard]] double q_min() const noexcept { return q_min_; }
   [[nodiscard]] double q_max() const noexcept { return q_max_; }
   [[nodiscard]] const JointState& measured() const noexcept { return measured_; }

@@ -40,18 +40,19 @@ enum class Payload : unsigned char {
 
 /// Kinds of arms, as bits of the masks in VerbEntry and TopicEntry.
 enum class ArmKind : unsigned char { mtm = 1, psm = 2, ecm = 4 };
-inline constexpr unsigned kEveryArm = 7;
+inline constexpr unsigned kEveryArm = 7;  ///< all ArmKind bits
 
-/// crtk_msgs/CartesianImpedanceHalfPlaneGains: per axis, force = p err + d vel + bias; p and d are negative.
+/// crtk_msgs/CartesianImpedanceHalfPlaneGains: per axis, force = p err + d vel + bias; p and d are negative. Units are
+/// [N/m], [N s/m], [N], [m] for positions and [N m/rad], [N m s/rad], [N m], [rad] for orientations.
 struct HalfPlane {
   Vec3 p = Vec3::Zero(), d = Vec3::Zero(), bias = Vec3::Zero(), deadband = Vec3::Zero();
 };
 /// crtk_msgs/CartesianImpedance: the `positive` gains apply where the error is positive, along the axes of R_force and
 /// R_torque, the `negative` gains elsewhere.
 struct Impedance {
-  Mat3 R_force = Mat3::Identity();
-  Vec3 p_force = Vec3::Zero();  ///< [m]
-  Mat3 R_torque = Mat3::Identity();
+  Mat3 R_force = Mat3::Identity();   ///< axes of the position gains
+  Vec3 p_force = Vec3::Zero();       ///< equilibrium position [m]
+  Mat3 R_torque = Mat3::Identity();  ///< equilibrium orientation, and axes of the orientation gains
   HalfPlane position_positive, position_negative, orientation_positive, orientation_negative;
 };
 
@@ -159,6 +160,7 @@ struct VerbEntry {
   std::string_view name;  ///< on the bus, relative to the component
   Payload payload;
 };
+/// The table of verbs.
 [[nodiscard]] std::span<const VerbEntry> verbs() noexcept;
 
 /// Topics of the events.
@@ -217,12 +219,15 @@ struct TopicEntry {
   Payload payload;
   bool latched;
 };
+/// The table of topics.
 [[nodiscard]] std::span<const TopicEntry> topics() noexcept;
 
 /// Operating states of an arm (crtk_msgs/OperatingState).
 enum class State : unsigned char { DISABLED, ENABLED, PAUSED, FAULT };
+/// Name of a state on the bus.
 [[nodiscard]] std::string_view name_of(State state) noexcept;
 
+/// crtk_msgs/OperatingState.
 struct OperatingState {
   State state = State::DISABLED;
   bool is_homed = false;
@@ -256,13 +261,14 @@ struct ArmState {
   bool base_frame_valid = true;  ///< additional flag of measured_cp and setpoint_cp
   JointState measured_js, setpoint_js;
   JointVector gravity_compensation;  ///< gravity_compensation/setpoint_js, effort [N m]
-  Pose measured_cp, setpoint_cp, local_measured_cp, local_setpoint_cp;
-  Twist measured_cv, setpoint_cv;              ///< in the base frame
-  Twist local_measured_cv, local_setpoint_cv;  ///< in the TIP frame, as in the real component
-  Wrench body_measured_cf;                     ///< about the tip, in tip axes, or in base axes if set to absolute
-  Wrench spatial_measured_cf;                  ///< about the origin of the arm's own base, in its axes
-  Wrench measured_cf;                          ///< about the tip, always in base axes (part of measured_cs)
-  Jacobian body_jacobian, spatial_jacobian;
+  Pose measured_cp, setpoint_cp, local_measured_cp, local_setpoint_cp;  ///< of the tip; local: in the arm's own base
+  Twist measured_cv, setpoint_cv;                                       ///< in the base frame
+  Twist local_measured_cv, local_setpoint_cv;                           ///< in the TIP frame, as in the real component
+  Wrench body_measured_cf;     ///< about the tip, in tip axes, or in base axes if set to absolute
+  Wrench spatial_measured_cf;  ///< about the origin of the arm's own base, in its axes
+  Wrench measured_cf;          ///< about the tip, always in base axes (part of measured_cs)
+  Jacobian body_jacobian,
+      spatial_jacobian;  ///< body: of the tip, in tip axes; spatial: of the point at the base's origin, in base axes
   bool orientation_locked = false;
   JointState gripper;  ///< MTM: one joint, position only
   bool jaw_valid = false;
@@ -276,7 +282,7 @@ struct TeleopState {
   Text current_state, desired_state;
   bool following = false;
   double scale = 0.2;
-  Mat3 alignment_offset = Mat3::Identity();
+  Mat3 alignment_offset = Mat3::Identity();  ///< R_MTM^T R_PSM
 };
 
 }  // namespace palpate::dvrk

@@ -27,6 +27,7 @@ class Outbox {
     --size_;
     return true;
   }
+  /// Number of dropped events.
   [[nodiscard]] std::size_t dropped() const noexcept { return dropped_; }
 
  private:

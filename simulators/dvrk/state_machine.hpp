@@ -16,10 +16,10 @@ class StateMachine {
   /// Keeps the addresses of both.
   StateMachine(ArmContext& arm, Controller& controller) : arm_(arm), controller_(controller) {}
 
-  void start() noexcept;  ///< publishes the first states
-  void command(std::string_view command) noexcept;
-  void fault(const Text& words) noexcept;
-  void run(double dt) noexcept;  ///< one servo period
+  void start() noexcept;                            ///< publishes the first states
+  void command(std::string_view command) noexcept;  ///< a state command, such as enable, home or pause
+  void fault(const Text& words) noexcept;           ///< reports an error and goes to the state FAULT
+  void run(double dt) noexcept;                     ///< one servo period
 
   [[nodiscard]] bool homed() const noexcept { return phase_ == Phase::homed; }
 

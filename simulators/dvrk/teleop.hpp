@@ -14,11 +14,11 @@ class Teleop {
   /// Keeps the addresses of the arms. Throws std::invalid_argument naming the invalid option.
   Teleop(const TeleopSpec& spec, Arm& mtm, Arm& psm, Address at, Outbox& out);
 
-  void start() noexcept;                        ///< publishes the first states
-  bool apply(const Command& command) noexcept;  ///< applies a command; false if a teleop has no such verb
-  void run(double t, double dt) noexcept;       ///< one period of dt, which ends at t [s]
-  void clutch(int button) noexcept;
-  void state_command(std::string_view command) noexcept;
+  void start() noexcept;                                  ///< publishes the first states
+  bool apply(const Command& command) noexcept;            ///< applies a command; false if a teleop has no such verb
+  void run(double t, double dt) noexcept;                 ///< one period of dt, which ends at t [s]
+  void clutch(int button) noexcept;                       ///< 0 released, 1 pressed, 2 tapped
+  void state_command(std::string_view command) noexcept;  ///< enable, disable or align_MTM
   void set_scale(double scale) noexcept;
 
   [[nodiscard]] const Text& name() const noexcept { return voice_.name(); }

@@ -24,6 +24,7 @@ class Role {
   /// The constraint for a tool, from the query at its pose. around: the derivatives that needs() selects, else zero.
   [[nodiscard]] virtual Constraint constraint(const Query& query, const Around& around,
                                               const ToolQuery& tool) const noexcept = 0;
+  /// Name under which make_role() finds the role.
   [[nodiscard]] virtual const char* name() const noexcept = 0;
   /// Derivatives with respect to the tool's position that the constraint needs: none, those of Geometry::normals(), or
   /// that of Geometry::turns().
@@ -55,6 +56,7 @@ class Law {
   virtual ~Law() = default;
   /// Force on a tool with the commanded velocity V_WT, for the constraint c.
   [[nodiscard]] virtual ConstraintForce force(const Constraint& c, const Twist& V_WT) const noexcept = 0;
+  /// Name under which make_law() finds the law.
   [[nodiscard]] virtual const char* name() const noexcept = 0;
   /// Largest derivative of the force with respect to the violation (stiffness) and to the speed (damping), for the
   /// stability analysis.
@@ -90,7 +92,7 @@ struct Ramp {
     force,     ///< operator's force from a load cell; without a load cell the force of the fixture's law [N]
   };
   By by = By::pedal;
-  double from = 0.0, to = 1.0;
+  double from = 0.0, to = 1.0;  ///< values at which the factor is 0 and 1, in the unit of `by`
 };
 
 /// When a fixture acts, and with how much authority.

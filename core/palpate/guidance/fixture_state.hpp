@@ -22,6 +22,7 @@ struct FixtureState {
   Constraint constraint;  ///< at the mapped goal; for a corrected fixture with gap and gradient of its share
   ConstraintForce force;  ///< force of the law times the authority
 
+  /// True while the fixture has authority, that is, acts.
   [[nodiscard]] bool active() const noexcept { return authority > 0.0; }
   /// Violation that is allowed: the slack, or, if larger, the fraction that an authority below one leaves [m, rad].
   [[nodiscard]] double allowed() const noexcept;

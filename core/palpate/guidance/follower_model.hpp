@@ -31,6 +31,7 @@ class FollowerModel {
   /// dt: period of the goals [s]. Throws std::invalid_argument naming an invalid option.
   FollowerModel(const ServoOptions& options, double dt);
 
+  /// True if the tool follows its goal without lag.
   [[nodiscard]] bool follows_at_once() const noexcept { return options_.bandwidth <= 0.0; }
   /// Corrects the estimated position and velocity by the measured position p_WT [m].
   void observe(const Vec3& p_WT) noexcept;

@@ -9,7 +9,7 @@
 namespace palpate::guidance {
 namespace {
 
-constexpr double kMomentLength = 0.02;  // [m] that makes a moment comparable to a force
+constexpr double kMomentLength = 0.02;  // [m] length that makes a moment comparable to a force
 
 const Options& checked(const Options& options) {
   require("guidance", options.force_rate > 0.0 && std::isfinite(options.force_rate), "force_rate", options.force_rate,

@@ -33,8 +33,8 @@ class Qp {
   void clear() noexcept { m_ = 0; }
   /// Removes the rows from index m on.
   void truncate(int m) noexcept { m_ = m; }
-  /// Adds the row a . y >= b. Among rows that contradict each other the one with the lowest rank is dropped; among
-  /// equal ranks the one added to the active set last, which starts with the most violated row. Returns the index of
+  /// Adds the row a . y >= b. Among rows that contradict each other the one of the lowest rank is dropped; among
+  /// equal ranks the one that was last to become active (the most violated row does so first). Returns the index of
   /// the row; -1 if it is not finite, if a = 0, or if the program is full.
   int add(const Vec6& a, double b, int rank = 0) noexcept;
   /// Copies row `from` to row `to`.

@@ -59,8 +59,8 @@ class CrtkCycle {
   /// invalid option.
   CrtkCycle(const CrtkOptions& options, std::optional<arm::Arm> follower);
 
-  // Messages: stamps [s] and numbers as received, `now` the time of arrival. All are noexcept, without allocation or
-  // lock.
+  // Messages: stamps [s] and numbers as received, `now` the time of arrival. Quaternions are x y z w, twists are in L,
+  // gripper and jaw angles [rad]. All functions are noexcept, without allocation or lock.
   void leader_pose(double stamp, const Vec3& p_LH, const Eigen::Vector4d& quat_LH, Moment now) noexcept;
   void leader_twist(double stamp, const Twist& V_LH, Moment now) noexcept;
   void leader_joints(double stamp, const double* q, std::size_t n) noexcept;

@@ -31,6 +31,7 @@ class HandPath {
   HandPath(std::vector<double> times, std::vector<Vec3> positions_W, std::vector<double> grippers = {});
 
   [[nodiscard]] bool empty() const noexcept { return times_.empty(); }
+  /// The point of the path at the time t [s].
   [[nodiscard]] Point at(double t) const noexcept;
 
  private:

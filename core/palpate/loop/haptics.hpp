@@ -26,7 +26,7 @@ struct HapticsOptions {
   contact::Options contact;
   mapping::Options mapping;
   guidance::Options guidance;
-  force::Source source = force::Source::contact;
+  force::Source source = force::Source::contact;  ///< source of the contact force on the hand
   stability::Options stability;
   Pose X_WL;  ///< pose of the leader base in the world
 };
@@ -65,14 +65,15 @@ class Haptics {
   /// Throws std::invalid_argument naming an invalid option.
   explicit Haptics(const HapticsOptions& options);
 
-  /// One tick, without allocation, lock or exception. The result is valid until the next step, `in` must be until
-  /// finish().
+  /// One tick, without allocation, lock or exception. The result is valid until the next step; `in` must stay valid
+  /// until finish().
   const HapticsOutput& step(const HapticsInput& in) noexcept;
   /// Books the energy and writes the signals of the tick; to be called after every step. F: the part of
   /// rendered.on_hand.F that the device renders, in L; the damping of on_hand adds to it.
   void finish(const HapticsInput& in, const Wrench& F, Tick& tick) noexcept;
 
   [[nodiscard]] const mapping::Mapping& mapping() const noexcept { return mapping_; }
+  /// True if a state stamped `stamp` is too old to be trusted at the time `now` [s].
   [[nodiscard]] bool stale(double now, double stamp) const noexcept { return stability_.stale(now, stamp); }
   /// Replaces the fixtures, which must outlive their use.
   void take(const guidance::Fixtures& fixtures) noexcept { guidance_.take(fixtures); }

@@ -12,6 +12,7 @@ namespace palpate::loop {
 /// One thread may add while any number of threads read.
 class Histogram {
  public:
+  /// Adds a duration; a negative one counts as zero.
   void add(std::int64_t nanoseconds) noexcept {
     const auto value = static_cast<std::uint64_t>(nanoseconds < 0 ? 0 : nanoseconds);
     bump(bins_[bin(value)]);
@@ -21,6 +22,7 @@ class Histogram {
     }
   }
   [[nodiscard]] std::uint64_t count() const noexcept { return count_.load(std::memory_order_relaxed); }
+  /// Longest duration [us].
   [[nodiscard]] double max_us() const noexcept {
     return 1e-3 * static_cast<double>(max_.load(std::memory_order_relaxed));
   }

@@ -29,7 +29,7 @@ struct Wake {
 /// Statistics of a real-time thread, over all its starts.
 struct Punctuality {
   Histogram lateness, slack;  ///< slack: time from the end of a tick to the next deadline, 0 if that has passed
-  std::atomic<std::uint64_t> ticks{0}, missed{0};
+  std::atomic<std::uint64_t> ticks{0}, missed{0};  ///< number of ticks and of missed deadlines
 };
 
 /// Requests priority, locked memory and a core for the calling thread. A refusal is not an error. Returns a text that

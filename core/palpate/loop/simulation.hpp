@@ -36,7 +36,7 @@ struct SimulationOptions : CycleOptions {
 };
 
 /// A simulated session.
-class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): there is one, and this order reads best
+class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): a single object, ordered for readability
  public:
   /// leader: the simulated arm; leader_model: the controller's model of it. Throws std::invalid_argument naming an
   /// invalid option.
@@ -68,6 +68,7 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): there i
   void watch_stages();
   /// Null before watch_stages().
   [[nodiscard]] const StageClock* stages() const noexcept { return stages_.get(); }
+  /// Compute times of the haptic cycle.
   [[nodiscard]] const Histogram& cycle_time() const noexcept { return cycle_time_; }
   [[nodiscard]] const RealTimeThread& thread() const noexcept { return thread_; }
   [[nodiscard]] const SimulationOptions& options() const noexcept { return options_; }

@@ -33,6 +33,7 @@ class StageClock {
   void finish() noexcept {
     for (std::size_t i = 0; i < spent_.size(); ++i) times_[i].add(spent_[i]);
   }
+  /// Times of a stage, given by its index in Stage.
   [[nodiscard]] const Histogram& time(std::size_t stage) const noexcept { return times_[stage]; }
 
  private:

@@ -17,6 +17,7 @@ class LowPass {
  public:
   /// dt: period of the cycle [s]. Throws std::invalid_argument naming an invalid option.
   LowPass(const LowPassOptions& options, double dt);
+  /// One tick: the filtered wrench.
   Wrench step(const Wrench& F) noexcept;
   void reset() noexcept { y_ = {}; }
   [[nodiscard]] double lag() const noexcept { return lag_; }  ///< lag of a ramp [s]

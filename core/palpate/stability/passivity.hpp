@@ -23,7 +23,7 @@ struct PassivityOptions {
 
 /// Renders the largest fraction s of the wanted wrench F such that
 ///
-///   in flight + cost(what the limiter would render of s F) <= stored
+///   in flight + cost(limiter output for s F) <= stored
 ///
 /// The cost includes the ramp to zero, because the limiter can remove a wrench only by a ramp. By induction, as long as
 /// the hand accelerates no faster than the bound, an immediate ramp to zero is always paid for. The port therefore
@@ -42,7 +42,7 @@ class PassivityController {
   [[nodiscard]] Wrench step(const Wrench& F_H_L, const Limiter& limiter) noexcept;
   /// To be called while the mapping is released (clutch, a silent arm): see Observer::clear_deficit.
   void clear_deficit() noexcept { observer_.clear_deficit(); }
-  /// See Observer::credit.
+  /// Credits energy to the account [J]: see Observer::credit.
   void credit(double energy) noexcept { credited_ += observer_.credit(energy, credit_limit_); }
   /// Reports the wrench that the device renders in this tick.
   void rendered(const Wrench& F_H_L) noexcept { observer_.sent(F_H_L); }
@@ -51,7 +51,7 @@ class PassivityController {
   [[nodiscard]] double stored() const noexcept { return observer_.stored(); }
   /// Energy credited since the start [J].
   [[nodiscard]] double credited() const noexcept { return credited_; }
-  /// Largest cost of the wrenches in flight, including the one of the last step() [J].
+  /// Largest energy that the wrenches in flight, including that of the last step(), may return to the hand [J].
   [[nodiscard]] double reserved() const noexcept { return reserved_; }
 
  private:

@@ -60,9 +60,11 @@ class Stability {
   /// dt: period of the cycle [s]. Throws std::invalid_argument naming an invalid option.
   Stability(const Options& options, double dt);
 
+  /// One tick.
   Output step(const Input& in) noexcept;
   /// To be called after every step with the wrench that the drives render, including the damping.
   void rendered(const Wrench& F_H_L) noexcept;
+  /// True if a state stamped `stamp` is too old to be trusted at the time `now` [s].
   [[nodiscard]] bool stale(double now, double stamp) const noexcept { return limiter_.stale(now, stamp); }
   [[nodiscard]] const PassivityController& passivity() const noexcept { return passivity_; }
 

@@ -44,10 +44,10 @@ struct AxisMotion {
 inline constexpr double kAxisQuanta = 8.0;   ///< amplitude that resolution alone may sustain [quanta]
 inline constexpr double kAxisUnfelt = 1e-6;  ///< amplitude that counts as rest [m]
 
-/// Result of a run. Amplitudes are half of peak to peak. The axis oscillates if three conditions hold: in the last
-/// quarter of the run it swings four times or more, its amplitude there exceeds max(8 quanta, 1 um), and over the last
-/// five eighths not every eighth has an amplitude at least 0.2 % below that of the one before. The hand's path should
-/// rest by then; slow oscillations need a longer run.
+/// Result of a run. Amplitudes are half of peak to peak. The axis oscillates if three conditions hold: it swings four
+/// times or more in the last quarter of the run; its amplitude there exceeds max(8 quanta, 1 um); and the amplitude does
+/// not fall by at least 0.2 % from each of the last five eighths of the run to the next. The hand's path should rest by
+/// then; slow oscillations need a longer run.
 struct AxisResult {
   bool diverged = false;     ///< the axis left |x| < 1 m
   bool oscillates = false;   ///< a lasting oscillation, as defined above, or diverged
@@ -78,12 +78,13 @@ class AxisStage {
 
 /// Simulates the motion
 ///
-///   (m + m_h) x'' = u + push - b x' + k_h (x_h - x) + b_h (x_h' - x') - f_c sign x',     |friction| <= f_c at rest
+///   (m + m_h) x'' = u + push - b x' + k_h (x_h - x) + b_h (x_h' - x') - F_c sign x',     |friction| <= F_c at rest
 ///
-/// exactly: u is constant between two arrivals of a command, so x has a closed form up to the next arrival, cycle or
-/// reversal, and the times of sticking and breakaway are roots. At cycle k
+/// exactly, with the force u of the last command that has arrived, the friction b and F_c (`coulomb`) of the device,
+/// the hand's m_h, b_h, k_h and its intended position x_h. u is constant between two arrivals of a command, so x has a
+/// closed form up to the next arrival, cycle or reversal, and the times of sticking and breakaway are roots. At cycle k
 ///
-///   x_k = quantum round(x / quantum),   v_k = v_k-1 + low_pass_share(f_c, T) ((x_k - x_k-1) / T - v_k-1)
+///   x_k = quantum round(x / quantum),   v_k = v_k-1 + low_pass_share(velocity_cutoff, T) ((x_k - x_k-1) / T - v_k-1)
 ///   F_k = -max(K x_k + B v_k, 0) if x_k > 0, else 0        (bilateral: always -(K x_k + B v_k))
 ///
 /// F_k is capped, passed to the stage if there is one, and applied from  k T + delay + jitter  on.

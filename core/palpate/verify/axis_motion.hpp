@@ -11,6 +11,7 @@ class AxisMass {
  public:
   double x = 0.0, v = 0.0;  ///< [m], [m/s]
 
+  /// M: mass [kg]; D: damping [N s/m]; k: stiffness [N/m]; Fc: dry friction [N].
   AxisMass(double M, double D, double k, double Fc) noexcept : M_(M), D_(D), k_(k), Fc_(Fc) {}
   /// Advances by h [s]. c: constant force [N]. The end of the spring is now at p [m] and moves at w [m/s].
   void step(double h, double c, double p, double w) noexcept;

@@ -3,8 +3,7 @@
 //   attraction:  f(e) = min(K e, force),  e = -gap;  falls linearly to zero between 80 % and 100 % of the range
 //   repulsion:   f(e) = min(K e, force),  e = range - gap, so that it acts before the border is reached
 //
-// f is piecewise linear, so U = int f de has a closed form. An attraction is also limited to its value at 80 % of the
-// range.
+// f is piecewise linear, so U = int f de has a closed form. An attraction never exceeds K times 80 % of the range.
 #include "palpate/guidance/law/profile.hpp"
 
 namespace palpate::guidance {
