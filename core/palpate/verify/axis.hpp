@@ -45,9 +45,9 @@ inline constexpr double kAxisQuanta = 8.0;   ///< amplitude that resolution alon
 inline constexpr double kAxisUnfelt = 1e-6;  ///< amplitude that counts as rest [m]
 
 /// Result of a run. Amplitudes are half of peak to peak. The axis oscillates if three conditions hold: it swings four
-/// times or more in the last quarter of the run; its amplitude there exceeds max(8 quanta, 1 um); and the amplitude does
-/// not fall by at least 0.2 % from each of the last five eighths of the run to the next. The hand's path should rest by
-/// then; slow oscillations need a longer run.
+/// times or more in the last quarter of the run; its amplitude there exceeds max(8 quanta, 1 um); and the amplitude
+/// does not fall by at least 0.2 % from each of the last five eighths of the run to the next. The hand's path should
+/// rest by then; slow oscillations need a longer run.
 struct AxisResult {
   bool diverged = false;     ///< the axis left |x| < 1 m
   bool oscillates = false;   ///< a lasting oscillation, as defined above, or diverged
