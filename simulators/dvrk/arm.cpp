@@ -25,7 +25,8 @@ void Arm::start() noexcept {
 
 void Arm::step(double dt) noexcept { context_.body->step(dt, around_); }
 
-// The same order as in the real component: measure, run the state machine, order. Commands are applied between periods.
+// The sequence of the real component: measure, run the state machine, order the servos. Commands are applied between
+// two periods.
 void Arm::run(double t, double dt) noexcept {
   context_.voice.at(t);
   if (!context_.body->truth().q.allFinite()) {

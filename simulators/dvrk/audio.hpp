@@ -6,7 +6,7 @@
 
 namespace palpate::dvrk {
 
-/// Volume, beeps and speech.
+/// Reports volume, beeps and speech.
 class Audio {
  public:
   /// Sets the volume, clipped to 0..1.

@@ -5,11 +5,11 @@
 namespace palpate::dvrk {
 namespace {
 
-constexpr double kDistanceStiffness = 150.0;  // [N/m]
+constexpr double kDistanceStiffness = 150.0;  // [N/m] of the spring that keeps the distance of the hands
 constexpr double kScale = 1.0;                // insertion of the endoscope per displacement of the hands [-]
 constexpr double kApart = 0.01;               // [m] smallest distance between the hands
 
-Vec3 friction(const Vec3& v) noexcept { return Vec3(-10.0, -10.0, -40.0).cwiseProduct(v); }  // [N]
+Vec3 friction(const Vec3& v) noexcept { return Vec3(-10.0, -10.0, -40.0).cwiseProduct(v); }  // [N] at v [m/s]
 
 /// Angle from a to b about the unit vector n, after projection onto the plane perpendicular to n [rad].
 double turned(const Vec3& a, const Vec3& b, const Vec3& n) noexcept {

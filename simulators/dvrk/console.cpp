@@ -171,7 +171,7 @@ void Console::run_teleops(std::string_view command) noexcept {
 }
 
 // Starts and stops the teleoperations. If disabled, none runs; without an operator the MTMs are only aligned; while the
-// camera pedal is pressed the camera's runs, otherwise those of the selected PSMs.
+// camera pedal is pressed the camera teleoperation runs, otherwise the teleoperations of the selected PSMs.
 void Console::update() noexcept {
   const bool was_running = psm_running_ || camera_running_;
   const bool camera = enabled_ && present_ && camera_ && camera_teleop_ != nullptr;

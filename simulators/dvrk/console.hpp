@@ -10,7 +10,7 @@
 
 namespace palpate::dvrk {
 
-/// The console.
+/// Console with operator presence and pedals.
 class Console {
  public:
   /// Keeps the addresses of the arms and teleops.

@@ -19,7 +19,7 @@ namespace palpate::dvrk {
 enum class Space : unsigned char { undefined, joint, cartesian };
 enum class Mode : unsigned char { undefined, position, trajectory, effort };
 
-/// The controller of an arm.
+/// Converts commands to orders for the joint servos of an arm.
 class Controller {
  public:
   /// Keeps the address of the arm.

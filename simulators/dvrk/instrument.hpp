@@ -7,7 +7,7 @@
 
 namespace palpate::dvrk {
 
-/// The instrument.
+/// Sterile adapter, tool and jaw of a PSM.
 class Instrument {
  public:
   explicit Instrument(const ArmSpec& spec);

@@ -7,7 +7,7 @@
 
 namespace palpate::dvrk {
 
-/// The reporter of an arm.
+/// Fills the published state of an arm.
 class Reporter {
  public:
   /// Keeps the addresses of both.

@@ -10,7 +10,7 @@
 
 namespace palpate::dvrk {
 
-/// The state machine of an arm.
+/// Power, homing, pause and fault of an arm.
 class StateMachine {
  public:
   /// Keeps the addresses of both.

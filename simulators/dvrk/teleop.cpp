@@ -154,7 +154,7 @@ void Teleop::catch_poses() noexcept {
 }
 
 void Teleop::clutch(int button) noexcept {
-  if (button > 1) return;  // a tap
+  if (button > 1) return;  // a quick tap has no effect
   clutched_ = button == 1;
   if (desired_ != Phase::enabled) return;
   if (clutched_) return press_clutch();

@@ -8,7 +8,7 @@
 
 namespace palpate::dvrk {
 
-/// A teleoperation.
+/// Teleoperation of a PSM by an MTM.
 class Teleop {
  public:
   /// Keeps the addresses of the arms. Throws std::invalid_argument naming the invalid option.

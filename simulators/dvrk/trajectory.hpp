@@ -10,7 +10,7 @@
 
 namespace palpate::dvrk {
 
-/// A point-to-point motion.
+/// A synchronised point-to-point motion of several joints.
 class Trajectory {
  public:
   /// Starts a motion from q, v to rest at goal. v_max, a_max: limits of each joint, above zero. All have one length.

@@ -68,7 +68,7 @@ inline Vec6 row(const Constraint& c) noexcept {
   return a;
 }
 
-/// Position difference and scaled rotation vector from X_a to X_b.
+/// Displacement from X_a to X_b: position difference, and rotation vector times kLength [m].
 inline Vec6 displacement(const Pose& X_a, const Pose& X_b) noexcept {
   Vec6 y;
   y << X_b.p - X_a.p, kLength * rotation_vector(X_b.R * X_a.R.transpose());

@@ -9,7 +9,7 @@
 namespace palpate::guidance {
 namespace {
 
-constexpr int kRounds = 6;               // of linearisation and solution
+constexpr int kRounds = 6;               // rounds of linearisation and solution
 constexpr double kTolerance = 1e-8;      // [m, rad] constraint violation accepted as satisfied
 constexpr double kPushed = 1e-6;         // [m] a border that overtakes the goal by more pushes it
 constexpr double kMostCorrection = 0.5;  // [m] a larger correction is rejected
@@ -54,7 +54,8 @@ void Corrector::update_slack(FixtureStates& states, int i, const Input& in) cons
   now.slack = std::max(c.violation(), c.attracts ? 0.0 : states.evaluate(i, in.tool.X_WT, in).violation());
 }
 
-// Distance of the goal from the border that it must keep during the coming period; negative when violated [m, rad].
+// Remaining distance of the goal to its border in the coming period, after the allowed violation, the standoff and the
+// border's own motion; negative when violated [m, rad].
 double Corrector::room(const FixtureState& state, const Constraint& c) const noexcept {
   const double keep = follower_ != nullptr && !c.attracts ? follower_->standoff() : 0.0;
   return c.gap + state.allowed() - keep - std::max(-c.gap_rate_of_fixture, 0.0) * dt_;

@@ -76,8 +76,8 @@ struct LawOptions {
   double B_turn = 0.005;    ///< rotational damping [N m s/rad]
   double force = 3.0;       ///< potential, optimise: largest force [N]
   double moment = 0.05;     ///< potential, optimise: largest moment [N m]
-  double range = 0.01;      ///< distance to the border where the potential stops to attract, or where potential and
-                            ///< admittance begin to repel [m]
+  double range = 0.01;      ///< distance to the border at which attraction ends, or at which potential and
+                            ///< admittance begin to resist [m]
   double range_turn = 0.5;  ///< potential: the same for an angle [rad]
   double ratio = 0.1;       ///< admittance: speed across over speed along the free directions, same force [0-1]
 };

@@ -31,7 +31,7 @@ struct FixtureState {
 /// The list of fixtures and their states, which share an index.
 class FixtureStates {
  public:
-  /// Replaces the list; `fixtures` must live as long as it is used here. A fixture whose name was in the old list keeps
+  /// Replaces the list; `fixtures` must outlive its use. A fixture whose name was in the old list keeps
   /// its state.
   void take(const Fixtures& fixtures) noexcept;
   /// Updates the live frames at the beginning of a tick.

@@ -10,7 +10,8 @@ namespace {
 constexpr double kBend = 2.0;       // [1/m] the tool's arc leaves the chord by lag^2 / (8 r), radius r at least 6 cm
 constexpr double kMostBend = 5e-4;  // [m] largest such deviation
 constexpr double kOfSpeed = 0.9;    // usable fraction of the joints' speeds; the rest covers the linearisation error
-constexpr double kDamping = 1e-3;   // of the damped inverse of the Jacobian, whose rotational rows are times kLength
+constexpr double kDamping =
+    1e-3;  // damping of the inverse of the Jacobian, whose rotational rows are scaled by kLength
 
 }  // namespace
 

@@ -24,8 +24,9 @@ class FollowerLimits {
 
   /// Begins a correction that starts at the previous corrected goal X_WT. Inverts the Jacobian of the joints.
   void begin(const Pose& X_WT, const Input& in) noexcept;
-  /// Adds rows to the quadratic program that keep q + J^+ (y - y_tool) within the joint limits: add(a, b, rank) for a .
-  /// y >= b.
+  /// Adds rows to the quadratic program that keep the joints within their limits, by add(a, b, rank) for a . y >= b. At
+  /// the goal y the joints are at q + J^+ (y - y_tool), with the measured joints q, the damped inverse J^+ of the
+  /// Jacobian and the measured tool y_tool.
   template <class Add>
   void add_joint_rows(const Input& in, const Add& add) const noexcept;
   /// Distance that the goal keeps from a border [m]: the reserve, and more while the tool is far behind, because its

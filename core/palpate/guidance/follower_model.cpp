@@ -11,7 +11,7 @@
 namespace palpate::guidance {
 namespace {
 
-constexpr double kHorizon = 5.0;    // time constants, after which the servo has settled
+constexpr double kHorizon = 5.0;    // [1 / w] prediction horizon, after which the servo has settled
 constexpr double kFarthest = 3e-3;  // [m] largest lead of the goal over the tool
 constexpr double kLost = 5e-3;      // [m] prediction error beyond which the model restarts at the measured position
 // Observer gains: fractions of the difference between measured and predicted position that correct the position and,

@@ -22,7 +22,7 @@ namespace palpate::guidance {
 struct ServoOptions {
   double bandwidth = -1.0;     ///< natural frequency [Hz]; 0: the joints follow without lag; negative: that of the
                                ///< simulated follower, or, with another follower, without lag
-  double damping_ratio = 1.0;  ///< zeta above [-]
+  double damping_ratio = 1.0;  ///< damping ratio zeta [-]
 };
 
 /// Estimates the tool's velocity, and predicts its motion behind the goal.
@@ -52,7 +52,7 @@ class FollowerModel {
   ServoOptions options_;
   double dt_;
   std::array<Later, kTimes> later_{};
-  Eigen::Matrix2d step_ = Eigen::Matrix2d::Identity();  ///< transition matrix of (p - goal, p') over dt
+  Eigen::Matrix2d step_ = Eigen::Matrix2d::Identity();  ///< transition matrix of (p - goal, p') over one period dt
   bool known_ = false;
   Vec3 p_ = Vec3::Zero(), v_ = Vec3::Zero(), goal_ = Vec3::Zero();
 };

@@ -69,7 +69,8 @@ Change explained(const Fixture& fixture, const FixtureState& now, const Input& i
   const double K = c.rotational ? law.turning_stiffness() : law.stiffness();
   const double rise = K * (shift * moved + lever * turn + drift);
   double damps = c.rotational ? law.turning_damping() * dw : law.damping() * (shift * dv + lever * dw);
-  if (in.handle.takes_damping && lever == 0.0 && now.force.B != Mat3::Zero()) damps = 0.0;  // the device renders it
+  if (in.handle.takes_damping && lever == 0.0 && now.force.B != Mat3::Zero())
+    damps = 0.0;  // the device renders this damping
   return {shift * (c.rotational ? rise : rise + damps), lever * (rise + damps)};
 }
 

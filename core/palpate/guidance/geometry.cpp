@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kLongest = 1e9;     // [s] times are clamped to it
 constexpr double kNothing = 1e-100;  // [m] smaller coordinates become zero, so that their squares cannot underflow
-constexpr double kStep = 2e-6;       // [m] of the differences: truncation and rounding errors are both about 1e-6
+constexpr double kStep = 2e-6;       // [m] step of the differences: truncation and rounding errors are both about 1e-6
 
 Mat3 at_most(double most, const Mat3& slope) noexcept {
   const double norm = slope.norm();

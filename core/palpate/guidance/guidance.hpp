@@ -28,7 +28,7 @@ struct Output {
   unsigned status = 0;             ///< bits of Status
 };
 
-/// The stage.
+/// The stage `guidance` with the state of all fixtures.
 class Guidance {
  public:
   /// dt: period of the cycle [s]. Throws std::invalid_argument naming an invalid option.

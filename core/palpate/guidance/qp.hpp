@@ -84,7 +84,7 @@ class Qp {
   std::array<State, kRows> before_;  ///< state before each row was last added to the active set
   Vec6 y0_ = Vec6::Zero();
   State now_;
-  Eigen::Matrix<double, kVars, kVars> Q_, R_;  ///< matrix of the active rows as columns = Q R, in the first q columns
+  Eigen::Matrix<double, kVars, kVars> Q_, R_;  ///< factors of the matrix whose q columns are the active rows
 };
 
 }  // namespace palpate::guidance

@@ -35,7 +35,7 @@ struct CycleOutput {
   FollowerCommand follower;
 };
 
-/// The haptic cycle.
+/// The haptic cycle of a simulated or real pair of arms.
 class Cycle {
  public:
   /// leader: the controller's model, which may differ from the arm itself. Throws std::invalid_argument naming an

@@ -23,7 +23,7 @@ struct GuidanceRunOptions {
   bool takes_damping = false;  ///< the device renders damping by itself
 };
 
-/// A run of the stage.
+/// Steps the stage with a tool that follows its goal without lag.
 class GuidanceRun {
  public:
   /// The stage must outlive the run. X_WT: pose of the tool before the first tick.

@@ -42,8 +42,8 @@ class HandPath {
 
 /// The pose of the handle that the hand intends. The intended position is the inverse of the position map applied to
 /// the path of the tool, so that without contact the tool follows its path. When the map is anchored anew (clutch), the
-/// path begins or the viewer drags the hand, the hand does not jump: it moves over critically damped, at 0.25 m/s or
-/// less.
+/// path begins or the viewer drags the hand, the hand does not jump. It moves to its new path, critically damped and
+/// at 0.25 m/s or less.
 class HandMotion {
  public:
   struct Target {

@@ -21,7 +21,7 @@ namespace palpate::loop {
 
 /// Options of all stages of the haptics.
 struct HapticsOptions {
-  double rate = 1000.0;          ///< of the cycle [Hz]
+  double rate = 1000.0;          ///< rate of the cycle [Hz]
   std::string method = "proxy";  ///< contact method
   contact::Options contact;
   mapping::Options mapping;
@@ -59,7 +59,7 @@ struct HapticsOutput {
 /// Writes the signals of the handle to a tick.
 void record(const Handle& handle, Tick& tick) noexcept;
 
-/// The stages from mapping to stability.
+/// Runs the stages mapping, guidance, contact, force and stability at every tick.
 class Haptics {
  public:
   /// Throws std::invalid_argument naming an invalid option.

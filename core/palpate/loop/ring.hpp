@@ -8,7 +8,7 @@
 
 namespace palpate::loop {
 
-/// The queue.
+/// A ring buffer for one writer and one reader.
 template <typename T>
 class Ring {
  public:

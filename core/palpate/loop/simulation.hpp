@@ -35,7 +35,7 @@ struct SimulationOptions : CycleOptions {
   RealTimeOptions realtime;
 };
 
-/// A simulated session.
+/// Hand, leader and follower, simulated around a haptic cycle.
 class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): a single object, ordered for readability
  public:
   /// leader: the simulated arm; leader_model: the controller's model of it. Throws std::invalid_argument naming an

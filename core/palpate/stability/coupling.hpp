@@ -12,8 +12,8 @@ struct CouplingOptions {
 };
 
 /// Virtual coupling after Colgate, Stanley and Brown (1995). The massless virtual tool is displaced by y from the
-/// handle. A surface of felt stiffness K exerts F on the handle itself, and F - K y on the virtual tool. Coupling and
-/// surface are in equilibrium:
+/// handle. A surface of felt stiffness K would exert F on a tool at the handle; it exerts F - K y on the virtual tool.
+/// Coupling and surface are in equilibrium:
 ///
 ///   K_c y + B_c y' = F - K y       out = F - K y,  never against F, because a surface does not pull
 ///

@@ -32,7 +32,8 @@ class Dissipation {
   CertainFriction friction_;
   double dt_;
   JointVector lazy_, rest_;  ///< position of the shortest motion; periods since it moved
-  JointVector free_;         ///< distance not counted at first: the initial position is known to half a quantum
+  JointVector
+      free_;  ///< start of the first motion that is not counted: the initial position is known to half a quantum
 };
 
 }  // namespace palpate::stability

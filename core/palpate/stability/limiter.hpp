@@ -44,7 +44,7 @@ class Limiter {
   /// dt: period of the cycle [s]. Throws std::invalid_argument naming an invalid option.
   Limiter(const Caps& caps, double dt);
 
-  /// One tick.
+  /// One tick: limits the wanted wrench.
   Limited step(const Wanted& in) noexcept;
   /// The wrench that step() would render for a trusted F_H_L, without changing the state.
   [[nodiscard]] Wrench next(const Wrench& F_H_L) const noexcept;

@@ -12,7 +12,7 @@ struct LowPassOptions {
 
 /// y_k = y_k-1 + a (u_k - y_k-1),   a = low_pass_share(cutoff, dt)
 ///
-/// A ramp comes out later by dt (1 - a) / a, close to 1 / (2 pi cutoff).
+/// The filter delays a ramp by dt (1 - a) / a, close to 1 / (2 pi cutoff).
 class LowPass {
  public:
   /// dt: period of the cycle [s]. Throws std::invalid_argument naming an invalid option.

@@ -60,7 +60,7 @@ class Stability {
   /// dt: period of the cycle [s]. Throws std::invalid_argument naming an invalid option.
   Stability(const Options& options, double dt);
 
-  /// One tick.
+  /// One tick: passes the wanted wrench through the chain.
   Output step(const Input& in) noexcept;
   /// To be called after every step with the wrench that the drives render, including the damping.
   void rendered(const Wrench& F_H_L) noexcept;

@@ -16,7 +16,7 @@ namespace {
 constexpr double kFar = 1.0;        // [m] beyond it the axis has diverged
 constexpr double kDecayed = 0.998;  // largest ratio of amplitudes of successive eighths that counts as a decay
 constexpr std::size_t kSwings = 4;  // smallest number of swings of an oscillation in the last quarter
-constexpr std::size_t kEighths = 8, kWatched = 5;  // sections of a run; the last ones that are compared
+constexpr std::size_t kEighths = 8, kWatched = 5;  // sections of a run; number of the last sections that are compared
 constexpr double kSettled = 0.02;                  // settling band as a fraction of the rest position
 
 void require(bool good, const char* name, double value, const char* mend) {

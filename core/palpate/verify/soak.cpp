@@ -12,10 +12,10 @@
 namespace palpate::verify {
 namespace {
 
-constexpr double kTick = 1e-3;   // [s]
+constexpr double kTick = 1e-3;   // [s] period of a tick
 constexpr int kTries = 4;        // draws per pass on average, because a draw may find no free space to begin in
-constexpr double kTurn = 0.1;    // [rad] largest rotation of a swaying object ...
-constexpr double kLever = 0.05;  // ... which keeps within object_speed at this distance from the pivot [m]
+constexpr double kTurn = 0.1;    // [rad] largest rotation of a swaying object
+constexpr double kLever = 0.05;  // [m] distance from the pivot at which this rotation keeps within object_speed
 
 /// Checks a segment against every triangle.
 class Judge {
@@ -69,11 +69,11 @@ class Dice {
 
 /// The motions of tool and object in W.
 struct Motion {
-  Vec3 start, in, drag;    // [m], unit, [m]
-  double way_in, speed;    // [m], [m/s]
+  Vec3 start, in, drag;    // start [m], unit vector into the surface, later displacement along it [m]
+  double way_in, speed;    // distance moved along `in` [m], speed of the whole motion [m/s]
   bool tool_rests;         // the object moves instead of the tool
   Vec3 sway, axis, pivot;  // sinusoidal motion of the object: amplitude [m], rotation vector [rad] about the pivot
-  double sway_rate;        // [rad/s]
+  double sway_rate;        // angular frequency of the sway [rad/s]
 
   [[nodiscard]] int ticks() const { return static_cast<int>((way_in + drag.norm()) / (speed * kTick)) + 2; }
   [[nodiscard]] Vec3 way(int k) const {
