@@ -69,7 +69,8 @@ bool Console::apply(const Command& c) noexcept {
   }
 }
 
-// Reports a pedal. A press of clutch or camera is reported after kTap, once it cannot be a tap.
+// Handles a pedal that is pressed or released. Clutch and camera report a press only after kTap, when it can no longer
+// be a tap.
 void Console::press(std::size_t pedal, int button) noexcept {
   Pedal& p = pedals_[pedal];
   const bool down = button == 1;

@@ -164,8 +164,8 @@ void Teleop::clutch(int button) noexcept {
   enter(Phase::setting_arms_state);
 }
 
-// While the clutch is pressed, the MTM exerts no force except gravity compensation, its orientation may be locked, and
-// the PSM holds.
+// While the clutch is pressed, the MTM exerts no force except gravity compensation, and the PSM holds. The orientation
+// of the MTM is locked if the teleoperation aligns it.
 void Teleop::press_clutch() noexcept {
   active_before_clutch_ = active_;
   set_following(false);

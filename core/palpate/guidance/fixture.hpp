@@ -79,7 +79,7 @@ struct LawOptions {
   double range = 0.01;      ///< distance to the border at which attraction ends, or at which potential and
                             ///< admittance begin to resist [m]
   double range_turn = 0.5;  ///< potential: the same for an angle [rad]
-  double ratio = 0.1;       ///< admittance: speed across over speed along the free directions, same force [0-1]
+  double ratio = 0.1;       ///< admittance: speed across / speed along the free directions, at the same force [0-1]
 };
 
 /// Multiplies the authority by a factor that follows a measured value: 0 at `from`, 1 at `to`, linear in between.

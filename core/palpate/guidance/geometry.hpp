@@ -51,7 +51,7 @@ class Geometry {
   /// The derivative of the attitude with respect to the tool's position, limited to kSharpest where the attitude jumps.
   /// Six queries.
   [[nodiscard]] Around turns(const Pose& X_WT, double t) const noexcept;
-  /// True if the geometry has an inside, which the roles `forbid` (without a margin) and `keep-in` need.
+  /// True if the geometry has an inside. The role `keep-in` needs it, and so do `forbid` and `limit` without a margin.
   [[nodiscard]] virtual bool solid() const noexcept = 0;
   /// True if the geometry is a single point.
   [[nodiscard]] virtual bool is_point() const noexcept { return false; }

@@ -43,7 +43,7 @@ class Qp {
 
   /// Solves the program for a finite y0. Rows that were active in the last solution are tried first (warm start).
   Status solve(const Vec6& y0) noexcept;
-  /// The solution.
+  /// The solution of the last solve().
   [[nodiscard]] const Vec6& y() const noexcept { return now_.y; }
   /// Lagrange multiplier of row i, never negative: y - y0 = sum of multiplier_i a_i.
   [[nodiscard]] double multiplier(int i) const noexcept { return lambda_[static_cast<std::size_t>(i)]; }

@@ -19,7 +19,7 @@ struct CrtkOptions : HapticsOptions {
   bool virtual_follower = false;  ///< no follower: the tool follows the mapped goal within the reach of the arm's model
   bool tip_frame = false;         ///< the leader takes wrenches in the frame of its tip, not in that of measured_cp
   bool needs_operator = true;     ///< own_teleop: the operator must be reported as present
-  bool needs_state = true;        ///< the arms must report that they are enabled
+  bool needs_state = true;        ///< the arms must report the operating state ENABLED
   JointVector q_follower0;        ///< initial joint positions of a virtual follower [rad, m]
   WatchOptions watch;             ///< limits for the streams of messages
   double release = 0.03;          ///< time of the linear ramp to zero force after a fault or a pedal [s]

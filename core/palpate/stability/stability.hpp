@@ -39,8 +39,8 @@ struct Input {
 struct Lag {
   double coupling = 0.0;   ///< of the virtual coupling; negative: its damper leads
   double low_pass = 0.0;   ///< of the low-pass
-  double passivity = 0.0;  ///< withheld force over the rate cap
-  double caps = 0.0;       ///< difference between input and output of the limiter over the rate cap
+  double passivity = 0.0;  ///< withheld force divided by the rate cap
+  double caps = 0.0;       ///< input minus output of the limiter, divided by the rate cap
 };
 
 /// Output of the stage, on the hand in L.
