@@ -25,7 +25,8 @@ void Arm::start() noexcept {
 
 void Arm::step(double dt) noexcept { context_.body->step(dt, around_); }
 
-// As the real component: measure, run the state machine, order. Commands are applied between two periods.
+// The sequence of the real component: measure, run the state machine, order the servos. Commands are applied between
+// two periods.
 void Arm::run(double t, double dt) noexcept {
   context_.voice.at(t);
   if (!context_.body->truth().q.allFinite()) {
@@ -75,7 +76,7 @@ bool Arm::apply_hardware(const Command& c) noexcept {
   }
 }
 
-// A simulated hand on the handle, and a force on the tool.
+// Commands of the simulation only: a hand on the handle, and a force on the tool.
 bool Arm::apply_hand(const Command& c) noexcept {
   const Pose& base = context_.base_frame;
   switch (c.verb) {

@@ -16,6 +16,7 @@
 
 namespace palpate::dvrk {
 
+/// A simulated arm.
 class Arm {
  public:
   /// Throws std::invalid_argument naming the arm, the option and the remedy.
@@ -24,7 +25,7 @@ class Arm {
   Arm& operator=(const Arm&) = delete;
 
   void start() noexcept;                        ///< publishes the first states
-  bool apply(const Command& command) noexcept;  ///< false: not a verb of this arm
+  bool apply(const Command& command) noexcept;  ///< applies a command; false if the arm has no such verb
   void run(double t, double dt) noexcept;       ///< one servo period of dt, which ends at t [s]
   void step(double dt) noexcept;                ///< advances the simulated body; called more often than run()
 
@@ -33,17 +34,20 @@ class Arm {
 
   [[nodiscard]] const ArmSpec& spec() const noexcept { return context_.spec; }
   [[nodiscard]] arm::Arm& model() noexcept { return context_.model; }
+  /// The published state.
   [[nodiscard]] const ArmState& state() const noexcept { return context_.state; }
+  /// True joint positions and velocities, and the torques of the drives.
   [[nodiscard]] JointState truth() const noexcept { return context_.body->truth(); }
   [[nodiscard]] const Instrument& instrument() const noexcept { return context_.instrument; }
+  /// Pose of the arm's own base in the frame of measured_cp.
   [[nodiscard]] const Pose& base_frame() const noexcept { return context_.base_frame; }
-  /// Enabled and homed.
+  /// True if the arm is enabled and homed.
   [[nodiscard]] bool ready() const noexcept { return states_.homed() && state().operating_state.is_homed; }
   [[nodiscard]] int errors() const noexcept { return context_.errors; }  ///< number of errors reported so far
   [[nodiscard]] const Text& last_error() const noexcept { return context_.last_error; }
 
  private:
-  static constexpr double kGripperOpen = std::numbers::pi / 3.0;  ///< angle of a gripper that nobody pinches [rad]
+  static constexpr double kGripperOpen = std::numbers::pi / 3.0;  ///< angle of a released gripper [rad]
 
   bool apply_hardware(const Command& command) noexcept;
   bool apply_hand(const Command& command) noexcept;

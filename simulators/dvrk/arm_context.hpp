@@ -1,5 +1,5 @@
-// What the parts of an arm (state machine, controller, reporter) share: its description, its simulated hardware, its
-// outgoing messages and the state that it publishes.
+// Data shared by the parts of an arm (state machine, controller, reporter): its specification, its simulated hardware,
+// its outgoing messages and the state that it publishes.
 #pragma once
 
 #include <algorithm>
@@ -18,6 +18,7 @@ template <typename Vector>
   return x.unaryExpr([](double value) { return value != value ? 0.0 : std::clamp(value, -kMost, kMost); });
 }
 
+/// Shared data of an arm.
 struct ArmContext {
   /// Throws std::invalid_argument naming the arm, the option and the remedy.
   ArmContext(ArmSpec arm, Address at, Outbox& out);
@@ -31,6 +32,7 @@ struct ArmContext {
   void set_operating(State operating, bool is_busy) noexcept;
   /// The same for is_busy and is_homed alone; publishes only a change.
   void set_busy(bool is_busy) noexcept;
+  // Publish a text.
   void error(const Text& words) noexcept;
   void warning(const Text& words) const noexcept { voice.words(Topic::warning, words); }
   void status(const Text& words) const noexcept { voice.words(Topic::status, words); }
@@ -40,12 +42,12 @@ struct ArmContext {
   std::unique_ptr<Body> body;
   Voice voice;
   Instrument instrument;
-  Pose base_frame;  ///< of the arm's own base in the frame of measured_cp
+  Pose base_frame;  ///< pose of the arm's own base in the frame of measured_cp
   bool powered = false;
   bool biased = false;  ///< encoders have been biased from the potentiometers
   int errors = 0;       ///< number of errors reported so far
   Text last_error;
-  ArmState state;  ///< as published
+  ArmState state;  ///< published state
 };
 
 }  // namespace palpate::dvrk

@@ -1,16 +1,17 @@
-// What the system would play: volume, beeps and speech, checked as the real component checks them. There is no speaker
-// here: what is played is said in a status.
+// Audio of the system: volume, beeps and speech, with the checks of the real component. The simulation has no speaker;
+// it reports each sound as a status message.
 #pragma once
 
 #include "dvrk/outbox.hpp"
 
 namespace palpate::dvrk {
 
+/// Reports volume, beeps and speech.
 class Audio {
  public:
-  /// 0 to 1, clipped.
+  /// Sets the volume, clipped to 0..1.
   void set_volume(double volume, const Voice& voice) noexcept;
-  /// duration [s], frequency [Hz], volume 0..1; those left out: 0.3 s, 3 kHz, as set.
+  /// values: duration [s], frequency [Hz] and volume 0..1; the defaults of the last two are 3 kHz and the volume set.
   void beep(const JointVector& values, const Voice& voice) const noexcept;
   static void say(const Text& words, const Voice& voice) noexcept;
   [[nodiscard]] double volume() const noexcept { return volume_; }

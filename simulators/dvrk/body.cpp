@@ -10,7 +10,8 @@ plant::HandOptions nobody() noexcept {
   return hand;
 }
 
-/// tau = P (q_goal - q) + D (v_goal - v) + fed forward in position control, tau as ordered otherwise; |tau| <= tau_max.
+/// An arm moved by torques: tau = P (q_goal - q) + D (v_goal - v) + feed-forward in position control, else the ordered
+/// tau; |tau| <= tau_max.
 class DynamicBody final : public Body {
  public:
   explicit DynamicBody(const ArmSpec& spec)
@@ -38,7 +39,7 @@ class DynamicBody final : public Body {
         measured_.tau[k] = std::clamp(order.tau[k] + servo, -tau_max_[k], tau_max_[k]);
       }
     }
-    command_.tau_gravity = measured_.tau;  // the term that drives hold: the real ones know no timeout
+    command_.tau_gravity = measured_.tau;  // this term has no timeout in the drives, as on the real arm
     leader_.command(command_);
   }
 
@@ -67,8 +68,9 @@ class DynamicBody final : public Body {
   bool held_ = false;
 };
 
-/// Joints that go where they are told (plant::Follower); in torque control they stay, as in the real one's own
-/// kinematic simulation. The torque reported is what their drives need: weight, less what pushes the tip.
+/// An arm whose joints follow their goals by servos (plant::Follower). In torque control the joints stay in place, as
+/// in the kinematic simulation of the real component. The reported torque is that of the drives: it balances the
+/// weight, less the force on the tip.
 class ServoBody final : public Body {
  public:
   explicit ServoBody(const ArmSpec& spec) : model_(spec.model), follower_(spec.model, spec.follower) {}

@@ -5,13 +5,13 @@
 namespace palpate::dvrk {
 namespace {
 
-constexpr double kDistanceStiffness = 150.0;  // [N/m]
-constexpr double kScale = 1.0;                // insertion per way of the hands
-constexpr double kApart = 0.01;               // [m] hands nearer than this make no image
+constexpr double kDistanceStiffness = 150.0;  // [N/m] of the spring that keeps the distance of the hands
+constexpr double kScale = 1.0;                // insertion of the endoscope per displacement of the hands [-]
+constexpr double kApart = 0.01;               // [m] smallest distance between the hands
 
-Vec3 friction(const Vec3& v) noexcept { return Vec3(-10.0, -10.0, -40.0).cwiseProduct(v); }  // [N]
+Vec3 friction(const Vec3& v) noexcept { return Vec3(-10.0, -10.0, -40.0).cwiseProduct(v); }  // [N] at v [m/s]
 
-/// Angle from a to b about n, both first laid into the plane across n.
+/// Angle from a to b about the unit vector n, after projection onto the plane perpendicular to n [rad].
 double turned(const Vec3& a, const Vec3& b, const Vec3& n) noexcept {
   const Vec3 from = a - n * n.dot(a), to = b - n * n.dot(b);
   return std::atan2(n.dot(from.cross(to)), from.dot(to));
@@ -71,7 +71,7 @@ void CameraTeleop::run() noexcept {
     }
   }
   const Image now = image();
-  if (!now.valid || !first_.valid) {  // hands in one place: nothing to turn the image with
+  if (!now.valid || !first_.valid) {  // hands too close together to define an orientation
     for (Arm* mtm : {mtml_, mtmr_})
       mtm->controller().body_servo_cf({friction(mtm->state().measured_cv.v), Vec3::Zero()});
     return;
@@ -80,7 +80,7 @@ void CameraTeleop::run() noexcept {
   push(*mtml_, now.C - offset);
   push(*mtmr_, now.C + offset);
 
-  // Left and right, up and down, in and out, round: of the middle, in the axes of the base frame.
+  // Pan, tilt, insertion and roll from the motion of the midpoint, in the axes of the base frame.
   const double pan = -turned(first_.C, now.C, Vec3::UnitY()), tilt = -turned(first_.C, now.C, Vec3::UnitX());
   const double in = kScale * (first_.C.norm() - now.C.norm()), roll = -turned(first_.up, now.up, Vec3::UnitZ());
   const double turn = roll + q_first_[3];

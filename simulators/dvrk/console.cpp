@@ -5,7 +5,7 @@
 namespace palpate::dvrk {
 namespace {
 
-constexpr double kTap = 0.2;  // [s] clutch and camera: shorter is a tap, longer a press
+constexpr double kTap = 0.2;  // [s] clutch and camera: a shorter press is a tap
 constexpr std::size_t kClutch = 0, kCamera = 1, kCoag = 2;
 
 std::string_view pedal_name(std::size_t pedal) noexcept {
@@ -69,7 +69,8 @@ bool Console::apply(const Command& c) noexcept {
   }
 }
 
-// Clutch and camera wait until it is clear that it is no tap.
+// Handles a pedal that is pressed or released. Clutch and camera report a press only after kTap, when it can no longer
+// be a tap.
 void Console::press(std::size_t pedal, int button) noexcept {
   Pedal& p = pedals_[pedal];
   const bool down = button == 1;
@@ -134,7 +135,7 @@ void Console::select(const Text& name, bool selected) noexcept {
     if (teleops_[k]->name() == name.view()) {
       selected_[k] = selected;
       if (!selected) teleops_[k]->state_command("disable");
-      psm_running_ = psm_running_ && !selected;  // a newly selected one has to be started
+      psm_running_ = psm_running_ && !selected;  // so that update() starts a newly selected one
       tell_selection();
       return update();
     }
@@ -170,8 +171,8 @@ void Console::run_teleops(std::string_view command) noexcept {
   for (std::size_t k = 0; k < teleops_.size(); ++k) teleops_[k]->state_command(selected_[k] ? command : "disable");
 }
 
-// Which teleoperations run: none unless enabled, aligned only without an operator, the camera's while its pedal is
-// pressed, else the selected PSMs'.
+// Starts and stops the teleoperations. If disabled, none runs; without an operator the MTMs are only aligned; while the
+// camera pedal is pressed the camera teleoperation runs, otherwise the teleoperations of the selected PSMs.
 void Console::update() noexcept {
   const bool was_running = psm_running_ || camera_running_;
   const bool camera = enabled_ && present_ && camera_ && camera_teleop_ != nullptr;

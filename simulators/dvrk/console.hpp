@@ -1,5 +1,5 @@
-// Console and pedals: who is there, which pedal is pressed, and which teleoperations that starts and stops
-// (sawIntuitiveResearchKit's console with pedals only: the coag pedal is the operator's presence).
+// Console and pedals: operator presence and pedals start and stop the teleoperations. It simulates the console of
+// sawIntuitiveResearchKit with pedals only, where the coag pedal reports the operator's presence.
 #pragma once
 
 #include <array>
@@ -10,17 +10,18 @@
 
 namespace palpate::dvrk {
 
+/// Console with operator presence and pedals.
 class Console {
  public:
   /// Keeps the addresses of the arms and teleops.
   Console(std::vector<Arm*> mtms, std::vector<Teleop*> teleops, CameraTeleop* camera, Outbox& out);
 
-  void start() noexcept;  ///< tells its first states
-  bool apply(const Command& command) noexcept;
-  void run(double t, double dt) noexcept;  ///< time goes on, for taps
+  void start() noexcept;                        ///< publishes the first states
+  bool apply(const Command& command) noexcept;  ///< applies a command; false if the console has no such verb
+  void run(double t, double dt) noexcept;       ///< one period, which ends at t [s]; tells presses from taps
 
  private:
-  /// Clutch and camera: pressed for long, or tapped.
+  /// State of a pedal; told: the press has been reported.
   struct Pedal {
     Topic topic = Topic::pedal_clutch;
     bool down = false, told = false;

@@ -9,10 +9,9 @@
 namespace palpate::dvrk {
 namespace {
 
-constexpr double kReportPeriod = 2.0;  // [s] between two reports of refused commands
-constexpr double kCannula =
-    0.045 - 0.002;              // [m] from the remote centre, less the buffer for entering Cartesian control
-constexpr double kReach = 0.1;  // [m] a Cartesian goal this far beyond the limits is refused, not clipped
+constexpr double kReportPeriod = 2.0;       // [s] between two reports of refused commands
+constexpr double kCannula = 0.045 - 0.002;  // [m] from the remote centre: smallest insertion for Cartesian control
+constexpr double kReach = 0.1;              // [m] a Cartesian goal this far beyond the limits is refused, not clipped
 
 /// Smallest joint velocities that give the tip V:  J^T (J J^T + eps)^-1 V.
 JointVector joint_velocity(const Jacobian& J, const Vec6& V) noexcept {
@@ -107,13 +106,13 @@ void Controller::rest() noexcept {
   order_rest(order_.on ? order_.q : arm_.body->measured().q, arm_.is_homed());
 }
 
-// ---- the order to the joint servos
+// ---- order to the joint servos
 
 JointVector Controller::clipped(const JointVector& q) const noexcept {
   return q.cwiseMax(arm_.model.q_min()).cwiseMin(arm_.model.q_max());
 }
 
-// As on the real arm, gravity is fed forward in every mode except position control of an MTM.
+// Gravity is fed forward in every mode except position control of an MTM, as on the real arm.
 JointVector Controller::feed_forward() const noexcept {
   const bool use = compensates_gravity() && !(arm_.spec.kind == ArmKind::mtm && mode_ == Mode::position);
   return use ? arm_.state.gravity_compensation : JointVector::Zero(n_);
@@ -158,7 +157,7 @@ Text Controller::control(double dt) noexcept {
 }
 
 // Converts a Cartesian goal to joint goals: the pose by inverse kinematics, velocity and wrench by the Jacobian.
-// Returns false while the wrist still turns towards the goal: near its singularity it needs several periods.
+// Returns false while the wrist is still turning towards the goal, which near its singularity takes several periods.
 bool Controller::servo_pose(double dt) noexcept {
   const ArmState& state = arm_.state;
   JointVector q = goal_.has_pose ? state.setpoint_js.q : state.measured_js.q;
@@ -189,7 +188,7 @@ bool Controller::servo_pose(double dt) noexcept {
   return reached;
 }
 
-// As the real PID's check of measured position against setpoint.
+// Compares measured positions with setpoints, like the PID component of the real system.
 Text Controller::tracking_fault() const noexcept {
   if (!order_.on) return {};
   const JointVector& q = arm_.body->measured().q;

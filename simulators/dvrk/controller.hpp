@@ -15,18 +15,21 @@
 
 namespace palpate::dvrk {
 
+/// Control space and control mode, as in the real component.
 enum class Space : unsigned char { undefined, joint, cartesian };
 enum class Mode : unsigned char { undefined, position, trajectory, effort };
 
+/// Converts commands to orders for the joint servos of an arm.
 class Controller {
  public:
   /// Keeps the address of the arm.
   explicit Controller(ArmContext& arm);
 
-  /// False: not a verb of the controller.
+  /// Applies a command; false if the controller has no such verb.
   bool apply(const Command& command) noexcept;
 
-  // Commands that a teleoperation sends as well.
+  // Commands that a teleoperation sends as well: joints [rad, m], [rad/s, m/s]; poses, twists and orientations in the
+  // base frame; body_servo_cf in tip axes, or in base axes if set to absolute [N, N m].
   void hold() noexcept;
   void servo_jp(const JointVector& q, const JointVector& v) noexcept;
   void servo_cp(const Pose& X, const Twist& V) noexcept;
@@ -38,23 +41,25 @@ class Controller {
   void unlock_orientation() noexcept;
   void jaw_servo_jp(double q) noexcept;
 
-  // What the state machine asks for.
+  // Calls of the state machine.
   /// Servos off and control mode undefined; an active trajectory is aborted.
   void reset() noexcept;
   /// While blocked, every command is refused.
   void block(bool blocked) noexcept { blocked_ = blocked; }
-  /// False: the arm refuses Cartesian control because its tool is inside the cannula.
+  /// Sets the control mode. Returns false if the arm refuses Cartesian control because its tool is inside the cannula.
   bool set_mode(Space space, Mode mode) noexcept;
-  /// Control mode undefined; the servos hold the last ordered position, or the measured one if they were off.
+  /// Leaves the control mode; the servos hold the last ordered position, or the measured one if they were off.
   void rest() noexcept;
-  /// Orders positions q at rest. clip: to the joint limits.
+  /// Orders the joint positions q at rest. clip: clips them to the joint limits.
   void order_rest(const JointVector& q, bool clip) noexcept;
+  /// Starts a trajectory from the ordered position to the joint positions `goal` [rad, m].
   void start_path(const JointVector& goal) noexcept;
   [[nodiscard]] bool path_active() const noexcept { return path_.active(); }
+  /// One servo period along the trajectory.
   void follow_path(double dt, bool clip) noexcept;
   /// One servo period of the active control mode. Returns the reason of a fault; empty: no fault.
   [[nodiscard]] Text control(double dt) noexcept;
-  /// Reason of a fault if a joint in position control has lost its setpoint; empty: none has.
+  /// Reason of a fault if a joint in position control is too far from its setpoint; empty: no fault.
   [[nodiscard]] Text tracking_fault() const noexcept;
   /// Reports that the jaw has reached the goal of its move.
   void jaw_arrived() noexcept;
@@ -79,15 +84,15 @@ class Controller {
   };
   /// Goal of torque control.
   struct Effort {
-    JointVector tau;  ///< of servo_jf
+    JointVector tau;  ///< joint torques of servo_jf [N m, N]
     Cf kind = Cf::body;
     Wrench F;
     Impedance impedance;
   };
-  /// Repeated refusals are reported at most every few seconds.
+  /// State for reporting repeated refusals, at most every kReportPeriod.
   struct Refusals {
-    int count = 0;              ///< since the arm was last ready
-    double reported_at = -1e9;  ///< [s]
+    int count = 0;              ///< refusals since the arm was last ready
+    double reported_at = -1e9;  ///< time of the last report [s]
     bool cannula_reported = false;
   };
 
@@ -132,13 +137,13 @@ class Controller {
   Refusals refusals_;
   Goal goal_;
   Trajectory path_;
-  double ratio_v_ = 1.0, ratio_a_ = 1.0;  ///< of the speed and acceleration limits of trajectories
+  double ratio_v_ = 1.0, ratio_a_ = 1.0;  ///< factors of the speed and acceleration limits of trajectories
   Effort effort_;
   std::array<double, kMaxJoints> over_current_{};  ///< time for which each torque has been above its limit [s]
   bool absolute_ = false;                          ///< body_servo_cf is in base axes, not in tip axes
   bool gravity_compensation_ = true;
   bool locked_ = false;
-  Mat3 R_locked_ = Mat3::Identity();  ///< in the arm's own base
+  Mat3 R_locked_ = Mat3::Identity();  ///< locked orientation in the arm's own base
   Order order_;
 };
 

@@ -1,4 +1,4 @@
-// Commands from the bus.
+// Dispatch of the commands from the bus.
 #include "dvrk/controller.hpp"
 
 namespace palpate::dvrk {

@@ -9,12 +9,13 @@
 namespace palpate::dvrk {
 namespace {
 
-constexpr double kOverCurrent = 0.1;       // [s] OURS: a torque above a drive's limit is cut; after this time, a fault
+constexpr double kOverCurrent =
+    0.1;  // [s] a torque above its limit for longer is a fault (our value, not the real one)
 constexpr double kOrientationError = 0.1;  // [rad] an inverse-kinematics solution with a larger error is not used
 
 }  // namespace
 
-// Torque of the commanded joint torque or wrench. The command stays in force until the next one, however long.
+// Joint torques of the commanded torques or wrench. A command has no timeout.
 JointVector Controller::effort() const noexcept {
   if (space_ == Space::joint) return bounded(effort_.tau);
   const ArmState& state = arm_.state;
@@ -28,7 +29,8 @@ JointVector Controller::effort() const noexcept {
   return joint_torque(state.body_jacobian, F);
 }
 
-// The check of the requested currents protects an arm in torque control: it has no position setpoint to lose.
+// Checks the requested torques, as the real arm checks its currents: in torque control there is no tracking error to
+// check.
 Text Controller::current_fault(const JointVector& tau, double dt) noexcept {
   for (Eigen::Index k = 0; k < n_; ++k) {
     double& over = over_current_[static_cast<std::size_t>(k)];
@@ -66,7 +68,7 @@ Text Controller::run_effort(double dt) noexcept {
   return {};
 }
 
-// Orders the gimbal's joints by position, at limited speed, to the locked orientation at the measured position.
+// Orders the gimbal's joints by position and at limited speed to the locked orientation at the measured position.
 void Controller::hold_orientation(double dt) noexcept {
   JointVector q = arm_.state.measured_js.q;
   q.tail(n_ - kPlatformJoint) = order_.q.tail(n_ - kPlatformJoint);

@@ -1,4 +1,4 @@
-// Servo commands: goals of position control and of torque control, as the real component takes them.
+// Servo commands: goals of position control and of torque control, with the semantics of the real component.
 #include "dvrk/controller.hpp"
 
 namespace palpate::dvrk {
@@ -49,7 +49,8 @@ void Controller::servo_cr(const Pose& dX) noexcept {
 
 void Controller::servo_cs(const Command& c) noexcept {
   if (!ready_for("servo_cs", Space::cartesian)) return;
-  if (!c.pose_is_valid && !c.twist_is_valid) {  // a wrench alone, about the tip in base axes; without one, no force
+  if (!c.pose_is_valid &&
+      !c.twist_is_valid) {  // only a wrench, about the tip in base axes; zero if that is invalid, too
     const Wrench F = c.wrench_is_valid ? c.F : Wrench{};
     const Mat3 R = absolute_ ? Mat3::Identity() : Mat3(arm_.state.measured_cp.R.transpose());
     return body_servo_cf({R * F.f, R * F.t});

@@ -1,12 +1,13 @@
-// Which joints the actuators move:  q_joint = A q_actuator.
+// Coupling of joints and actuators:  q_joint = A q_actuator.
 #pragma once
 
 #include "dvrk/spec.hpp"
 
 namespace palpate::dvrk {
 
-/// A of an arm. An MTM's is its drives' (parallelogram); a PSM's last four joints (roll, pitch, yaw, jaw) go through
-/// the disks of its tool, LARGE_NEEDLE_DRIVER 400006; an ECM's is the identity.
+/// The coupling matrix A of an arm. For an MTM it is that of its drives (parallelogram). For a PSM the last four joints
+/// (roll, pitch, yaw, jaw) are coupled by the disks of the tool LARGE_NEEDLE_DRIVER 400006. For an ECM it is the
+/// identity.
 [[nodiscard]] inline JointMatrix actuator_coupling(const ArmSpec& spec) noexcept {
   const Eigen::Index n = spec.model.n();
   if (spec.kind == ArmKind::mtm) return spec.leader.coupling;

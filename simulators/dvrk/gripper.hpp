@@ -1,15 +1,17 @@
-// The MTM's gripper: a passive hinge that is only measured; it tells when it was pinched and when it opened.
+// The MTM's gripper: a passive hinge whose angle is measured. It reports when it is pinched and when it opens.
 #pragma once
 
 #include "dvrk/outbox.hpp"
 
 namespace palpate::dvrk {
 
+/// Detects pinching and opening of the gripper.
 class Gripper {
  public:
-  static constexpr double kZero = 0.0;       ///< at or below it is closed [rad]
-  static constexpr double kDebounce = 0.05;  ///< so long, before it is told [s]
+  static constexpr double kZero = 0.0;       ///< largest angle of a closed gripper [rad]
+  static constexpr double kDebounce = 0.05;  ///< time for which a change must last before it is reported [s]
 
+  /// One servo period of dt [s] with the measured angle [rad].
   void run(double angle, double dt, const Voice& voice) noexcept {
     const bool closed = angle <= kZero;
     if (closed != closed_) {

@@ -5,7 +5,7 @@
 namespace palpate::dvrk {
 namespace {
 
-constexpr double kServoSpeed = 12.0;  // of the jaw's own servo [rad/s]
+constexpr double kServoSpeed = 12.0;  // [rad/s] of the jaw's servo
 
 JointVector one(double x) noexcept { return JointVector::Constant(1, x); }
 

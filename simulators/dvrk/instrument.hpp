@@ -1,4 +1,4 @@
-// What is mounted on a PSM: sterile adapter and tool, and the tool's jaw.
+// The instrument of a PSM: sterile adapter, tool, and the tool's jaw.
 #pragma once
 
 #include "dvrk/outbox.hpp"
@@ -7,32 +7,35 @@
 
 namespace palpate::dvrk {
 
+/// Sterile adapter, tool and jaw of a PSM.
 class Instrument {
  public:
   explicit Instrument(const ArmSpec& spec);
 
-  // What is there.
+  // Presence of adapter and tool.
   void set_adapter_present(bool present, const Voice& voice) noexcept;
   void set_tool_present(bool present, const Voice& voice) noexcept;
   void set_tool_type(const Text& type, const Voice& voice) noexcept;
   [[nodiscard]] bool tool_present() const noexcept { return adapter_ && tool_; }
   [[nodiscard]] bool engaged() const noexcept { return engaged_; }
-  /// A tool that is there and known is not yet engaged.
+  /// True if a tool of known type is present but not yet engaged.
   [[nodiscard]] bool waits() const noexcept { return !engaged_ && tool_present() && !type_.empty(); }
-  /// It was put in after the arm was homed: its disks have to be found.
+  /// True if the tool or adapter was mounted since the last engagement, so that its disks have to be turned to engage.
   [[nodiscard]] bool fresh() const noexcept { return fresh_; }
+  /// Engages a tool that waits().
   void engage(const Voice& voice) noexcept;
   void release() noexcept { engaged_ = false; }
 
-  // The jaw. A torque closes or opens it to its stop.
+  // The jaw: positions [rad], torque [N m]. A torque closes or opens the jaw to its stop.
   void servo_jp(double q) noexcept;
   void move_jp(double q, double ratio_v, double ratio_a) noexcept;
   void servo_jf(double tau) noexcept;
   [[nodiscard]] bool moving() const noexcept { return path_.active(); }
-  /// One servo period; true when a move has just arrived.
+  /// One servo period. Returns true if a move has just reached its goal.
   bool run(double dt, bool powered) noexcept;
   void hold() noexcept;
 
+  // Limits of the jaw's angle [rad].
   [[nodiscard]] double q_min() const noexcept { return q_min_; }
   [[nodiscard]] double q_max() const noexcept { return q_max_; }
   [[nodiscard]] const JointState& measured() const noexcept { return measured_; }

@@ -7,7 +7,7 @@ namespace palpate::dvrk {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr Eigen::Index kPlatform = 3, kPitch = 4, kYaw = 5, kRoll = 6;  // joints of an MTM's gimbal
+constexpr Eigen::Index kPlatform = 3, kPitch = 4, kYaw = 5, kRoll = 6;  // joint indices of an MTM's gimbal
 constexpr double kGoodPosition = 1e-5, kGoodOrientation = 1e-4;         // [m, rad]
 constexpr double kUnfit = 1e9;
 
@@ -25,9 +25,9 @@ bool good(const arm::Arm& model, const arm::IkResult& found) noexcept {
   return found.position_error < kGoodPosition && (!model.orients() || found.orientation_error < kGoodOrientation);
 }
 
-/// The last three joints of an MTM that give its handle the orientation R, the others as in q: Euler angles
+/// Sets the last three joints of an MTM in q such that its handle has the orientation R, by the Euler angles
 ///   R_4H = Rz(q5) Ry(q6 - pi/2) Rz(q7 + pi/2),   q6 within +-pi/4, so that sin(q6 - pi/2) < 0.
-/// How far they are from the middle of their limits; kUnfit outside.
+/// Returns |q6|, which is 0 for the most open gimbal; kUnfit if a joint is outside its limits.
 double gimbal(arm::Arm& model, const Mat3& R, JointVector& q) noexcept {
   const double roll = q[kRoll];
   q.tail<3>().setZero();
@@ -46,7 +46,7 @@ double gimbal(arm::Arm& model, const Mat3& R, JointVector& q) noexcept {
   return std::abs(q[kYaw]);
 }
 
-/// A place to begin for an MTM: the platform that opens the gimbal most, and is not far.
+/// An initial guess for an MTM: the platform angle that opens the gimbal most without a large motion.
 JointVector open_gimbal(arm::Arm& model, const Mat3& R, const JointVector& q) noexcept {
   constexpr int kSteps = 24;
   JointVector best = q;
@@ -65,9 +65,9 @@ JointVector open_gimbal(arm::Arm& model, const Mat3& R, const JointVector& q) no
   return best;
 }
 
-/// Damped Newton without joint limits, from q.
+/// Inverse kinematics by damped Newton steps from q, without joint limits.
 JointVector unlimited(arm::Arm& model, const Pose& X_0T, JointVector q) noexcept {
-  constexpr double kLength = 0.1, kDamping = 0.02, kMostStep = 0.4;  // [m] that counts as a radian; -; [rad]
+  constexpr double kLength = 0.1, kDamping = 0.02, kMostStep = 0.4;  // [m] equivalent to 1 rad; [-]; [rad]
   const JointVector rest = JointVector::Zero(q.size());
   for (int k = 0; k < 12; ++k) {
     model.update(q, rest);
@@ -93,7 +93,8 @@ JointVector unlimited(arm::Arm& model, const Pose& X_0T, JointVector q) noexcept
 
 }  // namespace
 
-// As the real arms: solved as if there were no joint limits, then clipped, so that nothing turns over at a limit.
+// As on the real arms, the solution ignores the joint limits and is clipped afterwards, so that it does not flip to
+// another configuration at a limit.
 double inverse_near(arm::Arm& model, ArmKind kind, const Pose& X_0T, JointVector& q) noexcept {
   if (kind == ArmKind::mtm) {
     const double opened = q[kPlatform] + q[kYaw] * std::cos(q[kPitch]);
@@ -114,10 +115,10 @@ bool inverse_anywhere(arm::Arm& model, ArmKind kind, const Pose& X_0T, const Joi
       if (start < 2) trial = open_gimbal(model, X_0T.R, trial);
     } else if (start > 1 && trial.size() > kPlatform) {
       const int quarters = start / 2 - 2;
-      trial[kPlatform] = quarters * 0.5 * kPi;  // a PSM's roll, a quarter turn on and back
+      trial[kPlatform] = quarters * 0.5 * kPi;  // initial guesses for a PSM's roll, in quarter turns
     }
     arm::IkResult found = model.ik(X_0T, trial, options(60));
-    if (kind == ArmKind::mtm && !good(model, found)) {  // the place has moved the forearm: open the gimbal once more
+    if (kind == ArmKind::mtm && !good(model, found)) {  // the solution has moved the forearm: open the gimbal again
       trial = open_gimbal(model, X_0T.R, trial);
       found = model.ik(X_0T, trial, options(60));
     }

@@ -1,4 +1,4 @@
-// Inverse kinematics as the arms of the dVRK need it: near where the joints are for servoing, from anywhere for a move.
+// Inverse kinematics of the dVRK's arms: a local solution for servoing, and a global one for moves.
 #pragma once
 
 #include "dvrk/messages.hpp"
@@ -6,11 +6,12 @@
 
 namespace palpate::dvrk {
 
-/// Joints near q (in/out) for the tip at X_0T, clipped to the limits. How far the tip then is from it [m]. An MTM's
-/// platform is led so that its gimbal stays open.
+/// Finds joint positions near q (in/out) for the tip at X_0T, clipped to the limits. Returns the remaining position
+/// error [m]. The platform of an MTM is moved so that its gimbal stays open.
 double inverse_near(arm::Arm& model, ArmKind kind, const Pose& X_0T, JointVector& q) noexcept;
 
-/// Joints for the tip at X_0T, wherever q (in/out) is. False, and q as it was: there are none within the limits.
+/// Finds joint positions within the limits for the tip at X_0T, starting at q (in/out), `home` and other guesses.
+/// Returns false and leaves q unchanged if none are found.
 bool inverse_anywhere(arm::Arm& model, ArmKind kind, const Pose& X_0T, const JointVector& home,
                       JointVector& q) noexcept;
 

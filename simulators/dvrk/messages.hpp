@@ -1,6 +1,5 @@
-// What goes into the simulated dVRK and what comes out: commands, states and events as plain values. Verbs and topics
-// bear the names that the real one has on its bus (`name_of`), so that a bus adapter is a loop over two tables. SI
-// units.
+// Inputs and outputs of the simulated dVRK: commands, states and events as plain values, in SI units. Verbs and topics
+// have the names of the real system (tables verbs() and topics()), so that a bus adapter is a loop over two tables.
 #pragma once
 
 #include <span>
@@ -11,16 +10,18 @@
 
 namespace palpate::dvrk {
 
-/// A component, as the bus names it: `system`, `console`, `footpedals`, one of System::arms(), one of
-/// System::teleops().
+/// Kinds of components.
 enum class Kind : unsigned char { system, console, footpedals, arm, teleop };
+
+/// Address of a component. Its name on the bus is `system`, `console`, `footpedals`, or an entry of System::arms() or
+/// System::teleops().
 struct Address {
   Kind kind = Kind::system;
-  int index = 0;  ///< which arm, which teleop
+  int index = 0;  ///< index of the arm or teleop
   friend bool operator==(const Address&, const Address&) = default;
 };
 
-/// What a message carries; a bus has one message type for each.
+/// Payload of a message; each has one message type on the bus.
 enum class Payload : unsigned char {
   none,       ///< std_msgs/Empty
   flag,       ///< std_msgs/Bool
@@ -37,25 +38,27 @@ enum class Payload : unsigned char {
   operating,  ///< crtk_msgs/OperatingState
 };
 
-/// Which arms know a verb or a topic.
+/// Kinds of arms, as bits of the masks in VerbEntry and TopicEntry.
 enum class ArmKind : unsigned char { mtm = 1, psm = 2, ecm = 4 };
-inline constexpr unsigned kEveryArm = 7;
+inline constexpr unsigned kEveryArm = 7;  ///< all ArmKind bits
 
-/// crtk_msgs/CartesianImpedanceHalfPlaneGains: per axis, force = p err + d vel + bias; p and d are negative.
+/// crtk_msgs/CartesianImpedanceHalfPlaneGains: per axis, force = p err + d vel + bias; p and d are negative. Units are
+/// [N/m], [N s/m], [N], [m] for positions and [N m/rad], [N m s/rad], [N m], [rad] for orientations.
 struct HalfPlane {
   Vec3 p = Vec3::Zero(), d = Vec3::Zero(), bias = Vec3::Zero(), deadband = Vec3::Zero();
 };
-/// crtk_msgs/CartesianImpedance: `positive` rules where the error is above zero, along the axes of R_force and
-/// R_torque.
+/// crtk_msgs/CartesianImpedance: the `positive` gains apply where the error is positive, along the axes of R_force and
+/// R_torque, the `negative` gains elsewhere.
 struct Impedance {
-  Mat3 R_force = Mat3::Identity();
-  Vec3 p_force = Vec3::Zero();  ///< [m]
-  Mat3 R_torque = Mat3::Identity();
+  Mat3 R_force = Mat3::Identity();   ///< axes of the position gains
+  Vec3 p_force = Vec3::Zero();       ///< equilibrium position [m]
+  Mat3 R_torque = Mat3::Identity();  ///< equilibrium orientation, and axes of the orientation gains
   HalfPlane position_positive, position_negative, orientation_positive, orientation_negative;
 };
 
+/// Verbs, that is commands that a component understands.
 enum class Verb : unsigned char {
-  // an arm
+  // arms
   state_command,
   servo_jp,
   servo_jr,
@@ -85,7 +88,7 @@ enum class Verb : unsigned char {
   set_tool_type,
   emulate_adapter_present,
   emulate_tool_present,
-  // what only a simulated arm has: a hand on the handle, a force on the tool, a fault
+  // simulated arms only: a hand on the handle, a force on the tool, a fault
   hand_servo_cp,
   hand_servo_cf,
   hand_gripper,
@@ -107,14 +110,14 @@ enum class Verb : unsigned char {
   emulate_operator_present,
   emulate_clutch,
   emulate_camera,
-  // pedals (simulated feet: the real ones only speak)
+  // Pedals. On a real console these topics are outputs; the simulation also accepts them as inputs.
   press_clutch,
   press_camera,
   press_coag,
   press_bicoag,
   press_cam_plus,
   press_cam_minus,
-  // a teleop
+  // teleops
   teleop_state_command,
   set_scale,
   lock_rotation,
@@ -123,8 +126,8 @@ enum class Verb : unsigned char {
   following_mtm_body_servo_cf,
 };
 
-/// One message to one component. Only the fields of its payload matter. A bus puts numbers in as they came: what cannot
-/// be (not finite, no rotation, too many joints) is refused by the component, in words.
+/// A message to a component. Only the fields of its payload are used. A bus adapter passes numbers on unchecked; the
+/// component refuses invalid ones (not finite, not a rotation, wrong number of joints) with a warning.
 struct Command {
   Address to;
   Verb verb = Verb::hold;
@@ -132,35 +135,37 @@ struct Command {
   int button = 0;
   double value = 0.0;
   Text text;
-  JointVector position, velocity, effort;  ///< as many as were sent (`joints`); position of `numbers`, too
-  Pose X;                                  ///< pose, or its rotation alone
+  JointVector position, velocity, effort;  ///< of `joints`, as many as were sent; position also of `numbers`
+  Pose X;                                  ///< pose; of `rotation` the rotation alone
   Twist V;
   Wrench F;
-  bool pose_is_valid = false, twist_is_valid = false, wrench_is_valid = false;  ///< of servo_cs
+  bool pose_is_valid = false, twist_is_valid = false, wrench_is_valid = false;  ///< flags of servo_cs
   Impedance impedance;
 };
 
-/// Joint numbers as they were sent. More than kMaxJoints are cut there, which no arm takes.
+/// The numbers as a joint vector, truncated to kMaxJoints, which no arm of the dVRK has.
 [[nodiscard]] JointVector joints(std::span<const double> numbers) noexcept;
-/// From a quaternion; one that is no rotation gives NaN, which every component refuses.
+/// The rotation of a quaternion; NaN, which every component refuses, if its norm is zero or not finite.
 [[nodiscard]] Mat3 rotation(double x, double y, double z, double w) noexcept;
 
-/// A pose that a component may use: finite, a rotation, and within 100 m.
+/// True if a component can use the value: finite, a rotation matrix, and a position within 100 m.
 [[nodiscard]] bool is_rotation(const Mat3& R) noexcept;
 [[nodiscard]] bool is_pose(const Pose& X) noexcept;
 
-/// A verb, who understands it, what it is called on the bus (relative to the component) and what it carries.
+/// A row of the table of verbs.
 struct VerbEntry {
   Verb verb;
-  Kind kind;
-  unsigned arms;  ///< ArmKind bits, for arms
-  std::string_view name;
+  Kind kind;              ///< kind of the components that understand it
+  unsigned arms;          ///< kinds of arms that understand it, as ArmKind bits
+  std::string_view name;  ///< on the bus, relative to the component
   Payload payload;
 };
+/// The table of verbs.
 [[nodiscard]] std::span<const VerbEntry> verbs() noexcept;
 
+/// Topics of the events.
 enum class Topic : unsigned char {
-  // an arm
+  // arms
   operating_state,
   desired_state,
   current_state,
@@ -195,7 +200,7 @@ enum class Topic : unsigned char {
   pedal_bicoag,
   pedal_cam_plus,
   pedal_cam_minus,
-  // a teleop
+  // teleops
   teleop_desired_state,
   teleop_current_state,
   following,
@@ -205,7 +210,7 @@ enum class Topic : unsigned char {
   align_MTM,
 };
 
-/// An event as it stands in the table of topics; `latched`: late subscribers are given the last one.
+/// A row of the table of topics, with the fields of VerbEntry; latched: late subscribers receive the last event.
 struct TopicEntry {
   Topic topic;
   Kind kind;
@@ -214,22 +219,26 @@ struct TopicEntry {
   Payload payload;
   bool latched;
 };
+/// The table of topics.
 [[nodiscard]] std::span<const TopicEntry> topics() noexcept;
 
+/// Operating states of an arm (crtk_msgs/OperatingState).
 enum class State : unsigned char { DISABLED, ENABLED, PAUSED, FAULT };
+/// Name of a state on the bus.
 [[nodiscard]] std::string_view name_of(State state) noexcept;
 
+/// crtk_msgs/OperatingState.
 struct OperatingState {
   State state = State::DISABLED;
   bool is_homed = false;
   bool is_busy = false;
 };
 
-/// Something happened: the field of its topic's payload says what.
+/// An event; the field that belongs to the payload of its topic holds the value.
 struct Event {
   Address from;
   Topic topic = Topic::status;
-  double t = 0.0;  ///< [s]
+  double t = 0.0;  ///< time since the simulation began [s]
   bool flag = false;
   int button = 0;
   double value = 0.0;
@@ -237,40 +246,43 @@ struct Event {
   Text text;
 };
 
+/// Positions, velocities and torques of joints.
 struct JointState {
   JointVector q, v, tau;  ///< [rad, m], [rad/s, m/s], [N m, N]
 };
 
-/// What an arm tells periodically, as of its last servo period. A field whose flag is false is sent with a zero stamp.
+/// Periodically published state of an arm, as of its last servo period. A field whose flag is false is sent with a zero
+/// stamp.
 struct ArmState {
-  double t = 0.0;  ///< stamp: since the simulation began [s]
+  double t = 0.0;  ///< stamp: time since the simulation began [s]
   OperatingState operating_state;
-  bool joints_valid = false;     ///< of measured_js, setpoint_js, gravity_compensation
-  bool cartesian_valid = false;  ///< of everything Cartesian
-  bool base_frame_valid = true;  ///< also needed by measured_cp, setpoint_cp
+  bool joints_valid = false;     ///< flag of measured_js, setpoint_js, gravity_compensation
+  bool cartesian_valid = false;  ///< flag of all Cartesian fields
+  bool base_frame_valid = true;  ///< additional flag of measured_cp and setpoint_cp
   JointState measured_js, setpoint_js;
   JointVector gravity_compensation;  ///< gravity_compensation/setpoint_js, effort [N m]
-  Pose measured_cp, setpoint_cp, local_measured_cp, local_setpoint_cp;
-  Twist measured_cv, setpoint_cv;              ///< in the base frame
-  Twist local_measured_cv, local_setpoint_cv;  ///< in the TIP frame, as the real one has it
-  Wrench body_measured_cf;                     ///< about the tip, in tip axes, or base axes when absolute
-  Wrench spatial_measured_cf;                  ///< about the arm's own base, in its axes
-  Wrench measured_cf;                          ///< about the tip, in base axes always (of measured_cs)
-  Jacobian body_jacobian, spatial_jacobian;
+  Pose measured_cp, setpoint_cp, local_measured_cp, local_setpoint_cp;  ///< of the tip; local: in the arm's own base
+  Twist measured_cv, setpoint_cv;                                       ///< in the base frame
+  Twist local_measured_cv, local_setpoint_cv;                           ///< in the TIP frame, as in the real component
+  Wrench body_measured_cf;     ///< about the tip, in tip axes, or in base axes if set to absolute
+  Wrench spatial_measured_cf;  ///< about the origin of the arm's own base, in its axes
+  Wrench measured_cf;          ///< about the tip, always in base axes (part of measured_cs)
+  Jacobian body_jacobian,
+      spatial_jacobian;  ///< body: of the tip, in tip axes; spatial: of the point at the base's origin, in base axes
   bool orientation_locked = false;
   JointState gripper;  ///< MTM: one joint, position only
   bool jaw_valid = false;
   JointState jaw_measured_js, jaw_setpoint_js;  ///< PSM: one joint
-  Wrench F_hand;  ///< simulation only: what the MTM does to the hand that holds it, in base axes [N, N m]
+  Wrench F_hand;  ///< simulation only: wrench of the MTM on the hand that holds it, in base axes [N, N m]
 };
 
-/// What a teleop tells periodically.
+/// Periodically published state of a teleop.
 struct TeleopState {
-  double t = 0.0;
+  double t = 0.0;  ///< stamp: time since the simulation began [s]
   Text current_state, desired_state;
   bool following = false;
   double scale = 0.2;
-  Mat3 alignment_offset = Mat3::Identity();
+  Mat3 alignment_offset = Mat3::Identity();  ///< R_MTM^T R_PSM
 };
 
 }  // namespace palpate::dvrk

@@ -1,4 +1,4 @@
-// Events on their way out: a ring that a servo period fills and a client empties.
+// The queue of outgoing events: servo periods fill it, a client empties it.
 #pragma once
 
 #include <cstddef>
@@ -8,9 +8,10 @@
 
 namespace palpate::dvrk {
 
+/// A ring buffer of events.
 class Outbox {
  public:
-  /// What does not fit is dropped and counted.
+  /// Appends an event; drops and counts it if the queue is full.
   void send(const Event& event) noexcept {
     if (size_ == events_.size()) {
       ++dropped_;
@@ -18,6 +19,7 @@ class Outbox {
     }
     events_[(head_ + size_++) % events_.size()] = event;
   }
+  /// Takes the oldest event. Returns false if the queue is empty.
   bool next(Event& event) noexcept {
     if (size_ == 0) return false;
     event = events_[head_];
@@ -25,6 +27,7 @@ class Outbox {
     --size_;
     return true;
   }
+  /// Number of dropped events.
   [[nodiscard]] std::size_t dropped() const noexcept { return dropped_; }
 
  private:
@@ -32,15 +35,17 @@ class Outbox {
   std::size_t head_ = 0, size_ = 0, dropped_ = 0;
 };
 
-/// A component's voice: its name goes before every word.
+/// Publisher of a component: sends its events to the outbox.
 class Voice {
  public:
   Voice(Address from, Text name, Outbox& out) : from_(from), name_(name), out_(&out) {}
 
+  /// Sets the time of the following events [s].
   void at(double t) noexcept { t_ = t; }
   [[nodiscard]] double t() const noexcept { return t_; }
   [[nodiscard]] const Text& name() const noexcept { return name_; }
 
+  // One function per payload; say() is for events without a payload.
   void say(Topic topic) const noexcept { out_->send(event(topic)); }
   void flag(Topic topic, bool flag) const noexcept {
     Event e = event(topic);
@@ -67,7 +72,7 @@ class Voice {
     e.operating_state = state;
     out_->send(e);
   }
-  /// status, warning, error: "NAME: words".
+  /// A text of status, warning or error, sent as "NAME: words".
   void words(Topic topic, const Text& words) const noexcept {
     Text text = name_;
     text << ": " << words.view();

@@ -19,7 +19,7 @@ bool is_jaw(Verb verb) noexcept {
   return verb == Verb::jaw_servo_jp || verb == Verb::jaw_move_jp || verb == Verb::jaw_servo_jf;
 }
 
-/// n: joints that the command is for.
+/// n: number of joints that the command applies to.
 bool is_usable(const Command& c, Payload payload, Eigen::Index n) noexcept {
   switch (payload) {
     case Payload::joints: {

@@ -12,7 +12,7 @@ Jacobian rotated(const Mat3& R, const Jacobian& J) noexcept {
   return rotated_J;
 }
 
-/// Jacobian of the point of the tip's body that coincides with the base's origin; p: the tip.
+/// Jacobian of that point of the tip's body which coincides with the origin of the base; p: position of the tip.
 Jacobian about_base(const Jacobian& J, const Vec3& p) noexcept {
   Jacobian about = J;
   for (Eigen::Index k = 0; k < J.cols(); ++k) about.col(k).head<3>() += p.cross(J.col(k).tail<3>());
@@ -27,7 +27,8 @@ Twist velocity(const Jacobian& J, const JointVector& v) noexcept {
 Twist rotated(const Mat3& R, const Twist& V) noexcept { return {R * V.v, R * V.w}; }
 Wrench rotated(const Mat3& R, const Wrench& F) noexcept { return {R * F.f, R * F.t}; }
 
-/// Wrench equivalent to the joint torques: least squares of J^T F = tau, as the real component's pseudoinverse.
+/// Wrench equivalent to the joint torques: the least-squares solution of J^T F = tau, like the pseudoinverse of the
+/// real component.
 Wrench wrench_of(const Jacobian& J, const JointVector& tau) noexcept {
   Mat6 A = J * J.transpose();
   A.diagonal().array() += 1e-9;

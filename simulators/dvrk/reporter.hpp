@@ -7,12 +7,13 @@
 
 namespace palpate::dvrk {
 
+/// Fills the published state of an arm.
 class Reporter {
  public:
   /// Keeps the addresses of both.
   Reporter(ArmContext& arm, const Controller& controller) : arm_(arm), controller_(controller) {}
 
-  /// gripper: measured angle of an MTM's gripper [rad].
+  /// Updates the published state. gripper: measured angle of an MTM's gripper [rad].
   void measure(double gripper) noexcept;
 
  private:

@@ -1,5 +1,5 @@
-// What the simulated dVRK is built from. palpate/simulators/dvrk.py fills it from the arm models; defaults are the real
-// one's.
+// Specification of a simulated dVRK. palpate/simulators/dvrk.py fills it from the arm models. The defaults are those of
+// the real system.
 #pragma once
 
 #include <numbers>
@@ -14,51 +14,53 @@
 
 namespace palpate::dvrk {
 
-/// One arm. Joint vectors (n,).
+/// Specification of an arm with n joints; joint vectors have n entries.
 struct ArmSpec {
-  std::string name;  ///< such as MTMR: its place on the bus
+  std::string name;  ///< name on the bus, such as MTMR
   ArmKind kind;
   arm::Arm model;
 
-  bool dynamic = true;                ///< moved by torques (MTMs always), or servoed joints that no torque moves
-  plant::LeaderOptions leader{};      ///< drives, friction, encoders of a dynamic arm
-  plant::FollowerOptions follower{};  ///< joint servos of the other
-  plant::HandOptions hand{};          ///< of whoever holds an MTM
-  JointVector P{}, D{};               ///< position control of a dynamic arm [N m/rad, N/m], [N m s/rad, N s/m]
-  JointVector tracking_error{};       ///< beyond it position control stops with a fault [rad, m]
-  JointVector v_max{}, a_max{};       ///< of trajectories at ratio 1
-  JointVector start{}, home{};        ///< joints at power-up and after homing
-  bool has_gravity_model = true;      ///< use_gravity_compensation does something
-  double platform_gain = 0.5;         ///< of joint 4 of an MTM, 0..1
+  bool dynamic = true;                ///< true: moved by torques (MTMs always); false: ideal joint servos
+  plant::LeaderOptions leader{};      ///< drives, friction and encoders of a dynamic arm
+  plant::FollowerOptions follower{};  ///< joint servos of any other arm
+  plant::HandOptions hand{};          ///< hand that holds an MTM
+  JointVector P{}, D{};               ///< PD gains of a dynamic arm [N m/rad, N/m], [N m s/rad, N s/m]
+  JointVector tracking_error{};       ///< largest tracking error of position control before a fault [rad, m]
+  JointVector v_max{}, a_max{};       ///< limits of trajectories at ratio 1 [rad/s, m/s], [rad/s^2, m/s^2]
+  JointVector start{}, home{};        ///< joint positions at power-up and after homing [rad, m]
+  bool has_gravity_model = true;      ///< false: use_gravity_compensation has no effect
+  double platform_gain = 0.5;         ///< gain of the null-space controller of an MTM's joint 4 [0-1]
   Pose base_frame{};                  ///< measured_cp = base_frame * local/measured_cp
 
-  int cannula_link = -1;  ///< link whose origin must be past the cannula for Cartesian control; -1: no matter
-  double jaw_min = 0.0, jaw_max = 0.0, jaw_v_max = 0.0, jaw_a_max = 0.0;  ///< [rad, rad/s, rad/s^2]
+  int cannula_link = -1;  ///< link whose origin must be past the cannula for Cartesian control; -1: no such check
+  double jaw_min = 0.0, jaw_max = 0.0, jaw_v_max = 0.0, jaw_a_max = 0.0;  ///< [rad], [rad/s], [rad/s^2]
   double jaw_tau_max = 0.16;                                              ///< [N m]
-  std::string tool_type{};                                                ///< what is mounted at first; empty: nothing
+  std::string tool_type{};                                                ///< tool mounted at the start; empty: no tool
 
-  double power_time = 0.3;  ///< from enable to powered [s]
-  double bias_time = 0.5;   ///< of reading encoders from potentiometers [s]
+  double power_time = 0.3;  ///< time from enabling to powered [s]
+  double bias_time = 0.5;   ///< time for setting the encoders from the potentiometers [s]
 };
 
-/// MTM and PSM, or camera teleoperation of both MTMs and the ECM. Indices are into SystemSpec::arms.
+/// Teleoperation of a PSM by an MTM. The indices refer to SystemSpec::arms.
 struct TeleopSpec {
   int mtm = 0, psm = 0;
-  double scale = 0.2;
+  double scale = 0.2;  ///< tool motion per hand motion [-]
   bool align_MTM = true, rotation_locked = false, translation_locked = false;
-  double orientation_tolerance = 5.0 * std::numbers::pi / 180.0;  ///< to start with [rad]
-  double gripper_threshold = 40.0 * std::numbers::pi / 180.0;     ///< pinch range that says: ready [rad]
-  double roll_threshold = 4.0 * std::numbers::pi / 180.0;         ///< or roll range [rad]
-  double jaw_rate = 4.0 * std::numbers::pi;                       ///< of the gripper's ghost [rad/s]
-  double jaw_rate_after_clutch = 0.2 * std::numbers::pi;          ///< until it caught up [rad/s]
-  double jaw_caught_up = 2.0 * std::numbers::pi / 180.0;          ///< [rad]
+  double orientation_tolerance = 5.0 * std::numbers::pi / 180.0;  ///< largest misalignment to start with [rad]
+  double gripper_threshold = 40.0 * std::numbers::pi / 180.0;     ///< change of pinch that shows readiness [rad]
+  double roll_threshold = 4.0 * std::numbers::pi / 180.0;         ///< change of roll that shows readiness [rad]
+  double jaw_rate = 4.0 * std::numbers::pi;                       ///< rate limit of the jaw's gripper angle [rad/s]
+  double jaw_rate_after_clutch = 0.2 * std::numbers::pi;          ///< the same until the jaw has caught up [rad/s]
+  double jaw_caught_up = 2.0 * std::numbers::pi / 180.0;          ///< difference that counts as caught up [rad]
   double gripper_zero = 0.0, gripper_max = std::numbers::pi / 3;  ///< pinch of closed and of open jaws [rad]
 };
 
+/// Specification of a system.
 struct SystemSpec {
   std::vector<ArmSpec> arms;
   std::vector<TeleopSpec> teleops;
-  int camera_mtml = -1, camera_mtmr = -1, camera_ecm = -1;  ///< arms of the camera pedal's teleop; -1: none
+  int camera_mtml = -1, camera_mtmr = -1,
+      camera_ecm = -1;  ///< arms of the camera teleoperation; -1: no such teleoperation
 };
 
 }  // namespace palpate::dvrk

@@ -1,4 +1,4 @@
-// The state machine of an arm: power, calibration, homing, engaging a tool, pause and fault, with the words of the real
+// The state machine of an arm: power, calibration, homing, engaging a tool, pause and fault, with the texts of the real
 // component. It decides when the controller runs.
 //
 //   state_machine.cpp    commands and transitions
@@ -10,15 +10,16 @@
 
 namespace palpate::dvrk {
 
+/// Power, homing, pause and fault of an arm.
 class StateMachine {
  public:
   /// Keeps the addresses of both.
   StateMachine(ArmContext& arm, Controller& controller) : arm_(arm), controller_(controller) {}
 
-  void start() noexcept;  ///< publishes the first states
-  void command(std::string_view command) noexcept;
-  void fault(const Text& words) noexcept;
-  void run(double dt) noexcept;  ///< one servo period
+  void start() noexcept;                            ///< publishes the first states
+  void command(std::string_view command) noexcept;  ///< a state command, such as enable, home or pause
+  void fault(const Text& words) noexcept;           ///< reports an error and goes to the state FAULT
+  void run(double dt) noexcept;                     ///< one servo period
 
   [[nodiscard]] bool homed() const noexcept { return phase_ == Phase::homed; }
 
@@ -46,8 +47,8 @@ class StateMachine {
   Phase phase_ = Phase::disabled, desired_ = Phase::disabled;
   Phase paused_phase_ = Phase::disabled, paused_desired_ = Phase::disabled;
   double in_phase_ = 0.0;  ///< time since the phase was entered [s]
-  bool settling_ = false;  ///< homing waits until an arm that was falling is at rest
-  int engaging_ = 0;       ///< motions of a tool's disks started so far
+  bool settling_ = false;  ///< homing holds an arm that was falling until it rests
+  int engaging_ = 0;       ///< number of motions of a tool's disks started so far
 };
 
 }  // namespace palpate::dvrk

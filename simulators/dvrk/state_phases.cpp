@@ -8,12 +8,13 @@
 namespace palpate::dvrk {
 namespace {
 
-constexpr double kSettle = 0.4;         // [s] of holding an arm that was falling, before it is moved
+constexpr double kSettle = 0.4;         // [s] time for which homing holds an arm that was falling before it moves
 constexpr double kHomingTimeout = 2.0;  // [s] after the end of the trajectory to the home position
-constexpr double kPastCannula = 0.025;  // [m] of insertion: a tool this deep is engaged without motion of its disks
-constexpr Eigen::Index kDisks = 3;      // first joint of a PSM that the disks of its tool move
-constexpr std::array<double, 3> kEngage{-std::numbers::pi / 6, std::numbers::pi / 6, 0.0};  // OURS: their motions [rad]
-constexpr double kHomingTolerance = 4.0 * std::numbers::pi / 180.0;                         // [rad]
+constexpr double kPastCannula = 0.025;  // [m] insertion from which a tool is engaged without motion of its disks
+constexpr Eigen::Index kDisks = 3;      // first joint of a PSM that the disks of its tool drive
+constexpr std::array<double, 3> kEngage{-std::numbers::pi / 6, std::numbers::pi / 6,
+                                        0.0};                        // [rad] motions of the disks (our values)
+constexpr double kHomingTolerance = 4.0 * std::numbers::pi / 180.0;  // [rad]
 
 }  // namespace
 
@@ -83,7 +84,7 @@ void StateMachine::run_homed(double dt) noexcept {
   check_tracking();
 }
 
-// A tool mounted after homing is turned to and fro until its disks engage, unless it is past the cannula already.
+// Engages a tool. The disks of a newly mounted tool are turned to and fro, unless the tool is past the cannula already.
 void StateMachine::engage() noexcept {
   Instrument& instrument = arm_.instrument;
   if (!instrument.waits()) return;

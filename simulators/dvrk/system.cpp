@@ -11,7 +11,7 @@
 namespace palpate::dvrk {
 namespace {
 
-constexpr int kArmTicks = 2, kTeleopTicks = 3;  // ticks of a servo period, and of a teleop's
+constexpr int kArmTicks = 2, kTeleopTicks = 3;  // ticks per servo period and per period of a teleop
 
 void check(const SystemSpec& spec) {
   const int n = static_cast<int>(spec.arms.size());

@@ -1,7 +1,7 @@
-// The simulated dVRK: arms, console, pedals and teleoperations, stepped together on one clock. A client talks to it in
-// commands, states and events (messages.hpp); a bus adapter maps those to topics and adds nothing.
+// The simulated dVRK: arms, console, pedals and teleoperations, stepped together on one clock. A client exchanges
+// commands, states and events with it (messages.hpp); a bus adapter only maps these to topics.
 //
-// One thread calls it. step(), apply(), next() and the states are noexcept and allocate nothing.
+// Only one thread may use it. step(), apply(), next() and the states are noexcept and allocate nothing.
 #pragma once
 
 #include <memory>
@@ -13,12 +13,14 @@
 
 namespace palpate::dvrk {
 
+/// A simulated dVRK.
 class System {
  public:
-  /// Plant at 3 kHz; arms every second tick, as the real ones (1.5 kHz); teleops every third (1 kHz).
-  static constexpr double kTick = 1.0 / 3000.0;  ///< [s]
+  /// Period of a tick [s]. The plant runs at every tick (3 kHz), the arms at every second one, like the real ones
+  /// (1.5 kHz), and the teleoperations at every third one (1 kHz).
+  static constexpr double kTick = 1.0 / 3000.0;
 
-  /// Throws std::invalid_argument naming the arm, the option and the mend.
+  /// Throws std::invalid_argument naming the arm, the option and the remedy.
   explicit System(SystemSpec spec);
   System(System&&) noexcept;
   System& operator=(System&&) noexcept;
@@ -29,30 +31,32 @@ class System {
   [[nodiscard]] ArmKind kind(int arm) const noexcept;
   [[nodiscard]] const std::vector<std::string>& joint_names(int arm) const noexcept;
 
-  /// One tick. Whoever wants a millisecond takes three.
+  /// One tick; three ticks are a millisecond.
   void step() noexcept;
-  /// Since the simulation began [s].
+  /// Time since the simulation began [s].
   [[nodiscard]] double t() const noexcept;
 
-  /// Takes effect in the component's next period. False: no such component or verb; refusals are events.
+  /// Applies a command, which takes effect in the component's next period. Returns false if there is no such component
+  /// or verb. A component reports a refusal as an event.
   bool apply(const Command& command) noexcept;
-  /// The oldest event not yet taken. False: there is none.
+  /// Takes the oldest event. Returns false if there is no event.
   bool next(Event& event) noexcept;
-  /// Events that were dropped because nobody took them (room is for 2048).
+  /// Number of events dropped because the queue of 2048 was full.
   [[nodiscard]] std::size_t dropped_events() const noexcept;
 
   [[nodiscard]] const ArmState& arm(int arm) const noexcept;
   [[nodiscard]] const TeleopState& teleop(int teleop) const noexcept;
 
-  /// crtk_msgs/QueryForwardKinematics: base_frame * tip. False: q has not one number per joint, or is not finite.
+  /// crtk_msgs/QueryForwardKinematics: cp = base_frame * tip. Returns false if q has a wrong length or is not finite.
   bool forward_kinematics(int arm, const JointVector& q, Pose& cp) noexcept;
-  /// crtk_msgs/QueryInverseKinematics: q in: where to begin, out: joints. False: out of reach or a wrong length.
+  /// crtk_msgs/QueryInverseKinematics. q: initial guess in, joint positions out. Returns false if cp is out of reach,
+  /// or if the input has a wrong length or is not finite.
   bool inverse_kinematics(int arm, const Pose& cp, JointVector& q) noexcept;
-  /// cisst_msgs/ConvertFloat64Array actuator_to_joint_position: joints, a PSM's with the jaw, of actuators [rad, m].
-  /// Empty: a wrong length, or not finite.
+  /// cisst_msgs/ConvertFloat64Array actuator_to_joint_position: joint positions, for a PSM including the jaw, from
+  /// actuator positions [rad, m]. Empty if the input has a wrong length or is not finite.
   JointVector joint_position(int arm, const JointVector& actuators) noexcept;
 
-  /// For judges: true joint positions and velocities, and the torques of the drives.
+  /// For tests: true joint positions and velocities, and the torques of the drives.
   [[nodiscard]] JointState truth(int arm) const noexcept;
 
  private:

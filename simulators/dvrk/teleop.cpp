@@ -105,7 +105,7 @@ void Teleop::set_desired(Phase phase) noexcept {
   state_.desired_state = name_of(phase);
   voice_.text(Topic::teleop_desired_state, name_of(phase));
   if (same) return;
-  active_ = false;  // the operator has to show again to be ready
+  active_ = false;  // the operator has to show readiness again
   Text words("set desired state to ");
   words << name_of(phase);
   voice_.words(Topic::status, words);
@@ -125,7 +125,7 @@ void Teleop::set_scale(double scale) noexcept {
 void Teleop::lock_rotation(bool lock) noexcept {
   spec_.rotation_locked = lock;
   voice_.button(Topic::rotation_locked, lock ? 1 : 0);
-  if (!lock) {  // the MTM is likely turned away: it has to be aligned again
+  if (!lock) {  // the MTM may have been turned, so it has to be aligned again
     set_following(false);
     return enter(Phase::disabled);
   }
@@ -144,7 +144,7 @@ void Teleop::set_align(bool align) noexcept {
 void Teleop::set_following(bool following) noexcept {
   state_.following = following;
   voice_.flag(Topic::following, following);
-  F_user_valid_ = false;  // a wrench of before does not outlive a transition
+  F_user_valid_ = false;  // a transition ends an earlier wrench
 }
 
 void Teleop::catch_poses() noexcept {
@@ -154,7 +154,7 @@ void Teleop::catch_poses() noexcept {
 }
 
 void Teleop::clutch(int button) noexcept {
-  if (button > 1) return;  // a tap
+  if (button > 1) return;  // a quick tap has no effect
   clutched_ = button == 1;
   if (desired_ != Phase::enabled) return;
   if (clutched_) return press_clutch();
@@ -164,7 +164,8 @@ void Teleop::clutch(int button) noexcept {
   enter(Phase::setting_arms_state);
 }
 
-// No force but the weight's, the orientation stays; the PSM waits.
+// While the clutch is pressed, the MTM exerts no force except gravity compensation, and the PSM holds. The orientation
+// of the MTM is locked if the teleoperation aligns it.
 void Teleop::press_clutch() noexcept {
   active_before_clutch_ = active_;
   set_following(false);

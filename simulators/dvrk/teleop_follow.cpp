@@ -6,9 +6,9 @@
 namespace palpate::dvrk {
 namespace {
 
-constexpr double kPatience = 60.0;     // [s] for the arms to be homed
+constexpr double kPatience = 60.0;     // [s] timeout for homing the arms
 constexpr double kAlignPeriod = 0.01;  // [s] between two goals for the MTM
-constexpr double kRemind = 2.0;        // [s] between two warnings of what is missing
+constexpr double kRemind = 2.0;        // [s] between two warnings about alignment or readiness
 
 double angle(const Mat3& R) noexcept { return Eigen::AngleAxisd(R).angle(); }
 
@@ -44,7 +44,7 @@ void Teleop::run(double t, double dt) noexcept {
   }
 }
 
-// What ends a teleoperation: an error of an arm, an arm that is no longer ready, somebody's wish.
+// Ends the teleoperation after an error of an arm, if an arm is no longer ready, or on command.
 void Teleop::watch() noexcept {
   for (auto [arm, seen] : {std::pair{mtm_, &mtm_errors_}, std::pair{psm_, &psm_errors_}}) {
     const bool news = arm->errors() != *seen;
@@ -71,7 +71,7 @@ void Teleop::wait_for_arms() noexcept {
   if (!mtm_->ready()) error("timed out while setting up MTM state");
 }
 
-// The MTM turns until it is as the PSM is; the operator shows to be ready by pinching or rolling the gripper.
+// Turns the MTM to the orientation of the PSM. The operator shows readiness by pinching or rolling the gripper.
 void Teleop::align() noexcept {
   const Mat3 R_goal = psm_->state().setpoint_cp.R;
   if (!clutched_ && spec_.align_MTM && since_goal_ > kAlignPeriod) {
@@ -108,19 +108,19 @@ void Teleop::watch_operator() noexcept {
 }
 
 void Teleop::follow() noexcept {
-  if (F_user_valid_) mtm_->controller().body_servo_cf(F_user_);  // no timeout: it stays until the next transition
+  if (F_user_valid_) mtm_->controller().body_servo_cf(F_user_);  // no timeout: it acts until the next transition
   const ArmState& mtm = mtm_->state();
   Pose goal = X_psm0_;
   Twist V;
   if (!spec_.translation_locked) {
     goal.p += spec_.scale * (mtm.measured_cp.p - X_mtm0_.p);
-    V.v = spec_.scale * mtm.measured_cv.v;  // linear velocity alone is fed forward
+    V.v = spec_.scale * mtm.measured_cv.v;  // only the linear velocity is fed forward
   }
   if (!spec_.rotation_locked) goal.R = normalised(mtm.measured_cp.R * R_offset0_);
   psm_->controller().servo_cp(goal, V);
 }
 
-// The jaw shows the gripper's ghost, which follows the gripper no faster than its rate.
+// Moves the jaw according to a rate-limited copy of the gripper angle (ghost_).
 void Teleop::follow_jaw(double dt) noexcept {
   const double gap = mtm_->state().gripper.q[0] - ghost_;
   if (std::abs(gap) < spec_.jaw_caught_up) jaw_caught_up_ = true;

@@ -1,4 +1,4 @@
-// Words of the simulated dVRK: a text of bounded length, so that a servo period can speak without an allocation.
+// A text of bounded length, so that a servo period can compose messages without allocation.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace palpate::dvrk {
 
-/// Bounded text; what does not fit is cut off.
+/// Text of bounded length; characters that do not fit are cut off, and a number that does not fit is omitted.
 class Text {
  public:
   Text() = default;

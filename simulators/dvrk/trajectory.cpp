@@ -6,10 +6,10 @@
 namespace palpate::dvrk {
 namespace {
 
-/// Shortest time from speed v0 to rest a way d further on (time-optimal control of a double integrator whose speed is
-/// bounded).
+/// Shortest time in which a joint with velocity v0 comes to rest at the distance d (time-optimal control of a double
+/// integrator with bounded speed) [s].
 double shortest(double d, double v0, double v_max, double a) noexcept {
-  const double overshoot = v0 * std::abs(v0) / (2.0 * a);  // way of braking at once
+  const double overshoot = v0 * std::abs(v0) / (2.0 * a);  // displacement of immediate braking
   const double s = d >= overshoot ? 1.0 : -1.0;
   const double way = s * d, speed = s * v0;
   const double peak = std::sqrt(std::max(a * way + 0.5 * speed * speed, 0.0));
@@ -19,13 +19,13 @@ double shortest(double d, double v0, double v_max, double a) noexcept {
   return t_first + t_last + std::max(rest, 0.0) / v_max;
 }
 
-/// Way of the three phases in a time T.
+/// Displacement of the three phases in the time T, with the cruising speed v_c.
 double way_of(double v_c, double v0, double a, double T) noexcept {
   const double t_first = std::abs(v_c - v0) / a, t_last = std::abs(v_c) / a;
   return 0.5 * (v0 + v_c) * t_first + v_c * (T - t_first - t_last) + 0.5 * v_c * t_last;
 }
 
-/// The cruising speed whose three phases go d in a time T. The way grows with it, so halving finds it.
+/// The cruising speed whose three phases cover d in the time T, by bisection: the displacement grows with the speed.
 double cruise(double d, double v0, double v_max, double a, double T) noexcept {
   double low = std::max(-v_max, 0.5 * (v0 - a * T)), high = std::min(v_max, 0.5 * (v0 + a * T));
   for (int k = 0; k < 60 && high - low > 1e-15; ++k) {
@@ -70,7 +70,7 @@ void Trajectory::step(double dt) noexcept {
   for (Eigen::Index k = 0; k < q_.size(); ++k) {
     const Phases& p = phases_[static_cast<std::size_t>(k)];
     const double left = duration_ - t_;
-    if (left <= p.t_last) {  // told from the end, so that it arrives exactly
+    if (left <= p.t_last) {  // computed from the end, so that it arrives exactly
       v_[k] = std::copysign(p.a * left, p.v_c);
       q_[k] = goal_[k] - 0.5 * v_[k] * left;
     } else {

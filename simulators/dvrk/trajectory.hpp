@@ -1,7 +1,7 @@
-// Point-to-point motion of several joints that start together, wherever and however fast they are, and come to rest
-// together: each by three phases of constant acceleration (+-a, 0, +-a) with a cruising speed v_c between them,
-//   q(t): v0 -> v_c at +-a,  v_c,  v_c -> 0 at +-a,   |v_c| <= v_max,
-// the slowest joint as fast as its limits let it, the others with the cruising speed that takes as long.
+// Synchronised point-to-point motion of several joints, which start at any position and velocity and come to rest
+// together. Each joint moves in three phases of constant acceleration (+-a, 0, +-a):
+//   q(t): v0 -> v_c at +-a,  v_c,  v_c -> 0 at +-a,   |v_c| <= v_max
+// The slowest joint moves as fast as its limits allow; the cruising speeds v_c of the others give the same duration.
 #pragma once
 
 #include <array>
@@ -10,18 +10,19 @@
 
 namespace palpate::dvrk {
 
+/// A synchronised point-to-point motion of several joints.
 class Trajectory {
  public:
-  /// From q, v to rest at goal. v_max, a_max above zero, per joint; all of one length.
+  /// Starts a motion from q, v to rest at goal. v_max, a_max: limits of each joint, above zero. All have one length.
   void start(const JointVector& q, const JointVector& v, const JointVector& goal, const JointVector& v_max,
              const JointVector& a_max) noexcept;
   void stop() noexcept { active_ = false; }
-  /// dt further on. Afterwards q(), v() hold; done() once it rests at its goal.
+  /// Advances by dt [s] and updates q(), v() and done().
   void step(double dt) noexcept;
 
-  [[nodiscard]] bool active() const noexcept { return active_; }  ///< started, and not yet done or stopped
-  [[nodiscard]] bool done() const noexcept { return done_; }
-  [[nodiscard]] double duration() const noexcept { return duration_; }  ///< of all of it [s]
+  [[nodiscard]] bool active() const noexcept { return active_; }        ///< started, and not yet done or stopped
+  [[nodiscard]] bool done() const noexcept { return done_; }            ///< at rest at the goal
+  [[nodiscard]] double duration() const noexcept { return duration_; }  ///< duration of the whole motion [s]
   [[nodiscard]] const JointVector& q() const noexcept { return q_; }
   [[nodiscard]] const JointVector& v() const noexcept { return v_; }
   [[nodiscard]] const JointVector& goal() const noexcept { return goal_; }
@@ -29,7 +30,7 @@ class Trajectory {
  private:
   struct Phases {
     double v0 = 0.0, v_c = 0.0, a = 1.0;
-    double t_first = 0.0, t_last = 0.0;  ///< of speeding up and of slowing down [s]
+    double t_first = 0.0, t_last = 0.0;  ///< durations of the first and last phase [s]
   };
 
   std::array<Phases, kMaxJoints> phases_;

@@ -9,13 +9,13 @@
 namespace palpate::guidance {
 namespace {
 
-/// True when every live frame of the fixture has a pose that is not timed out.
+/// True if every live frame of the fixture has a pose that has not timed out.
 bool placed(const Fixture& f) noexcept {
   return std::all_of(f.frames.begin(), f.frames.end(),
                      [&f](const auto& frame) { return frame->told() && frame->age() <= f.patience; });
 }
 
-/// The measured value by which a ramp goes.
+/// The measured value that a ramp follows.
 double measured(const Ramp& ramp, const Fixture& f, const FixtureState& now, const Input& in) noexcept {
   switch (ramp.by) {
     case Ramp::By::distance:
@@ -29,7 +29,7 @@ double measured(const Ramp& ramp, const Fixture& f, const FixtureState& now, con
   }
 }
 
-/// Engages or releases the fixture; returns the authority that its policy asks for.
+/// Engages or releases the fixture. Returns the authority that its policy demands [0-1].
 double target(const Fixture& f, FixtureState& now, bool has_place, const Input& in) noexcept {
   const double near = std::abs(now.constraint.gap);
   const bool engaged = f.on && has_place && (now.engaged ? near <= f.policy.release : near <= f.policy.engage);

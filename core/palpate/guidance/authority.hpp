@@ -1,10 +1,11 @@
-// How much authority each fixture has: its policy's engagement and ramps, followed at the policy's pace.
+// The authority of each fixture: engagement and ramps of its policy, within the policy's rise and fall times.
 #pragma once
 
 #include "palpate/guidance/fixture_state.hpp"
 
 namespace palpate::guidance {
 
+/// Engages and releases the fixtures and updates their authorities.
 class Authority {
  public:
   /// dt: period of the cycle [s].

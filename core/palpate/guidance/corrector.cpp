@@ -9,11 +9,11 @@
 namespace palpate::guidance {
 namespace {
 
-constexpr int kRounds = 6;               // of linearising and solving
+constexpr int kRounds = 6;               // rounds of linearisation and solution
 constexpr double kTolerance = 1e-8;      // [m, rad] constraint violation accepted as satisfied
-constexpr double kPushed = 1e-6;         // [m] by which a border has to move over the goal to push it
-constexpr double kMostCorrection = 0.5;  // [m] a correction beyond it is none
-constexpr double kJump = 1e-3;           // [m] no border moves that far in one period
+constexpr double kPushed = 1e-6;         // [m] a border that overtakes the goal by more pushes it
+constexpr double kMostCorrection = 0.5;  // [m] a larger correction is rejected
+constexpr double kJump = 1e-3;           // [m] a border that moves farther in one period has jumped
 
 bool one_sided(const Constraint& c) noexcept {
   return std::isfinite(c.gap) && (c.gradient.f != Vec3::Zero() || c.gradient.t != Vec3::Zero());
@@ -32,7 +32,7 @@ void Corrector::add(const Vec6& a, double b, int rank, int fixture) noexcept {
   if (r >= 0) fixture_of_[to_index(r)] = fixture;
 }
 
-// Evaluates all members at X; at the mapped goal they have been evaluated already.
+// Evaluates the constraints of all members at X. At the mapped goal they have been evaluated already.
 void Corrector::evaluate(const FixtureStates& states, const Pose& X, const Input& in) noexcept {
   const Pose& mapped = in.goal.X_WT_goal;
   const bool at_goal = X.p == mapped.p && X.R == mapped.R;
@@ -41,8 +41,8 @@ void Corrector::evaluate(const FixtureStates& states, const Pose& X, const Input
   }
 }
 
-// A fixture that has just appeared, was edited or has jumped may find goal and tool in violation. It may stay violated
-// by that slack, which decreases at the return speed.
+// When a fixture appears, is edited or jumps, goal and tool may violate it. The slack allows that violation and
+// decreases at the return speed.
 void Corrector::update_slack(FixtureStates& states, int i, const Input& in) const noexcept {
   FixtureState& now = states[i];
   const Constraint& c = constraint_[to_index(i)];
@@ -54,13 +54,14 @@ void Corrector::update_slack(FixtureStates& states, int i, const Input& in) cons
   now.slack = std::max(c.violation(), c.attracts ? 0.0 : states.evaluate(i, in.tool.X_WT, in).violation());
 }
 
-// Distance left up to where the goal has to turn, for the period that it is held [m, rad].
+// Remaining distance of the goal to its border in the coming period, after the allowed violation, the standoff and the
+// border's own motion; negative when violated [m, rad].
 double Corrector::room(const FixtureState& state, const Constraint& c) const noexcept {
   const double keep = follower_ != nullptr && !c.attracts ? follower_->standoff() : 0.0;
   return c.gap + state.allowed() - keep - std::max(-c.gap_rate_of_fixture, 0.0) * dt_;
 }
 
-// Largest violation at the last evaluated pose, beyond what is allowed [m].
+// Largest violation at the last evaluated pose beyond the allowed one [m].
 double Corrector::worst_violation(const FixtureStates& states) const noexcept {
   double worst = 0.0;
   for (int i = 0; i < states.size(); ++i) {
@@ -72,7 +73,7 @@ double Corrector::worst_violation(const FixtureStates& states) const noexcept {
   return worst;
 }
 
-// room(X) + J . (y - y_X) >= 0.
+// Adds the linearised constraint room(X) + J . (y - y_X) >= 0.
 void Corrector::add_row(const FixtureStates& states, int i, const Constraint& c, const Pose& X,
                         const Input& in) noexcept {
   if (!one_sided(c)) return;
@@ -80,8 +81,8 @@ void Corrector::add_row(const FixtureStates& states, int i, const Constraint& c,
   add(a, a.dot(displacement(in.goal.X_WT_goal, X)) - room(states[i], c), states.fixture(i).policy.priority, i);
 }
 
-// The tool itself respects the constraint as well, though it lags its goal. Returns by how much the present goal fails
-// to ensure that [m].
+// Adds the row with which the tool, which lags its goal, satisfies the constraint as well. Returns the amount by which
+// the present goal violates this row [m].
 double Corrector::add_tool_row(const FixtureStates& states, int i, const Input& in) noexcept {
   const Constraint c = states.evaluate(i, in.tool.X_WT, in);
   if (!one_sided(c) || c.attracts || c.rotational) return 0.0;
@@ -92,8 +93,8 @@ double Corrector::add_tool_row(const FixtureStates& states, int i, const Input& 
   return lead - c.gradient.f.dot(X_WT_.p - in.tool.X_WT.p);
 }
 
-// The rows that stay for this tick: of the joints, of the tool itself, and of attracting fixtures, evaluated at the
-// mapped goal. Returns by how much the tool's rows are violated [m].
+// Adds the rows that are not re-linearised in this tick: joint limits, rows of the tool, and attracting fixtures
+// linearised at the mapped goal. Returns the largest violation of the tool's rows [m].
 double Corrector::add_lasting_rows(const FixtureStates& states, const Input& in) noexcept {
   double violation = 0.0;
   qp_.clear();
@@ -108,8 +109,9 @@ double Corrector::add_lasting_rows(const FixtureStates& states, const Input& in)
   return violation;
 }
 
-// Attracting fixtures add cuts of their constraint. Repelling ones are linearised at the previous goal, and anew at
-// each better one, so that their side is remembered. False: no solution, the goal stays in place.
+// Solves and re-linearises. Repelling fixtures are linearised at the previous goal, so that the goal stays on its side
+// of them, and again at each solution. Attracting fixtures add a cutting plane where a solution violates them. Returns
+// false if there is no solution; the goal then stays in place.
 bool Corrector::iterate(const FixtureStates& states, const Input& in, int lasting, Pose& X,
                         Qp::Status& status) noexcept {
   for (int round = 0; round < kRounds; ++round) {
@@ -144,12 +146,12 @@ bool Corrector::step(FixtureStates& states, const Input& in) noexcept {
   Qp::Status status = Qp::Status::solved;
   if (!iterate(states, in, lasting, X, status)) return false;
   share_out(states);
-  // A feasible goal is left for a nearer one only: at rest it stands still.
+  // A feasible goal is replaced only by one nearer to the mapped goal, so that it does not move at rest.
   const Vec6 stays = displacement(mapped, X_WT_);
   if (lacks < kTolerance && stays.norm() <= qp_.y().norm() && qp_.kept(stays, lasting)) X = X_WT_;
   if (follower_ != nullptr) {
     X = towards(X, states, in);
-    // A goal that had to be slowed down is pushed all the same by a border that has moved over it.
+    // A border that has moved over the goal pushes it even if its speed was limited above.
     if (pushed > kPushed && qp_.solve(displacement(mapped, X)) != Qp::Status::stopped &&
         qp_.y().norm() < kMostCorrection) {
       X = displaced(mapped, qp_.y());
@@ -159,8 +161,9 @@ bool Corrector::step(FixtureStates& states, const Input& in) noexcept {
   return status == Qp::Status::solved;
 }
 
-// A row that promised less room than is found at its solution bulges away from its border and would forbid allowed
-// poses. A row that promised more stays beside the newer one: where walls meet, each has its own.
+// Removes rows that predicted less room than the constraint has at the solution: the border curves away from such a
+// row, which would forbid feasible poses. A row that predicted more room is kept in addition to the newer one, because
+// where walls meet each wall needs its own row.
 void Corrector::drop_misleading_rows(const FixtureStates& states, int from) noexcept {
   int rows = from;
   for (int r = from; r < qp_.rows(); ++r) {
@@ -173,7 +176,8 @@ void Corrector::drop_misleading_rows(const FixtureStates& states, int from) noex
   qp_.truncate(rows);
 }
 
-// Each fixture's share of the correction y = sum of multipliers times rows, as one row of the rows' mean length.
+// Splits the correction y = sum of multipliers times rows among the fixtures. The rows of each are merged into one row
+// with their mean length.
 void Corrector::share_out(const FixtureStates& states) noexcept {
   std::array<double, kMaxFixtures> sum{}, squares{};
   for (int i = 0; i < states.size(); ++i) share_[to_index(i)] = 0.0, direction_[to_index(i)] = {};
@@ -194,7 +198,7 @@ void Corrector::share_out(const FixtureStates& states) noexcept {
     const double length = std::sqrt(direction.f.squaredNorm() + (direction.t / kLength).squaredNorm());
     direction = {size / length * direction.f, size / length * direction.t};
     share_[to_index(i)] = size * length;
-    // The target direction changes with the place: the hand feels that force too.
+    // The target direction changes with the position, which also causes a force.
     if (states[i].constraint.rotational) direction.f = states[i].constraint.gradient.f;
   }
 }

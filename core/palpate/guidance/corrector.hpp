@@ -1,6 +1,6 @@
-// Projects the commanded goal onto the set that several fixtures allow together, by a quadratic program.
+// Projects the commanded goal onto the set of poses that several fixtures allow together, by a quadratic program.
 //
-//   y = displacement from the mapped goal       min |y|^2 / 2,   for every fixture:  gap(X) + J . (y - y_X) >= -slack
+//   y = displacement from the mapped goal       min |y|^2 / 2,   for every fixture:  gap(X) + J . (y - y_X) >= -allowed
 //
 // The program is linearised at the previous solution, so that the goal stays on its side of a thin fixture, and again
 // at each new solution, at most kRounds times, until all constraints hold within 10 nm.
@@ -15,28 +15,31 @@
 
 namespace palpate::guidance {
 
+/// Finds the nearest pose that all its member fixtures allow.
 class Corrector {
  public:
-  using Member = bool (*)(const Fixture&) noexcept;
+  using Member = bool (*)(const Fixture&) noexcept;  ///< true for fixtures that the corrector satisfies
 
-  /// member: which fixtures it satisfies. dt: period of the cycle [s]. follower: its limits, for a corrector whose
-  /// solution the tool follows; null for one whose solution is only the target of a force.
+  /// member: selects the fixtures. dt: period of the cycle [s]. follower: limits of the follower if the tool follows
+  /// the solution; null if the solution is only the target of a force.
   Corrector(Member member, const Options& options, double dt, FollowerLimits* follower = nullptr)
       : member_(member), follower_(follower), return_speed_(options.return_speed), dt_(dt) {}
 
-  /// True when an active fixture is a member.
+  /// True if an active fixture is a member.
   [[nodiscard]] bool needed(const FixtureStates& states) const noexcept;
-  /// One tick: the nearest allowed goal, from the one before. False when the constraints contradict each other.
+  /// One tick: finds the nearest allowed goal, starting at the previous one. Returns false if constraints contradict
+  /// each other.
   bool step(FixtureStates& states, const Input& in) noexcept;
 
   /// The corrected goal.
   [[nodiscard]] const Pose& X_WT() const noexcept { return X_WT_; }
-  /// Starts from another goal.
+  /// Sets the goal from which the next step() starts.
   void start_at(const Pose& X_WT) noexcept { X_WT_ = X_WT; }
-  /// The goal moves towards X_goal, within what the follower can do.
+  /// The goal moved towards X_goal by one period, within the limits of follower and speed; for a corrector with a
+  /// follower.
   [[nodiscard]] Pose towards(const Pose& X_goal, const FixtureStates& states, const Input& in) noexcept;
 
-  /// Fixture i's share of the correction [m, rad] and its direction.
+  /// The share of fixture i in the correction [m, rad], and its direction.
   [[nodiscard]] double share(int i) const noexcept { return share_[to_index(i)]; }
   [[nodiscard]] const Wrench& direction(int i) const noexcept { return direction_[to_index(i)]; }
 
@@ -61,8 +64,8 @@ class Corrector {
   double return_speed_, dt_;
   Pose X_WT_;
   Qp qp_;
-  std::array<int, Qp::kRows> fixture_of_{};            ///< fixture of each row; below zero: none
-  std::array<Constraint, kMaxFixtures> constraint_{};  ///< of each fixture, at the newest solution
+  std::array<int, Qp::kRows> fixture_of_{};            ///< fixture of each row; -1 for a joint limit
+  std::array<Constraint, kMaxFixtures> constraint_{};  ///< constraint of each fixture at the newest solution
   std::array<double, kMaxFixtures> share_{};
   std::array<Wrench, kMaxFixtures> direction_{};
 };

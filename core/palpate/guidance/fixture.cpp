@@ -19,7 +19,7 @@ struct LawEntry {
   std::shared_ptr<const Law> (*make)(const LawOptions&);
 };
 
-/// A role, or a law, is one file and one line here.
+/// A new role or law takes one file and one line here.
 constexpr std::array kRoles = {RoleEntry{"guide", &make_guide},     RoleEntry{"forbid", &make_forbid},
                                RoleEntry{"keep-in", &make_keep_in}, RoleEntry{"orient", &make_orient},
                                RoleEntry{"limit", &make_limit},     RoleEntry{"rcm", &make_rcm}};

@@ -1,6 +1,6 @@
 // A fixture: a geometry, a role that makes a constraint on the tool from it, a law that makes a force from the
-// constraint, and a policy that sets the fixture's authority. Roles and laws know no shape; a list of fixtures is
-// immutable and swapped whole.
+// constraint, and a policy that sets the fixture's authority. Roles and laws do not depend on the shape. A list of
+// fixtures is immutable and replaced as a whole.
 #pragma once
 
 #include <limits>
@@ -14,107 +14,115 @@
 
 namespace palpate::guidance {
 
-/// Fixtures of a list, at most.
+/// Largest number of fixtures in a list.
 inline constexpr int kMaxFixtures = 128;
 
 /// Makes a constraint from a geometry. Stateless, so that it may be evaluated at any pose.
 class Role {
  public:
   virtual ~Role() = default;
-  /// around: holds what needs() asks for.
+  /// The constraint for a tool, from the query at its pose. around: the derivatives that needs() selects, else zero.
   [[nodiscard]] virtual Constraint constraint(const Query& query, const Around& around,
                                               const ToolQuery& tool) const noexcept = 0;
+  /// Name under which make_role() finds the role.
   [[nodiscard]] virtual const char* name() const noexcept = 0;
-  /// How the target direction changes with the tool's place, where the role depends on it.
+  /// Derivatives with respect to the tool's position that the constraint needs: none, those of Geometry::normals(), or
+  /// that of Geometry::turns().
   enum class Needs { nothing, normals, turns };
   [[nodiscard]] virtual Needs needs() const noexcept { return Needs::nothing; }
-  /// Needs a geometry that has an inside.
+  /// True if the role needs a geometry that has an inside.
   [[nodiscard]] virtual bool needs_solid() const noexcept { return false; }
-  /// Needs a geometry that is a single point.
+  /// True if the role needs a geometry that is a single point.
   [[nodiscard]] virtual bool needs_point() const noexcept { return false; }
-  /// Needs a geometry that has an axis.
+  /// True if the role needs a geometry that has an axis.
   [[nodiscard]] virtual bool needs_axis() const noexcept { return false; }
-  /// Its constraint has a gap, by which a policy may engage or ramp.
+  /// True if the constraint has a gap, by which a policy can engage the fixture or ramp its authority.
   [[nodiscard]] virtual bool has_gap() const noexcept { return true; }
 };
 
-/// Options of all roles; each reads its own.
+/// Options of all roles; each role reads its own.
 struct RoleOptions {
-  double margin = 0.0;          ///< guide: free play around; forbid: kept clear outside; keep_in: kept clear inside [m]
-  double angle = 0.0;           ///< orient: free tilt [rad]
-  Vec3 axis = Vec3::UnitZ();    ///< orient, rcm: of the tool, in T: what points, or slides, along
-  std::string target = "axis";  ///< orient: the geometry's `axis`, its `normal` (against it), or its whole `frame`
-  double speed = 0.0;           ///< limit: of the tool [m/s]; 0: none
-  double force = 0.0;           ///< limit: of what it touches, on the tool [N]; 0: none. Neither: a workspace
+  double margin = 0.0;  ///< guide, rcm: free distance; forbid, keep-in: clearance to the border; limit: widens it [m]
+  double angle = 0.0;   ///< orient: free angle to the target [rad]
+  Vec3 axis = Vec3::UnitZ();    ///< orient: axis of the tool that is aligned; rcm: direction of the shaft; in T
+  std::string target = "axis";  ///< orient: along the geometry's `axis`, against its `normal`, or as its `frame`
+  double speed = 0.0;           ///< limit: largest speed of the tool [m/s]; 0: unlimited
+  double force = 0.0;  ///< limit: largest contact force [N]; 0: unlimited. Without speed and force: a workspace
 };
 
 /// Makes a force from a constraint. Stateless.
 class Law {
  public:
   virtual ~Law() = default;
-  /// V_WT: commanded velocity of the tool.
+  /// Force on a tool with the commanded velocity V_WT, for the constraint c.
   [[nodiscard]] virtual ConstraintForce force(const Constraint& c, const Twist& V_WT) const noexcept = 0;
+  /// Name under which make_law() finds the law.
   [[nodiscard]] virtual const char* name() const noexcept = 0;
-  /// Largest slope of the force over the violation, and over the speed, for the study of stability.
+  /// Largest derivative of the force with respect to the violation (stiffness) and to the speed (damping), for the
+  /// stability analysis.
   [[nodiscard]] virtual double stiffness() const noexcept = 0;          ///< [N/m]
   [[nodiscard]] virtual double damping() const noexcept = 0;            ///< [N s/m]
   [[nodiscard]] virtual double turning_stiffness() const noexcept = 0;  ///< [N m/rad]
   [[nodiscard]] virtual double turning_damping() const noexcept = 0;    ///< [N m s/rad]
-  /// The violation is found for all such fixtures together, by the quadratic program.
+  /// True if one quadratic program finds the violations of all fixtures with such a law together.
   [[nodiscard]] virtual bool jointly() const noexcept { return false; }
 };
 
-/// Options of all laws; each reads its own.
+/// Options of all laws; each law reads its own.
 struct LawOptions {
-  double K = 400.0;         ///< stiffness, on the tool's side: the hand feels scale * force_scale * K [N/m]
-  double B = 2.0;           ///< damping against the gradient [N s/m]
-  double K_turn = 0.5;      ///< the same of an angle [N m/rad]
-  double B_turn = 0.005;    ///< [N m s/rad]
-  double force = 3.0;       ///< largest force: potential, optimise [N]
-  double moment = 0.05;     ///< the same of an angle [N m]
-  double range = 0.01;      ///< potential: attracts from so far, repels from so far [m]
-  double range_turn = 0.5;  ///< the same of an angle [rad]
-  double ratio = 0.1;       ///< admittance: of the motion that is not free to the free one, under the same force [0-1]
+  double K = 400.0;         ///< stiffness on the tool's side; the hand feels scale * force_scale * K [N/m]
+  double B = 2.0;           ///< damping along the gradient [N s/m]
+  double K_turn = 0.5;      ///< rotational stiffness [N m/rad]
+  double B_turn = 0.005;    ///< rotational damping [N m s/rad]
+  double force = 3.0;       ///< potential, optimise: largest force [N]
+  double moment = 0.05;     ///< potential, optimise: largest moment [N m]
+  double range = 0.01;      ///< distance to the border at which attraction ends, or at which potential and
+                            ///< admittance begin to resist [m]
+  double range_turn = 0.5;  ///< potential: the same for an angle [rad]
+  double ratio = 0.1;       ///< admittance: speed across / speed along the free directions, at the same force [0-1]
 };
 
-/// Scales the authority with a measured value: 0 at `from`, 1 at `to`, linear between; either may be the larger.
+/// Multiplies the authority by a factor that follows a measured value: 0 at `from`, 1 at `to`, linear in between.
+/// `from` may be larger than `to`.
 struct Ramp {
   enum class By {
-    pedal,     ///< Controls::guidance, 0-1
+    pedal,     ///< guidance pedal, 0-1
     distance,  ///< |gap| [m, rad]
-    time,      ///< since the fixture was engaged [s]
-    force,     ///< of the operator, by a load cell; without one the force of the fixture's law [N]
+    time,      ///< time since the fixture engaged [s]
+    force,     ///< operator's force from a load cell; without a load cell the force of the fixture's law [N]
   };
   By by = By::pedal;
-  double from = 0.0, to = 1.0;
+  double from = 0.0, to = 1.0;  ///< values at which the factor is 0 and 1, in the unit of `by`
 };
 
-/// How much authority a fixture has.
+/// When a fixture acts, and with how much authority.
 struct Policy {
-  bool hard = false;  ///< the tool's goal is corrected as well: with authority 1 the tool never violates the constraint
-  double authority = 1.0;  ///< 0-1, times the ramps
-  int priority = 0;        ///< a lower one never pushes against a higher one; hard fixtures come first
-  double engage = std::numeric_limits<double>::infinity();   ///< engages once |gap| is below [m, rad] ...
-  double release = std::numeric_limits<double>::infinity();  ///< ... until it is above
-  double rise = 0.2;  ///< shortest time in which its authority goes from 0 to 1 [s] ...
-  double fall = 0.2;  ///< ... and back
+  bool hard = false;  ///< corrects the tool's goal as well: with authority 1 the tool never violates the constraint
+  double authority = 1.0;  ///< 0-1, multiplied by the ramps
+  int priority = 0;        ///< a fixture never pushes against one of higher priority; hard fixtures come first
+  double engage = std::numeric_limits<double>::infinity();   ///< the fixture engages when |gap| is below [m, rad]
+  double release = std::numeric_limits<double>::infinity();  ///< and releases when |gap| is above [m, rad]
+  double rise = 0.2;  ///< shortest time in which the authority rises from 0 to 1 [s]
+  double fall = 0.2;  ///< shortest time in which the authority falls from 1 to 0 [s]
   std::vector<Ramp> ramps;
 };
 
+/// A geometry with its role, law and policy.
 struct Fixture {
-  std::string name;  ///< unique in its list: an edited fixture of the same name goes on where the old one was
+  std::string name;  ///< unique in its list; an edited fixture takes over the state of the one with the same name
   GeometryPtr geometry;
   std::shared_ptr<const Role> role;
   std::shared_ptr<const Law> law;
   Policy policy;
-  bool on = true;
-  LiveFrames frames;  ///< live frames that carry the geometry; before the first pose arrives the authority is zero
-  double patience = std::numeric_limits<double>::infinity();  ///< timeout of their poses, then too [s]
+  bool on = true;     ///< false: switched off, the authority falls to zero
+  LiveFrames frames;  ///< live frames that carry the geometry; the authority is zero until each has a pose
+  double patience = std::numeric_limits<double>::infinity();  ///< timeout: with an older pose the authority is zero [s]
 };
 
 /// The fixture's constraint at time t [s], whatever its policy.
 [[nodiscard]] Constraint evaluate(const Fixture& fixture, const ToolQuery& tool, double t) noexcept;
 
+/// A list of fixtures, immutable while the stage uses it.
 struct Fixtures {
   std::vector<Fixture> fixture;
   std::shared_ptr<LiveFrame>
@@ -124,13 +132,13 @@ struct Fixtures {
 /// Names of the available roles and laws.
 std::vector<std::string> roles();
 std::vector<std::string> laws();
-/// Throws std::invalid_argument naming the bad value, or the available names.
+/// A role or a law by its name. Throws std::invalid_argument naming the bad value, or the available names.
 [[nodiscard]] std::shared_ptr<const Role> make_role(const std::string& name, const RoleOptions& options);
 [[nodiscard]] std::shared_ptr<const Law> make_law(const std::string& name, const LawOptions& options);
-/// Throws std::invalid_argument naming the fixture, the value and the mend.
+/// Checks a list. Throws std::invalid_argument naming the fixture, the value and the remedy.
 void check(const Fixtures& fixtures);
 
-// The tables' entries; each has a file of its own.
+// The single roles and laws, for make_role() and make_law(); each has a file of its own.
 [[nodiscard]] std::shared_ptr<const Role> make_guide(const RoleOptions& options);
 [[nodiscard]] std::shared_ptr<const Role> make_forbid(const RoleOptions& options);
 [[nodiscard]] std::shared_ptr<const Role> make_keep_in(const RoleOptions& options);

@@ -1,4 +1,4 @@
-// The fixtures of the list with what the stage remembers of each.
+// The list of fixtures, with the state that the stage keeps for each of them.
 #pragma once
 
 #include <array>
@@ -10,35 +10,38 @@
 
 namespace palpate::guidance {
 
-/// One fixture within the stage.
+/// State of one fixture.
 struct FixtureState {
   std::uint64_t key = 0;   ///< hash of the fixture's name
-  double authority = 0.0;  ///< after ramps, rise and fall
+  double authority = 0.0;  ///< present authority, after ramps, rise and fall [0-1]
   double rise = 0.0;       ///< increase of the authority in this tick
-  double since = 0.0;      ///< time of engagement [s]
-  double slack = 0.0;      ///< violation found when the fixture appeared, decreasing at the return speed [m, rad]
-  bool engaged = false, fresh = true;
-  Constraint constraint;  ///< at the mapped goal; of a corrected one along its share of the correction
-  ConstraintForce force;  ///< times the authority
+  double since = 0.0;      ///< time at which the fixture engaged [s]
+  double slack =
+      0.0;  ///< tolerated violation: that found when the fixture appeared, less the return speed times time [m, rad]
+  bool engaged = false, fresh = true;  ///< fresh: new, edited or jumped, and its slack is not yet set
+  Constraint constraint;  ///< at the mapped goal; for a corrected fixture with gap and gradient of its share
+  ConstraintForce force;  ///< force of the law times the authority
 
+  /// True while the fixture has authority, that is, acts.
   [[nodiscard]] bool active() const noexcept { return authority > 0.0; }
-  /// Violation that is still allowed: the slack, or the share that an authority below one leaves [m, rad].
+  /// Violation that is allowed: the slack, or, if larger, the fraction that an authority below one leaves [m, rad].
   [[nodiscard]] double allowed() const noexcept;
 };
 
-/// The list of fixtures and their states, by the same index.
+/// The list of fixtures and their states, which share an index.
 class FixtureStates {
  public:
-  /// Another list, which outlives its use. A fixture whose name was in the list before keeps its state.
+  /// Replaces the list; `fixtures` must outlive its use. A fixture whose name was in the old list keeps
+  /// its state.
   void take(const Fixtures& fixtures) noexcept;
-  /// Tells the live frames that a tick begins.
+  /// Updates the live frames at the beginning of a tick.
   void begin(const Input& in) noexcept;
 
   [[nodiscard]] int size() const noexcept { return list_ == nullptr ? 0 : static_cast<int>(list_->fixture.size()); }
   [[nodiscard]] const Fixture& fixture(int i) const noexcept { return list_->fixture[to_index(i)]; }
   [[nodiscard]] FixtureState& operator[](int i) noexcept { return state_[to_index(i)]; }
   [[nodiscard]] const FixtureState& operator[](int i) const noexcept { return state_[to_index(i)]; }
-  /// The constraint of fixture i for a tool at X_WT; inactive when a number is not finite.
+  /// The constraint of fixture i for a tool at X_WT; an inactive one if the computed constraint is not finite.
   [[nodiscard]] Constraint evaluate(int i, const Pose& X_WT, const Input& in) const noexcept;
 
  private:

@@ -7,10 +7,11 @@
 namespace palpate::guidance {
 namespace {
 
-constexpr double kBend = 2.0;       // [1/m] the tool leaves the chord by lag^2 / (8 r), r at least 6 cm
-constexpr double kMostBend = 5e-4;  // [m]
-constexpr double kOfSpeed = 0.9;    // of the joints' speed: the rest is for what the Jacobian leaves out
-constexpr double kDamping = 1e-3;   // of the inverse of the Jacobian, rows over kLength
+constexpr double kBend = 2.0;       // [1/m] the tool's arc leaves the chord by lag^2 / (8 r), radius r at least 6 cm
+constexpr double kMostBend = 5e-4;  // [m] largest such deviation
+constexpr double kOfSpeed = 0.9;    // usable fraction of the joints' speeds; the rest covers the linearisation error
+constexpr double kDamping =
+    1e-3;  // damping of the inverse of the Jacobian, whose rotational rows are scaled by kLength
 
 }  // namespace
 
@@ -24,7 +25,8 @@ void FollowerLimits::begin(const Pose& X_WT, const Input& in) noexcept {
   for (Eigen::Index k = 0; k < inverse_.cols(); ++k) inverse_.col(k) = factors.solve(Vec6(inverse_.col(k)));
 }
 
-// The share of a step of the goal that the joints can take in one period; beyond it each joint would saturate alone.
+// The fraction of a step of the goal that the joints can follow in one period. Beyond it single joints would saturate,
+// and the joints would no longer move together.
 double FollowerLimits::share_of_joints(const Vec6& step, const Input& in) const noexcept {
   double share = 1.0;
   if (in.tool.joints == nullptr || inverse_.cols() != in.tool.joints->step.size()) return share;

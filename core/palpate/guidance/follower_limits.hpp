@@ -1,4 +1,4 @@
-// What the follower can do: its joints' limits, the lag behind its goal, and how fast the goal may move.
+// Limits of the follower: its joints' ranges and speeds, its lag behind the goal, and the speed of the goal.
 #pragma once
 
 #include <algorithm>
@@ -8,44 +8,47 @@
 
 namespace palpate::guidance {
 
+/// Keeps the corrected goal within the limits of the follower.
 class FollowerLimits {
  public:
-  /// dt: period of the cycle [s]. Throws std::invalid_argument naming an option that cannot be.
+  /// dt: period of the cycle [s]. Throws std::invalid_argument naming an invalid option.
   FollowerLimits(const Options& options, double dt) : options_(options), dt_(dt), model_(options.servo, dt) {}
 
-  /// A tick begins. X_mapped_before: mapped goal of the tick before.
+  /// Begins a tick. p_WT: measured position [m]. X_mapped_before: mapped goal of the previous tick.
   void observe(const Vec3& p_WT, const Pose& X_mapped_before) noexcept {
     model_.observe(p_WT);
     X_mapped_before_ = X_mapped_before;
   }
-  /// The tick ends with this goal.
+  /// Ends a tick with the goal that the follower receives [m].
   void command(const Vec3& p_goal) noexcept { model_.command(p_goal); }
 
-  /// A correction of the goal starts at X_WT. Inverts the joints' Jacobian.
+  /// Begins a correction that starts at the previous corrected goal X_WT. Inverts the Jacobian of the joints.
   void begin(const Pose& X_WT, const Input& in) noexcept;
-  /// Adds the rows that keep the joints within their limits: q + J^+ (y - y_tool). Their fixture is -1.
+  /// Adds rows to the quadratic program that keep the joints within their limits, by add(a, b, rank) for a . y >= b. At
+  /// the goal y the joints are at q + J^+ (y - y_tool), with the measured joints q, the damped inverse J^+ of the
+  /// Jacobian and the measured tool y_tool.
   template <class Add>
   void add_joint_rows(const Input& in, const Add& add) const noexcept;
-  /// Distance that the goal keeps from a border: the reserve, and more while the tool is far behind, because its joints
-  /// lead it to the goal along an arc [m].
+  /// Distance that the goal keeps from a border [m]: the reserve, and more while the tool is far behind, because its
+  /// joints move it to the goal along an arc.
   [[nodiscard]] double standoff() const noexcept { return options_.reserve + arc_; }
-  /// True when the tool lags its goal, so that it needs a constraint of its own.
+  /// True if the tool lags its goal, so that it needs a constraint of its own.
   [[nodiscard]] bool lags() const noexcept { return !model_.follows_at_once(); }
-  /// Least distance that the goal has to lie along the gradient of c, ahead of the tool, so that the tool respects c,
-  /// evaluated at the tool; `allowed` is the violation allowed [m].
+  /// Smallest lead of the goal over the tool along the gradient of c with which the tool itself satisfies c [m]. c is
+  /// evaluated at the tool; `allowed` is the allowed violation [m].
   [[nodiscard]] double lead(const Constraint& c, double allowed) const noexcept {
     return model_.need(c.gap + allowed, c.gradient.f.dot(model_.v()), c.gap_rate_of_fixture);
   }
 
-  /// A goal from X towards X_goal: as fast as the hand moves the mapped goal plus the return speed, but no faster than
-  /// speed_limit [m/s] and the joints allow.
+  /// Moves the goal from X towards X_goal in one period: at most as fast as the hand moves the mapped goal plus the
+  /// return speed, and no faster than speed_limit [m/s] and the joints allow.
   Pose towards(const Pose& X, const Pose& X_goal, double speed_limit, const Input& in) noexcept;
-  /// How far a speed limit keeps the goal behind [m], and in which direction.
+  /// Distance by which a speed limit delays the goal [m], and the unit vector from the desired to the delayed goal.
   [[nodiscard]] double lag() const noexcept { return lag_; }
   [[nodiscard]] const Vec3& lag_direction() const noexcept { return lag_direction_; }
 
  private:
-  static constexpr int kJointRank = 1 << 20;  ///< limits of joints come before every fixture
+  static constexpr int kJointRank = 1 << 20;  ///< joint limits rank above every fixture
 
   [[nodiscard]] double share_of_joints(const Vec6& step, const Input& in) const noexcept;
 

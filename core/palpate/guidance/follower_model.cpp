@@ -11,11 +11,11 @@
 namespace palpate::guidance {
 namespace {
 
-constexpr double kHorizon = 5.0;    // time constants: what is left of a motion after them is small
-constexpr double kFarthest = 3e-3;  // [m] that a goal is led ahead of the tool, at most
-constexpr double kLost = 5e-3;      // [m] a tool that far from where it should be is no longer where it was sent
-// Of the difference between the measured place and the expected one: how much is believed, and how much the velocity is
-// corrected by it. Encoders are fine, and the servo is known: little of either is needed.
+constexpr double kHorizon = 5.0;    // [1 / w] prediction horizon, after which the servo has settled
+constexpr double kFarthest = 3e-3;  // [m] largest lead of the goal over the tool
+constexpr double kLost = 5e-3;      // [m] prediction error beyond which the model restarts at the measured position
+// Observer gains: fractions of the difference between measured and predicted position that correct the position and,
+// per period, the velocity. They are small because the encoders are fine and the servo is known.
 constexpr double kPlace = 0.5, kSpeed = 0.05;
 
 }  // namespace
@@ -61,7 +61,7 @@ double FollowerModel::need(double gap, double speed, double drift) const noexcep
   double least = -1e3;
   for (const Later& later : later_) {
     const double left = 1.0 - later.f;
-    // A tool that is in already is not thrown out: its goal lies at the border, at least.
+    // Without speed and drift, the goal of a tool that has crossed the border has to lie at the border, not beyond it.
     const double from = gap >= 0.0 ? gap : left * gap;
     least = std::max(least, -(from + later.g * speed + drift * later.t) / left);
   }

@@ -1,13 +1,15 @@
-// How the tool follows its goal: what a hard fixture has to know to keep the tool, not only its goal, out of a region.
+// Model of how the tool follows its goal. With it a hard fixture keeps the tool, not only the goal, out of a region.
 //
-//   p'' = w^2 (p_goal - p) - 2 zeta w p'         the joints' servo, seen at the tip
+//   p'' = w^2 (p_goal - p) - 2 zeta w p'         servo of the joints, seen at the tip
 //
-// With the goal held from now on, the tool is t later at p + (1 - f(t)) (goal - p) + g(t) p'. So for a border that it
-// is `gap` away from along n, and that comes nearer by `drift`, the goal has to lie at least
+// While the goal is held, the tool is at p + (1 - f(t)) (goal - p) + g(t) p' after the time t. Let `gap` be the
+// distance of the tool from a border along its normal n, and `drift` the rate of the gap due to the border's own
+// motion. The tool stays outside if
 //
 //   n . (goal - p) >= max_t -(gap + g(t) n . p' + drift t) / (1 - f(t))
 //
-// ahead: linear in the goal, exact for a plane, and on the safe side for everything that bulges towards the tool.
+// This condition is linear in the goal, exact for a plane, and conservative for a region that is convex towards the
+// tool.
 #pragma once
 
 #include <array>
@@ -16,37 +18,41 @@
 
 namespace palpate::guidance {
 
+/// Options of the servo that moves the follower's joints to their goals.
 struct ServoOptions {
-  double bandwidth = -1.0;     ///< natural frequency of the follower's joints behind their goals [Hz]; 0: at once;
-                               ///< below zero: as of the follower where it is simulated, elsewhere at once
-  double damping_ratio = 1.0;  ///< [-]
+  double bandwidth = -1.0;     ///< natural frequency [Hz]; 0: the joints follow without lag; negative: that of the
+                               ///< simulated follower, or, with another follower, without lag
+  double damping_ratio = 1.0;  ///< damping ratio zeta [-]
 };
 
+/// Estimates the tool's velocity, and predicts its motion behind the goal.
 class FollowerModel {
  public:
-  /// dt: period of the goals [s]. Throws std::invalid_argument naming an option that cannot be.
+  /// dt: period of the goals [s]. Throws std::invalid_argument naming an invalid option.
   FollowerModel(const ServoOptions& options, double dt);
 
+  /// True if the tool follows its goal without lag.
   [[nodiscard]] bool follows_at_once() const noexcept { return options_.bandwidth <= 0.0; }
-  /// The tool is measured at p_WT: corrects what is known of its velocity.
+  /// Corrects the estimated position and velocity by the measured position p_WT [m].
   void observe(const Vec3& p_WT) noexcept;
-  /// It is sent to p_goal from now on.
+  /// Predicts the state one period ahead, with the goal p_goal [m].
   void command(const Vec3& p_goal) noexcept;
+  /// Estimated position [m] and velocity [m/s] of the tool, in W.
   [[nodiscard]] const Vec3& p() const noexcept { return p_; }
   [[nodiscard]] const Vec3& v() const noexcept { return v_; }
-  /// The least n . (goal - p) that keeps the tool out, see above. gap [m], speed = n . p', drift [m/s].
+  /// The smallest n . (goal - p) that keeps the tool outside [m], as above. gap [m], speed = n . p' [m/s], drift [m/s].
   [[nodiscard]] double need(double gap, double speed, double drift) const noexcept;
 
  private:
   static constexpr std::size_t kTimes = 32;
   struct Later {
-    double t, f, g;
+    double t, f, g;  ///< f and g [s] as above, at the time t [s]
   };
 
   ServoOptions options_;
   double dt_;
   std::array<Later, kTimes> later_{};
-  Eigen::Matrix2d step_ = Eigen::Matrix2d::Identity();  ///< of (p - goal, p') over dt
+  Eigen::Matrix2d step_ = Eigen::Matrix2d::Identity();  ///< transition matrix of (p - goal, p') over one period dt
   bool known_ = false;
   Vec3 p_ = Vec3::Zero(), v_ = Vec3::Zero(), goal_ = Vec3::Zero();
 };

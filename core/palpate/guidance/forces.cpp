@@ -10,7 +10,7 @@
 namespace palpate::guidance {
 namespace {
 
-constexpr double kLagForce = 3.0;  // [N] largest force of a goal that a speed limit keeps behind
+constexpr double kLagForce = 3.0;  // [N] largest force towards a goal that a speed limit delays
 
 bool none(const Wrench& F) noexcept { return F.f == Vec3::Zero() && F.t == Vec3::Zero(); }
 
@@ -29,33 +29,34 @@ void scale(ConstraintForce& force, double by) noexcept {
   force.U *= by;
 }
 
-/// A ramp by distance or force follows the hand, which could collect a credit for it again and again.
+/// True if the energy that a rising authority stores is credited. It is not for a ramp by distance or force: the hand
+/// controls such a ramp and could collect the credit repeatedly.
 bool earns_credit(const Policy& policy) noexcept {
   return !policy.hard && std::none_of(policy.ramps.begin(), policy.ramps.end(), [](const Ramp& ramp) {
     return ramp.by == Ramp::By::distance || ramp.by == Ramp::By::force;
   });
 }
 
-/// Moves the constraint of a corrected fixture to the end of its share of the correction. The goal goes a share
-/// `authority` of the way; the law is evaluated for the whole way, and scaled once.
+/// Sets gap and gradient of a corrected fixture from its share of the correction. The goal moves only the fraction
+/// `authority` of the whole correction; the law is evaluated for the whole correction, and its force is scaled once.
 void take_share(FixtureState& now, double share, const Wrench& direction) noexcept {
   if (!none(direction)) now.constraint.gradient = direction;
   now.constraint.gap = share > 0.0 ? -share / now.authority : std::max(now.constraint.gap, 0.0);
 }
 
-/// Takes `now` towards `goal`, by `step` at most.
+/// Moves `now` towards `goal` by at most `step`.
 void approach(const Vec3& goal, double step, Vec3& now) noexcept {
   const Vec3 change = goal - now;
   const double far = change.norm();
   now = far > step ? Vec3(now + step / far * change) : goal;
 }
 
-/// The change of a wrench [N], [N m] in one period.
+/// Largest change of a force [N] and a moment [N m] in one period.
 struct Change {
   double f = 0.0, t = 0.0;
 };
 
-/// The change of a fixture's wrench that the motions of hand and fixture explain.
+/// The change of a fixture's wrench in one period that the motions of hand and fixture explain.
 Change explained(const Fixture& fixture, const FixtureState& now, const Input& in, const ToolGoal& before,
                  double dt) noexcept {
   const Law& law = *fixture.law;
@@ -68,7 +69,8 @@ Change explained(const Fixture& fixture, const FixtureState& now, const Input& i
   const double K = c.rotational ? law.turning_stiffness() : law.stiffness();
   const double rise = K * (shift * moved + lever * turn + drift);
   double damps = c.rotational ? law.turning_damping() * dw : law.damping() * (shift * dv + lever * dw);
-  if (in.handle.takes_damping && lever == 0.0 && now.force.B != Mat3::Zero()) damps = 0.0;  // the device has it
+  if (in.handle.takes_damping && lever == 0.0 && now.force.B != Mat3::Zero())
+    damps = 0.0;  // the device renders this damping
   return {shift * (c.rotational ? rise : rise + damps), lever * (rise + damps)};
 }
 
@@ -117,7 +119,7 @@ void Priorities::apply(FixtureStates& states, bool takes_damping) noexcept {
     for (int j = 0; j < states.size(); ++j) {
       const bool first = comes_before(states.fixture(j).policy, states.fixture(i).policy);
       if (!pushes[to_index(j)] || !first) continue;
-      // A violation below the come-in of its damping counts by its share.
+      // A violation over which the damping of fixture j still rises (profile.hpp) counts in proportion.
       const Constraint& c = states[j].constraint;
       const Vec6 a = row(c).stableNormalized();
       const double share = std::min(c.violation() / (c.rotational ? kComesInTurn : kComesIn), 1.0);
@@ -146,11 +148,11 @@ const DampedWrench& Blend::step(const FixtureStates& states, const Input& in, co
     if (!now.active()) continue;
     const Change change = explained(states.fixture(i), now, in, before, dt_);
     f += change.f;
-    // A speed limit has no gradient to move along.
+    // A speed limit has no gradient; only its damping changes with the motion.
     if (std::isfinite(now.constraint.speed_limit)) f += states.fixture(i).law->damping() * dv;
     t += change.t;
   }
-  // The damping changes by what the hand, with its present velocity, would feel of the change.
+  // The change of the damping is limited by the force that it causes at the present velocity.
   const Mat3 change = sum.B - on_tool_.B;
   const double felt = (change * in.goal.V_WT.v).norm(), most = options_.force_rate * dt_;
   on_tool_.B += felt > most ? Mat3(most / felt * change) : change;

@@ -1,4 +1,4 @@
-// The wrench of the fixtures on the tool: each one's law, their priorities, and the rate at which the sum may change.
+// The wrench of the fixtures on the tool: the law of each, their priorities, and the rate limit of the sum.
 #pragma once
 
 #include "palpate/guidance/corrector.hpp"
@@ -8,16 +8,16 @@
 
 namespace palpate::guidance {
 
-/// Sets every fixture's force: soft ones at the mapped goal, corrected ones along their share of a correction. Returns
-/// the energy stored by fixtures whose authority rose by no motion of the hand [J].
+/// Sets the force of every fixture: at the mapped goal, or along its share of the correction if a corrector handles it.
+/// Returns the energy stored by fixtures whose authority rose without motion of the hand [J].
 double apply_laws(FixtureStates& states, const Corrector& hard, const Corrector& joint, const FollowerLimits& follower,
                   const Input& in) noexcept;
 
-/// A fixture never pushes against one of higher priority; hard fixtures come before soft ones.
+/// Enforces the priorities: a fixture never pushes against one that ranks above it; hard fixtures rank above soft ones.
 class Priorities {
  public:
-  /// Replaces each fixture's wrench by the nearest one that pushes against none of those before it. Damping that the
-  /// device renders by itself pushes against nothing.
+  /// Replaces the wrench of each fixture by the nearest wrench that opposes no fixture ranked above it. Damping that
+  /// the device renders by itself (takes_damping) is left unchanged.
   void apply(FixtureStates& states, bool takes_damping) noexcept;
 
  private:
@@ -30,7 +30,7 @@ class Blend {
  public:
   /// dt: period of the cycle [s].
   Blend(const Options& options, double dt) : options_(options), dt_(dt) {}
-  /// before: the mapped goal of the last tick. The answer lives until the next step.
+  /// The rate-limited sum; valid until the next step. before: the mapped goal of the previous tick.
   const DampedWrench& step(const FixtureStates& states, const Input& in, const ToolGoal& before) noexcept;
 
  private:

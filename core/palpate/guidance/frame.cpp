@@ -7,7 +7,7 @@
 namespace palpate::guidance {
 namespace {
 
-constexpr double kSeldom = 0.2;  // [s] between two poses of which no velocity is made
+constexpr double kSeldom = 0.2;  // [s] poses that far apart in time yield no velocity
 
 }  // namespace
 
@@ -34,10 +34,10 @@ void LiveFrame::put(const FrameState& state, bool with_velocity) noexcept {
   told_.store(n, std::memory_order_release);
 }
 
-// The state as it was told. True when a velocity was.
+// Reads the newest state. Returns true if its velocity was given; also before the first pose, whose velocity is zero.
 bool LiveFrame::get(FrameState& state) const noexcept {
   double given = 0.0;
-  for (int again = 0; again < 4; ++again) {  // overtaken while it was read: once more
+  for (int again = 0; again < 4; ++again) {  // reads again if the slot was overwritten meanwhile
     const std::size_t n = told_.load(std::memory_order_acquire);
     if (n == 0) return true;
     const Slot& slot = slots_[n % kSlots];
@@ -70,10 +70,10 @@ FrameState LiveFrame::at(double) const noexcept {
 void LiveFrame::see(double t) noexcept {
   const std::size_t told = told_.load(std::memory_order_acquire);
   Twist V;
-  if (t < t_) seen_ = 0;  // another run
+  if (t < t_) seen_ = 0;  // time went back: a new run
   if (told == seen_) {
     t_ = t;
-    if (age() <= 2.5 * interval_) return;  // told at its usual pace it is still on its way; later it has stopped
+    if (age() <= 2.5 * interval_) return;  // the next pose is not yet overdue; once it is, the frame has stopped
   } else {
     FrameState now;
     (void)get(now);

@@ -1,4 +1,4 @@
-// Where a geometry is attached: to the world, to something that moves by a closed form, to what somebody tells live.
+// Frames to which a geometry is attached: fixed in the world, moving in closed form, or set live from outside.
 #pragma once
 
 #include <array>
@@ -10,22 +10,24 @@
 
 namespace palpate::guidance {
 
-/// Where a frame is and how it moves.
+/// Pose and velocity of a frame F in the world W.
 struct FrameState {
   Pose X_WF;
-  Twist V_WF;  ///< of F's origin and of F, in W
+  Twist V_WF;  ///< velocity of F's origin and angular velocity of F, in W [m/s, rad/s]
 };
 
+/// A frame whose pose is known at any time.
 class Frame {
  public:
   virtual ~Frame() = default;
-  /// At time t [s]. Allocation free.
+  /// The frame at time t [s]. Allocation free.
   [[nodiscard]] virtual FrameState at(double t) const noexcept = 0;
 };
 
-/// Moves as an object of the scene does: camera, leader base and still organs have no motion.
+/// A frame that moves in closed form, like an object of the scene. The default motion is none.
 class MotionFrame final : public Frame {
  public:
+  /// X_WF: pose at rest, which `motion` displaces.
   explicit MotionFrame(const Pose& X_WF, scene::Motion motion = {});
   [[nodiscard]] FrameState at(double t) const noexcept override;
 
@@ -34,52 +36,55 @@ class MotionFrame final : public Frame {
   scene::Motion motion_;
 };
 
-/// Is where it was last told to be: a tool, a tracked camera, a handle in a viewer. One thread at a time tells, any
-/// number ask; nobody waits. Until it is told for the first time it is at the world's origin, and what is attached to
-/// it counts for nothing (guidance.cpp).
+/// A frame whose pose is set live: a tool, a tracked camera, a handle in a viewer. One thread at a time may call set(),
+/// any number of threads at(); neither blocks. Before the first set() the frame lies at the world's origin, and
+/// fixtures attached to it have no authority (authority.cpp).
 class LiveFrame final : public Frame {
  public:
-  /// With its velocity, or without: then it has the one that leads from pose to pose, in the time between the cycles
-  /// that saw them. Had it to be faster than kFastest or kTurns, it has leapt and is at rest; told seldom, too.
+  /// Sets the pose with its velocity, or without. see() estimates a missing velocity from successive poses and the
+  /// ticks that saw them. If the estimate exceeds kFastest or kTurns, or the poses are too rare, the frame has jumped
+  /// and the estimate is zero.
   void set(const FrameState& state) noexcept { put(state, true); }
   void set(const Pose& X_WF) noexcept { put({X_WF, {}}, false); }
   [[nodiscard]] FrameState at(double) const noexcept override;
 
-  /// One thread, the cycle's, sees it: at every tick, at times t [s].
+  /// Takes in the newest pose; the cycle's thread calls it at every tick, at time t [s].
   void see(double t) noexcept;
+  /// True once a pose has been set.
   [[nodiscard]] bool told() const noexcept { return told_.load(std::memory_order_relaxed) > 0; }
-  /// It was told anew, and not where a motion could have brought it.
+  /// True in a tick whose see() found a jump: a new pose that no plausible motion explains.
   [[nodiscard]] bool leapt() const noexcept { return t_leapt_ == t_; }
-  /// Since it was told anew, as of the last time it was seen [s].
+  /// Age of the newest pose at the last see() [s].
   [[nodiscard]] double age() const noexcept { return t_ - t_told_; }
 
-  static constexpr double kFastest = 0.25, kTurns = 3.0;  ///< [m/s], [rad/s]
+  static constexpr double kFastest = 0.25, kTurns = 3.0;  ///< largest plausible speed [m/s] and angular speed [rad/s]
 
  private:
-  static constexpr std::size_t kSlots = 8;  // who asks may be overtaken by so many, less one
-  using Slot = std::array<std::atomic<double>, 19>;
+  static constexpr std::size_t kSlots = 8;           // a read is valid while fewer than kSlots - 1 newer poses are set
+  using Slot = std::array<std::atomic<double>, 19>;  // R, p, v, w, and 1 if the velocity was given
 
   void put(const FrameState& state, bool with_velocity) noexcept;
   bool get(FrameState& state) const noexcept;
 
   std::array<Slot, kSlots> slots_{};
-  std::atomic<std::size_t> told_{0};  // how often; 0: never
+  std::atomic<std::size_t> told_{0};  // number of poses set
 
-  // As the cycle has seen it.
+  // State of see(): number of poses and newest pose seen, times, interval between the last two poses, estimated
+  // velocity.
   std::size_t seen_ = 0;
   Pose X_seen_;
   double t_ = 0.0, t_told_ = 0.0, t_leapt_ = -1.0, interval_ = 0.0;
   std::array<std::atomic<double>, 6> V_{};
 };
 
-/// A geometry at X_FG in a frame.
+/// A geometry at the pose X_FG in a frame.
 class Placed final : public Geometry {
  public:
   /// Throws std::invalid_argument when a pointer is null.
   Placed(GeometryPtr geometry, const Pose& X_FG, std::shared_ptr<const Frame> frame);
   [[nodiscard]] bool solid() const noexcept override { return geometry_->solid(); }
   [[nodiscard]] bool is_point() const noexcept override { return geometry_->is_point(); }
-  /// Also of what has none by itself, once somebody has turned it, or tells live how it is turned.
+  /// True also for a geometry without an axis of its own if it is rotated or its frame is live.
   [[nodiscard]] bool has_axis() const noexcept override;
   void add_live(LiveFrames& frames) const override;
   [[nodiscard]] Around normals(const Pose& X_WT, double t) const noexcept override;

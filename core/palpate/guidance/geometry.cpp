@@ -9,9 +9,9 @@
 namespace palpate::guidance {
 namespace {
 
-constexpr double kLongest = 1e9;     // [s]
-constexpr double kNothing = 1e-100;  // [m] squares of what is less leave the numbers that are precise
-constexpr double kStep = 2e-6;  // of the differences [m]: what they leave out and what they round are as small, 1e-6
+constexpr double kLongest = 1e9;     // [s] times are clamped to it
+constexpr double kNothing = 1e-100;  // [m] smaller coordinates become zero, so that their squares cannot underflow
+constexpr double kStep = 2e-6;       // [m] step of the differences: truncation and rounding errors are both about 1e-6
 
 Mat3 at_most(double most, const Mat3& slope) noexcept {
   const double norm = slope.norm();
@@ -52,7 +52,7 @@ Mat3 basis_of(const Vec3& normal) noexcept { return basis_of(normal, normal); }
 
 Mat3 basis_of(const Vec3& normal, const Vec3& along) noexcept {
   Vec3 left = along - normal.dot(along) * normal;
-  if (!(left.norm() > 1e-6)) {  // along the normal: any other will do
+  if (!(left.norm() > 1e-6)) {  // parallel to the normal: take the coordinate axis farthest from it
     int least = 0;
     normal.cwiseAbs().minCoeff(&least);
     left = Vec3::Unit(least) - normal[least] * normal;
@@ -75,7 +75,7 @@ Query towards(const Vec3& p, const Vec3& point, const Vec3* tangent) noexcept {
     q.basis = basis_of(q.normal);
     return q;
   }
-  // Across the curve even where the way out is mostly rounding: what is free there is the tangent.
+  // The normal is perpendicular to the tangent even where p - point is mostly rounding error: the tangent stays free.
   const Vec3 across = out - tangent->dot(out) * *tangent;
   const double length = across.norm();
   q.normal = length > 1e-12 ? Vec3(across / length) : Vec3(basis_of(*tangent).col(0));

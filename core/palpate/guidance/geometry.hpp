@@ -1,5 +1,5 @@
-// What a fixture is made of: one question, the same answer from points, curves, surfaces, solids and what is built of
-// them. Roles and laws ask it and know nothing of the shape.
+// The geometry of a fixture. Points, curves, surfaces, solids and their combinations answer the same query; roles and
+// laws use only its answer and do not depend on the shape.
 #pragma once
 
 #include <memory>
@@ -9,32 +9,32 @@
 
 namespace palpate::guidance {
 
-/// The answer to "where is the tool?", in the frame that the pose was given in (W in the cycle).
+/// Where the tool lies relative to a geometry, in the frame in which its pose was given (W in the cycle).
 struct Query {
-  double distance = 0.0;             ///< signed: below zero inside of a solid; of points and curves never [m]
-  Vec3 normal = Vec3::UnitZ();       ///< unit, outwards: the direction of the distance's gradient
-  double steep = 1.0;                ///< length of that gradient: 1 but where a blend fills a crease
-  Vec3 point = Vec3::Zero();         ///< nearest place of the geometry [m]
-  Mat3 basis = Mat3::Identity();     ///< a rotation: two tangents and, third, the normal
-  Vec3 velocity = Vec3::Zero();      ///< of the geometry's material at `point` [m/s]
+  double distance = 0.0;             ///< signed: negative inside a solid; never negative for points and curves [m]
+  Vec3 normal = Vec3::UnitZ();       ///< unit vector outwards: direction of the distance's gradient
+  double steep = 1.0;                ///< norm of that gradient: 1, except where a blend fills a crease
+  Vec3 point = Vec3::Zero();         ///< nearest point of the geometry [m]
+  Mat3 basis = Mat3::Identity();     ///< rotation matrix: two tangents and the normal as columns
+  Vec3 velocity = Vec3::Zero();      ///< velocity of the geometry's material at `point` [m/s]
   Vec3 spin = Vec3::Zero();          ///< angular velocity of the geometry [rad/s]
-  Mat3 attitude = Mat3::Identity();  ///< the frame that belongs to `point`: its z is the axis of lines, paths and
-                                     ///< cones; a recorded path gives the tool's; others the geometry's own axes
-  double along = 0.0;                ///< how far along a path or a line `point` is [m]; 0 elsewhere
-  int dimension = 2;                 ///< leading tangents that lie along the geometry: 0 at points, 1 along curves
+  Mat3 attitude = Mat3::Identity();  ///< rotation of the frame at `point`: z is the axis of a line, path or cone; a
+                                     ///< recorded path gives the tool's rotation, other geometries their own axes
+  double along = 0.0;                ///< arc length from the start of a path or line to `point` [m]; 0 elsewhere
+  int dimension = 2;  ///< how many leading columns of `basis` lie along the geometry: 0 at points, 1 on curves, else 2
 };
 
-/// What the answer is around the tool's place p, for roles whose aim goes with the place.
+/// Derivatives of a query with respect to the tool's position p, for roles whose target direction depends on it.
 struct Around {
-  Vec3 normal = Vec3::Zero();    ///< mean of the distance's gradient; shorter than one where the normals disagree
+  Vec3 normal = Vec3::Zero();    ///< mean of the distance's gradients nearby; shorter than one where they disagree
   Mat3 d_normal = Mat3::Zero();  ///< d normal / dp [1/m]
-  Mat3 turn = Mat3::Zero();      ///< the rotation vector of the attitude's turn, by dp [rad/m]
+  Mat3 turn = Mat3::Zero();      ///< d (rotation vector of the attitude) / dp [rad/m]
 };
 
 class LiveFrame;
 using LiveFrames = std::vector<std::shared_ptr<LiveFrame>>;
 
-/// Immutable once built; what moves is where it is (frame.hpp). Distances are exact unless a class says otherwise.
+/// A shape. It is immutable; its frame moves it (frame.hpp). Distances are exact unless a class says otherwise.
 class Geometry {
  public:
   virtual ~Geometry() = default;
@@ -42,39 +42,42 @@ class Geometry {
   Geometry(const Geometry&) = delete;
   Geometry& operator=(const Geometry&) = delete;
 
-  /// At time t [s], for a tool at X_WT. Finite for every finite pose and time: what lies beyond `kFarthest` is answered
-  /// as if it were at the edge. Allocation free.
+  /// The query at time t [s] for a tool at X_WT. Finite for every finite pose and time: coordinates are clamped to
+  /// `kFarthest`. Allocation free.
   [[nodiscard]] Query query(const Pose& X_WT, double t) const noexcept;
-  /// The normals around the same place, over kAround either way along each of the geometry's axes: by central
-  /// differences of the distance, so that d_normal is exact. Six queries.
+  /// The mean normal around the tool's position, by central differences of the distance over kAround along each of the
+  /// geometry's axes. d_normal is the exact derivative of that mean. Six queries.
   [[nodiscard]] virtual Around normals(const Pose& X_WT, double t) const noexcept;
-  /// How the attitude turns with the place: six queries. Where it leaps, as fast as kSharpest lets it.
+  /// The derivative of the attitude with respect to the tool's position, limited to kSharpest where the attitude jumps.
+  /// Six queries.
   [[nodiscard]] Around turns(const Pose& X_WT, double t) const noexcept;
-  /// It has an inside: `forbid` and `keep-in` have a meaning.
+  /// True if the geometry has an inside. The role `keep-in` needs it, and so do `forbid` and `limit` without a margin.
   [[nodiscard]] virtual bool solid() const noexcept = 0;
-  /// It is one place.
+  /// True if the geometry is a single point.
   [[nodiscard]] virtual bool is_point() const noexcept { return false; }
-  /// The attitude's z is an axis that a person would name: not of a point, a ball or a cloud that nobody has turned.
+  /// True if z of the attitude is a meaningful axis. It is not for a point, a ball or a cloud that has not been
+  /// rotated.
   [[nodiscard]] virtual bool has_axis() const noexcept { return true; }
-  /// Adds the frames that it is attached to and that are told live.
+  /// Appends the live frames to which the geometry is attached.
   virtual void add_live(LiveFrames& /*frames*/) const {}
 
-  static constexpr double kFarthest = 1e6;    ///< of coordinates [m]
-  static constexpr double kAround = 0.01;     ///< [m]
-  static constexpr double kSharpest = 100.0;  ///< most that an attitude turns by [rad/m]
+  static constexpr double kFarthest = 1e6;    ///< largest coordinate [m]
+  static constexpr double kAround = 0.01;     ///< half width of the differences in normals() [m]
+  static constexpr double kSharpest = 100.0;  ///< largest norm of the derivative of an attitude [rad/m]
 
  protected:
-  /// As `query`, for coordinates within kFarthest and times within 1e9 s.
+  /// The query for coordinates within kFarthest and times within 1e9 s, to which query() clamps them.
   [[nodiscard]] virtual Query answer(const Pose& X_WT, double t) const noexcept = 0;
 };
 
 using GeometryPtr = std::shared_ptr<const Geometry>;
 
-/// A rotation whose third column is the unit vector `normal`. Turns with it, but not everywhere continuously.
+/// A rotation whose third column is the unit vector `normal`. It is not continuous in `normal` everywhere.
 [[nodiscard]] Mat3 basis_of(const Vec3& normal) noexcept;
-/// The same with the first column as near to the unit vector `along` as the normal lets it.
+/// The same, with the first column as near to the unit vector `along` as the normal allows.
 [[nodiscard]] Mat3 basis_of(const Vec3& normal, const Vec3& along) noexcept;
-/// The answer of points and curves: distance and normal from p to its nearest place; `tangent` of a curve, else null.
+/// The query for points and curves: distance and normal from the nearest point `point` to p [m]. tangent: unit tangent
+/// of a curve at `point`; null for a point and beyond the end of a curve.
 [[nodiscard]] Query towards(const Vec3& p, const Vec3& point, const Vec3* tangent) noexcept;
 
 }  // namespace palpate::guidance

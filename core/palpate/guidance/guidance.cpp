@@ -9,7 +9,7 @@
 namespace palpate::guidance {
 namespace {
 
-constexpr double kMomentLength = 0.02;  // [m] that makes a moment comparable to a force
+constexpr double kMomentLength = 0.02;  // [m] length that makes a moment comparable to a force
 
 const Options& checked(const Options& options) {
   require("guidance", options.force_rate > 0.0 && std::isfinite(options.force_rate), "force_rate", options.force_rate,
@@ -68,7 +68,7 @@ void Guidance::correct(const Input& in) noexcept {
   if (hard_.needed(states_)) {
     if (!hard_.step(states_, in)) out_.status |= kGuidanceConflict;
   } else if (same(hard_.X_WT(), before_.X_WT_goal)) {
-    hard_.start_at(mapped);  // exactly: no hard fixture is there, nor was one
+    hard_.start_at(mapped);  // exact equality: no hard fixture corrects the goal or did so before
   } else {
     hard_.start_at(hard_.towards(mapped, states_, in));
   }
@@ -88,7 +88,7 @@ double Guidance::stiffness_along(const Vec3& F_T_W) const noexcept {
   return sum;
 }
 
-// Which fixture has the largest force, and how near the nearest one is.
+// Reports the fixture with the largest wrench, or else the smallest gap.
 void Guidance::report(const Input& in) noexcept {
   out_.strongest = -1;
   out_.gap = 0.0;

@@ -6,22 +6,23 @@
 
 namespace palpate::guidance {
 
+/// Options of the stage.
 struct Options {
-  double force_rate = 20.0;    ///< of changes that no motion explains: a switch, an edit, another priority [N/s]
-  double moment_rate = 0.35;   ///< the same of moments [N m/s]
-  double return_speed = 0.05;  ///< of the goal without motion of the hand: out of a region just forbidden [m/s]
+  double force_rate = 20.0;    ///< limit of force changes that no motion explains: a switch, an edit [N/s]
+  double moment_rate = 0.35;   ///< the same limit for moments [N m/s]
+  double return_speed = 0.05;  ///< speed of the goal without motion of the hand, e.g. out of a new region [m/s]
   double reserve = 5e-5;       ///< distance that hard fixtures keep between goal and border [m]
-  ServoOptions servo;          ///< of the follower behind its goal
+  ServoOptions servo;          ///< response of the follower to its goal
 };
 
-/// Input of the stage at every tick. All in W.
+/// Input of the stage at every tick, in W.
 struct Input {
-  double t = 0.0;      ///< now [s]
-  ToolGoal goal;       ///< commanded by the hand, from the mapping; while not engaged the hand feels nothing
-  ToolState tool;      ///< measured
-  Touch touch;         ///< what the tool touches
-  Handle handle;       ///< its operator's force and whether it takes damping
-  double pedal = 1.0;  ///< of guidance, 0-1
+  double t = 0.0;      ///< time of the tick [s]
+  ToolGoal goal;       ///< commanded goal from the mapping; while it is not engaged, the hand feels no fixture
+  ToolState tool;      ///< measured state of the tool
+  Touch touch;         ///< contact force on the tool
+  Handle handle;       ///< used: the operator's force, and whether the device renders damping
+  double pedal = 1.0;  ///< guidance pedal, 0-1
 };
 
 }  // namespace palpate::guidance

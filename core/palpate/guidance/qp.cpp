@@ -9,7 +9,7 @@
 namespace palpate::guidance {
 namespace {
 
-constexpr double kDependent = 1e-5;  // a unit row of which less is left beside the active ones is made of them
+constexpr double kDependent = 1e-5;  // a unit row whose residual after projection is smaller depends on the active rows
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
 }  // namespace
@@ -40,7 +40,7 @@ bool Qp::kept(const Vec6& y, int rows) const noexcept {
   return true;
 }
 
-// The row that lacks most, of the highest rank; of those first that were active the last time.
+// The most violated row of the highest rank; rows that were active in the last solution come first within their rank.
 int Qp::most_violated() const noexcept {
   int worst = -1;
   double lack = 0.0;
@@ -56,7 +56,7 @@ int Qp::most_violated() const noexcept {
   return worst;
 }
 
-// Q R of the active rows, by Gram and Schmidt, twice.
+// Q R factorisation of the active rows by Gram-Schmidt, repeated once for accuracy.
 void Qp::factorise() noexcept {
   for (int k = 0; k < now_.q; ++k) {
     Vec6 z = a_[to_index(now_.set[to_index(k)])];
@@ -82,8 +82,8 @@ void Qp::drop(int k) noexcept {
   factorise();
 }
 
-// Row p = sum r_k a_k, all r_k <= 0, cannot be kept beside the active rows that it is made of: one of them gives way,
-// and the search goes on from where that one was taken up.
+// Row p = sum r_k a_k with all r_k <= 0 contradicts the active rows of which it is a combination. The row of the lowest
+// rank among them is dropped, and the search resumes from the state before that row was added.
 void Qp::give_way(int p, const Vec6& r) noexcept {
   int least = p;
   for (int k = 0; k < now_.q; ++k) {
@@ -100,7 +100,8 @@ void Qp::give_way(int p, const Vec6& r) noexcept {
   factorise();
 }
 
-// Steps until row p is kept and active, or one has given way. False when the steps are used up.
+// Steps until row p is satisfied and active, or a contradicting row has been dropped. Returns false when the steps are
+// used up.
 bool Qp::take_up(int p) noexcept {
   before_[to_index(p)] = now_;
   now_.u[to_index(now_.q)] = 0.0;
@@ -119,7 +120,7 @@ bool Qp::take_up(int p) noexcept {
       for (int k = j + 1; k < now_.q; ++k) r[j] -= R_(j, k) * r[k];
       r[j] /= R_(j, j);
     }
-    double dual = kNever;  // as far as no multiplier turns negative
+    double dual = kNever;  // largest step for which no multiplier turns negative
     int blocks = -1;
     for (int k = 0; k < now_.q; ++k) {
       if (r[k] > 0.0 && now_.u[to_index(k)] < dual * r[k]) dual = now_.u[to_index(k)] / r[k], blocks = k;
@@ -147,10 +148,11 @@ bool Qp::take_up(int p) noexcept {
   return false;
 }
 
-// min |y - y0|^2 + sum w max(b - a . y, 0)^2 by Newton's method: piecewise quadratic, so that a few steps are exact.
+// Minimises kHardly |y - y0|^2 + sum w max(b - a . y, 0)^2 by Newton's method. The function is piecewise quadratic, so
+// a few steps reach the minimum.
 void Qp::least_violation() noexcept {
   constexpr int kNewton = 12;
-  constexpr double kWeight = 1e4, kHardly = 1e-6;  // from rank to rank; of the distance from y0
+  constexpr double kWeight = 1e4, kHardly = 1e-6;  // ratio of weights between ranks; weight of |y - y0|^2
   int first = std::numeric_limits<int>::min(), second = first;
   for (int i = 0; i < m_; ++i) first = std::max(first, rank_[to_index(i)]);
   for (int i = 0; i < m_; ++i) {

@@ -1,12 +1,12 @@
-// The quadratic program of guidance: the nearest point that satisfies many half-spaces.
+// The quadratic program of guidance: the point nearest to y0 in the intersection of half-spaces.
 //
 //   min |y - y0|^2 / 2    subject to    a_i . y >= b_i,   i = 1..m
 //
-// By the dual active-set method of Goldfarb and Idnani (1983), for the unit Hessian that this is: from the outside, one
-// violated row after the other, each step exact, so that the answer is one after a few rows. No allocation, no lock;
-// the number of steps is bounded; rows that contradict each other in more ways than that are violated as little as can
-// be, those of a higher rank ten thousand times less (least_violation). What was tried for it, and why it is our own:
-// docs/guidance-hard.md.
+// Solved by the dual active-set method of Goldfarb and Idnani (1983) for a unit Hessian: starting at y0, the method
+// adds one violated row after the other, and each intermediate point is optimal for the rows added so far. It allocates
+// nothing, and the number of steps is bounded. If the steps do not suffice because many rows contradict each other, the
+// sum of squared violations is minimised instead, with weights that differ by 10^4 between ranks. docs/guidance-hard.md
+// compares the solver with others.
 #pragma once
 
 #include <array>
@@ -15,51 +15,56 @@
 
 namespace palpate::guidance {
 
+/// The quadratic program and its solver.
 class Qp {
  public:
-  static constexpr int kVars = 6;
-  static constexpr int kRows = 544;
-  static constexpr int kSteps = 120;      ///< most rows taken up or dropped
-  static constexpr double kClose = 1e-9;  ///< a row counts as kept when it lacks less [units of y]
+  static constexpr int kVars = 6;         ///< variables
+  static constexpr int kRows = 544;       ///< largest number of rows
+  static constexpr int kSteps = 120;      ///< largest number of steps, which add or drop a row
+  static constexpr double kClose = 1e-9;  ///< violation of a row accepted as satisfied [units of y]
 
   enum class Status {
-    solved,   ///< every row is kept
-    relaxed,  ///< rows contradict each other: those of the lowest rank gave way, the others are kept
-    stopped,  ///< the steps were used up: y has the least sum of squared violations, weighed by rank
+    solved,   ///< every row is satisfied
+    relaxed,  ///< rows contradict each other: rows of the lowest rank were dropped, all others are satisfied
+    stopped,  ///< the steps were used up: y minimises the sum of squared violations, weighted by rank
   };
 
+  /// Removes all rows.
   void clear() noexcept { m_ = 0; }
-  /// Forgets the rows from m on.
+  /// Removes the rows from index m on.
   void truncate(int m) noexcept { m_ = m; }
-  /// a . y >= b; among rows that contradict each other the one with the lowest rank gives way; of equal ones the one
-  /// that is violated last, when those that lack most are taken up first.
-  /// Returns its index; -1 when it is no row (not finite, or a = 0), or there is no room for it.
+  /// Adds the row a . y >= b. Among rows that contradict each other the one of the lowest rank is dropped; among
+  /// equal ranks the one that was last to become active (the most violated row does so first). Returns the index of
+  /// the row; -1 if it is not finite, if a = 0, or if the program is full.
   int add(const Vec6& a, double b, int rank = 0) noexcept;
-  /// Row `to` is what row `from` is.
+  /// Copies row `from` to row `to`.
   void move(int from, int to) noexcept;
   [[nodiscard]] int rows() const noexcept { return m_; }
 
-  /// y0 finite. Rows that were active in the last solution are taken up first (warm start).
+  /// Solves the program for a finite y0. Rows that were active in the last solution are tried first (warm start).
   Status solve(const Vec6& y0) noexcept;
+  /// The solution of the last solve().
   [[nodiscard]] const Vec6& y() const noexcept { return now_.y; }
-  /// How much row i pushes: y - y0 = sum of multiplier_i a_i; never below zero.
+  /// Lagrange multiplier of row i, never negative: y - y0 = sum of multiplier_i a_i.
   [[nodiscard]] double multiplier(int i) const noexcept { return lambda_[static_cast<std::size_t>(i)]; }
+  /// True if row i was dropped because it contradicts other rows.
   [[nodiscard]] bool gave_way(int i) const noexcept { return out_[static_cast<std::size_t>(i)]; }
-  /// a_i as it was added.
+  /// a_i as given to add().
   [[nodiscard]] Vec6 row(int i) const noexcept { return length(i) * a_[static_cast<std::size_t>(i)]; }
-  /// a_i . y - b_i.
+  /// a_i . y - b_i at the solution.
   [[nodiscard]] double slack(int i) const noexcept;
-  /// The first `rows` rows are kept at y, but for kClose.
+  /// True if y satisfies the first `rows` rows within kClose.
   [[nodiscard]] bool kept(const Vec6& y, int rows) const noexcept;
+  /// Number of steps of the last solve().
   [[nodiscard]] int steps() const noexcept { return steps_; }
 
  private:
-  /// The nearest point that keeps the active rows.
+  /// The optimum for a set of active rows.
   struct State {
     Vec6 y = Vec6::Zero();
-    int q = 0;                          ///< active rows
-    std::array<int, kVars> set{};       ///< which
-    std::array<double, kVars + 1> u{};  ///< their multipliers, of the unit rows; then that of the row being taken up
+    int q = 0;                          ///< number of active rows
+    std::array<int, kVars> set{};       ///< indices of the active rows
+    std::array<double, kVars + 1> u{};  ///< multipliers of the active unit rows, then that of the row being added
   };
 
   [[nodiscard]] int most_violated() const noexcept;
@@ -71,15 +76,15 @@ class Qp {
   [[nodiscard]] double length(int i) const noexcept { return length_[static_cast<std::size_t>(i)]; }
 
   int m_ = 0, steps_ = 0;
-  std::array<Vec6, kRows> a_;  ///< unit
+  std::array<Vec6, kRows> a_;  ///< scaled to unit length
   std::array<double, kRows> b_{}, length_{}, lambda_{};
   std::array<int, kRows> rank_{};
   std::array<bool, kRows> out_{}, was_active_{}, active_{};
 
-  std::array<State, kRows> before_;  ///< of each row, when it was taken up last
+  std::array<State, kRows> before_;  ///< state before each row was last added to the active set
   Vec6 y0_ = Vec6::Zero();
   State now_;
-  Eigen::Matrix<double, kVars, kVars> Q_, R_;  ///< [a_set] = Q R, the first q columns
+  Eigen::Matrix<double, kVars, kVars> Q_, R_;  ///< factors of the matrix whose q columns are the active rows
 };
 
 }  // namespace palpate::guidance

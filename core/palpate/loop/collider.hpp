@@ -1,4 +1,4 @@
-// The thread beside the loop that answers contact methods whose geometry allocates (contact::Method::collide).
+// A thread in parallel to the loop that runs collision queries which allocate memory (contact::Method::collide).
 #pragma once
 
 #include <atomic>
@@ -10,6 +10,7 @@
 
 namespace palpate::loop {
 
+/// Runs a function periodically in a thread of its own and keeps its first exception.
 class Collider {
  public:
   ~Collider() { stop(); }
@@ -17,10 +18,11 @@ class Collider {
   Collider(const Collider&) = delete;
   Collider& operator=(const Collider&) = delete;
 
-  /// Calls collide() again and again, `pause` apart. What it throws is kept for fault(); it goes on trying.
+  /// Calls collide() repeatedly with a pause in between. An exception is kept for fault() and does not end the thread.
   void start(std::function<void()> collide, std::chrono::microseconds pause);
+  /// Ends the thread and waits for it.
   void stop();
-  /// The first thing that was thrown; empty when nothing was.
+  /// Message of the first exception; empty if none was thrown. From any thread.
   [[nodiscard]] std::string fault() const;
 
  private:

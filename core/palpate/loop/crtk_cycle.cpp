@@ -13,22 +13,22 @@
 namespace palpate::loop {
 namespace {
 
-constexpr double kTwistCutoff = 40.0;  // [Hz] of velocities that we difference ourselves
-/// What nobody has to mend: the operator's and the arms' own business.
+constexpr double kTwistCutoff = 40.0;  // [Hz] of the low-pass for velocities differenced from poses
+/// Bits that are states of operation, not faults.
 constexpr unsigned kGates = kNoOperator | kNotEnabled | kNotFollowing | kClutched;
 
 bool fits(const Twist& V, const WatchOptions& most) noexcept {
-  return V.v.norm() <= 2.0 * most.v_max && V.w.norm() <= 2.0 * most.w_max;  // so written, NaN does not fit
+  return V.v.norm() <= 2.0 * most.v_max && V.w.norm() <= 2.0 * most.w_max;  // false for NaN
 }
 
-/// `to` no farther from `from` than `step`.
+/// The point on the way from `from` to `to` that is at most `step` away from `from`.
 Vec3 towards(const Vec3& from, const Vec3& to, double step) noexcept {
   const Vec3 change = to - from;
   const double norm = change.norm();
   return norm > step ? Vec3(from + step / norm * change) : to;
 }
 
-/// F no longer than `most`.
+/// F shortened to the length `most` if it is longer.
 Vec3 within(const Vec3& F, double most) noexcept {
   const double norm = F.norm();
   return norm > most ? Vec3(most / norm * F) : F;
@@ -50,7 +50,7 @@ CrtkOptions checked(CrtkOptions o, const std::optional<arm::Arm>& follower) {
   for (const double& x : {o.release, o.settle, o.lag_most, o.slowest, o.watch.stale_after}) {
     if (!(x > 0.0 && std::isfinite(x))) refuse("release, settle, lag_most, slowest and stale_after must be above 0");
   }
-  o.stability.stale_after = std::numeric_limits<double>::infinity();  // judged here, by two clocks
+  o.stability.stale_after = std::numeric_limits<double>::infinity();  // Watch judges the age of states, by two clocks
   return o;
 }
 
@@ -97,7 +97,7 @@ void CrtkCycle::leader_twist(double stamp, const Twist& V_LH, Moment now) noexce
 }
 
 void CrtkCycle::leader_joints(double stamp, const double* q, std::size_t n) noexcept {
-  if (!(stamp > 0.0) || n == 0 || n > kMaxJoints) return;  // for the device's friction alone: no fault
+  if (!(stamp > 0.0) || n == 0 || n > kMaxJoints) return;  // the joints serve the friction estimate only: no fault
   const auto joints = Eigen::Map<const Eigen::VectorXd>(q, static_cast<Eigen::Index>(n));
   if (joints.allFinite()) in_.handle.q = joints;
 }
@@ -176,13 +176,14 @@ const CrtkOutput& CrtkCycle::step(Moment now) noexcept {
 
   const Mat3& R_LH = in_.handle.X_LH.R;
   out_.F = options_.tip_frame ? Wrench{R_LH.transpose() * F_.f, R_LH.transpose() * F_.t} : F_;
-  // An arm keeps the last wrench: what was pushed is taken back to zero, whoever forbids to push any more.
+  // A device keeps the last wrench it received. After a wrench that was not zero, commands therefore continue down to
+  // zero, even if commanding is no longer allowed.
   const bool ours = (gates_.leader_enabled || !options_.needs_state) && !gates_.other_teleop;
   out_.command = (ours && (status & kNoOperator) == 0) || pushed_;
   pushed_ = out_.command && !(F_.f.isZero(0.0) && F_.t.isZero(0.0));
   out_.tick.t = now.t;
   const unsigned caps = felt.rendered.status & ~(kLeaderStale | kFollowerStale);
-  out_.tick.status |= status | caps | reached;  // to what guidance reported
+  out_.tick.status |= status | caps | reached;  // adds to the bits that guidance reported
   copy(in_.handle.q, out_.tick.q);
   if (arm_) copy(q_follower_, out_.tick.q_follower);
   return out_;
@@ -194,8 +195,8 @@ void CrtkCycle::drop() noexcept {
   afresh_ = true;
 }
 
-// All that forbids a force now, as bits of Status. What is not the operator's own business is a fault, after which all
-// must be well for a while.
+// Everything that forbids a force now, as bits of Status. Bits outside kGates are faults: after a fault the force stays
+// zero until no fault has occurred for the time `settle`.
 unsigned CrtkCycle::judge(Moment now) noexcept {
   const CrtkGates& g = gates_;
   const bool virtual_follower = options_.virtual_follower;
@@ -203,7 +204,7 @@ unsigned CrtkCycle::judge(Moment now) noexcept {
   const bool slow = leader_.period() * options_.rate > options_.slowest;
   const bool lags = options_.own_teleop && !virtual_follower && in_.tool.good && out_.move &&
                     (out_.X_BT_goal.p - X_BT_.p).norm() > options_.lag_most;
-  // Of a twist that was told once and is no more, the last one is no velocity of now.
+  // If the stream of twists has fallen silent, its last value is not the present velocity.
   twist_known_ = twist_told_ && !twist_.stale(now);
   unsigned fault = leader_.faults() | twist_.faults() | follower_.faults() | joints_.faults() |
                    std::exchange(refused_, 0u) | (stalled ? kStalled : 0u) | (slow ? kSlow : 0u) |
@@ -223,7 +224,7 @@ unsigned CrtkCycle::judge(Moment now) noexcept {
          (g.clutch || in_.controls.clutch ? kClutched : 0u);
 }
 
-// Where the tool is, and how fast the handle.
+// Updates the pose of the tool, the velocity of the handle and the spheres.
 void CrtkCycle::locate() noexcept {
   if (!twist_known_) in_.handle.V_LH = V_differenced_;
   if (!in_.handle.good) in_.handle.V_LH = {};
@@ -233,11 +234,11 @@ void CrtkCycle::locate() noexcept {
   place_spheres(options_.virtual_follower || (arm_ && !joints_.stale(last_)));
 }
 
-// Spheres on links of which nothing is known touch nothing.
+// Computes the centres of the spheres. A sphere on a link whose pose is unknown is NaN and touches nothing.
 void CrtkCycle::place_spheres(bool joints_known) noexcept {
   Instrument& tool = in_.tool;
-  const Pose X_WA =
-      joints_known && arm_ ? tool.X_WT * arm_->tip().inverse() : Pose{};  // the model's base, wherever it is
+  const Pose X_WA = joints_known && arm_ ? tool.X_WT * arm_->tip().inverse()
+                                         : Pose{};  // pose of the model's base that agrees with the measured tip
   tool.p_WS[0] = tool.X_WT.p;
   std::size_t s = 0;
   for (const contact::Sphere& sphere : options_.contact.spheres) {
@@ -252,7 +253,7 @@ void CrtkCycle::place_spheres(bool joints_known) noexcept {
   }
 }
 
-// The goal: for a follower that is ours to move, and for one that there is not. Answers bits of Status.
+// Computes the goal of the follower, and moves a virtual follower to it. Returns bits of Status.
 unsigned CrtkCycle::follow(const HapticsOutput& felt) noexcept {
   out_.X_BT_goal = options_.X_WB.inverse() * felt.mapped.X_WT_goal;
   out_.jaw = felt.mapped.jaw;
@@ -266,8 +267,8 @@ unsigned CrtkCycle::follow(const HapticsOutput& felt) noexcept {
   return options_.virtual_follower && !reached ? kIkFailed : kOk;
 }
 
-// The cap on the rate holds in real time, however far apart the steps are; the way to zero is a straight line of
-// `release`, or faster when the haptics are.
+// The final rate limit of the wrench. The rate cap holds in real time, whatever the interval between steps. A wrench
+// that is no longer allowed falls to zero linearly within `release`, or faster if the output of the haptics does.
 Wrench CrtkCycle::last_word(const Wrench& F, bool allowed, double dt) const noexcept {
   const stability::Options& caps = options_.stability;
   if (!allowed) {

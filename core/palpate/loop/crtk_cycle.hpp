@@ -1,6 +1,7 @@
-// The haptic cycle of devices that are known by poses and wrenches alone, over a network: CRTK leaders and followers
-// (collaborative-robotics.github.io). Messages come in one by one; each step answers a wrench, and a goal for the
-// follower where the teleoperation is ours. Around the haptics (haptics.hpp) it knows when not to believe.
+// The haptic cycle for devices on a network that exchange poses and wrenches: CRTK leaders and followers
+// (collaborative-robotics.github.io). Messages arrive one by one; each step returns a wrench, and a goal for the
+// follower if Palpate runs the teleoperation. To the haptics (haptics.hpp) it adds the checks that decide when a force
+// is allowed.
 #pragma once
 
 #include <optional>
@@ -11,50 +12,55 @@
 
 namespace palpate::loop {
 
-struct CrtkOptions : HapticsOptions {  // X_WL: of the frame in which the leader tells measured_cp
-  Pose X_WB;                           ///< frame in which the follower does, in the world
-  bool own_teleop = false;             ///< we move the follower; otherwise somebody else's teleoperation does
-  bool virtual_follower = false;       ///< there is none: the tool is where the map puts it, as far as the arm reaches
-  bool tip_frame = false;      ///< the leader takes wrenches in its tip's frame, in place of that of measured_cp
-  bool needs_operator = true;  ///< of a teleoperation of ours: somebody must be known to be at the console
-  bool needs_state = true;     ///< operating states must be told
-  JointVector q_follower0;     ///< where a virtual follower starts [rad, m]
-  WatchOptions watch;
-  double release = 0.03;   ///< from a fault or a pedal to zero force, along a straight line [s]
-  double settle = 0.1;     ///< all must be well for so long after a fault [s]
-  double lag_most = 0.03;  ///< of a follower behind its goal [m]
-  double slowest = 2.5;    ///< periods of the cycle between two states of the leader, in the mean [-]
+/// Options of the cycle. X_WL is the pose of the frame in which the leader reports measured_cp.
+struct CrtkOptions : HapticsOptions {
+  Pose X_WB;                      ///< pose of the frame in which the follower reports measured_cp, in the world
+  bool own_teleop = false;        ///< Palpate moves the follower; otherwise another teleoperation does
+  bool virtual_follower = false;  ///< no follower: the tool follows the mapped goal within the reach of the arm's model
+  bool tip_frame = false;         ///< the leader takes wrenches in the frame of its tip, not in that of measured_cp
+  bool needs_operator = true;     ///< own_teleop: the operator must be reported as present
+  bool needs_state = true;        ///< the arms must report the operating state ENABLED
+  JointVector q_follower0;        ///< initial joint positions of a virtual follower [rad, m]
+  WatchOptions watch;             ///< limits for the streams of messages
+  double release = 0.03;          ///< time of the linear ramp to zero force after a fault or a pedal [s]
+  double settle = 0.1;            ///< time without a fault before force is allowed again [s]
+  double lag_most = 0.03;         ///< largest distance of the follower from its goal [m]
+  double slowest = 2.5;           ///< largest mean interval between states of the leader, in periods of the cycle [-]
 };
 
-/// What the console and the arms say about themselves; unknown is no.
+/// States that console and arms report. Unknown states count as false.
 struct CrtkGates {
-  bool following = false;         ///< as the teleoperation says; of ours: switched on
-  bool operator_present = false;  ///< somebody is at the console
-  bool clutch = false;
-  bool leader_enabled = false, follower_enabled = false;  ///< operating state ENABLED, homed
-  bool second_writer = false;                             ///< somebody else publishes wrenches to the same arm
-  bool other_teleop = false;                              ///< ours is asked for, and another one is on
-  bool frame_unsure = false;  ///< the arm may read wrenches in another frame, or not carry its own weight
-  bool guarded = false;       ///< the guardian has latched, or is gone
+  bool following = false;                                 ///< the teleoperation is switched on
+  bool operator_present = false;                          ///< an operator is at the console
+  bool clutch = false;                                    ///< clutch pedal is pressed
+  bool leader_enabled = false, follower_enabled = false;  ///< operating state is ENABLED, and the arm is homed
+  bool second_writer = false;                             ///< another node publishes wrenches to the same arm
+  bool other_teleop = false;                              ///< own_teleop: another teleoperation is on as well
+  bool frame_unsure = false;  ///< the arm may read wrenches in another frame, or not compensate its own weight
+  bool guarded = false;       ///< the guardian has latched, or is missing
 };
 
+/// Result of a step.
 struct CrtkOutput {
   Tick tick{};
-  Wrench F;              ///< to command, in the leader's frame or its tip's [N, N m]
-  bool command = false;  ///< send F; otherwise nothing may be sent at all
-  Pose X_BT_goal;
-  double jaw = 0.0;   ///< [rad]
-  bool move = false;  ///< send the goal
+  Wrench F;              ///< wrench to command, in the frame of the leader or of its tip [N, N m]
+  bool command = false;  ///< true: send F; false: send no wrench at all
+  Pose X_BT_goal;        ///< goal of the tool
+  double jaw = 0.0;      ///< goal of the jaw angle [rad]
+  bool move = false;     ///< true: send the goals of tool and jaw
 };
 
-/// F is finite, below its cap, never grows faster than its rate cap in real time, whatever the times of its steps,
-/// and is zero `release` after anything forbade it. After a fault contact and map start afresh.
+/// The wrench F is always finite and below its cap, and in real time it never grows faster than its rate cap, whatever
+/// the intervals between steps. It is zero at the latest `release` after a condition forbids it. After a fault, contact
+/// and map are reset.
 class CrtkCycle {
  public:
-  /// follower: for a virtual one and for spheres on its links. Throws std::invalid_argument naming what cannot be.
+  /// follower: its model, for a virtual follower and for spheres on its links. Throws std::invalid_argument naming an
+  /// invalid option.
   CrtkCycle(const CrtkOptions& options, std::optional<arm::Arm> follower);
 
-  // Messages, with numbers as they came and the stamps of their senders. All noexcept, no allocation, no lock.
+  // Messages: stamps [s] and numbers as received, `now` the time of arrival. Quaternions are x y z w, twists are in L,
+  // gripper and jaw angles [rad]. All functions are noexcept, without allocation or lock.
   void leader_pose(double stamp, const Vec3& p_LH, const Eigen::Vector4d& quat_LH, Moment now) noexcept;
   void leader_twist(double stamp, const Twist& V_LH, Moment now) noexcept;
   void leader_joints(double stamp, const double* q, std::size_t n) noexcept;
@@ -62,19 +68,19 @@ class CrtkCycle {
   void follower_pose(double stamp, const Vec3& p_BT, const Eigen::Vector4d& quat_BT, Moment now) noexcept;
   void follower_joints(double stamp, const double* q, std::size_t n, Moment now) noexcept;
   void jaw(double stamp, const double* angle, std::size_t n) noexcept;
-  /// Motion scale of somebody else's teleoperation.
+  /// Motion scale that another teleoperation reports [-].
   void set_scale(double scale) noexcept;
   void set_gates(const CrtkGates& gates) noexcept { gates_ = gates; }
   void set_controls(const Controls& controls) noexcept { in_.controls = controls; }
-  /// Another scene, which outlives the steps: contact starts afresh.
+  /// Replaces the scene, which must outlive its use, and resets contact.
   void set_scene(const scene::Snapshot& scene) noexcept;
 
-  /// From now on these fixtures; they outlive it, or the next ones.
+  /// Replaces the fixtures, which must outlive their use.
   void take(const guidance::Fixtures& fixtures) noexcept { haptics_.take(fixtures); }
 
-  /// One tick. Times may come as they like; the answer lives until the next step.
+  /// One tick, at any interval from the last one. The result is valid until the next step.
   const CrtkOutput& step(Moment now) noexcept;
-  /// Nothing is pushed any more, as of now: somebody else has put the force to zero.
+  /// Resets the wrench to zero, because another process has set the device's force to zero.
   void drop() noexcept;
 
   [[nodiscard]] contact::Tool& contact() noexcept { return haptics_.contact(); }
@@ -95,15 +101,15 @@ class CrtkCycle {
   Watch leader_, twist_, follower_, joints_;
   CrtkGates gates_;
   HapticsInput in_;
-  Pose X_BT_;            ///< as measured
-  Twist V_differenced_;  ///< of a leader that tells no twist
+  Pose X_BT_;            ///< measured pose of the tool
+  Twist V_differenced_;  ///< velocity from successive poses, for a leader that reports no twist
   bool twist_known_ = false, twist_told_ = false;
   JointVector q_follower_, q_step_, zero_;
-  unsigned refused_ = 0;  ///< bits of Status since the last step
-  Moment last_;           ///< step
+  unsigned refused_ = 0;  ///< bits of Status of messages rejected since the last step
+  Moment last_;           ///< time of the last step
   double fault_at_ = 0.0;
   bool stepped_ = false, afresh_ = false, pushed_ = false;  ///< pushed: the last command was not zero
-  Wrench F_;                                                ///< rendered last
+  Wrench F_;                                                ///< last rendered wrench on the hand, in L
   CrtkOutput out_;
 };
 

@@ -9,9 +9,9 @@
 namespace palpate::loop {
 namespace {
 
-constexpr double kFarthest = 100.0;    // [m] nothing on an operating table is farther away
-constexpr double kLongest = 0.1;       // [s] after a longer silence a motion is judged no more
-constexpr double kPeriodShare = 0.05;  // of a new period in the mean
+constexpr double kFarthest = 100.0;    // [m] larger coordinates are rejected
+constexpr double kLongest = 0.1;       // [s] after a longer silence the motion since then is not checked
+constexpr double kPeriodShare = 0.05;  // weight of a new period in the running mean
 
 }  // namespace
 
@@ -37,7 +37,7 @@ bool Watch::stamp(double stamp, Moment now) noexcept {
     return false;
   }
   if (heard_ && near && std::abs(ahead - passed) > options_.stale_after) {
-    faults_ |= kClockJumped;  // both clocks at once, or the time between was no time
+    faults_ |= kClockJumped;  // stamps and monotonic clock disagree on the time elapsed
   }
   if (!near) return refuse(kBadStamp);
   interval_ = heard_ ? std::clamp(ahead, 0.0, kLongest) : 0.0;

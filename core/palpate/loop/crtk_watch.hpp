@@ -1,4 +1,4 @@
-// Watches one stream of stamped messages from a device on a network: is what it says new, fresh and possible?
+// Watches one stream of stamped messages from a device on a network: are they new, fresh and plausible?
 #pragma once
 
 #include <cstdint>
@@ -7,47 +7,50 @@
 
 namespace palpate::loop {
 
-/// A moment on two clocks: our monotonic one, which never jumps, and the system's, in which stamps are told.
+/// A time on two clocks: the monotonic clock, which never jumps, and the system clock, which stamps refer to.
 struct Moment {
-  double t = 0.0;     ///< monotonic [s]
-  double wall = 0.0;  ///< since 1970 [s]
+  double t = 0.0;     ///< monotonic clock [s]
+  double wall = 0.0;  ///< system clock, since 1970 [s]
 };
 
+/// Limits beyond which a stream is not trusted.
 struct WatchOptions {
-  double stale_after = 0.03;  ///< silence, age of a stamp and jump of a clock beyond which nothing is believed [s]
-  double v_max = 3.0;         ///< no hand and no instrument moves faster [m/s]
-  double w_max = 40.0;        ///< or turns faster [rad/s]
-  double p_slack = 0.005;     ///< on top of it, for jitter of stamps [m]
-  double R_slack = 0.2;       ///< [rad]
+  double stale_after = 0.03;  ///< largest silence, age of a stamp and jump of a clock [s]
+  double v_max = 3.0;         ///< largest speed of a hand or an instrument [m/s]
+  double w_max = 40.0;        ///< largest angular speed [rad/s]
+  double p_slack = 0.005;     ///< tolerance of the speed check, for jitter of the stamps [m]
+  double R_slack = 0.2;       ///< the same for rotations [rad]
 };
 
-/// A stream is good while it is neither silent nor late. Messages that come twice or out of order are left out, which
-/// is no fault. Everything else that cannot be is one: a stamp of zero (the sender says: not valid), a stamp far from
-/// our clock, clocks that jump, numbers that are not finite, a rotation that is none, a motion that is too fast.
+/// A stream is good while it is neither silent nor late. Messages that arrive twice or out of order are ignored, which
+/// is not a fault. These are faults: a stamp of zero (which means invalid), a stamp far from this machine's clock, a
+/// clock that jumps, a number that is not finite, a quaternion that is not a rotation, a motion that is too fast.
 class Watch {
  public:
   explicit Watch(const WatchOptions& options = {}) : options_(options) {}
 
-  /// Is a message stamped `stamp` [s] that arrives now to be taken? Faults add to faults().
+  /// True if a message stamped `stamp` [s] that arrives now is to be used. Faults add to faults().
   bool stamp(double stamp, Moment now) noexcept;
-  /// A pose after a stamp that was taken: could it have moved so far? Numbers as they came, quaternion x y z w.
+  /// Checks the pose of a message whose stamp() was accepted, and writes it to X. Returns false if the numbers are no
+  /// pose; a motion that is too fast only adds to faults(). Position [m] and quaternion x y z w as received.
   bool pose(const Vec3& p, const Eigen::Vector4d& quat, Pose& X) noexcept;
-  /// Adds bits of Status to the faults, and does not take the message.
+  /// Adds bits of Status to the faults and returns false: the message is not used.
   bool refuse(unsigned bits) noexcept;
 
-  /// Bits of Status since the last call.
+  /// Faults since the last call, as bits of Status.
   unsigned faults() noexcept;
+  /// True once a message has been accepted.
   [[nodiscard]] bool heard() const noexcept { return heard_; }
-  /// Silent, or late, now?
+  /// True if the stream is silent or late.
   [[nodiscard]] bool stale(Moment now) const noexcept;
-  /// Between the last two stamps [s].
+  /// Time between the last two stamps [s].
   [[nodiscard]] double interval() const noexcept { return interval_; }
 
-  // For people.
-  [[nodiscard]] double age() const noexcept { return age_; }        ///< of the last stamp when it came [s]
-  [[nodiscard]] double period() const noexcept { return period_; }  ///< mean time between messages; 0: unknown [s]
-  [[nodiscard]] std::uint64_t taken() const noexcept { return taken_; }
-  [[nodiscard]] std::uint64_t left_out() const noexcept { return left_out_; }  ///< twice, or out of order
+  // Statistics for display.
+  [[nodiscard]] double age() const noexcept { return age_; }             ///< age of the last stamp at its arrival [s]
+  [[nodiscard]] double period() const noexcept { return period_; }       ///< mean time between messages; 0: unknown [s]
+  [[nodiscard]] std::uint64_t taken() const noexcept { return taken_; }  ///< number of accepted messages
+  [[nodiscard]] std::uint64_t left_out() const noexcept { return left_out_; }  ///< number of repeated or late messages
 
  private:
   WatchOptions options_;

@@ -11,7 +11,7 @@
 namespace palpate::loop {
 namespace {
 
-/// Finite, and no number whose sums or sines are not: no joint is a million radians, metres or radians a second away.
+/// True if all values are below a million [rad, m, rad/s], so that sums and sines of them are finite; false for NaN.
 bool believable(const JointVector& x) noexcept { return (x.array().abs() < 1e6).all(); }
 
 }  // namespace
@@ -46,7 +46,7 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
   if (clock_ != nullptr) clock_->start();
   out_.tick = Tick{};
   if (!trust(in)) {
-    hold_up();  // an arm has not been heard of yet: no force, no motion
+    hold_up();  // an arm has not yet reported a state: no force, no motion
     return out_;
   }
   in_.t = in.t;
@@ -73,7 +73,7 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
   return out_;
 }
 
-// Gravity compensation alone, as soon as the leader's joints are known.
+// Commands gravity compensation alone, once the leader's joints are known.
 void Cycle::hold_up() noexcept {
   if (leader_known_) {
     leader_.dynamics(leader_state_.q, leader_state_.v);
@@ -86,7 +86,7 @@ void Cycle::hold_up() noexcept {
   }
 }
 
-// Where handle and tool are, and how fast.
+// Computes poses and velocities of handle and tool from the joints.
 void Cycle::locate() noexcept {
   leader_.dynamics(leader_state_.q, leader_state_.v);
   follower_.update(follower_state_.q, zero_);
@@ -98,7 +98,7 @@ void Cycle::locate() noexcept {
   handle.q = leader_state_.q;
   handle.takes_damping = torque_.takes_damping(leader_state_);
   handle.F_hand = leader_state_.has_load_cell ? leader_state_.F_cell_L.norm() : -1.0;
-  if (!leader_.orients()) {  // its tip turns as it must, not as the hand wants: the tool keeps its own orientation
+  if (!leader_.orients()) {  // the hand cannot orient this leader's tip: the tool keeps its orientation
     handle.X_LH.R.setIdentity();
     handle.V_LH.w.setZero();
   }
@@ -121,7 +121,7 @@ void Cycle::place_spheres() noexcept {
   }
 }
 
-// Keeps the last states that are finite and valid. False while an arm has not yet been heard of.
+// Keeps the last states that are finite and valid. Returns false while an arm has not yet reported one.
 bool Cycle::trust(const CycleInput& in) noexcept {
   const LeaderState& leader = in.leader;
   const FollowerState& follower = in.follower;
@@ -143,8 +143,8 @@ bool Cycle::trust(const CycleInput& in) noexcept {
   }
   leader_known_ |= leader_usable;
   follower_known_ |= follower_usable;
-  // Any usable state will do to hold the arm up; motion and force want a fresh one. A hand, or a tool, that was out of
-  // sight has moved: the map is caught anew, as after a clutch, and the follower starts from where it is.
+  // Gravity compensation works with any usable state; motion and force need a fresh one. A hand or tool may have moved
+  // while it was not observed, so the map is anchored anew, as after a clutch, and the follower starts at its position.
   const bool follower_was_good = in_.tool.good;
   in_.handle.good = leader_usable && !haptics_.stale(in.t, leader.t);
   in_.tool.good = follower_usable && !haptics_.stale(in.t, follower.t);
@@ -160,7 +160,7 @@ bool Cycle::trust(const CycleInput& in) noexcept {
   return leader_known_ && follower_known_;
 }
 
-// What really pushes the tool, told by the torques of the follower's drives. Answers bits of Status.
+// Estimates the contact force on the tool from the torques of the follower's drives. Returns bits of Status.
 unsigned Cycle::estimate() noexcept {
   if (!estimate_) return kOk;
   if (!in_.tool.good) estimate_->reset();

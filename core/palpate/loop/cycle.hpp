@@ -1,5 +1,5 @@
-// The haptic cycle of arms that are known by their joints: states in, torques out. Around the haptics (haptics.hpp) it
-// knows the arms' kinematics and the leader's torques.
+// The haptic cycle of arms whose joints are measured: joint states in, joint torques out. To the haptics (haptics.hpp)
+// it adds the kinematics of the arms and the torques of the leader.
 #pragma once
 
 #include <memory>
@@ -12,49 +12,51 @@
 
 namespace palpate::loop {
 
+/// Options of the cycle.
 struct CycleOptions : HapticsOptions {
-  force::EstimateOptions estimate;  ///< of the force, where the source asks for it
+  force::EstimateOptions estimate;  ///< of the force estimate, for force sources that use it
   torque::Options torque;
-  Pose X_WB;  ///< follower base in the world
+  Pose X_WB;  ///< pose of the follower base in the world
 };
 
-/// All that a cycle is told. The scene outlives the step.
+/// Input of a cycle. The scene must outlive the step.
 struct CycleInput {
-  double t = 0.0;  ///< now [s]
+  double t = 0.0;  ///< time of the tick [s]
   LeaderState leader;
   FollowerState follower;
   Controls controls;
   const scene::Snapshot* scene = nullptr;
 };
 
-/// All that a cycle answers.
+/// Output of a cycle.
 struct CycleOutput {
   Tick tick{};
   LeaderCommand leader;
   FollowerCommand follower;
 };
 
+/// The haptic cycle of a simulated or real pair of arms.
 class Cycle {
  public:
   /// leader: the controller's model, which may differ from the arm itself. Throws std::invalid_argument naming an
-  /// option that cannot be.
+  /// invalid option.
   Cycle(const CycleOptions& options, arm::Arm leader, arm::Arm follower);
 
-  /// One cycle: no allocation, no lock, no exception, whatever the input. The answer lives until the next step.
+  /// One cycle, without allocation, lock or exception for any input. The result is valid until the next step.
   CycleOutput& step(const CycleInput& in) noexcept;
 
   [[nodiscard]] const mapping::Mapping& mapping() const noexcept { return haptics_.mapping(); }
-  /// From now on these fixtures; they outlive it, or the next ones.
+  /// Replaces the fixtures, which must outlive their use.
   void take(const guidance::Fixtures& fixtures) noexcept { haptics_.take(fixtures); }
   [[nodiscard]] const guidance::Guidance& guidance() const noexcept { return haptics_.guidance(); }
-  /// Another scene: contact starts afresh from where the tool is.
+  /// Resets contact to the tool's position, for another scene.
   void forget_contacts() noexcept { haptics_.forget_contacts(); }
-  /// Times the stages from now on; the clock outlives the cycle. None: nothing is timed.
+  /// Measures the time of the stages from now on; the clock must outlive the cycle. Null: no measurement.
   void watch(StageClock* clock) noexcept {
     clock_ = clock;
     haptics_.watch(clock);
   }
-  /// For whoever drives the cycle: see contact::Method::collide.
+  /// The contact stage, for the owner of the cycle: see contact::Method::collide.
   [[nodiscard]] contact::Tool& contact() noexcept { return haptics_.contact(); }
 
  private:
@@ -72,17 +74,17 @@ class Cycle {
   CycleOptions options_;
   arm::Arm leader_, follower_;
   Haptics haptics_;
-  std::unique_ptr<force::Estimate> estimate_;  ///< none when the source does not ask for it
+  std::unique_ptr<force::Estimate> estimate_;  ///< null if the force source does not use it
   torque::Torque torque_;
 
-  // The last states worth trusting.
+  // The last usable states.
   LeaderState leader_state_;
   FollowerState follower_state_;
-  JointVector zero_;    ///< follower joint velocities: not needed, not measured
-  JointVector q_step_;  ///< most that the follower's joints may turn in a cycle [rad, m]
+  JointVector zero_;    ///< zero velocities of the follower's joints, whose kinematics need positions only
+  JointVector q_step_;  ///< largest change of the follower's joints in a cycle [rad, m]
   bool leader_known_ = false, follower_known_ = false;
-  ToolJoints joints_;  ///< of the follower
-  HapticsInput in_;    ///< the same states as poses
+  ToolJoints joints_;  ///< joints of the follower
+  HapticsInput in_;    ///< poses that belong to the states above
   StageClock* clock_ = nullptr;
   CycleOutput out_;
 };

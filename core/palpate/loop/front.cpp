@@ -9,8 +9,8 @@
 namespace palpate::loop {
 namespace {
 
-constexpr double kRingSeconds = 4.0;  // how late a recorder may be
-constexpr double kPollShare = 0.25;   // of a collision period: pause of the collider between two looks
+constexpr double kRingSeconds = 4.0;  // [s] delay of a recorder that the queue can buffer
+constexpr double kPollShare = 0.25;   // pause of the collider between two polls, as a fraction of a collision period
 
 std::shared_ptr<const scene::Snapshot> present(std::shared_ptr<const scene::Snapshot> scene) {
   if (!scene) throw std::invalid_argument("scene: none given; a Snapshot without objects is free space");

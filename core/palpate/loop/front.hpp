@@ -1,5 +1,5 @@
-// The side of a running loop that people see: they steer it and read its ticks, from any thread, and it waits for
-// nobody.
+// The interface between a running loop and other threads: they change controls, scene and fixtures and read ticks. The
+// loop never waits for them.
 #pragma once
 
 #include <cstddef>
@@ -19,59 +19,62 @@
 
 namespace palpate::loop {
 
-/// Throws std::invalid_argument naming a value that is not allowed. Not for the cycle.
+/// Throws std::invalid_argument naming a value that is not allowed. Not to be called from the cycle.
 void check(const Controls& controls);
 
+/// Mailboxes and queues between the loop and other threads.
 class Front {
  public:
-  /// contact: of the cycle; it outlives the front. rate: of the cycle [Hz]. Throws std::invalid_argument when there is
-  /// no scene, or one that the contact method cannot feel.
+  /// contact: contact stage of the cycle, which must outlive the front. rate: of the cycle [Hz]. Throws
+  /// std::invalid_argument if the scene is null or the contact method cannot handle it.
   Front(contact::Tool& contact, std::shared_ptr<const scene::Snapshot> scene, double rate);
   Front(const Front&) = delete;
   Front& operator=(const Front&) = delete;
 
-  // From any thread, at any time; the loop takes the new values at its next tick.
+  // For other threads, at any time; the loop takes new values at its next tick. The setters throw
+  // std::invalid_argument.
   [[nodiscard]] Controls controls() const;
   void set_controls(const Controls& controls);
   void set_scene(std::shared_ptr<const scene::Snapshot> scene);
-  /// Swaps all fixtures of guidance at once. No force that the hand feels jumps.
+  /// Replaces all fixtures of guidance at once, without a force step.
   void set_fixtures(std::shared_ptr<const guidance::Fixtures> fixtures);
   /// The newest tick.
   [[nodiscard]] Tick latest();
-  /// Ticks since the last drain: at most n of them, into rows. Returns their number.
+  /// Moves at most n of the ticks since the last drain into rows. Returns their number.
   std::size_t drain(std::size_t n, Tick* rows);
+  /// Number of ticks in the queue.
   [[nodiscard]] std::size_t waiting() const noexcept { return ring_.size(); }
-  /// Ticks that were lost because nobody drained them.
+  /// Number of ticks lost because the queue was full.
   [[nodiscard]] std::uint64_t dropped() const noexcept { return ring_.dropped(); }
 
-  /// Takes the memory of the queue that `keep` fills, once; before a loop starts in real time. Lockstep needs none.
+  /// Allocates the queue that keep() fills; to be called before a loop starts in real time. Lockstep does not use it.
   void open() { ring_.open(); }
 
-  // For contact methods whose geometry allocates (contact::Method::collide). collision_rate [Hz].
+  // The thread for collision queries that allocate memory (contact::Method::collide). collision_rate [Hz].
   void start_collider(double collision_rate);
   void stop_collider();
-  /// Answers one collision request of the newest scene, in the calling thread.
+  /// Runs one pending collision query on the newest scene in the calling thread.
   void collide();
-  /// First exception of the collider, in words; empty when there was none.
+  /// Message of the collider's first exception; empty if there was none.
   [[nodiscard]] std::string collider_fault() const { return collider_.fault(); }
 
-  // The loop's side: one thread, at every tick.
+  // For the thread of the loop, at every tick.
   [[nodiscard]] const Controls& take_controls() noexcept { return controls_in_.read(); }
-  /// True when there is a new scene, or there are new fixtures.
+  /// Switches scene(), or fixtures(), to the newest one that was set. Returns true if it is new.
   bool take_scene() noexcept { return scene_.take(); }
   bool take_fixtures() noexcept { return fixtures_.take(); }
   [[nodiscard]] const scene::Snapshot& scene() const noexcept { return scene_.current(); }
   [[nodiscard]] const guidance::Fixtures& fixtures() const noexcept { return fixtures_.current(); }
-  /// Makes a tick the newest.
+  /// Publishes a tick for latest().
   void show(const Tick& tick) noexcept { latest_.write(tick); }
-  /// Adds a tick to those that wait for a drain.
+  /// Adds a tick to the queue for drain().
   void keep(const Tick& tick) noexcept { ring_.push(tick); }
 
  private:
   contact::Tool& contact_;
-  mutable std::mutex people_;  ///< between callers who look and steer; the loop never takes it
+  mutable std::mutex people_;  ///< serialises the calls of other threads; the loop never locks it
   Controls controls_;
-  std::shared_ptr<const scene::Snapshot> newest_scene_;  ///< as given last; for the collider
+  std::shared_ptr<const scene::Snapshot> newest_scene_;  ///< last scene that was set, for the collider
   Mailbox<Controls> controls_in_;
   Mailbox<Tick> latest_;
   Handover<scene::Snapshot> scene_;

@@ -12,10 +12,10 @@
 namespace palpate::loop {
 namespace {
 
-constexpr double kOpenHand = 0.6;        // pinch of a hand that was told nothing [rad]
-constexpr double kGlideFrequency = 8.0;  // of joining another path [rad/s]
-constexpr double kGlideSpeed = 0.25;     // and its limit [m/s]
-constexpr int kSways = 5;                // sinusoids of a tremor
+constexpr double kOpenHand = 0.6;        // [rad] default pinch angle
+constexpr double kGlideFrequency = 8.0;  // [rad/s] of the critically damped transition to another path
+constexpr double kGlideSpeed = 0.25;     // [m/s] largest speed of that transition
+constexpr int kSways = 5;                // number of sinusoids of a tremor
 
 }  // namespace
 
@@ -59,7 +59,7 @@ HandPath::Point HandPath::at(double t) const noexcept {
     const std::size_t i = after == 0 ? 0 : after - 1;
     return {positions_[i], Vec3::Zero(), pinch(i)};
   }
-  // The quintic with these ends, velocities and no acceleration at either end.
+  // The quintic with the positions and velocities of both ends and zero acceleration there.
   const std::size_t i = after - 1;
   const double T = times_[after] - times_[i];
   const double s = (t - times_[i]) / T;
@@ -105,7 +105,7 @@ void HandMotion::start(const Pose& X_LH) noexcept {
 void HandMotion::follow(const mapping::Mapping& mapping, const Vec3& p_offset_W, bool hold, double t) noexcept {
   t_ = t;
   if (mapping.anchorings() == 0) {
-    return;  // the tool does not follow yet: the hand waits
+    return;  // the tool does not follow yet, so the hand waits
   }
   const HandPath::Point before = wanted(t);
   if (!path_.empty()) {

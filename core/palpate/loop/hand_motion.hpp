@@ -1,4 +1,4 @@
-// The simulated operator's intention: a path of the tool, turned into a motion of the hand.
+// The intended motion of the simulated operator: a path of the tool, converted into a motion of the hand.
 #pragma once
 
 #include <cstdint>
@@ -9,28 +9,29 @@
 
 namespace palpate::loop {
 
-/// Way points of the tool in W, joined by quintics: the minimum-jerk motion (Flash and Hogan 1985) where both ends
-/// rest. A way point is passed at the harmonic mean of the mean velocities a before and b after it,
+/// Way points of the tool in W, joined by quintic polynomials. Between two points of rest this is the minimum-jerk
+/// motion (Flash and Hogan 1985). The velocity at a way point follows from the mean velocities a before and b after it:
 ///
-///   v = 2 (a . b) / |a + b|^2 (a + b),   and v = 0 unless a . b > 0:
+///   v = 2 (a . b) / |a + b|^2 (a + b)   if a . b > 0,   else v = 0
 ///
-/// the hand rests at both ends, where a way point is repeated, and where the path turns by a right angle or more. Since
-/// 0 <= v . a <= 2 |a|^2 (b likewise), it never goes back on the way from one to the next. Before the first and after
-/// the last it rests. Empty: it stays where it starts.
+/// The path therefore rests at both ends, where a way point is repeated, and where it turns by a right angle or more.
+/// Since 0 <= v . a <= 2 |a|^2 (and likewise for b), it never moves backwards between two way points. It rests before
+/// the first and after the last way point. An empty path stays at its start.
 class HandPath {
  public:
   struct Point {
-    Vec3 p = Vec3::Zero();  ///< [m]
-    Vec3 v = Vec3::Zero();  ///< [m/s]
-    double gripper = 0.0;   ///< pinch [rad]
+    Vec3 p = Vec3::Zero();  ///< position in W [m]
+    Vec3 v = Vec3::Zero();  ///< velocity in W [m/s]
+    double gripper = 0.0;   ///< pinch angle [rad]
   };
 
   HandPath() = default;
-  /// times: rising [s]; positions_W [m]; grippers: pinch at each way point [rad], or empty for an open hand.
-  /// Throws std::invalid_argument naming the first way point that is wrong.
+  /// times: increasing [s]; positions_W [m]; grippers: pinch angle at each way point [rad], or empty for an open hand.
+  /// Throws std::invalid_argument naming the first invalid way point.
   HandPath(std::vector<double> times, std::vector<Vec3> positions_W, std::vector<double> grippers = {});
 
   [[nodiscard]] bool empty() const noexcept { return times_.empty(); }
+  /// The point of the path at the time t [s].
   [[nodiscard]] Point at(double t) const noexcept;
 
  private:
@@ -39,31 +40,32 @@ class HandPath {
   std::vector<double> grippers_;
 };
 
-/// Where the hand wants the handle. The hand's place is the mapping's inverse of the tool's path, so that a hand
-/// without contact would put the tool there. When the map is caught anew (clutch), the path is joined or the handle in
-/// the viewer is dragged, the hand does not jump: it glides over, critically damped, at 0.25 m/s or slower.
+/// The pose of the handle that the hand intends. The intended position is the inverse of the position map applied to
+/// the path of the tool, so that without contact the tool follows its path. When the map is anchored anew (clutch), the
+/// path begins or the viewer drags the hand, the hand does not jump. It moves to its new path, critically damped and
+/// at 0.25 m/s or less.
 class HandMotion {
  public:
   struct Target {
-    Pose X_LH;
-    Twist V_LH;            ///< in L
-    double gripper = 0.0;  ///< [rad]
+    Pose X_LH;             ///< intended pose of the handle
+    Twist V_LH;            ///< its velocity, in L
+    double gripper = 0.0;  ///< pinch angle [rad]
   };
 
-  /// tremor: rms of an 8-12 Hz trembling along each axis [m]; seed: its phases.
+  /// tremor: rms of an 8-12 Hz tremor along each axis [m]. seed: of the tremor's frequencies and phases.
   HandMotion(HandPath path, const Pose& X_WL, double tremor, std::uint64_t seed);
 
-  /// The hand rests at X_LH and keeps this orientation.
+  /// Lets the hand rest at X_LH, whose orientation it keeps.
   void start(const Pose& X_LH) noexcept;
-  /// Once per tick: the map as it is now, how far the viewer drags the hand [m], and whether its path waits.
+  /// To be called once per tick, at time t [s]. mapping: its present map; p_offset_W: offset from dragging in the
+  /// viewer [m]; hold: the path is held.
   void follow(const mapping::Mapping& mapping, const Vec3& p_offset_W, bool hold, double t) noexcept;
-  /// In the coming tick the hand goes straight, at one speed, to where it is p_W beside all this [m]: what an operator
-  /// does who sees and feels, and so cannot be told beforehand. It does not glide: the operator's own motion is the
-  /// law.
+  /// Moves the hand in the coming tick, of length `tick` [s], straight and at constant speed to the additional offset
+  /// p_W [m]. An operator model that reacts to the run uses it. The offset is not smoothed.
   void lead(const Vec3& p_W, double tick) noexcept { v_lead_ = (p_W - lead_) / tick; }
-  /// It stays where it was led to.
+  /// Keeps the offset that lead() has reached.
   void stay() noexcept { v_lead_.setZero(); }
-  /// dt later.
+  /// Advances by dt [s] and returns the new target.
   const Target& step(double dt) noexcept;
 
  private:
@@ -76,14 +78,14 @@ class HandMotion {
   HandPath path_;
   Pose X_WL_;
   std::vector<Sway> tremor_;
-  // p_WH = origin + offset + gain * path: the inverse map as it is now.
+  // p_WH = origin + offset + gain * path: the present inverse map.
   Vec3 origin_ = Vec3::Zero(), offset_ = Vec3::Zero();
   double gain_ = 0.0;
-  Vec3 glide_ = Vec3::Zero(), v_glide_ = Vec3::Zero();  ///< still to go [m], [m/s]
-  Vec3 lead_ = Vec3::Zero(), v_lead_ = Vec3::Zero();    ///< [m], [m/s]
+  Vec3 glide_ = Vec3::Zero(), v_glide_ = Vec3::Zero();  ///< remaining offset of a transition [m], [m/s]
+  Vec3 lead_ = Vec3::Zero(), v_lead_ = Vec3::Zero();    ///< offset of lead() [m], [m/s]
   double t_ = 0.0;
   bool hold_ = false;
-  double t_hold_ = 0.0, held_ = 0.0;  ///< where the path waits, and how long it has waited so far [s]
+  double t_hold_ = 0.0, held_ = 0.0;  ///< time on the path where it is held; total time held [s]
   Target target_;
 };
 

@@ -53,7 +53,7 @@ void Haptics::finish(const HapticsInput& in, const Wrench& F, Tick& tick) noexce
   record_stability(in, F_H_L, energy, tick);
 }
 
-// The fixtures correct the goal, and add a wrench on the tool.
+// Lets the fixtures correct the goal and compute their wrench on the tool.
 void Haptics::guide(const HapticsInput& in) noexcept {
   out_.R_WT_asked = out_.mapped.X_WT_goal.R;
   out_.guided = guidance_.step({in.t, out_.mapped, in.tool, touch_, in.handle, in.controls.guidance});
@@ -61,7 +61,7 @@ void Haptics::guide(const HapticsInput& in) noexcept {
   mapping_.given(out_.guided.X_WT_goal);
 }
 
-// What the hand is to feel of the touch, in W: of the virtual surfaces, of the real ones, or of both.
+// The contact force that the hand is to feel, in W: of the virtual surfaces, of the real ones, or of both.
 Touch Haptics::felt(const HapticsInput& in) const noexcept {
   const Vec3& F_estimate_W = in.tool.F_estimate_W;
   switch (options_.source) {

@@ -1,4 +1,4 @@
-// What the hand feels: from where handle and tool are to the wrench on the hand. It knows no arm, only their poses.
+// The haptics: from the poses of handle and tool to the wrench on the hand. They do not depend on the arms.
 #pragma once
 
 #include <array>
@@ -19,25 +19,26 @@
 
 namespace palpate::loop {
 
+/// Options of all stages of the haptics.
 struct HapticsOptions {
-  double rate = 1000.0;          ///< [Hz]
-  std::string method = "proxy";  ///< of contact
+  double rate = 1000.0;          ///< rate of the cycle [Hz]
+  std::string method = "proxy";  ///< contact method
   contact::Options contact;
   mapping::Options mapping;
   guidance::Options guidance;
-  force::Source source = force::Source::contact;
+  force::Source source = force::Source::contact;  ///< source of the contact force on the hand
   stability::Options stability;
-  Pose X_WL;  ///< leader base in the world
+  Pose X_WL;  ///< pose of the leader base in the world
 };
 
 /// The tool with its spheres.
 struct Instrument : ToolState {
-  std::array<Vec3, contact::kMaxSpheres> p_WS;  ///< centres of its spheres in W, the first is the tip [m]
+  std::array<Vec3, contact::kMaxSpheres> p_WS;  ///< centres of the spheres in W; the first is the tip [m]
 };
 
-/// Input of the haptics. The scene outlives the step.
+/// Input of the haptics. The scene must outlive the step.
 struct HapticsInput {
-  double t = 0.0;  ///< now [s]
+  double t = 0.0;  ///< time of the tick [s]
   Handle handle;
   Instrument tool;
   Controls controls;
@@ -46,41 +47,44 @@ struct HapticsInput {
 
 /// Output of the haptics.
 struct HapticsOutput {
-  ToolGoal mapped;                       ///< the tool's goal, corrected by hard fixtures
-  Mat3 R_WT_asked = Mat3::Identity();    ///< the goal's attitude before the correction
-  guidance::Output guided;               ///< what the fixtures add
-  const ContactSet* contacts = nullptr;  ///< what is touched
-  force::ForceTerms force;               ///< of the contacts on the tool
-  DampedWrench wanted;                   ///< on the hand, before the stage `stability`
-  stability::Output rendered;            ///< on the hand
+  ToolGoal mapped;                       ///< goal of the tool, corrected by hard fixtures
+  Mat3 R_WT_asked = Mat3::Identity();    ///< orientation of the goal before that correction
+  guidance::Output guided;               ///< output of guidance
+  const ContactSet* contacts = nullptr;  ///< contacts of the tool
+  force::ForceTerms force;               ///< force of the contacts on the tool
+  DampedWrench wanted;                   ///< wrench on the hand before the stage `stability`, in L
+  stability::Output rendered;            ///< wrench on the hand after it, in L
 };
 
-/// Writes the handle's signals of a tick.
+/// Writes the signals of the handle to a tick.
 void record(const Handle& handle, Tick& tick) noexcept;
 
+/// Runs the stages mapping, guidance, contact, force and stability at every tick.
 class Haptics {
  public:
-  /// Throws std::invalid_argument naming an option that cannot be.
+  /// Throws std::invalid_argument naming an invalid option.
   explicit Haptics(const HapticsOptions& options);
 
-  /// One tick: no allocation, no lock, no exception. The answer lives until the next step. `in` up to finish().
+  /// One tick, without allocation, lock or exception. The result is valid until the next step; `in` must stay valid
+  /// until finish().
   const HapticsOutput& step(const HapticsInput& in) noexcept;
-  /// To be called after every step. F: the part of rendered.on_hand.F that the device really renders; the damping of
-  /// on_hand adds to it. Books the energy and writes the tick's signals.
+  /// Books the energy and writes the signals of the tick; to be called after every step. F: the part of
+  /// rendered.on_hand.F that the device renders, in L; the damping of on_hand adds to it.
   void finish(const HapticsInput& in, const Wrench& F, Tick& tick) noexcept;
 
   [[nodiscard]] const mapping::Mapping& mapping() const noexcept { return mapping_; }
+  /// True if a state stamped `stamp` is too old to be trusted at the time `now` [s].
   [[nodiscard]] bool stale(double now, double stamp) const noexcept { return stability_.stale(now, stamp); }
-  /// From now on these fixtures; they outlive it, or the next ones.
+  /// Replaces the fixtures, which must outlive their use.
   void take(const guidance::Fixtures& fixtures) noexcept { guidance_.take(fixtures); }
   [[nodiscard]] const guidance::Guidance& guidance() const noexcept { return guidance_; }
-  /// Another motion scale: the map is caught anew.
+  /// Changes the motion scale [-]; the map is anchored anew.
   void rescale(double scale) noexcept { mapping_.rescale(scale); }
-  /// Contact starts afresh from where the tool is.
+  /// Resets contact to the tool's position.
   void forget_contacts() noexcept { contact_.reset(); }
-  /// Times the stages from now on; the clock outlives the haptics. None: nothing is timed.
+  /// Measures the time of the stages from now on; the clock must outlive the haptics. Null: no measurement.
   void watch(StageClock* clock) noexcept { clock_ = clock; }
-  /// For whoever drives the loop: see contact::Method::collide.
+  /// The contact stage, for the owner of the loop: see contact::Method::collide.
   [[nodiscard]] contact::Tool& contact() noexcept { return contact_; }
 
  private:
@@ -105,7 +109,7 @@ class Haptics {
   stability::Ledger ledger_;
   StageClock* clock_ = nullptr;
   HapticsOutput out_;
-  Touch touch_;  ///< what the tool touched in the last tick
+  Touch touch_;  ///< contact force of the previous tick
 };
 
 }  // namespace palpate::loop

@@ -1,4 +1,4 @@
-// What the haptics write down: energies by their source, and their signals of the tick.
+// The record of the haptics: energies by their source, and the signals of a tick.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -28,14 +28,14 @@ void record(const Handle& handle, Tick& tick) noexcept {
   copy(handle.V_LH.v, tick.v_LH);
 }
 
-// Wrenches on the hand and the energy they move. While the tool holds, nothing of what the hand does moves the contact:
-// there is nothing to be taken or withheld.
+// Splits the wrench on the hand into its parts and books the energy of each. While the mapping is released, the hand
+// does not move the tool, so no wrench is wanted.
 stability::Energy Haptics::book(const HapticsInput& in, const Wrench& F_H_L) noexcept {
   const ContactSet& contacts = *out_.contacts;
   const stability::Output& rendered = out_.rendered;
   const Vec3& v_LH = in.handle.V_LH.v;
   const Wrench wanted = out_.mapped.engaged ? out_.wanted.total(v_LH) : Wrench{};
-  const bool law = options_.source != force::Source::estimate;  // is it part of what the hand is given?
+  const bool law = options_.source != force::Source::estimate;  // the force law contributes to the wrench on the hand
   const bool engaged = wanted.f != Vec3::Zero() || wanted.t != Vec3::Zero();
   stability::PortForces forces;
   forces.F_H_L = F_H_L;
@@ -60,7 +60,7 @@ stability::Energy Haptics::book(const HapticsInput& in, const Wrench& F_H_L) noe
     rest = rest - of_guidance;
   }
   forces.F_source.back() = rest;
-  // A spring of the tool's side, seen from the hand, which moves 1/scale as far.
+  // Energy of the contact springs, converted to the hand's port.
   const double per_hand = law ? mapping_.energy_ratio() : 0.0;
   const double spring = per_hand * stability::spring_energy(contacts, in.controls.stiffness_scale);
   return ledger_.step(in.handle.X_LH, forces, spring);
@@ -101,7 +101,7 @@ void Haptics::record_guidance(Tick& tick) const noexcept {
   tick.status |= guided.status;
 }
 
-// Touch by touch, the strongest first.
+// Records each contact, the strongest first.
 void Haptics::record_touches(double stiffness_scale, Tick& tick) const noexcept {
   const ContactSet& contacts = *out_.contacts;
   std::array<std::pair<double, int>, kMaxContacts> order;

@@ -1,4 +1,5 @@
-// Durations counted in bins 0.4 % wide: percentiles over days in 80 kB, added in nanoseconds.
+// A histogram of durations with bins 0.4 % wide: percentiles over days take a fixed memory and a constant time per
+// entry.
 #pragma once
 
 #include <array>
@@ -8,9 +9,10 @@
 
 namespace palpate::loop {
 
-/// One writer; anybody may read meanwhile.
+/// One thread may add while any number of threads read.
 class Histogram {
  public:
+  /// Adds a duration; a negative one counts as zero.
   void add(std::int64_t nanoseconds) noexcept {
     const auto value = static_cast<std::uint64_t>(nanoseconds < 0 ? 0 : nanoseconds);
     bump(bins_[bin(value)]);
@@ -20,10 +22,11 @@ class Histogram {
     }
   }
   [[nodiscard]] std::uint64_t count() const noexcept { return count_.load(std::memory_order_relaxed); }
+  /// Longest duration [us].
   [[nodiscard]] double max_us() const noexcept {
     return 1e-3 * static_cast<double>(max_.load(std::memory_order_relaxed));
   }
-  /// Value below which the share `p` (0..1) of all lies [us].
+  /// Value below which the fraction p (0..1) of all durations lies [us].
   [[nodiscard]] double percentile_us(double p) const noexcept {
     const double wanted = p * static_cast<double>(count());
     double seen = 0.0;
@@ -37,7 +40,7 @@ class Histogram {
   }
 
  private:
-  static constexpr int kBits = 8;  // bins per octave: 2^8
+  static constexpr int kBits = 8;  // 2^8 bins per octave
   static constexpr std::size_t kBins = static_cast<std::size_t>(64 - kBits) << kBits;
 
   static std::size_t bin(std::uint64_t value) noexcept {

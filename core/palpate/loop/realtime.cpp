@@ -33,7 +33,7 @@ std::int64_t now_ns() noexcept {
 }
 
 std::string schedule(const RealTimeOptions& options) {
-  prctl(PR_SET_TIMERSLACK, 1UL);  // of this thread [ns]; the system's 50 us would be lateness
+  prctl(PR_SET_TIMERSLACK, 1UL);  // [ns] of this thread; the default of 50 us would make it late
   std::string words = "normal scheduling";
   if (options.allow_priority) {
     const sched_param param{.sched_priority = options.priority};
@@ -90,7 +90,7 @@ void RealTimeThread::stop() {
   }
 }
 
-// Absolute deadlines: an error never adds up. Missed ones are counted and left behind, never caught up with.
+// Waits for absolute deadlines, so that errors do not accumulate. Missed deadlines are counted and skipped.
 void RealTimeThread::loop(std::int64_t period_ns, const std::function<bool(const Wake&)>& body) noexcept {
   const auto spin_ns = std::min(static_cast<std::int64_t>(options_.spin_us * 1e3), period_ns / 2);
   Punctuality& p = punctuality_;

@@ -1,4 +1,4 @@
-// A thread that wakes at absolute deadlines, and says how well it did.
+// A thread that wakes at absolute deadlines and records its lateness.
 #pragma once
 
 #include <atomic>
@@ -11,30 +11,32 @@
 
 namespace palpate::loop {
 
+/// Options of a real-time thread.
 struct RealTimeOptions {
-  bool allow_priority = true;  ///< SCHED_FIFO and locked memory, where the system lets us
-  bool allow_affinity = true;  ///< one core for the loop alone, where there is more than one
-  int priority = 80;           ///< of SCHED_FIFO
-  double spin_us = 50.0;       ///< the last stretch before a deadline is awaited awake [us]; at most half a period
+  bool allow_priority = true;  ///< request SCHED_FIFO and locked memory
+  bool allow_affinity = true;  ///< pin the thread to one core if there are several
+  int priority = 80;           ///< SCHED_FIFO priority
+  double spin_us = 50.0;       ///< busy waiting before each deadline [us]; at most half a period
 };
 
-/// What the body of a tick is told.
+/// Input of the body of a tick.
 struct Wake {
-  std::int64_t lateness_ns = 0;  ///< start of the tick after its deadline
-  std::int64_t missed = 0;       ///< deadlines that passed unused since the last tick
-  bool stopping = false;         ///< somebody wants an end: finish safely, then answer false
+  std::int64_t lateness_ns = 0;  ///< time from the deadline to the start of the tick [ns]
+  std::int64_t missed = 0;       ///< number of deadlines missed since the last tick
+  bool stopping = false;         ///< a stop is requested: the body finishes safely, then returns false
 };
 
-/// Counts of a real-time thread, over all its starts.
+/// Statistics of a real-time thread, over all its starts.
 struct Punctuality {
-  Histogram lateness, slack;  ///< slack: from the end of a tick to the next deadline, 0 when passed
-  std::atomic<std::uint64_t> ticks{0}, missed{0};
+  Histogram lateness, slack;  ///< slack: time from the end of a tick to the next deadline, 0 if that has passed
+  std::atomic<std::uint64_t> ticks{0}, missed{0};  ///< number of ticks and of missed deadlines
 };
 
-/// Asks the system for what a loop wants, for the calling thread: everything is asked for, nothing is needed. Answers
-/// what was granted and what refused, in words.
+/// Requests priority, locked memory and a core for the calling thread. A refusal is not an error. Returns a text that
+/// says what was granted and what was refused.
 std::string schedule(const RealTimeOptions& options);
 
+/// A thread that runs a function at a fixed rate.
 class RealTimeThread {
  public:
   explicit RealTimeThread(RealTimeOptions options) : options_(options) {}
@@ -42,13 +44,14 @@ class RealTimeThread {
   RealTimeThread(const RealTimeThread&) = delete;
   RealTimeThread& operator=(const RealTimeThread&) = delete;
 
-  /// Calls body(wake) at `rate` until it answers false. The body must not throw.
+  /// Calls body(wake) at `rate` [Hz] until it returns false. The body must not throw. Throws std::logic_error if the
+  /// thread runs already.
   void start(double rate, std::function<bool(const Wake&)> body);
-  /// Asks the body to finish and waits for it.
+  /// Requests a stop (Wake::stopping) and waits until the body has finished.
   void stop();
   [[nodiscard]] bool running() const noexcept { return running_.load(std::memory_order_acquire); }
   [[nodiscard]] const Punctuality& punctuality() const noexcept { return punctuality_; }
-  /// What the system granted, in words; "not started" before.
+  /// The text of schedule(); "not started" before the first start.
   [[nodiscard]] const std::string& scheduler() const noexcept { return scheduler_; }
 
  private:
@@ -61,7 +64,7 @@ class RealTimeThread {
   Punctuality punctuality_;
 };
 
-/// A loop that does nothing but keep time: what the machine itself can do, beside which a real loop is judged.
+/// A loop with an empty body. It measures the lateness of the machine itself, as a reference for a real loop.
 class BareLoop {
  public:
   explicit BareLoop(double rate, RealTimeOptions options = {}) : rate_(rate), thread_(options) {}
@@ -76,7 +79,7 @@ class BareLoop {
   RealTimeThread thread_;
 };
 
-/// Nanoseconds of the monotonic clock.
+/// Time of the monotonic clock [ns].
 [[nodiscard]] std::int64_t now_ns() noexcept;
 
 }  // namespace palpate::loop

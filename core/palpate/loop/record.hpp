@@ -1,4 +1,4 @@
-// From the core's types into a tick's fields.
+// Copies the core's types into the fields of a tick.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace palpate::loop {
 
-/// Joints that an arm does not have are zero; those that a tick has no room for are left out.
+/// Copies joint values. Missing joints are zero; joints beyond n are omitted.
 template <std::size_t n>
 void copy(const JointVector& from, double (&to)[n]) noexcept {
   std::fill_n(to, n, 0.0);
@@ -17,7 +17,7 @@ void copy(const JointVector& from, double (&to)[n]) noexcept {
 
 inline void copy(const Vec3& from, double (&to)[3]) noexcept { std::copy_n(from.data(), 3, to); }
 
-/// A rotation as w x y z, w not below zero.
+/// Copies a rotation as a quaternion w x y z with w >= 0.
 inline void copy(const Mat3& R, double (&to)[4]) noexcept {
   const Eigen::Quaterniond q(R);
   const double sign = q.w() < 0.0 ? -1.0 : 1.0;

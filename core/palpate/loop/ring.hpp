@@ -1,4 +1,4 @@
-// A queue from the loop to the recorder: one writer, one reader, wait-free, of fixed size.
+// A wait-free queue of fixed size from the loop to the recorder, for one writer and one reader.
 #pragma once
 
 #include <atomic>
@@ -8,18 +8,19 @@
 
 namespace palpate::loop {
 
+/// A ring buffer for one writer and one reader.
 template <typename T>
 class Ring {
  public:
-  /// opened: false leaves the slots, which are megabytes for ticks, to open(): a loop that only ever runs in lockstep
-  /// needs none.
+  /// at_least: capacity, rounded up to a power of two. opened: false defers the allocation to open(), because the slots
+  /// for ticks take megabytes and a loop in lockstep does not use them.
   explicit Ring(std::size_t at_least, bool opened = true) : capacity_(std::bit_ceil(at_least)) {
     if (opened) open();
   }
 
-  /// Allocates the slots, unless they are there; while neither end is in use.
+  /// Allocates the slots unless they exist. Neither writer nor reader may use the queue meanwhile.
   void open() { slots_.resize(capacity_); }
-  /// False, and counted, when the queue is not open or the reader is too slow: the newest is lost, the loop goes on.
+  /// Appends a value. Returns false, and counts the value as dropped, if the queue is full or not open.
   bool push(const T& value) noexcept {
     const std::uint64_t head = head_.load(std::memory_order_relaxed);
     if (head - tail_.load(std::memory_order_acquire) == slots_.size()) {
@@ -30,6 +31,7 @@ class Ring {
     head_.store(head + 1, std::memory_order_release);
     return true;
   }
+  /// Takes the oldest value. Returns false if the queue is empty.
   bool pop(T& value) noexcept {
     const std::uint64_t tail = tail_.load(std::memory_order_relaxed);
     if (tail == head_.load(std::memory_order_acquire)) {
@@ -45,11 +47,11 @@ class Ring {
   [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
 
  private:
-  alignas(64) std::atomic<std::uint64_t> head_{0};  // the writer's cache line
+  alignas(64) std::atomic<std::uint64_t> head_{0};  // cache line of the writer
   std::atomic<std::uint64_t> dropped_{0};
   std::size_t capacity_;
   std::vector<T> slots_;
-  alignas(64) std::atomic<std::uint64_t> tail_{0};  // the reader's
+  alignas(64) std::atomic<std::uint64_t> tail_{0};  // cache line of the reader
 };
 
 }  // namespace palpate::loop

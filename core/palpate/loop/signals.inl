@@ -1,11 +1,10 @@
-// The table of signals: every row is one field of `struct Tick` and one recorded channel. tick.hpp makes the struct
-// from it, tick.cpp the list that record, report, viewer and numpy read.
+// The table of signals: every row is one field of `struct Tick` and one recorded channel. tick.hpp builds the struct
+// from it, and tick.cpp the list that record, report, viewer and numpy read.
 //
 //   SIGNAL(stage, type, name, unit, frame, meaning, deterministic)
 //
-// stage: who produces the signal, the first word of its channel. frame: monogram letter of the frame in which it is
-// expressed, empty when there is none. deterministic: false when the value depends on the machine; a lockstep record
-// leaves such a signal out.
+// stage: producer of the signal, the first word of its channel. frame: monogram letter of the frame in which it is
+// expressed, or empty. deterministic: false if the value depends on the machine; a lockstep record omits such a signal.
 
 // clang-format off
 SIGNAL(loop, double, t, "s", "", "time of the tick", true)

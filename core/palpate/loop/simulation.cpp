@@ -8,7 +8,7 @@
 namespace palpate::loop {
 namespace {
 
-constexpr double kMostCaughtUp = 0.05;  // longest silence that the simulated arms live through [s]
+constexpr double kMostCaughtUp = 0.05;  // [s] longest gap in real time for which the simulated world is stepped
 
 SimulationOptions checked(SimulationOptions o, const arm::Arm& leader, const arm::Arm& follower) {
   const auto fits = [](JointVector& q, const arm::Arm& arm, const char* name) {
@@ -31,13 +31,13 @@ SimulationOptions checked(SimulationOptions o, const arm::Arm& leader, const arm
                                 " Hz: must be at least the cycle's rate and at most 100000 Hz, for example 10000");
   }
   if (o.guidance.servo.bandwidth < 0.0) o.guidance.servo = {o.follower.bandwidth, o.follower.damping_ratio};
-  o.leader.loop_delay = o.loop_delay;  // the leader says what they may be
+  o.leader.loop_delay = o.loop_delay;  // plant::Leader checks their values
   o.leader.loop_jitter = o.loop_jitter;
   o.leader.seed = o.seed;
   return o;
 }
 
-/// What a driven follower meets: its tip's sphere, by the method that forgets no side; none for one without drives.
+/// The contact of a driven follower's tip with the objects, by the method `proxy`; null for a follower without drives.
 std::unique_ptr<contact::Tool> touched(const SimulationOptions& o) {
   if (!o.follower.driven) return nullptr;
   contact::Options tip = o.contact;
@@ -112,7 +112,7 @@ void Simulation::stop() {
 }
 
 bool Simulation::wake(const Wake& w) noexcept {
-  // While the loop was not there, the drives held their last torque and the world went on.
+  // During missed periods the drives held their last torque and the simulated world continued.
   const auto most = static_cast<std::int64_t>(kMostCaughtUp * options_.rate);
   for (std::int64_t i = 0; !in_.controls.paused && i < std::min(w.missed, most); ++i) {
     plant();
@@ -128,7 +128,7 @@ bool Simulation::wake(const Wake& w) noexcept {
   return !(w.stopping && quiet);
 }
 
-// What people changed since the last tick.
+// Takes the controls, scene and fixtures that were set since the last tick.
 void Simulation::take(bool stopping) noexcept {
   in_.controls = front_.take_controls();
   if (stopping) {
@@ -176,7 +176,7 @@ void Simulation::tick(double lateness_us) noexcept {
   plant();
 }
 
-// One period of the cycle in the simulated world.
+// Steps the simulated world by one period of the cycle.
 void Simulation::plant() noexcept {
   for (int i = 0; i < substeps_; ++i) {
     const HandMotion::Target& hand = hand_.step(plant_dt_);
@@ -187,8 +187,8 @@ void Simulation::plant() noexcept {
   ++k_;
 }
 
-// What the objects do to the tool of a driven follower: the same law that a virtual touch is felt by, now as a body's
-// contact at the plant's rate.
+// Wrench of the objects on the tool of a driven follower, in B. It is the same contact law as for virtual contact, here
+// applied to the simulated body at the plant's rate.
 Wrench Simulation::touch(double t) noexcept {
   if (!touched_) return {};
   const plant::FollowerDrives& drives = *follower_.drives();

@@ -1,4 +1,4 @@
-// Time that each stage of a cycle takes, where a benchmark asks for it.
+// Measures the time of each stage of a cycle, for benchmarks.
 #pragma once
 
 #include <array>
@@ -10,28 +10,30 @@
 
 namespace palpate::loop {
 
+/// Stages of a cycle, and their names.
 enum class Stage : std::uint8_t { kinematics, mapping, guidance, contact, force, stability, torque, record };
 inline constexpr std::array kStageNames = {"kinematics", "mapping",   "guidance", "contact",
                                            "force",      "stability", "torque",   "record"};
 
-/// One writer, the cycle; anybody may read meanwhile.
+/// The cycle writes; other threads may read meanwhile.
 class StageClock {
  public:
-  /// Start of a cycle.
+  /// Begins a cycle.
   void start() noexcept {
     spent_.fill(0);
     last_ = now_ns();
   }
-  /// The time since start() or the last mark() belongs to this stage.
+  /// Adds the time since start() or the last mark() to this stage.
   void mark(Stage stage) noexcept {
     const std::int64_t now = now_ns();
     spent_[static_cast<std::size_t>(stage)] += now - last_;
     last_ = now;
   }
-  /// End of the cycle.
+  /// Ends a cycle and adds the times of its stages to the histograms.
   void finish() noexcept {
     for (std::size_t i = 0; i < spent_.size(); ++i) times_[i].add(spent_[i]);
   }
+  /// Times of a stage, given by its index in Stage.
   [[nodiscard]] const Histogram& time(std::size_t stage) const noexcept { return times_[stage]; }
 
  private:

@@ -4,7 +4,7 @@ namespace palpate::loop {
 namespace {
 
 constexpr Signal kSignals[] = {
-// NOLINTNEXTLINE(cppcoreguidelines-macro-usage): the table makes the list
+// NOLINTNEXTLINE(cppcoreguidelines-macro-usage): the table builds the list
 #define SIGNAL(stage, type, field, unit, frame, doc, deterministic) \
   {#field, offsetof(Tick, field), sizeof(Tick::field) / sizeof(double), unit, frame, doc, deterministic, #stage},
 #include "palpate/loop/signals.inl"

@@ -1,4 +1,4 @@
-// One tick of a session: every signal of the paper's Fig 3, one row of the record.
+// One tick of a session: all signals (the paper's Fig 3 and more), one row of the record.
 #pragma once
 
 #include <cstddef>
@@ -9,17 +9,17 @@
 
 namespace palpate::loop {
 
-/// Touches of a tick that are recorded one by one.
+/// Largest number of contacts that a tick records one by one.
 inline constexpr int kTouches = 16;
 
-/// Types of a signal. Every element has eight bytes, so that numpy sees a tick as a row without padding.
+/// Types of a signal. Every element has eight bytes, so that numpy can read a tick as a row without padding.
 template <std::size_t n>
 using Reals = double[n];
 using Bits = std::uint64_t;  ///< bits of Status
 
-/// The fields, their units and frames: signals.inl.
+/// One tick. signals.inl lists its fields with their units and frames.
 struct Tick {
-// NOLINTNEXTLINE(cppcoreguidelines-macro-usage): the table makes the fields
+// NOLINTNEXTLINE(cppcoreguidelines-macro-usage): the table builds the fields
 #define SIGNAL(stage, type, field, unit, frame, doc, deterministic) type field;
 #include "palpate/loop/signals.inl"
 #undef SIGNAL
@@ -28,15 +28,16 @@ struct Tick {
 /// One row of the table: a signal's name, size and meaning.
 struct Signal {
   const char* name;
-  std::size_t offset;  ///< bytes into Tick
-  std::size_t size;    ///< elements of eight bytes: one whole number when the unit is "bits", doubles otherwise
+  std::size_t offset;  ///< offset in Tick [bytes]
+  std::size_t size;    ///< number of elements of eight bytes: an integer if the unit is "bits", else doubles
   const char* unit;
-  const char* frame;  ///< monogram letter, empty when there is none
+  const char* frame;  ///< monogram letter of the frame, or empty
   const char* doc;
-  bool deterministic;  ///< false: depends on the machine, kept out of a lockstep record
-  const char* stage;   ///< that produces it: the first word of its channel
+  bool deterministic;  ///< false: depends on the machine and is omitted from a lockstep record
+  const char* stage;   ///< producer of the signal: the first word of its channel
 };
 
+/// The rows of the table.
 std::span<const Signal> signals() noexcept;
 
 }  // namespace palpate::loop

@@ -1,4 +1,4 @@
-// What was sent over the last periods, and which of it acts now.
+// A delay line: the values sent during the last periods, and those that act now.
 #pragma once
 
 #include <algorithm>
@@ -10,13 +10,14 @@
 
 namespace palpate::stability {
 
-/// A value sent at tick k acts from t_k + delay on, until the next one does. A delay of (steps + share) periods: during
-/// the period that ends now, acting(1) = before(steps + 1) acted for its first `share`, acting(0) = before(steps)
-/// after.
+/// A value sent at tick k acts from t_k + delay until the next value does. The delay is (steps + share) periods. In the
+/// period that ends now, acting(1) = before(steps + 1) acts during the first fraction `share` of the period, and
+/// acting(0) = before(steps) during the rest.
 template <typename T>
 class DelayLine {
  public:
-  /// delay, dt [s]. Throws std::invalid_argument. Allocates, and never again.
+  /// delay [s], dt: period [s]. Throws std::invalid_argument unless delay lies in 0..1 s. Only the constructor
+  /// allocates.
   DelayLine(double delay, double dt) {
     if (!(delay >= 0.0 && delay <= 1.0)) {
       throw std::invalid_argument("stability.delay = " + std::to_string(delay) + ": must lie in 0..1 s");
@@ -25,13 +26,16 @@ class DelayLine {
     share_ = std::max(delay / dt - static_cast<double>(steps_), 0.0);
     ring_.resize(steps_ + 2);
   }
+  /// Sends a value at this tick.
   void push(const T& value) noexcept {
     head_ = head_ == 0 ? ring_.size() - 1 : head_ - 1;
     ring_[head_] = value;
   }
-  /// The i-th before the newest; 0 is the newest.
+  /// The value sent i ticks before the newest one.
   [[nodiscard]] const T& before(std::size_t i) const noexcept { return ring_[(head_ + i) % ring_.size()]; }
+  /// The value that acts in the later (i = 0) or earlier (i = 1) part of the period that ends now.
   [[nodiscard]] const T& acting(int i) const noexcept { return before(steps_ + static_cast<std::size_t>(i)); }
+  /// Whole periods of the delay, and the remaining fraction of a period.
   [[nodiscard]] std::size_t steps() const noexcept { return steps_; }
   [[nodiscard]] double share() const noexcept { return share_; }
 

@@ -37,7 +37,7 @@ double Dissipation::step(const JointVector& q) noexcept {
     const double moved = std::abs(lazy - lazy_[k]) - begun;
     free_[k] -= begun;
     if (begun > 0.0) lazy_[k] = lazy;
-    // Between two edges of an encoder there may lie one period more than between the ticks that saw them.
+    // The time between two edges of an encoder may exceed the time between the ticks that saw them by one period.
     rest_[k] += 1.0;
     if (moved > 0.0) {
       const double time = dt_ * (rest_[k] + (half > 0.0 ? 1.0 : 0.0));

@@ -1,36 +1,39 @@
-// What the device itself surely turns into heat.
+// A lower bound of the energy that the device itself dissipates.
 #pragma once
 
 #include "palpate/types/spatial.hpp"
 
 namespace palpate::stability {
 
-/// The part of the device's friction that is certain, per joint.
+/// The certified part of the device's friction, per joint.
 struct CertainFriction {
-  JointVector coulomb;  ///< [N m, N]
-  JointVector viscous;  ///< [N m s/rad, N s/m]
+  JointVector coulomb;  ///< Coulomb friction Fc [N m, N]
+  JointVector viscous;  ///< viscous friction Fv [N m s/rad, N s/m]
   JointVector quantum;  ///< resolution of the joint's position [rad, m]
 };
 
-/// A bound from below on the heat of every motion that explains the measured positions. Each true position lies within
-/// half a quantum of the measured one. The laziest such motion (a play of that width) is the shortest, so
+/// A lower bound of the heat of every motion that explains the measured positions. Each true position lies within half
+/// a quantum of the measured one. The shortest such motion is the measured one passed through a backlash of one
+/// quantum; `step` is a step of that motion:
 ///
-///   Coulomb:  integral of Fc |v| dt  >=  Fc |step of the lazy motion|
-///   viscous:  integral of Fv v^2 dt  >=  Fv step^2 / (time since its last step)          (Cauchy and Schwarz)
+///   Coulomb:  integral of Fc |v| dt  >=  Fc |step|
+///   viscous:  integral of Fv v^2 dt  >=  Fv step^2 / (time since its last step)          (Cauchy-Schwarz inequality)
 ///
-/// An encoder that flickers between two counts proves no motion, and earns nothing.
+/// An encoder that flickers between two counts proves no motion and adds no heat.
 class Dissipation {
  public:
-  /// Empty vectors: nothing is certain. dt [s]. Throws std::invalid_argument when sizes differ or entries are negative.
+  /// Empty vectors: no friction is certified. dt: period [s]. Throws std::invalid_argument if sizes differ or an entry
+  /// is negative or not finite.
   Dissipation(CertainFriction friction, double dt);
-  /// q: measured joints. What was surely dissipated since the last step [J].
+  /// Heat certified since the last step [J]. q: measured joint positions [rad, m].
   double step(const JointVector& q) noexcept;
 
  private:
   CertainFriction friction_;
   double dt_;
-  JointVector lazy_, rest_;  ///< position of the laziest motion; periods since it moved
-  JointVector free_;         ///< of its first motion: it may have begun half a quantum nearer
+  JointVector lazy_, rest_;  ///< position of the shortest motion; periods since it moved
+  JointVector
+      free_;  ///< start of the first motion that is not counted: the initial position is known to half a quantum
 };
 
 }  // namespace palpate::stability

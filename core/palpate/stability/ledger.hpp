@@ -1,4 +1,5 @@
-// The energy ledger: what the hand put in, where it is, and what each element of the stage kept from it.
+// The energy ledger: the energy that the hand has put in, where it is stored, and what each element of the stage
+// withheld.
 #pragma once
 
 #include <array>
@@ -10,41 +11,41 @@
 
 namespace palpate::stability {
 
-/// All at the hand's port, so that the entries add up [J].
+/// Energies since the start, all at the hand's port, so that the entries add up [J].
 struct Energy {
-  double port = 0.0;     ///< taken from the hand by the rendered force; below zero it was generated
-  double spring = 0.0;   ///< stored in the contacts' springs
+  double port = 0.0;     ///< taken from the hand by the rendered force; negative if the force has generated energy
+  double spring = 0.0;   ///< stored in the springs of the contacts
   double damping = 0.0;  ///< dissipated by the damping term
-  // What would have been taken, too, without ...
-  double cut = 0.0;                       ///< the caps
-  double passivity = 0.0;                 ///< the passivity controller
-  double low_pass = 0.0;                  ///< the low-pass
-  double coupling = 0.0;                  ///< the virtual coupling
-  std::array<double, kSources> source{};  ///< wanted by each source: their sum is port and the four above
+  // Energy that an element withheld: the work of its input minus its output.
+  double cut = 0.0;                       ///< withheld by the caps and the drives' limits
+  double passivity = 0.0;                 ///< withheld by the passivity controller
+  double low_pass = 0.0;                  ///< withheld by the low-pass
+  double coupling = 0.0;                  ///< withheld by the virtual coupling
+  std::array<double, kSources> source{};  ///< of the wanted wrench by source; the sum is port plus the four above
 };
 
 /// The wrenches of one tick, on the hand in L.
 struct PortForces {
-  Wrench F_H_L;      ///< rendered
-  Wrench F_damping;  ///< of the force law, mapped to the hand
-  // Each element's input minus its output; of the caps: the drives' limits, too.
+  Wrench F_H_L;      ///< rendered wrench
+  Wrench F_damping;  ///< damping term of the force law, mapped to the hand
+  // Input minus output of each element; F_cut includes the loss by the drives' limits.
   Wrench F_cut, F_passivity, F_low_pass, F_coupling;
-  std::array<Wrench, kSources> F_source{};
+  std::array<Wrench, kSources> F_source{};  ///< wanted wrench of each source
 };
 
-/// The force of tick k acts from t_k + delay until the next one does, while the hand moves. So, exactly, for a force
-/// that is held and a delay of d whole periods:
+/// The force of tick k acts from t_k + delay until the next force does, while the hand moves. For a force that is held
+/// and a delay of d whole periods, this sum is exact:
 ///
 ///   E_k+1 = E_k - F_k-d . (x_k+1 - x_k) - t_k-d . (turn from R_k to R_k+1)
 ///
-/// (Hannaford and Ryu's passivity observer with the force that was really there, not the next one.)
-/// In slow contact without friction port + cut + passivity + low_pass + coupling = spring + damping.
+/// It is the passivity observer of Hannaford and Ryu (2002) with the force that acted, not the next one.
+/// In slow contact without friction, port + cut + passivity + low_pass + coupling = spring + damping.
 class Ledger {
  public:
-  /// delay: known, of the loop; dt: period [s].
+  /// delay: known delay of the loop [s]. dt: period of the cycle [s].
   explicit Ledger(double delay = 0.0, double dt = 1e-3) : line_(delay, dt) {}
 
-  /// X_LH: handle at this tick; forces: of this tick, sent now; spring: energy stored now [J].
+  /// X_LH: pose of the handle at this tick. forces: sent at this tick. spring: energy stored now [J].
   const Energy& step(const Pose& X_LH, const PortForces& forces, double spring) noexcept;
 
  private:
@@ -56,9 +57,9 @@ class Ledger {
   Energy energy_;
 };
 
-/// 1/2 delta_x^T K delta_x over the contacts, on the tool's side [J].
+/// Energy stored in the contacts on the tool's side, the sum of 1/2 delta_x^T K delta_x [J].
 [[nodiscard]] double spring_energy(const ContactSet& contacts, double stiffness_scale) noexcept;
-/// Stiffness of all contacts together along a force F, f = F / |F|: sum of (f . n)^2 n^T K n, on the tool's side [N/m].
+/// Stiffness of all contacts along f = F / |F| on the tool's side, the sum of (f . n)^2 n^T K n [N/m].
 [[nodiscard]] double stiffness_along(const Vec3& F, const ContactSet& contacts, double stiffness_scale) noexcept;
 
 }  // namespace palpate::stability

@@ -9,22 +9,22 @@
 namespace palpate::stability {
 namespace {
 
-// Rounding must not carry a shortened vector over the cap.
+// Factor below 1, so that rounding cannot lengthen a shortened vector beyond the cap.
 constexpr double kInside = 1.0 - 1e-12;
 
-/// v shortened to `length`, direction kept. Says whether it was. Safe for any finite v.
+/// Shortens v to `length` in the same direction. Returns true if it was longer. Safe for any finite v.
 bool shorten(Vec3& v, double length) {
   const double norm = v.stableNorm();
   if (norm <= length) {
     return false;
   }
-  // Components of 1e308 have a norm of infinity: divide by the largest first.
+  // The norm of components near 1e308 overflows, so v is first divided by the largest one.
   v /= v.cwiseAbs().maxCoeff();
   v *= kInside * length / v.norm();
   return true;
 }
 
-/// Takes `now` towards `goal`, below `cap` and by `step` at most. Says which of the two was in the way.
+/// Moves `now` towards `goal` by at most `step`, within `cap`. Returns the bits of the limits that acted.
 unsigned approach(Vec3 goal, double cap, double step, Vec3& now) {
   unsigned status = 0;
   if (shorten(goal, cap)) {
@@ -35,7 +35,7 @@ unsigned approach(Vec3 goal, double cap, double step, Vec3& now) {
     status |= kRateCapped;
     now += change;
   } else {
-    now = goal;  // exactly, so that zero is zero
+    now = goal;  // exact, so that zero is reached
   }
   return status;
 }
@@ -55,7 +55,7 @@ Limiter::Limiter(const Caps& caps, double dt) : caps_(caps), dt_(dt) {
 }
 
 bool Limiter::stale(double now, double stamp) const noexcept {
-  return !(std::abs(now - stamp) <= caps_.stale_after);  // so written, NaN is stale
+  return !(std::abs(now - stamp) <= caps_.stale_after);  // true for NaN
 }
 
 Wrench Limiter::next(const Wrench& F_H_L) const noexcept {

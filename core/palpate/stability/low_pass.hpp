@@ -5,20 +5,22 @@
 
 namespace palpate::stability {
 
+/// Options of the low-pass.
 struct LowPassOptions {
-  double cutoff = 0.0;  ///< [Hz]; 0: none
+  double cutoff = 0.0;  ///< cutoff frequency [Hz]; 0: no filter
 };
 
 /// y_k = y_k-1 + a (u_k - y_k-1),   a = low_pass_share(cutoff, dt)
 ///
-/// A ramp comes out later by dt (1 - a) / a, close to 1 / (2 pi cutoff).
+/// The filter delays a ramp by dt (1 - a) / a, close to 1 / (2 pi cutoff).
 class LowPass {
  public:
-  /// dt [s]. Throws std::invalid_argument.
+  /// dt: period of the cycle [s]. Throws std::invalid_argument naming an invalid option.
   LowPass(const LowPassOptions& options, double dt);
+  /// One tick: the filtered wrench.
   Wrench step(const Wrench& F) noexcept;
   void reset() noexcept { y_ = {}; }
-  [[nodiscard]] double lag() const noexcept { return lag_; }  ///< of a ramp [s]
+  [[nodiscard]] double lag() const noexcept { return lag_; }  ///< lag of a ramp [s]
 
  private:
   double gain_ = 1.0, lag_ = 0.0;

@@ -10,7 +10,8 @@
 namespace palpate::stability {
 namespace {
 
-/// Fastest that the handle may be along a force (or turn along a moment): a measured speed is one of the past.
+/// Largest speed of the handle along a force (or its angular speed along a moment). since: the largest change of speed
+/// since the velocity was measured.
 double along(const Vec3& F, const Vec3& v, double since) noexcept {
   const double size = F.norm();
   return size > 0.0 ? F.dot(v) / size + since : 0.0;
@@ -27,7 +28,7 @@ double held_cost(double F, double u, double a, double from, double to) noexcept 
 double ramp_cost(double F, double u, double a, double from, double rate) noexcept {
   const double u1 = u + a * from;
   if (u1 >= 0.0) return u1 * F * F / (2.0 * rate) + a * F * F * F / (6.0 * rate * rate);
-  const double left = std::max(F + rate * u1 / a, 0.0);  // of the ramp, when the hand turns round
+  const double left = std::max(F + rate * u1 / a, 0.0);  // rest of the ramp when the hand reverses
   return a * left * left * left / (6.0 * rate * rate);
 }
 

@@ -5,7 +5,7 @@
 namespace palpate::stability {
 namespace {
 
-constexpr int kHalvings = 24;  // the share is found to 1e-7
+constexpr int kHalvings = 24;  // bisections, which determine the share to 1e-7
 
 ObserverOptions remembering(const PassivityOptions& options) {
   ObserverOptions o = options.observer;

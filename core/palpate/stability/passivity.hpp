@@ -1,4 +1,4 @@
-// The passivity controller: no wrench is begun that the port could not pay for.
+// The passivity controller: it starts no wrench whose cost may exceed the energy in the observer's account.
 #pragma once
 
 #include "palpate/stability/friction.hpp"
@@ -7,45 +7,51 @@
 
 namespace palpate::stability {
 
+/// Modes of the controller.
 enum class Passivity {
   off,
-  observer,  ///< the hand may have back all that it ever put in
-  tank,      ///< no more than the tank holds: what the hand put in long ago is no licence to oscillate now
+  observer,  ///< all energy that the hand has ever put in may be returned
+  tank,      ///< at most `capacity` may be returned, so that energy put in long ago does not permit oscillation now
 };
 
+/// Options of the controller.
 struct PassivityOptions {
   Passivity mode = Passivity::observer;
-  ObserverOptions observer;  ///< its capacity counts in mode `tank` alone
-  CertainFriction friction;  ///< the device's, as far as it is certain
+  ObserverOptions observer;  ///< its capacity limits the account in mode `tank` only; it always limits credits
+  CertainFriction friction;  ///< certified friction of the device
 };
 
-/// The largest share s of the wanted wrench such that
+/// Renders the largest fraction s of the wanted wrench F such that
 ///
-///   in flight + cost(what the limiter would render of s F) <= stored
+///   in flight + cost(limiter output for s F) <= stored
 ///
-/// where the cost counts the ramp by which alone the limiter can take a wrench back. So, by induction, as long as the
-/// hand accelerates no faster than assumed, ramping down at once is always paid for, and what the port has given never
-/// exceeds what came in by more than the allowance. Hannaford and Ryu's series damper with two limits: it acts
-/// before the deficit, not after it, and takes from the wrench but never turns it round (a surface does not pull).
+/// The cost includes the ramp to zero, because the limiter can remove a wrench only by a ramp. By induction, as long as
+/// the hand accelerates no faster than the bound, an immediate ramp to zero is always paid for. The port therefore
+/// never returns more energy than came in, plus the allowance. The controller is the series damper of Hannaford and Ryu
+/// with two limits: it acts before the deficit, not after it, and it reduces the wrench but never reverses it, because
+/// a surface does not pull.
 class PassivityController {
  public:
-  /// dt: period [s]. Throws std::invalid_argument naming an option that cannot be.
+  /// dt: period of the cycle [s]. Throws std::invalid_argument naming an invalid option.
   PassivityController(const PassivityOptions& options, const Caps& caps, double dt);
 
-  /// What has happened since the last tick. q: measured joints, for the device's friction; may be empty.
+  /// Updates the account with the motion since the last tick. q: measured joints, for the device's friction; may be
+  /// empty.
   void observe(const Pose& X_LH, const Twist& V_LH, const JointVector& q) noexcept;
-  /// s F; F finite.
+  /// Returns s F for a finite F.
   [[nodiscard]] Wrench step(const Wrench& F_H_L, const Limiter& limiter) noexcept;
-  /// The hand is disengaged (clutch, a silent arm): see Observer::clear_deficit.
+  /// To be called while the mapping is released (clutch, a silent arm): see Observer::clear_deficit.
   void clear_deficit() noexcept { observer_.clear_deficit(); }
-  /// See Observer::credit.
+  /// Credits energy to the account [J]: see Observer::credit.
   void credit(double energy) noexcept { credited_ += observer_.credit(energy, credit_limit_); }
+  /// Reports the wrench that the device renders in this tick.
   void rendered(const Wrench& F_H_L) noexcept { observer_.sent(F_H_L); }
 
+  /// Energy in the account [J].
   [[nodiscard]] double stored() const noexcept { return observer_.stored(); }
   /// Energy credited since the start [J].
   [[nodiscard]] double credited() const noexcept { return credited_; }
-  /// What the wrenches on their way, the last one sent among them, may cost [J].
+  /// Largest energy that the wrenches in flight, including that of the last step(), may return to the hand [J].
   [[nodiscard]] double reserved() const noexcept { return reserved_; }
 
  private:
@@ -53,7 +59,7 @@ class PassivityController {
   Ramp ramp_;
   Observer observer_;
   Dissipation dissipation_;
-  double credit_limit_;  ///< level of the account up to which energy is credited, in either mode [J]
+  double credit_limit_;  ///< level of the account up to which energy is credited, in all modes [J]
   double credited_ = 0.0, reserved_ = 0.0;
 };
 

@@ -6,17 +6,17 @@
 namespace palpate::stability {
 namespace {
 
-constexpr double kHuge = 1e9;     // [N, N m] beyond it no number is believed: sums of such forces may be infinite
-constexpr double kSliver = 1e-9;  // [N, N m] less than that was not withheld, but rounded
+constexpr double kHuge = 1e9;     // [N, N m] larger inputs are rejected, because their sums may overflow
+constexpr double kSliver = 1e-9;  // [N, N m] smaller differences are rounding errors, not withheld wrenches
 
 bool believable(const Wrench& F) noexcept {
-  return (F.f.array().abs() < kHuge).all() && (F.t.array().abs() < kHuge).all();  // so written, NaN is not
+  return (F.f.array().abs() < kHuge).all() && (F.t.array().abs() < kHuge).all();  // false for NaN
 }
 
 bool finite(const Wrench& F) noexcept { return F.f.allFinite() && F.t.allFinite(); }
 
-/// The rendered wrench with its damping. Caps and passivity leave a share of the wanted force; the same share of the
-/// damping is left to the device.
+/// The rendered wrench with its damping. The damping that the device renders is reduced by the same factor as the
+/// force.
 DampedWrench with_damping(const Wrench& rendered, const Wrench& wanted, const DampedWrench& asked,
                           const Vec3& v_LH) noexcept {
   const double size = wanted.f.squaredNorm();
@@ -55,7 +55,7 @@ Output Stability::step(const Input& in) noexcept {
     out.F_passivity = smooth - out.F_capped;
     out.lag = {coupling_.lag(in.stiffness), low_pass_.lag(), 0.0, 0.0};
   }
-  // The limiter reports a wrench that is not finite, and takes zero for it.
+  // A wanted wrench that is not finite is passed on, so that the limiter reports it; the limiter takes it as zero.
   const Limited limited = limiter_.step({finite(wanted) ? out.F_capped : wanted, in.t, in.handle, in.tool, in.engaged});
   out.F_H_L = limited.F_H_L;
   out.on_hand = with_damping(out.F_H_L, wanted, in.wanted, handle.V_LH.v);

@@ -1,9 +1,9 @@
-// Stage `stability`: one element after the other, each a file of its own, the limiter last.
+// Stage `stability`: a chain of elements, each in a file of its own.
 //
 //   wanted -> virtual coupling -> low-pass -> passivity controller -> caps, rate limit, watchdog -> rendered
 //
-// Only the drives' limits (stage `torque`) may leave less of it, in the same direction: that loss is as sudden as the
-// limit is, and rendered() tells it, so that the way back is a ramp again.
+// Only the drives' limits (stage `torque`) can reduce the wrench further, in the same direction and without a ramp.
+// rendered() reports such a loss, so that the wrench returns by a ramp.
 #pragma once
 
 #include "palpate/stability/coupling.hpp"
@@ -17,6 +17,7 @@
 
 namespace palpate::stability {
 
+/// Options of the stage.
 struct Options : Caps {
   CouplingOptions coupling;
   LowPassOptions low_pass;
@@ -25,43 +26,45 @@ struct Options : Caps {
 
 /// Input of the stage at every tick. A single axis uses the first component of each vector.
 struct Input {
-  DampedWrench wanted;     ///< on the hand, in L
-  double t = 0.0;          ///< now [s]
-  Handle handle;           ///< measured
-  Sample tool;             ///< of the tool's state
-  bool engaged = true;     ///< following and not clutched: only then the hand is given a wrench
-  double stiffness = 0.0;  ///< felt by the hand, along the wanted force [N/m]
+  DampedWrench wanted;     ///< wanted wrench on the hand, in L
+  double t = 0.0;          ///< time of the tick [s]
+  Handle handle;           ///< measured state of the handle
+  Sample tool;             ///< stamp of the tool's state
+  bool engaged = true;     ///< following and not clutched; otherwise the wrench ramps to zero
+  double stiffness = 0.0;  ///< stiffness felt by the hand along the wanted force [N/m]
   double credit = 0.0;     ///< energy of potentials that were switched on in this tick, at the hand's port [J]
 };
 
-/// How much later a ramp of force comes out of each element [s].
+/// Lag of a ramp of force in each element [s].
 struct Lag {
-  double coupling = 0.0;   ///< below zero: its damper leads
-  double low_pass = 0.0;   ///< of the filter
-  double passivity = 0.0;  ///< at the rate cap, the time it would take to give what is withheld now
-  double caps = 0.0;       ///< at the rate cap, the time it takes to what is asked now
+  double coupling = 0.0;   ///< of the virtual coupling; negative: its damper leads
+  double low_pass = 0.0;   ///< of the low-pass
+  double passivity = 0.0;  ///< withheld force divided by the rate cap
+  double caps = 0.0;       ///< input minus output of the limiter, divided by the rate cap
 };
 
-/// Output of the stage.
+/// Output of the stage, on the hand in L.
 struct Output {
-  Wrench F_H_L;                                ///< rendered on the hand, the damping included
+  Wrench F_H_L;                                ///< rendered wrench, including the damping
   DampedWrench on_hand;                        ///< the same wrench; its damping is reduced as much as the force
-  Wrench F_capped;                             ///< what the limiter was asked for
-  Wrench F_coupling, F_low_pass, F_passivity;  ///< what each element kept: its input minus its output
+  Wrench F_capped;                             ///< input of the limiter
+  Wrench F_coupling, F_low_pass, F_passivity;  ///< withheld by each element: its input minus its output
   Lag lag;
   unsigned status = 0;  ///< bits of Status
 };
 
-/// Whatever comes in, what goes out is finite, below its cap and changes no faster than its rate cap: the limiter has
-/// the last word. A wrench that is not finite passes no filter: it stops there, and the filters start afresh.
+/// The stage. For any input its output is finite, below its cap and changes no faster than its rate cap, because the
+/// limiter is the last element. A wrench that is not finite does not enter the filters and resets them.
 class Stability {
  public:
-  /// dt: period of the cycle [s]. Throws std::invalid_argument naming an option that cannot be.
+  /// dt: period of the cycle [s]. Throws std::invalid_argument naming an invalid option.
   Stability(const Options& options, double dt);
 
+  /// One tick: passes the wanted wrench through the chain.
   Output step(const Input& in) noexcept;
-  /// To be called after every step with the wrench that the drives really rendered, the damping included.
+  /// To be called after every step with the wrench that the drives render, including the damping.
   void rendered(const Wrench& F_H_L) noexcept;
+  /// True if a state stamped `stamp` is too old to be trusted at the time `now` [s].
   [[nodiscard]] bool stale(double now, double stamp) const noexcept { return limiter_.stale(now, stamp); }
   [[nodiscard]] const PassivityController& passivity() const noexcept { return passivity_; }
 

@@ -13,11 +13,11 @@
 namespace palpate::verify {
 namespace {
 
-constexpr double kFar = 1.0;        // [m]
-constexpr double kDecayed = 0.998;  // from one eighth of the run to the next
-constexpr std::size_t kSwings = 4;
-constexpr std::size_t kEighths = 8, kWatched = 5;
-constexpr double kSettled = 0.02;
+constexpr double kFar = 1.0;        // [m] beyond it the axis has diverged
+constexpr double kDecayed = 0.998;  // largest ratio of amplitudes of successive eighths that counts as a decay
+constexpr std::size_t kSwings = 4;  // smallest number of swings of an oscillation in the last quarter
+constexpr std::size_t kEighths = 8, kWatched = 5;  // sections of a run; number of the last sections that are compared
+constexpr double kSettled = 0.02;                  // settling band as a fraction of the rest position
 
 void require(bool good, const char* name, double value, const char* mend) {
   if (!good) {
@@ -47,13 +47,13 @@ void check(const AxisOptions& o) {
           o.hand_stiffness, "must be 0 (no spring), or 0.001 N/m and more");
 }
 
-/// What the controller computes once per cycle.
+/// The controller: computes the force of the wall once per cycle.
 class Controller {
  public:
   explicit Controller(const AxisOptions& o)
       : o_(o), dt_(1.0 / o.rate), share_(low_pass_share(o.velocity_cutoff, dt_)) {}
 
-  /// Before the first cycle it was always at x, at rest.
+  /// Initialises the velocity filter for an axis at rest at x.
   void start(double x) noexcept { x_ = measured(x); }
 
   double step(double x_true, AxisStage* stage) noexcept {
@@ -78,7 +78,8 @@ class Controller {
   double x_ = 0.0, v_ = 0.0, F_ = 0.0;
 };
 
-/// Commands on their way: which cycle they arrive in, and how long after its beginning.
+/// The transmission line: commands in flight, each with the cycle of its arrival and the time from the cycle's
+/// beginning.
 class Line {
  public:
   explicit Line(const AxisOptions& o)
@@ -89,7 +90,7 @@ class Line {
     if (o_.jitter > 0.0) late += o_.jitter * o_.rate * uniform(random_);
     const double whole = std::floor(late + 1e-9);
     Command now{cycle + static_cast<std::size_t>(whole), std::max(late - whole, 0.0) / o_.rate, F};
-    if (size_ > 0) {  // it does not overtake
+    if (size_ > 0) {  // commands do not overtake each other
       const Command& last = ring_[(head_ + size_ - 1) % ring_.size()];
       if (now.cycle < last.cycle || (now.cycle == last.cycle && now.after < last.after)) {
         now.cycle = last.cycle, now.after = last.after;
@@ -102,7 +103,7 @@ class Line {
     std::size_t cycle = 0;
     double after = 0.0, F = 0.0;  ///< [s], [N]
   };
-  /// The next one that arrives in this cycle, or none.
+  /// The next command that arrives in this cycle, or null.
   const Command* take(std::size_t cycle) noexcept {
     if (size_ == 0 || ring_[head_].cycle > cycle) return nullptr;
     const Command* next = &ring_[head_];
@@ -132,7 +133,7 @@ Window window(const std::vector<double>& x, std::size_t from, std::size_t to) no
   return w;
 }
 
-/// Is each of the last eighths of the run quieter than the one before? A bouncing motion that lasts is louder in some.
+/// True if each of the last eighths of the run has a smaller amplitude than the one before. A lasting bounce does not.
 bool decays(const std::vector<double>& x) noexcept {
   double before = std::numeric_limits<double>::infinity();
   for (std::size_t i = kEighths - kWatched; i < kEighths; ++i) {
@@ -143,7 +144,7 @@ bool decays(const std::vector<double>& x) noexcept {
   return true;
 }
 
-/// What the positions at the cycles tell.
+/// Evaluates the positions at the cycles.
 void judge(const AxisOptions& o, const std::vector<double>& x, AxisResult& out) noexcept {
   const double floor = std::max(kAxisQuanta * o.quantum, kAxisUnfelt);
   const std::size_t n = x.size(), late = n - n / 4;

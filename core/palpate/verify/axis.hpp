@@ -1,5 +1,5 @@
-// One axis of a haptic device: a mass with friction, held by a hand, pressed into a virtual wall that is sampled,
-// quantised, filtered, delayed and cut off. What a certificate is judged by.
+// A simulated axis of a haptic device: a mass with friction, held by a hand and pressed into a virtual wall that is
+// sampled, quantised, filtered, delayed and capped. Certificates are checked against it.
 #pragma once
 
 #include <cstdint>
@@ -8,88 +8,92 @@
 
 namespace palpate::verify {
 
-/// x > 0 is inside the wall. All in SI.
+/// Options of the axis. x > 0 is inside the wall.
 struct AxisOptions {
-  double mass = 0.3;     ///< of the device [kg]
-  double damping = 0.5;  ///< viscous [N s/m]
+  double mass = 0.3;     ///< mass of the device [kg]
+  double damping = 0.5;  ///< viscous friction [N s/m]
   double coulomb = 0.0;  ///< dry friction [N]
 
-  double rate = 1000.0;          ///< of the haptic cycle [Hz]
-  double delay = 0.0;            ///< from the measurement to the force; any number of periods [s]
-  double jitter = 0.0;           ///< added to it anew in each cycle, uniform in 0..jitter; order is kept [s]
-  double quantum = 0.0;          ///< of the measured position; 0 = ideal [m]
-  double velocity_cutoff = 0.0;  ///< of the low pass after the difference of two positions; 0 = none [Hz]
+  double rate = 1000.0;          ///< rate of the haptic cycle [Hz]
+  double delay = 0.0;            ///< delay from the measurement to the force; any number of periods [s]
+  double jitter = 0.0;           ///< additional delay of each command, uniform in 0..jitter; the order is kept [s]
+  double quantum = 0.0;          ///< resolution of the measured position; 0: ideal [m]
+  double velocity_cutoff = 0.0;  ///< cutoff of the low-pass of the differenced position; 0: no filter [Hz]
 
   double K = 400.0;                                            ///< stiffness of the wall [N/m]
-  double B = 0.0;                                              ///< its damping [N s/m]
-  bool bilateral = false;                                      ///< a spring that pulls, too, in the place of a wall
-  double force_max = std::numeric_limits<double>::infinity();  ///< the force is cut there [N]
-  double rate_max = std::numeric_limits<double>::infinity();   ///< it changes no faster [N/s]
+  double B = 0.0;                                              ///< damping of the wall [N s/m]
+  bool bilateral = false;                                      ///< a spring that also pulls, instead of a wall
+  double force_max = std::numeric_limits<double>::infinity();  ///< cap of the force [N]
+  double rate_max = std::numeric_limits<double>::infinity();   ///< cap of the force's rate of change [N/s]
 
-  double hand_mass = 0.0;       ///< moves with the device [kg]
-  double hand_damping = 0.0;    ///< to where the hand wants to be [N s/m]
-  double hand_stiffness = 0.0;  ///< the same [N/m]
+  double hand_mass = 0.0;       ///< mass of the hand, which moves with the device [kg]
+  double hand_damping = 0.0;    ///< damping to the hand's intended position [N s/m]
+  double hand_stiffness = 0.0;  ///< stiffness to the hand's intended position [N/m]
   std::uint64_t seed = 0;       ///< of the jitter
 };
 
-/// What happens to it.
+/// Initial state and excitation of a run.
 struct AxisMotion {
   double duration = 2.0;     ///< [s]
-  double x0 = 0.0;           ///< at the start [m]
-  double v0 = 0.0;           ///< [m/s]
-  double push = 0.0;         ///< constant force beside the hand's spring [N]
-  std::vector<double> path;  ///< where the hand wants to be at each cycle, straight between them; empty: 0 [m]
+  double x0 = 0.0;           ///< initial position [m]
+  double v0 = 0.0;           ///< initial velocity [m/s]
+  double push = 0.0;         ///< constant force in addition to the hand's spring [N]
+  std::vector<double> path;  ///< intended position of the hand at each cycle, linear in between; empty: 0 [m]
 };
 
-inline constexpr double kAxisQuanta = 8.0;   ///< amplitude that resolution alone may keep alive [quanta]
+inline constexpr double kAxisQuanta = 8.0;   ///< amplitude that resolution alone may sustain [quanta]
 inline constexpr double kAxisUnfelt = 1e-6;  ///< amplitude that counts as rest [m]
 
-/// Amplitudes are half of peak to peak. An oscillation that lasts: in the last quarter of the run it swings four times
-/// or more, further than max(8 quanta, 1 um), and over the last five eighths not every eighth was quieter than the one
-/// before by 0.2 %. The hand's path should rest by then; slow swings need a longer run.
+/// Result of a run. Amplitudes are half of peak to peak. The axis oscillates if three conditions hold: it swings four
+/// times or more in the last quarter of the run; its amplitude there exceeds max(8 quanta, 1 um); and the amplitude
+/// does not fall by at least 0.2 % from each of the last five eighths of the run to the next. The hand's path should
+/// rest by then; slow oscillations need a longer run.
 struct AxisResult {
-  bool diverged = false;  ///< it left |x| < 1 m
-  bool oscillates = false;
+  bool diverged = false;     ///< the axis left |x| < 1 m
+  bool oscillates = false;   ///< a lasting oscillation, as defined above, or diverged
   double amplitude = 0.0;    ///< in the last quarter [m]
-  double before = 0.0;       ///< in the third quarter [m]
+  double before = 0.0;       ///< not computed, always 0 [m]
   double frequency = 0.0;    ///< in the last quarter [Hz]
-  double peak = 0.0;         ///< deepest [m]
-  double rest = 0.0;         ///< mean of the last quarter [m]
-  double overshoot = 0.0;    ///< (peak - rest) / rest; 0 where it does not rest inside the wall [-]
-  double settling = 0.0;     ///< from then on |x - rest| < 2 % of |rest| or the floor [s]
-  double energy_port = 0.0;  ///< taken from the hand by the wall, true: - sum of F dx [J]
-  double energy_min = 0.0;   ///< lowest that it was: below zero the wall had made energy [J]
+  double peak = 0.0;         ///< largest x [m]
+  double rest = 0.0;         ///< mean x of the last quarter [m]
+  double overshoot = 0.0;    ///< (peak - rest) / rest; 0 unless the axis rests inside the wall [-]
+  double settling = 0.0;     ///< time after which |x - rest| stays below max(2 % of |rest|, 8 quanta, 1 um) [s]
+  double energy_port = 0.0;  ///< energy that the wall took from the hand, by true positions: - sum of F dx [J]
+  double energy_min = 0.0;   ///< smallest energy_port of the run; negative: the wall had generated energy [J]
 };
 
-/// At each cycle; forces are on the device along x.
+/// State at a cycle; forces act on the device along x.
 struct AxisRow {
-  double t, x, v, F, energy;  ///< [s], [m], [m/s], force commanded [N], energy_port [J]
+  double t, x, v, F, energy;  ///< [s], [m], [m/s], commanded force [N], energy_port [J]
 };
 
-/// What may stand between the force that the wall wants and the force that is commanded.
+/// A stage between the force of the wall and the commanded force.
 class AxisStage {
  public:
   virtual ~AxisStage() = default;
-  /// F: wanted on the hand along x [N]; x: measured [m]; dt: of the cycle [s]. Answers the force to command [N].
+  /// Returns the force to command [N]. F: wanted force along x [N]. x: measured position [m]. dt: period of the cycle
+  /// [s].
   virtual double step(double F, double x, double dt) noexcept = 0;
 };
 
-/// The motion
+/// Simulates the motion
 ///
-///   (m + m_h) x'' = u + push - b x' + k_h (x_h - x) + b_h (x_h' - x') - f_c sign x',     |friction| <= f_c at rest
+///   (m + m_h) x'' = u + push - b x' + k_h (x_h - x) + b_h (x_h' - x') - F_c sign x',     |friction| <= F_c at rest
 ///
-/// is followed exactly: u is constant between two arrivals of a command, so that x is a closed form up to the next
-/// arrival, cycle or reversal, and where it sticks and breaks away are roots of it. At cycle k
+/// exactly, with the force u of the last command that has arrived, the friction b and F_c (`coulomb`) of the device,
+/// the hand's m_h, b_h, k_h and its intended position x_h. u is constant between two arrivals of a command, so x has a
+/// closed form up to the next arrival, cycle or reversal, and the times of sticking and breakaway are roots. At cycle k
 ///
-///   x_k = quantum round(x / quantum),   v_k = v_k-1 + low_pass_share(f_c, T) ((x_k - x_k-1) / T - v_k-1)
+///   x_k = quantum round(x / quantum),   v_k = v_k-1 + low_pass_share(velocity_cutoff, T) ((x_k - x_k-1) / T - v_k-1)
 ///   F_k = -max(K x_k + B v_k, 0) if x_k > 0, else 0        (bilateral: always -(K x_k + B v_k))
 ///
-/// cut off, handed to the stage if there is one, and applied from  k T + delay + jitter  on.
+/// F_k is capped, passed to the stage if there is one, and applied from  k T + delay + jitter  on.
 class Axis {
  public:
-  /// Throws std::invalid_argument naming the option, its value and the mend.
+  /// Throws std::invalid_argument naming the option, its value and the remedy.
   explicit Axis(const AxisOptions& options);
-  /// Starts afresh: same options and motion, same result. stage: not owned. rows: every cycle is added to it.
+  /// Runs from the initial state; the same options and motion give the same result. stage: not owned, may be null.
+  /// rows: receives a row for every cycle; may be null.
   AxisResult run(const AxisMotion& motion, AxisStage* stage = nullptr, std::vector<AxisRow>* rows = nullptr);
   [[nodiscard]] const AxisOptions& options() const noexcept { return options_; }
 

@@ -1,4 +1,4 @@
-// Stage `stability` on one axis: the same step() as in the haptic cycle, for judges with a simulated Axis.
+// Stage `stability` on one axis: the same step() as in the haptic cycle, for tests with a simulated Axis.
 #pragma once
 
 #include <algorithm>
@@ -10,11 +10,11 @@
 
 namespace palpate::verify {
 
-/// Knows what a device knows: measured positions, and their mean velocity over the last period, over four of them where
-/// the positions are quantised.
+/// Gives the stage the inputs that a device has: the measured position, and its mean velocity over the last period, or
+/// over the last four if the position is quantised.
 class AxisLayer : public AxisStage {
  public:
-  /// options.passivity.friction: of one joint, or none. stiffness: felt [N/m]; dt [s].
+  /// options.passivity.friction: of one joint, or empty. stiffness: felt stiffness [N/m]. dt: period of the cycle [s].
   AxisLayer(const stability::Options& options, double stiffness, double dt)
       : stage_(options, dt), window_(options.passivity.observer.quantum > 0.0 ? kWindow : 1) {
     in_.stiffness = stiffness;
@@ -35,6 +35,7 @@ class AxisLayer : public AxisStage {
     acted_ = acted_ || out.F_passivity.f.x() != 0.0;
     return out.F_H_L.f.x();
   }
+  /// True if the passivity controller has withheld force.
   [[nodiscard]] bool acted() const noexcept { return acted_; }
   [[nodiscard]] const stability::PassivityController& passivity() const noexcept { return stage_.passivity(); }
 

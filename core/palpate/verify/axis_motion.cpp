@@ -5,9 +5,9 @@
 namespace palpate::verify {
 namespace {
 
-constexpr int kEvents = 64;  // reversals within one step; more is chatter, and it rests
+constexpr int kEvents = 64;  // largest number of reversals within a step; beyond it the mass stays where it is
 
-/// Where f changes its sign in (0, h], f(0) and f(h) being of different signs: bisection with secants.
+/// Root of f in (0, h] by bisection with secants. f(0) and f(h) must differ in sign.
 template <typename F>
 double root(const F& f, double h) noexcept {
   double a = 0.0, b = h, fa = f(a), fb = f(b);
@@ -31,12 +31,12 @@ AxisMass::Transition AxisMass::transition(double h) const noexcept {
   Transition phi;
   phi.h = h;
   const double d = D_ / M_;
-  if (k_ == 0.0) {  // the velocity decays; xv: its integral
+  if (k_ == 0.0) {  // the velocity decays; xv is its integral
     phi.vv = std::exp(-d * h);
     phi.xv = d > 0.0 ? -std::expm1(-d * h) / d : h;
     return phi;
   }
-  const double square = 0.25 * d * d - k_ / M_;  // of half the distance of the two poles
+  const double square = 0.25 * d * d - k_ / M_;  // squared half distance of the two poles
   const double pole = std::sqrt(std::abs(square)), y = pole * h;
   const double c = square > 0.0 ? std::cosh(y) : std::cos(y);
   const double s = y < 1e-6 ? h : (square > 0.0 ? std::sinh(y) : std::sin(y)) / pole;
@@ -58,7 +58,7 @@ const AxisMass::Transition& AxisMass::remembered(double h) noexcept {
 
 AxisMass::State AxisMass::free(const Transition& phi, double c, double p, double w) const noexcept {
   if (k_ == 0.0) {
-    // v -> c / D; written so that D = 0 is a fall.
+    // v tends to c / D; this form also holds for D = 0.
     const double d = D_ / M_, a = c / M_;
     const double lag = d * phi.h > 1e-5 ? (phi.h - phi.xv) / d : 0.5 * phi.h * phi.h * (1.0 - d * phi.h / 3.0);
     return {x + v * phi.xv + a * lag, v * phi.vv + a * phi.xv};
@@ -81,7 +81,7 @@ void AxisMass::step(double h, double c, double p, double w) noexcept {
   }
 }
 
-// Rests until what pulls is more than friction holds. Answers how long it took.
+// Stays at rest until the other forces exceed Fc. Returns the elapsed time [s].
 double AxisMass::stick(double h, double c, double p, double w) noexcept {
   v = 0.0;
   const double pull = c + k_ * (p - x), growth = k_ * w;
@@ -95,7 +95,7 @@ double AxisMass::stick(double h, double c, double p, double w) noexcept {
   return until;
 }
 
-// Slides one way until it stops. Answers how long it took.
+// Slides in one direction until the velocity is zero. Returns the elapsed time [s].
 double AxisMass::slip(double h, double c, double p, double w) noexcept {
   const double s = way_;
   c -= s * Fc_;
@@ -108,7 +108,7 @@ double AxisMass::slip(double h, double c, double p, double w) noexcept {
   double until = h;
   if (s * end.v < 0.0) {
     until = root(speed, h);
-  } else if (gain(0.0) < 0.0 && gain(h) > 0.0) {  // slower, then faster again: did it stop in between?
+  } else if (gain(0.0) < 0.0 && gain(h) > 0.0) {  // slower, then faster again: it may stop in between
     const double slowest = root(gain, h);
     if (speed(slowest) < 0.0) until = root(speed, slowest);
   }

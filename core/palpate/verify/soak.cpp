@@ -12,12 +12,12 @@
 namespace palpate::verify {
 namespace {
 
-constexpr double kTick = 1e-3;   // [s]
-constexpr int kTries = 4;        // for each pass: there may be no free place to begin
-constexpr double kTurn = 0.1;    // an object that sways turns by this much [rad] ...
-constexpr double kLever = 0.05;  // ... as long as this far from the pivot it is not too fast [m]
+constexpr double kTick = 1e-3;   // [s] period of a tick
+constexpr int kTries = 4;        // draws per pass on average, because a draw may find no free space to begin in
+constexpr double kTurn = 0.1;    // [rad] largest rotation of a swaying object
+constexpr double kLever = 0.05;  // [m] distance from the pivot at which this rotation keeps within object_speed
 
-/// Does a segment cross a triangle? Each against each.
+/// Checks a segment against every triangle.
 class Judge {
  public:
   explicit Judge(const scene::Mesh& mesh) {
@@ -67,13 +67,13 @@ class Dice {
   std::mt19937_64 engine_;
 };
 
-/// The tool's way in W and the object's way under it.
+/// The motions of tool and object in W.
 struct Motion {
-  Vec3 start, in, drag;    // [m], unit, [m]
-  double way_in, speed;    // [m], [m/s]
-  bool tool_rests;         // the object does the whole motion
-  Vec3 sway, axis, pivot;  // the object swings: amplitude [m], rotation [rad] about the pivot
-  double sway_rate;        // [rad/s]
+  Vec3 start, in, drag;    // start [m], unit vector into the surface, later displacement along it [m]
+  double way_in, speed;    // distance moved along `in` [m], speed of the whole motion [m/s]
+  bool tool_rests;         // the object moves instead of the tool
+  Vec3 sway, axis, pivot;  // sinusoidal motion of the object: amplitude [m], rotation vector [rad] about the pivot
+  double sway_rate;        // angular frequency of the sway [rad/s]
 
   [[nodiscard]] int ticks() const { return static_cast<int>((way_in + drag.norm()) / (speed * kTick)) + 2; }
   [[nodiscard]] Vec3 way(int k) const {
@@ -90,7 +90,7 @@ struct Motion {
   }
 };
 
-/// A free place to begin, and a way through the surface; false where there is no room.
+/// Draws a free start position and a path through the surface. Returns false if the start position is not free.
 bool draw(const scene::Mesh& mesh, const SoakRange& range, Dice& dice, SoakPass& pass, Motion& m) {
   const std::span<const double> v = mesh.vertices();
   const std::span<const std::int32_t> t = mesh.triangles();
@@ -116,7 +116,8 @@ bool draw(const scene::Mesh& mesh, const SoakRange& range, Dice& dice, SoakPass&
   m.start = m.pivot - off * m.in;
   m.way_in = off + pass.depth;
   m.drag = dice.between(0, range.drag) * dice.direction();
-  const double reach = dice.between(1e-3, 10e-3);  // of the sway; its fastest moment is in the middle
+  const double reach =
+      dice.between(1e-3, 10e-3);  // amplitude of the sway; sway_rate limits its largest speed, in the middle
   m.sway = sways ? Vec3(reach * dice.direction()) : Vec3::Zero();
   m.sway_rate = dice.between(0.1, 1.0) * range.object_speed / reach;
   const double turn = std::min(kTurn, range.object_speed / (kLever * m.sway_rate));
@@ -124,7 +125,7 @@ bool draw(const scene::Mesh& mesh, const SoakRange& range, Dice& dice, SoakPass&
   return n.allFinite() && mesh.nearest(m.start).distance > 1.01 * pass.radius;
 }
 
-/// One pass from a free start. True: the proxy crossed the surface.
+/// Runs one pass. Returns true if the proxy crossed the surface.
 bool poke(scene::Snapshot& scene, const Judge& judge, contact::Method& method, const Motion& m, SoakReport& report) {
   method.reset();
   const int ticks = m.ticks();
@@ -147,7 +148,7 @@ bool poke(scene::Snapshot& scene, const Judge& judge, contact::Method& method, c
       popped |= judge.crosses(before, p);
       before = p;
     }
-    popped |= judge.crosses(before, p_OP);  // what is felt is on the same side
+    popped |= judge.crosses(before, p_OP);  // the reported proxy lies on the same side as its path
     path.clear();
     ++report.ticks;
   }

@@ -8,7 +8,7 @@
 namespace palpate::guidance {
 namespace {
 
-/// The same boundary seen from the other side.
+/// The query of the complement: inside and outside are exchanged.
 Query inside_out(Query q) noexcept {
   q.distance = -q.distance;
   q.normal = -q.normal;
@@ -16,13 +16,13 @@ Query inside_out(Query q) noexcept {
   return q;
 }
 
-/// The nearer of two; both, weighted, while their distances differ by less than `blend`.
+/// The nearer of two queries; a weighted mean of both while their distances differ by less than `blend` [m].
 Query nearer(const Query& a, const Query& b, const Vec3& p, double blend) noexcept {
   Query q = a.distance <= b.distance ? a : b;
   const Query& other = a.distance <= b.distance ? b : a;
   const double h = blend > 0.0 ? std::max(1.0 - (other.distance - q.distance) / blend, 0.0) : 0.0;
   if (h == 0.0) return q;
-  const double share = 0.5 * h;  // of the other: derivative of the least distance by its own
+  const double share = 0.5 * h;  // weight of the other query: d (blended distance) / d (other.distance)
   q.distance -= 0.25 * h * h * blend;
   const Vec3 gradient = (1.0 - share) * q.steep * q.normal + share * other.steep * other.normal;
   q.steep = gradient.norm();
@@ -64,7 +64,7 @@ Combination::Combination(Kind kind, std::vector<GeometryPtr> parts, double blend
     throw std::invalid_argument("what has no inside (a point, a curve, an open mesh) cannot be cut; give it a margin");
 }
 
-/// By de Morgan: cutting is uniting the outsides.
+/// By De Morgan's laws, an intersection or difference is the complement of a union.
 Query Combination::answer(const Pose& X_WT, double t) const noexcept {
   const bool cuts = kind_ != Kind::unite;
   Query q = parts_[0]->query(X_WT, t);

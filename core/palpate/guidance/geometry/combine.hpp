@@ -1,4 +1,4 @@
-// Geometries made of geometries: grown or shrunk, joined, cut.
+// Geometries made from other geometries: offset, union, intersection, difference.
 #pragma once
 
 #include <algorithm>
@@ -8,14 +8,14 @@
 
 namespace palpate::guidance {
 
-/// Everything within `margin` of a geometry: a tube around a path, a ball around a point, a shell around an open mesh,
-/// a solid grown, or, below zero, shrunk.
+/// All points within `margin` of a geometry: a tube around a path, a ball around a point, a shell around an open mesh,
+/// a grown solid, or, with a negative margin, a shrunk one.
 ///
-/// d = d0 - margin. Outside of what was grown, and inside of what was shrunk, it is exact; elsewhere never more than
-/// the true distance.
+/// d = d0 - margin. It is exact outside a grown and inside a shrunk geometry; elsewhere it is a lower bound of the
+/// true distance.
 class Offset final : public Geometry {
  public:
-  /// Throws std::invalid_argument when margin [m] is not finite, or not above zero around something without an inside.
+  /// Throws std::invalid_argument if the margin [m] is not finite, or not positive for a geometry without an inside.
   Offset(GeometryPtr geometry, double margin);
   [[nodiscard]] bool solid() const noexcept override { return true; }
   [[nodiscard]] bool has_axis() const noexcept override { return geometry_->has_axis(); }
@@ -29,16 +29,17 @@ class Offset final : public Geometry {
   double margin_;
 };
 
-/// Union: least of the distances. Intersection: greatest. Difference: the first without the others.
+/// Union: the smallest of the distances. Intersection: the largest. Difference: the first geometry without the others.
 ///
-/// Exact outside of a union and inside of the others; elsewhere never more than the true distance. Where two parts are
-/// equally near the normal turns at once; with a `blend` [m] it turns gradually while their distances differ by less
-/// than that, and the distance is once differentiable: a crease is filled by at most (parts - 1) * blend / 4. The
-/// attitude is that of the nearest part.
+/// The distance is exact outside a union and inside an intersection or difference; elsewhere it is a lower bound of the
+/// true distance. Where two parts are equally near, the normal jumps. With a `blend` [m] it turns gradually while their
+/// distances differ by less than `blend`, and the distance is continuously differentiable; a crease is then filled by
+/// at most (parts - 1) * blend / 4. The attitude is that of the nearest part.
 class Combination final : public Geometry {
  public:
   enum class Kind { unite, intersect, subtract };
-  /// Throws std::invalid_argument: no parts, a blend that is no length, or parts without an inside that are cut.
+  /// Throws std::invalid_argument if there are no parts, if the blend is negative or not finite, or if a part of an
+  /// intersection or difference has no inside.
   Combination(Kind kind, std::vector<GeometryPtr> parts, double blend);
   [[nodiscard]] bool solid() const noexcept override { return solid_; }
   [[nodiscard]] bool has_axis() const noexcept override {

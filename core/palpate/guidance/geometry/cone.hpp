@@ -1,4 +1,4 @@
-// A cone without an end: the way from an entry to a target.
+// An infinite cone, such as the access corridor from an entry to a target.
 #pragma once
 
 #include <numbers>
@@ -7,15 +7,15 @@
 
 namespace palpate::guidance {
 
-/// Of a cone that is named by its entry and its target alone [rad].
+/// Default half angle of a cone that is given by its entry and its target [rad].
 inline constexpr double kConeHalfAngle = 15.0 * std::numbers::pi / 180.0;
 
-/// All places that are seen from the apex within `half_angle` of the axis. The attitude's z is the way in, to the apex.
-/// Inside the normal turns at once where the axis is crossed.
+/// All points whose direction from the apex lies within `half_angle` of the axis. The attitude's z points along the
+/// axis towards the apex. Inside, the normal jumps where the axis is crossed.
 class Cone final : public Geometry {
  public:
   /// axis: from the apex into the cone, any length; half_angle above 0, at most pi / 2 [rad].
-  /// Throws std::invalid_argument naming what is wrong.
+  /// Throws std::invalid_argument naming the bad value.
   Cone(const Vec3& apex, const Vec3& axis, double half_angle);
   [[nodiscard]] bool solid() const noexcept override { return true; }
 

@@ -1,15 +1,16 @@
-// A straight line, with ends or without.
+// A straight line, finite or infinite.
 #pragma once
 
 #include "palpate/guidance/geometry.hpp"
 
 namespace palpate::guidance {
 
-/// From a to b; `along` counts from a, the attitude's z points from a to b. Beyond an end it is a point
-/// (`dimension` 0): there the direction along the line is no longer free.
+/// The line from a to b; `along` is measured from a, and the attitude's z points from a to b. Beyond an end the line
+/// acts like a point (`dimension` 0): motion along its direction is no longer free there.
 class Line final : public Geometry {
  public:
-  /// endless: goes on through both. Throws std::invalid_argument unless a and b are finite and apart [m].
+  /// endless: the line continues beyond a and b. Throws std::invalid_argument unless a and b are finite and distinct
+  /// [m].
   Line(const Vec3& a, const Vec3& b, bool endless);
   [[nodiscard]] bool solid() const noexcept override { return false; }
 

@@ -13,7 +13,7 @@ namespace {
 using Controls = Path::Controls;
 using Quintic = std::array<double, 6>;  // Bernstein coefficients on an interval of u
 
-constexpr int kHalvings = 12;  // of a piece, until its roots count as isolated
+constexpr int kHalvings = 12;  // bisections of a piece after which its roots count as isolated
 
 Vec3 at(const Controls& c, double u) noexcept {
   const double w = 1.0 - u;
@@ -25,7 +25,7 @@ Vec3 slope(const Controls& c, double u) noexcept {
   return 3.0 * (w * w * (c[1] - c[0]) + 2.0 * w * u * (c[2] - c[1]) + u * u * (c[3] - c[2]));
 }
 
-/// Arc length from 0 to u by five points of Gauss and Legendre.
+/// Arc length from 0 to u by five-point Gauss-Legendre quadrature [m].
 double arc(const Controls& c, double u) noexcept {
   constexpr double x[] = {0.0, 0.5384693101056831, 0.9061798459386640};
   constexpr double w[] = {0.5688888888888889, 0.4786286704993665, 0.2369268850561891};
@@ -35,7 +35,7 @@ double arc(const Controls& c, double u) noexcept {
   return 0.5 * u * sum;
 }
 
-/// (c(u) - p) c'(u): half the slope of the squared distance.
+/// (c(u) - p) . c'(u): half the derivative of the squared distance from p to c(u).
 Quintic slope_of_distance(const Controls& c, const Vec3& p) noexcept {
   constexpr double b3[] = {1, 3, 3, 1}, b2[] = {1, 2, 1}, b5[] = {1, 5, 10, 10, 5, 1};
   Quintic f{};
@@ -44,7 +44,7 @@ Quintic slope_of_distance(const Controls& c, const Vec3& p) noexcept {
   return f;
 }
 
-/// Its value at u, and its derivative.
+/// Value and derivative of f at u.
 std::pair<double, double> value(Quintic f, double u) noexcept {
   double derivative = 0.0;
   for (std::size_t n = 5; n > 0; --n) {
@@ -65,7 +65,7 @@ int sign_changes(const Quintic& f) noexcept {
   return changes;
 }
 
-/// Both halves of an interval, by de Casteljau.
+/// The coefficients of f on both halves of its interval, by de Casteljau's algorithm.
 std::pair<Quintic, Quintic> halves(Quintic f) noexcept {
   Quintic left;
   for (std::size_t n = 5;; --n) {
@@ -75,7 +75,7 @@ std::pair<Quintic, Quintic> halves(Quintic f) noexcept {
   }
 }
 
-/// The root in (0, 1) of an f that goes from below to above zero once.
+/// The root in (0, 1) of an f that changes its sign once, from negative to positive.
 double root(const Quintic& f) noexcept {
   double a = 0.0, b = 1.0, u = f[0] / (f[0] - f[5]);
   for (int step = 0; step < 60; ++step) {
@@ -133,7 +133,7 @@ void Path::build_tree() {
   }
 }
 
-/// All places of one piece that may be its nearest.
+/// Updates `best` with the ends of one piece and with all local minima of its distance to p.
 void Path::look_at(std::size_t piece, const Vec3& p, Best& best) const noexcept {
   const Controls& c = pieces_[piece];
   const auto consider = [&](double u) {
@@ -164,14 +164,14 @@ void Path::look_at(std::size_t piece, const Vec3& p, Best& best) const noexcept 
   }
 }
 
-/// Boxes nearest first; what is farther than the best so far is skipped.
+/// Visits the boxes nearest first and skips those that are farther than the best point so far.
 Path::Best Path::nearest(const Vec3& p) const noexcept {
   Best best{std::numeric_limits<double>::infinity(), 0.0, 0};
   struct Entry {
     double distance2;
     std::size_t node;
   };
-  std::array<Entry, 70> stack;  // one for each level, and one: no memory holds more pieces
+  std::array<Entry, 70> stack;  // one entry per level of the tree, and one: no memory holds more pieces
   std::size_t top = 0;
   stack[top++] = {box_[0].distance2(p), 0};
   while (top > 0) {

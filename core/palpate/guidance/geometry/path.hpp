@@ -10,21 +10,23 @@
 
 namespace palpate::guidance {
 
-/// Of cubic Bezier pieces one after the other. `along` is the arc length from the start, to 1e-9 of it when pieces turn
-/// by little (palpate/guidance/path.py makes them so).
+/// A chain of cubic Bezier pieces. `along` is the arc length from the start; its relative error is 1e-9 if each piece
+/// bends little, as the pieces made by palpate/guidance/path.py do.
 ///
-/// The nearest place is the nearest of all, found without a memory: pieces by a tree of their boxes, then on a piece
-/// every root of (c(u) - p) c'(u) = 0, isolated by the signs of its Bernstein coefficients (Sederberg and Nishita 1990)
-/// and closed in on by Newton's method in a bracket. It jumps where two places are equally near: no nearer to the curve
-/// than its smallest radius of curvature, or half of the gap to another stretch of it.
-/// Beyond an end the path is a point (`dimension` 0).
+/// The nearest point is the global one and does not depend on earlier queries. A tree of bounding boxes selects the
+/// pieces. On a piece all roots of (c(u) - p) . c'(u) = 0 are isolated by the signs of the Bernstein coefficients
+/// (Sederberg and Nishita 1990) and refined by Newton's method within a bracket. The nearest point jumps where two
+/// points of the curve are equally near. That happens no closer to the curve than its smallest radius of curvature or
+/// half the distance to another section of it.
+/// Beyond an end the path acts like a point (`dimension` 0).
 class Path final : public Geometry {
  public:
-  using Controls = std::array<Vec3, 4>;
+  using Controls = std::array<Vec3, 4>;  ///< control points of a piece [m]
 
-  /// pieces: at least one, each beginning where the last ended; closed: and the first where the last ends.
-  /// attitudes: R at the pieces' ends, one more than pieces, turned into each other along the arc; tangential: their z
-  /// is the tangent, kept so in between. Throws std::invalid_argument naming what is wrong.
+  /// pieces: at least one; each begins where the previous one ends, and the first, if closed, where the last one ends.
+  /// attitudes: rotations at the ends of the pieces, one more than pieces, interpolated along the arc.
+  /// tangential: z of the attitudes is the tangent, also in between.
+  /// Throws std::invalid_argument naming the bad value.
   Path(std::vector<Controls> pieces, std::span<const Mat3> attitudes, bool tangential, bool closed);
   [[nodiscard]] bool solid() const noexcept override { return false; }
   [[nodiscard]] double length() const noexcept { return start_.back(); }  ///< [m]
@@ -33,7 +35,7 @@ class Path final : public Geometry {
   [[nodiscard]] Query answer(const Pose& X_WT, double) const noexcept override;
 
  private:
-  /// Squared distance to a place of the curve.
+  /// A point of the curve (piece and parameter u) and its squared distance [m^2].
   struct Best {
     double distance2, u;
     std::size_t piece;
@@ -51,9 +53,9 @@ class Path final : public Geometry {
   [[nodiscard]] Mat3 attitude(const Best& at, double along, const Vec3& tangent) const noexcept;
 
   std::vector<Controls> pieces_;
-  std::vector<double> start_;  // arc length where each piece begins, and the whole [m]
+  std::vector<double> start_;  // arc length at the start of each piece, and the whole length [m]
   std::vector<Eigen::Quaterniond> attitude_;
-  std::vector<Box> box_;  // a binary tree: children of i at 2 i + 1 and 2 i + 2, the leaves last
+  std::vector<Box> box_;  // a binary tree of bounding boxes: children of i at 2 i + 1 and 2 i + 2, leaves last
   std::size_t leaves_ = 1;
   bool tangential_, closed_;
 };

@@ -1,11 +1,11 @@
-// A place: a target, a trocar, a remote centre of motion.
+// A point: a target, a trocar, a remote centre of motion.
 #pragma once
 
 #include "palpate/guidance/geometry.hpp"
 
 namespace palpate::guidance {
 
-/// At the origin of its frame, the attitude along its axes.
+/// The origin of its frame; the attitude is the identity.
 class Point final : public Geometry {
  public:
   [[nodiscard]] bool solid() const noexcept override { return false; }

@@ -11,7 +11,7 @@
 namespace palpate::guidance {
 namespace {
 
-constexpr double kTouch = 1e-7;  // nearer than this to a mesh the way to its nearest place is mostly rounding [m]
+constexpr double kTouch = 1e-7;  // [m] closer to a mesh, the vector to its nearest point is mostly rounding error
 
 }  // namespace
 
@@ -29,7 +29,7 @@ Query Solid::answer(const Pose& X_WT, double) const noexcept {
   q.distance = found.distance;
   q.point = found.point;
   q.normal = found.normal;
-  // A mesh tells the normal of its surface, which beside edges is not where the distance grows.
+  // A mesh returns the normal of its surface, which near edges is not the gradient of the distance.
   if (surface_->mesh() != nullptr && std::abs(q.distance) > kTouch) q.normal = (X_WT.p - q.point) / q.distance;
   q.basis = basis_of(q.normal);
   return q;

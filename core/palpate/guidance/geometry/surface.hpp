@@ -1,5 +1,5 @@
-// Whatever the scene can touch, as a geometry: plane, sphere, box, cylinder, capsule, implicit surface, mesh, cloud,
-// distance grid. Their distance queries are the contact stage's own.
+// Every kind of surface in a scene as a geometry: plane, sphere, box, cylinder, capsule, implicit surface, mesh, cloud,
+// distance grid. The distance queries are those of the contact stage.
 #pragma once
 
 #include "palpate/guidance/geometry.hpp"
@@ -7,13 +7,13 @@
 
 namespace palpate::guidance {
 
-/// A surface of the scene in its frame O. Inside of a box, a cylinder or a mesh the normal jumps where two walls are
-/// equally near (the medial axis); outside it is continuous where the nearest place is one.
+/// A surface of the scene, in its frame O. Inside a box, a cylinder or a mesh the normal jumps where two walls are
+/// equally near (the medial axis). Outside it is continuous where the nearest point is unique.
 class Solid final : public Geometry {
  public:
   /// Throws std::invalid_argument when the pointer is null.
   explicit Solid(std::shared_ptr<const scene::Surface> surface);
-  /// False for open meshes, whose distance has no sign.
+  /// False for an open mesh, whose distance is unsigned.
   [[nodiscard]] bool solid() const noexcept override { return closed_; }
   [[nodiscard]] bool has_axis() const noexcept override { return axis_; }
 

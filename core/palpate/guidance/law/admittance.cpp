@@ -1,10 +1,11 @@
-// Anisotropic admittance (Bettini, Marayong, Lang, Okamura, Hager 2004): under the same force the tool moves `ratio`
-// times as fast across the free directions as along them,
+// Law `admittance`: anisotropic admittance (Bettini, Marayong, Lang, Okamura, Hager 2004). Under the same force the
+// tool moves `ratio` times as fast across the free directions as along them:
 //
-//   v = (P + ratio (1 - P)) f / B          P projects on the free directions
+//   v = (P + ratio (1 - P)) f / B          P projects onto the free directions
 //
-// rendered as damping, F = -B (P + (1 - P) / ratio) v. A motion that reduces the violation is free as well. A repelling
-// role damps only the approach, within `range` of the border. The law is damping only: it stores no energy.
+// It is rendered as damping, F = -B (P + (1 - P) / ratio) v. A motion that reduces the violation counts as free. For a
+// repelling role the damping rises within `range` of the border, and only the approach is damped more. The law stores
+// no energy.
 #include "palpate/guidance/law/profile.hpp"
 
 namespace palpate::guidance {
@@ -40,7 +41,8 @@ class Admittance final : public Law {
     const bool levers = c.gradient.t != Vec3::Zero();
     out.B = o_.B * Mat3::Identity() + more * (hard - (levers ? 1.0 : mends) * n * n.transpose());
     out.F_of_B.f = out.F.f = -out.B * V_WT.v;
-    // What the tool's turning changes, too, is damped as one: of place alone it would be a step where the rate turns.
+    // A gap that also depends on rotation (rcm) is damped along its whole gradient: damping of the translation alone
+    // would step where the rate changes its sign.
     const double rate = c.gradient.f.dot(V_WT.v) + c.gradient.t.dot(V_WT.w);
     const double f = levers ? more * (1.0 - mends) * rate : 0.0;
     out.F = {out.F.f - f * c.gradient.f, -f * c.gradient.t};

@@ -1,7 +1,7 @@
-// A force towards the nearest pose that satisfies all fixtures of this law together. The corrector finds that pose
-// (corrector.hpp); e is this fixture's share of the way there:
+// Law `optimise`: a force towards the nearest pose that satisfies all fixtures with this law together. The corrector
+// finds that pose (corrector.hpp); e is the share of this fixture in the correction:
 //
-//   F = min(K e - B gap', force) J
+//   F = clamp(min(K e, force) - B gap', 0, force) J,    gap' the rate of the gap
 #include "palpate/guidance/law/profile.hpp"
 
 namespace palpate::guidance {

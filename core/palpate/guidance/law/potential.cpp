@@ -1,17 +1,17 @@
-// A potential with a range and a largest force, F = -grad U (Khatib 1986 for the idea of it):
+// Law `potential`: a potential field with a range and a largest force, F = -grad U (after Khatib 1986):
 //
-//   what attracts:  f(e) = min(K e, force), from 80 % of the range on falling to zero at the range; e = -gap
-//   what repels:    f(e) = min(K e, force);  e = range - gap: felt before the border is reached
+//   attraction:  f(e) = min(K e, force),  e = -gap;  falls linearly to zero between 80 % and 100 % of the range
+//   repulsion:   f(e) = min(K e, force),  e = range - gap, so that it acts before the border is reached
 //
-// piecewise straight, so that U = int f de is closed. K is no larger than what reaches `force` within the 80 %.
+// f is piecewise linear, so U = int f de has a closed form. An attraction never exceeds K times 80 % of the range.
 #include "palpate/guidance/law/profile.hpp"
 
 namespace palpate::guidance {
 namespace {
 
-constexpr double kPlateau = 0.8;  // of the range, up to which an attraction does not fade
+constexpr double kPlateau = 0.8;  // fraction of the range at which an attraction begins to fade
 
-/// f and its integral U, of a deviation e.
+/// f [N, N m] and its integral U [J] at a deviation e [m, rad].
 struct Profile {
   double f = 0.0, U = 0.0;
 };

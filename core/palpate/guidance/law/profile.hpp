@@ -1,4 +1,4 @@
-// A force along the constraint's gradient, shared by the laws. Its damping never jumps and never reverses the force.
+// A force along the constraint's gradient, shared by the laws. The damping never jumps and never reverses the force.
 #pragma once
 
 #include <algorithm>
@@ -7,12 +7,12 @@
 
 namespace palpate::guidance {
 
-/// Violation over which the damping rises from zero, so that a moving hand feels no step at the border [m], [rad].
+/// Violation over which the damping rises from zero to B, so that a moving hand feels no step at the border [m], [rad].
 inline constexpr double kComesIn = 2e-4, kComesInTurn = 5e-3;
 
-/// Force along c.gradient: f - B r s, with r the gap's rate and s = f / (K times the range above) at most 1; limited to
-/// 0..most. The force part of a rotational constraint is the spring's alone. f: of the spring [N, N m]; K, B: for a
-/// displacement or for a rotation, as the constraint is.
+/// Force along c.gradient: f - B r s, limited to 0..most, where r is the rate of the gap and s = min(f / (K kComesIn),
+/// 1). For a rotational constraint the translational part is f without damping. f: spring force or moment [N, N m]; K,
+/// B: stiffness and damping in the unit of the constraint, translational or rotational; most: largest force or moment.
 inline ConstraintForce force_along(const Constraint& c, const Twist& V_WT, double f, double K, double B,
                                    double most) noexcept {
   ConstraintForce out;

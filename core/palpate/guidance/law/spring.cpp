@@ -1,6 +1,6 @@
-// Spring and damper towards the closest feasible pose:
+// Law `spring`: spring and damper towards the closest feasible pose:
 //
-//   F = (K e - B gap') J,    e = max(-gap, 0),    U = K e^2 / 2
+//   F = max(K e - B gap', 0) J,    e = max(-gap, 0),    U = K e^2 / 2,    gap' the rate of the gap
 #include "palpate/guidance/law/profile.hpp"
 
 namespace palpate::guidance {

@@ -1,4 +1,5 @@
-// The tool stays out of the geometry, and out of a margin around it; a point, a line or a path has only the margin.
+// Role `forbid`: the tool stays outside the geometry and a margin around it. Around a point, a line or a path the
+// margin alone is forbidden.
 //
 //   gap = distance - margin
 #include "palpate/guidance/fixture.hpp"

@@ -1,4 +1,4 @@
-// Attracts to the geometry: to a point, a line, a path, a surface; along it the tool is free.
+// Role `guide`: attracts the tool to a point, a line, a path or a surface, along which it moves freely.
 //
 //   gap = margin - |distance|
 #include <cmath>

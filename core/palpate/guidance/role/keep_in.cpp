@@ -1,4 +1,4 @@
-// The tool stays inside the geometry, by a margin.
+// Role `keep-in`: the tool stays inside the geometry, at least by a margin.
 //
 //   gap = -distance - margin
 #include "palpate/guidance/fixture.hpp"

@@ -1,12 +1,15 @@
-// Limits within the geometry: the tool's speed, the force of what it touches, or, with neither, the place itself.
+// Role `limit`: limits the tool's speed or the contact force inside the geometry, or, with neither limit, keeps the
+// tool inside it (a workspace).
 //
-//   gap = (force - |F|) / K + n . (p - p_touch),  K of what is touched, n = F / |F|;    speed;    workspace: -distance
+//   force:      gap = (force - |F|) / K + n . (p - p_touch),    n = F / |F|, K the stiffness of the touched environment
+//   speed:      speed_limit = speed
+//   workspace:  gap = margin - distance
 #include "palpate/guidance/fixture.hpp"
 
 namespace palpate::guidance {
 namespace {
 
-constexpr double kTouch = 1000.0;  // [N/m] of what is touched, when it is not known
+constexpr double kTouch = 1000.0;  // [N/m] stiffness of the touched environment when it is unknown
 
 class Limit final : public Role {
  public:

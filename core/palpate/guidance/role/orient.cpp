@@ -1,10 +1,12 @@
-// Turns the tool: its axis along the geometry's axis, against its normal, or the whole tool as the geometry's frame is.
+// Role `orient`: aligns an axis of the tool with the geometry's axis or against its normal, or the whole tool with the
+// geometry's frame.
 //
 //   gap = angle - w |theta|,    theta(R_WT, p_WT) the smallest rotation vector to the target attitude
 //
-// Along a curve or a bent surface the target direction changes with the place. Then a force belongs to the moment, and
-// only both together are the gradient of the stored energy. The normal is the mean of the normals nearby (geometry.hpp)
-// and w its length: where they disagree the constraint is weaker, so that the target turns by 1 / kAround at most.
+// Along a curve or a curved surface the target direction changes with the position. The moment then comes with a force,
+// because only both together are the gradient of the stored energy. The normal is the mean of the normals nearby
+// (Geometry::normals), and w is its length. Where these normals disagree, the constraint is weaker, so that the target
+// turns by at most 1 / kAround.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -51,7 +53,7 @@ class Orient final : public Role {
     out.attracts = true;
     out.gap = angle_ - w * far;
     out.gradient.t = w * u;
-    // theta grows by u . (n x dn), n = normal / w, and w by n . d_normal.
+    // d|theta| = u . (n x dn) and dw = n . d_normal dp, with n = normal / w.
     out.gradient.f = target_ == Target::normal ? Vec3(-around.d_normal.transpose() * (u.cross(n) + far * n))
                                                : Vec3(-around.turn.transpose() * u);
     out.set_fixture_motion(query, tool.X_WT.p);

@@ -1,4 +1,4 @@
-// The tool's shaft passes through a point: a trocar, an entry. It slides and turns there.
+// Role `rcm`: the shaft of the tool passes through a point, such as a trocar, where it may slide and turn.
 //
 //   gap = margin - |(1 - a a^T) (c - p_WT)|,    a the shaft's direction, c the point
 #include "palpate/guidance/fixture.hpp"
@@ -13,7 +13,7 @@ class Rcm final : public Role {
   [[nodiscard]] Constraint constraint(const Query& query, const Around& /*around*/,
                                       const ToolQuery& tool) const noexcept override {
     const Vec3 a = tool.X_WT.R * axis_, to = query.point - tool.X_WT.p;
-    const Vec3 lever = a * a.dot(to);  // from T to the shaft's place beside c
+    const Vec3 lever = a * a.dot(to);  // from T to the point of the shaft nearest to c
     const Vec3 aside = to - lever;
     const double far = aside.norm();
     Constraint out;
