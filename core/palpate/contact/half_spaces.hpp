@@ -9,8 +9,8 @@ namespace palpate::contact {
 
 /// Half-space normal . x >= offset [m], with a unit normal.
 struct HalfSpace {
-  Vec3 normal = Vec3::Zero();
-  double offset = 0.0;
+  Vec3 normal = Vec3::Zero();  ///< unit normal, points into the half-space
+  double offset = 0.0;         ///< distance of the plane from the origin along the normal [m]
 
   /// Signed distance of x from the plane; negative outside the half-space [m].
   [[nodiscard]] double gap(const Vec3& x) const noexcept { return normal.dot(x) - offset; }

@@ -76,6 +76,7 @@ class Mapping {
   [[nodiscard]] Vec3 hand_position(const Vec3& p_WT) const noexcept;
   /// Number of times that the anchor was set.
   [[nodiscard]] int anchorings() const noexcept { return anchorings_; }
+  /// The options, with the scale of the last rescale().
   [[nodiscard]] const Options& options() const noexcept { return options_; }
 
  private:

@@ -10,8 +10,8 @@ namespace palpate {
 ///
 ///   y_k = y_k-1 + a (u_k - y_k-1),     a = 1 - exp(-2 pi cutoff dt)
 ///
-/// which is exact for an input u that is constant over the period dt [s]. cutoff [Hz]: 0 switches the filter off, and a
-/// is 1.
+/// which is exact for an input u that is constant over the period dt [s]. cutoff [Hz]; 0 switches
+/// the filter off (a = 1).
 [[nodiscard]] inline double low_pass_share(double cutoff, double dt) noexcept {
   return cutoff > 0.0 ? -std::expm1(-2.0 * std::numbers::pi * cutoff * dt) : 1.0;
 }

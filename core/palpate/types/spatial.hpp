@@ -6,10 +6,10 @@
 
 namespace palpate {
 
-using Vec3 = Eigen::Vector3d;
-using Mat3 = Eigen::Matrix3d;
-using Vec6 = Eigen::Matrix<double, 6, 1>;
-using Mat6 = Eigen::Matrix<double, 6, 6>;
+using Vec3 = Eigen::Vector3d;              ///< column vector (3,)
+using Mat3 = Eigen::Matrix3d;              ///< matrix (3, 3)
+using Vec6 = Eigen::Matrix<double, 6, 1>;  ///< column vector (6,): linear over angular part
+using Mat6 = Eigen::Matrix<double, 6, 6>;  ///< matrix (6, 6)
 
 /// Maximum number of joints of one arm. The bound keeps joint vectors off the heap.
 inline constexpr int kMaxJoints = 8;
@@ -27,6 +27,7 @@ struct Pose {
 
   Pose operator*(const Pose& X_BC) const { return {R * X_BC.R, R * X_BC.p + p}; }
   Vec3 operator*(const Vec3& p_BC) const { return R * p_BC + p; }
+  /// X_BA, the pose of A in B.
   Pose inverse() const { return {R.transpose(), -(R.transpose() * p)}; }
 };
 
