@@ -20,13 +20,14 @@
 
 namespace palpate::contact::algorithm1 {
 
-/// Contact plane of lines 2-5, updated at the collision rate. Expressed in the frame of the collision points.
+/// Contact plane of lines 2-5, updated at the collision rate. Its vectors are expressed in the frame of the collision
+/// points.
 struct Plane {
   Vec3 n = Vec3::Zero();        ///< line 4, unit normal; zero: unknown
   Vec3 p_proxy = Vec3::Zero();  ///< x_d, position of the sphere centre free of collision [m]
 };
 
-/// Result of lines 5-8, updated at the rate of the haptic cycle. Expressed in the frame of the plane.
+/// Result of lines 5-8, updated at the rate of the haptic cycle. Its vectors are expressed in the frame of the plane.
 struct Deflection {
   Vec3 delta_x_total = Vec3::Zero();  ///< line 5: deflection [m]
   Vec3 v_total = Vec3::Zero();        ///< line 6: velocity of the tool [m/s]

@@ -20,7 +20,7 @@ namespace palpate::contact {
 /// Maximum number of contacts requested from Coal (Algorithm 1 line 2).
 inline constexpr int kMaxCollisionPoints = 15;
 
-/// Contact between the sphere and one triangle. Expressed in the object's frame O.
+/// Contact between the sphere and one triangle. All vectors are expressed in the object's frame O.
 struct CollisionPoint {
   Vec3 p = Vec3::Zero();       ///< point on the triangle [m]
   Vec3 n = Vec3::Zero();       ///< unit normal from the triangle to the sphere centre

@@ -52,14 +52,14 @@ class Method {
 
   /// True for a method whose collision detection allocates and cannot run in step(). step() then posts a request, and
   /// collide() answers it. The owner of the loop calls collide(): after each step() in lockstep, and in a separate
-  /// thread in real time, several times per collision period. Without a request collide() returns at once.
+  /// thread in real time, several times per collision period. Without a new request it computes nothing.
   [[nodiscard]] virtual bool asynchronous() const noexcept { return false; }
-  /// Answers the last request of step(). Must not be called in the cycle: it allocates, may take long and may throw.
-  /// One thread at a time may call it and keeps `scene` alive; step() may run at the same time. The first call prepares
-  /// the meshes of the scene, so it should happen before the loop starts.
+  /// Answers the last request of step(). It must not be called in the cycle, because it allocates, may take long and
+  /// may throw. One thread at a time may call it and keeps `scene` alive; step() may run at the same time. The first
+  /// call prepares the meshes of the scene, so it should happen before the loop starts.
   virtual void collide(const scene::Snapshot& /*scene*/) {}
-  /// Throws std::invalid_argument with the name of an object that this method cannot handle. Must not be called in the
-  /// cycle.
+  /// Throws std::invalid_argument with the name of an object that this method cannot handle. It must not be called in
+  /// the cycle.
   virtual void check(const scene::Snapshot& /*scene*/) const {}
 };
 

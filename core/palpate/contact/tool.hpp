@@ -31,7 +31,7 @@ class Tool {
   /// contacts than a set can hold, the strongest are kept.
   const ContactSet& step(const scene::Snapshot& scene, const Vec3* p_WS, double t) noexcept;
 
-  // These functions do the same as those of Method, for all spheres.
+  // The following functions apply the function of Method with the same name to all spheres.
   void reset() noexcept;
   [[nodiscard]] bool asynchronous() const noexcept { return methods_.front()->asynchronous(); }
   void collide(const scene::Snapshot& scene);

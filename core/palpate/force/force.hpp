@@ -26,7 +26,7 @@ struct ForceTerms {
   std::array<Wrench, kMaxContacts> of_contact{};  ///< force and torque of each contact, in the order of the ContactSet
 };
 
-/// Sum over the contacts of
+/// Force and torque of all contacts: the sum over the contacts of
 ///
 ///   F = K delta_x + F_slope - n (n^T B n) n . (v_WS - v_surface),   n . F >= 0,   v_WS = v_WT + w_WT x p_TS
 ///   torque = p_TS x F

@@ -55,7 +55,7 @@ struct BvhHit {
 Bvh build_bvh(std::span<const double> vertices, std::span<const std::int32_t> triangles);
 
 /// Nearest point on a triangle closer than sqrt(best.distance2) to p [m]. Returns `best` itself if no triangle is
-/// closer. Free of allocation.
+/// closer. The query does not allocate.
 BvhHit bvh_closest(const Bvh& bvh, const double p[3], const BvhHit& best) noexcept;
 
 /// The kernels of bvh_closest(), declared here so that tests can compare them.

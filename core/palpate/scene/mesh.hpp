@@ -15,7 +15,7 @@ namespace palpate::scene {
 /// Feature of the mesh that contains a point.
 enum class Feature : std::uint8_t { face, edge, vertex };
 
-/// Nearest point of the mesh to a query point. Expressed in the surface's frame O.
+/// Nearest point of the mesh to a query point. All vectors are expressed in the surface's frame O.
 struct ClosestPoint {
   double distance = 0.0;            ///< unsigned distance [m]
   Vec3 point = Vec3::Zero();        ///< point on the mesh [m]
@@ -72,11 +72,11 @@ class Mesh final : public Surface {
   /// Nearest point within `max_distance` [m]. Its triangle is -1 when no point is that near.
   [[nodiscard]] ClosestPoint closest(const Vec3& p, double max_distance) const noexcept;
   /// Distance that the centre of a sphere can move from `a` towards `b` before the sphere of `radius` touches a
-  /// triangle [m]. At most |b - a|, and at most a twentieth of the radius short of the first contact. No triangle is
-  /// jumped over.
+  /// triangle [m]. The distance is at most |b - a| and ends at most a twentieth of the radius before the first contact.
+  /// No triangle is jumped over.
   [[nodiscard]] double sweep(const Vec3& a, const Vec3& b, double radius) const noexcept;
-  /// True for a point inside a closed mesh (decided by the angle-weighted normal at the nearest point). Always false
-  /// for an open mesh.
+  /// True for a point inside a closed mesh (decided by the angle-weighted normal at the nearest point). It is always
+  /// false for an open mesh.
   [[nodiscard]] bool contains(const Vec3& p) const noexcept;
 
   struct Impl;  ///< internal data (mesh_impl.hpp), for stages that walk on the surface

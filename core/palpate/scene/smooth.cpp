@@ -50,8 +50,8 @@ class Height {
   }
 
  private:
-  /// Bump coefficient of edge k. It makes the slope across the middle of the edge equal on both sides: zero in the
-  /// direction perpendicular to the edge and to the mean normal.
+  /// Bump coefficient of edge k. It gives the surface zero slope at the middle of the edge, perpendicular to the edge
+  /// and to the mean normal, so that the slopes on both sides of the edge agree.
   [[nodiscard]] double across_edge(int k, const Vec3 edge[3], const Vec3 n[3]) const {
     const int i = (k + 1) % 3, j = (k + 2) % 3;
     const Vec3 middle = (n[i] + n[j]).normalized(), across = 0.5 * (edge[i] - edge[j]);
@@ -108,7 +108,8 @@ struct Facet {
     return out;
   }
 
-  /// Solves a + v e1 + w e2 + t N(v, w) = p by Newton's method. Returns false at a focal point.
+  /// Solves a + v e1 + w e2 + t N(v, w) = p by Newton's method. Returns false near a focal point, where the equation
+  /// has no unique solution.
   bool solve(SurfacePoint& s, const Vec3& p) const {
     const Vec3 flat = e1.cross(e2);
     Vec3 N = n0 + s.v * m1 + s.w * m2;

@@ -10,8 +10,8 @@
 //     bump                                      makes the slope equal on both sides of an edge (the rational functions
 //                                               of Zienkiewicz)
 //
-// The distance of p is t |N| - h, where foot + t N = p and the foot is a point of the facet. The gradient of this
-// distance is the direction of the force, not N: the spring energy 1/2 k distance^2 is then a potential, and closed
+// The distance of p is t |N| - h, where foot + t N = p and the foot is a point of the facet. The force acts along the
+// gradient of this distance and not along N. The spring energy 1/2 k distance^2 is therefore a potential, and closed
 // paths return all energy. The height h makes this gradient continuous. Flat regions stay flat, and creases
 // (topology.hpp) stay sharp.
 #pragma once
@@ -20,7 +20,7 @@
 
 namespace palpate::scene {
 
-/// Point of the smooth surface, as seen from a query point p. Expressed in the surface's frame O.
+/// Point of the smooth surface, as seen from a query point p. All vectors are expressed in the surface's frame O.
 struct SmoothPoint {
   bool found = false;            ///< false: the other fields are not valid
   SurfacePoint at;               ///< foot on the facet

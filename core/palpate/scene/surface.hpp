@@ -9,7 +9,7 @@ namespace palpate::scene {
 
 class Mesh;
 
-/// Nearest point of a surface to a query point. Expressed in the surface's frame O.
+/// Nearest point of a surface to a query point. All vectors are expressed in the surface's frame O.
 struct Nearest {
   double distance = 0.0;       ///< signed distance, negative inside a closed surface; unsigned for an open one [m]
   Vec3 point = Vec3::Zero();   ///< nearest point on the surface [m]
@@ -23,7 +23,7 @@ class Surface {
   Surface(const Surface&) = delete;
   Surface& operator=(const Surface&) = delete;
 
-  /// Nearest point of the surface to any finite p [m]. Free of allocation.
+  /// Nearest point of the surface to any finite p [m]. The query does not allocate.
   [[nodiscard]] virtual Nearest nearest(const Vec3& p) const noexcept = 0;
   /// This surface as a mesh, for methods that walk on triangles. Null for any other kind of surface.
   [[nodiscard]] virtual const Mesh* mesh() const noexcept { return nullptr; }

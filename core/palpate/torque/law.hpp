@@ -48,8 +48,8 @@ class Law {
   [[nodiscard]] virtual bool needs_load_cell() const noexcept { return false; }
   /// True if the law itself renders the damping LawInput::B_L.
   [[nodiscard]] virtual bool takes_damping() const noexcept { return false; }
-  /// Force of the arm's own dynamics that the hand feels in addition to the rendered force, at the acceleration a of
-  /// the handle [m/s^2]. In L [N].
+  /// Force of the arm's own dynamics in L [N] that the hand feels in addition to the rendered force, at the
+  /// acceleration a of the handle [m/s^2].
   [[nodiscard]] virtual Vec3 neglected(const LawInput& in, const Vec3& a) const noexcept = 0;
 };
 

@@ -17,7 +17,7 @@ constexpr Eigen::Index kPlatform = 3;     // index of joint 4
 constexpr Eigen::Index kMtmJoints = 7;
 constexpr double kHeaviest = 20.0;    // [kg] a direction with more inertia at the handle counts as singular
 constexpr double kCapArm = 0.1;       // [m] lever arm that converts law_cap into a cap of moments
-constexpr double kHandMotion = 10.0;  // [Hz] accelerations above this frequency are noise, not hand motion
+constexpr double kHandMotion = 10.0;  // [Hz] cutoff frequency of the handle's acceleration: faster motion is noise
 constexpr double kRounding = 1e-12;   // [N m] excess over the drive limit that is neglected
 constexpr double kFade = 0.06;  // [s] time constant with which the wrench of the law fades when the leader is stale
 

@@ -13,7 +13,7 @@
 namespace palpate::torque {
 
 /// Joints that render the wrench.
-enum class Mode { full, paper };  ///< paper: first three joints only, wrist torques exactly zero (section 2.3)
+enum class Mode { full, paper };  ///< full: all joints; paper: first three, wrist torques exactly zero (section 2.3)
 
 /// Options of the stage.
 struct Options {

@@ -22,8 +22,8 @@ using Jacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMaxJoints>;
 
 /// X_AB: the pose of frame B in frame A. `X_AB * p_BC` is p_AC, and `X_AB * X_BC` is X_AC.
 struct Pose {
-  Mat3 R = Mat3::Identity();  ///< R_AB
-  Vec3 p = Vec3::Zero();      ///< p_AB_A [m]
+  Mat3 R = Mat3::Identity();  ///< rotation R_AB
+  Vec3 p = Vec3::Zero();      ///< position p_AB_A [m]
 
   Pose operator*(const Pose& X_BC) const { return {R * X_BC.R, R * X_BC.p + p}; }
   Vec3 operator*(const Vec3& p_BC) const { return R * p_BC + p; }
@@ -33,14 +33,14 @@ struct Pose {
 
 /// V_AB_C: linear velocity of B's origin and angular velocity of B, both relative to A and expressed in C.
 struct Twist {
-  Vec3 v = Vec3::Zero();  ///< [m/s]
-  Vec3 w = Vec3::Zero();  ///< [rad/s]
+  Vec3 v = Vec3::Zero();  ///< linear velocity [m/s]
+  Vec3 w = Vec3::Zero();  ///< angular velocity [rad/s]
 };
 
 /// F_T_C: force and torque (about T's origin) that the environment applies to T, expressed in C.
 struct Wrench {
-  Vec3 f = Vec3::Zero();  ///< [N]
-  Vec3 t = Vec3::Zero();  ///< [N m]
+  Vec3 f = Vec3::Zero();  ///< force [N]
+  Vec3 t = Vec3::Zero();  ///< torque [N m]
 
   Wrench operator+(const Wrench& o) const { return {f + o.f, t + o.t}; }
   Wrench operator-(const Wrench& o) const { return {f - o.f, t - o.t}; }
