@@ -5,7 +5,7 @@
 namespace palpate::contact::algorithm1 {
 namespace {
 
-constexpr double kVanished = 1e-9;  // of a sum of unit vectors: beyond doubt rounding
+constexpr double kVanished = 1e-9;  // a shorter sum of unit vectors consists of rounding errors
 
 }  // namespace
 

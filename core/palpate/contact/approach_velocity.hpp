@@ -1,15 +1,17 @@
-// Method `approach-velocity`: out is where the tool came from, n = -v / |v| with its velocity just before the collision
-// (section 3.1, rejected there).
+// Method `approach-velocity`: the normal points back to where the tool came from, n = -v / |v|, with the velocity v of
+// the tool just before the collision (section 3.1, rejected there).
 //
-// The normal is kept until the tool is free again; depth as in Algorithm 1. Right only where the tool approaches along
-// the surface's normal: the error is the angle of approach, and it stays whatever the tool slides over. A rest before
-// the contact keeps the last direction of motion; a tool that appears in contact has none: no force.
+// The normal is kept until the tool is free again; the depth is that of Algorithm 1. The normal is right only if the
+// tool approaches along the surface normal. Otherwise its error is the angle of approach, which remains while the tool
+// slides. If the tool rests before the contact, the last direction of motion is used. A tool that appears in contact
+// has no direction and gets no force.
 #pragma once
 
 #include "palpate/contact/collision_method.hpp"
 
 namespace palpate::contact {
 
+/// Normal against the approach velocity; see the top of this file.
 class ApproachVelocity final : public Rule {
  public:
   void free(const Vec3& v_OT) override {
@@ -20,7 +22,7 @@ class ApproachVelocity final : public Rule {
   }
 
  private:
-  Vec3 n_ = Vec3::Zero();
+  Vec3 n_ = Vec3::Zero();  // unit normal in O; zero: unknown
 };
 
 }  // namespace palpate::contact

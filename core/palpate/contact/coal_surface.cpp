@@ -13,7 +13,7 @@
 namespace palpate::contact {
 
 struct CoalSurface::Tree : coal::BVHModel<coal::OBBRSS> {
-  std::vector<Vec3> face_normals;  ///< unit, outwards; zero for a triangle without area
+  std::vector<Vec3> face_normals;  ///< outward unit normals; zero for a triangle without area
 };
 
 struct CoalSurface::Sphere : coal::Sphere {

@@ -1,9 +1,10 @@
-// Collision points of a sphere and the meshes of a scene, by Coal (FCL's successor). Coal allocates: never in the
-// cycle.
+// Collision points between a sphere and the meshes of a scene, computed by Coal (the successor of FCL). Coal allocates,
+// so this class must not be used in the cycle.
 //
-// Its contacts are what the paper's section 3.1 complains about: one per triangle near the sphere, in the order of the
-// tree, each with a normal from the triangle to the sphere's *centre*. While the centre is outside, these lean around
-// the surface normal; once it is below the surface they point inwards; a sphere wholly inside touches nothing.
+// Coal's contacts have the weakness that section 3.1 of the paper describes: one contact per triangle near the sphere,
+// in the order of the tree, each with a normal from the triangle to the *centre* of the sphere. While the centre is
+// outside, these normals scatter around the surface normal. With the centre below the surface they point inwards, and a
+// sphere completely inside has no contacts.
 #pragma once
 
 #include <array>
@@ -16,39 +17,43 @@
 
 namespace palpate::contact {
 
-/// Contacts that are asked for, at most.
+/// Maximum number of contacts requested from Coal (Algorithm 1 line 2).
 inline constexpr int kMaxCollisionPoints = 15;
 
-/// Where the sphere meets one triangle. In the object's frame O.
+/// Contact between the sphere and one triangle. All vectors are expressed in the object's frame O.
 struct CollisionPoint {
-  Vec3 p = Vec3::Zero();       ///< on the triangle [m]
-  Vec3 n = Vec3::Zero();       ///< from the triangle to the sphere, unit
-  Vec3 n_face = Vec3::Zero();  ///< of the triangle's plane, outwards, unit; zero for a triangle without area
-  double depth = 0.0;          ///< how far along n the sphere must go to be free of this triangle [m]
+  Vec3 p = Vec3::Zero();       ///< point on the triangle [m]
+  Vec3 n = Vec3::Zero();       ///< unit normal from the triangle to the sphere centre
+  Vec3 n_face = Vec3::Zero();  ///< outward unit normal of the triangle; zero for a triangle without area
+  double depth = 0.0;          ///< displacement along n that frees the sphere from this triangle [m]
 };
 
+/// The first `size` points are valid.
 struct CollisionPoints {
   std::array<CollisionPoint, kMaxCollisionPoints> point;
   int size = 0;
 };
 
+/// Collision detection between one sphere and meshes.
 class CoalSurface {
  public:
+  /// radius: radius of the sphere [m].
   explicit CoalSurface(double radius);
   ~CoalSurface();
   CoalSurface(const CoalSurface&) = delete;
   CoalSurface& operator=(const CoalSurface&) = delete;
 
-  /// Builds a tree for each mesh that has none yet and forgets those that left the scene.
+  /// Builds the bounding volume trees of new meshes and deletes the trees of meshes that have left the scene.
   void prepare(const scene::Snapshot& scene);
-  /// Points of one object of a prepared scene for the sphere's centre p_OT. Throws std::logic_error when not prepared.
+  /// Collision points of one object with the sphere centred at p_OT [m]; none for an object that is not a mesh. Throws
+  /// std::logic_error if prepare() has not seen the object.
   [[nodiscard]] CollisionPoints collide(const scene::Object& object, const Vec3& p_OT) const;
 
  private:
   struct Tree;
   struct Sphere;
   std::unique_ptr<Sphere> sphere_;
-  std::map<std::uint64_t, std::unique_ptr<Tree>> trees_;  ///< by the mesh's id
+  std::map<std::uint64_t, std::unique_ptr<Tree>> trees_;  ///< trees by the id of the mesh
 };
 
 }  // namespace palpate::contact

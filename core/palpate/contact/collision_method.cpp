@@ -36,7 +36,7 @@ const ContactSet& CollisionMethod::step(const scene::Snapshot& scene, const Vec3
   if (!p_WT.allFinite() || !v_WT.allFinite()) {
     return set_;
   }
-  const double instant = std::floor(t * rate_ + 1e-6);  // a tick that is due within rounding is due
+  const double instant = std::floor(t * rate_ + 1e-6);  // 1e-6 tolerates rounding of t * rate
   if (instant != instant_) {
     instant_ = instant;
     const Answer& newest = answers_.read();
@@ -58,7 +58,7 @@ const ContactSet& CollisionMethod::step(const scene::Snapshot& scene, const Vec3
     const Vec3 p_OT = R_WO.transpose() * (p_WT - X_WO.p);
     const algorithm1::Deflection d = algorithm1::deflect(f.plane, p_OT, R_WO.transpose() * v_WT);
     const double depth = f.plane.n.dot(d.delta_x);
-    if (depth > 0.0) {  // else released since the collision: exactly zero
+    if (depth > 0.0) {  // otherwise the tool has left the plane since the collision: no contact
       const Vec3 delta_x = R_WO * d.delta_x;
       set_.contact[static_cast<std::size_t>(set_.size++)] = {.object = f.object,
                                                              .p_proxy = p_WT + delta_x,

@@ -1,10 +1,10 @@
-// The paper's pipeline, for comparison: Algorithm 1 on Coal's collision points, at two rates as the authors' nodes had.
-// Its methods differ in one thing, where the normal comes from: a Rule.
+// The paper's pipeline, for comparison: Algorithm 1 on Coal's collision points, at two rates as in the authors' nodes.
+// Its methods differ only in the source of the normal, a Rule.
 //
-// collide() does lines 2-5 at Options::collision_rate, step() lines 5-8 at the rate of the cycle with the newest tool
-// position. Between them lies one collision period: step() posts the tool's position at each collision instant
-// k / collision_rate and shows from then on what was posted at the instant before. In lockstep this is a function of
-// the path alone; in real time an answer that is late is shown an instant later.
+// collide() computes lines 2-5 at Options::collision_rate. step() computes lines 5-8 at the rate of the cycle, with the
+// newest tool position. The delay between them is one collision period: at each collision instant k / collision_rate,
+// step() posts the position of the tool and starts to use the answer to the request of the previous instant. In
+// lockstep the result depends only on the path of the tool. In real time a late answer is used one instant later.
 #pragma once
 
 #include <array>
@@ -19,25 +19,28 @@
 
 namespace palpate::contact {
 
-/// One collision of the tool's sphere with one object, in the object's frame O.
+/// Collision of the tool's sphere with one object, in the object's frame O.
 struct Collision {
-  const CollisionPoints& points;  ///< one at least
-  Vec3 p_OT;                      ///< the sphere's centre [m]
-  double radius;                  ///< of the sphere [m]
+  const CollisionPoints& points;  ///< at least one collision point
+  Vec3 p_OT;                      ///< centre of the sphere [m]
+  double radius;                  ///< radius of the sphere [m]
 };
 
-/// Lines 3-5 for one object, with a memory of its own. Called at collision instants, outside of the cycle.
+/// Lines 3-5 of Algorithm 1 for one object. A rule may have a state. It is called at collision instants, outside of the
+/// cycle.
 class Rule {
  public:
   virtual ~Rule() = default;
-  /// The tool was free of the object, moving at v_OT [m/s].
+  /// Called at an instant without collision. v_OT: velocity of the tool relative to the object, in O [m/s].
   virtual void free(const Vec3& v_OT) = 0;
-  /// Which way is out, and where would the sphere be free? A zero normal when the rule cannot tell: no force.
+  /// Returns the contact plane for a collision. A zero normal means that the rule cannot determine it: no force.
   virtual algorithm1::Plane touch(const Collision& collision) = 0;
 };
 
+/// Contact method with a Rule per object; see the top of this file.
 class CollisionMethod final : public Method {
  public:
+  /// Makes a new rule for one object.
   using MakeRule = std::unique_ptr<Rule> (*)();
   CollisionMethod(const Options& options, MakeRule make_rule);
 
@@ -48,37 +51,40 @@ class CollisionMethod final : public Method {
   void check(const scene::Snapshot& scene) const override;
 
  private:
+  /// Tool state posted by step() for collide().
   struct Request {
     Vec3 p_WT = Vec3::Zero(), v_WT = Vec3::Zero();
-    double t = 0.0;            ///< objects are where they were then
-    std::uint64_t number = 0;  ///< 0: nothing asked yet
-    std::uint64_t epoch = 0;   ///< counts reset(): what was asked before it is not shown after it
+    double t = 0.0;            ///< time at which the objects are evaluated [s]
+    std::uint64_t number = 0;  ///< sequence number; 0: no request yet
+    std::uint64_t epoch = 0;   ///< number of reset() calls: answers to requests from before a reset are discarded
   };
+  /// Contact plane of one object.
   struct Found {
-    int object = -1;
-    std::uint64_t mesh = 0;   ///< its id: an answer about a scene that was swapped away is not shown
-    algorithm1::Plane plane;  ///< in O, so that it goes with an object that moves
+    int object = -1;          ///< index of the object in the snapshot
+    std::uint64_t mesh = 0;   ///< id of the mesh; a plane is discarded when its object has left the scene
+    algorithm1::Plane plane;  ///< expressed in O, so that it moves with the object
   };
+  /// Result of collide(): the first `size` planes are valid.
   struct Answer {
     std::array<Found, kMaxContacts> found;
     int size = 0;
     std::uint64_t epoch = 0;
   };
 
-  // The cycle's side.
+  // Used by step().
   double rate_;
-  double instant_ = -1.0;  // collision instants since t = 0; below zero: none yet
+  double instant_ = -1.0;  // number of the present collision instant, counted from t = 0; negative: none yet
   Request request_;
   Answer shown_;
   ContactSet set_;
   Mailbox<Request> requests_;
   Mailbox<Answer> answers_;
 
-  // The side of collide().
+  // Used by collide().
   double radius_;
   CoalSurface surface_;
   MakeRule make_rule_;
-  std::map<std::pair<std::size_t, std::uint64_t>, std::unique_ptr<Rule>> rules_;  // by object's index and mesh id
+  std::map<std::pair<std::size_t, std::uint64_t>, std::unique_ptr<Rule>> rules_;  // by object index and mesh id
   std::uint64_t answered_ = 0, epoch_ = 0;
 };
 

@@ -35,7 +35,7 @@ std::unique_ptr<Method> make_collision(const Options& options) {
   return std::make_unique<CollisionMethod>(options, &make_rule<R>);
 }
 
-/// A method is one file and one line here.
+/// Table of all contact methods. A new method needs one file and one line here.
 constexpr std::array kMethods = {
     Entry{"proxy", &make<Proxy>},
     Entry{"penalty", &make<Penalty>},

@@ -1,4 +1,4 @@
-// Stage `contact`: where is the tool relative to the surface, and which way is out?
+// Stage `contact`: finds where the tool touches the surfaces, how deep it is, and which direction leads outside.
 #pragma once
 
 #include <memory>
@@ -12,54 +12,61 @@
 
 namespace palpate::contact {
 
-/// A sphere of the tool beside the SPR on its tip.
+/// A sphere of the tool, in addition to the SPR at its tip.
 struct Sphere {
-  int link = -1;              ///< of the follower it is fixed to (arm::Arm::link_names); below zero: the tool tip T
-  Vec3 p = Vec3::Zero();      ///< its centre in that link's frame, jaws closed [m]
-  double radius = 0.002;      ///< [m]
-  Vec3 hinge = Vec3::Zero();  ///< of a jaw: a point on its axis, in the link's frame [m]
-  Vec3 turn = Vec3::Zero();   ///< of a jaw: axis times how far it turns per jaw angle, in the link's frame [-]
+  int link = -1;  ///< index of the follower link that carries the sphere (arm::Arm::link_names); -1: the tool tip T
+  Vec3 p = Vec3::Zero();      ///< centre of the sphere in the frame of the link, with closed jaws [m]
+  double radius = 0.002;      ///< radius of the sphere [m]
+  Vec3 hinge = Vec3::Zero();  ///< point on the axis of a jaw, in the frame of the link [m]
+  Vec3 turn = Vec3::Zero();   ///< axis of a jaw times rotation per jaw angle, in the link's frame; zero: no jaw [-]
 
-  /// Its centre in the link's frame with the jaws open by `jaw` [rad].
+  /// Centre of the sphere in the frame of the link, for the jaw angle `jaw` [rad].
   [[nodiscard]] Vec3 centre(double jaw) const noexcept;
 };
 
+/// Options of the stage.
 struct Options {
-  double radius = 0.002;        ///< SPR radius [m]
-  double release = 0.05;        ///< `proxy`: deflection at which a tool that went through a closed object is free [m]
-  double collision_rate = 250;  ///< rate of the collision thread of the paper's methods [Hz]
-  std::vector<Sphere> spheres;  ///< of the tool beside the SPR
-  bool real = false;            ///< touches the objects that are real, in place of the virtual ones
+  double radius = 0.002;        ///< radius of the SPR [m]
+  double release = 0.05;        ///< `proxy`: deflection that releases a tool that passed through a closed object [m]
+  double collision_rate = 250;  ///< rate of the collision thread, for the paper's methods [Hz]
+  std::vector<Sphere> spheres;  ///< spheres of the tool in addition to the SPR
+  bool real = false;            ///< true: the tool touches the real objects instead of the virtual ones
 };
 
-/// One way of finding contacts of one sphere. Has a memory (which side it came from), none of it on the heap in step().
+/// Interface of a contact method for one sphere. A method may have a state, for example the side from which the sphere
+/// came. step() must not allocate.
 class Method {
  public:
   virtual ~Method() = default;
-  /// Forget the past: the tool is where it is, outside.
+  /// Discards the state: the next step() assumes that the tool came from outside.
   virtual void reset() noexcept = 0;
-  /// p_WT: the sphere's centre, of the SPR: the tool tip [m]; v_WT [m/s]; t [s]: objects are where Object::pose(t) is.
+  /// Finds the contacts at time t [s], with all objects at their pose Object::pose(t). p_WT: centre of the sphere (the
+  /// tool tip for the SPR) [m]; v_WT: its velocity [m/s]; both in W.
   virtual const ContactSet& step(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT,
                                  double t) noexcept = 0;
 
-  /// For judges, never in a loop: each step appends the places that the proxies pass through, in their objects' frames,
-  /// to `path`; null ends it. A method without a path of its own goes straight from proxy to proxy.
+  /// For verification only, because it allocates: each step appends the positions through which the proxies move to
+  /// `path`, in the frames of their objects [m]. A null pointer ends the recording. A method that does not record is
+  /// assumed to move its proxies in straight lines.
   virtual void watch(std::vector<Vec3>* /*path*/) {}
 
-  /// True for a method whose geometry allocates, so that it cannot be done in step(): step() leaves a request behind
-  /// and collide() answers it. Whoever drives the loop calls collide(): right after each step() in lockstep and in a
-  /// rendered path, a thread of its own in real time (a few times per collision period; nothing asked, nothing done).
+  /// True for a method whose collision detection allocates and cannot run in step(). step() then posts a request, and
+  /// collide() answers it. The owner of the loop calls collide(): after each step() in lockstep, and in a separate
+  /// thread in real time, several times per collision period. Without a new request it computes nothing.
   [[nodiscard]] virtual bool asynchronous() const noexcept { return false; }
-  /// Never from the cycle: allocates, may take long, may throw. One caller at a time, which keeps `scene` alive; step()
-  /// may run meanwhile. The first call prepares the scene's meshes: call it once before the loop starts.
+  /// Answers the last request of step(). It must not be called in the cycle, because it allocates, may take long and
+  /// may throw. One thread at a time may call it and keeps `scene` alive; step() may run at the same time. The first
+  /// call prepares the meshes of the scene, so it should happen before the loop starts.
   virtual void collide(const scene::Snapshot& /*scene*/) {}
-  /// Throws std::invalid_argument naming the object of a scene that this method cannot feel. Not from the cycle.
+  /// Throws std::invalid_argument with the name of an object that this method cannot handle. It must not be called in
+  /// the cycle.
   virtual void check(const scene::Snapshot& /*scene*/) const {}
 };
 
-/// Names of the methods there are; the default first.
+/// Names of all contact methods, the default first.
 std::vector<std::string> methods();
-/// Throws std::invalid_argument naming the methods there are.
+/// Makes the contact method `name`. Throws std::invalid_argument for an unknown name, with the known names, and for
+/// invalid options.
 std::unique_ptr<Method> make_method(std::string_view name, const Options& options);
 
 }  // namespace palpate::contact

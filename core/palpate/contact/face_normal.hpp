@@ -1,16 +1,18 @@
-// Method `face-normal`: the normals of the faces, computed beforehand for the whole mesh (section 3.1, rejected there
-// for what it costs).
+// Method `face-normal`: the normals of the faces, precomputed for the whole mesh (section 3.1, rejected there because
+// of the cost).
 //
-// Each collision point brings the normal of the triangle it lies on; Algorithm 1's line 4 adds them up, the plane goes
-// through the deepest point. Right on a plane as long as the sphere touches it, centre below or not; around an edge it
-// is a mean of the faces in reach, and it jumps as faces come and go. Section 3.1's third way, the sum of the
-// *collision* normals ("adjusted normals"), is method `paper-alg1`.
+// Each collision point has the normal of its triangle. Line 4 of Algorithm 1 averages these normals, and the contact
+// plane passes through the deepest point. The result is right on a plane while the sphere touches it, even with the
+// centre below the plane. Near an edge the normal is the mean of the faces in reach, and it jumps when faces enter or
+// leave. The third approach of section 3.1, the sum of the *collision* normals ("adjusted normals"), is the method
+// `paper-alg1`.
 #pragma once
 
 #include "palpate/contact/collision_method.hpp"
 
 namespace palpate::contact {
 
+/// Mean of the face normals; see the top of this file.
 class FaceNormal final : public Rule {
  public:
   void free(const Vec3& /*v_OT*/) override { n_.setZero(); }
@@ -22,7 +24,7 @@ class FaceNormal final : public Rule {
   }
 
  private:
-  Vec3 n_ = Vec3::Zero();  // of the collision before: kept where the faces cancel each other
+  Vec3 n_ = Vec3::Zero();  // normal of the previous collision, kept where the face normals cancel
 };
 
 }  // namespace palpate::contact

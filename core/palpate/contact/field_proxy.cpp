@@ -9,15 +9,15 @@
 namespace palpate::contact {
 namespace {
 
-constexpr int kSteps = 24;          // per tick; a proxy that needs more goes on in the next
-constexpr double kSettled = 1e-6;   // [r] the proxy is where it should be
-constexpr double kTouch = 1e-4;     // [r] how much nearer than r a wall may be: rounding, and a grid's own error
-constexpr double kShort = 1.5;      // [r] ways so short cross nothing when both ends are r away; 2 is the limit
-constexpr double kSameFace = 0.7;   // cosine of normals that may follow each other within one tick
-constexpr double kTrust = 0.9;      // of two free balls that overlap: a grid's distances are not exact
-constexpr double kLost = 0.5;       // cosine: a wall whose normal turned more is another wall
-constexpr double kEscape = 0.25;    // [r] step of a proxy that was put into a second wall
-constexpr double kWallRange = 2.0;  // [r] walls so near count
+constexpr int kSteps = 24;          // steps per tick; a proxy that needs more continues in the next tick
+constexpr double kSettled = 1e-6;   // [r] position tolerance of the proxy
+constexpr double kTouch = 1e-4;     // [r] tolerance of the clearance r: rounding, and the error of a grid
+constexpr double kShort = 1.5;      // [r] a shorter path crosses nothing when both ends are r away; 2 is the limit
+constexpr double kSameFace = 0.7;   // smallest cosine between normals that may follow each other within one tick
+constexpr double kTrust = 0.9;      // factor on two overlapping clearances: the distances of a grid are not exact
+constexpr double kLost = 0.5;       // cosine: a wall whose normal turned by more is another wall
+constexpr double kEscape = 0.25;    // [r] step of a proxy whose centre is inside a second wall
+constexpr double kWallRange = 2.0;  // [r] nearer walls constrain the proxy
 
 }  // namespace
 
@@ -43,7 +43,7 @@ FieldProxy::Touch FieldProxy::step(const scene::Surface& surface, const Vec3& g,
   return touching_ ? held(g) : Touch();
 }
 
-/// The first tick with a surface: where the tool is, or at the nearest place outside.
+/// Places the proxy for a new surface: at the tool, or at the nearest point outside.
 void FieldProxy::place(const Vec3& g) noexcept {
   surface_id_ = surface_->id();
   walls_ = 0;
@@ -53,12 +53,14 @@ void FieldProxy::place(const Vec3& g) noexcept {
   go_to(touching_ ? Vec3(tool_.point + radius_ * tool_.normal) : g);
 }
 
+/// Sets the centre and finds its nearest surface point.
 void FieldProxy::go_to(const Vec3& centre) noexcept {
   centre_ = centre;
   near_ = surface_->nearest(centre);
 }
 
-/// The tool is free and the way to it is covered by two balls that nothing is in.
+/// Moves the proxy to a tool that is free, if the clearances of both cover the path between them. Returns false
+/// otherwise.
 bool FieldProxy::free_at(const Vec3& g) noexcept {
   if (tool_.distance < radius_ || near_.distance <= 0.0) return false;
   if ((g - centre_).norm() > kTrust * (tool_.distance + near_.distance)) return false;
@@ -69,7 +71,8 @@ bool FieldProxy::free_at(const Vec3& g) noexcept {
   return true;
 }
 
-/// The place r above the tool's own nearest one is on this side, and the sphere fits there: the proxy goes there.
+/// Moves the proxy to the point r above the surface point nearest to the tool, if this point is on the proxy's side and
+/// the sphere fits there. Returns false otherwise.
 bool FieldProxy::settles_above(const Vec3& g) noexcept {
   const double depth = radius_ - tool_.distance;
   if (!(depth > 0.0)) return false;
@@ -86,7 +89,7 @@ bool FieldProxy::settles_above(const Vec3& g) noexcept {
   return true;
 }
 
-/// Moves the centre to the point nearest to g that the walls allow. False: it is still on its way.
+/// Moves the centre towards the point nearest to g that the walls allow. Returns false if the centre has not arrived.
 bool FieldProxy::relax(const Vec3& g) noexcept {
   for (int step = 0; step < kSteps; ++step) {
     follow_walls();
@@ -99,7 +102,7 @@ bool FieldProxy::relax(const Vec3& g) noexcept {
       half_space_[to_index(i)] = {n, n.dot(wall_[to_index(i)].q) + radius_};
     }
     active_ = project(half_space_.data(), walls_, g, kSlack * radius_);
-    if (!active_.feasible) return false;  // wedged: it pulls from where it is
+    if (!active_.feasible) return false;  // the walls have no common point: the proxy stays where it is
     const Vec3 way = active_.x - centre_;
     const double length = way.norm();
     if (length <= kSettled * radius_) {
@@ -112,7 +115,7 @@ bool FieldProxy::relax(const Vec3& g) noexcept {
   return false;
 }
 
-/// Remembers a wall; in the place of the one that it is again, or of the loosest when there are too many.
+/// Stores a wall: in place of the same wall found earlier, or of the farthest one when there are too many.
 void FieldProxy::meet(const scene::Nearest& near) noexcept {
   int place = walls_;
   for (int i = 0; i < walls_; ++i)
@@ -127,7 +130,8 @@ void FieldProxy::meet(const scene::Nearest& near) noexcept {
   wall_[to_index(place)] = {near.point, near.normal};
 }
 
-/// Each wall's place below the centre: the nearest one to the foot of the centre on the wall's own plane.
+/// Updates the nearest point of each wall, which is searched from the projection of the centre onto the wall's plane.
+/// Walls whose normal turned too far are dropped.
 void FieldProxy::follow_walls() noexcept {
   int kept = 0;
   for (int i = 0; i < walls_; ++i) {
@@ -140,7 +144,7 @@ void FieldProxy::follow_walls() noexcept {
   walls_ = kept;
 }
 
-/// Walls that do not hold the proxy any more are met again when they do.
+/// Keeps the active walls only. The others are found again when they become active.
 void FieldProxy::keep_active() noexcept {
   std::array<Wall, 3> kept;
   for (int i = 0; i < active_.active; ++i) kept[to_index(i)] = wall_[to_index(active_.index[to_index(i)])];
@@ -148,7 +152,7 @@ void FieldProxy::keep_active() noexcept {
   std::copy_n(kept.begin(), walls_, wall_.begin());
 }
 
-/// Held by walls, or still on its way: it pulls from where it is.
+/// Contact of a proxy that is held by walls or still moving: the deflection to its present position.
 FieldProxy::Touch FieldProxy::held(const Vec3& g) const noexcept {
   const Vec3 delta = centre_ - g;
   const double depth = delta.norm();

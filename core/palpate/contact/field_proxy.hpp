@@ -1,17 +1,18 @@
-// The proxy of one surface that answers `nearest` (primitives, grids, implicit surfaces): a sphere that stays outside.
+// The proxy of one surface that provides Surface::nearest() (primitives, grids, implicit surfaces): a sphere that stays
+// outside the surface while the tool goes in.
 //
-// phi(x) is the signed distance, n(x) its normal. The proxy's centre c lives where phi(c) >= r; each tick it comes as
-// near to the tool x as it can without crossing the surface. Two things can happen:
+// phi(x) is the signed distance and n(x) its normal. The centre c of the proxy stays where phi(c) >= r. In each tick c
+// moves as near to the tool g as possible without crossing the surface. There are two cases:
 //
-//   1. x is within the memory's meaning: its own nearest place is on the side that c is on. Then c = x + (r - phi) n
-//   and
-//      F = k (r - phi) n exactly. Proof of the side: both ends of the way from c to there are r away from the surface,
-//      and the way is shorter than 2 r, so that it crosses nothing.
-//   2. Otherwise (a second wall, the far half of a plate, the other face of a box) c goes by safe steps to the point
-//      nearest to x in the half-spaces of the walls that it met: one is a face, two a concave edge, three a corner.
+//   1. The surface point nearest to g is on the side of c. Then c = g + (r - phi) n and F = k (r - phi) n exactly. Both
+//      ends of the path from c to the new centre are r away from the surface and the path is shorter than 2 r, which
+//      proves that it does not cross the surface.
+//   2. Otherwise (a second wall, the far half of a plate, another face of a box) c moves in safe steps to the point
+//      nearest to g in the half-spaces of the walls found so far. One wall is a face, two form a concave edge and three
+//      a corner.
 //
-// A step is never longer than half of what is free: nothing is jumped over, however fast the tool is, as long as phi
-// grows at most twice as fast as a distance.
+// A step is at most half of the clearance. The proxy therefore crosses nothing, however fast the tool is, as long as
+// |grad phi| <= 2.
 #pragma once
 
 #include <array>
@@ -23,18 +24,21 @@
 
 namespace palpate::contact {
 
-/// In the object's frame O.
+/// Proxy of one surface. All vectors are expressed in the object's frame O.
 class FieldProxy {
  public:
   using Touch = ObjectProxy::Touch;
 
+  /// Discards the state: the next step() places the proxy anew.
   void reset() noexcept { surface_id_ = 0; }
-  /// Moves the proxy after the tool at g; a surface that the tool has gone through lets go at `release`.
+  /// Moves the proxy towards the tool at g [m] and returns the contact. radius: radius of the sphere [m]. release:
+  /// deflection that releases a tool that has passed through the object [m].
   Touch step(const scene::Surface& surface, const Vec3& g, double radius, double release) noexcept;
+  /// True if the proxy started with the tool inside the object, until the tool is free.
   [[nodiscard]] bool started_inside() const noexcept { return started_inside_; }
 
  private:
-  /// A wall that the proxy met: its place nearest to the proxy and the normal there.
+  /// A wall near the proxy: the surface point q nearest to the proxy [m] and the unit normal n at q.
   struct Wall {
     Vec3 q = Vec3::Zero(), n = Vec3::Zero();
   };
@@ -49,15 +53,15 @@ class FieldProxy {
   void keep_active() noexcept;
   [[nodiscard]] Touch held(const Vec3& g) const noexcept;
 
-  const scene::Surface* surface_ = nullptr;  // of this tick
-  std::uint64_t surface_id_ = 0;             // of the last one
-  double radius_ = 0.0;
-  Vec3 centre_ = Vec3::Zero();
-  scene::Nearest near_;  // to the centre
-  scene::Nearest tool_;  // to the tool, of this tick
+  const scene::Surface* surface_ = nullptr;  // surface of this tick
+  std::uint64_t surface_id_ = 0;             // id of the surface of the previous tick
+  double radius_ = 0.0;                      // radius of the sphere [m]
+  Vec3 centre_ = Vec3::Zero();               // centre of the proxy [m]
+  scene::Nearest near_;                      // surface point nearest to the centre
+  scene::Nearest tool_;                      // surface point nearest to the tool in this tick
   bool touching_ = false;
   bool started_inside_ = false;
-  int walls_ = 0;
+  int walls_ = 0;  // number of walls
   std::array<Wall, kMaxHalfSpaces> wall_;
   std::array<HalfSpace, kMaxHalfSpaces> half_space_;
   Projection active_;

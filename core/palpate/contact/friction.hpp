@@ -1,28 +1,32 @@
-// Coulomb friction of a proxy that sticks and slips.
+// Coulomb friction of a proxy, with sticking and slipping.
 //
-// The proxy without friction is p; a proxy that sticks stays behind at an anchor a, and pulls the tool back to it.
-// With the lag s = a - p in the tangent plane and the depth d along the normal, K s is the friction, K d the load:
+// The proxy without friction is at p. The proxy with friction is at an anchor a, which may lag behind p and pulls the
+// tool back. With the lag s = a - p in the tangent plane, the depth d along the normal and the stiffness K, the
+// friction force is K |s| and the normal force is K d:
 //
 //   stick:  a stays,                                       until |s| > mu_static d
-//   slip:   a is dragged along, so that |s| <= mu d,       until |s| < (mu - (mu_static - mu) / 2) d
+//   slip:   a is dragged along, so that |s| <= mu d,       until |s| < max(mu - (mu_static - mu) / 2, mu / 2) d
 //
-// Slip ends only when the tool has turned back by half of what static friction is above dynamic friction: a noisy
-// tool that creeps on, or rests where it slipped last, does not change its mind at every tick. All of it is a matter
-// of place, not of velocity, so nothing trembles at rest; and a dragged anchor only ever shortens the lag, so that
-// every closed path costs work.
+// Slipping ends only when the tool has moved back by half the difference between static and dynamic friction. This
+// hysteresis keeps a noisy tool that creeps or rests at the slip limit from switching in every tick. The law uses
+// positions and no velocities, so the force does not chatter at rest. Dragging the anchor only shortens the lag, so no
+// closed path of the tool gains energy.
 #pragma once
 
 #include "palpate/types/spatial.hpp"
 
 namespace palpate::contact {
 
+/// Friction state of one proxy on one object.
 class Friction {
  public:
-  /// Out of contact.
+  /// Ends the contact: the next step() starts with a new anchor.
   void release() noexcept { touching_ = false; }
-  /// p: proxy without friction, normal: unit, in a frame that moves with the surface [m]; depth > 0 [m]; coefficients
-  /// [-], mu_static below mu counts as mu. Answers the lag, in the tangent plane [m].
+  /// Computes the lag a - p in the tangent plane [m]. p: centre of the proxy without friction [m]; normal: unit surface
+  /// normal. Both are expressed in a frame that moves with the surface. depth: penetration depth, above 0 [m]. mu,
+  /// mu_static: friction coefficients [-]; a mu_static below mu counts as mu.
   Vec3 step(const Vec3& p, const Vec3& normal, double depth, double mu, double mu_static) noexcept;
+  /// True while the proxy slips.
   [[nodiscard]] bool slipping() const noexcept { return slipping_; }
 
  private:

@@ -6,9 +6,10 @@
 namespace palpate::contact {
 namespace {
 
-constexpr double kParallel = 1e-14;  // Gram determinants below it: the normals span too little
+constexpr double kParallel = 1e-14;  // a smaller Gram determinant means linearly dependent normals
 
-/// x = g + sum lambda_i n_i on all planes of the set; false when dependent or one of them would pull.
+/// Projects g onto the intersection of the planes of the set, x = g + sum lambda_i n_i. Returns false if the normals
+/// are linearly dependent or a multiplier lambda_i is negative.
 bool solve(const HalfSpace* h, Projection& set, const Vec3& g, Vec3& lambda) {
   Mat3 G = Mat3::Identity();
   Vec3 b = Vec3::Zero();
@@ -22,7 +23,7 @@ bool solve(const HalfSpace* h, Projection& set, const Vec3& g, Vec3& lambda) {
   } else {
     const double det = G.determinant();
     if (!(det > kParallel)) return false;
-    // Cramer's rule by cofactors: 3 x 3 at most, no decomposition to allocate or branch.
+    // Cramer's rule: for at most 3 x 3 it needs no decomposition, which could allocate or branch.
     Mat3 adjugate;
     adjugate.col(0) = G.row(1).cross(G.row(2)).transpose();
     adjugate.col(1) = G.row(2).cross(G.row(0)).transpose();
@@ -37,6 +38,7 @@ bool solve(const HalfSpace* h, Projection& set, const Vec3& g, Vec3& lambda) {
   return true;
 }
 
+/// True if the candidate satisfies the half-space `added` and the active half-spaces of `old`.
 bool satisfies(const HalfSpace* h, const Projection& candidate, const Projection& old, int added, double slack) {
   if (h[added].gap(candidate.x) < -slack) return false;
   for (int i = 0; i < old.active; ++i)
@@ -44,6 +46,7 @@ bool satisfies(const HalfSpace* h, const Projection& candidate, const Projection
   return true;
 }
 
+/// Sorts the active half-spaces by their multipliers, the largest first.
 void strongest_first(Projection& set, Vec3& lambda) {
   for (int i = 1; i < set.active; ++i) {
     for (int j = i; j > 0 && lambda[j] > lambda[j - 1]; --j) {
@@ -53,10 +56,11 @@ void strongest_first(Projection& set, Vec3& lambda) {
   }
 }
 
-/// The solution for the old set and one half-space more holds the new one with some of the old.
+/// Adds the half-space `added` to the active set. The new solution is active in `added` and in some of the old
+/// half-spaces. Returns false if no such set solves the problem.
 bool extend(const HalfSpace* h, Projection& set, int added, const Vec3& g, double slack) {
   const Projection old = set;
-  for (int size = 1; size <= 3; ++size) {  // smallest sets first: the cheapest and the best conditioned
+  for (int size = 1; size <= 3; ++size) {  // the smallest sets first: they are the cheapest and the best conditioned
     for (unsigned mask = 0; mask < (1U << old.active); ++mask) {
       if (__builtin_popcount(mask) != size - 1) continue;
       Projection candidate;
@@ -81,7 +85,7 @@ bool extend(const HalfSpace* h, Projection& set, int added, const Vec3& g, doubl
 Projection project(const HalfSpace* half_spaces, int n, const Vec3& g, double slack) noexcept {
   Projection set;
   set.x = g;
-  for (int step = 0; step < 3 * kMaxHalfSpaces; ++step) {  // the distance to g grows with each step: it ends
+  for (int step = 0; step < 3 * kMaxHalfSpaces; ++step) {  // terminates, because the distance to g grows in each step
     int worst = -1;
     double least = -slack;
     for (int i = 0; i < n; ++i) {

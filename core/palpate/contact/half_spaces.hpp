@@ -1,4 +1,4 @@
-// Nearest point of an intersection of half-spaces: the small problem behind faces, edges and corners.
+// Nearest point in the intersection of half-spaces: the optimisation problem of a proxy at faces, edges and corners.
 #pragma once
 
 #include <array>
@@ -7,25 +7,29 @@
 
 namespace palpate::contact {
 
-/// normal . x >= offset, with a unit normal.
+/// Half-space normal . x >= offset [m], with a unit normal.
 struct HalfSpace {
-  Vec3 normal = Vec3::Zero();
-  double offset = 0.0;
+  Vec3 normal = Vec3::Zero();  ///< unit normal, points into the half-space
+  double offset = 0.0;         ///< distance of the plane from the origin along the normal [m]
 
+  /// Signed distance of x from the plane; negative outside the half-space [m].
   [[nodiscard]] double gap(const Vec3& x) const noexcept { return normal.dot(x) - offset; }
 };
 
-inline constexpr double kSlack = 1e-10;  ///< [radius of the sphere] violation of a half-space that counts as kept
+inline constexpr double kSlack = 1e-10;  ///< violation of a half-space that counts as satisfied, in sphere radii [-]
+/// Maximum number of half-spaces of one problem.
 inline constexpr int kMaxHalfSpaces = 8;
 
+/// Solution of project().
 struct Projection {
-  Vec3 x = Vec3::Zero();
-  int active = 0;              ///< how many half-spaces hold x, 0 to 3
-  std::array<int, 3> index{};  ///< which, strongest first
-  bool feasible = true;        ///< false: no common point was found, x is the best of a few
+  Vec3 x = Vec3::Zero();       ///< the nearest point [m]
+  int active = 0;              ///< number of active half-spaces, whose planes contain x: 0 to 3
+  std::array<int, 3> index{};  ///< indices of the active half-spaces, largest multiplier first
+  bool feasible = true;        ///< false: no point in all half-spaces was found, x satisfies some of them
 };
 
-/// The point nearest to g with gap >= -slack in all `n` half-spaces (an active-set method, exact for up to three).
+/// Computes the point nearest to g with gap >= -slack in all `n` half-spaces. g and slack in [m]. An active-set method,
+/// exact for up to three active half-spaces.
 Projection project(const HalfSpace* half_spaces, int n, const Vec3& g, double slack) noexcept;
 
 }  // namespace palpate::contact

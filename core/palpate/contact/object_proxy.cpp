@@ -11,22 +11,23 @@
 namespace palpate::contact {
 namespace {
 
-constexpr int kQueries = 24;          // per tick; a proxy that needs more goes on in the next
-constexpr double kCoarse = 5e-3;      // [r] accuracy of the proxy where the smooth surface gives the answer
-constexpr double kFine = 1e-7;        // [r] where it gives the answer itself
-constexpr double kFlightRange = 4.0;  // [r] how far free flight looks for triangles
-constexpr double kLower = 0.5;        // [r] the smooth surface may lie this far below the facets
-constexpr double kOnEdge = 1e-9;      // barycentric weight below which a point lies on the edge: rounding
-const double kOnePatch = std::cos(15.0 * M_PI / 180.0);  // contacts on one smooth patch: normals closer than this
+constexpr int kQueries = 24;      // nearest-point queries per tick; a proxy that needs more continues in the next tick
+constexpr double kCoarse = 5e-3;  // [r] position tolerance of the proxy where the smooth surface determines the force
+constexpr double kFine = 1e-7;    // [r] position tolerance where the proxy itself determines the force
+constexpr double kFlightRange = 4.0;  // [r] search range for triangles around the proxy
+constexpr double kLower = 0.5;        // [r] the smooth surface may lie at most this far below the facets
+constexpr double kOnEdge = 1e-9;      // a point with a smaller barycentric weight is on the edge (rounding)
+const double kOnePatch = std::cos(15.0 * M_PI / 180.0);  // contacts with closer normals are on one smooth patch
 
-constexpr double kSpreadLow = 0.1, kSpreadHigh = 0.4;  // SmoothPoint::spread: none and full trust in the projection
+constexpr double kSpreadLow = 0.1, kSpreadHigh = 0.4;  // values of SmoothPoint::spread for zero and full trust
+// Cosines between the normals at the proxy and at the tool, for zero and full trust in the projection of the tool.
 const double kApart = std::cos(45.0 * M_PI / 180.0), kAgree = std::cos(20.0 * M_PI / 180.0);
 
-/// 0 below `low`, 1 above `high`.
+/// Linear ramp: 0 below `low`, 1 above `high`.
 double ramp(double x, double low, double high) { return std::clamp((x - low) / (high - low), 0.0, 1.0); }
 
-/// A deflection of `depth` times the gradient of the distance; no contact, yet a normal, when the depth is not
-/// positive.
+/// Contact with the deflection `depth` [m] times the gradient of the distance. If the depth is not positive, there is
+/// no contact, but the normal is still set.
 ObjectProxy::Touch along(const Vec3& gradient, double depth) {
   const double steep = gradient.norm();
   if (!(steep > 0.0)) return {};
@@ -59,7 +60,7 @@ ObjectProxy::Touch ObjectProxy::step(const scene::Mesh& mesh, const Vec3& g, dou
   return outside(touch_hard(g, radius), g, radius);
 }
 
-/// The first tick with a mesh: where the tool is, or at the nearest place outside.
+/// Places the proxy for a new mesh: at the tool, or at the nearest point outside.
 void ObjectProxy::place(const scene::Mesh& mesh, const Vec3& g, double radius) noexcept {
   std::vector<Vec3>* const path = path_;
   *this = ObjectProxy();
@@ -79,6 +80,7 @@ void ObjectProxy::place(const scene::Mesh& mesh, const Vec3& g, double radius) n
   clear_ = touching_ ? radius : near.distance;
 }
 
+/// True if the tool has certainly passed through the object, so that the proxy must be released.
 bool ObjectProxy::gone_through(const Vec3& g, double radius, double release) const noexcept {
   return (centre_ - g).squaredNorm() > release * release && mesh_->report().closed &&
          mesh_->nearest(g).distance > radius;
@@ -89,7 +91,7 @@ void ObjectProxy::go(const Vec3& centre) noexcept {
   if (path_ != nullptr) path_->push_back(centre);
 }
 
-/// Free flight: while the last query says that nothing is near, there is nothing to ask.
+/// Free motion: the proxy follows the tool without a query while the clearance found by the last query covers the tool.
 bool ObjectProxy::fly(const Vec3& g, double radius) noexcept {
   const double need = radius + mesh_->impl().topology.height;
   if (touching_ || centre_ != tool_ || (g - clear_at_).norm() + need > clear_) return false;
@@ -103,7 +105,7 @@ void ObjectProxy::hold(int i, const scene::BvhHit& hit) noexcept {
   hold_[to_index(i)].q = mesh_->impl().position(hold_[to_index(i)].at);
 }
 
-/// Adds a triangle to those that hold the proxy, in the place of the loosest when there are too many.
+/// Adds the triangle of `hit` as a constraint, or replaces the constraint with the largest gap when there are too many.
 void ObjectProxy::add(const scene::BvhHit& hit, double radius) noexcept {
   int place = holds_;
   for (int i = 0; i < holds_; ++i)
@@ -121,7 +123,7 @@ void ObjectProxy::add(const scene::BvhHit& hit, double radius) noexcept {
   half_space_[to_index(place)].offset = half_space_[to_index(place)].normal.dot(hold_[to_index(place)].q) + radius;
 }
 
-/// Half-spaces at the proxy's present place. False when there is nothing that holds it.
+/// Recomputes the half-spaces for the present position of the proxy. Returns false if there are no constraints.
 bool ObjectProxy::linearise(double radius) noexcept {
   for (int i = 0; i < holds_; ++i) {
     const scene::BvhHit hit = mesh_->impl().closest_on(hold_[to_index(i)].at.triangle, centre_);
@@ -133,7 +135,7 @@ bool ObjectProxy::linearise(double radius) noexcept {
   return holds_ > 0;
 }
 
-/// Triangles that do not hold the proxy any more are found again when they do.
+/// Keeps the active constraints only. Queries find the others again when they become active.
 void ObjectProxy::keep_active(const Projection& projection) noexcept {
   std::array<Hold, 3> kept;
   std::array<HalfSpace, 3> kept_space;
@@ -149,13 +151,14 @@ void ObjectProxy::keep_active(const Projection& projection) noexcept {
   }
 }
 
-/// The longest step that no triangle can be in the way of: the centre never comes near to crossing one.
+/// Longest step for which the centre cannot cross a triangle, with a margin of half the clearance or half a radius.
 double ObjectProxy::safe_step(double radius) const noexcept {
   const double clear = std::max(clear_ - (centre_ - clear_at_).norm(), 0.0);
   return std::max(clear - 0.5 * radius, 0.5 * clear);
 }
 
-/// Moves the centre to the point nearest to g that the triangles allow. False: it is still on its way.
+/// Moves the centre towards the point nearest to g that the constraints allow. Returns false if the centre has not
+/// arrived after the last query.
 bool ObjectProxy::relax(const Vec3& g, double radius, double tolerance) noexcept {
   const double lookout = kFlightRange * radius + mesh_->impl().topology.height;
   linearise(radius);
@@ -168,7 +171,7 @@ bool ObjectProxy::relax(const Vec3& g, double radius, double tolerance) noexcept
     if (!whole) step *= safe / length;
     go(centre_ + step);
 
-    // Who is there? The nearest triangle, and those already known, say where to go next.
+    // The nearest triangle and the known constraints determine the next target.
     near_ = mesh_->impl().closest(centre_, lookout, seed_);
     if (near_.triangle >= 0) seed_ = near_.triangle;
     clear_at_ = centre_;
@@ -183,7 +186,8 @@ bool ObjectProxy::relax(const Vec3& g, double radius, double tolerance) noexcept
   return settled;
 }
 
-/// Far from where it should be (the tool jumped, or a rim let the proxy go): it pulls from where it is.
+/// Contact of a proxy that is still far from its target (the tool jumped, or the proxy slid off a rim): the deflection
+/// to its present position.
 ObjectProxy::Touch ObjectProxy::on_the_way(const Vec3& g) const noexcept {
   const Vec3 delta = centre_ - g;
   const double depth = delta.norm();
@@ -191,7 +195,7 @@ ObjectProxy::Touch ObjectProxy::on_the_way(const Vec3& g) const noexcept {
   return {true, delta, delta / depth, depth};
 }
 
-/// Free of the facets, but the smooth surface may stand above them.
+/// Contact of a proxy that does not touch the facets: the smooth surface may rise above them.
 ObjectProxy::Touch ObjectProxy::graze(const Vec3& g, double radius) const noexcept {
   const scene::Mesh::Impl& m = mesh_->impl();
   if (near_.triangle < 0 || clear_ >= radius + m.topology.height || centre_ != g) return {};
@@ -203,8 +207,8 @@ ObjectProxy::Touch ObjectProxy::graze(const Vec3& g, double radius) const noexce
   return along(side * s.gradient, radius - side * s.distance);
 }
 
-/// The smooth surface is another one than the facets: deep below coarse ones its proxy may be where no sphere fits.
-/// It goes there from the facets' own, through free space, as far as it can.
+/// Checks the proxy of the smooth surface against the facets: deep below coarse facets it may be where the sphere does
+/// not fit. The proxy moves there from its position on the facets, through free space, as far as possible.
 ObjectProxy::Touch ObjectProxy::outside(const Touch& touch, const Vec3& g, double radius) const noexcept {
   const Vec3 wanted = g + touch.delta;
   const double clearance = 0.5 * radius, length = (wanted - centre_).norm();
@@ -223,7 +227,8 @@ ObjectProxy::Touch ObjectProxy::outside(const Touch& touch, const Vec3& g, doubl
   return depth > 0.0 ? Touch{true, delta, delta / depth, depth} : Touch();
 }
 
-/// A point whose triangles belong to one smooth surface: no crease, rim or branch runs through it.
+/// True if all triangles at the constraint's point belong to one smooth surface: no crease, rim or branch passes
+/// through it.
 bool ObjectProxy::is_smooth(const Hold& h) const noexcept {
   const scene::Topology& topology = mesh_->impl().topology;
   const std::int32_t c = 3 * h.at.triangle;
@@ -247,7 +252,8 @@ bool ObjectProxy::is_smooth(const Hold& h) const noexcept {
   return normal[to_index(he)] == normal[to_index(twin_next)] && normal[to_index(next)] == normal[to_index(twin)];
 }
 
-/// The half-space of hold i on the smooth surface, turned to the proxy's side; the facet's own at creases.
+/// Half-space of constraint i on the smooth surface, oriented towards the proxy. At creases it is the facet's
+/// half-space.
 HalfSpace ObjectProxy::shaded(int i, double radius) const noexcept {
   const Hold& h = hold_[to_index(i)];
   HalfSpace out = half_space_[to_index(i)];
@@ -261,7 +267,8 @@ HalfSpace ObjectProxy::shaded(int i, double radius) const noexcept {
   return out;
 }
 
-/// One smooth patch holds the proxy: force and direction from the smooth surface. A zero normal: not so.
+/// Contact with one smooth patch: depth and direction from the smooth surface. The normal is zero if the constraints do
+/// not belong to one patch.
 ObjectProxy::Touch ObjectProxy::touch_smooth(const Vec3& g, double radius) const noexcept {
   for (int i = 0; i < active_.active; ++i)
     if (!is_smooth(hold_[to_index(i)])) return {};
@@ -270,8 +277,8 @@ ObjectProxy::Touch ObjectProxy::touch_smooth(const Vec3& g, double radius) const
     if (shaded(i, radius).normal.dot(first.normal) < kOnePatch) return {};
 
   const Vec3& geometric = half_space_[0].normal;
-  // The normal where the proxy touches; then, as far as the normals are far from meeting before the tool and both
-  // agree, the distance of the tool itself and its gradient.
+  // The default is the normal where the proxy touches. It is blended with the gradient of the tool's own distance, as
+  // far as the tool is away from the focal surface and both normals agree.
   Vec3 normal = first.normal;
   double depth = -first.gap(g);
   const scene::SmoothPoint s = scene::smooth_project(mesh_->impl(), hold_[0].at, g);
@@ -286,18 +293,19 @@ ObjectProxy::Touch ObjectProxy::touch_smooth(const Vec3& g, double radius) const
   return along(normal, std::max(depth, least));
 }
 
-/// Creases and corners: the half-spaces themselves.
+/// Contact at creases and corners: the deflection follows from the half-spaces.
 ObjectProxy::Touch ObjectProxy::touch_hard(const Vec3& g, double radius) const noexcept {
   std::array<HalfSpace, 3> h;
   for (int i = 0; i < active_.active; ++i) h[to_index(i)] = shaded(i, radius);
   const Projection p = project(h.data(), active_.active, g, kSlack * radius);
   Touch out;
-  if (p.active == 0) {  // the smooth surfaces lie below the facets here, but not by more than that
+  if (p.active == 0) {  // here the smooth surface lies below the facets, but at most by kLower
     const Vec3 delta = centre_ - g;
     const double length = delta.norm();
     return length > kLower * radius ? along(delta / length, length - kLower * radius) : out;
   }
-  // The smooth surface is near the facets: where turned half-spaces meet far from the proxy (a cleft), no farther.
+  // In a cleft the rotated half-spaces may meet far from the proxy. The smooth surface is near the facets, so the new
+  // centre stays within one radius of the proxy.
   const Vec3 off = p.x - centre_;
   const double far = off.norm();
   out.delta = (far > radius ? Vec3(centre_ + radius / far * off) : p.x) - g;

@@ -1,24 +1,25 @@
-// The proxy of one mesh: a sphere that stays outside while the tool goes in.
+// The proxy of one mesh: a sphere that stays outside the mesh while the tool goes in.
 //
-// The proxy's centre c lives where the SPR fits: at least its radius r from every triangle. Each tick it comes as
-// near to the tool x as it can without ever crossing the surface,
+// The centre c of the proxy is at least the sphere's radius r away from every triangle. In each tick c moves as near to
+// the tool g as possible without crossing the surface,
 //
-//   c = argmin |c - x|   subject to   n_i . (c - q_i) >= r,      delta_x = c - x,
+//   c = argmin |c - g|   subject to   n_i . (c - q_i) >= r,      delta = c - g,
 //
-// with q_i the point of triangle i nearest to the proxy and n_i = (c - q_i) / |c - q_i|: half-spaces that keep clear
-// of their triangle wherever c goes in them (a triangle is convex). Which side is out is a memory of where the proxy
-// is, not a guess from the surface's winding, so the force is right at any depth, behind thin plates, past the medial
-// axis. Faces, convex edges (rounded by r), concave edges and corners are one, two and three active half-spaces.
+// where q_i is the point of triangle i nearest to the proxy and n_i = (c - q_i) / |c - q_i|. A triangle is convex, so a
+// sphere with its centre in half-space i does not intersect triangle i. The position of the proxy remembers which side
+// is outside; the winding of the surface is not used. The force is therefore right at any depth, behind thin plates and
+// past the medial axis. Faces, convex edges (rounded by r), concave edges and corners correspond to one, two or three
+// active half-spaces.
 //
-// Where the mesh is smooth, the facet is replaced by the surface that it stands for (scene/smooth.hpp): the normal
-// that passes through the tool and the distance along it. Truth: F = k (r - phi) n, phi the signed distance.
+// Where the mesh is smooth, a smooth surface replaces the facet (scene/smooth.hpp): the force uses its normal through
+// the tool and the distance along this normal. The reference is F = k (r - phi) n with the signed distance phi.
 //
-// Release: the side one came from is kept beyond the far side as well, so that a thin plate holds. It is given up when
-// the tool is provably through: the object is closed, the tool's sphere is outside and clear of it, and the
-// deflection is more than `release`, a force that nobody renders.
+// Release: the proxy also stays on its side when the tool has passed through the object, so that a thin plate holds.
+// The proxy is released when the tool has certainly passed through: the object is closed, the tool's sphere is outside
+// and clear of it, and the deflection exceeds `release`, which corresponds to a force that no device renders.
 //
-// A tool that starts inside a closed object (or one that appears around it) is put outside at the nearest point;
-// started_inside() says so until the tool is free. Open surfaces are touched from either side.
+// If the tool starts inside a closed object, or an object appears around the tool, the proxy starts at the nearest
+// point outside. started_inside() is true until the tool is free. Open surfaces can be touched from both sides.
 #pragma once
 
 #include <array>
@@ -30,25 +31,30 @@
 
 namespace palpate::contact {
 
-/// The proxy of one object, in the object's frame O.
+/// Proxy of one mesh. All vectors are expressed in the object's frame O.
 class ObjectProxy {
  public:
+  /// Contact of the proxy, without friction.
   struct Touch {
-    bool touching = false;
-    Vec3 delta = Vec3::Zero();   ///< p_proxy - p_tool, without friction
-    Vec3 normal = Vec3::Zero();  ///< unit, out
-    double depth = 0.0;          ///< delta . normal
+    bool touching = false;       ///< true while the tool is in contact
+    Vec3 delta = Vec3::Zero();   ///< deflection p_proxy - p_tool [m]
+    Vec3 normal = Vec3::Zero();  ///< unit normal, points out of the object
+    double depth = 0.0;          ///< penetration depth, delta . normal [m]
   };
 
+  /// Discards the state: the next step() places the proxy anew.
   void reset() noexcept { mesh_ = nullptr; }
-  /// Moves the proxy after the tool at g; a closed object that the tool has gone through lets go at `release`.
+  /// Moves the proxy towards the tool at g [m] and returns the contact. radius: radius of the sphere [m]. release:
+  /// deflection that releases a tool that has passed through a closed object [m].
   Touch step(const scene::Mesh& mesh, const Vec3& g, double radius, double release) noexcept;
-  /// For judges: every place that the centre passes through is appended to `path` (Method::watch).
+  /// For verification: appends every position of the centre to `path` (Method::watch).
   void watch(std::vector<Vec3>* path) noexcept { path_ = path; }
+  /// True if the proxy started with the tool inside the object, until the tool is free.
   [[nodiscard]] bool started_inside() const noexcept { return started_inside_; }
 
  private:
-  /// A triangle that holds the proxy, with its half-space at the proxy's present place.
+  /// Constraint of the proxy by one triangle: the nearest point of the triangle, as surface coordinates and as position
+  /// q [m].
   struct Hold {
     scene::SurfacePoint at;
     Vec3 q = Vec3::Zero();
@@ -77,15 +83,15 @@ class ObjectProxy {
   std::uint64_t mesh_id_ = 0;
   std::vector<Vec3>* path_ = nullptr;
   Vec3 centre_ = Vec3::Zero();
-  Vec3 tool_ = Vec3::Zero();  // where the tool was
+  Vec3 tool_ = Vec3::Zero();  // position of the tool in the previous tick
   bool touching_ = false;
   bool started_inside_ = false;
-  Vec3 clear_at_ = Vec3::Zero();  // no triangle within clear_ of this point
+  Vec3 clear_at_ = Vec3::Zero();  // there is no triangle within clear_ [m] of this point
   double clear_ = 0.0;
-  int queries_left_ = 0;    // in this tick
-  std::int32_t seed_ = -1;  // triangle of the last query
-  scene::BvhHit near_;      // nearest triangle to the centre in this tick, if any
-  int holds_ = 0;
+  int queries_left_ = 0;    // nearest-point queries left in this tick
+  std::int32_t seed_ = -1;  // nearest triangle of the last query, start of the next
+  scene::BvhHit near_;      // triangle nearest to the centre in this tick, if any
+  int holds_ = 0;           // number of constraints
   std::array<Hold, kMaxHalfSpaces> hold_;
   std::array<HalfSpace, kMaxHalfSpaces> half_space_;
   Projection active_;

@@ -1,12 +1,13 @@
-// Method `paper-alg1`: the paper's Algorithm 1 as it is written.
+// Method `paper-alg1`: the paper's Algorithm 1 as written.
 //
-// Its normal is the sum of the collision points' own normals: what section 3.1 calls "adjusted" normals and rejects.
+// Its normal is the sum of the normals of the collision points, which section 3.1 calls "adjusted" normals and rejects.
 #pragma once
 
 #include "palpate/contact/collision_method.hpp"
 
 namespace palpate::contact {
 
+/// Sum of the collision normals; see the top of this file.
 class PaperAlg1 final : public Rule {
  public:
   void free(const Vec3& /*v_OT*/) override { n_.setZero(); }
@@ -17,7 +18,7 @@ class PaperAlg1 final : public Rule {
   }
 
  private:
-  Vec3 n_ = Vec3::Zero();  // of the collision before: kept where the sum vanishes
+  Vec3 n_ = Vec3::Zero();  // normal of the previous collision, kept where the sum vanishes
 };
 
 }  // namespace palpate::contact

@@ -7,9 +7,9 @@
 namespace palpate::contact {
 namespace {
 
-constexpr double kBaseline = 0.05;     // of the radius, between kept points: a noise of 1/20 of it leans by 3 deg
-constexpr double kCollinear = 0.2;     // second spread over first
-constexpr double kUndecided = 0.0872;  // cosine to x_n below which Eq 20 does not tell the sides: within 5 deg
+constexpr double kBaseline = 0.05;     // [r] smallest distance between kept points: noise of 1/20 tilts by 3 deg
+constexpr double kCollinear = 0.2;     // ratio of the second to the first spread below which the points lie on a line
+constexpr double kUndecided = 0.0872;  // cosine to x_n below which Eq 20 cannot choose a side (85 to 95 degrees)
 
 }  // namespace
 
@@ -21,7 +21,7 @@ Vec3 grow_plane(std::span<const Vec3> points, const Vec3& n_last, double baselin
   Mat3 scatter = Mat3::Zero();
   for (const Vec3& p : points) scatter += (p - middle) * (p - middle).transpose() / n;
 
-  const Eigen::SelfAdjointEigenSolver<Mat3> spread(scatter);  // squares of the spreads, smallest first
+  const Eigen::SelfAdjointEigenSolver<Mat3> spread(scatter);  // eigenvalues: squared spreads, the smallest first
   const double first = std::sqrt(spread.eigenvalues()[2]), second = std::sqrt(spread.eigenvalues()[1]);
   if (!(2.0 * first >= baseline) || !(second >= kCollinear * first)) return Vec3::Zero();
   const Vec3 normal = spread.eigenvectors().col(0);
@@ -43,7 +43,7 @@ algorithm1::Plane PaperPlane::touch(const Collision& c) {
   return algorithm1::through_deepest(c.points, n_, c.p_OT, c.radius);
 }
 
-/// Forgets what the sphere has left behind, takes in what is new.
+/// Removes points that the sphere has left and adds new ones.
 void PaperPlane::gather(const Collision& c) {
   const auto begin = kept_.begin();
   auto end = std::remove_if(begin, begin + size_, [&](const Vec3& p) { return (p - c.p_OT).norm() > c.radius; });

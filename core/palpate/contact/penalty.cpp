@@ -5,7 +5,7 @@
 namespace palpate::contact {
 namespace {
 
-constexpr double kOnSurface = 1e-6;  // of the radius: nearer than this x - q is rounding, the surface's normal counts
+constexpr double kOnSurface = 1e-6;  // [r] at a smaller distance x - q is mostly rounding: the surface normal is used
 
 }  // namespace
 

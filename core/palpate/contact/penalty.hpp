@@ -1,15 +1,17 @@
-// Method `penalty`: the nearest point of the surface at this instant, and no memory. For comparison.
+// Method `penalty`: the nearest point of the surface at this instant, without any state. For comparison.
 //
-//   delta_x = (r - phi) n,     n = (x - q) / phi,     q the nearest point, phi its signed distance
+//   delta_x = (r - phi) n,     n = (x - q) / phi,     x: sphere centre, q: nearest point, phi: its signed distance
 //
-// Right as long as the nearest point is on the side one came from: beyond the middle of a plate, or past a medial axis,
-// the tool pops through. On a mesh the normal is the facet's. Works on every surface, as it asks `nearest` alone.
+// The result is right while the nearest point is on the side from which the tool came. Beyond the middle of a plate or
+// the medial axis of a body the tool pops through. On a mesh the normal is that of the facet. The method needs only
+// Surface::nearest() and works on every surface.
 #pragma once
 
 #include "palpate/contact/contact.hpp"
 
 namespace palpate::contact {
 
+/// Contact method without state; see the top of this file.
 class Penalty final : public Method {
  public:
   explicit Penalty(const Options& options) : radius_(options.radius) {}

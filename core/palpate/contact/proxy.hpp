@@ -1,6 +1,6 @@
-// Method `proxy` (the default): a sphere that stays outside while the tool goes in, one for each object
-// (object_proxy.hpp for meshes, field_proxy.hpp for all other surfaces), in the object's frame, however that moves; and
-// its friction (friction.hpp).
+// Method `proxy` (the default): a sphere that stays outside the object while the tool goes in. There is one proxy per
+// object (object_proxy.hpp for meshes, field_proxy.hpp for all other surfaces), in the frame of the object, which may
+// move. Each proxy has Coulomb friction (friction.hpp).
 #pragma once
 
 #include <array>
@@ -12,6 +12,7 @@
 
 namespace palpate::contact {
 
+/// Contact method with one proxy per object; see the top of this file.
 class Proxy final : public Method {
  public:
   explicit Proxy(const Options& options) : options_(options) {}
@@ -20,9 +21,10 @@ class Proxy final : public Method {
   void watch(std::vector<Vec3>* path) override;
 
  private:
+  /// State of the proxy of one object.
   struct Memory {
-    ObjectProxy proxy;  // on a mesh
-    FieldProxy field;   // on any other surface
+    ObjectProxy proxy;  // used for a mesh
+    FieldProxy field;   // used for any other surface
     Friction friction;
   };
 
@@ -30,7 +32,7 @@ class Proxy final : public Method {
 
   Options options_;
   std::array<Memory, scene::kMaxObjects> memory_;
-  int seen_ = 0;  // objects of the previous step
+  int seen_ = 0;  // number of objects in the previous step
   ContactSet set_;
 };
 

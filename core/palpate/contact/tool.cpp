@@ -44,7 +44,7 @@ const ContactSet& Tool::step(const scene::Snapshot& scene, const Vec3* p_WS, dou
   set_.started_inside = false;
   const double rate = running_ && t > t_ ? 1.0 / (t - t_) : 0.0;
   for (int s = 0; s < size(); ++s) {
-    if (!p_WS[s].allFinite()) continue;  // nothing is known of it: no touch, and no memory spoiled
+    if (!p_WS[s].allFinite()) continue;  // unknown position: the sphere has no contact, and its method keeps its state
     const Vec3 v_WS = running_ ? Vec3((p_WS[s] - last_[to_index(s)]) * rate) : Vec3::Zero();
     last_[to_index(s)] = p_WS[s];
     const ContactSet& found = methods_[to_index(s)]->step(scene, p_WS[s], v_WS, t);
@@ -66,7 +66,7 @@ const ContactSet& Tool::step(const scene::Snapshot& scene, const Vec3* p_WS, dou
   return set_;
 }
 
-/// What all methods would have to tell alike.
+/// Adds the fields that do not depend on the method: contact point, surface velocity and material.
 void Tool::complete(Contact& c, const scene::Object& object, double t) const noexcept {
   c.p_C = c.p_proxy - radius_[to_index(c.sphere)] * c.normal;
   c.v_surface = object.motion.velocity(c.p_C, t);
@@ -75,12 +75,12 @@ void Tool::complete(Contact& c, const scene::Object& object, double t) const noe
     return;
   }
   const Pose X_WO = object.pose(t);
-  const scene::Feel feel = object.feel(X_WO.inverse() * (c.p_C - c.delta_x));  // where the sphere is deepest
+  const scene::Feel feel = object.feel(X_WO.inverse() * (c.p_C - c.delta_x));  // at the sphere's deepest point
   c.material = feel.material;
   c.F_slope = -0.5 * (X_WO.R * (feel.dK.transpose() * c.delta_x.cwiseAbs2()));
 }
 
-/// In a full set a contact takes the place of the weakest, when that is weaker.
+/// Replaces the weakest contact of a full set by `c`, if `c` is stronger.
 void Tool::keep_if_stronger(const Contact& c) noexcept {
   const auto weaker = [](const Contact& a, const Contact& b) {
     return a.depth * a.material.K.sum() < b.depth * b.material.K.sum();

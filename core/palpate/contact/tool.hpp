@@ -1,7 +1,7 @@
-// The whole tool: the spherical proxy region (SPR) on the tip, and more spheres along jaws and shaft.
+// Contacts of the whole tool: the spherical proxy region (SPR) at the tip, and additional spheres along jaws and shaft.
 //
-// Each sphere has a contact method of its own, which knows nothing of the others; here their contacts become one set,
-// and learn what all methods would have to tell alike: how the object feels there and how fast its surface moves.
+// Each sphere has its own contact method, independent of the others. This class merges their contacts into one set and
+// adds what is common to all methods: the material of the object and the velocity of its surface at the contact point.
 #pragma once
 
 #include <array>
@@ -13,23 +13,25 @@
 
 namespace palpate::contact {
 
-/// Spheres of a tool, at most; the SPR on the tip is the first.
+/// Maximum number of spheres of a tool, including the SPR at the tip, which is the first.
 inline constexpr int kMaxSpheres = 16;
 
+/// Contact detection for all spheres of the tool.
 class Tool {
  public:
-  /// method: of every sphere (make_method). Throws std::invalid_argument naming what cannot be.
+  /// method: name of the contact method of every sphere (make_method). Throws std::invalid_argument with the name of an
+  /// invalid option.
   Tool(std::string_view method, const Options& options);
   Tool(const Tool&) = delete;
   Tool& operator=(const Tool&) = delete;
 
-  /// How many spheres: 1 + options.spheres.
+  /// Number of spheres: 1 + options.spheres.size().
   [[nodiscard]] int size() const noexcept { return static_cast<int>(methods_.size()); }
-  /// p_WS: centre of each sphere in W, the first is the tip T [m]; t [s]. When more touch than a set can hold, the
-  /// strongest are kept.
+  /// Finds the contacts at time t [s]. p_WS: centres of the size() spheres in W, the tip T first [m]. If there are more
+  /// contacts than a set can hold, the strongest are kept.
   const ContactSet& step(const scene::Snapshot& scene, const Vec3* p_WS, double t) noexcept;
 
-  // As of Method, for all of them.
+  // The following functions apply the function of Method with the same name to all spheres.
   void reset() noexcept;
   [[nodiscard]] bool asynchronous() const noexcept { return methods_.front()->asynchronous(); }
   void collide(const scene::Snapshot& scene);
@@ -42,7 +44,7 @@ class Tool {
   std::vector<std::unique_ptr<Method>> methods_;
   bool real_;
   std::array<double, kMaxSpheres> radius_{};
-  std::array<Vec3, kMaxSpheres> last_;  ///< p_WS of the previous step
+  std::array<Vec3, kMaxSpheres> last_;  ///< p_WS of the previous step [m]
   double t_ = 0.0;
   bool running_ = false;
   ContactSet set_;

@@ -9,10 +9,10 @@
 namespace palpate::force {
 namespace {
 
-constexpr double kStep = 1e-4;     // [s] of the difference that gives dM/dt v; its error is of second order
-constexpr double kGap = 0.1;       // longest silence that an integral goes on over [s]
-constexpr double kDamping = 1e-6;  // of the least squares, beside weighed levers of about one
-constexpr double kBeyond = 10.0;   // times what a drive can do: no measurement
+constexpr double kStep = 1e-4;     // [s] step of the central difference for dM/dt v; its error is of second order
+constexpr double kGap = 0.1;       // [s] longest interval between two states that the observer integrates over
+constexpr double kDamping = 1e-6;  // regularisation of the least squares, whose weighted lever arms are about 1
+constexpr double kBeyond = 10.0;   // multiple of a drive's limit beyond which a measurement is implausible
 
 JointVector sized(const JointVector& values, Eigen::Index n, const char* name, bool positive) {
   if (values.size() == 0) return JointVector::Zero(n);
@@ -71,7 +71,7 @@ const JointVector& MomentumObserver::step(const JointVector& q, const JointVecto
     started_ = true;
     r_.setZero();
     integral_ = p;
-  } else {  // r of the end of the step on both sides
+  } else {  // implicit step: r at the end of the step appears on both sides
     integral_ += 0.5 * dt * (push_ + push);
     r_ = k_ / (1.0 + k_ * dt) * (p - integral_);
     integral_ += dt * r_;
@@ -98,7 +98,7 @@ Estimate::Estimate(const arm::Arm& model, EstimateOptions options)
   }
 }
 
-bool Estimate::believes(const FollowerState& s) const noexcept {  // so written, NaN is not
+bool Estimate::believes(const FollowerState& s) const noexcept {  // a comparison with NaN is false: NaN is rejected
   return s.tau.size() == tau_beyond_.size() && s.v.size() == v_beyond_.size() &&
          (s.tau.array().abs() <= tau_beyond_.array()).all() && (s.v.array().abs() <= v_beyond_.array()).all();
 }

@@ -13,14 +13,14 @@ ForceTerms step(const ContactSet& contacts, const Twist& V_WT, double stiffness_
     const Vec3& n = c.normal;
 
     Vec3 F_spring = stiffness_scale * (material.K.cwiseProduct(c.delta_x) + c.F_slope);
-    // An anisotropic K may tilt the spring's force until it pulls: what pulls is not rendered.
+    // An anisotropic K may tilt the spring force until it pulls along the normal. The pulling part is not rendered.
     const double pull = std::min(n.dot(F_spring), 0.0);
     F_spring -= pull * n;
 
     const double b = damping_scale * n.dot(material.B.cwiseProduct(n));
     const Vec3 v_WS = V_WT.v + V_WT.w.cross(c.p_TS);
     const double damping = -b * n.dot(v_WS - c.v_surface);
-    const double push = std::max(damping, -n.dot(F_spring));  // total along n stays >= 0
+    const double push = std::max(damping, -n.dot(F_spring));  // the total force along n stays >= 0
 
     sum.F_spring += F_spring;
     sum.F_damping += push * n;

@@ -14,7 +14,7 @@ void require(bool good, const char* name, double value, const char* mend) {
   }
 }
 
-/// q turned towards identity by at most `angle`.
+/// Reduces the rotation angle of q by `angle` [rad], but not below zero.
 Eigen::Quaterniond towards_identity(const Eigen::Quaterniond& q, double angle) {
   const Eigen::AngleAxisd turn(q);
   return Eigen::Quaterniond(Eigen::AngleAxisd(std::max(turn.angle() - angle, 0.0), turn.axis()));
@@ -40,7 +40,7 @@ ToolGoal Mapping::step(const Input& in) noexcept {
     started_ = true;
   }
   const bool engaged = in.following && !in.clutch;
-  // A goal that the follower did not reach is no place to hold or to start from: the tool then stays where it is.
+  // If the follower did not reach the goal, the tool holds or starts at its measured pose instead.
   if (!in.reached && !(engaged && engaged_)) {
     goal_ = in.X_WT;
     jaw_ = in.jaw;

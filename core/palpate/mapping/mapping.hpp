@@ -1,4 +1,4 @@
-// Stage `mapping`: what the tool should do when the hand does this, and how a force on the tool feels in the hand.
+// Stage `mapping`: maps the motion of the hand to the tool, and the force on the tool to the hand.
 #pragma once
 
 #include "palpate/types/damped_wrench.hpp"
@@ -7,68 +7,76 @@
 
 namespace palpate::mapping {
 
+/// Options of the stage.
 struct Options {
-  double scale = 0.5;          ///< tool motion per hand motion [-]; felt stiffness = force_scale * scale * K
+  double scale = 0.5;          ///< tool motion per hand motion [-]; the felt stiffness is force_scale * scale * K
   double force_scale = 1.0;    ///< force on the hand per force on the tool [-]
-  double align_rate = 0.5;     ///< how fast an orientation offset of engaging decays [rad/s]; 0 keeps it
-  double gripper_min = 0.0;    ///< pinch of a closed jaw [rad]
-  double gripper_max = 1.047;  ///< pinch of an open jaw [rad]
-  double jaw_min = 0.0;        ///< closed [rad]
-  double jaw_max = 1.047;      ///< open [rad]
-  double jaw_rate = 2.0;       ///< the jaw catches up with the pinch no faster [rad/s]
+  double align_rate = 0.5;     ///< decay rate of the orientation offset after engaging [rad/s]; 0 keeps the offset
+  double gripper_min = 0.0;    ///< pinch angle that closes the jaw [rad]
+  double gripper_max = 1.047;  ///< pinch angle that opens the jaw fully [rad]
+  double jaw_min = 0.0;        ///< jaw angle when closed [rad]
+  double jaw_max = 1.047;      ///< jaw angle when fully open [rad]
+  double jaw_rate = 2.0;       ///< largest speed of the jaw [rad/s]
 };
 
 /// Input of the stage at every tick.
 struct Input {
-  Pose X_WH;             ///< handle, measured
-  Twist V_LH;            ///< handle velocity in L
-  double gripper = 0.0;  ///< pinch [rad]
-  Pose X_WT;             ///< tool, measured
-  double jaw = 0.0;      ///< measured [rad]
-  bool following = true;
-  bool clutch = false;
-  bool reached = true;  ///< the follower was heard and could take the last goal (inverse kinematics)
+  Pose X_WH;              ///< measured pose of the handle in W
+  Twist V_LH;             ///< velocity of the handle in L
+  double gripper = 0.0;   ///< pinch angle, 0 = closed [rad]
+  Pose X_WT;              ///< measured pose of the tool in W
+  double jaw = 0.0;       ///< measured jaw angle [rad]
+  bool following = true;  ///< teleoperation is on
+  bool clutch = false;    ///< clutch pedal pressed
+  bool reached = true;    ///< the follower reported its state and could reach the last goal (inverse kinematics)
 };
 
-/// Relative scaled position, absolute orientation (Fig 4):
+/// Relative, scaled position and absolute orientation (Fig 4):
 ///
 ///   p_WT = p_WT0 + scale (p_WH - p_WH0)        R_WT = R_WH R_off,   R_off -> 1 at align_rate
 ///
-/// (p_WT0, p_WH0, R_off) are caught whenever the tool starts to follow: on engaging and on releasing the clutch. So
-/// the goal starts where the tool is, and nothing jumps. While the clutch is pressed or teleoperation is off
-/// the tool holds: at the last goal, or where it is when it did not get there.
+/// The anchor (p_WT0, p_WH0, R_off) is set when the tool starts to follow: on engaging and on releasing the clutch. The
+/// goal therefore continues from the held goal, without a jump. While the clutch is pressed or teleoperation is off,
+/// the tool holds the last goal, or its present pose if it did not reach that goal.
 class Mapping {
  public:
-  /// dt: period of the cycle [s]. Throws std::invalid_argument naming an option that cannot be.
+  /// R_WL: orientation of the leader base L in W. dt: period of the cycle [s]. Throws std::invalid_argument with the
+  /// name of an invalid option.
   Mapping(const Options& options, const Mat3& R_WL, double dt);
 
+  /// Computes the goal of the tool for this tick.
   ToolGoal step(const Input& in) noexcept;
-  /// The goal that was truly given in this tick. While the tool holds, it holds there.
+  /// Reports the goal that was finally commanded in this tick, after corrections by hard fixtures. A tool that does not
+  /// follow holds this goal.
   void given(const Pose& X_WT_goal) noexcept {
     if (!engaged_) goal_ = X_WT_goal;
   }
-  /// Another scale (above 0), from the next step on: the map is caught anew.
+  /// Sets another motion scale (above 0), valid from the next step on. That step sets a new anchor, so the goal does
+  /// not jump.
   void rescale(double scale) noexcept {
     options_.scale = scale;
     engaged_ = false;
   }
-  /// Force on the hand in L that renders a force on the tool in W: F_H_L = force_scale R_LW F_T_W. Free vectors
-  /// only rotate.
+  /// Force on the hand in L that renders a force on the tool in W: F_H_L = force_scale R_LW F_T_W [N].
   [[nodiscard]] Vec3 force_on_hand(const Vec3& F_T_W) const noexcept;
-  /// The same of a wrench about the tool tip, about the handle's origin. The hand turns as far as the tool but moves
-  /// 1/scale as far, so a moment is force_scale / scale times the tool's: then the hand's port is the tool's port times
-  /// one factor, and what is passive there is passive here.
+  /// Wrench on the hand about the origin of the handle, in L, that renders a wrench about the tool tip, in W. The hand
+  /// turns by the same angle as the tool but moves 1/scale as far, so its moment is force_scale / scale times that of
+  /// the tool. The power at the hand is then the power at the tool times energy_ratio(), and the mapping preserves
+  /// passivity.
   [[nodiscard]] Wrench wrench_on_hand(const Wrench& F_T_W) const noexcept;
-  /// The same of a wrench with damping; the hand moves 1/scale as far, so it feels force_scale * scale of the damping.
+  /// Same as wrench_on_hand(), for a wrench with damping. The hand moves 1/scale as far as the tool, so it feels
+  /// force_scale * scale times the damping.
   [[nodiscard]] DampedWrench on_hand(const DampedWrench& on_tool) const noexcept;
-  /// Stiffness that the hand feels of a stiffness at the tool [N/m].
+  /// Stiffness that the hand feels for a stiffness K at the tool [N/m].
   [[nodiscard]] double stiffness_on_hand(double K) const noexcept { return options_.force_scale * options_.scale * K; }
-  /// Energy at the hand's port per energy at the tool's [-].
+  /// Ratio of the energy at the hand to the energy at the tool [-].
   [[nodiscard]] double energy_ratio() const noexcept { return options_.force_scale / options_.scale; }
-  /// Where the handle has to be for the tool to be at p_WT: the inverse of the position map as caught last.
+  /// Position of the handle in W for which the tool goal is at p_WT [m]: the inverse of the position map with the
+  /// present anchor.
   [[nodiscard]] Vec3 hand_position(const Vec3& p_WT) const noexcept;
-  /// How often the map was caught anew.
+  /// Number of times that the anchor was set.
   [[nodiscard]] int anchorings() const noexcept { return anchorings_; }
+  /// The options, with the scale of the last rescale().
   [[nodiscard]] const Options& options() const noexcept { return options_; }
 
  private:

@@ -1,5 +1,6 @@
-// Top-down build: binned surface-area splits while a range is large, aligned median splits below, so that the
-// leaves' blocks of four are full. The two halves of the work may run on two threads; the tree is the same.
+// Top-down build of the BVH. Large ranges are split by the binned surface-area heuristic. Small ranges are split at
+// medians that are multiples of four, so that the blocks of the leaves are full. Two threads may share the work; the
+// shape of the tree does not depend on it.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -17,15 +18,16 @@ namespace palpate::scene {
 namespace {
 
 constexpr std::size_t kLeaf = kTrianglesPerBlock;
-constexpr std::size_t kWide = 8;              // children of a node
-constexpr std::size_t kSmall = 128;           // below it ranges are split at multiples of kLeaf
-constexpr std::size_t kMinSide = 8;           // smallest side of a binned split: bounds the number of blocks
-constexpr int kBins = 16;                     // per axis
-constexpr int kBinnedDepth = 14;              // deeper nodes use medians: bounds the depth of the tree
-constexpr std::size_t kDisc = 256;            // more triangles are hardly flat: no disc
-constexpr std::size_t kThreadedSize = 50000;  // fewer triangles are not worth a second thread
+constexpr std::size_t kWide = 8;              // children per node
+constexpr std::size_t kSmall = 128;           // smaller ranges are split at multiples of kLeaf
+constexpr std::size_t kMinSide = 8;           // smallest part of a binned split, which bounds the number of blocks
+constexpr int kBins = 16;                     // bins of a binned split
+constexpr int kBinnedDepth = 14;              // deeper nodes are split at medians, which bounds the depth of the tree
+constexpr std::size_t kDisc = 256;            // a range with more triangles is hardly flat and gets no disc
+constexpr std::size_t kThreadedSize = 50000;  // a smaller mesh is built on one thread
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
+/// Axis-aligned bounding box, initially empty.
 struct Bounds {
   float lo[3] = {kInf, kInf, kInf};
   float hi[3] = {-kInf, -kInf, -kInf};
@@ -43,7 +45,7 @@ struct Bounds {
   }
 };
 
-/// A triangle's box and name: moved while partitioning, so that every pass reads memory in order.
+/// Bounding box and index of one triangle. Partitioning moves whole items, so that every pass reads memory in order.
 struct Item {
   float lo[3];
   float hi[3];
@@ -52,11 +54,12 @@ struct Item {
   [[nodiscard]] float twice_centre(int axis) const { return lo[axis] + hi[axis]; }
 };
 
+/// A contiguous range of items and its bounds.
 struct Range {
   std::size_t begin = 0;
   std::size_t end = 0;
   Bounds box;
-  Bounds centres;  // of twice the items' centres
+  Bounds centres;  // bounds of the items' centres, times two
 
   [[nodiscard]] std::size_t size() const { return end - begin; }
 };
@@ -69,8 +72,9 @@ class BvhBuilder {
   Bvh build() {
     frame();
     Range all = items();
-    // Binned splits leave at least kMinSide on each side and small ranges fill their blocks but one, so blocks
-    // number less than n/4 + n/8 + 1; every node has two children or more. Pages that stay unused cost nothing.
+    // Each part of a binned split has at least kMinSide items, and the blocks of a small range are full except for one.
+    // There are therefore fewer than n/4 + n/8 + 1 blocks. Every node has at least two children, so there are fewer
+    // nodes than blocks. Unused pages of the arrays cost no memory.
     const std::size_t capacity = items_.size() / 2 + 64;
     bvh_.nodes = std::make_unique_for_overwrite<BvhNode[]>(capacity);
     bvh_.blocks = std::make_unique_for_overwrite<TriangleBlock[]>(capacity);
@@ -82,13 +86,14 @@ class BvhBuilder {
   }
 
  private:
+  /// A node to fill from a range of items.
   struct Job {
     Range range;
     std::int32_t node = 0;
     int depth = 0;
   };
 
-  /// Centre and power-of-two scale of the mesh's box.
+  /// Computes the centre and the power-of-two scale of the mesh's bounding box.
   void frame() {
     double lo[3], hi[3], half = 0.0;
     for (int k = 0; k < 3; ++k) lo[k] = hi[k] = vertices_[static_cast<std::size_t>(triangles_[0]) * 3 + k];
@@ -105,6 +110,7 @@ class BvhBuilder {
     if (half > 0.0) bvh_.scale = std::ldexp(1.0, -std::ilogb(half) - 1);
   }
 
+  /// Fills the items. Returns the range of all items.
   Range items() {
     Range all;
     all.end = items_.size();
@@ -118,7 +124,7 @@ class BvhBuilder {
           lo = std::min(lo, x);
           hi = std::max(hi, x);
         }
-        // Half a unit in the last place of [-1, 1] more than rounding can lose, either way.
+        // The margin of 2^-24 is twice the largest rounding error of a float in [-1, 1].
         item.lo[k] = static_cast<float>((lo - bvh_.centre[k]) * bvh_.scale) - 0x1p-24F;
         item.hi[k] = static_cast<float>((hi - bvh_.centre[k]) * bvh_.scale) + 0x1p-24F;
       }
@@ -181,7 +187,7 @@ class BvhBuilder {
     return true;
   }
 
-  /// Bin before which the sum of area times count is least, both sides large enough; -1 when there is none.
+  /// Bin at which a split has the smallest sum of area times count, with enough items on both sides. -1: no such bin.
   static int best_cut(const std::array<Bounds, kBins>& box, const std::array<std::size_t, kBins>& count,
                       std::size_t total) {
     std::array<float, kBins> cost_right{};
@@ -222,7 +228,8 @@ class BvhBuilder {
     return {bounded(range.begin, m), bounded(m, range.end)};
   }
 
-  /// Splits the child of largest area until there are eight.
+  /// Splits the child with the largest area until there are eight children or only leaves. Returns the number of
+  /// children.
   std::size_t open(const Range& range, int depth, std::array<Range, kWide>& children) {
     children[0] = range;
     std::size_t n = 1;
@@ -243,6 +250,7 @@ class BvhBuilder {
     return n;
   }
 
+  /// Writes one triangle block. Returns its index.
   std::int32_t block(const Range& range) {
     const std::int32_t index = next_block_.fetch_add(1, std::memory_order_relaxed);
     TriangleBlock& block = bvh_.blocks[static_cast<std::size_t>(index)];
@@ -271,7 +279,7 @@ class BvhBuilder {
     return disc_around({corners.data(), 3 * range.size()});
   }
 
-  /// Fills one node; children that are not leaves are handed to `pending`.
+  /// Fills one node. Calls `pending` for each child that is not a leaf.
   template <class Pending>
   void fill(const Job& job, Pending&& pending) {
     std::array<Range, kWide> children;
@@ -305,7 +313,7 @@ class BvhBuilder {
     fill(job, [this](const Job& next) { subtree(next); });
   }
 
-  /// The first two levels here, the subtrees below shared by two threads.
+  /// Builds the first two levels, then the subtrees below them on up to two threads.
   void root(const Range& all) {
     std::vector<Job> jobs, subtrees;
     fill(Job{all, next_node_.fetch_add(1), 0}, [&](const Job& job) { jobs.push_back(job); });
@@ -318,7 +326,7 @@ class BvhBuilder {
     if (items_.size() >= kThreadedSize) {
       try {
         helper = std::thread(work);
-      } catch (const std::system_error&) {  // no thread to be had: this one does it all
+      } catch (const std::system_error&) {  // no second thread is available: this thread builds everything
       }
     }
     work();

@@ -7,9 +7,9 @@
 namespace palpate::scene {
 namespace {
 
-constexpr double kShort = 1.0 - 0x1p-22;  // of the normal: rounded, it is still no longer than a unit
+constexpr double kShort = 1.0 - 0x1p-22;  // factor on the normal, so that its length is at most 1 after rounding
 
-/// The mean normal, or zero when the triangles face all ways or have no surface.
+/// Mean normal of the triangles, weighted by area. Zero when the normals cancel or the triangles have no area.
 std::array<float, 3> mean_normal(std::span<const Corner> corners) noexcept {
   Corner sum{};
   for (std::size_t i = 0; i < corners.size(); i += 3) {
@@ -26,6 +26,7 @@ std::array<float, 3> mean_normal(std::span<const Corner> corners) noexcept {
   return normal;
 }
 
+/// Centre of the corners' bounding box.
 std::array<float, 3> middle(std::span<const Corner> corners) noexcept {
   std::array<float, 3> out{};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -51,7 +52,7 @@ Disc disc_around(std::span<const Corner> corners) noexcept {
       act(far2, height);
     }
   };
-  double low = 0.0, high = 0.0;  // the centre goes between the lowest and the highest corner
+  double low = 0.0, high = 0.0;  // moves the centre to the middle between the lowest and the highest corner
   each([&](double, double height) { low = std::min(low, height), high = std::max(high, height); });
   for (std::size_t k = 0; k < 3; ++k) disc.centre[k] += static_cast<float>(0.5 * (low + high)) * disc.normal[k];
   double radius2 = 0.0, half = 0.0;

@@ -1,4 +1,4 @@
-// The thick disc around a small patch of surface. No Eigen here, as in bvh.hpp.
+// The thick disc that bounds a small patch of surface. Like bvh.hpp, this header does not use Eigen.
 #pragma once
 
 #include <array>
@@ -7,18 +7,20 @@
 
 namespace palpate::scene {
 
+/// Position of a triangle's corner, in the coordinates of the BVH.
 using Corner = std::array<double, 3>;
 
-/// All x with |normal . (x - centre)| <= half that lie within `radius` of the axis through the centre.
+/// The points x with |normal . (x - centre)| <= half and within `radius` of the axis through the centre along the
+/// normal.
 struct Disc {
-  std::array<float, 3> centre{};
-  std::array<float, 3> normal{};  ///< at most a unit long; zero: the disc is a ball
-  float radius = std::numeric_limits<float>::infinity();
-  float half = 0.0F;
+  std::array<float, 3> centre{};                          ///< centre of the disc
+  std::array<float, 3> normal{};                          ///< length 1 or less; zero: the disc is a ball
+  float radius = std::numeric_limits<float>::infinity();  ///< radius across the normal; infinity: no disc
+  float half = 0.0F;                                      ///< half of the thickness, along the normal
 };
 
-/// Around triangles, three corners each, at least one; the normal is their mean. Its numbers are rounded to nearest:
-/// whoever measures to it takes more than that off.
+/// Disc around one or more triangles, given by three corners each. Its normal is the mean normal of the triangles. The
+/// numbers are rounded to nearest, so distances to the disc need a margin for rounding errors.
 Disc disc_around(std::span<const Corner> corners) noexcept;
 
 }  // namespace palpate::scene

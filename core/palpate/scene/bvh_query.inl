@@ -1,9 +1,9 @@
-// Nearest-point traversal, written once over two small vector types: F8 (8 floats) and D4 (4 doubles).
-// Included by bvh_query_avx2.cpp and bvh_query_portable.cpp, inside a namespace of their own, after they define
-// F8, D4 and PALPATE_TARGET. Not a header for anybody else.
+// Nearest-point traversal, written once for two small vector types: F8 (8 floats) and D4 (4 doubles). It is included
+// only by bvh_query_avx2.cpp and bvh_query_portable.cpp, each inside its own namespace and after the definitions of F8,
+// D4 and PALPATE_TARGET.
 
-/// Squared distances from the point to four triangles; the least of them goes into `best` if it is an improvement.
-/// Every candidate is a point of its triangle, so that no rounding can make a distance too small.
+/// Computes the squared distances from p to four triangles and replaces `best` if one is smaller. Every candidate is a
+/// point of its triangle, so rounding cannot make a distance too small.
 PALPATE_TARGET inline void nearest_in_block(const TriangleBlock& block, const std::int32_t* ids, const double p[3],
                                             BvhHit& best) {
   const D4 zero = D4::all(0.0), one = D4::all(1.0);
@@ -17,7 +17,7 @@ PALPATE_TARGET inline void nearest_in_block(const TriangleBlock& block, const st
   const D4 d1 = dot(e1, ap), d2 = dot(e2, ap);
   const D4 det = g11 * g22 - g12 * g12;
 
-  // Edges: a-b (v = t, w = 0), a-c (0, t), b-c (1 - t, t). A division by zero gives a NaN that clamp takes to 0.
+  // Edges: a-b (v = t, w = 0), a-c (0, t), b-c (1 - t, t). Division by zero gives NaN, which clamp() turns into 0.
   const D4 t_ab = clamp(d1 / g11, zero, one);
   const D4 t_ac = clamp(d2 / g22, zero, one);
   const D4 t_bc = clamp((d2 - d1 + g11 - g12) / (g11 - g12 - g12 + g22), zero, one);
@@ -37,7 +37,7 @@ PALPATE_TARGET inline void nearest_in_block(const TriangleBlock& block, const st
   keep_less(zero, t_ac, distance2(zero, t_ac), always);
   keep_less(one - t_bc, t_bc, distance2(one - t_bc, t_bc), always);
 
-  // Inside of the face: the projection, if it falls on it.
+  // Interior of the face: the projection of p, if it lies inside the triangle.
   const D4 fv = (g22 * d1 - g12 * d2) / det, fw = (g11 * d2 - g12 * d1) / det;
   const D4 inside = (zero < fv) & (zero < fw) & (fv + fw < one) & (zero < det);
   keep_less(fv, fw, distance2(fv, fw), inside);
@@ -53,13 +53,13 @@ PALPATE_TARGET inline void nearest_in_block(const TriangleBlock& block, const st
   }
 }
 
-/// The point in the boxes' coordinates.
+/// The query point in the coordinates of the boxes.
 struct Place {
-  F8 above[3], below[3];  // an interval: rounding to float never makes a box look too far
-  F8 at[3], slack;        // and what rounding does to a place and to its height over a disc, at most
+  F8 above[3], below[3];  // bounds of the point: rounding to float cannot make a box seem too far
+  F8 at[3], slack;        // the rounded point, and the bound of the rounding error of a distance to a disc
 };
 
-/// To each of a node's children, squared: no more than the distance, by its box and by its disc.
+/// Squared lower bounds of the distances to a node's children, from their boxes and discs.
 PALPATE_TARGET inline F8 least_distance2(const BvhNode& node, const Place& p) {
   const F8 zero = F8::all(0.0F);
   F8 box = zero, far2 = zero, height = zero;
@@ -70,21 +70,21 @@ PALPATE_TARGET inline F8 least_distance2(const BvhNode& node, const Place& p) {
     far2 = far2 + v * v;
     height = height + v * F8::load(node.normal[k]);
   }
-  // max() makes zero of what is no number: there the box alone tells.
+  // max() turns NaN into zero. The box alone is then the bound.
   const F8 aside2 = far2 * F8::all(1.0F - 0x1p-19F) - height * height;
   const F8 up = max(max(height, zero - height) - F8::load(node.half) - p.slack, zero);
   const F8 aside = max(root(max(aside2, zero)) - F8::load(node.radius) - p.slack, zero);
   return max(box, up * up + aside * aside);
 }
 
-/// Depth first, nearest child first; what is farther than the best so far is skipped.
+/// Traverses the tree depth first and the nearest child first. Children farther than the best point so far are skipped.
 PALPATE_TARGET inline BvhHit closest_in(const Bvh& bvh, const double p[3], const BvhHit& start) {
   BvhHit best = start;
   Place place;
   double farthest = 1.0;
   for (int k = 0; k < 3; ++k) {
     const double x = (p[k] - bvh.centre[k]) * bvh.scale;
-    if (!(x - x == 0.0)) return start;  // not a number, or beyond them: nothing is near, and max() would hide it
+    if (!(x - x == 0.0)) return start;  // p is NaN or infinite: nothing is near, and max() would hide it
     const double size = x < 0 ? -x : x, slack = 0x1p-22 * size;
     place.above[k] = F8::all(static_cast<float>(x + slack));
     place.below[k] = F8::all(static_cast<float>(x - slack));
@@ -93,9 +93,9 @@ PALPATE_TARGET inline BvhHit closest_in(const Bvh& bvh, const double p[3], const
   }
   place.slack = F8::all(static_cast<float>(0x1p-19 * farthest));
   const double scale2 = bvh.scale * bvh.scale * (1.0 + 0x1p-20);
-  // Finite always: unused children are infinitely far, and must be farther than the limit.
+  // The limit is always finite: unused children are infinitely far and must be beyond the limit.
   const auto limit_of = [scale2](double distance2) PALPATE_TARGET {
-    constexpr double kFarthest = 0x1.fffffep127;  // the largest float
+    constexpr double kFarthest = 0x1.fffffep127;  // the largest finite float
     const double limit2 = distance2 * scale2;
     return static_cast<float>(limit2 < kFarthest ? limit2 : kFarthest);
   };
@@ -105,7 +105,7 @@ PALPATE_TARGET inline BvhHit closest_in(const Bvh& bvh, const double p[3], const
     float distance2;
     std::int32_t child;
   };
-  Entry stack[256];  // 7 for each level but one; the builder keeps the depth below 36
+  Entry stack[256];  // at most 7 entries per level and one more; the builder keeps the depth below 36
   int top = 0;
   stack[top++] = {0.0F, 0};
   while (top > 0) {
@@ -126,7 +126,7 @@ PALPATE_TARGET inline BvhHit closest_in(const Bvh& bvh, const double p[3], const
     for (unsigned mask = mask_of(least <= F8::all(limit)); mask != 0; mask &= mask - 1) {
       const int lane = __builtin_ctz(mask);
       Entry child{distance2[lane], node.child[lane]};
-      int i = top++;  // insertion: the nearest ends on top
+      int i = top++;  // insertion sort: the nearest child ends on top
       for (; i > first && stack[i - 1].distance2 < child.distance2; --i) stack[i] = stack[i - 1];
       stack[i] = child;
     }

@@ -1,5 +1,5 @@
-// The AVX2 + FMA kernel. Only functions with PALPATE_TARGET may use these instructions; called when the machine has
-// them (bvh_query.cpp).
+// The kernel for AVX2 and FMA. Only functions with PALPATE_TARGET may use these instructions. bvh_closest() calls the
+// kernel only on processors that have them (bvh_query_portable.cpp).
 #include <cstddef>
 #include <cstdint>
 
@@ -42,7 +42,7 @@ PALPATE_TARGET inline D4 operator<(D4 a, D4 b) { return {_mm256_cmp_pd(a.x, b.x,
 PALPATE_TARGET inline D4 operator<=(D4 a, D4 b) { return {_mm256_cmp_pd(a.x, b.x, _CMP_LE_OQ)}; }
 PALPATE_TARGET inline D4 operator&(D4 a, D4 b) { return {_mm256_and_pd(a.x, b.x)}; }
 PALPATE_TARGET inline D4 select(D4 mask, D4 a, D4 b) { return {_mm256_blendv_pd(b.x, a.x, mask.x)}; }
-/// NaN gives lo: max returns its second operand then.
+/// A NaN becomes lo, because _mm256_max_pd returns its second operand for NaN.
 PALPATE_TARGET inline D4 clamp(D4 a, D4 lo, D4 hi) { return {_mm256_min_pd(_mm256_max_pd(a.x, lo.x), hi.x)}; }
 PALPATE_TARGET inline D4 dot(const D4 a[3], const D4 b[3]) {
   return {_mm256_fmadd_pd(a[0].x, b[0].x, _mm256_fmadd_pd(a[1].x, b[1].x, _mm256_mul_pd(a[2].x, b[2].x)))};
@@ -58,13 +58,13 @@ PALPATE_TARGET BvhHit bvh_closest_avx2(const Bvh& bvh, const double p[3], const 
 }
 
 bool bvh_has_avx2() noexcept {
-  __builtin_cpu_init();  // static initialisers may run before the library's own
+  __builtin_cpu_init();  // needed because static initialisers may run before those of the compiler's library
   return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
 }
 
 }  // namespace palpate::scene
 
-#else  // another processor: the portable kernel alone
+#else  // other processors use the portable kernel
 
 namespace palpate::scene {
 

@@ -1,4 +1,4 @@
-// The kernel for every machine: the same traversal on plain arrays. Also chooses between the two, once.
+// The portable kernel: the same traversal on plain arrays. This file also selects the kernel, once.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -11,6 +11,7 @@ namespace palpate::scene {
 namespace portable {
 namespace {
 
+/// Vector of N numbers with element-wise operators.
 template <class T, int N>
 struct Lanes {
   T x[N];
@@ -51,7 +52,7 @@ template <class T, int N>
 Lanes<T, N> operator/(const Lanes<T, N>& a, const Lanes<T, N>& b) {
   return lanes(a, b, [](T x, T y) { return x / y; });
 }
-// Masks are lanes of one and zero.
+// Comparisons return masks: lanes of one (true) and zero (false).
 template <class T, int N>
 Lanes<T, N> operator<(const Lanes<T, N>& a, const Lanes<T, N>& b) {
   return lanes(a, b, [](T x, T y) { return x < y ? T(1) : T(0); });
@@ -74,7 +75,7 @@ Lanes<T, N> select(const Lanes<T, N>& mask, const Lanes<T, N>& a, const Lanes<T,
   for (int i = 0; i < N; ++i) r.x[i] = mask.x[i] != T(0) ? a.x[i] : b.x[i];
   return r;
 }
-/// NaN gives lo.
+/// A NaN becomes lo.
 template <class T, int N>
 Lanes<T, N> clamp(const Lanes<T, N>& a, const Lanes<T, N>& lo, const Lanes<T, N>& hi) {
   const Lanes<T, N> r = max(a, lo);
@@ -108,7 +109,7 @@ BvhHit bvh_closest_portable(const Bvh& bvh, const double p[3], const BvhHit& bes
 }
 
 namespace {
-const auto kKernel = bvh_has_avx2() ? &bvh_closest_avx2 : &bvh_closest_portable;  // chosen when the library is loaded
+const auto kKernel = bvh_has_avx2() ? &bvh_closest_avx2 : &bvh_closest_portable;  // selected when the library is loaded
 }  // namespace
 
 BvhHit bvh_closest(const Bvh& bvh, const double p[3], const BvhHit& best) noexcept { return kKernel(bvh, p, best); }

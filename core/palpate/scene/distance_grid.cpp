@@ -11,14 +11,14 @@
 namespace palpate::scene {
 namespace {
 
-constexpr double kSteepest = 1.5;  // change per metre beyond which values are no distance [-]; 1 is exact
-constexpr double kEven = 0.995;    // gradients shorter than this may lie beside a ridge; 1 is exact [-]
-constexpr double kRidge = 0.9;     // and shorter than this they do [-]
-constexpr double kStrayed = 0.05;  // [spacing] a wall that is farther than its sample by more is another one
-constexpr int kFootSteps = 8;      // of the search for a foot
-constexpr double kClose = 1e-7;    // [spacing] a foot is found
+constexpr double kSteepest = 1.5;  // [-] largest allowed change of the values per metre; a distance has 1
+constexpr double kEven = 0.995;    // [-] points with a shorter gradient may lie near a ridge; a distance has 1
+constexpr double kRidge = 0.9;     // [-] points with a shorter gradient lie near a ridge
+constexpr double kStrayed = 0.05;  // [spacing] excess over the sampled distance that marks a wrong wall
+constexpr int kFootSteps = 8;      // iterations of the search for a foot point
+constexpr double kClose = 1e-7;    // [spacing] convergence tolerance of a foot point
 
-/// Catmull-Rom weights of four neighbours at t in [0, 1] between the middle two, and their derivatives.
+/// Catmull-Rom weights w of four neighbours, and their derivatives d, at t in [0, 1] between the middle two.
 struct Weights {
   std::array<double, 4> w, d;
 
@@ -33,7 +33,7 @@ void require(bool good, const std::string& otherwise) {
   if (!good) throw std::invalid_argument(otherwise);
 }
 
-/// Between neighbours along the axis of n nodes, `stride` apart.
+/// Largest change between neighbouring nodes along an axis with n nodes, which are `stride` apart in memory.
 float largest_change(std::span<const float> values, std::size_t n, std::size_t stride) {
   float largest = 0.0F;
   for (std::size_t start = 0; start < values.size(); start += n * stride) {
@@ -48,8 +48,9 @@ float largest_change(std::span<const float> values, std::size_t n, std::size_t s
 void sample(const Mesh& mesh, const Vec3& origin, const Vec3& spacing, const std::array<std::size_t, 3>& nodes,
             std::span<float> values) noexcept {
   std::size_t at = 0;
-  std::array<int, 3> seed{-1, -1,
-                          -1};  // the nearest triangle of the plane's, the row's first node, and of the node before
+  // Start triangles of the queries: nearest to the first node of the previous plane, to the first node of the previous
+  // row, and to the previous node.
+  std::array<int, 3> seed{-1, -1, -1};
   for (std::size_t i = 0; i < nodes[0]; ++i) {
     seed[1] = seed[0];
     for (std::size_t j = 0; j < nodes[1]; ++j) {
@@ -92,7 +93,8 @@ DistanceGrid::DistanceGrid(const Vec3& origin, const Vec3& spacing, const std::a
   add_border(values);
 }
 
-/// One more node on each side, on the line through the two beside it, so that four neighbours are always there.
+/// Adds a border of one node on each side by linear extrapolation, so that every cell has four neighbours along each
+/// axis.
 void DistanceGrid::add_border(std::span<const float> values) {
   value_.resize(padded_[0] * padded_[1] * padded_[2]);
   const auto at = [this](std::size_t i, std::size_t j, std::size_t k) -> float& {
@@ -152,7 +154,8 @@ double DistanceGrid::value(const Vec3& p, Vec3& gradient) const noexcept {
   return value;
 }
 
-/// The foot of the perpendicular from p on the zero level: the tangent plane's foot, again and again.
+/// Foot point of the perpendicular from p on the zero level, by repeated projection onto the tangent plane, beginning
+/// at `start`.
 DistanceGrid::Foot DistanceGrid::foot(const Vec3& p, const Vec3& start) const noexcept {
   const double close = kClose * spacing_.minCoeff();
   Foot out;
@@ -162,19 +165,20 @@ DistanceGrid::Foot DistanceGrid::foot(const Vec3& p, const Vec3& start) const no
     Vec3 g;
     const double v = value(out.q, g);
     const double length = g.norm();
-    if (!(length > 0.1)) return out;  // flat: no wall here
+    if (!(length > 0.1)) return out;  // the distance is flat: there is no wall
     out.n = g / length;
     const Vec3 next = (p - out.n * (out.n.dot(p - out.q) + v / length)).cwiseMax(lowest_).cwiseMin(highest_);
     const double moved = (next - out.q).norm();
     out.q = next;
-    out.found = moved < 1e-2 * spacing_.minCoeff() && std::abs(v) < 0.1 * spacing_.minCoeff();  // no edge of the grid
+    // At the boundary of the grid the clamped projection may end away from the zero level.
+    out.found = moved < 1e-2 * spacing_.minCoeff() && std::abs(v) < 0.1 * spacing_.minCoeff();
     if (moved <= close || moved > 0.9 * before) break;
     before = moved;
   }
   return out;
 }
 
-/// A place of the zero level beside q, or as near to it as two steps lead.
+/// Moves q towards the zero level by two Newton steps.
 Vec3 DistanceGrid::onto_wall(Vec3 q) const noexcept {
   for (int step = 0; step < 2; ++step) {
     Vec3 g;
@@ -184,7 +188,7 @@ Vec3 DistanceGrid::onto_wall(Vec3 q) const noexcept {
   return q;
 }
 
-/// Inside of the grid.
+/// Nearest surface point for a point p inside the grid.
 Nearest DistanceGrid::wall(const Vec3& p) const noexcept {
   Vec3 g;
   const double v = value(p, g);
@@ -192,7 +196,7 @@ Nearest DistanceGrid::wall(const Vec3& p) const noexcept {
   Foot best;
   if (length >= kRidge) best = foot(p, p - v / (length * length) * g);
   if (!best.found || length < kEven) {
-    // Beside a ridge the gradient belongs to no wall: look from two cells away to each side.
+    // Near a ridge the gradient belongs to no wall. The search starts from two cells away in each direction instead.
     double least = best.found ? (p - best.q).norm() : std::numeric_limits<double>::infinity();
     for (int k = 0; k < 6; ++k) {
       const Vec3 aside = p + (k % 2 == 0 ? 2.0 : -2.0) * spacing_[k / 2] * Vec3::Unit(k / 2);
@@ -206,14 +210,14 @@ Nearest DistanceGrid::wall(const Vec3& p) const noexcept {
       best = candidate;
     }
   }
-  // Far from a sharp bump the search strays, to a wall that is farther than the one that the sample points at.
+  // Far from a sharp bump the search can stray to a wall that is farther away than the sampled distance.
   const double strayed = std::abs(v) + kStrayed * spacing_.minCoeff();
   if (best.found && length >= kRidge && (p - best.q).norm() > strayed) {
     const Vec3 q = onto_wall(p - v / length * g);
     const double distance = (p - q).norm();
     if (distance > 0.0 && distance < (p - best.q).norm()) best = {q, side / distance * (p - q), true};
   }
-  if (!best.found) {  // neither: what the samples say
+  if (!best.found) {  // no foot point was found: the sampled distance and its gradient are used
     best.n = length > 0.0 ? Vec3(g / length) : Vec3::UnitZ();
     return {v, p - v * best.n, best.n};
   }
@@ -234,7 +238,7 @@ Nearest DistanceGrid::nearest(const Vec3& p) const noexcept {
   int axis = 0, end = 0;
   const double low = (p - lowest_).minCoeff(&axis), high = (highest_ - p).minCoeff(&end);
   if (found.distance >= -std::min(low, high)) return found;
-  // The solid ends at the edge of its grid.
+  // The solid ends at the boundary of the grid, which is nearer than the zero level.
   found.distance = -std::min(low, high);
   found.point = p;
   found.normal.setZero();

@@ -18,7 +18,7 @@ template <class... Numbers>
   throw std::invalid_argument(text);
 }
 
-/// Median size of the triangles' boxes, from at most ten thousand of them.
+/// Median size of the triangles' bounding boxes [m], from a sample of at most ten thousand triangles.
 double typical_size(std::span<const double> vertices, std::span<const std::int32_t> triangles) {
   const std::size_t count = triangles.size() / 3, stride = count / 10'000 + 1;
   std::vector<double> sizes;

@@ -1,4 +1,4 @@
-// Meshes whose numbers leave no room to compute with are refused, with the numbers.
+// Check that the coordinates of a mesh leave enough floating-point precision for distance queries.
 #pragma once
 
 #include <cstdint>
@@ -6,12 +6,13 @@
 
 namespace palpate::scene {
 
-inline constexpr double kFarthest = 1e9;       ///< largest coordinate [m]
-inline constexpr double kSmallest = 1e-9;      ///< smallest extent [m]
-inline constexpr double kFinestOfAll = 1e-6;   ///< half of the triangles may be this much smaller than the mesh
-inline constexpr double kFinestOfFar = 1e-10;  ///< and this much smaller than its distance from the origin
+inline constexpr double kFarthest = 1e9;       ///< largest allowed coordinate [m]
+inline constexpr double kSmallest = 1e-9;      ///< smallest allowed extent of a mesh [m]
+inline constexpr double kFinestOfAll = 1e-6;   ///< smallest ratio of median triangle size to mesh extent [-]
+inline constexpr double kFinestOfFar = 1e-10;  ///< smallest ratio of median triangle size to distance from origin [-]
 
-/// Throws std::invalid_argument when the mesh is larger, smaller, farther away or finer than that.
+/// Throws std::invalid_argument if the mesh violates one of these limits. vertices: 3n coordinates [m]; triangles: 3m
+/// indices.
 void require_extent(std::span<const double> vertices, std::span<const std::int32_t> triangles);
 
 }  // namespace palpate::scene

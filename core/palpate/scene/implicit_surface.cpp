@@ -8,9 +8,10 @@
 namespace palpate::scene {
 namespace {
 
-constexpr int kBisections = 100;     // a bracket halved so often has no digits left
-constexpr double kRounding = 1e-15;  // relative change that ends an iteration
+constexpr int kBisections = 100;     // after so many bisections a bracket has no digits left
+constexpr double kRounding = 1e-15;  // relative change at which an iteration ends
 
+/// x^n for n >= 0.
 double power(double x, int n) {
   double out = 1.0;
   for (; n > 0; n /= 2, x *= x)
@@ -53,7 +54,7 @@ Vec3 ImplicitSurface::gradient(const Vec3& p) const noexcept {
 }
 
 Nearest ImplicitSurface::nearest(const Vec3& p) const noexcept {
-  const Vec3 q = p.cwiseAbs();  // the surface is its own mirror image: the nearest place is in p's octant
+  const Vec3 q = p.cwiseAbs();  // the surface is symmetric: its nearest point is in the same octant as p
   const bool outside = value(q) > 0.0;
   const Vec3 x = (outside ? from_outside(q) : from_inside(q)).cwiseMax(0.0);
   Nearest found;
@@ -63,7 +64,8 @@ Nearest ImplicitSurface::nearest(const Vec3& p) const noexcept {
   return found;
 }
 
-/// The coordinate x >= 0 with x + multiplier a m x^(m-1) = p: Newton from the right of a convex function.
+/// Solves x + multiplier a m x^(m-1) = p for the coordinate x >= 0 along one axis, by Newton's method from the right
+/// side of a convex function.
 double ImplicitSurface::along(int axis, double p, double multiplier) const noexcept {
   const int n = exponent_[static_cast<std::size_t>(axis)];
   const double k = multiplier * coefficient_[axis] * n;
@@ -77,7 +79,8 @@ double ImplicitSurface::along(int axis, double p, double multiplier) const noexc
   return x;
 }
 
-/// x(lambda) with x + lambda grad U(x) = p and lambda > 0 such that U = level: each axis for itself, then lambda.
+/// Solves x + lambda grad U(x) = p and U(x) = level with lambda > 0. The inner loop solves each axis for a given
+/// lambda; the outer loop finds lambda.
 Vec3 ImplicitSurface::from_outside(const Vec3& p) const noexcept {
   double low = 0.0, high = std::numeric_limits<double>::infinity(), multiplier = 0.0;
   Vec3 x = p;
@@ -99,7 +102,8 @@ Vec3 ImplicitSurface::from_outside(const Vec3& p) const noexcept {
   return x;
 }
 
-/// Seven places seen from p in its octant, each settled: the surface is convex, but from inside several may be near.
+/// Nearest point for p inside. There may be several local solutions, so the search starts at the surface points in
+/// seven directions of the octant and keeps the best result.
 Vec3 ImplicitSurface::from_inside(const Vec3& p) const noexcept {
   Vec3 best = towards(p, half_);
   double least = (best - p).squaredNorm();
@@ -117,9 +121,9 @@ Vec3 ImplicitSurface::from_inside(const Vec3& p) const noexcept {
   return best;
 }
 
-/// Where the ray from p inside meets the surface: Newton from the far side of a convex function.
+/// Intersection of the ray from p inside with the surface, by Newton's method from the far side of a convex function.
 Vec3 ImplicitSurface::towards(const Vec3& p, const Vec3& direction) const noexcept {
-  double t = 2.0 * half_.norm() / direction.norm();  // beyond it, along any axis
+  double t = 2.0 * half_.norm() / direction.norm();  // a point outside, whatever the direction
   for (int step = 0; step < kBisections; ++step) {
     const Vec3 x = p + t * direction;
     const double move = value(x) / gradient(x).dot(direction);
@@ -129,7 +133,8 @@ Vec3 ImplicitSurface::towards(const Vec3& p, const Vec3& direction) const noexce
   return p + t * direction;
 }
 
-/// Moves x on the surface to the foot of p on its tangent plane, again and again: there (p - x) is along grad U.
+/// Moves x on the surface to the foot point of p by repeated projection onto the tangent plane, until p - x is parallel
+/// to grad U. Returns false if x does not converge.
 bool ImplicitSurface::settle(const Vec3& p, Vec3& x) const noexcept {
   const double close = kRounding * half_.maxCoeff();
   for (int step = 0; step < 10; ++step) {
@@ -146,8 +151,8 @@ bool ImplicitSurface::settle(const Vec3& p, Vec3& x) const noexcept {
   return std::abs(value(x)) <= 1e-12 * level_;
 }
 
-/// Newton's method on x + lambda grad U = p and U = level, whose matrix is diagonal but for one row and column. Kept
-/// when it ends on the surface and not farther away.
+/// Refines x by Newton's method on x + lambda grad U = p and U = level, whose matrix is diagonal except for one row and
+/// one column. The result is kept only if it is on the surface and not farther from p.
 void ImplicitSurface::finish(const Vec3& p, Vec3& x) const noexcept {
   Vec3 y = x, g = gradient(y);
   double multiplier = g.dot(p - y) / g.squaredNorm();

@@ -1,6 +1,8 @@
-// The surface of the paper's Eqs 14-16: {x : U(x) = level} with U = a x1^m + b x2^n + c x3^o, normal grad U / |grad U|.
+// The surface of the paper's Eqs 14-16: {x : U(x) = level} with U = a x1^m + b x2^n + c x3^o and the normal grad U /
+// |grad U|.
 //
-// Positive coefficients and even exponents: ellipsoids and pillows, which are convex, so that the nearest place is one.
+// The coefficients are positive and the exponents even. The bodies are ellipsoids and pillows. They are convex, so
+// every point outside has exactly one nearest point.
 #pragma once
 
 #include <array>
@@ -9,18 +11,19 @@
 
 namespace palpate::scene {
 
+/// Surface U(x) = level. All vectors are expressed in the surface's frame O.
 class ImplicitSurface final : public Surface {
  public:
-  /// coefficients (a, b, c) > 0 [m^-m, m^-n, m^-o], exponents (m, n, o) even, 2 to 12; level > 0 [-].
-  /// Throws std::invalid_argument naming what is wrong.
+  /// coefficients: (a, b, c) > 0 [m^-m, m^-n, m^-o]; exponents: (m, n, o), even, 2 to 12; level: above 0 [-]. Throws
+  /// std::invalid_argument with the reason.
   ImplicitSurface(const Vec3& coefficients, const std::array<int, 3>& exponents, double level);
 
-  [[nodiscard]] double value(const Vec3& p) const noexcept;   ///< U - level (Eq 14)
-  [[nodiscard]] Vec3 gradient(const Vec3& p) const noexcept;  ///< psi = grad U (Eq 15) [1/m]
-  /// Outside by Newton's method on the multiplier of the nearest-point problem, kept in a bracket; inside the best of a
-  /// few local ones. Exact to rounding outside.
+  [[nodiscard]] double value(const Vec3& p) const noexcept;   ///< U - level at p (Eq 14) [-]
+  [[nodiscard]] Vec3 gradient(const Vec3& p) const noexcept;  ///< psi = grad U at p (Eq 15) [1/m]
+  /// Outside, Newton's method solves for the multiplier of the nearest-point problem within a bracket; the result is
+  /// exact up to rounding. Inside, the result is the best of a few local solutions.
   [[nodiscard]] Nearest nearest(const Vec3& p) const noexcept override;
-  /// Half of its size along each axis [m].
+  /// Half of the surface's size along each axis [m].
   [[nodiscard]] const Vec3& half() const noexcept { return half_; }
 
  private:

@@ -7,7 +7,7 @@ namespace palpate::scene {
 double Region::weight(const Vec3& p_O, Vec3& slope) const noexcept {
   slope.setZero();
   const Vec3 from = p_O - centre;
-  const Vec3 off = from - from.cwiseMax(-half).cwiseMin(half);  // from the box's nearest point
+  const Vec3 off = from - from.cwiseMax(-half).cwiseMin(half);  // vector from the nearest point of the box
   const double length = off.norm(), x = std::clamp((length - radius) / blend, 0.0, 1.0);
   if (length > 0.0) slope = -6.0 * x * (1.0 - x) / (blend * length) * off;
   return 1.0 - x * x * (3.0 - 2.0 * x);

@@ -1,4 +1,4 @@
-// How an object feels, and where in it that changes.
+// Material of an object and its variation in space.
 #pragma once
 
 #include "palpate/types/contact.hpp"
@@ -6,24 +6,26 @@
 
 namespace palpate::scene {
 
-/// Part of an object that feels otherwise, in the object's frame O: a box with round edges. A box of no size is a ball.
+/// Region of an object with a different material: a box with rounded edges, in the object's frame O. With half lengths
+/// of zero it is a ball.
 struct Region {
-  Vec3 centre = Vec3::Zero();  ///< [m]
-  Vec3 half = Vec3::Zero();    ///< half the lengths of the box [m]
-  double radius = 0.0;         ///< around the box: of the ball, or of the round edges [m]
-  double blend = 0.001;        ///< over which it fades into what is around it [m]
-  Material material;
+  Vec3 centre = Vec3::Zero();  ///< centre of the box [m]
+  Vec3 half = Vec3::Zero();    ///< half lengths of the box [m]
+  double radius = 0.0;         ///< radius of the ball or of the rounded edges, added around the box [m]
+  double blend = 0.001;        ///< width of the transition to the surrounding material [m]
+  Material material;           ///< material inside the region
 
-  /// 1 inside, 0 further away than `blend`, smooth in between; `slope` becomes its gradient [1/m].
+  /// Weight of the region's material at p_O [-]: 1 inside, 0 farther away than `blend`, smooth in between. Sets `slope`
+  /// to the gradient of the weight [1/m].
   double weight(const Vec3& p_O, Vec3& slope) const noexcept;
 };
 
-/// How an object feels at a point.
+/// Material of an object at a point, with the gradient of the stiffness.
 struct Feel {
-  Material material;
-  Mat3 dK = Mat3::Zero();  ///< row i: gradient of K_i, in O [N/m^2]
+  Material material;       ///< material at the point
+  Mat3 dK = Mat3::Zero();  ///< row i is the gradient of K_i, in O [N/m^2]
 
-  /// What `region` makes of it at p_O.
+  /// Blends the material at p_O with the material of `region`.
   void blend(const Region& region, const Vec3& p_O) noexcept;
 };
 

@@ -18,7 +18,7 @@
 namespace palpate::scene {
 namespace {
 
-/// Topology and BVH need nothing of each other: one thread each, when there is a second one.
+/// Builds topology and BVH, which are independent, on one thread each if a second thread is available.
 void build_indices(Mesh::Impl& m, Winding& winding) {
   const auto topology = [&] {
     m.topology = build_topology(m.vertices, m.triangles);
@@ -34,7 +34,8 @@ void build_indices(Mesh::Impl& m, Winding& winding) {
   if (helper.joinable()) helper.join();
 }
 
-/// Drops triangles of three corners on a line that have a rim. Others close the gap of a T-junction. How many went?
+/// Drops triangles with three collinear corners and a boundary edge. Others close the gap of a T-junction and are kept.
+/// Returns the number of dropped triangles.
 std::size_t drop_flat(Mesh::Impl& m) {
   const Topology& topology = m.topology;
   std::vector<bool> drop(m.triangles.size() / 3, false);
@@ -56,7 +57,8 @@ std::size_t drop_flat(Mesh::Impl& m) {
   return dropped;
 }
 
-/// Index, judge, mend, until there is nothing to mend: a sound mesh is indexed once.
+/// Builds the indices and repairs the mesh, until there is nothing left to repair. A mesh without defects is indexed
+/// once.
 void build_and_mend(Mesh::Impl& m, MeshReport& r) {
   for (;;) {
     Winding winding;
@@ -76,6 +78,7 @@ void build_and_mend(Mesh::Impl& m, MeshReport& r) {
   }
 }
 
+/// Fills in the parts of the report that describe the final mesh.
 void complete(MeshReport& r, const Mesh::Impl& m) {
   r.vertices = m.vertices.size() / 3;
   r.triangles = m.triangles.size() / 3;
@@ -92,7 +95,7 @@ void complete(MeshReport& r, const Mesh::Impl& m) {
 }
 
 Feature feature_of(const BvhHit& hit) {
-  // On the edge opposite corner 0 the weights are 1 - t and t: what is left for u is rounding.
+  // On the edge opposite corner 0 the weights are 1 - t and t, so the remaining u is a rounding error.
   const double u = 1.0 - hit.v - hit.w;
   const int zeros = (hit.v <= 0.0 ? 1 : 0) + (hit.w <= 0.0 ? 1 : 0) + (u <= 1e-15 ? 1 : 0);
   return zeros == 0 ? Feature::face : (zeros == 1 ? Feature::edge : Feature::vertex);
@@ -104,7 +107,7 @@ Vec3 face_normal(const Mesh::Impl& m, std::int32_t half_edge) {
   return (m.corner(c + 1) - a).cross(m.corner(c + 2) - a).normalized();
 }
 
-/// Angle-weighted sum of the face normals around a vertex: tells inside from outside (Baerentzen and Aanaes 2005).
+/// Angle-weighted normal at a vertex. Its sign distinguishes inside from outside (Baerentzen and Aanaes 2005).
 Vec3 vertex_normal(const Mesh::Impl& m, std::int32_t start) {
   Vec3 sum = Vec3::Zero();
   const auto take = [&](std::int32_t he) {
@@ -114,7 +117,7 @@ Vec3 vertex_normal(const Mesh::Impl& m, std::int32_t start) {
   take(start);
   for (std::int32_t he = m.topology.twin[to_index(previous_half_edge(start))]; he != start;
        he = m.topology.twin[to_index(previous_half_edge(he))]) {
-    if (he < 0) {  // a rim: the rest of the fan from the other side
+    if (he < 0) {  // boundary edge: the rest of the fan is visited in the other direction
       for (std::int32_t back = m.topology.twin[to_index(start)]; back >= 0;
            back = m.topology.twin[to_index(next_half_edge(back))])
         take(next_half_edge(back));
@@ -230,7 +233,7 @@ double Mesh::sweep(const Vec3& a, const Vec3& b, double radius) const noexcept {
   const double length = (b - a).norm();
   double gone = 0.0;
   std::int32_t seed = -1;
-  // Wherever the centre is, the distance to the nearest triangle bounds the next safe step.
+  // At each position of the centre, the distance to the nearest triangle bounds the next safe step.
   for (int i = 0; i < 64 && gone < length; ++i) {
     const BvhHit hit = impl_->closest(a + gone / length * (b - a), length - gone + radius, seed);
     if (hit.triangle < 0) return length;

@@ -1,4 +1,4 @@
-// The inside of a mesh, for stages that stay on its surface from tick to tick.
+// Internal data of a mesh, for stages that follow a point on its surface from tick to tick.
 #pragma once
 
 #include <vector>
@@ -9,36 +9,42 @@
 
 namespace palpate::scene {
 
-/// A point of the surface: corner 0 + v (corner 1 - corner 0) + w (corner 2 - corner 0) of a (welded) triangle.
+/// A point of the surface, with barycentric weights u, v, w of a triangle: corner 0 + v (corner 1 - corner 0) + w
+/// (corner 2 - corner 0).
 struct SurfacePoint {
-  std::int32_t triangle = -1;
-  double v = 0.0;
-  double w = 0.0;
+  std::int32_t triangle = -1;  ///< index of the (welded) triangle; -1: none
+  double v = 0.0;              ///< weight of corner 1 [-]
+  double w = 0.0;              ///< weight of corner 2 [-]
 
+  /// Weight of corner 0 [-].
   [[nodiscard]] double u() const noexcept { return 1.0 - v - w; }
 };
 
+/// Data of a Mesh.
 struct Mesh::Impl {
-  std::vector<double> vertices;
-  std::vector<std::int32_t> triangles;
-  Topology topology;
-  Bvh bvh;
-  MeshReport report;
+  std::vector<double> vertices;         ///< 3 coordinates per vertex [m]
+  std::vector<std::int32_t> triangles;  ///< 3 vertex indices per triangle
+  Topology topology;                    ///< adjacency and smooth normals
+  Bvh bvh;                              ///< hierarchy of the triangles
+  MeshReport report;                    ///< defects found and repaired
 
+  /// Position of the corner at the start of a half-edge [m].
   [[nodiscard]] Vec3 corner(std::int32_t half_edge) const noexcept {
     return Vec3(&vertices[3 * static_cast<std::size_t>(triangles[static_cast<std::size_t>(half_edge)])]);
   }
+  /// Smooth unit normal at this corner (topology.hpp).
   [[nodiscard]] Vec3 normal(std::int32_t half_edge) const noexcept {
     return Vec3(&topology.normals[3 * static_cast<std::size_t>(topology.normal[static_cast<std::size_t>(half_edge)])]);
   }
+  /// Position of a surface point on its facet [m].
   [[nodiscard]] Vec3 position(const SurfacePoint& s) const noexcept {
     const std::int32_t c = 3 * s.triangle;
     const Vec3 a = corner(c);
     return a + s.v * (corner(c + 1) - a) + s.w * (corner(c + 2) - a);
   }
-  /// Nearest point of one triangle.
+  /// Nearest point of one triangle to p [m].
   [[nodiscard]] BvhHit closest_on(std::int32_t triangle, const Vec3& p) const noexcept;
-  /// Nearest point within max_distance, looking at triangle `seed` first (-1: none).
+  /// Nearest point of the mesh within max_distance of p [m]. `seed` is the triangle tested first (-1: none).
   [[nodiscard]] BvhHit closest(const Vec3& p, double max_distance, std::int32_t seed) const noexcept;
 };
 

@@ -6,7 +6,7 @@
 namespace palpate::scene {
 namespace {
 
-/// Shift and rotation vector at a time, and their rates.
+/// Translation s and rotation vector theta at one time, and their rates.
 struct State {
   Vec3 s, theta, s_dot, theta_dot;
 };
@@ -30,10 +30,10 @@ Mat3 rotation(const Vec3& theta) noexcept {
   return angle > 0.0 ? Eigen::AngleAxisd(angle, theta / angle).toRotationMatrix() : Mat3::Identity();
 }
 
-/// Angular velocity of rotation(theta) while theta changes: the left Jacobian of SO(3) times its rate.
+/// Angular velocity of the rotation R(theta) for a changing theta: the left Jacobian of SO(3) times theta_dot [rad/s].
 Vec3 angular_velocity(const Vec3& theta, const Vec3& theta_dot) noexcept {
   const double a = theta.norm();
-  // (1 - cos a) / a^2 and (a - sin a) / a^3, which cancel badly near zero
+  // c1 = (1 - cos a) / a^2 and c2 = (a - sin a) / a^3, by their series near zero to avoid cancellation.
   const double c1 = a < 1e-3 ? 0.5 - a * a / 24.0 : (1.0 - std::cos(a)) / (a * a);
   const double c2 = a < 1e-3 ? 1.0 / 6.0 - a * a / 120.0 : (a - std::sin(a)) / (a * a * a);
   const Vec3 turned = theta.cross(theta_dot);

@@ -1,4 +1,5 @@
-// How an object moves: in closed form, so that where it is and how fast are known at any time, and nothing is stored.
+// Motion of an object as a closed-form function of time: pose and velocity are known at any time, and nothing is
+// stored.
 #pragma once
 
 #include <vector>
@@ -7,32 +8,34 @@
 
 namespace palpate::scene {
 
-/// A sinusoid: breathing, a heartbeat, a shaking table.
+/// Sinusoidal motion, for example breathing, a heartbeat or a shaking table.
 struct Wave {
-  Vec3 shift = Vec3::Zero();  ///< amplitude of the shift, along the axes of W [m]
+  Vec3 shift = Vec3::Zero();  ///< amplitude of the translation, in W [m]
   Vec3 turn = Vec3::Zero();   ///< amplitude of the rotation vector, in W [rad]
-  double period = 1.0;        ///< [s]
-  double phase = 0.0;         ///< at t0 [rad]
+  double period = 1.0;        ///< period [s]
+  double phase = 0.0;         ///< phase at t0 [rad]
 };
 
-/// The displacement D(t) of a rigid object from where it rests:
+/// Motion of a rigid object by a displacement D(t) from its rest pose X_WO:
 ///
 ///   X_WO(t) = D(t) X_WO      D(t): x -> R(theta) (x - about) + about + s
-///   s(t) = V.v (t - t0) + sum_i shift_i sin(2 pi (t - t0) / period_i + phase_i)      theta(t) likewise of V.w, turn_i
+///   s(t) = V.v (t - t0) + sum_i shift_i sin(2 pi (t - t0) / period_i + phase_i)
+///   theta(t) = V.w (t - t0) + sum_i turn_i sin(2 pi (t - t0) / period_i + phase_i)
 ///
-/// with R(theta) the rotation about the vector theta by its length.
+/// where R(theta) is the rotation with the rotation vector theta. All vectors are expressed in W.
 struct Motion {
-  Twist V;                    ///< steady part
-  std::vector<Wave> waves;    ///< periodic part
-  Vec3 about = Vec3::Zero();  ///< centre of the turning, in W [m]
-  double t0 = 0.0;            ///< [s]
+  Twist V;                    ///< constant part of the velocity [m/s, rad/s]
+  std::vector<Wave> waves;    ///< periodic part of the motion
+  Vec3 about = Vec3::Zero();  ///< centre of the rotation, in W [m]
+  double t0 = 0.0;            ///< time of zero displacement by the constant part [s]
 
+  /// True for an object that never moves.
   [[nodiscard]] bool still() const noexcept { return waves.empty() && V.v.isZero(0.0) && V.w.isZero(0.0); }
-  /// Where the pose X_WO at rest has gone at time t [s].
+  /// Pose in W at time t [s] of the object with the rest pose X_WO.
   [[nodiscard]] Pose pose(const Pose& X_WO, double t) const noexcept;
-  /// Velocity at time t of the material point that is at p (in W) then [m/s].
+  /// Velocity in W [m/s] of the material point that is at p at time t. p: position in W [m]; t: [s].
   [[nodiscard]] Vec3 velocity(const Vec3& p, double t) const noexcept;
-  /// Angular velocity at time t, in W [rad/s].
+  /// Angular velocity in W at time t [rad/s]; t: [s].
   [[nodiscard]] Vec3 spin(double t) const noexcept;
 };
 

@@ -15,7 +15,8 @@ double positive(double value, const char* what) {
   return value;
 }
 
-/// All points within `radius` of `axis`, a point of a curve; `away` is used on the curve itself.
+/// Nearest point of a tube: the points within `radius` of a curve. axis: point of the curve nearest to p; away: unit
+/// normal for a point p on the curve.
 Nearest around(const Vec3& p, const Vec3& axis, double radius, const Vec3& away) {
   const Vec3 out = p - axis;
   const double length = out.norm();
@@ -40,7 +41,7 @@ Nearest Box::nearest(const Vec3& p) const noexcept {
   int axis = 0;
   const double most = beyond.maxCoeff(&axis);
   Nearest found;
-  if (most <= 0.0) {  // inside: straight to the nearest face
+  if (most <= 0.0) {  // inside: the nearest point is on the nearest face
     found.distance = most;
     found.normal[axis] = std::copysign(1.0, p[axis]);
     found.point = p;

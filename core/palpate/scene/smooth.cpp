@@ -9,12 +9,12 @@
 namespace palpate::scene {
 namespace {
 
-constexpr int kMaxWalk = 48;        // facets
-constexpr int kMaxNewton = 12;      // steps on one facet
-constexpr double kSettled = 1e-13;  // step in barycentric weights
-constexpr double kRim = 1e-9;       // weights may be this negative: rounding, not another facet
+constexpr int kMaxWalk = 48;        // facets visited by one walk
+constexpr int kMaxNewton = 12;      // Newton steps on one facet
+constexpr double kSettled = 1e-13;  // convergence tolerance of the barycentric weights
+constexpr double kRim = 1e-9;       // a weight above -kRim is inside the facet (rounding)
 
-/// Height of the smooth surface over a facet: a function of the weights b, with its slopes.
+/// Height h of the smooth surface over a facet, as a function of the barycentric weights b.
 class Height {
  public:
   Height(const Vec3 edge[3], const Vec3 n[3]) {
@@ -25,6 +25,7 @@ class Height {
     for (int k = 0; k < 3; ++k) bump_[k] = across_edge(k, edge, n);
   }
 
+  /// Height and its derivatives with respect to v and w [m].
   struct Value {
     double h, dv, dw;
   };
@@ -38,7 +39,7 @@ class Height {
       d[i] += b[j] * (bend_[k] - lean_[k] * (2.0 * b[i] - b[j]));
       d[j] += b[i] * (bend_[k] - lean_[k] * (b[i] - 2.0 * b[j]));
       const double ki = b[k] + b[i], kj = b[k] + b[j];
-      if (!(std::min(ki, kj) > kRim)) continue;  // at a corner it vanishes with its slopes
+      if (!(std::min(ki, kj) > kRim)) continue;  // at a corner the bump and its slopes vanish
       const double r = bump_[k] * b[i] * b[j] / (ki * kj);
       h += r * b[i] * b[j] * b[k];
       d[k] += r * b[i] * b[j] * (1.0 - b[k] / ki - b[k] / kj);
@@ -49,7 +50,8 @@ class Height {
   }
 
  private:
-  /// What makes the slope across the middle of edge k the same from both sides: square to the edge's own direction.
+  /// Bump coefficient of edge k. It gives the surface zero slope at the middle of the edge, perpendicular to the edge
+  /// and to the mean normal, so that the slopes on both sides of the edge agree.
   [[nodiscard]] double across_edge(int k, const Vec3 edge[3], const Vec3 n[3]) const {
     const int i = (k + 1) % 3, j = (k + 2) % 3;
     const Vec3 middle = (n[i] + n[j]).normalized(), across = 0.5 * (edge[i] - edge[j]);
@@ -60,12 +62,13 @@ class Height {
     return std::isfinite(wanted) ? 4.0 * (wanted - slope) : 0.0;
   }
 
-  double bend_[3], lean_[3], bump_[3];  // edge k is opposite corner k
+  double bend_[3], lean_[3], bump_[3];  // edge k is opposite to corner k
 };
 
+/// One facet with its interpolated normal N(v, w) = n0 + v m1 + w m2.
 struct Facet {
-  Vec3 a, e1, e2;   // corner 0 and edges
-  Vec3 n0, m1, m2;  // its normal and the change along the edges
+  Vec3 a, e1, e2;   // corner 0 and the edges to corners 1 and 2 [m]
+  Vec3 n0, m1, m2;  // normal at corner 0 and its change along the edges
 
   Facet(const Mesh::Impl& mesh, std::int32_t triangle) {
     const std::int32_t c = 3 * triangle;
@@ -82,6 +85,7 @@ struct Facet {
     return Height(edges, normals).at(s);
   }
 
+  /// Point of the smooth surface over s, with distance and gradient for the query point p.
   [[nodiscard]] SmoothPoint evaluate(const SurfacePoint& s, const Vec3& p) const {
     SmoothPoint out;
     const Vec3 N = n0 + s.v * m1 + s.w * m2;
@@ -92,7 +96,7 @@ struct Facet {
     const double t = n.dot(p - foot) / length;
     const Vec3 jv = e1 + t * m1, jw = e2 + t * m2;
     const double det = jv.cross(jw).dot(N);
-    // p = foot(v, w) + t N(v, w)  and  distance = t |N| - h(v, w),  differentiated by p.
+    // The gradient of distance = t |N| - h(v, w) follows from p = foot(v, w) + t N(v, w) by implicit differentiation.
     const double dv = t * n.dot(m1) - height.dv, dw = t * n.dot(m2) - height.dw;
     out.at = s;
     out.point = foot + height.h * n;
@@ -104,7 +108,8 @@ struct Facet {
     return out;
   }
 
-  /// Newton on  a + v e1 + w e2 + t N(v, w) = p;  false at a focal point.
+  /// Solves a + v e1 + w e2 + t N(v, w) = p by Newton's method. Returns false near a focal point, where the equation
+  /// has no unique solution.
   bool solve(SurfacePoint& s, const Vec3& p) const {
     const Vec3 flat = e1.cross(e2);
     Vec3 N = n0 + s.v * m1 + s.w * m2;
@@ -121,7 +126,7 @@ struct Facet {
       s.w += dw;
       t += residual.dot(jvw) / det;
       if (std::max(std::abs(dv), std::abs(dw)) < kSettled) return true;
-      // Far outside of the facet its field says only which way to go.
+      // Far outside the facet, the solution only gives the direction of the walk.
       if (std::max(std::abs(s.v), std::abs(s.w)) > 4.0) return true;
       if (i > 1 && std::max(std::abs(dv), std::abs(dw)) < 1e-9) return true;
     }
@@ -129,28 +134,29 @@ struct Facet {
   }
 };
 
-/// The weights' most negative corner: the edge opposite to it is the one to cross. -1: inside.
+/// Corner with the most negative weight; the walk crosses the opposite edge. -1: the point is inside the facet.
 int exit_corner(const SurfacePoint& s) {
   const double b[3] = {s.u(), s.v, s.w};
   const auto least = static_cast<int>(std::min_element(b, b + 3) - b);
   return b[least] < -kRim ? least : -1;
 }
 
+/// Surface point with barycentric weights proportional to b.
 SurfacePoint from_weights(std::int32_t triangle, const double b[3]) {
   const double sum = b[0] + b[1] + b[2];
   return {triangle, b[1] / sum, b[2] / sum};
 }
 
-/// Pulled back onto the edge opposite `corner`.
+/// Moves the point onto the edge opposite to `corner`.
 SurfacePoint onto_edge(const SurfacePoint& s, int corner) {
   double b[3] = {std::max(s.u(), 0.0), std::max(s.v, 0.0), std::max(s.w, 0.0)};
   b[corner] = 0.0;
   return from_weights(s.triangle, b);
 }
 
-/// The same point of the edge, seen from the triangle across; triangle = -1 over a crease or a rim.
+/// The same edge point on the adjacent triangle. Its triangle is -1 if the edge is a crease or a boundary.
 SurfacePoint across(const Mesh::Impl& mesh, const SurfacePoint& s, int corner) {
-  const std::int32_t he = 3 * s.triangle + (corner + 1) % 3;  // the edge opposite `corner`
+  const std::int32_t he = 3 * s.triangle + (corner + 1) % 3;  // the edge opposite to `corner`
   const std::int32_t twin = mesh.topology.twin[to_index(he)];
   const std::vector<std::int32_t>& normal = mesh.topology.normal;
   if (twin < 0 || normal[to_index(he)] != normal[to_index(next_half_edge(twin))] ||

@@ -1,4 +1,4 @@
-// The world at one instant: immutable, swapped whole, never edited.
+// An immutable description of the scene. It is never edited, but replaced as a whole.
 #pragma once
 
 #include <memory>
@@ -12,22 +12,23 @@
 
 namespace palpate::scene {
 
-/// Objects of a snapshot, at most.
+/// Maximum number of objects in a snapshot.
 inline constexpr int kMaxObjects = 32;
 
+/// One object of the scene: its surface, pose, material and motion.
 struct Object {
-  std::string name;
-  std::shared_ptr<const Surface> surface;  ///< in the object's frame O [m]
-  Pose X_WO;                               ///< at rest
-  Material material;
-  std::vector<Region> regions;  ///< where it feels otherwise; a later one lies over an earlier one
-  Motion motion;
-  bool is_virtual = true;  ///< the contact stage feels it
-  bool is_real = true;     ///< the tool of a driven follower bumps into it
+  std::string name;                        ///< name in the scene file
+  std::shared_ptr<const Surface> surface;  ///< surface in the object's frame O
+  Pose X_WO;                               ///< pose of the object at rest
+  Material material;                       ///< material outside of all regions
+  std::vector<Region> regions;             ///< regions with another material; later regions cover earlier ones
+  Motion motion;                           ///< motion from the rest pose
+  bool is_virtual = true;                  ///< true: the contact stage renders the object
+  bool is_real = true;                     ///< true: the tool of a simulated follower with drives collides with it
 
-  /// Where it is at time t [s].
+  /// Pose of the object in W at time t [s].
   [[nodiscard]] Pose pose(double t) const noexcept { return motion.pose(X_WO, t); }
-  /// How it feels at p_O, in its frame.
+  /// Material of the object at p_O, expressed in O [m].
   [[nodiscard]] Feel feel(const Vec3& p_O) const noexcept {
     Feel out{material};
     for (const Region& region : regions) out.blend(region, p_O);
@@ -35,8 +36,9 @@ struct Object {
   }
 };
 
+/// All objects of the scene.
 struct Snapshot {
-  std::vector<Object> objects;
+  std::vector<Object> objects;  ///< at most kMaxObjects objects
 };
 
 }  // namespace palpate::scene

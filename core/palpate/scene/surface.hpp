@@ -1,4 +1,4 @@
-// What can be touched, whatever it is made of: one question, the same answer from meshes, primitives and fields.
+// Interface of touchable surfaces. Meshes, primitives and distance fields all answer the same nearest-point query.
 #pragma once
 
 #include <cstdint>
@@ -9,25 +9,25 @@ namespace palpate::scene {
 
 class Mesh;
 
-/// Nearest place of a surface to a point. In the surface's own frame O.
+/// Nearest point of a surface to a query point. All vectors are expressed in the surface's frame O.
 struct Nearest {
-  double distance = 0.0;       ///< signed: below zero inside of a closed surface; unsigned when it is open [m]
-  Vec3 point = Vec3::Zero();   ///< on the surface [m]
-  Vec3 normal = Vec3::Zero();  ///< unit, outwards, at `point`
+  double distance = 0.0;       ///< signed distance, negative inside a closed surface; unsigned for an open one [m]
+  Vec3 point = Vec3::Zero();   ///< nearest point on the surface [m]
+  Vec3 normal = Vec3::Zero();  ///< outward unit normal at `point`
 };
 
-/// A surface at rest in its frame O; where it is and how it moves is the Object's.
+/// An immutable surface in its own frame O. The scene's Object holds its pose and motion.
 class Surface {
  public:
   virtual ~Surface() = default;
   Surface(const Surface&) = delete;
   Surface& operator=(const Surface&) = delete;
 
-  /// For any finite p [m]. Allocation free.
+  /// Nearest point of the surface to any finite p [m]. The query does not allocate.
   [[nodiscard]] virtual Nearest nearest(const Vec3& p) const noexcept = 0;
-  /// This surface as triangles, for methods that walk on them; null when it is none.
+  /// This surface as a mesh, for methods that walk on triangles. Null for any other kind of surface.
   [[nodiscard]] virtual const Mesh* mesh() const noexcept { return nullptr; }
-  /// Of this very surface: an address may be used again, this number is not.
+  /// Unique number of this surface. Unlike an address, it is never used again.
   [[nodiscard]] std::uint64_t id() const noexcept { return id_; }
 
  protected:

@@ -30,15 +30,16 @@ class TopologyBuilder {
   [[nodiscard]] Vec3 normal(Index corner) const {
     return Vec3(&out_.normals[3 * to_index(out_.normal[to_index(corner)])]);
   }
+  /// Vertices at the start and at the end of a half-edge.
   [[nodiscard]] Index from(Index he) const { return triangles_[to_index(he)]; }
   [[nodiscard]] Index to(Index he) const { return triangles_[to_index(next_half_edge(he))]; }
-  [[nodiscard]] Vec3 area(Index he) const {  // twice the triangle's area, along its normal
+  [[nodiscard]] Vec3 area(Index he) const {  // normal of the triangle with the length of twice its area
     const Index t = he / 3 * 3;
     const Vec3 a = vertex(triangles_[to_index(t)]);
     return (vertex(triangles_[to_index(t + 1)]) - a).cross(vertex(triangles_[to_index(t + 2)]) - a);
   }
 
-  /// Pairs each half-edge a -> b with the one b -> a among those that leave b.
+  /// Pairs each half-edge a -> b with the half-edge b -> a, which is found among those that leave b.
   void find_twins() {
     std::vector<Index> first(vertices_.size() / 3 + 1, 0), leaving(to_index(count_));
     for (Index he = 0; he < count_; ++he) ++first[to_index(from(he)) + 1];
@@ -68,7 +69,7 @@ class TopologyBuilder {
         out_.twin[to_index(twin)] = he;
         continue;
       }
-      // Told once for each edge: by its first half-edge.
+      // Each edge is reported once, by its first half-edge.
       const bool first_of_edge = is_first(first, leaving, he);
       if (along + against == 1) out_.rims.push_back(he);
       if (first_of_edge && along == 2 && against == 0) out_.clashes.push_back({he, other});
@@ -77,6 +78,7 @@ class TopologyBuilder {
     out_.closed = out_.rims.empty() && out_.clashes.empty() && out_.branching_edges == 0;
   }
 
+  /// True if `he` is the first of all half-edges between its two vertices.
   bool is_first(const std::vector<Index>& first, const std::vector<Index>& leaving, Index he) const {
     const Index a = from(he), b = to(he);
     for (Index i = first[to_index(a)]; i < first[to_index(a) + 1]; ++i)
@@ -86,6 +88,7 @@ class TopologyBuilder {
     return true;
   }
 
+  /// True if the edge of `he` is not a crease.
   [[nodiscard]] bool smooth_across(Index he) const {
     const Index twin = out_.twin[to_index(he)];
     if (twin < 0) return false;
@@ -94,7 +97,7 @@ class TopologyBuilder {
     return n.dot(m) > cos_crease * std::sqrt(n.squaredNorm() * m.squaredNorm());
   }
 
-  /// A corner's share of its vertex's normal, by Max (1999): exact where the vertices lie on a sphere.
+  /// Contribution of a corner to the normal of its vertex (Max 1999): exact if the vertices lie on a sphere.
   [[nodiscard]] Vec3 share(Index he) const {
     const Vec3 v = vertex(from(he));
     const Vec3 e1 = vertex(to(he)) - v, e2 = vertex(from(previous_half_edge(he))) - v;
@@ -102,7 +105,7 @@ class TopologyBuilder {
     return weight > 0.0 ? Vec3(e1.cross(e2) / weight) : Vec3::Zero();
   }
 
-  /// One normal for each fan of triangles around a vertex that no crease parts.
+  /// Computes one normal for each fan of triangles around a vertex, between creases.
   void smooth_normals() {
     std::vector<bool> smooth(to_index(count_));
     for (Index he = 0; he < count_; ++he) {
@@ -121,7 +124,7 @@ class TopologyBuilder {
       };
       take(start);
       bool around = false;
-      for (Index he = start; smooth[to_index(previous_half_edge(he))];) {  // counter-clockwise
+      for (Index he = start; smooth[to_index(previous_half_edge(he))];) {  // counter-clockwise around the vertex
         he = out_.twin[to_index(previous_half_edge(he))];
         if (he == start || out_.normal[to_index(he)] >= 0) {
           around = true;
@@ -130,7 +133,7 @@ class TopologyBuilder {
         take(he);
       }
       for (Index he = start;
-           !around && smooth[to_index(he)];) {  // clockwise, when a crease or the rim stopped the other
+           !around && smooth[to_index(he)];) {  // then clockwise, if a crease or boundary ended the first loop
         he = next_half_edge(out_.twin[to_index(he)]);
         if (out_.normal[to_index(he)] >= 0) break;
         take(he);
@@ -143,6 +146,7 @@ class TopologyBuilder {
     }
   }
 
+  /// Computes the bound on the height of the smooth surface over the triangles.
   void bound_height() {
     for (Index he = 0; he < count_; ++he) {
       const Vec3 e = vertex(to(he)) - vertex(from(he)), n = normal(he), m = normal(next_half_edge(he));

@@ -19,12 +19,13 @@ std::uint64_t mix(std::uint64_t h) {
   return h ^ (h >> 29);
 }
 
-/// A set of rows with open addressing: stores row numbers only; grows by doubling.
+/// Hash set of row numbers with open addressing. It grows by doubling.
 class RowTable {
  public:
   explicit RowTable(std::size_t expected) : slots_(std::bit_ceil(expected * 2 + 16), kEmpty) {}
 
-  /// The row equal to the candidate, or `row` itself, now stored. hash_of(row) is needed to grow.
+  /// Returns the stored row that equals the candidate; if there is none, stores and returns `row`. hash_of(row) is
+  /// needed to grow.
   template <class Equal, class HashOf>
   std::int32_t find_or_add(std::uint64_t hash, std::int32_t row, Equal&& equal, HashOf&& hash_of) {
     if (2 * (size_ + 1) > slots_.size()) grow(hash_of);
@@ -65,12 +66,13 @@ std::uint64_t hash_of_point(const double* x) {
                               " is not finite (NaN or infinity); repair or re-export the mesh");
 }
 
-/// Index of the welded vertex for every corner of `triangles`; fills welded.vertices.
+/// Maps input vertices to welded vertices, which it appends to `out`.
 class VertexWelder {
  public:
   VertexWelder(std::span<const double> vertices, std::size_t corners, std::vector<double>& out)
       : vertices_(vertices), out_(out), table_(std::min(vertices.size() / 3, corners) / 4) {
-    // An indexed mesh shares its vertices: each is hashed once. In a soup the map would be as long as the soup.
+    // In an indexed mesh the triangles share vertices, and known_ avoids hashing a vertex twice. In a triangle soup
+    // this table would not help.
     soup_ = vertices.size() / 3 >= corners;
     if (!soup_) known_.assign(vertices.size() / 3, kEmpty);
   }
@@ -108,7 +110,7 @@ struct Corners {
   std::int32_t a, b, c;
 };
 
-/// Turned so that the smallest index comes first.
+/// Corners of a triangle in cyclic order, starting with the smallest index.
 Corners canonical(const std::int32_t* t) {
   if (t[0] < t[1] && t[0] < t[2]) return {t[0], t[1], t[2]};
   return t[1] < t[2] ? Corners{t[1], t[2], t[0]} : Corners{t[2], t[0], t[1]};

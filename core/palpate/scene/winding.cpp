@@ -12,15 +12,16 @@ namespace {
 
 using Index = std::int32_t;
 
-constexpr std::size_t kMostPairs = 1'000'000'000;  // of parts, looked at for cavities: a bound for heaps of crumbs
+constexpr std::size_t kMostPairs = 1'000'000'000;  // bound on pairs of components compared to find cavities
 
-/// Disjoint sets; each member also knows whether it is turned relative to its root.
+/// Disjoint sets with parity: each member knows whether it is flipped relative to its root.
 class Sets {
  public:
   explicit Sets(std::size_t n) : parent_(n), odd_(n, 0) {
     for (std::size_t i = 0; i < n; ++i) parent_[i] = static_cast<Index>(i);
   }
 
+  /// Root of a member, and whether the member is flipped relative to it.
   struct Place {
     Index root;
     bool odd;
@@ -29,14 +30,14 @@ class Sets {
     bool odd = false;
     while (parent_[to_index(i)] != i) {
       const Index up = parent_[to_index(i)];
-      odd_[to_index(i)] ^= odd_[to_index(up)];  // halve the way: the root's own is always 0
+      odd_[to_index(i)] ^= odd_[to_index(up)];  // path halving; the parity of the root is always 0
       odd ^= odd_[to_index(i)] != 0;
       parent_[to_index(i)] = parent_[to_index(up)];
       i = parent_[to_index(i)];
     }
     return {i, odd};
   }
-  /// False when they were joined before with the other parity.
+  /// Joins the sets of a and b. Returns false if they are already joined with the other parity.
   bool join(Index a, Index b, bool odd) {
     const Place x = find(a), y = find(b);
     if (x.root == y.root) return (x.odd ^ y.odd) == odd;
@@ -51,6 +52,7 @@ class Sets {
   std::vector<std::uint8_t> odd_;
 };
 
+/// Finds the triangles to flip.
 struct Judge {
   std::span<const double> vertices;
   std::span<const Index> triangles;
@@ -60,7 +62,7 @@ struct Judge {
 
   [[nodiscard]] Vec3 corner(Index he) const { return Vec3(&vertices[3 * to_index(triangles[to_index(he)])]); }
 
-  /// The fewer of each connected patch are turned.
+  /// Makes neighbours agree: flips the smaller group of triangles in each connected patch.
   void agree() {
     Sets patches(to_index(count));
     for (Index he = 0; he < 3 * count; ++he)
@@ -68,7 +70,7 @@ struct Judge {
     std::vector<Index> one_sided;
     for (const auto& [a, b] : topology.clashes)
       if (!patches.join(a / 3, b / 3, true)) one_sided.push_back(a / 3);
-    std::vector<Index> votes(to_index(count), 0);  // by root: as it is, less turned
+    std::vector<Index> votes(to_index(count), 0);  // by root: triangles to keep minus triangles to flip
     for (Index t = 0; t < count; ++t) {
       const Sets::Place place = patches.find(t);
       votes[to_index(place.root)] += place.odd ? -1 : 1;
@@ -86,17 +88,20 @@ struct Judge {
     if (out.turned == 0) out.turn.clear();
   }
 
+  /// A component of the mesh.
   struct Part {
     double volume = 0.0;
     bool closed = true;
     Index triangles = 0;
     Vec3 low = Vec3::Constant(INFINITY), high = Vec3::Constant(-INFINITY);
 
+    /// True if this component is closed and its bounding box contains that of p.
     [[nodiscard]] bool around(const Part& p) const {
       return closed && (low.array() <= p.low.array()).all() && (high.array() >= p.high.array()).all();
     }
   };
 
+  /// Flips closed components that are inside out.
   void right_side_out() {
     const std::size_t n = vertices.size() / 3;
     Sets by_vertex(n);
@@ -104,7 +109,7 @@ struct Judge {
       by_vertex.join(triangles[to_index(he)], triangles[to_index(he + 1)], false);
       by_vertex.join(triangles[to_index(he)], triangles[to_index(he + 2)], false);
     }
-    std::vector<Index> part_of(n, -1);  // by root
+    std::vector<Index> part_of(n, -1);  // index of the component, by root
     std::vector<Part> parts;
     const auto part = [&](Index he) -> Index {
       Index& p = part_of[to_index(by_vertex.find(triangles[to_index(he)]).root)];
@@ -131,7 +136,7 @@ struct Judge {
     for (std::size_t i = 0; i < parts.size(); ++i) {
       if (!parts[i].closed) continue;
       if (parts[i].volume < 0.0) {
-        const auto around = [&](const Part& p) { return p.around(parts[i]); };  // itself among them
+        const auto around = [&](const Part& p) { return p.around(parts[i]); };  // includes the component itself
         const bool look = pairs_left >= parts.size();
         if (look) pairs_left -= parts.size();
         inside_out[i] = !look || std::count_if(parts.begin(), parts.end(), around) % 2 == 1;

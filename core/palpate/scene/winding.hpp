@@ -1,4 +1,4 @@
-// Parts of a mesh and which way they face: neighbours should agree, and closed parts should not be inside out.
+// Orientation of the triangles of a mesh: neighbours must agree, and closed components must not be inside out.
 #pragma once
 
 #include <cstddef>
@@ -10,21 +10,23 @@
 
 namespace palpate::scene {
 
+/// Result of judge_winding(). A component is a set of triangles connected by vertices.
 struct Winding {
-  std::vector<bool> turn;    ///< triangles to turn; empty when there are none
-  std::size_t turned = 0;    ///< of them, those that face the other way than their neighbours
-  std::size_t inverted = 0;  ///< of them, those of closed parts that are inside out
-  bool two_sided = true;     ///< false: a part has one side only (a Moebius strip), and no winding is right
-  std::size_t parts = 0;     ///< connected by vertices
-  double volume = 0.0;       ///< of the closed parts, cavities taken off, after turning [m^3]
+  std::vector<bool> turn;    ///< (m) true for triangles to flip; empty when there are none
+  std::size_t turned = 0;    ///< number of triangles to flip because they face the other way than their neighbours
+  std::size_t inverted = 0;  ///< number of triangles to flip because their closed component is inside out
+  bool two_sided = true;     ///< false: a component has only one side (Moebius strip), and no orientation is right
+  std::size_t parts = 0;     ///< number of components
+  double volume = 0.0;       ///< volume of the closed components without cavities, after flipping [m^3]
 };
 
-/// First turns as few triangles as make neighbours agree. When none need it, turns closed parts of negative volume,
-/// except cavities (an odd number of closed parts around them). So: turn, build the topology again, ask again.
+/// Finds the triangles to flip. First it flips the smallest number of triangles that makes neighbours agree. If no
+/// triangle needs this, it flips closed components with negative volume, except cavities (components inside an odd
+/// number of other closed components). The caller therefore flips, rebuilds the topology and calls again.
 Winding judge_winding(std::span<const double> vertices, std::span<const std::int32_t> triangles,
                       const Topology& topology);
 
-/// Swaps two corners of each triangle to be turned.
+/// Flips the triangles with a true entry in `which` (m), by swapping two corners.
 void turn(std::vector<std::int32_t>& triangles, const std::vector<bool>& which);
 
 }  // namespace palpate::scene

@@ -1,10 +1,12 @@
-// Admittance control (Newman 1992): the hand's force moves a virtual mass, the arm follows it.
+// Admittance control (Newman 1992): the measured force of the hand accelerates a virtual mass, and the arm tracks the
+// position of this mass.
 //
-//   m x_a'' = F_hand + F_H - (b + B) x_a'                              the virtual handle; B of guidance, by directions
+//   m x_a'' = F_hand + F_H - (b + B) x_a'                              virtual handle; B: damping matrix of guidance
 //   F_motors = Lambda (x_a'' + 2 w (x_a' - x') + w^2 (x_a - x)) + Gamma v + eta     position loop, critically damped
 //
-// Friction and wrong masses are disturbances to the position loop, not to what is felt; its bandwidth and the load
-// cell's noise are. Place only: moments are rendered as by the stiffness law.
+// Friction and errors of the arm model disturb the position loop, but not the virtual dynamics that the hand feels. The
+// felt dynamics are limited by the bandwidth of the position loop and by the noise of the load cell. Only the position
+// is controlled: moments are rendered as by the stiffness law.
 #include <algorithm>
 #include <numbers>
 
@@ -13,7 +15,7 @@
 namespace palpate::torque {
 namespace {
 
-constexpr double kLead = 0.01;  // most that the virtual handle may be ahead, when the arm is held back [m]
+constexpr double kLead = 0.01;  // [m] largest lead of the virtual handle over an arm that is held back
 
 class Admittance final : public Law {
  public:
@@ -28,7 +30,7 @@ class Admittance final : public Law {
     }
     const double m = options_.virtual_mass, b = options_.virtual_damping;
     const Vec3 v_before = v_;
-    const Mat3 resists = (1.0 + dt_ * b / m) * Mat3::Identity() + dt_ / m * in.B_L;  // implicit: stable however hard
+    const Mat3 resists = (1.0 + dt_ * b / m) * Mat3::Identity() + dt_ / m * in.B_L;  // implicit: stable for any damping
     v_ = resists.inverse() * (v_ + dt_ / m * (in.F_hand_L + in.F_H_L));
     p_ += dt_ * v_;
     const double lead = (p_ - in.p_LH).norm();

@@ -8,10 +8,11 @@
 namespace palpate::torque {
 namespace {
 
-constexpr double kLever = 0.1;  // [m] that makes a rotational inertia a mass
-constexpr int kSweeps = 30;      // of Jacobi's method; it needs six or fewer
+constexpr double kLever = 0.1;  // [m] lever arm that converts a rotational inertia into a mass
+constexpr int kSweeps = 30;     // upper bound for the sweeps of Jacobi's method, which needs at most six
 
-/// Eigenvalues of A, which becomes diagonal, and its eigenvectors as columns of V: Jacobi's rotations.
+/// Diagonalises the symmetric matrix A by Jacobi rotations. On return the diagonal of A holds the eigenvalues, and the
+/// columns of V hold the eigenvectors.
 template <int m>
 void diagonalise(double (&A)[m][m], double (&V)[m][m]) noexcept {
   for (int i = 0; i < m; ++i) {
@@ -44,7 +45,7 @@ void diagonalise(double (&A)[m][m], double (&V)[m][m]) noexcept {
   }
 }
 
-/// inverse <- A^-1 with no eigenvalue above `heaviest`. Answers whether one had to be cut.
+/// Computes A^-1 with all eigenvalues reduced to at most `heaviest`. Returns true if an eigenvalue was reduced.
 template <int m>
 bool bounded_inverse(const double (&A)[m][m], double heaviest, double (&inverse)[m][m]) noexcept {
   double L[m][m], B[m][m];
@@ -64,7 +65,7 @@ bool bounded_inverse(const double (&A)[m][m], double heaviest, double (&inverse)
     }
     trace += inverse[i][i];
   }
-  if (positive && trace <= heaviest) return false;  // no eigenvalue is above the trace: there is nothing to cut
+  if (positive && trace <= heaviest) return false;  // the trace bounds every eigenvalue
   double D[m][m];
   std::copy(&A[0][0], &A[0][0] + m * m, &D[0][0]);
   diagonalise(D, B);
@@ -81,7 +82,9 @@ bool bounded_inverse(const double (&A)[m][m], double heaviest, double (&inverse)
 
 }  // namespace
 
-// With L the Cholesky factor of M and (X, c, g) = L^-1 (W J^T, C v, G): A = X^T X, J M^-1 C v = X^T c, and so on.
+// L is the Cholesky factor of M, and D = diag(weight) scales the task axes. With (X, c, g) = L^-1 (J^T D, C v, G):
+//
+//   D J M^-1 J^T D = X^T X,     D J M^-1 C v = X^T c,     D J M^-1 G = X^T g
 template <int m>
 Cartesian<m> cartesian(const arm::Dynamics& d, const JointVector& rotor, Eigen::Index joints,
                        double heaviest) noexcept {

@@ -1,26 +1,30 @@
-// The arm's dynamics seen at the handle (Eqs 2-5).
+// Dynamics of the arm in task space, at the handle (Eqs 2-5).
 #pragma once
 
 #include "palpate/arm/arm.hpp"
 
 namespace palpate::torque {
 
-/// Lambda a + Gamma v + eta = F - F_e, for the m task axes (3: the handle's place; 6: its turning as well), with
+/// Task-space dynamics Lambda a + Gamma v + eta = F - F_e for m task axes (3: position of the handle; 6: position and
+/// orientation):
 ///
-///   Lambda = (J M^-1 J^T)^-1        Gamma v = Lambda (J M^-1 C v - J' v)        eta = Lambda J M^-1 G
+///   Lambda = (J M^-1 J^T)^-1        Gamma v = Lambda (J M^-1 C v - dJ/dt v)        eta = Lambda J M^-1 G
 ///
-/// Where J has an inverse these are Eqs 3-5; a redundant arm (n > m) has no J^-1, and M^-1 J^T Lambda takes its place.
+/// For an invertible J these are Eqs 3-5. The Jacobian of a redundant arm (n > m) has no inverse; M^-1 J^T Lambda takes
+/// the place of J^-1. All quantities are expressed in the arm's base frame.
 template <int m>
 struct Cartesian {
-  Eigen::Matrix<double, m, m> Lambda = Eigen::Matrix<double, m, m>::Identity();  ///< [kg, kg m^2]
-  Eigen::Matrix<double, m, 1> Gamma_v = Eigen::Matrix<double, m, 1>::Zero();     ///< [N, N m]
-  Eigen::Matrix<double, m, 1> eta = Eigen::Matrix<double, m, 1>::Zero();         ///< [N, N m]
-  bool singular = false;  ///< a direction weighed more than the heaviest that is believed, and was damped
+  Eigen::Matrix<double, m, m> Lambda = Eigen::Matrix<double, m, m>::Identity();  ///< inertia at the handle [kg, kg m^2]
+  Eigen::Matrix<double, m, 1> Gamma_v = Eigen::Matrix<double, m, 1>::Zero();     ///< Coriolis wrench [N, N m]
+  Eigen::Matrix<double, m, 1> eta = Eigen::Matrix<double, m, 1>::Zero();         ///< gravity wrench [N, N m]
+  bool singular = false;  ///< true if an eigenvalue of Lambda exceeded the bound and was reduced to it
 };
 
-/// Of the first `joints` joints, the others held. rotor: added to the diagonal of M (n,).
-/// A direction heavier than `heaviest` [kg] (rotation: times 0.1 m squared) is one in which the arm can hardly move:
-/// Lambda's eigenvalue is cut there, as a damped inverse does, and `singular` says so.
+/// Task-space dynamics of the first `joints` joints; the other joints are held. d: dynamics of the arm at its present
+/// state. rotor: rotor inertia, added to the diagonal of M (n,) [kg m^2, kg]. heaviest: upper bound of Lambda's
+/// eigenvalues [kg]; rotational inertia counts as a mass at a lever arm of 0.1 m. The arm can hardly move in a
+/// direction with a larger inertia, so the eigenvalue is reduced to the bound, as a damped inverse does, and `singular`
+/// is set.
 template <int m>
 [[nodiscard]] Cartesian<m> cartesian(const arm::Dynamics& d, const JointVector& rotor, Eigen::Index joints,
                                      double heaviest) noexcept;

@@ -1,9 +1,10 @@
-// Impedance control (Eqs 2-5 and 9): Coriolis forces compensated, the handle's inertia shaped on request.
+// Impedance control (Eqs 2-5 and 9): compensates Coriolis forces and, if shape_inertia is set, shapes the inertia of
+// the handle.
 //
-//   Lambda a + Gamma v + eta = F_motors + F_hand,   wanted: m a = F_H + F_hand   (shape_inertia), or Lambda a = ...
+//   Lambda a + Gamma v + eta = F_motors + F_hand,   desired: m a = F_H + F_hand   (shape_inertia), or Lambda a = ...
 //   =>  F_motors = F_H + Gamma v + eta  [+ (Lambda / m - 1)(F_H + F_hand)]
 //
-// (eta is tau_gravity.) To weigh less than it does, the arm has to know the hand's force.
+// The term eta is tau_gravity. Reducing the felt inertia below that of the arm requires the measured force of the hand.
 #include "palpate/torque/law.hpp"
 
 namespace palpate::torque {

@@ -1,4 +1,4 @@
-// Stiffness control with gravity compensation (Eq 13): the rendered force and nothing else. The paper's law.
+// Stiffness control with gravity compensation (Eq 13), the control law of the paper: only the rendered force.
 #include "palpate/torque/law.hpp"
 
 namespace palpate::torque {
@@ -7,7 +7,8 @@ namespace {
 class Stiffness final : public Law {
  public:
   Wrench step(const LawInput& /*in*/) noexcept override { return {}; }
-  /// Eq 9 without its first two terms: that is what "slow motion" (section 2.4) leaves out.
+  /// The first two terms of Eq 9 (inertia and Coriolis forces), which the assumption of slow motion (section 2.4)
+  /// neglects.
   [[nodiscard]] Vec3 neglected(const LawInput& in, const Vec3& a) const noexcept override {
     return inertia(in, a).f + in.Gamma_v.f;
   }

@@ -7,10 +7,10 @@
 namespace palpate::torque {
 namespace {
 
-constexpr double kPlatformReach = 0.05 * std::numbers::pi;  // [rad]
-constexpr double kPlatformP = 1.0;                          // [N m/rad]
-constexpr double kPlatformD = 0.1;                          // [N m s/rad]
-constexpr double kPlatformMax = 0.4;                        // [N m]
+constexpr double kPlatformReach = 0.05 * std::numbers::pi;  // [rad] largest position error that is corrected
+constexpr double kPlatformP = 1.0;                          // [N m/rad] proportional gain
+constexpr double kPlatformD = 0.1;                          // [N m s/rad] derivative gain
+constexpr double kPlatformMax = 0.4;                        // [N m] largest torque
 
 }  // namespace
 

@@ -12,14 +12,14 @@
 namespace palpate::torque {
 namespace {
 
-constexpr Eigen::Index kPositioning = 3;  // joints that place the wrist centre (section 2.3)
-constexpr Eigen::Index kPlatform = 3;     // joint 4, counted from zero
+constexpr Eigen::Index kPositioning = 3;  // number of joints that position the wrist centre (section 2.3)
+constexpr Eigen::Index kPlatform = 3;     // index of joint 4
 constexpr Eigen::Index kMtmJoints = 7;
-constexpr double kHeaviest = 20.0;    // [kg] a direction in which the handle weighs more is called singular
-constexpr double kCapArm = 0.1;       // [m] by which law_cap is a cap of moments, too
-constexpr double kHandMotion = 10.0;  // [Hz] faster accelerations are noise, not a hand's intention
-constexpr double kRounding = 1e-12;   // [N m] a joint that the force hardly loads does not take it away
-constexpr double kFade = 0.06;        // [s] of what a law adds, once the leader is silent
+constexpr double kHeaviest = 20.0;    // [kg] a direction with more inertia at the handle counts as singular
+constexpr double kCapArm = 0.1;       // [m] lever arm that converts law_cap into a cap of moments
+constexpr double kHandMotion = 10.0;  // [Hz] cutoff frequency of the handle's acceleration: faster motion is noise
+constexpr double kRounding = 1e-12;   // [N m] excess over the drive limit that is neglected
+constexpr double kFade = 0.06;  // [s] time constant with which the wrench of the law fades when the leader is stale
 
 void check(const Options& o, Eigen::Index n) {
   require("torque", o.platform_gain >= 0.0 && o.platform_gain <= 1.0, "platform_gain", o.platform_gain,
@@ -44,7 +44,7 @@ void check(const Options& o, Eigen::Index n) {
   }
 }
 
-/// The largest share of tau_force that fits beside the torques that hold the arm up.
+/// Largest factor on tau_force, at most 1, for which tau_hold + factor * tau_force is within the drive limits.
 double share_that_fits(const JointVector& tau_force, const JointVector& tau_hold, const JointVector& limit) noexcept {
   double share = 1.0;
   for (Eigen::Index k = 0; k < limit.size(); ++k) {
@@ -87,11 +87,11 @@ unsigned Torque::step(arm::Arm& model, const Input& in, LeaderCommand& out) noex
   return status | (fit(in, model.jacobian(), out) ? kTorqueLimited : 0u);
 }
 
-// What the law adds to the force, and whether the motion is one it was made for.
 bool Torque::takes_damping(const LeaderState& leader) const noexcept {
   return law_->takes_damping() && leader.has_load_cell && leader.F_cell_L.allFinite();
 }
 
+// Computes the wrench that the law adds to the rendered force, and checks that the law is valid for the present motion.
 unsigned Torque::law(arm::Arm& model, const Input& in, LeaderCommand& out) noexcept {
   const bool full = options_.mode == Mode::full;
   if (!in.fresh) {
@@ -108,7 +108,7 @@ unsigned Torque::law(arm::Arm& model, const Input& in, LeaderCommand& out) noexc
   const bool cell = leader.has_load_cell && leader.F_cell_L.allFinite();
   LawInput now;
   bool singular = false;
-  // With three joints the hand locks the wrist, so that the place is all there is.
+  // In mode `paper` the hand holds the wrist: only the position counts, as for an arm that cannot orient its tip.
   if (full && model.orients()) {
     const Cartesian<6> c = cartesian<6>(d, options_.rotor_inertia, n, kHeaviest);
     now.Lambda = c.Lambda.leftCols<3>();
@@ -148,9 +148,9 @@ unsigned Torque::law(arm::Arm& model, const Input& in, LeaderCommand& out) noexc
   return status;
 }
 
-// Torques within the drives' limits. True when one was reached.
+// Scales the torques to the drive limits. Returns true if a limit was reached.
 bool Torque::fit(const Input& in, const Jacobian& J, LeaderCommand& out) noexcept {
-  // Holding comes first: the arm must not fall because a force is asked for, nor for the platform's sake.
+  // The torques that hold the arm come first: it must not fall because a force or the platform term needs torque.
   JointVector held = JointVector::Zero(tau_max_.size());
   bool limited = false;
   for (JointVector* tau : {&out.tau_gravity, &out.tau_limits, &out.tau_platform, &out.tau_friction}) {
@@ -160,7 +160,8 @@ bool Torque::fit(const Input& in, const Jacobian& J, LeaderCommand& out) noexcep
     if (next != wanted) *tau = next - held;
     held = next;
   }
-  // One factor for all joints: the force gets smaller, its direction stays. Moments take what the force leaves.
+  // One factor scales the force at all joints, so that its direction stays the same. The moments use the remaining
+  // torque.
   const bool full = options_.mode == Mode::full;
   const Eigen::Index n = tau_max_.size(), joints = full ? n : std::min(kPositioning, n);
   const double gain = options_.force_gain;

@@ -1,4 +1,4 @@
-// Stage `torque`: joint torques that render a wrench by one of the control laws, and hold the arm's own weight.
+// Stage `torque`: joint torques that render a wrench by one of the control laws and balance the arm's weight.
 #pragma once
 
 #include <memory>
@@ -12,44 +12,50 @@
 
 namespace palpate::torque {
 
-enum class Mode { full, paper };  ///< paper: first three joints only, wrist torques exactly zero (section 2.3)
+/// Joints that render the wrench.
+enum class Mode { full, paper };  ///< full: all joints; paper: first three, wrist torques exactly zero (section 2.3)
 
+/// Options of the stage.
 struct Options {
-  std::string law = "stiffness";  ///< of law.cpp
-  Mode mode = Mode::full;
-  double force_gain = 1.0;     ///< 0 switches tau_force off
-  double gravity_gain = 1.0;   ///< 0 switches gravity compensation off
-  double platform_gain = 0.5;  ///< joint-4 controller of the dVRK, 0..1: 7-joint MTMs in full mode; it needs a gimbal
-  FrictionOptions friction;
-  LimitOptions limits;
-  LawOptions laws;
-  double law_cap = 10.0;      ///< most that a law may add to the rendered force [N]
-  double fast_force = 0.3;    ///< more inertia than this beside the rendered force is told: too_fast [N]
-  JointVector rotor_inertia;  ///< of the controller's model, reflected [kg m^2]; empty: none
+  std::string law = "stiffness";  ///< name of the control law (law.cpp)
+  Mode mode = Mode::full;         ///< joints that render the wrench
+  double force_gain = 1.0;        ///< factor on tau_force, 0..1 [-]
+  double gravity_gain = 1.0;      ///< factor on the gravity compensation [-]
+  double platform_gain = 0.5;     ///< factor on the dVRK's joint-4 controller, 0..1 [-]; 7-joint MTMs in full mode only
+  FrictionOptions friction;       ///< friction compensation
+  LimitOptions limits;            ///< soft stops at the joint limits
+  LawOptions laws;                ///< options of the control laws
+  double law_cap = 10.0;          ///< largest force that a law may add to the rendered force [N]
+  double fast_force = 0.3;        ///< threshold of the neglected inertia force for the status bit too_fast [N]
+  JointVector rotor_inertia;      ///< rotor inertia of the controller's model at the joints (n,) [kg m^2]; empty: none
 };
 
 /// Input of the stage at every tick.
 struct Input {
-  const LeaderState& leader;
-  DampedWrench on_hand;  ///< to render on the hand, in L; its damping is zero unless takes_damping()
-  bool fresh = true;     ///< the leader's state is new; otherwise the law's own wrench fades, and the law is reset
+  const LeaderState& leader;  ///< measured state of the leader
+  DampedWrench on_hand;       ///< wrench to render on the hand, in L; its damping is zero unless takes_damping()
+  bool fresh = true;          ///< false if the leader state is stale: the wrench of the law fades, and the law is reset
 };
 
-/// tau = tau_force + tau_gravity + tau_limits + tau_platform + tau_friction, with
-///   full:  tau_force = J^T (F + what the law adds);      paper: the same with the first three joints and no moments,
-///   and every term of the wrist joints is exactly zero (the hand holds the wrist).
-/// The drives' limits are given out in this order: gravity, limits, platform, friction, force, moments; what does not
-/// fit of the force is taken off as a whole, its direction kept.
+/// Joint torques tau = tau_force + tau_gravity + tau_limits + tau_platform + tau_friction. In mode `full`,
+///
+///   tau_force = J^T (F + wrench of the law)
+///
+/// In mode `paper`, tau_force uses the first three joints and no moments, and all torques of the wrist joints are
+/// exactly zero (the hand holds the wrist).
+///
+/// The drive limits are allotted to the terms in this order: gravity, limits, platform, friction, force, moments. If
+/// the force does not fit, it is scaled down as a whole, so that its direction stays the same.
 class Torque {
  public:
-  /// tau_max (n,) [N m]; dt: period of the cycle [s]. Throws std::invalid_argument naming the option, its value and
-  /// the mend.
+  /// tau_max: drive limits (n,) [N m]. dt: period of the cycle [s]. Throws std::invalid_argument with the name of the
+  /// option, its value and the remedy.
   Torque(Options options, JointVector tau_max, double dt);
 
-  /// `model` is the controller's arm, after dynamics() at the leader's state. Answers the bits of Status; out.F_H_L is
-  /// the part of on_hand.F that the drives render.
+  /// Computes the torque terms `out` for this tick. model: arm model of the controller, after dynamics() at the
+  /// leader's state. out.F_H_L is the part of on_hand.F that the drives can render. Returns bits of Status.
   unsigned step(arm::Arm& model, const Input& in, LeaderCommand& out) noexcept;
-  /// True when the law renders the damping of Input::on_hand by itself.
+  /// True if the law itself renders the damping of Input::on_hand.
   [[nodiscard]] bool takes_damping(const LeaderState& leader) const noexcept;
 
  private:
@@ -60,7 +66,7 @@ class Torque {
   JointVector tau_max_;
   double dt_;
   std::unique_ptr<Law> law_;
-  Vec3 v_slow_ = Vec3::Zero();  ///< the handle's velocity, low-passed [m/s]
+  Vec3 v_slow_ = Vec3::Zero();  ///< low-pass filtered velocity of the handle in L [m/s]
   bool started_ = false;
 };
 

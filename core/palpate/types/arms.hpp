@@ -1,71 +1,73 @@
-// What an arm tells the cycle and what the cycle tells an arm, simulated or real alike.
+// State that an arm reports to the haptic cycle, and commands that the cycle sends to an arm. Simulated and real arms
+// use the same types.
 #pragma once
 
 #include "palpate/types/spatial.hpp"
 
 namespace palpate {
 
-/// Leader (master arm) as its encoders report it.
+/// Measured state of the leader (master arm).
 struct LeaderState {
-  double t = 0.0;                ///< stamp of the measurement [s]
-  JointVector q;                 ///< measured joint positions [rad]
-  JointVector v;                 ///< estimated joint velocities [rad/s]
-  double gripper = 0.0;          ///< pinch angle, 0 = closed [rad]
-  bool valid = false;            ///< false until the first measurement, or when the source says so
-  Vec3 F_cell_L = Vec3::Zero();  ///< of the arm on the hand, by a load cell in the handle [N]
-  bool has_load_cell = false;    ///< there is one
+  double t = 0.0;                ///< time stamp of the measurement [s]
+  JointVector q;                 ///< measured joint positions (n,) [rad]
+  JointVector v;                 ///< estimated joint velocities (n,) [rad/s]
+  double gripper = 0.0;          ///< pinch angle of the gripper, 0 = closed [rad]
+  bool valid = false;            ///< false until the first measurement, and while the source reports an invalid state
+  Vec3 F_cell_L = Vec3::Zero();  ///< force of the arm on the hand in L, measured by a load cell in the handle [N]
+  bool has_load_cell = false;    ///< true if the handle has a load cell
 };
 
-/// Follower (patient-side arm) as its encoders report it.
+/// Measured state of the follower (patient-side arm).
 struct FollowerState {
-  double t = 0.0;    ///< stamp [s]
-  JointVector q;     ///< measured joint positions [rad, m]
-  double jaw = 0.0;  ///< [rad]
-  bool valid = false;
-  JointVector v;    ///< joint velocities [rad/s, m/s]; empty when they are not measured
-  JointVector tau;  ///< torques of its drives, at the joints [N m, N]; empty when they are not measured
+  double t = 0.0;      ///< time stamp of the measurement [s]
+  JointVector q;       ///< measured joint positions (n,) [rad, m]
+  double jaw = 0.0;    ///< measured jaw angle, 0 = closed [rad]
+  bool valid = false;  ///< false until the first measurement, and while the source reports an invalid state
+  JointVector v;       ///< joint velocities (n,) [rad/s, m/s]; empty when they are not measured
+  JointVector tau;     ///< drive torques at the joints (n,) [N m, N]; empty when they are not measured
 };
 
-/// Torque terms for the leader, kept apart so that each is recorded and can be switched off.
+/// Torque terms for the leader. The terms stay separate so that each can be recorded and switched off.
 struct LeaderCommand {
-  Wrench F_H_L;              ///< wrench rendered on the operator's hand, in the leader base L
-  Wrench F_law_L;            ///< what the control law adds to it, at the handle
-  double F_neglected = 0.0;  ///< inertia and Coriolis force that the hand feels beside it, estimated [N]
-  JointVector tau_force;     ///< J^T (F_H_L + F_law_L) [N m]
-  JointVector tau_gravity;   ///< G_hat(q), counterbalance included [N m]
-  JointVector tau_platform;  ///< joint-4 null-space controller [N m]
-  JointVector tau_friction;  ///< compensates the arm's friction [N m]
-  JointVector tau_limits;    ///< soft stops before the joint limits [N m]
+  Wrench F_H_L;              ///< wrench rendered on the operator's hand, expressed in the leader base L
+  Wrench F_law_L;            ///< wrench that the control law adds to F_H_L at the handle, expressed in L
+  double F_neglected = 0.0;  ///< estimated inertia and Coriolis force that the hand feels in addition [N]
+  JointVector tau_force;     ///< J^T (F_H_L + F_law_L), within the drive limits [N m]
+  JointVector tau_gravity;   ///< G_hat(q): torque that balances the weight and the counterbalance spring [N m]
+  JointVector tau_platform;  ///< torque of the joint-4 null-space controller [N m]
+  JointVector tau_friction;  ///< torque that compensates the arm's friction [N m]
+  JointVector tau_limits;    ///< torque of the soft stops near the joint limits [N m]
 
-  /// All terms zero, for n joints.
+  /// All terms are zero vectors for n joints.
   explicit LeaderCommand(Eigen::Index n = 0)
       : tau_force(JointVector::Zero(n)),
         tau_gravity(tau_force),
         tau_platform(tau_force),
         tau_friction(tau_force),
         tau_limits(tau_force) {}
-  /// What holds the arm still; may be held for long.
+  /// Torque that supports the arm at rest [N m]. It stays safe when commands stop.
   [[nodiscard]] JointVector hold() const { return tau_gravity + tau_platform; }
-  /// What answers to the motion of now; must fade when nobody commands.
+  /// Torque that responds to the present motion and contact [N m]. It must fade out when commands stop.
   [[nodiscard]] JointVector act() const { return tau_force + tau_friction + tau_limits; }
 };
 
+/// Joint command for the follower.
 struct FollowerCommand {
-  JointVector q;      ///< desired joint positions [rad, m]
-  double jaw = 0.0;   ///< [rad]
-  bool valid = true;  ///< false until the follower has been heard: send nothing
+  JointVector q;      ///< desired joint positions (n,) [rad, m]
+  double jaw = 0.0;   ///< desired jaw angle [rad]
+  bool valid = true;  ///< false until the first follower state has arrived; an invalid command is not sent
 };
 
-/// What the console says: pedals, and values that a person may change while it runs.
+/// Console inputs: pedals, and values that the operator may change at run time.
 struct Controls {
-  bool following = true;         ///< the follower follows the leader and the hand is given forces
-  bool clutch = false;           ///< pedal pressed: the hand moves freely, the follower stays
-  bool paused = false;           ///< simulated time stands still (simulation only)
-  bool hold = false;             ///< the simulated hand leaves its path where it is; released, it goes on from there
-  double stiffness_scale = 1.0;  ///< multiplies every object's stiffness
-  double damping_scale = 1.0;    ///< multiplies every object's damping
-  double guidance = 1.0;         ///< pedal of guidance, 0-1, for fixtures that fade with it
-  Vec3 p_hand_offset_W = Vec3::Zero();  ///< added to the hand's intended position [m] (drag handle)
+  bool following = true;                ///< the follower follows the leader, and the hand receives forces
+  bool clutch = false;                  ///< clutch pedal pressed: the hand moves freely, the follower stays
+  bool paused = false;                  ///< simulated time stands still (simulation only)
+  bool hold = false;                    ///< the simulated hand pauses on its path; it resumes there on release
+  double stiffness_scale = 1.0;         ///< factor on the stiffness of every object [-]
+  double damping_scale = 1.0;           ///< factor on the damping of every object [-]
+  double guidance = 1.0;                ///< guidance pedal, 0-1: activation of the fixtures that fade with it [-]
+  Vec3 p_hand_offset_W = Vec3::Zero();  ///< offset of the simulated hand from its path, set by dragging [m]
 };
 
 }  // namespace palpate

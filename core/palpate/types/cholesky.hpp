@@ -1,13 +1,13 @@
-// Cholesky factorisation of small matrices as plain loops over a number of rows that the compiler knows: faster than
-// Eigen's for the few rows of an arm, and cheap to compile.
+// Cholesky factorisation of small matrices. The loops run over a number of rows known at compile time: they are faster
+// than Eigen's factorisation for the few rows of an arm, and they compile quickly.
 #pragma once
 
 #include <cmath>
 
 namespace palpate {
 
-/// A <- its lower factor L, with 1 / L_jj on the diagonal; the upper triangle is neither read nor written. False when
-/// A is not positive definite; L is then useless.
+/// Replaces A (n, n) by its lower Cholesky factor L. The diagonal stores 1 / L_jj; the upper triangle is neither read
+/// nor written. Returns false when A is not positive definite; L is then invalid.
 template <int n>
 bool cholesky(double (&A)[n][n]) noexcept {
   bool positive = true;
@@ -26,7 +26,7 @@ bool cholesky(double (&A)[n][n]) noexcept {
   return positive;
 }
 
-/// B <- L^-1 B, a row of B for each row of L.
+/// Replaces B (n, columns) by L^-1 B. L is the factor computed by cholesky().
 template <int n, int columns>
 void solve_lower(const double (&L)[n][n], double (&B)[n][columns]) noexcept {
   for (int i = 0; i < n; ++i) {
@@ -37,7 +37,7 @@ void solve_lower(const double (&L)[n][n], double (&B)[n][columns]) noexcept {
   }
 }
 
-/// x <- A^-1 x, where L is A's factor.
+/// Replaces x (n,) by A^-1 x. L is the factor of A computed by cholesky().
 template <int n>
 void cholesky_solve(const double (&L)[n][n], double (&x)[n]) noexcept {
   for (int i = 0; i < n; ++i) {

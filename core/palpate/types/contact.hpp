@@ -1,4 +1,4 @@
-// What the stage `contact` answers and the stages after it read: the touched surfaces and their materials.
+// Result of the stage `contact`, read by the stages after it: the touched surfaces and their materials.
 #pragma once
 
 #include <array>
@@ -7,38 +7,40 @@
 
 namespace palpate {
 
-/// Diagonal stiffness and damping along the axes of W (Eq 8); Coulomb friction.
+/// Material of a surface: diagonal stiffness and damping along the axes of W (Eq 8), and Coulomb friction.
 struct Material {
   Vec3 K = Vec3::Constant(500.0);  ///< stiffness [N/m]
   Vec3 B = Vec3::Constant(0.0);    ///< damping [N s/m]
-  double mu = 0.0;                 ///< friction coefficient while it slips [-]
-  double mu_static = 0.0;          ///< while it sticks; below mu: as mu [-]
+  double mu = 0.0;                 ///< dynamic friction coefficient, while slipping [-]
+  double mu_static = 0.0;          ///< static friction coefficient, while sticking; a value below mu counts as mu [-]
 };
 
-/// Contacts at the same time, at most: pairs of a sphere and an object.
+/// Maximum number of simultaneous contacts. Each contact is a pair of one tool sphere and one object.
 inline constexpr int kMaxContacts = 32;
 
-/// One object touched by one sphere of the tool: the spherical proxy region (SPR) on the tip is the first. All in W.
+/// Contact of one tool sphere with one object. All vectors are expressed in W.
 struct Contact {
-  int object = -1;              ///< index into the snapshot
-  Vec3 p_proxy = Vec3::Zero();  ///< centre of the proxy sphere P, on or outside the surface [m]
-  Vec3 normal = Vec3::Zero();   ///< unit, out of the obstacle
-  Vec3 delta_x = Vec3::Zero();  ///< p_proxy - p_tool, out of the obstacle (Eq 6, Fig 3) [m]
-  double depth = 0.0;           ///< delta_x . normal [m]
+  int object = -1;              ///< index of the object in the snapshot
+  Vec3 p_proxy = Vec3::Zero();  ///< centre of the proxy sphere P, which stays outside the surface [m]
+  Vec3 normal = Vec3::Zero();   ///< unit surface normal, points out of the object
+  Vec3 delta_x = Vec3::Zero();  ///< deflection p_WP - p_WS, points out of the object (Eq 6, Fig 3) [m]
+  double depth = 0.0;           ///< penetration depth, delta_x . normal [m]
 
-  // What contact::Tool adds.
+  // contact::Tool fills in the fields below.
   Vec3 v_surface = Vec3::Zero();  ///< velocity of the touched surface point [m/s]
-  Material material{};            ///< stiffness, damping and friction there
-  Vec3 F_slope = Vec3::Zero();    ///< from the gradient of the stiffness: -1/2 delta_x^2 grad K [N]
-  int sphere = 0;                 ///< index into the tool's spheres, 0 = the SPR on the tip
-  Vec3 p_C = Vec3::Zero();        ///< where the proxy touches the surface [m]
-  Vec3 p_TS = Vec3::Zero();       ///< from the tool tip T to the sphere's centre S: the force's lever [m]
+  Material material{};            ///< stiffness, damping and friction at the contact point
+  Vec3 F_slope = Vec3::Zero();    ///< force caused by the stiffness gradient, -1/2 delta_x^2 grad K [N]
+  int sphere = 0;                 ///< index of the tool sphere; 0 is the SPR at the tip
+  Vec3 p_C = Vec3::Zero();        ///< contact point C of the proxy sphere on the surface [m]
+  Vec3 p_TS = Vec3::Zero();       ///< vector from the tool tip T to the sphere centre S, the lever arm of the force [m]
 };
 
+/// All contacts of one tick; the first `size` entries are valid.
 struct ContactSet {
   std::array<Contact, kMaxContacts> contact;
   int size = 0;
-  /// The tool was inside an object at its first step: the proxy began at the nearest point outside.
+  /// True if a sphere was inside an object at its first step, until it leaves the object. Its proxy started at the
+  /// nearest point outside.
   bool started_inside = false;
 };
 

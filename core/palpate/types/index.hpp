@@ -1,4 +1,4 @@
-// Small signed integers as positions in standard containers.
+// Conversion of signed integers to container indices.
 #pragma once
 
 #include <concepts>
@@ -6,7 +6,7 @@
 
 namespace palpate {
 
-/// The position `i`, which must not be negative, as the unsigned type that standard containers take.
+/// Converts `i`, which must not be negative, to the unsigned index type of the standard containers.
 [[nodiscard]] constexpr std::size_t to_index(std::integral auto i) noexcept { return static_cast<std::size_t>(i); }
 
 }  // namespace palpate

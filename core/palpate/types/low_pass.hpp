@@ -1,4 +1,4 @@
-// The first-order low-pass that all stages share.
+// Coefficient of the first-order low-pass filter that all stages use.
 #pragma once
 
 #include <cmath>
@@ -6,8 +6,12 @@
 
 namespace palpate {
 
-/// a of  y_k = y_k-1 + a (u_k - y_k-1),  a = 1 - exp(-2 pi cutoff dt): exact for a u held over the period.
-/// cutoff [Hz], 0: none, then a = 1; dt [s].
+/// Coefficient a of the filter
+///
+///   y_k = y_k-1 + a (u_k - y_k-1),     a = 1 - exp(-2 pi cutoff dt)
+///
+/// which is exact for an input u that is constant over the period dt [s]. cutoff [Hz]; 0 switches
+/// the filter off (a = 1).
 [[nodiscard]] inline double low_pass_share(double cutoff, double dt) noexcept {
   return cutoff > 0.0 ? -std::expm1(-2.0 * std::numbers::pi * cutoff * dt) : 1.0;
 }

@@ -1,4 +1,4 @@
-// Hand-over between a loop and everybody else. Neither side ever waits.
+// Exchange of data between a real-time loop and other threads. Neither side ever waits.
 #pragma once
 
 #include <array>
@@ -8,15 +8,18 @@
 
 namespace palpate {
 
-/// The newest value, one writer, one reader: three slots, so that each side always owns one.
+/// Mailbox that holds the newest value, for one writer and one reader. The writer and the reader own one of the three
+/// slots each and exchange it with the third.
 template <typename T>
 class Mailbox {
  public:
+  /// Publishes a value. Only the writer may call it.
   void write(const T& value) noexcept {
     slots_[static_cast<std::size_t>(writer_)] = value;
     writer_ = middle_.exchange(writer_ | kFresh, std::memory_order_acq_rel) & ~kFresh;
   }
-  /// The newest value written, or the one read before.
+  /// Newest published value; before the first write() a default-constructed T. The reference is valid until the next
+  /// read(). Only the reader may call it.
   const T& read() noexcept {
     if ((middle_.load(std::memory_order_relaxed) & kFresh) != 0) {
       reader_ = middle_.exchange(reader_, std::memory_order_acq_rel) & ~kFresh;
@@ -31,11 +34,12 @@ class Mailbox {
   int writer_ = 0, reader_ = 2;
 };
 
-/// A whole new object for the loop, without a release of memory in the loop: what it drops waits in a list until the
-/// giver comes by again.
+/// Hands immutable objects over to a loop, which never frees memory: replaced objects wait in a list until the next
+/// give() frees them.
 template <typename T>
 class Handover {
  public:
+  /// `first` is the current object until the first take() that returns true.
   explicit Handover(std::shared_ptr<const T> first) : current_(new Node{std::move(first), nullptr}) {}
   ~Handover() {
     release(incoming_.load());
@@ -45,24 +49,27 @@ class Handover {
   Handover(const Handover&) = delete;
   Handover& operator=(const Handover&) = delete;
 
-  /// The giver's side (one at a time).
+  /// Offers `next` to the loop and frees the objects that the loop has replaced. One thread at a time may call it, but
+  /// never the loop.
   void give(std::shared_ptr<const T> next) {
     release(incoming_.exchange(new Node{std::move(next), nullptr}, std::memory_order_acq_rel));
     release(retired_.exchange(nullptr, std::memory_order_acquire));
   }
-  /// The loop's side. True when there is a new object.
+  /// Makes the newest offered object the current one. Returns false when no new object is offered. Only the loop may
+  /// call it.
   bool take() noexcept {
     Node* next = incoming_.exchange(nullptr, std::memory_order_acq_rel);
     if (next == nullptr) {
       return false;
     }
-    // Only give() competes, and it empties the list: one repetition at most per gift.
+    // Only give() competes, and it empties the list: the exchange repeats at most once per give().
     current_->next = retired_.load(std::memory_order_relaxed);
     while (!retired_.compare_exchange_weak(current_->next, current_, std::memory_order_release)) {
     }
     current_ = next;
     return true;
   }
+  /// The object that the loop uses at present.
   [[nodiscard]] const T& current() const noexcept { return *current_->value; }
 
  private:

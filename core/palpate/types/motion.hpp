@@ -1,54 +1,54 @@
-// Measured and commanded motion of handle and tool, as the stages of the cycle share it.
+// Measured and commanded motion of the handle and the tool, as the stages of the cycle exchange it.
 #pragma once
 
 #include "palpate/types/spatial.hpp"
 
 namespace palpate {
 
-/// When a state was measured, and whether it may be used.
+/// Time stamp and validity of a measured state.
 struct Sample {
-  double t = 0.0;     ///< stamp [s]
-  bool good = false;  ///< finite, valid and fresh; otherwise the state is the last one that was
+  double t = 0.0;     ///< time stamp of the measurement [s]
+  bool good = false;  ///< true if the state is finite, valid and fresh; otherwise it is the last good state
 };
 
-/// The operator's handle, however its pose is known.
+/// State of the operator's handle, from any kind of leader device.
 struct Handle : Sample {
-  Pose X_LH;                   ///< measured
-  Twist V_LH;                  ///< measured or estimated
-  double gripper = 0.0;        ///< pinch [rad]
-  JointVector q;               ///< measured joints of the device, for its friction; may be empty [rad, m]
-  bool takes_damping = false;  ///< the device renders the damping of a DampedWrench by itself
-  double F_hand = -1.0;        ///< operator's force, measured by a load cell; below zero: no load cell [N]
+  Pose X_LH;                   ///< measured pose of the handle in the leader base
+  Twist V_LH;                  ///< measured or estimated velocity of the handle
+  double gripper = 0.0;        ///< pinch angle, 0 = closed [rad]
+  JointVector q;               ///< measured joint positions, for the device's friction model; may be empty [rad, m]
+  bool takes_damping = false;  ///< true if the device itself renders the damping of a DampedWrench
+  double F_hand = -1.0;        ///< magnitude of the operator's force from a load cell; negative: no load cell [N]
 };
 
-/// Joints of the tool's arm, where they are known.
+/// Joint state of the tool's arm, if it is known.
 struct ToolJoints {
-  Jacobian J_WT;                ///< 6 x n, at the tool tip, in W
-  JointVector q, q_min, q_max;  ///< measured; limits [rad, m]
-  JointVector step;             ///< largest change of each joint in one period [rad, m]
+  Jacobian J_WT;                ///< Jacobian at the tool tip, 6 x n, in W
+  JointVector q, q_min, q_max;  ///< measured joint positions and their limits (n,) [rad, m]
+  JointVector step;             ///< largest change of each joint position in one period (n,) [rad, m]
 };
 
-/// The tool, however its pose is known.
+/// State of the tool, from any kind of follower.
 struct ToolState : Sample {
-  bool reached = true;                 ///< the follower could take the last goal
-  Pose X_WT;                           ///< measured
-  double jaw = 0.0;                    ///< measured [rad]
-  Vec3 F_estimate_W = Vec3::Zero();    ///< environment on the tool, estimated where the force's source needs it [N]
-  const ToolJoints* joints = nullptr;  ///< for hard fixtures, which respect the joints' limits; may be null
+  bool reached = true;                 ///< true if the follower could reach the last goal
+  Pose X_WT;                           ///< measured pose of the tool in W
+  double jaw = 0.0;                    ///< measured jaw angle [rad]
+  Vec3 F_estimate_W = Vec3::Zero();    ///< estimated force of the environment on the tool, if in use [N]
+  const ToolJoints* joints = nullptr;  ///< joint state, for hard fixtures that respect the joint limits; may be null
 };
 
 /// Commanded motion of the tool.
 struct ToolGoal {
-  Pose X_WT_goal;
-  double jaw = 0.0;      ///< [rad]
-  Twist V_WT;            ///< the handle's velocity mapped to the tool, for damping terms
-  bool engaged = false;  ///< the tool follows the hand in this tick
+  Pose X_WT_goal;        ///< commanded pose of the tool in W
+  double jaw = 0.0;      ///< commanded jaw angle [rad]
+  Twist V_WT;            ///< velocity of the handle mapped to the tool, for damping terms
+  bool engaged = false;  ///< true if the tool follows the hand in this tick
 };
 
-/// What the tool touches.
+/// Force of the environment on the tool, and its stiffness.
 struct Touch {
-  Wrench F_T_W;            ///< environment on the tool
-  double stiffness = 0.0;  ///< of the environment along that force, on the tool's side; 0 when unknown [N/m]
+  Wrench F_T_W;            ///< wrench of the environment on the tool [N, N m]
+  double stiffness = 0.0;  ///< stiffness of the environment along the force, at the tool; 0 when unknown [N/m]
 };
 
 }  // namespace palpate

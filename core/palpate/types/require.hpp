@@ -1,4 +1,4 @@
-// Checks of options while something is built: they throw, so they do not belong in a cycle.
+// Checks of options during construction. They throw, and therefore must not be used in a cycle.
 #pragma once
 
 #include <stdexcept>
@@ -6,7 +6,8 @@
 
 namespace palpate {
 
-/// Throws std::invalid_argument "OWNER.KEY = VALUE: MEND" unless `good`; owner: for example the stage "torque".
+/// Throws std::invalid_argument with the text "OWNER.KEY = VALUE: MEND" unless `good`. The owner is the stage that
+/// reads the option, for example "torque"; the mend says which values are allowed.
 inline void require(const std::string& owner, bool good, const char* key, double value, const char* mend) {
   if (!good) throw std::invalid_argument(owner + "." + key + " = " + std::to_string(value) + ": " + mend);
 }

@@ -1,4 +1,4 @@
-// A position servo by its exact solution, shared by who simulates it and who reckons with it.
+// Exact solution of a second-order position servo, used to simulate servos and to predict their motion.
 #pragma once
 
 #include <Eigen/Core>
@@ -6,11 +6,12 @@
 
 namespace palpate {
 
-/// exp(A dt) of e' = v, v' = -w^2 e - 2 zeta w v, e = position minus goal. w [rad/s], dt [s].
+/// Transition matrix exp(A dt) of the state (e, v), where e' = v, v' = -w^2 e - 2 zeta w v, and e = position - goal.
+/// The servo has the natural frequency w [rad/s] and the damping ratio zeta [-]; dt is the time step [s].
 [[nodiscard]] inline Eigen::Matrix2d servo_transition(double w, double zeta, double dt) noexcept {
-  const double s = (zeta * zeta - 1.0) * w * w;  // squared half distance of the two poles
+  const double s = (zeta * zeta - 1.0) * w * w;  // squared half distance between the two poles [1/s^2]
   const double root = std::sqrt(std::abs(s));
-  // c and k: cosh and sinh / root of the pole distance, cos and sin / root when the poles are complex.
+  // Real poles: c = cosh(x), k = sinh(x) / root. Complex poles: c = cos(x), k = sin(x) / root.
   const double x = root * dt;
   const double c = s > 0.0 ? std::cosh(x) : std::cos(x);
   const double k = x < 1e-6 ? dt : (s > 0.0 ? std::sinh(x) : std::sin(x)) / root;

@@ -1,4 +1,4 @@
-// Rotations and their logarithm.
+// Logarithm of a rotation.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-/// The logarithm of a rotation: its axis times its angle, 0 to pi [rad].
+/// Rotation vector of R: the axis times the angle, with the angle between 0 and pi [rad].
 [[nodiscard]] inline Vec3 rotation_vector(const Mat3& R) noexcept {
   const Eigen::AngleAxisd rotation(R);
   return rotation.angle() * rotation.axis();

@@ -6,38 +6,41 @@
 
 namespace palpate {
 
-using Vec3 = Eigen::Vector3d;
-using Mat3 = Eigen::Matrix3d;
-using Vec6 = Eigen::Matrix<double, 6, 1>;
-using Mat6 = Eigen::Matrix<double, 6, 6>;
+using Vec3 = Eigen::Vector3d;              ///< column vector (3,)
+using Mat3 = Eigen::Matrix3d;              ///< matrix (3, 3)
+using Vec6 = Eigen::Matrix<double, 6, 1>;  ///< column vector (6,): linear over angular part
+using Mat6 = Eigen::Matrix<double, 6, 6>;  ///< matrix (6, 6)
 
-/// Joints a single arm may have: a bound, so that joint vectors never touch the heap.
+/// Maximum number of joints of one arm. The bound keeps joint vectors off the heap.
 inline constexpr int kMaxJoints = 8;
+/// One value per joint (n,).
 using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxJoints, 1>;
+/// Matrix over the joints (n, n), for example the inertia matrix.
 using JointMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxJoints, kMaxJoints>;
-/// 6 x n, linear rows over angular rows, at the tip, expressed in the arm's base.
+/// Jacobian at the tip, 6 x n: linear rows over angular rows, expressed in the arm's base frame.
 using Jacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMaxJoints>;
 
-/// X_AB: the pose of frame B in frame A; `X_AB * p_BC` = p_AC, `X_AB * X_BC` = X_AC.
+/// X_AB: the pose of frame B in frame A. `X_AB * p_BC` is p_AC, and `X_AB * X_BC` is X_AC.
 struct Pose {
-  Mat3 R = Mat3::Identity();  ///< R_AB
-  Vec3 p = Vec3::Zero();      ///< p_AB_A [m]
+  Mat3 R = Mat3::Identity();  ///< rotation R_AB
+  Vec3 p = Vec3::Zero();      ///< position p_AB_A [m]
 
   Pose operator*(const Pose& X_BC) const { return {R * X_BC.R, R * X_BC.p + p}; }
   Vec3 operator*(const Vec3& p_BC) const { return R * p_BC + p; }
+  /// X_BA, the pose of A in B.
   Pose inverse() const { return {R.transpose(), -(R.transpose() * p)}; }
 };
 
-/// V_AB_C: velocity of B's origin and angular velocity of B relative to A, expressed in C.
+/// V_AB_C: linear velocity of B's origin and angular velocity of B, both relative to A and expressed in C.
 struct Twist {
-  Vec3 v = Vec3::Zero();  ///< [m/s]
-  Vec3 w = Vec3::Zero();  ///< [rad/s]
+  Vec3 v = Vec3::Zero();  ///< linear velocity [m/s]
+  Vec3 w = Vec3::Zero();  ///< angular velocity [rad/s]
 };
 
 /// F_T_C: force and torque (about T's origin) that the environment applies to T, expressed in C.
 struct Wrench {
-  Vec3 f = Vec3::Zero();  ///< [N]
-  Vec3 t = Vec3::Zero();  ///< [N m]
+  Vec3 f = Vec3::Zero();  ///< force [N]
+  Vec3 t = Vec3::Zero();  ///< torque [N m]
 
   Wrench operator+(const Wrench& o) const { return {f + o.f, t + o.t}; }
   Wrench operator-(const Wrench& o) const { return {f - o.f, t - o.t}; }
