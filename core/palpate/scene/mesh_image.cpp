@@ -3,6 +3,7 @@
 #include <cstring>
 #include <stdexcept>
 #include <type_traits>
+#include <utility>
 
 #include "palpate/scene/mesh.hpp"
 #include "palpate/scene/mesh_impl.hpp"
