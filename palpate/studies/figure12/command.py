@@ -25,8 +25,7 @@ class Command(Study):
         from palpate.studies.figure12.figures import save
         from palpate.studies.figure12.work import line, row, run
 
-        moments = []
-        for moment in run():
+        moments = run()
+        for moment in moments:
             say(console, line(moment))
-            moments.append(moment)
         return Findings([row(moment) for moment in moments], partial(save, moments))

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import tempfile
 import warnings
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypedDict
 
 import numpy as np
 
+from palpate.arrays import Array
+from palpate.batch import simulate
 from palpate.errors import PalpateWarning
-from palpate.record.ticks import Ticks, as_ticks
 from palpate.scene import Scene, rig
 from palpate.shapes.analytic import SHAPES
 
@@ -32,25 +32,34 @@ class Row(TypedDict):
     F_H_H_N: list[float]
 
 
+SIGNALS = ("depth", "p_WT", "p_WP", "q", "q_follower", "jaw", "F_T_W", "F_H_L", "F_H_H")
+
+
 @dataclass(frozen=True)
 class Moment:
     """The deepest tick of a palpation."""
 
     mesh: str
     setup: rig.Rig
-    tick: Ticks  # one row
+    t: float
+    """Time [s]."""
+    tick: dict[str, Array]
+    """Values of `SIGNALS` in their own units (`palpate.record.SIGNALS`)."""
 
 
-def run(meshes: tuple[str, ...] = MESHES, seconds: float = SECONDS) -> Iterator[Moment]:
-    """Palpate each mesh in turn."""
-    with tempfile.TemporaryDirectory(prefix="palpate-figure12-") as folder:
-        for mesh in meshes:
-            scene = {"preset": "paper", "objects": [_scene_object(mesh, Path(folder))]}
-            with warnings.catch_warnings():  # the open sheet is intended
-                warnings.simplefilter("ignore", PalpateWarning)
-                setup = rig.build(Scene.model_validate(scene))
-            ticks = as_ticks(setup.simulation().run(round(seconds * setup.scene.rates.haptic)))
-            yield Moment(mesh, setup, ticks[int(np.argmax(ticks["depth"]))])
+def run(meshes: tuple[str, ...] = MESHES, seconds: float = SECONDS) -> list[Moment]:
+    """Palpate the meshes, in parallel, and find the deepest tick of each."""
+    with tempfile.TemporaryDirectory(prefix="palpate-figure12-") as folder, warnings.catch_warnings():
+        warnings.simplefilter("ignore", PalpateWarning)  # the open sheet is intended
+        objects = [_scene_object(mesh, Path(folder)) for mesh in meshes]
+        scenes = [Scene.model_validate({"preset": "paper", "objects": [one]}) for one in objects]
+        setups = [rig.build(scene) for scene in scenes]
+        found = simulate(scenes, seconds, signals=SIGNALS, signal_rate=scenes[0].rates.haptic)
+    deepest = np.argmax(found.signals["depth"], axis=1)
+    return [
+        Moment(mesh, setup, float(found.t[k]), {name: values[i, k] for name, values in found.signals.items()})
+        for i, (mesh, setup, k) in enumerate(zip(meshes, setups, deepest, strict=True))
+    ]
 
 
 def _scene_object(mesh: str, folder: Path) -> dict[str, Any]:
@@ -68,7 +77,7 @@ def row(moment: Moment) -> Row:
     tick = moment.tick
     return {
         "mesh": moment.mesh,
-        "t_s": float(tick["t"]),
+        "t_s": moment.t,
         "penetration_mm": float(tick["depth"]) * 1e3,
         "F_T_W_N": tick["F_T_W"].tolist(),
         "F_H_L_N": tick["F_H_L"].tolist(),
