@@ -5,6 +5,7 @@
 
 #include "bindings.hpp"
 #include "palpate/force/force.hpp"
+#include "types.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -15,7 +16,7 @@ namespace {
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
 /// One collision and one cycle of Algorithm 1 on the first object of a scene, every line's value kept.
-nb::dict trace(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT, double radius, const Vec3& n_last) {
+Fields trace(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT, double radius, const Vec3& n_last) {
   contact::CoalSurface surface(radius);
   surface.prepare(scene);
   const contact::CollisionPoints points = surface.collide(scene.objects.at(0), p_WT);
@@ -43,7 +44,7 @@ nb::dict trace(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT,
     const contact::CollisionPoint& point = points.point[static_cast<std::size_t>(i)];
     p.row(i) = point.p, n.row(i) = point.n, depths[i] = point.depth;
   }
-  nb::dict lines;
+  Fields lines;
   lines["collision"] = points.size > 0;
   lines["points"] = p;
   lines["normals"] = n;

@@ -1,4 +1,3 @@
-#include "palpate/arm/all_terms.hpp"
 #include "palpate/arm/arm.hpp"
 
 #include <nanobind/ndarray.h>
@@ -9,6 +8,8 @@
 
 #include "bindings.hpp"
 #include "convert.hpp"
+#include "palpate/arm/all_terms.hpp"
+#include "types.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -111,7 +112,8 @@ void bind_all_terms(nb::module_& m) {
            "tip_frame"_a)
       .def(
           "compute",
-          [](arm::AllTerms& self, const VectorArg& q, const VectorArg& v) {
+          [](arm::AllTerms& self, const VectorArg& q,
+             const VectorArg& v) -> Tuple<Eigen::MatrixXd, Eigen::VectorXd, Eigen::VectorXd, Eigen::MatrixXd> {
             self.compute(joint_vector(q, "q", self.n()), joint_vector(v, "v", self.n()));
             return nb::make_tuple(self.M(), self.bias(), self.G(), self.J());
           },
@@ -185,7 +187,7 @@ void bind_arm(nb::module_& m) {
           "M(q) (n,n), symmetric; rotor inertias are not in it.")
       .def(
           "dynamics",
-          [](Arm& a, const VectorArg& q, const VectorArg& v) {
+          [](Arm& a, const VectorArg& q, const VectorArg& v) -> Tuple<Matrix, Vector, Matrix4, Matrix, Vector> {
             const arm::Dynamics& d = a.dynamics(joints(a, q, "q"), joints(a, v, "v"));
             return nb::make_tuple(Matrix(d.M), Vector(d.bias), to_matrix(d.X_0T), Matrix(d.J), Vector(d.Jdot_v));
           },

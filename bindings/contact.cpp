@@ -14,6 +14,7 @@
 #include "palpate/contact/paper_plane.hpp"
 #include "palpate/contact/tool.hpp"
 #include "palpate/force/force.hpp"
+#include "types.hpp"
 
 namespace nb = nanobind;
 
@@ -31,10 +32,10 @@ struct Output {
   std::size_t width, rows;
 
   double* row(std::size_t i) const { return values + width * i; }
-  nb::object take() {
+  Array take() {
     nb::capsule owner(values, [](void* p) noexcept { delete[] static_cast<double*>(p); });
-    return width == 1 ? nb::cast(nb::ndarray<nb::numpy, double>(values, {rows}, owner))
-                      : nb::cast(nb::ndarray<nb::numpy, double>(values, {rows, width}, owner));
+    using Numpy = nb::ndarray<nb::numpy, double>;
+    return Array(nb::cast(width == 1 ? Numpy(values, {rows}, owner) : Numpy(values, {rows, width}, owner)));
   }
 };
 
@@ -54,8 +55,10 @@ void move(scene::Object& object, const Poses& poses, std::size_t i, double rate)
 
 /// Runs a prescribed tool path through the contact and force stages of the loop, each update timed. The tool does not
 /// turn: its spheres keep their places beside the tip.
-nb::tuple render(scene::Snapshot scene, const Rows& tips, const std::string& method_name,
-                 const contact::Options& options, double rate, const std::optional<Poses>& poses) {
+Tuple<Array, Array, Array, Array, Array, bool, Array> render(scene::Snapshot scene, const Rows& tips,
+                                                             const std::string& method_name,
+                                                             const contact::Options& options, double rate,
+                                                             const std::optional<Poses>& poses) {
   const std::size_t n = tips.shape(0);
   contact::Tool tool(method_name, options);
   tool.check(scene);

@@ -14,6 +14,7 @@
 #include "palpate/loop/crtk_cycle.hpp"
 #include "palpate/loop/cycle.hpp"
 #include "rows.hpp"
+#include "types.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -77,7 +78,7 @@ void bind_options(nb::module_& m) {
       .def_rw("guarded", &CrtkGates::guarded);
 }
 
-nb::object step(CrtkCycle& self, double t, double wall) {
+Tuple<Array, std::optional<Vec6>, std::optional<Matrix4>, double> step(CrtkCycle& self, double t, double wall) {
   const loop::CrtkOutput& out = self.step({t, wall});
   const auto goal = out.move ? std::optional(to_matrix(out.X_BT_goal)) : std::nullopt;
   return nb::make_tuple(to_row(out.tick), out.command ? std::optional<Vec6>(to_vector(out.F)) : std::nullopt, goal,

@@ -12,6 +12,7 @@
 #include "convert.hpp"
 #include "palpate/guidance/frame.hpp"
 #include "palpate/guidance/guidance.hpp"
+#include "types.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -49,7 +50,10 @@ void bind_options(nb::module_& m) {
       .def_rw("margin", &RoleOptions::margin, "guide: free play; forbid, keep-in: kept clear [m]")
       .def_rw("angle", &RoleOptions::angle, "orient: free tilt [rad]")
       .def_rw("axis", &RoleOptions::axis, "orient, rcm: of the tool, in T, what points or slides (3,)")
-      .def_rw("target", &RoleOptions::target, "orient: 'axis', 'normal' or 'frame' of the geometry")
+      .def_rw("target", &RoleOptions::target,
+              nb::for_getter(nb::sig("def target(self) -> typing.Literal['axis', 'normal', 'frame']")),
+              nb::for_setter(nb::sig("def target(self, name: typing.Literal['axis', 'normal', 'frame'], /) -> None")),
+              "orient: 'axis', 'normal' or 'frame' of the geometry")
       .def_rw("speed", &RoleOptions::speed, "limit: of the tool, 0: none [m/s]")
       .def_rw("force", &RoleOptions::force, "limit: of what it touches on the tool, 0: none [N]");
   nb::class_<LawOptions>(m, "GuidanceLawOptions", "Of all laws of guidance; each reads what concerns it.")
@@ -85,8 +89,8 @@ void bind_options(nb::module_& m) {
       .def_rw("ramps", &Policy::ramps, "a copy; assign it whole");
 }
 
-nb::dict to_dict(const guidance::Constraint& c) {
-  nb::dict out;
+Fields to_dict(const guidance::Constraint& c) {
+  Fields out;
   out["gap"] = c.gap;
   out["along"] = to_vector(c.gradient);
   out["drift"] = c.gap_rate_of_fixture;
@@ -98,12 +102,12 @@ nb::dict to_dict(const guidance::Constraint& c) {
 }
 
 /// The constraint of a tool at X_WT, and the force of the fixture's law.
-nb::dict evaluate(const Fixture& f, const Matrix4& X_WT, double t, const VectorArg& V_WT, const Vec3& F_T_W,
-                  double stiffness) {
+Fields evaluate(const Fixture& f, const Matrix4& X_WT, double t, const VectorArg& V_WT, const Vec3& F_T_W,
+                double stiffness) {
   const Pose X = to_pose(X_WT, "X_WT");
   const guidance::Constraint c = guidance::evaluate(f, {X, X.p, F_T_W, stiffness}, t);
   const guidance::ConstraintForce force = f.law->force(c, to_twist(V_WT, "V_WT"));
-  nb::dict out = to_dict(c);
+  Fields out = to_dict(c);
   out["F"] = to_vector(force.F);
   out["U"] = force.U;
   out["B"] = force.B;
@@ -171,8 +175,8 @@ void bind_fixture(nb::module_& m) {
       .def("list", [](const Fixtures& list) { return list.fixture; }, "The fixtures, in their order.");
 }
 
-nb::dict step(Guidance& self, double t, const Matrix4& X_WT_goal, const VectorArg& V_WT, const Matrix4& X_WT,
-              bool engaged, const Vec3& F_T_W, double stiffness, double F_hand, double pedal, bool takes_damping) {
+Fields step(Guidance& self, double t, const Matrix4& X_WT_goal, const VectorArg& V_WT, const Matrix4& X_WT,
+            bool engaged, const Vec3& F_T_W, double stiffness, double F_hand, double pedal, bool takes_damping) {
   guidance::Input in;
   in.t = t;
   in.goal = {to_pose(X_WT_goal, "X_WT_goal"), 0.0, to_twist(V_WT, "V_WT"), engaged};
@@ -182,7 +186,7 @@ nb::dict step(Guidance& self, double t, const Matrix4& X_WT_goal, const VectorAr
   in.handle.takes_damping = takes_damping;
   in.pedal = pedal;
   const guidance::Output& out = self.step(in);
-  nb::dict d;
+  Fields d;
   d["X_WT_goal"] = to_matrix(out.X_WT_goal);
   d["F_T_W"] = to_vector(out.on_tool.F);
   d["B_W"] = out.on_tool.B;
@@ -221,8 +225,7 @@ void bind_stage(nb::module_& m) {
 }
 
 /// Solves one program from scratch, or from the active rows of the one before.
-nb::dict solve(Qp& qp, const Eigen::MatrixXd& A, const VectorArg& b, const VectorArg& y0,
-               const std::vector<int>& ranks) {
+Fields solve(Qp& qp, const Eigen::MatrixXd& A, const VectorArg& b, const VectorArg& y0, const std::vector<int>& ranks) {
   const Eigen::Index m = A.rows();
   if (A.cols() != Qp::kVars || b.values.size() != m || y0.values.size() != Qp::kVars ||
       (!ranks.empty() && static_cast<Eigen::Index>(ranks.size()) != m)) {
@@ -243,7 +246,7 @@ nb::dict solve(Qp& qp, const Eigen::MatrixXd& A, const VectorArg& b, const Vecto
     gave_way[i] = qp.gave_way(index[i]);
   }
   constexpr std::array kStatus = {"solved", "relaxed", "stopped"};
-  nb::dict out;
+  Fields out;
   out["status"] = kStatus[static_cast<std::size_t>(status)];
   out["y"] = qp.y();
   out["multipliers"] = multipliers;

@@ -18,6 +18,7 @@
 #include "palpate/guidance/geometry/path.hpp"
 #include "palpate/guidance/geometry/point.hpp"
 #include "palpate/guidance/geometry/surface.hpp"
+#include "types.hpp"
 
 namespace nb = nanobind;
 
@@ -32,13 +33,6 @@ using Rotations = nb::ndarray<const double, nb::shape<-1, 3, 3>, nb::c_contig, n
 using Times = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using RowMat3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 using RowMat4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
-
-template <class T>
-nb::object array(std::vector<T>&& values, std::initializer_list<std::size_t> shape) {
-  auto* owned = new std::vector<T>(std::move(values));
-  nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
-  return nb::cast(nb::ndarray<nb::numpy, T>(owned->data(), shape, owner));
-}
 
 /// One vector for each field of Query.
 struct Answers {
@@ -65,9 +59,9 @@ struct Answers {
     RowMat3::Map(&attitude[9 * i]) = q.attitude;
   }
 
-  nb::dict take() {
+  Fields take() {
     const std::size_t n = distance.size();
-    nb::dict out;
+    Fields out;
     out["distance"] = array(std::move(distance), {n});
     out["normal"] = array(std::move(normal), {n, 3});
     out["point"] = array(std::move(point), {n, 3});
@@ -84,7 +78,7 @@ struct Answers {
   std::vector<std::int32_t> dimension;
 };
 
-nb::dict query(const Geometry& geometry, const Poses& X_WT, const Times& t) {
+Fields query(const Geometry& geometry, const Poses& X_WT, const Times& t) {
   const std::size_t n = X_WT.shape(0);
   if (t.shape(0) != n) throw nb::value_error("as many times as poses are needed");
   Answers answers(n);
@@ -108,7 +102,7 @@ void bind_frames(nb::module_& m) {
   nb::class_<Frame>(m, "Frame", "Where a geometry is attached.")
       .def(
           "at",
-          [](const Frame& frame, double t) {
+          [](const Frame& frame, double t) -> Tuple<Matrix4, Vec6> {
             const guidance::FrameState s = frame.at(t);
             Vec6 V;
             V << s.V_WF.v, s.V_WF.w;
@@ -168,6 +162,8 @@ void bind_modifiers(nb::module_& m) {
           [](guidance::Combination* self, const std::string& name, const std::vector<std::shared_ptr<Geometry>>& parts,
              double blend) { new (self) guidance::Combination(kind(name), {parts.begin(), parts.end()}, blend); },
           nb::arg("kind"), nb::arg("parts"), nb::arg("blend") = 0.0,
+          nb::sig("def __init__(self, kind: typing.Literal['union', 'intersection', 'difference'], "
+                  "parts: collections.abc.Sequence[Geometry], blend: float = 0.0) -> None"),
           "kind: union, intersection, or difference (the first without the others); blend: of the crease [m].");
 }
 

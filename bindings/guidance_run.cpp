@@ -7,6 +7,7 @@
 
 #include "bindings.hpp"
 #include "convert.hpp"
+#include "types.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -19,9 +20,10 @@ using Goals = nb::ndarray<const double, nb::shape<-1, 4, 4>, nb::c_contig, nb::d
 using Twists = nb::ndarray<const double, nb::shape<-1, 6>, nb::c_contig, nb::device::cpu>;
 
 /// Runs the stage tick by tick along a motion (loop::GuidanceRun). height: of the elastic plane at each tick, or empty.
-nb::dict run(Guidance& self, const std::vector<double>& t, const Goals& X_WT_goal, const Twists& V_WT,
-             const Matrix4& X_WT, const Vec3& normal, const std::vector<double>& height, double stiffness,
-             double F_hand, double pedal, bool takes_damping) {
+nb::typed<nb::dict, nb::str, Array> run(Guidance& self, const std::vector<double>& t, const Goals& X_WT_goal,
+                                        const Twists& V_WT, const Matrix4& X_WT, const Vec3& normal,
+                                        const std::vector<double>& height, double stiffness, double F_hand,
+                                        double pedal, bool takes_damping) {
   const std::size_t n = t.size();
   if (X_WT_goal.shape(0) != n || V_WT.shape(0) != n) throw nb::value_error("as many goals and twists as times");
   if (!height.empty() && height.size() != n) throw nb::value_error("as many heights as times, or none");
@@ -41,7 +43,7 @@ nb::dict run(Guidance& self, const std::vector<double>& t, const Goals& X_WT_goa
     Eigen::Map<Mat3>(&B(row, 0)) = out.on_tool.B;  // symmetric
     gap[row] = out.gap;
   }
-  nb::dict d;
+  nb::typed<nb::dict, nb::str, Array> d;
   d["F_T_W"] = F;
   d["X_WT_goal"] = goals;
   d["B_W"] = B;

@@ -10,6 +10,7 @@
 #include "palpate/loop/tick.hpp"
 #include "palpate/types/arms.hpp"
 #include "timing.hpp"
+#include "types.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -24,7 +25,8 @@ void bind_table(nb::module_& m) {
   m.def(
       "signals",
       [] {
-        nb::list rows;
+        using Row = Tuple<nb::str, int, int, nb::str, nb::str, nb::str, bool, nb::str>;
+        nb::typed<nb::list, Row> rows;
         for (const loop::Signal& s : loop::signals()) {
           rows.append(nb::make_tuple(s.name, s.offset, s.size, s.unit, s.frame, s.doc, s.deterministic, s.stage));
         }
@@ -34,7 +36,7 @@ void bind_table(nb::module_& m) {
   m.def(
       "status_words",
       [] {
-        nb::list rows;
+        nb::typed<nb::list, Tuple<nb::str, int, nb::str>> rows;
         for (const StatusWords& s : status_words()) {
           rows.append(nb::make_tuple(s.name, s.bit, s.words));
         }
@@ -92,8 +94,7 @@ void bind_control(nb::module_& m) {
            nb::keep_alive<1, 3>())
       .def("run", &BareDynamics::run, "q_leader"_a, "v_leader"_a, "q_follower"_a,
            "A column per tick: (n, k), (n, k) and (m, k) [rad, m; rad/s, m/s].")
-      .def(
-          "timing", [](const BareDynamics& self) { return percentiles(self.time()); }, "p50, p99, p999, max [us].");
+      .def("timing", [](const BareDynamics& self) { return percentiles(self.time()); }, "p50, p99, p999, max [us].");
 }
 
 void bind_realtime(nb::module_& m) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "palpate/loop/tick.hpp"
+#include "types.hpp"
 
 namespace palpate::bindings {
 
@@ -22,6 +23,6 @@ inline Rows to_rows(std::vector<loop::Tick>&& ticks) {
   return Rows(data, {n, kColumns}, capsule);
 }
 
-inline nanobind::object to_row(const loop::Tick& tick) { return nanobind::cast(to_rows({tick}))[nanobind::int_(0)]; }
+inline Array to_row(const loop::Tick& tick) { return Array(nanobind::cast(to_rows({tick}))[nanobind::int_(0)]); }
 
 }  // namespace palpate::bindings

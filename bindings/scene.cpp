@@ -11,6 +11,7 @@
 #include "palpate/scene/mesh.hpp"
 #include "palpate/scene/mesh_impl.hpp"
 #include "palpate/scene/snapshot.hpp"
+#include "types.hpp"
 
 namespace nb = nanobind;
 
@@ -26,20 +27,14 @@ std::shared_ptr<scene::Mesh> build(const Rows& vertices, const Triples& triangle
   return std::const_pointer_cast<scene::Mesh>(mesh);  // nanobind holds no pointers to const; nothing here writes
 }
 
-template <class T>
-nb::object array(std::vector<T>&& values, std::initializer_list<std::size_t> shape) {
-  auto* owned = new std::vector<T>(std::move(values));
-  nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
-  return nb::cast(nb::ndarray<nb::numpy, T>(owned->data(), shape, owner));
-}
-
 /// Rows of three that stay where they are, kept alive by their mesh.
 template <class T>
-nb::object view(nb::handle owner, std::span<const T> values) {
-  return nb::cast(nb::ndarray<nb::numpy, const T>(values.data(), {values.size() / 3, 3}, owner));
+ArrayOf<const T> view(nb::handle owner, std::span<const T> values) {
+  return ArrayOf<const T>(nb::cast(nb::ndarray<nb::numpy, const T>(values.data(), {values.size() / 3, 3}, owner)));
 }
 
-nb::tuple closest(const scene::Mesh& mesh, const Rows& points, double max_distance) {
+Tuple<Array, Array, Array, ArrayOf<std::int32_t>> closest(const scene::Mesh& mesh, const Rows& points,
+                                                          double max_distance) {
   const std::size_t n = points.shape(0);
   std::vector<double> distance(n), point(3 * n), normal(3 * n);
   std::vector<std::int32_t> triangle(n);
@@ -58,7 +53,7 @@ nb::tuple closest(const scene::Mesh& mesh, const Rows& points, double max_distan
 }
 
 /// Distances by one of the two kernels, for tests that hold them against each other.
-nb::object closest_by_kernel(const scene::Mesh& mesh, const Rows& points, const std::string& kernel) {
+Array closest_by_kernel(const scene::Mesh& mesh, const Rows& points, const std::string& kernel) {
   if (kernel != "avx2" && kernel != "portable") throw nb::value_error("kernel must be 'avx2' or 'portable'");
   const auto query = kernel == "avx2" ? &scene::bvh_closest_avx2 : &scene::bvh_closest_portable;
   std::vector<double> distance(points.shape(0));
@@ -67,15 +62,15 @@ nb::object closest_by_kernel(const scene::Mesh& mesh, const Rows& points, const 
   return array(std::move(distance), {points.shape(0)});
 }
 
-nb::object contains(const scene::Mesh& mesh, const Rows& points) {
+ArrayOf<bool> contains(const scene::Mesh& mesh, const Rows& points) {
   const std::size_t n = points.shape(0);
   std::vector<std::uint8_t> inside(n);
   for (std::size_t i = 0; i < n; ++i) inside[i] = mesh.contains(Vec3(points.data() + 3 * i)) ? 1 : 0;
-  return array(std::move(inside), {n}).attr("astype")("bool");
+  return ArrayOf<bool>(array(std::move(inside), {n}).attr("astype")("bool"));
 }
 
 /// points (n, 3) -> signed distance (n,), closest point (n, 3), normal (n, 3) by the surface's own answer.
-nb::tuple nearest(const scene::Surface& surface, const Rows& points) {
+Tuple<Array, Array, Array> nearest(const scene::Surface& surface, const Rows& points) {
   const std::size_t n = points.shape(0);
   std::vector<double> distance(n), point(3 * n), normal(3 * n);
   {
@@ -242,7 +237,7 @@ void bind_world(nb::module_& m) {
           nb::arg("p_W"), nb::arg("t"), "Of its material point that is at p_W at t [m/s].")
       .def(
           "feel",
-          [](const Object& o, const Vec3& p_O) {
+          [](const Object& o, const Vec3& p_O) -> Tuple<Material, Mat3> {
             const scene::Feel feel = o.feel(p_O);
             return nb::make_tuple(feel.material, feel.dK);
           },

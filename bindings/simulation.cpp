@@ -17,6 +17,7 @@
 #include "convert.hpp"
 #include "front.hpp"
 #include "timing.hpp"
+#include "types.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -51,8 +52,8 @@ Rows run(Simulation& self, std::size_t n_ticks, const std::optional<Points>& han
   return to_rows(std::move(ticks));
 }
 
-nb::dict timing(const Simulation& self) {
-  nb::dict d = punctuality(self.thread());
+Fields timing(const Simulation& self) {
+  Fields d = punctuality(self.thread());
   d["cycle_us"] = percentiles(self.cycle_time());
   d["ticks"] = self.cycle_time().count();
   if (const loop::StageClock* clock = self.stages()) {
@@ -133,7 +134,7 @@ void bind_cycle(nb::module_& m) {
              const Eigen::VectorXd& q_follower, double jaw, const scene::Snapshot& scene, const Controls& controls,
              std::optional<double> t_leader, std::optional<double> t_follower, bool leader_valid, bool follower_valid,
              const std::optional<Vec3>& F_cell_L, const std::optional<Eigen::VectorXd>& v_follower,
-             const std::optional<Eigen::VectorXd>& tau_follower) {
+             const std::optional<Eigen::VectorXd>& tau_follower) -> Tuple<Array, Eigen::VectorXd, double> {
             loop::CycleInput in;
             in.t = t;
             in.leader = {t_leader.value_or(t), joint_vector(q, "q"), joint_vector(v, "v"), gripper, leader_valid};

@@ -64,7 +64,10 @@ void bind_options(nb::module_& m) {
       .def_rw("moment_cap", &Options::moment_cap, "largest moment on the hand [N m]; 0: forces only")
       .def_rw("moment_rate_cap", &Options::moment_rate_cap, "largest change of it [N m/s]")
       .def_rw("stale_after", &Options::stale_after, "states older than this are not trusted [s]")
-      .def_prop_rw("passivity", &mode, &set_mode, "'observer', 'tank' or 'off'")
+      .def_prop_rw(
+          "passivity", &mode, &set_mode,
+          nb::for_getter(nb::sig("def passivity(self) -> typing.Literal['observer', 'tank', 'off']")),
+          nb::for_setter(nb::sig("def passivity(self, mode: typing.Literal['observer', 'tank', 'off'], /) -> None")))
       .def_prop_rw(
           "friction", [](const Options& o) { return o.passivity.friction; },
           [](Options& o, const CertainFriction& f) { o.passivity.friction = f; },

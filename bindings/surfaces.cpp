@@ -12,6 +12,7 @@
 #include "palpate/scene/implicit_surface.hpp"
 #include "palpate/scene/mesh.hpp"
 #include "palpate/scene/primitives.hpp"
+#include "types.hpp"
 
 namespace nb = nanobind;
 
@@ -29,12 +30,12 @@ void make_grid(scene::DistanceGrid* self, const Vec3& origin, const Vec3& spacin
 }
 
 /// The nodes' values where they lie, kept alive by their grid.
-nb::object values_of(nb::handle self) {
+ArrayOf<const float> values_of(nb::handle self) {
   const auto& grid = nb::cast<const scene::DistanceGrid&>(self);
   const auto& n = grid.nodes();
   const auto s = grid.strides();
-  return nb::cast(nb::ndarray<nb::numpy, const float>(
-      grid.values(), {n[0], n[1], n[2]}, self, {static_cast<std::int64_t>(s[0]), static_cast<std::int64_t>(s[1]), 1}));
+  return ArrayOf<const float>(nb::cast(nb::ndarray<nb::numpy, const float>(
+      grid.values(), {n[0], n[1], n[2]}, self, {static_cast<std::int64_t>(s[0]), static_cast<std::int64_t>(s[1]), 1})));
 }
 
 void sample(const scene::Mesh& mesh, const Vec3& origin, const Vec3& spacing, const Samples& values) {

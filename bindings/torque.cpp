@@ -10,6 +10,7 @@
 #include "bindings.hpp"
 #include "convert.hpp"
 #include "palpate/torque/cartesian.hpp"
+#include "types.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -48,8 +49,8 @@ std::pair<LeaderCommand, unsigned> step(torque::Torque& self, arm::Arm& model, c
 }
 
 template <int m>
-nb::tuple cartesian(arm::Arm& model, const VectorArg& q_in, const VectorArg& v_in, const std::optional<Vector>& rotor,
-                    double heaviest) {
+Tuple<Eigen::MatrixXd, Vector, Vector, bool> cartesian(arm::Arm& model, const VectorArg& q_in, const VectorArg& v_in,
+                                                       const std::optional<Vector>& rotor, double heaviest) {
   const JointVector q = joint_vector(q_in, "q", model.n()), v = joint_vector(v_in, "v", model.n());
   const JointVector I =
       rotor ? joint_vector(*rotor, "rotor_inertia", model.n()) : JointVector(JointVector::Zero(model.n()));

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "dvrk/system.hpp"
+#include "types.hpp"
 
 namespace palpate::bindings {
 
@@ -34,9 +35,7 @@ void bind_trajectory(nanobind::module_& m);
 
 // states.cpp: states and events as Python values.
 
-using Fields = nanobind::typed<nanobind::dict, nanobind::str, nanobind::any>;
-using Events = nanobind::typed<nanobind::list,
-                               nanobind::typed<nanobind::tuple, double, nanobind::str, nanobind::str, nanobind::any>>;
+using Events = nanobind::typed<nanobind::list, Tuple<double, nanobind::str, nanobind::str, nanobind::any>>;
 [[nodiscard]] Fields joint_state(const dvrk::JointState& state);
 [[nodiscard]] Fields arm_state(const dvrk::ArmState& state);
 [[nodiscard]] Fields teleop_state(const dvrk::TeleopState& state);
