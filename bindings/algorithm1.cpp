@@ -15,7 +15,7 @@ namespace {
 
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
-/// One collision and one cycle of Algorithm 1 on the first object of a scene, every line's value kept.
+/// Runs one collision and one cycle of Algorithm 1 on the first object of a scene, and returns the value of every line.
 Fields trace(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT, double radius, const Vec3& n_last) {
   contact::CoalSurface surface(radius);
   surface.prepare(scene);
@@ -64,7 +64,7 @@ Fields trace(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT, d
 
 void bind_algorithm1(nb::module_& m) {
   m.def("trace_algorithm1", &trace, "snapshot"_a, "p_WT"_a, "v_WT"_a, "radius"_a, "n_last"_a,
-        "Every line of Algorithm 1 for one tool position; all in W, SI units.");
+        "Values of every line of Algorithm 1 for one tool position p_WT (3,) and velocity v_WT (3,); in W, SI units.");
 }
 
 }  // namespace palpate::bindings

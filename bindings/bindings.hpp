@@ -1,4 +1,4 @@
-// Each stage binds itself in a file of its own; this list is the module.
+// The extension `_core`: one function for each file of this folder.
 #pragma once
 
 #include <nanobind/nanobind.h>

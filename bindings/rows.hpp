@@ -1,4 +1,5 @@
-// Ticks as rows of a numpy array: the memory of a tick, whose status is no double (palpate/record/ticks.py).
+// Ticks as rows of a numpy array. A row is the memory of a tick, read as doubles; its status is an integer
+// (palpate/record/ticks.py).
 #pragma once
 
 #include <nanobind/ndarray.h>

@@ -1,4 +1,4 @@
-// What a real-time thread measured of itself, as a dict.
+// Timing statistics of a real-time thread as Python dicts.
 #pragma once
 
 #include <nanobind/nanobind.h>

@@ -1,4 +1,4 @@
-// Return types that tell the stub generator (tools/stubs.py) what an array, a tuple or a dict holds.
+// Return types that name the types inside arrays, tuples and dicts, for the stub generator (tools/stubs.py).
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -17,7 +17,7 @@ template <class... T>
 using Tuple = nanobind::typed<nanobind::tuple, T...>;
 using Fields = nanobind::typed<nanobind::dict, nanobind::str, nanobind::any>;
 
-/// A numpy array of this shape that owns the values.
+/// A numpy array of this shape that owns its values.
 template <class T>
 ArrayOf<T> array(std::vector<T>&& values, std::initializer_list<std::size_t> shape) {
   auto* owned = new std::vector<T>(std::move(values));

@@ -12,86 +12,103 @@ from numpy.typing import NDArray
 
 
 class Surface:
-    """What can be touched: meshes, primitives, fields."""
+    """
+    A surface that the tool can touch: a mesh, a primitive or a distance field.
+    """
 
     def nearest(
         self,
         points: Annotated[NDArray[numpy.float64], "(:, 3)"],
     ) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.float64]]:
         """
-        points (n, 3) [m] -> signed distance (n,) (unsigned when open), point (n, 3), outward normal (n, 3).
+        Nearest points of the surface for points (n, 3) [m]: (signed distance (n,) [m], unsigned for an open surface;
+        nearest point (n, 3) [m]; outward normal (n, 3)).
         """
 
 class MeshReport:
-    """What was found and done while a mesh was built."""
+    """
+    Counts of the defects that were found and repaired while a mesh was built.
+    """
 
     @property
     def vertices(self) -> int:
-        """after welding"""
+        """Number of vertices after welding."""
 
     @property
     def triangles(self) -> int:
-        """kept"""
+        """Number of triangles kept."""
 
     @property
     def degenerate(self) -> int:
-        """dropped: a corner repeated, or three on a line"""
+        """
+        Triangles dropped because a corner is repeated or all three are on a line.
+        """
 
     @property
     def duplicate(self) -> int:
-        """dropped: the same corners in the same turn"""
+        """
+        Triangles dropped because another one has the same corners in the same winding.
+        """
 
     @property
     def flat(self) -> int:
-        """kept: three corners on a line, closing a gap"""
+        """
+        Triangles kept although their corners are on a line, because they close a gap.
+        """
 
     @property
     def parts(self) -> int:
-        """connected by vertices"""
+        """
+        Number of connected parts; triangles that share a vertex belong to one part.
+        """
 
     @property
     def boundary_edges(self) -> int:
-        """of one triangle only"""
+        """Edges of only one triangle: holes and rims."""
 
     @property
     def branching_edges(self) -> int:
-        """of three triangles or more"""
+        """Edges of three triangles or more."""
 
     @property
     def inconsistent_edges(self) -> int:
-        """whose triangles are wound against each other"""
+        """Edges whose triangles have opposite windings."""
 
     @property
     def turned(self) -> int:
-        """triangles that faced the other way than their neighbours"""
+        """
+        Triangles turned because they faced the other way than their neighbours.
+        """
 
     @property
     def inverted(self) -> int:
-        """triangles of closed parts that were inside out: turned"""
+        """Triangles turned because their closed part was inside out."""
 
     @property
     def two_sided(self) -> bool:
-        """no part is a Moebius strip or alike"""
+        """
+        False if a part cannot be oriented, such as a Moebius strip; forces may point inwards there.
+        """
 
     @property
     def closed(self) -> bool:
-        """no boundary, branching or inconsistent edges"""
+        """True without boundary, branching and inconsistent edges."""
 
     @property
     def volume(self) -> float:
-        """of the closed parts [m^3]"""
+        """Volume of the closed parts [m^3]."""
 
     @property
     def lowest(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
-        """corner of the bounding box [m]"""
+        """Lowest corner of the bounding box (3,) [m]."""
 
     @property
     def highest(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
-        """corner of the bounding box [m]"""
+        """Highest corner of the bounding box (3,) [m]."""
 
 class Mesh(Surface):
     """
-    Triangles ready to be touched: welded, with normals, adjacency and a BVH.
+    A triangle mesh for contact: welded, with normals, adjacency and a bounding volume hierarchy.
     """
 
     def __init__(
@@ -100,25 +117,29 @@ class Mesh(Surface):
         triangles: Annotated[NDArray[numpy.int32], "(:, 3)"],
     ) -> None:
         """
-        vertices (n, 3) [m], triangles (m, 3) int32; ValueError when they are no mesh.
+        vertices (n, 3) [m], triangles (m, 3) int32. Raises ValueError, which names the defect, if they are no mesh.
         """
 
     @property
-    def triangle_count(self) -> int: ...
+    def triangle_count(self) -> int:
+        """Number of triangles."""
 
     @property
-    def report(self) -> MeshReport: ...
+    def report(self) -> MeshReport:
+        """Defects found and repaired while the mesh was built."""
 
     @property
     def vertices(self) -> Annotated[NDArray[numpy.float64], "read-only"]:
-        """welded, (n, 3) [m], read-only"""
+        """Welded vertices (n, 3) [m], read-only."""
 
     @property
     def triangles(self) -> Annotated[NDArray[numpy.int32], "read-only"]:
-        """of welded vertices, (m, 3), read-only"""
+        """Triangles as indices of the welded vertices (m, 3), read-only."""
 
     def rims(self) -> NDArray[numpy.int32]:
-        """edges of one triangle only: (k, 2) vertices, in the triangle's turn"""
+        """
+        Boundary edges (k, 2) as indices of vertices, in the winding of their triangle.
+        """
 
     def closest(
         self,
@@ -126,7 +147,8 @@ class Mesh(Surface):
         max_distance: float = float('inf'),
     ) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.int32]]:
         """
-        points (n, 3) [m] -> distance (n,), point (n, 3), normal (n, 3), triangle (n,); inf and -1 beyond it.
+        Closest points on the triangles for points (n, 3) [m]: (distance (n,) [m], point (n, 3) [m], normal (n, 3),
+        triangle (n,)). Beyond max_distance [m]: distance inf, triangle -1.
         """
 
     def sweep(
@@ -136,7 +158,7 @@ class Mesh(Surface):
         radius: float,
     ) -> float:
         """
-        How far [m] a sphere goes from a towards b before a triangle is nearer than radius to its centre.
+        Distance [m] that a sphere of this radius [m] moves from a (3,) towards b (3,) until it touches a triangle.
         """
 
     def closest_by_kernel(
@@ -144,10 +166,12 @@ class Mesh(Surface):
         points: Annotated[NDArray[numpy.float64], "(:, 3)"],
         kernel: str,
     ) -> NDArray[numpy.float64]:
-        """Distances (n,) by the kernel 'avx2' or 'portable' (tests)."""
+        """Distances (n,) [m] by the kernel 'avx2' or 'portable', for tests."""
 
     def contains(self, points: Annotated[NDArray[numpy.float64], "(:, 3)"]) -> NDArray[numpy.bool_]:
-        """points (n, 3) -> inside of the closed mesh (n,); False if open."""
+        """
+        True for each of the points (n, 3) [m] inside the mesh (n,); False for an open mesh.
+        """
 
 class Plane(Surface):
     """The half-space z <= 0."""
@@ -155,53 +179,59 @@ class Plane(Surface):
     def __init__(self) -> None: ...
 
 class Sphere(Surface):
-    """Around the origin."""
+    """A sphere around the origin."""
 
-    def __init__(self, radius: float) -> None: ...
+    def __init__(self, radius: float) -> None:
+        """radius [m]."""
 
 class Box(Surface):
-    """Around the origin, along the axes."""
+    """A box around the origin, with its edges along the axes."""
 
-    def __init__(self, size: Annotated[NDArray[numpy.float64], "(3,)"]) -> None: ...
+    def __init__(self, size: Annotated[NDArray[numpy.float64], "(3,)"]) -> None:
+        """size: lengths of the edges (3,) [m]."""
 
 class Cylinder(Surface):
-    """Around the z axis, flat ends, middle at the origin."""
+    """
+    A cylinder around the z axis with flat ends and its centre at the origin.
+    """
 
     def __init__(self, radius: float, length: float) -> None: ...
 
 class Capsule(Surface):
-    """All points within radius of a segment of the z axis."""
+    """All points within a radius of a segment of the z axis."""
 
-    def __init__(self, radius: float, length: float) -> None: ...
+    def __init__(self, radius: float, length: float) -> None:
+        """radius [m]; length of the segment [m], its centre at the origin."""
 
 class Cloud(Surface):
-    """All places within radius of a point of a cloud."""
+    """All points within a radius of a point cloud."""
 
     def __init__(self, points: Annotated[NDArray[numpy.float64], "(:, 3)"], radius: float) -> None:
         """points (n, 3) [m], radius [m]."""
 
 class ImplicitSurface(Surface):
-    """a x^m + b y^n + c z^o = level (Eq 14)."""
+    """The implicit surface a x^m + b y^n + c z^o = level (Eq 14)."""
 
     def __init__(
         self,
         coefficients: Annotated[NDArray[numpy.float64], "(3,)"],
         exponents: Sequence[int],
         level: float,
-    ) -> None: ...
+    ) -> None:
+        """coefficients (a, b, c), exponents (m, n, o), level."""
 
     def value(self, p: Annotated[NDArray[numpy.float64], "(3,)"]) -> float:
-        """U(p) - level."""
+        """U(p) - level at p (3,) [m]; negative inside."""
 
     def gradient(self, p: Annotated[NDArray[numpy.float64], "(3,)"]) -> Annotated[NDArray[numpy.float64], "(3,)"]:
-        """grad U (3,) (Eq 15) [1/m]."""
+        """Gradient of U at p (3,) [m]: (3,) (Eq 15) [1/m]."""
 
     @property
     def half(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
-        """half of its size along each axis (3,) [m]"""
+        """Half the extent along each axis (3,) [m]."""
 
 class DistanceGrid(Surface):
-    """A sampled signed distance, tricubic."""
+    """A signed distance sampled on a grid and interpolated tricubically."""
 
     def __init__(
         self,
@@ -210,18 +240,21 @@ class DistanceGrid(Surface):
         values: Annotated[NDArray[numpy.float32], "(:, :, :)"],
     ) -> None:
         """
-        origin, spacing (3,) [m]; values (nx, ny, nz) float32 [m]; ValueError when they are no distance.
+        origin, spacing (3,) [m]; values (nx, ny, nz) float32 [m]. Raises ValueError if the values are no signed
+        distance.
         """
 
     def value(
         self,
         p: Annotated[NDArray[numpy.float64], "(3,)"],
     ) -> tuple[float, Annotated[NDArray[numpy.float64], "(3,)"]]:
-        """The sampled function and its gradient at p (3,)."""
+        """
+        (distance [m], gradient (3,)) of the interpolated function at p (3,) [m].
+        """
 
     @property
     def values(self) -> Annotated[NDArray[numpy.float32], "read-only"]:
-        """(nx, ny, nz) float32 [m], read-only"""
+        """Signed distances at the nodes (nx, ny, nz) float32 [m], read-only."""
 
 def sample_distance(
     mesh: Mesh,
@@ -230,16 +263,19 @@ def sample_distance(
     values: Annotated[NDArray[numpy.float32], "(:, :, :)"],
 ) -> None:
     """
-    Fills values (nx, ny, nz) float32 with a mesh's signed distance at origin + (i, j, k) * spacing, both (3,) [m].
+    Fills values (nx, ny, nz) float32 with the signed distance of a mesh at origin + (i, j, k) * spacing [m]; origin,
+    spacing (3,) [m].
     """
 
 CREASE_ANGLE: float = 0.52
 
 def bvh_has_avx2() -> bool:
-    """This machine runs the AVX2 kernel."""
+    """True if the processor supports the AVX2 kernel."""
 
 class Material:
-    """How an object feels: diagonal K and B along the axes of W, friction."""
+    """
+    Stiffness and damping of an object, diagonal along the axes of W, and its friction.
+    """
 
     def __init__(
         self,
@@ -251,35 +287,37 @@ class Material:
 
     @property
     def K(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
-        """stiffness [N/m]"""
+        """Stiffness (3,) [N/m]."""
 
     @K.setter
     def K(self, arg: Annotated[NDArray[numpy.float64], "(3,)"], /) -> None: ...
 
     @property
     def B(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
-        """damping [N s/m]"""
+        """Damping (3,) [N s/m]."""
 
     @B.setter
     def B(self, arg: Annotated[NDArray[numpy.float64], "(3,)"], /) -> None: ...
 
     @property
     def mu(self) -> float:
-        """Coulomb friction coefficient while it slips [-]"""
+        """Coulomb friction coefficient while slipping [-]."""
 
     @mu.setter
     def mu(self, arg: float, /) -> None: ...
 
     @property
     def mu_static(self) -> float:
-        """while it sticks; below mu: as mu [-]"""
+        """
+        Coulomb friction coefficient while sticking [-]; values below mu count as mu.
+        """
 
     @mu_static.setter
     def mu_static(self, arg: float, /) -> None: ...
 
 class Region:
     """
-    Part of an object that feels otherwise: a box with round edges, or a ball.
+    A region of an object with another material: a box with rounded edges, or a ball.
     """
 
     def __init__(
@@ -293,28 +331,31 @@ class Region:
 
     @property
     def centre(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
-        """in O [m]"""
+        """Centre in O (3,) [m]."""
 
     @property
     def half(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
-        """half the lengths of the box; zero: a ball [m]"""
+        """Half the lengths of the box (3,) [m]; zero: a ball."""
 
     @property
     def radius(self) -> float:
-        """of the ball, or of the round edges [m]"""
+        """Radius of the ball or of the rounded edges [m]."""
 
     @property
     def blend(self) -> float:
-        """fades over [m]"""
+        """Distance over which the material fades [m]."""
 
     @property
-    def material(self) -> Material: ...
+    def material(self) -> Material:
+        """Material inside the region."""
 
     def weight(self, p_O: Annotated[NDArray[numpy.float64], "(3,)"]) -> float:
-        """1 inside, 0 further away than `blend`."""
+        """
+        Weight of the region's material at p_O (3,) [m]: 1 inside, 0 farther away than `blend` [-].
+        """
 
 class Wave:
-    """A sinusoid of a Motion."""
+    """A sinusoidal component of a Motion."""
 
     def __init__(
         self,
@@ -322,11 +363,14 @@ class Wave:
         turn: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
         period: float = 1.0,
         phase: float = 0.0,
-    ) -> None: ...
+    ) -> None:
+        """
+        Amplitudes shift (3,) [m] and turn (3,), a rotation vector [rad]; period [s]; phase [rad].
+        """
 
 class Motion:
     """
-    How an object moves: a steady velocity plus sinusoids, from where it rests.
+    Motion of an object from its pose at rest: a constant velocity plus sinusoids.
     """
 
     def __init__(
@@ -335,12 +379,13 @@ class Motion:
         w: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
         waves: Sequence[Wave] = [],
         about: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
-    ) -> None: ...
+    ) -> None:
+        """
+        Velocity v (3,) [m/s], angular velocity w (3,) [rad/s], sinusoids, and the centre of rotation about (3,) [m].
+        """
 
 class Object:
-    """
-    A surface at a pose, made of a material, with regions that feel otherwise.
-    """
+    """A surface with a pose, a material, and regions of other materials."""
 
     def __init__(
         self,
@@ -354,54 +399,63 @@ class Object:
         is_real: bool = True,
     ) -> None:
         """
-        is_virtual: the contact stage feels it; is_real: the tool of a driven follower bumps into it.
+        is_virtual: the contact stage renders it. is_real: it stops the tool of a driven follower.
         """
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Name of the object."""
 
     @property
-    def surface(self) -> Surface: ...
+    def surface(self) -> Surface:
+        """Surface, in O."""
 
     @property
     def X_WO(self) -> Annotated[NDArray[numpy.float64], "(4, 4)"]:
-        """pose in W at rest, 4x4"""
+        """Pose in W at rest (4, 4)."""
 
     @X_WO.setter
     def X_WO(self, arg: Annotated[NDArray[numpy.float64], "(4, 4)"], /) -> None: ...
 
     @property
-    def material(self) -> Material: ...
+    def material(self) -> Material:
+        """Material outside the regions."""
 
     @material.setter
     def material(self, arg: Material, /) -> None: ...
 
     def pose(self, t: float) -> Annotated[NDArray[numpy.float64], "(4, 4)"]:
-        """X_WO at t [s], 4x4."""
+        """Pose X_WO (4, 4) at t [s]."""
 
     def velocity(
         self,
         p_W: Annotated[NDArray[numpy.float64], "(3,)"],
         t: float,
     ) -> Annotated[NDArray[numpy.float64], "(3,)"]:
-        """Of its material point that is at p_W at t [m/s]."""
+        """
+        Velocity (3,) [m/s] of the material point that is at p_W (3,) [m] at t [s].
+        """
 
     def feel(
         self,
         p_O: Annotated[NDArray[numpy.float64], "(3,)"],
     ) -> tuple[Material, Annotated[NDArray[numpy.float64], "(3, 3)"]]:
-        """(material, gradients of K by row [N/m^2]) at p_O, in its frame."""
+        """
+        Material at p_O (3,) [m], regions included: (material, gradients of K (3, 3), one row for each entry of K
+        [N/m^2]).
+        """
 
 class Snapshot:
-    """The world at one instant."""
+    """The objects of a scene; immutable during a tick, replaced as a whole."""
 
     def __init__(self, objects: Sequence[Object]) -> None: ...
 
     @property
-    def objects(self) -> list[Object]: ...
+    def objects(self) -> list[Object]:
+        """The objects, in order."""
 
 class ToolSphere:
-    """A sphere of the tool beside the SPR on its tip."""
+    """A sphere of the tool, in addition to the SPR on its tip."""
 
     def __init__(
         self,
@@ -410,31 +464,37 @@ class ToolSphere:
         link: int = -1,
         hinge: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
         turn: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
-    ) -> None: ...
+    ) -> None:
+        """
+        hinge, turn: of a sphere on a jaw, a point on the jaw's axis (3,) [m] and the axis times the rotation per jaw
+        angle (3,) [-], in the link's frame.
+        """
 
     @property
     def p(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
-        """centre in the link's frame, jaws closed [m]"""
+        """Centre in the link's frame with the jaws closed (3,) [m]."""
 
     @property
     def radius(self) -> float:
-        """[m]"""
+        """Radius [m]."""
 
     @property
     def link(self) -> int:
-        """of the follower, by number; below zero the tool tip T"""
+        """
+        Index of the follower's link that carries the sphere; negative: the tool tip T.
+        """
 
     def centre(self, jaw: float) -> Annotated[NDArray[numpy.float64], "(3,)"]:
-        """In the link's frame with the jaws open by `jaw` [rad]."""
+        """Centre in the link's frame with the jaws open by `jaw` [rad] (3,) [m]."""
 
 class ContactOptions:
-    """The spherical proxy region on the tool tip."""
+    """Options of the contact stage."""
 
     def __init__(self) -> None: ...
 
     @property
     def radius(self) -> float:
-        """of the SPR [m]"""
+        """Radius of the spherical proxy region (SPR) on the tool tip [m]."""
 
     @radius.setter
     def radius(self, arg: float, /) -> None: ...
@@ -442,7 +502,7 @@ class ContactOptions:
     @property
     def release(self) -> float:
         """
-        `proxy`: deflection at which a tool that went through a closed object is free [m]
+        Deflection above which a tool that passed through a closed object is released, for the method `proxy` [m].
         """
 
     @release.setter
@@ -450,27 +510,29 @@ class ContactOptions:
 
     @property
     def collision_rate(self) -> float:
-        """of the collision thread of the paper's methods [Hz]"""
+        """Rate of the collision thread, for the paper's methods [Hz]."""
 
     @collision_rate.setter
     def collision_rate(self, arg: float, /) -> None: ...
 
     @property
     def real(self) -> bool:
-        """touches the objects that are real, in place of the virtual ones"""
+        """True: the tool touches the real objects, not the virtual ones."""
 
     @real.setter
     def real(self, arg: bool, /) -> None: ...
 
     @property
     def spheres(self) -> list[ToolSphere]:
-        """of the tool beside the SPR; a copy: assign it whole"""
+        """
+        Spheres of the tool in addition to the SPR. This is a copy: assign a whole list.
+        """
 
     @spheres.setter
     def spheres(self, arg: Sequence[ToolSphere], /) -> None: ...
 
 class Friction:
-    """Coulomb friction of one proxy, which sticks and slips."""
+    """Coulomb friction of one proxy, with sticking and slipping."""
 
     def __init__(self) -> None: ...
 
@@ -483,20 +545,22 @@ class Friction:
         mu_static: float,
     ) -> Annotated[NDArray[numpy.float64], "(3,)"]:
         """
-        Proxy without friction, unit normal, depth [m], coefficients -> lag (3,) [m].
+        Distance (3,) [m] by which friction holds the proxy back. p: frictionless proxy (3,) [m]; normal: unit (3,);
+        depth [m]; mu, mu_static [-].
         """
 
     @property
-    def slipping(self) -> bool: ...
+    def slipping(self) -> bool:
+        """True while the proxy slips."""
 
 MAX_SPHERES: int = 16
 
 def contact_methods() -> list[str]:
-    """Names of the contact methods there are; the default first."""
+    """Names of the contact methods, the default first."""
 
 def contact_check(method: str, options: ContactOptions, snapshot: Snapshot) -> None:
     """
-    ValueError when there is no such method, or it cannot feel an object of the scene.
+    Raises ValueError if the method does not exist or cannot render an object of the scene.
     """
 
 def grow_plane(
@@ -505,7 +569,7 @@ def grow_plane(
     baseline: float,
 ) -> Annotated[NDArray[numpy.float64], "(3,)"]:
     """
-    Normal (3,) of the plane that `paper-plane` grows through points (n, 3) [m]; zero where it refuses.
+    Unit normal (3,) of the plane that the method `paper-plane` fits to points (n, 3) [m]; zero if it rejects them.
     """
 
 def contact_render(
@@ -517,8 +581,9 @@ def contact_render(
     poses: Annotated[NDArray[numpy.float64], "(:, 4, 4)"] | None = None,
 ) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.float64], bool, NDArray[numpy.float64]]:
     """
-    A tool path p_WT (n, 3) [m] at `rate` [Hz] through contact and force -> force, normal, depth, proxy, latency,
-    started_inside, torque. poses: X_WO (n, 4, 4) of the only object.
+    Runs the stages contact and force along a tool path p_WT (n, 3) [m], sampled at rate [Hz]. poses: X_WO (n, 4, 4) of
+    the scene's only object. Returns force (n, 3) [N], normal (n, 3), depth (n,) [m], proxy (n, 3) [m], latency (n,)
+    [s], started_inside, torque (n, 3) [N m]; all in W.
     """
 
 def trace_algorithm1(
@@ -528,126 +593,133 @@ def trace_algorithm1(
     radius: float,
     n_last: Annotated[NDArray[numpy.float64], "(3,)"],
 ) -> dict[str, Any]:
-    """Every line of Algorithm 1 for one tool position; all in W, SI units."""
+    """
+    Values of every line of Algorithm 1 for one tool position p_WT (3,) and velocity v_WT (3,); in W, SI units.
+    """
 
 class SoakRange:
-    """What the passes are drawn from."""
+    """Ranges from which each pass draws its values."""
 
     def __init__(self) -> None: ...
 
     @property
     def radius_min(self) -> float:
-        """SPR [m]"""
+        """Smallest SPR radius [m]."""
 
     @radius_min.setter
     def radius_min(self, arg: float, /) -> None: ...
 
     @property
     def radius_max(self) -> float:
-        """SPR [m]"""
+        """Largest SPR radius [m]."""
 
     @radius_max.setter
     def radius_max(self, arg: float, /) -> None: ...
 
     @property
     def speed_min(self) -> float:
-        """of the tool [m/s]"""
+        """Smallest speed of the tool [m/s]."""
 
     @speed_min.setter
     def speed_min(self, arg: float, /) -> None: ...
 
     @property
     def speed_max(self) -> float:
-        """of the tool [m/s]"""
+        """Largest speed of the tool [m/s]."""
 
     @speed_max.setter
     def speed_max(self, arg: float, /) -> None: ...
 
     @property
     def depth(self) -> float:
-        """beyond the surface, at most [m]"""
+        """Largest depth below the surface [m]."""
 
     @depth.setter
     def depth(self, arg: float, /) -> None: ...
 
     @property
     def drag(self) -> float:
-        """afterwards, in any direction, at most [m]"""
+        """Largest length of the drag that follows, in any direction [m]."""
 
     @drag.setter
     def drag(self, arg: float, /) -> None: ...
 
     @property
     def angle(self) -> float:
-        """from the normal, at most [rad]"""
+        """Largest angle between the motion and the surface normal [rad]."""
 
     @angle.setter
     def angle(self, arg: float, /) -> None: ...
 
     @property
     def object_speed(self) -> float:
-        """of the object, at most [m/s]"""
+        """Largest speed of the object [m/s]."""
 
     @object_speed.setter
     def object_speed(self, arg: float, /) -> None: ...
 
 class SoakPass:
-    """One pass, as it was drawn."""
+    """Values of one pass."""
 
     @property
-    def index(self) -> int: ...
+    def index(self) -> int:
+        """Index of the pass; -1: no pass."""
 
     @property
     def radius(self) -> float:
-        """[m]"""
+        """SPR radius [m]."""
 
     @property
     def speed(self) -> float:
-        """[m/s]"""
+        """Speed of the tool [m/s]."""
 
     @property
     def depth(self) -> float:
-        """[m]"""
+        """Depth below the surface [m]."""
 
     @property
-    def object_moves(self) -> bool: ...
+    def object_moves(self) -> bool:
+        """True if the object moves."""
 
 class SoakReport:
-    """What many passes at one mesh gave."""
+    """Outcome of many passes at one mesh."""
 
     @property
     def passes(self) -> int:
-        """that found free space to begin in"""
+        """Number of passes that found free space to begin in."""
 
     @property
-    def ticks(self) -> int: ...
+    def ticks(self) -> int:
+        """Number of ticks."""
 
     @property
     def touched(self) -> int:
-        """passes with a force"""
+        """Number of passes with a contact force."""
 
     @property
     def popped(self) -> int:
-        """passes whose proxy crossed the surface"""
+        """Number of passes whose proxy crossed the surface."""
 
     @property
-    def first_popped(self) -> SoakPass: ...
+    def first_popped(self) -> SoakPass:
+        """First pass whose proxy crossed the surface."""
 
 def soak(mesh: Mesh, method: str, passes: int, seed: int, range: SoakRange) -> SoakReport:
     """
-    Random pokes at a mesh at 1 kHz, judged triangle by triangle; without the interpreter lock.
+    Simulates random pokes at a mesh at 1 kHz and tests the proxy against each triangle. It releases the interpreter
+    lock.
     """
 
 class Geometry:
-    """What a fixture is made of (core/palpate/guidance/geometry.hpp)."""
+    """Geometry of a fixture (core/palpate/guidance/geometry.hpp)."""
 
     @property
     def solid(self) -> bool:
-        """it has an inside"""
+        """True if the geometry has an inside."""
 
     @property
     def has_axis(self) -> bool:
-        """it has an axis to name: no point, ball or cloud"""
+        """True if the geometry has an axis; points, balls and clouds have none."""
 
     def query(
         self,
@@ -655,48 +727,58 @@ class Geometry:
         t: Annotated[NDArray[numpy.float64], "(:,)"],
     ) -> dict[str, Any]:
         """
-        Poses (n, 4, 4) of a tool, times (n,) [s] -> arrays by the names of Query's fields, n of each.
+        Queries for n tool poses X_WT (n, 4, 4) at times t (n,) [s]: a dict with one array of n entries for each field
+        of guidance::Query.
         """
 
 class Frame:
-    """Where a geometry is attached."""
+    """A frame to which a geometry is attached."""
 
     def at(
         self,
         t: float,
     ) -> tuple[Annotated[NDArray[numpy.float64], "(4, 4)"], Annotated[NDArray[numpy.float64], "(6,)"]]:
         """
-        (X_WF 4x4, V_WF (6,): of its origin [m/s] over angular [rad/s]) at t [s].
+        (X_WF (4, 4), V_WF (6,)) at t [s]: pose, and velocity of its origin [m/s] over angular velocity [rad/s].
         """
 
 class MotionFrame(Frame):
-    """Moves as an object of the scene does."""
+    """A frame that moves like an object of the scene."""
 
     def __init__(self, X_WF: Annotated[NDArray[numpy.float64], "(4, 4)"] = ..., motion: Motion = ...) -> None: ...
 
 class LiveFrame(Frame):
-    """Is where it was last told to be."""
+    """
+    A frame whose poses come from outside the loop, such as from a tracker.
+    """
 
     def __init__(self) -> None: ...
 
     @overload
     def set(self, X_WF: Annotated[NDArray[numpy.float64], "(4, 4)"]) -> None:
-        """Its velocity is found from pose to pose. One thread tells."""
+        """
+        Sets the pose X_WF (4, 4); the velocity follows from successive poses. Call it from one thread only.
+        """
 
     @overload
-    def set(self, X_WF: Annotated[NDArray[numpy.float64], "(4, 4)"], V_WF: numpy.typing.ArrayLike) -> None: ...
+    def set(self, X_WF: Annotated[NDArray[numpy.float64], "(4, 4)"], V_WF: numpy.typing.ArrayLike) -> None:
+        """
+        Sets the pose X_WF (4, 4) and the velocity V_WF (6,): linear [m/s] over angular [rad/s].
+        """
 
     @property
     def told(self) -> bool:
-        """it was told where it is"""
+        """True once a pose has been received."""
 
 class PointGeometry(Geometry):
-    """The origin of its frame."""
+    """The point at the origin of its frame."""
 
     def __init__(self) -> None: ...
 
 class LineGeometry(Geometry):
-    """From a to b, or endless through both."""
+    """
+    A line segment from a to b (3,) [m]; endless: the whole line through them.
+    """
 
     def __init__(
         self,
@@ -706,7 +788,7 @@ class LineGeometry(Geometry):
     ) -> None: ...
 
 class SurfaceGeometry(Geometry):
-    """Whatever the scene can touch, in its own frame."""
+    """A surface of the scene, in its own frame."""
 
     def __init__(self, surface: Surface) -> None: ...
 
@@ -721,17 +803,18 @@ class PathGeometry(Geometry):
         closed: bool,
     ) -> None:
         """
-        controls (n, 4, 3) [m]; attitudes (n + 1, 3, 3) at the pieces' ends, turning with the tangent or as given.
+        controls (n, 4, 3): control points [m]. attitudes (n + 1, 3, 3): rotations at the ends of the pieces.
+        tangential: the z axes follow the tangent between these ends. closed: the curve ends where it starts.
         """
 
     @property
     def length(self) -> float:
-        """[m]"""
+        """Length of the curve [m]."""
 
 CONE_HALF_ANGLE: float = 0.2617993877991494
 
 class ConeGeometry(Geometry):
-    """A cone without an end."""
+    """An infinite cone."""
 
     def __init__(
         self,
@@ -739,15 +822,17 @@ class ConeGeometry(Geometry):
         axis: Annotated[NDArray[numpy.float64], "(3,)"],
         half_angle: float,
     ) -> None:
-        """axis: from the apex into the cone; half_angle [rad]."""
+        """
+        axis (3,): direction from the apex (3,) [m] into the cone; half_angle [rad].
+        """
 
 class OffsetGeometry(Geometry):
-    """Everything within a margin of a geometry."""
+    """All points within a margin of a geometry."""
 
     def __init__(self, geometry: Geometry, margin: float) -> None: ...
 
 class CombinedGeometry(Geometry):
-    """A union, an intersection or a difference."""
+    """A union, an intersection or a difference of solids."""
 
     def __init__(
         self,
@@ -756,11 +841,12 @@ class CombinedGeometry(Geometry):
         blend: float = 0.0,
     ) -> None:
         """
-        kind: union, intersection, or difference (the first without the others); blend: of the crease [m].
+        kind: union, intersection, or difference (the first part without the others). blend: difference of two parts'
+        distances below which the normal turns gradually from one to the other [m]; 0: it turns at once.
         """
 
 class PlacedGeometry(Geometry):
-    """A geometry at X_FG in a frame; in W when left out."""
+    """A geometry placed at X_FG (4, 4) in a frame; the default frame is W."""
 
     def __init__(
         self,
@@ -770,207 +856,218 @@ class PlacedGeometry(Geometry):
     ) -> None: ...
 
 class GuidanceRoleOptions:
-    """Of all roles of guidance; each reads what concerns it."""
+    """Options of all guidance roles; each role reads its own."""
 
     def __init__(self) -> None: ...
 
     @property
     def margin(self) -> float:
-        """guide: free play; forbid, keep-in: kept clear [m]"""
+        """guide: free play; forbid, keep-in: clearance from the surface [m]."""
 
     @margin.setter
     def margin(self, arg: float, /) -> None: ...
 
     @property
     def angle(self) -> float:
-        """orient: free tilt [rad]"""
+        """orient: angle that the tool may tilt freely [rad]."""
 
     @angle.setter
     def angle(self, arg: float, /) -> None: ...
 
     @property
     def axis(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
-        """orient, rcm: of the tool, in T, what points or slides (3,)"""
+        """
+        orient, rcm: axis of the tool, in T, that is oriented or slides through the point (3,).
+        """
 
     @axis.setter
     def axis(self, arg: Annotated[NDArray[numpy.float64], "(3,)"], /) -> None: ...
 
     @property
     def target(self) -> Literal['axis', 'normal', 'frame']:
-        """orient: 'axis', 'normal' or 'frame' of the geometry"""
+        """
+        orient: target, the 'axis', the 'normal' or the whole 'frame' of the geometry.
+        """
 
     @target.setter
     def target(self, name: Literal['axis', 'normal', 'frame'], /) -> None: ...
 
     @property
     def speed(self) -> float:
-        """limit: of the tool, 0: none [m/s]"""
+        """limit: largest speed of the tool [m/s]; 0: no limit."""
 
     @speed.setter
     def speed(self, arg: float, /) -> None: ...
 
     @property
     def force(self) -> float:
-        """limit: of what it touches on the tool, 0: none [N]"""
+        """limit: largest contact force on the tool [N]; 0: no limit."""
 
     @force.setter
     def force(self, arg: float, /) -> None: ...
 
 class GuidanceLawOptions:
-    """Of all laws of guidance; each reads what concerns it."""
+    """Options of all guidance laws; each law reads its own."""
 
     def __init__(self) -> None: ...
 
     @property
     def K(self) -> float:
-        """stiffness, on the tool's side [N/m]"""
+        """Stiffness on the tool's side [N/m]."""
 
     @K.setter
     def K(self, arg: float, /) -> None: ...
 
     @property
     def B(self) -> float:
-        """damping [N s/m]"""
+        """Damping [N s/m]."""
 
     @B.setter
     def B(self, arg: float, /) -> None: ...
 
     @property
     def K_turn(self) -> float:
-        """of an angle [N m/rad]"""
+        """Rotational stiffness [N m/rad]."""
 
     @K_turn.setter
     def K_turn(self, arg: float, /) -> None: ...
 
     @property
     def B_turn(self) -> float:
-        """of an angle [N m s/rad]"""
+        """Rotational damping [N m s/rad]."""
 
     @B_turn.setter
     def B_turn(self, arg: float, /) -> None: ...
 
     @property
     def force(self) -> float:
-        """potential, optimise: most that it pulls [N]"""
+        """potential, optimise: largest force [N]."""
 
     @force.setter
     def force(self, arg: float, /) -> None: ...
 
     @property
     def moment(self) -> float:
-        """the same of an angle [N m]"""
+        """potential, optimise: largest moment [N m]."""
 
     @moment.setter
     def moment(self, arg: float, /) -> None: ...
 
     @property
     def range(self) -> float:
-        """potential: attracts or repels from so far [m]"""
+        """potential: distance from which it attracts or repels [m]."""
 
     @range.setter
     def range(self, arg: float, /) -> None: ...
 
     @property
     def range_turn(self) -> float:
-        """the same of an angle [rad]"""
+        """potential: angle from which it attracts [rad]."""
 
     @range_turn.setter
     def range_turn(self, arg: float, /) -> None: ...
 
     @property
     def ratio(self) -> float:
-        """admittance: speed across what is free per speed along it, 0.01-1"""
+        """
+        admittance: speed in the constrained directions per speed in the free ones, 0.01-1 [-].
+        """
 
     @ratio.setter
     def ratio(self, arg: float, /) -> None: ...
 
 class Ramp:
-    """Fades with what is measured: 0 at `start`, 1 at `end`."""
+    """
+    Scales the authority of a fixture with a measured value: 0 at `start`, 1 at `end`, linear between.
+    """
 
     def __init__(self, by: str = 'pedal', start: float = 0.0, end: float = 1.0) -> None: ...
 
     @property
     def by(self) -> str:
         """
-        'pedal' [0-1], 'distance' [m, rad], 'time' since it was engaged [s], 'force' of the operator [N]
+        Measured value: 'pedal' [0-1], 'distance' [m, rad], 'time' since the fixture was engaged [s] or 'force' of the
+        operator [N].
         """
 
     @property
-    def start(self) -> float: ...
+    def start(self) -> float:
+        """Value at which the authority is 0."""
 
     @property
-    def end(self) -> float: ...
+    def end(self) -> float:
+        """Value at which the authority is 1."""
 
 class Policy:
-    """How much of a fixture counts."""
+    """When and with how much authority a fixture acts."""
 
     def __init__(self) -> None: ...
 
     @property
     def hard(self) -> bool:
-        """the tool's goal is corrected as well"""
+        """True: the tool's goal is corrected as well."""
 
     @hard.setter
     def hard(self, arg: bool, /) -> None: ...
 
     @property
     def authority(self) -> float:
-        """0-1, times the ramps"""
+        """Authority, 0-1; the ramps multiply it [-]."""
 
     @authority.setter
     def authority(self, arg: float, /) -> None: ...
 
     @property
     def priority(self) -> int:
-        """a lower one never pulls against a higher one"""
+        """Priority; the force of a lower one never opposes that of a higher one."""
 
     @priority.setter
     def priority(self, arg: int, /) -> None: ...
 
     @property
     def engage(self) -> float:
-        """takes part once |gap| is below [m, rad]"""
+        """|gap| below which the fixture engages [m, rad]."""
 
     @engage.setter
     def engage(self, arg: float, /) -> None: ...
 
     @property
     def release(self) -> float:
-        """until it is above [m, rad]"""
+        """|gap| above which the fixture disengages [m, rad]."""
 
     @release.setter
     def release(self, arg: float, /) -> None: ...
 
     @property
     def rise(self) -> float:
-        """shortest time for its authority from 0 to 1 [s]"""
+        """Shortest time in which the authority rises from 0 to 1 [s]."""
 
     @rise.setter
     def rise(self, arg: float, /) -> None: ...
 
     @property
     def fall(self) -> float:
-        """and back [s]"""
+        """Shortest time in which the authority falls from 1 to 0 [s]."""
 
     @fall.setter
     def fall(self, arg: float, /) -> None: ...
 
     @property
     def ramps(self) -> list[Ramp]:
-        """a copy; assign it whole"""
+        """Ramps that scale the authority. This is a copy: assign a whole list."""
 
     @ramps.setter
     def ramps(self, arg: Sequence[Ramp], /) -> None: ...
 
 def guidance_roles() -> list[str]:
-    """Names of the roles there are."""
+    """Names of the available roles."""
 
 def guidance_laws() -> list[str]:
-    """Names of the laws there are."""
+    """Names of the available laws."""
 
 class Fixture:
     """
-    A geometry, a role, a law and a policy (core/palpate/guidance/fixture.hpp).
+    Virtual fixture: a geometry, a role, a law and a policy (core/palpate/guidance/fixture.hpp).
     """
 
     def __init__(
@@ -986,39 +1083,44 @@ class Fixture:
         patience: float = float('inf'),
     ) -> None:
         """
-        patience: a live frame that it is attached to told no longer ago than this, or it fades out [s].
+        patience: timeout of the live frames that carry the geometry [s]; without a newer pose the fixture fades out.
         """
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Name, unique in its list."""
 
     @property
-    def role(self) -> str: ...
+    def role(self) -> str:
+        """Name of the role."""
 
     @property
-    def law(self) -> str: ...
+    def law(self) -> str:
+        """Name of the law."""
 
     @property
-    def policy(self) -> Policy: ...
+    def policy(self) -> Policy:
+        """When and with how much authority the fixture acts."""
 
     @property
-    def on(self) -> bool: ...
+    def on(self) -> bool:
+        """False: the fixture is switched off."""
 
     @property
     def stiffness(self) -> float:
-        """the steepest of its law [N/m]"""
+        """Largest stiffness of the law [N/m]."""
 
     @property
     def damping(self) -> float:
-        """the most of its law [N s/m]"""
+        """Largest damping of the law [N s/m]."""
 
     @property
     def turning_stiffness(self) -> float:
-        """[N m/rad]"""
+        """Largest rotational stiffness of the law [N m/rad]."""
 
     @property
     def turning_damping(self) -> float:
-        """[N m s/rad]"""
+        """Largest rotational damping of the law [N m s/rad]."""
 
     def ask(
         self,
@@ -1029,51 +1131,61 @@ class Fixture:
         stiffness: float = 0.0,
     ) -> dict[str, Any]:
         """
-        What its role wants of a tool at X_WT (4, 4) (gap, along (6,), drift, free (3, 3), attracts, turns, speed), and
-        its law's answer to a motion V_WT (6,): wrench F (6,), energy U [J], damping B (3, 3) and the part F_of_B of F.
-        Authority and other fixtures left aside.
+        The fixture's constraint on a tool at X_WT (4, 4), as a dict: gap [m, rad], its gradient `along` (6,), its rate
+        `drift` caused by the fixture's own motion, the projector `free` (3, 3) on the free directions, attracts, turns
+        (the gap is an angle), speed (limit [m/s]). Also the force of the law while the tool moves with V_WT (6,):
+        wrench F (6,), stored energy U [J], damping B (3, 3) [N s/m] and the part F_of_B of F that is -B v. Authority
+        and other fixtures are not considered.
         """
 
 class Fixtures:
-    """A list of fixtures: immutable, swapped whole."""
+    """An immutable list of fixtures; guidance replaces it as a whole."""
 
     def __init__(self, fixtures: Sequence[Fixture] = [], tool: LiveFrame | None = None) -> None:
-        """tool: a frame that is told at every tick where the tool is."""
+        """
+        tool: a frame that receives the tool's pose at every tick, for geometries attached to the tool.
+        """
 
     def __len__(self) -> int: ...
 
     def list(self) -> list[Fixture]:
-        """The fixtures, in their order."""
+        """The fixtures, in order."""
 
 class GuidanceOptions:
-    """Of the stage `guidance`."""
+    """Options of the stage `guidance`."""
 
     def __init__(self) -> None: ...
 
     @property
     def force_rate(self) -> float:
-        """of what no motion explains: a switch, an edit [N/s]"""
+        """
+        Largest rate of the force change that no motion causes, such as after a switch or an edit [N/s].
+        """
 
     @force_rate.setter
     def force_rate(self, arg: float, /) -> None: ...
 
     @property
     def moment_rate(self) -> float:
-        """the same of moments [N m/s]"""
+        """Largest rate of the moment change that no motion causes [N m/s]."""
 
     @moment_rate.setter
     def moment_rate(self, arg: float, /) -> None: ...
 
     @property
     def return_speed(self) -> float:
-        """of a goal that has to leave a region just forbidden [m/s]"""
+        """
+        Speed at which the goal leaves a region that has just become forbidden [m/s].
+        """
 
     @return_speed.setter
     def return_speed(self, arg: float, /) -> None: ...
 
     @property
     def reserve(self) -> float:
-        """hard fixtures keep the goal so far from the border [m]"""
+        """
+        Distance that hard fixtures keep between the goal and their boundary [m].
+        """
 
     @reserve.setter
     def reserve(self, arg: float, /) -> None: ...
@@ -1081,7 +1193,7 @@ class GuidanceOptions:
     @property
     def servo_bandwidth(self) -> float:
         """
-        of the follower behind its goal; 0: at once; below zero: as simulated [Hz]
+        Bandwidth of the follower's servos [Hz]; 0: ideal; negative: that of the simulated follower.
         """
 
     @servo_bandwidth.setter
@@ -1089,18 +1201,18 @@ class GuidanceOptions:
 
     @property
     def servo_damping(self) -> float:
-        """of the same [-]"""
+        """Damping ratio of the follower's servos [-]."""
 
     @servo_damping.setter
     def servo_damping(self, arg: float, /) -> None: ...
 
 class Guidance:
-    """The stage `guidance` by itself."""
+    """The stage `guidance` outside a loop."""
 
     def __init__(self, options: GuidanceOptions = ..., dt: float = 0.001) -> None: ...
 
     def take(self, fixtures: Fixtures) -> None:
-        """From now on these."""
+        """Replaces the fixtures from the next step on."""
 
     def step(
         self,
@@ -1116,21 +1228,23 @@ class Guidance:
         takes_damping: bool = False,
     ) -> dict[str, Any]:
         """
-        One tick: X_WT_goal (4, 4), F_T_W (6,), B_W (3, 3), strongest, gap, correction (3,), status.
+        One tick, as a dict: corrected goal X_WT_goal (4, 4), wrench of the fixtures F_T_W (6,) [N, N m], damping B_W
+        (3, 3) [N s/m], index `strongest` of the fixture with the largest force (-1: none), its gap [m, rad], correction
+        (3,) of the goal [m], status bits.
         """
 
     def authority(self, i: int) -> float:
-        """Of fixture i, ramped."""
+        """Authority of fixture i at the last step, ramps included [-]."""
 
     def wrench(self, i: int) -> Annotated[NDArray[numpy.float64], "(6,)"]:
-        """Of fixture i (6,)."""
+        """Wrench of fixture i on the tool at the last step (6,) [N, N m]."""
 
     def gap(self, i: int) -> float:
-        """Of fixture i [m, rad]."""
+        """Gap of fixture i at the last step [m, rad]."""
 
 class Qp:
     """
-    min |y - y0|^2 / 2 subject to A y >= b, in six variables (core/palpate/guidance/qp.hpp).
+    Solves min |y - y0|^2 / 2 subject to A y >= b in six variables (core/palpate/guidance/qp.hpp).
     """
 
     def __init__(self) -> None: ...
@@ -1143,8 +1257,8 @@ class Qp:
         ranks: Sequence[int] = [],
     ) -> dict[str, Any]:
         """
-        y (6,), multipliers (m,), status 'solved', 'relaxed' or 'stopped', gave_way (m,), steps, and the index of each
-        row (below zero: refused).
+        Solution as a dict: y (6,), multipliers (m,), status 'solved', 'relaxed' or 'stopped', gave_way (m,) for rows
+        that were relaxed, number of steps, and the index of each row (negative: rejected).
         """
 
 def run_guidance(
@@ -1161,16 +1275,16 @@ def run_guidance(
     takes_damping: bool = False,
 ) -> dict[str, NDArray[numpy.float64]]:
     """
-    A Guidance along a motion, (n,) [s], (n, 4, 4), (n, 6): F_T_W (n, 6), X_WT_goal (n, 16), B_W (n, 9), gap (n,). The
-    tool is where the last goal was, at first at X_WT (4, 4); below normal . p = height (n,) it touches a spring of
-    stiffness [N/m].
+    Runs a Guidance along a motion: times t (n,) [s], goals X_WT_goal (n, 4, 4), twists V_WT (n, 6). The measured tool
+    pose is the previous goal, at first X_WT (4, 4). Below the plane normal . p = height (n,) the tool touches a spring
+    of the given stiffness [N/m]. Returns F_T_W (n, 6), X_WT_goal (n, 16), B_W (n, 9) and gap (n,).
     """
 
 def time_query(
     geometry: Geometry,
     X_WT: Annotated[NDArray[numpy.float64], "(:, 4, 4)"],
 ) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-    """Each of n queries at poses (n, 4, 4) [us]."""
+    """Durations of n queries at the poses X_WT (n, 4, 4): (n,) [us]."""
 
 def time_guidance(
     fixtures: Fixtures,
@@ -1178,7 +1292,7 @@ def time_guidance(
     dt: float = 0.001,
 ) -> Annotated[NDArray[numpy.float64], "(:,)"]:
     """
-    Each tick of the stage while the hand sends the tool along poses (n, 4, 4) [us].
+    Durations of n ticks of guidance while the commanded tool pose follows X_WT (n, 4, 4): (n,) [us].
     """
 
 def time_qp(
@@ -1187,66 +1301,70 @@ def time_qp(
     y0: Annotated[NDArray[numpy.float64], "(:, :)"],
 ) -> Annotated[NDArray[numpy.float64], "(:,)"]:
     """
-    Each of n programs of m rows: A (n, m, 6), b (n, m), y0 (n, 6), filling included [us].
+    Durations of n quadratic programs of m rows, filling included: (n,) [us]. A (n, m, 6), b (n, m), y0 (n, 6).
     """
 
 class MappingOptions:
-    """From hand to tool and back."""
+    """Options of the stage `mapping` between hand and tool."""
 
     def __init__(self) -> None: ...
 
     @property
     def scale(self) -> float:
-        """tool motion per hand motion; felt stiffness = force_scale * scale * K"""
+        """
+        Tool motion per hand motion [-]; the hand feels the stiffness force_scale * scale * K.
+        """
 
     @scale.setter
     def scale(self, arg: float, /) -> None: ...
 
     @property
     def force_scale(self) -> float:
-        """force on the hand per force on the tool"""
+        """Force on the hand per force on the tool [-]."""
 
     @force_scale.setter
     def force_scale(self, arg: float, /) -> None: ...
 
     @property
     def align_rate(self) -> float:
-        """decay of an orientation offset [rad/s]; 0 keeps it"""
+        """
+        Rate at which an orientation offset decays [rad/s]; 0: the offset stays.
+        """
 
     @align_rate.setter
     def align_rate(self, arg: float, /) -> None: ...
 
     @property
     def gripper_min(self) -> float:
-        """pinch of a closed jaw [rad]"""
+        """Gripper angle that closes the jaw [rad]."""
 
     @gripper_min.setter
     def gripper_min(self, arg: float, /) -> None: ...
 
     @property
     def gripper_max(self) -> float:
-        """pinch of an open jaw [rad]"""
+        """Gripper angle that opens the jaw [rad]."""
 
     @gripper_max.setter
     def gripper_max(self, arg: float, /) -> None: ...
 
     @property
     def jaw_min(self) -> float:
-        """closed [rad]"""
+        """Angle of the closed jaw [rad]."""
 
     @jaw_min.setter
     def jaw_min(self, arg: float, /) -> None: ...
 
     @property
     def jaw_max(self) -> float:
-        """open [rad]"""
+        """Angle of the open jaw [rad]."""
 
     @jaw_max.setter
     def jaw_max(self, arg: float, /) -> None: ...
 
     @property
     def jaw_rate(self) -> float:
-        """how fast the jaw catches up with the pinch [rad/s]"""
+        """Rate at which the jaw approaches the gripper angle [rad/s]."""
 
     @jaw_rate.setter
     def jaw_rate(self, arg: float, /) -> None: ...
@@ -1274,26 +1392,33 @@ class Mapping:
         clutch: bool = False,
         reached: bool = True,
     ) -> tuple[Annotated[NDArray[numpy.float64], "(4, 4)"], float, Annotated[NDArray[numpy.float64], "(3,)"], bool]:
-        """One tick: (X_WT_goal, jaw, v_WT, engaged)."""
+        """
+        One tick: (X_WT_goal (4, 4), jaw [rad], v_WT (3,) [m/s], engaged). reached: the follower could take the last
+        goal.
+        """
 
     def force_on_hand(
         self,
         F_T_W: Annotated[NDArray[numpy.float64], "(3,)"],
     ) -> Annotated[NDArray[numpy.float64], "(3,)"]:
-        """F_H_L that renders F_T_W [N]."""
+        """
+        Force F_H_L (3,) on the hand that renders the tool force F_T_W (3,) [N].
+        """
 
     def hand_position(
         self,
         p_WT: Annotated[NDArray[numpy.float64], "(3,)"],
     ) -> Annotated[NDArray[numpy.float64], "(3,)"]:
-        """p_WH at which the tool goes to p_WT [m]."""
+        """Hand position p_WH (3,) that maps to the tool position p_WT (3,) [m]."""
 
     @property
     def anchorings(self) -> int:
-        """How often the map was caught anew."""
+        """Number of times that the map was re-anchored at the hand and the tool."""
 
 class MomentumObserver:
-    """External joint torques from drive torques; see estimate.hpp."""
+    """
+    Estimates external joint torques r from the drive torques (core/palpate/force/estimate.hpp).
+    """
 
     def __init__(
         self,
@@ -1301,10 +1426,12 @@ class MomentumObserver:
         drive_inertia: Annotated[NDArray[numpy.float64], "(:, :)"],
         bandwidth: float,
     ) -> None:
-        """drive_inertia (n,n) at the joints; bandwidth of r [Hz]."""
+        """
+        drive_inertia: inertia (n,n) of the drives at the joints [kg m^2, kg]; bandwidth of r [Hz].
+        """
 
     def reset(self) -> None:
-        """The next step starts at r = 0."""
+        """Resets the observer: the next sample starts at r = 0."""
 
     def run(
         self,
@@ -1314,83 +1441,90 @@ class MomentumObserver:
         rate: float,
     ) -> Annotated[NDArray[numpy.float64], "(:, :)"]:
         """
-        r (k, n) [N m, N] of k samples, `rate` a second; tau (k, n) without friction.
+        External joint torques r (k, n) [N m, N] for k samples at rate [Hz]; tau (k, n): drive torques without friction.
         """
 
 class EstimateOptions:
-    """Force on the tool from its drive torques."""
+    """Options of the force estimate from the follower's drive torques."""
 
     def __init__(self) -> None: ...
 
     @property
     def bandwidth(self) -> float:
-        """of the momentum observer [Hz]"""
+        """Bandwidth of the momentum observer [Hz]."""
 
     @bandwidth.setter
     def bandwidth(self, arg: float, /) -> None: ...
 
     @property
     def dead_band(self) -> float:
-        """forces below it are not told [N]"""
+        """
+        Dead band of the estimated force: smaller forces are reported as zero [N].
+        """
 
     @dead_band.setter
     def dead_band(self, arg: float, /) -> None: ...
 
     @property
     def slip_speed(self) -> float:
-        """of the speed limits: dry friction is full above it [-]"""
+        """
+        Fraction of the drives' speed limits above which dry friction has its full value [-].
+        """
 
     @slip_speed.setter
     def slip_speed(self, arg: float, /) -> None: ...
 
     @property
     def rotor_inertia(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) [kg m^2, kg]"""
+        """Rotor inertias at the joints (n,) [kg m^2, kg]."""
 
     @rotor_inertia.setter
     def rotor_inertia(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
 
     @property
     def coulomb(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) [N m, N]"""
+        """Dry friction of the drives (n,) [N m, N]."""
 
     @coulomb.setter
     def coulomb(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
 
     @property
     def viscous(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) [N m s/rad, N s/m]"""
+        """Viscous friction of the drives (n,) [N m s/rad, N s/m]."""
 
     @viscous.setter
     def viscous(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
 
     @property
     def offset(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) constant torque of the drives [N m, N]"""
+        """Constant torques of the drives (n,) [N m, N]."""
 
     @offset.setter
     def offset(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
 
     @property
     def spring(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) torque per position [N m/rad, N/m]"""
+        """Spring constants at the joints (n,) [N m/rad, N/m]."""
 
     @spring.setter
     def spring(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
 
     @property
     def links(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(10n,) identified inertial parameters; empty: the model's own"""
+        """Identified inertial parameters (10n,); empty: those of the model."""
 
     @links.setter
     def links(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
 
 class Estimate:
-    """Force of the environment on the tool tip, from the drives' torques."""
+    """
+    Estimates the force of the environment on the tool tip from the drive torques.
+    """
 
     def __init__(self, model: Arm, options: EstimateOptions) -> None: ...
 
-    def reset(self) -> None: ...
+    def reset(self) -> None:
+        """Resets the momentum observer."""
 
     def step(
         self,
@@ -1399,7 +1533,7 @@ class Estimate:
         v: Annotated[NDArray[numpy.float64], "(:,)"],
         tau: Annotated[NDArray[numpy.float64], "(:,)"],
     ) -> Annotated[NDArray[numpy.float64], "(3,)"]:
-        """A state stamped t [s]: F_T_B (3,) [N]."""
+        """Estimated force F_T_B (3,) [N] for the follower's state at t [s]."""
 
 def force(
     K: Annotated[NDArray[numpy.float64], "(:, 3)"],
@@ -1414,181 +1548,193 @@ def force(
     p_TS: Annotated[NDArray[numpy.float64], "(:, 3)"] | None = None,
 ) -> tuple[Annotated[NDArray[numpy.float64], "(3,)"], Annotated[NDArray[numpy.float64], "(3,)"], Annotated[NDArray[numpy.float64], "(3,)"], Annotated[NDArray[numpy.float64], "(3,)"]]:
     """
-    Stage `force` on n contacts given as (n, 3) arrays: (F, F_spring, F_damping) [N], torque about T [N m], in W.
+    Stage `force` for n contacts, given as (n, 3) arrays in W: (F, F_spring, F_damping, torque), each (3,) in W; forces
+    [N], torque about T [N m].
     """
 
 class CertainFriction:
-    """The part of a device's friction that is certain, per joint."""
+    """Certified lower bounds of a device's joint friction."""
 
     def __init__(self) -> None: ...
 
     @property
     def coulomb(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """[N m, N]"""
+        """Coulomb friction (n,) [N m, N]."""
 
     @coulomb.setter
     def coulomb(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
 
     @property
     def viscous(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """[N m s/rad, N s/m]"""
+        """Viscous friction (n,) [N m s/rad, N s/m]."""
 
     @viscous.setter
     def viscous(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
 
     @property
     def quantum(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """resolution of the joint's position [rad, m]"""
+        """Resolution of the joint positions (n,) [rad, m]."""
 
     @quantum.setter
     def quantum(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
 
 class StabilityOptions:
-    """What may reach the hand."""
+    """Options of the stage `stability`, which limits what the hand receives."""
 
     def __init__(self) -> None: ...
 
     @property
     def force_cap(self) -> float:
-        """largest force on the hand [N]"""
+        """Largest force on the hand [N]."""
 
     @force_cap.setter
     def force_cap(self, arg: float, /) -> None: ...
 
     @property
     def rate_cap(self) -> float:
-        """largest change of it, and the ramp to zero [N/s]"""
+        """
+        Largest rate of change of the force, also that of the ramp to zero [N/s].
+        """
 
     @rate_cap.setter
     def rate_cap(self, arg: float, /) -> None: ...
 
     @property
     def moment_cap(self) -> float:
-        """largest moment on the hand [N m]; 0: forces only"""
+        """Largest moment on the hand [N m]; 0: forces only."""
 
     @moment_cap.setter
     def moment_cap(self, arg: float, /) -> None: ...
 
     @property
     def moment_rate_cap(self) -> float:
-        """largest change of it [N m/s]"""
+        """Largest rate of change of the moment [N m/s]."""
 
     @moment_rate_cap.setter
     def moment_rate_cap(self, arg: float, /) -> None: ...
 
     @property
     def stale_after(self) -> float:
-        """states older than this are not trusted [s]"""
+        """Age above which measured states are not trusted [s]."""
 
     @stale_after.setter
     def stale_after(self, arg: float, /) -> None: ...
 
     @property
-    def passivity(self) -> Literal['observer', 'tank', 'off']: ...
+    def passivity(self) -> Literal['observer', 'tank', 'off']:
+        """Mode of the passivity controller: 'observer', 'tank' or 'off'."""
 
     @passivity.setter
     def passivity(self, mode: Literal['observer', 'tank', 'off'], /) -> None: ...
 
     @property
     def friction(self) -> CertainFriction:
-        """of the device; a copy, assign it whole"""
+        """Certified friction of the device. This is a copy: assign a whole one."""
 
     @friction.setter
     def friction(self, arg: CertainFriction, /) -> None: ...
 
     @property
     def low_pass(self) -> float:
-        """of the wanted force [Hz]; 0: none"""
+        """
+        Cutoff of the low-pass on the force to be rendered [Hz]; 0: no low-pass.
+        """
 
     @low_pass.setter
     def low_pass(self, arg: float, /) -> None: ...
 
     @property
     def coupling_stiffness(self) -> float:
-        """of the virtual coupling [N/m]; 0: none"""
+        """Stiffness of the virtual coupling [N/m]; 0: no coupling."""
 
     @coupling_stiffness.setter
     def coupling_stiffness(self, arg: float, /) -> None: ...
 
     @property
     def coupling_damping(self) -> float:
-        """beside its spring [N s/m]"""
+        """Damping of the virtual coupling, in parallel with its spring [N s/m]."""
 
     @coupling_damping.setter
     def coupling_damping(self, arg: float, /) -> None: ...
 
     @property
     def delay(self) -> float:
-        """known, of the loop [s]"""
+        """Known delay of the loop [s]."""
 
     @delay.setter
     def delay(self, arg: float, /) -> None: ...
 
     @property
     def quantum(self) -> float:
-        """resolution of the handle's position [m]"""
+        """Resolution of the handle's position [m]."""
 
     @quantum.setter
     def quantum(self, arg: float, /) -> None: ...
 
     @property
     def allowance(self) -> float:
-        """may be given beyond what came in [J]"""
+        """
+        Energy that may be returned in excess of the certified input energy [J].
+        """
 
     @allowance.setter
     def allowance(self, arg: float, /) -> None: ...
 
     @property
     def tank_capacity(self) -> float:
-        """of the tank [J]"""
+        """Capacity of the energy tank [J]."""
 
     @tank_capacity.setter
     def tank_capacity(self, arg: float, /) -> None: ...
 
     @property
     def acceleration(self) -> float:
-        """nobody snatches the handle away faster [m/s^2]"""
+        """Largest assumed acceleration of the handle [m/s^2]."""
 
     @acceleration.setter
     def acceleration(self, arg: float, /) -> None: ...
 
     @property
     def angular_acceleration(self) -> float:
-        """nor turns it [rad/s^2]"""
+        """Largest assumed angular acceleration of the handle [rad/s^2]."""
 
     @angular_acceleration.setter
     def angular_acceleration(self, arg: float, /) -> None: ...
 
 class StabilityOutput:
-    """One tick of the stage; wrenches (6,) on the hand in L."""
+    """
+    Output of one tick of the stage; wrenches (6,) on the hand in L [N, N m].
+    """
 
     @property
     def F_H_L(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """rendered"""
+        """Wrench to be rendered (6,)."""
 
     @property
     def F_capped(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """what the limiter was asked for"""
+        """Input of the limiter (6,)."""
 
     @property
     def F_coupling(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """what the virtual coupling kept"""
+        """Input minus output of the virtual coupling (6,)."""
 
     @property
     def F_low_pass(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """what the low-pass kept"""
+        """Input minus output of the low-pass (6,)."""
 
     @property
     def F_passivity(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """what the passivity controller kept"""
+        """Input minus output of the passivity controller (6,)."""
 
     @property
     def lag(self) -> list[float]:
-        """of coupling, low-pass, passivity controller, caps [s]"""
+        """
+        Lags of the coupling, the low-pass, the passivity controller and the caps [s].
+        """
 
     @property
     def status(self) -> int:
-        """bits of Status"""
+        """Status bits."""
 
 class Stability:
     """Stage `stability`: coupling, low-pass, passivity controller, limiter."""
@@ -1606,22 +1752,27 @@ class Stability:
         t_leader: float = 0.0,
         engaged: bool = True,
     ) -> StabilityOutput:
-        """One tick; rendered() has to follow."""
+        """
+        One tick at t [s] with the handle at p_LH (3,) [m], v_LH (3,) [m/s], joints q (n,), and the wrench F_H_L (6,) to
+        be rendered. Call rendered() after each step.
+        """
 
     def rendered(self, F_H_L: numpy.typing.ArrayLike) -> None:
-        """What the drives left of it."""
+        """
+        Reports the wrench (6,) that the drives rendered after their torque limits.
+        """
 
     @property
     def stored(self) -> float:
-        """may be given back [J]"""
+        """Energy that may be returned to the hand [J]."""
 
     @property
     def reserved(self) -> float:
-        """of it, most that what is on its way may cost [J]"""
+        """Part of `stored` that is reserved for wrenches still in the delay [J]."""
 
 class Limiter:
     """
-    The end of stage `stability`: finite, below its cap, no faster than its rate cap.
+    The last element of the stage `stability`: its output is finite and within the cap and the rate cap.
     """
 
     def __init__(self, options: StabilityOptions, dt: float) -> None: ...
@@ -1637,32 +1788,42 @@ class Limiter:
         engaged: bool = True,
     ) -> tuple[Annotated[NDArray[numpy.float64], "(:,)"], Annotated[NDArray[numpy.float64], "(:,)"], int]:
         """
-        One tick, a force (3,) or a wrench (6,): (F_H_L rendered, F_cut, status bits).
+        One tick with a force (3,) or a wrench (6,): (F_H_L to be rendered, F_cut = input - output, status bits).
         """
 
 class Energy:
-    """Entries of the ledger [J]."""
+    """Entries of the energy ledger, at the hand's port [J]."""
 
     @property
-    def port(self) -> float: ...
+    def port(self) -> float:
+        """
+        Energy that the rendered force took from the hand; negative: generated energy.
+        """
 
     @property
-    def spring(self) -> float: ...
+    def spring(self) -> float:
+        """Energy stored in the contacts' springs."""
 
     @property
-    def damping(self) -> float: ...
+    def damping(self) -> float:
+        """Energy dissipated by the damping forces."""
 
     @property
-    def cut(self) -> float: ...
+    def cut(self) -> float:
+        """Energy of the force that the caps removed."""
 
     @property
-    def passivity(self) -> float: ...
+    def passivity(self) -> float:
+        """Energy of the force that the passivity controller removed."""
 
     @property
-    def source(self) -> list[float]: ...
+    def source(self) -> list[float]:
+        """Energy of the force of each source."""
 
 class Ledger:
-    """Energy at the hand's port: each force times the motion while it acted."""
+    """
+    Energy ledger at the hand's port: the work of each force on the motion during which it acts.
+    """
 
     def __init__(self, delay: float = 0.0, dt: float = 0.001) -> None: ...
 
@@ -1677,11 +1838,14 @@ class Ledger:
         F_source: Annotated[NDArray[numpy.float64], "(:, :)"] | None = None,
     ) -> Energy:
         """
-        One tick, forces (3,) or wrenches (6,) in L, of each source a row: the energies [J].
+        One tick with the handle at p_LH (3,) [m] and R_LH (3, 3). Forces (3,) or wrenches (6,) in L; F_source: one row
+        for each source; spring: stored energy [J]. Returns the energies since the start [J].
         """
 
 class PassivityObserver:
-    """What the hand has surely put into the port; a force on one point."""
+    """
+    Certified energy that the hand has put into the port, for a force at one point.
+    """
 
     def __init__(self, options: StabilityOptions, dt: float) -> None: ...
 
@@ -1691,31 +1855,48 @@ class PassivityObserver:
         v_LH: Annotated[NDArray[numpy.float64], "(3,)"],
         F_H_L: Annotated[NDArray[numpy.float64], "(3,)"],
     ) -> float:
-        """One tick, the force sent at its end: what may be given back [J]."""
+        """
+        One tick with the handle at p_LH (3,) [m], v_LH (3,) [m/s]; F_H_L (3,) [N] is sent at its end. Returns the
+        energy that may be returned to the hand [J].
+        """
 
     @property
     def in_flight(self) -> float:
-        """most that what was sent may still give [J]"""
+        """
+        Largest energy that the forces already sent can still give to the hand [J].
+        """
 
 class Dissipation:
-    """What a device surely turns into heat."""
+    """Certified energy that a device dissipates by friction."""
 
     def __init__(self, friction: CertainFriction, dt: float) -> None: ...
 
     def step(self, q: Annotated[NDArray[numpy.float64], "(:,)"]) -> float:
-        """Measured joints of a tick: heat since the last one, at least [J]."""
+        """
+        Certified dissipation since the last tick [J], from the measured joint positions q (n,).
+        """
 
 def held_cost(F: float, u: float, a: float, begin: float, end: float) -> float:
-    """F times the integral of max(0, u + a t) over [begin, end] [J]."""
+    """
+    Largest work of a constant force: F times the integral of max(0, u + a t) over [begin, end] [J]. F [N], u [m/s], a
+    [m/s^2], times [s].
+    """
 
 def ramp_cost(F: float, u: float, a: float, begin: float, rate: float) -> float:
-    """The same of a force that falls from F at begin by rate [N/s]."""
+    """
+    Largest work of a force that falls from F at `begin` to zero at `rate` [N/s]: the integral of the force times max(0,
+    u + a t) [J].
+    """
 
 def low_pass_share(cutoff: float, dt: float) -> float:
-    """a of y_k = y_k-1 + a (u_k - y_k-1); cutoff [Hz], 0: none; dt [s]."""
+    """
+    Coefficient a of the low-pass y_k = y_k-1 + a (u_k - y_k-1). cutoff [Hz], 0: no low-pass; dt [s].
+    """
 
 class AllTerms:
-    """Pinocchio's dynamics of the same URDF: a judge and a control."""
+    """
+    Pinocchio's dynamics of a URDF; tests and benchmarks compare Arm with it.
+    """
 
     def __init__(self, xml: str, base_frame: str, tip_frame: str) -> None: ...
 
@@ -1725,61 +1906,64 @@ class AllTerms:
         v: numpy.typing.ArrayLike,
     ) -> tuple[Annotated[NDArray[numpy.float64], "(:, :)"], Annotated[NDArray[numpy.float64], "(:,)"], Annotated[NDArray[numpy.float64], "(:,)"], Annotated[NDArray[numpy.float64], "(:, :)"]]:
         """
-        (M (n,n), C v + G (n,), G (n,), J (6,n) at the tip in base axes) by computeAllTerms.
+        computeAllTerms: (M (n,n), C v + G (n,), G (n,), J (6,n) at the tip in base axes).
         """
 
 class IkOptions:
-    """Inverse kinematics: when to stop."""
+    """When the inverse kinematics stops."""
 
     def __init__(self) -> None: ...
 
     @property
-    def max_iterations(self) -> int: ...
+    def max_iterations(self) -> int:
+        """Largest number of iterations."""
 
     @max_iterations.setter
     def max_iterations(self, arg: int, /) -> None: ...
 
     @property
     def position_tolerance(self) -> float:
-        """[m]"""
+        """Position error accepted as converged [m]."""
 
     @position_tolerance.setter
     def position_tolerance(self, arg: float, /) -> None: ...
 
     @property
     def orientation_tolerance(self) -> float:
-        """[rad]"""
+        """Orientation error accepted as converged [rad]."""
 
     @orientation_tolerance.setter
     def orientation_tolerance(self, arg: float, /) -> None: ...
 
     @property
     def damping(self) -> float:
-        """floor of the damping, which grows with the remaining error"""
+        """Smallest damping; the damping grows with the remaining error."""
 
     @damping.setter
     def damping(self, arg: float, /) -> None: ...
 
 class IkResult:
-    """How an inverse kinematics ended."""
+    """Outcome of an inverse kinematics run."""
 
     @property
-    def converged(self) -> bool: ...
+    def converged(self) -> bool:
+        """True if both errors are within their tolerances."""
 
     @property
-    def iterations(self) -> int: ...
+    def iterations(self) -> int:
+        """Number of iterations."""
 
     @property
     def position_error(self) -> float:
-        """[m]"""
+        """Remaining position error [m]."""
 
     @property
     def orientation_error(self) -> float:
-        """[rad]"""
+        """Remaining orientation error [rad]."""
 
     @property
     def damping(self) -> float:
-        """of the last step; large near singularities and out of reach"""
+        """Damping of the last step; large near singularities and out of reach."""
 
 class Field:
     """
@@ -1792,16 +1976,21 @@ class Field:
         centres: Annotated[NDArray[numpy.float64], "(:, :)"],
         length: numpy.typing.ArrayLike,
     ) -> None:
-        """Joints J from zero (d); centres z (c, d), lengths l (d) [rad, m]."""
+        """
+        Indices of the joints J (d,), from zero; centres z (c, d) and lengths l (d,) [rad, m].
+        """
 
     @property
-    def joints(self) -> list[int]: ...
+    def joints(self) -> list[int]:
+        """Indices of the joints (d,), from zero."""
 
     @property
-    def centres(self) -> Annotated[NDArray[numpy.float64], "(:, :)"]: ...
+    def centres(self) -> Annotated[NDArray[numpy.float64], "(:, :)"]:
+        """Centres of the Gaussians (c, d) [rad, m]."""
 
     @property
-    def length(self) -> Annotated[NDArray[numpy.float64], "(:,)"]: ...
+    def length(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Length scales of the Gaussians (d,) [rad, m]."""
 
 class GravityTerms:
     """The columns of a gravity model: masses, powers of joints, fields."""
@@ -1810,27 +1999,29 @@ class GravityTerms:
 
     @property
     def masses(self) -> bool:
-        """4 columns per link"""
+        """True: four columns per link, for its mass and its first moments."""
 
     @property
     def degree(self) -> int:
-        """of a polynomial per joint; -1: none"""
+        """Degree of the polynomial in each joint; -1: no polynomials."""
 
     @property
     def fields(self) -> list[Field]:
-        """a column per centre"""
+        """Gaussian fields; each has one column per centre."""
 
 class Arm:
-    """An arm: kinematics and dynamics in its base frame. See palpate.Arm."""
+    """Kinematics and dynamics of an arm in its base frame. See palpate.Arm."""
 
     @overload
     def __init__(self, xml: str, base_frame: str, tip_frame: str) -> None:
-        """From a URDF's text; the arm is the chain from base to tip."""
+        """
+        Makes an arm from the text of a URDF: the chain from base_frame to tip_frame.
+        """
 
     @overload
     def __init__(self, kind: str, parameters: _Mapping[str, Sequence[float]]) -> None:
         """
-        A device with a closed form of its own, e.g. 'delta', from its numbers by name.
+        Makes a device that has closed-form kinematics, such as 'delta', from its parameters by name.
         """
 
     @property
@@ -1838,50 +2029,58 @@ class Arm:
         """Number of joints."""
 
     @property
-    def joint_names(self) -> list[str]: ...
+    def joint_names(self) -> list[str]:
+        """Names of the joints."""
 
     @property
-    def link_names(self) -> list[str]: ...
+    def link_names(self) -> list[str]:
+        """Names of the links."""
 
     @property
     def q_min(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) lower limits [rad, m]"""
+        """Lower joint limits (n,) [rad, m]."""
 
     @property
     def q_max(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) upper limits [rad, m]"""
+        """Upper joint limits (n,) [rad, m]."""
 
     @property
     def tau_max(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) drive limits [N m, N]"""
+        """Torque limits of the drives (n,) [N m, N]."""
 
     @property
     def v_max(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) speed limits [rad/s, m/s]"""
+        """Speed limits of the joints (n,) [rad/s, m/s]."""
 
     @property
     def orients(self) -> bool:
-        """Can its tip be turned at will? Otherwise it is placed only."""
+        """True if the joints can orient the tip; False if they only position it."""
 
     @property
     def segments(self) -> list[tuple[str, Annotated[NDArray[numpy.float64], "(3,)"]]]:
-        """The arm as sticks: (link, end in the link's axes (3,) [m]) each."""
+        """
+        Line segments for drawing the arm: (name of the link, end of the segment in the link's axes (3,) [m]).
+        """
 
     def fk(self, q: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], "(4, 4)"]:
-        """X_0T (4,4): the tip in the base at q (n,) [rad, m]."""
+        """Pose X_0T (4,4) of the tip in the base frame at q (n,) [rad, m]."""
 
     def jacobian(self, q: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], "(:, :)"]:
-        """(6,n) at the tip in base axes, linear rows over angular rows."""
+        """Jacobian (6,n) at the tip in base axes, linear rows over angular rows."""
 
     def gravity(self, q: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """G(q) = dP/dq (n,) that holds the masses up [N m, N]."""
+        """
+        Torques G(q) = dP/dq (n,) that balance the weight of the links [N m, N].
+        """
 
     def elastic(self, q: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """What of holding (n,) is not of the masses: spring, cables [N m, N]."""
+        """
+        Torques (n,) that balance the counterbalance spring and the cables [N m, N].
+        """
 
     def holding(self, q: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], "(:,)"]:
         """
-        What holds the arm still (n,): the identified model, or gravity and counterbalance [N m, N].
+        Torques (n,) that hold the arm still, by the identified gravity model or by gravity and counterbalance [N m, N].
         """
 
     def bias(self, q: numpy.typing.ArrayLike, v: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], "(:,)"]:
@@ -1896,7 +2095,7 @@ class Arm:
         """M a + C v + G (n,) [N m, N]."""
 
     def mass_matrix(self, q: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], "(:, :)"]:
-        """M(q) (n,n), symmetric; rotor inertias are not in it."""
+        """Mass matrix M(q) (n,n), symmetric, without the rotor inertias."""
 
     def dynamics(
         self,
@@ -1904,47 +2103,54 @@ class Arm:
         v: numpy.typing.ArrayLike,
     ) -> tuple[Annotated[NDArray[numpy.float64], "(:, :)"], Annotated[NDArray[numpy.float64], "(:,)"], Annotated[NDArray[numpy.float64], "(4, 4)"], Annotated[NDArray[numpy.float64], "(:, :)"], Annotated[NDArray[numpy.float64], "(:,)"]]:
         """
-        (M (n,n), C v + G (n,), X_0T (4,4), J (6,n), dJ/dt v (6,)) in one go, as the plant uses them.
+        All terms that a simulated arm needs: (M (n,n), C v + G (n,), X_0T (4,4), J (6,n), dJ/dt v (6,)).
         """
 
     def potential_energy(self, q: numpy.typing.ArrayLike) -> float:
-        """P(q) of the masses [J]."""
+        """Potential energy P(q) of the links' weight [J]."""
 
     def elastic_energy(self, q: numpy.typing.ArrayLike) -> float:
-        """P(q) of spring and cables [J]."""
+        """Potential energy P(q) of the counterbalance spring and the cables [J]."""
 
     def set_counterbalance(self, torque: float, along: numpy.typing.ArrayLike) -> None:
         """
-        A spring P = -torque sin(along . q): torque [N m], along (n,). 0 takes it away.
+        Sets a spring with potential P = -torque sin(along . q): torque [N m], along (n,). Torque 0 removes the spring.
         """
 
     def gravity_regressor(self, q: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], "(:, :)"]:
         """
-        Y(q) (n,4n): gravity = Y Pi, Pi = (m, m c_x, m c_y, m c_z) of each link, c in its axes (Eqs 10-12).
+        Regressor Y(q) (n,4n): gravity = Y Pi, Pi = (m, m c_x, m c_y, m c_z) of each link, c in the link's axes (Eqs
+        10-12).
         """
 
     @property
     def moments(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """Pi of the model file (4n,) [kg, kg m]."""
+        """
+        Masses and first moments Pi of the links in the model file (4n,) [kg, kg m].
+        """
 
     def gravity_columns(
         self,
         terms: GravityTerms,
         q: Annotated[NDArray[numpy.float64], "(:, :)"],
     ) -> Annotated[NDArray[numpy.float64], "(:, :, :)"]:
-        """Phi (k, n, m) of the terms at the poses q (k, n): holding = Phi theta."""
+        """
+        Columns Phi (k, n, m) of the terms at the joint positions q (k, n): holding = Phi theta.
+        """
 
     def set_gravity_model(self, terms: GravityTerms, theta: Annotated[NDArray[numpy.float64], "(:,)"]) -> None:
         """
-        Hold the arm by an identified model, theta (m,), instead of masses and counterbalance.
+        Replaces masses and counterbalance in holding() by an identified gravity model with parameters theta (m,).
         """
 
     def set_gravity(self, g_base: Annotated[NDArray[numpy.float64], "(3,)"]) -> None:
-        """Gravity in base axes [m/s^2]; default (0, 0, -9.81)."""
+        """
+        Sets the gravitational acceleration in base axes (3,) [m/s^2]; default (0, 0, -9.81).
+        """
 
     def with_scaled_masses(self, scale: numpy.typing.ArrayLike) -> Arm:
         """
-        A copy whose link masses are multiplied by scale (n,): a controller's wrong model of the plant.
+        Copy whose link masses are multiplied by scale (n,), as an inexact model for a controller.
         """
 
     def torque_regressor(
@@ -1954,16 +2160,17 @@ class Arm:
         a: numpy.typing.ArrayLike,
     ) -> Annotated[NDArray[numpy.float64], "(:, :)"]:
         """
-        Y (n,10n) of M a + C v + G = Y pi, pi = (m, m c (3), I_xx, I_xy, I_yy, I_xz, I_yz, I_zz) per link.
+        Regressor Y (n,10n): M a + C v + G = Y pi, pi = (m, m c (3), I_xx, I_xy, I_yy, I_xz, I_yz, I_zz) of each link.
         """
 
     @property
     def inertial_parameters(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """pi (10n,) of the links [kg, kg m, kg m^2]."""
+        """Inertial parameters pi of the links (10n,) [kg, kg m, kg m^2]."""
 
     def with_inertial_parameters(self, pi: numpy.typing.ArrayLike) -> Arm:
         """
-        A copy made of other links alone, no counterbalance: pi (10n,); refuses what is no body's.
+        Copy with the inertial parameters pi (10n,) and without a counterbalance. Parameters that no rigid body can have
+        raise ValueError.
         """
 
     def ik_from(
@@ -1973,97 +2180,105 @@ class Arm:
         options: IkOptions = ...,
     ) -> tuple[Annotated[NDArray[numpy.float64], "(:,)"], IkResult]:
         """
-        One damped Newton run from q0: (q, IkResult). palpate.Arm.ik restarts and raises.
+        One damped Newton run from q0 (n,): (q (n,), IkResult). palpate.Arm.ik restarts it and raises an error.
         """
 
     def link_poses_array(self, q: numpy.typing.ArrayLike) -> list[Annotated[NDArray[numpy.float64], "(4, 4)"]]:
-        """X_0link (4,4) of every link, in link_names order."""
+        """
+        Poses (4,4) of all links in the base frame, in the order of link_names.
+        """
 
 class HandOptions:
     """
-    The operator's hand: a mass on the handle, spring and damper to its path.
+    Impedance of the operator's hand: a mass on the handle, with a spring and a damper to its intended path.
     """
 
     def __init__(self) -> None: ...
 
     @property
     def mass(self) -> float:
-        """moves with the handle [kg]"""
+        """Mass that moves with the handle [kg]."""
 
     @mass.setter
     def mass(self, arg: float, /) -> None: ...
 
     @property
     def damping(self) -> float:
-        """to the intended path [N s/m]"""
+        """Damping to the intended path [N s/m]."""
 
     @damping.setter
     def damping(self, arg: float, /) -> None: ...
 
     @property
     def stiffness(self) -> float:
-        """to the intended path [N/m]"""
+        """Stiffness to the intended path [N/m]."""
 
     @stiffness.setter
     def stiffness(self, arg: float, /) -> None: ...
 
     @property
     def inertia(self) -> float:
-        """rotational, moves with the handle [kg m^2]"""
+        """Rotational inertia that moves with the handle [kg m^2]."""
 
     @inertia.setter
     def inertia(self, arg: float, /) -> None: ...
 
     @property
     def rotational_damping(self) -> float:
-        """[N m s/rad]"""
+        """Rotational damping [N m s/rad]."""
 
     @rotational_damping.setter
     def rotational_damping(self, arg: float, /) -> None: ...
 
     @property
     def rotational_stiffness(self) -> float:
-        """[N m/rad]"""
+        """Rotational stiffness [N m/rad]."""
 
     @rotational_stiffness.setter
     def rotational_stiffness(self, arg: float, /) -> None: ...
 
     @property
     def grip_force_max(self) -> float:
-        """the hand slips above it [N]"""
+        """Largest force of the grip; the hand slips above it [N]."""
 
     @grip_force_max.setter
     def grip_force_max(self, arg: float, /) -> None: ...
 
 class LeaderOptions:
-    """What a leader is made of; palpate.Arm.leader_options() fills it."""
+    """
+    Parameters of a simulated leader; palpate.Arm.leader_options() fills them.
+    """
 
     def __init__(self) -> None: ...
 
     @property
     def coupling(self) -> Annotated[NDArray[numpy.float64], "(:, :)"]:
-        """(n,n) A: q_joint = A q_motor"""
+        """Coupling matrix A (n,n): q_joint = A q_motor."""
 
     @coupling.setter
     def coupling(self, arg: Annotated[NDArray[numpy.float64], "(:, :)"], /) -> None: ...
 
     @property
     def loop_delay(self) -> float:
-        """from command to torque, force term only [s]"""
+        """Delay from the command to the torque, of the force term only [s]."""
 
     @loop_delay.setter
     def loop_delay(self, arg: float, /) -> None: ...
 
     @property
     def loop_jitter(self) -> float:
-        """on top of it: uniform from 0 to this, each command [s]"""
+        """
+        Additional random delay of each command, uniform in 0..loop_jitter [s].
+        """
 
     @loop_jitter.setter
     def loop_jitter(self, arg: float, /) -> None: ...
 
     @property
     def drive_lag(self) -> float:
-        """time constant of the drives' current loops, of all torque [s]"""
+        """
+        Time constant of the drives' current loops, which all torque terms pass [s].
+        """
 
     @drive_lag.setter
     def drive_lag(self, arg: float, /) -> None: ...
@@ -2071,7 +2286,8 @@ class LeaderOptions:
     @property
     def velocity_window(self) -> float:
         """
-        0: time between edges; else the difference of two positions so far apart [s]
+        Time between the two positions whose difference gives a velocity [s]; 0: velocities come from the time between
+        encoder edges.
         """
 
     @velocity_window.setter
@@ -2079,162 +2295,176 @@ class LeaderOptions:
 
     @property
     def velocity_cutoff(self) -> float:
-        """first-order low-pass of velocities; 0 = none [Hz]"""
+        """Cutoff of the first-order low-pass on velocities [Hz]; 0: no low-pass."""
 
     @velocity_cutoff.setter
     def velocity_cutoff(self, arg: float, /) -> None: ...
 
     @property
     def hold_timeout(self) -> float:
-        """without a fresh command the force ramps to zero [s]"""
+        """
+        Time without a new command after which the force term ramps to zero [s].
+        """
 
     @hold_timeout.setter
     def hold_timeout(self, arg: float, /) -> None: ...
 
     @property
     def cell_noise(self) -> float:
-        """of the load cell in the handle, rms per axis [N]"""
+        """Noise of the load cell in the handle, rms per axis [N]."""
 
     @cell_noise.setter
     def cell_noise(self, arg: float, /) -> None: ...
 
     @property
     def seed(self) -> int:
-        """of that noise and of the jitter; a simulation takes its own"""
+        """
+        Seed of the load cell's noise and of the jitter; a Simulation replaces it by its own.
+        """
 
     @seed.setter
     def seed(self, arg: int, /) -> None: ...
 
     @property
     def quantised(self) -> bool:
-        """encoders as above, or the truth"""
+        """
+        True: positions and velocities come from the encoders; False: they are exact.
+        """
 
     @quantised.setter
     def quantised(self, arg: bool, /) -> None: ...
 
     @property
     def encoder_step(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) motor side [rad/count]; 0 = ideal"""
+        """
+        Resolution of the encoders on the motor side (n,) [rad/count]; 0: exact.
+        """
 
     @encoder_step.setter
     def encoder_step(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
 
     @property
     def coulomb(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) Fc [N m]"""
+        """Coulomb friction of the joints (n,) [N m]."""
 
     @coulomb.setter
     def coulomb(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
 
     @property
     def viscous(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) Fv [N m s/rad]"""
+        """Viscous friction of the joints (n,) [N m s/rad]."""
 
     @viscous.setter
     def viscous(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
 
     @property
     def rotor_inertia(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) reflected to the joint [kg m^2]"""
+        """Rotor inertias, reflected to the joints (n,) [kg m^2]."""
 
     @rotor_inertia.setter
     def rotor_inertia(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
 
     @property
     def tau_max(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) drive limits, joint side [N m]"""
+        """Torque limits of the drives, joint side (n,) [N m]."""
 
     @tau_max.setter
     def tau_max(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
 
 class DriveOptions:
-    """The drives of a follower, at its joints."""
+    """Parameters of a follower's drives, at its joints."""
 
     def __init__(self) -> None: ...
 
     @property
     def coulomb(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) Fc [N m, N]"""
+        """Coulomb friction (n,) [N m, N]."""
 
     @coulomb.setter
     def coulomb(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
 
     @property
     def viscous(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) Fv [N m s/rad, N s/m]"""
+        """Viscous friction (n,) [N m s/rad, N s/m]."""
 
     @viscous.setter
     def viscous(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
 
     @property
     def rotor_inertia(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) [kg m^2, kg]"""
+        """Rotor inertias (n,) [kg m^2, kg]."""
 
     @rotor_inertia.setter
     def rotor_inertia(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
 
 class FollowerOptions:
-    """Joint servos of a simulated follower."""
+    """Parameters of a simulated follower."""
 
     def __init__(self) -> None: ...
 
     @property
     def bandwidth(self) -> float:
-        """natural frequency of the joint servos [Hz]; 0 = ideal"""
+        """Natural frequency of the joint servos [Hz]; 0: ideal."""
 
     @bandwidth.setter
     def bandwidth(self, arg: float, /) -> None: ...
 
     @property
-    def damping_ratio(self) -> float: ...
+    def damping_ratio(self) -> float:
+        """Damping ratio of the joint servos [-]; 1: no overshoot."""
 
     @damping_ratio.setter
     def damping_ratio(self, arg: float, /) -> None: ...
 
     @property
     def jaw_v_max(self) -> float:
-        """[rad/s]"""
+        """Speed limit of the jaw [rad/s]."""
 
     @jaw_v_max.setter
     def jaw_v_max(self, arg: float, /) -> None: ...
 
     @property
     def driven(self) -> bool:
-        """joints moved by drives with torques, which contacts push against"""
+        """
+        True: drives move the joints by torques, and contact forces push against them; False: position servos move the
+        joints.
+        """
 
     @driven.setter
     def driven(self, arg: bool, /) -> None: ...
 
     @property
     def drives(self) -> DriveOptions:
-        """of a driven follower"""
+        """Drives of a driven follower."""
 
     @drives.setter
     def drives(self, arg: DriveOptions, /) -> None: ...
 
     @property
     def v_max(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) [rad/s, m/s]"""
+        """Speed limits of the joints (n,) [rad/s, m/s]."""
 
     @v_max.setter
     def v_max(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
 
     @property
     def encoder_step(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) [rad, m]; 0 = ideal"""
+        """Resolution of the encoders (n,) [rad, m]; 0: exact."""
 
     @encoder_step.setter
     def encoder_step(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
 
 class Leader:
     """
-    A simulated leader: dynamics, friction, drives, encoders, and a hand on it.
+    A simulated leader: dynamics, friction, drives and encoders, and the hand that holds it.
     """
 
     def __init__(self, arm: Arm, options: LeaderOptions, hand: HandOptions = ...) -> None: ...
 
     def reset(self, q: Annotated[NDArray[numpy.float64], "(:,)"]) -> None:
-        """At rest at q (n,), within the limits; drives off, time zero."""
+        """
+        Places the arm at rest at q (n,), clipped to the limits, with drives off, and sets the time to zero.
+        """
 
     def command(
         self,
@@ -2242,13 +2472,15 @@ class Leader:
         tau_gravity: Annotated[NDArray[numpy.float64], "(:,)"],
         tau_platform: Annotated[NDArray[numpy.float64], "(:,)"],
     ) -> None:
-        """The newest torques (n,) [N m]; held until the next."""
+        """
+        Commands torques (n,) [N m]; the drives hold them until the next command.
+        """
 
     def obey(self, command: LeaderCommand) -> None:
-        """The newest command of a Torque stage, every term of it."""
+        """Commands all terms of a command of the stage `torque`."""
 
     def pinch(self, gripper: float) -> None:
-        """The hand closes the grips to this angle, 0 = closed [rad]."""
+        """The hand closes the gripper to this angle [rad]; 0: closed."""
 
     def step(
         self,
@@ -2258,83 +2490,91 @@ class Leader:
         n: int = 1,
     ) -> None:
         """
-        n servo periods of dt [s] with the hand wanting the handle at X_LH_hand (4,4), moving with V (6,).
+        Simulates n servo periods of dt [s]. The hand intends the handle at X_LH_hand (4,4), moving with V_LH_hand (6,).
         """
 
     @property
     def t(self) -> float:
-        """[s]"""
+        """Time [s]."""
 
     @property
     def q_measured(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """encoders [rad]"""
+        """Joint positions by the encoders (n,) [rad]."""
 
     @property
     def v_measured(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """encoders [rad/s]"""
+        """Joint velocities by the encoders (n,) [rad/s]."""
 
     @property
     def gripper(self) -> float:
-        """[rad]"""
+        """Measured gripper angle [rad]."""
 
     @property
     def q(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """truth [rad]"""
+        """True joint positions (n,) [rad]."""
 
     @property
     def v(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """truth [rad/s]"""
+        """True joint velocities (n,) [rad/s]."""
 
     @property
     def load_cell(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """force and torque of the arm on the hand, in L (6,), the truth [N, N m]"""
+        """True wrench of the arm on the hand, in L (6,) [N, N m]."""
 
     @property
     def F_cell_L(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """what the load cell says (3,), noise included [N]"""
+        """Force measured by the load cell, noise included (3,) [N]."""
 
     @property
     def hand_slipped(self) -> bool:
-        """the grip force limit was reached in the last step"""
+        """True if the force of the grip reached its limit in the last step."""
 
     @property
     def energy(self) -> float:
-        """kinetic + potential [J]; the hand carries its own weight"""
+        """
+        Kinetic plus potential energy [J]; the weight of the hand is not included.
+        """
 
 class Follower:
-    """A simulated follower: position-servoed joints and a jaw."""
+    """A simulated follower: joints under position control, and a jaw."""
 
     def __init__(self, arm: Arm, options: FollowerOptions) -> None: ...
 
-    def reset(self, q: Annotated[NDArray[numpy.float64], "(:,)"], jaw: float = 0.0) -> None: ...
+    def reset(self, q: Annotated[NDArray[numpy.float64], "(:,)"], jaw: float = 0.0) -> None:
+        """Places the arm at rest at q (n,) [rad, m] with this jaw angle [rad]."""
 
     def command(self, q: Annotated[NDArray[numpy.float64], "(:,)"], jaw: float = 0.0) -> None:
-        """Where the joints (n,) [rad, m] and the jaw [rad] shall go."""
+        """Commands joint positions q (n,) [rad, m] and a jaw angle [rad]."""
 
     def step(self, dt: float, n: int = 1, F_T_B: Annotated[NDArray[numpy.float64], "(6,)"] = ...) -> None:
         """
-        n servo periods of dt [s]; F_T_B (6,): environment on the tip, felt by a driven follower [N, N m].
+        Simulates n servo periods of dt [s]. F_T_B (6,): wrench of the environment on the tip, which moves a driven
+        follower only [N, N m].
         """
 
     @property
     def t(self) -> float:
-        """[s]"""
+        """Time [s]."""
 
     @property
     def q(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """measured [rad, m]"""
+        """Measured joint positions (n,) [rad, m]."""
 
     @property
     def v(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """measured; empty unless driven"""
+        """
+        Measured joint velocities (n,) [rad/s, m/s]; empty unless the follower is driven.
+        """
 
     @property
     def tau(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """of the drives [N m, N]; empty unless driven"""
+        """
+        Torques of the drives (n,) [N m, N]; empty unless the follower is driven.
+        """
 
     @property
     def jaw(self) -> float:
-        """[rad]"""
+        """Measured jaw angle [rad]."""
 
 AXIS_QUANTA: float = 8.0
 
@@ -2342,176 +2582,182 @@ AXIS_UNFELT: float = 1e-06
 
 class AxisOptions:
     """
-    One axis of a haptic device, its loop, a virtual wall at x > 0, a hand.
+    One axis of a haptic device with its control loop, a hand, and a virtual wall at x > 0.
     """
 
     def __init__(self) -> None: ...
 
     @property
     def mass(self) -> float:
-        """of the device [kg]"""
+        """Mass of the device [kg]."""
 
     @mass.setter
     def mass(self, arg: float, /) -> None: ...
 
     @property
     def damping(self) -> float:
-        """viscous [N s/m]"""
+        """Viscous damping of the device [N s/m]."""
 
     @damping.setter
     def damping(self, arg: float, /) -> None: ...
 
     @property
     def coulomb(self) -> float:
-        """dry friction [N]"""
+        """Dry friction of the device [N]."""
 
     @coulomb.setter
     def coulomb(self, arg: float, /) -> None: ...
 
     @property
     def rate(self) -> float:
-        """of the haptic cycle [Hz]"""
+        """Rate of the haptic cycle [Hz]."""
 
     @rate.setter
     def rate(self, arg: float, /) -> None: ...
 
     @property
     def delay(self) -> float:
-        """from the measurement to the force [s]"""
+        """Delay from the measurement to the force [s]."""
 
     @delay.setter
     def delay(self, arg: float, /) -> None: ...
 
     @property
     def jitter(self) -> float:
-        """added to it in each cycle, uniform in 0..jitter [s]"""
+        """Additional random delay of each cycle, uniform in 0..jitter [s]."""
 
     @jitter.setter
     def jitter(self, arg: float, /) -> None: ...
 
     @property
     def quantum(self) -> float:
-        """of the measured position; 0 = ideal [m]"""
+        """Resolution of the measured position [m]; 0: exact."""
 
     @quantum.setter
     def quantum(self, arg: float, /) -> None: ...
 
     @property
     def velocity_cutoff(self) -> float:
-        """low pass of the difference; 0 = none [Hz]"""
+        """
+        Cutoff of the low-pass on the differentiated position [Hz]; 0: no low-pass.
+        """
 
     @velocity_cutoff.setter
     def velocity_cutoff(self, arg: float, /) -> None: ...
 
     @property
     def K(self) -> float:
-        """stiffness of the wall [N/m]"""
+        """Stiffness of the wall [N/m]."""
 
     @K.setter
     def K(self, arg: float, /) -> None: ...
 
     @property
     def B(self) -> float:
-        """its damping [N s/m]"""
+        """Damping of the wall [N s/m]."""
 
     @B.setter
     def B(self, arg: float, /) -> None: ...
 
     @property
     def bilateral(self) -> bool:
-        """a spring that pulls, too"""
+        """True: the wall is a spring that also pulls."""
 
     @bilateral.setter
     def bilateral(self, arg: bool, /) -> None: ...
 
     @property
     def force_max(self) -> float:
-        """the force is cut there [N]"""
+        """Largest force of the device [N]."""
 
     @force_max.setter
     def force_max(self, arg: float, /) -> None: ...
 
     @property
     def rate_max(self) -> float:
-        """it changes no faster [N/s]"""
+        """Largest rate of change of the force [N/s]."""
 
     @rate_max.setter
     def rate_max(self, arg: float, /) -> None: ...
 
     @property
     def hand_mass(self) -> float:
-        """moves with the device [kg]"""
+        """Mass of the hand, which moves with the device [kg]."""
 
     @hand_mass.setter
     def hand_mass(self, arg: float, /) -> None: ...
 
     @property
     def hand_damping(self) -> float:
-        """to where the hand wants to be [N s/m]"""
+        """Damping between the hand and its intended path [N s/m]."""
 
     @hand_damping.setter
     def hand_damping(self, arg: float, /) -> None: ...
 
     @property
     def hand_stiffness(self) -> float:
-        """the same [N/m]"""
+        """Stiffness between the hand and its intended path [N/m]."""
 
     @hand_stiffness.setter
     def hand_stiffness(self, arg: float, /) -> None: ...
 
     @property
     def seed(self) -> int:
-        """of the jitter"""
+        """Seed of the jitter."""
 
     @seed.setter
     def seed(self, arg: int, /) -> None: ...
 
 class AxisResult:
-    """What came of a run of an Axis."""
+    """Outcome of a run of an Axis."""
 
     @property
     def diverged(self) -> bool:
-        """it left |x| < 1 m"""
+        """True if |x| reached 1 m."""
 
     @property
     def oscillates(self) -> bool:
-        """above max(8 quanta, 1 um) in the last quarter, and not decaying"""
+        """
+        True if the amplitude in the last quarter of the run exceeds max(8 quanta, 1 um) and does not decay.
+        """
 
     @property
     def amplitude(self) -> float:
-        """half of peak to peak in the last quarter of the run [m]"""
+        """Half the peak-to-peak motion in the last quarter of the run [m]."""
 
     @property
     def frequency(self) -> float:
-        """in the last quarter [Hz]"""
+        """Frequency of the motion in the last quarter of the run [Hz]."""
 
     @property
     def peak(self) -> float:
-        """deepest [m]"""
+        """Largest penetration [m]."""
 
     @property
     def rest(self) -> float:
-        """mean of the last quarter [m]"""
+        """Mean position in the last quarter of the run [m]."""
 
     @property
     def overshoot(self) -> float:
-        """(peak - rest) / rest [-]"""
+        """(peak - rest) / rest [-]; 0 if the axis does not rest inside the wall."""
 
     @property
     def settling(self) -> float:
-        """from then on |x - rest| < 2 % of |rest| [s]"""
+        """Time from which on |x - rest| < 2 % of |rest| [s]."""
 
     @property
     def energy_port(self) -> float:
-        """taken from the hand by the wall, true [J]"""
+        """Energy that the wall took from the hand, by the true positions [J]."""
 
     @property
     def energy_min(self) -> float:
-        """lowest that it was: below zero the wall had made energy [J]"""
+        """
+        Smallest value of that energy; negative if the wall generated energy [J].
+        """
 
 class Axis:
     """
-    Simulates it: exact between commands, cycles and reversals of dry friction.
+    Simulates the axis in closed form between commands, cycles and reversals of the dry friction.
     """
 
     def __init__(self, options: AxisOptions) -> None: ...
@@ -2526,8 +2772,9 @@ class Axis:
         stability: StabilityOptions | None = None,
     ) -> AxisResult:
         """
-        duration [s] from (x0 [m], v0 [m/s]); push: constant force of the hand [N]; path: where it wants to be at each
-        cycle [m], then rests; nowhere else than 0 when left out; stability: options of that stage, or none.
+        Simulates duration [s] from position x0 [m] and velocity v0 [m/s]. push: constant force of the hand [N]. path:
+        intended position of the hand at each cycle [m], its last value held; empty: 0. stability: options of the stage
+        `stability`; None: without that stage.
         """
 
     def trace(
@@ -2540,222 +2787,239 @@ class Axis:
         stability: StabilityOptions | None = None,
     ) -> tuple[AxisResult, Annotated[NDArray[numpy.float64], "(:, :)"]]:
         """
-        The same run, with its rows (n, 5), one per cycle: t [s], x [m], v [m/s], force commanded on the device along x
-        [N], energy_port [J].
+        The same run as (AxisResult, rows (n, 5)) with one row per cycle: t [s], x [m], v [m/s], force commanded on the
+        device along x [N], energy_port [J].
         """
 
 class LeaderCommand:
-    """Torque terms for the leader, kept apart."""
+    """Torques for the leader, as separate terms."""
 
     @property
     def tau_force(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) J^T (F_H_L + F_law_L) [N m]"""
+        """J^T (F_H_L + F_law_L) (n,) [N m]."""
 
     @property
     def tau_gravity(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) holds the arm up [N m]"""
+        """Gravity compensation (n,) [N m]."""
 
     @property
     def tau_platform(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) joint-4 controller [N m]"""
+        """Torque of the controller of joint 4, the platform (n,) [N m]."""
 
     @property
     def tau_friction(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) compensates friction [N m]"""
+        """Friction compensation (n,) [N m]."""
 
     @property
     def tau_limits(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) soft stops [N m]"""
+        """Torque of the soft stops (n,) [N m]."""
 
     @property
     def tau(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) their sum [N m]"""
+        """Sum of all terms (n,) [N m]."""
 
     @property
     def F_H_L(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(6,) truly rendered [N, N m]"""
+        """Wrench rendered on the hand within the drive limits (6,) [N, N m]."""
 
     @property
     def F_law_L(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(6,) what the control law adds to it [N, N m]"""
+        """Wrench that the control law adds to F_H_L (6,) [N, N m]."""
 
     @property
     def F_neglected(self) -> float:
-        """what it leaves to the hand of the arm's own dynamics [N]"""
+        """
+        Force of the arm's inertia and Coriolis terms that the law does not compensate [N].
+        """
 
 class TorqueOptions:
-    """Torques that render a force and hold the arm's own weight."""
+    """Options of the stage `torque`."""
 
     def __init__(self) -> None: ...
 
     @property
     def law(self) -> str:
-        """'stiffness' (the paper's), 'impedance' or 'admittance'"""
+        """Control law: 'stiffness' (the paper's), 'impedance' or 'admittance'."""
 
     @law.setter
     def law(self, arg: str, /) -> None: ...
 
     @property
     def mode(self) -> str:
-        """'full', or 'paper': first three joints, wrist torques zero"""
+        """'full', or 'paper': torques on the first three joints only."""
 
     @mode.setter
     def mode(self, arg: str, /) -> None: ...
 
     @property
     def force_gain(self) -> float:
-        """0 switches tau_force off"""
+        """Gain of tau_force [-]; 0 switches it off."""
 
     @force_gain.setter
     def force_gain(self, arg: float, /) -> None: ...
 
     @property
     def gravity_gain(self) -> float:
-        """0 switches gravity compensation off"""
+        """Gain of the gravity compensation [-]; 0 switches it off."""
 
     @gravity_gain.setter
     def gravity_gain(self, arg: float, /) -> None: ...
 
     @property
     def platform_gain(self) -> float:
-        """joint-4 controller, 0..1 (7-joint MTMs, full mode)"""
+        """
+        Gain of the controller of joint 4, 0..1 [-], for MTMs with seven joints in mode 'full'.
+        """
 
     @platform_gain.setter
     def platform_gain(self, arg: float, /) -> None: ...
 
     @property
-    def friction(self) -> FrictionOptions: ...
+    def friction(self) -> FrictionOptions:
+        """Options of the friction compensation."""
 
     @friction.setter
     def friction(self, arg: FrictionOptions, /) -> None: ...
 
     @property
-    def limits(self) -> LimitOptions: ...
+    def limits(self) -> LimitOptions:
+        """Options of the soft stops."""
 
     @limits.setter
     def limits(self, arg: LimitOptions, /) -> None: ...
 
     @property
-    def laws(self) -> LawOptions: ...
+    def laws(self) -> LawOptions:
+        """Options of the control laws."""
 
     @laws.setter
     def laws(self, arg: LawOptions, /) -> None: ...
 
     @property
     def law_cap(self) -> float:
-        """most that a law may add to the rendered force [N]"""
+        """Largest force that a law may add to the rendered force [N]."""
 
     @law_cap.setter
     def law_cap(self, arg: float, /) -> None: ...
 
     @property
     def fast_force(self) -> float:
-        """more neglected inertia than this is told: too_fast [N]"""
+        """F_neglected above which the status bit too_fast is set [N]."""
 
     @fast_force.setter
     def fast_force(self, arg: float, /) -> None: ...
 
     @property
     def rotor_inertia(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) of the controller's model [kg m^2]"""
+        """Rotor inertias in the controller's model (n,) [kg m^2]."""
 
     @rotor_inertia.setter
     def rotor_inertia(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
 
 class FrictionOptions:
-    """Friction compensation; it never drives the arm."""
+    """Options of the friction compensation, which never drives the arm."""
 
     def __init__(self) -> None: ...
 
     @property
     def gain(self) -> float:
-        """0 switches it off, 0..1"""
+        """
+        Fraction of the friction that is compensated, 0..1 [-]; 0 switches it off.
+        """
 
     @gain.setter
     def gain(self, arg: float, /) -> None: ...
 
     @property
     def dead_band(self) -> float:
-        """none below this speed [rad/s, m/s]"""
+        """Speed below which nothing is compensated [rad/s, m/s]."""
 
     @dead_band.setter
     def dead_band(self, arg: float, /) -> None: ...
 
     @property
     def full_speed(self) -> float:
-        """whole from this speed on [rad/s, m/s]"""
+        """Speed from which on the compensation is complete [rad/s, m/s]."""
 
     @full_speed.setter
     def full_speed(self, arg: float, /) -> None: ...
 
     @property
     def coulomb(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) of the controller's model [N m]"""
+        """Coulomb friction in the controller's model (n,) [N m]."""
 
     @coulomb.setter
     def coulomb(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
 
     @property
     def viscous(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """(n,) of the controller's model [N m s/rad]"""
+        """Viscous friction in the controller's model (n,) [N m s/rad]."""
 
     @viscous.setter
     def viscous(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
 
 class LimitOptions:
-    """Soft stops before the joint limits."""
+    """Options of the soft stops before the joint limits."""
 
     def __init__(self) -> None: ...
 
     @property
     def gain(self) -> float:
-        """share of the drive's limit at the joint's limit; 0 switches it off"""
+        """
+        Torque at the joint limit, as a fraction of the drive's limit [-]; 0 switches the soft stops off.
+        """
 
     @gain.setter
     def gain(self, arg: float, /) -> None: ...
 
     @property
     def margin(self) -> float:
-        """share of the joint's range"""
+        """Width of a soft stop, as a fraction of the joint's range [-]."""
 
     @margin.setter
     def margin(self, arg: float, /) -> None: ...
 
 class LawOptions:
-    """Of the control laws."""
+    """Options of the control laws; each law reads its own."""
 
     def __init__(self) -> None: ...
 
     @property
     def shape_inertia(self) -> bool:
-        """impedance: the handle weighs virtual_mass"""
+        """
+        impedance: True gives the handle the inertia virtual_mass; this needs a load cell.
+        """
 
     @shape_inertia.setter
     def shape_inertia(self, arg: bool, /) -> None: ...
 
     @property
     def virtual_mass(self) -> float:
-        """[kg]"""
+        """
+        Inertia of the handle that the hand feels [kg], for admittance, and for impedance with shape_inertia.
+        """
 
     @virtual_mass.setter
     def virtual_mass(self, arg: float, /) -> None: ...
 
     @property
     def virtual_damping(self) -> float:
-        """admittance [N s/m]"""
+        """admittance: damping of the handle that the hand feels [N s/m]."""
 
     @virtual_damping.setter
     def virtual_damping(self, arg: float, /) -> None: ...
 
     @property
     def servo_bandwidth(self) -> float:
-        """of admittance's position loop [Hz]"""
+        """admittance: bandwidth of the position loop [Hz]."""
 
     @servo_bandwidth.setter
     def servo_bandwidth(self, arg: float, /) -> None: ...
 
 class Torque:
-    """Joint torques of one control law, within the drive limits."""
+    """
+    The stage `torque`: joint torques of one control law, within the drive limits.
+    """
 
     def __init__(self, options: TorqueOptions, tau_max: numpy.typing.ArrayLike, dt: float = 0.001) -> None: ...
 
@@ -2769,7 +3033,8 @@ class Torque:
         fresh: bool = True,
     ) -> tuple[LeaderCommand, int]:
         """
-        (LeaderCommand, status bits) that render F_H_L (6,); F_cell_L (3,): force of the arm on the hand.
+        One tick: (LeaderCommand that renders F_H_L (6,) [N, N m], status bits). F_cell_L (3,): measured force of the
+        arm on the hand [N]. fresh: False resets the control law, because the state of the leader is not new.
         """
 
 def cartesian_place(
@@ -2780,7 +3045,8 @@ def cartesian_place(
     heaviest: float = 20.0,
 ) -> tuple[Annotated[NDArray[numpy.float64], "(:, :)"], Annotated[NDArray[numpy.float64], "(:,)"], Annotated[NDArray[numpy.float64], "(:,)"], bool]:
     """
-    (Lambda (3,3), Gamma v (3,), eta (3,), singular) of the tip's place (Eqs 2-5).
+    Dynamics of the tip's position (Eqs 2-5): (Lambda (3,3) [kg], Gamma v (3,) [N], eta (3,) [N], singular). Eigenvalues
+    of Lambda above heaviest [kg] are set to it, and singular is True.
     """
 
 def cartesian(
@@ -2791,129 +3057,143 @@ def cartesian(
     heaviest: float = 20.0,
 ) -> tuple[Annotated[NDArray[numpy.float64], "(:, :)"], Annotated[NDArray[numpy.float64], "(:,)"], Annotated[NDArray[numpy.float64], "(:,)"], bool]:
     """
-    (Lambda (6,6), Gamma v (6,), eta (6,), singular) of the tip's place and orientation (Eqs 2-5).
+    Dynamics of the tip's position and orientation (Eqs 2-5): (Lambda (6,6), Gamma v (6,), eta (6,), singular), as for
+    cartesian_place.
     """
 
 TICK_BYTES: int = 2288
 
 def signals() -> list[tuple[str, int, int, str, str, str, bool, str]]:
     """
-    The table of signals: (name, byte offset, doubles, unit, frame, doc, deterministic, stage) per row.
+    Table of signals, with one row (name, byte offset, number of doubles, unit, frame, doc, deterministic, stage) for
+    each.
     """
 
 def status_words() -> list[tuple[str, int, str]]:
     """
-    The bits of the signal `status`, the gravest first: (name, bit, words) per row.
+    Bits of the signal `status`, the gravest first, with one row (name, bit, description) for each.
     """
 
 class Controls:
-    """What a person may change while it runs."""
+    """Values that the operator may change during a run."""
 
     def __init__(self) -> None: ...
 
     @property
     def following(self) -> bool:
-        """the tool follows the hand, the hand is given forces"""
+        """True: the tool follows the hand, and the hand receives forces."""
 
     @following.setter
     def following(self, arg: bool, /) -> None: ...
 
     @property
     def clutch(self) -> bool:
-        """pedal pressed: the hand moves freely, the tool stays"""
+        """
+        True: the clutch pedal is pressed; the hand moves freely and the tool stays.
+        """
 
     @clutch.setter
     def clutch(self, arg: bool, /) -> None: ...
 
     @property
     def paused(self) -> bool:
-        """simulated time stands still"""
+        """True: simulated time stands still."""
 
     @paused.setter
     def paused(self, arg: bool, /) -> None: ...
 
     @property
     def hold(self) -> bool:
-        """the simulated hand waits where its path is"""
+        """True: the simulated hand stays where it is on its path."""
 
     @hold.setter
     def hold(self, arg: bool, /) -> None: ...
 
     @property
     def stiffness_scale(self) -> float:
-        """times every object's stiffness"""
+        """Factor on the stiffness of every object [-]."""
 
     @stiffness_scale.setter
     def stiffness_scale(self, arg: float, /) -> None: ...
 
     @property
     def damping_scale(self) -> float:
-        """times every object's damping"""
+        """Factor on the damping of every object [-]."""
 
     @damping_scale.setter
     def damping_scale(self, arg: float, /) -> None: ...
 
     @property
     def guidance(self) -> float:
-        """pedal of guidance, 0-1, for fixtures that fade with it"""
+        """
+        Position of the guidance pedal, 0-1, for fixtures with a ramp by pedal [-].
+        """
 
     @guidance.setter
     def guidance(self, arg: float, /) -> None: ...
 
     @property
     def p_hand_offset_W(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
-        """added to the hand's intended position, (3,) [m]"""
+        """Offset added to the hand's intended position (3,) [m]."""
 
     @p_hand_offset_W.setter
     def p_hand_offset_W(self, arg: Annotated[NDArray[numpy.float64], "(3,)"], /) -> None: ...
 
 class RealTimeOptions:
-    """What the real-time thread may ask of the system."""
+    """What the real-time thread may request from the operating system."""
 
     def __init__(self) -> None: ...
 
     @property
     def allow_priority(self) -> bool:
-        """SCHED_FIFO and locked memory"""
+        """True: the thread may request SCHED_FIFO and locked memory."""
 
     @allow_priority.setter
     def allow_priority(self, arg: bool, /) -> None: ...
 
     @property
     def allow_affinity(self) -> bool:
-        """one core for the loop"""
+        """True: the thread may bind itself to one core."""
 
     @allow_affinity.setter
     def allow_affinity(self, arg: bool, /) -> None: ...
 
     @property
     def priority(self) -> int:
-        """of SCHED_FIFO, 1..99"""
+        """Priority of SCHED_FIFO, 1..99."""
 
     @priority.setter
     def priority(self, arg: int, /) -> None: ...
 
     @property
     def spin_us(self) -> float:
-        """last stretch before a deadline awaited awake [us]"""
+        """Time before a deadline that the thread spends in a busy wait [us]."""
 
     @spin_us.setter
     def spin_us(self, arg: float, /) -> None: ...
 
 class BareLoop:
-    """A loop that only keeps time: what the machine itself can do."""
+    """
+    A loop that only keeps time, as a baseline for the punctuality of a machine.
+    """
 
     def __init__(self, rate: float, options: RealTimeOptions = ...) -> None: ...
 
-    def start(self) -> None: ...
+    def start(self) -> None:
+        """Starts the thread."""
 
-    def stop(self) -> None: ...
+    def stop(self) -> None:
+        """Ends the thread."""
 
     def timing(self) -> dict[str, Any]:
-        """lateness_us, slack_us, ticks, missed_ticks, scheduler."""
+        """
+        Punctuality so far: lateness_us, slack_us, ticks, missed_ticks, scheduler.
+        """
 
 class BareDynamics:
-    """Times Pinocchio's computeAllTerms of both arms, once a column."""
+    """
+    Times Pinocchio's computeAllTerms of both arms, as a baseline for the compute time of a cycle.
+    """
 
     def __init__(self, leader: AllTerms, follower: AllTerms) -> None: ...
 
@@ -2923,167 +3203,181 @@ class BareDynamics:
         v_leader: Annotated[NDArray[numpy.float64], "(:, :)"],
         q_follower: Annotated[NDArray[numpy.float64], "(:, :)"],
     ) -> None:
-        """A column per tick: (n, k), (n, k) and (m, k) [rad, m; rad/s, m/s]."""
+        """
+        Times k ticks: q_leader (n, k), v_leader (n, k) and q_follower (m, k) [rad, m; rad/s, m/s].
+        """
 
     def timing(self) -> dict[str, Any]:
-        """p50, p99, p999, max [us]."""
+        """Compute times p50, p99, p999 and max [us]."""
 
 class CycleOptions:
-    """The haptic cycle and its stages."""
+    """Options of the haptic cycle and its stages."""
 
     def __init__(self) -> None: ...
 
     @property
     def rate(self) -> float:
-        """of the haptic cycle [Hz]"""
+        """Rate of the haptic cycle [Hz]."""
 
     @rate.setter
     def rate(self, arg: float, /) -> None: ...
 
     @property
     def method(self) -> str:
-        """of contact"""
+        """Name of the contact method."""
 
     @method.setter
     def method(self, arg: str, /) -> None: ...
 
     @property
-    def contact(self) -> ContactOptions: ...
+    def contact(self) -> ContactOptions:
+        """Options of the stage `contact`."""
 
     @contact.setter
     def contact(self, arg: ContactOptions, /) -> None: ...
 
     @property
-    def mapping(self) -> MappingOptions: ...
+    def mapping(self) -> MappingOptions:
+        """Options of the stage `mapping`."""
 
     @mapping.setter
     def mapping(self, arg: MappingOptions, /) -> None: ...
 
     @property
-    def guidance(self) -> GuidanceOptions: ...
+    def guidance(self) -> GuidanceOptions:
+        """Options of the stage `guidance`."""
 
     @guidance.setter
     def guidance(self, arg: GuidanceOptions, /) -> None: ...
 
     @property
     def source(self) -> str:
-        """of the force: 'contact', 'estimate' or 'both'"""
+        """Source of the force: 'contact', 'estimate' or 'both'."""
 
     @source.setter
     def source(self, arg: str, /) -> None: ...
 
     @property
-    def estimate(self) -> EstimateOptions: ...
+    def estimate(self) -> EstimateOptions:
+        """Options of the force estimate."""
 
     @estimate.setter
     def estimate(self, arg: EstimateOptions, /) -> None: ...
 
     @property
-    def stability(self) -> StabilityOptions: ...
+    def stability(self) -> StabilityOptions:
+        """Options of the stage `stability`."""
 
     @stability.setter
     def stability(self, arg: StabilityOptions, /) -> None: ...
 
     @property
-    def torque(self) -> TorqueOptions: ...
+    def torque(self) -> TorqueOptions:
+        """Options of the stage `torque`."""
 
     @torque.setter
     def torque(self, arg: TorqueOptions, /) -> None: ...
 
     @property
     def X_WL(self) -> Annotated[NDArray[numpy.float64], "(4, 4)"]:
-        """leader base in the world (4, 4)"""
+        """Pose of the leader base in the world (4, 4)."""
 
     @X_WL.setter
     def X_WL(self, arg: Annotated[NDArray[numpy.float64], "(4, 4)"], /) -> None: ...
 
     @property
     def X_WB(self) -> Annotated[NDArray[numpy.float64], "(4, 4)"]:
-        """follower base in the world (4, 4)"""
+        """Pose of the follower base in the world (4, 4)."""
 
     @X_WB.setter
     def X_WB(self, arg: Annotated[NDArray[numpy.float64], "(4, 4)"], /) -> None: ...
 
 class SimulationOptions(CycleOptions):
-    """The cycle and the world around it."""
+    """Options of the haptic cycle and of the simulated devices around it."""
 
     def __init__(self) -> None: ...
 
     @property
     def plant_rate(self) -> float:
-        """servo periods a second, at least [Hz]"""
+        """Smallest rate of the simulated servos [Hz]."""
 
     @plant_rate.setter
     def plant_rate(self, arg: float, /) -> None: ...
 
     @property
     def loop_delay(self) -> float:
-        """from command to torque, force term only [s]"""
+        """Delay from the command to the torque, of the force term only [s]."""
 
     @loop_delay.setter
     def loop_delay(self, arg: float, /) -> None: ...
 
     @property
     def loop_jitter(self) -> float:
-        """on top of it: uniform from 0 to this, each command [s]"""
+        """
+        Additional random delay of each command, uniform in 0..loop_jitter [s].
+        """
 
     @loop_jitter.setter
     def loop_jitter(self, arg: float, /) -> None: ...
 
     @property
     def seed(self) -> int:
-        """of the hand's tremor, the load cell's noise and the jitter"""
+        """Seed of the hand's tremor, of the load cell's noise and of the jitter."""
 
     @seed.setter
     def seed(self, arg: int, /) -> None: ...
 
     @property
     def tremor(self) -> float:
-        """8-12 Hz trembling of the hand, rms per axis [m]"""
+        """Tremor of the hand at 8-12 Hz, rms per axis [m]."""
 
     @tremor.setter
     def tremor(self, arg: float, /) -> None: ...
 
     @property
-    def leader(self) -> LeaderOptions: ...
+    def leader(self) -> LeaderOptions:
+        """Parameters of the simulated leader."""
 
     @leader.setter
     def leader(self, arg: LeaderOptions, /) -> None: ...
 
     @property
-    def hand(self) -> HandOptions: ...
+    def hand(self) -> HandOptions:
+        """Impedance of the simulated hand."""
 
     @hand.setter
     def hand(self, arg: HandOptions, /) -> None: ...
 
     @property
-    def follower(self) -> FollowerOptions: ...
+    def follower(self) -> FollowerOptions:
+        """Parameters of the simulated follower."""
 
     @follower.setter
     def follower(self, arg: FollowerOptions, /) -> None: ...
 
     @property
-    def realtime(self) -> RealTimeOptions: ...
+    def realtime(self) -> RealTimeOptions:
+        """Options of the real-time thread."""
 
     @realtime.setter
     def realtime(self, arg: RealTimeOptions, /) -> None: ...
 
     @property
     def q_leader0(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """where the leader starts [rad]"""
+        """Initial joint positions of the leader (n,) [rad]."""
 
     @q_leader0.setter
     def q_leader0(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
 
     @property
     def q_follower0(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """where the follower starts [rad, m]"""
+        """Initial joint positions of the follower (n,) [rad, m]."""
 
     @q_follower0.setter
     def q_follower0(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
 
 class Cycle:
-    """One haptic cycle: states in, torques out."""
+    """The haptic cycle, from measured states to commanded torques."""
 
     def __init__(self, options: CycleOptions, leader_model: Arm, follower: Arm) -> None: ...
 
@@ -3106,12 +3400,13 @@ class Cycle:
         tau_follower: Annotated[NDArray[numpy.float64], "(:,)"] | None = None,
     ) -> tuple[NDArray[numpy.float64], Annotated[NDArray[numpy.float64], "(:,)"], float]:
         """
-        One tick: (row, follower joints commanded, empty for none, jaw commanded). Stamps default to t.
+        One tick at t [s]: (row of signals, commanded joint positions of the follower (n,) [rad, m], empty for no
+        command, commanded jaw angle [rad]). The stamps t_leader and t_follower default to t.
         """
 
 class HandPath:
     """
-    Intended tool path in W through way points: no rest but at the ends and turns.
+    Intended tool path in W through way points; the hand rests only at the ends and where it reverses.
     """
 
     def __init__(
@@ -3119,16 +3414,19 @@ class HandPath:
         times: Sequence[float],
         positions_W: Annotated[NDArray[numpy.float64], "(:, 3)"],
         grippers: Sequence[float] | None = None,
-    ) -> None: ...
+    ) -> None:
+        """times (n,) [s], positions_W (n, 3) [m], grippers (n,) [rad] or None."""
 
     def at(
         self,
         t: float,
     ) -> tuple[Annotated[NDArray[numpy.float64], "(3,)"], Annotated[NDArray[numpy.float64], "(3,)"], float]:
-        """(position [m], velocity [m/s], pinch [rad]) at t."""
+        """
+        (position (3,) [m], velocity (3,) [m/s], gripper angle [rad]) at t [s].
+        """
 
 class Simulation:
-    """Hand, leader and follower simulated around the haptic cycle."""
+    """A simulation of hand, leader and follower around the haptic cycle."""
 
     def __init__(
         self,
@@ -3141,29 +3439,31 @@ class Simulation:
     ) -> None: ...
 
     def drain(self) -> Annotated[NDArray[numpy.float64], "(:, :)"]:
-        """Rows since the last drain (real time)."""
+        """Rows since the last drain, in real time (n, TICK_BYTES/8)."""
 
     @property
     def dropped(self) -> int:
-        """Rows lost because they were not drained in time."""
+        """Number of rows lost because they were not drained in time."""
 
     def latest(self) -> NDArray[numpy.float64]:
-        """The newest row."""
+        """The newest row (TICK_BYTES/8,)."""
 
     @property
     def controls(self) -> Controls:
-        """A copy; assign it whole. Taken at the next tick."""
+        """
+        The operator's controls. This is a copy: assign a whole one, which applies from the next tick on.
+        """
 
     @controls.setter
     def controls(self, arg: Controls, /) -> None: ...
 
     def set_fixtures(self, fixtures: Fixtures) -> None:
         """
-        Swaps the fixtures of guidance whole at the next tick; no force that the hand feels jumps.
+        Replaces the fixtures of guidance at the next tick, without a step in the force.
         """
 
     def set_snapshot(self, snapshot: Snapshot) -> None:
-        """Swaps the scene whole at the next tick."""
+        """Replaces the scene at the next tick."""
 
     def run(
         self,
@@ -3171,221 +3471,250 @@ class Simulation:
         hand_W: Annotated[NDArray[numpy.float64], "(:, 3)"] | None = None,
     ) -> Annotated[NDArray[numpy.float64], "(:, :)"]:
         """
-        Lockstep: rows (n, TICK_BYTES/8); fewer when paused. hand_W (n, 3): where the hand is led, beside its path, to
-        the end of each tick [m]; a call of some ticks lets an operator look at the rows and lead it on.
+        Runs n_ticks in lockstep and returns their rows (n, TICK_BYTES/8); fewer rows while paused. hand_W (n_ticks, 3):
+        offset of the hand from its path at the end of each tick, in W [m]. An operator model may run a few ticks, look
+        at the rows and choose the next offsets.
         """
 
     def start(self) -> None:
-        """Real time, in a thread of its own."""
+        """Starts the loop in real time, in its own thread."""
 
     def stop(self) -> None:
-        """Ramps the force to zero, then ends the thread."""
+        """Ramps the force to zero and ends the thread."""
 
     @property
-    def running(self) -> bool: ...
+    def running(self) -> bool:
+        """True while the real-time thread runs."""
 
     def watch_stages(self) -> None:
         """
-        Time each stage of the cycle from now on: timing()['stages'][name] {p50, p99, p999, max} [us].
+        Measures each stage of the cycle from now on; timing()['stages'][name] has p50, p99, p999 and max [us].
         """
 
     def timing(self) -> dict[str, Any]:
         """
-        cycle_us, lateness_us {p50, p99, p999, max}, slack_us {p50, p01, p001}, ticks, missed_ticks, scheduler.
+        Timing so far: cycle_us and lateness_us {p50, p99, p999, max}, slack_us {p50, p01, p001}, ticks, missed_ticks,
+        scheduler.
         """
 
     def fault(self) -> str | None:
         """
-        The first fault in words, with the last states; None when there was none.
+        Description of the first fault, with the last states; None without a fault.
         """
 
 class WatchOptions:
-    """What a stream of stamped messages may do."""
+    """Limits within which a stream of stamped messages is trusted."""
 
     def __init__(self) -> None: ...
 
     @property
     def stale_after(self) -> float:
-        """silence, age and jump of a clock beyond which it is a fault [s]"""
+        """Silence, age of a message or clock jump that counts as a fault [s]."""
 
     @stale_after.setter
     def stale_after(self, arg: float, /) -> None: ...
 
     @property
     def v_max(self) -> float:
-        """nothing moves faster [m/s]"""
+        """Largest plausible speed [m/s]."""
 
     @v_max.setter
     def v_max(self, arg: float, /) -> None: ...
 
     @property
     def w_max(self) -> float:
-        """nothing turns faster [rad/s]"""
+        """Largest plausible angular speed [rad/s]."""
 
     @w_max.setter
     def w_max(self, arg: float, /) -> None: ...
 
     @property
     def p_slack(self) -> float:
-        """on top of it, for jitter of stamps [m]"""
+        """Displacement allowed in addition, for jitter of the stamps [m]."""
 
     @p_slack.setter
     def p_slack(self, arg: float, /) -> None: ...
 
     @property
     def R_slack(self) -> float:
-        """on top of it [rad]"""
+        """Rotation allowed in addition, for jitter of the stamps [rad]."""
 
     @R_slack.setter
     def R_slack(self, arg: float, /) -> None: ...
 
 class CrtkOptions:
-    """The haptic cycle of devices known by poses and wrenches (CRTK)."""
+    """
+    Options of the haptic cycle for devices that exchange poses and wrenches (CRTK).
+    """
 
     def __init__(self, cycle: CycleOptions, q_follower0: Annotated[NDArray[numpy.float64], "(:,)"] = ...) -> None:
         """
-        As the cycle of arms known by their joints is told: X_WL and X_WB are those of measured_cp here.
+        Takes the common options from a joint-level cycle. X_WL and X_WB are the poses in W of the frames of
+        measured_cp. q_follower0: initial joint positions of a virtual follower [rad, m].
         """
 
     @property
-    def rate(self) -> float: ...
+    def rate(self) -> float:
+        """Rate of the haptic cycle [Hz]."""
 
     @property
-    def stability(self) -> StabilityOptions: ...
+    def stability(self) -> StabilityOptions:
+        """Options of the stage `stability`. This is a copy: assign it whole."""
 
     @stability.setter
     def stability(self, arg: StabilityOptions, /) -> None: ...
 
     @property
     def own_teleop(self) -> bool:
-        """we move the follower"""
+        """
+        True: this cycle teleoperates the follower; False: another program does.
+        """
 
     @own_teleop.setter
     def own_teleop(self, arg: bool, /) -> None: ...
 
     @property
     def virtual_follower(self) -> bool:
-        """there is none: the tool is where the map puts it"""
+        """True: no follower exists, and the tool is at the mapped goal."""
 
     @virtual_follower.setter
     def virtual_follower(self, arg: bool, /) -> None: ...
 
     @property
     def tip_frame(self) -> bool:
-        """wrenches in the tip's frame, in place of that of measured_cp"""
+        """
+        True: the leader takes wrenches in its tip frame; False: in the frame of measured_cp.
+        """
 
     @tip_frame.setter
     def tip_frame(self, arg: bool, /) -> None: ...
 
     @property
     def needs_operator(self) -> bool:
-        """of a teleoperation of ours: somebody is at the console"""
+        """True: teleoperation by this cycle requires an operator at the console."""
 
     @needs_operator.setter
     def needs_operator(self, arg: bool, /) -> None: ...
 
     @property
     def needs_state(self) -> bool:
-        """operating states must be told"""
+        """True: the arms must have reported their operating states."""
 
     @needs_state.setter
     def needs_state(self, arg: bool, /) -> None: ...
 
     @property
-    def watch(self) -> WatchOptions: ...
+    def watch(self) -> WatchOptions:
+        """Limits for the incoming messages."""
 
     @watch.setter
     def watch(self, arg: WatchOptions, /) -> None: ...
 
     @property
     def release(self) -> float:
-        """from a fault or a pedal to zero force [s]"""
+        """Time from a fault or a pedal event to zero force [s]."""
 
     @release.setter
     def release(self, arg: float, /) -> None: ...
 
     @property
     def settle(self) -> float:
-        """all must be well for so long after a fault [s]"""
+        """Time without faults after which the force returns [s]."""
 
     @settle.setter
     def settle(self, arg: float, /) -> None: ...
 
     @property
     def lag_most(self) -> float:
-        """of a follower behind its goal [m]"""
+        """Largest distance of the follower from its goal [m]."""
 
     @lag_most.setter
     def lag_most(self, arg: float, /) -> None: ...
 
     @property
     def slowest(self) -> float:
-        """periods of the cycle between two states of the leader, in the mean"""
+        """
+        Largest mean interval between two states of the leader [periods of the cycle].
+        """
 
     @slowest.setter
     def slowest(self, arg: float, /) -> None: ...
 
 class CrtkGates:
-    """What the console and the arms say about themselves; unknown is no."""
+    """States reported by the console and the arms; False until reported."""
 
     def __init__(self) -> None: ...
 
     @property
-    def following(self) -> bool: ...
+    def following(self) -> bool:
+        """The teleoperation is active."""
 
     @following.setter
     def following(self, arg: bool, /) -> None: ...
 
     @property
-    def operator_present(self) -> bool: ...
+    def operator_present(self) -> bool:
+        """An operator is at the console."""
 
     @operator_present.setter
     def operator_present(self, arg: bool, /) -> None: ...
 
     @property
-    def clutch(self) -> bool: ...
+    def clutch(self) -> bool:
+        """The clutch pedal is pressed."""
 
     @clutch.setter
     def clutch(self, arg: bool, /) -> None: ...
 
     @property
-    def leader_enabled(self) -> bool: ...
+    def leader_enabled(self) -> bool:
+        """The leader is enabled and homed."""
 
     @leader_enabled.setter
     def leader_enabled(self, arg: bool, /) -> None: ...
 
     @property
-    def follower_enabled(self) -> bool: ...
+    def follower_enabled(self) -> bool:
+        """The follower is enabled and homed."""
 
     @follower_enabled.setter
     def follower_enabled(self, arg: bool, /) -> None: ...
 
     @property
-    def second_writer(self) -> bool: ...
+    def second_writer(self) -> bool:
+        """Another program publishes wrenches to the leader."""
 
     @second_writer.setter
     def second_writer(self, arg: bool, /) -> None: ...
 
     @property
-    def other_teleop(self) -> bool: ...
+    def other_teleop(self) -> bool:
+        """Another teleoperation is active although own_teleop is set."""
 
     @other_teleop.setter
     def other_teleop(self, arg: bool, /) -> None: ...
 
     @property
-    def frame_unsure(self) -> bool: ...
+    def frame_unsure(self) -> bool:
+        """
+        The leader may take wrenches in another frame, or does not compensate its own weight.
+        """
 
     @frame_unsure.setter
     def frame_unsure(self, arg: bool, /) -> None: ...
 
     @property
-    def guarded(self) -> bool: ...
+    def guarded(self) -> bool:
+        """The guardian has latched or is missing."""
 
     @guarded.setter
     def guarded(self, arg: bool, /) -> None: ...
 
 class CrtkCycle:
-    """Stamped messages in, a wrench for the leader out; no network in it."""
+    """
+    Haptic cycle from stamped messages to a wrench for the leader; it contains no network code. stamp: time of the
+    sender since 1970 [s]; t: monotonic time [s]; wall: system time since 1970 [s].
+    """
 
     def __init__(self, options: CrtkOptions, follower: Arm | None = None) -> None: ...
 
@@ -3396,7 +3725,8 @@ class CrtkCycle:
         quat_xyzw: Annotated[NDArray[numpy.float64], "(4,)"],
         t: float,
         wall: float,
-    ) -> None: ...
+    ) -> None:
+        """Receives measured_cp of the leader [m]."""
 
     def leader_twist(
         self,
@@ -3405,11 +3735,14 @@ class CrtkCycle:
         w_LH: Annotated[NDArray[numpy.float64], "(3,)"],
         t: float,
         wall: float,
-    ) -> None: ...
+    ) -> None:
+        """Receives measured_cv of the leader [m/s, rad/s]."""
 
-    def leader_joints(self, stamp: float, q: Annotated[NDArray[numpy.float64], "(:,)"]) -> None: ...
+    def leader_joints(self, stamp: float, q: Annotated[NDArray[numpy.float64], "(:,)"]) -> None:
+        """Receives measured_js of the leader (n,) [rad, m]."""
 
-    def gripper(self, stamp: float, q: Annotated[NDArray[numpy.float64], "(:,)"]) -> None: ...
+    def gripper(self, stamp: float, q: Annotated[NDArray[numpy.float64], "(:,)"]) -> None:
+        """Receives gripper/measured_js of the leader (1,) [rad]."""
 
     def follower_pose(
         self,
@@ -3418,7 +3751,8 @@ class CrtkCycle:
         quat_xyzw: Annotated[NDArray[numpy.float64], "(4,)"],
         t: float,
         wall: float,
-    ) -> None: ...
+    ) -> None:
+        """Receives measured_cp of the follower [m]."""
 
     def follower_joints(
         self,
@@ -3426,21 +3760,28 @@ class CrtkCycle:
         q: Annotated[NDArray[numpy.float64], "(:,)"],
         t: float,
         wall: float,
-    ) -> None: ...
+    ) -> None:
+        """Receives measured_js of the follower (n,) [rad, m]."""
 
-    def jaw(self, stamp: float, q: Annotated[NDArray[numpy.float64], "(:,)"]) -> None: ...
+    def jaw(self, stamp: float, q: Annotated[NDArray[numpy.float64], "(:,)"]) -> None:
+        """Receives jaw/measured_js of the follower (1,) [rad]."""
 
     def set_scale(self, scale: float) -> None:
-        """Motion scale of somebody else's teleoperation."""
+        """Sets the motion scale reported by another program's teleoperation [-]."""
 
-    def set_gates(self, gates: CrtkGates) -> None: ...
+    def set_gates(self, gates: CrtkGates) -> None:
+        """Sets the states of console and arms."""
 
-    def set_controls(self, controls: Controls) -> None: ...
+    def set_controls(self, controls: Controls) -> None:
+        """Sets the operator's controls."""
 
-    def set_scene(self, snapshot: Snapshot) -> None: ...
+    def set_scene(self, snapshot: Snapshot) -> None:
+        """Replaces the scene; contact is reset."""
 
     def drop(self) -> None:
-        """Somebody else has put the force to zero."""
+        """
+        Resets the rendered force to zero, after another program has set it to zero.
+        """
 
     def step(
         self,
@@ -3448,5 +3789,6 @@ class CrtkCycle:
         wall: float,
     ) -> tuple[NDArray[numpy.float64], Annotated[NDArray[numpy.float64], "(6,)"] | None, Annotated[NDArray[numpy.float64], "(4, 4)"] | None, float]:
         """
-        One tick: (row, wrench (6,) or None when nothing may be sent, goal (4, 4) or None, jaw).
+        One tick at time t [s]: (row of signals, wrench (6,) [N, N m] or None if no wrench may be sent, goal X_BT (4, 4)
+        or None, jaw [rad]).
         """

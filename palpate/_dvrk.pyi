@@ -1,6 +1,6 @@
 # Generated from the bindings by `make stubs`; do not edit. An array type states its shape; ":" is any length.
 """
-The simulated dVRK (simulators/dvrk), a device of its own beside the haptic core.
+The simulated dVRK (simulators/dvrk), a device that does not depend on the haptic cycle.
 """
 
 from collections.abc import Sequence
@@ -21,12 +21,13 @@ class ArmSpec:
     def __init__(self, name: str, kind: str, model: palpate._core.Arm) -> None: ...
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Name of the arm, such as MTMR."""
 
     @property
     def dynamic(self) -> bool:
         """
-        True: torques move the joints; False: they are servoed and no torque moves them.
+        True: torques move the joints; False: position servos move them, and torques do not.
         """
 
     @dynamic.setter
@@ -189,78 +190,86 @@ class TeleopSpec:
     def __init__(self) -> None: ...
 
     @property
-    def mtm(self) -> int: ...
+    def mtm(self) -> int:
+        """Index of the MTM."""
 
     @mtm.setter
     def mtm(self, arg: int, /) -> None: ...
 
     @property
-    def psm(self) -> int: ...
+    def psm(self) -> int:
+        """Index of the PSM."""
 
     @psm.setter
     def psm(self, arg: int, /) -> None: ...
 
     @property
-    def scale(self) -> float: ...
+    def scale(self) -> float:
+        """Motion scale [-]."""
 
     @scale.setter
     def scale(self, arg: float, /) -> None: ...
 
     @property
-    def align_MTM(self) -> bool: ...
+    def align_MTM(self) -> bool:
+        """True: the MTM aligns its orientation with the PSM."""
 
     @align_MTM.setter
     def align_MTM(self, arg: bool, /) -> None: ...
 
     @property
-    def rotation_locked(self) -> bool: ...
+    def rotation_locked(self) -> bool:
+        """True: the PSM keeps its orientation."""
 
     @rotation_locked.setter
     def rotation_locked(self, arg: bool, /) -> None: ...
 
     @property
-    def translation_locked(self) -> bool: ...
+    def translation_locked(self) -> bool:
+        """True: the PSM keeps its position."""
 
     @translation_locked.setter
     def translation_locked(self, arg: bool, /) -> None: ...
 
     @property
     def orientation_tolerance(self) -> float:
-        """[rad]"""
+        """Largest orientation error at which following may start [rad]."""
 
     @orientation_tolerance.setter
     def orientation_tolerance(self, arg: float, /) -> None: ...
 
     @property
     def gripper_threshold(self) -> float:
-        """[rad]"""
+        """Range of gripper motion that shows that the operator is ready [rad]."""
 
     @gripper_threshold.setter
     def gripper_threshold(self, arg: float, /) -> None: ...
 
     @property
     def roll_threshold(self) -> float:
-        """[rad]"""
+        """Range of roll motion that shows that the operator is ready [rad]."""
 
     @roll_threshold.setter
     def roll_threshold(self, arg: float, /) -> None: ...
 
     @property
     def jaw_rate(self) -> float:
-        """[rad/s]"""
+        """Rate at which the jaw follows the gripper [rad/s]."""
 
     @jaw_rate.setter
     def jaw_rate(self, arg: float, /) -> None: ...
 
     @property
     def jaw_rate_after_clutch(self) -> float:
-        """[rad/s]"""
+        """
+        Rate at which the jaw follows the gripper after the clutch, until it has caught up [rad/s].
+        """
 
     @jaw_rate_after_clutch.setter
     def jaw_rate_after_clutch(self, arg: float, /) -> None: ...
 
 class System:
-    """The simulated dVRK; palpate.simulators.dvrk.system() makes one."""
+    """A simulated dVRK; palpate.simulators.dvrk.system() makes one."""
 
     def __init__(self, arms: Sequence[ArmSpec], teleops: Sequence[TeleopSpec], camera: Sequence[int] = []) -> None:
         """
@@ -284,7 +293,7 @@ class System:
 
     @property
     def dropped_events(self) -> int:
-        """Events lost because nobody took them."""
+        """Number of events lost because events() was not called in time."""
 
     def step(self, n: int = 1) -> None:
         """Simulates n ticks of 1/3 ms."""
@@ -306,7 +315,7 @@ class System:
 
     def truth(self, arm: str) -> dict[str, Any]:
         """
-        True joint positions and velocities of a simulated arm, and the torques of its drives; for judges.
+        True joint positions and velocities of a simulated arm and the torques of its drives, for tests and studies.
         """
 
     def teleop(self, name: str) -> dict[str, Any]:
@@ -318,7 +327,7 @@ class System:
         q: numpy.typing.ArrayLike,
     ) -> Annotated[NDArray[numpy.float64], "(4, 4)"] | None:
         """
-        Pose (4, 4) of the tip in the arm's base frame; None where q has a wrong length.
+        Pose (4, 4) of the tip in the arm's base frame; None if q has the wrong length.
         """
 
     def inverse_kinematics(
@@ -337,7 +346,7 @@ class System:
         actuators: numpy.typing.ArrayLike,
     ) -> Annotated[NDArray[numpy.float64], "(:,)"] | None:
         """
-        Joint positions of actuator positions, a PSM's with its jaw; None where the length is wrong.
+        Joint positions for actuator positions, including the jaw of a PSM; None if the length is wrong.
         """
 
 def verbs() -> list[tuple[int, int, str, int]]:
