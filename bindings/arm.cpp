@@ -86,7 +86,8 @@ void bind_gravity(nb::module_& m) {
           [](arm::GravityTerms* self, bool masses, int degree, const std::vector<arm::Field>& fields) {
             new (self) arm::GravityTerms{masses, degree, fields};
           },
-          "masses"_a = true, "degree"_a = -1, "fields"_a = std::vector<arm::Field>{})
+          "masses"_a = true, "degree"_a = -1, "fields"_a = std::vector<arm::Field>{},
+          "masses: four columns per link; degree: of the polynomials, -1: none; fields: one column per centre.")
       .def_ro("masses", &arm::GravityTerms::masses, "True: four columns per link, for its mass and its first moments.")
       .def_ro("degree", &arm::GravityTerms::degree, "Degree of the polynomial in each joint; -1: no polynomials.")
       .def_ro("fields", &arm::GravityTerms::fields, "Gaussian fields; each has one column per centre.");

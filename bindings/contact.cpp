@@ -8,6 +8,8 @@
 #include <array>
 #include <chrono>
 #include <optional>
+#include <stdexcept>
+#include <string>
 
 #include "bindings.hpp"
 #include "palpate/contact/friction.hpp"
@@ -63,7 +65,9 @@ Tuple<Array, Array, Array, Array, Array, bool, Array> render(scene::Snapshot sce
   contact::Tool tool(method_name, options);
   tool.check(scene);
   if (poses && (poses->shape(0) != n || scene.objects.size() != 1))
-    throw nb::value_error("poses must have shape (n, 4, 4) with one pose for each tip, and the scene one object");
+    throw std::invalid_argument("poses must have one pose for each tip, and the scene one object; got " +
+                                std::to_string(poses->shape(0)) + " poses, " + std::to_string(n) + " tips and " +
+                                std::to_string(scene.objects.size()) + " objects");
   Output force(n, 3), normal(n, 3), depth(n, 1), proxy(n, 3), latency(n, 1), torque(n, 3);
   bool started_inside = false;
   {

@@ -74,7 +74,7 @@ void bind_options(nb::module_& m) {
       .def(
           "__init__",
           [](Ramp* self, const std::string& by, double start, double end) { new (self) Ramp{by_name(by), start, end}; },
-          "by"_a = "pedal", "start"_a = 0.0, "end"_a = 1.0)
+          "by"_a = "pedal", "start"_a = 0.0, "end"_a = 1.0, "start may be larger than end.")
       .def_prop_ro(
           "by", [](const Ramp& r) { return std::string(kRamps[static_cast<std::size_t>(r.by)]); },
           "Measured value: 'pedal' [0-1], 'distance' [m, rad], 'time' since the fixture was engaged [s] or 'force' of "
@@ -227,7 +227,7 @@ void bind_stage(nb::module_& m) {
           "servo_damping", [](const Options& o) { return o.servo.damping_ratio; },
           [](Options& o, double x) { o.servo.damping_ratio = x; }, "Damping ratio of the follower's servos [-].");
   nb::class_<Guidance>(m, "Guidance", "The stage `guidance` outside a loop.")
-      .def(nb::init<const Options&, double>(), "options"_a = Options{}, "dt"_a = 1e-3)
+      .def(nb::init<const Options&, double>(), "options"_a = Options{}, "dt"_a = 1e-3, "dt: period of the cycle [s].")
       .def("take", &Guidance::take, "fixtures"_a, nb::keep_alive<1, 2>(),
            "Replaces the fixtures from the next step on.")
       .def("step", &step, "t"_a, "X_WT_goal"_a, "V_WT"_a, "X_WT"_a, "engaged"_a = true, "F_T_W"_a = Vec3(Vec3::Zero()),

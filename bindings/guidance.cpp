@@ -5,6 +5,7 @@
 #include <nanobind/stl/vector.h>
 
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -80,7 +81,9 @@ struct Answers {
 
 Fields query(const Geometry& geometry, const Poses& X_WT, const Times& t) {
   const std::size_t n = X_WT.shape(0);
-  if (t.shape(0) != n) throw nb::value_error("t must have one time for each pose in X_WT");
+  if (t.shape(0) != n)
+    throw std::invalid_argument("t must have one time for each pose in X_WT; got " + std::to_string(t.shape(0)) +
+                                " times and " + std::to_string(n) + " poses");
   Answers answers(n);
   {
     const nb::gil_scoped_release release;
@@ -116,7 +119,8 @@ void bind_frames(nb::module_& m) {
           [](guidance::MotionFrame* self, const Matrix4& X_WF, scene::Motion motion) {
             new (self) guidance::MotionFrame(to_pose(X_WF, "X_WF"), std::move(motion));
           },
-          nb::arg("X_WF") = Matrix4(Matrix4::Identity()), nb::arg("motion") = scene::Motion{});
+          nb::arg("X_WF") = Matrix4(Matrix4::Identity()), nb::arg("motion") = scene::Motion{},
+          "X_WF (4, 4): pose at rest; motion: motion from that pose.");
   nb::class_<guidance::LiveFrame, Frame>(m, "LiveFrame",
                                          "A frame whose poses come from outside the loop, such as from a tracker.")
       .def(nb::init<>())
@@ -131,7 +135,7 @@ void bind_frames(nb::module_& m) {
           },
           nb::arg("X_WF"), nb::arg("V_WF"),
           "Sets the pose X_WF (4, 4) and the velocity V_WF (6,): linear [m/s] over angular [rad/s].")
-      .def_prop_ro("told", &guidance::LiveFrame::told, "True once a pose has been received.");
+      .def_prop_ro("has_pose", &guidance::LiveFrame::told, "True once a pose has been received.");
 }
 
 void make_path(guidance::Path* self, const Controls& controls, const Rotations& attitudes, bool tangential,
@@ -159,7 +163,7 @@ void bind_modifiers(nb::module_& m) {
           [](guidance::Offset* self, std::shared_ptr<Geometry> geometry, double margin) {
             new (self) guidance::Offset(std::move(geometry), margin);
           },
-          nb::arg("geometry"), nb::arg("margin"));
+          nb::arg("geometry"), nb::arg("margin"), "margin [m].");
   nb::class_<guidance::Combination, Geometry>(m, "CombinedGeometry",
                                               "A union, an intersection or a difference of solids.")
       .def(
@@ -184,7 +188,7 @@ void bind_shapes(nb::module_& m) {
           [](guidance::Solid* self, std::shared_ptr<scene::Surface> surface) {
             new (self) guidance::Solid(std::move(surface));
           },
-          nb::arg("surface"));
+          nb::arg("surface"), "surface: a Surface of the scene, such as a Mesh.");
   nb::class_<guidance::Path, Geometry>(m, "PathGeometry", "A curve of cubic Bezier pieces.")
       .def("__init__", &make_path, nb::arg("controls"), nb::arg("attitudes"), nb::arg("tangential"), nb::arg("closed"),
            "controls (n, 4, 3): control points [m]. attitudes (n + 1, 3, 3): rotations at the ends of the pieces. "

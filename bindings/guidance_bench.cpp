@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <memory>
+#include <stdexcept>
 
 #include "bindings.hpp"
 #include "palpate/guidance/guidance.hpp"
@@ -65,7 +66,7 @@ Eigen::VectorXd time_stage(const guidance::Fixtures& fixtures, const Poses& X_WT
 Eigen::VectorXd time_qp(const Rows& A, const Values& b, const Values& y0) {
   const std::size_t m = A.shape(1);
   if (b.shape(0) != A.shape(0) || b.shape(1) != m || y0.shape(0) != A.shape(0) || y0.shape(1) != 6)
-    throw nb::value_error("A, b and y0 must have shapes (n, m, 6), (n, m) and (n, 6)");
+    throw std::invalid_argument("A, b and y0 must have shapes (n, m, 6), (n, m) and (n, 6)");
   const auto qp = std::make_unique<guidance::Qp>();
   return timed(A.shape(0), [&](std::size_t i) {
     qp->clear();

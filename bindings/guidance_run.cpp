@@ -3,6 +3,8 @@
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/vector.h>
 
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "bindings.hpp"
@@ -27,9 +29,12 @@ nb::typed<nb::dict, nb::str, Array> run(Guidance& self, const std::vector<double
                                         double pedal, bool takes_damping) {
   const std::size_t n = t.size();
   if (X_WT_goal.shape(0) != n || V_WT.shape(0) != n)
-    throw nb::value_error("X_WT_goal and V_WT must have one row for each time in t");
+    throw std::invalid_argument("X_WT_goal and V_WT must have one row for each time in t; got " +
+                                std::to_string(X_WT_goal.shape(0)) + " and " + std::to_string(V_WT.shape(0)) +
+                                " rows for " + std::to_string(n) + " times");
   if (!height.empty() && height.size() != n)
-    throw nb::value_error("height must have one entry for each time in t, or none");
+    throw std::invalid_argument("height must have one entry for each time in t, or none; got " +
+                                std::to_string(height.size()) + " entries for " + std::to_string(n) + " times");
   using RowMatrix4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
   Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor> F(n, 6);
   Eigen::Matrix<double, Eigen::Dynamic, 16, Eigen::RowMajor> goals(n, 16);

@@ -118,7 +118,7 @@ void bind_realtime(nb::module_& m) {
               "Time before a deadline that the thread spends in a busy wait [us].");
 
   nb::class_<BareLoop>(m, "BareLoop", "A loop that only keeps time, as a baseline for the punctuality of a machine.")
-      .def(nb::init<double, loop::RealTimeOptions>(), "rate"_a, "options"_a = loop::RealTimeOptions{})
+      .def(nb::init<double, loop::RealTimeOptions>(), "rate"_a, "options"_a = loop::RealTimeOptions{}, "rate [Hz].")
       .def("start", &BareLoop::start, nb::call_guard<nb::gil_scoped_release>(), "Starts the thread.")
       .def("stop", &BareLoop::stop, nb::call_guard<nb::gil_scoped_release>(), "Ends the thread.")
       .def(

@@ -32,7 +32,7 @@ void bind_mapping(nb::module_& m) {
           [](Mapping* self, const Options& options, const Mat3& R_WL, double dt) {
             new (self) Mapping(options, R_WL, dt);
           },
-          "options"_a, "R_WL"_a, "dt"_a)
+          "options"_a, "R_WL"_a, "dt"_a, "R_WL (3, 3): rotation of the leader base in W; dt: period of the cycle [s].")
       .def(
           "step",
           [](Mapping& self, const Matrix4& X_WH, const Vec3& v_LH, double gripper, const Matrix4& X_WT, double jaw,

@@ -161,7 +161,7 @@ void bind_material(nb::module_& m) {
             new (self) Material{K, B, mu, mu_static};
           },
           nb::arg("K") = Material{}.K, nb::arg("B") = Material{}.B, nb::arg("mu") = Material{}.mu,
-          nb::arg("mu_static") = Material{}.mu_static)
+          nb::arg("mu_static") = Material{}.mu_static, "K (3,) [N/m], B (3,) [N s/m], mu and mu_static [-].")
       .def_rw("K", &Material::K, "Stiffness (3,) [N/m].")
       .def_rw("B", &Material::B, "Damping (3,) [N s/m].")
       .def_rw("mu", &Material::mu, "Coulomb friction coefficient while slipping [-].")
@@ -178,7 +178,9 @@ void bind_material(nb::module_& m) {
             new (self) Region{centre, half, radius, blend, material};
           },
           nb::arg("centre"), nb::arg("half") = Vec3(Vec3::Zero()), nb::arg("radius") = Region{}.radius,
-          nb::arg("blend") = Region{}.blend, nb::arg("material") = Material{})
+          nb::arg("blend") = Region{}.blend, nb::arg("material") = Material{},
+          "centre (3,), half (3,), radius, blend [m], in O. Raises ValueError if a length is negative or a value not "
+          "finite.")
       .def_ro("centre", &Region::centre, "Centre in O (3,) [m].")
       .def_ro("half", &Region::half, "Half the lengths of the box (3,) [m]; zero: a ball.")
       .def_ro("radius", &Region::radius, "Radius of the ball or of the rounded edges [m].")
@@ -277,7 +279,7 @@ void bind_world(nb::module_& m) {
                                         .c_str());
             new (self) scene::Snapshot{std::move(objects)};
           },
-          nb::arg("objects"))
+          nb::arg("objects"), "Raises ValueError if there are too many objects; the message states the limit.")
       .def_ro("objects", &scene::Snapshot::objects, "The objects, in order.");
 }
 

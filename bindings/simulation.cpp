@@ -133,7 +133,8 @@ void bind_options(nb::module_& m) {
 
 void bind_cycle(nb::module_& m) {
   nb::class_<Cycle>(m, "Cycle", "The haptic cycle, from measured states to commanded torques.")
-      .def(nb::init<const CycleOptions&, arm::Arm, arm::Arm>(), "options"_a, "leader_model"_a, "follower"_a)
+      .def(nb::init<const CycleOptions&, arm::Arm, arm::Arm>(), "options"_a, "leader_model"_a, "follower"_a,
+           "leader_model: the controller's model of the leader; follower: the model of the follower.")
       .def(
           "step",
           [](Cycle& self, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& v, double gripper,
@@ -188,7 +189,8 @@ void bind_running(nb::module_& m) {
   simulation
       .def(nb::init<const SimulationOptions&, arm::Arm, arm::Arm, const arm::Arm&,
                     std::shared_ptr<const scene::Snapshot>, HandPath>(),
-           "options"_a, "leader_plant"_a, "leader_model"_a, "follower"_a, "snapshot"_a, "hand_path"_a)
+           "options"_a, "leader_plant"_a, "leader_model"_a, "follower"_a, "snapshot"_a, "hand_path"_a,
+           "leader_plant: the simulated leader; leader_model: the controller's model of the leader.")
       .def("run", &run, "n_ticks"_a, "hand_W"_a = nb::none(),
            "Runs n_ticks in lockstep and returns their rows (n, TICK_BYTES/8); fewer rows while paused. hand_W "
            "(n_ticks, 3): offset of the hand from its path at the end of each tick, in W [m]. An operator model may "

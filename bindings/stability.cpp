@@ -114,7 +114,7 @@ void bind_stage(nb::module_& m) {
       .def_ro("status", &Output::status, "Status bits.");
 
   nb::class_<Stability>(m, "Stability", "Stage `stability`: coupling, low-pass, passivity controller, limiter.")
-      .def(nb::init<const Options&, double>(), "options"_a, "dt"_a)
+      .def(nb::init<const Options&, double>(), "options"_a, "dt"_a, "dt: period of the cycle [s].")
       .def(
           "step",
           [](Stability& self, const VectorArg& F_H_L, const Vec3& p_LH, const Vec3& v_LH, const Eigen::VectorXd& q,
@@ -149,7 +149,7 @@ void bind_limiter(nb::module_& m) {
       "The last element of the stage `stability`: its output is finite and within the cap and the rate cap.")
       .def(
           "__init__", [](Limiter* self, const Options& options, double dt) { new (self) Limiter(options, dt); },
-          "options"_a, "dt"_a)
+          "options"_a, "dt"_a, "dt: period of the cycle [s].")
       .def(
           "step",
           [](Limiter& self, const VectorArg& F_H_L, double t, double t_leader, double t_follower, bool leader_valid,
@@ -175,7 +175,8 @@ void bind_energy(nb::module_& m) {
       .def_ro("source", &Energy::source, "Energy of the force of each source.");
   nb::class_<Ledger>(m, "Ledger",
                      "Energy ledger at the hand's port: the work of each force on the motion during which it acts.")
-      .def(nb::init<double, double>(), "delay"_a = 0.0, "dt"_a = 1e-3)
+      .def(nb::init<double, double>(), "delay"_a = 0.0, "dt"_a = 1e-3,
+           "delay: known delay of the loop [s]; dt: period of the cycle [s].")
       .def(
           "step",
           [](Ledger& self, const Vec3& p_LH, const VectorArg& F_H_L, const VectorArg& F_damping, const VectorArg& F_cut,
@@ -199,7 +200,7 @@ void bind_energy(nb::module_& m) {
       .def(
           "__init__",
           [](Observer* self, const Options& o, double dt) { new (self) Observer(o.passivity.observer, dt); },
-          "options"_a, "dt"_a)
+          "options"_a, "dt"_a, "dt: period of the cycle [s].")
       .def(
           "step",
           [](Observer& self, const Vec3& p_LH, const Vec3& v_LH, const Vec3& F_H_L) {
@@ -213,7 +214,7 @@ void bind_energy(nb::module_& m) {
       .def_prop_ro("in_flight", &Observer::in_flight,
                    "Largest energy that the forces already sent can still give to the hand [J].");
   nb::class_<stability::Dissipation>(m, "Dissipation", "Certified energy that a device dissipates by friction.")
-      .def(nb::init<CertainFriction, double>(), "friction"_a, "dt"_a)
+      .def(nb::init<CertainFriction, double>(), "friction"_a, "dt"_a, "dt: period of the cycle [s].")
       .def(
           "step",
           [](stability::Dissipation& self, const Eigen::VectorXd& q) { return self.step(joint_vector(q, "q")); }, "q"_a,

@@ -55,7 +55,7 @@ void bind_surfaces(nb::module_& m) {
       .def(nb::init<const Vec3&>(), nb::arg("size"), "size: lengths of the edges (3,) [m].");
   nb::class_<scene::Cylinder, scene::Surface>(
       m, "Cylinder", "A cylinder around the z axis with flat ends and its centre at the origin.")
-      .def(nb::init<double, double>(), nb::arg("radius"), nb::arg("length"));
+      .def(nb::init<double, double>(), nb::arg("radius"), nb::arg("length"), "radius, length [m].");
   nb::class_<scene::Capsule, scene::Surface>(m, "Capsule", "All points within a radius of a segment of the z axis.")
       .def(nb::init<double, double>(), nb::arg("radius"), nb::arg("length"),
            "radius [m]; length of the segment [m], its centre at the origin.");

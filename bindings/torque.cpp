@@ -143,7 +143,8 @@ void bind_torque(nb::module_& m) {
           [](torque::Torque* self, const Options& options, const VectorArg& tau_max, double dt) {
             new (self) torque::Torque(options, joint_vector(tau_max, "tau_max"), dt);
           },
-          "options"_a, "tau_max"_a, "dt"_a = 1e-3)
+          "options"_a, "tau_max"_a, "dt"_a = 1e-3,
+          "tau_max (n,): torque limits of the drives [N m]; dt: period of the cycle [s].")
       .def("step", &step, "model"_a, "q"_a, "v"_a, "F_H_L"_a, "F_cell_L"_a = nb::none(), "fresh"_a = true,
            "One tick: (LeaderCommand that renders F_H_L (6,) [N, N m], status bits). F_cell_L (3,): measured force of "
            "the arm on the hand [N]. fresh: False resets the control law, because the state of the leader is not new.");

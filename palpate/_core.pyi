@@ -195,7 +195,8 @@ class Cylinder(Surface):
     A cylinder around the z axis with flat ends and its centre at the origin.
     """
 
-    def __init__(self, radius: float, length: float) -> None: ...
+    def __init__(self, radius: float, length: float) -> None:
+        """radius, length [m]."""
 
 class Capsule(Surface):
     """All points within a radius of a segment of the z axis."""
@@ -283,7 +284,8 @@ class Material:
         B: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
         mu: float = 0.0,
         mu_static: float = 0.0,
-    ) -> None: ...
+    ) -> None:
+        """K (3,) [N/m], B (3,) [N s/m], mu and mu_static [-]."""
 
     @property
     def K(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
@@ -327,7 +329,11 @@ class Region:
         radius: float = 0.0,
         blend: float = 0.001,
         material: Material = ...,
-    ) -> None: ...
+    ) -> None:
+        """
+        centre (3,), half (3,), radius, blend [m], in O. Raises ValueError if a length is negative or a value not
+        finite.
+        """
 
     @property
     def centre(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
@@ -448,7 +454,10 @@ class Object:
 class Snapshot:
     """The objects of a scene; immutable during a tick, replaced as a whole."""
 
-    def __init__(self, objects: Sequence[Object]) -> None: ...
+    def __init__(self, objects: Sequence[Object]) -> None:
+        """
+        Raises ValueError if there are too many objects; the message states the limit.
+        """
 
     @property
     def objects(self) -> list[Object]:
@@ -745,7 +754,8 @@ class Frame:
 class MotionFrame(Frame):
     """A frame that moves like an object of the scene."""
 
-    def __init__(self, X_WF: Annotated[NDArray[numpy.float64], "(4, 4)"] = ..., motion: Motion = ...) -> None: ...
+    def __init__(self, X_WF: Annotated[NDArray[numpy.float64], "(4, 4)"] = ..., motion: Motion = ...) -> None:
+        """X_WF (4, 4): pose at rest; motion: motion from that pose."""
 
 class LiveFrame(Frame):
     """
@@ -767,7 +777,7 @@ class LiveFrame(Frame):
         """
 
     @property
-    def told(self) -> bool:
+    def has_pose(self) -> bool:
         """True once a pose has been received."""
 
 class PointGeometry(Geometry):
@@ -790,7 +800,8 @@ class LineGeometry(Geometry):
 class SurfaceGeometry(Geometry):
     """A surface of the scene, in its own frame."""
 
-    def __init__(self, surface: Surface) -> None: ...
+    def __init__(self, surface: Surface) -> None:
+        """surface: a Surface of the scene, such as a Mesh."""
 
 class PathGeometry(Geometry):
     """A curve of cubic Bezier pieces."""
@@ -829,7 +840,8 @@ class ConeGeometry(Geometry):
 class OffsetGeometry(Geometry):
     """All points within a margin of a geometry."""
 
-    def __init__(self, geometry: Geometry, margin: float) -> None: ...
+    def __init__(self, geometry: Geometry, margin: float) -> None:
+        """margin [m]."""
 
 class CombinedGeometry(Geometry):
     """A union, an intersection or a difference of solids."""
@@ -981,7 +993,8 @@ class Ramp:
     Scales the authority of a fixture with a measured value: 0 at `start`, 1 at `end`, linear between.
     """
 
-    def __init__(self, by: str = 'pedal', start: float = 0.0, end: float = 1.0) -> None: ...
+    def __init__(self, by: str = 'pedal', start: float = 0.0, end: float = 1.0) -> None:
+        """start may be larger than end."""
 
     @property
     def by(self) -> str:
@@ -1209,7 +1222,8 @@ class GuidanceOptions:
 class Guidance:
     """The stage `guidance` outside a loop."""
 
-    def __init__(self, options: GuidanceOptions = ..., dt: float = 0.001) -> None: ...
+    def __init__(self, options: GuidanceOptions = ..., dt: float = 0.001) -> None:
+        """dt: period of the cycle [s]."""
 
     def take(self, fixtures: Fixtures) -> None:
         """Replaces the fixtures from the next step on."""
@@ -1374,12 +1388,10 @@ class Mapping:
     Stage `mapping`: relative scaled position, absolute orientation, clutch, jaw.
     """
 
-    def __init__(
-        self,
-        options: MappingOptions,
-        R_WL: Annotated[NDArray[numpy.float64], "(3, 3)"],
-        dt: float,
-    ) -> None: ...
+    def __init__(self, options: MappingOptions, R_WL: Annotated[NDArray[numpy.float64], "(3, 3)"], dt: float) -> None:
+        """
+        R_WL (3, 3): rotation of the leader base in W; dt: period of the cycle [s].
+        """
 
     def step(
         self,
@@ -1739,7 +1751,8 @@ class StabilityOutput:
 class Stability:
     """Stage `stability`: coupling, low-pass, passivity controller, limiter."""
 
-    def __init__(self, options: StabilityOptions, dt: float) -> None: ...
+    def __init__(self, options: StabilityOptions, dt: float) -> None:
+        """dt: period of the cycle [s]."""
 
     def step(
         self,
@@ -1775,7 +1788,8 @@ class Limiter:
     The last element of the stage `stability`: its output is finite and within the cap and the rate cap.
     """
 
-    def __init__(self, options: StabilityOptions, dt: float) -> None: ...
+    def __init__(self, options: StabilityOptions, dt: float) -> None:
+        """dt: period of the cycle [s]."""
 
     def step(
         self,
@@ -1825,7 +1839,8 @@ class Ledger:
     Energy ledger at the hand's port: the work of each force on the motion during which it acts.
     """
 
-    def __init__(self, delay: float = 0.0, dt: float = 0.001) -> None: ...
+    def __init__(self, delay: float = 0.0, dt: float = 0.001) -> None:
+        """delay: known delay of the loop [s]; dt: period of the cycle [s]."""
 
     def step(
         self,
@@ -1847,7 +1862,8 @@ class PassivityObserver:
     Certified energy that the hand has put into the port, for a force at one point.
     """
 
-    def __init__(self, options: StabilityOptions, dt: float) -> None: ...
+    def __init__(self, options: StabilityOptions, dt: float) -> None:
+        """dt: period of the cycle [s]."""
 
     def step(
         self,
@@ -1869,7 +1885,8 @@ class PassivityObserver:
 class Dissipation:
     """Certified energy that a device dissipates by friction."""
 
-    def __init__(self, friction: CertainFriction, dt: float) -> None: ...
+    def __init__(self, friction: CertainFriction, dt: float) -> None:
+        """dt: period of the cycle [s]."""
 
     def step(self, q: Annotated[NDArray[numpy.float64], "(:,)"]) -> float:
         """
@@ -1995,7 +2012,10 @@ class Field:
 class GravityTerms:
     """The columns of a gravity model: masses, powers of joints, fields."""
 
-    def __init__(self, masses: bool = True, degree: int = -1, fields: Sequence[Field] = []) -> None: ...
+    def __init__(self, masses: bool = True, degree: int = -1, fields: Sequence[Field] = []) -> None:
+        """
+        masses: four columns per link; degree: of the polynomials, -1: none; fields: one column per centre.
+        """
 
     @property
     def masses(self) -> bool:
@@ -3021,7 +3041,10 @@ class Torque:
     The stage `torque`: joint torques of one control law, within the drive limits.
     """
 
-    def __init__(self, options: TorqueOptions, tau_max: numpy.typing.ArrayLike, dt: float = 0.001) -> None: ...
+    def __init__(self, options: TorqueOptions, tau_max: numpy.typing.ArrayLike, dt: float = 0.001) -> None:
+        """
+        tau_max (n,): torque limits of the drives [N m]; dt: period of the cycle [s].
+        """
 
     def step(
         self,
@@ -3177,7 +3200,8 @@ class BareLoop:
     A loop that only keeps time, as a baseline for the punctuality of a machine.
     """
 
-    def __init__(self, rate: float, options: RealTimeOptions = ...) -> None: ...
+    def __init__(self, rate: float, options: RealTimeOptions = ...) -> None:
+        """rate [Hz]."""
 
     def start(self) -> None:
         """Starts the thread."""
@@ -3379,7 +3403,10 @@ class SimulationOptions(CycleOptions):
 class Cycle:
     """The haptic cycle, from measured states to commanded torques."""
 
-    def __init__(self, options: CycleOptions, leader_model: Arm, follower: Arm) -> None: ...
+    def __init__(self, options: CycleOptions, leader_model: Arm, follower: Arm) -> None:
+        """
+        leader_model: the controller's model of the leader; follower: the model of the follower.
+        """
 
     def step(
         self,
@@ -3436,7 +3463,10 @@ class Simulation:
         follower: Arm,
         snapshot: Snapshot,
         hand_path: HandPath,
-    ) -> None: ...
+    ) -> None:
+        """
+        leader_plant: the simulated leader; leader_model: the controller's model of the leader.
+        """
 
     def drain(self) -> Annotated[NDArray[numpy.float64], "(:, :)"]:
         """Rows since the last drain, in real time (n, TICK_BYTES/8)."""

@@ -18,7 +18,8 @@ class ArmSpec:
     Options of one arm of the simulated dVRK (palpate.simulators.dvrk.arm fills them).
     """
 
-    def __init__(self, name: str, kind: str, model: palpate._core.Arm) -> None: ...
+    def __init__(self, name: str, kind: str, model: palpate._core.Arm) -> None:
+        """kind: 'mtm', 'psm' or 'ecm'; otherwise raises ValueError."""
 
     @property
     def name(self) -> str:

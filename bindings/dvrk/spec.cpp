@@ -28,7 +28,7 @@ void bind_arm_spec(nb::module_& m) {
             const ArmKind k = kind == "mtm" ? ArmKind::mtm : kind == "psm" ? ArmKind::psm : ArmKind::ecm;
             new (self) ArmSpec{name, k, model};
           },
-          "name"_a, "kind"_a, "model"_a)
+          "name"_a, "kind"_a, "model"_a, "kind: 'mtm', 'psm' or 'ecm'; otherwise raises ValueError.")
       .def_ro("name", &ArmSpec::name, "Name of the arm, such as MTMR.")
       .def_rw("dynamic", &ArmSpec::dynamic,
               "True: torques move the joints; False: position servos move them, and torques do not.")
