@@ -588,7 +588,15 @@ def contact_render(
     options: ContactOptions,
     rate: float,
     poses: Annotated[NDArray[numpy.float64], "(:, 4, 4)"] | None = None,
-) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.float64], bool, NDArray[numpy.float64]]:
+) -> tuple[
+    NDArray[numpy.float64],
+    NDArray[numpy.float64],
+    NDArray[numpy.float64],
+    NDArray[numpy.float64],
+    NDArray[numpy.float64],
+    bool,
+    NDArray[numpy.float64],
+]:
     """
     Runs the stages contact and force along a tool path p_WT (n, 3) [m], sampled at rate [Hz]. poses: X_WO (n, 4, 4) of
     the scene's only object. Returns force (n, 3) [N], normal (n, 3), depth (n,) [m], proxy (n, 3) [m], latency (n,)
@@ -1558,7 +1566,12 @@ def force(
     damping_scale: float = 1.0,
     w_WT: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
     p_TS: Annotated[NDArray[numpy.float64], "(:, 3)"] | None = None,
-) -> tuple[Annotated[NDArray[numpy.float64], "(3,)"], Annotated[NDArray[numpy.float64], "(3,)"], Annotated[NDArray[numpy.float64], "(3,)"], Annotated[NDArray[numpy.float64], "(3,)"]]:
+) -> tuple[
+    Annotated[NDArray[numpy.float64], "(3,)"],
+    Annotated[NDArray[numpy.float64], "(3,)"],
+    Annotated[NDArray[numpy.float64], "(3,)"],
+    Annotated[NDArray[numpy.float64], "(3,)"],
+]:
     """
     Stage `force` for n contacts, given as (n, 3) arrays in W: (F, F_spring, F_damping, torque), each (3,) in W; forces
     [N], torque about T [N m].
@@ -1921,7 +1934,12 @@ class AllTerms:
         self,
         q: numpy.typing.ArrayLike,
         v: numpy.typing.ArrayLike,
-    ) -> tuple[Annotated[NDArray[numpy.float64], "(:, :)"], Annotated[NDArray[numpy.float64], "(:,)"], Annotated[NDArray[numpy.float64], "(:,)"], Annotated[NDArray[numpy.float64], "(:, :)"]]:
+    ) -> tuple[
+        Annotated[NDArray[numpy.float64], "(:, :)"],
+        Annotated[NDArray[numpy.float64], "(:,)"],
+        Annotated[NDArray[numpy.float64], "(:,)"],
+        Annotated[NDArray[numpy.float64], "(:, :)"],
+    ]:
         """
         computeAllTerms: (M (n,n), C v + G (n,), G (n,), J (6,n) at the tip in base axes).
         """
@@ -2121,7 +2139,13 @@ class Arm:
         self,
         q: numpy.typing.ArrayLike,
         v: numpy.typing.ArrayLike,
-    ) -> tuple[Annotated[NDArray[numpy.float64], "(:, :)"], Annotated[NDArray[numpy.float64], "(:,)"], Annotated[NDArray[numpy.float64], "(4, 4)"], Annotated[NDArray[numpy.float64], "(:, :)"], Annotated[NDArray[numpy.float64], "(:,)"]]:
+    ) -> tuple[
+        Annotated[NDArray[numpy.float64], "(:, :)"],
+        Annotated[NDArray[numpy.float64], "(:,)"],
+        Annotated[NDArray[numpy.float64], "(4, 4)"],
+        Annotated[NDArray[numpy.float64], "(:, :)"],
+        Annotated[NDArray[numpy.float64], "(:,)"],
+    ]:
         """
         All terms that a simulated arm needs: (M (n,n), C v + G (n,), X_0T (4,4), J (6,n), dJ/dt v (6,)).
         """
@@ -3066,7 +3090,12 @@ def cartesian_place(
     v: numpy.typing.ArrayLike,
     rotor_inertia: Annotated[NDArray[numpy.float64], "(:,)"] | None = None,
     heaviest: float = 20.0,
-) -> tuple[Annotated[NDArray[numpy.float64], "(:, :)"], Annotated[NDArray[numpy.float64], "(:,)"], Annotated[NDArray[numpy.float64], "(:,)"], bool]:
+) -> tuple[
+    Annotated[NDArray[numpy.float64], "(:, :)"],
+    Annotated[NDArray[numpy.float64], "(:,)"],
+    Annotated[NDArray[numpy.float64], "(:,)"],
+    bool,
+]:
     """
     Dynamics of the tip's position (Eqs 2-5): (Lambda (3,3) [kg], Gamma v (3,) [N], eta (3,) [N], singular). Eigenvalues
     of Lambda above heaviest [kg] are set to it, and singular is True.
@@ -3078,7 +3107,12 @@ def cartesian(
     v: numpy.typing.ArrayLike,
     rotor_inertia: Annotated[NDArray[numpy.float64], "(:,)"] | None = None,
     heaviest: float = 20.0,
-) -> tuple[Annotated[NDArray[numpy.float64], "(:, :)"], Annotated[NDArray[numpy.float64], "(:,)"], Annotated[NDArray[numpy.float64], "(:,)"], bool]:
+) -> tuple[
+    Annotated[NDArray[numpy.float64], "(:, :)"],
+    Annotated[NDArray[numpy.float64], "(:,)"],
+    Annotated[NDArray[numpy.float64], "(:,)"],
+    bool,
+]:
     """
     Dynamics of the tip's position and orientation (Eqs 2-5): (Lambda (6,6), Gamma v (6,), eta (6,), singular), as for
     cartesian_place.
@@ -3817,7 +3851,12 @@ class CrtkCycle:
         self,
         t: float,
         wall: float,
-    ) -> tuple[NDArray[numpy.float64], Annotated[NDArray[numpy.float64], "(6,)"] | None, Annotated[NDArray[numpy.float64], "(4, 4)"] | None, float]:
+    ) -> tuple[
+        NDArray[numpy.float64],
+        Annotated[NDArray[numpy.float64], "(6,)"] | None,
+        Annotated[NDArray[numpy.float64], "(4, 4)"] | None,
+        float,
+    ]:
         """
         One tick at time t [s]: (row of signals, wrench (6,) [N, N m] or None if no wrench may be sent, goal X_BT (4, 4)
         or None, jaw [rad]).

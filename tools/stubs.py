@@ -23,6 +23,8 @@ import palpate
 PACKAGE = Path(__file__).resolve().parents[1] / "palpate"
 EXTENSIONS = ("_core", "_dvrk")
 WIDTH = 120
+BRACKETS = (r" *(def \w+\()(.*)(\) -> .*)", r" *(\) -> tuple\[)(.*)(\]:.*)")
+"""Arguments, and the members of a result that is still too long: the text before, inside and after the brackets."""
 HEAD = """\
 # Generated from the bindings by `make stubs`; do not edit. An array type states its shape; ":" is any length.
 """
@@ -52,10 +54,12 @@ def wrapped(line: str) -> str:
     """A line of at most WIDTH characters; a longer signature gets one argument per line, a docstring is filled."""
     if len(line) <= WIDTH:
         return line
-    if signature := re.fullmatch(r"( *)(def \w+\()(.*)(\) -> .*)", line):
-        indent, name, inside, result = signature.groups()
-        return "\n".join((f"{indent}{name}", *(f"{indent}    {a}," for a in arguments(inside)), f"{indent}{result}"))
     indent = line[: len(line) - len(line.lstrip())]
+    for pattern in BRACKETS:
+        if match := re.fullmatch(pattern, line):
+            head, inside, rest = match.groups()
+            items = (f"{indent}    {item}," for item in arguments(inside))
+            return "\n".join((f"{indent}{head}", *items, wrapped(indent + rest)))
     return textwrap.fill(line.strip(), WIDTH, initial_indent=indent, subsequent_indent=indent, break_on_hyphens=False)
 
 
