@@ -1,5 +1,5 @@
-# make demo | make test | make lint | make wheel | make clean.   `palpate --help` lists all other commands.
-.PHONY: demo test lint wheel clean setup
+# make demo | make test | make lint | make stubs | make wheel | make clean.   `palpate --help` lists all other commands.
+.PHONY: demo test lint stubs wheel clean setup
 ARGS ?=
 OUT ?= dist
 export UV_PYTHON_DOWNLOADS = never
@@ -46,6 +46,10 @@ setup: .venv/.ready
 lint: setup
 	@$(UV) sync --all-extras --group lint --inexact --no-progress --quiet
 	@$(RUN) pre-commit run --all-files
+
+# Generates palpate/_core.pyi and palpate/_dvrk.pyi from the compiled bindings.
+stubs: setup
+	@$(RUN) python tools/stubs.py
 
 clean:
 	rm -rf .venv .uv build runs

@@ -5,6 +5,7 @@
 
 #include "bindings.hpp"
 #include "palpate/force/force.hpp"
+#include "types.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -14,8 +15,8 @@ namespace {
 
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
-/// One collision and one cycle of Algorithm 1 on the first object of a scene, every line's value kept.
-nb::dict trace(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT, double radius, const Vec3& n_last) {
+/// Runs one collision and one cycle of Algorithm 1 on the first object of a scene, and returns the value of every line.
+Fields trace(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT, double radius, const Vec3& n_last) {
   contact::CoalSurface surface(radius);
   surface.prepare(scene);
   const contact::CollisionPoints points = surface.collide(scene.objects.at(0), p_WT);
@@ -43,7 +44,7 @@ nb::dict trace(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT,
     const contact::CollisionPoint& point = points.point[static_cast<std::size_t>(i)];
     p.row(i) = point.p, n.row(i) = point.n, depths[i] = point.depth;
   }
-  nb::dict lines;
+  Fields lines;
   lines["collision"] = points.size > 0;
   lines["points"] = p;
   lines["normals"] = n;
@@ -63,7 +64,7 @@ nb::dict trace(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT,
 
 void bind_algorithm1(nb::module_& m) {
   m.def("trace_algorithm1", &trace, "snapshot"_a, "p_WT"_a, "v_WT"_a, "radius"_a, "n_last"_a,
-        "Every line of Algorithm 1 for one tool position; all in W, SI units.");
+        "Values of every line of Algorithm 1 for one tool position p_WT (3,) and velocity v_WT (3,); in W, SI units.");
 }
 
 }  // namespace palpate::bindings

@@ -1,4 +1,3 @@
-#include "palpate/arm/all_terms.hpp"
 #include "palpate/arm/arm.hpp"
 
 #include <nanobind/ndarray.h>
@@ -9,6 +8,8 @@
 
 #include "bindings.hpp"
 #include "convert.hpp"
+#include "palpate/arm/all_terms.hpp"
+#include "types.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -47,7 +48,7 @@ std::vector<Matrix4> link_poses(Arm& a, const VectorArg& q) {
   return poses;
 }
 
-/// Phi of every pose, one below the other: (k, n, m) in C order.
+/// Phi of every pose (k, n, m), in C order.
 nb::ndarray<nb::numpy, double, nb::ndim<3>> gravity_columns(Arm& a, const arm::GravityTerms& terms, const Matrix& q) {
   const Eigen::Index n = a.n(), m = terms.columns(n);
   if (q.cols() != n) {
@@ -74,48 +75,53 @@ void bind_gravity(nb::module_& m) {
           [](arm::Field* self, const std::vector<int>& joints, const Matrix& centres, const VectorArg& length) {
             new (self) arm::Field{joints, centres, length};
           },
-          "joints"_a, "centres"_a, "length"_a, "Joints J from zero (d); centres z (c, d), lengths l (d) [rad, m].")
-      .def_ro("joints", &arm::Field::joints)
-      .def_ro("centres", &arm::Field::centres)
-      .def_ro("length", &arm::Field::length);
+          "joints"_a, "centres"_a, "length"_a,
+          "Indices of the joints J (d,), from zero; centres z (c, d) and lengths l (d,) [rad, m].")
+      .def_ro("joints", &arm::Field::joints, "Indices of the joints (d,), from zero.")
+      .def_ro("centres", &arm::Field::centres, "Centres of the Gaussians (c, d) [rad, m].")
+      .def_ro("length", &arm::Field::length, "Length scales of the Gaussians (d,) [rad, m].");
   nb::class_<arm::GravityTerms>(m, "GravityTerms", "The columns of a gravity model: masses, powers of joints, fields.")
       .def(
           "__init__",
           [](arm::GravityTerms* self, bool masses, int degree, const std::vector<arm::Field>& fields) {
             new (self) arm::GravityTerms{masses, degree, fields};
           },
-          "masses"_a = true, "degree"_a = -1, "fields"_a = std::vector<arm::Field>{})
-      .def_ro("masses", &arm::GravityTerms::masses, "4 columns per link")
-      .def_ro("degree", &arm::GravityTerms::degree, "of a polynomial per joint; -1: none")
-      .def_ro("fields", &arm::GravityTerms::fields, "a column per centre");
+          "masses"_a = true, "degree"_a = -1, "fields"_a = std::vector<arm::Field>{},
+          "masses: four columns per link; degree: of the polynomials, -1: none; fields: one column per centre.")
+      .def_ro("masses", &arm::GravityTerms::masses, "True: four columns per link, for its mass and its first moments.")
+      .def_ro("degree", &arm::GravityTerms::degree, "Degree of the polynomial in each joint; -1: no polynomials.")
+      .def_ro("fields", &arm::GravityTerms::fields, "Gaussian fields; each has one column per centre.");
 }
 
 void bind_ik(nb::module_& m) {
-  nb::class_<arm::IkOptions>(m, "IkOptions", "Inverse kinematics: when to stop.")
+  nb::class_<arm::IkOptions>(m, "IkOptions", "When the inverse kinematics stops.")
       .def(nb::init<>())
-      .def_rw("max_iterations", &arm::IkOptions::max_iterations)
-      .def_rw("position_tolerance", &arm::IkOptions::position_tolerance, "[m]")
-      .def_rw("orientation_tolerance", &arm::IkOptions::orientation_tolerance, "[rad]")
-      .def_rw("damping", &arm::IkOptions::damping, "floor of the damping, which grows with the remaining error");
-  nb::class_<arm::IkResult>(m, "IkResult", "How an inverse kinematics ended.")
-      .def_ro("converged", &arm::IkResult::converged)
-      .def_ro("iterations", &arm::IkResult::iterations)
-      .def_ro("position_error", &arm::IkResult::position_error, "[m]")
-      .def_ro("orientation_error", &arm::IkResult::orientation_error, "[rad]")
-      .def_ro("damping", &arm::IkResult::damping, "of the last step; large near singularities and out of reach");
+      .def_rw("max_iterations", &arm::IkOptions::max_iterations, "Largest number of iterations.")
+      .def_rw("position_tolerance", &arm::IkOptions::position_tolerance, "Position error accepted as converged [m].")
+      .def_rw("orientation_tolerance", &arm::IkOptions::orientation_tolerance,
+              "Orientation error accepted as converged [rad].")
+      .def_rw("damping", &arm::IkOptions::damping, "Smallest damping; the damping grows with the remaining error.");
+  nb::class_<arm::IkResult>(m, "IkResult", "Outcome of an inverse kinematics run.")
+      .def_ro("converged", &arm::IkResult::converged, "True if both errors are within their tolerances.")
+      .def_ro("iterations", &arm::IkResult::iterations, "Number of iterations.")
+      .def_ro("position_error", &arm::IkResult::position_error, "Remaining position error [m].")
+      .def_ro("orientation_error", &arm::IkResult::orientation_error, "Remaining orientation error [rad].")
+      .def_ro("damping", &arm::IkResult::damping,
+              "Damping of the last step; large near singularities and out of reach.");
 }
 
 void bind_all_terms(nb::module_& m) {
-  nb::class_<arm::AllTerms>(m, "AllTerms", "Pinocchio's dynamics of the same URDF: a judge and a control.")
+  nb::class_<arm::AllTerms>(m, "AllTerms", "Pinocchio's dynamics of a URDF; tests and benchmarks compare Arm with it.")
       .def(nb::init<const std::string&, const std::string&, const std::string&>(), "xml"_a, "base_frame"_a,
            "tip_frame"_a)
       .def(
           "compute",
-          [](arm::AllTerms& self, const VectorArg& q, const VectorArg& v) {
+          [](arm::AllTerms& self, const VectorArg& q,
+             const VectorArg& v) -> Tuple<Eigen::MatrixXd, Eigen::VectorXd, Eigen::VectorXd, Eigen::MatrixXd> {
             self.compute(joint_vector(q, "q", self.n()), joint_vector(v, "v", self.n()));
             return nb::make_tuple(self.M(), self.bias(), self.G(), self.J());
           },
-          "q"_a, "v"_a, "(M (n,n), C v + G (n,), G (n,), J (6,n) at the tip in base axes) by computeAllTerms.");
+          "q"_a, "v"_a, "computeAllTerms: (M (n,n), C v + G (n,), G (n,), J (6,n) at the tip in base axes).");
 }
 
 }  // namespace
@@ -124,31 +130,33 @@ void bind_arm(nb::module_& m) {
   bind_all_terms(m);
   bind_ik(m);
   bind_gravity(m);
-  nb::class_<Arm>(m, "Arm", "An arm: kinematics and dynamics in its base frame. See palpate.Arm.")
+  nb::class_<Arm>(m, "Arm", "Kinematics and dynamics of an arm in its base frame. See palpate.Arm.")
       .def(
           "__init__",
           [](Arm* self, const std::string& xml, const std::string& base_frame, const std::string& tip_frame) {
             new (self) Arm(Arm::from_urdf(xml, base_frame, tip_frame));
           },
-          "xml"_a, "base_frame"_a, "tip_frame"_a, "From a URDF's text; the arm is the chain from base to tip.")
+          "xml"_a, "base_frame"_a, "tip_frame"_a,
+          "Makes an arm from the text of a URDF: the chain from base_frame to tip_frame.")
       .def(
           "__init__",
           [](Arm* self, const std::string& kind, const arm::Parameters& parameters) {
             new (self) Arm(arm::make_mechanism(kind, parameters));
           },
-          "kind"_a, "parameters"_a, "A device with a closed form of its own, e.g. 'delta', from its numbers by name.")
+          "kind"_a, "parameters"_a,
+          "Makes a device that has closed-form kinematics, such as 'delta', from its parameters by name.")
       .def_prop_ro("n", &Arm::n, "Number of joints.")
-      .def_prop_ro("joint_names", &Arm::joint_names)
-      .def_prop_ro("link_names", &Arm::link_names)
+      .def_prop_ro("joint_names", &Arm::joint_names, "Names of the joints.")
+      .def_prop_ro("link_names", &Arm::link_names, "Names of the links.")
       .def_prop_ro(
-          "q_min", [](const Arm& a) -> Vector { return a.q_min(); }, "(n,) lower limits [rad, m]")
+          "q_min", [](const Arm& a) -> Vector { return a.q_min(); }, "Lower joint limits (n,) [rad, m].")
       .def_prop_ro(
-          "q_max", [](const Arm& a) -> Vector { return a.q_max(); }, "(n,) upper limits [rad, m]")
+          "q_max", [](const Arm& a) -> Vector { return a.q_max(); }, "Upper joint limits (n,) [rad, m].")
       .def_prop_ro(
-          "tau_max", [](const Arm& a) -> Vector { return a.tau_max(); }, "(n,) drive limits [N m, N]")
+          "tau_max", [](const Arm& a) -> Vector { return a.tau_max(); }, "Torque limits of the drives (n,) [N m, N].")
       .def_prop_ro(
-          "v_max", [](const Arm& a) -> Vector { return a.v_max(); }, "(n,) speed limits [rad/s, m/s]")
-      .def_prop_ro("orients", &Arm::orients, "Can its tip be turned at will? Otherwise it is placed only.")
+          "v_max", [](const Arm& a) -> Vector { return a.v_max(); }, "Speed limits of the joints (n,) [rad/s, m/s].")
+      .def_prop_ro("orients", &Arm::orients, "True if the joints can orient the tip; False if they only position it.")
       .def_prop_ro(
           "segments",
           [](const Arm& a) {
@@ -156,18 +164,19 @@ void bind_arm(nb::module_& m) {
             for (const arm::Segment& s : a.segments()) segments.emplace_back(s.link, s.end);
             return segments;
           },
-          "The arm as sticks: (link, end in the link's axes (3,) [m]) each.")
-      .def("fk", &fk, "q"_a, "X_0T (4,4): the tip in the base at q (n,) [rad, m].")
-      .def("jacobian", &jacobian, "q"_a, "(6,n) at the tip in base axes, linear rows over angular rows.")
+          "Line segments for drawing the arm: (name of the link, end of the segment in the link's axes (3,) [m]).")
+      .def("fk", &fk, "q"_a, "Pose X_0T (4,4) of the tip in the base frame at q (n,) [rad, m].")
+      .def("jacobian", &jacobian, "q"_a, "Jacobian (6,n) at the tip in base axes, linear rows over angular rows.")
       .def(
           "gravity", [](Arm& a, const VectorArg& q) -> Vector { return a.gravity(joints(a, q, "q")); }, "q"_a,
-          "G(q) = dP/dq (n,) that holds the masses up [N m, N].")
+          "Torques G(q) = dP/dq (n,) that balance the weight of the links [N m, N].")
       .def(
           "elastic", [](Arm& a, const VectorArg& q) -> Vector { return a.elastic(joints(a, q, "q")); }, "q"_a,
-          "What of holding (n,) is not of the masses: spring, cables [N m, N].")
+          "Torques (n,) that balance the counterbalance spring and the cables [N m, N].")
       .def(
           "holding", [](Arm& a, const VectorArg& q) -> Vector { return a.holding(joints(a, q, "q")); }, "q"_a,
-          "What holds the arm still (n,): the identified model, or gravity and counterbalance [N m, N].")
+          "Torques (n,) that hold the arm still, by the identified gravity model or by gravity and counterbalance [N "
+          "m, N].")
       .def(
           "bias",
           [](Arm& a, const VectorArg& q, const VectorArg& v) -> Vector {
@@ -182,54 +191,65 @@ void bind_arm(nb::module_& m) {
           "q"_a, "v"_a, "a"_a, "M a + C v + G (n,) [N m, N].")
       .def(
           "mass_matrix", [](Arm& a, const VectorArg& q) -> Matrix { return a.mass_matrix(joints(a, q, "q")); }, "q"_a,
-          "M(q) (n,n), symmetric; rotor inertias are not in it.")
+          "Mass matrix M(q) (n,n), symmetric, without the rotor inertias.")
       .def(
           "dynamics",
-          [](Arm& a, const VectorArg& q, const VectorArg& v) {
+          [](Arm& a, const VectorArg& q, const VectorArg& v) -> Tuple<Matrix, Vector, Matrix4, Matrix, Vector> {
             const arm::Dynamics& d = a.dynamics(joints(a, q, "q"), joints(a, v, "v"));
             return nb::make_tuple(Matrix(d.M), Vector(d.bias), to_matrix(d.X_0T), Matrix(d.J), Vector(d.Jdot_v));
           },
-          "q"_a, "v"_a, "(M (n,n), C v + G (n,), X_0T (4,4), J (6,n), dJ/dt v (6,)) in one go, as the plant uses them.")
+          "q"_a, "v"_a,
+          "All terms that a simulated arm needs: (M (n,n), C v + G (n,), X_0T (4,4), J (6,n), dJ/dt v (6,)).")
       .def(
           "potential_energy", [](Arm& a, const VectorArg& q) { return a.potential_energy(joints(a, q, "q")); }, "q"_a,
-          "P(q) of the masses [J].")
+          "Potential energy P(q) of the links' weight [J].")
       .def(
           "elastic_energy", [](Arm& a, const VectorArg& q) { return a.elastic_energy(joints(a, q, "q")); }, "q"_a,
-          "P(q) of spring and cables [J].")
+          "Potential energy P(q) of the counterbalance spring and the cables [J].")
       .def(
           "set_counterbalance",
           [](Arm& a, double torque, const VectorArg& along) {
             a.set_counterbalance({torque, joints(a, along, "along")});
           },
-          "torque"_a, "along"_a, "A spring P = -torque sin(along . q): torque [N m], along (n,). 0 takes it away.")
+          "torque"_a, "along"_a,
+          "Sets a spring with potential P = -torque sin(along . q): torque [N m], along (n,). Torque 0 removes the "
+          "spring.")
       .def(
           "gravity_regressor",
           [](Arm& a, const VectorArg& q) -> Matrix { return a.gravity_regressor(joints(a, q, "q")).Y; }, "q"_a,
-          "Y(q) (n,4n): gravity = Y Pi, Pi = (m, m c_x, m c_y, m c_z) of each link, c in its axes (Eqs 10-12).")
-      .def_prop_ro("moments", &Arm::moments, "Pi of the model file (4n,) [kg, kg m].")
+          "Regressor Y(q) (n,4n): gravity = Y Pi, Pi = (m, m c_x, m c_y, m c_z) of each link, c in the link's axes "
+          "(Eqs 10-12).")
+      .def_prop_ro("moments", &Arm::moments,
+                   "Masses and first moments Pi of the links in the model file (4n,) [kg, kg m].")
       .def("gravity_columns", &gravity_columns, "terms"_a, "q"_a,
-           "Phi (k, n, m) of the terms at the poses q (k, n): holding = Phi theta.")
+           "Columns Phi (k, n, m) of the terms at the joint positions q (k, n): holding = Phi theta.")
       .def("set_gravity_model", &Arm::set_gravity_model, "terms"_a, "theta"_a,
-           "Hold the arm by an identified model, theta (m,), instead of masses and counterbalance.")
-      .def("set_gravity", &Arm::set_gravity, "g_base"_a, "Gravity in base axes [m/s^2]; default (0, 0, -9.81).")
+           "Replaces masses and counterbalance in holding() by an identified gravity model with parameters theta (m,).")
+      .def("set_gravity", &Arm::set_gravity, "g_base"_a,
+           "Sets the gravitational acceleration in base axes (3,) [m/s^2]; default (0, 0, -9.81).")
       .def(
           "with_scaled_masses",
           [](const Arm& a, const VectorArg& scale) { return a.with_scaled_masses(joints(a, scale, "scale")); },
-          "scale"_a, "A copy whose link masses are multiplied by scale (n,): a controller's wrong model of the plant.")
+          "scale"_a, "Copy whose link masses are multiplied by scale (n,), as an inexact model for a controller.")
       .def(
           "torque_regressor",
           [](Arm& a, const VectorArg& q, const VectorArg& v, const VectorArg& acc) {
             return a.torque_regressor(joints(a, q, "q"), joints(a, v, "v"), joints(a, acc, "a"));
           },
           "q"_a, "v"_a, "a"_a,
-          "Y (n,10n) of M a + C v + G = Y pi, pi = (m, m c (3), I_xx, I_xy, I_yy, I_xz, I_yz, I_zz) per link.")
-      .def_prop_ro("inertial_parameters", &Arm::inertial_parameters, "pi (10n,) of the links [kg, kg m, kg m^2].")
+          "Regressor Y (n,10n): M a + C v + G = Y pi, pi = (m, m c (3), I_xx, I_xy, I_yy, I_xz, I_yz, I_zz) of each "
+          "link.")
+      .def_prop_ro("inertial_parameters", &Arm::inertial_parameters,
+                   "Inertial parameters pi of the links (10n,) [kg, kg m, kg m^2].")
       .def(
           "with_inertial_parameters", [](const Arm& a, const VectorArg& pi) { return a.with_inertial_parameters(pi); },
-          "pi"_a, "A copy made of other links alone, no counterbalance: pi (10n,); refuses what is no body's.")
+          "pi"_a,
+          "Copy with the inertial parameters pi (10n,) and without a counterbalance. Parameters that no rigid body can "
+          "have raise ValueError.")
       .def("ik_from", &ik_from, "X_0T"_a, "q0"_a, "options"_a = arm::IkOptions{},
-           "One damped Newton run from q0: (q, IkResult). palpate.Arm.ik restarts and raises.")
-      .def("link_poses_array", &link_poses, "q"_a, "X_0link (4,4) of every link, in link_names order.");
+           "One damped Newton run from q0 (n,): (q (n,), IkResult). palpate.Arm.ik restarts it and raises an error.")
+      .def("link_poses_array", &link_poses, "q"_a,
+           "Poses (4,4) of all links in the base frame, in the order of link_names.");
 }
 
 }  // namespace palpate::bindings

@@ -40,24 +40,28 @@ AxisMotion motion(double duration, double x0, double v0, double push, std::vecto
   return {duration, x0, v0, push, std::move(path)};
 }
 
-/// The stage `stability` between the wall and the drive, where it is asked for.
+/// The stage `stability` between the wall and the drive; null without options.
 std::unique_ptr<verify::AxisLayer> make_layer(const Axis& axis, const std::optional<stability::Options>& options) {
   if (!options) return nullptr;
   return std::make_unique<verify::AxisLayer>(*options, axis.options().K, 1.0 / axis.options().rate);
 }
 
 void bind_result(nb::module_& m) {
-  nb::class_<AxisResult>(m, "AxisResult", "What came of a run of an Axis.")
-      .def_ro("diverged", &AxisResult::diverged, "it left |x| < 1 m")
-      .def_ro("oscillates", &AxisResult::oscillates, "above max(8 quanta, 1 um) in the last quarter, and not decaying")
-      .def_ro("amplitude", &AxisResult::amplitude, "half of peak to peak in the last quarter of the run [m]")
-      .def_ro("frequency", &AxisResult::frequency, "in the last quarter [Hz]")
-      .def_ro("peak", &AxisResult::peak, "deepest [m]")
-      .def_ro("rest", &AxisResult::rest, "mean of the last quarter [m]")
-      .def_ro("overshoot", &AxisResult::overshoot, "(peak - rest) / rest [-]")
-      .def_ro("settling", &AxisResult::settling, "from then on |x - rest| < 2 % of |rest| [s]")
-      .def_ro("energy_port", &AxisResult::energy_port, "taken from the hand by the wall, true [J]")
-      .def_ro("energy_min", &AxisResult::energy_min, "lowest that it was: below zero the wall had made energy [J]");
+  nb::class_<AxisResult>(m, "AxisResult", "Outcome of a run of an Axis.")
+      .def_ro("diverged", &AxisResult::diverged, "True if |x| reached 1 m.")
+      .def_ro("oscillates", &AxisResult::oscillates,
+              "True if the amplitude in the last quarter of the run exceeds max(8 quanta, 1 um) and does not decay.")
+      .def_ro("amplitude", &AxisResult::amplitude, "Half the peak-to-peak motion in the last quarter of the run [m].")
+      .def_ro("frequency", &AxisResult::frequency, "Frequency of the motion in the last quarter of the run [Hz].")
+      .def_ro("peak", &AxisResult::peak, "Largest penetration [m].")
+      .def_ro("rest", &AxisResult::rest, "Mean position in the last quarter of the run [m].")
+      .def_ro("overshoot", &AxisResult::overshoot,
+              "(peak - rest) / rest [-]; 0 if the axis does not rest inside the wall.")
+      .def_ro("settling", &AxisResult::settling, "Time from which on |x - rest| < 2 % of |rest| [s].")
+      .def_ro("energy_port", &AxisResult::energy_port,
+              "Energy that the wall took from the hand, by the true positions [J].")
+      .def_ro("energy_min", &AxisResult::energy_min,
+              "Smallest value of that energy; negative if the wall generated energy [J].");
 }
 
 }  // namespace
@@ -65,27 +69,30 @@ void bind_result(nb::module_& m) {
 void bind_axis(nb::module_& m) {
   m.attr("AXIS_QUANTA") = verify::kAxisQuanta;
   m.attr("AXIS_UNFELT") = verify::kAxisUnfelt;
-  nb::class_<AxisOptions>(m, "AxisOptions", "One axis of a haptic device, its loop, a virtual wall at x > 0, a hand.")
+  nb::class_<AxisOptions>(m, "AxisOptions",
+                          "One axis of a haptic device with its control loop, a hand, and a virtual wall at x > 0.")
       .def(nb::init<>())
-      .def_rw("mass", &AxisOptions::mass, "of the device [kg]")
-      .def_rw("damping", &AxisOptions::damping, "viscous [N s/m]")
-      .def_rw("coulomb", &AxisOptions::coulomb, "dry friction [N]")
-      .def_rw("rate", &AxisOptions::rate, "of the haptic cycle [Hz]")
-      .def_rw("delay", &AxisOptions::delay, "from the measurement to the force [s]")
-      .def_rw("jitter", &AxisOptions::jitter, "added to it in each cycle, uniform in 0..jitter [s]")
-      .def_rw("quantum", &AxisOptions::quantum, "of the measured position; 0 = ideal [m]")
-      .def_rw("velocity_cutoff", &AxisOptions::velocity_cutoff, "low pass of the difference; 0 = none [Hz]")
-      .def_rw("K", &AxisOptions::K, "stiffness of the wall [N/m]")
-      .def_rw("B", &AxisOptions::B, "its damping [N s/m]")
-      .def_rw("bilateral", &AxisOptions::bilateral, "a spring that pulls, too")
-      .def_rw("force_max", &AxisOptions::force_max, "the force is cut there [N]")
-      .def_rw("rate_max", &AxisOptions::rate_max, "it changes no faster [N/s]")
-      .def_rw("hand_mass", &AxisOptions::hand_mass, "moves with the device [kg]")
-      .def_rw("hand_damping", &AxisOptions::hand_damping, "to where the hand wants to be [N s/m]")
-      .def_rw("hand_stiffness", &AxisOptions::hand_stiffness, "the same [N/m]")
-      .def_rw("seed", &AxisOptions::seed, "of the jitter");
+      .def_rw("mass", &AxisOptions::mass, "Mass of the device [kg].")
+      .def_rw("damping", &AxisOptions::damping, "Viscous damping of the device [N s/m].")
+      .def_rw("coulomb", &AxisOptions::coulomb, "Dry friction of the device [N].")
+      .def_rw("rate", &AxisOptions::rate, "Rate of the haptic cycle [Hz].")
+      .def_rw("delay", &AxisOptions::delay, "Delay from the measurement to the force [s].")
+      .def_rw("jitter", &AxisOptions::jitter, "Additional random delay of each cycle, uniform in 0..jitter [s].")
+      .def_rw("quantum", &AxisOptions::quantum, "Resolution of the measured position [m]; 0: exact.")
+      .def_rw("velocity_cutoff", &AxisOptions::velocity_cutoff,
+              "Cutoff of the low-pass on the differentiated position [Hz]; 0: no low-pass.")
+      .def_rw("K", &AxisOptions::K, "Stiffness of the wall [N/m].")
+      .def_rw("B", &AxisOptions::B, "Damping of the wall [N s/m].")
+      .def_rw("bilateral", &AxisOptions::bilateral, "True: the wall is a spring that also pulls.")
+      .def_rw("force_max", &AxisOptions::force_max, "Largest force of the device [N].")
+      .def_rw("rate_max", &AxisOptions::rate_max, "Largest rate of change of the force [N/s].")
+      .def_rw("hand_mass", &AxisOptions::hand_mass, "Mass of the hand, which moves with the device [kg].")
+      .def_rw("hand_damping", &AxisOptions::hand_damping, "Damping between the hand and its intended path [N s/m].")
+      .def_rw("hand_stiffness", &AxisOptions::hand_stiffness, "Stiffness between the hand and its intended path [N/m].")
+      .def_rw("seed", &AxisOptions::seed, "Seed of the jitter.");
   bind_result(m);
-  nb::class_<Axis>(m, "Axis", "Simulates it: exact between commands, cycles and reversals of dry friction.")
+  nb::class_<Axis>(m, "Axis",
+                   "Simulates the axis in closed form between commands, cycles and reversals of the dry friction.")
       .def(nb::init<const AxisOptions&>(), "options"_a)
       .def(
           "run",
@@ -97,8 +104,9 @@ void bind_axis(nb::module_& m) {
           },
           "duration"_a = 2.0, "x0"_a = 0.0, "v0"_a = 0.0, "push"_a = 0.0, "path"_a = std::vector<double>{},
           "stability"_a = nb::none(),
-          "duration [s] from (x0 [m], v0 [m/s]); push: constant force of the hand [N]; path: where it wants to be at "
-          "each cycle [m], then rests; nowhere else than 0 when left out; stability: options of that stage, or none.")
+          "Simulates duration [s] from position x0 [m] and velocity v0 [m/s]. push: constant force of the hand [N]. "
+          "path: intended position of the hand at each cycle [m], its last value held; empty: 0. stability: options of "
+          "the stage `stability`; None: without that stage.")
       .def(
           "trace",
           [](Axis& self, double duration, double x0, double v0, double push, std::vector<double> path,
@@ -110,8 +118,8 @@ void bind_axis(nb::module_& m) {
           },
           "duration"_a = 2.0, "x0"_a = 0.0, "v0"_a = 0.0, "push"_a = 0.0, "path"_a = std::vector<double>{},
           "stability"_a = nb::none(),
-          "The same run, with its rows (n, 5), one per cycle: t [s], x [m], v [m/s], force commanded on the device "
-          "along x [N], energy_port [J].");
+          "The same run as (AxisResult, rows (n, 5)) with one row per cycle: t [s], x [m], v [m/s], force commanded on "
+          "the device along x [N], energy_port [J].");
 }
 
 }  // namespace palpate::bindings

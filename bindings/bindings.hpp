@@ -1,4 +1,4 @@
-// Each stage binds itself in a file of its own; this list is the module.
+// The extension `_core`: one function for each file of this folder.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -9,7 +9,6 @@ void bind_algorithm1(nanobind::module_& m);
 void bind_arm(nanobind::module_& m);
 void bind_axis(nanobind::module_& m);
 void bind_contact(nanobind::module_& m);
-void bind_dvrk(nanobind::module_& m);
 void bind_crtk(nanobind::module_& m);
 void bind_fixtures(nanobind::module_& m);
 void bind_guidance_run(nanobind::module_& m);

@@ -8,12 +8,15 @@
 #include <array>
 #include <chrono>
 #include <optional>
+#include <stdexcept>
+#include <string>
 
 #include "bindings.hpp"
 #include "palpate/contact/friction.hpp"
 #include "palpate/contact/paper_plane.hpp"
 #include "palpate/contact/tool.hpp"
 #include "palpate/force/force.hpp"
+#include "types.hpp"
 
 namespace nb = nanobind;
 
@@ -24,21 +27,21 @@ using Rows = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::devic
 using Poses = nb::ndarray<const double, nb::shape<-1, 4, 4>, nb::c_contig, nb::device::cpu>;
 using Clock = std::chrono::steady_clock;
 
-/// Row views of one output array, owned by Python.
+/// A numpy array that is filled row by row; Python owns its memory.
 struct Output {
   explicit Output(std::size_t n, std::size_t columns) : values(new double[n * columns]()), width(columns), rows(n) {}
   double* values;
   std::size_t width, rows;
 
   double* row(std::size_t i) const { return values + width * i; }
-  nb::object take() {
+  Array take() {
     nb::capsule owner(values, [](void* p) noexcept { delete[] static_cast<double*>(p); });
-    return width == 1 ? nb::cast(nb::ndarray<nb::numpy, double>(values, {rows}, owner))
-                      : nb::cast(nb::ndarray<nb::numpy, double>(values, {rows, width}, owner));
+    using Numpy = nb::ndarray<nb::numpy, double>;
+    return Array(nb::cast(width == 1 ? Numpy(values, {rows}, owner) : Numpy(values, {rows, width}, owner)));
   }
 };
 
-/// Where the first object is at each tick; its velocity by backward differences, as the tool's.
+/// Places the object at poses[i]; its velocity is the backward difference of the poses, as for the tool.
 void move(scene::Object& object, const Poses& poses, std::size_t i, double rate) {
   using Rows4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
   const auto pose = [&](std::size_t k) {
@@ -52,20 +55,24 @@ void move(scene::Object& object, const Poses& poses, std::size_t i, double rate)
       {(now.p - before.p) * rate, turned.axis() * turned.angle() * rate}, {}, now.p, static_cast<double>(i) / rate};
 }
 
-/// Runs a prescribed tool path through the contact and force stages of the loop, each update timed. The tool does not
-/// turn: its spheres keep their places beside the tip.
-nb::tuple render(scene::Snapshot scene, const Rows& tips, const std::string& method_name,
-                 const contact::Options& options, double rate, const std::optional<Poses>& poses) {
+/// Runs a prescribed tool path through the contact and force stages of the loop and times each update. The tool does
+/// not rotate: its spheres keep their offsets from the tip.
+Tuple<Array, Array, Array, Array, Array, bool, Array> render(scene::Snapshot scene, const Rows& tips,
+                                                             const std::string& method_name,
+                                                             const contact::Options& options, double rate,
+                                                             const std::optional<Poses>& poses) {
   const std::size_t n = tips.shape(0);
   contact::Tool tool(method_name, options);
   tool.check(scene);
   if (poses && (poses->shape(0) != n || scene.objects.size() != 1))
-    throw nb::value_error("poses: one for each tip, of a scene of one object");
+    throw std::invalid_argument("poses must have one pose for each tip, and the scene one object; got " +
+                                std::to_string(poses->shape(0)) + " poses, " + std::to_string(n) + " tips and " +
+                                std::to_string(scene.objects.size()) + " objects");
   Output force(n, 3), normal(n, 3), depth(n, 1), proxy(n, 3), latency(n, 1), torque(n, 3);
   bool started_inside = false;
   {
     const nb::gil_scoped_release release;
-    tool.collide(scene);  // an asynchronous method prepares its meshes
+    tool.collide(scene);  // the first call makes an asynchronous method prepare its meshes
     std::array<Vec3, contact::kMaxSpheres> p_WS;
     Vec3 previous = n > 0 ? Vec3(tips.data()) : Vec3::Zero();
     for (std::size_t i = 0; i < n; ++i) {
@@ -75,7 +82,7 @@ nb::tuple render(scene::Snapshot scene, const Rows& tips, const std::string& met
       if (p_WT.allFinite()) previous = p_WT;
       for (std::size_t s = 0; s < options.spheres.size(); ++s) p_WS[s + 1] = p_WT + options.spheres[s].p;
       const Clock::time_point start = Clock::now();
-      if (tool.asynchronous() && i > 0) tool.collide(scene);  // lockstep: the answer to the last step
+      if (tool.asynchronous() && i > 0) tool.collide(scene);  // lockstep: contacts of the previous step
       if (poses) move(scene.objects[0], *poses, i, rate);
       const ContactSet& contacts = tool.step(scene, p_WS.data(), static_cast<double>(i) / rate);
       const force::ForceTerms terms = force::step(contacts, V_WT, 1.0, 1.0);
@@ -106,47 +113,56 @@ Vec3 grow_plane(const Rows& points, const Vec3& n_last, double baseline) {
 
 void bind_contact(nb::module_& m) {
   using contact::Sphere;
-  nb::class_<Sphere>(m, "ToolSphere", "A sphere of the tool beside the SPR on its tip.")
+  nb::class_<Sphere>(m, "ToolSphere", "A sphere of the tool, in addition to the SPR on its tip.")
       .def(
           "__init__",
           [](Sphere* self, const Vec3& p, double radius, int link, const Vec3& hinge, const Vec3& turn) {
             new (self) Sphere{link, p, radius, hinge, turn};
           },
           nb::arg("p"), nb::arg("radius"), nb::arg("link") = -1, nb::arg("hinge") = Vec3(Vec3::Zero()),
-          nb::arg("turn") = Vec3(Vec3::Zero()))
-      .def_ro("p", &Sphere::p, "centre in the link's frame, jaws closed [m]")
-      .def_ro("radius", &Sphere::radius, "[m]")
-      .def_ro("link", &Sphere::link, "of the follower, by number; below zero the tool tip T")
-      .def("centre", &Sphere::centre, nb::arg("jaw"), "In the link's frame with the jaws open by `jaw` [rad].");
-  nb::class_<contact::Options>(m, "ContactOptions", "The spherical proxy region on the tool tip.")
+          nb::arg("turn") = Vec3(Vec3::Zero()),
+          "hinge, turn: of a sphere on a jaw, a point on the jaw's axis (3,) [m] and the axis times the rotation per "
+          "jaw angle (3,) [-], in the link's frame.")
+      .def_ro("p", &Sphere::p, "Centre in the link's frame with the jaws closed (3,) [m].")
+      .def_ro("radius", &Sphere::radius, "Radius [m].")
+      .def_ro("link", &Sphere::link, "Index of the follower's link that carries the sphere; negative: the tool tip T.")
+      .def("centre", &Sphere::centre, nb::arg("jaw"),
+           "Centre in the link's frame with the jaws open by `jaw` [rad] (3,) [m].");
+  nb::class_<contact::Options>(m, "ContactOptions", "Options of the contact stage.")
       .def(nb::init<>())
-      .def_rw("radius", &contact::Options::radius, "of the SPR [m]")
-      .def_rw("release", &contact::Options::release,
-              "`proxy`: deflection at which a tool that went through a closed object is free [m]")
+      .def_rw("radius", &contact::Options::radius, "Radius of the spherical proxy region (SPR) on the tool tip [m].")
+      .def_rw(
+          "release", &contact::Options::release,
+          "Deflection above which a tool that passed through a closed object is released, for the method `proxy` [m].")
       .def_rw("collision_rate", &contact::Options::collision_rate,
-              "of the collision thread of the paper's methods [Hz]")
-      .def_rw("real", &contact::Options::real, "touches the objects that are real, in place of the virtual ones")
-      .def_rw("spheres", &contact::Options::spheres, "of the tool beside the SPR; a copy: assign it whole");
-  nb::class_<contact::Friction>(m, "Friction", "Coulomb friction of one proxy, which sticks and slips.")
+              "Rate of the collision thread, for the paper's methods [Hz].")
+      .def_rw("real", &contact::Options::real, "True: the tool touches the real objects, not the virtual ones.")
+      .def_rw("spheres", &contact::Options::spheres,
+              "Spheres of the tool in addition to the SPR. This is a copy: assign a whole list.");
+  nb::class_<contact::Friction>(m, "Friction", "Coulomb friction of one proxy, with sticking and slipping.")
       .def(nb::init<>())
       .def("step", &contact::Friction::step, nb::arg("p"), nb::arg("normal"), nb::arg("depth"), nb::arg("mu"),
-           nb::arg("mu_static"), "Proxy without friction, unit normal, depth [m], coefficients -> lag (3,) [m].")
-      .def_prop_ro("slipping", &contact::Friction::slipping);
+           nb::arg("mu_static"),
+           "Distance (3,) [m] by which friction holds the proxy back. p: frictionless proxy (3,) [m]; normal: unit "
+           "(3,); depth [m]; mu, mu_static [-].")
+      .def_prop_ro("slipping", &contact::Friction::slipping, "True while the proxy slips.");
   m.attr("MAX_SPHERES") = contact::kMaxSpheres;
-  m.def("contact_methods", &contact::methods, "Names of the contact methods there are; the default first.");
+  m.def("contact_methods", &contact::methods, "Names of the contact methods, the default first.");
   m.def(
       "contact_check",
       [](const std::string& method, const contact::Options& options, const scene::Snapshot& scene) {
         contact::make_method(method, options)->check(scene);
       },
       nb::arg("method"), nb::arg("options"), nb::arg("snapshot"),
-      "ValueError when there is no such method, or it cannot feel an object of the scene.");
+      "Raises ValueError if the method does not exist or cannot render an object of the scene.");
   m.def("grow_plane", &grow_plane, nb::arg("points"), nb::arg("n_last"), nb::arg("baseline"),
-        "Normal (3,) of the plane that `paper-plane` grows through points (n, 3) [m]; zero where it refuses.");
+        "Unit normal (3,) of the plane that the method `paper-plane` fits to points (n, 3) [m]; zero if it rejects "
+        "them.");
   m.def("contact_render", &render, nb::arg("snapshot"), nb::arg("tips"), nb::arg("method"), nb::arg("options"),
         nb::arg("rate"), nb::arg("poses") = nb::none(),
-        "A tool path p_WT (n, 3) [m] at `rate` [Hz] through contact and force -> force, normal, depth, proxy, latency, "
-        "started_inside, torque. poses: X_WO (n, 4, 4) of the only object.");
+        "Runs the stages contact and force along a tool path p_WT (n, 3) [m], sampled at rate [Hz]. poses: X_WO (n, 4, "
+        "4) of the scene's only object. Returns force (n, 3) [N], normal (n, 3), depth (n,) [m], proxy (n, 3) [m], "
+        "latency (n,) [s], started_inside, torque (n, 3) [N m]; all in W.");
 }
 
 }  // namespace palpate::bindings

@@ -1,4 +1,4 @@
-// numpy <-> the core's fixed-bound Eigen types, with errors that name the argument and both shapes.
+// Converts between numpy arrays and the core's Eigen types of bounded size. Errors name the argument and both shapes.
 #pragma once
 
 #include <nanobind/eigen/dense.h>
@@ -14,10 +14,10 @@ namespace palpate::bindings {
 
 using Matrix4 = Eigen::Matrix4d;
 
-/// A vector argument as people write it: an array, a list or a tuple of numbers.
+/// A vector argument: an array, a list or a tuple of numbers.
 struct VectorArg {
   Eigen::VectorXd values;
-  operator const Eigen::VectorXd&() const { return values; }  // NOLINT(google-explicit-constructor): stands for it
+  operator const Eigen::VectorXd&() const { return values; }  // NOLINT(google-explicit-constructor)
 };
 
 /// A joint vector of n entries (n < 0: any number up to kMaxJoints).
@@ -33,7 +33,7 @@ inline JointVector joint_vector(const Eigen::VectorXd& values, const char* name,
 
 inline JointMatrix joint_matrix(const Eigen::MatrixXd& values, const char* name) {
   if (values.rows() != values.cols() || values.rows() > kMaxJoints) {
-    throw std::invalid_argument(std::string(name) + " must be square, at most " + std::to_string(kMaxJoints) +
+    throw std::invalid_argument(std::string(name) + " must be square, for at most " + std::to_string(kMaxJoints) +
                                 " joints; got shape (" + std::to_string(values.rows()) + ", " +
                                 std::to_string(values.cols()) + ")");
   }
@@ -73,7 +73,7 @@ inline Vec6 to_vector(const Wrench& F) {
   return v;
 }
 
-/// A struct's joint-vector field as a numpy array that can be read and assigned.
+/// Binds a joint-vector field of a struct as a numpy array that can be read and assigned.
 template <typename Class, typename Struct>
 void joint_field(Class& c, const char* name, JointVector Struct::* field, const char* doc) {
   c.def_prop_rw(
@@ -99,7 +99,7 @@ struct type_caster<palpate::bindings::VectorArg> {
       value.values = std::move(vector.value);
       return true;
     } catch (const python_error&) {
-      return false;  // not numbers: nanobind says what the call takes
+      return false;  // not numbers: nanobind reports the expected signature
     }
   }
 };

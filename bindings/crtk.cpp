@@ -14,6 +14,7 @@
 #include "palpate/loop/crtk_cycle.hpp"
 #include "palpate/loop/cycle.hpp"
 #include "rows.hpp"
+#include "types.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -26,7 +27,7 @@ using loop::CrtkGates;
 using loop::CrtkOptions;
 using loop::WatchOptions;
 
-/// As cycles of arms known by their joints are told; what is theirs alone is left behind.
+/// The options that a joint-level cycle and a CRTK cycle have in common; all others keep their defaults.
 CrtkOptions from_cycle(const loop::CycleOptions& o, const Eigen::VectorXd& q_follower0) {
   CrtkOptions c;
   static_cast<loop::HapticsOptions&>(c) = o;
@@ -37,47 +38,57 @@ CrtkOptions from_cycle(const loop::CycleOptions& o, const Eigen::VectorXd& q_fol
 }
 
 void bind_options(nb::module_& m) {
-  nb::class_<WatchOptions>(m, "WatchOptions", "What a stream of stamped messages may do.")
+  nb::class_<WatchOptions>(m, "WatchOptions", "Limits within which a stream of stamped messages is trusted.")
       .def(nb::init<>())
       .def_rw("stale_after", &WatchOptions::stale_after,
-              "silence, age and jump of a clock beyond which it is a fault [s]")
-      .def_rw("v_max", &WatchOptions::v_max, "nothing moves faster [m/s]")
-      .def_rw("w_max", &WatchOptions::w_max, "nothing turns faster [rad/s]")
-      .def_rw("p_slack", &WatchOptions::p_slack, "on top of it, for jitter of stamps [m]")
-      .def_rw("R_slack", &WatchOptions::R_slack, "on top of it [rad]");
+              "Silence, age of a message or clock jump that counts as a fault [s].")
+      .def_rw("v_max", &WatchOptions::v_max, "Largest plausible speed [m/s].")
+      .def_rw("w_max", &WatchOptions::w_max, "Largest plausible angular speed [rad/s].")
+      .def_rw("p_slack", &WatchOptions::p_slack, "Displacement allowed in addition, for jitter of the stamps [m].")
+      .def_rw("R_slack", &WatchOptions::R_slack, "Rotation allowed in addition, for jitter of the stamps [rad].");
 
-  nb::class_<CrtkOptions>(m, "CrtkOptions", "The haptic cycle of devices known by poses and wrenches (CRTK).")
+  nb::class_<CrtkOptions>(m, "CrtkOptions",
+                          "Options of the haptic cycle for devices that exchange poses and wrenches (CRTK).")
       .def(nb::new_(&from_cycle), "cycle"_a, "q_follower0"_a = Eigen::VectorXd(),
-           "As the cycle of arms known by their joints is told: X_WL and X_WB are those of measured_cp here.")
-      .def_prop_ro("rate", [](const CrtkOptions& o) { return o.rate; })
+           "Takes the common options from a joint-level cycle. X_WL and X_WB are the poses in W of the frames of "
+           "measured_cp. q_follower0: initial joint positions of a virtual follower [rad, m].")
+      .def_prop_ro(
+          "rate", [](const CrtkOptions& o) { return o.rate; }, "Rate of the haptic cycle [Hz].")
       .def_prop_rw(
           "stability", [](const CrtkOptions& o) { return o.stability; },
-          [](CrtkOptions& o, const stability::Options& s) { o.stability = s; })
-      .def_rw("own_teleop", &CrtkOptions::own_teleop, "we move the follower")
-      .def_rw("virtual_follower", &CrtkOptions::virtual_follower, "there is none: the tool is where the map puts it")
-      .def_rw("tip_frame", &CrtkOptions::tip_frame, "wrenches in the tip's frame, in place of that of measured_cp")
-      .def_rw("needs_operator", &CrtkOptions::needs_operator, "of a teleoperation of ours: somebody is at the console")
-      .def_rw("needs_state", &CrtkOptions::needs_state, "operating states must be told")
-      .def_rw("watch", &CrtkOptions::watch)
-      .def_rw("release", &CrtkOptions::release, "from a fault or a pedal to zero force [s]")
-      .def_rw("settle", &CrtkOptions::settle, "all must be well for so long after a fault [s]")
-      .def_rw("lag_most", &CrtkOptions::lag_most, "of a follower behind its goal [m]")
-      .def_rw("slowest", &CrtkOptions::slowest, "periods of the cycle between two states of the leader, in the mean");
+          [](CrtkOptions& o, const stability::Options& s) { o.stability = s; },
+          "Options of the stage `stability`. This is a copy: assign it whole.")
+      .def_rw("own_teleop", &CrtkOptions::own_teleop,
+              "True: this cycle teleoperates the follower; False: another program does.")
+      .def_rw("virtual_follower", &CrtkOptions::virtual_follower,
+              "True: no follower exists, and the tool is at the mapped goal.")
+      .def_rw("tip_frame", &CrtkOptions::tip_frame,
+              "True: the leader takes wrenches in its tip frame; False: in the frame of measured_cp.")
+      .def_rw("needs_operator", &CrtkOptions::needs_operator,
+              "True: teleoperation by this cycle requires an operator at the console.")
+      .def_rw("needs_state", &CrtkOptions::needs_state, "True: the arms must have reported their operating states.")
+      .def_rw("watch", &CrtkOptions::watch, "Limits for the incoming messages.")
+      .def_rw("release", &CrtkOptions::release, "Time from a fault or a pedal event to zero force [s].")
+      .def_rw("settle", &CrtkOptions::settle, "Time without faults after which the force returns [s].")
+      .def_rw("lag_most", &CrtkOptions::lag_most, "Largest distance of the follower from its goal [m].")
+      .def_rw("slowest", &CrtkOptions::slowest,
+              "Largest mean interval between two states of the leader [periods of the cycle].");
 
-  nb::class_<CrtkGates>(m, "CrtkGates", "What the console and the arms say about themselves; unknown is no.")
+  nb::class_<CrtkGates>(m, "CrtkGates", "States reported by the console and the arms; False until reported.")
       .def(nb::init<>())
-      .def_rw("following", &CrtkGates::following)
-      .def_rw("operator_present", &CrtkGates::operator_present)
-      .def_rw("clutch", &CrtkGates::clutch)
-      .def_rw("leader_enabled", &CrtkGates::leader_enabled)
-      .def_rw("follower_enabled", &CrtkGates::follower_enabled)
-      .def_rw("second_writer", &CrtkGates::second_writer)
-      .def_rw("other_teleop", &CrtkGates::other_teleop)
-      .def_rw("frame_unsure", &CrtkGates::frame_unsure)
-      .def_rw("guarded", &CrtkGates::guarded);
+      .def_rw("following", &CrtkGates::following, "The teleoperation is active.")
+      .def_rw("operator_present", &CrtkGates::operator_present, "An operator is at the console.")
+      .def_rw("clutch", &CrtkGates::clutch, "The clutch pedal is pressed.")
+      .def_rw("leader_enabled", &CrtkGates::leader_enabled, "The leader is enabled and homed.")
+      .def_rw("follower_enabled", &CrtkGates::follower_enabled, "The follower is enabled and homed.")
+      .def_rw("second_writer", &CrtkGates::second_writer, "Another program publishes wrenches to the leader.")
+      .def_rw("other_teleop", &CrtkGates::other_teleop, "Another teleoperation is active although own_teleop is set.")
+      .def_rw("frame_unsure", &CrtkGates::frame_unsure,
+              "The leader may take wrenches in another frame, or does not compensate its own weight.")
+      .def_rw("guarded", &CrtkGates::guarded, "The guardian has latched or is missing.");
 }
 
-nb::object step(CrtkCycle& self, double t, double wall) {
+Tuple<Array, std::optional<Vec6>, std::optional<Matrix4>, double> step(CrtkCycle& self, double t, double wall) {
   const loop::CrtkOutput& out = self.step({t, wall});
   const auto goal = out.move ? std::optional(to_matrix(out.X_BT_goal)) : std::nullopt;
   return nb::make_tuple(to_row(out.tick), out.command ? std::optional<Vec6>(to_vector(out.F)) : std::nullopt, goal,
@@ -85,57 +96,63 @@ nb::object step(CrtkCycle& self, double t, double wall) {
 }
 
 void bind_cycle(nb::module_& m) {
-  nb::class_<CrtkCycle>(m, "CrtkCycle", "Stamped messages in, a wrench for the leader out; no network in it.")
+  nb::class_<CrtkCycle>(
+      m, "CrtkCycle",
+      "Haptic cycle from stamped messages to a wrench for the leader; it contains no network code. stamp: time of the "
+      "sender since 1970 [s]; t: monotonic time [s]; wall: system time since 1970 [s].")
       .def(nb::init<const CrtkOptions&, std::optional<arm::Arm>>(), "options"_a, "follower"_a = nb::none())
       .def(
           "leader_pose",
           [](CrtkCycle& self, double stamp, const Vec3& p, const Eigen::Vector4d& quat, double t, double wall) {
             self.leader_pose(stamp, p, quat, {t, wall});
           },
-          "stamp"_a, "p_LH"_a, "quat_xyzw"_a, "t"_a, "wall"_a)
+          "stamp"_a, "p_LH"_a, "quat_xyzw"_a, "t"_a, "wall"_a, "Receives measured_cp of the leader [m].")
       .def(
           "leader_twist",
           [](CrtkCycle& self, double stamp, const Vec3& v, const Vec3& w, double t, double wall) {
             self.leader_twist(stamp, {v, w}, {t, wall});
           },
-          "stamp"_a, "v_LH"_a, "w_LH"_a, "t"_a, "wall"_a)
+          "stamp"_a, "v_LH"_a, "w_LH"_a, "t"_a, "wall"_a, "Receives measured_cv of the leader [m/s, rad/s].")
       .def(
           "leader_joints",
           [](CrtkCycle& self, double stamp, const Eigen::VectorXd& q) {
             self.leader_joints(stamp, q.data(), static_cast<std::size_t>(q.size()));
           },
-          "stamp"_a, "q"_a)
+          "stamp"_a, "q"_a, "Receives measured_js of the leader (n,) [rad, m].")
       .def(
           "gripper",
           [](CrtkCycle& self, double stamp, const Eigen::VectorXd& q) {
             self.gripper(stamp, q.data(), static_cast<std::size_t>(q.size()));
           },
-          "stamp"_a, "q"_a)
+          "stamp"_a, "q"_a, "Receives gripper/measured_js of the leader (1,) [rad].")
       .def(
           "follower_pose",
           [](CrtkCycle& self, double stamp, const Vec3& p, const Eigen::Vector4d& quat, double t, double wall) {
             self.follower_pose(stamp, p, quat, {t, wall});
           },
-          "stamp"_a, "p_BT"_a, "quat_xyzw"_a, "t"_a, "wall"_a)
+          "stamp"_a, "p_BT"_a, "quat_xyzw"_a, "t"_a, "wall"_a, "Receives measured_cp of the follower [m].")
       .def(
           "follower_joints",
           [](CrtkCycle& self, double stamp, const Eigen::VectorXd& q, double t, double wall) {
             self.follower_joints(stamp, q.data(), static_cast<std::size_t>(q.size()), {t, wall});
           },
-          "stamp"_a, "q"_a, "t"_a, "wall"_a)
+          "stamp"_a, "q"_a, "t"_a, "wall"_a, "Receives measured_js of the follower (n,) [rad, m].")
       .def(
           "jaw",
           [](CrtkCycle& self, double stamp, const Eigen::VectorXd& q) {
             self.jaw(stamp, q.data(), static_cast<std::size_t>(q.size()));
           },
-          "stamp"_a, "q"_a)
-      .def("set_scale", &CrtkCycle::set_scale, "scale"_a, "Motion scale of somebody else's teleoperation.")
-      .def("set_gates", &CrtkCycle::set_gates, "gates"_a)
-      .def("set_controls", &CrtkCycle::set_controls, "controls"_a)
-      .def("set_scene", &CrtkCycle::set_scene, "snapshot"_a, nb::keep_alive<1, 2>())
-      .def("drop", &CrtkCycle::drop, "Somebody else has put the force to zero.")
+          "stamp"_a, "q"_a, "Receives jaw/measured_js of the follower (1,) [rad].")
+      .def("set_scale", &CrtkCycle::set_scale, "scale"_a,
+           "Sets the motion scale reported by another program's teleoperation [-].")
+      .def("set_gates", &CrtkCycle::set_gates, "gates"_a, "Sets the states of console and arms.")
+      .def("set_controls", &CrtkCycle::set_controls, "controls"_a, "Sets the operator's controls.")
+      .def("set_scene", &CrtkCycle::set_scene, "snapshot"_a, nb::keep_alive<1, 2>(),
+           "Replaces the scene; contact is reset.")
+      .def("drop", &CrtkCycle::drop, "Resets the rendered force to zero, after another program has set it to zero.")
       .def("step", &step, "t"_a, "wall"_a,
-           "One tick: (row, wrench (6,) or None when nothing may be sent, goal (4, 4) or None, jaw).");
+           "One tick at time t [s]: (row of signals, wrench (6,) [N, N m] or None if no wrench may be sent, goal X_BT "
+           "(4, 4) or None, jaw [rad]).");
 }
 
 }  // namespace

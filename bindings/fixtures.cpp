@@ -12,6 +12,7 @@
 #include "convert.hpp"
 #include "palpate/guidance/frame.hpp"
 #include "palpate/guidance/guidance.hpp"
+#include "types.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -29,13 +30,13 @@ using guidance::Qp;
 using guidance::Ramp;
 using guidance::RoleOptions;
 
-constexpr std::array kRamps = {"pedal", "distance", "time", "force"};  // as in Ramp::By
+constexpr std::array kRamps = {"pedal", "distance", "time", "force"};  // in the order of Ramp::By
 
 Ramp::By by_name(const std::string& name) {
   for (std::size_t i = 0; i < kRamps.size(); ++i) {
     if (name == kRamps[i]) return static_cast<Ramp::By>(i);
   }
-  throw std::invalid_argument("ramp by '" + name + "': must be pedal, distance, time or force");
+  throw std::invalid_argument("a ramp goes by 'pedal', 'distance', 'time' or 'force'; got '" + name + "'");
 }
 
 Twist to_twist(const VectorArg& V, const char* name) {
@@ -44,49 +45,56 @@ Twist to_twist(const VectorArg& V, const char* name) {
 }
 
 void bind_options(nb::module_& m) {
-  nb::class_<RoleOptions>(m, "GuidanceRoleOptions", "Of all roles of guidance; each reads what concerns it.")
+  nb::class_<RoleOptions>(m, "GuidanceRoleOptions", "Options of all guidance roles; each role reads its own.")
       .def(nb::init<>())
-      .def_rw("margin", &RoleOptions::margin, "guide: free play; forbid, keep-in: kept clear [m]")
-      .def_rw("angle", &RoleOptions::angle, "orient: free tilt [rad]")
-      .def_rw("axis", &RoleOptions::axis, "orient, rcm: of the tool, in T, what points or slides (3,)")
-      .def_rw("target", &RoleOptions::target, "orient: 'axis', 'normal' or 'frame' of the geometry")
-      .def_rw("speed", &RoleOptions::speed, "limit: of the tool, 0: none [m/s]")
-      .def_rw("force", &RoleOptions::force, "limit: of what it touches on the tool, 0: none [N]");
-  nb::class_<LawOptions>(m, "GuidanceLawOptions", "Of all laws of guidance; each reads what concerns it.")
+      .def_rw("margin", &RoleOptions::margin, "guide: free play; forbid, keep-in: clearance from the surface [m].")
+      .def_rw("angle", &RoleOptions::angle, "orient: angle that the tool may tilt freely [rad].")
+      .def_rw("axis", &RoleOptions::axis,
+              "orient, rcm: axis of the tool, in T, that is oriented or slides through the point (3,).")
+      .def_rw("target", &RoleOptions::target,
+              nb::for_getter(nb::sig("def target(self) -> typing.Literal['axis', 'normal', 'frame']")),
+              nb::for_setter(nb::sig("def target(self, name: typing.Literal['axis', 'normal', 'frame'], /) -> None")),
+              "orient: target, the 'axis', the 'normal' or the whole 'frame' of the geometry.")
+      .def_rw("speed", &RoleOptions::speed, "limit: largest speed of the tool [m/s]; 0: no limit.")
+      .def_rw("force", &RoleOptions::force, "limit: largest contact force on the tool [N]; 0: no limit.");
+  nb::class_<LawOptions>(m, "GuidanceLawOptions", "Options of all guidance laws; each law reads its own.")
       .def(nb::init<>())
-      .def_rw("K", &LawOptions::K, "stiffness, on the tool's side [N/m]")
-      .def_rw("B", &LawOptions::B, "damping [N s/m]")
-      .def_rw("K_turn", &LawOptions::K_turn, "of an angle [N m/rad]")
-      .def_rw("B_turn", &LawOptions::B_turn, "of an angle [N m s/rad]")
-      .def_rw("force", &LawOptions::force, "potential, optimise: most that it pulls [N]")
-      .def_rw("moment", &LawOptions::moment, "the same of an angle [N m]")
-      .def_rw("range", &LawOptions::range, "potential: attracts or repels from so far [m]")
-      .def_rw("range_turn", &LawOptions::range_turn, "the same of an angle [rad]")
-      .def_rw("ratio", &LawOptions::ratio, "admittance: speed across what is free per speed along it, 0.01-1");
-  nb::class_<Ramp>(m, "Ramp", "Fades with what is measured: 0 at `start`, 1 at `end`.")
+      .def_rw("K", &LawOptions::K, "Stiffness on the tool's side [N/m].")
+      .def_rw("B", &LawOptions::B, "Damping [N s/m].")
+      .def_rw("K_turn", &LawOptions::K_turn, "Rotational stiffness [N m/rad].")
+      .def_rw("B_turn", &LawOptions::B_turn, "Rotational damping [N m s/rad].")
+      .def_rw("force", &LawOptions::force, "potential, optimise: largest force [N].")
+      .def_rw("moment", &LawOptions::moment, "potential, optimise: largest moment [N m].")
+      .def_rw("range", &LawOptions::range, "potential: distance from which it attracts or repels [m].")
+      .def_rw("range_turn", &LawOptions::range_turn, "potential: angle from which it attracts [rad].")
+      .def_rw("ratio", &LawOptions::ratio,
+              "admittance: speed in the constrained directions per speed in the free ones, 0.01-1 [-].");
+  nb::class_<Ramp>(m, "Ramp",
+                   "Scales the authority of a fixture with a measured value: 0 at `start`, 1 at `end`, linear between.")
       .def(
           "__init__",
           [](Ramp* self, const std::string& by, double start, double end) { new (self) Ramp{by_name(by), start, end}; },
-          "by"_a = "pedal", "start"_a = 0.0, "end"_a = 1.0)
+          "by"_a = "pedal", "start"_a = 0.0, "end"_a = 1.0, "start may be larger than end.")
       .def_prop_ro(
           "by", [](const Ramp& r) { return std::string(kRamps[static_cast<std::size_t>(r.by)]); },
-          "'pedal' [0-1], 'distance' [m, rad], 'time' since it was engaged [s], 'force' of the operator [N]")
-      .def_ro("start", &Ramp::from)
-      .def_ro("end", &Ramp::to);
-  nb::class_<Policy>(m, "Policy", "How much of a fixture counts.")
+          "Measured value: 'pedal' [0-1], 'distance' [m, rad], 'time' since the fixture was engaged [s] or 'force' of "
+          "the operator [N].")
+      .def_ro("start", &Ramp::from, "Value at which the authority is 0.")
+      .def_ro("end", &Ramp::to, "Value at which the authority is 1.");
+  nb::class_<Policy>(m, "Policy", "When and with how much authority a fixture acts.")
       .def(nb::init<>())
-      .def_rw("hard", &Policy::hard, "the tool's goal is corrected as well")
-      .def_rw("authority", &Policy::authority, "0-1, times the ramps")
-      .def_rw("priority", &Policy::priority, "a lower one never pulls against a higher one")
-      .def_rw("engage", &Policy::engage, "takes part once |gap| is below [m, rad]")
-      .def_rw("release", &Policy::release, "until it is above [m, rad]")
-      .def_rw("rise", &Policy::rise, "shortest time for its authority from 0 to 1 [s]")
-      .def_rw("fall", &Policy::fall, "and back [s]")
-      .def_rw("ramps", &Policy::ramps, "a copy; assign it whole");
+      .def_rw("hard", &Policy::hard, "True: the tool's goal is corrected as well.")
+      .def_rw("authority", &Policy::authority, "Authority, 0-1; the ramps multiply it [-].")
+      .def_rw("priority", &Policy::priority, "Priority; the force of a lower one never opposes that of a higher one.")
+      .def_rw("engage", &Policy::engage, "|gap| below which the fixture engages [m, rad].")
+      .def_rw("release", &Policy::release, "|gap| above which the fixture disengages [m, rad].")
+      .def_rw("rise", &Policy::rise, "Shortest time in which the authority rises from 0 to 1 [s].")
+      .def_rw("fall", &Policy::fall, "Shortest time in which the authority falls from 1 to 0 [s].")
+      .def_rw("ramps", &Policy::ramps, "Ramps that scale the authority. This is a copy: assign a whole list.");
 }
 
-nb::dict to_dict(const guidance::Constraint& c) {
-  nb::dict out;
+Fields to_dict(const guidance::Constraint& c) {
+  Fields out;
   out["gap"] = c.gap;
   out["along"] = to_vector(c.gradient);
   out["drift"] = c.gap_rate_of_fixture;
@@ -98,12 +106,12 @@ nb::dict to_dict(const guidance::Constraint& c) {
 }
 
 /// The constraint of a tool at X_WT, and the force of the fixture's law.
-nb::dict evaluate(const Fixture& f, const Matrix4& X_WT, double t, const VectorArg& V_WT, const Vec3& F_T_W,
-                  double stiffness) {
+Fields evaluate(const Fixture& f, const Matrix4& X_WT, double t, const VectorArg& V_WT, const Vec3& F_T_W,
+                double stiffness) {
   const Pose X = to_pose(X_WT, "X_WT");
   const guidance::Constraint c = guidance::evaluate(f, {X, X.p, F_T_W, stiffness}, t);
   const guidance::ConstraintForce force = f.law->force(c, to_twist(V_WT, "V_WT"));
-  nb::dict out = to_dict(c);
+  Fields out = to_dict(c);
   out["F"] = to_vector(force.F);
   out["U"] = force.U;
   out["B"] = force.B;
@@ -112,9 +120,10 @@ nb::dict evaluate(const Fixture& f, const Matrix4& X_WT, double t, const VectorA
 }
 
 void bind_fixture(nb::module_& m) {
-  m.def("guidance_roles", &guidance::roles, "Names of the roles there are.");
-  m.def("guidance_laws", &guidance::laws, "Names of the laws there are.");
-  nb::class_<Fixture>(m, "Fixture", "A geometry, a role, a law and a policy (core/palpate/guidance/fixture.hpp).")
+  m.def("guidance_roles", &guidance::roles, "Names of the available roles.");
+  m.def("guidance_laws", &guidance::laws, "Names of the available laws.");
+  nb::class_<Fixture>(m, "Fixture",
+                      "Virtual fixture: a geometry, a role, a law and a policy (core/palpate/guidance/fixture.hpp).")
       .def(
           "__init__",
           [](Fixture* self, std::string name, std::shared_ptr<Geometry> geometry, const std::string& role,
@@ -133,26 +142,33 @@ void bind_fixture(nb::module_& m) {
           "name"_a, "geometry"_a, "role"_a, "role_options"_a = RoleOptions{}, "law"_a = "spring",
           "law_options"_a = LawOptions{}, "policy"_a = Policy{}, "on"_a = true,
           "patience"_a = std::numeric_limits<double>::infinity(),
-          "patience: a live frame that it is attached to told no longer ago than this, or it fades out [s].")
-      .def_ro("name", &Fixture::name)
-      .def_prop_ro("role", [](const Fixture& f) { return std::string(f.role->name()); })
-      .def_prop_ro("law", [](const Fixture& f) { return std::string(f.law->name()); })
-      .def_ro("policy", &Fixture::policy)
-      .def_ro("on", &Fixture::on)
+          "patience: timeout of the live frames that carry the geometry [s]; without a newer pose the fixture fades "
+          "out.")
+      .def_ro("name", &Fixture::name, "Name, unique in its list.")
       .def_prop_ro(
-          "stiffness", [](const Fixture& f) { return f.law->stiffness(); }, "the steepest of its law [N/m]")
+          "role", [](const Fixture& f) { return std::string(f.role->name()); }, "Name of the role.")
       .def_prop_ro(
-          "damping", [](const Fixture& f) { return f.law->damping(); }, "the most of its law [N s/m]")
+          "law", [](const Fixture& f) { return std::string(f.law->name()); }, "Name of the law.")
+      .def_ro("policy", &Fixture::policy, "When and with how much authority the fixture acts.")
+      .def_ro("on", &Fixture::on, "False: the fixture is switched off.")
       .def_prop_ro(
-          "turning_stiffness", [](const Fixture& f) { return f.law->turning_stiffness(); }, "[N m/rad]")
+          "stiffness", [](const Fixture& f) { return f.law->stiffness(); }, "Largest stiffness of the law [N/m].")
       .def_prop_ro(
-          "turning_damping", [](const Fixture& f) { return f.law->turning_damping(); }, "[N m s/rad]")
+          "damping", [](const Fixture& f) { return f.law->damping(); }, "Largest damping of the law [N s/m].")
+      .def_prop_ro(
+          "turning_stiffness", [](const Fixture& f) { return f.law->turning_stiffness(); },
+          "Largest rotational stiffness of the law [N m/rad].")
+      .def_prop_ro(
+          "turning_damping", [](const Fixture& f) { return f.law->turning_damping(); },
+          "Largest rotational damping of the law [N m s/rad].")
       .def("ask", &evaluate, "X_WT"_a, "t"_a = 0.0, "V_WT"_a = Vec6(Vec6::Zero()), "F_T_W"_a = Vec3(Vec3::Zero()),
            "stiffness"_a = 0.0,
-           "What its role wants of a tool at X_WT (4, 4) (gap, along (6,), drift, free (3, 3), attracts, turns, "
-           "speed), and its law's answer to a motion V_WT (6,): wrench F (6,), energy U [J], damping B (3, 3) and the "
-           "part F_of_B of F. Authority and other fixtures left aside.");
-  nb::class_<Fixtures>(m, "Fixtures", "A list of fixtures: immutable, swapped whole.")
+           "The fixture's constraint on a tool at X_WT (4, 4), as a dict: gap [m, rad], its gradient `along` (6,), its "
+           "rate `drift` caused by the fixture's own motion, the projector `free` (3, 3) on the free directions, "
+           "attracts, turns (the gap is an angle), speed (limit [m/s]). Also the force of the law while the tool moves "
+           "with V_WT (6,): wrench F (6,), stored energy U [J], damping B (3, 3) [N s/m] and the part F_of_B of F that "
+           "is -B v. Authority and other fixtures are not considered.");
+  nb::class_<Fixtures>(m, "Fixtures", "An immutable list of fixtures; guidance replaces it as a whole.")
       .def(
           "__init__",
           [](Fixtures* self, const std::vector<Fixture*>& fixtures, std::shared_ptr<guidance::LiveFrame> tool) {
@@ -166,13 +182,13 @@ void bind_fixture(nb::module_& m) {
             new (self) Fixtures(std::move(list));
           },
           "fixtures"_a = std::vector<Fixture*>{}, "tool"_a.none() = nb::none(),
-          "tool: a frame that is told at every tick where the tool is.")
+          "tool: a frame that receives the tool's pose at every tick, for geometries attached to the tool.")
       .def("__len__", [](const Fixtures& list) { return list.fixture.size(); })
-      .def("list", [](const Fixtures& list) { return list.fixture; }, "The fixtures, in their order.");
+      .def("list", [](const Fixtures& list) { return list.fixture; }, "The fixtures, in order.");
 }
 
-nb::dict step(Guidance& self, double t, const Matrix4& X_WT_goal, const VectorArg& V_WT, const Matrix4& X_WT,
-              bool engaged, const Vec3& F_T_W, double stiffness, double F_hand, double pedal, bool takes_damping) {
+Fields step(Guidance& self, double t, const Matrix4& X_WT_goal, const VectorArg& V_WT, const Matrix4& X_WT,
+            bool engaged, const Vec3& F_T_W, double stiffness, double F_hand, double pedal, bool takes_damping) {
   guidance::Input in;
   in.t = t;
   in.goal = {to_pose(X_WT_goal, "X_WT_goal"), 0.0, to_twist(V_WT, "V_WT"), engaged};
@@ -182,7 +198,7 @@ nb::dict step(Guidance& self, double t, const Matrix4& X_WT_goal, const VectorAr
   in.handle.takes_damping = takes_damping;
   in.pedal = pedal;
   const guidance::Output& out = self.step(in);
-  nb::dict d;
+  Fields d;
   d["X_WT_goal"] = to_matrix(out.X_WT_goal);
   d["F_T_W"] = to_vector(out.on_tool.F);
   d["B_W"] = out.on_tool.B;
@@ -195,38 +211,46 @@ nb::dict step(Guidance& self, double t, const Matrix4& X_WT_goal, const VectorAr
 
 void bind_stage(nb::module_& m) {
   using guidance::Options;
-  nb::class_<Options>(m, "GuidanceOptions", "Of the stage `guidance`.")
+  nb::class_<Options>(m, "GuidanceOptions", "Options of the stage `guidance`.")
       .def(nb::init<>())
-      .def_rw("force_rate", &Options::force_rate, "of what no motion explains: a switch, an edit [N/s]")
-      .def_rw("moment_rate", &Options::moment_rate, "the same of moments [N m/s]")
-      .def_rw("return_speed", &Options::return_speed, "of a goal that has to leave a region just forbidden [m/s]")
-      .def_rw("reserve", &Options::reserve, "hard fixtures keep the goal so far from the border [m]")
+      .def_rw("force_rate", &Options::force_rate,
+              "Largest rate of the force change that no motion causes, such as after a switch or an edit [N/s].")
+      .def_rw("moment_rate", &Options::moment_rate, "Largest rate of the moment change that no motion causes [N m/s].")
+      .def_rw("return_speed", &Options::return_speed,
+              "Speed at which the goal leaves a region that has just become forbidden [m/s].")
+      .def_rw("reserve", &Options::reserve, "Distance that hard fixtures keep between the goal and their boundary [m].")
       .def_prop_rw(
           "servo_bandwidth", [](const Options& o) { return o.servo.bandwidth; },
           [](Options& o, double x) { o.servo.bandwidth = x; },
-          "of the follower behind its goal; 0: at once; below zero: as simulated [Hz]")
+          "Bandwidth of the follower's servos [Hz]; 0: ideal; negative: that of the simulated follower.")
       .def_prop_rw(
           "servo_damping", [](const Options& o) { return o.servo.damping_ratio; },
-          [](Options& o, double x) { o.servo.damping_ratio = x; }, "of the same [-]");
-  nb::class_<Guidance>(m, "Guidance", "The stage `guidance` by itself.")
-      .def(nb::init<const Options&, double>(), "options"_a = Options{}, "dt"_a = 1e-3)
-      .def("take", &Guidance::take, "fixtures"_a, nb::keep_alive<1, 2>(), "From now on these.")
+          [](Options& o, double x) { o.servo.damping_ratio = x; }, "Damping ratio of the follower's servos [-].");
+  nb::class_<Guidance>(m, "Guidance", "The stage `guidance` outside a loop.")
+      .def(nb::init<const Options&, double>(), "options"_a = Options{}, "dt"_a = 1e-3, "dt: period of the cycle [s].")
+      .def("take", &Guidance::take, "fixtures"_a, nb::keep_alive<1, 2>(),
+           "Replaces the fixtures from the next step on.")
       .def("step", &step, "t"_a, "X_WT_goal"_a, "V_WT"_a, "X_WT"_a, "engaged"_a = true, "F_T_W"_a = Vec3(Vec3::Zero()),
            "stiffness"_a = 0.0, "F_hand"_a = -1.0, "pedal"_a = 1.0, "takes_damping"_a = false,
-           "One tick: X_WT_goal (4, 4), F_T_W (6,), B_W (3, 3), strongest, gap, correction (3,), status.")
-      .def("authority", &Guidance::authority, "i"_a, "Of fixture i, ramped.")
+           "One tick, as a dict: corrected goal X_WT_goal (4, 4), wrench of the fixtures F_T_W (6,) [N, N m], damping "
+           "B_W (3, 3) [N s/m], index `strongest` of the fixture with the largest force (-1: none), its gap [m, rad], "
+           "correction (3,) of the goal [m], status bits.")
+      .def("authority", &Guidance::authority, "i"_a, "Authority of fixture i at the last step, ramps included [-].")
       .def(
-          "wrench", [](const Guidance& self, int i) { return to_vector(self.wrench(i)); }, "i"_a, "Of fixture i (6,).")
-      .def("gap", &Guidance::gap, "i"_a, "Of fixture i [m, rad].");
+          "wrench", [](const Guidance& self, int i) { return to_vector(self.wrench(i)); }, "i"_a,
+          "Wrench of fixture i on the tool at the last step (6,) [N, N m].")
+      .def("gap", &Guidance::gap, "i"_a, "Gap of fixture i at the last step [m, rad].");
 }
 
-/// Solves one program from scratch, or from the active rows of the one before.
-nb::dict solve(Qp& qp, const Eigen::MatrixXd& A, const VectorArg& b, const VectorArg& y0,
-               const std::vector<int>& ranks) {
+/// Solves one program; the rows that were active in the previous solution are tried first.
+Fields solve(Qp& qp, const Eigen::MatrixXd& A, const VectorArg& b, const VectorArg& y0, const std::vector<int>& ranks) {
   const Eigen::Index m = A.rows();
   if (A.cols() != Qp::kVars || b.values.size() != m || y0.values.size() != Qp::kVars ||
       (!ranks.empty() && static_cast<Eigen::Index>(ranks.size()) != m)) {
-    throw std::invalid_argument("qp: A must have shape (m, 6), b (m,), y0 (6,), ranks (m,) or none");
+    throw std::invalid_argument(
+        "the quadratic program needs A of shape (m, 6), b (m,), y0 (6,) and ranks (m,) or none; got A (" +
+        std::to_string(m) + ", " + std::to_string(A.cols()) + "), b (" + std::to_string(b.values.size()) + ",), y0 (" +
+        std::to_string(y0.values.size()) + ",), " + std::to_string(ranks.size()) + " ranks");
   }
   qp.clear();
   std::vector<int> index;
@@ -243,7 +267,7 @@ nb::dict solve(Qp& qp, const Eigen::MatrixXd& A, const VectorArg& b, const Vecto
     gave_way[i] = qp.gave_way(index[i]);
   }
   constexpr std::array kStatus = {"solved", "relaxed", "stopped"};
-  nb::dict out;
+  Fields out;
   out["status"] = kStatus[static_cast<std::size_t>(status)];
   out["y"] = qp.y();
   out["multipliers"] = multipliers;
@@ -259,11 +283,12 @@ void bind_fixtures(nb::module_& m) {
   bind_options(m);
   bind_fixture(m);
   bind_stage(m);
-  nb::class_<Qp>(m, "Qp", "min |y - y0|^2 / 2 subject to A y >= b, in six variables (core/palpate/guidance/qp.hpp).")
+  nb::class_<Qp>(m, "Qp",
+                 "Solves min |y - y0|^2 / 2 subject to A y >= b in six variables (core/palpate/guidance/qp.hpp).")
       .def(nb::init<>())
       .def("solve", &solve, "A"_a, "b"_a, "y0"_a, "ranks"_a = std::vector<int>{},
-           "y (6,), multipliers (m,), status 'solved', 'relaxed' or 'stopped', gave_way (m,), steps, and the index of "
-           "each row (below zero: refused).");
+           "Solution as a dict: y (6,), multipliers (m,), status 'solved', 'relaxed' or 'stopped', gave_way (m,) for "
+           "rows that were relaxed, number of steps, and the index of each row (negative: rejected).");
 }
 
 }  // namespace palpate::bindings

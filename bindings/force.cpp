@@ -44,7 +44,7 @@ auto force_step(const Rows& K, const Rows& B, const Rows& normal, const Rows& de
   return std::make_tuple(terms.F, terms.F_spring, terms.F_damping, terms.torque);
 }
 
-/// r of a whole recording: q, v, tau (k, n), sampled at `rate`.
+/// Observer output r (k, n) of a whole recording q, v, tau (k, n), sampled at rate [Hz].
 Eigen::MatrixXd observe(force::MomentumObserver& self, const Eigen::MatrixXd& q, const Eigen::MatrixXd& v,
                         const Eigen::MatrixXd& tau, double rate) {
   const Eigen::Index n = self.model().n();
@@ -63,49 +63,57 @@ void bind_estimate(nb::module_& m) {
   using force::Estimate;
   using force::EstimateOptions;
   using force::MomentumObserver;
-  nb::class_<MomentumObserver>(m, "MomentumObserver", "External joint torques from drive torques; see estimate.hpp.")
+  nb::class_<MomentumObserver>(
+      m, "MomentumObserver",
+      "Estimates external joint torques r from the drive torques (core/palpate/force/estimate.hpp).")
       .def(
           "__init__",
           [](MomentumObserver* self, const arm::Arm& model, const Eigen::MatrixXd& drive_inertia, double bandwidth) {
             new (self) MomentumObserver(model, joint_matrix(drive_inertia, "drive_inertia"), bandwidth);
           },
-          "model"_a, "drive_inertia"_a, "bandwidth"_a, "drive_inertia (n,n) at the joints; bandwidth of r [Hz].")
-      .def("reset", &MomentumObserver::reset, "The next step starts at r = 0.")
+          "model"_a, "drive_inertia"_a, "bandwidth"_a,
+          "drive_inertia: inertia (n,n) of the drives at the joints [kg m^2, kg]; bandwidth of r [Hz].")
+      .def("reset", &MomentumObserver::reset, "Resets the observer: the next sample starts at r = 0.")
       .def("run", &observe, "q"_a, "v"_a, "tau"_a, "rate"_a,
-           "r (k, n) [N m, N] of k samples, `rate` a second; tau (k, n) without friction.");
+           "External joint torques r (k, n) [N m, N] for k samples at rate [Hz]; tau (k, n): drive torques without "
+           "friction.");
 
-  nb::class_<EstimateOptions> options(m, "EstimateOptions", "Force on the tool from its drive torques.");
+  nb::class_<EstimateOptions> options(m, "EstimateOptions",
+                                      "Options of the force estimate from the follower's drive torques.");
   options.def(nb::init<>())
-      .def_rw("bandwidth", &EstimateOptions::bandwidth, "of the momentum observer [Hz]")
-      .def_rw("dead_band", &EstimateOptions::dead_band, "forces below it are not told [N]")
-      .def_rw("slip_speed", &EstimateOptions::slip_speed, "of the speed limits: dry friction is full above it [-]");
-  joint_field(options, "rotor_inertia", &EstimateOptions::rotor_inertia, "(n,) [kg m^2, kg]");
-  joint_field(options, "coulomb", &EstimateOptions::coulomb, "(n,) [N m, N]");
-  joint_field(options, "viscous", &EstimateOptions::viscous, "(n,) [N m s/rad, N s/m]");
-  joint_field(options, "offset", &EstimateOptions::offset, "(n,) constant torque of the drives [N m, N]");
-  joint_field(options, "spring", &EstimateOptions::spring, "(n,) torque per position [N m/rad, N/m]");
-  options.def_rw("links", &EstimateOptions::links, "(10n,) identified inertial parameters; empty: the model's own");
+      .def_rw("bandwidth", &EstimateOptions::bandwidth, "Bandwidth of the momentum observer [Hz].")
+      .def_rw("dead_band", &EstimateOptions::dead_band,
+              "Dead band of the estimated force: smaller forces are reported as zero [N].")
+      .def_rw("slip_speed", &EstimateOptions::slip_speed,
+              "Fraction of the drives' speed limits above which dry friction has its full value [-].");
+  joint_field(options, "rotor_inertia", &EstimateOptions::rotor_inertia,
+              "Rotor inertias at the joints (n,) [kg m^2, kg].");
+  joint_field(options, "coulomb", &EstimateOptions::coulomb, "Dry friction of the drives (n,) [N m, N].");
+  joint_field(options, "viscous", &EstimateOptions::viscous, "Viscous friction of the drives (n,) [N m s/rad, N s/m].");
+  joint_field(options, "offset", &EstimateOptions::offset, "Constant torques of the drives (n,) [N m, N].");
+  joint_field(options, "spring", &EstimateOptions::spring, "Spring constants at the joints (n,) [N m/rad, N/m].");
+  options.def_rw("links", &EstimateOptions::links, "Identified inertial parameters (10n,); empty: those of the model.");
 
-  nb::class_<Estimate>(m, "Estimate", "Force of the environment on the tool tip, from the drives' torques.")
+  nb::class_<Estimate>(m, "Estimate", "Estimates the force of the environment on the tool tip from the drive torques.")
       .def(nb::init<const arm::Arm&, EstimateOptions>(), "model"_a, "options"_a)
-      .def("reset", &Estimate::reset)
+      .def("reset", &Estimate::reset, "Resets the momentum observer.")
       .def(
           "step",
           [](Estimate& self, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& v,
              const Eigen::VectorXd& tau) -> Vec3 {
             return self.step({t, joint_vector(q, "q"), 0.0, true, joint_vector(v, "v"), joint_vector(tau, "tau")});
           },
-          "t"_a, "q"_a, "v"_a, "tau"_a, "A state stamped t [s]: F_T_B (3,) [N].");
+          "t"_a, "q"_a, "v"_a, "tau"_a, "Estimated force F_T_B (3,) [N] for the follower's state at t [s].");
 }
 
 }  // namespace
 
 void bind_force(nb::module_& m) {
   bind_estimate(m);
-  m.def(
-      "force", &force_step, "K"_a, "B"_a, "normal"_a, "delta_x"_a, "v_WT"_a, "v_surface"_a, "stiffness_scale"_a = 1.0,
-      "damping_scale"_a = 1.0, "w_WT"_a = Vec3(Vec3::Zero()), "p_TS"_a = nb::none(),
-      "Stage `force` on n contacts given as (n, 3) arrays: (F, F_spring, F_damping) [N], torque about T [N m], in W.");
+  m.def("force", &force_step, "K"_a, "B"_a, "normal"_a, "delta_x"_a, "v_WT"_a, "v_surface"_a, "stiffness_scale"_a = 1.0,
+        "damping_scale"_a = 1.0, "w_WT"_a = Vec3(Vec3::Zero()), "p_TS"_a = nb::none(),
+        "Stage `force` for n contacts, given as (n, 3) arrays in W: (F, F_spring, F_damping, torque), each (3,) in W; "
+        "forces [N], torque about T [N m].");
 }
 
 }  // namespace palpate::bindings

@@ -1,5 +1,5 @@
-// How people steer a loop and read its ticks, bound alike for every class that has a loop::Front. Also compiled into
-// the ROS 2 extension.
+// Controls and tick rows of a running loop, bound in the same way for every class that has a loop::Front. The ROS 2
+// extension compiles this file as well.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -29,24 +29,24 @@ void bind_front(nanobind::class_<Loop>& c) {
          }
          return to_rows(std::move(ticks));
        },
-       "Rows since the last drain (real time).")
+       "Rows since the last drain, in real time (n, TICK_BYTES/8).")
       .def_prop_ro(
           "dropped", [](const Loop& self) { return self.front().dropped(); },
-          "Rows lost because they were not drained in time.")
+          "Number of rows lost because they were not drained in time.")
       .def(
-          "latest", [](Loop& self) { return to_row(self.front().latest()); }, "The newest row.")
+          "latest", [](Loop& self) { return to_row(self.front().latest()); }, "The newest row (TICK_BYTES/8,).")
       .def_prop_rw(
           "controls", [](const Loop& self) { return self.front().controls(); },
           [](Loop& self, const Controls& controls) { self.front().set_controls(controls); },
-          "A copy; assign it whole. Taken at the next tick.")
+          "The operator's controls. This is a copy: assign a whole one, which applies from the next tick on.")
       .def(
           "set_fixtures",
           [](Loop& self, std::shared_ptr<const guidance::Fixtures> f) { self.front().set_fixtures(std::move(f)); },
-          "fixtures"_a, "Swaps the fixtures of guidance whole at the next tick; no force that the hand feels jumps.")
+          "fixtures"_a, "Replaces the fixtures of guidance at the next tick, without a step in the force.")
       .def(
           "set_snapshot",
           [](Loop& self, std::shared_ptr<const scene::Snapshot> s) { self.front().set_scene(std::move(s)); },
-          "snapshot"_a, "Swaps the scene whole at the next tick.");
+          "snapshot"_a, "Replaces the scene at the next tick.");
 }
 
 }  // namespace palpate::bindings

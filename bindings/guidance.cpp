@@ -5,6 +5,7 @@
 #include <nanobind/stl/vector.h>
 
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,6 +19,7 @@
 #include "palpate/guidance/geometry/path.hpp"
 #include "palpate/guidance/geometry/point.hpp"
 #include "palpate/guidance/geometry/surface.hpp"
+#include "types.hpp"
 
 namespace nb = nanobind;
 
@@ -33,14 +35,7 @@ using Times = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::c
 using RowMat3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 using RowMat4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
 
-template <class T>
-nb::object array(std::vector<T>&& values, std::initializer_list<std::size_t> shape) {
-  auto* owned = new std::vector<T>(std::move(values));
-  nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
-  return nb::cast(nb::ndarray<nb::numpy, T>(owned->data(), shape, owner));
-}
-
-/// One vector for each field of Query.
+/// Results of n queries: one array for each field of guidance::Query.
 struct Answers {
   explicit Answers(std::size_t n)
       : distance(n),
@@ -65,9 +60,9 @@ struct Answers {
     RowMat3::Map(&attitude[9 * i]) = q.attitude;
   }
 
-  nb::dict take() {
+  Fields take() {
     const std::size_t n = distance.size();
-    nb::dict out;
+    Fields out;
     out["distance"] = array(std::move(distance), {n});
     out["normal"] = array(std::move(normal), {n, 3});
     out["point"] = array(std::move(point), {n, 3});
@@ -84,9 +79,11 @@ struct Answers {
   std::vector<std::int32_t> dimension;
 };
 
-nb::dict query(const Geometry& geometry, const Poses& X_WT, const Times& t) {
+Fields query(const Geometry& geometry, const Poses& X_WT, const Times& t) {
   const std::size_t n = X_WT.shape(0);
-  if (t.shape(0) != n) throw nb::value_error("as many times as poses are needed");
+  if (t.shape(0) != n)
+    throw std::invalid_argument("t must have one time for each pose in X_WT; got " + std::to_string(t.shape(0)) +
+                                " times and " + std::to_string(n) + " poses");
   Answers answers(n);
   {
     const nb::gil_scoped_release release;
@@ -105,35 +102,40 @@ Twist twist(const Eigen::VectorXd& V, const char* name) {
 }
 
 void bind_frames(nb::module_& m) {
-  nb::class_<Frame>(m, "Frame", "Where a geometry is attached.")
+  nb::class_<Frame>(m, "Frame", "A frame to which a geometry is attached.")
       .def(
           "at",
-          [](const Frame& frame, double t) {
+          [](const Frame& frame, double t) -> Tuple<Matrix4, Vec6> {
             const guidance::FrameState s = frame.at(t);
             Vec6 V;
             V << s.V_WF.v, s.V_WF.w;
             return nb::make_tuple(to_matrix(s.X_WF), V);
           },
-          nb::arg("t"), "(X_WF 4x4, V_WF (6,): of its origin [m/s] over angular [rad/s]) at t [s].");
-  nb::class_<guidance::MotionFrame, Frame>(m, "MotionFrame", "Moves as an object of the scene does.")
+          nb::arg("t"),
+          "(X_WF (4, 4), V_WF (6,)) at t [s]: pose, and velocity of its origin [m/s] over angular velocity [rad/s].");
+  nb::class_<guidance::MotionFrame, Frame>(m, "MotionFrame", "A frame that moves like an object of the scene.")
       .def(
           "__init__",
           [](guidance::MotionFrame* self, const Matrix4& X_WF, scene::Motion motion) {
             new (self) guidance::MotionFrame(to_pose(X_WF, "X_WF"), std::move(motion));
           },
-          nb::arg("X_WF") = Matrix4(Matrix4::Identity()), nb::arg("motion") = scene::Motion{});
-  nb::class_<guidance::LiveFrame, Frame>(m, "LiveFrame", "Is where it was last told to be.")
+          nb::arg("X_WF") = Matrix4(Matrix4::Identity()), nb::arg("motion") = scene::Motion{},
+          "X_WF (4, 4): pose at rest; motion: motion from that pose.");
+  nb::class_<guidance::LiveFrame, Frame>(m, "LiveFrame",
+                                         "A frame whose poses come from outside the loop, such as from a tracker.")
       .def(nb::init<>())
       .def(
           "set", [](guidance::LiveFrame& frame, const Matrix4& X_WF) { frame.set(to_pose(X_WF, "X_WF")); },
-          nb::arg("X_WF"), "Its velocity is found from pose to pose. One thread tells.")
+          nb::arg("X_WF"),
+          "Sets the pose X_WF (4, 4); the velocity follows from successive poses. Call it from one thread only.")
       .def(
           "set",
           [](guidance::LiveFrame& frame, const Matrix4& X_WF, const VectorArg& V_WF) {
             frame.set(guidance::FrameState{to_pose(X_WF, "X_WF"), twist(V_WF.values, "V_WF")});
           },
-          nb::arg("X_WF"), nb::arg("V_WF"))
-      .def_prop_ro("told", &guidance::LiveFrame::told, "it was told where it is");
+          nb::arg("X_WF"), nb::arg("V_WF"),
+          "Sets the pose X_WF (4, 4) and the velocity V_WF (6,): linear [m/s] over angular [rad/s].")
+      .def_prop_ro("has_pose", &guidance::LiveFrame::told, "True once a pose has been received.");
 }
 
 void make_path(guidance::Path* self, const Controls& controls, const Rotations& attitudes, bool tangential,
@@ -151,59 +153,68 @@ guidance::Combination::Kind kind(const std::string& name) {
   if (name == "union") return Kind::unite;
   if (name == "intersection") return Kind::intersect;
   if (name == "difference") return Kind::subtract;
-  throw std::invalid_argument("kind must be union, intersection or difference, got " + name);
+  throw std::invalid_argument("kind must be 'union', 'intersection' or 'difference'; got '" + name + "'");
 }
 
 void bind_modifiers(nb::module_& m) {
-  nb::class_<guidance::Offset, Geometry>(m, "OffsetGeometry", "Everything within a margin of a geometry.")
+  nb::class_<guidance::Offset, Geometry>(m, "OffsetGeometry", "All points within a margin of a geometry.")
       .def(
           "__init__",
           [](guidance::Offset* self, std::shared_ptr<Geometry> geometry, double margin) {
             new (self) guidance::Offset(std::move(geometry), margin);
           },
-          nb::arg("geometry"), nb::arg("margin"));
-  nb::class_<guidance::Combination, Geometry>(m, "CombinedGeometry", "A union, an intersection or a difference.")
+          nb::arg("geometry"), nb::arg("margin"), "margin [m].");
+  nb::class_<guidance::Combination, Geometry>(m, "CombinedGeometry",
+                                              "A union, an intersection or a difference of solids.")
       .def(
           "__init__",
           [](guidance::Combination* self, const std::string& name, const std::vector<std::shared_ptr<Geometry>>& parts,
              double blend) { new (self) guidance::Combination(kind(name), {parts.begin(), parts.end()}, blend); },
           nb::arg("kind"), nb::arg("parts"), nb::arg("blend") = 0.0,
-          "kind: union, intersection, or difference (the first without the others); blend: of the crease [m].");
+          nb::sig("def __init__(self, kind: typing.Literal['union', 'intersection', 'difference'], parts: "
+                  "collections.abc.Sequence[Geometry], blend: float = 0.0) -> None"),
+          "kind: union, intersection, or difference (the first part without the others). blend: difference of two "
+          "parts' distances below which the normal turns gradually from one to the other [m]; 0: it turns at once.");
 }
 
 void bind_shapes(nb::module_& m) {
-  nb::class_<guidance::Point, Geometry>(m, "PointGeometry", "The origin of its frame.").def(nb::init<>());
-  nb::class_<guidance::Line, Geometry>(m, "LineGeometry", "From a to b, or endless through both.")
+  nb::class_<guidance::Point, Geometry>(m, "PointGeometry", "The point at the origin of its frame.").def(nb::init<>());
+  nb::class_<guidance::Line, Geometry>(m, "LineGeometry",
+                                       "A line segment from a to b (3,) [m]; endless: the whole line through them.")
       .def(nb::init<const Vec3&, const Vec3&, bool>(), nb::arg("a"), nb::arg("b"), nb::arg("endless") = false);
-  nb::class_<guidance::Solid, Geometry>(m, "SurfaceGeometry", "Whatever the scene can touch, in its own frame.")
+  nb::class_<guidance::Solid, Geometry>(m, "SurfaceGeometry", "A surface of the scene, in its own frame.")
       .def(
           "__init__",
           [](guidance::Solid* self, std::shared_ptr<scene::Surface> surface) {
             new (self) guidance::Solid(std::move(surface));
           },
-          nb::arg("surface"));
+          nb::arg("surface"), "surface: a Surface of the scene, such as a Mesh.");
   nb::class_<guidance::Path, Geometry>(m, "PathGeometry", "A curve of cubic Bezier pieces.")
       .def("__init__", &make_path, nb::arg("controls"), nb::arg("attitudes"), nb::arg("tangential"), nb::arg("closed"),
-           "controls (n, 4, 3) [m]; attitudes (n + 1, 3, 3) at the pieces' ends, turning with the tangent or as given.")
-      .def_prop_ro("length", &guidance::Path::length, "[m]");
+           "controls (n, 4, 3): control points [m]. attitudes (n + 1, 3, 3): rotations at the ends of the pieces. "
+           "tangential: the z axes follow the tangent between these ends. closed: the curve ends where it starts.")
+      .def_prop_ro("length", &guidance::Path::length, "Length of the curve [m].");
   m.attr("CONE_HALF_ANGLE") = guidance::kConeHalfAngle;
-  nb::class_<guidance::Cone, Geometry>(m, "ConeGeometry", "A cone without an end.")
+  nb::class_<guidance::Cone, Geometry>(m, "ConeGeometry", "An infinite cone.")
       .def(nb::init<const Vec3&, const Vec3&, double>(), nb::arg("apex"), nb::arg("axis"), nb::arg("half_angle"),
-           "axis: from the apex into the cone; half_angle [rad].");
+           "axis (3,): direction from the apex (3,) [m] into the cone; half_angle [rad].");
 }
 
 }  // namespace
 
 void bind_guidance(nb::module_& m) {
-  nb::class_<Geometry>(m, "Geometry", "What a fixture is made of (core/palpate/guidance/geometry.hpp).")
-      .def_prop_ro("solid", &Geometry::solid, "it has an inside")
-      .def_prop_ro("has_axis", &Geometry::has_axis, "it has an axis to name: no point, ball or cloud")
+  nb::class_<Geometry>(m, "Geometry", "Geometry of a fixture (core/palpate/guidance/geometry.hpp).")
+      .def_prop_ro("solid", &Geometry::solid, "True if the geometry has an inside.")
+      .def_prop_ro("has_axis", &Geometry::has_axis,
+                   "True if the geometry has an axis; points, balls and clouds have none.")
       .def("query", &query, nb::arg("X_WT"), nb::arg("t"),
-           "Poses (n, 4, 4) of a tool, times (n,) [s] -> arrays by the names of Query's fields, n of each.");
+           "Queries for n tool poses X_WT (n, 4, 4) at times t (n,) [s]: a dict with one array of n entries for each "
+           "field of guidance::Query.");
   bind_frames(m);
   bind_shapes(m);
   bind_modifiers(m);
-  nb::class_<guidance::Placed, Geometry>(m, "PlacedGeometry", "A geometry at X_FG in a frame; in W when left out.")
+  nb::class_<guidance::Placed, Geometry>(m, "PlacedGeometry",
+                                         "A geometry placed at X_FG (4, 4) in a frame; the default frame is W.")
       .def(
           "__init__",
           [](guidance::Placed* self, std::shared_ptr<Geometry> geometry, const Matrix4& X_FG,

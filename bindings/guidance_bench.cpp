@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <memory>
+#include <stdexcept>
 
 #include "bindings.hpp"
 #include "palpate/guidance/guidance.hpp"
@@ -23,7 +24,7 @@ Pose pose(const Poses& X, std::size_t i) {
   return {m.topLeftCorner<3, 3>(), m.topRightCorner<3, 1>()};
 }
 
-/// How long each of n calls takes, by the steady clock [us].
+/// Durations of n calls by the steady clock (n,) [us].
 template <class Call>
 Eigen::VectorXd timed(std::size_t n, const Call& call) {
   using Clock = std::chrono::steady_clock;
@@ -41,11 +42,11 @@ Eigen::VectorXd time_query(const guidance::Geometry& geometry, const Poses& X_WT
   double sum = 0.0;
   return timed(X_WT.shape(0), [&](std::size_t i) {
     sum += geometry.query(pose(X_WT, i), 0.0).distance;
-    asm volatile("" : : "g"(&sum) : "memory");  // the answer is used
+    asm volatile("" : : "g"(&sum) : "memory");  // keeps the compiler from removing the query
   });
 }
 
-/// The hand sends the tool along the poses, one a tick.
+/// Durations of the stage's ticks while the commanded tool pose follows X_WT, one pose per tick.
 Eigen::VectorXd time_stage(const guidance::Fixtures& fixtures, const Poses& X_WT, double dt) {
   const auto stage = std::make_unique<guidance::Guidance>(guidance::Options{}, dt);
   stage->take(fixtures);
@@ -61,11 +62,11 @@ Eigen::VectorXd time_stage(const guidance::Fixtures& fixtures, const Poses& X_WT
   });
 }
 
-/// Programs of m rows each, in turn.
+/// Durations of n quadratic programs of m rows each.
 Eigen::VectorXd time_qp(const Rows& A, const Values& b, const Values& y0) {
   const std::size_t m = A.shape(1);
   if (b.shape(0) != A.shape(0) || b.shape(1) != m || y0.shape(0) != A.shape(0) || y0.shape(1) != 6)
-    throw nb::value_error("A (n, m, 6), b (n, m) and y0 (n, 6) are needed");
+    throw std::invalid_argument("A, b and y0 must have shapes (n, m, 6), (n, m) and (n, 6)");
   const auto qp = std::make_unique<guidance::Qp>();
   return timed(A.shape(0), [&](std::size_t i) {
     qp->clear();
@@ -77,11 +78,12 @@ Eigen::VectorXd time_qp(const Rows& A, const Values& b, const Values& y0) {
 }  // namespace
 
 void bind_guidance_bench(nb::module_& m) {
-  m.def("time_query", &time_query, "geometry"_a, "X_WT"_a, "Each of n queries at poses (n, 4, 4) [us].");
+  m.def("time_query", &time_query, "geometry"_a, "X_WT"_a,
+        "Durations of n queries at the poses X_WT (n, 4, 4): (n,) [us].");
   m.def("time_guidance", &time_stage, "fixtures"_a, "X_WT"_a, "dt"_a = 1e-3,
-        "Each tick of the stage while the hand sends the tool along poses (n, 4, 4) [us].");
+        "Durations of n ticks of guidance while the commanded tool pose follows X_WT (n, 4, 4): (n,) [us].");
   m.def("time_qp", &time_qp, "A"_a, "b"_a, "y0"_a,
-        "Each of n programs of m rows: A (n, m, 6), b (n, m), y0 (n, 6), filling included [us].");
+        "Durations of n quadratic programs of m rows, filling included: (n,) [us]. A (n, m, 6), b (n, m), y0 (n, 6).");
 }
 
 }  // namespace palpate::bindings

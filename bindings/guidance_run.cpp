@@ -3,10 +3,13 @@
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/vector.h>
 
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "bindings.hpp"
 #include "convert.hpp"
+#include "types.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -18,13 +21,20 @@ using guidance::Guidance;
 using Goals = nb::ndarray<const double, nb::shape<-1, 4, 4>, nb::c_contig, nb::device::cpu>;
 using Twists = nb::ndarray<const double, nb::shape<-1, 6>, nb::c_contig, nb::device::cpu>;
 
-/// Runs the stage tick by tick along a motion (loop::GuidanceRun). height: of the elastic plane at each tick, or empty.
-nb::dict run(Guidance& self, const std::vector<double>& t, const Goals& X_WT_goal, const Twists& V_WT,
-             const Matrix4& X_WT, const Vec3& normal, const std::vector<double>& height, double stiffness,
-             double F_hand, double pedal, bool takes_damping) {
+/// Runs the stage tick by tick along a motion (loop::GuidanceRun). height: height of the elastic plane at each tick;
+/// empty: no plane.
+nb::typed<nb::dict, nb::str, Array> run(Guidance& self, const std::vector<double>& t, const Goals& X_WT_goal,
+                                        const Twists& V_WT, const Matrix4& X_WT, const Vec3& normal,
+                                        const std::vector<double>& height, double stiffness, double F_hand,
+                                        double pedal, bool takes_damping) {
   const std::size_t n = t.size();
-  if (X_WT_goal.shape(0) != n || V_WT.shape(0) != n) throw nb::value_error("as many goals and twists as times");
-  if (!height.empty() && height.size() != n) throw nb::value_error("as many heights as times, or none");
+  if (X_WT_goal.shape(0) != n || V_WT.shape(0) != n)
+    throw std::invalid_argument("X_WT_goal and V_WT must have one row for each time in t; got " +
+                                std::to_string(X_WT_goal.shape(0)) + " and " + std::to_string(V_WT.shape(0)) +
+                                " rows for " + std::to_string(n) + " times");
+  if (!height.empty() && height.size() != n)
+    throw std::invalid_argument("height must have one entry for each time in t, or none; got " +
+                                std::to_string(height.size()) + " entries for " + std::to_string(n) + " times");
   using RowMatrix4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
   Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor> F(n, 6);
   Eigen::Matrix<double, Eigen::Dynamic, 16, Eigen::RowMajor> goals(n, 16);
@@ -41,7 +51,7 @@ nb::dict run(Guidance& self, const std::vector<double>& t, const Goals& X_WT_goa
     Eigen::Map<Mat3>(&B(row, 0)) = out.on_tool.B;  // symmetric
     gap[row] = out.gap;
   }
-  nb::dict d;
+  nb::typed<nb::dict, nb::str, Array> d;
   d["F_T_W"] = F;
   d["X_WT_goal"] = goals;
   d["B_W"] = B;
@@ -56,9 +66,9 @@ void bind_guidance_run(nb::module_& m) {
       "run_guidance", &run, "stage"_a, "t"_a, "X_WT_goal"_a, "V_WT"_a, "X_WT"_a, "normal"_a = Vec3(Vec3::UnitZ()),
       "height"_a = std::vector<double>{}, "stiffness"_a = 0.0, "F_hand"_a = -1.0, "pedal"_a = 1.0,
       "takes_damping"_a = false,
-      "A Guidance along a motion, (n,) [s], (n, 4, 4), (n, 6): F_T_W (n, 6), X_WT_goal (n, 16), B_W (n, 9), gap (n,). "
-      "The tool is where the last goal was, at first at X_WT (4, 4); below normal . p = height (n,) it touches a "
-      "spring of stiffness [N/m].");
+      "Runs a Guidance along a motion: times t (n,) [s], goals X_WT_goal (n, 4, 4), twists V_WT (n, 6). The measured "
+      "tool pose is the previous goal, at first X_WT (4, 4). Below the plane normal . p = height (n,) the tool touches "
+      "a spring of the given stiffness [N/m]. Returns F_T_W (n, 6), X_WT_goal (n, 16), B_W (n, 9) and gap (n,).");
 }
 
 }  // namespace palpate::bindings

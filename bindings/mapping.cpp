@@ -13,16 +13,18 @@ namespace palpate::bindings {
 void bind_mapping(nb::module_& m) {
   using mapping::Mapping;
   using mapping::Options;
-  nb::class_<Options>(m, "MappingOptions", "From hand to tool and back.")
+  nb::class_<Options>(m, "MappingOptions", "Options of the stage `mapping` between hand and tool.")
       .def(nb::init<>())
-      .def_rw("scale", &Options::scale, "tool motion per hand motion; felt stiffness = force_scale * scale * K")
-      .def_rw("force_scale", &Options::force_scale, "force on the hand per force on the tool")
-      .def_rw("align_rate", &Options::align_rate, "decay of an orientation offset [rad/s]; 0 keeps it")
-      .def_rw("gripper_min", &Options::gripper_min, "pinch of a closed jaw [rad]")
-      .def_rw("gripper_max", &Options::gripper_max, "pinch of an open jaw [rad]")
-      .def_rw("jaw_min", &Options::jaw_min, "closed [rad]")
-      .def_rw("jaw_max", &Options::jaw_max, "open [rad]")
-      .def_rw("jaw_rate", &Options::jaw_rate, "how fast the jaw catches up with the pinch [rad/s]");
+      .def_rw("scale", &Options::scale,
+              "Tool motion per hand motion [-]; the hand feels the stiffness force_scale * scale * K.")
+      .def_rw("force_scale", &Options::force_scale, "Force on the hand per force on the tool [-].")
+      .def_rw("align_rate", &Options::align_rate,
+              "Rate at which an orientation offset decays [rad/s]; 0: the offset stays.")
+      .def_rw("gripper_min", &Options::gripper_min, "Gripper angle that closes the jaw [rad].")
+      .def_rw("gripper_max", &Options::gripper_max, "Gripper angle that opens the jaw [rad].")
+      .def_rw("jaw_min", &Options::jaw_min, "Angle of the closed jaw [rad].")
+      .def_rw("jaw_max", &Options::jaw_max, "Angle of the open jaw [rad].")
+      .def_rw("jaw_rate", &Options::jaw_rate, "Rate at which the jaw approaches the gripper angle [rad/s].");
 
   nb::class_<Mapping>(m, "Mapping", "Stage `mapping`: relative scaled position, absolute orientation, clutch, jaw.")
       .def(
@@ -30,7 +32,7 @@ void bind_mapping(nb::module_& m) {
           [](Mapping* self, const Options& options, const Mat3& R_WL, double dt) {
             new (self) Mapping(options, R_WL, dt);
           },
-          "options"_a, "R_WL"_a, "dt"_a)
+          "options"_a, "R_WL"_a, "dt"_a, "R_WL (3, 3): rotation of the leader base in W; dt: period of the cycle [s].")
       .def(
           "step",
           [](Mapping& self, const Matrix4& X_WH, const Vec3& v_LH, double gripper, const Matrix4& X_WT, double jaw,
@@ -46,10 +48,15 @@ void bind_mapping(nb::module_& m) {
             return std::make_tuple(to_matrix(out.X_WT_goal), out.jaw, out.V_WT.v, out.engaged);
           },
           "X_WH"_a, "v_LH"_a, "gripper"_a, "X_WT"_a, "jaw"_a = 0.0, "following"_a = true, "clutch"_a = false,
-          "reached"_a = true, "One tick: (X_WT_goal, jaw, v_WT, engaged).")
-      .def("force_on_hand", &Mapping::force_on_hand, "F_T_W"_a, "F_H_L that renders F_T_W [N].")
-      .def("hand_position", &Mapping::hand_position, "p_WT"_a, "p_WH at which the tool goes to p_WT [m].")
-      .def_prop_ro("anchorings", &Mapping::anchorings, "How often the map was caught anew.");
+          "reached"_a = true,
+          "One tick: (X_WT_goal (4, 4), jaw [rad], v_WT (3,) [m/s], engaged). reached: the follower could take the "
+          "last goal.")
+      .def("force_on_hand", &Mapping::force_on_hand, "F_T_W"_a,
+           "Force F_H_L (3,) on the hand that renders the tool force F_T_W (3,) [N].")
+      .def("hand_position", &Mapping::hand_position, "p_WT"_a,
+           "Hand position p_WH (3,) that maps to the tool position p_WT (3,) [m].")
+      .def_prop_ro("anchorings", &Mapping::anchorings,
+                   "Number of times that the map was re-anchored at the hand and the tool.");
 }
 
 }  // namespace palpate::bindings

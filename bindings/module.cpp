@@ -3,9 +3,7 @@
 namespace nb = nanobind;
 
 NB_MODULE(_core, m) {
-  // What lives until the interpreter ends (an arm in a module of the user, a fixture of a test) is no leak worth a
-  // line.
-  nb::set_leak_warnings(false);
+  nb::set_leak_warnings(false);  // objects that live until the interpreter ends are not leaks
   m.doc() = "Palpate's C++ core: the stages of the haptic cycle (see ARCHITECTURE.md).";
   palpate::bindings::bind_scene(m);
   palpate::bindings::bind_contact(m);

@@ -1,4 +1,5 @@
-// Ticks as rows of a numpy array: the memory of a tick, whose status is no double (palpate/record/ticks.py).
+// Ticks as rows of a numpy array. A row is the memory of a tick, read as doubles; its status is an integer
+// (palpate/record/ticks.py).
 #pragma once
 
 #include <nanobind/ndarray.h>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "palpate/loop/tick.hpp"
+#include "types.hpp"
 
 namespace palpate::bindings {
 
@@ -22,6 +24,6 @@ inline Rows to_rows(std::vector<loop::Tick>&& ticks) {
   return Rows(data, {n, kColumns}, capsule);
 }
 
-inline nanobind::object to_row(const loop::Tick& tick) { return nanobind::cast(to_rows({tick}))[nanobind::int_(0)]; }
+inline Array to_row(const loop::Tick& tick) { return Array(nanobind::cast(to_rows({tick}))[nanobind::int_(0)]); }
 
 }  // namespace palpate::bindings

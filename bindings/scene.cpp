@@ -11,6 +11,7 @@
 #include "palpate/scene/mesh.hpp"
 #include "palpate/scene/mesh_impl.hpp"
 #include "palpate/scene/snapshot.hpp"
+#include "types.hpp"
 
 namespace nb = nanobind;
 
@@ -23,39 +24,30 @@ using Triples = nb::ndarray<const std::int32_t, nb::shape<-1, 3>, nb::c_contig, 
 std::shared_ptr<scene::Mesh> build(const Rows& vertices, const Triples& triangles) {
   const nb::gil_scoped_release release;
   const auto mesh = scene::Mesh::build({vertices.data(), vertices.size()}, {triangles.data(), triangles.size()});
-  return std::const_pointer_cast<scene::Mesh>(mesh);  // nanobind holds no pointers to const; nothing here writes
+  return std::const_pointer_cast<scene::Mesh>(mesh);  // nanobind holds no pointers to const; a mesh is immutable
 }
 
+/// A numpy view (n, 3) of values that the owner keeps alive.
 template <class T>
-nb::object array(std::vector<T>&& values, std::initializer_list<std::size_t> shape) {
-  auto* owned = new std::vector<T>(std::move(values));
-  nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
-  return nb::cast(nb::ndarray<nb::numpy, T>(owned->data(), shape, owner));
-}
-
-/// Rows of three that stay where they are, kept alive by their mesh.
-template <class T>
-nb::object view(nb::handle owner, std::span<const T> values) {
-  return nb::cast(nb::ndarray<nb::numpy, const T>(values.data(), {values.size() / 3, 3}, owner));
+ArrayOf<const T> view(nb::handle owner, std::span<const T> values) {
+  return ArrayOf<const T>(nb::cast(nb::ndarray<nb::numpy, const T>(values.data(), {values.size() / 3, 3}, owner)));
 }
 
 using Bytes = nb::ndarray<const std::uint8_t, nb::shape<-1>, nb::c_contig, nb::device::cpu>;
 
-nb::object image(const scene::Mesh& mesh) {
-  std::vector<std::byte> bytes = mesh.image();
-  auto* owned = new std::vector<std::byte>(std::move(bytes));
-  nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<std::vector<std::byte>*>(p); });
-  auto* values = reinterpret_cast<std::uint8_t*>(owned->data());
-  return nb::cast(nb::ndarray<nb::numpy, std::uint8_t>(values, {owned->size()}, owner));
+ArrayOf<std::uint8_t> image(const scene::Mesh& mesh) {
+  std::vector<std::uint8_t> bytes = mesh.image();
+  const std::size_t n = bytes.size();
+  return array(std::move(bytes), {n});
 }
 
 std::shared_ptr<scene::Mesh> from_image(const Bytes& bytes) {
   const nb::gil_scoped_release release;
-  return std::const_pointer_cast<scene::Mesh>(
-      scene::Mesh::from_image(std::as_bytes(std::span(bytes.data(), bytes.size()))));
+  return std::const_pointer_cast<scene::Mesh>(scene::Mesh::from_image({bytes.data(), bytes.size()}));
 }
 
-nb::tuple closest(const scene::Mesh& mesh, const Rows& points, double max_distance) {
+Tuple<Array, Array, Array, ArrayOf<std::int32_t>> closest(const scene::Mesh& mesh, const Rows& points,
+                                                          double max_distance) {
   const std::size_t n = points.shape(0);
   std::vector<double> distance(n), point(3 * n), normal(3 * n);
   std::vector<std::int32_t> triangle(n);
@@ -73,9 +65,10 @@ nb::tuple closest(const scene::Mesh& mesh, const Rows& points, double max_distan
                         array(std::move(normal), {n, 3}), array(std::move(triangle), {n}));
 }
 
-/// Distances by one of the two kernels, for tests that hold them against each other.
-nb::object closest_by_kernel(const scene::Mesh& mesh, const Rows& points, const std::string& kernel) {
-  if (kernel != "avx2" && kernel != "portable") throw nb::value_error("kernel must be 'avx2' or 'portable'");
+/// Distances by one of the two kernels, for tests that compare the kernels.
+Array closest_by_kernel(const scene::Mesh& mesh, const Rows& points, const std::string& kernel) {
+  if (kernel != "avx2" && kernel != "portable")
+    throw nb::value_error(("kernel must be 'avx2' or 'portable'; got '" + kernel + "'").c_str());
   const auto query = kernel == "avx2" ? &scene::bvh_closest_avx2 : &scene::bvh_closest_portable;
   std::vector<double> distance(points.shape(0));
   for (std::size_t i = 0; i < distance.size(); ++i)
@@ -83,15 +76,15 @@ nb::object closest_by_kernel(const scene::Mesh& mesh, const Rows& points, const 
   return array(std::move(distance), {points.shape(0)});
 }
 
-nb::object contains(const scene::Mesh& mesh, const Rows& points) {
+ArrayOf<bool> contains(const scene::Mesh& mesh, const Rows& points) {
   const std::size_t n = points.shape(0);
   std::vector<std::uint8_t> inside(n);
   for (std::size_t i = 0; i < n; ++i) inside[i] = mesh.contains(Vec3(points.data() + 3 * i)) ? 1 : 0;
-  return array(std::move(inside), {n}).attr("astype")("bool");
+  return ArrayOf<bool>(array(std::move(inside), {n}).attr("astype")("bool"));
 }
 
-/// points (n, 3) -> signed distance (n,), closest point (n, 3), normal (n, 3) by the surface's own answer.
-nb::tuple nearest(const scene::Surface& surface, const Rows& points) {
+/// Signed distance (n,), nearest point (n, 3) and normal (n, 3) for points (n, 3).
+Tuple<Array, Array, Array> nearest(const scene::Surface& surface, const Rows& points) {
   const std::size_t n = points.shape(0);
   std::vector<double> distance(n), point(3 * n), normal(3 * n);
   {
@@ -108,42 +101,52 @@ nb::tuple nearest(const scene::Surface& surface, const Rows& points) {
 }
 
 void bind_mesh(nb::module_& m) {
-  nb::class_<scene::Surface>(m, "Surface", "What can be touched: meshes, primitives, fields.")
+  nb::class_<scene::Surface>(m, "Surface",
+                             "A surface that the tool can touch: a mesh, a primitive or a distance field.")
       .def("nearest", &nearest, nb::arg("points"),
-           "points (n, 3) [m] -> signed distance (n,) (unsigned when open), point (n, 3), outward normal (n, 3).");
-  nb::class_<scene::MeshReport>(m, "MeshReport", "What was found and done while a mesh was built.")
-      .def_ro("vertices", &scene::MeshReport::vertices, "after welding")
-      .def_ro("triangles", &scene::MeshReport::triangles, "kept")
-      .def_ro("degenerate", &scene::MeshReport::degenerate, "dropped: a corner repeated, or three on a line")
-      .def_ro("duplicate", &scene::MeshReport::duplicate, "dropped: the same corners in the same turn")
-      .def_ro("flat", &scene::MeshReport::flat, "kept: three corners on a line, closing a gap")
-      .def_ro("parts", &scene::MeshReport::parts, "connected by vertices")
-      .def_ro("boundary_edges", &scene::MeshReport::boundary_edges, "of one triangle only")
-      .def_ro("branching_edges", &scene::MeshReport::branching_edges, "of three triangles or more")
+           "Nearest points of the surface for points (n, 3) [m]: (signed distance (n,) [m], unsigned for an open "
+           "surface; nearest point (n, 3) [m]; outward normal (n, 3)).");
+  nb::class_<scene::MeshReport>(m, "MeshReport",
+                                "Counts of the defects that were found and repaired while a mesh was built.")
+      .def_ro("vertices", &scene::MeshReport::vertices, "Number of vertices after welding.")
+      .def_ro("triangles", &scene::MeshReport::triangles, "Number of triangles kept.")
+      .def_ro("degenerate", &scene::MeshReport::degenerate,
+              "Triangles dropped because a corner is repeated or all three are on a line.")
+      .def_ro("duplicate", &scene::MeshReport::duplicate,
+              "Triangles dropped because another one has the same corners in the same winding.")
+      .def_ro("flat", &scene::MeshReport::flat,
+              "Triangles kept although their corners are on a line, because they close a gap.")
+      .def_ro("parts", &scene::MeshReport::parts,
+              "Number of connected parts; triangles that share a vertex belong to one part.")
+      .def_ro("boundary_edges", &scene::MeshReport::boundary_edges, "Edges of only one triangle: holes and rims.")
+      .def_ro("branching_edges", &scene::MeshReport::branching_edges, "Edges of three triangles or more.")
       .def_ro("inconsistent_edges", &scene::MeshReport::inconsistent_edges,
-              "whose triangles are wound against each other")
-      .def_ro("turned", &scene::MeshReport::turned, "triangles that faced the other way than their neighbours")
-      .def_ro("inverted", &scene::MeshReport::inverted, "triangles of closed parts that were inside out: turned")
-      .def_ro("two_sided", &scene::MeshReport::two_sided, "no part is a Moebius strip or alike")
-      .def_ro("closed", &scene::MeshReport::closed, "no boundary, branching or inconsistent edges")
-      .def_ro("volume", &scene::MeshReport::volume, "of the closed parts [m^3]")
-      .def_ro("lowest", &scene::MeshReport::lowest, "corner of the bounding box [m]")
-      .def_ro("highest", &scene::MeshReport::highest, "corner of the bounding box [m]");
-  nb::class_<scene::Mesh, scene::Surface>(m, "Mesh",
-                                          "Triangles ready to be touched: welded, with normals, adjacency and a BVH.")
+              "Edges whose triangles have opposite windings.")
+      .def_ro("turned", &scene::MeshReport::turned,
+              "Triangles turned because they faced the other way than their neighbours.")
+      .def_ro("inverted", &scene::MeshReport::inverted, "Triangles turned because their closed part was inside out.")
+      .def_ro("two_sided", &scene::MeshReport::two_sided,
+              "False if a part cannot be oriented, such as a Moebius strip; forces may point inwards there.")
+      .def_ro("closed", &scene::MeshReport::closed, "True without boundary, branching and inconsistent edges.")
+      .def_ro("volume", &scene::MeshReport::volume, "Volume of the closed parts [m^3].")
+      .def_ro("lowest", &scene::MeshReport::lowest, "Lowest corner of the bounding box (3,) [m].")
+      .def_ro("highest", &scene::MeshReport::highest, "Highest corner of the bounding box (3,) [m].");
+  nb::class_<scene::Mesh, scene::Surface>(
+      m, "Mesh", "A triangle mesh for contact: welded, with normals, adjacency and a bounding volume hierarchy.")
       .def(nb::new_(&build), nb::arg("vertices"), nb::arg("triangles"),
-           "vertices (n, 3) [m], triangles (m, 3) int32; ValueError when they are no mesh.")
+           "vertices (n, 3) [m], triangles (m, 3) int32. Raises ValueError, which names the defect, if they are no "
+           "mesh.")
       .def_static("from_image", &from_image, nb::arg("bytes"),
-                  "The mesh of `image()`; ValueError if the bytes are incomplete or damaged.")
-      .def("image", &image, "The mesh and its index as bytes (n,) uint8, valid on this machine and version.")
-      .def_prop_ro("triangle_count", &scene::Mesh::triangle_count)
-      .def_prop_ro("report", &scene::Mesh::report)
+                  "The mesh of `image()`. Raises ValueError if the bytes are incomplete or damaged.")
+      .def("image", &image, "The mesh and its index as bytes (n,), valid on this machine and in this version.")
+      .def_prop_ro("triangle_count", &scene::Mesh::triangle_count, "Number of triangles.")
+      .def_prop_ro("report", &scene::Mesh::report, "Defects found and repaired while the mesh was built.")
       .def_prop_ro(
           "vertices", [](nb::handle self) { return view(self, nb::cast<const scene::Mesh&>(self).vertices()); },
-          "welded, (n, 3) [m], read-only")
+          "Welded vertices (n, 3) [m], read-only.")
       .def_prop_ro(
           "triangles", [](nb::handle self) { return view(self, nb::cast<const scene::Mesh&>(self).triangles()); },
-          "of welded vertices, (m, 3), read-only")
+          "Triangles as indices of the welded vertices (m, 3), read-only.")
       .def(
           "rims",
           [](const scene::Mesh& mesh) {
@@ -151,31 +154,36 @@ void bind_mesh(nb::module_& m) {
             const std::size_t n = edges.size() / 2;
             return array(std::move(edges), {n, 2});
           },
-          "edges of one triangle only: (k, 2) vertices, in the triangle's turn")
+          "Boundary edges (k, 2) as indices of vertices, in the winding of their triangle.")
       .def("closest", &closest, nb::arg("points"), nb::arg("max_distance") = INFINITY,
-           "points (n, 3) [m] -> distance (n,), point (n, 3), normal (n, 3), triangle (n,); inf and -1 beyond it.")
-      .def("sweep", &scene::Mesh::sweep, nb::arg("a"), nb::arg("b"), nb::arg("radius"),
-           "How far [m] a sphere goes from a towards b before a triangle is nearer than radius to its centre.")
+           "Closest points on the triangles for points (n, 3) [m]: (distance (n,) [m], point (n, 3) [m], normal (n, "
+           "3), triangle (n,)). Beyond max_distance [m]: distance inf, triangle -1.")
+      .def(
+          "sweep", &scene::Mesh::sweep, nb::arg("a"), nb::arg("b"), nb::arg("radius"),
+          "Distance [m] that a sphere of this radius [m] moves from a (3,) towards b (3,) until it touches a triangle.")
       .def("closest_by_kernel", &closest_by_kernel, nb::arg("points"), nb::arg("kernel"),
-           "Distances (n,) by the kernel 'avx2' or 'portable' (tests).")
-      .def("contains", &contains, nb::arg("points"), "points (n, 3) -> inside of the closed mesh (n,); False if open.");
+           "Distances (n,) [m] by the kernel 'avx2' or 'portable', for tests.")
+      .def("contains", &contains, nb::arg("points"),
+           "True for each of the points (n, 3) [m] inside the mesh (n,); False for an open mesh.");
 }
 
 void bind_material(nb::module_& m) {
   using scene::Region;
-  nb::class_<Material>(m, "Material", "How an object feels: diagonal K and B along the axes of W, friction.")
+  nb::class_<Material>(m, "Material",
+                       "Stiffness and damping of an object, diagonal along the axes of W, and its friction.")
       .def(
           "__init__",
           [](Material* self, const Vec3& K, const Vec3& B, double mu, double mu_static) {
             new (self) Material{K, B, mu, mu_static};
           },
           nb::arg("K") = Material{}.K, nb::arg("B") = Material{}.B, nb::arg("mu") = Material{}.mu,
-          nb::arg("mu_static") = Material{}.mu_static)
-      .def_rw("K", &Material::K, "stiffness [N/m]")
-      .def_rw("B", &Material::B, "damping [N s/m]")
-      .def_rw("mu", &Material::mu, "Coulomb friction coefficient while it slips [-]")
-      .def_rw("mu_static", &Material::mu_static, "while it sticks; below mu: as mu [-]");
-  nb::class_<Region>(m, "Region", "Part of an object that feels otherwise: a box with round edges, or a ball.")
+          nb::arg("mu_static") = Material{}.mu_static, "K (3,) [N/m], B (3,) [N s/m], mu and mu_static [-].")
+      .def_rw("K", &Material::K, "Stiffness (3,) [N/m].")
+      .def_rw("B", &Material::B, "Damping (3,) [N s/m].")
+      .def_rw("mu", &Material::mu, "Coulomb friction coefficient while slipping [-].")
+      .def_rw("mu_static", &Material::mu_static,
+              "Coulomb friction coefficient while sticking [-]; values below mu count as mu.");
+  nb::class_<Region>(m, "Region", "A region of an object with another material: a box with rounded edges, or a ball.")
       .def(
           "__init__",
           [](Region* self, const Vec3& centre, const Vec3& half, double radius, double blend,
@@ -186,25 +194,28 @@ void bind_material(nb::module_& m) {
             new (self) Region{centre, half, radius, blend, material};
           },
           nb::arg("centre"), nb::arg("half") = Vec3(Vec3::Zero()), nb::arg("radius") = Region{}.radius,
-          nb::arg("blend") = Region{}.blend, nb::arg("material") = Material{})
-      .def_ro("centre", &Region::centre, "in O [m]")
-      .def_ro("half", &Region::half, "half the lengths of the box; zero: a ball [m]")
-      .def_ro("radius", &Region::radius, "of the ball, or of the round edges [m]")
-      .def_ro("blend", &Region::blend, "fades over [m]")
-      .def_ro("material", &Region::material)
+          nb::arg("blend") = Region{}.blend, nb::arg("material") = Material{},
+          "centre (3,), half (3,), radius, blend [m], in O. Raises ValueError if a length is negative or a value not "
+          "finite.")
+      .def_ro("centre", &Region::centre, "Centre in O (3,) [m].")
+      .def_ro("half", &Region::half, "Half the lengths of the box (3,) [m]; zero: a ball.")
+      .def_ro("radius", &Region::radius, "Radius of the ball or of the rounded edges [m].")
+      .def_ro("blend", &Region::blend, "Distance over which the material fades [m].")
+      .def_ro("material", &Region::material, "Material inside the region.")
       .def(
           "weight",
           [](const Region& r, const Vec3& p_O) {
             Vec3 slope;
             return r.weight(p_O, slope);
           },
-          nb::arg("p_O"), "1 inside, 0 further away than `blend`.");
+          nb::arg("p_O"),
+          "Weight of the region's material at p_O (3,) [m]: 1 inside, 0 farther away than `blend` [-].");
 }
 
 void bind_motion(nb::module_& m) {
   using scene::Motion;
   using scene::Wave;
-  nb::class_<Wave>(m, "Wave", "A sinusoid of a Motion.")
+  nb::class_<Wave>(m, "Wave", "A sinusoidal component of a Motion.")
       .def(
           "__init__",
           [](Wave* self, const Vec3& shift, const Vec3& turn, double period, double phase) {
@@ -214,8 +225,9 @@ void bind_motion(nb::module_& m) {
             new (self) Wave{shift, turn, period, phase};
           },
           nb::arg("shift") = Vec3(Vec3::Zero()), nb::arg("turn") = Vec3(Vec3::Zero()), nb::arg("period") = 1.0,
-          nb::arg("phase") = 0.0);
-  nb::class_<Motion>(m, "Motion", "How an object moves: a steady velocity plus sinusoids, from where it rests.")
+          nb::arg("phase") = 0.0,
+          "Amplitudes shift (3,) [m] and turn (3,), a rotation vector [rad]; period [s]; phase [rad].");
+  nb::class_<Motion>(m, "Motion", "Motion of an object from its pose at rest: a constant velocity plus sinusoids.")
       .def(
           "__init__",
           [](Motion* self, const Vec3& v, const Vec3& w, std::vector<Wave> waves, const Vec3& about) {
@@ -224,12 +236,14 @@ void bind_motion(nb::module_& m) {
             new (self) Motion{{v, w}, std::move(waves), about, 0.0};
           },
           nb::arg("v") = Vec3(Vec3::Zero()), nb::arg("w") = Vec3(Vec3::Zero()), nb::arg("waves") = std::vector<Wave>{},
-          nb::arg("about") = Vec3(Vec3::Zero()));
+          nb::arg("about") = Vec3(Vec3::Zero()),
+          "Velocity v (3,) [m/s], angular velocity w (3,) [rad/s], sinusoids, and the centre of rotation about (3,) "
+          "[m].");
 }
 
 void bind_world(nb::module_& m) {
   using scene::Object;
-  nb::class_<Object>(m, "Object", "A surface at a pose, made of a material, with regions that feel otherwise.")
+  nb::class_<Object>(m, "Object", "A surface with a pose, a material, and regions of other materials.")
       .def(
           "__init__",
           [](Object* self, std::string name, std::shared_ptr<scene::Surface> surface, const Matrix4& X_WO,
@@ -247,26 +261,31 @@ void bind_world(nb::module_& m) {
           nb::arg("name"), nb::arg("surface"), nb::arg("X_WO") = Matrix4(Matrix4::Identity()),
           nb::arg("material") = Material{}, nb::arg("regions") = std::vector<scene::Region>{},
           nb::arg("motion") = scene::Motion{}, nb::arg("is_virtual") = true, nb::arg("is_real") = true,
-          "is_virtual: the contact stage feels it; is_real: the tool of a driven follower bumps into it.")
-      .def_ro("name", &Object::name)
-      .def_prop_ro("surface", [](const Object& o) { return std::const_pointer_cast<scene::Surface>(o.surface); })
+          "is_virtual: the contact stage renders it. is_real: it stops the tool of a driven follower.")
+      .def_ro("name", &Object::name, "Name of the object.")
+      .def_prop_ro(
+          "surface", [](const Object& o) { return std::const_pointer_cast<scene::Surface>(o.surface); },
+          "Surface, in O.")
       .def_prop_rw(
           "X_WO", [](const Object& o) { return to_matrix(o.X_WO); },
-          [](Object& o, const Matrix4& X) { o.X_WO = to_pose(X, "X_WO"); }, "pose in W at rest, 4x4")
-      .def_rw("material", &Object::material)
+          [](Object& o, const Matrix4& X) { o.X_WO = to_pose(X, "X_WO"); }, "Pose in W at rest (4, 4).")
+      .def_rw("material", &Object::material, "Material outside the regions.")
       .def(
-          "pose", [](const Object& o, double t) { return to_matrix(o.pose(t)); }, nb::arg("t"), "X_WO at t [s], 4x4.")
+          "pose", [](const Object& o, double t) { return to_matrix(o.pose(t)); }, nb::arg("t"),
+          "Pose X_WO (4, 4) at t [s].")
       .def(
           "velocity", [](const Object& o, const Vec3& p_W, double t) { return o.motion.velocity(p_W, t); },
-          nb::arg("p_W"), nb::arg("t"), "Of its material point that is at p_W at t [m/s].")
+          nb::arg("p_W"), nb::arg("t"), "Velocity (3,) [m/s] of the material point that is at p_W (3,) [m] at t [s].")
       .def(
           "feel",
-          [](const Object& o, const Vec3& p_O) {
+          [](const Object& o, const Vec3& p_O) -> Tuple<Material, Mat3> {
             const scene::Feel feel = o.feel(p_O);
             return nb::make_tuple(feel.material, feel.dK);
           },
-          nb::arg("p_O"), "(material, gradients of K by row [N/m^2]) at p_O, in its frame.");
-  nb::class_<scene::Snapshot>(m, "Snapshot", "The world at one instant.")
+          nb::arg("p_O"),
+          "Material at p_O (3,) [m], regions included: (material, gradients of K (3, 3), one row for each entry of K "
+          "[N/m^2]).");
+  nb::class_<scene::Snapshot>(m, "Snapshot", "The objects of a scene; immutable during a tick, replaced as a whole.")
       .def(
           "__init__",
           [](scene::Snapshot* self, std::vector<Object> objects) {
@@ -276,8 +295,8 @@ void bind_world(nb::module_& m) {
                                         .c_str());
             new (self) scene::Snapshot{std::move(objects)};
           },
-          nb::arg("objects"))
-      .def_ro("objects", &scene::Snapshot::objects);
+          nb::arg("objects"), "Raises ValueError if there are too many objects; the message states the limit.")
+      .def_ro("objects", &scene::Snapshot::objects, "The objects, in order.");
 }
 
 }  // namespace
@@ -286,7 +305,7 @@ void bind_scene(nb::module_& m) {
   bind_mesh(m);
   bind_surfaces(m);
   m.attr("CREASE_ANGLE") = scene::kCreaseAngle;
-  m.def("bvh_has_avx2", &scene::bvh_has_avx2, "This machine runs the AVX2 kernel.");
+  m.def("bvh_has_avx2", &scene::bvh_has_avx2, "True if the processor supports the AVX2 kernel.");
   bind_material(m);
   bind_motion(m);
   bind_world(m);

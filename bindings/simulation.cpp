@@ -17,6 +17,7 @@
 #include "convert.hpp"
 #include "front.hpp"
 #include "timing.hpp"
+#include "types.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -34,25 +35,25 @@ using loop::Tick;
 using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
 Rows run(Simulation& self, std::size_t n_ticks, const std::optional<Points>& hand_W) {
-  std::vector<Vec3> led;
+  std::vector<Vec3> offsets;
   if (hand_W) {
     if (static_cast<std::size_t>(hand_W->rows()) != n_ticks || !hand_W->allFinite()) {
       throw std::invalid_argument("hand_W must have shape (" + std::to_string(n_ticks) +
                                   ", 3), a finite point for each tick; got shape (" + std::to_string(hand_W->rows()) +
                                   ", 3)");
     }
-    for (Eigen::Index i = 0; i < hand_W->rows(); ++i) led.emplace_back(hand_W->row(i));
+    for (Eigen::Index i = 0; i < hand_W->rows(); ++i) offsets.emplace_back(hand_W->row(i));
   }
   std::vector<Tick> ticks(n_ticks);
   {
     nb::gil_scoped_release release;
-    ticks.resize(self.run(n_ticks, ticks.data(), hand_W ? led.data() : nullptr));
+    ticks.resize(self.run(n_ticks, ticks.data(), hand_W ? offsets.data() : nullptr));
   }
   return to_rows(std::move(ticks));
 }
 
-nb::dict timing(const Simulation& self) {
-  nb::dict d = punctuality(self.thread());
+Fields timing(const Simulation& self) {
+  Fields d = punctuality(self.thread());
   d["cycle_us"] = percentiles(self.cycle_time());
   d["ticks"] = self.cycle_time().count();
   if (const loop::StageClock* clock = self.stages()) {
@@ -76,13 +77,13 @@ HandPath hand_path(std::vector<double> times, const Points& p, std::vector<doubl
 
 template <typename Class, typename Struct>
 void pose_field(Class& c, const char* name, Pose Struct::* field, const char* doc) {
-  using Bound = typename Class::Type;  // may inherit the field
+  using Bound = typename Class::Type;  // may be a class derived from Struct
   c.def_prop_rw(
       name, [field](const Bound& s) { return to_matrix(s.*field); },
       [field, name](Bound& s, const Matrix4& m) { s.*field = to_pose(m, name); }, doc);
 }
 
-constexpr std::array kForceSources = {"contact", "estimate", "both"};  // as in force::Source
+constexpr std::array kForceSources = {"contact", "estimate", "both"};  // in the order of force::Source
 
 std::string source_name(const CycleOptions& o) { return kForceSources[static_cast<std::size_t>(o.source)]; }
 
@@ -95,45 +96,52 @@ void set_source(CycleOptions& o, const std::string& name) {
 }
 
 void bind_options(nb::module_& m) {
-  nb::class_<CycleOptions> cycle(m, "CycleOptions", "The haptic cycle and its stages.");
+  nb::class_<CycleOptions> cycle(m, "CycleOptions", "Options of the haptic cycle and its stages.");
   cycle.def(nb::init<>())
-      .def_rw("rate", &CycleOptions::rate, "of the haptic cycle [Hz]")
-      .def_rw("method", &CycleOptions::method, "of contact")
-      .def_rw("contact", &CycleOptions::contact)
-      .def_rw("mapping", &CycleOptions::mapping)
-      .def_rw("guidance", &CycleOptions::guidance)
-      .def_prop_rw("source", &source_name, &set_source, "of the force: 'contact', 'estimate' or 'both'")
-      .def_rw("estimate", &CycleOptions::estimate)
-      .def_rw("stability", &CycleOptions::stability)
-      .def_rw("torque", &CycleOptions::torque);
-  pose_field(cycle, "X_WL", &CycleOptions::X_WL, "leader base in the world (4, 4)");
-  pose_field(cycle, "X_WB", &CycleOptions::X_WB, "follower base in the world (4, 4)");
+      .def_rw("rate", &CycleOptions::rate, "Rate of the haptic cycle [Hz].")
+      .def_rw("method", &CycleOptions::method, "Name of the contact method.")
+      .def_rw("contact", &CycleOptions::contact, "Options of the stage `contact`.")
+      .def_rw("mapping", &CycleOptions::mapping, "Options of the stage `mapping`.")
+      .def_rw("guidance", &CycleOptions::guidance, "Options of the stage `guidance`.")
+      .def_prop_rw("source", &source_name, &set_source, "Source of the force: 'contact', 'estimate' or 'both'.")
+      .def_rw("estimate", &CycleOptions::estimate, "Options of the force estimate.")
+      .def_rw("stability", &CycleOptions::stability, "Options of the stage `stability`.")
+      .def_rw("torque", &CycleOptions::torque, "Options of the stage `torque`.");
+  pose_field(cycle, "X_WL", &CycleOptions::X_WL, "Pose of the leader base in the world (4, 4).");
+  pose_field(cycle, "X_WB", &CycleOptions::X_WB, "Pose of the follower base in the world (4, 4).");
 
-  nb::class_<SimulationOptions, CycleOptions> simulation(m, "SimulationOptions", "The cycle and the world around it.");
+  nb::class_<SimulationOptions, CycleOptions> simulation(
+      m, "SimulationOptions", "Options of the haptic cycle and of the simulated devices around it.");
   simulation.def(nb::init<>())
-      .def_rw("plant_rate", &SimulationOptions::plant_rate, "servo periods a second, at least [Hz]")
-      .def_rw("loop_delay", &SimulationOptions::loop_delay, "from command to torque, force term only [s]")
-      .def_rw("loop_jitter", &SimulationOptions::loop_jitter, "on top of it: uniform from 0 to this, each command [s]")
-      .def_rw("seed", &SimulationOptions::seed, "of the hand's tremor, the load cell's noise and the jitter")
-      .def_rw("tremor", &SimulationOptions::tremor, "8-12 Hz trembling of the hand, rms per axis [m]")
-      .def_rw("leader", &SimulationOptions::leader)
-      .def_rw("hand", &SimulationOptions::hand)
-      .def_rw("follower", &SimulationOptions::follower)
-      .def_rw("realtime", &SimulationOptions::realtime);
-  joint_field(simulation, "q_leader0", &SimulationOptions::q_leader0, "where the leader starts [rad]");
-  joint_field(simulation, "q_follower0", &SimulationOptions::q_follower0, "where the follower starts [rad, m]");
+      .def_rw("plant_rate", &SimulationOptions::plant_rate, "Smallest rate of the simulated servos [Hz].")
+      .def_rw("loop_delay", &SimulationOptions::loop_delay,
+              "Delay from the command to the torque, of the force term only [s].")
+      .def_rw("loop_jitter", &SimulationOptions::loop_jitter,
+              "Additional random delay of each command, uniform in 0..loop_jitter [s].")
+      .def_rw("seed", &SimulationOptions::seed,
+              "Seed of the hand's tremor, of the load cell's noise and of the jitter.")
+      .def_rw("tremor", &SimulationOptions::tremor, "Tremor of the hand at 8-12 Hz, rms per axis [m].")
+      .def_rw("leader", &SimulationOptions::leader, "Parameters of the simulated leader.")
+      .def_rw("hand", &SimulationOptions::hand, "Impedance of the simulated hand.")
+      .def_rw("follower", &SimulationOptions::follower, "Parameters of the simulated follower.")
+      .def_rw("realtime", &SimulationOptions::realtime, "Options of the real-time thread.");
+  joint_field(simulation, "q_leader0", &SimulationOptions::q_leader0,
+              "Initial joint positions of the leader (n,) [rad].");
+  joint_field(simulation, "q_follower0", &SimulationOptions::q_follower0,
+              "Initial joint positions of the follower (n,) [rad, m].");
 }
 
 void bind_cycle(nb::module_& m) {
-  nb::class_<Cycle>(m, "Cycle", "One haptic cycle: states in, torques out.")
-      .def(nb::init<const CycleOptions&, arm::Arm, arm::Arm>(), "options"_a, "leader_model"_a, "follower"_a)
+  nb::class_<Cycle>(m, "Cycle", "The haptic cycle, from measured states to commanded torques.")
+      .def(nb::init<const CycleOptions&, arm::Arm, arm::Arm>(), "options"_a, "leader_model"_a, "follower"_a,
+           "leader_model: the controller's model of the leader; follower: the model of the follower.")
       .def(
           "step",
           [](Cycle& self, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& v, double gripper,
              const Eigen::VectorXd& q_follower, double jaw, const scene::Snapshot& scene, const Controls& controls,
              std::optional<double> t_leader, std::optional<double> t_follower, bool leader_valid, bool follower_valid,
              const std::optional<Vec3>& F_cell_L, const std::optional<Eigen::VectorXd>& v_follower,
-             const std::optional<Eigen::VectorXd>& tau_follower) {
+             const std::optional<Eigen::VectorXd>& tau_follower) -> Tuple<Array, Eigen::VectorXd, double> {
             loop::CycleInput in;
             in.t = t;
             in.leader = {t_leader.value_or(t), joint_vector(q, "q"), joint_vector(v, "v"), gripper, leader_valid};
@@ -151,51 +159,59 @@ void bind_cycle(nb::module_& m) {
           "t"_a, "q"_a, "v"_a, "gripper"_a, "q_follower"_a, "jaw"_a, "scene"_a, "controls"_a = Controls{},
           "t_leader"_a = nb::none(), "t_follower"_a = nb::none(), "leader_valid"_a = true, "follower_valid"_a = true,
           "F_cell_L"_a = nb::none(), "v_follower"_a = nb::none(), "tau_follower"_a = nb::none(),
-          "One tick: (row, follower joints commanded, empty for none, jaw commanded). Stamps default to t.");
+          "One tick at t [s]: (row of signals, commanded joint positions of the follower (n,) [rad, m], empty for no "
+          "command, commanded jaw angle [rad]). The stamps t_leader and t_follower default to t.");
 }
 
 void bind_running(nb::module_& m) {
-  nb::class_<HandPath>(m, "HandPath", "Intended tool path in W through way points: no rest but at the ends and turns.")
+  nb::class_<HandPath>(
+      m, "HandPath",
+      "Intended tool path in W through way points; the hand rests only at the ends and where it reverses.")
       .def(
           "__init__",
           [](HandPath* self, std::vector<double> times, const Points& positions_W,
              const std::optional<std::vector<double>>& grippers) {
             new (self) HandPath(hand_path(std::move(times), positions_W, grippers.value_or(std::vector<double>{})));
           },
-          "times"_a, "positions_W"_a, "grippers"_a = nb::none())
+          "times"_a, "positions_W"_a, "grippers"_a = nb::none(),
+          "times (n,) [s], positions_W (n, 3) [m], grippers (n,) [rad] or None.")
       .def(
           "at",
           [](const HandPath& self, double t) {
             const HandPath::Point point = self.at(t);
             return std::make_tuple(point.p, point.v, point.gripper);
           },
-          "t"_a, "(position [m], velocity [m/s], pinch [rad]) at t.");
+          "t"_a, "(position (3,) [m], velocity (3,) [m/s], gripper angle [rad]) at t [s].");
 
-  nb::class_<Simulation> simulation(m, "Simulation", "Hand, leader and follower simulated around the haptic cycle.");
+  nb::class_<Simulation> simulation(m, "Simulation",
+                                    "A simulation of hand, leader and follower around the haptic cycle.");
   bind_front(simulation);
   simulation
       .def(nb::init<const SimulationOptions&, arm::Arm, arm::Arm, const arm::Arm&,
                     std::shared_ptr<const scene::Snapshot>, HandPath>(),
-           "options"_a, "leader_plant"_a, "leader_model"_a, "follower"_a, "snapshot"_a, "hand_path"_a)
-      .def(
-          "run", &run, "n_ticks"_a, "hand_W"_a = nb::none(),
-          "Lockstep: rows (n, TICK_BYTES/8); fewer when paused. hand_W (n, 3): where the hand is led, beside its path, "
-          "to the end of each tick [m]; a call of some ticks lets an operator look at the rows and lead it on.")
-      .def("start", &Simulation::start, nb::call_guard<nb::gil_scoped_release>(), "Real time, in a thread of its own.")
+           "options"_a, "leader_plant"_a, "leader_model"_a, "follower"_a, "snapshot"_a, "hand_path"_a,
+           "leader_plant: the simulated leader; leader_model: the controller's model of the leader.")
+      .def("run", &run, "n_ticks"_a, "hand_W"_a = nb::none(),
+           "Runs n_ticks in lockstep and returns their rows (n, TICK_BYTES/8); fewer rows while paused. hand_W "
+           "(n_ticks, 3): offset of the hand from its path at the end of each tick, in W [m]. An operator model may "
+           "run a few ticks, look at the rows and choose the next offsets.")
+      .def("start", &Simulation::start, nb::call_guard<nb::gil_scoped_release>(),
+           "Starts the loop in real time, in its own thread.")
       .def("stop", &Simulation::stop, nb::call_guard<nb::gil_scoped_release>(),
-           "Ramps the force to zero, then ends the thread.")
-      .def_prop_ro("running", &Simulation::running)
+           "Ramps the force to zero and ends the thread.")
+      .def_prop_ro("running", &Simulation::running, "True while the real-time thread runs.")
       .def("watch_stages", &Simulation::watch_stages,
-           "Time each stage of the cycle from now on: timing()['stages'][name] {p50, p99, p999, max} [us].")
+           "Measures each stage of the cycle from now on; timing()['stages'][name] has p50, p99, p999 and max [us].")
       .def("timing", &timing,
-           "cycle_us, lateness_us {p50, p99, p999, max}, slack_us {p50, p01, p001}, ticks, missed_ticks, scheduler.")
+           "Timing so far: cycle_us and lateness_us {p50, p99, p999, max}, slack_us {p50, p01, p001}, ticks, "
+           "missed_ticks, scheduler.")
       .def(
           "fault",
           [](Simulation& self) {
             std::string words = self.fault();
             return words.empty() ? std::optional<std::string>{} : std::optional(std::move(words));
           },
-          "The first fault in words, with the last states; None when there was none.");
+          "Description of the first fault, with the last states; None without a fault.");
 }
 
 }  // namespace

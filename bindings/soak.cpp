@@ -20,30 +20,31 @@ verify::SoakReport soak(const std::shared_ptr<scene::Mesh>& mesh, const std::str
 
 void bind_soak(nb::module_& m) {
   using verify::SoakPass, verify::SoakRange, verify::SoakReport;
-  nb::class_<SoakRange>(m, "SoakRange", "What the passes are drawn from.")
+  nb::class_<SoakRange>(m, "SoakRange", "Ranges from which each pass draws its values.")
       .def(nb::init<>())
-      .def_rw("radius_min", &SoakRange::radius_min, "SPR [m]")
-      .def_rw("radius_max", &SoakRange::radius_max, "SPR [m]")
-      .def_rw("speed_min", &SoakRange::speed_min, "of the tool [m/s]")
-      .def_rw("speed_max", &SoakRange::speed_max, "of the tool [m/s]")
-      .def_rw("depth", &SoakRange::depth, "beyond the surface, at most [m]")
-      .def_rw("drag", &SoakRange::drag, "afterwards, in any direction, at most [m]")
-      .def_rw("angle", &SoakRange::angle, "from the normal, at most [rad]")
-      .def_rw("object_speed", &SoakRange::object_speed, "of the object, at most [m/s]");
-  nb::class_<SoakPass>(m, "SoakPass", "One pass, as it was drawn.")
-      .def_ro("index", &SoakPass::index)
-      .def_ro("radius", &SoakPass::radius, "[m]")
-      .def_ro("speed", &SoakPass::speed, "[m/s]")
-      .def_ro("depth", &SoakPass::depth, "[m]")
-      .def_ro("object_moves", &SoakPass::object_moves);
-  nb::class_<SoakReport>(m, "SoakReport", "What many passes at one mesh gave.")
-      .def_ro("passes", &SoakReport::passes, "that found free space to begin in")
-      .def_ro("ticks", &SoakReport::ticks)
-      .def_ro("touched", &SoakReport::touched, "passes with a force")
-      .def_ro("popped", &SoakReport::popped, "passes whose proxy crossed the surface")
-      .def_ro("first_popped", &SoakReport::first_popped);
+      .def_rw("radius_min", &SoakRange::radius_min, "Smallest SPR radius [m].")
+      .def_rw("radius_max", &SoakRange::radius_max, "Largest SPR radius [m].")
+      .def_rw("speed_min", &SoakRange::speed_min, "Smallest speed of the tool [m/s].")
+      .def_rw("speed_max", &SoakRange::speed_max, "Largest speed of the tool [m/s].")
+      .def_rw("depth", &SoakRange::depth, "Largest depth below the surface [m].")
+      .def_rw("drag", &SoakRange::drag, "Largest length of the drag that follows, in any direction [m].")
+      .def_rw("angle", &SoakRange::angle, "Largest angle between the motion and the surface normal [rad].")
+      .def_rw("object_speed", &SoakRange::object_speed, "Largest speed of the object [m/s].");
+  nb::class_<SoakPass>(m, "SoakPass", "Values of one pass.")
+      .def_ro("index", &SoakPass::index, "Index of the pass; -1: no pass.")
+      .def_ro("radius", &SoakPass::radius, "SPR radius [m].")
+      .def_ro("speed", &SoakPass::speed, "Speed of the tool [m/s].")
+      .def_ro("depth", &SoakPass::depth, "Depth below the surface [m].")
+      .def_ro("object_moves", &SoakPass::object_moves, "True if the object moves.");
+  nb::class_<SoakReport>(m, "SoakReport", "Outcome of many passes at one mesh.")
+      .def_ro("passes", &SoakReport::passes, "Number of passes that found free space to begin in.")
+      .def_ro("ticks", &SoakReport::ticks, "Number of ticks.")
+      .def_ro("touched", &SoakReport::touched, "Number of passes with a contact force.")
+      .def_ro("popped", &SoakReport::popped, "Number of passes whose proxy crossed the surface.")
+      .def_ro("first_popped", &SoakReport::first_popped, "First pass whose proxy crossed the surface.");
   m.def("soak", &soak, nb::arg("mesh"), nb::arg("method"), nb::arg("passes"), nb::arg("seed"), nb::arg("range"),
-        "Random pokes at a mesh at 1 kHz, judged triangle by triangle; without the interpreter lock.");
+        "Simulates random pokes at a mesh at 1 kHz and tests the proxy against each triangle. It releases the "
+        "interpreter lock.");
 }
 
 }  // namespace palpate::bindings

@@ -28,7 +28,7 @@ using stability::Options;
 using stability::Output;
 using stability::Stability;
 
-constexpr std::array kModes = {"off", "observer", "tank"};  // as in stability::Passivity
+constexpr std::array kModes = {"off", "observer", "tank"};  // in the order of stability::Passivity
 
 std::string mode(const Options& o) { return kModes[static_cast<std::size_t>(o.passivity.mode)]; }
 
@@ -50,61 +50,71 @@ void observer_field(Class& c, const char* name, double stability::ObserverOption
 }
 
 void bind_options(nb::module_& m) {
-  nb::class_<CertainFriction> friction(m, "CertainFriction",
-                                       "The part of a device's friction that is certain, per joint.");
+  nb::class_<CertainFriction> friction(m, "CertainFriction", "Certified lower bounds of a device's joint friction.");
   friction.def(nb::init<>());
-  joint_field(friction, "coulomb", &CertainFriction::coulomb, "[N m, N]");
-  joint_field(friction, "viscous", &CertainFriction::viscous, "[N m s/rad, N s/m]");
-  joint_field(friction, "quantum", &CertainFriction::quantum, "resolution of the joint's position [rad, m]");
+  joint_field(friction, "coulomb", &CertainFriction::coulomb, "Coulomb friction (n,) [N m, N].");
+  joint_field(friction, "viscous", &CertainFriction::viscous, "Viscous friction (n,) [N m s/rad, N s/m].");
+  joint_field(friction, "quantum", &CertainFriction::quantum, "Resolution of the joint positions (n,) [rad, m].");
 
-  nb::class_<Options> options(m, "StabilityOptions", "What may reach the hand.");
+  nb::class_<Options> options(m, "StabilityOptions",
+                              "Options of the stage `stability`, which limits what the hand receives.");
   options.def(nb::init<>())
-      .def_rw("force_cap", &Options::force_cap, "largest force on the hand [N]")
-      .def_rw("rate_cap", &Options::rate_cap, "largest change of it, and the ramp to zero [N/s]")
-      .def_rw("moment_cap", &Options::moment_cap, "largest moment on the hand [N m]; 0: forces only")
-      .def_rw("moment_rate_cap", &Options::moment_rate_cap, "largest change of it [N m/s]")
-      .def_rw("stale_after", &Options::stale_after, "states older than this are not trusted [s]")
-      .def_prop_rw("passivity", &mode, &set_mode, "'observer', 'tank' or 'off'")
+      .def_rw("force_cap", &Options::force_cap, "Largest force on the hand [N].")
+      .def_rw("rate_cap", &Options::rate_cap,
+              "Largest rate of change of the force, also that of the ramp to zero [N/s].")
+      .def_rw("moment_cap", &Options::moment_cap, "Largest moment on the hand [N m]; 0: forces only.")
+      .def_rw("moment_rate_cap", &Options::moment_rate_cap, "Largest rate of change of the moment [N m/s].")
+      .def_rw("stale_after", &Options::stale_after, "Age above which measured states are not trusted [s].")
+      .def_prop_rw(
+          "passivity", &mode, &set_mode,
+          nb::for_getter(nb::sig("def passivity(self) -> typing.Literal['observer', 'tank', 'off']")),
+          nb::for_setter(nb::sig("def passivity(self, mode: typing.Literal['observer', 'tank', 'off'], /) -> None")),
+          "Mode of the passivity controller: 'observer', 'tank' or 'off'.")
       .def_prop_rw(
           "friction", [](const Options& o) { return o.passivity.friction; },
           [](Options& o, const CertainFriction& f) { o.passivity.friction = f; },
-          "of the device; a copy, assign it whole")
+          "Certified friction of the device. This is a copy: assign a whole one.")
       .def_prop_rw(
           "low_pass", [](const Options& o) { return o.low_pass.cutoff; },
-          [](Options& o, double x) { o.low_pass.cutoff = x; }, "of the wanted force [Hz]; 0: none")
+          [](Options& o, double x) { o.low_pass.cutoff = x; },
+          "Cutoff of the low-pass on the force to be rendered [Hz]; 0: no low-pass.")
       .def_prop_rw(
           "coupling_stiffness", [](const Options& o) { return o.coupling.stiffness; },
-          [](Options& o, double x) { o.coupling.stiffness = x; }, "of the virtual coupling [N/m]; 0: none")
+          [](Options& o, double x) { o.coupling.stiffness = x; },
+          "Stiffness of the virtual coupling [N/m]; 0: no coupling.")
       .def_prop_rw(
           "coupling_damping", [](const Options& o) { return o.coupling.damping; },
-          [](Options& o, double x) { o.coupling.damping = x; }, "beside its spring [N s/m]");
+          [](Options& o, double x) { o.coupling.damping = x; },
+          "Damping of the virtual coupling, in parallel with its spring [N s/m].");
   using O = stability::ObserverOptions;
-  observer_field(options, "delay", &O::delay, "known, of the loop [s]");
-  observer_field(options, "quantum", &O::quantum, "resolution of the handle's position [m]");
-  observer_field(options, "allowance", &O::allowance, "may be given beyond what came in [J]");
-  observer_field(options, "tank_capacity", &O::capacity, "of the tank [J]");
-  observer_field(options, "acceleration", &O::acceleration, "nobody snatches the handle away faster [m/s^2]");
-  observer_field(options, "angular_acceleration", &O::angular_acceleration, "nor turns it [rad/s^2]");
+  observer_field(options, "delay", &O::delay, "Known delay of the loop [s].");
+  observer_field(options, "quantum", &O::quantum, "Resolution of the handle's position [m].");
+  observer_field(options, "allowance", &O::allowance,
+                 "Energy that may be returned in excess of the certified input energy [J].");
+  observer_field(options, "tank_capacity", &O::capacity, "Capacity of the energy tank [J].");
+  observer_field(options, "acceleration", &O::acceleration, "Largest assumed acceleration of the handle [m/s^2].");
+  observer_field(options, "angular_acceleration", &O::angular_acceleration,
+                 "Largest assumed angular acceleration of the handle [rad/s^2].");
 }
 
 void bind_stage(nb::module_& m) {
   const auto vector = [](Wrench Output::* field) {
     return [field](const Output& o) -> Eigen::VectorXd { return to_vector(o.*field); };
   };
-  nb::class_<Output>(m, "StabilityOutput", "One tick of the stage; wrenches (6,) on the hand in L.")
-      .def_prop_ro("F_H_L", vector(&Output::F_H_L), "rendered")
-      .def_prop_ro("F_capped", vector(&Output::F_capped), "what the limiter was asked for")
-      .def_prop_ro("F_coupling", vector(&Output::F_coupling), "what the virtual coupling kept")
-      .def_prop_ro("F_low_pass", vector(&Output::F_low_pass), "what the low-pass kept")
-      .def_prop_ro("F_passivity", vector(&Output::F_passivity), "what the passivity controller kept")
+  nb::class_<Output>(m, "StabilityOutput", "Output of one tick of the stage; wrenches (6,) on the hand in L [N, N m].")
+      .def_prop_ro("F_H_L", vector(&Output::F_H_L), "Wrench to be rendered (6,).")
+      .def_prop_ro("F_capped", vector(&Output::F_capped), "Input of the limiter (6,).")
+      .def_prop_ro("F_coupling", vector(&Output::F_coupling), "Input minus output of the virtual coupling (6,).")
+      .def_prop_ro("F_low_pass", vector(&Output::F_low_pass), "Input minus output of the low-pass (6,).")
+      .def_prop_ro("F_passivity", vector(&Output::F_passivity), "Input minus output of the passivity controller (6,).")
       .def_prop_ro(
           "lag",
           [](const Output& o) { return std::array{o.lag.coupling, o.lag.low_pass, o.lag.passivity, o.lag.caps}; },
-          "of coupling, low-pass, passivity controller, caps [s]")
-      .def_ro("status", &Output::status, "bits of Status");
+          "Lags of the coupling, the low-pass, the passivity controller and the caps [s].")
+      .def_ro("status", &Output::status, "Status bits.");
 
   nb::class_<Stability>(m, "Stability", "Stage `stability`: coupling, low-pass, passivity controller, limiter.")
-      .def(nb::init<const Options&, double>(), "options"_a, "dt"_a)
+      .def(nb::init<const Options&, double>(), "options"_a, "dt"_a, "dt: period of the cycle [s].")
       .def(
           "step",
           [](Stability& self, const VectorArg& F_H_L, const Vec3& p_LH, const Vec3& v_LH, const Eigen::VectorXd& q,
@@ -119,22 +129,27 @@ void bind_stage(nb::module_& m) {
             return self.step(in);
           },
           "F_H_L"_a, "p_LH"_a, "v_LH"_a, "q"_a = Eigen::VectorXd(), "stiffness"_a = 0.0, "t"_a = 0.0,
-          "t_leader"_a = 0.0, "engaged"_a = true, "One tick; rendered() has to follow.")
+          "t_leader"_a = 0.0, "engaged"_a = true,
+          "One tick at t [s] with the handle at p_LH (3,) [m], v_LH (3,) [m/s], joints q (n,), and the wrench F_H_L "
+          "(6,) to be rendered. Call rendered() after each step.")
       .def(
           "rendered", [](Stability& self, const VectorArg& F_H_L) { self.rendered(wrench(F_H_L, "F_H_L")); }, "F_H_L"_a,
-          "What the drives left of it.")
+          "Reports the wrench (6,) that the drives rendered after their torque limits.")
       .def_prop_ro(
-          "stored", [](const Stability& self) { return self.passivity().stored(); }, "may be given back [J]")
+          "stored", [](const Stability& self) { return self.passivity().stored(); },
+          "Energy that may be returned to the hand [J].")
       .def_prop_ro(
           "reserved", [](const Stability& self) { return self.passivity().reserved(); },
-          "of it, most that what is on its way may cost [J]");
+          "Part of `stored` that is reserved for wrenches still in the delay [J].");
 }
 
 void bind_limiter(nb::module_& m) {
-  nb::class_<Limiter>(m, "Limiter", "The end of stage `stability`: finite, below its cap, no faster than its rate cap.")
+  nb::class_<Limiter>(
+      m, "Limiter",
+      "The last element of the stage `stability`: its output is finite and within the cap and the rate cap.")
       .def(
           "__init__", [](Limiter* self, const Options& options, double dt) { new (self) Limiter(options, dt); },
-          "options"_a, "dt"_a)
+          "options"_a, "dt"_a, "dt: period of the cycle [s].")
       .def(
           "step",
           [](Limiter& self, const VectorArg& F_H_L, double t, double t_leader, double t_follower, bool leader_valid,
@@ -147,19 +162,21 @@ void bind_limiter(nb::module_& m) {
           },
           "F_H_L"_a, "t"_a = 0.0, "t_leader"_a = 0.0, "t_follower"_a = 0.0, "leader_valid"_a = true,
           "follower_valid"_a = true, "engaged"_a = true,
-          "One tick, a force (3,) or a wrench (6,): (F_H_L rendered, F_cut, status bits).");
+          "One tick with a force (3,) or a wrench (6,): (F_H_L to be rendered, F_cut = input - output, status bits).");
 }
 
 void bind_energy(nb::module_& m) {
-  nb::class_<Energy>(m, "Energy", "Entries of the ledger [J].")
-      .def_ro("port", &Energy::port)
-      .def_ro("spring", &Energy::spring)
-      .def_ro("damping", &Energy::damping)
-      .def_ro("cut", &Energy::cut)
-      .def_ro("passivity", &Energy::passivity)
-      .def_ro("source", &Energy::source);
-  nb::class_<Ledger>(m, "Ledger", "Energy at the hand's port: each force times the motion while it acted.")
-      .def(nb::init<double, double>(), "delay"_a = 0.0, "dt"_a = 1e-3)
+  nb::class_<Energy>(m, "Energy", "Entries of the energy ledger, at the hand's port [J].")
+      .def_ro("port", &Energy::port, "Energy that the rendered force took from the hand; negative: generated energy.")
+      .def_ro("spring", &Energy::spring, "Energy stored in the contacts' springs.")
+      .def_ro("damping", &Energy::damping, "Energy dissipated by the damping forces.")
+      .def_ro("cut", &Energy::cut, "Energy of the force that the caps removed.")
+      .def_ro("passivity", &Energy::passivity, "Energy of the force that the passivity controller removed.")
+      .def_ro("source", &Energy::source, "Energy of the force of each source.");
+  nb::class_<Ledger>(m, "Ledger",
+                     "Energy ledger at the hand's port: the work of each force on the motion during which it acts.")
+      .def(nb::init<double, double>(), "delay"_a = 0.0, "dt"_a = 1e-3,
+           "delay: known delay of the loop [s]; dt: period of the cycle [s].")
       .def(
           "step",
           [](Ledger& self, const Vec3& p_LH, const VectorArg& F_H_L, const VectorArg& F_damping, const VectorArg& F_cut,
@@ -175,13 +192,15 @@ void bind_energy(nb::module_& m) {
           },
           "p_LH"_a, "F_H_L"_a, "F_damping"_a, "F_cut"_a, "spring"_a,
           "R_LH"_a = Eigen::Matrix3d(Eigen::Matrix3d::Identity()), "F_source"_a = nb::none(),
-          "One tick, forces (3,) or wrenches (6,) in L, of each source a row: the energies [J].");
+          "One tick with the handle at p_LH (3,) [m] and R_LH (3, 3). Forces (3,) or wrenches (6,) in L; F_source: one "
+          "row for each source; spring: stored energy [J]. Returns the energies since the start [J].");
 
-  nb::class_<Observer>(m, "PassivityObserver", "What the hand has surely put into the port; a force on one point.")
+  nb::class_<Observer>(m, "PassivityObserver",
+                       "Certified energy that the hand has put into the port, for a force at one point.")
       .def(
           "__init__",
           [](Observer* self, const Options& o, double dt) { new (self) Observer(o.passivity.observer, dt); },
-          "options"_a, "dt"_a)
+          "options"_a, "dt"_a, "dt: period of the cycle [s].")
       .def(
           "step",
           [](Observer& self, const Vec3& p_LH, const Vec3& v_LH, const Vec3& F_H_L) {
@@ -189,20 +208,25 @@ void bind_energy(nb::module_& m) {
             self.sent({F_H_L, Vec3::Zero()});
             return self.stored();
           },
-          "p_LH"_a, "v_LH"_a, "F_H_L"_a, "One tick, the force sent at its end: what may be given back [J].")
-      .def_prop_ro("in_flight", &Observer::in_flight, "most that what was sent may still give [J]");
-  nb::class_<stability::Dissipation>(m, "Dissipation", "What a device surely turns into heat.")
-      .def(nb::init<CertainFriction, double>(), "friction"_a, "dt"_a)
+          "p_LH"_a, "v_LH"_a, "F_H_L"_a,
+          "One tick with the handle at p_LH (3,) [m], v_LH (3,) [m/s]; F_H_L (3,) [N] is sent at its end. Returns the "
+          "energy that may be returned to the hand [J].")
+      .def_prop_ro("in_flight", &Observer::in_flight,
+                   "Largest energy that the forces already sent can still give to the hand [J].");
+  nb::class_<stability::Dissipation>(m, "Dissipation", "Certified energy that a device dissipates by friction.")
+      .def(nb::init<CertainFriction, double>(), "friction"_a, "dt"_a, "dt: period of the cycle [s].")
       .def(
           "step",
           [](stability::Dissipation& self, const Eigen::VectorXd& q) { return self.step(joint_vector(q, "q")); }, "q"_a,
-          "Measured joints of a tick: heat since the last one, at least [J].");
+          "Certified dissipation since the last tick [J], from the measured joint positions q (n,).");
   m.def("held_cost", &stability::held_cost, "F"_a, "u"_a, "a"_a, "begin"_a, "end"_a,
-        "F times the integral of max(0, u + a t) over [begin, end] [J].");
+        "Largest work of a constant force: F times the integral of max(0, u + a t) over [begin, end] [J]. F [N], u "
+        "[m/s], a [m/s^2], times [s].");
   m.def("ramp_cost", &stability::ramp_cost, "F"_a, "u"_a, "a"_a, "begin"_a, "rate"_a,
-        "The same of a force that falls from F at begin by rate [N/s].");
+        "Largest work of a force that falls from F at `begin` to zero at `rate` [N/s]: the integral of the force times "
+        "max(0, u + a t) [J].");
   m.def("low_pass_share", &low_pass_share, "cutoff"_a, "dt"_a,
-        "a of y_k = y_k-1 + a (u_k - y_k-1); cutoff [Hz], 0: none; dt [s].");
+        "Coefficient a of the low-pass y_k = y_k-1 + a (u_k - y_k-1). cutoff [Hz], 0: no low-pass; dt [s].");
 }
 
 }  // namespace

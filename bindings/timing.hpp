@@ -1,17 +1,18 @@
-// What a real-time thread measured of itself, as a dict.
+// Timing statistics of a real-time thread as Python dicts.
 #pragma once
 
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/string.h>
 
 #include "palpate/loop/realtime.hpp"
+#include "types.hpp"
 
 namespace palpate::bindings {
 
 namespace nb = nanobind;
 
-inline nb::dict percentiles(const loop::Histogram& h) {
-  nb::dict d;
+inline Fields percentiles(const loop::Histogram& h) {
+  Fields d;
   d["p50"] = h.percentile_us(0.5);
   d["p99"] = h.percentile_us(0.99);
   d["p999"] = h.percentile_us(0.999);
@@ -19,11 +20,11 @@ inline nb::dict percentiles(const loop::Histogram& h) {
   return d;
 }
 
-inline nb::dict punctuality(const loop::RealTimeThread& thread) {
+inline Fields punctuality(const loop::RealTimeThread& thread) {
   const loop::Punctuality& p = thread.punctuality();
-  nb::dict d;
+  Fields d;
   d["lateness_us"] = percentiles(p.lateness);
-  nb::dict slack;
+  Fields slack;
   slack["p50"] = p.slack.percentile_us(0.5);
   slack["p01"] = p.slack.percentile_us(0.01);
   slack["p001"] = p.slack.percentile_us(0.001);

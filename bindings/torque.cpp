@@ -10,6 +10,7 @@
 #include "bindings.hpp"
 #include "convert.hpp"
 #include "palpate/torque/cartesian.hpp"
+#include "types.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -33,7 +34,8 @@ void set_mode(Options& o, const std::string& name) {
   o.mode = name == "full" ? Mode::full : Mode::paper;
 }
 
-/// `model` is the controller's arm; F_H_L (6,) the wrench to render on the hand; F_cell_L (3,) the load cell's force.
+/// Runs one tick. model: the controller's arm; F: wrench F_H_L (6,) to be rendered; F_cell_L (3,): force of the load
+/// cell.
 std::pair<LeaderCommand, unsigned> step(torque::Torque& self, arm::Arm& model, const VectorArg& q, const VectorArg& v,
                                         const Vec6& F, const std::optional<Vec3>& F_cell_L, bool fresh) {
   LeaderState leader;
@@ -48,8 +50,8 @@ std::pair<LeaderCommand, unsigned> step(torque::Torque& self, arm::Arm& model, c
 }
 
 template <int m>
-nb::tuple cartesian(arm::Arm& model, const VectorArg& q_in, const VectorArg& v_in, const std::optional<Vector>& rotor,
-                    double heaviest) {
+Tuple<Eigen::MatrixXd, Vector, Vector, bool> cartesian(arm::Arm& model, const VectorArg& q_in, const VectorArg& v_in,
+                                                       const std::optional<Vector>& rotor, double heaviest) {
   const JointVector q = joint_vector(q_in, "q", model.n()), v = joint_vector(v_in, "v", model.n());
   const JointVector I =
       rotor ? joint_vector(*rotor, "rotor_inertia", model.n()) : JointVector(JointVector::Zero(model.n()));
@@ -63,57 +65,70 @@ void terms(Class& c, JointVector Struct::* field, const char* name, const char* 
 }
 
 void bind_command(nb::module_& m) {
-  nb::class_<LeaderCommand> command(m, "LeaderCommand", "Torque terms for the leader, kept apart.");
-  terms(command, &LeaderCommand::tau_force, "tau_force", "(n,) J^T (F_H_L + F_law_L) [N m]");
-  terms(command, &LeaderCommand::tau_gravity, "tau_gravity", "(n,) holds the arm up [N m]");
-  terms(command, &LeaderCommand::tau_platform, "tau_platform", "(n,) joint-4 controller [N m]");
-  terms(command, &LeaderCommand::tau_friction, "tau_friction", "(n,) compensates friction [N m]");
-  terms(command, &LeaderCommand::tau_limits, "tau_limits", "(n,) soft stops [N m]");
+  nb::class_<LeaderCommand> command(m, "LeaderCommand", "Torques for the leader, as separate terms.");
+  terms(command, &LeaderCommand::tau_force, "tau_force", "J^T (F_H_L + F_law_L) (n,) [N m].");
+  terms(command, &LeaderCommand::tau_gravity, "tau_gravity", "Gravity compensation (n,) [N m].");
+  terms(command, &LeaderCommand::tau_platform, "tau_platform",
+        "Torque of the controller of joint 4, the platform (n,) [N m].");
+  terms(command, &LeaderCommand::tau_friction, "tau_friction", "Friction compensation (n,) [N m].");
+  terms(command, &LeaderCommand::tau_limits, "tau_limits", "Torque of the soft stops (n,) [N m].");
   command
       .def_prop_ro(
-          "tau", [](const LeaderCommand& c) -> Vector { return c.hold() + c.act(); }, "(n,) their sum [N m]")
+          "tau", [](const LeaderCommand& c) -> Vector { return c.hold() + c.act(); }, "Sum of all terms (n,) [N m].")
       .def_prop_ro(
-          "F_H_L", [](const LeaderCommand& c) -> Vector { return to_vector(c.F_H_L); }, "(6,) truly rendered [N, N m]")
+          "F_H_L", [](const LeaderCommand& c) -> Vector { return to_vector(c.F_H_L); },
+          "Wrench rendered on the hand within the drive limits (6,) [N, N m].")
       .def_prop_ro(
           "F_law_L", [](const LeaderCommand& c) -> Vector { return to_vector(c.F_law_L); },
-          "(6,) what the control law adds to it [N, N m]")
-      .def_ro("F_neglected", &LeaderCommand::F_neglected, "what it leaves to the hand of the arm's own dynamics [N]");
+          "Wrench that the control law adds to F_H_L (6,) [N, N m].")
+      .def_ro("F_neglected", &LeaderCommand::F_neglected,
+              "Force of the arm's inertia and Coriolis terms that the law does not compensate [N].");
 }
 
 void bind_options(nb::module_& m) {
-  nb::class_<Options> options(m, "TorqueOptions", "Torques that render a force and hold the arm's own weight.");
+  nb::class_<Options> options(m, "TorqueOptions", "Options of the stage `torque`.");
   options.def(nb::init<>())
-      .def_rw("law", &Options::law, "'stiffness' (the paper's), 'impedance' or 'admittance'")
-      .def_prop_rw("mode", &mode_name, &set_mode, "'full', or 'paper': first three joints, wrist torques zero")
-      .def_rw("force_gain", &Options::force_gain, "0 switches tau_force off")
-      .def_rw("gravity_gain", &Options::gravity_gain, "0 switches gravity compensation off")
-      .def_rw("platform_gain", &Options::platform_gain, "joint-4 controller, 0..1 (7-joint MTMs, full mode)")
-      .def_rw("friction", &Options::friction)
-      .def_rw("limits", &Options::limits)
-      .def_rw("laws", &Options::laws)
-      .def_rw("law_cap", &Options::law_cap, "most that a law may add to the rendered force [N]")
-      .def_rw("fast_force", &Options::fast_force, "more neglected inertia than this is told: too_fast [N]");
-  joint_field(options, "rotor_inertia", &Options::rotor_inertia, "(n,) of the controller's model [kg m^2]");
+      .def_rw("law", &Options::law, "Control law: 'stiffness' (the paper's), 'impedance' or 'admittance'.")
+      .def_prop_rw("mode", &mode_name, &set_mode, "'full', or 'paper': torques on the first three joints only.")
+      .def_rw("force_gain", &Options::force_gain, "Gain of tau_force [-]; 0 switches it off.")
+      .def_rw("gravity_gain", &Options::gravity_gain, "Gain of the gravity compensation [-]; 0 switches it off.")
+      .def_rw("platform_gain", &Options::platform_gain,
+              "Gain of the controller of joint 4, 0..1 [-], for MTMs with seven joints in mode 'full'.")
+      .def_rw("friction", &Options::friction, "Options of the friction compensation.")
+      .def_rw("limits", &Options::limits, "Options of the soft stops.")
+      .def_rw("laws", &Options::laws, "Options of the control laws.")
+      .def_rw("law_cap", &Options::law_cap, "Largest force that a law may add to the rendered force [N].")
+      .def_rw("fast_force", &Options::fast_force, "F_neglected above which the status bit too_fast is set [N].");
+  joint_field(options, "rotor_inertia", &Options::rotor_inertia,
+              "Rotor inertias in the controller's model (n,) [kg m^2].");
 
-  nb::class_<FrictionOptions> friction(m, "FrictionOptions", "Friction compensation; it never drives the arm.");
+  nb::class_<FrictionOptions> friction(m, "FrictionOptions",
+                                       "Options of the friction compensation, which never drives the arm.");
   friction.def(nb::init<>())
-      .def_rw("gain", &FrictionOptions::gain, "0 switches it off, 0..1")
-      .def_rw("dead_band", &FrictionOptions::dead_band, "none below this speed [rad/s, m/s]")
-      .def_rw("full_speed", &FrictionOptions::full_speed, "whole from this speed on [rad/s, m/s]");
-  joint_field(friction, "coulomb", &FrictionOptions::coulomb, "(n,) of the controller's model [N m]");
-  joint_field(friction, "viscous", &FrictionOptions::viscous, "(n,) of the controller's model [N m s/rad]");
+      .def_rw("gain", &FrictionOptions::gain,
+              "Fraction of the friction that is compensated, 0..1 [-]; 0 switches it off.")
+      .def_rw("dead_band", &FrictionOptions::dead_band, "Speed below which nothing is compensated [rad/s, m/s].")
+      .def_rw("full_speed", &FrictionOptions::full_speed,
+              "Speed from which on the compensation is complete [rad/s, m/s].");
+  joint_field(friction, "coulomb", &FrictionOptions::coulomb, "Coulomb friction in the controller's model (n,) [N m].");
+  joint_field(friction, "viscous", &FrictionOptions::viscous,
+              "Viscous friction in the controller's model (n,) [N m s/rad].");
 
-  nb::class_<LimitOptions>(m, "LimitOptions", "Soft stops before the joint limits.")
+  nb::class_<LimitOptions>(m, "LimitOptions", "Options of the soft stops before the joint limits.")
       .def(nb::init<>())
-      .def_rw("gain", &LimitOptions::gain, "share of the drive's limit at the joint's limit; 0 switches it off")
-      .def_rw("margin", &LimitOptions::margin, "share of the joint's range");
+      .def_rw("gain", &LimitOptions::gain,
+              "Torque at the joint limit, as a fraction of the drive's limit [-]; 0 switches the soft stops off.")
+      .def_rw("margin", &LimitOptions::margin, "Width of a soft stop, as a fraction of the joint's range [-].");
 
-  nb::class_<LawOptions>(m, "LawOptions", "Of the control laws.")
+  nb::class_<LawOptions>(m, "LawOptions", "Options of the control laws; each law reads its own.")
       .def(nb::init<>())
-      .def_rw("shape_inertia", &LawOptions::shape_inertia, "impedance: the handle weighs virtual_mass")
-      .def_rw("virtual_mass", &LawOptions::virtual_mass, "[kg]")
-      .def_rw("virtual_damping", &LawOptions::virtual_damping, "admittance [N s/m]")
-      .def_rw("servo_bandwidth", &LawOptions::servo_bandwidth, "of admittance's position loop [Hz]");
+      .def_rw("shape_inertia", &LawOptions::shape_inertia,
+              "impedance: True gives the handle the inertia virtual_mass; this needs a load cell.")
+      .def_rw("virtual_mass", &LawOptions::virtual_mass,
+              "Inertia of the handle that the hand feels [kg], for admittance, and for impedance with shape_inertia.")
+      .def_rw("virtual_damping", &LawOptions::virtual_damping,
+              "admittance: damping of the handle that the hand feels [N s/m].")
+      .def_rw("servo_bandwidth", &LawOptions::servo_bandwidth, "admittance: bandwidth of the position loop [Hz].");
 }
 
 }  // namespace
@@ -121,19 +136,24 @@ void bind_options(nb::module_& m) {
 void bind_torque(nb::module_& m) {
   bind_command(m);
   bind_options(m);
-  nb::class_<torque::Torque>(m, "Torque", "Joint torques of one control law, within the drive limits.")
+  nb::class_<torque::Torque>(m, "Torque",
+                             "The stage `torque`: joint torques of one control law, within the drive limits.")
       .def(
           "__init__",
           [](torque::Torque* self, const Options& options, const VectorArg& tau_max, double dt) {
             new (self) torque::Torque(options, joint_vector(tau_max, "tau_max"), dt);
           },
-          "options"_a, "tau_max"_a, "dt"_a = 1e-3)
+          "options"_a, "tau_max"_a, "dt"_a = 1e-3,
+          "tau_max (n,): torque limits of the drives [N m]; dt: period of the cycle [s].")
       .def("step", &step, "model"_a, "q"_a, "v"_a, "F_H_L"_a, "F_cell_L"_a = nb::none(), "fresh"_a = true,
-           "(LeaderCommand, status bits) that render F_H_L (6,); F_cell_L (3,): force of the arm on the hand.");
+           "One tick: (LeaderCommand that renders F_H_L (6,) [N, N m], status bits). F_cell_L (3,): measured force of "
+           "the arm on the hand [N]. fresh: False resets the control law, because the state of the leader is not new.");
   m.def("cartesian_place", &cartesian<3>, "model"_a, "q"_a, "v"_a, "rotor_inertia"_a = nb::none(), "heaviest"_a = 20.0,
-        "(Lambda (3,3), Gamma v (3,), eta (3,), singular) of the tip's place (Eqs 2-5).");
+        "Dynamics of the tip's position (Eqs 2-5): (Lambda (3,3) [kg], Gamma v (3,) [N], eta (3,) [N], singular). "
+        "Eigenvalues of Lambda above heaviest [kg] are set to it, and singular is True.");
   m.def("cartesian", &cartesian<6>, "model"_a, "q"_a, "v"_a, "rotor_inertia"_a = nb::none(), "heaviest"_a = 20.0,
-        "(Lambda (6,6), Gamma v (6,), eta (6,), singular) of the tip's place and orientation (Eqs 2-5).");
+        "Dynamics of the tip's position and orientation (Eqs 2-5): (Lambda (6,6), Gamma v (6,), eta (6,), singular), "
+        "as for cartesian_place.");
 }
 
 }  // namespace palpate::bindings

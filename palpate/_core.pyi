@@ -1,1015 +1,3454 @@
-# What the compiled core offers to Python. Poses are (4, 4), vectors (3,), joint vectors (n,), all float64, SI units.
-from collections.abc import Sequence
-from typing import Any, Literal, overload
+# Generated from the bindings by `make stubs`; do not edit. An array type states its shape; ":" is any length.
+"""
+Palpate's C++ core: the stages of the haptic cycle (see ARCHITECTURE.md).
+"""
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from collections.abc import Mapping as _Mapping, Sequence
+from typing import Annotated, Any, Literal, overload
 
-Array = NDArray[np.float64]
+import numpy
+import numpy.typing
+from numpy.typing import NDArray
 
-# ---- loop: the table of signals, controls, real time
 
-TICK_BYTES: int
+class Surface:
+    """
+    A surface that the tool can touch: a mesh, a primitive or a distance field.
+    """
 
-def signals() -> list[tuple[str, int, int, str, str, str, bool, str]]: ...
-def status_words() -> list[tuple[str, int, str]]: ...
+    def nearest(
+        self,
+        points: Annotated[NDArray[numpy.float64], "(:, 3)"],
+    ) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.float64]]:
+        """
+        Nearest points of the surface for points (n, 3) [m]: (signed distance (n,) [m], unsigned for an open surface;
+        nearest point (n, 3) [m]; outward normal (n, 3)).
+        """
 
-class Controls:
-    following: bool
-    clutch: bool
-    paused: bool
-    hold: bool
-    stiffness_scale: float
-    damping_scale: float
-    guidance: float
-    p_hand_offset_W: Array
+class MeshReport:
+    """
+    Counts of the defects that were found and repaired while a mesh was built.
+    """
+
+    @property
+    def vertices(self) -> int:
+        """Number of vertices after welding."""
+
+    @property
+    def triangles(self) -> int:
+        """Number of triangles kept."""
+
+    @property
+    def degenerate(self) -> int:
+        """
+        Triangles dropped because a corner is repeated or all three are on a line.
+        """
+
+    @property
+    def duplicate(self) -> int:
+        """
+        Triangles dropped because another one has the same corners in the same winding.
+        """
+
+    @property
+    def flat(self) -> int:
+        """
+        Triangles kept although their corners are on a line, because they close a gap.
+        """
+
+    @property
+    def parts(self) -> int:
+        """
+        Number of connected parts; triangles that share a vertex belong to one part.
+        """
+
+    @property
+    def boundary_edges(self) -> int:
+        """Edges of only one triangle: holes and rims."""
+
+    @property
+    def branching_edges(self) -> int:
+        """Edges of three triangles or more."""
+
+    @property
+    def inconsistent_edges(self) -> int:
+        """Edges whose triangles have opposite windings."""
+
+    @property
+    def turned(self) -> int:
+        """
+        Triangles turned because they faced the other way than their neighbours.
+        """
+
+    @property
+    def inverted(self) -> int:
+        """Triangles turned because their closed part was inside out."""
+
+    @property
+    def two_sided(self) -> bool:
+        """
+        False if a part cannot be oriented, such as a Moebius strip; forces may point inwards there.
+        """
+
+    @property
+    def closed(self) -> bool:
+        """True without boundary, branching and inconsistent edges."""
+
+    @property
+    def volume(self) -> float:
+        """Volume of the closed parts [m^3]."""
+
+    @property
+    def lowest(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """Lowest corner of the bounding box (3,) [m]."""
+
+    @property
+    def highest(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """Highest corner of the bounding box (3,) [m]."""
+
+class Mesh(Surface):
+    """
+    A triangle mesh for contact: welded, with normals, adjacency and a bounding volume hierarchy.
+    """
+
+    def __init__(
+        self,
+        vertices: Annotated[NDArray[numpy.float64], "(:, 3)"],
+        triangles: Annotated[NDArray[numpy.int32], "(:, 3)"],
+    ) -> None:
+        """
+        vertices (n, 3) [m], triangles (m, 3) int32. Raises ValueError, which names the defect, if they are no mesh.
+        """
+
+    @property
+    def triangle_count(self) -> int:
+        """Number of triangles."""
+
+    @property
+    def report(self) -> MeshReport:
+        """Defects found and repaired while the mesh was built."""
+
+    @property
+    def vertices(self) -> Annotated[NDArray[numpy.float64], "read-only"]:
+        """Welded vertices (n, 3) [m], read-only."""
+
+    @property
+    def triangles(self) -> Annotated[NDArray[numpy.int32], "read-only"]:
+        """Triangles as indices of the welded vertices (m, 3), read-only."""
+
+    def rims(self) -> NDArray[numpy.int32]:
+        """
+        Boundary edges (k, 2) as indices of vertices, in the winding of their triangle.
+        """
+
+    def closest(
+        self,
+        points: Annotated[NDArray[numpy.float64], "(:, 3)"],
+        max_distance: float = float('inf'),
+    ) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.int32]]:
+        """
+        Closest points on the triangles for points (n, 3) [m]: (distance (n,) [m], point (n, 3) [m], normal (n, 3),
+        triangle (n,)). Beyond max_distance [m]: distance inf, triangle -1.
+        """
+
+    def sweep(
+        self,
+        a: Annotated[NDArray[numpy.float64], "(3,)"],
+        b: Annotated[NDArray[numpy.float64], "(3,)"],
+        radius: float,
+    ) -> float:
+        """
+        Distance [m] that a sphere of this radius [m] moves from a (3,) towards b (3,) until it touches a triangle.
+        """
+
+    def closest_by_kernel(
+        self,
+        points: Annotated[NDArray[numpy.float64], "(:, 3)"],
+        kernel: str,
+    ) -> NDArray[numpy.float64]:
+        """Distances (n,) [m] by the kernel 'avx2' or 'portable', for tests."""
+
+    def contains(self, points: Annotated[NDArray[numpy.float64], "(:, 3)"]) -> NDArray[numpy.bool_]:
+        """
+        True for each of the points (n, 3) [m] inside the mesh (n,); False for an open mesh.
+        """
+
+class Plane(Surface):
+    """The half-space z <= 0."""
+
     def __init__(self) -> None: ...
 
-class RealTimeOptions:
-    allow_priority: bool
-    allow_affinity: bool
-    priority: int
-    spin_us: float
+class Sphere(Surface):
+    """A sphere around the origin."""
+
+    def __init__(self, radius: float) -> None:
+        """radius [m]."""
+
+class Box(Surface):
+    """A box around the origin, with its edges along the axes."""
+
+    def __init__(self, size: Annotated[NDArray[numpy.float64], "(3,)"]) -> None:
+        """size: lengths of the edges (3,) [m]."""
+
+class Cylinder(Surface):
+    """
+    A cylinder around the z axis with flat ends and its centre at the origin.
+    """
+
+    def __init__(self, radius: float, length: float) -> None:
+        """radius, length [m]."""
+
+class Capsule(Surface):
+    """All points within a radius of a segment of the z axis."""
+
+    def __init__(self, radius: float, length: float) -> None:
+        """radius [m]; length of the segment [m], its centre at the origin."""
+
+class Cloud(Surface):
+    """All points within a radius of a point cloud."""
+
+    def __init__(self, points: Annotated[NDArray[numpy.float64], "(:, 3)"], radius: float) -> None:
+        """points (n, 3) [m], radius [m]."""
+
+class ImplicitSurface(Surface):
+    """The implicit surface a x^m + b y^n + c z^o = level (Eq 14)."""
+
+    def __init__(
+        self,
+        coefficients: Annotated[NDArray[numpy.float64], "(3,)"],
+        exponents: Sequence[int],
+        level: float,
+    ) -> None:
+        """coefficients (a, b, c), exponents (m, n, o), level."""
+
+    def value(self, p: Annotated[NDArray[numpy.float64], "(3,)"]) -> float:
+        """U(p) - level at p (3,) [m]; negative inside."""
+
+    def gradient(self, p: Annotated[NDArray[numpy.float64], "(3,)"]) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """Gradient of U at p (3,) [m]: (3,) (Eq 15) [1/m]."""
+
+    @property
+    def half(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """Half the extent along each axis (3,) [m]."""
+
+class DistanceGrid(Surface):
+    """A signed distance sampled on a grid and interpolated tricubically."""
+
+    def __init__(
+        self,
+        origin: Annotated[NDArray[numpy.float64], "(3,)"],
+        spacing: Annotated[NDArray[numpy.float64], "(3,)"],
+        values: Annotated[NDArray[numpy.float32], "(:, :, :)"],
+    ) -> None:
+        """
+        origin, spacing (3,) [m]; values (nx, ny, nz) float32 [m]. Raises ValueError if the values are no signed
+        distance.
+        """
+
+    def value(
+        self,
+        p: Annotated[NDArray[numpy.float64], "(3,)"],
+    ) -> tuple[float, Annotated[NDArray[numpy.float64], "(3,)"]]:
+        """
+        (distance [m], gradient (3,)) of the interpolated function at p (3,) [m].
+        """
+
+    @property
+    def values(self) -> Annotated[NDArray[numpy.float32], "read-only"]:
+        """Signed distances at the nodes (nx, ny, nz) float32 [m], read-only."""
+
+def sample_distance(
+    mesh: Mesh,
+    origin: Annotated[NDArray[numpy.float64], "(3,)"],
+    spacing: Annotated[NDArray[numpy.float64], "(3,)"],
+    values: Annotated[NDArray[numpy.float32], "(:, :, :)"],
+) -> None:
+    """
+    Fills values (nx, ny, nz) float32 with the signed distance of a mesh at origin + (i, j, k) * spacing [m]; origin,
+    spacing (3,) [m].
+    """
+
+CREASE_ANGLE: float = 0.52
+
+def bvh_has_avx2() -> bool:
+    """True if the processor supports the AVX2 kernel."""
+
+class Material:
+    """
+    Stiffness and damping of an object, diagonal along the axes of W, and its friction.
+    """
+
+    def __init__(
+        self,
+        K: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
+        B: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
+        mu: float = 0.0,
+        mu_static: float = 0.0,
+    ) -> None:
+        """K (3,) [N/m], B (3,) [N s/m], mu and mu_static [-]."""
+
+    @property
+    def K(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """Stiffness (3,) [N/m]."""
+
+    @K.setter
+    def K(self, arg: Annotated[NDArray[numpy.float64], "(3,)"], /) -> None: ...
+
+    @property
+    def B(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """Damping (3,) [N s/m]."""
+
+    @B.setter
+    def B(self, arg: Annotated[NDArray[numpy.float64], "(3,)"], /) -> None: ...
+
+    @property
+    def mu(self) -> float:
+        """Coulomb friction coefficient while slipping [-]."""
+
+    @mu.setter
+    def mu(self, arg: float, /) -> None: ...
+
+    @property
+    def mu_static(self) -> float:
+        """
+        Coulomb friction coefficient while sticking [-]; values below mu count as mu.
+        """
+
+    @mu_static.setter
+    def mu_static(self, arg: float, /) -> None: ...
+
+class Region:
+    """
+    A region of an object with another material: a box with rounded edges, or a ball.
+    """
+
+    def __init__(
+        self,
+        centre: Annotated[NDArray[numpy.float64], "(3,)"],
+        half: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
+        radius: float = 0.0,
+        blend: float = 0.001,
+        material: Material = ...,
+    ) -> None:
+        """
+        centre (3,), half (3,), radius, blend [m], in O. Raises ValueError if a length is negative or a value not
+        finite.
+        """
+
+    @property
+    def centre(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """Centre in O (3,) [m]."""
+
+    @property
+    def half(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """Half the lengths of the box (3,) [m]; zero: a ball."""
+
+    @property
+    def radius(self) -> float:
+        """Radius of the ball or of the rounded edges [m]."""
+
+    @property
+    def blend(self) -> float:
+        """Distance over which the material fades [m]."""
+
+    @property
+    def material(self) -> Material:
+        """Material inside the region."""
+
+    def weight(self, p_O: Annotated[NDArray[numpy.float64], "(3,)"]) -> float:
+        """
+        Weight of the region's material at p_O (3,) [m]: 1 inside, 0 farther away than `blend` [-].
+        """
+
+class Wave:
+    """A sinusoidal component of a Motion."""
+
+    def __init__(
+        self,
+        shift: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
+        turn: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
+        period: float = 1.0,
+        phase: float = 0.0,
+    ) -> None:
+        """
+        Amplitudes shift (3,) [m] and turn (3,), a rotation vector [rad]; period [s]; phase [rad].
+        """
+
+class Motion:
+    """
+    Motion of an object from its pose at rest: a constant velocity plus sinusoids.
+    """
+
+    def __init__(
+        self,
+        v: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
+        w: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
+        waves: Sequence[Wave] = [],
+        about: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
+    ) -> None:
+        """
+        Velocity v (3,) [m/s], angular velocity w (3,) [rad/s], sinusoids, and the centre of rotation about (3,) [m].
+        """
+
+class Object:
+    """A surface with a pose, a material, and regions of other materials."""
+
+    def __init__(
+        self,
+        name: str,
+        surface: Surface,
+        X_WO: Annotated[NDArray[numpy.float64], "(4, 4)"] = ...,
+        material: Material = ...,
+        regions: Sequence[Region] = [],
+        motion: Motion = ...,
+        is_virtual: bool = True,
+        is_real: bool = True,
+    ) -> None:
+        """
+        is_virtual: the contact stage renders it. is_real: it stops the tool of a driven follower.
+        """
+
+    @property
+    def name(self) -> str:
+        """Name of the object."""
+
+    @property
+    def surface(self) -> Surface:
+        """Surface, in O."""
+
+    @property
+    def X_WO(self) -> Annotated[NDArray[numpy.float64], "(4, 4)"]:
+        """Pose in W at rest (4, 4)."""
+
+    @X_WO.setter
+    def X_WO(self, arg: Annotated[NDArray[numpy.float64], "(4, 4)"], /) -> None: ...
+
+    @property
+    def material(self) -> Material:
+        """Material outside the regions."""
+
+    @material.setter
+    def material(self, arg: Material, /) -> None: ...
+
+    def pose(self, t: float) -> Annotated[NDArray[numpy.float64], "(4, 4)"]:
+        """Pose X_WO (4, 4) at t [s]."""
+
+    def velocity(
+        self,
+        p_W: Annotated[NDArray[numpy.float64], "(3,)"],
+        t: float,
+    ) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """
+        Velocity (3,) [m/s] of the material point that is at p_W (3,) [m] at t [s].
+        """
+
+    def feel(
+        self,
+        p_O: Annotated[NDArray[numpy.float64], "(3,)"],
+    ) -> tuple[Material, Annotated[NDArray[numpy.float64], "(3, 3)"]]:
+        """
+        Material at p_O (3,) [m], regions included: (material, gradients of K (3, 3), one row for each entry of K
+        [N/m^2]).
+        """
+
+class Snapshot:
+    """The objects of a scene; immutable during a tick, replaced as a whole."""
+
+    def __init__(self, objects: Sequence[Object]) -> None:
+        """
+        Raises ValueError if there are too many objects; the message states the limit.
+        """
+
+    @property
+    def objects(self) -> list[Object]:
+        """The objects, in order."""
+
+class ToolSphere:
+    """A sphere of the tool, in addition to the SPR on its tip."""
+
+    def __init__(
+        self,
+        p: Annotated[NDArray[numpy.float64], "(3,)"],
+        radius: float,
+        link: int = -1,
+        hinge: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
+        turn: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
+    ) -> None:
+        """
+        hinge, turn: of a sphere on a jaw, a point on the jaw's axis (3,) [m] and the axis times the rotation per jaw
+        angle (3,) [-], in the link's frame.
+        """
+
+    @property
+    def p(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """Centre in the link's frame with the jaws closed (3,) [m]."""
+
+    @property
+    def radius(self) -> float:
+        """Radius [m]."""
+
+    @property
+    def link(self) -> int:
+        """
+        Index of the follower's link that carries the sphere; negative: the tool tip T.
+        """
+
+    def centre(self, jaw: float) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """Centre in the link's frame with the jaws open by `jaw` [rad] (3,) [m]."""
+
+class ContactOptions:
+    """Options of the contact stage."""
+
     def __init__(self) -> None: ...
 
-class AllTerms:
-    def __init__(self, xml: str, base_frame: str, tip_frame: str) -> None: ...
-    def compute(self, q: ArrayLike, v: ArrayLike) -> tuple[Array, Array, Array, Array]: ...
+    @property
+    def radius(self) -> float:
+        """Radius of the spherical proxy region (SPR) on the tool tip [m]."""
 
-class BareDynamics:
-    def __init__(self, leader: AllTerms, follower: AllTerms) -> None: ...
-    def run(self, q_leader: Array, v_leader: Array, q_follower: Array) -> None: ...
-    def timing(self) -> dict[str, float]: ...
+    @radius.setter
+    def radius(self, arg: float, /) -> None: ...
 
-class BareLoop:
-    def __init__(self, rate: float, options: RealTimeOptions = ...) -> None: ...
-    def start(self) -> None: ...
-    def stop(self) -> None: ...
-    def timing(self) -> dict[str, Any]: ...
+    @property
+    def release(self) -> float:
+        """
+        Deflection above which a tool that passed through a closed object is released, for the method `proxy` [m].
+        """
 
-# ---- mapping
+    @release.setter
+    def release(self, arg: float, /) -> None: ...
 
-class MappingOptions:
-    scale: float
-    force_scale: float
-    align_rate: float
-    gripper_min: float
-    gripper_max: float
-    jaw_min: float
-    jaw_max: float
-    jaw_rate: float
+    @property
+    def collision_rate(self) -> float:
+        """Rate of the collision thread, for the paper's methods [Hz]."""
+
+    @collision_rate.setter
+    def collision_rate(self, arg: float, /) -> None: ...
+
+    @property
+    def real(self) -> bool:
+        """True: the tool touches the real objects, not the virtual ones."""
+
+    @real.setter
+    def real(self, arg: bool, /) -> None: ...
+
+    @property
+    def spheres(self) -> list[ToolSphere]:
+        """
+        Spheres of the tool in addition to the SPR. This is a copy: assign a whole list.
+        """
+
+    @spheres.setter
+    def spheres(self, arg: Sequence[ToolSphere], /) -> None: ...
+
+class Friction:
+    """Coulomb friction of one proxy, with sticking and slipping."""
+
     def __init__(self) -> None: ...
 
-class Mapping:
-    def __init__(self, options: MappingOptions, R_WL: Array, dt: float) -> None: ...
     def step(
         self,
-        X_WH: Array,
-        v_LH: Array,
-        gripper: float,
-        X_WT: Array,
-        jaw: float = 0.0,
-        following: bool = True,
-        clutch: bool = False,
-        reached: bool = True,
-    ) -> tuple[Array, float, Array, bool]: ...
-    def force_on_hand(self, F_T_W: Array) -> Array: ...
-    def hand_position(self, p_WT: Array) -> Array: ...
-    @property
-    def anchorings(self) -> int: ...
+        p: Annotated[NDArray[numpy.float64], "(3,)"],
+        normal: Annotated[NDArray[numpy.float64], "(3,)"],
+        depth: float,
+        mu: float,
+        mu_static: float,
+    ) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """
+        Distance (3,) [m] by which friction holds the proxy back. p: frictionless proxy (3,) [m]; normal: unit (3,);
+        depth [m]; mu, mu_static [-].
+        """
 
-# ---- guidance
+    @property
+    def slipping(self) -> bool:
+        """True while the proxy slips."""
+
+MAX_SPHERES: int = 16
+
+def contact_methods() -> list[str]:
+    """Names of the contact methods, the default first."""
+
+def contact_check(method: str, options: ContactOptions, snapshot: Snapshot) -> None:
+    """
+    Raises ValueError if the method does not exist or cannot render an object of the scene.
+    """
+
+def grow_plane(
+    points: Annotated[NDArray[numpy.float64], "(:, 3)"],
+    n_last: Annotated[NDArray[numpy.float64], "(3,)"],
+    baseline: float,
+) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+    """
+    Unit normal (3,) of the plane that the method `paper-plane` fits to points (n, 3) [m]; zero if it rejects them.
+    """
+
+def contact_render(
+    snapshot: Snapshot,
+    tips: Annotated[NDArray[numpy.float64], "(:, 3)"],
+    method: str,
+    options: ContactOptions,
+    rate: float,
+    poses: Annotated[NDArray[numpy.float64], "(:, 4, 4)"] | None = None,
+) -> tuple[
+    NDArray[numpy.float64],
+    NDArray[numpy.float64],
+    NDArray[numpy.float64],
+    NDArray[numpy.float64],
+    NDArray[numpy.float64],
+    bool,
+    NDArray[numpy.float64],
+]:
+    """
+    Runs the stages contact and force along a tool path p_WT (n, 3) [m], sampled at rate [Hz]. poses: X_WO (n, 4, 4) of
+    the scene's only object. Returns force (n, 3) [N], normal (n, 3), depth (n,) [m], proxy (n, 3) [m], latency (n,)
+    [s], started_inside, torque (n, 3) [N m]; all in W.
+    """
+
+def trace_algorithm1(
+    snapshot: Snapshot,
+    p_WT: Annotated[NDArray[numpy.float64], "(3,)"],
+    v_WT: Annotated[NDArray[numpy.float64], "(3,)"],
+    radius: float,
+    n_last: Annotated[NDArray[numpy.float64], "(3,)"],
+) -> dict[str, Any]:
+    """
+    Values of every line of Algorithm 1 for one tool position p_WT (3,) and velocity v_WT (3,); in W, SI units.
+    """
+
+class SoakRange:
+    """Ranges from which each pass draws its values."""
+
+    def __init__(self) -> None: ...
+
+    @property
+    def radius_min(self) -> float:
+        """Smallest SPR radius [m]."""
+
+    @radius_min.setter
+    def radius_min(self, arg: float, /) -> None: ...
+
+    @property
+    def radius_max(self) -> float:
+        """Largest SPR radius [m]."""
+
+    @radius_max.setter
+    def radius_max(self, arg: float, /) -> None: ...
+
+    @property
+    def speed_min(self) -> float:
+        """Smallest speed of the tool [m/s]."""
+
+    @speed_min.setter
+    def speed_min(self, arg: float, /) -> None: ...
+
+    @property
+    def speed_max(self) -> float:
+        """Largest speed of the tool [m/s]."""
+
+    @speed_max.setter
+    def speed_max(self, arg: float, /) -> None: ...
+
+    @property
+    def depth(self) -> float:
+        """Largest depth below the surface [m]."""
+
+    @depth.setter
+    def depth(self, arg: float, /) -> None: ...
+
+    @property
+    def drag(self) -> float:
+        """Largest length of the drag that follows, in any direction [m]."""
+
+    @drag.setter
+    def drag(self, arg: float, /) -> None: ...
+
+    @property
+    def angle(self) -> float:
+        """Largest angle between the motion and the surface normal [rad]."""
+
+    @angle.setter
+    def angle(self, arg: float, /) -> None: ...
+
+    @property
+    def object_speed(self) -> float:
+        """Largest speed of the object [m/s]."""
+
+    @object_speed.setter
+    def object_speed(self, arg: float, /) -> None: ...
+
+class SoakPass:
+    """Values of one pass."""
+
+    @property
+    def index(self) -> int:
+        """Index of the pass; -1: no pass."""
+
+    @property
+    def radius(self) -> float:
+        """SPR radius [m]."""
+
+    @property
+    def speed(self) -> float:
+        """Speed of the tool [m/s]."""
+
+    @property
+    def depth(self) -> float:
+        """Depth below the surface [m]."""
+
+    @property
+    def object_moves(self) -> bool:
+        """True if the object moves."""
+
+class SoakReport:
+    """Outcome of many passes at one mesh."""
+
+    @property
+    def passes(self) -> int:
+        """Number of passes that found free space to begin in."""
+
+    @property
+    def ticks(self) -> int:
+        """Number of ticks."""
+
+    @property
+    def touched(self) -> int:
+        """Number of passes with a contact force."""
+
+    @property
+    def popped(self) -> int:
+        """Number of passes whose proxy crossed the surface."""
+
+    @property
+    def first_popped(self) -> SoakPass:
+        """First pass whose proxy crossed the surface."""
+
+def soak(mesh: Mesh, method: str, passes: int, seed: int, range: SoakRange) -> SoakReport:
+    """
+    Simulates random pokes at a mesh at 1 kHz and tests the proxy against each triangle. It releases the interpreter
+    lock.
+    """
 
 class Geometry:
+    """Geometry of a fixture (core/palpate/guidance/geometry.hpp)."""
+
     @property
-    def solid(self) -> bool: ...
+    def solid(self) -> bool:
+        """True if the geometry has an inside."""
+
     @property
-    def has_axis(self) -> bool: ...
-    def query(self, X_WT: Array, t: Array) -> dict[str, Any]: ...
+    def has_axis(self) -> bool:
+        """True if the geometry has an axis; points, balls and clouds have none."""
+
+    def query(
+        self,
+        X_WT: Annotated[NDArray[numpy.float64], "(:, 4, 4)"],
+        t: Annotated[NDArray[numpy.float64], "(:,)"],
+    ) -> dict[str, Any]:
+        """
+        Queries for n tool poses X_WT (n, 4, 4) at times t (n,) [s]: a dict with one array of n entries for each field
+        of guidance::Query.
+        """
+
+class Frame:
+    """A frame to which a geometry is attached."""
+
+    def at(
+        self,
+        t: float,
+    ) -> tuple[Annotated[NDArray[numpy.float64], "(4, 4)"], Annotated[NDArray[numpy.float64], "(6,)"]]:
+        """
+        (X_WF (4, 4), V_WF (6,)) at t [s]: pose, and velocity of its origin [m/s] over angular velocity [rad/s].
+        """
+
+class MotionFrame(Frame):
+    """A frame that moves like an object of the scene."""
+
+    def __init__(self, X_WF: Annotated[NDArray[numpy.float64], "(4, 4)"] = ..., motion: Motion = ...) -> None:
+        """X_WF (4, 4): pose at rest; motion: motion from that pose."""
+
+class LiveFrame(Frame):
+    """
+    A frame whose poses come from outside the loop, such as from a tracker.
+    """
+
+    def __init__(self) -> None: ...
+
+    @overload
+    def set(self, X_WF: Annotated[NDArray[numpy.float64], "(4, 4)"]) -> None:
+        """
+        Sets the pose X_WF (4, 4); the velocity follows from successive poses. Call it from one thread only.
+        """
+
+    @overload
+    def set(self, X_WF: Annotated[NDArray[numpy.float64], "(4, 4)"], V_WF: numpy.typing.ArrayLike) -> None:
+        """
+        Sets the pose X_WF (4, 4) and the velocity V_WF (6,): linear [m/s] over angular [rad/s].
+        """
+
+    @property
+    def has_pose(self) -> bool:
+        """True once a pose has been received."""
 
 class PointGeometry(Geometry):
+    """The point at the origin of its frame."""
+
     def __init__(self) -> None: ...
 
 class LineGeometry(Geometry):
-    def __init__(self, a: Array, b: Array, endless: bool = False) -> None: ...
+    """
+    A line segment from a to b (3,) [m]; endless: the whole line through them.
+    """
+
+    def __init__(
+        self,
+        a: Annotated[NDArray[numpy.float64], "(3,)"],
+        b: Annotated[NDArray[numpy.float64], "(3,)"],
+        endless: bool = False,
+    ) -> None: ...
 
 class SurfaceGeometry(Geometry):
-    def __init__(self, surface: Surface) -> None: ...
+    """A surface of the scene, in its own frame."""
+
+    def __init__(self, surface: Surface) -> None:
+        """surface: a Surface of the scene, such as a Mesh."""
 
 class PathGeometry(Geometry):
-    def __init__(self, controls: Array, attitudes: Array, tangential: bool, closed: bool) -> None: ...
-    @property
-    def length(self) -> float: ...
+    """A curve of cubic Bezier pieces."""
 
-CONE_HALF_ANGLE: float
+    def __init__(
+        self,
+        controls: Annotated[NDArray[numpy.float64], "(:, 4, 3)"],
+        attitudes: Annotated[NDArray[numpy.float64], "(:, 3, 3)"],
+        tangential: bool,
+        closed: bool,
+    ) -> None:
+        """
+        controls (n, 4, 3): control points [m]. attitudes (n + 1, 3, 3): rotations at the ends of the pieces.
+        tangential: the z axes follow the tangent between these ends. closed: the curve ends where it starts.
+        """
+
+    @property
+    def length(self) -> float:
+        """Length of the curve [m]."""
+
+CONE_HALF_ANGLE: float = 0.2617993877991494
 
 class ConeGeometry(Geometry):
-    def __init__(self, apex: Array, axis: Array, half_angle: float) -> None: ...
+    """An infinite cone."""
+
+    def __init__(
+        self,
+        apex: Annotated[NDArray[numpy.float64], "(3,)"],
+        axis: Annotated[NDArray[numpy.float64], "(3,)"],
+        half_angle: float,
+    ) -> None:
+        """
+        axis (3,): direction from the apex (3,) [m] into the cone; half_angle [rad].
+        """
 
 class OffsetGeometry(Geometry):
-    def __init__(self, geometry: Geometry, margin: float) -> None: ...
+    """All points within a margin of a geometry."""
+
+    def __init__(self, geometry: Geometry, margin: float) -> None:
+        """margin [m]."""
 
 class CombinedGeometry(Geometry):
+    """A union, an intersection or a difference of solids."""
+
     def __init__(
-        self, kind: Literal["union", "intersection", "difference"], parts: Sequence[Geometry], blend: float = 0.0
-    ) -> None: ...
-
-class Frame:
-    def at(self, t: float) -> tuple[Array, Array]: ...
-
-class MotionFrame(Frame):
-    def __init__(self, X_WF: Array = ..., motion: Motion = ...) -> None: ...
-
-class LiveFrame(Frame):
-    def __init__(self) -> None: ...
-    def set(self, X_WF: Array, V_WF: Array = ...) -> None: ...
-    @property
-    def told(self) -> bool: ...
+        self,
+        kind: Literal['union', 'intersection', 'difference'],
+        parts: Sequence[Geometry],
+        blend: float = 0.0,
+    ) -> None:
+        """
+        kind: union, intersection, or difference (the first part without the others). blend: difference of two parts'
+        distances below which the normal turns gradually from one to the other [m]; 0: it turns at once.
+        """
 
 class PlacedGeometry(Geometry):
-    def __init__(self, geometry: Geometry, X_FG: Array = ..., frame: Frame = ...) -> None: ...
+    """A geometry placed at X_FG (4, 4) in a frame; the default frame is W."""
 
-def time_query(geometry: Geometry, X_WT: Array) -> Array: ...
-def run_guidance(
-    stage: Guidance,
-    t: Sequence[float],
-    X_WT_goal: Array,
-    V_WT: Array,
-    X_WT: Array,
-    normal: Array = ...,
-    height: Sequence[float] = (),
-    stiffness: float = 0.0,
-    F_hand: float = -1.0,
-    pedal: float = 1.0,
-    takes_damping: bool = False,
-) -> dict[str, Array]: ...
-def time_guidance(fixtures: Fixtures, X_WT: Array, dt: float = 1e-3) -> Array: ...
-def time_qp(A: Array, b: Array, y0: Array) -> Array: ...
-
-# ---- force
-
-def force(
-    K: Array,
-    B: Array,
-    normal: Array,
-    delta_x: Array,
-    v_WT: Array,
-    v_surface: Array,
-    stiffness_scale: float = 1.0,
-    damping_scale: float = 1.0,
-    w_WT: Array = ...,
-    p_TS: Array | None = None,
-) -> tuple[Array, Array, Array, Array]: ...
-
-class MomentumObserver:
-    def __init__(self, model: Arm, drive_inertia: Array, bandwidth: float) -> None: ...
-    def reset(self) -> None: ...
-    def run(self, q: Array, v: Array, tau: Array, rate: float) -> Array: ...
-
-class EstimateOptions:
-    bandwidth: float
-    dead_band: float
-    slip_speed: float
-    rotor_inertia: Array
-    coulomb: Array
-    viscous: Array
-    offset: Array
-    spring: Array
-    links: Array
-    def __init__(self) -> None: ...
-
-class Estimate:
-    def __init__(self, model: Arm, options: EstimateOptions) -> None: ...
-    def reset(self) -> None: ...
-    def step(self, t: float, q: Array, v: Array, tau: Array) -> Array: ...
-
-# ---- stability
+    def __init__(
+        self,
+        geometry: Geometry,
+        X_FG: Annotated[NDArray[numpy.float64], "(4, 4)"] = ...,
+        frame: Frame = ...,
+    ) -> None: ...
 
 class GuidanceRoleOptions:
-    margin: float
-    angle: float
-    axis: Array
-    target: Literal["axis", "normal", "frame"]
-    speed: float
-    force: float
+    """Options of all guidance roles; each role reads its own."""
+
     def __init__(self) -> None: ...
+
+    @property
+    def margin(self) -> float:
+        """guide: free play; forbid, keep-in: clearance from the surface [m]."""
+
+    @margin.setter
+    def margin(self, arg: float, /) -> None: ...
+
+    @property
+    def angle(self) -> float:
+        """orient: angle that the tool may tilt freely [rad]."""
+
+    @angle.setter
+    def angle(self, arg: float, /) -> None: ...
+
+    @property
+    def axis(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """
+        orient, rcm: axis of the tool, in T, that is oriented or slides through the point (3,).
+        """
+
+    @axis.setter
+    def axis(self, arg: Annotated[NDArray[numpy.float64], "(3,)"], /) -> None: ...
+
+    @property
+    def target(self) -> Literal['axis', 'normal', 'frame']:
+        """
+        orient: target, the 'axis', the 'normal' or the whole 'frame' of the geometry.
+        """
+
+    @target.setter
+    def target(self, name: Literal['axis', 'normal', 'frame'], /) -> None: ...
+
+    @property
+    def speed(self) -> float:
+        """limit: largest speed of the tool [m/s]; 0: no limit."""
+
+    @speed.setter
+    def speed(self, arg: float, /) -> None: ...
+
+    @property
+    def force(self) -> float:
+        """limit: largest contact force on the tool [N]; 0: no limit."""
+
+    @force.setter
+    def force(self, arg: float, /) -> None: ...
 
 class GuidanceLawOptions:
-    K: float
-    B: float
-    K_turn: float
-    B_turn: float
-    force: float
-    moment: float
-    range: float
-    range_turn: float
-    ratio: float
+    """Options of all guidance laws; each law reads its own."""
+
     def __init__(self) -> None: ...
+
+    @property
+    def K(self) -> float:
+        """Stiffness on the tool's side [N/m]."""
+
+    @K.setter
+    def K(self, arg: float, /) -> None: ...
+
+    @property
+    def B(self) -> float:
+        """Damping [N s/m]."""
+
+    @B.setter
+    def B(self, arg: float, /) -> None: ...
+
+    @property
+    def K_turn(self) -> float:
+        """Rotational stiffness [N m/rad]."""
+
+    @K_turn.setter
+    def K_turn(self, arg: float, /) -> None: ...
+
+    @property
+    def B_turn(self) -> float:
+        """Rotational damping [N m s/rad]."""
+
+    @B_turn.setter
+    def B_turn(self, arg: float, /) -> None: ...
+
+    @property
+    def force(self) -> float:
+        """potential, optimise: largest force [N]."""
+
+    @force.setter
+    def force(self, arg: float, /) -> None: ...
+
+    @property
+    def moment(self) -> float:
+        """potential, optimise: largest moment [N m]."""
+
+    @moment.setter
+    def moment(self, arg: float, /) -> None: ...
+
+    @property
+    def range(self) -> float:
+        """potential: distance from which it attracts or repels [m]."""
+
+    @range.setter
+    def range(self, arg: float, /) -> None: ...
+
+    @property
+    def range_turn(self) -> float:
+        """potential: angle from which it attracts [rad]."""
+
+    @range_turn.setter
+    def range_turn(self, arg: float, /) -> None: ...
+
+    @property
+    def ratio(self) -> float:
+        """
+        admittance: speed in the constrained directions per speed in the free ones, 0.01-1 [-].
+        """
+
+    @ratio.setter
+    def ratio(self, arg: float, /) -> None: ...
 
 class Ramp:
-    def __init__(
-        self, by: Literal["pedal", "distance", "time", "force"] = "pedal", start: float = 0.0, end: float = 1.0
-    ) -> None: ...
+    """
+    Scales the authority of a fixture with a measured value: 0 at `start`, 1 at `end`, linear between.
+    """
+
+    def __init__(self, by: str = 'pedal', start: float = 0.0, end: float = 1.0) -> None:
+        """start may be larger than end."""
+
     @property
-    def by(self) -> Literal["pedal", "distance", "time", "force"]: ...
+    def by(self) -> str:
+        """
+        Measured value: 'pedal' [0-1], 'distance' [m, rad], 'time' since the fixture was engaged [s] or 'force' of the
+        operator [N].
+        """
+
     @property
-    def start(self) -> float: ...
+    def start(self) -> float:
+        """Value at which the authority is 0."""
+
     @property
-    def end(self) -> float: ...
+    def end(self) -> float:
+        """Value at which the authority is 1."""
 
 class Policy:
-    hard: bool
-    authority: float
-    priority: int
-    engage: float
-    release: float
-    rise: float
-    fall: float
-    ramps: list[Ramp]
+    """When and with how much authority a fixture acts."""
+
     def __init__(self) -> None: ...
 
-def guidance_roles() -> list[str]: ...
-def guidance_laws() -> list[str]: ...
+    @property
+    def hard(self) -> bool:
+        """True: the tool's goal is corrected as well."""
+
+    @hard.setter
+    def hard(self, arg: bool, /) -> None: ...
+
+    @property
+    def authority(self) -> float:
+        """Authority, 0-1; the ramps multiply it [-]."""
+
+    @authority.setter
+    def authority(self, arg: float, /) -> None: ...
+
+    @property
+    def priority(self) -> int:
+        """Priority; the force of a lower one never opposes that of a higher one."""
+
+    @priority.setter
+    def priority(self, arg: int, /) -> None: ...
+
+    @property
+    def engage(self) -> float:
+        """|gap| below which the fixture engages [m, rad]."""
+
+    @engage.setter
+    def engage(self, arg: float, /) -> None: ...
+
+    @property
+    def release(self) -> float:
+        """|gap| above which the fixture disengages [m, rad]."""
+
+    @release.setter
+    def release(self, arg: float, /) -> None: ...
+
+    @property
+    def rise(self) -> float:
+        """Shortest time in which the authority rises from 0 to 1 [s]."""
+
+    @rise.setter
+    def rise(self, arg: float, /) -> None: ...
+
+    @property
+    def fall(self) -> float:
+        """Shortest time in which the authority falls from 1 to 0 [s]."""
+
+    @fall.setter
+    def fall(self, arg: float, /) -> None: ...
+
+    @property
+    def ramps(self) -> list[Ramp]:
+        """Ramps that scale the authority. This is a copy: assign a whole list."""
+
+    @ramps.setter
+    def ramps(self, arg: Sequence[Ramp], /) -> None: ...
+
+def guidance_roles() -> list[str]:
+    """Names of the available roles."""
+
+def guidance_laws() -> list[str]:
+    """Names of the available laws."""
 
 class Fixture:
+    """
+    Virtual fixture: a geometry, a role, a law and a policy (core/palpate/guidance/fixture.hpp).
+    """
+
     def __init__(
         self,
         name: str,
         geometry: Geometry,
         role: str,
         role_options: GuidanceRoleOptions = ...,
-        law: str = "spring",
+        law: str = 'spring',
         law_options: GuidanceLawOptions = ...,
         policy: Policy = ...,
         on: bool = True,
-        patience: float = ...,
-    ) -> None: ...
+        patience: float = float('inf'),
+    ) -> None:
+        """
+        patience: timeout of the live frames that carry the geometry [s]; without a newer pose the fixture fades out.
+        """
+
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Name, unique in its list."""
+
     @property
-    def role(self) -> str: ...
+    def role(self) -> str:
+        """Name of the role."""
+
     @property
-    def law(self) -> str: ...
+    def law(self) -> str:
+        """Name of the law."""
+
     @property
-    def policy(self) -> Policy: ...
+    def policy(self) -> Policy:
+        """When and with how much authority the fixture acts."""
+
     @property
-    def on(self) -> bool: ...
+    def on(self) -> bool:
+        """False: the fixture is switched off."""
+
     @property
-    def stiffness(self) -> float: ...
+    def stiffness(self) -> float:
+        """Largest stiffness of the law [N/m]."""
+
     @property
-    def damping(self) -> float: ...
+    def damping(self) -> float:
+        """Largest damping of the law [N s/m]."""
+
     @property
-    def turning_stiffness(self) -> float: ...
+    def turning_stiffness(self) -> float:
+        """Largest rotational stiffness of the law [N m/rad]."""
+
     @property
-    def turning_damping(self) -> float: ...
+    def turning_damping(self) -> float:
+        """Largest rotational damping of the law [N m s/rad]."""
+
     def ask(
         self,
-        X_WT: Array,
+        X_WT: Annotated[NDArray[numpy.float64], "(4, 4)"],
         t: float = 0.0,
-        V_WT: ArrayLike = ...,
-        F_T_W: Array = ...,
+        V_WT: numpy.typing.ArrayLike = ...,
+        F_T_W: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
         stiffness: float = 0.0,
-    ) -> dict[str, Any]: ...
+    ) -> dict[str, Any]:
+        """
+        The fixture's constraint on a tool at X_WT (4, 4), as a dict: gap [m, rad], its gradient `along` (6,), its rate
+        `drift` caused by the fixture's own motion, the projector `free` (3, 3) on the free directions, attracts, turns
+        (the gap is an angle), speed (limit [m/s]). Also the force of the law while the tool moves with V_WT (6,):
+        wrench F (6,), stored energy U [J], damping B (3, 3) [N s/m] and the part F_of_B of F that is -B v. Authority
+        and other fixtures are not considered.
+        """
 
 class Fixtures:
-    def __init__(self, fixtures: Sequence[Fixture] = (), tool: LiveFrame | None = None) -> None: ...
+    """An immutable list of fixtures; guidance replaces it as a whole."""
+
+    def __init__(self, fixtures: Sequence[Fixture] = [], tool: LiveFrame | None = None) -> None:
+        """
+        tool: a frame that receives the tool's pose at every tick, for geometries attached to the tool.
+        """
+
     def __len__(self) -> int: ...
-    def list(self) -> list[Fixture]: ...
+
+    def list(self) -> list[Fixture]:
+        """The fixtures, in order."""
 
 class GuidanceOptions:
-    force_rate: float
-    moment_rate: float
-    return_speed: float
-    reserve: float
-    servo_bandwidth: float
-    servo_damping: float
+    """Options of the stage `guidance`."""
+
     def __init__(self) -> None: ...
 
+    @property
+    def force_rate(self) -> float:
+        """
+        Largest rate of the force change that no motion causes, such as after a switch or an edit [N/s].
+        """
+
+    @force_rate.setter
+    def force_rate(self, arg: float, /) -> None: ...
+
+    @property
+    def moment_rate(self) -> float:
+        """Largest rate of the moment change that no motion causes [N m/s]."""
+
+    @moment_rate.setter
+    def moment_rate(self, arg: float, /) -> None: ...
+
+    @property
+    def return_speed(self) -> float:
+        """
+        Speed at which the goal leaves a region that has just become forbidden [m/s].
+        """
+
+    @return_speed.setter
+    def return_speed(self, arg: float, /) -> None: ...
+
+    @property
+    def reserve(self) -> float:
+        """
+        Distance that hard fixtures keep between the goal and their boundary [m].
+        """
+
+    @reserve.setter
+    def reserve(self, arg: float, /) -> None: ...
+
+    @property
+    def servo_bandwidth(self) -> float:
+        """
+        Bandwidth of the follower's servos [Hz]; 0: ideal; negative: that of the simulated follower.
+        """
+
+    @servo_bandwidth.setter
+    def servo_bandwidth(self, arg: float, /) -> None: ...
+
+    @property
+    def servo_damping(self) -> float:
+        """Damping ratio of the follower's servos [-]."""
+
+    @servo_damping.setter
+    def servo_damping(self, arg: float, /) -> None: ...
+
 class Guidance:
-    def __init__(self, options: GuidanceOptions = ..., dt: float = 1e-3) -> None: ...
-    def take(self, fixtures: Fixtures) -> None: ...
+    """The stage `guidance` outside a loop."""
+
+    def __init__(self, options: GuidanceOptions = ..., dt: float = 0.001) -> None:
+        """dt: period of the cycle [s]."""
+
+    def take(self, fixtures: Fixtures) -> None:
+        """Replaces the fixtures from the next step on."""
+
     def step(
         self,
         t: float,
-        X_WT_goal: Array,
-        V_WT: ArrayLike,
-        X_WT: Array,
+        X_WT_goal: Annotated[NDArray[numpy.float64], "(4, 4)"],
+        V_WT: numpy.typing.ArrayLike,
+        X_WT: Annotated[NDArray[numpy.float64], "(4, 4)"],
         engaged: bool = True,
-        F_T_W: Array = ...,
+        F_T_W: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
         stiffness: float = 0.0,
         F_hand: float = -1.0,
         pedal: float = 1.0,
         takes_damping: bool = False,
-    ) -> dict[str, Any]: ...
-    def authority(self, i: int) -> float: ...
-    def wrench(self, i: int) -> Array: ...
-    def gap(self, i: int) -> float: ...
+    ) -> dict[str, Any]:
+        """
+        One tick, as a dict: corrected goal X_WT_goal (4, 4), wrench of the fixtures F_T_W (6,) [N, N m], damping B_W
+        (3, 3) [N s/m], index `strongest` of the fixture with the largest force (-1: none), its gap [m, rad], correction
+        (3,) of the goal [m], status bits.
+        """
+
+    def authority(self, i: int) -> float:
+        """Authority of fixture i at the last step, ramps included [-]."""
+
+    def wrench(self, i: int) -> Annotated[NDArray[numpy.float64], "(6,)"]:
+        """Wrench of fixture i on the tool at the last step (6,) [N, N m]."""
+
+    def gap(self, i: int) -> float:
+        """Gap of fixture i at the last step [m, rad]."""
 
 class Qp:
-    def __init__(self) -> None: ...
-    def solve(self, A: Array, b: ArrayLike, y0: ArrayLike, ranks: Sequence[int] = ()) -> dict[str, Any]: ...
+    """
+    Solves min |y - y0|^2 / 2 subject to A y >= b in six variables (core/palpate/guidance/qp.hpp).
+    """
 
-class CertainFriction:
-    coulomb: Array
-    viscous: Array
-    quantum: Array
     def __init__(self) -> None: ...
 
-class StabilityOptions:
-    force_cap: float
-    rate_cap: float
-    moment_cap: float
-    moment_rate_cap: float
-    stale_after: float
-    passivity: Literal["off", "observer", "tank"]
-    friction: CertainFriction
-    delay: float
-    quantum: float
-    allowance: float
-    tank_capacity: float
-    acceleration: float
-    angular_acceleration: float
-    low_pass: float
-    coupling_stiffness: float
-    coupling_damping: float
+    def solve(
+        self,
+        A: Annotated[NDArray[numpy.float64], "(:, :)"],
+        b: numpy.typing.ArrayLike,
+        y0: numpy.typing.ArrayLike,
+        ranks: Sequence[int] = [],
+    ) -> dict[str, Any]:
+        """
+        Solution as a dict: y (6,), multipliers (m,), status 'solved', 'relaxed' or 'stopped', gave_way (m,) for rows
+        that were relaxed, number of steps, and the index of each row (negative: rejected).
+        """
+
+def run_guidance(
+    stage: Guidance,
+    t: Sequence[float],
+    X_WT_goal: Annotated[NDArray[numpy.float64], "(:, 4, 4)"],
+    V_WT: Annotated[NDArray[numpy.float64], "(:, 6)"],
+    X_WT: Annotated[NDArray[numpy.float64], "(4, 4)"],
+    normal: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
+    height: Sequence[float] = [],
+    stiffness: float = 0.0,
+    F_hand: float = -1.0,
+    pedal: float = 1.0,
+    takes_damping: bool = False,
+) -> dict[str, NDArray[numpy.float64]]:
+    """
+    Runs a Guidance along a motion: times t (n,) [s], goals X_WT_goal (n, 4, 4), twists V_WT (n, 6). The measured tool
+    pose is the previous goal, at first X_WT (4, 4). Below the plane normal . p = height (n,) the tool touches a spring
+    of the given stiffness [N/m]. Returns F_T_W (n, 6), X_WT_goal (n, 16), B_W (n, 9) and gap (n,).
+    """
+
+def time_query(
+    geometry: Geometry,
+    X_WT: Annotated[NDArray[numpy.float64], "(:, 4, 4)"],
+) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+    """Durations of n queries at the poses X_WT (n, 4, 4): (n,) [us]."""
+
+def time_guidance(
+    fixtures: Fixtures,
+    X_WT: Annotated[NDArray[numpy.float64], "(:, 4, 4)"],
+    dt: float = 0.001,
+) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+    """
+    Durations of n ticks of guidance while the commanded tool pose follows X_WT (n, 4, 4): (n,) [us].
+    """
+
+def time_qp(
+    A: Annotated[NDArray[numpy.float64], "(:, :, 6)"],
+    b: Annotated[NDArray[numpy.float64], "(:, :)"],
+    y0: Annotated[NDArray[numpy.float64], "(:, :)"],
+) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+    """
+    Durations of n quadratic programs of m rows, filling included: (n,) [us]. A (n, m, 6), b (n, m), y0 (n, 6).
+    """
+
+class MappingOptions:
+    """Options of the stage `mapping` between hand and tool."""
+
     def __init__(self) -> None: ...
 
-class StabilityOutput:
     @property
-    def F_H_L(self) -> Array: ...
-    @property
-    def F_capped(self) -> Array: ...
-    @property
-    def F_coupling(self) -> Array: ...
-    @property
-    def F_low_pass(self) -> Array: ...
-    @property
-    def F_passivity(self) -> Array: ...
-    @property
-    def lag(self) -> list[float]: ...
-    @property
-    def status(self) -> int: ...
+    def scale(self) -> float:
+        """
+        Tool motion per hand motion [-]; the hand feels the stiffness force_scale * scale * K.
+        """
 
-class Stability:
-    def __init__(self, options: StabilityOptions, dt: float) -> None: ...
+    @scale.setter
+    def scale(self, arg: float, /) -> None: ...
+
+    @property
+    def force_scale(self) -> float:
+        """Force on the hand per force on the tool [-]."""
+
+    @force_scale.setter
+    def force_scale(self, arg: float, /) -> None: ...
+
+    @property
+    def align_rate(self) -> float:
+        """
+        Rate at which an orientation offset decays [rad/s]; 0: the offset stays.
+        """
+
+    @align_rate.setter
+    def align_rate(self, arg: float, /) -> None: ...
+
+    @property
+    def gripper_min(self) -> float:
+        """Gripper angle that closes the jaw [rad]."""
+
+    @gripper_min.setter
+    def gripper_min(self, arg: float, /) -> None: ...
+
+    @property
+    def gripper_max(self) -> float:
+        """Gripper angle that opens the jaw [rad]."""
+
+    @gripper_max.setter
+    def gripper_max(self, arg: float, /) -> None: ...
+
+    @property
+    def jaw_min(self) -> float:
+        """Angle of the closed jaw [rad]."""
+
+    @jaw_min.setter
+    def jaw_min(self, arg: float, /) -> None: ...
+
+    @property
+    def jaw_max(self) -> float:
+        """Angle of the open jaw [rad]."""
+
+    @jaw_max.setter
+    def jaw_max(self, arg: float, /) -> None: ...
+
+    @property
+    def jaw_rate(self) -> float:
+        """Rate at which the jaw approaches the gripper angle [rad/s]."""
+
+    @jaw_rate.setter
+    def jaw_rate(self, arg: float, /) -> None: ...
+
+class Mapping:
+    """
+    Stage `mapping`: relative scaled position, absolute orientation, clutch, jaw.
+    """
+
+    def __init__(self, options: MappingOptions, R_WL: Annotated[NDArray[numpy.float64], "(3, 3)"], dt: float) -> None:
+        """
+        R_WL (3, 3): rotation of the leader base in W; dt: period of the cycle [s].
+        """
+
     def step(
         self,
-        F_H_L: ArrayLike,
-        p_LH: Array,
-        v_LH: Array,
-        q: Array = ...,
+        X_WH: Annotated[NDArray[numpy.float64], "(4, 4)"],
+        v_LH: Annotated[NDArray[numpy.float64], "(3,)"],
+        gripper: float,
+        X_WT: Annotated[NDArray[numpy.float64], "(4, 4)"],
+        jaw: float = 0.0,
+        following: bool = True,
+        clutch: bool = False,
+        reached: bool = True,
+    ) -> tuple[Annotated[NDArray[numpy.float64], "(4, 4)"], float, Annotated[NDArray[numpy.float64], "(3,)"], bool]:
+        """
+        One tick: (X_WT_goal (4, 4), jaw [rad], v_WT (3,) [m/s], engaged). reached: the follower could take the last
+        goal.
+        """
+
+    def force_on_hand(
+        self,
+        F_T_W: Annotated[NDArray[numpy.float64], "(3,)"],
+    ) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """
+        Force F_H_L (3,) on the hand that renders the tool force F_T_W (3,) [N].
+        """
+
+    def hand_position(
+        self,
+        p_WT: Annotated[NDArray[numpy.float64], "(3,)"],
+    ) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """Hand position p_WH (3,) that maps to the tool position p_WT (3,) [m]."""
+
+    @property
+    def anchorings(self) -> int:
+        """Number of times that the map was re-anchored at the hand and the tool."""
+
+class MomentumObserver:
+    """
+    Estimates external joint torques r from the drive torques (core/palpate/force/estimate.hpp).
+    """
+
+    def __init__(
+        self,
+        model: Arm,
+        drive_inertia: Annotated[NDArray[numpy.float64], "(:, :)"],
+        bandwidth: float,
+    ) -> None:
+        """
+        drive_inertia: inertia (n,n) of the drives at the joints [kg m^2, kg]; bandwidth of r [Hz].
+        """
+
+    def reset(self) -> None:
+        """Resets the observer: the next sample starts at r = 0."""
+
+    def run(
+        self,
+        q: Annotated[NDArray[numpy.float64], "(:, :)"],
+        v: Annotated[NDArray[numpy.float64], "(:, :)"],
+        tau: Annotated[NDArray[numpy.float64], "(:, :)"],
+        rate: float,
+    ) -> Annotated[NDArray[numpy.float64], "(:, :)"]:
+        """
+        External joint torques r (k, n) [N m, N] for k samples at rate [Hz]; tau (k, n): drive torques without friction.
+        """
+
+class EstimateOptions:
+    """Options of the force estimate from the follower's drive torques."""
+
+    def __init__(self) -> None: ...
+
+    @property
+    def bandwidth(self) -> float:
+        """Bandwidth of the momentum observer [Hz]."""
+
+    @bandwidth.setter
+    def bandwidth(self, arg: float, /) -> None: ...
+
+    @property
+    def dead_band(self) -> float:
+        """
+        Dead band of the estimated force: smaller forces are reported as zero [N].
+        """
+
+    @dead_band.setter
+    def dead_band(self, arg: float, /) -> None: ...
+
+    @property
+    def slip_speed(self) -> float:
+        """
+        Fraction of the drives' speed limits above which dry friction has its full value [-].
+        """
+
+    @slip_speed.setter
+    def slip_speed(self, arg: float, /) -> None: ...
+
+    @property
+    def rotor_inertia(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Rotor inertias at the joints (n,) [kg m^2, kg]."""
+
+    @rotor_inertia.setter
+    def rotor_inertia(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
+
+    @property
+    def coulomb(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Dry friction of the drives (n,) [N m, N]."""
+
+    @coulomb.setter
+    def coulomb(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
+
+    @property
+    def viscous(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Viscous friction of the drives (n,) [N m s/rad, N s/m]."""
+
+    @viscous.setter
+    def viscous(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
+
+    @property
+    def offset(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Constant torques of the drives (n,) [N m, N]."""
+
+    @offset.setter
+    def offset(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
+
+    @property
+    def spring(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Spring constants at the joints (n,) [N m/rad, N/m]."""
+
+    @spring.setter
+    def spring(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
+
+    @property
+    def links(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Identified inertial parameters (10n,); empty: those of the model."""
+
+    @links.setter
+    def links(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
+
+class Estimate:
+    """
+    Estimates the force of the environment on the tool tip from the drive torques.
+    """
+
+    def __init__(self, model: Arm, options: EstimateOptions) -> None: ...
+
+    def reset(self) -> None:
+        """Resets the momentum observer."""
+
+    def step(
+        self,
+        t: float,
+        q: Annotated[NDArray[numpy.float64], "(:,)"],
+        v: Annotated[NDArray[numpy.float64], "(:,)"],
+        tau: Annotated[NDArray[numpy.float64], "(:,)"],
+    ) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """Estimated force F_T_B (3,) [N] for the follower's state at t [s]."""
+
+def force(
+    K: Annotated[NDArray[numpy.float64], "(:, 3)"],
+    B: Annotated[NDArray[numpy.float64], "(:, 3)"],
+    normal: Annotated[NDArray[numpy.float64], "(:, 3)"],
+    delta_x: Annotated[NDArray[numpy.float64], "(:, 3)"],
+    v_WT: Annotated[NDArray[numpy.float64], "(3,)"],
+    v_surface: Annotated[NDArray[numpy.float64], "(:, 3)"],
+    stiffness_scale: float = 1.0,
+    damping_scale: float = 1.0,
+    w_WT: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
+    p_TS: Annotated[NDArray[numpy.float64], "(:, 3)"] | None = None,
+) -> tuple[
+    Annotated[NDArray[numpy.float64], "(3,)"],
+    Annotated[NDArray[numpy.float64], "(3,)"],
+    Annotated[NDArray[numpy.float64], "(3,)"],
+    Annotated[NDArray[numpy.float64], "(3,)"],
+]:
+    """
+    Stage `force` for n contacts, given as (n, 3) arrays in W: (F, F_spring, F_damping, torque), each (3,) in W; forces
+    [N], torque about T [N m].
+    """
+
+class CertainFriction:
+    """Certified lower bounds of a device's joint friction."""
+
+    def __init__(self) -> None: ...
+
+    @property
+    def coulomb(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Coulomb friction (n,) [N m, N]."""
+
+    @coulomb.setter
+    def coulomb(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
+
+    @property
+    def viscous(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Viscous friction (n,) [N m s/rad, N s/m]."""
+
+    @viscous.setter
+    def viscous(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
+
+    @property
+    def quantum(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Resolution of the joint positions (n,) [rad, m]."""
+
+    @quantum.setter
+    def quantum(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
+
+class StabilityOptions:
+    """Options of the stage `stability`, which limits what the hand receives."""
+
+    def __init__(self) -> None: ...
+
+    @property
+    def force_cap(self) -> float:
+        """Largest force on the hand [N]."""
+
+    @force_cap.setter
+    def force_cap(self, arg: float, /) -> None: ...
+
+    @property
+    def rate_cap(self) -> float:
+        """
+        Largest rate of change of the force, also that of the ramp to zero [N/s].
+        """
+
+    @rate_cap.setter
+    def rate_cap(self, arg: float, /) -> None: ...
+
+    @property
+    def moment_cap(self) -> float:
+        """Largest moment on the hand [N m]; 0: forces only."""
+
+    @moment_cap.setter
+    def moment_cap(self, arg: float, /) -> None: ...
+
+    @property
+    def moment_rate_cap(self) -> float:
+        """Largest rate of change of the moment [N m/s]."""
+
+    @moment_rate_cap.setter
+    def moment_rate_cap(self, arg: float, /) -> None: ...
+
+    @property
+    def stale_after(self) -> float:
+        """Age above which measured states are not trusted [s]."""
+
+    @stale_after.setter
+    def stale_after(self, arg: float, /) -> None: ...
+
+    @property
+    def passivity(self) -> Literal['observer', 'tank', 'off']:
+        """Mode of the passivity controller: 'observer', 'tank' or 'off'."""
+
+    @passivity.setter
+    def passivity(self, mode: Literal['observer', 'tank', 'off'], /) -> None: ...
+
+    @property
+    def friction(self) -> CertainFriction:
+        """Certified friction of the device. This is a copy: assign a whole one."""
+
+    @friction.setter
+    def friction(self, arg: CertainFriction, /) -> None: ...
+
+    @property
+    def low_pass(self) -> float:
+        """
+        Cutoff of the low-pass on the force to be rendered [Hz]; 0: no low-pass.
+        """
+
+    @low_pass.setter
+    def low_pass(self, arg: float, /) -> None: ...
+
+    @property
+    def coupling_stiffness(self) -> float:
+        """Stiffness of the virtual coupling [N/m]; 0: no coupling."""
+
+    @coupling_stiffness.setter
+    def coupling_stiffness(self, arg: float, /) -> None: ...
+
+    @property
+    def coupling_damping(self) -> float:
+        """Damping of the virtual coupling, in parallel with its spring [N s/m]."""
+
+    @coupling_damping.setter
+    def coupling_damping(self, arg: float, /) -> None: ...
+
+    @property
+    def delay(self) -> float:
+        """Known delay of the loop [s]."""
+
+    @delay.setter
+    def delay(self, arg: float, /) -> None: ...
+
+    @property
+    def quantum(self) -> float:
+        """Resolution of the handle's position [m]."""
+
+    @quantum.setter
+    def quantum(self, arg: float, /) -> None: ...
+
+    @property
+    def allowance(self) -> float:
+        """
+        Energy that may be returned in excess of the certified input energy [J].
+        """
+
+    @allowance.setter
+    def allowance(self, arg: float, /) -> None: ...
+
+    @property
+    def tank_capacity(self) -> float:
+        """Capacity of the energy tank [J]."""
+
+    @tank_capacity.setter
+    def tank_capacity(self, arg: float, /) -> None: ...
+
+    @property
+    def acceleration(self) -> float:
+        """Largest assumed acceleration of the handle [m/s^2]."""
+
+    @acceleration.setter
+    def acceleration(self, arg: float, /) -> None: ...
+
+    @property
+    def angular_acceleration(self) -> float:
+        """Largest assumed angular acceleration of the handle [rad/s^2]."""
+
+    @angular_acceleration.setter
+    def angular_acceleration(self, arg: float, /) -> None: ...
+
+class StabilityOutput:
+    """
+    Output of one tick of the stage; wrenches (6,) on the hand in L [N, N m].
+    """
+
+    @property
+    def F_H_L(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Wrench to be rendered (6,)."""
+
+    @property
+    def F_capped(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Input of the limiter (6,)."""
+
+    @property
+    def F_coupling(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Input minus output of the virtual coupling (6,)."""
+
+    @property
+    def F_low_pass(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Input minus output of the low-pass (6,)."""
+
+    @property
+    def F_passivity(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Input minus output of the passivity controller (6,)."""
+
+    @property
+    def lag(self) -> list[float]:
+        """
+        Lags of the coupling, the low-pass, the passivity controller and the caps [s].
+        """
+
+    @property
+    def status(self) -> int:
+        """Status bits."""
+
+class Stability:
+    """Stage `stability`: coupling, low-pass, passivity controller, limiter."""
+
+    def __init__(self, options: StabilityOptions, dt: float) -> None:
+        """dt: period of the cycle [s]."""
+
+    def step(
+        self,
+        F_H_L: numpy.typing.ArrayLike,
+        p_LH: Annotated[NDArray[numpy.float64], "(3,)"],
+        v_LH: Annotated[NDArray[numpy.float64], "(3,)"],
+        q: Annotated[NDArray[numpy.float64], "(:,)"] = ...,
         stiffness: float = 0.0,
         t: float = 0.0,
         t_leader: float = 0.0,
         engaged: bool = True,
-    ) -> StabilityOutput: ...
-    def rendered(self, F_H_L: ArrayLike) -> None: ...
+    ) -> StabilityOutput:
+        """
+        One tick at t [s] with the handle at p_LH (3,) [m], v_LH (3,) [m/s], joints q (n,), and the wrench F_H_L (6,) to
+        be rendered. Call rendered() after each step.
+        """
+
+    def rendered(self, F_H_L: numpy.typing.ArrayLike) -> None:
+        """
+        Reports the wrench (6,) that the drives rendered after their torque limits.
+        """
+
     @property
-    def stored(self) -> float: ...
+    def stored(self) -> float:
+        """Energy that may be returned to the hand [J]."""
+
     @property
-    def reserved(self) -> float: ...
+    def reserved(self) -> float:
+        """Part of `stored` that is reserved for wrenches still in the delay [J]."""
 
 class Limiter:
-    def __init__(self, options: StabilityOptions, dt: float) -> None: ...
+    """
+    The last element of the stage `stability`: its output is finite and within the cap and the rate cap.
+    """
+
+    def __init__(self, options: StabilityOptions, dt: float) -> None:
+        """dt: period of the cycle [s]."""
+
     def step(
         self,
-        F_H_L: ArrayLike,
+        F_H_L: numpy.typing.ArrayLike,
         t: float = 0.0,
         t_leader: float = 0.0,
         t_follower: float = 0.0,
         leader_valid: bool = True,
         follower_valid: bool = True,
         engaged: bool = True,
-    ) -> tuple[Array, Array, int]: ...
+    ) -> tuple[Annotated[NDArray[numpy.float64], "(:,)"], Annotated[NDArray[numpy.float64], "(:,)"], int]:
+        """
+        One tick with a force (3,) or a wrench (6,): (F_H_L to be rendered, F_cut = input - output, status bits).
+        """
 
 class Energy:
+    """Entries of the energy ledger, at the hand's port [J]."""
+
     @property
-    def port(self) -> float: ...
+    def port(self) -> float:
+        """
+        Energy that the rendered force took from the hand; negative: generated energy.
+        """
+
     @property
-    def spring(self) -> float: ...
+    def spring(self) -> float:
+        """Energy stored in the contacts' springs."""
+
     @property
-    def damping(self) -> float: ...
+    def damping(self) -> float:
+        """Energy dissipated by the damping forces."""
+
     @property
-    def cut(self) -> float: ...
+    def cut(self) -> float:
+        """Energy of the force that the caps removed."""
+
     @property
-    def passivity(self) -> float: ...
+    def passivity(self) -> float:
+        """Energy of the force that the passivity controller removed."""
+
     @property
-    def source(self) -> list[float]: ...
+    def source(self) -> list[float]:
+        """Energy of the force of each source."""
 
 class Ledger:
-    def __init__(self, delay: float = 0.0, dt: float = 1e-3) -> None: ...
+    """
+    Energy ledger at the hand's port: the work of each force on the motion during which it acts.
+    """
+
+    def __init__(self, delay: float = 0.0, dt: float = 0.001) -> None:
+        """delay: known delay of the loop [s]; dt: period of the cycle [s]."""
+
     def step(
         self,
-        p_LH: Array,
-        F_H_L: ArrayLike,
-        F_damping: ArrayLike,
-        F_cut: ArrayLike,
+        p_LH: Annotated[NDArray[numpy.float64], "(3,)"],
+        F_H_L: numpy.typing.ArrayLike,
+        F_damping: numpy.typing.ArrayLike,
+        F_cut: numpy.typing.ArrayLike,
         spring: float,
-        R_LH: Array = ...,
-        F_source: Array | None = None,
-    ) -> Energy: ...
+        R_LH: Annotated[NDArray[numpy.float64], "(3, 3)"] = ...,
+        F_source: Annotated[NDArray[numpy.float64], "(:, :)"] | None = None,
+    ) -> Energy:
+        """
+        One tick with the handle at p_LH (3,) [m] and R_LH (3, 3). Forces (3,) or wrenches (6,) in L; F_source: one row
+        for each source; spring: stored energy [J]. Returns the energies since the start [J].
+        """
 
 class PassivityObserver:
-    def __init__(self, options: StabilityOptions, dt: float) -> None: ...
-    def step(self, p_LH: Array, v_LH: Array, F_H_L: Array) -> float: ...
+    """
+    Certified energy that the hand has put into the port, for a force at one point.
+    """
+
+    def __init__(self, options: StabilityOptions, dt: float) -> None:
+        """dt: period of the cycle [s]."""
+
+    def step(
+        self,
+        p_LH: Annotated[NDArray[numpy.float64], "(3,)"],
+        v_LH: Annotated[NDArray[numpy.float64], "(3,)"],
+        F_H_L: Annotated[NDArray[numpy.float64], "(3,)"],
+    ) -> float:
+        """
+        One tick with the handle at p_LH (3,) [m], v_LH (3,) [m/s]; F_H_L (3,) [N] is sent at its end. Returns the
+        energy that may be returned to the hand [J].
+        """
+
     @property
-    def in_flight(self) -> float: ...
+    def in_flight(self) -> float:
+        """
+        Largest energy that the forces already sent can still give to the hand [J].
+        """
 
 class Dissipation:
-    def __init__(self, friction: CertainFriction, dt: float) -> None: ...
-    def step(self, q: Array) -> float: ...
+    """Certified energy that a device dissipates by friction."""
 
-def held_cost(F: float, u: float, a: float, begin: float, end: float) -> float: ...
-def ramp_cost(F: float, u: float, a: float, begin: float, rate: float) -> float: ...
-def low_pass_share(cutoff: float, dt: float) -> float: ...
+    def __init__(self, friction: CertainFriction, dt: float) -> None:
+        """dt: period of the cycle [s]."""
 
-# ---- arm
+    def step(self, q: Annotated[NDArray[numpy.float64], "(:,)"]) -> float:
+        """
+        Certified dissipation since the last tick [J], from the measured joint positions q (n,).
+        """
+
+def held_cost(F: float, u: float, a: float, begin: float, end: float) -> float:
+    """
+    Largest work of a constant force: F times the integral of max(0, u + a t) over [begin, end] [J]. F [N], u [m/s], a
+    [m/s^2], times [s].
+    """
+
+def ramp_cost(F: float, u: float, a: float, begin: float, rate: float) -> float:
+    """
+    Largest work of a force that falls from F at `begin` to zero at `rate` [N/s]: the integral of the force times max(0,
+    u + a t) [J].
+    """
+
+def low_pass_share(cutoff: float, dt: float) -> float:
+    """
+    Coefficient a of the low-pass y_k = y_k-1 + a (u_k - y_k-1). cutoff [Hz], 0: no low-pass; dt [s].
+    """
+
+class AllTerms:
+    """
+    Pinocchio's dynamics of a URDF; tests and benchmarks compare Arm with it.
+    """
+
+    def __init__(self, xml: str, base_frame: str, tip_frame: str) -> None: ...
+
+    def compute(
+        self,
+        q: numpy.typing.ArrayLike,
+        v: numpy.typing.ArrayLike,
+    ) -> tuple[
+        Annotated[NDArray[numpy.float64], "(:, :)"],
+        Annotated[NDArray[numpy.float64], "(:,)"],
+        Annotated[NDArray[numpy.float64], "(:,)"],
+        Annotated[NDArray[numpy.float64], "(:, :)"],
+    ]:
+        """
+        computeAllTerms: (M (n,n), C v + G (n,), G (n,), J (6,n) at the tip in base axes).
+        """
 
 class IkOptions:
-    max_iterations: int
-    position_tolerance: float
-    orientation_tolerance: float
-    damping: float
+    """When the inverse kinematics stops."""
+
     def __init__(self) -> None: ...
+
+    @property
+    def max_iterations(self) -> int:
+        """Largest number of iterations."""
+
+    @max_iterations.setter
+    def max_iterations(self, arg: int, /) -> None: ...
+
+    @property
+    def position_tolerance(self) -> float:
+        """Position error accepted as converged [m]."""
+
+    @position_tolerance.setter
+    def position_tolerance(self, arg: float, /) -> None: ...
+
+    @property
+    def orientation_tolerance(self) -> float:
+        """Orientation error accepted as converged [rad]."""
+
+    @orientation_tolerance.setter
+    def orientation_tolerance(self, arg: float, /) -> None: ...
+
+    @property
+    def damping(self) -> float:
+        """Smallest damping; the damping grows with the remaining error."""
+
+    @damping.setter
+    def damping(self, arg: float, /) -> None: ...
 
 class IkResult:
+    """Outcome of an inverse kinematics run."""
+
     @property
-    def converged(self) -> bool: ...
+    def converged(self) -> bool:
+        """True if both errors are within their tolerances."""
+
     @property
-    def iterations(self) -> int: ...
+    def iterations(self) -> int:
+        """Number of iterations."""
+
     @property
-    def position_error(self) -> float: ...
+    def position_error(self) -> float:
+        """Remaining position error [m]."""
+
     @property
-    def orientation_error(self) -> float: ...
+    def orientation_error(self) -> float:
+        """Remaining orientation error [rad]."""
+
     @property
-    def damping(self) -> float: ...
+    def damping(self) -> float:
+        """Damping of the last step; large near singularities and out of reach."""
 
 class Field:
-    def __init__(self, joints: Sequence[int], centres: Array, length: ArrayLike) -> None: ...
+    """
+    A smooth potential of some joints: sum_c w_c exp(-|(q_J - z_c) / l|^2 / 2).
+    """
+
+    def __init__(
+        self,
+        joints: Sequence[int],
+        centres: Annotated[NDArray[numpy.float64], "(:, :)"],
+        length: numpy.typing.ArrayLike,
+    ) -> None:
+        """
+        Indices of the joints J (d,), from zero; centres z (c, d) and lengths l (d,) [rad, m].
+        """
+
     @property
-    def joints(self) -> list[int]: ...
+    def joints(self) -> list[int]:
+        """Indices of the joints (d,), from zero."""
+
     @property
-    def centres(self) -> Array: ...
+    def centres(self) -> Annotated[NDArray[numpy.float64], "(:, :)"]:
+        """Centres of the Gaussians (c, d) [rad, m]."""
+
     @property
-    def length(self) -> Array: ...
+    def length(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Length scales of the Gaussians (d,) [rad, m]."""
 
 class GravityTerms:
-    def __init__(self, masses: bool = ..., degree: int = ..., fields: Sequence[Field] = ...) -> None: ...
+    """The columns of a gravity model: masses, powers of joints, fields."""
+
+    def __init__(self, masses: bool = True, degree: int = -1, fields: Sequence[Field] = []) -> None:
+        """
+        masses: four columns per link; degree: of the polynomials, -1: none; fields: one column per centre.
+        """
+
     @property
-    def masses(self) -> bool: ...
+    def masses(self) -> bool:
+        """True: four columns per link, for its mass and its first moments."""
+
     @property
-    def degree(self) -> int: ...
+    def degree(self) -> int:
+        """Degree of the polynomial in each joint; -1: no polynomials."""
+
     @property
-    def fields(self) -> list[Field]: ...
+    def fields(self) -> list[Field]:
+        """Gaussian fields; each has one column per centre."""
 
 class Arm:
-    @overload
-    def __init__(self, xml: str, base_frame: str, tip_frame: str) -> None: ...
-    @overload
-    def __init__(self, kind: str, parameters: dict[str, list[float]]) -> None: ...
-    @property
-    def orients(self) -> bool: ...
-    @property
-    def segments(self) -> list[tuple[str, Array]]: ...
-    @property
-    def n(self) -> int: ...
-    @property
-    def joint_names(self) -> list[str]: ...
-    @property
-    def link_names(self) -> list[str]: ...
-    @property
-    def q_min(self) -> Array: ...
-    @property
-    def q_max(self) -> Array: ...
-    @property
-    def tau_max(self) -> Array: ...
-    @property
-    def v_max(self) -> Array: ...
-    def fk(self, q: ArrayLike) -> Array: ...
-    def jacobian(self, q: ArrayLike) -> Array: ...
-    def gravity(self, q: ArrayLike) -> Array: ...
-    def elastic(self, q: ArrayLike) -> Array: ...
-    def holding(self, q: ArrayLike) -> Array: ...
-    def bias(self, q: ArrayLike, v: ArrayLike) -> Array: ...
-    def inverse_dynamics(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> Array: ...
-    def mass_matrix(self, q: ArrayLike) -> Array: ...
-    def dynamics(self, q: ArrayLike, v: ArrayLike) -> tuple[Array, Array, Array, Array, Array]: ...
-    def potential_energy(self, q: ArrayLike) -> float: ...
-    def elastic_energy(self, q: ArrayLike) -> float: ...
-    def set_counterbalance(self, torque: float, along: ArrayLike) -> None: ...
-    def gravity_regressor(self, q: ArrayLike) -> Array: ...
-    @property
-    def moments(self) -> Array: ...
-    def gravity_columns(self, terms: GravityTerms, q: Array) -> Array: ...
-    def set_gravity_model(self, terms: GravityTerms, theta: Array) -> None: ...
-    def set_gravity(self, g_base: Array) -> None: ...
-    def with_scaled_masses(self, scale: ArrayLike) -> Arm: ...
-    def torque_regressor(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> Array: ...
-    @property
-    def inertial_parameters(self) -> Array: ...
-    def with_inertial_parameters(self, pi: ArrayLike) -> Arm: ...
-    def ik_from(self, X_0T: Array, q0: ArrayLike, options: IkOptions = ...) -> tuple[Array, IkResult]: ...
-    def link_poses_array(self, q: ArrayLike) -> list[Array]: ...
+    """Kinematics and dynamics of an arm in its base frame. See palpate.Arm."""
 
-# ---- plant
+    @overload
+    def __init__(self, xml: str, base_frame: str, tip_frame: str) -> None:
+        """
+        Makes an arm from the text of a URDF: the chain from base_frame to tip_frame.
+        """
+
+    @overload
+    def __init__(self, kind: str, parameters: _Mapping[str, Sequence[float]]) -> None:
+        """
+        Makes a device that has closed-form kinematics, such as 'delta', from its parameters by name.
+        """
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+
+    @property
+    def joint_names(self) -> list[str]:
+        """Names of the joints."""
+
+    @property
+    def link_names(self) -> list[str]:
+        """Names of the links."""
+
+    @property
+    def q_min(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Lower joint limits (n,) [rad, m]."""
+
+    @property
+    def q_max(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Upper joint limits (n,) [rad, m]."""
+
+    @property
+    def tau_max(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Torque limits of the drives (n,) [N m, N]."""
+
+    @property
+    def v_max(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Speed limits of the joints (n,) [rad/s, m/s]."""
+
+    @property
+    def orients(self) -> bool:
+        """True if the joints can orient the tip; False if they only position it."""
+
+    @property
+    def segments(self) -> list[tuple[str, Annotated[NDArray[numpy.float64], "(3,)"]]]:
+        """
+        Line segments for drawing the arm: (name of the link, end of the segment in the link's axes (3,) [m]).
+        """
+
+    def fk(self, q: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], "(4, 4)"]:
+        """Pose X_0T (4,4) of the tip in the base frame at q (n,) [rad, m]."""
+
+    def jacobian(self, q: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], "(:, :)"]:
+        """Jacobian (6,n) at the tip in base axes, linear rows over angular rows."""
+
+    def gravity(self, q: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """
+        Torques G(q) = dP/dq (n,) that balance the weight of the links [N m, N].
+        """
+
+    def elastic(self, q: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """
+        Torques (n,) that balance the counterbalance spring and the cables [N m, N].
+        """
+
+    def holding(self, q: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """
+        Torques (n,) that hold the arm still, by the identified gravity model or by gravity and counterbalance [N m, N].
+        """
+
+    def bias(self, q: numpy.typing.ArrayLike, v: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """C(q, v) v + G(q) (n,) [N m, N]."""
+
+    def inverse_dynamics(
+        self,
+        q: numpy.typing.ArrayLike,
+        v: numpy.typing.ArrayLike,
+        a: numpy.typing.ArrayLike,
+    ) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """M a + C v + G (n,) [N m, N]."""
+
+    def mass_matrix(self, q: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], "(:, :)"]:
+        """Mass matrix M(q) (n,n), symmetric, without the rotor inertias."""
+
+    def dynamics(
+        self,
+        q: numpy.typing.ArrayLike,
+        v: numpy.typing.ArrayLike,
+    ) -> tuple[
+        Annotated[NDArray[numpy.float64], "(:, :)"],
+        Annotated[NDArray[numpy.float64], "(:,)"],
+        Annotated[NDArray[numpy.float64], "(4, 4)"],
+        Annotated[NDArray[numpy.float64], "(:, :)"],
+        Annotated[NDArray[numpy.float64], "(:,)"],
+    ]:
+        """
+        All terms that a simulated arm needs: (M (n,n), C v + G (n,), X_0T (4,4), J (6,n), dJ/dt v (6,)).
+        """
+
+    def potential_energy(self, q: numpy.typing.ArrayLike) -> float:
+        """Potential energy P(q) of the links' weight [J]."""
+
+    def elastic_energy(self, q: numpy.typing.ArrayLike) -> float:
+        """Potential energy P(q) of the counterbalance spring and the cables [J]."""
+
+    def set_counterbalance(self, torque: float, along: numpy.typing.ArrayLike) -> None:
+        """
+        Sets a spring with potential P = -torque sin(along . q): torque [N m], along (n,). Torque 0 removes the spring.
+        """
+
+    def gravity_regressor(self, q: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], "(:, :)"]:
+        """
+        Regressor Y(q) (n,4n): gravity = Y Pi, Pi = (m, m c_x, m c_y, m c_z) of each link, c in the link's axes (Eqs
+        10-12).
+        """
+
+    @property
+    def moments(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """
+        Masses and first moments Pi of the links in the model file (4n,) [kg, kg m].
+        """
+
+    def gravity_columns(
+        self,
+        terms: GravityTerms,
+        q: Annotated[NDArray[numpy.float64], "(:, :)"],
+    ) -> Annotated[NDArray[numpy.float64], "(:, :, :)"]:
+        """
+        Columns Phi (k, n, m) of the terms at the joint positions q (k, n): holding = Phi theta.
+        """
+
+    def set_gravity_model(self, terms: GravityTerms, theta: Annotated[NDArray[numpy.float64], "(:,)"]) -> None:
+        """
+        Replaces masses and counterbalance in holding() by an identified gravity model with parameters theta (m,).
+        """
+
+    def set_gravity(self, g_base: Annotated[NDArray[numpy.float64], "(3,)"]) -> None:
+        """
+        Sets the gravitational acceleration in base axes (3,) [m/s^2]; default (0, 0, -9.81).
+        """
+
+    def with_scaled_masses(self, scale: numpy.typing.ArrayLike) -> Arm:
+        """
+        Copy whose link masses are multiplied by scale (n,), as an inexact model for a controller.
+        """
+
+    def torque_regressor(
+        self,
+        q: numpy.typing.ArrayLike,
+        v: numpy.typing.ArrayLike,
+        a: numpy.typing.ArrayLike,
+    ) -> Annotated[NDArray[numpy.float64], "(:, :)"]:
+        """
+        Regressor Y (n,10n): M a + C v + G = Y pi, pi = (m, m c (3), I_xx, I_xy, I_yy, I_xz, I_yz, I_zz) of each link.
+        """
+
+    @property
+    def inertial_parameters(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Inertial parameters pi of the links (10n,) [kg, kg m, kg m^2]."""
+
+    def with_inertial_parameters(self, pi: numpy.typing.ArrayLike) -> Arm:
+        """
+        Copy with the inertial parameters pi (10n,) and without a counterbalance. Parameters that no rigid body can have
+        raise ValueError.
+        """
+
+    def ik_from(
+        self,
+        X_0T: Annotated[NDArray[numpy.float64], "(4, 4)"],
+        q0: numpy.typing.ArrayLike,
+        options: IkOptions = ...,
+    ) -> tuple[Annotated[NDArray[numpy.float64], "(:,)"], IkResult]:
+        """
+        One damped Newton run from q0 (n,): (q (n,), IkResult). palpate.Arm.ik restarts it and raises an error.
+        """
+
+    def link_poses_array(self, q: numpy.typing.ArrayLike) -> list[Annotated[NDArray[numpy.float64], "(4, 4)"]]:
+        """
+        Poses (4,4) of all links in the base frame, in the order of link_names.
+        """
 
 class HandOptions:
-    mass: float
-    damping: float
-    stiffness: float
-    inertia: float
-    rotational_damping: float
-    rotational_stiffness: float
-    grip_force_max: float
+    """
+    Impedance of the operator's hand: a mass on the handle, with a spring and a damper to its intended path.
+    """
+
     def __init__(self) -> None: ...
+
+    @property
+    def mass(self) -> float:
+        """Mass that moves with the handle [kg]."""
+
+    @mass.setter
+    def mass(self, arg: float, /) -> None: ...
+
+    @property
+    def damping(self) -> float:
+        """Damping to the intended path [N s/m]."""
+
+    @damping.setter
+    def damping(self, arg: float, /) -> None: ...
+
+    @property
+    def stiffness(self) -> float:
+        """Stiffness to the intended path [N/m]."""
+
+    @stiffness.setter
+    def stiffness(self, arg: float, /) -> None: ...
+
+    @property
+    def inertia(self) -> float:
+        """Rotational inertia that moves with the handle [kg m^2]."""
+
+    @inertia.setter
+    def inertia(self, arg: float, /) -> None: ...
+
+    @property
+    def rotational_damping(self) -> float:
+        """Rotational damping [N m s/rad]."""
+
+    @rotational_damping.setter
+    def rotational_damping(self, arg: float, /) -> None: ...
+
+    @property
+    def rotational_stiffness(self) -> float:
+        """Rotational stiffness [N m/rad]."""
+
+    @rotational_stiffness.setter
+    def rotational_stiffness(self, arg: float, /) -> None: ...
+
+    @property
+    def grip_force_max(self) -> float:
+        """Largest force of the grip; the hand slips above it [N]."""
+
+    @grip_force_max.setter
+    def grip_force_max(self, arg: float, /) -> None: ...
 
 class LeaderOptions:
-    coupling: Array
-    encoder_step: Array
-    coulomb: Array
-    viscous: Array
-    rotor_inertia: Array
-    tau_max: Array
-    loop_delay: float
-    loop_jitter: float
-    drive_lag: float
-    velocity_window: float
-    velocity_cutoff: float
-    hold_timeout: float
-    cell_noise: float
-    seed: int
-    quantised: bool
+    """
+    Parameters of a simulated leader; palpate.Arm.leader_options() fills them.
+    """
+
     def __init__(self) -> None: ...
+
+    @property
+    def coupling(self) -> Annotated[NDArray[numpy.float64], "(:, :)"]:
+        """Coupling matrix A (n,n): q_joint = A q_motor."""
+
+    @coupling.setter
+    def coupling(self, arg: Annotated[NDArray[numpy.float64], "(:, :)"], /) -> None: ...
+
+    @property
+    def loop_delay(self) -> float:
+        """Delay from the command to the torque, of the force term only [s]."""
+
+    @loop_delay.setter
+    def loop_delay(self, arg: float, /) -> None: ...
+
+    @property
+    def loop_jitter(self) -> float:
+        """
+        Additional random delay of each command, uniform in 0..loop_jitter [s].
+        """
+
+    @loop_jitter.setter
+    def loop_jitter(self, arg: float, /) -> None: ...
+
+    @property
+    def drive_lag(self) -> float:
+        """
+        Time constant of the drives' current loops, which all torque terms pass [s].
+        """
+
+    @drive_lag.setter
+    def drive_lag(self, arg: float, /) -> None: ...
+
+    @property
+    def velocity_window(self) -> float:
+        """
+        Time between the two positions whose difference gives a velocity [s]; 0: velocities come from the time between
+        encoder edges.
+        """
+
+    @velocity_window.setter
+    def velocity_window(self, arg: float, /) -> None: ...
+
+    @property
+    def velocity_cutoff(self) -> float:
+        """Cutoff of the first-order low-pass on velocities [Hz]; 0: no low-pass."""
+
+    @velocity_cutoff.setter
+    def velocity_cutoff(self, arg: float, /) -> None: ...
+
+    @property
+    def hold_timeout(self) -> float:
+        """
+        Time without a new command after which the force term ramps to zero [s].
+        """
+
+    @hold_timeout.setter
+    def hold_timeout(self, arg: float, /) -> None: ...
+
+    @property
+    def cell_noise(self) -> float:
+        """Noise of the load cell in the handle, rms per axis [N]."""
+
+    @cell_noise.setter
+    def cell_noise(self, arg: float, /) -> None: ...
+
+    @property
+    def seed(self) -> int:
+        """
+        Seed of the load cell's noise and of the jitter; a Simulation replaces it by its own.
+        """
+
+    @seed.setter
+    def seed(self, arg: int, /) -> None: ...
+
+    @property
+    def quantised(self) -> bool:
+        """
+        True: positions and velocities come from the encoders; False: they are exact.
+        """
+
+    @quantised.setter
+    def quantised(self, arg: bool, /) -> None: ...
+
+    @property
+    def encoder_step(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """
+        Resolution of the encoders on the motor side (n,) [rad/count]; 0: exact.
+        """
+
+    @encoder_step.setter
+    def encoder_step(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
+
+    @property
+    def coulomb(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Coulomb friction of the joints (n,) [N m]."""
+
+    @coulomb.setter
+    def coulomb(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
+
+    @property
+    def viscous(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Viscous friction of the joints (n,) [N m s/rad]."""
+
+    @viscous.setter
+    def viscous(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
+
+    @property
+    def rotor_inertia(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Rotor inertias, reflected to the joints (n,) [kg m^2]."""
+
+    @rotor_inertia.setter
+    def rotor_inertia(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
+
+    @property
+    def tau_max(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Torque limits of the drives, joint side (n,) [N m]."""
+
+    @tau_max.setter
+    def tau_max(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
 
 class DriveOptions:
-    coulomb: Array
-    viscous: Array
-    rotor_inertia: Array
+    """Parameters of a follower's drives, at its joints."""
+
     def __init__(self) -> None: ...
+
+    @property
+    def coulomb(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Coulomb friction (n,) [N m, N]."""
+
+    @coulomb.setter
+    def coulomb(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
+
+    @property
+    def viscous(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Viscous friction (n,) [N m s/rad, N s/m]."""
+
+    @viscous.setter
+    def viscous(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
+
+    @property
+    def rotor_inertia(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Rotor inertias (n,) [kg m^2, kg]."""
+
+    @rotor_inertia.setter
+    def rotor_inertia(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
 
 class FollowerOptions:
-    driven: bool
-    drives: DriveOptions
-    bandwidth: float
-    damping_ratio: float
-    v_max: Array
-    encoder_step: Array
-    jaw_v_max: float
+    """Parameters of a simulated follower."""
+
     def __init__(self) -> None: ...
 
-AXIS_QUANTA: float
-AXIS_UNFELT: float
+    @property
+    def bandwidth(self) -> float:
+        """Natural frequency of the joint servos [Hz]; 0: ideal."""
+
+    @bandwidth.setter
+    def bandwidth(self, arg: float, /) -> None: ...
+
+    @property
+    def damping_ratio(self) -> float:
+        """Damping ratio of the joint servos [-]; 1: no overshoot."""
+
+    @damping_ratio.setter
+    def damping_ratio(self, arg: float, /) -> None: ...
+
+    @property
+    def jaw_v_max(self) -> float:
+        """Speed limit of the jaw [rad/s]."""
+
+    @jaw_v_max.setter
+    def jaw_v_max(self, arg: float, /) -> None: ...
+
+    @property
+    def driven(self) -> bool:
+        """
+        True: drives move the joints by torques, and contact forces push against them; False: position servos move the
+        joints.
+        """
+
+    @driven.setter
+    def driven(self, arg: bool, /) -> None: ...
+
+    @property
+    def drives(self) -> DriveOptions:
+        """Drives of a driven follower."""
+
+    @drives.setter
+    def drives(self, arg: DriveOptions, /) -> None: ...
+
+    @property
+    def v_max(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Speed limits of the joints (n,) [rad/s, m/s]."""
+
+    @v_max.setter
+    def v_max(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
+
+    @property
+    def encoder_step(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Resolution of the encoders (n,) [rad, m]; 0: exact."""
+
+    @encoder_step.setter
+    def encoder_step(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
+
+class Leader:
+    """
+    A simulated leader: dynamics, friction, drives and encoders, and the hand that holds it.
+    """
+
+    def __init__(self, arm: Arm, options: LeaderOptions, hand: HandOptions = ...) -> None: ...
+
+    def reset(self, q: Annotated[NDArray[numpy.float64], "(:,)"]) -> None:
+        """
+        Places the arm at rest at q (n,), clipped to the limits, with drives off, and sets the time to zero.
+        """
+
+    def command(
+        self,
+        tau_force: Annotated[NDArray[numpy.float64], "(:,)"],
+        tau_gravity: Annotated[NDArray[numpy.float64], "(:,)"],
+        tau_platform: Annotated[NDArray[numpy.float64], "(:,)"],
+    ) -> None:
+        """
+        Commands torques (n,) [N m]; the drives hold them until the next command.
+        """
+
+    def obey(self, command: LeaderCommand) -> None:
+        """Commands all terms of a command of the stage `torque`."""
+
+    def pinch(self, gripper: float) -> None:
+        """The hand closes the gripper to this angle [rad]; 0: closed."""
+
+    def step(
+        self,
+        dt: float,
+        X_LH_hand: Annotated[NDArray[numpy.float64], "(4, 4)"],
+        V_LH_hand: Annotated[NDArray[numpy.float64], "(6,)"] = ...,
+        n: int = 1,
+    ) -> None:
+        """
+        Simulates n servo periods of dt [s]. The hand intends the handle at X_LH_hand (4,4), moving with V_LH_hand (6,).
+        """
+
+    @property
+    def t(self) -> float:
+        """Time [s]."""
+
+    @property
+    def q_measured(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Joint positions by the encoders (n,) [rad]."""
+
+    @property
+    def v_measured(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Joint velocities by the encoders (n,) [rad/s]."""
+
+    @property
+    def gripper(self) -> float:
+        """Measured gripper angle [rad]."""
+
+    @property
+    def q(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """True joint positions (n,) [rad]."""
+
+    @property
+    def v(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """True joint velocities (n,) [rad/s]."""
+
+    @property
+    def load_cell(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """True wrench of the arm on the hand, in L (6,) [N, N m]."""
+
+    @property
+    def F_cell_L(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Force measured by the load cell, noise included (3,) [N]."""
+
+    @property
+    def hand_slipped(self) -> bool:
+        """True if the force of the grip reached its limit in the last step."""
+
+    @property
+    def energy(self) -> float:
+        """
+        Kinetic plus potential energy [J]; the weight of the hand is not included.
+        """
+
+class Follower:
+    """A simulated follower: joints under position control, and a jaw."""
+
+    def __init__(self, arm: Arm, options: FollowerOptions) -> None: ...
+
+    def reset(self, q: Annotated[NDArray[numpy.float64], "(:,)"], jaw: float = 0.0) -> None:
+        """Places the arm at rest at q (n,) [rad, m] with this jaw angle [rad]."""
+
+    def command(self, q: Annotated[NDArray[numpy.float64], "(:,)"], jaw: float = 0.0) -> None:
+        """Commands joint positions q (n,) [rad, m] and a jaw angle [rad]."""
+
+    def step(self, dt: float, n: int = 1, F_T_B: Annotated[NDArray[numpy.float64], "(6,)"] = ...) -> None:
+        """
+        Simulates n servo periods of dt [s]. F_T_B (6,): wrench of the environment on the tip, which moves a driven
+        follower only [N, N m].
+        """
+
+    @property
+    def t(self) -> float:
+        """Time [s]."""
+
+    @property
+    def q(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Measured joint positions (n,) [rad, m]."""
+
+    @property
+    def v(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """
+        Measured joint velocities (n,) [rad/s, m/s]; empty unless the follower is driven.
+        """
+
+    @property
+    def tau(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """
+        Torques of the drives (n,) [N m, N]; empty unless the follower is driven.
+        """
+
+    @property
+    def jaw(self) -> float:
+        """Measured jaw angle [rad]."""
+
+AXIS_QUANTA: float = 8.0
+
+AXIS_UNFELT: float = 1e-06
 
 class AxisOptions:
-    mass: float
-    damping: float
-    coulomb: float
-    rate: float
-    delay: float
-    jitter: float
-    quantum: float
-    velocity_cutoff: float
-    K: float
-    B: float
-    bilateral: bool
-    force_max: float
-    rate_max: float
-    hand_mass: float
-    hand_damping: float
-    hand_stiffness: float
-    seed: int
+    """
+    One axis of a haptic device with its control loop, a hand, and a virtual wall at x > 0.
+    """
+
     def __init__(self) -> None: ...
 
+    @property
+    def mass(self) -> float:
+        """Mass of the device [kg]."""
+
+    @mass.setter
+    def mass(self, arg: float, /) -> None: ...
+
+    @property
+    def damping(self) -> float:
+        """Viscous damping of the device [N s/m]."""
+
+    @damping.setter
+    def damping(self, arg: float, /) -> None: ...
+
+    @property
+    def coulomb(self) -> float:
+        """Dry friction of the device [N]."""
+
+    @coulomb.setter
+    def coulomb(self, arg: float, /) -> None: ...
+
+    @property
+    def rate(self) -> float:
+        """Rate of the haptic cycle [Hz]."""
+
+    @rate.setter
+    def rate(self, arg: float, /) -> None: ...
+
+    @property
+    def delay(self) -> float:
+        """Delay from the measurement to the force [s]."""
+
+    @delay.setter
+    def delay(self, arg: float, /) -> None: ...
+
+    @property
+    def jitter(self) -> float:
+        """Additional random delay of each cycle, uniform in 0..jitter [s]."""
+
+    @jitter.setter
+    def jitter(self, arg: float, /) -> None: ...
+
+    @property
+    def quantum(self) -> float:
+        """Resolution of the measured position [m]; 0: exact."""
+
+    @quantum.setter
+    def quantum(self, arg: float, /) -> None: ...
+
+    @property
+    def velocity_cutoff(self) -> float:
+        """
+        Cutoff of the low-pass on the differentiated position [Hz]; 0: no low-pass.
+        """
+
+    @velocity_cutoff.setter
+    def velocity_cutoff(self, arg: float, /) -> None: ...
+
+    @property
+    def K(self) -> float:
+        """Stiffness of the wall [N/m]."""
+
+    @K.setter
+    def K(self, arg: float, /) -> None: ...
+
+    @property
+    def B(self) -> float:
+        """Damping of the wall [N s/m]."""
+
+    @B.setter
+    def B(self, arg: float, /) -> None: ...
+
+    @property
+    def bilateral(self) -> bool:
+        """True: the wall is a spring that also pulls."""
+
+    @bilateral.setter
+    def bilateral(self, arg: bool, /) -> None: ...
+
+    @property
+    def force_max(self) -> float:
+        """Largest force of the device [N]."""
+
+    @force_max.setter
+    def force_max(self, arg: float, /) -> None: ...
+
+    @property
+    def rate_max(self) -> float:
+        """Largest rate of change of the force [N/s]."""
+
+    @rate_max.setter
+    def rate_max(self, arg: float, /) -> None: ...
+
+    @property
+    def hand_mass(self) -> float:
+        """Mass of the hand, which moves with the device [kg]."""
+
+    @hand_mass.setter
+    def hand_mass(self, arg: float, /) -> None: ...
+
+    @property
+    def hand_damping(self) -> float:
+        """Damping between the hand and its intended path [N s/m]."""
+
+    @hand_damping.setter
+    def hand_damping(self, arg: float, /) -> None: ...
+
+    @property
+    def hand_stiffness(self) -> float:
+        """Stiffness between the hand and its intended path [N/m]."""
+
+    @hand_stiffness.setter
+    def hand_stiffness(self, arg: float, /) -> None: ...
+
+    @property
+    def seed(self) -> int:
+        """Seed of the jitter."""
+
+    @seed.setter
+    def seed(self, arg: int, /) -> None: ...
+
 class AxisResult:
+    """Outcome of a run of an Axis."""
+
     @property
-    def diverged(self) -> bool: ...
+    def diverged(self) -> bool:
+        """True if |x| reached 1 m."""
+
     @property
-    def oscillates(self) -> bool: ...
+    def oscillates(self) -> bool:
+        """
+        True if the amplitude in the last quarter of the run exceeds max(8 quanta, 1 um) and does not decay.
+        """
+
     @property
-    def amplitude(self) -> float: ...
+    def amplitude(self) -> float:
+        """Half the peak-to-peak motion in the last quarter of the run [m]."""
+
     @property
-    def frequency(self) -> float: ...
+    def frequency(self) -> float:
+        """Frequency of the motion in the last quarter of the run [Hz]."""
+
     @property
-    def peak(self) -> float: ...
+    def peak(self) -> float:
+        """Largest penetration [m]."""
+
     @property
-    def rest(self) -> float: ...
+    def rest(self) -> float:
+        """Mean position in the last quarter of the run [m]."""
+
     @property
-    def overshoot(self) -> float: ...
+    def overshoot(self) -> float:
+        """(peak - rest) / rest [-]; 0 if the axis does not rest inside the wall."""
+
     @property
-    def settling(self) -> float: ...
+    def settling(self) -> float:
+        """Time from which on |x - rest| < 2 % of |rest| [s]."""
+
     @property
-    def energy_port(self) -> float: ...
+    def energy_port(self) -> float:
+        """Energy that the wall took from the hand, by the true positions [J]."""
+
     @property
-    def energy_min(self) -> float: ...
+    def energy_min(self) -> float:
+        """
+        Smallest value of that energy; negative if the wall generated energy [J].
+        """
 
 class Axis:
+    """
+    Simulates the axis in closed form between commands, cycles and reversals of the dry friction.
+    """
+
     def __init__(self, options: AxisOptions) -> None: ...
+
     def run(
         self,
         duration: float = 2.0,
         x0: float = 0.0,
         v0: float = 0.0,
         push: float = 0.0,
-        path: Sequence[float] = ...,
+        path: Sequence[float] = [],
         stability: StabilityOptions | None = None,
-    ) -> AxisResult: ...
+    ) -> AxisResult:
+        """
+        Simulates duration [s] from position x0 [m] and velocity v0 [m/s]. push: constant force of the hand [N]. path:
+        intended position of the hand at each cycle [m], its last value held; empty: 0. stability: options of the stage
+        `stability`; None: without that stage.
+        """
+
     def trace(
         self,
         duration: float = 2.0,
         x0: float = 0.0,
         v0: float = 0.0,
         push: float = 0.0,
-        path: Sequence[float] = ...,
+        path: Sequence[float] = [],
         stability: StabilityOptions | None = None,
-    ) -> tuple[AxisResult, Array]: ...
-
-class Leader:
-    def __init__(self, arm: Arm, options: LeaderOptions, hand: HandOptions = ...) -> None: ...
-    def reset(self, q: Array) -> None: ...
-    def command(self, tau_force: Array, tau_gravity: Array, tau_platform: Array) -> None: ...
-    def obey(self, command: LeaderCommand) -> None: ...
-    def pinch(self, gripper: float) -> None: ...
-    def step(self, dt: float, X_LH_hand: Array, V_LH_hand: Array = ..., n: int = 1) -> None: ...
-    @property
-    def t(self) -> float: ...
-    @property
-    def q_measured(self) -> Array: ...
-    @property
-    def v_measured(self) -> Array: ...
-    @property
-    def gripper(self) -> float: ...
-    @property
-    def q(self) -> Array: ...
-    @property
-    def v(self) -> Array: ...
-    @property
-    def load_cell(self) -> Array: ...
-    @property
-    def F_cell_L(self) -> Array: ...
-    @property
-    def hand_slipped(self) -> bool: ...
-    @property
-    def energy(self) -> float: ...
-
-class Follower:
-    def __init__(self, arm: Arm, options: FollowerOptions) -> None: ...
-    def reset(self, q: Array, jaw: float = 0.0) -> None: ...
-    def command(self, q: Array, jaw: float = 0.0) -> None: ...
-    def step(self, dt: float, n: int = 1, F_T_B: Array = ...) -> None: ...
-    @property
-    def t(self) -> float: ...
-    @property
-    def q(self) -> Array: ...
-    @property
-    def v(self) -> Array: ...
-    @property
-    def tau(self) -> Array: ...
-    @property
-    def jaw(self) -> float: ...
-
-# ---- torque
+    ) -> tuple[AxisResult, Annotated[NDArray[numpy.float64], "(:, :)"]]:
+        """
+        The same run as (AxisResult, rows (n, 5)) with one row per cycle: t [s], x [m], v [m/s], force commanded on the
+        device along x [N], energy_port [J].
+        """
 
 class LeaderCommand:
-    @property
-    def tau(self) -> Array: ...
-    @property
-    def tau_force(self) -> Array: ...
-    @property
-    def tau_gravity(self) -> Array: ...
-    @property
-    def tau_platform(self) -> Array: ...
-    @property
-    def tau_friction(self) -> Array: ...
-    @property
-    def tau_limits(self) -> Array: ...
-    @property
-    def F_H_L(self) -> Array: ...
-    @property
-    def F_law_L(self) -> Array: ...
-    @property
-    def F_neglected(self) -> float: ...
+    """Torques for the leader, as separate terms."""
 
-class FrictionOptions:
-    gain: float
-    dead_band: float
-    full_speed: float
-    coulomb: Array
-    viscous: Array
-    def __init__(self) -> None: ...
+    @property
+    def tau_force(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """J^T (F_H_L + F_law_L) (n,) [N m]."""
 
-class LimitOptions:
-    gain: float
-    margin: float
-    def __init__(self) -> None: ...
+    @property
+    def tau_gravity(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Gravity compensation (n,) [N m]."""
 
-class LawOptions:
-    shape_inertia: bool
-    virtual_mass: float
-    virtual_damping: float
-    servo_bandwidth: float
-    def __init__(self) -> None: ...
+    @property
+    def tau_platform(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Torque of the controller of joint 4, the platform (n,) [N m]."""
+
+    @property
+    def tau_friction(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Friction compensation (n,) [N m]."""
+
+    @property
+    def tau_limits(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Torque of the soft stops (n,) [N m]."""
+
+    @property
+    def tau(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Sum of all terms (n,) [N m]."""
+
+    @property
+    def F_H_L(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Wrench rendered on the hand within the drive limits (6,) [N, N m]."""
+
+    @property
+    def F_law_L(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Wrench that the control law adds to F_H_L (6,) [N, N m]."""
+
+    @property
+    def F_neglected(self) -> float:
+        """
+        Force of the arm's inertia and Coriolis terms that the law does not compensate [N].
+        """
 
 class TorqueOptions:
-    law: str
-    mode: str
-    force_gain: float
-    gravity_gain: float
-    platform_gain: float
-    friction: FrictionOptions
-    limits: LimitOptions
-    laws: LawOptions
-    law_cap: float
-    fast_force: float
-    rotor_inertia: Array
+    """Options of the stage `torque`."""
+
     def __init__(self) -> None: ...
 
+    @property
+    def law(self) -> str:
+        """Control law: 'stiffness' (the paper's), 'impedance' or 'admittance'."""
+
+    @law.setter
+    def law(self, arg: str, /) -> None: ...
+
+    @property
+    def mode(self) -> str:
+        """'full', or 'paper': torques on the first three joints only."""
+
+    @mode.setter
+    def mode(self, arg: str, /) -> None: ...
+
+    @property
+    def force_gain(self) -> float:
+        """Gain of tau_force [-]; 0 switches it off."""
+
+    @force_gain.setter
+    def force_gain(self, arg: float, /) -> None: ...
+
+    @property
+    def gravity_gain(self) -> float:
+        """Gain of the gravity compensation [-]; 0 switches it off."""
+
+    @gravity_gain.setter
+    def gravity_gain(self, arg: float, /) -> None: ...
+
+    @property
+    def platform_gain(self) -> float:
+        """
+        Gain of the controller of joint 4, 0..1 [-], for MTMs with seven joints in mode 'full'.
+        """
+
+    @platform_gain.setter
+    def platform_gain(self, arg: float, /) -> None: ...
+
+    @property
+    def friction(self) -> FrictionOptions:
+        """Options of the friction compensation."""
+
+    @friction.setter
+    def friction(self, arg: FrictionOptions, /) -> None: ...
+
+    @property
+    def limits(self) -> LimitOptions:
+        """Options of the soft stops."""
+
+    @limits.setter
+    def limits(self, arg: LimitOptions, /) -> None: ...
+
+    @property
+    def laws(self) -> LawOptions:
+        """Options of the control laws."""
+
+    @laws.setter
+    def laws(self, arg: LawOptions, /) -> None: ...
+
+    @property
+    def law_cap(self) -> float:
+        """Largest force that a law may add to the rendered force [N]."""
+
+    @law_cap.setter
+    def law_cap(self, arg: float, /) -> None: ...
+
+    @property
+    def fast_force(self) -> float:
+        """F_neglected above which the status bit too_fast is set [N]."""
+
+    @fast_force.setter
+    def fast_force(self, arg: float, /) -> None: ...
+
+    @property
+    def rotor_inertia(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Rotor inertias in the controller's model (n,) [kg m^2]."""
+
+    @rotor_inertia.setter
+    def rotor_inertia(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
+
+class FrictionOptions:
+    """Options of the friction compensation, which never drives the arm."""
+
+    def __init__(self) -> None: ...
+
+    @property
+    def gain(self) -> float:
+        """
+        Fraction of the friction that is compensated, 0..1 [-]; 0 switches it off.
+        """
+
+    @gain.setter
+    def gain(self, arg: float, /) -> None: ...
+
+    @property
+    def dead_band(self) -> float:
+        """Speed below which nothing is compensated [rad/s, m/s]."""
+
+    @dead_band.setter
+    def dead_band(self, arg: float, /) -> None: ...
+
+    @property
+    def full_speed(self) -> float:
+        """Speed from which on the compensation is complete [rad/s, m/s]."""
+
+    @full_speed.setter
+    def full_speed(self, arg: float, /) -> None: ...
+
+    @property
+    def coulomb(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Coulomb friction in the controller's model (n,) [N m]."""
+
+    @coulomb.setter
+    def coulomb(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
+
+    @property
+    def viscous(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Viscous friction in the controller's model (n,) [N m s/rad]."""
+
+    @viscous.setter
+    def viscous(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
+
+class LimitOptions:
+    """Options of the soft stops before the joint limits."""
+
+    def __init__(self) -> None: ...
+
+    @property
+    def gain(self) -> float:
+        """
+        Torque at the joint limit, as a fraction of the drive's limit [-]; 0 switches the soft stops off.
+        """
+
+    @gain.setter
+    def gain(self, arg: float, /) -> None: ...
+
+    @property
+    def margin(self) -> float:
+        """Width of a soft stop, as a fraction of the joint's range [-]."""
+
+    @margin.setter
+    def margin(self, arg: float, /) -> None: ...
+
+class LawOptions:
+    """Options of the control laws; each law reads its own."""
+
+    def __init__(self) -> None: ...
+
+    @property
+    def shape_inertia(self) -> bool:
+        """
+        impedance: True gives the handle the inertia virtual_mass; this needs a load cell.
+        """
+
+    @shape_inertia.setter
+    def shape_inertia(self, arg: bool, /) -> None: ...
+
+    @property
+    def virtual_mass(self) -> float:
+        """
+        Inertia of the handle that the hand feels [kg], for admittance, and for impedance with shape_inertia.
+        """
+
+    @virtual_mass.setter
+    def virtual_mass(self, arg: float, /) -> None: ...
+
+    @property
+    def virtual_damping(self) -> float:
+        """admittance: damping of the handle that the hand feels [N s/m]."""
+
+    @virtual_damping.setter
+    def virtual_damping(self, arg: float, /) -> None: ...
+
+    @property
+    def servo_bandwidth(self) -> float:
+        """admittance: bandwidth of the position loop [Hz]."""
+
+    @servo_bandwidth.setter
+    def servo_bandwidth(self, arg: float, /) -> None: ...
+
 class Torque:
-    def __init__(self, options: TorqueOptions, tau_max: ArrayLike, dt: float = 1e-3) -> None: ...
+    """
+    The stage `torque`: joint torques of one control law, within the drive limits.
+    """
+
+    def __init__(self, options: TorqueOptions, tau_max: numpy.typing.ArrayLike, dt: float = 0.001) -> None:
+        """
+        tau_max (n,): torque limits of the drives [N m]; dt: period of the cycle [s].
+        """
+
     def step(
         self,
         model: Arm,
-        q: ArrayLike,
-        v: ArrayLike,
-        F_H_L: Array,
-        F_cell_L: Array | None = None,
+        q: numpy.typing.ArrayLike,
+        v: numpy.typing.ArrayLike,
+        F_H_L: Annotated[NDArray[numpy.float64], "(6,)"],
+        F_cell_L: Annotated[NDArray[numpy.float64], "(3,)"] | None = None,
         fresh: bool = True,
-    ) -> tuple[LeaderCommand, int]: ...
+    ) -> tuple[LeaderCommand, int]:
+        """
+        One tick: (LeaderCommand that renders F_H_L (6,) [N, N m], status bits). F_cell_L (3,): measured force of the
+        arm on the hand [N]. fresh: False resets the control law, because the state of the leader is not new.
+        """
 
 def cartesian_place(
-    model: Arm, q: ArrayLike, v: ArrayLike, rotor_inertia: Array | None = None, heaviest: float = 20.0
-) -> tuple[Array, Array, Array, bool]: ...
+    model: Arm,
+    q: numpy.typing.ArrayLike,
+    v: numpy.typing.ArrayLike,
+    rotor_inertia: Annotated[NDArray[numpy.float64], "(:,)"] | None = None,
+    heaviest: float = 20.0,
+) -> tuple[
+    Annotated[NDArray[numpy.float64], "(:, :)"],
+    Annotated[NDArray[numpy.float64], "(:,)"],
+    Annotated[NDArray[numpy.float64], "(:,)"],
+    bool,
+]:
+    """
+    Dynamics of the tip's position (Eqs 2-5): (Lambda (3,3) [kg], Gamma v (3,) [N], eta (3,) [N], singular). Eigenvalues
+    of Lambda above heaviest [kg] are set to it, and singular is True.
+    """
+
 def cartesian(
-    model: Arm, q: ArrayLike, v: ArrayLike, rotor_inertia: Array | None = None, heaviest: float = 20.0
-) -> tuple[Array, Array, Array, bool]: ...
+    model: Arm,
+    q: numpy.typing.ArrayLike,
+    v: numpy.typing.ArrayLike,
+    rotor_inertia: Annotated[NDArray[numpy.float64], "(:,)"] | None = None,
+    heaviest: float = 20.0,
+) -> tuple[
+    Annotated[NDArray[numpy.float64], "(:, :)"],
+    Annotated[NDArray[numpy.float64], "(:,)"],
+    Annotated[NDArray[numpy.float64], "(:,)"],
+    bool,
+]:
+    """
+    Dynamics of the tip's position and orientation (Eqs 2-5): (Lambda (6,6), Gamma v (6,), eta (6,), singular), as for
+    cartesian_place.
+    """
 
-# ---- scene
+TICK_BYTES: int = 2288
 
-class MeshReport:
-    @property
-    def vertices(self) -> int: ...
-    @property
-    def triangles(self) -> int: ...
-    @property
-    def degenerate(self) -> int: ...
-    @property
-    def duplicate(self) -> int: ...
-    @property
-    def flat(self) -> int: ...
-    @property
-    def parts(self) -> int: ...
-    @property
-    def boundary_edges(self) -> int: ...
-    @property
-    def branching_edges(self) -> int: ...
-    @property
-    def inconsistent_edges(self) -> int: ...
-    @property
-    def turned(self) -> int: ...
-    @property
-    def inverted(self) -> int: ...
-    @property
-    def two_sided(self) -> bool: ...
-    @property
-    def closed(self) -> bool: ...
-    @property
-    def volume(self) -> float: ...
-    @property
-    def lowest(self) -> Array: ...
-    @property
-    def highest(self) -> Array: ...
+def signals() -> list[tuple[str, int, int, str, str, str, bool, str]]:
+    """
+    Table of signals, with one row (name, byte offset, number of doubles, unit, frame, doc, deterministic, stage) for
+    each.
+    """
 
-class Surface:
-    def nearest(self, points: Array) -> tuple[Array, Array, Array]: ...
+def status_words() -> list[tuple[str, int, str]]:
+    """
+    Bits of the signal `status`, the gravest first, with one row (name, bit, description) for each.
+    """
 
-class Mesh(Surface):
-    def __init__(self, vertices: Array, triangles: NDArray[np.int32]) -> None: ...
-    @staticmethod
-    def from_image(bytes: NDArray[np.uint8]) -> Mesh: ...
-    def image(self) -> NDArray[np.uint8]: ...
-    @property
-    def triangle_count(self) -> int: ...
-    @property
-    def report(self) -> MeshReport: ...
-    @property
-    def vertices(self) -> Array: ...
-    @property
-    def triangles(self) -> NDArray[np.int32]: ...
-    def rims(self) -> NDArray[np.int32]: ...
-    def closest(self, points: Array, max_distance: float = ...) -> tuple[Array, Array, Array, NDArray[np.int32]]: ...
-    def contains(self, points: Array) -> NDArray[np.bool_]: ...
-    def closest_by_kernel(self, points: Array, kernel: str) -> Array: ...
-    def sweep(self, a: Array, b: Array, radius: float) -> float: ...
+class Controls:
+    """Values that the operator may change during a run."""
 
-class Plane(Surface):
     def __init__(self) -> None: ...
 
-class Sphere(Surface):
-    def __init__(self, radius: float) -> None: ...
-
-class Box(Surface):
-    def __init__(self, size: Array) -> None: ...
-
-class Cylinder(Surface):
-    def __init__(self, radius: float, length: float) -> None: ...
-
-class Capsule(Surface):
-    def __init__(self, radius: float, length: float) -> None: ...
-
-class Cloud(Surface):
-    def __init__(self, points: Array, radius: float) -> None: ...
-
-class ImplicitSurface(Surface):
-    def __init__(self, coefficients: Array, exponents: Sequence[int], level: float) -> None: ...
-    def value(self, p: Array) -> float: ...
-    def gradient(self, p: Array) -> Array: ...
     @property
-    def half(self) -> Array: ...
+    def following(self) -> bool:
+        """True: the tool follows the hand, and the hand receives forces."""
 
-class DistanceGrid(Surface):
-    def __init__(self, origin: Array, spacing: Array, values: NDArray[np.float32]) -> None: ...
-    def value(self, p: Array) -> tuple[float, Array]: ...
+    @following.setter
+    def following(self, arg: bool, /) -> None: ...
+
     @property
-    def values(self) -> NDArray[np.float32]: ...
+    def clutch(self) -> bool:
+        """
+        True: the clutch pedal is pressed; the hand moves freely and the tool stays.
+        """
 
-def sample_distance(mesh: Mesh, origin: Array, spacing: Array, values: NDArray[np.float32]) -> None: ...
+    @clutch.setter
+    def clutch(self, arg: bool, /) -> None: ...
 
-CREASE_ANGLE: float
+    @property
+    def paused(self) -> bool:
+        """True: simulated time stands still."""
 
-def bvh_has_avx2() -> bool: ...
+    @paused.setter
+    def paused(self, arg: bool, /) -> None: ...
 
-class Material:
-    K: Array
-    B: Array
-    mu: float
-    mu_static: float
-    def __init__(self, K: ArrayLike = ..., B: ArrayLike = ..., mu: float = ..., mu_static: float = ...) -> None: ...
+    @property
+    def hold(self) -> bool:
+        """True: the simulated hand stays where it is on its path."""
 
-class Region:
-    def __init__(
+    @hold.setter
+    def hold(self, arg: bool, /) -> None: ...
+
+    @property
+    def stiffness_scale(self) -> float:
+        """Factor on the stiffness of every object [-]."""
+
+    @stiffness_scale.setter
+    def stiffness_scale(self, arg: float, /) -> None: ...
+
+    @property
+    def damping_scale(self) -> float:
+        """Factor on the damping of every object [-]."""
+
+    @damping_scale.setter
+    def damping_scale(self, arg: float, /) -> None: ...
+
+    @property
+    def guidance(self) -> float:
+        """
+        Position of the guidance pedal, 0-1, for fixtures with a ramp by pedal [-].
+        """
+
+    @guidance.setter
+    def guidance(self, arg: float, /) -> None: ...
+
+    @property
+    def p_hand_offset_W(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """Offset added to the hand's intended position (3,) [m]."""
+
+    @p_hand_offset_W.setter
+    def p_hand_offset_W(self, arg: Annotated[NDArray[numpy.float64], "(3,)"], /) -> None: ...
+
+class RealTimeOptions:
+    """What the real-time thread may request from the operating system."""
+
+    def __init__(self) -> None: ...
+
+    @property
+    def allow_priority(self) -> bool:
+        """True: the thread may request SCHED_FIFO and locked memory."""
+
+    @allow_priority.setter
+    def allow_priority(self, arg: bool, /) -> None: ...
+
+    @property
+    def allow_affinity(self) -> bool:
+        """True: the thread may bind itself to one core."""
+
+    @allow_affinity.setter
+    def allow_affinity(self, arg: bool, /) -> None: ...
+
+    @property
+    def priority(self) -> int:
+        """Priority of SCHED_FIFO, 1..99."""
+
+    @priority.setter
+    def priority(self, arg: int, /) -> None: ...
+
+    @property
+    def spin_us(self) -> float:
+        """Time before a deadline that the thread spends in a busy wait [us]."""
+
+    @spin_us.setter
+    def spin_us(self, arg: float, /) -> None: ...
+
+class BareLoop:
+    """
+    A loop that only keeps time, as a baseline for the punctuality of a machine.
+    """
+
+    def __init__(self, rate: float, options: RealTimeOptions = ...) -> None:
+        """rate [Hz]."""
+
+    def start(self) -> None:
+        """Starts the thread."""
+
+    def stop(self) -> None:
+        """Ends the thread."""
+
+    def timing(self) -> dict[str, Any]:
+        """
+        Punctuality so far: lateness_us, slack_us, ticks, missed_ticks, scheduler.
+        """
+
+class BareDynamics:
+    """
+    Times Pinocchio's computeAllTerms of both arms, as a baseline for the compute time of a cycle.
+    """
+
+    def __init__(self, leader: AllTerms, follower: AllTerms) -> None: ...
+
+    def run(
         self,
-        centre: Array,
-        half: Array = ...,
-        radius: float = ...,
-        blend: float = ...,
-        material: Material = ...,
-    ) -> None: ...
-    @property
-    def centre(self) -> Array: ...
-    @property
-    def half(self) -> Array: ...
-    @property
-    def radius(self) -> float: ...
-    @property
-    def blend(self) -> float: ...
-    @property
-    def material(self) -> Material: ...
-    def weight(self, p_O: Array) -> float: ...
+        q_leader: Annotated[NDArray[numpy.float64], "(:, :)"],
+        v_leader: Annotated[NDArray[numpy.float64], "(:, :)"],
+        q_follower: Annotated[NDArray[numpy.float64], "(:, :)"],
+    ) -> None:
+        """
+        Times k ticks: q_leader (n, k), v_leader (n, k) and q_follower (m, k) [rad, m; rad/s, m/s].
+        """
 
-class Wave:
-    def __init__(self, shift: Array = ..., turn: Array = ..., period: float = ..., phase: float = ...) -> None: ...
-
-class Motion:
-    def __init__(self, v: Array = ..., w: Array = ..., waves: Sequence[Wave] = ..., about: Array = ...) -> None: ...
-
-class Object:
-    X_WO: Array
-    material: Material
-    def __init__(
-        self,
-        name: str,
-        surface: Surface,
-        X_WO: Array = ...,
-        material: Material = ...,
-        regions: Sequence[Region] = ...,
-        motion: Motion = ...,
-        is_virtual: bool = True,
-        is_real: bool = True,
-    ) -> None: ...
-    def pose(self, t: float) -> Array: ...
-    def velocity(self, p_W: Array, t: float) -> Array: ...
-    def feel(self, p_O: Array) -> tuple[Material, Array]: ...
-    @property
-    def name(self) -> str: ...
-    @property
-    def surface(self) -> Surface: ...
-
-class Snapshot:
-    def __init__(self, objects: Sequence[Object]) -> None: ...
-    @property
-    def objects(self) -> list[Object]: ...
-
-# ---- contact
-
-class Friction:
-    def __init__(self) -> None: ...
-    def step(self, p: Array, normal: Array, depth: float, mu: float, mu_static: float) -> Array: ...
-    @property
-    def slipping(self) -> bool: ...
-
-MAX_SPHERES: int
-
-class ToolSphere:
-    def __init__(self, p: Array, radius: float, link: int = ..., hinge: Array = ..., turn: Array = ...) -> None: ...
-    @property
-    def p(self) -> Array: ...
-    @property
-    def radius(self) -> float: ...
-    @property
-    def link(self) -> int: ...
-    def centre(self, jaw: float) -> Array: ...
-
-class ContactOptions:
-    radius: float
-    release: float
-    collision_rate: float
-    spheres: list[ToolSphere]
-    real: bool
-    def __init__(self) -> None: ...
-
-def contact_render(
-    snapshot: Snapshot, tips: Array, method: str, options: ContactOptions, rate: float, poses: Array | None = None
-) -> tuple[Array, Array, Array, Array, Array, bool, Array]: ...
-def contact_methods() -> list[str]: ...
-def contact_check(method: str, options: ContactOptions, snapshot: Snapshot) -> None: ...
-def grow_plane(points: Array, n_last: Array, baseline: float) -> Array: ...
-def trace_algorithm1(snapshot: Snapshot, p_WT: Array, v_WT: Array, radius: float, n_last: Array) -> dict[str, Any]: ...
-
-class SoakRange:
-    radius_min: float
-    radius_max: float
-    speed_min: float
-    speed_max: float
-    depth: float
-    drag: float
-    angle: float
-    object_speed: float
-    def __init__(self) -> None: ...
-
-class SoakPass:
-    @property
-    def index(self) -> int: ...
-    @property
-    def radius(self) -> float: ...
-    @property
-    def speed(self) -> float: ...
-    @property
-    def depth(self) -> float: ...
-    @property
-    def object_moves(self) -> bool: ...
-
-class SoakReport:
-    @property
-    def passes(self) -> int: ...
-    @property
-    def ticks(self) -> int: ...
-    @property
-    def touched(self) -> int: ...
-    @property
-    def popped(self) -> int: ...
-    @property
-    def first_popped(self) -> SoakPass: ...
-
-def soak(mesh: Mesh, method: str, passes: int, seed: int, range: SoakRange) -> SoakReport: ...
-
-# ---- simulation: the cycle and the world around it
+    def timing(self) -> dict[str, Any]:
+        """Compute times p50, p99, p999 and max [us]."""
 
 class CycleOptions:
-    rate: float
-    method: str
-    source: str
-    estimate: EstimateOptions
-    contact: ContactOptions
-    mapping: MappingOptions
-    guidance: GuidanceOptions
-    stability: StabilityOptions
-    torque: TorqueOptions
-    X_WL: Array
-    X_WB: Array
+    """Options of the haptic cycle and its stages."""
+
     def __init__(self) -> None: ...
+
+    @property
+    def rate(self) -> float:
+        """Rate of the haptic cycle [Hz]."""
+
+    @rate.setter
+    def rate(self, arg: float, /) -> None: ...
+
+    @property
+    def method(self) -> str:
+        """Name of the contact method."""
+
+    @method.setter
+    def method(self, arg: str, /) -> None: ...
+
+    @property
+    def contact(self) -> ContactOptions:
+        """Options of the stage `contact`."""
+
+    @contact.setter
+    def contact(self, arg: ContactOptions, /) -> None: ...
+
+    @property
+    def mapping(self) -> MappingOptions:
+        """Options of the stage `mapping`."""
+
+    @mapping.setter
+    def mapping(self, arg: MappingOptions, /) -> None: ...
+
+    @property
+    def guidance(self) -> GuidanceOptions:
+        """Options of the stage `guidance`."""
+
+    @guidance.setter
+    def guidance(self, arg: GuidanceOptions, /) -> None: ...
+
+    @property
+    def source(self) -> str:
+        """Source of the force: 'contact', 'estimate' or 'both'."""
+
+    @source.setter
+    def source(self, arg: str, /) -> None: ...
+
+    @property
+    def estimate(self) -> EstimateOptions:
+        """Options of the force estimate."""
+
+    @estimate.setter
+    def estimate(self, arg: EstimateOptions, /) -> None: ...
+
+    @property
+    def stability(self) -> StabilityOptions:
+        """Options of the stage `stability`."""
+
+    @stability.setter
+    def stability(self, arg: StabilityOptions, /) -> None: ...
+
+    @property
+    def torque(self) -> TorqueOptions:
+        """Options of the stage `torque`."""
+
+    @torque.setter
+    def torque(self, arg: TorqueOptions, /) -> None: ...
+
+    @property
+    def X_WL(self) -> Annotated[NDArray[numpy.float64], "(4, 4)"]:
+        """Pose of the leader base in the world (4, 4)."""
+
+    @X_WL.setter
+    def X_WL(self, arg: Annotated[NDArray[numpy.float64], "(4, 4)"], /) -> None: ...
+
+    @property
+    def X_WB(self) -> Annotated[NDArray[numpy.float64], "(4, 4)"]:
+        """Pose of the follower base in the world (4, 4)."""
+
+    @X_WB.setter
+    def X_WB(self, arg: Annotated[NDArray[numpy.float64], "(4, 4)"], /) -> None: ...
 
 class SimulationOptions(CycleOptions):
-    plant_rate: float
-    loop_delay: float
-    loop_jitter: float
-    seed: int
-    tremor: float
-    q_leader0: Array
-    q_follower0: Array
-    leader: LeaderOptions
-    hand: HandOptions
-    follower: FollowerOptions
-    realtime: RealTimeOptions
+    """Options of the haptic cycle and of the simulated devices around it."""
+
     def __init__(self) -> None: ...
 
+    @property
+    def plant_rate(self) -> float:
+        """Smallest rate of the simulated servos [Hz]."""
+
+    @plant_rate.setter
+    def plant_rate(self, arg: float, /) -> None: ...
+
+    @property
+    def loop_delay(self) -> float:
+        """Delay from the command to the torque, of the force term only [s]."""
+
+    @loop_delay.setter
+    def loop_delay(self, arg: float, /) -> None: ...
+
+    @property
+    def loop_jitter(self) -> float:
+        """
+        Additional random delay of each command, uniform in 0..loop_jitter [s].
+        """
+
+    @loop_jitter.setter
+    def loop_jitter(self, arg: float, /) -> None: ...
+
+    @property
+    def seed(self) -> int:
+        """Seed of the hand's tremor, of the load cell's noise and of the jitter."""
+
+    @seed.setter
+    def seed(self, arg: int, /) -> None: ...
+
+    @property
+    def tremor(self) -> float:
+        """Tremor of the hand at 8-12 Hz, rms per axis [m]."""
+
+    @tremor.setter
+    def tremor(self, arg: float, /) -> None: ...
+
+    @property
+    def leader(self) -> LeaderOptions:
+        """Parameters of the simulated leader."""
+
+    @leader.setter
+    def leader(self, arg: LeaderOptions, /) -> None: ...
+
+    @property
+    def hand(self) -> HandOptions:
+        """Impedance of the simulated hand."""
+
+    @hand.setter
+    def hand(self, arg: HandOptions, /) -> None: ...
+
+    @property
+    def follower(self) -> FollowerOptions:
+        """Parameters of the simulated follower."""
+
+    @follower.setter
+    def follower(self, arg: FollowerOptions, /) -> None: ...
+
+    @property
+    def realtime(self) -> RealTimeOptions:
+        """Options of the real-time thread."""
+
+    @realtime.setter
+    def realtime(self, arg: RealTimeOptions, /) -> None: ...
+
+    @property
+    def q_leader0(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Initial joint positions of the leader (n,) [rad]."""
+
+    @q_leader0.setter
+    def q_leader0(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
+
+    @property
+    def q_follower0(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
+        """Initial joint positions of the follower (n,) [rad, m]."""
+
+    @q_follower0.setter
+    def q_follower0(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
+
 class Cycle:
-    def __init__(self, options: CycleOptions, leader_model: Arm, follower: Arm) -> None: ...
+    """The haptic cycle, from measured states to commanded torques."""
+
+    def __init__(self, options: CycleOptions, leader_model: Arm, follower: Arm) -> None:
+        """
+        leader_model: the controller's model of the leader; follower: the model of the follower.
+        """
+
     def step(
         self,
         t: float,
-        q: Array,
-        v: Array,
+        q: Annotated[NDArray[numpy.float64], "(:,)"],
+        v: Annotated[NDArray[numpy.float64], "(:,)"],
         gripper: float,
-        q_follower: Array,
+        q_follower: Annotated[NDArray[numpy.float64], "(:,)"],
         jaw: float,
         scene: Snapshot,
         controls: Controls = ...,
@@ -1017,68 +3456,39 @@ class Cycle:
         t_follower: float | None = None,
         leader_valid: bool = True,
         follower_valid: bool = True,
-        F_cell_L: Array | None = None,
-        v_follower: Array | None = None,
-        tau_follower: Array | None = None,
-    ) -> tuple[Array, Array, float]: ...
-
-class WatchOptions:
-    stale_after: float
-    v_max: float
-    w_max: float
-    p_slack: float
-    R_slack: float
-    def __init__(self) -> None: ...
-
-class CrtkOptions:
-    stability: StabilityOptions
-    own_teleop: bool
-    virtual_follower: bool
-    tip_frame: bool
-    needs_operator: bool
-    needs_state: bool
-    watch: WatchOptions
-    release: float
-    settle: float
-    lag_most: float
-    slowest: float
-    def __init__(self, cycle: CycleOptions, q_follower0: Array = ...) -> None: ...
-    @property
-    def rate(self) -> float: ...
-
-class CrtkGates:
-    following: bool
-    operator_present: bool
-    clutch: bool
-    leader_enabled: bool
-    follower_enabled: bool
-    second_writer: bool
-    other_teleop: bool
-    frame_unsure: bool
-    guarded: bool
-    def __init__(self) -> None: ...
-
-class CrtkCycle:
-    def __init__(self, options: CrtkOptions, follower: Arm | None = None) -> None: ...
-    def leader_pose(self, stamp: float, p_LH: Array, quat_xyzw: Array, t: float, wall: float) -> None: ...
-    def leader_twist(self, stamp: float, v_LH: Array, w_LH: Array, t: float, wall: float) -> None: ...
-    def leader_joints(self, stamp: float, q: Array) -> None: ...
-    def gripper(self, stamp: float, q: Array) -> None: ...
-    def follower_pose(self, stamp: float, p_BT: Array, quat_xyzw: Array, t: float, wall: float) -> None: ...
-    def follower_joints(self, stamp: float, q: Array, t: float, wall: float) -> None: ...
-    def jaw(self, stamp: float, q: Array) -> None: ...
-    def set_scale(self, scale: float) -> None: ...
-    def set_gates(self, gates: CrtkGates) -> None: ...
-    def set_controls(self, controls: Controls) -> None: ...
-    def set_scene(self, snapshot: Snapshot) -> None: ...
-    def drop(self) -> None: ...
-    def step(self, t: float, wall: float) -> tuple[Array, Array | None, Array | None, float]: ...
+        F_cell_L: Annotated[NDArray[numpy.float64], "(3,)"] | None = None,
+        v_follower: Annotated[NDArray[numpy.float64], "(:,)"] | None = None,
+        tau_follower: Annotated[NDArray[numpy.float64], "(:,)"] | None = None,
+    ) -> tuple[NDArray[numpy.float64], Annotated[NDArray[numpy.float64], "(:,)"], float]:
+        """
+        One tick at t [s]: (row of signals, commanded joint positions of the follower (n,) [rad, m], empty for no
+        command, commanded jaw angle [rad]). The stamps t_leader and t_follower default to t.
+        """
 
 class HandPath:
-    def __init__(self, times: Sequence[float], positions_W: Array, grippers: Sequence[float] | None = None) -> None: ...
-    def at(self, t: float) -> tuple[Array, Array, float]: ...
+    """
+    Intended tool path in W through way points; the hand rests only at the ends and where it reverses.
+    """
+
+    def __init__(
+        self,
+        times: Sequence[float],
+        positions_W: Annotated[NDArray[numpy.float64], "(:, 3)"],
+        grippers: Sequence[float] | None = None,
+    ) -> None:
+        """times (n,) [s], positions_W (n, 3) [m], grippers (n,) [rad] or None."""
+
+    def at(
+        self,
+        t: float,
+    ) -> tuple[Annotated[NDArray[numpy.float64], "(3,)"], Annotated[NDArray[numpy.float64], "(3,)"], float]:
+        """
+        (position (3,) [m], velocity (3,) [m/s], gripper angle [rad]) at t [s].
+        """
 
 class Simulation:
+    """A simulation of hand, leader and follower around the haptic cycle."""
+
     def __init__(
         self,
         options: SimulationOptions,
@@ -1087,19 +3497,367 @@ class Simulation:
         follower: Arm,
         snapshot: Snapshot,
         hand_path: HandPath,
-    ) -> None: ...
-    def run(self, n_ticks: int, hand_W: Array | None = None) -> Array: ...
-    def start(self) -> None: ...
-    def stop(self) -> None: ...
+    ) -> None:
+        """
+        leader_plant: the simulated leader; leader_model: the controller's model of the leader.
+        """
+
+    def drain(self) -> Annotated[NDArray[numpy.float64], "(:, :)"]:
+        """Rows since the last drain, in real time (n, TICK_BYTES/8)."""
+
     @property
-    def running(self) -> bool: ...
-    def drain(self) -> Array: ...
+    def dropped(self) -> int:
+        """Number of rows lost because they were not drained in time."""
+
+    def latest(self) -> NDArray[numpy.float64]:
+        """The newest row (TICK_BYTES/8,)."""
+
     @property
-    def dropped(self) -> int: ...
-    def latest(self) -> Array: ...
-    controls: Controls
-    def set_fixtures(self, fixtures: Fixtures) -> None: ...
-    def set_snapshot(self, snapshot: Snapshot) -> None: ...
-    def watch_stages(self) -> None: ...
-    def timing(self) -> dict[str, Any]: ...
-    def fault(self) -> str | None: ...
+    def controls(self) -> Controls:
+        """
+        The operator's controls. This is a copy: assign a whole one, which applies from the next tick on.
+        """
+
+    @controls.setter
+    def controls(self, arg: Controls, /) -> None: ...
+
+    def set_fixtures(self, fixtures: Fixtures) -> None:
+        """
+        Replaces the fixtures of guidance at the next tick, without a step in the force.
+        """
+
+    def set_snapshot(self, snapshot: Snapshot) -> None:
+        """Replaces the scene at the next tick."""
+
+    def run(
+        self,
+        n_ticks: int,
+        hand_W: Annotated[NDArray[numpy.float64], "(:, 3)"] | None = None,
+    ) -> Annotated[NDArray[numpy.float64], "(:, :)"]:
+        """
+        Runs n_ticks in lockstep and returns their rows (n, TICK_BYTES/8); fewer rows while paused. hand_W (n_ticks, 3):
+        offset of the hand from its path at the end of each tick, in W [m]. An operator model may run a few ticks, look
+        at the rows and choose the next offsets.
+        """
+
+    def start(self) -> None:
+        """Starts the loop in real time, in its own thread."""
+
+    def stop(self) -> None:
+        """Ramps the force to zero and ends the thread."""
+
+    @property
+    def running(self) -> bool:
+        """True while the real-time thread runs."""
+
+    def watch_stages(self) -> None:
+        """
+        Measures each stage of the cycle from now on; timing()['stages'][name] has p50, p99, p999 and max [us].
+        """
+
+    def timing(self) -> dict[str, Any]:
+        """
+        Timing so far: cycle_us and lateness_us {p50, p99, p999, max}, slack_us {p50, p01, p001}, ticks, missed_ticks,
+        scheduler.
+        """
+
+    def fault(self) -> str | None:
+        """
+        Description of the first fault, with the last states; None without a fault.
+        """
+
+class WatchOptions:
+    """Limits within which a stream of stamped messages is trusted."""
+
+    def __init__(self) -> None: ...
+
+    @property
+    def stale_after(self) -> float:
+        """Silence, age of a message or clock jump that counts as a fault [s]."""
+
+    @stale_after.setter
+    def stale_after(self, arg: float, /) -> None: ...
+
+    @property
+    def v_max(self) -> float:
+        """Largest plausible speed [m/s]."""
+
+    @v_max.setter
+    def v_max(self, arg: float, /) -> None: ...
+
+    @property
+    def w_max(self) -> float:
+        """Largest plausible angular speed [rad/s]."""
+
+    @w_max.setter
+    def w_max(self, arg: float, /) -> None: ...
+
+    @property
+    def p_slack(self) -> float:
+        """Displacement allowed in addition, for jitter of the stamps [m]."""
+
+    @p_slack.setter
+    def p_slack(self, arg: float, /) -> None: ...
+
+    @property
+    def R_slack(self) -> float:
+        """Rotation allowed in addition, for jitter of the stamps [rad]."""
+
+    @R_slack.setter
+    def R_slack(self, arg: float, /) -> None: ...
+
+class CrtkOptions:
+    """
+    Options of the haptic cycle for devices that exchange poses and wrenches (CRTK).
+    """
+
+    def __init__(self, cycle: CycleOptions, q_follower0: Annotated[NDArray[numpy.float64], "(:,)"] = ...) -> None:
+        """
+        Takes the common options from a joint-level cycle. X_WL and X_WB are the poses in W of the frames of
+        measured_cp. q_follower0: initial joint positions of a virtual follower [rad, m].
+        """
+
+    @property
+    def rate(self) -> float:
+        """Rate of the haptic cycle [Hz]."""
+
+    @property
+    def stability(self) -> StabilityOptions:
+        """Options of the stage `stability`. This is a copy: assign it whole."""
+
+    @stability.setter
+    def stability(self, arg: StabilityOptions, /) -> None: ...
+
+    @property
+    def own_teleop(self) -> bool:
+        """
+        True: this cycle teleoperates the follower; False: another program does.
+        """
+
+    @own_teleop.setter
+    def own_teleop(self, arg: bool, /) -> None: ...
+
+    @property
+    def virtual_follower(self) -> bool:
+        """True: no follower exists, and the tool is at the mapped goal."""
+
+    @virtual_follower.setter
+    def virtual_follower(self, arg: bool, /) -> None: ...
+
+    @property
+    def tip_frame(self) -> bool:
+        """
+        True: the leader takes wrenches in its tip frame; False: in the frame of measured_cp.
+        """
+
+    @tip_frame.setter
+    def tip_frame(self, arg: bool, /) -> None: ...
+
+    @property
+    def needs_operator(self) -> bool:
+        """True: teleoperation by this cycle requires an operator at the console."""
+
+    @needs_operator.setter
+    def needs_operator(self, arg: bool, /) -> None: ...
+
+    @property
+    def needs_state(self) -> bool:
+        """True: the arms must have reported their operating states."""
+
+    @needs_state.setter
+    def needs_state(self, arg: bool, /) -> None: ...
+
+    @property
+    def watch(self) -> WatchOptions:
+        """Limits for the incoming messages."""
+
+    @watch.setter
+    def watch(self, arg: WatchOptions, /) -> None: ...
+
+    @property
+    def release(self) -> float:
+        """Time from a fault or a pedal event to zero force [s]."""
+
+    @release.setter
+    def release(self, arg: float, /) -> None: ...
+
+    @property
+    def settle(self) -> float:
+        """Time without faults after which the force returns [s]."""
+
+    @settle.setter
+    def settle(self, arg: float, /) -> None: ...
+
+    @property
+    def lag_most(self) -> float:
+        """Largest distance of the follower from its goal [m]."""
+
+    @lag_most.setter
+    def lag_most(self, arg: float, /) -> None: ...
+
+    @property
+    def slowest(self) -> float:
+        """
+        Largest mean interval between two states of the leader [periods of the cycle].
+        """
+
+    @slowest.setter
+    def slowest(self, arg: float, /) -> None: ...
+
+class CrtkGates:
+    """States reported by the console and the arms; False until reported."""
+
+    def __init__(self) -> None: ...
+
+    @property
+    def following(self) -> bool:
+        """The teleoperation is active."""
+
+    @following.setter
+    def following(self, arg: bool, /) -> None: ...
+
+    @property
+    def operator_present(self) -> bool:
+        """An operator is at the console."""
+
+    @operator_present.setter
+    def operator_present(self, arg: bool, /) -> None: ...
+
+    @property
+    def clutch(self) -> bool:
+        """The clutch pedal is pressed."""
+
+    @clutch.setter
+    def clutch(self, arg: bool, /) -> None: ...
+
+    @property
+    def leader_enabled(self) -> bool:
+        """The leader is enabled and homed."""
+
+    @leader_enabled.setter
+    def leader_enabled(self, arg: bool, /) -> None: ...
+
+    @property
+    def follower_enabled(self) -> bool:
+        """The follower is enabled and homed."""
+
+    @follower_enabled.setter
+    def follower_enabled(self, arg: bool, /) -> None: ...
+
+    @property
+    def second_writer(self) -> bool:
+        """Another program publishes wrenches to the leader."""
+
+    @second_writer.setter
+    def second_writer(self, arg: bool, /) -> None: ...
+
+    @property
+    def other_teleop(self) -> bool:
+        """Another teleoperation is active although own_teleop is set."""
+
+    @other_teleop.setter
+    def other_teleop(self, arg: bool, /) -> None: ...
+
+    @property
+    def frame_unsure(self) -> bool:
+        """
+        The leader may take wrenches in another frame, or does not compensate its own weight.
+        """
+
+    @frame_unsure.setter
+    def frame_unsure(self, arg: bool, /) -> None: ...
+
+    @property
+    def guarded(self) -> bool:
+        """The guardian has latched or is missing."""
+
+    @guarded.setter
+    def guarded(self, arg: bool, /) -> None: ...
+
+class CrtkCycle:
+    """
+    Haptic cycle from stamped messages to a wrench for the leader; it contains no network code. stamp: time of the
+    sender since 1970 [s]; t: monotonic time [s]; wall: system time since 1970 [s].
+    """
+
+    def __init__(self, options: CrtkOptions, follower: Arm | None = None) -> None: ...
+
+    def leader_pose(
+        self,
+        stamp: float,
+        p_LH: Annotated[NDArray[numpy.float64], "(3,)"],
+        quat_xyzw: Annotated[NDArray[numpy.float64], "(4,)"],
+        t: float,
+        wall: float,
+    ) -> None:
+        """Receives measured_cp of the leader [m]."""
+
+    def leader_twist(
+        self,
+        stamp: float,
+        v_LH: Annotated[NDArray[numpy.float64], "(3,)"],
+        w_LH: Annotated[NDArray[numpy.float64], "(3,)"],
+        t: float,
+        wall: float,
+    ) -> None:
+        """Receives measured_cv of the leader [m/s, rad/s]."""
+
+    def leader_joints(self, stamp: float, q: Annotated[NDArray[numpy.float64], "(:,)"]) -> None:
+        """Receives measured_js of the leader (n,) [rad, m]."""
+
+    def gripper(self, stamp: float, q: Annotated[NDArray[numpy.float64], "(:,)"]) -> None:
+        """Receives gripper/measured_js of the leader (1,) [rad]."""
+
+    def follower_pose(
+        self,
+        stamp: float,
+        p_BT: Annotated[NDArray[numpy.float64], "(3,)"],
+        quat_xyzw: Annotated[NDArray[numpy.float64], "(4,)"],
+        t: float,
+        wall: float,
+    ) -> None:
+        """Receives measured_cp of the follower [m]."""
+
+    def follower_joints(
+        self,
+        stamp: float,
+        q: Annotated[NDArray[numpy.float64], "(:,)"],
+        t: float,
+        wall: float,
+    ) -> None:
+        """Receives measured_js of the follower (n,) [rad, m]."""
+
+    def jaw(self, stamp: float, q: Annotated[NDArray[numpy.float64], "(:,)"]) -> None:
+        """Receives jaw/measured_js of the follower (1,) [rad]."""
+
+    def set_scale(self, scale: float) -> None:
+        """Sets the motion scale reported by another program's teleoperation [-]."""
+
+    def set_gates(self, gates: CrtkGates) -> None:
+        """Sets the states of console and arms."""
+
+    def set_controls(self, controls: Controls) -> None:
+        """Sets the operator's controls."""
+
+    def set_scene(self, snapshot: Snapshot) -> None:
+        """Replaces the scene; contact is reset."""
+
+    def drop(self) -> None:
+        """
+        Resets the rendered force to zero, after another program has set it to zero.
+        """
+
+    def step(
+        self,
+        t: float,
+        wall: float,
+    ) -> tuple[
+        NDArray[numpy.float64],
+        Annotated[NDArray[numpy.float64], "(6,)"] | None,
+        Annotated[NDArray[numpy.float64], "(4, 4)"] | None,
+        float,
+    ]:
+        """
+        One tick at time t [s]: (row of signals, wrench (6,) [N, N m] or None if no wrench may be sent, goal X_BT (4, 4)
+        or None, jaw [rad]).
+        """

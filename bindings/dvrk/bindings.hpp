@@ -1,4 +1,4 @@
-// The extension `_dvrk`: each subject binds itself in a file of its own; this list is the module.
+// The extension `_dvrk`: one function for each subject, in the file of that name.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -6,6 +6,7 @@
 #include <string>
 
 #include "dvrk/system.hpp"
+#include "types.hpp"
 
 namespace palpate::bindings {
 
@@ -14,7 +15,7 @@ void bind_system(nanobind::module_& m);
 void bind_messages(nanobind::module_& m);
 void bind_trajectory(nanobind::module_& m);
 
-// names.cpp: components and commands by the names that they have on the bus. All throw std::invalid_argument.
+// names.cpp: components and commands by their names on the bus. An unknown name throws std::invalid_argument.
 
 /// Address of a component, such as "console", "MTMR" or "MTMR_PSM1".
 [[nodiscard]] dvrk::Address address(const dvrk::System& system, const std::string& component);
@@ -24,7 +25,7 @@ void bind_trajectory(nanobind::module_& m);
 [[nodiscard]] const dvrk::VerbEntry& verb_entry(const dvrk::System& system, const dvrk::Address& component,
                                                 const std::string& name);
 
-// commands.cpp: Python values as payloads. Numbers pass unchecked: the component refuses what it cannot use.
+// commands.cpp: Python values as payloads. Numbers pass unchecked; the component rejects invalid ones.
 
 [[nodiscard]] Pose raw_pose(const nanobind::object& value);
 [[nodiscard]] dvrk::Impedance impedance(const nanobind::dict& gains);
@@ -34,9 +35,7 @@ void bind_trajectory(nanobind::module_& m);
 
 // states.cpp: states and events as Python values.
 
-using Fields = nanobind::typed<nanobind::dict, nanobind::str, nanobind::any>;
-using Events = nanobind::typed<nanobind::list,
-                               nanobind::typed<nanobind::tuple, double, nanobind::str, nanobind::str, nanobind::any>>;
+using Events = nanobind::typed<nanobind::list, Tuple<double, nanobind::str, nanobind::str, nanobind::any>>;
 [[nodiscard]] Fields joint_state(const dvrk::JointState& state);
 [[nodiscard]] Fields arm_state(const dvrk::ArmState& state);
 [[nodiscard]] Fields teleop_state(const dvrk::TeleopState& state);

@@ -29,7 +29,8 @@ Eigen::VectorXd square(const nb::object& value, Eigen::Index n) {
   const auto all = nb::cast<VectorArg>(nb::module_::import_("numpy").attr("ravel")(value)).values;
   if (all.size() != n * n) {
     const std::string shape = "(" + std::to_string(n) + ", " + std::to_string(n) + ")";
-    throw std::invalid_argument("a matrix " + shape + " is needed; got " + std::to_string(all.size()) + " numbers");
+    throw std::invalid_argument("the matrix must have shape " + shape + "; got " + std::to_string(all.size()) +
+                                " numbers");
   }
   return all;
 }

@@ -1,4 +1,4 @@
-// Components and commands of the simulated dVRK by the names that they have on the bus.
+// Components and commands of the simulated dVRK by their names on the bus.
 #include <stdexcept>
 
 #include "dvrk/bindings.hpp"
@@ -19,7 +19,7 @@ dvrk::Address address(const dvrk::System& system, const std::string& component) 
   for (const auto& list : {system.arms(), system.teleops()}) {
     for (const auto& name : list) names += ", " + name;
   }
-  throw std::invalid_argument("the simulated dVRK has no component '" + component + "'; there are " + names);
+  throw std::invalid_argument("the simulated dVRK has no component '" + component + "'; its components are " + names);
 }
 
 namespace {

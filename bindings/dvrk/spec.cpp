@@ -1,4 +1,4 @@
-// What a simulated dVRK is built from.
+// Options from which a simulated dVRK is built.
 #include <nanobind/stl/string.h>
 
 #include <stdexcept>
@@ -28,10 +28,10 @@ void bind_arm_spec(nb::module_& m) {
             const ArmKind k = kind == "mtm" ? ArmKind::mtm : kind == "psm" ? ArmKind::psm : ArmKind::ecm;
             new (self) ArmSpec{name, k, model};
           },
-          "name"_a, "kind"_a, "model"_a)
-      .def_ro("name", &ArmSpec::name)
+          "name"_a, "kind"_a, "model"_a, "kind: 'mtm', 'psm' or 'ecm'; otherwise raises ValueError.")
+      .def_ro("name", &ArmSpec::name, "Name of the arm, such as MTMR.")
       .def_rw("dynamic", &ArmSpec::dynamic,
-              "True: torques move the joints; False: they are servoed and no torque moves them.")
+              "True: torques move the joints; False: position servos move them, and torques do not.")
       .def_rw("leader", &ArmSpec::leader, "Drives, friction and encoders of a dynamic arm.")
       .def_rw("follower", &ArmSpec::follower, "Joint servos of an arm that is not dynamic.")
       .def_rw("hand", &ArmSpec::hand, "Impedance of the hand that holds an MTM.")
@@ -63,17 +63,21 @@ void bind_arm_spec(nb::module_& m) {
 void bind_teleop_spec(nb::module_& m) {
   nb::class_<TeleopSpec>(m, "TeleopSpec", "A teleoperation of a PSM by an MTM; both are indices into the list of arms.")
       .def(nb::init<>())
-      .def_rw("mtm", &TeleopSpec::mtm)
-      .def_rw("psm", &TeleopSpec::psm)
-      .def_rw("scale", &TeleopSpec::scale)
-      .def_rw("align_MTM", &TeleopSpec::align_MTM)
-      .def_rw("rotation_locked", &TeleopSpec::rotation_locked)
-      .def_rw("translation_locked", &TeleopSpec::translation_locked)
-      .def_rw("orientation_tolerance", &TeleopSpec::orientation_tolerance, "[rad]")
-      .def_rw("gripper_threshold", &TeleopSpec::gripper_threshold, "[rad]")
-      .def_rw("roll_threshold", &TeleopSpec::roll_threshold, "[rad]")
-      .def_rw("jaw_rate", &TeleopSpec::jaw_rate, "[rad/s]")
-      .def_rw("jaw_rate_after_clutch", &TeleopSpec::jaw_rate_after_clutch, "[rad/s]");
+      .def_rw("mtm", &TeleopSpec::mtm, "Index of the MTM.")
+      .def_rw("psm", &TeleopSpec::psm, "Index of the PSM.")
+      .def_rw("scale", &TeleopSpec::scale, "Motion scale [-].")
+      .def_rw("align_MTM", &TeleopSpec::align_MTM, "True: the MTM aligns its orientation with the PSM.")
+      .def_rw("rotation_locked", &TeleopSpec::rotation_locked, "True: the PSM keeps its orientation.")
+      .def_rw("translation_locked", &TeleopSpec::translation_locked, "True: the PSM keeps its position.")
+      .def_rw("orientation_tolerance", &TeleopSpec::orientation_tolerance,
+              "Largest orientation error at which following may start [rad].")
+      .def_rw("gripper_threshold", &TeleopSpec::gripper_threshold,
+              "Range of gripper motion that shows that the operator is ready [rad].")
+      .def_rw("roll_threshold", &TeleopSpec::roll_threshold,
+              "Range of roll motion that shows that the operator is ready [rad].")
+      .def_rw("jaw_rate", &TeleopSpec::jaw_rate, "Rate at which the jaw follows the gripper [rad/s].")
+      .def_rw("jaw_rate_after_clutch", &TeleopSpec::jaw_rate_after_clutch,
+              "Rate at which the jaw follows the gripper after the clutch, until it has caught up [rad/s].");
 }
 
 }  // namespace

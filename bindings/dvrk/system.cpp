@@ -1,4 +1,4 @@
-// The simulated dVRK as a Python object; components, commands and topics go by their names on the bus.
+// The simulated dVRK as a Python object; components, commands and topics have their names on the bus.
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
@@ -58,7 +58,9 @@ void bind_messages_of(System_& c) {
           "Last published state of an arm, by the names of its topics.")
       .def(
           "truth", [](const System& s, const std::string& arm) { return joint_state(s.truth(arm_index(s, arm))); },
-          "arm"_a, "True joint positions and velocities of a simulated arm, and the torques of its drives; for judges.")
+          "arm"_a,
+          "True joint positions and velocities of a simulated arm and the torques of its drives, for tests and "
+          "studies.")
       .def(
           "teleop",
           [](const System& s, const std::string& name) { return teleop_state(s.teleop(teleop_index(s, name))); },
@@ -73,7 +75,7 @@ void bind_queries_of(System_& c) {
          if (!s.forward_kinematics(arm_index(s, arm), joints(q), X)) return std::nullopt;
          return to_matrix(X);
        },
-       "arm"_a, "q"_a, "Pose (4, 4) of the tip in the arm's base frame; None where q has a wrong length.")
+       "arm"_a, "q"_a, "Pose (4, 4) of the tip in the arm's base frame; None if q has the wrong length.")
       .def(
           "inverse_kinematics",
           [](System& s, const std::string& arm, const nb::object& X,
@@ -91,13 +93,13 @@ void bind_queries_of(System_& c) {
             return q;
           },
           "arm"_a, "actuators"_a,
-          "Joint positions of actuator positions, a PSM's with its jaw; None where the length is wrong.");
+          "Joint positions for actuator positions, including the jaw of a PSM; None if the length is wrong.");
 }
 
 }  // namespace
 
 void bind_system(nb::module_& m) {
-  System_ c(m, "System", "The simulated dVRK; palpate.simulators.dvrk.system() makes one.");
+  System_ c(m, "System", "A simulated dVRK; palpate.simulators.dvrk.system() makes one.");
   c.def(
        "__init__",
        [](System* self, const std::vector<ArmSpec>& arms, const std::vector<TeleopSpec>& teleops,
@@ -109,7 +111,8 @@ void bind_system(nb::module_& m) {
       .def_prop_ro("t", &System::t, "Time since the simulation began [s].")
       .def_prop_ro_static(
           "tick", [](nb::handle) { return System::kTick; }, "Period of the simulation [s].")
-      .def_prop_ro("dropped_events", &System::dropped_events, "Events lost because nobody took them.")
+      .def_prop_ro("dropped_events", &System::dropped_events,
+                   "Number of events lost because events() was not called in time.")
       .def(
           "step",
           [](System& s, int n) {

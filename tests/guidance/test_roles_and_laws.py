@@ -269,7 +269,7 @@ def test_another_frame_changes_nothing(seed, role, law):
         (lambda: _core.Fixtures([fixture(plane(), engage=0.02, release=0.01)]), "release = 0.01.*below engage"),
         (lambda: _core.Fixtures([fixture(plane()), fixture(plane())]), "two fixtures are named 'one'"),
         (lambda: _core.Fixtures([fixture(plane(), ramps=[_core.Ramp("time", 1.0, 1.0)])]), "ramp.*not the same"),
-        (lambda: _core.Ramp("mood"), "ramp by 'mood': must be pedal, distance, time or force"),
+        (lambda: _core.Ramp("mood"), "a ramp goes by 'pedal', 'distance', 'time' or 'force'; got 'mood'"),
     ],
 )
 def test_what_cannot_be_is_told(make, told):

@@ -55,10 +55,10 @@ class Mesh final : public Surface {
   ~Mesh() override;
 
   /// The mesh and its index as bytes, for a cache on disk: reading them takes a fraction of the time of build().
-  [[nodiscard]] std::vector<std::byte> image() const;
+  [[nodiscard]] std::vector<std::uint8_t> image() const;
   /// The mesh of `image()`. Throws std::invalid_argument if the bytes are incomplete or an index in them is out of
   /// range.
-  static std::shared_ptr<const Mesh> from_image(std::span<const std::byte> image);
+  static std::shared_ptr<const Mesh> from_image(std::span<const std::uint8_t> image);
 
   /// Number of triangles.
   [[nodiscard]] std::size_t triangle_count() const noexcept;

@@ -16,12 +16,12 @@ constexpr std::uint64_t kMagic = 0x31687365'6d6c6170;  // "palmesh1"
 
 class Writer {
  public:
-  explicit Writer(std::vector<std::byte>& out) : out_(out) {}
+  explicit Writer(std::vector<std::uint8_t>& out) : out_(out) {}
 
   template <class T>
   void array(const T* values, std::size_t n) {
     static_assert(std::is_trivially_copyable_v<T>);
-    const auto* bytes = reinterpret_cast<const std::byte*>(values);
+    const auto* bytes = reinterpret_cast<const std::uint8_t*>(values);
     out_.insert(out_.end(), bytes, bytes + n * sizeof(T));
   }
   template <class T>
@@ -39,12 +39,12 @@ class Writer {
   }
 
  private:
-  std::vector<std::byte>& out_;
+  std::vector<std::uint8_t>& out_;
 };
 
 class Reader {
  public:
-  explicit Reader(std::span<const std::byte> in) : in_(in) {}
+  explicit Reader(std::span<const std::uint8_t> in) : in_(in) {}
 
   template <class T>
   void array(T* values, std::size_t n) {
@@ -78,7 +78,7 @@ class Reader {
   void require_left(std::size_t n) const {
     if (n > in_.size() / sizeof(T)) throw std::invalid_argument("mesh: the stored index is truncated");
   }
-  std::span<const std::byte> in_;
+  std::span<const std::uint8_t> in_;
 };
 
 /// Passes every field to the archive, in the same order for writing and for reading.
@@ -148,8 +148,8 @@ bool is_consistent(const Mesh::Impl& m) {
 
 }  // namespace
 
-std::vector<std::byte> Mesh::image() const {
-  std::vector<std::byte> out;
+std::vector<std::uint8_t> Mesh::image() const {
+  std::vector<std::uint8_t> out;
   out.reserve(impl_->bvh.node_count * sizeof(BvhNode) + impl_->bvh.block_count * sizeof(TriangleBlock) +
               impl_->triangles.size() * 40);
   Writer writer(out);
@@ -158,7 +158,7 @@ std::vector<std::byte> Mesh::image() const {
   return out;
 }
 
-std::shared_ptr<const Mesh> Mesh::from_image(std::span<const std::byte> image) {
+std::shared_ptr<const Mesh> Mesh::from_image(std::span<const std::uint8_t> image) {
   std::shared_ptr<Mesh> mesh(new Mesh);
   Reader reader(image);
   std::uint64_t magic = 0;

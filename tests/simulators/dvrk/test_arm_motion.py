@@ -247,7 +247,7 @@ def test_a_driven_psm_is_pushed_by_what_it_touches(robot):
 
 def test_names_are_told_when_they_are_wrong(robot):
     r = robot("PSM1")
-    with pytest.raises(ValueError, match="no component 'PSM9'; there are system, console, footpedals, PSM1"):
+    with pytest.raises(ValueError, match="no component 'PSM9'; its components are system, console, footpedals, PSM1"):
         r.send("PSM9", "hold")
     with pytest.raises(ValueError, match="PSM1 has no command 'lock_orientation'"):
         r.send("PSM1", "lock_orientation", np.eye(3))

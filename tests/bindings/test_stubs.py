@@ -1,15 +1,17 @@
-"""`palpate/_core.pyi` and `_dvrk.pyi` name what the compiled modules offer, no more and no less."""
+"""The committed stubs are what the generator prints for the compiled extensions, and say what each call returns."""
 
 import ast
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from palpate import _core, _dvrk
 
-PACKAGE = Path(__file__).resolve().parents[2] / "palpate"
+ROOT = Path(__file__).resolve().parents[2]
 STUBS = {
-    module: ast.parse((PACKAGE / f"{module.__name__.split('.')[-1]}.pyi").read_text()) for module in (_core, _dvrk)
+    module: ast.parse((ROOT / f"{module.__name__.replace('.', '/')}.pyi").read_text()) for module in (_core, _dvrk)
 }
 CLASSES = [(module, node) for module, stub in STUBS.items() for node in stub.body if isinstance(node, ast.ClassDef)]
 
@@ -25,6 +27,11 @@ def public(thing: object) -> set[str]:
     return {name for name in vars(thing) if not name.startswith("_")}
 
 
+def test_they_are_up_to_date():
+    run = subprocess.run([sys.executable, ROOT / "tools" / "stubs.py", "--check"], capture_output=True, text=True)
+    assert run.returncode == 0, run.stdout + run.stderr
+
+
 @pytest.mark.parametrize("module", STUBS, ids=lambda module: module.__name__)
 def test_a_module(module):
     assert names(STUBS[module].body) == public(module)
@@ -35,7 +42,15 @@ def test_a_class(module, node):
     compiled = getattr(module, node.name)
     assert names(node.body) == public(compiled)
     bases = {base.__name__ for base in compiled.__bases__} - {"object"}
-    assert {base.id for base in node.bases} == bases
+    assert {ast.unparse(base).split(".")[-1] for base in node.bases} == bases
+
+
+@pytest.mark.parametrize("module", STUBS, ids=lambda module: module.__name__)
+def test_results_are_typed(module):
+    """A bare `tuple`, `list`, `dict` or `object` says nothing: bindings name the types inside (bindings/types.hpp)."""
+    functions = [node for node in ast.walk(STUBS[module]) if isinstance(node, ast.FunctionDef)]
+    bare = [f.name for f in functions if f.returns and ast.unparse(f.returns) in ("tuple", "list", "dict", "object")]
+    assert not [name for name in bare if not name.startswith("__")]
 
 
 def test_the_core_knows_no_dvrk():

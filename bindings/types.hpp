@@ -1,0 +1,28 @@
+// Return types that name the types inside arrays, tuples and dicts, for the stub generator (tools/stubs.py).
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+
+#include <initializer_list>
+#include <utility>
+#include <vector>
+
+namespace palpate::bindings {
+
+template <class T>
+using ArrayOf = nanobind::typed<nanobind::object, nanobind::ndarray<nanobind::numpy, T>>;
+using Array = ArrayOf<double>;
+template <class... T>
+using Tuple = nanobind::typed<nanobind::tuple, T...>;
+using Fields = nanobind::typed<nanobind::dict, nanobind::str, nanobind::any>;
+
+/// A numpy array of this shape that owns its values.
+template <class T>
+ArrayOf<T> array(std::vector<T>&& values, std::initializer_list<std::size_t> shape) {
+  auto* owned = new std::vector<T>(std::move(values));
+  nanobind::capsule owner(owned, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+  return ArrayOf<T>(nanobind::cast(nanobind::ndarray<nanobind::numpy, T>(owned->data(), shape, owner)));
+}
+
+}  // namespace palpate::bindings
