@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 from palpate import _core
 
@@ -24,7 +23,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class MeshReport:
-    """Report on a mesh. Counts of faults refer to the triangles of the file."""
+    """Report on a mesh; the names contain the units. Counts of faults refer to the triangles of the file."""
 
     vertices: int  # after welding
     triangles: int  # in use
@@ -39,10 +38,6 @@ class MeshReport:
     turned: int  # triangles whose winding was reversed to match their neighbours
     inverted: int  # triangles of closed parts that were inside out; their winding was reversed
     findings: tuple[Finding, ...] = ()
-
-    def to_json(self) -> dict[str, Any]:
-        """The report as plain JSON values (units in the keys)."""
-        return asdict(self)
 
 
 def report_of(core: _core.MeshReport, unit: str = "m") -> MeshReport:
