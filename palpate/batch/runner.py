@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from functools import partial
-from typing import Any, Literal
+from typing import Literal
 
 from threadpoolctl import threadpool_limits
 
@@ -101,7 +101,7 @@ _WORKER_SURFACES = SharedSurfaces()
 """Surfaces shared by the runs of this worker process of a sweep."""
 
 
-def _point(point: Point, seed: int, *, listed: tuple[Variation, ...], options: BatchOptions) -> dict[str, Any]:
+def _point(point: Point, seed: int, *, listed: tuple[Variation, ...], options: BatchOptions) -> Outcome:
     """Simulate one run on a worker. The seed of the sweep is unused, because the run has its own."""
     index = int(point["run"])
-    return simulate_one(_WORKER_SURFACES, index, listed[index], options)._asdict()
+    return simulate_one(_WORKER_SURFACES, index, listed[index], options)

@@ -190,16 +190,6 @@ def timing(run: Run, canvas: Canvas) -> Figure:
     return figure
 
 
-_UPRIGHT: dict[str, Any] = {
-    "xycoords": ("data", "axes fraction"),
-    "xytext": (2, 0),
-    "textcoords": "offset points",
-    "va": "top",
-    "fontsize": 7,
-    "rotation": 90,
-}
-
-
 def _histogram(axes: Axes, values: NDArray[Any], period: float) -> None:
     values = np.maximum(values[np.isfinite(values)], 0.05)
     edges = np.geomspace(max(0.05, 0.8 * values.min()), max(1.3 * period, 1.3 * values.max()), 90)
@@ -209,10 +199,16 @@ def _histogram(axes: Axes, values: NDArray[Any], period: float) -> None:
     marks = [(float(np.percentile(values, 50)), "p50"), (float(np.percentile(values, 99)), "p99")]
     for x, name in marks:
         axes.axvline(x, color=INK, lw=0.8)
-        axes.annotate(f"{name}  {x:.3g} µs", (x, 0.98), **_UPRIGHT)
+        _upright(axes, f"{name}  {x:.3g} µs", x)
     axes.axvline(period, color=CAP, lw=0.9, ls=(0, (5, 3)))
-    axes.annotate(f"period  {period:.0f} µs", (period, 0.98), **_UPRIGHT, color=CAP)
+    _upright(axes, f"period  {period:.0f} µs", period, CAP)
     axes.set_ylim(0.7, 30 * axes.get_ylim()[1])
+
+
+def _upright(axes: Axes, text: str, x: float, color: str | None = None) -> None:
+    """Write vertical text at x, hanging from the top of the axes."""
+    at = ("data", "axes fraction")
+    axes.annotate(text, (x, 0.98), (2, 0), at, "offset points", va="top", fontsize=7, rotation=90, color=color)
 
 
 def _figure(canvas: Canvas, wide: float, narrow: float) -> Figure:

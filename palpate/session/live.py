@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from palpate.errors import PalpateError
 from palpate.guidance.fixture import Fixture
 from palpate.guidance.lists import with_unique_names
 from palpate.guidance.steered import SteeredFixtures
-from palpate.record.ticks import Ticks, as_ticks
+from palpate.record.ticks import Ticks, Timing, as_ticks
 from palpate.record.writer import Recorder
 from palpate.scene.rig import Rig
 from palpate.session.loop import Loop
@@ -157,7 +157,7 @@ class LiveSession:
         return explain_tick(self._fixtures, tick, self.rig.here, hand)
 
     @property
-    def timing(self) -> dict[str, Any]:
+    def timing(self) -> Timing:
         """Compute time, lateness, slack and missed ticks of the loop (`Simulation.timing`)."""
         return self._loop.timing()
 
