@@ -8,6 +8,7 @@ from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, mod
 
 from palpate import _core
 from palpate.arrays import Array
+from palpate.arrays.plain import Content
 from palpate.errors import GuidanceError
 from palpate.guidance.geometry import (
     Box,
@@ -136,7 +137,7 @@ class Geometry(Section):
         return self
 
     @model_serializer(mode="wrap")
-    def _dump_given(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+    def _dump_given(self, handler: SerializerFunctionWrapHandler) -> Content:
         return {key: value for key, value in handler(self).items() if value is not None}
 
     @property

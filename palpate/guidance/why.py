@@ -66,10 +66,11 @@ def terms(fixtures: Sequence[Fixture], tick: Any, here: Here, hand: Hand | None 
     X = _commanded_pose(tick)
     hand = hand or Hand()
     X_tool = X
-    more: dict[str, Any] = {"F_T_W": np.asarray(tick["F_T_W"]), "pedal": hand.pedal, "F_hand": hand.force}
+    contact = np.asarray(tick["F_T_W"])
     t = float(tick["t"])
     for when in [t - _settling_time(fixtures), *[t] * _TICKS]:
-        X_tool = stage.step(when, X, hand.V_WT, X_tool, **more)["X_WT_goal"]
+        out = stage.step(when, X, hand.V_WT, X_tool, F_T_W=contact, pedal=hand.pedal, F_hand=hand.force)
+        X_tool = out["X_WT_goal"]
     found = [Term(f.name or f.role.name, stage.wrench(i), stage.authority(i)) for i, f in enumerate(fixtures)]
     residual = np.r_[tick["F_guidance_W"], tick["t_guidance_W"]] - sum((term.F for term in found), np.zeros(6))
     return [*found, Term("residual", residual)]

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from numpy.typing import ArrayLike
+
 from palpate import _core
+from palpate.arrays.plain import Content
 from palpate.errors import MeshError, PalpateError, SceneError, SurfaceError
 from palpate.guidance.fixture import Fixture
 from palpate.guidance.geometry import as_guidance_error
@@ -24,7 +27,7 @@ def here(scene: Scene, placed: list[surface.Surface], both: arms.Arms) -> Here:
     frames |= {name: _core.LiveFrame() for name in LIVE}
     for obj, body in zip(scene.objects, placed, strict=True):
         frames[obj.name] = _core.MotionFrame(body.X_WO, materials.motion(obj, body.bounds.mean(axis=0)))
-    places: dict[str, Any] = dict(scene.places)
+    places: dict[str, ArrayLike] = dict(scene.places)
     if both.follower.has_remote_centre:
         places.setdefault("rcm", both.X_WB[:3, 3])
     places.setdefault("start", (both.X_WB @ both.follower.fk(both.q_follower0))[:3, 3])
@@ -57,7 +60,7 @@ def _made(scene: Scene, index: int, fixture: Fixture, around: Here) -> _core.Fix
         raise SceneError(what, where=scene.where("guidance", index), why=why, mend=error.mend) from None
 
 
-def files(data: Any) -> Iterator[dict[str, Any]]:
+def files(data: Any) -> Iterator[Content]:
     """Yield every section with a key `file` in the plain values of fixtures."""
     if isinstance(data, dict):
         if isinstance(data.get("file"), str):
