@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import TypedDict
 
 import numpy as np
 
@@ -53,7 +53,7 @@ def run(meshes: tuple[str, ...] = MESHES, seconds: float = SECONDS) -> Iterator[
             yield Moment(mesh, setup, ticks[int(np.argmax(ticks["depth"]))])
 
 
-def _scene_object(mesh: str, folder: Path) -> dict[str, Any]:
+def _scene_object(mesh: str, folder: Path) -> dict[str, str]:
     if mesh not in SHAPES:
         return {"name": mesh, "shape": mesh}
     import trimesh
