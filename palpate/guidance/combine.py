@@ -10,6 +10,7 @@ from palpate import _core
 from palpate.arrays import Array
 from palpate.arrays.plain import Content
 from palpate.errors import GuidanceError
+from palpate.guidance.context import FixtureContext
 from palpate.guidance.geometry import (
     Box,
     Cloud,
@@ -25,7 +26,6 @@ from palpate.guidance.geometry import (
     Sphere,
     as_guidance_error,
 )
-from palpate.guidance.here import Here
 from palpate.guidance.paths import Path, Tube
 from palpate.values import Length, NotNegativeLength, Section
 
@@ -39,10 +39,10 @@ class Offset(Shape):
     margin: Length
     """distance to grow; must be positive for a geometry without an inside [m]"""
 
-    def make(self, here: Here, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
         """The grown or shrunk geometry."""
         try:
-            return _core.OffsetGeometry(self.of.make(here, X_WF), self.margin)
+            return _core.OffsetGeometry(self.of.make(context, X_WF), self.margin)
         except GuidanceError:
             raise
         except ValueError as error:
@@ -57,9 +57,9 @@ class Combination(Shape):
     blend: NotNegativeLength = 0.0
     """width over which creases are rounded, so that the normal turns continuously; 0: sharp creases [m]"""
 
-    def make(self, here: Here, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
         """The combined geometry."""
-        parts = [part.make(here, X_WF) for part in self.of]
+        parts = [part.make(context, X_WF) for part in self.of]
         try:
             return _core.CombinedGeometry(self.key, parts, self.blend)  # type: ignore[arg-type]  # key is one of the three literals
         except ValueError as error:
@@ -146,13 +146,13 @@ class Geometry(Section):
         shape: Shape = next(filter(None, (getattr(self, key) for key in type(self).model_fields)))
         return shape
 
-    def make(self, here: Here, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
         """The geometry for the core.
 
         Raises:
             GuidanceError, MeshError, SurfaceError: a file, object or place is missing, or a value is invalid.
         """
-        return self.shape.make(here, X_WF)
+        return self.shape.make(context, X_WF)
 
 
 for _model in (Offset, Union, Intersection, Difference, Geometry):

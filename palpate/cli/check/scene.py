@@ -119,7 +119,7 @@ def _fixtures(rig: Rig, console: Console) -> list[FixtureFindings]:
     for heading in ("fixture", "role", "law", "geometry", "attached to", "at the start"):
         table.add_column(heading)
     for fixture in rig.scene.guidance:
-        asked = fixture.make(rig.here).ask(X_WT)
+        asked = fixture.make(rig.context).ask(X_WT)
         gap, turns = float(asked["gap"]), bool(asked["turns"])
         live = fixture.frame.of in LIVE and fixture.frame.of != "tool"
         state = f"waits for frame {fixture.frame.of}" if live else _state(gap, turns)
