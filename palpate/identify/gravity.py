@@ -75,8 +75,7 @@ def gravity(
         raise RecordingError(f"there is no gravity model {model!r}", mend=f"choose one of {', '.join(forms.FORMS)}")
     poses = read_static(train, arm)
     unseen = read_static(test, arm) if test is not None else None
-    measured = measured_joints(poses)
-    joints = tuple(np.flatnonzero(measured).tolist())
+    joints = tuple(np.flatnonzero(measured := measured_joints(poses)).tolist())
     pairs = find_pairs(poses, joints)
     poses = on_levels(poses if pairs is None else pairs.means)
     found = identifiability(poses.q, measured, arm)

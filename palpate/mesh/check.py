@@ -66,6 +66,28 @@ def _findings(r: MeshReport, two_sided: bool, unit: str) -> tuple[Finding, ...]:
         found.append(Finding(f"{r.degenerate:,} degenerate triangles (no area): dropped"))
     if r.duplicate:
         found.append(Finding(f"{r.duplicate:,} duplicate triangles: dropped"))
+    found.extend(_winding_findings(r, two_sided))
+    if r.non_manifold_edges:
+        found.append(
+            Finding(
+                f"{r.non_manifold_edges:,} edges are shared by more than two triangles",
+                "inside walls or parts that touch",
+            )
+        )
+    if r.open_edges:
+        found.append(
+            Finding(
+                f"the surface is open: {r.open_edges:,} edges have one triangle only",
+                "it is felt from either side and has no inside; through a hole the tool gets in without a force",
+                "close the holes if the tool goes there: palpate check FILE --repair mended.stl fills small ones",
+            )
+        )
+    found.extend(_size_finding(max(r.extents_m), unit))
+    return tuple(found)
+
+
+def _winding_findings(r: MeshReport, two_sided: bool) -> list[Finding]:
+    found = []
     if not two_sided:
         found.append(
             Finding(
@@ -90,23 +112,7 @@ def _findings(r: MeshReport, two_sided: bool, unit: str) -> tuple[Finding, ...]:
                 "flip the normals in the program that made the mesh",
             )
         )
-    if r.non_manifold_edges:
-        found.append(
-            Finding(
-                f"{r.non_manifold_edges:,} edges are shared by more than two triangles",
-                "inside walls or parts that touch",
-            )
-        )
-    if r.open_edges:
-        found.append(
-            Finding(
-                f"the surface is open: {r.open_edges:,} edges have one triangle only",
-                "it is felt from either side and has no inside; through a hole the tool gets in without a force",
-                "close the holes if the tool goes there: palpate check FILE --repair mended.stl fills small ones",
-            )
-        )
-    found.extend(_size_finding(max(r.extents_m), unit))
-    return tuple(found)
+    return found
 
 
 def _size_finding(size: float, unit: str) -> list[Finding]:

@@ -64,9 +64,6 @@ def sweep(
         console: console for the progress; default: a bar if the standard error is a terminal.
         title: title of the bar; default: the name of the function.
 
-    Returns:
-        Values by point, with ``rows()``, ``array(name)``, ``to_netcdf(file)`` and ``to_csv(file)``.
-
     Raises:
         SweepError: points failed (the journal contains all others), or the workers cannot run.
         JournalError: the journal belongs to another sweep, or the file is not a journal.

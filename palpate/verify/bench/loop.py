@@ -92,7 +92,10 @@ class OneArm(TypedDict):
 
 
 class Result(Lockstep):
-    """Result of the benchmark. The keys are the documented contract of ``--json``."""
+    """Result of the benchmark. The keys are the documented contract of ``--json``.
+
+    Keys outside of `realtime` and `arms` are figures of lockstep and of real time at 1 kHz.
+    """
 
     surface: str
     rate_hz: float
@@ -129,11 +132,6 @@ def run(
         lockstep_seconds: simulated time of the lockstep run [s].
         arms: simulations that run in real time at 1 kHz at once, and then one at 10 kHz; 0 leaves both out.
         on_progress: called with a description before each measurement.
-
-    Returns:
-        The documented JSON of `palpate bench loop`: figures of lockstep at 1 kHz (`cycle_*_us`, `realtime_factor`),
-        of real time at 1 kHz (`missed_ticks`, `lateness_*_us`, `control_*`), all real-time rows in `realtime`, and a
-        row per arm in `arms`.
     """
     mesh = mesh or default_mesh()
     surface = mesh.name if mesh else "shipped organ"
