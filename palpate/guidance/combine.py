@@ -10,22 +10,9 @@ from palpate import _core
 from palpate.arrays import Array
 from palpate.arrays.plain import Content
 from palpate.errors import GuidanceError
+from palpate.guidance import geometry as shapes
 from palpate.guidance.context import FixtureContext
-from palpate.guidance.geometry import (
-    Box,
-    Cloud,
-    Cone,
-    Cylinder,
-    Grid,
-    Line,
-    Mesh,
-    OfObject,
-    Plane,
-    Point,
-    Shape,
-    Sphere,
-    as_guidance_error,
-)
+from palpate.guidance.geometry import Shape, as_guidance_error
 from palpate.guidance.paths import Path, Tube
 from palpate.values import Length, NotNegativeLength, Section
 
@@ -87,31 +74,31 @@ class Difference(Combination):
 class Geometry(Section):
     """One geometry: a point, a curve, a solid, a surface from a file or of a scene object, or a combination."""
 
-    point: Point | None = None
+    point: shapes.Point | None = None
     """a point"""
-    line: Line | None = None
+    line: shapes.Line | None = None
     """a straight line between two places, or through them without end"""
-    plane: Plane | None = None
+    plane: shapes.Plane | None = None
     """a half-space"""
     path: Path | None = None
     """a smooth curve"""
     tube: Tube | None = None
     """all points within a radius of a path"""
-    cone: Cone | None = None
+    cone: shapes.Cone | None = None
     """the region from an entry to a target"""
-    sphere: Sphere | None = None
+    sphere: shapes.Sphere | None = None
     """a ball"""
-    box: Box | None = None
+    box: shapes.Box | None = None
     """a box"""
-    cylinder: Cylinder | None = None
+    cylinder: shapes.Cylinder | None = None
     """a cylinder"""
-    mesh: Mesh | None = None
+    mesh: shapes.Mesh | None = None
     """triangles from a file"""
-    cloud: Cloud | None = None
+    cloud: shapes.Cloud | None = None
     """points from a file"""
-    grid: Grid | None = None
+    grid: shapes.Grid | None = None
     """a signed distance grid"""
-    object: OfObject | None = None
+    object: shapes.OfObject | None = None
     """the surface of an object of the scene"""
     offset: Offset | None = None
     """a grown or shrunk geometry"""
