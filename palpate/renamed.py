@@ -1,4 +1,4 @@
-"""Public modules that were renamed: importing the old name raises an error that states the new name."""
+"""Public modules and names that were renamed: importing the old name raises an error that states the new name."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ RENAMED = {
     "palpate.conformance": "palpate.verify.conformance",
     "palpate.dvrk": "palpate.simulators.dvrk",
     "palpate.fuzz": "palpate.verify.fuzz",
+    "palpate.guidance.here": "palpate.guidance.context",
     "palpate.lessons": "palpate.contact.lessons",
     "palpate.mesh_files": "palpate.mesh.files",
     "palpate.mesh_repair": "palpate.mesh.repair",
@@ -27,6 +28,18 @@ RENAMED = {
     "palpate.summary": "palpate.session.summary",
     "palpate.touchable": "palpate.contact.touchable",
 }
+
+NAMES = {
+    "palpate.guidance.Here": "palpate.guidance.FixtureContext",
+}
+
+
+def missing_name(module: str, name: str) -> Exception:
+    """The error that `__getattr__` of a module raises for an unknown name: ImportError if the name was renamed."""
+    old = f"{module}.{name}"
+    if old in NAMES:
+        return ImportError(f"{old} is now {NAMES[old]}")
+    return AttributeError(f"module {module!r} has no attribute {name!r}")
 
 
 class _Finder:

@@ -13,7 +13,7 @@ import difflib
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 from xml.etree import ElementTree
 
 import numpy as np
@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from palpate import _core
 from palpate.arm.shapes import DrawnJoint, Visual, drawn_joints, jaw_range, sticks, turn_about, visuals
 from palpate.arrays import Array
+from palpate.arrays.plain import Content
 from palpate.errors import ArmError
 
 SIDES = ("right", "left")
@@ -87,7 +88,7 @@ class Arm(_core.Arm):
     """Base and tip frame of the URDF; empty names for a device without a URDF."""
     jaw_range: tuple[float, float]
 
-    def __init__(self, xml: str, base_frame: str, tip_frame: str, data: dict[str, Any] | None = None) -> None:
+    def __init__(self, xml: str, base_frame: str, tip_frame: str, data: Content | None = None) -> None:
         """Build from the text of a URDF; `data` holds the further values of a model file (`KEYS`)."""
         super().__init__(xml, base_frame, tip_frame)
         robot = ElementTree.fromstring(xml)
@@ -100,7 +101,7 @@ class Arm(_core.Arm):
         self._describe(data or {}, robot.get("name", "arm"))
 
     @classmethod
-    def device(cls, kind: str, parameters: dict[str, float], data: dict[str, Any] | None = None) -> Self:
+    def device(cls, kind: str, parameters: dict[str, float], data: Content | None = None) -> Self:
         """A device with closed-form kinematics (docs/arms.md), e.g. `Arm.device("delta", {"upper": 0.1, ...})`.
 
         Raises:
@@ -119,7 +120,7 @@ class Arm(_core.Arm):
         arm._describe(data or {}, kind)
         return arm
 
-    def _describe(self, data: dict[str, Any], name: str) -> None:
+    def _describe(self, data: Content, name: str) -> None:
         self._data = data
         self.name = str(data.get("name", name))
         for key in _PER_JOINT:
@@ -262,7 +263,7 @@ class Arm(_core.Arm):
         return next((joint for joint in self._drawn if joint.child == child), None)
 
     @property
-    def spheres(self) -> list[dict[str, Any]]:
+    def spheres(self) -> list[Content]:
         """Contact spheres in addition to the tip's, as in the model file (`KEYS`)."""
         return list(self._data.get("spheres", []))
 
@@ -323,7 +324,7 @@ class Arm(_core.Arm):
                 raise ArmError(f"{self.name}: joint {joint!r} {fault}", mend=mend)
 
 
-def _read(path: Path) -> dict[str, Any]:
+def _read(path: Path) -> Content:
     """Read a model file and check its keys."""
     try:
         data = yaml.load(path.read_text(encoding="utf-8"), _LOADER)

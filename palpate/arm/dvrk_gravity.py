@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -22,7 +21,7 @@ from palpate.errors import OutputError, RecordingError, refuse_to_overwrite
 PARAMETERS = 10
 _JOINTS, _POWERS = 6, 5
 _G = 9.81
-_BLENDING: dict[str, Any] = {  # friction compensation by velocity: the controller's defaults
+_BLENDING: dict[str, list[float]] = {  # friction compensation by velocity: the controller's defaults
     "db_vel_vec": [0.02, 0.02, 0.02, 0.01, 0.008, 0.008, 0.01],
     "sat_vec_vec": [0.4, 0.2, 0.2, 0.4, 0.4, 0.2, 0.4],
     "fric_comp_ratio_vec": [0.7, 0.01, 0.5, 0.4, 0.2, 0.2, 1.0],

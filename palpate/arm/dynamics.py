@@ -14,6 +14,7 @@ from palpate import _core
 from palpate.arm.arm import Arm
 from palpate.arm.drives import At, DriveTrain, State, drive_train
 from palpate.arrays import Array
+from palpate.arrays.plain import Content
 from palpate.errors import RecordingError
 
 CUTOFF = 2.0  # low-pass cutoff of measured and predicted torques; the excitation lies below it [Hz]
@@ -55,7 +56,7 @@ class Dynamics:
         return self.pi[::10]
 
 
-def to_data(d: Dynamics) -> dict[str, Any]:
+def to_data(d: Dynamics) -> Content:
     """The content of a model file."""
     names = d.arm.joint_names
     return {

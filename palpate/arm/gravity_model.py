@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 import yaml
@@ -14,6 +15,7 @@ from palpate import _core
 from palpate.arm.arm import Arm
 from palpate.arm.coupling import coupling, drives
 from palpate.arrays import Array
+from palpate.arrays.plain import Content
 from palpate.errors import OutputError, RecordingError, refuse_to_overwrite
 
 _TITLE = """\
@@ -79,7 +81,7 @@ class GravityModel:
     region: Region
     visited: Array  # (k, n) training poses, for expected approach directions [rad]
     stops: tuple[Stop, ...] = ()
-    notes: dict[str, Any] = field(default_factory=dict)
+    notes: Mapping[str, object] = field(default_factory=dict)
 
     def require(self, arm: Arm, where: str = "") -> None:
         """Check that the model belongs to this arm.
@@ -132,7 +134,7 @@ class GravityModel:
             why = error.strerror or str(error)
             raise OutputError("the file cannot be written", where=str(path), why=why, mend="use --out") from None
 
-    def _data(self) -> dict[str, Any]:
+    def _data(self) -> Content:
         return {
             "kind": "gravity",
             "arm": self.arm,
@@ -150,7 +152,7 @@ class GravityModel:
             "stops": [dict(vars(stop)) for stop in self.stops],
             "region": {key: value.tolist() for key, value in vars(self.region).items()},
             "visited": np.round(self.visited, 6).tolist(),
-            "notes": self.notes,
+            "notes": dict(self.notes),
         }
 
     @classmethod
@@ -177,7 +179,7 @@ class GravityModel:
             ) from None
 
     @classmethod
-    def _from(cls, data: dict[str, Any]) -> Self:
+    def _from(cls, data: Content) -> Self:
         if data["kind"] != "gravity":
             raise ValueError(f"its kind is {data['kind']!r}")
         terms = data["terms"]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from palpate.session.summary import Summary
+from palpate.sweep.work import Values
 
 Column = npt.NDArray[Any]
 
@@ -20,7 +21,8 @@ KEYS = tuple(f.name for f in fields(Summary) if f.type in ("float", "int", "bool
 """Numeric keys of a session's summary."""
 
 
-class Outcome(NamedTuple):
+@dataclass(frozen=True)
+class Outcome:
     """Result of one run."""
 
     summary: dict[str, float | int | bool]
@@ -29,7 +31,7 @@ class Outcome(NamedTuple):
     """Samples by signal name, (k,) or (k, size)."""
 
     @staticmethod
-    def of(values: dict[str, Any]) -> Outcome:
+    def of(values: Values) -> Outcome:
         """The outcome from the plain values stored by a sweep."""
         signals = {name: np.array(rows) for name, rows in values["signals"].items()}
         return Outcome(values["summary"], tuple(values["faults"]), signals)

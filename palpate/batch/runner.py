@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from functools import partial
-from typing import Any, Literal
+from typing import Literal
 
 from threadpoolctl import threadpool_limits
 
@@ -32,9 +32,8 @@ def simulate(
 ) -> Simulated:
     """Simulate many runs in lockstep. Each run equals that of a session with the same scene and seed.
 
-    Nothing is recorded on disk. Meshes and their indices are shared between the runs. Apart from the keys in
-    ``palpate.batch.MEASURED``, the results depend only on scenes, overrides and seeds, and not on the order of
-    the runs, the executor or the number of workers.
+    Nothing is recorded on disk. Apart from the keys in ``palpate.batch.MEASURED``, the results depend only on scenes,
+    overrides and seeds, and not on the order of the runs, the executor or the number of workers.
 
     Args:
         runs: one or several scenes, paths of scene files or `Variation` objects.
@@ -101,7 +100,7 @@ _WORKER_SURFACES = SharedSurfaces()
 """Surfaces shared by the runs of this worker process of a sweep."""
 
 
-def _point(point: Point, seed: int, *, listed: tuple[Variation, ...], options: BatchOptions) -> dict[str, Any]:
+def _point(point: Point, seed: int, *, listed: tuple[Variation, ...], options: BatchOptions) -> Outcome:
     """Simulate one run on a worker. The seed of the sweep is unused, because the run has its own."""
     index = int(point["run"])
-    return simulate_one(_WORKER_SURFACES, index, listed[index], options)._asdict()
+    return simulate_one(_WORKER_SURFACES, index, listed[index], options)

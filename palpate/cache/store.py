@@ -105,11 +105,10 @@ def _read(path: Path) -> Arrays | None:
 
 def _write(path: Path, arrays: Arrays) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    named: dict[str, Any] = dict(arrays)
     handle, temporary = tempfile.mkstemp(prefix=".", suffix=".tmp", dir=path.parent)
     try:
         with os.fdopen(handle, "wb") as file:
-            np.savez(file, **named)
+            np.savez(file, **arrays)  # type: ignore[arg-type]  # no array is named allow_pickle
         os.replace(temporary, path)
     except BaseException:
         with suppress(OSError):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -28,6 +28,33 @@ class Case:
     description: str
     """The hand, direction and pose of this loop, in words."""
     loop: Loop
+
+
+@dataclass(frozen=True)
+class BoundaryPoint:
+    """A point of the linear stability boundary."""
+
+    B_N_s_per_m: float
+    K_N_per_m: float | None
+    """None: every stiffness is stable."""
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Figures of a certificate: the documented contract of ``--json`` (docs/json.md). None stands for infinity."""
+
+    k_max_N_per_m: float | None
+    verdict: Verdict | None
+    reason: str
+    margin: float | None
+    K_N_per_m: float | None
+    B_N_s_per_m: float
+    k_linear_N_per_m: float | None
+    frequency_Hz: float
+    worst: str
+    hands_N_per_m: dict[str, float | None]
+    bounds_N_per_m: dict[str, float | None]
+    boundary: list[BoundaryPoint]
 
 
 @dataclass(frozen=True)
@@ -72,18 +99,22 @@ class Certificate:
         B = np.linspace(0.0, top * (1 - 1e-6), points)
         return B, np.array([min(case.loop.K_max(b)[0] for case in self.cases) for b in B])
 
-    def to_json(self) -> dict[str, Any]:
-        """The object that ``palpate certify --json`` writes (docs/json.md); infinity becomes null."""
-        B, K = self.boundary()
-        return {
-            "k_max_N_per_m": finite_or_none(self.k_max),
-            "verdict": self.verdict, "reason": self.reason, "margin": self.margin,
-            "K_N_per_m": self.K, "B_N_s_per_m": self.B, "k_linear_N_per_m": finite_or_none(self.k_linear),
-            "frequency_Hz": self.frequency, "worst": self.worst,
-            "hands_N_per_m": {name: finite_or_none(k) for name, k in self.hands.items()},
-            "bounds_N_per_m": {name: finite_or_none(k) for name, k in self.bounds.items()},
-            "boundary": [{"B_N_s_per_m": float(b), "K_N_per_m": finite_or_none(k)} for b, k in zip(B, K, strict=True)],
-        }  # fmt: skip
+    def figures(self) -> Figures:
+        """The figures that ``palpate certify --json`` writes."""
+        return Figures(
+            k_max_N_per_m=finite_or_none(self.k_max),
+            verdict=self.verdict,
+            reason=self.reason,
+            margin=self.margin,
+            K_N_per_m=self.K,
+            B_N_s_per_m=self.B,
+            k_linear_N_per_m=finite_or_none(self.k_linear),
+            frequency_Hz=self.frequency,
+            worst=self.worst,
+            hands_N_per_m={name: finite_or_none(k) for name, k in self.hands.items()},
+            bounds_N_per_m={name: finite_or_none(k) for name, k in self.bounds.items()},
+            boundary=[BoundaryPoint(float(b), finite_or_none(k)) for b, k in zip(*self.boundary(), strict=True)],
+        )
 
 
 def linear_limit(cases: tuple[Case, ...], B: float) -> tuple[float, float, Case]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -43,6 +43,7 @@ class Command:
 
     def __call__(self) -> int:
         """Print which objects of the scene are stable, and by what margin; returns the exit code."""
+        from palpate.arrays.plain import plain
         from palpate.certificate import certify_all
         from palpate.certificate.entry import stiffness
         from palpate.certificate.scene import touched, worst_of
@@ -72,18 +73,20 @@ class Command:
         if self.figure is not None:
             _draw(scene, surfaces, found, self.figure)
             say(console, str(self.figure), "figure:")
-        rows = [
-            {
-                "name": name,
-                "K_N_per_m": K,
-                "measured_N_per_m": stiffness(presses, force_scale),
-                "entries": [asdict(e) for e in presses],
-            }
-            for name, K, presses in pressed
-        ]
-        objects = [{"name": one.name, **one.to_json()} for one in found]
-        write_json(self.json, {**worst.to_json(), "objects": objects, "fixtures": rows})
+        fixtures = [_Pressed(name, K, stiffness(presses, force_scale), presses) for name, K, presses in pressed]
+        objects = [{"name": one.name, **plain(one.figures())} for one in found]
+        write_json(self.json, {**plain(worst.figures()), "objects": objects, "fixtures": fixtures})
         return 0
+
+
+@dataclass(frozen=True)
+class _Pressed:
+    """A soft fixture that was pressed, as docs/json.md describes it."""
+
+    name: str
+    K_N_per_m: float
+    measured_N_per_m: float
+    entries: list[Entry]
 
 
 def _entries(rig: Rig) -> list[tuple[str, float, list[Entry]]]:

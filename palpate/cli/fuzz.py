@@ -49,5 +49,5 @@ class Command:
             say(console, f"seed {fault['seed']}: {fault['what']}", "fault:", "red")
         made = ", ".join(f"{name} {n:,}" for name, n in sorted(outcome.counts.items()))
         say(console, f"{outcome.runs:,} cases in {outcome.seconds:.0f} s: {len(outcome.faults)} faults ({made})")
-        write_json(self.json, outcome.to_json())
+        write_json(self.json, outcome)
         return 1 if outcome.faults else 0

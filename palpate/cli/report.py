@@ -58,7 +58,7 @@ class Command:
         summary = replace(summary_of(record), report=str(page))
         console.print(summary_table(summary))
         say(console, f"report: {page}")
-        write_json(self.json, summary.to_json())
+        write_json(self.json, summary)
 
     def _report_bag(self, bag: Bag, console: Console) -> None:
         from palpate.record.bags.summary import summary_of, table
@@ -69,4 +69,4 @@ class Command:
         for note in bag.notes:
             say(console, note)
         say(console, f"report: {page}")
-        write_json(self.json, summary_of(bag) | {"report": str(page)})
+        write_json(self.json, replace(summary_of(bag), report=str(page)))

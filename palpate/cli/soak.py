@@ -57,5 +57,5 @@ class Command:
         except ValueError as error:
             raise PalpateError(str(error)) from error
         console.print(table(done))
-        write_json(self.json, done.as_json())
+        write_json(self.json, done)
         return 1 if done.popped else 0

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 
@@ -39,11 +38,18 @@ def write_text(path: Path, text: str) -> None:
         raise _refusal(path, error) from None
 
 
-def write_json(path: Path | None, values: Any) -> None:
-    """Write a JSON contract of docs/json.md to a file, to the standard output (-), or nowhere (None)."""
+def write_json(path: Path | None, values: object) -> None:
+    """Write a JSON contract of docs/json.md to a file, to the standard output (-), or nowhere (None).
+
+    Args:
+        path: where to write.
+        values: dictionaries, lists and dataclasses of numbers and texts; a dataclass is written as its fields.
+    """
     if path is None:
         return
-    text = json.dumps(values, indent=2, allow_nan=False) + "\n"
+    from palpate.arrays.plain import plain
+
+    text = json.dumps(plain(values), indent=2, allow_nan=False) + "\n"
     if str(path) == "-":
         sys.stdout.write(text)
     else:

@@ -54,10 +54,8 @@ def render(
     F = K delta_x - B (n . v) n with delta_x from the tool to the proxy and v by backward differences of ``tips``.
 
     Args:
-        surface: a ``palpate.Mesh``, one of ``palpate.surfaces``, a compiled ``_core.Surface``, or
-            ``(vertices (n, 3) [m], triangles (m, 3))``.
-        tips: (n, 3) tool tip p_WT, the centre of the spherical proxy region [m]. If the first one is
-            inside a closed surface, the proxy starts outside (``started_inside``).
+        surface: a mesh, one of ``palpate.surfaces``, or ``(vertices (n, 3) [m], triangles (m, 3))``.
+        tips: (n, 3) tool tip p_WT, the centre of the spherical proxy region [m].
         radius: radius of the spherical proxy region [m].
         stiffness: K, one number or one per axis of W [N/m].
         damping: B, likewise [N s/m].
@@ -67,8 +65,7 @@ def render(
             ``paper-plane``, ``paper-alg1``, ``face-normal``, ``approach-velocity``, which need triangles.
         release: deflection at which method ``proxy`` releases a tool that passed through a closed object [m].
         rate: sampling rate of the tips [Hz].
-        poses: (n, 4, 4) X_WO, pose of the surface at each tip; default: at rest in W. The damping uses its velocity,
-            also by backward differences.
+        poses: (n, 4, 4) X_WO, pose of the surface at each tip; default: at rest. The damping uses its velocity.
         spheres: additional spheres of the tool: (p_TS (3,) [m] in axes of W, radius [m]) each.
 
     Raises:
@@ -76,6 +73,17 @@ def render(
         MeshError: the vertices and triangles do not form a mesh.
     """
     points = _points(tips)
+    options = _options(radius, release, spheres)
+    world = snapshot_of(
+        surface, stiffness=stiffness, damping=damping, friction=friction, static_friction=static_friction
+    )
+    X_WO = None if poses is None else _poses(poses, len(points))
+    return Rendered(*_core.contact_render(world, points, method, options, positive("rate", rate, "Hz"), X_WO))
+
+
+def _options(
+    radius: float, release: float | None, spheres: Sequence[tuple[npt.ArrayLike, float]]
+) -> _core.ContactOptions:
     options = _core.ContactOptions()
     options.radius = positive("radius", radius, "m")
     if release is not None:
@@ -83,11 +91,7 @@ def render(
     options.spheres = [
         _core.ToolSphere(np.asarray(p, dtype=np.float64), positive("radius", r, "m")) for p, r in spheres
     ]
-    snapshot = snapshot_of(
-        surface, stiffness=stiffness, damping=damping, friction=friction, static_friction=static_friction
-    )
-    X_WO = None if poses is None else _poses(poses, len(points))
-    return Rendered(*_core.contact_render(snapshot, points, method, options, positive("rate", rate, "Hz"), X_WO))
+    return options
 
 
 def snapshot_of(

@@ -6,14 +6,15 @@ The rules are fitted to measurements: the radius rules to ``palpate study radius
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from palpate import _core
 from palpate.arrays import Array
+from palpate.arrays.checks import finite_or_none
+from palpate.arrays.plain import Content, plain
 
 Index = npt.NDArray[np.integer]
 
@@ -65,10 +66,9 @@ class Radius:
         """True if no radius satisfies both limits."""
         return self.smallest_mm > self.largest_mm
 
-    def to_json(self) -> dict[str, Any]:
-        """The values as JSON; an infinite radius becomes null."""
-        values = asdict(self)
-        return values | {"largest_mm": values["largest_mm"] if np.isfinite(self.largest_mm) else None}
+    def figures(self) -> Content:
+        """The values for JSON; an infinite radius becomes None."""
+        return {**plain(self), "largest_mm": finite_or_none(self.largest_mm)}
 
 
 @dataclass(frozen=True)

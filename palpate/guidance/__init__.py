@@ -1,6 +1,9 @@
 """Virtual fixtures: constraints on the tool, each made from a geometry, a role and a law (docs/guidance.md)."""
 
+from typing import TYPE_CHECKING
+
 from palpate.guidance.combine import Difference, Geometry, Intersection, Offset, Union
+from palpate.guidance.context import FixtureContext
 from palpate.guidance.fixture import Fixture
 from palpate.guidance.geometry import (
     Box,
@@ -16,7 +19,6 @@ from palpate.guidance.geometry import (
     Shape,
     Sphere,
 )
-from palpate.guidance.here import Here
 from palpate.guidance.lists import from_yaml, to_yaml
 from palpate.guidance.paths import Path, Tube
 from palpate.guidance.sections import Law, Ramp, Role
@@ -28,9 +30,9 @@ __all__ = [
     "Cylinder",
     "Difference",
     "Fixture",
+    "FixtureContext",
     "Geometry",
     "Grid",
-    "Here",
     "Intersection",
     "Law",
     "Line",
@@ -49,3 +51,10 @@ __all__ = [
     "from_yaml",
     "to_yaml",
 ]
+
+if not TYPE_CHECKING:
+
+    def __getattr__(name: str) -> object:
+        from palpate.renamed import missing_name
+
+        raise missing_name(__name__, name)

@@ -8,23 +8,11 @@ from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, mod
 
 from palpate import _core
 from palpate.arrays import Array
+from palpate.arrays.plain import Content
 from palpate.errors import GuidanceError
-from palpate.guidance.geometry import (
-    Box,
-    Cloud,
-    Cone,
-    Cylinder,
-    Grid,
-    Line,
-    Mesh,
-    OfObject,
-    Plane,
-    Point,
-    Shape,
-    Sphere,
-    as_guidance_error,
-)
-from palpate.guidance.here import Here
+from palpate.guidance import geometry as shapes
+from palpate.guidance.context import FixtureContext
+from palpate.guidance.geometry import Shape, as_guidance_error
 from palpate.guidance.paths import Path, Tube
 from palpate.values import Length, NotNegativeLength, Section
 
@@ -38,10 +26,10 @@ class Offset(Shape):
     margin: Length
     """distance to grow; must be positive for a geometry without an inside [m]"""
 
-    def make(self, here: Here, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
         """The grown or shrunk geometry."""
         try:
-            return _core.OffsetGeometry(self.of.make(here, X_WF), self.margin)
+            return _core.OffsetGeometry(self.of.make(context, X_WF), self.margin)
         except GuidanceError:
             raise
         except ValueError as error:
@@ -56,9 +44,9 @@ class Combination(Shape):
     blend: NotNegativeLength = 0.0
     """width over which creases are rounded, so that the normal turns continuously; 0: sharp creases [m]"""
 
-    def make(self, here: Here, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
         """The combined geometry."""
-        parts = [part.make(here, X_WF) for part in self.of]
+        parts = [part.make(context, X_WF) for part in self.of]
         try:
             return _core.CombinedGeometry(self.key, parts, self.blend)  # type: ignore[arg-type]  # key is one of the three literals
         except ValueError as error:
@@ -86,31 +74,31 @@ class Difference(Combination):
 class Geometry(Section):
     """One geometry: a point, a curve, a solid, a surface from a file or of a scene object, or a combination."""
 
-    point: Point | None = None
+    point: shapes.Point | None = None
     """a point"""
-    line: Line | None = None
+    line: shapes.Line | None = None
     """a straight line between two places, or through them without end"""
-    plane: Plane | None = None
+    plane: shapes.Plane | None = None
     """a half-space"""
     path: Path | None = None
     """a smooth curve"""
     tube: Tube | None = None
     """all points within a radius of a path"""
-    cone: Cone | None = None
+    cone: shapes.Cone | None = None
     """the region from an entry to a target"""
-    sphere: Sphere | None = None
+    sphere: shapes.Sphere | None = None
     """a ball"""
-    box: Box | None = None
+    box: shapes.Box | None = None
     """a box"""
-    cylinder: Cylinder | None = None
+    cylinder: shapes.Cylinder | None = None
     """a cylinder"""
-    mesh: Mesh | None = None
+    mesh: shapes.Mesh | None = None
     """triangles from a file"""
-    cloud: Cloud | None = None
+    cloud: shapes.Cloud | None = None
     """points from a file"""
-    grid: Grid | None = None
+    grid: shapes.Grid | None = None
     """a signed distance grid"""
-    object: OfObject | None = None
+    object: shapes.OfObject | None = None
     """the surface of an object of the scene"""
     offset: Offset | None = None
     """a grown or shrunk geometry"""
@@ -136,7 +124,7 @@ class Geometry(Section):
         return self
 
     @model_serializer(mode="wrap")
-    def _dump_given(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+    def _dump_given(self, handler: SerializerFunctionWrapHandler) -> Content:
         return {key: value for key, value in handler(self).items() if value is not None}
 
     @property
@@ -145,13 +133,13 @@ class Geometry(Section):
         shape: Shape = next(filter(None, (getattr(self, key) for key in type(self).model_fields)))
         return shape
 
-    def make(self, here: Here, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
         """The geometry for the core.
 
         Raises:
             GuidanceError, MeshError, SurfaceError: a file, object or place is missing, or a value is invalid.
         """
-        return self.shape.make(here, X_WF)
+        return self.shape.make(context, X_WF)
 
 
 for _model in (Offset, Union, Intersection, Difference, Geometry):

@@ -14,8 +14,8 @@ from palpate import _core
 from palpate.errors import GuidanceError
 from palpate.guidance import one_line, yaml_text
 from palpate.guidance.combine import Geometry
+from palpate.guidance.context import FixtureContext
 from palpate.guidance.geometry import Shape, as_guidance_error, placed
-from palpate.guidance.here import Here
 from palpate.guidance.sections import Frame, Law, Ramp, Role, check_law_keys
 from palpate.values import Number, Positive, PositiveLength, Section
 
@@ -128,14 +128,14 @@ class Fixture(Section):
         required = [whole.pop("required"), *([key] for key in one_line.KEYS)]
         return {**whole, "type": ["object", "string"], "anyOf": [{"required": keys} for keys in required]}
 
-    def make(self, here: Here | None = None) -> _core.Fixture:
+    def make(self, context: FixtureContext | None = None) -> _core.Fixture:
         """The fixture for the core.
 
         Raises:
             GuidanceError, MeshError, SurfaceError: a file, object or place is missing, or a value is invalid.
         """
         name = self.name or self.role.name
-        geometry = self.make_geometry(here)
+        geometry = self.make_geometry(context)
         if self.role.name == "forbid" and not geometry.solid and self.geometry.mesh is not None:
             raise GuidanceError(
                 f"{name}: the mesh {self.geometry.mesh.file!r} is open, but a forbidden region needs an inside",
@@ -165,42 +165,42 @@ class Fixture(Section):
             raise as_guidance_error(error, name) from None
         return made
 
-    def make_geometry(self, here: Here | None = None) -> _core.Geometry:
+    def make_geometry(self, context: FixtureContext | None = None) -> _core.Geometry:
         """The geometry in the world, moving with the fixture's frame.
 
         Raises:
             GuidanceError, MeshError, SurfaceError: a file, object or place is missing, or a value is invalid.
         """
-        here = here or Here()
+        context = context or FixtureContext()
         if self.geometry.object is not None:
-            here.body(self.geometry.object.name)  # a missing object is reported as an object, not as a frame
-        frame, X_FG = here.frame(self.frame.of), self.frame.pose.matrix()
+            context.body(self.geometry.object.name)  # a missing object is reported as an object, not as a frame
+        frame, X_FG = context.frame(self.frame.of), self.frame.pose.matrix()
         X_WF = np.eye(4) if isinstance(frame, _core.LiveFrame) else frame.at(0.0)[0]
-        shape = self.geometry.make(here, X_WF @ X_FG)
+        shape = self.geometry.make(context, X_WF @ X_FG)
         if self.frame.of == "world":
             return placed(shape, X_FG)
         return _core.PlacedGeometry(shape, X_FG, frame)
 
-    def plot(self, ax: Axes | None = None, here: Here | None = None) -> Axes:
+    def plot(self, ax: Axes | None = None, context: FixtureContext | None = None) -> Axes:
         """Draw the fixture with matplotlib: allowed regions green, forbidden regions red, and the normals."""
         from palpate.guidance.plot import plot
 
         title = f"{self.name or self.role.name}: {self.role.name}"
-        return plot(self.make_geometry(here), self.role, title, ax)
+        return plot(self.make_geometry(context), self.role, title, ax)
 
     def why(self, X_WT: npt.ArrayLike, V_WT: npt.ArrayLike | None = None, t: float = 0.0,
-            here: Here | None = None) -> str:  # fmt: skip
+            context: FixtureContext | None = None) -> str:  # fmt: skip
         """Explain in words the fixture's force on a tool.
 
         Args:
             X_WT: pose (4, 4) of the tool, or its position (3,) [m].
             V_WT: velocity (6,) of the tool over its angular velocity, in W [m/s, rad/s]; zero when None.
             t: time [s].
-            here: files, frames, places and objects that the fixture names.
+            context: files, frames, places and objects that the fixture names.
         """
         from palpate.guidance.reasons import reasons
 
-        return reasons(self.make(here), self.role, self.law, X_WT, V_WT, t)
+        return reasons(self.make(context), self.role, self.law, X_WT, V_WT, t)
 
     def to_yaml(self) -> str:
         """YAML text of one item of a scene's list ``guidance``; `from_yaml` reads it back."""

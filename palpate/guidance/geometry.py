@@ -12,7 +12,7 @@ from pydantic import Field
 from palpate import _core
 from palpate.arrays import Array
 from palpate.errors import GuidanceError, SurfaceError
-from palpate.guidance.here import Here
+from palpate.guidance.context import FixtureContext
 from palpate.values import Number, Place, PositiveLength, Section, Vector
 from palpate.values import Pose as PoseSection
 
@@ -28,7 +28,7 @@ class Shape(Section):
     key: ClassVar[str]
     """key in scene files"""
 
-    def make(self, here: Here, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
         """The geometry for the core. X_WF (4, 4) is the pose of F at the start; it converts places given in W.
 
         Raises:
@@ -72,10 +72,10 @@ class Point(Shape):
     rpy_deg: Vector = (0.0, 0.0, 0.0)
     """target attitude of `orient`: roll, pitch, yaw [deg]"""
 
-    def make(self, here: Here, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
         """The point."""
         X = PoseSection(rpy_deg=self.rpy_deg).matrix()
-        X[:3, 3] = here.place(self.at, X_WF)
+        X[:3, 3] = context.place(self.at, X_WF)
         return _core.PlacedGeometry(_core.PointGeometry(), X)
 
 
@@ -90,10 +90,10 @@ class Line(Shape):
     endless: bool = False
     """true: the line continues beyond both ends"""
 
-    def make(self, here: Here, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
         """The line."""
         try:
-            return _core.LineGeometry(here.place(self.start, X_WF), here.place(self.end, X_WF), self.endless)
+            return _core.LineGeometry(context.place(self.start, X_WF), context.place(self.end, X_WF), self.endless)
         except ValueError as error:
             raise as_guidance_error(error, "line") from None
 
@@ -107,11 +107,11 @@ class Plane(Shape):
     normal: Vector = (0.0, 0.0, 1.0)
     """outward normal of any length [-]"""
 
-    def make(self, here: Here, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
         """The half-space."""
         X = np.eye(4)
         X[:3, :3] = _rotation_z_to(self.normal, "normal of a plane")
-        X[:3, 3] = here.place(self.at, X_WF)
+        X[:3, 3] = context.place(self.at, X_WF)
         return _core.PlacedGeometry(_core.SurfaceGeometry(_core.Plane()), X)
 
 
@@ -126,9 +126,9 @@ class Cone(Shape):
     half_angle_deg: Annotated[Number, Field(gt=0.0, le=90.0)] = float(np.degrees(_core.CONE_HALF_ANGLE))
     """angle between axis and side [deg]"""
 
-    def make(self, here: Here, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
         """The cone."""
-        target, entry = here.place(self.target, X_WF), here.place(self.entry, X_WF)
+        target, entry = context.place(self.target, X_WF), context.place(self.entry, X_WF)
         try:
             return _core.ConeGeometry(target, entry - target, float(np.radians(self.half_angle_deg)))
         except ValueError as error:
@@ -144,10 +144,10 @@ class Sphere(Shape):
     at: Place = (0.0, 0.0, 0.0)
     """centre [m]"""
 
-    def make(self, here: Here, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
         """The sphere."""
         X = np.eye(4)
-        X[:3, 3] = here.place(self.at, X_WF)
+        X[:3, 3] = context.place(self.at, X_WF)
         return placed(_core.SurfaceGeometry(_core.Sphere(self.radius)), X)
 
 
@@ -160,7 +160,7 @@ class Box(Shape):
     pose: PoseSection = PoseSection()
     """pose of the centre and axes"""
 
-    def make(self, here: Here, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
         """The box."""
         return placed(_core.SurfaceGeometry(_core.Box(np.array(self.size))), self.pose.matrix())
 
@@ -176,7 +176,7 @@ class Cylinder(Shape):
     pose: PoseSection = PoseSection()
     """pose of the centre and axis"""
 
-    def make(self, here: Here, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
         """The cylinder."""
         return placed(_core.SurfaceGeometry(_core.Cylinder(self.radius, self.length)), self.pose.matrix())
 
@@ -192,11 +192,12 @@ class Mesh(Shape):
     pose: PoseSection = PoseSection()
     """pose of the file's own frame"""
 
-    def make(self, here: Here, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
         """The mesh, open or closed."""
         from palpate.mesh import Mesh as Triangles
 
-        return placed(_core.SurfaceGeometry(Triangles.load(here.file(self.file), self.unit).core), self.pose.matrix())
+        triangles = Triangles.load(context.file(self.file), self.unit)
+        return placed(_core.SurfaceGeometry(triangles.core), self.pose.matrix())
 
 
 class Cloud(Shape):
@@ -212,13 +213,13 @@ class Cloud(Shape):
     pose: PoseSection = PoseSection()
     """pose of the file's own frame"""
 
-    def make(self, here: Here, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
         """The cloud."""
         from palpate.guidance.files import read_rows
         from palpate.mesh import files as mesh_files
         from palpate.mesh.check import UNITS
 
-        file = here.file(self.file)
+        file = context.file(self.file)
         if file.suffix.lower() in MESHES:
             points = np.asarray(mesh_files.read(file)[0], dtype=np.float64) * UNITS[self.unit]
         else:
@@ -243,12 +244,12 @@ class Grid(Shape):
     pose: PoseSection = PoseSection()
     """pose of the file's own frame"""
 
-    def make(self, here: Here, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
         """The grid."""
         from palpate.mesh import Mesh as Triangles
         from palpate.surfaces import DistanceGrid
 
-        file = here.file(self.file)
+        file = context.file(self.file)
         if Path(self.file).suffix.lower() in GRIDS:
             grid = DistanceGrid.load(file, self.unit)
         else:
@@ -264,9 +265,9 @@ class OfObject(Shape):
     name: str
     """name of the object"""
 
-    def make(self, here: Here, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
         """The surface of the object, in the object's frame."""
-        return _core.SurfaceGeometry(here.body(self.name).core)
+        return _core.SurfaceGeometry(context.body(self.name).core)
 
 
 def _rotation_z_to(z: Any, name: str) -> Array:

@@ -9,6 +9,7 @@ from typing import Any
 
 import yaml
 
+from palpate.arrays.plain import Content
 from palpate.guidance.geometry import GRIDS, MESHES
 
 _TABLES = (".csv", ".txt", ".tsv")
@@ -55,14 +56,14 @@ def expand(value: Any) -> Any:
     return {**made, **rest}
 
 
-def _split(text: str) -> dict[str, Any]:
+def _split(text: str) -> Content:
     key, _, rest = readable(text.strip()).partition(":")
     if key.strip() not in _LINES:
         raise ValueError(f"{text!r:.60} is not a fixture | write one of {', '.join(EXAMPLES)}")
     return {key.strip(): rest.strip() or None}
 
 
-def _margin(value: dict[str, Any]) -> dict[str, Any]:
+def _margin(value: Content) -> Content:
     margin, around = value["margin"], value.get("around")
     if around is None and isinstance(margin, str):
         margin, _, around = margin.partition(" around ")
@@ -71,21 +72,21 @@ def _margin(value: dict[str, Any]) -> dict[str, Any]:
     return {**target(around), "role": {"name": "forbid", "margin": margin}, "hard": True}
 
 
-def _follow(value: dict[str, Any]) -> dict[str, Any]:
+def _follow(value: Content) -> Content:
     return {**target(value["follow"]), "role": {"name": "guide"}}
 
 
-def _stay_in(value: dict[str, Any]) -> dict[str, Any]:
+def _stay_in(value: Content) -> Content:
     return {**target(value["stay-in"]), "role": {"name": "keep-in"}, "hard": True}
 
 
-def _keep_rcm(value: dict[str, Any]) -> dict[str, Any]:
+def _keep_rcm(value: Content) -> Content:
     at = value["keep-rcm"]
     return {"name": "keep-rcm", "geometry": {"point": {"at": "rcm" if at in (None, True) else at}},
             "role": {"name": "rcm"}}  # fmt: skip
 
 
-_LINES: dict[str, Callable[[dict[str, Any]], dict[str, Any]]] = {
+_LINES: dict[str, Callable[[Content], Content]] = {
     "margin": _margin,
     "follow": _follow,
     "stay-in": _stay_in,
@@ -103,7 +104,7 @@ WORDS = {
 EXAMPLES = ("margin: 3 mm around: vessel.stl", "follow: suture-path.csv", "stay-in: cone(entry, target)", "keep-rcm")
 
 
-def target(value: Any) -> dict[str, Any]:
+def target(value: Any) -> Content:
     """The keys `geometry`, `name` and `frame` for the target of a line: a file, a call, or an object of the scene.
 
     Raises:
@@ -124,7 +125,7 @@ def target(value: Any) -> dict[str, Any]:
     return {"name": value, "geometry": {"object": {"name": value}}, "frame": value}
 
 
-def _arguments(shape: str, text: str) -> dict[str, Any]:
+def _arguments(shape: str, text: str) -> Content:
     if shape not in CALLS:
         raise ValueError(f"there is no shape {shape!r} | shapes: {', '.join(CALLS)}")
     given = [_argument(part.strip()) for part in _ARGUMENT.findall(text) if part.strip()]

@@ -10,8 +10,8 @@ from pydantic import Field, model_validator
 from palpate import _core
 from palpate.arrays import Array
 from palpate.guidance import curve
+from palpate.guidance.context import FixtureContext
 from palpate.guidance.geometry import Shape, Unit
-from palpate.guidance.here import Here
 from palpate.values import NotNegativeLength, Place, PositiveLength
 from palpate.values import Pose as PoseSection
 
@@ -40,18 +40,18 @@ class Path(Shape):
             raise ValueError(f"a path is a file or waypoints; {count} | keep one of them, e.g. file: suture.csv")
         return self
 
-    def make(self, here: Here, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
         """The curve."""
-        return self.curve(here, X_WF)
+        return self.curve(context, X_WF)
 
-    def curve(self, here: Here, X_WF: Array) -> _core.PathGeometry:
+    def curve(self, context: FixtureContext, X_WF: Array) -> _core.PathGeometry:
         """The curve in F."""
         if self.file is None:
-            points = np.array([here.place(p, X_WF) for p in self.waypoints])
+            points = np.array([context.place(p, X_WF) for p in self.waypoints])
             return curve.path(points, closed=self.closed, crossing=self.crossing, name="waypoints")
         from palpate.guidance.files import read_rows
 
-        file = here.file(self.file)
+        file = context.file(self.file)
         points, R = read_rows(file, self.unit)
         X = self.pose.matrix()
         points, R = points @ X[:3, :3].T + X[:3, 3], None if R is None else X[:3, :3] @ R
@@ -65,6 +65,6 @@ class Tube(Path):
     radius: PositiveLength
     """radius of the tube [m]"""
 
-    def make(self, here: Here, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
         """The tube."""
-        return _core.OffsetGeometry(self.curve(here, X_WF), self.radius)
+        return _core.OffsetGeometry(self.curve(context, X_WF), self.radius)

@@ -21,7 +21,7 @@ _CELLS = 48  # number of cells along the longest side
 _ARROWS = 40  # maximum number of drawn normals
 
 
-def query(geometry: _core.Geometry, points: npt.ArrayLike, t: float = 0.0) -> dict[str, Any]:
+def query(geometry: _core.Geometry, points: npt.ArrayLike, t: float = 0.0) -> dict[str, npt.NDArray[Any]]:
     """Query the geometry for a tool at points (n, 3) [m], aligned with W: arrays by the names of the core's Query."""
     points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     X = np.tile(np.eye(4), (len(points), 1, 1))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +14,31 @@ from palpate.guidance.sections import Law, Role
 
 SMALL = 1e-9
 """Forces and constraint values below this are treated as zero [N, m]."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The core's answer on a fixture: its constraint and its wrench for one state of the tool."""
+
+    gap: float
+    """Constraint value: negative by the amount of violation [m, or rad if rotational]; infinite when inactive."""
+    turns: bool
+    """True if the constraint is rotational."""
+    speed: float
+    """Speed limit [m/s]; infinite without a limit."""
+    F: Array
+    """(6,) wrench on the tool with full authority [N, N m], in W."""
+
+    @classmethod
+    def of(cls, core: _core.Fixture, X_WT: Array, V_WT: Array, t: float) -> Self:
+        """The answer for a tool at X_WT (4, 4) with the twist V_WT (6,) [m/s, rad/s]."""
+        asked = core.ask(X_WT, t, V_WT)
+        return cls(float(asked["gap"]), bool(asked["turns"]), float(asked["speed"]), np.asarray(asked["F"]))
+
+    @property
+    def acting(self) -> Array:
+        """(3,) force [N], or the moment [N m] of a rotational constraint."""
+        return self.F[3:] if self.turns else self.F[:3]
 
 
 def reasons(
@@ -30,28 +56,25 @@ def reasons(
     if X.shape == (3,):
         p, X = X, np.eye(4)
         X[:3, 3] = p
-    moving = core.ask(X, t, np.zeros(6) if V_WT is None else np.array(V_WT, dtype=np.float64))
+    moving = Answer.of(core, X, np.zeros(6) if V_WT is None else np.array(V_WT, dtype=np.float64), t)
     policy = core.policy
     lines = [f"{core.name} ({role.name}, law {law.name}, {'hard' if policy.hard else 'soft'}):"]
-    lines += [f"  {line}" for line in _lines(role, law, moving, core.ask(X, t, np.zeros(6)))]
+    lines += [f"  {line}" for line in _lines(role, law, moving, Answer.of(core, X, np.zeros(6), t))]
     if not core.on:
         lines.append("  the fixture is switched off: it applies none of this")
     elif policy.authority < 1.0:
-        part = np.asarray(moving["F"])[3:] if moving["turns"] else moving["F"][:3]
-        given, unit = policy.authority * float(np.linalg.norm(part)), "N m" if moving["turns"] else "N"
+        given, unit = policy.authority * float(np.linalg.norm(moving.acting)), "N m" if moving.turns else "N"
         lines.append(f"  its authority is {policy.authority:g}: the hand is given {given:.3g} {unit}")
     return "\n".join(lines)
 
 
-def _lines(role: Role, law: Law, moving: dict[str, Any], still: dict[str, Any]) -> list[str]:
+def _lines(role: Role, law: Law, moving: Answer, still: Answer) -> list[str]:
     """Lines on state and force; `moving` and `still` are the core's answers for the moving and the resting tool."""
-    gap, turns = float(moving["gap"]), bool(moving["turns"])
-    if not np.isfinite(gap):
-        limit = f"; the tool may move at {moving['speed']:g} m/s" if np.isfinite(moving["speed"]) else ""
+    if not np.isfinite(moving.gap):
+        limit = f"; the tool may move at {moving.speed:g} m/s" if np.isfinite(moving.speed) else ""
         return [f"no constraint is active here{limit}"]
-    part = slice(3, 6) if turns else slice(0, 3)
-    F, F_still = np.asarray(moving["F"])[part], np.asarray(still["F"])[part]
-    return [_state(role, gap, turns), *_terms(law, F, F - F_still, turns)]
+    F = moving.acting
+    return [_state(role, moving.gap, moving.turns), *_terms(law, F, F - still.acting, moving.turns)]
 
 
 def _state(role: Role, gap: float, turns: bool) -> str:

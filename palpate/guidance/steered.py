@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from palpate import _core
 from palpate.arrays import Array
+from palpate.guidance.context import FixtureContext
 from palpate.guidance.fixture import Fixture
-from palpate.guidance.here import Here
 from palpate.values import Pose
 
 
@@ -53,20 +53,20 @@ class SteeredFixtures:
 
     Args:
         sections: fixtures with unique names.
-        here: files, frames, places and objects that the fixtures name.
+        context: files, frames, places and objects that the fixtures name.
         publish: receives the new list, as sections and for the core, in the calling thread.
     """
 
     def __init__(
         self,
         sections: Sequence[Fixture],
-        here: Here,
+        context: FixtureContext,
         publish: Callable[[tuple[Fixture, ...], _core.Fixtures], None],
     ) -> None:
-        self._publish, self._lock, self._tool = publish, threading.Lock(), here.tool
+        self._publish, self._lock, self._tool = publish, threading.Lock(), context.tool
         self._now = {
-            (one.name or one.role.name): FixtureState(one, one.make_geometry(here), here.frame(one.frame.of).at(0.0)[0])
-            for one in sections
+            (f.name or f.role.name): FixtureState(f, f.make_geometry(context), context.frame(f.frame.of).at(0.0)[0])
+            for f in sections
         }
 
     @property

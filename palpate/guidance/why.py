@@ -11,8 +11,8 @@ import numpy as np
 from palpate import _core
 from palpate.arrays import Array
 from palpate.arrays.so3 import pose
+from palpate.guidance.context import FixtureContext
 from palpate.guidance.fixture import Fixture
-from palpate.guidance.here import Here
 from palpate.guidance.reasons import SMALL
 
 _LEAST = 5e-4  # smaller contributions are not listed [N, N m]
@@ -41,7 +41,7 @@ class Hand:
     """force of the hand measured by a load cell [N]; negative without a load cell."""
 
 
-def terms(fixtures: Sequence[Fixture], tick: Any, here: Here, hand: Hand | None = None) -> list[Term]:
+def terms(fixtures: Sequence[Fixture], tick: Any, context: FixtureContext, hand: Hand | None = None) -> list[Term]:
     """Contribution of each fixture at a tick of a run, and last the residual: their sum is the recorded wrench.
 
     The guidance stage runs at the tick's pose until all transients have settled. The residual contains effects that
@@ -51,10 +51,11 @@ def terms(fixtures: Sequence[Fixture], tick: Any, here: Here, hand: Hand | None 
     Args:
         fixtures: of the run, in their order.
         tick: signals of the run by name.
-        here: files, frames, places and objects that the fixtures name.
+        context: files, frames, places and objects that the fixtures name.
         hand: inputs of the operator; when left out: at rest, pedal pressed, no load cell.
     """
-    made = _core.Fixtures([f.model_copy(update={"rise": 0.01, "fall": 0.01}).make(here) for f in fixtures], here.tool)
+    quick = [f.model_copy(update={"rise": 0.01, "fall": 0.01}) for f in fixtures]
+    made = _core.Fixtures([f.make(context) for f in quick], context.tool)
     options = _core.GuidanceOptions()
     options.force_rate = options.moment_rate = 1e6
     options.return_speed = (
@@ -66,10 +67,11 @@ def terms(fixtures: Sequence[Fixture], tick: Any, here: Here, hand: Hand | None 
     X = _commanded_pose(tick)
     hand = hand or Hand()
     X_tool = X
-    more: dict[str, Any] = {"F_T_W": np.asarray(tick["F_T_W"]), "pedal": hand.pedal, "F_hand": hand.force}
+    contact = np.asarray(tick["F_T_W"])
     t = float(tick["t"])
     for when in [t - _settling_time(fixtures), *[t] * _TICKS]:
-        X_tool = stage.step(when, X, hand.V_WT, X_tool, **more)["X_WT_goal"]
+        out = stage.step(when, X, hand.V_WT, X_tool, F_T_W=contact, pedal=hand.pedal, F_hand=hand.force)
+        X_tool = out["X_WT_goal"]
     found = [Term(f.name or f.role.name, stage.wrench(i), stage.authority(i)) for i, f in enumerate(fixtures)]
     residual = np.r_[tick["F_guidance_W"], tick["t_guidance_W"]] - sum((term.F for term in found), np.zeros(6))
     return [*found, Term("residual", residual)]
@@ -81,7 +83,7 @@ def _settling_time(fixtures: Sequence[Fixture]) -> float:
     return max(ends, default=0.0) + 1.0
 
 
-def explain_tick(fixtures: Sequence[Fixture], tick: Any, here: Here, hand: Hand | None = None) -> str:
+def explain_tick(fixtures: Sequence[Fixture], tick: Any, context: FixtureContext, hand: Hand | None = None) -> str:
     """Explain the guidance force at a tick of a run: the sum, all contributions, and the largest in detail.
 
     Every fixture is evaluated at the commanded tool pose before correction. Arguments as for `terms`.
@@ -95,9 +97,9 @@ def explain_tick(fixtures: Sequence[Fixture], tick: Any, here: Here, hand: Hand 
         return "\n".join([*lines, "no fixture applies a force"])
     lines.append(f"guidance applies {force:.3g} N, most of it from {fixtures[index].name}")
     hand = hand or Hand()
-    parts = terms(fixtures, tick, here, hand)
+    parts = terms(fixtures, tick, context, hand)
     lines += [_describe(term) for term in parts if np.abs(term.F).max() > _LEAST]
-    return "\n".join([*lines, fixtures[index].why(_commanded_pose(tick), hand.V_WT, float(tick["t"]), here)])
+    return "\n".join([*lines, fixtures[index].why(_commanded_pose(tick), hand.V_WT, float(tick["t"]), context)])
 
 
 def _commanded_pose(tick: Any) -> Array:

@@ -16,9 +16,10 @@ posture. `palpate calibrate hand` identifies your own hand.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 import yaml
@@ -68,13 +69,13 @@ class Hand:
         m, b, k = np.exp(rng.normal(0.0, np.log(factor) / 1.96, 3)).tolist()
         return replace(self, mass=m * self.mass, damping=b * self.damping, stiffness=k * self.stiffness)
 
-    def save(self, path: str | Path, notes: dict[str, Any] | None = None) -> None:
+    def save(self, path: str | Path, notes: Mapping[str, object] | None = None) -> None:
         """Write the hand as YAML, for ``operator: {hand: FILE}`` in a scene.
 
         Raises:
             OutputError: the file cannot be written.
         """
-        data = {"kind": "hand", **{k: v for k, v in asdict(self).items() if v != ""}, "notes": notes or {}}
+        data = {"kind": "hand", **{k: v for k, v in asdict(self).items() if v != ""}, "notes": dict(notes or {})}
         text = f"# A hand; in a scene: operator: {{hand: {Path(path).name}}}\n" + yaml.safe_dump(data, sort_keys=False)
         try:
             Path(path).write_text(text, encoding="utf-8")

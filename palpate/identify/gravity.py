@@ -6,7 +6,6 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +30,6 @@ _ARMS = {"mtml": "left", "mtmr": "right"}
 class Calibration:
     """A gravity model with its scores. Values per joint are for the joints whose torque was measured."""
 
-    model: GravityModel
     fitted: Fitted
     poses: Static
     unseen: Static | None
@@ -45,37 +43,10 @@ class Calibration:
     warnings: tuple[str, ...]
     seconds: float  # CPU time on one core [s]
 
-    def to_json(self) -> dict[str, Any]:
-        """The JSON values that docs/json.md describes."""
-        model, found = self.model, self.identifiability
-        return {
-            "model": model.form,
-            "arm": model.arm,
-            "poses": len(self.poses),
-            "train": self.train.undirected(),
-            "test": self.test.undirected() if self.test else None,
-            "train_directed": self.train.directed(),
-            "test_directed": self.test.directed() if self.test else None,
-            "cross_validation_directed": self.cross_validation.directed(),
-            "friction_floor_Nm": (self.test or self.train).floor.tolist(),
-            "friction_Nm": np.round(np.abs(model.friction).max(axis=1), 6)[list(self.joints)].tolist(),
-            "friction_of": "motors" if model.motor_friction else "joints",
-            "pairs": self.pairs.to_json(self.joints) if self.pairs else None,
-            "std_Nm": (self.test or self.train).std.tolist(),
-            "coverage_95": (self.test or self.train).coverage.tolist(),
-            "rank": found.rank,
-            "structural_rank": found.structural_rank,
-            "condition": found.condition,
-            "base_parameters": list(found.base),
-            "not_identifiable": list(found.never),
-            "weak_parameters": list(found.weak),
-            "outliers": [vars(o) | {"joint": o.joint + 1} for o in self.fitted.outliers],
-            "stops": [vars(s) | {"joint": s.joint + 1} for s in model.stops],
-            "outside": self.test.outside if self.test else 0,
-            "advice": [{"q_rad": np.round(q, 4).tolist(), "information_nat": gain} for q, gain in self.advice],
-            "warnings": list(self.warnings),
-            "seconds": self.seconds,
-        }
+    @property
+    def model(self) -> GravityModel:
+        """The gravity model."""
+        return self.fitted.model
 
 
 @fit.on_one_core
@@ -104,20 +75,13 @@ def gravity(
         raise RecordingError(f"there is no gravity model {model!r}", mend=f"choose one of {', '.join(forms.FORMS)}")
     poses = read_static(train, arm)
     unseen = read_static(test, arm) if test is not None else None
-    measured = measured_joints(poses)
-    joints = tuple(np.flatnonzero(measured).tolist())
+    joints = tuple(np.flatnonzero(measured := measured_joints(poses)).tolist())
     pairs = find_pairs(poses, joints)
-    if pairs is not None:
-        poses = pairs.means
-    poses = on_levels(poses)
+    poses = on_levels(poses if pairs is None else pairs.means)
     found = identifiability(poses.q, measured, arm)
     _require_rich(poses, found)
-    fitted = fit_poses(poses, arm, model, measured)
-    if pairs is not None:
-        friction = np.median(pairs.half_difference, axis=0)[:, None]
-        fitted = replace(fitted, model=replace(fitted.model, friction=friction, motor_friction=False))
+    fitted = _with_friction_of(pairs, fit_poses(poses, arm, model, measured))
     return Calibration(
-        model=fitted.model,
         fitted=fitted,
         poses=poses,
         unseen=unseen,
@@ -131,6 +95,14 @@ def gravity(
         warnings=tuple(_warnings(fitted, poses, unseen, arm)),
         seconds=time.process_time() - began,
     )
+
+
+def _with_friction_of(pairs: Pairs | None, fitted: Fitted) -> Fitted:
+    """The fitted model with the joint friction that the pairs show; unchanged without pairs."""
+    if pairs is None:
+        return fitted
+    friction = np.median(pairs.half_difference, axis=0)[:, None]
+    return replace(fitted, model=replace(fitted.model, friction=friction, motor_friction=False))
 
 
 def measured_joints(poses: Static) -> NDArray[np.bool_]:

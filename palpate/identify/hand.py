@@ -19,7 +19,6 @@ of another form nor a load cell that lags. Without u, x replaces u and the resul
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -237,20 +236,44 @@ def _warn(found: HandFit, explained: float, grip: Grip) -> tuple[str, ...]:
     return tuple(warnings)
 
 
-def to_json(grip: Grip, found: HandFit) -> dict[str, Any]:
-    """The figures of a fit, as docs/json.md describes them."""
-    names = ("mass_kg", "damping_N_s_per_m", "stiffness_N_per_m")
-    values = {name: float(x) for name, x in zip(names, found.value, strict=True)}
-    intervals = {f"{name}_95": [float(x) for x in row] for name, row in zip(names, found.interval, strict=True)}
-    return {
-        **values,
-        **intervals,
-        "resonance_Hz": found.resonance,
-        "lines": len(found.f),
-        "band_Hz": [float(found.f.min()), float(found.f.max())],
-        "coherence": float(found.coherence.mean()),
-        "explained": found.explained,
-        "direction": list(grip.direction) if grip.direction else None,
-        "seconds": found.seconds,
-        "warnings": list(found.warnings),
-    }
+@dataclass(frozen=True)
+class Figures:
+    """The figures of a fit: the documented contract of ``--json`` (docs/json.md). Intervals are (2,)."""
+
+    mass_kg: float
+    damping_N_s_per_m: float
+    stiffness_N_per_m: float
+    mass_kg_95: Array
+    damping_N_s_per_m_95: Array
+    stiffness_N_per_m_95: Array
+    resonance_Hz: float
+    lines: int
+    """Number of spectral lines used."""
+    band_Hz: tuple[float, float]
+    coherence: float
+    """Mean coherence of the lines with the excitation, 0..1."""
+    explained: float
+    direction: tuple[float, float, float] | None
+    seconds: float
+    warnings: tuple[str, ...]
+
+
+def figures(grip: Grip, found: HandFit) -> Figures:
+    """The figures of a fit."""
+    m, b, k = (float(x) for x in found.value)
+    return Figures(
+        mass_kg=m,
+        damping_N_s_per_m=b,
+        stiffness_N_per_m=k,
+        mass_kg_95=found.interval[0],
+        damping_N_s_per_m_95=found.interval[1],
+        stiffness_N_per_m_95=found.interval[2],
+        resonance_Hz=found.resonance,
+        lines=len(found.f),
+        band_Hz=(float(found.f.min()), float(found.f.max())),
+        coherence=float(found.coherence.mean()),
+        explained=found.explained,
+        direction=grip.direction or None,
+        seconds=found.seconds,
+        warnings=found.warnings,
+    )

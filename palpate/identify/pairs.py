@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -15,20 +14,25 @@ _SAME_POSE = 0.03  # two poses closer than this form a pair [rad]
 
 
 @dataclass(frozen=True)
+class PairFigures:
+    """The figures of the pairs; each array has one value per joint."""
+
+    count: int
+    half_difference_Nm: Array  # median
+    half_difference_p95_Nm: Array
+
+
+@dataclass(frozen=True)
 class Pairs:
     """Pairs of poses from two recordings of the same poses in opposite order."""
 
     means: Static
     half_difference: Array  # (k, n) magnitude [N m]
 
-    def to_json(self, joints: tuple[int, ...]) -> dict[str, Any]:
-        """JSON values for these joints (from 0)."""
+    def figures(self, joints: tuple[int, ...]) -> PairFigures:
+        """The figures for these joints (from 0)."""
         halves = self.half_difference[:, list(joints)]
-        return {
-            "count": len(halves),
-            "half_difference_Nm": np.median(halves, axis=0).tolist(),
-            "half_difference_p95_Nm": np.percentile(halves, 95, axis=0).tolist(),
-        }
+        return PairFigures(len(halves), np.median(halves, axis=0), np.percentile(halves, 95, axis=0))
 
 
 def find_pairs(poses: Static, joints: tuple[int, ...]) -> Pairs | None:

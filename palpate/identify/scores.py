@@ -24,6 +24,14 @@ _DISBELIEF = 0.7  # ratio of residuals (motor over joint coordinates) below whic
 
 
 @dataclass(frozen=True)
+class Errors:
+    """Errors per measured joint (j,), named as in docs/json.md."""
+
+    rms_Nm: Array
+    r2: Array
+
+
+@dataclass(frozen=True)
 class Scores:
     """Scores per measured joint (j,). Undirected: unknown approach directions; directed: known from the row order."""
 
@@ -36,13 +44,13 @@ class Scores:
     coverage: Array  # fraction of directed errors within 1.96 predicted standard deviations
     outside: int  # poses outside the trained region
 
-    def undirected(self) -> dict[str, list[float]]:
+    def undirected(self) -> Errors:
         """RMS and R2 with unknown approach directions."""
-        return {"rms_Nm": self.rms.tolist(), "r2": self.r2.tolist()}
+        return Errors(self.rms, self.r2)
 
-    def directed(self) -> dict[str, list[float]]:
+    def directed(self) -> Errors:
         """RMS and R2 with known approach directions."""
-        return {"rms_Nm": self.rms_directed.tolist(), "r2": self.r2_directed.tolist()}
+        return Errors(self.rms_directed, self.r2_directed)
 
 
 def score(fitted: Fitted, poses: Static, joints: tuple[int, ...], arm: Arm) -> Scores:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 from palpate import _core
 
@@ -24,7 +23,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class MeshReport:
-    """Report on a mesh. Counts of faults refer to the triangles of the file."""
+    """Report on a mesh; the names contain the units. Counts of faults refer to the triangles of the file."""
 
     vertices: int  # after welding
     triangles: int  # in use
@@ -39,10 +38,6 @@ class MeshReport:
     turned: int  # triangles whose winding was reversed to match their neighbours
     inverted: int  # triangles of closed parts that were inside out; their winding was reversed
     findings: tuple[Finding, ...] = ()
-
-    def to_json(self) -> dict[str, Any]:
-        """The report as plain JSON values (units in the keys)."""
-        return asdict(self)
 
 
 def report_of(core: _core.MeshReport, unit: str = "m") -> MeshReport:
@@ -71,6 +66,28 @@ def _findings(r: MeshReport, two_sided: bool, unit: str) -> tuple[Finding, ...]:
         found.append(Finding(f"{r.degenerate:,} degenerate triangles (no area): dropped"))
     if r.duplicate:
         found.append(Finding(f"{r.duplicate:,} duplicate triangles: dropped"))
+    found.extend(_winding_findings(r, two_sided))
+    if r.non_manifold_edges:
+        found.append(
+            Finding(
+                f"{r.non_manifold_edges:,} edges are shared by more than two triangles",
+                "inside walls or parts that touch",
+            )
+        )
+    if r.open_edges:
+        found.append(
+            Finding(
+                f"the surface is open: {r.open_edges:,} edges have one triangle only",
+                "it is felt from either side and has no inside; through a hole the tool gets in without a force",
+                "close the holes if the tool goes there: palpate check FILE --repair mended.stl fills small ones",
+            )
+        )
+    found.extend(_size_finding(max(r.extents_m), unit))
+    return tuple(found)
+
+
+def _winding_findings(r: MeshReport, two_sided: bool) -> list[Finding]:
+    found = []
     if not two_sided:
         found.append(
             Finding(
@@ -95,23 +112,7 @@ def _findings(r: MeshReport, two_sided: bool, unit: str) -> tuple[Finding, ...]:
                 "flip the normals in the program that made the mesh",
             )
         )
-    if r.non_manifold_edges:
-        found.append(
-            Finding(
-                f"{r.non_manifold_edges:,} edges are shared by more than two triangles",
-                "inside walls or parts that touch",
-            )
-        )
-    if r.open_edges:
-        found.append(
-            Finding(
-                f"the surface is open: {r.open_edges:,} edges have one triangle only",
-                "it is felt from either side and has no inside; through a hole the tool gets in without a force",
-                "close the holes if the tool goes there: palpate check FILE --repair mended.stl fills small ones",
-            )
-        )
-    found.extend(_size_finding(max(r.extents_m), unit))
-    return tuple(found)
+    return found
 
 
 def _size_finding(size: float, unit: str) -> list[Finding]:

@@ -14,7 +14,7 @@ from mcap import records
 from palpate.errors import RecordError
 from palpate.record.channels import MESSAGE_HEAD, Channel, channels
 from palpate.record.mcap_scan import Scan, chunk_data, damaged, scan
-from palpate.record.ticks import SIGNALS, TICK, TICK_BYTES, Signal, Ticks
+from palpate.record.ticks import SIGNALS, TICK, TICK_BYTES, Signal, Ticks, Timing
 from palpate.record.writer import TickEncoder, column
 
 Numbered = dict[int, Channel]
@@ -99,7 +99,7 @@ class Record:
         return list(json.loads(self.metadata.get("outcome", {}).get("faults", "[]")))
 
     @cached_property
-    def timing(self) -> dict[str, Any] | None:
+    def timing(self) -> Timing | None:
         """`Simulation.timing()` at the end of a real-time run; None in lockstep or if the run was killed."""
         stored = self.metadata.get("outcome", {}).get("timing")
         return None if stored is None else dict(json.loads(stored))

@@ -8,7 +8,7 @@ integer whose bits are those of `STATUS`.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,8 @@ from palpate import _core
 
 Ticks = NDArray[np.void]
 """A structured array of dtype `TICK`, shape (n,)."""
+Timing: TypeAlias = dict[str, Any]
+"""Compute time, lateness, slack and missed ticks of a loop, as `Simulation.timing` of the core returns them."""
 
 
 @dataclass(frozen=True)

@@ -95,13 +95,13 @@ def _frame(absolute: Track) -> str:
 
 def _numbers(bag: Bag) -> str:
     lines: list[tuple[str, str, str]] = []
-    for name, s in summary_of(bag)["arms"].items():
-        if s["wrenches"]:
-            lines.append((f"{name} peak force", f"{s['peak_force_N']:.2f} N", "largest commanded force"))
-            lines.append((f"{name} steepest force", f"{s['steepest_N_per_s']:.0f} N/s", "fastest change of that force"))
-            lines.append((f"{name} force left on", f"{s['held_s']:.2f} s", _HELD))
-        if s["poses"]:
-            lines.append((f"{name} top speed", f"{s['peak_speed_m_s']:.3f} m/s", "peak speed of the tip"))
+    for name, s in summary_of(bag).arms.items():
+        if s.wrenches:
+            lines.append((f"{name} peak force", f"{s.peak_force_N:.2f} N", "largest commanded force"))
+            lines.append((f"{name} steepest force", f"{s.steepest_N_per_s:.0f} N/s", "fastest change of that force"))
+            lines.append((f"{name} force left on", f"{s.held_s:.2f} s", _HELD))
+        if s.poses:
+            lines.append((f"{name} top speed", f"{s.peak_speed_m_s:.3f} m/s", "peak speed of the tip"))
     return _table("Numbers", lines)
 
 

@@ -19,8 +19,20 @@ def story(run: Run, canvas: Canvas) -> Figure:
     """Force on the hand, penetration and neglected inertia force over time, with the phases of the touch."""
     figure = _figure(canvas, 6.0, 6.4)
     force, depth, own = figure.subplots(3, 1, sharex=True, height_ratios=[2.2, 1.3, 1.0])
-    ticks, t, points = run.ticks, run.t, canvas.points()
     _shade(run, (force, depth, own), canvas)
+    _forces(force, run, canvas)
+    curve(depth, run.t, 1e3 * run.ticks["depth"], canvas.points(), color=DEPTH)
+    depth.set_ylabel("penetration [mm]")
+    depth.set_ylim(bottom=0)
+    _inertia(own, run, canvas)
+    own.set_xlabel("time [s]")
+    _span(run, own)
+    return figure
+
+
+def _forces(force: Axes, run: Run, canvas: Canvas) -> None:
+    """Draw the rendered force and the load cell's, and in a bilateral run also those on the tool."""
+    ticks, t, points = run.ticks, run.t, canvas.points()
     rendered = np.linalg.norm(ticks["F_H_L"], axis=1)
     cell = np.linalg.norm(ticks["F_cell_L"], axis=1)
     curve(force, t, cell, points, color=CELL, lw=0.8, label="load cell in the hand (simulated)")
@@ -38,11 +50,12 @@ def story(run: Run, canvas: Canvas) -> Figure:
     force.set_ylim(0, (1.55 if canvas.narrow else 1.22) * top if top > 0 else 1.0)
     _legend(force, canvas, 3)
     force.set_ylabel("force [N]")
-    curve(depth, t, 1e3 * ticks["depth"], points, color=DEPTH)
-    depth.set_ylabel("penetration [mm]")
-    depth.set_ylim(bottom=0)
+
+
+def _inertia(own: Axes, run: Run, canvas: Canvas) -> None:
+    """Draw the neglected inertia force, and the limit up to which the motion counts as slow."""
     limit = float(run.setting("torque", "fast_force") or FAST_FORCE)
-    curve(own, t, ticks["F_neglected"], points, color=MUTED, lw=0.9)
+    curve(own, run.t, run.ticks["F_neglected"], canvas.points(), color=MUTED, lw=0.9)
     own.axhline(limit, color=CAP, lw=0.9, ls=(0, (5, 3)))
     own.annotate(
         f"slow motion: below {limit:g} N",
@@ -57,9 +70,6 @@ def story(run: Run, canvas: Canvas) -> Figure:
     )
     own.set_ylabel("inertia [N]" if canvas.narrow else "arm's own\ninertia [N]")
     own.set_ylim(bottom=0, top=max(1.4 * limit, own.get_ylim()[1]))
-    own.set_xlabel("time [s]")
-    _span(run, own)
-    return figure
 
 
 def stiffness(run: Run, canvas: Canvas) -> Figure:
@@ -190,16 +200,6 @@ def timing(run: Run, canvas: Canvas) -> Figure:
     return figure
 
 
-_UPRIGHT: dict[str, Any] = {
-    "xycoords": ("data", "axes fraction"),
-    "xytext": (2, 0),
-    "textcoords": "offset points",
-    "va": "top",
-    "fontsize": 7,
-    "rotation": 90,
-}
-
-
 def _histogram(axes: Axes, values: NDArray[Any], period: float) -> None:
     values = np.maximum(values[np.isfinite(values)], 0.05)
     edges = np.geomspace(max(0.05, 0.8 * values.min()), max(1.3 * period, 1.3 * values.max()), 90)
@@ -209,10 +209,16 @@ def _histogram(axes: Axes, values: NDArray[Any], period: float) -> None:
     marks = [(float(np.percentile(values, 50)), "p50"), (float(np.percentile(values, 99)), "p99")]
     for x, name in marks:
         axes.axvline(x, color=INK, lw=0.8)
-        axes.annotate(f"{name}  {x:.3g} µs", (x, 0.98), **_UPRIGHT)
+        _upright(axes, f"{name}  {x:.3g} µs", x)
     axes.axvline(period, color=CAP, lw=0.9, ls=(0, (5, 3)))
-    axes.annotate(f"period  {period:.0f} µs", (period, 0.98), **_UPRIGHT, color=CAP)
+    _upright(axes, f"period  {period:.0f} µs", period, CAP)
     axes.set_ylim(0.7, 30 * axes.get_ylim()[1])
+
+
+def _upright(axes: Axes, text: str, x: float, color: str | None = None) -> None:
+    """Write vertical text at x, hanging from the top of the axes."""
+    at = ("data", "axes fraction")
+    axes.annotate(text, (x, 0.98), (2, 0), at, "offset points", va="top", fontsize=7, rotation=90, color=color)
 
 
 def _figure(canvas: Canvas, wide: float, narrow: float) -> Figure:

@@ -68,8 +68,9 @@ def report(record: Record) -> str:
 
     def figure(title: str, text: str, draw: Callable[[Run, Canvas], Figure]) -> str:
         image = picture(partial(draw, run), alt=f"{title}. {text}".replace('"', "'"))
-        return f"<section><h2>{title}</h2><p>{text}</p>{image}</section>"
+        return _section(title, text, image)
 
+    timed = not record.deterministic and bool(np.isfinite(run.ticks["cycle_us"]).any())
     parts = [
         _head(run),
         _facts(summary),
@@ -77,31 +78,40 @@ def report(record: Record) -> str:
         figure("What the hand felt", _story_words(run), figures.story),
         figure("Where the tool went", _VIEWS + ("" if run.surface else _NO_SURFACE), views.path),
         figure("Force over penetration", _stiffness_words(run), figures.stiffness),
-        f"<section><h2>The loop that ran</h2><p>{_LOOP}</p>{diagram(run)}"
-        f"<details><summary>All recorded signals</summary>{signal_table(run)}</details></section>",
+        _section("The loop that ran", _LOOP, f"{diagram(run)}{_details('All recorded signals', signal_table(run))}"),
         figure("The two terms of the torque (Eq 13)", _TORQUE, figures.torques),
-        f"<section><h2>The sphere's springs and dampers</h2><p>{_ELEMENTS}</p>{elements.table(run.ticks)}</section>",
-        f"<section><h2>What touched what</h2><p>{_TOUCHES}</p>"
-        f"{touches.table(run.ticks, run.sphere_names, run.object_names, record.rate)}</section>",
+        _section("The sphere's springs and dampers", _ELEMENTS, elements.table(run.ticks)),
+        _section(
+            "What touched what", _TOUCHES, touches.table(run.ticks, run.sphere_names, run.object_names, record.rate)
+        ),
         figure("The same force in two frames", _FRAMES, figures.frames),
         figure("Energy ledger", energy.words(run), figures.energy),
-    ]
-    if not record.deterministic and np.isfinite(run.ticks["cycle_us"]).any():
-        parts.append(figure("Time", _timing_words(run, summary), figures.timing))
-    parts += [
+        *([figure("Time", _timing_words(run, summary), figures.timing)] if timed else []),
         _numbers(run, summary, slow),
         imperfections.section(record),
         _scene(run),
         _glossary(),
         _foot(record, summary),
     ]
+    return _page(run.title, "".join(parts))
+
+
+def _section(title: str, text: str, body: str) -> str:
+    return f"<section><h2>{title}</h2><p>{text}</p>{body}</section>"
+
+
+def _details(summary: str, body: str) -> str:
+    return f"<details><summary>{summary}</summary>{body}</details>"
+
+
+def _page(title: str, body: str) -> str:
     css = files("palpate.report").joinpath("page.css").read_text(encoding="utf-8")
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         '<link rel="icon" href="data:,">'
-        f"<title>{escape(run.title)}: palpation report</title><style>{css}</style></head>"
-        f"<body><main>{''.join(parts)}</main></body></html>\n"
+        f"<title>{escape(title)}: palpation report</title><style>{css}</style></head>"
+        f"<body><main>{body}</main></body></html>\n"
     )
 
 

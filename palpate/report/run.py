@@ -11,6 +11,7 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
+from palpate.arrays.plain import Content
 from palpate.record.reader import Record
 from palpate.record.ticks import Ticks
 
@@ -37,7 +38,7 @@ class Run:
         self.record = record
         self.ticks: Ticks = record.ticks
         self.t: NDArray[np.float64] = record.ticks["t"]
-        self.scene: dict[str, Any] = _mapping(record.scene)
+        self.scene: Content = _mapping(record.scene)
 
     def setting(self, *place: str) -> Any:
         """A value of the scene, e.g. ``setting("stability", "force_cap")``; None when the scene does not set it."""
@@ -149,7 +150,7 @@ class Run:
         return float(self.t[min(tick, len(self.t) - 1)])
 
 
-def _mapping(text: str) -> dict[str, Any]:
+def _mapping(text: str) -> Content:
     try:
         value = yaml.safe_load(text)
     except yaml.YAMLError:

@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from numpy.typing import ArrayLike
+
 from palpate import _core
+from palpate.arrays.plain import Content
 from palpate.errors import MeshError, PalpateError, SceneError, SurfaceError
+from palpate.guidance.context import FixtureContext
 from palpate.guidance.fixture import Fixture
 from palpate.guidance.geometry import as_guidance_error
-from palpate.guidance.here import Here
 from palpate.scene import arms, materials, surface
 from palpate.scene.scene import Scene
 
@@ -17,38 +20,38 @@ from palpate.scene.scene import Scene
 LIVE = ("tool", "camera")
 
 
-def here(scene: Scene, placed: list[surface.Surface], both: arms.Arms) -> Here:
+def fixture_context(scene: Scene, placed: list[surface.Surface], both: arms.Arms) -> FixtureContext:
     """Context that resolves the names in the scene's fixtures."""
     frames: dict[str, _core.Frame] = {"world": _core.MotionFrame()}
     frames |= {"leader": _core.MotionFrame(both.X_WL), "follower": _core.MotionFrame(both.X_WB)}
     frames |= {name: _core.LiveFrame() for name in LIVE}
     for obj, body in zip(scene.objects, placed, strict=True):
         frames[obj.name] = _core.MotionFrame(body.X_WO, materials.motion(obj, body.bounds.mean(axis=0)))
-    places: dict[str, Any] = dict(scene.places)
+    places: dict[str, ArrayLike] = dict(scene.places)
     if both.follower.has_remote_centre:
         places.setdefault("rcm", both.X_WB[:3, 3])
     places.setdefault("start", (both.X_WB @ both.follower.fk(both.q_follower0))[:3, 3])
     bodies = {obj.name: body.body for obj, body in zip(scene.objects, placed, strict=True)}
-    return Here(lambda name: scene.path_to(name, scene.where("guidance")), frames, places, bodies)
+    return FixtureContext(lambda name: scene.path_to(name, scene.where("guidance")), frames, places, bodies)
 
 
-def fixtures(scene: Scene, around: Here) -> _core.Fixtures:
+def fixtures(scene: Scene, context: FixtureContext) -> _core.Fixtures:
     """The fixtures for the core, in the order of the scene.
 
     Raises:
         SceneError: a fixture is invalid; the message states the place in the file, the reason and the correction.
     """
-    made = [_made(scene, i, fixture, around) for i, fixture in enumerate(scene.guidance)]
+    made = [_made(scene, i, fixture, context) for i, fixture in enumerate(scene.guidance)]
     try:
-        return _core.Fixtures(made, around.tool)
+        return _core.Fixtures(made, context.tool)
     except ValueError as error:
         found = as_guidance_error(error, "")
         raise SceneError(found.what, where=scene.where("guidance"), mend=found.mend) from None
 
 
-def _made(scene: Scene, index: int, fixture: Fixture, around: Here) -> _core.Fixture:
+def _made(scene: Scene, index: int, fixture: Fixture, context: FixtureContext) -> _core.Fixture:
     try:
-        return fixture.make(around)
+        return fixture.make(context)
     except SceneError:
         raise
     except (MeshError, SurfaceError, PalpateError) as error:
@@ -57,7 +60,7 @@ def _made(scene: Scene, index: int, fixture: Fixture, around: Here) -> _core.Fix
         raise SceneError(what, where=scene.where("guidance", index), why=why, mend=error.mend) from None
 
 
-def files(data: Any) -> Iterator[dict[str, Any]]:
+def files(data: Any) -> Iterator[Content]:
     """Yield every section with a key `file` in the plain values of fixtures."""
     if isinstance(data, dict):
         if isinstance(data.get("file"), str):

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
+from palpate.arrays.plain import Content
 from palpate.errors import SceneError, format_place
 from palpate.scene import explain
 from palpate.scene.operator import load_hand
@@ -66,7 +67,7 @@ def _put(data: Any, place: Place, value: Any) -> None:
             data = data[str(part)]
 
 
-def _drop_hand_values(scene: Scene, data: dict[str, Any]) -> None:
+def _drop_hand_values(scene: Scene, data: Content) -> None:
     """Remove the values filled in from the present hand, which would override those of the new hand."""
     present = load_hand(scene.operator.hand, Path(scene.file).parent)
     for key in ("mass", "damping", "stiffness"):

@@ -12,7 +12,7 @@ from palpate import _core
 from palpate.arm.gravity_model import GravityModel
 from palpate.arrays import Array
 from palpate.errors import PalpateWarning, RecordingError, SceneError
-from palpate.guidance.here import Here
+from palpate.guidance.context import FixtureContext
 from palpate.hands import PRESETS
 from palpate.scene import arms, force_source, gains, guidance, hand, surface, tool
 from palpate.scene.scene import Scene
@@ -29,7 +29,7 @@ class Rig:
     path: hand.HandPlan
     arms: arms.Arms
     spheres: list[tool.LinkSphere]  # additional spheres of the tool, without the one on its tip
-    here: Here  # resolves the names in the scene's fixtures
+    context: FixtureContext  # resolves the names in the scene's fixtures
     fixtures: _core.Fixtures  # fixtures of the scene's list `guidance`
 
     def options(self, seed: int | None = None) -> _core.SimulationOptions:
@@ -122,7 +122,7 @@ class Rig:
             if absolute and file is not None:
                 arms["leader"][key] = str(file.resolve())
         for section in guidance.files(data["guidance"]) if absolute else ():
-            section["file"] = str(self.here.file(section["file"]).resolve())
+            section["file"] = str(self.context.file(section["file"]).resolve())
         identified = self.scene.dynamics_path()
         if absolute and identified is not None:
             data["force"]["dynamics"] = str(identified.resolve())
@@ -199,8 +199,8 @@ def build(scene: Scene, bodies: surface.Bodies | None = None, until: float | Non
     path = hand.plan(scene, placed, until)
     both = arms.place(scene, placed, path)
     spheres = tool.tool_spheres(both.follower, scene.contact.spheres, scene.contact.whole_tool)
-    around = guidance.here(scene, placed, both)
-    rig = Rig(scene, placed, snapshot, path, both, spheres, around, guidance.fixtures(scene, around))
+    context = guidance.fixture_context(scene, placed, both)
+    rig = Rig(scene, placed, snapshot, path, both, spheres, context, guidance.fixtures(scene, context))
     for key in ("gravity_model", "plant_gravity_model"):
         rig.gravity_model(key)  # check the files before the run
     rig.options()

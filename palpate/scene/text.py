@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any
 
 import yaml
 
+from palpate.arrays.plain import Content
 from palpate.errors import SceneError
 from palpate.guidance import one_line
 
@@ -50,7 +50,7 @@ def read(path: Path) -> str:
         ) from None
 
 
-def parse(text: str, name: str) -> tuple[dict[str, Any], dict[Place, int]]:
+def parse(text: str, name: str) -> tuple[Content, dict[Place, int]]:
     """Values of a scene file, and the line number (from 1) of every value.
 
     Raises:

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from palpate.errors import PalpateError
 from palpate.guidance.fixture import Fixture
 from palpate.guidance.lists import with_unique_names
 from palpate.guidance.steered import SteeredFixtures
-from palpate.record.ticks import Ticks, as_ticks
+from palpate.record.ticks import Ticks, Timing, as_ticks
 from palpate.record.writer import Recorder
 from palpate.scene.rig import Rig
 from palpate.session.loop import Loop
@@ -127,15 +127,15 @@ class LiveSession:
     @fixtures.setter
     def fixtures(self, value: Iterable[Fixture]) -> None:
         fixtures = with_unique_names(tuple(value))
-        here = self.rig.here
-        self._loop.set_fixtures(_core.Fixtures([fixture.make(here) for fixture in fixtures], here.tool))
+        context = self.rig.context
+        self._loop.set_fixtures(_core.Fixtures([fixture.make(context) for fixture in fixtures], context.tool))
         self._fixtures, self._steered = fixtures, None
 
     @property
     def steered(self) -> SteeredFixtures:
         """The fixtures by name: each can be switched, scaled in authority and displaced."""
         if self._steered is None:
-            self._steered = SteeredFixtures(self._fixtures, self.rig.here, self._steer)
+            self._steered = SteeredFixtures(self._fixtures, self.rig.context, self._steer)
         return self._steered
 
     def _steer(self, sections: tuple[Fixture, ...], core: _core.Fixtures) -> None:
@@ -145,7 +145,7 @@ class LiveSession:
     @property
     def frames(self) -> Mapping[str, _core.Frame]:
         """Frames that carry fixtures, by name; ``frames["camera"].set(X_WC)`` sets the pose of the camera."""
-        return self.rig.here.frames
+        return self.rig.context.frames
 
     def why(self) -> str:
         """Explain in words the present guidance force: all contributions, and the terms of the largest."""
@@ -154,10 +154,10 @@ class LiveSession:
         tick, scene = self.latest(), self.rig.scene
         V_WT = np.r_[scene.mapping.scale * self.rig.arms.X_WL[:3, :3] @ np.asarray(tick["v_LH"]), np.zeros(3)]
         hand = Hand(V_WT, self.controls.guidance, float(np.linalg.norm(tick["F_cell_L"])))
-        return explain_tick(self._fixtures, tick, self.rig.here, hand)
+        return explain_tick(self._fixtures, tick, self.rig.context, hand)
 
     @property
-    def timing(self) -> dict[str, Any]:
+    def timing(self) -> Timing:
         """Compute time, lateness, slack and missed ticks of the loop (`Simulation.timing`)."""
         return self._loop.timing()
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate import _core
+from palpate.record.ticks import Timing
 
 Rows = NDArray[np.float64]
 """Rows of ticks (n, signals), in the order of the table of signals."""
@@ -40,7 +41,7 @@ class Loop(Protocol):
         """Number of rows lost because the ring buffer was not drained in time."""
         ...
 
-    def timing(self) -> dict[str, Any]:
+    def timing(self) -> Timing:
         """Compute time, lateness, slack and missed ticks."""
         ...
 

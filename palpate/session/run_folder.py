@@ -60,5 +60,5 @@ def keep_scene(folder: Path, text: str) -> list[str]:
     try:
         (folder / SCENE).write_text(text, encoding="utf-8")
     except OSError as error:
-        return [f"no {SCENE} beside the record: {error.strerror or error}"]
+        return [f"no {SCENE} next to the record: {error.strerror or error}"]
     return []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -45,10 +45,6 @@ class Summary:
     record: str | None = None  # path
     report: str | None = None  # path
     record_sha256: str | None = None
-
-    def to_json(self) -> dict[str, Any]:
-        """Plain JSON values."""
-        return asdict(self)
 
 
 class Totals:
@@ -96,31 +92,31 @@ class Totals:
         us = np.concatenate(self._cycle_us) if self._cycle_us else np.zeros(0)
         us = us[np.isfinite(us)]
         p50, p99, p999, worst = np.percentile(us, [50, 99, 99.9, 100]).tolist() if len(us) else (0.0,) * 4
-        fields: dict[str, Any] = {
-            "duration_s": round(self._ticks * self._dt, 9),
-            "ticks": self._ticks,
-            "realtime": False,
-            "realtime_factor": 0.0,
-            "interrupted": False,
-            "peak_force_N": self._peak,
-            "mean_force_N": self._sum / self._touching if self._touching else 0.0,
-            "max_penetration_m": self._depth,
-            "contact_s": round(self._touching * self._dt, 9),
-            "capped_s": round(self._capped * self._dt, 9),
-            "passivity_s": round(self._passivity * self._dt, 9),
-            "peak_speed_m_s": self._speed,
-            "fast_s": round(self._fast * self._dt, 9),
-            "energy_J": self._energy,
-            "energy_min_J": self._lowest,
-            "energy_lent_J": self._lent,
-            "cycle_p50_us": p50,
-            "cycle_p99_us": p99,
-            "cycle_p999_us": p999,
-            "cycle_max_us": worst,
-            "missed_ticks": int((timing or {}).get("missed_ticks", 0)),
-            "scheduler": str((timing or {}).get("scheduler", "")) if known.get("realtime") else "",
-        }
-        return Summary(**{**fields, **known})
+        summary = Summary(
+            duration_s=round(self._ticks * self._dt, 9),
+            ticks=self._ticks,
+            realtime=False,
+            realtime_factor=0.0,
+            interrupted=False,
+            peak_force_N=self._peak,
+            mean_force_N=self._sum / self._touching if self._touching else 0.0,
+            max_penetration_m=self._depth,
+            contact_s=round(self._touching * self._dt, 9),
+            capped_s=round(self._capped * self._dt, 9),
+            passivity_s=round(self._passivity * self._dt, 9),
+            peak_speed_m_s=self._speed,
+            fast_s=round(self._fast * self._dt, 9),
+            energy_J=self._energy,
+            energy_min_J=self._lowest,
+            energy_lent_J=self._lent,
+            cycle_p50_us=p50,
+            cycle_p99_us=p99,
+            cycle_p999_us=p999,
+            cycle_max_us=worst,
+            missed_ticks=int((timing or {}).get("missed_ticks", 0)),
+            scheduler=str((timing or {}).get("scheduler", "")) if known.get("realtime") else "",
+        )
+        return replace(summary, **known)
 
 
 def summarise(ticks: Ticks, rate: float, **known: Any) -> Summary:

@@ -48,7 +48,7 @@ class Study:
         raise NotImplementedError
 
     def __call__(self) -> int:
-        """Do the work, print the tables, draw the pictures, write the JSON."""
+        """Compute the result, print its tables, draw its pictures, and write the JSON."""
         console, folder = console_for(self.json), self.figures or self.folder
         require_writable(self.json)
         make_folder(folder)

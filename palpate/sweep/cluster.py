@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from contextlib import ExitStack, suppress
 from typing import Any
 
@@ -37,46 +37,76 @@ def run(
         SweepError: there is no scheduler or no worker, or the function cannot be sent to the workers.
     """
     try:
-        from distributed import Client, LocalCluster, wait
+        from distributed import Client, LocalCluster
     except ImportError:
         raise MissingExtraError("the Dask executor", "dask") from None
     with ExitStack() as stack:
-        if address is None:
-            count, here = workers or cores(), "127.0.0.1"
-            place: Any = LocalCluster(
-                n_workers=count, threads_per_worker=1, host=here, dashboard_address=f"{here}:0"
-            )  # nothing listens on another interface
-            stack.enter_context(place)
-        else:
-            place = address
+        place: Any = address
+        if address is None:  # nothing listens on another interface than the loopback
+            options = {"n_workers": workers or cores(), "threads_per_worker": 1}
+            place = stack.enter_context(LocalCluster(host="127.0.0.1", dashboard_address="127.0.0.1:0", **options))
         client = stack.enter_context(_connected(Client, place, address))
         queue = Queue(todo, _threads(client), max_deaths=1)  # Dask itself retries a chunk that kills its worker
-        flying: dict[Any, list[int]] = {}
-        idle, since = 0, time.monotonic()
-        while queue or flying:
-            queue.workers = _threads(client)
-            since = time.monotonic() if queue.workers else since
-            if time.monotonic() - since > WORKERS_SECONDS:
-                raise _no_worker(place, "the last worker has left and no new worker joined")
-            while queue and len(flying) < 2 * max(1, queue.workers):
-                chunk = queue.take()
-                flying[client.submit(_chunk, work, chunk, pure=False)] = chunk
-            with suppress(TimeoutError), client.as_current():
-                wait(list(flying), timeout=POLL_SECONDS, return_when="FIRST_COMPLETED")
-            done = [future for future in flying if future.done()]
+        yield from _Submitted(client, work, queue, place).answers()
+
+
+class _Submitted:
+    """The chunks that a Dask client has submitted and that are not yet answered."""
+
+    def __init__(self, client: Any, work: Work, queue: Queue, place: Any) -> None:
+        self._client, self._work, self._queue, self._place = client, work, queue, place
+        self._chunks: dict[Any, list[int]] = {}  # by future
+        self._had_worker = time.monotonic()  # last time at which the cluster had a worker [s]
+
+    def answers(self) -> Generator[list[Answer], None, None]:
+        """Submit all chunks, and yield their answers in order of completion."""
+        idle = 0
+        while self._queue or self._chunks:
+            self._require_worker()
+            self._submit()
+            self._wait()
+            done = [future for future in self._chunks if future.done()]
             for future in done:
-                chunk = flying.pop(future)
-                try:
-                    yield _answers(future, chunk, queue)
-                except TimeoutError:  # the worker died before it transferred the result
-                    queue.again(chunk)
-                future.release()
-            idle = idle + 1 if not done and queue.workers and not any(client.processing().values()) else 0
+                yield from self._take(future)
+            busy = done or not self._queue.workers or any(self._client.processing().values())
+            idle = 0 if busy else idle + 1
             if idle >= IDLE_POLLS:
-                client.cancel(list(flying))
-                for chunk in flying.values():
-                    queue.again(chunk)
-                flying.clear()
+                self._take_back()
+
+    def _require_worker(self) -> None:
+        self._queue.workers = _threads(self._client)
+        now = time.monotonic()
+        if self._queue.workers:
+            self._had_worker = now
+        elif now - self._had_worker > WORKERS_SECONDS:
+            raise _no_worker(self._place, "the last worker has left and no new worker joined")
+
+    def _submit(self) -> None:
+        """Keep two chunks per worker submitted."""
+        while self._queue and len(self._chunks) < 2 * max(1, self._queue.workers):
+            chunk = self._queue.take()
+            self._chunks[self._client.submit(_chunk, self._work, chunk, pure=False)] = chunk
+
+    def _wait(self) -> None:
+        from distributed import wait
+
+        with suppress(TimeoutError), self._client.as_current():
+            wait(list(self._chunks), timeout=POLL_SECONDS, return_when="FIRST_COMPLETED")
+
+    def _take(self, future: Any) -> Iterator[list[Answer]]:
+        chunk = self._chunks.pop(future)
+        try:
+            yield _answers(future, chunk, self._queue)
+        except TimeoutError:  # the worker died before it transferred the result
+            self._queue.again(chunk)
+        future.release()
+
+    def _take_back(self) -> None:
+        """Cancel all submitted chunks and return them to the queue."""
+        self._client.cancel(list(self._chunks))
+        for chunk in self._chunks.values():
+            self._queue.again(chunk)
+        self._chunks.clear()
 
 
 def _no_worker(place: Any, why: str) -> SweepError:

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from math import prod
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from palpate.errors import SweepError
 
 Scalar = float | int | bool | str
-Point = dict[str, Any]
+Point: TypeAlias = dict[str, Any]
+"""One value per axis by name; each study knows the types of its own axes."""
 
 
 @dataclass(frozen=True)

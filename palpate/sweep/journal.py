@@ -13,29 +13,48 @@ import os
 import pickle
 import time
 import warnings
+from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 from zlib import crc32
 
+from palpate.arrays.plain import plain
 from palpate.errors import JournalError, OutputError, PalpateWarning, SweepError
-from palpate.sweep.work import Answer, Work
+from palpate.sweep.grid import Scalar
+from palpate.sweep.work import Answer, Values, Work
 
 SYNC_SECONDS = 0.5
 """Time between two calls of fsync [s]. A killed process loses nothing; a power cut loses at most this time of work."""
 
 
-def fingerprint(work: Work, indices: list[int]) -> dict[str, Any]:
-    """Properties that must be identical when a sweep is resumed from a journal."""
-    return {
-        "fn": name_of(work.fn),
-        "code": _code_of(work.fn),
-        "seed": work.seed,
-        "version": work.version,
-        "axes": {name: list(axis.values) for name, axis in work.grid.axes.items()},
-        "points": f"{len(indices)} ({_digest(repr(indices).encode())})",
-    }
+@dataclass(frozen=True)
+class Fingerprint:
+    """Properties that must be identical when a sweep is resumed; the first line of a journal, in this order."""
+
+    fn: str
+    """Module and name of the function."""
+    code: str
+    """Digest of the function's source file and of its bound arguments."""
+    seed: int
+    version: str
+    """Version of palpate with a digest of its sources."""
+    axes: dict[str, list[Scalar]]
+    points: str
+    """Number of points with a digest of their indices."""
+
+    @classmethod
+    def of(cls, work: Work, indices: list[int]) -> Self:
+        """The fingerprint of a sweep over the points with these indices."""
+        return cls(
+            fn=name_of(work.fn),
+            code=_code_of(work.fn),
+            seed=work.seed,
+            version=work.version,
+            axes={name: list(axis.values) for name, axis in work.grid.axes.items()},
+            points=f"{len(indices)} ({_digest(repr(indices).encode())})",
+        )
 
 
 def name_of(fn: Any) -> str:
@@ -64,7 +83,7 @@ class Journal:
 
     Args:
         path: journal file; created if missing, otherwise continued.
-        mark: fingerprint of the sweep (``fingerprint``).
+        mark: fingerprint of the sweep.
 
     Raises:
         JournalError: the file belongs to another sweep, or is not a journal.
@@ -72,7 +91,7 @@ class Journal:
         OutputError: the file cannot be written.
     """
 
-    def __init__(self, path: Path, mark: dict[str, Any]) -> None:
+    def __init__(self, path: Path, mark: Fingerprint) -> None:
         self.path, self.done = path, {}  # type: tuple[Path, dict[int, Answer]]
         self._synced = time.monotonic()
         try:
@@ -91,11 +110,11 @@ class Journal:
             os.close(self._file)
             raise
 
-    def _take_up(self, mark: dict[str, Any]) -> None:
+    def _take_up(self, mark: Fingerprint) -> None:
         data = self.path.read_bytes()
         whole = data.rfind(b"\n") + 1
         if not data:
-            self._write([mark])
+            self._write([plain(mark)])
             return
         lines = data[:whole].splitlines()
         _require_same(_read(lines[0]) if lines else None, mark, self.path)
@@ -117,7 +136,7 @@ class Journal:
         if time.monotonic() - self._synced > SYNC_SECONDS:
             self._sync()
 
-    def _write(self, entries: list[dict[str, Any]]) -> None:
+    def _write(self, entries: list[Values]) -> None:
         texts = [json.dumps(entry, separators=(",", ":")).encode() for entry in entries]
         lines = b"".join(b"%08x %s\n" % (crc32(text), text) for text in texts)
         try:
@@ -149,10 +168,10 @@ def _read(line: bytes) -> Any:
     return json.loads(text) if b"%08x" % crc32(text) == crc else None
 
 
-def _require_same(found: Any, expected: dict[str, Any], path: Path) -> None:
+def _require_same(found: Any, mark: Fingerprint, path: Path) -> None:
+    expected = json.loads(json.dumps(plain(mark)))
     if not isinstance(found, dict) or found.keys() != expected.keys():
         raise _no_journal(path)
-    expected = json.loads(json.dumps(expected))
     for key, value in expected.items():
         if found[key] != value:
             why = f"{key} was {_short(found[key])} and is {_short(value)}"

@@ -36,7 +36,7 @@ class Swept:
     errors: dict[int, str] = field(default_factory=dict)
     """Error message by the index of the failed point (``on_error="keep"``)."""
 
-    def rows(self) -> list[dict[str, Any]]:
+    def rows(self) -> list[Values]:
         """Each point with its values, in the order of the grid."""
         return [self.grid.point(index) | values for index, values in self.values.items()]
 
@@ -93,16 +93,16 @@ class Swept:
             raise OutputError("the table cannot be written", where=str(file), why=error.strerror or "") from None
 
 
-def flatten(values: Mapping[str, Any]) -> dict[str, Any]:
+def flatten(values: Mapping[str, Any]) -> Values:
     """Values without nested dictionaries; nested keys become ``outer_inner``."""
-    flat: dict[str, Any] = {}
+    flat: Values = {}
     for name, value in values.items():
         inner = flatten({f"{name}_{k}": v for k, v in value.items()}) if isinstance(value, dict) else {name: value}
         flat.update(inner)
     return flat
 
 
-def _columns(row: Mapping[str, Any]) -> dict[str, Any]:
+def _columns(row: Mapping[str, Any]) -> Values:
     flat = flatten(row)
     while any(isinstance(value, list) for value in flat.values()):
         flat = flatten({n: dict(enumerate(v)) if isinstance(v, list) else v for n, v in flat.items()})

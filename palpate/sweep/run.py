@@ -8,7 +8,7 @@ from contextlib import closing, nullcontext
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 from rich.console import Console
 from threadpoolctl import threadpool_limits
@@ -16,11 +16,13 @@ from threadpoolctl import threadpool_limits
 from palpate.errors import SweepError
 from palpate.sweep import local
 from palpate.sweep.grid import Axis, Grid, Point
-from palpate.sweep.journal import Journal, fingerprint, name_of
+from palpate.sweep.journal import Fingerprint, Journal, name_of
 from palpate.sweep.progress import Bar
 from palpate.sweep.result import Label, Swept
 from palpate.sweep.work import Answer, Function, Work, identity, seed_of
 
+Executed: TypeAlias = Callable[[Work, list[int]], Generator[list[Answer], None, None]]
+"""Evaluates the points with these indices and yields batches of answers in order of completion."""
 FAILURES = 20
 """Number of failed points after which a sweep stops, because the fault is probably in the function."""
 MAX_LISTED = 5
@@ -48,24 +50,19 @@ def sweep(
     killed worker are computed again.
 
     Args:
-        fn: maps ``{axis: value}`` and a seed below 2^63 to a dictionary of numbers, texts, lists or dictionaries. The
-            workers import ``fn``, so it must be defined at the top level of a module. Its result must depend only on
-            its arguments.
+        fn: maps ``{axis: value}`` and a seed below 2^63 to a dictionary or dataclass of numbers, texts and lists. The
+            workers import it from the top level of a module. Its result must depend only on its arguments.
         grid: values by axis; the points are the product of the axes, and the last axis varies fastest.
         seed: seed of the whole sweep.
-        executor: ``local`` (processes of this machine), ``dask`` (a Dask cluster), or ``serial`` (the calling process,
-            for debugging and for sweeps of a few seconds).
+        executor: ``local`` (processes of this machine), ``dask`` (a Dask cluster) or ``serial`` (the calling process).
         workers: number of processes; default: one per core. On an existing cluster all its workers are used.
-        address: address of an existing Dask scheduler, e.g. ``tcp://node7:8786``; default: start a local cluster.
+        address: existing Dask scheduler, e.g. ``tcp://node7:8786``; default: start a local cluster.
         resume: journal file; created if missing, otherwise the sweep continues from it.
         where: points for which this function is false are left out and are blank in the result.
         labels: unit and description of the values that ``fn`` returns.
         on_error: ``keep`` leaves failed points blank and stores their errors in ``Swept.errors``.
         console: console for the progress; default: a bar if the standard error is a terminal.
         title: title of the bar; default: the name of the function.
-
-    Returns:
-        Values by point, with ``rows()``, ``array(name)``, ``to_netcdf(file)`` and ``to_csv(file)``.
 
     Raises:
         SweepError: points failed (the journal contains all others), or the workers cannot run.
@@ -74,36 +71,48 @@ def sweep(
     """
     work = Work(fn, Grid.of(grid), seed, identity())
     indices = work.grid.points(where)
-    found: dict[int, Answer] = {}
-    with (
-        Journal(Path(resume), fingerprint(work, indices)) if resume else nullcontext() as journal,
-        Bar(console, title or name_of(fn), len(indices)) as bar,
-    ):
-        if journal:
-            found |= journal.done
-            bar.advance(len(found), taken_up=True)
-        todo = [index for index in indices if index not in found]
-        failed = 0
-        with closing(_executor(executor, workers, address)(work, todo)) as answers:
-            for some in answers:
-                found.update((answer.point, answer) for answer in some)
-                if journal:
-                    journal.keep(some)
-                bar.advance(len(some))
-                failed += sum(answer.values is None for answer in some)
-                if failed >= FAILURES and on_error == "raise":
-                    break
-    errors = {index: found[index].error for index in indices if index in found and found[index].values is None}
-    if errors and on_error == "raise":
-        raise _failure(work, errors, len(indices) - len(found), resume)
-    values = {index: v for index in indices if (v := found[index].values) is not None}
-    attributes: dict[str, str | int] = {"fn": name_of(fn), "seed": seed, "version": f"palpate {work.version}"}
-    return Swept(work.grid, values, attributes, dict(labels or {}), errors)
+    executed = _executor(executor, workers, address)
+    journal = Journal(Path(resume), Fingerprint.of(work, indices)) if resume else None
+    with journal or nullcontext(), Bar(console, title or name_of(fn), len(indices)) as bar:
+        found = _compute(work, indices, executed, journal, bar, FAILURES if on_error == "raise" else None)
+    swept = _collect(work, indices, found, labels or {})
+    if swept.errors and on_error == "raise":
+        raise _failure(work, swept.errors, len(indices) - len(found), resume)
+    return swept
 
 
-def _executor(
-    name: str, workers: int | None, address: str | None
-) -> Callable[[Work, list[int]], Generator[list[Answer], None, None]]:
+def _compute(
+    work: Work, indices: list[int], executed: Executed, journal: Journal | None, bar: Bar, most: int | None
+) -> dict[int, Answer]:
+    """Answers by the index of the point, those of the journal included; incomplete after ``most`` failed points."""
+    found = dict(journal.done) if journal else {}
+    bar.advance(len(found), taken_up=True)
+    failed = 0
+    with closing(executed(work, [index for index in indices if index not in found])) as answers:
+        for some in answers:
+            found.update((answer.point, answer) for answer in some)
+            if journal:
+                journal.keep(some)
+            bar.advance(len(some))
+            failed += sum(answer.values is None for answer in some)
+            if most is not None and failed >= most:
+                break
+    return found
+
+
+def _collect(work: Work, indices: list[int], found: dict[int, Answer], labels: Mapping[str, Label]) -> Swept:
+    answers = {index: found[index] for index in indices if index in found}
+    values = {index: answer.values for index, answer in answers.items() if answer.values is not None}
+    errors = {index: answer.error for index, answer in answers.items() if answer.values is None}
+    attributes: dict[str, str | int] = {
+        "fn": name_of(work.fn),
+        "seed": work.seed,
+        "version": f"palpate {work.version}",
+    }
+    return Swept(work.grid, values, attributes, dict(labels), errors)
+
+
+def _executor(name: str, workers: int | None, address: str | None) -> Executed:
     if address and name != "dask":
         what = f"address {address} does not apply to executor {name!r}"
         raise SweepError(what, mend="use executor='dask' (--executor dask)")

@@ -8,14 +8,20 @@ from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
+from palpate.arrays.plain import plain
 from palpate.sweep.grid import Grid, Point
 
-Values = dict[str, Any]
-Function = Callable[[Point, int], Mapping[str, Any]]
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+Values: TypeAlias = dict[str, Any]
+"""Values of one point by name, in plain types; each study knows the types of its own values."""
+Function: TypeAlias = "Callable[[Point, int], Mapping[str, Any] | DataclassInstance]"
+"""Maps a point and a seed to named values."""
 
 
 class Answer(NamedTuple):
@@ -50,12 +56,22 @@ class Work:
 
     def _answer(self, index: int) -> Answer:
         try:
-            found = self.fn(self.grid.point(index), seed_of(self.seed, index))
-            return Answer(index, {str(name): plain(value) for name, value in found.items()})
+            return Answer(index, _values(self.fn(self.grid.point(index), seed_of(self.seed, index))))
         except (Exception, SystemExit) as error:
-            frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename != __file__]
+            frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename not in _OWN_FILES]
             place = f" ({frames[-1].filename}:{frames[-1].lineno})" if frames else ""
             return Answer(index, None, f"{type(error).__name__}: {error}{place}")
+
+
+_OWN_FILES = (__file__, plain.__code__.co_filename)
+"""Files that an error message does not name as the place of a fault in ``fn``."""
+
+
+def _values(found: object) -> Values:
+    values = plain(found)
+    if not isinstance(values, dict):
+        raise TypeError(f"fn returned a {type(found).__name__}; return a dictionary or a dataclass")
+    return values
 
 
 def seed_of(seed: int, index: int) -> int:
@@ -83,20 +99,3 @@ def limit_threads() -> None:
     from threadpoolctl import threadpool_limits
 
     threadpool_limits(1)
-
-
-def plain(value: Any) -> Any:
-    """A value in JSON types: numbers, texts, booleans, None, and lists and dictionaries of these.
-
-    Raises:
-        TypeError: the value has another type.
-    """
-    if isinstance(value, np.generic):
-        return plain(value.item())
-    if value is None or isinstance(value, (bool, int, float, str)):
-        return value
-    if isinstance(value, (list, tuple, np.ndarray)):
-        return [plain(v) for v in value]
-    if isinstance(value, Mapping):
-        return {str(k): plain(v) for k, v in value.items()}
-    raise TypeError(f"fn returned a {type(value).__name__}; return numbers, texts, lists and dictionaries only")

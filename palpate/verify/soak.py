@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from time import perf_counter
 
 import numpy as np
@@ -55,10 +55,6 @@ class Soak:
     meshes: int = 0
     seconds: float = 0.0
     examples: list[Popped] = field(default_factory=list)  #: the first meshes with a pass through the surface
-
-    def as_json(self) -> dict[str, object]:
-        """The object of ``--json``."""
-        return asdict(self)
 
 
 def run(

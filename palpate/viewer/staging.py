@@ -11,8 +11,8 @@ from palpate import _core
 from palpate.arrays import Array
 from palpate.certificate import certify_all
 from palpate.errors import PalpateError, RecordError
+from palpate.guidance.context import FixtureContext
 from palpate.guidance.fixture import Fixture
-from palpate.guidance.here import Here
 from palpate.guidance.plot import curve, drawing
 from palpate.record.reader import Record
 from palpate.scene import materials
@@ -52,14 +52,14 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
         focus=0.5 * (middle + p_WH[:3]),
         stable_below=stable_below(rig),
         spheres=tuple(rig.spheres),
-        fixtures=tuple(fixture_mark(fixture, rig.here) for fixture in scene.guidance),
+        fixtures=tuple(fixture_mark(fixture, rig.context) for fixture in scene.guidance),
         extent=float(np.linalg.norm(middle - p_WH[:3]) + 0.5 * np.ptp(bounds, axis=(0, 1)).max()),
     )
 
 
-def fixture_mark(fixture: Fixture, here: Here) -> FixtureMark:
+def fixture_mark(fixture: Fixture, context: FixtureContext) -> FixtureMark:
     """Drawing of a fixture: its surface and the surface of its margin, or its curve."""
-    geometry, role = fixture.make_geometry(here), fixture.role
+    geometry, role = fixture.make_geometry(context), fixture.role
     nothing = np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int32)
     body = drawing(geometry) if geometry.solid else nothing
     along = np.zeros((0, 3)) if geometry.solid else curve(geometry)
@@ -68,7 +68,7 @@ def fixture_mark(fixture: Fixture, here: Here) -> FixtureMark:
     if len(along) and float(np.ptp(along, axis=0).max()) < 1e-9:
         along = along[:1]
     seen = next((p for p in (along, body[0], margin[0]) if len(p)), np.zeros((1, 3)))
-    frame = here.frame(fixture.frame.of)
+    frame = context.frame(fixture.frame.of)
     X0, X1 = frame.at(0.0)[0], frame.at(1.234)[0]
     rests = fixture.frame.of == "world" or np.array_equal(X0, X1)
     return FixtureMark(

@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from palpate import _core, surfaces
-from palpate.guidance import Here
+from palpate.guidance import FixtureContext
 
 
 @pytest.fixture(scope="module")
@@ -19,4 +19,4 @@ def here(tmp_path_factory):
     np.savetxt(folder / "suture.csv", [[0, 0, 0], [10, 5, 0], [20, 0, 5]], delimiter=";")
     frames = {"world": _core.MotionFrame(), "liver": _core.MotionFrame(np.eye(4), _core.Motion(v=np.ones(3)))}
     places = {"entry": [0, 0, 0.1], "target": [0, 0, 0.02]}
-    return Here(lambda name: folder / name, frames, places, {"liver": surfaces.Sphere(0.03)})
+    return FixtureContext(lambda name: folder / name, frames, places, {"liver": surfaces.Sphere(0.03)})

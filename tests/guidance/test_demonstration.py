@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from palpate.cli import main
 from palpate.errors import GuidanceError, SurfaceError
-from palpate.guidance import Fixture, Here
+from palpate.guidance import Fixture, FixtureContext
 from palpate.guidance.curve import path
 from palpate.guidance.demonstration import Shown, deviation, simplified
 from palpate.guidance.files import read_rows, write_rows
@@ -76,7 +76,7 @@ def test_the_command_makes_a_path_of_a_run(tmp_path, capsys):
     assert set(figures) == json_contract.keys("path")
     assert figures["places"] > 3
     assert 0.0 < figures["deviation_rms_m"] <= figures["deviation_max_m"] < 1e-3
-    core = Fixture("follow: way.csv").make(Here(lambda name: tmp_path / name))
+    core = Fixture("follow: way.csv").make(FixtureContext(lambda name: tmp_path / name))
     assert core.role == "guide"
     assert "smoothed over 1 mm, a point every 2 mm" in capsys.readouterr().out
     assert main(["path", str(record), "--start", "90", "--out", str(out)]) == 2

@@ -42,7 +42,7 @@ def test_a_scene_lists_fixtures_and_writes_them_back():
     assert Scene.parse(scene.to_yaml()).guidance == scene.guidance
     rig = build(scene)
     assert len(rig.fixtures) == 4
-    np.testing.assert_allclose(rig.here.place("rcm", np.eye(4)), rig.arms.X_WB[:3, 3])
+    np.testing.assert_allclose(rig.context.place("rcm", np.eye(4)), rig.arms.X_WB[:3, 3])
     assert Scene.parse(rig.resolved_yaml(absolute=True)).guidance == scene.guidance
 
 

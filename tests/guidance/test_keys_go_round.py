@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from palpate import _core, guidance
 from palpate.errors import GuidanceError
-from palpate.guidance import Fixture, Geometry, Here, Mesh, OfObject, Role, Sphere, from_yaml, to_yaml
+from palpate.guidance import Fixture, FixtureContext, Geometry, Mesh, OfObject, Role, Sphere, from_yaml, to_yaml
 from palpate.guidance.plot import query
 from palpate.guidance.sections import Frame, LawName, RoleName
 
@@ -107,7 +107,7 @@ def test_a_point_that_is_turned_or_told_live_has_the_axis_of_its_frame(here):
     turned = Fixture(geometry={"point": {"at": [0, 0, 0], "rpy_deg": [90, 0, 0]}}, **told).make(here)
     tool = Rotation.from_euler("x", 90, degrees=True).as_matrix()
     assert turned.ask(pose((0.01, 0, 0), tool))["gap"] == pytest.approx(0.0, abs=1e-9)
-    live = Here(here.file, {**here.frames, "camera": _core.LiveFrame()}, {}, {})
+    live = FixtureContext(here.file, {**here.frames, "camera": _core.LiveFrame()}, {}, {})
     assert Fixture(geometry={"point": {"at": [0, 0, 0]}}, frame="camera", **told).make(live).role == "orient"
 
 
@@ -149,6 +149,6 @@ def test_the_defaults_are_the_cores():
 @pytest.mark.parametrize("key", SHAPES)
 def test_every_geometry_can_be_drawn(key, here):
     role = {"name": "forbid" if key not in ("point", "line", "path") else "guide", "margin": 0.002}
-    axes = Fixture(geometry={key: SHAPES[key]}, role=role).plot(here=here)
+    axes = Fixture(geometry={key: SHAPES[key]}, role=role).plot(context=here)
     assert axes.collections or axes.lines
     mpl.pyplot.close("all")

@@ -8,7 +8,7 @@ from fixtures import pose
 
 from palpate import _core
 from palpate.errors import GuidanceError
-from palpate.guidance import Fixture, Here, from_yaml
+from palpate.guidance import Fixture, FixtureContext, from_yaml
 from palpate.guidance.one_line import KEYS
 from palpate.guidance.plot import query
 from palpate.scene.schema import schema_text
@@ -94,7 +94,7 @@ def test_what_is_missing_is_told_with_the_mend(line, told, here):
 def test_a_bad_path_file_is_told_with_its_line(rows, told, tmp_path):
     (tmp_path / "p.csv").write_text(rows)
     with pytest.raises(GuidanceError, match=told):
-        Fixture("follow: p.csv").make(Here(lambda name: tmp_path / name))
+        Fixture("follow: p.csv").make(FixtureContext(lambda name: tmp_path / name))
 
 
 def test_the_published_schema_knows_the_lines_too():

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from palpate import _core
 from palpate.guidance import Fixture
-from palpate.guidance.here import Here
+from palpate.guidance.context import FixtureContext
 from palpate.guidance.steered import SteeredFixtures
 
 BALL = Fixture.from_yaml("- {name: ball, role: forbid, geometry: {sphere: {radius: 0.02}}, law: {stiffness: 300}}")
@@ -15,7 +15,7 @@ LINE = Fixture.from_yaml("- {name: line, role: guide, geometry: {line: {start: [
 
 def steered():
     given = []
-    return SteeredFixtures([BALL, LINE], Here(), lambda sections, core: given.append((sections, core))), given
+    return SteeredFixtures([BALL, LINE], FixtureContext(), lambda sections, core: given.append((sections, core))), given
 
 
 def pose(p, rotvec=(0.0, 0.0, 0.0)):
@@ -45,7 +45,7 @@ def test_a_moved_fixture_is_what_its_section_says():
     p = np.random.default_rng(1).uniform(-0.1, 0.1, (30, 3))
     X = np.tile(np.eye(4), (30, 1, 1))
     X[:, :3, 3] = p
-    told = now.section.make_geometry(Here()).query(X, np.zeros(30))
+    told = now.section.make_geometry(FixtureContext()).query(X, np.zeros(30))
     carried = _core.PlacedGeometry(now.geometry, X_W).query(X, np.zeros(30))
     for key in ("distance", "point", "normal"):
         np.testing.assert_allclose(told[key], carried[key], atol=1e-9, err_msg=key)
@@ -55,7 +55,7 @@ def test_a_drag_never_steps_the_force():
     """A hand at rest in the ball, which jumps about: the stage's force changes by 20 N/s, no faster."""
     stage = _core.Guidance()
     kept = []
-    fixtures = SteeredFixtures([BALL], Here(), lambda _, core: (kept.append(core), stage.take(core)))
+    fixtures = SteeredFixtures([BALL], FixtureContext(), lambda _, core: (kept.append(core), stage.take(core)))
     fixtures.change("ball", authority=1.0)
     X, F = pose([0.0, 0.0, 0.015]), [np.zeros(6)]
     rng = np.random.default_rng(0)

@@ -8,12 +8,12 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import palpate
-from palpate.guidance import Fixture, Here, Line, Plane, Sphere
+from palpate.guidance import Fixture, FixtureContext, Line, Plane, Sphere
 from palpate.guidance.why import Hand, explain_tick, terms
 from palpate.scene import Scene
 from palpate.scene.rig import build
 
-HERE = Here()
+HERE = FixtureContext()
 
 
 def some(rng, i):
@@ -125,7 +125,7 @@ def test_in_a_session_hard_and_optimised_ones_add_up_to_what_is_felt():
     for ticks, force, moment in ((900, 0.05, 1e-3), (600, 2e-4, 5e-5), (1500, 2e-4, 5e-5)):
         tick = session.step(ticks).tick
         V = np.r_[rig.scene.mapping.scale * rig.arms.X_WL[:3, :3] @ np.asarray(tick["v_LH"]), np.zeros(3)]
-        told = terms(session.fixtures, tick, rig.here, Hand(V, 0.5, float(np.linalg.norm(tick["F_cell_L"]))))
+        told = terms(session.fixtures, tick, rig.context, Hand(V, 0.5, float(np.linalg.norm(tick["F_cell_L"]))))
         whole = sum(term.F for term in told)
         np.testing.assert_allclose(whole, np.r_[tick["F_guidance_W"], tick["t_guidance_W"]], atol=1e-12)
         assert np.abs(told[-1].F[:3]).max() < force, (tick["t"], told)

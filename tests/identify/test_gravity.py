@@ -144,7 +144,7 @@ def test_poses_reached_both_ways_are_averaged(tmp_path):
     found = gravity([tmp_path / "up.csv", tmp_path / "down.csv"], "mtmr", model="gravity+springs")
     assert found.pairs is not None
     assert len(found.poses) == 100
-    np.testing.assert_allclose(found.to_json()["pairs"]["half_difference_Nm"], synthetic.COULOMB[:6], rtol=1e-6)
+    np.testing.assert_allclose(found.pairs.figures(found.joints).half_difference_Nm, synthetic.COULOMB[:6], rtol=1e-6)
 
 
 @pytest.mark.parametrize("form", ["potential", "dvrk"])

@@ -9,9 +9,10 @@ import pytest
 import yaml
 
 from palpate import hands
+from palpate.arrays.plain import plain
 from palpate.errors import RecordingError
 from palpate.identify import grip_recording
-from palpate.identify.hand import Grip, fit, to_json
+from palpate.identify.hand import Grip, figures, fit
 from palpate.record.ticks import as_ticks
 from palpate.scene import Scene, rig
 
@@ -144,6 +145,6 @@ def test_a_table_gives_what_the_signals_give(tmp_path):
     np.savetxt(tmp_path / "grip.csv", table, "%.9g", ",", header="t_s,x_m,F_N,u", comments="")
     grip = grip_recording.load(tmp_path / "grip.csv")
     assert fit(grip).value == pytest.approx(fit(Grip(1000.0, x, F, u)).value, rel=1e-4)
-    told = to_json(grip, fit(grip))
+    told = plain(figures(grip, fit(grip)))
     assert set(told) == json_contract.keys("calibrate hand")
     json.dumps(told, allow_nan=False)

@@ -5,7 +5,7 @@ from importlib import import_module
 import pytest
 
 import palpate
-from palpate.renamed import RENAMED
+from palpate.renamed import NAMES, RENAMED
 
 
 @pytest.mark.parametrize(("old", "new"), RENAMED.items())
@@ -13,6 +13,16 @@ def test_an_import_of_an_old_name_says_the_new_one(old, new):
     with pytest.raises(ModuleNotFoundError, match=rf"^{old} is now {new}$"):
         import_module(old)
     import_module(new)
+
+
+@pytest.mark.parametrize(("old", "new"), NAMES.items())
+def test_an_old_name_in_a_module_says_the_new_one(old, new):
+    module, _, name = old.rpartition(".")
+    with pytest.raises(ImportError, match=rf"^{old} is now {new}$"):
+        exec(f"from {module} import {name}")
+    assert getattr(import_module(module), new.rpartition(".")[2])
+    with pytest.raises(AttributeError, match="no attribute 'nowhere'"):
+        import_module(module).nowhere  # noqa: B018
 
 
 def test_submodules_and_attributes_of_an_old_name_say_the_new_one():

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from driven_leader import driven_leader
 from plant_constants import DT, Q0
 
 from palpate import _core
@@ -10,19 +11,8 @@ ZERO = np.zeros(7)
 
 
 def moving_leader(mtm, options, seconds, V):
-    """The hand pulls the handle along V; yields the leader every millisecond after it caught up."""
-    hand = _core.HandOptions()
-    hand.stiffness, hand.damping = 2000.0, 40.0
-    leader = _core.Leader(mtm, options, hand)
-    leader.reset(Q0)
-    X = mtm.fk(Q0)
-    for k in range(round(seconds * 1e3)):
-        leader.command(ZERO, mtm.holding(leader.q), ZERO)
-        for _ in range(10):
-            X[:3, 3] += V[:3] * DT
-            leader.step(DT, X, V)
-        if k > 300:
-            yield leader
+    """The hand pulls the handle along V; the leader every millisecond after it caught up."""
+    return driven_leader(mtm, options, V, seconds, stiffness=2000.0, damping=40.0, settled=300)
 
 
 def test_positions_are_whole_counts_of_the_motors(mtm, options):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from driven_leader import driven_leader
 from plant_constants import DT, Q0
 
 from palpate import _core
@@ -122,18 +123,8 @@ def test_the_drive_saturates_each_joint_at_its_limit(bare, mtm):
 # ---------------------------------------------------------------- encoders and velocities
 def spun(mtm, options, speed, seconds=0.3):
     """The hand moves the handle at a steady speed [m/s] along y; the leader every millisecond."""
-    hand = _core.HandOptions()
-    hand.stiffness, hand.damping = 5000.0, 60.0
-    leader = _core.Leader(mtm, options, hand)
-    leader.reset(Q0)
-    X, V = mtm.fk(Q0), np.array([0, speed, 0, 0, 0, 0.0])
-    for k in range(round(seconds * 1e3)):
-        leader.command(ZERO, mtm.holding(leader.q), ZERO)
-        for _ in range(10):
-            X[:3, 3] += V[:3] * DT
-            leader.step(DT, X, V)
-        if k > 150:
-            yield leader
+    V = np.array([0, speed, 0, 0, 0, 0.0])
+    return driven_leader(mtm, options, V, seconds, stiffness=5000.0, damping=60.0, settled=150)
 
 
 @pytest.mark.parametrize("scale", [0.5, 20.0])

@@ -95,7 +95,7 @@ def test_the_entry_is_told_as_it_is_documented(monkeypatch):
     keys = {"hard_entry", "soft_entry", "entry_passed", *told["hard_entry"][0], *told["soft_entry"][0]}
     assert keys == json_contract.keys_of("study guidance", "`entry`:")
     assert told["hard_entry"][0]["hands"] == 2
-    assert entry_words(told)[-1] == "entry: as promised"
+    assert entry_words(told)[-1] == "entry: within the bounds"
 
 
 def test_the_same_seed_gives_the_same_trial():
@@ -116,7 +116,7 @@ def test_break_even_lies_where_the_lines_cross():
     misplaced = ("haptics+guidance", *guidance.REGISTRATION, "control_wrong")
 
     def rows(slope, begin):
-        errors = {"haptics": 2.0} | {n: begin + slope * guidance.ALL[n].beside_mm for n in misplaced}
+        errors = {"haptics": 2.0} | {n: begin + slope * guidance.ALL[n].offset_mm for n in misplaced}
         return [
             {"task": "ring", "condition": n, "operator": k, "path_error_mm": v, "peak_force_N": 0.0, "entries": 0.0}
             for n, v in errors.items()

@@ -10,7 +10,7 @@ from fake_session import FakeSession
 from fake_session import stage as plain_stage
 
 from palpate.guidance import Fixture
-from palpate.guidance.here import Here
+from palpate.guidance.context import FixtureContext
 from palpate.guidance.steered import SteeredFixtures
 from palpate.viewer.fixtures import in_words
 from palpate.viewer.live import LiveViewer
@@ -35,7 +35,7 @@ class Guided(FakeSession):
     def __init__(self):
         super().__init__()
         self.given = []
-        self.steered = SteeredFixtures(SECTIONS, Here(), lambda sections, _: self.given.append(sections))
+        self.steered = SteeredFixtures(SECTIONS, FixtureContext(), lambda sections, _: self.given.append(sections))
 
     def latest(self):
         tick = super().latest()
@@ -46,7 +46,7 @@ class Guided(FakeSession):
 @pytest.fixture(scope="module")
 def shown():
     session = Guided()
-    stage = replace(plain_stage(), fixtures=tuple(fixture_mark(s, Here()) for s in SECTIONS))
+    stage = replace(plain_stage(), fixtures=tuple(fixture_mark(s, FixtureContext()) for s in SECTIONS))
     viewer = LiveViewer(session, stage, port=0)
     with open_page(viewer.url) as page:
         time.sleep(1.0)

@@ -25,7 +25,7 @@ class Command:
     """Write the figures as JSON (docs/json.md); - for the standard output."""
 
     arms: int = 0
-    """Arms that run in real time at 1 kHz at once, beside as many bare loops; then one arm at 10 kHz. 0: neither."""
+    """Arms that run at once in real time at 1 kHz, in turns with bare loops; then one arm at 10 kHz. 0: neither."""
 
     def __call__(self) -> int:
         """Measure, print the table, write the JSON contract."""

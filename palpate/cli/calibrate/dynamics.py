@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from tyro.conf import Positional, arg
 
@@ -16,7 +16,9 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from palpate.arm import Arm
+    from palpate.arm.drives import At
     from palpate.arm.dynamics import Dynamics
+    from palpate.arrays import Array
     from palpate.identify.motion import Motion
 
 CUTOFFS = (2.0, 3.0, 5.0, 10.0)  # further cutoffs for the test error, which grows with the bandwidth [Hz]
@@ -106,43 +108,70 @@ def arm_named(name: str) -> Arm:
     return Arm.model(name)
 
 
-def _figures(model: Dynamics, train: list[Motion], test: Motion | None, seconds: float) -> dict[str, Any]:
+@dataclass(frozen=True)
+class TrainErrors:
+    """Errors on the recordings of the fit."""
+
+    relative_rms: list[Array]  # per recording: rms error over rms torque of each drive
+    repeated_rows: list[int]  # per recording
+
+
+@dataclass(frozen=True)
+class TestErrors:
+    """Errors on the recording of another motion."""
+
+    relative_rms: Array  # (drives,)
+    cutoffs_Hz: list[float]
+    relative_rms_at: Array  # (cutoffs, drives)
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Figures of the identified dynamics: the documented contract of ``--json`` (docs/json.md)."""
+
+    arm: str
+    recorded_at: At
+    cutoff_Hz: float
+    train: TrainErrors
+    test: TestErrors | None
+    rank: int
+    condition: float
+    unknown: tuple[str, ...]
+    consistency: Array
+    terms: dict[str, float]
+    seconds: float
+
+
+def _figures(model: Dynamics, train: list[Motion], test: Motion | None, seconds: float) -> Figures:
     from palpate.identify.dynamics import consistency, relative_rms
 
     cutoffs = [f for f in CUTOFFS if f < 0.5 * train[0].rate]
-    return {
-        "arm": model.arm.name,
-        "recorded_at": model.at,
-        "cutoff_Hz": model.cutoff,
-        "train": {
-            "relative_rms": [relative_rms(model, m).tolist() for m in train],
-            "repeated_rows": [m.repeated for m in train],
-        },
-        "test": None
-        if test is None
-        else {
-            "relative_rms": relative_rms(model, test).tolist(),
-            "cutoffs_Hz": cutoffs,
-            "relative_rms_at": relative_rms(model, test, *cutoffs).tolist(),
-        },
-        "rank": model.rank,
-        "condition": model.condition,
-        "unknown": list(model.unknown),
-        "consistency": consistency(model).tolist(),
-        "terms": {t.name: float(x) for t, x in zip(model.train.terms, model.theta, strict=True)},
-        "seconds": seconds,
-    }
+    return Figures(
+        arm=model.arm.name,
+        recorded_at=model.at,
+        cutoff_Hz=model.cutoff,
+        train=TrainErrors([relative_rms(model, m) for m in train], [m.repeated for m in train]),
+        test=TestErrors(relative_rms(model, test), cutoffs, relative_rms(model, test, *cutoffs))
+        if test is not None
+        else None,
+        rank=model.rank,
+        condition=model.condition,
+        unknown=model.unknown,
+        consistency=consistency(model),
+        terms={t.name: float(x) for t, x in zip(model.train.terms, model.theta, strict=True)},
+        seconds=seconds,
+    )
 
 
-def _table(figures: dict[str, Any], published: tuple[float, ...] | None) -> Table:
+def _table(figures: Figures, published: tuple[float, ...] | None) -> Table:
     from rich.table import Table
 
-    table = Table(title=f"relative RMS of {figures['arm']}'s drive torques", title_justify="left")
-    rows = [(f"train {k + 1}", row) for k, row in enumerate(figures["train"]["relative_rms"])]
-    if figures["test"] is not None:
-        rows.append(("test", figures["test"]["relative_rms"]))
-        wider = zip(figures["test"]["cutoffs_Hz"], figures["test"]["relative_rms_at"], strict=True)
-        rows += [(f"test, at {cutoff:g} Hz", row) for cutoff, row in wider if cutoff != figures["cutoff_Hz"]]
+    table = Table(title=f"relative RMS of {figures.arm}'s drive torques", title_justify="left")
+    rows = [(f"train {k + 1}", row.tolist()) for k, row in enumerate(figures.train.relative_rms)]
+    if figures.test is not None:
+        rows.append(("test", figures.test.relative_rms.tolist()))
+        wider = zip(figures.test.cutoffs_Hz, figures.test.relative_rms_at.tolist(), strict=True)
+        rows += [(f"test, at {cutoff:g} Hz", row) for cutoff, row in wider if cutoff != figures.cutoff_Hz]
         if published is not None:
             rows.append(("published, on a test", list(published)))
     table.add_column("drive")

@@ -48,6 +48,7 @@ class Command:
     def __call__(self) -> int:
         """Fit, report, write the model, its figure and the JSON."""
         from palpate.identify.gravity import gravity, named_arm
+        from palpate.identify.gravity_figures import figures
 
         console = console_for(self.json)
         picture = self.out.with_suffix(".png")
@@ -68,7 +69,7 @@ class Command:
             save(found, named_arm(self.arm), picture)
             say(console, f"figure: {picture}")
         say(console, f"model: {self.out}")
-        write_json(self.json, found.to_json())
+        write_json(self.json, figures(found))
         return 0
 
 

@@ -46,8 +46,9 @@ class Command:
     def __call__(self) -> int:
         """Fit the hand, print it, write the hand file, its figure and the JSON."""
         from palpate import hands
+        from palpate.arrays.plain import plain
         from palpate.identify import grip_recording
-        from palpate.identify.hand import fit, to_json
+        from palpate.identify.hand import figures, fit
 
         console = console_for(self.json)
         written = [] if self.out is None else [self.out, self.out.with_suffix(".png")]
@@ -64,14 +65,16 @@ class Command:
         if self.out is not None:
             m, b, k = (float(x) for x in found.value)
             hand = hands.Hand(self.out.stem, m, b, k, source=f"fitted to {self.recording.name}, palpate calibrate hand")
-            hand.save(self.out, {key: value for key, value in to_json(grip, found).items() if key != "warnings"})
+            notes = plain(figures(grip, found))
+            del notes["warnings"]  # they are about the recording
+            hand.save(self.out, notes)
             say(console, f"hand: {self.out}   in a scene: operator: {{hand: {self.out.name}}}")
             if importlib.util.find_spec("matplotlib") is not None:
                 from palpate.identify.hand_figure import save
 
                 save(found, written[1])
                 say(console, f"figure: {written[1]}")
-        write_json(self.json, to_json(grip, found))
+        write_json(self.json, figures(grip, found))
         return 0
 
 

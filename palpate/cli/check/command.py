@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from tyro.conf import Positional, arg
 
@@ -14,6 +14,10 @@ from palpate.errors import PalpateWarning
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from palpate.cli.check import grid, mesh, scene
+
+    Findings = grid.Findings | mesh.Findings | scene.Findings
 
 _SCENES = (".yaml", ".yml")
 _GRIDS = (".npz", ".nrrd")
@@ -65,10 +69,13 @@ class Command:
             say(console, text, "warning:", "yellow")
         verdict = "ready to run" if is_scene else "can be touched"
         say(console, f"{path}: {verdict}" + (f", with {len(texts)} warnings" if texts else ""))
-        write_json(self.json, {"file": str(path), "ok": True, "warnings": texts, **result})
+        if self.json is not None:
+            from palpate.arrays.plain import plain
+
+            write_json(self.json, {"file": str(path), "ok": True, "warnings": texts, **plain(result)})
         return 0
 
-    def _inspect(self, console: Console) -> dict[str, Any]:
+    def _inspect(self, console: Console) -> Findings:
         from palpate.cli.check import grid, mesh, scene
 
         touch = mesh.Touch.of(self.radius, self.stiffness, self.feature, self.noise, self.repair, self.hole, self.force)

@@ -2,19 +2,38 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
+from palpate.arrays import Array
 from palpate.mesh import Unit
 from palpate.surfaces import DistanceGrid
 
 
-def inspect(path: Path, unit: Unit, console: Console) -> dict[str, Any]:
-    """Print the size and volume of the grid; returns the values for JSON."""
+@dataclass(frozen=True)
+class Size:
+    """Size of a distance grid."""
+
+    nodes: NDArray[np.int64]  # (3,)
+    spacing_m: Array  # (3,)
+    extents_m: Array  # (3,)
+    volume_m3: float  # enclosed volume
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What `palpate check` finds on a distance grid, as docs/json.md describes it."""
+
+    grid: Size
+
+
+def inspect(path: Path, unit: Unit, console: Console) -> Findings:
+    """Print the size and volume of the grid, and return the findings."""
     grid = DistanceGrid.load(path, unit)
     nodes = np.array(grid.values.shape)
     extents, inside = grid.spacing * (nodes - 1), int((grid.values < 0).sum())
@@ -27,5 +46,4 @@ def inspect(path: Path, unit: Unit, console: Console) -> dict[str, Any]:
     ):
         table.add_row(name, value)
     console.print(table)
-    lengths = {"nodes": nodes.tolist(), "spacing_m": grid.spacing.tolist(), "extents_m": extents.tolist()}
-    return {"grid": {**lengths, "volume_m3": float(inside * grid.spacing.prod())}}
+    return Findings(Size(nodes, grid.spacing, extents, float(inside * grid.spacing.prod())))

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 import warnings
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
 from palpate import _core
+from palpate.arrays.plain import Content
 from palpate.console.output import say
 from palpate.contact import touchable
 from palpate.errors import MeshError, OutputError, PalpateError, PalpateWarning
@@ -65,8 +65,31 @@ class Touch:
         )
 
 
-def inspect(path: Path, unit: Unit, touch: Touch, console: Console) -> dict[str, Any]:
-    """Print the findings on a mesh file; returns the values for JSON."""
+@dataclass(frozen=True)
+class RepairedCopy:
+    """A repaired copy of a mesh; see `palpate.mesh.repair.Repairs` for the counts."""
+
+    file: str
+    sewn: int
+    collapsed: int
+    filled: int
+    left_open: int
+    widest_left_mm: float
+    after: check.MeshReport
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What `palpate check` finds on a mesh, as docs/json.md describes it."""
+
+    mesh: check.MeshReport
+    fineness: touchable.Fineness
+    radius: Content
+    repair: RepairedCopy | None
+
+
+def inspect(path: Path, unit: Unit, touch: Touch, console: Console) -> Findings:
+    """Print the findings on a mesh file, and return them."""
     if touch.repair is not None:
         _require_free(touch.repair, path, touch.force)
     mesh = Mesh.load(path, unit)
@@ -78,8 +101,8 @@ def inspect(path: Path, unit: Unit, touch: Touch, console: Console) -> dict[str,
     console.print(table)
     warn_of_facets(fine, str(path))
     _warn_of_radius(suits, str(path))
-    values: dict[str, Any] = {"mesh": mesh.report.to_json(), "fineness": asdict(fine), "radius": suits.to_json()}
-    return values | {"repair": _repair(mesh, unit, touch, console) if touch.repair is not None else None}
+    repaired = _repair(mesh, touch.repair, unit, touch, console) if touch.repair is not None else None
+    return Findings(mesh.report, fine, suits.figures(), repaired)
 
 
 def warn_of_facets(fine: touchable.Fineness, where: str) -> None:
@@ -165,39 +188,47 @@ def _require_free(out: Path, source: Path, force: bool) -> None:
         raise OutputError(what, where=str(out), mend="choose another name, or --force to overwrite it")
 
 
-def _repair(mesh: Mesh, unit: Unit, touch: Touch, console: Console) -> dict[str, Any]:
-    assert touch.repair is not None
+def _repair(mesh: Mesh, file: Path, unit: Unit, touch: Touch, console: Console) -> RepairedCopy:
     widest = touch.hole if touch.hole is not None else 0.1 * float(np.linalg.norm(mesh.report.extents_m))
     vertices, triangles, done = mesh_repair.repair(mesh.core, widest)
-    mesh_files.write(touch.repair, vertices / check.UNITS[unit], triangles)
+    mesh_files.write(file, vertices / check.UNITS[unit], triangles)
     with quiet():
         try:
-            after = Mesh.load(touch.repair, unit)
+            after = Mesh.load(file, unit)
         except MeshError as error:  # a format that cannot be read back
-            raise OutputError(
-                "the repaired copy cannot be read back", where=str(touch.repair), why=error.what
-            ) from None
+            raise OutputError("the repaired copy cannot be read back", where=str(file), why=error.what) from None
+    console.print(_comparison(mesh, after))
+    left = f", {done.left_open} left open (the widest {done.widest_left_mm:.1f} mm)" if done.left_open else ""
+    say(
+        console,
+        f"{file}: sewn {done.sewn} rim vertices, collapsed {done.collapsed} slivers, filled holes: {done.filled}{left}",
+    )
+    return RepairedCopy(
+        file=str(file),
+        sewn=done.sewn,
+        collapsed=done.collapsed,
+        filled=done.filled,
+        left_open=done.left_open,
+        widest_left_mm=done.widest_left_mm,
+        after=after.report,
+    )
+
+
+def _comparison(before: Mesh, after: Mesh) -> Table:
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
     for heading in ("repaired copy", "before", "after"):
         table.add_column(heading, justify="left" if heading == "repaired copy" else "right")
     rows = {
-        "triangles": [f"{m.report.triangles:,}" for m in (mesh, after)],
-        "parts": [f"{m.report.components:,}" for m in (mesh, after)],
-        "closed": ["yes" if m.report.watertight else "no" for m in (mesh, after)],
-        "open edges": [f"{m.report.open_edges:,}" for m in (mesh, after)],
-        "edges of many triangles": [f"{m.report.non_manifold_edges:,}" for m in (mesh, after)],
-        "volume, cm^3": [f"{1e6 * m.report.volume_m3:,.4g}" if m.report.watertight else "-" for m in (mesh, after)],
+        "triangles": [f"{m.report.triangles:,}" for m in (before, after)],
+        "parts": [f"{m.report.components:,}" for m in (before, after)],
+        "closed": ["yes" if m.report.watertight else "no" for m in (before, after)],
+        "open edges": [f"{m.report.open_edges:,}" for m in (before, after)],
+        "edges of many triangles": [f"{m.report.non_manifold_edges:,}" for m in (before, after)],
+        "volume, cm^3": [f"{1e6 * m.report.volume_m3:,.4g}" if m.report.watertight else "-" for m in (before, after)],
     }
     for name, values in rows.items():
         table.add_row(name, *values)
-    console.print(table)
-    left = f", {done.left_open} left open (the widest {done.widest_left_mm:.1f} mm)" if done.left_open else ""
-    say(
-        console,
-        f"{touch.repair}: sewn {done.sewn} rim vertices, collapsed {done.collapsed} slivers, filled holes: "
-        f"{done.filled}{left}",
-    )
-    return {"file": str(touch.repair), **asdict(done), "after": after.report.to_json()}
+    return table
 
 
 def _rounded(n: int) -> int:

@@ -2,98 +2,140 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from palpate.arrays import Array
+from palpate.arrays.checks import finite_or_none
 from palpate.certificate.scene import warn_outside
 from palpate.cli.check.mesh import warn_of_facets
 from palpate.console.output import say
 from palpate.contact import touchable
 from palpate.mesh import Mesh
+from palpate.mesh.check import MeshReport
 from palpate.scene import Scene
 from palpate.scene.gains import felt_stiffness
 from palpate.scene.guidance import LIVE
 from palpate.scene.rig import Rig, build
 
 
-def inspect(path: Path, console: Console) -> dict[str, Any]:
-    """Print the objects, fixtures and initial poses of a scene; returns the values for JSON."""
+@dataclass(frozen=True)
+class ObjectFindings:
+    """An object of the scene."""
+
+    name: str
+    felt_stiffness_N_per_m: float
+    surface: str
+    mesh: MeshReport | None
+
+
+@dataclass(frozen=True)
+class FixtureFindings:
+    """A fixture of the scene."""
+
+    name: str
+    role: str
+    law: str
+    hard: bool
+    geometry: str
+    frame: str
+    gap_at_start: float | None  # constraint value [m or rad]; None while no constraint is active
+
+
+@dataclass(frozen=True)
+class Start:
+    """Poses at the start; the names contain the units."""
+
+    p_WT_m: Array  # (3,)
+    q_leader_rad: Array  # (n,)
+    leader_jacobian_condition: float  # of the 3x3 Jacobian of the wrist centre; 1: isotropic
+    q_follower_rad_m: Array  # (m,)
+    X_WL_m: Array  # (4, 4)
+    X_WB_m: Array  # (4, 4)
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What `palpate check` finds on a scene, as docs/json.md describes it."""
+
+    objects: list[ObjectFindings]
+    fixtures: list[FixtureFindings]
+    start: Start
+
+
+def inspect(path: Path, console: Console) -> Findings:
+    """Print the objects, fixtures and initial poses of a scene, and return them."""
     scene = Scene.load(path)
     rig = build(scene)
     rig.simulation()
     warn_outside(rig)
+    return Findings(_objects(rig, console), _fixtures(rig, console), _start(rig, console))
+
+
+def _objects(rig: Rig, console: Console) -> list[ObjectFindings]:
     table = Table(box=None, pad_edge=False)
     table.add_column("object")
     for heading in ("surface", "extents [mm]", "stiffness [N/m]", "felt [N/m]", "damping [N s/m]", "friction [-]"):
         table.add_column(escape(heading), justify="right")
-    objects = []
-    for i, (obj, surface) in enumerate(zip(scene.objects, rig.surfaces, strict=True)):
-        felt, body = felt_stiffness(scene, i), surface.body
+    found = []
+    for i, (obj, surface) in enumerate(zip(rig.scene.objects, rig.surfaces, strict=True)):
+        felt, body = felt_stiffness(rig.scene, i), surface.body
         mesh = body if isinstance(body, Mesh) else None
         extents = " x ".join(f"{1e3 * e:.0f}" for e in np.ptp(body.vertices, axis=0))
         kind = f"{mesh.report.triangles:,} triangles" if mesh else obj.source
         K, B = (" ".join(f"{x:g}" for x in dict.fromkeys(v)) for v in (obj.stiffness, obj.damping))
         table.add_row(obj.name, kind, extents, K, f"{felt:g}", B, f"{obj.friction:g}")
-        row = {"name": obj.name, "felt_stiffness_N_per_m": felt, "surface": kind if mesh else str(body)}
-        objects.append({**row, "mesh": mesh.report.to_json() if mesh else None})
+        found.append(ObjectFindings(obj.name, felt, kind if mesh else str(body), mesh.report if mesh else None))
         if mesh:
             warn_of_facets(touchable.fineness(mesh.core, max(obj.stiffness)), f"object {obj.name!r}")
     console.print(table)
-    fixtures = _fixtures(rig, console)
-    tool = (rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0))[:3, 3]
+    return found
+
+
+def _start(rig: Rig, console: Console) -> Start:
+    arms = rig.arms
+    tool = (arms.X_WB @ arms.follower.fk(arms.q_follower0))[:3, 3]
     millimetres = ", ".join(f"{1e3 * x:.1f}" for x in tool)
     say(console, f"tool at the start: ({millimetres}) mm in the world frame W; both arms reach the operator's path")
-    condition = float(np.linalg.cond(rig.arms.leader.jacobian(rig.arms.q_leader0)[:3, :3]))
+    condition = float(np.linalg.cond(arms.leader.jacobian(arms.q_leader0)[:3, :3]))
     say(
         console,
         f"leader at the start: 3x3 Jacobian of the wrist centre, condition {condition:.2f} (1: isotropic)",
     )
-    start = {
-        "p_WT_m": tool.tolist(),
-        "q_leader_rad": rig.arms.q_leader0.tolist(),
-        "leader_jacobian_condition": condition,
-        "q_follower_rad_m": rig.arms.q_follower0.tolist(),
-        "X_WL_m": rig.arms.X_WL.tolist(),
-        "X_WB_m": rig.arms.X_WB.tolist(),
-    }
-    return {"objects": objects, "fixtures": fixtures, "start": start}
+    return Start(tool, arms.q_leader0, condition, arms.q_follower0, arms.X_WL, arms.X_WB)
 
 
-def _fixtures(rig: Rig, console: Console) -> list[dict[str, Any]]:
-    """Print the scene's fixtures and their constraint values for the tool at the start; returns them for JSON."""
+def _fixtures(rig: Rig, console: Console) -> list[FixtureFindings]:
+    """Print the scene's fixtures with their constraint values for the tool at the start, and return them."""
     if not rig.scene.guidance:
         return []
     X_WT = rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0)
-    table, rows = Table(box=None, pad_edge=False), []
+    table, found = Table(box=None, pad_edge=False), []
     for heading in ("fixture", "role", "law", "geometry", "attached to", "at the start"):
         table.add_column(heading)
     for fixture in rig.scene.guidance:
-        asked = fixture.make(rig.here).ask(X_WT)
+        asked = fixture.make(rig.context).ask(X_WT)
         gap, turns = float(asked["gap"]), bool(asked["turns"])
-        size = f"{np.degrees(abs(gap)):.3g} deg" if turns else f"{1e3 * abs(gap):.3g} mm"
         live = fixture.frame.of in LIVE and fixture.frame.of != "tool"
-        state = (
-            f"waits for frame {fixture.frame.of}"
-            if live
-            else "inactive"
-            if not np.isfinite(gap)
-            else f"violated by {size}"
-            if gap < 0
-            else f"satisfied with {size} to spare"
-        )
+        state = f"waits for frame {fixture.frame.of}" if live else _state(gap, turns)
         law = f"{fixture.law.name}{', hard' if fixture.hard else ''}{'' if fixture.enabled else ', off'}"
-        table.add_row(fixture.name, fixture.role.name, law, fixture.geometry.shape.key, fixture.frame.of, state)
-        rows.append({"name": fixture.name, "role": fixture.role.name, "law": fixture.law.name, "hard": fixture.hard,
-                     "geometry": fixture.geometry.shape.key, "frame": fixture.frame.of,
-                     "gap_at_start": gap if np.isfinite(gap) else None})  # fmt: skip
+        name, role, shape, frame = fixture.name, fixture.role.name, fixture.geometry.shape.key, fixture.frame.of
+        table.add_row(name, role, law, shape, frame, state)
+        found.append(FixtureFindings(name, role, fixture.law.name, fixture.hard, shape, frame, finite_or_none(gap)))
         if live:
-            frame = fixture.frame.of
             words = f"stays inactive until session.frames[{frame!r}].set(X) gives its frame"
-            say(console, f"fixture {fixture.name!r} {words}")
+            say(console, f"fixture {name!r} {words}")
     console.print(table)
-    return rows
+    return found
+
+
+def _state(gap: float, turns: bool) -> str:
+    if not np.isfinite(gap):
+        return "inactive"
+    size = f"{np.degrees(abs(gap)):.3g} deg" if turns else f"{1e3 * abs(gap):.3g} mm"
+    return f"violated by {size}" if gap < 0 else f"satisfied with {size} to spare"

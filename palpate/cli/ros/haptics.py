@@ -96,7 +96,7 @@ class Command:
         summary = outcome.with_report(summary, scene)
         console.print(summary_table(summary))
         outcome.print_details(console, summary, scene.record.report)
-        write_json(self.json, summary.to_json())
+        write_json(self.json, summary)
         return 0
 
     def _refuse(self) -> None:

@@ -24,7 +24,7 @@ class Command(SweepStudy):
     """Seed of the random devices; the same seed gives the same devices [-]."""
 
     def study(self, console: Console) -> Findings:
-        """Do the work."""
+        """Compute the result of the study."""
         from palpate.studies.certificate import arms, work
         from palpate.studies.certificate.figures import draw
 

@@ -24,7 +24,7 @@ class Command(SweepStudy):
     """Also measure meshes of a million triangles."""
 
     def study(self, console: Console) -> Findings:
-        """Do the work."""
+        """Compute the result of the study."""
         from palpate.studies.contact.figures import draw
         from palpate.studies.contact.words import table
         from palpate.studies.contact.work import LARGE, TRIANGLES, run

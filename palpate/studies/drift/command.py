@@ -33,7 +33,7 @@ class Command(SweepStudy):
     """Number of poses from which the arm is released."""
 
     def study(self, console: Console) -> Findings:
-        """Do the work."""
+        """Compute the result of the study."""
         from palpate.studies.drift.figures import draw
         from palpate.studies.drift.words import table
 

@@ -5,12 +5,9 @@ from __future__ import annotations
 from typing import TypedDict
 
 
-class Row(TypedDict):
-    """Result of one form of gravity model on one plant."""
+class Drift(TypedDict):
+    """Drift of an arm after its release."""
 
-    arm: str
-    plant: str
-    model: str
     mean_mm: float
     median_mm: float
     p95_mm: float
@@ -26,6 +23,20 @@ class Made(TypedDict):
     friction_Nm: list[float]
     noise_Nm: list[float]
     beyond_form_Nm: list[float]
+
+
+class Released(Drift):
+    """Result of one point of the sweep."""
+
+    made: Made
+
+
+class Row(Drift):
+    """Result of one form of gravity model on one plant."""
+
+    arm: str
+    plant: str
+    model: str
 
 
 class Described(TypedDict):

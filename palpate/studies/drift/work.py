@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from palpate.identify.fit_gravity import fit_poses
 from palpate.identify.gravity import named_arm
 from palpate.studies._command import Sweeper
 from palpate.studies.drift.plant import PLANTS, TIME, Plant, make_plants, release, sampled, unseen_poses
-from palpate.studies.drift.result import Described, Found, Made, Row
+from palpate.studies.drift.result import Described, Drift, Found, Made, Released, Row
 from palpate.sweep import Axis, sweep
 from palpate.sweep.grid import Point
 
@@ -71,11 +71,15 @@ def run(arms: Sequence[Recorded], releases: int = RELEASES, sweep: Sweeper = swe
     }
 
 
-def _released(arms: tuple[Recorded, ...], releases: int, point: Point, seed: int) -> dict[str, Any]:
+def _released(arms: tuple[Recorded, ...], releases: int, point: Point, seed: int) -> Released:
     """One form on one plant. Samples and releases have fixed seeds, so they are the same for every form."""
     (arm,) = (arm for arm in arms if arm.name == point["arm"])
     plant = _plants(arm)[point["plant"]]
-    made = {"friction_Nm": plant.coulomb[:6], "noise_Nm": plant.noise[:6], "beyond_form_Nm": plant.beyond[:6]}
+    made: Made = {
+        "friction_Nm": plant.coulomb[:6].tolist(),
+        "noise_Nm": plant.noise[:6].tolist(),
+        "beyond_form_Nm": plant.beyond[:6].tolist(),
+    }
     return {"made": made, **_drift(point["model"], plant, releases)}
 
 
@@ -94,7 +98,7 @@ def _description(arm: Recorded, made: dict[str, Made]) -> Described:
     }
 
 
-def _drift(form: str, plant: Plant, releases: int) -> dict[str, float | list[float]]:
+def _drift(form: str, plant: Plant, releases: int) -> Drift:
     controller = named_arm("mtml" if plant.arm.name == "mtm_left" else "mtmr")
     poses = sampled(plant, TRAINED, seed=1, both_ways=form == "dvrk")
     model = fit_poses(poses, controller, form, plant.measured).model

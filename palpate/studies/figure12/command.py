@@ -21,7 +21,7 @@ class Command(Study):
     """
 
     def study(self, console: Console) -> Findings:
-        """Do the work."""
+        """Compute the result of the study."""
         from palpate.studies.figure12.figures import save
         from palpate.studies.figure12.work import line, row, run
 

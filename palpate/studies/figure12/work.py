@@ -6,7 +6,7 @@ import tempfile
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import TypedDict
 
 import numpy as np
 
@@ -62,7 +62,7 @@ def run(meshes: tuple[str, ...] = MESHES, seconds: float = SECONDS) -> list[Mome
     ]
 
 
-def _scene_object(mesh: str, folder: Path) -> dict[str, Any]:
+def _scene_object(mesh: str, folder: Path) -> dict[str, str]:
     if mesh not in SHAPES:
         return {"name": mesh, "shape": mesh}
     import trimesh

@@ -26,7 +26,7 @@ class Command(Study):
     """Folder of the recordings; without recordings, the study of the weight is skipped."""
 
     def study(self, console: Console) -> Findings:
-        """Do the work."""
+        """Compute the result of the study."""
         from palpate.studies.force.figures import draw
         from palpate.studies.force.work import in_words, simulated, weight, weight_json, words
 

@@ -34,7 +34,7 @@ def picture(load: Load | None, trace: Trace, found: Found, canvas: Canvas) -> Fi
 def _forces(panels: list[Axes], trace: Trace, found: Found) -> None:
     for k, axes in enumerate(panels):
         axes.plot(trace.t, trace.truth[:, k], color=CELL, lw=2.4, label="what pushes")
-        axes.plot(trace.t, trace.estimate[:, k], color=FORCE, lw=0.9, label="told by drive torques")
+        axes.plot(trace.t, trace.estimate[:, k], color=FORCE, lw=0.9, label="estimated from drive torques")
         axes.set_ylabel(f"$F_{'xyz'[k]}$ [N]")
         axes.set_title(f"NRMSE {100 * found['nrmse_axis'][k]:.1f} % of its range", loc="right", color=INK)
     panels[0].legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncols=2, borderaxespad=0.2)

@@ -148,18 +148,18 @@ def press(arm: Arm, model: Dynamics) -> Trace:
     estimate = _core.Estimate(arm, estimate_options(model))
     follower.reset(path(0.0))
     height = float(arm.fk(MIDDLE)[2, 3]) - DEEP
-    F, told, truth, last = np.zeros(6), [], [], height
+    F, estimated, truth, last = np.zeros(6), [], [], height
     for k in range(round(PRESS * TICKS)):
         follower.command(path(k / TICKS))
         follower.step(SERVO, round(1.0 / TICKS / SERVO), F)
         z = float(arm.fk(follower.q)[2, 3])
-        told.append(estimate.step(k / TICKS, follower.q, follower.v, follower.tau + noise()))
+        estimated.append(estimate.step(k / TICKS, follower.q, follower.v, follower.tau + noise()))
         truth.append(F[:3].copy())
         depth = height - z
         F[:2] = PUSH * push(k / TICKS)
         F[2] = max(FLOOR[0] * depth - FLOOR[1] * (z - last) * TICKS, 0.0) if depth > 0.0 else 0.0
         last = z
-    return Trace(np.arange(len(told)) / TICKS, np.array(truth), np.array(told))
+    return Trace(np.arange(len(estimated)) / TICKS, np.array(truth), np.array(estimated))
 
 
 def score(trace: Trace) -> Score:

@@ -19,7 +19,7 @@ class Command(Study):
     """
 
     def study(self, console: Console) -> Findings:
-        """Do the work."""
+        """Compute the result of the study."""
         from palpate.studies.geometry.figures import draw
         from palpate.studies.geometry.work import run, tables
 

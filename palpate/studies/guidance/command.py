@@ -33,7 +33,7 @@ class Command(SweepStudy):
     """Measure the penetration of hard and soft fixtures in the full simulation instead (about two minutes)."""
 
     def study(self, console: Console) -> Findings:
-        """Do the work."""
+        """Compute the result of the study."""
         from palpate.studies.guidance.conformance import conform, conformance_words, entered, entry_words
 
         if self.conformance:

@@ -1,4 +1,4 @@
-"""``palpate study guidance --conformance``: the conformance suite on every core, and how far the tool gets in."""
+"""``palpate study guidance --conformance``: the conformance suite on all cores, and the penetration of fixtures."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from palpate.verify.conformance.run import Summary
 
 
 class Entered(TypedDict):
-    """How far the tool got in, as `entry` in docs/json.md."""
+    """Penetration of hard and soft fixtures; `entry` in docs/json.md."""
 
     hard_entry: list[entry.Hard]
     soft_entry: list[dict[str, float]]
@@ -26,36 +26,36 @@ class Entered(TypedDict):
 
 
 class Conformance(Summary, Entered):
-    """The suite's summary, and how far the tool got in."""
+    """Summary of the suite, and the penetration of fixtures."""
 
 
 def conform(sweep: Sweeper = sweep) -> Conformance:
-    """As `conformance` in docs/json.md."""
+    """Run the conformance suite on all cores; `conformance` in docs/json.md."""
     grid = {"role": Axis(conformance.ROLES), "geometry": Axis(conformance.SPECIMENS)}
     rows = sweep(examined, grid, title="conformance").rows()
     wrong = {name: found for row in rows for name, found in json.loads(row["failures"]).items()}
-    told = conformance.summary({c: wrong.get(str(c), {}) for c in conformance.combinations()})
-    return {**told, **entered(sweep)}
+    summary = conformance.summary({c: wrong.get(str(c), {}) for c in conformance.combinations()})
+    return {**summary, **entered(sweep)}
 
 
 def entered(sweep: Sweeper = sweep) -> Entered:
-    """As `entry` in docs/json.md."""
+    """Measure the penetration of fixtures in the full simulation; `entry` in docs/json.md."""
     most = max(region.hands for region in entry.REGIONS.values())
     grid = {"region": Axis(entry.REGIONS), "hand": Axis(range(most)), "fixture": Axis([1, 0])}
-    hard = entry.hard_rows(cast(list[entry.HandRun], sweep(gone_in, grid, where=_has_hand, title="entry").rows()))
+    hard = entry.hard_rows(cast(list[entry.HandRun], sweep(penetration, grid, where=_has_hand, title="entry").rows()))
     soft = [entry.soft(force) for force in FORCES]
     return {"hard_entry": hard, "soft_entry": soft, "entry_passed": entry.passed(hard, soft)}
 
 
 def examined(point: Point, seed: int) -> dict[str, int | str]:
-    """All laws and policies of a role with a geometry; nothing in it is random."""
+    """Examine all laws and policies of a role with a geometry; the result does not depend on the seed."""
     mine = [c for c in conformance.combinations() if (c.role, c.geometry) == (point["role"], point["geometry"])]
     found = {str(c): conformance.examine(c) for c in mine}
     return {"examined": len(mine), "failures": json.dumps({name: wrong for name, wrong in found.items() if wrong})}
 
 
-def gone_in(point: Point, seed: int) -> dict[str, float]:
-    """One hand at one hard region, or at none."""
+def penetration(point: Point, seed: int) -> dict[str, float]:
+    """Press one hand into a hard region, with or without its fixture."""
     return entry.hard(point["region"], point["hand"], bool(point["fixture"]))
 
 
@@ -63,38 +63,40 @@ def _has_hand(point: Point) -> bool:
     return bool(point["hand"] < entry.REGIONS[point["region"]].hands)
 
 
-def conformance_words(told: Conformance) -> list[RenderableType]:
-    """For people: what failed, by property; what has no meaning, and why; how far the tool got in."""
+def conformance_words(judged: Conformance) -> list[RenderableType]:
+    """Failures by property, reasons for refused combinations, and the penetration of fixtures."""
     kinds: dict[str, list[str]] = {}
-    for failure in told["failures"]:
+    for failure in judged["failures"]:
         for name, wrong in failure.items():
             if name != "combination":
                 kinds.setdefault(name, []).append(f"{failure['combination']}: {wrong}")
     lines: list[RenderableType] = []
     for name, found in kinds.items():
         lines += [f"{name}: {len(found)} combinations", *(f"  {text}" for text in found[:3])]
-    lines += [f"not judged: {name}" for name in told["unjudged"]]
-    lines += [f"refused, as it has to be: {n} combinations, {why}" for why, n in told["reasons"].items()]
-    passed = f"{told['passed']} of {told['combinations']} combinations passed, {told['refused']} refused as due"
-    return [*lines, *entry_words(told), f"conformance: {passed}, {len(told['unjudged'])} not judged"]
+    lines += [f"not judged: {name}" for name in judged["unjudged"]]
+    lines += [f"refused as meaningless: {n} combinations, {why}" for why, n in judged["reasons"].items()]
+    passed = f"{judged['passed']} of {judged['combinations']} combinations passed, {judged['refused']} refused"
+    return [*lines, *entry_words(judged), f"conformance: {passed}, {len(judged['unjudged'])} not judged"]
 
 
-def entry_words(told: Entered) -> list[RenderableType]:
-    """For people: how far the tool got in."""
-    hard = Table(box=None, pad_edge=False, title="into hard regions, whatever the hands do", title_justify="left")
-    for column in ("region", "hands", "in", "held back", "without the fixture"):
+def entry_words(found: Entered) -> list[RenderableType]:
+    """Table and sentences on the penetration of fixtures."""
+    hard = Table(
+        box=None, pad_edge=False, title="penetration of hard regions by adversarial hands", title_justify="left"
+    )
+    for column in ("region", "hands", "penetration", "held back", "without the fixture"):
         hard.add_column(column, justify="left" if column == "region" else "right")
-    for row in told["hard_entry"]:
+    for row in found["hard_entry"]:
         hard.add_row(row["region"], str(row["hands"]), f"{row['entry_mm']:.3f} mm", f"{100 * row['held_share']:.0f} %",
                      f"{row['entry_without_mm']:.1f} mm")  # fmt: skip
-    worst = max(told["hard_entry"], key=lambda row: row["entry_mm"])
+    worst = max(found["hard_entry"], key=lambda row: row["entry_mm"])
     pressed = ", ".join(
-        f"{e['force_N']:g} N {e['measured_mm']:.3f} mm (certified {e['certified_mm']:.3f})" for e in told["soft_entry"]
+        f"{e['force_N']:g} N {e['measured_mm']:.3f} mm (certified {e['certified_mm']:.3f})" for e in found["soft_entry"]
     )
-    one = told["soft_entry"][0]
+    one = found["soft_entry"][0]
     return [
         hard,
-        f"hard: at most {worst['entry_mm']:.3f} mm in ({worst['region']})",
+        f"hard: penetration of at most {worst['entry_mm']:.3f} mm ({worst['region']})",
         f"soft: {pressed}; of {one['K_N_per_m']:g} N/m the certificate measures {one['certified_N_per_m']:.1f}",
-        f"entry: {'as promised' if told['entry_passed'] else 'NOT as promised'}",
+        f"entry: {'within the bounds' if found['entry_passed'] else 'NOT within the bounds'}",
     ]

@@ -1,4 +1,4 @@
-"""Visual cues alone, with contact that is felt, or none: the same operators with the same noise under each."""
+"""Visual cues, contact forces, both, or neither: the same operators with the same noise under each condition."""
 
 from __future__ import annotations
 
@@ -19,22 +19,24 @@ MEASURES = ("path_error_mm", "mean_force_N", "peak_force_N", "time_s")
 
 
 def cued(operators: int, seed: int = SEED, sweep: Sweeper = sweep) -> list[Cued]:
-    """A row per task and condition, of the first operators of the cohort; as `visual_cues` in docs/json.md."""
-    rows, draws = of_the_first(each, TASKS, operators, seed, sweep, "visual cues")
-    told = []
-    for task, mine in rows.items():
+    """One row per task and condition for the first operators of the cohort; `visual_cues` in docs/json.md."""
+    trials, draws = of_the_first(each, TASKS, operators, seed, sweep, "visual cues")
+    rows: list[Cued] = []
+    for task, mine in trials.items():
         for condition in CONDITIONS:
             out: dict[str, str | float] = {"task": task, "condition": condition}
             for key in MEASURES:
-                none, here = (np.array([row[f"{key} {c}"] for row in mine]) for c in ("none", condition))
-                low, high = np.percentile((here - none)[draws].mean(axis=1), [2.5, 97.5])
-                out |= {key: float(here.mean()), f"{key}_more_low": float(low), f"{key}_more_high": float(high)}
-            told.append(cast(Cued, out))
-    return told
+                none, felt = (np.array([row[f"{key} {c}"] for row in mine]) for c in ("none", condition))
+                low, high = np.percentile((felt - none)[draws].mean(axis=1), [2.5, 97.5])
+                out |= {key: float(felt.mean()), f"{key}_more_low": float(low), f"{key}_more_high": float(high)}
+            rows.append(cast(Cued, out))
+    return rows
 
 
 def each(point: Point, seed: int) -> dict[str, float]:
-    """The measures of one operator in one task under each condition, the noise the same."""
+    """Measures of one operator in one task under each condition, with the same noise."""
     task = task_of(point["task"])
-    told = {c: judged(task, attempt(point["operator"], point["task"], c, seed, point["cohort"])) for c in CONDITIONS}
-    return {f"{key} {c}": told[c][key] for c in CONDITIONS for key in MEASURES}
+    measured = {
+        c: judged(task, attempt(point["operator"], point["task"], c, seed, point["cohort"])) for c in CONDITIONS
+    }
+    return {f"{key} {c}": measured[c][key] for c in CONDITIONS for key in MEASURES}

@@ -1,4 +1,4 @@
-"""What the trials of `palpate study guidance` come to: means, effects with confidence, break-even, ablation."""
+"""Statistics of the trials of `palpate study guidance`: means, effects with confidence, break-even, ablation."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def of_the_first(
     sweep: Sweeper,
     title: str,
 ) -> tuple[dict[str, Trials], NDArray[np.int64]]:
-    """`each` of the cohort's first operators, FEW at most: their rows by task; draws (BOOTSTRAPS, few) of them."""
+    """Sweep `each` over the first operators, at most FEW: rows by task, and bootstrap draws (BOOTSTRAPS, few)."""
     few = min(operators, FEW)
     grid = {"operator": Axis(range(few)), "task": Axis(tasks), "cohort": Axis([seed])}
     rows = sweep(each, grid, seed, title=title).rows()
@@ -38,12 +38,13 @@ def of_the_first(
 
 @dataclass(frozen=True)
 class Expected:
-    """What the literature lets expect of people, against the condition none."""
+    """Effect on people that the literature reports, relative to the condition none."""
 
     hedges_g: float
-    """Below zero: less of it."""
+    """Negative: the measure decreases [-]."""
     source: str
     change: tuple[float, float] | None = None
+    """Range of the relative change of the mean [-]."""
 
 
 _META = "Bergholz, Ferle and Weber 2023, meta-analysis of 56 papers on haptic feedback in robot assisted surgery"
@@ -72,7 +73,7 @@ EXPECTED: dict[tuple[str, str], Expected] = {
 
 
 def summary(rows: Trials, seed: int) -> Summary:
-    """As in docs/json.md."""
+    """All statistics; the keys are those of docs/json.md."""
     rng = np.random.default_rng(seed)
     means: list[Mean] = []
     effects: list[Effect] = []
@@ -101,14 +102,14 @@ def summary(rows: Trials, seed: int) -> Summary:
 
 
 def _columns(rows: Trials, task: str, condition: str, most: int | None = None) -> dict[str, Array]:
-    """Of the operators in their order, of the first `most` alone."""
+    """Measures (n,) by name, in the order of the operators; of the first `most` operators if given."""
     mine = sorted((r for r in rows if r["task"] == task and r["condition"] == condition), key=lambda r: r["operator"])
     kept = mine[:most]
     return {key: np.array([row[key] for row in kept]) for key in kept[0] if key not in ("task", "condition")}
 
 
 def hedges_g(a: Array, b: Array) -> Array:
-    """Standardised difference of means b - a over the pooled spread, corrected for few; along the last axis."""
+    """Hedges' g along the last axis: difference of means b - a over the pooled spread, for few samples [-]."""
     n = a.shape[-1] + b.shape[-1]
     spread = np.sqrt(0.5 * (a.var(axis=-1, ddof=1) + b.var(axis=-1, ddof=1)))
     difference = b.mean(axis=-1) - a.mean(axis=-1)
@@ -126,7 +127,7 @@ def _effect(task: str, condition: str, key: str, none: Array, mine: Array, draws
     low, high = np.percentile(change, [2.5, 97.5]) if known and some.any() else (np.nan, np.nan)
     expected = EXPECTED.get((condition, key))
     if key == "path_error_mm" and task_of(task).purpose != key:
-        expected = None  # nothing guides along the path there
+        expected = None  # no fixture of this task guides along the path
     return {
         "task": task,
         "condition": condition,
@@ -144,24 +145,24 @@ def _effect(task: str, condition: str, key: str, none: Array, mine: Array, draws
 
 
 def _registered(rows: Trials, task: str) -> list[Registered]:
-    """Means of the same FEW operators over the registration error; first without guidance."""
-    told: list[Registered] = []
+    """Means of the first FEW operators: a row without guidance, then a row per registration error."""
+    found: list[Registered] = []
     for name in ("haptics", "haptics+guidance", *REGISTRATION, "control_wrong"):
         mine = _columns(rows, task, name, FEW)
-        told.append({
+        found.append({
             "task": task,
-            "error_mm": ALL[name].beside_mm if ALL[name].guidance else None,
+            "error_mm": ALL[name].offset_mm if ALL[name].guidance else None,
             "path_error_mm": float(mine["path_error_mm"].mean()),
             "peak_force_N": float(mine["peak_force_N"].mean()),
             "entries": float(mine["entries"].mean()),
         })  # fmt: skip
-    return told
+    return found
 
 
 def _break_even(rows: Trials, task: str) -> BreakEven:
-    """Registration error from which on guidance is worse at its purpose than the same console without any [mm].
+    """Registration error above which guidance is worse at its purpose than the same console without guidance [mm].
 
-    Between the errors that were tried by straight lines; None where it helps at the largest yet, 0 where it never does.
+    The error is interpolated linearly. It is None if guidance helps at the largest error, and 0 if it never helps.
     """
     without, *tried = _registered(rows, task)
     purpose = task_of(task).purpose
@@ -175,7 +176,7 @@ def _break_even(rows: Trials, task: str) -> BreakEven:
 
 
 def _ablated(rows: Trials, task: str) -> list[Ablated]:
-    """What felt contact takes from the forces, and how much of it is left when nobody presses harder unfelt."""
+    """Relative change of the forces by haptic feedback, with the operators' haste and without; empty without trials."""
     (name,) = ABLATION
     if not any(r["task"] == task and r["condition"] == name for r in rows):
         return []
@@ -192,13 +193,13 @@ def _ablated(rows: Trials, task: str) -> list[Ablated]:
 
 
 def _against(rows: Trials, task: str, rng: np.random.Generator) -> Against:
-    """How much more path error wrong guidance makes than the same guidance in its place, and than none [mm]."""
+    """Additional path error of displaced guidance, relative to correct guidance and to none [mm]."""
     wrong = _columns(rows, task, "control_wrong")["path_error_mm"]
     draws = rng.integers(len(wrong), size=(BOOTSTRAPS, len(wrong)))
-    told: dict[str, str | float] = {"task": task}
+    found: dict[str, str | float] = {"task": task}
     for name, condition in (("right", "haptics+guidance"), ("none", "none")):
         more = wrong - _columns(rows, task, condition)["path_error_mm"]
         low, high = np.percentile(more[draws].mean(axis=1), [2.5, 97.5])
-        told |= {f"than_{name}_mm": float(more.mean())}
-        told |= {f"than_{name}_low_mm": float(low), f"than_{name}_high_mm": float(high)}
-    return cast(Against, told)
+        found |= {f"than_{name}_mm": float(more.mean())}
+        found |= {f"than_{name}_low_mm": float(low), f"than_{name}_high_mm": float(high)}
+    return cast(Against, found)

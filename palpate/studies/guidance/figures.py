@@ -1,4 +1,4 @@
-"""Pictures of `palpate study guidance`: what the cohort did, and one operator on the way."""
+"""Pictures of `palpate study guidance`: measures of the cohort, paths of one operator, registration errors."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ FORBIDDEN = "#c8453b"
 DRAWN = ("none", "haptics+guidance", "control_wrong")
 
 
-def draw(rows: Trials, told: Found, folder: Path, seed: int) -> list[Path]:
-    """All pictures, into a folder."""
+def draw(rows: Trials, found: Found, folder: Path, seed: int) -> list[Path]:
+    """Draw all pictures into a folder, and return their files."""
     files = [folder / f"{name}.png" for name in ("guidance", "guidance_paths", "guidance_registration")]
-    png(lambda canvas: _cohort(rows, told, canvas), files[0])
-    png(lambda canvas: _ways(canvas, middle(rows), seed), files[1])
-    png(lambda canvas: _registration(canvas, told), files[2])
+    png(lambda canvas: _cohort(rows, found, canvas), files[0])
+    png(lambda canvas: _paths(canvas, middle(rows), seed), files[1])
+    png(lambda canvas: _registration(canvas, found), files[2])
     return files
 
 
-def _cohort(rows: Trials, told: Found, canvas: Canvas) -> Figure:
+def _cohort(rows: Trials, found: Found, canvas: Canvas) -> Figure:
     figure = Figure(figsize=(canvas.width, 6.2), layout="constrained")
     panels = figure.subplots(len(SHOWN), len(TASKS), sharex=True, squeeze=False)
     for j, name in enumerate(TASKS):
@@ -45,18 +45,18 @@ def _cohort(rows: Trials, told: Found, canvas: Canvas) -> Figure:
                 axes.set_ylabel(words)
         panels[-1, j].set_xticks(range(len(CONDITIONS)), [_short(c) for c in CONDITIONS], rotation=35, ha="right")
     figure.suptitle(
-        f"{told['operators']} simulated operators (models, not people); bar: middle half, dot: mean", fontsize=9
+        f"{found['operators']} simulated operators (models, not people); bar: middle half, dot: mean", fontsize=9
     )
     return figure
 
 
 def _short(condition: str) -> str:
-    told = {
-        "control_wrong": "guidance 5 mm beside",
+    names = {
+        "control_wrong": "guidance 5 mm off",
         "haptics+guidance": "haptics, guidance",
         "haptics+hard": "haptics, hard",
     }
-    return told.get(condition, condition)
+    return names.get(condition, condition)
 
 
 def _violins(axes: Axes, rows: Trials, task: str, key: str) -> None:
@@ -70,14 +70,14 @@ def _violins(axes: Axes, rows: Trials, task: str, key: str) -> None:
 
 
 def middle(rows: Trials) -> int:
-    """The operator whose path error, over all that is drawn, is the cohort's median."""
+    """The operator with the cohort's median of the path error, averaged over the drawn tasks and conditions."""
     drawn = [r for r in rows if r["condition"] in DRAWN]
     numbers = sorted({int(r["operator"]) for r in drawn})
     errors = [float(np.mean([r["path_error_mm"] for r in drawn if r["operator"] == k])) for k in numbers]
     return numbers[int(np.argsort(errors)[len(errors) // 2])]
 
 
-def _ways(canvas: Canvas, one: int, seed: int) -> Figure:
+def _paths(canvas: Canvas, one: int, seed: int) -> Figure:
     figure = Figure(figsize=(canvas.width, 5.6), layout="constrained")
     panels = figure.subplots(2, 2)
     for axes, name in zip(panels.flat, TASKS, strict=True):
@@ -87,10 +87,10 @@ def _ways(canvas: Canvas, one: int, seed: int) -> Figure:
         axes.plot(*truth.T, color=INK, lw=0.8, ls=(0, (4, 2)), label="path")
         for condition in DRAWN:
             trial = attempt(one, name, condition, trial_seed(one, name, condition, seed), seed)
-            way = 1e3 * trial.p_WT[:, across]
-            axes.plot(*way.T, color=COLORS[condition], lw=1.1, label=_short(condition))
+            moved = 1e3 * trial.p_WT[:, across]
+            axes.plot(*moved.T, color=COLORS[condition], lw=1.1, label=_short(condition))
             inside = task.outside(trial.p_WT) > 0.0
-            axes.plot(*way[inside].T, ".", color=FORBIDDEN, ms=3.0)
+            axes.plot(*moved[inside].T, ".", color=FORBIDDEN, ms=3.0)
         if task.errand.press > 0.0:
             _forbidden(axes, task)
         axes.set(
@@ -98,14 +98,14 @@ def _ways(canvas: Canvas, one: int, seed: int) -> Figure:
         )
     panels[0, 0].legend(loc="upper right", fontsize=6.5)
     figure.suptitle(
-        f"operator {one} (a model), of median error; red dots: in the forbidden region, tinted where it is flat",
+        f"operator {one} (a model) with the median error; red: forbidden region, and the path inside it",
         fontsize=9,
     )
     return figure
 
 
 def _forbidden(axes: Axes, task: Task) -> None:
-    """Tints the forbidden region at the height of the path."""
+    """Tint the forbidden region at the height of the path."""
     axes.autoscale_view()
     axes.autoscale(False)
     x, y = (1e-3 * np.linspace(*limits, 240) for limits in (axes.get_xlim(), axes.get_ylim()))
@@ -115,11 +115,11 @@ def _forbidden(axes: Axes, task: Task) -> None:
     axes.contourf(1e3 * x, 1e3 * y, inside, levels=[0.0, np.inf], colors=[FORBIDDEN], alpha=0.12)
 
 
-def _registration(canvas: Canvas, told: Found) -> Figure:
+def _registration(canvas: Canvas, found: Found) -> Figure:
     figure = Figure(figsize=(canvas.width, 2.4), layout="constrained")
     panels = figure.subplots(1, len(TASKS), squeeze=False)
-    for axes, even in zip(panels.flat, told["break_even"], strict=True):
-        mine = [row for row in told["registration"] if row["task"] == even["task"]]
+    for axes, even in zip(panels.flat, found["break_even"], strict=True):
+        mine = [row for row in found["registration"] if row["task"] == even["task"]]
         without, with_, key = mine[0], mine[1:], even["measure"]
         axes.axhline(without[key], color=COLORS["haptics"], lw=1.2, label="no guidance")
         axes.plot([r["error_mm"] for r in with_], [r[key] for r in with_], "o-",

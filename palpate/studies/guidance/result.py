@@ -1,13 +1,15 @@
-"""What ``palpate study guidance`` finds. The keys are the documented contract of ``--json`` (docs/json.md)."""
+"""Result of ``palpate study guidance``. The keys are the documented contract of ``--json`` (docs/json.md)."""
 
 from __future__ import annotations
 
-from typing import Any, Literal, TypedDict
+from typing import Literal, TypedDict
+
+from palpate.sweep.work import Values
 
 Purpose = Literal["path_error_mm", "entries"]
-"""What guidance is for in a task."""
+"""The measure that the guidance of a task should improve."""
 
-Trials = list[dict[str, Any]]
+Trials = list[Values]
 """Rows of a sweep: its point (operator, task, condition, cohort), and the measures of the trial."""
 
 
@@ -27,7 +29,7 @@ class Mean(TypedDict):
 
 
 class Effect(TypedDict):
-    """One measure of a condition against the condition none, with 95 % of a bootstrap, and what the literature says."""
+    """Effect of a condition on one measure, relative to the condition none; bounds from a bootstrap (95 %)."""
 
     task: str
     condition: str
@@ -54,7 +56,7 @@ class Registered(TypedDict):
 
 
 class BreakEven(TypedDict):
-    """From which registration error on guidance is worse than none."""
+    """Registration error above which guidance is worse than none."""
 
     task: str
     measure: Purpose
@@ -63,7 +65,7 @@ class BreakEven(TypedDict):
 
 
 class Ablated(TypedDict):
-    """What felt contact takes from a force, with the operators' haste and without."""
+    """Relative change of a force by haptic feedback, with the operators' haste and without."""
 
     task: str
     measure: str
@@ -72,7 +74,7 @@ class Ablated(TypedDict):
 
 
 class Against(TypedDict):
-    """Path error that wrong guidance adds, against right guidance and against none, with 95 % of a bootstrap."""
+    """Additional path error of displaced guidance, relative to correct guidance and to none; bounds (95 %)."""
 
     task: str
     than_right_mm: float
@@ -84,7 +86,7 @@ class Against(TypedDict):
 
 
 class Cued(TypedDict):
-    """Means of a task under one condition of the visual cues, and 95 % of their difference to none."""
+    """Means of a task under one condition of the visual cues, and 95 % bounds of their difference to none."""
 
     task: str
     condition: str
@@ -103,7 +105,7 @@ class Cued(TypedDict):
 
 
 class Yielded(TypedDict):
-    """Path error of guided operators who keep a share of how readily they give way."""
+    """Path error of guided operators whose trait `yields` is scaled by `share`."""
 
     task: str
     share: float
@@ -114,7 +116,7 @@ class Yielded(TypedDict):
 
 
 class Summary(TypedDict):
-    """What the cohort did."""
+    """Statistics of the cohort."""
 
     simulated: bool
     operators: int
@@ -128,7 +130,7 @@ class Summary(TypedDict):
 
 
 class Found(Summary):
-    """The whole study."""
+    """Result of the whole study."""
 
     visual_cues: list[Cued]
     yields: list[Yielded]

@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from palpate import _core
 from palpate.arrays import Array
+from palpate.arrays.plain import Content
 from palpate.arrays.so3 import unit
 from palpate.operators import Errand
 from palpate.studies.guidance.result import Purpose
@@ -23,7 +23,7 @@ RADIUS = 0.002
 """Radius of the tool's sphere [m]."""
 SCALE = 0.5
 """Tool motion per hand motion [-]."""
-BESIDE = np.array([0.0, 1.0, 0.0])
+OFFSET_AXIS = np.array([0.0, 1.0, 0.0])
 """Direction (unit vector) in which misplaced guidance is displaced."""
 KEPT = 0.001
 """Radius of the tube around the path that hard guidance keeps the tool in [m]."""
@@ -35,9 +35,9 @@ class Task:
 
     title: str
     errand: Errand
-    thing: dict[str, Any]
+    touched: Content
     """The touched object in a scene; it is replaced by the mesh of `surface` if given."""
-    guidance: Callable[[Array, bool], list[dict[str, Any]]]
+    guidance: Callable[[Array, bool], list[Content]]
     """Fixtures for a displacement (3,) [m] of the path, soft or hard; hard fixtures keep the tool in or out."""
     outside: Callable[[Array], Array]
     """Depth (n,) [m] of tool positions (n, 3) in the forbidden region, negative outside the region."""
@@ -53,10 +53,10 @@ class Task:
         lift = -0.001 * np.array(self.errand.into) if self.errand.press > 0.0 else 0.0
         return np.asarray(self.errand.path[0] + lift)
 
-    def scene(self) -> dict[str, Any]:
+    def scene(self) -> Content:
         """Content of a scene file without guidance; the simulated hand rests at the start of the task."""
         return {
-            "objects": [self.thing | {"damping": 1.0}],
+            "objects": [self.touched | {"damping": 1.0}],
             "mapping": {"scale": SCALE},
             "contact": {"radius": RADIUS},
             "rates": {"plant": 2000.0},
@@ -113,13 +113,13 @@ def _evenly(curve: Array, step: float = 0.0005) -> Array:
     return np.column_stack([np.interp(at, s, curve[:, j]) for j in range(3)])
 
 
-def _waypoints(path: Array, beside: Array, every: int = 10) -> list[list[float]]:
+def _waypoints(path: Array, offset: Array, every: int = 10) -> list[list[float]]:
     kept = np.concatenate([path[:-1:every], path[-1:]])
-    return [[float(v) for v in point] for point in kept + beside]
+    return [[float(v) for v in point] for point in kept + offset]
 
 
 def ring_on_wire() -> Task:
-    """A ring of 6 mm inside on a wire of 2 mm: its centre has 2 mm to every side."""
+    """Move a ring of 6 mm inner diameter along a wire of 2 mm; its centre has 2 mm of clearance to every side."""
     u, clear = np.linspace(0.0, 1.0, 400), 0.002
     curve = [0.04 * (u - 0.5), 0.004 * np.sin(2 * np.pi * u), 0.03 + 0.005 * np.sin(np.pi * (u - 0.2))]
     wire = _evenly(np.column_stack(curve))
@@ -129,7 +129,7 @@ def ring_on_wire() -> Task:
         "ring on a wire",
         Errand(wire, np.full(len(wire), 2 * clear), 1500.0),
         {"box": {"size": [0.08, 0.03, 0.03]}, "stiffness": 1500.0, "pose": {"xyz": [0.0, 0.0, 0.012]}},
-        lambda beside, hard: [_follow(wire, beside, hard)],
+        lambda offset, hard: [_follow(wire, offset, hard)],
         lambda p: distance(p, wire)[0] - clear,
         lambda p: distance(p, wire)[0],
         lambda: sleeve(hose, np.full(len(hose), clear + RADIUS), 0.004),
@@ -137,7 +137,7 @@ def ring_on_wire() -> Task:
 
 
 def tracing() -> Task:
-    """A curve on soft tissue, pressed with half a newton; a millimetre and a half beside it is forbidden."""
+    """Trace a curve on soft tissue with 0.5 N; everything more than 1.5 mm from the curve is forbidden."""
     u, press, K = np.linspace(0.0, 1.0, 400), 0.5, 400.0
     curve = [0.04 * (u - 0.5), 0.004 * np.sin(3 * np.pi * u), np.full(len(u), RADIUS - press / K)]
     line = _evenly(np.column_stack(curve))
@@ -145,48 +145,48 @@ def tracing() -> Task:
         "line on soft tissue",
         Errand(line, np.full(len(line), 0.003), K, press),
         {"plane": {"size": 0.1}, "stiffness": K},
-        lambda beside, hard: [_follow(line, beside, hard)],
+        lambda offset, hard: [_follow(line, offset, hard)],
         lambda p: _flat(p, line) - 0.0015,
         lambda p: _flat(p, line),
     )
 
 
 def palpation() -> Task:
-    """Pressed with a newton along a vessel that lies on the tissue: nearer than 3 mm to its wall is forbidden."""
+    """Palpate with 1 N along a vessel on the tissue; everything nearer than 3 mm to its wall is forbidden."""
     press, K, vessel, margin = 1.0, 400.0, 0.002, 0.003
     near = -vessel - margin - 0.0004
     corners = np.array([[-0.016, -0.016], [near, -0.012], [near, 0.012], [-0.016, 0.016]])
     z = RADIUS - press / K
-    way = _evenly(np.column_stack([corners, np.full(len(corners), z)]))
+    line = _evenly(np.column_stack([corners, np.full(len(corners), z)]))
 
-    def guidance(beside: Array, hard: bool) -> list[dict[str, Any]]:
+    def guidance(offset: Array, hard: bool) -> list[Content]:
         return [
             {
                 "name": "vessel",
                 "role": {"name": "forbid", "margin": margin},
                 "geometry": {"cylinder": {"radius": vessel, "length": 0.1}},
-                "frame": {"pose": {"xyz": [-float(beside[1]), 0.0, 0.0], "rpy_deg": [90.0, 0.0, 0.0]}},
+                "frame": {"pose": {"xyz": [-float(offset[1]), 0.0, 0.0], "rpy_deg": [90.0, 0.0, 0.0]}},
                 "law": {"stiffness": 1000.0, "damping": 4.0},
                 "hard": hard,
             }
         ]
 
     return Task(
-        "palpation beside a vessel",
-        Errand(way, np.full(len(way), 0.003), K, press),
+        "palpation near a vessel",
+        Errand(line, np.full(len(line), 0.003), K, press),
         {"plane": {"size": 0.1}, "stiffness": K},
         guidance,
         lambda p: vessel + margin - np.hypot(p[:, 0], p[:, 2]),
-        lambda p: _flat(p, way),
+        lambda p: _flat(p, line),
         purpose="entries",
     )
 
 
 def insertion() -> Task:
-    """Down a narrowing passage to a target: 7 mm wide to every side at the entry, 1.2 mm at the target."""
+    """Insert along a narrowing passage: 7 mm of clearance to every side at the entry, 1.2 mm at the target."""
     entry, target = np.array([0.0, 0.0, 0.050]), np.array([0.012, 0.006, 0.010])
     axis, length = unit(target - entry), float(np.linalg.norm(target - entry))
-    way, wide, narrow = _evenly(np.array([entry, target])), 0.007, 0.0012
+    line, wide, narrow = _evenly(np.array([entry, target])), 0.007, 0.0012
 
     def clear(p: Array) -> Array:
         return np.asarray(narrow + (wide - narrow) * np.clip(1.0 - (p - entry) @ axis / length, 0.0, 1.2))
@@ -195,29 +195,29 @@ def insertion() -> Task:
 
     return Task(
         "insertion to a target",
-        Errand(way, 2 * clear(way), 800.0),
+        Errand(line, 2 * clear(line), 800.0),
         {"box": {"size": [0.04, 0.04, 0.03]}, "stiffness": 800.0, "pose": {"xyz": [0.006, 0.003, 0.022]}},
-        lambda beside, hard: [_follow(way, beside, hard)],
-        lambda p: distance(p, way)[0] - clear(p),
-        lambda p: distance(p, way)[0],
+        lambda offset, hard: [_follow(line, offset, hard)],
+        lambda p: distance(p, line)[0] - clear(p),
+        lambda p: distance(p, line)[0],
         lambda: sleeve(beyond, clear(beyond) + RADIUS, 0.006),
     )
 
 
-def _follow(path: Array, beside: Array, hard: bool) -> dict[str, Any]:
+def _follow(path: Array, offset: Array, hard: bool) -> Content:
     """Guidance for a path: an attracting fixture, or a hard tube around the path."""
     if hard:
         return {
             "name": "path",
             "role": "keep-in",
-            "geometry": {"tube": {"waypoints": _waypoints(path, beside), "radius": KEPT}},
+            "geometry": {"tube": {"waypoints": _waypoints(path, offset), "radius": KEPT}},
             "law": {"stiffness": 600.0, "damping": 4.0},
             "hard": True,
         }
     return {
         "name": "path",
         "role": "guide",
-        "geometry": {"path": {"waypoints": _waypoints(path, beside)}},
+        "geometry": {"path": {"waypoints": _waypoints(path, offset)}},
         "law": {"stiffness": 600.0, "damping": 4.0},
     }
 

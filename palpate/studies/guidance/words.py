@@ -1,4 +1,4 @@
-"""What `palpate study guidance` tells people: tables, and what stands beside them."""
+"""Tables and sentences of `palpate study guidance` for the terminal."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from palpate.studies.guidance.result import Found
 from palpate.studies.guidance.work import FEW
 
 
-def tables(told: Found) -> list[RenderableType]:
-    """For people."""
-    title = f"means of {told['operators']} simulated operators"
+def tables(found: Found) -> list[RenderableType]:
+    """Tables, followed by sentences."""
+    title = f"means of {found['operators']} simulated operators"
     means = _table(title, ("task", "condition"), ("path error", "time", "mean force", "peak force", "entries"))
-    for row in told["rows"]:
+    for row in found["rows"]:
         first = row["condition"] == "none"
         means.add_row(
             row["task"] if first else "", row["condition"], f"{row['path_error_mm']:.2f} mm", f"{row['time_s']:.1f} s",
@@ -21,12 +21,12 @@ def tables(told: Found) -> list[RenderableType]:
         )  # fmt: skip
     return [
         means,
-        _expectations(told),
-        _registration(told),
-        _ablation(told),
-        _cues(told),
-        _yields(told),
-        *_verdicts(told),
+        _expectations(found),
+        _registration(found),
+        _ablation(found),
+        _cues(found),
+        _yields(found),
+        *_verdicts(found),
     ]
 
 
@@ -37,10 +37,12 @@ def _table(title: str, left: tuple[str, ...], right: tuple[str, ...]) -> Table:
     return out
 
 
-def _expectations(told: Found) -> Table:
-    columns = ("ours", "literature", "Hedges' g ours", "people")
-    out = _table("against none, beside the literature", ("task", "condition", "measure"), columns)
-    for e in told["effects"]:
+def _expectations(found: Found) -> Table:
+    columns = ("simulated", "literature", "Hedges' g simulated", "people")
+    out = _table(
+        "effect of a condition against none, simulated and published", ("task", "condition", "measure"), columns
+    )
+    for e in found["effects"]:
         if e["expected_hedges_g"] is None or e["change"] is None:
             continue
         c = [round(100 * (x or 0.0)) for x in (e["change"], e["change_low"], e["change_high"])]
@@ -52,13 +54,13 @@ def _expectations(told: Found) -> Table:
     return out
 
 
-def _registration(told: Found) -> Table:
-    n = min(told["operators"], FEW)
-    errors = sorted({row["error_mm"] for row in told["registration"] if row["error_mm"] is not None})
+def _registration(found: Found) -> Table:
+    n = min(found["operators"], FEW)
+    errors = sorted({row["error_mm"] for row in found["registration"] if row["error_mm"] is not None})
     columns = ("no guidance", *(f"{e:g} mm" for e in errors), "break-even")
     out = _table(f"contact felt, by registration error of the guidance, {n} operators", ("task", "measure"), columns)
-    for one in told["break_even"]:
-        mine = [row for row in told["registration"] if row["task"] == one["task"]]
+    for one in found["break_even"]:
+        mine = [row for row in found["registration"] if row["task"] == one["task"]]
         at = one["break_even_mm"]
         even = f"beyond {one['largest_tried_mm']:g} mm" if at is None else f"{at:.1f} mm"
         unit = " mm" if one["measure"].endswith("mm") else ""
@@ -67,19 +69,19 @@ def _registration(told: Found) -> Table:
     return out
 
 
-def _ablation(told: Found) -> Table:
-    out = _table("what contact that is felt takes, with the operators' haste and without", ("task", "measure"),
+def _ablation(found: Found) -> Table:
+    out = _table("effect of contact felt, with the operators' haste and without", ("task", "measure"),
                  ("with", "without"))  # fmt: skip
-    for row in told["ablation"]:
+    for row in found["ablation"]:
         out.add_row(row["task"], row["measure"].rsplit("_", 1)[0].replace("_", " "), f"{100 * row['change']:+.0f} %",
                     f"{100 * row['change_without_haste']:+.0f} %")  # fmt: skip
     return out
 
 
-def _cues(told: Found) -> Table:
-    title = f"visual cues alone, with contact felt, and none, {min(told['operators'], FEW)} operators, the same noise"
+def _cues(found: Found) -> Table:
+    title = f"visual cues alone, with contact felt, and none, {min(found['operators'], FEW)} operators, the same noise"
     out = _table(title, ("task", "condition"), ("path error", "mean force", "peak force", "time"))
-    for row in told["visual_cues"]:
+    for row in found["visual_cues"]:
         first = row["condition"] == "none"
         out.add_row(row["task"] if first else "", row["condition"], f"{row['path_error_mm']:.2f} mm",
                     f"{row['mean_force_N']:.2f} N", f"{row['peak_force_N']:.2f} N",
@@ -87,30 +89,30 @@ def _cues(told: Found) -> Table:
     return out
 
 
-def _yields(told: Found) -> Table:
-    shares = list(dict.fromkeys(row["share"] for row in told["yields"]))
-    title = f"path error, guidance against none, by the trait yields of {min(told['operators'], FEW)} operators"
+def _yields(found: Found) -> Table:
+    shares = list(dict.fromkeys(row["share"] for row in found["yields"]))
+    title = f"path error, guidance against none, by the trait yields of {min(found['operators'], FEW)} operators"
     out = _table(title, ("task",), tuple(f"{100 * share:.0f} %" for share in shares))
-    for task in dict.fromkeys(row["task"] for row in told["yields"]):
-        mine = [row for row in told["yields"] if row["task"] == task]
+    for task in dict.fromkeys(row["task"] for row in found["yields"]):
+        mine = [row for row in found["yields"] if row["task"] == task]
         cells = [[round(100 * x) for x in (row["change"], row["change_low"], row["change_high"])] for row in mine]
         out.add_row(task, *(f"{c:+d} % ({low:+d} .. {high:+d})" for c, low, high in cells))
     return out
 
 
-def _verdicts(told: Found) -> list[str]:
-    both = [(e["change"], e["expected_change"]) for e in told["effects"]]
+def _verdicts(found: Found) -> list[str]:
+    both = [(e["change"], e["expected_change"]) for e in found["effects"]]
     graded = [(change, expected) for change, expected in both if expected and change is not None]
     inside = [change for change, (low, high) in graded if low <= change <= high]
     beyond = [change for change, (low, _) in graded if change < low]
     control = ", ".join(
-        f"{one['task']} {one['than_right_mm']:+.2f} ({one['than_none_mm']:+.2f})" for one in told["control"]
+        f"{one['task']} {one['than_right_mm']:+.2f} ({one['than_none_mm']:+.2f})" for one in found["control"]
     )
-    worse = "worse in every task" if told["control_works"] else "NOT worse in every task"
-    sources = dict.fromkeys(f"{e['measure']}: {e['source']}" for e in told["effects"] if e["source"])
+    worse = "worse in every task" if found["control_works"] else "NOT worse in every task"
+    sources = dict.fromkeys(f"{e['measure']}: {e['source']}" for e in found["effects"] if e["source"])
     return [
-        f"{len(inside)} of {len(graded)} effects lie where the literature has them, {len(beyond)} are larger",
-        f"control, guidance 5 mm beside the truth: path error in mm against right guidance (none): {control}: {worse}",
+        f"{len(inside)} of {len(graded)} effects lie within the published range, {len(beyond)} are larger",
+        f"control, guidance displaced by 5 mm: path error [mm] against correct guidance (none): {control}: {worse}",
         *sources,
         "simulated operators: models, not people (palpate/operators); simulated arms",
     ]

@@ -15,7 +15,7 @@ from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.studies._command import Sweeper
 from palpate.studies.guidance.result import Trials
-from palpate.studies.guidance.tasks import BESIDE, SCALE, TASKS, Task
+from palpate.studies.guidance.tasks import OFFSET_AXIS, SCALE, TASKS, Task
 from palpate.sweep import Axis, Label, sweep
 from palpate.sweep.grid import Point
 from palpate.sweep.work import seed_of
@@ -38,14 +38,14 @@ class Condition:
     forces: bool = False
     """True if contact forces are rendered."""
     guidance: Literal["", "soft", "hard"] = ""
-    beside_mm: float = 0.0
+    offset_mm: float = 0.0
     """Registration error: displacement of the guidance, with a sign that alternates over the operators [mm]."""
     haste: bool = True
     """Operators press harder without force feedback (assumed trait `TRAITS["haste"]`); False for the ablation."""
 
 
 def _misplaced(error: float) -> Condition:
-    return Condition(f"contact and guidance felt, {error:g} mm beside", Senses("felt"), True, "soft", error)
+    return Condition(f"contact and guidance felt, {error:g} mm off", Senses("felt"), True, "soft", error)
 
 
 CONDITIONS: dict[str, Condition] = {
@@ -66,10 +66,10 @@ CUED: dict[str, Condition] = {"visual+haptics": Condition("path drawn, contact f
 
 MEASURES = {
     "path_error_mm": Label("mm", "rms distance from the path"),
-    "time_s": Label("s", "until the end of the path"),
-    "mean_force_N": Label("N", "of the tool on what it touches, mean over the trial"),
-    "peak_force_N": Label("N", "of the tool on what it touches"),
-    "entries": Label("", "times the tool went into the forbidden region"),
+    "time_s": Label("s", "duration until the end of the path"),
+    "mean_force_N": Label("N", "mean force of the tool on the touched object"),
+    "peak_force_N": Label("N", "peak force of the tool on the touched object"),
+    "entries": Label("", "number of entries of the tool into the forbidden region"),
 }
 
 
@@ -111,7 +111,7 @@ def attempt(operator: int, task: str, condition: str, seed: int, cohort_seed: in
     if not c.haste:
         who = replace(who, haste=1.0)
     who = replace(who, yields=yields * who.yields)
-    rig = _rig(task, c.guidance, c.beside_mm if operator % 2 == 0 else -c.beside_mm)
+    rig = _rig(task, c.guidance, c.offset_mm if operator % 2 == 0 else -c.offset_mm)
     o = rig.options(seed)
     o.hand, o.tremor = who.hand.options(), who.tremor
     arms = rig.arms
@@ -131,11 +131,11 @@ def task_of(name: str) -> Task:
 
 
 @lru_cache(maxsize=64)
-def _rig(name: str, guidance: str, beside_mm: float) -> Rig:
+def _rig(name: str, guidance: str, offset_mm: float) -> Rig:
     task = task_of(name)
     data = task.scene()
     if guidance:
-        data["guidance"] = task.guidance(1e-3 * beside_mm * BESIDE, guidance == "hard")
+        data["guidance"] = task.guidance(1e-3 * offset_mm * OFFSET_AXIS, guidance == "hard")
     rig = build(Scene.model_validate(data))
     if task.surface is None:
         return rig

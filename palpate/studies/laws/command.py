@@ -11,7 +11,7 @@ from palpate.studies._command import Findings, SweepStudy
 
 @dataclass
 class Command(SweepStudy):
-    """What the hand feels of a spring by each control law, slow and fast, with wrong masses (a minute).
+    """Impedance at the hand of a rendered spring, by control law and speed, also with wrong masses (a minute).
 
     examples:
       palpate study laws
@@ -19,7 +19,7 @@ class Command(SweepStudy):
     """
 
     def study(self, console: Console) -> Findings:
-        """Do the work."""
+        """Compute the result of the study."""
         from palpate.studies.laws.figures import draw
         from palpate.studies.laws.work import NOTICED, run, table, trace
 

@@ -27,7 +27,7 @@ class Command(SweepStudy):
     """Seed of the random cases."""
 
     def study(self, console: Console) -> Findings:
-        """Do the work."""
+        """Compute the result of the study."""
         from palpate.studies.passivity.figures import draw
         from palpate.studies.passivity.result import Ran, Timed
         from palpate.studies.passivity.words import tables

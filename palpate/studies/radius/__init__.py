@@ -1,10 +1,9 @@
-"""``palpate study radius``: which radius of the sphere for which feature and which noise (simulated).
+"""``palpate study radius``: effect of the sphere's radius on features of a surface and on sensor noise (simulated).
 
-A relief of ridges, z = a cos(2 pi x / lambda) with a = lambda / 10, so that a ridge of width w = lambda / 2 is as high
-as it is round: its radius of curvature is about w / 2. The sphere follows it as a light hand would, at the height at
-which it rolls over the true relief less a depth, at 50 mm/s. Noise shifts the vertices of a 0.5 mm grid at random, as
-a depth camera does.
+The surface is a relief of ridges, z = a cos(2 pi x / lambda) with a = lambda / 10. A ridge of width w = lambda / 2 has
+a radius of curvature of about w / 2. The sphere slides at 50 mm/s, a constant depth below the height at which it would
+roll over the true relief. Noise shifts the vertices of a 0.5 mm grid along z at random, as a depth camera does.
 
-What a radius keeps of the relief, and what it lets through of the noise, are two figures; the map holds both. The rule
-of ``palpate.contact.touchable`` is read off this map.
+The study measures the fraction of the relief's height that the sphere reproduces, and the errors of the force that the
+noise causes. The rule in ``palpate.contact.touchable`` is fitted to these measurements.
 """

@@ -11,7 +11,7 @@ from palpate.studies._command import Findings, SweepStudy
 
 @dataclass
 class Command(SweepStudy):
-    """The sphere's radius: what it keeps of a feature, what it lets through of sensor noise, beside a force filter.
+    """Effect of the sphere's radius on features and on sensor noise, compared with a force filter.
 
     examples:
       palpate study radius
@@ -19,7 +19,7 @@ class Command(SweepStudy):
     """
 
     def study(self, console: Console) -> Findings:
-        """Do the work."""
+        """Measure all radii."""
         from palpate.studies.radius.figures import draw
         from palpate.studies.radius.work import run, table
 

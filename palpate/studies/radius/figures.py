@@ -16,7 +16,7 @@ SHOWN = 0.2  # noise of the lower panels [mm]
 
 
 def draw(rows: list[Row], folder: Path) -> Path:
-    """Write it; returns the file."""
+    """Draw the picture into a folder, and return its file."""
     file = folder / "radius.png"
     png(lambda canvas: _figure(rows, canvas), file)
     return file
@@ -45,13 +45,11 @@ def _kept(axes: Axes, rows: list[Row]) -> None:
         axes.plot(*zip(*of, strict=True), "o-", ms=3, color=color, label=f"ridges {feature:g} mm wide")
     axes.axvline(FEATURE_RADIUS, color=INK, lw=0.8, ls=":")
     axes.annotate("rule: half the width", (FEATURE_RADIUS, 0.06), (4, 0), textcoords="offset points", color=INK)
-    axes.set(
-        xscale="log", ylim=(0, 1.05), xlabel="radius / width of the ridge", ylabel="height of the relief that is felt"
-    )
+    axes.set(xscale="log", ylim=(0, 1.05), xlabel="radius / width of the ridge", ylabel="rendered height of the relief")
     axes.set_yticks(np.linspace(0, 1, 5), [f"{x:.0%}" for x in np.linspace(0, 1, 5)])
     axes.set_xticks([0.1, 0.25, 0.5, 1, 2, 4, 8], ["0.1", "1/4", "1/2", "1", "2", "4", "8"])
     axes.minorticks_off()
-    axes.set_title("What a radius keeps of a feature", loc="left")
+    axes.set_title("Height of a feature that is rendered", loc="left")
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 0.1))
 
 
@@ -69,19 +67,24 @@ def _direction(axes: Axes, rows: list[Row]) -> None:
     axes.set(yscale="log", ylabel="direction error [deg], 95 %", xlim=(0.3, 17))
     axes.set_yticks([1, 3, 10, 30, 90], ["1", "3", "10", "30", "90"])
     axes.minorticks_off()
-    axes.set_title("What it lets through of the noise (dotted: the rule)", loc="left")
+    axes.set_title("Direction error by noise (dotted: the rule)", loc="left")
 
 
 def _steps(axes: Axes, rows: list[Row]) -> None:
     of = [r for r in rows if r["noise_mm"] == SHOWN]
     x = [r["radius_mm"] for r in of]
     axes.plot(
-        x, [r["bias_mN"] for r in of], "o-", ms=3, color=DEPTH, label="mean force too large: it rides on the peaks [mN]"
+        x,
+        [r["bias_mN"] for r in of],
+        "o-",
+        ms=3,
+        color=DEPTH,
+        label="excess of the mean force: the sphere rests on peaks [mN]",
     )
     axes.plot(x, [10 * r["step_mN"] for r in of], "o-", ms=3, color=FORCE, label="change in a millisecond [mN]")
-    axes.plot(x, [10 * r["step_deg"] for r in of], "o--", ms=3, color=FORCE, label="turn in a millisecond [deg]")
-    axes.set(ylim=(0, None), ylabel="[mN]; the red ones times 10")
-    axes.set_title(f"Steadier, but pushed out (noise {SHOWN:g} mm)", loc="left")
+    axes.plot(x, [10 * r["step_deg"] for r in of], "o--", ms=3, color=FORCE, label="rotation in a millisecond [deg]")
+    axes.set(ylim=(0, None), ylabel="[mN]; red curves times 10")
+    axes.set_title(f"Changes and mean of the force (noise {SHOWN:g} mm)", loc="left")
     axes.legend()
 
 
@@ -91,6 +94,6 @@ def _remedies(axes: Axes, rows: list[Row]) -> None:
     axes.plot(x, [r["error_mN"] for r in of], "o-", ms=3, color=INK, label="no filter")
     for color, cap in zip(JOINTS, reversed(of[0]["filtered_mN"]), strict=False):
         axes.plot(x, [r["filtered_mN"][cap] for r in of], "o-", ms=3, color=color, label=f"at most {cap} N/s")
-    axes.set(ylim=(0, None), ylabel="force off by [mN], 95 %")
-    axes.set_title(f"Radius and force filter together (noise {SHOWN:g} mm)", loc="left")
+    axes.set(ylim=(0, None), ylabel="force error [mN], 95 %")
+    axes.set_title(f"Radius with a force filter (noise {SHOWN:g} mm)", loc="left")
     axes.legend()

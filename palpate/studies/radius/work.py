@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any, TypedDict, cast
+from typing import TypedDict, cast
 
 import numpy as np
 from rich.table import Table
@@ -14,28 +14,39 @@ from palpate.arrays import Array
 from palpate.studies._command import Sweeper
 from palpate.sweep import Axis, sweep
 from palpate.sweep.grid import Point
+from palpate.sweep.work import Values
 
 RADII = (0.5e-3, 1e-3, 2e-3, 4e-3, 8e-3, 15e-3)  # [m]; the paper's figures show 15 mm
 FEATURES = (2e-3, 4e-3, 8e-3, 16e-3)  # width of a ridge [m]
 NOISES = (0.0, 0.02e-3, 0.05e-3, 0.1e-3, 0.2e-3, 0.5e-3)  # standard deviation along z [m]
-RATE_CAPS = (5.0, 10.0, 20.0, 50.0)  # of the force filter [N/s]
+RATE_CAPS = (5.0, 10.0, 20.0, 50.0)  # largest rates of the force filter [N/s]
 GRID, SPEED, DEPTH, STIFFNESS, RATE = 0.5e-3, 0.05, 1e-3, 500.0, 1000.0  # [m], [m/s], [m], [N/m], [Hz]
 
 
-class Row(TypedDict):
+class Errors(TypedDict):
+    """Errors of the force by noise, relative to the force without noise. Percentiles are the 95th."""
+
+    direction_deg: float  #: percentile of the direction error
+    force_mN: float  #: percentile of the error of the magnitude
+    bias_mN: float  #: mean error of the magnitude
+    step_deg: float  #: percentile of the rotation within a millisecond
+    step_mN: float  #: percentile of the change of the magnitude within a millisecond
+    error_mN: float  #: percentile of the norm of the error vector
+    filtered_mN: dict[str, float]  #: the same after a force filter, including its lag, by its rate cap [N/s]
+
+
+class Measured(Errors):
+    """Result of one point."""
+
+    kept: float  #: rendered height of the relief over its true height, without noise [-]
+
+
+class Row(Measured):
     """One radius on one relief with one noise. The keys are the documented contract of ``--json``."""
 
     radius_mm: float
     feature_mm: float  #: width of a ridge
     noise_mm: float  #: standard deviation
-    kept: float  #: height of the relief under the sphere's centre over its true height, without noise
-    direction_deg: float  #: 95 % of the samples are nearer to the direction without noise
-    force_mN: float  #: and nearer to its magnitude
-    bias_mN: float  #: mean magnitude more than without noise
-    step_deg: float  #: 95 % of the changes from one millisecond to the next are smaller
-    step_mN: float
-    error_mN: float  #: 95 % of the forces are nearer, as vectors, to the force without noise
-    filtered_mN: dict[str, float]  #: the same after a force filter, by its rate cap [N/s]; its lag counts
 
 
 def run(
@@ -44,30 +55,30 @@ def run(
     noises: tuple[float, ...] = NOISES,
     sweep: Sweeper = sweep,
 ) -> list[Row]:
-    """Every radius on every relief with every noise."""
+    """Measure every radius on every relief with every noise."""
     grid = {
         "feature": Axis(features, "m", "width of a ridge"),
-        "radius": Axis(radii, "m", "of the sphere"),
+        "radius": Axis(radii, "m", "radius of the sphere"),
         "noise": Axis(noises, "m", "standard deviation of the vertices"),
     }
     return [_row_of(row) for row in sweep(measure, grid).rows()]
 
 
-def _row_of(swept: dict[str, Any]) -> Row:
+def _row_of(swept: Values) -> Row:
     lengths = {f"{name}_mm": 1e3 * swept.pop(name) for name in ("radius", "feature", "noise")}
     return cast(Row, lengths | swept)
 
 
-def measure(point: Point, seed: int) -> dict[str, Any]:
-    """One radius on one relief with one noise; its vertices are the same in every point."""
+def measure(point: Point, seed: int) -> Measured:
+    """Measure one radius on one relief with one noise. The noise pattern does not depend on the seed."""
     feature, radius, noise = point["feature"], point["radius"], point["noise"]
     clean, height = _render(feature, 0.0, radius)
     force, _ = _render(feature, noise, radius)
-    return _compared(clean, force) | {"kept": float(np.ptp(height) / (2 * amplitude(feature)))}
+    return {**_errors(clean, force), "kept": float(np.ptp(height) / (2 * amplitude(feature)))}
 
 
 def amplitude(feature: float) -> float:
-    """Of the relief whose ridges are ``feature`` wide [m]."""
+    """Amplitude of the relief whose ridges have the width ``feature`` [m]."""
     return feature / 5
 
 
@@ -76,12 +87,12 @@ def _relief(x: Array, feature: float) -> Array:
 
 
 def path(feature: float, radius: float) -> Array:
-    """Tips (n, 3): over four ridges, ``DEPTH`` below the height at which the sphere rolls over the true relief [m]."""
+    """Positions of the tip (n, 3) over four ridges, ``DEPTH`` below a sphere that rolls over the true relief [m]."""
     length = 8 * feature
     x = np.arange(-length / 2, length / 2, SPEED / RATE)
     u = np.linspace(-1, 1, 801) * radius
     cap = np.sqrt(radius**2 - u**2)
-    height = (_relief(x[:, None] + u, feature) + cap).max(axis=1)  # dilation by the sphere
+    height = (_relief(x[:, None] + u, feature) + cap).max(axis=1)  # dilation of the relief by the sphere
     return np.stack([x, np.zeros_like(x), height - DEPTH], axis=1)
 
 
@@ -102,7 +113,7 @@ def _relief_mesh(feature: float, noise: float) -> _core.Mesh:
 
 @lru_cache(16)
 def _render(feature: float, noise: float, radius: float) -> tuple[Array, Array]:
-    """Force (n, 3) [N] and height of the proxy (n,) [m]. From above: the tool comes down on the first tip."""
+    """Force (n, 3) [N] and height of the proxy (n,) [m]; the tool first descends onto the start of the path."""
     tips = path(feature, radius)
     down = tips[0] + np.linspace(5e-3 + DEPTH, 0.0, 200)[:, None] * [0, 0, 1]
     mesh, approach = _relief_mesh(feature, noise), np.concatenate([down, tips])
@@ -110,7 +121,7 @@ def _render(feature: float, noise: float, radius: float) -> tuple[Array, Array]:
     return felt.force[len(down) :], felt.proxy[len(down) :, 2]
 
 
-def _compared(clean: Array, force: Array) -> dict[str, Any]:
+def _errors(clean: Array, force: Array) -> Errors:
     strength = np.linalg.norm(force, axis=1)
     more = strength - np.linalg.norm(clean, axis=1)
     return {
@@ -125,13 +136,13 @@ def _compared(clean: Array, force: Array) -> dict[str, Any]:
 
 
 def rate_limited(force: Array, rate_cap: float) -> Array:
-    """The force after the limiter of the loop, which lets it change by ``rate_cap`` [N/s]; begins settled."""
+    """The force (n, 3) after the limiter of the loop with ``rate_cap`` [N/s], which starts settled."""
     options = _core.StabilityOptions()
     options.rate_cap, options.force_cap = rate_cap, 1e3
     limiter = _core.Limiter(options, 1.0 / RATE)
     start = np.repeat(force[:1], int(np.linalg.norm(force[0]) / rate_cap * RATE) + 2, axis=0)
-    told = [limiter.step(F, i / RATE, i / RATE, i / RATE)[0] for i, F in enumerate(np.concatenate([start, force]))]
-    return np.array(told)[len(start) :]
+    limited = [limiter.step(F, i / RATE, i / RATE, i / RATE)[0] for i, F in enumerate(np.concatenate([start, force]))]
+    return np.array(limited)[len(start) :]
 
 
 def _off_mN(force: Array, clean: Array) -> float:
@@ -147,7 +158,7 @@ def _angle_deg(a: Array, b: Array) -> Array:
 
 
 def table(rows: list[Row]) -> Table:
-    """For each radius: what it keeps of each feature, and what is left of each noise on the widest."""
+    """For each radius: rendered fraction of each feature, and force errors by each noise on the widest feature."""
     features = sorted({r["feature_mm"] for r in rows})
     noises = sorted({r["noise_mm"] for r in rows} - {0.0})
     out = Table(title="Radius, simulated: 50 mm/s, 1 mm deep, 500 N/m", box=None, padding=(0, 2, 0, 0), pad_edge=False)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import Any
 
-from rich.console import Console
+from rich.console import Console, RenderableType
 
 from palpate.errors import PalpateError
 from palpate.studies._command import Findings, SweepStudy
@@ -22,12 +21,12 @@ class Command(SweepStudy):
     """
 
     hands: int = 100
-    """Other people's hands, for the confidence and the curve."""
+    """Number of other hands, for the confidence intervals and the curve."""
     fit: bool = False
-    """Search for the hand and the delay again (minutes) and tell what is found; the study itself keeps the scene's."""
+    """Search for the hand and the delay again (minutes) and print them; the study itself uses those of the scene."""
 
     def study(self, console: Console) -> Findings:
-        """Do the work."""
+        """Simulate the wall with all hands."""
         from palpate.studies.wall.figures import draw
         from palpate.studies.wall.fit import search, words
         from palpate.studies.wall.words import lines, table
@@ -36,9 +35,9 @@ class Command(SweepStudy):
         if not 2 <= self.hands <= 100_000:
             raise PalpateError(f"--hands {self.hands}: must be from 2 to 100000", mend="give e.g. --hands 1000")
         found, traces = run(self.sweeper(console), self.hands)
-        told: list[Any] = [table(found), *lines(found, self.hands)]
+        report: list[RenderableType] = [table(found), *lines(found, self.hands)]
         if self.fit:
             best, loss = search(on_progress=console.print)
             found["fit"] = asdict(best) | {"loss": loss}
-            told.append(words(best, loss))
-        return Findings(found, lambda folder: draw(traces, found, folder), told)
+            report.append(words(best, loss))
+        return Findings(found, lambda folder: draw(traces, found, folder), report)

@@ -1,4 +1,4 @@
-"""The pictures of ``palpate study wall``: Fig 13, overshoot against rigidity, and what the fit hangs on."""
+"""Pictures of ``palpate study wall``: Fig 13, overshoot against rigidity, and the sensitivity of the fit."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def _overshoot(ax: Axes, found: Found) -> None:
     low, mid, high = np.array([c["overshoot_percent"] for c in found["curve"]]).T
     people = found["curve"][0]["people"]
     ax.fill_between(CURVE, low, high, color=FORCE, alpha=0.15, lw=0, label=f"90 % of {people} hands")
-    ax.plot(CURVE, mid, color=FORCE, marker=".", label="half of them")
+    ax.plot(CURVE, mid, color=FORCE, marker=".", label="median")
     ax.plot(KDS, [TABLE_1[kd].offshoot_percent for kd in KDS], "x", color=CAP, label="published")
     share = ax.twinx()
     share.plot(CURVE, [100 * c["limit_cycle_share"] for c in found["curve"]], color=TOOL, ls=(0, (4, 2)))
@@ -83,10 +83,10 @@ def _overshoot(ax: Axes, found: Found) -> None:
 
 def _rigidity(ax: Axes, found: Found) -> None:
     curve = [c for c in found["curve"] if c["rigidity_N_per_m"] and c["limit_cycle_share"] < 0.5]
-    ax.set_xlabel("rigidity as felt at rest [N/m]")
+    ax.set_xlabel("rendered rigidity at rest [N/m]")
     ax.set_ylabel("overshoot [% of 0.385 m]")
     if not curve:
-        return  # too few hands: none rests
+        return  # none of the few hands comes to rest
     over = [c["overshoot_percent"][1] for c in curve]
     low, mid, high = np.array([c["rigidity_N_per_m"] for c in curve]).T
     ax.errorbar(mid, over, xerr=[mid - low, high - mid], color=INK, ecolor="#c8d0d6", elinewidth=0.8, marker=".")
@@ -112,5 +112,5 @@ def _sensitivity(ax: Axes, found: Found) -> None:
     ax.set_yticks(range(len(names)), [_NAMES[name] for name in names])
     ax.invert_yaxis()
     ax.set_xlabel(f"change of overshoot [%] for -{100 * NUDGE:.0f} to +{100 * NUDGE:.0f} % (dot)")
-    ax.set_title("What the fit hangs on", loc="left")
+    ax.set_title("Sensitivity of the fit", loc="left")
     ax.legend(fontsize=6.0, loc="upper right")

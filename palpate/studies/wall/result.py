@@ -1,4 +1,4 @@
-"""What ``palpate study wall`` finds. The keys are the documented contract of ``--json`` (docs/json.md)."""
+"""Result of ``palpate study wall``. The keys are the documented contract of ``--json`` (docs/json.md)."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from typing import NotRequired, TypedDict
 from palpate.studies.wall.bench import Trace
 
 Traces = dict[float, tuple[Trace, Trace]]
-"""By K_d: the fitted hand's press, without and with passivity."""
+"""Runs of the fitted hand by K_d, without and with passivity."""
 
 
 class Person(TypedDict):
-    """One hand on one wall, as the sweep measured it; nan where there is nothing to measure."""
+    """Result of one hand on one wall; NaN where a value is undefined."""
 
     kd: float
     person: int
@@ -24,7 +24,7 @@ class Person(TypedDict):
 
 
 class Hands(TypedDict):
-    """All hands on one wall: 5, 50 and 95 % of them lie below."""
+    """Quantiles (5, 50 and 95 %) over all hands on one wall."""
 
     kd: NotRequired[float]
     people: int
@@ -44,7 +44,7 @@ class Printed(TypedDict):
 
 
 class Row(TypedDict):
-    """A row of Table 1, simulated."""
+    """A simulated row of Table 1."""
 
     rate_Hz: NotRequired[float]
     kp: float
@@ -71,7 +71,7 @@ class Changed(TypedDict):
 
 
 class Found(TypedDict):
-    """The whole study."""
+    """Result of the whole study."""
 
     simulated: bool
     leader: str

@@ -1,4 +1,4 @@
-"""What ``palpate study wall`` says: measured values next to the published ones."""
+"""Table and sentences of ``palpate study wall``: simulated values next to the published ones."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from palpate.studies.wall.work import PASSIVE, SHIPPED, TABLE_1
 
 
 def table(found: Found) -> Table:
-    """Measured beside published."""
+    """Simulated values, with the published ones in brackets."""
     title = "wall of 400 N/m at 0.385 m; published in brackets"
     out = Table(box=None, pad_edge=False, title=title, title_justify="left")
     columns = ("K_d", "passivity", "overshoot, %", "peak, mm", "settles, s", "rests at, mm", "limit cycle")
@@ -35,7 +35,7 @@ def table(found: Found) -> Table:
 
 
 def lines(found: Found, hands: int) -> list[str]:
-    """What the table does not say."""
+    """Sentences that follow the table."""
     h = found["hand"]
     out = [
         "steady state as printed in the paper: 100, 15, 20 cm; 400 N/m over 1 m would be 400 N, so it is read as 1.00, "

@@ -42,10 +42,10 @@ TABLE_1 = {0.0: Published(0.4, 10.2, 100.0), 5.0: Published(0.5, 1.27, 15.0), 10
 LABELS = {
     "overshoot_percent": Label("%", "largest penetration over 0.385 m"),
     "rigidity_N_per_m": Label("N/m", "load cell's force over depth, both at rest"),
-    "settling_s": Label("s", "from the touch to within 5 % of the peak penetration"),
-    "limit_cycle": Label("", "1: it oscillates at the end"),
-    "rebound": Label("", "speed out of the wall over speed into it, first bounce"),
-    "energy_J": Label("J", "taken from the hand"),
+    "settling_s": Label("s", "from contact to within 5 % of the peak penetration"),
+    "limit_cycle": Label("", "1 if it oscillates at the end"),
+    "rebound": Label("", "exit speed over entry speed of the first bounce"),
+    "energy_J": Label("J", "energy taken from the hand"),
 }
 
 

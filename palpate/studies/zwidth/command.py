@@ -40,7 +40,7 @@ class Command(SweepStudy):
     """Delays from the measurement to the force."""
 
     def study(self, console: Console) -> Findings:
-        """Do the work."""
+        """Compute the result of the study."""
         from palpate.hands import PRESETS
         from palpate.studies.zwidth.figures import draw
         from palpate.studies.zwidth.words import table, words

@@ -1,4 +1,4 @@
-"""What does compiling cost? `palpate bench build`: CPU seconds per file, per header and in all, beside a control.
+"""`palpate bench build`: the cost of compiling in CPU seconds per file, per header and in all, next to a control.
 
 Absolute times differ by a factor of three between machines. The control is one file that includes Eigen and one header
 of Pinocchio and nothing else, compiled with the flags of the core.
@@ -219,8 +219,8 @@ def _cpu_of(flags: list[str], headers: tuple[str, ...], folder: Path) -> float:
 
 def _tool(name: str) -> str:
     """A program of this environment, or of the system."""
-    beside = Path(sys.executable).parent / name
-    return str(beside) if beside.exists() else name
+    own = Path(sys.executable).parent / name
+    return str(own) if own.exists() else name
 
 
 def _nanobind() -> str:

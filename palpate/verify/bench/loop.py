@@ -13,27 +13,98 @@ import os
 import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol, TypedDict
 
 import numpy as np
 
 from palpate import _core
-from palpate.record.ticks import TICK, Ticks
+from palpate.record.ticks import TICK, Ticks, Timing
 from palpate.scene import Scene, rig
 
-Result = dict[str, Any]
 Progress = Callable[[str], None]
 
 _TURNS = 4  # of loop and control per rate
 _CHUNK = 250  # lockstep ticks between two runs of their control
-_FAST = 10000.0  # of the single fast arm beside several [Hz]
+_FAST = 10000.0  # rate of the single fast arm that follows several slower ones [Hz]
 _STIFFNESS = 400.0  # of the organ [N/m]
 
 
 class _Timed(Protocol):
     def start(self) -> None: ...
     def stop(self) -> None: ...
-    def timing(self) -> dict[str, Any]: ...
+    def timing(self) -> Timing: ...
+
+
+class StageTime(TypedDict):
+    """Computing time of one stage of the cycle."""
+
+    p50_us: float
+    p99_us: float
+
+
+class Lockstep(TypedDict):
+    """Figures of the lockstep run."""
+
+    triangles: int
+    cycle_p50_us: float
+    cycle_p99_us: float
+    cycle_p999_us: float
+    cycle_max_us: float
+    control_us: dict[str, float]
+    stages: dict[str, StageTime]
+    realtime_factor: float
+    plant_rate_hz: float
+    contact_share: float
+
+
+class RealTime(TypedDict):
+    """Figures of a real-time loop and of the bare loop that alternates with it."""
+
+    rate_hz: float
+    seconds: float
+    missed_ticks: int
+    lateness_p50_us: float
+    lateness_p99_us: float
+    lateness_p999_us: float
+    control_missed_ticks: int
+    control_lateness_p50_us: float
+    control_lateness_p99_us: float
+    control_lateness_p999_us: float
+    cycle_p50_us: float
+    cycle_p99_us: float
+    stages: dict[str, StageTime]
+    slack_p01_us: float
+    scheduler: str
+
+
+class OneArm(TypedDict):
+    """Figures of one of several arms that share the machine."""
+
+    arm: int
+    rate_hz: float
+    seconds: float
+    missed: int
+    control_missed: int
+    lateness_p99_us: float
+    control_lateness_p99_us: float
+    cycle_p50_us: float
+    cycle_p99_us: float
+
+
+class Result(Lockstep):
+    """Result of the benchmark. The keys are the documented contract of ``--json``.
+
+    Keys outside of `realtime` and `arms` are figures of lockstep and of real time at 1 kHz.
+    """
+
+    surface: str
+    rate_hz: float
+    missed_ticks: int
+    lateness_p99_us: float
+    control_missed_ticks: int
+    control_lateness_p99_us: float
+    realtime: list[RealTime]
+    arms: list[OneArm]
 
 
 def default_mesh() -> Path | None:
@@ -57,32 +128,35 @@ def run(
     Args:
         seconds: real time measured per rate, for loop and control each [s].
         mesh: STL file in millimetres to palpate; default: the liver of the test data, or the shipped organ.
-        rates: rates of the haptic cycle in real-time mode [Hz].
+        rates: rates of the haptic cycle in real-time mode, at least one [Hz].
         lockstep_seconds: simulated time of the lockstep run [s].
         arms: simulations that run in real time at 1 kHz at once, and then one at 10 kHz; 0 leaves both out.
-        on_progress: told what is being measured.
-
-    Returns:
-        The documented JSON of `palpate bench loop`: figures of lockstep at 1 kHz (`cycle_*_us`, `realtime_factor`),
-        of real time at 1 kHz (`missed_ticks`, `lateness_*_us`, `control_*`), all real-time rows in `realtime`, and a
-        row per arm in `arms`.
+        on_progress: called with a description before each measurement.
     """
     mesh = mesh or default_mesh()
-    result: Result = {"surface": mesh.name if mesh else "shipped organ", "rate_hz": 1000.0}
-    on_progress(f"lockstep at 1000 Hz on {result['surface']}, {lockstep_seconds:g} s simulated")
-    result |= _lockstep(_setup(mesh, 1000.0), lockstep_seconds)
-
+    surface = mesh.name if mesh else "shipped organ"
+    on_progress(f"lockstep at 1000 Hz on {surface}, {lockstep_seconds:g} s simulated")
+    lockstep = _lockstep(_setup(mesh, 1000.0), lockstep_seconds)
     rows = []
     for rate in rates:
         on_progress(f"real time at {rate:g} Hz, {seconds:g} s, and as long a bare loop, in turns")
         rows.append(_real_time(_setup(mesh, rate).simulation(), rate, seconds))
-    first = next((row for row in rows if row["rate_hz"] == 1000.0), rows[0] if rows else {})
-    keys = ("missed_ticks", "lateness_p99_us", "control_missed_ticks", "control_lateness_p99_us")
-    result |= {key: first[key] for key in keys if key in first} | {"realtime": rows, "arms": []}
+    several: list[OneArm] = []
     for count, rate in ((arms, 1000.0), (1, _FAST)) if arms > 0 else ():
         on_progress(f"{count} at {rate:g} Hz in real time, {seconds:g} s, and as many bare loops, in turns")
-        result["arms"] += _several(_setup(mesh, rate), count, rate, seconds)
-    return result
+        several += _several(_setup(mesh, rate), count, rate, seconds)
+    first = next((row for row in rows if row["rate_hz"] == 1000.0), rows[0])
+    return {
+        "surface": surface,
+        "rate_hz": 1000.0,
+        **lockstep,
+        "missed_ticks": first["missed_ticks"],
+        "lateness_p99_us": first["lateness_p99_us"],
+        "control_missed_ticks": first["control_missed_ticks"],
+        "control_lateness_p99_us": first["control_lateness_p99_us"],
+        "realtime": rows,
+        "arms": several,
+    }
 
 
 def table(result: Result) -> str:
@@ -116,21 +190,21 @@ def table(result: Result) -> str:
         lines += [f"  {name:16s}" + "   ".join(times)]
     if result["arms"]:
         lines += ["", "arms at once     rate    missed   by a bare loop   cycle p50 / p99 us"]
-    for row in result["arms"]:
+    for arm in result["arms"]:
         lines += [
-            f"  arm {row['arm']}       {row['rate_hz']:7g} {row['missed']:9d} {row['control_missed']:16d}   "
-            f"{row['cycle_p50_us']:9.2f} / {row['cycle_p99_us']:.2f}"
+            f"  arm {arm['arm']}       {arm['rate_hz']:7g} {arm['missed']:9d} {arm['control_missed']:16d}   "
+            f"{arm['cycle_p50_us']:9.2f} / {arm['cycle_p99_us']:.2f}"
         ]
     return "\n".join(lines)
 
 
 def _setup(mesh: Path | None, rate: float) -> rig.Rig:
-    organ: dict[str, Any] = {"mesh": str(mesh), "unit": "mm"} if mesh else {"shape": "organ"}
-    organ["stiffness"] = _STIFFNESS
-    return rig.build(Scene.model_validate({"objects": [organ], "rates": {"haptic": rate}}))
+    organ = {"mesh": str(mesh), "unit": "mm"} if mesh else {"shape": "organ"}
+    objects = [{**organ, "stiffness": _STIFFNESS}]
+    return rig.build(Scene.model_validate({"objects": objects, "rates": {"haptic": rate}}))
 
 
-def _lockstep(setup: rig.Rig, seconds: float) -> Result:
+def _lockstep(setup: rig.Rig, seconds: float) -> Lockstep:
     """The control runs at the joints of the ticks before it, every quarter of a simulated second."""
     simulation, timed = setup.simulation(), setup.simulation()
     timed.watch_stages()
@@ -162,24 +236,29 @@ def _lockstep(setup: rig.Rig, seconds: float) -> Result:
     }
 
 
-def _stages(simulation: _core.Simulation) -> dict[str, dict[str, float]]:
+def _stages(simulation: _core.Simulation) -> dict[str, StageTime]:
     times = simulation.timing()["stages"]
     return {name: {"p50_us": time["p50"], "p99_us": time["p99"]} for name, time in times.items()}
 
 
-def _real_time(simulation: _core.Simulation, rate: float, seconds: float) -> Result:
+def _real_time(simulation: _core.Simulation, rate: float, seconds: float) -> RealTime:
     simulation.watch_stages()
     control = _core.BareLoop(rate)
     for _ in range(_TURNS):
         _let_run(control, seconds / _TURNS, lambda: None)
         _let_run(simulation, seconds / _TURNS, simulation.drain)
-    row: Result = {"rate_hz": rate, "seconds": seconds}
-    for prefix, timing in (("", simulation.timing()), ("control_", control.timing())):
-        row[prefix + "missed_ticks"] = timing["missed_ticks"]
-        for p in ("p50", "p99", "p999"):
-            row[f"{prefix}lateness_{p}_us"] = timing["lateness_us"][p]
-    timing = simulation.timing()
-    return row | {
+    timing, bare = simulation.timing(), control.timing()
+    return {
+        "rate_hz": rate,
+        "seconds": seconds,
+        "missed_ticks": timing["missed_ticks"],
+        "lateness_p50_us": timing["lateness_us"]["p50"],
+        "lateness_p99_us": timing["lateness_us"]["p99"],
+        "lateness_p999_us": timing["lateness_us"]["p999"],
+        "control_missed_ticks": bare["missed_ticks"],
+        "control_lateness_p50_us": bare["lateness_us"]["p50"],
+        "control_lateness_p99_us": bare["lateness_us"]["p99"],
+        "control_lateness_p999_us": bare["lateness_us"]["p999"],
         "cycle_p50_us": timing["cycle_us"]["p50"],
         "cycle_p99_us": timing["cycle_us"]["p99"],
         "stages": _stages(simulation),
@@ -188,7 +267,7 @@ def _real_time(simulation: _core.Simulation, rate: float, seconds: float) -> Res
     }
 
 
-def _several(setup: rig.Rig, count: int, rate: float, seconds: float) -> list[Result]:
+def _several(setup: rig.Rig, count: int, rate: float, seconds: float) -> list[OneArm]:
     """`count` simulations at once in real time, in turns with as many bare loops; on any core, and nobody spins."""
     options, shared = setup.options(), _core.RealTimeOptions()
     shared.allow_affinity, shared.spin_us = False, 0.0
@@ -206,7 +285,7 @@ def _several(setup: rig.Rig, count: int, rate: float, seconds: float) -> list[Re
                     simulation.drain()
             for loop in loops:
                 loop.stop()
-    rows = []
+    rows: list[OneArm] = []
     for i, (simulation, control) in enumerate(zip(simulations, controls, strict=True)):
         timing, bare = simulation.timing(), control.timing()
         rows.append(

@@ -9,10 +9,10 @@ from __future__ import annotations
 import os
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 from rich.table import Table
@@ -29,13 +29,32 @@ _SOFTEST, _STIFFEST = 200.0, 600.0  # range of the stiffness [N/m]
 _ALIVE = 12  # number of concurrent runs for the memory measurement
 
 
+Numbers = dict[str, bool | int | float]
+"""The numbers of a summary that do not depend on the machine, by key."""
+
+
+class Figures(TypedDict):
+    """Result of the benchmark. The keys are the documented contract of ``--json``."""
+
+    runs: int
+    simulated_s: float
+    workers: int
+    sessions_s: float
+    simulate_s: float
+    share: float
+    shares: list[float]
+    identical: bool
+    memory_per_run_bytes: float
+    load: float
+
+
 def run(
     runs: int = RUNS,
     seconds: float = SECONDS,
     turns: int = TURNS,
     scene: Path | None = None,
     on_progress: Callable[[str], None] = lambda _: None,
-) -> dict[str, Any]:
+) -> Figures:
     """Measure; the result has the keys of `palpate bench simulate` in docs/json.md.
 
     Args:
@@ -48,17 +67,7 @@ def run(
     base = Scene.load(scene or default_scene())
     variations = [Variation(base, {"objects.0.stiffness": float(K)}) for K in np.linspace(_SOFTEST, _STIFFEST, runs)]
     memory = _memory_of_a_run(variations[0])
-    took: dict[str, list[float]] = {"sessions": [], "simulate": []}
-    same = True
-    for turn in range(turns):
-        answers: dict[str, list[dict[str, Any]]] = {}
-        for name in took if turn % 2 == 0 else reversed(took):
-            began = time.perf_counter()
-            compute = _consecutive if name == "sessions" else _parallel
-            answers[name] = compute(variations, seconds)
-            took[name].append(time.perf_counter() - began)
-            on_progress(f"{runs} runs of {seconds:g} s, {name}: {took[name][-1]:.1f} s")
-        same = same and answers["sessions"] == answers["simulate"]
+    took, same = _alternate(variations, seconds, turns, on_progress)
     consecutive, parallel = (statistics.median(took[name]) for name in took)
     return {
         "runs": runs,
@@ -74,19 +83,36 @@ def run(
     }
 
 
-def _consecutive(variations: list[Variation], seconds: float) -> list[dict[str, Any]]:
+def _alternate(
+    variations: list[Variation], seconds: float, turns: int, on_progress: Callable[[str], None]
+) -> tuple[dict[str, list[float]], bool]:
+    """Times of all turns [s] for sessions and for `simulate`, and whether both compute the same numbers."""
+    took: dict[str, list[float]] = {"sessions": [], "simulate": []}
+    same = True
+    for turn in range(turns):
+        answers: dict[str, list[Numbers]] = {}
+        for name in took if turn % 2 == 0 else reversed(took):
+            began = time.perf_counter()
+            compute = _consecutive if name == "sessions" else _parallel
+            answers[name] = compute(variations, seconds)
+            took[name].append(time.perf_counter() - began)
+            on_progress(f"{len(variations)} runs of {seconds:g} s, {name}: {took[name][-1]:.1f} s")
+        same = same and answers["sessions"] == answers["simulate"]
+    return took, same
+
+
+def _consecutive(variations: list[Variation], seconds: float) -> list[Numbers]:
     found = (asdict(Session(variation.resolved()).run(seconds)) for variation in variations)
     return [_deterministic(summary) for summary in found]
 
 
-def _parallel(variations: list[Variation], seconds: float) -> list[dict[str, Any]]:
+def _parallel(variations: list[Variation], seconds: float) -> list[Numbers]:
     summary = simulate(variations, seconds).summary
     rows = ({key: values[i].item() for key, values in summary.items()} for i in range(len(variations)))
     return [_deterministic(row) for row in rows]
 
 
-def _deterministic(summary: dict[str, Any]) -> dict[str, Any]:
-    """The numbers of a summary that do not depend on the machine."""
+def _deterministic(summary: Mapping[str, object]) -> Numbers:
     return {k: v for k, v in summary.items() if isinstance(v, (bool, int, float)) and k not in MEASURED}
 
 
@@ -107,14 +133,14 @@ def _resident() -> int:
     return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE")
 
 
-def table(result: dict[str, Any]) -> Table:
+def table(result: Figures) -> Table:
     """The result as a table for a terminal."""
     title = f"{result['runs']} runs of {result['simulated_s']:g} s, simulated, in turns, medians"
     out = Table(title=title, box=None, padding=(0, 2, 0, 0), title_justify="left")
     for column, side in (("", "left"), ("seconds", "right"), ("runs a second", "right")):
         out.add_column(column, justify="right" if side == "right" else "left")
-    for words, key in (("sessions one by one", "sessions_s"), ("palpate.simulate", "simulate_s")):
-        out.add_row(words, f"{result[key]:.1f}", f"{result['runs'] / result[key]:.1f}")
+    for words, took in (("sessions one by one", result["sessions_s"]), ("palpate.simulate", result["simulate_s"])):
+        out.add_row(words, f"{took:.1f}", f"{result['runs'] / took:.1f}")
     same = "the same numbers" if result["identical"] else "DIFFERENT NUMBERS"
     out.caption_justify = "left"
     out.caption = (

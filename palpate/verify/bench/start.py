@@ -14,7 +14,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 from rich.table import Table
 
@@ -32,6 +32,21 @@ sys.exit(main(sys.argv[1:]) or 1)
 """
 
 
+class Figures(TypedDict):
+    """Result of the benchmark: medians [s]. The keys are the documented contract of ``--json``."""
+
+    help_s: float
+    first_tick_s: float
+    check_s: float
+    control_s: float
+    runs: int
+    scene: str
+    seconds: dict[str, list[float]]
+    """Times of all runs, by the key of their median."""
+    cores: int | None
+    load: float
+
+
 def default_scene() -> Path:
     """The shipped scene with a palpated organ, from the installed package or from the repository."""
     package = Path(__file__).parents[2]
@@ -41,9 +56,7 @@ def default_scene() -> Path:
     raise PalpateError("the shipped scenes are missing", where=str(package), mend="install palpate again")
 
 
-def run(
-    runs: int = RUNS, scene: Path | None = None, on_progress: Callable[[str], None] = lambda _: None
-) -> dict[str, Any]:
+def run(runs: int = RUNS, scene: Path | None = None, on_progress: Callable[[str], None] = lambda _: None) -> Figures:
     """Measure; the result has the keys of `palpate bench start` in docs/json.md.
 
     Args:
@@ -66,9 +79,17 @@ def run(
                 if turn > 0:
                     seconds[name].append(took)
             on_progress(f"turn {turn} of {runs}" if turn > 0 else "caches are filled")
-    medians = {name: statistics.median(times) for name, times in seconds.items()}
-    return {**medians, "runs": runs, "scene": path, "seconds": seconds, "cores": os.cpu_count(),
-            "load": os.getloadavg()[0]}  # fmt: skip
+    return {
+        "help_s": statistics.median(seconds["help_s"]),
+        "first_tick_s": statistics.median(seconds["first_tick_s"]),
+        "check_s": statistics.median(seconds["check_s"]),
+        "control_s": statistics.median(seconds["control_s"]),
+        "runs": runs,
+        "scene": path,
+        "seconds": seconds,
+        "cores": os.cpu_count(),
+        "load": os.getloadavg()[0],
+    }
 
 
 def _timed(command: list[str], folder: str) -> float:
@@ -83,17 +104,21 @@ def _timed(command: list[str], folder: str) -> float:
     return took
 
 
-def table(result: dict[str, Any]) -> Table:
+def table(result: Figures) -> Table:
     """The result as a table for a terminal."""
     title = f"from the start of a process, medians of {result['runs']} runs in turns"
     out = Table(title=title, box=None, padding=(0, 2, 0, 0), title_justify="left")
     out.add_column("command")
     out.add_column("seconds", justify="right")
     out.add_column("controls", justify="right")
-    rows = {"help_s": "palpate --help", "first_tick_s": "palpate run, to its first ticks", "check_s": "palpate check",
-            "control_s": "control: python -c 'import numpy'"}  # fmt: skip
-    for key, words in rows.items():
-        out.add_row(words, f"{result[key]:.2f}", f"{result[key] / result['control_s']:.1f}")
+    rows = {
+        "palpate --help": result["help_s"],
+        "palpate run, to its first ticks": result["first_tick_s"],
+        "palpate check": result["check_s"],
+        "control: python -c 'import numpy'": result["control_s"],
+    }
+    for words, seconds in rows.items():
+        out.add_row(words, f"{seconds:.2f}", f"{seconds / result['control_s']:.1f}")
     out.caption_justify = "left"
     out.caption = f"{result['scene']}; load of the machine {result['load']:.1f} on {result['cores']} cores"
     return out

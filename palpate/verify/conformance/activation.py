@@ -65,7 +65,7 @@ def _authority(c: Combination, probe: Probe) -> str:
 
     A force limit repeats its correction, so its goal converges to the limit for any authority.
     """
-    authority = float(POLICIES[c.policy].options.get("authority", 1.0))
+    authority = POLICIES[c.policy].authority
     out = Bench(c, quick=True).run(_violating_motion(c, probe, settle(c)))
     hard = POLICIES[c.policy].hard
     slack = 0.08 if c.corrects else 1e-3
@@ -184,7 +184,7 @@ def _pair(c: Combination, probe: Probe, mine: int, others: int, first: float, se
     first, second: fraction of the opposing component that is removed from the other fixture's force [-].
     """
     n = settle(c)
-    own, against = fixture(c, policy={"priority": mine}), _opponent(c, probe, others)
+    own, against = fixture(c, priority=mine), _opponent(c, probe, others)
     sets = ((own,), (against,), (own, against))
     F1, F2, both = (Bench(c, *fixtures, quick=True).run(constant_probe(probe, n)) for fixtures in sets)
     f1, f2, f12 = (F.F[-1] * WEIGHTS * (np.arange(6) > 2 if ROLES[c.role].turns else 1.0) for F in (F1, F2, both))

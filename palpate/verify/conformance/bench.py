@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
+from functools import cached_property, partial
 
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
@@ -69,27 +69,31 @@ def fixture(
     name: str = "f",
     X_WG: Array | None = None,
     frame: _core.Frame | None = None,
-    law: dict[str, Any] | None = None,
+    law: Mapping[str, float] | None = None,
     law_name: str = "",
-    policy: dict[str, Any] | None = None,
+    authority: float | None = None,
+    priority: int | None = None,
     rise: float = QUICK,
     on: bool = True,
     geometry: _core.Geometry | None = None,
 ) -> _core.Fixture:
-    """The core's fixture of a combination, with a placed geometry and with changed options of law and policy."""
+    """The core's fixture of a combination, with a placed geometry and with changed options of law and policy.
+
+    An authority or priority of None is that of the policy.
+    """
     role, law_options = _core.GuidanceRoleOptions(), _core.GuidanceLawOptions()
     for key, value in ROLES[c.role].options.items():
         setattr(role, key, value)
-    for key, value in (LAWS[c.law].options | (law or {})).items():
-        setattr(law_options, key, value)
+    for key, number in {**LAWS[c.law].options, **(law or {})}.items():
+        setattr(law_options, key, number)
     shape = geometry or SPECIMENS[c.geometry].make()
     if frame is not None:
         shape = _core.PlacedGeometry(shape, np.eye(4) if X_WG is None else X_WG, frame)
     elif X_WG is not None:
         shape = _core.PlacedGeometry(shape, X_WG)
     made = POLICIES[c.policy].make(ROLES[c.role], rise)
-    for key, value in (policy or {}).items():
-        setattr(made, key, value)
+    made.authority = made.authority if authority is None else authority
+    made.priority = made.priority if priority is None else priority
     return _core.Fixture(name, shape, ROLES[c.role].role, role, law_name or c.law, law_options, made, on)
 
 
@@ -122,7 +126,7 @@ class Bench:
 
         X_WG: pose of the geometry, (4, 4) or (n, 4, 4).
         """
-        if "engage" in POLICIES[self.c.policy].options:
+        if POLICIES[self.c.policy].engage is not None:
             good = constant_pose(satisfied_pose(self.c.role, self.c.geometry, there), VISIT)
             X = None if X_WG is None else X_WG if X_WG.ndim == 2 else X_WG[:VISIT]
             self.run(good if X is None else good.carried(X), X)
@@ -133,16 +137,16 @@ class Bench:
         n = len(motion.X)
         t = (DT * (self.ticks + np.arange(n))).tolist()
         self.ticks += n
-        more: dict[str, Any] = {}
-        if ROLES[self.c.role].touches:
-            X = np.broadcast_to(np.eye(4) if X_WG is None else X_WG, (n, 4, 4))
-            normal = X[0, :3, 2]
-            more = {"normal": normal, "height": (X[:, :3, 3] @ normal).tolist(), "stiffness": TOUCHED}
         X, V = np.ascontiguousarray(motion.X), np.ascontiguousarray(motion.V)
         tool = motion.X[0] if self._tool is None else self._tool
-        out = _core.run_guidance(
-            self.stage, t, X, V, tool, F_hand=self.operator, pedal=self.pedal, takes_damping=self.damping, **more
-        )
+        compute = partial(_core.run_guidance, self.stage, t, X, V, tool, F_hand=self.operator, pedal=self.pedal,
+                          takes_damping=self.damping)  # fmt: skip
+        if ROLES[self.c.role].touches:
+            ground = np.broadcast_to(np.eye(4) if X_WG is None else X_WG, (n, 4, 4))
+            normal = ground[0, :3, 2]
+            out = compute(normal=normal, height=(ground[:, :3, 3] @ normal).tolist(), stiffness=TOUCHED)
+        else:
+            out = compute()
         F, B = out["F_T_W"], out["B_W"].reshape(n, 3, 3)
         F[:, :3] -= np.einsum("nij,nj->ni", B, V[:, :3])
         goals = out["X_WT_goal"].reshape(n, 4, 4)

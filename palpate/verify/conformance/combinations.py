@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -30,7 +30,14 @@ QUICK, SLOW = 0.02, 0.2
 class PolicyCase:
     """A policy with its settled activation of a fixture."""
 
-    options: dict[str, Any] = field(default_factory=dict)
+    hard: bool = False
+    """True if the policy also corrects the goal."""
+    authority: float = 1.0
+    priority: int = 0
+    engage: float | None = None
+    """Gap at which the fixture engages [m]; None: the fixture is always engaged."""
+    release: float | None = None
+    """Gap at which it releases [m]."""
     ramp: tuple[Literal["pedal", "distance", "time", "force"], float, float] | None = None
     activation: Callable[[float], float] = lambda gap: 1.0
     """Activation [-] by gap [m] after the time LATER, with PEDAL and OPERATOR."""
@@ -39,33 +46,29 @@ class PolicyCase:
         """The core's policy for a role."""
         policy, per = _core.Policy(), PER_TURN if case.turns else 1.0
         policy.rise = policy.fall = rise
-        for key, value in self.options.items():
-            setattr(policy, key, per * value if key in ("engage", "release") else value)
+        policy.hard, policy.authority, policy.priority = self.hard, self.authority, self.priority
+        if self.engage is not None and self.release is not None:
+            policy.engage, policy.release = per * self.engage, per * self.release
         if self.ramp is not None:
             by, start, end = self.ramp
             scale = per if by == "distance" else 1.0
             policy.ramps = [_core.Ramp(by, scale * start, scale * end)]
         return policy
 
-    @property
-    def hard(self) -> bool:
-        """True if the policy also corrects the goal."""
-        return bool(self.options.get("hard", False))
-
 
 #: By name.
 POLICIES: dict[str, PolicyCase] = {
     "soft": PolicyCase(),
-    "hard": PolicyCase({"hard": True}),
-    "part of the authority": PolicyCase({"authority": AUTHORITY}, activation=lambda gap: AUTHORITY),
-    "hard, part of the authority": PolicyCase({"hard": True, "authority": AUTHORITY}, activation=lambda gap: AUTHORITY),
+    "hard": PolicyCase(hard=True),
+    "part of the authority": PolicyCase(authority=AUTHORITY, activation=lambda gap: AUTHORITY),
+    "hard, part of the authority": PolicyCase(hard=True, authority=AUTHORITY, activation=lambda gap: AUTHORITY),
     "ramp by pedal": PolicyCase(ramp=("pedal", 0.0, 1.0), activation=lambda gap: PEDAL),
     "ramp by distance": PolicyCase(ramp=("distance", 0.0, NEAR),
                                    activation=lambda gap: float(np.clip(abs(gap) / NEAR, 0.0, 1.0))),
     "ramp by time": PolicyCase(ramp=("time", 0.0, LATER)),
     "ramp by force": PolicyCase(ramp=("force", 0.0, 4.0), activation=lambda gap: OPERATOR / 4.0),
-    "engages and releases": PolicyCase({"engage": ENGAGE, "release": RELEASE}),
-    "first of two": PolicyCase({"priority": 1}),
+    "engages and releases": PolicyCase(engage=ENGAGE, release=RELEASE),
+    "first of two": PolicyCase(priority=1),
 }  # fmt: skip
 
 _FIELDS = {"hard", "authority", "priority", "engage", "release", "rise", "fall", "ramps"}

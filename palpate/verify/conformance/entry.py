@@ -146,7 +146,7 @@ def hard_rows(rows: list[HandRun]) -> list[Hard]:
 def soft(force: float) -> dict[str, float]:
     """Measured and certified penetration of a soft wall under a given force of the hand [mm].
 
-    The two values come from independent experiments. Here the force is imposed: the hand's target is far below, and
+    The two values come from independent experiments. This one imposes the force: the hand's target is far below, and
     its grip slips at this force. The certificate (`palpate.certificate.entry`) imposes positions and measures the
     stiffness as the slope of force over depth.
     """

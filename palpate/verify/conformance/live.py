@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -60,9 +59,8 @@ class Setting:
         self, c: Combination, shape: _core.Geometry, frame: _core.LiveFrame, rise: float = SLOW
     ) -> _core.Fixture:
         """The core's fixture with these settings."""
-        policy: dict[str, Any] = {} if self.authority is None else {"authority": self.authority}
-        return fixture(c, X_WG=self.X_FG, frame=frame, law=self.law, law_name=self.law_name, policy=policy, rise=rise,
-                       on=self.on, geometry=shape)  # fmt: skip
+        return fixture(c, X_WG=self.X_FG, frame=frame, law=self.law, law_name=self.law_name, authority=self.authority,
+                       rise=rise, on=self.on, geometry=shape)  # fmt: skip
 
 
 def _shift(xyz: Array) -> Array:
@@ -78,7 +76,7 @@ def edits(c: Combination, probe: Probe) -> dict[str, Setting]:
     aside = _smooth_shift(c.role, c.geometry, probe.X.tobytes(), up, MOVE)
     jump = _smooth_shift(c.role, c.geometry, (np.linalg.inv(aside) @ probe.X).tobytes(), up, JUMP)
     stiffer, damper = {"K": 1.5 * K, "K_turn": 1.5 * K_TURN}, {"B": 3.0 * B, "B_turn": 3.0 * B_TURN}
-    authority = 0.5 * float(POLICIES[c.policy].options.get("authority", 1.0))
+    authority = 0.5 * POLICIES[c.policy].authority
     last = replace(first, X_FG=aside, law={**stiffer, **damper}, law_name=OTHER[c.law], authority=authority)
     return {
         "as it was": first,
@@ -95,7 +93,7 @@ def edits(c: Combination, probe: Probe) -> dict[str, Setting]:
 
 def live_edit(c: Combination) -> str:
     """All edits of `edits` in sequence, first at rest and then in motion."""
-    probe = _edit_probe(c.role, c.geometry, "engage" in POLICIES[c.policy].options)
+    probe = _edit_probe(c.role, c.geometry, POLICIES[c.policy].engage is not None)
     masters = (False, True) if "admittance" in (c.law, OTHER[c.law]) else (False,)
     motions = {"at rest": (constant_probe(probe, 2), False)}
     motions |= {f"in motion{', admittance master' * m}": (_swinging(c, probe), m) for m in masters}

@@ -6,9 +6,8 @@ The gradient of the gap with respect to the tool pose (linear over angular, abou
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -83,7 +82,8 @@ class RoleCase:
     """A role with the options of its check."""
 
     role: str
-    options: dict[str, Any]
+    options: Mapping[str, float | str]
+    """Options of the role by the names of the core."""
     gap: Gap
     attracts: bool = False
     turns: bool = False

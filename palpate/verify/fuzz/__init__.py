@@ -5,7 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any, TypedDict
 
@@ -36,10 +36,6 @@ class Outcome:
     faults: list[Fault] = field(default_factory=list)
     counts: dict[str, int] = field(default_factory=dict)  #: number of cases by property
     seconds: float = 0.0
-
-    def to_json(self) -> dict[str, Any]:
-        """The outcome in plain JSON values."""
-        return asdict(self)
 
 
 def run(target: str, runs: int, seed: int = 0, on_progress: Callable[[Outcome], None] | None = None) -> Outcome:

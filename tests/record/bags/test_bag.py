@@ -38,9 +38,9 @@ def test_the_tracks_are_those_written(folder):
 
 
 def test_a_force_that_nobody_renews_is_counted(folder):
-    summary = summary_of(Bag.open(folder))["arms"]["MTMR"]
-    assert summary["held_s"] == pytest.approx(1.995 - 1.6, abs=1e-6)
-    assert summary["peak_force_N"] == pytest.approx(2.0)
+    summary = summary_of(Bag.open(folder)).arms["MTMR"]
+    assert summary.held_s == pytest.approx(1.995 - 1.6, abs=1e-6)
+    assert summary.peak_force_N == pytest.approx(2.0)
 
 
 def test_ticks_have_the_force_in_both_frames(folder):

@@ -27,7 +27,7 @@ def _world_only() -> dict[str, _core.Frame]:
 
 
 @dataclass(frozen=True)
-class Here:
+class FixtureContext:
     """Context of a fixture. Without a scene it holds the world frame and finds files in the working folder."""
 
     file: Callable[[str], Path] = Path
