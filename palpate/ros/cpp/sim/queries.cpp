@@ -39,14 +39,13 @@ Queries::Queries(Node& node, dvrk::System& twin) : twin_(twin) {
           answer.jp.assign(q.data(), q.data() + q.size());
           if (!answer.result) answer.message = inverse_needs;
         }));
-    services_.push_back(
-        std::make_unique<Service<Convert>>(node, name + "/actuator_to_joint_position",
-                                           [=, this](const Convert::Request& asked, Convert::Response& answer) {
-                                             const std::lock_guard<std::mutex> lock(mutex_);
-                                             // Empty if the input is not feasible.
-                                             const JointVector q = twin_.joint_position(arm, dvrk::joints(asked.input));
-                                             answer.output.assign(q.data(), q.data() + q.size());
-                                           }));
+    services_.push_back(std::make_unique<Service<Convert>>(
+        node, name + "/actuator_to_joint_position",
+        [=, this](const Convert::Request& asked, Convert::Response& answer) {
+          const std::lock_guard<std::mutex> lock(mutex_);
+          const JointVector q = twin_.joint_position(arm, dvrk::joints(asked.input));  // empty: not feasible
+          answer.output.assign(q.data(), q.data() + q.size());
+        }));
   }
 }
 
