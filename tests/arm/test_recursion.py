@@ -1,4 +1,4 @@
-"""Kinematics and dynamics of serial arms are our own recursion: Pinocchio's computeAllTerms is the judge."""
+"""Our recursions for the kinematics and dynamics of serial arms, against Pinocchio's computeAllTerms."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from palpate import _core
 
 
 def random_arm(joints: int, rng: np.random.Generator) -> str:
-    """A URDF of revolute and prismatic joints about any axes, with links fixed in between and a locked branch."""
+    """URDF of revolute and prismatic joints about random axes, with fixed links in between and a fixed branch."""
 
     def vector(x):
         return " ".join(f"{value:.17g}" for value in x)
@@ -58,7 +58,7 @@ def test_random_chains_agree_with_pinocchio(joints):
             assert np.array_equal(arm.fk(q), ours[2])
 
 
-def test_the_arms_that_ship_agree_with_pinocchio(arm, poses):
+def test_shipped_arms_agree_with_pinocchio(arm, poses):
     judge = _core.AllTerms(arm.urdf, *arm.frames)
     rng = np.random.default_rng(9)
     for q in poses:
@@ -69,8 +69,8 @@ def test_the_arms_that_ship_agree_with_pinocchio(arm, poses):
             assert np.abs(mine - theirs).max() < 1e-12
 
 
-def test_the_drift_is_the_rate_of_the_jacobian(arm, poses):
-    """dJ/dt v by Richardson's difference along the motion."""
+def test_drift_is_the_rate_of_the_jacobian_times_the_velocity(arm, poses):
+    """Reference: dJ/dt v by Richardson extrapolation along the motion."""
     rng = np.random.default_rng(10)
     for q in poses[:10]:
         v = rng.normal(size=arm.n)
