@@ -73,9 +73,9 @@ def test_boundary_contains_the_limit_and_json_is_finite():
     found = palpate.certify(palpate.Device(0.3, 0.6, 1000.0, 0.004, hand=NORMAL), K=500.0, B=3.0)
     B, K = found.boundary(200)
     assert np.interp(3.0, B, K) == pytest.approx(found.k_linear, rel=0.01)
-    told = found.to_json()
-    assert told["k_max_N_per_m"] == found.k_max
-    assert len(told["boundary"]) == 48
+    report = found.to_json()
+    assert report["k_max_N_per_m"] == found.k_max
+    assert len(report["boundary"]) == 48
 
 
 def test_classical_bounds():
