@@ -1,9 +1,9 @@
-"""Cones, meshes, clouds, grids, and what is made of geometries: closed forms, sampling, trimesh, finite differences."""
+"""Cones, meshes, clouds, grids and combinations: closed forms, sampling, trimesh, finite differences."""
 
 import numpy as np
 import pytest
 import trimesh
-from asking import ask, assert_sound, poses, slope
+from geometry_queries import ask, assert_sound, poses, slope
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
@@ -53,7 +53,7 @@ EVERY = {
 
 
 @pytest.mark.parametrize("name", EVERY)
-def test_every_answer_is_sound_and_its_normal_is_where_the_distance_grows(name):
+def test_results_are_consistent_and_the_normal_is_the_distance_gradient(name):
     geometry = EVERY[name]
     q = ask(geometry, POINTS)
     assert_sound(q)
@@ -72,37 +72,37 @@ def test_every_answer_is_sound_and_its_normal_is_where_the_distance_grows(name):
 
 
 @pytest.mark.parametrize("name", EVERY)
-def test_the_nearest_place_lies_on_the_geometry(name):
+def test_nearest_point_lies_on_the_geometry(name):
     if name in ("union", "difference", "intersection", "blended"):
-        return  # a bound of the distance: its place may lie inside another part
+        return  # the distance is a bound; the point may lie inside another part
     q = ask(EVERY[name], POINTS)
     np.testing.assert_allclose(abs(ask(EVERY[name], q["point"])["distance"]), 0.0, atol=1e-9)
     np.testing.assert_allclose(np.linalg.norm(POINTS - q["point"], axis=1), abs(q["distance"]), atol=1e-9)
 
 
 @pytest.mark.parametrize("name", EVERY)
-def test_a_change_of_frame_changes_nothing(name):
+def test_queries_are_independent_of_the_frame(name):
     X = np.eye(4)
     X[:3, :3], X[:3, 3] = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix(), [0.3, -0.2, 0.1]
-    here = ask(EVERY[name], POINTS)
-    there = _core.PlacedGeometry(EVERY[name], X).query(X @ poses(POINTS), np.zeros(len(POINTS)))
-    np.testing.assert_allclose(there["distance"], here["distance"], atol=1e-12)
-    same = np.linalg.norm(there["normal"] - here["normal"] @ X[:3, :3].T, axis=1) < 1e-6
-    assert same.mean() > 0.999, "but for those within rounding of two nearest places"
-    np.testing.assert_allclose(there["point"][same], here["point"][same] @ X[:3, :3].T + X[:3, 3], atol=1e-9)
+    one = ask(EVERY[name], POINTS)
+    other = _core.PlacedGeometry(EVERY[name], X).query(X @ poses(POINTS), np.zeros(len(POINTS)))
+    np.testing.assert_allclose(other["distance"], one["distance"], atol=1e-12)
+    same = np.linalg.norm(other["normal"] - one["normal"] @ X[:3, :3].T, axis=1) < 1e-6
+    assert same.mean() > 0.999, "except for points with two nearest points within rounding"
+    np.testing.assert_allclose(other["point"][same], one["point"][same] @ X[:3, :3].T + X[:3, 3], atol=1e-9)
 
 
 @settings(max_examples=40)
 @example(p=[1e-320, -3e-320, 2e-162], t=0.0)
 @example(p=[1.5e-162, 1e-162, 0.0], t=0.0)
 @given(p=st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=3, max_size=3), t=st.floats(-1e300, 1e300))
-def test_every_finite_pose_gets_a_finite_answer(p, t):
+def test_every_finite_pose_has_a_finite_result(p, t):
     for geometry in EVERY.values():
         assert_sound(ask(geometry, [p, np.array(p) * 1e-300], t))
 
 
-def test_a_cone_is_its_closed_form():
-    """Nearest of 400 000 places of the cone's side, and the sign by the angle at the apex."""
+def test_cone_distance_has_the_closed_form():
+    """Reference: the nearest of 400 000 points of the cone, and the sign from the angle at the apex."""
     axis = AXIS / np.linalg.norm(AXIS)
     side = np.linspace(0, 0.3, 2000)[:, None, None]
     around = np.linspace(0, 2 * np.pi, 200)[None, :, None]
@@ -121,7 +121,7 @@ def test_a_cone_is_its_closed_form():
     np.testing.assert_allclose(q["attitude"][:, :, 2], np.tile(-axis, (len(POINTS), 1)), atol=1e-14)
 
 
-def test_a_mesh_answers_as_trimesh_does():
+def test_mesh_distance_agrees_with_trimesh():
     corners = VERTICES[TRIANGLES]
     each = [trimesh.triangles.closest_point(np.tile(c, (len(POINTS), 1, 1)), POINTS) for c in corners]
     found = np.linalg.norm(np.array(each) - POINTS, axis=2).min(axis=0)
@@ -134,7 +134,7 @@ def test_a_mesh_answers_as_trimesh_does():
 
 @settings(max_examples=25)
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 500), radius=st.floats(1e-4, 0.01))
-def test_a_cloud_answers_as_a_tree_of_points_does(seed, n, radius):
+def test_cloud_distance_agrees_with_a_k_d_tree(seed, n, radius):
     rng = np.random.default_rng(seed)
     points = rng.normal(size=(n, 3)) * 0.05
     where = rng.normal(size=(200, 3)) * 0.08
@@ -156,15 +156,15 @@ A, B = sphere(np.zeros(3), 0.03), sphere(np.array([0.03, 0, 0]), 0.02)
     [("union", lambda a, b: np.minimum(a, b), 1), ("intersection", np.maximum, -1),
      ("difference", lambda a, b: np.maximum(a, -b), -1)],
 )  # fmt: skip
-def test_combinations_have_the_right_inside_and_never_too_large_a_distance(kind, value, exact_where):
-    """Against places sampled on the boundary: exact on one side, a bound on the other."""
+def test_combinations_have_the_right_inside_and_a_lower_bound_of_the_distance(kind, value, exact_where):
+    """Reference: points sampled on the boundary; exact on one side, a lower bound on the other."""
     where = np.random.default_rng(2).uniform(-0.03, 0.05, (3000, 3))
     q = ask(EVERY[kind], where)
     np.testing.assert_allclose(q["distance"], value(A(where), B(where)), atol=1e-15)
     rng = np.random.default_rng(0)
-    ways = rng.normal(size=(200_000, 3))
-    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
-    boundary = np.concatenate([0.03 * ways, 0.02 * ways + [0.03, 0, 0]])
+    directions = rng.normal(size=(200_000, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    boundary = np.concatenate([0.03 * directions, 0.02 * directions + [0.03, 0, 0]])
     boundary = boundary[abs(value(A(boundary), B(boundary))) < 1e-9]
     found = cKDTree(boundary).query(where)[0]
     assert (abs(q["distance"]) <= found + 1e-12).all()
@@ -174,7 +174,7 @@ def test_combinations_have_the_right_inside_and_never_too_large_a_distance(kind,
 
 
 @given(blend=st.floats(1e-4, 0.02), seed=st.integers(0, 2**32 - 1))
-def test_a_blend_makes_the_normal_turn_gradually_and_fills_a_quarter_of_it_at_most(blend, seed):
+def test_blend_smooths_the_normal_and_adds_at_most_a_quarter_of_its_width(blend, seed):
     sharp = EVERY["union"]
     soft = _core.CombinedGeometry("union", [BALL, OTHER], blend)
     filled = ask(sharp, POINTS[:500])["distance"] - ask(soft, POINTS[:500])["distance"]
@@ -186,7 +186,7 @@ def test_a_blend_makes_the_normal_turn_gradually_and_fills_a_quarter_of_it_at_mo
     assert step[1] < 5e-6 / blend * 4 + 1e-3
 
 
-def test_the_velocity_of_what_is_combined_is_that_of_the_nearest_part():
+def test_velocity_of_a_combination_is_that_of_the_nearest_part():
     frame = _core.MotionFrame(np.eye(4), _core.Motion(v=np.array([0.01, 0.02, 0.0]), w=np.array([0, 0, 1.0])))
     moving = _core.PlacedGeometry(BALL, np.eye(4), frame)
     both = _core.CombinedGeometry("union", [moving, at(BALL, [0.0, 0, 0.5])])
@@ -199,21 +199,21 @@ def test_the_velocity_of_what_is_combined_is_that_of_the_nearest_part():
 
 
 @pytest.mark.parametrize("name", ["sphere", "mesh", "tube", "blended"])
-def test_a_moving_surface_keeps_its_distance_to_what_moves_along(name):
-    """d/dt of the distance of a place at rest is minus the surface's velocity along the normal."""
+def test_distance_rate_is_minus_the_normal_velocity_of_the_surface(name):
+    """For a point at rest, d/dt of the distance is minus the surface's velocity along the normal."""
     wave = _core.Wave(shift=np.array([0.005, 0, 0.01]), turn=np.array([0.2, 0.1, 0.0]), period=1.5)
     frame = _core.MotionFrame(np.eye(4), _core.Motion(w=np.array([0, 0.3, 0]), waves=[wave]))
     moving = _core.PlacedGeometry(EVERY[name], np.eye(4), frame)
     q, h = ask(moving, POINTS[:400], 0.4), 1e-6
     rate = (ask(moving, POINTS[:400], 0.4 + h)["distance"] - ask(moving, POINTS[:400], 0.4 - h)["distance"]) / (2 * h)
-    told = -(q["velocity"] * q["normal"]).sum(axis=1)
+    expected = -(q["velocity"] * q["normal"]).sum(axis=1)
     regular = abs((slope(moving, POINTS[:400], t=0.4) * q["normal"]).sum(axis=1) - 1) < 1e-6
     assert regular.mean() > 0.5
-    np.testing.assert_allclose(rate[regular], told[regular], atol=1e-7)
+    np.testing.assert_allclose(rate[regular], expected[regular], atol=1e-7)
 
 
 @pytest.mark.parametrize(
-    ("make", "told"),
+    ("make", "message"),
     [
         (lambda: _core.ConeGeometry(APEX, 0 * AXIS, 0.3), "a cone needs a finite apex, and a mouth apart from it"),
         (lambda: _core.ConeGeometry(APEX, AXIS, 2.0), "half the angle of a cone must be above 0 and at most pi / 2"),
@@ -227,12 +227,12 @@ def test_a_moving_surface_keeps_its_distance_to_what_moves_along(name):
         (lambda: _core.Cloud(np.zeros((1, 3)), 0.0), "radius of a cloud's points must be a positive length"),
     ],
 )
-def test_what_cannot_be_is_refused_in_words(make, told):
-    with pytest.raises(ValueError, match=told):
+def test_invalid_geometries_are_reported(make, message):
+    with pytest.raises(ValueError, match=message):
         make()
 
 
-def test_an_open_mesh_has_no_inside_until_it_gets_a_margin():
+def test_open_mesh_has_an_inside_only_with_a_margin():
     sheet = surface(_core.Mesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]]), np.array([[0, 1, 2]], np.int32)))
     shell = _core.OffsetGeometry(sheet, 0.1)
     assert not sheet.solid
