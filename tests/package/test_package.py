@@ -1,4 +1,4 @@
-"""The package says the truth about itself, and its front page works."""
+"""Version, public names, type stubs and the README example of the package."""
 
 import os
 import re
@@ -15,21 +15,21 @@ from palpate import _core
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def test_version_is_the_one_of_the_project_file():
+def test_version_is_that_of_the_project_file():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     assert palpate.__version__ == project["version"]
     assert f"## {palpate.__version__}" in (ROOT / "CHANGELOG.md").read_text()
 
 
-def test_what_is_offered_is_there():
+def test_public_names_exist():
     for name in palpate.__all__:
         assert getattr(palpate, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'Sessoin'"):
         palpate.Sessoin  # noqa: B018
 
 
-def test_compiled_names_are_typed():
-    """Whatever the core offers stands in `_core.pyi`, and the other way round."""
+def test_names_of_the_core_and_of_its_stub_agree():
+    """`_core.pyi` declares all names of the core and no others."""
     stub = (ROOT / "palpate" / "_core.pyi").read_text()
     typed = set(re.findall(r"^(?:class|def) (\w+)|^(\w+):", stub, re.M))
     typed = {a or b for a, b in typed}
@@ -57,8 +57,8 @@ def test_readme_example_runs(tmp_path):
         assert run.returncode == 0, run.stderr
 
 
-def test_wheel_carries_models_and_scenes():
-    """CMake installs both folders into the package (the wheel itself takes a minute to build: not here)."""
+def test_package_contains_models_and_scenes():
+    """CMake installs both folders into the package; the wheel itself is built in test_wheel.py."""
     cmake = (ROOT / "CMakeLists.txt").read_text()
     assert re.search(r"install\(DIRECTORY models scenes DESTINATION palpate\b", cmake)
     for name in ("mtm_right", "mtm_left", "psm_lnd"):
