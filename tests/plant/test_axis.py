@@ -23,7 +23,7 @@ def axis(**values):
 
 
 def reference(o, duration, x0, v0, push=0.0, path=()):
-    """Positions at the cycles [m] by an adaptive integrator with stops at reversals; delays below one period or whole."""
+    """Positions at the cycles [m] by an adaptive integrator with stops at reversals; delay below a period or whole."""
     T, n = 1 / o.rate, round(duration * o.rate)
     x, v, seen, v_seen = x0, v0, None, 0.0
     share = 1 - np.exp(-2 * np.pi * o.velocity_cutoff * T) if o.velocity_cutoff > 0 else 1.0
