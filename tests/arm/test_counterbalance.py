@@ -62,7 +62,7 @@ def test_drives_can_render_the_force_cap_in_every_direction_at_the_start_pose(mt
     np.testing.assert_array_equal(rendered, F)
 
 
-def test_infeasible_spring_is_reported(mtm):
+def test_invalid_spring_is_reported(mtm):
     with pytest.raises(ValueError, match=r"along must have shape \(7,\)"):
         mtm.set_counterbalance(0.5, np.zeros(3))
     with pytest.raises(RuntimeError, match="finite"):

@@ -90,7 +90,7 @@ def test_copies_keep_the_identified_model():
     np.testing.assert_allclose(heavier.gravity(q), 1.3 * arm.gravity(q), atol=1e-12)
 
 
-def test_parameters_of_wrong_shape_are_rejected():
+def test_gravity_terms_that_do_not_match_the_arm_are_rejected():
     arm = Arm.mtm("right")
     with pytest.raises(ValueError, match="needs 28 finite parameters; got 27"):
         arm.set_gravity_model(_core.GravityTerms(), np.zeros(27))

@@ -47,7 +47,7 @@ def test_unphysical_inertial_parameters_are_rejected():
         arm.with_inertial_parameters(np.ones(7))
 
 
-def test_device_without_links_reports_the_missing_model():
+def test_device_without_links_has_no_inertial_parameters():
     delta = palpate.Arm.model("delta")
     assert delta.inertial_parameters.size == 0
     with pytest.raises(RuntimeError, match="not made of links"):

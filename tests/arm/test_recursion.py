@@ -44,10 +44,10 @@ def test_random_chains_agree_with_pinocchio(joints):
     rng = np.random.default_rng(joints)
     for _ in range(5):
         xml, tip = random_arm(joints, rng), f"f{joints - 1}"
-        arm, judge = _core.Arm(xml, "base", tip), _core.AllTerms(xml, "base", tip)
+        arm, reference = _core.Arm(xml, "base", tip), _core.AllTerms(xml, "base", tip)
         for _ in range(20):
             q, v = rng.uniform(-2, 2, joints), rng.normal(0, 2, joints)
-            M, bias, G, J = judge.compute(q, v)
+            M, bias, G, J = reference.compute(q, v)
             ours = arm.dynamics(q, v)
             scale = max(1.0, np.abs(M).max(), np.abs(bias).max())
             assert np.abs(ours[0] - M).max() < 1e-12 * scale
@@ -59,11 +59,11 @@ def test_random_chains_agree_with_pinocchio(joints):
 
 
 def test_shipped_arms_agree_with_pinocchio(arm, poses):
-    judge = _core.AllTerms(arm.urdf, *arm.frames)
+    reference = _core.AllTerms(arm.urdf, *arm.frames)
     rng = np.random.default_rng(9)
     for q in poses:
         v = 3 * rng.normal(size=arm.n)
-        M, bias, G, J = judge.compute(q, v)
+        M, bias, G, J = reference.compute(q, v)
         ours = arm.dynamics(q, v)
         for mine, theirs in ((ours[0], M), (ours[1], bias), (arm.gravity(q), G), (ours[3], J)):
             assert np.abs(mine - theirs).max() < 1e-12

@@ -39,18 +39,18 @@ def same(found):
 
 def test_arrays_are_made_once_and_read_back_bit_for_bit():
     make = Maker()
-    assert same(cache.load_or_make("thing", "0123", make))
-    assert same(cache.load_or_make("thing", "0123", make))
+    assert same(cache.load_or_make("shape", "0123", make))
+    assert same(cache.load_or_make("shape", "0123", make))
     assert make.count == 1
-    assert same(cache.load_or_make("thing", "4567", make))
+    assert same(cache.load_or_make("shape", "4567", make))
     assert make.count == 2
-    assert {entry.kind for entry in cache.entries()} == {"thing"}
+    assert {entry.kind for entry in cache.entries()} == {"shape"}
 
 
 @pytest.mark.parametrize("damage", ["truncated", "flipped", "empty", "text", "other"])
 def test_damaged_file_is_replaced(damage):
     make = Maker()
-    cache.load_or_make("thing", "0123", make)
+    cache.load_or_make("shape", "0123", make)
     path = cache.entries()[0].path
     data = bytearray(path.read_bytes())
     if damage == "flipped":
@@ -58,14 +58,14 @@ def test_damaged_file_is_replaced(damage):
         data[start + 17] ^= 0xFF
     path.write_bytes({"truncated": bytes(data[: len(data) // 2]), "empty": b"", "text": b"not a cache",
                       "other": b"\x93NUMPY" + bytes(40)}.get(damage, bytes(data)))  # fmt: skip
-    assert same(cache.load_or_make("thing", "0123", make))
+    assert same(cache.load_or_make("shape", "0123", make))
     assert make.count == 2
-    assert same(cache.load_or_make("thing", "0123", make))
+    assert same(cache.load_or_make("shape", "0123", make))
     assert make.count == 2
 
 
 def test_any_flipped_byte_is_detected_or_harmless():
-    cache.load_or_make("thing", "0123", Maker())
+    cache.load_or_make("shape", "0123", Maker())
     path = cache.entries()[0].path
     data = path.read_bytes()
     for index in range(0, len(data), 7):
@@ -79,8 +79,8 @@ def test_any_flipped_byte_is_detected_or_harmless():
 def test_folder_that_cannot_be_written_only_disables_the_cache(folder, monkeypatch):
     folder.write_text("a file where the folder should be")
     make = Maker()
-    assert same(cache.load_or_make("thing", "0123", make))
-    assert same(cache.load_or_make("thing", "0123", make))
+    assert same(cache.load_or_make("shape", "0123", make))
+    assert same(cache.load_or_make("shape", "0123", make))
     assert make.count == 2
     monkeypatch.setenv("XDG_CACHE_HOME", "not/absolute")
     monkeypatch.setenv("HOME", str(folder.parent))
@@ -89,16 +89,16 @@ def test_folder_that_cannot_be_written_only_disables_the_cache(folder, monkeypat
 
 def test_oldest_entries_are_deleted_at_the_size_limit(folder, monkeypatch):
     for k in range(4):
-        cache.load_or_make("thing", f"{k:04}", Maker())
-        os.utime(folder / f"thing-{k:04}.npz", (1000.0 + k, 1000.0 + k))
+        cache.load_or_make("shape", f"{k:04}", Maker())
+        os.utime(folder / f"shape-{k:04}.npz", (1000.0 + k, 1000.0 + k))
     size = cache.entries()[0].bytes
-    cache.load_or_make("thing", "0000", Maker())  # a read makes this entry the newest
+    cache.load_or_make("shape", "0000", Maker())  # a read makes this entry the newest
     leftover = folder / ".dead.tmp"
     leftover.write_bytes(b"half")
     os.utime(leftover, (1000.0, 1000.0))
     monkeypatch.setattr(store, "LIMIT_BYTES", 3 * size + size // 2)
-    cache.load_or_make("thing", "0004", Maker())
-    assert {entry.path.stem for entry in cache.entries()} == {"thing-0004", "thing-0000", "thing-0003"}
+    cache.load_or_make("shape", "0004", Maker())
+    assert {entry.path.stem for entry in cache.entries()} == {"shape-0004", "shape-0000", "shape-0003"}
     assert not leftover.exists()
     assert cache.clear() == 3 * size
     assert cache.entries() == []

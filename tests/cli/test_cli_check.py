@@ -154,7 +154,7 @@ def test_repaired_copy_overwrites_a_file_only_on_request(palpate, tmp_path):
     assert "cannot be written" in palpate("check", source, "--repair", tmp_path / "x.step").err
 
 
-def test_radius_too_large_for_the_mesh_is_reported(palpate, tmp_path):
+def test_unsuitable_radius_is_reported(palpate, tmp_path):
     cube = write_cube(tmp_path / "cube.stl")
     assert "radius 5 mm is too large to feel 4 mm" in palpate("check", cube, "--radius", 5, "--feature", 4).out
     assert "no radius suits" in palpate("check", cube, "--feature", 4, "--noise", 7).out

@@ -19,7 +19,7 @@ def pose(p=(0.0, 0.0, 0.0), R=None):
     return X
 
 
-def at(z, x=0.0):
+def point_at_height(z, x=0.0):
     """The point (x, 0, z) [m]."""
     return np.array([x, 0.0, z])
 

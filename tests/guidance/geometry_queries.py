@@ -15,7 +15,7 @@ def poses(points):
     return X
 
 
-def ask(geometry: _core.Geometry, points: Any, t: float = 0.0) -> dict[str, Any]:
+def query_points(geometry: _core.Geometry, points: Any, t: float = 0.0) -> dict[str, Any]:
     """Query a geometry for tools at points (n, 3) [m] in W, without rotation, at time t [s]."""
     points = np.asarray(points, float)
     return geometry.query(poses(points), np.full(len(points), float(t)))
@@ -23,7 +23,7 @@ def ask(geometry: _core.Geometry, points: Any, t: float = 0.0) -> dict[str, Any]
 
 def slope(geometry: _core.Geometry, points: Any, h: float = 1e-6, t: float = 0.0) -> Any:
     """(n, 3) gradient of the distance by central differences."""
-    after, before = ([ask(geometry, points + s * e, t)["distance"] for e in np.eye(3)] for s in (h, -h))
+    after, before = ([query_points(geometry, points + s * e, t)["distance"] for e in np.eye(3)] for s in (h, -h))
     return (np.array(after) - np.array(before)).T / (2 * h)
 
 

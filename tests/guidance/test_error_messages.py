@@ -68,7 +68,7 @@ def test_every_role_and_law_lists_its_keys():
     ],
 )
 def test_error_messages_of_the_core_are_split_into_problem_and_remedy(make, what, mend):
-    with pytest.raises(ValueError) as found:  # noqa: PT011 - judged below
+    with pytest.raises(ValueError) as found:  # noqa: PT011 - checked below
         make()
     ours = as_guidance_error(found.value, "ball")
     assert (ours.what, ours.where, ours.mend) == (what, "ball", mend)

@@ -4,7 +4,7 @@ import threading
 
 import numpy as np
 import pytest
-from geometry_queries import ask, poses
+from geometry_queries import poses, query_points
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
@@ -37,7 +37,7 @@ POINTS = np.random.default_rng(1).uniform(-0.1, 0.1, (2000, 3))
 @pytest.mark.parametrize("name", CLOSED)
 def test_distance_has_the_closed_form_and_the_normal_is_its_gradient(name):
     geometry, exact = CLOSED[name]
-    q = ask(geometry, POINTS)
+    q = query_points(geometry, POINTS)
     np.testing.assert_allclose(q["distance"], exact(POINTS), atol=1e-15)
     np.testing.assert_allclose(q["point"] + q["distance"][:, None] * q["normal"], POINTS, atol=1e-15)
     h = 1e-6
@@ -47,7 +47,7 @@ def test_distance_has_the_closed_form_and_the_normal_is_its_gradient(name):
 
 @pytest.mark.parametrize("name", CLOSED)
 def test_basis_is_a_rotation_whose_last_column_is_the_normal(name):
-    q = ask(CLOSED[name][0], POINTS)
+    q = query_points(CLOSED[name][0], POINTS)
     for R in (q["basis"], q["attitude"]):
         np.testing.assert_allclose(R @ R.transpose(0, 2, 1), np.tile(np.eye(3), (len(R), 1, 1)), atol=1e-14)
         np.testing.assert_allclose(np.linalg.det(R), 1.0, atol=1e-14)
@@ -55,7 +55,7 @@ def test_basis_is_a_rotation_whose_last_column_is_the_normal(name):
 
 
 def test_line_leaves_one_direction_free_and_its_ends_none():
-    q = ask(CLOSED["segment"][0], POINTS)
+    q = query_points(CLOSED["segment"][0], POINTS)
     along = (POINTS - A) @ U
     inside = (along > 0) & (along < np.linalg.norm(B - A))
     assert 0.2 < inside.mean() < 0.8
@@ -63,7 +63,7 @@ def test_line_leaves_one_direction_free_and_its_ends_none():
     np.testing.assert_allclose(q["basis"][inside][:, :, 0], np.tile(U, (inside.sum(), 1)), atol=1e-14)
     np.testing.assert_allclose(q["attitude"][:, :, 2], np.tile(U, (len(POINTS), 1)), atol=1e-14)
     np.testing.assert_allclose(q["along"], np.clip(along, 0.0, np.linalg.norm(B - A)), atol=1e-15)
-    assert (ask(CLOSED["line"][0], POINTS)["dimension"] == 1).all()
+    assert (query_points(CLOSED["line"][0], POINTS)["dimension"] == 1).all()
 
 
 @pytest.mark.parametrize("name", CLOSED)
@@ -73,7 +73,7 @@ def test_queries_are_independent_of_the_frame(name):
     X = np.eye(4)
     X[:3, :3], X[:3, 3] = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix(), [0.3, -0.2, 0.1]
     placed = _core.PlacedGeometry(geometry, np.eye(4), _core.MotionFrame(X))
-    one, other = ask(geometry, POINTS), placed.query(X @ poses(POINTS), np.zeros(len(POINTS)))
+    one, other = query_points(geometry, POINTS), placed.query(X @ poses(POINTS), np.zeros(len(POINTS)))
     np.testing.assert_allclose(other["distance"], one["distance"], atol=1e-15)
     np.testing.assert_allclose(other["along"], one["along"], atol=1e-15)
     np.testing.assert_allclose(other["normal"], one["normal"] @ X[:3, :3].T, atol=1e-11)
@@ -92,7 +92,7 @@ def test_velocity_and_spin_on_a_moving_frame_are_those_of_its_material():
     X_FG[:3, 3] = [0.02, 0.01, -0.03]
     placed = _core.PlacedGeometry(_core.SurfaceGeometry(_core.Sphere(0.03)), X_FG, frame)
     for t in (0.0, 0.37, 1.9):
-        q = ask(placed, POINTS[:50], t)
+        q = query_points(placed, POINTS[:50], t)
         h = 1e-5
         before, now, after = (frame.at(s)[0] for s in (t - h, t, t + h))
         rate = (after - before) / (2 * h) @ np.linalg.inv(now)
@@ -105,11 +105,11 @@ def test_velocity_and_spin_on_a_moving_frame_are_those_of_its_material():
 def test_live_frame_has_the_last_received_pose():
     frame = _core.LiveFrame()
     placed = _core.PlacedGeometry(_core.PointGeometry(), np.eye(4), frame)
-    assert ask(placed, [[0, 0, 0.1]])["distance"] == 0.1
+    assert query_points(placed, [[0, 0, 0.1]])["distance"] == 0.1
     X = np.eye(4)
     X[:3, 3] = [0, 0, 0.1]
     frame.set(X, [1, 2, 3, 0, 0, 1])
-    q = ask(placed, [[0, 0, 0.3]], 5.0)
+    q = query_points(placed, [[0, 0, 0.3]], 5.0)
     np.testing.assert_allclose([q["distance"][0], *q["velocity"][0], *q["spin"][0]], [0.2, 1, 2, 3, 0, 0, 1])
     with pytest.raises(ValueError, match=r"V_WF must be six finite numbers: linear \[m/s\] over angular"):
         frame.set(X, [np.nan, 0, 0, 0, 0, 0])
@@ -159,7 +159,7 @@ def test_every_finite_pose_has_a_finite_result(p, t):
     frame = _core.MotionFrame(np.eye(4), _core.Motion(v=np.array([0.01, 0, 0]), w=np.array([0, 0.5, 0])))
     for geometry, _ in CLOSED.values():
         for queried in (geometry, _core.PlacedGeometry(geometry, np.eye(4), frame)):
-            q = ask(queried, [p], t)
+            q = query_points(queried, [p], t)
             assert all(np.isfinite(values).all() for values in q.values())
             np.testing.assert_allclose(np.linalg.norm(q["normal"]), 1.0, atol=1e-9)
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from fixtures import DT, LINE, RESERVE, Stage, at, fixture, placed, plane, pose, sphere
+from fixtures import DT, LINE, RESERVE, Stage, fixture, placed, plane, point_at_height, pose, sphere
 from scipy.spatial.transform import Rotation
 
 from palpate import _core
@@ -22,19 +22,19 @@ def test_goal_without_fixtures_is_the_mapped_goal_bit_for_bit():
 
 def test_soft_fixture_renders_its_spring_to_a_resting_hand():
     stage = Stage(fixture(plane(), law_={"K": 400.0}))
-    out = stage.settle(at(-0.005))
+    out = stage.settle(point_at_height(-0.005))
     np.testing.assert_allclose(out["F_T_W"][:3], [0, 0, 2.0], atol=1e-9)
-    np.testing.assert_array_equal(out["X_WT_goal"][:3, 3], at(-0.005))
+    np.testing.assert_array_equal(out["X_WT_goal"][:3, 3], point_at_height(-0.005))
     assert (out["strongest"], out["gap"], out["status"]) == (0, pytest.approx(-0.005), GUIDED)
 
 
 def test_hard_fixture_keeps_the_goal_outside_and_renders_the_deviation():
     stage = Stage(fixture(plane(), law_={"K": 400.0}, hard=True))
-    stage.settle(at(0.01))
+    stage.settle(point_at_height(0.01))
     for z in np.linspace(0.01, -0.005, 300):
-        out = stage.step(at(z))
+        out = stage.step(point_at_height(z))
         assert out["X_WT_goal"][2, 3] >= 0.0
-    out = stage.settle(at(-0.005))
+    out = stage.settle(point_at_height(-0.005))
     np.testing.assert_allclose(out["X_WT_goal"][:3, 3], [0, 0, RESERVE], atol=1e-9)
     np.testing.assert_allclose(out["F_T_W"][:3], [0, 0, 400.0 * (0.005 + RESERVE)], atol=1e-6)
     np.testing.assert_allclose(out["correction"], [0, 0, 0.005 + RESERVE], atol=1e-9)
@@ -50,7 +50,7 @@ def test_hard_guide_keeps_the_goal_on_the_line():
 def test_hard_orient_rotates_the_goal():
     R = Rotation.from_rotvec([0.3, 0.0, 0.0]).as_matrix()
     stage = Stage(fixture(plane(), "orient", hard=True))
-    out = stage.settle(pose(at(0.05), R), ticks=3000)
+    out = stage.settle(pose(point_at_height(0.05), R), ticks=3000)
     np.testing.assert_allclose(out["X_WT_goal"][:3, 2], [0, 0, 1], atol=1e-5)
     np.testing.assert_allclose(out["F_T_W"][3:], [-0.5 * 0.3, 0, 0], atol=1e-3)
 
@@ -74,9 +74,11 @@ def test_goal_at_three_hard_planes_is_the_nearest_feasible_point():
 
 
 def test_contradicting_hard_fixtures_yield_by_priority_and_report_it():
-    up = fixture(plane(pose(at(0.002))), name="above", hard=True, priority=1)  # z >= 2 mm
-    down = fixture(plane(pose(at(-0.002), np.diag([1.0, -1.0, -1.0]))), name="below", hard=True)  # z <= -2 mm
-    out = Stage(up, down).settle(at(0.0), ticks=1000)
+    up = fixture(plane(pose(point_at_height(0.002))), name="above", hard=True, priority=1)  # z >= 2 mm
+    down = fixture(
+        plane(pose(point_at_height(-0.002), np.diag([1.0, -1.0, -1.0]))), name="below", hard=True
+    )  # z <= -2 mm
+    out = Stage(up, down).settle(point_at_height(0.0), ticks=1000)
     assert out["X_WT_goal"][2, 3] == pytest.approx(0.002 + RESERVE)
     assert out["status"] & CONFLICT
 
@@ -85,9 +87,9 @@ def test_goal_does_not_pass_through_a_thin_forbidden_plate():
     """The goal keeps its side, although the other side is closer to the hand."""
     plate = placed(_core.SurfaceGeometry(_core.Box(np.array([0.2, 0.2, 0.002]))))
     stage = Stage(fixture(plate, hard=True))
-    stage.settle(at(0.005))
+    stage.settle(point_at_height(0.005))
     for z in np.concatenate([np.linspace(0.005, -0.02, 50), np.full(300, -0.02)]):
-        out = stage.step(at(z))
+        out = stage.step(point_at_height(z))
         assert out["X_WT_goal"][2, 3] >= 0.001 - 1e-9
     assert out["F_T_W"][2] > 1.0
 
@@ -100,8 +102,8 @@ def test_tool_behind_a_servo_stays_outside_for_any_hand_motion(kind, moving):
     motion = _core.Motion(waves=waves) if moving else None
     made = {
         "plane": [fixture(plane(motion=motion), hard=True)],
-        "sphere": [fixture(sphere(0.02, pose(at(-0.004)), motion), hard=True)],
-        "cavity": [fixture(sphere(0.03, pose(at(0.03)), motion), "keep-in", hard=True)],
+        "sphere": [fixture(sphere(0.02, pose(point_at_height(-0.004)), motion), hard=True)],
+        "cavity": [fixture(sphere(0.03, pose(point_at_height(0.03)), motion), "keep-in", hard=True)],
         "corner": [
             fixture(plane(motion=motion), hard=True),
             fixture(plane(pose(R=Rotation.from_rotvec([0, np.pi / 2, 0]).as_matrix()), motion), name="b", hard=True),
@@ -128,17 +130,17 @@ def test_tool_behind_a_servo_stays_outside_for_any_hand_motion(kind, moving):
 def test_speed_is_limited_and_the_lag_is_rendered():
     stage = Stage(fixture(sphere(0.1), "limit", role_={"speed": 0.02}, hard=True), force_rate=1e3)
     z = 0.0
-    stage.settle(at(z), ticks=400)
-    before = at(z)
+    stage.settle(point_at_height(z), ticks=400)
+    before = point_at_height(z)
     for _ in range(100):
         z += 0.1 * DT
-        out = stage.step(at(z))
+        out = stage.step(point_at_height(z))
         after = out["X_WT_goal"][:3, 3]
         assert np.linalg.norm(after - before) <= 0.02 * DT + 1e-12
         before = after
     assert out["F_T_W"][2] < -0.5
-    out = stage.settle(at(z), ticks=2000)
-    np.testing.assert_allclose(out["X_WT_goal"][:3, 3], at(z), atol=1e-12)
+    out = stage.settle(point_at_height(z), ticks=2000)
+    np.testing.assert_allclose(out["X_WT_goal"][:3, 3], point_at_height(z), atol=1e-12)
 
 
 @pytest.mark.parametrize("law", ["spring", "optimise"])
@@ -164,7 +166,7 @@ def test_hard_force_limit_allows_the_penetration_of_its_force(authority):
     stage, depth = Stage(limit), 0.004
     for _ in range(2000):
         touched = 0.0 if stage.X_tool is None else max(-stage.X_tool[2, 3], 0.0)
-        out = stage.step(at(-depth), F_T_W=np.array([0.0, 0.0, 1000.0 * touched]), stiffness=1000.0)
+        out = stage.step(point_at_height(-depth), F_T_W=np.array([0.0, 0.0, 1000.0 * touched]), stiffness=1000.0)
     left = depth - authority * (depth - 0.002)
     assert out["X_WT_goal"][2, 3] == pytest.approx(-left, abs=2 * RESERVE)
     assert out["F_T_W"][2] == pytest.approx(authority * 400.0 * 0.002, abs=400.0 * 2 * RESERVE)

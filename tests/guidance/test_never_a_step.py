@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from fixtures import DT, LINE, RESERVE, Stage, at, fixture, placed, plane, pose, sphere
+from fixtures import DT, LINE, RESERVE, Stage, fixture, placed, plane, point_at_height, pose, sphere
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
@@ -15,7 +15,7 @@ EDITS = ["off", "gone", "gains", "law", "moved", "role", "hard", "authority", "o
 
 def edited(edit, rng):
     base = {"law_": {"K": 400.0}, "role_": {}}
-    where = pose(at(0.0))
+    where = pose(point_at_height(0.0))
     if edit == "off":
         return [fixture(plane(where), on=False, **base)]
     if edit == "gone":
@@ -58,7 +58,7 @@ def test_edits_of_fixtures_give_no_step_at_a_resting_hand(seed, edits):
 
 def test_wrench_of_a_moving_hand_changes_only_with_the_motion():
     stage, rng = Stage(fixture(sphere(0.01), law_={"K": 500.0, "B": 0.0})), np.random.default_rng(1)
-    before, p = stage.settle(at(0.02)), at(0.02)
+    before, p = stage.settle(point_at_height(0.02)), point_at_height(0.02)
     for _ in range(3000):
         last, p = p, 0.99 * p + rng.normal(size=3) * 2e-4
         out = stage.step(p)
@@ -74,7 +74,9 @@ def test_invalid_inputs_give_finite_outputs(number):
         fixture(sphere(0.1), "limit", name="f", role_={"force": 1.0}, hard=True),
         fixture(plane(), ramps=[_core.Ramp("force", 4.0, 2.0)]),
     ]
-    out = Stage(*made).settle(at(-0.003), 50, F_T_W=np.full(3, number), stiffness=number, F_hand=number, pedal=number)
+    out = Stage(*made).settle(
+        point_at_height(-0.003), 50, F_T_W=np.full(3, number), stiffness=number, F_hand=number, pedal=number
+    )
     assert np.isfinite(out["F_T_W"]).all()
     assert np.isfinite(out["X_WT_goal"]).all()
 
@@ -83,10 +85,10 @@ def test_springs_and_potentials_add_no_energy_on_a_closed_motion():
     """Over many cycles in and out of soft fixtures the hand gets back no more energy than it has put in."""
     made = [
         fixture(sphere(0.02), law_={"K": 400.0}),
-        fixture(placed(LINE, pose(at(0.01))), "guide", "potential", name="two"),
+        fixture(placed(LINE, pose(point_at_height(0.01))), "guide", "potential", name="two"),
     ]
     stage = Stage(*made)
-    stage.settle(at(0.03))
+    stage.settle(point_at_height(0.03))
     s = np.linspace(0, 10 * np.pi, 20001)
     hand = np.stack([0.01 * np.sin(2 * s), 0.012 * np.sin(s), 0.012 + 0.018 * np.cos(s)], axis=1)
     F = np.array([stage.step(p)["F_T_W"][:3] for p in hand])

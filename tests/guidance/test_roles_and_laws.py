@@ -13,7 +13,7 @@ LINE = _core.LineGeometry(np.zeros(3), np.array([0.0, 0.0, 0.1]), True)
 STILL = np.zeros(6)
 
 
-def ask(f, p=(0.0, 0.0, 0.0), R=None, V=STILL, **more):
+def evaluate(f, p=(0.0, 0.0, 0.0), R=None, V=STILL, **more):
     return f.ask(pose(p, R), V_WT=V, **more)
 
 
@@ -26,32 +26,32 @@ def test_names_of_roles_and_laws():
 
 
 def test_guide_constrains_to_the_line_and_leaves_the_motion_along_it_free():
-    want = ask(fixture(placed(LINE), "guide", role_={"margin": 0.001}), (0.03, 0.04, 0.7))
-    assert want["gap"] == pytest.approx(0.001 - 0.05)
-    np.testing.assert_allclose(want["along"], [-0.6, -0.8, 0, 0, 0, 0], atol=1e-12)
-    np.testing.assert_allclose(want["free"], np.diag([0.0, 0.0, 1.0]), atol=1e-12)
-    assert want["attracts"]
+    result = evaluate(fixture(placed(LINE), "guide", role_={"margin": 0.001}), (0.03, 0.04, 0.7))
+    assert result["gap"] == pytest.approx(0.001 - 0.05)
+    np.testing.assert_allclose(result["along"], [-0.6, -0.8, 0, 0, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(result["free"], np.diag([0.0, 0.0, 1.0]), atol=1e-12)
+    assert result["attracts"]
 
 
 def test_guide_to_a_surface_attracts_from_both_sides():
     f = fixture(sphere(0.03), "guide")
     for r, sign in ((0.05, -1.0), (0.02, 1.0)):
-        want = ask(f, (r, 0.0, 0.0))
-        assert want["gap"] == pytest.approx(-abs(r - 0.03))
-        np.testing.assert_allclose(want["along"][:3], [sign, 0, 0], atol=1e-12)
+        result = evaluate(f, (r, 0.0, 0.0))
+        assert result["gap"] == pytest.approx(-abs(r - 0.03))
+        np.testing.assert_allclose(result["along"][:3], [sign, 0, 0], atol=1e-12)
 
 
 @pytest.mark.parametrize(("role", "sign"), [("forbid", 1.0), ("keep-in", -1.0)])
 def test_forbid_and_keep_in_are_opposite(role, sign):
-    want = ask(fixture(sphere(0.03), role, role_={"margin": 0.002}), (0.0, 0.04, 0.0))
-    assert want["gap"] == pytest.approx(sign * 0.01 - 0.002)
-    np.testing.assert_allclose(want["along"][:3], [0, sign, 0], atol=1e-12)
-    assert not want["attracts"]
+    result = evaluate(fixture(sphere(0.03), role, role_={"margin": 0.002}), (0.0, 0.04, 0.0))
+    assert result["gap"] == pytest.approx(sign * 0.01 - 0.002)
+    np.testing.assert_allclose(result["along"][:3], [0, sign, 0], atol=1e-12)
+    assert not result["attracts"]
 
 
 def test_forbidden_line_needs_a_margin_and_acts_as_a_tube():
-    want = ask(fixture(placed(LINE), "forbid", role_={"margin": 0.003}), (0.002, 0.0, 0.0))
-    assert want["gap"] == pytest.approx(-0.001)
+    result = evaluate(fixture(placed(LINE), "forbid", role_={"margin": 0.003}), (0.002, 0.0, 0.0))
+    assert result["gap"] == pytest.approx(-0.001)
     with pytest.raises(ValueError, match="role forbid needs a geometry with an inside"):
         _core.Fixtures([fixture(placed(LINE), "forbid")])
 
@@ -63,10 +63,10 @@ def test_orient_rotates_by_the_shortest_path(target, angle):
     base = Rotation.from_rotvec([np.pi, 0, 0]) if target == "normal" else Rotation.identity()  # z opposite to z
     axis = np.array([0.6, 0.8, 0.0])
     R = (Rotation.from_rotvec(angle * axis) * base).as_matrix()
-    want = ask(fixture(plane(), "orient", role_={"target": target, "angle": 0.1}), (0, 0, 0.01), R)
-    assert want["gap"] == pytest.approx(0.1 - angle, abs=1e-7)
-    np.testing.assert_allclose(want["along"][3:], -axis, atol=1e-6)
-    assert want["turns"]
+    result = evaluate(fixture(plane(), "orient", role_={"target": target, "angle": 0.1}), (0, 0, 0.01), R)
+    assert result["gap"] == pytest.approx(0.1 - angle, abs=1e-7)
+    np.testing.assert_allclose(result["along"][3:], -axis, atol=1e-6)
+    assert result["turns"]
 
 
 def test_rcm_needs_a_point():
@@ -77,10 +77,10 @@ def test_rcm_needs_a_point():
 def test_rcm_measures_the_distance_of_the_shaft_to_the_point():
     """A shaft along y, with its tip 0.1 m beyond the point and 5 mm next to it."""
     R = Rotation.from_rotvec([-np.pi / 2, 0, 0]).as_matrix()  # z of T along y of W
-    want = ask(fixture(placed(_core.PointGeometry()), "rcm"), (0.005, 0.1, 0.0), R)
-    assert want["gap"] == pytest.approx(-0.005)
-    np.testing.assert_allclose(want["along"][:3], [-1, 0, 0], atol=1e-12)
-    np.testing.assert_allclose(want["along"][3:], np.cross([0, -0.1, 0], [-1, 0, 0]), atol=1e-12)
+    result = evaluate(fixture(placed(_core.PointGeometry()), "rcm"), (0.005, 0.1, 0.0), R)
+    assert result["gap"] == pytest.approx(-0.005)
+    np.testing.assert_allclose(result["along"][:3], [-1, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(result["along"][3:], np.cross([0, -0.1, 0], [-1, 0, 0]), atol=1e-12)
 
 
 @pytest.mark.parametrize("role", ["guide", "forbid", "keep-in", "rcm", "orient"])
@@ -94,9 +94,10 @@ def test_gap_gradient_matches_finite_differences(role):
         p = rng.normal(size=3) * 0.03
         V, h = rng.normal(size=6), 1e-6
         gaps = [
-            ask(f, p + s * h * V[:3], (Rotation.from_rotvec(s * h * V[3:]) * R).as_matrix())["gap"] for s in (1, -1)
+            evaluate(f, p + s * h * V[:3], (Rotation.from_rotvec(s * h * V[3:]) * R).as_matrix())["gap"]
+            for s in (1, -1)
         ]
-        slope = ask(f, p, R.as_matrix())["along"] @ V
+        slope = evaluate(f, p, R.as_matrix())["along"] @ V
         assert (gaps[0] - gaps[1]) / (2 * h) == pytest.approx(slope, rel=1e-4, abs=1e-5)
 
 
@@ -112,17 +113,17 @@ def test_drift_is_the_time_derivative_of_the_gap(role):
 
 def test_force_limit_gives_a_displacement_away_from_the_contact():
     f = fixture(sphere(0.1), "limit", role_={"force": 2.0})
-    want = ask(f, F_T_W=np.array([0.0, 0.0, 3.0]), stiffness=500.0)
-    assert want["gap"] == pytest.approx(-1.0 / 500.0)
-    np.testing.assert_allclose(want["along"][:3], [0, 0, 1])
-    assert ask(f, (0.2, 0.0, 0.0), F_T_W=np.array([0.0, 0.0, 3.0]))["gap"] == np.inf, "outside: inactive"
+    result = evaluate(f, F_T_W=np.array([0.0, 0.0, 3.0]), stiffness=500.0)
+    assert result["gap"] == pytest.approx(-1.0 / 500.0)
+    np.testing.assert_allclose(result["along"][:3], [0, 0, 1])
+    assert evaluate(f, (0.2, 0.0, 0.0), F_T_W=np.array([0.0, 0.0, 3.0]))["gap"] == np.inf, "outside: inactive"
 
 
 def test_limits_of_speed_and_of_position():
     speed = fixture(sphere(0.1), "limit", role_={"speed": 0.02})
-    assert ask(speed)["speed"] == 0.02
-    assert ask(speed, (0.2, 0, 0))["speed"] == np.inf
-    position = ask(fixture(sphere(0.1), "limit"), (0.12, 0.0, 0.0))
+    assert evaluate(speed)["speed"] == 0.02
+    assert evaluate(speed, (0.2, 0, 0))["speed"] == np.inf
+    position = evaluate(fixture(sphere(0.1), "limit"), (0.12, 0.0, 0.0))
     assert position["gap"] == pytest.approx(-0.02)
 
 
@@ -133,7 +134,7 @@ def profile(law, e, role="guide", **options):
     """Force and energy of a law at deviations e [m] from a point, or for repelling roles from a sphere's surface."""
     geometry = placed(_core.PointGeometry()) if role == "guide" else plane()
     f = fixture(geometry, role, law, law_=options)
-    found = [ask(f, (0.0, 0.0, x if role == "guide" else -x)) for x in np.atleast_1d(e)]
+    found = [evaluate(f, (0.0, 0.0, x if role == "guide" else -x)) for x in np.atleast_1d(e)]
     sign = -1.0 if role == "guide" else 1.0
     return np.array([sign * one["F"][2] for one in found]), np.array([one["U"] for one in found])
 
@@ -177,23 +178,23 @@ def test_damping_dissipates_and_never_reverses_the_force():
     f = fixture(plane(), "forbid", law_={"K": 400.0, "B": 5.0})
     for z in (-1e-6, -1e-4, -0.002):
         for v in (-0.5, -0.01, 0.01, 0.5):
-            F = ask(f, (0, 0, z), V=np.array([0, 0, v, 0, 0, 0]))["F"][2]
+            F = evaluate(f, (0, 0, z), V=np.array([0, 0, v, 0, 0, 0]))["F"][2]
             assert F >= 0.0, "the force pushes and never pulls"
             assert (F - 400.0 * -z) * v <= 1e-12, "the force in addition to the spring dissipates"
-    assert ask(f, (0, 0, -1e-9), V=np.array([0, 0, -0.5, 0, 0, 0]))["F"][2] < 1e-4, "no step at the border"
+    assert evaluate(f, (0, 0, -1e-9), V=np.array([0, 0, -0.5, 0, 0, 0]))["F"][2] < 1e-4, "no step at the border"
 
 
 def test_admittance_moves_ratio_times_as_fast_across():
     f = fixture(placed(LINE), "guide", "admittance", law_={"B": 3.0, "ratio": 0.2})
-    B = ask(f, (1e-9, 0.0, 0.0), V=np.array([0.01, 0.0, 0.02, 0, 0, 0]))["B"]
+    B = evaluate(f, (1e-9, 0.0, 0.0), V=np.array([0.01, 0.0, 0.02, 0, 0, 0]))["B"]
     v = np.linalg.solve(B, [1.0, 1.0, 1.0])  # speed under the same force in each direction
     np.testing.assert_allclose(v[[0, 1]] / v[2], 0.2, atol=1e-4)
     assert v[2] == pytest.approx(1 / 3.0)
 
 
-def test_admittance_does_not_damp_the_motion_back():
+def test_admittance_damps_the_motion_back_less():
     f = fixture(placed(LINE), "guide", "admittance", law_={"B": 3.0, "ratio": 0.2})
-    away, back = (ask(f, (0.01, 0.0, 0.0), V=np.array([v, 0, 0, 0, 0, 0]))["F"][0] for v in (0.01, -0.01))
+    away, back = (evaluate(f, (0.01, 0.0, 0.0), V=np.array([v, 0, 0, 0, 0, 0]))["F"][0] for v in (0.01, -0.01))
     assert away == pytest.approx(-0.01 * 15.0)
     assert back == pytest.approx(0.01 * 3.0)
 
@@ -206,7 +207,7 @@ def test_admittance_only_dissipates(seed, role):
     geometry = placed(_core.PointGeometry()) if role == "rcm" else sphere(0.03)
     f = fixture(geometry, role, "admittance", law_={"B": 3.0, "ratio": rng.uniform(0.01, 1.0)})
     V = rng.normal(size=6)
-    found = ask(f, 0.05 * rng.normal(size=3), Rotation.random(random_state=rng).as_matrix(), V)
+    found = evaluate(f, 0.05 * rng.normal(size=3), Rotation.random(random_state=rng).as_matrix(), V)
     assert found["F"] @ V <= 1e-12
     assert np.linalg.eigvalsh(found["B"] + found["B"].T).min() > -1e-9
 
@@ -221,7 +222,7 @@ def test_resting_fixture_adds_no_energy_on_a_closed_path(role, law):
     s = np.linspace(0.0, 2 * np.pi, 4001)
     p = 0.03 * np.stack([np.cos(s), np.sin(2 * s), 0.3 + np.sin(s)], axis=1)
     turns = Rotation.from_rotvec(0.4 * np.stack([np.sin(s), np.cos(s), np.sin(3 * s)], axis=1))
-    F = np.array([ask(f, x, R.as_matrix())["F"] for x, R in zip(p, turns, strict=True)])
+    F = np.array([evaluate(f, x, R.as_matrix())["F"] for x, R in zip(p, turns, strict=True)])
     steps = np.hstack([np.diff(p, axis=0), (turns[1:] * turns[:-1].inv()).as_rotvec()])
     work = (0.5 * (F[1:] + F[:-1]) * steps).sum()
     most = np.abs(F[1:] * steps).sum()
@@ -243,7 +244,7 @@ def test_wrench_is_independent_of_the_frame(seed, role, law):
     p, R, V = 0.02 * rng.normal(size=3), Rotation.random(random_state=rng).as_matrix(), rng.normal(size=6)
     options = {"role_": {"margin": 0.001} if role != "keep-in" else {}, "law_": {"range": 0.05}}
     made = [sphere(0.01, at) if role == "keep-in" else placed(geometry, at) for at in (None, X)]
-    one = ask(fixture(made[0], role, law, **options), p, R, V)
+    one = evaluate(fixture(made[0], role, law, **options), p, R, V)
     turned = np.concatenate([X[:3, :3] @ V[:3], X[:3, :3] @ V[3:]])
     other = fixture(made[1], role, law, **options).ask(X @ pose(p, R), V_WT=turned)
     back = np.concatenate([X[:3, :3].T @ other["F"][:3], X[:3, :3].T @ other["F"][3:]])

@@ -35,7 +35,7 @@ SHAPES = {
 }
 
 
-def at(fixture, points, here, t=0.0):
+def query_at(fixture, points, here, t=0.0):
     return query(fixture.make_geometry(here), points, t)
 
 
@@ -52,7 +52,7 @@ def test_every_geometry_survives_a_round_trip(key, here):
     assert again == fixture
     assert Fixture.model_validate(fixture.model_dump(mode="json")) == fixture
     where = np.random.default_rng(1).uniform(-0.05, 0.05, (100, 3))
-    np.testing.assert_array_equal(at(again, where, here)["distance"], at(fixture, where, here)["distance"])
+    np.testing.assert_array_equal(query_at(again, where, here)["distance"], query_at(fixture, where, here)["distance"])
     assert fixture.make(here).role == "guide"
 
 
@@ -132,7 +132,7 @@ def test_several_fixtures_survive_a_round_trip():
 
 def test_fixture_moves_with_its_object(here):
     fixture = Fixture(OfObject(name="liver"), role="forbid", frame="liver")
-    q = at(fixture, [[1, 1, 1.1]], here, t=1.0)
+    q = query_at(fixture, [[1, 1, 1.1]], here, t=1.0)
     np.testing.assert_allclose(q["distance"], 0.07)
     np.testing.assert_allclose(q["velocity"], [[1, 1, 1]])
 

@@ -50,6 +50,6 @@ def test_joint_options_describe_a_joint_that_moves_alone():
     np.testing.assert_allclose(drive_inertia(random_model(arm, "drives", ("rotor",))).diagonal()[:4] > 0, True)
 
 
-def test_cycle_ignores_the_platform_cable():
+def test_platform_cable_is_rejected_in_the_cycle():
     with pytest.raises(RecordingError, match="cannot evaluate its term 'cable_4_1'"):
         estimate_options(random_model(Arm.mtm("left"), "drives"), _core.EstimateOptions())

@@ -205,7 +205,7 @@ def test_a_moving_recording_has_no_header():
     assert len(motion) > 5000
 
 
-def test_grid_poses_exclude_the_servo_deviation():
+def test_grid_poses_are_set_to_their_levels():
     rng = np.random.default_rng(0)
     levels = np.array([-1.0, 0.0, 1.5])
     q = np.zeros((900, 7))

@@ -126,7 +126,7 @@ def test_wall_force_is_within_the_default_cap_and_sigterm_ends_with_zero(master,
     assert "MTMR" in out
 
 
-def test_wrenches_go_to_an_external_teleoperation_while_it_follows(master, node):
+def test_wrench_is_zero_when_an_external_teleoperation_stops_following(master, node):
     process = pressing(master, node, "--teleop", "MTMR_PSM1")
     master.send("following 0")
     t = time.time()
@@ -170,7 +170,7 @@ def test_two_nodes_on_one_arm_send_no_force(master, node):
     second = node("--teleop", "none")
     while "force cap" not in second.stdout.readline():
         assert second.poll() is None, second.stderr.read()
-    master.until(lambda: not any(force for _, force in master.forces[-500:]), "both feel each other", 60.0)
+    master.until(lambda: not any(force for _, force in master.forces[-500:]), "each node finds the other", 60.0)
     time.sleep(1.0)
     assert not any(force for _, force in master.forces[-500:]), "the wrenches stay zero"
     for process in (first, second):

@@ -40,7 +40,7 @@ class Metronome:
         return {"missed_ticks": 0}
 
     def set_snapshot(self, snapshot):
-        raise AssertionError("nobody changed the scene")
+        raise AssertionError("unexpected change of the scene")
 
     def set_fixtures(self, fixtures):
         self.fixtures = fixtures

@@ -147,7 +147,7 @@ def numeric(F, u, a, begin, end, rate=0.0):
 
 @given(F=st.floats(0, 10), u=st.floats(-2, 2), a=st.floats(0.1, 100), begin=st.floats(0, 0.1), span=st.floats(0, 0.1))
 @settings(max_examples=50, deadline=None)
-def test_costs_are_their_integrals(F, u, a, begin, span):
+def test_costs_equal_their_integrals(F, u, a, begin, span):
     held = _core.held_cost(F, u, a, begin, begin + span)
     assert held == pytest.approx(numeric(F, u, a, begin, begin + span), rel=1e-4, abs=1e-9)
     ramp = _core.ramp_cost(F, u, a, begin, 50.0)

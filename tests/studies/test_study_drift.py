@@ -86,7 +86,7 @@ def test_study_reports_every_model_on_every_plant(tmp_path, capsys):
     assert (tmp_path / "figures/drift.png").stat().st_size > 10_000
 
 
-def test_plant_with_friction_holds_despite_model_errors(tmp_path):
+def test_rough_plant_deviates_from_the_identified_model(tmp_path):
     synthetic.write(tmp_path / "poses.csv", synthetic.recording(60, 1))
     plants = drift_plant.make_plants([tmp_path / "poses.csv"], "mtmr")
     assert (plants["rough"].beyond[:3] > plants["as identified"].beyond[:3]).all()

@@ -129,7 +129,7 @@ def test_break_even_is_the_intersection_of_the_lines():
         assert guidance_effects._break_even(rows(*given), "ring")["break_even_mm"] == at
 
 
-def test_operators_without_haste_press_by_feeling():
+def test_operators_without_haste_press_less():
     pressed = {
         c: guidance.measure({"operator": 2, "task": "tracing", "condition": c, "cohort": 7}, 5)["mean_force_N"]
         for c in ("none", "none_no_haste")

@@ -84,7 +84,7 @@ def test_rebound_of_a_bounce_is_its_speed_ratio():
     assert judge(Trace(t, y, t, t)).rebound == pytest.approx(0.4, rel=0.05)
 
 
-def test_handle_that_never_reaches_the_wall_has_no_measures():
+def test_handle_that_never_reaches_the_wall_has_zero_measures():
     t = np.arange(0.0, 4.0, 0.002)
     found = judge(Trace(t, np.full_like(t, 0.37), 0 * t, 0 * t))
     assert (found.overshoot_percent, found.limit_cycle, found.settling_s, found.rebound) == (0.0, False, None, 0.0)

@@ -98,7 +98,7 @@ def test_load_cell_noise_has_its_size_and_is_reproducible():
     assert not np.array_equal(noise, read(4))
 
 
-def test_admittance_without_a_load_cell_is_reported():
+def test_admittance_without_a_load_cell_equals_stiffness_and_is_reported():
     arm = palpate.Arm.model("mtm_right")
     q, v, F = arm.home, np.full(7, 0.1), np.array([1.0, 0, 0, 0, 0, 0])
     commands = []
@@ -164,7 +164,7 @@ def test_released_arm_does_not_creep(push):
     assert np.abs(b.leader.v).max() < (1e-3 if push == 0 else 0.1)
 
 
-def test_soft_stops_push_back_and_store_energy():
+def test_soft_stops_push_back_linearly():
     arm = palpate.Arm.model("mtm_right")
     torque = _core.Torque(_core.TorqueOptions(), arm.tau_max)
 
@@ -208,7 +208,7 @@ def test_invalid_options_are_reported(field, value, message):
         bench(**{field: value} if field != "law" else {"law": value})
 
 
-def test_position_loop_is_checked_only_for_laws_with_one():
+def test_bandwidth_of_the_position_loop_is_checked_only_for_admittance():
     bench("stiffness", laws__servo_bandwidth=80.0)
     with pytest.raises(ValueError, match=r"servo_bandwidth = 80.*a twentieth of the cycle's rate"):
         bench("admittance", laws__servo_bandwidth=80.0)

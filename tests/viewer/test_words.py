@@ -21,9 +21,9 @@ def tick(status=0, contacts=0.0):
 
 @pytest.mark.parametrize("name", BITS)
 def test_every_status_bit_has_its_own_description(name):
-    (words,) = in_words(tick(1 << BITS[name]), 3.0)
+    (description,) = in_words(tick(1 << BITS[name]), 3.0)
     others = {in_words(tick(1 << bit), 3.0)[0] for other, bit in BITS.items() if other != name}
-    assert words not in {"free", "touching"} | others
+    assert description not in {"free", "touching"} | others
 
 
 def test_force_cap_is_shown_in_newtons_after_graver_states():

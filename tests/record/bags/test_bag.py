@@ -80,7 +80,7 @@ def test_viewer_plays_a_bag(folder):
         viewer.close()
 
 
-def test_missing_topics_are_reported(tmp_path):
+def test_incomplete_and_unreadable_bags_are_reported(tmp_path):
     bag = Bag.open(crtk_bag.write(tmp_path / "strange", follower=False, named="HAPLY"))
     with pytest.raises(RecordError, match=r"no model of the arm HAPLY[\s\S]*--scene"):
         stage_and_ticks(bag, None)

@@ -107,7 +107,7 @@ def test_inserted_tool_is_rotated_until_it_engages(robot):
     assert events_of(news, "PSM1", "current_state")[0] == "ENGAGING_TOOL"
 
 
-def test_tool_past_the_cannula_is_not_engaged(robot):
+def test_tool_inserted_past_the_cannula_does_not_move_the_arm(robot):
     r = robot("PSM1").home()
     before = r.state("PSM1")["measured_js"]["position"]
     for present in (False, True):

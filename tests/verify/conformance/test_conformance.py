@@ -52,7 +52,7 @@ def test_distances_and_axes_agree_with_the_formulas(name):
     np.testing.assert_allclose(found["attitude"][:, :, 2], [s.axis(one) for one in p], atol=1e-6)
 
 
-def some():
+def sampled():
     """A random sample with a fixed seed, which has every role with every law."""
     rng = np.random.default_rng(2)
     chosen = {(c.role, c.law): c for c in (MEANT[i] for i in rng.permutation(len(MEANT)))}
@@ -60,7 +60,7 @@ def some():
     return list(dict.fromkeys([*chosen.values(), *rest]))[: len(chosen) + FEW]
 
 
-@pytest.mark.parametrize("c", some(), ids=str)
+@pytest.mark.parametrize("c", sampled(), ids=str)
 def test_combination_passes(c):
     assert examine(c) == {}
 
