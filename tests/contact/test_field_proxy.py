@@ -15,7 +15,7 @@ SMOOTH = [surfaces.Plane(), surfaces.Sphere(0.03), surfaces.Capsule(0.01, 0.05),
 EDGED = [surfaces.Box((0.04, 0.03, 0.05)), surfaces.Cylinder(0.02, 0.05)]
 
 
-def feel(surface, tips, **options):
+def render_path(surface, tips, **options):
     return render(surface, tips, **({"radius": RADIUS, "stiffness": K} | options))
 
 
@@ -33,7 +33,7 @@ def around(surface, offset, n=4000):
     return np.concatenate([slide[0] + normal[0] * np.linspace(0.02, 0.0, 300)[:, None], slide])
 
 
-def wander(seed, reach=0.035, n=5000):
+def random_path(seed, reach=0.035, n=5000):
     """A smooth random path that enters, leaves and crosses the surface."""
     rng = np.random.default_rng(seed)
     t = np.linspace(0, 2 * np.pi, n)[:, None]
@@ -46,7 +46,7 @@ def wander(seed, reach=0.035, n=5000):
 @pytest.mark.parametrize("surface", SMOOTH, ids=lambda s: s.name)
 def test_smooth_surfaces_obey_the_law_exactly(surface, offset):
     tips = around(surface, offset)
-    r = feel(surface, tips)
+    r = render_path(surface, tips)
     np.testing.assert_allclose(r.force, law(surface, tips), atol=1e-9)
     assert not r.started_inside
 
@@ -54,16 +54,16 @@ def test_smooth_surfaces_obey_the_law_exactly(surface, offset):
 @pytest.mark.parametrize("surface", EDGED, ids=lambda s: s.name)
 def test_convex_edges_are_rounded_by_the_radius(surface):
     tips = around(surface, 1e-3)
-    np.testing.assert_allclose(feel(surface, tips).force, law(surface, tips), atol=1e-9)
+    np.testing.assert_allclose(render_path(surface, tips).force, law(surface, tips), atol=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("size", [(0.04, 0.04, 0.04), (0.06, 0.06, 0.001)], ids=["box", "plate"])
 def test_mesh_proxy_agrees_on_a_box(size, seed):
     """Both algorithms agree, except for single ticks in which one passes an edge sooner."""
-    tips = wander(seed)
+    tips = random_path(seed)
     name = "box" if size[2] > 0.01 else "plate"
-    field, mesh = feel(surfaces.Box(size), tips), feel(_core.Mesh(*SHAPES[name].mesh(12)), tips)
+    field, mesh = render_path(surfaces.Box(size), tips), render_path(_core.Mesh(*SHAPES[name].mesh(12)), tips)
     apart = np.abs(field.force - mesh.force).max(axis=1) > 1e-4
     assert (field.depth > 0).mean() > 0.3
     assert apart.mean() < 0.003
@@ -77,7 +77,7 @@ def test_tool_never_pops_through_a_thin_plate(speed, thickness):
     z = np.arange(top + 0.015, top - depth, -speed * 1e-3)
     down = np.stack([np.full_like(z, 0.0041), np.full_like(z, -0.0023), z], axis=1)
     tips = np.concatenate([down, np.repeat(down[-1:], 50, axis=0), down[::-1]])
-    r = feel(surfaces.Box((0.06, 0.06, thickness)), tips)
+    r = render_path(surfaces.Box((0.06, 0.06, thickness)), tips)
     expected = K * np.maximum(top + RADIUS - tips[:, 2], 0.0)[:, None] * [0.0, 0.0, 1.0]
     np.testing.assert_allclose(r.force, expected, atol=1e-9)
 
@@ -96,7 +96,7 @@ def test_plate_cannot_be_penetrated(seed, thickness, speed, radius):
     end = start + np.array([*rng.uniform(-0.01, 0.01, 2), -0.028])
     n = max(2, int(np.linalg.norm(end - start) / speed * 1000))
     tips = np.linspace(start, end, n)
-    r = feel(surfaces.Box((0.08, 0.08, thickness)), tips, radius=radius)
+    r = render_path(surfaces.Box((0.08, 0.08, thickness)), tips, radius=radius)
     below = tips[:, 2] < thickness / 2 + radius
     np.testing.assert_allclose(r.force[below, 2], K * (thickness / 2 + radius - tips[below, 2]), rtol=1e-6)
 
@@ -110,7 +110,7 @@ def test_grid_of_a_groove_gives_forces_of_both_walls():
     t = np.linspace(0, 9, 3000)
     tips = np.stack([1.2e-3 * np.cos(t), 3e-3 * np.sin(t), np.full_like(t, 0.5e-3)], axis=1)
     tips = np.concatenate([np.linspace(tips[0] + [0, 0, 0.015], tips[0], 400), tips])
-    r = feel(groove, tips)
+    r = render_path(groove, tips)
     corner = np.stack([np.zeros_like(t), tips[400:, 1], np.full_like(t, RADIUS * 2**0.5)], axis=1)
     np.testing.assert_allclose(r.force[400:], K * (corner - tips[400:]), atol=1e-4)
 
@@ -130,7 +130,7 @@ def test_two_faces_of_a_grid_are_exact_at_any_angle(degrees):
     t = np.linspace(0, 9, 1500)
     tips = 1e-3 * np.sin(t)[:, None] * [middle[2], 0.0, -middle[0]] + [0.0, 0.001, 0.0] + 2e-4 * middle
     tips = np.concatenate([tips[0] + middle * np.linspace(0.015, 0.0, 300)[:, None], tips])
-    force = feel(edge, tips, radius=radius).force[300:]
+    force = render_path(edge, tips, radius=radius).force[300:]
     short = radius - tips[300:] @ n.T
     both = np.linalg.solve(n @ n.T, short.T).T
     one = short.argmax(axis=1)
@@ -147,7 +147,7 @@ def test_grid_of_a_torus_obeys_the_law(spacing, degrees, newton):
     slide = exact.curve(np.linspace(0, 2, 4001), -2e-3)
     phi, n = exact.distance(slide)
     tips = np.concatenate([slide[0] + n[0] * np.linspace(0.02, 0, 400)[:, None], slide])
-    force = feel(grid, tips).force[400:]
+    force = render_path(grid, tips).force[400:]
     assert np.degrees(np.arccos(np.clip((force * n).sum(1) / np.linalg.norm(force, axis=1), -1, 1))).max() < degrees
     np.testing.assert_allclose(np.linalg.norm(force, axis=1), K * (RADIUS - phi), atol=newton)
 
@@ -157,7 +157,7 @@ def test_forces_do_no_work_on_a_closed_path(surface):
     """The path starts and ends in free space; the trapezoidal sum of F dx vanishes with the step."""
     tips = around(surface, -1e-3, 20_000)
     tips = np.concatenate([tips, tips[:300][::-1] - tips[299] + tips[-1]])
-    force = feel(surface, tips).force
+    force = render_path(surface, tips).force
     done = (0.5 * (force[1:] + force[:-1]) * np.diff(tips, axis=0)).sum()
     assert abs(done) < 2e-7  # the stored energy is 2.25 mJ
     assert np.linalg.norm(force, axis=1).max() > 1.49
@@ -165,9 +165,9 @@ def test_forces_do_no_work_on_a_closed_path(surface):
 
 @pytest.mark.parametrize("scale", [1e-3, 1e3])
 def test_forces_do_not_depend_on_the_scale(scale):
-    tips = wander(7)
-    one = feel(surfaces.Box((0.04, 0.03, 0.05)), tips).force
-    other = feel(
+    tips = random_path(7)
+    one = render_path(surfaces.Box((0.04, 0.03, 0.05)), tips).force
+    other = render_path(
         surfaces.Box(scale * np.array([0.04, 0.03, 0.05])),
         tips * scale,
         radius=RADIUS * scale,
@@ -179,7 +179,7 @@ def test_forces_do_not_depend_on_the_scale(scale):
 
 def test_tool_that_starts_inside_is_moved_outside_and_reported():
     tips = np.repeat([[0.0, 0.001, 0.015]], 5, axis=0)
-    r = feel(surfaces.Box((0.04, 0.04, 0.04)), tips)
+    r = render_path(surfaces.Box((0.04, 0.04, 0.04)), tips)
     assert r.started_inside
     np.testing.assert_allclose(r.force, np.tile([0, 0, K * 0.007], (5, 1)), atol=1e-9)
 
@@ -187,7 +187,7 @@ def test_tool_that_starts_inside_is_moved_outside_and_reported():
 def test_force_is_zero_after_release_and_friction_stays_in_its_cone():
     ball, mu = surfaces.Sphere(0.03), 0.3
     tips = np.concatenate([around(ball, -1e-3, 500), np.linspace([0, 0, 0.06], [0, 0, 0.07], 20)])
-    r = feel(ball, tips, friction=mu)
+    r = render_path(ball, tips, friction=mu)
     free = ball.nearest(tips)[0] > RADIUS
     assert (r.force[free] == 0.0).all()
     along = np.linalg.norm(r.force - (r.force * r.normal).sum(1)[:, None] * r.normal, axis=1)
@@ -204,7 +204,7 @@ def test_rough_grids_and_wild_paths_give_finite_bounded_forces(seed):
     at = np.stack(np.meshgrid(x, x, x, indexing="ij"), axis=-1)
     values = np.linalg.norm(at, axis=-1) - 0.012 + rng.uniform(-2e-4, 2e-4, (21, 21, 21))
     tips = rng.uniform(-0.03, 0.03, (10, 3)).repeat(20, axis=0) + rng.normal(0, 3e-4, (200, 3))
-    r = feel(surfaces.DistanceGrid(values, np.full(3, -0.02), 0.002), tips)
+    r = render_path(surfaces.DistanceGrid(values, np.full(3, -0.02), 0.002), tips)
     assert np.isfinite(r.force).all()
     assert (np.linalg.norm(r.force, axis=1) <= K * 0.1).all()
     np.testing.assert_allclose(r.force, np.where(r.depth[:, None] > 0, K * (r.proxy - tips), 0.0), atol=1e-9)

@@ -16,7 +16,7 @@ FLOOR = _core.Mesh(
 )
 
 
-def feel(tips, mu, mu_static=0.0, **options):
+def render_path(tips, mu, mu_static=0.0, **options):
     return render(FLOOR, tips, radius=RADIUS, stiffness=K, friction=mu, static_friction=mu_static, **options)
 
 
@@ -35,7 +35,7 @@ def drag(depth, length, step=1e-6, direction=(0.6, 0.8)):
 def test_sticks_until_the_static_cone_then_slips_on_the_dynamic_one():
     mu, mu_static, depth = 0.2, 0.35, 0.004
     tips, start = drag(depth, 0.003)
-    force = feel(tips, mu, mu_static).force[start:]
+    force = render_path(tips, mu, mu_static).force[start:]
     x = np.linalg.norm(tips[start:, :2] - tips[start - 1, :2], axis=1)
     stuck = x < mu_static * depth - 1e-9
     np.testing.assert_allclose(force[stuck, :2], -K * (tips[start:, :2] - tips[start - 1, :2])[stuck], atol=1e-9)
@@ -47,7 +47,7 @@ def test_sticks_until_the_static_cone_then_slips_on_the_dynamic_one():
 @pytest.mark.parametrize("mu_static", [0.0, 0.1, 0.3])
 def test_static_coefficient_below_the_dynamic_one_is_raised_to_it(mu_static):
     tips, _ = drag(0.004, 0.003)
-    np.testing.assert_array_equal(feel(tips, 0.3, mu_static).force, feel(tips, 0.3).force)
+    np.testing.assert_array_equal(render_path(tips, 0.3, mu_static).force, render_path(tips, 0.3).force)
 
 
 def push(friction, x, load, mu, mu_static, stiffness=5000.0):
@@ -111,7 +111,7 @@ def test_force_at_rest_follows_only_the_noise(slipped):
     """
     tips, start = drag(0.004, max(slipped, 2e-6))
     noise = np.random.default_rng(0).uniform(-1e-6, 1e-6, (2000, 3))
-    force = feel(np.concatenate([tips, tips[-1] + noise]), 0.2, 0.35).force[len(tips) + 20 :]
+    force = render_path(np.concatenate([tips, tips[-1] + noise]), 0.2, 0.35).force[len(tips) + 20 :]
     assert (np.abs(force - force.mean(axis=0)).max(axis=0) < 1e-3).all()
     assert start > 0
 
@@ -120,7 +120,7 @@ def test_slow_motion_with_noise_stays_slipping():
     """Noise reverses the motion at every other tick, but a slipping proxy does not stick again because of it."""
     tips, start = drag(0.004, 0.004, step=2e-7)
     tips[start:] += np.random.default_rng(1).uniform(-1e-6, 1e-6, (len(tips) - start, 3))
-    ratio = share(feel(tips, 0.2, 0.35).force[start:])
+    ratio = share(render_path(tips, 0.2, 0.35).force[start:])
     x = np.linalg.norm(tips[start:, :2] - tips[start - 1, :2], axis=1)
     slipping = x > 0.35 * 0.004 + 5e-6
     assert ratio[slipping].max() < 0.2 + 1e-3
@@ -136,7 +136,7 @@ def test_closed_paths_dissipate_energy_within_the_cone(seed, mu, above):
     knots = np.concatenate([above_it, inside, above_it])
     tips = np.concatenate([np.linspace(a, b, 200) for a, b in pairwise(knots)])
     tips[:, 2] += RADIUS
-    r = feel(tips, mu, mu + above)
+    r = render_path(tips, mu, mu + above)
     tangential = np.linalg.norm(r.force[:, :2], axis=1)
     assert (tangential <= (mu + above) * r.force[:, 2] + 1e-9).all()
     work = 0.5 * ((r.force[1:] + r.force[:-1]) * np.diff(tips, axis=0)).sum()  # work of the surface on the tool
@@ -151,5 +151,5 @@ def test_friction_follows_a_moving_surface():
     tips = np.concatenate([down, np.repeat(down[-1:], n, axis=0)])
     X = np.tile(np.eye(4), (len(tips), 1, 1))
     X[100:, 1, 3] = np.arange(n) * 1e-5
-    force = feel(tips, 0.3, poses=X).force[100:]
+    force = render_path(tips, 0.3, poses=X).force[100:]
     np.testing.assert_allclose(force[:, 1], np.minimum(K * X[100:, 1, 3], 0.3 * K * depth), atol=1e-9)

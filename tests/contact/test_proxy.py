@@ -14,7 +14,7 @@ from palpate.shapes.analytic import SHAPES
 RADIUS, K = 2e-3, 500.0
 
 
-def feel(shape, tips, triangles=5000, **options):
+def render_path(shape, tips, triangles=5000, **options):
     mesh = _core.Mesh(*SHAPES[shape].mesh(triangles))
     return render(mesh, tips, **({"radius": RADIUS, "stiffness": K} | options))
 
@@ -29,7 +29,7 @@ def angle_deg(a, b):
 
 def test_box_face_is_a_spring():
     tips = line([0.003, -0.002, 0.03], [0.003, -0.002, 0.015])
-    r = feel("box", tips)
+    r = render_path("box", tips)
     depth = np.maximum(0.02 + RADIUS - tips[:, 2], 0.0)
     np.testing.assert_allclose(r.force, K * depth[:, None] * [0, 0, 1], atol=1e-9)
     np.testing.assert_allclose(r.depth, depth, atol=1e-12)
@@ -39,7 +39,7 @@ def test_box_face_is_a_spring():
 
 def test_release_is_exactly_zero():
     down = line([0.003, -0.002, 0.03], [0.003, -0.002, 0.015])
-    r = feel("box", np.concatenate([down, down[::-1]]))
+    r = render_path("box", np.concatenate([down, down[::-1]]))
     free = np.concatenate([down, down[::-1]])[:, 2] > 0.02 + RADIUS
     assert (r.force[free] == 0.0).all()
     assert (r.normal[free] == 0.0).all()
@@ -53,7 +53,7 @@ def test_round_shapes_follow_the_law(shape, offset):
     exact = SHAPES[shape]
     slide = exact.curve(np.linspace(0, 2, 4001), offset)
     approach = slide[0] + exact.distance(slide[:1])[1] * np.linspace(0.02, 0, 500)[:, None]
-    r = feel(shape, np.concatenate([approach, slide]))
+    r = render_path(shape, np.concatenate([approach, slide]))
     phi, n = exact.distance(slide)
     force = r.force[len(approach) :]
     assert angle_deg(force, n).max() < 0.3
@@ -66,7 +66,7 @@ def test_concave_edge_is_exact(side):
     n = 600
     x = side * np.linspace(0.010, 0.0005, n)
     tips = np.stack([x, np.full(n, 0.0031), np.linspace(0.03, -0.002, n)], axis=1)
-    r = feel("groove", tips)
+    r = render_path("groove", tips)
     corner = np.array([0.0, tips[-1, 1], RADIUS * 2**0.5])
     force = K * (corner - tips[-1])
     assert angle_deg(r.force[-1], force) < 0.05
@@ -97,7 +97,7 @@ def test_concave_corner_is_exact():
 def test_convex_edge_is_rounded_by_the_radius():
     tips = SHAPES["box"].curve(np.linspace(0, 1, 6000), 1e-3)
     phi, n = SHAPES["box"].distance(tips)
-    r = feel("box", np.concatenate([line(tips[0] + [0, 0, 0.01], tips[0], 100), tips]))
+    r = render_path("box", np.concatenate([line(tips[0] + [0, 0, 0.01], tips[0], 100), tips]))
     np.testing.assert_allclose(r.force[100:], K * (RADIUS - phi)[:, None] * n, atol=1e-5)
 
 
@@ -110,7 +110,7 @@ def test_tool_never_pops_through_a_thin_plate(speed):
     down = np.stack([np.full_like(z, 0.0041), np.full_like(z, -0.0023), z], axis=1)
     tips = np.concatenate([down, np.repeat(down[-1:], 50, axis=0), down[::-1]])
     for triangles in (12, 2000, 40_000):
-        r = feel("plate", tips, triangles)
+        r = render_path("plate", tips, triangles)
         np.testing.assert_allclose(r.force[:, 2], K * np.maximum(top + RADIUS - tips[:, 2], 0.0), atol=1e-6)
         np.testing.assert_allclose(r.force[:, :2], 0.0, atol=1e-6)
 
@@ -120,7 +120,7 @@ def test_tool_dragged_below_a_plate_leaves_at_its_rim():
     x = np.linspace(0, 0.04, 2000)
     tips = np.stack([x, np.zeros_like(x), np.full_like(x, -0.004)], axis=1)
     down = line([0, 0, 0.01], tips[0], 200)
-    r = feel("plate", np.concatenate([down, tips]))
+    r = render_path("plate", np.concatenate([down, tips]))
     on_plate = np.concatenate([np.zeros(200, bool), x < 0.029])
     assert (angle_deg(r.force[on_plate], np.array([0, 0, 1.0])) < 1e-6).all()
     assert (r.force[-1] == 0).all()
@@ -133,7 +133,7 @@ def test_friction_stays_in_the_cone_and_holds():
     down = line([0, 0, 0.03], [0, 0, 0.019], 300)
     creep = line(down[-1], down[-1] + [0.0005, 0, 0], 100)  # less than mu * 3 mm, so the proxy sticks
     drag = line(creep[-1], creep[-1] + [0.01, 0, 0], 500)
-    r = feel("box", np.concatenate([down, creep, drag]), friction=mu)
+    r = render_path("box", np.concatenate([down, creep, drag]), friction=mu)
     normal, along = r.force[:, 2], np.linalg.norm(r.force[:, :2], axis=1)
     assert (along <= mu * normal * (1 + 1e-12)).all()
     np.testing.assert_allclose(r.proxy[300:400, 0], 0.0, atol=1e-12)  # sticks
@@ -145,9 +145,9 @@ def test_friction_stays_in_the_cone_and_holds():
 def test_damping_never_pulls_and_never_adds_energy():
     down = line([0, 0, 0.03], [0, 0, 0.019], 100)
     tips = np.concatenate([down, down[::-1]])
-    r = feel("box", tips, damping=50.0)
+    r = render_path("box", tips, damping=50.0)
     v = np.diff(tips, axis=0, prepend=tips[:1]) * 1000
-    spring = feel("box", tips).force
+    spring = render_path("box", tips).force
     assert (r.force[:, 2] >= 0).all()
     assert (((r.force - spring) * v).sum(axis=1) <= 1e-12).all()
 
@@ -178,10 +178,10 @@ def test_forces_rotate_with_the_scene():
 
 def test_tool_that_starts_inside_is_moved_outside_and_reported():
     tips = np.repeat([[0.0, 0.001, 0.015]], 5, axis=0)
-    r = feel("box", tips)
+    r = render_path("box", tips)
     assert r.started_inside
     np.testing.assert_allclose(r.force, np.tile([0, 0, K * 0.007], (5, 1)), atol=1e-9)
-    assert not feel("box", tips + np.array([0, 0, 0.01])).started_inside
+    assert not render_path("box", tips + np.array([0, 0, 0.01])).started_inside
 
 
 def test_open_surface_has_contact_from_both_sides():

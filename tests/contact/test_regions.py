@@ -22,7 +22,7 @@ def floor(*regions, material=SOFT, X_WO=None):
     return _core.Object("floor", FLOOR, np.eye(4) if X_WO is None else X_WO, material, regions)
 
 
-def feel(tips, *objects, rate=1000.0):
+def render_path(tips, *objects, rate=1000.0):
     options = _core.ContactOptions()
     options.radius = RADIUS
     return _core.contact_render(_core.Snapshot(objects), np.ascontiguousarray(tips), "proxy", options, rate)[0]
@@ -77,7 +77,7 @@ def test_force_is_larger_over_the_nodule_and_continuous():
     tips = np.stack([x, np.zeros_like(x), np.full_like(x, RADIUS - 0.002)], axis=1)
     down = np.linspace([x[0], 0, RADIUS + 0.001], tips[0], 500)
     nodule = _core.Region(NODULE.centre, NODULE.half, NODULE.radius, NODULE.blend, frictionless(HARD))
-    force = feel(np.concatenate([down, tips]), floor(nodule, material=frictionless(SOFT)))[len(down) :]
+    force = render_path(np.concatenate([down, tips]), floor(nodule, material=frictionless(SOFT)))[len(down) :]
     np.testing.assert_allclose(force[np.abs(x - 0.01) < 0.004, 2], 1500 * 0.002, rtol=1e-9)
     np.testing.assert_allclose(force[np.abs(x - 0.01) > 0.0101, 2], 300 * 0.002, rtol=1e-9)
     assert np.abs(np.diff(force, axis=0)).max() < 2e-6 * 2 * 1200 / 0.003  # the slope of the blend, without a step
@@ -91,7 +91,7 @@ def test_pressing_next_to_the_nodule_and_releasing_on_it_gains_no_energy():
     high, low = RADIUS + 0.001, RADIUS - 0.003
     corners = [[-0.005, 0, high], [-0.005, 0, low], [0.01, 0.002, low], [0.01, 0.002, high], [-0.005, 0, high]]
     tips = np.concatenate([np.linspace(a, b, 8000) for a, b in pairwise(corners)])
-    force = feel(tips, floor(nodule, material=frictionless(SOFT)))
+    force = render_path(tips, floor(nodule, material=frictionless(SOFT)))
     work = 0.5 * ((force[1:] + force[:-1]) * np.diff(tips, axis=0)).sum()
     free = 0.5 * 1200 * 0.003**2
     assert abs(work) < 1e-3 * free
@@ -103,8 +103,8 @@ def test_regions_move_with_their_object():
     X = np.eye(4)
     X[:3, :3], X[:3, 3] = R, [0.1, -0.2, 0.3]
     tips = np.linspace([0.005, 0.001, 0.004], [0.009, 0.0, -0.001], 300)
-    one = feel(tips, floor(NODULE))
-    other = feel(tips @ R.T + X[:3, 3], floor(NODULE, X_WO=X))
+    one = render_path(tips, floor(NODULE))
+    other = render_path(tips @ R.T + X[:3, 3], floor(NODULE, X_WO=X))
     np.testing.assert_allclose(other, one @ R.T, atol=1e-9)
 
 

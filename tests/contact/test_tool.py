@@ -21,14 +21,14 @@ def plane(normal, offset, stiffness=K):
     return _core.Object(f"plane {normal}", _core.Mesh(*SQUARE), X, _core.Material(np.full(3, stiffness)))
 
 
-def feel(objects, tips, spheres=()):
+def render_path(objects, tips, spheres=()):
     options = _core.ContactOptions()
     options.radius = RADIUS
     options.spheres = [_core.ToolSphere(np.array(p, float), r) for p, r in spheres]
     return _core.contact_render(_core.Snapshot(objects), np.ascontiguousarray(tips), "proxy", options, 1000.0)
 
 
-def enter(end, n=300):
+def entry_path(end, n=300):
     return np.linspace(np.array([0.1, 0.1, 0.1]), end, n)
 
 
@@ -36,8 +36,8 @@ def enter(end, n=300):
 def test_forces_of_several_objects_add_up(count):
     """Walls of different stiffness, each its own object, overlap in a corner: the force is the sum of all springs."""
     normals, stiffness = np.eye(3)[:count], [300.0, 500.0, 700.0][:count]
-    tips = enter([-0.001, -0.002, -0.0005])
-    force = feel([plane(n, 0.0, k) for n, k in zip(normals, stiffness, strict=True)], tips)[0]
+    tips = entry_path([-0.001, -0.002, -0.0005])
+    force = render_path([plane(n, 0.0, k) for n, k in zip(normals, stiffness, strict=True)], tips)[0]
     exact = sum(k * np.maximum(RADIUS - tips @ n, 0.0)[:, None] * n for n, k in zip(normals, stiffness, strict=True))
     np.testing.assert_allclose(force, exact, atol=1e-9)
 
@@ -46,7 +46,7 @@ def test_thirty_two_objects_are_rendered_and_one_more_is_rejected():
     angles = np.linspace(0, 2 * np.pi, 32, endpoint=False)
     ring = [plane([-np.cos(a), -np.sin(a), 0.0], -0.01) for a in angles]
     tips = np.linspace([0, 0, 0.0], [0.004, 0.007, 0.0], 200)
-    force, *_ = feel(ring, tips)
+    force, *_ = render_path(ring, tips)
     gaps = RADIUS + tips @ np.stack([np.cos(angles), np.sin(angles), 0 * angles]) - 0.01
     inwards = -np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
     np.testing.assert_allclose(force, K * np.maximum(gaps, 0.0) @ inwards, atol=1e-9)
@@ -57,7 +57,7 @@ def test_thirty_two_objects_are_rendered_and_one_more_is_rejected():
 def test_rod_of_spheres_gives_the_wrench_of_its_springs():
     rod = [((0.0, 0.0, 0.01 * i), 0.003 + 0.0002 * i) for i in range(1, 16)]
     tips = np.linspace([0.02, 0, 0], [-0.001, 0, 0], 200)
-    force, *_, torque = feel([plane([1, 0, 0.2], 0.0)], tips, rod)
+    force, *_, torque = render_path([plane([1, 0, 0.2], 0.0)], tips, rod)
     n = np.array([1, 0, 0.2]) / np.hypot(1, 0.2)
     p_TS = np.array([[0.0, 0, 0], *(p for p, _ in rod)])
     radius = np.array([RADIUS, *(r for _, r in rod)])
@@ -82,13 +82,13 @@ def test_contact_set_keeps_the_strongest_contacts():
     """16 spheres in 3 walls are 48 contacts; the 32 contacts of the stiffest walls are kept."""
     walls = [plane(n, 0.0, k) for n, k in zip(np.eye(3), (100.0, 200.0, 400.0), strict=True)]
     spheres = [((0.0, 0.0, 0.0), RADIUS)] * 15
-    force = feel(walls, enter([-0.001, -0.001, -0.001]), spheres)[0][-1]
+    force = render_path(walls, entry_path([-0.001, -0.001, -0.001]), spheres)[0][-1]
     np.testing.assert_allclose(force, 0.003 * 16 * np.array([0.0, 200, 400]), atol=1e-9)
 
 
 def test_too_many_spheres_are_rejected():
     with pytest.raises(ValueError, match="16 spheres beside the one on the tip; a tool has at most 15"):
-        feel([plane([0, 0, 1], 0)], np.zeros((1, 3)), [((0, 0, 0), RADIUS)] * 16)
+        render_path([plane([0, 0, 1], 0)], np.zeros((1, 3)), [((0, 0, 0), RADIUS)] * 16)
     with pytest.raises(ValueError, match="radius must be a positive"):
         render(_core.Mesh(*SQUARE), np.zeros((1, 3)), radius=RADIUS, stiffness=K, spheres=[((0, 0, 0), -1.0)])
 
@@ -104,7 +104,7 @@ def test_jaw_opens_about_its_hinge():
 @pytest.mark.parametrize("method", _core.contact_methods())
 def test_invalid_position_gives_no_force_and_keeps_the_proxy_memory(method):
     """A NaN position gives no force, and the other forces are the same as without it."""
-    tips = enter([0.0, 0.0, -0.001])
+    tips = entry_path([0.0, 0.0, -0.001])
     tips = np.concatenate([tips, np.repeat(tips[-1:], 50, axis=0)])
     whole = render_plane(tips, method)
     tips[320] = np.nan
@@ -130,5 +130,5 @@ def test_tool_filters_virtual_or_real_objects():
     options.radius = RADIUS
     for real, stiffness in ((False, 1000.0), (True, 1200.0)):
         options.real = real
-        force = _core.contact_render(_core.Snapshot(floors), enter([0.0, 0.0, 0.001]), "proxy", options, 1000.0)[0]
+        force = _core.contact_render(_core.Snapshot(floors), entry_path([0.0, 0.0, 0.001]), "proxy", options, 1000.0)[0]
         np.testing.assert_allclose(force[-1], [0, 0, stiffness * 1e-3], atol=1e-9)

@@ -67,9 +67,9 @@ class Stage:
         self.core = _core.Guidance(filled(_core.GuidanceOptions(), {"servo_bandwidth": bandwidth} | options), DT)
         self.k, self.X, self.X_tool, self.v = 0, None, None, np.zeros(3)
         self.w = 2 * np.pi * bandwidth
-        self.give(*fixtures)
+        self.set_fixtures(*fixtures)
 
-    def give(self, *fixtures):
+    def set_fixtures(self, *fixtures):
         self.core.take(_core.Fixtures(list(fixtures)))
 
     def step(self, X, **more):

@@ -25,7 +25,7 @@ def arc(t):
     return 0.03 * np.c_[np.cos(t), np.sin(t), 0.3 * t]
 
 
-def shown(noise=0.0, seed=0):
+def demonstration(noise=0.0, seed=0):
     """A demonstration along a helix, with a pause in the middle and tremor of `noise` [m]."""
     s = np.r_[np.linspace(0, 1.5, 1500), np.full(500, 1.5), np.linspace(1.5, 3.0, 1500)]
     p = arc(s) + noise * np.random.default_rng(seed).normal(size=(len(s), 3))
@@ -33,22 +33,22 @@ def shown(noise=0.0, seed=0):
 
 
 def test_demonstration_without_noise_is_reproduced():
-    places, R = simplified(shown(), spacing=2e-3, smooth=1e-3)
+    places, R = simplified(demonstration(), spacing=2e-3, smooth=1e-3)
     length = 3.0 * 0.03 * np.hypot(1.0, 0.3)
     assert len(places) == round(length / 2e-3) + 1
     found = path(places, R)
     assert found.length == pytest.approx(length, rel=2e-3)
-    assert deviation(found, shown()).worst < 5e-5
+    assert deviation(found, demonstration()).worst < 5e-5
     np.testing.assert_allclose(places[[0, -1]], arc(np.array([0.0, 3.0])), atol=1e-9)
     turned = query(found, arc(np.array([1.0])))["attitude"][0]
     np.testing.assert_allclose(turned, Rotation.from_rotvec([0, 0, 1.0]).as_matrix(), atol=2e-2)
 
 
 def test_tremor_is_smoothed():
-    rough = shown(noise=5e-5)
+    rough = demonstration(noise=5e-5)
     found = path(*simplified(rough, spacing=2e-3, smooth=2e-3), crossing=0.0)
-    assert deviation(found, shown()).rms < 1.2e-4
-    assert deviation(found, shown()).rms < 2.0 * deviation(found, rough).rms
+    assert deviation(found, demonstration()).rms < 1.2e-4
+    assert deviation(found, demonstration()).rms < 2.0 * deviation(found, rough).rms
 
 
 def test_tool_that_hardly_moved_gives_no_path():
@@ -58,7 +58,7 @@ def test_tool_that_hardly_moved_gives_no_path():
 
 
 def test_rows_survive_a_round_trip(tmp_path):
-    places, R = simplified(shown(), spacing=4e-3)
+    places, R = simplified(demonstration(), spacing=4e-3)
     write_rows(tmp_path / "p.csv", places, R)
     again, turned = read_rows(tmp_path / "p.csv", "in")
     np.testing.assert_allclose(again, places, atol=1e-10)

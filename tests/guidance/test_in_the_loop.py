@@ -27,7 +27,7 @@ def hand_path(points, times):
     return _core.HandPath(list(times), np.asarray(points, float))
 
 
-def violent(seed, seconds=3.0):
+def violent_hand(seed, seconds=3.0):
     """A violent hand motion: waypoints every 60 to 200 ms, some of them deep below the floor."""
     rng = np.random.default_rng(seed)
     times = np.concatenate([[0.0, 0.5], 0.5 + np.cumsum(rng.uniform(0.06, 0.2, 40))])
@@ -51,7 +51,7 @@ def test_tool_stays_outside_during_violent_hand_motions(kind):
                     role_={"margin": 0.006}, hard=True)  # fmt: skip
     else:
         f = fixture(sphere(0.02, pose([0.0, 0.0, 0.012])), "keep-in", hard=True)
-    ticks = loop_rig.run(simulation(violent(3), f, hand__stiffness=600.0, hand__grip_force_max=60.0), 3.0)
+    ticks = loop_rig.run(simulation(violent_hand(3), f, hand__stiffness=600.0, hand__grip_force_max=60.0), 3.0)
     X = np.tile(np.eye(4), (len(ticks), 1, 1))
     X[:, :3, 3] = ticks["p_WT"]
     gap = np.array([f.ask(x, t)["gap"] for x, t in zip(X, ticks["t"], strict=True)])
@@ -159,7 +159,7 @@ def test_empty_list_of_fixtures_leaves_a_run_bit_for_bit_equal():
 
 def test_invalid_fixtures_are_rejected_by_the_simulation():
     with pytest.raises(ValueError, match="role forbid needs a geometry with an inside"):
-        simulation(violent(1), fixture(placed(_core.PointGeometry())))
+        simulation(violent_hand(1), fixture(placed(_core.PointGeometry())))
 
 
 @pytest.mark.parametrize("along", [True, False])

@@ -45,7 +45,7 @@ def test_edits_of_fixtures_give_no_step_at_a_resting_hand(seed, edits):
     stage = Stage(*edited("gains", rng))
     before, slowest = stage.settle(X, 100), _core.GuidanceOptions().return_speed
     for edit in edits:
-        stage.give(*edited(edit, rng))
+        stage.set_fixtures(*edited(edit, rng))
         for _ in range(60):
             out = stage.step(X)
             change = out["F_T_W"] - before["F_T_W"]

@@ -13,7 +13,7 @@ from palpate.errors import GuidanceError
 from palpate.guidance.curve import path
 
 
-def wander(seed, n=8, size=0.05):
+def random_points(seed, n=8, size=0.05):
     rng = np.random.default_rng(seed)
     return np.cumsum(rng.normal(size=(n, 3)), axis=0) * size / n
 
@@ -29,7 +29,7 @@ def dense(points, closed=False, n=200_001):
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(3, 30))
 def test_nearest_point_is_the_global_minimum(seed, n):
     """Reference: 200 001 samples. The distance is at most theirs, and smaller by at most half their spacing."""
-    points = wander(seed, n)
+    points = random_points(seed, n)
     geometry = path(points, crossing=0.0)
     where = np.random.default_rng(seed).uniform(-0.1, 0.1, (300, 3)) + points.mean(axis=0)
     q = query_points(geometry, where)
@@ -45,7 +45,7 @@ def test_nearest_point_is_the_global_minimum(seed, n):
 @settings(max_examples=15)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_distance_has_a_unit_gradient_along_the_normal(seed):
-    points = wander(seed)
+    points = random_points(seed)
     geometry = path(points, crossing=0.0)
     near = dense(points, n=100) + np.random.default_rng(seed).normal(size=(100, 3)) * 1e-3
     q = query_points(geometry, near)
@@ -76,7 +76,7 @@ def test_closed_path_through_a_circle_has_its_length_and_no_ends():
 
 
 def test_arc_length_agrees_with_the_sampled_curve():
-    points = wander(4, 12)
+    points = random_points(4, 12)
     geometry = path(points, crossing=0.0)
     samples = dense(points)
     along = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(samples, axis=0), axis=1))]
@@ -94,7 +94,7 @@ def test_path_is_a_point_beyond_its_ends():
 
 
 def test_attitudes_follow_the_tangent_or_the_recording():
-    points = dense(wander(3), n=9)
+    points = dense(random_points(3), n=9)
     samples = dense(points, n=2000)[1:-1]
     q = query_points(path(points, crossing=0.0), samples)
     np.testing.assert_allclose(q["attitude"][:, :, 2], q["basis"][:, :, 0], atol=1e-9)

@@ -58,7 +58,7 @@ def test_damping_of_an_admittance_master_changes_no_faster_than_a_force():
     stage, before, felt = Stage(made(10.0)), np.zeros(3), []
     for k in range(2400):
         if k in (600, 1200, 1800):
-            stage.give({600: made(100.0), 1200: made(100.0, False), 1800: made(100.0)}[k])
+            stage.set_fixtures({600: made(100.0), 1200: made(100.0, False), 1800: made(100.0)}[k])
         now = stage.step(np.zeros(3), V=V, takes_damping=True)["B_W"] @ V[:3]
         assert np.linalg.norm(now - before) <= 20.0 * DT * (1 + 1e-9)
         before = now

@@ -16,7 +16,7 @@ from palpate.scene.rig import build
 HERE = Here()
 
 
-def some(rng, i):
+def random_fixture(rng, i):
     role, shape = [
         ("guide", Line(start=(0.0, 0.0, 0.0), end=(0.1, 0.0, 0.0), endless=True)),
         ("forbid", Sphere(radius=0.02, at=tuple((0.01 * rng.normal(size=3)).tolist()))),
@@ -39,7 +39,7 @@ def some(rng, i):
 
 
 def tick_of(stage, fixtures, X, V, ticks=1500):
-    stage.give(*(f.make(HERE) for f in fixtures))
+    stage.set_fixtures(*(f.make(HERE) for f in fixtures))
     for _ in range(ticks):
         out = stage.step(X, V=V)
     return {
@@ -58,7 +58,7 @@ def tick_of(stage, fixtures, X, V, ticks=1500):
 @given(st.integers(0, 2**32 - 1), st.integers(1, 4))
 def test_terms_add_up_to_the_wrench_without_residual(seed, n):
     rng = np.random.default_rng(seed)
-    fixtures = [some(rng, i) for i in range(n)]
+    fixtures = [random_fixture(rng, i) for i in range(n)]
     X = pose(0.004 * rng.normal(size=3), Rotation.random(random_state=rng).as_matrix())
     V = np.r_[0.02 * rng.normal(size=3), 0.2 * rng.normal(size=3)]
     tick = tick_of(Stage(), fixtures, X, V)

@@ -161,7 +161,9 @@ def test_advised_poses_beat_random_ones(form, known):
     assert informed[0] == pytest.approx(sum(gains), rel=1e-4)
     assert informed[0] > max(informed[1:])
     unseen = synthetic.poses(100, 3)
-    sure = [spread(fitted, some, unseen, arm) for some in (q, *(synthetic.poses(6, seed) for seed in range(50)))]
+    sure = [
+        mean_deviation(fitted, some, unseen, arm) for some in (q, *(synthetic.poses(6, seed) for seed in range(50)))
+    ]
     assert sure[0] < np.median(sure[1:])
 
 
@@ -173,7 +175,7 @@ def information(fitted, q, arm):
     return 0.5 * np.linalg.slogdet(np.eye(len(C)) + C @ fitted.solution.covariance @ C.T)[1]
 
 
-def spread(fitted, q, unseen, arm):
+def mean_deviation(fitted, q, unseen, arm):
     """Mean standard deviation of the holding torques at `unseen` over that of the noise, with measurements at q."""
     scale = fitted.noise[MEASURED][:, None]
     C = (fitted.columns(q, np.zeros_like(q), arm)[:, MEASURED] / scale).reshape(6 * len(q), -1)

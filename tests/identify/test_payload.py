@@ -32,7 +32,7 @@ def unloaded(known: Dynamics, seed: int) -> Motion:
     return motion(Moving(q, v, known.torque(q, v, a) + noise, 200.0, f"unloaded {seed}"))
 
 
-def hung(known: Dynamics, mass: float, height: float) -> Motion:
+def with_load(known: Dynamics, mass: float, height: float) -> Motion:
     """The same motion with a body on the bar, whose torque follows from d'Alembert's principle."""
     m = unloaded(known, 3)
     pivot = payload.Hang().p_pivot
@@ -53,7 +53,7 @@ def hung(known: Dynamics, mass: float, height: float) -> Motion:
 
 
 def test_known_body_on_the_bar_is_identified(known):
-    load = payload.estimate_load(known, hung(known, 0.2, 0.08), [unloaded(known, 1), unloaded(known, 2)])
+    load = payload.estimate_load(known, with_load(known, 0.2, 0.08), [unloaded(known, 1), unloaded(known, 2)])
     assert load.mass == pytest.approx(0.2, rel=0.03)
     assert min(load.explained) > 0.95
     np.testing.assert_allclose(load.tared, load.fitted, atol=0.02)
@@ -81,8 +81,10 @@ def test_disturbance_in_one_recording_widens_the_interval_with_little_bias(known
         tau[1000:1800, 1] += 0.15
         return Motion(m.q, m.v, m.a, tau, m.rate, 0, "caught")
 
-    clean = payload.estimate_load(known, hung(known, 0.1, 0.08), [unloaded(known, 1), unloaded(known, 2)])
-    load = payload.estimate_load(known, hung(known, 0.1, 0.08), [disturbed(unloaded(known, 1)), unloaded(known, 2)])
+    clean = payload.estimate_load(known, with_load(known, 0.1, 0.08), [unloaded(known, 1), unloaded(known, 2)])
+    load = payload.estimate_load(
+        known, with_load(known, 0.1, 0.08), [disturbed(unloaded(known, 1)), unloaded(known, 2)]
+    )
     assert load.mass == pytest.approx(0.1, rel=0.1)
     assert load.interval[0] < 0.1 < load.interval[1]
     assert load.deviation > clean.deviation

@@ -68,7 +68,7 @@ def test_parts_of_the_package_import_only_modules_from_the_root():
         assert path == ROOT / "palpate" / "__init__.py" or not others, f"{path}: {others}"
 
 
-def made_up(folder: Path, name: str, files: Mapping[str, str], monkeypatch: pytest.MonkeyPatch) -> Path:
+def sample_package(folder: Path, name: str, files: Mapping[str, str], monkeypatch: pytest.MonkeyPatch) -> Path:
     """A package with an empty part for every layer and some files, and its contract; returns the contract's file."""
     layers = [layer.replace("|", " ").split() for layer in CONTRACT["layers"]]
     for path in ["", *(f"{part}/" for layer in layers for part in layer)]:
@@ -97,7 +97,7 @@ def made_up(folder: Path, name: str, files: Mapping[str, str], monkeypatch: pyte
 def test_import_of_a_higher_layer_is_found(tmp_path, monkeypatch, uphill, kept):
     name = f"made_up_{abs(hash(uphill))}"
     files = {"arm/arm.py": uphill, "scene/text.py": "", "errors/__init__.py": "class PalpateError(Exception): ...\n"}
-    contract = made_up(tmp_path, name, files, monkeypatch)
+    contract = sample_package(tmp_path, name, files, monkeypatch)
     assert (lint_imports(str(contract), no_cache=True, no_logo=True) == 0) == kept
 
 
@@ -112,7 +112,7 @@ def test_import_of_a_higher_layer_is_found(tmp_path, monkeypatch, uphill, kept):
 )  # fmt: skip
 def test_import_cycle_is_found(tmp_path, monkeypatch, files, circle):
     name = f"made_up_{abs(hash(str(files)))}"
-    made_up(tmp_path, name, files, monkeypatch)
+    sample_package(tmp_path, name, files, monkeypatch)
     found = circles(name)
     assert bool(found) == (circle is not None)
     assert circle is None or all(f"{name}.{circle}" in one for one in found)

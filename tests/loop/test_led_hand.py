@@ -11,14 +11,14 @@ DETERMINISTIC = [name for name, s in SIGNALS.items() if s.deterministic]
 REST = _core.HandPath([0.0], np.array([[0.0, 0.0, HEIGHT]]))
 
 
-def wander(n, seed=0):
+def random_walk(n, seed=0):
     """A random walk (n, 3) of some millimetres [m]."""
     return np.cumsum(np.random.default_rng(seed).normal(0.0, 2e-5, (n, 3)), axis=0)
 
 
 def test_hand_is_at_the_commanded_point_at_the_end_of_each_tick():
     led, idle = simulation(path=REST), simulation(path=REST)
-    hand_W = wander(400)
+    hand_W = random_walk(400)
     a, b = as_ticks(led.run(400, hand_W)), as_ticks(idle.run(400))
     moved_W = (a["p_hand_L"] - b["p_hand_L"]) @ options().X_WL[:3, :3].T
     np.testing.assert_allclose(moved_W[1:], hand_W[:-1], atol=1e-12)  # a row has the state at the start of its tick
@@ -26,7 +26,7 @@ def test_hand_is_at_the_commanded_point_at_the_end_of_each_tick():
 
 def test_commands_in_pieces_equal_commands_at_once():
     whole, pieces = simulation(tremor=1e-4), simulation(tremor=1e-4)
-    hand_W = wander(300)
+    hand_W = random_walk(300)
     a = as_ticks(whole.run(300, hand_W))
     b = np.concatenate([as_ticks(pieces.run(len(some), some)) for some in np.split(hand_W, [1, 11, 150])])
     for name in DETERMINISTIC:

@@ -64,7 +64,7 @@ def test_stiff_contacts_settle(K):
     assert np.ptp(held) < 0.03 * held.mean()
 
 
-def test_felt_stiffness_is_scale_times_stiffness():
+def test_stiffness_at_the_hand_is_scale_times_stiffness():
     """Measured as the change of the force on the hand over the change of the handle position, at rest."""
     ends = []
     for depth in (0.004, 0.008):

@@ -135,7 +135,7 @@ def test_forces_are_only_rotated_and_damping_uses_the_scaled_velocity():
     np.testing.assert_allclose(v, 0.25 * R_WL @ [0.1, 0.2, -0.3], atol=1e-16)
 
 
-def test_felt_stiffness_is_scale_times_stiffness():
+def test_stiffness_at_the_hand_is_scale_times_stiffness():
     """F = K s dx_hand, so the stiffness at the hand is s K."""
     m = make(scale=0.4)
     K = 500.0

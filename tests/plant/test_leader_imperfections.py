@@ -103,7 +103,7 @@ def test_step_response_of_a_drive_is_of_first_order(bare, mtm, lag):
     assert got == pytest.approx(0.01 * (1 - np.exp(-t / lag)), abs=2e-5)
 
 
-def test_a_lagging_drive_holds_the_arm_from_the_start(bare, mtm):
+def test_lagging_drive_holds_the_arm_from_the_start(bare, mtm):
     leader = bare(drive_lag=0.05)
     for _ in range(100):
         leader.command(ZERO, mtm.holding(leader.q), ZERO)

@@ -21,7 +21,7 @@ from palpate.record.channels import channels
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory):
+def complete_record(tmp_path_factory):
     path = tmp_path_factory.mktemp("whole") / "record.mcap"
     ticks = synthetic_run.run(1.1, rate=200.0)
     with Recorder(path, "name: floor\n", seed=0, rate=200.0, deterministic=True) as recorder:
@@ -66,8 +66,8 @@ def test_record_without_ticks_is_reported(tmp_path):
 
 @settings(max_examples=150, deadline=None)
 @given(data=st.data())
-def test_truncated_record_gives_its_complete_chunks_or_an_error(tmp_path_factory, whole, data):
-    content, ticks = whole
+def test_truncated_record_gives_its_complete_chunks_or_an_error(tmp_path_factory, complete_record, data):
+    content, ticks = complete_record
     length = data.draw(st.integers(0, len(content) - 1))
     path = tmp_path_factory.getbasetemp() / "cut.mcap"
     path.write_bytes(content[:length])
@@ -83,8 +83,8 @@ def test_truncated_record_gives_its_complete_chunks_or_an_error(tmp_path_factory
 
 @settings(max_examples=300, deadline=None)
 @given(data=st.data())
-def test_flipped_bytes_never_cause_a_traceback(tmp_path_factory, whole, data):
-    content = bytearray(whole[0])
+def test_flipped_bytes_never_cause_a_traceback(tmp_path_factory, complete_record, data):
+    content = bytearray(complete_record[0])
     for _ in range(data.draw(st.integers(1, 4))):
         # three quarters of the samples hit the head of the file, which has the structure
         span = len(content) if data.draw(st.integers(0, 3)) == 0 else 6000

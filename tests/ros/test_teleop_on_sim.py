@@ -36,7 +36,7 @@ class Robot:
         self.sent = []  # (stamp [s], force (3,)) of each wrench
         self.pedals = {}  # stamp of the last change of each pedal
 
-    def hear_wrenches(self, topic):
+    def subscribe_wrenches(self, topic):
         from geometry_msgs.msg import WrenchStamped
 
         self.sent.clear()
@@ -55,7 +55,7 @@ class Robot:
         """Upward force on the hand from the load cell [N]."""
         return float(xyz(self.dvrk.last["/MTMR/hand/measured_cf"].wrench.force) @ UP)
 
-    def at(self, arm):
+    def position_of(self, arm):
         return xyz(self.dvrk.last[f"/{arm}/measured_cp"].pose.position)
 
     def wait(self, seconds):
@@ -113,7 +113,7 @@ class Robot:
         goal = PoseStamped(pose=self.dvrk.last["/MTMR/measured_cp"].pose)
         top = goal.pose.position.z
         while self.push < newtons:
-            assert goal.pose.position.z > top - most, f"no wall: {self.push:.2f} N, tool at {self.at('PSM1')}"
+            assert goal.pose.position.z > top - most, f"no wall: {self.push:.2f} N, tool at {self.position_of('PSM1')}"
             goal.pose.position.z -= 0.0004
             self.dvrk.publish("/MTMR/hand/servo_cp", goal)
             self.wait(0.02)
@@ -139,11 +139,11 @@ def robot(start, node, until, request):
 
 
 @pytest.fixture
-def feel(start, tmp_path, robot):
+def start_haptics(start, tmp_path, robot):
     """A function that starts the haptic node with a wall 3 mm below the tool."""
 
     def run(*options):
-        x, y, z = robot.at("PSM1")
+        x, y, z = robot.position_of("PSM1")
         (tmp_path / "wall.yaml").write_text(SCENE.format(x=x, y=y, z=z - 0.003, high=z))
         fixed = ("--rate", RATE, "--out", tmp_path / "runs", "--force-cap", 2.0)
         return start("-m", "palpate", "ros", "haptics", tmp_path / "wall.yaml", *fixed, *options)
@@ -159,16 +159,16 @@ def ended(process):
 
 
 @pytest.mark.parametrize("frame", ["absolute", "tip"])
-def test_force_with_the_teleoperation_of_the_dvrk(robot, feel, frame):
-    process = feel(*(["--tip-frame"] * (frame == "tip")))
+def test_force_with_the_teleoperation_of_the_dvrk(robot, start_haptics, frame):
+    process = start_haptics(*(["--tip-frame"] * (frame == "tip")))
     hook = "/MTMR_PSM1/following/mtm/body/servo_cf"
-    robot.hear_wrenches(hook)
+    robot.subscribe_wrenches(hook)
     robot.follow()
     robot.until(lambda: len(robot.sent) > RATE, "a second of wrenches", 60.0)
     assert not any(force.any() for _, force in robot.sent), "no force in free space"
-    hand, tool = robot.at("MTMR"), robot.at("PSM1")
+    hand, tool = robot.position_of("MTMR"), robot.position_of("PSM1")
     robot.press(1.5)
-    moved, followed = robot.at("MTMR") - hand, robot.at("PSM1") - tool
+    moved, followed = robot.position_of("MTMR") - hand, robot.position_of("PSM1") - tool
     assert np.linalg.norm(followed - robot.dvrk.last["/MTMR_PSM1/scale"].data * moved) < 2e-3
     assert abs(robot.felt - robot.push) < FRICTION, "the commanded force reaches the hand, upwards"
 
@@ -187,7 +187,7 @@ def test_force_with_the_teleoperation_of_the_dvrk(robot, feel, frame):
 
 
 @pytest.mark.parametrize("robot", [("MTMR", "PSM1", "MTML", "ECM")], indirect=True)
-def test_node_restores_the_wrench_frame_after_the_camera_pedal(robot, feel):
+def test_node_restores_the_wrench_frame_after_the_camera_pedal(robot, start_haptics):
     """The camera teleoperation makes the MTM's wrench frame absolute and leaves it so without a message."""
     cf = ("/MTMR/body/measured_cf", "/MTMR/spatial/measured_cf")
     robot.dvrk.subscribe(*cf)
@@ -199,8 +199,8 @@ def test_node_restores_the_wrench_frame_after_the_camera_pedal(robot, feel):
         assert np.linalg.norm(spatial) > 0.1, "the arm carries its weight"
         return np.linalg.norm(body - spatial) < 0.05 * np.linalg.norm(spatial)
 
-    process = feel("--tip-frame")
-    robot.hear_wrenches("/MTMR_PSM1/following/mtm/body/servo_cf")
+    process = start_haptics("--tip-frame")
+    robot.subscribe_wrenches("/MTMR_PSM1/following/mtm/body/servo_cf")
     robot.follow()
     robot.until(lambda: robot.sent, "wrenches", 60.0)
     assert not absolute()
@@ -216,15 +216,15 @@ def test_node_restores_the_wrench_frame_after_the_camera_pedal(robot, feel):
     ended(process)
 
 
-def test_force_with_our_own_teleoperation(robot, feel):
+def test_force_with_our_own_teleoperation(robot, start_haptics):
     robot.dvrk.subscribe("/MTMR_PSM1/current_state")
-    process = feel("--teleop", "none")
-    robot.hear_wrenches("/MTMR/body/servo_cf")
+    process = start_haptics("--teleop", "none")
+    robot.subscribe_wrenches("/MTMR/body/servo_cf")
     robot.pedal("operator_present", 1)
     robot.until(lambda: len(robot.sent) > RATE, "a second of wrenches", 60.0)
-    hand, tool = robot.at("MTMR"), robot.at("PSM1")
+    hand, tool = robot.position_of("MTMR"), robot.position_of("PSM1")
     robot.press(1.5)
-    moved, followed = robot.at("MTMR") - hand, robot.at("PSM1") - tool
+    moved, followed = robot.position_of("MTMR") - hand, robot.position_of("PSM1") - tool
     assert np.linalg.norm(followed - 0.2 * moved) < 2e-3
     assert abs(robot.felt - robot.push) < FRICTION
     assert robot.freed(robot.pedal("operator_present", 0)) < MOST

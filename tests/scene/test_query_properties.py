@@ -15,7 +15,7 @@ def rotation(rng) -> np.ndarray:
     return q * np.sign(np.linalg.det(q))
 
 
-def bad_mesh(rng, n: int) -> tuple[np.ndarray, np.ndarray]:
+def degenerate_mesh(rng, n: int) -> tuple[np.ndarray, np.ndarray]:
     """A mesh of n triangles with needles, caps, duplicates, T-junctions and edges of many triangles."""
     v = rng.normal(size=(3 * n, 3))
     t = np.arange(3 * n).reshape(-1, 3)
@@ -33,7 +33,7 @@ def bad_mesh(rng, n: int) -> tuple[np.ndarray, np.ndarray]:
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 200), exponent=st.integers(-6, 6))
 def test_closest_point_agrees_with_brute_force_on_damaged_meshes(seed, n, exponent):
     rng = np.random.default_rng(seed)
-    v, t = bad_mesh(rng, n)
+    v, t = degenerate_mesh(rng, n)
     v *= 10.0**exponent
     points = 10.0**exponent * rng.normal(size=(20, 3))
     points[:5] = v[rng.integers(0, len(v), 5)]  # on the surface itself

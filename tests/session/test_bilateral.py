@@ -25,7 +25,7 @@ def ticks(scene):
     return as_ticks(build(scene).simulation().run(9000))
 
 
-def size(x: np.ndarray) -> np.ndarray:
+def norms(x: np.ndarray) -> np.ndarray:
     return np.linalg.norm(x, axis=1)
 
 
@@ -35,34 +35,34 @@ def test_free_motion_is_exactly_zero_through_the_dead_band(ticks):
     assert free.sum() > 1500
     for k in left:
         free[k : k + 100] = False  # five time constants of the observer, and the ramp of the rate cap
-    assert size(np.diff(ticks["p_WT"][:1500], axis=0)).sum() > 0.01, "control: the tool moves"
+    assert norms(np.diff(ticks["p_WT"][:1500], axis=0)).sum() > 0.01, "control: the tool moves"
     assert not ticks["F_estimate_W"][free].any()
     assert not ticks["F_H_L"][free].any()
 
 
 def test_estimate_is_the_contact_force_minus_the_dead_band(ticks, scene):
-    touch = size(ticks["F_touch_W"])
+    touch = norms(ticks["F_touch_W"])
     assert touch.max() > 2.0
     pressed = touch > 1.0
     expected = ticks["F_touch_W"] * np.maximum(1.0 - scene.force.dead_band / np.maximum(touch, 1e-9), 0.0)[:, None]
-    error = size(ticks["F_estimate_W"] - expected)[pressed]
+    error = norms(ticks["F_estimate_W"] - expected)[pressed]
     assert np.sqrt((error**2).mean()) < ERROR
 
 
 def test_hand_gets_both_forces_within_the_caps(ticks, scene):
     """Without limiter, drive saturation or passivity the force is the sum, rotated into the leader's axes."""
-    felt, expected = size(ticks["F_H_L"]), size(ticks["F_T_W"] + ticks["F_estimate_W"])
+    felt, expected = norms(ticks["F_H_L"]), norms(ticks["F_T_W"] + ticks["F_estimate_W"])
     uncut = (ticks["status"].astype(int) & 0x203F) == 0
     assert uncut.sum() > 3000
     np.testing.assert_allclose(felt[uncut], expected[uncut], atol=1e-9)
     assert felt.max() <= scene.stability.force_cap + 1e-9
-    assert size(np.diff(ticks["F_H_L"], axis=0)).max() <= scene.stability.rate_cap * 1e-3 + 1e-9
+    assert norms(np.diff(ticks["F_H_L"], axis=0)).max() <= scene.stability.rate_cap * 1e-3 + 1e-9
 
 
 def test_contact_law_and_drives_act_on_different_objects(ticks):
     """The zone (the second object) is rendered only virtually, the organ only through the drives."""
     assert set(ticks["touch_object"][ticks["contacts"] > 0][:, 0].astype(int)) == {1}
-    assert size(ticks["F_T_W"]).max() > 0.3
+    assert norms(ticks["F_T_W"]).max() > 0.3
     both = (ticks["contacts"] > 0) & ticks["F_touch_W"].any(axis=1)
     assert both.sum() > 100
 
@@ -87,7 +87,7 @@ def test_silent_follower_ramps_the_force_down():
     F = np.array([row["F_H_L"] for row in rows])
     assert np.linalg.norm(F[400]) == pytest.approx(1.5, rel=0.01)
     np.testing.assert_allclose(F[400:431], np.broadcast_to(F[400], (31, 3)), rtol=0.0, atol=1e-14)  # to rounding
-    steps = size(np.diff(F[430:], axis=0))
+    steps = norms(np.diff(F[430:], axis=0))
     assert steps.max() <= 0.05 + 1e-12
     assert not F[465:].any()
     assert not np.array([row["F_estimate_W"] for row in rows[432:]]).any()
@@ -115,6 +115,6 @@ def test_impossible_torques_give_no_force_and_no_later_error(torque):
     no_torques = next(bit for name, bit, _ in _core.status_words() if name == "no_torques")
     assert [k for k, row in enumerate(rows) if int(row["status"]) & no_torques] == list(range(400, 410))
     assert not np.array([row["F_estimate_W"] for row in rows[400:410]]).any()
-    F = size(np.array([row["F_H_L"] for row in rows]))
+    F = norms(np.array([row["F_H_L"] for row in rows]))
     assert F[400:].max() <= F[399] * 1.001, "a glitch adds no force"
     assert F[-1] == pytest.approx(F[399], rel=0.01)

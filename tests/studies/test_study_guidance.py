@@ -62,15 +62,17 @@ def serial(fn, grid, seed=0, **more):
 
 
 @pytest.fixture(scope="module")
-def few():
+def trials():
     return guidance.run(2, sweep=serial)
 
 
-def test_small_cohort_has_the_documented_keys_and_tables(few):
-    report = guidance_effects.summary(few, 7)
+def test_small_cohort_has_the_documented_keys_and_tables(trials):
+    report = guidance_effects.summary(trials, 7)
     report |= {"yields": yielding(2, sweep=serial), "visual_cues": cued(2, sweep=serial)}
-    assert len(few) == 2 * (len(TASKS) * len(guidance.CONDITIONS | guidance.REGISTRATION) + 2 * len(guidance.ABLATION))
-    assert all(row["done"] == 1.0 for row in few)
+    assert len(trials) == 2 * (
+        len(TASKS) * len(guidance.CONDITIONS | guidance.REGISTRATION) + 2 * len(guidance.ABLATION)
+    )
+    assert all(row["done"] == 1.0 for row in trials)
     assert set(report) == json_contract.keys("study guidance") - {"conformance", "entry"}
     assert set(report["rows"][0]) == json_contract.keys_of("study guidance", "A row of `rows`:")
     assert set(report["effects"][0]) == json_contract.keys_of("study guidance", "A row of `effects`:")
@@ -106,8 +108,8 @@ def test_same_seed_gives_the_same_trial():
     assert guidance.measure(point, 11) != guidance.measure(point, 12)
 
 
-def test_drawn_trial_is_one_of_the_study(few):
-    row = next(r for r in few if (r["operator"], r["task"], r["condition"]) == (1, "tracing", "none"))
+def test_drawn_trial_is_one_of_the_study(trials):
+    row = next(r for r in trials if (r["operator"], r["task"], r["condition"]) == (1, "tracing", "none"))
     trial = guidance.attempt(1, "tracing", "none", guidance.trial_seed(1, "tracing", "none"))
     assert guidance.judged(guidance.task_of("tracing"), trial)["path_error_mm"] == row["path_error_mm"]
 

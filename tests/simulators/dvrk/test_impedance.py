@@ -12,7 +12,7 @@ gains = st.fixed_dictionaries({"p": vectors, "d": vectors, "bias": vectors, "dea
 turns = st.lists(st.floats(-1.5, 1.5), min_size=3, max_size=3).map(lambda v: Rotation.from_rotvec(v).as_matrix())
 
 
-def by_hand(goal, X, V):
+def reference_force(goal, X, V):
     """The same law, computed per axis."""
 
     def side(positive, negative, error, v):
@@ -39,7 +39,7 @@ def test_law_agrees_with_that_of_the_real_controller(a, b, c, d, A, B, R, at, p,
     X = np.eye(4)
     X[:3, :3], X[:3, 3] = R, p
     V = np.concatenate([v, w])
-    assert np.allclose(_dvrk.impedance_wrench(goal, X, V), by_hand(goal, X, V), atol=1e-9)
+    assert np.allclose(_dvrk.impedance_wrench(goal, X, V), reference_force(goal, X, V), atol=1e-9)
 
 
 def test_wall_pushes_with_k_err_on_one_side_only(robot):
