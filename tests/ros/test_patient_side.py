@@ -250,7 +250,7 @@ def test_following_with_scale_clutch_and_locks(following):
     assert angle(c.pose("PSM1", "setpoint_cp"), tool) < 1e-3
     assert apart(c.pose("PSM1", "setpoint_cp"), tool) > 0.005
     c.publish(f"{TELEOP}/lock_rotation", data=False)
-    c.until(lambda: c.following() and c.state() == "ENABLED", "following again, aligned anew", 10.0)
+    c.until(lambda: c.following() and c.state() == "ENABLED", "following again after an alignment", 10.0)
 
 
 def test_jaw_follows_the_gripper_and_catches_up_after_a_clutch(following):

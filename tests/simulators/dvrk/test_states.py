@@ -25,7 +25,7 @@ def bring(robot, name, arm="PSM1"):
     if name == "PAUSED":
         r.send(arm, "state_command", "pause")
     if name == "FAULT":
-        r.send(arm, "emulate_fault", "somebody pulled the plug")
+        r.send(arm, "emulate_fault", "emulated power failure")
     r.run(0.1)
     r.events.clear()
     return r
