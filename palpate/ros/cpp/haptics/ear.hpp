@@ -1,5 +1,5 @@
-// A subscriber for rare messages that also receives latched ones. A latched message reaches only a subscription with
-// transient-local durability, and such a subscription receives nothing from a volatile publisher. This subscriber
+// A subscriber for rare messages that also receives latched ones. An earlier, latched message reaches only a subscription
+// with transient-local durability, and such a subscription receives nothing from a volatile publisher. This subscriber
 // therefore starts as volatile and adds a transient-local subscription once it finds a latching publisher.
 #pragma once
 

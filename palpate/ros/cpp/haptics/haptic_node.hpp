@@ -1,4 +1,5 @@
-// The haptic node: it receives the state of a CRTK leader, steps the cycle and publishes the wrench, in one thread.
+// The haptic node: it receives the state of a CRTK leader, steps the cycle and publishes the wrench, in the thread that
+// receives the message.
 #pragma once
 
 #include <atomic>
