@@ -200,8 +200,8 @@ void Console::look_round() {
   }
 }
 
-// Looks for other publishers on the topics that this node commands. The arm obeys the newest message, so it would switch
-// between two publishers at their full rate.
+// Looks for other publishers on the topics that this node commands. The arm obeys the newest message, so it would
+// switch between two publishers at their full rate.
 void Console::look_for_writers() {
   std::vector<std::string> commanded{names_.wrench()};
   if (!names_.own_teleop()) commanded.push_back(names_.of_leader("body/servo_cf"));

@@ -1,6 +1,6 @@
-// A subscriber for rare messages that also receives latched ones. An earlier, latched message reaches only a subscription
-// with transient-local durability, and such a subscription receives nothing from a volatile publisher. This subscriber
-// therefore starts as volatile and adds a transient-local subscription once it finds a latching publisher.
+// A subscriber for rare messages that also receives latched ones. A latched message from before the subscription arrives
+// only with transient-local durability, and a transient-local subscription receives nothing from a volatile publisher.
+// This subscriber therefore starts as volatile, and adds a transient-local one once it finds a latching publisher.
 #pragma once
 
 #include <algorithm>
