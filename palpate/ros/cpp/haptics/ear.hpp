@@ -1,4 +1,4 @@
-// A subscriber for rare messages that also receives latched ones. A latched message from before the subscription arrives
+// A subscriber for rare messages that also receives latched ones. A message latched before the subscription arrives
 // only with transient-local durability, and a transient-local subscription receives nothing from a volatile publisher.
 // This subscriber therefore starts as volatile, and adds a transient-local one once it finds a latching publisher.
 #pragma once
