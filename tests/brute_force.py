@@ -1,10 +1,10 @@
-"""The judge of nearest-point queries: every triangle is looked at."""
+"""Brute-force reference for nearest-point queries: the minimum over all triangles."""
 
 import numpy as np
 
 
 def distance_by_segments_and_planes(vertices, triangles, points):
-    """Distance to the nearest of the triangles, each by its three sides and its plane: no BVH, no barycentrics."""
+    """Distances (n,) [m] of points (n, 3) to the nearest triangle, from its sides and its plane, without BVH."""
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     n = np.cross(b - a, c - a)
     area2 = (n * n).sum(axis=1)

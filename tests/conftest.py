@@ -1,4 +1,4 @@
-"""Fixed seeds for every property test: a failure on one machine is a failure on all."""
+"""Fixed seeds for every property test, so that failures are reproducible on all machines."""
 
 from hypothesis import settings
 

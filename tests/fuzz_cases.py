@@ -1,4 +1,4 @@
-"""Cases for the runner of `palpate fuzz` that die, fail and raise."""
+"""Test cases for the runner of `palpate fuzz`: one dies, one fails, one raises an unexpected error."""
 
 import os
 
@@ -9,5 +9,5 @@ def case(seed: int) -> dict[str, int]:
     if seed == 3:
         os._exit(7)
     if seed == 5:
-        raise FaultError("what must not be")
+        raise FaultError("a violated requirement")
     return {"fine": 6 // (seed - 6) and 1}

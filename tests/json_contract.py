@@ -13,7 +13,7 @@ def keys(command: str) -> set[str]:
 
 
 def keys_of(command: str, start: str) -> set[str]:
-    """Keys of the paragraph of a command's section that starts so."""
+    """Keys of the paragraph with this start in a command's section."""
     paragraph = next(p for p in _section(command).split("\n\n") if p.startswith(start))
     return set(re.findall(r"`(\w+)`", paragraph.removeprefix(start))) - {"control_"}
 

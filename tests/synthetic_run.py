@@ -1,6 +1,6 @@
-"""A made-up run with known answers: a tool presses 4 mm into a floor at z = 0, slides along x, and leaves.
+"""A synthetic run with known results: a tool presses 4 mm into a floor at z = 0, slides along x, and retracts.
 
-Closed forms: spring force K * depth along +z while z < 0; everything else is smooth filler so that no column is empty.
+The spring force is K * depth along +z while z < 0; other columns have smooth values, so that none is empty.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import numpy as np
 from palpate.record.ticks import TICK_DOUBLES, Ticks, as_ticks
 
 K = 500.0  # [N/m]
-DEPTH = 0.004  # deepest [m]
+DEPTH = 0.004  # largest depth [m]
 B = 2.0  # [N s/m]
 
 
@@ -20,7 +20,7 @@ def run(seconds: float = 4.0, rate: float = 1000.0) -> Ticks:
     s = t / seconds
     rng = np.random.default_rng(7)
     ticks = as_ticks(np.zeros((n, TICK_DOUBLES)))
-    height = np.interp(s, [0, 0.25, 0.4, 0.75, 0.9, 1], [0.02, 0.0, -DEPTH, -DEPTH, 0.0, 0.02])  # z of the tool [m]
+    height = np.interp(s, [0, 0.25, 0.4, 0.75, 0.9, 1], [0.02, 0.0, -DEPTH, -DEPTH, 0.0, 0.02])  # tool [m]
     along = 0.05 * np.clip((s - 0.4) / 0.35, 0, 1)
     depth = np.maximum(0.0, -height)
     touching = depth > 0

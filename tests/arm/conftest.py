@@ -12,5 +12,5 @@ def arm(request):
 
 @pytest.fixture
 def poses(arm):
-    """Forty poses all over the joint range, always the same ones."""
+    """Forty poses spread over the joint range, from a fixed seed."""
     return np.random.default_rng(2).uniform(arm.q_min, arm.q_max, (40, arm.n))

@@ -1,4 +1,4 @@
-"""A second opinion on the arms' kinematics: the published Denavit-Hartenberg tables in plain numpy."""
+"""Reference kinematics of the arms: the published Denavit-Hartenberg tables in plain numpy."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Arguments of an arm as people write them."""
+"""Accepted and rejected types of an arm's joint arguments."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 import palpate
 
 
-def test_lists_tuples_and_integers_are_joint_vectors():
+def test_lists_tuples_and_integers_are_accepted_as_joint_vectors():
     arm = palpate.Arm.psm("lnd")
     q = [0.3, -0.2, 0.15, 0.5, 0.4, -0.3]
     for same in (q, tuple(q), np.array(q), np.array(q)[::-1][::-1]):
@@ -14,7 +14,7 @@ def test_lists_tuples_and_integers_are_joint_vectors():
     np.testing.assert_array_equal(arm.gravity([0] * 6), arm.gravity(np.zeros(6)))
 
 
-def test_what_is_no_vector_is_told():
+def test_wrong_shapes_and_types_are_rejected():
     arm = palpate.Arm.psm("lnd")
     with pytest.raises(ValueError, match=r"q must have shape \(6,\), one per joint; got shape \(5,\)"):
         arm.fk([0.0] * 5)

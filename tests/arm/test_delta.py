@@ -1,4 +1,4 @@
-"""A parallel device from closed forms: its own geometry, virtual work and energy as judges."""
+"""The delta device's closed forms against its geometry, virtual work and MuJoCo."""
 
 import mujoco
 import numpy as np
@@ -32,7 +32,7 @@ joints = st.tuples(*[st.floats(-0.7, 1.3)] * 3).map(np.array)
 
 @settings(max_examples=60, deadline=None)
 @given(joints)
-def test_there_and_back(delta, q):
+def test_inverse_kinematics_inverts_forward_kinematics(delta, q):
     X = delta.fk(q)
     assert np.abs(delta.ik(X) - q).max() < 1e-9
     assert np.abs(delta.fk(delta.ik(X)) - X).max() < 1e-9
@@ -41,8 +41,8 @@ def test_there_and_back(delta, q):
 
 @settings(max_examples=60, deadline=None)
 @given(joints)
-def test_every_rod_has_its_length(delta, q):
-    """From the definition, not from the closed form: knees on their circles, rods to the platform's rim."""
+def test_every_rod_has_its_nominal_length(delta, q):
+    """Rod lengths from the geometry instead of the closed form: knees on circles, rods to the platform's rim."""
     p = delta.fk(q)[:3, 3]
     for angle, azimuth in zip(q, AZIMUTHS, strict=True):
         u = np.array([np.cos(azimuth), np.sin(azimuth), 0])
@@ -53,7 +53,7 @@ def test_every_rod_has_its_length(delta, q):
 
 @settings(max_examples=60, deadline=None)
 @given(joints)
-def test_jacobian_and_its_rate(delta, q):
+def test_jacobian_and_its_rate_match_finite_differences(delta, q):
     v, h = np.array([0.7, -1.1, 0.4]), 1e-6
     columns = [(delta.fk(q + h * e) - delta.fk(q - h * e))[:3, 3] / (2 * h) for e in np.eye(3)]
     J = delta.jacobian(q)
@@ -63,8 +63,8 @@ def test_jacobian_and_its_rate(delta, q):
     assert np.abs(delta.dynamics(q, v)[4] - rate).max() < 1e-7
 
 
-def test_virtual_work(delta):
-    """A force on the platform and the torques that hold it do opposite work in any small motion."""
+def test_virtual_work_of_force_and_torques_is_equal(delta):
+    """A force on the platform and the torques that balance it do opposite work in any small motion."""
     rng = np.random.default_rng(1)
     for _ in range(20):
         q, F, step = rng.uniform(-0.5, 1.1, 3), rng.normal(size=3), 1e-6 * rng.normal(size=3)
@@ -73,7 +73,7 @@ def test_virtual_work(delta):
 
 
 def mujoco_twin():
-    """The reduced model as bodies: driven arms with half of the rods' mass at their ends."""
+    """The reduced model in MuJoCo: driven arms with half of the rods' mass at their ends."""
     arms = ""
     for i, azimuth in enumerate(AZIMUTHS):
         yaw = np.degrees(azimuth)
@@ -85,8 +85,8 @@ def mujoco_twin():
     return f"""<mujoco><compiler angle="degree"/><option gravity="0 0 -9.81"/><worldbody>{arms}</worldbody></mujoco>"""
 
 
-def test_driven_arms_are_mujocos(delta):
-    """Without the platform's share, M and G are those of three arms with point masses at their ends."""
+def test_driven_arms_agree_with_mujoco(delta):
+    """Without the platform, M and G equal those of three arms with point masses at their ends."""
     model = mujoco.MjModel.from_xml_string(mujoco_twin())
     data = mujoco.MjData(model)
     m = 0.12 + 1.5 * 0.03
@@ -100,7 +100,7 @@ def test_driven_arms_are_mujocos(delta):
         assert np.abs(delta.gravity(q) - J.T @ [0, 0, 9.81 * m] - data.qfrc_bias).max() < 1e-8
 
 
-def test_out_of_reach_says_how_far(delta):
+def test_unreachable_pose_error_states_the_distance(delta):
     X = delta.fk(delta.home)
     X[2, 3] -= 1.0
     with pytest.raises(ArmError, match="nearest pose found is"):
@@ -119,7 +119,7 @@ def test_out_of_reach_says_how_far(delta):
         ({"upper": None}, "upper is missing"),
     ],
 )
-def test_impossible_devices_are_named(change, message):
+def test_invalid_device_parameters_are_reported(change, message):
     parameters = {k: v for k, v in {**PARAMETERS, **change}.items() if v is not None}
     with pytest.raises(ArmError, match=message):
         palpate.Arm.device("delta", parameters)

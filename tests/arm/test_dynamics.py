@@ -1,4 +1,4 @@
-"""What moves the arms: MuJoCo on the same URDF, energy, and the gravity model of the real controller as judges."""
+"""Dynamics of the arms against MuJoCo on the same URDF, energy, and the gravity model of the real controller."""
 
 from xml.etree import ElementTree
 
@@ -14,7 +14,7 @@ G = 9.81
 
 @pytest.fixture(scope="module")
 def twin(arm):
-    """The same URDF in MuJoCo, its drawn joints welded."""
+    """The same URDF in MuJoCo, with the joints that are only drawn welded."""
     robot = ElementTree.fromstring((models_folder() / f"{arm.name}.urdf").read_text())
     for joint in robot.findall("joint"):
         if joint.get("name") not in arm.joint_names:
@@ -39,8 +39,8 @@ def test_mass_matrix_and_bias_agree_with_mujoco(arm, poses, twin):
         assert np.abs(arm.bias(q, v) - data.qfrc_bias).max() < 1e-10
 
 
-def test_everything_at_once_is_the_same_as_one_by_one(arm, poses):
-    """The plant's fast path is our own Newton-Euler; Pinocchio's is the judge."""
+def test_all_terms_at_once_equal_the_single_functions(arm, poses):
+    """The plant uses our own Newton-Euler recursion; Pinocchio is the reference."""
     rng = np.random.default_rng(9)
     for q in poses:
         v = 3 * rng.normal(size=arm.n)
@@ -52,7 +52,7 @@ def test_everything_at_once_is_the_same_as_one_by_one(arm, poses):
 
 
 def test_gravity_is_the_gradient_of_potential_energy(arm, poses):
-    """Eq 10; Richardson's rule makes the difference quotient good to 1e-9."""
+    """Eq 10; Richardson extrapolation makes the difference quotient accurate to 1e-9."""
     for q in poses:
         G_q = arm.gravity(q)
         for k in range(arm.n):
@@ -104,7 +104,7 @@ def regressor(q):
 
 
 @pytest.mark.parametrize(("side", "sign"), [("right", 1.0), ("left", -1.0)])
-def test_gravity_of_the_master_arm_is_the_real_controllers_model(side, sign):
+def test_gravity_of_the_master_arm_matches_the_real_controllers_model(side, sign):
     """Parameters from the CAD masses and centres of mass; p5 changes its sign on the left arm."""
     mtm = palpate.Arm.mtm(side)
     wrist = 0.14 + 0.04 + 0.05
@@ -118,11 +118,11 @@ def test_gravity_of_the_master_arm_is_the_real_controllers_model(side, sign):
     for q in np.random.default_rng(8).uniform(mtm.q_min, mtm.q_max, (100, 7)):
         tau = mtm.gravity(q)
         assert np.abs(tau[1:6] - G * regressor(q) @ p).max() < 1e-12
-        assert abs(tau[0]) < 1e-12  # a vertical axis
+        assert abs(tau[0]) < 1e-12  # the axis is vertical
         assert abs(tau[6]) < 1e-12  # the handle is balanced
 
 
-def test_a_scaled_model_is_a_wrong_model_of_the_same_arm(arm):
+def test_scaled_model_changes_masses_but_not_kinematics(arm):
     q = 0.5 * (arm.q_min + arm.q_max)
     heavier = arm.with_scaled_masses(np.full(arm.n, 1.3))
     assert np.allclose(heavier.gravity(q), 1.3 * arm.gravity(q), atol=1e-14)

@@ -1,4 +1,4 @@
-"""Gravity linear in the links' first moments, and identified models in its place: judged by slopes and Pinocchio."""
+"""The gravity regressor and identified gravity models, against finite differences and Pinocchio."""
 
 import numpy as np
 import pinocchio
@@ -26,8 +26,8 @@ def test_regressor_is_linear_in_the_moments(name):
 
 
 @pytest.mark.parametrize("side", ["left", "right"])
-def test_regressor_column_by_column_is_pinocchios(side):
-    """Its joint-torque regressor at rest; columns of mass and first moment of every link."""
+def test_each_regressor_column_agrees_with_pinocchio(side):
+    """Reference: Pinocchio's joint-torque regressor at rest, columns of mass and first moment of every link."""
     model = pinocchio.buildModelFromUrdf(str(models_folder() / f"mtm_{side}.urdf"))
     arm = Arm.mtm(side)
     locked = [j for j in range(1, model.njoints) if model.names[j] not in arm.joint_names]
@@ -39,7 +39,7 @@ def test_regressor_column_by_column_is_pinocchios(side):
         np.testing.assert_allclose(arm.gravity_regressor(q), Y[:, columns], atol=1e-10)
 
 
-def test_turned_gravity_turns_the_regressor():
+def test_regressor_follows_the_gravity_direction():
     arm = Arm.mtm("right")
     arm.set_gravity(np.array([3.0, -4.0, 8.0]))
     q = poses(arm)[0]
@@ -57,7 +57,7 @@ def identified(arm, seed=0):
     return terms, 0.1 * rng.standard_normal(m)
 
 
-def test_an_identified_model_is_the_slope_of_its_energy():
+def test_identified_gravity_is_the_gradient_of_its_energy():
     arm = Arm.mtm("right")
     arm.set_gravity_model(*identified(arm))
     for q in poses(arm, 10):
@@ -66,7 +66,7 @@ def test_an_identified_model_is_the_slope_of_its_energy():
         np.testing.assert_allclose(arm.elastic(q), arm.holding(q) - arm.gravity(q), atol=1e-15)
 
 
-def test_columns_times_parameters_is_what_holds():
+def test_regressor_times_parameters_is_the_holding_torque():
     arm = Arm.mtm("left")
     terms, theta = identified(arm)
     q = poses(arm)
@@ -74,7 +74,7 @@ def test_columns_times_parameters_is_what_holds():
     np.testing.assert_allclose(arm.gravity_columns(terms, q) @ theta, [arm.holding(x) for x in q], atol=1e-13)
 
 
-def test_the_urdfs_own_moments_give_its_own_gravity():
+def test_urdf_moments_give_the_urdf_gravity():
     arm, plain = Arm.mtm("right"), Arm.mtm("right")
     arm.set_gravity_model(_core.GravityTerms(), arm.moments)
     for q in poses(arm):
@@ -90,7 +90,7 @@ def test_copies_keep_the_identified_model():
     np.testing.assert_allclose(heavier.gravity(q), 1.3 * arm.gravity(q), atol=1e-12)
 
 
-def test_what_does_not_fit_is_refused():
+def test_gravity_terms_that_do_not_match_the_arm_are_rejected():
     arm = Arm.mtm("right")
     with pytest.raises(ValueError, match="needs 28 finite parameters; got 27"):
         arm.set_gravity_model(_core.GravityTerms(), np.zeros(27))

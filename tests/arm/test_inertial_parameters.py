@@ -1,4 +1,4 @@
-"""Dynamics linear in the links' parameters: the regressor against inverse dynamics of arms made of other links."""
+"""The dynamics regressor against inverse dynamics of arms with other inertial parameters."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ ARMS = {"mtm": palpate.Arm.mtm("left"), "psm": palpate.Arm.psm(), "six": palpate
 
 
 def bodies(n: int, rng: np.random.Generator) -> np.ndarray:
-    """Parameters of random bodies: sums of point masses."""
+    """Inertial parameters of n random bodies, each a sum of point masses."""
     links = []
     for _ in range(n):
         m, p = rng.uniform(0.01, 2.0, 6), rng.normal(0.0, 0.2, (6, 3))
@@ -19,7 +19,7 @@ def bodies(n: int, rng: np.random.Generator) -> np.ndarray:
 
 
 @pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS)
-def test_regressor_predicts_arms_of_any_bodies(arm):
+def test_regressor_predicts_arms_with_other_bodies(arm):
     rng = np.random.default_rng(0)
     for _ in range(5):
         q, v, a = rng.uniform(arm.q_min, arm.q_max), rng.normal(0, 2, arm.n), rng.normal(0, 5, arm.n)
@@ -33,13 +33,13 @@ def test_regressor_predicts_arms_of_any_bodies(arm):
         np.testing.assert_allclose(Y @ pi, tau, atol=1e-10 * np.abs(tau).max())
 
 
-def test_what_is_no_body_is_refused():
+def test_unphysical_inertial_parameters_are_rejected():
     arm = ARMS["psm"]
     pi = bodies(arm.n, np.random.default_rng(1))
     pi[20] = -0.1
     with pytest.raises(RuntimeError, match="'insertion' is no body's"):
         arm.with_inertial_parameters(pi)
-    pi[20], pi[27:30] = 0.1, 1.0  # an inertia that breaks the triangle inequality with its centre far away
+    pi[20], pi[27:30] = 0.1, 1.0  # violates the triangle inequality, with a distant centre of mass
     pi[21:24] = 10.0
     with pytest.raises(RuntimeError, match="pseudo-inertia"):
         arm.with_inertial_parameters(pi)
@@ -47,7 +47,7 @@ def test_what_is_no_body_is_refused():
         arm.with_inertial_parameters(np.ones(7))
 
 
-def test_a_device_without_links_says_so():
+def test_device_without_links_has_no_inertial_parameters():
     delta = palpate.Arm.model("delta")
     assert delta.inertial_parameters.size == 0
     with pytest.raises(RuntimeError, match="not made of links"):

@@ -1,4 +1,4 @@
-"""Where the arms' links are: published test vectors, an independent DH chain, finite differences."""
+"""Kinematics of the arms against published test vectors, an independent DH chain and finite differences."""
 
 import dh
 import numpy as np
@@ -63,11 +63,11 @@ def test_tip_acceleration_at_rest_joints_is_the_rate_of_the_jacobian_times_v(arm
 
 
 def test_remote_centre_moves_less_than_a_micrometre():
-    """The shaft passes through the base's origin whatever the joints do."""
+    """The shaft passes through the base's origin in every pose."""
     psm = palpate.Arm.psm()
     for q in np.random.default_rng(4).uniform(psm.q_min, psm.q_max, (500, 6)):
         X = psm.link_poses(q)["shaft"]
-        along = X[:3, 2]  # the shaft's axis
+        along = X[:3, 2]  # direction of the shaft
         miss = X[:3, 3] - along * (along @ X[:3, 3])
         assert np.linalg.norm(miss) < 1e-6
 
@@ -93,7 +93,7 @@ def test_inverse_kinematics_returns_to_any_reachable_pose(which, where):
     assert (q <= arm.q_max).all()
 
 
-def test_warm_inverse_kinematics_arrives_in_a_few_steps_and_stays_near(arm, poses):
+def test_warm_started_inverse_kinematics_converges_in_a_few_steps(arm, poses):
     rng = np.random.default_rng(5)
     for q in poses:
         start = np.clip(q + rng.normal(0, 0.01, arm.n), arm.q_min, arm.q_max)
@@ -103,7 +103,7 @@ def test_warm_inverse_kinematics_arrives_in_a_few_steps_and_stays_near(arm, pose
         assert np.abs(near - start).max() < 0.2
 
 
-def test_inverse_kinematics_of_an_unreachable_pose_says_how_near_it_came(arm):
+def test_inverse_kinematics_of_an_unreachable_pose_states_the_residual(arm):
     X = arm.fk(arm.home)
     X[:3, 3] += [0, 0, 2.0]
     q, result = arm.ik_from(X, arm.home)

@@ -1,4 +1,4 @@
-"""The model files: written by the generator, loadable from Python, drawable, and clear when something is wrong."""
+"""The model files: equal to the generator's output, loadable from Python, complete for drawing, with clear errors."""
 
 import runpy
 
@@ -10,7 +10,7 @@ from palpate.arm import models_folder
 from palpate.errors import ArmError
 
 
-def test_models_are_what_the_generator_writes(monkeypatch):
+def test_models_equal_the_generators_output(monkeypatch):
     generator = models_folder() / "generate.py"
     if not generator.is_file():
         pytest.skip("an installed package has no models/generate.py")
@@ -19,7 +19,7 @@ def test_models_are_what_the_generator_writes(monkeypatch):
         assert (models_folder() / name).read_text() == text, f"run python models/generate.py, {name} differs"
 
 
-def test_arms_say_what_they_are(arm):
+def test_arms_report_consistent_limits_and_names(arm):
     assert arm.n == len(arm.joint_names) == len(arm.home) == len(arm.tau_max)
     assert (arm.q_min < arm.q_max).all()
     assert (arm.q_min <= arm.home).all()
@@ -28,7 +28,7 @@ def test_arms_say_what_they_are(arm):
     assert arm.jaw_range[0] < arm.jaw_range[1]
 
 
-def test_every_link_that_is_drawn_has_a_pose(arm):
+def test_every_drawn_link_has_a_pose(arm):
     poses = arm.link_poses(arm.home)
     assert len(arm.visuals) > 20
     for visual in arm.visuals:
@@ -39,7 +39,7 @@ def test_every_link_that_is_drawn_has_a_pose(arm):
     assert np.allclose(poses["tip"], arm.fk(arm.home), atol=1e-15)
 
 
-def test_jaws_open_and_the_tip_stays():
+def test_opening_the_jaws_does_not_move_the_tip():
     psm = palpate.Arm.psm()
     closed, opened = psm.link_poses(psm.home), psm.link_poses(psm.home, jaw=0.8)
     along = [opened[f"jaw_{i}"][:3, 1] for i in (1, 2)]
@@ -59,17 +59,17 @@ def test_drawn_parallelograms_stay_parallel():
 
 
 @pytest.mark.parametrize("call", [lambda: palpate.Arm.mtm("middle"), lambda: palpate.Arm.psm("scissors")])
-def test_an_unknown_arm_names_the_ones_there_are(call):
+def test_error_for_an_unknown_arm_lists_the_known_arms(call):
     with pytest.raises(ArmError, match=r"the models are .*(right, left|lnd)"):
         call()
 
 
-def test_a_wrong_shape_names_the_argument_and_both_shapes(arm):
+def test_error_for_a_wrong_shape_names_argument_and_shapes(arm):
     with pytest.raises(ValueError, match=rf"q must have shape \({arm.n},\).*got shape \(3,\)"):
         arm.fk(np.zeros(3))
 
 
-def test_a_wrong_frame_names_the_links_there_are():
+def test_error_for_an_unknown_frame_lists_the_links():
     xml = (models_folder() / "psm_lnd.urdf").read_text()
     with pytest.raises(RuntimeError, match=r"'tool0' is not a link.*psm_base"):
         palpate.Arm(xml, "psm_base", "tool0")
@@ -77,7 +77,7 @@ def test_a_wrong_frame_names_the_links_there_are():
         palpate.Arm("<robot", "psm_base", "tip")
 
 
-def test_hardware_that_a_model_does_not_describe_is_ideal():
+def test_hardware_effects_missing_in_the_model_file_are_ideal():
     xml = (models_folder() / "psm_lnd.urdf").read_text()
     options = palpate.Arm(xml, "psm_base", "tip").leader_options()
     assert np.array_equal(options.coupling, np.eye(6))

@@ -1,4 +1,4 @@
-"""Arms of one's own: a few lines beside a URDF, stated defaults, and mistakes told with their mend."""
+"""User-defined arms: a model file for a URDF, its defaults, and error messages with remedies."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ def write(tmp_path):
     return write
 
 
-def test_one_line_is_enough(write):
+def test_model_file_needs_only_the_urdf(write):
     arm = palpate.Arm.load(write())
     assert (arm.name, arm.n, arm.orients) == ("two", 2, False)
     q = np.array([0.3, 0.4])
@@ -49,10 +49,10 @@ def test_one_line_is_enough(write):
     assert np.array_equal(options.coupling, np.eye(2))
     assert not options.encoder_step.any()
     assert np.array_equal(options.tau_max, [4, 4])
-    assert {v.link for v in arm.visuals} == {"base", "upper", "lower"}  # sticks: nothing is drawn in the file
+    assert {v.link for v in arm.visuals} == {"base", "upper", "lower"}  # sticks, as the URDF has no visuals
 
 
-def test_the_numbers_of_a_model_file_arrive(write):
+def test_values_of_a_model_file_are_used(write):
     text = "urdf: two.urdf\ntip_frame: lower\nhome: [0.1, 0.2]\ncoulomb: [0.1, 0.2]\nencoder_step_deg: [0.5, 1]\n"
     arm = palpate.Arm.load(write(text))
     assert np.allclose(arm.fk(np.zeros(2))[:3, 3], [0, 0, 0.3])
@@ -79,12 +79,12 @@ def test_the_numbers_of_a_model_file_arrive(write):
         ("device: hexapod\n", {}, r"no kind of device 'hexapod'"),
     ],
 )
-def test_mistakes_are_told(write, yaml, changes, message):
+def test_mistakes_are_reported(write, yaml, changes, message):
     with pytest.raises(ArmError, match=message):
         palpate.Arm.load(write(yaml, **changes))
 
 
-def test_a_leader_needs_mass_and_drives_a_follower_speed(write):
+def test_leader_needs_mass_and_drives_and_follower_needs_speed_limits(write):
     no_mass = palpate.Arm.load(write(mass=""))
     with pytest.raises(ArmError, match=r"joint 'elbow' moves no mass[\s\S]*<inertial>"):
         no_mass.leader_options()
@@ -97,7 +97,7 @@ def test_a_leader_needs_mass_and_drives_a_follower_speed(write):
 
 @settings(max_examples=30, deadline=None)
 @given(st.lists(st.floats(0, 1), min_size=6, max_size=6))
-def test_six_axes_there_and_back(share):
+def test_inverse_kinematics_of_a_six_axis_arm(share):
     arm = palpate.Arm.model("six_axis")
     q = arm.q_min + np.array(share) * (arm.q_max - arm.q_min)
     X = arm.fk(q)
@@ -113,7 +113,7 @@ SCENE = "objects: [{shape: organ, triangles: 4000}]\narms: {leader: {model: %s},
     ("leader", "follower"),
     [("six_axis", "psm_lnd"), ("delta", "psm_lnd"), ("mtm_left", "six_axis"), ("delta", "delta")],
 )
-def test_a_session_with_it_feels_the_organ(leader, follower):
+def test_session_with_an_own_arm_renders_contact_forces(leader, follower):
     session = palpate.Session(palpate.Scene.parse(SCENE % (leader, follower)))
     summary = session.run(3.0)
     assert summary.peak_force_N > 1.0
@@ -125,10 +125,10 @@ def test_a_session_with_it_feels_the_organ(leader, follower):
         (session.rig.arms.X_WB @ session.rig.arms.follower.fk(tick["q_follower"][:n]))[:3, 3], tick["p_WT"]
     )
     felt = np.linalg.norm(tick["F_cell_L"])
-    assert felt == pytest.approx(np.linalg.norm(tick["F_H_L"]), abs=0.4)  # and its friction
+    assert felt == pytest.approx(np.linalg.norm(tick["F_H_L"]), abs=0.4)  # tolerance for the arm's friction
 
 
-def test_a_scene_finds_the_model_file_beside_it(tmp_path, write):
+def test_scene_finds_the_model_file_in_its_folder(tmp_path, write):
     write()
     for name in ("six_axis.urdf", "six_axis.yaml"):
         (tmp_path / f"my_{name}").write_text((models_folder() / name).read_text().replace("six_axis", "my_six_axis"))
@@ -154,6 +154,6 @@ def test_gravity_follows_the_mounting_of_a_leader():
     R_WL = session.rig.arms.X_WL[:3, :3]
     J = arm.jacobian(arm.home)[:3]
     expected = J.T @ R_WL.T @ [0, 0, 9.81 * (0.12 + 1.5 * 0.03)]
-    upper = arm.gravity(arm.home) - expected  # the driven arms' own share: less than the platform's
+    upper = arm.gravity(arm.home) - expected  # part of the driven arms, smaller than that of the platform
     assert np.linalg.norm(upper) < np.linalg.norm(expected)
     assert np.linalg.norm(arm.gravity(arm.home) - palpate.Arm.model("delta").gravity(arm.home)) > 0.05

@@ -1,4 +1,4 @@
-"""Kinematics and dynamics of serial arms are our own recursion: Pinocchio's computeAllTerms is the judge."""
+"""Our recursions for the kinematics and dynamics of serial arms, against Pinocchio's computeAllTerms."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from palpate import _core
 
 
 def random_arm(joints: int, rng: np.random.Generator) -> str:
-    """A URDF of revolute and prismatic joints about any axes, with links fixed in between and a locked branch."""
+    """URDF of revolute and prismatic joints about random axes, with fixed links in between and a fixed branch."""
 
     def vector(x):
         return " ".join(f"{value:.17g}" for value in x)
@@ -44,10 +44,10 @@ def test_random_chains_agree_with_pinocchio(joints):
     rng = np.random.default_rng(joints)
     for _ in range(5):
         xml, tip = random_arm(joints, rng), f"f{joints - 1}"
-        arm, judge = _core.Arm(xml, "base", tip), _core.AllTerms(xml, "base", tip)
+        arm, reference = _core.Arm(xml, "base", tip), _core.AllTerms(xml, "base", tip)
         for _ in range(20):
             q, v = rng.uniform(-2, 2, joints), rng.normal(0, 2, joints)
-            M, bias, G, J = judge.compute(q, v)
+            M, bias, G, J = reference.compute(q, v)
             ours = arm.dynamics(q, v)
             scale = max(1.0, np.abs(M).max(), np.abs(bias).max())
             assert np.abs(ours[0] - M).max() < 1e-12 * scale
@@ -58,19 +58,19 @@ def test_random_chains_agree_with_pinocchio(joints):
             assert np.array_equal(arm.fk(q), ours[2])
 
 
-def test_the_arms_that_ship_agree_with_pinocchio(arm, poses):
-    judge = _core.AllTerms(arm.urdf, *arm.frames)
+def test_shipped_arms_agree_with_pinocchio(arm, poses):
+    reference = _core.AllTerms(arm.urdf, *arm.frames)
     rng = np.random.default_rng(9)
     for q in poses:
         v = 3 * rng.normal(size=arm.n)
-        M, bias, G, J = judge.compute(q, v)
+        M, bias, G, J = reference.compute(q, v)
         ours = arm.dynamics(q, v)
         for mine, theirs in ((ours[0], M), (ours[1], bias), (arm.gravity(q), G), (ours[3], J)):
             assert np.abs(mine - theirs).max() < 1e-12
 
 
-def test_the_drift_is_the_rate_of_the_jacobian(arm, poses):
-    """dJ/dt v by Richardson's difference along the motion."""
+def test_drift_is_the_rate_of_the_jacobian_times_the_velocity(arm, poses):
+    """Reference: dJ/dt v by Richardson extrapolation along the motion."""
     rng = np.random.default_rng(10)
     for q in poses[:10]:
         v = rng.normal(size=arm.n)

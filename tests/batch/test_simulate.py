@@ -1,4 +1,4 @@
-"""Many runs at once: each is the run that a session makes, whatever the order and whoever computes it."""
+"""Batch simulation: each run equals that of a session, independent of order and number of workers."""
 
 from dataclasses import asdict
 
@@ -70,18 +70,18 @@ def test_each_run_is_the_run_of_a_session(runs, found):
     assert found.signals["depth"].shape == (6, 30)
 
 
-def test_the_variations_differ_and_equal_ones_agree(found):
+def test_different_variations_differ_and_equal_ones_agree(found):
     peaks = found.summary["max_penetration_m"]
-    assert len(set(peaks[:5])) == 5  # two of them differ by the seed of the tremor alone
+    assert len(set(peaks[:5])) == 5  # two of them differ only in the seed of the tremor
     assert (found.summary["contact_s"] > 0.0).all()
 
 
 def test_order_and_number_of_workers_do_not_matter(runs, found):
-    ask = {"signals": ["F_T_W", "depth"], "signal_rate": 50.0}
-    equal(palpate.simulate(runs, workers=1, **ask), found)
-    equal(palpate.simulate(runs, workers=5, **ask), found)
+    options = {"signals": ["F_T_W", "depth"], "signal_rate": 50.0}
+    equal(palpate.simulate(runs, workers=1, **options), found)
+    equal(palpate.simulate(runs, workers=5, **options), found)
     order = [3, 0, 5, 1, 4, 2]
-    equal(palpate.simulate([runs[i] for i in order], workers=2, **ask), found, order)
+    equal(palpate.simulate([runs[i] for i in order], workers=2, **options), found, order)
 
 
 def test_processes_give_the_same_numbers(runs, found):
@@ -89,7 +89,7 @@ def test_processes_give_the_same_numbers(runs, found):
     equal(swept, found, slice(3))
 
 
-def test_a_scene_or_a_file_alone_is_one_run(scene):
+def test_single_scene_or_file_is_one_run(scene):
     one = palpate.simulate(scene, 0.1)
     assert one.summary["ticks"].tolist() == [100]
     assert one.signals == {}
@@ -100,7 +100,7 @@ def test_a_scene_or_a_file_alone_is_one_run(scene):
 
 
 @pytest.mark.parametrize(
-    ("overrides", "said"),
+    ("overrides", "message"),
     [
         ({"objects.0.stifness": 1.0}, "did you mean 'stiffness'"),
         ({"objects.1.stiffness": 1.0}, "there is no objects[1]"),
@@ -109,15 +109,15 @@ def test_a_scene_or_a_file_alone_is_one_run(scene):
         ({"preset": "paper"}, "preset cannot be overridden"),
     ],
 )
-def test_a_wrong_override_names_the_run(scene, overrides, said):
+def test_error_for_a_wrong_override_names_the_run(scene, overrides, message):
     with pytest.raises(SceneError) as caught:
         palpate.simulate([Variation(scene), Variation(scene, overrides, 7)], 0.05)
     assert "run 1 (" in str(caught.value)
     assert "seed 7" in str(caught.value)
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
-def test_wrong_questions_are_refused(scene):
+def test_invalid_arguments_are_rejected(scene):
     with pytest.raises(PalpateError, match="nothing to simulate"):
         palpate.simulate([])
     with pytest.raises(PalpateError, match="there is no signal 'F_T_V'"):
@@ -128,7 +128,7 @@ def test_wrong_questions_are_refused(scene):
         palpate.simulate([scene, Variation(scene, {"duration": 0.3})], signals=["depth"])
 
 
-def test_overrides_reach_sections_that_the_file_leaves_out(scene):
+def test_overrides_set_sections_that_the_file_leaves_out(scene):
     made = Variation(scene, {"objects.0.pose.xyz": [0.0, 0.0, 0.01], "stability.force_cap": np.float64(2.5),
                              "operator.hand": "firm"}).resolved()  # fmt: skip
     assert made.objects[0].pose.xyz == (0.0, 0.0, 0.01)

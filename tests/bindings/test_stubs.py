@@ -17,14 +17,14 @@ CLASSES = [(module, node) for module, stub in STUBS.items() for node in stub.bod
 
 
 def names(body: list[ast.stmt]) -> set[str]:
-    """What a module or class of the stub declares, without its underscored names."""
+    """Public names that a module or class of the stub declares."""
     functions = {node.name for node in body if isinstance(node, ast.FunctionDef | ast.ClassDef)}
     fields = {node.target.id for node in body if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name)}
     return {name for name in functions | fields if not name.startswith("_")}
 
 
-def public(thing: object) -> set[str]:
-    return {name for name in vars(thing) if not name.startswith("_")}
+def public(owner: object) -> set[str]:
+    return {name for name in vars(owner) if not name.startswith("_")}
 
 
 def test_they_are_up_to_date():
@@ -33,12 +33,12 @@ def test_they_are_up_to_date():
 
 
 @pytest.mark.parametrize("module", STUBS, ids=lambda module: module.__name__)
-def test_a_module(module):
+def test_stub_declares_all_names_of_a_module(module):
     assert names(STUBS[module].body) == public(module)
 
 
 @pytest.mark.parametrize(("module", "node"), CLASSES, ids=lambda x: getattr(x, "name", None))
-def test_a_class(module, node):
+def test_stub_declares_all_names_of_a_class(module, node):
     compiled = getattr(module, node.name)
     assert names(node.body) == public(compiled)
     bases = {base.__name__ for base in compiled.__bases__} - {"object"}
@@ -53,5 +53,5 @@ def test_results_are_typed(module):
     assert not [name for name in bare if not name.startswith("__")]
 
 
-def test_the_core_knows_no_dvrk():
+def test_core_module_has_no_dvrk_names():
     assert not [name for name in vars(_core) if "dvrk" in name.lower()]

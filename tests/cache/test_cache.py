@@ -1,4 +1,4 @@
-"""The cache gives back what was made, survives damage and rivals, stays within its bound, and changes no record."""
+"""The cache returns equal arrays, survives damaged files and concurrent writers, bounds its size, changes no record."""
 
 import os
 import subprocess
@@ -20,7 +20,7 @@ def folder(tmp_path, monkeypatch):
 
 
 class Maker:
-    """Counts how often the arrays are made."""
+    """A factory of the arrays that counts its calls."""
 
     def __init__(self, arrays=ARRAYS):
         self.count, self.arrays = 0, arrays
@@ -37,20 +37,20 @@ def same(found):
     )
 
 
-def test_arrays_are_made_once_and_come_back_bit_for_bit():
+def test_arrays_are_made_once_and_read_back_bit_for_bit():
     make = Maker()
-    assert same(cache.load_or_make("thing", "0123", make))
-    assert same(cache.load_or_make("thing", "0123", make))
+    assert same(cache.load_or_make("shape", "0123", make))
+    assert same(cache.load_or_make("shape", "0123", make))
     assert make.count == 1
-    assert same(cache.load_or_make("thing", "4567", make))
+    assert same(cache.load_or_make("shape", "4567", make))
     assert make.count == 2
-    assert {entry.kind for entry in cache.entries()} == {"thing"}
+    assert {entry.kind for entry in cache.entries()} == {"shape"}
 
 
 @pytest.mark.parametrize("damage", ["truncated", "flipped", "empty", "text", "other"])
-def test_a_damaged_file_is_made_anew(damage):
+def test_damaged_file_is_replaced(damage):
     make = Maker()
-    cache.load_or_make("thing", "0123", make)
+    cache.load_or_make("shape", "0123", make)
     path = cache.entries()[0].path
     data = bytearray(path.read_bytes())
     if damage == "flipped":
@@ -58,53 +58,53 @@ def test_a_damaged_file_is_made_anew(damage):
         data[start + 17] ^= 0xFF
     path.write_bytes({"truncated": bytes(data[: len(data) // 2]), "empty": b"", "text": b"not a cache",
                       "other": b"\x93NUMPY" + bytes(40)}.get(damage, bytes(data)))  # fmt: skip
-    assert same(cache.load_or_make("thing", "0123", make))
+    assert same(cache.load_or_make("shape", "0123", make))
     assert make.count == 2
-    assert same(cache.load_or_make("thing", "0123", make))
+    assert same(cache.load_or_make("shape", "0123", make))
     assert make.count == 2
 
 
-def test_any_flipped_byte_is_noticed_or_harmless():
-    cache.load_or_make("thing", "0123", Maker())
+def test_any_flipped_byte_is_detected_or_harmless():
+    cache.load_or_make("shape", "0123", Maker())
     path = cache.entries()[0].path
     data = path.read_bytes()
-    for place in range(0, len(data), 7):
-        spoilt = bytearray(data)
-        spoilt[place] ^= 0x41
-        path.write_bytes(bytes(spoilt))
+    for index in range(0, len(data), 7):
+        damaged = bytearray(data)
+        damaged[index] ^= 0x41
+        path.write_bytes(bytes(damaged))
         found = store._read(path)
-        assert found is None or found.keys() != ARRAYS.keys() or same(found), f"byte {place}"
+        assert found is None or found.keys() != ARRAYS.keys() or same(found), f"byte {index}"
 
 
-def test_a_folder_that_cannot_be_written_costs_nothing_but_time(folder, monkeypatch):
+def test_folder_that_cannot_be_written_only_disables_the_cache(folder, monkeypatch):
     folder.write_text("a file where the folder should be")
     make = Maker()
-    assert same(cache.load_or_make("thing", "0123", make))
-    assert same(cache.load_or_make("thing", "0123", make))
+    assert same(cache.load_or_make("shape", "0123", make))
+    assert same(cache.load_or_make("shape", "0123", make))
     assert make.count == 2
     monkeypatch.setenv("XDG_CACHE_HOME", "not/absolute")
     monkeypatch.setenv("HOME", str(folder.parent))
     assert cache.folder() == folder.parent / ".cache" / "palpate"
 
 
-def test_the_oldest_entries_go_when_the_bound_is_reached(folder, monkeypatch):
+def test_oldest_entries_are_deleted_at_the_size_limit(folder, monkeypatch):
     for k in range(4):
-        cache.load_or_make("thing", f"{k:04}", Maker())
-        os.utime(folder / f"thing-{k:04}.npz", (1000.0 + k, 1000.0 + k))
+        cache.load_or_make("shape", f"{k:04}", Maker())
+        os.utime(folder / f"shape-{k:04}.npz", (1000.0 + k, 1000.0 + k))
     size = cache.entries()[0].bytes
-    cache.load_or_make("thing", "0000", Maker())  # read: the newest now
+    cache.load_or_make("shape", "0000", Maker())  # a read makes this entry the newest
     leftover = folder / ".dead.tmp"
     leftover.write_bytes(b"half")
     os.utime(leftover, (1000.0, 1000.0))
     monkeypatch.setattr(store, "LIMIT_BYTES", 3 * size + size // 2)
-    cache.load_or_make("thing", "0004", Maker())
-    assert {entry.path.stem for entry in cache.entries()} == {"thing-0004", "thing-0000", "thing-0003"}
+    cache.load_or_make("shape", "0004", Maker())
+    assert {entry.path.stem for entry in cache.entries()} == {"shape-0004", "shape-0000", "shape-0003"}
     assert not leftover.exists()
     assert cache.clear() == 3 * size
     assert cache.entries() == []
 
 
-def test_two_processes_that_write_the_same_entry_leave_one_whole_file(folder):
+def test_two_concurrent_writers_leave_one_complete_file(folder):
     program = (
         "import numpy as np, sys\n"
         "from palpate import cache\n"
@@ -120,7 +120,7 @@ def test_two_processes_that_write_the_same_entry_leave_one_whole_file(folder):
     assert all(store._read(entry.path) is not None for entry in cache.entries())
 
 
-def test_the_key_knows_the_code_and_the_arguments(tmp_path):
+def test_key_depends_on_the_code_and_the_arguments(tmp_path):
     source = tmp_path / "maker.py"
     source.write_text("radius = 1")
     first = cache.source_key([source], "organ", 1000, 0)
@@ -131,7 +131,7 @@ def test_the_key_knows_the_code_and_the_arguments(tmp_path):
 
 
 @pytest.mark.parametrize("make", [shapes.organ, shapes.gallbladder])
-def test_a_shape_from_the_cache_is_the_shape_as_made(make):
+def test_shape_from_the_cache_equals_the_original_shape(make):
     made = make(2500)
     kept = make(2500)
     assert len(cache.entries()) == 1
@@ -147,7 +147,7 @@ def test_records_are_the_same_with_and_without_the_cache(tmp_path, folder):
 
     text = "objects: [{shape: organ, triangles: 3000}]\nrecord: {report: false}\n"
     digests = []
-    for k in range(3):  # made, kept, made again
+    for k in range(3):  # made, stored, made again
         session = Session(Scene.parse(text, str(tmp_path / "a.yaml")), out=tmp_path / f"{k}")
         digests.append(session.run(0.3).record_sha256)
         assert len(cache.entries()) == 1

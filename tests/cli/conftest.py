@@ -38,7 +38,7 @@ class Outcome:
 
 @pytest.fixture
 def palpate(capsys, monkeypatch, tmp_path):
-    """The command line in this very process; its changes to warnings and signals are undone."""
+    """Run a command in this process; its changes to warnings and signals are undone."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
     term = signal.getsignal(signal.SIGTERM)
@@ -58,7 +58,7 @@ def palpate(capsys, monkeypatch, tmp_path):
 
 @pytest.fixture
 def spawn(tmp_path):
-    """The command line in a process of its own."""
+    """Run a command in its own process."""
     running = []
 
     def start(*args, **more) -> subprocess.Popen:

@@ -1,4 +1,4 @@
-"""`palpate calibrate gravity`, `import`, `export`: files, figures, nothing lost; and a scene that uses a model."""
+"""`palpate calibrate gravity`, `import`, `export`: files, figures, lossless conversion; and a model in a scene."""
 
 import json
 import sys
@@ -23,11 +23,11 @@ def test_model_figure_and_json(palpate, poses, tmp_path):
     done = palpate("calibrate", "gravity", poses, "--arm", "mtmr", "--out", "m.yaml", "--test", "others.csv",
                    "--json", "m.json")  # fmt: skip
     assert done.code == 0, done.err
-    told = json.loads((tmp_path / "m.json").read_text())
-    assert set(told) == json_contract.keys("calibrate gravity")
-    assert told["model"] == "potential"
-    assert [len(told[part][key]) for part in ("train", "test") for key in ("rms_Nm", "r2")] == [6] * 4
-    assert told["rank"] == told["structural_rank"] == 10
+    report = json.loads((tmp_path / "m.json").read_text())
+    assert set(report) == json_contract.keys("calibrate gravity")
+    assert report["model"] == "potential"
+    assert [len(report[part][key]) for part in ("train", "test") for key in ("rms_Nm", "r2")] == [6] * 4
+    assert report["rank"] == report["structural_rank"] == 10
     assert yaml.safe_load((tmp_path / "m.yaml").read_text())["arm"] == "mtm_right"
     assert (tmp_path / "m.png").stat().st_size > 10_000
     assert "friction floor" in done.out
@@ -35,7 +35,7 @@ def test_model_figure_and_json(palpate, poses, tmp_path):
     assert "base parameters" in done.out
 
 
-def test_nothing_is_overwritten_without_force(palpate, poses, tmp_path):
+def test_existing_files_are_overwritten_only_with_force(palpate, poses, tmp_path):
     (tmp_path / "m.yaml").write_text("precious")
     command = ("calibrate", "gravity", poses, "--arm", "mtmr", "--out", "m.yaml", "--model", "paper")
     done = palpate(*command)
@@ -45,15 +45,15 @@ def test_nothing_is_overwritten_without_force(palpate, poses, tmp_path):
     (tmp_path / "old.json").write_text("precious")
     assert "old.json: the file exists already" in palpate(*command, "--out", "new.yaml", "--json", "old.json").err
     assert not (tmp_path / "new.yaml").exists()
-    for way, file in (("import", "gc.json"), ("export", "m.yaml")):
-        done = palpate("calibrate", way, file, "--out", "old.json")
+    for command_name, file in (("import", "gc.json"), ("export", "m.yaml")):
+        done = palpate("calibrate", command_name, file, "--out", "old.json")
         assert done.code == 2
-        assert (tmp_path / "old.json").read_text() == "precious", way
+        assert (tmp_path / "old.json").read_text() == "precious", command_name
     assert palpate(*command, "--force").code == 0
     assert "precious" not in (tmp_path / "m.yaml").read_text()
 
 
-def test_the_arm_must_be_named(palpate, poses):
+def test_arm_option_is_required(palpate, poses):
     done = palpate("calibrate", "gravity", poses, "--out", "m.yaml")
     assert done.code == 2
     assert "--arm" in done.err
@@ -79,7 +79,7 @@ record: {report: false}
 """
 
 
-def test_a_scene_holds_its_arm_by_the_model(palpate, poses, tmp_path):
+def test_scene_uses_the_gravity_model(palpate, poses, tmp_path):
     from palpate import Arm
     from palpate.arm.gravity_model import GravityModel
     from palpate.record import Record

@@ -8,21 +8,21 @@ operator: {path: [{t: 0, xyz: [0, 0, 0.02]}, {t: 1, xyz: [0, 0, -0.001]}]}
 """
 
 
-def test_a_scene_is_certified(palpate, tmp_path):
+def test_certify_writes_report_and_figure(palpate, tmp_path):
     scene, out, picture = tmp_path / "wall.yaml", tmp_path / "c.json", tmp_path / "c.png"
     scene.write_text(SCENE)
     done = palpate("certify", scene, "--json", out, "--figure", picture)
     assert done.code == 0, done.err
     assert "table: stable: no delay at 1000 Hz, 10.6 ms of the follower's servo and 1 N s/m" in done.out
     assert "with other hands: stable below relaxed" in done.out
-    told = json.loads(out.read_text())
-    assert {"k_max_N_per_m", "verdict", "reason", "margin"} <= set(told)
-    assert set(told) == keys("certify")
-    assert told["verdict"] == "stable"
+    report = json.loads(out.read_text())
+    assert {"k_max_N_per_m", "verdict", "reason", "margin"} <= set(report)
+    assert set(report) == keys("certify")
+    assert report["verdict"] == "stable"
     assert picture.stat().st_size > 5000
 
 
-def test_an_unstable_scene_is_told_before_the_run(palpate, tmp_path):
+def test_run_warns_of_an_unstable_scene(palpate, tmp_path):
     scene = tmp_path / "wall.yaml"
     scene.write_text(SCENE + "loop_delay: 0.04\n")
     assert "table: unstable: 40 ms of delay" in palpate("certify", scene).out

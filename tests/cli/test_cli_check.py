@@ -1,4 +1,4 @@
-"""`palpate check`: the verdict on a scene or a mesh without running it."""
+"""`palpate check`: checks of a scene or a mesh without a run."""
 
 import json
 import struct
@@ -24,22 +24,22 @@ def write_cube(path, t=CUBE_T):
     return path
 
 
-def test_a_sound_mesh(palpate, tmp_path):
+def test_valid_mesh_has_no_warnings(palpate, tmp_path):
     done = palpate("check", write_cube(tmp_path / "cube.stl"), "--json", tmp_path / "check.json")
     assert done.code == 0
     assert "40.0 x 40.0 x 40.0 mm (file in mm)" in done.out
     assert "can be touched" in done.out
-    told = json.loads((tmp_path / "check.json").read_text())
-    assert told["ok"]
-    assert told["warnings"] == []
-    assert told["mesh"]["watertight"]
-    assert told["mesh"]["volume_m3"] == pytest.approx(6.4e-5)
-    assert set(told) == json_contract.keys("check") - {"objects", "fixtures", "start", "grid"}
+    result = json.loads((tmp_path / "check.json").read_text())
+    assert result["ok"]
+    assert result["warnings"] == []
+    assert result["mesh"]["watertight"]
+    assert result["mesh"]["volume_m3"] == pytest.approx(6.4e-5)
+    assert set(result) == json_contract.keys("check") - {"objects", "fixtures", "start", "grid"}
     report = json_contract.keys_of("check", "The report of a mesh")
-    assert set(told["mesh"]) == report - {"what", "why", "mend"}
+    assert set(result["mesh"]) == report - {"what", "why", "mend"}
 
 
-def test_a_mesh_with_faults_is_told_each_of_them(palpate, tmp_path):
+def test_each_fault_of_a_mesh_is_reported(palpate, tmp_path):
     done = palpate("check", write_cube(tmp_path / "cube.stl", np.vstack([CUBE_T[1:, ::-1], CUBE_T[3, ::-1]])))
     assert done.code == 0
     assert "warning: " in done.out
@@ -48,23 +48,23 @@ def test_a_mesh_with_faults_is_told_each_of_them(palpate, tmp_path):
     assert "2 warnings" in done.out
 
 
-def test_a_wrong_unit_is_betrayed(palpate, tmp_path):
+def test_implausible_unit_is_reported(palpate, tmp_path):
     done = palpate("check", write_cube(tmp_path / "cube.stl"), "--unit", "m")
     assert "the largest extent is 40 m with unit m: is the unit right?" in done.out
     assert "unit: mm would make it 0.04 m" in done.out
 
 
-def test_a_scene(palpate, scene, tmp_path):
+def test_valid_scene_is_ready_to_run(palpate, scene, tmp_path):
     done = palpate("check", scene, "--json", tmp_path / "check.json")
     assert done.code == 0, done.err
     assert "ready to run" in done.out
-    told = json.loads((tmp_path / "check.json").read_text())
-    assert told["objects"][0]["felt_stiffness_N_per_m"] == pytest.approx(200.0)
-    assert len(told["start"]["q_leader_rad"]) == 7
-    assert set(told) == json_contract.keys("check") - {"mesh", "grid", "fineness", "radius", "repair"}
+    result = json.loads((tmp_path / "check.json").read_text())
+    assert result["objects"][0]["felt_stiffness_N_per_m"] == pytest.approx(200.0)
+    assert len(result["start"]["q_leader_rad"]) == 7
+    assert set(result) == json_contract.keys("check") - {"mesh", "grid", "fineness", "radius", "repair"}
 
 
-def test_own_stl_in_five_lines(palpate, tmp_path):
+def test_own_stl_in_a_scene_of_five_lines(palpate, tmp_path):
     write_cube(tmp_path / "organ.stl")
     (tmp_path / "own.yaml").write_text(
         "objects:\n  - mesh: organ.stl\n    unit: mm\n    stiffness: 500\n    friction: 0.1\n"
@@ -77,7 +77,7 @@ def test_own_stl_in_five_lines(palpate, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("line", "said"),
+    ("line", "message"),
     [
         ("    stiffness: 4000", "soft.yaml:4: object 'organ': stiffness 4000 N/m is more than the caps allow"),
         ("    stiffness: 4000", "at 20 mm/s the force would grow by 80 N/s; stability.rate_cap is 50 N/s"),
@@ -89,28 +89,28 @@ def test_own_stl_in_five_lines(palpate, tmp_path):
         ("mapping: {scale: 0.02}", "leader mtm_right cannot reach the operator's path"),
     ],
 )  # fmt: skip
-def test_what_cannot_work_is_refused(palpate, scene, line, said):
+def test_infeasible_scene_is_rejected(palpate, scene, line, message):
     text = scene.read_text()
     scene.write_text(text.replace("    stiffness: 400", line) if line.startswith("    ") else text + line + "\n")
     done = palpate("check", scene)
     assert done.code == 2
-    assert said in done.err
+    assert message in done.err
 
 
-def test_stiffness_beyond_the_force_cap_names_it(palpate, scene):
+def test_error_for_too_much_stiffness_names_the_force_cap(palpate, scene):
     scene.write_text(scene.read_text().replace("stiffness: 400", "stiffness: 4000") + "stability: {rate_cap: 1000}\n")
     done = palpate("check", scene)
     assert "3 N (stability.force_cap) is reached after 0.75 mm of depth" in done.err
     assert "at most 3000 N/m" in done.err
 
 
-def test_a_palpation_force_above_the_cap_is_refused(palpate, scene):
+def test_palpation_force_above_the_cap_is_rejected(palpate, scene):
     scene.write_text(scene.read_text().replace("approach: 0.4", "force: 5.0"))
     done = palpate("check", scene)
     assert "operator.palpate.force: 5 N on the hand is not below stability.force_cap, 3 N" in done.err
 
 
-def test_an_unstable_delay_is_a_warning(palpate, scene):
+def test_unstable_delay_gives_a_warning(palpate, scene):
     scene.write_text(scene.read_text().replace("stiffness: 400", "stiffness: 1600") + "loop_delay: 0.05\n")
     done = palpate("check", scene)
     assert done.code == 0
@@ -118,28 +118,28 @@ def test_an_unstable_delay_is_a_warning(palpate, scene):
     assert "17 ms less delay would give" in done.out
 
 
-def test_schema(palpate, tmp_path):
+def test_schema_is_written(palpate, tmp_path):
     assert palpate("schema").out == schema_text()
     assert palpate("schema", "--out", tmp_path / "s.json").code == 0
     assert (tmp_path / "s.json").read_text() == schema_text()
 
 
-def test_a_repaired_copy_beside_the_file(palpate, tmp_path):
+def test_repaired_copy_is_written(palpate, tmp_path):
     source = write_cube(tmp_path / "cube.stl", CUBE_T[1:])
     before = source.read_bytes()
     out = tmp_path / "mended.stl"
     done = palpate("check", source, "--repair", out, "--hole", 60, "--json", tmp_path / "check.json")
     assert done.code == 0, done.err
     assert "filled holes: 1" in done.out
-    told = json.loads((tmp_path / "check.json").read_text())["repair"]
-    assert told["filled"] == 1
-    assert told["after"]["watertight"]
+    result = json.loads((tmp_path / "check.json").read_text())["repair"]
+    assert result["filled"] == 1
+    assert result["after"]["watertight"]
     assert source.read_bytes() == before
     assert palpate("check", out).code == 0
-    assert set(told) == json_contract.keys_of("check", "`repair`")
+    assert set(result) == json_contract.keys_of("check", "`repair`")
 
 
-def test_a_repaired_copy_overwrites_nothing_unasked(palpate, tmp_path):
+def test_repaired_copy_overwrites_a_file_only_on_request(palpate, tmp_path):
     source = write_cube(tmp_path / "cube.stl", CUBE_T[1:])
     before = source.read_bytes()
     done = palpate("check", source, "--repair", source)
@@ -154,7 +154,7 @@ def test_a_repaired_copy_overwrites_nothing_unasked(palpate, tmp_path):
     assert "cannot be written" in palpate("check", source, "--repair", tmp_path / "x.step").err
 
 
-def test_a_radius_that_does_not_suit_is_told(palpate, tmp_path):
+def test_unsuitable_radius_is_reported(palpate, tmp_path):
     cube = write_cube(tmp_path / "cube.stl")
     assert "radius 5 mm is too large to feel 4 mm" in palpate("check", cube, "--radius", 5, "--feature", 4).out
     assert "no radius suits" in palpate("check", cube, "--feature", 4, "--noise", 7).out
@@ -162,7 +162,7 @@ def test_a_radius_that_does_not_suit_is_told(palpate, tmp_path):
     assert "--feature must be a positive number, got -4" in palpate("check", cube, "--feature", -4).err
 
 
-def test_a_coarse_mesh_in_a_scene_is_told(palpate, scene):
+def test_coarse_mesh_in_a_scene_is_reported(palpate, scene):
     scene.write_text(scene.read_text().replace("triangles: 3000", "triangles: 2000"))
     done = palpate("check", scene)
     assert done.code == 0, done.err

@@ -1,4 +1,4 @@
-"""Commands are found by listing folders, without importing one of them."""
+"""Commands are found by listing folders, without importing them."""
 
 import subprocess
 import sys
@@ -10,7 +10,7 @@ import palpate.cli
 from palpate.cli._folder import entries
 
 
-def test_a_file_is_a_command_and_a_folder_a_group_or_a_command_in_parts(tmp_path, monkeypatch):
+def test_files_are_commands_and_folders_are_groups_or_commands_in_parts(tmp_path, monkeypatch):
     root = tmp_path / "listed_commands"
     for path, text in {
         "__init__.py": "",
@@ -33,7 +33,7 @@ def test_a_file_is_a_command_and_a_folder_a_group_or_a_command_in_parts(tmp_path
 
 
 @pytest.mark.parametrize("package", ["palpate.cli", "palpate.cli.bench", "palpate.cli.calibrate", "palpate.cli.ros"])
-def test_every_command_says_what_it_does_and_can_be_called(package):
+def test_every_command_has_a_summary_and_can_be_called(package):
     first = import_module(package).FIRST
     found = entries(package, first)
     assert set(first) <= set(found)
@@ -53,6 +53,6 @@ def test_listing_imports_no_command():
         "found = entries('palpate.cli') | entries('palpate.studies')\nassert all(e.summary for e in found.values())\n"
         "print(*(m for m in sys.modules if m.startswith(('palpate.cli.', 'palpate.studies.', 'numpy', 'scipy'))))"
     )
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert set(told.split()) == {"palpate.cli._folder", "palpate.cli._overview"}
+    output = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert set(output.split()) == {"palpate.cli._folder", "palpate.cli._overview"}
     assert "run" in entries(palpate.cli.__name__)

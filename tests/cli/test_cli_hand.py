@@ -1,4 +1,4 @@
-"""`palpate calibrate hand`: from a table to a hand that a scene holds its handle with."""
+"""`palpate calibrate hand`: from a table of measurements to a hand model that a scene can use."""
 
 import json
 
@@ -11,7 +11,7 @@ from palpate.scene import Scene
 
 @pytest.fixture
 def grip(tmp_path):
-    """A hand of 0.2 kg, 6 N s/m, 250 N/m, shaken by sinusoids, 20 s at 500 Hz."""
+    """A file with the response of a hand of 0.2 kg, 6 N s/m and 250 N/m to sinusoids, 20 s at 500 Hz."""
     t = np.arange(0, 20, 0.002)
     x, F = np.zeros_like(t), np.zeros_like(t)
     for i, f in enumerate((0.5, 1.25, 2.5, 4, 6.5, 9, 12, 16, 21)):
@@ -23,13 +23,13 @@ def grip(tmp_path):
     return tmp_path / "grip.csv"
 
 
-def test_a_grip_becomes_a_hand(palpate, grip, tmp_path):
+def test_measured_grip_gives_a_hand_model(palpate, grip, tmp_path):
     done = palpate("calibrate", "hand", grip, "--out", "mine.yaml", "--json", "hand.json")
     assert done.code == 0, done.err
-    told = json.loads((tmp_path / "hand.json").read_text())
-    assert set(told) == json_contract.keys("calibrate hand")
-    assert told["mass_kg"] == pytest.approx(0.2, rel=0.01)
-    assert told["stiffness_N_per_m"] == pytest.approx(250, rel=0.01)
+    report = json.loads((tmp_path / "hand.json").read_text())
+    assert set(report) == json_contract.keys("calibrate hand")
+    assert report["mass_kg"] == pytest.approx(0.2, rel=0.01)
+    assert report["stiffness_N_per_m"] == pytest.approx(250, rel=0.01)
     assert "resonance 5.6 Hz" in done.out
     assert (tmp_path / "mine.png").stat().st_size > 10_000
     scene = Scene.parse("objects: [{shape: organ}]\noperator: {hand: mine.yaml}", str(tmp_path / "s.yaml"))
@@ -39,7 +39,7 @@ def test_a_grip_becomes_a_hand(palpate, grip, tmp_path):
     assert "exists already" in again.err
 
 
-def test_a_bad_grip_is_told(palpate, tmp_path):
+def test_invalid_table_is_reported(palpate, tmp_path):
     (tmp_path / "bad.csv").write_text("time,x\n0,0\n")
     done = palpate("calibrate", "hand", "bad.csv")
     assert done.code == 2

@@ -1,4 +1,4 @@
-"""`palpate run`: what it writes, how it ends, what it says when something is in the way."""
+"""`palpate run`: its output files, its end, and its error messages."""
 
 import ctypes
 import hashlib
@@ -22,25 +22,25 @@ def test_run_writes_record_report_and_json(palpate, scene, tmp_path):
     scene.write_text(scene.read_text().replace("report: false", "report: true"))
     done = palpate("run", scene, "--headless", "--out", tmp_path / "o", "--json", tmp_path / "run.json")
     assert done.code == 0, done.err
-    told = json.loads((tmp_path / "run.json").read_text())
-    assert set(told) == json_contract.keys("run")
-    assert told["faults"] == []
-    assert 0.5 < told["peak_force_N"] < 3.0
-    assert told["contact_s"] > 0.3
-    assert f"record: {told['record']}" in done.out
-    assert f"report: {told['report']}" in done.out
+    report = json.loads((tmp_path / "run.json").read_text())
+    assert set(report) == json_contract.keys("run")
+    assert report["faults"] == []
+    assert 0.5 < report["peak_force_N"] < 3.0
+    assert report["contact_s"] > 0.3
+    assert f"record: {report['record']}" in done.out
+    assert f"report: {report['report']}" in done.out
     assert "lockstep" in done.out
-    with open(told["record"], "rb") as file:
-        assert hashlib.sha256(file.read()).hexdigest() == told["record_sha256"]
+    with open(report["record"], "rb") as file:
+        assert hashlib.sha256(file.read()).hexdigest() == report["record_sha256"]
 
 
-def test_summary_is_that_of_the_record(palpate, scene, tmp_path):
+def test_summary_agrees_with_the_record(palpate, scene, tmp_path):
     palpate("run", scene, "--headless", "--out", tmp_path / "o", "--json", tmp_path / "run.json")
-    told = json.loads((tmp_path / "run.json").read_text())
-    record = Record.open(told["record"])
+    report = json.loads((tmp_path / "run.json").read_text())
+    record = Record.open(report["record"])
     again = summarise(record.ticks, record.rate)
     for key in ("ticks", "peak_force_N", "mean_force_N", "max_penetration_m", "contact_s", "energy_J"):
-        assert told[key] == pytest.approx(getattr(again, key), rel=1e-12), key  # summed up in other batches
+        assert report[key] == pytest.approx(getattr(again, key), rel=1e-12), key  # other batches of the sum
 
 
 def test_same_scene_and_seed_give_the_same_bytes(palpate, scene, tmp_path):
@@ -51,14 +51,14 @@ def test_same_scene_and_seed_give_the_same_bytes(palpate, scene, tmp_path):
     assert sums[0] == sums[1] != sums[2]
 
 
-def test_json_on_standard_output_is_alone_there(palpate, scene, tmp_path):
+def test_json_on_standard_output_comes_without_other_text(palpate, scene, tmp_path):
     done = palpate("run", scene, "--headless", "--duration", 0.2, "--out", tmp_path / "o", "--json", "-")
     assert json.loads(done.out)["ticks"] == 200
     assert "record:" in done.err
 
 
 def test_last_duration_wins(palpate, scene, tmp_path):
-    """`make demo ARGS="--duration 5"` gives two of them."""
+    """`make demo ARGS="--duration 5"` gives the option twice."""
     args = ("--duration", 20, "--headless", "--duration", 0.1, "--json", tmp_path / "run.json")
     assert palpate("run", scene, *args).code == 0
     assert json.loads((tmp_path / "run.json").read_text())["duration_s"] == 0.1
@@ -74,7 +74,7 @@ def test_report_and_replay_find_the_record_in_its_folder(palpate, scene, tmp_pat
 
 
 @pytest.mark.parametrize(
-    ("args", "said"),
+    ("args", "message"),
     [
         (["run", "nowhere.yaml"], "error: nowhere.yaml: scene file not found"),
         (["run", "soft.yaml", "--fast", "--realtime"], "--realtime and --fast contradict each other"),
@@ -90,10 +90,10 @@ def test_report_and_replay_find_the_record_in_its_folder(palpate, scene, tmp_pat
         (["schema", "--out", "no/such/dir/a.json"], "the file cannot be written"),
     ],
 )
-def test_mistakes_exit_with_2_and_a_message(palpate, scene, args, said):
+def test_mistakes_exit_with_2_and_a_message(palpate, scene, args, message):
     done = palpate(*args)
     assert done.code == 2
-    assert said in done.err
+    assert message in done.err
     assert "Traceback" not in done.err
 
 
@@ -111,19 +111,19 @@ def test_help_has_examples(palpate, command):
     assert f"palpate {command}" in done.out
 
 
-def test_no_arguments_show_the_commands(palpate):
+def test_call_without_arguments_lists_the_commands(palpate):
     done = palpate()
     assert done.code == 0
     assert all(word in done.out for word in ("run", "replay", "report", "check", "bench", "schema"))
 
 
-def test_version_is_told_without_loading_the_core(spawn):
+def test_version_is_printed_without_loading_the_core(spawn):
     done = spawn("--version")
     out, _ = done.communicate(timeout=60)
     assert (done.returncode, out) == (0, f"palpate {__version__}\n")
 
 
-def test_a_busy_port_gives_the_next_free_one():
+def test_busy_port_is_replaced_by_the_next_free_port():
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
@@ -131,57 +131,57 @@ def test_a_busy_port_gives_the_next_free_one():
         assert port < free_port(port) <= port + 20
 
 
-def test_a_port_that_does_not_exist():
+def test_port_out_of_range_is_rejected():
     with pytest.raises(PortError, match="port 70000 does not exist"):
         free_port(70000)
 
 
 @pytest.mark.parametrize("mode", ["--realtime", "--fast"])
 @pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_interrupt_keeps_the_record_and_tells_the_summary(spawn, scene, tmp_path, mode, end):
+def test_interrupt_keeps_the_record_and_prints_the_summary(spawn, scene, tmp_path, mode, end):
     args = ("--headless", mode, "--duration", 600, "--out", tmp_path / "o", "--json", tmp_path / "run.json")
     process = spawn("run", scene, *args)
-    assert "force" in process.stdout.readline()  # it runs
+    assert "force" in process.stdout.readline()  # the run has begun
     time.sleep(0.5)
     process.send_signal(end)
     out, err = process.communicate(timeout=60)
     assert process.returncode == 130, err
     assert "stopped by Ctrl-C" in out
     assert "Traceback" not in err
-    told = json.loads((tmp_path / "run.json").read_text())
-    assert told["interrupted"] is True
-    record = Record.open(told["record"])
+    report = json.loads((tmp_path / "run.json").read_text())
+    assert report["interrupted"] is True
+    record = Record.open(report["record"])
     assert record.complete
-    assert len(record.ticks) == told["ticks"] > 0
+    assert len(record.ticks) == report["ticks"] > 0
 
 
-def test_real_time_runs_where_priority_and_locked_memory_are_refused_and_says_so(spawn, scene, tmp_path):
+def test_real_time_run_without_priority_and_locked_memory_reports_it(spawn, scene, tmp_path):
     def refuse():
         resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))
         resource.setrlimit(resource.RLIMIT_MEMLOCK, (0, 0))
-        for capability in (14, 23):  # CAP_IPC_LOCK, CAP_SYS_NICE; only root has them to lose
-            ctypes.CDLL(None).prctl(24, capability, 0, 0, 0)  # PR_CAPBSET_DROP: gone with the exec that follows
+        for capability in (14, 23):  # CAP_IPC_LOCK, CAP_SYS_NICE; only root has these capabilities
+            ctypes.CDLL(None).prctl(24, capability, 0, 0, 0)  # PR_CAPBSET_DROP: takes effect at the following exec
 
     args = ("--headless", "--realtime", "--duration", 1, "--out", tmp_path / "o", "--json", tmp_path / "run.json")
     process = spawn("run", scene, *args, preexec_fn=refuse)
     out, err = process.communicate(timeout=100)
     assert process.returncode == 0, err
-    told = json.loads((tmp_path / "run.json").read_text())
-    assert told["realtime"]
-    assert told["ticks"] >= 900
-    assert "SCHED_FIFO refused" in told["scheduler"]
-    assert "memory not locked" in told["scheduler"]
-    assert f"scheduling: {told['scheduler']}" in out
+    report = json.loads((tmp_path / "run.json").read_text())
+    assert report["realtime"]
+    assert report["ticks"] >= 900
+    assert "SCHED_FIFO refused" in report["scheduler"]
+    assert "memory not locked" in report["scheduler"]
+    assert f"scheduling: {report['scheduler']}" in out
 
 
 def test_interrupt_while_loading_is_silent(spawn, scene):
     process = spawn("run", scene, "--headless")
     process.send_signal(signal.SIGINT)
     process.communicate(timeout=60)
-    assert process.returncode in (130, -signal.SIGINT)  # the interpreter itself was still starting
+    assert process.returncode in (130, -signal.SIGINT)  # the second value if the interpreter was still starting
 
 
-def test_a_full_disk_ends_the_record_not_the_run(spawn, scene, tmp_path):
+def test_full_disk_ends_the_record_but_not_the_run(spawn, scene, tmp_path):
     def small_files():
         resource.setrlimit(resource.RLIMIT_FSIZE, (700_000, 700_000))
 
@@ -189,15 +189,15 @@ def test_a_full_disk_ends_the_record_not_the_run(spawn, scene, tmp_path):
     process = spawn("run", scene, *args, preexec_fn=small_files)
     out, err = process.communicate(timeout=100)
     assert process.returncode == 0, err
-    told = json.loads((tmp_path / "run.json").read_text())
-    assert told["ticks"] == 2000
-    assert told["record_sha256"] is None
-    assert any("recording stopped after" in fault for fault in told["faults"])
+    report = json.loads((tmp_path / "run.json").read_text())
+    assert report["ticks"] == 2000
+    assert report["record_sha256"] is None
+    assert any("recording stopped after" in fault for fault in report["faults"])
     assert "recording stopped after" in out
-    assert 0 < len(Record.open(told["record"]).ticks) < 2000
+    assert 0 < len(Record.open(report["record"]).ticks) < 2000
 
 
-def test_output_to_a_closed_pipe_is_no_traceback(spawn, scene):
+def test_closed_output_pipe_gives_no_traceback(spawn, scene):
     process = spawn("run", scene, "--headless", "--duration", 0.2)
     process.stdout.close()
     process.stdout = None

@@ -1,4 +1,4 @@
-"""The proxy on surfaces that are no meshes: the exact law, thin plates, corners, energy; the mesh's proxy as judge."""
+"""The proxy on implicit surfaces: the exact law, thin plates, corners, energy, and agreement with the mesh proxy."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ SMOOTH = [surfaces.Plane(), surfaces.Sphere(0.03), surfaces.Capsule(0.01, 0.05),
 EDGED = [surfaces.Box((0.04, 0.03, 0.05)), surfaces.Cylinder(0.02, 0.05)]
 
 
-def feel(surface, tips, **options):
+def render_path(surface, tips, **options):
     return render(surface, tips, **({"radius": RADIUS, "stiffness": K} | options))
 
 
@@ -25,7 +25,7 @@ def law(surface, tips):
 
 
 def around(surface, offset, n=4000):
-    """A tool path: from above onto the surface, then around it at a signed distance, in small steps."""
+    """A tool path from above onto the surface, then around it at a signed distance [m], in small steps."""
     t = np.linspace(0, 2 * np.pi, n)[:, None]
     far = 0.1 * np.concatenate([np.cos(t), np.sin(t) * 0.8, 1.0 + 0.5 * np.sin(2 * t)], axis=1)
     _, foot, normal = surface.nearest(far)
@@ -33,20 +33,20 @@ def around(surface, offset, n=4000):
     return np.concatenate([slide[0] + normal[0] * np.linspace(0.02, 0.0, 300)[:, None], slide])
 
 
-def wander(seed, reach=0.035, n=5000):
-    """A smooth random path, in and out and through."""
+def random_path(seed, reach=0.035, n=5000):
+    """A smooth random path that enters, leaves and crosses the surface."""
     rng = np.random.default_rng(seed)
     t = np.linspace(0, 2 * np.pi, n)[:, None]
-    way = sum(rng.normal(size=3) * np.sin(k * t + rng.uniform(0, 6, 3)) for k in range(1, 6))
-    way *= reach / np.abs(way).max()
-    return np.concatenate([np.linspace([0, 0, 0.2], way[0], 1500), way])
+    path = sum(rng.normal(size=3) * np.sin(k * t + rng.uniform(0, 6, 3)) for k in range(1, 6))
+    path *= reach / np.abs(path).max()
+    return np.concatenate([np.linspace([0, 0, 0.2], path[0], 1500), path])
 
 
 @pytest.mark.parametrize("offset", [1e-3, -0.5e-3, -3e-3])
 @pytest.mark.parametrize("surface", SMOOTH, ids=lambda s: s.name)
 def test_smooth_surfaces_obey_the_law_exactly(surface, offset):
     tips = around(surface, offset)
-    r = feel(surface, tips)
+    r = render_path(surface, tips)
     np.testing.assert_allclose(r.force, law(surface, tips), atol=1e-9)
     assert not r.started_inside
 
@@ -54,30 +54,30 @@ def test_smooth_surfaces_obey_the_law_exactly(surface, offset):
 @pytest.mark.parametrize("surface", EDGED, ids=lambda s: s.name)
 def test_convex_edges_are_rounded_by_the_radius(surface):
     tips = around(surface, 1e-3)
-    np.testing.assert_allclose(feel(surface, tips).force, law(surface, tips), atol=1e-9)
+    np.testing.assert_allclose(render_path(surface, tips).force, law(surface, tips), atol=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("size", [(0.04, 0.04, 0.04), (0.06, 0.06, 0.001)], ids=["box", "plate"])
-def test_the_mesh_proxy_says_the_same_of_a_box(size, seed):
-    """Two algorithms, one memory: apart from single ticks in which one goes around an edge sooner."""
-    tips = wander(seed)
+def test_mesh_proxy_agrees_on_a_box(size, seed):
+    """Both algorithms agree, except for single ticks in which one passes an edge sooner."""
+    tips = random_path(seed)
     name = "box" if size[2] > 0.01 else "plate"
-    here, there = feel(surfaces.Box(size), tips), feel(_core.Mesh(*SHAPES[name].mesh(12)), tips)
-    apart = np.abs(here.force - there.force).max(axis=1) > 1e-4
-    assert (here.depth > 0).mean() > 0.3
+    field, mesh = render_path(surfaces.Box(size), tips), render_path(_core.Mesh(*SHAPES[name].mesh(12)), tips)
+    apart = np.abs(field.force - mesh.force).max(axis=1) > 1e-4
+    assert (field.depth > 0).mean() > 0.3
     assert apart.mean() < 0.003
 
 
 @pytest.mark.parametrize("speed", [0.01, 1.0])
 @pytest.mark.parametrize("thickness", [1e-3, 0.5e-3])
-def test_thin_plate_is_never_popped_through(speed, thickness):
-    """Pressed 10 mm deep slowly, poked 20 mm deep at 1 m/s: always pushed back the way one came."""
+def test_tool_never_pops_through_a_thin_plate(speed, thickness):
+    """Pressed slowly by 10 mm or fast by 20 mm at 1 m/s, the tool is always pushed back to its own side."""
     top, depth = thickness / 2, 0.01 if speed < 0.1 else 0.02
     z = np.arange(top + 0.015, top - depth, -speed * 1e-3)
     down = np.stack([np.full_like(z, 0.0041), np.full_like(z, -0.0023), z], axis=1)
     tips = np.concatenate([down, np.repeat(down[-1:], 50, axis=0), down[::-1]])
-    r = feel(surfaces.Box((0.06, 0.06, thickness)), tips)
+    r = render_path(surfaces.Box((0.06, 0.06, thickness)), tips)
     expected = K * np.maximum(top + RADIUS - tips[:, 2], 0.0)[:, None] * [0.0, 0.0, 1.0]
     np.testing.assert_allclose(r.force, expected, atol=1e-9)
 
@@ -89,20 +89,20 @@ def test_thin_plate_is_never_popped_through(speed, thickness):
     speed=st.floats(0.01, 2.0),
     radius=st.floats(5e-4, 5e-3),
 )
-def test_no_way_through_a_plate(seed, thickness, speed, radius):
-    """Any place, slant, speed and radius: as long as the tool is over the plate, the force is up."""
+def test_plate_cannot_be_penetrated(seed, thickness, speed, radius):
+    """For any position, inclination, speed and radius the force points up while the tool is over the plate."""
     rng = np.random.default_rng(seed)
     start = np.array([*rng.uniform(-0.01, 0.01, 2), 0.008])
     end = start + np.array([*rng.uniform(-0.01, 0.01, 2), -0.028])
     n = max(2, int(np.linalg.norm(end - start) / speed * 1000))
     tips = np.linspace(start, end, n)
-    r = feel(surfaces.Box((0.08, 0.08, thickness)), tips, radius=radius)
+    r = render_path(surfaces.Box((0.08, 0.08, thickness)), tips, radius=radius)
     below = tips[:, 2] < thickness / 2 + radius
     np.testing.assert_allclose(r.force[below, 2], K * (thickness / 2 + radius - tips[below, 2]), rtol=1e-6)
 
 
-def test_grid_of_a_groove_holds_by_two_walls():
-    """A concave right angle in a grid: the force of the two planes' offset corner, no jitter from tick to tick."""
+def test_grid_of_a_groove_gives_forces_of_both_walls():
+    """A concave right angle in a grid: the force is that of the corner of both offset planes, without jitter."""
     x, z = np.arange(-0.02, 0.0205, 0.001), np.arange(-0.01, 0.0205, 0.001)
     nodes = np.stack(np.meshgrid(x, np.arange(-0.01, 0.0105, 0.001), z, indexing="ij"), axis=-1)
     values = SHAPES["groove"].distance(nodes.reshape(-1, 3))[0].reshape(nodes.shape[:3])
@@ -110,16 +110,16 @@ def test_grid_of_a_groove_holds_by_two_walls():
     t = np.linspace(0, 9, 3000)
     tips = np.stack([1.2e-3 * np.cos(t), 3e-3 * np.sin(t), np.full_like(t, 0.5e-3)], axis=1)
     tips = np.concatenate([np.linspace(tips[0] + [0, 0, 0.015], tips[0], 400), tips])
-    r = feel(groove, tips)
+    r = render_path(groove, tips)
     corner = np.stack([np.zeros_like(t), tips[400:, 1], np.full_like(t, RADIUS * 2**0.5)], axis=1)
     np.testing.assert_allclose(r.force[400:], K * (corner - tips[400:]), atol=1e-4)
 
 
 @pytest.mark.parametrize("degrees", [40.0, 80.0, 120.0])
-def test_two_faces_of_a_grid_hold_at_any_angle(degrees):
-    """The tool moves to and fro in a concave edge of two planes: the point nearest to it, r above both or one.
+def test_two_faces_of_a_grid_are_exact_at_any_angle(degrees):
+    """The tool moves to and fro in a concave edge of two planes. The proxy is the nearest point r above one or both.
 
-    The sphere touches both faces two cells from the edge or more; nearer, the grid's own rounding of the edge is felt.
+    The sphere touches both faces at least two cells from the edge; closer to it the grid rounds the edge.
     """
     radius = 6e-3
     x = np.arange(-0.0205, 0.021, 0.001)
@@ -130,7 +130,7 @@ def test_two_faces_of_a_grid_hold_at_any_angle(degrees):
     t = np.linspace(0, 9, 1500)
     tips = 1e-3 * np.sin(t)[:, None] * [middle[2], 0.0, -middle[0]] + [0.0, 0.001, 0.0] + 2e-4 * middle
     tips = np.concatenate([tips[0] + middle * np.linspace(0.015, 0.0, 300)[:, None], tips])
-    force = feel(edge, tips, radius=radius).force[300:]
+    force = render_path(edge, tips, radius=radius).force[300:]
     short = radius - tips[300:] @ n.T
     both = np.linalg.solve(n @ n.T, short.T).T
     one = short.argmax(axis=1)
@@ -147,27 +147,27 @@ def test_grid_of_a_torus_obeys_the_law(spacing, degrees, newton):
     slide = exact.curve(np.linspace(0, 2, 4001), -2e-3)
     phi, n = exact.distance(slide)
     tips = np.concatenate([slide[0] + n[0] * np.linspace(0.02, 0, 400)[:, None], slide])
-    force = feel(grid, tips).force[400:]
+    force = render_path(grid, tips).force[400:]
     assert np.degrees(np.arccos(np.clip((force * n).sum(1) / np.linalg.norm(force, axis=1), -1, 1))).max() < degrees
     np.testing.assert_allclose(np.linalg.norm(force, axis=1), K * (RADIUS - phi), atol=newton)
 
 
 @pytest.mark.parametrize("surface", SMOOTH[1:], ids=lambda s: s.name)
-def test_a_closed_path_does_no_work(surface):
-    """From free to free in small steps: the trapezoidal sum of F dx vanishes with the step."""
+def test_forces_do_no_work_on_a_closed_path(surface):
+    """The path starts and ends in free space; the trapezoidal sum of F dx vanishes with the step."""
     tips = around(surface, -1e-3, 20_000)
     tips = np.concatenate([tips, tips[:300][::-1] - tips[299] + tips[-1]])
-    force = feel(surface, tips).force
+    force = render_path(surface, tips).force
     done = (0.5 * (force[1:] + force[:-1]) * np.diff(tips, axis=0)).sum()
-    assert abs(done) < 2e-7  # of 2.25 mJ stored
+    assert abs(done) < 2e-7  # the stored energy is 2.25 mJ
     assert np.linalg.norm(force, axis=1).max() > 1.49
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1e3])
 def test_forces_do_not_depend_on_the_scale(scale):
-    tips = wander(7)
-    one = feel(surfaces.Box((0.04, 0.03, 0.05)), tips).force
-    other = feel(
+    tips = random_path(7)
+    one = render_path(surfaces.Box((0.04, 0.03, 0.05)), tips).force
+    other = render_path(
         surfaces.Box(scale * np.array([0.04, 0.03, 0.05])),
         tips * scale,
         radius=RADIUS * scale,
@@ -177,17 +177,17 @@ def test_forces_do_not_depend_on_the_scale(scale):
     np.testing.assert_allclose(other, one, rtol=0, atol=1e-9 * np.abs(one).max())
 
 
-def test_start_inside_is_put_outside_and_said():
+def test_tool_that_starts_inside_is_moved_outside_and_reported():
     tips = np.repeat([[0.0, 0.001, 0.015]], 5, axis=0)
-    r = feel(surfaces.Box((0.04, 0.04, 0.04)), tips)
+    r = render_path(surfaces.Box((0.04, 0.04, 0.04)), tips)
     assert r.started_inside
     np.testing.assert_allclose(r.force, np.tile([0, 0, K * 0.007], (5, 1)), atol=1e-9)
 
 
-def test_release_is_exactly_zero_and_friction_stays_in_its_cone():
+def test_force_is_zero_after_release_and_friction_stays_in_its_cone():
     ball, mu = surfaces.Sphere(0.03), 0.3
     tips = np.concatenate([around(ball, -1e-3, 500), np.linspace([0, 0, 0.06], [0, 0, 0.07], 20)])
-    r = feel(ball, tips, friction=mu)
+    r = render_path(ball, tips, friction=mu)
     free = ball.nearest(tips)[0] > RADIUS
     assert (r.force[free] == 0.0).all()
     along = np.linalg.norm(r.force - (r.force * r.normal).sum(1)[:, None] * r.normal, axis=1)
@@ -198,13 +198,13 @@ def test_release_is_exactly_zero_and_friction_stays_in_its_cone():
 @settings(max_examples=30, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_rough_grids_and_wild_paths_give_finite_bounded_forces(seed):
-    """Noise on the samples, jumps of the tool: finite, along the deflection, zero when free; nothing crashes."""
+    """With noisy samples and jumps of the tool, forces are finite, along the deflection, and zero in free space."""
     rng = np.random.default_rng(seed)
     x = np.linspace(-0.02, 0.02, 21)
     at = np.stack(np.meshgrid(x, x, x, indexing="ij"), axis=-1)
     values = np.linalg.norm(at, axis=-1) - 0.012 + rng.uniform(-2e-4, 2e-4, (21, 21, 21))
     tips = rng.uniform(-0.03, 0.03, (10, 3)).repeat(20, axis=0) + rng.normal(0, 3e-4, (200, 3))
-    r = feel(surfaces.DistanceGrid(values, np.full(3, -0.02), 0.002), tips)
+    r = render_path(surfaces.DistanceGrid(values, np.full(3, -0.02), 0.002), tips)
     assert np.isfinite(r.force).all()
     assert (np.linalg.norm(r.force, axis=1) <= K * 0.1).all()
     np.testing.assert_allclose(r.force, np.where(r.depth[:, None] > 0, K * (r.proxy - tips), 0.0), atol=1e-9)

@@ -1,4 +1,4 @@
-"""Method `paper-alg1`: right where the paper's Algorithm 1 is right, and its failures held as recorded facts."""
+"""Method `paper-alg1`: the correct results and the known failures of the paper's Algorithm 1."""
 
 import numpy as np
 import pytest
@@ -43,11 +43,11 @@ def test_release_is_exactly_zero():
     assert (out.force[-100:] == 0.0).all()
     assert (out.normal[-100:] == 0.0).all()
     above = np.vstack([path, path[::-1]])[:, 2] >= R
-    assert (out.force[above] == 0.0).all(), "the haptic cycle lets go at once, not a collision period later"
+    assert (out.force[above] == 0.0).all(), "the haptic cycle releases at once, not after a collision period"
 
 
-def test_contact_is_felt_one_collision_period_late():
-    """Posted at the instants k / 250 s, shown from the next instant on: 4 to 8 ticks after the step in."""
+def test_contact_force_starts_one_collision_period_late():
+    """Contacts found at k / 250 s are used from the next instant on, 4 to 8 ticks after the tool has entered."""
     for step_at in range(100, 108):
         z = np.where(np.arange(200) < step_at, 0.004, 0.001)
         out = render(np.column_stack([np.full(200, 0.01), np.full(200, -0.003), z]))
@@ -56,7 +56,7 @@ def test_contact_is_felt_one_collision_period_late():
         assert 4 <= first - step_at < 8
 
 
-def test_same_path_same_forces():
+def test_same_path_gives_the_same_forces():
     rng = np.random.default_rng(7)
     path = press(0.001) + np.cumsum(rng.normal(scale=2e-5, size=(300, 3)), axis=0)
     a, b = render(path), render(path)
@@ -74,11 +74,11 @@ def test_damping_acts_along_the_normal_and_never_pulls():
     assert (out.force[going_in, 2] > spring.force[going_in, 2]).all()
 
 
-# ---- what the paper's section 3.1 complains about, and what lies beyond it: facts about the method, not wishes
+# ---- failures described in section 3.1 of the paper, and further ones: facts about the method, not requirements
 
 
 def test_fact_normals_point_inwards_once_the_centre_is_below_the_surface():
-    """Truth at 1 mm below: 500 N/m x 3 mm outwards. Algorithm 1 on Coal: 500 N/m x 1 mm *inwards*, off by two radii."""
+    """At 1 mm below, 500 N/m x 3 mm outwards is correct; Algorithm 1 on Coal gives 500 N/m x 1 mm *inwards*."""
     paper, proxy = render(press(-0.001)), render(press(-0.001), method="proxy")
     assert proxy.force[-1] == pytest.approx([0, 0, K * 0.003], rel=1e-6)
     assert paper.force[-1] == pytest.approx([0, 0, -K * 0.001], rel=1e-6)
@@ -86,14 +86,14 @@ def test_fact_normals_point_inwards_once_the_centre_is_below_the_surface():
     assert 0.003 - depth_along_truth == pytest.approx(2 * R)
 
 
-def test_fact_a_sphere_wholly_inside_feels_nothing():
+def test_fact_sphere_completely_inside_gets_no_force():
     paper, proxy = render(press(-0.003)), render(press(-0.003), method="proxy")
     assert (paper.force[-1] == 0.0).all()
     assert proxy.force[-1] == pytest.approx([0, 0, K * 0.005], rel=1e-6)
 
 
-def test_fact_a_neighbouring_triangle_of_the_same_plane_tilts_the_average():
-    """Beside the diagonal of a flat face: two points, the farther one leans; the proxy does not care."""
+def test_fact_neighbouring_triangle_of_the_same_plane_tilts_the_average():
+    """Near the diagonal of a flat face the normal of the farther point is tilted; the proxy is not affected."""
     tip = (0.003, 0.001, 0.001)
     trace = trace_algorithm1(box(), tip, radius=R, stiffness=K)
     assert len(trace.points) == 2
@@ -108,7 +108,7 @@ def test_fact_a_neighbouring_triangle_of_the_same_plane_tilts_the_average():
 # ---- the nine lines
 
 
-def test_the_nine_lines_of_one_contact():
+def test_nine_lines_of_the_algorithm_for_one_contact():
     tip, v = np.array([0.01, -0.003, 0.0012]), np.array([0.01, 0.02, -0.03])
     t = trace_algorithm1(box(), tip, radius=R, stiffness=[500, 600, 700], damping=[1, 2, 3], velocity=v)
     assert t.collision
@@ -133,7 +133,7 @@ def test_no_collision_ends_the_loop():
 
 
 def test_vanishing_sum_keeps_the_last_normal():
-    """Centre in the very plane: Coal's normal of the one point is zero, the sum vanishes."""
+    """With the centre exactly in the plane, Coal's only normal is zero, and so is the sum."""
     tip = (0.01, -0.003, 0.0)
     assert np.linalg.norm(trace_algorithm1(box(), tip, radius=R, stiffness=K).normals.sum(axis=0)) < 1e-12
     t = trace_algorithm1(box(), tip, radius=R, stiffness=K, last_normal=(0, 0, 1))
@@ -151,7 +151,7 @@ def test_at_most_fifteen_points():
     assert len(t.points) == 15
 
 
-def test_bad_arguments_are_named():
+def test_invalid_arguments_are_reported():
     with pytest.raises(ValueError, match=r"radius must be a positive number in m, got -1"):
         trace_algorithm1(box(), (0, 0, 0), radius=-1, stiffness=K)
     with pytest.raises(ValueError, match=r"tip must be three finite numbers, got \[0.0, nan, 0.0\]"):

@@ -1,4 +1,4 @@
-"""The proxy held to second algorithms: concave edges and corners, resting places, energy, release, motion, scale."""
+"""The proxy against second algorithms: concave edges and corners, equilibria, energy, release, motion, scale."""
 
 from itertools import pairwise
 
@@ -18,13 +18,13 @@ def angle_deg(a, b):
 
 
 def along(*knots, step=5e-5):
-    """A way through points at equal steps [m]."""
+    """A path (n, 3) through the knots in equal steps [m]."""
     legs = [np.linspace(a, b, max(2, int(np.linalg.norm(np.subtract(b, a)) / step)))[:-1] for a, b in pairwise(knots)]
     return np.concatenate([*legs, np.array(knots[-1:])])
 
 
 def valley(dihedral, n=12):
-    """Two planes that meet at the y axis with this dihedral angle, open above; each a grid of n x n cells."""
+    """Two planes that meet at the y axis with a dihedral angle, open above; each is a grid of n x n cells."""
     half = np.radians(dihedral) / 2
     s = np.linspace(0, 0.05, n + 1)
     x = np.concatenate([-s[:0:-1], s])
@@ -37,8 +37,8 @@ def valley(dihedral, n=12):
 
 
 @pytest.mark.parametrize("dihedral", [30, 60, 90, 120, 145, 150])
-def test_two_walls_at_once_are_exact(dihedral):
-    """Slid along and across the bottom of a valley: the corner of both offset planes, and no jitter."""
+def test_contact_with_two_walls_is_exact(dihedral):
+    """Sliding along and across the bottom of a valley: the proxy is at the corner of both offsets, without jitter."""
     mesh, half = valley(dihedral)
     lowest = np.array([0.0, 0.0, RADIUS / np.sin(half)])
     tips = along([0.001, -0.02, 0.03], [0.0004, -0.02, -0.001], [0.0004, 0.017, -0.001], [-0.0006, 0.013, -0.0012])
@@ -53,14 +53,14 @@ def test_two_walls_at_once_are_exact(dihedral):
 
 
 def room(triangles):
-    """A box seen from inside: six walls, one mesh each way round; open, so that nothing turns it."""
+    """The inside of a box: six walls as one open mesh, so that its orientation is not corrected."""
     vertices, faces = Box((0.04, 0.04, 0.04)).mesh(triangles)
     lid = (vertices[faces][:, :, 0] > 0.0199).all(axis=1)
     return _core.Mesh(vertices, np.ascontiguousarray(faces[~lid][:, ::-1]))
 
 
 @pytest.mark.parametrize("triangles", [12, 2000])
-def test_inside_of_a_box_three_walls_are_exact(triangles):
+def test_contact_with_three_walls_inside_a_box_is_exact(triangles):
     tips = along([0, 0, 0], [-0.0195, 0.0005, -0.0195], [-0.021, 0.0215, -0.0205], [-0.0195, 0.0194, 0.0])
     r = render(room(triangles), tips, radius=RADIUS, stiffness=K)
     exact = K * (np.clip(tips, -0.02 + RADIUS, 0.02 - RADIUS) - tips)
@@ -69,8 +69,8 @@ def test_inside_of_a_box_three_walls_are_exact(triangles):
     np.testing.assert_allclose(r.force, exact, atol=1e-6)
 
 
-def test_box_edges_and_corners_turn_as_the_offset_surface_does():
-    """Around edges and over a corner, 1 mm above: direction and steps are those of the exact offset surface."""
+def test_force_at_box_edges_and_corners_follows_the_offset_surface():
+    """Around edges and a corner, 1 mm above: direction and steps agree with the exact offset surface."""
     t = np.linspace(0, np.pi / 2, 400)[:, None]
     corner = np.array([0.02, 0.02, 0.02])
     x, y, z = np.eye(3)
@@ -88,11 +88,11 @@ def test_box_edges_and_corners_turn_as_the_offset_surface_does():
 
 @pytest.mark.parametrize("seed", range(6))
 def test_resting_proxy_is_a_constrained_minimum(seed):
-    """Second algorithm: SLSQP with the distance to every triangle as a constraint finds the same place."""
+    """SLSQP with the distance to every triangle as a constraint finds the same position."""
     rng = np.random.default_rng(seed)
     wall = 0.03 * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
     corners, turns = [], []
-    for _ in range(3):  # three big triangles-and-a-half that face upwards, through the middle
+    for _ in range(3):  # three large faces that face upwards and pass through the middle
         tilt = np.radians(rng.uniform(20, 60))
         turns.append(2 * np.pi * (len(turns) + rng.uniform(-0.15, 0.15)) / 3)
         about_x = np.array([[1, 0, 0], [0, np.cos(tilt), -np.sin(tilt)], [0, np.sin(tilt), np.cos(tilt)]])
@@ -114,24 +114,24 @@ def test_resting_proxy_is_a_constrained_minimum(seed):
 
 
 @pytest.mark.parametrize(("shape", "triangles"), [("torus", 1000), ("wavy", 1000), ("wavy", 10_000)])
-def test_closed_paths_give_back_what_they_took(shape, triangles):
-    """The force is the gradient of a potential: work around a loop, both ways, is a thousandth of what flows."""
+def test_forces_do_no_work_on_closed_paths(shape, triangles):
+    """The work around a loop, in both directions, is less than a thousandth of the exchanged energy."""
     exact = SHAPES[shape]
     mesh = _core.Mesh(*exact.mesh(triangles))
     turns = 5 if shape == "torus" else 1
     loop = exact.curve(np.linspace(0, turns, 12_000), -1e-3)
-    for way in (loop, loop[::-1]):
-        down = way[0] + exact.distance(way[:1])[1] * np.linspace(0.02, 0, 400)[:, None]
-        r = render(mesh, np.concatenate([down, way]), radius=RADIUS, stiffness=K)
+    for path in (loop, loop[::-1]):
+        down = path[0] + exact.distance(path[:1])[1] * np.linspace(0.02, 0, 400)[:, None]
+        r = render(mesh, np.concatenate([down, path]), radius=RADIUS, stiffness=K)
         force = r.force[400:]
-        work = ((force[1:] + force[:-1]) / 2 * np.diff(way, axis=0)).sum()
-        flow = np.linalg.norm(force, axis=1).mean() * np.linalg.norm(np.diff(way, axis=0), axis=1).sum()
+        work = ((force[1:] + force[:-1]) / 2 * np.diff(path, axis=0)).sum()
+        flow = np.linalg.norm(force, axis=1).mean() * np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
         assert abs(work) < 5e-5 * flow
 
 
 @pytest.mark.parametrize("shape", ["torus", "wavy"])
 def test_the_force_is_the_gradient_of_the_energy(shape):
-    """Central differences of 1/2 k depth^2 around random places give the force itself."""
+    """Central differences of 1/2 k depth^2 at random positions give the force."""
     exact = SHAPES[shape]
     mesh = _core.Mesh(*exact.mesh(5000))
     rng = np.random.default_rng(2)
@@ -146,8 +146,8 @@ def test_the_force_is_the_gradient_of_the_energy(shape):
         np.testing.assert_allclose(-gradient, r.force[-1], atol=0.02 * np.linalg.norm(r.force[-1]))
 
 
-def test_far_side_of_a_plate_is_held_until_released():
-    """Beyond a closed plate the near side wins at any depth up to `release`; then the object was gone through."""
+def test_plate_keeps_the_tools_side_until_the_release_depth():
+    """The side of entry is kept at any depth up to `release`; beyond that the tool has passed the object."""
     mesh = _core.Mesh(*Box((0.06, 0.06, 0.001)).mesh(500))
     tips = along([0.003, 0.001, 0.02], [0.003, 0.001, -0.07])
     r = render(mesh, tips, radius=RADIUS, stiffness=K)
@@ -160,12 +160,12 @@ def test_far_side_of_a_plate_is_held_until_released():
 
 
 def test_a_tool_inside_is_not_released():
-    """Deep in a body, farther than `release`, the tool is not through: still pushed back the way it came."""
+    """A tool deeper than `release` inside a body has not passed it and is still pushed back to its own side."""
     mesh = _core.Mesh(*Sphere(0.1).mesh(5000))
     tips = along([0.001, 0.002, 0.12], [0.001, 0.002, 0.02], step=1e-4)
     r = render(mesh, tips, radius=RADIUS, stiffness=K)
     assert r.force[-1, 2] > K * 0.07
-    sheet = _core.Mesh(*SHAPES["wavy"].mesh(2000))  # open: it has no far side that could be known
+    sheet = _core.Mesh(*SHAPES["wavy"].mesh(2000))  # an open surface has no inside
     below = render(sheet, along([0, 0, 0.02], [0, 0, -0.07], step=1e-4), radius=RADIUS, stiffness=K)
     assert below.force[-1, 2] > K * 0.06
 
@@ -173,7 +173,7 @@ def test_a_tool_inside_is_not_released():
 @pytest.mark.parametrize("thickness", [1e-3, 0.5e-3])
 @pytest.mark.parametrize("triangles", [12, 5000])
 def test_moving_plate_does_not_pass_a_resting_tool(thickness, triangles):
-    """A plate comes at 0.5 m/s, 20 mm beyond the tool: the tool is pushed the way the plate goes."""
+    """A plate moves at 0.5 m/s to 20 mm beyond the tool: the tool is pushed in the plate's direction."""
     mesh = _core.Mesh(*Box((0.06, 0.06, thickness)).mesh(triangles))
     z = np.concatenate([np.arange(-0.02, 0.02, 0.5e-3), np.full(20, 0.02)])
     poses = np.repeat(np.eye(4)[None], len(z), axis=0)
@@ -186,7 +186,7 @@ def test_moving_plate_does_not_pass_a_resting_tool(thickness, triangles):
 
 @pytest.mark.parametrize("thickness", [1e-3, 0.5e-3])
 @pytest.mark.parametrize("speed", [0.01, 1.0])
-def test_half_a_millimetre_holds(thickness, speed):
+def test_plate_of_half_a_millimetre_is_not_penetrated(thickness, speed):
     depth = 0.01 if speed < 0.1 else 0.02
     mesh = _core.Mesh(*Box((0.06, 0.06, thickness)).mesh(5000))
     tips = along([0.0041, -0.0023, 0.01], [0.0041, -0.0023, -depth], step=speed * 1e-3)
@@ -197,7 +197,7 @@ def test_half_a_millimetre_holds(thickness, speed):
 
 @pytest.mark.parametrize("scale", [1e-3, 1e3])
 @pytest.mark.parametrize("shape", sorted(SHAPES))
-def test_every_shape_feels_the_same_at_every_scale(shape, scale):
+def test_forces_are_independent_of_the_scale_of_each_shape(shape, scale):
     exact = SHAPES[shape]
     slide = exact.curve(np.linspace(0, 1, 1500), -1e-3 if shape in ("torus", "wavy", "groove") else 1e-3)
     tips = np.concatenate([slide[0] + exact.distance(slide[:1])[1] * np.linspace(0.02, 0, 300)[:, None], slide])
@@ -216,8 +216,8 @@ def test_every_shape_feels_the_same_at_every_scale(shape, scale):
 
 
 @pytest.mark.parametrize("shape", sorted(SHAPES))
-def test_forces_move_with_the_world(shape):
-    """Turned and carried 10 cm away: the same forces, turned."""
+def test_forces_are_equivariant_under_rotation_and_translation(shape):
+    """Rotated and moved by 10 cm, the scene gives the same forces, rotated."""
     exact = SHAPES[shape]
     slide = exact.curve(np.linspace(0, 1, 1000), -1e-3 if shape in ("torus", "wavy", "groove") else 1e-3)
     tips = np.concatenate([slide[0] + exact.distance(slide[:1])[1] * np.linspace(0.02, 0, 300)[:, None], slide])
@@ -231,7 +231,7 @@ def test_forces_move_with_the_world(shape):
 
 
 def cylinder(n):
-    """An open pipe around y, radius 10 mm: a closed form beside spheres and planes."""
+    """An open pipe around the y axis with a radius of 10 mm and n facets."""
     u, v = (c.ravel() for c in np.meshgrid(np.arange(n), np.arange(6), indexing="ij"))
     a = 2 * np.pi * u / n
     vertices = np.stack([0.01 * np.sin(a), (v - 2.5) * 0.01, 0.01 * np.cos(a)], axis=1)
@@ -243,7 +243,7 @@ def cylinder(n):
 
 @pytest.mark.parametrize(("inner", "side"), [(0.008, 1.0), (0.0105, 1.0), (0.0115, -1.0), (0.009, -1.0)])
 def test_cylinder_from_outside_and_inside(inner, side):
-    """40 facets around stand for the round pipe: F = k (r - phi) n with n radial."""
+    """40 facets approximate the pipe: F = k (r - phi) n with radial n."""
     a = np.linspace(0.1, 5, 3000)
     radial = np.stack([np.sin(a), 0 * a, np.cos(a)], axis=1)
     slide = inner * radial + np.stack([0 * a, 0.002 * np.sin(3 * a), 0 * a], axis=1)

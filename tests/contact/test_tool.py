@@ -1,4 +1,4 @@
-"""The whole tool: many spheres, many objects; resultants and torques exact."""
+"""Tools with many spheres on many objects: exact resultants and torques."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ SQUARE = (np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]), np.array
 
 
 def plane(normal, offset, stiffness=K):
-    """A square whose outward side is `normal`, `offset` along it from the origin."""
+    """A square with the outward direction `normal`, at the distance `offset` [m] from the origin."""
     n = np.asarray(normal, float) / np.linalg.norm(normal)
     x = np.cross(n, [0.3, 0.5, 0.8])
     x /= np.linalg.norm(x)
@@ -21,32 +21,32 @@ def plane(normal, offset, stiffness=K):
     return _core.Object(f"plane {normal}", _core.Mesh(*SQUARE), X, _core.Material(np.full(3, stiffness)))
 
 
-def feel(objects, tips, spheres=()):
+def render_path(objects, tips, spheres=()):
     options = _core.ContactOptions()
     options.radius = RADIUS
     options.spheres = [_core.ToolSphere(np.array(p, float), r) for p, r in spheres]
     return _core.contact_render(_core.Snapshot(objects), np.ascontiguousarray(tips), "proxy", options, 1000.0)
 
 
-def enter(end, n=300):
+def entry_path(end, n=300):
     return np.linspace(np.array([0.1, 0.1, 0.1]), end, n)
 
 
 @pytest.mark.parametrize("count", [2, 3])
-def test_objects_touched_together_add_up(count):
-    """Walls of different stiffness, each an object of its own, overlapping in the corner: the sum of their springs."""
+def test_forces_of_several_objects_add_up(count):
+    """Walls of different stiffness, each its own object, overlap in a corner: the force is the sum of all springs."""
     normals, stiffness = np.eye(3)[:count], [300.0, 500.0, 700.0][:count]
-    tips = enter([-0.001, -0.002, -0.0005])
-    force = feel([plane(n, 0.0, k) for n, k in zip(normals, stiffness, strict=True)], tips)[0]
+    tips = entry_path([-0.001, -0.002, -0.0005])
+    force = render_path([plane(n, 0.0, k) for n, k in zip(normals, stiffness, strict=True)], tips)[0]
     exact = sum(k * np.maximum(RADIUS - tips @ n, 0.0)[:, None] * n for n, k in zip(normals, stiffness, strict=True))
     np.testing.assert_allclose(force, exact, atol=1e-9)
 
 
-def test_thirty_two_objects_are_felt_and_one_more_is_refused():
+def test_thirty_two_objects_are_rendered_and_one_more_is_rejected():
     angles = np.linspace(0, 2 * np.pi, 32, endpoint=False)
     ring = [plane([-np.cos(a), -np.sin(a), 0.0], -0.01) for a in angles]
     tips = np.linspace([0, 0, 0.0], [0.004, 0.007, 0.0], 200)
-    force, *_ = feel(ring, tips)
+    force, *_ = render_path(ring, tips)
     gaps = RADIUS + tips @ np.stack([np.cos(angles), np.sin(angles), 0 * angles]) - 0.01
     inwards = -np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
     np.testing.assert_allclose(force, K * np.maximum(gaps, 0.0) @ inwards, atol=1e-9)
@@ -54,10 +54,10 @@ def test_thirty_two_objects_are_felt_and_one_more_is_refused():
         _core.Snapshot([*ring, ring[0]])
 
 
-def test_a_rod_of_spheres_gives_the_wrench_of_its_springs():
+def test_rod_of_spheres_gives_the_wrench_of_its_springs():
     rod = [((0.0, 0.0, 0.01 * i), 0.003 + 0.0002 * i) for i in range(1, 16)]
     tips = np.linspace([0.02, 0, 0], [-0.001, 0, 0], 200)
-    force, *_, torque = feel([plane([1, 0, 0.2], 0.0)], tips, rod)
+    force, *_, torque = render_path([plane([1, 0, 0.2], 0.0)], tips, rod)
     n = np.array([1, 0, 0.2]) / np.hypot(1, 0.2)
     p_TS = np.array([[0.0, 0, 0], *(p for p, _ in rod)])
     radius = np.array([RADIUS, *(r for _, r in rod)])
@@ -66,8 +66,8 @@ def test_a_rod_of_spheres_gives_the_wrench_of_its_springs():
     np.testing.assert_allclose(torque, K * np.cross((depth[:, :, None] * p_TS).sum(axis=1), n), atol=1e-10)
 
 
-def test_a_sphere_beside_the_tip_feels_what_it_would_feel_alone():
-    """No sphere knows of another: the same mesh, the same memory of the side it came from."""
+def test_sphere_off_the_tip_gets_the_force_of_a_single_sphere():
+    """The spheres are independent: each has its own memory of the side it came from."""
     mesh = _core.Mesh(*SHAPES["torus"].mesh(3000))
     curve = SHAPES["torus"].curve(np.linspace(0, 1, 1500), -1e-3)
     away = SHAPES["torus"].distance(curve[:1])[1] * np.linspace(0.02, 0, 200)[:, None]
@@ -78,22 +78,22 @@ def test_a_sphere_beside_the_tip_feels_what_it_would_feel_alone():
     np.testing.assert_allclose(both.torque, np.cross(-offset, alone.force), atol=1e-15)
 
 
-def test_more_touches_than_a_set_holds_keep_the_strongest():
-    """16 spheres in 3 walls are 48 touches: 32 are kept, those of the stiffest walls."""
+def test_contact_set_keeps_the_strongest_contacts():
+    """16 spheres in 3 walls are 48 contacts; the 32 contacts of the stiffest walls are kept."""
     walls = [plane(n, 0.0, k) for n, k in zip(np.eye(3), (100.0, 200.0, 400.0), strict=True)]
     spheres = [((0.0, 0.0, 0.0), RADIUS)] * 15
-    force = feel(walls, enter([-0.001, -0.001, -0.001]), spheres)[0][-1]
+    force = render_path(walls, entry_path([-0.001, -0.001, -0.001]), spheres)[0][-1]
     np.testing.assert_allclose(force, 0.003 * 16 * np.array([0.0, 200, 400]), atol=1e-9)
 
 
-def test_too_many_spheres_are_refused():
+def test_too_many_spheres_are_rejected():
     with pytest.raises(ValueError, match="16 spheres beside the one on the tip; a tool has at most 15"):
-        feel([plane([0, 0, 1], 0)], np.zeros((1, 3)), [((0, 0, 0), RADIUS)] * 16)
+        render_path([plane([0, 0, 1], 0)], np.zeros((1, 3)), [((0, 0, 0), RADIUS)] * 16)
     with pytest.raises(ValueError, match="radius must be a positive"):
         render(_core.Mesh(*SQUARE), np.zeros((1, 3)), radius=RADIUS, stiffness=K, spheres=[((0, 0, 0), -1.0)])
 
 
-def test_a_jaw_opens_about_its_hinge():
+def test_jaw_opens_about_its_hinge():
     jaw = _core.ToolSphere(
         np.array([0.0, 0.0, 0.011]), 0.001, hinge=np.array([0.0, 0.0, 0.001]), turn=np.array([0.5, 0.0, 0.0])
     )
@@ -102,9 +102,9 @@ def test_a_jaw_opens_about_its_hinge():
 
 
 @pytest.mark.parametrize("method", _core.contact_methods())
-def test_a_place_that_is_not_known_touches_nothing_and_spoils_no_memory(method):
-    """One NaN among the positions: no force then, and the force of the others is what it would have been."""
-    tips = enter([0.0, 0.0, -0.001])
+def test_invalid_position_gives_no_force_and_keeps_the_proxy_memory(method):
+    """A NaN position gives no force, and the other forces are the same as without it."""
+    tips = entry_path([0.0, 0.0, -0.001])
     tips = np.concatenate([tips, np.repeat(tips[-1:], 50, axis=0)])
     whole = render_plane(tips, method)
     tips[320] = np.nan
@@ -120,8 +120,8 @@ def render_plane(tips, method):
     return _core.contact_render(_core.Snapshot([plane([0, 0, 1], 0.0)]), tips, method, options, 1000.0)[0]
 
 
-def test_a_tool_touches_virtual_or_real_objects_only():
-    """Floors of 300, 500 and 700 N/m at one place: felt virtually, met by a follower's drives, both."""
+def test_tool_filters_virtual_or_real_objects():
+    """Floors of 300, 500 and 700 N/m at one position: virtual, real for the follower's drives, and both."""
     floors = [
         _core.Object("floor", _core.Mesh(*SQUARE), np.eye(4), _core.Material(np.full(3, k)), is_virtual=v, is_real=r)
         for k, v, r in ((300.0, True, False), (500.0, False, True), (700.0, True, True))
@@ -130,5 +130,5 @@ def test_a_tool_touches_virtual_or_real_objects_only():
     options.radius = RADIUS
     for real, stiffness in ((False, 1000.0), (True, 1200.0)):
         options.real = real
-        force = _core.contact_render(_core.Snapshot(floors), enter([0.0, 0.0, 0.001]), "proxy", options, 1000.0)[0]
+        force = _core.contact_render(_core.Snapshot(floors), entry_path([0.0, 0.0, 0.001]), "proxy", options, 1000.0)[0]
         np.testing.assert_allclose(force[-1], [0, 0, stiffness * 1e-3], atol=1e-9)

@@ -18,7 +18,7 @@ def linked(page: Path) -> set[Path]:
 
 
 def faults(page: Path, readme: Path) -> list[str]:
-    """Each rule that the page breaks, in words."""
+    """Messages for each rule that the page violates."""
     words = len(page.read_text(encoding="utf-8").split())
     found = [f"{words} words; at most {MOST_WORDS}"] if words > MOST_WORDS else []
     direct = linked(readme)
@@ -29,7 +29,7 @@ def faults(page: Path, readme: Path) -> list[str]:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
-def test_a_page_is_short_and_can_be_found(page):
+def test_page_is_short_and_linked(page):
     assert faults(page, ROOT / "README.md") == []
 
 
@@ -37,7 +37,7 @@ def test_pages_are_found():
     assert {"contact.md", "guidance.md", "json.md", "run.md"} <= {page.name for page in PAGES}
 
 
-def test_made_up_pages_are_caught(tmp_path):
+def test_faults_of_sample_pages_are_found(tmp_path):
     readme = tmp_path / "README.md"
     readme.write_text("[a](near.md)")
     (tmp_path / "near.md").write_text("word " * 1498 + "[b](far.md) [c](self.md)")

@@ -2,7 +2,7 @@
 
 Checked are the links of each page, each word that begins with a folder of the repository (`palpate/mesh/files.py`), and
 back-ticked names of source files (`tick.hpp`, `guidance/fixture.cpp`). `*` and NAME stand for any text. CHANGELOG.md
-tells the past and is left out.
+describes the past and is left out.
 """
 
 import re
@@ -30,7 +30,7 @@ _SOURCE = re.compile(r"`([\w/*-]+\.(?:py|pyi|cpp|hpp|md))`")
 
 
 def missing(text: str, page: Path) -> list[str]:
-    """What the text of `page` names and the repository does not have."""
+    """Names in the text of `page` that do not exist in the repository."""
     links = [name for name in _LINK.findall(text) if "://" not in name and not name.startswith("mailto:")]
     paths = [name.rstrip("/.") for name in _PATH.findall(text)]
     sources = [name for name in _SOURCE.findall(text) if name not in paths]
@@ -53,7 +53,7 @@ def test_pages_are_found():
     assert {"README.md", "ARCHITECTURE.md", "json.md"} <= {page.name for page in PAGES}
 
 
-def test_a_made_up_page_is_caught():
+def test_missing_paths_of_a_sample_page_are_found():
     page = """[a](docs/none.md) and [fine](README.md), [web](https://example.org/docs/none.md); `palpate/nowhere.py`, in
     palpate/mesh/nothing.py; `core/palpate/loop/tick.*`, `models/NAME.yaml`, `tick.hpp`, `loop/tick.hpp`, `judges.py`,
     the topic `/palpate/scene`, `scenes/none.yaml`: `palpate/arm`, `tests/none/`."""

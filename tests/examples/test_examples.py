@@ -1,4 +1,4 @@
-"""The examples run, say what they promise, and stay short enough to be read."""
+"""The examples run, print the documented results, and are at most a page long."""
 
 import os
 import subprocess
@@ -24,7 +24,7 @@ def run(name: str, *options: str | Path) -> str:
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.name)
-def test_an_example_is_a_page(path):
+def test_example_is_at_most_a_page_long(path):
     lines = path.read_text().splitlines()
     assert 50 <= len(lines) <= 110
     assert lines[0].startswith('"""')
@@ -38,8 +38,8 @@ def test_virtual_wall(tmp_path):
     given = {(row[0], row[1]): row[6] for row in rows}
     for delay in (0.0, 10.0):
         assert peak[delay, 0.0] > peak[delay, 5.0] > peak[delay, 10.0], "damping lowers the overshoot"
-        assert given[delay, 0.0] > 0.01 > given[delay, 10.0], "and pays for the energy that sampling makes"
-    assert all(peak[10.0, b] > peak[0.0, b] for b in (0.0, 5.0, 10.0)), "delay raises it"
+        assert given[delay, 0.0] > 0.01 > given[delay, 10.0], "damping absorbs the energy that sampling adds"
+    assert all(peak[10.0, b] > peak[0.0, b] for b in (0.0, 5.0, 10.0)), "delay raises the overshoot"
     assert (tmp_path / "wall.png").stat().st_size > 10_000
 
 
@@ -69,7 +69,7 @@ def test_angle_of_a_face():
     out = run("04_angle_of_a_face.py")
     slopes = [[float(x) for x in line.split("|")[1:]] for line in out.splitlines()[3:6]]
     assert slopes[0][2:] == pytest.approx([40.0, 0.0], abs=1e-6)
-    assert slopes[1][3] > 20 > 3 > slopes[2][3], "noise decides from tick to tick, a baseline of a millimetre mends it"
+    assert slopes[1][3] > 20 > 3 > slopes[2][3], "noise dominates between ticks; a baseline of 1 mm removes it"
     assert "Eq 20 is right here" in out
     assert float(out.splitlines()[-1].split()[-3]) < 0.1
     assert "wrong here: sharp concave edge" in run("04_angle_of_a_face.py", "--degrees", "120")
@@ -86,9 +86,9 @@ def test_guidance(tmp_path):
     out = run("05_guidance.py", "--duration", "4", "--out", tmp_path, "--figure", tmp_path / "guidance.png")
     rows = {line.split("|")[0].strip(): [float(x) for x in line.split("|")[1:]] for line in out.splitlines()
             if line.startswith(("none", "both"))}  # fmt: skip
-    assert rows["none"][0] < 0.0, "straight across the vessel"
-    assert rows["both"][0] > 2.9, "kept out of its margin"
-    assert rows["both"][1] < rows["none"][1], "nearer to the line"
+    assert rows["none"][0] < 0.0, "without guidance the path crosses the vessel"
+    assert rows["both"][0] > 2.9, "the tool stays out of the margin"
+    assert rows["both"][1] < rows["none"][1], "the tool is closer to the line"
     assert rows["none"][2] == 0.0 < rows["both"][2]
     assert "the tool is 1 mm inside its margin of 3 mm" in out
     assert (tmp_path / "guidance.png").is_file()

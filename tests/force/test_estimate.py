@@ -1,4 +1,4 @@
-"""Force from drive torques, against a follower that is pushed by a known wrench."""
+"""Force estimates from drive torques, against a simulated follower under a known wrench."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ FREE = {"coulomb": np.zeros(6), "viscous": np.zeros(6)}
 ROTORS = ARM.follower_options().drives.rotor_inertia
 
 
-def test_steady_state_is_the_joint_torque_of_the_wrench():
+def test_residual_in_steady_state_is_the_joint_torque_of_the_wrench():
     f = follower(**FREE)
     observer = _core.MomentumObserver(ARM, np.diag(ROTORS), 20.0)
     F = np.array([1.0, -2.0, 3.0, 0.02, -0.01, 0.03])
@@ -42,8 +42,8 @@ def test_steady_state_is_the_joint_torque_of_the_wrench():
     np.testing.assert_allclose(r, ARM.jacobian(f.q).T @ F, atol=2e-4)
 
 
-def test_a_moving_arm_tells_the_wrench_through_a_first_order_filter():
-    """Nothing but the wrench comes through: inertia, Coriolis and gravity of a fast motion do not."""
+def test_residual_of_a_moving_arm_is_the_filtered_wrench():
+    """Inertia, Coriolis and gravity torques of a fast motion do not enter the first-order response to the wrench."""
     f, bandwidth, rate = follower(**FREE), 15.0, 1000.0
     rows, expected, low = [], [], np.zeros(6)
     k = 2 * np.pi * bandwidth / rate
@@ -69,11 +69,11 @@ def test_a_moving_arm_tells_the_wrench_through_a_first_order_filter():
     observer = _core.MomentumObserver(ARM, np.diag(ROTORS), bandwidth)
     r = observer.run(data[:, :6], data[:, 6:12], data[:, 12:], rate)
     scale = np.abs(expected).max(axis=0) + 1e-3
-    error = np.abs(r - expected)[300:].max(axis=0)  # after the observer's own start
+    error = np.abs(r - expected)[300:].max(axis=0)  # after the transient of the observer
     assert (error < 0.06 * scale).all(), error / scale  # torques are sampled once a period
 
 
-def test_the_tip_force_explains_the_torques():
+def test_estimated_tip_force_explains_the_torques():
     f = follower(**FREE)
     options = _core.EstimateOptions()
     options.rotor_inertia = ROTORS
@@ -81,11 +81,11 @@ def test_the_tip_force_explains_the_torques():
     F = np.array([0.5, 1.5, -2.0, 0, 0, 0])
     for _ in range(1500):
         f.step(1e-4, 10, F)
-        told = estimate.step(f.t, f.q, f.v, f.tau)
-    np.testing.assert_allclose(told, F[:3], atol=0.01)
+        F_tip = estimate.step(f.t, f.q, f.v, f.tau)
+    np.testing.assert_allclose(F_tip, F[:3], atol=0.01)
 
 
-def test_dead_band_and_states_that_are_no_numbers():
+def test_dead_band_and_invalid_states():
     options = _core.EstimateOptions()
     options.dead_band = 1e3
     estimate = _core.Estimate(ARM, options)
@@ -96,46 +96,46 @@ def test_dead_band_and_states_that_are_no_numbers():
     assert np.linalg.norm(pushed) > 0.1
     for broken in (np.nan, 1e300, 11 * float(ARM.v_max.min())):
         np.testing.assert_array_equal(wide.step(0.05, Q0, np.full(6, broken), np.zeros(6)), np.zeros(3))
-        assert np.linalg.norm(push(wide, 0.1, 1)) < 1e-9, "begins anew"
+        assert np.linalg.norm(push(wide, 0.1, 1)) < 1e-9, "the estimate starts again"
         np.testing.assert_allclose(push(wide, 0.101, 50), pushed, rtol=0.05)
 
 
 def push(estimate: _core.Estimate, t0: float, n: int) -> np.ndarray:
-    """Held still by more than its weight, n states a millisecond apart."""
+    """Estimate after n states at 1 ms of an arm at rest with 0.1 N m more than gravity; (3,) [N]."""
     for k in range(n):
-        told = estimate.step(t0 + 1e-3 * k, Q0, np.zeros(6), ARM.gravity(Q0) + 0.1)
-    return told
+        F_tip = estimate.step(t0 + 1e-3 * k, Q0, np.zeros(6), ARM.gravity(Q0) + 0.1)
+    return F_tip
 
 
-def test_samples_that_come_late_or_twice_change_little():
-    """First order at any pace: 100 ms of a constant push, sampled regularly, every sample twice, or at random."""
+def test_late_or_repeated_samples_change_the_estimate_little():
+    """100 ms of a constant push, sampled regularly, with every sample twice, or at random times."""
     reference = push(_core.Estimate(ARM, _core.EstimateOptions()), 0.0, 100)
     stamps = np.sort(np.random.default_rng(0).uniform(0.0, 0.099, 98))
     for times in (np.repeat(np.arange(100) * 1e-3, 2), np.concatenate([[0.0], stamps, [0.099]])):
         estimate = _core.Estimate(ARM, _core.EstimateOptions())
         for t in times:
-            told = estimate.step(t, Q0, np.zeros(6), ARM.gravity(Q0) + 0.1)
-        np.testing.assert_allclose(told, reference, rtol=1e-3)
+            F_tip = estimate.step(t, Q0, np.zeros(6), ARM.gravity(Q0) + 0.1)
+        np.testing.assert_allclose(F_tip, reference, rtol=1e-3)
     np.testing.assert_array_equal(estimate.step(0.3, Q0, np.zeros(6), ARM.gravity(Q0) + 0.1), np.zeros(3))
 
 
-def test_identified_links_offset_and_spring_stand_in_for_the_models():
-    """An arm with other links, an offset and a spring: told of them, the estimate is still; not told, it is wrong."""
+def test_identified_links_offset_and_spring_replace_those_of_the_model():
+    """For an arm with other links, an offset and a spring, the estimate is zero only if the options include them."""
     pi = ARM.inertial_parameters * 1.2
     other = ARM.with_inertial_parameters(pi)
     offset, spring = np.full(6, 0.05), np.full(6, 0.2)
     tau = other.gravity(Q0) + offset + spring * Q0
     options = _core.EstimateOptions()
-    for told, force in ((False, 0.1), (True, 0.0)):
-        if told:
+    for modelled, force in ((False, 0.1), (True, 0.0)):
+        if modelled:
             options.links, options.offset, options.spring = pi, offset, spring
         estimate = _core.Estimate(ARM, options)
         for k in range(100):
             F = estimate.step(1e-3 * k, Q0, np.zeros(6), tau)
-        assert np.linalg.norm(F) == pytest.approx(0.0, abs=1e-9) if told else np.linalg.norm(F) > force
+        assert np.linalg.norm(F) == pytest.approx(0.0, abs=1e-9) if modelled else np.linalg.norm(F) > force
 
 
-def test_what_cannot_be_is_told():
+def test_invalid_options_are_reported():
     with pytest.raises(ValueError, match="bandwidth must lie between 0 and 1000 Hz"):
         _core.MomentumObserver(ARM, np.zeros((6, 6)), 0.0)
     with pytest.raises(ValueError, match=r"drive_inertia must have shape \(6, 6\)"):

@@ -13,7 +13,7 @@ positive = st.tuples(*[st.floats(0, 1000)] * 3).map(np.array)
 
 
 def force(K, B, normal, delta_x, v_WT, v_surface=(0, 0, 0), **scales):
-    """F, spring and damping of contacts at the tip itself."""
+    """F, spring and damping force (3,) [N] of contacts at the tip."""
     rows = [np.atleast_2d(np.asarray(a, float)) for a in (K, B, normal, delta_x)]
     return _core.force(*rows, np.asarray(v_WT, float), np.atleast_2d(np.asarray(v_surface, float)), **scales)[:3]
 
@@ -24,8 +24,8 @@ def unit(v):
 
 @pytest.mark.parametrize("axis", range(3))
 @pytest.mark.parametrize("side", [1, -1])
-def test_along_each_axis_its_own_stiffness_and_damping(axis, side):
-    """F_i = K_i d_i and B_i v_i within 0.1 %; here to rounding."""
+def test_each_axis_has_its_own_stiffness_and_damping(axis, side):
+    """F_i = K_i d_i and B_i v_i, to rounding."""
     K, B = np.array([300.0, 400.0, 500.0]), np.array([5.0, 6.0, 7.0])
     n = side * np.eye(3)[axis]
     F, spring, damping = force(K, B, n, 0.004 * n, -0.1 * n)
@@ -34,7 +34,7 @@ def test_along_each_axis_its_own_stiffness_and_damping(axis, side):
     np.testing.assert_array_equal(F, spring + damping)
 
 
-def test_free_is_exactly_zero():
+def test_force_is_exactly_zero_in_free_space():
     none = np.zeros((0, 3))
     for term in _core.force(none, none, none, none, np.array([1.0, 2.0, 3.0]), none):
         assert not term.any()
@@ -47,7 +47,7 @@ def test_pushing_into_a_floor_pushes_up():
 
 @settings(max_examples=300, deadline=None)
 @given(K=positive, B=positive, n=vec, depth=st.floats(0, 0.05), side=vec, v=vec, v_surface=vec)
-def test_never_pulls_and_damping_never_gives_power(K, B, n, depth, side, v, v_surface):
+def test_force_never_pulls_and_damping_never_adds_power(K, B, n, depth, side, v, v_surface):
     if np.linalg.norm(n) < 1e-3:
         return
     n = unit(n)
@@ -59,18 +59,18 @@ def test_never_pulls_and_damping_never_gives_power(K, B, n, depth, side, v, v_su
     np.testing.assert_allclose(F, spring + damping, atol=1e-12 * scale)
 
 
-def test_a_surface_that_moves_with_the_tool_does_not_damp():
+def test_surface_that_moves_with_the_tool_does_not_damp():
     _, _, damping = force([500] * 3, [10] * 3, [0, 1, 0], [0, 0.01, 0], [0.1, 0.2, 0.3], [0.0, 0.2, 0.0])
     np.testing.assert_allclose(damping, 0, atol=1e-15)
 
 
-def test_leaving_fast_stops_at_zero_force():
+def test_fast_retraction_gives_zero_force_instead_of_a_pull():
     F, spring, damping = force([500] * 3, [100] * 3, [0, 0, 1], [0, 0, 0.001], [0, 0, 5.0])
     np.testing.assert_allclose(F, 0, atol=1e-15)
     np.testing.assert_allclose(damping, -spring, atol=1e-15)
 
 
-def test_scales_multiply_and_contacts_add():
+def test_scales_multiply_and_contact_forces_add():
     K, B = np.full((2, 3), 400.0), np.full((2, 3), 2.0)
     n = np.array([[1.0, 0, 0], [0, 1.0, 0]])
     _, spring, damping, _ = _core.force(K, B, n, 0.002 * n, np.array([-0.1, -0.2, 0]), np.zeros((2, 3)), 0.5, 3.0)
@@ -80,8 +80,8 @@ def test_scales_multiply_and_contacts_add():
 
 @settings(max_examples=200, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 8))
-def test_the_wrench_is_the_sum_of_its_levers_and_its_damping_never_gives_power(seed, n):
-    """Torque about T = sum p_TS x F; the damping sees v + w x p_TS, so that its power F . v + torque . w is <= 0."""
+def test_torque_is_the_sum_over_the_levers_and_damping_never_adds_power(seed, n):
+    """Torque about T = sum p_TS x F; damping acts on v + w x p_TS, so its power F . v + torque . w is <= 0."""
     rng = np.random.default_rng(seed)
     normals = rng.normal(size=(n, 3))
     normals /= np.linalg.norm(normals, axis=1)[:, None]

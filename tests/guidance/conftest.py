@@ -1,4 +1,4 @@
-"""What the tests of fixtures in Python and YAML name: files, frames, places, an object."""
+"""Files, frames, points and an object for the tests of fixtures in Python and YAML."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Fixtures for the tests of roles, laws, policy and stage: built from a few words."""
+"""Guidance fixtures for the tests of roles, laws, policies and the guidance stage."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ def pose(p=(0.0, 0.0, 0.0), R=None):
     return X
 
 
-def at(z, x=0.0):
-    """A place over the origin."""
+def point_at_height(z, x=0.0):
+    """The point (x, 0, z) [m]."""
     return np.array([x, 0.0, z])
 
 
@@ -30,7 +30,7 @@ def placed(geometry, X=None, motion=None):
 
 
 def plane(X=None, motion=None):
-    """Its inside is below z = 0 of X."""
+    """A half-space; its inside is z < 0 in the frame X."""
     return placed(_core.SurfaceGeometry(_core.Plane()), X, motion)
 
 
@@ -45,7 +45,7 @@ def filled(options, values):
 
 
 def fixture(geometry, role="forbid", law="spring", name="one", on=True, role_=None, law_=None, **policy):
-    """role_, law_: options by their names; the rest is policy, and patience."""
+    """A fixture. role_, law_: options by name; other keywords are fields of the policy, or `patience` [s]."""
     patience = policy.pop("patience", np.inf)
     return _core.Fixture(
         name,
@@ -61,19 +61,19 @@ def fixture(geometry, role="forbid", law="spring", name="one", on=True, role_=No
 
 
 class Stage:
-    """The stage by itself, its tool where its goal is, or behind it by a servo of its own."""
+    """The guidance stage alone; the tool is at its goal, or follows it by a servo of `bandwidth` [Hz]."""
 
     def __init__(self, *fixtures, bandwidth=0.0, **options):
         self.core = _core.Guidance(filled(_core.GuidanceOptions(), {"servo_bandwidth": bandwidth} | options), DT)
         self.k, self.X, self.X_tool, self.v = 0, None, None, np.zeros(3)
         self.w = 2 * np.pi * bandwidth
-        self.give(*fixtures)
+        self.set_fixtures(*fixtures)
 
-    def give(self, *fixtures):
+    def set_fixtures(self, *fixtures):
         self.core.take(_core.Fixtures(list(fixtures)))
 
     def step(self, X, **more):
-        """The hand is at X now; answers what the stage does."""
+        """One tick with the commanded tool pose or position X; returns the outputs of the stage."""
         X = pose(X) if np.shape(X) == (3,) else X
         X_before = X if self.X is None else self.X
         V = np.concatenate([(X[:3, 3] - X_before[:3, 3]) / DT, _turn(X_before[:3, :3], X[:3, :3]) / DT])
@@ -85,7 +85,7 @@ class Stage:
         return out
 
     def _follow(self, goal):
-        """Critically damped, exactly."""
+        """Exact step of a critically damped servo."""
         if not self.w:
             self.X_tool = goal.copy()
             return

@@ -1,4 +1,4 @@
-"""From a demonstration to a path, and from a mesh to a grid: synthetic motions with a known way, and the commands."""
+"""Paths from demonstrations and grids from meshes: synthetic motions with a known path, and the commands."""
 
 import json
 
@@ -25,58 +25,58 @@ def arc(t):
     return 0.03 * np.c_[np.cos(t), np.sin(t), 0.3 * t]
 
 
-def shown(noise=0.0, seed=0):
-    """A helix, with a pause in the middle and tremor."""
+def demonstration(noise=0.0, seed=0):
+    """A demonstration along a helix, with a pause in the middle and tremor of `noise` [m]."""
     s = np.r_[np.linspace(0, 1.5, 1500), np.full(500, 1.5), np.linspace(1.5, 3.0, 1500)]
     p = arc(s) + noise * np.random.default_rng(seed).normal(size=(len(s), 3))
     return Shown(np.arange(len(s)) * 1e-3, p, Rotation.from_rotvec(s[:, None] * [0, 0, 1.0]).as_matrix())
 
 
-def test_a_clean_demonstration_comes_back_as_it_was():
-    places, R = simplified(shown(), spacing=2e-3, smooth=1e-3)
+def test_demonstration_without_noise_is_reproduced():
+    places, R = simplified(demonstration(), spacing=2e-3, smooth=1e-3)
     length = 3.0 * 0.03 * np.hypot(1.0, 0.3)
     assert len(places) == round(length / 2e-3) + 1
     found = path(places, R)
     assert found.length == pytest.approx(length, rel=2e-3)
-    assert deviation(found, shown()).worst < 5e-5
+    assert deviation(found, demonstration()).worst < 5e-5
     np.testing.assert_allclose(places[[0, -1]], arc(np.array([0.0, 3.0])), atol=1e-9)
     turned = query(found, arc(np.array([1.0])))["attitude"][0]
     np.testing.assert_allclose(turned, Rotation.from_rotvec([0, 0, 1.0]).as_matrix(), atol=2e-2)
 
 
-def test_tremor_is_smoothed_away():
-    rough = shown(noise=5e-5)
+def test_tremor_is_smoothed():
+    rough = demonstration(noise=5e-5)
     found = path(*simplified(rough, spacing=2e-3, smooth=2e-3), crossing=0.0)
-    assert deviation(found, shown()).rms < 1.2e-4
-    assert deviation(found, shown()).rms < 2.0 * deviation(found, rough).rms
+    assert deviation(found, demonstration()).rms < 1.2e-4
+    assert deviation(found, demonstration()).rms < 2.0 * deviation(found, rough).rms
 
 
-def test_a_tool_that_hardly_moved_shows_no_path():
+def test_tool_that_hardly_moved_gives_no_path():
     still = Shown(np.arange(9.0), np.zeros((9, 3)), np.tile(np.eye(3), (9, 1, 1)))
     with pytest.raises(GuidanceError, match="the tool moved 0 mm in all"):
         simplified(still)
 
 
-def test_rows_go_round(tmp_path):
-    places, R = simplified(shown(), spacing=4e-3)
+def test_rows_survive_a_round_trip(tmp_path):
+    places, R = simplified(demonstration(), spacing=4e-3)
     write_rows(tmp_path / "p.csv", places, R)
     again, turned = read_rows(tmp_path / "p.csv", "in")
     np.testing.assert_allclose(again, places, atol=1e-10)
     np.testing.assert_allclose(turned, R, atol=1e-8)
 
 
-def test_the_command_makes_a_path_of_a_run(tmp_path, capsys):
+def test_path_command_makes_a_path_from_a_run(tmp_path, capsys):
     scene = tmp_path / "s.yaml"
     scene.write_text("objects: [{sphere: {radius: 0.05}, stiffness: 200}]\nrecord: {report: false}\n")
     assert main(["run", str(scene), "--headless", "--duration", "1.5", "--out", str(tmp_path / "runs")]) == 0
     record = next((tmp_path / "runs").glob("*/record.mcap"))
-    out, told = tmp_path / "way.csv", tmp_path / "told.json"
-    assert main(["path", str(record.parent), "--out", str(out), "--json", str(told)]) == 0
-    figures = json.loads(told.read_text())
+    out, report = tmp_path / "course.csv", tmp_path / "path.json"
+    assert main(["path", str(record.parent), "--out", str(out), "--json", str(report)]) == 0
+    figures = json.loads(report.read_text())
     assert set(figures) == json_contract.keys("path")
     assert figures["places"] > 3
     assert 0.0 < figures["deviation_rms_m"] <= figures["deviation_max_m"] < 1e-3
-    core = Fixture("follow: way.csv").make(FixtureContext(lambda name: tmp_path / name))
+    core = Fixture("follow: course.csv").make(FixtureContext(lambda name: tmp_path / name))
     assert core.role == "guide"
     assert "smoothed over 1 mm, a point every 2 mm" in capsys.readouterr().out
     assert main(["path", str(record), "--start", "90", "--out", str(out)]) == 2
@@ -90,10 +90,10 @@ def ball(tmp_path_factory):
     return file
 
 
-def test_the_command_makes_a_grid_and_says_how_far_off_it_is(ball, tmp_path, capsys):
-    out, told = tmp_path / "ball.npz", tmp_path / "told.json"
-    assert main(["grid", str(ball), "--spacing", "1", "--out", str(out), "--json", str(told)]) == 0
-    figures = json.loads(told.read_text())
+def test_grid_command_makes_a_grid_and_states_its_error(ball, tmp_path, capsys):
+    out, report = tmp_path / "ball.npz", tmp_path / "grid.json"
+    assert main(["grid", str(ball), "--spacing", "1", "--out", str(out), "--json", str(report)]) == 0
+    figures = json.loads(report.read_text())
     assert set(figures) == json_contract.keys("grid")
     assert figures["spacing_m"] == 1e-3
     assert 0.0 < figures["error_near_p99_m"] <= figures["error_near_max_m"] < 2e-4
@@ -105,28 +105,28 @@ def test_the_command_makes_a_grid_and_says_how_far_off_it_is(ball, tmp_path, cap
     np.testing.assert_allclose(grid.nearest([[0.022, 0, 0.003]])[0], exact, atol=1e-4)
 
 
-def test_the_error_falls_with_the_spacing(tmp_path):
-    """At a box's edges, which a grid rounds."""
+def test_grid_error_decreases_with_the_spacing(tmp_path):
+    """The largest errors are at the edges of a box, which a grid rounds."""
     trimesh.creation.box((40, 30, 20)).export(tmp_path / "box.stl")
     mesh = Mesh.load(tmp_path / "box.stl")
     coarse, fine = (error_of(DistanceGrid.from_mesh(mesh, s), mesh, 4000).near_p99 for s in (3e-3, 1e-3))
     assert fine < 0.6 * coarse
 
 
-def test_more_than_512_nodes_each_way_are_refused_in_words(ball, capsys):
+def test_too_many_grid_nodes_are_rejected(ball, capsys):
     assert grids.MAX_NODES == 512**3
     assert main(["grid", str(ball), "--spacing", "0.05"]) == 2
-    told = capsys.readouterr().err
-    assert "nodes are more than 134,217,728" in told
-    assert "mend: use a spacing of 0.0" in told
+    output = capsys.readouterr().err
+    assert "nodes are more than 134,217,728" in output
+    assert "mend: use a spacing of 0.0" in output
 
 
-@pytest.mark.parametrize("there", [False, True])
+@pytest.mark.parametrize("existing", [False, True])
 @pytest.mark.parametrize("where", ["sampling", "writing"])
-def test_an_interrupted_grid_leaves_the_folder_as_it_was(ball, tmp_path, monkeypatch, there, where):
+def test_interrupted_grid_leaves_the_folder_unchanged(ball, tmp_path, monkeypatch, existing, where):
     out = tmp_path / "ball.npz"
-    if there:
-        out.write_bytes(b"what was there")
+    if existing:
+        out.write_bytes(b"old content")
 
     def stop(file, *_, **__):
         if where == "writing":
@@ -140,10 +140,10 @@ def test_an_interrupted_grid_leaves_the_folder_as_it_was(ball, tmp_path, monkeyp
     before = sorted(tmp_path.iterdir())
     assert main(["grid", str(ball), "--spacing", "1", "--out", str(out)]) == 130
     assert sorted(tmp_path.iterdir()) == before
-    assert not there or out.read_bytes() == b"what was there"
+    assert not existing or out.read_bytes() == b"old content"
 
 
-def test_an_open_mesh_makes_no_grid(ball, tmp_path):
+def test_open_mesh_is_rejected_as_a_grid(ball, tmp_path):
     half = trimesh.load(ball)
     half.update_faces(np.arange(len(half.faces)) > 5)
     half.export(tmp_path / "open.stl")

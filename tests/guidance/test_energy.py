@@ -1,4 +1,4 @@
-"""Springs give back what they took: work around closed loops of pose; the wrench beside the energy's differences."""
+"""Springs are conservative: work on closed loops of poses, and the wrench against energy differences."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from palpate.guidance.curve import path
 from palpate.shapes import analytic
 
 AROUND = 0.01
-"""A normal is the mean of those so far around [m]."""
+"""Radius of the averaging of normals [m]."""
 EVEN = {"K": 300.0, "B": 0.0, "B_turn": 0.0, "range": 0.05, "range_turn": 2.0, "force": 1e3, "moment": 1e3}
 
 
@@ -20,7 +20,7 @@ def ring(radius):
 
 
 def turned_path(radius):
-    """A recorded path: the tool's own attitude at every waypoint."""
+    """A recorded path with the tool's attitude at every waypoint."""
     a = np.linspace(0.0, np.pi, 12)
     R = Rotation.from_rotvec(np.c_[0.5 * np.sin(a), 0.3 * a, 0.4 * np.cos(a)]).as_matrix()
     return path(np.c_[radius * np.cos(a), radius * np.sin(a), 0.2 * radius * a], R)
@@ -32,7 +32,7 @@ def shifted(geometry, x):
 
 BALL = _core.SurfaceGeometry(_core.Sphere(0.02))
 MESH = _core.SurfaceGeometry(_core.Mesh(*analytic.Box((0.06, 0.04, 0.05)).mesh(12)))
-WAYS = {  # geometry, and a place beside it
+GEOMETRIES = {  # geometry, and a point near it [m]
     "point": (_core.PointGeometry(), (0.02, 0.01, 0.0)),
     "line": (_core.LineGeometry(np.zeros(3), np.array([0.0, 0.01, 0.1]), True), (0.02, 0.01, 0.03)),
     "ring of 15 mm": (ring(0.015), (0.024, 0.002, 0.018)),
@@ -55,47 +55,47 @@ ROLES = {
     "orient against the normal": ("orient", {"target": "normal", "angle": 0.05}),
     "orient as the frame": ("orient", {"target": "frame"}),
 }
-MEANT = [(role, name) for role in ROLES for name in WAYS if role != "rcm" or name == "point"]
+MEANT = [(role, name) for role in ROLES for name in GEOMETRIES if role != "rcm" or name == "point"]
 TILT = Rotation.from_rotvec([0.9, 0.5, -0.2])
 
 
 def loop(middle, radius, n=400, tilt=0.2):
-    """Poses around a closed way of place and attitude at once."""
+    """Poses (n, 4, 4) on a closed path of position and attitude around `middle`."""
     s = np.linspace(0.0, 2 * np.pi, n + 1)
     p = middle + radius * np.c_[np.cos(s), np.sin(s), np.sin(2 * s + 0.5)]
     R = Rotation.from_rotvec(tilt * np.c_[np.sin(s), np.cos(2 * s), np.sin(s + 1.0)]) * TILT
     return [pose(x, r.as_matrix()) for x, r in zip(p, R, strict=True)]
 
 
-def way(X):
-    """(n, 6) from pose to pose: shift over rotation vector."""
+def displacement(X):
+    """(n, 6) position difference [m] and rotation vector [rad] from pose to pose."""
     X = np.asarray(X)
     R = Rotation.from_matrix(X[:, :3, :3])
     return np.hstack([np.diff(X[:, :3, 3], axis=0), (R[1:] * R[:-1].inv()).as_rotvec()])
 
 
 def work(F, X):
-    """(given around the way, exchanged on it) [J], by the trapezoidal rule."""
-    each = (0.5 * (F[1:] + F[:-1]) * way(X)).sum(axis=1)
+    """(net work, exchanged energy) on the path [J], by the trapezoidal rule."""
+    each = (0.5 * (F[1:] + F[:-1]) * displacement(X)).sum(axis=1)
     return each.sum(), np.abs(each).sum()
 
 
 @pytest.mark.parametrize("radius", [0.002, 0.004])
 @pytest.mark.parametrize(("role", "name"), MEANT)
-def test_a_closed_loop_of_pose_earns_nothing(role, name, radius):
-    geometry, middle = WAYS[name]
+def test_fixture_does_no_work_on_a_closed_loop_of_poses(role, name, radius):
+    geometry, middle = GEOMETRIES[name]
     f = fixture(geometry, ROLES[role][0], role_=ROLES[role][1], law_=EVEN)
     X = loop(np.array(middle), radius)
     F = np.array([f.ask(x)["F"] for x in X])
     earned, exchanged = work(F, X)
-    assert exchanged > 1e-6, "control: it pulls"
+    assert exchanged > 1e-6, "control: the fixture pulls"
     assert abs(earned) < 2e-4 * exchanged
 
 
 @pytest.mark.parametrize("law", ["spring", "potential", "optimise"])
 @pytest.mark.parametrize(("role", "name"), MEANT)
-def test_the_wrench_is_the_gradient_of_what_is_stored(role, name, law):
-    geometry, middle = WAYS[name]
+def test_wrench_is_the_gradient_of_the_stored_energy(role, name, law):
+    geometry, middle = GEOMETRIES[name]
     f = fixture(geometry, ROLES[role][0], law, role_=ROLES[role][1], law_=EVEN)
     h = 1e-5
     for X in loop(np.array(middle), 0.003, n=7):
@@ -117,19 +117,19 @@ def test_the_wrench_is_the_gradient_of_what_is_stored(role, name, law):
     ],
     ids=["orient along a ring", "rcm"],
 )
-def test_the_stage_earns_nothing_around_a_loop(geometry, role, middle, hard):
-    """Soft to rounding and rates; hard to what its correction leaves of second order. Damping only takes."""
+def test_stage_gains_no_energy_on_a_closed_loop(geometry, role, middle, hard):
+    """Soft fixtures up to rounding and rates, hard ones up to second order of the correction; damping dissipates."""
     stage = Stage(fixture(geometry, role, law_={"B": 0.0, "B_turn": 0.0}, hard=hard))
     X = loop(np.array(middle), 0.004, n=4000)
     stage.settle(X[0], 3000)
     F = np.array([stage.step(x)["F_T_W"] for x in X])
     earned, exchanged = work(F, X)
-    assert exchanged > 1e-4, "control: it pulls"
+    assert exchanged > 1e-4, "control: the fixture pulls"
     assert earned < (0.03 if hard else 2e-3) * exchanged, f"{1e3 * earned:.3f} of {1e3 * exchanged:.3f} mJ"
 
 
-def test_a_frame_that_turns_carries_the_whole_gradient_along():
-    """The gap's drift is its slope in time, of roles whose aim goes with the place, too."""
+def test_rotating_frame_gives_the_full_drift():
+    """The drift is the time derivative of the gap, also for roles whose target depends on the position."""
     motion = _core.Motion(w=np.array([0.3, -0.5, 0.8]), v=np.array([0.02, 0.01, -0.03]))
     for role in ("guide", "rcm", "orient"):
         f = fixture(placed(_core.PointGeometry() if role == "rcm" else ring(0.03), motion=motion), role)
@@ -138,8 +138,8 @@ def test_a_frame_that_turns_carries_the_whole_gradient_along():
         assert f.ask(X, 0.2)["drift"] == pytest.approx(numeric, rel=1e-4), role
 
 
-def test_what_is_wanted_fades_where_the_normals_around_disagree():
-    """Towards the axis of a line its normal turns without end: the mean of those around does not, and vanishes."""
+def test_constraint_gradient_vanishes_where_the_normals_disagree():
+    """Near a line the normal changes arbitrarily fast; the mean of the surrounding normals is smooth and vanishes."""
     f = fixture(
         placed(_core.LineGeometry(np.zeros(3), np.array([0.1, 0.0, 0.0]), True)), "orient", role_={"target": "normal"}
     )

@@ -1,10 +1,10 @@
-"""What point, line and plane answer: closed forms, finite differences, a change of frame, numbers at the edge."""
+"""Queries of point, line and plane: closed forms, finite differences, a change of frame, extreme numbers."""
 
 import threading
 
 import numpy as np
 import pytest
-from asking import ask, poses
+from geometry_queries import poses, query_points
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
@@ -35,9 +35,9 @@ POINTS = np.random.default_rng(1).uniform(-0.1, 0.1, (2000, 3))
 
 
 @pytest.mark.parametrize("name", CLOSED)
-def test_distance_is_the_closed_form_and_the_normal_its_gradient(name):
+def test_distance_has_the_closed_form_and_the_normal_is_its_gradient(name):
     geometry, exact = CLOSED[name]
-    q = ask(geometry, POINTS)
+    q = query_points(geometry, POINTS)
     np.testing.assert_allclose(q["distance"], exact(POINTS), atol=1e-15)
     np.testing.assert_allclose(q["point"] + q["distance"][:, None] * q["normal"], POINTS, atol=1e-15)
     h = 1e-6
@@ -46,16 +46,16 @@ def test_distance_is_the_closed_form_and_the_normal_its_gradient(name):
 
 
 @pytest.mark.parametrize("name", CLOSED)
-def test_the_basis_is_a_rotation_that_ends_in_the_normal(name):
-    q = ask(CLOSED[name][0], POINTS)
+def test_basis_is_a_rotation_whose_last_column_is_the_normal(name):
+    q = query_points(CLOSED[name][0], POINTS)
     for R in (q["basis"], q["attitude"]):
         np.testing.assert_allclose(R @ R.transpose(0, 2, 1), np.tile(np.eye(3), (len(R), 1, 1)), atol=1e-14)
         np.testing.assert_allclose(np.linalg.det(R), 1.0, atol=1e-14)
     np.testing.assert_array_equal(q["basis"][:, :, 2], q["normal"])
 
 
-def test_a_line_is_free_along_itself_and_nowhere_beyond_its_ends():
-    q = ask(CLOSED["segment"][0], POINTS)
+def test_line_leaves_one_direction_free_and_its_ends_none():
+    q = query_points(CLOSED["segment"][0], POINTS)
     along = (POINTS - A) @ U
     inside = (along > 0) & (along < np.linalg.norm(B - A))
     assert 0.2 < inside.mean() < 0.8
@@ -63,26 +63,26 @@ def test_a_line_is_free_along_itself_and_nowhere_beyond_its_ends():
     np.testing.assert_allclose(q["basis"][inside][:, :, 0], np.tile(U, (inside.sum(), 1)), atol=1e-14)
     np.testing.assert_allclose(q["attitude"][:, :, 2], np.tile(U, (len(POINTS), 1)), atol=1e-14)
     np.testing.assert_allclose(q["along"], np.clip(along, 0.0, np.linalg.norm(B - A)), atol=1e-15)
-    assert (ask(CLOSED["line"][0], POINTS)["dimension"] == 1).all()
+    assert (query_points(CLOSED["line"][0], POINTS)["dimension"] == 1).all()
 
 
 @pytest.mark.parametrize("name", CLOSED)
-def test_a_change_of_frame_changes_nothing(name):
-    """Geometry and tool turned and shifted together: the answer turns with them."""
+def test_queries_are_independent_of_the_frame(name):
+    """If geometry and tool are moved together, the result moves with them."""
     geometry, _ = CLOSED[name]
     X = np.eye(4)
     X[:3, :3], X[:3, 3] = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix(), [0.3, -0.2, 0.1]
     placed = _core.PlacedGeometry(geometry, np.eye(4), _core.MotionFrame(X))
-    here, there = ask(geometry, POINTS), placed.query(X @ poses(POINTS), np.zeros(len(POINTS)))
-    np.testing.assert_allclose(there["distance"], here["distance"], atol=1e-15)
-    np.testing.assert_allclose(there["along"], here["along"], atol=1e-15)
-    np.testing.assert_allclose(there["normal"], here["normal"] @ X[:3, :3].T, atol=1e-11)
-    np.testing.assert_allclose(there["point"], here["point"] @ X[:3, :3].T + X[:3, 3], atol=1e-15)
-    np.testing.assert_allclose(there["attitude"], X[:3, :3] @ here["attitude"], atol=1e-14)
+    one, other = query_points(geometry, POINTS), placed.query(X @ poses(POINTS), np.zeros(len(POINTS)))
+    np.testing.assert_allclose(other["distance"], one["distance"], atol=1e-15)
+    np.testing.assert_allclose(other["along"], one["along"], atol=1e-15)
+    np.testing.assert_allclose(other["normal"], one["normal"] @ X[:3, :3].T, atol=1e-11)
+    np.testing.assert_allclose(other["point"], one["point"] @ X[:3, :3].T + X[:3, 3], atol=1e-15)
+    np.testing.assert_allclose(other["attitude"], X[:3, :3] @ one["attitude"], atol=1e-14)
 
 
-def test_on_a_moving_frame_velocity_and_spin_are_those_of_its_material():
-    """Against finite differences of the frame's own pose, at the place that is nearest."""
+def test_velocity_and_spin_on_a_moving_frame_are_those_of_its_material():
+    """Reference: finite differences of the frame's pose at the nearest point."""
     wave = _core.Wave(shift=np.array([0.01, 0.0, 0.02]), turn=np.array([0.3, 0.2, -0.4]), period=2.0, phase=0.3)
     motion = _core.Motion(
         v=np.array([0.01, 0, 0]), w=np.array([0.1, 0.5, 0]), waves=[wave], about=np.array([0, 0.1, 0])
@@ -92,7 +92,7 @@ def test_on_a_moving_frame_velocity_and_spin_are_those_of_its_material():
     X_FG[:3, 3] = [0.02, 0.01, -0.03]
     placed = _core.PlacedGeometry(_core.SurfaceGeometry(_core.Sphere(0.03)), X_FG, frame)
     for t in (0.0, 0.37, 1.9):
-        q = ask(placed, POINTS[:50], t)
+        q = query_points(placed, POINTS[:50], t)
         h = 1e-5
         before, now, after = (frame.at(s)[0] for s in (t - h, t, t + h))
         rate = (after - before) / (2 * h) @ np.linalg.inv(now)
@@ -102,31 +102,31 @@ def test_on_a_moving_frame_velocity_and_spin_are_those_of_its_material():
         np.testing.assert_allclose(frame.at(t)[1][:3], (after - before)[:3, 3] / (2 * h), atol=1e-9)
 
 
-def test_a_live_frame_is_where_it_was_last_told_to_be():
+def test_live_frame_has_the_last_received_pose():
     frame = _core.LiveFrame()
     placed = _core.PlacedGeometry(_core.PointGeometry(), np.eye(4), frame)
-    assert ask(placed, [[0, 0, 0.1]])["distance"] == 0.1
+    assert query_points(placed, [[0, 0, 0.1]])["distance"] == 0.1
     X = np.eye(4)
     X[:3, 3] = [0, 0, 0.1]
     frame.set(X, [1, 2, 3, 0, 0, 1])
-    q = ask(placed, [[0, 0, 0.3]], 5.0)
+    q = query_points(placed, [[0, 0, 0.3]], 5.0)
     np.testing.assert_allclose([q["distance"][0], *q["velocity"][0], *q["spin"][0]], [0.2, 1, 2, 3, 0, 0, 1])
     with pytest.raises(ValueError, match=r"V_WF must be six finite numbers: linear \[m/s\] over angular"):
         frame.set(X, [np.nan, 0, 0, 0, 0, 0])
 
 
-def test_who_asks_a_live_frame_while_it_is_told_gets_one_whole_answer():
-    """Rows of the pose and of its velocity tell the same number: none of them is of another moment."""
+def test_concurrent_reads_of_a_live_frame_are_consistent():
+    """All entries of pose and velocity carry the same number, so a mixture of two updates would show."""
     frame, stop, torn = _core.LiveFrame(), threading.Event(), []
 
-    def ask_on():
+    def keep_querying():
         while not stop.is_set():
             X, V = frame.at(0.0)
             if not X[0, 3] == X[1, 3] == X[2, 3] == V[0] == V[5]:
                 torn.append((X, V))
 
     frame.set(np.eye(4), np.zeros(6))
-    threads = [threading.Thread(target=ask_on) for _ in range(3)]
+    threads = [threading.Thread(target=keep_querying) for _ in range(3)]
     for thread in threads:
         thread.start()
     for i in range(20_000):
@@ -139,7 +139,7 @@ def test_who_asks_a_live_frame_while_it_is_told_gets_one_whole_answer():
     assert torn == []
 
 
-def test_what_is_attached_to_the_tool_goes_with_it():
+def test_geometry_attached_to_the_tool_moves_with_it():
     frame = _core.LiveFrame()
     X_FG = np.eye(4)
     X_FG[:3, 3] = [0.01, 0.0, 0.0]
@@ -155,16 +155,16 @@ def test_what_is_attached_to_the_tool_goes_with_it():
 
 
 @given(p=st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=3, max_size=3), t=st.floats(0, 1e300))
-def test_every_finite_pose_gets_a_finite_answer(p, t):
+def test_every_finite_pose_has_a_finite_result(p, t):
     frame = _core.MotionFrame(np.eye(4), _core.Motion(v=np.array([0.01, 0, 0]), w=np.array([0, 0.5, 0])))
     for geometry, _ in CLOSED.values():
-        for thing in (geometry, _core.PlacedGeometry(geometry, np.eye(4), frame)):
-            q = ask(thing, [p], t)
+        for queried in (geometry, _core.PlacedGeometry(geometry, np.eye(4), frame)):
+            q = query_points(queried, [p], t)
             assert all(np.isfinite(values).all() for values in q.values())
             np.testing.assert_allclose(np.linalg.norm(q["normal"]), 1.0, atol=1e-9)
 
 
 @pytest.mark.parametrize(("a", "b"), [(A, A), (A, A * np.nan)])
-def test_a_line_through_one_place_is_none(a, b):
+def test_line_needs_two_different_points(a, b):
     with pytest.raises(ValueError, match="a line needs two places that are finite and apart"):
         _core.LineGeometry(a, b)

@@ -1,9 +1,9 @@
-"""Cones, meshes, clouds, grids, and what is made of geometries: closed forms, sampling, trimesh, finite differences."""
+"""Cones, meshes, clouds, grids and combinations: closed forms, sampling, trimesh, finite differences."""
 
 import numpy as np
 import pytest
 import trimesh
-from asking import ask, assert_sound, poses, slope
+from geometry_queries import assert_sound, poses, query_points, slope
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
@@ -23,13 +23,13 @@ def surface(core):
     return _core.SurfaceGeometry(core)
 
 
-def at(geometry, x):
+def translated(geometry, x):
     X = np.eye(4)
     X[:3, 3] = x
     return _core.PlacedGeometry(geometry, X)
 
 
-BALL, OTHER = surface(_core.Sphere(0.03)), at(surface(_core.Sphere(0.02)), [0.03, 0.0, 0.0])
+BALL, OTHER = surface(_core.Sphere(0.03)), translated(surface(_core.Sphere(0.02)), [0.03, 0.0, 0.0])
 EVERY = {
     "point": _core.PointGeometry(),
     "line": _core.LineGeometry(np.zeros(3), np.array([0.01, 0.05, 0])),
@@ -53,12 +53,12 @@ EVERY = {
 
 
 @pytest.mark.parametrize("name", EVERY)
-def test_every_answer_is_sound_and_its_normal_is_where_the_distance_grows(name):
+def test_results_are_consistent_and_the_normal_is_the_distance_gradient(name):
     geometry = EVERY[name]
-    q = ask(geometry, POINTS)
+    q = query_points(geometry, POINTS)
     assert_sound(q)
     h = 1e-7
-    offsets = [ask(geometry, POINTS + e)["normal"] for e in h * np.r_[np.eye(3), -np.eye(3)]]
+    offsets = [query_points(geometry, POINTS + e)["normal"] for e in h * np.r_[np.eye(3), -np.eye(3)]]
     smooth = np.linalg.norm(np.array(offsets) - q["normal"], axis=2).max(axis=0) < 1e-3
     assert smooth.mean() > 0.99
     gradient = slope(geometry, POINTS, h)[smooth]
@@ -72,37 +72,37 @@ def test_every_answer_is_sound_and_its_normal_is_where_the_distance_grows(name):
 
 
 @pytest.mark.parametrize("name", EVERY)
-def test_the_nearest_place_lies_on_the_geometry(name):
+def test_nearest_point_lies_on_the_geometry(name):
     if name in ("union", "difference", "intersection", "blended"):
-        return  # a bound of the distance: its place may lie inside another part
-    q = ask(EVERY[name], POINTS)
-    np.testing.assert_allclose(abs(ask(EVERY[name], q["point"])["distance"]), 0.0, atol=1e-9)
+        return  # the distance is a bound; the point may lie inside another part
+    q = query_points(EVERY[name], POINTS)
+    np.testing.assert_allclose(abs(query_points(EVERY[name], q["point"])["distance"]), 0.0, atol=1e-9)
     np.testing.assert_allclose(np.linalg.norm(POINTS - q["point"], axis=1), abs(q["distance"]), atol=1e-9)
 
 
 @pytest.mark.parametrize("name", EVERY)
-def test_a_change_of_frame_changes_nothing(name):
+def test_queries_are_independent_of_the_frame(name):
     X = np.eye(4)
     X[:3, :3], X[:3, 3] = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix(), [0.3, -0.2, 0.1]
-    here = ask(EVERY[name], POINTS)
-    there = _core.PlacedGeometry(EVERY[name], X).query(X @ poses(POINTS), np.zeros(len(POINTS)))
-    np.testing.assert_allclose(there["distance"], here["distance"], atol=1e-12)
-    same = np.linalg.norm(there["normal"] - here["normal"] @ X[:3, :3].T, axis=1) < 1e-6
-    assert same.mean() > 0.999, "but for those within rounding of two nearest places"
-    np.testing.assert_allclose(there["point"][same], here["point"][same] @ X[:3, :3].T + X[:3, 3], atol=1e-9)
+    one = query_points(EVERY[name], POINTS)
+    other = _core.PlacedGeometry(EVERY[name], X).query(X @ poses(POINTS), np.zeros(len(POINTS)))
+    np.testing.assert_allclose(other["distance"], one["distance"], atol=1e-12)
+    same = np.linalg.norm(other["normal"] - one["normal"] @ X[:3, :3].T, axis=1) < 1e-6
+    assert same.mean() > 0.999, "except for points with two nearest points within rounding"
+    np.testing.assert_allclose(other["point"][same], one["point"][same] @ X[:3, :3].T + X[:3, 3], atol=1e-9)
 
 
 @settings(max_examples=40)
 @example(p=[1e-320, -3e-320, 2e-162], t=0.0)
 @example(p=[1.5e-162, 1e-162, 0.0], t=0.0)
 @given(p=st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=3, max_size=3), t=st.floats(-1e300, 1e300))
-def test_every_finite_pose_gets_a_finite_answer(p, t):
+def test_every_finite_pose_has_a_finite_result(p, t):
     for geometry in EVERY.values():
-        assert_sound(ask(geometry, [p, np.array(p) * 1e-300], t))
+        assert_sound(query_points(geometry, [p, np.array(p) * 1e-300], t))
 
 
-def test_a_cone_is_its_closed_form():
-    """Nearest of 400 000 places of the cone's side, and the sign by the angle at the apex."""
+def test_cone_distance_has_the_closed_form():
+    """Reference: the nearest of 400 000 points of the cone, and the sign from the angle at the apex."""
     axis = AXIS / np.linalg.norm(AXIS)
     side = np.linspace(0, 0.3, 2000)[:, None, None]
     around = np.linspace(0, 2 * np.pi, 200)[None, :, None]
@@ -110,7 +110,7 @@ def test_a_cone_is_its_closed_form():
     x /= np.linalg.norm(x)
     ring = np.cos(around) * x + np.sin(around) * np.cross(axis, x)
     places = (APEX + side * (np.cos(HALF) * axis + np.sin(HALF) * ring)).reshape(-1, 3)
-    q = ask(EVERY["cone"], POINTS)
+    q = query_points(EVERY["cone"], POINTS)
     found = cKDTree(places).query(POINTS)[0]
     out = POINTS - APEX
     inside = out @ axis > np.cos(HALF) * np.linalg.norm(out, axis=1)
@@ -121,24 +121,26 @@ def test_a_cone_is_its_closed_form():
     np.testing.assert_allclose(q["attitude"][:, :, 2], np.tile(-axis, (len(POINTS), 1)), atol=1e-14)
 
 
-def test_a_mesh_answers_as_trimesh_does():
+def test_mesh_distance_agrees_with_trimesh():
     corners = VERTICES[TRIANGLES]
     each = [trimesh.triangles.closest_point(np.tile(c, (len(POINTS), 1, 1)), POINTS) for c in corners]
     found = np.linalg.norm(np.array(each) - POINTS, axis=2).min(axis=0)
-    np.testing.assert_allclose(abs(ask(EVERY["mesh"], POINTS)["distance"]), found, atol=1e-9)
-    exact = ask(EVERY["box"], POINTS)
-    np.testing.assert_allclose(ask(EVERY["mesh"], POINTS)["distance"], exact["distance"], atol=1e-12)
+    np.testing.assert_allclose(abs(query_points(EVERY["mesh"], POINTS)["distance"]), found, atol=1e-9)
+    exact = query_points(EVERY["box"], POINTS)
+    np.testing.assert_allclose(query_points(EVERY["mesh"], POINTS)["distance"], exact["distance"], atol=1e-12)
     outside = exact["distance"] > 1e-6
-    np.testing.assert_allclose(ask(EVERY["mesh"], POINTS)["normal"][outside], exact["normal"][outside], atol=1e-6)
+    np.testing.assert_allclose(
+        query_points(EVERY["mesh"], POINTS)["normal"][outside], exact["normal"][outside], atol=1e-6
+    )
 
 
 @settings(max_examples=25)
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 500), radius=st.floats(1e-4, 0.01))
-def test_a_cloud_answers_as_a_tree_of_points_does(seed, n, radius):
+def test_cloud_distance_agrees_with_a_k_d_tree(seed, n, radius):
     rng = np.random.default_rng(seed)
     points = rng.normal(size=(n, 3)) * 0.05
     where = rng.normal(size=(200, 3)) * 0.08
-    q = ask(surface(_core.Cloud(points, radius)), where)
+    q = query_points(surface(_core.Cloud(points, radius)), where)
     found, which = cKDTree(points).query(where)
     np.testing.assert_allclose(q["distance"], found - radius, atol=1e-14)
     np.testing.assert_allclose(q["normal"], (where - points[which]) / found[:, None], atol=1e-9)
@@ -156,15 +158,15 @@ A, B = sphere(np.zeros(3), 0.03), sphere(np.array([0.03, 0, 0]), 0.02)
     [("union", lambda a, b: np.minimum(a, b), 1), ("intersection", np.maximum, -1),
      ("difference", lambda a, b: np.maximum(a, -b), -1)],
 )  # fmt: skip
-def test_combinations_have_the_right_inside_and_never_too_large_a_distance(kind, value, exact_where):
-    """Against places sampled on the boundary: exact on one side, a bound on the other."""
+def test_combinations_have_the_right_inside_and_a_lower_bound_of_the_distance(kind, value, exact_where):
+    """Reference: points sampled on the boundary; exact on one side, a lower bound on the other."""
     where = np.random.default_rng(2).uniform(-0.03, 0.05, (3000, 3))
-    q = ask(EVERY[kind], where)
+    q = query_points(EVERY[kind], where)
     np.testing.assert_allclose(q["distance"], value(A(where), B(where)), atol=1e-15)
     rng = np.random.default_rng(0)
-    ways = rng.normal(size=(200_000, 3))
-    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
-    boundary = np.concatenate([0.03 * ways, 0.02 * ways + [0.03, 0, 0]])
+    directions = rng.normal(size=(200_000, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    boundary = np.concatenate([0.03 * directions, 0.02 * directions + [0.03, 0, 0]])
     boundary = boundary[abs(value(A(boundary), B(boundary))) < 1e-9]
     found = cKDTree(boundary).query(where)[0]
     assert (abs(q["distance"]) <= found + 1e-12).all()
@@ -174,46 +176,49 @@ def test_combinations_have_the_right_inside_and_never_too_large_a_distance(kind,
 
 
 @given(blend=st.floats(1e-4, 0.02), seed=st.integers(0, 2**32 - 1))
-def test_a_blend_makes_the_normal_turn_gradually_and_fills_a_quarter_of_it_at_most(blend, seed):
+def test_blend_smooths_the_normal_and_adds_at_most_a_quarter_of_its_width(blend, seed):
     sharp = EVERY["union"]
     soft = _core.CombinedGeometry("union", [BALL, OTHER], blend)
-    filled = ask(sharp, POINTS[:500])["distance"] - ask(soft, POINTS[:500])["distance"]
+    filled = query_points(sharp, POINTS[:500])["distance"] - query_points(soft, POINTS[:500])["distance"]
     assert (filled >= -1e-15).all()
     assert (filled <= blend / 4 + 1e-15).all()
     line = np.linspace(0, 1, 4000)[:, None] * [0.02, 0, 0] + [0.012, 0.03, np.random.default_rng(seed).normal() * 1e-3]
-    step = [np.linalg.norm(np.diff(ask(g, line)["normal"], axis=0), axis=1).max() for g in (sharp, soft)]
+    step = [np.linalg.norm(np.diff(query_points(g, line)["normal"], axis=0), axis=1).max() for g in (sharp, soft)]
     assert step[0] > 0.3
     assert step[1] < 5e-6 / blend * 4 + 1e-3
 
 
-def test_the_velocity_of_what_is_combined_is_that_of_the_nearest_part():
+def test_velocity_of_a_combination_is_that_of_the_nearest_part():
     frame = _core.MotionFrame(np.eye(4), _core.Motion(v=np.array([0.01, 0.02, 0.0]), w=np.array([0, 0, 1.0])))
     moving = _core.PlacedGeometry(BALL, np.eye(4), frame)
-    both = _core.CombinedGeometry("union", [moving, at(BALL, [0.0, 0, 0.5])])
-    near, far = ask(both, [[0.06, 0, 0]], 0.0), ask(both, [[0.06, 0, 0.5]], 0.0)
+    both = _core.CombinedGeometry("union", [moving, translated(BALL, [0.0, 0, 0.5])])
+    near, far = query_points(both, [[0.06, 0, 0]], 0.0), query_points(both, [[0.06, 0, 0.5]], 0.0)
     np.testing.assert_allclose(near["velocity"][0], [0.01, 0.05, 0], atol=1e-15)
     np.testing.assert_allclose(far["velocity"][0], 0.0)
-    grown = ask(_core.OffsetGeometry(moving, 0.02), [[0.06, 0, 0]], 0.0)
+    grown = query_points(_core.OffsetGeometry(moving, 0.02), [[0.06, 0, 0]], 0.0)
     np.testing.assert_allclose(grown["velocity"][0], [0.01, 0.07, 0], atol=1e-15)
     np.testing.assert_allclose(grown["point"][0], [0.05, 0, 0], atol=1e-15)
 
 
 @pytest.mark.parametrize("name", ["sphere", "mesh", "tube", "blended"])
-def test_a_moving_surface_keeps_its_distance_to_what_moves_along(name):
-    """d/dt of the distance of a place at rest is minus the surface's velocity along the normal."""
+def test_distance_rate_is_minus_the_normal_velocity_of_the_surface(name):
+    """For a point at rest, d/dt of the distance is minus the surface's velocity along the normal."""
     wave = _core.Wave(shift=np.array([0.005, 0, 0.01]), turn=np.array([0.2, 0.1, 0.0]), period=1.5)
     frame = _core.MotionFrame(np.eye(4), _core.Motion(w=np.array([0, 0.3, 0]), waves=[wave]))
     moving = _core.PlacedGeometry(EVERY[name], np.eye(4), frame)
-    q, h = ask(moving, POINTS[:400], 0.4), 1e-6
-    rate = (ask(moving, POINTS[:400], 0.4 + h)["distance"] - ask(moving, POINTS[:400], 0.4 - h)["distance"]) / (2 * h)
-    told = -(q["velocity"] * q["normal"]).sum(axis=1)
+    q, h = query_points(moving, POINTS[:400], 0.4), 1e-6
+    rate = (
+        query_points(moving, POINTS[:400], 0.4 + h)["distance"]
+        - query_points(moving, POINTS[:400], 0.4 - h)["distance"]
+    ) / (2 * h)
+    expected = -(q["velocity"] * q["normal"]).sum(axis=1)
     regular = abs((slope(moving, POINTS[:400], t=0.4) * q["normal"]).sum(axis=1) - 1) < 1e-6
     assert regular.mean() > 0.5
-    np.testing.assert_allclose(rate[regular], told[regular], atol=1e-7)
+    np.testing.assert_allclose(rate[regular], expected[regular], atol=1e-7)
 
 
 @pytest.mark.parametrize(
-    ("make", "told"),
+    ("make", "message"),
     [
         (lambda: _core.ConeGeometry(APEX, 0 * AXIS, 0.3), "a cone needs a finite apex, and a mouth apart from it"),
         (lambda: _core.ConeGeometry(APEX, AXIS, 2.0), "half the angle of a cone must be above 0 and at most pi / 2"),
@@ -227,14 +232,14 @@ def test_a_moving_surface_keeps_its_distance_to_what_moves_along(name):
         (lambda: _core.Cloud(np.zeros((1, 3)), 0.0), "radius of a cloud's points must be a positive length"),
     ],
 )
-def test_what_cannot_be_is_refused_in_words(make, told):
-    with pytest.raises(ValueError, match=told):
+def test_invalid_geometries_are_reported(make, message):
+    with pytest.raises(ValueError, match=message):
         make()
 
 
-def test_an_open_mesh_has_no_inside_until_it_gets_a_margin():
+def test_open_mesh_has_an_inside_only_with_a_margin():
     sheet = surface(_core.Mesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]]), np.array([[0, 1, 2]], np.int32)))
     shell = _core.OffsetGeometry(sheet, 0.1)
     assert not sheet.solid
     assert shell.solid
-    np.testing.assert_allclose(ask(shell, [[0.2, 0.2, 0.05], [0.2, 0.2, -0.3]])["distance"], [-0.05, 0.2])
+    np.testing.assert_allclose(query_points(shell, [[0.2, 0.2, 0.05], [0.2, 0.2, -0.3]])["distance"], [-0.05, 0.2])

@@ -1,4 +1,4 @@
-"""The list `guidance` of a scene and of a session: read, written back, attached, edited; mistakes with their line."""
+"""The list `guidance` of scenes and sessions: parsing, writing, attachment, edits, and mistakes with their line."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ operator: {path: [{t: 0, xyz: [0, 0, 0.05]}, {t: 1, xyz: [0.02, 0, 0.05]}]}
 """
 
 
-def test_a_scene_attaches_a_fixture_to_its_tool_and_to_a_camera_that_is_told():
+def test_scene_attaches_fixtures_to_its_tool_and_to_a_live_camera_frame():
     session = palpate.Session(Scene.parse(ATTACHED.replace("FRAME", "tool")))
     session.step(600)
     assert session.step().tick["guidance_gap"] == pytest.approx(-0.01, abs=1e-3)
@@ -36,7 +36,7 @@ def test_a_scene_attaches_a_fixture_to_its_tool_and_to_a_camera_that_is_told():
     assert session.latest()["guidance_gap"] == pytest.approx(-np.linalg.norm(goal - [0, 0.03, 0.05]), abs=1e-6)
 
 
-def test_a_scene_lists_fixtures_and_writes_them_back():
+def test_fixtures_of_a_scene_survive_a_round_trip():
     scene = Scene.parse(SCENE)
     assert [f.name for f in scene.guidance] == ["liver", "cone", "keep-rcm", "keep-in"]
     assert Scene.parse(scene.to_yaml()).guidance == scene.guidance
@@ -47,7 +47,7 @@ def test_a_scene_lists_fixtures_and_writes_them_back():
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "message"),
     [
         ("keep-rcm\n", "keep-out\n", r"scene.yaml:7: guidance\[2\]: 'keep-out' is not a fixture"),
         ("3 mm", "3 mn", r"scene.yaml:5: guidance\[0\].role.margin: '3 mn' is not a length"),
@@ -64,19 +64,19 @@ def test_a_scene_lists_fixtures_and_writes_them_back():
         ("(entry, target)", "(entry, entry)", r"scene.yaml:6: fixture 'cone': a cone needs a finite apex"),
     ],
 )
-def test_a_mistake_in_a_scene_is_told_with_its_line(old, new, told):
-    with pytest.raises(SceneError, match=told):
+def test_mistake_in_a_scene_is_reported_with_its_line(old, new, message):
+    with pytest.raises(SceneError, match=message):
         build(Scene.parse(SCENE.replace(old, new)))
 
 
-def test_two_fixtures_of_one_name_are_refused_and_nameless_ones_numbered():
+def test_duplicate_names_are_rejected_and_missing_names_numbered():
     both = "  - {geometry: {sphere: {radius: 0.1}}, role: keep-in, frame: liver}\n"
     assert [f.name for f in Scene.parse(SCENE + both).guidance][-2:] == ["keep-in", "keep-in-5"]
     with pytest.raises(SceneError, match="two fixtures are named 'cone'"):
         Scene.parse(SCENE + "  - stay-in: cone(entry, target)\n")
 
 
-def test_a_session_is_guided_tells_why_and_takes_other_fixtures_while_it_runs():
+def test_session_explains_the_guidance_force_and_accepts_new_fixtures():
     text = """
 objects: [{sphere: {radius: 0.03}}]
 guidance: [{name: line, geometry: {line: {start: [0, 0.01, 0.05], end: [0.03, 0.01, 0.05]}}, role: guide}]
@@ -85,11 +85,11 @@ operator: {path: [{t: 0, xyz: [0, 0, 0.05]}, {t: 1, xyz: [0.02, 0, 0.05]}]}
     session = palpate.Session(Scene.parse(text))
     tick = session.step(300).tick
     pulled = np.array(tick["F_guidance_W"])
-    assert pulled[1] > 0.5, "towards the line"
-    told = session.why()
-    assert "guidance applies" in told
-    assert "most of it from line" in told
-    assert "at 400 N/m" in told
+    assert pulled[1] > 0.5, "the force points towards the line"
+    message = session.why()
+    assert "guidance applies" in message
+    assert "most of it from line" in message
+    assert "at 400 N/m" in message
     session.fixtures = [f.model_copy(update={"enabled": False}) for f in session.fixtures]
     after = session.step(1).tick
     assert np.linalg.norm(np.array(after["F_guidance_W"]) - pulled) < 0.1, "no step"

@@ -1,8 +1,8 @@
-"""The stage: soft ones pull, hard ones correct the goal as well; a tool behind its servo stays out, come what may."""
+"""The stage: soft fixtures pull, hard fixtures also correct the goal; a tool behind its servo stays outside."""
 
 import numpy as np
 import pytest
-from fixtures import DT, LINE, RESERVE, Stage, at, fixture, placed, plane, pose, sphere
+from fixtures import DT, LINE, RESERVE, Stage, fixture, placed, plane, point_at_height, pose, sphere
 from scipy.spatial.transform import Rotation
 
 from palpate import _core
@@ -10,7 +10,7 @@ from palpate import _core
 GUIDED, CORRECTED, CONFLICT = 1 << 20, 1 << 21, 1 << 22
 
 
-def test_without_fixtures_the_goal_is_the_mapped_one_to_the_bit():
+def test_goal_without_fixtures_is_the_mapped_goal_bit_for_bit():
     stage, rng = Stage(bandwidth=30.0), np.random.default_rng(0)
     for _ in range(50):
         X = pose(rng.normal(size=3), Rotation.random(random_state=rng).as_matrix())
@@ -20,37 +20,37 @@ def test_without_fixtures_the_goal_is_the_mapped_one_to_the_bit():
         assert out["status"] == 0
 
 
-def test_soft_a_hand_that_rests_inside_feels_the_spring():
+def test_soft_fixture_renders_its_spring_to_a_resting_hand():
     stage = Stage(fixture(plane(), law_={"K": 400.0}))
-    out = stage.settle(at(-0.005))
+    out = stage.settle(point_at_height(-0.005))
     np.testing.assert_allclose(out["F_T_W"][:3], [0, 0, 2.0], atol=1e-9)
-    np.testing.assert_array_equal(out["X_WT_goal"][:3, 3], at(-0.005))
+    np.testing.assert_array_equal(out["X_WT_goal"][:3, 3], point_at_height(-0.005))
     assert (out["strongest"], out["gap"], out["status"]) == (0, pytest.approx(-0.005), GUIDED)
 
 
-def test_hard_the_goal_stays_out_and_the_hand_feels_the_rest():
+def test_hard_fixture_keeps_the_goal_outside_and_renders_the_deviation():
     stage = Stage(fixture(plane(), law_={"K": 400.0}, hard=True))
-    stage.settle(at(0.01))
+    stage.settle(point_at_height(0.01))
     for z in np.linspace(0.01, -0.005, 300):
-        out = stage.step(at(z))
+        out = stage.step(point_at_height(z))
         assert out["X_WT_goal"][2, 3] >= 0.0
-    out = stage.settle(at(-0.005))
+    out = stage.settle(point_at_height(-0.005))
     np.testing.assert_allclose(out["X_WT_goal"][:3, 3], [0, 0, RESERVE], atol=1e-9)
     np.testing.assert_allclose(out["F_T_W"][:3], [0, 0, 400.0 * (0.005 + RESERVE)], atol=1e-6)
     np.testing.assert_allclose(out["correction"], [0, 0, 0.005 + RESERVE], atol=1e-9)
     assert out["status"] == GUIDED | CORRECTED
 
 
-def test_hard_guide_leads_the_goal_along_the_line():
+def test_hard_guide_keeps_the_goal_on_the_line():
     stage = Stage(fixture(placed(LINE), "guide", hard=True))
     out = stage.settle(np.array([0.03, 0.004, -0.003]), ticks=2000)
     np.testing.assert_allclose(out["X_WT_goal"][:3, 3], [0.03, 0.0, 0.0], atol=1e-9)
 
 
-def test_hard_orient_turns_the_goal():
+def test_hard_orient_rotates_the_goal():
     R = Rotation.from_rotvec([0.3, 0.0, 0.0]).as_matrix()
     stage = Stage(fixture(plane(), "orient", hard=True))
-    out = stage.settle(pose(at(0.05), R), ticks=3000)
+    out = stage.settle(pose(point_at_height(0.05), R), ticks=3000)
     np.testing.assert_allclose(out["X_WT_goal"][:3, 2], [0, 0, 1], atol=1e-5)
     np.testing.assert_allclose(out["F_T_W"][3:], [-0.5 * 0.3, 0, 0], atol=1e-3)
 
@@ -63,7 +63,7 @@ def test_hard_rcm_keeps_the_shaft_through_the_point():
     assert np.linalg.norm(p - a * (a @ p)) < 1e-5
 
 
-def test_a_corner_of_three_hard_planes_is_the_nearest_point_of_all():
+def test_goal_at_three_hard_planes_is_the_nearest_feasible_point():
     walls = [
         fixture(plane(pose(R=Rotation.align_vectors([n], [[0, 0, 1]])[0].as_matrix())), name=str(n), hard=True)
         for n in np.eye(3)
@@ -73,35 +73,37 @@ def test_a_corner_of_three_hard_planes_is_the_nearest_point_of_all():
     assert out["status"] & CONFLICT == 0
 
 
-def test_hard_ones_that_contradict_each_other_yield_by_priority_and_say_so():
-    up = fixture(plane(pose(at(0.002))), name="above", hard=True, priority=1)  # z >= 2 mm
-    down = fixture(plane(pose(at(-0.002), np.diag([1.0, -1.0, -1.0]))), name="below", hard=True)  # z <= -2 mm
-    out = Stage(up, down).settle(at(0.0), ticks=1000)
+def test_contradicting_hard_fixtures_yield_by_priority_and_report_it():
+    up = fixture(plane(pose(point_at_height(0.002))), name="above", hard=True, priority=1)  # z >= 2 mm
+    down = fixture(
+        plane(pose(point_at_height(-0.002), np.diag([1.0, -1.0, -1.0]))), name="below", hard=True
+    )  # z <= -2 mm
+    out = Stage(up, down).settle(point_at_height(0.0), ticks=1000)
     assert out["X_WT_goal"][2, 3] == pytest.approx(0.002 + RESERVE)
     assert out["status"] & CONFLICT
 
 
-def test_a_thin_forbidden_plate_is_not_gone_through_by_the_goal():
-    """Its side is remembered, though the other side is nearer to the hand."""
+def test_goal_does_not_pass_through_a_thin_forbidden_plate():
+    """The goal keeps its side, although the other side is closer to the hand."""
     plate = placed(_core.SurfaceGeometry(_core.Box(np.array([0.2, 0.2, 0.002]))))
     stage = Stage(fixture(plate, hard=True))
-    stage.settle(at(0.005))
+    stage.settle(point_at_height(0.005))
     for z in np.concatenate([np.linspace(0.005, -0.02, 50), np.full(300, -0.02)]):
-        out = stage.step(at(z))
+        out = stage.step(point_at_height(z))
         assert out["X_WT_goal"][2, 3] >= 0.001 - 1e-9
     assert out["F_T_W"][2] > 1.0
 
 
 @pytest.mark.parametrize("kind", ["plane", "sphere", "cavity", "corner"])
 @pytest.mark.parametrize("moving", [False, True])
-def test_the_tool_behind_a_servo_stays_out_whatever_the_hand_does(kind, moving):
-    """30 Hz behind its goal, thrown at the border with 0.4 m/s and more: entry at most 0.1 mm."""
+def test_tool_behind_a_servo_stays_outside_for_any_hand_motion(kind, moving):
+    """With a 30 Hz servo and at least 0.4 m/s towards the border, the tool enters by at most 0.1 mm."""
     waves = [_core.Wave(shift=np.array([0.002, 0.0, 0.004]), turn=np.zeros(3), period=0.8)]
     motion = _core.Motion(waves=waves) if moving else None
     made = {
         "plane": [fixture(plane(motion=motion), hard=True)],
-        "sphere": [fixture(sphere(0.02, pose(at(-0.004)), motion), hard=True)],
-        "cavity": [fixture(sphere(0.03, pose(at(0.03)), motion), "keep-in", hard=True)],
+        "sphere": [fixture(sphere(0.02, pose(point_at_height(-0.004)), motion), hard=True)],
+        "cavity": [fixture(sphere(0.03, pose(point_at_height(0.03)), motion), "keep-in", hard=True)],
         "corner": [
             fixture(plane(motion=motion), hard=True),
             fixture(plane(pose(R=Rotation.from_rotvec([0, np.pi / 2, 0]).as_matrix()), motion), name="b", hard=True),
@@ -122,49 +124,49 @@ def test_the_tool_behind_a_servo_stays_out_whatever_the_hand_does(kind, moving):
             gap = f.ask(stage.X_tool, stage.k * DT)["gap"]
             deepest, touched = min(deepest, gap), touched + (gap < 5e-4)
         assert deepest > -1e-4, f"{1e3 * -deepest:.3f} mm in at {k + start} ms"
-    assert touched > 100, "control: it was at the border"
+    assert touched > 100, "control: the tool reached the border"
 
 
-def test_speed_is_limited_and_the_lag_is_felt():
+def test_speed_is_limited_and_the_lag_is_rendered():
     stage = Stage(fixture(sphere(0.1), "limit", role_={"speed": 0.02}, hard=True), force_rate=1e3)
     z = 0.0
-    stage.settle(at(z), ticks=400)
-    before = at(z)
+    stage.settle(point_at_height(z), ticks=400)
+    before = point_at_height(z)
     for _ in range(100):
         z += 0.1 * DT
-        out = stage.step(at(z))
+        out = stage.step(point_at_height(z))
         after = out["X_WT_goal"][:3, 3]
         assert np.linalg.norm(after - before) <= 0.02 * DT + 1e-12
         before = after
     assert out["F_T_W"][2] < -0.5
-    out = stage.settle(at(z), ticks=2000)
-    np.testing.assert_allclose(out["X_WT_goal"][:3, 3], at(z), atol=1e-12)
+    out = stage.settle(point_at_height(z), ticks=2000)
+    np.testing.assert_allclose(out["X_WT_goal"][:3, 3], point_at_height(z), atol=1e-12)
 
 
 @pytest.mark.parametrize("law", ["spring", "optimise"])
-def test_where_walls_meet_each_of_them_is_kept_and_the_wrench_stands_still(law):
-    """Beyond a corner of a box that it is to stay in: the goal is in the corner, the force of the whole way there."""
+def test_goal_in_a_corner_keeps_all_walls_and_the_wrench_is_constant(law):
+    """With the hand beyond a corner of a keep-in box, the goal is in the corner; the force is that of the deviation."""
     box = placed(_core.SurfaceGeometry(_core.Box(np.full(3, 0.04))))
     hard = law == "spring"
     stage = Stage(fixture(box, "keep-in", law, law_={"K": 400.0, "B": 0.0, "force": 9.0}, hard=hard))
     hand = np.array([0.024, 0.023, -0.022])
     stage.settle(np.zeros(3))
     stage.settle(hand, ticks=2000)
-    told = [stage.step(hand) for _ in range(20)]
+    outputs = [stage.step(hand) for _ in range(20)]
     corner = 0.02 * np.sign(hand) - hard * RESERVE * np.sign(hand)
-    for out in told:
+    for out in outputs:
         np.testing.assert_allclose(out["F_T_W"][:3], 400.0 * (corner - hand), atol=1e-6)
         np.testing.assert_allclose(out["X_WT_goal"][:3, 3], corner if hard else hand, atol=1e-9)
 
 
 @pytest.mark.parametrize("authority", [1.0, 0.5])
-def test_hard_a_limit_of_force_lets_the_tool_in_as_far_as_its_share(authority):
-    """The tool stands on a spring of 1000 N/m: 4 mm are asked, 2 N are 2 mm; the hand feels its share of the rest."""
+def test_hard_force_limit_allows_the_penetration_of_its_force(authority):
+    """The tool is on a spring of 1000 N/m: 4 mm are commanded, 2 N allow 2 mm, the hand feels the rest."""
     limit = fixture(sphere(0.1), "limit", role_={"force": 2.0}, law_={"K": 400.0}, hard=True, authority=authority)
     stage, depth = Stage(limit), 0.004
     for _ in range(2000):
         touched = 0.0 if stage.X_tool is None else max(-stage.X_tool[2, 3], 0.0)
-        out = stage.step(at(-depth), F_T_W=np.array([0.0, 0.0, 1000.0 * touched]), stiffness=1000.0)
+        out = stage.step(point_at_height(-depth), F_T_W=np.array([0.0, 0.0, 1000.0 * touched]), stiffness=1000.0)
     left = depth - authority * (depth - 0.002)
     assert out["X_WT_goal"][2, 3] == pytest.approx(-left, abs=2 * RESERVE)
     assert out["F_T_W"][2] == pytest.approx(authority * 400.0 * 0.002, abs=400.0 * 2 * RESERVE)

@@ -1,4 +1,4 @@
-"""Fixtures in the whole simulation: arms, servo, hand. Entry, certified stiffness, energy, signals."""
+"""Fixtures in the full simulation of arms, servo and hand: penetration, certified stiffness, energy, signals."""
 
 import sys
 from pathlib import Path
@@ -23,23 +23,23 @@ def simulation(path, *fixtures, **changes):
     return sim
 
 
-def way(points, times):
+def hand_path(points, times):
     return _core.HandPath(list(times), np.asarray(points, float))
 
 
-def violent(seed, seconds=3.0):
-    """A hand that wants to be everywhere: way points every 60 to 200 ms, some deep below the floor."""
+def violent_hand(seed, seconds=3.0):
+    """A violent hand motion: waypoints every 60 to 200 ms, some of them deep below the floor."""
     rng = np.random.default_rng(seed)
     times = np.concatenate([[0.0, 0.5], 0.5 + np.cumsum(rng.uniform(0.06, 0.2, 40))])
     times = times[times < seconds]
     points = rng.uniform([-0.03, -0.03, -0.06], [0.03, 0.03, 0.03], (len(times), 3))
     points[:2] = [0.0, 0.0, 0.012]
-    return way(points, times)
+    return hand_path(points, times)
 
 
 @pytest.mark.parametrize("kind", ["floor", "slope", "vessel", "room", "breathing floor", "breathing vessel"])
-def test_the_tool_stays_out_whatever_a_violent_hand_does(kind):
-    """At most 0.1 mm, with the servo of the follower's joints, encoders and a hard grip; caps hold."""
+def test_tool_stays_outside_during_violent_hand_motions(kind):
+    """The tool enters by at most 0.1 mm, with joint servos, encoders and a firm grip; the caps hold."""
     waves = [_core.Wave(shift=np.array([0.001, 0.0, 0.003]), turn=np.zeros(3), period=1.5)]
     motion = _core.Motion(waves=waves) if "breathing" in kind else None
     if kind.endswith("floor"):
@@ -51,40 +51,40 @@ def test_the_tool_stays_out_whatever_a_violent_hand_does(kind):
                     role_={"margin": 0.006}, hard=True)  # fmt: skip
     else:
         f = fixture(sphere(0.02, pose([0.0, 0.0, 0.012])), "keep-in", hard=True)
-    ticks = loop_rig.run(simulation(violent(3), f, hand__stiffness=600.0, hand__grip_force_max=60.0), 3.0)
+    ticks = loop_rig.run(simulation(violent_hand(3), f, hand__stiffness=600.0, hand__grip_force_max=60.0), 3.0)
     X = np.tile(np.eye(4), (len(ticks), 1, 1))
     X[:, :3, 3] = ticks["p_WT"]
     gap = np.array([f.ask(x, t)["gap"] for x, t in zip(X, ticks["t"], strict=True)])
     assert gap.min() > -1e-4, f"{-1e3 * gap.min():.3f} mm in"
     corrected = (ticks["status"].astype(int) & CORRECTED) != 0
-    assert corrected.mean() > 0.2, "control: it was pressed"
-    assert np.linalg.norm(ticks["v_LH"], axis=1).max() > 0.3, "control: it was violent"
+    assert corrected.mean() > 0.2, "control: the hand pressed on the fixture"
+    assert np.linalg.norm(ticks["v_LH"], axis=1).max() > 0.3, "control: the motion was violent"
     assert np.linalg.norm(ticks["F_H_L"], axis=1).max() <= 3.0 + 1e-9
 
 
 @pytest.mark.parametrize("force", [1.0, 2.0, 3.0])
-def test_soft_the_entry_is_what_the_stiffness_says(force):
-    """A hand that presses with 1, 2, 3 N: entry force / (force_scale K), measured at the tool, to 5 %."""
+def test_penetration_of_a_soft_fixture_matches_its_stiffness(force):
+    """A hand that presses with 1, 2, 3 N penetrates by force / (force_scale K), measured at the tool, to 5 %."""
     K = 300.0
     o = loop_rig.options()
     entry = force / (o.mapping.force_scale * K)
     spring = o.hand.stiffness
-    # the hand's spring is stretched by the force; on the tool's side that is scale times as far
-    wanted = -entry - o.mapping.scale * force / spring
-    path = way([[0, 0, 0.012], [0, 0, 0.002], [0, 0, wanted], [0, 0, wanted]], [0.0, 0.3, 1.5, 3.0])
+    # The force stretches the hand's spring; on the tool's side the stretch is multiplied by scale.
+    target = -entry - o.mapping.scale * force / spring
+    path = hand_path([[0, 0, 0.012], [0, 0, 0.002], [0, 0, target], [0, 0, target]], [0.0, 0.3, 1.5, 3.0])
     ticks = loop_rig.run(simulation(path, fixture(plane(), law_={"K": K}), stability__force_cap=6.0), 4.0)[-500:]
     felt = ticks["F_H_L"].mean(axis=0)
-    assert np.linalg.norm(felt) == pytest.approx(force, rel=0.35), "control: about the force that was meant"
+    assert np.linalg.norm(felt) == pytest.approx(force, rel=0.35), "control: the force is close to the commanded one"
     found = -ticks["p_WT"][:, 2].mean()
     assert found == pytest.approx(np.linalg.norm(felt) / (o.mapping.force_scale * K), rel=0.05)
 
 
-def test_its_energy_has_an_account_of_its_own_and_the_ledger_adds_up():
-    path = way([[0, 0, 0.012], [0, 0, -0.004], [0.01, 0, -0.004], [0.01, 0, 0.012]], [0.0, 0.8, 1.6, 2.4])
+def test_guidance_has_its_own_energy_account_and_the_ledger_adds_up():
+    path = hand_path([[0, 0, 0.012], [0, 0, -0.004], [0.01, 0, -0.004], [0.01, 0, 0.012]], [0.0, 0.8, 1.6, 2.4])
     ticks = loop_rig.run(simulation(path, fixture(plane(), law_={"K": 300.0})), 3.0)
     source = ticks["energy_source"]
-    assert source[:, -2].max() > 1e-4, "the hand put something in"
-    assert source[-1, -2] > -1e-6, "and got no more back"
+    assert source[:, -2].max() > 1e-4, "the hand has put in energy"
+    assert source[-1, -2] > -1e-6, "the hand gets no more energy back"
     np.testing.assert_allclose(source[:, :-2], 0.0, atol=1e-12)
     kept = ticks["energy_port"] + sum(
         ticks[f"energy_{name}"] for name in ("cut", "passivity", "low_pass", "coupling")
@@ -96,30 +96,30 @@ PASSIVITY = 1 << 13
 
 
 @pytest.mark.parametrize("ramped", [False, True])
-def test_a_well_that_is_switched_on_around_the_hand_is_lent_its_depth_and_gives_no_more(ramped):
-    """K = 400 N/m up to 1 N, a range of 10 mm of which the last 2 mm fade: 1.25 + 5.5 + 1 mJ deep, at the tool."""
+def test_potential_well_switched_on_is_credited_with_its_depth_only(ramped):
+    """Depth at the tool: 1.25 + 5.5 + 1 mJ, for K = 400 N/m up to 1 N and a range of 10 mm that fades over 2 mm."""
     depth = 0.5 * 400 * 0.0025**2 + 1.0 * (0.008 - 0.0025) + 0.5 * 1.0 * 0.002
     line = _core.LineGeometry(np.array([-1.0, 0, 0.024]), np.array([1.0, 0, 0.024]), True)
-    ramp = _core.Ramp("distance", 1.0, 0.5)  # 1 everywhere here, but it might go with the hand
+    ramp = _core.Ramp("distance", 1.0, 0.5)  # the factor is 1 here, but it could depend on the hand
     well = fixture(placed(line), "guide", "potential", law_={"K": 400.0, "force": 1.0, "range": 0.01},
                    ramps=[ramp] if ramped else [])  # fmt: skip
-    path = way([[0, 0, 0.012], [0, 0, 0.012], [0, 0, 0.023]], [0.0, 0.5, 1.5])
+    path = hand_path([[0, 0, 0.012], [0, 0, 0.012], [0, 0, 0.023]], [0.0, 0.5, 1.5])
     ticks = loop_rig.run(simulation(path, well), 2.5)
     o = loop_rig.options()
     acted = ((ticks["status"].astype(int) & PASSIVITY) != 0).any()
     if ramped:
         assert (ticks["energy_lent"] == 0.0).all()
-        assert acted, "control: unpaid, the layer holds it back"
+        assert acted, "control: without the credit the passivity layer acts"
     else:
         hands = depth * o.mapping.force_scale / o.mapping.scale
         assert ticks["energy_lent"][-1] == pytest.approx(hands, rel=1e-3)
-        assert ticks["energy_port"].min() < -0.5 * hands, "control: the hand was drawn in"
-        assert ticks["energy_port"].min() > -hands - 5e-4, "the depth and the allowance"
+        assert ticks["energy_port"].min() < -0.5 * hands, "control: the well pulled the hand"
+        assert ticks["energy_port"].min() > -hands - 5e-4, "at most the depth and the allowance"
         assert not acted
 
 
-def test_the_signals_tell_who_pulls():
-    path = way([[0, 0, 0.012], [0, 0, -0.004], [0, 0, -0.004]], [0.0, 0.8, 1.6])
+def test_signals_name_the_active_fixture():
+    path = hand_path([[0, 0, 0.012], [0, 0, -0.004], [0, 0, -0.004]], [0.0, 0.8, 1.6])
     made = [fixture(sphere(0.5), "keep-in", name="room"), fixture(plane(), name="floor", hard=True)]
     ticks = loop_rig.run(simulation(path, *made), 2.0)
     assert ticks["guidance_fixture"][0] == -1
@@ -130,8 +130,8 @@ def test_the_signals_tell_who_pulls():
     assert ticks["F_guidance_W"][-1, 2] > 0.3
 
 
-def test_a_clutch_pressed_against_a_hard_fixture_lets_go_and_starts_afresh():
-    path = way([[0, 0, 0.012], [0, 0, -0.006], [0, 0, -0.006]], [0.0, 0.8, 1.6])
+def test_clutch_against_a_hard_fixture_releases_and_restarts():
+    path = hand_path([[0, 0, 0.012], [0, 0, -0.006], [0, 0, -0.006]], [0.0, 0.8, 1.6])
     sim = simulation(path, fixture(plane(), hard=True))
     loop_rig.run(sim, 1.5)
     controls = sim.controls
@@ -147,33 +147,33 @@ def test_a_clutch_pressed_against_a_hard_fixture_lets_go_and_starts_afresh():
     assert (again["p_WT_goal"][:, 2] >= 0.0).all()
 
 
-def test_an_empty_list_changes_no_bit_of_a_run():
+def test_empty_list_of_fixtures_leaves_a_run_bit_for_bit_equal():
     path = loop_rig.press_path()
     one = loop_rig.simulation(None, path).run(1500)
     sim = loop_rig.simulation(None, path)
     sim.set_fixtures(_core.Fixtures([]))
     other = sim.run(1500)
-    columns = [i for i in range(one.shape[1]) if i < one.shape[1] - 2]  # beside the two of the machine's clock
+    columns = [i for i in range(one.shape[1]) if i < one.shape[1] - 2]  # without the two columns of the machine's clock
     np.testing.assert_array_equal(one[:, columns], other[:, columns])
 
 
-def test_fixtures_that_cannot_be_are_refused_at_the_door():
+def test_invalid_fixtures_are_rejected_by_the_simulation():
     with pytest.raises(ValueError, match="role forbid needs a geometry with an inside"):
-        simulation(violent(1), fixture(placed(_core.PointGeometry())))
+        simulation(violent_hand(1), fixture(placed(_core.PointGeometry())))
 
 
 @pytest.mark.parametrize("along", [True, False])
-def test_on_an_admittance_master_the_hand_moves_easily_along_and_hardly_across(along):
-    """Force over speed of a steady motion: the virtual handle's damping, and the fixture's by direction."""
+def test_admittance_master_has_little_damping_along_and_much_across_the_line(along):
+    """Force over speed of a steady motion: damping of the virtual handle and, by direction, of the fixture."""
     b, B, ratio = 2.0, 4.0, 0.2
     line = _core.LineGeometry(np.array([-1.0, 0, 0.012]), np.array([1.0, 0, 0.012]), True)
     f = fixture(placed(line), "guide", "admittance", law_={"B": B, "ratio": ratio})
-    way_ = np.array([0.04, 0.0, 0.0] if along else [0.0, 0.04, 0.0])
-    path = way([[0, 0, 0.012], [0, 0, 0.012], np.array([0, 0, 0.012]) + way_], [0.0, 0.4, 2.4])
+    motion = np.array([0.04, 0.0, 0.0] if along else [0.0, 0.04, 0.0])
+    path = hand_path([[0, 0, 0.012], [0, 0, 0.012], np.array([0, 0, 0.012]) + motion], [0.0, 0.4, 2.4])
     changes = {"torque__law": "admittance", "torque__laws__virtual_damping": b, "stability__force_cap": 6.0}
     ticks = loop_rig.run(simulation(path, f, **changes), 2.3)
     o = loop_rig.options()
-    n = o.X_WL[:3, :3].T @ (way_ / 0.04)
+    n = o.X_WL[:3, :3].T @ (motion / 0.04)
     steady = slice(1200, 2000)
     felt = (ticks["F_cell_L"][steady] @ n).mean()
     speed = (ticks["v_LH"][steady] @ n).mean()
@@ -182,11 +182,11 @@ def test_on_an_admittance_master_the_hand_moves_easily_along_and_hardly_across(a
     np.testing.assert_allclose(ticks["F_guidance_W"], 0.0, atol=1e-12)
 
 
-def test_the_damping_of_an_admittance_master_is_capped_and_booked_as_a_force_is():
-    """Hard across: more than the cap would be felt; the ledger bills guidance with what the hand was given of it."""
+def test_damping_of_an_admittance_master_is_capped_and_accounted_like_a_force():
+    """Motion across the line would exceed the cap; the ledger counts the capped force that the hand has received."""
     line = _core.LineGeometry(np.array([-1.0, 0, 0.012]), np.array([1.0, 0, 0.012]), True)
     f = fixture(placed(line), "guide", "admittance", law_={"B": 20.0, "ratio": 0.05})
-    path = way([[0, 0, 0.012], [0, 0, 0.012], [0, 0.1, 0.012]], [0.0, 0.4, 1.4])
+    path = hand_path([[0, 0, 0.012], [0, 0, 0.012], [0, 0.1, 0.012]], [0.0, 0.4, 1.4])
     changes = {"torque__law": "admittance", "stability__force_cap": 1.5, "hand__stiffness": 300.0}
     ticks = loop_rig.run(simulation(path, f, **changes), 1.6)
     felt = np.linalg.norm(ticks["F_H_L"], axis=1)
@@ -195,6 +195,6 @@ def test_the_damping_of_an_admittance_master_is_capped_and_booked_as_a_force_is(
     assert np.linalg.norm(np.diff(ticks["F_H_L"], axis=0), axis=1).max() < 0.2
     power = -(ticks["F_H_L"] * ticks["v_LH"]).sum(axis=1)
     taken = (power * 1e-3).sum()
-    assert taken > 0.01, "the hand paid for its way across"
+    assert taken > 0.01, "the hand has done work across the line"
     assert ticks["energy_port"][-1] == pytest.approx(taken, rel=0.1)
-    assert ticks["energy_source"][-1, 15] >= ticks["energy_port"][-1], "wanted by guidance, before the caps"
+    assert ticks["energy_source"][-1, 15] >= ticks["energy_port"][-1], "the guidance force before the caps"

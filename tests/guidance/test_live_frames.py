@@ -1,4 +1,4 @@
-"""Frames that are told live: nothing counts before, velocities from pose to pose, leaps without a step, silence."""
+"""Live frames: inactive before the first pose, velocities by differences, jumps without a force step, silence."""
 
 import numpy as np
 import pytest
@@ -15,8 +15,8 @@ def ball(frame):
     return _core.PlacedGeometry(_core.SurfaceGeometry(_core.Sphere(0.02)), np.eye(4), frame)
 
 
-def test_before_it_is_told_a_frame_makes_its_fixture_count_for_nothing():
-    """At the world's origin, where it would be taken to be, the tool is 5 mm in."""
+def test_fixture_on_a_live_frame_is_inactive_before_the_first_pose():
+    """If the frame were assumed at the world's origin, the tool would be 5 mm inside."""
     frame = _core.LiveFrame()
     for hard in (False, True):
         stage = Stage(fixture(ball(frame), hard=hard))
@@ -33,13 +33,13 @@ def test_before_it_is_told_a_frame_makes_its_fixture_count_for_nothing():
     assert not stage.step(np.array([0.0, 0.0, 0.015]))["status"] & FRAME_LOST
 
 
-def test_a_fixture_that_is_off_waits_for_no_frame():
+def test_disabled_fixture_does_not_wait_for_its_frame():
     assert Stage(fixture(ball(_core.LiveFrame()), on=False)).settle(np.zeros(3))["status"] == 0
 
 
 @pytest.mark.parametrize("every", [1, 33])
-def test_velocities_are_found_from_pose_to_pose(every):
-    """Told at the cycle's rate or at a camera's: to a few percent what a closed form says."""
+def test_velocity_is_estimated_from_successive_poses(every):
+    """Poses at the rate of the cycle or of a camera give the closed form within a few percent."""
     frame, w, v = _core.LiveFrame(), np.array([0.2, -0.4, 0.3]), np.array([0.03, -0.02, 0.05])
     stage = Stage(fixture(ball(frame)))
     for k in range(400):
@@ -53,12 +53,12 @@ def test_velocities_are_found_from_pose_to_pose(every):
     np.testing.assert_allclose(V[3:], w, atol=1e-6)
     for _ in range(200):
         stage.step(np.array([0.0, 0.0, 0.1]))
-    np.testing.assert_array_equal(frame.at(t)[1], 0.0, err_msg="told no more, it rests")
+    np.testing.assert_array_equal(frame.at(t)[1], 0.0, err_msg="without updates the frame is at rest")
 
 
 @pytest.mark.parametrize("given", [False, True])
-def test_a_leap_is_no_step_in_force(given):
-    """A marker that jumps by 2 cm, told to rest or with no velocity: the force follows at its rate."""
+def test_jump_of_a_frame_gives_no_force_step(given):
+    """A marker jumps by 2 cm, with zero or without velocity: the force changes at the rate limit."""
     frame = _core.LiveFrame()
     frame.set(np.eye(4))
     stage = Stage(fixture(ball(frame)))
@@ -72,7 +72,7 @@ def test_a_leap_is_no_step_in_force(given):
         before = out
 
 
-def test_a_frame_that_falls_silent_fades_out_and_comes_back():
+def test_fixture_of_a_silent_frame_fades_out_and_returns():
     frame = _core.LiveFrame()
     stage = Stage(fixture(ball(frame), patience=0.1, rise=0.05, fall=0.05))
     at, lost = np.array([0.0, 0.0, 0.015]), []
@@ -86,14 +86,14 @@ def test_a_frame_that_falls_silent_fades_out_and_comes_back():
         if k == 600:
             assert stage.core.authority(0) == 0.0
             np.testing.assert_array_equal(out["F_T_W"], 0.0)
-    assert (np.flatnonzero(lost)[[0, -1]] - [400, 719]).max() <= 1, "told last at 300, again at 720"
+    assert (np.flatnonzero(lost)[[0, -1]] - [400, 719]).max() <= 1, "the last update is at 300, the next at 720"
     assert stage.core.authority(0) == 1.0
     with pytest.raises(ValueError, match=r"patience = 0.0.*must be above 0 s"):
         _core.Fixtures([fixture(ball(frame), patience=0.0)])
 
 
-def test_a_leap_leads_the_goals_of_all_that_hang_on_the_frame_at_the_return_speed():
-    """By 0.9 mm in a tick, that is at 0.9 m/s: too fast for a motion, though less than what borders may move."""
+def test_jump_of_a_frame_moves_the_goal_at_the_return_speed():
+    """A step of 0.9 mm in a tick, 0.9 m/s, is too fast for a motion, but below the reserve of the borders."""
     frame = _core.LiveFrame()
     frame.set(np.eye(4))
     stage = Stage(*(fixture(ball(frame), name=name, hard=True) for name in ("one", "two")))

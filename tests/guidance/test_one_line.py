@@ -1,4 +1,4 @@
-"""A fixture in one line: what it becomes, and words with the mend for what is wrong in it or missing."""
+"""Fixtures in one line: their meaning, and errors with remedies for mistakes and missing names."""
 
 import json
 
@@ -14,8 +14,8 @@ from palpate.guidance.plot import query
 from palpate.scene.schema import schema_text
 
 
-def test_a_margin_around_a_mesh_in_one_line(here):
-    """3 mm around a ball of 20 mm: gap of a tool 24 mm and 22 mm from its middle."""
+def test_margin_around_a_mesh_in_one_line(here):
+    """A margin of 3 mm around a ball of 20 mm: gap of a tool at 24 mm and at 22 mm from its centre."""
     fixture = Fixture("margin: 3 mm around: ball.stl")
     assert (fixture.role.name, fixture.role.margin, fixture.hard, fixture.name) == ("forbid", 0.003, True, "ball")
     core = fixture.make(here)
@@ -29,7 +29,7 @@ def test_a_margin_around_a_mesh_in_one_line(here):
     assert (soft.hard, soft.authority, soft.geometry.mesh.unit) == (False, 0.3, "m")
 
 
-def test_a_path_a_cone_and_a_trocar_in_one_line(here):
+def test_path_cone_and_trocar_in_one_line(here):
     follow = Fixture("follow: suture.csv")
     assert follow.role.name == "guide"
     assert query(follow.make_geometry(here), [[0.01, 0.005, 0.003]], 0.0)["distance"][0] < 0.004
@@ -47,7 +47,7 @@ def test_a_path_a_cone_and_a_trocar_in_one_line(here):
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("margin: 3 mm", "does not name what it is around"),
         ("margin: 3 furlongs around: ball.stl", "'3 furlongs' is not a length | a number of metres"),
@@ -57,13 +57,13 @@ def test_a_path_a_cone_and_a_trocar_in_one_line(here):
         ("stay-in: cone(a, b, c, d)", "has 4 arguments"),
     ],
 )
-def test_a_line_that_is_none_says_what_is_possible(text, told):
-    with pytest.raises(GuidanceError, match=told.split(" | ")[0].replace("(", r"\(")):
+def test_error_for_an_invalid_line_lists_the_choices(text, message):
+    with pytest.raises(GuidanceError, match=message.split(" | ")[0].replace("(", r"\(")):
         from_yaml(f"- {text!r}")
 
 
 @pytest.mark.parametrize(
-    ("line", "told"),
+    ("line", "message"),
     [
         ("follow: sutur.csv", r"(?s)file not found.*did you mean .*suture.csv"),
         ("margin: 1 mm around: missing.stl", "mesh file not found"),
@@ -74,13 +74,13 @@ def test_a_line_that_is_none_says_what_is_possible(text, told):
         ("keep-rcm", "there is no place 'rcm'"),
     ],
 )
-def test_what_is_missing_is_told_with_the_mend(line, told, here):
-    with pytest.raises(Exception, match=told):
+def test_missing_names_are_reported_with_the_remedy(line, message, here):
+    with pytest.raises(Exception, match=message):
         Fixture(line).make(here)
 
 
 @pytest.mark.parametrize(
-    ("rows", "told"),
+    ("rows", "message"),
     [
         ("", "the file holds no places"),
         ("x_mm,y_mm,z_mm\n1,2\n", r"2 numbers in a row\n  mend: x y z, or"),
@@ -91,13 +91,13 @@ def test_what_is_missing_is_told_with_the_mend(line, told, here):
         ("0,0,0\n10,10,0\n10,0,0\n0,10,0", "the path crosses itself"),
     ],
 )
-def test_a_bad_path_file_is_told_with_its_line(rows, told, tmp_path):
+def test_invalid_path_file_is_reported_with_its_line(rows, message, tmp_path):
     (tmp_path / "p.csv").write_text(rows)
-    with pytest.raises(GuidanceError, match=told):
+    with pytest.raises(GuidanceError, match=message):
         Fixture("follow: p.csv").make(FixtureContext(lambda name: tmp_path / name))
 
 
-def test_the_published_schema_knows_the_lines_too():
+def test_published_schema_includes_one_line_fixtures():
     item = json.loads(schema_text())["$defs"]["Fixture"]
     assert item["type"] == ["object", "string"]
     assert [one["required"] for one in item["anyOf"]] == [["geometry", "role"], *([key] for key in KEYS)]

@@ -1,8 +1,8 @@
-"""Paths: nearest places against dense sampling, arc lengths against a circle, attitudes, crossings, ends."""
+"""Paths: nearest points against dense sampling, arc lengths against a circle, attitudes, crossings, ends."""
 
 import numpy as np
 import pytest
-from asking import ask, assert_sound, slope
+from geometry_queries import assert_sound, query_points, slope
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
@@ -13,13 +13,13 @@ from palpate.errors import GuidanceError
 from palpate.guidance.curve import path
 
 
-def wander(seed, n=8, size=0.05):
+def random_points(seed, n=8, size=0.05):
     rng = np.random.default_rng(seed)
     return np.cumsum(rng.normal(size=(n, 3)), axis=0) * size / n
 
 
 def dense(points, closed=False, n=200_001):
-    """Places of the same spline, sampled: a second way to it."""
+    """Dense samples (n, 3) of the same spline, as a reference."""
     knots = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))]
     curve = CubicSpline(knots, points, bc_type="periodic" if closed else "natural")
     return curve(np.linspace(0, knots[-1], n))
@@ -27,12 +27,12 @@ def dense(points, closed=False, n=200_001):
 
 @settings(max_examples=25)
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(3, 30))
-def test_the_nearest_place_is_the_nearest_of_all(seed, n):
-    """Against 200 001 samples: never farther than the nearest of them, nearer by half their spacing at most."""
-    points = wander(seed, n)
+def test_nearest_point_is_the_global_minimum(seed, n):
+    """Reference: 200 001 samples. The distance is at most theirs, and smaller by at most half their spacing."""
+    points = random_points(seed, n)
     geometry = path(points, crossing=0.0)
     where = np.random.default_rng(seed).uniform(-0.1, 0.1, (300, 3)) + points.mean(axis=0)
-    q = ask(geometry, where)
+    q = query_points(geometry, where)
     assert_sound(q)
     samples = dense(points)
     found = cKDTree(samples).query(where)[0]
@@ -44,13 +44,13 @@ def test_the_nearest_place_is_the_nearest_of_all(seed, n):
 
 @settings(max_examples=15)
 @given(seed=st.integers(0, 2**32 - 1))
-def test_the_distance_grows_at_rate_one_along_the_normal(seed):
-    points = wander(seed)
+def test_distance_has_a_unit_gradient_along_the_normal(seed):
+    points = random_points(seed)
     geometry = path(points, crossing=0.0)
     near = dense(points, n=100) + np.random.default_rng(seed).normal(size=(100, 3)) * 1e-3
-    q = ask(geometry, near)
-    beside = [ask(geometry, near + step)["point"] for step in 1e-6 * np.r_[np.eye(3), -np.eye(3)]]
-    jumps = np.linalg.norm(np.array(beside) - q["point"], axis=2).max(axis=0) > 1e-4
+    q = query_points(geometry, near)
+    shifted = [query_points(geometry, near + step)["point"] for step in 1e-6 * np.r_[np.eye(3), -np.eye(3)]]
+    jumps = np.linalg.norm(np.array(shifted) - q["point"], axis=2).max(axis=0) > 1e-4
     assert jumps.mean() < 0.1
     np.testing.assert_allclose(slope(geometry, near, 2e-7)[~jumps], q["normal"][~jumps], atol=1e-5)
     inner = (q["dimension"] == 1) & ~jumps
@@ -62,12 +62,12 @@ def circle(n=60, radius=0.03):
     return radius * np.c_[np.cos(a), np.sin(a), 0 * a]
 
 
-def test_a_closed_path_through_a_circle_has_its_length_and_no_end():
+def test_closed_path_through_a_circle_has_its_length_and_no_ends():
     geometry = path(circle(), closed=True)
     assert geometry.length == pytest.approx(2 * np.pi * 0.03, rel=1e-6)
     a = np.linspace(0.1, 2 * np.pi, 500, endpoint=False)
     where = np.c_[0.04 * np.cos(a), 0.04 * np.sin(a), 0.01 + 0 * a]
-    q = ask(geometry, where)
+    q = query_points(geometry, where)
     assert (q["dimension"] == 1).all()
     np.testing.assert_allclose(q["distance"], np.hypot(0.01, 0.01), atol=1e-7)
     np.testing.assert_allclose(q["along"], 0.03 * a, atol=1e-6)
@@ -75,18 +75,18 @@ def test_a_closed_path_through_a_circle_has_its_length_and_no_end():
     np.testing.assert_allclose(q["basis"][:, :, 0], tangent, atol=1e-4)
 
 
-def test_arc_length_is_that_of_the_sampled_curve():
-    points = wander(4, 12)
+def test_arc_length_agrees_with_the_sampled_curve():
+    points = random_points(4, 12)
     geometry = path(points, crossing=0.0)
     samples = dense(points)
     along = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(samples, axis=0), axis=1))]
     assert geometry.length == pytest.approx(along[-1], rel=1e-9)
-    np.testing.assert_allclose(ask(geometry, samples[::777])["along"], along[::777], atol=1e-9)
+    np.testing.assert_allclose(query_points(geometry, samples[::777])["along"], along[::777], atol=1e-9)
 
 
-def test_beyond_its_ends_a_path_is_a_point():
+def test_path_is_a_point_beyond_its_ends():
     geometry = path([[0, 0, 0], [0.01, 0, 0], [0.02, 0, 0]])
-    q = ask(geometry, [[-0.01, 0, 0], [0.005, 0.001, 0], [0.03, 0, 0.01]])
+    q = query_points(geometry, [[-0.01, 0, 0], [0.005, 0.001, 0], [0.03, 0, 0.01]])
     np.testing.assert_array_equal(q["dimension"], [0, 1, 0])
     np.testing.assert_allclose(q["point"], [[0, 0, 0], [0.005, 0, 0], [0.02, 0, 0]], atol=1e-15)
     np.testing.assert_allclose(q["along"], [0, 0.005, 0.02], atol=1e-15)
@@ -94,25 +94,25 @@ def test_beyond_its_ends_a_path_is_a_point():
 
 
 def test_attitudes_follow_the_tangent_or_the_recording():
-    points = dense(wander(3), n=9)
+    points = dense(random_points(3), n=9)
     samples = dense(points, n=2000)[1:-1]
-    q = ask(path(points, crossing=0.0), samples)
+    q = query_points(path(points, crossing=0.0), samples)
     np.testing.assert_allclose(q["attitude"][:, :, 2], q["basis"][:, :, 0], atol=1e-9)
     turned, bent = (np.linalg.norm(np.diff(a.reshape(len(a), -1), axis=0), axis=1) for a in
                     (q["attitude"], q["basis"][:, :, 0]))  # fmt: skip
-    assert (turned <= 1.5 * bent + 1e-9).all(), "no more than the tangent"
+    assert (turned <= 1.5 * bent + 1e-9).all(), "the attitude turns no more than the tangent"
     R = Rotation.from_rotvec(np.linspace(0, 1, 9)[:, None] * [0.5, -1.0, 0.2]).as_matrix()
-    recorded = ask(path(points, R, crossing=0.0), points)
+    recorded = query_points(path(points, R, crossing=0.0), points)
     np.testing.assert_allclose(recorded["attitude"], R, atol=1e-6)
 
 
-def test_the_frame_along_a_plane_curve_does_not_turn_about_it():
-    q = ask(path(circle()[:40]), circle()[1:39])
-    assert np.ptp(q["attitude"][:, 2, :2], axis=0).max() < 1e-6, "what its x and y have out of the plane stays"
+def test_frame_along_a_plane_curve_has_no_twist():
+    q = query_points(path(circle()[:40]), circle()[1:39])
+    assert np.ptp(q["attitude"][:, 2, :2], axis=0).max() < 1e-6, "x and y out of the plane are constant"
 
 
 @pytest.mark.parametrize(
-    ("points", "options", "told"),
+    ("points", "options", "message"),
     [
         ([[0, 0, 0]], {}, r"a path needs waypoints, two or more apart; 1 are given"),
         ([[0, 0, 0], [0, 0, 0]], {}, "two or more apart"),
@@ -123,11 +123,11 @@ def test_the_frame_along_a_plane_curve_does_not_turn_about_it():
         ([[0, 0, 0], [2, 2, 0], [2, 0, 0], [0, 2, 0]], {}, r"the path crosses itself at \(.*\) mm, .* from its start"),
     ],
 )
-def test_what_is_no_path_is_refused_in_words(points, options, told):
+def test_invalid_paths_are_reported(points, options, message):
     scale = 1.0 if np.nanmax(points) > 10 else 0.01
-    with pytest.raises(GuidanceError, match=told):
+    with pytest.raises(GuidanceError, match=message):
         path(np.array(points, float) * scale, **options)
 
 
-def test_a_crossing_may_be_allowed():
+def test_crossing_of_a_path_can_be_allowed():
     assert path(0.01 * np.array([[0, 0, 0], [2, 2, 0], [2, 0, 0], [0, 2, 0.0]]), crossing=0.0).length > 0.05

@@ -1,4 +1,4 @@
-"""The quadratic program: against an interior-point solver and its own optimality conditions; bounded whatever comes."""
+"""The quadratic program against an interior-point solver and the optimality conditions; degenerate problems."""
 
 import clarabel
 import numpy as np
@@ -11,14 +11,14 @@ from palpate import _core
 
 
 def program(seed, m=20, tight=0.2):
-    """Feasible: the origin keeps every row."""
+    """A feasible random program: the origin satisfies every row."""
     rng = np.random.default_rng(seed)
     A = rng.normal(size=(m, 6))
     return A, -tight * rng.random(m), rng.normal(size=6)
 
 
-def judge(A, b, y0):
-    """The same by clarabel."""
+def reference(A, b, y0):
+    """The solution of clarabel."""
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-12
@@ -28,25 +28,25 @@ def judge(A, b, y0):
 
 
 def residuals(A, b, y0, found):
-    """Of the conditions of Karush, Kuhn and Tucker: stationarity, rows, multipliers, complementarity."""
+    """Residuals of the Karush-Kuhn-Tucker conditions: stationarity, rows, multipliers, complementarity."""
     y, lam = found["y"], found["multipliers"]
     slack = A @ y - b
     return [np.abs(y - y0 - A.T @ lam).max(), max(-slack.min(), 0.0), max(-lam.min(), 0.0), np.abs(lam * slack).max()]
 
 
 @pytest.mark.parametrize("m", [1, 3, 12, 100])
-def test_it_finds_what_an_interior_point_solver_finds(m):
+def test_solution_agrees_with_an_interior_point_solver(m):
     qp = _core.Qp()
     for seed in range(40):
         A, b, y0 = program(seed, m)
         found = qp.solve(A, b, y0)
         assert found["status"] == "solved"
-        np.testing.assert_allclose(found["y"], judge(A, b, y0), atol=2e-6)
+        np.testing.assert_allclose(found["y"], reference(A, b, y0), atol=2e-6)
         assert max(residuals(A, b, y0, found)) < 1e-8
 
 
-def test_a_warm_start_finds_the_same_in_fewer_steps():
-    """A problem that moves a little from tick to tick."""
+def test_warm_start_gives_the_same_solution_in_fewer_steps():
+    """The problem changes a little from tick to tick."""
     warm, rng = _core.Qp(), np.random.default_rng(3)
     A, b, y0 = program(5, 100)
     steps = {"warm": 0, "cold": 0}
@@ -59,7 +59,7 @@ def test_a_warm_start_finds_the_same_in_fewer_steps():
     assert steps["warm"] < steps["cold"]
 
 
-def test_rows_that_contradict_each_other_give_way_by_rank():
+def test_contradicting_rows_yield_by_rank():
     a = np.eye(6)[0]
     A, b = np.array([a, -a]), np.array([1.0, 1.0])  # y0 >= 1 and y0 <= -1
     for ranks, kept in (([0, 1], 1), ([1, 0], 0)):
@@ -69,8 +69,8 @@ def test_rows_that_contradict_each_other_give_way_by_rank():
         np.testing.assert_allclose(found["y"], (1.0 if kept == 0 else -1.0) * a, atol=1e-12)
 
 
-def test_of_many_contradictions_the_higher_rank_is_kept_whole():
-    """All rows of rank 1 can be kept; those of rank 0 cannot."""
+def test_rows_of_higher_rank_are_satisfied_despite_contradictions():
+    """All rows of rank 1 are feasible together; those of rank 0 are not."""
     rng = np.random.default_rng(0)
     for _ in range(50):
         A, b, y0 = program(rng.integers(1 << 30), 30)
@@ -81,7 +81,7 @@ def test_of_many_contradictions_the_higher_rank_is_kept_whole():
         assert not any(found["gave_way"][10:])
 
 
-def test_rows_that_are_none_are_refused_and_the_rest_is_solved():
+def test_invalid_rows_are_reported_and_the_others_solved():
     A = np.array([np.full(6, np.nan), np.zeros(6), np.eye(6)[1], np.eye(6)[2] * 1e300])
     found = _core.Qp().solve(A, [0.0, 1.0, 0.5, np.inf], np.zeros(6))
     assert found["rows"][:2] == [-1, -1]
@@ -91,8 +91,8 @@ def test_rows_that_are_none_are_refused_and_the_rest_is_solved():
 
 @settings(max_examples=200, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 120), st.sampled_from([0.0, 1e-12, 1e-7, 1e-3, 1.0]))
-def test_it_ends_finite_however_degenerate_the_rows(seed, m, spread):
-    """Rows nearly the same, parallel, opposite, contradictory: within the steps, finite, and true to its status."""
+def test_solver_ends_with_finite_values_for_degenerate_rows(seed, m, spread):
+    """Rows nearly equal, parallel, opposite, contradictory: within the step limit, finite, with a true status."""
     rng = np.random.default_rng(seed)
     A = rng.choice([-1.0, 1.0], (m, 1)) * np.eye(6)[rng.integers(0, 2, m)] + spread * rng.normal(size=(m, 6))
     b, y0 = rng.normal(size=m) * rng.choice([0.0, 1.0]), rng.normal(size=6)
@@ -107,8 +107,8 @@ def test_it_ends_finite_however_degenerate_the_rows(seed, m, spread):
         assert ((A[kept] @ found["y"] - b[kept]) / scale).min(initial=0.0) > -1e-8
 
 
-def test_of_rows_that_contradict_each_other_in_every_way_the_least_is_violated_by_priority():
-    """Half-spaces that all leave the origin out, all around it: beyond the steps, the least sum of squares by rank."""
+def test_infeasible_rows_are_violated_minimally_by_priority():
+    """Half-spaces around the origin that all exclude it: the result is the least sum of squares by rank."""
     from scipy.optimize import minimize
 
     rng = np.random.default_rng(4)
@@ -124,7 +124,7 @@ def test_of_rows_that_contradict_each_other_in_every_way_the_least_is_violated_b
 
     high = np.where(ranks == 1, 1.0, 0.0)
     best = minimize(cost, np.zeros(6), (high,), jac=True, options={"gtol": 1e-12})
-    assert cost(found["y"], high)[0] <= best.fun * (1 + 1e-3) + 1e-8, "of the higher rank as little as can be"
+    assert cost(found["y"], high)[0] <= best.fun * (1 + 1e-3) + 1e-8, "the violation of the higher rank is minimal"
     weighed = np.where(ranks == 1, 1e4, 1.0)
     best = minimize(cost, found["y"], (weighed,), jac=True, options={"gtol": 1e-9})
     assert cost(found["y"], weighed)[0] <= best.fun * (1 + 1e-4)

@@ -1,4 +1,4 @@
-"""Each role and each law by its closed form, by finite differences, in another frame, and by the work it does."""
+"""Each role and law against its closed form, finite differences, a change of frame, and its work."""
 
 import numpy as np
 import pytest
@@ -13,11 +13,11 @@ LINE = _core.LineGeometry(np.zeros(3), np.array([0.0, 0.0, 0.1]), True)
 STILL = np.zeros(6)
 
 
-def ask(f, p=(0.0, 0.0, 0.0), R=None, V=STILL, **more):
+def evaluate(f, p=(0.0, 0.0, 0.0), R=None, V=STILL, **more):
     return f.ask(pose(p, R), V_WT=V, **more)
 
 
-def test_the_names():
+def test_names_of_roles_and_laws():
     assert _core.guidance_roles() == ["guide", "forbid", "keep-in", "orient", "limit", "rcm"]
     assert _core.guidance_laws() == ["spring", "potential", "admittance", "optimise"]
 
@@ -25,67 +25,67 @@ def test_the_names():
 # ---- roles
 
 
-def test_guide_wants_the_line_and_leaves_it_free():
-    want = ask(fixture(placed(LINE), "guide", role_={"margin": 0.001}), (0.03, 0.04, 0.7))
-    assert want["gap"] == pytest.approx(0.001 - 0.05)
-    np.testing.assert_allclose(want["along"], [-0.6, -0.8, 0, 0, 0, 0], atol=1e-12)
-    np.testing.assert_allclose(want["free"], np.diag([0.0, 0.0, 1.0]), atol=1e-12)
-    assert want["attracts"]
+def test_guide_constrains_to_the_line_and_leaves_the_motion_along_it_free():
+    result = evaluate(fixture(placed(LINE), "guide", role_={"margin": 0.001}), (0.03, 0.04, 0.7))
+    assert result["gap"] == pytest.approx(0.001 - 0.05)
+    np.testing.assert_allclose(result["along"], [-0.6, -0.8, 0, 0, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(result["free"], np.diag([0.0, 0.0, 1.0]), atol=1e-12)
+    assert result["attracts"]
 
 
-def test_guide_to_a_surface_wants_it_from_either_side():
+def test_guide_to_a_surface_attracts_from_both_sides():
     f = fixture(sphere(0.03), "guide")
     for r, sign in ((0.05, -1.0), (0.02, 1.0)):
-        want = ask(f, (r, 0.0, 0.0))
-        assert want["gap"] == pytest.approx(-abs(r - 0.03))
-        np.testing.assert_allclose(want["along"][:3], [sign, 0, 0], atol=1e-12)
+        result = evaluate(f, (r, 0.0, 0.0))
+        assert result["gap"] == pytest.approx(-abs(r - 0.03))
+        np.testing.assert_allclose(result["along"][:3], [sign, 0, 0], atol=1e-12)
 
 
 @pytest.mark.parametrize(("role", "sign"), [("forbid", 1.0), ("keep-in", -1.0)])
-def test_forbid_and_keep_in_are_each_others_opposite(role, sign):
-    want = ask(fixture(sphere(0.03), role, role_={"margin": 0.002}), (0.0, 0.04, 0.0))
-    assert want["gap"] == pytest.approx(sign * 0.01 - 0.002)
-    np.testing.assert_allclose(want["along"][:3], [0, sign, 0], atol=1e-12)
-    assert not want["attracts"]
+def test_forbid_and_keep_in_are_opposite(role, sign):
+    result = evaluate(fixture(sphere(0.03), role, role_={"margin": 0.002}), (0.0, 0.04, 0.0))
+    assert result["gap"] == pytest.approx(sign * 0.01 - 0.002)
+    np.testing.assert_allclose(result["along"][:3], [0, sign, 0], atol=1e-12)
+    assert not result["attracts"]
 
 
-def test_a_line_with_a_margin_is_forbidden_as_a_tube_and_without_is_refused():
-    want = ask(fixture(placed(LINE), "forbid", role_={"margin": 0.003}), (0.002, 0.0, 0.0))
-    assert want["gap"] == pytest.approx(-0.001)
+def test_forbidden_line_needs_a_margin_and_acts_as_a_tube():
+    result = evaluate(fixture(placed(LINE), "forbid", role_={"margin": 0.003}), (0.002, 0.0, 0.0))
+    assert result["gap"] == pytest.approx(-0.001)
     with pytest.raises(ValueError, match="role forbid needs a geometry with an inside"):
         _core.Fixtures([fixture(placed(LINE), "forbid")])
 
 
 @pytest.mark.parametrize("target", ["axis", "normal", "frame"])
 @pytest.mark.parametrize("angle", [1e-4, 0.3, 3.0])
-def test_orient_turns_the_shortest_way(target, angle):
-    """The gap's slope is -1 along the way back, whatever is aligned."""
-    base = Rotation.from_rotvec([np.pi, 0, 0]) if target == "normal" else Rotation.identity()  # z against z
+def test_orient_rotates_by_the_shortest_path(target, angle):
+    """The gradient of the gap is a unit rotation towards the target, for each target."""
+    base = Rotation.from_rotvec([np.pi, 0, 0]) if target == "normal" else Rotation.identity()  # z opposite to z
     axis = np.array([0.6, 0.8, 0.0])
     R = (Rotation.from_rotvec(angle * axis) * base).as_matrix()
-    want = ask(fixture(plane(), "orient", role_={"target": target, "angle": 0.1}), (0, 0, 0.01), R)
-    assert want["gap"] == pytest.approx(0.1 - angle, abs=1e-7)
-    np.testing.assert_allclose(want["along"][3:], -axis, atol=1e-6)
-    assert want["turns"]
+    result = evaluate(fixture(plane(), "orient", role_={"target": target, "angle": 0.1}), (0, 0, 0.01), R)
+    assert result["gap"] == pytest.approx(0.1 - angle, abs=1e-7)
+    np.testing.assert_allclose(result["along"][3:], -axis, atol=1e-6)
+    assert result["turns"]
 
 
-def test_rcm_is_about_a_point():
+def test_rcm_needs_a_point():
     with pytest.raises(ValueError, match="role rcm needs a point, the place that the shaft passes through"):
         _core.Fixtures([fixture(sphere(), "rcm")])
 
 
-def test_rcm_measures_the_shaft_beside_the_point():
-    """A shaft along y, its tip 0.1 m beyond the point, 5 mm beside it."""
+def test_rcm_measures_the_distance_of_the_shaft_to_the_point():
+    """A shaft along y, with its tip 0.1 m beyond the point and 5 mm next to it."""
     R = Rotation.from_rotvec([-np.pi / 2, 0, 0]).as_matrix()  # z of T along y of W
-    want = ask(fixture(placed(_core.PointGeometry()), "rcm"), (0.005, 0.1, 0.0), R)
-    assert want["gap"] == pytest.approx(-0.005)
-    np.testing.assert_allclose(want["along"][:3], [-1, 0, 0], atol=1e-12)
-    np.testing.assert_allclose(want["along"][3:], np.cross([0, -0.1, 0], [-1, 0, 0]), atol=1e-12)
+    result = evaluate(fixture(placed(_core.PointGeometry()), "rcm"), (0.005, 0.1, 0.0), R)
+    assert result["gap"] == pytest.approx(-0.005)
+    np.testing.assert_allclose(result["along"][:3], [-1, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(result["along"][3:], np.cross([0, -0.1, 0], [-1, 0, 0]), atol=1e-12)
 
 
 @pytest.mark.parametrize("role", ["guide", "forbid", "keep-in", "rcm", "orient"])
-def test_the_gaps_slope_is_its_finite_difference(role):
-    """d gap = along.f . dp + along.t . turn, for random tools."""
+def test_gap_gradient_matches_finite_differences(role):
+    """d gap = along.f . dp + along.t . rotation, for random tool poses."""
     rng = np.random.default_rng(2)
     geometry = placed(_core.PointGeometry(), pose((0.01, 0.02, -0.01))) if role == "rcm" else sphere(0.03)
     f = fixture(geometry, role)
@@ -93,15 +93,16 @@ def test_the_gaps_slope_is_its_finite_difference(role):
         R = Rotation.random(random_state=rng)
         p = rng.normal(size=3) * 0.03
         V, h = rng.normal(size=6), 1e-6
-        there = [
-            ask(f, p + s * h * V[:3], (Rotation.from_rotvec(s * h * V[3:]) * R).as_matrix())["gap"] for s in (1, -1)
+        gaps = [
+            evaluate(f, p + s * h * V[:3], (Rotation.from_rotvec(s * h * V[3:]) * R).as_matrix())["gap"]
+            for s in (1, -1)
         ]
-        slope = ask(f, p, R.as_matrix())["along"] @ V
-        assert (there[0] - there[1]) / (2 * h) == pytest.approx(slope, rel=1e-4, abs=1e-5)
+        slope = evaluate(f, p, R.as_matrix())["along"] @ V
+        assert (gaps[0] - gaps[1]) / (2 * h) == pytest.approx(slope, rel=1e-4, abs=1e-5)
 
 
 @pytest.mark.parametrize("role", ["guide", "forbid", "keep-in"])
-def test_the_gaps_drift_is_its_slope_in_time(role):
+def test_drift_is_the_time_derivative_of_the_gap(role):
     motion = _core.Motion(waves=[_core.Wave(shift=np.array([0.01, 0.0, 0.02]), turn=np.zeros(3), period=0.7)])
     f = fixture(sphere(0.03, motion=motion), role)
     p, h = np.array([0.02, 0.03, 0.04]), 1e-6
@@ -110,35 +111,35 @@ def test_the_gaps_drift_is_its_slope_in_time(role):
         assert f.ask(pose(p), t)["drift"] == pytest.approx(numeric, abs=1e-6)
 
 
-def test_limit_of_force_is_a_way_against_what_is_touched():
+def test_force_limit_gives_a_displacement_away_from_the_contact():
     f = fixture(sphere(0.1), "limit", role_={"force": 2.0})
-    want = ask(f, F_T_W=np.array([0.0, 0.0, 3.0]), stiffness=500.0)
-    assert want["gap"] == pytest.approx(-1.0 / 500.0)
-    np.testing.assert_allclose(want["along"][:3], [0, 0, 1])
-    assert ask(f, (0.2, 0.0, 0.0), F_T_W=np.array([0.0, 0.0, 3.0]))["gap"] == np.inf, "outside: nothing is wanted"
+    result = evaluate(f, F_T_W=np.array([0.0, 0.0, 3.0]), stiffness=500.0)
+    assert result["gap"] == pytest.approx(-1.0 / 500.0)
+    np.testing.assert_allclose(result["along"][:3], [0, 0, 1])
+    assert evaluate(f, (0.2, 0.0, 0.0), F_T_W=np.array([0.0, 0.0, 3.0]))["gap"] == np.inf, "outside: inactive"
 
 
-def test_limit_of_speed_and_of_place():
+def test_limits_of_speed_and_of_position():
     speed = fixture(sphere(0.1), "limit", role_={"speed": 0.02})
-    assert ask(speed)["speed"] == 0.02
-    assert ask(speed, (0.2, 0, 0))["speed"] == np.inf
-    place = ask(fixture(sphere(0.1), "limit"), (0.12, 0.0, 0.0))
-    assert place["gap"] == pytest.approx(-0.02)
+    assert evaluate(speed)["speed"] == 0.02
+    assert evaluate(speed, (0.2, 0, 0))["speed"] == np.inf
+    position = evaluate(fixture(sphere(0.1), "limit"), (0.12, 0.0, 0.0))
+    assert position["gap"] == pytest.approx(-0.02)
 
 
 # ---- laws
 
 
 def profile(law, e, role="guide", **options):
-    """Force of a law at deviations e from a point, from a sphere's surface for what repels, and its energy."""
+    """Force and energy of a law at deviations e [m] from a point, or for repelling roles from a sphere's surface."""
     geometry = placed(_core.PointGeometry()) if role == "guide" else plane()
     f = fixture(geometry, role, law, law_=options)
-    found = [ask(f, (0.0, 0.0, x if role == "guide" else -x)) for x in np.atleast_1d(e)]
+    found = [evaluate(f, (0.0, 0.0, x if role == "guide" else -x)) for x in np.atleast_1d(e)]
     sign = -1.0 if role == "guide" else 1.0
     return np.array([sign * one["F"][2] for one in found]), np.array([one["U"] for one in found])
 
 
-def test_spring():
+def test_spring_is_linear():
     e = np.array([0.0, 0.001, 0.004])
     F, U = profile("spring", e, K=300.0)
     np.testing.assert_allclose(F, 300.0 * e, atol=1e-12)
@@ -155,73 +156,73 @@ def test_potential_rises_holds_and_fades():
     np.testing.assert_allclose(F, [0.6, 1.5, 0.75, 0.0], atol=1e-9)
 
 
-def test_potential_that_repels_is_felt_before_the_border():
+def test_repelling_potential_acts_before_the_border():
     F, _ = profile("potential", [-0.012, -0.006, 0.0, 0.05], role="forbid", K=300.0, force=2.0, range=0.01)
     np.testing.assert_allclose(F, [0.0, 1.2, 2.0, 2.0], atol=1e-9)
 
 
 @pytest.mark.parametrize("law", ["spring", "potential", "optimise"])
 @pytest.mark.parametrize("role", ["guide", "forbid"])
-def test_the_force_is_the_gradient_of_its_energy(law, role):
+def test_force_of_a_law_is_the_gradient_of_its_energy(law, role):
     e, h = np.linspace(-0.02, 0.03, 401) + 1.3e-5, 1e-7
     if role == "guide":
         e = np.abs(e)
     F, _ = profile(law, e, role, K=250.0, force=1.7, range=0.012)
     U = [profile(law, e + s * h, role, K=250.0, force=1.7, range=0.012)[1] for s in (1, -1)]
-    smooth = np.abs(np.gradient(np.gradient(F))) < 1e-6  # beside the knees
+    smooth = np.abs(np.gradient(np.gradient(F))) < 1e-6  # away from the kinks
     np.testing.assert_allclose(F[smooth], ((U[0] - U[1]) / (2 * h))[smooth], atol=2e-6)
     assert smooth.sum() > 350
 
 
-def test_damping_takes_energy_and_never_turns_the_force_round():
+def test_damping_dissipates_and_never_reverses_the_force():
     f = fixture(plane(), "forbid", law_={"K": 400.0, "B": 5.0})
     for z in (-1e-6, -1e-4, -0.002):
         for v in (-0.5, -0.01, 0.01, 0.5):
-            F = ask(f, (0, 0, z), V=np.array([0, 0, v, 0, 0, 0]))["F"][2]
-            assert F >= 0.0, "it pushes, never pulls"
-            assert (F - 400.0 * -z) * v <= 1e-12, "what is beside the spring takes energy"
-    assert ask(f, (0, 0, -1e-9), V=np.array([0, 0, -0.5, 0, 0, 0]))["F"][2] < 1e-4, "no step at the border"
+            F = evaluate(f, (0, 0, z), V=np.array([0, 0, v, 0, 0, 0]))["F"][2]
+            assert F >= 0.0, "the force pushes and never pulls"
+            assert (F - 400.0 * -z) * v <= 1e-12, "the force in addition to the spring dissipates"
+    assert evaluate(f, (0, 0, -1e-9), V=np.array([0, 0, -0.5, 0, 0, 0]))["F"][2] < 1e-4, "no step at the border"
 
 
 def test_admittance_moves_ratio_times_as_fast_across():
     f = fixture(placed(LINE), "guide", "admittance", law_={"B": 3.0, "ratio": 0.2})
-    B = ask(f, (1e-9, 0.0, 0.0), V=np.array([0.01, 0.0, 0.02, 0, 0, 0]))["B"]
-    v = np.linalg.solve(B, [1.0, 1.0, 1.0])  # under the same force in each direction
+    B = evaluate(f, (1e-9, 0.0, 0.0), V=np.array([0.01, 0.0, 0.02, 0, 0, 0]))["B"]
+    v = np.linalg.solve(B, [1.0, 1.0, 1.0])  # speed under the same force in each direction
     np.testing.assert_allclose(v[[0, 1]] / v[2], 0.2, atol=1e-4)
     assert v[2] == pytest.approx(1 / 3.0)
 
 
-def test_admittance_leaves_the_way_back_free():
+def test_admittance_damps_the_motion_back_less():
     f = fixture(placed(LINE), "guide", "admittance", law_={"B": 3.0, "ratio": 0.2})
-    away, back = (ask(f, (0.01, 0.0, 0.0), V=np.array([v, 0, 0, 0, 0, 0]))["F"][0] for v in (0.01, -0.01))
+    away, back = (evaluate(f, (0.01, 0.0, 0.0), V=np.array([v, 0, 0, 0, 0, 0]))["F"][0] for v in (0.01, -0.01))
     assert away == pytest.approx(-0.01 * 15.0)
     assert back == pytest.approx(0.01 * 3.0)
 
 
 @settings(max_examples=150, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.sampled_from(["guide", "forbid", "keep-in", "orient", "rcm"]))
-def test_admittance_only_takes_energy(seed, role):
-    """In whatever place, however the tool moves: the port is passive at every instant."""
+def test_admittance_only_dissipates(seed, role):
+    """At random poses and velocities the power is never positive."""
     rng = np.random.default_rng(seed)
     geometry = placed(_core.PointGeometry()) if role == "rcm" else sphere(0.03)
     f = fixture(geometry, role, "admittance", law_={"B": 3.0, "ratio": rng.uniform(0.01, 1.0)})
     V = rng.normal(size=6)
-    found = ask(f, 0.05 * rng.normal(size=3), Rotation.random(random_state=rng).as_matrix(), V)
+    found = evaluate(f, 0.05 * rng.normal(size=3), Rotation.random(random_state=rng).as_matrix(), V)
     assert found["F"] @ V <= 1e-12
     assert np.linalg.eigvalsh(found["B"] + found["B"].T).min() > -1e-9
 
 
 @pytest.mark.parametrize("law", ["spring", "potential", "optimise"])
 @pytest.mark.parametrize("role", ["guide", "forbid", "keep-in", "rcm", "orient"])
-def test_a_closed_way_in_a_resting_fixture_earns_nothing(role, law):
-    """Springs and potentials: what the tool gets along any closed way is below zero by what damping takes."""
+def test_resting_fixture_adds_no_energy_on_a_closed_path(role, law):
+    """For springs and potentials the work on any closed path is minus the dissipated energy."""
     options = {"K": 300.0, "B": 0.0, "B_turn": 0.0, "range": 0.02}
     geometry = placed(_core.PointGeometry()) if role == "rcm" else sphere(0.03)
     f = fixture(geometry, role, law, law_=options)
     s = np.linspace(0.0, 2 * np.pi, 4001)
     p = 0.03 * np.stack([np.cos(s), np.sin(2 * s), 0.3 + np.sin(s)], axis=1)
     turns = Rotation.from_rotvec(0.4 * np.stack([np.sin(s), np.cos(s), np.sin(3 * s)], axis=1))
-    F = np.array([ask(f, x, R.as_matrix())["F"] for x, R in zip(p, turns, strict=True)])
+    F = np.array([evaluate(f, x, R.as_matrix())["F"] for x, R in zip(p, turns, strict=True)])
     steps = np.hstack([np.diff(p, axis=0), (turns[1:] * turns[:-1].inv()).as_rotvec()])
     work = (0.5 * (F[1:] + F[:-1]) * steps).sum()
     most = np.abs(F[1:] * steps).sum()
@@ -234,8 +235,8 @@ def test_a_closed_way_in_a_resting_fixture_earns_nothing(role, law):
     st.sampled_from(["guide", "forbid", "keep-in", "orient", "rcm"]),
     st.sampled_from(["spring", "potential", "admittance", "optimise"]),
 )
-def test_another_frame_changes_nothing(seed, role, law):
-    """Geometry, tool, motion and answer turned and moved together."""
+def test_wrench_is_independent_of_the_frame(seed, role, law):
+    """If geometry, tool and motion are moved together, the result moves with them."""
     rng = np.random.default_rng(seed)
     line = _core.LineGeometry(np.zeros(3), np.array([0.01, 0.02, 0.1]))
     geometry, X = _core.PointGeometry() if role == "rcm" else line, np.eye(4)
@@ -243,7 +244,7 @@ def test_another_frame_changes_nothing(seed, role, law):
     p, R, V = 0.02 * rng.normal(size=3), Rotation.random(random_state=rng).as_matrix(), rng.normal(size=6)
     options = {"role_": {"margin": 0.001} if role != "keep-in" else {}, "law_": {"range": 0.05}}
     made = [sphere(0.01, at) if role == "keep-in" else placed(geometry, at) for at in (None, X)]
-    one = ask(fixture(made[0], role, law, **options), p, R, V)
+    one = evaluate(fixture(made[0], role, law, **options), p, R, V)
     turned = np.concatenate([X[:3, :3] @ V[:3], X[:3, :3] @ V[3:]])
     other = fixture(made[1], role, law, **options).ask(X @ pose(p, R), V_WT=turned)
     back = np.concatenate([X[:3, :3].T @ other["F"][:3], X[:3, :3].T @ other["F"][3:]])
@@ -252,11 +253,11 @@ def test_another_frame_changes_nothing(seed, role, law):
     assert other["gap"] == pytest.approx(one["gap"], abs=1e-12)
 
 
-# ---- what cannot be
+# ---- invalid fixtures
 
 
 @pytest.mark.parametrize(
-    ("make", "told"),
+    ("make", "message"),
     [
         (lambda: fixture(plane(), "guard"), "no role 'guard'; there are: guide, forbid"),
         (lambda: fixture(plane(), law="glue"), "no law 'glue'; there are: spring"),
@@ -272,8 +273,8 @@ def test_another_frame_changes_nothing(seed, role, law):
         (lambda: _core.Ramp("mood"), "a ramp goes by 'pedal', 'distance', 'time' or 'force'; got 'mood'"),
     ],
 )
-def test_what_cannot_be_is_told(make, told):
-    with pytest.raises(ValueError, match=told):
+def test_invalid_fixtures_are_reported(make, message):
+    with pytest.raises(ValueError, match=message):
         make()
 
 

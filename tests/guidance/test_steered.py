@@ -1,4 +1,4 @@
-"""Fixtures that are switched, weighed and moved one by one while a session runs."""
+"""Changes of single fixtures during a session: switching, authority, motion."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def pose(p, rotvec=(0.0, 0.0, 0.0)):
     return X
 
 
-def test_every_change_hands_over_the_whole_list():
+def test_every_change_replaces_the_list_of_fixtures():
     fixtures, given = steered()
     fixtures.change("ball", enabled=False)
     fixtures.change("line", authority=0.25)
@@ -36,8 +36,8 @@ def test_every_change_hands_over_the_whole_list():
     assert len(core) == 2
 
 
-def test_a_moved_fixture_is_what_its_section_says():
-    """The core's geometry, carried along, answers as one made anew from the section."""
+def test_moved_fixture_agrees_with_its_section():
+    """The moved geometry of the core gives the same results as a new one made from the section."""
     fixtures, _ = steered()
     X_W = pose([0.01, -0.02, 0.03], [0.3, -0.2, 0.9])
     fixtures.change("line", X_W=X_W)
@@ -45,14 +45,14 @@ def test_a_moved_fixture_is_what_its_section_says():
     p = np.random.default_rng(1).uniform(-0.1, 0.1, (30, 3))
     X = np.tile(np.eye(4), (30, 1, 1))
     X[:, :3, 3] = p
-    told = now.section.make_geometry(FixtureContext()).query(X, np.zeros(30))
+    expected = now.section.make_geometry(FixtureContext()).query(X, np.zeros(30))
     carried = _core.PlacedGeometry(now.geometry, X_W).query(X, np.zeros(30))
     for key in ("distance", "point", "normal"):
-        np.testing.assert_allclose(told[key], carried[key], atol=1e-9, err_msg=key)
+        np.testing.assert_allclose(expected[key], carried[key], atol=1e-9, err_msg=key)
 
 
-def test_a_drag_never_steps_the_force():
-    """A hand at rest in the ball, which jumps about: the stage's force changes by 20 N/s, no faster."""
+def test_dragging_a_fixture_gives_no_force_step():
+    """A ball jumps around a resting hand: the force changes by at most 20 N/s."""
     stage = _core.Guidance()
     kept = []
     fixtures = SteeredFixtures([BALL], FixtureContext(), lambda _, core: (kept.append(core), stage.take(core)))
@@ -65,10 +65,10 @@ def test_a_drag_never_steps_the_force():
         F.append(stage.step(1e-3 * k, X, np.zeros(6), X)["F_T_W"])
     steps = np.linalg.norm(np.diff(np.array(F)[:, :3], axis=0), axis=1)
     assert steps.max() <= 20.0 * 1e-3 * (1 + 1e-9)
-    assert np.linalg.norm(F[500][:3]) == pytest.approx(1.5, rel=0.01), "control: it pulled"
+    assert np.linalg.norm(F[500][:3]) == pytest.approx(1.5, rel=0.01), "control: the fixture pulled"
 
 
-def test_what_cannot_be_is_refused_in_words():
+def test_invalid_changes_are_reported():
     fixtures, given = steered()
     with pytest.raises(KeyError, match="no fixture 'bell'; there are: ball, line"):
         fixtures.change("bell", enabled=True)

@@ -1,4 +1,4 @@
-"""What is told of a wrench adds up to it; of soft springs, potentials and dampings nothing is left over."""
+"""The explained terms of a guidance wrench add up to it; soft springs, potentials and damping leave no residual."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ from palpate.scene.rig import build
 HERE = FixtureContext()
 
 
-def some(rng, i):
+def random_fixture(rng, i):
     role, shape = [
         ("guide", Line(start=(0.0, 0.0, 0.0), end=(0.1, 0.0, 0.0), endless=True)),
         ("forbid", Sphere(radius=0.02, at=tuple((0.01 * rng.normal(size=3)).tolist()))),
@@ -39,7 +39,7 @@ def some(rng, i):
 
 
 def tick_of(stage, fixtures, X, V, ticks=1500):
-    stage.give(*(f.make(HERE) for f in fixtures))
+    stage.set_fixtures(*(f.make(HERE) for f in fixtures))
     for _ in range(ticks):
         out = stage.step(X, V=V)
     return {
@@ -56,43 +56,43 @@ def tick_of(stage, fixtures, X, V, ticks=1500):
 
 @settings(max_examples=40, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 4))
-def test_the_terms_add_up_to_the_wrench_and_nothing_is_left(seed, n):
+def test_terms_add_up_to_the_wrench_without_residual(seed, n):
     rng = np.random.default_rng(seed)
-    fixtures = [some(rng, i) for i in range(n)]
+    fixtures = [random_fixture(rng, i) for i in range(n)]
     X = pose(0.004 * rng.normal(size=3), Rotation.random(random_state=rng).as_matrix())
     V = np.r_[0.02 * rng.normal(size=3), 0.2 * rng.normal(size=3)]
     tick = tick_of(Stage(), fixtures, X, V)
-    told = terms(fixtures, tick, HERE, Hand(V))
+    parts = terms(fixtures, tick, HERE, Hand(V))
     wrench = np.r_[tick["F_guidance_W"], tick["t_guidance_W"]]
-    np.testing.assert_allclose(sum(term.F for term in told), wrench, atol=1e-12)
-    if not any(f.hard or f.law.name == "optimise" for f in fixtures):  # of those the goal's way there matters, too
-        np.testing.assert_allclose(told[-1].F, 0.0, atol=1e-7)
+    np.testing.assert_allclose(sum(term.F for term in parts), wrench, atol=1e-12)
+    if not any(f.hard or f.law.name == "optimise" for f in fixtures):  # these also depend on the goal's motion
+        np.testing.assert_allclose(parts[-1].F, 0.0, atol=1e-7)
 
 
-def test_what_is_told_names_every_part_its_authority_and_the_damping():
+def test_explanation_names_every_part_its_authority_and_the_damping():
     fixtures = [
         Fixture(Plane(), name="floor", role="forbid", hard=True),
         Fixture(Line(start=(0, 0.01, 0.0), end=(0.1, 0.01, 0.0)), name="line", role="guide", authority=0.5),
     ]
     V = np.array([0.0, -0.03, 0.0, 0.0, 0.0, 0.0])
     tick = tick_of(Stage(), fixtures, pose((0.02, 0.0, -0.002)), V)
-    words = explain_tick(fixtures, tick, HERE, Hand(V))
-    assert "floor: (+0.000, +0.000, +0.820) N" in words
-    assert "line: (" in words
-    assert "at 50 % of its authority" in words
+    explanation = explain_tick(fixtures, tick, HERE, Hand(V))
+    assert "floor: (+0.000, +0.000, +0.820) N" in explanation
+    assert "line: (" in explanation
+    assert "at 50 % of its authority" in explanation
     alone = fixtures[1].why(pose((0.02, 0.0, 0.0)), V)
     assert "damping: 0.06 N" in alone
     assert "its authority is 0.5: the hand is given 2.03 N" in alone
 
 
-def test_why_names_the_term_that_made_the_force():
+def test_why_names_the_dominant_term():
     fixture = Fixture(Sphere(radius=0.03), role={"name": "forbid", "margin": 0.002}, name="vessel")
-    told = fixture.why([0.028, 0, 0], V_WT=[-0.02, 0, 0, 0, 0, 0])
-    assert "vessel (forbid, law spring, soft)" in told
-    assert "the tool is 4 mm inside its margin of 2 mm" in told
-    assert "spring: 1.6 N, at 400 N/m" in told
-    assert "damping: 0.04 N, at 2 N s/m" in told
-    assert "together 1.64 N along (+1.00, +0.00, +0.00) in W; most of it is the spring" in told
+    explanation = fixture.why([0.028, 0, 0], V_WT=[-0.02, 0, 0, 0, 0, 0])
+    assert "vessel (forbid, law spring, soft)" in explanation
+    assert "the tool is 4 mm inside its margin of 2 mm" in explanation
+    assert "spring: 1.6 N, at 400 N/m" in explanation
+    assert "damping: 0.04 N, at 2 N s/m" in explanation
+    assert "together 1.64 N along (+1.00, +0.00, +0.00) in W; most of it is the spring" in explanation
     assert "no force" in fixture.why([0.1, 0, 0])
     assert "switched off" in fixture.model_copy(update={"enabled": False}).why([0.028, 0, 0])
 
@@ -115,8 +115,8 @@ operator: {path: [{t: 0, xyz: [0, 0, 0.05]}, {t: 1, xyz: [0.008, 0, 0.04]}]}
 """
 
 
-def test_in_a_session_hard_and_optimised_ones_add_up_to_what_is_felt():
-    """Six at once, with what turns the tool and with a pedal; on the way a little of it is left, at rest nothing."""
+def test_terms_of_hard_and_optimised_fixtures_add_up_to_the_rendered_wrench():
+    """Six fixtures, with rotations and a pedal: a small residual during motion and none at rest."""
     session = palpate.Session(Scene.parse(SESSION))
     controls = session.controls
     controls.guidance = 0.5
@@ -125,24 +125,24 @@ def test_in_a_session_hard_and_optimised_ones_add_up_to_what_is_felt():
     for ticks, force, moment in ((900, 0.05, 1e-3), (600, 2e-4, 5e-5), (1500, 2e-4, 5e-5)):
         tick = session.step(ticks).tick
         V = np.r_[rig.scene.mapping.scale * rig.arms.X_WL[:3, :3] @ np.asarray(tick["v_LH"]), np.zeros(3)]
-        told = terms(session.fixtures, tick, rig.context, Hand(V, 0.5, float(np.linalg.norm(tick["F_cell_L"]))))
-        whole = sum(term.F for term in told)
+        parts = terms(session.fixtures, tick, rig.context, Hand(V, 0.5, float(np.linalg.norm(tick["F_cell_L"]))))
+        whole = sum(term.F for term in parts)
         np.testing.assert_allclose(whole, np.r_[tick["F_guidance_W"], tick["t_guidance_W"]], atol=1e-12)
-        assert np.abs(told[-1].F[:3]).max() < force, (tick["t"], told)
-        assert np.abs(told[-1].F[3:]).max() < moment, (tick["t"], told)
-    assert all(np.linalg.norm(term.F) > 0.01 for term in told[:-1]), "control: every one of them pulls"
-    assert told[5].authority == pytest.approx(0.5)
+        assert np.abs(parts[-1].F[:3]).max() < force, (tick["t"], parts)
+        assert np.abs(parts[-1].F[3:]).max() < moment, (tick["t"], parts)
+    assert all(np.linalg.norm(term.F) > 0.01 for term in parts[:-1]), "control: every fixture pulls"
+    assert parts[5].authority == pytest.approx(0.5)
     felt = rig.arms.X_WL[:3, :3] @ np.asarray(tick["F_H_L"])
     np.testing.assert_allclose(felt, rig.scene.mapping.force_scale * whole[:3], atol=2e-3)
-    words = session.why()
-    assert "residual" not in words
-    assert "hard fixtures hold the tool's goal back by" in words
-    assert "soft: (" in words
-    assert "at 50 % of its authority" in words
+    explanation = session.why()
+    assert "residual" not in explanation
+    assert "hard fixtures hold the tool's goal back by" in explanation
+    assert "soft: (" in explanation
+    assert "at 50 % of its authority" in explanation
 
 
-def test_the_tools_axis_is_the_shaft_of_a_psm_while_its_wrist_is_straight():
-    """`keep-rcm` is about z of T: through the remote centre, until the wrist bends."""
+def test_tool_axis_is_the_shaft_of_a_psm_with_a_straight_wrist():
+    """`keep-rcm` uses the z axis of T, which passes through the remote centre until the wrist bends."""
     arms = build(Scene.parse("objects: [{sphere: {radius: 0.03}}]")).arms
     q = np.array(arms.q_follower0)
     q[:4] += [0.3, -0.2, 0.05, 0.7]

@@ -1,4 +1,4 @@
-"""Hands: presets in their order, drawn people, files; and what a scene makes of them."""
+"""Hand models: presets, random samples, files, and their use in scenes."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from palpate.scene import Scene, rig
 ONE = "objects: [{shape: organ, triangles: 2000}]\n"
 
 
-def test_presets_go_from_yielding_to_stiff_and_name_their_sources():
+def test_presets_are_ordered_by_stiffness_and_name_their_sources():
     assert list(hands.PRESETS) == ["relaxed", "light", "normal", "firm", "rigid"]
     for key in ("mass", "damping", "stiffness"):
         values = [getattr(hand, key) for hand in hands.PRESETS.values()]
@@ -22,12 +22,12 @@ def test_presets_go_from_yielding_to_stiff_and_name_their_sources():
         assert any(year in hand.source for year in ("1985", "1997", "2002", "2012"))
 
 
-def test_normal_is_the_core_s_default():
+def test_preset_normal_is_the_default_of_the_core():
     core, normal = _core.HandOptions(), hands.PRESETS["normal"]
     assert (normal.mass, normal.damping, normal.stiffness) == (core.mass, core.damping, core.stiffness)
 
 
-def test_drawn_hands_scatter_by_the_factor_around_the_preset():
+def test_sampled_hands_scatter_by_the_factor_around_the_preset():
     rng = np.random.default_rng(3)
     drawn = [hands.PRESETS["light"].drawn(rng, 2.0) for _ in range(4000)]
     ratio = np.array([[h.mass / 0.10, h.damping / 5.0, h.stiffness / 120.0] for h in drawn])
@@ -36,7 +36,7 @@ def test_drawn_hands_scatter_by_the_factor_around_the_preset():
     assert inside == pytest.approx(0.95, abs=0.015)  # three standard errors of 4000 draws are 0.010
 
 
-def test_a_hand_survives_its_file(tmp_path):
+def test_hand_survives_a_round_trip_through_a_file(tmp_path):
     hand = hands.Hand("mine", 0.2, 7.5, 210.0, source="measured")
     hand.save(tmp_path / "mine.yaml", {"coherence": 0.97})
     assert hands.load(tmp_path / "mine.yaml") == hand
@@ -44,7 +44,7 @@ def test_a_hand_survives_its_file(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("kind: gravity\n", "its kind is 'gravity'"),
         ("kind: hand\nmass: 0.1\ndamping: 3\n", "'stiffness' is missing"),
@@ -54,27 +54,27 @@ def test_a_hand_survives_its_file(tmp_path):
         ("a: [", "the hand cannot be read"),
     ],
 )
-def test_a_file_that_is_no_hand(tmp_path, text, said):
+def test_invalid_hand_file_is_reported(tmp_path, text, message):
     (tmp_path / "h.yaml").write_text(text)
     with pytest.raises(RecordingError, match=r"h\.yaml") as caught:
         hands.load(tmp_path / "h.yaml")
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
 # ---------------------------------------------------------------- in scenes
 @pytest.mark.parametrize("name", list(hands.PRESETS))
-def test_a_scene_takes_a_preset(name):
+def test_scene_uses_a_preset(name):
     scene = Scene.parse(ONE + f"operator: {{hand: {name}}}")
     o, hand = rig.build(scene).options().hand, hands.PRESETS[name]
     assert (o.mass, o.damping, o.stiffness) == (hand.mass, hand.damping, hand.stiffness)
 
 
-def test_what_the_scene_says_itself_wins():
+def test_values_of_the_scene_take_precedence():
     o = Scene.parse(ONE + "operator: {hand: firm, damping: 3}").operator
     assert (o.mass, o.damping, o.stiffness) == (0.30, 3.0, 600.0)
 
 
-def test_a_file_lies_beside_the_scene_and_is_not_needed_by_its_record(tmp_path):
+def test_hand_file_is_found_next_to_the_scene_and_not_needed_by_the_record(tmp_path):
     hands.Hand("mine", 0.2, 7.5, 210.0).save(tmp_path / "mine.yaml")
     (tmp_path / "s.yaml").write_text(ONE + "operator: {hand: mine.yaml}")
     scene = Scene.load(tmp_path / "s.yaml")
@@ -83,7 +83,7 @@ def test_a_file_lies_beside_the_scene_and_is_not_needed_by_its_record(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("hand", "said"),
+    ("hand", "message"),
     [
         ("gentle", "s.yaml:2: operator: there is no hand 'gentle'\n"),
         ("gentle", "\n  mend: use one of relaxed, light, normal, firm, rigid"),
@@ -91,7 +91,7 @@ def test_a_file_lies_beside_the_scene_and_is_not_needed_by_its_record(tmp_path):
         ("3", "s.yaml:2: operator.hand must be a valid string. Got: 3"),
     ],
 )
-def test_a_hand_that_is_not_there(hand, said):
+def test_missing_hand_is_reported(hand, message):
     with pytest.raises(SceneError) as caught:
         Scene.parse(ONE + f"operator: {{hand: {hand}}}", "s.yaml")
-    assert said in str(caught.value)
+    assert message in str(caught.value)

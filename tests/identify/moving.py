@@ -1,4 +1,4 @@
-"""Moving recordings made of a known arm, for judges."""
+"""Recordings of a known arm in motion, as reference data."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ RATE = 200.0
 
 
 def excitation(seed: int, middle: np.ndarray, swing: np.ndarray, seconds: float = 20.0) -> tuple[np.ndarray, ...]:
-    """q, v, a (k, m) of sums of sines of 0.1 to 0.9 Hz."""
+    """q, v, a (k, m) [rad, rad/s, rad/s^2] of sums of sines of 0.1 to 0.9 Hz."""
     rng = np.random.default_rng(seed)
     m = len(middle)
     w = 2 * np.pi * rng.uniform(0.1, 0.9, (5, m))
@@ -25,7 +25,7 @@ def excitation(seed: int, middle: np.ndarray, swing: np.ndarray, seconds: float 
 
 
 def torques(arm: Arm, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-    """What the drives of an arm of identity coupling need: its model file's links, friction and rotors."""
+    """Drive torques (k, m) [N m] of an arm without coupling: links, friction and rotors of its model file."""
     o = arm.leader_options()
     links = np.array([arm.inverse_dynamics(*row) for row in zip(q, v, a, strict=True)])
     dry = np.column_stack([dahl(q[:, j], 0.01) for j in range(arm.n)])
@@ -33,7 +33,7 @@ def torques(arm: Arm, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray
 
 
 def six_axis(seed: int, noise: float = 0.0, seconds: float = 20.0) -> tuple[Arm, Moving]:
-    """The generic arm in motion."""
+    """The generic arm and a recording of its motion."""
     arm = Arm.model("six_axis")
     q, v, a = excitation(seed, np.array([0, 0.3, 1.5, 0, 1.2, 0.0]), np.array([1.0, 0.5, 0.5, 1.0, 0.6, 1.0]), seconds)
     tau = torques(arm, q, v, a)
@@ -42,6 +42,6 @@ def six_axis(seed: int, noise: float = 0.0, seconds: float = 20.0) -> tuple[Arm,
 
 
 def write(recording: Moving, file: Path) -> Path:
-    """As a CSV file."""
+    """Write a recording as a CSV file."""
     np.savetxt(file, np.hstack([recording.q, recording.v, recording.tau]), delimiter=",")
     return file

@@ -1,4 +1,4 @@
-"""Where the real recordings are; they are not ours to ship."""
+"""Folder of the recordings of real arms, which may not be distributed with Palpate."""
 
 import os
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""An arm that is known by heart: masses of its URDF, a smooth cable potential, dry friction of its motors, noise."""
+"""An arm with known parameters: masses of its URDF, a smooth cable potential, dry friction of its motors, noise."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ HIGH = np.array([0.15, 0.16, 0.35, 3.2, 3.0, 0.7, 0.0])
 
 
 def poses(count: int, seed: int) -> np.ndarray:
-    """Joints (count, 7) anywhere in the range of a real recording."""
+    """Random joints (count, 7) [rad] in the range of a real recording."""
     return np.random.default_rng(seed).uniform(LOW, HIGH, (count, 7))
 
 
 def true_arm() -> Arm:
-    """Held by more than its masses: a cable whose potential depends on joints 1 to 3, another around joint 4."""
+    """The arm with a cable whose potential depends on joints 1 to 3, and another cable around joint 4."""
     arm = Arm.mtm("right")
     fields = [
         _core.Field([0, 1, 2], np.array([[0.2, -0.1, 0.1], [-0.3, 0.2, -0.2]]), [0.6, 0.5, 0.9]),
@@ -34,19 +34,19 @@ def true_arm() -> Arm:
 
 
 def recording(count: int, seed: int, noise: float = 1.0, friction: float = 1.0) -> Static:
-    """Poses visited in order, as a real recording shows them."""
+    """A recording of random poses in the order of the visits."""
     arm, q = true_arm(), poses(count, seed)
     start = np.arange(count) == 0
     bare = Static(q, np.zeros_like(q), start, ("synthetic",), count)
-    way = directions(bare, drives(q, arm))
-    tau = np.array([arm.holding(x) for x in q]) + friction_torque(friction * COULOMB[:, None], True, q, way, arm)
+    direction = directions(bare, drives(q, arm))
+    tau = np.array([arm.holding(x) for x in q]) + friction_torque(friction * COULOMB[:, None], True, q, direction, arm)
     tau += noise * NOISE * np.random.default_rng(seed + 1).standard_normal(tau.shape)
     tau[:, 6] = 0.0
     return Static(q, tau, start, ("synthetic",), count)
 
 
 def write(path, poses: Static, header: bool = True) -> None:
-    """As a CSV file."""
+    """Write poses as a CSV file."""
     names = [f"q{k}_rad" for k in range(1, 8)] + [f"tau{k}_Nm" for k in range(1, 8)]
     rows = np.hstack([poses.q, poses.tau])
     np.savetxt(path, rows, delimiter=",", header=",".join(names) if header else "", comments="", fmt="%.9g")

@@ -1,4 +1,4 @@
-"""Identification judged by an arm that is known by heart: its torques, its friction, and how sure one may be."""
+"""Gravity identification on an arm with known parameters: torques, friction and confidence."""
 
 import numpy as np
 import pytest
@@ -34,25 +34,25 @@ def truth(q):
     return np.array([arm.holding(x) for x in q])
 
 
-def test_holding_torques_are_found_behind_friction_and_noise(known, ours):
-    """Half of the friction would be left by whoever takes what is measured for what holds."""
+def test_holding_torques_are_identified_despite_friction_and_noise(known, ours):
+    """A fit of the measured torques as holding torques would leave half of the friction."""
     q = synthetic.poses(300, 7)
     error = np.sqrt(((ours.model.holding(q, known[0]) - truth(q))[:, :6] ** 2).mean(axis=0))
     assert (error < 0.6 * synthetic.NOISE[:6] + 0.0005).all(), error
 
 
-def test_friction_of_each_motor_is_found(ours):
+def test_friction_of_each_motor_is_identified(ours):
     np.testing.assert_allclose(ours.model.friction[:6, 0], synthetic.COULOMB[:6], rtol=0.15, atol=5e-4)
 
 
-def test_certainty_is_what_it_says(known, ours):
+def test_stated_confidence_covers_the_errors(known, ours):
     q = synthetic.poses(400, 8)
     z = (ours.model.holding(q, known[0]) - truth(q))[:, :6] / ours.std(q, known[0])[:, :6]
     assert 0.85 < (np.abs(z) < 1.96).mean() <= 1.0
     np.testing.assert_allclose(ours.noise[:6], synthetic.NOISE[:6], rtol=0.4)
 
 
-def test_without_noise_and_friction_little_is_left(known):
+def test_residual_without_noise_and_friction_is_small(known):
     arm, poses = known[0], synthetic.recording(80, 3, noise=0.0, friction=0.0)
     fitted = fit_poses(poses, arm, "potential", MEASURED)
     q = synthetic.poses(200, 9)
@@ -60,14 +60,14 @@ def test_without_noise_and_friction_little_is_left(known):
     assert np.abs(fitted.model.friction[:6]).max() < 1e-3
 
 
-def test_more_poses_tell_more(known, ours):
+def test_more_poses_raise_the_confidence(known, ours):
     few = fit_poses(synthetic.recording(30, 1), known[0], "potential", MEASURED)
     q = synthetic.poses(50, 10)
     assert (few.std(q, known[0])[:, :6].mean(axis=0) > ours.std(q, known[0])[:, :6].mean(axis=0)).all()
 
 
 def test_paper_form_is_least_squares_of_pinocchios_columns(known):
-    """Pi = Y^+ T: the same predictions as numpy's pseudo-inverse of the regressor, whatever Pi."""
+    """Pi = Y^+ T: the predictions equal those of numpy's pseudo-inverse of the regressor."""
     arm, poses = known
     model = fit_poses(poses, arm, "paper", MEASURED).model
     Y = np.concatenate([arm.gravity_regressor(q)[:6] for q in poses.q])
@@ -77,8 +77,8 @@ def test_paper_form_is_least_squares_of_pinocchios_columns(known):
     assert not model.friction.any()
 
 
-def test_masses_alone_are_found_exactly_by_every_form_that_holds_them():
-    """An arm without cables: the URDF's own moments explain everything."""
+def test_arm_without_cables_is_identified_exactly_by_every_form():
+    """The first moments of the URDF explain all torques of an arm without cables."""
     arm = Arm.mtm("left")
     q = np.random.default_rng(4).uniform(arm.q_min, arm.q_max, (80, 7))
     q[:, 6] = 0.0
@@ -89,7 +89,7 @@ def test_masses_alone_are_found_exactly_by_every_form_that_holds_them():
 
 
 def test_expected_direction_is_that_of_random_visits():
-    """Against a simulation: who stands at x came from below as often as others stand below."""
+    """Against a simulation: x is approached from below as often as other poses are below x."""
     x = np.random.default_rng(0).uniform(-1, 1, (20000, 1))
     came = np.sign(np.diff(x[:, 0]))
     expected = expected_directions(x[1:], x)[:, 0]
@@ -98,8 +98,8 @@ def test_expected_direction_is_that_of_random_visits():
         assert abs(came[inside].mean() - expected[inside].mean()) < 0.06
 
 
-def test_floor_is_what_friction_leaves(known, ours):
-    """A recording without noise: all that a blind prediction misses is friction about its expectation."""
+def test_error_floor_is_the_friction_scatter(known, ours):
+    """Without noise the error of a prediction is the friction minus its expectation."""
     from palpate.identify import scores
 
     arm, poses = known[0], synthetic.recording(400, 5, noise=0.0)
@@ -108,7 +108,7 @@ def test_floor_is_what_friction_leaves(known, ours):
     assert (judged.rms_directed < 0.6 * judged.rms).all()
 
 
-def test_outliers_are_found_and_kept_out(known):
+def test_outliers_are_found_and_excluded(known):
     arm, poses = known[0], synthetic.recording(120, 1)
     poses.tau[17, 1] += 0.4
     poses.tau[60, 4] = 30.0
@@ -119,7 +119,7 @@ def test_outliers_are_found_and_kept_out(known):
     assert np.abs(fitted.model.holding(q, arm) - truth(q))[:, 1].max() < 0.04
 
 
-def test_a_stop_is_explained_and_never_compensated(known):
+def test_joint_stop_is_explained_but_not_compensated(known):
     arm, poses = known[0], synthetic.recording(200, 1)
     deep = np.maximum(-1.2 - poses.q[:, 3], 0.0)
     into = 30.0 * np.minimum(deep, 0.02)
@@ -149,7 +149,7 @@ def test_poses_reached_both_ways_are_averaged(tmp_path):
 
 @pytest.mark.parametrize("form", ["potential", "dvrk"])
 def test_advised_poses_beat_random_ones(form, known):
-    """Six more poses, as advised or at random within the same limits: the holding torques are surer, all over."""
+    """Six more poses, advised or random within the same limits: the advised ones give smaller standard deviations."""
     arm = known[0]
     fitted = fit_poses(synthetic.recording(30, 1), arm, form, MEASURED)
     advised = next_poses(fitted, MEASURED, arm)
@@ -161,20 +161,22 @@ def test_advised_poses_beat_random_ones(form, known):
     assert informed[0] == pytest.approx(sum(gains), rel=1e-4)
     assert informed[0] > max(informed[1:])
     unseen = synthetic.poses(100, 3)
-    sure = [spread(fitted, some, unseen, arm) for some in (q, *(synthetic.poses(6, seed) for seed in range(50)))]
+    sure = [
+        mean_deviation(fitted, some, unseen, arm) for some in (q, *(synthetic.poses(6, seed) for seed in range(50)))
+    ]
     assert sure[0] < np.median(sure[1:])
 
 
 def information(fitted, q, arm):
-    """Of torques at q, by the determinant of what they would be believed to be [nat]."""
+    """Information gain of torques at q from the determinant of their predicted covariance [nat]."""
     C = (fitted.columns(q, np.zeros_like(q), arm)[:, MEASURED] / fitted.noise[MEASURED][:, None]).reshape(
         6 * len(q), -1
     )
     return 0.5 * np.linalg.slogdet(np.eye(len(C)) + C @ fitted.solution.covariance @ C.T)[1]
 
 
-def spread(fitted, q, unseen, arm):
-    """Mean standard deviation of the holding torques at `unseen` in units of the noise, once q is known, too."""
+def mean_deviation(fitted, q, unseen, arm):
+    """Mean standard deviation of the holding torques at `unseen` over that of the noise, with measurements at q."""
     scale = fitted.noise[MEASURED][:, None]
     C = (fitted.columns(q, np.zeros_like(q), arm)[:, MEASURED] / scale).reshape(6 * len(q), -1)
     S = fitted.solution.covariance
@@ -183,8 +185,8 @@ def spread(fitted, q, unseen, arm):
     return np.sqrt(np.einsum("kip,pr,kir->ki", U, S, U, optimize=True)).mean()
 
 
-def test_a_fit_keeps_to_one_core():
-    """Threads of BLAS that wait for each other took twenty times longer."""
+def test_fit_uses_one_core():
+    """Competing BLAS threads took twenty times longer."""
 
     @fit.on_one_core
     def threads():
@@ -195,15 +197,15 @@ def test_a_fit_keeps_to_one_core():
 
 
 @pytest.mark.parametrize("moving", [[1], [1, 2], [3, 4, 5]])
-def test_what_poses_cannot_show_is_named(moving):
+def test_unidentifiable_parameters_are_named(moving):
     arm, poses = Arm.mtm("right"), synthetic.recording(60, 1)
     still = [j for j in range(6) if j not in moving]
     q = poses.q.copy()
     q[:, still] = q[0, still]
-    told = identifiability(q, MEASURED, arm)
-    assert told.structural_rank == 10
-    assert told.rank < 10
-    assert told.weak
+    result = identifiability(q, MEASURED, arm)
+    assert result.structural_rank == 10
+    assert result.rank < 10
+    assert result.weak
     rich = identifiability(poses.q, MEASURED, arm)
     assert (rich.rank, rich.weak) == (10, ())
     assert rich.condition < 50
@@ -211,12 +213,12 @@ def test_what_poses_cannot_show_is_named(moving):
 
 
 def test_base_parameters_predict_what_all_parameters_do():
-    """Rank by another way: the numerical rank of many poses' regressor."""
+    """Reference: the numerical rank of the regressor of many poses."""
     arm = Arm.mtm("right")
     q = np.random.default_rng(3).uniform(arm.q_min, arm.q_max, (300, 7))
     Y = np.concatenate([arm.gravity_regressor(x) for x in q])
-    told = identifiability(q, np.ones(7, dtype=bool), arm)
-    assert told.structural_rank == np.linalg.matrix_rank(Y, tol=1e-8) == len(told.base)
+    result = identifiability(q, np.ones(7, dtype=bool), arm)
+    assert result.structural_rank == np.linalg.matrix_rank(Y, tol=1e-8) == len(result.base)
 
 
 @pytest.mark.parametrize("form", forms.FORMS)
@@ -226,14 +228,14 @@ def test_model_file_round_trip(form, known, tmp_path):
     model.save(tmp_path / "m.yaml")
     again = GravityModel.load(tmp_path / "m.yaml")
     q = synthetic.poses(30, 4)
-    way = np.sign(np.random.default_rng(0).standard_normal(q.shape))
+    direction = np.sign(np.random.default_rng(0).standard_normal(q.shape))
     np.testing.assert_array_equal(again.holding(q, arm), model.holding(q, arm))
-    np.testing.assert_array_equal(again.measured(q, arm, way), model.measured(q, arm, way))
+    np.testing.assert_array_equal(again.measured(q, arm, direction), model.measured(q, arm, direction))
     held = again.apply(Arm.mtm("right"))
     np.testing.assert_allclose([held.holding(x) for x in q], model.holding(q, arm), atol=1e-12)
 
 
-def test_same_file_same_model(tmp_path):
+def test_same_file_gives_the_same_model(tmp_path):
     synthetic.write(tmp_path / "a.csv", synthetic.recording(40, 2))
     one, two = (gravity(tmp_path / "a.csv", "mtmr").model for _ in range(2))
     np.testing.assert_array_equal(one.theta, two.theta)
@@ -242,8 +244,8 @@ def test_same_file_same_model(tmp_path):
 
 
 @pytest.mark.parametrize("form", forms.FORMS)
-def test_a_joint_that_was_not_measured_is_held_by_nothing(form, known):
-    """The last joint's torque is unknown: moments that its link could share with the one before stay there."""
+def test_joint_without_measurements_gets_no_compensation(form, known):
+    """The torque of the last joint is unknown, so moments shared with the previous link are assigned to that one."""
     arm, poses = known
     model = fit_poses(poses, arm, form, MEASURED).model
     q = synthetic.poses(50, 4)

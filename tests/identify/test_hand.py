@@ -1,4 +1,4 @@
-"""Hands from recorded grips: closed forms, the presets through the whole simulation, and what is refused."""
+"""Hand models from recorded grips: closed forms, presets in the full simulation, and rejected recordings."""
 
 import json
 from pathlib import Path
@@ -22,19 +22,19 @@ LINES = np.array([0.5, 1, 1.75, 2.5, 3.5, 5, 7.25, 9, 12, 15.5, 20, 25])  # Hz
 
 
 def pushed(seconds=30.0, rate=1000.0, lines=LINES, wander=0.0, seed=0):
-    """(x, F, u): a force of sinusoids on a hand that wanders; every sinusoid answered by its closed form."""
+    """(x, F, u): response of a hand with voluntary motion to a force of sinusoids, each by its closed form."""
     rng, t = np.random.default_rng(seed), np.arange(0, seconds, 1 / rate)
     m, b, k = TRUE
     x, F, u = np.zeros_like(t), np.zeros_like(t), np.zeros_like(t)
 
     def add(f, amplitude, of_hand):
         w, phase = 2 * np.pi * f, rng.uniform(0, 2 * np.pi)
-        Z = k - m * w**2 + 1j * w * b  # the hand; the arm beside it: 0.5 kg, 4 N s/m
+        Z = k - m * w**2 + 1j * w * b  # impedance of the hand; the arm has 0.5 kg, 4 N s/m
         arm = 1j * w * 4.0 - 0.5 * w**2
         wave = amplitude * np.exp(1j * (w * t + phase))
-        X = ((k + 1j * w * b) if of_hand else 1.0) * wave / (Z + arm)  # of_hand: what the person intends [m]
+        X = ((k + 1j * w * b) if of_hand else 1.0) * wave / (Z + arm)  # of_hand: voluntary motion [m]
         x[:] += X.real
-        F[:] += (-(arm * X) if of_hand else wave - arm * X).real  # Newton on the arm
+        F[:] += (-(arm * X) if of_hand else wave - arm * X).real  # Newton's law for the arm
         if not of_hand:
             u[:] += wave.real
 
@@ -46,17 +46,17 @@ def pushed(seconds=30.0, rate=1000.0, lines=LINES, wander=0.0, seed=0):
 
 
 @pytest.mark.parametrize("rate", [200.0, 1000.0])
-def test_a_clean_grip_gives_the_hand_itself(rate):
+def test_grip_without_noise_gives_the_true_hand(rate):
     x, F, u = pushed(rate=rate)
     found = fit(Grip(rate, x, F, u))
-    # Fourth order differences: (w / rate)^4 / 30 at 25 Hz is 1.3 % at 200 Hz.
+    # Fourth-order differences: the error (w / rate)^4 / 30 at 25 Hz is 1.3 % at 200 Hz.
     assert found.value == pytest.approx(TRUE, rel=0.02 if rate < 1000 else 1e-3)
     assert found.explained > 0.99
     assert found.warnings == ()
     assert found.resonance == pytest.approx(np.sqrt(250 / 0.2) / 2 / np.pi, rel=0.01)
 
 
-def test_a_hand_that_moves_by_itself_biases_nothing_when_the_shaker_is_known():
+def test_voluntary_motion_gives_no_bias_with_a_known_excitation():
     x, F, u = pushed(wander=2e-3)
     known, unknown = fit(Grip(1000.0, x, F, u)), fit(Grip(1000.0, x, F))
     assert known.value == pytest.approx(TRUE, rel=0.03)
@@ -65,20 +65,20 @@ def test_a_hand_that_moves_by_itself_biases_nothing_when_the_shaker_is_known():
 
 
 def test_confidence_covers_the_truth():
-    """Noise on the force: over 60 recordings 95 % intervals hold the truth nearly always."""
+    """With noise on the force, the 95 % intervals of 60 recordings contain the true values nearly always."""
     rng = np.random.default_rng(1)
     x, F, u = pushed(30.0, 250.0)
     inside = []
     for _ in range(60):
         found = fit(Grip(250.0, x + rng.normal(0, 2e-5, len(x)), F + rng.normal(0, 0.3, len(F)), u))
         inside.append((found.interval[:, 0] < TRUE) & (found.interval[:, 1] > TRUE))
-    # Binomial: 180 intervals at 95 %; differences at 250 Hz alone bias the mass by half a percent.
+    # Binomial for 180 intervals at 95 %; differences at 250 Hz bias the mass by half a percent.
     assert np.mean(inside) > 0.85
 
 
 @pytest.mark.parametrize("name", list(hands.PRESETS))
-def test_presets_come_back_from_simulated_sessions(name):
-    """With the arm's friction, encoder counts, load cell noise of 0.05 N and a tremor of 0.1 mm: within 10 %."""
+def test_presets_are_identified_from_simulated_sessions(name):
+    """Within 10 %, with arm friction, encoder counts, load cell noise of 0.05 N and a tremor of 0.1 mm."""
     scene = yaml.safe_load(GRIP.read_text())
     scene["operator"]["hand"] = name
     scene["operator"]["palpate"]["slide"] = 22
@@ -89,31 +89,31 @@ def test_presets_come_back_from_simulated_sessions(name):
     assert found.warnings == ()
 
 
-# ---------------------------------------------------------------- what is refused
-def refuse(*args, said):
+# ---------------------------------------------------------------- rejected recordings
+def assert_rejected(*args, message):
     with pytest.raises(RecordingError) as caught:
         fit(Grip(*args))
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
-def test_grips_that_tell_nothing():
+def test_uninformative_grips_are_rejected():
     x, F, u = pushed()
-    refuse(1000.0, x[:9000], F[:9000], u[:9000], said="9.0 s of grip are too short")
-    refuse(100.0, x, F, u, said="100 Hz is too slow for a hand")
-    refuse(1000.0, 0.001 * x, F, u, said="the handle hardly moves")
-    refuse(1000.0, x, np.where(F > 0.5, np.nan, F), u, said="not finite")
-    refuse(1000.0, x, -F, u, said="x or F has the wrong sign")
+    assert_rejected(1000.0, x[:9000], F[:9000], u[:9000], message="9.0 s of grip are too short")
+    assert_rejected(100.0, x, F, u, message="100 Hz is too slow for a hand")
+    assert_rejected(1000.0, 0.001 * x, F, u, message="the handle hardly moves")
+    assert_rejected(1000.0, x, np.where(F > 0.5, np.nan, F), u, message="not finite")
+    assert_rejected(1000.0, x, -F, u, message="x or F has the wrong sign")
     noise = np.random.default_rng(2).normal(size=(3, len(x)))
-    refuse(1000.0, 1e-3 * noise[0], noise[1], noise[2], said="frequencies are coherent enough")
+    assert_rejected(1000.0, 1e-3 * noise[0], noise[1], noise[2], message="frequencies are coherent enough")
 
 
-def test_excitation_on_one_side_of_the_resonance():
-    refuse(1000.0, *pushed(lines=np.arange(0.5, 5.0, 0.5)), said="the mass cannot be identified")
-    refuse(1000.0, *pushed(lines=np.arange(6.0, 28.0, 2.0)), said="the stiffness cannot be identified")
+def test_excitation_on_one_side_of_the_resonance_is_rejected():
+    assert_rejected(1000.0, *pushed(lines=np.arange(0.5, 5.0, 0.5)), message="the mass cannot be identified")
+    assert_rejected(1000.0, *pushed(lines=np.arange(6.0, 28.0, 2.0)), message="the stiffness cannot be identified")
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("a,b\n1,2\n", "column t_s is missing"),
         ("", "column t_s is missing"),
@@ -123,14 +123,14 @@ def test_excitation_on_one_side_of_the_resonance():
         ("t_s,x_m,F_N\n0,0,0\n1,0,0\n3,0,0\n4,0,0\n", "not sampled evenly"),
     ],
 )
-def test_bad_tables(tmp_path, text, said):
+def test_invalid_tables_are_rejected(tmp_path, text, message):
     (tmp_path / "grip.csv").write_text(text)
     with pytest.raises(RecordingError) as caught:
         grip_recording.load(tmp_path / "grip.csv")
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
-def test_a_record_in_which_nothing_was_touched(tmp_path):
+def test_record_without_contact_is_rejected(tmp_path):
     with pytest.raises(RecordingError, match=r"none\.mcap"):
         grip_recording.load(tmp_path / "none.mcap")
     scene = {"objects": [{"sphere": {"radius": 0.02}}], "operator": {"path": [{"t": 0, "xyz": [0, 0, 0.04]}]}}
@@ -139,12 +139,12 @@ def test_a_record_in_which_nothing_was_touched(tmp_path):
         grip_recording.grip_of_ticks(ticks, 1000.0, "r")
 
 
-def test_a_table_gives_what_the_signals_give(tmp_path):
+def test_table_gives_the_same_result_as_the_signals(tmp_path):
     x, F, u = pushed(20.0)
     table = np.stack([np.arange(len(x)) * 1e-3, x, F, u], axis=1)
     np.savetxt(tmp_path / "grip.csv", table, "%.9g", ",", header="t_s,x_m,F_N,u", comments="")
     grip = grip_recording.load(tmp_path / "grip.csv")
     assert fit(grip).value == pytest.approx(fit(Grip(1000.0, x, F, u)).value, rel=1e-4)
-    told = plain(figures(grip, fit(grip)))
-    assert set(told) == json_contract.keys("calibrate hand")
-    json.dumps(told, allow_nan=False)
+    report = plain(figures(grip, fit(grip)))
+    assert set(report) == json_contract.keys("calibrate hand")
+    json.dumps(report, allow_nan=False)

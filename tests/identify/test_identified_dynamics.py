@@ -1,4 +1,4 @@
-"""Identified dynamics: against arms that are known, and against recordings of real ones."""
+"""Identified dynamics, on arms with known parameters and on recordings of real arms."""
 
 import os
 from json import loads
@@ -39,7 +39,7 @@ def test_another_motion_of_a_known_arm_is_predicted(found):
     assert (np.sqrt((error**2).mean(axis=0)) < 0.03 * moving.torques(found.arm, q, v, a).std(axis=0)).all()
 
 
-def test_friction_and_rotors_are_found(found):
+def test_friction_and_rotor_inertia_are_identified(found):
     theta = dict(zip((t.name for t in found.train.terms), found.theta, strict=True))
     o = found.arm.leader_options()
     for j in range(3):
@@ -47,14 +47,14 @@ def test_friction_and_rotors_are_found(found):
         assert theta[f"viscous_{j + 1}"] == pytest.approx(o.viscous[j], rel=0.15)
 
 
-def test_every_link_is_a_body(found):
+def test_every_link_has_physical_inertial_parameters(found):
     assert (dynamics.consistency(found) > 0).all()
     assert (found.masses() > 0).all()
     for pi in found.pi.reshape(-1, 10):
         assert np.linalg.eigvalsh(pseudo_inertia(pi))[0] > 0
 
 
-def test_pseudo_inertia_is_pinocchios():
+def test_pseudo_inertia_agrees_with_pinocchio():
     pi = pinocchio.Inertia.Random().toDynamicParameters()
     np.testing.assert_allclose(
         pseudo_inertia(pi), pinocchio.PseudoInertia.FromDynamicParameters(pi).toMatrix(), atol=1e-12
@@ -63,7 +63,7 @@ def test_pseudo_inertia_is_pinocchios():
 
 @pytest.mark.parametrize("arm", [Arm.mtm("left"), Arm.psm()], ids=["mtm", "psm"])
 def test_regressor_prediction_is_inverse_dynamics_of_the_identified_arm(arm):
-    """Two ways of one torque, 1e-9: W x at the drives, and the arm made of the links with its terms."""
+    """Two computations of one torque agree to 1e-9: W x at the drives, and the arm with the identified terms."""
     rng = np.random.default_rng(0)
     train = drive_train(arm)
     d = Dynamics(arm, arm.inertial_parameters, rng.uniform(0, 0.1, len(train.terms)))
@@ -75,7 +75,7 @@ def test_regressor_prediction_is_inverse_dynamics_of_the_identified_arm(arm):
     np.testing.assert_allclose(d.torque(q, v, a), links @ d.pi + terms @ d.theta, atol=1e-9)
 
 
-def test_dry_friction_turns_round_over_its_way_whatever_the_pace():
+def test_friction_reverses_over_a_displacement_independent_of_speed():
     q = np.concatenate([np.linspace(0, 1, 400), np.linspace(1, 0.9, 200)])
     z = dahl(q, 0.01)
     assert z[399] == pytest.approx(1.0)
@@ -85,7 +85,7 @@ def test_dry_friction_turns_round_over_its_way_whatever_the_pace():
 
 
 @pytest.mark.parametrize("kind", RECORDED)
-def test_real_arms_not_worse_than_published_on_the_other_trajectory(kind):
+def test_errors_on_real_arms_are_at_most_the_published_ones(kind):
     arm, one, two = RECORDED[kind]
     if not two.is_file():
         pytest.skip(f"no recordings in {DATA} (set PALPATE_DATA)")
@@ -109,30 +109,30 @@ def test_repeated_rows_are_marked_and_replaced():
     assert error.max() < 0.05 * np.abs(mended.a).max()
 
 
-def broken(what: str, recording):
+def damaged(fault: str, recording):
     data = np.hstack([recording.q, recording.v, recording.tau])
-    if what == "short":
+    if fault == "short":
         return data[:300]
-    if what == "nan":
+    if fault == "nan":
         data[41, 8] = np.nan
-    if what == "late":
+    if fault == "late":
         data = np.repeat(data[: len(data) // 10], 10, axis=0)
-    if what == "still":
+    if fault == "still":
         data[:, 1] = 0.3
         data[:, 7] = 0.0
-    if what == "degrees":
+    if fault == "degrees":
         data[:, :12] = np.degrees(data[:, :12])
-    if what == "rate":
+    if fault == "rate":
         data[:, 6:12] *= 2.0
-    if what == "silent":
+    if fault == "silent":
         data[:, 15] = 0.0
-    if what == "same":
+    if fault == "same":
         data[:] = data[0]
     return data
 
 
 @pytest.mark.parametrize(
-    ("what", "told"),
+    ("fault", "message"),
     [
         ("short", "1.5 s of motion are too short"),
         ("nan", "nan|NaN"),
@@ -144,15 +144,15 @@ def broken(what: str, recording):
         ("silent", "drive 4 has no torque"),
     ],
 )
-def test_bad_recordings_are_told(what, told, tmp_path):
+def test_invalid_recordings_are_reported(fault, message, tmp_path):
     arm, recording = moving.six_axis(1)
     file = tmp_path / "bad.csv"
-    np.savetxt(file, broken(what, recording), delimiter=",")
-    with pytest.raises(RecordingError, match=told):
+    np.savetxt(file, damaged(fault, recording), delimiter=",")
+    with pytest.raises(RecordingError, match=message):
         dynamics.identify([dynamics.read_motion(str(file), arm)], arm)
 
 
-def test_command_writes_a_model_that_is_read_back_and_not_overwritten(tmp_path, capsys):
+def test_command_writes_a_readable_model_and_does_not_overwrite_it(tmp_path, capsys):
     arm, recording = moving.six_axis(1)
     file, out, json = moving.write(recording, tmp_path / "one.csv"), tmp_path / "model.yaml", tmp_path / "fit.json"
     command = ["calibrate", "dynamics", str(file), "--arm", "six_axis", "--out", str(out), "--test", str(file)]
@@ -173,7 +173,7 @@ def test_command_writes_a_model_that_is_read_back_and_not_overwritten(tmp_path, 
         from_data(yaml.safe_load(out.read_text()), Arm.psm(), str(out))
 
 
-def test_wrong_arms_and_columns_are_told(tmp_path, capsys):
+def test_wrong_arms_and_columns_are_reported(tmp_path, capsys):
     _, recording = moving.six_axis(1, seconds=6.0)
     file = moving.write(recording, tmp_path / "one.csv")
     out = str(tmp_path / "model.yaml")

@@ -1,4 +1,4 @@
-"""An identified arm in the observer: what its own drives and springs do is not felt."""
+"""An identified arm in the observer: torques of its drives and springs are not taken for external ones."""
 
 import moving
 import numpy as np
@@ -17,16 +17,16 @@ RATE = 200.0
 
 
 def random_model(arm: Arm, at: str, only: tuple[str, ...] = ()) -> Dynamics:
-    """Random terms, or random `only`."""
+    """A model with random terms, or with random terms `only`."""
     rng, train = np.random.default_rng(4), drive_train(arm, at)
     theta = [0.02 * rng.uniform() * (not only or t.name.rpartition("_")[0] in only) for t in train.terms]
     return Dynamics(arm, arm.inertial_parameters, np.array(theta), at)
 
 
 @pytest.mark.parametrize(("arm", "at"), [(Arm.mtm("left"), "drives"), (Arm.psm(), "drives"), (Arm.psm(), "joints")])
-def test_what_the_model_explains_is_no_external_torque(arm, at):
+def test_modelled_torques_are_no_external_torques(arm, at):
     d = random_model(arm, at)
-    to_drives = np.linalg.pinv(d.train.coupling).T  # the jaw at rest
+    to_drives = np.linalg.pinv(d.train.coupling).T  # with the jaw at rest
     q, v, a = (x @ to_drives for x in moving.excitation(3, arm.home, np.full(arm.n, 0.05), 6.0))
     tau = d.torque(q, v, a)
     r = external_torque(d, Motion(q, v, a, tau, RATE, 0, "known"), bandwidth=5.0)
@@ -34,8 +34,8 @@ def test_what_the_model_explains_is_no_external_torque(arm, at):
     assert (np.abs(r[200:]).max(axis=0) < 0.01 * largest + 1e-3).all()
 
 
-def test_options_at_the_joints_are_those_of_a_joint_that_moves_alone():
-    """Each joint of a PSM in turn, at a steady speed through q = 0: what its drives need beyond the links."""
+def test_joint_options_describe_a_joint_that_moves_alone():
+    """Each joint of a PSM moves at a constant speed through q = 0: torque of its drives in addition to the links."""
     arm = Arm.psm()
     d = random_model(arm, "drives", ("coulomb", "viscous", "offset", "joint_coulomb", "joint_viscous"))
     o = estimate_options(d)
@@ -50,6 +50,6 @@ def test_options_at_the_joints_are_those_of_a_joint_that_moves_alone():
     np.testing.assert_allclose(drive_inertia(random_model(arm, "drives", ("rotor",))).diagonal()[:4] > 0, True)
 
 
-def test_the_cycle_knows_no_platform_cable():
+def test_platform_cable_is_rejected_in_the_cycle():
     with pytest.raises(RecordingError, match="cannot evaluate its term 'cable_4_1'"):
         estimate_options(random_model(Arm.mtm("left"), "drives"), _core.EstimateOptions())

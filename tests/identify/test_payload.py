@@ -1,4 +1,4 @@
-"""A load from drive torques: a known one hung on a motion, and the real one."""
+"""Payload identification from drive torques: with a known simulated load, and with a real one."""
 
 import os
 from pathlib import Path
@@ -32,39 +32,39 @@ def unloaded(known: Dynamics, seed: int) -> Motion:
     return motion(Moving(q, v, known.torque(q, v, a) + noise, 200.0, f"unloaded {seed}"))
 
 
-def hung(known: Dynamics, mass: float, height: float) -> Motion:
-    """The same motion with a body on the bar: its own kinematics by finite differences, d'Alembert's torque."""
+def with_load(known: Dynamics, mass: float, height: float) -> Motion:
+    """The same motion with a body on the bar, whose torque follows from d'Alembert's principle."""
     m = unloaded(known, 3)
     pivot = payload.Hang().p_pivot
 
-    def place(q: np.ndarray) -> np.ndarray:
+    def position(q: np.ndarray) -> np.ndarray:
         poses = ARM.link_poses(q)
         return poses["yaw_link"][:3, :3] @ [height, 0, 0] + poses["pitch_link"][:3, :3] @ [*pivot, 0.0]
 
     q = m.q[:, :6]
-    p = np.array([place(row) for row in q])
+    p = np.array([position(row) for row in q])
     acceleration = np.gradient(np.gradient(p, 1 / m.rate, axis=0), 1 / m.rate, axis=0)
     h, tau = 1e-6, m.tau.copy()
     for j in range(2):
         e = np.eye(6)[j] * h
-        J = np.array([(place(row + e) - place(row - e)) / (2 * h) for row in q])
+        J = np.array([(position(row + e) - position(row - e)) / (2 * h) for row in q])
         tau[:, j] += mass * (J * (acceleration - [0, 0, -9.81])).sum(axis=1)
     return Motion(m.q, m.v, m.a, tau, m.rate, 0, "loaded")
 
 
-def test_a_known_body_on_the_bar_is_found(known):
-    load = payload.estimate_load(known, hung(known, 0.2, 0.08), [unloaded(known, 1), unloaded(known, 2)])
+def test_known_body_on_the_bar_is_identified(known):
+    load = payload.estimate_load(known, with_load(known, 0.2, 0.08), [unloaded(known, 1), unloaded(known, 2)])
     assert load.mass == pytest.approx(0.2, rel=0.03)
     assert min(load.explained) > 0.95
     np.testing.assert_allclose(load.tared, load.fitted, atol=0.02)
 
 
-def test_nothing_hangs_there_and_nothing_is_found(known):
+def test_missing_load_is_identified_as_zero(known):
     load = payload.estimate_load(known, unloaded(known, 3), [unloaded(known, 1), unloaded(known, 2)])
     assert load.mass == pytest.approx(0.0, abs=0.01)
 
 
-def test_another_motion_or_one_tare_is_refused(known):
+def test_different_motions_and_a_single_tare_are_rejected(known):
     m = unloaded(known, 1)
     with pytest.raises(RecordingError, match="1 unloaded recording"):
         payload.estimate_load(known, m, [m])
@@ -73,23 +73,25 @@ def test_another_motion_or_one_tare_is_refused(known):
         payload.estimate_load(known, m, [m, other])
 
 
-def test_what_catches_in_one_recording_widens_the_interval_and_bends_the_estimate_little(known):
-    """A cable that pulls with 0.15 N m for 4 s of one recording: more than the body's own torque."""
+def test_disturbance_in_one_recording_widens_the_interval_with_little_bias(known):
+    """A cable pulls with 0.15 N m for 4 s of one recording, which is more than the body's torque."""
 
-    def caught(m: Motion) -> Motion:
+    def disturbed(m: Motion) -> Motion:
         tau = m.tau.copy()
         tau[1000:1800, 1] += 0.15
         return Motion(m.q, m.v, m.a, tau, m.rate, 0, "caught")
 
-    clean = payload.estimate_load(known, hung(known, 0.1, 0.08), [unloaded(known, 1), unloaded(known, 2)])
-    load = payload.estimate_load(known, hung(known, 0.1, 0.08), [caught(unloaded(known, 1)), unloaded(known, 2)])
+    clean = payload.estimate_load(known, with_load(known, 0.1, 0.08), [unloaded(known, 1), unloaded(known, 2)])
+    load = payload.estimate_load(
+        known, with_load(known, 0.1, 0.08), [disturbed(unloaded(known, 1)), unloaded(known, 2)]
+    )
     assert load.mass == pytest.approx(0.1, rel=0.1)
     assert load.interval[0] < 0.1 < load.interval[1]
     assert load.deviation > clean.deviation
 
 
 @pytest.mark.skipif(not DATA.is_dir(), reason=f"no recordings in {DATA} (set PALPATE_DATA)")
-def test_the_weight_on_the_real_arm():
+def test_weight_on_the_real_arm_is_identified():
     from palpate.studies.force.work import weight
 
     load = weight(DATA)

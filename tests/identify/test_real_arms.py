@@ -1,4 +1,4 @@
-"""Three real arms, trained on 160 poses and judged on 400 others: never below the published form, joint by joint."""
+"""Three real arms, trained on 160 poses and tested on 400 others: each joint is at least as good as published."""
 
 import numpy as np
 import pytest
@@ -22,32 +22,32 @@ def learn(name, train, **options):
 
 @needs_data
 @pytest.mark.parametrize("name", RMS)
-def test_unseen_poses_of_real_arms(name):
+def test_unseen_poses_of_real_arms_are_predicted(name):
     found = learn(name, "random_N160")
     assert (found.test.rms < np.add(RMS[name], 0.001)).all(), found.test.rms
     assert (found.test.r2 > np.subtract(R2[name], 0.01)).all(), found.test.r2
-    assert (found.test.r2_directed[:3] > [0.83, 0.95, 0.945]).all(), "the order of rows tells the approach"
+    assert (found.test.r2_directed[:3] > [0.83, 0.95, 0.945]).all(), "the order of rows gives the direction of approach"
     assert (found.test.coverage > 0.85).all()
     assert found.identifiability.rank == 10
 
 
 @needs_data
-def test_forty_poses_do_nearly_as_well():
+def test_forty_poses_are_nearly_as_good():
     many, few = learn("MTML_34863", "random_N160"), learn("MTML_34863", "random_N40")
     assert (few.test.rms < 1.10 * many.test.rms).all(), few.test.rms / many.test.rms
 
 
 @needs_data
-def test_a_real_stop_is_found():
+def test_real_joint_stop_is_found():
     found = learn("MTMR_28247", "random_N160")
     assert [(s.joint, s.side) for s in found.model.stops] == [(3, -1)]
     assert found.model.stops[0].at == pytest.approx(-1.30, abs=0.02)
-    assert np.abs(found.model.holding(found.poses.q, _right())[:, 3]).max() < 0.15, "and not compensated"
+    assert np.abs(found.model.holding(found.poses.q, _right())[:, 3]).max() < 0.15, "the stop is not compensated"
 
 
 @needs_data
-def test_grids_reached_both_ways_give_friction_and_its_mean():
-    """Half differences of the +/- grids: .013/.042/.028 N m and less are on record for such arms."""
+def test_grids_reached_from_both_sides_give_the_friction():
+    """Half differences of the +/- grids; values of .013/.042/.028 N m and less are published for such arms."""
     found = learn("MTMR_31519", "uniform_pos uniform_neg", model="gravity+springs")
     np.testing.assert_allclose(found.model.friction[1:3, 0], [0.042, 0.028], atol=0.002)
     assert found.test.r2[1] > 0.88

@@ -1,4 +1,4 @@
-"""Bad input: every mistake is told with file, line, cause and mend, and nothing is learnt from it."""
+"""Invalid recordings: every mistake is reported with file, line, cause and remedy, and no model is fitted."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ HEADER = ",".join([f"q{k}_rad" for k in range(1, 8)] + [f"tau{k}_Nm" for k in ra
 ROW = "0.1,0.0,0.1,0.2,0.3,0.1,0,0.01,0.5,0.3,0.01,0.01,0.01,0\n"
 
 
-def refused(path, text, read=lambda p: read_static(p, Arm.mtm("right"))) -> str:
+def rejection(path, text, read=lambda p: read_static(p, Arm.mtm("right"))) -> str:
     path.write_text(text)
     with pytest.raises(RecordingError) as error:
         read(path)
@@ -23,7 +23,7 @@ def refused(path, text, read=lambda p: read_static(p, Arm.mtm("right"))) -> str:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("", "the recording has no rows"),
         (HEADER, "the recording has no rows"),
@@ -42,24 +42,24 @@ def refused(path, text, read=lambda p: read_static(p, Arm.mtm("right"))) -> str:
         ),
     ],
 )
-def test_mistakes_are_told(text, said, tmp_path):
-    assert said in refused(tmp_path / "a.csv", text)
+def test_mistakes_are_reported(text, message, tmp_path):
+    assert message in rejection(tmp_path / "a.csv", text)
 
 
-def test_a_file_that_is_not_there():
+def test_missing_file_is_reported():
     with pytest.raises(RecordingError, match=r"nowhere\.csv: the recording cannot be read"):
         read_static("nowhere.csv", Arm.mtm("right"))
     with pytest.raises(RecordingError, match="no recording given"):
         read_static([], Arm.mtm("right"))
 
 
-def test_bytes_are_no_recording(tmp_path):
+def test_binary_file_is_rejected(tmp_path):
     (tmp_path / "a.csv").write_bytes(b"\xff\xfe\x00\x81" * 50)
     with pytest.raises(RecordingError, match="cannot be read"):
         read_static(tmp_path / "a.csv", Arm.mtm("right"))
 
 
-def test_degrees_are_told_from_radians(tmp_path):
+def test_degrees_are_distinguished_from_radians(tmp_path):
     poses = synthetic.recording(30, 1)
     poses.q[:] = np.degrees(poses.q)
     synthetic.write(tmp_path / "a.csv", poses)
@@ -67,7 +67,7 @@ def test_degrees_are_told_from_radians(tmp_path):
         read_static(tmp_path / "a.csv", Arm.mtm("right"))
 
 
-def test_encoder_counts_are_told(tmp_path):
+def test_encoder_counts_are_reported(tmp_path):
     poses = synthetic.recording(30, 1)
     poses.q[:, :6] *= 1000.0  # encoder counts
     synthetic.write(tmp_path / "a.csv", poses)
@@ -75,7 +75,7 @@ def test_encoder_counts_are_told(tmp_path):
         read_static(tmp_path / "a.csv", Arm.mtm("right"))
 
 
-def test_motor_torques_are_told(tmp_path):
+def test_motor_torques_are_reported(tmp_path):
     poses = synthetic.recording(30, 1)
     poses.tau[:] /= 50.0
     synthetic.write(tmp_path / "a.csv", poses)
@@ -83,23 +83,23 @@ def test_motor_torques_are_told(tmp_path):
         read_static(tmp_path / "a.csv", Arm.mtm("right"))
 
 
-def test_the_other_arm_is_recognised(tmp_path):
+def test_recording_of_the_other_arm_is_recognised(tmp_path):
     synthetic.write(tmp_path / "a.csv", synthetic.recording(30, 1))
     with pytest.raises(RecordingError, match=r"all rows fit the right arm\n  mend: name the arm .* \(--arm mtmr\)"):
         gravity(tmp_path / "a.csv", "mtml")
 
 
 @pytest.mark.parametrize("header", [True, False])
-def test_header_or_not_it_is_the_same(header, tmp_path):
+def test_header_is_optional(header, tmp_path):
     poses = synthetic.recording(20, 1)
     synthetic.write(tmp_path / "a.csv", poses, header)
     np.testing.assert_allclose(read_static(tmp_path / "a.csv", Arm.mtm("right")).tau, poses.tau, rtol=1e-7)
 
 
 def test_columns_are_found_by_name(tmp_path):
-    """In any order, others beside them."""
-    words = HEADER.strip().split(",")
-    turned = ",".join(["pose", *reversed(words)]) + "\n" + ",".join(["3", *reversed(ROW.strip().split(","))]) + "\n"
+    """Columns may be in any order, among other columns."""
+    columns = HEADER.strip().split(",")
+    turned = ",".join(["pose", *reversed(columns)]) + "\n" + ",".join(["3", *reversed(ROW.strip().split(","))]) + "\n"
     (tmp_path / "a.csv").write_text(turned)
     poses = read_static(tmp_path / "a.csv", Arm.mtm("right"))
     assert poses.q[0, 3] == 0.2
@@ -117,7 +117,7 @@ def test_samples_of_one_pose_are_averaged(tmp_path):
     assert read.start.sum() == 1
 
 
-def test_too_few_and_too_similar_poses(tmp_path):
+def test_too_few_and_too_similar_poses_are_rejected(tmp_path):
     few = synthetic.recording(8, 1)
     synthetic.write(tmp_path / "few.csv", few)
     with pytest.raises(RecordingError, match="8 different poses\n  why: at least 12"):
@@ -135,7 +135,7 @@ def test_too_few_and_too_similar_poses(tmp_path):
     assert "wrist_platform" in str(error.value)
 
 
-def test_repeated_poses_are_told(tmp_path):
+def test_repeated_poses_are_reported(tmp_path):
     poses = synthetic.recording(30, 1)
     rows = np.repeat(np.arange(30), 3)
     synthetic.write(tmp_path / "a.csv", synthetic.Static(poses.q[rows], poses.tau[rows], rows == 0, ("",), 90))
@@ -143,14 +143,14 @@ def test_repeated_poses_are_told(tmp_path):
     assert "90 rows are 30 poses: repeated ones were averaged" in found.warnings
 
 
-def test_arm_and_form_are_asked_for_by_name(tmp_path):
+def test_unknown_arm_and_model_names_are_reported(tmp_path):
     with pytest.raises(RecordingError, match="there is no arm 'psm'"):
         gravity("x.csv", "psm")
     with pytest.raises(RecordingError, match="there is no gravity model 'magic'\n  mend: choose one of potential"):
         gravity("x.csv", "mtmr", model="magic")
 
 
-def test_test_poses_out_of_the_trained_region_are_told(tmp_path):
+def test_test_poses_outside_the_training_region_are_reported(tmp_path):
     train, test = synthetic.recording(60, 1), synthetic.recording(30, 2)
     test.q[:5, 3] = 3.5
     synthetic.write(tmp_path / "a.csv", train)
@@ -160,15 +160,15 @@ def test_test_poses_out_of_the_trained_region_are_told(tmp_path):
     assert any("outside of the trained region" in text for text in found.warnings)
 
 
-def test_test_poses_that_were_trained_on_are_told(tmp_path):
+def test_test_poses_used_in_training_are_reported(tmp_path):
     synthetic.write(tmp_path / "a.csv", synthetic.recording(60, 1))
     found = gravity(tmp_path / "a.csv", "mtmr", model="paper", test=tmp_path / "a.csv")
     assert any("60 of 60 test poses were trained on" in text for text in found.warnings)
 
 
 @needs_data
-def test_actuator_coordinates_are_doubted(tmp_path):
-    """A real recording turned into motor coordinates still lies within the limits: only its torques make no sense."""
+def test_actuator_coordinates_give_a_warning(tmp_path):
+    """A real recording in motor coordinates is within the joint limits; only its torques are implausible."""
     from palpate.arm.coupling import coupling, drives
 
     arm = Arm.mtm("right")
@@ -182,14 +182,14 @@ def test_actuator_coordinates_are_doubted(tmp_path):
 
 
 @needs_data
-def test_repeated_samples_of_a_real_recording():
+def test_repeated_samples_of_a_real_recording_are_averaged():
     poses = read_static(DATA / "mtm_static_wpi/mtmr_static_12poses_x50.csv", Arm.mtm("right"))
     assert (len(poses), poses.samples) == (12, 600)
 
 
 @needs_data
-def test_one_joint_at_a_time_still_gets_advice():
-    """A lab's 40 poses: each moves one joint about a small range."""
+def test_poses_of_one_joint_at_a_time_still_give_advice():
+    """40 poses of a lab, each of which moves one joint in a small range."""
     arm = Arm.mtm("right")
     found = gravity(DATA / "mtm_static_wpi/mtmr_static_decoupled_40poses.csv", arm)
     assert found.cross_validation.r2_directed[1:].min() > 0.9
@@ -205,7 +205,7 @@ def test_a_moving_recording_has_no_header():
     assert len(motion) > 5000
 
 
-def test_grid_levels_lose_the_servos_slope():
+def test_grid_poses_are_set_to_their_levels():
     rng = np.random.default_rng(0)
     levels = np.array([-1.0, 0.0, 1.5])
     q = np.zeros((900, 7))
@@ -217,7 +217,7 @@ def test_grid_levels_lose_the_servos_slope():
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("a: 1", "this is not a gravity model\n  why: 'kind' is missing"),
         ("kind: dynamics", "its kind is 'dynamics'"),
@@ -225,11 +225,11 @@ def test_grid_levels_lose_the_servos_slope():
         ("a: [", "the gravity model cannot be read"),
     ],
 )
-def test_other_files_are_no_models(text, said, tmp_path):
-    assert said in refused(tmp_path / "m.yaml", text, GravityModel.load)
+def test_other_files_are_rejected_as_models(text, message, tmp_path):
+    assert message in rejection(tmp_path / "m.yaml", text, GravityModel.load)
 
 
-def test_models_of_another_arm_are_refused(tmp_path):
+def test_models_of_another_arm_are_rejected(tmp_path):
     synthetic.write(tmp_path / "a.csv", synthetic.recording(40, 1))
     model = gravity(tmp_path / "a.csv", "mtmr", model="paper").model
     with pytest.raises(PalpateError, match="is of mtm_right, the arm is mtm_left"):

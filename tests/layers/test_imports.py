@@ -1,4 +1,4 @@
-"""The order of layers (pyproject.toml, import-linter), and no circle of files or folders; lazy imports count."""
+"""The order of layers (pyproject.toml, import-linter), and no import cycles of files or folders; lazy imports count."""
 
 import ast
 import tomllib
@@ -15,7 +15,7 @@ CONTRACT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))[
 
 
 def circles(package: str) -> list[list[str]]:
-    """A circle of files, and one of the files and folders in each folder; the root, which names all parts, apart."""
+    """Import cycles of files, and of files and folders in each folder, without the root, which imports all parts."""
     graph = grimp.build_graph(package, cache_dir=None)
     files = {m: graph.find_modules_directly_imported_by(m) - {package} for m in graph.modules - {package}}
     found = [_circle(files)]
@@ -56,19 +56,19 @@ def test_imports_only_go_down_the_layers():
     assert lint_imports(str(ROOT / "pyproject.toml"), no_cache=True, no_logo=True) == 0
 
 
-def test_there_is_no_circle_of_files_or_folders():
+def test_there_are_no_import_cycles_of_files_or_folders():
     assert circles("palpate") == []
 
 
-def test_the_root_gives_the_parts_of_the_package_nothing_but_modules():
-    """What a part took from the root by name (`palpate.Session`), no graph of modules would show."""
+def test_parts_of_the_package_import_only_modules_from_the_root():
+    """A graph of modules does not show names that a part imports from the root, such as `palpate.Session`."""
     parts = {path.name.removesuffix(".py") for path in (ROOT / "palpate").iterdir()}
     for path in (ROOT / "palpate").rglob("*.py"):
         others = from_the_root(path.read_text(encoding="utf-8")) - parts - {"_core", "_dvrk", "__version__", "__file__"}
         assert path == ROOT / "palpate" / "__init__.py" or not others, f"{path}: {others}"
 
 
-def made_up(folder: Path, name: str, files: Mapping[str, str], monkeypatch: pytest.MonkeyPatch) -> Path:
+def sample_package(folder: Path, name: str, files: Mapping[str, str], monkeypatch: pytest.MonkeyPatch) -> Path:
     """A package with an empty part for every layer and some files, and its contract; returns the contract's file."""
     layers = [layer.replace("|", " ").split() for layer in CONTRACT["layers"]]
     for path in ["", *(f"{part}/" for layer in layers for part in layer)]:
@@ -94,10 +94,10 @@ def made_up(folder: Path, name: str, files: Mapping[str, str], monkeypatch: pyte
         ("from palpate.errors import PalpateError\n", True),
     ],
 )
-def test_an_import_uphill_is_caught(tmp_path, monkeypatch, uphill, kept):
+def test_import_of_a_higher_layer_is_found(tmp_path, monkeypatch, uphill, kept):
     name = f"made_up_{abs(hash(uphill))}"
     files = {"arm/arm.py": uphill, "scene/text.py": "", "errors/__init__.py": "class PalpateError(Exception): ...\n"}
-    contract = made_up(tmp_path, name, files, monkeypatch)
+    contract = sample_package(tmp_path, name, files, monkeypatch)
     assert (lint_imports(str(contract), no_cache=True, no_logo=True) == 0) == kept
 
 
@@ -110,14 +110,14 @@ def test_an_import_uphill_is_caught(tmp_path, monkeypatch, uphill, kept):
         ({"mesh/a.py": "from palpate.arm import b\n", "arm/b.py": "", "arm/c.py": "from palpate.arm import b\n"}, None),
     ],
 )  # fmt: skip
-def test_a_circle_is_caught(tmp_path, monkeypatch, files, circle):
+def test_import_cycle_is_found(tmp_path, monkeypatch, files, circle):
     name = f"made_up_{abs(hash(str(files)))}"
-    made_up(tmp_path, name, files, monkeypatch)
+    sample_package(tmp_path, name, files, monkeypatch)
     found = circles(name)
     assert bool(found) == (circle is not None)
     assert circle is None or all(f"{name}.{circle}" in one for one in found)
 
 
-def test_a_name_of_the_root_is_caught():
+def test_import_of_a_root_name_is_found():
     assert from_the_root("import palpate\ndef f():\n    return palpate.Session\n") == {"Session"}
     assert from_the_root("from palpate import Scene, _core\n") == {"Scene", "_core"}

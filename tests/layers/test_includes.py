@@ -1,6 +1,6 @@
-"""C++ includes only go down the layers, and never in a circle.
+"""C++ files include only lower layers, and without cycles.
 
-The order is written here once. A stage reads another stage's result through `types`, never through its headers.
+The order is defined here. A stage reads another stage's result through `types`, never through its headers.
 """
 
 import re
@@ -37,13 +37,13 @@ def _resolve(root: Path, path: Path, name: str) -> str | None:
 
 
 def folder_of(file: str) -> str:
-    """The layer's folder that holds a file: `loop` of `core/palpate/loop/tick.hpp`."""
+    """Folder of a file that belongs to a layer, such as `loop` for `core/palpate/loop/tick.hpp`."""
     parts = Path(file).parts
     return parts[2] if parts[0] == "core" else parts[1] if parts[0] == "simulators" else parts[0]
 
 
 def uphill(graph: dict[str, list[str]]) -> list[str]:
-    """Includes that leave their folder and do not go down, in words."""
+    """Messages for includes of another folder in the same or a higher layer."""
     return [
         f"{file} ({own}) includes {other} ({theirs})"
         for file, others in graph.items()
@@ -53,7 +53,7 @@ def uphill(graph: dict[str, list[str]]) -> list[str]:
 
 
 def circle(graph: dict[str, list[str]]) -> list[str]:
-    """Files that include each other in a circle, the first again at the end; empty when there is no circle."""
+    """Files of an include cycle, with the first one repeated at the end; empty without a cycle."""
     done: set[str] = set()
     trail: list[str] = []
 
@@ -73,7 +73,7 @@ def circle(graph: dict[str, list[str]]) -> list[str]:
     return next((found for file in graph if (found := visit(file))), [])
 
 
-def test_every_include_goes_down():
+def test_every_include_is_of_a_lower_layer():
     graph = includes(ROOT)
     assert len(graph) > 200
     assert sum(map(len, graph.values())) > 300
@@ -81,7 +81,7 @@ def test_every_include_goes_down():
     assert uphill(graph) == []
 
 
-def test_no_file_includes_itself_round_a_corner():
+def test_there_is_no_include_cycle():
     assert circle(includes(ROOT)) == []
 
 
@@ -98,20 +98,20 @@ def tree(root: Path, **files: str) -> dict[str, list[str]]:
     ("includer", "included"),
     [("guidance__law", "loop/tick"), ("force__force", "contact/contact"), ("types__status", "scene/mesh")],
 )
-def test_an_uphill_or_sideways_include_is_found(tmp_path, includer, included):
+def test_include_of_the_same_or_a_higher_layer_is_found(tmp_path, includer, included):
     graph = tree(tmp_path, **{includer: included, included.replace("/", "__"): ""})
-    (words,) = uphill(graph)
-    assert f"core/palpate/{included}.hpp" in words
+    (message,) = uphill(graph)
+    assert f"core/palpate/{included}.hpp" in message
     assert circle(graph) == []
 
 
-def test_a_downhill_include_passes(tmp_path):
+def test_include_of_a_lower_layer_passes(tmp_path):
     graph = tree(tmp_path, loop__cycle="torque/law", torque__law="types/status", types__status="")
     assert sum(map(len, graph.values())) == 2
     assert uphill(graph) == []
 
 
-def test_a_circle_is_found_inside_one_folder_as_well(tmp_path):
+def test_include_cycle_within_a_folder_is_found(tmp_path):
     graph = tree(tmp_path, scene__mesh="scene/bvh", scene__bvh="scene/weld", scene__weld="scene/mesh")
     assert uphill(graph) == []
     found = circle(graph)

@@ -1,4 +1,4 @@
-"""A CRTK leader made of messages alone, over the rig's floor; the tool is virtual unless told otherwise."""
+"""A CRTK leader that only sends messages, above the rig's floor; the tool is virtual by default."""
 
 import numpy as np
 from loop_rig import Q_FOLLOWER, Q_LEADER, floor, options
@@ -9,7 +9,7 @@ from palpate.arm import Arm
 from palpate.record.ticks import STATUS, as_ticks
 
 DT = 1e-3
-WALL0 = 1.7e9  # the system's clock at t = 0 [s]
+WALL0 = 1.7e9  # system clock at t = 0 [s]
 BIT = {name: bit for name, (bit, _) in STATUS.items()}
 
 
@@ -28,19 +28,19 @@ def crtk_options(**changes):
 
 
 class Device:
-    """Sends what a leader sends, at 1 kHz, and steps; every step is one row."""
+    """Sends the messages of a leader at 1 kHz and steps the cycle; every step is one row."""
 
     def __init__(self, cycle=None, scene=None, **changes):
         self.options = crtk_options(**changes)
         self.cycle = cycle or _core.CrtkCycle(self.options, Arm.psm("lnd"))
         self.scene = floor() if scene is None else scene
-        if self.scene:  # False: it never gets one
+        if self.scene:  # False: no scene
             self.cycle.set_scene(self.scene)
         self.gates = _core.CrtkGates()
         for name in ("following", "operator_present", "leader_enabled", "follower_enabled"):
             setattr(self.gates, name, True)
         self.X0 = Arm.mtm("right").fk(Q_LEADER)
-        self.down = options().X_WL[:3, :3].T @ np.array([0.0, 0.0, -1.0])  # of the world, in the leader's frame
+        self.down = options().X_WL[:3, :3].T @ np.array([0.0, 0.0, -1.0])  # downwards, in the leader's frame
         self.t, self.skew, self.depth, self.rows, self.F = 0.0, 0.0, 0.0, [], []
         self.silent = False
 
@@ -49,7 +49,7 @@ class Device:
         return WALL0 + self.t
 
     def pose(self, depth):
-        """Handle `depth` below its start: position, quaternion x y z w."""
+        """Pose of the handle `depth` [m] below its start: position [m], quaternion x y z w."""
         return self.X0[:3, 3] + depth * self.down, Rotation.from_matrix(self.X0[:3, :3]).as_quat()
 
     def send(self, stamp=None, p=None, quat=None):
@@ -65,10 +65,10 @@ class Device:
         return as_ticks(row.reshape(1, -1))[0], F, goal, jaw
 
     def run(self, seconds, to=None, message=None):
-        """On for so long, the handle `to` below its start; `message(self)` in place of the plain one."""
+        """Run while the handle moves to `to` [m] below its start; `message(self)` replaces the valid message."""
         n = round(seconds / DT)
-        way = np.linspace(self.depth, self.depth if to is None else to, n + 1)[1:]
-        for depth in way:
+        depths = np.linspace(self.depth, self.depth if to is None else to, n + 1)[1:]
+        for depth in depths:
             self.t += DT
             self.depth = depth
             if message is not None:
@@ -84,5 +84,5 @@ class Device:
 
     @property
     def forces(self):
-        """Size of the commanded force, zero where nothing was sent (n,) [N]."""
+        """Magnitude of the commanded force (n,) [N]; zero if nothing was sent."""
         return np.array([0.0 if F is None else np.linalg.norm(F[:3]) for F in self.F])

@@ -10,7 +10,7 @@ from palpate.record.ticks import as_ticks
 
 Q_LEADER = np.array([0.0, 0.0, 0.0, 0.0, np.pi / 2, 0.0, 0.0])
 Q_FOLLOWER = np.array([0.0, 0.0, 0.12, 0.0, 0.0, 0.0])
-HEIGHT = 0.012  # of the tool above the floor at the start [m]
+HEIGHT = 0.012  # height of the tool above the floor at the start [m]
 CLUTCHED, NOT_FOLLOWING, IK_FAILED = 128, 256, 64
 
 
@@ -24,7 +24,7 @@ def floor(K=(400.0,) * 3, B=(0.0,) * 3, mu=0.0, half=0.1):
 
 
 def press_path(depth=0.006, slide=0.02):
-    """Approach, press, slide, leave: the tool's intended path."""
+    """The intended path of the tool: approach, press, slide and retract."""
     z = [HEIGHT, -depth, -depth, -depth, HEIGHT]
     x = [0, 0, 0, slide, slide]
     return _core.HandPath([0.1, 0.8, 1.2, 2.2, 2.8], np.column_stack([x, np.zeros(5), z]))

@@ -1,4 +1,4 @@
-"""A leader known by messages alone feels the wall, and nothing once anything is wrong."""
+"""The cycle of a CRTK leader: forces of a wall, and zero force after each fault of its messages."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from palpate import _core
 from palpate.arm import Arm
 from palpate.record.ticks import as_ticks
 
-IN = 0.034  # the handle so far below its start: the tool 5 mm below the floor's plane, plus its sphere [m]
+IN = 0.034  # handle position below its start [m]; the tool's centre is then 5 mm below the floor
 RATE_CAP, FORCE_CAP = 50.0, 3.0
 
 
@@ -25,17 +25,17 @@ def pressed(**changes):
     return device
 
 
-def test_the_wall_pushes_as_its_stiffness_says():
+def test_wall_force_matches_its_stiffness():
     device = pressed()
     tick, F, *_ = device.step()
-    depth = 0.002 - (HEIGHT - 0.5 * IN)  # sphere's radius minus the height of its centre
+    depth = 0.002 - (HEIGHT - 0.5 * IN)  # radius of the sphere minus the height of its centre [m]
     np.testing.assert_allclose(tick["depth"], depth, atol=1e-5)
     np.testing.assert_allclose(F[:3], -400.0 * depth * device.down, atol=0.02)
-    assert not device.forces[: round(0.2 / DT)].any(), "nothing in free space"
+    assert not device.forces[: round(0.2 / DT)].any(), "no force in free space"
 
 
-def test_the_same_hand_moves_the_same_tool_as_by_joints():
-    """The cycle of arms known by joints is the second algorithm: same poses, same goals, same touch."""
+def test_tool_moves_as_in_the_cycle_of_arms_with_joints():
+    """The cycle of arms with joint measurements is the reference: same poses, goals and contacts."""
     by_joints = _core.Cycle(options(), Arm.mtm("right"), Arm.psm("lnd"))
     device, arm = Device(), Arm.mtm("right")
     device.run(0.2)
@@ -64,7 +64,7 @@ def nan(d):
     d.send(p=np.array([np.nan, 0, 0]))
 
 
-def endless(d):
+def infinite(d):
     d.send(p=np.array([np.inf, 0, 0]))
 
 
@@ -92,7 +92,7 @@ def clock_back(d):
     d.send(stamp=d.wall - 3600.0)
 
 
-def leaping(d):
+def jumping(d):
     p, _ = d.pose(d.depth)
     d.send(p=p + 0.03 * np.array([1.0, 0, 0]) * (round(d.t / DT) % 2))
 
@@ -102,7 +102,7 @@ def spinning(d):
     d.send(quat=(Rotation.from_rotvec([0, 0, 1.5 * (round(d.t / DT) % 2)]) * Rotation.from_quat(quat)).as_quat())
 
 
-def bad_twist(d):
+def invalid_twist(d):
     d.send()
     d.cycle.leader_twist(d.wall, np.array([np.nan, 0, 0]), np.zeros(3), d.t, d.wall)
 
@@ -115,22 +115,22 @@ def two_grippers(d):
 FAULTS = {
     silent: "leader_stale",
     nan: "not_finite",
-    endless: "not_finite",
+    infinite: "not_finite",
     no_rotation: "not_finite",
     zero_stamp: "bad_stamp",
     frozen_stamp: "leader_stale",
     delayed: "bad_stamp",
     clock_jump: "bad_stamp",
     clock_back: "bad_stamp",
-    leaping: "jumped",
+    jumping: "jumped",
     spinning: "jumped",
-    bad_twist: "not_finite",
+    invalid_twist: "not_finite",
     two_grippers: "not_finite",
 }
 
 
-def zero_soon_and_no_step_back(device, from_row, within=0.05):
-    """Zero `within` of a row, and every growth below the rate cap."""
+def assert_zero_soon_without_a_step_back(device, from_row, within=0.05):
+    """Check that the force is zero `within` [s] after a row, and that it grows below the rate cap."""
     forces = device.forces
     assert not forces[from_row + round(within / DT) : from_row + round(within / DT) + 50].any()
     vectors = np.array([np.zeros(6) if F is None else F for F in device.F])
@@ -139,20 +139,20 @@ def zero_soon_and_no_step_back(device, from_row, within=0.05):
 
 
 @pytest.mark.parametrize("message", FAULTS, ids=lambda f: f.__name__)
-def test_whatever_is_wrong_with_the_messages_the_force_is_gone(message):
+def test_faults_of_the_messages_remove_the_force(message):
     device = pressed()
     at = len(device.rows)
     device.run(0.2, message=message)
     status = np.bitwise_or.reduce(device.ticks["status"][at:].astype(np.int64))
     assert status & BIT[FAULTS[message]]
-    detectable = 0.03 if FAULTS[message] == "leader_stale" else 0.0  # silence is none before that
-    zero_soon_and_no_step_back(device, at, 0.05 + detectable)
+    detectable = 0.03 if FAULTS[message] == "leader_stale" else 0.0  # silence is detected after this time [s]
+    assert_zero_soon_without_a_step_back(device, at, 0.05 + detectable)
     back = len(device.rows)
     device.run(0.6)
-    zero_soon_and_no_step_back(device, at, 0.05 + detectable)
-    assert not device.forces[back : back + 90].any(), "all must be well for 0.1 s first"
+    assert_zero_soon_without_a_step_back(device, at, 0.05 + detectable)
+    assert not device.forces[back : back + 90].any(), "all conditions must hold for 0.1 s first"
     assert device.ticks["status"][back + 50].astype(np.int64) & BIT["settling"]
-    assert device.forces[-1] > 1.0, "it comes back"
+    assert device.forces[-1] > 1.0, "the force returns"
 
 
 GATES = {
@@ -167,24 +167,24 @@ GATES = {
 
 
 @pytest.mark.parametrize("gate", GATES)
-def test_each_gate_takes_the_force_away_and_says_so(gate):
+def test_each_gate_removes_the_force_and_sets_its_status(gate):
     field, value, name = GATES[gate]
     device = pressed()
     at = len(device.rows)
     setattr(device.gates, field, value)
     tick, F, *_ = device.run(0.2)
     assert int(tick["status"]) & BIT[name]
-    zero_soon_and_no_step_back(device, at)
-    assert (F is None) == (gate in ("arm_in_fault", "other_teleop")), "what must not be sent is not"
+    assert_zero_soon_without_a_step_back(device, at)
+    assert (F is None) == (gate in ("arm_in_fault", "other_teleop")), "no wrench is sent in these states"
     setattr(device.gates, field, not value)
     device.run(0.6)
-    zero_soon_and_no_step_back(device, at)
+    assert_zero_soon_without_a_step_back(device, at)
     assert device.forces[-1] > 0.5
 
 
 @pytest.mark.parametrize("gate", ["arm_in_fault", "other_teleop"])
-def test_an_arm_that_keeps_the_last_wrench_is_left_with_zero(gate):
-    """Nothing may be sent any more, but what was pushed is taken back first."""
+def test_zero_wrench_is_sent_before_sending_stops(gate):
+    """An arm keeps the last wrench, so zero is sent before the gate stops all wrenches."""
     field, value, _ = GATES[gate]
     device = pressed()
     setattr(device.gates, field, value)
@@ -192,17 +192,17 @@ def test_an_arm_that_keeps_the_last_wrench_is_left_with_zero(gate):
     sent = [F for F in device.F if F is not None]
     assert not sent[-1].any()
     assert device.F[-1] is None
-    assert all(F is None for F in device.F[-round(0.05 / DT) :]), "and then silence"
+    assert all(F is None for F in device.F[-round(0.05 / DT) :]), "then nothing is sent"
 
 
-def test_unknown_is_no():
+def test_unknown_states_forbid_the_force():
     device = Device()
     device.gates = _core.CrtkGates()
     device.run(0.3, to=IN)
     assert all(F is None for F in device.F)
 
 
-def test_our_own_teleoperation_wants_an_operator_and_starts_where_the_tool_is():
+def test_own_teleoperation_needs_an_operator_and_starts_at_the_tool():
     device = Device(virtual_follower=False, own_teleop=True)
     X_BT = Arm.psm("lnd").fk(Q_FOLLOWER)
     quat = Rotation.from_matrix(X_BT[:3, :3]).as_quat()
@@ -220,15 +220,15 @@ def test_our_own_teleoperation_wants_an_operator_and_starts_where_the_tool_is():
     np.testing.assert_allclose(goal, X_BT, atol=1e-9)
     *_, goal, _ = device.run(0.2, to=0.008, message=both)
     np.testing.assert_allclose(goal[:3, 3] - X_BT[:3, 3], [0, 0, -0.002], atol=1e-9)
-    tick, _, goal, _ = device.run(0.5, to=0.2, message=both)  # a follower that does not follow
+    tick, _, goal, _ = device.run(0.5, to=0.2, message=both)  # the follower does not move
     status = np.bitwise_or.reduce(device.ticks["status"][-400:].astype(np.int64))
     assert status & BIT["lagging"]
 
 
-def test_a_follower_that_falls_silent_is_a_fault():
+def test_silent_follower_is_a_fault():
     device = Device(virtual_follower=False)
     X_BT = Arm.psm("lnd").fk(Q_FOLLOWER)
-    X_BT[2, 3] -= HEIGHT  # pressed in by its sphere's radius
+    X_BT[2, 3] -= HEIGHT  # penetration by the radius of the sphere
     quat = Rotation.from_matrix(X_BT[:3, :3]).as_quat()
 
     def above(d):
@@ -240,14 +240,14 @@ def test_a_follower_that_falls_silent_is_a_fault():
     at = len(device.rows)
     tick, *_ = device.run(0.2)
     assert int(tick["status"]) & BIT["follower_stale"]
-    zero_soon_and_no_step_back(device, at, 0.08)
+    assert_zero_soon_without_a_step_back(device, at, 0.08)
 
 
-def test_lost_double_and_disordered_messages_are_no_fault():
+def test_lost_repeated_and_reordered_messages_are_no_fault():
     device, random = pressed(), np.random.default_rng(3)
     at = len(device.rows)
 
-    def disorder(d):
+    def reorder(d):
         if random.random() < 0.2:
             return
         d.send()
@@ -256,14 +256,14 @@ def test_lost_double_and_disordered_messages_are_no_fault():
         if random.random() < 0.2:
             d.send(stamp=d.wall - 0.003)
 
-    device.run(1.0, message=disorder)
+    device.run(1.0, message=reorder)
     status = np.bitwise_or.reduce(device.ticks["status"][at:].astype(np.int64))
     caps = BIT["force_capped"] | BIT["rate_capped"] | BIT["passivity"]
     assert status & ~caps == 0
     assert device.forces[at:].min() > 0.9 * device.forces[at]
 
 
-def test_a_leader_too_slow_for_the_cycle_is_told_not_felt():
+def test_leader_too_slow_for_the_cycle_is_reported_without_force():
     device = Device()
 
     def slow(d):
@@ -275,18 +275,18 @@ def test_a_leader_too_slow_for_the_cycle_is_told_not_felt():
     assert not F.any()
 
 
-def test_a_stalled_cycle_starts_from_zero_again():
+def test_stalled_cycle_restarts_at_zero_force():
     device = pressed()
     at = len(device.rows)
-    device.t += 1.0  # stopped by the system: nothing was sent meanwhile
+    device.t += 1.0  # suspended by the system, without messages
     device.run(0.3)
     status = device.ticks["status"][at].astype(np.int64)
     assert status & BIT["stalled"]
     assert device.forces[at] == 0.0
-    zero_soon_and_no_step_back(device, at)
+    assert_zero_soon_without_a_step_back(device, at)
 
 
-def test_dropped_by_the_guardian_the_force_grows_from_zero():
+def test_force_grows_from_zero_after_a_takeover_by_the_guardian():
     device = pressed()
     at = len(device.rows)
     device.cycle.drop()
@@ -294,16 +294,16 @@ def test_dropped_by_the_guardian_the_force_grows_from_zero():
     assert device.forces[at] == 0.0
     assert device.forces[at : at + 90].max() == 0.0
     assert device.forces[-1] > 0.5
-    zero_soon_and_no_step_back(device, at, 0.02)
+    assert_zero_soon_without_a_step_back(device, at, 0.02)
 
 
-def test_the_tip_frame_is_the_same_wrench_seen_from_the_handle():
+def test_tip_frame_wrench_is_the_same_wrench_in_the_axes_of_the_handle():
     plain, tip = pressed(), pressed(tip_frame=True)
     R_LH = plain.X0[:3, :3]
     np.testing.assert_allclose(R_LH @ tip.F[-1][:3], plain.F[-1][:3], atol=1e-12)
 
 
-def test_another_motion_scale_is_felt_without_a_step():
+def test_change_of_the_motion_scale_gives_no_force_step():
     device = pressed()
     device.cycle.set_scale(0.25)
     at = len(device.rows)
@@ -311,7 +311,7 @@ def test_another_motion_scale_is_felt_without_a_step():
     assert abs(np.diff(device.forces[at - 1 :])).max() < 0.06
 
 
-def test_what_cannot_be_is_refused():
+def test_invalid_options_are_rejected():
     o = options()
     with pytest.raises(ValueError, match="a virtual follower needs its arm"):
         _core.CrtkCycle(Device().options)
@@ -323,7 +323,7 @@ def test_what_cannot_be_is_refused():
 numbers = st.one_of(st.floats(-0.05, 0.05), st.sampled_from([np.nan, np.inf, -np.inf, 1e300, 0.0]))
 stamps = st.one_of(st.floats(-0.05, 0.05), st.sampled_from([np.nan, np.inf, -WALL0, 3600.0, -3600.0, -0.1]))
 acts = st.one_of(
-    st.tuples(st.just("good"), st.floats(0.0, 0.06), st.integers(1, 60)),
+    st.tuples(st.just("state"), st.floats(0.0, 0.06), st.integers(1, 60)),
     st.tuples(st.just("pose"), stamps, st.tuples(numbers, numbers, numbers, numbers)),
     st.tuples(st.just("twist"), stamps, st.tuples(numbers, numbers, numbers)),
     st.tuples(st.just("gate"), st.sampled_from([g[0] for g in GATES.values()]), st.booleans()),
@@ -336,15 +336,15 @@ acts = st.one_of(
 
 @settings(max_examples=25, deadline=None)
 @given(st.lists(acts, max_size=25))
-def test_whatever_comes_the_force_is_finite_capped_and_never_steps(told):
+def test_force_is_finite_capped_and_continuous_for_any_messages(events):
     d, wall = Device(scene=floor()), 0.0
     d.run(0.15)
     d.run(0.2, to=IN)
     t0, F0, gated_at = d.t, np.array(d.F[-1]), None
-    for kind, a, b in told:
-        for _ in range(b if kind == "good" else 1):
+    for kind, a, b in events:
+        for _ in range(b if kind == "state" else 1):
             d.t += a if kind == "wait" else DT
-            if kind == "good":
+            if kind == "state":
                 d.depth += np.clip(a - d.depth, -0.002, 0.002)
                 d.send(stamp=d.wall + wall)
             elif kind == "pose":

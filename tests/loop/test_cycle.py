@@ -1,4 +1,4 @@
-"""The signals of Fig 3 are there and agree with each other."""
+"""The signals of Fig 3 of the paper exist and are consistent."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def quat_to_R(q):
     )
 
 
-def test_something_was_felt(pressed):
+def test_contact_gives_a_force(pressed):
     assert pressed["depth"].max() > 1e-3
     assert np.linalg.norm(pressed["F_H_L"], axis=1).max() > 0.3
     assert (pressed["contacts"][:200] == 0).all()
@@ -43,7 +43,7 @@ def test_force_is_its_terms_and_exactly_zero_when_free(pressed):
 
 
 def test_spring_is_stiffness_times_deflection(pressed):
-    """F = K delta_x - B v, in the running loop (Eq 6)."""
+    """F = K delta_x - B v in the running loop (Eq 6)."""
     np.testing.assert_allclose(pressed["F_spring_W"], 400.0 * pressed["delta_x"], rtol=1e-3, atol=1e-12)
 
 
@@ -62,7 +62,7 @@ def test_torque_is_the_sum_of_its_terms(pressed):
 
 
 def test_force_torque_is_the_transposed_jacobian_by_finite_differences(pressed):
-    """An independent Jacobian: the handle's position, differenced."""
+    """Reference: the Jacobian from finite differences of the handle's position."""
     arm, h = Arm.mtm("right"), 1e-6
     for row in pressed[900:2200:150]:
         J = np.array(
@@ -72,8 +72,8 @@ def test_force_torque_is_the_transposed_jacobian_by_finite_differences(pressed):
         np.testing.assert_allclose(row["v_LH"], J @ row["v"], atol=1e-7)
 
 
-def test_body_force_is_the_spatial_force_seen_from_the_handle(pressed):
-    """Norms are equal to 1e-12, and only the rotation of the handle is between the two."""
+def test_body_force_is_the_spatial_force_in_the_axes_of_the_handle(pressed):
+    """The norms agree to 1e-12, and the rotation of the handle transforms one force into the other."""
     np.testing.assert_allclose(
         np.linalg.norm(pressed["F_H_H"], axis=1), np.linalg.norm(pressed["F_H_L"], axis=1), rtol=0, atol=1e-12
     )
@@ -81,10 +81,10 @@ def test_body_force_is_the_spatial_force_seen_from_the_handle(pressed):
     np.testing.assert_allclose(np.einsum("kij,kj->ki", R_LH, pressed["F_H_H"]), pressed["F_H_L"], atol=1e-12)
 
 
-def test_turning_the_wrist_changes_the_body_force_only():
-    """The same tool, the same contact, other wrist angles of the leader."""
+def test_wrist_rotation_changes_only_the_body_force():
+    """The same contact with other wrist angles of the leader."""
     X_WB = options().X_WB
-    X_WB[2, 3] -= 0.0145  # the sphere's centre 2.5 mm inside
+    X_WB[2, 3] -= 0.0145  # the centre of the sphere is 2.5 mm inside
     rows = []
     for q6, q7 in ((0.0, 0.0), (0.4, -0.3), (-0.5, 1.0)):
         cycle = _core.Cycle(options(X_WB=X_WB), Arm.mtm("right"), Arm.psm("lnd"))
@@ -111,7 +111,7 @@ def test_force_reaches_the_hand_in_the_leaders_frame(pressed):
 
 
 def test_the_load_cell_reads_the_commanded_force_at_rest():
-    """Within the arm's friction: Coulomb friction holds what it can."""
+    """The difference is within the Coulomb friction of the arm."""
     from palpate import _core
 
     path = _core.HandPath([0.1, 1.0], np.array([[0, 0, 0.012], [0, 0, -0.008]]))
@@ -122,13 +122,13 @@ def test_the_load_cell_reads_the_commanded_force_at_rest():
     assert np.linalg.norm(cell - F) < 0.01 * np.linalg.norm(F)
 
 
-def test_paper_torques_leave_the_wrist_alone():
+def test_paper_torques_are_zero_at_the_wrist():
     ticks = run(simulation(torque__mode="paper"), 1.2)
     assert np.abs(ticks["tau_force"][:, :3]).max() > 0.01
     assert not ticks["tau_force"][:, 3:].any()
 
 
 @pytest.mark.parametrize("rate", [0.0, 1e6, float("nan")])
-def test_a_rate_that_cannot_be_is_named(rate):
+def test_invalid_rate_is_reported(rate):
     with pytest.raises(ValueError, match="rate"):
         simulation(rate=rate)

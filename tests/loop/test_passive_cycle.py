@@ -1,4 +1,4 @@
-"""The passivity layer in the haptic cycle: a late and stiff loop makes no energy; a calm one is not touched."""
+"""The passivity layer in the cycle: a delayed stiff loop generates no energy; a stable one is unchanged."""
 
 from dataclasses import replace
 
@@ -31,7 +31,7 @@ def late(mode):
     return run(simulation(floor(K=(1500.0,) * 3), presses(), **o), 3.2)
 
 
-def test_a_late_and_stiff_loop_makes_energy_without_the_layer_and_none_with_it():
+def test_delayed_stiff_loop_generates_energy_only_without_the_layer():
     off, on = late("off"), late("observer")
     assert off["energy_port"].min() < -5e-3
     assert on["energy_port"].min() >= -ALLOWANCE - 5e-5  # counts of 10 um at 3 N
@@ -39,7 +39,7 @@ def test_a_late_and_stiff_loop_makes_energy_without_the_layer_and_none_with_it()
     assert not (off["status"].astype(int) & PASSIVITY).any()
 
 
-def test_the_books_are_closed_with_every_element_at_work():
+def test_energy_ledger_balances_with_all_elements():
     o = {"stability__low_pass": 30.0, "stability__coupling_stiffness": 900.0, "stability__coupling_damping": 3.0}
     ticks = run(simulation(floor(K=(800.0,) * 3), presses(2), **o), 1.6)
     kept = sum(ticks[f"energy_{name}"] for name in ("port", "cut", "passivity", "low_pass", "coupling"))
@@ -50,8 +50,8 @@ def test_the_books_are_closed_with_every_element_at_work():
     assert ticks["lag_ms"][:, 0].min() < 0
 
 
-def test_each_object_has_its_own_account():
-    """Two blocks: one is pressed and left, then the other is pressed."""
+def test_each_object_has_its_own_energy_account():
+    """Two blocks: one is pressed and released, then the other is pressed."""
     material = _core.Material(K=np.full(3, 400.0), B=np.full(3, 4.0), mu=0.0)
     blocks = []
     for name, x in (("left", 0.0), ("right", 0.05)):
@@ -64,7 +64,7 @@ def test_each_object_has_its_own_account():
     left, right = source[:, 0], source[:, 1]
     assert left[700] > 1e-3
     assert not right[:1900].any()
-    np.testing.assert_array_equal(left[1900:], left[1900])  # what its damping kept of it
+    np.testing.assert_array_equal(left[1900:], left[1900])  # the energy dissipated by its damping
     assert right[-1] == pytest.approx(left[700], rel=0.2)
     np.testing.assert_allclose(source[:, 2:], 0.0, atol=1e-12)
 
@@ -76,7 +76,7 @@ def scene(**stability):
     )  # fmt: skip
 
 
-def test_the_layer_knows_what_the_scene_says():
+def test_layer_uses_the_options_of_the_scene():
     rig = build(scene())
     o = rig.options()
     assert o.stability.passivity == "observer"
@@ -84,12 +84,12 @@ def test_the_layer_knows_what_the_scene_says():
     np.testing.assert_allclose(o.stability.friction.coulomb, 0.5 * o.leader.coulomb)
     assert 7.0 < o.stability.acceleration < 11.0  # 3 N on 0.3 kg of a master arm's handle
     assert build(scene(acceleration=2.0)).options().stability.acceleration == 2.0
-    assert 5e-6 < o.stability.quantum < 2e-5  # an MTM's, at its handle
+    assert 5e-6 < o.stability.quantum < 2e-5  # resolution of an MTM at its handle [m]
     assert build(scene(known_delay=0.002)).options().stability.delay == 0.002
     assert not build(scene(friction_share=0.0)).options().stability.friction.coulomb.any()
 
 
-def test_a_shipped_scene_does_not_feel_it():
+def test_passivity_layer_does_not_act_in_a_shipped_scene():
     rig, forces = build(Scene.load("scenes/palpation.yaml")), []
     for mode in ("off", "observer"):
         stability = rig.scene.stability.model_copy(update={"passivity": mode})

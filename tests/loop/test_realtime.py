@@ -1,4 +1,4 @@
-"""Real time: the thread runs, can be read and steered meanwhile, and stops at zero force. No timing is asserted."""
+"""The real-time thread: it runs, accepts reads and controls, and stops at zero force. No timing is asserted."""
 
 import threading
 import time
@@ -16,11 +16,11 @@ PRESS = _core.HandPath([0.05, 0.3], np.array([[0, 0, HEIGHT], [0, 0, -0.006]]))
 def wait_for(condition, seconds=20.0):
     end = time.monotonic() + seconds
     while not condition():
-        assert time.monotonic() < end, "waited in vain"
+        assert time.monotonic() < end, "timeout"
         time.sleep(0.01)
 
 
-def test_it_runs_and_stops_at_zero_force_with_gravity_kept():
+def test_thread_stops_at_zero_force_with_gravity_compensation():
     sim = simulation(path=PRESS)
     sim.start()
     assert sim.running
@@ -44,7 +44,7 @@ def test_it_runs_and_stops_at_zero_force_with_gravity_kept():
     assert sim.fault() is None
 
 
-def test_it_goes_on_where_it_stood():
+def test_second_start_continues_the_simulation():
     sim = simulation(path=PRESS)
     for _ in range(3):
         sim.start()
@@ -55,13 +55,13 @@ def test_it_goes_on_where_it_stood():
     assert as_ticks(sim.run(1))["t"][0] > t[-1]
 
 
-def test_people_may_do_what_they_like_meanwhile():
-    """Scenes, controls, readers from several threads: nothing tears, nothing stops."""
+def test_concurrent_changes_and_reads_are_safe():
+    """Several threads change scenes and controls and read: all reads are consistent and the thread goes on."""
     sim = simulation(path=PRESS)
     sim.start()
     over, errors = threading.Event(), []
 
-    def people(act):
+    def repeat(act):
         try:
             while not over.is_set():
                 act()
@@ -80,7 +80,7 @@ def test_people_may_do_what_they_like_meanwhile():
 
     rows = []
     threads = [
-        threading.Thread(target=people, args=(act,))
+        threading.Thread(target=repeat, args=(act,))
         for act in (steer, swap, swap, sim.latest, lambda: rows.append(sim.drain()))
     ]
     for thread in threads:
@@ -98,7 +98,7 @@ def test_people_may_do_what_they_like_meanwhile():
     assert sim.fault() is None
 
 
-def test_paused_time_stands_still():
+def test_time_stands_still_during_a_pause():
     sim = simulation(path=PRESS)
     sim.start()
     wait_for(lambda: sim.timing()["ticks"] > 10)
@@ -109,16 +109,16 @@ def test_paused_time_stands_still():
     t = as_ticks(sim.latest())[0]["t"]
     time.sleep(0.1)
     assert as_ticks(sim.latest())[0]["t"] == t
-    sim.stop()  # also ends a paused one
+    sim.stop()  # also ends a paused simulation
 
 
-def test_a_simulation_forgotten_while_running_ends_itself():
+def test_deleted_simulation_ends_its_thread():
     sim = simulation(path=PRESS)
     sim.start()
     del sim
 
 
-def test_without_privileges_it_runs_and_says_so():
+def test_thread_runs_without_privileges_and_reports_it():
     options = _core.RealTimeOptions()
     options.allow_priority = options.allow_affinity = False
     bare = _core.BareLoop(1000.0, options)

@@ -1,4 +1,4 @@
-"""Whatever the arms say: the force on the hand is finite, capped, slow to change; gravity stays compensated."""
+"""For any arm states the force is finite, capped and rate-limited, and gravity stays compensated."""
 
 import math
 
@@ -16,14 +16,14 @@ LEADER_STALE, FOLLOWER_STALE, NOT_FINITE = 4, 8, 16
 
 
 def inside():
-    """Options whose follower stands 1.5 mm deep in the floor (sphere of 2 mm)."""
+    """Options with the follower 1.5 mm inside the floor (sphere of 2 mm)."""
     X_WB = options().X_WB
     X_WB[2, 3] -= 0.0115
     return options(X_WB=X_WB)
 
 
 class Driver:
-    """A cycle fed by hand."""
+    """A cycle with its arm states as arguments."""
 
     def __init__(self, o=None):
         self.cycle = _core.Cycle(o or inside(), Arm.mtm("right"), Arm.psm("lnd"))
@@ -46,7 +46,7 @@ def warm(n=60):
     return d, row
 
 
-def test_a_silent_leader_is_ramped_down_with_gravity_kept():
+def test_silent_leader_ramps_the_force_down_and_keeps_gravity_compensation():
     d, row = warm()
     gravity, last, t_seen = row["tau_gravity"], row["F_H_L"], (d.k - 1) * DT
     for k in range(150):
@@ -61,7 +61,7 @@ def test_a_silent_leader_is_ramped_down_with_gravity_kept():
     assert row["tau_gravity"].any()
 
 
-def test_a_silent_follower_too():
+def test_silent_follower_ramps_the_force_down():
     d, _ = warm()
     t_seen = (d.k - 1) * DT
     for _ in range(150):
@@ -71,12 +71,12 @@ def test_a_silent_follower_too():
     assert row["tau_gravity"].any()
 
 
-def test_nan_in_an_encoder_is_stopped_and_reported_and_it_recovers():
+def test_nan_of_an_encoder_stops_the_force_until_it_recovers():
     d, before = warm()
-    bad = Q_LEADER.copy()
-    bad[2] = math.nan
+    invalid = Q_LEADER.copy()
+    invalid[2] = math.nan
     for _ in range(100):
-        row, q_command = d.step(q=bad)
+        row, q_command = d.step(q=invalid)
         assert np.isfinite(row["tau"]).all()
         assert np.isfinite(q_command).all()
     assert int(row["status"]) & NOT_FINITE
@@ -87,7 +87,7 @@ def test_nan_in_an_encoder_is_stopped_and_reported_and_it_recovers():
     np.testing.assert_allclose(row["F_H_L"], before["F_H_L"], atol=1e-9)
 
 
-def test_a_hand_that_moved_out_of_sight_does_not_pull_the_tool_along():
+def test_hand_motion_during_a_leader_fault_does_not_move_the_tool():
     d, _ = warm()
     _, held = d.step(leader_valid=False)
     for _ in range(50):
@@ -100,13 +100,13 @@ def test_a_hand_that_moved_out_of_sight_does_not_pull_the_tool_along():
     np.testing.assert_allclose(psm.fk(q_command)[:3, 3], psm.fk(held)[:3, 3], atol=1e-7)
 
 
-def test_a_tool_that_moved_out_of_sight_is_not_pulled_back_nor_thrown_after_the_hand():
+def test_tool_motion_during_a_follower_fault_is_neither_reversed_nor_caught_up():
     d, _ = warm()
     for _ in range(50):
         d.step(follower_valid=False)
     hand, tool = Q_LEADER.copy(), Q_FOLLOWER.copy()
-    hand[:3] += 0.1  # the surgeon went on,
-    tool[:3] += 0.05, -0.03, 0.01  # and somebody moved the instrument
+    hand[:3] += 0.1  # the hand moved on,
+    tool[:3] += 0.05, -0.03, 0.01  # and the instrument was moved by hand
     for _ in range(20):
         d.step(q=hand, follower_valid=False)
     for k in range(20):
@@ -117,10 +117,10 @@ def test_a_tool_that_moved_out_of_sight_is_not_pulled_back_nor_thrown_after_the_
     forth[:3] += 0.01
     for _ in range(20):
         _, q_command = d.step(q=forth, q_follower=tool)
-    assert np.linalg.norm(q_command - tool) > 1e-3  # and it follows again
+    assert np.linalg.norm(q_command - tool) > 1e-3  # the tool follows again
 
 
-def test_a_goal_that_comes_back_into_reach_elsewhere_is_approached_no_faster_than_joints_turn():
+def test_goal_that_returns_into_reach_is_approached_within_the_joint_speeds():
     d = Driver(options(mapping__scale=5.0))
     v_max = Arm.psm("lnd").v_max
     for _ in range(10):
@@ -139,20 +139,20 @@ def test_a_goal_that_comes_back_into_reach_elsewhere_is_approached_no_faster_tha
     assert np.max(steps) > 0
 
 
-def test_nothing_is_commanded_before_both_arms_were_heard():
+def test_nothing_is_commanded_before_states_of_both_arms():
     d = Driver()
     row, _ = d.step(leader_valid=False)
     assert not row["tau"].any()
     assert int(row["status"]) & LEADER_STALE
 
 
-def test_a_follower_that_was_not_heard_is_sent_nothing():
+def test_follower_without_state_gets_no_command():
     d = Driver()
     assert len(d.step(follower_valid=False)[1]) == 0
     assert len(d.step()[1]) == 6
 
 
-def test_the_leader_is_held_up_before_the_follower_is_heard():
+def test_leader_gets_gravity_compensation_before_the_first_follower_state():
     row, _ = Driver().step(follower_valid=False)
     gravity = Arm.mtm("right").holding(Q_LEADER)
     np.testing.assert_allclose(row["tau_gravity"], gravity, atol=1e-12)
@@ -160,7 +160,7 @@ def test_the_leader_is_held_up_before_the_follower_is_heard():
     assert int(row["status"]) & FOLLOWER_STALE
 
 
-def test_out_of_reach_the_follower_holds_and_says_so():
+def test_unreachable_goal_holds_the_follower_and_sets_the_status():
     d = Driver(options(mapping__scale=5.0))
     for _ in range(10):
         _, held = d.step()
@@ -188,7 +188,7 @@ tick = st.fixed_dictionaries(
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @example([{"q": np.full(7, 1e308)}, {"v": np.full(7, 1e308)}, {"q_follower": np.full(6, -1e308)}])
 @given(st.lists(tick, min_size=1, max_size=25))
-def test_whatever_the_arms_say_the_force_is_safe(ticks):
+def test_force_is_safe_for_any_arm_states(ticks):
     d = Driver()
     for _ in range(30):
         row, _ = d.step()

@@ -1,4 +1,4 @@
-"""The mapping from hand to tool against the closed form of its law, and the promise that nothing jumps."""
+"""The mapping from hand to tool against the closed form of its law, and the continuity of the goal."""
 
 import numpy as np
 import pytest
@@ -50,7 +50,7 @@ def test_position_is_relative_and_scaled():
     np.testing.assert_allclose(m.hand_position(goal[:3, 3]), hand0 + motion, atol=1e-15)
 
 
-def test_engaging_starts_where_the_tool_is_and_turns_no_faster_than_the_align_rate():
+def test_engaging_starts_at_the_tool_and_aligns_within_the_align_rate():
     R_hand, R_tool = rotation([1, 2, 3], 0.4), rotation([-1, 0.5, 1], 1.1)
     m = make(align_rate=0.5)
     last = R_tool
@@ -58,7 +58,7 @@ def test_engaging_starts_where_the_tool_is_and_turns_no_faster_than_the_align_ra
         goal, *_ = step(m, pose(R=R_hand), pose(R=R_tool))
         assert angle(last.T @ goal[:3, :3]) <= 0.5 * DT + 1e-8
         last = goal[:3, :3]
-    np.testing.assert_allclose(last, R_hand, atol=1e-9)  # absolute orientation in the end
+    np.testing.assert_allclose(last, R_hand, atol=1e-9)  # the final orientation is that of the hand
 
 
 def test_align_rate_zero_keeps_the_offset():
@@ -71,12 +71,12 @@ def test_align_rate_zero_keeps_the_offset():
     np.testing.assert_allclose(goal[:3, :3], turn @ R_tool, atol=1e-12)
 
 
-def test_clutch_holds_the_tool_and_catches_the_map_anew():
+def test_clutch_holds_the_tool_and_resets_the_offset():
     m = make(scale=0.5)
     hand, tool = np.zeros(3), np.array([0.1, 0.0, 0.0])
     step(m, pose(hand), pose(tool))
     before, *_ = step(m, pose([0.02, 0, 0]), pose(tool))
-    for x in np.linspace(0.02, 0.3, 50):  # far away, and turned
+    for x in np.linspace(0.02, 0.3, 50):  # a distant, rotated pose
         held, _, v, engaged = step(m, pose([x, 0, 0], rotation([0, 1, 0], x)), pose(tool), v=(1, 0, 0), clutch=True)
         np.testing.assert_array_equal(held, before)
         assert not engaged
@@ -88,7 +88,7 @@ def test_clutch_holds_the_tool_and_catches_the_map_anew():
     np.testing.assert_allclose(moved[:3, 3] - before[:3, 3], [0.005, 0, 0], atol=1e-12)
 
 
-def test_a_goal_out_of_reach_is_left_behind_by_the_clutch():
+def test_clutch_discards_an_unreachable_goal():
     m = make(scale=1.0)
     step(m, pose(), pose())
     step(m, pose([1, 0, 0]), pose([0.2, 0, 0]))
@@ -98,8 +98,8 @@ def test_a_goal_out_of_reach_is_left_behind_by_the_clutch():
 
 @settings(max_examples=60, deadline=None)
 @given(st.lists(st.tuples(st.booleans(), st.booleans()), min_size=5, max_size=60))
-def test_no_pedal_makes_the_goal_jump(pedals):
-    """Between ticks the goal moves by no more than the scaled hand, and turns by hand plus alignment."""
+def test_pedals_never_make_the_goal_jump(pedals):
+    """Per tick the goal moves at most as the scaled hand, and rotates at most as hand plus alignment."""
     m = make(scale=0.5, align_rate=0.5)
     rng = np.random.default_rng(7)
     p, R, last = np.zeros(3), np.eye(3), pose([0.1, 0.2, 0.3], rotation([1, 1, 0], 2.0))
@@ -113,7 +113,7 @@ def test_no_pedal_makes_the_goal_jump(pedals):
         last = tool = goal
 
 
-def test_jaw_follows_the_pinch_linearly_and_no_faster_than_its_rate():
+def test_jaw_follows_the_gripper_linearly_within_its_rate():
     m = make(gripper_min=0.1, gripper_max=1.1, jaw_min=-0.2, jaw_max=0.8, jaw_rate=2.0)
     last = -0.2
     for _ in range(2000):
@@ -126,7 +126,7 @@ def test_jaw_follows_the_pinch_linearly_and_no_faster_than_its_rate():
     assert jaw == pytest.approx(0.8)
 
 
-def test_forces_only_rotate_and_damping_sees_the_scaled_hand():
+def test_forces_are_only_rotated_and_damping_uses_the_scaled_velocity():
     R_WL = rotation([1, -2, 0.5], 0.9)
     m = make(R_WL, scale=0.25, force_scale=2.0)
     F = np.array([1.0, -2.0, 0.5])
@@ -135,8 +135,8 @@ def test_forces_only_rotate_and_damping_sees_the_scaled_hand():
     np.testing.assert_allclose(v, 0.25 * R_WL @ [0.1, 0.2, -0.3], atol=1e-16)
 
 
-def test_felt_stiffness_is_scale_times_stiffness():
-    """F = K s dx_hand, so the hand feels s K."""
+def test_stiffness_at_the_hand_is_scale_times_stiffness():
+    """F = K s dx_hand, so the stiffness at the hand is s K."""
     m = make(scale=0.4)
     K = 500.0
     step(m, pose(), pose())
@@ -148,6 +148,6 @@ def test_felt_stiffness_is_scale_times_stiffness():
 @pytest.mark.parametrize(
     ("name", "value"), [("scale", 0.0), ("scale", float("nan")), ("jaw_rate", 0.0), ("align_rate", -1.0)]
 )
-def test_options_that_cannot_be_are_named(name, value):
+def test_invalid_options_are_reported(name, value):
     with pytest.raises(ValueError, match=f"mapping.{name}"):
         make(**{name: value})

@@ -1,4 +1,4 @@
-"""What is wrong with a mesh is counted, mended where that is safe, and told."""
+"""Faults of a mesh are counted, corrected if this is safe, and reported."""
 
 import warnings
 
@@ -11,7 +11,7 @@ from palpate import _core
 from palpate.errors import MeshError, PalpateWarning
 from palpate.mesh import Mesh
 
-pytestmark = pytest.mark.filterwarnings("ignore::palpate.errors.PalpateWarning")  # each test asks for its own
+pytestmark = pytest.mark.filterwarnings("ignore::palpate.errors.PalpateWarning")  # each test checks its own warnings
 
 CUBE_V = 0.04 * np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
 CUBE_T = np.array(
@@ -28,11 +28,11 @@ def volume(v, t) -> float:
 
 
 def two(v=CUBE_V, t=CUBE_T, shift=0.1, scale=1.0, turn=False):
-    """A cube and a second one, moved, scaled, maybe inside out."""
+    """A cube and a second one, moved by `shift` [m], scaled, and inside out if `turn`."""
     return np.vstack([v, v * scale + shift]), np.vstack([t, (t[:, ::-1] if turn else t) + len(v)])
 
 
-def test_a_sound_mesh_is_taken_as_it_is():
+def test_valid_mesh_is_used_unchanged():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         mesh = Mesh(CUBE_V, CUBE_T)
@@ -59,23 +59,23 @@ def test_duplicate_triangles_are_dropped_and_counted():
     assert mesh.report.watertight
 
 
-def test_inverted_winding_is_turned_and_told():
+def test_inverted_winding_is_corrected_and_reported():
     with pytest.warns(PalpateWarning, match=r"inverted winding: 12 triangles[\s\S]*enclosed volume came out negative"):
         mesh = Mesh(CUBE_V, CUBE_T[:, ::-1])
     assert volume(mesh.vertices, mesh.triangles) == pytest.approx(0.04**3)
 
 
-@pytest.mark.parametrize("wrong", [[3], [0, 5, 7], list(range(7))])
-def test_inconsistent_winding_is_turned_and_told(wrong):
+@pytest.mark.parametrize("inverted", [[3], [0, 5, 7], list(range(7))])
+def test_inconsistent_winding_is_corrected_and_reported(inverted):
     t = CUBE_T.copy()
-    t[wrong] = t[wrong][:, ::-1]
+    t[inverted] = t[inverted][:, ::-1]
     with pytest.warns(PalpateWarning, match="winding"):
         mesh = Mesh(CUBE_V, t)
     assert volume(mesh.vertices, mesh.triangles) == pytest.approx(0.04**3)
     assert mesh.report.watertight
 
 
-def test_a_cavity_is_not_inside_out():
+def test_cavity_keeps_its_winding():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         mesh = Mesh(*two(shift=0.01, scale=0.5, turn=True))
@@ -83,13 +83,13 @@ def test_a_cavity_is_not_inside_out():
     assert mesh.report.components == 2
 
 
-def test_an_inverted_part_beside_a_sound_one_is_turned():
+def test_inverted_part_of_a_mesh_is_corrected():
     with pytest.warns(PalpateWarning, match="inverted winding: 12 triangles"):
         mesh = Mesh(*two(turn=True))
     assert volume(mesh.vertices, mesh.triangles) == pytest.approx(2 * 0.04**3)
 
 
-def test_a_moebius_strip_has_no_two_sides():
+def test_moebius_strip_is_not_orientable():
     n = 12
     u = np.arange(n) * 2 * np.pi / n
     w = np.stack([np.cos(u / 2) * np.cos(u), np.cos(u / 2) * np.sin(u), np.sin(u / 2)], 1) * 0.01
@@ -105,7 +105,7 @@ def test_a_moebius_strip_has_no_two_sides():
         Mesh(v, np.array(t))
 
 
-def test_open_surface_is_told_with_its_edges():
+def test_open_surface_is_reported_with_its_edges():
     with pytest.warns(
         PalpateWarning, match=r"the surface is open: 4 edges have one triangle only[\s\S]*close the holes"
     ):
@@ -114,22 +114,22 @@ def test_open_surface_is_told_with_its_edges():
     assert mesh.report.open_edges == 4
 
 
-def test_edges_with_many_triangles_are_told():
+def test_edges_with_many_triangles_are_reported():
     with pytest.warns(PalpateWarning, match="edges are shared by more than two triangles"):
         mesh = Mesh(np.vstack([CUBE_V, [[0.01, 0.02, 0.06]]]), np.vstack([CUBE_T, [[1, 3, 8]]]))
     assert mesh.report.non_manifold_edges == 1
 
 
-@pytest.mark.parametrize(("scale", "said"), [(1000, "unit: mm would make it 0.04 m"), (0.01, "scale the mesh")])
-def test_a_size_that_betrays_the_unit(scale, said):
+@pytest.mark.parametrize(("scale", "message"), [(1000, "unit: mm would make it 0.04 m"), (0.01, "scale the mesh")])
+def test_implausible_size_is_reported_with_the_unit(scale, message):
     with pytest.warns(
-        PalpateWarning, match=rf"the largest extent is .* m with unit m: is the unit right\?[\s\S]*{said}"
+        PalpateWarning, match=rf"the largest extent is .* m with unit m: is the unit right\?[\s\S]*{message}"
     ):
         Mesh(CUBE_V * scale, CUBE_T)
 
 
 @pytest.mark.parametrize(
-    ("vertices", "triangles", "said"),
+    ("vertices", "triangles", "message"),
     [
         (CUBE_V[:, :2], CUBE_T, r"vertices must have shape \(n, 3\). Got: \(8, 2\)"),
         (CUBE_V, CUBE_T[:, :2], r"triangles must have shape \(m, 3\). Got: \(12, 2\)"),
@@ -143,12 +143,12 @@ def test_a_size_that_betrays_the_unit(scale, said):
         (CUBE_V, [[0, 1, 2**40]], "out of range"),
     ],
 )
-def test_arrays_that_are_no_mesh_are_refused(vertices, triangles, said):
-    with pytest.raises(MeshError, match=said):
+def test_invalid_arrays_are_rejected(vertices, triangles, message):
+    with pytest.raises(MeshError, match=message):
         Mesh(vertices, triangles)
 
 
-def test_arrays_may_lie_in_any_order_in_memory():
+def test_arrays_may_have_any_memory_layout():
     mesh = Mesh(np.asfortranarray(CUBE_V), np.asfortranarray(CUBE_T))
     assert mesh.report.volume_m3 == pytest.approx(0.04**3)
 
@@ -159,9 +159,9 @@ def test_arrays_are_copied_and_read_only():
         mesh.vertices[0, 0] = 1.0
 
 
-def test_a_line_that_closes_a_gap_is_kept():
-    """A T-junction: one side of an edge is cut in two, the triangle between has no area but closes the surface."""
-    middle, opposite = (0.5 * (CUBE_V[1] + CUBE_V[3])), CUBE_T[11]  # [1, 7, 3]: cut its edge 3-1 at the middle
+def test_degenerate_triangle_that_closes_the_surface_is_kept():
+    """A T-junction: one side of an edge is split, and a triangle without area closes the surface."""
+    middle, opposite = (0.5 * (CUBE_V[1] + CUBE_V[3])), CUBE_T[11]  # [1, 7, 3]: split its edge 3-1 at the middle
     assert opposite.tolist() == [1, 7, 3]
     v = np.vstack([CUBE_V, middle])
     t = np.vstack([CUBE_T[:11], [[1, 7, 8], [8, 7, 3], [1, 8, 3]]])
@@ -172,19 +172,19 @@ def test_a_line_that_closes_a_gap_is_kept():
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         (lambda v: np.vstack([v[:-1], [[1e300, 0, 0]]]), r"a vertex at \(1e\+300, 0, 0\) m is more than 1e\+09 m away"),
         (lambda v: v * 1e-12, r"its largest extent is 4e-14 m, less than 1e-09 m\n  mend: check the unit"),
         (lambda v: v + 1e9 * 0.99, r"it lies 9.9e\+08 m from its origin, where numbers are too coarse"),
     ],
 )
-def test_extents_without_precision_are_refused_with_the_numbers(change, said):
-    with pytest.raises(MeshError, match=said):
+def test_extents_beyond_the_precision_are_rejected_with_the_numbers(change, message):
+    with pytest.raises(MeshError, match=message):
         Mesh(change(CUBE_V), CUBE_T)
 
 
-def test_a_stray_vertex_is_named():
+def test_stray_vertex_is_reported():
     from palpate.shapes import analytic
 
     v, t = analytic.Sphere().mesh(1000)
@@ -196,14 +196,14 @@ def test_a_stray_vertex_is_named():
 
 
 @pytest.mark.parametrize("exponent", [-6, -3, 0, 3, 6])
-def test_any_scale_from_a_micrometre_to_a_thousand_kilometres(exponent):
+def test_mesh_of_any_scale_is_accepted(exponent):
     mesh = Mesh(CUBE_V / 0.04 * 10.0**exponent, CUBE_T)
     assert mesh.report.volume_m3 == pytest.approx(10.0 ** (3 * exponent))
     assert mesh.core.nearest(np.full((1, 3), 0.5 * 10.0**exponent))[0][0] == pytest.approx(-0.5 * 10.0**exponent)
 
 
 def parts_of(t) -> int:
-    """Judge: sets of vertices, merged one triangle at a time."""
+    """Reference: number of parts from sets of vertices, merged one triangle at a time."""
     parts: list[set[int]] = []
     for row in t.tolist():
         touching = [p for p in parts if p & set(row)]
@@ -213,7 +213,7 @@ def parts_of(t) -> int:
 
 @settings(max_examples=40, deadline=None)
 @given(seed=st.integers(0, 10_000))
-def test_parts_are_those_of_sets(seed):
+def test_parts_agree_with_the_reference(seed):
     rng = np.random.default_rng(seed)
     v = rng.normal(size=(30, 3))
     t = np.array([rng.choice(30, 3, replace=False) for _ in range(rng.integers(1, 20))])
@@ -222,14 +222,14 @@ def test_parts_are_those_of_sets(seed):
 
 @settings(max_examples=40, deadline=None)
 @given(seed=st.integers(0, 10_000), share=st.floats(0.0, 0.45))
-def test_winding_is_restored_whatever_was_turned(seed, share):
-    """Judge: the closed form's volume, and that all normals point out again."""
+def test_winding_is_restored_for_any_inverted_triangles(seed, share):
+    """Reference: the volume of the closed form; all normals point outwards."""
     from palpate.shapes import analytic
 
     rng = np.random.default_rng(seed)
     v, t = analytic.Torus().mesh(200)
-    wrong = rng.uniform(size=len(t)) < share
-    t = np.where(wrong[:, None], t[:, ::-1], t)
+    inverted = rng.uniform(size=len(t)) < share
+    t = np.where(inverted[:, None], t[:, ::-1], t)
     both = Mesh(np.vstack([v, v + 0.2]), np.vstack([t, t[:, ::-1] + len(v)]))
     assert both.report.watertight
     assert both.report.components == 2
@@ -243,7 +243,7 @@ def test_winding_is_restored_whatever_was_turned(seed, share):
 @settings(max_examples=60, deadline=None)
 @given(st.data())
 def test_weld_keeps_the_surface(data):
-    """Judge: numpy.unique on the rows."""
+    """Reference: numpy.unique on the rows."""
     n = data.draw(st.integers(3, 40))
     rng = np.random.default_rng(data.draw(st.integers(0, 1000)))
     v = rng.integers(-2, 3, (n, 3)) * 0.1
@@ -262,7 +262,7 @@ def test_weld_keeps_the_surface(data):
 
 @settings(max_examples=40, deadline=None)
 @given(st.integers(0, 10_000))
-def test_duplicates_are_counted_as_a_set_would(seed):
+def test_duplicates_are_counted_as_with_a_set(seed):
     rng = np.random.default_rng(seed)
     t = rng.integers(0, 5, (30, 3))
     t = t[(t[:, 0] != t[:, 1]) & (t[:, 1] != t[:, 2]) & (t[:, 0] != t[:, 2])].astype(np.int32)

@@ -1,4 +1,4 @@
-"""Every bad mesh file of the issue: a clear error or a warning, asserted by its words."""
+"""Invalid mesh files: each gives an error or a warning with a clear message."""
 
 import os
 import struct
@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 from palpate.errors import MeshError, PalpateWarning
 from palpate.mesh import Mesh
 
-pytestmark = pytest.mark.filterwarnings("ignore::palpate.errors.PalpateWarning")  # each test asks for its own
+pytestmark = pytest.mark.filterwarnings("ignore::palpate.errors.PalpateWarning")  # each test checks its own warnings
 DATA = Path(os.environ.get("PALPATE_DATA", Path(__file__).parents[3] / "shared/data"))
 
-# A cube of 40 (mm), counter-clockwise seen from outside.
+# A cube of 40 mm; triangles are counter-clockwise seen from outside.
 CUBE_V = 40.0 * np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
 CUBE_T = np.array(
     [
@@ -60,11 +60,11 @@ def test_stl_loads_in_metres_without_a_warning(tmp_path, data):
 
 
 @pytest.mark.parametrize(("unit", "size"), [("mm", 0.04), ("cm", 0.4)])
-def test_unit_scales(tmp_path, unit, size):
+def test_unit_sets_the_scale(tmp_path, unit, size):
     assert max(Mesh.load(write(tmp_path, binary_stl()), unit).report.extents_m) == pytest.approx(size)
 
 
-def test_unknown_unit_is_refused(tmp_path):
+def test_unknown_unit_is_rejected(tmp_path):
     with pytest.raises(MeshError, match=r"unknown unit 'furlong'[\s\S]*use one of mm, cm, m, in"):
         Mesh.load(write(tmp_path, binary_stl()), "furlong")
 
@@ -85,93 +85,93 @@ def test_other_formats_load(tmp_path, suffix):
     assert_is_the_cube(Mesh.load(write(tmp_path, text.encode(), f"organ.{suffix}")))
 
 
-def test_missing_file_names_the_nearest(tmp_path):
+def test_error_for_a_missing_file_names_a_similar_file(tmp_path):
     write(tmp_path, binary_stl(), "liver.stl")
     with pytest.raises(MeshError, match=r"livr\.stl: mesh file not found\n  mend: did you mean .*liver\.stl\?"):
         Mesh.load(tmp_path / "livr.stl")
 
 
-def test_folder_instead_of_a_file(tmp_path):
+def test_folder_instead_of_a_file_is_rejected(tmp_path):
     with pytest.raises(MeshError, match="mesh file cannot be read"):
         Mesh.load(tmp_path)
 
 
-def test_empty_file(tmp_path):
+def test_empty_file_is_rejected(tmp_path):
     with pytest.raises(MeshError, match=r"mesh file is empty \(0 bytes\)"):
         Mesh.load(write(tmp_path, b""))
 
 
 @pytest.mark.parametrize("cut", [1, 30, 50, 550])
-def test_truncated_binary_says_promised_and_present(tmp_path, cut):
+def test_truncated_binary_reports_promised_and_present_triangles(tmp_path, cut):
     present = 12 - -(-cut // 50)
-    words = f"truncated binary STL: the header promises 12 triangles, the file holds {present}\n"
-    with pytest.raises(MeshError, match=words):
+    message = f"truncated binary STL: the header promises 12 triangles, the file holds {present}\n"
+    with pytest.raises(MeshError, match=message):
         Mesh.load(write(tmp_path, binary_stl()[:-cut]))
 
 
-def test_truncated_header(tmp_path):
+def test_truncated_header_is_rejected(tmp_path):
     with pytest.raises(MeshError, match="not an STL file: 40 bytes"):
         Mesh.load(write(tmp_path, b"\0" * 40))
 
 
-def test_bytes_after_the_end_are_told(tmp_path):
+def test_bytes_after_the_end_are_reported(tmp_path):
     with pytest.warns(PalpateWarning, match="7 bytes after the 12 triangles"):
         assert_is_the_cube(Mesh.load(write(tmp_path, binary_stl() + b"\0" * 7)))
 
 
-def test_truncated_ascii(tmp_path):
+def test_truncated_ascii_is_rejected(tmp_path):
     cut = b"endfacet".join(ascii_stl().split(b"endfacet")[:7])  # the seventh facet has no end
     with pytest.raises(MeshError, match="truncated or malformed ASCII STL: 7 facets begun, 6 ended, 21 vertices"):
         Mesh.load(write(tmp_path, cut))
 
 
-def test_ascii_with_a_word_for_a_number_names_the_line(tmp_path):
+def test_ascii_with_a_word_for_a_number_is_reported_with_the_line(tmp_path):
     data = ascii_stl().replace(b"vertex 0.0 0.0 0.0", b"vertex 0.0 zero 0.0", 1)
     with pytest.raises(MeshError, match=r"organ\.stl:4: not three numbers: 'vertex 0.0 zero 0.0'"):
         Mesh.load(write(tmp_path, data))
 
 
-def test_ascii_named_binary_loads_and_says_so(tmp_path):
+def test_ascii_named_binary_loads_with_a_warning(tmp_path):
     with pytest.warns(PalpateWarning, match="an ASCII STL under a binary name: read as ASCII"):
         assert_is_the_cube(Mesh.load(write(tmp_path, ascii_stl(), "organ.stlb")))
 
 
 @pytest.mark.parametrize(("header", "name"), [(b"solid organ", "organ.stl"), (b"", "organ.stla")])
-def test_binary_that_calls_itself_ascii_loads_and_says_so(tmp_path, header, name):
+def test_binary_with_an_ascii_header_loads_with_a_warning(tmp_path, header, name):
     with pytest.warns(PalpateWarning, match="a binary STL that calls itself ASCII: read as binary"):
         assert_is_the_cube(Mesh.load(write(tmp_path, binary_stl(header=header), name)))
 
 
-def test_zero_triangles(tmp_path):
+def test_file_without_triangles_is_rejected(tmp_path):
     with pytest.raises(MeshError, match="the STL holds zero triangles"):
         Mesh.load(write(tmp_path, binary_stl(t=CUBE_T[:0])))
 
 
-def test_points_without_faces(tmp_path):
+def test_points_without_faces_are_rejected(tmp_path):
     with pytest.raises(MeshError, match="the mesh holds zero triangles"):
         Mesh.load(write(tmp_path, b"OFF\n3 0 0\n0 0 0\n1 0 0\n0 1 0\n", "cloud.off"))
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("encode", [binary_stl, ascii_stl])
-def test_not_finite(tmp_path, value, encode):
+def test_values_that_are_not_finite_are_rejected(tmp_path, value, encode):
     v = CUBE_V.copy()
     v[2, 1] = value
     with pytest.raises(MeshError, match=r"vertices are not finite; the first is vertex 5: \(0, -?(nan|inf), 0\)"):
         Mesh.load(write(tmp_path, encode(v)))
 
 
-def test_vertices_in_the_plane_are_refused(tmp_path):
+def test_planar_vertices_are_rejected(tmp_path):
     with pytest.raises(MeshError, match="vertices have 2 coordinates; three are needed"):
         Mesh.load(write(tmp_path, b"v 0 0\nv 40 0\nv 0 40\nf 1 2 3\n", "flat.obj"))
 
 
-def test_git_lfs_pointer(tmp_path):
+def test_git_lfs_pointer_is_reported(tmp_path):
     with pytest.raises(MeshError, match=r"Git LFS pointer[\s\S]*git lfs pull"):
         Mesh.load(write(tmp_path, b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n"))
 
 
-def test_unknown_format_names_the_known(tmp_path):
+def test_error_for_an_unknown_format_lists_the_known_formats(tmp_path):
     with pytest.raises(MeshError, match=r"unknown mesh format '\.step'[\s\S]*\.stl, \.obj"):
         Mesh.load(write(tmp_path, b"ISO-10303-21;", "organ.step"))
 
@@ -220,7 +220,7 @@ def test_real_organs_are_watertight_and_organ_sized(name):
 
 
 @pytest.mark.skipif(not DATA.is_dir(), reason=f"real meshes not found in {DATA} (set PALPATE_DATA)")
-def test_open_many_part_liver_loads_and_says_what_is_wrong():
+def test_open_liver_of_many_parts_loads_with_warnings():
     with pytest.warns(PalpateWarning, match="the surface is open: 182 edges have one triangle only"):
         report = Mesh.load(DATA / "meshes/liver_visual.stl").report
     assert not report.watertight

@@ -1,4 +1,4 @@
-"""A repaired copy: judged by what the mesh was before it was spoilt."""
+"""Repaired copies of meshes, compared with the mesh before the damage."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from palpate.shapes.analytic import SHAPES
 SPHERE = SHAPES["sphere"]
 
 
-def spoilt(seed: int = 0):
+def damaged_sphere(seed: int = 0):
     v, t = SPHERE.mesh(3000)
     rng = np.random.default_rng(seed)
     keep = np.ones(len(t), dtype=bool)
@@ -19,8 +19,8 @@ def spoilt(seed: int = 0):
     return v, t[keep]
 
 
-def test_holes_are_filled_in_the_turn_of_their_neighbours():
-    v, t = spoilt()
+def test_holes_are_filled_with_the_winding_of_their_neighbours():
+    v, t = damaged_sphere()
     before = _core.Mesh(v, t)
     assert not before.report.closed
     v, t, done = mesh_repair.repair(before, widest_hole=0.02)
@@ -32,16 +32,16 @@ def test_holes_are_filled_in_the_turn_of_their_neighbours():
     assert done.left_open == 0
 
 
-def test_wide_holes_stay_open_and_are_told():
-    before = _core.Mesh(*spoilt())
+def test_wide_holes_stay_open_and_are_reported():
+    before = _core.Mesh(*damaged_sphere())
     v, t, done = mesh_repair.repair(before, widest_hole=0.008)
     assert done.left_open == 1
     assert done.widest_left_mm > 8
     assert not _core.Mesh(v, t).report.closed
 
 
-def test_cracks_are_sewn():
-    """Each triangle with corners of its own, off by a thousandth of an edge, as single precision far away does."""
+def test_cracks_are_closed():
+    """Each triangle has its own corners with errors of a thousandth of an edge, as from single precision."""
     v, t = SPHERE.mesh(1000)
     soup = v[t].reshape(-1, 3) + np.random.default_rng(1).normal(scale=2e-6, size=(3 * len(t), 3))
     cracked = _core.Mesh(soup, np.arange(len(soup), dtype=np.int32).reshape(-1, 3))
@@ -53,13 +53,13 @@ def test_cracks_are_sewn():
     assert done.sewn == len(soup) - after.vertices
 
 
-def test_a_sliver_goes_and_the_surface_stays_closed():
+def test_sliver_is_removed_and_the_surface_stays_closed():
     v, t = SPHERE.mesh(1000)
     a, b = t[0, :2]
     v = np.vstack([v, v[a] + 1e-9 * (v[b] - v[a])])  # split the edge a-b next to a
-    beside = next(i for i in range(1, len(t)) if {a, b} <= set(t[i].tolist()))
-    rows = [np.where(t[i] == old, len(v) - 1, t[i]) for i in (0, beside) for old in (a, b)]
-    split = _core.Mesh(v, np.vstack([np.delete(t, [0, beside], axis=0), rows]).astype(np.int32))
+    neighbour = next(i for i in range(1, len(t)) if {a, b} <= set(t[i].tolist()))
+    rows = [np.where(t[i] == old, len(v) - 1, t[i]) for i in (0, neighbour) for old in (a, b)]
+    split = _core.Mesh(v, np.vstack([np.delete(t, [0, neighbour], axis=0), rows]).astype(np.int32))
     assert split.report.closed
     fixed, faces, done = mesh_repair.repair(split, widest_hole=0.01)
     after = _core.Mesh(fixed, faces).report
@@ -68,7 +68,7 @@ def test_a_sliver_goes_and_the_surface_stays_closed():
     assert after.triangles == len(t)
 
 
-def test_a_sound_mesh_is_left_as_it_is():
+def test_valid_mesh_is_unchanged():
     mesh = _core.Mesh(*SHAPES["torus"].mesh(1000))
     v, t, done = mesh_repair.repair(mesh, widest_hole=1.0)
     np.testing.assert_array_equal(v, mesh.vertices)
@@ -76,7 +76,7 @@ def test_a_sound_mesh_is_left_as_it_is():
     assert done == mesh_repair.Repairs(0, 0, 0, 0, 0.0)
 
 
-def test_two_holes_that_touch_in_a_vertex_are_two_loops():
+def test_holes_that_share_a_vertex_are_two_loops():
     v, t = SPHERE.mesh(3000)
     first, *others = np.flatnonzero((t == 100).any(axis=1))
     opposite = next(i for i in others if len(set(t[i]) & set(t[first])) == 1)
@@ -85,10 +85,10 @@ def test_two_holes_that_touch_in_a_vertex_are_two_loops():
     assert sorted(len(loop) for loop in loops) == [3, 3]
 
 
-def test_least_area_over_a_bent_square_is_that_of_all_ways():
+def test_hole_filling_has_the_least_area_of_all_triangulations():
     v = np.array([[0, 0, 0], [1, 0, 0.3], [1, 1, 0], [0, 1, 0.1], [-0.5, 0.5, 0.4]], dtype=float)
     area = lambda t: np.linalg.norm(np.cross(v[t[:, 1]] - v[t[:, 0]], v[t[:, 2]] - v[t[:, 0]]), axis=1).sum()  # noqa: E731
-    fans = [np.array([[i, (i + k) % 5, (i + k + 1) % 5] for k in (1, 2, 3)]) for i in range(5)]  # all, for five corners
+    fans = [np.array([[i, (i + k) % 5, (i + k + 1) % 5] for k in (1, 2, 3)]) for i in range(5)]  # all triangulations
     best = mesh_repair.fill(v, list(range(5)), set())
     assert area(best) == pytest.approx(min(area(f) for f in fans))
 

@@ -1,4 +1,4 @@
-"""Simulated operators: who they are, and what their closed loop does where a closed form says what it must."""
+"""Simulated operators: their parameters, and their closed loop against closed forms."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ SCALE = 0.5
 
 
 class Glass:
-    """A simulation without mass, friction and lag: the tool is where the hand leads it; below z = 0 it presses."""
+    """A simulation without mass, friction and lag: the tool is at the commanded point and presses below z = 0."""
 
     def __init__(self, start, stiffness=0.0, wind=(0.0, 0.0, 0.0), yielding=0.0):
         self.hand, self.start, self.k = np.zeros(3), np.array(start, float), 0
@@ -30,7 +30,7 @@ class Glass:
 
 
 def calm(**changes) -> Person:
-    """A person without any error, noise, haste; of median delays and gains."""
+    """A person without errors, noise or haste, with median delays and gains."""
     quiet = dict.fromkeys(("visual_error", "noise", "unrest", "tremor", "weber", "sight_of_force"), 0.0)
     values = {name: trait.median for name, trait in TRAITS.items()} | quiet | {"haste": 1.0, "yields": 0.0} | changes
     return replace(cohort(1)[0], **values)
@@ -45,7 +45,7 @@ def done(person, errand, senses=None, sim=None, start=(0.0, 0.0, 0.0), most=10.0
     return perform(sim or Glass(start), Operator(person, senses or Senses(), seed), errand, np.eye(4), SCALE, most)
 
 
-def test_every_trait_says_where_it_comes_from():
+def test_every_trait_names_its_source():
     for name, trait in TRAITS.items():
         assert trait.median > 0.0, name
         assert trait.factor >= 1.1, name
@@ -53,12 +53,12 @@ def test_every_trait_says_where_it_comes_from():
         assert any(year in trait.source for year in map(str, range(1950, 2027))) or "ours" in trait.source, name
 
 
-def test_a_cohort_is_the_same_every_time_and_begins_the_same():
+def test_cohort_is_reproducible_and_independent_of_its_size():
     assert cohort(5, seed=3) == cohort(9, seed=3)[:5]
     assert cohort(5, seed=3) != cohort(5, seed=4)
 
 
-def test_a_cohort_spreads_as_its_traits_say():
+def test_cohort_scatters_as_its_traits_state():
     people = cohort(400)
     for name, trait in TRAITS.items():
         values = np.array([getattr(person, name) for person in people])
@@ -70,22 +70,22 @@ def test_a_cohort_spreads_as_its_traits_say():
         assert inside.mean() == pytest.approx(0.95, abs=0.04), name
 
 
-def test_without_error_and_noise_the_line_is_followed():
+def test_operator_without_error_and_noise_follows_the_line():
     trial = done(calm(), line())
     assert trial.done
     assert np.abs(trial.p_WT[:, 1:]).max() < 1e-9
 
 
-def test_time_is_what_the_steering_law_says():
-    """T = pace L / W, until the hand slows down before the end."""
+def test_time_matches_the_steering_law():
+    """T = pace L / W, until the hand decelerates before the end."""
     person = calm(pace=0.3)
     trial = done(person, line(0.04))
     arrived = trial.t[np.argmax(trial.p_WT[:, 0] > 0.030)]
     assert arrived == pytest.approx(0.3 * 0.030 / 0.004, rel=0.2)
 
 
-def test_an_error_that_is_seen_dies_out_as_the_crossover_model_says():
-    """Slower than the delay, e' = -gain e: after a second little is left; near pi/2 = gain * delay it never settles."""
+def test_visible_error_decays_as_in_the_crossover_model():
+    """For small gain * delay e' = -gain e decays within a second; near gain * delay = pi/2 it never settles."""
     start = (0.0, 0.002, 0.0)
     e = done(calm(visual_gain=3.0), line(0.2), sim=Glass(start), most=2.0).p_WT[:, 1]
     assert abs(e[-1]) < 0.02 * 0.002
@@ -94,13 +94,13 @@ def test_an_error_that_is_seen_dies_out_as_the_crossover_model_says():
 
 
 @pytest.mark.parametrize("force", ["felt", "shown", "looks"])
-def test_the_wanted_force_is_pressed(force):
+def test_target_force_is_reached(force):
     trial = done(calm(), line(0.05, press=0.5), Senses(force), Glass((0, 0, 0.0005)), most=6.0)
-    error = 0.25 if force == "shown" else 0.03  # a bar is read with some error
+    error = 0.25 if force == "shown" else 0.03  # the displayed bar is read with an error
     assert trial.F_T[-100:].mean() == pytest.approx(0.5, rel=error)
 
 
-def test_a_force_that_is_not_felt_is_misjudged_by_one_bias_a_trial():
+def test_unfelt_force_has_one_bias_per_trial():
     person = calm(sight_of_force=0.35)
     ends = [done(person, line(0.05, press=0.5), Senses(), seed=s, most=6.0).F_T[-50:].mean() for s in range(8)]
     felt = [done(person, line(0.05, press=0.5), Senses("felt"), seed=s, most=6.0).F_T[-50:].mean() for s in range(2)]
@@ -108,8 +108,8 @@ def test_a_force_that_is_not_felt_is_misjudged_by_one_bias_a_trial():
     assert np.ptp(felt) < 0.01
 
 
-def test_a_lasting_force_is_given_way_to_above_the_threshold_only():
-    """At yields F / k of the hand; and not at all below what is felt."""
+def test_operator_yields_only_to_forces_above_the_threshold():
+    """The hand yields at the rate yields F / k, and not at all below the threshold of perception."""
     person = calm(yields=1.0, visual_gain=0.0, threshold=0.05)
     pushed = done(person, line(0.1), sim=Glass((0, 0, 0), wind=(0.0, 0.5, 0.0)), most=2.0)
     speed = np.gradient(pushed.p_WT[:, 1], pushed.t)[-50:].mean()
@@ -118,7 +118,7 @@ def test_a_lasting_force_is_given_way_to_above_the_threshold_only():
     assert np.abs(unfelt.p_WT[:, 1]).max() < 1e-9
 
 
-def test_a_path_that_is_drawn_is_seen_with_half_the_error():
+def test_displayed_path_halves_the_visual_error():
     person = calm(visual_error=0.5e-3)
     looks = [Operator(person, Senses(drawn=drawn), 4)._sight_error for drawn in (False, True)]
     np.testing.assert_allclose(looks[1], 0.5 * looks[0])

@@ -1,4 +1,4 @@
-"""The package says the truth about itself, and its front page works."""
+"""Version, public names, type stubs and the README example of the package."""
 
 import os
 import re
@@ -14,13 +14,13 @@ import palpate
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def test_version_is_the_one_of_the_project_file():
+def test_version_is_that_of_the_project_file():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     assert palpate.__version__ == project["version"]
     assert f"## {palpate.__version__}" in (ROOT / "CHANGELOG.md").read_text()
 
 
-def test_what_is_offered_is_there():
+def test_public_names_exist():
     for name in palpate.__all__:
         assert getattr(palpate, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'Sessoin'"):
@@ -46,8 +46,8 @@ def test_readme_example_runs(tmp_path):
         assert run.returncode == 0, run.stderr
 
 
-def test_wheel_carries_models_and_scenes():
-    """CMake installs both folders into the package (the wheel itself takes a minute to build: not here)."""
+def test_package_contains_models_and_scenes():
+    """CMake installs both folders into the package; the wheel itself is built in test_wheel.py."""
     cmake = (ROOT / "CMakeLists.txt").read_text()
     assert re.search(r"install\(DIRECTORY models scenes DESTINATION palpate\b", cmake)
     for name in ("mtm_right", "mtm_left", "psm_lnd"):

@@ -1,4 +1,4 @@
-"""Modules that moved: their old names say the new ones, and every new name in the table exists."""
+"""Renamed modules: errors for old names state the new ones, and every new name in the table exists."""
 
 from importlib import import_module
 
@@ -9,14 +9,14 @@ from palpate.renamed import NAMES, RENAMED
 
 
 @pytest.mark.parametrize(("old", "new"), RENAMED.items())
-def test_an_import_of_an_old_name_says_the_new_one(old, new):
+def test_error_for_an_old_name_states_the_new_one(old, new):
     with pytest.raises(ModuleNotFoundError, match=rf"^{old} is now {new}$"):
         import_module(old)
     import_module(new)
 
 
 @pytest.mark.parametrize(("old", "new"), NAMES.items())
-def test_an_old_name_in_a_module_says_the_new_one(old, new):
+def test_error_for_an_old_name_in_a_module_states_the_new_one(old, new):
     module, _, name = old.rpartition(".")
     with pytest.raises(ImportError, match=rf"^{old} is now {new}$"):
         exec(f"from {module} import {name}")
@@ -25,7 +25,7 @@ def test_an_old_name_in_a_module_says_the_new_one(old, new):
         import_module(module).nowhere  # noqa: B018
 
 
-def test_submodules_and_attributes_of_an_old_name_say_the_new_one():
+def test_errors_for_submodules_and_attributes_of_an_old_name_state_the_new_one():
     with pytest.raises(ModuleNotFoundError, match=r"palpate\.calibrate is now palpate\.identify"):
         import_module("palpate.calibrate.gravity")
     with pytest.raises(ModuleNotFoundError, match=r"palpate\.dvrk is now palpate\.simulators\.dvrk"):
@@ -34,7 +34,7 @@ def test_submodules_and_attributes_of_an_old_name_say_the_new_one():
         palpate.bag  # noqa: B018
 
 
-def test_a_name_that_never_existed_stays_an_ordinary_error():
+def test_unknown_name_gives_an_ordinary_error():
     with pytest.raises(ModuleNotFoundError, match=r"No module named 'palpate\.nowhere'"):
         import_module("palpate.nowhere")
     with pytest.raises(AttributeError, match="no attribute 'nowhere'"):

@@ -1,4 +1,4 @@
-"""The wheel as a user gets it: into an empty environment, without a compiler, to the first force."""
+"""The wheel in an empty environment without a compiler, from installation to the first force."""
 
 import json
 import os
@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 FIRST_FORCE = 25.0 / 0.15
-"""Longest first run, in controls: 25 s where `python -c "import numpy"` takes 0.15 s."""
+"""Longest first run over the time of `python -c "import numpy"`: 25 s over 0.15 s [-]."""
 
 
 def call(*command, env=None, cwd=None):
@@ -39,7 +39,7 @@ def uv():
 
 @pytest.fixture(scope="module")
 def python(uv, tmp_path_factory):
-    """The interpreter of an empty environment into which the wheel was installed."""
+    """The interpreter of a new environment with the wheel installed."""
     folder = tmp_path_factory.mktemp("wheel")
     call("make", "wheel", f"OUT={folder}", cwd=ROOT)
     (wheel,) = folder.glob("palpate-*.whl")
@@ -49,7 +49,7 @@ def python(uv, tmp_path_factory):
     return python
 
 
-def test_the_wheel_feels_an_organ_without_a_compiler(python, tmp_path):
+def test_wheel_renders_an_organ_without_a_compiler(python, tmp_path):
     env = {name: os.environ[name] for name in ("HOME", "LANG") if name in os.environ}
     env |= {"PATH": str(python.parent), "XDG_CACHE_HOME": str(tmp_path / "cache")}
     assert shutil.which("g++", path=env["PATH"]) is None

@@ -23,7 +23,7 @@ def frictionless(options):
 
 @pytest.fixture
 def no_hand():
-    """A hand that only adds its mass: it neither holds nor brakes."""
+    """A hand without stiffness and damping, which only adds its mass."""
     hand = _core.HandOptions()
     hand.stiffness = hand.damping = hand.rotational_stiffness = hand.rotational_damping = 0.0
     return hand

@@ -1,4 +1,4 @@
-"""The one-axis simulator against closed forms and against an integrator that knows none of them."""
+"""The one-axis simulator against closed forms and an independent numerical integrator."""
 
 import itertools
 
@@ -23,13 +23,13 @@ def axis(**values):
 
 
 def reference(o, duration, x0, v0, push=0.0, path=()):
-    """Positions at the cycles by an adaptive integrator with stops at reversals; delays below one period or whole."""
+    """Positions at the cycles [m] by an adaptive integrator with stops at reversals; delay below a period or whole."""
     T, n = 1 / o.rate, round(duration * o.rate)
     x, v, seen, v_seen = x0, v0, None, 0.0
     share = 1 - np.exp(-2 * np.pi * o.velocity_cutoff * T) if o.velocity_cutoff > 0 else 1.0
     M, sent, out = o.mass + o.hand_mass, [], []
 
-    def motion(t0, t1, u, way):
+    def motion(t0, t1, u, direction):
         hand = np.interp([t0, t1], np.arange(len(path)) * T, path) if len(path) else np.zeros(2)
         w = (hand[1] - hand[0]) / (t1 - t0)
 
@@ -56,20 +56,20 @@ def reference(o, duration, x0, v0, push=0.0, path=()):
             pull = motion(t0, t1, acting[-1] if acting else 0.0, 0)
             t = t0
             while t < t1 - 1e-13:
-                way = np.sign(v)
-                if way == 0:
+                direction = np.sign(v)
+                if direction == 0:
                     if abs(pull(t, x, 0.0)) <= o.coulomb:
                         held = [s for s in np.linspace(t, t1, 2001) if abs(pull(s, x, 0.0)) <= o.coulomb]
                         t = held[-1] if held[-1] < t1 - 1e-13 else t1
                         if t == t1:
                             continue
-                    way = np.sign(pull(t1, x, 0.0))
+                    direction = np.sign(pull(t1, x, 0.0))
 
-                def f(t, y, way=way, pull=pull):
-                    return [y[1], (pull(t, *y) - way * o.coulomb) / M]
+                def f(t, y, direction=direction, pull=pull):
+                    return [y[1], (pull(t, *y) - direction * o.coulomb) / M]
 
-                def stops_moving(t, y, way=way, t_begin=t):
-                    return way * y[1] + (1e-9 if t == t_begin else 0.0)
+                def stops_moving(t, y, direction=direction, t_begin=t):
+                    return direction * y[1] + (1e-9 if t == t_begin else 0.0)
 
                 stops_moving.terminal, stops_moving.direction = o.coulomb > 0, -1
                 s = solve_ivp(f, (t, t1), [x, v], rtol=1e-11, atol=1e-13, events=stops_moving)
@@ -89,7 +89,7 @@ LOOPS = {
 
 
 @pytest.mark.parametrize("name", LOOPS)
-def test_against_an_integrator(name):
+def test_positions_agree_with_an_adaptive_integrator(name):
     o = options(**({"rate": 500.0, "mass": 0.25, "damping": 0.4} | LOOPS[name]))
     path = 4e-3 * np.sin(np.arange(60) * 0.15) if "hand" in name else np.zeros(0)
     start = {"duration": 0.3, "x0": -1e-3, "v0": 0.12, "push": 0.4}
@@ -97,7 +97,7 @@ def test_against_an_integrator(name):
     assert np.abs(rows[:, 1] - reference(o, **start, path=path)).max() < 2e-8
 
 
-def test_free_fall_and_free_decay():
+def test_free_motion_has_its_closed_forms():
     fall, rows = axis(K=0.0, mass=2.0).trace(duration=0.5, push=4.0, x0=-0.9)
     assert rows[:, 1] == pytest.approx(-0.9 + rows[:, 0] ** 2, abs=1e-12)
     _, rows = axis(K=0.0, mass=0.5, damping=3.0).trace(duration=0.5, v0=0.8)
@@ -106,7 +106,7 @@ def test_free_fall_and_free_decay():
 
 
 @pytest.mark.parametrize("damping", [0.0, 1.0, 30.0])
-def test_a_hand_alone_is_a_spring_and_damper(damping):
+def test_hand_without_device_is_a_spring_and_damper(damping):
     it = axis(K=0.0, mass=0.3, hand_mass=0.2, hand_stiffness=300.0, hand_damping=damping)
     _, rows = it.trace(duration=0.2, x0=0.01, v0=-0.1)
     A = np.array([[0.0, 1.0], [-300.0 / 0.5, -damping / 0.5]])
@@ -114,13 +114,13 @@ def test_a_hand_alone_is_a_spring_and_damper(damping):
         assert [x, v] == pytest.approx(expm(A * t) @ [0.01, -0.1], abs=1e-12)
 
 
-def test_a_block_slides_as_far_as_friction_lets_it():
+def test_block_slides_for_the_friction_distance():
     _, rows = axis(K=0.0, mass=0.4, coulomb=0.2).trace(duration=1.0, x0=-0.5, v0=0.3)
     assert rows[-1, 1] == pytest.approx(-0.5 + 0.4 * 0.3**2 / (2 * 0.2), abs=1e-13)
     assert rows[-1, 2] == 0.0
 
 
-def test_dry_friction_takes_the_same_from_every_half_swing():
+def test_dry_friction_reduces_every_half_swing_equally():
     it = axis(K=0.0, mass=0.3, hand_stiffness=270.0, coulomb=0.15)
     _, rows = it.trace(duration=1.0, x0=0.01)
     half = np.pi * np.sqrt(0.3 / 270.0)
@@ -128,7 +128,7 @@ def test_dry_friction_takes_the_same_from_every_half_swing():
     assert np.abs(x) == pytest.approx(0.01 - 2 * 0.15 / 270.0 * np.arange(9), abs=2e-5)
 
 
-def test_it_breaks_away_when_the_spring_pulls_more_than_friction_holds():
+def test_block_breaks_away_when_the_spring_exceeds_friction():
     speed, k, Fc = 0.02, 250.0, 0.5
     path = speed * 1e-3 * np.arange(1000)
     _, rows = axis(K=0.0, hand_stiffness=k, coulomb=Fc).trace(duration=0.2, path=path.tolist())
@@ -137,23 +137,23 @@ def test_it_breaks_away_when_the_spring_pulls_more_than_friction_holds():
     assert np.all(rows[away, 1][1:] > 0.0)
 
 
-def test_what_the_wall_makes_is_kinetic_energy():
+def test_energy_generated_by_the_wall_becomes_kinetic():
     result, rows = axis(mass=0.3, K=600.0, delay=0.003, rate=700.0).trace(duration=0.3, x0=-0.01, v0=0.2)
     assert rows[:, 4] == pytest.approx(0.5 * 0.3 * (0.2**2 - rows[:, 2] ** 2), abs=1e-12)
-    assert result.energy_min < -1e-4  # it left faster than it came
+    assert result.energy_min < -1e-4  # the mass leaves faster than it came
 
 
 @pytest.mark.parametrize(("b", "rate"), [(0.5, 1000.0), (5.0, 100.0)])
-def test_the_stiffest_stable_spring_is_that_of_the_jury_criterion(b, rate):
+def test_stability_limit_is_that_of_the_jury_criterion(b, rate):
     m, T = 0.3, 1 / rate
     tau, a = m / b, np.exp(-b * T / m)
     limit = b * (1 - a) / (tau * (1 - a) - a * T)  # z^2 + ... + (a + K/b (tau (1 - a) - a T)): product of the roots 1
     kinds = {"mass": m, "damping": b, "rate": rate, "bilateral": True}
-    for share, wanted in ((0.99, False), (1.01, True)):
-        assert axis(**kinds, K=share * limit).run(duration=8.0, v0=0.05).oscillates == wanted
+    for fraction, oscillates in ((0.99, False), (1.01, True)):
+        assert axis(**kinds, K=fraction * limit).run(duration=8.0, v0=0.05).oscillates == oscillates
 
 
-def test_same_seed_same_run_and_late_commands_are_late():
+def test_same_seed_gives_the_same_run_and_delay_is_applied():
     runs = [axis(K=900.0, delay=0.001, jitter=0.004, seed=s, damping=0.2) for s in (1, 1, 2)]
     a, b, c = (it.run(v0=0.1).energy_port for it in runs)
     assert a == b != c
@@ -161,17 +161,17 @@ def test_same_seed_same_run_and_late_commands_are_late():
     assert late < early
 
 
-def test_peak_rest_overshoot_and_settling_of_a_press():
+def test_peak_rest_overshoot_and_settling_of_a_press_have_closed_forms():
     result = axis(K=400.0, damping=1.0, mass=0.3).run(duration=20.0, push=2.0)
     w, zeta = np.sqrt(400 / 0.3), 0.5 * 1.0 / np.sqrt(400 * 0.3)
     assert result.rest == pytest.approx(2.0 / 400.0, rel=1e-3)
-    sampled = zeta - w * 5e-4 / 2  # half a period of delay takes K T / 2 of damping
+    sampled = zeta - w * 5e-4 / 2  # half a period of delay reduces the damping by K T / 2
     assert result.overshoot == pytest.approx(np.exp(-np.pi * sampled), rel=0.02)
     assert result.settling == pytest.approx(np.log(50) / (w * sampled), rel=0.05)
     assert result.frequency == 0.0 or not result.oscillates
 
 
-def test_mistakes_are_told():
+def test_mistakes_are_reported():
     with pytest.raises(ValueError, match=r"axis mass = 0\.0+: must be above 0 kg"):
         axis(mass=0.0)
     with pytest.raises(ValueError, match="neither may be below zero"):

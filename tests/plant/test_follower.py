@@ -1,4 +1,4 @@
-"""The simulated follower: position servos with their closed form as judge."""
+"""The simulated follower: position servos against their closed form."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ GOAL = np.array([0.01, -0.01, 0.125, 0.02, 0.03, -0.02])
 
 
 def test_step_response_is_the_critically_damped_one(psm, options):
-    """e(t) = (1 + w t) exp(-w t), whatever the step size."""
+    """e(t) = (1 + w t) exp(-w t), for any step size."""
     w = 2 * np.pi * options.bandwidth
     for dt in (1e-4, 1e-3):
         follower = _core.Follower(psm, options)
@@ -37,7 +37,7 @@ def test_step_response_is_the_critically_damped_one(psm, options):
 
 @pytest.mark.parametrize("zeta", [0.3, 0.7, 2.0])
 def test_other_damping_ratios_solve_the_servo_equation(psm, options, zeta):
-    """Against a thousand times finer Euler integration of the same law."""
+    """Reference: Euler integration of the same law with a thousand times smaller steps."""
     options.damping_ratio, w = zeta, 2 * np.pi * options.bandwidth
     follower = _core.Follower(psm, options)
     follower.reset(psm.home)
@@ -64,7 +64,7 @@ def test_speed_and_joint_limits_hold(psm, options):
             assert (before <= psm.q_max).all()
 
 
-def test_a_long_way_is_taken_at_full_speed_without_overshoot(psm, options):
+def test_long_motion_runs_at_full_speed_without_overshoot(psm, options):
     follower = _core.Follower(psm, options)
     follower.reset(psm.home)
     goal = psm.home + np.eye(6)[0]
@@ -78,7 +78,7 @@ def test_a_long_way_is_taken_at_full_speed_without_overshoot(psm, options):
     assert np.diff(yaw).max() == pytest.approx(options.v_max[0] * 1e-3, rel=1e-6)
 
 
-def test_ideal_follower_is_where_it_is_told(psm, options):
+def test_ideal_follower_is_at_its_goal(psm, options):
     options.bandwidth = 0.0
     follower = _core.Follower(psm, options)
     follower.reset(psm.home)
@@ -114,7 +114,7 @@ def test_jaw_opens_at_its_speed(psm, options):
         ("bandwidth", -1.0, "bandwidth must be >= 0"),
     ],
 )
-def test_impossible_options_are_named(psm, options, field, value, message):
+def test_invalid_options_are_reported(psm, options, field, value, message):
     setattr(options, field, value)
     with pytest.raises(ValueError, match=message):
         _core.Follower(psm, options)

@@ -1,4 +1,4 @@
-"""A follower whose joints are moved by drives: it holds, yields, and its torques tell why."""
+"""A follower with simulated drives: holding, compliance, and drive torques."""
 
 import numpy as np
 import pytest
@@ -23,15 +23,15 @@ def driven(friction: bool = True, bandwidth: float = 30.0) -> _core.Follower:
     return follower
 
 
-def test_at_rest_its_drives_bear_its_weight():
+def test_drives_at_rest_compensate_gravity():
     follower = driven()
     follower.step(1e-4, 2000)
     np.testing.assert_allclose(follower.q, Q0, atol=1e-12)
     np.testing.assert_allclose(follower.tau, ARM.gravity(Q0), atol=1e-9)
 
 
-def test_pushed_it_yields_as_its_servos_are_stiff():
-    """Statics: D w^2 (q - q_goal) = J^T F with the inertia D that each drive sees; one answer, no simulation."""
+def test_deflection_under_a_push_matches_the_servo_stiffness():
+    """Statics: D w^2 (q - q_goal) = J^T F with the inertia D at each drive."""
     follower = driven(friction=False)
     F = np.array([0.5, -0.4, 0.3, 0.0, 0.0, 0.0])
     follower.step(1e-4, 20000, F)
@@ -49,7 +49,7 @@ def test_dry_friction_holds_a_small_push():
     np.testing.assert_array_equal(follower.q[:3], Q0[:3])
 
 
-def test_it_goes_where_the_kinematic_servo_goes():
+def test_follower_with_drives_moves_as_the_kinematic_one():
     body, servo = driven(friction=False), _core.Follower(ARM, ARM.follower_options())
     servo.reset(Q0)
     goal = Q0 + np.array([0.05, -0.05, 0.01, 0.1, 0.05, 0.05])
@@ -59,7 +59,7 @@ def test_it_goes_where_the_kinematic_servo_goes():
     np.testing.assert_allclose(body.q, servo.q, atol=1e-4)
 
 
-def test_the_kinematic_follower_tells_no_torque():
+def test_kinematic_follower_reports_no_torque():
     follower = _core.Follower(ARM, ARM.follower_options())
     follower.step(1e-4, 10, np.full(6, 5.0))
     assert follower.tau.size == 0

@@ -1,4 +1,4 @@
-"""The simulated leader as a body: energy, friction, stiction, end stops, the load cell."""
+"""Dynamics of the simulated leader: energy, friction, stiction, end stops, load cell."""
 
 import numpy as np
 import pytest
@@ -14,14 +14,14 @@ def gravity_only(leader, arm):
 
 
 def push(leader, tau_force, hold, X, milliseconds):
-    """Constant torques, commanded afresh every millisecond as a controller does."""
+    """Apply constant torques, commanded again every millisecond as by a controller."""
     for _ in range(milliseconds):
         leader.command(tau_force, hold, ZERO)
         leader.step(DT, X, n=10)
 
 
 def test_free_swing_keeps_its_energy(mtm, frictionless, no_hand):
-    """0.25 s of free fall, long before an end stop: relative drift of kinetic + potential energy below 1e-6."""
+    """0.25 s of free fall before an end stop: the relative drift of kinetic + potential energy is below 1e-6."""
     leader = _core.Leader(mtm, frictionless, no_hand)
     leader.reset(Q0)
     start, X = leader.energy, mtm.fk(Q0)
@@ -30,11 +30,11 @@ def test_free_swing_keeps_its_energy(mtm, frictionless, no_hand):
         leader.step(DT, X, n=50)
         swing = max(swing, mtm.potential_energy(Q0) - mtm.potential_energy(leader.q))
         assert abs(leader.energy - start) < 1e-6 * abs(start)
-    assert np.abs(leader.v).max() > 0.5  # it did swing
+    assert np.abs(leader.v).max() > 0.5  # control: the arm swings
 
 
 def test_halving_the_step_quarters_the_error(mtm, frictionless, no_hand):
-    """The midpoint step is of second order: errors against a ten times finer run fall by four."""
+    """The midpoint step has second order: the errors against a ten times finer run decrease by four."""
     X, ends = mtm.fk(Q0), {}
     for dt in (4e-4, 2e-4, 2e-5):
         leader = _core.Leader(mtm, frictionless, no_hand)
@@ -46,7 +46,7 @@ def test_halving_the_step_quarters_the_error(mtm, frictionless, no_hand):
 
 
 def test_acceleration_is_forward_dynamics(mtm, frictionless, no_hand):
-    """Half a millisecond from rest: v = h (M + rotors + J^T M_hand J)^-1 (tau - G), assembled in numpy."""
+    """Half a millisecond from rest, v = h (M + rotors + J^T M_hand J)^-1 (tau - G), computed in numpy."""
     no_hand.mass, no_hand.inertia = 0.2, 3e-4
     leader = _core.Leader(mtm, frictionless, no_hand)
     leader.reset(Q0)
@@ -58,7 +58,7 @@ def test_acceleration_is_forward_dynamics(mtm, frictionless, no_hand):
     assert np.allclose(leader.v / 1e-6, np.linalg.solve(M, tau - mtm.holding(Q0)), rtol=1e-9)
 
 
-def test_friction_only_takes_energy(mtm, options, no_hand):
+def test_friction_only_dissipates(mtm, options, no_hand):
     leader = _core.Leader(mtm, options, no_hand)
     leader.reset(Q0)
     energy, X = leader.energy, mtm.fk(Q0)
@@ -69,7 +69,7 @@ def test_friction_only_takes_energy(mtm, options, no_hand):
 
 
 def test_work_of_the_drives_and_losses_of_friction_balance(mtm, options, no_hand):
-    """Energy gained = work of the torques - dissipation, with the dissipation summed from the friction law itself."""
+    """Energy gain = work of the torques - dissipation, with the dissipation from the friction law."""
     leader = _core.Leader(mtm, options, no_hand)
     leader.reset(Q0)
     X, start, work = mtm.fk(Q0), leader.energy, 0.0
@@ -84,8 +84,8 @@ def test_work_of_the_drives_and_losses_of_friction_balance(mtm, options, no_hand
     assert leader.energy - start == pytest.approx(work, rel=2e-3)
 
 
-def test_a_resting_arm_stays_exactly_where_it_is(mtm, options, no_hand):
-    """Torques below the Coulomb friction move nothing, not by one bit, and nothing chatters."""
+def test_resting_arm_does_not_move(mtm, options, no_hand):
+    """Torques below the Coulomb friction change no bit of the position, and there is no chatter."""
     leader = _core.Leader(mtm, options, no_hand)
     leader.reset(Q0)
     for _ in range(500):
@@ -94,7 +94,7 @@ def test_a_resting_arm_stays_exactly_where_it_is(mtm, options, no_hand):
     assert np.array_equal(leader.q, Q0)
 
 
-def test_torques_above_friction_move_a_joint_and_it_comes_to_rest_for_good(mtm, options, no_hand):
+def test_joint_moves_above_friction_and_then_stays_at_rest(mtm, options, no_hand):
     leader = _core.Leader(mtm, options, no_hand)
     leader.reset(Q0)
     X = mtm.fk(Q0)
@@ -118,7 +118,7 @@ def test_gravity_compensation_holds_the_frictionless_arm(mtm, frictionless, no_h
     assert np.abs(leader.q - Q0).max() < 1e-9
 
 
-def test_a_wrong_gravity_model_lets_the_arm_sink(mtm, frictionless, no_hand):
+def test_wrong_gravity_model_lets_the_arm_sink(mtm, frictionless, no_hand):
     model = mtm.with_scaled_masses(np.full(7, 0.8))
     leader = _core.Leader(mtm, frictionless, no_hand)
     leader.reset(Q0)
@@ -130,7 +130,7 @@ def test_a_wrong_gravity_model_lets_the_arm_sink(mtm, frictionless, no_hand):
 
 @pytest.mark.parametrize("F", [(2, 0, 0), (0, -1.5, 0), (0, 0, 2.5), (-0.7, 1.1, 0.4)])
 def test_load_cell_reads_the_rendered_force_at_rest(mtm, frictionless, F):
-    """Gravity of the present pose, J^T F of the present pose, 1.5 s to settle against the hand."""
+    """Gravity and J^T F of the present pose, with 1.5 s of settling against the hand."""
     leader = _core.Leader(mtm, frictionless, _core.HandOptions())
     leader.reset(Q0)
     X, wrench = mtm.fk(Q0), np.r_[F, 0, 0, 0]
@@ -139,13 +139,13 @@ def test_load_cell_reads_the_rendered_force_at_rest(mtm, frictionless, F):
         leader.command(mtm.jacobian(q).T @ wrench, mtm.holding(q), ZERO)
         leader.step(DT, X, n=10)
     assert np.linalg.norm(leader.load_cell[:3] - F) < 0.01 * np.linalg.norm(F)
-    # The hand's spring gives way by F / K.
+    # The hand's spring deflects by F / K.
     moved = mtm.fk(leader.q)[:3, 3] - X[:3, 3]
     assert np.allclose(moved, np.array(F) / _core.HandOptions().stiffness, atol=1e-4)
 
 
 def test_friction_hides_small_forces_from_the_load_cell(mtm, options):
-    """A force below the friction floor of the arm (0.04 to 0.2 N) is not felt at all, a big one nearly whole."""
+    """A force below the friction of the arm (0.04 to 0.2 N) does not reach the hand; a large one does nearly."""
     leader = _core.Leader(mtm, options, _core.HandOptions())
     for F, least, most in ((0.02, 0.0, 0.001), (3.0, 2.6, 3.4)):
         leader.reset(Q0)
@@ -157,7 +157,7 @@ def test_friction_hides_small_forces_from_the_load_cell(mtm, options):
 
 
 def test_load_cell_is_newtons_law_for_the_hand(mtm, options, no_hand):
-    """Without spring and damper the arm's force on the hand is mass times acceleration."""
+    """Without spring and damper the force of the arm on the hand is mass times acceleration."""
     leader = _core.Leader(mtm, options, no_hand)
     leader.reset(Q0)
     leader.step(DT, mtm.fk(Q0), n=500)
@@ -170,7 +170,7 @@ def test_load_cell_is_newtons_law_for_the_hand(mtm, options, no_hand):
     assert np.allclose(cell[:3], no_hand.mass * acceleration, atol=0.02 * np.linalg.norm(cell[:3]) + 1e-4)
 
 
-def test_end_stops_stop_and_let_go(mtm, options, no_hand):
+def test_end_stops_stop_and_release_a_joint(mtm, options, no_hand):
     leader = _core.Leader(mtm, options, no_hand)
     leader.reset(Q0)
     X, tau = mtm.fk(Q0), np.zeros(7)
@@ -206,7 +206,7 @@ def test_the_hand_slips_above_its_grip_force(mtm, options):
     X = mtm.fk(Q0)
     leader.step(DT, X, n=10)
     assert not leader.hand_slipped
-    X[:3, 3] += [0, 0, 0.1]  # 300 N/m x 0.1 m = 30 N wanted
+    X[:3, 3] += [0, 0, 0.1]  # the spring force would be 300 N/m x 0.1 m = 30 N
     leader.step(DT, X)
     assert leader.hand_slipped
     leader.step(DT, X, n=20000)
@@ -214,7 +214,7 @@ def test_the_hand_slips_above_its_grip_force(mtm, options):
 
 
 def test_hand_path_leads_the_handle(mtm, options):
-    """The handle follows a moving hand within its spring's give."""
+    """The handle follows a moving hand within the deflection of the hand's spring."""
     leader = _core.Leader(mtm, options, _core.HandOptions())
     leader.reset(Q0)
     X = mtm.fk(Q0)
@@ -241,7 +241,7 @@ def test_hand_path_leads_the_handle(mtm, options):
         ("hold_timeout", 0.0, "hold_timeout must be above zero"),
     ],
 )
-def test_impossible_options_are_named(mtm, options, field, value, message):
+def test_invalid_options_are_reported(mtm, options, field, value, message):
     setattr(options, field, value)
     with pytest.raises(ValueError, match=message):
         _core.Leader(mtm, options)

@@ -1,4 +1,4 @@
-"""What the controller sees of the arm: counts and edge-timed velocities; and what the drives do with its commands."""
+"""Measurements of the leader (encoder counts, edge-timed velocities), and its drives."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def test_positions_are_whole_counts_of_the_motors(mtm, options):
     for leader in moving_leader(mtm, options, 0.5, np.array([0.03, 0.02, -0.04, 0, 0, 0])):
         counts = np.linalg.solve(A, leader.q_measured) / options.encoder_step
         assert np.abs(counts - np.round(counts)).max() < 1e-6
-        # Off by half a count of each motor at most, through the coupling.
+        # The error is at most half a count of each motor, mapped by the coupling.
         assert (np.abs(leader.q_measured - leader.q) <= 0.5 * np.abs(A) @ options.encoder_step + 1e-12).all()
 
 
@@ -30,7 +30,7 @@ def test_velocity_between_edges_is_right_on_average_and_close_on_the_fine_joints
         errors.append(leader.v_measured - leader.v)
         speeds.append(leader.v)
     errors, speeds = np.array(errors), np.array(speeds)
-    # Joints 1 to 3: 25 to 31 microradians a count, edges well within a millisecond.
+    # Joints 1 to 3 have counts of 25 to 31 microradians, so edges come within a millisecond.
     assert np.abs(errors[:, :3]).max() < 0.02 * np.abs(speeds[:, :3]).max() + 2e-3
     assert np.abs(errors[:, :3].mean(axis=0)).max() < 1e-3
 
@@ -42,7 +42,7 @@ def test_velocity_decays_when_no_edge_comes(mtm, options):
     leader.reset(Q0)
     X = mtm.fk(Q0)
     spin = X.copy()
-    for k in range(200):  # turn about the roll axis, then stop
+    for k in range(200):  # rotation about the roll axis, then a stop
         c, s = np.cos(1e-2 * k), np.sin(1e-2 * k)
         spin[:3, :3] = X[:3, :3] @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
         leader.command(ZERO, mtm.holding(leader.q), ZERO)
@@ -52,11 +52,11 @@ def test_velocity_decays_when_no_edge_comes(mtm, options):
         leader.command(ZERO, mtm.holding(leader.q), ZERO)
         leader.step(DT, spin, n=10)
     assert not leader.v.any()
-    # At least 0.5 s without an edge: no more than a count in that time.
+    # At least 0.5 s without an edge means at most one count in this time.
     assert np.abs(leader.v_measured[4:]).max() <= options.encoder_step[4:].max() / 0.5
 
 
-def test_without_quantisation_the_encoders_tell_the_truth(mtm, options):
+def test_encoders_without_quantisation_are_exact(mtm, options):
     options.quantised = False
     for leader in moving_leader(mtm, options, 0.4, np.array([0.03, 0.02, -0.04, 0, 0, 0])):
         assert np.array_equal(leader.q_measured, leader.q)
@@ -90,7 +90,7 @@ def first_motion(mtm, options, no_hand, dt):
 @pytest.mark.parametrize(
     ("delay", "dt", "periods"), [(0.0, 1e-4, 0), (1e-4, 1e-4, 1), (0.01, 1e-4, 100), (0.01, 5e-5, 200)]
 )
-def test_the_force_term_is_delayed_by_whole_periods(mtm, options, no_hand, delay, dt, periods):
+def test_force_command_is_delayed_by_whole_periods(mtm, options, no_hand, delay, dt, periods):
     options.loop_delay = delay
     assert first_motion(mtm, options, no_hand, dt) == periods
 
@@ -105,7 +105,7 @@ def test_gravity_is_not_delayed(mtm, options, no_hand):
     assert np.array_equal(leader.q, Q0)
 
 
-def test_without_commands_the_force_fades_and_gravity_stays(mtm, frictionless):
+def test_missing_commands_ramp_the_force_down_and_keep_gravity_compensation(mtm, frictionless):
     leader = _core.Leader(mtm, frictionless, _core.HandOptions())
     leader.reset(Q0)
     X, F = mtm.fk(Q0), np.array([0, 0, 2.0, 0, 0, 0])
@@ -116,7 +116,7 @@ def test_without_commands_the_force_fades_and_gravity_stays(mtm, frictionless):
     leader.step(DT, X, n=295)  # 30 ms of silence are allowed
     assert leader.load_cell[2] == pytest.approx(2.0, rel=0.02)
     leader.step(DT, X, n=8000)
-    # The 2 N are gone; what is left is the gravity of the pose in which the controller fell silent, a little off here.
+    # The 2 N are gone. The remaining error is the gravity of the pose at the last command, which differs a little here.
     assert abs(leader.load_cell[2]) < 0.3
 
 
@@ -132,7 +132,7 @@ def test_drive_limits_bound_the_torque(mtm, frictionless, no_hand):
     assert np.allclose(tau, frictionless.tau_max, atol=1e-6)
 
 
-def test_a_command_that_is_not_finite_is_refused(mtm, options, no_hand):
+def test_command_that_is_not_finite_is_rejected(mtm, options, no_hand):
     leader = _core.Leader(mtm, options, no_hand)
     leader.reset(Q0)
     leader.command(ZERO, mtm.holding(Q0), ZERO)

@@ -12,7 +12,7 @@ ZERO = np.zeros(7)
 
 @pytest.fixture
 def bare(mtm, frictionless, no_hand):
-    """An arm whose joint 1 answers a torque by its inertia alone; makes leaders and tells their drive's torque."""
+    """Factory of leaders in which a torque on joint 1 meets only inertia."""
 
     def make(**changes):
         for key, value in changes.items():
@@ -25,7 +25,7 @@ def bare(mtm, frictionless, no_hand):
 
 
 def torques(leader, mtm, commands, periods):
-    """The drive's torque on joint 1 in each servo period [N m], from its acceleration while it hardly moves.
+    """Drive torque on joint 1 in each servo period [N m], from the acceleration during a small motion.
 
     commands: one torque of joint 1 for every `periods` periods.
     """
@@ -57,7 +57,7 @@ def test_delay_measured_by_cross_correlation(bare, mtm, rate, delay):
 
 
 def arrivals(leader, mtm, count, periods):
-    """When each of `count` commands, one every `periods` periods, begins to act [s]; its value tells which."""
+    """Times [s] at which each of `count` commands, one every `periods` periods, begins to act."""
     got = torques(leader, mtm, 0.004 * (np.arange(count) % 3 - 1), periods)
     steps = np.flatnonzero(np.abs(np.diff(got)) > 1e-3) + 1
     return steps * DT
@@ -70,7 +70,7 @@ def test_jitter_is_uniform_and_seeded(bare, mtm):
     assert len(at) == count
     assert late.min() >= -0.5 * DT
     assert late.max() <= jitter + 0.5 * DT
-    # A uniform's mean and standard deviation, within three standard errors of 300 draws.
+    # Mean and standard deviation of a uniform distribution, within three standard errors of 300 samples.
     assert late.mean() == pytest.approx(jitter / 2, abs=3 * jitter / np.sqrt(12 * count))
     assert late.std() == pytest.approx(jitter / np.sqrt(12), rel=0.1)
     again = arrivals(bare(loop_delay=delay, loop_jitter=jitter, seed=7), mtm, 50, round(every / DT))
@@ -80,14 +80,14 @@ def test_jitter_is_uniform_and_seeded(bare, mtm):
 
 
 def test_no_command_overtakes_another(bare, mtm):
-    """Jitter of ten cycles: what acts is never older than what acted before."""
+    """With a jitter of ten cycles, a command never acts after a newer one."""
     commands = 1e-5 * np.arange(1, 400)
     got = torques(bare(loop_delay=0.002, loop_jitter=0.01), mtm, commands, 10)
     assert np.diff(got).min() > -1e-8
     assert got[-1] < commands[-1]
 
 
-def test_jitter_leaves_what_holds_the_arm_alone(mtm, options, no_hand):
+def test_jitter_does_not_affect_the_holding_torque(mtm, options, no_hand):
     options.loop_delay, options.loop_jitter = 0.02, 0.02
     leader = _core.Leader(mtm, options, no_hand)
     leader.reset(Q0)
@@ -98,13 +98,13 @@ def test_jitter_leaves_what_holds_the_arm_alone(mtm, options, no_hand):
 
 
 @pytest.mark.parametrize("lag", [0.001, 0.005])
-def test_the_drive_s_step_response_is_of_first_order(bare, mtm, lag):
+def test_step_response_of_a_drive_is_of_first_order(bare, mtm, lag):
     got = torques(bare(drive_lag=lag), mtm, [0.01], 200)
     t = DT * (1 + np.arange(200))
     assert got == pytest.approx(0.01 * (1 - np.exp(-t / lag)), abs=2e-5)
 
 
-def test_a_lagging_drive_holds_the_arm_from_the_start(bare, mtm):
+def test_lagging_drive_holds_the_arm_from_the_start(bare, mtm):
     leader = bare(drive_lag=0.05)
     for _ in range(100):
         leader.command(ZERO, mtm.holding(leader.q), ZERO)
@@ -128,7 +128,7 @@ def spun(mtm, options, speed, seconds=0.3):
 
 
 @pytest.mark.parametrize("scale", [0.5, 20.0])
-def test_counts_are_as_large_as_told(mtm, options, scale):
+def test_encoder_counts_have_the_given_size(mtm, options, scale):
     A = np.array(options.coupling)
     options.encoder_step = scale * options.encoder_step
     for leader in spun(mtm, options, 0.05):
@@ -137,13 +137,13 @@ def test_counts_are_as_large_as_told(mtm, options, scale):
         assert (np.abs(leader.q_measured - leader.q) <= 0.5 * np.abs(A) @ options.encoder_step + 1e-12).all()
 
 
-def test_ideal_counts_tell_the_position(mtm, options):
+def test_ideal_encoders_give_the_exact_position(mtm, options):
     options.encoder_step = ZERO
     for leader in spun(mtm, options, 0.05):
         assert leader.q_measured == pytest.approx(leader.q, abs=1e-12)
 
 
-def test_differences_come_in_whole_counts_over_the_window(mtm, options):
+def test_velocity_is_a_whole_number_of_counts_over_the_window(mtm, options):
     window = 0.001
     options.velocity_window = window
     A, seen = np.array(options.coupling), []
@@ -151,13 +151,13 @@ def test_differences_come_in_whole_counts_over_the_window(mtm, options):
         counts = np.linalg.solve(A, leader.v_measured) * window / options.encoder_step
         assert np.abs(counts - np.round(counts)).max() < 1e-6
         seen.append(leader.v_measured - leader.v)
-    # Rounding at both ends of the window: never more than a count of each motor off, but for the acceleration within.
+    # Rounding at both ends of the window gives at most one count of each motor, apart from the acceleration.
     assert (np.abs(seen).max(axis=0) <= np.abs(A) @ options.encoder_step / window + 0.02).all()
-    assert np.std(seen, axis=0)[0] > 0.2 * options.encoder_step[0] / window  # and it is noisy
+    assert np.std(seen, axis=0)[0] > 0.2 * options.encoder_step[0] / window  # the velocity is noisy
 
 
 def swung(mtm, options, w, ticks=1500):
-    """A hand that drives joint motion at w [rad/s]; (t, true v, estimated v) of joint 1 per millisecond."""
+    """(t, true v, estimated v) of joint 1 every millisecond, for a hand motion at w [rad/s]."""
     hand = _core.HandOptions()
     hand.stiffness, hand.damping = 20_000.0, 200.0
     leader = _core.Leader(mtm, options, hand)
@@ -181,15 +181,15 @@ def response(t, v, estimated, w):
     return (estimated @ phase) / (v @ phase)
 
 
-def test_a_window_delays_velocity_by_half_of_it(mtm, options):
+def test_window_delays_the_velocity_by_half_its_length(mtm, options):
     options.encoder_step, options.velocity_window = ZERO, 0.008
     w = 2 * np.pi * 5.0
     found = response(*swung(mtm, options, w), w)
-    # The mean over the window: sinc in magnitude, half the window late.
+    # The mean over a window has a sinc magnitude and a delay of half the window.
     assert found == pytest.approx(np.sinc(w * 0.004 / np.pi) * np.exp(-1j * w * 0.004), abs=3e-3)
 
 
-def test_the_low_pass_is_of_first_order(mtm, options):
+def test_low_pass_is_of_first_order(mtm, options):
     options.encoder_step, options.velocity_cutoff = ZERO, 20.0
     w = 2 * np.pi * 10.0
     found = response(*swung(mtm, options, w), w)

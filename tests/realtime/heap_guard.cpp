@@ -1,7 +1,7 @@
-// Counts what each thread asks of the heap and of locks, in any process that preloads this library: the proof that the
-// cycle allocates nothing and waits for nobody is made on the product as it ships, not on a build of its own.
+// Counts the heap and lock calls of each thread in a process that preloads this library. The tests thereby check the
+// shipped product, instead of a special build, for allocations and locks in the cycle.
 //
-// Counting itself allocates nothing: a fixed table, one row a thread, found through thread-local storage.
+// The counting does not allocate: it uses a fixed table with one row per thread, found through thread-local storage.
 #include <dlfcn.h>
 #include <pthread.h>
 #include <sys/syscall.h>
@@ -46,7 +46,7 @@ void count(std::atomic<long> Row::* what) { (row().*what).fetch_add(1, std::memo
 
 extern "C" {
 
-/// Of a thread of this process, by its kernel id: allocations, releases, locks; -1 for one that never did anything.
+/// Counts of the thread with this kernel id: allocations, releases, locks; -1 if the thread has made no such call.
 void heap_guard_read(long thread, long out[3]) {
   out[0] = out[1] = out[2] = -1;
   for (int i = 0; i < kRows && i < used.load(); ++i) {

@@ -1,4 +1,4 @@
-"""The cycle allocates nothing, frees nothing and takes no lock: counted in the shipped module by heap_guard.cpp."""
+"""The cycle neither allocates nor frees memory, and takes no lock: counted in the shipped module by heap_guard.cpp."""
 
 import json
 import os
@@ -36,19 +36,19 @@ def watched(guard: Path, *arguments: str) -> dict:
 
 
 @pytest.mark.parametrize(("method", "rate"), [("proxy", 1000), ("proxy", 4000), ("penalty", 1000)])
-def test_real_time_loop_with_scenes_swapped_meanwhile(guard, method, rate):
+def test_real_time_loop_allocates_nothing_while_scenes_are_replaced(guard, method, rate):
     found = watched(guard, "realtime", method, str(rate), "2")
     assert found["ticks"] > rate
     assert found["swaps"] > 30
-    assert found["contact_ticks"] > 100, "some of them in contact: how many is the machine's business"
+    assert found["contact_ticks"] > 100, "some ticks are in contact; their number depends on the machine"
     assert found["threads"] == [[0, 0, 0]], "allocations, releases, locks of the loop's thread"
-    assert min(found["main"]) > 0, "control: the guard does count"
-    assert found["last_force"] == [0.0, 0.0, 0.0], "stopped: the last force is zero"
-    assert any(found["last_gravity"]), "and gravity stays compensated"
+    assert min(found["main"]) > 0, "control: the guard counts"
+    assert found["last_force"] == [0.0, 0.0, 0.0], "the last force before the stop is zero"
+    assert any(found["last_gravity"]), "gravity stays compensated"
 
 
-def test_collision_thread_of_the_paper_allocates_beside_a_clean_loop(guard):
-    """Coal allocates: a control that such calls are seen, and that they stay out of the cycle's thread."""
+def test_collision_thread_of_the_paper_allocates_but_the_cycle_does_not(guard):
+    """Coal allocates: a control that such calls are counted, and that they are outside the thread of the cycle."""
     found = watched(guard, "realtime", "paper-alg1", "1000", "2")
     clean = [t for t in found["threads"] if t == [0, 0, 0]]
     dirty = [t for t in found["threads"] if t[0] > 100]
@@ -58,37 +58,37 @@ def test_collision_thread_of_the_paper_allocates_beside_a_clean_loop(guard):
 
 
 @pytest.mark.parametrize(
-    "what", ["organ", "solids", "impedance", "admittance", "six_axis", "delta", "identified", "estimating", "guided"]
+    "case", ["organ", "solids", "impedance", "admittance", "six_axis", "delta", "identified", "estimating", "guided"]
 )
-def test_lockstep_tick_with_plant_asks_nothing(guard, what):
-    """A call costs Python and numpy a few allocations, whatever its length: 700 ticks as many as 7 or 2000."""
-    found = watched(guard, "lockstep", "proxy", what)
+def test_lockstep_tick_with_plant_allocates_nothing(guard, case):
+    """A call takes a few allocations of Python and numpy, the same number for 7, 700 or 2000 ticks."""
+    found = watched(guard, "lockstep", "proxy", case)
     first, *rest = found["calls"][1:]
     assert found["contact_ticks"] > 1000
     assert rest == [first] * len(rest)
-    assert first[0] > 0, "control: the call's own allocations are counted"
+    assert first[0] > 0, "control: the allocations of the call are counted"
 
 
-@pytest.mark.parametrize("what", ["following", "impedance", "moving"])
-def test_simulated_dvrk_asks_nothing(guard, what):
-    """As above: what remains is the call's own, and its letting go of the interpreter."""
-    found = watched(guard, "robot", what)
+@pytest.mark.parametrize("case", ["following", "impedance", "moving"])
+def test_simulated_dvrk_allocates_nothing(guard, case):
+    """The only allocations are those of the call and of the release of the interpreter lock."""
+    found = watched(guard, "robot", case)
     first, *rest = found["calls"][1:]
-    assert found["following"] == (what == "following")
+    assert found["following"] == (case == "following")
     assert rest == [first] * len(rest)
 
 
-def test_a_query_of_a_geometry_asks_nothing(guard):
+def test_geometry_query_allocates_nothing(guard):
     for name, calls in watched(guard, "geometries", "all").items():
         first, *rest = calls[1:]
         assert rest == [first] * len(rest), name
-        assert first[0] > 0, "control: the call's own allocations are counted"
+        assert first[0] > 0, "control: the allocations of the call are counted"
 
 
-def test_the_cycle_of_networked_devices_asks_nothing(guard):
+def test_cycle_of_networked_devices_allocates_nothing(guard):
     found = watched(guard, "crtk", "all")
     assert found["contact_ticks"] >= 2
-    asked = found["asked"]
-    assert asked["no scene"][0] > 0, "control: what a call costs Python is counted"
-    for name in ("free", "pressed", "bad stamps", "well again"):
-        assert asked[name] == asked["no scene"], name
+    counts = found["counts"]
+    assert counts["no scene"][0] > 0, "control: the allocations of a call are counted"
+    for name in ("free", "pressed", "bad stamps", "recovered"):
+        assert counts[name] == counts["no scene"], name

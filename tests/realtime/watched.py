@@ -1,4 +1,4 @@
-"""Run under heap_guard (LD_PRELOAD): what a session's threads ask of the heap and of locks, as JSON on stdout.
+"""Run under heap_guard (LD_PRELOAD): prints the heap and lock calls of a session's threads as JSON.
 
 python watched.py realtime METHOD RATE SECONDS
     | lockstep METHOD [organ|solids|LAW|ARM|identified|estimating|guided]
@@ -33,19 +33,19 @@ guard = ctypes.CDLL(os.environ["LD_PRELOAD"])
 
 
 def counts(thread: int) -> np.ndarray:
-    """[allocations, releases, locks] of a thread so far."""
+    """Numbers of [allocations, releases, locks] of a thread so far."""
     out = (ctypes.c_long * 3)()
     guard.heap_guard_read(ctypes.c_long(thread), out)
     return np.array(out[:])
 
 
 def threads() -> set[int]:
-    """Kernel ids of this process's threads."""
+    """Kernel ids of the threads of this process."""
     return {int(t) for t in os.listdir("/proc/self/task")}
 
 
 def organ_scene(triangles: int, lift: float = 0.0) -> _core.Snapshot:
-    """The generated organ, its highest point at the origin, or `lift` above it [m]; it breathes, a lump is in it."""
+    """The generated organ with motion and a nodule; its highest point is `lift` [m] above the origin."""
     mesh = Mesh(*organ(triangles))
     X_WO = np.eye(4)
     X_WO[:3, 3] = -mesh.vertices[mesh.vertices[:, 2].argmax()] + [0.0, 0.0, lift]
@@ -57,7 +57,7 @@ def organ_scene(triangles: int, lift: float = 0.0) -> _core.Snapshot:
 
 
 def solids_scene() -> _core.Snapshot:
-    """No mesh: a box and a sampled ball whose tops are at the origin."""
+    """A scene without meshes: a box and a sampled ball, whose tops are at the origin."""
     x = np.linspace(-0.025, 0.025, 26)
     at = np.stack(np.meshgrid(x, x, x, indexing="ij"), axis=-1)
     ball = _core.DistanceGrid(
@@ -71,33 +71,33 @@ def solids_scene() -> _core.Snapshot:
 
 
 def press() -> _core.HandPath:
-    """A hand that is soon in contact, slides to and fro, and leaves again and again."""
+    """A hand path that is soon in contact, slides to and fro, and leaves repeatedly."""
     x = np.tile([0.0, 0.0, 0.008, -0.008, 0.0], 40)
     z = np.tile([0.004, -0.004, -0.004, -0.004, -0.004], 40)
     return _core.HandPath((0.1 + 0.2 * np.arange(len(x))).tolist(), np.column_stack([x, np.zeros_like(x), z]))
 
 
 def simulation(method: str, rate: float, scene: _core.Snapshot) -> _core.Simulation:
-    """Both arms over the organ, three spheres on the shaft."""
+    """A simulation of both arms above the organ, with three spheres on the shaft."""
     shaft = Arm.psm("lnd").link_names.index("shaft")
     spheres = [_core.ToolSphere(np.array([0.0, 0.0, -0.004 * k]), 0.004, shaft) for k in range(3)]
     return loop_rig.simulation(scene, press(), method=method, rate=rate, contact__spheres=spheres)
 
 
 def contacts(rows: np.ndarray) -> int:
-    """Ticks in contact."""
+    """Number of ticks in contact."""
     return int((as_ticks(rows)["contacts"] > 0).sum())
 
 
 def realtime(method: str, rate: float, seconds: float) -> dict[str, object]:
-    """The loop's own thread while another one swaps scenes and turns knobs."""
+    """Count calls of the loop's thread while another thread replaces scenes and changes controls."""
     scenes = [organ_scene(20_000), solids_scene(), organ_scene(3_000, lift=0.001)]
     lists = [fixtures(), fixtures(0.5)]
     sim = simulation(method, rate, scenes[0])
     before = threads()
     sim.start()
     new = sorted(threads() - before)
-    time.sleep(0.2)  # started up
+    time.sleep(0.2)  # start-up time
     stop = threading.Event()
     swaps = 0
 
@@ -120,7 +120,7 @@ def realtime(method: str, rate: float, seconds: float) -> dict[str, object]:
         time.sleep(0.05)
         rows.append(sim.drain())
     ticks = int(sim.timing()["ticks"]) - ticks0
-    asked = {t: (counts(t) - start[t]).tolist() for t in new}
+    used = {t: (counts(t) - start[t]).tolist() for t in new}
     main = (counts(threading.get_native_id()) - main0).tolist()
     stop.set()
     swapper.join()
@@ -128,7 +128,7 @@ def realtime(method: str, rate: float, seconds: float) -> dict[str, object]:
     rows.append(sim.drain())
     last = as_ticks(np.concatenate(rows))[-1]
     return {
-        "threads": [asked[t] for t in new],
+        "threads": [used[t] for t in new],
         "main": main,
         "ticks": ticks,
         "swaps": swaps,
@@ -139,7 +139,7 @@ def realtime(method: str, rate: float, seconds: float) -> dict[str, object]:
 
 
 def other_law(law: str) -> _core.Simulation:
-    """The same with another control law, and with all that may be switched on."""
+    """A simulation with another control law and with all options on."""
     changes = {"torque__law": law, "torque__laws__shape_inertia": True, "torque__friction__gain": 0.7}
     leader = Arm.mtm("right").leader_options()
     for name in ("coulomb", "viscous"):
@@ -149,7 +149,7 @@ def other_law(law: str) -> _core.Simulation:
 
 
 def identified() -> _core.Simulation:
-    """An arm, and its controller, held by an identified model with every kind of term."""
+    """A simulation with an identified gravity model with every kind of term in arm and controller."""
     arm = Arm.mtm("right")
     centres = np.random.default_rng(0).uniform(-0.5, 0.5, (60, 3))
     terms = _core.GravityTerms(degree=4, fields=[_core.Field([0, 1, 2], centres, [0.9, 0.5, 1.5])])
@@ -158,14 +158,14 @@ def identified() -> _core.Simulation:
 
 
 def estimating() -> _core.Simulation:
-    """A follower with drives, pushed by what it touches, whose torques tell the force."""
+    """A simulation with a follower with drives, whose torques give the force estimate."""
     options = Arm.psm("lnd").follower_options()
     changes = {"source": "both", "follower__driven": True, "follower__drives": options.drives}
     return loop_rig.simulation(organ_scene(20_000), press(), **changes)
 
 
 def fixtures(gain: float = 1.0) -> _core.Fixtures:
-    """Every role and every law, soft and hard, with ramps, around where the hand is; some contradict each other."""
+    """Fixtures of every role and law, soft and hard, with ramps, near the hand; some contradict each other."""
     made, line = [], _core.LineGeometry(np.zeros(3), np.array([0.1, 0.0, 0.0]), True)
     ball = _core.SurfaceGeometry(_core.Sphere(0.012))
     law, role = _core.GuidanceLawOptions(), _core.GuidanceRoleOptions()
@@ -181,21 +181,21 @@ def fixtures(gain: float = 1.0) -> _core.Fixtures:
 
 
 def guided() -> _core.Simulation:
-    """Everything that guidance has, beside contact."""
+    """A simulation with all guidance features and contact."""
     sim = loop_rig.simulation(organ_scene(20_000), press())
     sim.set_fixtures(fixtures())
     return sim
 
 
 def other_arm(name: str) -> _core.Simulation:
-    """A scene with another arm on both sides."""
+    """A simulation with another arm on both sides."""
     scene = f"objects: [{{shape: organ}}]\narms: {{leader: {{model: {name}}}, follower: {{model: {name}}}}}\n"
     quick = "operator: {palpate: {approach: 0.3, press: 0.3, slide: 2.0, leave: 0.3}}\n"
     return build(Scene.parse(scene + quick)).simulation()
 
 
 def lockstep(method: str, what: str = "organ") -> dict[str, object]:
-    """One call of n ticks asks as much as one of n' ticks: a tick asks nothing."""
+    """Counts of calls of n ticks; equal counts for different n mean that a tick allocates nothing."""
     if what in ("impedance", "admittance"):
         sim = other_law(what)
     elif what in ("identified", "estimating", "guided"):
@@ -204,17 +204,17 @@ def lockstep(method: str, what: str = "organ") -> dict[str, object]:
         sim = other_arm(what)
     else:
         sim = simulation(method, 1000.0, solids_scene() if what == "solids" else organ_scene(20_000))
-    me, asked, touched = threading.get_native_id(), [], 0
+    me, counted, touched = threading.get_native_id(), [], 0
     for n in (700, 700, 7, 2000, 7):
         before = counts(me)
         rows = sim.run(n)
-        asked.append((counts(me) - before).tolist())
+        counted.append((counts(me) - before).tolist())
         touched += contacts(rows)
-    return {"calls": asked, "contact_ticks": touched}
+    return {"calls": counted, "contact_ticks": touched}
 
 
 def robot(what: str) -> dict[str, object]:
-    """A simulated dVRK: a call of n ticks asks as much as one of n' ticks, events that nobody takes included."""
+    """Counts of calls of n ticks of a simulated dVRK, including events that are not read."""
     system = dvrk.system(("MTMR", "MTML", "PSM1", "PSM2", "ECM"))
     system.send("system", "home")
     system.step(24_000)
@@ -236,25 +236,25 @@ def robot(what: str) -> dict[str, object]:
         system.send("MTMR", "move_jp", [0.2, 0.3, 0.1, -0.4, 1.2, 0.3, 0.5])
         system.send("PSM1", "move_jp", [0.5, 0.3, 0.2, 1.0, 0.5, -0.5])
         system.send("MTML", "emulate_fault", "on purpose")
-    me, asked = threading.get_native_id(), []
+    me, counted = threading.get_native_id(), []
     for n in (300, 300, 3, 6000, 3):
         before = counts(me)
         system.step(n)
-        asked.append((counts(me) - before).tolist())
-    return {"calls": asked, "following": system.teleop("MTMR_PSM1")["following"]}
+        counted.append((counts(me) - before).tolist())
+    return {"calls": counted, "following": system.teleop("MTMR_PSM1")["following"]}
 
 
 def geometries() -> dict[str, object]:
-    """Queries of every kind of geometry, at places near and far: n of them ask as much as n' of them."""
+    """Counts of n queries of every kind of geometry, at near and distant points."""
     ball, box = _core.SurfaceGeometry(_core.Sphere(0.03)), _core.SurfaceGeometry(_core.Box(np.full(3, 0.05)))
     vertices, triangles = analytic.Sphere(0.03).mesh(20_000)
-    way = curve.path(0.01 * np.random.default_rng(0).normal(size=(40, 3)), crossing=0.0)
+    course = curve.path(0.01 * np.random.default_rng(0).normal(size=(40, 3)), crossing=0.0)
     live = _core.LiveFrame()
     shapes = {
         "point": _core.PointGeometry(),
         "line": _core.LineGeometry(np.zeros(3), np.ones(3)),
-        "path": way,
-        "tube": _core.OffsetGeometry(way, 0.002),
+        "path": course,
+        "tube": _core.OffsetGeometry(course, 0.002),
         "cone": _core.ConeGeometry(np.zeros(3), np.ones(3), 0.3),
         "mesh": _core.SurfaceGeometry(_core.Mesh(vertices, triangles)),
         "cloud": _core.SurfaceGeometry(_core.Cloud(vertices, 0.001)),
@@ -263,26 +263,26 @@ def geometries() -> dict[str, object]:
     }
     X = np.tile(np.eye(4), (3000, 1, 1))
     X[:, :3, 3] = np.random.default_rng(1).normal(size=(3000, 3)) * np.logspace(-3, 6, 3000)[:, None]
-    me, asked = threading.get_native_id(), {}
+    me, counted = threading.get_native_id(), {}
     for name, shape in shapes.items():
-        asked[name] = []
+        counted[name] = []
         for n in (300, 300, 1000, 3000):
             part = np.ascontiguousarray(X[:: 3000 // n])
             before = counts(me)
             _core.time_query(shape, part)
-            asked[name].append((counts(me) - before).tolist())
-    return asked
+            counted[name].append((counts(me) - before).tolist())
+    return counted
 
 
 def crtk() -> dict[str, object]:
-    """Messages and steps of the cycle of networked devices: as many as a step does that has no scene to look at.
+    """Counts of messages and steps of the cycle of networked devices, compared with steps without a scene.
 
-    The arm is never told to be enabled, so that a step answers no wrench and costs Python the same each time; operating
-    states are not needed, so that all the rest of the cycle is done, in contact, in faults and after them.
+    The arm is never reported as enabled, so a step returns no wrench and takes the same calls of Python; operating
+    states are not required, so all other parts of the cycle run, in contact, in faults and after them.
     """
     import crtk_rig
 
-    me, asked, touched = threading.get_native_id(), {}, 0
+    me, counted, touched = threading.get_native_id(), {}, 0
 
     def steps(name: str, device: crtk_rig.Device, n: int, depth: float, stamp: float | None = None) -> None:
         nonlocal touched
@@ -293,11 +293,11 @@ def crtk() -> dict[str, object]:
             if k == 50:
                 before = counts(me)
             device.t += crtk_rig.DT
-            told = device.wall if stamp is None else stamp
-            device.cycle.leader_twist(told, zero, zero, device.t, device.wall)
-            device.cycle.leader_pose(told, p, quat, device.t, device.wall)
+            time = device.wall if stamp is None else stamp
+            device.cycle.leader_twist(time, zero, zero, device.t, device.wall)
+            device.cycle.leader_pose(time, p, quat, device.t, device.wall)
             rows.append(device.cycle.step(device.t, device.wall)[0][[0]])
-        asked[name] = ((counts(me) - before) / n).round().tolist()
+        counted[name] = ((counts(me) - before) / n).round().tolist()
         touched += contacts(np.array([device.cycle.step(device.t, device.wall)[0]]))
 
     device = crtk_rig.Device(scene=organ_scene(20_000), needs_state=False)
@@ -310,7 +310,7 @@ def crtk() -> dict[str, object]:
     steps("pressed", device, 500, 0.034)
     steps("bad stamps", device, 500, 0.034, stamp=0.0)
     steps("well again", device, 500, 0.034)
-    return {"asked": asked, "contact_ticks": touched}
+    return {"counts": counted, "contact_ticks": touched}
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What can happen to a file, and to the disk below it."""
+"""Damaged records, and write errors of the disk."""
 
 import os
 import resource
@@ -21,7 +21,7 @@ from palpate.record.channels import channels
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory):
+def complete_record(tmp_path_factory):
     path = tmp_path_factory.mktemp("whole") / "record.mcap"
     ticks = synthetic_run.run(1.1, rate=200.0)
     with Recorder(path, "name: floor\n", seed=0, rate=200.0, deterministic=True) as recorder:
@@ -29,23 +29,23 @@ def whole(tmp_path_factory):
     return path.read_bytes(), ticks
 
 
-def told(path) -> str:
+def error_of(path) -> str:
     with pytest.raises(RecordError) as error:
         Record.open(path)
     assert str(path) in str(error.value)
     return str(error.value)
 
 
-def test_missing_empty_foreign(tmp_path):
-    assert "No such file" in told(tmp_path / "none.mcap")
-    assert "Is a directory" in told(tmp_path)
+def test_missing_empty_and_foreign_files_are_reported(tmp_path):
+    assert "No such file" in error_of(tmp_path / "none.mcap")
+    assert "Is a directory" in error_of(tmp_path)
     (tmp_path / "empty.mcap").touch()
-    assert "empty" in told(tmp_path / "empty.mcap")
+    assert "empty" in error_of(tmp_path / "empty.mcap")
     (tmp_path / "text.mcap").write_text("solid liver\n")
-    assert "not an MCAP file" in told(tmp_path / "text.mcap")
+    assert "not an MCAP file" in error_of(tmp_path / "text.mcap")
 
 
-def test_other_peoples_mcap_is_told_what_it_lacks(tmp_path):
+def test_missing_channels_of_a_foreign_mcap_are_reported(tmp_path):
     path = tmp_path / "camera.mcap"
     with path.open("wb") as file:
         writer = Writer(file)
@@ -53,21 +53,21 @@ def test_other_peoples_mcap_is_told_what_it_lacks(tmp_path):
         channel = writer.register_channel("/camera/image", "cdr", 0)
         writer.add_message(channel, 0, b"", 0)
         writer.finish()
-    message = told(path)
-    every = len(channels(deterministic=True))  # the two of computing times are not asked for
+    message = error_of(path)
+    every = len(channels(deterministic=True))  # without the two channels of computing times
     assert f"{every} of {every + 2} channels are missing: /loop/t, /stability/status, /leader/q" in message
     assert "its channels: /camera/image" in message
 
 
-def test_no_tick_is_told(tmp_path):
+def test_record_without_ticks_is_reported(tmp_path):
     Recorder(tmp_path / "r.mcap", "", 0, 1000.0, True).close()
-    assert "the record has no ticks" in told(tmp_path / "r.mcap")
+    assert "the record has no ticks" in error_of(tmp_path / "r.mcap")
 
 
 @settings(max_examples=150, deadline=None)
 @given(data=st.data())
-def test_cut_anywhere_it_reads_the_whole_chunks_or_says_why(tmp_path_factory, whole, data):
-    content, ticks = whole
+def test_truncated_record_gives_its_complete_chunks_or_an_error(tmp_path_factory, complete_record, data):
+    content, ticks = complete_record
     length = data.draw(st.integers(0, len(content) - 1))
     path = tmp_path_factory.getbasetemp() / "cut.mcap"
     path.write_bytes(content[:length])
@@ -83,10 +83,10 @@ def test_cut_anywhere_it_reads_the_whole_chunks_or_says_why(tmp_path_factory, wh
 
 @settings(max_examples=300, deadline=None)
 @given(data=st.data())
-def test_flipped_bytes_never_end_in_a_traceback(tmp_path_factory, whole, data):
-    content = bytearray(whole[0])
+def test_flipped_bytes_never_cause_a_traceback(tmp_path_factory, complete_record, data):
+    content = bytearray(complete_record[0])
     for _ in range(data.draw(st.integers(1, 4))):
-        # three quarters of the draws hit the head of the file, where the structure is
+        # three quarters of the samples hit the head of the file, which has the structure
         span = len(content) if data.draw(st.integers(0, 3)) == 0 else 6000
         content[data.draw(st.integers(0, span - 1))] = data.draw(st.integers(0, 255))
     path = tmp_path_factory.getbasetemp() / "flipped.mcap"
@@ -99,7 +99,7 @@ def test_flipped_bytes_never_end_in_a_traceback(tmp_path_factory, whole, data):
         pass
 
 
-def test_killed_run_leaves_all_but_the_last_second(tmp_path):
+def test_killed_run_leaves_a_record_except_the_last_second(tmp_path):
     path = tmp_path / "record.mcap"
     child = textwrap.dedent(
         f"""
@@ -125,8 +125,8 @@ def test_killed_run_leaves_all_but_the_last_second(tmp_path):
     np.testing.assert_array_equal(record.ticks["F_cell_L"], synthetic_run.run(6.0)["F_cell_L"][: len(record.ticks)])
 
 
-def test_disk_full_ends_the_recording_not_the_run(tmp_path):
-    """A limit on file size stands for the full disk: the write fails half-way through a chunk."""
+def test_full_disk_ends_the_recording_but_not_the_run(tmp_path):
+    """A limit on file size replaces the full disk: a write fails in the middle of a chunk."""
     ticks = synthetic_run.run(2.0)
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     old = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
@@ -149,19 +149,19 @@ def test_disk_full_ends_the_recording_not_the_run(tmp_path):
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="/dev/full is of Linux")
-def test_disk_full_from_the_first_byte():
+def test_full_disk_from_the_first_byte_is_reported():
     recorder = Recorder("/dev/full", "", 0, 1000.0, True)
     recorder.append(synthetic_run.run(0.5))
     recorder.close()
     assert "No space left on device" in recorder.failure
 
 
-def test_folder_that_is_not_there(tmp_path):
+def test_missing_folder_is_reported(tmp_path):
     with pytest.raises(OutputError, match="the record cannot be written: No such file or directory"):
         Recorder(tmp_path / "no" / "r.mcap", "", 0, 1000.0, True)
 
 
-def test_slow_real_time_run_is_flushed_by_the_clock(tmp_path):
+def test_slow_real_time_run_is_flushed_periodically(tmp_path):
     ticks = synthetic_run.run(1.0)
     recorder = Recorder(tmp_path / "r.mcap", "", 0, 1000.0, deterministic=False)
     recorder.append(ticks[:10])

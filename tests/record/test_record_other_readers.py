@@ -1,4 +1,4 @@
-"""Readers that are not ours open the record: the stock mcap library, and rosbags (a ROS 2 decoder of its own)."""
+"""Independent readers open the record: the mcap library, and rosbags, which has its own ROS 2 decoder."""
 
 from pathlib import Path
 
@@ -94,7 +94,7 @@ def test_definitions_agree_with_ros(recorded):
 
 
 def rewrite(source: Path, target: Path, keep=lambda topic: True, chunk_size: int = 100_000) -> None:
-    """What `mcap recover`, `mcap compress` or `ros2 bag convert` do: the same messages, laid out anew."""
+    """Write the same messages with another layout, as `mcap recover`, `mcap compress` or `ros2 bag convert` do."""
     with source.open("rb") as file, target.open("wb") as out:
         writer = Writer(out, chunk_size=chunk_size, compression=CompressionType.LZ4)
         writer.start(profile="ros2")
@@ -112,7 +112,7 @@ def rewrite(source: Path, target: Path, keep=lambda topic: True, chunk_size: int
         writer.finish()
 
 
-def test_a_record_rewritten_by_another_tool_reads_the_same(recorded, tmp_path):
+def test_record_rewritten_by_another_tool_has_the_same_values(recorded, tmp_path):
     path, ticks = recorded
     rewrite(path, tmp_path / "other.mcap")
     record = Record.open(tmp_path / "other.mcap")
@@ -122,8 +122,8 @@ def test_a_record_rewritten_by_another_tool_reads_the_same(recorded, tmp_path):
     assert record.scene == ""
 
 
-def test_the_folder_of_a_run_is_a_bag_with_metadata(tmp_path):
-    """`ros2 bag info|play FOLDER` wants metadata.yaml; rosbags reads the folder by it alone."""
+def test_folder_of_a_run_is_a_bag_with_metadata(tmp_path):
+    """`ros2 bag info|play FOLDER` needs metadata.yaml; rosbags reads the folder only with it."""
     ticks = synthetic_run.run(0.6)
     with Recorder(tmp_path / "record.mcap", "name: floor\n", 0, 1000.0, deterministic=True, bag=True) as recorder:
         recorder.append(ticks)

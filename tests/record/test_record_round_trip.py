@@ -23,7 +23,7 @@ def write(path: Path, ticks, batch: int = 137, deterministic: bool = True, **end
     return recorder
 
 
-def test_every_deterministic_bit_comes_back(tmp_path):
+def test_deterministic_signals_are_read_back_bit_for_bit(tmp_path):
     ticks = synthetic_run.run()
     recorder = write(tmp_path / "r.mcap", ticks, faults=["leader silent at 1.2 s"])
     record = Record.open(tmp_path / "r.mcap")
@@ -31,7 +31,7 @@ def test_every_deterministic_bit_comes_back(tmp_path):
         if signal.deterministic:
             assert record.ticks[name].tobytes() == ticks[name].tobytes(), name
         else:
-            assert np.isnan(record.ticks[name]).all(), "times of computation are not in a lockstep record"
+            assert np.isnan(record.ticks[name]).all(), "a lockstep record has no computing times"
     assert record.complete
     assert record.note is None
     assert record.deterministic
@@ -41,7 +41,7 @@ def test_every_deterministic_bit_comes_back(tmp_path):
     assert recorder.sha256 == hashlib.sha256((tmp_path / "r.mcap").read_bytes()).hexdigest()
 
 
-def test_real_time_record_also_holds_the_times(tmp_path):
+def test_real_time_record_also_has_the_computing_times(tmp_path):
     ticks = synthetic_run.run(1.0)
     write(tmp_path / "r.mcap", ticks, deterministic=False, timing={"missed_ticks": 2, "scheduler": "normal"})
     record = Record.open(tmp_path / "r.mcap")
@@ -54,7 +54,7 @@ def test_real_time_record_also_holds_the_times(tmp_path):
     rows=npst.arrays(np.float64, st.tuples(st.integers(1, 40), st.just(TICK_DOUBLES)), elements=st.floats(width=64)),
     bits=st.integers(0, 2**32 - 1),
 )
-def test_any_double_and_any_status_survive(tmp_path_factory, rows, bits):
+def test_any_double_and_any_status_survive_a_round_trip(tmp_path_factory, rows, bits):
     path = tmp_path_factory.mktemp("any") / "r.mcap"
     ticks = as_ticks(rows.copy())
     ticks["status"] = bits
@@ -62,18 +62,18 @@ def test_any_double_and_any_status_survive(tmp_path_factory, rows, bits):
     assert as_rows(Record.open(path).ticks).tobytes() == as_rows(ticks).tobytes()
 
 
-def test_same_run_gives_the_same_bytes_however_it_is_handed_over(tmp_path):
+def test_bytes_of_a_record_are_independent_of_the_batches(tmp_path):
     ticks = synthetic_run.run()
     write(tmp_path / "a.mcap", ticks, batch=1)
     other = ticks.copy()
-    other["cycle_us"] += 1.0  # another machine, another day
+    other["cycle_us"] += 1.0  # computing times of another machine
     other["lateness_us"] = 0.0
     (tmp_path / "b").mkdir()
     write(tmp_path / "b" / "a.mcap", other, batch=4000)
     assert (tmp_path / "a.mcap").read_bytes() == (tmp_path / "b" / "a.mcap").read_bytes()
 
 
-def test_recording_after_the_end_changes_nothing(tmp_path):
+def test_recording_after_the_end_has_no_effect(tmp_path):
     ticks = synthetic_run.run(0.5)
     recorder = write(tmp_path / "r.mcap", ticks)
     before = (tmp_path / "r.mcap").read_bytes()

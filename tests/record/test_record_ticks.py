@@ -15,7 +15,7 @@ def test_table_covers_every_byte_of_the_tick_once():
     assert len(SIGNALS) == len(_core.signals())
 
 
-def test_fields_land_where_the_table_says():
+def test_fields_match_the_offsets_of_the_table():
     rows = np.random.default_rng(1).normal(size=(5, TICK_BYTES // 8))
     ticks = as_ticks(rows)
     assert ticks.shape == (5,)
@@ -28,6 +28,6 @@ def test_fields_land_where_the_table_says():
     assert as_ticks(ticks).dtype == TICK
 
 
-def test_wrong_shape_is_named():
+def test_wrong_shape_is_reported():
     with pytest.raises(ValueError, match=rf"float64 of shape \(n, {TICK_DOUBLES}\). Got: float64 \(5, 3\)"):
         as_ticks(np.zeros((5, 3)))

@@ -25,22 +25,22 @@ def test_elements_list_deflection_and_force_of_each_axis():
 def test_springs_are_drawn_as_short_as_they_are_compressed():
     ticks = synthetic_run.run(3.0)
     drawn = lengths(table(ticks))
-    assert drawn[::2] == [100.0] * 3  # at rest
+    assert drawn[::2] == [100.0] * 3  # without deflection
     assert drawn[1::2] == [100.0, 100.0, 38.0]  # only z is pressed: 1 - 1 / 1.6
     ticks["delta_x"][:, 0] = 0.5 * ticks["delta_x"][:, 2]
-    assert lengths(table(ticks))[1] == 69.0  # half as much
+    assert lengths(table(ticks))[1] == 69.0  # half of the deflection
 
 
-def test_without_contact_it_says_so():
+def test_missing_contact_is_stated():
     assert "Nothing was touched" in table(synthetic_run.run(3.0)[:10])
 
 
 def test_conditioning_against_singular_values_of_differences():
     ticks = synthetic_run.run(0.05)
     arm, h = palpate.Arm.mtm("left"), 1e-6
-    told = conditioning(ticks, arm)
-    for q, condition in zip(ticks["q"][::10], told[::10], strict=True):
+    values = conditioning(ticks, arm)
+    for q, condition in zip(ticks["q"][::10], values[::10], strict=True):
         J = [(arm.fk(q + h * e)[:3, 3] - arm.fk(q - h * e)[:3, 3]) / (2 * h) for e in np.eye(7)[:3]]
         s = np.linalg.svd(np.array(J).T, compute_uv=False)
         assert abs(condition - s[0] / s[-1]) < 1e-6 * condition
-    assert (told >= 1.0).all()
+    assert (values >= 1.0).all()

@@ -32,7 +32,7 @@ def page(tmp_path_factory):
 
 
 class Outline(HTMLParser):
-    """Tags opened and closed, and every address the page asks for."""
+    """Opened and closed tags, and every address that the page loads."""
 
     VOID = ("meta", "link", "img", "source", "br")
 
@@ -55,7 +55,7 @@ class Outline(HTMLParser):
             self.headings.append(data)
 
 
-def test_page_is_whole_and_asks_for_nothing(page):
+def test_page_is_well_formed_and_loads_nothing(page):
     outline = Outline()
     outline.feed(page)
     assert outline.open == []
@@ -65,7 +65,7 @@ def test_page_is_whole_and_asks_for_nothing(page):
     assert "Time" in outline.headings
 
 
-def test_page_names_every_signal_with_its_unit_and_says_simulated(page):
+def test_page_names_every_signal_with_its_unit_and_states_that_it_is_simulated(page):
     for name, signal in SIGNALS.items():
         assert f"/{name}</code>" in page, name
         assert signal.unit in page
@@ -75,7 +75,7 @@ def test_page_names_every_signal_with_its_unit_and_says_simulated(page):
     assert "not available any more" in page
 
 
-def test_lockstep_page_is_the_same_every_time_and_has_no_times(tmp_path):
+def test_lockstep_page_is_reproducible_and_has_no_computing_times(tmp_path):
     record = record_of(tmp_path, synthetic_run.run(0.6))
     assert write_report(record.path) == tmp_path / "report.html"
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
@@ -84,21 +84,21 @@ def test_lockstep_page_is_the_same_every_time_and_has_no_times(tmp_path):
     assert "haptic cycle</td>" not in page
 
 
-@pytest.mark.parametrize("what", ["one tick", "never touched", "no scene, not finite"])
-def test_odd_runs_have_a_page_too(tmp_path, what):
+@pytest.mark.parametrize("case", ["one tick", "no contact", "no scene, not finite"])
+def test_unusual_runs_have_a_page_too(tmp_path, case):
     ticks = synthetic_run.run(1.0)
-    if what == "one tick":
+    if case == "one tick":
         ticks = ticks[:1]
-    elif what == "never touched":
+    elif case == "no contact":
         for name in ("contacts", "depth", "normal", "delta_x", "F_T_W", "F_spring_W", "F_damping_W"):
             ticks[name] = 0.0
     else:
         ticks["F_cell_L"][300:400] = np.nan
-    page = report(record_of(tmp_path, ticks, scene="" if "no scene" in what else SCENE))
+    page = report(record_of(tmp_path, ticks, scene="" if "no scene" in case else SCENE))
     assert "Energy ledger" in page
 
 
-def test_unwritable_page_is_told(tmp_path, monkeypatch):
+def test_unwritable_page_is_reported(tmp_path, monkeypatch):
     monkeypatch.setattr("palpate.report.html.report", lambda record: "")
     record = record_of(tmp_path, synthetic_run.run(0.3))
     with pytest.raises(OutputError, match="the report cannot be written"):
@@ -110,7 +110,7 @@ CHROMIUM = "/usr/bin/chromium"
 
 @pytest.mark.skipif(not os.path.exists(CHROMIUM), reason="Chromium is not installed")
 @pytest.mark.parametrize("width", [1280, 420])
-def test_a_browser_shows_it_without_sideways_scrolling(page, tmp_path, width):
+def test_page_fits_the_width_of_a_browser(page, tmp_path, width):
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright (test group) is not installed")
     (tmp_path / "page.html").write_text(page, encoding="utf-8")
     with playwright.sync_playwright() as driver:

@@ -1,4 +1,4 @@
-"""Numbers of the summary against closed forms of a made-up run."""
+"""Numbers of the summary against closed forms of a synthetic run."""
 
 import io
 
@@ -25,10 +25,10 @@ def record_of(tmp_path, ticks, deterministic=False, close=True, **end) -> Record
     return Record.open(tmp_path / "r.mcap")
 
 
-def test_summary_tells_the_known_answers(tmp_path):
+def test_summary_has_the_known_values(tmp_path):
     ticks = synthetic_run.run(4.0)
     summary = summary_of(record_of(tmp_path, ticks, timing={"missed_ticks": 3}, faults=["leader silent"]))
-    speed = synthetic_run.DEPTH / 0.6  # the press lasts 0.6 s
+    speed = synthetic_run.DEPTH / 0.6  # duration of the press: 0.6 s
     assert summary.peak_force_N == pytest.approx(synthetic_run.K * synthetic_run.DEPTH, abs=synthetic_run.B * speed)
     assert summary.max_penetration_m == pytest.approx(synthetic_run.DEPTH)
     assert summary.contact_s == pytest.approx((0.9 - 0.25) * 4.0, abs=0.003)
@@ -46,20 +46,20 @@ def test_killed_run_is_a_fault(tmp_path):
     assert "no end" in fault
 
 
-def test_table_has_units_and_words(tmp_path):
+def test_table_has_units_and_descriptions(tmp_path):
     out = io.StringIO()
     summary = summary_of(record_of(tmp_path, synthetic_run.run(1.0), deterministic=True))
     Console(file=out, width=120).print(summary_table(summary))
     text = out.getvalue()
     for expected in ("peak force", "4.00 mm", " N ", " s ", "mJ"):
         assert expected in text
-    assert "haptic cycle" not in text, "a lockstep record does not know it"
+    assert "haptic cycle" not in text, "a lockstep record has no cycle time"
     assert all(unit for _, unit, _ in rows(summary))
 
 
 def test_phases_follow_the_motion(tmp_path):
     ticks = synthetic_run.run(8.0)
-    ticks["p_WT"][:, 1] = 0.0  # no sideways motion but the slide
+    ticks["p_WT"][:, 1] = 0.0  # no lateral motion except the slide
     run = Run(record_of(tmp_path, ticks))
     assert [p.name for p in run.phases] == ["approach", "press", "slide", "leave"]
     approach, press, slide, leave = run.phases
@@ -70,7 +70,7 @@ def test_phases_follow_the_motion(tmp_path):
     assert run.stiffness == pytest.approx(synthetic_run.K)
 
 
-def test_slow_motion_is_kept_or_broken_as_the_cycle_found():
+def test_slow_motion_is_reported_as_found_by_the_cycle():
     ticks = synthetic_run.run(4.0)
     ticks["status"], ticks["F_neglected"], ticks["v_LH"] = 0, 0.1, [0.05, 0.0, 0.0]
     calm = slow_motion(ticks, 1000.0)
@@ -85,7 +85,7 @@ def test_slow_motion_is_kept_or_broken_as_the_cycle_found():
     assert "too fast" in fast.words
 
 
-def test_thinning_keeps_every_peak():
+def test_decimation_keeps_every_peak():
     rng = np.random.default_rng(3)
     t, y = np.arange(100_003) / 1e3, rng.normal(size=100_003)
     y[54_321] = 99.0

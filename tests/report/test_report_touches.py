@@ -1,11 +1,11 @@
-"""The list of pairs: each sphere and object that touched, with its forces and its time."""
+"""The list of contacts: pairs of sphere and object with forces and duration."""
 
 import synthetic_run
 
 from palpate.report import touches
 
 
-def test_each_pair_is_told_the_hardest_first():
+def test_contact_pairs_are_sorted_by_force():
     ticks = synthetic_run.run(1.0)
     ticks["contacts"] = 0
     ticks["contacts"][100:300] = 2
@@ -19,7 +19,7 @@ def test_each_pair_is_told_the_hardest_first():
     assert page.count("0.20 s") == 2
 
 
-def test_free_space_is_said():
+def test_run_without_contact_is_stated():
     ticks = synthetic_run.run(0.1)
     ticks["contacts"] = 0
     assert touches.table(ticks, ["tip"], ["floor"], 1000.0) == "<p>Nothing was touched.</p>"

@@ -1,4 +1,4 @@
-"""The cable is pulled: run in a network namespace of its own (test_faults.py). Prints what was seen as JSON."""
+"""A disconnected cable: run by test_faults.py in its own network namespace. Prints the observations as JSON."""
 
 import json
 import os
@@ -15,7 +15,7 @@ def link(state):
 
 
 def main(folder):
-    # Over the network, though it has one machine: otherwise they would talk by shared memory.
+    # The network has one machine; with these settings the processes use it instead of shared memory.
     os.environ |= {"ROS_STATIC_PEERS": "127.0.0.1", "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
     link("up")
     subprocess.run(["ip", "route", "add", "224.0.0.0/4", "dev", "lo"], check=True)
@@ -30,18 +30,18 @@ def main(folder):
     node = bench.Node(stand, folder, "--network")
     try:
         stand.press(60.0)
-        told = len(node.told.lines)
+        first = len(node.output.lines)
         begin = time.monotonic()
         link("down")
         time.sleep(0.5)
         away = time.monotonic()
-        words = any("the leader is silent" in line for line in node.told.lines[told:])
+        reported = any("the leader is silent" in line for line in node.output.lines[first:])
         link("up")
         stand.press(30.0)
         felt = stand.puppet.felt
         later = felt[felt[:, 0] > away]
         seen = {
-            "told": words,
+            "reported": reported,
             "first_after": float(np.linalg.norm(later[0, 3:6])),
             "steepest": stand.steepest(away),
             "came_while_down": int(((felt[:, 0] > begin + 0.05) & (felt[:, 0] < away)).sum()),
@@ -52,7 +52,7 @@ def main(folder):
         if node.process.poll() is None:
             node.process.kill()
         node.process.wait()
-    seen["lines"] = node.told.lines[told:]
+    seen["lines"] = node.output.lines[first:]
     print(json.dumps(seen), flush=True)
     os._exit(0)
 

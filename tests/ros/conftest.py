@@ -1,4 +1,4 @@
-"""ROS 2 for tests: a domain of this session, this machine alone, one build for all, processes ended by their id."""
+"""ROS 2 for tests: a domain for this session on this machine, one build, and processes that are ended by their id."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ def pytest_collection_modifyitems(items):
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _only_here():
-    """Every process of this session, and no other, hears the others."""
+def _own_domain():
+    """Only the processes of this session discover each other."""
     kept = dict(os.environ)
-    os.environ["ROS_DOMAIN_ID"] = str(1 + os.getpid() % 100)  # up to 101 no port collides with the system's own
+    os.environ["ROS_DOMAIN_ID"] = str(1 + os.getpid() % 100)  # up to 101 no port collides with system ports
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     began = time.time()
     yield
@@ -45,7 +45,7 @@ def _only_here():
 
 
 def _sweep(began):
-    """Shared memory that killed processes of this session have left: nobody holds its lock any more."""
+    """Remove shared memory of killed processes of this session, whose locks are free."""
     for lock in Path("/dev/shm").glob("fastdds_*_el"):
         with contextlib.suppress(OSError), lock.open() as file:
             if lock.stat().st_mtime >= began:
@@ -55,8 +55,8 @@ def _sweep(began):
 
 
 @pytest.fixture(scope="session")
-def built(_only_here):
-    """What `palpate ros setup` makes; parallel sessions wait for the one that compiles."""
+def built(_own_domain):
+    """The result of `palpate ros setup`; parallel sessions wait for the one that compiles."""
     from palpate import ros
 
     return ros.messages()
@@ -72,7 +72,7 @@ def native(built):
 
 @pytest.fixture(scope="session")
 def rclpy(built):
-    """ROS 2 in this process, for what a test says and hears."""
+    """The module rclpy, initialised in this process."""
     import rclpy
 
     rclpy.init()
@@ -90,12 +90,12 @@ def node(rclpy):
 
 @pytest.fixture
 def until(rclpy, node):
-    """Spins the node until something is true; fails, in words, when it does not come."""
+    """A function that spins the node until a condition holds, and fails with a description after a timeout."""
 
-    def wait(condition, what, seconds=10.0):
+    def wait(condition, description, seconds=10.0):
         end = time.monotonic() + seconds
         while not (value := condition()):
-            assert time.monotonic() < end, f"within {seconds:g} s not: {what}"
+            assert time.monotonic() < end, f"timeout of {seconds:g} s: {description}"
             rclpy.spin_once(node, timeout_sec=0.01)
         return value
 
@@ -103,13 +103,13 @@ def until(rclpy, node):
 
 
 class Processes:
-    """Python processes of a test: they end with it, by their id."""
+    """Python processes of a test, which are ended after it by their id."""
 
     def __init__(self, folder):
         self._folder, self._running = folder, []
 
     def start(self, *arguments, **more) -> subprocess.Popen:
-        """Python with these arguments."""
+        """Start Python with these arguments."""
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
         command = [sys.executable, *map(str, arguments)]
         process = subprocess.Popen(command, cwd=self._folder, **(pipes | more))
@@ -117,7 +117,7 @@ class Processes:
         return process
 
     def end(self):
-        """All of them."""
+        """End all processes."""
         for process in self._running:
             if process.poll() is None:
                 process.send_signal(signal.SIGCONT)
@@ -134,7 +134,7 @@ class Processes:
 
 @pytest.fixture
 def start(built, tmp_path):
-    """Starts Python with these arguments; what still runs at the end is ended."""
+    """A function that starts Python with arguments; processes are ended after the test."""
     processes = Processes(tmp_path)
     yield processes.start
     processes.end()
@@ -142,7 +142,7 @@ def start(built, tmp_path):
 
 @pytest.fixture(scope="module")
 def start_once(built, tmp_path_factory):
-    """The same for what all tests of a file share."""
+    """As `start`, for processes that the tests of a file share."""
     processes = Processes(tmp_path_factory.mktemp("processes"))
     yield processes.start
     processes.end()
@@ -152,9 +152,9 @@ def start_once(built, tmp_path_factory):
 def sim(start_once):
     """`palpate ros sim` with a pair of arms at 500 Hz, shared by the tests of a file."""
     process = start_once("-m", "palpate", "ros", "sim", "--arms", "MTMR", "PSM1", "--rate", "500")
-    told = []
+    lines = []
     for line in process.stdout:
-        told.append(line)
+        lines.append(line)
         if "Ctrl-C" in line:
             return process
-    pytest.fail("".join([*told, process.stderr.read()]))
+    pytest.fail("".join([*lines, process.stderr.read()]))

@@ -1,4 +1,4 @@
-"""A client of a dVRK as one writes it with rclpy and crtk_msgs; nothing in it knows that the robot is simulated."""
+"""A client of a dVRK with rclpy and crtk_msgs, as for a real robot."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ def message_type(name: str, kind: str = "msg"):
 
 
 class Dvrk:
-    """Hears what it subscribes to, keeps the last of each; publishes commands by the name of their topic."""
+    """Keeps the last message of each subscribed topic, and publishes commands by topic name."""
 
     def __init__(self, node, until):
         self._node, self._until = node, until
         self._rows = dict(ROWS)
         self._publishers, self.last, self.count = {}, {}, {}
 
-    def hear(self, *topics, wait=True):
-        """Subscribe, and wait for what is told without being asked."""
+    def subscribe(self, *topics, wait=True):
+        """Subscribe, and wait for the first message of periodic and latched topics."""
         for topic in topics:
             row = self._row(topic)
 
@@ -39,28 +39,28 @@ class Dvrk:
             if wait and (periodic or self._row(topic).latched):
                 self._until(lambda topic=topic: topic in self.last, f"anything on {topic}")
 
-    def say(self, topic, message=None, **fields):
-        """Publish once somebody listens; fields of the message, or its one value as `data` or `string`."""
+    def publish(self, topic, message=None, **fields):
+        """Publish a message, or one with these fields, once the topic has a subscriber."""
         row = self._row(topic)
         if topic not in self._publishers:
             self._publishers[topic] = self._node.create_publisher(message_type(row.type), topic, 10)
         publisher = self._publishers[topic]
-        self._until(publisher.get_subscription_count, f"somebody who listens to {topic}")
+        self._until(publisher.get_subscription_count, f"a subscriber of {topic}")
         publisher.publish(message or message_type(row.type)(**fields))
 
     def _row(self, topic):
-        """Other arms have the topics of their kind."""
+        """Row of a topic; other arms have the topics of their kind."""
         return self._rows[topic.replace("/MTML/", "/MTMR/").replace("/ECM/", "/PSM1/")]
 
     def state(self, arm):
-        """Operating state in words."""
+        """Name of the operating state of an arm."""
         return self.last[f"/{arm}/operating_state"].state
 
     def home(self, arm):
-        """Enable and home, and wait for it."""
-        self.say(f"/{arm}/state_command", string="enable")
+        """Enable and home an arm, and wait for both."""
+        self.publish(f"/{arm}/state_command", string="enable")
         self._until(lambda: self.state(arm) == "ENABLED", f"{arm} enabled")
-        self.say(f"/{arm}/state_command", string="home")
+        self.publish(f"/{arm}/state_command", string="home")
 
         def homed():
             state = self.last[f"/{arm}/operating_state"]

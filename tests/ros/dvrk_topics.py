@@ -1,6 +1,6 @@
-"""What a dVRK 2.4 offers on ROS 2, written from its published interface: name, type, direction, latched.
+"""Topics and services of a dVRK 2.4 on ROS 2, from its published interface: name, type, direction, latched.
 
-Directions as the robot sees them: `out` it publishes, `in` it listens, `srv` it serves.
+Directions from the side of the robot: `out` published, `in` subscribed, `srv` service.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ class Row(NamedTuple):
 
     name: str
     type: str
-    way: str
+    direction: str
     latched: bool = False
 
 
@@ -24,12 +24,12 @@ MATRIX = "std_msgs/Float64MultiArray"
 
 
 def out(kind: str, *names: str, latched: bool = False) -> list[Row]:
-    """Published."""
+    """Rows of published topics."""
     return [Row(name, kind, "out", latched) for name in names]
 
 
 def into(kind: str, *names: str) -> list[Row]:
-    """Listened to."""
+    """Rows of subscribed topics."""
     return [Row(name, kind, "in") for name in names]
 
 
@@ -109,7 +109,7 @@ TELEOP = [
     *out("geometry_msgs/QuaternionStamped", "alignment_offset"),
     *into(CF, "following/mtm/body/servo_cf"),
 ]
-SIMULATED = [  # what only a simulated one has: a hand on the handle
+SIMULATED = [  # only on the simulated robot: a hand on the handle
     *into(CP, "hand/servo_cp"),
     *into(CF, "hand/servo_cf"),
     *into(FLOAT, "hand/gripper"),

@@ -1,10 +1,10 @@
-"""A CRTK master and its console as a process of its own: says where it is, obeys nobody, tells what it is told to feel.
+"""A mock CRTK master with a console, as a process: publishes its state and prints each received wrench.
 
     python fake_master.py RATE        one JSON line for each wrench on standard output: its stamp [s], force
 
-Commands, one a line, on standard input: `depth METRES`, `following 0|1`, `operator 0|1`, `state NAME`,
+Commands on standard input, one per line: `depth METRES`, `following 0|1`, `operator 0|1`, `state NAME`,
 `teleop STATE`, `silent 0|1`.
-The wrench it hears last stays on, for ever, as on the real arm.
+The last wrench stays active without a timeout, as on the real arm.
 """
 
 import contextlib
@@ -48,30 +48,30 @@ class Master:
         self.following = make(Bool, "/MTMR_PSM1/following", LATCHED)
         self.operator = make(Joy, "/console/operator_present", LATCHED)
         self.flags = []
-        self.hear(WrenchStamped, "/MTMR/body/servo_cf", self.wrench)
-        self.hear(WrenchStamped, "/MTMR_PSM1/following/mtm/body/servo_cf", self.wrench)
+        self.subscribe(WrenchStamped, "/MTMR/body/servo_cf", self.wrench)
+        self.subscribe(WrenchStamped, "/MTMR_PSM1/following/mtm/body/servo_cf", self.wrench)
         for name in ("body/set_cf_orientation_absolute", "use_gravity_compensation"):
-            self.hear(Bool, f"/MTMR/{name}", lambda m, name=name: self.say(flag=name, on=m.data))
-        self.tell_state("ENABLED")
+            self.subscribe(Bool, f"/MTMR/{name}", lambda m, name=name: self.write_line(flag=name, on=m.data))
+        self.publish_state("ENABLED")
         self.period = 1.0 / rate
 
-    def hear(self, kind, topic, callback):
+    def subscribe(self, kind, topic, callback):
         self.node.create_subscription(kind, topic, callback, 50)
 
-    def say(self, **words):
+    def write_line(self, **values):
         with self.lock:
-            print(json.dumps(words), flush=True)
+            print(json.dumps(values), flush=True)
 
     def wrench(self, m):
         f = m.wrench.force
         stamp = m.header.stamp.sec + 1e-9 * m.header.stamp.nanosec
-        self.say(t=stamp, force=float(np.linalg.norm([f.x, f.y, f.z])), f=[f.x, f.y, f.z])
+        self.write_line(t=stamp, force=float(np.linalg.norm([f.x, f.y, f.z])), f=[f.x, f.y, f.z])
 
-    def tell_state(self, name):
+    def publish_state(self, name):
         self.state.publish(OperatingState(state=name, is_homed=True))
 
     def publish(self):
-        step = 0.05 * self.period  # no hand is faster than 5 cm/s here
+        step = 0.05 * self.period  # the hand moves at 5 cm/s at most
         self.depth += float(np.clip(self.goal - self.depth, -step, step))
         stamp = self.node.get_clock().now().to_msg()
         pose, twist = PoseStamped(), TwistStamped()
@@ -83,7 +83,7 @@ class Master:
         self.cv.publish(twist)
         self.cp.publish(pose)
 
-    def obey(self, line):
+    def execute(self, line):
         word, value = line.split()
         if word == "depth":
             self.goal = float(value)
@@ -97,22 +97,22 @@ class Master:
             self.teleop = self.node.create_publisher(String, "/MTMR_PSM1/current_state", LATCHED)
             self.teleop.publish(String(data=value))
         elif word == "state":
-            self.tell_state(value)
+            self.publish_state(value)
 
     def listen(self):
         with contextlib.suppress(rclpy.executors.ExternalShutdownException):
             rclpy.spin(self.node)
 
     def run(self):
-        threading.Thread(target=lambda: [self.obey(line) for line in sys.stdin], daemon=True).start()
+        threading.Thread(target=lambda: [self.execute(line) for line in sys.stdin], daemon=True).start()
         threading.Thread(target=self.listen, daemon=True).start()
-        self.say(ready=True)
+        self.write_line(ready=True)
         due = time.monotonic()
         while rclpy.ok():
             due = max(due + self.period, time.monotonic() - 0.005)
             time.sleep(max(0.0, due - time.monotonic()))
             if not self.silent:
-                with contextlib.suppress(rclpy._rclpy_pybind11.RCLError):  # ended meanwhile
+                with contextlib.suppress(rclpy._rclpy_pybind11.RCLError):  # ROS has shut down
                     self.publish()
 
 

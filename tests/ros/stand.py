@@ -1,6 +1,6 @@
-"""A test stand: a leader that moves as told (`palpate.ros` Puppet, in this process), a haptic node in one of its own.
+"""A test stand: a mock leader (`palpate.ros` Puppet, in this process), and a haptic node in its own process.
 
-What the hand feels is the last wrench that came, for an arm has no timeout: `Stand.held`. Times are monotonic [s].
+An arm has no timeout, so the last received wrench stays active (`Stand.held`). Times are monotonic [s].
 """
 
 import json
@@ -15,7 +15,7 @@ import numpy as np
 
 RATE = 250.0
 STALE, RELEASE = 0.03, 0.03
-MOST = 0.05  # from when a fault can be known until nothing is pushed any more [s]
+MOST = 0.05  # longest time from the detectability of a fault to zero force [s]
 RATE_CAP = 50.0  # [N/s]
 SCENE = f"""
 objects:
@@ -30,8 +30,8 @@ record: {{report: false}}
 """
 
 
-class Told:
-    """The lines that a process writes, as they come."""
+class OutputLines:
+    """Collects the lines that a process prints."""
 
     def __init__(self, process):
         self.lines, self._new = [], queue.Queue()
@@ -42,16 +42,17 @@ class Told:
         for line in pipe:
             self.lines.append(line.rstrip())
 
-    def await_line(self, words, seconds=30.0, after=0):
+    def await_line(self, text, seconds=30.0, after=0):
+        """Wait for a line with this text after the first `after` lines, and return it."""
         end = time.monotonic() + seconds
-        while not (found := [line for line in self.lines[after:] if words in line]):
-            assert time.monotonic() < end, f"not told within {seconds:g} s: {words!r}; told: {self.lines[after:]}"
+        while not (found := [line for line in self.lines[after:] if text in line]):
+            assert time.monotonic() < end, f"no {text!r} within {seconds:g} s: {self.lines[after:]}"
             time.sleep(0.01)
         return found[0]
 
 
 class Node:
-    """`palpate ros haptics` on the stand's leader."""
+    """A process of `palpate ros haptics` with the leader of the stand."""
 
     def __init__(self, stand, folder, *options):
         scene = folder / "wall.yaml"
@@ -63,15 +64,15 @@ class Node:
         self.process = subprocess.Popen(
             [sys.executable, *map(str, command)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         )
-        self.told = Told(self.process)
+        self.output = OutputLines(self.process)
 
     @property
     def guardian(self):
-        """Process id."""
-        return int(self.told.await_line("guardian").rsplit(" ", 1)[1])
+        """Process id of the guardian."""
+        return int(self.output.await_line("guardian").rsplit(" ", 1)[1])
 
     def end(self, signal_number=2):
-        """Ask it to end; its summary."""
+        """End the process by a signal; returns its summary."""
         if self.process.poll() is None:
             self.process.send_signal(signal_number)
             self.process.wait(30)
@@ -79,7 +80,7 @@ class Node:
 
 
 class Stand:
-    """See above."""
+    """The mock leader and measurements of its received wrenches."""
 
     def __init__(self, native, name, network=False, **options):
         self.native, self.leader, self.teleop = native, name, f"{name}_TELE"
@@ -95,23 +96,23 @@ class Stand:
         self.y = 0.0
         self.puppet.start()
 
-    def spoil(self, **how):
-        """From now on; returns when that was."""
+    def inject(self, **faults):
+        """Inject faults from now on, or none; returns the time [s]."""
         s = self.native.Spoil()
-        for key, value in how.items():
+        for key, value in faults.items():
             setattr(s, key, value)
         t = time.monotonic()
         self.puppet.spoil(s)
         return t
 
     def press(self, seconds=20.0):
-        """Nothing is spoilt any more; then towards the wall, until it pushes with about half a newton."""
-        self.spoil()
+        """End all faults and move towards the wall until the force is about 0.5 N."""
+        self.inject()
         self.puppet.set_state("ENABLED")
         self.puppet.follow(True)
         end = time.monotonic() + seconds
         while not 0.4 < self.force() < 0.8 or self.wrenches_since(time.monotonic() - 0.1) < 5:
-            assert time.monotonic() < end, f"the wall is not felt: {self.force():.3f} N"
+            assert time.monotonic() < end, f"no force of the wall: {self.force():.3f} N"
             if self.wrenches_since(time.monotonic() - 0.1) > 5:
                 self.y = np.clip(self.y + (0.0004 if self.force() >= 0.8 else -0.0004), -0.2, 0.2)
                 self.puppet.move_to(np.array([0.0, self.y, 0.0]), 0.015)
@@ -122,7 +123,7 @@ class Stand:
         time.sleep(0.15)
 
     def force(self):
-        """On the hand now [N]."""
+        """Present force on the hand [N]."""
         felt = self.puppet.felt
         return float(np.linalg.norm(felt[-1, 3:6])) if len(felt) else 0.0
 
@@ -130,7 +131,7 @@ class Stand:
         return int((self.puppet.felt[:, 0] >= t).sum())
 
     def held(self, begin, end=np.inf):
-        """(times, newtons) of what came between, begun with what was in force."""
+        """(times [s], forces [N]) of the wrenches in an interval; the first entry is the wrench active at its begin."""
         felt = self.puppet.felt
         forces = np.linalg.norm(felt[:, 3:6], axis=1)
         inside = (felt[:, 0] >= begin) & (felt[:, 0] <= end)
@@ -139,7 +140,7 @@ class Stand:
         return np.concatenate([[begin], felt[inside, 0]]), np.concatenate([[start], forces[inside]])
 
     def released(self, known, seconds=1.5):
-        """How long after `known` the hand was free, to stay so for 20 ms; the larger of that and zero [s]."""
+        """Time from `known` until the force is zero and stays zero [s]; at least zero."""
         time.sleep(max(0.0, known + 0.4 - time.monotonic()))
         end = time.monotonic() + seconds
         while True:
@@ -154,15 +155,15 @@ class Stand:
             time.sleep(0.02)
 
     def first_free(self, begin, end=np.inf):
-        """How long after `begin` the hand was free for the first time; never is infinite [s]."""
+        """Time from `begin` until the first zero force [s]; infinite if there is none."""
         t, force = self.held(begin, end)
         free = np.flatnonzero(force == 0.0)
         return float(t[free[0]] - begin) if len(free) else np.inf
 
     def steepest(self, begin, end=np.inf):
-        """Fastest growth of the force in the order of sending, where the hand had none after the guardian's [N/s].
+        """Fastest growth of the force in the order of sending, also after zero wrenches of the guardian [N/s].
 
-        What crossed the guardian's zero on its way, sent before it, is not a push after it.
+        A wrench that was sent before the guardian's zero but arrives after it does not count as growth.
         """
         felt = self.puppet.felt
         felt = felt[(felt[:, 0] >= begin) & (felt[:, 0] <= end)]
@@ -170,8 +171,8 @@ class Stand:
         order = np.argsort(sent, kind="stable")
         forces, sent, own = np.linalg.norm(felt[order, 3:6], axis=1), sent[order], felt[order, 2] > 0.0
         growth, steps = np.diff(forces), np.clip(np.diff(sent), 1.0 / RATE, 1.5 / RATE)
-        told = own[1:] & (growth > 0.0)
-        return float((growth[told] / steps[told]).max(initial=0.0))
+        grown = own[1:] & (growth > 0.0)
+        return float((growth[grown] / steps[grown]).max(initial=0.0))
 
 
 def alive(pid):

@@ -1,4 +1,4 @@
-"""What stands around the haptic node, seen by a client on real ROS 2: frames, models, markers, diagnostics, gains."""
+"""The interfaces around the haptic node, seen by a ROS 2 client: frames, models, markers, diagnostics, gains."""
 
 import os
 import time
@@ -26,7 +26,7 @@ def node(stand, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def client(node, rclpy):
-    """Hears everything that is published beside the forces."""
+    """A client that subscribes to everything published except the forces."""
     from diagnostic_msgs.msg import DiagnosticArray
     from rclpy.qos import DurabilityPolicy, QoSProfile
     from sensor_msgs.msg import JointState
@@ -50,21 +50,21 @@ def client(node, rclpy):
             ):
                 self.node.create_subscription(kind, topic, lambda m, t=topic: self.heard.update({t: m}), qos)
 
-        def get(self, topic, good=lambda m: True, seconds=15.0):
+        def get(self, topic, accept=lambda m: True, seconds=15.0):
             end = time.monotonic() + seconds
-            if not topic.endswith(("objects", "scene", "robot_description")):  # those are told once
+            if not topic.endswith(("objects", "scene", "robot_description")):  # latched topics are published once
                 self.heard.pop(topic, None)
-            while not (topic in self.heard and good(self.heard[topic])):
-                assert time.monotonic() < end, f"nothing (good) on {topic}"
+            while not (topic in self.heard and accept(self.heard[topic])):
+                assert time.monotonic() < end, f"no accepted message on {topic}"
                 rclpy.spin_once(self.node, timeout_sec=0.05)
             return self.heard[topic]
 
         def call(self, kind, name, request, seconds=15.0):
-            asked = self.node.create_client(kind, name)
-            assert asked.wait_for_service(seconds), name
-            future = asked.call_async(request)
+            service = self.node.create_client(kind, name)
+            assert service.wait_for_service(seconds), name
+            future = service.call_async(request)
             rclpy.spin_until_future_complete(self.node, future, timeout_sec=seconds)
-            assert future.done(), f"{name} does not answer"
+            assert future.done(), f"{name} does not respond"
             return future.result()
 
         def set(self, **values):
@@ -85,7 +85,7 @@ def xyz(v):
 
 
 def test_frames_agree_with_the_arm_and_the_scene(client, stand):
-    """The tool is 2 mm or so in the wall; the model's last link is where its forward kinematics say."""
+    """The tool is about 2 mm inside the wall; the last link of the model agrees with the forward kinematics."""
     tf = client.get("/tf")
     frames = {t.child_frame_id: t for t in tf.transforms}
     assert frames["palpate_object_wall"].header.frame_id == "palpate_world"
@@ -93,7 +93,7 @@ def test_frames_agree_with_the_arm_and_the_scene(client, stand):
     tool = xyz(frames["virtual_tool"].transform.translation)
     assert -0.389 < tool[1] < -0.384
     handle = xyz(frames[f"{stand.leader}_handle"].transform.translation)
-    np.testing.assert_allclose(handle, [0, stand.y, 0], atol=1e-9)  # the leader's base stands in the world's origin
+    np.testing.assert_allclose(handle, [0, stand.y, 0], atol=1e-9)  # the leader's base is at the origin of W
     joints = np.array(client.get("/palpate/virtual/joint_states").position)
     base = frames["virtual_base"].transform.translation
     tip = np.array(Arm.psm().fk(joints))[:3, 3]
@@ -103,7 +103,7 @@ def test_frames_agree_with_the_arm_and_the_scene(client, stand):
     assert client.get("/palpate/virtual/robot_description", seconds=5.0).data.startswith("<?xml")
 
 
-def test_markers_show_the_force_that_is_sent(client, stand):
+def test_markers_show_the_sent_force(client, stand):
     stand.press()
     newest = client.get("/palpate/markers", lambda m: any(k.ns == "force_spatial" and k.points for k in m.markers))
     drawn = {m.ns: m for m in newest.markers}
@@ -122,7 +122,7 @@ def test_markers_show_the_force_that_is_sent(client, stand):
     assert mesh.frame_locked
 
 
-def test_diagnostics_tell_rates_energy_and_what_forbids(client, stand):
+def test_diagnostics_report_rates_energy_and_conditions_against_a_force(client, stand):
     stand.press()
     status = client.get("/diagnostics", lambda d: d.status[0].message == "free to push").status[0]
     values = {v.key: v.value for v in status.values}
@@ -130,13 +130,13 @@ def test_diagnostics_tell_rates_energy_and_what_forbids(client, stand):
     assert float(values["leader rate [Hz]"]) == pytest.approx(bench.RATE, rel=0.2)
     assert 0.3 < float(values["force [N]"]) < 1.0
     assert float(values["force cap [N]"]) == 1.0
-    stand.spoil(zero_stamp=True)
+    stand.inject(zero_stamp=True)
     client.get("/diagnostics", lambda d: d.status[0].level == b"\x01" and "stamp" in d.status[0].message)
     stand.press()
 
 
-def test_a_gain_changes_what_is_felt_and_impossible_ones_change_nothing(client, stand):
-    """Force over penetration is the stiffness that was set; of what is refused nothing is felt."""
+def test_gain_changes_the_force_and_invalid_gains_are_rejected(client, stand):
+    """Force over penetration is the set stiffness; rejected values have no effect."""
     from rcl_interfaces.srv import DescribeParameters
 
     def felt():
@@ -152,18 +152,18 @@ def test_a_gain_changes_what_is_felt_and_impossible_ones_change_nothing(client, 
     refused = client.set(wall__stiffness=90_000.0)
     assert not refused.successful
     assert "more than the caps allow" in refused.reason
-    assert not client.set(wall__stiffness=-1.0).successful  # outside its range
+    assert not client.set(wall__stiffness=-1.0).successful  # out of range
     assert not client.set(stiffness_scale=7.0).successful
     time.sleep(0.3)
     assert felt() == pytest.approx(150.0, rel=0.02)
     assert client.set(wall__stiffness=300.0).successful
     names = DescribeParameters.Request(names=["wall.stiffness", "stiffness_scale"])
-    told = client.call(DescribeParameters, "/palpate/describe_parameters", names).descriptors
-    assert "N/m" in told[0].description
-    assert told[1].floating_point_range[0].to_value == 2.0
+    descriptors = client.call(DescribeParameters, "/palpate/describe_parameters", names).descriptors
+    assert "N/m" in descriptors[0].description
+    assert descriptors[1].floating_point_range[0].to_value == 2.0
 
 
-def test_another_scene_comes_whole_or_is_refused_in_words(client, stand, node, tmp_path):
+def test_scene_is_replaced_as_a_whole_or_rejected_with_a_reason(client, stand, node, tmp_path):
     from std_srvs.srv import Trigger
 
     stand.press()
@@ -182,5 +182,5 @@ def test_another_scene_comes_whole_or_is_refused_in_words(client, stand, node, t
     assert "ceiling" in answer.message
     time.sleep(0.3)
     assert stand.steepest(begin) <= 1.001 * bench.RATE_CAP
-    node.told.await_line("ceiling")
+    node.output.await_line("ceiling")
     assert [m.ns for m in client.get("/palpate/objects", lambda m: m.markers[-1].ns == "object_ceiling").markers[1:]]

@@ -1,4 +1,4 @@
-"""The bridge itself: messages there and back between processes, type hashes, discovery, building, errors."""
+"""The ROS 2 layer: round trips between processes, type hashes, discovery, compilation, errors."""
 
 import hashlib
 import json
@@ -28,7 +28,7 @@ def test_echo_between_processes(start, rclpy, node, until):
     from rclpy.subscription import RCLError
 
     def publish():
-        """Once more where the middleware could not: a sender that a busy machine keeps waiting gives up after 0.1 s."""
+        """Publish, and repeat if the middleware fails: on a busy machine a publisher gives up after 0.1 s."""
         try:
             there.publish(message)
         except RCLError:
@@ -68,15 +68,15 @@ print(any(on for name, on in fifo.items() if name.startswith("dds.asyn")))
 """
 
 
-def test_what_brings_messages_goes_before_a_busy_machine(built):
-    """Fast DDS' receivers are raised; its asynchronous senders, which would wait awake for normal threads, are not."""
+def test_receiving_threads_have_real_time_priority(built):
+    """Receivers of Fast DDS are raised; its asynchronous senders, which spin while they wait, are not."""
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
     except PermissionError:
         pytest.skip("this system refuses SCHED_FIFO")
-    told = subprocess.run([sys.executable, "-c", THREADS], capture_output=True, text=True, timeout=60)
-    assert told.stdout == "True False\n", told.stderr
+    done = subprocess.run([sys.executable, "-c", THREADS], capture_output=True, text=True, timeout=60)
+    assert done.stdout == "True False\n", done.stderr
 
 
 IDLE = """
@@ -91,7 +91,7 @@ print(echo.count, time.process_time() - before, flush=True)
 """
 
 
-def test_who_is_told_of_messages_sleeps_between_them(start, rclpy, node, until):
+def test_direct_spinner_sleeps_between_messages(start, rclpy, node, until):
     from geometry_msgs.msg import WrenchStamped
 
     echo = start("-c", IDLE)
@@ -105,7 +105,7 @@ def test_who_is_told_of_messages_sleeps_between_them(start, rclpy, node, until):
     echo.stdin.flush()
     count, used = echo.stdout.readline().split()
     assert int(count) > 0
-    assert float(used) < 0.3, "a second in which nothing came"
+    assert float(used) < 0.3, "CPU time of a second without messages"
 
 
 CLIENT = """
@@ -120,52 +120,52 @@ print("palpate" in __import__("sys").modules)
 """
 
 
-def test_a_client_that_knows_nothing_of_palpate_has_the_messages(built):
+def test_messages_are_importable_without_palpate(built):
     if built.ros.kind == "sourced":
-        pytest.skip("a sourced ROS 2 is not ours to add packages to")
-    told = subprocess.run([sys.executable, "-c", CLIENT], capture_output=True, text=True, timeout=60)
-    assert told.stdout == "False\n", told.stderr
+        pytest.skip("packages cannot be added to a sourced ROS 2")
+    done = subprocess.run([sys.executable, "-c", CLIENT], capture_output=True, text=True, timeout=60)
+    assert done.stdout == "False\n", done.stderr
 
 
 def hash_of(description):
-    """RIHS01, by its definition: SHA-256 over the type's description as JSON in fixed form, without default values."""
+    """RIHS01 by definition: SHA-256 of the type description as JSON in a fixed form, without default values."""
 
-    def field(told):
-        kind = {k: told["type"][k] for k in ("type_id", "capacity", "string_capacity", "nested_type_name")}
-        return {"name": told["name"], "type": kind}
+    def field(described):
+        kind = {k: described["type"][k] for k in ("type_id", "capacity", "string_capacity", "nested_type_name")}
+        return {"name": described["name"], "type": kind}
 
-    def one(told):
-        return {"type_name": told["type_name"], "fields": [field(f) for f in told["fields"]]}
+    def one(described):
+        return {"type_name": described["type_name"], "fields": [field(f) for f in described["fields"]]}
 
-    told = {
+    described = {
         "type_description": one(description["type_description"]),
         "referenced_type_descriptions": [one(d) for d in description["referenced_type_descriptions"]],
     }
-    text = json.dumps(told, separators=(", ", ": "), sort_keys=False)
+    text = json.dumps(described, separators=(", ", ": "), sort_keys=False)
     return "RIHS01_" + hashlib.sha256(text.encode()).hexdigest()
 
 
 def generated(prefix, package, kind, name):
-    """Description and hash as the generators wrote them."""
-    told = json.loads((prefix / "share" / package / kind / f"{name}.json").read_text())
-    hashes = {t["type_name"]: t["hash_string"] for t in told["type_hashes"]}
-    return told["type_description_msg"], hashes[f"{package}/{kind}/{name}"]
+    """Description and hash of a type from the files of the generators."""
+    described = json.loads((prefix / "share" / package / kind / f"{name}.json").read_text())
+    hashes = {t["type_name"]: t["hash_string"] for t in described["type_hashes"]}
+    return described["type_description_msg"], hashes[f"{package}/{kind}/{name}"]
 
 
 def test_type_hash_by_definition(built):
-    """The same sum over the same words gives the hashes of ROS 2's own types and of ours."""
+    """The same function gives the hashes of the types of ROS 2 and of our packages."""
     cases = [("geometry_msgs", "msg", "WrenchStamped"), ("sensor_msgs", "msg", "JointState")]
     cases += [("crtk_msgs", "msg", p.stem) for p in (build.HERE / "messages" / "crtk_msgs" / "msg").iterdir()]
     cases += [("tf2_msgs", "msg", "TFMessage")]
     for package, kind, name in cases:
         prefix = built.messages.get(package, built.ros.prefixes[0])
-        description, told = generated(prefix, package, kind, name)
-        assert hash_of(description) == told, name
+        description, expected = generated(prefix, package, kind, name)
+        assert hash_of(description) == expected, name
 
 
-UINT8, BOOL, STRING = 3, 15, 17  # as type descriptions count them
+UINT8, BOOL, STRING = 3, 15, 17  # type ids of type descriptions
 HALF_PLANES = ("position_positive", "position_negative", "orientation_positive", "orientation_negative")
-FIELDS = {  # crtk_msgs 1.3.0 as published, written out once more
+FIELDS = {  # crtk_msgs 1.3.0 as published
     "OperatingState": [("header", "Header"), ("state", STRING), ("is_homed", BOOL), ("is_busy", BOOL)],
     "StringStamped": [("header", "Header"), ("string", STRING)],
     "SetpointMode": [("value", UINT8)],
@@ -190,15 +190,15 @@ FIELDS = {  # crtk_msgs 1.3.0 as published, written out once more
 def test_crtk_types_have_the_published_fields(built, name):
     description, _ = generated(built.messages["crtk_msgs"], "crtk_msgs", "msg", name)
     fields = description["type_description"]["fields"]
-    told = [(f["name"], f["type"]["nested_type_name"].split("/")[-1] or f["type"]["type_id"]) for f in fields]
-    assert told == FIELDS[name]
+    listed = [(f["name"], f["type"]["nested_type_name"].split("/")[-1] or f["type"]["type_id"]) for f in fields]
+    assert listed == FIELDS[name]
 
 
-def test_local_discovery_unless_asked(native, monkeypatch):
-    """What the environment says does not open the network; only the option does."""
+def test_discovery_is_local_unless_the_network_is_enabled(native, monkeypatch):
+    """Only the option enables the network, not the environment."""
 
     def environment(name):
-        """As C sees it, and hands it on."""
+        """Value of an environment variable in C."""
         return subprocess.run(["printenv", name], capture_output=True, text=True, check=False).stdout.strip()
 
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET")
@@ -211,35 +211,35 @@ def test_local_discovery_unless_asked(native, monkeypatch):
     assert environment("ROS_DOMAIN_ID") == str(native.Context().domain)
 
 
-def test_bad_arguments_are_told(native):
+def test_invalid_arguments_are_reported(native):
     with pytest.raises(native.RosError, match="cannot start ROS"):
         native.Context(arguments=["-r", "no remap"])
     with pytest.raises(native.RosError, match=r"cannot (listen to|publish) /a b"):
         native.Echo(native.Context(), "/a b", "/a b")
 
 
-def test_no_ros_is_told(monkeypatch):
+def test_missing_ros_is_reported(monkeypatch):
     monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
     monkeypatch.setattr(where.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(RosMissingError, match=r"ROS 2 is not here(.|\n)*make setup(.|\n)*setup.bash"):
         where.find()
 
 
-def test_no_compiler_is_told(monkeypatch, tmp_path, built):
+def test_missing_compiler_is_reported(monkeypatch, tmp_path, built):
     monkeypatch.setenv("CXX", "no-such-compiler")
     with pytest.raises(RosMissingError, match=r"the ROS 2 nodes cannot be compiled(.|\n)*apt install g\+\+"):
         build._cmake(built.ros, tmp_path, tmp_path / "build", {}, "the ROS 2 nodes")
 
 
-def test_what_does_not_compile_is_told(monkeypatch, tmp_path, built):
+def test_compiler_error_is_reported(monkeypatch, tmp_path, built):
     lines = ("cmake_minimum_required(VERSION 3.22)", "project(x LANGUAGES NONE)", 'message(FATAL_ERROR "no rain")')
     (tmp_path / "CMakeLists.txt").write_text("\n".join(lines))
     with pytest.raises(RosMissingError, match=r"no rain(.|\n)*palpate ros setup"):
         build._cmake(built.ros, tmp_path, tmp_path / "build", {}, "it")
 
 
-def test_sourced_ros_wins(monkeypatch, tmp_path, built):
-    """A prefix laid out as a sourced ROS 2 is; the message packages it lacks are looked for, and made, for it."""
+def test_sourced_ros_takes_precedence(monkeypatch, tmp_path, built):
+    """A prefix with the layout of a sourced ROS 2: its missing message packages are searched and compiled."""
     wheels = built.ros.prefixes[0]
     for part in ("include", "lib", "share"):
         (tmp_path / part).symlink_to(wheels / part)
@@ -253,19 +253,19 @@ def test_sourced_ros_wins(monkeypatch, tmp_path, built):
     assert Path(found.python()).is_file()
 
 
-def test_setup_says_what_it_uses(built):
+def test_setup_prints_the_ros_it_uses(built):
     done = subprocess.run([sys.executable, "-m", "palpate", "ros", "setup"], capture_output=True, text=True, check=True)
     assert built.ros.words in done.stdout
     assert "crtk_msgs: compiled by Palpate" in done.stdout
     assert "everything was compiled already" in done.stdout
 
 
-def test_two_releases_do_not_mix(monkeypatch, tmp_path, built):
-    """Beside the wheels, the process begins anew with the sourced libraries alone, once."""
+def test_two_releases_are_not_mixed(monkeypatch, tmp_path, built):
+    """With wheels installed, the process restarts once with only the sourced libraries."""
     begun = []
     monkeypatch.setattr(where.os, "execve", lambda *call: begun.append(call))
     where.settle()
-    assert begun == []  # nothing is sourced
+    assert begun == []  # no sourced ROS 2
     wheels = where._wheel_libraries()
     (tmp_path / "include" / "rcl").mkdir(parents=True)
     monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))

@@ -1,8 +1,8 @@
-"""Every fault, on real processes over ROS 2: the hand is free within 50 ms of when the fault can be known, comes back
-no faster than the rate cap, it is told in words, and the record opens.
+"""Faults with real processes over ROS 2: the force is zero within 50 ms after a fault is detectable and returns
+within the rate cap; the fault is reported, and the record can be read.
 
-The leader is a puppet in this process (threads of C++), the node `palpate ros haptics` in one of its own. A bound on
-time is judged by the best of three, for this machine may be busy; a node that is too slow is so each time.
+The leader is a mock in this process (C++ threads); `palpate ros haptics` runs in its own process. A bound on
+time applies to the best of three tries, as the machine may be busy; a node that is too slow fails each time.
 """
 
 import contextlib
@@ -26,11 +26,11 @@ HERE = Path(__file__).parent
 
 
 @pytest.fixture
-def node_here(node, rclpy):
-    """A node of the test, beside the one that is tested."""
-    here = rclpy.create_node(f"test_{os.getpid()}")
-    yield here
-    here.destroy_node()
+def test_node(node, rclpy):
+    """A ROS node of the test, in addition to the tested one."""
+    own = rclpy.create_node(f"test_{os.getpid()}")
+    yield own
+    own.destroy_node()
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +50,7 @@ def node(stand, tmp_path_factory):
 
 
 def freed(stand, act, detectable, tries=3):
-    """How long after it can be known the hand was free; the best of three."""
+    """Time from the detectability of a fault to zero force, the best of some tries [s], and the last begin."""
     took = []
     for _ in range(tries):
         stand.press()
@@ -62,7 +62,7 @@ def freed(stand, act, detectable, tries=3):
     return min(took), begin
 
 
-SILENT = {  # what is done to the leader's messages: (how, after how long it can be known, words)
+SILENT = {  # faults of the leader's messages: (fields, time until it is detectable [s], report)
     "silence": ({"silent": True}, bench.STALE, "the leader is silent"),
     "not a number": ({"not_finite": True}, 0.0, "a number was not finite"),
     "no rotation": ({"no_rotation": True}, 0.0, "a number was not finite"),
@@ -74,12 +74,12 @@ SILENT = {  # what is done to the leader's messages: (how, after how long it can
 
 
 @pytest.mark.parametrize("fault", SILENT)
-def test_messages_that_cannot_be_believed_free_the_hand(stand, node, fault):
-    how, detectable, words = SILENT[fault]
-    told = len(node.told.lines)
-    took, begin = freed(stand, lambda: stand.spoil(**how), detectable)
+def test_invalid_messages_remove_the_force(stand, node, fault):
+    fields, detectable, message = SILENT[fault]
+    first = len(node.output.lines)
+    took, begin = freed(stand, lambda: stand.inject(**fields), detectable)
     assert took <= bench.MOST
-    node.told.await_line(words, after=told)
+    node.output.await_line(message, after=first)
     stand.press()
     assert stand.steepest(begin) <= 1.001 * bench.RATE_CAP
 
@@ -94,11 +94,11 @@ LOSSY = {
 
 
 @pytest.mark.parametrize("fault", LOSSY)
-def test_a_bad_network_never_pushes_harder_or_faster(stand, node, fault):
-    """Nothing here forbids a force: it goes on, or rests and comes back below the rate cap."""
+def test_bad_network_never_increases_the_force_or_its_rate(stand, node, fault):
+    """These faults allow a force: it continues, or pauses and returns within the rate cap."""
     stand.press()
     before = stand.force()
-    begin = stand.spoil(**LOSSY[fault])
+    begin = stand.inject(**LOSSY[fault])
     time.sleep(0.7)
     _, force = stand.held(begin)
     assert force.max() <= before + 0.1
@@ -106,31 +106,31 @@ def test_a_bad_network_never_pushes_harder_or_faster(stand, node, fault):
     assert stand.steepest(begin) <= 1.001 * bench.RATE_CAP
 
 
-def test_an_arm_that_goes_to_fault_is_left_at_zero(stand, node):
-    """The last wrench stays in force on the real arm: so the last one must be zero, though the arm takes no more."""
-    told = len(node.told.lines)
+def test_arm_in_fault_is_left_with_a_zero_wrench(stand, node):
+    """A real arm keeps the last wrench, so it must be zero although the arm accepts no more wrenches."""
+    first = len(node.output.lines)
     took, begin = freed(stand, lambda: stand.puppet.set_state("FAULT"), 0.0)
     assert took <= bench.MOST
-    assert "is FAULT" in node.told.await_line(f"{stand.leader} is FAULT", after=told)
+    assert "is FAULT" in node.output.await_line(f"{stand.leader} is FAULT", after=first)
     stand.press()
     assert stand.steepest(begin) <= 1.001 * bench.RATE_CAP
 
 
-def test_a_pedal_released_in_contact_frees_the_hand(stand, node):
-    told = len(node.told.lines)
+def test_pedal_released_in_contact_removes_the_force(stand, node):
+    first = len(node.output.lines)
     took, begin = freed(stand, lambda: stand.puppet.follow(False), 0.0)
     assert took <= bench.MOST
-    node.told.await_line("not following", after=told)
+    node.output.await_line("not following", after=first)
     stand.press()
     assert stand.steepest(begin) <= 1.001 * bench.RATE_CAP
 
 
-def test_a_client_that_turns_the_frame_of_the_wrench_is_undone(stand, node, node_here, rclpy):
-    """No force in a frame that the arm may read otherwise: free, then told anew, then on."""
+def test_change_of_the_wrench_frame_by_a_client_is_reverted(stand, node, test_node, rclpy):
+    """While the frame is wrong there is no force; the node sets the frame again, then the force returns."""
     from std_msgs.msg import Bool
 
-    topic, told = f"/{stand.leader}/body/set_cf_orientation_absolute", len(node.told.lines)
-    flag = node_here.create_publisher(Bool, topic, 10)
+    topic, first = f"/{stand.leader}/body/set_cf_orientation_absolute", len(node.output.lines)
+    flag = test_node.create_publisher(Bool, topic, 10)
     end = time.monotonic() + 10.0
     while flag.get_subscription_count() < 2:  # the leader and the node
         assert time.monotonic() < end, "discovery"
@@ -143,40 +143,40 @@ def test_a_client_that_turns_the_frame_of_the_wrench_is_undone(stand, node, node
         time.sleep(0.3)
         took.append(stand.first_free(begin))
     assert min(took) <= bench.MOST
-    node.told.await_line("turned the wrench frame", after=told)
+    node.output.await_line("turned the wrench frame", after=first)
     stand.press()
     assert stand.puppet.absolute
     assert stand.steepest(begin) <= 1.001 * bench.RATE_CAP
-    node_here.destroy_publisher(flag)
+    test_node.destroy_publisher(flag)
 
 
-def test_qualities_of_service_that_do_not_fit_are_told(stand, node, node_here):
-    """A listener that asks for latched wrenches gets none, and would never know why."""
+def test_incompatible_qos_is_reported(stand, node, test_node):
+    """A subscriber that requests latched wrenches receives none, so the node reports it."""
     from geometry_msgs.msg import WrenchStamped
     from rclpy.qos import DurabilityPolicy, QoSProfile
 
-    told = len(node.told.lines)
+    first = len(node.output.lines)
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-    late = node_here.create_subscription(WrenchStamped, stand.wrench, lambda _: None, latched)
-    line = node.told.await_line("durability", after=told)
+    late = test_node.create_subscription(WrenchStamped, stand.wrench, lambda _: None, latched)
+    line = node.output.await_line("durability", after=first)
     assert "does not fit ours" in line
     assert stand.wrench in line
-    node_here.destroy_subscription(late)
+    test_node.destroy_subscription(late)
 
 
-def test_a_second_writer_stops_the_force_until_it_ends(stand, node, node_here):
-    """It can be known once it is discovered and the graph is looked at, 20 times a second: 0.25 s at most."""
+def test_second_publisher_of_wrenches_stops_the_force_until_it_ends(stand, node, test_node):
+    """It is detectable after its discovery, when the graph is polled at 20 Hz: after 0.25 s at most."""
     from geometry_msgs.msg import WrenchStamped
 
-    took, told = [], len(node.told.lines)
+    took, first = [], len(node.output.lines)
     for _ in range(3):
         stand.press()
         begin = time.monotonic()
-        other = node_here.create_publisher(WrenchStamped, stand.wrench, 10)
+        other = test_node.create_publisher(WrenchStamped, stand.wrench, 10)
         took.append(stand.released(begin + 0.25, seconds=3.0))
-        node.told.await_line("commands the same arm", after=told)
+        node.output.await_line("commands the same arm", after=first)
         assert stand.force() == 0.0
-        node_here.destroy_publisher(other)
+        test_node.destroy_publisher(other)
         if took[-1] <= bench.MOST:
             break
     assert min(took) <= bench.MOST
@@ -185,8 +185,8 @@ def test_a_second_writer_stops_the_force_until_it_ends(stand, node, node_here):
 
 
 @pytest.mark.parametrize("pause", [0.05, 1.0])
-def test_a_node_that_is_stopped_is_relieved_by_its_guardian(stand, node, pause):
-    """SIGSTOP: within 20 ms of silence the guardian sends zero; what wakes up does not push on."""
+def test_guardian_takes_over_from_a_suspended_node(stand, node, pause):
+    """SIGSTOP: the guardian sends zero within 20 ms of silence; the resumed node does not continue the force."""
     took = []
     for _ in range(3):
         stand.press()
@@ -205,12 +205,12 @@ def test_a_node_that_is_stopped_is_relieved_by_its_guardian(stand, node, pause):
 
 
 def test_every_message_fault_is_in_the_record_and_the_summary(stand, node):
-    """The last of this node: it ends in order, the record is whole and knows what happened."""
+    """The node ends cleanly; the record is complete and contains all faults."""
     summary = node.end()
     assert stand.force() == 0.0
-    told = " ".join(summary["faults"])
-    for words in ("not finite", "stamp was zero", "silent", "guardian took over"):
-        assert words in told
+    faults = " ".join(summary["faults"])
+    for text in ("not finite", "stamp was zero", "silent", "guardian took over"):
+        assert text in faults
     record = Record.open(summary["record"])
     assert record.complete
     status = record.ticks["status"].astype(int)
@@ -223,26 +223,26 @@ def test_every_message_fault_is_in_the_record_and_the_summary(stand, node):
 
 
 def recorded_force(out):
-    """Largest in the record of a run, that may still be written; 0 without one [N]."""
+    """Largest force in the record of a run that may still be in progress [N]; 0 without a record."""
     for file in out.glob("*/record.mcap"):
         with contextlib.suppress(PalpateError):
             return np.linalg.norm(Record.open(file).ticks["F_H_L"], axis=1).max(initial=0.0)
     return 0.0
 
 
-def test_kill_9_of_the_node_frees_the_hand_and_leaves_a_record(stand, tmp_path):
+def test_kill_9_of_the_node_removes_the_force_and_leaves_a_record(stand, tmp_path):
     node = bench.Node(stand, tmp_path)
     try:
         stand.press(60.0)
         guardian = node.guardian
         end = time.monotonic() + 20.0
-        while recorded_force(node.out) <= 0.1:  # what a busy machine has not written yet is lost
+        while recorded_force(node.out) <= 0.1:  # data that is not written yet would be lost
             assert time.monotonic() < end, "no force in the record"
             time.sleep(0.2)
         begin = time.monotonic()
         node.process.kill()
         assert stand.released(begin) <= bench.MOST
-        node.told.await_line("the haptic node died")
+        node.output.await_line("the haptic node died")
         record = Record.open(next(node.out.glob("*/record.mcap")))
         assert not record.complete
         assert "no end" in record.note
@@ -252,7 +252,7 @@ def test_kill_9_of_the_node_frees_the_hand_and_leaves_a_record(stand, tmp_path):
         node.process.wait()
     end = time.monotonic() + 10.0
     while bench.alive(guardian):
-        assert time.monotonic() < end, "the guardian stays"
+        assert time.monotonic() < end, "the guardian does not end"
         time.sleep(0.05)
 
 
@@ -268,25 +268,25 @@ sys.stdin.read()
 """
 
 
-def test_kill_9_of_the_leader_ends_the_push_and_is_told(native, tmp_path):
+def test_kill_9_of_the_leader_ends_the_force_and_is_reported(native, tmp_path):
     name = f"GONE{os.getpid()}"
     leader = subprocess.Popen(
         [sys.executable, "-c", PUPPET, str(HERE), name], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     )
-    ear = bench.Stand(native, f"EAR{os.getpid()}", wrench=f"/{name}_TELE/following/mtm/body/servo_cf")
-    ear.spoil(silent=True)
-    ear.leader, ear.teleop = name, f"{name}_TELE"
-    node = bench.Node(ear, tmp_path)
+    listener = bench.Stand(native, f"EAR{os.getpid()}", wrench=f"/{name}_TELE/following/mtm/body/servo_cf")
+    listener.inject(silent=True)
+    listener.leader, listener.teleop = name, f"{name}_TELE"
+    node = bench.Node(listener, tmp_path)
     try:
         assert leader.stdout.readline() == "pressed\n"
         end = time.monotonic() + 10.0
-        while not ear.force() > 0.1:  # whoever is new is a stranger to the node for a moment
-            assert time.monotonic() < end, "nothing is felt"
+        while not listener.force() > 0.1:  # a new publisher has no node name for a moment
+            assert time.monotonic() < end, "no force"
             time.sleep(0.02)
-        told, begin = len(node.told.lines), time.monotonic()
+        first, begin = len(node.output.lines), time.monotonic()
         leader.kill()
-        assert ear.released(begin + bench.STALE) <= 2 * bench.MOST  # one try: this machine may be busy
-        node.told.await_line("the leader is silent", after=told)
+        assert listener.released(begin + bench.STALE) <= 2 * bench.MOST  # only one try on a busy machine
+        node.output.await_line("the leader is silent", after=first)
         summary = node.end(signal.SIGTERM)
         assert Record.open(summary["record"]).complete
     finally:
@@ -296,12 +296,12 @@ def test_kill_9_of_the_leader_ends_the_push_and_is_told(native, tmp_path):
             process.wait()
 
 
-def test_a_network_interface_that_goes_down(tmp_path):
-    """In a network of their own, whose only interface is taken down and up again. What was sent last stays in force on
-    an arm without a timeout, for nobody can reach it: but the node knows, says so, and begins at zero again."""
+def test_network_interface_that_goes_down_is_reported_and_the_force_restarts_at_zero(tmp_path):
+    """The only interface of a network namespace goes down and up again. The last wrench stays active on an arm without
+    a timeout, as no message can reach it; the node detects and reports this, and restarts at zero force."""
     can = subprocess.run(["unshare", "--user", "--map-root-user", "--net", "true"], capture_output=True, check=False)
     if can.returncode and subprocess.run(["unshare", "--net", "true"], capture_output=True, check=False).returncode:
-        pytest.skip("no network namespaces here (unshare --net is refused): an interface cannot be taken down")
+        pytest.skip("unshare --net is refused, so no network interface can be taken down")
     how = ["unshare", "--net"] if os.geteuid() == 0 else ["unshare", "--user", "--map-root-user", "--net"]
     done = subprocess.run(
         [*how, sys.executable, str(HERE / "cable.py"), str(tmp_path)], capture_output=True, text=True, timeout=120
@@ -309,7 +309,7 @@ def test_a_network_interface_that_goes_down(tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
     seen = json.loads(done.stdout.splitlines()[-1])
     assert seen["came_while_down"] == 0
-    assert seen["told"], "the node did not say that the leader is silent"
+    assert seen["reported"], "the node did not report that the leader is silent"
     assert seen["first_after"] <= bench.RATE_CAP * 1.5 / bench.RATE + 1e-6
     assert seen["steepest"] <= 1.001 * bench.RATE_CAP
     assert seen["complete"]

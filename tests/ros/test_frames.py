@@ -1,7 +1,7 @@
-"""In which axes does the arm read a wrench? As its flag `body/set_cf_orientation_absolute` says, and the two must agree
-at every moment: a wrench read in the wrong frame turns with the wrist.
+"""The axes of wrenches: an arm uses those of its flag `body/set_cf_orientation_absolute`, so wrench and flag must agree
+at every moment. A wrench in the wrong frame would rotate with the wrist.
 
-The judge reads each wrench as an arm would, by the flag that it was told: it must point out of the wall.
+The tests transform each wrench as an arm does, by the last received flag; the force must point out of the wall.
 """
 
 import os
@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from palpate.cli import main
 
-NORMAL = np.array([0.0, 1.0, 0.0])  # of the stand's wall, in the frame of measured_cp
+NORMAL = np.array([0.0, 1.0, 0.0])  # normal of the wall in the frame of measured_cp
 WRISTS = {"straight": [0.0, 0.0, 0.0], "pitched": [0.6, 0.0, 0.0], "turned": [0.3, -0.3, 0.5]}  # rotation vectors [rad]
 
 
@@ -29,13 +29,13 @@ def stand(request, native, tmp_path_factory):
 
 
 def read(felt, R_LH):
-    """Forces in the frame of measured_cp, as an arm reads them [N]."""
+    """Forces in the frame of measured_cp [N], as an arm interprets them."""
     absolute = felt[:, 10:11] == 1.0
     return np.where(absolute, felt[:, 3:6], felt[:, 3:6] @ R_LH.T)
 
 
 @pytest.mark.parametrize("wrist", WRISTS)
-def test_wrench_and_flag_agree_however_the_wrist_is_turned(stand, wrist):
+def test_wrench_and_flag_agree_for_any_wrist_rotation(stand, wrist):
     turn = Rotation.from_rotvec(WRISTS[wrist])
     stand.puppet.follow(False)
     stand.released(time.monotonic())
@@ -47,11 +47,11 @@ def test_wrench_and_flag_agree_however_the_wrist_is_turned(stand, wrist):
     np.testing.assert_allclose(forces @ NORMAL, np.linalg.norm(forces, axis=1), rtol=1e-3)
     assert stand.puppet.absolute != stand.tip
     along = felt[:, 3:6] @ NORMAL / np.linalg.norm(felt[:, 3:6], axis=1)
-    assert (along < 0.99).all() == (stand.tip and wrist != "straight"), "the numbers turn with the wrist in its frame"
+    assert (along < 0.99).all() == (stand.tip and wrist != "straight"), "components rotate with the tip frame"
 
 
-def test_the_flag_is_told_again_before_each_push(stand):
-    """As after the camera pedal: nobody tells that the arm's frame has become another."""
+def test_flag_is_published_before_each_force(stand):
+    """As after the camera pedal, which changes the frame of the arm without a message."""
     stand.press()
     stand.puppet.follow(False)
     stand.released(time.monotonic())
@@ -62,17 +62,17 @@ def test_the_flag_is_told_again_before_each_push(stand):
     assert len(flags)
     assert (flags[:, 1] == (0.0 if stand.tip else 1.0)).all()
     pushes = felt[np.linalg.norm(felt[:, 3:6], axis=1) > 0.05, 0]
-    assert flags[0, 0] < pushes[0], "the frame first, then a push"
+    assert flags[0, 0] < pushes[0], "the flag comes before the force"
 
 
-def test_bases_that_are_turned_against_each_other_are_refused(built, tmp_path, capsys):
-    """A teleoperation that runs knows nothing of the scene: tool and force would go to different sides."""
+def test_rotated_bases_are_rejected(built, tmp_path, capsys):
+    """An external teleoperation does not know the scene, so motion and force would have different directions."""
     scene = tmp_path / "wall.yaml"
     scene.write_text(
         "objects: [{name: wall, box: {size: [0.2, 0.2, 0.05]}, stiffness: 300, damping: 2}]\n"
         "arms: {leader: {base: {xyz: [-0.2145, 0.45, 0.1788], rpy_deg: [0, 0, 90]}}}\n"
     )
     assert main(["ros", "haptics", str(scene), "--out", str(tmp_path)]) == 2
-    told = " ".join(capsys.readouterr().err.split())
-    assert "turned against each other by 90.0 deg" in told
-    assert "rpy_deg, or use --teleop none" in told
+    error = " ".join(capsys.readouterr().err.split())
+    assert "turned against each other by 90.0 deg" in error
+    assert "rpy_deg, or use --teleop none" in error

@@ -1,4 +1,4 @@
-"""The haptic node on real processes: a wall is felt, and whatever ends the node, the last wrench is zero."""
+"""The haptic node with real processes: a wall is rendered, and the last wrench is zero however the node ends."""
 
 import json
 import os
@@ -11,15 +11,15 @@ from pathlib import Path
 import pytest
 
 HERE = Path(__file__).parent
-RATE = 250.0  # a fake master in Python on a busy machine keeps that up
+RATE = 250.0  # a rate that the mock master in Python reaches on a busy machine
 SCENE = """
 objects: [{name: wall, box: {size: [0.2, 0.2, 0.05]}, stiffness: 300, damping: 2}]
 record: {report: false}
 """
 
 
-class Heard:
-    """What a process prints as JSON, line by line, while it runs."""
+class MasterOutput:
+    """JSON lines that the mock master prints."""
 
     def __init__(self, process):
         self.process, self.lines = process, []
@@ -31,19 +31,19 @@ class Heard:
             if line.startswith("{"):
                 self.lines.append(json.loads(line))
 
-    def tell(self, words):
-        self.process.stdin.write(words + "\n")
+    def send(self, command):
+        self.process.stdin.write(command + "\n")
         self.process.stdin.flush()
 
     @property
     def forces(self):
-        """(stamp, newtons) of every wrench so far."""
+        """(stamp [s], force [N]) of every wrench so far."""
         return [(line["t"], line["force"]) for line in list(self.lines) if "force" in line]
 
-    def until(self, condition, what, seconds=20.0):
+    def until(self, condition, description, seconds=20.0):
         end = time.monotonic() + seconds
         while not condition():
-            assert time.monotonic() < end, f"within {seconds:g} s not: {what}; {self.lines[-3:]}"
+            assert time.monotonic() < end, f"timeout of {seconds:g} s: {description}; {self.lines[-3:]}"
             assert self.process.poll() is None, self.process.stderr.read()
             time.sleep(0.01)
 
@@ -57,14 +57,14 @@ def scene(tmp_path):
 
 @pytest.fixture
 def master(start, scene):
-    heard = Heard(start(HERE / "fake_master.py", RATE, scene))
+    heard = MasterOutput(start(HERE / "fake_master.py", RATE, scene))
     heard.until(lambda: heard.lines, "the fake master starts", 60.0)
     return heard
 
 
 @pytest.fixture
 def node(start, scene, tmp_path):
-    """Starts the haptic node with these options."""
+    """A function that starts the haptic node with options."""
 
     def run(*options):
         command = [
@@ -85,14 +85,14 @@ def node(start, scene, tmp_path):
 
 
 def pressing(master, node, *options):
-    """Node and master with the tool in the wall; pushed by more than half a newton."""
+    """Start the node and move the tool into the wall until the force exceeds 0.5 N."""
     process = node(*(options or ("--teleop", "none")))
-    master.tell("operator 1")
-    master.tell("following 1")
+    master.send("operator 1")
+    master.send("following 1")
     master.until(lambda: master.forces, "the node sends wrenches", 60.0)
     time.sleep(0.3)
-    for k in range(30):  # where the tool follows from is where the hand is then
-        master.tell(f"depth {0.01 * k}")
+    for k in range(30):  # the tool starts to follow at the present position of the hand
+        master.send(f"depth {0.01 * k}")
         end = time.monotonic() + 0.5
         while time.monotonic() < end:
             if master.forces[-1][1] > 0.5:
@@ -102,19 +102,19 @@ def pressing(master, node, *options):
 
 
 def zero_after(master, t, within):
-    """All wrenches that were sent later than `within` after t are zero, and there are some."""
-    master.until(lambda: sum(at > t + within for at, _ in master.forces) > 20, "zeros are told, not silence")
+    """Check that wrenches are sent `within` [s] after t, and that all of them are zero."""
+    master.until(lambda: sum(at > t + within for at, _ in master.forces) > 20, "zero wrenches are sent")
     assert not any(force for at, force in master.forces if at > t + within)
 
 
-def test_a_wall_is_felt_within_the_low_cap_and_sigterm_ends_with_zero(master, node, tmp_path):
+def test_wall_force_is_within_the_default_cap_and_sigterm_ends_with_zero(master, node, tmp_path):
     process = pressing(master, node)
     time.sleep(0.5)
     process.send_signal(signal.SIGTERM)
     out, err = process.communicate(timeout=30)
     assert process.returncode == 0, err
     forces = [force for _, force in master.forces]
-    assert max(forces) <= 1.0 + 1e-9, "the cap for arms that are real"
+    assert max(forces) <= 1.0 + 1e-9, "the cap for real arms"
     assert forces[-1] == 0.0
     assert max(b - a for a, b in pairwise(forces)) <= 50.0 / RATE * 1.5 + 1e-9
     flags = {line["flag"]: line["on"] for line in master.lines if "flag" in line}
@@ -126,24 +126,24 @@ def test_a_wall_is_felt_within_the_low_cap_and_sigterm_ends_with_zero(master, no
     assert "MTMR" in out
 
 
-def test_with_a_teleoperation_that_runs_its_hook_is_used_and_its_gate_obeyed(master, node):
+def test_wrench_is_zero_when_an_external_teleoperation_stops_following(master, node):
     process = pressing(master, node, "--teleop", "MTMR_PSM1")
-    master.tell("following 0")
+    master.send("following 0")
     t = time.time()
-    zero_after(master, t, 0.15)  # of it up to 0.1 s until the pipe's words are a message
+    zero_after(master, t, 0.15)  # up to 0.1 s of it from the pipe to the message
     process.send_signal(signal.SIGINT)
     assert process.wait(30) == 0
 
 
 @pytest.mark.parametrize("death", [signal.SIGKILL, signal.SIGSTOP])
-def test_the_guardian_sends_zeros_when_the_node_is_gone(master, node, death):
+def test_guardian_sends_zero_wrenches_when_the_node_is_gone(master, node, death):
     process = pressing(master, node)
     before = len(master.forces)
     t = time.time()
     os.kill(process.pid, death)
     zero_after(master, t, 0.05)
     if death == signal.SIGSTOP:
-        master.tell("depth 0.0")
+        master.send("depth 0.0")
         os.kill(process.pid, signal.SIGCONT)
         master.until(lambda: master.process and len(master.forces) > before + 200, "the node comes back")
         process.send_signal(signal.SIGTERM)
@@ -153,7 +153,7 @@ def test_the_guardian_sends_zeros_when_the_node_is_gone(master, node, death):
         process.wait(10)
 
 
-def test_a_node_without_its_guardian_ends_at_zero(master, node):
+def test_node_without_its_guardian_ends_with_zero(master, node):
     process = pressing(master, node)
     task = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
     (guardian,) = (int(p) for p in task if "palpate.ros.guardian" in Path(f"/proc/{p}/cmdline").read_text())
@@ -165,33 +165,33 @@ def test_a_node_without_its_guardian_ends_at_zero(master, node):
     assert not any(force for at, force in master.forces if at > t + 0.2)
 
 
-def test_two_nodes_on_one_arm_push_neither(master, node):
+def test_two_nodes_on_one_arm_send_no_force(master, node):
     first = pressing(master, node)
     second = node("--teleop", "none")
     while "force cap" not in second.stdout.readline():
         assert second.poll() is None, second.stderr.read()
-    master.until(lambda: not any(force for _, force in master.forces[-500:]), "both feel each other", 60.0)
+    master.until(lambda: not any(force for _, force in master.forces[-500:]), "each node finds the other", 60.0)
     time.sleep(1.0)
-    assert not any(force for _, force in master.forces[-500:]), "and stay at zero"
+    assert not any(force for _, force in master.forces[-500:]), "the wrenches stay zero"
     for process in (first, second):
         process.send_signal(signal.SIGTERM)
         _, err = process.communicate(timeout=30)
         assert process.returncode == 0, err
 
 
-def test_ours_is_refused_while_another_teleoperation_is_on(master, node):
-    master.tell("teleop ENABLED")
+def test_own_teleoperation_is_inactive_while_another_one_is_on(master, node):
+    master.send("teleop ENABLED")
     process = node("--teleop", "none", "--duration", 3)
-    master.tell("operator 1")
+    master.send("operator 1")
     out, err = process.communicate(timeout=60)
     assert process.returncode == 0, err
     assert "another teleoperation" in out
-    assert not master.forces, "nothing is sent at all"
+    assert not master.forces, "no wrench is sent"
 
 
-def test_a_master_that_falls_silent_feels_nothing(master, node):
+def test_silent_master_gets_no_force(master, node):
     process = pressing(master, node)
-    master.tell("silent 1")
+    master.send("silent 1")
     t = time.time()
     zero_after(master, t, 0.2)
     process.send_signal(signal.SIGTERM)

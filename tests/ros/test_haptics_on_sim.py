@@ -1,4 +1,4 @@
-"""A person's way on the simulated dVRK: home the master, start the node, press, feel the wall, end at zero."""
+"""The steps of a user on the simulated dVRK: home the master, start the node, press on a wall, end at zero force."""
 
 import signal
 
@@ -18,12 +18,12 @@ def dvrk(start, node, until):
 
     start("-m", "palpate", "ros", "sim", "--arms", "MTMR", "--rate", RATE)
     client = Dvrk(node, until)
-    client.hear("/MTMR/operating_state", "/MTMR/measured_cp")
+    client.subscribe("/MTMR/operating_state", "/MTMR/measured_cp")
     client.home("MTMR")
     return client
 
 
-def test_a_wall_is_felt_on_the_simulated_master(dvrk, node, until, start, tmp_path):
+def test_wall_is_rendered_on_the_simulated_master(dvrk, node, until, start, tmp_path):
     from geometry_msgs.msg import PoseStamped, WrenchStamped
     from sensor_msgs.msg import Joy
 
@@ -36,24 +36,24 @@ def test_a_wall_is_felt_on_the_simulated_master(dvrk, node, until, start, tmp_pa
         forces.append(np.array([m.wrench.force.x, m.wrench.force.y, m.wrench.force.z]))
 
     node.create_subscription(WrenchStamped, "/MTMR/body/servo_cf", felt, 100)
-    dvrk.say("/console/emulate_operator_present", Joy(buttons=[1]))
+    dvrk.publish("/console/emulate_operator_present", Joy(buttons=[1]))
     until(lambda: len(forces) > RATE, "a second of wrenches", 60.0)
-    assert not any(f.any() for f in forces), "nothing in free space"
+    assert not any(f.any() for f in forces), "no force in free space"
     R_WL = build(Scene.load(scene)).arms.X_WL[:3, :3]
     down, hand = R_WL.T @ [0.0, 0.0, -1.0], dvrk.last["/MTMR/measured_cp"].pose
     at, goal = np.array([hand.position.x, hand.position.y, hand.position.z]), PoseStamped()
     goal.pose.orientation = hand.orientation
-    for depth in np.arange(0.0, 0.12, 0.0005):  # [m]; about 2 cm/s
+    for depth in np.arange(0.0, 0.12, 0.0005):  # depth [m], at about 2 cm/s
         p = at + depth * down
         goal.pose.position.x, goal.pose.position.y, goal.pose.position.z = map(float, p)
-        dvrk.say("/MTMR/hand/servo_cp", goal)
+        dvrk.publish("/MTMR/hand/servo_cp", goal)
         seen = len(forces)
         until(lambda seen=seen: len(forces) > seen + RATE // 50, "wrenches")
         if np.linalg.norm(forces[-1]) > 0.3:
             break
     push = forces[-1]
     assert np.linalg.norm(push) > 0.3
-    assert push @ -down > 0.99 * np.linalg.norm(push), "out of the wall, in the frame of measured_cp"
+    assert push @ -down > 0.99 * np.linalg.norm(push), "the force points out of the wall in the frame of measured_cp"
     haptics.send_signal(signal.SIGTERM)
     _, err = haptics.communicate(timeout=30)
     assert haptics.returncode == 0, err

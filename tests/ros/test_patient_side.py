@@ -1,4 +1,4 @@
-"""The patient's side over ROS 2: a PSM that is servoed, and the stock teleoperation that moves it, from a client."""
+"""The patient side over ROS 2: a client that commands a PSM, and the teleoperation of the dVRK."""
 
 import time
 
@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 TELEOP = "/MTMR_PSM1"
-JAW_SCALE = 1.396 / (np.pi / 3)  # of the gripper's range to the jaw's
+JAW_SCALE = 1.396 / (np.pi / 3)  # ratio of jaw range to gripper range
 
 
 def joy(button):
@@ -41,10 +41,10 @@ def apart(A, B):
 
 
 class Client:
-    """Poses, joints and words of both arms as a client has them."""
+    """Poses, joints and states of both arms from a client."""
 
     def __init__(self, dvrk, until):
-        self.dvrk, self.until, self.say, self.last = dvrk, until, dvrk.say, dvrk.last
+        self.dvrk, self.until, self.publish, self.last = dvrk, until, dvrk.publish, dvrk.last
 
     def pose(self, arm, topic="measured_cp"):
         pose = self.last[f"/{arm}/{topic}"].pose
@@ -68,25 +68,25 @@ class Client:
         return self.last[f"{TELEOP}/following"].data
 
     def lead(self, p=(0.0, 0.0, 0.0), turn=(0.0, 0.0, 0.0), seconds=0.6):
-        """The hand that holds the handle goes there from where it is, and the world settles."""
+        """Move the hand on the handle by a displacement and a rotation, and wait until the motion settles."""
         start = self.pose("MTMR")
         for share in 0.5 - 0.5 * np.cos(np.linspace(0.05, 1.0, 20) * np.pi):
             X = start.copy()
             X[:3, 3] += share * np.asarray(p)
             X[:3, :3] = Rotation.from_rotvec(share * np.asarray(turn)).as_matrix() @ start[:3, :3]
-            self.say("/MTMR/hand/servo_cp", message_of(X))
+            self.publish("/MTMR/hand/servo_cp", message_of(X))
             self.wait(seconds / 20)
         self.wait(0.5)
 
     def pinch(self):
         for gripper in (1.0, 0.1, 0.5):
-            self.say("/MTMR/hand/gripper", data=gripper)
+            self.publish("/MTMR/hand/gripper", data=gripper)
             self.wait(0.15)
 
     def goal(self, verb, message, seconds=10.0):
-        """Said, and its goal_reached awaited."""
+        """Send a command, and return its goal_reached."""
         self.last.pop("/PSM1/goal_reached", None)
-        self.say(f"/PSM1/{verb}", message)
+        self.publish(f"/PSM1/{verb}", message)
         self.until(lambda: "/PSM1/goal_reached" in self.last, f"goal_reached of {verb}", seconds)
         return self.last["/PSM1/goal_reached"].data
 
@@ -98,23 +98,23 @@ def client(sim, node, until):
     assert sim.poll() is None, sim.stderr.read()
     dvrk = Dvrk(node, until)
     for arm in ("MTMR", "PSM1"):
-        dvrk.hear(f"/{arm}/operating_state", f"/{arm}/measured_cp", f"/{arm}/setpoint_cp", f"/{arm}/measured_js")
-        dvrk.hear(f"/{arm}/goal_reached", f"/{arm}/error", wait=False)
-    dvrk.hear("/PSM1/jaw/measured_js", "/PSM1/jaw/setpoint_js")
+        dvrk.subscribe(f"/{arm}/operating_state", f"/{arm}/measured_cp", f"/{arm}/setpoint_cp", f"/{arm}/measured_js")
+        dvrk.subscribe(f"/{arm}/goal_reached", f"/{arm}/error", wait=False)
+    dvrk.subscribe("/PSM1/jaw/measured_js", "/PSM1/jaw/setpoint_js")
     for arm in ("MTMR", "PSM1"):
         dvrk.home(arm)
     until(lambda: dvrk.last["/PSM1/measured_cp"].header.stamp.sec, "a valid pose of the PSM")
     for arm, q in (("MTMR", [0.0] * 7), ("PSM1", [0.0, 0.0, 0.12, 0.0, 0.0, 0.0])):
-        dvrk.say(f"/{arm}/move_jp", joint_state(q))
-        here = f"/{arm}/measured_js"
-        until(lambda here=here, q=q: np.abs(np.subtract(dvrk.last[here].position, q)).max() < 0.06, f"{arm} at home")
+        dvrk.publish(f"/{arm}/move_jp", joint_state(q))
+        topic = f"/{arm}/measured_js"
+        until(lambda topic=topic, q=q: np.abs(np.subtract(dvrk.last[topic].position, q)).max() < 0.06, f"{arm} at home")
         state = f"/{arm}/operating_state"
         until(lambda state=state: not dvrk.last[state].is_busy, f"{arm} at rest")
     return Client(dvrk, until)
 
 
-def test_a_psm_follows_servo_cp(client):
-    """A circle of 5 mm at 16 mm/s, turning: within a millimetre on the way, at the end where it was told to be."""
+def test_psm_follows_servo_cp(client):
+    """A circle of 5 mm at 16 mm/s with rotation: the error is below 1 mm in motion, and small at the end."""
     start, apart_most = client.pose("PSM1"), 0.0
     begin = time.monotonic()
     while (t := time.monotonic() - begin) < 2.0:
@@ -122,21 +122,19 @@ def test_a_psm_follows_servo_cp(client):
         X = start.copy()
         X[:3, 3] += 0.005 * np.array([np.sin(turn), 1.0 - np.cos(turn), 0.0])
         X[:3, :3] = start[:3, :3] @ Rotation.from_rotvec([0.0, 0.0, 0.2 * np.sin(turn)]).as_matrix()
-        client.say("/PSM1/servo_cp", message_of(X))
+        client.publish("/PSM1/servo_cp", message_of(X))
         client.wait(0.01)
         if t > 0.2:
             apart_most = max(apart_most, apart(client.pose("PSM1", "setpoint_cp"), X))
-            assert (
-                apart(client.pose("PSM1"), X) < 0.004
-            )  # a late client of a busy machine: 16 mm/s for a quarter second
+            assert apart(client.pose("PSM1"), X) < 0.004  # tolerance for a late client: 16 mm/s for 0.25 s
     assert apart_most > 0.0
-    client.say("/PSM1/servo_cp", message_of(start))
+    client.publish("/PSM1/servo_cp", message_of(start))
     client.until(lambda: apart(client.pose("PSM1"), start) < 5e-5, "the goal within 0.05 mm")
     client.until(lambda: angle(client.pose("PSM1"), start) < 1e-3, "its attitude")
     assert "/PSM1/error" not in client.last
 
 
-def test_moves_of_a_psm_tell_their_goal(client):
+def test_moves_of_a_psm_report_their_goal(client):
     goal = client.pose("PSM1")
     goal[:3, 3] += [0.01, -0.008, -0.006]
     goal[:3, :3] = goal[:3, :3] @ Rotation.from_rotvec([0.1, 0.2, 0.0]).as_matrix()
@@ -146,83 +144,85 @@ def test_moves_of_a_psm_tell_their_goal(client):
     )
     far = goal.copy()
     far[:3, 3] += [2.0, 0.0, 0.0]
-    assert not client.goal("move_cp", message_of(far)), "out of reach"
+    assert not client.goal("move_cp", message_of(far)), "the pose is out of reach"
     client.until(lambda: "/PSM1/error" in client.last, "why not")
     assert "inverse kinematics" in client.last["/PSM1/error"].data
 
 
-def test_the_jaw_is_servoed_and_moved(client):
-    client.say("/PSM1/jaw/servo_jp", joint_state(0.4))
+def test_jaw_accepts_servo_and_move_commands(client):
+    client.publish("/PSM1/jaw/servo_jp", joint_state(0.4))
     client.until(lambda: abs(client.jaw() - 0.4) < 1e-3, "the jaw at 0.4 rad")
     assert client.goal("jaw/move_jp", joint_state(1.0))
     client.until(lambda: abs(client.jaw() - 1.0) < 1e-3, "the jaw at 1 rad")
-    client.say("/PSM1/jaw/servo_jp", joint_state(9.0))
+    client.publish("/PSM1/jaw/servo_jp", joint_state(9.0))
     client.until(lambda: abs(client.jaw() - 1.396) < 1e-3, "the jaw at its stop")
 
 
-def test_joints_of_actuators_on_request(client, node, until):
+def test_service_converts_actuator_to_joint_positions(client, node, until):
     from cisst_msgs.srv import ConvertFloat64Array
 
-    ask = node.create_client(ConvertFloat64Array, "/PSM1/actuator_to_joint_position")
-    until(ask.service_is_ready, "the service")
-    future = ask.call_async(ConvertFloat64Array.Request(input=[0.1, 0.2, 0.12, 1.0, 0.0, 0.0, 0.0]))
+    service = node.create_client(ConvertFloat64Array, "/PSM1/actuator_to_joint_position")
+    until(service.service_is_ready, "the service")
+    future = service.call_async(ConvertFloat64Array.Request(input=[0.1, 0.2, 0.12, 1.0, 0.0, 0.0, 0.0]))
     until(future.done, "an answer")
     np.testing.assert_allclose(future.result().output, [0.1, 0.2, 0.12, -1.5632, 0, 0, 0], atol=1e-12)
 
 
 @pytest.fixture
 def aligning(client):
-    """The stock teleoperation on, an operator present, the MTM on its way to the PSM's attitude."""
-    client.dvrk.hear(f"{TELEOP}/current_state", f"{TELEOP}/following", f"{TELEOP}/scale", "/console/teleop/enabled")
-    client.dvrk.hear(f"{TELEOP}/warning", f"{TELEOP}/error", "/console/clutch", wait=False)
-    client.say("/PSM1/jaw/servo_jp", joint_state(0.0))
-    client.say("/MTMR/hand/free")
-    client.say(f"{TELEOP}/set_scale", data=0.2)
-    client.say("/console/teleop/enable", data=True)
-    client.say("/console/emulate_operator_present", joy(1))
+    """The dVRK teleoperation is on, an operator is present, and the MTM moves to the PSM's orientation."""
+    client.dvrk.subscribe(
+        f"{TELEOP}/current_state", f"{TELEOP}/following", f"{TELEOP}/scale", "/console/teleop/enabled"
+    )
+    client.dvrk.subscribe(f"{TELEOP}/warning", f"{TELEOP}/error", "/console/clutch", wait=False)
+    client.publish("/PSM1/jaw/servo_jp", joint_state(0.0))
+    client.publish("/MTMR/hand/free")
+    client.publish(f"{TELEOP}/set_scale", data=0.2)
+    client.publish("/console/teleop/enable", data=True)
+    client.publish("/console/emulate_operator_present", joy(1))
     client.until(lambda: client.state() == "ALIGNING_MTM", "aligning")
     yield client
-    client.say("/console/emulate_operator_present", joy(0))
-    client.say("/console/teleop/enable", data=False)
-    client.say("/MTMR/hand/free")
+    client.publish("/console/emulate_operator_present", joy(0))
+    client.publish("/console/teleop/enable", data=False)
+    client.publish("/MTMR/hand/free")
     client.until(lambda: client.state() == "DISABLED", "the teleoperation off")
 
 
 @pytest.fixture
 def following(aligning):
-    """The operator holds the handle and has pinched: the PSM follows, its jaw, too."""
+    """The operator holds the handle and has closed the gripper, so the PSM and its jaw follow."""
     target = aligning.pose("PSM1", "setpoint_cp")
     aligning.until(lambda: angle(aligning.pose("MTMR"), target) < 0.08, "the MTM aligned", 15.0)
-    aligning.say("/MTMR/hand/servo_cp", message_of(aligning.pose("MTMR")))
+    aligning.publish("/MTMR/hand/servo_cp", message_of(aligning.pose("MTMR")))
     aligning.pinch()
     aligning.until(aligning.following, "following", 10.0)
     aligning.until(lambda: abs(aligning.jaw() - 0.5 * JAW_SCALE) < 2e-3, "the jaw as the gripper", 10.0)
     return aligning
 
 
-def test_an_mtm_that_is_turned_away_is_not_followed(aligning):
-    """Held 12 degrees off, past the tolerance of 5: refused, with the angle in words; let go, it aligns."""
+def test_misaligned_mtm_is_not_followed(aligning):
+    """An MTM held at 12 degrees, beyond the tolerance of 5, is refused with a warning; once released, it aligns."""
     target = aligning.pose("PSM1", "setpoint_cp")
     aligning.until(lambda: angle(aligning.pose("MTMR"), target) < 0.08, "the MTM aligned", 15.0)
     X = aligning.pose("MTMR")
     X[:3, :3] = Rotation.from_rotvec([0.0, 0.0, np.radians(25)]).as_matrix() @ X[:3, :3]
-    aligning.say("/MTMR/hand/servo_cp", message_of(X))
+    aligning.publish("/MTMR/hand/servo_cp", message_of(X))
     aligning.until(lambda: angle(aligning.pose("MTMR"), target) > np.radians(6), "the handle turned away")
     aligning.last.pop(f"{TELEOP}/warning", None)
     aligning.pinch()
-    words = "unable to align MTM, angle error is"
-    aligning.until(lambda: words in getattr(aligning.last.get(f"{TELEOP}/warning"), "data", ""), words, 8.0)
+    warning = "unable to align MTM, angle error is"
+    aligning.until(lambda: warning in getattr(aligning.last.get(f"{TELEOP}/warning"), "data", ""), warning, 8.0)
     assert aligning.state() == "ALIGNING_MTM"
     assert not aligning.following()
-    aligning.say("/MTMR/hand/free")
+    aligning.publish("/MTMR/hand/free")
     aligning.until(aligning.following, "aligned and following, once let go", 10.0)
 
 
-def test_following_scaling_clutching_and_locking(following):
+def test_following_with_scale_clutch_and_locks(following):
     c = following
     for scale in (0.2, 0.5):
-        c.say(f"{TELEOP}/set_scale", data=scale)
-        c.until(lambda scale=scale: c.last[f"{TELEOP}/scale"].data == scale, "the scale told")
+        c.publish(f"{TELEOP}/set_scale", data=scale)
+        c.until(lambda scale=scale: c.last[f"{TELEOP}/scale"].data == scale, "the published scale")
         hand, tool = c.pose("MTMR"), c.pose("PSM1", "setpoint_cp")
         c.lead(p=[0.03, -0.02, 0.02], turn=[0.1, 0.15, -0.1])
         moved = (c.pose("MTMR") - hand)[:3, 3]
@@ -235,37 +235,37 @@ def test_following_scaling_clutching_and_locking(following):
         c.lead(p=[-0.03, 0.02, -0.02], turn=[-0.1, -0.15, 0.1])
 
     tool = c.pose("PSM1", "setpoint_cp")
-    c.say("/console/emulate_clutch", joy(1))
+    c.publish("/console/emulate_clutch", joy(1))
     c.until(lambda: not c.following(), "clutched")
     c.lead(p=[0.03, 0.02, 0.0])
-    assert apart(c.pose("PSM1", "setpoint_cp"), tool) < 1e-3, "the tool stays while the hand moves"
-    c.say("/console/emulate_clutch", joy(0))
+    assert apart(c.pose("PSM1", "setpoint_cp"), tool) < 1e-3, "the tool does not move while the hand moves"
+    c.publish("/console/emulate_clutch", joy(0))
     c.until(c.following, "following again", 10.0)
     assert apart(c.pose("PSM1", "setpoint_cp"), tool) < 1e-3, "no jump"
 
-    c.say(f"{TELEOP}/lock_rotation", data=True)
+    c.publish(f"{TELEOP}/lock_rotation", data=True)
     c.wait(0.2)
     tool = c.pose("PSM1", "setpoint_cp")
     c.lead(p=[0.0, 0.03, 0.0])
     assert angle(c.pose("PSM1", "setpoint_cp"), tool) < 1e-3
     assert apart(c.pose("PSM1", "setpoint_cp"), tool) > 0.005
-    c.say(f"{TELEOP}/lock_rotation", data=False)
-    c.until(lambda: c.following() and c.state() == "ENABLED", "following again, aligned anew", 10.0)
+    c.publish(f"{TELEOP}/lock_rotation", data=False)
+    c.until(lambda: c.following() and c.state() == "ENABLED", "following again after an alignment", 10.0)
 
 
-def test_the_jaw_is_the_grippers_ghost(following):
-    """After a clutch it catches up at 0.2 pi rad/s; then it follows at once."""
+def test_jaw_follows_the_gripper_and_catches_up_after_a_clutch(following):
+    """After a clutch the jaw catches up at 0.2 pi rad/s, then it follows directly."""
     c = following
-    c.say("/console/emulate_clutch", joy(1))
+    c.publish("/console/emulate_clutch", joy(1))
     c.until(lambda: not c.following(), "clutched")
-    c.say("/MTMR/hand/gripper", data=0.9)
+    c.publish("/MTMR/hand/gripper", data=0.9)
     c.wait(0.3)
-    assert abs(c.jaw() - 0.5 * JAW_SCALE) < 0.02, "the jaw stays while clutched"
-    c.say("/console/emulate_clutch", joy(0))
+    assert abs(c.jaw() - 0.5 * JAW_SCALE) < 0.02, "the jaw does not move while clutched"
+    c.publish("/console/emulate_clutch", joy(0))
     c.until(c.following, "following again", 10.0)
 
     def took(gripper):
-        """How long the jaw was on its way to a gripper's angle, by the robot's own clock [s]."""
+        """Time until the jaw has reached the angle of the gripper, on the robot's clock [s]."""
 
         def arrived():
             now = c.last["/PSM1/jaw/setpoint_js"]
@@ -280,6 +280,6 @@ def test_the_jaw_is_the_grippers_ghost(following):
         moving = np.flatnonzero(np.abs(np.diff(q)) > 1e-6)
         return t[moving[-1] + 1] - t[moving[0]]
 
-    assert took(0.9) > 0.5, "the ghost catches up slowly: 0.4 rad of the gripper, all but 2 degrees, at 0.2 pi rad/s"
-    c.say("/MTMR/hand/gripper", data=0.1)
-    assert took(0.1) < 0.4, "and then follows at once"
+    assert took(0.9) > 0.5, "slow: 0.4 rad of the gripper, except for 2 degrees, at 0.2 pi rad/s"
+    c.publish("/MTMR/hand/gripper", data=0.1)
+    assert took(0.1) < 0.4, "then the jaw follows directly"

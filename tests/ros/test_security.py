@@ -1,8 +1,8 @@
-"""DDS security (SROS 2): the keystore is judged by openssl; nodes run with it where the middleware has it built in.
+"""DDS security (SROS 2): openssl checks the keystore; nodes use it if the middleware supports security.
 
-The `ros-*` wheels' Fast DDS is built without the security plug-ins: there the promise is that nothing starts
-unprotected when protection is asked for. What the keystore says is put to another maker's DDS, Eclipse Cyclone DDS,
-which has them (`sudo apt install cyclonedds-tools`).
+Fast DDS of the `ros-*` wheels has no security plug-ins. In this case no node may start unprotected when
+protection is required. An independent DDS with security, Eclipse Cyclone DDS, also checks the keystore
+(`sudo apt install cyclonedds-tools`).
 """
 
 import os
@@ -42,29 +42,29 @@ def openssl(*arguments):
 
 
 @pytest.mark.parametrize("enclave", ["palpate/haptics", "palpate/leader"])
-def test_keys_and_documents_are_those_of_the_authority(store, enclave, tmp_path):
+def test_keys_and_documents_are_signed_by_the_authority(store, enclave, tmp_path):
     place, ca = store / "enclaves" / enclave, store / "public" / "ca.cert.pem"
     assert "OK" in openssl("verify", "-CAfile", ca, place / "cert.pem").stdout
     subject = openssl("x509", "-in", place / "cert.pem", "-noout", "-subject", "-nameopt", "RFC2253").stdout
     assert f"CN=/{enclave}" in subject.strip()
     for document in ("permissions.p7s", "governance.p7s"):
-        done = openssl("smime", "-verify", "-text", "-in", place / document, "-CAfile", ca, "-out", tmp_path / "told")
+        done = openssl("smime", "-verify", "-text", "-in", place / document, "-CAfile", ca, "-out", tmp_path / "text")
         assert done.returncode == 0, done.stderr
-        assert "<dds" in (tmp_path / "told").read_text()
+        assert "<dds" in (tmp_path / "text").read_text()
     tampered = tmp_path / "tampered.p7s"
     tampered.write_text((place / "permissions.p7s").read_text().replace("DENY", "ALLOW"))
     assert openssl("smime", "-verify", "-text", "-in", tampered, "-CAfile", ca, "-out", os.devnull).returncode != 0
     assert (place / "key.pem").stat().st_mode & 0o077 == 0
 
 
-def test_a_name_that_is_no_enclave_is_refused(tmp_path):
+def test_invalid_enclave_name_is_rejected(tmp_path):
     with pytest.raises(PalpateError, match="is no enclave"):
         keystore.make(tmp_path, ("../elsewhere",))
 
 
 @pytest.fixture(scope="module")
 def protected(built, store):
-    """Starts a node with these variables; answers the process and its first line."""
+    """A function that starts a node with environment variables; returns the process and its first line."""
     running = []
 
     def start(**variables):
@@ -81,20 +81,20 @@ def protected(built, store):
         process.wait()
 
 
-def test_what_asks_for_protection_never_runs_without(protected, store):
-    """With Enforce and no keys of its own a node does not start, whatever the middleware can."""
+def test_required_protection_is_enforced(protected, store):
+    """With Enforce and without keys a node does not start, with any middleware."""
     variables = keystore.environment(store, "/palpate/nobody")
     process, line = protected(**variables)
     assert line.startswith("refused:"), line
     assert process.wait(20) == 3
 
 
-def test_who_has_no_keys_is_not_heard(protected, store, node, rclpy):
-    """Two nodes of one authority talk; this process, without keys, sees none of their topics."""
+def test_participant_without_keys_is_ignored(protected, store, node, rclpy):
+    """Two nodes of one authority communicate; this process has no keys and discovers none of their topics."""
     process, line = protected(**keystore.environment(store, "/palpate/haptics"))
     if line.startswith("refused:") and "security" in line:
         assert process.wait(20) == 3
-        pytest.skip("this Fast DDS is built without security plug-ins (so are the ros-* wheels): it refuses to start")
+        pytest.skip("this Fast DDS has no security plug-ins (as in the ros-* wheels) and refuses to start")
     assert line == "up\n"
     end = time.monotonic() + 5.0
     while time.monotonic() < end:
@@ -150,34 +150,34 @@ PLUGINS = "/usr/lib/x86_64-linux-gnu/libddsc0debian"
 
 @pytest.fixture
 def ping(tmp_path):
-    """Cyclone's `ddsperf`, one end protected by the first enclave, the other as told: what the second one says."""
+    """A function that runs Cyclone's `ddsperf` between two enclaves (None: no security) and returns the ping output."""
     if shutil.which("ddsperf") is None or not os.path.isdir(PLUGINS):
-        pytest.skip("Cyclone DDS with its security plug-ins is not here: sudo apt install cyclonedds-tools")
+        pytest.skip("Cyclone DDS with security plug-ins is not installed: sudo apt install cyclonedds-tools")
 
-    def run(here, there):
+    def run(first, second):
         domain = str(60 + os.getpid() % 100)
         ends = []
-        for words, place, seconds in (("pong", here, 7), ("ping", there, 5)):
-            (tmp_path / f"{words}.xml").write_text(
+        for mode, place, seconds in (("pong", first, 7), ("ping", second, 5)):
+            (tmp_path / f"{mode}.xml").write_text(
                 CYCLONE.format(security="" if place is None else SECURITY.format(place=place))
             )
-            variables = {"CYCLONEDDS_URI": f"file://{tmp_path}/{words}.xml", "LD_LIBRARY_PATH": PLUGINS}
+            variables = {"CYCLONEDDS_URI": f"file://{tmp_path}/{mode}.xml", "LD_LIBRARY_PATH": PLUGINS}
             ends.append(
                 subprocess.Popen(
-                    ["ddsperf", "-i", domain, "-D", str(seconds), words], env=os.environ | variables,
+                    ["ddsperf", "-i", domain, "-D", str(seconds), mode], env=os.environ | variables,
                     stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                 )
             )  # fmt: skip
-        pong, told = ends[0], ends[1].communicate(timeout=30)[0]
+        pong, output = ends[0], ends[1].communicate(timeout=30)[0]
         pong.kill()
         pong.communicate()
-        return told
+        return output
 
     return run
 
 
 def in_any_partition(store, enclave):
-    """ddsperf speaks in partitions, ROS in none: its permissions name them, else they are as they were made."""
+    """Folder of an enclave whose permissions also allow partitions, as ddsperf uses them and ROS does not."""
     place, ca, key = store / "enclaves" / enclave, store / "public" / "ca.cert.pem", store / "private" / "ca.key.pem"
     document = place / "permissions.xml"
     anywhere = "</topics><partitions><partition>*</partition></partitions>"
@@ -189,16 +189,16 @@ def in_any_partition(store, enclave):
     return place
 
 
-def test_another_dds_lets_in_who_has_a_key_of_the_authority_and_nobody_else(ping, store, tmp_path):
-    """The documents judged by an implementation of DDS Security that is not ours and not Fast DDS."""
-    here, there = in_any_partition(store, "palpate/haptics"), in_any_partition(store, "palpate/leader")
-    assert " mean " in ping(here, there), "two enclaves of one keystore talk"
-    assert " mean " not in ping(here, None), "who has no key is not heard"
+def test_cyclone_dds_admits_only_keys_of_the_authority(ping, store, tmp_path):
+    """The documents checked by an independent implementation of DDS Security."""
+    first, second = in_any_partition(store, "palpate/haptics"), in_any_partition(store, "palpate/leader")
+    assert " mean " in ping(first, second), "two enclaves of one keystore communicate"
+    assert " mean " not in ping(first, None), "a participant without a key is ignored"
     strangers = tmp_path / "strangers"
     keystore.make(strangers, ("/palpate/leader",))
-    assert " mean " not in ping(here, in_any_partition(strangers, "palpate/leader")), "another authority's key"
+    assert " mean " not in ping(first, in_any_partition(strangers, "palpate/leader")), "key of another authority"
     (tmp_path / "borrowed").mkdir()
-    for file in there.iterdir():
+    for file in second.iterdir():
         shutil.copy(file, tmp_path / "borrowed")
-    shutil.copy(here / "permissions.p7s", tmp_path / "borrowed")  # of another enclave
-    assert " mean " not in ping(here, tmp_path / "borrowed"), "permissions that are another's"
+    shutil.copy(first / "permissions.p7s", tmp_path / "borrowed")  # permissions of another enclave
+    assert " mean " not in ping(first, tmp_path / "borrowed"), "permissions of another enclave"

@@ -1,4 +1,4 @@
-"""`palpate ros sim`, as a client of the real dVRK meets it: over ROS 2, from another process."""
+"""`palpate ros sim` from the side of a client of the real dVRK: over ROS 2, from another process."""
 
 import math
 import signal
@@ -19,7 +19,7 @@ def dvrk(sim, node, until):
 
 @pytest.fixture
 def mtm(dvrk):
-    dvrk.hear("/MTMR/operating_state", "/MTMR/measured_js", "/MTMR/measured_cp", "/MTMR/goal_reached")
+    dvrk.subscribe("/MTMR/operating_state", "/MTMR/measured_js", "/MTMR/measured_cp", "/MTMR/goal_reached")
     dvrk.home("MTMR")
     return dvrk
 
@@ -58,15 +58,15 @@ def joy(button):
     return Joy(buttons=[button])
 
 
-def test_every_topic_of_the_real_one(sim, node, until):
-    """Name, type, direction and latching of each, as the graph shows them to everybody."""
+def test_every_topic_of_the_real_dvrk_exists(sim, node, until):
+    """Name, type, direction and latching of each topic in the ROS graph."""
     services = {}
 
     def seen(topic, row):
-        if row.way == "srv":
+        if row.direction == "srv":
             services.update(node.get_service_names_and_types())
             return services.get(topic)
-        ends = node.get_publishers_info_by_topic if row.way == "out" else node.get_subscriptions_info_by_topic
+        ends = node.get_publishers_info_by_topic if row.direction == "out" else node.get_subscriptions_info_by_topic
         return ends(topic)
 
     from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
@@ -76,7 +76,7 @@ def test_every_topic_of_the_real_one(sim, node, until):
     for topic, row in ROWS:
         package, _, name = row.type.partition("/")
         found = seen(topic, row)
-        if row.way == "srv":
+        if row.direction == "srv":
             if f"{package}/srv/{name}" not in found:
                 wrong.append((topic, found))
             continue
@@ -87,13 +87,13 @@ def test_every_topic_of_the_real_one(sim, node, until):
     assert wrong == []
 
 
-def test_powered_off_nothing_is_valid(dvrk):
-    """Invalid data come with a zero stamp, as a client of the real one expects."""
-    dvrk.hear("/MTMR/operating_state", "/MTMR/measured_cp")
+def test_no_measurement_is_valid_when_powered_off(dvrk):
+    """Invalid data have a zero stamp, as on the real robot."""
+    dvrk.subscribe("/MTMR/operating_state", "/MTMR/measured_cp")
     if dvrk.state("MTMR") != "DISABLED":
-        dvrk.say("/MTMR/state_command", string="disable")
+        dvrk.publish("/MTMR/state_command", string="disable")
         dvrk._until(lambda: dvrk.state("MTMR") == "DISABLED", "disabled")
-        dvrk.say("/MTMR/state_command", string="unhome")
+        dvrk.publish("/MTMR/state_command", string="unhome")
     dvrk._until(lambda: dvrk.last["/MTMR/measured_cp"].header.stamp.sec == 0, "a zero stamp")
     dvrk.home("MTMR")
     dvrk._until(lambda: dvrk.last["/MTMR/measured_cp"].header.stamp.sec > 0, "a stamp")
@@ -101,10 +101,10 @@ def test_powered_off_nothing_is_valid(dvrk):
     assert abs(time.time() - stamp.sec - 1e-9 * stamp.nanosec) < 1.0
 
 
-def test_measures_of_a_homed_arm(mtm, until):
-    """Joint names, shapes, and forward kinematics of what was measured give the measured pose."""
+def test_measured_states_of_a_homed_arm_are_consistent(mtm, until):
+    """Joint names, shapes, and forward kinematics of the measured joints, which gives the measured pose."""
     topics = ("/MTMR/body/jacobian", "/MTMR/body/measured_cf", "/MTMR/gripper/measured_js", "/MTMR/setpoint_js")
-    mtm.hear(*topics)
+    mtm.subscribe(*topics)
     assert len(mtm.last["/MTMR/measured_js"].name) == 7
     assert mtm.last["/MTMR/gripper/measured_js"].name == ["gripper"]
     jacobian = mtm.last["/MTMR/body/jacobian"]
@@ -118,16 +118,16 @@ def test_move_jp_reaches_its_goal(mtm, until):
     goal[0] += 0.1
     goal[3] -= 0.1
     mtm.last.pop("/MTMR/goal_reached", None)
-    mtm.say("/MTMR/move_jp", joint_state(position=goal.tolist()))
+    mtm.publish("/MTMR/move_jp", joint_state(position=goal.tolist()))
     until(lambda: "/MTMR/goal_reached" in mtm.last, "goal_reached")
     assert mtm.last["/MTMR/goal_reached"].data
     until(lambda: np.allclose(joints(mtm), goal, atol=0.02), "the goal")
 
 
-def test_kinematics_on_request(mtm, rclpy, node, until):
+def test_kinematics_services(mtm, rclpy, node, until):
     from crtk_msgs.srv import QueryForwardKinematics, QueryInverseKinematics
 
-    def ask(name, kind, **fields):
+    def call(name, kind, **fields):
         client = node.create_client(kind, f"/MTMR/{name}")
         until(client.service_is_ready, name)
         future = client.call_async(kind.Request(**fields))
@@ -135,88 +135,88 @@ def test_kinematics_on_request(mtm, rclpy, node, until):
         return future.result()
 
     q = [0.1, 0.2, 0.1, 0.3, 0.4, 0.2, 0.1]
-    forward = ask("forward_kinematics", QueryForwardKinematics, jp=q)
+    forward = call("forward_kinematics", QueryForwardKinematics, jp=q)
     assert forward.result, forward.message
-    inverse = ask("inverse_kinematics", QueryInverseKinematics, cp=forward.cp, jp=q)
+    inverse = call("inverse_kinematics", QueryInverseKinematics, cp=forward.cp, jp=q)
     assert inverse.result, inverse.message
-    again = ask("forward_kinematics", QueryForwardKinematics, jp=inverse.jp).cp
+    again = call("forward_kinematics", QueryForwardKinematics, jp=inverse.jp).cp
     assert math.isclose(again.position.x, forward.cp.position.x, abs_tol=1e-5)
     assert math.isclose(again.position.z, forward.cp.position.z, abs_tol=1e-5)
-    short = ask("forward_kinematics", QueryForwardKinematics, jp=[0.0])
+    short = call("forward_kinematics", QueryForwardKinematics, jp=[0.0])
     assert not short.result
     assert "needs 7" in short.message
 
 
-def test_servo_cf_pushes_and_a_forgotten_one_pushes_on(mtm, until):
-    """The arm yields to a wrench in base axes, and goes on with the last one: there is no timeout."""
-    mtm.say("/MTMR/use_gravity_compensation", data=True)
-    mtm.say("/MTMR/body/set_cf_orientation_absolute", data=True)
-    mtm.say("/MTMR/body/servo_cf", wrench())
+def test_servo_cf_moves_the_arm_and_has_no_timeout(mtm, until):
+    """The arm moves under a wrench in base axes and keeps the last one, without a timeout."""
+    mtm.publish("/MTMR/use_gravity_compensation", data=True)
+    mtm.publish("/MTMR/body/set_cf_orientation_absolute", data=True)
+    mtm.publish("/MTMR/body/servo_cf", wrench())
     wait(until, 0.3)
     start = tip(mtm)
-    mtm.say("/MTMR/body/servo_cf", wrench(y=1.5))
+    mtm.publish("/MTMR/body/servo_cf", wrench(y=1.5))
     until(lambda: tip(mtm)[1] > start[1] + 0.01, "a push of 1.5 N along y moves it by 10 mm")
-    mtm.say("/MTMR/hold")
+    mtm.publish("/MTMR/hold")
     wait(until, 0.3)
     assert np.abs(np.array(mtm.last["/MTMR/measured_js"].velocity)).max() < 0.1
 
 
-def test_falls_without_gravity_compensation(mtm, until):
-    mtm.say("/MTMR/use_gravity_compensation", data=True)
-    mtm.say("/MTMR/free")
+def test_arm_falls_without_gravity_compensation(mtm, until):
+    mtm.publish("/MTMR/use_gravity_compensation", data=True)
+    mtm.publish("/MTMR/free")
     wait(until, 0.4)
     held = tip(mtm)
-    mtm.say("/MTMR/use_gravity_compensation", data=False)
+    mtm.publish("/MTMR/use_gravity_compensation", data=False)
     until(lambda: tip(mtm)[2] < held[2] - 0.02, "it falls by 20 mm")
-    mtm.say("/MTMR/use_gravity_compensation", data=True)
-    mtm.say("/MTMR/hold")
+    mtm.publish("/MTMR/use_gravity_compensation", data=True)
+    mtm.publish("/MTMR/hold")
     mtm.home("MTMR")
 
 
-def test_refusals_are_told(mtm, until):
-    mtm.hear("/MTMR/warning", "/MTMR/error")
-    mtm.say("/MTMR/state_command", string="dance")
-    until(lambda: "/MTMR/warning" in mtm.last or "/MTMR/error" in mtm.last, "words on a state command of no use")
+def test_refused_commands_are_reported(mtm, until):
+    mtm.subscribe("/MTMR/warning", "/MTMR/error")
+    mtm.publish("/MTMR/state_command", string="dance")
+    until(lambda: "/MTMR/warning" in mtm.last or "/MTMR/error" in mtm.last, "a warning for an unknown state command")
 
 
 def test_teleoperation_with_emulated_pedals(mtm, until):
-    """Enabled and aligned, the instrument follows the hand by the scale, while the operator is there."""
-    mtm.hear(
+    """Once enabled and aligned, the instrument follows the scaled hand while the operator is present."""
+    mtm.subscribe(
         "/PSM1/operating_state", "/PSM1/measured_js", "/PSM1/measured_cp", "/MTMR_PSM1/following", "/MTMR_PSM1/scale"
     )
-    mtm.hear("/MTMR_PSM1/current_state", "/console/teleop/enabled")
-    mtm.hear("/console/operator_present", wait=False)  # nobody has been there yet
+    mtm.subscribe("/MTMR_PSM1/current_state", "/console/teleop/enabled")
+    mtm.subscribe("/console/operator_present", wait=False)  # the operator has not been present yet
     mtm.home("PSM1")
     q = joints(mtm, "PSM1")
     q[2] = 0.12
-    mtm.say("/PSM1/move_jp", joint_state(position=q.tolist()))
+    mtm.publish("/PSM1/move_jp", joint_state(position=q.tolist()))
     until(lambda: abs(joints(mtm, "PSM1")[2] - 0.12) < 2e-3, "the instrument past the cannula")
-    mtm.say("/console/teleop/select", data="MTMR_PSM1")
-    mtm.say("/console/teleop/enable", data=True)
+    mtm.publish("/console/teleop/select", data="MTMR_PSM1")
+    mtm.publish("/console/teleop/enable", data=True)
     until(lambda: mtm.last["/console/teleop/enabled"].data, "teleoperation enabled")
-    mtm.say("/console/emulate_operator_present", joy(1))
+    mtm.publish("/console/emulate_operator_present", joy(1))
     pedal = "/console/operator_present"
     until(lambda: pedal in mtm.last and mtm.last[pedal].buttons[0] == 1, "the operator")
     state = "/MTMR_PSM1/current_state"
     until(lambda: mtm.last[state].data == "ALIGNING_MTM", "aligning")
-    for angle in (0.9, 0.1, 0.9):  # the operator shows to be ready by a pinch
-        mtm.say("/MTMR/hand/gripper", data=angle)
+    for angle in (0.9, 0.1, 0.9):  # the operator closes the gripper to start
+        mtm.publish("/MTMR/hand/gripper", data=angle)
         wait(until, 0.2)
     until(lambda: mtm.last[state].data == "ENABLED", "MTM aligned, teleop enabled", 20.0)
     until(lambda: mtm.last["/MTMR_PSM1/following"].data, "following")
     hand, tool = tip(mtm), tip(mtm, "PSM1")
-    mtm.say("/MTMR_PSM1/following/mtm/body/servo_cf", wrench(z=2.0))
+    mtm.publish("/MTMR_PSM1/following/mtm/body/servo_cf", wrench(z=2.0))
     until(lambda: np.linalg.norm(tip(mtm) - hand) > 0.02, "the official hook moves the hand")
-    mtm.say("/MTMR_PSM1/following/mtm/body/servo_cf", wrench())
+    mtm.publish("/MTMR_PSM1/following/mtm/body/servo_cf", wrench())
     wait(until, 0.5)
     moved, followed = tip(mtm) - hand, tip(mtm, "PSM1") - tool
     assert np.linalg.norm(followed - mtm.last["/MTMR_PSM1/scale"].data * moved) < 2e-3
-    mtm.say("/console/emulate_operator_present", joy(0))
+    mtm.publish("/console/emulate_operator_present", joy(0))
     until(lambda: not mtm.last["/MTMR_PSM1/following"].data, "no longer following")
 
 
 @pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM])
-def test_ends_cleanly(start, end):
+def test_sim_ends_cleanly(start, end):
     process = start("-m", "palpate", "ros", "sim", "--arms", "PSM1")
     while "Ctrl-C" not in (line := process.stdout.readline()):
         assert line, process.stderr.read()
@@ -227,9 +227,9 @@ def test_ends_cleanly(start, end):
     assert err == ""
 
 
-def test_mistakes_are_told(start):
-    for arguments, words in ((["--arms", "MTMX"], "no arm 'MTMX'"), (["--rate", "2000"], "from 1 to 1000 Hz")):
+def test_mistakes_are_reported(start):
+    for arguments, message in ((["--arms", "MTMX"], "no arm 'MTMX'"), (["--rate", "2000"], "from 1 to 1000 Hz")):
         process = start("-m", "palpate", "ros", "sim", *arguments)
         _, err = process.communicate(timeout=20)
         assert process.returncode == 2
-        assert words in err
+        assert message in err

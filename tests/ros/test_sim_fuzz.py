@@ -1,4 +1,4 @@
-"""Whatever is sent to the simulated dVRK, it lives, and what it measures stays finite."""
+"""Random messages neither crash the simulated dVRK nor make its measurements non-finite."""
 
 import array
 import random
@@ -29,9 +29,9 @@ def filled(kind, chance):
     from dvrk_client import message_type
 
     message = kind()
-    for name, told in kind.get_fields_and_field_types().items():
-        many = re.fullmatch(r"sequence<(.*)>", told)
-        one = many[1] if many else told
+    for name, type_name in kind.get_fields_and_field_types().items():
+        many = re.fullmatch(r"sequence<(.*)>", type_name)
+        one = many[1] if many else type_name
 
         def value(one=one):
             if "/" in one:
@@ -53,21 +53,21 @@ def filled(kind, chance):
     return message
 
 
-def test_lives_through_anything(start_once, node, until):
+def test_sim_survives_random_messages(start_once, node, until):
     from dvrk_client import Dvrk, message_type
 
     process = start_once("-m", "palpate", "ros", "sim", "--arms", "MTMR", "PSM1", "--rate", "200")
     while "Ctrl-C" not in (line := process.stdout.readline()):
         assert line, process.stderr.read()
     dvrk, chance = Dvrk(node, until), random.Random(6)
-    dvrk.hear("/MTMR/operating_state", "/MTMR/measured_js", "/MTMR/local/measured_cp", "/PSM1/measured_js")
-    words = ("/MTMR/warning", "/MTMR_PSM1/warning", "/console/teleop/selected", "/PSM1/tool_type")
-    dvrk.hear(*words, wait=False)  # what does not decode would end the test
+    dvrk.subscribe("/MTMR/operating_state", "/MTMR/measured_js", "/MTMR/local/measured_cp", "/PSM1/measured_js")
+    topics = ("/MTMR/warning", "/MTMR_PSM1/warning", "/console/teleop/selected", "/PSM1/tool_type")
+    dvrk.subscribe(*topics, wait=False)  # a message that cannot be decoded would end the test
     dvrk.home("MTMR")
-    into = [(topic, message_type(row.type)) for topic, row in ROWS if row.way == "in"]
+    into = [(topic, message_type(row.type)) for topic, row in ROWS if row.direction == "in"]
     for n in range(MESSAGES):
         topic, kind = chance.choice(into)
-        dvrk.say(topic, filled(kind, chance))
+        dvrk.publish(topic, filled(kind, chance))
         if n % 50 == 0:
             seen = dict(dvrk.count)
             until(lambda seen=seen: dvrk.count["/MTMR/measured_js"] > seen["/MTMR/measured_js"] + 5, "new measures")

@@ -1,7 +1,7 @@
-"""The whole way on the simulated dVRK: a hand on the MTM, a teleoperation, the PSM's tool at a wall, and back to the
-hand; by the stock teleoperation's hook, and by a teleoperation of ours.
+"""The full loop on the simulated dVRK: a hand on the MTM, a teleoperation, the PSM's tool at a wall, and the force on
+the hand; with the dVRK's teleoperation, and with our own.
 
-`hand/measured_cf` is the simulated load cell between handle and hand: what is felt, whoever commands what.
+`hand/measured_cf` is the simulated load cell between handle and hand, which measures the force on the hand.
 """
 
 import signal
@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 RATE = 250
-MOST = 0.05  # from a pedal to a free hand [s]
-FRICTION = 0.8  # of the simulated MTM at its handle, at most: between what is commanded and felt [N]
+MOST = 0.05  # longest time from a pedal to zero force [s]
+FRICTION = 0.8  # largest friction of the simulated MTM at its handle, between commanded and measured force [N]
 UP = np.array([0.0, 0.0, 1.0])
 SCENE = """
 objects:
@@ -34,9 +34,9 @@ class Robot:
     def __init__(self, dvrk, node, until):
         self.dvrk, self.node, self.until = dvrk, node, until
         self.sent = []  # (stamp [s], force (3,)) of each wrench
-        self.told = {}  # stamp of each pedal's last change
+        self.pedals = {}  # stamp of the last change of each pedal
 
-    def hear_wrenches(self, topic):
+    def subscribe_wrenches(self, topic):
         from geometry_msgs.msg import WrenchStamped
 
         self.sent.clear()
@@ -47,15 +47,15 @@ class Robot:
 
     @property
     def push(self):
-        """Last commanded [N]."""
+        """Last commanded force [N]."""
         return float(np.linalg.norm(self.sent[-1][1])) if self.sent else 0.0
 
     @property
     def felt(self):
-        """Upwards, by the hand [N]."""
+        """Upward force on the hand from the load cell [N]."""
         return float(xyz(self.dvrk.last["/MTMR/hand/measured_cf"].wrench.force) @ UP)
 
-    def at(self, arm):
+    def position_of(self, arm):
         return xyz(self.dvrk.last[f"/{arm}/measured_cp"].pose.position)
 
     def wait(self, seconds):
@@ -63,36 +63,36 @@ class Robot:
         self.until(lambda: time.monotonic() > end, "time passes")
 
     def home(self, arms=("MTMR", "PSM1")):
-        """The arms, the instrument past its cannula."""
+        """Home the arms and move the instrument past its cannula."""
         from sensor_msgs.msg import JointState
 
         for arm in arms:
-            self.dvrk.hear(f"/{arm}/operating_state", f"/{arm}/measured_cp")
+            self.dvrk.subscribe(f"/{arm}/operating_state", f"/{arm}/measured_cp")
             self.dvrk.home(arm)
-        self.dvrk.hear("/PSM1/measured_js", "/MTMR/hand/measured_cf")
-        self.dvrk.say("/PSM1/move_jp", JointState(position=[0.0, 0.0, 0.12, 0.0, 0.0, 0.0]))
+        self.dvrk.subscribe("/PSM1/measured_js", "/MTMR/hand/measured_cf")
+        self.dvrk.publish("/PSM1/move_jp", JointState(position=[0.0, 0.0, 0.12, 0.0, 0.0, 0.0]))
         self.until(lambda: abs(self.dvrk.last["/PSM1/measured_js"].position[2] - 0.12) < 1e-3, "the instrument is in")
         self.wait(0.5)
 
     def pedal(self, name, button):
-        """Press or release; when that happened [s]."""
+        """Press or release a pedal; returns the time [s]."""
         from sensor_msgs.msg import Joy
 
         topic = f"/console/{name}"
-        if topic not in self.told:
-            self.dvrk.hear(topic, wait=False)
-            self.told[topic] = True
-        self.dvrk.say(f"/console/emulate_{name}", Joy(buttons=[button]))
+        if topic not in self.pedals:
+            self.dvrk.subscribe(topic, wait=False)
+            self.pedals[topic] = True
+        self.dvrk.publish(f"/console/emulate_{name}", Joy(buttons=[button]))
         last = self.dvrk.last
         self.until(lambda: topic in last and last[topic].buttons[0] == button, f"{name} {button}")
         stamp = last[topic].header.stamp
         return stamp.sec + 1e-9 * stamp.nanosec
 
     def follow(self):
-        """The stock teleoperation, until it follows: the operator shows by a pinch to be there."""
+        """Start the dVRK teleoperation and close the gripper until it follows."""
         last = self.dvrk.last
-        self.dvrk.hear("/MTMR_PSM1/current_state", "/MTMR_PSM1/following", "/MTMR_PSM1/scale")
-        self.dvrk.say("/console/teleop/enable", data=True)
+        self.dvrk.subscribe("/MTMR_PSM1/current_state", "/MTMR_PSM1/following", "/MTMR_PSM1/scale")
+        self.dvrk.publish("/console/teleop/enable", data=True)
         self.pedal("operator_present", 1)
         self.pinch()
         self.until(lambda: last["/MTMR_PSM1/following"].data, "following", 30.0)
@@ -103,25 +103,25 @@ class Robot:
         while self.dvrk.last["/MTMR_PSM1/current_state"].data != "ENABLED":
             assert time.monotonic() < end, "the MTM does not align"
             for angle in (0.9, 0.1, 0.9):
-                self.dvrk.say("/MTMR/hand/gripper", data=angle)
+                self.dvrk.publish("/MTMR/hand/gripper", data=angle)
                 self.wait(0.2)
 
     def press(self, newtons, most=0.08):
-        """The hand goes down, 2 cm/s, until it is pushed so hard."""
+        """Move the hand down at 2 cm/s until the force reaches `newtons` [N]."""
         from geometry_msgs.msg import PoseStamped
 
         goal = PoseStamped(pose=self.dvrk.last["/MTMR/measured_cp"].pose)
         top = goal.pose.position.z
         while self.push < newtons:
-            assert goal.pose.position.z > top - most, f"no wall: {self.push:.2f} N, tool at {self.at('PSM1')}"
+            assert goal.pose.position.z > top - most, f"no wall: {self.push:.2f} N, tool at {self.position_of('PSM1')}"
             goal.pose.position.z -= 0.0004
-            self.dvrk.say("/MTMR/hand/servo_cp", goal)
+            self.dvrk.publish("/MTMR/hand/servo_cp", goal)
             self.wait(0.02)
         self.wait(0.5)
 
     def freed(self, pedalled):
-        """How long after it the last push was sent [s]."""
-        self.until(lambda: self.push == 0.0, "zero", 20.0)  # this listener may be late: stamps tell when it was
+        """Time from a pedal to the last force sent [s]."""
+        self.until(lambda: self.push == 0.0, "zero", 20.0)  # this subscriber may be late, so the stamps count
         self.wait(0.5)
         assert self.push == 0.0
         return max([t - pedalled for t, force in self.sent if force.any()])
@@ -139,14 +139,14 @@ def robot(start, node, until, request):
 
 
 @pytest.fixture
-def feel(start, tmp_path, robot):
-    """Starts the haptic node with a wall 3 mm below the tool."""
+def start_haptics(start, tmp_path, robot):
+    """A function that starts the haptic node with a wall 3 mm below the tool."""
 
     def run(*options):
-        x, y, z = robot.at("PSM1")
+        x, y, z = robot.position_of("PSM1")
         (tmp_path / "wall.yaml").write_text(SCENE.format(x=x, y=y, z=z - 0.003, high=z))
-        words = ("--rate", RATE, "--out", tmp_path / "runs", "--force-cap", 2.0)
-        return start("-m", "palpate", "ros", "haptics", tmp_path / "wall.yaml", *words, *options)
+        fixed = ("--rate", RATE, "--out", tmp_path / "runs", "--force-cap", 2.0)
+        return start("-m", "palpate", "ros", "haptics", tmp_path / "wall.yaml", *fixed, *options)
 
     return run
 
@@ -159,18 +159,18 @@ def ended(process):
 
 
 @pytest.mark.parametrize("frame", ["absolute", "tip"])
-def test_by_the_hook_of_the_stock_teleoperation(robot, feel, frame):
-    process = feel(*(["--tip-frame"] * (frame == "tip")))
+def test_force_with_the_teleoperation_of_the_dvrk(robot, start_haptics, frame):
+    process = start_haptics(*(["--tip-frame"] * (frame == "tip")))
     hook = "/MTMR_PSM1/following/mtm/body/servo_cf"
-    robot.hear_wrenches(hook)
+    robot.subscribe_wrenches(hook)
     robot.follow()
     robot.until(lambda: len(robot.sent) > RATE, "a second of wrenches", 60.0)
-    assert not any(force.any() for _, force in robot.sent), "nothing in free space"
-    hand, tool = robot.at("MTMR"), robot.at("PSM1")
+    assert not any(force.any() for _, force in robot.sent), "no force in free space"
+    hand, tool = robot.position_of("MTMR"), robot.position_of("PSM1")
     robot.press(1.5)
-    moved, followed = robot.at("MTMR") - hand, robot.at("PSM1") - tool
+    moved, followed = robot.position_of("MTMR") - hand, robot.position_of("PSM1") - tool
     assert np.linalg.norm(followed - robot.dvrk.last["/MTMR_PSM1/scale"].data * moved) < 2e-3
-    assert abs(robot.felt - robot.push) < FRICTION, "what is commanded is felt, upwards"
+    assert abs(robot.felt - robot.push) < FRICTION, "the commanded force reaches the hand, upwards"
 
     took = []
     for _ in range(3):
@@ -187,44 +187,44 @@ def test_by_the_hook_of_the_stock_teleoperation(robot, feel, frame):
 
 
 @pytest.mark.parametrize("robot", [("MTMR", "PSM1", "MTML", "ECM")], indirect=True)
-def test_the_camera_pedal_turns_the_frame_and_the_node_turns_it_back(robot, feel):
-    """The camera's teleoperation makes the MTM's frame absolute and leaves it so, and no topic tells that."""
+def test_node_restores_the_wrench_frame_after_the_camera_pedal(robot, start_haptics):
+    """The camera teleoperation makes the MTM's wrench frame absolute and leaves it so without a message."""
     cf = ("/MTMR/body/measured_cf", "/MTMR/spatial/measured_cf")
-    robot.dvrk.hear(*cf)
+    robot.dvrk.subscribe(*cf)
 
     def absolute():
-        """As the arm measures: its body force has base axes then, as the spatial one."""
+        """True if the measured body force has base axes, as the spatial one."""
         robot.wait(0.3)
         body, spatial = (xyz(robot.dvrk.last[topic].wrench.force) for topic in cf)
-        assert np.linalg.norm(spatial) > 0.1, "it carries its weight"
+        assert np.linalg.norm(spatial) > 0.1, "the arm carries its weight"
         return np.linalg.norm(body - spatial) < 0.05 * np.linalg.norm(spatial)
 
-    process = feel("--tip-frame")
-    robot.hear_wrenches("/MTMR_PSM1/following/mtm/body/servo_cf")
+    process = start_haptics("--tip-frame")
+    robot.subscribe_wrenches("/MTMR_PSM1/following/mtm/body/servo_cf")
     robot.follow()
     robot.until(lambda: robot.sent, "wrenches", 60.0)
     assert not absolute()
     robot.press(1.0)
     assert robot.freed(robot.pedal("camera", 1)) < 2 * MOST
-    assert absolute(), "the camera's teleoperation has the MTMs"
+    assert absolute(), "the camera teleoperation controls the MTMs"
     robot.pedal("camera", 0)
     robot.pinch()
     robot.until(lambda: robot.dvrk.last["/MTMR_PSM1/following"].data, "following again", 30.0)
     assert not absolute()
     robot.press(1.5)
-    assert abs(robot.felt - robot.push) < FRICTION, "upwards still"
+    assert abs(robot.felt - robot.push) < FRICTION, "the force is still upwards"
     ended(process)
 
 
-def test_by_a_teleoperation_of_ours(robot, feel):
-    robot.dvrk.hear("/MTMR_PSM1/current_state")
-    process = feel("--teleop", "none")
-    robot.hear_wrenches("/MTMR/body/servo_cf")
+def test_force_with_our_own_teleoperation(robot, start_haptics):
+    robot.dvrk.subscribe("/MTMR_PSM1/current_state")
+    process = start_haptics("--teleop", "none")
+    robot.subscribe_wrenches("/MTMR/body/servo_cf")
     robot.pedal("operator_present", 1)
     robot.until(lambda: len(robot.sent) > RATE, "a second of wrenches", 60.0)
-    hand, tool = robot.at("MTMR"), robot.at("PSM1")
+    hand, tool = robot.position_of("MTMR"), robot.position_of("PSM1")
     robot.press(1.5)
-    moved, followed = robot.at("MTMR") - hand, robot.at("PSM1") - tool
+    moved, followed = robot.position_of("MTMR") - hand, robot.position_of("PSM1") - tool
     assert np.linalg.norm(followed - 0.2 * moved) < 2e-3
     assert abs(robot.felt - robot.push) < FRICTION
     assert robot.freed(robot.pedal("operator_present", 0)) < MOST

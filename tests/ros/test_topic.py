@@ -1,4 +1,4 @@
-"""`palpate ros topic`, and the page docs/ros2.md tried as it stands: a simulated MTM pressed into a wall."""
+"""`palpate ros topic`, and the commands of docs/ros2.md: a simulated MTM pressed into a wall."""
 
 import re
 import shlex
@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "ros2.md").read_text()
 
 
-def test_messages_to_plain_values_and_back(built):
+def test_messages_survive_the_conversion_to_plain_values(built):
     from sensor_msgs.msg import JointState, Joy
 
     joy = Joy()
@@ -43,34 +43,34 @@ def palpate(*arguments, seconds=60):
     return done.returncode, done.stdout, done.stderr
 
 
-def test_a_topic_that_nobody_has_is_told(built):
-    code, _, told = palpate("ros", "topic", "echo", "/nobody/here")
+def test_unknown_topic_is_reported(built):
+    code, _, error = palpate("ros", "topic", "echo", "/nobody/here")
     assert code == 2
-    assert "nobody publishes /nobody/here" in told
+    assert "nobody publishes /nobody/here" in error
 
 
 def scene_of_the_page(folder):
     (folder / "wall.yaml").write_text(re.search(r"```yaml\n(.*?)```", PAGE, re.S)[1])
 
 
-def test_the_commands_of_the_page_as_they_stand(built, start, tmp_path):
-    """Three terminals; the last two commands echo the wall's push and what the hand feels of it."""
+def test_commands_of_the_page_work_unchanged(built, start, tmp_path):
+    """Three terminals; the last two commands print the force of the wall and the force on the hand."""
     scene_of_the_page(tmp_path)
     blocks = [block.replace("\\\n", " ") for block in re.findall(r"```bash\n(.*?)```", PAGE, re.S)]
     robot, node, hand = blocks[1:4]
-    words = [shlex.split(line, comments=True) for line in (robot, node)]
-    processes = [start("-m", *line) for line in words]
+    commands = [shlex.split(line, comments=True) for line in (robot, node)]
+    processes = [start("-m", *line) for line in commands]
     assert "Ctrl-C" in [processes[0].stdout.readline() for _ in range(2)][-1]
     assert "force cap 1 N" in [processes[1].stdout.readline() for _ in range(2)][-1]
     time.sleep(1.0)
-    told = []
+    outputs = []
     for line in hand.splitlines():
         code, out, err = palpate(*shlex.split(line, comments=True)[1:])
         assert code == 0, (line, err)
-        told.append(out)
+        outputs.append(out)
         if "home" in line or "hand/servo_cp" in line:
-            time.sleep(6.0)  # a person reads on
-    push, felt = (yaml.safe_load(out.split("---")[0])["wrench"]["force"] for out in told[-2:])
+            time.sleep(6.0)  # time in which a user reads
+    push, felt = (yaml.safe_load(out.split("---")[0])["wrench"]["force"] for out in outputs[-2:])
     assert push["y"] > 0.3
     assert abs(felt["y"] - push["y"]) < 0.6
     for process in reversed(processes):
@@ -78,11 +78,11 @@ def test_the_commands_of_the_page_as_they_stand(built, start, tmp_path):
         assert process.wait(30) in (0, 130)
 
 
-def test_the_page_from_sim_to_wall(built, start, tmp_path):
+def test_page_from_the_simulation_to_the_wall(built, start, tmp_path):
     """The scene and the client of docs/ros2.md; commands of the page list, echo and hz."""
     scene_of_the_page(tmp_path)
     sim = start("-m", "palpate", "ros", "sim", "--arms", "MTMR", "PSM1", "--rate", "250")
-    words = [
+    options = [
         "--follower",
         "virtual",
         "--teleop",
@@ -94,14 +94,14 @@ def test_the_page_from_sim_to_wall(built, start, tmp_path):
         "--rate",
         "250",
     ]
-    haptics = start("-m", "palpate", "ros", "haptics", tmp_path / "wall.yaml", *words)
+    haptics = start("-m", "palpate", "ros", "haptics", tmp_path / "wall.yaml", *options)
     client = start(ROOT / "examples" / "ros2_client.py")
-    out, told = client.communicate(timeout=120)
-    assert client.returncode == 0, told
+    out, error = client.communicate(timeout=120)
+    assert client.returncode == 0, error
     rows = re.findall(r"^hand goal +(\d+) mm: handle at y = (-[\d.]+) mm, pushed by (-?[\d.]+) N; \w.*$", out, re.M)
     rows = [[float(x) for x in row] for row in rows]
     assert len(rows) == len(out.splitlines()) >= 20
-    assert all(force == 0.0 for _, _, force in rows[:15]), "nothing is felt before the wall"
+    assert all(force == 0.0 for _, _, force in rows[:15]), "no force before the wall"
     assert rows[-1][2] > 0.5
     assert rows[-1][1] < -384.0
     heard = []
@@ -115,15 +115,15 @@ def test_the_page_from_sim_to_wall(built, start, tmp_path):
         assert topic.listen(here, "/MTMR/measured_cp", heard.append, 3, 10.0) == 3
         assert topic.as_plain(heard[0])["pose"]["orientation"]["w"] != 0.0
         wrenches = []
-        topic.listen(here, "/MTMR/body/servo_cf", wrenches.append, None, 0.5)  # and from now on
+        topic.listen(here, "/MTMR/body/servo_cf", wrenches.append, None, 0.5)  # the subscription stays active
         assert wrenches
         topic.publish(here, "/console/emulate_operator_present", "sensor_msgs/msg/Joy", "buttons: [0]", None)
         end, seen = time.monotonic() + 20.0, -1
         while seen != len(wrenches):
-            assert time.monotonic() < end, "nobody is there, and wrenches are sent"
+            assert time.monotonic() < end, "wrenches are sent without an operator"
             seen = len(wrenches)
             topic.listen(here, "/MTMR/operating_state", heard.append, None, 0.5)
-    assert set(topic.as_plain(wrenches[-1])["wrench"]["force"].values()) == {0.0}, "zero, and then silence"
+    assert set(topic.as_plain(wrenches[-1])["wrench"]["force"].values()) == {0.0}, "the last wrench is zero"
     for process in (haptics, sim):
         process.terminate()
         assert process.wait(30) in (0, 130)

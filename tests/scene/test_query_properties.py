@@ -1,4 +1,4 @@
-"""What a query answers does not depend on where, how large, and in which order the triangles are."""
+"""Query results are independent of position, scale and order of the triangles."""
 
 import numpy as np
 import pytest
@@ -15,8 +15,8 @@ def rotation(rng) -> np.ndarray:
     return q * np.sign(np.linalg.det(q))
 
 
-def bad_mesh(rng, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Needles, caps, duplicates, T-junctions and edges of many triangles among n ordinary ones."""
+def degenerate_mesh(rng, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """A mesh of n triangles with needles, caps, duplicates, T-junctions and edges of many triangles."""
     v = rng.normal(size=(3 * n, 3))
     t = np.arange(3 * n).reshape(-1, 3)
     kind = rng.integers(0, 5, n)
@@ -31,9 +31,9 @@ def bad_mesh(rng, n: int) -> tuple[np.ndarray, np.ndarray]:
 
 @settings(max_examples=60, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 200), exponent=st.integers(-6, 6))
-def test_closest_is_brute_force_among_slivers_duplicates_and_branches(seed, n, exponent):
+def test_closest_point_agrees_with_brute_force_on_damaged_meshes(seed, n, exponent):
     rng = np.random.default_rng(seed)
-    v, t = bad_mesh(rng, n)
+    v, t = degenerate_mesh(rng, n)
     v *= 10.0**exponent
     points = 10.0**exponent * rng.normal(size=(20, 3))
     points[:5] = v[rng.integers(0, len(v), 5)]  # on the surface itself
@@ -58,19 +58,19 @@ def test_queries_move_with_the_mesh(seed, name):
     v, t = SHAPES[name].mesh(1000)
     R, p, scale = rotation(rng), rng.normal(size=3), 2.0 ** rng.integers(-12, 13)
     points = rng.uniform(-0.06, 0.06, (50, 3))
-    here, there = _core.Mesh(v, t), _core.Mesh(scale * (v @ R.T + p), t[rng.permutation(len(t))])
-    d, _, _ = here.nearest(points)
-    d_moved, q_moved, n_moved = there.nearest(scale * (points @ R.T + p))
+    original, moved = _core.Mesh(v, t), _core.Mesh(scale * (v @ R.T + p), t[rng.permutation(len(t))])
+    d, _, _ = original.nearest(points)
+    d_moved, q_moved, n_moved = moved.nearest(scale * (points @ R.T + p))
     np.testing.assert_allclose(np.abs(d_moved), scale * np.abs(d), rtol=1e-9, atol=1e-12 * scale)
-    clear = np.abs(d) > 1e-9  # on the surface the sign is a toss
+    clear = np.abs(d) > 1e-9  # on the surface the sign is arbitrary
     np.testing.assert_array_equal(np.sign(d_moved[clear]), np.sign(d[clear]))
     np.testing.assert_allclose(np.linalg.norm(n_moved, axis=1), 1.0, atol=1e-9)
-    feet = distance_by_segments_and_planes(scale * (v @ R.T + p), t, q_moved)  # feet may differ where two are as near
+    feet = distance_by_segments_and_planes(scale * (v @ R.T + p), t, q_moved)  # there may be two nearest points
     np.testing.assert_allclose(feet, 0.0, atol=1e-12 * scale)
 
 
 def winding_number(v, t, points) -> np.ndarray:
-    """Sum of the solid angles over 4 pi (van Oosterom and Strackee 1983): one inside, zero outside."""
+    """Sum of the solid angles over 4 pi (van Oosterom and Strackee 1983): 1 inside, 0 outside."""
     a, b, c = (v[t[:, k]][None] - points[:, None] for k in range(3))
     la, lb, lc = (np.linalg.norm(x, axis=2) for x in (a, b, c))
     dot = lambda x, y: np.einsum("ijk,ijk->ij", x, y)  # noqa: E731
@@ -80,25 +80,25 @@ def winding_number(v, t, points) -> np.ndarray:
 
 @settings(max_examples=30, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), name=st.sampled_from(["sphere", "torus", "box", "plate"]))
-def test_the_sign_is_that_of_the_winding_number(seed, name):
-    """On closed meshes bent out of shape, with sharp ridges: the nearest feature is often an edge or a vertex."""
+def test_sign_agrees_with_the_winding_number(seed, name):
+    """Closed deformed meshes with sharp ridges, where the nearest feature is often an edge or a vertex."""
     rng = np.random.default_rng(seed)
     v, t = SHAPES[name].mesh(120)
     mesh = _core.Mesh(v + rng.normal(scale=2e-4 if name == "plate" else 2e-3, size=v.shape), t)
-    if not mesh.report.closed:  # the plate's own doubled edges came apart
+    if not mesh.report.closed:  # the doubled edges of the plate have separated
         mesh = _core.Mesh(v * rng.uniform(0.5, 2.0, 3), t)
     points = rng.uniform(-0.05, 0.05, (200, 3))
     turns = np.round(winding_number(mesh.vertices, mesh.triangles, points))
-    if np.isin(turns, (0, 1)).all():  # else the bent surface crosses itself, and there is no one answer
+    if np.isin(turns, (0, 1)).all():  # otherwise the deformed surface intersects itself
         np.testing.assert_array_equal(mesh.nearest(points)[0] < 0, turns == 1)
 
 
 @pytest.mark.parametrize("name", ["sphere", "box"])
-def test_hit_by_both_kernels_is_the_same_place(name):
+def test_both_kernels_find_the_same_point(name):
     if not _core.bvh_has_avx2():
         pytest.skip("this machine has no AVX2: the portable kernel is the only one")
     mesh = _core.Mesh(*SHAPES[name].mesh(5000))
-    for scale in (1e-3, 1.0, 1e3):  # far away and close by
+    for scale in (1e-3, 1.0, 1e3):  # distant and near points
         points = np.random.default_rng(4).normal(size=(500, 3)) * 0.05 * scale
         fast, portable = (mesh.closest_by_kernel(points, kernel) for kernel in ("avx2", "portable"))
         np.testing.assert_allclose(fast, portable, rtol=1e-12, atol=1e-16)
@@ -106,8 +106,8 @@ def test_hit_by_both_kernels_is_the_same_place(name):
 
 @settings(max_examples=60, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), bumps=st.floats(0.0, 0.3), exponent=st.integers(-30, 20))
-def test_closest_is_brute_force_on_fine_patches_seen_from_near_and_far(seed, bumps, exponent):
-    """What bounds a small patch of a smooth surface most tightly must still hold all of it, at any size and place."""
+def test_closest_point_agrees_with_brute_force_on_fine_patches(seed, bumps, exponent):
+    """The tight bound of a small smooth patch must contain the whole patch, for any size and position."""
     rng = np.random.default_rng(seed)
     n = 24
     x, y = np.meshgrid(np.linspace(-1, 1, n), np.linspace(-1, 1, n), indexing="ij")
@@ -130,14 +130,14 @@ def test_closest_is_brute_force_on_fine_patches_seen_from_near_and_far(seed, bum
 
 @settings(max_examples=30, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), name=st.sampled_from(sorted(SHAPES)), spacing=st.floats(1e-4, 2e-2))
-def test_sampling_is_asking_at_every_node(seed, name, spacing):
-    """However far the nearest triangle of one node is from that of the next."""
+def test_grid_sampling_equals_queries_at_every_node(seed, name, spacing):
+    """This holds also if the nearest triangles of neighbouring nodes are far apart."""
     rng = np.random.default_rng(seed)
     mesh = _core.Mesh(*SHAPES[name].mesh(2000))
     origin, steps = rng.uniform(-0.05, 0.03, 3), spacing * rng.uniform(0.5, 1.0, 3)
     values = np.full((7, 8, 9), np.nan, np.float32)
     _core.sample_distance(mesh, origin, steps, values)
-    asked = mesh.nearest(origin + steps * np.moveaxis(np.indices(values.shape), 0, -1).reshape(-1, 3))[0]
-    clear = np.abs(asked) > 1e-9  # on the surface the sign is a toss
-    np.testing.assert_allclose(values.ravel()[clear], asked[clear], rtol=1e-6)
+    queried = mesh.nearest(origin + steps * np.moveaxis(np.indices(values.shape), 0, -1).reshape(-1, 3))[0]
+    clear = np.abs(queried) > 1e-9  # on the surface the sign is arbitrary
+    np.testing.assert_allclose(values.ravel()[clear], queried[clear], rtol=1e-6)
     np.testing.assert_allclose(values.ravel()[~clear], 0.0, atol=1e-8)

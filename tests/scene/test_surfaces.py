@@ -1,4 +1,4 @@
-"""What surfaces that are no meshes answer, against closed forms, dense sampling and finite differences."""
+"""Queries of surfaces other than meshes, against closed forms, dense sampling and finite differences."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def box_2d(x, y):
 
 
 def sampled(shape, spacing, low, high):
-    """A grid of an analytic shape."""
+    """A sampled grid of an analytic shape."""
     low, high = np.array(low), np.array(high)
     nodes = np.round((high - low) / spacing).astype(int) + 1
     axes = np.meshgrid(*(low[a] + spacing * np.arange(nodes[a]) for a in range(3)), indexing="ij")
@@ -36,7 +36,7 @@ def sampled(shape, spacing, low, high):
 
 
 @pytest.mark.parametrize("name", ROUND)
-def test_primitives_answer_their_closed_form(name):
+def test_primitives_have_their_closed_forms(name):
     surface, exact = ROUND[name]
     distance, point, normal = surface.nearest(POINTS)
     np.testing.assert_allclose(distance, exact(POINTS), rtol=0, atol=1e-16)
@@ -46,7 +46,7 @@ def test_primitives_answer_their_closed_form(name):
 
 
 @pytest.mark.parametrize("name", ROUND)
-def test_a_normal_is_there_on_the_medial_axis_and_on_the_surface(name):
+def test_normal_exists_on_the_medial_axis_and_on_the_surface(name):
     surface, exact = ROUND[name]
     on_axis = np.array([[0, 0, 0], [0, 0, 0.001], [0, 0, -0.06], [0, 0, 0.0], [0.01, 0.01, 0.01]])
     on_surface = surface.nearest(POINTS[:200])[1]
@@ -57,8 +57,8 @@ def test_a_normal_is_there_on_the_medial_axis_and_on_the_surface(name):
 
 @settings(max_examples=60, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), half=st.lists(st.floats(1e-3, 1.0), min_size=3, max_size=3))
-def test_gradient_of_the_implicit_surface_is_its_finite_difference(seed, half):
-    """Eq 15: analytic and by central differences to 1e-7 of its length."""
+def test_gradient_of_an_implicit_surface_matches_finite_differences(seed, half):
+    """Eq 15: the analytic gradient and central differences agree to 1e-7 of its length."""
     rng = np.random.default_rng(seed)
     exponents = rng.choice([2, 4, 6, 8], 3)
     u = _core.ImplicitSurface(np.array(half) ** -exponents.astype(float), exponents.tolist(), 1.0)
@@ -68,37 +68,37 @@ def test_gradient_of_the_implicit_surface_is_its_finite_difference(seed, half):
     np.testing.assert_allclose(numeric, u.gradient(p), rtol=0, atol=1e-7 * np.linalg.norm(u.gradient(p)))
 
 
-def test_implicit_surface_finds_the_nearest_of_all_places():
-    """Against 40 000 places of the surface itself, outside and inside, near and beyond its medial axis."""
+def test_implicit_surface_finds_the_global_nearest_point():
+    """Reference: 40 000 points of the surface; queries outside and inside, near and beyond its medial axis."""
     rng = np.random.default_rng(1)
-    ways = rng.normal(size=(40_000, 3)) * [0.03, 0.02, 0.04]
-    low, high = np.zeros(len(ways)), np.full(len(ways), 100.0)
-    for _ in range(60):  # bisection along each way
+    directions = rng.normal(size=(40_000, 3)) * [0.03, 0.02, 0.04]
+    low, high = np.zeros(len(directions)), np.full(len(directions), 100.0)
+    for _ in range(60):  # bisection along each direction
         middle = 0.5 * (low + high)
-        beyond = ((middle[:, None] * ways / [0.03, 0.02, 0.04]) ** [4, 2, 6]).sum(axis=1) > 1.0
+        beyond = ((middle[:, None] * directions / [0.03, 0.02, 0.04]) ** [4, 2, 6]).sum(axis=1) > 1.0
         low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
-    places = low[:, None] * ways
+    samples = low[:, None] * directions
     points = POINTS[:120]
     distance, point, normal = PILLOW.nearest(points)
-    best = np.array([np.linalg.norm(places - p, axis=1).min() for p in points])
+    best = np.array([np.linalg.norm(samples - p, axis=1).min() for p in points])
     assert (abs(distance) <= best + 1e-9).all()
-    assert (abs(distance) >= best - 1e-3).all()  # the sampling's own coarseness
+    assert (abs(distance) >= best - 1e-3).all()  # tolerance for the spacing of the samples
     np.testing.assert_allclose([PILLOW.value(q) for q in point], 0.0, atol=1e-12)
     np.testing.assert_allclose(point + distance[:, None] * normal, points, atol=1e-8)
     assert (np.sign(distance) == [np.sign(PILLOW.value(p)) for p in points]).all()
 
 
-def test_an_ellipsoid_of_equal_axes_is_a_sphere():
+def test_ellipsoid_of_equal_axes_is_a_sphere():
     ball = _core.ImplicitSurface(np.full(3, 0.03**-2.0), [2, 2, 2], 1.0)
     distance, point, normal = ball.nearest(POINTS)
     exact = _core.Sphere(0.03).nearest(POINTS)
     np.testing.assert_allclose(distance, exact[0], atol=1e-12)
-    fair = np.linalg.norm(POINTS, axis=1) > 1e-3  # near the centre all places are near
-    np.testing.assert_allclose(point[fair], exact[1][fair], atol=1e-9)
-    np.testing.assert_allclose(normal[fair], exact[2][fair], atol=1e-7)
+    unique = np.linalg.norm(POINTS, axis=1) > 1e-3  # near the centre all surface points are equally near
+    np.testing.assert_allclose(point[unique], exact[1][unique], atol=1e-9)
+    np.testing.assert_allclose(normal[unique], exact[2][unique], atol=1e-7)
 
 
-def test_grid_gradient_is_its_finite_difference():
+def test_grid_gradient_matches_finite_differences():
     grid = sampled("torus", 0.002, (-0.0603, -0.0603, -0.02), (0.06, 0.06, 0.02))
     rng = np.random.default_rng(2)
     for p in rng.uniform([-0.05, -0.05, -0.018], [0.05, 0.05, 0.018], (100, 3)):
@@ -109,7 +109,7 @@ def test_grid_gradient_is_its_finite_difference():
 
 @pytest.mark.parametrize(("spacing", "distance_error", "degrees"), [(0.002, 5e-6, 0.5), (0.001, 5e-7, 0.1)])
 def test_grid_converges_to_the_shape(spacing, distance_error, degrees):
-    """Third order: half the spacing, an eighth of the error."""
+    """Third order: half the spacing gives an eighth of the error."""
     grid = sampled("torus", spacing, (-0.0603, -0.0603, -0.02), (0.06, 0.06, 0.02))
     s = np.random.default_rng(4).uniform(0, 5, 500)
     for offset in (-0.005, 0.0, 0.003):
@@ -121,7 +121,7 @@ def test_grid_converges_to_the_shape(spacing, distance_error, degrees):
         np.testing.assert_allclose(SHAPES["torus"].distance(point)[0], 0.0, atol=distance_error)
 
 
-def test_outside_of_a_grid_the_distance_is_continuous_and_never_too_long():
+def test_distance_outside_a_grid_is_continuous_and_a_lower_bound():
     grid = sampled("sphere", 0.002, (-0.034, -0.034, -0.034), (0.034, 0.034, 0.034))
     points = POINTS * 3
     distance, _, normal = grid.nearest(points)
@@ -136,15 +136,15 @@ def test_outside_of_a_grid_the_distance_is_continuous_and_never_too_long():
     assert np.abs(outer - inner).max() < 5e-6
 
 
-def test_a_solid_ends_at_the_edge_of_its_grid():
-    """A patch of a half-space: its sides are the grid's, and closed."""
+def test_solid_ends_at_the_edge_of_its_grid():
+    """A grid of a half-space is closed at the sides of the grid."""
     z = np.linspace(-0.01, 0.01, 21)
     values = np.broadcast_to(z, (21, 21, 21)).astype(np.float32)
     patch = _core.DistanceGrid(np.full(3, -0.01), np.full(3, 0.001), np.ascontiguousarray(values))
-    top, side, beside, below = patch.nearest(
+    top, side, outside, below = patch.nearest(
         np.array([[0, 0, 0.002], [0.0095, 0, -0.005], [0.012, 0, -0.005], [0, 0, -0.013]])
     )[0]
-    np.testing.assert_allclose([top, side, beside, below], [0.002, -0.0005, 0.002, 0.003], atol=1e-9)
+    np.testing.assert_allclose([top, side, outside, below], [0.002, -0.0005, 0.002, 0.003], atol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -163,7 +163,7 @@ def test_a_solid_ends_at_the_edge_of_its_grid():
         (lambda: grid_of(np.random.default_rng(0).normal(size=(5, 5, 5))), "a distance by 1 at most"),
     ],
 )
-def test_impossible_surfaces_are_refused(make, message):
+def test_invalid_surfaces_are_rejected(make, message):
     with pytest.raises(ValueError, match=message):
         make()
 
@@ -173,12 +173,12 @@ def grid_of(values):
 
 
 @pytest.mark.parametrize("wall", [0.025, 0.028])
-def test_far_from_a_small_ball_no_farther_wall_is_taken_for_the_nearest(wall):
-    """Seen from ten times its radius the search along tangent planes strays; a wall beyond the grid is no wall."""
+def test_distant_query_of_a_small_ball_finds_the_nearest_surface(wall):
+    """At ten times the radius the search along tangent planes deviates; surfaces beyond the grid do not count."""
     nodes = np.moveaxis(np.indices((81, 81, 61)), 0, -1) * 0.0005 - [0.02, 0.02, 0.004]
     distance = lambda p: np.minimum(np.linalg.norm(p, axis=-1) - 0.002, wall - p[..., 2])  # noqa: E731
     grid = _core.DistanceGrid(nodes[0, 0, 0], np.full(3, 0.0005), distance(nodes).astype(np.float32))
     points = np.random.default_rng(1).uniform(nodes[0, 0, 0], nodes[-1, -1, -1] - [0, 0, 0.002], (20_000, 3))
     outside = distance(points) > 0
     found = grid.nearest(points)[0]
-    np.testing.assert_allclose(found[outside], distance(points)[outside], atol=0.001)  # two cells, beside the ridge
+    np.testing.assert_allclose(found[outside], distance(points)[outside], atol=0.001)  # two cells, away from the ridge

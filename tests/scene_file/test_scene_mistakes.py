@@ -1,4 +1,4 @@
-"""Every mistake in a scene file: file and line, cause, mend; asserted by the words."""
+"""Mistakes in a scene file: each message states file, line, cause and remedy."""
 # ruff: noqa: E501  (a message and its text stay on one line)
 
 import contextlib
@@ -14,7 +14,7 @@ ONE = "objects:\n  - shape: organ\n"
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("objects:\n  - mesh: a.stl\n    stifness: 3\n", "s.yaml:3: unknown key 'objects[0].stifness'\n  mend: did you mean 'stiffness'?"),
         (ONE + "radius: 3\n", "s.yaml:3: unknown key 'radius'\n  mend: did you mean 'contact.radius'?"),
@@ -53,13 +53,13 @@ ONE = "objects:\n  - shape: organ\n"
         (ONE + "arms: {leader: {model: omega}}\n", "arms.leader.model: there is no arm 'omega'"),
     ],
 )  # fmt: skip
-def test_mistake_is_told_with_its_line(text, said):
+def test_mistake_is_reported_with_its_line(text, message):
     with pytest.raises(SceneError) as caught:
         Scene.parse(text, "s.yaml")
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
-def test_all_mistakes_are_told_in_the_order_of_the_file():
+def test_all_mistakes_are_reported_in_the_order_of_the_file():
     with pytest.raises(SceneError) as caught:
         Scene.parse("objects:\n  - mesh: a.stl\n    stifness: 3\n    unit: feet\nseeed: 1\n", "s.yaml")
     lines = [line for line in str(caught.value).splitlines() if line.startswith("s.yaml:")]
@@ -67,25 +67,25 @@ def test_all_mistakes_are_told_in_the_order_of_the_file():
     assert len(caught.value.others) == 2
 
 
-def test_missing_file_lists_its_neighbours(tmp_path):
+def test_error_for_a_missing_file_lists_similar_files(tmp_path):
     (tmp_path / "liver.yaml").write_text(ONE)
     with pytest.raises(SceneError, match=r"livr\.yaml: scene file not found\n  mend: scenes in .*: liver\.yaml"):
         Scene.load(tmp_path / "livr.yaml")
 
 
-@pytest.mark.parametrize(("data", "said"), [(b"\xff\xfe\x00", "not a text file"), (b"", "the scene is empty")])
-def test_file_that_is_no_scene(tmp_path, data, said):
+@pytest.mark.parametrize(("data", "message"), [(b"\xff\xfe\x00", "not a text file"), (b"", "the scene is empty")])
+def test_other_files_are_rejected(tmp_path, data, message):
     (tmp_path / "s.yaml").write_bytes(data)
-    with pytest.raises(SceneError, match=said):
+    with pytest.raises(SceneError, match=message):
         Scene.load(tmp_path / "s.yaml")
 
 
-def test_a_folder_is_no_scene(tmp_path):
+def test_folder_is_rejected(tmp_path):
     with pytest.raises(SceneError, match="scene file cannot be read"):
         Scene.load(tmp_path)
 
 
-def test_unset_variable_is_named(monkeypatch):
+def test_unset_variable_is_reported(monkeypatch):
     monkeypatch.delenv("ORGANS", raising=False)
     scene = Scene.parse("objects:\n  - mesh: ${ORGANS}/a.stl\n", "s.yaml")
     with pytest.raises(SceneError, match=r"s\.yaml:2: variable ORGANS is not set[\s\S]*export ORGANS="):
@@ -167,7 +167,7 @@ def test_any_value_of_a_section_gives_a_scene_or_a_scene_error(section, value):
         Scene.parse(text)
 
 
-def test_more_objects_than_can_be_felt_are_refused():
-    """The proxy method has room for 32: a 33rd would be drawn and never felt."""
+def test_too_many_objects_are_rejected():
+    """The proxy method has room for 32 objects; a 33rd would be drawn but not rendered."""
     with pytest.raises(SceneError, match="32"):
         Scene.parse("objects:\n" + "- {shape: organ, stiffness: 400}\n" * 33)

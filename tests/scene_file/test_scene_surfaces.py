@@ -1,4 +1,4 @@
-"""Objects that are no meshes: in a scene file, felt in a run, drawn, checked, recorded and found again."""
+"""Objects other than meshes in a scene file: rendering, drawing, checks and records."""
 
 import json
 
@@ -28,7 +28,7 @@ def write_ball(path, spacing=0.002):
 
 
 @pytest.mark.parametrize("kind", SOLIDS)
-def test_a_hand_feels_what_the_scene_names(kind):
+def test_objects_of_every_kind_are_rendered(kind):
     rig = build(Scene.parse(f"objects:\n  - {kind}: {SOLIDS[kind]}\n    stiffness: 400\n{HAND}"))
     assert rig.scene.objects[0].name == rig.scene.objects[0].source == kind
     stage = stage_of(rig)
@@ -39,7 +39,7 @@ def test_a_hand_feels_what_the_scene_names(kind):
     assert (np.array(depths)[:300] == 0).all()
 
 
-def test_a_grid_is_read_from_beside_the_scene(tmp_path):
+def test_grid_file_is_found_next_to_the_scene(tmp_path):
     write_ball(tmp_path / "ball.npz")
     (tmp_path / "s.yaml").write_text(f"objects:\n  - sdf: ball.npz\n    stiffness: 400\n{HAND}")
     rig = build(Scene.load(tmp_path / "s.yaml"))
@@ -48,7 +48,7 @@ def test_a_grid_is_read_from_beside_the_scene(tmp_path):
     assert str(tmp_path / "ball.npz") in rig.resolved_yaml(absolute=True)
 
 
-def test_a_grid_coarser_than_the_tool_is_a_warning(tmp_path):
+def test_grid_coarser_than_the_tool_gives_a_warning(tmp_path):
     write_ball(tmp_path / "ball.npz", 0.003)
     (tmp_path / "s.yaml").write_text(f"objects:\n  - sdf: ball.npz\n    stiffness: 400\n{HAND}")
     with pytest.warns(PalpateWarning, match="coarser than the tool's sphere: 3 mm between its nodes, 2 mm radius"):
@@ -56,7 +56,7 @@ def test_a_grid_coarser_than_the_tool_is_a_warning(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "error", "said"),
+    ("text", "error", "message"),
     [
         ("objects: [{sphere: {radius: 0.01}, box: {size: [1, 1, 1]}}]", SceneError, "sphere and box are given"),
         ("objects: [{sphere: {radius: -1}}]", SceneError, r"objects\[0\].sphere.radius must be greater than 0"),
@@ -67,23 +67,23 @@ def test_a_grid_coarser_than_the_tool_is_a_warning(tmp_path):
         ("objects: [{sdf: nowhere.npz}]", SurfaceError, "nowhere.npz: grid file not found"),
     ],
 )
-def test_mistakes(text, error, said):
-    with pytest.raises(error, match=said):
+def test_mistakes_are_reported(text, error, message):
+    with pytest.raises(error, match=message):
         build(Scene.parse(text, "s.yaml"))
 
 
-def test_methods_that_need_triangles_say_so():
+def test_methods_that_need_triangles_report_it():
     scene = Scene.parse(f"objects: [{{name: pea, sphere: {{radius: 0.03}}}}]\ncontact: {{method: paper-alg1}}\n{HAND}")
     with pytest.raises(SceneError, match="object 'pea' has no triangles"):
         build(scene)
 
 
-def test_check_tells_about_a_grid(tmp_path, capsys):
+def test_check_reports_a_grid(tmp_path, capsys):
     from palpate.cli import main
 
     write_ball(tmp_path / "ball.npz")
     assert main(["check", str(tmp_path / "ball.npz"), "--json", str(tmp_path / "c.json")]) == 0
-    told = json.loads((tmp_path / "c.json").read_text())["grid"]
-    assert told["nodes"] == [25, 25, 25]
-    assert told["volume_m3"] == pytest.approx(4 / 3 * np.pi * 0.02**3, rel=0.02)
+    report = json.loads((tmp_path / "c.json").read_text())["grid"]
+    assert report["nodes"] == [25, 25, 25]
+    assert report["volume_m3"] == pytest.approx(4 / 3 * np.pi * 0.02**3, rel=0.02)
     assert "25 x 25 x 25" in capsys.readouterr().out

@@ -1,4 +1,4 @@
-"""Regions, motion and the whole tool, from the scene file to the core and to what is drawn."""
+"""Regions, motion and tool geometry, from the scene file to the core and to the drawing."""
 
 import numpy as np
 import pytest
@@ -16,20 +16,20 @@ def rig(text):
     return build(Scene.parse(BASE + text, "s.yaml"))
 
 
-def test_a_region_takes_from_its_object_what_it_does_not_say():
-    thing = rig("    regions: [{at: [0, 0, 0.02], radius: 0.005, stiffness: 900}]\n").snapshot.objects[0]
-    inside, outside = thing.feel(np.array([0, 0, 0.021]))[0], thing.feel(np.zeros(3))[0]
+def test_region_inherits_missing_values_from_its_object():
+    obj = rig("    regions: [{at: [0, 0, 0.02], radius: 0.005, stiffness: 900}]\n").snapshot.objects[0]
+    inside, outside = obj.feel(np.array([0, 0, 0.021]))[0], obj.feel(np.zeros(3))[0]
     assert (inside.K[0], inside.mu, outside.K[0]) == (900, 0.1, 300)
 
 
-def test_a_box_region_keeps_its_lengths_with_round_edges():
+def test_box_region_keeps_its_lengths_with_round_edges():
     box = "{at: [0, 0, 0], box: [0.02, 0.02, 0.02], radius: 0.004, blend: 0.001, stiffness: 900}"
-    thing = rig(f"    regions: [{box}]\n").snapshot.objects[0]
+    obj = rig(f"    regions: [{box}]\n").snapshot.objects[0]
     for p, K in (([0.0099, 0, 0], 900), ([0, 0.0111, 0], 300), ([0.0082, 0.0082, 0.0082], 900), ([0.01] * 3, 300)):
-        assert thing.feel(np.array(p))[0].K[0] == K, p
+        assert obj.feel(np.array(p))[0].K[0] == K, p
 
 
-def test_motions_add_up_about_the_middle_of_the_object():
+def test_motions_add_up_about_the_centre_of_the_object():
     one = rig("    motion: {amplitude: [0, 0, 0.004], period: 4}\n").snapshot.objects[0]
     np.testing.assert_allclose(one.pose(1.0)[:3, 3], [0, 0, 0.004], atol=1e-15)
     made = rig(
@@ -40,8 +40,8 @@ def test_motions_add_up_about_the_middle_of_the_object():
     np.testing.assert_allclose(two.pose(1.0)[:3, 0], [0, 1, 0], atol=1e-12)
 
 
-def test_the_whole_tool_rides_on_the_links_of_the_follower():
-    """Jaws and wrist where their links are, the shaft on the line through the remote centre."""
+def test_tool_spheres_follow_the_links_of_the_follower():
+    """Spheres of jaws and wrist are at their links, those of the shaft on the line through the remote centre."""
     made = rig("contact: {whole_tool: true}\n")
     assert [s.name for s in made.spheres[:4]] == ["jaw_1", "jaw_2", "wrist", "shaft 1"]
     assert len(made.spheres) == 15
@@ -49,17 +49,17 @@ def test_the_whole_tool_rides_on_the_links_of_the_follower():
     links = arm.link_poses(q, jaw)
     for sphere in made.spheres:
         on = sphere.name.split()[0]
-        place = next(s["at"] for s in arm.spheres if s["link"] == on)
+        p_link = next(s["at"] for s in arm.spheres if s["link"] == on)
         if on.startswith("jaw") or sphere.name.endswith(" 1") or on == "wrist":
             p = sphere.centre(arm.fk(q), np.eye(4), links, jaw)
-            np.testing.assert_allclose(p, (links[on] @ [*place, 1.0])[:3], atol=1e-15)
+            np.testing.assert_allclose(p, (links[on] @ [*p_link, 1.0])[:3], atol=1e-15)
     shaft = [s.centre(arm.fk(q), np.eye(4), links, jaw) for s in made.spheres if s.name.startswith("shaft")]
     away = np.cross(shaft, shaft[0] / np.linalg.norm(shaft[0]))
-    np.testing.assert_allclose(away, 0, atol=1e-12)  # on the line through the remote centre, B's origin
+    np.testing.assert_allclose(away, 0, atol=1e-12)  # on the line through the remote centre, the origin of B
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("contact: {spheres: [{link: elbow, radius: 0.01}]}\n", "there is no link 'elbow'"),
         ("contact: {whole_tool: true, spheres: [{radius: 0.01}]}\n", "16 spheres in addition to the one on the tip"),
@@ -71,18 +71,18 @@ def test_the_whole_tool_rides_on_the_links_of_the_follower():
         ("    regions: [{at: [0, 0, 0], radius: 0.01, friction: 1, static_friction: 0}]\n", "less than friction 1"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_is_told(text, said):
-    with pytest.raises(SceneError, match=said):
+def test_invalid_tissue_is_reported(text, message):
+    with pytest.raises(SceneError, match=message):
         rig(text)
 
 
-def test_a_region_beside_its_object_is_a_warning():
+def test_region_outside_its_object_gives_a_warning():
     with pytest.warns(PalpateWarning, match=r"region 'region' lies .* mm outside of .*: never felt"):
         rig("    regions: [{at: [0, 0, 37.5], radius: 0.006}]\n")
 
 
-def test_a_run_tells_its_touches_one_by_one():
-    """The whole tool on a breathing organ: which sphere, which object, how hard, and where on the moved surface."""
+def test_run_reports_each_contact():
+    """All spheres on a breathing organ: sphere, object, force and position on the moved surface of each contact."""
     session = Session(Scene.load("scenes/breathing.yaml"))
     ticks, again = (as_ticks(session.rig.simulation(0).run(3000)) for _ in range(2))
     for signal in SIGNALS.values():
@@ -91,19 +91,19 @@ def test_a_run_tells_its_touches_one_by_one():
     touching = ticks[ticks["contacts"] > 0]
     assert len(touching) > 500
     assert set(np.unique(touching["touch_sphere"][:, 0])) <= set(range(16))
-    assert (np.diff(touching["touch_force"], axis=1) <= 0).all()  # the strongest first, nothing beyond the last
+    assert (np.diff(touching["touch_force"], axis=1) <= 0).all()  # sorted by force, zero after the last
     row = touching[-1]
     n = int(row["contacts"])
     X = session.rig.snapshot.objects[0].pose(float(row["t"]))
     points = (row["p_WC"].reshape(-1, 3)[:n] - X[:3, 3]) @ X[:3, :3]
     distance = session.rig.surfaces[0].body.core.nearest(np.ascontiguousarray(points))[0]
-    assert np.abs(distance).max() < 5e-4  # the surface felt is smooth, the one measured has facets; friction lags
+    assert np.abs(distance).max() < 5e-4  # the rendered surface is smooth, the reference has facets; friction lags
     stage = stage_of(session.rig)
     assert len(stage.touches(row)) == n
     assert "liver" in stage.touches(row)[0]
 
 
-def test_the_viewer_gets_what_moves_and_what_is_tinted():
+def test_viewer_gets_moving_and_coloured_parts():
     stage = stage_of(rig("    regions: [{name: lump, at: [-0.035, -0.01, 0.04], radius: 0.012, stiffness: 900}]\n"))
     (mark,) = stage.objects[0].regions
     assert mark.name == "lump"

@@ -1,4 +1,4 @@
-"""What a scene file says is what the scene holds; what it leaves out comes from the core."""
+"""Values of a scene file are in the scene; missing values are those of the core."""
 
 import json
 from pathlib import Path
@@ -18,9 +18,9 @@ ROOT = Path(__file__).parents[2]
 
 def test_own_stl_in_five_lines():
     scene = Scene.parse("objects:\n  - mesh: my_organ.stl\n    unit: mm\n    stiffness: 500\n    friction: 0.1\n")
-    thing = scene.objects[0]
-    assert (thing.name, thing.mesh, thing.unit, thing.friction) == ("my_organ", "my_organ.stl", "mm", 0.1)
-    assert thing.stiffness == (500.0, 500.0, 500.0)
+    obj = scene.objects[0]
+    assert (obj.name, obj.mesh, obj.unit, obj.friction) == ("my_organ", "my_organ.stl", "mm", 0.1)
+    assert obj.stiffness == (500.0, 500.0, 500.0)
 
 
 def test_defaults_are_those_of_the_core():
@@ -43,7 +43,7 @@ def test_off_needs_no_quotes():
     assert scene.stability.passivity == "off"
 
 
-def test_preset_paper_holds_the_papers_values():
+def test_preset_paper_has_the_values_of_the_paper():
     scene = Scene.parse("preset: paper\nobjects: [{shape: organ}]")
     assert (scene.contact.radius, scene.rates.haptic, scene.torque.mode) == (0.015, 500.0, "paper")
     assert scene.objects[0].stiffness == (400.0,) * 3
@@ -56,7 +56,7 @@ def test_preset_as_shipped_has_slow_haptics_and_no_damping():
     assert scene.objects[0].damping == (0.0,) * 3
 
 
-def test_what_the_file_says_wins_over_its_preset():
+def test_values_of_the_file_take_precedence_over_the_preset():
     scene = Scene.parse("preset: paper\nobjects: [{shape: organ, stiffness: 300}]\nrates: {haptic: 2000}")
     assert (scene.objects[0].stiffness[0], scene.objects[0].damping[0]) == (300.0, 5.0)
     assert (scene.rates.haptic, scene.contact.radius) == (2000.0, 0.015)
@@ -69,17 +69,17 @@ def test_scientific_notation_is_a_number():
 @pytest.mark.parametrize(
     "text", ["objects: [{mesh: a.stl, unit: cm}]", "objects: [{shape: organ}]\npreset: paper\nseed: 5"]
 )
-def test_every_value_survives_writing_and_reading(text):
+def test_every_value_survives_a_round_trip(text):
     scene = Scene.parse(text)
     assert Scene.parse(scene.to_yaml()).model_dump() == scene.model_dump()
 
 
-def test_objects_without_a_name_take_their_files():
+def test_objects_without_a_name_get_that_of_their_file():
     scene = Scene.parse("objects: [{mesh: a/liver.stl}, {mesh: b/liver.stl}, {shape: organ}]")
     assert [o.name for o in scene.objects] == ["liver", "liver-2", "organ"]
 
 
-def test_path_ofs_are_relative_to_the_scene(monkeypatch):
+def test_paths_are_relative_to_the_scene(monkeypatch):
     monkeypatch.setenv("ORGANS", "/organs")
     scene = Scene.parse(
         "objects: [{mesh: a.stl}, {mesh: '${ORGANS}/b.stl'}, {mesh: '${NOWHERE:-../x}/c.stl'}]", "d/s.yaml"
@@ -87,7 +87,7 @@ def test_path_ofs_are_relative_to_the_scene(monkeypatch):
     assert [str(scene.path_of(i)) for i in range(3)] == ["d/a.stl", "/organs/b.stl", "d/../x/c.stl"]
 
 
-def test_values_name_their_line():
+def test_values_know_their_line():
     scene = Scene.parse("seed: 1\nobjects:\n  - shape: organ\n    stiffness: 3\n", "s.yaml")
     assert scene.where("objects", 0, "stiffness") == "s.yaml:4"
     assert scene.where("objects", 0, "damping") == "s.yaml:3"
@@ -101,7 +101,7 @@ def test_scene_cannot_be_changed():
 
 @given(st.tuples(*[st.floats(-180, 180)] * 3))
 def test_pose_is_yaw_pitch_roll(rpy):
-    """Judge: three turns, one after the other, about the fixed axes x, y, z."""
+    """Reference: three successive rotations about the fixed axes x, y, z."""
 
     def turn(axis, degrees):
         c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
@@ -116,7 +116,7 @@ def test_pose_is_yaw_pitch_roll(rpy):
     np.testing.assert_array_equal(X[:3, 3], [1, 2, 3])
 
 
-def test_published_schema_is_in_step():
+def test_published_schema_is_up_to_date():
     published = ROOT / "docs/scene.schema.json"
     assert published.read_text() == schema_text(), "renew it: palpate schema --out docs/scene.schema.json"
 

@@ -1,4 +1,4 @@
-"""The hand feels what the follower's drives feel: estimate and both as sources of the force."""
+"""Force sources `estimate` and `both`: rendering of forces from the follower's drive torques."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ objects: [{box: {size: [0.2, 0.2, 0.06]}, stiffness: 400, damping: 2}]
 operator: {palpate: {force: 2.0, approach: 0.8, press: 0.6, slide: 1.0, leave: 0.6}}
 force: {source: %s}
 """
-pytestmark = pytest.mark.filterwarnings("ignore:.*felt twice")  # the sum of two like forces is what is judged
+pytestmark = pytest.mark.filterwarnings("ignore:.*felt twice")  # these tests use the sum of two equal forces
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +25,7 @@ def ticks():
     return {s: as_ticks(build(Scene.parse(WALL % s)).simulation().run(3000)) for s in ("contact", "estimate", "both")}
 
 
-def test_default_is_the_virtual_contact_and_measures_no_torque(ticks):
+def test_default_source_is_the_virtual_contact(ticks):
     t = ticks["contact"]
     assert not t["tau_follower"].any()
     assert not t["F_estimate_W"].any()
@@ -33,48 +33,48 @@ def test_default_is_the_virtual_contact_and_measures_no_torque(ticks):
     assert np.linalg.norm(t["F_H_L"], axis=1).max() > 1.0
 
 
-def test_estimated_force_is_the_touch(ticks):
+def test_estimated_force_is_the_contact_force(ticks):
     t = ticks["estimate"]
     touch = np.linalg.norm(t["F_touch_W"], axis=1)
-    assert touch.max() > 1.0, "the follower meets the wall"
+    assert touch.max() > 1.0, "control: the follower touches the wall"
     pressed = touch > 0.5 * touch.max()
     error = np.linalg.norm(t["F_estimate_W"] - t["F_touch_W"], axis=1)
     assert np.median(error[pressed]) < 0.25 * touch.max()
     assert t["tau_follower"][:, 2].any()
 
 
-def test_the_hand_is_given_the_estimate_within_the_limits(ticks):
-    for source, wanted in (
+def test_estimate_reaches_the_hand_within_the_limits(ticks):
+    for source, force_of in (
         ("estimate", lambda t: t["F_estimate_W"]),
         ("both", lambda t: t["F_estimate_W"] + t["F_T_W"]),
     ):
         t = ticks[source]
-        free = (t["status"].astype(int) & 0x203F) == 0  # neither limiter nor drives nor passivity have cut
+        free = (t["status"].astype(int) & 0x203F) == 0  # without limiter, drive saturation and passivity
         assert free.sum() > 100
-        given, asked = np.linalg.norm(t["F_H_L"], axis=1), np.linalg.norm(wanted(t), axis=1)
-        np.testing.assert_allclose(given[free], asked[free], atol=1e-9)
+        given, requested = np.linalg.norm(t["F_H_L"], axis=1), np.linalg.norm(force_of(t), axis=1)
+        np.testing.assert_allclose(given[free], requested[free], atol=1e-9)
         steps = np.linalg.norm(np.diff(t["F_H_L"], axis=0), axis=1)
         assert steps.max() < 1.0, "the rate cap holds"
 
 
-def test_law_and_its_energy_stay_out_of_an_estimate(ticks):
+def test_estimate_excludes_the_contact_law_and_its_energy(ticks):
     assert ticks["estimate"]["energy_spring"].max() == 0.0
     assert ticks["both"]["energy_spring"].max() > 0.0
 
 
 def test_the_same_scene_and_seed_give_the_same_rows():
     rows = [build(Scene.parse(WALL % "estimate")).simulation().run(400) for _ in range(2)]
-    kept = slice(0, -2)  # without the clock's
+    kept = slice(0, -2)  # without the clock columns
     np.testing.assert_array_equal(rows[0][:, kept], rows[1][:, kept])
 
 
-def test_ideal_joints_have_nothing_to_tell():
+def test_ideal_joints_cannot_estimate_forces():
     scene = Scene.parse(WALL % "estimate" + "arms: {follower: {bandwidth: 0}}\n")
     with pytest.raises(SceneError, match="ideal joints have no torque"):
         build(scene).simulation()
 
 
-def test_an_object_that_nobody_feels_is_refused_and_one_felt_twice_is_told():
+def test_unrendered_object_is_rejected_and_twice_rendered_one_reported():
     text = "objects: [{name: wall, plane: {}, presence: %s}]\nforce: {source: %s}\n"
     for presence, source in (("real", "contact"), ("virtual", "estimate")):
         with pytest.raises(SceneError, match=f"'wall' is {presence} only and force.source is '{source}'"):
@@ -83,8 +83,8 @@ def test_an_object_that_nobody_feels_is_refused_and_one_felt_twice_is_told():
         build(Scene.parse(text % ("both", "both")))
 
 
-def test_dynamics_of_a_scene_are_read_or_refused(tmp_path):
-    """A follower believed to be heavier than it is feels its own weight; files that do not fit are told."""
+def test_dynamics_file_of_a_scene_is_used_or_rejected(tmp_path):
+    """With a model that is too heavy the estimate contains the weight; files that do not fit are reported."""
     arm = Arm.psm()
     drives = arm.follower_options().drives
     known = {"coulomb": drives.coulomb, "viscous": drives.viscous, "rotor": drives.rotor_inertia}
@@ -101,8 +101,8 @@ def test_dynamics_of_a_scene_are_read_or_refused(tmp_path):
     q = t["q_follower"][-1][:6]
     W, J = np.diag(arm.tau_max**-2.0), arm.jacobian(q)[:3]
     F = np.linalg.solve(J @ W @ J.T + 1e-6 * np.eye(3), J @ W @ (0.3 * arm.gravity(q)))
-    told = rig.arms.X_WB[:3, :3].T @ t["F_estimate_W"][-1]
-    assert told[2] == pytest.approx(F[2], abs=drives.coulomb[2])  # a slow joint hides its dry friction
+    estimate = rig.arms.X_WB[:3, :3].T @ t["F_estimate_W"][-1]
+    assert estimate[2] == pytest.approx(F[2], abs=drives.coulomb[2])  # tolerance for the dry friction of a slow joint
     for content, why in (("{", "not valid YAML"), ("a: 1", "not a dynamics model"), (None, "cannot be read")):
         if content is None:
             (tmp_path / "psm.yaml").unlink()

@@ -1,4 +1,4 @@
-"""A session: what it runs, what it keeps, how it ends."""
+"""Sessions: runs, records and their end."""
 
 import signal
 import subprocess
@@ -26,27 +26,27 @@ def scene(more: str = "") -> Scene:
     return Scene.parse(SOFT + more)
 
 
-def test_a_run_approaches_presses_slides_and_leaves():
+def test_run_approaches_presses_slides_and_retracts():
     session = palpate.Session(scene())
     phases = []
     summary = session.run(2.6, on_progress=lambda s: phases.append((s.phase, s.force)))
     assert list(dict.fromkeys(phase for phase, _ in phases)) == ["approach", "press", "slide", "leave"]
     assert phases[0][1] == 0.0
     assert phases[-1][1] == 0.0
-    # The hand aims so that the palpation force results; friction of the arm and a moving hand leave a margin.
+    # The hand's path gives the palpation force; friction of the arm and motion need a tolerance.
     assert summary.peak_force_N == pytest.approx(1.5, rel=0.5)
     assert 0.5 < summary.contact_s < 2.6
     assert summary.faults == ()
     assert summary.record is None
 
 
-def test_two_sessions_of_one_scene_are_equal_tick_by_tick(tmp_path):
+def test_two_sessions_of_one_scene_have_equal_ticks(tmp_path):
     sums = [palpate.Session(scene(), out=tmp_path / str(i)).run(0.5).record_sha256 for i in range(2)]
     assert sums[0] is not None
     assert sums[0] == sums[1]
 
 
-def test_steps_are_the_same_as_a_run():
+def test_steps_equal_a_run():
     one, many = palpate.Session(scene()), palpate.Session(scene())
     one.run(0.05)
     for _ in range(10):
@@ -67,13 +67,13 @@ def test_steps_and_runs_share_a_record_until_it_is_closed(tmp_path):
     assert b["t"][0] == pytest.approx(a["t"][-1] + 0.001)
 
 
-def test_a_context_closes_the_record(tmp_path):
+def test_context_manager_closes_the_record(tmp_path):
     with palpate.Session(scene(), out=tmp_path) as session:
         session.step(10)
     assert Record.open(session.record).complete
 
 
-def test_record_holds_the_resolved_scene(tmp_path):
+def test_record_contains_the_resolved_scene(tmp_path):
     session = palpate.Session(scene(), out=tmp_path)
     summary = session.run(0.05)
     again = palpate.Session(Scene.parse(Record.open(summary.record).scene))
@@ -83,14 +83,14 @@ def test_record_holds_the_resolved_scene(tmp_path):
     np.testing.assert_allclose(again.rig.arms.q_follower0, session.rig.arms.q_follower0, atol=1e-5)
 
 
-def test_another_seed_gives_another_tremor():
+def test_other_seed_gives_another_tremor():
     trembling = Scene.parse(SOFT.replace("operator: {", "operator: {tremor: 0.0005, "))
     one, same, other = (palpate.Session(trembling, seed=seed).step(300).tick["p_hand_L"] for seed in (1, 1, 2))
     np.testing.assert_array_equal(one, same)
     assert np.linalg.norm(one - other) > 1e-5
 
 
-def test_real_time_keeps_pace_and_every_tick(tmp_path):
+def test_real_time_session_keeps_every_tick(tmp_path):
     session = palpate.Session(scene(), out=tmp_path)
     begin = time.monotonic()
     summary = session.run(1.0, realtime=True)
@@ -100,7 +100,7 @@ def test_real_time_keeps_pace_and_every_tick(tmp_path):
     ticks = Record.open(summary.record).ticks
     assert len(ticks) == summary.ticks
     periods = np.rint(np.diff(ticks["t"]) / 0.001)
-    assert periods.min() == 1  # a missed deadline shows as a gap, and is counted
+    assert periods.min() == 1  # a missed deadline is a gap, and is counted
     assert (periods - 1).sum() <= summary.missed_ticks
 
 
@@ -117,7 +117,7 @@ def test_start_and_stop_for_viewers():
     assert session.close().ticks > 50
 
 
-def test_one_driver_at_a_time():
+def test_session_has_one_driver_at_a_time():
     session = palpate.Session(scene())
     session.start()
     for drive in (session.run, session.step):
@@ -137,7 +137,7 @@ def test_ctrl_c_ends_a_run_between_two_batches(tmp_path, realtime):
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
-def test_runs_in_any_thread():
+def test_session_runs_in_any_thread():
     session = palpate.Session(scene())
     with ThreadPoolExecutor(1) as pool:
         assert pool.submit(session.run, 0.05).result().ticks == 50
@@ -154,13 +154,13 @@ def test_controls_reach_the_loop():
     np.testing.assert_allclose(after, before, atol=1e-4)
 
 
-def test_unwritable_folder_is_refused_before_anything_runs(tmp_path):
+def test_unwritable_folder_is_rejected_before_the_run(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="records cannot be written into this folder"):
         palpate.Session(scene(), out=tmp_path / "file" / "runs")
 
 
-def test_names_of_the_package_are_lazy_and_typos_are_told():
+def test_package_names_are_lazy_and_unknown_names_reported():
     with pytest.raises(
         AttributeError,
         match=r"has no attribute 'Sesion'. Available: Arm, Device, Fixture, Mesh, Scene, Session, Variation, certify",
@@ -169,20 +169,20 @@ def test_names_of_the_package_are_lazy_and_typos_are_told():
 
 
 @pytest.mark.parametrize("more", ["preset: paper\n", "rates: {haptic: 4000}\n", "arms: {leader: {model: mtm_left}}\n"])
-def test_other_set_ups_feel_the_organ(more):
+def test_other_set_ups_render_the_organ(more):
     summary = palpate.Session(scene(more)).run(1.6)
     assert summary.peak_force_N > 0.3
     assert summary.contact_s > 0.3
     assert summary.faults == ()
 
 
-def test_way_points_take_the_tool_there():
+def test_waypoints_move_the_tool():
     start = palpate.Session(scene()).rig.path.positions_W[0]
     goal = start + np.array([0.01, 0.0, 0.02])
     path = f"[{{t: 0, xyz: {start.tolist()}}}, {{t: 1, xyz: {goal.tolist()}}}]"
     session = palpate.Session(Scene.parse(f"objects: [{{shape: organ, triangles: 3000}}]\noperator: {{path: {path}}}"))
     session.run(2.0)
-    # Friction of the master keeps the hand a little short; the mapping scales that down.
+    # Friction of the master leaves a deviation of the hand, which the mapping scales down.
     np.testing.assert_allclose(session.state.tick["p_WT"], goal, atol=0.002)
 
 
@@ -194,7 +194,7 @@ RUN_ONE = "import palpate, sys; print(palpate.Session(palpate.Scene.load(sys.arg
 
 
 def meshed(folder):
-    """A scene with a mesh file of its own in a folder of its own."""
+    """A scene with its own mesh file in a new folder."""
     folder.mkdir()
     vertices, triangles = palpate.shapes.organ(3000)
     lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
@@ -204,8 +204,8 @@ def meshed(folder):
     return folder / "soft.yaml"
 
 
-def test_two_processes_in_two_places_give_the_same_bytes(tmp_path):
-    """The record depends on scene and seed alone: not on the process, nor on where scene, mesh and record lie."""
+def test_two_processes_in_two_folders_give_the_same_bytes(tmp_path):
+    """The record depends only on scene and seed, not on the process or the folders of scene, mesh and record."""
     sums = []
     for name in ("one", "another-place"):
         path = meshed(tmp_path / name)
@@ -218,20 +218,20 @@ def test_two_processes_in_two_places_give_the_same_bytes(tmp_path):
     assert sums[0] == sums[1]
 
 
-def test_a_record_finds_its_meshes_again(tmp_path):
+def test_record_finds_its_meshes(tmp_path):
     path = meshed(tmp_path / "here")
     record = Path(palpate.Session(Scene.load(path), out=tmp_path / "o").run(0.3).record)
     assert str(tmp_path) not in Record.open(record).scene
     found = recorded_scene(Record.open(record)).path_of(0)
     assert found.samefile(path.with_name("soft.obj"))
-    palpate.Session(Scene.load(record.with_name("scene.yaml"))).step()  # it runs again as it is
-    moved = record.parent / "soft.obj"  # the run's folder went to another machine, the mesh with it
+    palpate.Session(Scene.load(record.with_name("scene.yaml"))).step()  # the recorded scene runs unchanged
+    moved = record.parent / "soft.obj"  # the run's folder was moved together with the mesh
     path.with_name("soft.obj").rename(moved)
     assert recorded_scene(Record.open(record)).path_of(0).samefile(moved)
 
 
 @pytest.mark.parametrize("realtime", [False, True])
-def test_an_exception_from_outside_leaves_a_whole_record_and_zero_force(tmp_path, realtime):
+def test_exception_of_a_callback_leaves_a_complete_record_and_zero_force(tmp_path, realtime):
     session = palpate.Session(scene(), out=tmp_path)
 
     def fail(_):
@@ -255,8 +255,8 @@ time.sleep(1.0)
 """
 
 
-def test_a_session_left_running_when_python_ends_stops_by_itself(tmp_path):
-    """Nobody calls stop(): before the process ends the force is zero, and gravity was kept."""
+def test_running_session_stops_at_the_end_of_python(tmp_path):
+    """Without a call of stop() the force is zero before the process ends, with gravity compensation."""
     path = meshed(tmp_path / "left")
     done = subprocess.run([sys.executable, "-c", AT_EXIT, path], capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr

@@ -1,4 +1,4 @@
-"""A session in real time runs any loop that keeps the protocol; it has no lockstep run."""
+"""A real-time session runs any loop with the interface of `Loop`, but not in lockstep."""
 
 import time
 
@@ -12,7 +12,7 @@ from palpate.session import LiveSession
 
 
 class Metronome:
-    """A loop without a simulation: each drain brings ten ticks while it runs."""
+    """A loop without a simulation, which returns ten ticks at each drain while it runs."""
 
     def __init__(self):
         self.controls, self.dropped, self.running, self.t = _core.Controls(), 0, False, 0.0
@@ -40,7 +40,7 @@ class Metronome:
         return {"missed_ticks": 0}
 
     def set_snapshot(self, snapshot):
-        raise AssertionError("nobody changed the scene")
+        raise AssertionError("unexpected change of the scene")
 
     def set_fixtures(self, fixtures):
         self.fixtures = fixtures
@@ -55,7 +55,7 @@ def session(tmp_path):
     return LiveSession(rig, Metronome(), rate=1000.0, seed=1, out=tmp_path)
 
 
-def test_a_loop_is_started_drained_recorded_and_stopped(session):
+def test_loop_is_started_drained_recorded_and_stopped(session):
     session.start()
     assert session.running
     deadline = time.monotonic() + 20.0
@@ -77,6 +77,6 @@ def test_controls_and_fixtures_reach_the_loop(session):
     assert session._loop.fixtures is not None
 
 
-def test_what_is_no_simulation_has_no_lockstep(session):
+def test_loop_without_simulation_has_no_lockstep(session):
     assert not hasattr(session, "run")
     assert not hasattr(session, "step")

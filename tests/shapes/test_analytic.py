@@ -1,4 +1,4 @@
-"""Closed-form shapes judge themselves: gradients by differences, tessellations that converge, ways at their offset."""
+"""Closed-form shapes: gradients against differences, convergence of tessellations, offsets of tool paths."""
 
 import numpy as np
 import pytest
@@ -35,7 +35,7 @@ def test_tessellation_lies_on_the_surface_and_faces_out(name, n):
 
 @pytest.mark.parametrize("name", ["sphere", "torus", "box", "wavy"])
 @pytest.mark.parametrize(("offset", "speed"), [(-2e-3, 0.05), (1e-3, 0.05), (-2e-3, 0.2)])
-def test_tool_path_slides_at_its_depth_and_speed(name, offset, speed):
+def test_tool_path_has_its_depth_and_speed(name, offset, speed):
     shape = SHAPES[name]
     path = tool_path(shape, offset, speed, 2e-3)
     assert path.tips.shape == (20_000, 3)
@@ -47,14 +47,14 @@ def test_tool_path_slides_at_its_depth_and_speed(name, offset, speed):
     assert shape.distance(path.tips[[0, -1]])[0].min() > 0.01
 
 
-def test_a_groove_holds_a_sphere_by_both_walls():
-    """Karush, Kuhn, Tucker: outside both walls, pushed by walls that are touched, by no other, never pulled."""
+def test_groove_pushes_a_sphere_with_both_walls():
+    """Karush-Kuhn-Tucker: the sphere is outside both walls, and only touched walls push it."""
     r, points = 2e-3, np.random.default_rng(2).uniform(-8e-3, 8e-3, (500, 3))
     depth, direction = SHAPES["groove"].held(points, r)
     centre = points + depth[:, None] * direction
     walls = np.array([[-1.0, 0.0, 1.0], [1.0, 0.0, 1.0]]) / 2**0.5
     gap = centre @ walls.T - r
-    push = (depth[:, None] * direction) @ walls.T  # the walls are at a right angle: components are multipliers
+    push = (depth[:, None] * direction) @ walls.T  # the walls are perpendicular, so components are multipliers
     assert gap.min() > -1e-12
     assert push.min() > -1e-12
     assert np.abs(gap * push).max() < 1e-15

@@ -1,4 +1,4 @@
-"""The organ generator: closed, outward, one piece, well shaped, on its own surface, and always the same."""
+"""The organ generator: one closed outward mesh, well-shaped triangles on the surface, reproducible."""
 
 import hashlib
 
@@ -20,7 +20,7 @@ def liver():
 
 
 @pytest.mark.parametrize("make", [organs.organ, organs.gallbladder])
-def test_is_one_closed_outward_piece_without_slivers(make):
+def test_organ_is_one_closed_outward_piece_without_slivers(make):
     mesh = as_trimesh(make())
     assert mesh.is_watertight
     assert mesh.is_winding_consistent
@@ -31,7 +31,7 @@ def test_is_one_closed_outward_piece_without_slivers(make):
     assert mesh.edges_unique_length.max() < 4.0 * np.median(mesh.edges_unique_length)
 
 
-def test_has_the_size_of_a_small_liver_and_sits_around_the_origin(liver):
+def test_organ_has_the_size_of_a_small_liver_around_the_origin(liver):
     mesh = as_trimesh(liver)
     width, height, thickness = mesh.extents
     assert 0.16 < width < 0.20
@@ -41,7 +41,7 @@ def test_has_the_size_of_a_small_liver_and_sits_around_the_origin(liver):
     np.testing.assert_allclose(mesh.bounds.sum(axis=0), 0.0, atol=1e-12)
 
 
-def test_right_lobe_is_the_large_one_and_the_inferior_edge_is_thin(liver):
+def test_right_lobe_is_larger_and_the_inferior_edge_is_thin(liver):
     vertices, _ = liver
     right, left = vertices[vertices[:, 0] < -0.03], vertices[vertices[:, 0] > 0.05]
     assert np.ptp(right[:, 2]) > 1.5 * np.ptp(left[:, 2])
@@ -49,10 +49,10 @@ def test_right_lobe_is_the_large_one_and_the_inferior_edge_is_thin(liver):
     assert np.ptp(low[:, 2]) < 0.3 * np.ptp(vertices[:, 2])
 
 
-@pytest.mark.parametrize("wanted", [2000, 6000, 12_000])
-def test_count_is_met_within_ten_percent_and_the_surface_is_closed(wanted):
-    mesh = as_trimesh(organs.organ(wanted))
-    assert abs(len(mesh.faces) - wanted) < 0.1 * wanted
+@pytest.mark.parametrize("target", [2000, 6000, 12_000])
+def test_triangle_count_is_within_ten_percent_and_the_surface_is_closed(target):
+    mesh = as_trimesh(organs.organ(target))
+    assert abs(len(mesh.faces) - target) < 0.1 * target
     assert mesh.is_watertight
 
 
@@ -63,7 +63,7 @@ def test_splitting_keeps_the_surface():
     assert fine.volume == pytest.approx(coarse.volume, rel=5e-3)
 
 
-def test_same_arguments_same_bytes_and_the_seed_draws_another_relief(liver):
+def test_same_arguments_give_the_same_bytes_and_another_seed_another_relief(liver):
     def digest(shape):
         return hashlib.sha256(shape[0].tobytes() + shape[1].tobytes()).hexdigest()
 
@@ -71,12 +71,12 @@ def test_same_arguments_same_bytes_and_the_seed_draws_another_relief(liver):
     assert digest(organs.organ(seed=1)) != digest(liver)
 
 
-def test_too_few_triangles_say_why():
+def test_too_few_triangles_are_reported():
     with pytest.raises(ValueError, match="triangles = 100: the shape needs at least 2000 to keep its thin edge"):
         organs.organ(100)
 
 
-# The extraction itself, against a sphere in closed form. ------------------------------------------------------------
+# The extraction against a sphere in closed form. ------------------------------------------------------------
 
 BOX = np.array([[-1.3, -1.2, -1.25], [1.2, 1.3, 1.25]])
 
@@ -94,10 +94,10 @@ def test_sphere_vertices_are_on_the_sphere_and_volume_converges():
     error = 4.0 / 3.0 * np.pi - mesh.volume
     finer = trimesh.Trimesh(*refine(ball, vertices, triangles, 0.08), process=False)
     assert finer.is_watertight
-    assert 0.0 < 4.0 / 3.0 * np.pi - finer.volume < 0.3 * error  # second order: a quarter
+    assert 0.0 < 4.0 / 3.0 * np.pi - finer.volume < 0.3 * error  # second order: a quarter of the error
 
 
-def test_solid_that_leaves_the_box_is_refused():
+def test_solid_that_leaves_the_box_is_rejected():
     with pytest.raises(ValueError, match="touches the box"):
         extract(ball, BOX[0], 0.5 * BOX[1], 0.1)
     with pytest.raises(ValueError, match="no point of the grid is inside"):

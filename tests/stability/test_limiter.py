@@ -1,4 +1,4 @@
-"""The last word on the force: a guard is tested with what should pass unchanged and with what must not get through."""
+"""The force limiter: safe forces pass unchanged, and unsafe ones are limited."""
 
 import math
 
@@ -45,7 +45,7 @@ tick = st.fixed_dictionaries(
 
 @settings(max_examples=400, deadline=None)
 @given(ticks=st.lists(tick, max_size=40), dt=st.sampled_from([2.5e-4, 1e-3, 4e-3, 1e-2]))
-def test_whatever_comes_in_what_goes_out_is_safe(ticks, dt):
+def test_output_is_safe_for_any_input(ticks, dt):
     m, last = limiter(dt), np.zeros(3)
     for t in ticks:
         F, _, _ = m.step(**t)
@@ -58,7 +58,7 @@ def test_whatever_comes_in_what_goes_out_is_safe(ticks, dt):
 @settings(max_examples=200, deadline=None)
 @given(forces=st.lists(st.tuples(*[st.floats(-1e3, 1e3)] * 3).map(np.array), min_size=1, max_size=60))
 def test_trusted_forces_are_safe_too(forces):
-    """The same with good states only, so that the limits themselves are at work."""
+    """The same with valid states only, so that the limits act."""
     m, last = limiter(), np.zeros(3)
     for F_in in forces:
         F, cut, _ = m.step(F_in)
@@ -68,7 +68,7 @@ def test_trusted_forces_are_safe_too(forces):
         last = F
 
 
-def test_inside_the_limits_nothing_changes():
+def test_forces_within_the_limits_are_unchanged():
     m = limiter()
     for k in range(2000):
         F_in = 2.9 * np.sin(0.01 * k) * np.array([0.6, 0.0, 0.8])  # at most 29 N/s
@@ -78,17 +78,17 @@ def test_inside_the_limits_nothing_changes():
         assert not cut.any()
 
 
-def test_the_cap_keeps_the_direction():
+def test_cap_keeps_the_direction():
     m = limiter()
-    wanted = np.array([3.0, -6.0, 9.0])
+    requested = np.array([3.0, -6.0, 9.0])
     for _ in range(200):
-        F, _, status = m.step(wanted)
+        F, _, status = m.step(requested)
     assert np.linalg.norm(F) == pytest.approx(CAP, rel=1e-9)
-    np.testing.assert_allclose(np.cross(F, wanted), 0, atol=1e-9)
+    np.testing.assert_allclose(np.cross(F, requested), 0, atol=1e-9)
     assert status == FORCE_CAPPED
 
 
-def test_a_step_becomes_a_ramp_at_the_rate_cap():
+def test_step_becomes_a_ramp_at_the_rate_cap():
     m = limiter()
     norms = [np.linalg.norm(m.step(np.array([0, 2.0, 0]))[0]) for _ in range(60)]
     np.testing.assert_allclose(norms, np.minimum(0.05 * np.arange(1, 61), 2.0), rtol=1e-9)
@@ -107,29 +107,29 @@ def test_a_step_becomes_a_ramp_at_the_rate_cap():
         ({"F_H_L": np.array([0, math.nan, 1.0])}, NOT_FINITE),
     ],
 )
-def test_the_watchdog_ramps_to_zero_and_recovers_by_the_same_ramp(fault, bit):
-    m, good = limiter(), np.array([0.0, 0.0, 2.0])
+def test_watchdog_ramps_to_zero_and_recovers_by_the_same_ramp(fault, bit):
+    m, valid = limiter(), np.array([0.0, 0.0, 2.0])
     for _ in range(100):
-        F, _, _ = m.step(good)
-    np.testing.assert_array_equal(F, good)
+        F, _, _ = m.step(valid)
+    np.testing.assert_array_equal(F, valid)
     down = []
     for _ in range(60):
-        F, _, status = m.step(**({"F_H_L": good} | fault))
+        F, _, status = m.step(**({"F_H_L": valid} | fault))
         down.append(np.linalg.norm(F))
         assert status & ~RATE_CAPPED == bit
     np.testing.assert_allclose(down, np.maximum(2.0 - 0.05 * np.arange(1, 61), 0.0), atol=1e-9)
-    assert down[-1] == 0.0  # exactly
-    up = [np.linalg.norm(m.step(good)[0]) for _ in range(60)]
+    assert down[-1] == 0.0  # exactly zero
+    up = [np.linalg.norm(m.step(valid)[0]) for _ in range(60)]
     np.testing.assert_allclose(up, np.minimum(0.05 * np.arange(1, 61), 2.0), atol=1e-9)
 
 
-def test_states_just_young_enough_are_trusted():
+def test_states_at_the_age_limit_are_accepted():
     assert limiter().step(np.array([0.01, 0, 0]), t=1.0, t_leader=0.9701, t_follower=0.9701)[2] == 0
 
 
 @pytest.mark.parametrize(
     ("name", "value"), [("force_cap", -1.0), ("force_cap", math.inf), ("rate_cap", 0.0), ("stale_after", math.nan)]
 )
-def test_options_that_cannot_be_are_named(name, value):
+def test_invalid_options_are_reported(name, value):
     with pytest.raises(ValueError, match=f"stability.{name}"):
         limiter(**{name: value})

@@ -1,4 +1,4 @@
-"""The passivity layer: the port's true energy, counted beside it, is never below what is allowed, whatever comes in."""
+"""The passivity layer: the true energy of the port is never below the allowance, for any input."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ def options(**changes):
     return o
 
 
-def drive(o, x, wanted, delay=0, drive_share=1.0):
-    """(force commanded, true port energy) of a stage along a motion x (n,) given in advance; delay in whole periods."""
+def drive(o, x, requested, delay=0, drive_share=1.0):
+    """(commanded force, true port energy) of a stage along a motion x (n,) [m]; `delay` in whole periods."""
     stage = _core.Stability(o, DT)
     v = np.diff(x, prepend=x[0]) / DT
     F = np.zeros(len(x))
     for k in range(len(x)):
-        out = stage.step([wanted[k], 0, 0], np.array([x[k], 0, 0]), np.array([v[k], 0, 0]))
+        out = stage.step([requested[k], 0, 0], np.array([x[k], 0, 0]), np.array([v[k], 0, 0]))
         F[k] = drive_share * out.F_H_L[0]
         stage.rendered([F[k], 0, 0])
     acting = np.concatenate([np.zeros(delay), F[: len(F) - delay]])
@@ -36,7 +36,7 @@ def drive(o, x, wanted, delay=0, drive_share=1.0):
 
 
 def smooth_motion(accelerations, scale=A):
-    """Positions of a handle whose acceleration is constant over each period and below the bound."""
+    """Positions of a handle [m] with a constant acceleration below the bound in each period."""
     return np.cumsum(np.cumsum(scale * np.repeat(accelerations, 25)) * DT) * DT
 
 
@@ -46,67 +46,67 @@ motions = st.lists(st.floats(-0.9, 0.9), min_size=4, max_size=40).map(smooth_mot
 @settings(max_examples=150, deadline=None)
 @given(x=motions, forces=st.lists(st.floats(-20, 20), min_size=3, max_size=20), delay=st.integers(0, 30),
        mode=st.sampled_from(["observer", "tank"]))  # fmt: skip
-def test_no_force_and_no_motion_make_energy(x, forces, delay, mode):
-    """Any wanted force, a motion within the acceleration told, any whole delay that is told."""
-    wanted = np.resize(np.repeat(forces, 17), len(x))
+def test_no_force_and_no_motion_generate_energy(x, forces, delay, mode):
+    """For any requested force, motions within the stated acceleration, and any stated delay of whole periods."""
+    requested = np.resize(np.repeat(forces, 17), len(x))
     o = options(passivity=mode, delay=delay * DT, rate_cap=200.0)
-    _, energy = drive(o, x, wanted, delay)
+    _, energy = drive(o, x, requested, delay)
     assert energy.min() >= -ALLOWANCE - 1e-9
 
 
 @settings(max_examples=60, deadline=None)
 @given(x=motions, K=st.floats(50, 5000), delay=st.integers(0, 50), share=st.floats(0.2, 1.0))
-def test_a_wall_makes_none_even_when_motors_are_weak(x, K, delay, share):
+def test_wall_generates_no_energy_with_weak_motors(x, K, delay, share):
     _, energy = drive(options(delay=delay * DT), x, -K * np.maximum(x, 0.0), delay, share)
     assert energy.min() >= -ALLOWANCE - 1e-9
 
 
 @settings(max_examples=60, deadline=None)
 @given(x=motions, K=st.floats(50, 5000))
-def test_never_a_step_above_the_rate_cap(x, K):
+def test_force_never_exceeds_the_rate_cap(x, K):
     F, _ = drive(options(), x, -K * np.maximum(x, 0.0))
     assert np.abs(np.diff(F, prepend=0.0)).max() <= 50.0 * DT * (1 + 1e-9)
     assert np.abs(F).max() <= 3.0
 
 
 def press(depth, seconds, n=1):
-    """Half waves into a wall and out of it."""
+    """Positions of n half waves into a wall and back [m]."""
     t = np.arange(0, n * seconds, DT)
     return depth * np.abs(np.sin(np.pi * t / seconds))
 
 
-def test_without_the_layer_a_delayed_wall_makes_energy_and_with_it_none():
+def test_delayed_wall_generates_energy_only_without_the_layer():
     x = press(0.006, 0.5, 8)
-    wanted = -400.0 * np.maximum(x, 0)
+    requested = -400.0 * np.maximum(x, 0)
     delay = 10
-    off, made = drive(options(passivity="off"), x, wanted, delay)
-    _, kept = drive(options(delay=0.010), x, wanted, delay)
-    # K v tau dx in and the same out of every press, where neither cap was in the way: Gil, Sanchez et al. 2009
+    off, made = drive(options(passivity="off"), x, requested, delay)
+    _, kept = drive(options(delay=0.010), x, requested, delay)
+    # K v tau dx into and out of every press while no cap acts: Gil, Sanchez et al. 2009
     assert made[-1] == pytest.approx(-400.0 * 0.010 * np.sum(np.diff(x) ** 2) / DT, rel=0.05)
     assert kept.min() >= -ALLOWANCE - 1e-9
     assert np.abs(off).max() > 2.0
 
 
-def test_a_slow_spring_passes_untouched():
+def test_slow_spring_is_unchanged():
     x = press(0.005, 2.0, 3)
-    wanted = -400.0 * x
-    F, _ = drive(options(), x, wanted)
-    np.testing.assert_allclose(F, wanted, atol=1e-12)
+    requested = -400.0 * x
+    F, _ = drive(options(), x, requested)
+    np.testing.assert_allclose(F, requested, atol=1e-12)
 
 
-def test_what_is_withheld_is_told():
+def test_withheld_force_is_reported():
     stage = _core.Stability(options(allowance=0.0), DT)
     zero = np.zeros(3)
-    out = stage.step([-1.0, 0, 0], zero, np.array([-0.1, 0, 0]))  # the hand is on its way out, nothing was put in
+    out = stage.step([-1.0, 0, 0], zero, np.array([-0.1, 0, 0]))  # the hand moves outwards and has put in no energy
     assert out.status & PASSIVITY
     assert out.F_H_L[0] == pytest.approx(0.0, abs=1e-3)
     assert out.F_passivity[0] + out.F_capped[0] == pytest.approx(-1.0)
     assert out.lag[2] == pytest.approx(abs(out.F_passivity[0]) / 50.0)
 
 
-def test_a_tank_forgets_and_an_observer_does_not():
+def test_tank_discards_excess_energy_but_the_observer_does_not():
     x = np.concatenate([press(0.005, 1.0), np.zeros(100)])
-    held = np.where(np.arange(len(x)) < 500, -2.0, 0.0)  # pushes back on the way in only: 10 mJ stay
+    held = np.where(np.arange(len(x)) < 500, -2.0, 0.0)  # force only during the motion inwards: 10 mJ are left
     for mode, capacity, expected in (("tank", 0.004, 0.004), ("observer", 0.004, 0.01 + ALLOWANCE)):
         stage = _core.Stability(options(passivity=mode, tank_capacity=capacity, rate_cap=1e4), DT)
         levels = []
@@ -119,25 +119,25 @@ def test_a_tank_forgets_and_an_observer_does_not():
             assert max(levels) <= capacity
 
 
-def test_off_is_off():
+def test_mode_off_changes_nothing():
     x = press(0.006, 0.2, 4)
-    wanted = -3000.0 * x
-    F, _ = drive(options(passivity="off"), x, wanted)
+    requested = -3000.0 * x
+    F, _ = drive(options(passivity="off"), x, requested)
     limiter = _core.Limiter(options(), DT)
-    np.testing.assert_array_equal(F, [limiter.step([w, 0, 0])[0][0] for w in wanted])
+    np.testing.assert_array_equal(F, [limiter.step([w, 0, 0])[0][0] for w in requested])
 
 
-@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1e308])
-def test_no_number_poisons_the_filters(bad):
+@pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf, 1e308])
+def test_invalid_numbers_do_not_corrupt_the_filters(number):
     o = options(low_pass=20.0, coupling_stiffness=500.0, coupling_damping=3.0)
     stage = _core.Stability(o, DT)
     for k in range(60):
-        F = [bad if k == 20 else -1.0, 0, 0]
+        F = [number if k == 20 else -1.0, 0, 0]
         out = stage.step(F, np.array([1e-4 * k, 0, 0]), np.array([0.1, 0, 0]), stiffness=300.0)
         stage.rendered(out.F_H_L)
         assert np.isfinite(out.F_H_L).all()
         assert np.isfinite(out.lag).all()
-    assert -0.63 < out.F_H_L[0] < -0.3  # 500 of 800 of it, filters on their way
+    assert -0.63 < out.F_H_L[0] < -0.3  # 500 of 800 N/m, and the filters have not settled
 
 
 def numeric(F, u, a, begin, end, rate=0.0):
@@ -147,7 +147,7 @@ def numeric(F, u, a, begin, end, rate=0.0):
 
 @given(F=st.floats(0, 10), u=st.floats(-2, 2), a=st.floats(0.1, 100), begin=st.floats(0, 0.1), span=st.floats(0, 0.1))
 @settings(max_examples=50, deadline=None)
-def test_costs_are_the_integrals_they_say(F, u, a, begin, span):
+def test_costs_equal_their_integrals(F, u, a, begin, span):
     held = _core.held_cost(F, u, a, begin, begin + span)
     assert held == pytest.approx(numeric(F, u, a, begin, begin + span), rel=1e-4, abs=1e-9)
     ramp = _core.ramp_cost(F, u, a, begin, 50.0)
@@ -159,23 +159,23 @@ WRONG = {"delay": 2.0, "acceleration": 0.0, "allowance": -1.0, "tank_capacity": 
 
 
 @pytest.mark.parametrize(("name", "value"), WRONG.items())
-def test_options_that_cannot_be_are_named(name, value):
+def test_invalid_options_are_reported(name, value):
     with pytest.raises(ValueError, match=f"stability.{name}"):
         _core.Stability(options(passivity="tank", **{name: value}), DT)
 
 
-def test_a_mode_that_is_none_is_named():
+def test_unknown_mode_is_reported():
     with pytest.raises(ValueError, match="'observer', 'tank' or 'off'; got 'on'"):
         options(passivity="on")
 
 
-def test_an_overdrawn_account_is_opened_anew_by_the_clutch_and_not_before():
-    """Snatched away at 20 times the acceleration told: no press is felt after it, but the first after a clutch is."""
+def test_clutch_resets_an_energy_deficit():
+    """After a motion at 20 times the stated acceleration no press is rendered, until the clutch resets the deficit."""
     o, K = options(delay=0.004), 500.0
     snatched = np.concatenate([np.linspace(-0.001, 0.006, 400), np.full(300, 0.006), np.linspace(0.006, -0.004, 8)])
     pressed = np.concatenate([np.linspace(-0.004, 0.003, 700), np.linspace(0.003, -0.004, 700)])
     x = np.concatenate([snatched, pressed, pressed, pressed])
-    clutch = slice(len(snatched) + 1400, len(snatched) + 1500)  # at the start of the last press but one, in free space
+    clutch = slice(len(snatched) + 1400, len(snatched) + 1500)  # before the last but one press, in free space
     stage, F, stored = _core.Stability(o, DT), np.zeros(len(x)), np.zeros(len(x))
     v = np.diff(x, prepend=x[0]) / DT
     for k in range(len(x)):

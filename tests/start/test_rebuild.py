@@ -1,4 +1,4 @@
-"""An editable install compiles the core again when a source has changed, and only looks at time stamps otherwise."""
+"""An editable install compiles the core again when a source has changed; otherwise it only reads time stamps."""
 
 import os
 import subprocess
@@ -12,7 +12,7 @@ from palpate import rebuild
 
 
 class Loader:
-    """Stands for scikit-build-core's loader of an editable install."""
+    """A mock of scikit-build-core's loader of an editable install."""
 
     def __init__(self, fails=False):
         self.count, self.path, self.fails = 0, "", fails
@@ -40,7 +40,7 @@ def source(tmp_path, monkeypatch):
     return source
 
 
-def test_a_changed_source_is_compiled_once(source, monkeypatch):
+def test_changed_source_is_compiled_once(source, monkeypatch):
     loader, path = Loader(), os.environ["PATH"]
     monkeypatch.setattr(palpate, "__loader__", loader)
     rebuild.refresh()
@@ -53,12 +53,12 @@ def test_a_changed_source_is_compiled_once(source, monkeypatch):
     assert os.environ["PATH"] == path
     added = source.parent / "added.cpp"
     added.touch()
-    os.utime(added, (time.time() + 10.0,) * 2)  # clocks of file systems tick every few milliseconds only
+    os.utime(added, (time.time() + 10.0,) * 2)  # time stamps of file systems have a resolution of milliseconds
     rebuild.refresh()
     assert loader.count == 2
 
 
-def test_a_source_that_does_not_compile_is_told_and_tried_again(source, monkeypatch):
+def test_compiler_error_is_reported_and_the_build_is_repeated(source, monkeypatch):
     loader = Loader(fails=True)
     monkeypatch.setattr(palpate, "__loader__", loader)
     source.write_text("wrong")
@@ -68,7 +68,7 @@ def test_a_source_that_does_not_compile_is_told_and_tried_again(source, monkeypa
         assert loader.count == count
 
 
-def test_an_installed_wheel_has_nothing_to_rebuild(source, monkeypatch):
+def test_installed_wheel_is_not_rebuilt(source, monkeypatch):
     monkeypatch.setattr(palpate, "__loader__", object())
     source.write_text("new")
     rebuild.refresh()

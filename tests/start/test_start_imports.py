@@ -1,4 +1,4 @@
-"""Nothing heavy is imported before it is needed. Held by lists of modules, never by seconds."""
+"""Heavy modules are imported only when needed. The tests compare lists of modules, not times."""
 
 import json
 import os
@@ -16,7 +16,7 @@ SCENE = """\
 objects: [{name: ball, sphere: {radius: 0.04}, stiffness: 300}]
 record: {report: false}
 """
-#: Runs a command line until it ends or the first ticks are there, and prints what was imported.
+#: Runs a command line until its end or its first ticks, and prints the imported modules.
 WATCH = """
 import json, sys
 %s
@@ -58,7 +58,7 @@ def test_help_and_version_import_neither_numpy_nor_the_core_nor_the_parser(tmp_p
     assert "palpate._core" not in modules
 
 
-def test_a_run_reaches_its_first_ticks_without_what_it_does_not_need(tmp_path, scene):
+def test_run_reaches_its_first_ticks_without_unneeded_imports(tmp_path, scene):
     modules = imported(tmp_path, "run", scene, "--headless", "--out", "runs")
     assert "palpate.session" in modules
     assert not tops(modules) & HEAVY
@@ -67,18 +67,18 @@ def test_a_run_reaches_its_first_ticks_without_what_it_does_not_need(tmp_path, s
     assert not {"palpate.report.html", "palpate.report.figures"} & modules
 
 
-def test_a_check_imports_what_a_run_does_and_nothing_heavy(tmp_path, scene):
+def test_check_imports_no_more_than_a_run(tmp_path, scene):
     modules = imported(tmp_path, "check", scene)
     assert not tops(modules) & HEAVY
     assert "palpate._core" in modules
 
 
 @pytest.mark.parametrize("args", [("--help",), ("run", "ball.yaml", "--headless", "--out", "runs")])
-def test_the_lists_notice_a_heavy_import(tmp_path, scene, args):
+def test_heavy_import_is_found(tmp_path, scene, args):
     assert "scipy" in tops(imported(tmp_path, *args, first="import scipy.interpolate"))
 
 
-def test_a_scene_with_a_path_imports_scipy_when_it_is_set_up(tmp_path):
+def test_scene_with_a_path_imports_scipy_at_set_up(tmp_path):
     text = SCENE + "guidance: [{geometry: {path: {waypoints: [[0, 0, 0.06], [0.02, 0, 0.06]]}}, role: guide}]\n"
     (tmp_path / "path.yaml").write_text(text)
     assert "scipy" in tops(imported(tmp_path, "check", "path.yaml"))

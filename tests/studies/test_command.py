@@ -1,4 +1,4 @@
-"""What every study's command promises: pictures, JSON, labelled results, and going on after a stop."""
+"""Common features of the study commands: figures, JSON, labelled results, and resumption after a stop."""
 
 import json
 from dataclasses import dataclass, field
@@ -20,7 +20,7 @@ GRID = {"k": Axis([1, 3], "mm", "a length")}
 
 @dataclass
 class Study(command.SweepStudy):
-    """Two points."""
+    """A study of two points."""
 
     seed: int = 4
     drawn: list = field(default_factory=list)
@@ -31,7 +31,7 @@ class Study(command.SweepStudy):
 
 
 @pytest.fixture
-def here(tmp_path, monkeypatch):
+def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(command, "sweep", lambda *args, **more: command_sweep(*args, **more | {"executor": "serial"}))
     return tmp_path
@@ -40,20 +40,20 @@ def here(tmp_path, monkeypatch):
 command_sweep = command.sweep
 
 
-def test_a_study_tells_draws_and_writes(here, capsys):
-    assert Study(json=here / "s.json")() == 0
-    told = capsys.readouterr().out
-    assert "two points" in told
-    assert "picture runs/study-test_command/a.png" in told
-    assert "data runs/study-test_command/test_command.nc" in told
-    assert json.loads((here / "s.json").read_text()) == [{"k": 1, "x": 1}, {"k": 3, "x": 3}]
-    with netcdf_file(here / "runs/study-test_command/test_command.nc", mmap=False) as file:
+def test_study_prints_draws_and_writes_its_results(folder, capsys):
+    assert Study(json=folder / "s.json")() == 0
+    output = capsys.readouterr().out
+    assert "two points" in output
+    assert "picture runs/study-test_command/a.png" in output
+    assert "data runs/study-test_command/test_command.nc" in output
+    assert json.loads((folder / "s.json").read_text()) == [{"k": 1, "x": 1}, {"k": 3, "x": 3}]
+    with netcdf_file(folder / "runs/study-test_command/test_command.nc", mmap=False) as file:
         assert file.variables["k"].units == b"mm"
         assert file.seed == 4
-    assert [f.name for f in (here / "runs/study-test_command").iterdir()] == ["test_command.nc"]  # no journal is left
+    assert [f.name for f in (folder / "runs/study-test_command").iterdir()] == ["test_command.nc"]  # no journal
 
 
-def test_a_stopped_study_goes_on_by_itself(here, capsys, monkeypatch):
+def test_stopped_study_is_resumed(folder, capsys, monkeypatch):
     def stop(*args):
         raise KeyboardInterrupt
 
@@ -61,29 +61,29 @@ def test_a_stopped_study_goes_on_by_itself(here, capsys, monkeypatch):
         patch.setattr("palpate.sweep.run._serial", stop)
         with pytest.raises(KeyboardInterrupt):
             Study()()
-    journal = here / "runs/study-test_command/test_command.journal"
-    assert f"kept in {journal.relative_to(here)}: run the same command again to continue" in capsys.readouterr().out
-    assert Study(seed=5)() == 0  # another sweep begins anew
+    journal = folder / "runs/study-test_command/test_command.journal"
+    assert f"kept in {journal.relative_to(folder)}: run the same command again to continue" in capsys.readouterr().out
+    assert Study(seed=5)() == 0  # another sweep starts from the beginning
     assert not journal.exists()
 
 
-def test_a_journal_of_ones_own_is_kept_and_must_fit(here):
-    assert Study(resume=here / "j", out=here / "o.nc")() == 0
-    assert (here / "j").exists()
-    assert (here / "o.nc").exists()
+def test_given_journal_is_kept_and_must_match(folder):
+    assert Study(resume=folder / "j", out=folder / "o.nc")() == 0
+    assert (folder / "j").exists()
+    assert (folder / "o.nc").exists()
     with pytest.raises(JournalError, match="seed was 4 and is 5"):
-        Study(resume=here / "j", seed=5)()
+        Study(resume=folder / "j", seed=5)()
 
 
-def test_what_is_missing_is_told_before_the_work(here, monkeypatch):
+def test_missing_packages_and_folders_are_reported_before_the_work(folder, monkeypatch):
     monkeypatch.setattr(command, "find_spec", lambda name: None)
     with pytest.raises(MissingExtraError, match=r"palpate\[report\]"):
         Study()()
     with pytest.raises(OutputError):
-        Study(json=here)()
+        Study(json=folder)()
 
 
-def test_every_study_is_such_a_command_and_is_on_the_page():
+def test_every_study_is_such_a_command_and_is_documented():
     page = (Path(__file__).resolve().parents[2] / "docs" / "studies.md").read_text()
     found = entries("palpate.studies")
     assert len(found) >= 12

@@ -1,4 +1,4 @@
-"""`palpate study contact`: its keys, and claims of the figures that hold on any machine."""
+"""`palpate study contact`: its keys, and results that hold on any machine."""
 
 from functools import partial
 from io import StringIO
@@ -26,8 +26,8 @@ def result():
         yield contact.run((2_000,), partial(sweep, executor="serial"), shapes=("plate",))
 
 
-def rows(result, **wanted):
-    found = [r for r in result["rows"] if all(r[k] == v for k, v in wanted.items())]
+def rows(result, **selected):
+    found = [r for r in result["rows"] if all(r[k] == v for k, v in selected.items())]
     assert found
     return found
 
@@ -40,14 +40,14 @@ def test_rows_have_the_documented_keys(result):
     assert {r["method"] for r in result["rows"]} == set(_core.contact_methods())
 
 
-def test_the_default_is_right_at_every_depth_and_angle(result):
+def test_default_method_is_accurate_at_every_depth_and_angle(result):
     for r in rows(result, method="proxy"):
         assert (r["lost"], r["flipped"], r["artefacts"]) == (0, 0, 0)
         assert r["direction_max_deg"] < 0.01
         assert r["magnitude_max_mN"] < 0.1
 
 
-def test_the_others_fail_where_they_must(result):
+def test_other_methods_fail_in_their_known_cases(result):
     for r in rows(result, method="approach-velocity", path="approach"):
         assert r["direction_median_deg"] == pytest.approx(r["approach_deg"], abs=0.01)
     through = {"path": "penetration", "penetration_mm": 3.0}
@@ -56,32 +56,32 @@ def test_the_others_fail_where_they_must(result):
     assert rows(result, method="paper-plane", path="shallow")[0]["step_deg"] > 10
 
 
-def test_grown_planes_follow_the_law_of_their_noise(result):
-    """Least squares tilts by sigma / (s sqrt n) about each axis, s = spread / 4: the median of a Rayleigh."""
+def test_planes_of_several_points_have_the_expected_noise(result):
+    """Least squares tilts by sigma / (s sqrt n) about each axis with s = spread / 4; compared as Rayleigh medians."""
     (r,) = [r for r in result["planes"] if (r["points"], r["spread_mm"], r["noise_um"]) == (15, 0.8, 10.0)]
     law = np.degrees(np.sqrt(2 * np.log(2)) * 10e-6 / (0.8e-3 / 4 * np.sqrt(15)))
     assert r["direction_median_deg"] == pytest.approx(law, rel=0.25)
     refused = {r["spread_mm"]: r["refused"] for r in result["planes"] if (r["points"], r["noise_um"]) == (15, 1.0)}
-    assert refused[0.1] == 1.0  # nearer than the baseline
+    assert refused[0.1] == 1.0  # closer than the baseline
     assert refused[0.8] == 0.0
 
 
-def test_approaches_end_where_they_should():
+def test_approaches_end_at_the_pressed_depth():
     for shape in ("sphere", "torus"):
-        for way in contact.approaches(SHAPES[shape], 60.0):
-            phi, n = SHAPES[shape].distance(way.tips)
-            assert phi[way.steady] == pytest.approx(contact.RADIUS - contact.PRESSED, abs=1e-9)
+        for approach in contact.approaches(SHAPES[shape], 60.0):
+            phi, n = SHAPES[shape].distance(approach.tips)
+            assert phi[approach.steady] == pytest.approx(contact.RADIUS - contact.PRESSED, abs=1e-9)
             assert phi[0] > contact.RADIUS
-            into = np.diff(way.tips, axis=0)[0]
-            end = n[way.steady.start]
+            into = np.diff(approach.tips, axis=0)[0]
+            end = n[approach.steady.start]
             assert np.degrees(np.arccos(-into @ end / np.linalg.norm(into))) == pytest.approx(60.0, abs=1e-6)
 
 
-def test_table_and_pictures(result, tmp_path):
+def test_table_and_figures(result, tmp_path):
     console = Console(width=160, record=True, file=StringIO())
     console.print(table(result["rows"]))
-    told = console.export_text()
-    assert all(method in told for method in _core.contact_methods())
+    text = console.export_text()
+    assert all(method in text for method in _core.contact_methods())
     files = draw(result, tmp_path)
     assert len(files) == 4
     assert all(1_000 < f.stat().st_size < 150_000 for f in files)

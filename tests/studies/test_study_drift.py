@@ -1,4 +1,4 @@
-"""A released arm: a right model holds it, a wrong one lets it fall, and the study tells which is which."""
+"""A released arm: a correct gravity model holds it, a wrong one does not, and the study reports both."""
 
 import json
 import sys
@@ -28,7 +28,7 @@ def plant(coulomb=synthetic.COULOMB) -> drift_plant.Plant:
 
 
 def controller(scale: float) -> Arm:
-    """Knows the plant, but for the size of every torque."""
+    """A gravity model of the plant with all torques multiplied by `scale`."""
     arm = synthetic.true_arm()
     true = plant().arm
     fields = [
@@ -43,14 +43,14 @@ def controller(scale: float) -> Arm:
     return arm
 
 
-def test_the_right_model_holds_and_a_wrong_one_lets_go():
+def test_correct_model_holds_the_arm_and_a_wrong_one_does_not():
     q = synthetic.poses(1, 4)[0]
     assert drift_plant.release(plant(), controller(1.0), q) < 1e-4
     assert drift_plant.release(plant(), controller(0.5), q) > 0.02
 
 
-def test_friction_holds_what_a_small_error_leaves():
-    """An error below the friction of every joint moves nothing; without friction it does."""
+def test_friction_compensates_a_small_model_error():
+    """An error below the friction of every joint gives no motion; without friction the arm moves."""
     q = synthetic.poses(1, 4)[0]
     nearly = controller(1.02)
     assert (np.abs(nearly.holding(q) - plant().arm.holding(q)) < synthetic.COULOMB + 1e-12)[:6].all()
@@ -58,7 +58,7 @@ def test_friction_holds_what_a_small_error_leaves():
     assert drift_plant.release(plant(np.zeros(7)), nearly, q) > 1e-3
 
 
-def test_samples_of_the_plant_are_its_torques_with_friction_and_noise():
+def test_samples_of_the_plant_are_torques_with_friction_and_noise():
     poses = drift_plant.sampled(plant(), 200, seed=3)
     true = np.array([plant().arm.holding(q) for q in poses.q])
     left = poses.tau - true
@@ -70,23 +70,23 @@ def test_samples_of_the_plant_are_its_torques_with_friction_and_noise():
     assert both.start.all()
 
 
-def test_study_tells_every_form_on_every_plant(tmp_path, capsys):
+def test_study_reports_every_model_on_every_plant(tmp_path, capsys):
     synthetic.write(tmp_path / "poses.csv", synthetic.recording(60, 1))
     files = {"json": tmp_path / "d.json", "figures": tmp_path / "figures"}
     Command(recordings=(tmp_path / "poses.csv",), arm="mtmr", releases=2, **files)()
-    told = json.loads((tmp_path / "d.json").read_text())
-    assert told["simulated"] is True
-    assert set(told) | set(told["arms"][0]) | set(told["rows"][0]) == json_contract.keys("study drift")
-    assert [(row["plant"], row["model"]) for row in told["rows"]] == [
+    report = json.loads((tmp_path / "d.json").read_text())
+    assert report["simulated"] is True
+    assert set(report) | set(report["arms"][0]) | set(report["rows"][0]) == json_contract.keys("study drift")
+    assert [(row["plant"], row["model"]) for row in report["rows"]] == [
         (name, form) for name in drift_plant.PLANTS for form in drift.FORMS
     ]
-    by_form = {row["model"]: row for row in told["rows"] if row["plant"] == "as identified"}
+    by_form = {row["model"]: row for row in report["rows"] if row["plant"] == "as identified"}
     assert by_form["potential"]["torque_error_Nm"][0] < by_form["paper"]["torque_error_Nm"][0]
     assert "simulated arms, made from recordings" in capsys.readouterr().out
     assert (tmp_path / "figures/drift.png").stat().st_size > 10_000
 
 
-def test_a_rough_plant_holds_more_than_the_form_can_say(tmp_path):
+def test_rough_plant_deviates_from_the_identified_model(tmp_path):
     synthetic.write(tmp_path / "poses.csv", synthetic.recording(60, 1))
     plants = drift_plant.make_plants([tmp_path / "poses.csv"], "mtmr")
     assert (plants["rough"].beyond[:3] > plants["as identified"].beyond[:3]).all()
@@ -95,7 +95,7 @@ def test_a_rough_plant_holds_more_than_the_form_can_say(tmp_path):
     assert np.abs(apart)[:, 1].max() > 1e-3
 
 
-def test_mistakes_are_told(monkeypatch, tmp_path):
+def test_mistakes_are_reported(monkeypatch, tmp_path):
     monkeypatch.setenv("PALPATE_DATA", str(tmp_path))
     with pytest.raises(RecordingError, match="the recordings for the plants are missing"):
         drift.real_arms("mtmr")

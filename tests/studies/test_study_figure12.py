@@ -1,4 +1,4 @@
-"""`palpate study figure12`: the forces of a moment belong together, and the picture is drawn."""
+"""`palpate study figure12`: consistent forces at an instant, and the figure."""
 
 import json_contract
 import numpy as np
@@ -16,7 +16,7 @@ def moment():
     return found
 
 
-def test_spatial_and_body_force_are_one_force_seen_from_two_frames(moment):
+def test_spatial_and_body_force_are_one_force_in_two_frames(moment):
     row = figure12.row(moment)
     assert set(row) == json_contract.keys("study figure12")
     leader, X_WL = moment.setup.arms.leader, moment.setup.arms.X_WL
@@ -27,7 +27,7 @@ def test_spatial_and_body_force_are_one_force_seen_from_two_frames(moment):
     assert X_WL[:3, :3] @ row["F_H_L_N"] == pytest.approx(scale * np.array(row["F_T_W_N"]), abs=0.02)
 
 
-def test_it_pushes_along_the_normal_of_the_true_torus(moment):
+def test_force_is_along_the_normal_of_the_exact_torus(moment):
     X_WO = moment.setup.surfaces[0].X_WO
     p_OT = X_WO[:3, :3].T @ (moment.tick["p_WT"] - X_WO[:3, 3])
     phi, n = SHAPES["torus"].distance(p_OT[None])
@@ -36,6 +36,6 @@ def test_it_pushes_along_the_normal_of_the_true_torus(moment):
     assert moment.tick["depth"] == pytest.approx(0.015 - phi[0], abs=1e-5)
 
 
-def test_the_picture(moment, tmp_path):
+def test_figure_is_drawn(moment, tmp_path):
     png(lambda canvas: draw([moment, moment], canvas), tmp_path / "figure12.png")
     assert 5_000 < (tmp_path / "figure12.png").stat().st_size < 150_000

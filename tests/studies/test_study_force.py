@@ -1,4 +1,4 @@
-"""`palpate study force`: its keys, and force in simulation within 5 % of what pushes."""
+"""`palpate study force`: its keys, and simulated force estimates within 5 % of the applied force."""
 
 import json
 
@@ -10,7 +10,7 @@ from palpate.studies.force import work as force
 
 
 def test_command_without_recordings(tmp_path, capsys):
-    """5 % of the largest force, and on no axis more than 5 % of that axis' own range."""
+    """The error is below 5 % of the largest force, and on each axis below 5 % of its range."""
     folder = str(tmp_path / "pictures")
     assert main(["study", "force", "--json", "-", "--figures", folder, "--data", str(tmp_path)]) == 0
     out = capsys.readouterr()
@@ -23,8 +23,8 @@ def test_command_without_recordings(tmp_path, capsys):
     assert (tmp_path / "pictures" / "force.png").stat().st_size > 10_000
 
 
-def test_score_by_hand():
-    """Told 1 N beside the truth on x, always: 1 N of 5 N; x ranges over 4 N."""
+def test_score_agrees_with_a_manual_result():
+    """A constant error of 1 N on x: 1 N of 5 N, and x has a range of 4 N."""
     t = np.arange(3000) / 1000.0
     sign = (-1.0) ** np.arange(3000)
     truth = sign[:, None] * [2.0, 1.0, np.sqrt(20.0)]

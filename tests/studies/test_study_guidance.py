@@ -1,4 +1,4 @@
-"""`palpate study guidance`: its judges, its statistics, and a small cohort from end to end."""
+"""`palpate study guidance`: its measures, its statistics, and a small cohort from end to end."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -26,17 +26,17 @@ def test_distance_to_a_polyline():
     np.testing.assert_allclose(q, [[0.5, 0, 0], [1, 1, 0], [0, 0, 0]])
 
 
-def test_a_sleeve_is_closed_and_as_wide_inside_as_it_says():
+def test_sleeve_is_closed_and_has_its_inner_radius():
     u = np.linspace(0.0, 1.0, 40)
     path = np.column_stack([0.04 * u, 0.004 * np.sin(5 * u), 0.01 * u])
     core = sleeve(path, np.linspace(0.004, 0.006, 40), 0.003)
-    d = core.nearest(path[5:-5])[0]  # above zero: what is solid is the wall
+    d = core.nearest(path[5:-5])[0]  # above zero: the wall is the solid part
     np.testing.assert_allclose(d, np.linspace(0.004, 0.006, 40)[5:-5], rtol=0.03)
     assert core.triangle_count == 4 * 24 * 40
 
 
 def test_hedges_g():
-    """Against its definition; few make it smaller."""
+    """Hedges' g against its definition, with the correction for small samples."""
     rng = np.random.default_rng(0)
     a, b = rng.normal(2.0, 1.0, 10), rng.normal(1.0, 1.0, 10)
     spread = np.sqrt((a.var(ddof=1) + b.var(ddof=1)) / 2)
@@ -44,15 +44,17 @@ def test_hedges_g():
     assert guidance_effects.hedges_g(a, a) == 0.0
 
 
-def test_entries_are_counted_once_each():
-    """In, out by less than is steady, in again: one; out and in: another."""
+def test_every_entry_is_counted_once():
+    """A short exit within the hysteresis continues an entry; a full exit and return is a second entry."""
     deep = 1e-3 * np.array([-1.0, 1.0, 0.5, -0.01, 0.5, -1.5, 0.4, -2.0])
     task = replace(guidance.task_of("ring"), outside=lambda p: p[:, 0], off=lambda p: np.full(len(p), 3e-3))
-    told = guidance.judged(task, Trial(np.arange(8.0), deep[:, None] * np.eye(3)[0], np.arange(8.0), np.zeros(8), True))
-    assert told["entries"] == 2
-    assert told["deepest_mm"] == pytest.approx(1.0)
-    assert told["path_error_mm"] == pytest.approx(3.0)
-    assert told["peak_force_N"] == 7.0
+    result = guidance.judged(
+        task, Trial(np.arange(8.0), deep[:, None] * np.eye(3)[0], np.arange(8.0), np.zeros(8), True)
+    )
+    assert result["entries"] == 2
+    assert result["deepest_mm"] == pytest.approx(1.0)
+    assert result["path_error_mm"] == pytest.approx(3.0)
+    assert result["peak_force_N"] == 7.0
 
 
 def serial(fn, grid, seed=0, **more):
@@ -60,58 +62,60 @@ def serial(fn, grid, seed=0, **more):
 
 
 @pytest.fixture(scope="module")
-def few():
+def trials():
     return guidance.run(2, sweep=serial)
 
 
-def test_a_small_cohort_from_end_to_end(few):
-    told = guidance_effects.summary(few, 7)
-    told |= {"yields": yielding(2, sweep=serial), "visual_cues": cued(2, sweep=serial)}
-    assert len(few) == 2 * (len(TASKS) * len(guidance.CONDITIONS | guidance.REGISTRATION) + 2 * len(guidance.ABLATION))
-    assert all(row["done"] == 1.0 for row in few)
-    assert set(told) == json_contract.keys("study guidance") - {"conformance", "entry"}
-    assert set(told["rows"][0]) == json_contract.keys_of("study guidance", "A row of `rows`:")
-    assert set(told["effects"][0]) == json_contract.keys_of("study guidance", "A row of `effects`:")
-    by = {(r["task"], r["condition"]): r for r in told["rows"]}
+def test_small_cohort_has_the_documented_keys_and_tables(trials):
+    report = guidance_effects.summary(trials, 7)
+    report |= {"yields": yielding(2, sweep=serial), "visual_cues": cued(2, sweep=serial)}
+    assert len(trials) == 2 * (
+        len(TASKS) * len(guidance.CONDITIONS | guidance.REGISTRATION) + 2 * len(guidance.ABLATION)
+    )
+    assert all(row["done"] == 1.0 for row in trials)
+    assert set(report) == json_contract.keys("study guidance") - {"conformance", "entry"}
+    assert set(report["rows"][0]) == json_contract.keys_of("study guidance", "A row of `rows`:")
+    assert set(report["effects"][0]) == json_contract.keys_of("study guidance", "A row of `effects`:")
+    by = {(r["task"], r["condition"]): r for r in report["rows"]}
     for task in ("ring", "tracing", "insertion"):
         assert by[task, "guidance"]["path_error_mm"] < 0.8 * by[task, "none"]["path_error_mm"]
     for task in ("tracing", "palpation"):
         assert by[task, "haptics"]["peak_force_N"] < by[task, "none"]["peak_force_N"]
-    assert set(told["registration"][0]) == json_contract.keys_of("study guidance", "A row of `registration`:")
-    assert set(told["break_even"][0]) == json_contract.keys_of("study guidance", "A row of `break_even`:")
-    assert set(told["ablation"][0]) == json_contract.keys_of("study guidance", "A row of `ablation`:")
-    assert {row["task"] for row in told["ablation"]} == {"tracing", "palpation"}
-    assert set(told["visual_cues"][0]) == json_contract.keys_of("study guidance", "A row of `visual_cues`:")
-    assert set(told["yields"][0]) == json_contract.keys_of("study guidance", "A row of `yields`:")
-    assert all(e["source"] for e in told["effects"] if e["expected_hedges_g"] is not None)
+    assert set(report["registration"][0]) == json_contract.keys_of("study guidance", "A row of `registration`:")
+    assert set(report["break_even"][0]) == json_contract.keys_of("study guidance", "A row of `break_even`:")
+    assert set(report["ablation"][0]) == json_contract.keys_of("study guidance", "A row of `ablation`:")
+    assert {row["task"] for row in report["ablation"]} == {"tracing", "palpation"}
+    assert set(report["visual_cues"][0]) == json_contract.keys_of("study guidance", "A row of `visual_cues`:")
+    assert set(report["yields"][0]) == json_contract.keys_of("study guidance", "A row of `yields`:")
+    assert all(e["source"] for e in report["effects"] if e["expected_hedges_g"] is not None)
     for task in TASKS:
         assert by[task, "control_wrong"]["path_error_mm"] > by[task, "haptics+guidance"]["path_error_mm"]
-    assert tables(told)
+    assert tables(report)
 
 
-def test_the_entry_is_told_as_it_is_documented(monkeypatch):
+def test_entry_results_have_the_documented_keys(monkeypatch):
     monkeypatch.setattr(entry, "REGIONS", {"floor": replace(entry.REGIONS["floor"], hands=2)})
-    told = entered(serial)
-    keys = {"hard_entry", "soft_entry", "entry_passed", *told["hard_entry"][0], *told["soft_entry"][0]}
+    report = entered(serial)
+    keys = {"hard_entry", "soft_entry", "entry_passed", *report["hard_entry"][0], *report["soft_entry"][0]}
     assert keys == json_contract.keys_of("study guidance", "`entry`:")
-    assert told["hard_entry"][0]["hands"] == 2
-    assert entry_words(told)[-1] == "entry: within the bounds"
+    assert report["hard_entry"][0]["hands"] == 2
+    assert entry_words(report)[-1] == "entry: within the bounds"
 
 
-def test_the_same_seed_gives_the_same_trial():
+def test_same_seed_gives_the_same_trial():
     point = {"operator": 3, "task": "insertion", "condition": "haptics+guidance", "cohort": 7}
     assert guidance.measure(point, 11) == guidance.measure(point, 11)
     assert guidance.measure(point, 11) != guidance.measure(point, 12)
 
 
-def test_the_way_that_is_drawn_is_one_of_the_study(few):
-    row = next(r for r in few if (r["operator"], r["task"], r["condition"]) == (1, "tracing", "none"))
+def test_drawn_trial_is_one_of_the_study(trials):
+    row = next(r for r in trials if (r["operator"], r["task"], r["condition"]) == (1, "tracing", "none"))
     trial = guidance.attempt(1, "tracing", "none", guidance.trial_seed(1, "tracing", "none"))
     assert guidance.judged(guidance.task_of("tracing"), trial)["path_error_mm"] == row["path_error_mm"]
 
 
-def test_break_even_lies_where_the_lines_cross():
-    """Of path error e + 0.5 under guidance e beside, against 2 without: at 1.5 mm; never, and at once."""
+def test_break_even_is_the_intersection_of_the_lines():
+    """Path error e + 0.5 mm with guidance misplaced by e, against 2 mm without: 1.5 mm; then never, and zero."""
 
     misplaced = ("haptics+guidance", *guidance.REGISTRATION, "control_wrong")
 
@@ -127,7 +131,7 @@ def test_break_even_lies_where_the_lines_cross():
         assert guidance_effects._break_even(rows(*given), "ring")["break_even_mm"] == at
 
 
-def test_operators_without_haste_press_as_they_feel():
+def test_operators_without_haste_press_less():
     pressed = {
         c: guidance.measure({"operator": 2, "task": "tracing", "condition": c, "cohort": 7}, 5)["mean_force_N"]
         for c in ("none", "none_no_haste")
@@ -135,31 +139,31 @@ def test_operators_without_haste_press_as_they_feel():
     assert pressed["none_no_haste"] < pressed["none"]
 
 
-def test_operators_who_do_not_give_way_are_led_less():
-    """The less of the trait the less guidance does; on a console that pushes nobody the trait does nothing at all."""
-    told = {row["share"]: row["change"] for row in yielding(4, sweep=serial) if row["task"] == "insertion"}
-    assert told[1.0] < told[0.5] < told[0.0]
+def test_operators_who_yield_less_are_guided_less():
+    """A weaker trait reduces the effect of guidance; without forces on the hand the trait has no effect."""
+    report = {row["share"]: row["change"] for row in yielding(4, sweep=serial) if row["task"] == "insertion"}
+    assert report[1.0] < report[0.5] < report[0.0]
     all_, not_ = (guidance.attempt(2, "ring", "none", 5, yields=share) for share in (1.0, 0.0))
     np.testing.assert_array_equal(all_.p_WT, not_.p_WT)
 
 
-def test_cues_and_contact_each_bring_what_is_theirs():
-    """Drawn paths lessen the path error, contact that is felt the force, and both together do both."""
-    told = {row["condition"]: row for row in cued(4, sweep=serial) if row["task"] == "tracing"}
-    none, both = told["none"], told["visual+haptics"]
+def test_visual_cues_and_contact_forces_have_separate_effects():
+    """Drawn paths reduce the path error, rendered contact reduces the force, and both together reduce both."""
+    report = {row["condition"]: row for row in cued(4, sweep=serial) if row["task"] == "tracing"}
+    none, both = report["none"], report["visual+haptics"]
     assert none["path_error_mm_more_low"] == none["path_error_mm_more_high"] == 0.0
-    for drawn in (told["visual"], both):
+    for drawn in (report["visual"], both):
         assert drawn["path_error_mm"] < 0.95 * none["path_error_mm"]
-    for felt in (told["haptics"], both):
+    for felt in (report["haptics"], both):
         assert felt["mean_force_N"] < 0.9 * none["mean_force_N"]
 
 
-def test_nobody_is_no_cohort():
+def test_empty_cohort_is_rejected():
     with pytest.raises(ValueError, match="operators must be 2 or more"):
         guidance.run(1)
 
 
-def test_pictures_of_the_cohort_are_kept_in_the_pages():
+def test_figures_of_the_cohort_are_in_the_docs():
     images = Path(__file__).resolve().parents[2] / "docs" / "images"
     for name in ("guidance", "guidance_paths", "guidance_registration"):
         assert (images / f"{name}.png").is_file()

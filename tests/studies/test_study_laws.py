@@ -1,4 +1,4 @@
-"""`palpate study laws`: its keys, and claims of the figure that follow from a mass on a spring."""
+"""`palpate study laws`: its keys, and results that follow from a mass on a spring."""
 
 from dataclasses import asdict
 
@@ -28,8 +28,8 @@ def of(found, law, f, K, scale=1.0):
     return found[laws.Case(law, f, K, "fast", scale)]
 
 
-def test_with_the_papers_law_the_arm_rides_on_the_spring(found):
-    """Felt: K - m w^2, with the mass that the model has at the handle."""
+def test_law_of_the_paper_adds_the_mass_of_the_arm_to_the_spring(found):
+    """The rendered stiffness is K - m w^2 with the model's mass at the handle."""
     for K in (100.0, 400.0):
         expected = K - handle_mass() * (2 * np.pi * 5.0) ** 2
         assert of(found, "stiffness", 5.0, K).felt_N_per_m == pytest.approx(expected, rel=0.15)
@@ -37,12 +37,12 @@ def test_with_the_papers_law_the_arm_rides_on_the_spring(found):
     assert of(found, "stiffness", 5.0, 400.0).too_fast
 
 
-def test_wrong_masses_do_not_concern_it(found):
+def test_law_of_the_paper_is_independent_of_model_masses(found):
     felt = [of(found, "stiffness", 5.0, 400.0, s).felt_N_per_m for s in (0.7, 1.0, 1.3)]
     assert np.ptp(felt) < 0.05 * abs(felt[1])
 
 
-def test_the_laws_that_choose_the_mass_feel_right_for_longer(found):
+def test_laws_that_shape_the_mass_have_smaller_errors(found):
     for law in ("impedance-shaped", "admittance"):
         for K in (100.0, 400.0):
             assert of(found, law, 5.0, K).stiffness_error < 0.6 * of(found, "stiffness", 5.0, K).stiffness_error
@@ -52,13 +52,13 @@ def test_the_laws_that_choose_the_mass_feel_right_for_longer(found):
     )
 
 
-def test_its_json_is_the_documented_one(found):
+def test_json_has_the_documented_keys(found):
     row = asdict(next(iter(found.values())))
     assert set(row) == KEYS
     assert json_contract.keys("study laws") == KEYS
 
 
-def test_bandwidth_is_where_the_error_passes_a_tenth():
+def test_bandwidth_is_the_frequency_of_ten_percent_error():
     def outcome(f, error):
         return laws.Outcome("stiffness", f, 400.0, "fast", stiffness_error=error)
 
@@ -68,7 +68,7 @@ def test_bandwidth_is_where_the_error_passes_a_tenth():
     assert laws.bandwidth([outcome(1.0, 0.01)], "stiffness", 400.0, "fast") == 1.0
 
 
-def test_the_picture_is_drawn(tmp_path):
+def test_figure_is_drawn(tmp_path):
     points = map(Grid.of(laws.GRID).point, Grid.of(laws.GRID).points(laws.included))
     grid = [laws.Outcome(**p, stiffness_error=0.01 * p["f_Hz"], impedance_error=0.02) for p in points]
     assert len(grid) == len(laws.LAWS) * len(laws.FREQUENCIES) * (len(laws.STIFFNESSES) * len(laws.HANDS) + 2)

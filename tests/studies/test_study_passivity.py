@@ -1,4 +1,4 @@
-"""The study's judge and its closed form of silence; a few of its runs."""
+"""The passivity study: its energy measure, its closed-form bound, and some of its runs."""
 
 import json
 
@@ -14,10 +14,10 @@ def found():
     return [passivity.experiment({"run": k}, seed) for k, seed in enumerate(range(100, 160))]
 
 
-def test_the_port_is_passive_and_nothing_diverges(found):
+def test_port_is_passive_and_nothing_diverges(found):
     summed = passivity.summed_up(found)
     off, *layers = summed["modes"]
-    assert off["below_bound"] > 3  # there is something to prevent
+    assert off["below_bound"] > 3  # control: the layer has something to prevent
     for layer in layers:
         assert layer["below_bound"] == layer["diverged"] == layer["oscillates"] == 0
         assert layer["lowest_port_J"] >= -passivity.BOUND
@@ -26,15 +26,15 @@ def test_the_port_is_passive_and_nothing_diverges(found):
     json.dumps(summed)
 
 
-def test_where_it_shall_be_silent_it_is(found):
+def test_layer_does_not_act_below_the_closed_form_bound(found):
     silent = [f for f in found if f["silent"]]
     assert len(silent) >= 3
     for f in silent:
         assert f["observer"]["change"] < passivity.CHANGED
 
 
-def test_the_judge_counts_what_was_there():
-    """A block pushed over dry friction alone: all that the hand put in is heat, told from below."""
+def test_energy_measure_agrees_with_friction_losses():
+    """A block with only dry friction: all energy of the hand is dissipated, and the measure is a lower bound."""
     one = passivity.case(7)
     axis = one.axis
     axis.K, axis.B, axis.damping, axis.coulomb = 0.0, 0.0, 0.0, 0.3
@@ -44,15 +44,15 @@ def test_the_judge_counts_what_was_there():
     assert whole[-1] == pytest.approx(0.3 * np.abs(np.diff(rows[:, 1])).sum())
 
 
-def test_the_same_seed_the_same_case():
+def test_same_seed_gives_the_same_case():
     a, b, c = (passivity.case(seed) for seed in (5, 5, 6))
     assert (a.axis.K, a.path) == (b.axis.K, b.path)
     assert a.axis.K != c.axis.K
 
 
 @pytest.mark.parametrize(("delay", "least", "most"), [(0.0, 206, 209), (0.010, 134, 137), (0.050, 4, 8)])
-def test_stiffness_up_to_which_a_spring_pays(delay, least, most):
-    """The table of docs/stability-passivity.md: an MTM that is left at 5 cm/s, 3 N."""
+def test_largest_stiffness_without_intervention(delay, least, most):
+    """The table of docs/stability-passivity.md: an MTM released at 5 cm/s and 3 N."""
     o = _core.StabilityOptions()
     o.delay, o.acceleration = delay, 9.0
     assert passivity.pays(least, o, 3.0, 0.05)

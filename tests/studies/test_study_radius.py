@@ -1,4 +1,4 @@
-"""`palpate study radius`: the documented keys and a picture. tests/contact/test_touchable.py tests the map."""
+"""`palpate study radius`: the documented keys and a figure. tests/contact/test_touchable.py tests the map."""
 
 from functools import partial
 
@@ -10,20 +10,20 @@ from palpate.studies.radius.figures import draw
 from palpate.sweep import sweep
 
 
-def test_rows_table_and_picture(tmp_path):
-    here = partial(sweep, executor="serial")
-    rows = radius.run(radii=(1e-3, 2e-3), features=(4e-3,), noises=(0.0, 0.2e-3), sweep=here)
+def test_rows_table_and_figure(tmp_path):
+    serial = partial(sweep, executor="serial")
+    rows = radius.run(radii=(1e-3, 2e-3), features=(4e-3,), noises=(0.0, 0.2e-3), sweep=serial)
     assert {key for row in rows for key in row} == json_contract.keys("study radius")
-    assert rows[0]["error_mN"] == 0.0  # no noise
+    assert rows[0]["error_mN"] == 0.0  # without noise
     assert "kept of" in radius.table(rows).columns[1].header
     assert draw(rows, tmp_path).stat().st_size > 10_000
 
 
-def test_a_rate_filter_lags_and_no_more():
-    """A ramp slower than the cap passes unchanged; a step takes its time."""
+def test_rate_filter_only_adds_a_lag():
+    """A ramp below the rate cap is unchanged; a step becomes a ramp."""
     ramp = np.linspace(1.0, 2.0, 1000)[:, None] * [0, 0, 1]
     np.testing.assert_allclose(radius.rate_limited(ramp, 5.0), ramp, atol=1e-12)
     step = np.repeat([[0.0, 0.0, 1.0], [0.0, 0.0, 1.5]], 500, axis=0)
-    told = radius.rate_limited(step, 5.0)[:, 2]
-    assert told[500 + 98] < 1.5 - 1e-9
-    assert told[500 + 101] == 1.5
+    limited = radius.rate_limited(step, 5.0)[:, 2]
+    assert limited[500 + 98] < 1.5 - 1e-9
+    assert limited[500 + 101] == 1.5

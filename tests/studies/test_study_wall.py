@@ -1,4 +1,4 @@
-"""The paper's wall: rows 2 and 3 from one hand, row 1 as it is, quiet with passivity; measures by closed forms."""
+"""The paper's wall: its table from one hand model, stability with passivity, and measures against closed forms."""
 
 import json
 import math
@@ -24,14 +24,14 @@ def rows():
 
 
 @pytest.mark.parametrize("kd", [5.0, 10.0])
-def test_one_hand_makes_the_published_overshoots(rows, kd):
+def test_one_hand_reproduces_the_published_overshoots(rows, kd):
     assert rows[kd, "off"].overshoot_percent == pytest.approx(wall.TABLE_1[kd].offshoot_percent, rel=0.25)
     assert not rows[kd, "off"].limit_cycle
     assert rows[kd, "off"].settling_s < 1.0
     assert 0.5e-3 < rows[kd, "off"].steady_state_m < 4e-3
 
 
-def test_without_damping_it_oscillates_and_makes_energy(rows):
+def test_wall_without_damping_oscillates_and_generates_energy(rows):
     row = rows[0.0, "off"]
     assert row.limit_cycle
     assert row.settling_s is None
@@ -41,28 +41,28 @@ def test_without_damping_it_oscillates_and_makes_energy(rows):
 
 
 @pytest.mark.parametrize("kd", wall.KDS)
-def test_with_passivity_there_is_no_limit_cycle(rows, kd):
+def test_passivity_prevents_the_limit_cycle(rows, kd):
     row = rows[kd, "observer"]
     assert not row.limit_cycle
     assert row.overshoot_percent < 2.0
     assert row.energy_J > rows[kd, "off"].energy_J - 1e-9
 
 
-def test_the_scene_has_its_wall_where_the_paper_has_it():
-    """At rest the force is K times how far the handle is beyond y = 0.385 m."""
+def test_wall_of_the_scene_is_at_the_position_of_the_paper():
+    """At rest the force is K times the depth of the handle beyond y = 0.385 m."""
     setup = rig.build(Scene.load(scene_file()))
     assert setup.options().q_leader0 == pytest.approx(np.zeros(7))
     _, _, n = setup.surfaces[0].body.core.nearest(np.zeros((1, 3)))
     trace = press(Setting(5.0), HAND)
     depth = trace.y[-300:].mean() - WALL
-    hand = HAND.push_N - HAND.stiffness_N_per_m * depth  # the hand's spring, from where it wants to be
+    hand = HAND.push_N - HAND.stiffness_N_per_m * depth  # force of the hand's spring
     assert trace.F_cell[-300:].mean() == pytest.approx(hand, rel=0.02)
-    assert 400.0 * depth == pytest.approx(hand, abs=0.3)  # but for the arm's dry friction, 0.3 N at the handle
+    assert 400.0 * depth == pytest.approx(hand, abs=0.3)  # tolerance: dry friction of the arm, 0.3 N at the handle
     assert (trace.y[0], n[0, 2]) == (pytest.approx(0.3645, abs=1e-4), pytest.approx(1.0))
 
 
 def test_measures_of_a_damped_swing():
-    """Judge: y = wall + rest + a exp(-s t) cos(w t) from the touch on; settles when a exp(-s t) is 5 % of the peak."""
+    """Reference: y = wall + rest + a exp(-s t) cos(w t) after contact; settled when a exp(-s t) is 5 % of the peak."""
     t = np.arange(0.0, 4.0, 0.002)
     rest, a, s, w = 0.002, 0.004, 3.0, 20.0
     y = np.where(t < 1, WALL - 1e-3, WALL + rest + a * np.exp(-s * (t - 1)) * np.cos(w * (t - 1)))
@@ -75,7 +75,7 @@ def test_measures_of_a_damped_swing():
     assert not found.limit_cycle
 
 
-def test_rebound_of_a_bounce():
+def test_rebound_of_a_bounce_is_its_speed_ratio():
     t = np.arange(0.0, 4.0, 0.002)
     y = np.where(
         t < 1.0, WALL - 0.1 * (1.0 - t), np.where(t < 1.1, WALL + 0.1 * (t - 1.0), WALL + 0.01 - 0.04 * (t - 1.1))
@@ -84,31 +84,31 @@ def test_rebound_of_a_bounce():
     assert judge(Trace(t, y, t, t)).rebound == pytest.approx(0.4, rel=0.05)
 
 
-def test_a_handle_that_never_reaches_the_wall():
+def test_handle_that_never_reaches_the_wall_has_zero_measures():
     t = np.arange(0.0, 4.0, 0.002)
     found = judge(Trace(t, np.full_like(t, 0.37), 0 * t, 0 * t))
     assert (found.overshoot_percent, found.limit_cycle, found.settling_s, found.rebound) == (0.0, False, None, 0.0)
 
 
-def test_the_same_person_has_the_same_hand():
+def test_same_person_has_the_same_hand():
     assert HAND.of_another(3) == HAND.of_another(3) != HAND.of_another(4)
     assert HAND.of_another(3).delay_s == HAND.delay_s
     ratios = [HAND.of_another(k).mass_kg / HAND.mass_kg for k in range(500)]
     assert np.mean([0.5 < r < 2.0 for r in ratios]) == pytest.approx(0.95, abs=0.03)
 
 
-def test_the_fit_prefers_the_scene_s_hand_to_its_neighbours():
-    """The scene's hand is as good as the search needs: rows of a third less delay, or a softer push, are worse."""
+def test_fitted_hand_of_the_scene_is_better_than_its_neighbours():
+    """The hand of the scene has a smaller error than hands with changed delay, push or approach."""
 
     def of(hand):
         return fit.loss([judge(press(Setting(kd), hand)) for kd in wall.KDS])
 
-    here = of(HAND)
-    assert here < 0.8
-    assert here < min(of(HAND.scaled(delay_s=0.6)), of(HAND.scaled(push_N=0.6)), of(HAND.scaled(approach_s=0.5)))
+    fitted = of(HAND)
+    assert fitted < 0.8
+    assert fitted < min(of(HAND.scaled(delay_s=0.6)), of(HAND.scaled(push_N=0.6)), of(HAND.scaled(approach_s=0.5)))
 
 
-def test_the_search_stays_within_its_bounds_and_keeps_the_best(monkeypatch):
+def test_search_stays_within_its_bounds_and_keeps_the_best(monkeypatch):
     monkeypatch.setattr(fit, "TRIES", 3)
     monkeypatch.setattr(fit, "STEPS", 2)
     found, least = fit.search(seed=5)
@@ -118,18 +118,18 @@ def test_the_search_stays_within_its_bounds_and_keeps_the_best(monkeypatch):
     assert "found again" in fit.words(found, least)
 
 
-def test_json_is_the_documented_contract(tmp_path, monkeypatch):
+def test_json_has_the_documented_keys(tmp_path, monkeypatch):
     monkeypatch.setattr(wall, "CURVE", wall.KDS)
     monkeypatch.setattr(figures, "CURVE", wall.KDS)
-    monkeypatch.setattr(wall, "press", lambda setting, hand: press(setting, hand, seconds=1.5))  # rough, and quick
+    monkeypatch.setattr(wall, "press", lambda setting, hand: press(setting, hand, seconds=1.5))  # short runs
     monkeypatch.setattr(command.Command, "sweeper", lambda self, console: partial(sweep, executor="serial"))
     assert command.Command(hands=2, json=tmp_path / "wall.json", figures=tmp_path)() == 0
-    told = json.loads((tmp_path / "wall.json").read_text())
-    assert set(told) | {"fit"} == json_contract.keys("study wall")
-    assert set(told["rows"][0]) - {"hands"} <= json_contract.keys_of("study wall", "Row:")
-    assert set(told["curve"][0]) - {"kd"} <= json_contract.keys_of("study wall", "Hands:")
-    assert [r["kd"] for r in told["rows"]] == [0, 5, 10]
+    report = json.loads((tmp_path / "wall.json").read_text())
+    assert set(report) | {"fit"} == json_contract.keys("study wall")
+    assert set(report["rows"][0]) - {"hands"} <= json_contract.keys_of("study wall", "Row:")
+    assert set(report["curve"][0]) - {"kd"} <= json_contract.keys_of("study wall", "Hands:")
+    assert [r["kd"] for r in report["rows"]] == [0, 5, 10]
     promised = {"kp", "kd", "overshoot_percent", "settling_s", "steady_state_m", "limit_cycle", "energy_J"}
-    assert promised <= set(told["rows"][0])
-    assert len(told["sensitivity"]) == 14
+    assert promised <= set(report["rows"][0])
+    assert len(report["sensitivity"]) == 14
     assert all((tmp_path / name).stat().st_size > 10_000 for name in ("wall-figure13.png", "wall-hands.png"))

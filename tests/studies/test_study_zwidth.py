@@ -1,4 +1,4 @@
-"""`palpate study zwidth`: the map agrees with the roots of the loop, the MTM's numbers with its dynamics."""
+"""`palpate study zwidth`: the map against the roots of the loop, and the MTM's parameters against its dynamics."""
 
 from dataclasses import replace
 from functools import partial
@@ -22,21 +22,21 @@ def found():
     return zwidth.run(device, (1000.0,), (0.0, 5e-3), partial(sweep, executor="serial"), points=(12, 4))
 
 
-def test_the_mtm_along_one_axis_is_what_its_dynamics_say():
+def test_one_axis_mtm_agrees_with_its_dynamics():
     device, arm = zwidth.mtm(), Arm.mtm("right")
-    assert device.mass == pytest.approx(handle_mass(), rel=0.05)  # that one caps what a singularity weighs at 20 kg
+    assert device.mass == pytest.approx(handle_mass(), rel=0.05)  # it has a limit at singularities
     J, step = arm.jacobian(arm.home), arm.leader_options().encoder_step
-    for motor in range(arm.n):  # a count of any motor moves the handle by no more
+    for motor in range(arm.n):  # no motor moves the handle by more per count
         moved = arm.leader_options().coupling[:, motor] * step[motor]
-        there = arm.fk(arm.home + moved)[1, 3] - arm.fk(arm.home)[1, 3]
-        assert abs(there) <= device.quantum * (1 + 1e-3)
+        shift = arm.fk(arm.home + moved)[1, 3] - arm.fk(arm.home)[1, 3]
+        assert abs(shift) <= device.quantum * (1 + 1e-3)
     assert np.linalg.matrix_rank(J) == 6
-    assert 0.1 < device.friction < 1.0  # what a hand feels of an MTM: some tenths of a newton
+    assert 0.1 < device.friction < 1.0  # friction of an MTM at the handle: some tenths of a newton
     assert 0.1 < device.damping < 10.0
 
 
-def test_simulated_walls_keep_to_the_boundary(found):
-    """Stable below it, oscillating above it; between two walls of the map is a factor of two."""
+def test_simulated_walls_agree_with_the_boundary(found):
+    """Walls are stable below the boundary and oscillate above; the map has steps of a factor of two."""
     checked = 0
     for panel in found["panels"]:
         line = np.array([np.inf if k is None else k for k in panel["boundary_N_per_m"]])
@@ -49,7 +49,7 @@ def test_simulated_walls_keep_to_the_boundary(found):
     assert checked > 60
 
 
-def test_delay_costs_stiffness_and_passive_walls_are_stable(found):
+def test_delay_reduces_the_stiffness_and_passive_walls_are_stable(found):
     at_once, late = (largest(panel) for panel in found["panels"])
     assert (late[:3] < 0.3 * at_once[:3]).all()
     for panel, most in zip(found["panels"], (at_once, late), strict=True):
@@ -59,7 +59,7 @@ def test_delay_costs_stiffness_and_passive_walls_are_stable(found):
         assert panel["colgate_brown_N_per_m"][0] == pytest.approx(passive)
 
 
-def test_keys_table_and_picture(found, tmp_path):
+def test_keys_table_and_figure(found, tmp_path):
     assert set(found) == json_contract.keys("study zwidth")
     documented = json_contract.keys_of("study zwidth", "A panel:") - {"null"}
     assert set(found["panels"][0]) == documented

@@ -1,4 +1,4 @@
-"""Typed constructors, drawings, grids from meshes and files; what cannot be is refused with its mend."""
+"""Typed constructors, drawings, grids from meshes and files; invalid input is reported with a remedy."""
 
 import gzip
 
@@ -26,7 +26,7 @@ def ball():
 
 
 @pytest.mark.parametrize("surface", ALL, ids=lambda s: s.name)
-def test_what_is_drawn_lies_on_the_surface_and_faces_outwards(surface):
+def test_drawn_mesh_lies_on_the_surface_and_faces_outwards(surface):
     v, t = surface.vertices, surface.triangles
     np.testing.assert_allclose(surface.nearest(v)[0], 0.0, atol=1e-9)
     a, b, c = (v[t[:, k]] for k in range(3))
@@ -35,7 +35,7 @@ def test_what_is_drawn_lies_on_the_surface_and_faces_outwards(surface):
     assert ((facing * surface.nearest(middle)[2]).sum(axis=1) >= -1e-15).all()
 
 
-def test_names_tell_sizes():
+def test_names_contain_the_sizes():
     assert repr(ALL[2]) == "<Box 'box': box, 40 x 30 x 20 mm>"
     assert str(ALL[5]) == "(x/30)^4 + (y/20)^2 + (z/40)^6 = 1, in mm"
 
@@ -43,13 +43,13 @@ def test_names_tell_sizes():
 def test_grid_of_a_mesh(ball):
     points = SHAPES["sphere"].curve(np.linspace(0, 3, 300), 1e-3)
     distance, _, normal = ball.nearest(points)
-    np.testing.assert_allclose(distance, 1e-3, atol=2e-5)  # the facets' own depth
+    np.testing.assert_allclose(distance, 1e-3, atol=2e-5)  # deviation of the facets
     assert (normal * SHAPES["sphere"].distance(points)[1]).sum(axis=1).min() > np.cos(np.radians(0.5))
     np.testing.assert_allclose(ball.nearest(ball.vertices)[0], 0.0, atol=1e-7)
     assert 2000 < len(ball.triangles) < 100_000
 
 
-def test_grid_files_come_back(ball, tmp_path):
+def test_grid_files_survive_a_round_trip(ball, tmp_path):
     ball.save(tmp_path / "ball.npz")
     again = surfaces.DistanceGrid.load(tmp_path / "ball.npz")
     assert again.name == "ball"
@@ -58,7 +58,7 @@ def test_grid_files_come_back(ball, tmp_path):
     np.testing.assert_array_equal(again.spacing, ball.spacing)
 
 
-def test_a_grid_keeps_what_it_was_given():
+def test_grid_keeps_its_data():
     nodes = np.moveaxis(np.indices((4, 5, 6)), 0, -1) * 0.001
     values = (nodes[..., 2] - 0.0025).astype(np.float32)
     grid = surfaces.DistanceGrid(values, np.zeros(3), 0.001)
@@ -70,7 +70,7 @@ def test_a_grid_keeps_what_it_was_given():
 
 
 @pytest.mark.parametrize("encoding", ["raw", "gzip"])
-def test_nrrd(ball, tmp_path, encoding):
+def test_nrrd_files_are_read(ball, tmp_path, encoding):
     data = (1e3 * ball.values).astype("<f4").tobytes(order="F")
     spacing, origin = 1e3 * ball.spacing, 1e3 * ball.origin
     header = (
@@ -106,33 +106,33 @@ def test_nrrd(ball, tmp_path, encoding):
         (lambda: surfaces.DistanceGrid.from_mesh(Mesh(*SHAPES["sphere"].mesh(500)), 1e-5), "mm or more"),
     ],
 )
-def test_mistakes_are_told(make, message):
+def test_mistakes_are_reported(make, message):
     with pytest.raises(SurfaceError, match=message):
         make()
 
 
-def test_damaged_files_are_told(tmp_path, ball):
-    for name, said in (
+def test_damaged_files_are_reported(tmp_path, ball):
+    for name, message in (
         ("a.npz", "the grid cannot be read"),
         ("a.stl", ".stl is not a format of distance grids"),
         ("a.nrrd", "cannot be"),
     ):
         (tmp_path / name).write_bytes(b"nonsense")
-        with pytest.raises(SurfaceError, match=said):
+        with pytest.raises(SurfaceError, match=message):
             surfaces.DistanceGrid.load(tmp_path / name)
     np.savez(tmp_path / "b.npz", distance=ball.values)
     with pytest.raises(SurfaceError, match=r"array 'origin.*' is missing"):
         surfaces.DistanceGrid.load(tmp_path / "b.npz")
 
 
-def test_an_open_mesh_has_no_inside():
+def test_open_mesh_has_no_inside():
     with pytest.warns(PalpateWarning, match="open"):
         sheet = Mesh(*SHAPES["wavy"].mesh(500), name="sheet")
     with pytest.raises(SurfaceError, match=r"sheet: the mesh is open: .* open edges"):
         surfaces.DistanceGrid.from_mesh(sheet, 0.002)
 
 
-def test_a_grid_too_coarse_for_a_plate_says_so():
+def test_grid_too_coarse_for_a_plate_is_reported():
     plate = Mesh(*SHAPES["plate"].mesh(500), name="plate")
     with pytest.warns(PalpateWarning, match="of the mesh's volume"):
         surfaces.DistanceGrid.from_mesh(plate, 0.0008)

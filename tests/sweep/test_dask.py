@@ -29,21 +29,21 @@ def dask(tmp_path_factory):
     """Address of a scheduler with two workers, and their processes."""
     pytest.importorskip("distributed", reason="Dask is not installed: make setup")
     folder = tmp_path_factory.mktemp("dask")
-    told, running = folder / "scheduler.json", []
+    scheduler, running = folder / "scheduler.json", []
 
     def start(*command: str) -> None:
-        words = [sys.executable, "-m", "distributed.cli." + command[0], *command[1:]]
-        running.append(subprocess.Popen(words, cwd=TESTS, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
+        arguments = [sys.executable, "-m", "distributed.cli." + command[0], *command[1:]]
+        running.append(subprocess.Popen(arguments, cwd=TESTS, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
 
     start("dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--dashboard-address",
-          "127.0.0.1:0", "--scheduler-file", str(told))  # fmt: skip
+          "127.0.0.1:0", "--scheduler-file", str(scheduler))  # fmt: skip
     for _ in range(2):
-        start("dask_worker", "--scheduler-file", str(told), "--nthreads", "1", "--no-nanny", "--no-dashboard",
+        start("dask_worker", "--scheduler-file", str(scheduler), "--nthreads", "1", "--no-nanny", "--no-dashboard",
               "--host", "127.0.0.1", "--local-directory", str(folder))  # fmt: skip
-    while not told.exists() or not told.read_text():
+    while not scheduler.exists() or not scheduler.read_text():
         assert running[0].poll() is None
         time.sleep(0.05)
-    yield json.loads(told.read_text())["address"], running[1:]
+    yield json.loads(scheduler.read_text())["address"], running[1:]
     for process in reversed(running):
         process.kill()
         process.wait()
@@ -77,7 +77,7 @@ def test_killed_cluster_worker_loses_no_point(dask, tmp_path):
     assert [row["x"] for row in found.rows()] == [seed_of(7, k) % 1000 + k for k in range(100)]
 
 
-def test_no_scheduler_and_no_workers(dask, monkeypatch):
+def test_missing_scheduler_and_missing_workers_are_reported(dask, monkeypatch):
     monkeypatch.setattr(cluster, "CONNECT_SECONDS", 0.3)
     with pytest.raises(SweepError, match=r"no Dask scheduler answers at tcp://127.0.0.1:9"):
         sweep(sweep_points.picky, {"k": [0]}, executor="dask", address="tcp://127.0.0.1:9")

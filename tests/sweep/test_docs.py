@@ -1,4 +1,4 @@
-"""The script in docs/studies.md runs as it stands."""
+"""The script in docs/studies.md runs unchanged."""
 
 import re
 import subprocess

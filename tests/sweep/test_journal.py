@@ -37,9 +37,9 @@ def calls_in(folder: Path) -> int:
 
 @pytest.fixture
 def stopped(tmp_path):
-    """A sweep of 200 points that was stopped by a signal: (command, folder of its calls, journal, points kept)."""
+    """A sweep of 200 points that was stopped by a signal: (command, folder of its calls, journal, standard error)."""
 
-    def stop(how):
+    def stop(signal_number):
         calls, journal = tmp_path / "calls", tmp_path / "journal"
         calls.mkdir()
         command = [sys.executable, sweep_points.__file__, str(calls), str(journal)]
@@ -47,21 +47,21 @@ def stopped(tmp_path):
         while done(journal) < 40:
             assert process.poll() is None
             time.sleep(0.01)
-        process.send_signal(how)
-        said = process.communicate()[1]
-        patience = time.monotonic() + 5.0
-        while any(works(file.name) for file in calls.iterdir()):  # a killed parent's workers end with their point
-            assert time.monotonic() < patience
+        process.send_signal(signal_number)
+        output = process.communicate()[1]
+        deadline = time.monotonic() + 5.0
+        while any(works(file.name) for file in calls.iterdir()):  # workers of a killed parent end after their point
+            assert time.monotonic() < deadline
             time.sleep(0.02)
-        return command, calls, journal, said
+        return command, calls, journal, output
 
     return stop
 
 
 def test_ctrl_c_keeps_finished_points_and_ends_the_workers(stopped):
-    _, calls, journal, said = stopped(signal.SIGINT)
-    assert said.rstrip().endswith("KeyboardInterrupt")
-    assert said.count("Traceback") == 1  # the workers are silent
+    _, calls, journal, output = stopped(signal.SIGINT)
+    assert output.rstrip().endswith("KeyboardInterrupt")
+    assert output.count("Traceback") == 1  # the workers are silent
     assert 40 <= done(journal) <= calls_in(calls) < 200
 
 
@@ -106,7 +106,7 @@ def test_failed_points_are_retried(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("change", "message"),
     [
         ({"fn": sweep_points.picky}, 'fn was "sweep_points.draw" and is "sweep_points.picky"'),
         ({"fn": partial(sweep_points.draw)}, "code was "),
@@ -115,15 +115,15 @@ def test_failed_points_are_retried(tmp_path):
         ({"where": lambda p: p["K"] > 1}, "points was "),
     ],
 )
-def test_another_sweep_is_refused(change, words, tmp_path):
+def test_journal_of_another_sweep_is_rejected(change, message, tmp_path):
     same = {"fn": sweep_points.draw, "grid": GRID, "seed": 1, "executor": "serial", "resume": tmp_path / "j"}
     sweep(**same)
     with pytest.raises(SweepError, match="the journal belongs to another sweep") as refusal:
         sweep(**same | change)
-    assert words in str(refusal.value)
+    assert message in str(refusal.value)
 
 
-def test_another_version_is_refused(tmp_path, monkeypatch):
+def test_journal_of_another_version_is_rejected(tmp_path, monkeypatch):
     sweep(sweep_points.draw, GRID, 1, "serial", resume=tmp_path / "j")
     monkeypatch.setattr("palpate.sweep.run.identity", lambda: "9.9.9 (new)")
     with pytest.raises(SweepError, match=r"version was .* and is \"9.9.9 \(new\)\""):
@@ -134,7 +134,7 @@ def test_invalid_journal_files_are_rejected(tmp_path):
     (tmp_path / "notes.txt").write_text("buy milk\n")
     with pytest.raises(SweepError, match=r"notes.txt: this is not a journal of a sweep"):
         sweep(sweep_points.draw, GRID, 1, "serial", resume=tmp_path / "notes.txt")
-    (tmp_path / "one.txt").write_text("buy milk")  # not even a line
+    (tmp_path / "one.txt").write_text("buy milk")  # no complete line
     with pytest.raises(SweepError, match=r"one.txt: this is not a journal of a sweep"):
         sweep(sweep_points.draw, GRID, 1, "serial", resume=tmp_path / "one.txt")
     assert (tmp_path / "one.txt").read_text() == "buy milk"

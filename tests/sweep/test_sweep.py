@@ -85,7 +85,7 @@ def test_point_that_kills_every_worker_is_reported_as_failed():
 
 
 @pytest.mark.parametrize("executor", ["serial", "local"])
-def test_an_exception_names_its_points_and_its_place(executor):
+def test_exception_names_its_points_and_its_location(executor):
     with pytest.raises(SweepError) as failure:
         sweep(sweep_points.picky, {"k": range(8)}, executor=executor)
     text = str(failure.value)
@@ -114,7 +114,7 @@ def test_queue_returns_every_point_with_shrinking_chunks():
 
 
 @pytest.mark.parametrize(
-    ("wrong", "words"),
+    ("arguments", "message"),
     [
         ({"fn": lambda point, seed: {}}, "fn cannot be sent to worker processes"),
         ({"executor": "slurm"}, "unknown executor 'slurm'"),
@@ -127,9 +127,9 @@ def test_queue_returns_every_point_with_shrinking_chunks():
         ({"fn": sweep_points.__dict__["Path"], "executor": "serial"}, "TypeError"),
     ],
 )
-def test_invalid_arguments_are_rejected(wrong, words):
-    with pytest.raises(SweepError, match=words):
-        sweep(**{"fn": sweep_points.picky, "grid": {"k": [0]}, **wrong})
+def test_invalid_arguments_are_rejected(arguments, message):
+    with pytest.raises(SweepError, match=message):
+        sweep(**{"fn": sweep_points.picky, "grid": {"k": [0]}, **arguments})
 
 
 def test_script_without_a_main_guard_gets_a_remedy(tmp_path):
@@ -142,7 +142,7 @@ def test_script_without_a_main_guard_gets_a_remedy(tmp_path):
     assert "if __name__ == '__main__':" in run.stderr
 
 
-def test_workers_with_other_sources_are_refused():
+def test_workers_with_other_sources_are_rejected():
     work = Work(sweep_points.picky, Grid.of({"k": [0]}), 0, "0.0.1 (other)")
     (answer,) = pickle.loads(pickle.dumps(work)).answers([0])
     assert "the sweep was begun by 0.0.1 (other); install the same" in answer.error

@@ -1,4 +1,4 @@
-"""A leader on a bench: its plant, a control law, a hand on a path, and a spring to feel. No scene, no follower."""
+"""A leader on a bench: its plant, a control law and a hand, without scene and follower."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SUBSTEPS = 10
 
 @dataclass
 class Bench:
-    """One arm held by a hand; `tick` is one millisecond."""
+    """One arm held by a hand; `tick` runs one millisecond."""
 
     arm: palpate.Arm
     leader: _core.Leader
@@ -23,7 +23,7 @@ class Bench:
     status: int = 0
 
     def tick(self, F, X=None, V=None):
-        """Render F (6,) while the hand wants X and moves with V; the command that was given."""
+        """Render F (6,) [N, N m] for a hand at the pose X with the twist V; returns the command."""
         leader = self.leader
         command, self.status = self.torque.step(
             self.model, leader.q_measured, leader.v_measured, F, F_cell_L=leader.F_cell_L

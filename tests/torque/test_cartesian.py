@@ -1,4 +1,4 @@
-"""The arm's dynamics at the handle (Eqs 1-5): joint space is the judge, energy the second one."""
+"""The arm's dynamics at the handle (Eqs 1-5), against the dynamics in joint space and energy."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def states(arm, n=30, seed=5):
 
 
 def coriolis(arm, q, v):
-    """C(q, v) by Christoffel's symbols from finite differences of M, to the fourth order."""
+    """C(q, v) from Christoffel symbols by fourth-order finite differences of M."""
     M = arm.mass_matrix
     near = [8 * (M(q + H * e) - M(q - H * e)) for e in np.eye(arm.n)]
     far = [M(q + 2 * H * e) - M(q - 2 * H * e) for e in np.eye(arm.n)]
@@ -39,17 +39,17 @@ def test_mass_matrix_is_symmetric_and_positive(arm):
 
 
 def test_mass_matrix_rate_minus_twice_coriolis_is_skew(arm):
-    """Of the C whose product with v is the one the core computes (Eq 1)."""
+    """C v agrees with the bias of the core (Eq 1)."""
     for q, v in states(arm, 10):
         C, M_rate = coriolis(arm, q, v)
         bias = arm.bias(q, v) - arm.gravity(q)
         assert np.abs(C @ v - bias).max() < 1e-9 * max(1, np.abs(bias).max())
         S = M_rate - 2 * C
         assert np.abs(S + S.T).max() < 1e-10
-        assert abs(v @ (M_rate @ v - 2 * bias)) < 1e-8  # the core's own C: no power
+        assert abs(v @ (M_rate @ v - 2 * bias)) < 1e-8  # the C of the core has no power
 
 
-def test_gravity_is_newton_euler(arm):
+def test_gravity_agrees_with_newton_euler(arm):
     for q, _ in states(arm):
         assert np.abs(arm.inverse_dynamics(q, 0 * q, 0 * q) - arm.gravity(q)).max() < 1e-9
         slope = [(8 * (arm.potential_energy(q + H * e) - arm.potential_energy(q - H * e))
@@ -59,8 +59,8 @@ def test_gravity_is_newton_euler(arm):
 
 
 @pytest.mark.parametrize("task", [3, 6])
-def test_cartesian_and_joint_form_accelerate_alike(arm, task):
-    """Eqs 2-5 with torques and an external wrench: the tip's acceleration is J q'' + J' q' of Eq 1."""
+def test_cartesian_and_joint_form_give_the_same_acceleration(arm, task):
+    """Eqs 2-5 with torques and an external wrench give the tip acceleration J q'' + J' q' of Eq 1."""
     if arm.n < task:
         pytest.skip("an arm of three joints has no six-dimensional task")
     rng = np.random.default_rng(6)
@@ -85,8 +85,8 @@ def test_cartesian_and_joint_form_accelerate_alike(arm, task):
     assert compared >= 10
 
 
-def test_square_arms_are_the_papers_equations():
-    """Eqs 3-5 word for word where J has an inverse."""
+def test_arms_with_invertible_jacobians_follow_the_papers_equations():
+    """Eqs 3-5 literally, for an invertible J."""
     arm = palpate.Arm.model("six_axis")
     for q, v in states(arm, 20):
         Lambda, Gamma_v, eta, singular = _core.cartesian(arm, q, v)
@@ -100,9 +100,9 @@ def test_square_arms_are_the_papers_equations():
         assert np.allclose(eta, inverse.T @ arm.gravity(q), atol=1e-7)
 
 
-def test_a_stretched_arm_is_damped_and_says_so():
+def test_singular_arm_is_damped_and_reports_it():
     arm = palpate.Arm.model("six_axis")
-    q = np.array([0.3, 0.4, 0.0, 0.0, 0.0, 0.0])  # straight from shoulder to hand
+    q = np.array([0.3, 0.4, 0.0, 0.0, 0.0, 0.0])  # the arm is straight
     Lambda, Gamma_v, eta, singular = _core.cartesian_place(arm, q, np.ones(6))
     assert singular
     assert np.linalg.eigvalsh(Lambda)[-1] == pytest.approx(20.0)
@@ -115,8 +115,8 @@ def test_a_stretched_arm_is_damped_and_says_so():
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_a_free_swing_keeps_its_energy(name):
-    """No friction, no drive, no hand: relative drift below 1e-6 in two seconds."""
+def test_free_swing_keeps_its_energy(name):
+    """Without friction, drives and hand the relative drift is below 1e-6 in two seconds."""
     arm = palpate.Arm.model(name)
     options = arm.leader_options()
     options.coulomb, options.viscous, options.quantised = np.zeros(arm.n), np.zeros(arm.n), False
@@ -133,5 +133,5 @@ def test_a_free_swing_keeps_its_energy(name):
         scale = max(scale, abs(leader.energy - arm.potential_energy(leader.q) - arm.elastic_energy(leader.q)))
         if (leader.q <= arm.q_min + 1e-3).any() or (leader.q >= arm.q_max - 1e-3).any():
             break
-    assert scale > 1e-3  # it did swing
+    assert scale > 1e-3  # control: the arm swings
     assert np.abs(np.array(E) - E[0]).max() < 1e-6 * max(scale, abs(E[0]))

@@ -1,4 +1,4 @@
-"""The three control laws on a simulated leader: what the load cell reads, what they cost, what they refuse."""
+"""The three control laws on a simulated leader: rendered forces, bounds, and rejected options."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ TOO_FAST, NO_CELL = STATUS["too_fast"][0], STATUS["no_load_cell"][0]
 
 @pytest.mark.parametrize("name", ["mtm_right", "six_axis", "delta"])
 @pytest.mark.parametrize("law", LAWS)
-def test_at_rest_the_hand_feels_what_is_rendered(law, name):
+def test_force_at_rest_is_the_rendered_one(law, name):
     """Within 1 % on an arm without friction."""
     b = bench(law, name=name)
     F = np.array([1.2, -0.8, 1.5, 0, 0, 0])
@@ -25,7 +25,7 @@ def test_at_rest_the_hand_feels_what_is_rendered(law, name):
     assert np.abs(b.leader.load_cell[:3] - F[:3]).max() < 0.01 * np.linalg.norm(F)
 
 
-def test_at_rest_a_moment_is_felt_as_well():
+def test_moment_at_rest_is_the_rendered_one():
     b = bench(name="six_axis")
     F = np.array([0.5, 0.2, -0.3, 0.02, -0.03, 0.01])
     for _ in range(3000):
@@ -33,14 +33,14 @@ def test_at_rest_a_moment_is_felt_as_well():
     assert np.abs(b.leader.load_cell - F).max() < 0.01 * np.linalg.norm(F)
 
 
-def test_shaped_inertia_is_the_mass_that_the_hand_feels():
-    """The handle without a hand's spring: a = F / m, whatever the arm weighs along that direction."""
+def test_shaped_inertia_is_the_mass_at_the_handle():
+    """Without the spring of a hand a = F / m, independent of the mass of the arm in this direction."""
     masses = {}
     for shape in (False, True):
         b = bench("impedance", name="six_axis", laws__shape_inertia=shape, laws__virtual_mass=0.8)
         F, t = np.array([0.0, 0.4, 0.0, 0, 0, 0]), 0.0
         X = b.arm.fk(b.arm.home)
-        for k in range(60):  # the hand keeps the orientation and follows: it wants to be where the handle is
+        for k in range(60):  # the hand keeps the orientation and follows the position of the handle
             X[:3, 3] = b.arm.fk(b.leader.q)[:3, 3]
             V = np.r_[(b.arm.jacobian(b.leader.q) @ b.leader.v)[:3], 0, 0, 0]
             b.tick(F, X, V)
@@ -48,13 +48,13 @@ def test_shaped_inertia_is_the_mass_that_the_hand_feels():
             if k == 29:
                 v, t1 = V[1], t
         a = ((b.arm.jacobian(b.leader.q) @ b.leader.v)[1] - v) / (t - t1)
-        masses[shape] = 0.4 / a - 0.15  # the hand's own mass is on the handle
+        masses[shape] = 0.4 / a - 0.15  # the mass of the hand is added to the handle
     assert masses[True] == pytest.approx(0.8, rel=0.1)
-    assert abs(masses[False] - 0.8) > 0.1  # and without shaping it is something else
+    assert abs(masses[False] - 0.8) > 0.1  # control: without shaping the mass differs
 
 
 def swing(b, f, A, seconds=1.0):
-    """The hand moves the handle by A sin(2 pi f t) along y of L; the largest neglected force and the statuses."""
+    """(largest neglected force [N], status bits) for a motion of the handle by A sin(2 pi f t) [m] along y of L."""
     X0, worst, seen = b.arm.fk(b.arm.home), 0.0, 0
     for k in range(round(seconds * 1000)):
         t, w = k * 1e-3, 2 * np.pi * f
@@ -66,8 +66,8 @@ def swing(b, f, A, seconds=1.0):
     return worst, seen
 
 
-def test_slow_is_silent_and_fast_is_told():
-    """The estimate is the inertia that was really there."""
+def test_fast_motion_is_reported_but_slow_motion_is_not():
+    """The estimate agrees with the true inertia force."""
     slow, seen = swing(bench(), 0.5, 0.01)
     assert slow < 0.3
     assert not seen & TOO_FAST
@@ -76,10 +76,10 @@ def test_slow_is_silent_and_fast_is_told():
     Lambda = _core.cartesian_place(b.arm, b.arm.home, np.zeros(7), b.arm.leader_options().rotor_inertia)[0]
     assert fast == pytest.approx(np.linalg.norm(Lambda[:, 1]) * 0.02 * (2 * np.pi * 4.0) ** 2, rel=0.45)
     assert seen & TOO_FAST
-    assert not swing(bench("admittance"), 4.0, 0.02)[1] & TOO_FAST  # it leaves nothing to the hand
+    assert not swing(bench("admittance"), 4.0, 0.02)[1] & TOO_FAST  # admittance leaves no inertia to the hand
 
 
-def test_the_load_cells_noise_is_as_large_as_it_says_and_repeats():
+def test_load_cell_noise_has_its_size_and_is_reproducible():
     def read(seed):
         b = bench(noise=0.05)
         options = b.arm.leader_options()
@@ -98,7 +98,7 @@ def test_the_load_cells_noise_is_as_large_as_it_says_and_repeats():
     assert not np.array_equal(noise, read(4))
 
 
-def test_without_a_load_cell_admittance_is_stiffness_and_says_so():
+def test_admittance_without_a_load_cell_equals_stiffness_and_is_reported():
     arm = palpate.Arm.model("mtm_right")
     q, v, F = arm.home, np.full(7, 0.1), np.array([1.0, 0, 0, 0, 0, 0])
     commands = []
@@ -115,7 +115,7 @@ def test_without_a_load_cell_admittance_is_stiffness_and_says_so():
 
 @settings(max_examples=50, deadline=None)
 @given(st.sampled_from(LAWS), st.lists(st.floats(allow_nan=True, allow_infinity=True), min_size=3, max_size=3))
-def test_whatever_the_load_cell_says_the_torques_are_finite_and_bounded(law, cell):
+def test_torques_are_finite_and_bounded_for_any_load_cell_values(law, cell):
     arm = palpate.Arm.model("mtm_right")
     options = _core.TorqueOptions()
     options.law, options.laws.shape_inertia = law, True
@@ -127,7 +127,7 @@ def test_whatever_the_load_cell_says_the_torques_are_finite_and_bounded(law, cel
         assert np.linalg.norm(command.F_law_L[:3]) <= options.law_cap + 1e-9
 
 
-def test_what_a_law_adds_fades_when_the_leader_is_silent():
+def test_terms_of_a_law_fade_when_the_leader_is_silent():
     b = bench("admittance")
     for _ in range(50):
         command = b.tick(np.array([2.0, 0, 0, 0, 0, 0]))
@@ -141,8 +141,8 @@ def test_what_a_law_adds_fades_when_the_leader_is_silent():
 
 @settings(max_examples=60, deadline=None)
 @given(st.lists(st.floats(-3, 3), min_size=7, max_size=7), st.floats(0, 1))
-def test_friction_compensation_gives_no_more_than_friction_takes(v, gain):
-    """Passive by construction: its power is below that of the friction, joint by joint, and zero in the dead band."""
+def test_friction_compensation_is_weaker_than_friction(v, gain):
+    """Its power is below that of the friction at each joint, and zero in the dead band, so it is passive."""
     b = bench(friction__gain=gain)
     truth, v = b.arm.leader_options(), np.array(v)
     tau = b.torque.step(b.model, b.arm.home, v, np.zeros(6))[0].tau_friction
@@ -152,8 +152,8 @@ def test_friction_compensation_gives_no_more_than_friction_takes(v, gain):
 
 
 @pytest.mark.parametrize("push", [0.0, 0.4])
-def test_a_released_arm_does_not_creep(push):
-    """All friction compensated, encoders as coarse as they are, nobody holds it: at rest it stays, pushed it stops."""
+def test_released_arm_does_not_creep(push):
+    """With all friction compensated and real encoders a free arm stays at rest, and stops after a push."""
     b = bench(friction=True, hand=False, quantised=True, friction__gain=1.0, platform_gain=0.0)
     for k in range(1500):
         b.tick(np.array([push if k < 60 else 0.0, 0, 0, 0, 0, 0]))
@@ -164,7 +164,7 @@ def test_a_released_arm_does_not_creep(push):
     assert np.abs(b.leader.v).max() < (1e-3 if push == 0 else 0.1)
 
 
-def test_soft_stops_push_back_and_store_what_they_take():
+def test_soft_stops_push_back_linearly():
     arm = palpate.Arm.model("mtm_right")
     torque = _core.Torque(_core.TorqueOptions(), arm.tau_max)
 
@@ -203,12 +203,12 @@ def test_every_term_can_be_switched_off():
         ("rotor_inertia", np.ones(3), "need 7 entries"),
     ],
 )
-def test_impossible_options_are_named(field, value, message):
+def test_invalid_options_are_reported(field, value, message):
     with pytest.raises(ValueError, match=message):
         bench(**{field: value} if field != "law" else {"law": value})
 
 
-def test_the_position_loop_is_judged_only_where_there_is_one():
+def test_bandwidth_of_the_position_loop_is_checked_only_for_admittance():
     bench("stiffness", laws__servo_bandwidth=80.0)
     with pytest.raises(ValueError, match=r"servo_bandwidth = 80.*a twentieth of the cycle's rate"):
         bench("admittance", laws__servo_bandwidth=80.0)

@@ -42,7 +42,7 @@ def test_torque_and_force_deliver_the_same_power(mtm, options, states):
 
 
 def test_paper_mode_commands_no_wrist_torque(mtm, options, states):
-    """Section 2.3 of the paper: exactly zero, gravity and platform included."""
+    """Section 2.3 of the paper: exactly zero, including gravity and platform terms."""
     options.mode, options.platform_gain, options.limits.gain = "paper", 1.0, 0.5
     options.friction.gain, options.friction.coulomb, options.friction.viscous = 0.8, np.ones(7), np.ones(7)
     for law in ("stiffness", "impedance", "admittance"):
@@ -68,8 +68,8 @@ def test_paper_mode_uses_the_wrist_centres_jacobian(mtm, options, states):
         assert np.allclose(out.tau_gravity[:3], mtm.holding(q)[:3])
 
 
-def test_a_pure_force_needs_no_wrist_torque_in_full_mode_either(mtm, options, states):
-    """The wrist axes meet at the handle: both modes render a pure force alike."""
+def test_pure_force_needs_no_wrist_torque_in_full_mode(mtm, options, states):
+    """The wrist axes meet at the handle, so both modes render a pure force equally."""
     torque = _core.Torque(options, 1e3 * mtm.tau_max)
     for q, v, F in states:
         out, _ = torque.step(mtm, q, v, np.r_[F[:3], 0, 0, 0])
@@ -87,10 +87,10 @@ def test_drive_limits_scale_the_force_and_keep_its_direction(mtm, options, state
         assert np.linalg.norm(np.cross(rendered[:3], big[:3])) < 1e-9 * np.linalg.norm(big) ** 2
         assert rendered @ big >= 0
         assert np.allclose(tau_force, mtm.jacobian(q).T @ rendered, atol=1e-12)
-        assert np.isclose(np.abs(tau) / mtm.tau_max, 1.0).any()  # as much as the drives can give
+        assert np.isclose(np.abs(tau) / mtm.tau_max, 1.0).any()  # the drives are at their limit
 
 
-def test_gravity_has_the_first_claim_on_the_drives(mtm, options):
+def test_gravity_has_priority_on_the_drives(mtm, options):
     q = np.zeros(7)
     weak = np.full(7, 0.5 * np.abs(mtm.holding(q)).max())
     out, status = _core.Torque(options, weak).step(mtm, q, 0 * q, np.array([0, 0, 5.0, 0, 0, 0]))
@@ -99,8 +99,8 @@ def test_gravity_has_the_first_claim_on_the_drives(mtm, options):
     assert np.linalg.norm(out.F_H_L) < 5.0
 
 
-def test_rounding_on_a_drive_without_room_takes_no_force(mtm, options):
-    """All wrist axes meet at the tip, so that a force loads the platform by rounding alone, however full."""
+def test_rounding_on_a_saturated_drive_does_not_reduce_the_force(mtm, options):
+    """All wrist axes meet at the tip, so a force loads the saturated platform drive only by rounding."""
     rng = np.random.default_rng(0)
     for _ in range(20):
         q, F = rng.uniform(mtm.q_min, mtm.q_max), np.r_[0.3 * rng.standard_normal(3), 0, 0, 0]
@@ -110,8 +110,8 @@ def test_rounding_on_a_drive_without_room_takes_no_force(mtm, options):
         np.testing.assert_allclose(out.F_H_L[:3], F[:3], rtol=1e-9)
 
 
-def test_moments_take_what_the_force_leaves(mtm, options):
-    """A moment the wrist's drives cannot give does not shorten the force."""
+def test_moments_use_the_torque_that_the_force_leaves(mtm, options):
+    """A moment beyond the wrist drives does not reduce the force."""
     q = np.array([0, 0, 0, 0, np.pi / 2, 0.3, 0])
     F = np.array([0.5, -1.0, 0.3, 0.4, 0.4, 0.4])
     out, status = _core.Torque(options, mtm.tau_max).step(mtm, q, 0 * q, F)
@@ -123,7 +123,7 @@ def test_moments_take_what_the_force_leaves(mtm, options):
     assert np.allclose(out.tau_force, mtm.jacobian(q).T @ out.F_H_L, atol=1e-12)
 
 
-def test_gravity_gain_and_a_wrong_model(mtm, options):
+def test_gravity_gain_and_wrong_model_scale_the_compensation(mtm, options):
     q = np.array([0.1, 0.3, -0.2, 0.4, 0.8, 0.2, 0.3])
     options.gravity_gain = 0.7
     heavier = mtm.with_scaled_masses(np.full(7, 1.1))
@@ -135,13 +135,13 @@ def test_gravity_gain_and_a_wrong_model(mtm, options):
     ("q5", "q6", "v4", "expected"),
     [
         (0.0, 0.1, 0.0, 0.5 * 0.1),  # error = q6 cos(q5)
-        (np.pi / 2, 0.1, 0.0, 0.0),  # the platform is in line: it has nothing to do
-        (0.0, 0.7, 0.0, 0.5 * 0.05 * np.pi),  # the goal is at most 9 degrees away
+        (np.pi / 2, 0.1, 0.0, 0.0),  # the platform is aligned, so the torque is zero
+        (0.0, 0.7, 0.0, 0.5 * 0.05 * np.pi),  # the error is limited to 9 degrees
         (0.0, 0.0, 0.4, -0.5 * 0.1 * 0.4),
-        (0.0, 0.0, -1e3, 0.4),  # capped
+        (0.0, 0.0, -1e3, 0.4),  # limited torque
     ],
 )
-def test_platform_controller_is_the_real_ones(mtm, q5, q6, v4, expected):
+def test_platform_controller_agrees_with_the_real_one(mtm, q5, q6, v4, expected):
     q, v = np.zeros(7), np.zeros(7)
     q[4], q[5], v[3] = q5, q6, v4
     out, _ = _core.Torque(_core.TorqueOptions(), 1e3 * mtm.tau_max).step(mtm, q, v, np.zeros(6))
@@ -150,7 +150,7 @@ def test_platform_controller_is_the_real_ones(mtm, q5, q6, v4, expected):
     assert not np.delete(tau_platform, PLATFORM).any()
 
 
-def test_impossible_options_are_named(mtm):
+def test_invalid_options_are_reported(mtm):
     options = _core.TorqueOptions()
     with pytest.raises(ValueError, match=r"torque mode must be 'full' or 'paper'.*got 'fancy'"):
         options.mode = "fancy"

@@ -1,4 +1,4 @@
-"""The soak in small: nothing pops through; a method without memory does, so that the judge can say no."""
+"""A short soak test: no tool pops through; a method without memory does, which shows that the check can fail."""
 
 import json
 
@@ -16,12 +16,12 @@ def test_nothing_pops_through():
     assert done.popped == 0, soak.table(done)
 
 
-def test_the_same_seed_makes_the_same_passes():
+def test_same_seed_gives_the_same_passes():
     one, other = (soak.run(3000, seed=5).as_json() | {"seconds": 0.0} for _ in range(2))
     assert one == other
 
 
-def test_a_method_without_memory_pops_through(tmp_path, capsys):
+def test_method_without_memory_pops_through(tmp_path, capsys):
     file = tmp_path / "soak.json"
     assert main(["soak", "contact", "--passes", "3000", "--method", "penalty", "--json", str(file)]) == 1
     done = json.loads(file.read_text())
@@ -35,6 +35,6 @@ def test_a_method_without_memory_pops_through(tmp_path, capsys):
     ("arguments", "message"),
     [({"passes": 0}, "passes must be at least 1, got 0"), ({"passes": 1, "method": "magic"}, "no method 'magic'")],
 )
-def test_bad_arguments_are_named(arguments, message):
+def test_invalid_arguments_are_reported(arguments, message):
     with pytest.raises(ValueError, match=message):
         soak.run(**arguments)

@@ -1,4 +1,4 @@
-"""A headless Chromium on a viewer's page, and where a point of the world is on its screen."""
+"""A headless Chromium with a viewer's page, and screen coordinates of points."""
 
 import shutil
 from contextlib import contextmanager
@@ -8,7 +8,7 @@ import pytest
 from viser.transforms import SO3
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-HARMLESS = "passive event listener"  # the slider of the widget library asks for what Chromium ignores, and it says so
+HARMLESS = "passive event listener"  # a warning of Chromium about the slider of the widget library
 FLAGS = [
     "--headless=new",
     "--no-sandbox",
@@ -24,9 +24,9 @@ FLAGS = [
 
 @contextmanager
 def open_page(url, size=(1200, 500)):
-    """The page once the read-outs are there; `page.strangers` and `page.errors` collect what should not happen."""
+    """The page with its read-outs; `page.strangers` collects requests to other hosts, `page.errors` errors."""
     if CHROMIUM is None:
-        pytest.skip("no Chromium here (Debian: apt-get install chromium): the viewer is not tested in a browser")
+        pytest.skip("Chromium is not installed (Debian: apt-get install chromium), so the viewer is not tested")
     api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed (uv sync --group test)")
     with api.sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
@@ -45,7 +45,7 @@ def open_page(url, size=(1200, 500)):
 
 
 def number(page, name):
-    """The figure of a read-out, e.g. `force` [N]."""
+    """The number of a read-out, e.g. `force` [N]."""
     return float(page.inner_text(f"#palpate-{name}").split()[0])
 
 

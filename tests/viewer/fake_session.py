@@ -1,4 +1,4 @@
-"""A session as the viewer sees it: the tool hangs over a floor, the hand can be dragged, the floor pushes back."""
+"""A mock session for the viewer: a tool above a floor with a contact force, and a hand that can be dragged."""
 
 import copy
 import time

@@ -1,4 +1,4 @@
-"""Fixtures in a real browser: seen, switched, weighed, dragged; every change reaches the session."""
+"""Fixtures in a real browser: drawing, switches, weights, dragging; every change reaches the session."""
 
 import time
 from dataclasses import replace
@@ -57,11 +57,11 @@ def shown():
 def until(condition, seconds=40.0):
     end = time.monotonic() + seconds
     while not condition():
-        assert time.monotonic() < end, "waited in vain"
+        assert time.monotonic() < end, "timeout"
         time.sleep(0.1)
 
 
-def test_they_are_there_and_what_they_do_is_told_in_words(shown):
+def test_fixtures_are_drawn_and_described(shown):
     _, viewer, page = shown
     assert [mark.forbids for mark in viewer._drawing._stage.fixtures] == [True, False]
     until(lambda: page.inner_text("#palpate-guidance") == "vessel: 1.50 N; the goal is kept 0.3 mm back")
@@ -70,7 +70,7 @@ def test_they_are_there_and_what_they_do_is_told_in_words(shown):
     assert page.strangers == []
 
 
-def test_a_switch_reaches_the_session(shown):
+def test_switch_reaches_the_session(shown):
     session, _, page = shown
     page.get_by_label("vessel", exact=True).click()
     until(lambda: session.given and not session.given[-1][0].enabled)
@@ -78,7 +78,7 @@ def test_a_switch_reaches_the_session(shown):
     until(lambda: session.given[-1][0].enabled)
 
 
-def test_a_weight_reaches_the_session(shown):
+def test_weight_reaches_the_session(shown):
     session, _, page = shown
     thumb = page.query_selector_all('[role="slider"]')[2]  # after the two of the tissue
     thumb.focus()
@@ -87,7 +87,7 @@ def test_a_weight_reaches_the_session(shown):
     until(lambda: session.given[-1][0].authority == pytest.approx(0.8))
 
 
-def test_a_handle_moves_a_fixture(shown):
+def test_dragging_a_handle_moves_a_fixture(shown):
     session, viewer, page = shown
     page.get_by_label("move it").nth(0).click()
     handle = viewer.guidance.handle["vessel"]

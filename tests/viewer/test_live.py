@@ -1,4 +1,4 @@
-"""The live viewer in a real browser: a newcomer drags the hand, feels the organ, and turns the knobs."""
+"""The live viewer in a real browser: dragging the hand, forces, and controls."""
 
 import io
 import time
@@ -30,11 +30,11 @@ def page(viewer):
 def until(condition, seconds=30.0):
     end = time.monotonic() + seconds
     while not condition():
-        assert time.monotonic() < end, "waited in vain"
+        assert time.monotonic() < end, "timeout"
         time.sleep(0.1)
 
 
-def test_page_draws_the_scene_without_asking_anybody_else(page):
+def test_page_draws_the_scene_without_other_hosts(page):
     picture = np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB")).astype(float)
     middle = picture[:, 330:910]
     assert middle.std() > 20.0
@@ -60,7 +60,7 @@ def test_dragging_the_ball_moves_the_hand_and_the_force_changes(page, viewer):
     assert page.inner_text("#palpate-status") == "touching"
 
 
-def test_stiffness_slider_makes_it_stiffer(page, viewer):
+def test_stiffness_slider_raises_the_force(page, viewer):
     before = number(page, "force")
     thumb = page.query_selector_all('[role="slider"]')[0]
     thumb.focus()
@@ -70,7 +70,7 @@ def test_stiffness_slider_makes_it_stiffer(page, viewer):
     until(lambda: number(page, "force") > 1.05 * before)
 
 
-def test_clutch_frees_the_hand_and_says_so(page, viewer):
+def test_clutch_releases_the_hand_and_shows_it(page, viewer):
     page.get_by_label("clutch").click()
     until(lambda: viewer.console._source.controls.clutch)
     until(lambda: "clutched" in page.inner_text("#palpate-status"))
@@ -78,7 +78,7 @@ def test_clutch_frees_the_hand_and_says_so(page, viewer):
     until(lambda: "clutched" not in page.inner_text("#palpate-status"))
 
 
-def test_reset_brings_everything_back(page, viewer):
+def test_reset_restores_the_initial_state(page, viewer):
     page.get_by_text("Reset hand and tissue").click()
     until(lambda: number(page, "force") == 0.0)
     controls = viewer.console._source.controls
@@ -88,7 +88,7 @@ def test_reset_brings_everything_back(page, viewer):
     assert page.errors == []
 
 
-def test_busy_port_is_told_with_a_way_out(viewer):
+def test_busy_port_is_reported_with_a_remedy(viewer):
     port = viewer._server.get_port()
     with pytest.raises(PortError, match=f"port {port} cannot be used for the viewer") as caught:
         LiveViewer(FakeSession(), stage(), port=port)

@@ -1,4 +1,4 @@
-"""The viewer of a record: any instant can be chosen, and what is shown is that instant."""
+"""The viewer of a record shows any chosen instant."""
 
 import time
 
@@ -10,7 +10,7 @@ from palpate.viewer.replay import ReplayViewer
 
 
 def record_of(seconds=4.0, rate=1000):
-    """A force that rises by 1 N each second, the tool moving along x at 10 mm/s."""
+    """A record with a force that rises by 1 N/s and a tool that moves along x at 10 mm/s."""
     ticks = np.repeat(FakeSession().latest()[None], int(seconds * rate))
     ticks["t"] = np.arange(len(ticks)) / rate
     ticks["F_H_L"] = ticks["t"][:, None] * [0.0, 0.0, 1.0]
@@ -26,14 +26,14 @@ def viewer():
     viewer.close()
 
 
-def settled(read, wanted, tolerance, seconds=20.0):
+def settled(read, target, tolerance, seconds=20.0):
     end = time.monotonic() + seconds
-    while abs(read() - wanted) > tolerance:
-        assert time.monotonic() < end, f"still at {read()}, not at {wanted}"
+    while abs(read() - target) > tolerance:
+        assert time.monotonic() < end, f"still at {read()}, not at {target}"
         time.sleep(0.05)
 
 
-def test_plays_by_itself_and_starts_over(viewer):
+def test_viewer_plays_automatically_and_repeats(viewer):
     start = viewer.time.value
     time.sleep(0.5)
     assert viewer.play.value
@@ -43,7 +43,7 @@ def test_plays_by_itself_and_starts_over(viewer):
     assert viewer.time.value < 3.0
 
 
-def test_shows_the_chosen_instant(viewer):
+def test_viewer_shows_the_chosen_instant(viewer):
     for t in (2.5, 0.5):  # forwards, then back
         viewer.show_at(t)
         settled(lambda: float(viewer._drawing.p_WT[0]), 0.01 * t, 1e-4)

@@ -1,4 +1,4 @@
-"""What is drawn is what is felt, only never heavier than a browser can turn."""
+"""Drawn surfaces equal the rendered ones, with at most as many triangles as a browser can handle."""
 
 from dataclasses import replace
 
@@ -12,12 +12,12 @@ from palpate.viewer.gauges import Gauges
 from palpate.viewer.staging import drawable
 
 
-def test_a_surface_that_is_light_enough_is_drawn_as_it_is():
+def test_small_mesh_is_drawn_unchanged():
     vertices, triangles = organ(4000)
     assert drawable(vertices, triangles)[0] is vertices
 
 
-def test_a_heavy_surface_is_drawn_coarser_in_the_same_place():
+def test_large_mesh_is_drawn_coarser_at_the_same_position():
     vertices, triangles = organ(60_000)
     coarse_vertices, coarse_triangles = drawable(vertices, triangles, most=8000)
     assert 4000 < len(coarse_triangles) < 12_000
@@ -26,8 +26,8 @@ def test_a_heavy_surface_is_drawn_coarser_in_the_same_place():
     assert coarse.volume == pytest.approx(fine.volume, rel=0.02)
 
 
-def test_the_margin_follows_the_sliders():
-    """Twice the stiffness halves it, more damping moves the limit, and beyond it the figure is red."""
+def test_stability_margin_follows_the_sliders():
+    """Twice the stiffness halves the margin, more damping changes the limit, and beyond it the number is red."""
     stage = replace(fake_session.stage(), stable_below=lambda B: 1000.0 + 100.0 * B)
     gauges = Gauges.__new__(Gauges)
     gauges._stage, gauges._limit = stage, None

@@ -1,4 +1,4 @@
-"""The viewer on the real thing: the shipped scene in real time, the hand dragged in the browser, a push felt."""
+"""The viewer with a real session: the shipped scene in real time, and a hand dragged in the browser."""
 
 import time
 from pathlib import Path
@@ -19,7 +19,7 @@ def running():
     first = scene.objects[0].model_copy(update={"triangles": 6000})  # software rendering is slow
     session = Session(scene.model_copy(update={"objects": (first,)}))
     controls = session.controls
-    controls.hold = True  # 20 mm above the organ
+    controls.hold = True  # the hand is held 20 mm above the organ
     session.controls = controls
     viewer = LiveViewer(session, stage_of(session.rig), port=0)
     viewer.console.path.value = False

@@ -1,4 +1,4 @@
-"""Every state that the loop can report has words."""
+"""Every status of the loop has a description."""
 
 import re
 from pathlib import Path
@@ -20,18 +20,18 @@ def tick(status=0, contacts=0.0):
 
 
 @pytest.mark.parametrize("name", BITS)
-def test_every_bit_has_words_of_its_own(name):
-    (words,) = in_words(tick(1 << BITS[name]), 3.0)
+def test_every_status_bit_has_its_own_description(name):
+    (description,) = in_words(tick(1 << BITS[name]), 3.0)
     others = {in_words(tick(1 << bit), 3.0)[0] for other, bit in BITS.items() if other != name}
-    assert words not in {"free", "touching"} | others
+    assert description not in {"free", "touching"} | others
 
 
-def test_the_cap_is_named_in_newtons_and_the_gravest_comes_first():
-    said = in_words(tick((1 << BITS["kForceCapped"]) | (1 << BITS["kNotFinite"])), 3.0)
-    assert said == ["a number was not finite, or beyond a million: the force ramps to zero", "force capped at 3 N"]
+def test_force_cap_is_shown_in_newtons_after_graver_states():
+    shown = in_words(tick((1 << BITS["kForceCapped"]) | (1 << BITS["kNotFinite"])), 3.0)
+    assert shown == ["a number was not finite, or beyond a million: the force ramps to zero", "force capped at 3 N"]
 
 
-def test_nothing_to_say():
+def test_status_zero_has_no_description():
     assert in_words(tick(), 3.0) == ["free"]
     assert in_words(tick(contacts=1.0), 3.0) == ["touching"]
     assert in_words(tick(), 3.0, paused=True)[0].startswith("paused")

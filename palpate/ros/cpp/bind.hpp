@@ -1,4 +1,4 @@
-// The bindings of the parts, one file each.
+// Python bindings of each part; one source file per part.
 #pragma once
 
 #include <nanobind/nanobind.h>

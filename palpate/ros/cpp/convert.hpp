@@ -1,4 +1,4 @@
-// Structs of the core as messages, and back. Numbers go through as they are: whoever uses them judges them.
+// Converts structs of the core to messages and back. Values are not checked here; the code that uses them checks them.
 #pragma once
 
 #include <builtin_interfaces/msg/time.hpp>
@@ -21,7 +21,7 @@ namespace palpate::ros {
   time.nanosec = static_cast<std::uint32_t>(ns % 1'000'000'000);
   return time;
 }
-/// [ns since 1970]; 0 is the stamp of invalid data.
+/// Time of a stamp [ns since 1970]; 0 marks invalid data.
 [[nodiscard]] inline std::int64_t nanoseconds(const builtin_interfaces::msg::Time& time) noexcept {
   return std::int64_t{time.sec} * 1'000'000'000 + time.nanosec;
 }
@@ -37,7 +37,7 @@ void put(const Vec3& x, Xyz& m) noexcept {
   m.z = x.z();
 }
 
-/// Of a quaternion of any length; NaN for one that turns nothing.
+/// Rotation matrix of a quaternion of any norm; NaN for a quaternion of zero or non-finite norm.
 [[nodiscard]] inline Mat3 rotation_of(const geometry_msgs::msg::Quaternion& m) noexcept {
   const double norm = std::sqrt(m.w * m.w + m.x * m.x + m.y * m.y + m.z * m.z);
   if (!std::isfinite(norm) || norm < 1e-6) return Mat3::Constant(std::numeric_limits<double>::quiet_NaN());

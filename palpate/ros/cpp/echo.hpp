@@ -1,5 +1,5 @@
-// Sends every wrench of one topic back on another, as punctually as the system lets it: what ROS itself takes for the
-// way there and back.
+// Sends every wrench of one topic back on another, with real-time priority where allowed. It measures the round-trip
+// time of ROS itself.
 #pragma once
 
 #include <atomic>
@@ -37,7 +37,7 @@ class Echo {
   std::atomic<std::uint64_t> count_{0};
   Publisher<Wrench> publisher_;
   Subscription<Wrench> subscription_;
-  Spinner spinner_;  // last: it stops first
+  Spinner spinner_;  // declared last, so that it stops first
 };
 
 }  // namespace palpate::ros

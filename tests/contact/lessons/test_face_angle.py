@@ -1,4 +1,4 @@
-"""Section 3.3 in the plane: exact where the paper says so, and failing where the issue is with the rule itself."""
+"""Section 3.3 of the paper in the plane: cases in which Eq 20 is exact and cases in which it fails."""
 
 import numpy as np
 import pytest
@@ -21,23 +21,26 @@ FACES = (15.0, 30.0, 45.0, 60.0, 75.0, 90.0)
 
 @settings(max_examples=200, deadline=None)
 @given(
-    degrees=st.floats(1.0, 179.0), share=st.floats(0.02, 1.9), radius=st.floats(1e-3, 1.0), way=st.floats(0.02, 0.98)
+    degrees=st.floats(1.0, 179.0),
+    share=st.floats(0.02, 1.9),
+    radius=st.floats(1e-3, 1.0),
+    fraction=st.floats(0.02, 0.98),
 )
-def test_the_blue_line_has_the_face_angle_at_any_depth(degrees, share, radius, way):
-    """Fig 11: the derivative of c, from the circle's angle alone, to 1e-12 of a degree; and c_y = c_x tan phi_f."""
+def test_contact_point_path_has_the_face_angle_at_any_depth(degrees, share, radius, fraction):
+    """Fig 11: the derivative of c from the circle's angle, to 1e-12 deg, and c_y = c_x tan phi_f."""
     slide = Slide(np.radians(degrees), radius, share * radius)
     x = slide.travel(101)
-    x = x[[int(100 * way)]]
+    x = x[[int(100 * fraction)]]
     rate, c = slide.rate(x)[0], slide.contact(x)[0]
-    if np.linalg.norm(rate) > 1e-2:  # where the point runs along the face at all
-        slope = np.degrees(np.arctan2(*(np.sign(rate @ slide.face) * rate)[::-1]))  # it may run backwards
+    if np.linalg.norm(rate) > 1e-2:  # if the point moves along the face
+        slope = np.degrees(np.arctan2(*(np.sign(rate @ slide.face) * rate)[::-1]))  # the direction may be reversed
         assert abs(slope - degrees) < 1e-12 / min(1.0, np.linalg.norm(rate))
     assert abs(c[1] * np.cos(slide.phi_f) - c[0] * np.sin(slide.phi_f)) < 1e-14 * radius * 10
     assert np.linalg.norm(c - slide.centre(x)[0]) == pytest.approx(radius, rel=1e-14)
 
 
 @pytest.mark.parametrize("degrees", [*FACES, 120.0, -20.0, -60.0])
-def test_the_rate_is_the_finite_difference(degrees):
+def test_rate_agrees_with_finite_differences(degrees):
     slide = Slide(np.radians(degrees))
     x = slide.travel(9)
     h = 1e-7
@@ -45,8 +48,8 @@ def test_the_rate_is_the_finite_difference(degrees):
     np.testing.assert_allclose(numeric, slide.rate(x), atol=1e-7)
 
 
-def test_at_ninety_degrees_c_y_is_the_sine_and_c_x_stands():
-    slide = Slide(np.pi / 2, 1.0, 1.0)  # the centre at the height of the edge
+def test_at_ninety_degrees_c_y_is_the_sine_and_c_x_is_constant():
+    slide = Slide(np.pi / 2, 1.0, 1.0)  # the centre is at the height of the edge
     x = slide.travel(50)
     np.testing.assert_allclose(slide.contact(x)[:, 1], np.sin(slide.phi_n(x)), atol=1e-15)
     np.testing.assert_allclose(np.diff(slide.contact(x)[:, 0]), 0.0, atol=1e-15)
@@ -76,14 +79,14 @@ def test_eq_20_is_right_on_convex_and_blunt_concave_edges(degrees):
 
 
 @pytest.mark.parametrize("degrees", [91, 120, 170])
-def test_eq_20_fails_on_sharp_concave_edges_by_name(degrees):
+def test_eq_20_fails_on_sharp_concave_edges_and_the_error_is_named(degrees):
     slide = Slide(np.radians(degrees))
     n, fails = eq20(slide)
     assert fails == OVERHANG
     np.testing.assert_allclose(n, -slide.normal, atol=1e-9)
 
 
-def test_normals_from_surface_points_are_wrong_with_depth():
+def test_normals_from_surface_points_become_wrong_with_depth():
     assert contact_normal_error(15e-3, 1e-12) < 1e-3
     assert contact_normal_error(15e-3, 7.5e-3) == pytest.approx(60.0)
     assert contact_normal_error(15e-3, 20e-3) > 90.0  # the centre is below the face
@@ -98,6 +101,6 @@ def test_normals_from_surface_points_are_wrong_with_depth():
         (lambda: face_angle([0, 0], [0, 0]), "moved 0 um"),
     ],
 )
-def test_what_cannot_be_told_is_refused(make, message):
+def test_undefined_configurations_are_rejected(make, message):
     with pytest.raises(ValueError, match=message):
         make()

@@ -1,4 +1,4 @@
-"""Section 3.2: at point contact the normals are collinear, and only there."""
+"""Section 3.2 of the paper: the normals are collinear at point contact, and only there."""
 
 import numpy as np
 import pytest
@@ -19,10 +19,10 @@ def test_normals_become_collinear_as_the_gap_closes():
     assert crosses[0] > 0.1
     assert crosses[-1] < 1e-6
     assert pairs[-1].dot < -1 + 1e-12
-    assert np.polyfit(np.log(gaps[3:]), np.log(crosses[3:]), 1)[0] == pytest.approx(1.0, abs=0.01)  # linear in the gap
+    assert np.polyfit(np.log(gaps[3:]), np.log(crosses[3:]), 1)[0] == pytest.approx(1.0, abs=0.01)  # linear
 
 
-def test_at_contact_they_touch_in_one_point_and_nowhere_else():
+def test_bodies_in_contact_touch_in_exactly_one_point():
     pair = approach(U, V, TOUCH, WAY, 0.0)
     assert pair.gap < 1e-15
     np.testing.assert_allclose(U.nearest(pair.y[None])[0], 0.0, atol=1e-15)
@@ -31,6 +31,6 @@ def test_at_contact_they_touch_in_one_point_and_nowhere_else():
     assert inside_V.min() > -1e-12
 
 
-def test_a_way_that_leads_nowhere_is_refused():
+def test_direction_that_does_not_approach_the_object_is_rejected():
     with pytest.raises(ValueError, match="does not lead into U"):
         approach(U, V, TOUCH, (1.0, 0.0, 1.0), 0.01)

@@ -1,4 +1,4 @@
-"""Writes the bag of a CRTK session with known numbers, by the library rosbags: an MTM pushed while it swings."""
+"""Writes the bag of a CRTK session with known numbers, with the library rosbags: an MTM under a force in motion."""
 
 from pathlib import Path
 
@@ -18,12 +18,12 @@ def motion(t: float) -> np.ndarray:
 
 
 def force(t: float) -> np.ndarray:
-    """In the tip's axes before 1 s, in the base's after it [N]."""
+    """Force (3,) [N], in the axes of the tip before 1 s and in those of the base afterwards."""
     return np.array([0.0, 0.0, 2.0 * np.sin(np.pi * t)]) if t < 1.5 else np.array([0.0, 0.0, 1.0])
 
 
 def write(folder: Path, plugin: StoragePlugin = StoragePlugin.MCAP, follower: bool = True, named: str = "MTMR") -> Path:
-    """The wrench is renewed until 1.6 s and then left at 1 N: an arm without a timeout pushes for 0.4 s more."""
+    """The wrench is repeated until 1.6 s and then stays at 1 N; an arm without a timeout pushes for 0.4 s more."""
     store = get_typestore(Stores.ROS2_JAZZY)
     store.register(get_types_from_msg(STATE, "crtk_msgs/msg/OperatingState"))
     T = store.types

@@ -1,4 +1,4 @@
-"""A rosbag2 of a CRTK session opens in `report` and `replay`, whatever stored it; the numbers are those written."""
+"""`report` and `replay` of a rosbag2 of a CRTK session, from each storage plug-in, with the written numbers."""
 
 import json
 
@@ -22,7 +22,7 @@ def folder(request, tmp_path_factory):
     return crtk_bag.write(tmp_path_factory.mktemp("bag") / "session", request.param)
 
 
-def test_the_tracks_are_those_written(folder):
+def test_tracks_equal_the_written_values(folder):
     bag = Bag.open(folder)
     arm = bag.arms["MTMR"]
     t = np.arange(crtk_bag.RATE * crtk_bag.SECONDS) / crtk_bag.RATE
@@ -31,20 +31,20 @@ def test_the_tracks_are_those_written(folder):
     np.testing.assert_array_equal(arm.wrench.values[:, :3], [crtk_bag.force(x) for x in t[t <= 1.6]])
     assert (arm.absolute.values[:, 0] == (t[t <= 1.6] >= 1.0)).all()
     assert bag.pair == ("MTMR", "PSM1")
-    told = [(e.topic, e.text) for e in bag.events]
-    assert told == [("/MTMR/operating_state", "ENABLED, homed"), ("/MTMR_PSM1/following", "True")]
+    events = [(e.topic, e.text) for e in bag.events]
+    assert events == [("/MTMR/operating_state", "ENABLED, homed"), ("/MTMR_PSM1/following", "True")]
     rates = {topic.name: topic.rate for topic in bag.topics}
     assert rates["/MTMR/measured_js"] == pytest.approx(crtk_bag.RATE)
 
 
-def test_a_force_that_nobody_renews_is_counted(folder):
+def test_force_without_renewal_is_counted(folder):
     summary = summary_of(Bag.open(folder)).arms["MTMR"]
     assert summary.held_s == pytest.approx(1.995 - 1.6, abs=1e-6)
     assert summary.peak_force_N == pytest.approx(2.0)
 
 
 def test_ticks_have_the_force_in_both_frames(folder):
-    """Before 1 s the wrench is in the tip's axes, then in the base's; by rotating with the arm's own kinematics."""
+    """The wrench is in the axes of the tip before 1 s, then of the base; the arm's kinematics gives the rotation."""
     stage, ticks = stage_and_ticks(Bag.open(folder), None)
     arm = Arm.mtm("right")
     for k in (20, 250, 310):
@@ -59,16 +59,16 @@ def test_ticks_have_the_force_in_both_frames(folder):
 
 
 def test_report_writes_a_page_and_json(folder, tmp_path, capsys):
-    page, told = tmp_path / "page.html", tmp_path / "told.json"
-    assert main(["report", str(folder), "--out", str(page), "--json", str(told)]) == 0
+    page, summary = tmp_path / "page.html", tmp_path / "summary.json"
+    assert main(["report", str(folder), "--out", str(page), "--json", str(summary)]) == 0
     text = page.read_text()
     assert "MTMR" in text
     assert "an arm without a timeout keeps pushing" in text
-    assert json.loads(told.read_text())["leader"] == "MTMR"
-    assert main(["report", str(next(folder.glob("session.*"))), "--out", str(page)]) == 0  # the file alone
+    assert json.loads(summary.read_text())["leader"] == "MTMR"
+    assert main(["report", str(next(folder.glob("session.*"))), "--out", str(page)]) == 0  # the file without its folder
 
 
-def test_the_viewer_plays_it(folder):
+def test_viewer_plays_a_bag(folder):
     pytest.importorskip("viser", reason="the viewer is not installed")
     from palpate.viewer.replay import ReplayViewer
 
@@ -80,7 +80,7 @@ def test_the_viewer_plays_it(folder):
         viewer.close()
 
 
-def test_what_is_missing_is_told(tmp_path):
+def test_incomplete_and_unreadable_bags_are_reported(tmp_path):
     bag = Bag.open(crtk_bag.write(tmp_path / "strange", follower=False, named="HAPLY"))
     with pytest.raises(RecordError, match=r"no model of the arm HAPLY[\s\S]*--scene"):
         stage_and_ticks(bag, None)

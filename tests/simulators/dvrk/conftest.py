@@ -1,4 +1,4 @@
-"""A simulated dVRK and what tests ask of it: run for seconds, home, collect what was said."""
+"""A simulated dVRK for tests: it runs for a time, homes its arms and collects events."""
 
 import pytest
 
@@ -6,33 +6,33 @@ from palpate.simulators import dvrk
 
 
 class Robot:
-    """A system with its events kept."""
+    """A system that keeps its events."""
 
     def __init__(self, *arms, **options):
         self.system = dvrk.system(arms, **options)
-        self.said = []
+        self.events = []
         self.send, self.state, self.teleop = self.system.send, self.system.state, self.system.teleop
 
     def run(self, seconds):
-        """So long, in whole ticks; the events it brought."""
+        """Run for `seconds` in whole ticks; returns the events of this time."""
         self.system.step(max(round(seconds / self.system.tick), 1))
         news = self.system.events()
-        self.said += news
+        self.events += news
         return news
 
     def home(self, *arms):
-        """Power and home arms (all when none is named)."""
+        """Power and home arms; all arms by default."""
         for arm in arms or self.system.arms:
             self.send(arm, "state_command", "home")
         for _ in range(12):
             self.run(1.0)
             if all(self.state(a)["is_homed"] and not self.state(a)["is_busy"] for a in arms or self.system.arms):
                 return self
-        raise AssertionError([e for e in self.said if e[2] in ("warning", "error")])
+        raise AssertionError([e for e in self.events if e[2] in ("warning", "error")])
 
-    def words(self, kind, news=None):
-        """Texts of status, warning or error."""
-        return [e[3] for e in (self.said if news is None else news) if e[2] == kind]
+    def messages(self, kind, news=None):
+        """Texts of the events status, warning or error."""
+        return [e[3] for e in (self.events if news is None else news) if e[2] == kind]
 
 
 @pytest.fixture

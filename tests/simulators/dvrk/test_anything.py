@@ -1,4 +1,4 @@
-"""Whatever is sent, in whatever order: states stay finite and known, torques within limits, a disabled arm undriven."""
+"""Random commands in random order: states stay finite and valid, torques within limits, disabled arms undriven."""
 
 from functools import cache
 
@@ -110,7 +110,7 @@ class AnyClient(RuleBasedStateMachine):
 
     @rule()
     def recover(self):
-        """Back from faults, so that there is something to disturb."""
+        """Recover from faults, so that further commands have an effect."""
         for command in ("disable", "home"):
             self.system.send("MTMR", "state_command", command)
         self.system.step(3000)

@@ -1,4 +1,4 @@
-"""Positions: moves, servoing, inverse kinematics, cannula, jaw, tools; and what cannot be asked."""
+"""Positions: moves, servo commands, inverse kinematics, cannula, jaw, tools, and rejected commands."""
 
 import numpy as np
 import pytest
@@ -19,48 +19,48 @@ GOALS = {
 
 
 @pytest.mark.parametrize(("arm", "goal"), GOALS.items())
-def test_move_jp_arrives_tells_and_is_busy_meanwhile(robot, arm, goal):
+def test_move_jp_arrives_reports_it_and_is_busy_during_the_motion(robot, arm, goal):
     r = robot(arm).home()
-    r.said.clear()
+    r.events.clear()
     r.send(arm, "move_jp", goal)
     r.run(0.1)
     assert r.state(arm)["is_busy"]
     r.run(6.0)
     s = r.state(arm)
     assert not s["is_busy"]
-    assert [e[3] for e in r.said if e[2] == "goal_reached"] == [True]
+    assert [e[3] for e in r.events if e[2] == "goal_reached"] == [True]
     assert np.allclose(s["setpoint_js"]["position"], goal)
     assert np.abs(s["measured_js"]["position"] - goal).max() < 0.02
 
 
-def test_ratios_make_it_slower_and_are_told(robot):
+def test_ratios_scale_the_speed_and_are_published(robot):
     taken = {}
     for ratio in (1.0, 0.5):
         r = robot("PSM1").home()
         r.send("PSM1", "trajectory_j/set_ratio", ratio)
         r.send("PSM1", "move_jp", [0.8, 0, 0.12, 0, 0, 0])
-        while r.system.t < 20 and not any(e[2] == "goal_reached" for e in r.said):
+        while r.system.t < 20 and not any(e[2] == "goal_reached" for e in r.events):
             r.run(0.01)
-        [taken[ratio]] = [e[0] for e in r.said if e[2] == "goal_reached"]
-        assert [e[3] for e in r.said if e[2] == "trajectory_j/ratio_a"][-1] == ratio
+        [taken[ratio]] = [e[0] for e in r.events if e[2] == "goal_reached"]
+        assert [e[3] for e in r.events if e[2] == "trajectory_j/ratio_a"][-1] == ratio
     a = np.radians(90)
     assert abs(taken[0.5] - taken[1.0] - (2 * np.sqrt(0.8 / (0.5 * a)) - 2 * np.sqrt(0.8 / a))) < 0.01
     r.send("PSM1", "trajectory_j/set_ratio_v", 1.0)
     r.run(0.01)
-    assert [e[3] for e in r.said if e[2] == "trajectory_j/ratio"][-1] == 0.0  # they differ
+    assert [e[3] for e in r.events if e[2] == "trajectory_j/ratio"][-1] == 0.0  # velocity and acceleration differ
     r.send("PSM1", "trajectory_j/set_ratio", 1.5)
     r.run(0.01)
-    assert "ratio must be within ]0;1], received 1.5" in r.words("warning")[-1]
+    assert "ratio must be within ]0;1], received 1.5" in r.messages("warning")[-1]
 
 
-def test_an_interrupted_move_did_not_reach_its_goal(robot):
+def test_interrupted_move_reports_a_missed_goal(robot):
     r = robot("PSM1").home()
     r.send("PSM1", "move_jp", [0.8, 0, 0.12, 0, 0, 0])
     r.run(0.3)
-    r.said.clear()
+    r.events.clear()
     r.send("PSM1", "hold")
     r.run(0.5)
-    assert [e[3] for e in r.said if e[2] == "goal_reached"] == [False]
+    assert [e[3] for e in r.events if e[2] == "goal_reached"] == [False]
     assert not r.state("PSM1")["is_busy"]
     assert np.abs(r.state("PSM1")["measured_js"]["velocity"]).max() < 1e-3
 
@@ -98,26 +98,26 @@ def test_servo_cp_follows_a_path(robot):
         r.send("PSM1", "servo_cp", X)
         r.run(0.003)
         assert np.linalg.norm(r.state("PSM1")["setpoint_cp"][:3, 3] - X[:3, 3]) < 1e-5
-    assert not r.words("error")
-    lag = 2 / (2 * np.pi * 30) * 0.02 / (50 * 0.003)  # of a critically damped servo of 30 Hz at that speed
+    assert not r.messages("error")
+    lag = 2 / (2 * np.pi * 30) * 0.02 / (50 * 0.003)  # lag of a critically damped servo of 30 Hz at this speed
     assert np.linalg.norm(r.state("PSM1")["measured_cp"][:3, 3] - X[:3, 3]) < 1.2 * lag
 
 
-def test_goals_out_of_reach_are_told_and_do_not_move(robot):
+def test_unreachable_goals_are_reported_and_give_no_motion(robot):
     r = robot("PSM1").home()
     X = r.state("PSM1")["measured_cp"]
     X[:3, 3] = [1.0, 0, 0]
     for verb in ("move_cp", "servo_cp"):
         r.send("PSM1", verb, X)
         r.run(0.3)
-        assert "unable to solve inverse kinematics" in r.words("error")[-1]
+        assert "unable to solve inverse kinematics" in r.messages("error")[-1]
     assert np.allclose(r.state("PSM1")["measured_js"]["position"], [0, 0, 0.12, 0, 0, 0], atol=1e-3)
-    assert [e[3] for e in r.said if e[2] == "goal_reached"][-1] is False
+    assert [e[3] for e in r.events if e[2] == "goal_reached"][-1] is False
 
 
 @pytest.mark.parametrize("arm", ["MTMR", "MTML", "PSM1"])
-def test_inverse_kinematics_from_anywhere(robot, arm):
-    """Poses of random joints in the middle of the range, asked from home."""
+def test_inverse_kinematics_of_random_poses(robot, arm):
+    """Poses of random joints in the middle of the range, solved from the home pose."""
     r = robot(arm)
     model = palpate.Arm.psm("lnd") if arm == "PSM1" else palpate.Arm.mtm("right" if arm == "MTMR" else "left")
     middle, half = 0.5 * (model.q_min + model.q_max), 0.4 * (model.q_max - model.q_min)
@@ -143,56 +143,56 @@ def test_cartesian_control_needs_the_tool_past_the_cannula(robot):
     X = r.state("PSM1")["measured_cp"]
     r.send("PSM1", "move_cp", X)
     r.run(0.1)
-    assert "inserted past the cannula" in r.words("warning")[-1]
+    assert "inserted past the cannula" in r.messages("warning")[-1]
     r.send("PSM1", "move_jp", [0, 0, 0.07, 0, 0, 0])
     r.run(3.0)
-    r.said.clear()
+    r.events.clear()
     X[2, 3] -= 0.025
     r.send("PSM1", "move_cp", X)
     r.run(3.0)
-    assert not r.words("warning")
-    assert [e[3] for e in r.said if e[2] == "goal_reached"] == [True]
+    assert not r.messages("warning")
+    assert [e[3] for e in r.events if e[2] == "goal_reached"] == [True]
 
 
-def test_jaw_servoes_moves_and_closes_by_torque(robot):
+def test_jaw_accepts_servo_move_and_effort_commands(robot):
     r = robot("PSM1").home()
     r.send("PSM1", "jaw/servo_jp", [0.8])
     r.run(0.2)
     assert abs(r.state("PSM1")["jaw/measured_js"]["position"][0] - 0.8) < 1e-6
-    r.said.clear()
+    r.events.clear()
     r.send("PSM1", "jaw/move_jp", [0.1])
     r.run(0.1)
     assert r.state("PSM1")["is_busy"]
     r.run(1.0)
-    assert [e[3] for e in r.said if e[2] == "goal_reached"] == [True]
+    assert [e[3] for e in r.events if e[2] == "goal_reached"] == [True]
     assert abs(r.state("PSM1")["jaw/measured_js"]["position"][0] - 0.1) < 1e-6
     r.send("PSM1", "jaw/servo_jf", [-0.1])
     r.run(0.5)
     jaw = r.state("PSM1")["jaw/measured_js"]
     assert jaw["effort"][0] == -0.1
-    assert jaw["position"][0] < 0  # past zero: tighter
+    assert jaw["position"][0] < 0  # below zero: the jaw closes more tightly
     r.send("PSM1", "jaw/servo_jp", [99.0])
     r.run(0.5)
     assert abs(r.state("PSM1")["jaw/measured_js"]["position"][0] - palpate.Arm.psm("lnd").jaw_range[1]) < 1e-6
 
 
-def test_without_a_tool_there_is_no_tip(robot):
+def test_arm_without_a_tool_has_no_tip_pose(robot):
     r = robot("PSM1").home()
-    assert [e[3] for e in r.said if e[2] == "tool_type"][-1].startswith("LARGE_NEEDLE_DRIVER")
+    assert [e[3] for e in r.events if e[2] == "tool_type"][-1].startswith("LARGE_NEEDLE_DRIVER")
     r.send("PSM1", "emulate_tool_present", False)
     r.run(0.1)
     assert not r.state("PSM1")["cartesian_valid"]
     assert r.state("PSM1")["joints_valid"]
     r.send("PSM1", "move_cp", np.diag([1.0, 1, 1, 1]))
     r.run(0.1)
-    assert "move_cp, arm not ready" in r.words("warning")[-1]
+    assert "move_cp, arm not ready" in r.messages("warning")[-1]
     r.send("PSM1", "emulate_tool_present", True)
     r.run(0.1)
     assert r.state("PSM1")["cartesian_valid"]
 
 
 def test_velocities_are_those_of_finite_differences_in_their_frames(robot):
-    """measured_cv in the base frame; local/measured_cv in the TIP frame, as the real one has it."""
+    """measured_cv is in the base frame, local/measured_cv in the tip frame, as on the real robot."""
     frame = np.eye(4)
     frame[:3, :3] = Rotation.from_rotvec([0.3, 0.5, -0.2]).as_matrix()
     r = robot("PSM1", base_frames={"PSM1": frame}).home()
@@ -213,25 +213,25 @@ def test_velocities_are_those_of_finite_differences_in_their_frames(robot):
     assert np.allclose(now["local/measured_cv"], np.concatenate([R @ V[:3], R @ V[3:]]))
 
 
-def test_refused_numbers_are_told_and_change_nothing(robot):
+def test_invalid_numbers_are_reported_and_have_no_effect(robot):
     r = robot("PSM1", "MTMR").home()
     q = r.state("PSM1")["setpoint_js"]["position"]
     twisted = np.eye(4)
     twisted[0, 0] = 2.0
     for verb, value in (("servo_jp", [1.0, 2.0]), ("servo_jp", [np.nan] * 6), ("move_jp", np.zeros(9)),
                         ("servo_cp", np.full((4, 4), np.inf)), ("move_cp", twisted), ("jaw/servo_jp", [])):  # fmt: skip
-        r.said.clear()
+        r.events.clear()
         r.send("PSM1", verb, value)
         r.run(0.01)
-        assert f"PSM1: {verb} refused: it needs" in r.words("warning")[0]
+        assert f"PSM1: {verb} refused: it needs" in r.messages("warning")[0]
     r.send("MTMR", "body/servo_cf", [np.nan, 0, 0, 0, 0, 0])
     r.run(0.01)
-    assert "MTMR: body/servo_cf refused" in r.words("warning")[-1]
+    assert "MTMR: body/servo_cf refused" in r.messages("warning")[-1]
     assert np.array_equal(r.state("PSM1")["setpoint_js"]["position"], q)
 
 
-def test_a_driven_psm_is_pushed_by_what_it_touches(robot):
-    """The other kind of PSM: joints with torques; tissue at 2 N moves the tip a little, and is felt in the torques."""
+def test_psm_with_drives_is_moved_by_contact_forces(robot):
+    """A PSM with simulated drives: a contact of 2 N moves the tip a little and appears in the torques."""
     r = robot("PSM1", driven=True).home()
     X = r.state("PSM1")["measured_cp"]
     r.send("PSM1", "tool/servo_cf", [0, 0, 2.0, 0, 0, 0])
@@ -242,10 +242,10 @@ def test_a_driven_psm_is_pushed_by_what_it_touches(robot):
     moved = s["measured_js"]["effort"][2]
     r.send("PSM1", "tool/servo_cf", np.zeros(6))
     r.run(1.0)
-    assert abs(abs(moved - r.state("PSM1")["measured_js"]["effort"][2]) - 2.0) < 1.0  # friction 0.45 N either way
+    assert abs(abs(moved - r.state("PSM1")["measured_js"]["effort"][2]) - 2.0) < 1.0  # friction: 0.45 N
 
 
-def test_names_are_told_when_they_are_wrong(robot):
+def test_unknown_names_are_reported(robot):
     r = robot("PSM1")
     with pytest.raises(ValueError, match="no component 'PSM9'; its components are system, console, footpedals, PSM1"):
         r.send("PSM9", "hold")

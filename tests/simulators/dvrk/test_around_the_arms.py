@@ -1,23 +1,23 @@
-"""What is around the motion: sound, coupling, a tool put in, a current that is too large."""
+"""Functions beyond motion: sound, coupling, tool engagement, excessive current."""
 
 import numpy as np
 import pytest
 
 
-def said(news, component, topic):
+def events_of(news, component, topic):
     return [value for _, who, what, value in news if (who, what) == (component, topic)]
 
 
-def test_volume_is_clipped_and_told(robot):
+def test_volume_is_clipped_and_published(robot):
     r = robot("PSM1")
-    assert said(r.run(0.01), "system", "volume") == [0.5]
-    for asked, told in ((0.25, 0.25), (3.0, 1.0), (-1.0, 0.0)):
-        r.send("system", "set_volume", asked)
+    assert events_of(r.run(0.01), "system", "volume") == [0.5]
+    for requested, published in ((0.25, 0.25), (3.0, 1.0), (-1.0, 0.0)):
+        r.send("system", "set_volume", requested)
         news = r.run(0.01)
-        assert said(news, "system", "volume") == [told]
-        assert f"volume set to {round(100 * told)}%" in said(news, "system", "status")[0]
+        assert events_of(news, "system", "volume") == [published]
+        assert f"volume set to {round(100 * published)}%" in events_of(news, "system", "status")[0]
     r.send("system", "set_volume", np.nan)
-    assert said(r.run(0.01), "system", "volume") == []
+    assert events_of(r.run(0.01), "system", "volume") == []
 
 
 @pytest.mark.parametrize(
@@ -30,24 +30,24 @@ def test_volume_is_clipped_and_told(robot):
         ([np.inf], None, "error"),
     ],
 )
-def test_beeps_are_checked_as_the_real_system_does(robot, values, status, problem):
+def test_beeps_are_checked_as_on_the_real_system(robot, values, status, problem):
     r = robot("PSM1")
     r.run(0.01)
     r.send("system", "beep", values)
     news = r.run(0.01)
-    assert said(news, "system", "status") == ([f"system: {status}"] if status else [])
-    assert bool(r.words("warning", news) or r.words("error", news)) == (problem is not None)
-    assert bool(problem is None or r.words(problem, news))
+    assert events_of(news, "system", "status") == ([f"system: {status}"] if status else [])
+    assert bool(r.messages("warning", news) or r.messages("error", news)) == (problem is not None)
+    assert bool(problem is None or r.messages(problem, news))
 
 
-def test_speech_is_said(robot):
+def test_speech_is_published(robot):
     r = robot("PSM1")
     r.send("system", "string_to_speech", "mind the tool")
-    assert "system: says: mind the tool" in said(r.run(0.01), "system", "status")
+    assert "system: says: mind the tool" in events_of(r.run(0.01), "system", "status")
 
 
-def test_joints_of_actuators(robot):
-    """A parallelogram keeps the forearm's angle to the ground; opposite disks open the jaw and leave the wrist."""
+def test_actuator_positions_give_joint_positions(robot):
+    """A parallelogram keeps the forearm's absolute angle; opposite disk rotations open the jaw without wrist motion."""
     r = robot("MTMR", "PSM1", "ECM")
     m = np.zeros(7)
     m[1] = 0.2
@@ -63,7 +63,7 @@ def test_joints_of_actuators(robot):
 
 
 @pytest.mark.parametrize("verb", ["jaw/servo_jp", "jaw/servo_jf"])
-def test_a_jaw_that_is_servoed_on_its_way_is_no_longer_busy(robot, verb):
+def test_jaw_with_a_servo_command_during_a_move_is_no_longer_busy(robot, verb):
     r = robot("PSM1").home()
     r.send("PSM1", "jaw/move_jp", [1.0])
     r.run(0.02)
@@ -82,7 +82,7 @@ def retracted(robot):
     return r
 
 
-def test_a_tool_put_in_is_turned_until_it_engages(robot):
+def test_inserted_tool_is_rotated_until_it_engages(robot):
     r = retracted(robot)
     r.send("PSM1", "emulate_tool_present", False)
     r.run(0.1)
@@ -98,28 +98,28 @@ def test_a_tool_put_in_is_turned_until_it_engages(robot):
         assert state["is_busy"] or len(news) < 5
         r.send("PSM1", "jaw/servo_jp", [0.2])
     np.testing.assert_allclose(reach, [-np.pi / 6, np.pi / 6], atol=0.01)
-    assert [w for w in r.words("status", news) if "engaging tool" in w] == [
+    assert [w for w in r.messages("status", news) if "engaging tool" in w] == [
         f"PSM1: engaging tool {k} of 3" for k in (1, 2, 3)
     ]
-    assert any("jaw_servo_jp, arm not ready" in w for w in r.words("warning", news))
-    assert "PSM1: tool engaged" in r.words("status", news)
+    assert any("jaw_servo_jp, arm not ready" in w for w in r.messages("warning", news))
+    assert "PSM1: tool engaged" in r.messages("status", news)
     assert abs(roll) < 0.01
-    assert said(news, "PSM1", "current_state")[0] == "ENGAGING_TOOL"
+    assert events_of(news, "PSM1", "current_state")[0] == "ENGAGING_TOOL"
 
 
-def test_a_tool_past_the_cannula_stays_as_it_is(robot):
+def test_tool_inserted_past_the_cannula_does_not_move_the_arm(robot):
     r = robot("PSM1").home()
     before = r.state("PSM1")["measured_js"]["position"]
     for present in (False, True):
         r.send("PSM1", "emulate_tool_present", present)
         news = r.run(0.5)
-    assert any("outside the cannula" in w for w in r.words("status", news))
+    assert any("outside the cannula" in w for w in r.messages("status", news))
     np.testing.assert_allclose(r.state("PSM1")["measured_js"]["position"], before, atol=1e-9)
     assert r.state("PSM1")["is_homed"]
 
 
 @pytest.mark.parametrize("verb", ["servo_jf", "body/servo_cf", "spatial/servo_cf"])
-def test_an_effort_above_the_limit_is_a_fault(robot, verb):
+def test_effort_above_the_limit_is_a_fault(robot, verb):
     r = robot("MTMR").home()
     value = [3.0, 0, 0, 0, 0, 0, 0] if verb == "servo_jf" else [0.0, 0, 40.0, 0, 0, 0]
     r.send("MTMR", verb, value)
@@ -127,14 +127,14 @@ def test_an_effort_above_the_limit_is_a_fault(robot, verb):
     assert r.state("MTMR")["state"] == "ENABLED"
     news = r.run(0.15)
     assert r.state("MTMR")["state"] == "FAULT"
-    [error] = r.words("error", news)
+    [error] = r.messages("error", news)
     assert "requested effort is too large on joint" in error
     assert "limit" in error
     r.run(0.01)
     assert np.all(r.system.truth("MTMR")["effort"] == 0.0)
 
 
-def test_an_effort_below_the_limit_and_a_short_one_above_it_are_none(robot):
+def test_effort_below_the_limit_or_briefly_above_it_is_no_fault(robot):
     r = robot("MTMR").home()
     for value in ([1.8, 0, 0, 0, 0, 0, 0], [3.0, 0, 0, 0, 0, 0, 0], [0.0] * 7):
         r.send("MTMR", "servo_jf", value)

@@ -1,4 +1,4 @@
-"""Wrenches and torques on an MTM: MuJoCo, Jacobians of finite differences and pseudoinverses are the judges."""
+"""Wrenches and torques on an MTM, against MuJoCo, Jacobians by finite differences and pseudoinverses."""
 
 from xml.etree import ElementTree
 
@@ -15,7 +15,7 @@ PUSH = np.array([1.0, -0.5, 0.8, 0.01, 0.02, -0.005])
 
 
 def frictionless(name="MTMR"):
-    """Ideal encoders, no friction, no controller of the platform's own."""
+    """A system with ideal encoders, without friction and without the platform controller."""
     spec = dvrk.arm(name)
     options = spec.leader
     options.coulomb = options.viscous = np.zeros(7)
@@ -36,12 +36,12 @@ def in_tip_axes(state, F):
 
 
 def applied(state):
-    """Torques beyond what carries the arm's weight."""
+    """Torques minus the gravity compensation [N m]."""
     return state["measured_js"]["effort"] - state["gravity_compensation/setpoint_js"]
 
 
 def twin():
-    """The MTM in MuJoCo: the same URDF with drawn joints welded, and the motors' rotors."""
+    """The MTM in MuJoCo: the same URDF with drawn joints welded, and the rotor inertia."""
     arm = palpate.Arm.mtm("right")
     xml = ElementTree.fromstring((models_folder() / "mtm_right.urdf").read_text())
     for joint in xml.findall("joint"):
@@ -57,8 +57,8 @@ def twin():
 
 
 @pytest.mark.parametrize("F", [PUSH, [0, 2.0, 0, 0, 0, 0], [0, 0, 0, 0, 0.03, 0]], ids=["all", "force", "torque"])
-def test_a_wrench_accelerates_the_arm_as_mujoco_says(robot, F):
-    """Base axes; weight and spring are carried, so M a = J^T F; a few milliseconds, before anything turns much."""
+def test_acceleration_by_a_wrench_agrees_with_mujoco(robot, F):
+    """With gravity and spring compensated M a = J^T F, in base axes, for a few milliseconds without much rotation."""
     r = robot(frictionless()).home()
     r.send("MTMR", "move_jp", [0.2, 0.3, 0.1, -0.4, 1.2, 0.3, 0.5])
     r.run(4.0)
@@ -67,7 +67,7 @@ def test_a_wrench_accelerates_the_arm_as_mujoco_says(robot, F):
     r.run(0.002)
     before = r.system.truth("MTMR")
     r.send("MTMR", "body/servo_cf", F)
-    r.run(0.002)  # from the next servo period on: 0.67 ms later, at most
+    r.run(0.002)  # the wrench acts from the next servo period on, after at most 0.67 ms
     tau = applied(r.state("MTMR"))
     after = r.system.truth("MTMR")
 
@@ -90,24 +90,24 @@ def test_a_wrench_accelerates_the_arm_as_mujoco_says(robot, F):
 
 @pytest.mark.parametrize("absolute", [False, True])
 def test_wrench_axes_turn_with_the_tip_unless_absolute(homed, absolute):
-    """The default is the tip's axes; absolute are those of the frame of measured_cp."""
+    """The default axes are those of the tip, absolute ones those of the frame of measured_cp."""
     homed.send("MTMR", "body/set_cf_orientation_absolute", absolute)
     homed.send("MTMR", "move_jp", [0.2, 0.3, 0.1, -0.4, 1.2, 0.3, 0.5])
     homed.run(4.0)
     homed.send("MTMR", "body/servo_cf", PUSH)
     homed.run(0.001)
-    seen = homed.state("MTMR")  # by the controller, when it computed the torque that acts a period later
+    seen = homed.state("MTMR")  # the state from which the controller computed the torque one period earlier
     homed.run(0.001)
     s = homed.state("MTMR")
     F_tip = in_tip_axes(seen, PUSH) if absolute else PUSH
     error = applied(s) - seen["body/jacobian"].T @ F_tip
     assert np.abs(np.delete(error, 3)).max() < 1e-4
-    told = s["body/measured_cf"]
-    assert np.allclose(told, s["measured_cf"] if absolute else in_tip_axes(s, s["measured_cf"]), atol=1e-9)
+    F_body = s["body/measured_cf"]
+    assert np.allclose(F_body, s["measured_cf"] if absolute else in_tip_axes(s, s["measured_cf"]), atol=1e-9)
 
 
 def test_camera_pedal_leaves_the_frame_absolute(robot):
-    """Trap: the same wrench means something else after the first use of the camera."""
+    """The same wrench has another meaning after the first use of the camera."""
     apart = {"MTMR": np.eye(4), "MTML": np.eye(4)}
     apart["MTMR"][:3, 3], apart["MTML"][:3, 3] = [0.15, 0, 0.5], [-0.15, 0, 0.5]
     r = robot("MTMR", "MTML", "ECM", base_frames=apart).home()
@@ -137,7 +137,7 @@ def test_spatial_wrench_is_about_the_base_and_without_platform_control(homed):
     homed.send("MTMR", "move_jp", [0.2, 0.3, 0.1, -0.4, 1.2, 0.3, 0.5])
     homed.run(4.0)
     p = homed.state("MTMR")["local/measured_cp"][:3, 3]
-    at_base = np.concatenate([PUSH[:3], PUSH[3:] + np.cross(p, PUSH[:3])])  # as little at the wrist as PUSH is
+    at_base = np.concatenate([PUSH[:3], PUSH[3:] + np.cross(p, PUSH[:3])])  # as small at the wrist as PUSH
     homed.send("MTMR", "spatial/servo_cf", at_base)
     homed.run(0.002)
     s = homed.state("MTMR")
@@ -148,8 +148,8 @@ def test_spatial_wrench_is_about_the_base_and_without_platform_control(homed):
     assert np.allclose(s["spatial/jacobian"].T @ PUSH, s["body/jacobian"].T @ at_tip, atol=1e-12)
 
 
-def test_platform_follows_the_yaw_in_body_mode_alone(robot):
-    """The gimbal is opened: joint 4 moves towards q6 cos q5."""
+def test_platform_follows_the_yaw_only_in_body_mode(robot):
+    """The platform controller moves joint 4 towards q6 cos q5."""
     for verb, moves in (("body/servo_cf", True), ("spatial/servo_cf", False)):
         r = robot("MTMR").home()
         r.send("MTMR", "move_jp", [0, 0, 0, 0, 0.1, 0.6, 0])
@@ -159,7 +159,7 @@ def test_platform_follows_the_yaw_in_body_mode_alone(robot):
         assert (r.system.truth("MTMR")["position"][3] > 0.1) == moves
 
 
-def test_the_last_wrench_stays_for_ever(homed):
+def test_last_wrench_stays_without_a_timeout(homed):
     homed.send("MTMR", "body/servo_cf", [0, 0, 0.5, 0, 0, 0])
     homed.run(5.0)
     s = homed.state("MTMR")
@@ -167,7 +167,7 @@ def test_the_last_wrench_stays_for_ever(homed):
 
 
 @pytest.mark.parametrize("name", ["MTMR", "MTML"])
-def test_without_gravity_compensation_the_arm_falls(robot, name):
+def test_arm_falls_without_gravity_compensation(robot, name):
     fallen = {}
     for use in (True, False):
         r = robot(name).home()
@@ -180,13 +180,13 @@ def test_without_gravity_compensation_the_arm_falls(robot, name):
     assert fallen[False] > 0.05
 
 
-def test_gravity_compensation_is_off_in_position_control_alone(homed):
-    """As the real controller has it; what it would be is told all the same."""
+def test_gravity_compensation_is_off_only_in_position_control(homed):
+    """As on the real controller; its value is published anyway."""
     homed.send("MTMR", "hold")
     homed.run(1.0)
     s = homed.state("MTMR")
     error = s["setpoint_js"]["position"] - s["measured_js"]["position"]
-    assert abs(80.0 * error[1] - s["measured_js"]["effort"][1]) < 0.05  # the servo alone carries it
+    assert abs(80.0 * error[1] - s["measured_js"]["effort"][1]) < 0.05  # only the servo carries the arm
     assert np.abs(s["gravity_compensation/setpoint_js"][1]) > 0.1
     homed.send("MTMR", "move_jp", s["measured_js"]["position"])
     homed.run(1.0)
@@ -194,8 +194,8 @@ def test_gravity_compensation_is_off_in_position_control_alone(homed):
     assert np.abs(s["setpoint_js"]["position"] - s["measured_js"]["position"])[1] < 0.002
 
 
-def test_measured_wrench_is_what_the_torques_amount_to(homed):
-    """Weight and friction are in it."""
+def test_measured_wrench_is_that_of_the_joint_torques(homed):
+    """It includes weight and friction."""
     s = homed.state("MTMR")
     tau = s["measured_js"]["effort"]
     assert np.allclose(s["body/measured_cf"], np.linalg.pinv(s["body/jacobian"].T) @ tau, atol=1e-5)
@@ -203,7 +203,7 @@ def test_measured_wrench_is_what_the_torques_amount_to(homed):
     assert np.linalg.norm(s["body/measured_cf"]) > 0.3
 
 
-def test_body_jacobian_is_of_finite_differences(homed):
+def test_body_jacobian_matches_finite_differences(homed):
     q = homed.state("MTMR")["measured_js"]["position"]
     J = homed.state("MTMR")["body/jacobian"]
     X = homed.system.forward_kinematics("MTMR", q)
@@ -216,7 +216,7 @@ def test_body_jacobian_is_of_finite_differences(homed):
         assert np.allclose(J[:, k], np.concatenate([dX[:3, 3], turn]) / 2e-6, atol=1e-6)
 
 
-def test_joint_torques_and_free(homed):
+def test_joint_torque_and_free_commands(homed):
     tau = np.array([0.1, -0.2, 0.1, 0.02, 0.01, 0.005, 0.001])
     homed.send("MTMR", "servo_jf", tau)
     homed.run(0.002)
@@ -226,7 +226,7 @@ def test_joint_torques_and_free(homed):
     assert np.abs(applied(homed.state("MTMR"))).max() < 2e-3
 
 
-def test_no_torque_beyond_the_drives_limit(homed):
+def test_torques_are_within_the_drive_limits(homed):
     homed.send("MTMR", "body/servo_cf", [1e308, -1e308, 1e308, 1e308, 0, 0])
     homed.run(0.05)
     effort = homed.state("MTMR")["measured_js"]["effort"]
@@ -234,7 +234,7 @@ def test_no_torque_beyond_the_drives_limit(homed):
     assert np.isfinite(homed.system.truth("MTMR")["position"]).all()
 
 
-def test_locked_orientation_stays_while_the_arm_is_pushed(homed):
+def test_locked_orientation_is_kept_under_a_force(homed):
     homed.send("MTMR", "body/set_cf_orientation_absolute", True)
     homed.send("MTMR", "body/servo_cf", np.zeros(6))
     homed.run(0.01)
@@ -247,13 +247,13 @@ def test_locked_orientation_stays_while_the_arm_is_pushed(homed):
     assert np.linalg.norm(s["measured_cp"][:3, 3] - before) > 0.03
     assert np.degrees(np.arccos((np.trace(R.T @ s["measured_cp"][:3, :3]) - 1) / 2)) < 6
     assert s["orientation_locked"]
-    homed.send("MTMR", "hold")  # leaves effort mode
+    homed.send("MTMR", "hold")  # ends effort mode
     homed.run(0.01)
     assert not homed.state("MTMR")["orientation_locked"]
-    assert [e[3] for e in homed.said if e[2] == "orientation_locked"][-1] is True  # the real one does not tell either
+    assert [e[3] for e in homed.events if e[2] == "orientation_locked"][-1] is True  # as on the real robot
 
 
-def test_hold_stays_where_effort_left_it(homed):
+def test_hold_keeps_the_position_at_the_end_of_effort_mode(homed):
     homed.send("MTMR", "body/servo_cf", [0, 0, 1.0, 0, 0, 0])
     homed.run(0.5)
     homed.send("MTMR", "body/servo_cf", np.zeros(6))
@@ -265,7 +265,7 @@ def test_hold_stays_where_effort_left_it(homed):
     assert np.abs(homed.state("MTMR")["measured_js"]["position"] - q)[:4].max() < 0.02
 
 
-def test_base_frame_moves_what_is_measured_and_not_what_is_local(homed):
+def test_base_frame_changes_measured_but_not_local_states(homed):
     local = homed.state("MTMR")["local/measured_cp"]
     assert np.allclose(homed.state("MTMR")["measured_cp"], TILTED @ local)
     other = np.linalg.inv(TILTED)

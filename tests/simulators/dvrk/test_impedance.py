@@ -1,4 +1,4 @@
-"""servo_ci: half planes by the formula, one by one in numpy, and a hand that pushes into a wall."""
+"""servo_ci: half planes against the formula in numpy, and a hand that pushes into a wall."""
 
 import numpy as np
 from hypothesis import given
@@ -12,8 +12,8 @@ gains = st.fixed_dictionaries({"p": vectors, "d": vectors, "bias": vectors, "dea
 turns = st.lists(st.floats(-1.5, 1.5), min_size=3, max_size=3).map(lambda v: Rotation.from_rotvec(v).as_matrix())
 
 
-def by_hand(goal, X, V):
-    """The same law, one axis after the other."""
+def reference_force(goal, X, V):
+    """The same law, computed per axis."""
 
     def side(positive, negative, error, v):
         f = np.zeros(3)
@@ -33,17 +33,17 @@ def by_hand(goal, X, V):
 
 
 @given(gains, gains, gains, gains, turns, turns, turns, vectors, vectors, vectors, vectors)
-def test_law_is_the_one_of_the_real_controller(a, b, c, d, A, B, R, at, p, v, w):
+def test_law_agrees_with_that_of_the_real_controller(a, b, c, d, A, B, R, at, p, v, w):
     goal = {"position_positive": a, "position_negative": b, "orientation_positive": c, "orientation_negative": d}
     goal |= {"force_orientation": A, "torque_orientation": B, "force_position": at}
     X = np.eye(4)
     X[:3, :3], X[:3, 3] = R, p
     V = np.concatenate([v, w])
-    assert np.allclose(_dvrk.impedance_wrench(goal, X, V), by_hand(goal, X, V), atol=1e-9)
+    assert np.allclose(_dvrk.impedance_wrench(goal, X, V), reference_force(goal, X, V), atol=1e-9)
 
 
-def test_a_wall_pushes_with_k_err_on_one_side_alone(robot):
-    """A hand pushes the handle 20 mm into a floor of 300 N/m: it feels k err, less friction; above, nothing."""
+def test_wall_pushes_with_k_err_on_one_side_only(robot):
+    """A hand pushes the handle 20 mm into a floor of 300 N/m: the force is k err minus friction, and zero above."""
     r = robot("MTMR").home()
     X = r.state("MTMR")["measured_cp"]
     floor = X[2, 3]
@@ -55,14 +55,14 @@ def test_a_wall_pushes_with_k_err_on_one_side_alone(robot):
     s = r.state("MTMR")
     depth = floor - s["measured_cp"][2, 3]
     assert depth > 0.01
-    assert abs(s["F_hand"][2] - 300 * depth) < 0.6  # friction: 0.3 N of joints 2 and 3 at the tip, and encoders
+    assert abs(s["F_hand"][2] - 300 * depth) < 0.6  # friction of joints 2 and 3: 0.3 N at the tip
     X[2, 3] = floor + 0.03
     r.send("MTMR", "hand/servo_cp", X)
     r.run(2.0)
     assert abs(r.state("MTMR")["F_hand"][2]) < 0.6
 
 
-def test_it_sets_the_absolute_frame_and_leaves_it(robot):
+def test_servo_ci_sets_the_absolute_frame_and_leaves_it(robot):
     r = robot("MTMR").home()
     r.send("MTMR", "servo_ci", {})
     r.run(0.01)

@@ -1,4 +1,4 @@
-"""Teleoperation and console: what follows what, when, and that nothing ever jumps."""
+"""Teleoperation and console: conditions of following, and continuity of the motion."""
 
 import numpy as np
 import pytest
@@ -15,21 +15,21 @@ def angle(A, B):
 
 @pytest.fixture
 def console(robot):
-    """MTMR and PSM1, homed, an operator present, teleoperation enabled, the MTM held by a hand that is ready."""
+    """MTMR and PSM1 homed, an operator present, teleoperation enabled, and a hand at the MTM."""
     r = robot("MTMR", "PSM1").home()
     r.send("console", "teleop/enable", True)
     r.send("console", "emulate_operator_present", 1)
-    r.run(5.1)  # it aligns by itself, and asks for the operator
+    r.run(5.1)  # time for the alignment, until the operator is requested
     return r
 
 
 @pytest.fixture
 def following(console):
-    """The hand has taken the handle and pinched: the PSM follows."""
+    """The hand holds the handle and has closed the gripper, so the PSM follows."""
     take(console)
     pinch(console)
     assert console.teleop("MTMR_PSM1")["following"]
-    console.run(3.5)  # the jaw has caught up
+    console.run(3.5)  # time for the jaw to catch up
     return console
 
 
@@ -44,7 +44,7 @@ def pinch(r):
 
 
 def lead(r, p, seconds, turn=(0.0, 0.0, 0.0)):
-    """The hand moves to p and turns, smoothly; the largest step of the PSM's setpoint in a millisecond."""
+    """Move the hand smoothly to p with a rotation; returns the largest step of the PSM's setpoint in 1 ms [m]."""
     X = r.state("MTMR")["measured_cp"]
     start, R = X[:3, 3].copy(), rotation(X).copy()
     largest, before = 0.0, r.state("PSM1")["setpoint_cp"]
@@ -61,19 +61,19 @@ def lead(r, p, seconds, turn=(0.0, 0.0, 0.0)):
     return largest
 
 
-def test_states_on_the_way_to_following(console):
-    """Alignment comes by itself; the operator has to pinch."""
-    told = [e[3] for e in console.said if e[1:3] == ("MTMR_PSM1", "current_state")]
-    assert told == ["DISABLED", "SETTING_ARMS_STATE", "ALIGNING_MTM"]
+def test_states_before_following(console):
+    """Alignment is automatic; the operator has to close the gripper."""
+    states = [e[3] for e in console.events if e[1:3] == ("MTMR_PSM1", "current_state")]
+    assert states == ["DISABLED", "SETTING_ARMS_STATE", "ALIGNING_MTM"]
     assert angle(rotation(console.state("MTMR")["measured_cp"]), rotation(console.state("PSM1")["setpoint_cp"])) < 0.087
-    assert "MTMR_PSM1: pinch/twist MTM gripper a bit" in console.words("warning")
+    assert "MTMR_PSM1: pinch/twist MTM gripper a bit" in console.messages("warning")
     take(console)
     pinch(console)
     assert console.teleop("MTMR_PSM1")["current_state"] == "ENABLED"
-    assert [e[3] for e in console.said if e[2] == "following"] == [False, True]
+    assert [e[3] for e in console.events if e[2] == "following"] == [False, True]
 
 
-def test_the_psm_follows_with_scale_and_orientation(following):
+def test_psm_follows_with_scale_and_orientation(following):
     r = following
     mtm, psm = r.state("MTMR")["measured_cp"], r.state("PSM1")["setpoint_cp"]
     jump = lead(r, mtm[:3, 3] + [0.05, 0.02, 0.03], 1.0, turn=(0.1, 0.2, -0.2))
@@ -86,8 +86,8 @@ def test_the_psm_follows_with_scale_and_orientation(following):
     assert jump < 0.2 * 0.3 * 0.003
 
 
-def test_beyond_the_wrists_limits_and_back(following):
-    """Past 90 degrees the PSM's wrist turns over: as fast as its joints can, without a fault, and back again."""
+def test_motion_beyond_the_wrist_limits_and_back(following):
+    """Beyond 90 degrees the PSM's wrist flips at the speed of its joints without a fault, and returns."""
     r = following
     X = r.state("MTMR")["measured_cp"]
     R, before, largest = rotation(X).copy(), r.state("PSM1")["setpoint_js"]["position"], 0.0
@@ -101,21 +101,21 @@ def test_beyond_the_wrists_limits_and_back(following):
     assert 0.1 < largest < 12 * 0.0107
     r.run(0.5)
     assert r.teleop("MTMR_PSM1")["following"]
-    assert not r.words("error")
+    assert not r.messages("error")
     assert angle(rotation(r.state("PSM1")["setpoint_cp"]), rotation(r.state("MTMR")["measured_cp"])) < 0.05
 
 
 def test_engaging_clutching_and_scaling_never_jump(following):
-    """The PSM's setpoint moves no more in the milliseconds around a transition than the hand does."""
+    """Around a transition the PSM's setpoint moves at most as far as the hand."""
     r = following
-    here = r.state("MTMR")["measured_cp"][:3, 3]
-    lead(r, here + np.array([0.0, 0.02, 0.0]), 0.5)
+    p_MTM = r.state("MTMR")["measured_cp"][:3, 3]
+    lead(r, p_MTM + np.array([0.0, 0.02, 0.0]), 0.5)
     psm = r.state("PSM1")["setpoint_cp"]
     r.send("console", "emulate_clutch", 1)
     r.run(0.05)
     assert not r.teleop("MTMR_PSM1")["following"]
     assert r.state("MTMR")["orientation_locked"]
-    lead(r, here + np.array([0.03, -0.02, 0.02]), 0.6)  # the hand goes elsewhere, the PSM stays
+    lead(r, p_MTM + np.array([0.03, -0.02, 0.02]), 0.6)  # the hand moves, the PSM does not
     assert np.linalg.norm(r.state("PSM1")["setpoint_cp"][:3, 3] - psm[:3, 3]) < 1e-3
     psm = r.state("PSM1")["setpoint_cp"]
     r.send("console", "emulate_clutch", 0)
@@ -131,11 +131,11 @@ def test_engaging_clutching_and_scaling_never_jump(following):
     assert r.teleop("MTMR_PSM1")["scale"] == 1.0
     r.send("MTMR_PSM1", "set_scale", -1.0)
     r.run(0.01)
-    assert "scale must be above 0" in r.words("warning")[-1]
+    assert "scale must be above 0" in r.messages("warning")[-1]
 
 
-def test_the_jaw_catches_up_slowly_and_then_follows_fast(console):
-    """The gripper's ghost: 0.2 pi rad/s until it has caught up, 4 pi rad/s from then on."""
+def test_jaw_catches_up_slowly_and_then_follows_fast(console):
+    """The jaw moves at 0.2 pi rad/s until it has caught up, then at 4 pi rad/s."""
     r = console
     assert abs(r.state("PSM1")["jaw/measured_js"]["position"][0]) < 1e-9
     take(r)
@@ -154,10 +154,10 @@ def test_the_jaw_catches_up_slowly_and_then_follows_fast(console):
     assert abs(speed(0.03) - 4 * np.pi) < 0.7
     r.run(0.5)
     assert abs(r.state("PSM1")["jaw/measured_js"]["position"][0]) < 1e-3
-    assert ("MTMR", "gripper/pinch") in [e[1:3] for e in r.said]
+    assert ("MTMR", "gripper/pinch") in [e[1:3] for e in r.events]
 
 
-def test_the_hook_for_forces_has_no_timeout_and_does_not_outlive_a_transition(following):
+def test_teleoperation_wrench_has_no_timeout_and_ends_at_a_transition(following):
     r = following
     push = [0.0, 0.0, 0.4, 0.0, 0.0, 0.0]
 
@@ -169,12 +169,12 @@ def test_the_hook_for_forces_has_no_timeout_and_does_not_outlive_a_transition(fo
     r.send("MTMR_PSM1", "following/mtm/body/servo_cf", push)
     r.run(0.01)
     assert abs(felt() - 0.4) < 0.05
-    r.run(3.0)  # nobody sends any more
+    r.run(3.0)  # without further wrenches
     assert abs(felt() - 0.4) < 0.05
     r.send("console", "emulate_clutch", 1)
     r.run(0.01)
     assert abs(felt()) < 0.05
-    r.send("MTMR_PSM1", "following/mtm/body/servo_cf", push)  # while not following: dropped at the next transition
+    r.send("MTMR_PSM1", "following/mtm/body/servo_cf", push)  # dropped at the next transition
     r.run(0.01)
     assert abs(felt()) < 0.05
     r.send("console", "emulate_clutch", 0)
@@ -183,33 +183,33 @@ def test_the_hook_for_forces_has_no_timeout_and_does_not_outlive_a_transition(fo
     assert abs(felt()) < 0.05
     r.send("MTMR_PSM1", "following/mtm/body/servo_cf", [np.nan] * 6)
     r.run(0.01)
-    assert "refused" in r.words("warning")[-1]
+    assert "refused" in r.messages("warning")[-1]
     assert abs(felt()) < 0.05
 
 
-def test_locks(following):
+def test_rotation_and_translation_locks(following):
     r = following
-    here = r.state("MTMR")["measured_cp"][:3, 3]
+    p_MTM = r.state("MTMR")["measured_cp"][:3, 3]
     r.send("MTMR_PSM1", "lock_translation", True)
     r.run(0.01)
     psm = r.state("PSM1")["setpoint_cp"]
-    lead(r, here + np.array([0.03, 0, 0]), 0.5)
+    lead(r, p_MTM + np.array([0.03, 0, 0]), 0.5)
     assert np.linalg.norm(r.state("PSM1")["setpoint_cp"][:3, 3] - psm[:3, 3]) < 1e-6
     r.send("MTMR_PSM1", "lock_translation", False)
     r.send("MTMR_PSM1", "lock_rotation", True)
     r.run(0.01)
     assert r.state("MTMR")["orientation_locked"]
     psm = r.state("PSM1")["setpoint_cp"]
-    lead(r, here, 0.5)
+    lead(r, p_MTM, 0.5)
     assert angle(rotation(r.state("PSM1")["setpoint_cp"]), rotation(psm)) < 1e-5
     assert np.linalg.norm(r.state("PSM1")["setpoint_cp"][:3, 3] - psm[:3, 3]) > 0.004
-    r.send("MTMR_PSM1", "lock_rotation", False)  # the MTM may be turned away by now: aligned anew
+    r.send("MTMR_PSM1", "lock_rotation", False)  # the MTM may be misaligned now, so it is aligned again
     r.run(0.002)
     assert not r.teleop("MTMR_PSM1")["following"]
-    assert {e[2] for e in r.said} >= {"rotation_locked", "translation_locked"}
+    assert {e[2] for e in r.events} >= {"rotation_locked", "translation_locked"}
 
 
-def test_without_alignment_the_offset_stays(robot):
+def test_offset_is_constant_without_alignment(robot):
     r = robot("MTMR", "PSM1").home()
     r.send("MTMR_PSM1", "set_align_MTM", False)
     r.send("MTMR_PSM1", "state_command", "enable")
@@ -223,16 +223,16 @@ def test_without_alignment_the_offset_stays(robot):
     assert angle(rotation(mtm) @ R, rotation(psm)) < 0.02
 
 
-def test_an_arm_that_stops_stops_the_teleop(following):
+def test_fault_of_an_arm_stops_the_teleoperation(following):
     r = following
     r.send("PSM1", "emulate_fault", "power lost")
     r.run(0.01)
     assert r.teleop("MTMR_PSM1")["current_state"] == "DISABLED"
     assert not r.teleop("MTMR_PSM1")["following"]
-    assert any("received from arm [PSM1: power lost]" in w for w in r.words("error"))
+    assert any("received from arm [PSM1: power lost]" in w for w in r.messages("error"))
 
 
-def test_the_operator_leaves_and_the_mtm_stays_aligned(following):
+def test_mtm_stays_aligned_when_the_operator_leaves(following):
     r = following
     r.send("console", "emulate_operator_present", 0)
     r.run(0.01)
@@ -243,7 +243,7 @@ def test_the_operator_leaves_and_the_mtm_stays_aligned(following):
     assert r.teleop("MTMR_PSM1")["current_state"] == "DISABLED"
 
 
-def test_unselected_teleops_do_not_run(console):
+def test_unselected_teleoperations_do_not_run(console):
     r = console
     r.send("console", "teleop/unselect", "MTMR_PSM1")
     r.run(0.1)
@@ -253,37 +253,39 @@ def test_unselected_teleops_do_not_run(console):
     assert r.teleop("MTMR_PSM1")["current_state"] == "ALIGNING_MTM"
     r.send("console", "teleop/select", "MTMX_PSM1")
     r.run(0.01)
-    assert "can't find MTMX_PSM1" in r.words("warning")[-1]
-    assert [e[3] for e in r.said if e[2] == "teleop/unselected"][-1] == "MTMR_PSM1"
+    assert "can't find MTMX_PSM1" in r.messages("warning")[-1]
+    assert [e[3] for e in r.events if e[2] == "teleop/unselected"][-1] == "MTMR_PSM1"
 
 
-def test_pedals_tell_presses_from_taps(robot):
+def test_pedals_distinguish_presses_and_taps(robot):
     r = robot("MTMR", "PSM1")
 
-    def told(topic, component):
-        return [e[3] for e in r.said if e[1:3] == (component, topic)]
+    def published(topic, component):
+        return [e[3] for e in r.events if e[1:3] == (component, topic)]
 
     r.send("footpedals", "emulate_clutch", 1)
     r.run(0.1)
-    assert told("clutch", "footpedals") == []  # not yet clear
+    assert published("clutch", "footpedals") == []  # press or tap is not decided yet
     r.send("footpedals", "emulate_clutch", 0)
     r.run(0.1)
-    assert told("clutch", "footpedals") == [2]
+    assert published("clutch", "footpedals") == [2]
     r.send("footpedals", "emulate_clutch", 1)
     r.run(0.3)
     r.send("footpedals", "emulate_clutch", 0)
     r.send("footpedals", "emulate_coag", 1)
     r.run(0.01)
-    assert told("clutch", "footpedals") == [2, 1, 0]
-    assert told("clutch", "console") == [2, 1, 0]
-    assert told("operator_present", "console") == [1]  # the coag pedal is the operator's presence
+    assert published("clutch", "footpedals") == [2, 1, 0]
+    assert published("clutch", "console") == [2, 1, 0]
+    assert published("operator_present", "console") == [1]  # the coag pedal is the operator's presence
 
 
-def test_unknown_teleop_commands_are_told(robot):
+def test_unknown_teleoperation_commands_are_reported(robot):
     r = robot("MTMR", "PSM1")
     r.send("MTMR_PSM1", "state_command", "align_mtm")
     r.run(0.01)
-    assert "align_mtm doesn't seem to be a valid state_command (enable, disable or align_MTM)" in r.words("warning")[0]
+    assert (
+        "align_mtm doesn't seem to be a valid state_command (enable, disable or align_MTM)" in r.messages("warning")[0]
+    )
 
 
 def test_camera_pedal_moves_the_endoscope_with_both_hands(robot):
@@ -296,7 +298,7 @@ def test_camera_pedal_moves_the_endoscope_with_both_hands(robot):
     r.run(0.1)
     assert r.teleop("MTMR_PSM1")["current_state"] == "DISABLED"
     poses = {arm: r.state(arm)["measured_cp"] for arm in ("MTMR", "MTML")}
-    for k in range(200):  # both hands go to the right
+    for k in range(200):  # both hands move to the right
         for arm, X in poses.items():
             goal = X.copy()
             goal[0, 3] += 0.05 * k / 200

@@ -1,4 +1,4 @@
-"""What `palpate bench build` reads from logs, flags and sources; compiling everything is the command's own work."""
+"""Parts of `palpate bench build` that read logs, flags and sources, without a compilation."""
 
 import json
 import subprocess
@@ -11,15 +11,15 @@ from palpate.errors import PalpateError
 from palpate.verify.bench import build
 
 
-def test_the_stopwatch_writes_cpu_time_and_passes_the_exit_code_on(tmp_path):
+def test_stopwatch_writes_cpu_time_and_returns_the_exit_code(tmp_path):
     watch, log = tmp_path / "stopwatch.py", tmp_path / "log"
     watch.write_text(build._STOPWATCH)
     spin = "import time\nwhile time.process_time() < 0.3: pass"
     for code, status in ((spin, 0), ("raise SystemExit(3)", 3)):
-        done = subprocess.run([sys.executable, str(watch), str(log), sys.executable, "-c", code, "-o", "a/thing.o"])
+        done = subprocess.run([sys.executable, str(watch), str(log), sys.executable, "-c", code, "-o", "a/file.o"])
         assert done.returncode == status
     (busy, made), (idle, _) = build._rows(log)
-    assert made == "a/thing.o"
+    assert made == "a/file.o"
     assert 0.3 <= float(busy) < 3.0
     assert float(idle) < float(busy)
 
@@ -35,11 +35,11 @@ def test_the_stopwatch_writes_cpu_time_and_passes_the_exit_code_on(tmp_path):
         ("CMakeFiles/_core.dir/cmake_pch.hxx.gch", "cmake_pch.hxx.gch"),
     ],
 )
-def test_a_compilation_is_named_by_its_source_or_folder(made, name):
+def test_compilation_is_named_after_its_source_or_folder(made, name):
     assert build._named(made) == name
 
 
-def test_flags_keep_the_libraries_and_lose_input_and_output(tmp_path):
+def test_flags_keep_the_libraries_without_input_and_output(tmp_path):
     flags = "-DX -isystem /p/include -O3 -Winvalid-pch -include /b/cmake_pch.hxx"
     command = f"/usr/bin/ccache /usr/bin/g++ {flags} -o a.o -c /p/bindings/arm.cpp"
     (tmp_path / "c.json").write_text(json.dumps([{"file": "/p/bindings/arm.cpp", "command": command}]))
@@ -52,7 +52,7 @@ def test_every_header_of_another_library_is_counted():
     assert not any(name.startswith("palpate/") for name in counts)
 
 
-def test_a_wheel_has_nothing_to_compile(monkeypatch, tmp_path):
+def test_wheel_has_nothing_to_compile(monkeypatch, tmp_path):
     monkeypatch.setattr(build, "__file__", str(tmp_path / "a" / "b" / "c" / "build.py"))
     with pytest.raises(PalpateError, match="there is no source to compile"):
         build.root()

@@ -1,4 +1,4 @@
-"""`palpate bench contact`: the documented keys, and figures that hold on any machine."""
+"""`palpate bench contact`: the documented keys, and numbers that hold on any machine."""
 
 from io import StringIO
 
@@ -8,7 +8,7 @@ from rich.console import Console
 from palpate.verify.bench import contact
 
 
-def test_a_row_has_the_documented_keys_and_beats_the_reference():
+def test_row_has_the_documented_keys_and_beats_the_reference():
     heard = []
     rows = contact.run(shapes=("torus",), sizes=(10_000,), paths=("deep",), on_row=heard.append)
     assert heard == rows
@@ -29,7 +29,7 @@ def test_a_row_has_the_documented_keys_and_beats_the_reference():
     assert "prototype" in console.export_text()
 
 
-def test_a_whole_tool_is_as_exact_as_one_sphere():
+def test_tool_of_many_spheres_is_as_exact_as_one_sphere():
     (row,) = contact.run(shapes=("sphere",), sizes=(10_000,), paths=("tool",))
     assert (row["lost"], row["flipped"]) == (0, 0)
     assert row["direction_p95_deg"] < 0.2

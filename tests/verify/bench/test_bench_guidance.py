@@ -1,4 +1,4 @@
-"""The JSON of `palpate bench guidance` is a contract. No timing is asserted."""
+"""The JSON of `palpate bench guidance` has the documented keys. No timing is asserted."""
 
 import json_contract
 import numpy as np
@@ -9,8 +9,8 @@ from palpate.verify.bench import guidance
 
 
 def test_keys_and_table():
-    told = []
-    result = guidance.run(2000, 400, told.append)
+    progress = []
+    result = guidance.run(2000, 400, progress.append)
     assert set(result) == json_contract.keys("bench guidance")
     assert result["triangles"] > 1000
     assert all(value > 0.0 for key, value in result.items() if key.startswith(("query", "qp", "hundred")))
@@ -18,7 +18,7 @@ def test_keys_and_table():
     console.print(guidance.table(result))
 
 
-def test_the_programs_are_worth_solving_and_the_cage_holds():
+def test_quadratic_programs_are_active_and_the_cage_holds():
     A, b, y0 = guidance._programs(20)
     steps = [_core.Qp().solve(A[i], b[i], y0[i])["steps"] for i in range(20)]
     assert min(steps) >= 1

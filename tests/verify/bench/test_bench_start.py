@@ -1,4 +1,4 @@
-"""The JSON of `palpate bench start` and `palpate bench simulate` is a contract. No timing is asserted."""
+"""The JSON of `palpate bench start` and `palpate bench simulate` has the documented keys. No timing is asserted."""
 
 import json_contract
 from rich.console import Console
@@ -11,16 +11,16 @@ SCENE = "objects: [{name: ball, sphere: {radius: 0.04}, stiffness: 300}]\nrecord
 def test_keys_of_start_and_its_table(tmp_path):
     scene = tmp_path / "ball.yaml"
     scene.write_text(SCENE)
-    told = []
-    result = start.run(1, scene, on_progress=told.append)
+    progress = []
+    result = start.run(1, scene, on_progress=progress.append)
     assert set(result) == json_contract.keys("bench start")
     assert set(result["seconds"]) == {"help_s", "first_tick_s", "check_s", "control_s"}
-    assert len(told) == 2
+    assert len(progress) == 2
     Console(width=120, record=True, quiet=True).print(start.table(result))
     assert start.default_scene().is_file()
 
 
-def test_keys_of_simulate_and_the_same_numbers(tmp_path):
+def test_simulate_has_the_documented_keys_and_equal_numbers(tmp_path):
     scene = tmp_path / "ball.yaml"
     scene.write_text(SCENE)
     result = simulate.run(4, 0.3, 1, scene)

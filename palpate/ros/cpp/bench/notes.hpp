@@ -1,4 +1,4 @@
-// What one thread notes while others read it: no lock, so that nobody who reads can hold up who notes.
+// A log that one thread writes and other threads read, without a lock, so that readers never delay the writer.
 #pragma once
 
 #include <algorithm>
@@ -10,11 +10,11 @@
 
 namespace palpate::ros {
 
-/// Grows by pieces that stay where they are. Beyond its room nothing is noted.
+/// Grows in blocks that never move. Once all blocks are full, further entries are dropped.
 template <class T>
 class Notes {
  public:
-  /// From one thread alone. Allocates once in kPiece.
+  /// Appends an entry; from one thread only. Allocates once every kPiece entries.
   void add(const T& note) {
     const std::size_t n = size_.load(std::memory_order_relaxed);
     if (n == kPiece * pieces_.size()) return;
@@ -23,7 +23,7 @@ class Notes {
     piece[n % kPiece] = note;
     size_.store(n + 1, std::memory_order_release);
   }
-  /// A copy of what has been noted so far, from any thread.
+  /// A copy of all entries so far; from any thread.
   [[nodiscard]] std::vector<T> all() const {
     const std::size_t n = size_.load(std::memory_order_acquire);
     std::vector<T> notes(n);

@@ -103,7 +103,7 @@ Vec3 Puppet::place(double t) const {
   return from_ + soft * (to_ - from_) + std::sin(2.0 * std::numbers::pi * frequency_ * t) * amplitude_;
 }
 
-// One state, through whatever spoils it.
+// Publishes one state, with the faults that are set.
 void Puppet::send(double t) {
   Spoil spoil;
   Vec3 p;
@@ -133,7 +133,7 @@ void Puppet::send(double t) {
     return;
   }
   if (!held_ && chance(spoil.swap)) {
-    held_ = message_;  // goes after the next
+    held_ = message_;  // published after the next state
     return;
   }
   const double before = now();
@@ -144,14 +144,14 @@ void Puppet::send(double t) {
 }
 
 void Puppet::send_joints(double stamp, const Spoil& spoil) {
-  if (!spoil.wrong_length) return;  // nobody needs them; wrong ones must not harm
+  if (!spoil.wrong_length) return;  // joint states are sent only to test wrong lengths
   joints_message_.header.stamp = stamped(stamp);
   joints_message_.position.assign(joints_message_.position.empty() ? 3 : 0, 0.1);
   static_cast<void>(joints_.publish(joints_message_));
 }
 
 void Puppet::ping() {
-  if (!there_ || !back_ || there_->listeners() == 0 || back_->publishers() == 0) return;  // nobody is there yet
+  if (!there_ || !back_ || there_->listeners() == 0 || back_->publishers() == 0) return;  // the echo is not found yet
   ping_.header.stamp = stamped(wall());
   if (there_->publish(ping_)) ++pings_;
 }

@@ -1,5 +1,5 @@
-// A CRTK leader that is none: it moves as told, at an exact rate, and notes every wrench it is sent. What a bench
-// measures with, and what tests spoil: a network that loses, doubles, turns round, delays or falsifies.
+// A mock CRTK leader for benchmarks and tests. It publishes commanded motions at an exact rate and logs every received
+// wrench. Tests inject network faults: lost, repeated, reordered, delayed or falsified messages.
 #pragma once
 
 #include <atomic>
@@ -29,39 +29,39 @@ namespace palpate::ros {
 
 struct PuppetOptions {
   std::string leader = "MTMR", teleop = "MTMR_PSM1";
-  std::string wrench = "/MTMR_PSM1/following/mtm/body/servo_cf";  ///< topic that it is pushed by
-  double rate = 1000.0;                                           ///< of its states [Hz]
+  std::string wrench = "/MTMR_PSM1/following/mtm/body/servo_cf";  ///< topic of the wrenches on the leader
+  double rate = 1000.0;                                           ///< rate of the published states [Hz]
   bool reliable = true;
-  bool echo = false;  ///< half a period later each time, send a wrench to /palpate_there and await it on /palpate_back
+  bool echo = false;  ///< half a period after each state, send a wrench to /palpate_there; it returns on /palpate_back
   std::uint64_t seed = 1;
 };
 
-/// What happens to its messages on the way.
+/// Faults injected into the published messages.
 struct Spoil {
-  double drop = 0.0, twice = 0.0, swap = 0.0;  ///< shares of the messages [-]
-  double delay = 0.0;                          ///< sent so much after their stamp [s]
-  double clock = 0.0;                          ///< added to stamps [s]
+  double drop = 0.0, twice = 0.0, swap = 0.0;  ///< fractions of lost, repeated and reordered messages [-]
+  double delay = 0.0;                          ///< time from stamp to publication [s]
+  double clock = 0.0;                          ///< clock offset added to the stamps [s]
   bool not_finite = false;                     ///< NaN in the position
   bool no_rotation = false;                    ///< a quaternion of zeros
-  bool zero_stamp = false;                     ///< the sender says: not valid
-  bool wrong_length = false;                   ///< joint states of three joints, then of none
-  bool silent = false;                         ///< nothing is sent: the cable is out
+  bool zero_stamp = false;                     ///< stamp 0, which marks invalid data
+  bool wrong_length = false;                   ///< joint states of three joints and of none, in turn
+  bool silent = false;                         ///< nothing is published, as with a disconnected cable
 };
 
-/// A wrench as it came.
+/// A received wrench.
 struct Felt {
-  double t = 0.0;      ///< on our monotonic clock [s]
-  double wall = 0.0;   ///< since 1970 [s]
-  double stamp = 0.0;  ///< of its header [s]
-  double f[3] = {}, torque[3] = {};
-  double writer = 0.0;    ///< 0 for the first who wrote, 1 for the next, ...
-  double absolute = 0.0;  ///< 1: a dVRK arm would read it in the axes of measured_cp's frame, 0: in those of its tip
-  double sequence = 0.0;  ///< how many its writer had sent, this one included
+  double t = 0.0;                    ///< time of arrival on the monotonic clock [s]
+  double wall = 0.0;                 ///< time of arrival [s since 1970]
+  double stamp = 0.0;                ///< stamp in the header [s since 1970]
+  double f[3] = {}, torque[3] = {};  ///< force [N], torque [N m]
+  double writer = 0.0;               ///< index of the publisher in the order of first arrival: 0, 1, ...
+  double absolute = 0.0;             ///< 1: a dVRK arm would read it in the axes of measured_cp's frame; 0: of its tip
+  double sequence = 0.0;             ///< number of messages that the publisher has sent, this one included
 };
 
-/// How its wrenches are to be read, as it was told.
+/// A received setting of the wrench frame.
 struct Flag {
-  double t = 0.0;         ///< [s]
+  double t = 0.0;         ///< time of arrival on the monotonic clock [s]
   double absolute = 0.0;  ///< as in Felt
 };
 
@@ -74,23 +74,23 @@ class Puppet {
 
   void start();
   void stop();
-  /// Goes there from where it is, softly, within `seconds`.
+  /// Moves smoothly from the present position to `p` [m] within `seconds` [s].
   void move_to(const Vec3& p, double seconds);
-  /// Goes round and round: `amplitude` [m] at `frequency` [Hz] about where it was told to be.
+  /// Adds a sinusoidal motion of `amplitude` [m] at `frequency` [Hz] to the commanded position.
   void swing(const Vec3& amplitude, double frequency);
-  /// The wrist turns, at once: quaternion x y z w.
+  /// Sets the orientation at once: quaternion x y z w.
   void turn_to(const Eigen::Vector4d& quat);
   void spoil(const Spoil& spoil);
   void set_state(const std::string& state, bool homed);
   void follow(bool on);
 
-  // What it noted since it started; times on the monotonic clock [s].
-  [[nodiscard]] std::vector<double> sent() const { return sent_.all(); }      ///< when each state was published
-  [[nodiscard]] std::vector<Felt> felt() const { return felt_.all(); }        ///< every wrench
-  [[nodiscard]] std::vector<double> echoes() const { return echoes_.all(); }  ///< there and back [s]
-  [[nodiscard]] std::vector<Flag> flags() const { return flags_.all(); }      ///< body/set_cf_orientation_absolute
+  // Logs since the construction; times on the monotonic clock [s].
+  [[nodiscard]] std::vector<double> sent() const { return sent_.all(); }      ///< time of publication of each state
+  [[nodiscard]] std::vector<Felt> felt() const { return felt_.all(); }        ///< every received wrench
+  [[nodiscard]] std::vector<double> echoes() const { return echoes_.all(); }  ///< round-trip times of the echo [s]
+  [[nodiscard]] std::vector<Flag> flags() const { return flags_.all(); }      ///< received settings of the wrench frame
   [[nodiscard]] bool absolute() const noexcept { return absolute_; }
-  [[nodiscard]] bool carried() const noexcept { return carried_; }  ///< by its gravity compensation
+  [[nodiscard]] bool carried() const noexcept { return carried_; }  ///< true while gravity compensation is on
   [[nodiscard]] std::uint64_t pings() const noexcept { return pings_; }
   [[nodiscard]] std::size_t listeners() const noexcept { return pose_.listeners(); }
   [[nodiscard]] std::size_t writers() const noexcept { return wrench_.publishers(); }
@@ -118,13 +118,13 @@ class Puppet {
   Publisher<crtk_msgs::msg::OperatingState> state_;
   Publisher<std_msgs::msg::Bool> following_;
   std::optional<Publisher<geometry_msgs::msg::WrenchStamped>> there_;
-  std::atomic<bool> absolute_{false}, carried_{true};  // as a dVRK arm begins
+  std::atomic<bool> absolute_{false}, carried_{true};  // initial settings of a dVRK arm
   Subscription<std_msgs::msg::Bool> absolute_told_, carried_told_;
   Subscription<geometry_msgs::msg::WrenchStamped> wrench_;
   std::optional<Subscription<geometry_msgs::msg::WrenchStamped>> back_;
   loop::RealTimeThread clock_;
 
-  mutable std::mutex mutex_;  // what people set
+  mutable std::mutex mutex_;  // guards the settings below
   Spoil spoil_;
   Vec3 from_, to_, amplitude_;
   Eigen::Vector4d quat_{0.0, 0.0, 0.0, 1.0};
@@ -143,7 +143,7 @@ class Puppet {
   geometry_msgs::msg::TwistStamped twist_message_;
   sensor_msgs::msg::JointState joints_message_;
   geometry_msgs::msg::WrenchStamped ping_;
-  std::optional<Spinner> spinner_;  // last: it stops first
+  std::optional<Spinner> spinner_;  // declared last, so that it stops first
 };
 
 }  // namespace palpate::ros

@@ -8,9 +8,9 @@
 namespace palpate::ros {
 namespace {
 
-constexpr auto kLook = std::chrono::milliseconds(50);  // between two looks at the graph
-constexpr int kFirst = 20;                             // looks until who has said nothing is taken for silent
-constexpr int kNameless = 20;  // looks after which a writer whose node is not known is a stranger
+constexpr auto kLook = std::chrono::milliseconds(50);  // interval of the polls of the graph
+constexpr int kFirst = 20;                             // polls during which a state report is awaited
+constexpr int kNameless = 20;                          // polls until a publisher without a node name counts as foreign
 
 bool pressed(const sensor_msgs::msg::Joy& joy) { return !joy.buttons.empty() && joy.buttons[0] != 0; }
 
@@ -20,12 +20,12 @@ std_msgs::msg::Bool told(bool on) {
   return message;
 }
 
-/// MTMR is of MTMR_PSM1 and of MTML_MTMR_ECM.
+/// True if the name of a teleoperation contains the arm: MTMR_PSM1 and MTML_MTMR_ECM contain MTMR.
 bool names_arm(const std::string& teleop, const std::string& arm) {
   return ("_" + teleop + "_").find("_" + arm + "_") != std::string::npos;
 }
 
-/// Every topic there is.
+/// Names of all topics in the graph; empty if the query fails.
 std::vector<std::string> topics(Node& node) {
   rcutils_allocator_t allocator = rcutils_get_default_allocator();
   rcl_names_and_types_t found = rcl_get_zero_initialized_names_and_types();
@@ -77,14 +77,14 @@ Console::Console(std::shared_ptr<Context> context, const HapticNames& names, std
       camera_(node_, "/" + names.console + "/camera",
               [this](const sensor_msgs::msg::Joy& told) { pedal(kCamera, pressed(told), false); }),
       spinner_(node_) {
-  set(kDeaf, needs_frame_);  // until somebody is seen to listen
+  set(kDeaf, needs_frame_);  // until a subscriber is found
   if (!names.follower.empty()) {
     follower_.emplace(node_, names.of_follower("operating_state"),
                       [this](const auto& told) { state(kFollower, names_.follower, told); });
   }
   if (names.own_teleop()) {
     set(kFollowing, true);
-    set(kOther, true);  // unless nobody is found
+    set(kOther, true);  // until the search finds no other teleoperation
   } else {
     following_.emplace(node_, "/" + names.teleop + "/following",
                        [this](const std_msgs::msg::Bool& told) { follow(told.data); });
@@ -133,14 +133,14 @@ bool Console::set(Gate gate, bool on) noexcept {
   return ((before & gate) != 0) != on;
 }
 
-// The camera's teleoperation makes the arm's frame absolute, inside the dVRK: no topic tells it. Others may turn it,
-// too. So whenever we are about to push, and before that, it is told anew.
+// The wrench frame is set again before each start of a force. The dVRK's camera teleoperation makes the frame absolute
+// without a message on any topic, and other programs may change it, too.
 void Console::follow(bool on) {
   if (on) make_ready();
   set(kFollowing, on);
 }
 
-// good: the pedal that lets us push when it is down.
+// `good`: the position of the pedal that allows a force; true means down.
 void Console::pedal(Gate gate, bool down, bool good) {
   if (down == good) make_ready();
   set(gate, down);
@@ -153,7 +153,7 @@ void Console::make_ready() {
   }
 }
 
-// What it did in between nobody knows: no force until all has been well for a while.
+// The arm may have read some wrenches in the wrong frame, so `frame_unsure` stops the force for a while.
 void Console::set_back(Publisher<std_msgs::msg::Bool>& to, bool right, const char* words) {
   meddled_ = true;
   tell(std::string("somebody ") + words + " of " + names_.leader + ": set back");
@@ -162,7 +162,8 @@ void Console::set_back(Publisher<std_msgs::msg::Bool>& to, bool right, const cha
 }
 
 void Console::state(Gate gate, const std::string& arm, const crtk_msgs::msg::OperatingState& told) {
-  const bool away = told.is_busy && gate == kLeader && names_.own_teleop();  // moves where somebody else has sent it
+  // True if the leader moves under another program's command.
+  const bool away = told.is_busy && gate == kLeader && names_.own_teleop();
   const bool on = told.state == "ENABLED" && told.is_homed && !away;
   if (set(gate, on)) {
     if (on && gate == kLeader) make_ready();
@@ -180,7 +181,7 @@ void Console::look_round() {
       if (following_) following_->tune();
       if (scale_ear_) scale_ear_->tune();
       if (const std::size_t listeners = absolute_.listeners() + gravity_.listeners(); listeners != listeners_) {
-        if (listeners > listeners_) make_ready();  // an arm that has just come
+        if (listeners > listeners_) make_ready();  // a new arm has subscribed
         listeners_ = listeners;
       }
       if (needs_frame_ && set(kDeaf, absolute_.listeners() == 0)) {
@@ -199,7 +200,8 @@ void Console::look_round() {
   }
 }
 
-// Two who write wrenches to one arm: the last one wins, a thousand times a second.
+// Looks for other publishers on the topics that this node commands. The arm obeys the newest message, so it would
+// switch between two publishers at their full rate.
 void Console::look_for_writers() {
   std::vector<std::string> commanded{names_.wrench()};
   if (!names_.own_teleop()) commanded.push_back(names_.of_leader("body/servo_cf"));
@@ -209,7 +211,7 @@ void Console::look_for_writers() {
   for (const std::string& topic : commanded) {
     for (const Endpoint& end : node_.publishers(topic)) {
       const bool named =
-          end.node.find("NODE_NAME_UNKNOWN") == std::string::npos;  // ends are heard of before their nodes
+          end.node.find("NODE_NAME_UNKNOWN") == std::string::npos;  // discovery reports an endpoint before its node
       const bool ours = std::find(writers_.begin(), writers_.end(), end.node) != writers_.end();
       nameless = nameless || !named;
       if (named ? !ours : nameless_ >= kNameless)
@@ -220,7 +222,7 @@ void Console::look_for_writers() {
   if (set(kWriter, !found.empty())) tell(found.empty() ? "nobody else writes to the arm any more" : found + ", too");
 }
 
-// A teleoperation of the same leader that is on commands it, and holds its own wrench against ours.
+// Looks for other teleoperations of the same leader. An active one commands the leader and sends its own wrench.
 void Console::look_for_teleops() {
   const std::string end = "/current_state";
   for (const std::string& topic : topics(node_)) {
@@ -239,7 +241,7 @@ void Console::look_for_teleops() {
     hearing = hearing || (!teleop.told && teleop.looks++ < kFirst);
   }
   const bool free = on.empty() && !hearing;
-  if (free && (gates_ & kOther) != 0) make_ready();  // the camera's turns the frame
+  if (free && (gates_ & kOther) != 0) make_ready();  // the camera teleoperation changes the wrench frame
   set(kOther, !free);
   if (!hearing && on != other_ && !on.empty()) {
     tell("another teleoperation of " + names_.leader + ", " + on +

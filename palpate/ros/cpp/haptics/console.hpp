@@ -1,5 +1,5 @@
-// What the console, the arms and the graph say beside the states: the gates of the cycle. A thread of its own; the
-// cycle reads the answer and never waits.
+// The gates of the cycle: conditions that allow or forbid a force, from the console, the arms' operating states and the
+// ROS graph. Two threads update them, a spinner and a poll of the graph; the cycle reads them without waiting.
 #pragma once
 
 #include <atomic>
@@ -26,20 +26,23 @@ namespace palpate::ros {
 
 class Console {
  public:
-  /// writers: names of the nodes that may write wrenches (ours and the guardian's). device: how it takes wrenches.
+  /// `writers`: full names of the nodes that may publish wrenches, which are this node's and the guardian's.
+  /// `device`: the frame in which the leader takes wrenches, and whether it reports states.
   Console(std::shared_ptr<Context> context, const HapticNames& names, std::vector<std::string> writers,
           const loop::CrtkOptions& device);
   ~Console();
   Console(const Console&) = delete;
   Console& operator=(const Console&) = delete;
 
-  /// For the cycle: no lock, no wait. What is over since the last call is told once.
+  /// The gates now. Called by the cycle: takes no lock and does not wait. An interference with the wrench frame since
+  /// the last call sets `frame_unsure` once.
   [[nodiscard]] loop::CrtkGates gates() noexcept;
-  /// Motion scale of the other teleoperation; zero: not told.
+  /// Motion scale of the external teleoperation [-]; zero until a message with the scale has arrived.
   [[nodiscard]] double scale() const noexcept { return scale_.load(std::memory_order_relaxed); }
 
-  /// What has happened since the last call, in words.
+  /// Messages for the user since the last call, oldest first.
   [[nodiscard]] std::vector<std::string> news();
+  /// Adds a message for the user; at most 100 are kept. From any thread.
   void tell(std::string words);
 
  private:
@@ -52,21 +55,22 @@ class Console {
     kWriter = 32u,
     kOther = 64u,
     kCamera = 128u,
-    kDeaf = 256u  ///< nobody listens to the frame of the wrench
+    kDeaf = 256u  ///< no subscriber for the topic that sets the wrench frame
   };
-  /// Somebody's teleoperation on our leader.
+  /// Another teleoperation component that uses the same leader.
   struct Teleop {
     Teleop(Node& node, const std::string& name, Console& console);
     [[nodiscard]] bool on() const noexcept { return enabled || following; }
     std::string name;
-    std::atomic<bool> following{false}, enabled{true};  ///< on, until it says that it is not
-    std::atomic<bool> told{false};
-    int looks = 0;
+    /// States reported by the component; `enabled` is assumed until reported otherwise.
+    std::atomic<bool> following{false}, enabled{true};
+    std::atomic<bool> told{false};  ///< true once the component has reported its state
+    int looks = 0;                  ///< polls of the graph without a report
     Ear<std_msgs::msg::Bool> following_ear;
     Ear<std_msgs::msg::String> state_ear;
   };
 
-  /// Sets a gate; true when that is a change.
+  /// Sets a gate; returns true if its value has changed.
   bool set(Gate gate, bool on) noexcept;
   void follow(bool on);
   void state(Gate gate, const std::string& arm, const crtk_msgs::msg::OperatingState& told);
@@ -79,12 +83,12 @@ class Console {
 
   HapticNames names_;
   std::vector<std::string> writers_;
-  const bool absolute_frame_;  ///< wrenches in the base's frame; otherwise in the tip's
-  const bool needs_frame_;     ///< no force while nobody listens to that
+  const bool absolute_frame_;  ///< wrenches in the axes of the base; otherwise in those of the tip
+  const bool needs_frame_;     ///< no force while the topic of the wrench frame has no subscriber
   std::atomic<bool> meddled_{false};
   std::atomic<unsigned> gates_{0};
   std::atomic<double> scale_{0.0};
-  std::mutex mutex_, telling_;  // of the news; of those who publish
+  std::mutex mutex_, telling_;  // guard news_ and stop_; the publishers
   std::vector<std::string> news_;
 
   Node node_;
@@ -98,8 +102,8 @@ class Console {
   std::list<Teleop> others_;
   std::size_t listeners_ = 0;
   int looks_ = 0;
-  std::string other_;  ///< that is on, as it was told
-  int nameless_ = 0;   ///< looks, one after the other, at writers whose node is not known
+  std::string other_;  ///< the last reported teleoperation that is on
+  int nameless_ = 0;   ///< consecutive polls with a publisher whose node name is unknown
   Spinner spinner_;
   std::condition_variable woken_;
   bool stop_ = false;

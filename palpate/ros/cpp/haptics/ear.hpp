@@ -1,5 +1,6 @@
-// Listens to rare messages, also to those said before: latched ones are only given to who asks for them, and who asks
-// gets nothing from a sender that does not latch. So it asks as the sender offers.
+// A subscriber for rare messages that also receives latched ones. A message latched before the subscription arrives
+// only with transient-local durability, and a transient-local subscription receives nothing from a volatile publisher.
+// This subscriber therefore starts as volatile, and adds a transient-local one once it finds a latching publisher.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +20,7 @@ class Ear {
   Ear(Node& node, std::string topic, Callback callback)
       : node_(node), topic_(std::move(topic)), callback_(std::move(callback)), plain_(node_, topic_, told(), Qos{}) {}
 
-  /// Looks at who speaks now. From a thread that may allocate, not the spinner's.
+  /// Looks for a latching publisher on the topic. Call it from a thread that may allocate, but not from the spinner's.
   void tune() {
     if (latched_) return;
     const auto ends = node_.publishers(topic_);

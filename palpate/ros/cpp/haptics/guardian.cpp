@@ -21,7 +21,7 @@ using loop::now_ns;
 
 std::int64_t nanoseconds(double seconds) { return static_cast<std::int64_t>(1e9 * seconds); }
 
-/// Is a process there? By a descriptor that no other process can inherit the number of.
+/// Watches a process through a pidfd, which stays valid when the process id is used again.
 class Life {
  public:
   explicit Life(int pid) : fd_(static_cast<int>(syscall(SYS_pidfd_open, pid, 0))) {
@@ -30,7 +30,7 @@ class Life {
   ~Life() { close(fd_); }
   Life(const Life&) = delete;
   Life& operator=(const Life&) = delete;
-  /// Waits for its end, `ns` at most.
+  /// Waits at most `ns` [ns] for the end of the process; returns true if it has ended.
   [[nodiscard]] bool ended(std::int64_t ns) const noexcept {
     pollfd wait{.fd = fd_, .events = POLLIN, .revents = 0};
     const timespec most{.tv_sec = ns / 1'000'000'000, .tv_nsec = ns % 1'000'000'000};
@@ -66,7 +66,8 @@ bool guard(const std::shared_ptr<Context>& context, const GuardianOptions& optio
     const std::int64_t now = now_ns(), beaten = beat->node.load();
     beat->guardian = now;
     beat->listeners = static_cast<std::uint32_t>(wrench.listeners());
-    const bool away = now - looked > silence;  // we were: who else was is not known yet
+    // True if the guardian itself was suspended: the silence of the node is not known yet.
+    const bool away = now - looked > silence;
     looked = now;
     if (beat->finished != 0) {
       for (int i = 0; i < 5; ++i) send();
@@ -83,7 +84,7 @@ bool guard(const std::shared_ptr<Context>& context, const GuardianOptions& optio
       beat->silence = std::max(beat->silence.load(), now - beaten);
       ++beat->taken;
     }
-    // The arm holds the zero; to go on for ever would be to fight whoever takes the arm next.
+    // The arm keeps the zero wrench. Sending for longer would disturb the next program that uses the arm.
     if (beat->taken != beat->seen && now - took < nanoseconds(options.insist)) send();
   }
 }

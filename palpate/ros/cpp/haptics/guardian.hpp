@@ -1,4 +1,4 @@
-// A process beside the haptic node that does one thing: where the node falls silent, it sends zero wrenches.
+// The guardian: a separate process that sends zero wrenches when the haptic node falls silent.
 #pragma once
 
 #include <memory>
@@ -10,18 +10,19 @@
 namespace palpate::ros {
 
 struct GuardianOptions {
-  std::string wrench_topic;  ///< where the node publishes
-  std::string node_name;     ///< that the node knows as ours
-  int node_pid = 0;
-  int beat_fd = -1;
-  double silence = 0.010;  ///< of the node, after which the guardian takes over [s]
-  double period = 0.002;   ///< between two looks, and between two zeros [s]
-  double insist = 1.0;     ///< zeros go on for so long after it has taken over [s]
+  std::string wrench_topic;  ///< topic on which the haptic node publishes wrenches
+  std::string node_name;     ///< ROS name of the guardian, which the haptic node accepts as a writer
+  int node_pid = 0;          ///< process id of the haptic node
+  int beat_fd = -1;          ///< file descriptor of the shared Heartbeat
+  double silence = 0.010;    ///< time without a heartbeat after which the guardian takes over [s]
+  double period = 0.002;     ///< interval of the checks and of the zero wrenches [s]
+  double insist = 1.0;       ///< duration of the zero wrenches after a takeover [s]
 };
 
-/// A wrench holds on the arm for ever when its sender dies, so this one dies last. Watches the node's heartbeat and its
-/// life (pidfd). When it takes over it publishes zeros until the node says that it knows (Heartbeat::seen), or has
-/// died. Answers when there is nothing left to guard: true after a good end, false after a death.
+/// Guards a haptic node until it ends. An arm keeps the last wrench when the sender dies, so the guardian outlives the
+/// node and watches both its heartbeat and its process (pidfd). After a takeover the guardian publishes zero wrenches
+/// until the node acknowledges (Heartbeat::seen), for at most `insist`. Returns true if the node ended cleanly, false
+/// if its process died. Throws if the heartbeat or the process cannot be watched.
 bool guard(const std::shared_ptr<Context>& context, const GuardianOptions& options);
 
 }  // namespace palpate::ros

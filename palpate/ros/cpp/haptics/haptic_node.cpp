@@ -14,12 +14,12 @@ namespace {
 
 using loop::now_ns;
 
-constexpr double kOverdue = 1.5;           // periods without a state, after which the cycle steps all the same
-constexpr std::int64_t kBeat = 3'000'000;  // [ns] the guardian hears that often that the loop lives, stepping or not
-constexpr int kTail = 5;                   // zeros that are sent after the last word, each of them heard or not
-constexpr std::int64_t kGuardianAway = 50'000'000;  // [ns] a guardian that has not looked for so long guards nothing
-constexpr auto kLonely = std::chrono::milliseconds(300);  // most that an end waits for what it sent to arrive
-constexpr Qos kNewest{.depth = 5, .reliable = false};     // of states only the newest counts; fits every sender
+constexpr double kOverdue = 1.5;           // periods without a leader state after which the cycle steps anyway [-]
+constexpr std::int64_t kBeat = 3'000'000;  // longest interval of the heartbeats, also without steps [ns]
+constexpr int kTail = 5;                   // zero wrenches sent after the last command [-]
+constexpr std::int64_t kGuardianAway = 50'000'000;  // age of the guardian's last check at which it counts as dead [ns]
+constexpr auto kLonely = std::chrono::milliseconds(300);  // timeout of the ramp-down and of the acknowledgements
+constexpr Qos kNewest{.depth = 5, .reliable = false};     // QoS of states, compatible with every publisher
 
 double wall_now() noexcept {
   timespec t{};
@@ -78,7 +78,7 @@ HapticNode::~HapticNode() {
   subscriptions_.clear();
 }
 
-// Order matters: of what comes together, the leader's pose is read last, and then the cycle steps.
+// The order matters: among messages that arrive together the leader's pose is taken last, and then the cycle steps.
 void HapticNode::listen() {
   const HapticNames& names = options_.names;
   const auto hear = [this]<class Msg>(const std::string& topic, void (*take)(HapticNode&, const Msg&)) {
@@ -122,7 +122,7 @@ void HapticNode::start() {
   SpinnerOptions options;
   options.in_thread = [this, granted] {
     loop::RealTimeOptions wanted = options_.realtime;
-    wanted.allow_affinity = false;  // ROS has threads of its own, which bring the messages
+    wanted.allow_affinity = false;  // the middleware's own threads deliver the messages
     granted->set_value(loop::schedule(wanted));
   };
   options.after = [this] { return after(); };
@@ -154,7 +154,8 @@ void HapticNode::stop() noexcept {
 
 loop::Moment HapticNode::moment() const noexcept { return {1e-9 * static_cast<double>(now_ns() - t0_), wall_now()}; }
 
-// After each round of messages: a step when the leader has told its state, or should have long ago.
+// Called after each round of messages: steps if a new leader state has arrived or is overdue. Returns the time until
+// the next call [ns].
 std::int64_t HapticNode::after() noexcept {
   const std::int64_t now = now_ns();
   const auto overdue = static_cast<std::int64_t>(kOverdue * static_cast<double>(period_));
@@ -172,7 +173,7 @@ void HapticNode::step(std::int64_t begin) noexcept {
   cycle_time_.add(spent);
   command(out);
   if (const double took = wall_now() - stamp_; answered && out.command && took >= 0.0 && took < 1.0) {
-    answer_time_.add(static_cast<std::int64_t>(1e9 * took));  // stamps that lie would count as centuries
+    answer_time_.add(static_cast<std::int64_t>(1e9 * took));  // only plausible times, as stamps may be wrong
   }
   loop::Tick tick = out.tick;
   tick.cycle_us = 1e-3 * static_cast<double>(spent);
@@ -184,7 +185,7 @@ void HapticNode::step(std::int64_t begin) noexcept {
   last_step_ = begin;
 }
 
-// What people changed since the last step.
+// Takes the controls, scene and fixtures that were changed since the last step.
 void HapticNode::take() noexcept {
   Controls controls = front_.take_controls();
   if (stopping_) controls.following = false;
@@ -194,7 +195,7 @@ void HapticNode::take() noexcept {
   if (const double scale = console_.scale(); scale != 0.0) cycle_.set_scale(scale);
 }
 
-// The guardian's word first: when it has taken over, whatever we pushed is gone, and we begin at zero.
+// Checks the guardian first: after a takeover the arm has received zero wrenches, so the cycle restarts at zero force.
 void HapticNode::gate() noexcept {
   loop::CrtkGates gates = console_.gates();
   const std::uint32_t taken = beat_->taken;
@@ -203,18 +204,18 @@ void HapticNode::gate() noexcept {
     gates.guarded = true;
     beat_->seen = taken;
   }
-  const bool deaf = beat_->listeners == 0 && wrench_.listeners() > 0;  // its zeros would reach nobody
+  const bool deaf = beat_->listeners == 0 && wrench_.listeners() > 0;  // the guardian's zero wrenches would not arrive
   gates.guarded = gates.guarded || deaf || now_ns() - beat_->guardian > kGuardianAway;
   cycle_.set_gates(gates);
 }
 
 void HapticNode::command(const loop::CrtkOutput& out) noexcept {
-  // The last word is a zero, said more than once: none of them may be the one that got lost.
+  // Several zero wrenches follow the last command, because any single message may be lost.
   commanding_ = out.command || tail_ > 0;
   if (out.command) tail_ = kTail;
   beat_->commanding.store(commanding_ ? 1 : 0, std::memory_order_relaxed);
   if (commanding_) {
-    // Between the look at the guardian and now, we may have been stopped for long: then it has pushed us aside.
+    // This process may have been suspended since gate(); the guardian has then taken over, and only zero may be sent.
     const bool aside = beat_->taken != beat_->seen;
     fill(wrench_message_.wrench.force, aside ? Vec3::Zero() : out.F.f);
     fill(wrench_message_.wrench.torque, aside ? Vec3::Zero() : out.F.t);

@@ -1,4 +1,5 @@
-// The haptic node: a CRTK leader's state comes in, the cycle steps, the wrench goes out, in one thread.
+// The haptic node: it receives the state of a CRTK leader, steps the cycle and publishes the wrench, in the thread that
+// receives the message.
 #pragma once
 
 #include <atomic>
@@ -28,16 +29,16 @@ struct HapticNodeOptions {
   HapticNames names;
   loop::CrtkOptions cycle;
   loop::RealTimeOptions realtime;
-  std::string writer;    ///< name of the node that writes wrenches, unlike any other
-  std::string guardian;  ///< and of the one that guards it
-  int beat_fd = -1;
+  std::string writer;    ///< unique name of the ROS node that publishes wrenches
+  std::string guardian;  ///< unique name of the guardian's ROS node
+  int beat_fd = -1;      ///< file descriptor of the Heartbeat shared with the guardian
 };
 
-/// What people may want to know of a stream.
+/// Statistics of an input stream.
 struct Stream {
-  double rate = 0.0;  ///< [Hz]
-  double age = 0.0;   ///< of the last stamp when it came [s]
-  std::uint64_t taken = 0, left_out = 0;
+  double rate = 0.0;                      ///< [Hz]
+  double age = 0.0;                       ///< age of the last message at its arrival, from its stamp [s]
+  std::uint64_t taken = 0, left_out = 0;  ///< messages used; messages rejected [-]
 };
 
 class HapticNode {
@@ -49,21 +50,23 @@ class HapticNode {
   HapticNode& operator=(const HapticNode&) = delete;
 
   void start();
-  /// The force to zero, the last wrench that is sent is zero, and it has arrived. Does nothing when it does not run.
+  /// Reduces the force to zero, sends zero wrenches, waits for their acknowledgement (300 ms at most) and ends the
+  /// threads. Does nothing if the node does not run.
   void stop() noexcept;
   [[nodiscard]] bool running() const noexcept { return spinner_ != nullptr; }
 
-  /// How people steer the node and read its ticks, from any thread.
+  /// Controls, scene and recorded ticks of the node, for any thread.
   [[nodiscard]] loop::Front& front() noexcept { return front_; }
   [[nodiscard]] const loop::Front& front() const noexcept { return front_; }
-  /// What has happened since the last call, in words.
+  /// Messages for the user since the last call, oldest first.
   [[nodiscard]] std::vector<std::string> news() { return console_.news(); }
 
   [[nodiscard]] const loop::Histogram& cycle_time() const noexcept { return cycle_time_; }
-  /// From the stamp of the leader's state to the wrench handed to ROS.
+  /// Time from the stamp of the leader's state until the wrench is handed to ROS.
   [[nodiscard]] const loop::Histogram& answer_time() const noexcept { return answer_time_; }
   [[nodiscard]] Stream leader() const noexcept { return {leader_rate_, leader_age_, leader_taken_, leader_left_out_}; }
   [[nodiscard]] std::uint64_t published() const noexcept { return published_; }
+  /// Number of takeovers by the guardian [-].
   [[nodiscard]] std::uint32_t guarded() const noexcept { return beat_->taken; }
   [[nodiscard]] const std::string& scheduler() const noexcept { return scheduler_; }
   [[nodiscard]] const HapticNodeOptions& options() const noexcept { return options_; }
@@ -99,7 +102,7 @@ class HapticNode {
   std::int64_t t0_, period_, last_step_ = 0, came_ = 0;
   double stamp_ = 0.0;
   bool fresh_ = false, commanding_ = false;
-  int tail_ = 0;  ///< zeros still to be sent after the last command
+  int tail_ = 0;  ///< zero wrenches still to be sent after the last command
   std::atomic<bool> stopping_{false}, quiet_{false};
 
   loop::Histogram cycle_time_, answer_time_;
@@ -107,7 +110,7 @@ class HapticNode {
   std::atomic<std::uint64_t> leader_taken_{0}, leader_left_out_{0}, published_{0};
   std::string scheduler_ = "not started";
   std::unique_ptr<Spinner> spinner_;
-  Spinner told_{writer_};  ///< that a listener's quality of service does not fit; last: it stops first
+  Spinner told_{writer_};  ///< reports incompatible QoS of subscribers; declared last, so that it stops first
 };
 
 }  // namespace palpate::ros

@@ -1,4 +1,4 @@
-// What the haptic node and its guardian share: a page of memory, so that neither needs the other to be well.
+// Memory shared by the haptic node and its guardian, so that each process can read the other's state at any time.
 #pragma once
 
 #include <sys/mman.h>
@@ -14,20 +14,20 @@
 
 namespace palpate::ros {
 
-/// All zero at first. Times are of the monotonic clock [ns].
+/// State of both processes. All fields start at zero; times are on the monotonic clock [ns].
 struct Heartbeat {
-  std::atomic<std::int64_t> node;         ///< of the node's last sign of life; zero before the first
-  std::atomic<std::int64_t> guardian;     ///< of the guardian's last look
-  std::atomic<std::uint32_t> taken;       ///< how often the guardian has taken over
-  std::atomic<std::uint32_t> seen;        ///< how much of that the node knows: equal to `taken` when it may push
-  std::atomic<std::uint32_t> finished;    ///< 1: the node ended well, its last wrench was zero
-  std::atomic<std::uint32_t> commanding;  ///< 1: the node sends wrenches; where it must not, the guardian must not
-  std::atomic<std::uint32_t> listeners;   ///< of the guardian's wrenches
-  std::atomic<std::int64_t> silence;      ///< longest that the node was silent when the guardian took over [ns]
+  std::atomic<std::int64_t> node;      ///< time of the node's last heartbeat; zero before the first [ns]
+  std::atomic<std::int64_t> guardian;  ///< time of the guardian's last check [ns]
+  std::atomic<std::uint32_t> taken;    ///< number of takeovers by the guardian
+  std::atomic<std::uint32_t> seen;  ///< number of takeovers the node has acknowledged; it may push if equal to `taken`
+  std::atomic<std::uint32_t> finished;    ///< 1: the node ended cleanly, and its last wrench was zero
+  std::atomic<std::uint32_t> commanding;  ///< 1: the node sends wrenches; the guardian sends none otherwise
+  std::atomic<std::uint32_t> listeners;   ///< number of subscribers of the guardian's wrenches
+  std::atomic<std::int64_t> silence;      ///< longest silence of the node at a takeover [ns]
 };
 static_assert(std::atomic<std::int64_t>::is_always_lock_free, "shared between processes");
 
-/// The page behind a file descriptor (memfd_create), mapped for as long as this lives.
+/// Maps the Heartbeat behind a file descriptor (memfd_create) for the lifetime of the object.
 class SharedHeartbeat {
  public:
   explicit SharedHeartbeat(int fd) {

@@ -1,4 +1,4 @@
-// Which devices a haptic node works with, and the CRTK names of their topics.
+// The devices of a haptic node and the CRTK names of their topics.
 #pragma once
 
 #include <string>
@@ -7,14 +7,14 @@ namespace palpate::ros {
 
 struct HapticNames {
   std::string leader = "MTMR";
-  std::string follower = "PSM1";     ///< empty: a virtual one
-  std::string teleop = "MTMR_PSM1";  ///< of somebody else's teleoperation; empty: ours
+  std::string follower = "PSM1";     ///< empty: a virtual follower without an arm
+  std::string teleop = "MTMR_PSM1";  ///< the external teleoperation component; empty: Palpate moves the follower
   std::string console = "console";
 
   [[nodiscard]] bool own_teleop() const { return teleop.empty(); }
   [[nodiscard]] std::string of_leader(const std::string& topic) const { return "/" + leader + "/" + topic; }
   [[nodiscard]] std::string of_follower(const std::string& topic) const { return "/" + follower + "/" + topic; }
-  /// Where wrenches go: straight to the leader only when no other teleoperation writes there.
+  /// Topic of the wrenches: the leader's own topic only if no external teleoperation publishes on it.
   [[nodiscard]] std::string wrench() const {
     return own_teleop() ? of_leader("body/servo_cf") : "/" + teleop + "/following/mtm/body/servo_cf";
   }

@@ -11,23 +11,24 @@
 namespace palpate::ros {
 namespace {
 
-/// rcl reads how far to look for others from the environment, under a name that changed after Humble. Only we widen it.
+/// Sets the discovery range in the environment, where rcl reads it; the variable was renamed after Humble. The default
+/// is this machine; `network` widens it to the subnet.
 void set_range(bool network) {
   if (network) {
     if (const char* range = std::getenv("ROS_AUTOMATIC_DISCOVERY_RANGE");
         range && std::string_view(range) == "LOCALHOST")
       setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET", 1);
     unsetenv("ROS_LOCALHOST_ONLY");
-    // Plain UDP finds its peers twenty times faster than the default does (0.1 s, 2.7 s). Within one machine the
-    // middleware takes shared memory and UDP, whatever this says.
+    // Plain UDP discovers its peers in 0.1 s; the default transports need 2.7 s. Within one machine the middleware uses
+    // shared memory and UDP independently of this variable.
     setenv("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4", 0);
     return;
   }
 #if __has_include(<rmw/discovery_options.h>)
   if (const char* range = std::getenv("ROS_AUTOMATIC_DISCOVERY_RANGE"); !range || std::string_view(range) != "OFF")
     setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST", 1);
-  unsetenv("ROS_LOCALHOST_ONLY");  // deprecated there, and it would win
-  unsetenv("ROS_STATIC_PEERS");    // names of other machines
+  unsetenv("ROS_LOCALHOST_ONLY");  // deprecated in these releases, but it would take precedence
+  unsetenv("ROS_STATIC_PEERS");    // addresses of other machines
 #else
   setenv("ROS_LOCALHOST_ONLY", "1", 1);
 #endif

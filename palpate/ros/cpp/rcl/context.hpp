@@ -9,13 +9,13 @@
 namespace palpate::ros {
 
 struct ContextOptions {
-  bool network = false;                ///< talk to other machines; otherwise only within this one
-  int domain = -1;                     ///< ROS_DOMAIN_ID; -1: the one of the environment
-  int priority = 79;                   ///< SCHED_FIFO of the middleware's receiving threads, where allowed; 0: none
-  std::vector<std::string> arguments;  ///< as behind `--ros-args`: remaps, enclave
+  bool network = false;  ///< communicate with other machines; otherwise only within this one
+  int domain = -1;       ///< ROS_DOMAIN_ID; -1: the value in the environment
+  int priority = 79;     ///< SCHED_FIFO priority of the middleware's receiving threads, where allowed; 0: none
+  std::vector<std::string> arguments;  ///< arguments after `--ros-args`: remaps, enclave
 };
 
-/// Lives as long as anything made from it. Other threads may use it.
+/// Nodes share its ownership, so it outlives them. Safe to use from several threads.
 class Context {
  public:
   explicit Context(const ContextOptions& options = {});

@@ -1,4 +1,4 @@
-// Something a spinner waits for: a subscription, a service, a client, an event.
+// Base class of everything that a spinner waits for: subscriptions, services, clients, events.
 #pragma once
 
 #include <rcl/error_handling.h>
@@ -10,14 +10,14 @@
 
 namespace palpate::ros {
 
-/// How many of each kind a wait set must hold.
+/// Number of entities of each kind in a wait set.
 struct Count {
   std::size_t subscriptions = 0, clients = 0, services = 0, events = 0;
 };
 
 class Entity;
 
-/// Takes what has come to an entity, in the thread in which the middleware brings it.
+/// Takes new messages of an entity, in the middleware's receiving thread.
 class Receiver {
  public:
   virtual ~Receiver() = default;
@@ -32,22 +32,23 @@ class Entity {
   Entity& operator=(const Entity&) = delete;
 
   virtual void count(Count& count) const noexcept = 0;
-  /// Adds itself to the set; remembers its place there.
+  /// Adds the entity to the wait set and stores its index there.
   virtual rcl_ret_t watch(rcl_wait_set_t& set) noexcept = 0;
-  /// Takes what has come, if anything has, and calls back. In the spinner's thread.
+  /// Takes all new messages, if the wait set reports any, and calls back. Called in the spinner's thread.
   virtual void work(const rcl_wait_set_t& set) = 0;
 
-  /// From now on everything that comes is told to the receiver as it comes, and nobody has to wait for it; nullptr: no
-  /// longer, and no call is under way any more. Answers whether this entity and the middleware can.
+  /// From now on calls the receiver at each arrival, so that the spinner need not wait for this entity. nullptr ends
+  /// this; no call to the receiver is running any more when the function returns. Returns whether the entity and the
+  /// middleware support it.
   virtual bool tell(Receiver* receiver) noexcept {
     static_cast<void>(receiver);
     return false;
   }
-  /// Takes what has come and calls back.
+  /// Takes all new messages and calls back.
   virtual void take() {}
 
  protected:
-  /// The same for an entity that rcl tells by a callback: `set(call, self)` sets it, or takes it away.
+  /// Implements tell() for an entity with an rcl arrival callback: `set(call, self)` sets or removes the callback.
   template <class Set>
   bool tell_by(Receiver* receiver, Set set) noexcept {
     if (receiver_ == receiver) return receiver != nullptr;

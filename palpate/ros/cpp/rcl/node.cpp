@@ -16,7 +16,7 @@
 namespace palpate::ros {
 namespace {
 
-constexpr std::size_t kProblems = 1000;  // that are remembered
+constexpr std::size_t kProblems = 1000;  // number of different messages kept for repetition counts
 
 using Ask = decltype(&rcl_get_publishers_info_by_topic);
 
@@ -39,10 +39,10 @@ std::vector<Endpoint> endpoints(const rcl_node_t* node, const std::string& topic
   return ends;
 }
 
-/// SCHED_FIFO for the middleware's threads that bring messages and hold publishers' locks, where the system allows it:
-/// at normal priority a busy machine stops the most punctual loop behind them (tens of milliseconds, measured). Only
-/// those, by the names that Fast DDS gives since 2.12: its asynchronous senders wait for others without sleeping, and
-/// would at that priority never let them come.
+/// Gives SCHED_FIFO to the middleware's threads that deliver messages and hold publishers' locks, where the system
+/// allows it. At normal priority a busy machine delays a real-time loop behind them by tens of milliseconds (measured).
+/// Only these threads are raised, by their names in Fast DDS since 2.12: its asynchronous senders wait for other
+/// threads without sleeping and would starve them at this priority. Returns the number of threads found.
 int raise_named(int priority) {
   const sched_param wanted{.sched_priority = priority};
   int found = 0;
@@ -54,7 +54,7 @@ int raise_named(int priority) {
       if (!name.starts_with(receiver)) continue;
       ++found;
       const auto thread = static_cast<pid_t>(std::strtol(task->path().filename().c_str(), nullptr, 10));
-      sched_setscheduler(thread, SCHED_FIFO, &wanted);  // refused: as it was
+      sched_setscheduler(thread, SCHED_FIFO, &wanted);  // if refused, the thread keeps its priority
     }
   }
   return found;
@@ -88,7 +88,7 @@ std::vector<Endpoint> Node::publishers(const std::string& topic) const {
   return endpoints(&node_, topic, &rcl_get_publishers_info_by_topic);
 }
 
-// A thread names itself once it runs: looked for until no more of them come.
+// A thread gets its name only once it runs, so the search repeats until the number of threads stays the same.
 void Node::raise_receivers() const {
   if (context_->priority() <= 0) return;
   constexpr auto kPause = std::chrono::milliseconds(5);
@@ -103,7 +103,7 @@ std::vector<Endpoint> Node::subscribers(const std::string& topic) const {
   return endpoints(&node_, topic, &rcl_get_subscriptions_info_by_topic);
 }
 
-// What is said again within a second is counted, and told with the next.
+// Repetitions within a second are counted; the count is reported with the next message.
 void Node::problem(const std::string& words) const noexcept {
   try {
     std::string told = words;
@@ -123,11 +123,11 @@ void Node::problem(const std::string& words) const noexcept {
       on_problem_(told);
     else
       std::fprintf(stderr, "warning: %s\n", told.c_str());
-  } catch (...) {  // a problem with telling a problem is nobody's to tell
+  } catch (...) {  // a failure to report a problem cannot be reported
   }
 }
 
-/// Holds the entities: waits until the spinner is between two rounds.
+/// Locks the list of entities: wakes the spinner and waits until it is between two rounds.
 std::unique_lock<std::mutex> Node::interrupt() {
   ++visitors_;
   if (rcl_trigger_guard_condition(&woken_) != RCL_RET_OK) rcl_reset_error();

@@ -1,4 +1,4 @@
-// A node: the name under which publishers, subscriptions and services of ours are known.
+// A ROS 2 node, with its publishers, subscriptions and services.
 #pragma once
 
 #include <rcl/guard_condition.h>
@@ -20,9 +20,10 @@
 
 namespace palpate::ros {
 
-using Gid = std::array<std::uint8_t, RMW_GID_STORAGE_SIZE>;  ///< of a publisher or subscription, unique on the network
+/// Identifier of a publisher or subscription, unique on the network.
+using Gid = std::array<std::uint8_t, RMW_GID_STORAGE_SIZE>;
 
-/// One end of a topic, as the graph knows it.
+/// A publisher or subscription of a topic, as the ROS graph reports it.
 struct Endpoint {
   std::string node;  ///< full name
   std::string type;  ///< such as geometry_msgs/msg/WrenchStamped
@@ -34,7 +35,7 @@ class Node {
  public:
   using OnProblem = std::function<void(const std::string&)>;
 
-  /// `on_problem` is told, from any thread, what goes wrong at run time; the standard error without one.
+  /// `on_problem` is called from any thread with each error at run time; without it, errors go to the standard error.
   Node(std::shared_ptr<Context> context, const std::string& name, const std::string& space = "",
        OnProblem on_problem = {});
   ~Node();
@@ -44,16 +45,16 @@ class Node {
   [[nodiscard]] rcl_node_t* get() noexcept { return &node_; }
   [[nodiscard]] Context& context() noexcept { return *context_; }
   [[nodiscard]] std::string name() const { return rcl_node_get_fully_qualified_name(&node_); }
-  /// Who publishes on, or listens to, a topic (its full name), from everywhere. Allocates: not for a cycle.
+  /// All publishers or subscriptions of a topic (full name) in the network. Allocates, so a cycle must not call it.
   [[nodiscard]] std::vector<Endpoint> publishers(const std::string& topic) const;
   [[nodiscard]] std::vector<Endpoint> subscribers(const std::string& topic) const;
-  /// Gives the middleware's receiving threads the priority of the context, where the system allows it: again once
-  /// publishers and subscriptions have brought more of them.
+  /// Gives the middleware's receiving threads the priority of the context, where the system allows it. Call it again
+  /// after adding publishers and subscriptions, as they may start further threads.
   void raise_receivers() const;
-  /// Told from any thread; the same words at most once a second.
+  /// Reports an error from any thread; the same text at most once a second.
   void problem(const std::string& words) const noexcept;
 
-  /// Entities come and go while a spinner runs, but not from within a callback of that spinner.
+  /// Add or remove an entity while a spinner runs; not allowed within a callback of that spinner.
   void add(Entity& entity);
   void remove(Entity& entity) noexcept;
 
@@ -72,7 +73,7 @@ class Node {
   mutable std::mutex problems_mutex_;
   mutable std::unordered_map<std::string, Told> problems_;
   std::mutex entities_mutex_;
-  std::atomic<int> visitors_{0};  // who wants the entities: the spinner lets them in first
+  std::atomic<int> visitors_{0};  // number of threads that wait for entities_; the spinner lets them in first
   std::vector<Entity*> entities_;
 };
 

@@ -1,4 +1,4 @@
-// Publishes messages of one type on one topic.
+// A publisher of one message type on one topic.
 #pragma once
 
 #include <rcl/publisher.h>
@@ -35,15 +35,16 @@ class Publisher {
   Publisher(const Publisher&) = delete;
   Publisher& operator=(const Publisher&) = delete;
 
-  /// From any thread, one at a time. May take a system call: beside a cycle, not within it.
+  /// Publishes a message; from any thread, but only one at a time. It may make a system call, so call it after the
+  /// computation of a cycle.
   Status publish(const Msg& message) const {
     return status(rcl_publish(&publisher_, &message, nullptr), "publish " + topic_);
   }
-  /// Waits until every reliable reader has what was sent, `ns` at most.
+  /// Waits at most `ns` [ns] until all reliable subscribers have acknowledged all messages.
   void flush(std::int64_t ns) const noexcept {
     if (rcl_publisher_wait_for_all_acked(&publisher_, ns) != RCL_RET_OK) rcl_reset_error();
   }
-  /// How many listen.
+  /// Number of matched subscriptions [-]; 0 if the query fails.
   [[nodiscard]] std::size_t listeners() const noexcept {
     std::size_t count = 0;
     if (rcl_publisher_get_subscription_count(&publisher_, &count) != RCL_RET_OK) rcl_reset_error();

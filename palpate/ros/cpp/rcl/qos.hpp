@@ -1,4 +1,4 @@
-// Quality of service: the part of it that dVRK and haptics use.
+// Quality of service: the settings that the simulated dVRK and the haptic node use.
 #pragma once
 
 #include <rmw/qos_profiles.h>
@@ -9,9 +9,9 @@
 namespace palpate::ros {
 
 struct Qos {
-  std::size_t depth = 10;        ///< messages kept for a reader that is late
+  std::size_t depth = 10;        ///< length of the message queue [-]
   bool reliable = true;          ///< lost messages are sent again
-  bool transient_local = false;  ///< latched: who comes later gets the last ones, too
+  bool transient_local = false;  ///< latched: late subscribers also receive the last messages
 
   [[nodiscard]] rmw_qos_profile_t profile() const noexcept {
     rmw_qos_profile_t profile = rmw_qos_profile_default;

@@ -1,5 +1,5 @@
-// Tells when somebody asks for a quality of service that this end does not offer: nothing would arrive, and nobody say
-// so.
+// Reports an incompatible quality of service between this end of a topic and another one. No message would arrive, and
+// ROS reports no error by itself.
 #pragma once
 
 #include <rcl/event.h>
@@ -28,7 +28,7 @@ namespace palpate::ros {
 
 class QosEvent final : public Entity {
  public:
-  /// `init` makes the event of a publisher or a subscription; where the middleware has none, nothing is told.
+  /// `init` makes the event of a publisher or a subscription. Without support in the middleware nothing is reported.
   template <class Init>
   QosEvent(Node& node, std::string topic, Init init)
       : node_(node),
@@ -52,8 +52,8 @@ class QosEvent final : public Entity {
   void work(const rcl_wait_set_t& set) override {
     if (set.events[place_]) take();
   }
-  // Where a subscription is told of messages, its event has to be told, too: Fast DDS waits for both by one condition,
-  // which messages that nobody waits for hold true.
+  // If a subscription has an arrival callback, its event needs one, too. Fast DDS uses one wait condition for both, and
+  // messages that are not taken in the wait set would keep the condition true.
   bool tell(Receiver* receiver) noexcept override {
     return tell_by(receiver,
                    [this](auto call, const void* self) { return rcl_event_set_callback(&event_, call, self); });

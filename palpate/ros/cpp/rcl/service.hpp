@@ -1,4 +1,4 @@
-// Both sides of a service of one type.
+// Server and client of a service.
 #pragma once
 
 #include <rcl/client.h>
@@ -17,7 +17,7 @@
 
 namespace palpate::ros {
 
-/// Answers each request, in the spinner's thread.
+/// A server, which answers each request in the spinner's thread.
 template <class Srv>
 class Service final : public Entity {
  public:
@@ -61,7 +61,7 @@ class Service final : public Entity {
   std::size_t place_ = 0;
 };
 
-/// Asks; the answer comes by callback in the spinner's thread, or never.
+/// A client. The response arrives by a callback in the spinner's thread; without a response the callback is not called.
 template <class Srv>
 class Client final : public Entity {
  public:
@@ -78,7 +78,7 @@ class Client final : public Entity {
     if (rcl_client_fini(&client_, node_.get()) != RCL_RET_OK) rcl_reset_error();
   }
 
-  /// Whether somebody offers the service.
+  /// True if a server offers the service.
   [[nodiscard]] bool available() const noexcept {
     bool available = false;
     if (rcl_service_server_is_available(node_.get(), &client_, &available) != RCL_RET_OK) rcl_reset_error();

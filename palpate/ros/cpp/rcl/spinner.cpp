@@ -8,7 +8,7 @@
 namespace palpate::ros {
 namespace {
 
-constexpr std::int64_t kPatience = 100'000'000;  // [ns] of one wait; a guard condition ends it earlier
+constexpr std::int64_t kPatience = 100'000'000;  // longest wait [ns]; a guard condition can end it earlier
 
 }  // namespace
 
@@ -37,7 +37,7 @@ void Spinner::guarded(Does does) noexcept {
 void Spinner::arrived(Entity& entity) noexcept {
   guarded([&] {
     entity.take();
-    if (options_.after) options_.after();  // how long to wait is found out by whoever waits
+    if (options_.after) options_.after();  // the spinner's thread sets its timeout itself
   });
 }
 

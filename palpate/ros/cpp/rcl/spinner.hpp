@@ -1,5 +1,5 @@
-// Takes what arrives at a node and calls back, in a thread of its own or in the middleware's; the interpreter has no
-// part in it.
+// Takes the messages that arrive at a node and runs the callbacks, in its own thread or in the middleware's, without
+// the Python interpreter.
 #pragma once
 
 #include <atomic>
@@ -13,15 +13,15 @@
 namespace palpate::ros {
 
 struct SpinnerOptions {
-  std::function<void()> in_thread;      ///< called first in the thread: its priority, its core
-  std::function<std::int64_t()> after;  ///< called after each round: how long the next may wait, at most [ns]
-  /// Messages are taken in the thread in which the middleware brings them, one at a time: one change of threads less on
-  /// their way (20 to 30 us). Here is waited for all else, and for the time of `after`, which is called after each.
+  std::function<void()> in_thread;      ///< called first in the thread: sets its priority and core
+  std::function<std::int64_t()> after;  ///< called after each round; returns the timeout of the next wait [ns]
+  /// Take messages one at a time in the middleware's receiving thread, which saves one change of threads (20 to 30 us).
+  /// `after` is called after each message. The spinner's thread waits for entities without arrival callback.
   bool direct = false;
 };
 
-/// Callbacks run here, one after the other. What they throw is told as a problem of the node.
-/// Stop it before anything its callbacks use goes away.
+/// Runs the callbacks one at a time, and reports their exceptions as problems of the node.
+/// Stop the spinner before destroying any object that its callbacks use.
 class Spinner final : Receiver {
  public:
   explicit Spinner(Node& node, SpinnerOptions options = {});
@@ -32,16 +32,16 @@ class Spinner final : Receiver {
 
  private:
   void spin() noexcept;
-  /// One wait and what it brought. Answers whether to go on.
+  /// Waits once, for at most `patience` [ns], and handles the messages. Returns false if waiting fails.
   bool round(rcl_wait_set_t& set, std::int64_t patience);
   void arrived(Entity& entity) noexcept override;
-  /// `does`, one at a time, and what it throws told.
+  /// Runs `does` under the mutex and reports its exceptions to the node.
   template <class Does>
   void guarded(Does does) noexcept;
 
   Node& node_;
   SpinnerOptions options_;
-  std::mutex mutex_;  // of the callbacks
+  std::mutex mutex_;  // held while a callback runs
   std::atomic<bool> running_{true};
   std::thread thread_;
 };

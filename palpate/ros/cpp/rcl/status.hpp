@@ -1,4 +1,4 @@
-// What ROS says went wrong, in words.
+// Errors of ROS calls, with the error text of rcl.
 #pragma once
 
 #include <rcl/error_handling.h>
@@ -9,29 +9,31 @@
 
 namespace palpate::ros {
 
-/// While something is set up; at run time a call answers with a Status instead.
+/// Error during construction; at run time calls return a Status instead.
 struct Error : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Answer of a call at run time: empty when it did what it was asked for.
+/// Result of a call at run time: `problem` is empty on success.
 struct [[nodiscard]] Status {
   std::string problem;
   explicit operator bool() const noexcept { return problem.empty(); }
 };
 
-/// The words of the last call that failed in this thread, which are taken away with it.
+/// Error text of the last failed call in this thread; also resets the error state of rcl.
 [[nodiscard]] inline std::string last_words() {
   const std::string words = rcl_get_error_string().str;
   rcl_reset_error();
   return words;
 }
 
+/// Status of a call from its return code. `wish`: the action, as in "cannot publish /topic: ...".
 [[nodiscard]] inline Status status(rcl_ret_t answer, const std::string& wish) {
   if (answer == RCL_RET_OK) return {};
   return {"cannot " + wish + ": " + last_words()};
 }
 
+/// Throws Error if a call has failed.
 inline void check(rcl_ret_t answer, const std::string& wish) {
   if (const Status done = status(answer, wish); !done) throw Error(done.problem);
 }

@@ -1,4 +1,4 @@
-// Calls back with each message of one type on one topic.
+// A subscription to one message type on one topic.
 #pragma once
 
 #include <rcl/subscription.h>
@@ -16,18 +16,19 @@
 
 namespace palpate::ros {
 
-/// Where and when a message comes from.
+/// Source and times of a message.
 struct Info {
-  std::int64_t source_ns = 0;    ///< the publisher's clock when it was sent [ns since 1970]
-  std::int64_t received_ns = 0;  ///< our clock when it came [ns since 1970]
-  Gid publisher{};               ///< who sent it
-  std::uint64_t sequence = 0;    ///< how many that publisher has sent, this one included
+  std::int64_t source_ns = 0;    ///< time of sending on the publisher's clock [ns since 1970]
+  std::int64_t received_ns = 0;  ///< time of arrival on this machine's clock [ns since 1970]
+  Gid publisher{};               ///< identifier of the publisher
+  std::uint64_t sequence = 0;    ///< number of messages that the publisher has sent, this one included
 };
 
 template <class Msg>
 class Subscription final : public Entity {
  public:
-  /// The message lives in the subscription: copy what must stay. `callback` is called in the spinner's thread.
+  /// Called with each message, in the thread of the spinner or of the middleware. The message is valid only during the
+  /// call.
   using Callback = std::function<void(const Msg&, const Info&)>;
 
   Subscription(Node& node, const std::string& topic, Callback callback, Qos qos = {})
@@ -51,7 +52,7 @@ class Subscription final : public Entity {
     if (rcl_subscription_fini(&subscription_, node_.get()) != RCL_RET_OK) rcl_reset_error();
   }
 
-  /// How many publish.
+  /// Number of matched publishers [-]; 0 if the query fails.
   [[nodiscard]] std::size_t publishers() const noexcept {
     std::size_t count = 0;
     if (rcl_subscription_get_publisher_count(&subscription_, &count) != RCL_RET_OK) rcl_reset_error();
@@ -75,7 +76,7 @@ class Subscription final : public Entity {
     for (;;) {
       rmw_message_info_t told = rmw_get_zero_initialized_message_info();
       const rcl_ret_t answer = rcl_take(&subscription_, &message_, &told, nullptr);
-      if (answer == RCL_RET_SUBSCRIPTION_TAKE_FAILED) return rcl_reset_error();  // no more of them
+      if (answer == RCL_RET_SUBSCRIPTION_TAKE_FAILED) return rcl_reset_error();  // no further messages
       if (const Status taken = status(answer, "read " + topic_); !taken) return node_.problem(taken.problem);
       Info info{.source_ns = told.source_timestamp, .received_ns = told.received_timestamp};
       info.sequence = told.publication_sequence_number;

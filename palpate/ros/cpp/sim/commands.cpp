@@ -21,7 +21,7 @@ namespace {
 using dvrk::Command;
 using dvrk::Payload;
 
-// ---- one way to read each message
+// ---- Functions that copy the payload of each message type into a command.
 
 void read(const std_msgs::msg::Empty&, Command&) {}
 void read(const std_msgs::msg::Bool& m, Command& c) { c.flag = m.data; }

@@ -1,4 +1,5 @@
-// From the topics that the robot listens to, to commands: the core's table of verbs says which, this says how.
+// Subscriptions that turn ROS messages into commands of the simulated robot. The core's table of verbs lists the topics
+// and payloads.
 #pragma once
 
 #include <functional>
@@ -11,9 +12,9 @@
 
 namespace palpate::ros {
 
-/// A component's name on the bus, such as MTMR or console.
+/// Name of a component on ROS, such as MTMR or console.
 [[nodiscard]] std::string component_name(const dvrk::System& robot, const dvrk::Address& at);
-/// Every component of a kind.
+/// All components of a kind; `arms` selects arms by a bit mask of dvrk::ArmKind.
 [[nodiscard]] std::vector<dvrk::Address> components(const dvrk::System& robot, dvrk::Kind kind, unsigned arms);
 
 using OnCommand = std::function<void(const dvrk::Command&)>;

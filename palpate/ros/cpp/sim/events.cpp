@@ -26,7 +26,7 @@ namespace {
 using dvrk::Event;
 using dvrk::Payload;
 
-/// Text that every client can read: what is no UTF-8, such as a letter that was cut in two, becomes a question mark.
+/// Valid UTF-8 for every client: each invalid byte, such as one of a truncated character, becomes a question mark.
 std::string letters(std::string_view bytes) {
   std::string text(bytes);
   for (std::size_t i = 0; i < text.size();) {
@@ -45,7 +45,7 @@ std::string letters(std::string_view bytes) {
   return text;
 }
 
-// ---- one way to write each message
+// ---- Functions that copy an event into each message type.
 
 void write(const Event&, std::int64_t, std_msgs::msg::Empty&) {}
 void write(const Event& e, std::int64_t, std_msgs::msg::Bool& m) { m.data = e.flag; }

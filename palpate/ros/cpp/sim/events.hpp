@@ -1,4 +1,4 @@
-// From the robot's events to topics: the core's table says which and what, this says how.
+// Publishes the events of the simulated robot. The core's table lists the topics and payloads.
 #pragma once
 
 #include <map>
@@ -14,10 +14,11 @@ class Events {
  public:
   Events(Node& node, const dvrk::System& robot);
   ~Events();
-  /// `time_ns`: when it happened [ns since 1970]. Answers whether it was told.
+  /// Publishes an event that happened at `time_ns` [ns since 1970]. Returns false if publishing fails, which is also
+  /// reported to the node.
   bool publish(const dvrk::Event& event, std::int64_t time_ns);
 
-  struct Teller;  ///< of one topic
+  struct Teller;  ///< publisher of one topic
 
  private:
   using Key = std::tuple<dvrk::Kind, int, dvrk::Topic>;

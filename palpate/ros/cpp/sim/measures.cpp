@@ -18,7 +18,7 @@ struct ArmMeasures::Teller {
   virtual ~Teller() = default;
   Teller(const Teller&) = delete;
   Teller& operator=(const Teller&) = delete;
-  virtual void look() = 0;  ///< whether anybody listens
+  virtual void look() = 0;  ///< checks whether the topic has subscribers
   virtual Status tell(const dvrk::ArmState& state, std::int64_t time_ns) = 0;
 };
 
@@ -27,7 +27,7 @@ namespace {
 using dvrk::ArmState;
 
 constexpr unsigned kMtm = static_cast<unsigned>(dvrk::ArmKind::mtm), kPsm = static_cast<unsigned>(dvrk::ArmKind::psm);
-constexpr std::int64_t kLook = 20'000'000;  // between looks at who listens: nothing is written for nobody [ns]
+constexpr std::int64_t kLook = 20'000'000;  // interval of the checks for subscribers [ns]
 
 bool always(const ArmState&) { return true; }
 bool joints_valid(const ArmState& s) { return s.joints_valid; }
@@ -35,7 +35,7 @@ bool cartesian_valid(const ArmState& s) { return s.cartesian_valid; }
 bool base_valid(const ArmState& s) { return s.cartesian_valid && s.base_frame_valid; }
 bool jaw_valid(const ArmState& s) { return s.jaw_valid; }
 
-/// A topic: its name, what it tells, when that is valid, who has it.
+/// A topic of an arm: its name, its value, the condition of validity and the kinds of arms that publish it.
 template <class Value>
 struct Row {
   const char* topic;
@@ -74,7 +74,8 @@ constexpr Row<Twist> kTwists[] = {
 constexpr Row<Wrench> kWrenches[] = {
     {"body/measured_cf", [](const ArmState& s) { return s.body_measured_cf; }, cartesian_valid},
     {"spatial/measured_cf", [](const ArmState& s) { return s.spatial_measured_cf; }, cartesian_valid},
-    {"hand/measured_cf", [](const ArmState& s) { return s.F_hand; }, cartesian_valid, kMtm},  // a simulated hand's
+    // Force of the simulated hand.
+    {"hand/measured_cf", [](const ArmState& s) { return s.F_hand; }, cartesian_valid, kMtm},
 };
 constexpr Row<Jacobian> kJacobians[] = {
     {"body/jacobian", [](const ArmState& s) { return s.body_jacobian; }, cartesian_valid},
@@ -85,7 +86,7 @@ constexpr Row<Cartesian> kCartesians[] = {
      base_valid},
 };
 
-// ---- one way to write each message
+// ---- Functions that copy a value into each message type.
 
 void write(const JointVector& x, std::vector<double>& numbers) { numbers.assign(x.data(), x.data() + x.size()); }
 void write(const dvrk::JointState& js, sensor_msgs::msg::JointState& m) {

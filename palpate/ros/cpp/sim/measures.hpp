@@ -1,4 +1,4 @@
-// What an arm or a teleop tells at every period, one topic a row.
+// Publishes the periodic topics of an arm or a teleoperation component.
 #pragma once
 
 #include <cstdint>
@@ -11,15 +11,15 @@
 
 namespace palpate::ros {
 
-/// The measures of one arm. What is not valid goes out with a zero stamp.
+/// Publishers of the measured states of one arm. Invalid values are published with a zero stamp.
 class ArmMeasures {
  public:
   ArmMeasures(Node& node, const std::string& name, dvrk::ArmKind kind, const std::vector<std::string>& joints);
   ~ArmMeasures();
-  /// `time_ns`: when it was measured [ns since 1970].
+  /// Publishes the state measured at `time_ns` [ns since 1970], on topics that have subscribers.
   void publish(const dvrk::ArmState& state, std::int64_t time_ns);
 
-  struct Teller;  ///< of one topic
+  struct Teller;  ///< publisher of one topic
 
  private:
   Node& node_;
@@ -27,7 +27,7 @@ class ArmMeasures {
   std::int64_t looked_ns_ = 0;
 };
 
-/// The same of a teleop.
+/// Publishers of the periodic states of one teleoperation component.
 class TeleopMeasures {
  public:
   TeleopMeasures(Node& node, const std::string& name);

@@ -43,7 +43,7 @@ Queries::Queries(Node& node, dvrk::System& twin) : twin_(twin) {
         node, name + "/actuator_to_joint_position",
         [=, this](const Convert::Request& asked, Convert::Response& answer) {
           const std::lock_guard<std::mutex> lock(mutex_);
-          const JointVector q = twin_.joint_position(arm, dvrk::joints(asked.input));  // empty: it cannot be
+          const JointVector q = twin_.joint_position(arm, dvrk::joints(asked.input));  // empty: not feasible
           answer.output.assign(q.data(), q.data() + q.size());
         }));
   }

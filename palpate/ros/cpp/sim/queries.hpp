@@ -1,4 +1,5 @@
-// Kinematics on request, beside the running robot: a robot of its own that only counts.
+// Kinematics services of the simulated dVRK. They compute with a second robot, so that queries never wait for the
+// servo.
 #pragma once
 
 #include <memory>
@@ -12,10 +13,10 @@ namespace palpate::ros {
 
 class Queries {
  public:
-  /// `twin`: built as the running robot is, stepped by nobody.
+  /// `twin`: a second instance of the running robot, which is never stepped.
   Queries(Node& node, dvrk::System& twin);
   ~Queries();
-  /// The frame of measured_cp has changed.
+  /// Applies a change of the frame of measured_cp to the twin.
   void apply(const dvrk::Command& set_base_frame);
 
  private:

@@ -7,12 +7,12 @@
 namespace palpate::ros {
 namespace {
 
-constexpr double kEnd = 0.1;           // of being powered off, before the threads end [s]
-constexpr std::int64_t kCatchUp = 30;  // ticks at most, after the machine was busy elsewhere
-constexpr int kServo = 70;             // priorities, all below a haptic loop's on the same machine (80): of the servo,
-constexpr int kPublish = 69, kListen = 71;  // of who tells what it measured, of who takes commands
+constexpr double kEnd = 0.1;                // time between power-off and the end of the threads [s]
+constexpr std::int64_t kCatchUp = 30;       // most ticks that are caught up after a delay of the servo thread [-]
+constexpr int kServo = 70;                  // priority of the servo; the haptic loop has 80
+constexpr int kPublish = 69, kListen = 71;  // priorities of the publishing and the subscribing thread
 
-/// On any core: the robot is the world, and the world does not wait.
+/// Real-time options of a thread on any core, without spinning.
 loop::RealTimeOptions at(int priority) noexcept {
   return {.allow_affinity = false, .priority = priority, .spin_us = 0.0};
 }
@@ -117,7 +117,8 @@ void Robot::publish() noexcept {
   }
 }
 
-// An event that could not be told stays first in the line: a state that is told too late is better than a wrong one.
+// An event that cannot be published stays first in the queue and is published later. Events keep their order, so a
+// subscriber ends with the right state, although late.
 void Robot::publish_round() {
   for (Happened next; untold_ || happened_.pop(next);) {
     if (!untold_) untold_ = next;

@@ -1,5 +1,5 @@
-// The simulated dVRK on ROS 2. Three threads: the robot's own, at its servo's pace; one that publishes; one that
-// listens.
+// The simulated dVRK on ROS 2. The servo thread steps the robot, one thread publishes, one spinner receives commands,
+// and another spinner answers queries.
 //
 //   topics ─► listen ─► ring of commands ─► robot.step() ─► mailboxes, ring of events ─► publish ─► topics
 #pragma once
@@ -23,26 +23,27 @@ namespace palpate::ros {
 
 class Robot {
  public:
-  /// `robot` and its `twin`, which answers queries, are nobody else's while this lives.
-  /// `rate`: of what is measured [Hz]; up to 1000, rounded so that a period is a whole number of ticks.
+  /// `robot` and `twin` (which answers queries) must not be used by others during the lifetime of the object.
+  /// `rate`: rate of the measured states [Hz], at most 1000; rounded so that a period is a whole number of ticks of
+  /// 1/3000 s.
   Robot(const std::shared_ptr<Context>& context, dvrk::System& robot, dvrk::System& twin, double rate);
   ~Robot() { stop(); }
   Robot(const Robot&) = delete;
   Robot& operator=(const Robot&) = delete;
 
-  /// Powers the arms off, tells it, and ends the threads.
+  /// Powers the arms off, publishes their states, and ends the threads.
   void stop();
 
   [[nodiscard]] double rate() const noexcept { return 1.0 / (dvrk::System::kTick * every_); }
   [[nodiscard]] const loop::RealTimeThread& servo() const noexcept { return servo_; }
   [[nodiscard]] std::uint64_t commands() const noexcept { return commands_told_; }
-  /// Commands that came faster than the servo took them.
+  /// Commands lost because the servo did not take them in time [-].
   [[nodiscard]] std::uint64_t dropped() const noexcept { return commands_.dropped(); }
-  /// How often everything that is measured was published.
+  /// Number of times all measured states were published [-].
   [[nodiscard]] std::uint64_t rounds() const noexcept { return rounds_told_; }
 
  private:
-  /// A state with the time it was measured.
+  /// A state and the time of its measurement [ns since 1970].
   template <class State>
   struct Stamped {
     State state;
@@ -59,7 +60,7 @@ class Robot {
   void publish_round();
 
   dvrk::System& robot_;
-  int every_;  // ticks between publications
+  int every_;  // simulation steps between publications
   Node node_, query_node_;
   Queries queries_;
   Events events_;
@@ -72,7 +73,7 @@ class Robot {
   std::vector<std::unique_ptr<Mailbox<Stamped<dvrk::TeleopState>>>> teleop_states_;
   std::atomic<std::uint64_t> commands_told_{0}, rounds_told_{0};
   std::optional<Happened> untold_;
-  std::atomic<std::uint32_t> rounds_{0};  // of what is to be published
+  std::atomic<std::uint32_t> rounds_{0};  // number of rounds handed to the publishing thread
   std::atomic<bool> ending_{false};
   int ticks_ = 0, ticks_left_ = -1;
 

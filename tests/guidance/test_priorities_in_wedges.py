@@ -1,4 +1,4 @@
-"""What comes after never pushes against what comes before, in wedges however acute; damping that a master takes."""
+"""Fixtures of lower priority never push against higher ones, in acute wedges too; damping of an admittance master."""
 
 import numpy as np
 from fixtures import DT, Stage, fixture, placed, plane, pose
@@ -11,7 +11,7 @@ from palpate import _core
 
 
 def walls(normals, depths, p, **policy):
-    """Half-spaces whose outside is along each normal, p so deep in each."""
+    """Half-spaces with the outside along each normal (m, 3); the point p is `depths` [m] inside."""
     made = []
     for i, (n, depth) in enumerate(zip(normals, depths, strict=True)):
         R = Rotation.align_vectors([n], [[0.0, 0.0, 1.0]])[0].as_matrix()
@@ -21,8 +21,8 @@ def walls(normals, depths, p, **policy):
 
 @settings(max_examples=150, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 6), st.floats(1e-3, 1.0))
-def test_in_a_wedge_the_rest_is_the_nearest_that_pushes_against_no_wall(seed, m, spread):
-    """Against a nonnegative least-squares of scipy's; the wedges are as acute as `spread` says."""
+def test_guide_force_in_a_wedge_is_projected_on_the_walls_free_directions(seed, m, spread):
+    """Reference: nonnegative least squares of scipy; `spread` sets how acute the wedges are."""
     rng = np.random.default_rng(seed)
     normals = rng.choice([-1.0, 1.0], (m, 1)) * np.array([0.0, 0.0, 1.0]) + spread * rng.normal(size=(m, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -31,14 +31,14 @@ def test_in_a_wedge_the_rest_is_the_nearest_that_pushes_against_no_wall(seed, m,
     stage = Stage(*walls(normals, rng.uniform(0.0005, 0.002, m), p, priority=1), pull)
     stage.settle(p, 250)
     F = stage.core.wrench(m)[:3]
-    wanted = 300.0 * (goal - p)
-    multipliers = nnls(normals.T, -wanted)[0]
-    np.testing.assert_allclose(F, wanted + normals.T @ multipliers, atol=1e-6)
+    guide_force = 300.0 * (goal - p)
+    multipliers = nnls(normals.T, -guide_force)[0]
+    np.testing.assert_allclose(F, guide_force + normals.T @ multipliers, atol=1e-6)
     assert (normals @ F).min() > -1e-7
 
 
-def test_an_acute_wedge_of_hard_walls():
-    """Two walls of 20 degrees that a guide pulls into: pushed out of one, it would be pushed into the other."""
+def test_acute_wedge_of_hard_walls_is_kept():
+    """A guide pulls into two walls at 20 degrees; the correction of one alone would violate the other."""
     normals = np.array([[np.cos(a), 0.0, np.sin(a)] for a in np.radians([100.0, 260.0])])
     p = np.zeros(3)
     pull = fixture(placed(_core.PointGeometry(), pose((0.05, 0.0, 0.01))), "guide", name="goal", law_={"K": 100.0})
@@ -47,8 +47,8 @@ def test_an_acute_wedge_of_hard_walls():
     assert (normals @ stage.core.wrench(2)[:3]).min() > -1e-7
 
 
-def test_damping_that_a_master_takes_changes_no_faster_than_a_force():
-    """A hand at 0.1 m/s, the law edited from 10 to 100 N s/m, switched off and on: at most 20 N/s are felt of it."""
+def test_damping_of_an_admittance_master_changes_no_faster_than_a_force():
+    """A hand at 0.1 m/s; damping edited from 10 to 100 N s/m, switched off and on: at most 20 N/s of change."""
     line = placed(_core.LineGeometry(np.zeros(3), np.array([0.1, 0.0, 0.0]), True))
     V = np.array([0.1, 0.0, 0.0, 0.0, 0.0, 0.0])
 
@@ -58,7 +58,7 @@ def test_damping_that_a_master_takes_changes_no_faster_than_a_force():
     stage, before, felt = Stage(made(10.0)), np.zeros(3), []
     for k in range(2400):
         if k in (600, 1200, 1800):
-            stage.give({600: made(100.0), 1200: made(100.0, False), 1800: made(100.0)}[k])
+            stage.set_fixtures({600: made(100.0), 1200: made(100.0, False), 1800: made(100.0)}[k])
         now = stage.step(np.zeros(3), V=V, takes_damping=True)["B_W"] @ V[:3]
         assert np.linalg.norm(now - before) <= 20.0 * DT * (1 + 1e-9)
         before = now

@@ -1,4 +1,4 @@
-"""Every geometry and every key goes round through YAML, reaches the core, and can be drawn."""
+"""Every geometry and key survives a YAML round trip, reaches the core, and can be drawn."""
 
 import matplotlib as mpl
 import numpy as np
@@ -35,28 +35,28 @@ SHAPES = {
 }
 
 
-def at(fixture, points, here, t=0.0):
+def query_at(fixture, points, here, t=0.0):
     return query(fixture.make_geometry(here), points, t)
 
 
-def test_every_geometry_has_a_specimen_here_and_every_name_is_the_cores():
+def test_every_geometry_has_an_example_and_every_name_is_that_of_the_core():
     assert set(SHAPES) == set(Geometry.model_fields)
     assert set(RoleName.__args__) == set(_core.guidance_roles())
     assert set(LawName.__args__) == set(_core.guidance_laws())
 
 
 @pytest.mark.parametrize("key", SHAPES)
-def test_every_geometry_goes_round_and_answers_the_same(key, here):
+def test_every_geometry_survives_a_round_trip(key, here):
     fixture = Fixture(geometry={key: SHAPES[key]}, role="guide", name="it")
     again = Fixture.from_yaml(fixture.to_yaml())
     assert again == fixture
     assert Fixture.model_validate(fixture.model_dump(mode="json")) == fixture
     where = np.random.default_rng(1).uniform(-0.05, 0.05, (100, 3))
-    np.testing.assert_array_equal(at(again, where, here)["distance"], at(fixture, where, here)["distance"])
+    np.testing.assert_array_equal(query_at(again, where, here)["distance"], query_at(fixture, where, here)["distance"])
     assert fixture.make(here).role == "guide"
 
 
-def test_every_other_key_goes_round_and_reaches_the_core(here):
+def test_every_other_key_survives_a_round_trip_and_reaches_the_core(here):
     fixture = Fixture(
         Sphere(radius=0.02),
         name="ball",
@@ -73,10 +73,10 @@ def test_every_other_key_goes_round_and_reaches_the_core(here):
         enabled=False,
     )
     assert Fixture.from_yaml(fixture.to_yaml()) == fixture
-    assert "damping" not in fixture.to_yaml(), "what is as always is not written"
+    assert "damping" not in fixture.to_yaml(), "defaults are not written"
     core = fixture.make(here)
-    told = (core.policy.hard, core.policy.authority, core.policy.priority, core.policy.engage, core.policy.release)
-    assert told == (True, 0.5, 3, 0.05, 0.06)
+    policy = (core.policy.hard, core.policy.authority, core.policy.priority, core.policy.engage, core.policy.release)
+    assert policy == (True, 0.5, 3, 0.05, 0.06)
     assert (core.policy.rise, core.stiffness, core.on, core.law) == (0.3, 700.0, False, "potential")
     assert [(r.by, r.start, r.end) for r in core.policy.ramps] == [("distance", 0.02, 0.0)]
     gap = core.ask(pose((0, 0, 0.1)))["gap"]
@@ -87,8 +87,8 @@ WITHOUT_AXIS = {"point", "sphere", "cloud", "object", "offset", "union", "inters
 
 
 @pytest.mark.parametrize("key", SHAPES)
-def test_what_has_no_axis_cannot_be_aligned_with_until_it_is_turned(key, here):
-    """A point, a ball, a cloud, what is made with balls; a plane, a line, a mesh have one. So has what is turned."""
+def test_orient_needs_a_geometry_with_an_axis(key, here):
+    """Points, balls, clouds and their combinations have no axis; planes, lines, meshes and rotated geometries do."""
     fixture = Fixture(geometry={key: SHAPES[key]}, role="orient", name="it")
     assert fixture.make_geometry(here).has_axis == (key not in WITHOUT_AXIS)
     if key in WITHOUT_AXIS:
@@ -102,16 +102,16 @@ def test_what_has_no_axis_cannot_be_aligned_with_until_it_is_turned(key, here):
         assert other.make(here).role == "orient"
 
 
-def test_a_point_that_is_turned_or_told_live_has_the_axis_of_its_frame(here):
-    told = {"name": "it", "role": "orient"}
-    turned = Fixture(geometry={"point": {"at": [0, 0, 0], "rpy_deg": [90, 0, 0]}}, **told).make(here)
+def test_rotated_point_or_point_on_a_live_frame_has_the_axis_of_its_frame(here):
+    common = {"name": "it", "role": "orient"}
+    turned = Fixture(geometry={"point": {"at": [0, 0, 0], "rpy_deg": [90, 0, 0]}}, **common).make(here)
     tool = Rotation.from_euler("x", 90, degrees=True).as_matrix()
     assert turned.ask(pose((0.01, 0, 0), tool))["gap"] == pytest.approx(0.0, abs=1e-9)
     live = FixtureContext(here.file, {**here.frames, "camera": _core.LiveFrame()}, {}, {})
-    assert Fixture(geometry={"point": {"at": [0, 0, 0]}}, frame="camera", **told).make(live).role == "orient"
+    assert Fixture(geometry={"point": {"at": [0, 0, 0]}}, frame="camera", **common).make(live).role == "orient"
 
 
-def test_an_orient_engages_and_fades_by_angles_and_nothing_else_does():
+def test_only_orient_engages_and_fades_by_angles():
     by_angle = {"engage_deg": 10, "release_deg": 20, "ramps": [{"by": "angle", "start": 5, "end": 15}]}
     f = Fixture(guidance.Line(start=(0, 0, 0), end=(0, 0, 1)), role="orient", **by_angle)
     assert list(from_yaml(f.to_yaml())) == [f]
@@ -125,19 +125,19 @@ def test_an_orient_engages_and_fades_by_angles_and_nothing_else_does():
                 Fixture(guidance.Line(start=(0, 0, 0), end=(0, 0, 1)), role=role, **{key: value})
 
 
-def test_several_fixtures_go_round():
+def test_several_fixtures_survive_a_round_trip():
     fixtures = [Fixture("margin: 3 mm around: ball.stl"), Fixture(Mesh(file="ball.stl"), role="guide", name="b")]
     assert list(from_yaml(to_yaml(fixtures))) == fixtures
 
 
-def test_a_fixture_moves_with_the_object_it_is_attached_to(here):
+def test_fixture_moves_with_its_object(here):
     fixture = Fixture(OfObject(name="liver"), role="forbid", frame="liver")
-    q = at(fixture, [[1, 1, 1.1]], here, t=1.0)
+    q = query_at(fixture, [[1, 1, 1.1]], here, t=1.0)
     np.testing.assert_allclose(q["distance"], 0.07)
     np.testing.assert_allclose(q["velocity"], [[1, 1, 1]])
 
 
-def test_the_defaults_are_the_cores():
+def test_defaults_are_those_of_the_core():
     fixture = Fixture(Sphere(radius=0.02), role="guide")
     o, r, p = _core.GuidanceLawOptions(), _core.GuidanceRoleOptions(), _core.Policy()
     assert (fixture.law.stiffness, fixture.law.damping, fixture.law.range) == (o.K, o.B, o.range)

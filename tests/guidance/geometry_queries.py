@@ -1,4 +1,4 @@
-"""How the tests of geometries ask, and what they hold every answer to."""
+"""Queries of geometries in the tests, and conditions that hold for every result."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ def poses(points):
     return X
 
 
-def ask(geometry: _core.Geometry, points: Any, t: float = 0.0) -> dict[str, Any]:
-    """A tool along the axes of W at points (n, 3)."""
+def query_points(geometry: _core.Geometry, points: Any, t: float = 0.0) -> dict[str, Any]:
+    """Query a geometry for tools at points (n, 3) [m] in W, without rotation, at time t [s]."""
     points = np.asarray(points, float)
     return geometry.query(poses(points), np.full(len(points), float(t)))
 
 
 def slope(geometry: _core.Geometry, points: Any, h: float = 1e-6, t: float = 0.0) -> Any:
     """(n, 3) gradient of the distance by central differences."""
-    after, before = ([ask(geometry, points + s * e, t)["distance"] for e in np.eye(3)] for s in (h, -h))
+    after, before = ([query_points(geometry, points + s * e, t)["distance"] for e in np.eye(3)] for s in (h, -h))
     return (np.array(after) - np.array(before)).T / (2 * h)
 
 
 def assert_sound(q: dict[str, Any]) -> None:
-    """Finite, unit normals, bases that are rotations and end in the normal."""
+    """Check that a result is finite, with unit normals and with rotations as bases whose last column is the normal."""
     assert all(np.isfinite(values).all() for values in q.values())
     np.testing.assert_allclose(np.linalg.norm(q["normal"], axis=1), 1.0, atol=1e-9)
     for R in (q["basis"], q["attitude"]):

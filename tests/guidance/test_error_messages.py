@@ -1,4 +1,4 @@
-"""Fixtures that cannot be: every mistake names the key, the value and the mend; units of ramps; keys nobody reads."""
+"""Errors of invalid fixtures name key, value and remedy; units of ramps; keys that a role or law does not read."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ BALL = "geometry: {sphere: {radius: 0.02}}"
 
 
 @pytest.mark.parametrize(
-    ("keys", "told", "mend"),
+    ("keys", "message", "mend"),
     [
         ("role: forbid, rise: 0", "rise = 0", "greater than or equal to 0.01"),
         ("role: forbid, fall: -1", "fall = -1", "greater than or equal to 0.01"),
@@ -35,10 +35,10 @@ BALL = "geometry: {sphere: {radius: 0.02}}"
         ("role: guide, ramps: [{by: distance, end: 3 ells}]", "'3 ells' is not a length", "3 mm"),
     ],
 )
-def test_a_mistake_is_told_with_its_value_and_its_mend(keys, told, mend):
+def test_mistake_is_reported_with_value_and_remedy(keys, message, mend):
     with pytest.raises(GuidanceError) as found:
         from_yaml(f"- {{{BALL}, {keys}}}")
-    assert told in found.value.what
+    assert message in found.value.what
     assert mend in found.value.mend
 
 
@@ -48,12 +48,12 @@ def test_ramps_by_distance_take_lengths_with_units():
     assert Fixture.from_yaml(one.to_yaml()) == one
 
 
-def test_defaults_that_are_written_out_are_no_mistake():
+def test_explicit_defaults_are_accepted():
     one = Fixture(Sphere(radius=0.02), role="forbid")
     assert Fixture.model_validate(one.model_dump(mode="json")) == one
 
 
-def test_every_role_and_law_says_what_it_reads():
+def test_every_role_and_law_lists_its_keys():
     assert set(OF_ROLE) == set(_core.guidance_roles())
     assert set(OF_LAW) == set(_core.guidance_laws())
 
@@ -67,8 +67,8 @@ def test_every_role_and_law_says_what_it_reads():
         (lambda: _core.LineGeometry(np.zeros(3), np.zeros(3)), "a line needs two places that are finite and apart", ""),
     ],
 )
-def test_the_cores_words_are_parted_into_what_and_mend(make, what, mend):
-    with pytest.raises(ValueError) as found:  # noqa: PT011 - judged below
+def test_error_messages_of_the_core_are_split_into_problem_and_remedy(make, what, mend):
+    with pytest.raises(ValueError) as found:  # noqa: PT011 - checked below
         make()
     ours = as_guidance_error(found.value, "ball")
     assert (ours.what, ours.where, ours.mend) == (what, "ball", mend)
