@@ -15,7 +15,10 @@ BALL = trimesh.creation.icosphere(subdivisions=3, radius=0.03)
 SOUP = {  # a closed ball, an open disc, and three triangles at one edge
     "ball": (BALL.vertices, BALL.faces),
     "half": (BALL.vertices, BALL.faces[BALL.triangles_center[:, 2] > 0.0]),
-    "fin": (np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1]], float), [[0, 1, 2], [1, 0, 3], [0, 1, 4]]),
+    "fin": (
+        np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1]], float),
+        [[0, 1, 2], [1, 0, 3], [0, 1, 4]],
+    ),
 }  # fmt: skip
 
 
@@ -30,7 +33,8 @@ def report(mesh):
 
 
 @pytest.mark.parametrize("name", SOUP)
-def test_the_image_gives_the_same_mesh(name, rng=np.random.default_rng(3)):
+def test_the_image_gives_the_same_mesh(name):
+    rng = np.random.default_rng(3)
     built = core(name)
     read = _core.Mesh.from_image(built.image())
     assert report(read) == report(built)
