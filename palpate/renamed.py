@@ -6,6 +6,7 @@ import sys
 from collections.abc import Sequence
 from importlib.machinery import ModuleSpec
 from types import ModuleType
+from typing import NoReturn
 
 RENAMED = {
     "palpate.algorithm1": "palpate.contact.algorithm1",
@@ -40,6 +41,20 @@ def missing_name(module: str, name: str) -> Exception:
     if old in NAMES:
         return ImportError(f"{old} is now {NAMES[old]}")
     return AttributeError(f"module {module!r} has no attribute {name!r}")
+
+
+class RenamedMethod:
+    """Class attribute in the place of a renamed method: its use raises an AttributeError that states the new name."""
+
+    def __init__(self, new: str) -> None:
+        self._new = new
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._old = f"{owner.__name__}.{name}"
+
+    def __get__(self, instance: object, owner: type | None = None) -> NoReturn:
+        """Raise the error."""
+        raise AttributeError(f"{self._old} is now {self._new}")
 
 
 class _Finder:

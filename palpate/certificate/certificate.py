@@ -12,6 +12,7 @@ from palpate.arrays.checks import finite_or_none
 from palpate.certificate import classical, trials, words
 from palpate.certificate.device import Device
 from palpate.certificate.loop import Loop
+from palpate.renamed import RenamedMethod
 
 Verdict = Literal["stable", "marginal", "unstable"]
 
@@ -86,6 +87,8 @@ class Certificate:
     cases: tuple[Case, ...] = field(default=(), repr=False)
     name: str = ""
     """Name of the object, region or fixture; empty for a device."""
+
+    to_json = RenamedMethod("palpate.arrays.plain.plain(certificate.figures())")
 
     @property
     def k_sure(self) -> float:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from palpate.record.ticks import STATUS, Ticks
+from palpate.renamed import RenamedMethod
 
 _FAST = STATUS["too_fast"][0]
 _PASSIVITY = STATUS["passivity"][0]
@@ -45,6 +46,8 @@ class Summary:
     record: str | None = None  # path
     report: str | None = None  # path
     record_sha256: str | None = None
+
+    to_json = RenamedMethod("palpate.arrays.plain.plain(summary)")
 
 
 class Totals:

@@ -34,6 +34,12 @@ def test_errors_for_submodules_and_attributes_of_an_old_name_state_the_new_one()
         palpate.bag  # noqa: B018
 
 
+@pytest.mark.parametrize("owner", [palpate.session.Summary, palpate.Certificate, palpate.mesh.check.MeshReport])
+def test_error_for_a_renamed_method_states_the_new_name(owner):
+    with pytest.raises(AttributeError, match=rf"^{owner.__name__}.to_json is now palpate\.arrays\.plain\.plain\("):
+        owner.to_json  # noqa: B018
+
+
 def test_unknown_name_gives_an_ordinary_error():
     with pytest.raises(ModuleNotFoundError, match=r"No module named 'palpate\.nowhere'"):
         import_module("palpate.nowhere")
