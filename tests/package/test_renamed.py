@@ -5,7 +5,10 @@ from importlib import import_module
 import pytest
 
 import palpate
+from palpate.certificate import Certificate
+from palpate.mesh.check import MeshReport
 from palpate.renamed import NAMES, RENAMED
+from palpate.session.summary import Summary
 
 
 @pytest.mark.parametrize(("old", "new"), RENAMED.items())
@@ -34,7 +37,7 @@ def test_errors_for_submodules_and_attributes_of_an_old_name_state_the_new_one()
         palpate.bag  # noqa: B018
 
 
-@pytest.mark.parametrize("owner", [palpate.session.Summary, palpate.Certificate, palpate.mesh.check.MeshReport])
+@pytest.mark.parametrize("owner", [Summary, Certificate, MeshReport])
 def test_error_for_a_renamed_method_states_the_new_name(owner):
     with pytest.raises(AttributeError, match=rf"^{owner.__name__}.to_json is now palpate\.arrays\.plain\.plain\("):
         owner.to_json  # noqa: B018
