@@ -21,7 +21,6 @@ void bind_trajectory(nanobind::module_& m);
 [[nodiscard]] dvrk::Address address(const dvrk::System& system, const std::string& component);
 [[nodiscard]] int arm_index(const dvrk::System& system, const std::string& name);
 [[nodiscard]] int teleop_index(const dvrk::System& system, const std::string& name);
-[[nodiscard]] std::string name_of(const dvrk::System& system, const dvrk::Address& component);
 [[nodiscard]] const dvrk::VerbEntry& verb_entry(const dvrk::System& system, const dvrk::Address& component,
                                                 const std::string& name);
 

@@ -40,28 +40,12 @@ int teleop_index(const dvrk::System& system, const std::string& name) {
   return index_of(system, name, dvrk::Kind::teleop, "a teleop");
 }
 
-std::string name_of(const dvrk::System& system, const dvrk::Address& at) {
-  switch (at.kind) {
-    case dvrk::Kind::system:
-      return "system";
-    case dvrk::Kind::console:
-      return "console";
-    case dvrk::Kind::footpedals:
-      return "footpedals";
-    case dvrk::Kind::arm:
-      return system.arms()[static_cast<std::size_t>(at.index)];
-    case dvrk::Kind::teleop:
-      return system.teleops()[static_cast<std::size_t>(at.index)];
-  }
-  return {};
-}
-
 const dvrk::VerbEntry& verb_entry(const dvrk::System& system, const dvrk::Address& at, const std::string& name) {
   for (const dvrk::VerbEntry& entry : dvrk::verbs()) {
     const bool knows = at.kind != dvrk::Kind::arm || (entry.arms & static_cast<unsigned>(system.kind(at.index))) != 0;
     if (entry.kind == at.kind && entry.name == name && knows) return entry;
   }
-  throw std::invalid_argument(name_of(system, at) + " has no command '" + name +
+  throw std::invalid_argument(system.component_name(at) + " has no command '" + name +
                               "' (palpate._dvrk.verbs() lists them)");
 }
 

@@ -94,7 +94,8 @@ Events events(dvrk::System& system) {
   while (system.next(e)) {
     for (const dvrk::TopicEntry& entry : dvrk::topics()) {
       if (entry.topic != e.topic || entry.kind != e.from.kind) continue;
-      list.append(nb::make_tuple(e.t, name_of(system, e.from), std::string(entry.name), event_value(e, entry.payload)));
+      list.append(
+          nb::make_tuple(e.t, system.component_name(e.from), std::string(entry.name), event_value(e, entry.payload)));
       break;
     }
   }

@@ -132,6 +132,21 @@ System::~System() = default;
 
 const std::vector<std::string>& System::arms() const noexcept { return impl_->arm_names; }
 const std::vector<std::string>& System::teleops() const noexcept { return impl_->teleop_names; }
+std::string System::component_name(const Address& at) const {
+  switch (at.kind) {
+    case Kind::system:
+      return "system";
+    case Kind::console:
+      return "console";
+    case Kind::footpedals:
+      return "footpedals";
+    case Kind::arm:
+      return arms()[static_cast<std::size_t>(at.index)];
+    case Kind::teleop:
+      return teleops()[static_cast<std::size_t>(at.index)];
+  }
+  return {};
+}
 ArmKind System::kind(int arm) const noexcept { return impl_->at_index(arm).spec().kind; }
 const std::vector<std::string>& System::joint_names(int arm) const noexcept {
   return impl_->at_index(arm).model().joint_names();

@@ -28,6 +28,8 @@ class System {
 
   [[nodiscard]] const std::vector<std::string>& arms() const noexcept;     ///< names, such as MTMR
   [[nodiscard]] const std::vector<std::string>& teleops() const noexcept;  ///< names, such as MTMR_PSM1
+  /// Name of an existing component on the bus, such as MTMR or console.
+  [[nodiscard]] std::string component_name(const Address& at) const;
   [[nodiscard]] ArmKind kind(int arm) const noexcept;
   [[nodiscard]] const std::vector<std::string>& joint_names(int arm) const noexcept;
 

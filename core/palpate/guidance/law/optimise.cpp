@@ -2,14 +2,15 @@
 // finds that pose (corrector.hpp); e is the share of this fixture in the correction:
 //
 //   F = clamp(min(K e, force) - B gap', 0, force) J,    gap' the rate of the gap
+#include "palpate/guidance/law/impedance.hpp"
 #include "palpate/guidance/law/profile.hpp"
 
 namespace palpate::guidance {
 namespace {
 
-class Optimise final : public Law {
+class Optimise final : public ImpedanceLaw {
  public:
-  explicit Optimise(const LawOptions& options) : o_(options) {}
+  using ImpedanceLaw::ImpedanceLaw;
 
   [[nodiscard]] ConstraintForce force(const Constraint& c, const Twist& V_WT) const noexcept override {
     const double K = c.rotational ? o_.K_turn : o_.K, most = c.rotational ? o_.moment : o_.force;
@@ -19,14 +20,7 @@ class Optimise final : public Law {
     return out;
   }
   [[nodiscard]] const char* name() const noexcept override { return "optimise"; }
-  [[nodiscard]] double stiffness() const noexcept override { return o_.K; }
-  [[nodiscard]] double damping() const noexcept override { return o_.B; }
-  [[nodiscard]] double turning_stiffness() const noexcept override { return o_.K_turn; }
-  [[nodiscard]] double turning_damping() const noexcept override { return o_.B_turn; }
   [[nodiscard]] bool jointly() const noexcept override { return true; }
-
- private:
-  LawOptions o_;
 };
 
 }  // namespace

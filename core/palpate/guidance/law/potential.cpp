@@ -4,6 +4,7 @@
 //   repulsion:   f(e) = min(K e, force),  e = range - gap, so that it acts before the border is reached
 //
 // f is piecewise linear, so U = int f de has a closed form. An attraction never exceeds K times 80 % of the range.
+#include "palpate/guidance/law/impedance.hpp"
 #include "palpate/guidance/law/profile.hpp"
 
 namespace palpate::guidance {
@@ -28,9 +29,9 @@ Profile profile(double e, double K, double most, double range, bool fades) noexc
   return {top * (1.0 - into / width), to_knee + top * (fade_at - knee + into - 0.5 * into * into / width)};
 }
 
-class Potential final : public Law {
+class Potential final : public ImpedanceLaw {
  public:
-  explicit Potential(const LawOptions& options) : o_(options) {}
+  using ImpedanceLaw::ImpedanceLaw;
 
   [[nodiscard]] ConstraintForce force(const Constraint& c, const Twist& V_WT) const noexcept override {
     const double K = c.rotational ? o_.K_turn : o_.K, most = c.rotational ? o_.moment : o_.force;
@@ -43,13 +44,6 @@ class Potential final : public Law {
     return out;
   }
   [[nodiscard]] const char* name() const noexcept override { return "potential"; }
-  [[nodiscard]] double stiffness() const noexcept override { return o_.K; }
-  [[nodiscard]] double damping() const noexcept override { return o_.B; }
-  [[nodiscard]] double turning_stiffness() const noexcept override { return o_.K_turn; }
-  [[nodiscard]] double turning_damping() const noexcept override { return o_.B_turn; }
-
- private:
-  LawOptions o_;
 };
 
 }  // namespace

@@ -1,14 +1,15 @@
 // Law `spring`: spring and damper towards the closest feasible pose:
 //
 //   F = max(K e - B gap', 0) J,    e = max(-gap, 0),    U = K e^2 / 2,    gap' the rate of the gap
+#include "palpate/guidance/law/impedance.hpp"
 #include "palpate/guidance/law/profile.hpp"
 
 namespace palpate::guidance {
 namespace {
 
-class Spring final : public Law {
+class Spring final : public ImpedanceLaw {
  public:
-  explicit Spring(const LawOptions& options) : o_(options) {}
+  using ImpedanceLaw::ImpedanceLaw;
 
   [[nodiscard]] ConstraintForce force(const Constraint& c, const Twist& V_WT) const noexcept override {
     const double K = c.rotational ? o_.K_turn : o_.K, e = c.violation();
@@ -18,13 +19,6 @@ class Spring final : public Law {
     return out;
   }
   [[nodiscard]] const char* name() const noexcept override { return "spring"; }
-  [[nodiscard]] double stiffness() const noexcept override { return o_.K; }
-  [[nodiscard]] double damping() const noexcept override { return o_.B; }
-  [[nodiscard]] double turning_stiffness() const noexcept override { return o_.K_turn; }
-  [[nodiscard]] double turning_damping() const noexcept override { return o_.B_turn; }
-
- private:
-  LawOptions o_;
 };
 
 }  // namespace

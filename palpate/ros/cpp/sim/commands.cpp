@@ -104,23 +104,6 @@ std::unique_ptr<Entity> reader(Node& node, const std::string& topic, const dvrk:
 
 }  // namespace
 
-std::string component_name(const dvrk::System& robot, const dvrk::Address& at) {
-  const auto index = static_cast<std::size_t>(at.index);
-  switch (at.kind) {
-    case dvrk::Kind::system:
-      return "system";
-    case dvrk::Kind::console:
-      return "console";
-    case dvrk::Kind::footpedals:
-      return "footpedals";
-    case dvrk::Kind::arm:
-      return robot.arms()[index];
-    case dvrk::Kind::teleop:
-      return robot.teleops()[index];
-  }
-  return {};
-}
-
 std::vector<dvrk::Address> components(const dvrk::System& robot, dvrk::Kind kind, unsigned arms) {
   std::size_t count = 1;
   if (kind == dvrk::Kind::arm) count = robot.arms().size();
@@ -138,7 +121,7 @@ std::vector<std::unique_ptr<Entity>> listen(Node& node, const dvrk::System& robo
       Command command;
       command.to = at;
       command.verb = verb.verb;
-      const std::string topic = component_name(robot, at) + "/" + std::string(verb.name);
+      const std::string topic = robot.component_name(at) + "/" + std::string(verb.name);
       subscriptions.push_back(reader(node, topic, verb, command, on_command));
     }
   }

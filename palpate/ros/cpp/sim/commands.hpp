@@ -12,8 +12,6 @@
 
 namespace palpate::ros {
 
-/// Name of a component on ROS, such as MTMR or console.
-[[nodiscard]] std::string component_name(const dvrk::System& robot, const dvrk::Address& at);
 /// All components of a kind; `arms` selects arms by a bit mask of dvrk::ArmKind.
 [[nodiscard]] std::vector<dvrk::Address> components(const dvrk::System& robot, dvrk::Kind kind, unsigned arms);
 

@@ -98,7 +98,7 @@ std::unique_ptr<Events::Teller> teller(Node& node, const std::string& topic, con
 Events::Events(Node& node, const dvrk::System& robot) : node_(node) {
   for (const dvrk::TopicEntry& entry : dvrk::topics()) {
     for (const dvrk::Address& at : components(robot, entry.kind, entry.arms)) {
-      const std::string topic = component_name(robot, at) + "/" + std::string(entry.name);
+      const std::string topic = robot.component_name(at) + "/" + std::string(entry.name);
       tellers_[{at.kind, at.index, entry.topic}] = teller(node, topic, entry);
     }
   }
