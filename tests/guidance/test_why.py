@@ -61,7 +61,7 @@ def test_terms_add_up_to_the_wrench_without_residual(seed, n):
     fixtures = [random_fixture(rng, i) for i in range(n)]
     X = pose(0.004 * rng.normal(size=3), Rotation.random(random_state=rng).as_matrix())
     V = np.r_[0.02 * rng.normal(size=3), 0.2 * rng.normal(size=3)]
-    tick = tick_of(Stage(), fixtures, X, V)
+    tick = tick_of(Stage(moment_rate=10.0), fixtures, X, V)  # moments settle within the ticks
     parts = terms(fixtures, tick, HERE, Hand(V))
     wrench = np.r_[tick["F_guidance_W"], tick["t_guidance_W"]]
     np.testing.assert_allclose(sum(term.F for term in parts), wrench, atol=1e-12)
