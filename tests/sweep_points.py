@@ -3,6 +3,7 @@
 import os
 import signal
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +34,18 @@ def picky(point, seed):
     if point["k"] in (2, 5):
         raise ValueError(f"no {point['k']} today")
     return {"x": point["k"]}
+
+
+@dataclass(frozen=True)
+class Drawn:
+    x: float
+    whole: np.int64
+    name: str
+
+
+def draw_typed(point, seed):
+    """The numbers of `draw` as a dataclass."""
+    return Drawn(**draw(point, seed))
 
 
 def rich(point, seed):

@@ -95,16 +95,6 @@ def test_force_command_is_delayed_by_whole_periods(mtm, options, no_hand, delay,
     assert first_motion(mtm, options, no_hand, dt) == periods
 
 
-def test_gravity_is_not_delayed(mtm, options, no_hand):
-    options.loop_delay = 0.02
-    leader = _core.Leader(mtm, options, no_hand)
-    leader.reset(Q0)
-    for _ in range(100):
-        leader.command(ZERO, mtm.holding(Q0), ZERO)
-        leader.step(DT, mtm.fk(Q0), n=10)
-    assert np.array_equal(leader.q, Q0)
-
-
 def test_missing_commands_ramp_the_force_down_and_keep_gravity_compensation(mtm, frictionless):
     leader = _core.Leader(mtm, frictionless, _core.HandOptions())
     leader.reset(Q0)

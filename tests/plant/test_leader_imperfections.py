@@ -87,8 +87,9 @@ def test_no_command_overtakes_another(bare, mtm):
     assert got[-1] < commands[-1]
 
 
-def test_jitter_does_not_affect_the_holding_torque(mtm, options, no_hand):
-    options.loop_delay, options.loop_jitter = 0.02, 0.02
+@pytest.mark.parametrize("jitter", [0.0, 0.02])
+def test_gravity_compensation_is_neither_delayed_nor_jittered(mtm, options, no_hand, jitter):
+    options.loop_delay, options.loop_jitter = 0.02, jitter
     leader = _core.Leader(mtm, options, no_hand)
     leader.reset(Q0)
     for _ in range(100):

@@ -36,6 +36,20 @@ def test_local_executor_matches_the_serial_executor(expected, tmp_path):
     assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "b.nc").read_bytes()
 
 
+def test_a_dataclass_gives_the_rows_of_the_same_dictionary(expected):
+    assert sweep(sweep_points.draw_typed, GRID, 5, "serial").rows() == expected.rows()
+
+
+def test_what_is_no_named_value_names_the_function_and_no_file_of_palpate():
+    failed = sweep(_unnamed, {"k": [1]}, executor="serial", on_error="keep")
+    assert failed.errors[0].startswith("TypeError: fn returned a float")
+    assert "palpate" not in failed.errors[0].partition(";")[2]
+
+
+def _unnamed(point, seed):
+    return 1.0
+
+
 def test_points_are_in_row_major_order(expected):
     points = [(K, law, k) for K in np.linspace(100.0, 400.0, 7) for law in ("a", "bc") for k in range(3)]
     assert [(r["K"], r["law"], r["k"]) for r in expected.rows()] == points

@@ -184,7 +184,7 @@ def _pair(c: Combination, probe: Probe, mine: int, others: int, first: float, se
     first, second: fraction of the opposing component that is removed from the other fixture's force [-].
     """
     n = settle(c)
-    own, against = fixture(c, priority=mine), _opponent(c, probe, others)
+    own, against = fixture(c, policy=replace(POLICIES[c.policy], priority=mine)), _opponent(c, probe, others)
     sets = ((own,), (against,), (own, against))
     F1, F2, both = (Bench(c, *fixtures, quick=True).run(constant_probe(probe, n)) for fixtures in sets)
     f1, f2, f12 = (F.F[-1] * WEIGHTS * (np.arange(6) > 2 if ROLES[c.role].turns else 1.0) for F in (F1, F2, both))

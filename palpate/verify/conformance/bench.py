@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from palpate import _core
 from palpate.arrays import Array
-from palpate.verify.conformance.combinations import OPERATOR, PEDAL, POLICIES, QUICK, Combination
+from palpate.verify.conformance.combinations import OPERATOR, PEDAL, POLICIES, QUICK, Combination, PolicyCase
 from palpate.verify.conformance.laws import LAWS
 from palpate.verify.conformance.probes import Probe, satisfied_pose
 from palpate.verify.conformance.roles import ROLES, TOUCHED
@@ -71,16 +71,12 @@ def fixture(
     frame: _core.Frame | None = None,
     law: Mapping[str, float] | None = None,
     law_name: str = "",
-    authority: float | None = None,
-    priority: int | None = None,
+    policy: PolicyCase | None = None,
     rise: float = QUICK,
     on: bool = True,
     geometry: _core.Geometry | None = None,
 ) -> _core.Fixture:
-    """The core's fixture of a combination, with a placed geometry and with changed options of law and policy.
-
-    An authority or priority of None is that of the policy.
-    """
+    """The core's fixture of a combination, with a placed geometry, changed options of the law, or another policy."""
     role, law_options = _core.GuidanceRoleOptions(), _core.GuidanceLawOptions()
     for key, value in ROLES[c.role].options.items():
         setattr(role, key, value)
@@ -91,9 +87,7 @@ def fixture(
         shape = _core.PlacedGeometry(shape, np.eye(4) if X_WG is None else X_WG, frame)
     elif X_WG is not None:
         shape = _core.PlacedGeometry(shape, X_WG)
-    made = POLICIES[c.policy].make(ROLES[c.role], rise)
-    made.authority = made.authority if authority is None else authority
-    made.priority = made.priority if priority is None else priority
+    made = (policy or POLICIES[c.policy]).make(ROLES[c.role], rise)
     return _core.Fixture(name, shape, ROLES[c.role].role, role, law_name or c.law, law_options, made, on)
 
 

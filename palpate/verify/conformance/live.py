@@ -59,8 +59,11 @@ class Setting:
         self, c: Combination, shape: _core.Geometry, frame: _core.LiveFrame, rise: float = SLOW
     ) -> _core.Fixture:
         """The core's fixture with these settings."""
-        return fixture(c, X_WG=self.X_FG, frame=frame, law=self.law, law_name=self.law_name, authority=self.authority,
-                       rise=rise, on=self.on, geometry=shape)  # fmt: skip
+        policy = POLICIES[c.policy]
+        if self.authority is not None:
+            policy = replace(policy, authority=self.authority)
+        return fixture(c, X_WG=self.X_FG, frame=frame, law=self.law, law_name=self.law_name, policy=policy, rise=rise,
+                       on=self.on, geometry=shape)  # fmt: skip
 
 
 def _shift(xyz: Array) -> Array:

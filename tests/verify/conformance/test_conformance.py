@@ -220,7 +220,7 @@ def test_policy_without_effect_is_found(monkeypatch, name):
     other = "part of the authority" if name in ("soft", "hard", "first of two") else "soft"
     plain = replace(c, policy=other)
     monkeypatch.setattr(activation, "Bench", lambda c, *given, **more: Bench(c, *(given or [fixture(plain)]), **more))
-    last = {"policy": {"priority": -5, "hard": False}}
+    last = {"policy": replace(POLICIES[name], priority=-5, hard=False)}
     monkeypatch.setattr(activation, "fixture", lambda c, **more: fixture(c, **more | last))
     assert activation.policy(c) != ""
 
