@@ -6,7 +6,6 @@
 #include "palpate/types/index.hpp"
 
 namespace palpate::contact {
-namespace {}  // namespace
 
 void Proxy::reset() noexcept {
   for (int i = 0; i < seen_; ++i) memory_[to_index(i)] = Memory();

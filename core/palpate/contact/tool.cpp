@@ -9,7 +9,6 @@
 #include "palpate/types/index.hpp"
 
 namespace palpate::contact {
-namespace {}  // namespace
 
 Tool::Tool(std::string_view method, const Options& options) : real_(options.real) {
   if (options.spheres.size() >= kMaxSpheres) {

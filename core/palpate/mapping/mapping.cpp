@@ -2,17 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
-#include <string>
+
+#include "palpate/types/require.hpp"
 
 namespace palpate::mapping {
 namespace {
-
-void require(bool good, const char* name, double value, const char* mend) {
-  if (!good) {
-    throw std::invalid_argument("mapping." + std::string(name) + " = " + std::to_string(value) + ": " + mend);
-  }
-}
 
 /// Reduces the rotation angle of q by `angle` [rad], but not below zero.
 Eigen::Quaterniond towards_identity(const Eigen::Quaterniond& q, double angle) {
@@ -23,14 +17,15 @@ Eigen::Quaterniond towards_identity(const Eigen::Quaterniond& q, double angle) {
 }  // namespace
 
 Mapping::Mapping(const Options& options, const Mat3& R_WL, double dt) : options_(options), R_WL_(R_WL), dt_(dt) {
-  require(options.scale > 0.0 && std::isfinite(options.scale), "scale", options.scale,
+  require("mapping", options.scale > 0.0 && std::isfinite(options.scale), "scale", options.scale,
           "tool motion per hand motion must be above 0, for example 0.5");
-  require(options.force_scale >= 0.0 && std::isfinite(options.force_scale), "force_scale", options.force_scale,
-          "must be 0 or more, for example 1");
-  require(options.align_rate >= 0.0, "align_rate", options.align_rate, "must be 0 rad/s (keep the offset) or more");
-  require(options.gripper_max > options.gripper_min, "gripper_max", options.gripper_max,
+  require("mapping", options.force_scale >= 0.0 && std::isfinite(options.force_scale), "force_scale",
+          options.force_scale, "must be 0 or more, for example 1");
+  require("mapping", options.align_rate >= 0.0, "align_rate", options.align_rate,
+          "must be 0 rad/s (keep the offset) or more");
+  require("mapping", options.gripper_max > options.gripper_min, "gripper_max", options.gripper_max,
           "must be above mapping.gripper_min");
-  require(options.jaw_rate > 0.0, "jaw_rate", options.jaw_rate, "must be above 0 rad/s, for example 2");
+  require("mapping", options.jaw_rate > 0.0, "jaw_rate", options.jaw_rate, "must be above 0 rad/s, for example 2");
 }
 
 ToolGoal Mapping::step(const Input& in) noexcept {
