@@ -116,8 +116,8 @@ void bind_contact(nb::module_& m) {
   nb::class_<Sphere>(m, "ToolSphere", "A sphere of the tool, in addition to the SPR on its tip.")
       .def(
           "__init__",
-          [](Sphere* self, const Vec3& p, double radius, int link, const Vec3& hinge, const Vec3& turn) {
-            new (self) Sphere{link, p, radius, hinge, turn};
+          [](Sphere* self, const Vec3& p, double radius, int link, const Vec3& hinge, const Vec3& axis) {
+            new (self) Sphere{link, p, radius, hinge, axis};
           },
           nb::arg("p"), nb::arg("radius"), nb::arg("link") = -1, nb::arg("hinge") = Vec3(Vec3::Zero()),
           nb::arg("turn") = Vec3(Vec3::Zero()),
@@ -136,7 +136,7 @@ void bind_contact(nb::module_& m) {
           "Deflection above which a tool that passed through a closed object is released, for the method `proxy` [m].")
       .def_rw("collision_rate", &contact::Options::collision_rate,
               "Rate of the collision thread, for the paper's methods [Hz].")
-      .def_rw("real", &contact::Options::real, "True: the tool touches the real objects, not the virtual ones.")
+      .def_rw("real", &contact::Options::real_objects, "True: the tool touches the real objects, not the virtual ones.")
       .def_rw("spheres", &contact::Options::spheres,
               "Spheres of the tool in addition to the SPR. This is a copy: assign a whole list.");
   nb::class_<contact::Friction>(m, "Friction", "Coulomb friction of one proxy, with sticking and slipping.")

@@ -70,8 +70,8 @@ void bind_options(nb::module_& m) {
       .def_rw("watch", &CrtkOptions::watch, "Limits for the incoming messages.")
       .def_rw("release", &CrtkOptions::release, "Time from a fault or a pedal event to zero force [s].")
       .def_rw("settle", &CrtkOptions::settle, "Time without faults after which the force returns [s].")
-      .def_rw("lag_most", &CrtkOptions::lag_most, "Largest distance of the follower from its goal [m].")
-      .def_rw("slowest", &CrtkOptions::slowest,
+      .def_rw("lag_most", &CrtkOptions::max_lag, "Largest distance of the follower from its goal [m].")
+      .def_rw("slowest", &CrtkOptions::max_period_ratio,
               "Largest mean interval between two states of the leader [periods of the cycle].");
 
   nb::class_<CrtkGates>(m, "CrtkGates", "States reported by the console and the arms; False until reported.")
@@ -149,7 +149,8 @@ void bind_cycle(nb::module_& m) {
       .def("set_controls", &CrtkCycle::set_controls, "controls"_a, "Sets the operator's controls.")
       .def("set_scene", &CrtkCycle::set_scene, "snapshot"_a, nb::keep_alive<1, 2>(),
            "Replaces the scene; contact is reset.")
-      .def("drop", &CrtkCycle::drop, "Resets the rendered force to zero, after another program has set it to zero.")
+      .def("drop", &CrtkCycle::reset_wrench,
+           "Resets the rendered force to zero, after another program has set it to zero.")
       .def("step", &step, "t"_a, "wall"_a,
            "One tick at time t [s]: (row of signals, wrench (6,) [N, N m] or None if no wrench may be sent, goal X_BT "
            "(4, 4) or None, jaw [rad]).");

@@ -128,7 +128,7 @@ void bind_fixture(nb::module_& m) {
           "__init__",
           [](Fixture* self, std::string name, std::shared_ptr<Geometry> geometry, const std::string& role,
              const RoleOptions& role_options, const std::string& law, const LawOptions& law_options,
-             const Policy& policy, bool on, double patience) {
+             const Policy& policy, bool on, double timeout) {
             new (self) Fixture{std::move(name),
                                std::move(geometry),
                                guidance::make_role(role, role_options),
@@ -136,7 +136,7 @@ void bind_fixture(nb::module_& m) {
                                policy,
                                on,
                                {},
-                               patience};
+                               timeout};
             if (self->geometry) self->geometry->add_live(self->frames);
           },
           "name"_a, "geometry"_a, "role"_a, "role_options"_a = RoleOptions{}, "law"_a = "spring",
@@ -188,14 +188,14 @@ void bind_fixture(nb::module_& m) {
 }
 
 Fields step(Guidance& self, double t, const Matrix4& X_WT_goal, const VectorArg& V_WT, const Matrix4& X_WT,
-            bool engaged, const Vec3& F_T_W, double stiffness, double F_hand, double pedal, bool takes_damping) {
+            bool engaged, const Vec3& F_T_W, double stiffness, double F_hand, double pedal, bool renders_damping) {
   guidance::Input in;
   in.t = t;
   in.goal = {to_pose(X_WT_goal, "X_WT_goal"), 0.0, to_twist(V_WT, "V_WT"), engaged};
   in.tool.X_WT = to_pose(X_WT, "X_WT");
-  in.touch = {{F_T_W, Vec3::Zero()}, stiffness};
+  in.tool_force = {{F_T_W, Vec3::Zero()}, stiffness};
   in.handle.F_hand = F_hand;
-  in.handle.takes_damping = takes_damping;
+  in.handle.renders_damping = renders_damping;
   in.pedal = pedal;
   const guidance::Output& out = self.step(in);
   Fields d;
@@ -264,7 +264,7 @@ Fields solve(Qp& qp, const Eigen::MatrixXd& A, const VectorArg& b, const VectorA
   for (std::size_t i = 0; i < index.size(); ++i) {
     if (index[i] < 0) continue;
     multipliers[static_cast<Eigen::Index>(i)] = qp.multiplier(index[i]);
-    gave_way[i] = qp.gave_way(index[i]);
+    gave_way[i] = qp.dropped(index[i]);
   }
   constexpr std::array kStatus = {"solved", "relaxed", "stopped"};
   Fields out;

@@ -50,7 +50,7 @@ struct Answers {
 
   void put(std::size_t i, const guidance::Query& q) {
     distance[i] = q.distance;
-    along[i] = q.along;
+    along[i] = q.arc_length;
     dimension[i] = q.dimension;
     Vec3::Map(&normal[3 * i]) = q.normal;
     Vec3::Map(&point[3 * i]) = q.point;
@@ -135,7 +135,7 @@ void bind_frames(nb::module_& m) {
           },
           nb::arg("X_WF"), nb::arg("V_WF"),
           "Sets the pose X_WF (4, 4) and the velocity V_WF (6,): linear [m/s] over angular [rad/s].")
-      .def_prop_ro("has_pose", &guidance::LiveFrame::told, "True once a pose has been received.");
+      .def_prop_ro("has_pose", &guidance::LiveFrame::has_pose, "True once a pose has been received.");
 }
 
 void make_path(guidance::Path* self, const Controls& controls, const Rotations& attitudes, bool tangential,
@@ -213,13 +213,13 @@ void bind_guidance(nb::module_& m) {
   bind_frames(m);
   bind_shapes(m);
   bind_modifiers(m);
-  nb::class_<guidance::Placed, Geometry>(m, "PlacedGeometry",
-                                         "A geometry placed at X_FG (4, 4) in a frame; the default frame is W.")
+  nb::class_<guidance::FramedGeometry, Geometry>(m, "PlacedGeometry",
+                                                 "A geometry placed at X_FG (4, 4) in a frame; the default frame is W.")
       .def(
           "__init__",
-          [](guidance::Placed* self, std::shared_ptr<Geometry> geometry, const Matrix4& X_FG,
+          [](guidance::FramedGeometry* self, std::shared_ptr<Geometry> geometry, const Matrix4& X_FG,
              std::shared_ptr<Frame> frame) {
-            new (self) guidance::Placed(std::move(geometry), to_pose(X_FG, "X_FG"), std::move(frame));
+            new (self) guidance::FramedGeometry(std::move(geometry), to_pose(X_FG, "X_FG"), std::move(frame));
           },
           nb::arg("geometry"), nb::arg("X_FG") = Matrix4(Matrix4::Identity()),
           nb::arg("frame") = std::shared_ptr<Frame>(std::make_shared<guidance::MotionFrame>(Pose{})));

@@ -26,7 +26,7 @@ using Twists = nb::ndarray<const double, nb::shape<-1, 6>, nb::c_contig, nb::dev
 nb::typed<nb::dict, nb::str, Array> run(Guidance& self, const std::vector<double>& t, const Goals& X_WT_goal,
                                         const Twists& V_WT, const Matrix4& X_WT, const Vec3& normal,
                                         const std::vector<double>& height, double stiffness, double F_hand,
-                                        double pedal, bool takes_damping) {
+                                        double pedal, bool renders_damping) {
   const std::size_t n = t.size();
   if (X_WT_goal.shape(0) != n || V_WT.shape(0) != n)
     throw std::invalid_argument("X_WT_goal and V_WT must have one row for each time in t; got " +
@@ -40,7 +40,7 @@ nb::typed<nb::dict, nb::str, Array> run(Guidance& self, const std::vector<double
   Eigen::Matrix<double, Eigen::Dynamic, 16, Eigen::RowMajor> goals(n, 16);
   Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor> B(n, 9);
   Eigen::VectorXd gap(n);
-  loop::GuidanceRun motion(self, {{normal, stiffness}, F_hand, pedal, takes_damping}, to_pose(X_WT, "X_WT"));
+  loop::GuidanceRun motion(self, {{normal, stiffness}, F_hand, pedal, renders_damping}, to_pose(X_WT, "X_WT"));
   for (std::size_t k = 0; k < n; ++k) {
     const auto row = static_cast<Eigen::Index>(k);
     const Pose goal = to_pose(Matrix4(Eigen::Map<const RowMatrix4>(X_WT_goal.data() + 16 * k)), "X_WT_goal");

@@ -38,8 +38,8 @@ void bind_table(nb::module_& m) {
       "status_words",
       [] {
         nb::typed<nb::list, Tuple<nb::str, int, nb::str>> rows;
-        for (const StatusWords& s : status_words()) {
-          rows.append(nb::make_tuple(s.name, s.bit, s.words));
+        for (const StatusDescription& s : status_descriptions()) {
+          rows.append(nb::make_tuple(s.name, s.bit, s.description));
         }
         return rows;
       },
@@ -53,7 +53,7 @@ void bind_controls(nb::module_& m) {
       .def_rw("clutch", &Controls::clutch,
               "True: the clutch pedal is pressed; the hand moves freely and the tool stays.")
       .def_rw("paused", &Controls::paused, "True: simulated time stands still.")
-      .def_rw("hold", &Controls::hold, "True: the simulated hand stays where it is on its path.")
+      .def_rw("hold", &Controls::hand_paused, "True: the simulated hand stays where it is on its path.")
       .def_rw("stiffness_scale", &Controls::stiffness_scale, "Factor on the stiffness of every object [-].")
       .def_rw("damping_scale", &Controls::damping_scale, "Factor on the damping of every object [-].")
       .def_rw("guidance", &Controls::guidance,

@@ -55,7 +55,7 @@ void bind_mapping(nb::module_& m) {
            "Force F_H_L (3,) on the hand that renders the tool force F_T_W (3,) [N].")
       .def("hand_position", &Mapping::hand_position, "p_WT"_a,
            "Hand position p_WH (3,) that maps to the tool position p_WT (3,) [m].")
-      .def_prop_ro("anchorings", &Mapping::anchorings,
+      .def_prop_ro("anchorings", &Mapping::anchor_count,
                    "Number of times that the map was re-anchored at the hand and the tool.");
 }
 

@@ -116,13 +116,13 @@ void bind_mesh(nb::module_& m) {
               "Triangles dropped because another one has the same corners in the same winding.")
       .def_ro("flat", &scene::MeshReport::flat,
               "Triangles kept although their corners are on a line, because they close a gap.")
-      .def_ro("parts", &scene::MeshReport::parts,
+      .def_ro("parts", &scene::MeshReport::components,
               "Number of connected parts; triangles that share a vertex belong to one part.")
       .def_ro("boundary_edges", &scene::MeshReport::boundary_edges, "Edges of only one triangle: holes and rims.")
       .def_ro("branching_edges", &scene::MeshReport::branching_edges, "Edges of three triangles or more.")
       .def_ro("inconsistent_edges", &scene::MeshReport::inconsistent_edges,
               "Edges whose triangles have opposite windings.")
-      .def_ro("turned", &scene::MeshReport::turned,
+      .def_ro("turned", &scene::MeshReport::flipped,
               "Triangles turned because they faced the other way than their neighbours.")
       .def_ro("inverted", &scene::MeshReport::inverted, "Triangles turned because their closed part was inside out.")
       .def_ro("two_sided", &scene::MeshReport::two_sided,
@@ -218,11 +218,11 @@ void bind_motion(nb::module_& m) {
   nb::class_<Wave>(m, "Wave", "A sinusoidal component of a Motion.")
       .def(
           "__init__",
-          [](Wave* self, const Vec3& shift, const Vec3& turn, double period, double phase) {
-            if (!shift.allFinite() || !turn.allFinite() || !(period > 0.0) || !std::isfinite(period) ||
+          [](Wave* self, const Vec3& shift, const Vec3& rotation, double period, double phase) {
+            if (!shift.allFinite() || !rotation.allFinite() || !(period > 0.0) || !std::isfinite(period) ||
                 !std::isfinite(phase))
               throw nb::value_error("a wave needs finite amplitudes and phase, and a period above zero");
-            new (self) Wave{shift, turn, period, phase};
+            new (self) Wave{shift, rotation, period, phase};
           },
           nb::arg("shift") = Vec3(Vec3::Zero()), nb::arg("turn") = Vec3(Vec3::Zero()), nb::arg("period") = 1.0,
           nb::arg("phase") = 0.0,
@@ -279,8 +279,8 @@ void bind_world(nb::module_& m) {
       .def(
           "feel",
           [](const Object& o, const Vec3& p_O) -> Tuple<Material, Mat3> {
-            const scene::Feel feel = o.feel(p_O);
-            return nb::make_tuple(feel.material, feel.dK);
+            const scene::LocalMaterial local = o.material_at(p_O);
+            return nb::make_tuple(local.material, local.dK);
           },
           nb::arg("p_O"),
           "Material at p_O (3,) [m], regions included: (material, gradients of K (3, 3), one row for each entry of K "

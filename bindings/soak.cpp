@@ -40,8 +40,8 @@ void bind_soak(nb::module_& m) {
       .def_ro("passes", &SoakReport::passes, "Number of passes that found free space to begin in.")
       .def_ro("ticks", &SoakReport::ticks, "Number of ticks.")
       .def_ro("touched", &SoakReport::touched, "Number of passes with a contact force.")
-      .def_ro("popped", &SoakReport::popped, "Number of passes whose proxy crossed the surface.")
-      .def_ro("first_popped", &SoakReport::first_popped, "First pass whose proxy crossed the surface.");
+      .def_ro("popped", &SoakReport::crossed, "Number of passes whose proxy crossed the surface.")
+      .def_ro("first_popped", &SoakReport::first_crossed, "First pass whose proxy crossed the surface.");
   m.def("soak", &soak, nb::arg("mesh"), nb::arg("method"), nb::arg("passes"), nb::arg("seed"), nb::arg("range"),
         "Simulates random pokes at a mesh at 1 kHz and tests the proxy against each triangle. It releases the "
         "interpreter lock.");

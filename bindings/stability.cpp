@@ -120,7 +120,7 @@ void bind_stage(nb::module_& m) {
           [](Stability& self, const VectorArg& F_H_L, const Vec3& p_LH, const Vec3& v_LH, const Eigen::VectorXd& q,
              double stiffness, double t, double t_leader, bool engaged) {
             stability::Input in;
-            in.wanted.F = wrench(F_H_L, "F_H_L");
+            in.commanded.F = wrench(F_H_L, "F_H_L");
             in.t = t;
             in.handle = {{t_leader, true}, {Mat3::Identity(), p_LH}, {v_LH, Vec3::Zero()}, 0.0, joint_vector(q, "q")};
             in.tool = {t, true};
@@ -225,7 +225,7 @@ void bind_energy(nb::module_& m) {
   m.def("ramp_cost", &stability::ramp_cost, "F"_a, "u"_a, "a"_a, "begin"_a, "rate"_a,
         "Largest work of a force that falls from F at `begin` to zero at `rate` [N/s]: the integral of the force times "
         "max(0, u + a t) [J].");
-  m.def("low_pass_share", &low_pass_share, "cutoff"_a, "dt"_a,
+  m.def("low_pass_share", &low_pass_coefficient, "cutoff"_a, "dt"_a,
         "Coefficient a of the low-pass y_k = y_k-1 + a (u_k - y_k-1). cutoff [Hz], 0: no low-pass; dt [s].");
 }
 

@@ -74,7 +74,8 @@ void bind_command(nb::module_& m) {
   terms(command, &LeaderCommand::tau_limits, "tau_limits", "Torque of the soft stops (n,) [N m].");
   command
       .def_prop_ro(
-          "tau", [](const LeaderCommand& c) -> Vector { return c.hold() + c.act(); }, "Sum of all terms (n,) [N m].")
+          "tau", [](const LeaderCommand& c) -> Vector { return c.support_torque() + c.response_torque(); },
+          "Sum of all terms (n,) [N m].")
       .def_prop_ro(
           "F_H_L", [](const LeaderCommand& c) -> Vector { return to_vector(c.F_H_L); },
           "Wrench rendered on the hand within the drive limits (6,) [N, N m].")

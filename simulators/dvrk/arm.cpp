@@ -16,11 +16,11 @@ Arm::Arm(ArmSpec spec, Address at, Outbox& out)
 
 void Arm::start() noexcept {
   states_.start();
-  const Voice& voice = context_.voice;
-  voice.value(Topic::ratio, 1.0);
-  voice.value(Topic::ratio_v, 1.0);
-  voice.value(Topic::ratio_a, 1.0);
-  if (spec().kind == ArmKind::mtm) voice.flag(Topic::orientation_locked, false);
+  const EventPublisher& publisher = context_.publisher;
+  publisher.value(Topic::ratio, 1.0);
+  publisher.value(Topic::ratio_v, 1.0);
+  publisher.value(Topic::ratio_a, 1.0);
+  if (spec().kind == ArmKind::mtm) publisher.flag(Topic::orientation_locked, false);
 }
 
 void Arm::step(double dt) noexcept { context_.body->step(dt, around_); }
@@ -28,13 +28,13 @@ void Arm::step(double dt) noexcept { context_.body->step(dt, around_); }
 // The sequence of the real component: measure, run the state machine, order the servos. Commands are applied between
 // two periods.
 void Arm::run(double t, double dt) noexcept {
-  context_.voice.at(t);
+  context_.publisher.at(t);
   if (!context_.body->truth().q.allFinite()) {
     context_.body->reset(spec().start);
     states_.fault("the simulated joints were not finite: the arm is where it started");
   }
   reporter_.measure(pinch_);
-  if (spec().kind == ArmKind::mtm) gripper_.run(pinch_, dt, context_.voice);
+  if (spec().kind == ArmKind::mtm) gripper_.run(pinch_, dt, context_.publisher);
   states_.run(dt);
   if (spec().kind == ArmKind::psm && context_.instrument.run(dt, states_.homed())) controller_.jaw_arrived();
   context_.body->command(controller_.order());
@@ -60,13 +60,13 @@ bool Arm::apply_hardware(const Command& c) noexcept {
       context_.base_frame = c.X;
       return true;
     case Verb::set_tool_type:
-      context_.instrument.set_tool_type(c.text, context_.voice);
+      context_.instrument.set_tool_type(c.text, context_.publisher);
       return true;
     case Verb::emulate_adapter_present:
-      context_.instrument.set_adapter_present(c.flag, context_.voice);
+      context_.instrument.set_adapter_present(c.flag, context_.publisher);
       return true;
     case Verb::emulate_tool_present:
-      context_.instrument.set_tool_present(c.flag, context_.voice);
+      context_.instrument.set_tool_present(c.flag, context_.publisher);
       return true;
     case Verb::emulate_fault:
       states_.fault(c.text.empty() ? Text("emulated fault") : c.text);

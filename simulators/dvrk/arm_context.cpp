@@ -41,7 +41,7 @@ ArmContext::ArmContext(ArmSpec arm, Address at, Outbox& out)
     : spec(checked(std::move(arm))),
       model(spec.model),
       body(make_body(spec)),
-      voice(at, Text(spec.name), out),
+      publisher(at, Text(spec.name), out),
       instrument(spec),
       base_frame(spec.base_frame) {
   const JointVector one = JointVector::Zero(1);
@@ -60,7 +60,7 @@ bool ArmContext::is_cartesian_ready() const noexcept {
 
 void ArmContext::set_operating(State operating, bool is_busy) noexcept {
   state.operating_state = {operating, is_homed(), is_busy};
-  voice.operating(state.operating_state);
+  publisher.operating(state.operating_state);
 }
 
 void ArmContext::set_busy(bool is_busy) noexcept {
@@ -71,7 +71,7 @@ void ArmContext::set_busy(bool is_busy) noexcept {
 void ArmContext::error(const Text& words) noexcept {
   ++errors;
   last_error = words;
-  voice.words(Topic::error, words);
+  publisher.message(Topic::error, words);
 }
 
 }  // namespace palpate::dvrk

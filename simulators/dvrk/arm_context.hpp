@@ -34,13 +34,13 @@ struct ArmContext {
   void set_busy(bool is_busy) noexcept;
   // Publish a text.
   void error(const Text& words) noexcept;
-  void warning(const Text& words) const noexcept { voice.words(Topic::warning, words); }
-  void status(const Text& words) const noexcept { voice.words(Topic::status, words); }
+  void warning(const Text& words) const noexcept { publisher.message(Topic::warning, words); }
+  void status(const Text& words) const noexcept { publisher.message(Topic::status, words); }
 
   ArmSpec spec;
   arm::Arm model;
   std::unique_ptr<Body> body;
-  Voice voice;
+  EventPublisher publisher;
   Instrument instrument;
   Pose base_frame;  ///< pose of the arm's own base in the frame of measured_cp
   bool powered = false;

@@ -10,10 +10,10 @@ namespace palpate::dvrk {
 class Audio {
  public:
   /// Sets the volume, clipped to 0..1.
-  void set_volume(double volume, const Voice& voice) noexcept;
+  void set_volume(double volume, const EventPublisher& publisher) noexcept;
   /// values: duration [s], frequency [Hz] and volume 0..1; the defaults of the last two are 3 kHz and the volume set.
-  void beep(const JointVector& values, const Voice& voice) const noexcept;
-  static void say(const Text& words, const Voice& voice) noexcept;
+  void beep(const JointVector& values, const EventPublisher& publisher) const noexcept;
+  static void say(const Text& words, const EventPublisher& publisher) noexcept;
   [[nodiscard]] double volume() const noexcept { return volume_; }
 
  private:

@@ -3,7 +3,7 @@
 namespace palpate::dvrk {
 namespace {
 
-plant::HandOptions nobody() noexcept {
+plant::HandOptions no_hand() noexcept {
   plant::HandOptions hand;
   hand.mass = hand.damping = hand.stiffness = 0.0;
   hand.inertia = hand.rotational_damping = hand.rotational_stiffness = 0.0;
@@ -19,7 +19,7 @@ class DynamicBody final : public Body {
         P_(spec.P),
         D_(spec.D),
         tau_max_(spec.leader.tau_max),
-        leader_(spec.model, spec.leader, nobody()),
+        leader_(spec.model, spec.leader, no_hand()),
         command_(spec.model.n()) {}
 
   void reset(const JointVector& q) noexcept override {
@@ -44,7 +44,7 @@ class DynamicBody final : public Body {
   }
 
   void step(double dt, const Surroundings& around) noexcept override {
-    if (around.held != held_) leader_.grip(around.held ? spec_ : nobody());
+    if (around.held != held_) leader_.grip(around.held ? spec_ : no_hand());
     held_ = around.held;
     leader_.step(dt, around.X_hand, {}, around.F);
     observe();

@@ -20,24 +20,24 @@ Console::Console(std::vector<Arm*> mtms, std::vector<Teleop*> teleops, CameraTel
       teleops_(std::move(teleops)),
       selected_(teleops_.size(), true),
       camera_teleop_(camera),
-      voice_({Kind::console, 0}, "console", out),
-      feet_({Kind::footpedals, 0}, "footpedals", out) {
+      publisher_({Kind::console, 0}, "console", out),
+      pedal_publisher_({Kind::footpedals, 0}, "footpedals", out) {
   for (std::size_t k = 0; k < pedals_.size(); ++k) {
     pedals_[k].topic = static_cast<Topic>(static_cast<std::size_t>(Topic::pedal_clutch) + k);
   }
 }
 
 void Console::start() noexcept {
-  voice_.flag(Topic::teleop_enabled, enabled_);
+  publisher_.flag(Topic::teleop_enabled, enabled_);
   tell_selection();
-  voice_.value(Topic::teleop_scale, teleops_.empty() ? 0.2 : teleops_[0]->state().scale);
+  publisher_.value(Topic::teleop_scale, teleops_.empty() ? 0.2 : teleops_[0]->state().scale);
 }
 
 bool Console::apply(const Command& c) noexcept {
   switch (c.verb) {
     case Verb::teleop_enable:
       enabled_ = c.flag;
-      voice_.flag(Topic::teleop_enabled, enabled_);
+      publisher_.flag(Topic::teleop_enabled, enabled_);
       update();
       return true;
     case Verb::teleop_select:
@@ -74,60 +74,64 @@ bool Console::apply(const Command& c) noexcept {
 void Console::press(std::size_t pedal, int button) noexcept {
   Pedal& p = pedals_[pedal];
   const bool down = button == 1;
-  if (button == 2) return tell(pedal, 2);
+  if (button == 2) return report(pedal, 2);
   if (down == p.down) return;
   p.down = down;
-  p.since = feet_.t();
+  p.since = pedal_publisher_.t();
   const bool waits = pedal == kClutch || pedal == kCamera;
   if (down) {
-    p.told = !waits;
-    if (!waits) tell(pedal, 1);
+    p.reported = !waits;
+    if (!waits) report(pedal, 1);
   } else {
-    tell(pedal, p.told ? 0 : 2);
+    report(pedal, p.reported ? 0 : 2);
   }
 }
 
 void Console::run(double t, double) noexcept {
-  voice_.at(t);
-  feet_.at(t);
+  publisher_.at(t);
+  pedal_publisher_.at(t);
   for (std::size_t k = 0; k < pedals_.size(); ++k) {
     Pedal& p = pedals_[k];
-    if (!p.down || p.told || t - p.since < kTap) continue;
-    p.told = true;
-    tell(k, 1);
+    if (!p.down || p.reported || t - p.since < kTap) continue;
+    p.reported = true;
+    report(k, 1);
   }
 }
 
-void Console::tell(std::size_t pedal, int button) noexcept {
-  feet_.button(pedals_[pedal].topic, button);
+void Console::report(std::size_t pedal, int button) noexcept {
+  pedal_publisher_.button(pedals_[pedal].topic, button);
   Text words(pedal_name(pedal));
   words << (button == 0 ? " released" : button == 1 ? " pressed" : " quick tap");
   if (pedal == kClutch) return clutch(button);
   if (pedal == kCamera) return camera(button);
   if (pedal == kCoag) return operator_present(button);
-  voice_.words(Topic::status, words);
+  publisher_.message(Topic::status, words);
 }
 
 void Console::operator_present(int button) noexcept {
   if (button < 2) {
     present_ = button == 1;
-    voice_.words(Topic::status, present_ ? "operator present" : "operator not present");
+    publisher_.message(Topic::status, present_ ? "operator present" : "operator not present");
     update();
   }
-  voice_.button(Topic::operator_present, button);
+  publisher_.button(Topic::operator_present, button);
 }
 
 void Console::clutch(int button) noexcept {
-  voice_.words(Topic::status, button == 0 ? "clutch released" : button == 1 ? "clutch pressed" : "clutch quick tap");
+  publisher_.message(Topic::status, button == 0   ? "clutch released"
+                                    : button == 1 ? "clutch pressed"
+                                                  : "clutch quick tap");
   for (Teleop* teleop : teleops_) teleop->clutch(button);
-  voice_.button(Topic::clutch, button);
+  publisher_.button(Topic::clutch, button);
 }
 
 void Console::camera(int button) noexcept {
-  voice_.words(Topic::status, button == 0 ? "camera released" : button == 1 ? "camera pressed" : "camera quick tap");
+  publisher_.message(Topic::status, button == 0   ? "camera released"
+                                    : button == 1 ? "camera pressed"
+                                                  : "camera quick tap");
   if (button < 2) camera_ = button == 1;
   update();
-  voice_.button(Topic::camera, button);
+  publisher_.button(Topic::camera, button);
 }
 
 void Console::select(const Text& name, bool selected) noexcept {
@@ -142,12 +146,12 @@ void Console::select(const Text& name, bool selected) noexcept {
   }
   Text words(selected ? "teleop/select" : "teleop/unselect");
   words << " can't find " << name.view();
-  voice_.words(Topic::warning, words);
+  publisher_.message(Topic::warning, words);
 }
 
 void Console::tell_selection() noexcept {
   for (std::size_t k = 0; k < teleops_.size(); ++k) {
-    voice_.text(selected_[k] ? Topic::teleop_selected : Topic::teleop_unselected, teleops_[k]->name());
+    publisher_.text(selected_[k] ? Topic::teleop_selected : Topic::teleop_unselected, teleops_[k]->name());
   }
 }
 
@@ -155,10 +159,10 @@ void Console::set_scale(double scale) noexcept {
   if (!(scale > 0.0) || !std::isfinite(scale) || scale > 1e3) {
     Text words("teleop/set_scale, scale must be above 0 and finite, received ");
     words << scale;
-    return voice_.words(Topic::warning, words);
+    return publisher_.message(Topic::warning, words);
   }
   for (Teleop* teleop : teleops_) teleop->set_scale(scale);
-  voice_.value(Topic::teleop_scale, scale);
+  publisher_.value(Topic::teleop_scale, scale);
 }
 
 void Console::hold_mtms() noexcept {

@@ -24,11 +24,11 @@ class Console {
   /// State of a pedal; told: the press has been reported.
   struct Pedal {
     Topic topic = Topic::pedal_clutch;
-    bool down = false, told = false;
+    bool down = false, reported = false;
     double since = 0.0;
   };
   void press(std::size_t pedal, int button) noexcept;
-  void tell(std::size_t pedal, int button) noexcept;
+  void report(std::size_t pedal, int button) noexcept;
   void operator_present(int button) noexcept;
   void clutch(int button) noexcept;
   void camera(int button) noexcept;
@@ -43,7 +43,7 @@ class Console {
   std::vector<Teleop*> teleops_;
   std::vector<bool> selected_;
   CameraTeleop* camera_teleop_;
-  Voice voice_, feet_;
+  EventPublisher publisher_, pedal_publisher_;
   std::array<Pedal, 6> pedals_;
   bool enabled_ = false, present_ = false, camera_ = false;
   bool psm_running_ = false, camera_running_ = false;

@@ -40,12 +40,12 @@ bool Controller::ready_for(std::string_view method, Space space) noexcept {
     refusals_.reported_at = -kReportPeriod;
     return true;
   }
-  if (arm_.voice.t() - refusals_.reported_at >= kReportPeriod) {
+  if (arm_.publisher.t() - refusals_.reported_at >= kReportPeriod) {
     Text words(method);
     words << ", arm not ready";
     if (refusals_.count > 1) words << " (" << static_cast<long>(refusals_.count) << " errors)";
     arm_.warning(words);
-    refusals_.reported_at = arm_.voice.t();
+    refusals_.reported_at = arm_.publisher.t();
   }
   ++refusals_.count;
   return false;

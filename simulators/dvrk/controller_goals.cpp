@@ -92,12 +92,12 @@ void Controller::servo_cf(std::string_view method, Cf kind, const Wrench& F) noe
 void Controller::lock_orientation(const Mat3& R) noexcept {
   locked_ = true;
   R_locked_ = arm_.base_frame.R.transpose() * R;
-  arm_.voice.flag(Topic::orientation_locked, locked_);
+  arm_.publisher.flag(Topic::orientation_locked, locked_);
 }
 
 void Controller::unlock_orientation() noexcept {
   locked_ = false;
-  arm_.voice.flag(Topic::orientation_locked, locked_);
+  arm_.publisher.flag(Topic::orientation_locked, locked_);
 }
 
 }  // namespace palpate::dvrk

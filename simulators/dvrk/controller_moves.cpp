@@ -42,7 +42,7 @@ void Controller::stop_move(bool reached) noexcept {
   if (path_.active() || reached) goal_.q = path_.q();
   goal_.v = JointVector::Zero(n_);
   path_.stop();
-  arm_.voice.flag(Topic::goal_reached, reached);
+  arm_.publisher.flag(Topic::goal_reached, reached);
   arm_.set_busy(arm_.instrument.moving());
 }
 
@@ -55,9 +55,9 @@ void Controller::set_ratio(Verb verb, double ratio) noexcept {
     words << ", ratio must be within ]0;1], received " << ratio;
     return arm_.warning(words);
   }
-  if (verb != Verb::set_ratio_a) arm_.voice.value(Topic::ratio_v, ratio_v_ = ratio);
-  if (verb != Verb::set_ratio_v) arm_.voice.value(Topic::ratio_a, ratio_a_ = ratio);
-  arm_.voice.value(Topic::ratio, ratio_v_ == ratio_a_ ? ratio_v_ : 0.0);
+  if (verb != Verb::set_ratio_a) arm_.publisher.value(Topic::ratio_v, ratio_v_ = ratio);
+  if (verb != Verb::set_ratio_v) arm_.publisher.value(Topic::ratio_a, ratio_a_ = ratio);
+  arm_.publisher.value(Topic::ratio, ratio_v_ == ratio_a_ ? ratio_v_ : 0.0);
   if (path_.active()) start_move(path_.goal());
 }
 
@@ -80,7 +80,7 @@ void Controller::jaw_move_jp(double q) noexcept {
 }
 
 void Controller::jaw_arrived() noexcept {
-  arm_.voice.flag(Topic::goal_reached, true);
+  arm_.publisher.flag(Topic::goal_reached, true);
   arm_.set_busy(path_.active());
 }
 

@@ -12,23 +12,23 @@ class Gripper {
   static constexpr double kDebounce = 0.05;  ///< time for which a change must last before it is reported [s]
 
   /// One servo period of dt [s] with the measured angle [rad].
-  void run(double angle, double dt, const Voice& voice) noexcept {
+  void run(double angle, double dt, const EventPublisher& publisher) noexcept {
     const bool closed = angle <= kZero;
     if (closed != closed_) {
       closed_ = closed;
       waited_ = 0.0;
-      told_ = false;
+      reported_ = false;
     }
-    if (told_) return;
+    if (reported_) return;
     waited_ += dt;
     if (waited_ < kDebounce) return;
-    told_ = true;
-    voice.flag(Topic::gripper_closed, closed_);
-    if (closed_) voice.say(Topic::gripper_pinch);
+    reported_ = true;
+    publisher.flag(Topic::gripper_closed, closed_);
+    if (closed_) publisher.publish(Topic::gripper_pinch);
   }
 
  private:
-  bool closed_ = false, told_ = false;
+  bool closed_ = false, reported_ = false;
   double waited_ = 0.0;
 };
 

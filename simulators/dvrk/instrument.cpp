@@ -22,35 +22,35 @@ Instrument::Instrument(const ArmSpec& spec)
   measured_ = setpoint_ = {one(0.0), one(0.0), one(0.0)};
 }
 
-void Instrument::set_adapter_present(bool present, const Voice& voice) noexcept {
+void Instrument::set_adapter_present(bool present, const EventPublisher& publisher) noexcept {
   adapter_ = present;
-  voice.words(Topic::status, present ? "sterile adapter present" : "sterile adapter removed");
+  publisher.message(Topic::status, present ? "sterile adapter present" : "sterile adapter removed");
   if (!present) engaged_ = false;
-  fresh_ = fresh_ || present;
+  newly_mounted_ = newly_mounted_ || present;
 }
 
-void Instrument::set_tool_present(bool present, const Voice& voice) noexcept {
+void Instrument::set_tool_present(bool present, const EventPublisher& publisher) noexcept {
   if (present == tool_) return;
-  tool_ = fresh_ = present;
+  tool_ = newly_mounted_ = present;
   engaged_ = false;
-  voice.words(Topic::status, present ? "tool present" : "tool removed");
+  publisher.message(Topic::status, present ? "tool present" : "tool removed");
   if (!present || !type_.empty()) return;
-  voice.words(Topic::warning, "tool type requested from user");
-  voice.say(Topic::tool_type_request);
+  publisher.message(Topic::warning, "tool type requested from user");
+  publisher.publish(Topic::tool_type_request);
 }
 
-void Instrument::set_tool_type(const Text& type, const Voice& voice) noexcept {
+void Instrument::set_tool_type(const Text& type, const EventPublisher& publisher) noexcept {
   type_ = type;
-  voice.text(Topic::tool_type, type_);
+  publisher.text(Topic::tool_type, type_);
 }
 
-void Instrument::engage(const Voice& voice) noexcept {
-  if (!waits()) return;
+void Instrument::engage(const EventPublisher& publisher) noexcept {
+  if (!can_engage()) return;
   engaged_ = true;
-  fresh_ = false;
+  newly_mounted_ = false;
   hold();
-  voice.words(Topic::status, "tool engaged");
-  voice.text(Topic::tool_type, type_);
+  publisher.message(Topic::status, "tool engaged");
+  publisher.text(Topic::tool_type, type_);
 }
 
 void Instrument::servo_jp(double q) noexcept {

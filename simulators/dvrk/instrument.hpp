@@ -13,17 +13,17 @@ class Instrument {
   explicit Instrument(const ArmSpec& spec);
 
   // Presence of adapter and tool.
-  void set_adapter_present(bool present, const Voice& voice) noexcept;
-  void set_tool_present(bool present, const Voice& voice) noexcept;
-  void set_tool_type(const Text& type, const Voice& voice) noexcept;
+  void set_adapter_present(bool present, const EventPublisher& publisher) noexcept;
+  void set_tool_present(bool present, const EventPublisher& publisher) noexcept;
+  void set_tool_type(const Text& type, const EventPublisher& publisher) noexcept;
   [[nodiscard]] bool tool_present() const noexcept { return adapter_ && tool_; }
   [[nodiscard]] bool engaged() const noexcept { return engaged_; }
   /// True if a tool of known type is present but not yet engaged.
-  [[nodiscard]] bool waits() const noexcept { return !engaged_ && tool_present() && !type_.empty(); }
+  [[nodiscard]] bool can_engage() const noexcept { return !engaged_ && tool_present() && !type_.empty(); }
   /// True if the tool or adapter was mounted since the last engagement, so that its disks have to be turned to engage.
-  [[nodiscard]] bool fresh() const noexcept { return fresh_; }
-  /// Engages a tool that waits().
-  void engage(const Voice& voice) noexcept;
+  [[nodiscard]] bool newly_mounted() const noexcept { return newly_mounted_; }
+  /// Engages a tool that can_engage().
+  void engage(const EventPublisher& publisher) noexcept;
   void release() noexcept { engaged_ = false; }
 
   // The jaw: positions [rad], torque [N m]. A torque closes or opens the jaw to its stop.
@@ -43,7 +43,7 @@ class Instrument {
 
  private:
   double q_min_, q_max_, v_max_, a_max_, tau_max_;
-  bool adapter_ = true, tool_ = false, engaged_ = false, fresh_ = false, by_torque_ = false;
+  bool adapter_ = true, tool_ = false, engaged_ = false, newly_mounted_ = false, by_torque_ = false;
   Text type_;
   Trajectory path_;
   JointState measured_, setpoint_;  // one joint

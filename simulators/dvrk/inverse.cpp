@@ -9,7 +9,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr Eigen::Index kPlatform = 3, kPitch = 4, kYaw = 5, kRoll = 6;  // joint indices of an MTM's gimbal
 constexpr double kGoodPosition = 1e-5, kGoodOrientation = 1e-4;         // [m, rad]
-constexpr double kUnfit = 1e9;
+constexpr double kInfeasible = 1e9;
 
 double clamp(double x, double low, double high) noexcept { return std::min(std::max(x, low), high); }
 
@@ -27,7 +27,7 @@ bool good(const arm::Arm& model, const arm::IkResult& found) noexcept {
 
 /// Sets the last three joints of an MTM in q such that its handle has the orientation R, by the Euler angles
 ///   R_4H = Rz(q5) Ry(q6 - pi/2) Rz(q7 + pi/2),   q6 within +-pi/4, so that sin(q6 - pi/2) < 0.
-/// Returns |q6|, which is 0 for the most open gimbal; kUnfit if a joint is outside its limits.
+/// Returns |q6|, which is 0 for the most open gimbal; kInfeasible if a joint is outside its limits.
 double gimbal(arm::Arm& model, const Mat3& R, JointVector& q) noexcept {
   const double roll = q[kRoll];
   q.tail<3>().setZero();
@@ -41,7 +41,7 @@ double gimbal(arm::Arm& model, const Mat3& R, JointVector& q) noexcept {
   const double turned = std::atan2(-M(2, 1), M(2, 0)) - 0.5 * kPi;
   q[kRoll] = turned + 2.0 * kPi * std::nearbyint((roll - turned) / (2.0 * kPi));
   for (Eigen::Index k = kPitch; k <= kRoll; ++k) {
-    if (q[k] < model.q_min()[k] || q[k] > model.q_max()[k]) return kUnfit;
+    if (q[k] < model.q_min()[k] || q[k] > model.q_max()[k]) return kInfeasible;
   }
   return std::abs(q[kYaw]);
 }
@@ -50,7 +50,7 @@ double gimbal(arm::Arm& model, const Mat3& R, JointVector& q) noexcept {
 JointVector open_gimbal(arm::Arm& model, const Mat3& R, const JointVector& q) noexcept {
   constexpr int kSteps = 24;
   JointVector best = q;
-  double least = kUnfit;
+  double least = kInfeasible;
   for (int k = 0; k <= kSteps; ++k) {
     JointVector trial = q;
     trial[kPlatform] = model.q_min()[kPlatform] +

@@ -36,9 +36,9 @@ class Outbox {
 };
 
 /// Publisher of a component: sends its events to the outbox.
-class Voice {
+class EventPublisher {
  public:
-  Voice(Address from, Text name, Outbox& out) : from_(from), name_(name), out_(&out) {}
+  EventPublisher(Address from, Text name, Outbox& out) : from_(from), name_(name), out_(&out) {}
 
   /// Sets the time of the following events [s].
   void at(double t) noexcept { t_ = t; }
@@ -46,7 +46,7 @@ class Voice {
   [[nodiscard]] const Text& name() const noexcept { return name_; }
 
   // One function per payload; say() is for events without a payload.
-  void say(Topic topic) const noexcept { out_->send(event(topic)); }
+  void publish(Topic topic) const noexcept { out_->send(event(topic)); }
   void flag(Topic topic, bool flag) const noexcept {
     Event e = event(topic);
     e.flag = flag;
@@ -73,7 +73,7 @@ class Voice {
     out_->send(e);
   }
   /// A text of status, warning or error, sent as "NAME: words".
-  void words(Topic topic, const Text& words) const noexcept {
+  void message(Topic topic, const Text& words) const noexcept {
     Text text = name_;
     text << ": " << words.view();
     this->text(topic, text);

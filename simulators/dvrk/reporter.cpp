@@ -40,7 +40,7 @@ Wrench wrench_of(const Jacobian& J, const JointVector& tau) noexcept {
 
 void Reporter::measure(double gripper) noexcept {
   ArmState& state = arm_.state;
-  state.t = arm_.voice.t();
+  state.t = arm_.publisher.t();
   state.joints_valid = arm_.is_joint_ready();
   state.cartesian_valid = arm_.is_cartesian_ready();
   state.orientation_locked = controller_.orientation_locked();

@@ -36,9 +36,9 @@ void StateMachine::start() noexcept {
 }
 
 void StateMachine::publish() const noexcept {
-  arm_.voice.text(Topic::current_state, name_of(phase_));
-  arm_.voice.text(Topic::desired_state, name_of(desired_));
-  arm_.voice.operating(arm_.state.operating_state);
+  arm_.publisher.text(Topic::current_state, name_of(phase_));
+  arm_.publisher.text(Topic::desired_state, name_of(desired_));
+  arm_.publisher.operating(arm_.state.operating_state);
 }
 
 void StateMachine::fault(const Text& words) noexcept {

@@ -87,18 +87,18 @@ void StateMachine::run_homed(double dt) noexcept {
 // Engages a tool. The disks of a newly mounted tool are turned to and fro, unless the tool is past the cannula already.
 void StateMachine::engage() noexcept {
   Instrument& instrument = arm_.instrument;
-  if (!instrument.waits()) return;
-  if (!instrument.fresh()) return instrument.engage(arm_.voice);
+  if (!instrument.can_engage()) return;
+  if (!instrument.newly_mounted()) return instrument.engage(arm_.publisher);
   if (arm_.body->measured().q[kDisks - 1] < kPastCannula) return enter(Phase::engaging);
   arm_.status("tool tip is outside the cannula, assuming it doesn't need to \"engage\"");
-  instrument.engage(arm_.voice);
+  instrument.engage(arm_.publisher);
 }
 
 void StateMachine::run_engaging(double dt) noexcept {
-  if (!arm_.instrument.waits()) return enter(Phase::homed);  // the tool was removed
+  if (!arm_.instrument.can_engage()) return enter(Phase::homed);  // the tool was removed
   if (controller_.path_active()) return controller_.follow_path(dt, arm_.is_homed());
   if (engaging_ == static_cast<int>(kEngage.size())) {
-    arm_.instrument.engage(arm_.voice);
+    arm_.instrument.engage(arm_.publisher);
     return enter(Phase::homed);
   }
   JointVector goal = controller_.order().q;

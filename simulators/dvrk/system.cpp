@@ -35,7 +35,7 @@ void check(const SystemSpec& spec) {
 }  // namespace
 
 struct System::Impl {
-  explicit Impl(SystemSpec spec) : voice(Address{Kind::system, 0}, "system", out) {
+  explicit Impl(SystemSpec spec) : publisher(Address{Kind::system, 0}, "system", out) {
     check(spec);
     std::vector<Arm*> mtms;
     for (ArmSpec& arm : spec.arms) {
@@ -56,7 +56,7 @@ struct System::Impl {
                                               at_index(spec.camera_ecm));
     }
     console = std::make_unique<Console>(std::move(mtms), std::move(list), camera.get(), out);
-    voice.value(Topic::volume, audio.volume());
+    publisher.value(Topic::volume, audio.volume());
     for (auto& arm : arms) arm->start();
     for (auto& teleop : teleops) teleop->start();
     console->start();
@@ -67,7 +67,7 @@ struct System::Impl {
   void step() noexcept {
     ++ticks;
     const double now = static_cast<double>(ticks) * kTick;
-    voice.at(now);
+    publisher.at(now);
     for (auto& arm : arms) {
       arm->step(kTick);
       if (ticks % kArmTicks == 0) arm->run(now, kArmTicks * kTick);
@@ -82,7 +82,7 @@ struct System::Impl {
     const auto index = static_cast<std::size_t>(c.to.index);
     switch (c.to.kind) {
       case Kind::system:
-        return sound(c) || power(c.verb);
+        return apply_audio(c) || power(c.verb);
       case Kind::console:
       case Kind::footpedals:
         return console->apply(c);
@@ -94,10 +94,10 @@ struct System::Impl {
     return false;
   }
 
-  bool sound(const Command& c) noexcept {
-    if (c.verb == Verb::set_volume) return audio.set_volume(c.value, voice), true;
-    if (c.verb == Verb::beep) return audio.beep(c.position, voice), true;
-    if (c.verb == Verb::string_to_speech) return Audio::say(c.text, voice), true;
+  bool apply_audio(const Command& c) noexcept {
+    if (c.verb == Verb::set_volume) return audio.set_volume(c.value, publisher), true;
+    if (c.verb == Verb::beep) return audio.beep(c.position, publisher), true;
+    if (c.verb == Verb::string_to_speech) return Audio::say(c.text, publisher), true;
     return false;
   }
 
@@ -109,13 +109,13 @@ struct System::Impl {
     if (command.empty()) return false;
     Text words(command);
     words << " requested for every arm";
-    voice.words(Topic::status, words);
+    publisher.message(Topic::status, words);
     for (auto& arm : arms) arm->state_command(command);
     return true;
   }
 
   Outbox out;
-  Voice voice;
+  EventPublisher publisher;
   Audio audio;
   std::vector<std::string> arm_names, teleop_names;
   std::vector<std::unique_ptr<Arm>> arms;

@@ -33,7 +33,7 @@ Text joined(const Arm& mtm, const Arm& psm) noexcept {
 }  // namespace
 
 Teleop::Teleop(const TeleopSpec& spec, Arm& mtm, Arm& psm, Address at, Outbox& out)
-    : spec_(checked(spec)), mtm_(&mtm), psm_(&psm), voice_(at, joined(mtm, psm), out) {
+    : spec_(checked(spec)), mtm_(&mtm), psm_(&psm), publisher_(at, joined(mtm, psm), out) {
   state_.scale = spec_.scale;
   state_.current_state = state_.desired_state = name_of(Phase::disabled);
 }
@@ -44,18 +44,18 @@ std::string_view Teleop::name_of(Phase phase) noexcept {
 }
 
 void Teleop::start() noexcept {
-  voice_.text(Topic::teleop_desired_state, name_of(desired_));
-  voice_.text(Topic::teleop_current_state, name_of(phase_));
-  voice_.value(Topic::scale, spec_.scale);
-  voice_.button(Topic::rotation_locked, spec_.rotation_locked ? 1 : 0);
-  voice_.button(Topic::translation_locked, spec_.translation_locked ? 1 : 0);
-  voice_.flag(Topic::align_MTM, spec_.align_MTM);
+  publisher_.text(Topic::teleop_desired_state, name_of(desired_));
+  publisher_.text(Topic::teleop_current_state, name_of(phase_));
+  publisher_.value(Topic::scale, spec_.scale);
+  publisher_.button(Topic::rotation_locked, spec_.rotation_locked ? 1 : 0);
+  publisher_.button(Topic::translation_locked, spec_.translation_locked ? 1 : 0);
+  publisher_.flag(Topic::align_MTM, spec_.align_MTM);
   set_following(false);
 }
 
 void Teleop::error(const Text& words) noexcept {
   desired_ = Phase::disabled;
-  voice_.words(Topic::error, words);
+  publisher_.message(Topic::error, words);
 }
 
 bool Teleop::apply(const Command& c) noexcept {
@@ -71,15 +71,15 @@ bool Teleop::apply(const Command& c) noexcept {
       return true;
     case Verb::lock_translation:
       spec_.translation_locked = c.flag;
-      voice_.button(Topic::translation_locked, c.flag ? 1 : 0);
-      catch_poses();
+      publisher_.button(Topic::translation_locked, c.flag ? 1 : 0);
+      store_reference_poses();
       return true;
     case Verb::set_align_MTM:
       set_align(c.flag);
       return true;
     case Verb::following_mtm_body_servo_cf:
       if (!c.F.f.allFinite() || !c.F.t.allFinite()) {
-        voice_.words(Topic::warning, "following/mtm/body/servo_cf refused: it needs finite numbers");
+        publisher_.message(Topic::warning, "following/mtm/body/servo_cf refused: it needs finite numbers");
         return true;
       }
       F_user_ = c.F;
@@ -96,46 +96,46 @@ void Teleop::state_command(std::string_view command) noexcept {
   if (command == "align_MTM") return set_desired(Phase::aligning_mtm);
   Text words(command);
   words << " doesn't seem to be a valid state_command (enable, disable or align_MTM)";
-  voice_.words(Topic::warning, words);
+  publisher_.message(Topic::warning, words);
 }
 
 void Teleop::set_desired(Phase phase) noexcept {
   const bool same = phase == desired_;
   desired_ = phase;
   state_.desired_state = name_of(phase);
-  voice_.text(Topic::teleop_desired_state, name_of(phase));
+  publisher_.text(Topic::teleop_desired_state, name_of(phase));
   if (same) return;
   active_ = false;  // the operator has to show readiness again
   Text words("set desired state to ");
   words << name_of(phase);
-  voice_.words(Topic::status, words);
+  publisher_.message(Topic::status, words);
 }
 
 void Teleop::set_scale(double scale) noexcept {
   if (!(scale > 0.0) || !std::isfinite(scale) || scale > 1e3) {
     Text words("set_scale, scale must be above 0 and finite, received ");
     words << scale;
-    return voice_.words(Topic::warning, words);
+    return publisher_.message(Topic::warning, words);
   }
   spec_.scale = state_.scale = scale;
-  voice_.value(Topic::scale, scale);
-  catch_poses();
+  publisher_.value(Topic::scale, scale);
+  store_reference_poses();
 }
 
 void Teleop::lock_rotation(bool lock) noexcept {
   spec_.rotation_locked = lock;
-  voice_.button(Topic::rotation_locked, lock ? 1 : 0);
+  publisher_.button(Topic::rotation_locked, lock ? 1 : 0);
   if (!lock) {  // the MTM may have been turned, so it has to be aligned again
     set_following(false);
     return enter(Phase::disabled);
   }
-  catch_poses();
+  store_reference_poses();
   if (phase_ == Phase::enabled) mtm_->controller().lock_orientation(mtm_->state().measured_cp.R);
 }
 
 void Teleop::set_align(bool align) noexcept {
   spec_.align_MTM = align;
-  voice_.flag(Topic::align_MTM, align);
+  publisher_.flag(Topic::align_MTM, align);
   if (phase_ != Phase::enabled) return;
   set_following(false);
   enter(Phase::disabled);
@@ -143,11 +143,11 @@ void Teleop::set_align(bool align) noexcept {
 
 void Teleop::set_following(bool following) noexcept {
   state_.following = following;
-  voice_.flag(Topic::following, following);
+  publisher_.flag(Topic::following, following);
   F_user_valid_ = false;  // a transition ends an earlier wrench
 }
 
-void Teleop::catch_poses() noexcept {
+void Teleop::store_reference_poses() noexcept {
   X_mtm0_ = mtm_->state().measured_cp;
   X_psm0_ = psm_->state().setpoint_cp;
   state_.alignment_offset = R_offset0_ = X_mtm0_.R.transpose() * X_psm0_.R;
@@ -158,7 +158,7 @@ void Teleop::clutch(int button) noexcept {
   clutched_ = button == 1;
   if (desired_ != Phase::enabled) return;
   if (clutched_) return press_clutch();
-  voice_.words(Topic::status, "console clutch released");
+  publisher_.message(Topic::status, "console clutch released");
   back_from_clutch_ = true;
   jaw_caught_up_ = false;
   enter(Phase::setting_arms_state);
@@ -169,7 +169,7 @@ void Teleop::clutch(int button) noexcept {
 void Teleop::press_clutch() noexcept {
   active_before_clutch_ = active_;
   set_following(false);
-  voice_.words(Topic::status, "console clutch pressed");
+  publisher_.message(Topic::status, "console clutch pressed");
   mtm_->controller().body_servo_cf({});
   mtm_->controller().use_gravity_compensation(true);
   if (spec_.align_MTM || spec_.rotation_locked) {
@@ -191,15 +191,15 @@ double Teleop::gripper_of(double jaw) const noexcept {
 }
 
 void Teleop::enter(Phase phase) noexcept {
-  const bool news = phase != phase_;
+  const bool changed = phase != phase_;
   phase_ = phase;
   in_phase_ = 0.0;
   state_.current_state = name_of(phase);
-  if (news) {
-    voice_.text(Topic::teleop_current_state, name_of(phase));
+  if (changed) {
+    publisher_.text(Topic::teleop_current_state, name_of(phase));
     Text words("current state is ");
     words << name_of(phase);
-    voice_.words(Topic::status, words);
+    publisher_.message(Topic::status, words);
   }
   switch (phase) {
     case Phase::disabled:
@@ -212,7 +212,7 @@ void Teleop::enter(Phase phase) noexcept {
       }
       break;
     case Phase::aligning_mtm:
-      voice_.value(Topic::scale, spec_.scale);
+      publisher_.value(Topic::scale, spec_.scale);
       since_goal_ = kInfinity;
       if (!spec_.align_MTM) mtm_->controller().move_cp(mtm_->state().setpoint_cp);
       if (back_from_clutch_) active_ = active_before_clutch_;
@@ -227,9 +227,9 @@ void Teleop::enter(Phase phase) noexcept {
 }
 
 void Teleop::enter_enabled() noexcept {
-  catch_poses();
+  store_reference_poses();
   jaw_caught_up_ = false;
-  ghost_ = gripper_of(psm_->state().jaw_setpoint_js.q[0]);
+  limited_gripper_ = gripper_of(psm_->state().jaw_setpoint_js.q[0]);
   mtm_->controller().use_gravity_compensation(true);
   mtm_->controller().body_servo_cf({});
   if (spec_.rotation_locked) {

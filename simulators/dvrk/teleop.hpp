@@ -21,7 +21,7 @@ class Teleop {
   void state_command(std::string_view command) noexcept;  ///< enable, disable or align_MTM
   void set_scale(double scale) noexcept;
 
-  [[nodiscard]] const Text& name() const noexcept { return voice_.name(); }
+  [[nodiscard]] const Text& name() const noexcept { return publisher_.name(); }
   [[nodiscard]] const TeleopState& state() const noexcept { return state_; }
 
  private:
@@ -31,7 +31,7 @@ class Teleop {
   void set_desired(Phase phase) noexcept;
   void enter(Phase phase) noexcept;
   void enter_enabled() noexcept;
-  void watch() noexcept;
+  void check_arms() noexcept;
   void wait_for_arms() noexcept;
   void align() noexcept;
   void watch_operator() noexcept;
@@ -39,7 +39,7 @@ class Teleop {
   void follow_jaw(double dt) noexcept;
   void set_following(bool following) noexcept;
   void press_clutch() noexcept;
-  void catch_poses() noexcept;
+  void store_reference_poses() noexcept;
   void lock_rotation(bool lock) noexcept;
   void set_align(bool align) noexcept;
   void error(const Text& words) noexcept;
@@ -48,7 +48,7 @@ class Teleop {
 
   TeleopSpec spec_;
   Arm *mtm_, *psm_;
-  Voice voice_;
+  EventPublisher publisher_;
   TeleopState state_;
   Phase phase_ = Phase::disabled, desired_ = Phase::disabled;
   double in_phase_ = 0.0, since_goal_ = 0.0;
@@ -60,7 +60,7 @@ class Teleop {
   Mat3 R_offset0_ = Mat3::Identity();
   Wrench F_user_;  ///< following/mtm/body/servo_cf
   bool F_user_valid_ = false;
-  double ghost_ = 0.0;  ///< rate-limited gripper angle, which the jaw follows [rad]
+  double limited_gripper_ = 0.0;  ///< rate-limited gripper angle, which the jaw follows [rad]
   bool jaw_caught_up_ = false;
 };
 

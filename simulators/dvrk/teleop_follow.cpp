@@ -6,9 +6,9 @@
 namespace palpate::dvrk {
 namespace {
 
-constexpr double kPatience = 60.0;     // [s] timeout for homing the arms
-constexpr double kAlignPeriod = 0.01;  // [s] between two goals for the MTM
-constexpr double kRemind = 2.0;        // [s] between two warnings about alignment or readiness
+constexpr double kHomingTimeout = 60.0;  // [s] timeout for homing the arms
+constexpr double kAlignPeriod = 0.01;    // [s] between two goals for the MTM
+constexpr double kRemind = 2.0;          // [s] between two warnings about alignment or readiness
 
 double angle(const Mat3& R) noexcept { return Eigen::AngleAxisd(R).angle(); }
 
@@ -17,11 +17,11 @@ Mat3 normalised(const Mat3& R) noexcept { return Eigen::Quaterniond(R).normalize
 }  // namespace
 
 void Teleop::run(double t, double dt) noexcept {
-  voice_.at(t);
+  publisher_.at(t);
   state_.t = t;
   in_phase_ += dt;
   since_goal_ += dt;
-  watch();
+  check_arms();
   switch (phase_) {
     case Phase::disabled:
       if (desired_ != Phase::disabled) enter(Phase::setting_arms_state);
@@ -45,11 +45,11 @@ void Teleop::run(double t, double dt) noexcept {
 }
 
 // Ends the teleoperation after an error of an arm, if an arm is no longer ready, or on command.
-void Teleop::watch() noexcept {
+void Teleop::check_arms() noexcept {
   for (auto [arm, seen] : {std::pair{mtm_, &mtm_errors_}, std::pair{psm_, &psm_errors_}}) {
-    const bool news = arm->errors() != *seen;
+    const bool has_new_error = arm->errors() != *seen;
     *seen = arm->errors();
-    if (!news || phase_ == Phase::disabled) continue;
+    if (!has_new_error || phase_ == Phase::disabled) continue;
     Text words("received from arm [");
     words << arm->spec().name << ": " << arm->last_error().view() << "]";
     error(words);
@@ -66,7 +66,7 @@ void Teleop::watch() noexcept {
 
 void Teleop::wait_for_arms() noexcept {
   if (psm_->ready() && mtm_->ready()) return enter(Phase::aligning_mtm);
-  if (in_phase_ <= kPatience) return;
+  if (in_phase_ <= kHomingTimeout) return;
   if (!psm_->ready()) error("timed out while setting up PSM state");
   if (!mtm_->ready()) error("timed out while setting up MTM state");
 }
@@ -88,10 +88,10 @@ void Teleop::align() noexcept {
   }
   if (in_phase_ <= kRemind) return;
   in_phase_ = 0.0;
-  if (off < spec_.orientation_tolerance) return voice_.words(Topic::warning, "pinch/twist MTM gripper a bit");
+  if (off < spec_.orientation_tolerance) return publisher_.message(Topic::warning, "pinch/twist MTM gripper a bit");
   Text words("unable to align MTM, angle error is ");
   words << off * 180.0 / std::numbers::pi << " (deg)";
-  voice_.words(Topic::warning, words);
+  publisher_.message(Topic::warning, words);
 }
 
 void Teleop::watch_operator() noexcept {
@@ -120,16 +120,16 @@ void Teleop::follow() noexcept {
   psm_->controller().servo_cp(goal, V);
 }
 
-// Moves the jaw according to a rate-limited copy of the gripper angle (ghost_).
+// Moves the jaw according to a rate-limited copy of the gripper angle (limited_gripper_).
 void Teleop::follow_jaw(double dt) noexcept {
-  const double gap = mtm_->state().gripper.q[0] - ghost_;
+  const double gap = mtm_->state().gripper.q[0] - limited_gripper_;
   if (std::abs(gap) < spec_.jaw_caught_up) jaw_caught_up_ = true;
   const double reach = (jaw_caught_up_ ? spec_.jaw_rate : spec_.jaw_rate_after_clutch) * dt;
-  ghost_ += std::clamp(gap, -reach, reach);
-  double jaw = jaw_of(ghost_);
+  limited_gripper_ += std::clamp(gap, -reach, reach);
+  double jaw = jaw_of(limited_gripper_);
   if (jaw < psm_->instrument().q_min()) {
     jaw = psm_->instrument().q_min();
-    ghost_ = gripper_of(jaw);
+    limited_gripper_ = gripper_of(jaw);
   }
   psm_->controller().jaw_servo_jp(jaw);
 }

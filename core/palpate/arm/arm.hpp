@@ -39,7 +39,7 @@ struct Counterbalance {
 class Arm {
  public:
   explicit Arm(std::unique_ptr<Mechanism> mechanism);
-  /// Throws std::runtime_error naming the file, the frame or joint, and the mend.
+  /// Throws std::runtime_error naming the file, the frame or joint, and the remedy.
   /// The arm is the chain from base to tip; other joints (jaws, drawn parallelograms) stay at zero.
   static Arm from_urdf(const std::string& xml, const std::string& base_frame, const std::string& tip_frame);
 

@@ -54,8 +54,8 @@ void Reader::done() const {
   }
 }
 
-void Reader::require(bool good, const std::string& what, const std::string& mend) const {
-  if (!good) throw std::runtime_error("device " + kind_ + ": " + what + " (" + mend + ")");
+void Reader::require(bool good, const std::string& what, const std::string& remedy) const {
+  if (!good) throw std::runtime_error("device " + kind_ + ": " + what + " (" + remedy + ")");
 }
 
 }  // namespace palpate::arm

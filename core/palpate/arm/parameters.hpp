@@ -19,7 +19,7 @@ class Reader {
   /// Throws when a name was given that nobody asked for.
   void done() const;
   /// Throws std::runtime_error unless `good`.
-  void require(bool good, const std::string& what, const std::string& mend) const;
+  void require(bool good, const std::string& what, const std::string& remedy) const;
 
  private:
   [[nodiscard]] const double* find(const std::string& name, const std::string& meaning);

@@ -5,7 +5,7 @@
 
 namespace palpate::arm {
 
-/// Throws std::runtime_error naming the frame or joint, and the mend.
+/// Throws std::runtime_error naming the frame or joint, and the remedy.
 /// The arm is the chain from base to tip; other joints (jaws, drawn parallelograms) stay at zero.
 [[nodiscard]] std::unique_ptr<Mechanism> serial_arm(const std::string& xml, const std::string& base_frame,
                                                     const std::string& tip_frame);

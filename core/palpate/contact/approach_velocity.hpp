@@ -12,7 +12,7 @@
 namespace palpate::contact {
 
 /// Normal against the approach velocity; see the top of this file.
-class ApproachVelocity final : public Rule {
+class ApproachVelocity final : public NormalRule {
  public:
   void free(const Vec3& v_OT) override {
     if (v_OT.squaredNorm() > 0.0) n_ = -v_OT.normalized();

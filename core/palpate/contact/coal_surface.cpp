@@ -24,11 +24,11 @@ CoalSurface::CoalSurface(double radius) : sphere_(std::make_unique<Sphere>(radiu
 CoalSurface::~CoalSurface() = default;
 
 void CoalSurface::prepare(const scene::Snapshot& scene) {
-  const auto there = [&scene](std::uint64_t id) {
+  const auto in_scene = [&scene](std::uint64_t id) {
     return std::any_of(scene.objects.begin(), scene.objects.end(),
                        [id](const scene::Object& o) { return o.surface->id() == id; });
   };
-  std::erase_if(trees_, [&](const auto& tree) { return !there(tree.first); });
+  std::erase_if(trees_, [&](const auto& tree) { return !in_scene(tree.first); });
 
   for (const scene::Object& object : scene.objects) {
     const scene::Mesh* mesh = object.surface->mesh();
@@ -51,15 +51,15 @@ void CoalSurface::prepare(const scene::Snapshot& scene) {
     for (std::size_t i = 0; i < triangles.size(); i += 3) {
       faces.emplace_back(triangles[i], triangles[i + 1], triangles[i + 2]);
     }
-    auto grown = std::make_unique<Tree>();
-    grown->beginModel(static_cast<unsigned>(faces.size()), static_cast<unsigned>(points.size()));
-    grown->addSubModel(points, faces);
-    grown->endModel();
+    auto new_tree = std::make_unique<Tree>();
+    new_tree->beginModel(static_cast<unsigned>(faces.size()), static_cast<unsigned>(points.size()));
+    new_tree->addSubModel(points, faces);
+    new_tree->endModel();
     for (const coal::Triangle& f : faces) {
       const Vec3 normal = (points[f[1]] - points[f[0]]).cross(points[f[2]] - points[f[0]]);
-      grown->face_normals.push_back(normal.squaredNorm() > 0.0 ? normal.normalized() : Vec3::Zero());
+      new_tree->face_normals.push_back(normal.squaredNorm() > 0.0 ? normal.normalized() : Vec3::Zero());
     }
-    tree = std::move(grown);
+    tree = std::move(new_tree);
   }
 }
 

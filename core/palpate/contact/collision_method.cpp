@@ -24,9 +24,9 @@ CollisionMethod::CollisionMethod(const Options& options, MakeRule make_rule)
       make_rule_(make_rule) {}
 
 void CollisionMethod::reset() noexcept {
-  instant_ = -1.0;
+  collision_index_ = -1.0;
   ++request_.epoch;
-  shown_ = Answer{};
+  current_answer_ = Answer{};
   set_.size = 0;
 }
 
@@ -36,19 +36,19 @@ const ContactSet& CollisionMethod::step(const scene::Snapshot& scene, const Vec3
   if (!p_WT.allFinite() || !v_WT.allFinite()) {
     return set_;
   }
-  const double instant = std::floor(t * rate_ + 1e-6);  // 1e-6 tolerates rounding of t * rate
-  if (instant != instant_) {
-    instant_ = instant;
+  const double collision_index = std::floor(t * rate_ + 1e-6);  // 1e-6 tolerates rounding of t * rate
+  if (collision_index != collision_index_) {
+    collision_index_ = collision_index;
     const Answer& newest = answers_.read();
-    shown_ = newest.epoch == request_.epoch ? newest : Answer{};
+    current_answer_ = newest.epoch == request_.epoch ? newest : Answer{};
     request_.p_WT = p_WT;
     request_.v_WT = v_WT;
     request_.t = t;
     ++request_.number;
     requests_.write(request_);
   }
-  for (int i = 0; i < shown_.size; ++i) {
-    const Found& f = shown_.found[static_cast<std::size_t>(i)];
+  for (int i = 0; i < current_answer_.size; ++i) {
+    const ContactPlane& f = current_answer_.planes[static_cast<std::size_t>(i)];
     const auto index = static_cast<std::size_t>(f.object);
     if (index >= scene.objects.size() || scene.objects[index].surface->id() != f.mesh) {
       continue;
@@ -100,7 +100,7 @@ void CollisionMethod::collide(const scene::Snapshot& scene) {
   for (std::size_t i = 0; i < scene.objects.size() && answer.size < kMaxContacts; ++i) {
     const scene::Object& object = scene.objects[i];
     const std::uint64_t mesh = object.surface->id();
-    std::unique_ptr<Rule>& rule = rules_[{i, mesh}];
+    std::unique_ptr<NormalRule>& rule = rules_[{i, mesh}];
     if (!rule) {
       rule = make_rule_();
     }
@@ -113,7 +113,7 @@ void CollisionMethod::collide(const scene::Snapshot& scene) {
       continue;
     }
     const algorithm1::Plane plane = rule->touch({points, p_OT, radius_});
-    answer.found[static_cast<std::size_t>(answer.size++)] = {static_cast<int>(i), mesh, plane};
+    answer.planes[static_cast<std::size_t>(answer.size++)] = {static_cast<int>(i), mesh, plane};
   }
   answers_.write(answer);
 }

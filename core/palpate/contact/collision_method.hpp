@@ -1,5 +1,5 @@
 // The paper's pipeline, for comparison: Algorithm 1 on Coal's collision points, at two rates as in the authors' nodes.
-// Its methods differ only in the source of the normal, a Rule.
+// Its methods differ only in the source of the normal, a NormalRule.
 //
 // collide() computes lines 2-5 at Options::collision_rate. step() computes lines 5-8 at the rate of the cycle, with the
 // newest tool position. The delay between them is one collision period: at each collision instant k / collision_rate,
@@ -28,20 +28,20 @@ struct Collision {
 
 /// Lines 3-5 of Algorithm 1 for one object. A rule may have a state. It is called at collision instants, outside of the
 /// cycle.
-class Rule {
+class NormalRule {
  public:
-  virtual ~Rule() = default;
+  virtual ~NormalRule() = default;
   /// Called at an instant without collision. v_OT: velocity of the tool relative to the object, in O [m/s].
   virtual void free(const Vec3& v_OT) = 0;
   /// Returns the contact plane for a collision. A zero normal means that the rule cannot determine it: no force.
   virtual algorithm1::Plane touch(const Collision& collision) = 0;
 };
 
-/// Contact method with a Rule per object; see the top of this file.
+/// Contact method with a NormalRule per object; see the top of this file.
 class CollisionMethod final : public Method {
  public:
   /// Makes a new rule for one object.
-  using MakeRule = std::unique_ptr<Rule> (*)();
+  using MakeRule = std::unique_ptr<NormalRule> (*)();
   CollisionMethod(const Options& options, MakeRule make_rule);
 
   void reset() noexcept override;
@@ -59,23 +59,23 @@ class CollisionMethod final : public Method {
     std::uint64_t epoch = 0;   ///< number of reset() calls: answers to requests from before a reset are discarded
   };
   /// Contact plane of one object.
-  struct Found {
+  struct ContactPlane {
     int object = -1;          ///< index of the object in the snapshot
     std::uint64_t mesh = 0;   ///< id of the mesh; a plane is discarded when its object has left the scene
     algorithm1::Plane plane;  ///< expressed in O, so that it moves with the object
   };
   /// Result of collide(): the first `size` planes are valid.
   struct Answer {
-    std::array<Found, kMaxContacts> found;
+    std::array<ContactPlane, kMaxContacts> planes;
     int size = 0;
     std::uint64_t epoch = 0;
   };
 
   // Used by step().
   double rate_;
-  double instant_ = -1.0;  // number of the present collision instant, counted from t = 0; negative: none yet
+  double collision_index_ = -1.0;  // number of the present collision instant, counted from t = 0; negative: none yet
   Request request_;
-  Answer shown_;
+  Answer current_answer_;
   ContactSet set_;
   Mailbox<Request> requests_;
   Mailbox<Answer> answers_;
@@ -84,7 +84,7 @@ class CollisionMethod final : public Method {
   double radius_;
   CoalSurface surface_;
   MakeRule make_rule_;
-  std::map<std::pair<std::size_t, std::uint64_t>, std::unique_ptr<Rule>> rules_;  // by object index and mesh id
+  std::map<std::pair<std::size_t, std::uint64_t>, std::unique_ptr<NormalRule>> rules_;  // by object index and mesh id
   std::uint64_t answered_ = 0, epoch_ = 0;
 };
 

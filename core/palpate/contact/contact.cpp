@@ -26,7 +26,7 @@ std::unique_ptr<Method> make(const Options& options) {
 }
 
 template <class R>
-std::unique_ptr<Rule> make_rule() {
+std::unique_ptr<NormalRule> make_rule() {
   return std::make_unique<R>();
 }
 
@@ -55,8 +55,8 @@ std::vector<std::string> methods() {
 }
 
 Vec3 Sphere::centre(double jaw) const noexcept {
-  const double length = turn.norm();
-  return length > 0.0 ? Vec3(hinge + Eigen::AngleAxisd(length * jaw, turn / length) * (p - hinge)) : p;
+  const double length = axis.norm();
+  return length > 0.0 ? Vec3(hinge + Eigen::AngleAxisd(length * jaw, axis / length) * (p - hinge)) : p;
 }
 
 std::unique_ptr<Method> make_method(std::string_view name, const Options& options) {

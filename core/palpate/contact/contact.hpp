@@ -18,7 +18,7 @@ struct Sphere {
   Vec3 p = Vec3::Zero();      ///< centre of the sphere in the frame of the link, with closed jaws [m]
   double radius = 0.002;      ///< radius of the sphere [m]
   Vec3 hinge = Vec3::Zero();  ///< point on the axis of a jaw, in the frame of the link [m]
-  Vec3 turn = Vec3::Zero();   ///< axis of a jaw times rotation per jaw angle, in the link's frame; zero: no jaw [-]
+  Vec3 axis = Vec3::Zero();   ///< axis of a jaw times rotation per jaw angle, in the link's frame; zero: no jaw [-]
 
   /// Centre of the sphere in the frame of the link, for the jaw angle `jaw` [rad].
   [[nodiscard]] Vec3 centre(double jaw) const noexcept;
@@ -30,7 +30,7 @@ struct Options {
   double release = 0.05;        ///< `proxy`: deflection that releases a tool that passed through a closed object [m]
   double collision_rate = 250;  ///< rate of the collision thread, for the paper's methods [Hz]
   std::vector<Sphere> spheres;  ///< spheres of the tool in addition to the SPR
-  bool real = false;            ///< true: the tool touches the real objects instead of the virtual ones
+  bool real_objects = false;    ///< true: the tool touches the real objects instead of the virtual ones
 };
 
 /// Interface of a contact method for one sphere. A method may have a state, for example the side from which the sphere
@@ -48,7 +48,7 @@ class Method {
   /// For verification only, because it allocates: each step appends the positions through which the proxies move to
   /// `path`, in the frames of their objects [m]. A null pointer ends the recording. A method that does not record is
   /// assumed to move its proxies in straight lines.
-  virtual void watch(std::vector<Vec3>* /*path*/) {}
+  virtual void record_path(std::vector<Vec3>* /*path*/) {}
 
   /// True for a method whose collision detection allocates and cannot run in step(). step() then posts a request, and
   /// collide() answers it. The owner of the loop calls collide(): after each step() in lockstep, and in a separate

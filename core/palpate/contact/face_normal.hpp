@@ -13,7 +13,7 @@
 namespace palpate::contact {
 
 /// Mean of the face normals; see the top of this file.
-class FaceNormal final : public Rule {
+class FaceNormal final : public NormalRule {
  public:
   void free(const Vec3& /*v_OT*/) override { n_.setZero(); }
   algorithm1::Plane touch(const Collision& c) override {

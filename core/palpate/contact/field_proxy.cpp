@@ -15,53 +15,53 @@ constexpr double kTouch = 1e-4;     // [r] tolerance of the clearance r: roundin
 constexpr double kShort = 1.5;      // [r] a shorter path crosses nothing when both ends are r away; 2 is the limit
 constexpr double kSameFace = 0.7;   // smallest cosine between normals that may follow each other within one tick
 constexpr double kTrust = 0.9;      // factor on two overlapping clearances: the distances of a grid are not exact
-constexpr double kLost = 0.5;       // cosine: a wall whose normal turned by more is another wall
+constexpr double kSameWall = 0.5;   // cosine: a wall whose normal turned by more is another wall
 constexpr double kEscape = 0.25;    // [r] step of a proxy whose centre is inside a second wall
 constexpr double kWallRange = 2.0;  // [r] nearer walls constrain the proxy
 
 }  // namespace
 
-FieldProxy::Touch FieldProxy::step(const scene::Surface& surface, const Vec3& g, double radius,
-                                   double release) noexcept {
+FieldProxy::ProxyContact FieldProxy::step(const scene::Surface& surface, const Vec3& g, double radius,
+                                          double release) noexcept {
   surface_ = &surface;
   radius_ = radius;
   tool_ = surface.nearest(g);
-  const bool gone_through = touching_ && (centre_ - g).squaredNorm() > release * release && tool_.distance > radius;
-  if (surface_id_ != surface.id() || gone_through) place(g);
-  if (free_at(g)) return {};
-  if (settles_above(g)) {
+  const bool passed_through = touching_ && (centre_ - g).squaredNorm() > release * release && tool_.distance > radius;
+  if (surface_id_ != surface.id() || passed_through) initialise(g);
+  if (follow_free_tool(g)) return {};
+  if (project_tool(g)) {
     const double depth = radius - tool_.distance;
     return {true, depth * tool_.normal, tool_.normal, depth};
   }
   const bool settled = relax(g);
-  if (settled && settles_above(g)) {
+  if (settled && project_tool(g)) {
     const double depth = radius - tool_.distance;
     return {true, depth * tool_.normal, tool_.normal, depth};
   }
   if (settled || active_.active > 0) touching_ = active_.active > 0;
   if (!touching_) started_inside_ = false;
-  return touching_ ? held(g) : Touch();
+  return touching_ ? contact_from_deflection(g) : ProxyContact();
 }
 
 /// Places the proxy for a new surface: at the tool, or at the nearest point outside.
-void FieldProxy::place(const Vec3& g) noexcept {
+void FieldProxy::initialise(const Vec3& g) noexcept {
   surface_id_ = surface_->id();
   walls_ = 0;
   active_ = Projection();
   started_inside_ = tool_.distance < 0.0;
   touching_ = tool_.distance < radius_;
-  go_to(touching_ ? Vec3(tool_.point + radius_ * tool_.normal) : g);
+  set_centre(touching_ ? Vec3(tool_.point + radius_ * tool_.normal) : g);
 }
 
 /// Sets the centre and finds its nearest surface point.
-void FieldProxy::go_to(const Vec3& centre) noexcept {
+void FieldProxy::set_centre(const Vec3& centre) noexcept {
   centre_ = centre;
   near_ = surface_->nearest(centre);
 }
 
 /// Moves the proxy to a tool that is free, if the clearances of both cover the path between them. Returns false
 /// otherwise.
-bool FieldProxy::free_at(const Vec3& g) noexcept {
+bool FieldProxy::follow_free_tool(const Vec3& g) noexcept {
   if (tool_.distance < radius_ || near_.distance <= 0.0) return false;
   if ((g - centre_).norm() > kTrust * (tool_.distance + near_.distance)) return false;
   centre_ = g;
@@ -73,19 +73,19 @@ bool FieldProxy::free_at(const Vec3& g) noexcept {
 
 /// Moves the proxy to the point r above the surface point nearest to the tool, if this point is on the proxy's side and
 /// the sphere fits there. Returns false otherwise.
-bool FieldProxy::settles_above(const Vec3& g) noexcept {
+bool FieldProxy::project_tool(const Vec3& g) noexcept {
   const double depth = radius_ - tool_.distance;
   if (!(depth > 0.0)) return false;
   const Vec3 above = g + depth * tool_.normal;
   if ((above - centre_).norm() > kShort * radius_ || near_.distance < (1.0 - kTouch) * radius_) return false;
   if (tool_.normal.dot(near_.normal) < kSameFace) return false;
-  const scene::Nearest there = surface_->nearest(above);
-  if (there.distance < (1.0 - kTouch) * radius_) return false;  // another wall is in the way
+  const scene::Nearest nearest = surface_->nearest(above);
+  if (nearest.distance < (1.0 - kTouch) * radius_) return false;  // another wall is in the way
   centre_ = above;
-  near_ = there;
+  near_ = nearest;
   touching_ = true;
   walls_ = 0;
-  meet(there);
+  add_wall(nearest);
   return true;
 }
 
@@ -93,7 +93,7 @@ bool FieldProxy::settles_above(const Vec3& g) noexcept {
 bool FieldProxy::relax(const Vec3& g) noexcept {
   for (int step = 0; step < kSteps; ++step) {
     follow_walls();
-    if (near_.distance < kWallRange * radius_) meet(near_);
+    if (near_.distance < kWallRange * radius_) add_wall(near_);
     for (int i = 0; i < walls_; ++i) {
       const Vec3 out = centre_ - wall_[to_index(i)].q;
       const double distance = out.norm();
@@ -103,31 +103,32 @@ bool FieldProxy::relax(const Vec3& g) noexcept {
     }
     active_ = project(half_space_.data(), walls_, g, kSlack * radius_);
     if (!active_.feasible) return false;  // the walls have no common point: the proxy stays where it is
-    const Vec3 way = active_.x - centre_;
-    const double length = way.norm();
+    const Vec3 displacement = active_.x - centre_;
+    const double length = displacement.norm();
     if (length <= kSettled * radius_) {
       keep_active();
       return true;
     }
     const double safe = near_.distance > 0.0 ? 0.5 * near_.distance : kEscape * radius_;
-    go_to(centre_ + way * std::min(1.0, safe / length));
+    set_centre(centre_ + displacement * std::min(1.0, safe / length));
   }
   return false;
 }
 
 /// Stores a wall: in place of the same wall found earlier, or of the farthest one when there are too many.
-void FieldProxy::meet(const scene::Nearest& near) noexcept {
-  int place = walls_;
+void FieldProxy::add_wall(const scene::Nearest& near) noexcept {
+  int slot = walls_;
   for (int i = 0; i < walls_; ++i)
-    if ((wall_[to_index(i)].q - near.point).norm() < 0.01 * radius_ && wall_[to_index(i)].n.dot(near.normal) > kLost)
-      place = i;
-  if (place == kMaxHalfSpaces) {
-    place = 0;
+    if ((wall_[to_index(i)].q - near.point).norm() < 0.01 * radius_ &&
+        wall_[to_index(i)].n.dot(near.normal) > kSameWall)
+      slot = i;
+  if (slot == kMaxHalfSpaces) {
+    slot = 0;
     for (int i = 1; i < walls_; ++i)
-      if ((wall_[to_index(i)].q - centre_).norm() > (wall_[to_index(place)].q - centre_).norm()) place = i;
+      if ((wall_[to_index(i)].q - centre_).norm() > (wall_[to_index(slot)].q - centre_).norm()) slot = i;
   }
-  walls_ = std::max(walls_, place + 1);
-  wall_[to_index(place)] = {near.point, near.normal};
+  walls_ = std::max(walls_, slot + 1);
+  wall_[to_index(slot)] = {near.point, near.normal};
 }
 
 /// Updates the nearest point of each wall, which is searched from the projection of the centre onto the wall's plane.
@@ -137,9 +138,9 @@ void FieldProxy::follow_walls() noexcept {
   for (int i = 0; i < walls_; ++i) {
     const Wall& wall = wall_[to_index(i)];
     const Vec3 foot = centre_ - wall.n * wall.n.dot(centre_ - wall.q);
-    const scene::Nearest there = surface_->nearest(foot);
-    if (there.normal.dot(wall.n) < kLost) continue;
-    wall_[to_index(kept++)] = {there.point, there.normal};
+    const scene::Nearest nearest = surface_->nearest(foot);
+    if (nearest.normal.dot(wall.n) < kSameWall) continue;
+    wall_[to_index(kept++)] = {nearest.point, nearest.normal};
   }
   walls_ = kept;
 }
@@ -153,7 +154,7 @@ void FieldProxy::keep_active() noexcept {
 }
 
 /// Contact of a proxy that is held by walls or still moving: the deflection to its present position.
-FieldProxy::Touch FieldProxy::held(const Vec3& g) const noexcept {
+FieldProxy::ProxyContact FieldProxy::contact_from_deflection(const Vec3& g) const noexcept {
   const Vec3 delta = centre_ - g;
   const double depth = delta.norm();
   if (!(depth > 0.0)) return {};

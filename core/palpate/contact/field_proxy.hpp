@@ -27,13 +27,13 @@ namespace palpate::contact {
 /// Proxy of one surface. All vectors are expressed in the object's frame O.
 class FieldProxy {
  public:
-  using Touch = ObjectProxy::Touch;
+  using ProxyContact = ObjectProxy::ProxyContact;
 
   /// Discards the state: the next step() places the proxy anew.
   void reset() noexcept { surface_id_ = 0; }
   /// Moves the proxy towards the tool at g [m] and returns the contact. radius: radius of the sphere [m]. release:
   /// deflection that releases a tool that has passed through the object [m].
-  Touch step(const scene::Surface& surface, const Vec3& g, double radius, double release) noexcept;
+  ProxyContact step(const scene::Surface& surface, const Vec3& g, double radius, double release) noexcept;
   /// True if the proxy started with the tool inside the object, until the tool is free.
   [[nodiscard]] bool started_inside() const noexcept { return started_inside_; }
 
@@ -43,15 +43,15 @@ class FieldProxy {
     Vec3 q = Vec3::Zero(), n = Vec3::Zero();
   };
 
-  void place(const Vec3& g) noexcept;
-  [[nodiscard]] bool free_at(const Vec3& g) noexcept;
-  [[nodiscard]] bool settles_above(const Vec3& g) noexcept;
+  void initialise(const Vec3& g) noexcept;
+  [[nodiscard]] bool follow_free_tool(const Vec3& g) noexcept;
+  [[nodiscard]] bool project_tool(const Vec3& g) noexcept;
   bool relax(const Vec3& g) noexcept;
-  void go_to(const Vec3& centre) noexcept;
-  void meet(const scene::Nearest& near) noexcept;
+  void set_centre(const Vec3& centre) noexcept;
+  void add_wall(const scene::Nearest& near) noexcept;
   void follow_walls() noexcept;
   void keep_active() noexcept;
-  [[nodiscard]] Touch held(const Vec3& g) const noexcept;
+  [[nodiscard]] ProxyContact contact_from_deflection(const Vec3& g) const noexcept;
 
   const scene::Surface* surface_ = nullptr;  // surface of this tick
   std::uint64_t surface_id_ = 0;             // id of the surface of the previous tick

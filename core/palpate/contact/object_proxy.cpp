@@ -14,12 +14,12 @@ namespace {
 constexpr int kQueries = 24;      // nearest-point queries per tick; a proxy that needs more continues in the next tick
 constexpr double kCoarse = 5e-3;  // [r] position tolerance of the proxy where the smooth surface determines the force
 constexpr double kFine = 1e-7;    // [r] position tolerance where the proxy itself determines the force
-constexpr double kFlightRange = 4.0;  // [r] search range for triangles around the proxy
-constexpr double kLower = 0.5;        // [r] the smooth surface may lie at most this far below the facets
-constexpr double kOnEdge = 1e-9;      // a point with a smaller barycentric weight is on the edge (rounding)
+constexpr double kQueryRange = 4.0;  // [r] search range for triangles around the proxy
+constexpr double kLower = 0.5;       // [r] the smooth surface may lie at most this far below the facets
+constexpr double kOnEdge = 1e-9;     // a point with a smaller barycentric weight is on the edge (rounding)
 const double kOnePatch = std::cos(15.0 * M_PI / 180.0);  // contacts with closer normals are on one smooth patch
 
-constexpr double kSpreadLow = 0.1, kSpreadHigh = 0.4;  // values of SmoothPoint::spread for zero and full trust
+constexpr double kFocalLow = 0.1, kFocalHigh = 0.4;  // values of SmoothPoint::focal_factor for zero and full trust
 // Cosines between the normals at the proxy and at the tool, for zero and full trust in the projection of the tool.
 const double kApart = std::cos(45.0 * M_PI / 180.0), kAgree = std::cos(20.0 * M_PI / 180.0);
 
@@ -28,7 +28,7 @@ double ramp(double x, double low, double high) { return std::clamp((x - low) / (
 
 /// Contact with the deflection `depth` [m] times the gradient of the distance. If the depth is not positive, there is
 /// no contact, but the normal is still set.
-ObjectProxy::Touch along(const Vec3& gradient, double depth) {
+ObjectProxy::ProxyContact contact_from_gradient(const Vec3& gradient, double depth) {
   const double steep = gradient.norm();
   if (!(steep > 0.0)) return {};
   return {depth > 0.0, depth * gradient, gradient / steep, depth * steep};
@@ -36,32 +36,33 @@ ObjectProxy::Touch along(const Vec3& gradient, double depth) {
 
 }  // namespace
 
-ObjectProxy::Touch ObjectProxy::step(const scene::Mesh& mesh, const Vec3& g, double radius, double release) noexcept {
-  if (mesh_ != &mesh || mesh_id_ != mesh.id()) place(mesh, g, radius);
-  if (fly(g, radius)) return {};
+ObjectProxy::ProxyContact ObjectProxy::step(const scene::Mesh& mesh, const Vec3& g, double radius,
+                                            double release) noexcept {
+  if (mesh_ != &mesh || mesh_id_ != mesh.id()) initialise(mesh, g, radius);
+  if (follow_free_tool(g, radius)) return {};
 
   queries_left_ = kQueries;
   const bool settled = relax(g, radius, kCoarse);
   tool_ = g;
-  if (gone_through(g, radius, release)) {
-    place(mesh, g, radius);
+  if (passed_through(g, radius, release)) {
+    initialise(mesh, g, radius);
     return {};
   }
   touching_ = active_.active > 0 || (touching_ && !settled);
-  if (!settled) return on_the_way(g);
+  if (!settled) return contact_in_motion(g);
   if (!touching_) {
     started_inside_ = false;
-    return graze(g, radius);
+    return contact_above_facets(g, radius);
   }
-  const Touch smooth = touch_smooth(g, radius);
-  if (smooth.touching || smooth.normal != Vec3::Zero()) return outside(smooth, g, radius);
+  const ProxyContact smooth = contact_on_smooth_patch(g, radius);
+  if (smooth.touching || smooth.normal != Vec3::Zero()) return limit_to_free_space(smooth, g, radius);
   relax(g, radius, kFine);
-  if (active_.active == 0) return on_the_way(g);
-  return outside(touch_hard(g, radius), g, radius);
+  if (active_.active == 0) return contact_in_motion(g);
+  return limit_to_free_space(contact_at_crease(g, radius), g, radius);
 }
 
 /// Places the proxy for a new mesh: at the tool, or at the nearest point outside.
-void ObjectProxy::place(const scene::Mesh& mesh, const Vec3& g, double radius) noexcept {
+void ObjectProxy::initialise(const scene::Mesh& mesh, const Vec3& g, double radius) noexcept {
   std::vector<Vec3>* const path = path_;
   *this = ObjectProxy();
   path_ = path;
@@ -81,71 +82,71 @@ void ObjectProxy::place(const scene::Mesh& mesh, const Vec3& g, double radius) n
 }
 
 /// True if the tool has certainly passed through the object, so that the proxy must be released.
-bool ObjectProxy::gone_through(const Vec3& g, double radius, double release) const noexcept {
+bool ObjectProxy::passed_through(const Vec3& g, double radius, double release) const noexcept {
   return (centre_ - g).squaredNorm() > release * release && mesh_->report().closed &&
          mesh_->nearest(g).distance > radius;
 }
 
-void ObjectProxy::go(const Vec3& centre) noexcept {
+void ObjectProxy::set_centre(const Vec3& centre) noexcept {
   centre_ = centre;
   if (path_ != nullptr) path_->push_back(centre);
 }
 
 /// Free motion: the proxy follows the tool without a query while the clearance found by the last query covers the tool.
-bool ObjectProxy::fly(const Vec3& g, double radius) noexcept {
+bool ObjectProxy::follow_free_tool(const Vec3& g, double radius) noexcept {
   const double need = radius + mesh_->impl().topology.height;
   if (touching_ || centre_ != tool_ || (g - clear_at_).norm() + need > clear_) return false;
-  go(g);
+  set_centre(g);
   tool_ = g;
   return true;
 }
 
-void ObjectProxy::hold(int i, const scene::BvhHit& hit) noexcept {
-  hold_[to_index(i)].at = {hit.triangle, hit.v, hit.w};
-  hold_[to_index(i)].q = mesh_->impl().position(hold_[to_index(i)].at);
+void ObjectProxy::set_constraint(int i, const scene::BvhHit& hit) noexcept {
+  constraint_[to_index(i)].at = {hit.triangle, hit.v, hit.w};
+  constraint_[to_index(i)].q = mesh_->impl().position(constraint_[to_index(i)].at);
 }
 
 /// Adds the triangle of `hit` as a constraint, or replaces the constraint with the largest gap when there are too many.
-void ObjectProxy::add(const scene::BvhHit& hit, double radius) noexcept {
-  int place = holds_;
-  for (int i = 0; i < holds_; ++i)
-    if (hold_[to_index(i)].at.triangle == hit.triangle) place = i;
-  if (place == kMaxHalfSpaces) {
-    place = 0;
-    for (int i = 1; i < holds_; ++i)
-      if (half_space_[to_index(i)].gap(centre_) > half_space_[to_index(place)].gap(centre_)) place = i;
+void ObjectProxy::add_constraint(const scene::BvhHit& hit, double radius) noexcept {
+  int slot = constraint_count_;
+  for (int i = 0; i < constraint_count_; ++i)
+    if (constraint_[to_index(i)].at.triangle == hit.triangle) slot = i;
+  if (slot == kMaxHalfSpaces) {
+    slot = 0;
+    for (int i = 1; i < constraint_count_; ++i)
+      if (half_space_[to_index(i)].gap(centre_) > half_space_[to_index(slot)].gap(centre_)) slot = i;
   }
-  holds_ = std::max(holds_, place + 1);
-  hold(place, hit);
-  const Vec3 out = centre_ - hold_[to_index(place)].q;
+  constraint_count_ = std::max(constraint_count_, slot + 1);
+  set_constraint(slot, hit);
+  const Vec3 out = centre_ - constraint_[to_index(slot)].q;
   const double distance = out.norm();
-  if (distance > 0.0) half_space_[to_index(place)].normal = out / distance;
-  half_space_[to_index(place)].offset = half_space_[to_index(place)].normal.dot(hold_[to_index(place)].q) + radius;
+  if (distance > 0.0) half_space_[to_index(slot)].normal = out / distance;
+  half_space_[to_index(slot)].offset = half_space_[to_index(slot)].normal.dot(constraint_[to_index(slot)].q) + radius;
 }
 
 /// Recomputes the half-spaces for the present position of the proxy. Returns false if there are no constraints.
 bool ObjectProxy::linearise(double radius) noexcept {
-  for (int i = 0; i < holds_; ++i) {
-    const scene::BvhHit hit = mesh_->impl().closest_on(hold_[to_index(i)].at.triangle, centre_);
-    hold(i, hit);
+  for (int i = 0; i < constraint_count_; ++i) {
+    const scene::BvhHit hit = mesh_->impl().closest_on(constraint_[to_index(i)].at.triangle, centre_);
+    set_constraint(i, hit);
     const double distance = std::sqrt(hit.distance2);
-    if (distance > 0.0) half_space_[to_index(i)].normal = (centre_ - hold_[to_index(i)].q) / distance;
-    half_space_[to_index(i)].offset = half_space_[to_index(i)].normal.dot(hold_[to_index(i)].q) + radius;
+    if (distance > 0.0) half_space_[to_index(i)].normal = (centre_ - constraint_[to_index(i)].q) / distance;
+    half_space_[to_index(i)].offset = half_space_[to_index(i)].normal.dot(constraint_[to_index(i)].q) + radius;
   }
-  return holds_ > 0;
+  return constraint_count_ > 0;
 }
 
 /// Keeps the active constraints only. Queries find the others again when they become active.
 void ObjectProxy::keep_active(const Projection& projection) noexcept {
-  std::array<Hold, 3> kept;
+  std::array<Constraint, 3> kept;
   std::array<HalfSpace, 3> kept_space;
   for (int i = 0; i < projection.active; ++i) {
-    kept[to_index(i)] = hold_[to_index(projection.index[to_index(i)])];
+    kept[to_index(i)] = constraint_[to_index(projection.index[to_index(i)])];
     kept_space[to_index(i)] = half_space_[to_index(projection.index[to_index(i)])];
   }
-  holds_ = projection.active;
-  for (int i = 0; i < holds_; ++i) {
-    hold_[to_index(i)] = kept[to_index(i)];
+  constraint_count_ = projection.active;
+  for (int i = 0; i < constraint_count_; ++i) {
+    constraint_[to_index(i)] = kept[to_index(i)];
     half_space_[to_index(i)] = kept_space[to_index(i)];
     active_.index[to_index(i)] = i;
   }
@@ -160,16 +161,16 @@ double ObjectProxy::safe_step(double radius) const noexcept {
 /// Moves the centre towards the point nearest to g that the constraints allow. Returns false if the centre has not
 /// arrived after the last query.
 bool ObjectProxy::relax(const Vec3& g, double radius, double tolerance) noexcept {
-  const double lookout = kFlightRange * radius + mesh_->impl().topology.height;
+  const double lookout = kQueryRange * radius + mesh_->impl().topology.height;
   linearise(radius);
-  active_ = project(half_space_.data(), holds_, g, kSlack * radius);
+  active_ = project(half_space_.data(), constraint_count_, g, kSlack * radius);
   bool settled = false;
   while (!settled && queries_left_-- > 0) {
     Vec3 step = active_.feasible ? Vec3(active_.x - centre_) : Vec3::Zero();
     const double length = step.norm(), safe = safe_step(radius);
     const bool whole = length <= safe;
     if (!whole) step *= safe / length;
-    go(centre_ + step);
+    set_centre(centre_ + step);
 
     // The nearest triangle and the known constraints determine the next target.
     near_ = mesh_->impl().closest(centre_, lookout, seed_);
@@ -177,18 +178,18 @@ bool ObjectProxy::relax(const Vec3& g, double radius, double tolerance) noexcept
     clear_at_ = centre_;
     clear_ = near_.triangle >= 0 ? std::sqrt(near_.distance2) : lookout;
     linearise(radius);
-    if (clear_ < radius) add(near_, radius);
-    active_ = project(half_space_.data(), holds_, g, kSlack * radius);
+    if (clear_ < radius) add_constraint(near_, radius);
+    active_ = project(half_space_.data(), constraint_count_, g, kSlack * radius);
     settled = whole && (!active_.feasible || (active_.x - centre_).norm() <= tolerance * radius);
   }
-  if (settled && active_.feasible) go(active_.x);
+  if (settled && active_.feasible) set_centre(active_.x);
   keep_active(active_);
   return settled;
 }
 
 /// Contact of a proxy that is still far from its target (the tool jumped, or the proxy slid off a rim): the deflection
 /// to its present position.
-ObjectProxy::Touch ObjectProxy::on_the_way(const Vec3& g) const noexcept {
+ObjectProxy::ProxyContact ObjectProxy::contact_in_motion(const Vec3& g) const noexcept {
   const Vec3 delta = centre_ - g;
   const double depth = delta.norm();
   if (!touching_ || !(depth > 0.0)) return {};
@@ -196,7 +197,7 @@ ObjectProxy::Touch ObjectProxy::on_the_way(const Vec3& g) const noexcept {
 }
 
 /// Contact of a proxy that does not touch the facets: the smooth surface may rise above them.
-ObjectProxy::Touch ObjectProxy::graze(const Vec3& g, double radius) const noexcept {
+ObjectProxy::ProxyContact ObjectProxy::contact_above_facets(const Vec3& g, double radius) const noexcept {
   const scene::Mesh::Impl& m = mesh_->impl();
   if (near_.triangle < 0 || clear_ >= radius + m.topology.height || centre_ != g) return {};
   const scene::SurfacePoint start{near_.triangle, near_.v, near_.w};
@@ -204,32 +205,33 @@ ObjectProxy::Touch ObjectProxy::graze(const Vec3& g, double radius) const noexce
   scene::SmoothPoint s = scene::smooth_project(m, start, g);
   if (!s.found) return {};
   const double side = s.above ? 1.0 : -1.0;
-  return along(side * s.gradient, radius - side * s.distance);
+  return contact_from_gradient(side * s.gradient, radius - side * s.distance);
 }
 
 /// Checks the proxy of the smooth surface against the facets: deep below coarse facets it may be where the sphere does
 /// not fit. The proxy moves there from its position on the facets, through free space, as far as possible.
-ObjectProxy::Touch ObjectProxy::outside(const Touch& touch, const Vec3& g, double radius) const noexcept {
-  const Vec3 wanted = g + touch.delta;
-  const double clearance = 0.5 * radius, length = (wanted - centre_).norm();
+ObjectProxy::ProxyContact ObjectProxy::limit_to_free_space(const ProxyContact& touch, const Vec3& g,
+                                                           double radius) const noexcept {
+  const Vec3 target = g + touch.delta;
+  const double clearance = 0.5 * radius, length = (target - centre_).norm();
   if (!touch.touching || length <= clearance) return touch;
-  double gone = 0.0;
-  for (int i = 0; i < kQueries && gone < length; ++i) {
-    const Vec3 p = centre_ + gone / length * (wanted - centre_);
+  double travelled = 0.0;
+  for (int i = 0; i < kQueries && travelled < length; ++i) {
+    const Vec3 p = centre_ + travelled / length * (target - centre_);
     const scene::BvhHit near = mesh_->impl().closest(p, length + radius, seed_);
     const double step = near.triangle < 0 ? length : std::sqrt(near.distance2) - clearance;
     if (step < kCoarse * radius) break;
-    gone += step;
+    travelled += step;
   }
-  if (gone >= length) return touch;
-  const Vec3 delta = centre_ + gone / length * (wanted - centre_) - g;
+  if (travelled >= length) return touch;
+  const Vec3 delta = centre_ + travelled / length * (target - centre_) - g;
   const double depth = delta.norm();
-  return depth > 0.0 ? Touch{true, delta, delta / depth, depth} : Touch();
+  return depth > 0.0 ? ProxyContact{true, delta, delta / depth, depth} : ProxyContact();
 }
 
 /// True if all triangles at the constraint's point belong to one smooth surface: no crease, rim or branch passes
 /// through it.
-bool ObjectProxy::is_smooth(const Hold& h) const noexcept {
+bool ObjectProxy::is_smooth(const Constraint& h) const noexcept {
   const scene::Topology& topology = mesh_->impl().topology;
   const std::int32_t c = 3 * h.at.triangle;
   const double b[3] = {h.at.u(), h.at.v, h.at.w};
@@ -244,7 +246,7 @@ bool ObjectProxy::is_smooth(const Hold& h) const noexcept {
   }
   if (zeros == 0) return true;
   const std::vector<std::int32_t>& normal = topology.normal;
-  if (zeros == 2) return topology.whole[to_index(normal[to_index(c + one)])];
+  if (zeros == 2) return topology.smooth_vertex[to_index(normal[to_index(c + one)])];
   const std::int32_t he = c + (zero + 1) % 3, next = c + (zero + 2) % 3;
   const std::int32_t twin = topology.twin[to_index(he)];
   if (twin < 0) return false;
@@ -254,8 +256,8 @@ bool ObjectProxy::is_smooth(const Hold& h) const noexcept {
 
 /// Half-space of constraint i on the smooth surface, oriented towards the proxy. At creases it is the facet's
 /// half-space.
-HalfSpace ObjectProxy::shaded(int i, double radius) const noexcept {
-  const Hold& h = hold_[to_index(i)];
+HalfSpace ObjectProxy::smooth_half_space(int i, double radius) const noexcept {
+  const Constraint& h = constraint_[to_index(i)];
   HalfSpace out = half_space_[to_index(i)];
   if (!is_smooth(h)) return out;
   const scene::SmoothPoint s = scene::smooth_at(mesh_->impl(), h.at, centre_);
@@ -269,40 +271,40 @@ HalfSpace ObjectProxy::shaded(int i, double radius) const noexcept {
 
 /// Contact with one smooth patch: depth and direction from the smooth surface. The normal is zero if the constraints do
 /// not belong to one patch.
-ObjectProxy::Touch ObjectProxy::touch_smooth(const Vec3& g, double radius) const noexcept {
+ObjectProxy::ProxyContact ObjectProxy::contact_on_smooth_patch(const Vec3& g, double radius) const noexcept {
   for (int i = 0; i < active_.active; ++i)
-    if (!is_smooth(hold_[to_index(i)])) return {};
-  const HalfSpace first = shaded(0, radius);
+    if (!is_smooth(constraint_[to_index(i)])) return {};
+  const HalfSpace first = smooth_half_space(0, radius);
   for (int i = 1; i < active_.active; ++i)
-    if (shaded(i, radius).normal.dot(first.normal) < kOnePatch) return {};
+    if (smooth_half_space(i, radius).normal.dot(first.normal) < kOnePatch) return {};
 
   const Vec3& geometric = half_space_[0].normal;
   // The default is the normal where the proxy touches. It is blended with the gradient of the tool's own distance, as
   // far as the tool is away from the focal surface and both normals agree.
   Vec3 normal = first.normal;
   double depth = -first.gap(g);
-  const scene::SmoothPoint s = scene::smooth_project(mesh_->impl(), hold_[0].at, g);
+  const scene::SmoothPoint s = scene::smooth_project(mesh_->impl(), constraint_[0].at, g);
   if (s.found) {
     const double side = s.gradient.dot(geometric) < 0.0 ? -1.0 : 1.0;
-    const double trust = ramp(s.spread, kSpreadLow, kSpreadHigh) *
+    const double trust = ramp(s.focal_factor, kFocalLow, kFocalHigh) *
                          ramp(side * s.gradient.normalized().dot(first.normal), kApart, kAgree);
     normal = trust * side * s.gradient + (1.0 - trust) * normal;
     depth = trust * (radius - side * s.distance) + (1.0 - trust) * depth;
   }
   const double least = -half_space_[0].gap(g) - kLower * radius;
-  return along(normal, std::max(depth, least));
+  return contact_from_gradient(normal, std::max(depth, least));
 }
 
 /// Contact at creases and corners: the deflection follows from the half-spaces.
-ObjectProxy::Touch ObjectProxy::touch_hard(const Vec3& g, double radius) const noexcept {
+ObjectProxy::ProxyContact ObjectProxy::contact_at_crease(const Vec3& g, double radius) const noexcept {
   std::array<HalfSpace, 3> h;
-  for (int i = 0; i < active_.active; ++i) h[to_index(i)] = shaded(i, radius);
+  for (int i = 0; i < active_.active; ++i) h[to_index(i)] = smooth_half_space(i, radius);
   const Projection p = project(h.data(), active_.active, g, kSlack * radius);
-  Touch out;
+  ProxyContact out;
   if (p.active == 0) {  // here the smooth surface lies below the facets, but at most by kLower
     const Vec3 delta = centre_ - g;
     const double length = delta.norm();
-    return length > kLower * radius ? along(delta / length, length - kLower * radius) : out;
+    return length > kLower * radius ? contact_from_gradient(delta / length, length - kLower * radius) : out;
   }
   // In a cleft the rotated half-spaces may meet far from the proxy. The smooth surface is near the facets, so the new
   // centre stays within one radius of the proxy.

@@ -35,7 +35,7 @@ namespace palpate::contact {
 class ObjectProxy {
  public:
   /// Contact of the proxy, without friction.
-  struct Touch {
+  struct ProxyContact {
     bool touching = false;       ///< true while the tool is in contact
     Vec3 delta = Vec3::Zero();   ///< deflection p_proxy - p_tool [m]
     Vec3 normal = Vec3::Zero();  ///< unit normal, points out of the object
@@ -46,38 +46,39 @@ class ObjectProxy {
   void reset() noexcept { mesh_ = nullptr; }
   /// Moves the proxy towards the tool at g [m] and returns the contact. radius: radius of the sphere [m]. release:
   /// deflection that releases a tool that has passed through a closed object [m].
-  Touch step(const scene::Mesh& mesh, const Vec3& g, double radius, double release) noexcept;
-  /// For verification: appends every position of the centre to `path` (Method::watch).
-  void watch(std::vector<Vec3>* path) noexcept { path_ = path; }
+  ProxyContact step(const scene::Mesh& mesh, const Vec3& g, double radius, double release) noexcept;
+  /// For verification: appends every position of the centre to `path` (Method::record_path).
+  void record_path(std::vector<Vec3>* path) noexcept { path_ = path; }
   /// True if the proxy started with the tool inside the object, until the tool is free.
   [[nodiscard]] bool started_inside() const noexcept { return started_inside_; }
 
  private:
   /// Constraint of the proxy by one triangle: the nearest point of the triangle, as surface coordinates and as position
   /// q [m].
-  struct Hold {
+  struct Constraint {
     scene::SurfacePoint at;
     Vec3 q = Vec3::Zero();
   };
 
-  void place(const scene::Mesh& mesh, const Vec3& g, double radius) noexcept;
-  void go(const Vec3& centre) noexcept;
-  bool fly(const Vec3& g, double radius) noexcept;
-  [[nodiscard]] bool gone_through(const Vec3& g, double radius, double release) const noexcept;
+  void initialise(const scene::Mesh& mesh, const Vec3& g, double radius) noexcept;
+  void set_centre(const Vec3& centre) noexcept;
+  bool follow_free_tool(const Vec3& g, double radius) noexcept;
+  [[nodiscard]] bool passed_through(const Vec3& g, double radius, double release) const noexcept;
   [[nodiscard]] double safe_step(double radius) const noexcept;
   bool relax(const Vec3& g, double radius, double tolerance) noexcept;
-  void hold(int i, const scene::BvhHit& hit) noexcept;
-  void add(const scene::BvhHit& hit, double radius) noexcept;
+  void set_constraint(int i, const scene::BvhHit& hit) noexcept;
+  void add_constraint(const scene::BvhHit& hit, double radius) noexcept;
   void keep_active(const Projection& projection) noexcept;
   bool linearise(double radius) noexcept;
 
-  [[nodiscard]] Touch on_the_way(const Vec3& g) const noexcept;
-  [[nodiscard]] Touch graze(const Vec3& g, double radius) const noexcept;
-  [[nodiscard]] Touch touch_smooth(const Vec3& g, double radius) const noexcept;
-  [[nodiscard]] Touch touch_hard(const Vec3& g, double radius) const noexcept;
-  [[nodiscard]] Touch outside(const Touch& touch, const Vec3& g, double radius) const noexcept;
-  [[nodiscard]] bool is_smooth(const Hold& h) const noexcept;
-  [[nodiscard]] HalfSpace shaded(int i, double radius) const noexcept;
+  [[nodiscard]] ProxyContact contact_in_motion(const Vec3& g) const noexcept;
+  [[nodiscard]] ProxyContact contact_above_facets(const Vec3& g, double radius) const noexcept;
+  [[nodiscard]] ProxyContact contact_on_smooth_patch(const Vec3& g, double radius) const noexcept;
+  [[nodiscard]] ProxyContact contact_at_crease(const Vec3& g, double radius) const noexcept;
+  [[nodiscard]] ProxyContact limit_to_free_space(const ProxyContact& touch, const Vec3& g,
+                                                 double radius) const noexcept;
+  [[nodiscard]] bool is_smooth(const Constraint& h) const noexcept;
+  [[nodiscard]] HalfSpace smooth_half_space(int i, double radius) const noexcept;
 
   const scene::Mesh* mesh_ = nullptr;
   std::uint64_t mesh_id_ = 0;
@@ -88,11 +89,11 @@ class ObjectProxy {
   bool started_inside_ = false;
   Vec3 clear_at_ = Vec3::Zero();  // there is no triangle within clear_ [m] of this point
   double clear_ = 0.0;
-  int queries_left_ = 0;    // nearest-point queries left in this tick
-  std::int32_t seed_ = -1;  // nearest triangle of the last query, start of the next
-  scene::BvhHit near_;      // triangle nearest to the centre in this tick, if any
-  int holds_ = 0;           // number of constraints
-  std::array<Hold, kMaxHalfSpaces> hold_;
+  int queries_left_ = 0;      // nearest-point queries left in this tick
+  std::int32_t seed_ = -1;    // nearest triangle of the last query, start of the next
+  scene::BvhHit near_;        // triangle nearest to the centre in this tick, if any
+  int constraint_count_ = 0;  // number of constraints
+  std::array<Constraint, kMaxHalfSpaces> constraint_;
   std::array<HalfSpace, kMaxHalfSpaces> half_space_;
   Projection active_;
 };

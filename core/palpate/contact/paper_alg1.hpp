@@ -8,7 +8,7 @@
 namespace palpate::contact {
 
 /// Sum of the collision normals; see the top of this file.
-class PaperAlg1 final : public Rule {
+class PaperAlg1 final : public NormalRule {
  public:
   void free(const Vec3& /*v_OT*/) override { n_.setZero(); }
   algorithm1::Plane touch(const Collision& c) override {

@@ -23,7 +23,7 @@ namespace palpate::contact {
 [[nodiscard]] Vec3 grow_plane(std::span<const Vec3> points, const Vec3& n_last, double baseline) noexcept;
 
 /// Normal of a plane fitted to contact points; see the top of this file.
-class PaperPlane final : public Rule {
+class PaperPlane final : public NormalRule {
  public:
   void free(const Vec3& v_OT) override;
   algorithm1::Plane touch(const Collision& c) override;

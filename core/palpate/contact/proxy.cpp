@@ -8,13 +8,13 @@
 namespace palpate::contact {
 
 void Proxy::reset() noexcept {
-  for (int i = 0; i < seen_; ++i) memory_[to_index(i)] = Memory();
-  seen_ = 0;
+  for (int i = 0; i < object_count_; ++i) state_[to_index(i)] = ProxyState();
+  object_count_ = 0;
   set_ = ContactSet();
 }
 
-void Proxy::watch(std::vector<Vec3>* path) {
-  for (Memory& memory : memory_) memory.proxy.watch(path);
+void Proxy::record_path(std::vector<Vec3>* path) {
+  for (ProxyState& state : state_) state.proxy.record_path(path);
 }
 
 const ContactSet& Proxy::step(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& /*v_WT*/, double t) noexcept {
@@ -22,27 +22,27 @@ const ContactSet& Proxy::step(const scene::Snapshot& scene, const Vec3& p_WT, co
   set_.started_inside = false;
   const int objects = std::min(static_cast<int>(scene.objects.size()), scene::kMaxObjects);
   for (int i = 0; i < objects; ++i) touch(scene.objects[to_index(i)], i, scene.objects[to_index(i)].pose(t), p_WT);
-  for (int i = objects; i < seen_; ++i) memory_[to_index(i)] = Memory();
-  seen_ = objects;
+  for (int i = objects; i < object_count_; ++i) state_[to_index(i)] = ProxyState();
+  object_count_ = objects;
   return set_;
 }
 
 void Proxy::touch(const scene::Object& object, int index, const Pose& X_WO, const Vec3& p_WT) noexcept {
-  Memory& memory = memory_[to_index(index)];
+  ProxyState& state = state_[to_index(index)];
   const Vec3 p_OT = X_WO.R.transpose() * (p_WT - X_WO.p);
   const scene::Surface& surface = *object.surface;
-  const ObjectProxy::Touch touch = surface.mesh()
-                                       ? memory.proxy.step(*surface.mesh(), p_OT, options_.radius, options_.release)
-                                       : memory.field.step(surface, p_OT, options_.radius, options_.release);
-  set_.started_inside |= surface.mesh() ? memory.proxy.started_inside() : memory.field.started_inside();
+  const ObjectProxy::ProxyContact touch =
+      surface.mesh() ? state.proxy.step(*surface.mesh(), p_OT, options_.radius, options_.release)
+                     : state.field.step(surface, p_OT, options_.radius, options_.release);
+  set_.started_inside |= surface.mesh() ? state.proxy.started_inside() : state.field.started_inside();
   if (!touch.touching) {
-    memory.friction.release();
+    state.friction.release();
     return;
   }
   const Material material =
-      object.regions.empty() ? object.material : object.feel(p_OT - options_.radius * touch.normal).material;
+      object.regions.empty() ? object.material : object.material_at(p_OT - options_.radius * touch.normal).material;
   const Vec3 p_OP = p_OT + touch.delta;
-  const Vec3 lag = memory.friction.step(p_OP, touch.normal, touch.depth, material.mu, material.mu_static);
+  const Vec3 lag = state.friction.step(p_OP, touch.normal, touch.depth, material.mu, material.mu_static);
   if (set_.size == kMaxContacts) return;
 
   Contact& c = set_.contact[to_index(set_.size++)];

@@ -18,11 +18,11 @@ class Proxy final : public Method {
   explicit Proxy(const Options& options) : options_(options) {}
   void reset() noexcept override;
   const ContactSet& step(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT, double t) noexcept override;
-  void watch(std::vector<Vec3>* path) override;
+  void record_path(std::vector<Vec3>* path) override;
 
  private:
   /// State of the proxy of one object.
-  struct Memory {
+  struct ProxyState {
     ObjectProxy proxy;  // used for a mesh
     FieldProxy field;   // used for any other surface
     Friction friction;
@@ -31,8 +31,8 @@ class Proxy final : public Method {
   void touch(const scene::Object& object, int index, const Pose& X_WO, const Vec3& p_WT) noexcept;
 
   Options options_;
-  std::array<Memory, scene::kMaxObjects> memory_;
-  int seen_ = 0;  // number of objects in the previous step
+  std::array<ProxyState, scene::kMaxObjects> state_;
+  int object_count_ = 0;  // number of objects in the previous step
   ContactSet set_;
 };
 

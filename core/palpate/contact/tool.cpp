@@ -10,7 +10,7 @@
 
 namespace palpate::contact {
 
-Tool::Tool(std::string_view method, const Options& options) : real_(options.real) {
+Tool::Tool(std::string_view method, const Options& options) : real_objects_(options.real_objects) {
   if (options.spheres.size() >= kMaxSpheres) {
     throw std::invalid_argument("contact: " + std::to_string(options.spheres.size()) +
                                 " spheres beside the one on the tip; a tool has at most " +
@@ -21,7 +21,7 @@ Tool::Tool(std::string_view method, const Options& options) : real_(options.real
   methods_.push_back(make_method(method, one));
   radius_[0] = options.radius;
   for (const Sphere& sphere : options.spheres) {
-    if (!sphere.p.allFinite() || !sphere.hinge.allFinite() || !sphere.turn.allFinite()) {
+    if (!sphere.p.allFinite() || !sphere.hinge.allFinite() || !sphere.axis.allFinite()) {
       throw std::invalid_argument("contact: sphere " + std::to_string(methods_.size()) + " has no finite place");
     }
     radius_[methods_.size()] = one.radius = sphere.radius;
@@ -50,7 +50,7 @@ const ContactSet& Tool::step(const scene::Snapshot& scene, const Vec3* p_WS, dou
     set_.started_inside |= found.started_inside;
     for (int i = 0; i < found.size; ++i) {
       const scene::Object& object = scene.objects[to_index(found.contact[to_index(i)].object)];
-      if (!(real_ ? object.is_real : object.is_virtual)) continue;
+      if (!(real_objects_ ? object.is_real : object.is_virtual)) continue;
       const bool room = set_.size < kMaxContacts;
       Contact& c = room ? set_.contact[to_index(set_.size++)] : spare_;
       c = found.contact[to_index(i)];
@@ -74,9 +74,10 @@ void Tool::complete(Contact& c, const scene::Object& object, double t) const noe
     return;
   }
   const Pose X_WO = object.pose(t);
-  const scene::Feel feel = object.feel(X_WO.inverse() * (c.p_C - c.delta_x));  // at the sphere's deepest point
-  c.material = feel.material;
-  c.F_slope = -0.5 * (X_WO.R * (feel.dK.transpose() * c.delta_x.cwiseAbs2()));
+  const scene::LocalMaterial local =
+      object.material_at(X_WO.inverse() * (c.p_C - c.delta_x));  // at the sphere's deepest point
+  c.material = local.material;
+  c.F_grad_K = -0.5 * (X_WO.R * (local.dK.transpose() * c.delta_x.cwiseAbs2()));
 }
 
 /// Replaces the weakest contact of a full set by `c`, if `c` is stronger.

@@ -42,7 +42,7 @@ class Tool {
   void keep_if_stronger(const Contact& contact) noexcept;
 
   std::vector<std::unique_ptr<Method>> methods_;
-  bool real_;
+  bool real_objects_;
   std::array<double, kMaxSpheres> radius_{};
   std::array<Vec3, kMaxSpheres> last_;  ///< p_WS of the previous step [m]
   double t_ = 0.0;

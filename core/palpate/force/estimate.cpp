@@ -12,7 +12,7 @@ namespace {
 constexpr double kStep = 1e-4;     // [s] step of the central difference for dM/dt v; its error is of second order
 constexpr double kGap = 0.1;       // [s] longest interval between two states that the observer integrates over
 constexpr double kDamping = 1e-6;  // regularisation of the least squares, whose weighted lever arms are about 1
-constexpr double kBeyond = 10.0;   // multiple of a drive's limit beyond which a measurement is implausible
+constexpr double kPlausibleFactor = 10.0;  // multiple of a drive's limit beyond which a measurement is implausible
 
 JointVector sized(const JointVector& values, Eigen::Index n, const char* name, bool positive) {
   if (values.size() == 0) return JointVector::Zero(n);
@@ -55,7 +55,7 @@ MomentumObserver::MomentumObserver(arm::Arm model, JointMatrix drive_inertia, do
     throw std::invalid_argument("the observer's bandwidth must lie between 0 and 1000 Hz, for example 20; got " +
                                 std::to_string(bandwidth) + " Hz");
   }
-  r_ = integral_ = push_ = JointVector::Zero(n);
+  r_ = integral_ = p_dot_ = JointVector::Zero(n);
 }
 
 JointVector MomentumObserver::momentum(const JointVector& q, const JointVector& v) noexcept {
@@ -66,18 +66,18 @@ const JointVector& MomentumObserver::step(const JointVector& q, const JointVecto
                                           double dt) noexcept {
   const JointVector p = momentum(q, v) + drive_inertia_ * v;
   const JointVector dM_v = (momentum(q + kStep * v, v) - momentum(q - kStep * v, v)) / (2.0 * kStep);
-  const JointVector push = tau + dM_v - model_.bias(q, v) - model_.elastic(q);
+  const JointVector p_dot = tau + dM_v - model_.bias(q, v) - model_.elastic(q);
   if (!started_) {
     started_ = true;
     r_.setZero();
     integral_ = p;
   } else {  // implicit step: r at the end of the step appears on both sides
-    integral_ += 0.5 * dt * (push_ + push);
+    integral_ += 0.5 * dt * (p_dot_ + p_dot);
     r_ = k_ / (1.0 + k_ * dt) * (p - integral_);
     integral_ += dt * r_;
   }
-  push_ = push;
-  if (!r_.allFinite() || !push_.allFinite()) {
+  p_dot_ = p_dot;
+  if (!r_.allFinite() || !p_dot_.allFinite()) {
     reset();
     r_.setZero();
   }
@@ -90,23 +90,23 @@ Estimate::Estimate(const arm::Arm& model, EstimateOptions options)
                 options_.bandwidth),
       weight_(model.tau_max().cwiseInverse()),
       slip_(options_.slip_speed * model.v_max()),
-      tau_beyond_(kBeyond * model.tau_max()),
-      v_beyond_(kBeyond * model.v_max()) {
+      tau_bound_(kPlausibleFactor * model.tau_max()),
+      v_bound_(kPlausibleFactor * model.v_max()) {
   if (!weight_.allFinite() || !(slip_.array() > 0.0).all()) {
     throw std::invalid_argument(
         "estimating a force needs the follower's effort and velocity limits: give them in its URDF");
   }
 }
 
-bool Estimate::believes(const FollowerState& s) const noexcept {  // a comparison with NaN is false: NaN is rejected
-  return s.tau.size() == tau_beyond_.size() && s.v.size() == v_beyond_.size() &&
-         (s.tau.array().abs() <= tau_beyond_.array()).all() && (s.v.array().abs() <= v_beyond_.array()).all();
+bool Estimate::is_plausible(const FollowerState& s) const noexcept {  // a comparison with NaN is false: NaN is rejected
+  return s.tau.size() == tau_bound_.size() && s.v.size() == v_bound_.size() &&
+         (s.tau.array().abs() <= tau_bound_.array()).all() && (s.v.array().abs() <= v_bound_.array()).all();
 }
 
 const Vec3& Estimate::step(const FollowerState& s) noexcept {
   F_T_B_.setZero();
   arm::Arm& arm = observer_.model();
-  if (!believes(s)) {
+  if (!is_plausible(s)) {
     observer_.reset();
     return F_T_B_;
   }

@@ -35,7 +35,7 @@ class MomentumObserver {
   JointMatrix drive_inertia_;
   double k_;
   bool started_ = false;
-  JointVector r_, integral_, push_;
+  JointVector r_, integral_, p_dot_;
 };
 
 /// Options of the force estimate. Joint vectors hold one value per joint (n,), or are empty for zero.
@@ -58,16 +58,16 @@ class Estimate {
   void reset() noexcept { observer_.reset(); }
   /// Returns true if the state has torques and velocities for all joints, and all of them are below ten times the drive
   /// limits.
-  [[nodiscard]] bool believes(const FollowerState& state) const noexcept;
+  [[nodiscard]] bool is_plausible(const FollowerState& state) const noexcept;
   /// Processes the newest follower state. Returns F_T_B, the force of the environment on the tool in the arm's base
-  /// frame B [N]. The force is zero for a state that believes() rejects. A state with the same time stamp as the last
-  /// one has no effect. A gap of more than 0.1 s between time stamps restarts the observer.
+  /// frame B [N]. The force is zero for a state that is_plausible() rejects. A state with the same time stamp as the
+  /// last one has no effect. A gap of more than 0.1 s between time stamps restarts the observer.
   const Vec3& step(const FollowerState& state) noexcept;
 
  private:
   EstimateOptions options_;
   MomentumObserver observer_;
-  JointVector weight_, slip_, tau_beyond_, v_beyond_;
+  JointVector weight_, slip_, tau_bound_, v_bound_;
   double t_ = 0.0;  ///< time stamp of the last state [s]
   Vec3 F_T_B_ = Vec3::Zero();
 };

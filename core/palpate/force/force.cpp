@@ -12,22 +12,22 @@ ForceTerms step(const ContactSet& contacts, const Twist& V_WT, double stiffness_
     const Material& material = c.material;
     const Vec3& n = c.normal;
 
-    Vec3 F_spring = stiffness_scale * (material.K.cwiseProduct(c.delta_x) + c.F_slope);
+    Vec3 F_spring = stiffness_scale * (material.K.cwiseProduct(c.delta_x) + c.F_grad_K);
     // An anisotropic K may tilt the spring force until it pulls along the normal. The pulling part is not rendered.
-    const double pull = std::min(n.dot(F_spring), 0.0);
-    F_spring -= pull * n;
+    const double F_adhesive = std::min(n.dot(F_spring), 0.0);
+    F_spring -= F_adhesive * n;
 
     const double b = damping_scale * n.dot(material.B.cwiseProduct(n));
     const Vec3 v_WS = V_WT.v + V_WT.w.cross(c.p_TS);
     const double damping = -b * n.dot(v_WS - c.v_surface);
-    const double push = std::max(damping, -n.dot(F_spring));  // the total force along n stays >= 0
+    const double F_damping_n = std::max(damping, -n.dot(F_spring));  // the total force along n stays >= 0
 
     sum.F_spring += F_spring;
-    sum.F_damping += push * n;
-    sum.t_damping += c.p_TS.cross(push * n);
-    const Wrench F_T_W = {F_spring + push * n, c.p_TS.cross(F_spring + push * n)};
+    sum.F_damping += F_damping_n * n;
+    sum.t_damping += c.p_TS.cross(F_damping_n * n);
+    const Wrench F_T_W = {F_spring + F_damping_n * n, c.p_TS.cross(F_spring + F_damping_n * n)};
     sum.torque += F_T_W.t;
-    sum.of_contact[static_cast<std::size_t>(i)] = F_T_W;
+    sum.F_contact[static_cast<std::size_t>(i)] = F_T_W;
   }
   sum.F = sum.F_spring + sum.F_damping;
   return sum;

@@ -19,20 +19,20 @@ enum class Source {
 /// W.
 struct ForceTerms {
   Vec3 F = Vec3::Zero();          ///< total force, F_spring + F_damping [N]
-  Vec3 F_spring = Vec3::Zero();   ///< spring force, K delta_x + F_slope, without the part that pulls [N]
+  Vec3 F_spring = Vec3::Zero();   ///< spring force, K delta_x + F_grad_K, without the part that pulls [N]
   Vec3 F_damping = Vec3::Zero();  ///< damping force -B xdot along the normal; its power is never positive [N]
   Vec3 torque = Vec3::Zero();     ///< torque of F about the tool tip T [N m]
   Vec3 t_damping = Vec3::Zero();  ///< part of `torque` that the damping causes [N m]
-  std::array<Wrench, kMaxContacts> of_contact{};  ///< force and torque of each contact, in the order of the ContactSet
+  std::array<Wrench, kMaxContacts> F_contact{};  ///< force and torque of each contact, in the order of the ContactSet
 };
 
 /// Force and torque of all contacts: the sum over the contacts of
 ///
-///   F = K delta_x + F_slope - n (n^T B n) n . (v_WS - v_surface),   n . F >= 0,   v_WS = v_WT + w_WT x p_TS
+///   F = K delta_x + F_grad_K - n (n^T B n) n . (v_WS - v_surface),   n . F >= 0,   v_WS = v_WT + w_WT x p_TS
 ///   torque = p_TS x F
 ///
 /// where S is the touching sphere, K = stiffness_scale * material.K and B = damping_scale * material.B. K and B are
-/// diagonal along the axes of W. F_slope = -1/2 delta_x^2 grad K makes the spring force the gradient of the potential
+/// diagonal along the axes of W. F_grad_K = -1/2 delta_x^2 grad K makes the spring force the gradient of the potential
 /// 1/2 delta_x^T K delta_x where K varies in space. A hard lump therefore pushes the tool aside, and pressing next to
 /// the lump and releasing on it gains no energy.
 ///

@@ -12,7 +12,7 @@ namespace {
 /// True if every live frame of the fixture has a pose that has not timed out.
 bool placed(const Fixture& f) noexcept {
   return std::all_of(f.frames.begin(), f.frames.end(),
-                     [&f](const auto& frame) { return frame->told() && frame->age() <= f.patience; });
+                     [&f](const auto& frame) { return frame->has_pose() && frame->age() <= f.timeout; });
 }
 
 /// The measured value that a ramp follows.
@@ -21,7 +21,7 @@ double measured(const Ramp& ramp, const Fixture& f, const FixtureState& now, con
     case Ramp::By::distance:
       return std::min(std::abs(now.constraint.gap), 1e3);
     case Ramp::By::time:
-      return in.t - now.since;
+      return in.t - now.engaged_at;
     case Ramp::By::force:
       return in.handle.F_hand >= 0.0 ? in.handle.F_hand : f.law->force(now.constraint, {}).F.f.norm();
     default:
@@ -33,7 +33,7 @@ double measured(const Ramp& ramp, const Fixture& f, const FixtureState& now, con
 double target(const Fixture& f, FixtureState& now, bool has_place, const Input& in) noexcept {
   const double near = std::abs(now.constraint.gap);
   const bool engaged = f.on && has_place && (now.engaged ? near <= f.policy.release : near <= f.policy.engage);
-  if (engaged && !now.engaged) now.since = in.t;
+  if (engaged && !now.engaged) now.engaged_at = in.t;
   now.engaged = engaged;
   double share = engaged ? f.policy.authority : 0.0;
   for (const Ramp& ramp : f.policy.ramps) {
@@ -55,8 +55,8 @@ unsigned Authority::step(FixtureStates& states, const Input& in) const noexcept 
     const bool has_place = placed(f);
     if (f.on && !has_place) status |= kFrameLost;
     const double wanted = target(f, now, has_place, in);
-    now.fresh |= std::any_of(f.frames.begin(), f.frames.end(), [](const auto& frame) { return frame->leapt(); });
-    if (now.authority == 0.0 && wanted > 0.0) now.fresh = true;
+    now.needs_slack |= std::any_of(f.frames.begin(), f.frames.end(), [](const auto& frame) { return frame->jumped(); });
+    if (now.authority == 0.0 && wanted > 0.0) now.needs_slack = true;
     const double before = now.authority;
     now.authority = std::clamp(wanted, before - dt_ / f.policy.fall, before + dt_ / f.policy.rise);
     now.rise = std::max(now.authority - before, 0.0);

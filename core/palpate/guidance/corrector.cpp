@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kRounds = 6;               // rounds of linearisation and solution
 constexpr double kTolerance = 1e-8;      // [m, rad] constraint violation accepted as satisfied
-constexpr double kPushed = 1e-6;         // [m] a border that overtakes the goal by more pushes it
+constexpr double kOvertaken = 1e-6;      // [m] a border that overtakes the goal by more pushes it
 constexpr double kMostCorrection = 0.5;  // [m] a larger correction is rejected
 constexpr double kJump = 1e-3;           // [m] a border that moves farther in one period has jumped
 
@@ -49,8 +49,8 @@ void Corrector::update_slack(FixtureStates& states, int i, const Input& in) cons
   const double pace = return_speed_ * dt_ / (c.rotational ? kLength : 1.0);
   now.slack = std::max(now.slack - pace, 0.0);
   const bool jumped = c.violation() - now.allowed() > (c.rotational ? kJump / kLength : kJump);
-  if (!now.fresh && !jumped) return;
-  now.fresh = false;
+  if (!now.needs_slack && !jumped) return;
+  now.needs_slack = false;
   now.slack = std::max(c.violation(), c.attracts ? 0.0 : states.evaluate(i, in.tool.X_WT, in).violation());
 }
 
@@ -141,18 +141,18 @@ bool Corrector::step(FixtureStates& states, const Input& in) noexcept {
     if (has(states, i)) update_slack(states, i, in);
   }
   const double lacks = worst_violation(states);
-  const double pushed = std::max(lacks, add_lasting_rows(states, in));
+  const double overtaken = std::max(lacks, add_lasting_rows(states, in));
   const int lasting = qp_.rows();
   Qp::Status status = Qp::Status::solved;
   if (!iterate(states, in, lasting, X, status)) return false;
-  share_out(states);
+  split_correction(states);
   // A feasible goal is replaced only by one nearer to the mapped goal, so that it does not move at rest.
   const Vec6 stays = displacement(mapped, X_WT_);
-  if (lacks < kTolerance && stays.norm() <= qp_.y().norm() && qp_.kept(stays, lasting)) X = X_WT_;
+  if (lacks < kTolerance && stays.norm() <= qp_.y().norm() && qp_.satisfies(stays, lasting)) X = X_WT_;
   if (follower_ != nullptr) {
     X = towards(X, states, in);
     // A border that has moved over the goal pushes it even if its speed was limited above.
-    if (pushed > kPushed && qp_.solve(displacement(mapped, X)) != Qp::Status::stopped &&
+    if (overtaken > kOvertaken && qp_.solve(displacement(mapped, X)) != Qp::Status::stopped &&
         qp_.y().norm() < kMostCorrection) {
       X = displaced(mapped, qp_.y());
     }
@@ -178,7 +178,7 @@ void Corrector::drop_misleading_rows(const FixtureStates& states, int from) noex
 
 // Splits the correction y = sum of multipliers times rows among the fixtures. The rows of each are merged into one row
 // with their mean length.
-void Corrector::share_out(const FixtureStates& states) noexcept {
+void Corrector::split_correction(const FixtureStates& states) noexcept {
   std::array<double, kMaxFixtures> sum{}, squares{};
   for (int i = 0; i < states.size(); ++i) share_[to_index(i)] = 0.0, direction_[to_index(i)] = {};
   for (int r = 0; r < qp_.rows(); ++r) {

@@ -57,7 +57,7 @@ class Corrector {
   double add_lasting_rows(const FixtureStates& states, const Input& in) noexcept;
   bool iterate(const FixtureStates& states, const Input& in, int lasting, Pose& X, Qp::Status& status) noexcept;
   void drop_misleading_rows(const FixtureStates& states, int from) noexcept;
-  void share_out(const FixtureStates& states) noexcept;
+  void split_correction(const FixtureStates& states) noexcept;
 
   Member member_;
   FollowerLimits* follower_;

@@ -55,8 +55,8 @@ void check(const RoleOptions& o) {
 
 void check(const LawOptions& o) {
   const std::string law = "law";
-  const auto positive = [&](const char* key, double value, const char* mend) {
-    require(law, value >= 0.0 && std::isfinite(value), key, value, mend);
+  const auto positive = [&](const char* key, double value, const char* remedy) {
+    require(law, value >= 0.0 && std::isfinite(value), key, value, remedy);
   };
   positive("K", o.K, "must be 0 N/m or more, and finite");
   positive("B", o.B, "must be 0 N s/m or more, and finite");
@@ -103,7 +103,7 @@ void check(const Fixture& f) {
   require(whose, p.release >= p.engage, "release", p.release, "must not be below engage");
   require(whose, p.rise >= 0.01 && std::isfinite(p.rise), "rise", p.rise, "must be 0.01 s or more: no steps");
   require(whose, p.fall >= 0.01 && std::isfinite(p.fall), "fall", p.fall, "must be 0.01 s or more: no steps");
-  require(whose, f.patience > 0.0, "patience", f.patience, "must be above 0 s");
+  require(whose, f.timeout > 0.0, "patience", f.timeout, "must be above 0 s");
   for (const Ramp& ramp : p.ramps) {
     require(whose, std::isfinite(ramp.from) && std::isfinite(ramp.to) && ramp.from != ramp.to, "ramp", ramp.to,
             "from and to must be finite, and not the same");
@@ -127,11 +127,11 @@ std::shared_ptr<const Law> make_law(const std::string& name, const LawOptions& o
 
 Constraint evaluate(const Fixture& fixture, const ToolQuery& tool, double t) noexcept {
   const Geometry& geometry = *fixture.geometry;
-  Around around;
+  QueryDerivatives derivatives;
   const Role::Needs needs = fixture.role->needs();
-  if (needs == Role::Needs::normals) around = geometry.normals(tool.X_WT, t);
-  if (needs == Role::Needs::turns) around = geometry.turns(tool.X_WT, t);
-  return fixture.role->constraint(geometry.query(tool.X_WT, t), around, tool);
+  if (needs == Role::Needs::normals) derivatives = geometry.normals(tool.X_WT, t);
+  if (needs == Role::Needs::attitude_derivative) derivatives = geometry.attitude_derivative(tool.X_WT, t);
+  return fixture.role->constraint(geometry.query(tool.X_WT, t), derivatives, tool);
 }
 
 void check(const Fixtures& fixtures) {

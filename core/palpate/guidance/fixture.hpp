@@ -22,13 +22,13 @@ class Role {
  public:
   virtual ~Role() = default;
   /// The constraint for a tool, from the query at its pose. around: the derivatives that needs() selects, else zero.
-  [[nodiscard]] virtual Constraint constraint(const Query& query, const Around& around,
+  [[nodiscard]] virtual Constraint constraint(const Query& query, const QueryDerivatives& derivatives,
                                               const ToolQuery& tool) const noexcept = 0;
   /// Name under which make_role() finds the role.
   [[nodiscard]] virtual const char* name() const noexcept = 0;
   /// Derivatives with respect to the tool's position that the constraint needs: none, those of Geometry::normals(), or
-  /// that of Geometry::turns().
-  enum class Needs { nothing, normals, turns };
+  /// that of Geometry::attitude_derivative().
+  enum class Needs { nothing, normals, attitude_derivative };
   [[nodiscard]] virtual Needs needs() const noexcept { return Needs::nothing; }
   /// True if the role needs a geometry that has an inside.
   [[nodiscard]] virtual bool needs_solid() const noexcept { return false; }
@@ -65,7 +65,7 @@ class Law {
   [[nodiscard]] virtual double turning_stiffness() const noexcept = 0;  ///< [N m/rad]
   [[nodiscard]] virtual double turning_damping() const noexcept = 0;    ///< [N m s/rad]
   /// True if one quadratic program finds the violations of all fixtures with such a law together.
-  [[nodiscard]] virtual bool jointly() const noexcept { return false; }
+  [[nodiscard]] virtual bool solves_jointly() const noexcept { return false; }
 };
 
 /// Options of all laws; each law reads its own.
@@ -116,7 +116,7 @@ struct Fixture {
   Policy policy;
   bool on = true;     ///< false: switched off, the authority falls to zero
   LiveFrames frames;  ///< live frames that carry the geometry; the authority is zero until each has a pose
-  double patience = std::numeric_limits<double>::infinity();  ///< timeout: with an older pose the authority is zero [s]
+  double timeout = std::numeric_limits<double>::infinity();  ///< timeout: with an older pose the authority is zero [s]
 };
 
 /// The fixture's constraint at time t [s], whatever its policy.

@@ -31,7 +31,7 @@ void FixtureStates::take(const Fixtures& fixtures) noexcept {
     FixtureState& now = (*this)[i];
     now = old != end ? *old : FixtureState{};
     now.key = key;
-    now.fresh = true;
+    now.needs_slack = true;
   }
 }
 
@@ -43,8 +43,9 @@ void FixtureStates::begin(const Input& in) noexcept {
 }
 
 Constraint FixtureStates::evaluate(int i, const Pose& X_WT, const Input& in) const noexcept {
-  const Touch& touch = in.touch;
-  const Constraint c = guidance::evaluate(fixture(i), {X_WT, in.tool.X_WT.p, touch.F_T_W.f, touch.stiffness}, in.t);
+  const ToolForce& tool_force = in.tool_force;
+  const Constraint c =
+      guidance::evaluate(fixture(i), {X_WT, in.tool.X_WT.p, tool_force.F_T_W.f, tool_force.stiffness}, in.t);
   return finite(c) ? c : Constraint{};
 }
 

@@ -12,13 +12,13 @@ namespace palpate::guidance {
 
 /// State of one fixture.
 struct FixtureState {
-  std::uint64_t key = 0;   ///< hash of the fixture's name
-  double authority = 0.0;  ///< present authority, after ramps, rise and fall [0-1]
-  double rise = 0.0;       ///< increase of the authority in this tick
-  double since = 0.0;      ///< time at which the fixture engaged [s]
+  std::uint64_t key = 0;    ///< hash of the fixture's name
+  double authority = 0.0;   ///< present authority, after ramps, rise and fall [0-1]
+  double rise = 0.0;        ///< increase of the authority in this tick
+  double engaged_at = 0.0;  ///< time at which the fixture engaged [s]
   double slack =
       0.0;  ///< tolerated violation: that found when the fixture appeared, less the return speed times time [m, rad]
-  bool engaged = false, fresh = true;  ///< fresh: new, edited or jumped, and its slack is not yet set
+  bool engaged = false, needs_slack = true;  ///< fresh: new, edited or jumped, and its slack is not yet set
   Constraint constraint;  ///< at the mapped goal; for a corrected fixture with gap and gradient of its share
   ConstraintForce force;  ///< force of the law times the authority
 

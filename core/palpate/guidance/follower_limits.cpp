@@ -7,16 +7,17 @@
 namespace palpate::guidance {
 namespace {
 
-constexpr double kBend = 2.0;       // [1/m] the tool's arc leaves the chord by lag^2 / (8 r), radius r at least 6 cm
-constexpr double kMostBend = 5e-4;  // [m] largest such deviation
-constexpr double kOfSpeed = 0.9;    // usable fraction of the joints' speeds; the rest covers the linearisation error
+constexpr double kArcPerLag2 = 2.0;  // [1/m] the tool's arc leaves the chord by lag^2 / (8 r), radius r at least 6 cm
+constexpr double kMaxArc = 5e-4;     // [m] largest such deviation
+constexpr double kSpeedFraction =
+    0.9;  // usable fraction of the joints' speeds; the rest covers the linearisation error
 constexpr double kDamping =
     1e-3;  // damping of the inverse of the Jacobian, whose rotational rows are scaled by kLength
 
 }  // namespace
 
 void FollowerLimits::begin(const Pose& X_WT, const Input& in) noexcept {
-  arc_ = lags() ? std::min(kBend * (X_WT.p - in.tool.X_WT.p).squaredNorm(), kMostBend) : 0.0;
+  arc_ = lags() ? std::min(kArcPerLag2 * (X_WT.p - in.tool.X_WT.p).squaredNorm(), kMaxArc) : 0.0;
   if (in.tool.joints == nullptr) return;
   inverse_ = in.tool.joints->J_WT;
   inverse_.bottomRows<3>() *= kLength;
@@ -27,12 +28,12 @@ void FollowerLimits::begin(const Pose& X_WT, const Input& in) noexcept {
 
 // The fraction of a step of the goal that the joints can follow in one period. Beyond it single joints would saturate,
 // and the joints would no longer move together.
-double FollowerLimits::share_of_joints(const Vec6& step, const Input& in) const noexcept {
+double FollowerLimits::feasible_fraction(const Vec6& step, const Input& in) const noexcept {
   double share = 1.0;
-  if (in.tool.joints == nullptr || inverse_.cols() != in.tool.joints->step.size()) return share;
-  const JointVector& steps = in.tool.joints->step;
+  if (in.tool.joints == nullptr || inverse_.cols() != in.tool.joints->max_step.size()) return share;
+  const JointVector& steps = in.tool.joints->max_step;
   for (Eigen::Index k = 0; k < steps.size(); ++k) {
-    const double turn = std::abs(inverse_.col(k).dot(step)), most = kOfSpeed * steps[k];
+    const double turn = std::abs(inverse_.col(k).dot(step)), most = kSpeedFraction * steps[k];
     if (turn > most) share = std::min(share, most / turn);
   }
   return share;
@@ -43,7 +44,7 @@ Pose FollowerLimits::towards(const Pose& X, const Pose& X_goal, double speed_lim
   const Vec6 step = displacement(X, X_goal);
   const double far = step.norm();
   const double most =
-      std::min({hand + options_.return_speed * dt_, speed_limit * dt_, far * share_of_joints(step, in)});
+      std::min({hand + options_.return_speed * dt_, speed_limit * dt_, far * feasible_fraction(step, in)});
   lag_ = 0.0;
   if (far <= most) return X_goal;
   const Pose reached = displaced(X, most / far * step);

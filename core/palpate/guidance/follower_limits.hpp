@@ -37,7 +37,7 @@ class FollowerLimits {
   /// Smallest lead of the goal over the tool along the gradient of c with which the tool itself satisfies c [m]. c is
   /// evaluated at the tool; `allowed` is the allowed violation [m].
   [[nodiscard]] double lead(const Constraint& c, double allowed) const noexcept {
-    return model_.need(c.gap + allowed, c.gradient.f.dot(model_.v()), c.gap_rate_of_fixture);
+    return model_.required_lead(c.gap + allowed, c.gradient.f.dot(model_.v()), c.gap_rate_of_fixture);
   }
 
   /// Moves the goal from X towards X_goal in one period: at most as fast as the hand moves the mapped goal plus the
@@ -50,7 +50,7 @@ class FollowerLimits {
  private:
   static constexpr int kJointRank = 1 << 20;  ///< joint limits rank above every fixture
 
-  [[nodiscard]] double share_of_joints(const Vec6& step, const Input& in) const noexcept;
+  [[nodiscard]] double feasible_fraction(const Vec6& step, const Input& in) const noexcept;
 
   Options options_;
   double dt_;

@@ -11,9 +11,9 @@
 namespace palpate::guidance {
 namespace {
 
-constexpr double kHorizon = 5.0;    // [1 / w] prediction horizon, after which the servo has settled
-constexpr double kFarthest = 3e-3;  // [m] largest lead of the goal over the tool
-constexpr double kLost = 5e-3;      // [m] prediction error beyond which the model restarts at the measured position
+constexpr double kHorizon = 5.0;      // [1 / w] prediction horizon, after which the servo has settled
+constexpr double kMaxLead = 3e-3;     // [m] largest lead of the goal over the tool
+constexpr double kResetError = 5e-3;  // [m] prediction error beyond which the model restarts at the measured position
 // Observer gains: fractions of the difference between measured and predicted position that correct the position and,
 // per period, the velocity. They are small because the encoders are fine and the servo is known.
 constexpr double kPlace = 0.5, kSpeed = 0.05;
@@ -31,15 +31,15 @@ FollowerModel::FollowerModel(const ServoOptions& options, double dt) : options_(
   step_ = servo_transition(w, options.damping_ratio, dt);
   const double last = std::max(kHorizon / w, 8.0 * dt), ratio = std::pow(last / dt, 1.0 / (kTimes - 1));
   double t = dt;
-  for (Later& later : later_) {
+  for (StepResponse& response : response_) {
     const Eigen::Matrix2d phi = servo_transition(w, options.damping_ratio, t);
-    later = {t, phi(0, 0), phi(0, 1)};
+    response = {t, phi(0, 0), phi(0, 1)};
     t *= ratio;
   }
 }
 
 void FollowerModel::observe(const Vec3& p_WT) noexcept {
-  if (!known_ || (p_WT - p_).norm() > kLost) {
+  if (!known_ || (p_WT - p_).norm() > kResetError) {
     p_ = goal_ = p_WT;
     v_.setZero();
     known_ = true;
@@ -57,15 +57,15 @@ void FollowerModel::command(const Vec3& p_goal) noexcept {
   v_ = step_(1, 0) * e + step_(1, 1) * v_;
 }
 
-double FollowerModel::need(double gap, double speed, double drift) const noexcept {
+double FollowerModel::required_lead(double gap, double speed, double drift) const noexcept {
   double least = -1e3;
-  for (const Later& later : later_) {
-    const double left = 1.0 - later.f;
+  for (const StepResponse& response : response_) {
+    const double left = 1.0 - response.f;
     // Without speed and drift, the goal of a tool that has crossed the border has to lie at the border, not beyond it.
     const double from = gap >= 0.0 ? gap : left * gap;
-    least = std::max(least, -(from + later.g * speed + drift * later.t) / left);
+    least = std::max(least, -(from + response.g * speed + drift * response.t) / left);
   }
-  return std::min(least, kFarthest + std::max(-gap, 0.0));
+  return std::min(least, kMaxLead + std::max(-gap, 0.0));
 }
 
 }  // namespace palpate::guidance

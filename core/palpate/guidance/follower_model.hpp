@@ -41,17 +41,17 @@ class FollowerModel {
   [[nodiscard]] const Vec3& p() const noexcept { return p_; }
   [[nodiscard]] const Vec3& v() const noexcept { return v_; }
   /// The smallest n . (goal - p) that keeps the tool outside [m], as above. gap [m], speed = n . p' [m/s], drift [m/s].
-  [[nodiscard]] double need(double gap, double speed, double drift) const noexcept;
+  [[nodiscard]] double required_lead(double gap, double speed, double drift) const noexcept;
 
  private:
   static constexpr std::size_t kTimes = 32;
-  struct Later {
+  struct StepResponse {
     double t, f, g;  ///< f and g [s] as above, at the time t [s]
   };
 
   ServoOptions options_;
   double dt_;
-  std::array<Later, kTimes> later_{};
+  std::array<StepResponse, kTimes> response_{};
   Eigen::Matrix2d step_ = Eigen::Matrix2d::Identity();  ///< transition matrix of (p - goal, p') over one period dt
   bool known_ = false;
   Vec3 p_ = Vec3::Zero(), v_ = Vec3::Zero(), goal_ = Vec3::Zero();

@@ -69,7 +69,7 @@ Change explained(const Fixture& fixture, const FixtureState& now, const Input& i
   const double K = c.rotational ? law.turning_stiffness() : law.stiffness();
   const double rise = K * (shift * moved + lever * turn + drift);
   double damps = c.rotational ? law.turning_damping() * dw : law.damping() * (shift * dv + lever * dw);
-  if (in.handle.takes_damping && lever == 0.0 && now.force.B != Mat3::Zero())
+  if (in.handle.renders_damping && lever == 0.0 && now.force.B != Mat3::Zero())
     damps = 0.0;  // the device renders this damping
   return {shift * (c.rotational ? rise : rise + damps), lever * (rise + damps)};
 }
@@ -85,7 +85,7 @@ double apply_laws(FixtureStates& states, const Corrector& hard, const Corrector&
     if (!now.active()) continue;
     const Fixture& f = states.fixture(i);
     const bool is_hard = f.policy.hard;
-    if ((is_hard || f.law->jointly()) && std::isfinite(now.constraint.gap)) {
+    if ((is_hard || f.law->solves_jointly()) && std::isfinite(now.constraint.gap)) {
       const Corrector& corrector = is_hard ? hard : joint;
       take_share(now, corrector.share(i), corrector.direction(i));
     }
@@ -103,7 +103,7 @@ double apply_laws(FixtureStates& states, const Corrector& hard, const Corrector&
   return credit;
 }
 
-void Priorities::apply(FixtureStates& states, bool takes_damping) noexcept {
+void Priorities::apply(FixtureStates& states, bool renders_damping) noexcept {
   std::array<bool, kMaxFixtures> pushes{};
   for (int i = 0; i < states.size(); ++i) {
     pushes[to_index(i)] = states[i].active() && !none(states[i].force.F);
@@ -111,7 +111,7 @@ void Priorities::apply(FixtureStates& states, bool takes_damping) noexcept {
   for (int i = 0; i < states.size(); ++i) {
     if (!pushes[to_index(i)]) continue;
     Wrench& F = states[i].force.F;
-    const Vec3 F_B = takes_damping ? states[i].force.F_of_B.f : Vec3(Vec3::Zero());
+    const Vec3 F_B = renders_damping ? states[i].force.F_of_B.f : Vec3(Vec3::Zero());
     Vec6 y;
     y << F.f - F_B, F.t / kLength;
     bool against = false;
@@ -122,7 +122,7 @@ void Priorities::apply(FixtureStates& states, bool takes_damping) noexcept {
       // A violation over which the damping of fixture j still rises (profile.hpp) counts in proportion.
       const Constraint& c = states[j].constraint;
       const Vec6 a = row(c).stableNormalized();
-      const double share = std::min(c.violation() / (c.rotational ? kComesInTurn : kComesIn), 1.0);
+      const double share = std::min(c.violation() / (c.rotational ? kDampingRampRotational : kDampingRamp), 1.0);
       const double opposes = std::min(a.dot(y), 0.0);
       against |= share * opposes < 0.0;
       qp_.add(a, (1.0 - share) * opposes);
@@ -141,7 +141,7 @@ const DampedWrench& Blend::step(const FixtureStates& states, const Input& in, co
   for (int i = 0; i < states.size(); ++i) {
     const FixtureState& now = states[i];
     sum.F = sum.F + now.force.F;
-    if (in.handle.takes_damping) {
+    if (in.handle.renders_damping) {
       sum.F.f -= now.force.F_of_B.f;
       sum.B += now.force.B;
     }

@@ -17,8 +17,8 @@ double apply_laws(FixtureStates& states, const Corrector& hard, const Corrector&
 class Priorities {
  public:
   /// Replaces the wrench of each fixture by the nearest wrench that opposes no fixture ranked above it. Damping that
-  /// the device renders by itself (takes_damping) is left unchanged.
-  void apply(FixtureStates& states, bool takes_damping) noexcept;
+  /// the device renders by itself (renders_damping) is left unchanged.
+  void apply(FixtureStates& states, bool renders_damping) noexcept;
 
  private:
   Qp qp_;

@@ -7,7 +7,7 @@
 namespace palpate::guidance {
 namespace {
 
-constexpr double kSeldom = 0.2;  // [s] poses that far apart in time yield no velocity
+constexpr double kMaxInterval = 0.2;  // [s] poses that far apart in time yield no velocity
 
 }  // namespace
 
@@ -15,11 +15,11 @@ MotionFrame::MotionFrame(const Pose& X_WF, scene::Motion motion) : X_WF_(X_WF), 
 
 FrameState MotionFrame::at(double t) const noexcept {
   const Pose X_WF = motion_.pose(X_WF_, t);
-  return {X_WF, {motion_.velocity(X_WF.p, t), motion_.spin(t)}};
+  return {X_WF, {motion_.velocity(X_WF.p, t), motion_.angular_velocity(t)}};
 }
 
 void LiveFrame::put(const FrameState& state, bool with_velocity) noexcept {
-  const std::size_t n = told_.load(std::memory_order_relaxed) + 1;
+  const std::size_t n = updates_.load(std::memory_order_relaxed) + 1;
   Slot& slot = slots_[n % kSlots];
   const auto put = [&slot](std::size_t from, const double* values, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) slot[from + i].store(values[i], std::memory_order_relaxed);
@@ -31,14 +31,14 @@ void LiveFrame::put(const FrameState& state, bool with_velocity) noexcept {
   put(12, state.V_WF.v.data(), 3);
   put(15, state.V_WF.w.data(), 3);
   put(18, &given, 1);
-  told_.store(n, std::memory_order_release);
+  updates_.store(n, std::memory_order_release);
 }
 
 // Reads the newest state. Returns true if its velocity was given; also before the first pose, whose velocity is zero.
 bool LiveFrame::get(FrameState& state) const noexcept {
   double given = 0.0;
   for (int again = 0; again < 4; ++again) {  // reads again if the slot was overwritten meanwhile
-    const std::size_t n = told_.load(std::memory_order_acquire);
+    const std::size_t n = updates_.load(std::memory_order_acquire);
     if (n == 0) return true;
     const Slot& slot = slots_[n % kSlots];
     const auto get = [&slot](std::size_t from, double* values, std::size_t count) {
@@ -50,7 +50,7 @@ bool LiveFrame::get(FrameState& state) const noexcept {
     get(15, state.V_WF.w.data(), 3);
     get(18, &given, 1);
     std::atomic_thread_fence(std::memory_order_acquire);
-    if (told_.load(std::memory_order_relaxed) - n < kSlots - 1) break;
+    if (updates_.load(std::memory_order_relaxed) - n < kSlots - 1) break;
   }
   return given != 0.0;
 }
@@ -68,25 +68,25 @@ FrameState LiveFrame::at(double) const noexcept {
 }
 
 void LiveFrame::see(double t) noexcept {
-  const std::size_t told = told_.load(std::memory_order_acquire);
+  const std::size_t updates = updates_.load(std::memory_order_acquire);
   Twist V;
   if (t < t_) seen_ = 0;  // time went back: a new run
-  if (told == seen_) {
+  if (updates == seen_) {
     t_ = t;
     if (age() <= 2.5 * interval_) return;  // the next pose is not yet overdue; once it is, the frame has stopped
   } else {
     FrameState now;
     (void)get(now);
-    interval_ = seen_ > 0 ? t - t_told_ : 0.0;
-    const bool often = interval_ > 0.0 && interval_ < kSeldom;
+    interval_ = seen_ > 0 ? t - t_update_ : 0.0;
+    const bool often = interval_ > 0.0 && interval_ < kMaxInterval;
     const Eigen::AngleAxisd turned(Mat3(now.X_WF.R * X_seen_.R.transpose()));
     if (often) V = {(now.X_WF.p - X_seen_.p) / interval_, turned.angle() / interval_ * turned.axis()};
-    const bool follows = often && V.v.norm() <= kFastest && V.w.norm() <= kTurns;
-    const bool leapt = !follows && (now.X_WF.p != X_seen_.p || now.X_WF.R != X_seen_.R);
-    if (leapt) V = {}, t_leapt_ = t;
+    const bool follows = often && V.v.norm() <= kMaxSpeed && V.w.norm() <= kMaxTurnRate;
+    const bool jumped = !follows && (now.X_WF.p != X_seen_.p || now.X_WF.R != X_seen_.R);
+    if (jumped) V = {}, t_jump_ = t;
     X_seen_ = now.X_WF;
-    seen_ = told;
-    t_ = t_told_ = t;
+    seen_ = updates;
+    t_ = t_update_ = t;
   }
   for (std::size_t i = 0; i < 3; ++i) {
     const auto k = static_cast<Eigen::Index>(i);
@@ -95,31 +95,31 @@ void LiveFrame::see(double t) noexcept {
   }
 }
 
-Placed::Placed(GeometryPtr geometry, const Pose& X_FG, std::shared_ptr<const Frame> frame)
+FramedGeometry::FramedGeometry(GeometryPtr geometry, const Pose& X_FG, std::shared_ptr<const Frame> frame)
     : geometry_(std::move(geometry)), X_FG_(X_FG), frame_(std::move(frame)) {
   if (geometry_ == nullptr || frame_ == nullptr) throw std::invalid_argument("a geometry and a frame are needed");
 }
 
-bool Placed::has_axis() const noexcept {
+bool FramedGeometry::has_axis() const noexcept {
   if (geometry_->has_axis() || dynamic_cast<const LiveFrame*>(frame_.get()) != nullptr) return true;
   return !(frame_->at(0.0).X_WF.R * X_FG_.R).isIdentity(1e-9);
 }
 
-void Placed::add_live(LiveFrames& frames) const {
+void FramedGeometry::add_live(LiveFrames& frames) const {
   const auto live = std::dynamic_pointer_cast<const LiveFrame>(frame_);
   if (live != nullptr) frames.push_back(std::const_pointer_cast<LiveFrame>(live));
   geometry_->add_live(frames);
 }
 
-Around Placed::normals(const Pose& X_WT, double t) const noexcept {
+QueryDerivatives FramedGeometry::normals(const Pose& X_WT, double t) const noexcept {
   const Pose X_WG = frame_->at(t).X_WF * X_FG_;
-  Around out = geometry_->normals(X_WG.inverse() * X_WT, t);
+  QueryDerivatives out = geometry_->normals(X_WG.inverse() * X_WT, t);
   out.normal = X_WG.R * out.normal;
   out.d_normal = X_WG.R * out.d_normal * X_WG.R.transpose();
   return out;
 }
 
-Query Placed::answer(const Pose& X_WT, double t) const noexcept {
+Query FramedGeometry::query_local(const Pose& X_WT, double t) const noexcept {
   const auto [X_WF, V_WF] = frame_->at(t);
   const Pose X_WG = X_WF * X_FG_;
   Query q = geometry_->query(X_WG.inverse() * X_WT, t);

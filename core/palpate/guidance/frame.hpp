@@ -42,8 +42,8 @@ class MotionFrame final : public Frame {
 class LiveFrame final : public Frame {
  public:
   /// Sets the pose with its velocity, or without. see() estimates a missing velocity from successive poses and the
-  /// ticks that saw them. If the estimate exceeds kFastest or kTurns, or the poses are too rare, the frame has jumped
-  /// and the estimate is zero.
+  /// ticks that saw them. If the estimate exceeds kMaxSpeed or kMaxTurnRate, or the poses are too rare, the frame has
+  /// jumped and the estimate is zero.
   void set(const FrameState& state) noexcept { put(state, true); }
   void set(const Pose& X_WF) noexcept { put({X_WF, {}}, false); }
   [[nodiscard]] FrameState at(double) const noexcept override;
@@ -51,13 +51,14 @@ class LiveFrame final : public Frame {
   /// Takes in the newest pose; the cycle's thread calls it at every tick, at time t [s].
   void see(double t) noexcept;
   /// True once a pose has been set.
-  [[nodiscard]] bool told() const noexcept { return told_.load(std::memory_order_relaxed) > 0; }
+  [[nodiscard]] bool has_pose() const noexcept { return updates_.load(std::memory_order_relaxed) > 0; }
   /// True in a tick whose see() found a jump: a new pose that no plausible motion explains.
-  [[nodiscard]] bool leapt() const noexcept { return t_leapt_ == t_; }
+  [[nodiscard]] bool jumped() const noexcept { return t_jump_ == t_; }
   /// Age of the newest pose at the last see() [s].
-  [[nodiscard]] double age() const noexcept { return t_ - t_told_; }
+  [[nodiscard]] double age() const noexcept { return t_ - t_update_; }
 
-  static constexpr double kFastest = 0.25, kTurns = 3.0;  ///< largest plausible speed [m/s] and angular speed [rad/s]
+  static constexpr double kMaxSpeed = 0.25,
+                          kMaxTurnRate = 3.0;  ///< largest plausible speed [m/s] and angular speed [rad/s]
 
  private:
   static constexpr std::size_t kSlots = 8;           // a read is valid while fewer than kSlots - 1 newer poses are set
@@ -67,30 +68,30 @@ class LiveFrame final : public Frame {
   bool get(FrameState& state) const noexcept;
 
   std::array<Slot, kSlots> slots_{};
-  std::atomic<std::size_t> told_{0};  // number of poses set
+  std::atomic<std::size_t> updates_{0};  // number of poses set
 
   // State of see(): number of poses and newest pose seen, times, interval between the last two poses, estimated
   // velocity.
   std::size_t seen_ = 0;
   Pose X_seen_;
-  double t_ = 0.0, t_told_ = 0.0, t_leapt_ = -1.0, interval_ = 0.0;
+  double t_ = 0.0, t_update_ = 0.0, t_jump_ = -1.0, interval_ = 0.0;
   std::array<std::atomic<double>, 6> V_{};
 };
 
 /// A geometry at the pose X_FG in a frame.
-class Placed final : public Geometry {
+class FramedGeometry final : public Geometry {
  public:
   /// Throws std::invalid_argument when a pointer is null.
-  Placed(GeometryPtr geometry, const Pose& X_FG, std::shared_ptr<const Frame> frame);
+  FramedGeometry(GeometryPtr geometry, const Pose& X_FG, std::shared_ptr<const Frame> frame);
   [[nodiscard]] bool solid() const noexcept override { return geometry_->solid(); }
   [[nodiscard]] bool is_point() const noexcept override { return geometry_->is_point(); }
   /// True also for a geometry without an axis of its own if it is rotated or its frame is live.
   [[nodiscard]] bool has_axis() const noexcept override;
   void add_live(LiveFrames& frames) const override;
-  [[nodiscard]] Around normals(const Pose& X_WT, double t) const noexcept override;
+  [[nodiscard]] QueryDerivatives normals(const Pose& X_WT, double t) const noexcept override;
 
  protected:
-  [[nodiscard]] Query answer(const Pose& X_WT, double t) const noexcept override;
+  [[nodiscard]] Query query_local(const Pose& X_WT, double t) const noexcept override;
 
  private:
   GeometryPtr geometry_;

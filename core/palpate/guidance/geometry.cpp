@@ -9,9 +9,10 @@
 namespace palpate::guidance {
 namespace {
 
-constexpr double kLongest = 1e9;     // [s] times are clamped to it
-constexpr double kNothing = 1e-100;  // [m] smaller coordinates become zero, so that their squares cannot underflow
-constexpr double kStep = 2e-6;       // [m] step of the differences: truncation and rounding errors are both about 1e-6
+constexpr double kMaxTime = 1e9;  // [s] times are clamped to it
+constexpr double kMinCoordinate =
+    1e-100;                     // [m] smaller coordinates become zero, so that their squares cannot underflow
+constexpr double kStep = 2e-6;  // [m] step of the differences: truncation and rounding errors are both about 1e-6
 
 Mat3 at_most(double most, const Mat3& slope) noexcept {
   const double norm = slope.norm();
@@ -21,30 +22,31 @@ Mat3 at_most(double most, const Mat3& slope) noexcept {
 }  // namespace
 
 Query Geometry::query(const Pose& X_WT, double t) const noexcept {
-  Vec3 p = X_WT.p.cwiseMax(-kFarthest).cwiseMin(kFarthest);
-  p = (p.array().abs() < kNothing).select(0.0, p);
-  return answer({X_WT.R, p}, std::clamp(t, -kLongest, kLongest));
+  Vec3 p = X_WT.p.cwiseMax(-kMaxCoordinate).cwiseMin(kMaxCoordinate);
+  p = (p.array().abs() < kMinCoordinate).select(0.0, p);
+  return query_local({X_WT.R, p}, std::clamp(t, -kMaxTime, kMaxTime));
 }
 
-Around Geometry::normals(const Pose& X_WT, double t) const noexcept {
-  Around out;
+QueryDerivatives Geometry::normals(const Pose& X_WT, double t) const noexcept {
+  QueryDerivatives out;
   for (Eigen::Index k = 0; k < 3; ++k) {
-    const Vec3 step = kAround * Vec3::Unit(k);
+    const Vec3 step = kDifferenceStep * Vec3::Unit(k);
     const Query after = query({X_WT.R, X_WT.p + step}, t), before = query({X_WT.R, X_WT.p - step}, t);
-    out.normal[k] = 0.5 / kAround * (after.distance - before.distance);
-    out.d_normal.row(k) = 0.5 / kAround * (after.steep * after.normal - before.steep * before.normal);
+    out.normal[k] = 0.5 / kDifferenceStep * (after.distance - before.distance);
+    out.d_normal.row(k) =
+        0.5 / kDifferenceStep * (after.gradient_norm * after.normal - before.gradient_norm * before.normal);
   }
   return out;
 }
 
-Around Geometry::turns(const Pose& X_WT, double t) const noexcept {
-  Around out;
+QueryDerivatives Geometry::attitude_derivative(const Pose& X_WT, double t) const noexcept {
+  QueryDerivatives out;
   for (Eigen::Index k = 0; k < 3; ++k) {
     const Vec3 step = kStep * Vec3::Unit(k);
     const Query after = query({X_WT.R, X_WT.p + step}, t), before = query({X_WT.R, X_WT.p - step}, t);
-    out.turn.col(k) = 0.5 / kStep * rotation_vector(after.attitude * before.attitude.transpose());
+    out.d_attitude.col(k) = 0.5 / kStep * rotation_vector(after.attitude * before.attitude.transpose());
   }
-  out.turn = at_most(kSharpest, out.turn);
+  out.d_attitude = at_most(kMaxTurnPerLength, out.d_attitude);
   return out;
 }
 
@@ -64,7 +66,7 @@ Mat3 basis_of(const Vec3& normal, const Vec3& along) noexcept {
   return basis;
 }
 
-Query towards(const Vec3& p, const Vec3& point, const Vec3* tangent) noexcept {
+Query point_or_curve_query(const Vec3& p, const Vec3& point, const Vec3* tangent) noexcept {
   Query q;
   const Vec3 out = p - point;
   q.distance = out.norm();

@@ -13,22 +13,22 @@ namespace palpate::guidance {
 struct Query {
   double distance = 0.0;             ///< signed: negative inside a solid; never negative for points and curves [m]
   Vec3 normal = Vec3::UnitZ();       ///< unit vector outwards: direction of the distance's gradient
-  double steep = 1.0;                ///< norm of that gradient: 1, except where a blend fills a crease
+  double gradient_norm = 1.0;        ///< norm of that gradient: 1, except where a blend fills a crease
   Vec3 point = Vec3::Zero();         ///< nearest point of the geometry [m]
   Mat3 basis = Mat3::Identity();     ///< rotation matrix: two tangents and the normal as columns
   Vec3 velocity = Vec3::Zero();      ///< velocity of the geometry's material at `point` [m/s]
   Vec3 spin = Vec3::Zero();          ///< angular velocity of the geometry [rad/s]
   Mat3 attitude = Mat3::Identity();  ///< rotation of the frame at `point`: z is the axis of a line, path or cone; a
                                      ///< recorded path gives the tool's rotation, other geometries their own axes
-  double along = 0.0;                ///< arc length from the start of a path or line to `point` [m]; 0 elsewhere
+  double arc_length = 0.0;           ///< arc length from the start of a path or line to `point` [m]; 0 elsewhere
   int dimension = 2;  ///< how many leading columns of `basis` lie along the geometry: 0 at points, 1 on curves, else 2
 };
 
 /// Derivatives of a query with respect to the tool's position p, for roles whose target direction depends on it.
-struct Around {
-  Vec3 normal = Vec3::Zero();    ///< mean of the distance's gradients nearby; shorter than one where they disagree
-  Mat3 d_normal = Mat3::Zero();  ///< d normal / dp [1/m]
-  Mat3 turn = Mat3::Zero();      ///< d (rotation vector of the attitude) / dp [rad/m]
+struct QueryDerivatives {
+  Vec3 normal = Vec3::Zero();      ///< mean of the distance's gradients nearby; shorter than one where they disagree
+  Mat3 d_normal = Mat3::Zero();    ///< d normal / dp [1/m]
+  Mat3 d_attitude = Mat3::Zero();  ///< d (rotation vector of the attitude) / dp [rad/m]
 };
 
 class LiveFrame;
@@ -43,14 +43,14 @@ class Geometry {
   Geometry& operator=(const Geometry&) = delete;
 
   /// The query at time t [s] for a tool at X_WT. Finite for every finite pose and time: coordinates are clamped to
-  /// `kFarthest`. Allocation free.
+  /// `kMaxCoordinate`. Allocation free.
   [[nodiscard]] Query query(const Pose& X_WT, double t) const noexcept;
-  /// The mean normal around the tool's position, by central differences of the distance over kAround along each of the
-  /// geometry's axes. d_normal is the exact derivative of that mean. Six queries.
-  [[nodiscard]] virtual Around normals(const Pose& X_WT, double t) const noexcept;
-  /// The derivative of the attitude with respect to the tool's position, limited to kSharpest where the attitude jumps.
-  /// Six queries.
-  [[nodiscard]] Around turns(const Pose& X_WT, double t) const noexcept;
+  /// The mean normal around the tool's position, by central differences of the distance over kDifferenceStep along each
+  /// of the geometry's axes. d_normal is the exact derivative of that mean. Six queries.
+  [[nodiscard]] virtual QueryDerivatives normals(const Pose& X_WT, double t) const noexcept;
+  /// The derivative of the attitude with respect to the tool's position, limited to kMaxTurnPerLength where the
+  /// attitude jumps. Six queries.
+  [[nodiscard]] QueryDerivatives attitude_derivative(const Pose& X_WT, double t) const noexcept;
   /// True if the geometry has an inside. The role `keep-in` needs it, and so do `forbid` and `limit` without a margin.
   [[nodiscard]] virtual bool solid() const noexcept = 0;
   /// True if the geometry is a single point.
@@ -61,13 +61,13 @@ class Geometry {
   /// Appends the live frames to which the geometry is attached.
   virtual void add_live(LiveFrames& /*frames*/) const {}
 
-  static constexpr double kFarthest = 1e6;    ///< largest coordinate [m]
-  static constexpr double kAround = 0.01;     ///< half width of the differences in normals() [m]
-  static constexpr double kSharpest = 100.0;  ///< largest norm of the derivative of an attitude [rad/m]
+  static constexpr double kMaxCoordinate = 1e6;       ///< largest coordinate [m]
+  static constexpr double kDifferenceStep = 0.01;     ///< half width of the differences in normals() [m]
+  static constexpr double kMaxTurnPerLength = 100.0;  ///< largest norm of the derivative of an attitude [rad/m]
 
  protected:
-  /// The query for coordinates within kFarthest and times within 1e9 s, to which query() clamps them.
-  [[nodiscard]] virtual Query answer(const Pose& X_WT, double t) const noexcept = 0;
+  /// The query for coordinates within kMaxCoordinate and times within 1e9 s, to which query() clamps them.
+  [[nodiscard]] virtual Query query_local(const Pose& X_WT, double t) const noexcept = 0;
 };
 
 using GeometryPtr = std::shared_ptr<const Geometry>;
@@ -78,6 +78,6 @@ using GeometryPtr = std::shared_ptr<const Geometry>;
 [[nodiscard]] Mat3 basis_of(const Vec3& normal, const Vec3& along) noexcept;
 /// The query for points and curves: distance and normal from the nearest point `point` to p [m]. tangent: unit tangent
 /// of a curve at `point`; null for a point and beyond the end of a curve.
-[[nodiscard]] Query towards(const Vec3& p, const Vec3& point, const Vec3* tangent) noexcept;
+[[nodiscard]] Query point_or_curve_query(const Vec3& p, const Vec3& point, const Vec3* tangent) noexcept;
 
 }  // namespace palpate::guidance

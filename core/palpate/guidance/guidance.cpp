@@ -25,7 +25,7 @@ const Options& checked(const Options& options) {
 
 bool corrects_goal(const Fixture& f) noexcept { return f.policy.hard; }
 
-bool has_joint_law(const Fixture& f) noexcept { return !f.policy.hard && f.law->jointly(); }
+bool has_joint_law(const Fixture& f) noexcept { return !f.policy.hard && f.law->solves_jointly(); }
 
 bool same(const Pose& a, const Pose& b) noexcept { return a.p == b.p && a.R == b.R; }
 
@@ -49,7 +49,7 @@ const Output& Guidance::step(const Input& in) noexcept {
   out_.status = authority_.step(states_, in);
   correct(in);
   out_.credit = apply_laws(states_, hard_, joint_, follower_, in);
-  priorities_.apply(states_, in.handle.takes_damping);
+  priorities_.apply(states_, in.handle.renders_damping);
   out_.on_tool = blend_.step(states_, in, before_);
   report(in);
   before_ = in.goal;

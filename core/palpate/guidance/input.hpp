@@ -17,12 +17,12 @@ struct Options {
 
 /// Input of the stage at every tick, in W.
 struct Input {
-  double t = 0.0;      ///< time of the tick [s]
-  ToolGoal goal;       ///< commanded goal from the mapping; while it is not engaged, the hand feels no fixture
-  ToolState tool;      ///< measured state of the tool
-  Touch touch;         ///< contact force on the tool
-  Handle handle;       ///< used: the operator's force, and whether the device renders damping
-  double pedal = 1.0;  ///< guidance pedal, 0-1
+  double t = 0.0;        ///< time of the tick [s]
+  ToolGoal goal;         ///< commanded goal from the mapping; while it is not engaged, the hand feels no fixture
+  ToolState tool;        ///< measured state of the tool
+  ToolForce tool_force;  ///< contact force on the tool
+  Handle handle;         ///< used: the operator's force, and whether the device renders damping
+  double pedal = 1.0;    ///< guidance pedal, 0-1
 };
 
 }  // namespace palpate::guidance

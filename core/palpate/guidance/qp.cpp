@@ -10,7 +10,7 @@ namespace palpate::guidance {
 namespace {
 
 constexpr double kDependent = 1e-5;  // a unit row whose residual after projection is smaller depends on the active rows
-constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
@@ -33,9 +33,9 @@ void Qp::move(int from, int to) noexcept {
 
 double Qp::slack(int i) const noexcept { return length(i) * (a_[to_index(i)].dot(now_.y) - b_[to_index(i)]); }
 
-bool Qp::kept(const Vec6& y, int rows) const noexcept {
+bool Qp::satisfies(const Vec6& y, int rows) const noexcept {
   for (int i = 0; i < rows; ++i) {
-    if (a_[to_index(i)].dot(y) - b_[to_index(i)] < -kClose) return false;
+    if (a_[to_index(i)].dot(y) - b_[to_index(i)] < -kTolerance) return false;
   }
   return true;
 }
@@ -48,7 +48,7 @@ int Qp::most_violated() const noexcept {
   for (int i = 0; i < m_; ++i) {
     if (active_[to_index(i)] || out_[to_index(i)]) continue;
     const double s = a_[to_index(i)].dot(now_.y) - b_[to_index(i)];
-    if (!(s < -kClose)) continue;
+    if (!(s < -kTolerance)) continue;
     const bool was = was_active_[to_index(i)];
     const int above = worst < 0 ? 1 : rank_[to_index(i)] - rank_[to_index(worst)];
     if (above > 0 || (above == 0 && ((was && !known) || (was == known && s < lack)))) worst = i, lack = s, known = was;
@@ -84,7 +84,7 @@ void Qp::drop(int k) noexcept {
 
 // Row p = sum r_k a_k with all r_k <= 0 contradicts the active rows of which it is a combination. The row of the lowest
 // rank among them is dropped, and the search resumes from the state before that row was added.
-void Qp::give_way(int p, const Vec6& r) noexcept {
+void Qp::drop_contradicting(int p, const Vec6& r) noexcept {
   int least = p;
   for (int k = 0; k < now_.q; ++k) {
     const int i = now_.set[to_index(k)];
@@ -102,7 +102,7 @@ void Qp::give_way(int p, const Vec6& r) noexcept {
 
 // Steps until row p is satisfied and active, or a contradicting row has been dropped. Returns false when the steps are
 // used up.
-bool Qp::take_up(int p) noexcept {
+bool Qp::add_active(int p) noexcept {
   before_[to_index(p)] = now_;
   now_.u[to_index(now_.q)] = 0.0;
   while (++steps_ <= kSteps) {
@@ -120,16 +120,16 @@ bool Qp::take_up(int p) noexcept {
       for (int k = j + 1; k < now_.q; ++k) r[j] -= R_(j, k) * r[k];
       r[j] /= R_(j, j);
     }
-    double dual = kNever;  // largest step for which no multiplier turns negative
+    double dual = kInfinity;  // largest step for which no multiplier turns negative
     int blocks = -1;
     for (int k = 0; k < now_.q; ++k) {
       if (r[k] > 0.0 && now_.u[to_index(k)] < dual * r[k]) dual = now_.u[to_index(k)] / r[k], blocks = k;
     }
     const double left = z.squaredNorm();
     const bool moves = now_.q < kVars && left > kDependent * kDependent;
-    const double primal = moves ? (b_[to_index(p)] - a.dot(now_.y)) / left : kNever;
+    const double primal = moves ? (b_[to_index(p)] - a.dot(now_.y)) / left : kInfinity;
     if (!moves && blocks < 0) {  // p contradicts the active rows
-      give_way(p, r);
+      drop_contradicting(p, r);
       return true;
     }
     const double step = std::min(dual, primal);
@@ -148,11 +148,11 @@ bool Qp::take_up(int p) noexcept {
   return false;
 }
 
-// Minimises kHardly |y - y0|^2 + sum w max(b - a . y, 0)^2 by Newton's method. The function is piecewise quadratic, so
-// a few steps reach the minimum.
+// Minimises kRegularisation |y - y0|^2 + sum w max(b - a . y, 0)^2 by Newton's method. The function is piecewise
+// quadratic, so a few steps reach the minimum.
 void Qp::least_violation() noexcept {
   constexpr int kNewton = 12;
-  constexpr double kWeight = 1e4, kHardly = 1e-6;  // ratio of weights between ranks; weight of |y - y0|^2
+  constexpr double kWeight = 1e4, kRegularisation = 1e-6;  // ratio of weights between ranks; weight of |y - y0|^2
   int first = std::numeric_limits<int>::min(), second = first;
   for (int i = 0; i < m_; ++i) first = std::max(first, rank_[to_index(i)]);
   for (int i = 0; i < m_; ++i) {
@@ -160,8 +160,8 @@ void Qp::least_violation() noexcept {
   }
   Vec6& y = now_.y;
   for (int step = 0; step < kNewton; ++step) {
-    Eigen::Matrix<double, kVars, kVars> H = kHardly * Eigen::Matrix<double, kVars, kVars>::Identity();
-    Vec6 g = kHardly * (y0_ - y);
+    Eigen::Matrix<double, kVars, kVars> H = kRegularisation * Eigen::Matrix<double, kVars, kVars>::Identity();
+    Vec6 g = kRegularisation * (y0_ - y);
     for (int i = 0; i < m_; ++i) {
       const Vec6& a = a_[to_index(i)];
       const double lacks = b_[to_index(i)] - a.dot(y);
@@ -173,7 +173,7 @@ void Qp::least_violation() noexcept {
     const Vec6 change = H.ldlt().solve(g);
     if (!change.allFinite()) return;
     y += change;
-    if (change.norm() < kClose) return;
+    if (change.norm() < kTolerance) return;
   }
 }
 
@@ -183,7 +183,7 @@ Qp::Status Qp::solve(const Vec6& y0) noexcept {
   now_ = {y0, 0, {}, {}};
   steps_ = 0;
   bool done = true;
-  for (int p = most_violated(); p >= 0 && done; p = most_violated()) done = take_up(p);
+  for (int p = most_violated(); p >= 0 && done; p = most_violated()) done = add_active(p);
   if (!done) least_violation();
   std::fill(was_active_.begin(), was_active_.end(), false);
   bool relaxed = false;

@@ -18,10 +18,10 @@ namespace palpate::guidance {
 /// The quadratic program and its solver.
 class Qp {
  public:
-  static constexpr int kVars = 6;         ///< variables
-  static constexpr int kRows = 544;       ///< largest number of rows
-  static constexpr int kSteps = 120;      ///< largest number of steps, which add or drop a row
-  static constexpr double kClose = 1e-9;  ///< violation of a row accepted as satisfied [units of y]
+  static constexpr int kVars = 6;             ///< variables
+  static constexpr int kRows = 544;           ///< largest number of rows
+  static constexpr int kSteps = 120;          ///< largest number of steps, which add or drop a row
+  static constexpr double kTolerance = 1e-9;  ///< violation of a row accepted as satisfied [units of y]
 
   enum class Status {
     solved,   ///< every row is satisfied
@@ -48,13 +48,13 @@ class Qp {
   /// Lagrange multiplier of row i, never negative: y - y0 = sum of multiplier_i a_i.
   [[nodiscard]] double multiplier(int i) const noexcept { return lambda_[static_cast<std::size_t>(i)]; }
   /// True if row i was dropped because it contradicts other rows.
-  [[nodiscard]] bool gave_way(int i) const noexcept { return out_[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] bool dropped(int i) const noexcept { return out_[static_cast<std::size_t>(i)]; }
   /// a_i as given to add().
   [[nodiscard]] Vec6 row(int i) const noexcept { return length(i) * a_[static_cast<std::size_t>(i)]; }
   /// a_i . y - b_i at the solution.
   [[nodiscard]] double slack(int i) const noexcept;
-  /// True if y satisfies the first `rows` rows within kClose.
-  [[nodiscard]] bool kept(const Vec6& y, int rows) const noexcept;
+  /// True if y satisfies the first `rows` rows within kTolerance.
+  [[nodiscard]] bool satisfies(const Vec6& y, int rows) const noexcept;
   /// Number of steps of the last solve().
   [[nodiscard]] int steps() const noexcept { return steps_; }
 
@@ -68,10 +68,10 @@ class Qp {
   };
 
   [[nodiscard]] int most_violated() const noexcept;
-  bool take_up(int p) noexcept;
+  bool add_active(int p) noexcept;
   void factorise() noexcept;
   void drop(int k) noexcept;
-  void give_way(int p, const Vec6& r) noexcept;
+  void drop_contradicting(int p, const Vec6& r) noexcept;
   void least_violation() noexcept;
   [[nodiscard]] double length(int i) const noexcept { return length_[static_cast<std::size_t>(i)]; }
 

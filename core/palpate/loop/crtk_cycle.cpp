@@ -47,7 +47,7 @@ CrtkOptions checked(CrtkOptions o, const std::optional<arm::Arm>& follower) {
              std::to_string(links) + " links");
     }
   }
-  for (const double& x : {o.release, o.settle, o.lag_most, o.slowest, o.watch.stale_after}) {
+  for (const double& x : {o.release, o.settle, o.max_lag, o.max_period_ratio, o.watch.stale_after}) {
     if (!(x > 0.0 && std::isfinite(x))) refuse("release, settle, lag_most, slowest and stale_after must be above 0");
   }
   o.stability.stale_after = std::numeric_limits<double>::infinity();  // Watch judges the age of states, by two clocks
@@ -76,11 +76,11 @@ CrtkCycle::CrtkCycle(const CrtkOptions& options, std::optional<arm::Arm> followe
 
 void CrtkCycle::leader_pose(double stamp, const Vec3& p_LH, const Eigen::Vector4d& quat_LH, Moment now) noexcept {
   const Pose last = in_.handle.X_LH;
-  const bool known = leader_.heard();
+  const bool known = leader_.received();
   if (!leader_.stamp(stamp, now) || !leader_.pose(p_LH, quat_LH, in_.handle.X_LH)) return;
   if (const double dt = leader_.interval(); known && dt > 0.0) {
     const Eigen::AngleAxisd turn(in_.handle.X_LH.R * last.R.transpose());
-    const double share = low_pass_share(kTwistCutoff, dt);
+    const double share = low_pass_coefficient(kTwistCutoff, dt);
     V_differenced_.v += share * ((in_.handle.X_LH.p - last.p) / dt - V_differenced_.v);
     V_differenced_.w += share * (turn.angle() / dt * turn.axis() - V_differenced_.w);
   }
@@ -88,7 +88,7 @@ void CrtkCycle::leader_pose(double stamp, const Vec3& p_LH, const Eigen::Vector4
 
 void CrtkCycle::leader_twist(double stamp, const Twist& V_LH, Moment now) noexcept {
   if (!twist_.stamp(stamp, now)) return;
-  twist_told_ = true;
+  twist_received_ = true;
   if (!fits(V_LH, options_.watch)) {
     twist_.refuse(kNotFinite);
     return;
@@ -151,25 +151,25 @@ void CrtkCycle::set_scene(const scene::Snapshot& scene) noexcept {
 const CrtkOutput& CrtkCycle::step(Moment now) noexcept {
   const double dt = stepped_ ? std::max(now.t - last_.t, 0.0) : 0.0;
   out_.tick = Tick{};
-  const unsigned status = judge(now);
+  const unsigned status = check_conditions(now);
   last_ = now;
   stepped_ = true;
   if (in_.scene == nullptr) return out_;
 
   const bool trusted = (status & ~kGates) == 0;
-  if (trusted && afresh_) {
+  if (trusted && needs_reset_) {
     haptics_.forget_contacts();
-    afresh_ = false;
+    needs_reset_ = false;
   }
   in_.t = now.t;
   in_.handle.t = in_.tool.t = now.t;
-  in_.handle.good = in_.tool.good = trusted;
+  in_.handle.valid = in_.tool.valid = trusted;
   const Controls people = in_.controls;
   in_.controls.following = people.following && (status & (kNoOperator | kNotEnabled | kNotFollowing)) == 0;
   in_.controls.clutch = people.clutch || gates_.clutch;
   locate();
   const HapticsOutput& felt = haptics_.step(in_);
-  F_ = last_word(felt.rendered.F_H_L, felt.mapped.engaged, dt);
+  F_ = limit_rate(felt.rendered.F_H_L, felt.mapped.engaged, dt);
   haptics_.finish(in_, F_, out_.tick);
   const unsigned reached = follow(felt);
   in_.controls = people;
@@ -179,8 +179,8 @@ const CrtkOutput& CrtkCycle::step(Moment now) noexcept {
   // A device keeps the last wrench it received. After a wrench that was not zero, commands therefore continue down to
   // zero, even if commanding is no longer allowed.
   const bool ours = (gates_.leader_enabled || !options_.needs_state) && !gates_.other_teleop;
-  out_.command = (ours && (status & kNoOperator) == 0) || pushed_;
-  pushed_ = out_.command && !(F_.f.isZero(0.0) && F_.t.isZero(0.0));
+  out_.command = (ours && (status & kNoOperator) == 0) || last_nonzero_;
+  last_nonzero_ = out_.command && !(F_.f.isZero(0.0) && F_.t.isZero(0.0));
   out_.tick.t = now.t;
   const unsigned caps = felt.rendered.status & ~(kLeaderStale | kFollowerStale);
   out_.tick.status |= status | caps | reached;  // adds to the bits that guidance reported
@@ -189,23 +189,23 @@ const CrtkOutput& CrtkCycle::step(Moment now) noexcept {
   return out_;
 }
 
-void CrtkCycle::drop() noexcept {
+void CrtkCycle::reset_wrench() noexcept {
   F_ = {};
   fault_at_ = last_.t;
-  afresh_ = true;
+  needs_reset_ = true;
 }
 
 // Everything that forbids a force now, as bits of Status. Bits outside kGates are faults: after a fault the force stays
 // zero until no fault has occurred for the time `settle`.
-unsigned CrtkCycle::judge(Moment now) noexcept {
+unsigned CrtkCycle::check_conditions(Moment now) noexcept {
   const CrtkGates& g = gates_;
   const bool virtual_follower = options_.virtual_follower;
   const bool stalled = stepped_ && now.t - last_.t > options_.watch.stale_after;
-  const bool slow = leader_.period() * options_.rate > options_.slowest;
-  const bool lags = options_.own_teleop && !virtual_follower && in_.tool.good && out_.move &&
-                    (out_.X_BT_goal.p - X_BT_.p).norm() > options_.lag_most;
+  const bool slow = leader_.period() * options_.rate > options_.max_period_ratio;
+  const bool lags = options_.own_teleop && !virtual_follower && in_.tool.valid && out_.move &&
+                    (out_.X_BT_goal.p - X_BT_.p).norm() > options_.max_lag;
   // If the stream of twists has fallen silent, its last value is not the present velocity.
-  twist_known_ = twist_told_ && !twist_.stale(now);
+  twist_known_ = twist_received_ && !twist_.stale(now);
   unsigned fault = leader_.faults() | twist_.faults() | follower_.faults() | joints_.faults() |
                    std::exchange(refused_, 0u) | (stalled ? kStalled : 0u) | (slow ? kSlow : 0u) |
                    (lags ? kLagging : 0u) | (g.second_writer ? kSecondWriter : 0u) |
@@ -214,8 +214,8 @@ unsigned CrtkCycle::judge(Moment now) noexcept {
                    (!virtual_follower && follower_.stale(now) ? kFollowerStale : 0u);
   if (fault != 0) {
     fault_at_ = now.t;
-    afresh_ = true;
-  } else if (afresh_ && now.t - fault_at_ < options_.settle) {
+    needs_reset_ = true;
+  } else if (needs_reset_ && now.t - fault_at_ < options_.settle) {
     fault = kSettling;
   }
   const bool enabled = !options_.needs_state || (g.leader_enabled && (virtual_follower || g.follower_enabled));
@@ -227,7 +227,7 @@ unsigned CrtkCycle::judge(Moment now) noexcept {
 // Updates the pose of the tool, the velocity of the handle and the spheres.
 void CrtkCycle::locate() noexcept {
   if (!twist_known_) in_.handle.V_LH = V_differenced_;
-  if (!in_.handle.good) in_.handle.V_LH = {};
+  if (!in_.handle.valid) in_.handle.V_LH = {};
   if (arm_) arm_->update(q_follower_, zero_);
   if (options_.virtual_follower && arm_) X_BT_ = arm_->tip();
   in_.tool.X_WT = options_.X_WB * X_BT_;
@@ -258,18 +258,18 @@ unsigned CrtkCycle::follow(const HapticsOutput& felt) noexcept {
   out_.X_BT_goal = options_.X_WB.inverse() * felt.mapped.X_WT_goal;
   out_.jaw = felt.mapped.jaw;
   out_.move = options_.own_teleop && !options_.virtual_follower && felt.mapped.engaged;
-  bool reached = options_.own_teleop && (out_.X_BT_goal.p - X_BT_.p).norm() <= options_.lag_most;
+  bool reached = options_.own_teleop && (out_.X_BT_goal.p - X_BT_.p).norm() <= options_.max_lag;
   if (options_.virtual_follower && arm_) {
     reached = reach(*arm_, out_.X_BT_goal, q_step_, q_follower_);
     in_.tool.jaw = out_.jaw;
   }
-  in_.tool.reached = reached && in_.tool.good;
+  in_.tool.reached = reached && in_.tool.valid;
   return options_.virtual_follower && !reached ? kIkFailed : kOk;
 }
 
 // The final rate limit of the wrench. The rate cap holds in real time, whatever the interval between steps. A wrench
 // that is no longer allowed falls to zero linearly within `release`, or faster if the output of the haptics does.
-Wrench CrtkCycle::last_word(const Wrench& F, bool allowed, double dt) const noexcept {
+Wrench CrtkCycle::limit_rate(const Wrench& F, bool allowed, double dt) const noexcept {
   const stability::Options& caps = options_.stability;
   if (!allowed) {
     const double share = dt / options_.release;

@@ -24,8 +24,8 @@ struct CrtkOptions : HapticsOptions {
   WatchOptions watch;             ///< limits for the streams of messages
   double release = 0.03;          ///< time of the linear ramp to zero force after a fault or a pedal [s]
   double settle = 0.1;            ///< time without a fault before force is allowed again [s]
-  double lag_most = 0.03;         ///< largest distance of the follower from its goal [m]
-  double slowest = 2.5;           ///< largest mean interval between states of the leader, in periods of the cycle [-]
+  double max_lag = 0.03;          ///< largest distance of the follower from its goal [m]
+  double max_period_ratio = 2.5;  ///< largest mean interval between states of the leader, in periods of the cycle [-]
 };
 
 /// States that console and arms report. Unknown states count as false.
@@ -81,7 +81,7 @@ class CrtkCycle {
   /// One tick, at any interval from the last one. The result is valid until the next step.
   const CrtkOutput& step(Moment now) noexcept;
   /// Resets the wrench to zero, because another process has set the device's force to zero.
-  void drop() noexcept;
+  void reset_wrench() noexcept;
 
   [[nodiscard]] contact::Tool& contact() noexcept { return haptics_.contact(); }
   [[nodiscard]] const Watch& leader() const noexcept { return leader_; }
@@ -89,11 +89,11 @@ class CrtkCycle {
   [[nodiscard]] const CrtkOptions& options() const noexcept { return options_; }
 
  private:
-  unsigned judge(Moment now) noexcept;
+  unsigned check_conditions(Moment now) noexcept;
   void locate() noexcept;
   void place_spheres(bool joints_known) noexcept;
   unsigned follow(const HapticsOutput& felt) noexcept;
-  [[nodiscard]] Wrench last_word(const Wrench& F, bool allowed, double dt) const noexcept;
+  [[nodiscard]] Wrench limit_rate(const Wrench& F, bool allowed, double dt) const noexcept;
 
   CrtkOptions options_;
   std::optional<arm::Arm> arm_;  ///< the follower's model
@@ -103,13 +103,13 @@ class CrtkCycle {
   HapticsInput in_;
   Pose X_BT_;            ///< measured pose of the tool
   Twist V_differenced_;  ///< velocity from successive poses, for a leader that reports no twist
-  bool twist_known_ = false, twist_told_ = false;
+  bool twist_known_ = false, twist_received_ = false;
   JointVector q_follower_, q_step_, zero_;
   unsigned refused_ = 0;  ///< bits of Status of messages rejected since the last step
   Moment last_;           ///< time of the last step
   double fault_at_ = 0.0;
-  bool stepped_ = false, afresh_ = false, pushed_ = false;  ///< pushed: the last command was not zero
-  Wrench F_;                                                ///< last rendered wrench on the hand, in L
+  bool stepped_ = false, needs_reset_ = false, last_nonzero_ = false;  ///< last_nonzero_: the last command was not zero
+  Wrench F_;                                                           ///< last rendered wrench on the hand, in L
   CrtkOutput out_;
 };
 

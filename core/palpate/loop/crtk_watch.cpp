@@ -24,7 +24,7 @@ unsigned Watch::faults() noexcept { return std::exchange(faults_, 0u); }
 
 bool Watch::stale(Moment now) const noexcept {
   const double silence = now.t - t_, late = std::abs(now.wall - stamp_);
-  return !heard_ || !(silence <= options_.stale_after) || !(late <= options_.stale_after);
+  return !received_ || !(silence <= options_.stale_after) || !(late <= options_.stale_after);
 }
 
 bool Watch::stamp(double stamp, Moment now) noexcept {
@@ -32,21 +32,21 @@ bool Watch::stamp(double stamp, Moment now) noexcept {
   age_ = now.wall - stamp;
   const double ahead = stamp - stamp_, passed = now.t - t_;
   const bool near = std::abs(age_) <= options_.stale_after;
-  if (heard_ && ahead <= 0.0 && -ahead <= options_.stale_after) {
-    ++left_out_;
+  if (received_ && ahead <= 0.0 && -ahead <= options_.stale_after) {
+    ++ignored_;
     return false;
   }
-  if (heard_ && near && std::abs(ahead - passed) > options_.stale_after) {
+  if (received_ && near && std::abs(ahead - passed) > options_.stale_after) {
     faults_ |= kClockJumped;  // stamps and monotonic clock disagree on the time elapsed
   }
   if (!near) return refuse(kBadStamp);
-  interval_ = heard_ ? std::clamp(ahead, 0.0, kLongest) : 0.0;
-  if (heard_) period_ += (period_ > 0.0 ? kPeriodShare : 1.0) * (std::clamp(passed, 0.0, 1.0) - period_);
+  interval_ = received_ ? std::clamp(ahead, 0.0, kLongest) : 0.0;
+  if (received_) period_ += (period_ > 0.0 ? kPeriodShare : 1.0) * (std::clamp(passed, 0.0, 1.0) - period_);
   placed_ = placed_ && ahead <= kLongest && ahead > 0.0;
-  heard_ = true;
+  received_ = true;
   t_ = now.t;
   stamp_ = stamp;
-  ++taken_;
+  ++accepted_;
   return true;
 }
 

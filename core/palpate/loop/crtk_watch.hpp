@@ -40,25 +40,25 @@ class Watch {
   /// Faults since the last call, as bits of Status.
   unsigned faults() noexcept;
   /// True once a message has been accepted.
-  [[nodiscard]] bool heard() const noexcept { return heard_; }
+  [[nodiscard]] bool received() const noexcept { return received_; }
   /// True if the stream is silent or late.
   [[nodiscard]] bool stale(Moment now) const noexcept;
   /// Time between the last two stamps [s].
   [[nodiscard]] double interval() const noexcept { return interval_; }
 
   // Statistics for display.
-  [[nodiscard]] double age() const noexcept { return age_; }             ///< age of the last stamp at its arrival [s]
-  [[nodiscard]] double period() const noexcept { return period_; }       ///< mean time between messages; 0: unknown [s]
-  [[nodiscard]] std::uint64_t taken() const noexcept { return taken_; }  ///< number of accepted messages
-  [[nodiscard]] std::uint64_t left_out() const noexcept { return left_out_; }  ///< number of repeated or late messages
+  [[nodiscard]] double age() const noexcept { return age_; }        ///< age of the last stamp at its arrival [s]
+  [[nodiscard]] double period() const noexcept { return period_; }  ///< mean time between messages; 0: unknown [s]
+  [[nodiscard]] std::uint64_t accepted() const noexcept { return accepted_; }  ///< number of accepted messages
+  [[nodiscard]] std::uint64_t ignored() const noexcept { return ignored_; }    ///< number of repeated or late messages
 
  private:
   WatchOptions options_;
-  bool heard_ = false, placed_ = false;
+  bool received_ = false, placed_ = false;
   double t_ = 0.0, stamp_ = 0.0, interval_ = 0.0, age_ = 0.0, period_ = 0.0;
   Pose X_;
   unsigned faults_ = 0;
-  std::uint64_t taken_ = 0, left_out_ = 0;
+  std::uint64_t accepted_ = 0, ignored_ = 0;
 };
 
 }  // namespace palpate::loop

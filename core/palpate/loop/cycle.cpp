@@ -45,8 +45,8 @@ Cycle::Cycle(const CycleOptions& options, arm::Arm leader, arm::Arm follower)
 CycleOutput& Cycle::step(const CycleInput& in) noexcept {
   if (clock_ != nullptr) clock_->start();
   out_.tick = Tick{};
-  if (!trust(in)) {
-    hold_up();  // an arm has not yet reported a state: no force, no motion
+  if (!accept_states(in)) {
+    compensate_gravity();  // an arm has not yet reported a state: no force, no motion
     return out_;
   }
   in_.t = in.t;
@@ -59,9 +59,9 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
   const Pose X_BT_goal = options_.X_WB.inverse() * felt.mapped.X_WT_goal;
   const bool reached = reach(follower_, X_BT_goal, q_step_, out_.follower.q);
   out_.follower.jaw = felt.mapped.jaw;
-  in_.tool.reached = reached && in_.tool.good;
+  in_.tool.reached = reached && in_.tool.valid;
   mark(Stage::kinematics);
-  const unsigned driven = torque_.step(leader_, {leader_state_, felt.rendered.on_hand, in_.handle.good}, out_.leader);
+  const unsigned driven = torque_.step(leader_, {leader_state_, felt.rendered.on_hand, in_.handle.valid}, out_.leader);
   mark(Stage::torque);
   haptics_.finish(in_, out_.leader.F_H_L, out_.tick);
 
@@ -74,7 +74,7 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
 }
 
 // Commands gravity compensation alone, once the leader's joints are known.
-void Cycle::hold_up() noexcept {
+void Cycle::compensate_gravity() noexcept {
   if (leader_known_) {
     leader_.dynamics(leader_state_.q, leader_state_.v);
     in_.handle.X_LH = leader_.tip();
@@ -96,7 +96,7 @@ void Cycle::locate() noexcept {
   handle.V_LH = leader_.twist();
   handle.gripper = leader_state_.gripper;
   handle.q = leader_state_.q;
-  handle.takes_damping = torque_.takes_damping(leader_state_);
+  handle.renders_damping = torque_.renders_damping(leader_state_);
   handle.F_hand = leader_state_.has_load_cell ? leader_state_.F_cell_L.norm() : -1.0;
   if (!leader_.orients()) {  // the hand cannot orient this leader's tip: the tool keeps its orientation
     handle.X_LH.R.setIdentity();
@@ -122,7 +122,7 @@ void Cycle::place_spheres() noexcept {
 }
 
 // Keeps the last states that are finite and valid. Returns false while an arm has not yet reported one.
-bool Cycle::trust(const CycleInput& in) noexcept {
+bool Cycle::accept_states(const CycleInput& in) noexcept {
   const LeaderState& leader = in.leader;
   const FollowerState& follower = in.follower;
   const bool leader_fits = leader.q.size() == leader_.n() && leader.v.size() == leader_.n();
@@ -145,16 +145,16 @@ bool Cycle::trust(const CycleInput& in) noexcept {
   follower_known_ |= follower_usable;
   // Gravity compensation works with any usable state; motion and force need a fresh one. A hand or tool may have moved
   // while it was not observed, so the map is anchored anew, as after a clutch, and the follower starts at its position.
-  const bool follower_was_good = in_.tool.good;
-  in_.handle.good = leader_usable && !haptics_.stale(in.t, leader.t);
-  in_.tool.good = follower_usable && !haptics_.stale(in.t, follower.t);
-  if (in_.tool.good && !follower_was_good) {
+  const bool follower_was_valid = in_.tool.valid;
+  in_.handle.valid = leader_usable && !haptics_.stale(in.t, leader.t);
+  in_.tool.valid = follower_usable && !haptics_.stale(in.t, follower.t);
+  if (in_.tool.valid && !follower_was_valid) {
     out_.follower = {follower.q, follower.jaw, true};
   }
 
   const Controls& c = in.controls;
   out_.tick.t = in.t;
-  out_.tick.status = (in_.handle.good ? 0u : kLeaderStale) | (in_.tool.good ? 0u : kFollowerStale) |
+  out_.tick.status = (in_.handle.valid ? 0u : kLeaderStale) | (in_.tool.valid ? 0u : kFollowerStale) |
                      (leader_finite && follower_finite ? 0u : kNotFinite) | (c.clutch ? kClutched : 0u) |
                      (c.following ? 0u : kNotFollowing);
   return leader_known_ && follower_known_;
@@ -163,10 +163,10 @@ bool Cycle::trust(const CycleInput& in) noexcept {
 // Estimates the contact force on the tool from the torques of the follower's drives. Returns bits of Status.
 unsigned Cycle::estimate() noexcept {
   if (!estimate_) return kOk;
-  if (!in_.tool.good) estimate_->reset();
-  const unsigned status = estimate_->believes(follower_state_) ? kOk : kNoTorques;
+  if (!in_.tool.valid) estimate_->reset();
+  const unsigned status = estimate_->is_plausible(follower_state_) ? kOk : kNoTorques;
   in_.tool.F_estimate_W.setZero();
-  if (in_.tool.good) in_.tool.F_estimate_W = options_.X_WB.R * estimate_->step(follower_state_);
+  if (in_.tool.valid) in_.tool.F_estimate_W = options_.X_WB.R * estimate_->step(follower_state_);
   return status;
 }
 
@@ -175,7 +175,7 @@ void Cycle::record_leader() noexcept {
   const LeaderCommand& command = out_.leader;
   copy(leader_state_.q, tick.q);
   copy(leader_state_.v, tick.v);
-  copy(command.hold() + command.act(), tick.tau);
+  copy(command.support_torque() + command.response_torque(), tick.tau);
   copy(command.tau_force, tick.tau_force);
   copy(command.tau_gravity, tick.tau_gravity);
   copy(command.tau_platform, tick.tau_platform);

@@ -63,8 +63,8 @@ class Cycle {
   void mark(Stage stage) noexcept {
     if (clock_ != nullptr) clock_->mark(stage);
   }
-  bool trust(const CycleInput& in) noexcept;
-  void hold_up() noexcept;
+  bool accept_states(const CycleInput& in) noexcept;
+  void compensate_gravity() noexcept;
   void locate() noexcept;
   void place_spheres() noexcept;
   [[nodiscard]] unsigned estimate() noexcept;

@@ -41,13 +41,13 @@ Front::Front(contact::Tool& contact, std::shared_ptr<const scene::Snapshot> scen
 }
 
 Controls Front::controls() const {
-  const std::lock_guard lock(people_);
+  const std::lock_guard lock(callers_);
   return controls_;
 }
 
 void Front::set_controls(const Controls& controls) {
   check(controls);
-  const std::lock_guard lock(people_);
+  const std::lock_guard lock(callers_);
   controls_ = controls;
   controls_in_.write(controls);
 }
@@ -55,25 +55,25 @@ void Front::set_controls(const Controls& controls) {
 void Front::set_scene(std::shared_ptr<const scene::Snapshot> scene) {
   present(scene);
   contact_.check(*scene);
-  const std::lock_guard lock(people_);
+  const std::lock_guard lock(callers_);
   newest_scene_ = scene;
-  scene_.give(std::move(scene));
+  scene_.publish(std::move(scene));
 }
 
 void Front::set_fixtures(std::shared_ptr<const guidance::Fixtures> fixtures) {
   if (!fixtures) throw std::invalid_argument("guidance: no fixtures given; an empty list is none");
   guidance::check(*fixtures);
-  const std::lock_guard lock(people_);
-  fixtures_.give(std::move(fixtures));
+  const std::lock_guard lock(callers_);
+  fixtures_.publish(std::move(fixtures));
 }
 
 Tick Front::latest() {
-  const std::lock_guard lock(people_);
+  const std::lock_guard lock(callers_);
   return latest_.read();
 }
 
 std::size_t Front::drain(std::size_t n, Tick* rows) {
-  const std::lock_guard lock(people_);
+  const std::lock_guard lock(callers_);
   std::size_t done = 0;
   while (done < n && ring_.pop(rows[done])) ++done;
   return done;
@@ -91,7 +91,7 @@ void Front::collide() {
   if (!contact_.asynchronous()) return;
   std::shared_ptr<const scene::Snapshot> scene;
   {
-    const std::lock_guard lock(people_);
+    const std::lock_guard lock(callers_);
     scene = newest_scene_;
   }
   contact_.collide(*scene);

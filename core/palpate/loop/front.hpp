@@ -61,8 +61,8 @@ class Front {
   // For the thread of the loop, at every tick.
   [[nodiscard]] const Controls& take_controls() noexcept { return controls_in_.read(); }
   /// Switches scene(), or fixtures(), to the newest one that was set. Returns true if it is new.
-  bool take_scene() noexcept { return scene_.take(); }
-  bool take_fixtures() noexcept { return fixtures_.take(); }
+  bool take_scene() noexcept { return scene_.update(); }
+  bool take_fixtures() noexcept { return fixtures_.update(); }
   [[nodiscard]] const scene::Snapshot& scene() const noexcept { return scene_.current(); }
   [[nodiscard]] const guidance::Fixtures& fixtures() const noexcept { return fixtures_.current(); }
   /// Publishes a tick for latest().
@@ -72,7 +72,7 @@ class Front {
 
  private:
   contact::Tool& contact_;
-  mutable std::mutex people_;  ///< serialises the calls of other threads; the loop never locks it
+  mutable std::mutex callers_;  ///< serialises the calls of other threads; the loop never locks it
   Controls controls_;
   std::shared_ptr<const scene::Snapshot> newest_scene_;  ///< last scene that was set, for the collider
   Mailbox<Controls> controls_in_;

@@ -12,9 +12,9 @@ GuidanceRun::GuidanceRun(guidance::Guidance& stage, const GuidanceRunOptions& op
     : stage_(stage), plane_(options.plane) {
   in_.goal.engaged = true;
   in_.tool.X_WT = X_WT;
-  in_.touch.stiffness = options.plane.stiffness;
+  in_.tool_force.stiffness = options.plane.stiffness;
   in_.handle.F_hand = options.F_hand;
-  in_.handle.takes_damping = options.takes_damping;
+  in_.handle.renders_damping = options.renders_damping;
   in_.pedal = options.pedal;
 }
 
@@ -28,7 +28,7 @@ const guidance::Output& GuidanceRun::step(double t, const Pose& X_WT_goal, const
 }
 
 const guidance::Output& GuidanceRun::step(double t, const Pose& X_WT_goal, const Twist& V_WT, double height) noexcept {
-  in_.touch.F_T_W.f = plane_.force(in_.tool.X_WT.p, height);
+  in_.tool_force.F_T_W.f = plane_.force(in_.tool.X_WT.p, height);
   return step(t, X_WT_goal, V_WT);
 }
 

@@ -18,9 +18,9 @@ struct ElasticPlane {
 /// Conditions that are constant along a motion.
 struct GuidanceRunOptions {
   ElasticPlane plane;
-  double F_hand = -1.0;        ///< operator's force [N]; negative: not measured
-  double pedal = 1.0;          ///< guidance pedal, 0-1
-  bool takes_damping = false;  ///< the device renders damping by itself
+  double F_hand = -1.0;          ///< operator's force [N]; negative: not measured
+  double pedal = 1.0;            ///< guidance pedal, 0-1
+  bool renders_damping = false;  ///< the device renders damping by itself
 };
 
 /// Steps the stage with a tool that follows its goal without lag.

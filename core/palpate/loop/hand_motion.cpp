@@ -15,7 +15,7 @@ namespace {
 constexpr double kOpenHand = 0.6;        // [rad] default pinch angle
 constexpr double kGlideFrequency = 8.0;  // [rad/s] of the critically damped transition to another path
 constexpr double kGlideSpeed = 0.25;     // [m/s] largest speed of that transition
-constexpr int kSways = 5;                // number of sinusoids of a tremor
+constexpr int kSinusoids = 5;            // number of sinusoids of a tremor
 
 }  // namespace
 
@@ -84,14 +84,14 @@ HandMotion::HandMotion(HandPath path, const Pose& X_WL, double tremor, std::uint
     return;
   }
   std::mt19937_64 random(seed);
-  for (int i = 0; i < kSways; ++i) {
-    Sway sway;
-    sway.omega = 2.0 * std::numbers::pi * (8.0 + 4.0 * uniform(random));
-    sway.amplitude = Vec3::Constant(tremor * std::sqrt(2.0 / kSways));
+  for (int i = 0; i < kSinusoids; ++i) {
+    Sinusoid sinusoid;
+    sinusoid.omega = 2.0 * std::numbers::pi * (8.0 + 4.0 * uniform(random));
+    sinusoid.amplitude = Vec3::Constant(tremor * std::sqrt(2.0 / kSinusoids));
     for (int axis = 0; axis < 3; ++axis) {
-      sway.phase[axis] = 2.0 * std::numbers::pi * uniform(random);
+      sinusoid.phase[axis] = 2.0 * std::numbers::pi * uniform(random);
     }
-    tremor_.push_back(sway);
+    tremor_.push_back(sinusoid);
   }
 }
 
@@ -102,31 +102,31 @@ void HandMotion::start(const Pose& X_LH) noexcept {
   gain_ = 0.0;
 }
 
-void HandMotion::follow(const mapping::Mapping& mapping, const Vec3& p_offset_W, bool hold, double t) noexcept {
+void HandMotion::follow(const mapping::Mapping& mapping, const Vec3& p_offset_W, bool paused, double t) noexcept {
   t_ = t;
-  if (mapping.anchorings() == 0) {
+  if (mapping.anchor_count() == 0) {
     return;  // the tool does not follow yet, so the hand waits
   }
-  const HandPath::Point before = wanted(t);
+  const HandPath::Point before = intended(t);
   if (!path_.empty()) {
     origin_ = mapping.hand_position(Vec3::Zero());
     gain_ = 1.0 / mapping.options().scale;
   }
   offset_ = p_offset_W.allFinite() ? p_offset_W : offset_;
-  if (hold && !hold_) {
-    t_hold_ = t - held_;
-  } else if (hold_ && !hold) {
-    held_ = t - t_hold_;
+  if (paused && !paused_) {
+    t_paused_ = t - pause_duration_;
+  } else if (paused_ && !paused) {
+    pause_duration_ = t - t_paused_;
   }
-  hold_ = hold;
-  const HandPath::Point after = wanted(t);
+  paused_ = paused;
+  const HandPath::Point after = intended(t);
   glide_ += before.p - after.p;
   v_glide_ += before.v - after.v;
 }
 
-HandPath::Point HandMotion::wanted(double t) const noexcept {
-  HandPath::Point point = path_.at(hold_ ? t_hold_ : t - held_);
-  point.v *= hold_ ? 0.0 : 1.0;
+HandPath::Point HandMotion::intended(double t) const noexcept {
+  HandPath::Point point = path_.at(paused_ ? t_paused_ : t - pause_duration_);
+  point.v *= paused_ ? 0.0 : 1.0;
   point.p = origin_ + offset_ + gain_ * point.p;
   point.v *= gain_;
   return point;
@@ -141,15 +141,15 @@ const HandMotion::Target& HandMotion::step(double dt) noexcept {
     v_glide_ *= kGlideSpeed / speed;
   }
   glide_ += dt * v_glide_;
-  lead_ += dt * v_lead_;
+  steered_ += dt * v_steered_;
 
-  HandPath::Point hand = wanted(t_);
-  hand.p += glide_ + lead_;
-  hand.v += v_glide_ + v_lead_;
-  for (const Sway& sway : tremor_) {
-    const Vec3 angle = sway.phase + Vec3::Constant(sway.omega * t_);
-    hand.p += sway.amplitude.cwiseProduct(angle.array().sin().matrix());
-    hand.v += sway.omega * sway.amplitude.cwiseProduct(angle.array().cos().matrix());
+  HandPath::Point hand = intended(t_);
+  hand.p += glide_ + steered_;
+  hand.v += v_glide_ + v_steered_;
+  for (const Sinusoid& sinusoid : tremor_) {
+    const Vec3 angle = sinusoid.phase + Vec3::Constant(sinusoid.omega * t_);
+    hand.p += sinusoid.amplitude.cwiseProduct(angle.array().sin().matrix());
+    hand.v += sinusoid.omega * sinusoid.amplitude.cwiseProduct(angle.array().cos().matrix());
   }
   target_.X_LH.p = X_WL_.inverse() * hand.p;
   target_.V_LH.v = X_WL_.R.transpose() * hand.v;

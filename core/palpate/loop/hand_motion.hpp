@@ -59,33 +59,33 @@ class HandMotion {
   void start(const Pose& X_LH) noexcept;
   /// To be called once per tick, at time t [s]. mapping: its present map; p_offset_W: offset from dragging in the
   /// viewer [m]; hold: the path is held.
-  void follow(const mapping::Mapping& mapping, const Vec3& p_offset_W, bool hold, double t) noexcept;
+  void follow(const mapping::Mapping& mapping, const Vec3& p_offset_W, bool paused, double t) noexcept;
   /// Moves the hand in the coming tick, of length `tick` [s], straight and at constant speed to the additional offset
   /// p_W [m]. An operator model that reacts to the run uses it. The offset is not smoothed.
-  void lead(const Vec3& p_W, double tick) noexcept { v_lead_ = (p_W - lead_) / tick; }
-  /// Keeps the offset that lead() has reached.
-  void stay() noexcept { v_lead_.setZero(); }
+  void steer(const Vec3& p_W, double tick) noexcept { v_steered_ = (p_W - steered_) / tick; }
+  /// Keeps the offset that steer() has reached.
+  void stop_steering() noexcept { v_steered_.setZero(); }
   /// Advances by dt [s] and returns the new target.
   const Target& step(double dt) noexcept;
 
  private:
-  struct Sway {
+  struct Sinusoid {
     Vec3 amplitude = Vec3::Zero(), phase = Vec3::Zero();
     double omega = 0.0;
   };
-  [[nodiscard]] HandPath::Point wanted(double t) const noexcept;
+  [[nodiscard]] HandPath::Point intended(double t) const noexcept;
 
   HandPath path_;
   Pose X_WL_;
-  std::vector<Sway> tremor_;
+  std::vector<Sinusoid> tremor_;
   // p_WH = origin + offset + gain * path: the present inverse map.
   Vec3 origin_ = Vec3::Zero(), offset_ = Vec3::Zero();
   double gain_ = 0.0;
-  Vec3 glide_ = Vec3::Zero(), v_glide_ = Vec3::Zero();  ///< remaining offset of a transition [m], [m/s]
-  Vec3 lead_ = Vec3::Zero(), v_lead_ = Vec3::Zero();    ///< offset of lead() [m], [m/s]
+  Vec3 glide_ = Vec3::Zero(), v_glide_ = Vec3::Zero();      ///< remaining offset of a transition [m], [m/s]
+  Vec3 steered_ = Vec3::Zero(), v_steered_ = Vec3::Zero();  ///< offset of steer() [m], [m/s]
   double t_ = 0.0;
-  bool hold_ = false;
-  double t_hold_ = 0.0, held_ = 0.0;  ///< time on the path where it is held; total time held [s]
+  bool paused_ = false;
+  double t_paused_ = 0.0, pause_duration_ = 0.0;  ///< time on the path where it is held; total time held [s]
   Target target_;
 };
 

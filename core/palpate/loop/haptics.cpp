@@ -28,7 +28,7 @@ Haptics::Haptics(const HapticsOptions& options)
 const HapticsOutput& Haptics::step(const HapticsInput& in) noexcept {
   const Handle& handle = in.handle;
   const Instrument& tool = in.tool;
-  const bool following = in.controls.following && handle.good && tool.good;
+  const bool following = in.controls.following && handle.valid && tool.valid;
   out_.mapped = mapping_.step({options_.X_WL * handle.X_LH, handle.V_LH, handle.gripper, tool.X_WT, tool.jaw, following,
                                in.controls.clutch, tool.reached});
   mark(Stage::mapping);
@@ -37,8 +37,8 @@ const HapticsOutput& Haptics::step(const HapticsInput& in) noexcept {
   out_.contacts = &contact_.step(*in.scene, tool.p_WS.data(), in.t);
   mark(Stage::contact);
   out_.force = force::step(*out_.contacts, out_.mapped.V_WT, in.controls.stiffness_scale, in.controls.damping_scale);
-  touch_ = felt(in);
-  out_.wanted = mapping_.on_hand({touch_.F_T_W + out_.guided.on_tool.F, out_.guided.on_tool.B});
+  tool_force_ = contact_force(in);
+  out_.commanded = mapping_.damped_wrench_on_hand({tool_force_.F_T_W + out_.guided.on_tool.F, out_.guided.on_tool.B});
   mark(Stage::force);
   out_.rendered = stabilise(in);
   mark(Stage::stability);
@@ -55,14 +55,14 @@ void Haptics::finish(const HapticsInput& in, const Wrench& F, Tick& tick) noexce
 
 // Lets the fixtures correct the goal and compute their wrench on the tool.
 void Haptics::guide(const HapticsInput& in) noexcept {
-  out_.R_WT_asked = out_.mapped.X_WT_goal.R;
-  out_.guided = guidance_.step({in.t, out_.mapped, in.tool, touch_, in.handle, in.controls.guidance});
+  out_.R_WT_mapped = out_.mapped.X_WT_goal.R;
+  out_.guided = guidance_.step({in.t, out_.mapped, in.tool, tool_force_, in.handle, in.controls.guidance});
   out_.mapped.X_WT_goal = out_.guided.X_WT_goal;
-  mapping_.given(out_.guided.X_WT_goal);
+  mapping_.set_commanded_goal(out_.guided.X_WT_goal);
 }
 
 // The contact force that the hand is to feel, in W: of the virtual surfaces, of the real ones, or of both.
-Touch Haptics::felt(const HapticsInput& in) const noexcept {
+ToolForce Haptics::contact_force(const HapticsInput& in) const noexcept {
   const Vec3& F_estimate_W = in.tool.F_estimate_W;
   switch (options_.source) {
     case force::Source::estimate:
@@ -79,7 +79,7 @@ stability::Output Haptics::stabilise(const HapticsInput& in) noexcept {
   const Vec3 F_T_W = out_.force.F + out_.guided.on_tool.F.f;
   const double K =
       stability::stiffness_along(F_T_W, *out_.contacts, in.controls.stiffness_scale) + guidance_.stiffness_along(F_T_W);
-  return stability_.step({out_.wanted, in.t, in.handle, in.tool, out_.mapped.engaged, mapping_.stiffness_on_hand(K),
+  return stability_.step({out_.commanded, in.t, in.handle, in.tool, out_.mapped.engaged, mapping_.stiffness_on_hand(K),
                           mapping_.energy_ratio() * out_.guided.credit});
 }
 

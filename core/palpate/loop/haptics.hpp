@@ -48,11 +48,11 @@ struct HapticsInput {
 /// Output of the haptics.
 struct HapticsOutput {
   ToolGoal mapped;                       ///< goal of the tool, corrected by hard fixtures
-  Mat3 R_WT_asked = Mat3::Identity();    ///< orientation of the goal before that correction
+  Mat3 R_WT_mapped = Mat3::Identity();   ///< orientation of the goal before that correction
   guidance::Output guided;               ///< output of guidance
   const ContactSet* contacts = nullptr;  ///< contacts of the tool
   force::ForceTerms force;               ///< force of the contacts on the tool
-  DampedWrench wanted;                   ///< wrench on the hand before the stage `stability`, in L
+  DampedWrench commanded;                ///< wrench on the hand before the stage `stability`, in L
   stability::Output rendered;            ///< wrench on the hand after it, in L
 };
 
@@ -92,7 +92,7 @@ class Haptics {
     if (clock_ != nullptr) clock_->mark(stage);
   }
   void guide(const HapticsInput& in) noexcept;
-  [[nodiscard]] Touch felt(const HapticsInput& in) const noexcept;
+  [[nodiscard]] ToolForce contact_force(const HapticsInput& in) const noexcept;
   [[nodiscard]] stability::Output stabilise(const HapticsInput& in) noexcept;
   stability::Energy book(const HapticsInput& in, const Wrench& F_H_L) noexcept;
   void record(const HapticsInput& in, Tick& tick) const noexcept;
@@ -109,7 +109,7 @@ class Haptics {
   stability::Ledger ledger_;
   StageClock* clock_ = nullptr;
   HapticsOutput out_;
-  Touch touch_;  ///< contact force of the previous tick
+  ToolForce tool_force_;  ///< contact force of the previous tick
 };
 
 }  // namespace palpate::loop

@@ -34,9 +34,9 @@ stability::Energy Haptics::book(const HapticsInput& in, const Wrench& F_H_L) noe
   const ContactSet& contacts = *out_.contacts;
   const stability::Output& rendered = out_.rendered;
   const Vec3& v_LH = in.handle.V_LH.v;
-  const Wrench wanted = out_.mapped.engaged ? out_.wanted.total(v_LH) : Wrench{};
+  const Wrench commanded = out_.mapped.engaged ? out_.commanded.total(v_LH) : Wrench{};
   const bool law = options_.source != force::Source::estimate;  // the force law contributes to the wrench on the hand
-  const bool engaged = wanted.f != Vec3::Zero() || wanted.t != Vec3::Zero();
+  const bool engaged = commanded.f != Vec3::Zero() || commanded.t != Vec3::Zero();
   stability::PortForces forces;
   forces.F_H_L = F_H_L;
   forces.F_cut = rendered.F_capped - F_H_L;
@@ -44,20 +44,20 @@ stability::Energy Haptics::book(const HapticsInput& in, const Wrench& F_H_L) noe
   forces.F_low_pass = rendered.F_low_pass;
   forces.F_coupling = rendered.F_coupling;
   if (law) forces.F_damping = finite(mapping_.wrench_on_hand({out_.force.F_damping, out_.force.t_damping}));
-  Wrench rest = finite(wanted);
+  Wrench rest = finite(commanded);
   for (int i = 0; law && engaged && i < contacts.size; ++i) {
     const auto k = static_cast<std::size_t>(i);
     const int object = contacts.contact[k].object;
     if (object >= kGuidanceSource) continue;
     Wrench& source = forces.F_source[static_cast<std::size_t>(object)];
-    const Wrench of_contact = finite(mapping_.wrench_on_hand(out_.force.of_contact[k]));
-    source = source + of_contact;
-    rest = rest - of_contact;
+    const Wrench F_contact = finite(mapping_.wrench_on_hand(out_.force.F_contact[k]));
+    source = source + F_contact;
+    rest = rest - F_contact;
   }
   if (out_.mapped.engaged) {
-    const Wrench of_guidance = finite(mapping_.on_hand(out_.guided.on_tool).total(v_LH));
-    forces.F_source[kGuidanceSource] = of_guidance;
-    rest = rest - of_guidance;
+    const Wrench F_guidance = finite(mapping_.damped_wrench_on_hand(out_.guided.on_tool).total(v_LH));
+    forces.F_source[kGuidanceSource] = F_guidance;
+    rest = rest - F_guidance;
   }
   forces.F_source.back() = rest;
   // Energy of the contact springs, converted to the hand's port.
@@ -94,7 +94,7 @@ void Haptics::record_guidance(Tick& tick) const noexcept {
   const guidance::Output& guided = out_.guided;
   copy(guided.on_tool.F.f, tick.F_guidance_W);
   copy(guided.on_tool.F.t, tick.t_guidance_W);
-  copy(out_.R_WT_asked, tick.quat_WT_asked);
+  copy(out_.R_WT_mapped, tick.quat_WT_asked);
   copy(guided.correction, tick.p_correction_W);
   tick.guidance_fixture = guided.strongest;
   tick.guidance_gap = guided.gap;

@@ -8,7 +8,7 @@
 namespace palpate::loop {
 namespace {
 
-constexpr double kMostCaughtUp = 0.05;  // [s] longest gap in real time for which the simulated world is stepped
+constexpr double kMaxCatchUp = 0.05;  // [s] longest gap in real time for which the simulated world is stepped
 
 SimulationOptions checked(SimulationOptions o, const arm::Arm& leader, const arm::Arm& follower) {
   const auto fits = [](JointVector& q, const arm::Arm& arm, const char* name) {
@@ -38,11 +38,11 @@ SimulationOptions checked(SimulationOptions o, const arm::Arm& leader, const arm
 }
 
 /// The contact of a driven follower's tip with the objects, by the method `proxy`; null for a follower without drives.
-std::unique_ptr<contact::Tool> touched(const SimulationOptions& o) {
+std::unique_ptr<contact::Tool> make_tool_contact(const SimulationOptions& o) {
   if (!o.follower.driven) return nullptr;
   contact::Options tip = o.contact;
   tip.spheres.clear();
-  tip.real = true;
+  tip.real_objects = true;
   return std::make_unique<contact::Tool>("proxy", tip);
 }
 
@@ -54,7 +54,7 @@ Simulation::Simulation(const SimulationOptions& options, arm::Arm leader, arm::A
       cycle_(options_, std::move(leader_model), follower),
       leader_(leader, options_.leader, options_.hand),
       follower_(follower, options_.follower),
-      touched_(touched(options_)),
+      tool_contact_(make_tool_contact(options_)),
       hand_(std::move(path), options_.X_WL, options_.tremor, options_.seed),
       substeps_(static_cast<int>(std::ceil(options_.plant_rate / options_.rate - 1e-9))),
       plant_dt_(1.0 / (options_.rate * substeps_)),
@@ -65,7 +65,7 @@ Simulation::Simulation(const SimulationOptions& options, arm::Arm leader, arm::A
   leader.update(options_.q_leader0, JointVector::Zero(leader.n()));
   hand_.start(leader.tip());
   in_.scene = &front_.scene();
-  if (touched_) touched_->check(front_.scene());
+  if (tool_contact_) tool_contact_->check(front_.scene());
   if (options_.source != force::Source::contact && !options_.follower.driven) {
     throw std::invalid_argument(
         "force source: an estimate needs the torques of the follower's drives; make the follower driven");
@@ -80,14 +80,14 @@ std::size_t Simulation::run(std::size_t n, Tick* rows, const Vec3* hand_W) {
   }
   std::size_t done = 0;
   for (take(false); done < n && !in_.controls.paused; take(false)) {
-    if (hand_W != nullptr) hand_.lead(hand_W[done], 1.0 / options_.rate);
+    if (hand_W != nullptr) hand_.steer(hand_W[done], 1.0 / options_.rate);
     tick(0.0);
     if (cycle_.contact().asynchronous()) {
       cycle_.contact().collide(front_.scene());
     }
     rows[done++] = tick_;
   }
-  hand_.stay();
+  hand_.stop_steering();
   return done;
 }
 
@@ -113,7 +113,7 @@ void Simulation::stop() {
 
 bool Simulation::wake(const Wake& w) noexcept {
   // During missed periods the drives held their last torque and the simulated world continued.
-  const auto most = static_cast<std::int64_t>(kMostCaughtUp * options_.rate);
+  const auto most = static_cast<std::int64_t>(kMaxCatchUp * options_.rate);
   for (std::int64_t i = 0; !in_.controls.paused && i < std::min(w.missed, most); ++i) {
     plant();
   }
@@ -138,7 +138,7 @@ void Simulation::take(bool stopping) noexcept {
   if (front_.take_scene()) {
     in_.scene = &front_.scene();
     cycle_.forget_contacts();
-    if (touched_) touched_->reset();
+    if (tool_contact_) tool_contact_->reset();
   }
   if (front_.take_fixtures()) cycle_.take(front_.fixtures());
 }
@@ -147,7 +147,7 @@ void Simulation::tick(double lateness_us) noexcept {
   in_.t = static_cast<double>(k_) / options_.rate;
   in_.leader = leader_.measured();
   in_.follower = follower_.measured();
-  hand_.follow(cycle_.mapping(), in_.controls.p_hand_offset_W, in_.controls.hold, in_.t);
+  hand_.follow(cycle_.mapping(), in_.controls.p_hand_offset_W, in_.controls.hand_paused, in_.t);
   const HandMotion::Target& hand = hand_.step(0.0);
 
   const std::int64_t begin = now_ns();
@@ -190,12 +190,12 @@ void Simulation::plant() noexcept {
 // Wrench of the objects on the tool of a driven follower, in B. It is the same contact law as for virtual contact, here
 // applied to the simulated body at the plant's rate.
 Wrench Simulation::touch(double t) noexcept {
-  if (!touched_) return {};
+  if (!tool_contact_) return {};
   const plant::FollowerDrives& drives = *follower_.drives();
   const Pose& X_WB = options_.X_WB;
   const Vec3 p_WT = X_WB * drives.tip().p;
   const Twist V_BT = drives.twist();
-  const ContactSet& contacts = touched_->step(front_.scene(), &p_WT, t);
+  const ContactSet& contacts = tool_contact_->step(front_.scene(), &p_WT, t);
   const force::ForceTerms terms = force::step(contacts, {X_WB.R * V_BT.v, X_WB.R * V_BT.w},
                                               in_.controls.stiffness_scale, in_.controls.damping_scale);
   F_touch_W_ = terms.F;

@@ -84,7 +84,7 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): a singl
   Cycle cycle_;
   plant::Leader leader_;
   plant::Follower follower_;
-  std::unique_ptr<contact::Tool> touched_;  ///< contact of a driven follower; null otherwise
+  std::unique_ptr<contact::Tool> tool_contact_;  ///< contact of a driven follower; null otherwise
   Vec3 F_touch_W_ = Vec3::Zero();
   HandMotion hand_;
   int substeps_;

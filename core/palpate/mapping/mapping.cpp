@@ -10,8 +10,8 @@ namespace {
 
 /// Reduces the rotation angle of q by `angle` [rad], but not below zero.
 Eigen::Quaterniond towards_identity(const Eigen::Quaterniond& q, double angle) {
-  const Eigen::AngleAxisd turn(q);
-  return Eigen::Quaterniond(Eigen::AngleAxisd(std::max(turn.angle() - angle, 0.0), turn.axis()));
+  const Eigen::AngleAxisd rotation(q);
+  return Eigen::Quaterniond(Eigen::AngleAxisd(std::max(rotation.angle() - angle, 0.0), rotation.axis()));
 }
 
 }  // namespace
@@ -68,7 +68,7 @@ Wrench Mapping::wrench_on_hand(const Wrench& F_T_W) const noexcept {
   return {force_on_hand(F_T_W.f), force_on_hand(F_T_W.t) / options_.scale};
 }
 
-DampedWrench Mapping::on_hand(const DampedWrench& on_tool) const noexcept {
+DampedWrench Mapping::damped_wrench_on_hand(const DampedWrench& on_tool) const noexcept {
   return {wrench_on_hand(on_tool.F), options_.force_scale * options_.scale * (R_WL_.transpose() * on_tool.B * R_WL_)};
 }
 
@@ -78,7 +78,7 @@ void Mapping::anchor(const Input& in) noexcept {
   p_WH0_ = in.X_WH.p;
   p_WT0_ = goal_.p;
   R_off_ = Eigen::Quaterniond(Mat3(in.X_WH.R.transpose() * goal_.R)).normalized();
-  ++anchorings_;
+  ++anchor_count_;
 }
 
 }  // namespace palpate::mapping

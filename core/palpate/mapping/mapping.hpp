@@ -48,7 +48,7 @@ class Mapping {
   ToolGoal step(const Input& in) noexcept;
   /// Reports the goal that was finally commanded in this tick, after corrections by hard fixtures. A tool that does not
   /// follow holds this goal.
-  void given(const Pose& X_WT_goal) noexcept {
+  void set_commanded_goal(const Pose& X_WT_goal) noexcept {
     if (!engaged_) goal_ = X_WT_goal;
   }
   /// Sets another motion scale (above 0), valid from the next step on. That step sets a new anchor, so the goal does
@@ -66,7 +66,7 @@ class Mapping {
   [[nodiscard]] Wrench wrench_on_hand(const Wrench& F_T_W) const noexcept;
   /// Same as wrench_on_hand(), for a wrench with damping. The hand moves 1/scale as far as the tool, so it feels
   /// force_scale * scale times the damping.
-  [[nodiscard]] DampedWrench on_hand(const DampedWrench& on_tool) const noexcept;
+  [[nodiscard]] DampedWrench damped_wrench_on_hand(const DampedWrench& on_tool) const noexcept;
   /// Stiffness that the hand feels for a stiffness K at the tool [N/m].
   [[nodiscard]] double stiffness_on_hand(double K) const noexcept { return options_.force_scale * options_.scale * K; }
   /// Ratio of the energy at the hand to the energy at the tool [-].
@@ -75,7 +75,7 @@ class Mapping {
   /// present anchor.
   [[nodiscard]] Vec3 hand_position(const Vec3& p_WT) const noexcept;
   /// Number of times that the anchor was set.
-  [[nodiscard]] int anchorings() const noexcept { return anchorings_; }
+  [[nodiscard]] int anchor_count() const noexcept { return anchor_count_; }
   /// The options, with the scale of the last rescale().
   [[nodiscard]] const Options& options() const noexcept { return options_; }
 
@@ -86,7 +86,7 @@ class Mapping {
   Mat3 R_WL_;
   double dt_;
   bool started_ = false, engaged_ = false;
-  int anchorings_ = 0;
+  int anchor_count_ = 0;
   Vec3 p_WH0_ = Vec3::Zero(), p_WT0_ = Vec3::Zero();
   Eigen::Quaterniond R_off_ = Eigen::Quaterniond::Identity();
   Pose goal_;

@@ -25,21 +25,21 @@ void Drive::reset() noexcept {
   t_ = 0.0;
   t_sent_ = -1.0;
   acting_ = {0.0, JointVector::Zero(options_.tau_max.size())};
-  tau_hold_ = tau_ = acting_.tau;
+  tau_support_ = tau_ = acting_.tau;
   head_ = size_ = 0;
 }
 
 void Drive::command(const LeaderCommand& command) noexcept {
-  const JointVector hold = command.hold(), act = command.act();
-  if (!hold.allFinite() || !act.allFinite()) return;
-  if (t_sent_ < 0.0) tau_ = hold.cwiseMax(-options_.tau_max).cwiseMin(options_.tau_max);  // it held before we began
-  tau_hold_ = hold;
+  const JointVector support = command.support_torque(), response = command.response_torque();
+  if (!support.allFinite() || !response.allFinite()) return;
+  if (t_sent_ < 0.0) tau_ = support.cwiseMax(-options_.tau_max).cwiseMin(options_.tau_max);  // it held before we began
+  tau_support_ = support;
   if (t_sent_ == t_) --size_;  // two in one servo period: the newer one
   if (size_ == line_.size()) arrive();
   const std::size_t last = head_ + size_ + line_.size() - 1;
   const double before = size_ > 0 ? line_[last % line_.size()].due : acting_.due;  // none overtakes another
   const double u = options_.jitter > 0.0 ? uniform(random_) : 0.0;
-  line_[(last + 1) % line_.size()] = {std::max(t_ + options_.delay + options_.jitter * u, before), act};
+  line_[(last + 1) % line_.size()] = {std::max(t_ + options_.delay + options_.jitter * u, before), response};
   ++size_;
   t_sent_ = t_;
 }
@@ -54,7 +54,7 @@ const JointVector& Drive::step(double dt) noexcept {
   while (size_ > 0 && line_[head_].due < t_ + 0.5 * dt) arrive();  // whole servo periods
   const double silent = t_ - acting_.due - options_.hold_timeout;
   const double fade = std::clamp(1.0 - silent / kFade, 0.0, 1.0);
-  const JointVector wanted = (fade * acting_.tau + tau_hold_).cwiseMax(-options_.tau_max).cwiseMin(options_.tau_max);
+  const JointVector wanted = (fade * acting_.tau + tau_support_).cwiseMax(-options_.tau_max).cwiseMin(options_.tau_max);
   if (options_.lag > 0.0) {
     tau_ += (wanted - tau_) * -std::expm1(-dt / options_.lag);
   } else {

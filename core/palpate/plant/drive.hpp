@@ -12,10 +12,10 @@
 namespace palpate::plant {
 
 struct LeaderDriveOptions {
-  double delay = 0.0;          ///< from command to torque, of act() only [s]
+  double delay = 0.0;          ///< from command to torque, of response_torque() only [s]
   double jitter = 0.0;         ///< on top of it: uniform from 0 to this, of each command anew, order kept [s]
   double lag = 0.0;            ///< time constant of the current loops, of all torque [s]
-  double hold_timeout = 0.03;  ///< without a fresh command act() fades [s]
+  double hold_timeout = 0.03;  ///< without a fresh command response_torque() fades [s]
   JointVector tau_max;         ///< saturation (n,) [N m]
   std::uint64_t seed = 0;      ///< of the jitter
 };
@@ -26,13 +26,13 @@ class Drive {
   void reset() noexcept;
   /// The newest command; one that is not finite is refused, as a drive would, and the last one stays.
   void command(const LeaderCommand& command) noexcept;
-  /// Joint torques of this servo period: delayed act() + hold(), within tau_max, lagging.
+  /// Joint torques of this servo period: delayed response_torque() + support_torque(), within tau_max, lagging.
   const JointVector& step(double dt) noexcept;
 
  private:
   struct Sent {
     double due = 0.0;  ///< when it acts [s]
-    JointVector tau;   ///< act()
+    JointVector tau;   ///< response_torque()
   };
   void arrive() noexcept;
 
@@ -40,7 +40,7 @@ class Drive {
   std::mt19937_64 random_;
   double t_ = 0.0, t_sent_ = -1.0;
   Sent acting_;
-  JointVector tau_hold_, tau_;
+  JointVector tau_support_, tau_;
   std::vector<Sent> line_;  ///< on their way, a ring of size_ from head_ on
   std::size_t head_ = 0, size_ = 0;
 };

@@ -71,7 +71,7 @@ void Encoders::step(const JointVector& q, double dt) noexcept {
   }
   q_.noalias() = options_.coupling.lazyProduct(motor_);
   if (options_.velocity_window > 0.0) motor_v_ = (motor_ - earlier(dt)) / options_.velocity_window;
-  const double share = low_pass_share(options_.velocity_cutoff, dt);
+  const double share = low_pass_coefficient(options_.velocity_cutoff, dt);
   v_ = (1.0 - share) * v_ + share * JointVector(options_.coupling.lazyProduct(motor_v_));
 }
 

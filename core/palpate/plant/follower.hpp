@@ -24,7 +24,7 @@ struct FollowerOptions {
 
 class Follower {
  public:
-  /// Throws std::invalid_argument naming the option, its value and the mend.
+  /// Throws std::invalid_argument naming the option, its value and the remedy.
   Follower(const arm::Arm& model, FollowerOptions options);
   /// At rest at q, within the limits.
   void reset(const JointVector& q, double jaw) noexcept;

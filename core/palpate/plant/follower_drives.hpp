@@ -19,7 +19,7 @@ struct DriveOptions {
 
 class FollowerDrives {
  public:
-  /// Throws std::invalid_argument naming the option, its value and the mend.
+  /// Throws std::invalid_argument naming the option, its value and the remedy.
   FollowerDrives(arm::Arm arm, DriveOptions options, double natural_frequency, double damping_ratio,
                  const JointVector& encoder_step);
   void reset(const JointVector& q) noexcept;

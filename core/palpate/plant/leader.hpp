@@ -33,7 +33,7 @@ struct LeaderOptions {
 /// One plant step is one servo period (10 kHz). Everything noexcept is allocation free.
 class Leader {
  public:
-  /// Throws std::invalid_argument naming the option, its value and the mend.
+  /// Throws std::invalid_argument naming the option, its value and the remedy.
   Leader(arm::Arm plant_model, LeaderOptions options, HandOptions hand);
   Leader(Leader&&) noexcept;
   Leader& operator=(Leader&&) noexcept;

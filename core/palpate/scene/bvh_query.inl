@@ -54,13 +54,13 @@ PALPATE_TARGET inline void nearest_in_block(const TriangleBlock& block, const st
 }
 
 /// The query point in the coordinates of the boxes.
-struct Place {
+struct QueryPoint {
   F8 above[3], below[3];  // bounds of the point: rounding to float cannot make a box seem too far
   F8 at[3], slack;        // the rounded point, and the bound of the rounding error of a distance to a disc
 };
 
 /// Squared lower bounds of the distances to a node's children, from their boxes and discs.
-PALPATE_TARGET inline F8 least_distance2(const BvhNode& node, const Place& p) {
+PALPATE_TARGET inline F8 least_distance2(const BvhNode& node, const QueryPoint& p) {
   const F8 zero = F8::all(0.0F);
   F8 box = zero, far2 = zero, height = zero;
   for (int k = 0; k < 3; ++k) {
@@ -80,18 +80,18 @@ PALPATE_TARGET inline F8 least_distance2(const BvhNode& node, const Place& p) {
 /// Traverses the tree depth first and the nearest child first. Children farther than the best point so far are skipped.
 PALPATE_TARGET inline BvhHit closest_in(const Bvh& bvh, const double p[3], const BvhHit& start) {
   BvhHit best = start;
-  Place place;
+  QueryPoint query;
   double farthest = 1.0;
   for (int k = 0; k < 3; ++k) {
     const double x = (p[k] - bvh.centre[k]) * bvh.scale;
     if (!(x - x == 0.0)) return start;  // p is NaN or infinite: nothing is near, and max() would hide it
     const double size = x < 0 ? -x : x, slack = 0x1p-22 * size;
-    place.above[k] = F8::all(static_cast<float>(x + slack));
-    place.below[k] = F8::all(static_cast<float>(x - slack));
-    place.at[k] = F8::all(static_cast<float>(x));
+    query.above[k] = F8::all(static_cast<float>(x + slack));
+    query.below[k] = F8::all(static_cast<float>(x - slack));
+    query.at[k] = F8::all(static_cast<float>(x));
     farthest = size > farthest ? size : farthest;
   }
-  place.slack = F8::all(static_cast<float>(0x1p-19 * farthest));
+  query.slack = F8::all(static_cast<float>(0x1p-19 * farthest));
   const double scale2 = bvh.scale * bvh.scale * (1.0 + 0x1p-20);
   // The limit is always finite: unused children are infinitely far and must be beyond the limit.
   const auto limit_of = [scale2](double distance2) PALPATE_TARGET {
@@ -119,7 +119,7 @@ PALPATE_TARGET inline BvhHit closest_in(const Bvh& bvh, const double p[3], const
       continue;
     }
     const BvhNode& node = bvh.nodes[static_cast<std::size_t>(entry.child)];
-    const F8 least = least_distance2(node, place);
+    const F8 least = least_distance2(node, query);
     float distance2[8];
     least.store(distance2);
     const int first = top;

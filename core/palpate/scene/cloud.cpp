@@ -16,7 +16,7 @@ Cloud::Cloud(std::span<const double> points, double radius) : points_(points.beg
     throw std::invalid_argument("radius of a cloud's points must be a positive length in metres, got " +
                                 std::to_string(radius));
   for (const double x : points)
-    if (!(std::abs(x) <= kFarthest)) throw std::invalid_argument("points of a cloud must be finite, within 1e9 m");
+    if (!(std::abs(x) <= kMaxCoordinate)) throw std::invalid_argument("points of a cloud must be finite, within 1e9 m");
   std::vector<std::int32_t> corners(points.size());
   for (std::size_t i = 0; i < corners.size(); ++i) corners[i] = static_cast<std::int32_t>(i / 3);
   bvh_ = build_bvh(points_, corners);

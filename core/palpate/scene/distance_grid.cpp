@@ -11,12 +11,12 @@
 namespace palpate::scene {
 namespace {
 
-constexpr double kSteepest = 1.5;  // [-] largest allowed change of the values per metre; a distance has 1
-constexpr double kEven = 0.995;    // [-] points with a shorter gradient may lie near a ridge; a distance has 1
-constexpr double kRidge = 0.9;     // [-] points with a shorter gradient lie near a ridge
-constexpr double kStrayed = 0.05;  // [spacing] excess over the sampled distance that marks a wrong wall
-constexpr int kFootSteps = 8;      // iterations of the search for a foot point
-constexpr double kClose = 1e-7;    // [spacing] convergence tolerance of a foot point
+constexpr double kSteepest = 1.5;        // [-] largest allowed change of the values per metre; a distance has 1
+constexpr double kRidgeSuspect = 0.995;  // [-] points with a shorter gradient may lie near a ridge; a distance has 1
+constexpr double kRidge = 0.9;           // [-] points with a shorter gradient lie near a ridge
+constexpr double kWrongWall = 0.05;      // [spacing] excess over the sampled distance that marks a wrong wall
+constexpr int kFootSteps = 8;            // iterations of the search for a foot point
+constexpr double kClose = 1e-7;          // [spacing] convergence tolerance of a foot point
 
 /// Catmull-Rom weights w of four neighbours, and their derivatives d, at t in [0, 1] between the middle two.
 struct Weights {
@@ -195,7 +195,7 @@ Nearest DistanceGrid::wall(const Vec3& p) const noexcept {
   const double side = v < 0.0 ? -1.0 : 1.0, length = g.norm();
   Foot best;
   if (length >= kRidge) best = foot(p, p - v / (length * length) * g);
-  if (!best.found || length < kEven) {
+  if (!best.found || length < kRidgeSuspect) {
     // Near a ridge the gradient belongs to no wall. The search starts from two cells away in each direction instead.
     double least = best.found ? (p - best.q).norm() : std::numeric_limits<double>::infinity();
     for (int k = 0; k < 6; ++k) {
@@ -211,8 +211,8 @@ Nearest DistanceGrid::wall(const Vec3& p) const noexcept {
     }
   }
   // Far from a sharp bump the search can stray to a wall that is farther away than the sampled distance.
-  const double strayed = std::abs(v) + kStrayed * spacing_.minCoeff();
-  if (best.found && length >= kRidge && (p - best.q).norm() > strayed) {
+  const double max_distance = std::abs(v) + kWrongWall * spacing_.minCoeff();
+  if (best.found && length >= kRidge && (p - best.q).norm() > max_distance) {
     const Vec3 q = onto_wall(p - v / length * g);
     const double distance = (p - q).norm();
     if (distance > 0.0 && distance < (p - best.q).norm()) best = {q, side / distance * (p - q), true};

@@ -50,17 +50,17 @@ void require_extent(std::span<const double> vertices, std::span<const std::int32
   }
   const double extent = (high - low).maxCoeff(), size = typical_size(vertices, triangles);
   const double *stray = &vertices[farthest], x = stray[0], y = stray[1], z = stray[2];
-  if (!(far <= kFarthest))
+  if (!(far <= kMaxCoordinate))
     refuse("mesh: a vertex at (%.3g, %.3g, %.3g) m is more than %.3g m away; check the unit, or remove it", x, y, z,
-           kFarthest);
-  if (!(extent >= kSmallest))
-    refuse("mesh: its largest extent is %.3g m, less than %.3g m; check the unit", extent, kSmallest);
-  if (size < kFinestOfAll * extent)
+           kMaxCoordinate);
+  if (!(extent >= kMinExtent))
+    refuse("mesh: its largest extent is %.3g m, less than %.3g m; check the unit", extent, kMinExtent);
+  if (size < kMinSizeToExtent * extent)
     refuse(
         "mesh: it is %.3g m large, and half of its triangles are smaller than %.3g m: too fine for one index; "
         "remove the stray vertex at (%.3g, %.3g, %.3g) m",
         extent, size, x, y, z);
-  if (size < kFinestOfFar * far)
+  if (size < kMinSizeToDistance * far)
     refuse(
         "mesh: it lies %.3g m from its origin, where numbers are too coarse for triangles of %.3g m; move it to its "
         "origin and place it by its pose",

@@ -66,7 +66,7 @@ Nearest ImplicitSurface::nearest(const Vec3& p) const noexcept {
 
 /// Solves x + multiplier a m x^(m-1) = p for the coordinate x >= 0 along one axis, by Newton's method from the right
 /// side of a convex function.
-double ImplicitSurface::along(int axis, double p, double multiplier) const noexcept {
+double ImplicitSurface::solve_axis(int axis, double p, double multiplier) const noexcept {
   const int n = exponent_[static_cast<std::size_t>(axis)];
   const double k = multiplier * coefficient_[axis] * n;
   double x = p;
@@ -85,7 +85,7 @@ Vec3 ImplicitSurface::from_outside(const Vec3& p) const noexcept {
   double low = 0.0, high = std::numeric_limits<double>::infinity(), multiplier = 0.0;
   Vec3 x = p;
   for (int step = 0; step < kBisections; ++step) {
-    for (int i = 0; i < 3; ++i) x[i] = along(i, p[i], multiplier);
+    for (int i = 0; i < 3; ++i) x[i] = solve_axis(i, p[i], multiplier);
     const double u = value(x);
     (u > 0.0 ? low : high) = multiplier;
     double slope = 0.0;  // dU/dlambda
@@ -105,13 +105,13 @@ Vec3 ImplicitSurface::from_outside(const Vec3& p) const noexcept {
 /// Nearest point for p inside. There may be several local solutions, so the search starts at the surface points in
 /// seven directions of the octant and keeps the best result.
 Vec3 ImplicitSurface::from_inside(const Vec3& p) const noexcept {
-  Vec3 best = towards(p, half_);
+  Vec3 best = intersect_ray(p, half_);
   double least = (best - p).squaredNorm();
   for (unsigned mask = 1; mask < 8; ++mask) {
     const Vec3 direction((mask & 1U) != 0 ? half_.x() : 0.0, (mask & 2U) != 0 ? half_.y() : 0.0,
                          (mask & 4U) != 0 ? half_.z() : 0.0);
-    Vec3 x = towards(p, direction);
-    if (!settle(p, x)) continue;
+    Vec3 x = intersect_ray(p, direction);
+    if (!project_iteratively(p, x)) continue;
     const double distance = (x - p).squaredNorm();
     if (distance < least) {
       least = distance;
@@ -122,7 +122,7 @@ Vec3 ImplicitSurface::from_inside(const Vec3& p) const noexcept {
 }
 
 /// Intersection of the ray from p inside with the surface, by Newton's method from the far side of a convex function.
-Vec3 ImplicitSurface::towards(const Vec3& p, const Vec3& direction) const noexcept {
+Vec3 ImplicitSurface::intersect_ray(const Vec3& p, const Vec3& direction) const noexcept {
   double t = 2.0 * half_.norm() / direction.norm();  // a point outside, whatever the direction
   for (int step = 0; step < kBisections; ++step) {
     const Vec3 x = p + t * direction;
@@ -135,7 +135,7 @@ Vec3 ImplicitSurface::towards(const Vec3& p, const Vec3& direction) const noexce
 
 /// Moves x on the surface to the foot point of p by repeated projection onto the tangent plane, until p - x is parallel
 /// to grad U. Returns false if x does not converge.
-bool ImplicitSurface::settle(const Vec3& p, Vec3& x) const noexcept {
+bool ImplicitSurface::project_iteratively(const Vec3& p, Vec3& x) const noexcept {
   const double close = kRounding * half_.maxCoeff();
   for (int step = 0; step < 10; ++step) {
     const Vec3 n = gradient(x).normalized(), before = x;
@@ -147,13 +147,13 @@ bool ImplicitSurface::settle(const Vec3& p, Vec3& x) const noexcept {
     if (!x.allFinite()) return false;
     if ((x - before).norm() <= close) break;
   }
-  finish(p, x);
+  refine(p, x);
   return std::abs(value(x)) <= 1e-12 * level_;
 }
 
 /// Refines x by Newton's method on x + lambda grad U = p and U = level, whose matrix is diagonal except for one row and
 /// one column. The result is kept only if it is on the surface and not farther from p.
-void ImplicitSurface::finish(const Vec3& p, Vec3& x) const noexcept {
+void ImplicitSurface::refine(const Vec3& p, Vec3& x) const noexcept {
   Vec3 y = x, g = gradient(y);
   double multiplier = g.dot(p - y) / g.squaredNorm();
   for (int step = 0; step < 12; ++step) {

@@ -29,10 +29,10 @@ class ImplicitSurface final : public Surface {
  private:
   [[nodiscard]] Vec3 from_outside(const Vec3& p) const noexcept;
   [[nodiscard]] Vec3 from_inside(const Vec3& p) const noexcept;
-  [[nodiscard]] double along(int axis, double p, double multiplier) const noexcept;
-  [[nodiscard]] Vec3 towards(const Vec3& p, const Vec3& direction) const noexcept;
-  bool settle(const Vec3& p, Vec3& x) const noexcept;
-  void finish(const Vec3& p, Vec3& x) const noexcept;
+  [[nodiscard]] double solve_axis(int axis, double p, double multiplier) const noexcept;
+  [[nodiscard]] Vec3 intersect_ray(const Vec3& p, const Vec3& direction) const noexcept;
+  bool project_iteratively(const Vec3& p, Vec3& x) const noexcept;
+  void refine(const Vec3& p, Vec3& x) const noexcept;
 
   Vec3 coefficient_, half_;
   std::array<int, 3> exponent_;

@@ -13,7 +13,7 @@ double Region::weight(const Vec3& p_O, Vec3& slope) const noexcept {
   return 1.0 - x * x * (3.0 - 2.0 * x);
 }
 
-void Feel::blend(const Region& region, const Vec3& p_O) noexcept {
+void LocalMaterial::blend(const Region& region, const Vec3& p_O) noexcept {
   Vec3 slope;
   const double w = region.weight(p_O, slope);
   if (w == 0.0) return;

@@ -21,7 +21,7 @@ struct Region {
 };
 
 /// Material of an object at a point, with the gradient of the stiffness.
-struct Feel {
+struct LocalMaterial {
   Material material;       ///< material at the point
   Mat3 dK = Mat3::Zero();  ///< row i is the gradient of K_i, in O [N/m^2]
 

@@ -22,7 +22,7 @@ namespace {
 void build_indices(Mesh::Impl& m, Winding& winding) {
   const auto topology = [&] {
     m.topology = build_topology(m.vertices, m.triangles);
-    winding = judge_winding(m.vertices, m.triangles, m.topology);
+    winding = check_orientation(m.vertices, m.triangles, m.topology);
   };
   std::thread helper;
   try {
@@ -59,7 +59,7 @@ std::size_t drop_flat(Mesh::Impl& m) {
 
 /// Builds the indices and repairs the mesh, until there is nothing left to repair. A mesh without defects is indexed
 /// once.
-void build_and_mend(Mesh::Impl& m, MeshReport& r) {
+void build_and_repair(Mesh::Impl& m, MeshReport& r) {
   for (;;) {
     Winding winding;
     build_indices(m, winding);
@@ -68,13 +68,13 @@ void build_and_mend(Mesh::Impl& m, MeshReport& r) {
     if (m.triangles.empty())
       throw std::invalid_argument("mesh: all triangles are degenerate (three corners on a line); export it again");
     if (flat > 0) continue;
-    r.turned += winding.turned;
+    r.flipped += winding.flipped;
     r.inverted += winding.inverted;
     r.two_sided &= winding.two_sided;
-    r.parts = winding.parts;
+    r.components = winding.components;
     r.volume = winding.volume;
-    if (winding.turn.empty()) return;
-    turn(m.triangles, winding.turn);
+    if (winding.flip.empty()) return;
+    flip(m.triangles, winding.flip);
   }
 }
 
@@ -85,7 +85,7 @@ void complete(MeshReport& r, const Mesh::Impl& m) {
   r.flat = m.topology.flat_triangles;
   r.boundary_edges = m.topology.rims.size();
   r.branching_edges = m.topology.branching_edges;
-  r.inconsistent_edges = m.topology.clashes.size();
+  r.inconsistent_edges = m.topology.inconsistent_pairs.size();
   r.closed = m.topology.closed;
   r.lowest = r.highest = Vec3(m.vertices.data());
   for (std::size_t i = 0; i < m.vertices.size(); i += 3) {
@@ -154,7 +154,7 @@ std::shared_ptr<const Mesh> Mesh::build(std::span<const double> vertices, std::s
   m.report.degenerate = welded.degenerate;
   m.report.duplicate = welded.duplicate;
   require_extent(m.vertices, m.triangles);
-  build_and_mend(m, m.report);
+  build_and_repair(m, m.report);
   complete(m.report, m);
   return mesh;
 }
@@ -231,18 +231,18 @@ Nearest Mesh::nearest(const Vec3& p, int& seed) const noexcept {
 
 double Mesh::sweep(const Vec3& a, const Vec3& b, double radius) const noexcept {
   const double length = (b - a).norm();
-  double gone = 0.0;
+  double travelled = 0.0;
   std::int32_t seed = -1;
   // At each position of the centre, the distance to the nearest triangle bounds the next safe step.
-  for (int i = 0; i < 64 && gone < length; ++i) {
-    const BvhHit hit = impl_->closest(a + gone / length * (b - a), length - gone + radius, seed);
+  for (int i = 0; i < 64 && travelled < length; ++i) {
+    const BvhHit hit = impl_->closest(a + travelled / length * (b - a), length - travelled + radius, seed);
     if (hit.triangle < 0) return length;
     const double step = std::sqrt(hit.distance2) - radius;
     if (step <= 0.05 * radius) break;
     seed = hit.triangle;
-    gone += step;
+    travelled += step;
   }
-  return std::min(gone, length);
+  return std::min(travelled, length);
 }
 
 bool Mesh::contains(const Vec3& p) const noexcept { return nearest(p).distance < 0.0; }

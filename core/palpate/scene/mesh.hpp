@@ -31,11 +31,11 @@ struct MeshReport {
   std::size_t degenerate = 0;      ///< triangles dropped: a repeated corner, or three collinear corners at a boundary
   std::size_t duplicate = 0;       ///< triangles dropped: the same corners in the same orientation
   std::size_t flat = 0;            ///< triangles kept: three collinear corners that close a gap between other triangles
-  std::size_t parts = 0;           ///< number of components connected by vertices
+  std::size_t components = 0;      ///< number of components connected by vertices
   std::size_t boundary_edges = 0;  ///< edges of only one triangle: holes and rims
   std::size_t branching_edges = 0;     ///< edges of three or more triangles
   std::size_t inconsistent_edges = 0;  ///< edges whose two triangles have opposite orientations after the repair
-  std::size_t turned = 0;              ///< triangles flipped because they faced the other way than their neighbours
+  std::size_t flipped = 0;             ///< triangles flipped because they faced the other way than their neighbours
   std::size_t inverted = 0;            ///< triangles flipped because their closed component was inside out
   bool two_sided = true;       ///< false: a component has only one side (Moebius strip); forces may point inwards there
   bool closed = false;         ///< true: there are no boundary, branching or inconsistent edges

@@ -96,7 +96,7 @@ void visit(Archive& archive, Impl& m) {
   archive.scalar(t.flat_triangles);
   archive.scalar(t.closed);
   archive.list(t.rims);
-  archive.list(t.clashes);
+  archive.list(t.inconsistent_pairs);
   auto& b = m.bvh;
   archive.scalar(b.node_count);
   archive.scalar(b.block_count);
@@ -142,7 +142,8 @@ bool is_consistent(const Mesh::Impl& m) {
   return corners > 0 && corners % 3 == 0 && m.vertices.size() % 3 == 0 && t.normals.size() == 3 * normals &&
          t.twin.size() == corners && t.normal.size() == corners && within(m.triangles, 0, m.vertices.size() / 3) &&
          within(t.twin, -1, corners) && within(t.normal, 0, normals) && within(t.rims, 0, corners) &&
-         std::ranges::all_of(t.clashes, [&](const HalfEdgePair& pair) { return within(pair, 0, corners); }) &&
+         std::ranges::all_of(t.inconsistent_pairs,
+                             [&](const HalfEdgePair& pair) { return within(pair, 0, corners); }) &&
          within({m.bvh.ids.get(), m.bvh.block_count * kTrianglesPerBlock}, 0, corners / 3) && is_tree(m.bvh);
 }
 

@@ -58,8 +58,8 @@ class Height {
     const Vec3 flat = edge[k] - middle.dot(edge[k]) * middle;
     const double along = middle.dot(edge[k]) + 0.5 * lean_[k];
     const double slope = middle.dot(across) + 0.5 * (bend_[i] + bend_[j] - bend_[k]) + 0.25 * (lean_[j] - lean_[i]);
-    const double wanted = along * across.dot(flat) / flat.squaredNorm();
-    return std::isfinite(wanted) ? 4.0 * (wanted - slope) : 0.0;
+    const double target_slope = along * across.dot(flat) / flat.squaredNorm();
+    return std::isfinite(target_slope) ? 4.0 * (target_slope - slope) : 0.0;
   }
 
   double bend_[3], lean_[3], bump_[3];  // edge k is opposite to corner k
@@ -103,7 +103,7 @@ struct Facet {
     out.above = t >= 0.0;
     out.distance = t * length - height.h;
     out.gradient = (dv * jw.cross(N) + dw * N.cross(jv) + length * jv.cross(jw)) / det;
-    out.spread = det / e1.cross(e2).dot(N);
+    out.focal_factor = det / e1.cross(e2).dot(N);
     out.found = out.gradient.allFinite();
     return out;
   }

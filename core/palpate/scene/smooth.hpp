@@ -28,7 +28,7 @@ struct SmoothPoint {
   bool above = true;             ///< true: p is on the outer side of the facet
   double distance = 0.0;         ///< signed distance of p along the interpolated normal [m]
   Vec3 gradient = Vec3::Zero();  ///< gradient of the distance, points outwards, nearly a unit vector [-]
-  double spread = 1.0;  ///< (1 + t k1)(1 + t k2) with the curvatures k: 0 at a focal point, 1 at the surface [-]
+  double focal_factor = 1.0;  ///< (1 + t k1)(1 + t k2) with the curvatures k: 0 at a focal point, 1 at the surface [-]
 };
 
 /// Point of the smooth surface over the facet point s, with the distance of p along the normal there.

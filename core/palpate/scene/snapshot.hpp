@@ -29,8 +29,8 @@ struct Object {
   /// Pose of the object in W at time t [s].
   [[nodiscard]] Pose pose(double t) const noexcept { return motion.pose(X_WO, t); }
   /// Material of the object at p_O, expressed in O [m].
-  [[nodiscard]] Feel feel(const Vec3& p_O) const noexcept {
-    Feel out{material};
+  [[nodiscard]] LocalMaterial material_at(const Vec3& p_O) const noexcept {
+    LocalMaterial out{material};
     for (const Region& region : regions) out.blend(region, p_O);
     return out;
   }

@@ -72,10 +72,10 @@ class TopologyBuilder {
       // Each edge is reported once, by its first half-edge.
       const bool first_of_edge = is_first(first, leaving, he);
       if (along + against == 1) out_.rims.push_back(he);
-      if (first_of_edge && along == 2 && against == 0) out_.clashes.push_back({he, other});
+      if (first_of_edge && along == 2 && against == 0) out_.inconsistent_pairs.push_back({he, other});
       if (first_of_edge && along + against > 2) ++out_.branching_edges;
     }
-    out_.closed = out_.rims.empty() && out_.clashes.empty() && out_.branching_edges == 0;
+    out_.closed = out_.rims.empty() && out_.inconsistent_pairs.empty() && out_.branching_edges == 0;
   }
 
   /// True if `he` is the first of all half-edges between its two vertices.
@@ -98,7 +98,7 @@ class TopologyBuilder {
   }
 
   /// Contribution of a corner to the normal of its vertex (Max 1999): exact if the vertices lie on a sphere.
-  [[nodiscard]] Vec3 share(Index he) const {
+  [[nodiscard]] Vec3 corner_contribution(Index he) const {
     const Vec3 v = vertex(from(he));
     const Vec3 e1 = vertex(to(he)) - v, e2 = vertex(from(previous_half_edge(he))) - v;
     const double weight = e1.squaredNorm() * e2.squaredNorm();
@@ -120,7 +120,7 @@ class TopologyBuilder {
       Vec3 sum = Vec3::Zero();
       const auto take = [&](Index corner) {
         out_.normal[to_index(corner)] = row;
-        sum += share(corner);
+        sum += corner_contribution(corner);
       };
       take(start);
       bool around = false;
@@ -142,7 +142,7 @@ class TopologyBuilder {
       const double length = sum.norm();
       const Vec3 n = length > 0.0 ? Vec3(sum / length) : Vec3::Zero();
       out_.normals.insert(out_.normals.end(), n.data(), n.data() + 3);
-      out_.whole.push_back(around);
+      out_.smooth_vertex.push_back(around);
     }
   }
 

@@ -22,11 +22,11 @@ struct Topology {
   std::vector<double> normals;       ///< (3k) outward unit normals
   std::vector<std::uint8_t> whole;   ///< (k) true: all triangles around the vertex share this normal
   double height = 0.0;  ///< bound on the distance between the smooth surface and the triangles (smooth.hpp) [m]
-  std::size_t branching_edges = 0;    ///< number of edges of three or more triangles
-  std::size_t flat_triangles = 0;     ///< number of triangles with three collinear corners
-  bool closed = false;                ///< true: every edge has two triangles of the same orientation
-  std::vector<std::int32_t> rims;     ///< half-edges of boundary edges, which have only one triangle
-  std::vector<HalfEdgePair> clashes;  ///< half-edge pairs of equal direction
+  std::size_t branching_edges = 0;               ///< number of edges of three or more triangles
+  std::size_t flat_triangles = 0;                ///< number of triangles with three collinear corners
+  bool closed = false;                           ///< true: every edge has two triangles of the same orientation
+  std::vector<std::int32_t> rims;                ///< half-edges of boundary edges, which have only one triangle
+  std::vector<HalfEdgePair> inconsistent_pairs;  ///< half-edge pairs of equal direction
 };
 
 /// The next and the previous half-edge of the same triangle.

@@ -53,7 +53,7 @@ class Sets {
 };
 
 /// Finds the triangles to flip.
-struct Judge {
+struct OrientationCheck {
   std::span<const double> vertices;
   std::span<const Index> triangles;
   const Topology& topology;
@@ -63,105 +63,105 @@ struct Judge {
   [[nodiscard]] Vec3 corner(Index he) const { return Vec3(&vertices[3 * to_index(triangles[to_index(he)])]); }
 
   /// Makes neighbours agree: flips the smaller group of triangles in each connected patch.
-  void agree() {
+  void make_consistent() {
     Sets patches(to_index(count));
     for (Index he = 0; he < 3 * count; ++he)
       if (topology.twin[to_index(he)] > he) patches.join(he / 3, topology.twin[to_index(he)] / 3, false);
     std::vector<Index> one_sided;
-    for (const auto& [a, b] : topology.clashes)
+    for (const auto& [a, b] : topology.inconsistent_pairs)
       if (!patches.join(a / 3, b / 3, true)) one_sided.push_back(a / 3);
     std::vector<Index> votes(to_index(count), 0);  // by root: triangles to keep minus triangles to flip
     for (Index t = 0; t < count; ++t) {
       const Sets::Place place = patches.find(t);
       votes[to_index(place.root)] += place.odd ? -1 : 1;
     }
-    std::vector<bool> hopeless(to_index(count), false);
-    for (const Index t : one_sided) hopeless[to_index(patches.find(t).root)] = true;
+    std::vector<bool> unorientable(to_index(count), false);
+    for (const Index t : one_sided) unorientable[to_index(patches.find(t).root)] = true;
     out.two_sided = one_sided.empty();
-    out.turn.assign(to_index(count), false);
+    out.flip.assign(to_index(count), false);
     for (Index t = 0; t < count; ++t) {
       const Sets::Place place = patches.find(t);
-      if (hopeless[to_index(place.root)] || place.odd != (votes[to_index(place.root)] >= 0)) continue;
-      out.turn[to_index(t)] = true;
-      ++out.turned;
+      if (unorientable[to_index(place.root)] || place.odd != (votes[to_index(place.root)] >= 0)) continue;
+      out.flip[to_index(t)] = true;
+      ++out.flipped;
     }
-    if (out.turned == 0) out.turn.clear();
+    if (out.flipped == 0) out.flip.clear();
   }
 
   /// A component of the mesh.
-  struct Part {
+  struct Component {
     double volume = 0.0;
     bool closed = true;
     Index triangles = 0;
     Vec3 low = Vec3::Constant(INFINITY), high = Vec3::Constant(-INFINITY);
 
     /// True if this component is closed and its bounding box contains that of p.
-    [[nodiscard]] bool around(const Part& p) const {
+    [[nodiscard]] bool around(const Component& p) const {
       return closed && (low.array() <= p.low.array()).all() && (high.array() >= p.high.array()).all();
     }
   };
 
   /// Flips closed components that are inside out.
-  void right_side_out() {
+  void orient_outwards() {
     const std::size_t n = vertices.size() / 3;
     Sets by_vertex(n);
     for (Index he = 0; he < 3 * count; he += 3) {
       by_vertex.join(triangles[to_index(he)], triangles[to_index(he + 1)], false);
       by_vertex.join(triangles[to_index(he)], triangles[to_index(he + 2)], false);
     }
-    std::vector<Index> part_of(n, -1);  // index of the component, by root
-    std::vector<Part> parts;
-    const auto part = [&](Index he) -> Index {
-      Index& p = part_of[to_index(by_vertex.find(triangles[to_index(he)]).root)];
+    std::vector<Index> component_of(n, -1);  // index of the component, by root
+    std::vector<Component> components;
+    const auto component_at = [&](Index he) -> Index {
+      Index& p = component_of[to_index(by_vertex.find(triangles[to_index(he)]).root)];
       if (p < 0) {
-        p = static_cast<Index>(parts.size());
-        parts.emplace_back();
+        p = static_cast<Index>(components.size());
+        components.emplace_back();
       }
       return p;
     };
     const Vec3 origin = corner(0);
     for (Index he = 0; he < 3 * count; he += 3) {
-      Part& p = parts[to_index(part(he))];
+      Component& p = components[to_index(component_at(he))];
       const Vec3 a = corner(he), b = corner(he + 1), c = corner(he + 2);
       p.volume += (a - origin).dot((b - a).cross(c - a)) / 6.0;
       p.low = p.low.cwiseMin(a).cwiseMin(b).cwiseMin(c);
       p.high = p.high.cwiseMax(a).cwiseMax(b).cwiseMax(c);
       ++p.triangles;
     }
-    for (const Index he : topology.rims) parts[to_index(part(he))].closed = false;
-    for (const auto& [a, b] : topology.clashes) parts[to_index(part(a))].closed = false;
+    for (const Index he : topology.rims) components[to_index(component_at(he))].closed = false;
+    for (const auto& [a, b] : topology.inconsistent_pairs) components[to_index(component_at(a))].closed = false;
 
-    std::vector<bool> inside_out(parts.size(), false);
+    std::vector<bool> inside_out(components.size(), false);
     std::size_t pairs_left = kMostPairs;
-    for (std::size_t i = 0; i < parts.size(); ++i) {
-      if (!parts[i].closed) continue;
-      if (parts[i].volume < 0.0) {
-        const auto around = [&](const Part& p) { return p.around(parts[i]); };  // includes the component itself
-        const bool look = pairs_left >= parts.size();
-        if (look) pairs_left -= parts.size();
-        inside_out[i] = !look || std::count_if(parts.begin(), parts.end(), around) % 2 == 1;
+    for (std::size_t i = 0; i < components.size(); ++i) {
+      if (!components[i].closed) continue;
+      if (components[i].volume < 0.0) {
+        const auto around = [&](const Component& p) { return p.around(components[i]); };  // includes itself
+        const bool look = pairs_left >= components.size();
+        if (look) pairs_left -= components.size();
+        inside_out[i] = !look || std::count_if(components.begin(), components.end(), around) % 2 == 1;
       }
-      out.volume += inside_out[i] ? -parts[i].volume : parts[i].volume;
-      if (inside_out[i]) out.inverted += to_index(parts[i].triangles);
+      out.volume += inside_out[i] ? -components[i].volume : components[i].volume;
+      if (inside_out[i]) out.inverted += to_index(components[i].triangles);
     }
-    out.parts = parts.size();
+    out.components = components.size();
     if (out.inverted == 0) return;
-    out.turn.assign(to_index(count), false);
-    for (Index t = 0; t < count; ++t) out.turn[to_index(t)] = inside_out[to_index(part(3 * t))];
+    out.flip.assign(to_index(count), false);
+    for (Index t = 0; t < count; ++t) out.flip[to_index(t)] = inside_out[to_index(component_at(3 * t))];
   }
 };
 
 }  // namespace
 
-Winding judge_winding(std::span<const double> vertices, std::span<const std::int32_t> triangles,
-                      const Topology& topology) {
-  Judge judge{vertices, triangles, topology, {}};
-  if (!topology.clashes.empty()) judge.agree();
-  if (judge.out.turned == 0) judge.right_side_out();
-  return std::move(judge.out);
+Winding check_orientation(std::span<const double> vertices, std::span<const std::int32_t> triangles,
+                          const Topology& topology) {
+  OrientationCheck check{vertices, triangles, topology, {}};
+  if (!topology.inconsistent_pairs.empty()) check.make_consistent();
+  if (check.out.flipped == 0) check.orient_outwards();
+  return std::move(check.out);
 }
 
-void turn(std::vector<std::int32_t>& triangles, const std::vector<bool>& which) {
+void flip(std::vector<std::int32_t>& triangles, const std::vector<bool>& which) {
   for (std::size_t t = 0; t < which.size(); ++t)
     if (which[t]) std::swap(triangles[3 * t + 1], triangles[3 * t + 2]);
 }

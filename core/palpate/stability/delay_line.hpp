@@ -10,8 +10,8 @@
 
 namespace palpate::stability {
 
-/// A value sent at tick k acts from t_k + delay until the next value does. The delay is (steps + share) periods. In the
-/// period that ends now, acting(1) = before(steps + 1) acts during the first fraction `share` of the period, and
+/// A value sent at tick k acts from t_k + delay until the next value does. The delay is (steps + fraction) periods. In
+/// the period that ends now, acting(1) = before(steps + 1) acts during the first fraction `fraction` of the period, and
 /// acting(0) = before(steps) during the rest.
 template <typename T>
 class DelayLine {
@@ -23,7 +23,7 @@ class DelayLine {
       throw std::invalid_argument("stability.delay = " + std::to_string(delay) + ": must lie in 0..1 s");
     }
     steps_ = static_cast<std::size_t>(std::floor(delay / dt + 1e-9));
-    share_ = std::max(delay / dt - static_cast<double>(steps_), 0.0);
+    fraction_ = std::max(delay / dt - static_cast<double>(steps_), 0.0);
     ring_.resize(steps_ + 2);
   }
   /// Sends a value at this tick.
@@ -37,12 +37,12 @@ class DelayLine {
   [[nodiscard]] const T& acting(int i) const noexcept { return before(steps_ + static_cast<std::size_t>(i)); }
   /// Whole periods of the delay, and the remaining fraction of a period.
   [[nodiscard]] std::size_t steps() const noexcept { return steps_; }
-  [[nodiscard]] double share() const noexcept { return share_; }
+  [[nodiscard]] double fraction() const noexcept { return fraction_; }
 
  private:
   std::vector<T> ring_;
   std::size_t head_ = 0, steps_ = 0;
-  double share_ = 0.0;
+  double fraction_ = 0.0;
 };
 
 }  // namespace palpate::stability

@@ -23,27 +23,27 @@ Dissipation::Dissipation(CertainFriction friction, double dt) : friction_(std::m
 double Dissipation::step(const JointVector& q) noexcept {
   const Eigen::Index n = friction_.coulomb.size();
   if (q.size() != n || n == 0) return 0.0;
-  if (lazy_.size() != n) {
-    lazy_ = q;
-    rest_ = JointVector::Zero(n);
-    free_ = 0.5 * friction_.quantum;
+  if (shortest_.size() != n) {
+    shortest_ = q;
+    periods_at_rest_ = JointVector::Zero(n);
+    uncounted_ = 0.5 * friction_.quantum;
     return 0.0;
   }
   double heat = 0.0;
   for (Eigen::Index k = 0; k < n; ++k) {
     const double half = 0.5 * friction_.quantum[k];
-    const double lazy = std::clamp(lazy_[k], q[k] - half, q[k] + half);
-    const double begun = std::min(free_[k], std::abs(lazy - lazy_[k]));
-    const double moved = std::abs(lazy - lazy_[k]) - begun;
-    free_[k] -= begun;
-    if (begun > 0.0) lazy_[k] = lazy;
+    const double shortest = std::clamp(shortest_[k], q[k] - half, q[k] + half);
+    const double begun = std::min(uncounted_[k], std::abs(shortest - shortest_[k]));
+    const double moved = std::abs(shortest - shortest_[k]) - begun;
+    uncounted_[k] -= begun;
+    if (begun > 0.0) shortest_[k] = shortest;
     // The time between two edges of an encoder may exceed the time between the ticks that saw them by one period.
-    rest_[k] += 1.0;
+    periods_at_rest_[k] += 1.0;
     if (moved > 0.0) {
-      const double time = dt_ * (rest_[k] + (half > 0.0 ? 1.0 : 0.0));
+      const double time = dt_ * (periods_at_rest_[k] + (half > 0.0 ? 1.0 : 0.0));
       heat += friction_.coulomb[k] * moved + friction_.viscous[k] * moved * moved / time;
-      lazy_[k] = lazy;
-      rest_[k] = 0.0;
+      shortest_[k] = shortest;
+      periods_at_rest_[k] = 0.0;
     }
   }
   return heat;

@@ -31,9 +31,9 @@ class Dissipation {
  private:
   CertainFriction friction_;
   double dt_;
-  JointVector lazy_, rest_;  ///< position of the shortest motion; periods since it moved
+  JointVector shortest_, periods_at_rest_;  ///< position of the shortest motion; periods since it moved
   JointVector
-      free_;  ///< start of the first motion that is not counted: the initial position is known to half a quantum
+      uncounted_;  ///< start of the first motion that is not counted: the initial position is known to half a quantum
 };
 
 }  // namespace palpate::stability

@@ -7,8 +7,8 @@ const Energy& Ledger::step(const Pose& X_LH, const PortForces& forces, double sp
     const Vec3 dx = X_LH.p - X_LH_.p;
     const Eigen::AngleAxisd rotation(X_LH.R * X_LH_.R.transpose());
     const Vec3 turn = rotation.angle() * rotation.axis();
-    book(line_.acting(0), dx, turn, 1.0 - line_.share());
-    if (line_.share() > 0.0) book(line_.acting(1), dx, turn, line_.share());
+    book(line_.acting(0), dx, turn, 1.0 - line_.fraction());
+    if (line_.fraction() > 0.0) book(line_.acting(1), dx, turn, line_.fraction());
   }
   started_ = true;
   X_LH_ = X_LH;
@@ -17,8 +17,8 @@ const Energy& Ledger::step(const Pose& X_LH, const PortForces& forces, double sp
   return energy_;
 }
 
-void Ledger::book(const PortForces& forces, const Vec3& dx, const Vec3& turn, double share) noexcept {
-  const auto take = [&](double& entry, const Wrench& F) noexcept { entry -= share * (F.f.dot(dx) + F.t.dot(turn)); };
+void Ledger::book(const PortForces& forces, const Vec3& dx, const Vec3& turn, double fraction) noexcept {
+  const auto take = [&](double& entry, const Wrench& F) noexcept { entry -= fraction * (F.f.dot(dx) + F.t.dot(turn)); };
   take(energy_.port, forces.F_H_L);
   take(energy_.damping, forces.F_damping);
   take(energy_.cut, forces.F_cut);

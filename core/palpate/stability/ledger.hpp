@@ -49,7 +49,7 @@ class Ledger {
   const Energy& step(const Pose& X_LH, const PortForces& forces, double spring) noexcept;
 
  private:
-  void book(const PortForces& forces, const Vec3& dx, const Vec3& turn, double share) noexcept;
+  void book(const PortForces& forces, const Vec3& dx, const Vec3& turn, double fraction) noexcept;
 
   bool started_ = false;
   Pose X_LH_;

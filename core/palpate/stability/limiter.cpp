@@ -65,26 +65,26 @@ Wrench Limiter::next(const Wrench& F_H_L) const noexcept {
   return F;
 }
 
-Limited Limiter::step(const Wanted& in) noexcept {
+Limited Limiter::step(const LimiterInput& in) noexcept {
   Limited out;
-  if (!in.leader.good || stale(in.t, in.leader.t)) {
+  if (!in.leader.valid || stale(in.t, in.leader.t)) {
     out.status |= kLeaderStale;
   }
-  if (!in.follower.good || stale(in.t, in.follower.t)) {
+  if (!in.follower.valid || stale(in.t, in.follower.t)) {
     out.status |= kFollowerStale;
   }
-  Wrench wanted = in.F_H_L;
-  if (!wanted.f.allFinite() || !wanted.t.allFinite()) {
+  Wrench commanded = in.F_H_L;
+  if (!commanded.f.allFinite() || !commanded.t.allFinite()) {
     out.status |= kNotFinite;
-    wanted = {};
+    commanded = {};
   }
   const bool trusted = in.engaged && out.status == 0;
-  const unsigned force = approach(trusted ? wanted.f : Vec3::Zero(), caps_.force_cap, caps_.rate_cap * dt_, F_.f);
+  const unsigned force = approach(trusted ? commanded.f : Vec3::Zero(), caps_.force_cap, caps_.rate_cap * dt_, F_.f);
   const unsigned moment =
-      approach(trusted ? wanted.t : Vec3::Zero(), caps_.moment_cap, caps_.moment_rate_cap * dt_, F_.t);
+      approach(trusted ? commanded.t : Vec3::Zero(), caps_.moment_cap, caps_.moment_rate_cap * dt_, F_.t);
   out.status |= force | moment;
   out.F_H_L = F_;
-  out.F_cut = {wanted.f - F_.f, wanted.t - F_.t};
+  out.F_cut = {commanded.f - F_.f, commanded.t - F_.t};
   return out;
 }
 

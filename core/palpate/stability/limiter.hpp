@@ -19,7 +19,7 @@ struct Caps {
 };
 
 /// Input of the limiter at every tick.
-struct Wanted {
+struct LimiterInput {
   Wrench F_H_L;             ///< wanted wrench on the hand
   double t = 0.0;           ///< time of the tick [s]
   Sample leader, follower;  ///< stamps of the states from which the wrench was computed
@@ -35,7 +35,7 @@ struct Limited {
 
 /// With F_k-1 the last force and dt the period:
 ///
-///   goal = trusted ? cap(F_wanted, force_cap) : 0
+///   goal = trusted ? cap(F_commanded, force_cap) : 0
 ///   F_k  = F_k-1 + cap(goal - F_k-1, rate_cap dt)         cap() shortens a vector without turning it
 ///
 /// Goal and F_k-1 lie in the ball of radius force_cap, so F_k lies in it as well. Moments have caps of their own.
@@ -45,7 +45,7 @@ class Limiter {
   Limiter(const Caps& caps, double dt);
 
   /// One tick: limits the wanted wrench.
-  Limited step(const Wanted& in) noexcept;
+  Limited step(const LimiterInput& in) noexcept;
   /// The wrench that step() would render for a trusted F_H_L, without changing the state.
   [[nodiscard]] Wrench next(const Wrench& F_H_L) const noexcept;
   /// The last rendered wrench.

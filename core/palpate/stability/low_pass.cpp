@@ -14,7 +14,7 @@ LowPass::LowPass(const LowPassOptions& options, double dt) {
                                 ": must be 0 Hz (none) or more, and finite; for example 100");
   }
   if (options.cutoff > 0.0) {
-    gain_ = low_pass_share(options.cutoff, dt);
+    gain_ = low_pass_coefficient(options.cutoff, dt);
     lag_ = dt * (1.0 - gain_) / gain_;
   }
 }

@@ -10,7 +10,7 @@ struct LowPassOptions {
   double cutoff = 0.0;  ///< cutoff frequency [Hz]; 0: no filter
 };
 
-/// y_k = y_k-1 + a (u_k - y_k-1),   a = low_pass_share(cutoff, dt)
+/// y_k = y_k-1 + a (u_k - y_k-1),   a = low_pass_coefficient(cutoff, dt)
 ///
 /// The filter delays a ramp by dt (1 - a) / a, close to 1 / (2 pi cutoff).
 class LowPass {

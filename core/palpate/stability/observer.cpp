@@ -61,20 +61,20 @@ void Observer::step(const Pose& X_LH, const Twist& V_LH, double dissipated) noex
   const Vec3 turn = rotation.angle() * rotation.axis();
   X_LH_ = {X_LH.R, X_LH_.p + dx};
 
-  const double share = line_.share();
+  const double fraction = line_.fraction();
   const Wrench &now = line_.acting(0), &before = line_.acting(1);
   const double work_now = now.f.dot(dx) + now.t.dot(turn);
   const double work_before = before.f.dot(dx) + before.t.dot(turn);
-  stored_ = std::min(stored_ - (1.0 - share) * work_now - share * work_before + dissipated, options_.capacity);
+  stored_ = std::min(stored_ - (1.0 - fraction) * work_now - fraction * work_before + dissipated, options_.capacity);
 }
 
 void Observer::sent(const Wrench& F_H_L) noexcept {
   line_.push(F_H_L);
-  quiet_ = F_H_L.f == Vec3::Zero() && F_H_L.t == Vec3::Zero() ? quiet_ + 1 : 0;
+  zero_periods_ = F_H_L.f == Vec3::Zero() && F_H_L.t == Vec3::Zero() ? zero_periods_ + 1 : 0;
 }
 
 void Observer::clear_deficit() noexcept {
-  if (quiet_ > line_.steps() + 1) stored_ = std::max(stored_, options_.allowance);
+  if (zero_periods_ > line_.steps() + 1) stored_ = std::max(stored_, options_.allowance);
 }
 
 double Observer::credit(double energy, double most) noexcept {

@@ -65,7 +65,7 @@ class Observer {
   ObserverOptions options_;
   double dt_, delay_;
   DelayLine<Wrench> line_;
-  std::size_t quiet_ = 0;  ///< periods since a wrench other than zero was sent
+  std::size_t zero_periods_ = 0;  ///< periods since a wrench other than zero was sent
   bool started_ = false;
   Pose X_LH_;  ///< pose of the handle, its position after the backlash
   Twist V_LH_;

@@ -6,21 +6,21 @@
 namespace palpate::stability {
 namespace {
 
-constexpr double kHuge = 1e9;     // [N, N m] larger inputs are rejected, because their sums may overflow
-constexpr double kSliver = 1e-9;  // [N, N m] smaller differences are rounding errors, not withheld wrenches
+constexpr double kMaxInput = 1e9;   // [N, N m] larger inputs are rejected, because their sums may overflow
+constexpr double kRounding = 1e-9;  // [N, N m] smaller differences are rounding errors, not withheld wrenches
 
 bool believable(const Wrench& F) noexcept {
-  return (F.f.array().abs() < kHuge).all() && (F.t.array().abs() < kHuge).all();  // false for NaN
+  return (F.f.array().abs() < kMaxInput).all() && (F.t.array().abs() < kMaxInput).all();  // false for NaN
 }
 
 bool finite(const Wrench& F) noexcept { return F.f.allFinite() && F.t.allFinite(); }
 
 /// The rendered wrench with its damping. The damping that the device renders is reduced by the same factor as the
 /// force.
-DampedWrench with_damping(const Wrench& rendered, const Wrench& wanted, const DampedWrench& asked,
+DampedWrench with_damping(const Wrench& rendered, const Wrench& commanded, const DampedWrench& asked,
                           const Vec3& v_LH) noexcept {
-  const double size = wanted.f.squaredNorm();
-  const double share = size > 0.0 ? std::clamp(rendered.f.dot(wanted.f) / size, 0.0, 1.0) : 1.0;
+  const double size = commanded.f.squaredNorm();
+  const double share = size > 0.0 ? std::clamp(rendered.f.dot(commanded.f) / size, 0.0, 1.0) : 1.0;
   DampedWrench out{rendered, asked.B};
   out.B *= std::isfinite(share) ? share : 0.0;
   out.F = rendered - out.damping(v_LH);
@@ -38,29 +38,30 @@ Stability::Stability(const Options& options, double dt)
 Output Stability::step(const Input& in) noexcept {
   Output out;
   const Handle& handle = in.handle;
-  const Wrench wanted = in.wanted.total(handle.V_LH.v);
+  const Wrench commanded = in.commanded.total(handle.V_LH.v);
   passivity_.observe(handle.X_LH, handle.V_LH, handle.q);
-  if (!in.engaged || !believable(wanted)) {
+  if (!in.engaged || !believable(commanded)) {
     coupling_.reset();
     low_pass_.reset();
     if (!in.engaged) passivity_.clear_deficit();
     out.F_capped = passivity_.step({}, limiter_);
   } else {
     passivity_.credit(in.credit);
-    const Wrench coupled = coupling_.step(wanted, in.stiffness);
+    const Wrench coupled = coupling_.step(commanded, in.stiffness);
     const Wrench smooth = low_pass_.step(coupled);
     out.F_capped = passivity_.step(smooth, limiter_);
-    out.F_coupling = wanted - coupled;
+    out.F_coupling = commanded - coupled;
     out.F_low_pass = coupled - smooth;
     out.F_passivity = smooth - out.F_capped;
     out.lag = {coupling_.lag(in.stiffness), low_pass_.lag(), 0.0, 0.0};
   }
   // A wanted wrench that is not finite is passed on, so that the limiter reports it; the limiter takes it as zero.
-  const Limited limited = limiter_.step({finite(wanted) ? out.F_capped : wanted, in.t, in.handle, in.tool, in.engaged});
+  const Limited limited =
+      limiter_.step({finite(commanded) ? out.F_capped : commanded, in.t, in.handle, in.tool, in.engaged});
   out.F_H_L = limited.F_H_L;
-  out.on_hand = with_damping(out.F_H_L, wanted, in.wanted, handle.V_LH.v);
+  out.on_hand = with_damping(out.F_H_L, commanded, in.commanded, handle.V_LH.v);
   out.status = limited.status;
-  if (out.F_passivity.f.norm() + out.F_passivity.t.norm() > kSliver) out.status |= kPassivity;
+  if (out.F_passivity.f.norm() + out.F_passivity.t.norm() > kRounding) out.status |= kPassivity;
   const double rate = limiter_.caps().rate_cap;
   out.lag.passivity = out.F_passivity.f.norm() / rate;
   out.lag.caps = (out.F_capped - out.F_H_L).f.norm() / rate;

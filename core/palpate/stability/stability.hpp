@@ -26,7 +26,7 @@ struct Options : Caps {
 
 /// Input of the stage at every tick. A single axis uses the first component of each vector.
 struct Input {
-  DampedWrench wanted;     ///< wanted wrench on the hand, in L
+  DampedWrench commanded;  ///< wanted wrench on the hand, in L
   double t = 0.0;          ///< time of the tick [s]
   Handle handle;           ///< measured state of the handle
   Sample tool;             ///< stamp of the tool's state

@@ -30,8 +30,8 @@ class Admittance final : public Law {
     }
     const double m = options_.virtual_mass, b = options_.virtual_damping;
     const Vec3 v_before = v_;
-    const Mat3 resists = (1.0 + dt_ * b / m) * Mat3::Identity() + dt_ / m * in.B_L;  // implicit: stable for any damping
-    v_ = resists.inverse() * (v_ + dt_ / m * (in.F_hand_L + in.F_H_L));
+    const Mat3 implicit_damping = (1.0 + dt_ * b / m) * Mat3::Identity() + dt_ / m * in.B_L;  // stable for any damping
+    v_ = implicit_damping.inverse() * (v_ + dt_ / m * (in.F_hand_L + in.F_H_L));
     p_ += dt_ * v_;
     const double lead = (p_ - in.p_LH).norm();
     if (lead > kLead) p_ = in.p_LH + kLead / lead * (p_ - in.p_LH);
@@ -41,8 +41,8 @@ class Admittance final : public Law {
 
   void reset() noexcept override { started_ = false; }
   [[nodiscard]] bool needs_load_cell() const noexcept override { return true; }
-  [[nodiscard]] bool takes_damping() const noexcept override { return true; }
-  [[nodiscard]] Vec3 neglected(const LawInput& /*in*/, const Vec3& /*a*/) const noexcept override {
+  [[nodiscard]] bool renders_damping() const noexcept override { return true; }
+  [[nodiscard]] Vec3 neglected_force(const LawInput& /*in*/, const Vec3& /*a*/) const noexcept override {
     return Vec3::Zero();
   }
 

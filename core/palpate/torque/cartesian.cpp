@@ -19,11 +19,11 @@ void diagonalise(double (&A)[m][m], double (&V)[m][m]) noexcept {
     for (int j = 0; j < m; ++j) V[i][j] = i == j ? 1.0 : 0.0;
   }
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
-    bool turned = false;
+    bool rotated = false;
     for (int p = 0; p < m; ++p) {
       for (int q = p + 1; q < m; ++q) {
         if (!(std::abs(A[p][q]) > 1e-17 * (std::abs(A[p][p]) + std::abs(A[q][q])))) continue;
-        turned = true;
+        rotated = true;
         const double theta = 0.5 * (A[q][q] - A[p][p]) / A[p][q];
         const double t = std::copysign(1.0, theta) / (std::abs(theta) + std::sqrt(theta * theta + 1.0));
         const double c = 1.0 / std::sqrt(t * t + 1.0), s = t * c;
@@ -41,13 +41,13 @@ void diagonalise(double (&A)[m][m], double (&V)[m][m]) noexcept {
         }
       }
     }
-    if (!turned) return;
+    if (!rotated) return;
   }
 }
 
-/// Computes A^-1 with all eigenvalues reduced to at most `heaviest`. Returns true if an eigenvalue was reduced.
+/// Computes A^-1 with all eigenvalues reduced to at most `max_inertia`. Returns true if an eigenvalue was reduced.
 template <int m>
-bool bounded_inverse(const double (&A)[m][m], double heaviest, double (&inverse)[m][m]) noexcept {
+bool bounded_inverse(const double (&A)[m][m], double max_inertia, double (&inverse)[m][m]) noexcept {
   double L[m][m], B[m][m];
   for (int i = 0; i < m; ++i) {
     for (int j = 0; j < m; ++j) {
@@ -65,16 +65,16 @@ bool bounded_inverse(const double (&A)[m][m], double heaviest, double (&inverse)
     }
     trace += inverse[i][i];
   }
-  if (positive && trace <= heaviest) return false;  // the trace bounds every eigenvalue
+  if (positive && trace <= max_inertia) return false;  // the trace bounds every eigenvalue
   double D[m][m];
   std::copy(&A[0][0], &A[0][0] + m * m, &D[0][0]);
   diagonalise(D, B);
   bool cut = false;
-  for (int k = 0; k < m; ++k) cut |= !(D[k][k] >= 1.0 / heaviest);
+  for (int k = 0; k < m; ++k) cut |= !(D[k][k] >= 1.0 / max_inertia);
   for (int i = 0; i < m; ++i) {
     for (int j = 0; j < m; ++j) {
       inverse[i][j] = 0.0;
-      for (int k = 0; k < m; ++k) inverse[i][j] += B[i][k] * B[j][k] / std::max(D[k][k], 1.0 / heaviest);
+      for (int k = 0; k < m; ++k) inverse[i][j] += B[i][k] * B[j][k] / std::max(D[k][k], 1.0 / max_inertia);
     }
   }
   return cut;
@@ -87,7 +87,7 @@ bool bounded_inverse(const double (&A)[m][m], double heaviest, double (&inverse)
 //   D J M^-1 J^T D = X^T X,     D J M^-1 C v = X^T c,     D J M^-1 G = X^T g
 template <int m>
 Cartesian<m> cartesian(const arm::Dynamics& d, const JointVector& rotor, Eigen::Index joints,
-                       double heaviest) noexcept {
+                       double max_inertia) noexcept {
   constexpr int kRows = kMaxJoints, kColumns = m + 2;
   double weight[m], M[kRows][kRows] = {}, X[kRows][kColumns] = {};
   for (int r = 0; r < m; ++r) weight[r] = r < 3 ? 1.0 : kLever;
@@ -111,7 +111,7 @@ Cartesian<m> cartesian(const arm::Dynamics& d, const JointVector& rotor, Eigen::
   for (int r = 0; r < m; ++r) std::copy(P[r], P[r] + m, A[r]);
 
   Cartesian<m> c;
-  c.singular = bounded_inverse(A, heaviest, inverse);
+  c.singular = bounded_inverse(A, max_inertia, inverse);
   Eigen::Matrix<double, m, 1> Cv, G;
   for (int r = 0; r < m; ++r) {
     for (int s = 0; s < m; ++s) c.Lambda(r, s) = weight[r] * inverse[r][s] * weight[s];

@@ -21,12 +21,12 @@ struct Cartesian {
 };
 
 /// Task-space dynamics of the first `joints` joints; the other joints are held. d: dynamics of the arm at its present
-/// state. rotor: rotor inertia, added to the diagonal of M (n,) [kg m^2, kg]. heaviest: upper bound of Lambda's
+/// state. rotor: rotor inertia, added to the diagonal of M (n,) [kg m^2, kg]. max_inertia: upper bound of Lambda's
 /// eigenvalues [kg]; rotational inertia counts as a mass at a lever arm of 0.1 m. The arm can hardly move in a
 /// direction with a larger inertia, so the eigenvalue is reduced to the bound, as a damped inverse does, and `singular`
 /// is set.
 template <int m>
 [[nodiscard]] Cartesian<m> cartesian(const arm::Dynamics& d, const JointVector& rotor, Eigen::Index joints,
-                                     double heaviest) noexcept;
+                                     double max_inertia) noexcept;
 
 }  // namespace palpate::torque

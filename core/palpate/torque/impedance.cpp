@@ -21,7 +21,7 @@ class Impedance final : public Law {
   }
 
   [[nodiscard]] bool needs_load_cell() const noexcept override { return options_.shape_inertia; }
-  [[nodiscard]] Vec3 neglected(const LawInput& in, const Vec3& a) const noexcept override {
+  [[nodiscard]] Vec3 neglected_force(const LawInput& in, const Vec3& a) const noexcept override {
     return options_.shape_inertia ? Vec3(Vec3::Zero()) : inertia(in, a).f;
   }
 

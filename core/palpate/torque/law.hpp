@@ -47,10 +47,10 @@ class Law {
   /// `stiffness`.
   [[nodiscard]] virtual bool needs_load_cell() const noexcept { return false; }
   /// True if the law itself renders the damping LawInput::B_L.
-  [[nodiscard]] virtual bool takes_damping() const noexcept { return false; }
+  [[nodiscard]] virtual bool renders_damping() const noexcept { return false; }
   /// Force of the arm's own dynamics in L [N] that the hand feels in addition to the rendered force, at the
   /// acceleration a of the handle [m/s^2].
-  [[nodiscard]] virtual Vec3 neglected(const LawInput& in, const Vec3& a) const noexcept = 0;
+  [[nodiscard]] virtual Vec3 neglected_force(const LawInput& in, const Vec3& a) const noexcept = 0;
 };
 
 /// Makes the control law `name`: stiffness, impedance or admittance. dt: period of the cycle [s]. Throws

@@ -9,7 +9,7 @@ class Stiffness final : public Law {
   Wrench step(const LawInput& /*in*/) noexcept override { return {}; }
   /// The first two terms of Eq 9 (inertia and Coriolis forces), which the assumption of slow motion (section 2.4)
   /// neglects.
-  [[nodiscard]] Vec3 neglected(const LawInput& in, const Vec3& a) const noexcept override {
+  [[nodiscard]] Vec3 neglected_force(const LawInput& in, const Vec3& a) const noexcept override {
     return inertia(in, a).f + in.Gamma_v.f;
   }
 };

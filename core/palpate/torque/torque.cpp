@@ -15,7 +15,7 @@ namespace {
 constexpr Eigen::Index kPositioning = 3;  // number of joints that position the wrist centre (section 2.3)
 constexpr Eigen::Index kPlatform = 3;     // index of joint 4
 constexpr Eigen::Index kMtmJoints = 7;
-constexpr double kHeaviest = 20.0;    // [kg] a direction with more inertia at the handle counts as singular
+constexpr double kMaxInertia = 20.0;  // [kg] a direction with more inertia at the handle counts as singular
 constexpr double kCapArm = 0.1;       // [m] lever arm that converts law_cap into a cap of moments
 constexpr double kHandMotion = 10.0;  // [Hz] cutoff frequency of the handle's acceleration: faster motion is noise
 constexpr double kRounding = 1e-12;   // [N m] excess over the drive limit that is neglected
@@ -45,14 +45,14 @@ void check(const Options& o, Eigen::Index n) {
 }
 
 /// Largest factor on tau_force, at most 1, for which tau_hold + factor * tau_force is within the drive limits.
-double share_that_fits(const JointVector& tau_force, const JointVector& tau_hold, const JointVector& limit) noexcept {
-  double share = 1.0;
+double saturation_factor(const JointVector& tau_force, const JointVector& tau_hold, const JointVector& limit) noexcept {
+  double factor = 1.0;
   for (Eigen::Index k = 0; k < limit.size(); ++k) {
     const double room = limit[k] - std::copysign(1.0, tau_force[k]) * tau_hold[k];
-    const double wanted = std::abs(tau_force[k]);
-    if (wanted > room + kRounding) share = std::min(share, std::max(room, 0.0) / wanted);
+    const double requested = std::abs(tau_force[k]);
+    if (requested > room + kRounding) factor = std::min(factor, std::max(room, 0.0) / requested);
   }
-  return share;
+  return factor;
 }
 
 }  // namespace
@@ -73,7 +73,7 @@ unsigned Torque::step(arm::Arm& model, const Input& in, LeaderCommand& out) noex
   const Eigen::Index n = tau_max_.size();
   const bool full = options_.mode == Mode::full;
   const JointVector &q = in.leader.q, &v = in.leader.v;
-  const unsigned status = law(model, in, out);
+  const unsigned status = step_law(model, in, out);
   out.tau_gravity = options_.gravity_gain * model.holding(q, model.state().G);
   out.tau_limits = limits(options_.limits, q, model.q_min(), model.q_max(), tau_max_);
   out.tau_friction = friction(options_.friction, v);
@@ -84,15 +84,15 @@ unsigned Torque::step(arm::Arm& model, const Input& in, LeaderCommand& out) noex
       tau->tail(n - kPositioning).setZero();
     }
   }
-  return status | (fit(in, model.jacobian(), out) ? kTorqueLimited : 0u);
+  return status | (saturate(in, model.jacobian(), out) ? kTorqueLimited : 0u);
 }
 
-bool Torque::takes_damping(const LeaderState& leader) const noexcept {
-  return law_->takes_damping() && leader.has_load_cell && leader.F_cell_L.allFinite();
+bool Torque::renders_damping(const LeaderState& leader) const noexcept {
+  return law_->renders_damping() && leader.has_load_cell && leader.F_cell_L.allFinite();
 }
 
 // Computes the wrench that the law adds to the rendered force, and checks that the law is valid for the present motion.
-unsigned Torque::law(arm::Arm& model, const Input& in, LeaderCommand& out) noexcept {
+unsigned Torque::step_law(arm::Arm& model, const Input& in, LeaderCommand& out) noexcept {
   const bool full = options_.mode == Mode::full;
   if (!in.fresh) {
     law_->reset();
@@ -105,60 +105,60 @@ unsigned Torque::law(arm::Arm& model, const Input& in, LeaderCommand& out) noexc
   const LeaderState& leader = in.leader;
   const arm::Dynamics& d = model.state();
   const Eigen::Index n = tau_max_.size();
-  const bool cell = leader.has_load_cell && leader.F_cell_L.allFinite();
-  LawInput now;
+  const bool cell_valid = leader.has_load_cell && leader.F_cell_L.allFinite();
+  LawInput law_input;
   bool singular = false;
   // In mode `paper` the hand holds the wrist: only the position counts, as for an arm that cannot orient its tip.
   if (full && model.orients()) {
-    const Cartesian<6> c = cartesian<6>(d, options_.rotor_inertia, n, kHeaviest);
-    now.Lambda = c.Lambda.leftCols<3>();
-    now.Gamma_v = {c.Gamma_v.head<3>(), c.Gamma_v.tail<3>()};
+    const Cartesian<6> c = cartesian<6>(d, options_.rotor_inertia, n, kMaxInertia);
+    law_input.Lambda = c.Lambda.leftCols<3>();
+    law_input.Gamma_v = {c.Gamma_v.head<3>(), c.Gamma_v.tail<3>()};
     singular = c.singular;
   } else {
-    const Cartesian<3> c = cartesian<3>(d, options_.rotor_inertia, full ? n : std::min(kPositioning, n), kHeaviest);
-    now.Lambda << c.Lambda, Mat3::Zero();
-    now.Gamma_v.f = c.Gamma_v;
+    const Cartesian<3> c = cartesian<3>(d, options_.rotor_inertia, full ? n : std::min(kPositioning, n), kMaxInertia);
+    law_input.Lambda << c.Lambda, Mat3::Zero();
+    law_input.Gamma_v.f = c.Gamma_v;
     singular = c.singular;
   }
   const Vec3 v_LH = model.twist().v;
-  now.p_LH = model.tip().p;
-  now.v_LH = v_LH;
-  now.F_H_L = in.on_hand.F.f;
-  now.B_L = in.on_hand.B;
-  now.F_hand_L = cell ? Vec3(-leader.F_cell_L) : Vec3::Zero();
-  if (!started_) v_slow_ = v_LH;
+  law_input.p_LH = model.tip().p;
+  law_input.v_LH = v_LH;
+  law_input.F_H_L = in.on_hand.F.f;
+  law_input.B_L = in.on_hand.B;
+  law_input.F_hand_L = cell_valid ? Vec3(-leader.F_cell_L) : Vec3::Zero();
+  if (!started_) v_filtered_ = v_LH;
   started_ = true;
   const double w = 2.0 * std::numbers::pi * kHandMotion;
-  const Vec3 a = w / (1.0 + w * dt_) * (v_LH - v_slow_);
-  v_slow_ += dt_ * a;
-  out.F_neglected = law_->neglected(now, a).norm();
+  const Vec3 a = w / (1.0 + w * dt_) * (v_LH - v_filtered_);
+  v_filtered_ += dt_ * a;
+  out.F_neglected = law_->neglected_force(law_input, a).norm();
   const bool too_fast = out.F_neglected > options_.fast_force;
   const unsigned status = (singular ? kSingular : 0u) | (too_fast ? kTooFast : 0u);
   out.F_law_L = {};
-  if (law_->needs_load_cell() && !cell) {
+  if (law_->needs_load_cell() && !cell_valid) {
     law_->reset();
     return status | kNoLoadCell;
   }
-  const Wrench add = law_->step(now);
+  const Wrench add = law_->step(law_input);
   if (add.f.allFinite() && add.t.allFinite()) {
     const double size = std::max(add.f.norm(), add.t.norm() / kCapArm);
-    const double share = size > options_.law_cap ? options_.law_cap / size : 1.0;
-    out.F_law_L = {share * add.f, share * add.t};
+    const double factor = size > options_.law_cap ? options_.law_cap / size : 1.0;
+    out.F_law_L = {factor * add.f, factor * add.t};
   }
   return status;
 }
 
 // Scales the torques to the drive limits. Returns true if a limit was reached.
-bool Torque::fit(const Input& in, const Jacobian& J, LeaderCommand& out) noexcept {
+bool Torque::saturate(const Input& in, const Jacobian& J, LeaderCommand& out) noexcept {
   // The torques that hold the arm come first: it must not fall because a force or the platform term needs torque.
-  JointVector held = JointVector::Zero(tau_max_.size());
+  JointVector tau_allotted = JointVector::Zero(tau_max_.size());
   bool limited = false;
   for (JointVector* tau : {&out.tau_gravity, &out.tau_limits, &out.tau_platform, &out.tau_friction}) {
-    const JointVector wanted = held + *tau;
-    const JointVector next = wanted.cwiseMax(-tau_max_).cwiseMin(tau_max_);
-    limited |= next != wanted;
-    if (next != wanted) *tau = next - held;
-    held = next;
+    const JointVector requested = tau_allotted + *tau;
+    const JointVector next = requested.cwiseMax(-tau_max_).cwiseMin(tau_max_);
+    limited |= next != requested;
+    if (next != requested) *tau = next - tau_allotted;
+    tau_allotted = next;
   }
   // One factor scales the force at all joints, so that its direction stays the same. The moments use the remaining
   // torque.
@@ -168,12 +168,12 @@ bool Torque::fit(const Input& in, const Jacobian& J, LeaderCommand& out) noexcep
   JointVector tau_f = JointVector::Zero(n), tau_t = tau_f;
   tau_f.head(joints).noalias() = gain * (J.topLeftCorner(3, joints).transpose() * (in.on_hand.F.f + out.F_law_L.f));
   if (full) tau_t.noalias() = gain * (J.bottomRows<3>().transpose() * (in.on_hand.F.t + out.F_law_L.t));
-  const double share_f = share_that_fits(tau_f, held, tau_max_);
-  held += share_f * tau_f;
-  const double share_t = share_that_fits(tau_t, held, tau_max_);
-  out.tau_force = share_f * tau_f + share_t * tau_t;
-  out.F_H_L = {gain * share_f * in.on_hand.F.f, (full ? gain * share_t : 0.0) * in.on_hand.F.t};
-  return limited || share_f < 1.0 || share_t < 1.0;
+  const double factor_f = saturation_factor(tau_f, tau_allotted, tau_max_);
+  tau_allotted += factor_f * tau_f;
+  const double factor_t = saturation_factor(tau_t, tau_allotted, tau_max_);
+  out.tau_force = factor_f * tau_f + factor_t * tau_t;
+  out.F_H_L = {gain * factor_f * in.on_hand.F.f, (full ? gain * factor_t : 0.0) * in.on_hand.F.t};
+  return limited || factor_f < 1.0 || factor_t < 1.0;
 }
 
 }  // namespace palpate::torque

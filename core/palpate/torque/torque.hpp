@@ -33,7 +33,7 @@ struct Options {
 /// Input of the stage at every tick.
 struct Input {
   const LeaderState& leader;  ///< measured state of the leader
-  DampedWrench on_hand;       ///< wrench to render on the hand, in L; its damping is zero unless takes_damping()
+  DampedWrench on_hand;       ///< wrench to render on the hand, in L; its damping is zero unless renders_damping()
   bool fresh = true;          ///< false if the leader state is stale: the wrench of the law fades, and the law is reset
 };
 
@@ -56,17 +56,17 @@ class Torque {
   /// leader's state. out.F_H_L is the part of on_hand.F that the drives can render. Returns bits of Status.
   unsigned step(arm::Arm& model, const Input& in, LeaderCommand& out) noexcept;
   /// True if the law itself renders the damping of Input::on_hand.
-  [[nodiscard]] bool takes_damping(const LeaderState& leader) const noexcept;
+  [[nodiscard]] bool renders_damping(const LeaderState& leader) const noexcept;
 
  private:
-  unsigned law(arm::Arm& model, const Input& in, LeaderCommand& out) noexcept;
-  bool fit(const Input& in, const Jacobian& J, LeaderCommand& out) noexcept;
+  unsigned step_law(arm::Arm& model, const Input& in, LeaderCommand& out) noexcept;
+  bool saturate(const Input& in, const Jacobian& J, LeaderCommand& out) noexcept;
 
   Options options_;
   JointVector tau_max_;
   double dt_;
   std::unique_ptr<Law> law_;
-  Vec3 v_slow_ = Vec3::Zero();  ///< low-pass filtered velocity of the handle in L [m/s]
+  Vec3 v_filtered_ = Vec3::Zero();  ///< low-pass filtered velocity of the handle in L [m/s]
   bool started_ = false;
 };
 

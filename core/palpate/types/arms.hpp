@@ -46,9 +46,9 @@ struct LeaderCommand {
         tau_friction(tau_force),
         tau_limits(tau_force) {}
   /// Torque that supports the arm at rest [N m]. It stays safe when commands stop.
-  [[nodiscard]] JointVector hold() const { return tau_gravity + tau_platform; }
+  [[nodiscard]] JointVector support_torque() const { return tau_gravity + tau_platform; }
   /// Torque that responds to the present motion and contact [N m]. It must fade out when commands stop.
-  [[nodiscard]] JointVector act() const { return tau_force + tau_friction + tau_limits; }
+  [[nodiscard]] JointVector response_torque() const { return tau_force + tau_friction + tau_limits; }
 };
 
 /// Joint command for the follower.
@@ -63,7 +63,7 @@ struct Controls {
   bool following = true;                ///< the follower follows the leader, and the hand receives forces
   bool clutch = false;                  ///< clutch pedal pressed: the hand moves freely, the follower stays
   bool paused = false;                  ///< simulated time stands still (simulation only)
-  bool hold = false;                    ///< the simulated hand pauses on its path; it resumes there on release
+  bool hand_paused = false;             ///< the simulated hand pauses on its path; it resumes there on release
   double stiffness_scale = 1.0;         ///< factor on the stiffness of every object [-]
   double damping_scale = 1.0;           ///< factor on the damping of every object [-]
   double guidance = 1.0;                ///< guidance pedal, 0-1: activation of the fixtures that fade with it [-]

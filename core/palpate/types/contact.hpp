@@ -29,7 +29,7 @@ struct Contact {
   // contact::Tool fills in the fields below.
   Vec3 v_surface = Vec3::Zero();  ///< velocity of the touched surface point [m/s]
   Material material{};            ///< stiffness, damping and friction at the contact point
-  Vec3 F_slope = Vec3::Zero();    ///< force caused by the stiffness gradient, -1/2 delta_x^2 grad K [N]
+  Vec3 F_grad_K = Vec3::Zero();   ///< force caused by the stiffness gradient, -1/2 delta_x^2 grad K [N]
   int sphere = 0;                 ///< index of the tool sphere; 0 is the SPR at the tip
   Vec3 p_C = Vec3::Zero();        ///< contact point C of the proxy sphere on the surface [m]
   Vec3 p_TS = Vec3::Zero();       ///< vector from the tool tip T to the sphere centre S, the lever arm of the force [m]

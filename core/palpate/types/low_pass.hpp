@@ -12,7 +12,7 @@ namespace palpate {
 ///
 /// which is exact for an input u that is constant over the period dt [s]. cutoff [Hz]; 0 switches
 /// the filter off (a = 1).
-[[nodiscard]] inline double low_pass_share(double cutoff, double dt) noexcept {
+[[nodiscard]] inline double low_pass_coefficient(double cutoff, double dt) noexcept {
   return cutoff > 0.0 ? -std::expm1(-2.0 * std::numbers::pi * cutoff * dt) : 1.0;
 }
 

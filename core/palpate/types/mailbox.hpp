@@ -35,11 +35,11 @@ class Mailbox {
 };
 
 /// Hands immutable objects over to a loop, which never frees memory: replaced objects wait in a list until the next
-/// give() frees them.
+/// publish() frees them.
 template <typename T>
 class Handover {
  public:
-  /// `first` is the current object until the first take() that returns true.
+  /// `first` is the current object until the first update() that returns true.
   explicit Handover(std::shared_ptr<const T> first) : current_(new Node{std::move(first), nullptr}) {}
   ~Handover() {
     release(incoming_.load());
@@ -51,18 +51,18 @@ class Handover {
 
   /// Offers `next` to the loop and frees the objects that the loop has replaced. One thread at a time may call it, but
   /// never the loop.
-  void give(std::shared_ptr<const T> next) {
+  void publish(std::shared_ptr<const T> next) {
     release(incoming_.exchange(new Node{std::move(next), nullptr}, std::memory_order_acq_rel));
     release(retired_.exchange(nullptr, std::memory_order_acquire));
   }
   /// Makes the newest offered object the current one. Returns false when no new object is offered. Only the loop may
   /// call it.
-  bool take() noexcept {
+  bool update() noexcept {
     Node* next = incoming_.exchange(nullptr, std::memory_order_acq_rel);
     if (next == nullptr) {
       return false;
     }
-    // Only give() competes, and it empties the list: the exchange repeats at most once per give().
+    // Only publish() competes, and it empties the list: the exchange repeats at most once per publish().
     current_->next = retired_.load(std::memory_order_relaxed);
     while (!retired_.compare_exchange_weak(current_->next, current_, std::memory_order_release)) {
     }

@@ -7,25 +7,25 @@ namespace palpate {
 
 /// Time stamp and validity of a measured state.
 struct Sample {
-  double t = 0.0;     ///< time stamp of the measurement [s]
-  bool good = false;  ///< true if the state is finite, valid and fresh; otherwise it is the last good state
+  double t = 0.0;      ///< time stamp of the measurement [s]
+  bool valid = false;  ///< true if the state is finite, valid and fresh; otherwise it is the last good state
 };
 
 /// State of the operator's handle, from any kind of leader device.
 struct Handle : Sample {
-  Pose X_LH;                   ///< measured pose of the handle in the leader base
-  Twist V_LH;                  ///< measured or estimated velocity of the handle
-  double gripper = 0.0;        ///< pinch angle, 0 = closed [rad]
-  JointVector q;               ///< measured joint positions, for the device's friction model; may be empty [rad, m]
-  bool takes_damping = false;  ///< true if the device itself renders the damping of a DampedWrench
-  double F_hand = -1.0;        ///< magnitude of the operator's force from a load cell; negative: no load cell [N]
+  Pose X_LH;                     ///< measured pose of the handle in the leader base
+  Twist V_LH;                    ///< measured or estimated velocity of the handle
+  double gripper = 0.0;          ///< pinch angle, 0 = closed [rad]
+  JointVector q;                 ///< measured joint positions, for the device's friction model; may be empty [rad, m]
+  bool renders_damping = false;  ///< true if the device itself renders the damping of a DampedWrench
+  double F_hand = -1.0;          ///< magnitude of the operator's force from a load cell; negative: no load cell [N]
 };
 
 /// Joint state of the tool's arm, if it is known.
 struct ToolJoints {
   Jacobian J_WT;                ///< Jacobian at the tool tip, 6 x n, in W
   JointVector q, q_min, q_max;  ///< measured joint positions and their limits (n,) [rad, m]
-  JointVector step;             ///< largest change of each joint position in one period (n,) [rad, m]
+  JointVector max_step;         ///< largest change of each joint position in one period (n,) [rad, m]
 };
 
 /// State of the tool, from any kind of follower.
@@ -46,7 +46,7 @@ struct ToolGoal {
 };
 
 /// Force of the environment on the tool, and its stiffness.
-struct Touch {
+struct ToolForce {
   Wrench F_T_W;            ///< wrench of the environment on the tool [N, N m]
   double stiffness = 0.0;  ///< stiffness of the environment along the force, at the tool; 0 when unknown [N/m]
 };

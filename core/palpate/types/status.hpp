@@ -45,14 +45,14 @@ enum Status : unsigned {
 };
 
 /// Name and description of one status bit, for records and reports.
-struct StatusWords {
-  const char* name;   ///< identifier, for example "force_capped"
-  unsigned bit;       ///< value of the enumerator
-  const char* words;  ///< description for the operator, in English
+struct StatusDescription {
+  const char* name;         ///< identifier, for example "force_capped"
+  unsigned bit;             ///< value of the enumerator
+  const char* description;  ///< description for the operator, in English
 };
 
 /// All status bits, the most severe first.
-std::span<const StatusWords> status_words() noexcept;
+std::span<const StatusDescription> status_descriptions() noexcept;
 
 /// Number of sources to which the ledger attributes the energy of the commanded force: the first objects of the scene
 /// by index, then guidance, then everything else.

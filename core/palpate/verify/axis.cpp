@@ -19,9 +19,9 @@ constexpr std::size_t kSwings = 4;  // smallest number of swings of an oscillati
 constexpr std::size_t kEighths = 8, kWatched = 5;  // sections of a run; number of the last sections that are compared
 constexpr double kSettled = 0.02;                  // settling band as a fraction of the rest position
 
-void require(bool good, const char* name, double value, const char* mend) {
+void require(bool good, const char* name, double value, const char* remedy) {
   if (!good) {
-    throw std::invalid_argument("axis " + std::string(name) + " = " + std::to_string(value) + ": " + mend);
+    throw std::invalid_argument("axis " + std::string(name) + " = " + std::to_string(value) + ": " + remedy);
   }
 }
 
@@ -51,7 +51,7 @@ void check(const AxisOptions& o) {
 class Controller {
  public:
   explicit Controller(const AxisOptions& o)
-      : o_(o), dt_(1.0 / o.rate), share_(low_pass_share(o.velocity_cutoff, dt_)) {}
+      : o_(o), dt_(1.0 / o.rate), share_(low_pass_coefficient(o.velocity_cutoff, dt_)) {}
 
   /// Initialises the velocity filter for an axis at rest at x.
   void start(double x) noexcept { x_ = measured(x); }

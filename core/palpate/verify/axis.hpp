@@ -84,8 +84,8 @@ class AxisStage {
 /// the hand's m_h, b_h, k_h and its intended position x_h. u is constant between two arrivals of a command, so x has a
 /// closed form up to the next arrival, cycle or reversal, and the times of sticking and breakaway are roots. At cycle k
 ///
-///   x_k = quantum round(x / quantum),   v_k = v_k-1 + low_pass_share(velocity_cutoff, T) ((x_k - x_k-1) / T - v_k-1)
-///   F_k = -max(K x_k + B v_k, 0) if x_k > 0, else 0        (bilateral: always -(K x_k + B v_k))
+///   x_k = quantum round(x / quantum),   v_k = v_k-1 + low_pass_coefficient(velocity_cutoff, T) ((x_k - x_k-1) / T -
+///   v_k-1) F_k = -max(K x_k + B v_k, 0) if x_k > 0, else 0        (bilateral: always -(K x_k + B v_k))
 ///
 /// F_k is capped, passed to the stage if there is one, and applied from  k T + delay + jitter  on.
 class Axis {

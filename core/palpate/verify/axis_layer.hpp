@@ -19,7 +19,7 @@ class AxisLayer : public AxisStage {
       : stage_(options, dt), window_(options.passivity.observer.quantum > 0.0 ? kWindow : 1) {
     in_.stiffness = stiffness;
     in_.handle.q = JointVector::Zero(1);
-    in_.handle.good = in_.tool.good = true;
+    in_.handle.valid = in_.tool.valid = true;
   }
 
   double step(double F, double x, double dt) noexcept override {
@@ -28,7 +28,7 @@ class AxisLayer : public AxisStage {
     in_.handle.V_LH.v.x() =
         (x - x_[(steps_ - std::min(steps_, window)) % kWindow]) / (static_cast<double>(window) * dt);
     x_[steps_++ % kWindow] = x;
-    in_.wanted.F.f.x() = F;
+    in_.commanded.F.f.x() = F;
     in_.handle.X_LH.p.x() = in_.handle.q[0] = x;
     const stability::Output out = stage_.step(in_);
     stage_.rendered(out.F_H_L);

@@ -38,8 +38,8 @@ struct SoakReport {
   std::int64_t passes = 0;  ///< passes that began in free space
   std::int64_t ticks = 0;
   std::int64_t touched = 0;  ///< passes with a contact
-  std::int64_t popped = 0;   ///< passes whose proxy crossed the surface
-  SoakPass first_popped;     ///< the first of them
+  std::int64_t crossed = 0;  ///< passes whose proxy crossed the surface
+  SoakPass first_crossed;    ///< the first of them
 };
 
 /// Runs `passes` passes at 1 kHz with the named contact method. Throws std::invalid_argument for an unknown method.

@@ -24,9 +24,9 @@ Query nearer(const Query& a, const Query& b, const Vec3& p, double blend) noexce
   if (h == 0.0) return q;
   const double share = 0.5 * h;  // weight of the other query: d (blended distance) / d (other.distance)
   q.distance -= 0.25 * h * h * blend;
-  const Vec3 gradient = (1.0 - share) * q.steep * q.normal + share * other.steep * other.normal;
-  q.steep = gradient.norm();
-  if (q.steep > 1e-9) q.normal = gradient / q.steep;
+  const Vec3 gradient = (1.0 - share) * q.gradient_norm * q.normal + share * other.gradient_norm * other.normal;
+  q.gradient_norm = gradient.norm();
+  if (q.gradient_norm > 1e-9) q.normal = gradient / q.gradient_norm;
   q.point = p - q.distance * q.normal;
   q.velocity = (1.0 - share) * q.velocity + share * other.velocity;
   q.spin = (1.0 - share) * q.spin + share * other.spin;
@@ -42,7 +42,7 @@ Offset::Offset(GeometryPtr geometry, double margin) : geometry_(std::move(geomet
     throw std::invalid_argument("what has no inside (a point, a curve, an open mesh) needs a margin above zero [m]");
 }
 
-Query Offset::answer(const Pose& X_WT, double t) const noexcept {
+Query Offset::query_local(const Pose& X_WT, double t) const noexcept {
   Query q = geometry_->query(X_WT, t);
   const Vec3 shift = margin_ * q.normal;
   q.distance -= margin_;
@@ -65,7 +65,7 @@ Combination::Combination(Kind kind, std::vector<GeometryPtr> parts, double blend
 }
 
 /// By De Morgan's laws, an intersection or difference is the complement of a union.
-Query Combination::answer(const Pose& X_WT, double t) const noexcept {
+Query Combination::query_local(const Pose& X_WT, double t) const noexcept {
   const bool cuts = kind_ != Kind::unite;
   Query q = parts_[0]->query(X_WT, t);
   if (cuts) q = inside_out(q);

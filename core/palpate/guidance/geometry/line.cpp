@@ -12,11 +12,11 @@ Line::Line(const Vec3& a, const Vec3& b, bool endless)
   attitude_ = basis_of(direction_);
 }
 
-Query Line::answer(const Pose& X_WT, double) const noexcept {
+Query Line::query_local(const Pose& X_WT, double) const noexcept {
   const double wanted = direction_.dot(X_WT.p - a_);
-  const double along = endless_ ? wanted : std::clamp(wanted, 0.0, length_);
-  Query q = towards(X_WT.p, a_ + along * direction_, along == wanted ? &direction_ : nullptr);
-  q.along = along;
+  const double arc_length = endless_ ? wanted : std::clamp(wanted, 0.0, length_);
+  Query q = point_or_curve_query(X_WT.p, a_ + arc_length * direction_, arc_length == wanted ? &direction_ : nullptr);
+  q.arc_length = arc_length;
   q.attitude = attitude_;
   return q;
 }

@@ -5,8 +5,8 @@
 
 namespace palpate::guidance {
 
-/// The line from a to b; `along` is measured from a, and the attitude's z points from a to b. Beyond an end the line
-/// acts like a point (`dimension` 0): motion along its direction is no longer free there.
+/// The line from a to b; `arc_length` is measured from a, and the attitude's z points from a to b. Beyond an end the
+/// line acts like a point (`dimension` 0): motion along its direction is no longer free there.
 class Line final : public Geometry {
  public:
   /// endless: the line continues beyond a and b. Throws std::invalid_argument unless a and b are finite and distinct
@@ -15,7 +15,7 @@ class Line final : public Geometry {
   [[nodiscard]] bool solid() const noexcept override { return false; }
 
  protected:
-  [[nodiscard]] Query answer(const Pose& X_WT, double) const noexcept override;
+  [[nodiscard]] Query query_local(const Pose& X_WT, double) const noexcept override;
 
  private:
   Vec3 a_, direction_;

@@ -105,7 +105,7 @@ Path::Path(std::vector<Controls> pieces, std::span<const Mat3> attitudes, bool t
   for (std::size_t i = 0; i < pieces_.size(); ++i) {
     const std::string name = "piece " + std::to_string(i) + " of the path ";
     for (const Vec3& c : pieces_[i])
-      require(c.allFinite() && c.cwiseAbs().maxCoeff() <= kFarthest, name + "is not finite, or beyond 1000 km");
+      require(c.allFinite() && c.cwiseAbs().maxCoeff() <= kMaxCoordinate, name + "is not finite, or beyond 1000 km");
     const Vec3& end = i > 0 ? pieces_[i - 1][3] : closed ? pieces_.back()[3] : pieces_[i][0];
     require((pieces_[i][0] - end).norm() < 1e-9, name + "does not begin where the one before ends");
     require(slope(pieces_[i], 0.0).norm() > 0.0 && slope(pieces_[i], 1.0).norm() > 0.0, name + "stands still");
@@ -134,7 +134,7 @@ void Path::build_tree() {
 }
 
 /// Updates `best` with the ends of one piece and with all local minima of its distance to p.
-void Path::look_at(std::size_t piece, const Vec3& p, Best& best) const noexcept {
+void Path::update_nearest(std::size_t piece, const Vec3& p, Best& best) const noexcept {
   const Controls& c = pieces_[piece];
   const auto consider = [&](double u) {
     const double distance2 = (at(c, u) - p).squaredNorm();
@@ -178,7 +178,7 @@ Path::Best Path::nearest(const Vec3& p) const noexcept {
     const auto [distance2, node] = stack[--top];
     if (distance2 >= best.distance2) continue;
     if (node >= leaves_ - 1) {
-      look_at(node - (leaves_ - 1), p, best);
+      update_nearest(node - (leaves_ - 1), p, best);
       continue;
     }
     Entry near{box_[2 * node + 1].distance2(p), 2 * node + 1}, far{box_[2 * node + 2].distance2(p), 2 * node + 2};
@@ -189,24 +189,24 @@ Path::Best Path::nearest(const Vec3& p) const noexcept {
   return best;
 }
 
-Mat3 Path::attitude(const Best& where, double along, const Vec3& tangent) const noexcept {
+Mat3 Path::attitude(const Best& where, double arc_length, const Vec3& tangent) const noexcept {
   const double whole = start_[where.piece + 1] - start_[where.piece];
-  const double share = std::clamp((along - start_[where.piece]) / whole, 0.0, 1.0);
+  const double share = std::clamp((arc_length - start_[where.piece]) / whole, 0.0, 1.0);
   const Mat3 R = attitude_[where.piece].slerp(share, attitude_[where.piece + 1]).toRotationMatrix();
   if (!tangential_) return R;
   return Eigen::Quaterniond::FromTwoVectors(R.col(2), tangent).toRotationMatrix() * R;
 }
 
-Query Path::answer(const Pose& X_WT, double) const noexcept {
+Query Path::query_local(const Pose& X_WT, double) const noexcept {
   const Best best = nearest(X_WT.p);
   const Controls& c = pieces_[best.piece];
   const Vec3 tangent = slope(c, best.u).normalized(), point = at(c, best.u);
   const double over = tangent.dot(X_WT.p - point);
   const bool before = best.piece == 0 && best.u <= 0.0 && over < 0.0;
   const bool after = best.piece + 1 == pieces_.size() && best.u >= 1.0 && over > 0.0;
-  Query q = towards(X_WT.p, point, !closed_ && (before || after) ? nullptr : &tangent);
-  q.along = start_[best.piece] + arc(c, best.u);
-  q.attitude = attitude(best, q.along, tangent);
+  Query q = point_or_curve_query(X_WT.p, point, !closed_ && (before || after) ? nullptr : &tangent);
+  q.arc_length = start_[best.piece] + arc(c, best.u);
+  q.attitude = attitude(best, q.arc_length, tangent);
   return q;
 }
 

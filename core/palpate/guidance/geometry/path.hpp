@@ -10,8 +10,8 @@
 
 namespace palpate::guidance {
 
-/// A chain of cubic Bezier pieces. `along` is the arc length from the start; its relative error is 1e-9 if each piece
-/// bends little, as the pieces made by palpate/guidance/path.py do.
+/// A chain of cubic Bezier pieces. `arc_length` is the arc length from the start; its relative error is 1e-9 if each
+/// piece bends little, as the pieces made by palpate/guidance/path.py do.
 ///
 /// The nearest point is the global one and does not depend on earlier queries. A tree of bounding boxes selects the
 /// pieces. On a piece all roots of (c(u) - p) . c'(u) = 0 are isolated by the signs of the Bernstein coefficients
@@ -32,7 +32,7 @@ class Path final : public Geometry {
   [[nodiscard]] double length() const noexcept { return start_.back(); }  ///< [m]
 
  protected:
-  [[nodiscard]] Query answer(const Pose& X_WT, double) const noexcept override;
+  [[nodiscard]] Query query_local(const Pose& X_WT, double) const noexcept override;
 
  private:
   /// A point of the curve (piece and parameter u) and its squared distance [m^2].
@@ -48,9 +48,9 @@ class Path final : public Geometry {
   };
 
   void build_tree();
-  void look_at(std::size_t piece, const Vec3& p, Best& best) const noexcept;
+  void update_nearest(std::size_t piece, const Vec3& p, Best& best) const noexcept;
   [[nodiscard]] Best nearest(const Vec3& p) const noexcept;
-  [[nodiscard]] Mat3 attitude(const Best& at, double along, const Vec3& tangent) const noexcept;
+  [[nodiscard]] Mat3 attitude(const Best& at, double arc_length, const Vec3& tangent) const noexcept;
 
   std::vector<Controls> pieces_;
   std::vector<double> start_;  // arc length at the start of each piece, and the whole length [m]

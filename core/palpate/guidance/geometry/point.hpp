@@ -13,8 +13,8 @@ class Point final : public Geometry {
   [[nodiscard]] bool has_axis() const noexcept override { return false; }
 
  protected:
-  [[nodiscard]] Query answer(const Pose& X_WT, double) const noexcept override {
-    return towards(X_WT.p, Vec3::Zero(), nullptr);
+  [[nodiscard]] Query query_local(const Pose& X_WT, double) const noexcept override {
+    return point_or_curve_query(X_WT.p, Vec3::Zero(), nullptr);
   }
 };
 

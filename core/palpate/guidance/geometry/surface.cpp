@@ -23,7 +23,7 @@ Solid::Solid(std::shared_ptr<const scene::Surface> surface) : surface_(std::move
   axis_ = dynamic_cast<const scene::Sphere*>(any) == nullptr && dynamic_cast<const scene::Cloud*>(any) == nullptr;
 }
 
-Query Solid::answer(const Pose& X_WT, double) const noexcept {
+Query Solid::query_local(const Pose& X_WT, double) const noexcept {
   const scene::Nearest found = surface_->nearest(X_WT.p);
   Query q;
   q.distance = found.distance;

@@ -27,8 +27,9 @@ class Admittance final : public Law {
  private:
   [[nodiscard]] ConstraintForce turning(const Constraint& c, const Twist& V_WT) const noexcept {
     ConstraintForce out;
-    const double worse = std::min(c.rate(V_WT), 0.0), share = std::min(c.violation() / kComesInTurn, 1.0);
-    out.F.t = -o_.B_turn * V_WT.w - share * (o_.B_turn / o_.ratio - o_.B_turn) * worse * c.gradient.t;
+    const double approach_rate = std::min(c.rate(V_WT), 0.0),
+                 share = std::min(c.violation() / kDampingRampRotational, 1.0);
+    out.F.t = -o_.B_turn * V_WT.w - share * (o_.B_turn / o_.ratio - o_.B_turn) * approach_rate * c.gradient.t;
     return out;
   }
 
@@ -37,14 +38,14 @@ class Admittance final : public Law {
     const double more = o_.B / o_.ratio - o_.B;
     const Mat3 hard = Mat3::Identity() - c.free;
     const Vec3 n = (hard * c.gradient.f).stableNormalized();
-    const double mends = c.rate(V_WT) > 0.0 ? std::min(c.violation() / kComesIn, 1.0) : 0.0;
-    const bool levers = c.gradient.t != Vec3::Zero();
-    out.B = o_.B * Mat3::Identity() + more * (hard - (levers ? 1.0 : mends) * n * n.transpose());
+    const double recovery = c.rate(V_WT) > 0.0 ? std::min(c.violation() / kDampingRamp, 1.0) : 0.0;
+    const bool depends_on_rotation = c.gradient.t != Vec3::Zero();
+    out.B = o_.B * Mat3::Identity() + more * (hard - (depends_on_rotation ? 1.0 : recovery) * n * n.transpose());
     out.F_of_B.f = out.F.f = -out.B * V_WT.v;
     // A gap that also depends on rotation (rcm) is damped along its whole gradient: damping of the translation alone
     // would step where the rate changes its sign.
     const double rate = c.gradient.f.dot(V_WT.v) + c.gradient.t.dot(V_WT.w);
-    const double f = levers ? more * (1.0 - mends) * rate : 0.0;
+    const double f = depends_on_rotation ? more * (1.0 - recovery) * rate : 0.0;
     out.F = {out.F.f - f * c.gradient.f, -f * c.gradient.t};
     return out;
   }

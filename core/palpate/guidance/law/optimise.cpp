@@ -20,7 +20,7 @@ class Optimise final : public ImpedanceLaw {
     return out;
   }
   [[nodiscard]] const char* name() const noexcept override { return "optimise"; }
-  [[nodiscard]] bool jointly() const noexcept override { return true; }
+  [[nodiscard]] bool solves_jointly() const noexcept override { return true; }
 };
 
 }  // namespace

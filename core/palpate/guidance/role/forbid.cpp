@@ -11,11 +11,11 @@ class Forbid final : public Role {
  public:
   explicit Forbid(const RoleOptions& options) : margin_(options.margin) {}
 
-  [[nodiscard]] Constraint constraint(const Query& query, const Around& /*around*/,
+  [[nodiscard]] Constraint constraint(const Query& query, const QueryDerivatives& /*derivatives*/,
                                       const ToolQuery& tool) const noexcept override {
     Constraint out;
     out.gap = query.distance - margin_;
-    out.gradient.f = query.steep * query.normal;
+    out.gradient.f = query.gradient_norm * query.normal;
     out.set_fixture_motion(query, tool.X_WT.p);
     out.free = Mat3::Identity() - query.normal * query.normal.transpose();
     return out;

@@ -12,12 +12,12 @@ class Guide final : public Role {
  public:
   explicit Guide(const RoleOptions& options) : margin_(options.margin) {}
 
-  [[nodiscard]] Constraint constraint(const Query& query, const Around& /*around*/,
+  [[nodiscard]] Constraint constraint(const Query& query, const QueryDerivatives& /*derivatives*/,
                                       const ToolQuery& tool) const noexcept override {
     Constraint out;
     const double side = query.distance < 0.0 ? -1.0 : 1.0;
     out.gap = margin_ - std::abs(query.distance);
-    out.gradient.f = -side * query.steep * query.normal;
+    out.gradient.f = -side * query.gradient_norm * query.normal;
     out.set_fixture_motion(query, tool.X_WT.p);
     const auto tangents = query.basis.leftCols(query.dimension);
     out.free = tangents * tangents.transpose();

@@ -10,11 +10,11 @@ class KeepIn final : public Role {
  public:
   explicit KeepIn(const RoleOptions& options) : margin_(options.margin) {}
 
-  [[nodiscard]] Constraint constraint(const Query& query, const Around& /*around*/,
+  [[nodiscard]] Constraint constraint(const Query& query, const QueryDerivatives& /*derivatives*/,
                                       const ToolQuery& tool) const noexcept override {
     Constraint out;
     out.gap = -query.distance - margin_;
-    out.gradient.f = -query.steep * query.normal;
+    out.gradient.f = -query.gradient_norm * query.normal;
     out.set_fixture_motion(query, tool.X_WT.p);
     out.free = Mat3::Identity() - query.normal * query.normal.transpose();
     return out;

@@ -15,12 +15,12 @@ class Limit final : public Role {
  public:
   explicit Limit(const RoleOptions& options) : margin_(options.margin), speed_(options.speed), force_(options.force) {}
 
-  [[nodiscard]] Constraint constraint(const Query& query, const Around& /*around*/,
+  [[nodiscard]] Constraint constraint(const Query& query, const QueryDerivatives& /*derivatives*/,
                                       const ToolQuery& tool) const noexcept override {
     Constraint out;
     if (speed_ == 0.0 && force_ == 0.0) {
       out.gap = margin_ - query.distance;
-      out.gradient.f = -query.steep * query.normal;
+      out.gradient.f = -query.gradient_norm * query.normal;
       out.set_fixture_motion(query, tool.X_WT.p);
       out.free = Mat3::Identity() - query.normal * query.normal.transpose();
       return out;

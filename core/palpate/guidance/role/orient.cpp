@@ -6,7 +6,7 @@
 // Along a curve or a curved surface the target direction changes with the position. The moment then comes with a force,
 // because only both together are the gradient of the stored energy. The normal is the mean of the normals nearby
 // (Geometry::normals), and w is its length. Where these normals disagree, the constraint is weaker, so that the target
-// turns by at most 1 / kAround.
+// turns by at most 1 / kDifferenceStep.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -37,12 +37,12 @@ class Orient final : public Role {
   Orient(const RoleOptions& options, Target target)
       : angle_(options.angle), axis_(options.axis.normalized()), target_(target) {}
 
-  [[nodiscard]] Constraint constraint(const Query& query, const Around& around,
+  [[nodiscard]] Constraint constraint(const Query& query, const QueryDerivatives& derivatives,
                                       const ToolQuery& tool) const noexcept override {
     const Mat3& R = tool.X_WT.R;
     const Vec3 pointing = R * axis_;
-    const double w = target_ == Target::normal ? around.normal.norm() : 1.0;
-    const Vec3 n = w > 0.0 ? Vec3(around.normal / w) : Vec3(Vec3::Zero());
+    const double w = target_ == Target::normal ? derivatives.normal.norm() : 1.0;
+    const Vec3 n = w > 0.0 ? Vec3(derivatives.normal / w) : Vec3(Vec3::Zero());
     const Vec3 theta = target_ == Target::frame    ? turn(Mat3(query.attitude * R.transpose()))
                        : target_ == Target::normal ? turn(pointing, Vec3(-n))
                                                    : turn(pointing, Vec3(query.attitude.col(2)));
@@ -54,15 +54,15 @@ class Orient final : public Role {
     out.gap = angle_ - w * far;
     out.gradient.t = w * u;
     // d|theta| = u . (n x dn) and dw = n . d_normal dp, with n = normal / w.
-    out.gradient.f = target_ == Target::normal ? Vec3(-around.d_normal.transpose() * (u.cross(n) + far * n))
-                                               : Vec3(-around.turn.transpose() * u);
+    out.gradient.f = target_ == Target::normal ? Vec3(-derivatives.d_normal.transpose() * (u.cross(n) + far * n))
+                                               : Vec3(-derivatives.d_attitude.transpose() * u);
     out.set_fixture_motion(query, tool.X_WT.p);
     return out;
   }
   [[nodiscard]] bool needs_axis() const noexcept override { return target_ == Target::axis; }
   [[nodiscard]] const char* name() const noexcept override { return "orient"; }
   [[nodiscard]] Needs needs() const noexcept override {
-    return target_ == Target::normal ? Needs::normals : Needs::turns;
+    return target_ == Target::normal ? Needs::normals : Needs::attitude_derivative;
   }
 
  private:

@@ -10,15 +10,15 @@ class Rcm final : public Role {
  public:
   explicit Rcm(const RoleOptions& options) : margin_(options.margin), axis_(options.axis.normalized()) {}
 
-  [[nodiscard]] Constraint constraint(const Query& query, const Around& /*around*/,
+  [[nodiscard]] Constraint constraint(const Query& query, const QueryDerivatives& /*derivatives*/,
                                       const ToolQuery& tool) const noexcept override {
     const Vec3 a = tool.X_WT.R * axis_, to = query.point - tool.X_WT.p;
     const Vec3 lever = a * a.dot(to);  // from T to the point of the shaft nearest to c
-    const Vec3 aside = to - lever;
-    const double far = aside.norm();
+    const Vec3 offset = to - lever;
+    const double far = offset.norm();
     Constraint out;
     out.gap = margin_ - far;
-    out.gradient.f = far > 0.0 ? Vec3(aside / far) : a.unitOrthogonal();
+    out.gradient.f = far > 0.0 ? Vec3(offset / far) : a.unitOrthogonal();
     out.gradient.t = lever.cross(out.gradient.f);
     out.set_fixture_motion(query, tool.X_WT.p);
     out.free = a * a.transpose();

@@ -140,7 +140,7 @@ void Console::follow(bool on) {
   set(kFollowing, on);
 }
 
-// `good`: the position of the pedal that allows a force; true means down.
+// `valid`: the position of the pedal that allows a force; true means down.
 void Console::pedal(Gate gate, bool down, bool good) {
   if (down == good) make_ready();
   set(gate, down);

@@ -200,7 +200,7 @@ void HapticNode::gate() noexcept {
   loop::CrtkGates gates = console_.gates();
   const std::uint32_t taken = beat_->taken;
   if (beat_->seen != taken) {
-    cycle_.drop();
+    cycle_.reset_wrench();
     gates.guarded = true;
     beat_->seen = taken;
   }
@@ -242,8 +242,8 @@ void HapticNode::tell_stream() noexcept {
   const loop::Watch& leader = cycle_.leader();
   leader_rate_.store(leader.period() > 0.0 ? 1.0 / leader.period() : 0.0, std::memory_order_relaxed);
   leader_age_.store(leader.age(), std::memory_order_relaxed);
-  leader_taken_.store(leader.taken(), std::memory_order_relaxed);
-  leader_left_out_.store(leader.left_out(), std::memory_order_relaxed);
+  leader_taken_.store(leader.accepted(), std::memory_order_relaxed);
+  leader_left_out_.store(leader.ignored(), std::memory_order_relaxed);
 }
 
 }  // namespace palpate::ros
