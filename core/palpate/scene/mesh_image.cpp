@@ -90,7 +90,7 @@ void visit(Archive& archive, Impl& m) {
   archive.list(t.twin);
   archive.list(t.normal);
   archive.list(t.normals);
-  archive.list(t.whole);
+  archive.list(t.smooth_vertex);
   archive.scalar(t.height);
   archive.scalar(t.branching_edges);
   archive.scalar(t.flat_triangles);
@@ -106,8 +106,8 @@ void visit(Archive& archive, Impl& m) {
   archive.array(b.centre, 3);
   archive.scalar(b.scale);
   auto& r = m.report;
-  for (auto* count : {&r.vertices, &r.triangles, &r.degenerate, &r.duplicate, &r.flat, &r.parts, &r.boundary_edges,
-                      &r.branching_edges, &r.inconsistent_edges, &r.turned, &r.inverted})
+  for (auto* count : {&r.vertices, &r.triangles, &r.degenerate, &r.duplicate, &r.flat, &r.components, &r.boundary_edges,
+                      &r.branching_edges, &r.inconsistent_edges, &r.flipped, &r.inverted})
     archive.scalar(*count);
   archive.scalar(r.two_sided);
   archive.scalar(r.closed);
@@ -138,7 +138,7 @@ bool is_tree(const Bvh& bvh) {
 
 bool is_consistent(const Mesh::Impl& m) {
   const Topology& t = m.topology;
-  const std::size_t corners = m.triangles.size(), normals = t.whole.size();
+  const std::size_t corners = m.triangles.size(), normals = t.smooth_vertex.size();
   return corners > 0 && corners % 3 == 0 && m.vertices.size() % 3 == 0 && t.normals.size() == 3 * normals &&
          t.twin.size() == corners && t.normal.size() == corners && within(m.triangles, 0, m.vertices.size() / 3) &&
          within(t.twin, -1, corners) && within(t.normal, 0, normals) && within(t.rims, 0, corners) &&

@@ -20,7 +20,7 @@ struct Topology {
   std::vector<std::int32_t> twin;    ///< (3m) half-edge of the adjacent triangle; -1 at boundaries and branching edges
   std::vector<std::int32_t> normal;  ///< (3m) row of `normals` for each corner; shared between corners without crease
   std::vector<double> normals;       ///< (3k) outward unit normals
-  std::vector<std::uint8_t> whole;   ///< (k) true: all triangles around the vertex share this normal
+  std::vector<std::uint8_t> smooth_vertex;  ///< (k) true: all triangles around the vertex share this normal
   double height = 0.0;  ///< bound on the distance between the smooth surface and the triangles (smooth.hpp) [m]
   std::size_t branching_edges = 0;               ///< number of edges of three or more triangles
   std::size_t flat_triangles = 0;                ///< number of triangles with three collinear corners
