@@ -1,12 +1,17 @@
 #include "palpate/arm/serial.hpp"
 
+#include <cmath>
+
 #include "palpate/arm/chain.hpp"
 #include "palpate/arm/recursion.hpp"
 
 namespace palpate::arm {
 namespace {
 
-static_assert(kLanes >= kMaxJoints);
+static_assert(kLanes == kMaxJoints);
+
+/// The storage of a joint vector, which has room for kMaxJoints numbers whatever its size.
+const Lanes& lanes(const JointVector& x) noexcept { return *reinterpret_cast<const Lanes*>(x.data()); }
 
 using Inertial = Eigen::Matrix<double, 10, 1>;  // m, m c, I about the joint's origin: xx, xy, yy, xz, yz, zz
 
@@ -42,28 +47,25 @@ Eigen::Matrix<double, 3, 6> of_inertia(const Vec3& a) noexcept {
   return L;
 }
 
-ChainLanes::Joint joint_of(const Link& link) noexcept {
-  ChainLanes::Joint joint{};
-  for (int j = 0; j < 3; ++j) {
-    for (int i = 0; i < 3; ++i) joint.R[j][i] = link.X_parent.R(i, j);
-    joint.p[j] = link.X_parent.p[j];
-    joint.axis[j] = link.axis[j];
-  }
-  joint.aligned = -1;
-  for (int j = 0; j < 3; ++j) {
-    if (link.axis == Vec3::Unit(j)) joint.aligned = j;
-  }
-  joint.prismatic = link.prismatic;
-  return joint;
+/// Axes whose z is the joint's axis, in the link's axes; the identity for an axis along z.
+Mat3 turned_to(const Vec3& axis) noexcept {
+  if (axis == Vec3::UnitZ()) return Mat3::Identity();
+  const Vec3 side = std::abs(axis.x()) < 0.9 ? Vec3::UnitX() : Vec3::UnitY();
+  const Vec3 y = axis.cross(side).normalized();
+  Mat3 Q;
+  Q << y.cross(axis), y, axis;
+  return Q;
 }
 
 class Serial final : public Mechanism {
  public:
   explicit Serial(Chain chain) : chain_(std::move(chain)) {
     lanes_.n = static_cast<int>(chain_.links.size());
-    zero_ = JointVector::Zero(lanes_.n);
     set_gravity({0.0, 0.0, -9.81});
-    for (int k = 0; k < lanes_.n; ++k) lanes_.joint[k] = joint_of(link(k));
+    for (int k = 0; k < lanes_.n; ++k) turned_.push_back(turned_to(link(k).axis));
+    for (int k = 0; k < lanes_.n; ++k) take_joint(k);
+    turn(chain_.tip);
+    for (FixedFrame& frame : chain_.frames) turn(frame);
     take_masses();
   }
   Serial(const Serial&) = default;
@@ -71,19 +73,20 @@ class Serial final : public Mechanism {
   [[nodiscard]] const Facts& facts() const noexcept override { return chain_.facts; }
 
   void kinematics(const JointVector& q, Pose& X_0T, Jacobian& J) noexcept override {
-    arm::kinematics(lanes_, q.data(), now_);
+    arm::kinematics(lanes_, lanes(q), now_);
     tip(X_0T, J);
   }
 
   void dynamics(const JointVector& q, const JointVector& v, Dynamics& d) noexcept override {
-    arm::dynamics(lanes_, q.data(), v.data(), zero_.data(), now_);
+    arm::dynamics(lanes_, lanes(q), lanes(v), zero_, now_);
     tip(d.X_0T, d.J);
     const int n = lanes_.n;
     d.M.resize(n, n);
     d.bias.resize(n);
     d.G.resize(n);
+    double* M = d.M.data();
     for (int k = 0; k < n; ++k) {
-      for (int i = 0; i <= k; ++i) d.M(k, i) = d.M(i, k) = now_.M[k][i];
+      for (int i = 0; i <= k; ++i) M[k + n * i] = M[i + n * k] = now_.M[k][i];
       d.bias[k] = now_.tau[k];
       d.G[k] = now_.G[k];
     }
@@ -95,14 +98,14 @@ class Serial final : public Mechanism {
 
   void inverse_dynamics(const JointVector& q, const JointVector& v, const JointVector& a, Dynamics& /*work*/,
                         JointVector& tau) noexcept override {
-    arm::dynamics(lanes_, q.data(), v.data(), a.data(), now_);
+    arm::dynamics(lanes_, lanes(q), lanes(v), lanes(a), now_);
     tau.resize(lanes_.n);
     for (int k = 0; k < lanes_.n; ++k) tau[k] = now_.tau[k];
   }
 
   /// A link's point p moves with v0_j + w_j x p about joint j and before; P = -g . sum (m p_k + R_k m c_k).
   void gravity_regressor(const JointVector& q, GravityRegressor& out) noexcept override {
-    arm::kinematics(lanes_, q.data(), now_);
+    arm::kinematics(lanes_, lanes(q), now_);
     const Vec3 g = gravity();
     const int n = lanes_.n;
     out.Y.setZero(n, 4 * n);
@@ -127,7 +130,7 @@ class Serial final : public Mechanism {
   }
 
   [[nodiscard]] double potential_energy(const JointVector& q) noexcept override {
-    arm::kinematics(lanes_, q.data(), now_);
+    arm::kinematics(lanes_, lanes(q), now_);
     double P = 0.0;
     for (int k = 0; k < lanes_.n; ++k) P -= link(k).mass * gravity().dot(pose(k) * link(k).com);
     return P;
@@ -153,7 +156,7 @@ class Serial final : public Mechanism {
   /// joints before it carry them.
   [[nodiscard]] Eigen::MatrixXd torque_regressor(const JointVector& q, const JointVector& v,
                                                  const JointVector& a) override {
-    arm::dynamics(lanes_, q.data(), v.data(), a.data(), now_);
+    arm::dynamics(lanes_, lanes(q), lanes(v), lanes(a), now_);
     const int n = lanes_.n;
     Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(n, 10 * n);
     for (int k = 0; k < n; ++k) {
@@ -199,46 +202,76 @@ class Serial final : public Mechanism {
     return x;
   }
 
-  /// X_0k of link k; -1: the base.
-  [[nodiscard]] Pose pose(int k) const noexcept {
+  /// Pose of link k in its turned axes; -1: the base.
+  [[nodiscard]] Pose turned_pose(int k) const noexcept {
     if (k < 0) return {};
     Pose X;
     for (int i = 0; i < 9; ++i) X.R.data()[i] = now_.R[i][k];
     X.p = lane<3>(now_.p, k);
     return X;
   }
-  [[nodiscard]] Pose frame_pose(const FixedFrame& frame) const noexcept { return pose(frame.link) * frame.X_link; }
+  /// X_0k of link k.
+  [[nodiscard]] Pose pose(int k) const noexcept {
+    const Pose X = turned_pose(k);
+    return {X.R.lazyProduct(turned_[static_cast<std::size_t>(k)].transpose()), X.p};
+  }
+  /// Pose of a frame whose X_link refers to the turned axes.
+  [[nodiscard]] Pose frame_pose(const FixedFrame& frame) const noexcept {
+    const Pose X = turned_pose(frame.link);
+    return {X.R.lazyProduct(frame.X_link.R), X.R.lazyProduct(frame.X_link.p) + X.p};
+  }
+
+  void turn(FixedFrame& frame) const noexcept {
+    if (frame.link < 0) return;
+    const Mat3& Q = turned_[static_cast<std::size_t>(frame.link)];
+    frame.X_link = {Q.transpose() * frame.X_link.R, Q.transpose() * frame.X_link.p};
+  }
 
   /// The tip's pose, and the Jacobian moved from the base's origin to it.
   void tip(Pose& X_0T, Jacobian& J) const noexcept {
     X_0T = frame_pose(chain_.tip);
     const Vec3& p = X_0T.p;
     J.resize(6, lanes_.n);
-    for (int k = 0; k < lanes_.n; ++k) {
+    double* column = J.data();
+    for (int k = 0; k < lanes_.n; ++k, column += 6) {
       const double x = now_.Jw[0][k], y = now_.Jw[1][k], z = now_.Jw[2][k];
-      J(0, k) = now_.Jv[0][k] + (y * p.z() - z * p.y());
-      J(1, k) = now_.Jv[1][k] + (z * p.x() - x * p.z());
-      J(2, k) = now_.Jv[2][k] + (x * p.y() - y * p.x());
-      J(3, k) = x;
-      J(4, k) = y;
-      J(5, k) = z;
+      column[0] = now_.Jv[0][k] + (y * p.z() - z * p.y());
+      column[1] = now_.Jv[1][k] + (z * p.x() - x * p.z());
+      column[2] = now_.Jv[2][k] + (x * p.y() - y * p.x());
+      column[3] = x;
+      column[4] = y;
+      column[5] = z;
     }
+  }
+
+  void take_joint(int k) noexcept {
+    const Mat3& Q = turned_[static_cast<std::size_t>(k)];
+    const Mat3 Q_parent = k > 0 ? turned_[static_cast<std::size_t>(k) - 1] : Mat3(Mat3::Identity());
+    const Mat3 R = Q_parent.transpose() * link(k).X_parent.R * Q;
+    const Vec3 p = Q_parent.transpose() * link(k).X_parent.p;
+    for (int i = 0; i < 9; ++i) lanes_.R[i][k] = R.data()[i];
+    for (int i = 0; i < 3; ++i) lanes_.p[i][k] = p[i];
+    (link(k).prismatic ? lanes_.slides : lanes_.turns)[k] = 1.0;
+    (link(k).prismatic ? lanes_.prismatic : lanes_.revolute)[k] = lanes_.joints[k] = -1;
   }
 
   void take_masses() noexcept {
     for (int k = 0; k < lanes_.n; ++k) {
-      const Mat3& I = link(k).inertia;
+      const Mat3& Q = turned_[static_cast<std::size_t>(k)];
+      const Mat3 I = Q.transpose() * link(k).inertia * Q;
+      const Vec3 com = Q.transpose() * link(k).com;
       const double six[6] = {I(0, 0), I(0, 1), I(1, 1), I(0, 2), I(1, 2), I(2, 2)};
       lanes_.m[k] = link(k).mass;
-      for (int i = 0; i < 3; ++i) lanes_.c[i][k] = link(k).com[i];
+      for (int i = 0; i < 3; ++i) lanes_.c[i][k] = com[i];
       for (int i = 0; i < 6; ++i) lanes_.I[i][k] = six[i];
     }
   }
 
-  Chain chain_;
+  Chain chain_;               ///< its frames refer to the turned axes
+  std::vector<Mat3> turned_;  ///< for each link, its axes in ChainLanes as seen from its own axes
   ChainLanes lanes_;
   ChainState now_;
-  JointVector zero_;
+  Lanes zero_{};
 };
 
 }  // namespace
