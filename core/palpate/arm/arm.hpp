@@ -62,11 +62,15 @@ class Arm {
   void update(const JointVector& q, const JointVector& v) noexcept;
   /// Kinematics and dynamics at q, v in one pass: fills tip(), jacobian(), twist() and state().
   const Dynamics& dynamics(const JointVector& q, const JointVector& v) noexcept;
-  [[nodiscard]] const Pose& tip() const noexcept { return state_.X_0T; }       ///< X_0T, base to tip
+  /// The same for a plant. It leaves tip(), jacobian(), twist() and state() as they are.
+  void lane_dynamics(const JointVector& q, const JointVector& v, LaneDynamics& d) noexcept {
+    mechanism_->lane_dynamics(q, v, d);
+  }
+  [[nodiscard]] const Pose& tip() const noexcept { return state_.X_0T; }        ///< X_0T, base to tip
   [[nodiscard]] const Jacobian& jacobian() const noexcept { return state_.J; }  ///< at the tip, in base axes
   /// Result of the last dynamics(); update() and ik() move its tip and Jacobian alone.
   [[nodiscard]] const Dynamics& state() const noexcept { return state_; }
-  [[nodiscard]] Twist twist() const noexcept;                             ///< J v
+  [[nodiscard]] Twist twist() const noexcept;  ///< J v
   /// X_0link of link_names()[link] at the joints of the last call that computed kinematics.
   [[nodiscard]] Pose link_pose(int link) const noexcept { return mechanism_->link_pose(link); }
 

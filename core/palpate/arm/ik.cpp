@@ -28,7 +28,7 @@ JointVector least_step(const Jacobian& J, const Vec6& e, double lambda) noexcept
   double A[6][6] = {}, y[6];
   for (Eigen::Index k = 0; k < n; ++k) {
     for (int i = 0; i < 6; ++i) {
-      for (int j = 0; j <= i; ++j) A[i][j] += J(i, k) * J(j, k);
+      for (int j = i; j < 6; ++j) A[i][j] += J(i, k) * J(j, k);
     }
   }
   for (int i = 0; i < 6; ++i) {
@@ -36,8 +36,7 @@ JointVector least_step(const Jacobian& J, const Vec6& e, double lambda) noexcept
     y[i] = e[i];
   }
   JointVector dq = JointVector::Zero(n);
-  if (!cholesky(A)) return dq;
-  cholesky_solve(A, y);
+  if (!solve_positive(A, y)) return dq;
   for (Eigen::Index k = 0; k < n; ++k) {
     for (int i = 0; i < 6; ++i) dq[k] += J(i, k) * y[i];
   }

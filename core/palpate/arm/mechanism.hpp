@@ -20,6 +20,16 @@ struct Dynamics {
   Vec6 Jdot_v = Vec6::Zero();  ///< tip acceleration at zero joint acceleration, linear over angular
 };
 
+/// The same for a plant, which evaluates it ten thousand times a second: numbers side by side, zero beyond the last
+/// joint.
+struct alignas(64) LaneDynamics {
+  Lanes M[kLanes]{};           ///< inertia, full and symmetric
+  Lanes bias{};                ///< C(q, v) v + G(q)
+  Lanes J[6]{};                ///< rows of the tip's Jacobian, linear over angular, in base axes
+  Pose X_0T;                   ///< base to tip
+  Vec6 Jdot_v = Vec6::Zero();  ///< tip acceleration at zero joint acceleration, linear over angular
+};
+
 /// A straight piece of a link, for drawing: from the link's origin to `end`, in the link's axes [m].
 struct Segment {
   std::string link;
@@ -56,6 +66,7 @@ class Mechanism {
   virtual void kinematics(const JointVector& q, Pose& X_0T, Jacobian& J) noexcept = 0;
   /// Everything at once.
   virtual void dynamics(const JointVector& q, const JointVector& v, Dynamics& d) noexcept = 0;
+  virtual void lane_dynamics(const JointVector& q, const JointVector& v, LaneDynamics& d) noexcept;
   /// P(q) of the masses [J]; dynamics() at rest gives its gradient.
   [[nodiscard]] virtual double potential_energy(const JointVector& q) noexcept = 0;
   /// Gravity's acceleration in base axes [m/s^2].

@@ -6,10 +6,10 @@
 
 #include <cstdint>
 
+#include "palpate/types/lanes.hpp"
+
 namespace palpate::arm {
 
-inline constexpr int kLanes = 8;
-using Lanes = double[kLanes];
 using LaneMask = std::int64_t[kLanes];  ///< all bits set, or none
 
 /// Constants of the chain. The axes of each link are turned here so that z is the axis of its joint. Lanes beyond `n`
@@ -31,9 +31,9 @@ struct alignas(64) ChainState {
   Lanes R[9]{}, p[3]{};    ///< pose of each link: columns of R one after the other, origin [m]
   Lanes Jv[3]{}, Jw[3]{};  ///< Jacobian: velocity of the point at the base's origin, angular velocity
   // by dynamics()
-  double M[kLanes][kLanes]{};  ///< inertia matrix; only the lower triangle, M[k][i] with i <= k, is valid
-  Lanes tau{}, G{};            ///< inverse dynamics M a + C v + G; gravity alone
-  Lanes V[6]{}, A[6]{};        ///< velocity and acceleration (minus gravity) of each link, linear over angular
+  Lanes M[kLanes]{};     ///< inertia matrix, symmetric
+  Lanes tau{}, G{};      ///< inverse dynamics M a + C v + G; gravity alone
+  Lanes V[6]{}, A[6]{};  ///< velocity and acceleration (minus gravity) of each link, linear over angular
 };
 
 /// Poses and Jacobian at q. Numbers beyond n are ignored.

@@ -88,21 +88,23 @@ PALPATE_TARGET inline void joint_poses(const ChainLanes& c, const Lanes& q, Lane
   }
 }
 
-/// Transposes four vectors, kStride numbers apart, into four lanes of each of their three components.
-PALPATE_TARGET inline void transpose(const double* vectors, double* x, double* y, double* z) noexcept {
+/// Rows, of which each has four numbers, transposed. `from` and `to`: first row; the others follow at these distances.
+PALPATE_TARGET inline void transpose(const double* from, int from_distance, double* to, int rows = 4) noexcept {
   Four a, b, c, d;
-  __builtin_memcpy(&a, vectors, sizeof a);
-  __builtin_memcpy(&b, vectors + kStride, sizeof b);
-  __builtin_memcpy(&c, vectors + 2 * kStride, sizeof c);
-  __builtin_memcpy(&d, vectors + 3 * kStride, sizeof d);
+  __builtin_memcpy(&a, from, sizeof a);
+  __builtin_memcpy(&b, from + from_distance, sizeof b);
+  __builtin_memcpy(&c, from + 2 * from_distance, sizeof c);
+  __builtin_memcpy(&d, from + 3 * from_distance, sizeof d);
   const Four ab_even = __builtin_shufflevector(a, b, 0, 4, 2, 6), ab_odd = __builtin_shufflevector(a, b, 1, 5, 3, 7);
   const Four cd_even = __builtin_shufflevector(c, d, 0, 4, 2, 6), cd_odd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
-  const Four xs = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
-  const Four ys = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
-  const Four zs = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
-  __builtin_memcpy(x, &xs, sizeof xs);
-  __builtin_memcpy(y, &ys, sizeof ys);
-  __builtin_memcpy(z, &zs, sizeof zs);
+  a = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
+  b = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
+  c = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
+  d = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
+  __builtin_memcpy(to, &a, sizeof a);
+  __builtin_memcpy(to + kLanes, &b, sizeof b);
+  __builtin_memcpy(to + 2 * kLanes, &c, sizeof c);
+  if (rows == 4) __builtin_memcpy(to + 3 * kLanes, &d, sizeof d);
 }
 
 }  // namespace
@@ -130,10 +132,8 @@ PALPATE_TARGET void chain_kinematics(const ChainLanes& c, const Lanes& q, ChainS
     __builtin_memcpy(world[k] + 12, &p, sizeof p);
   }
   for (int k = 0; k < kLanes; k += 4) {
-    for (int j = 0; j < 3; ++j) {
-      transpose(world[k] + 4 * j, s.R[3 * j] + k, s.R[3 * j + 1] + k, s.R[3 * j + 2] + k);
-    }
-    transpose(world[k] + 12, s.p[0] + k, s.p[1] + k, s.p[2] + k);
+    for (int j = 0; j < 3; ++j) transpose(world[k] + 4 * j, kStride, s.R[3 * j] + k, 3);
+    transpose(world[k] + 12, kStride, s.p[0] + k, 3);
   }
   for (int k = 0; k < kLanes; ++k) {
     const double wx = s.R[6][k], wy = s.R[7][k], wz = s.R[8][k], px = s.p[0][k], py = s.p[1][k], pz = s.p[2][k];
@@ -268,6 +268,18 @@ PALPATE_TARGET inline void newton_euler(const Inertias& b, ChainState& s) noexce
   }
 }
 
+/// Copies the lower triangle of M into the upper one.
+PALPATE_TARGET inline void mirror(Lanes (&M)[kLanes]) noexcept {
+  alignas(64) Lanes t[4];
+  transpose(M[4], kLanes, M[0] + 4);
+  for (int k = 0; k < kLanes; k += 4) {
+    transpose(M[k] + k, kLanes, t[0]);
+    for (int i = 0; i < 4; ++i) {
+      for (int j = i + 1; j < 4; ++j) M[k + i][k + j] = t[i][j];
+    }
+  }
+}
+
 /// M and G from the inertia of each link and all that it carries: M_ki = J_i . (I_k J_k) for i <= k.
 PALPATE_TARGET inline void composite(const ChainLanes& c, Inertias& b, ChainState& s) noexcept {
   sum_backward(b.m);
@@ -291,6 +303,7 @@ PALPATE_TARGET inline void composite(const ChainLanes& c, Inertias& b, ChainStat
                   s.Jw[1][i] * P[4][k] + s.Jw[2][i] * P[5][k];
     }
   }
+  mirror(s.M);
 }
 
 }  // namespace

@@ -1,17 +1,14 @@
 #include "palpate/arm/serial.hpp"
 
 #include <cmath>
+#include <cstring>
 
 #include "palpate/arm/chain.hpp"
 #include "palpate/arm/recursion.hpp"
+#include "palpate/types/pack.hpp"
 
 namespace palpate::arm {
 namespace {
-
-static_assert(kLanes == kMaxJoints);
-
-/// The storage of a joint vector, which has room for kMaxJoints numbers whatever its size.
-const Lanes& lanes(const JointVector& x) noexcept { return *reinterpret_cast<const Lanes*>(x.data()); }
 
 using Inertial = Eigen::Matrix<double, 10, 1>;  // m, m c, I about the joint's origin: xx, xy, yy, xz, yz, zz
 
@@ -37,6 +34,21 @@ void set_parameters(const Inertial& pi, Link& link) noexcept {
   I << pi[4], pi[5], pi[7], pi[5], pi[6], pi[8], pi[7], pi[8], pi[9];
   link.inertia = I + link.mass * (C * C);
 }
+
+}  // namespace
+
+/// Rows of the Jacobian at the point p instead of the base's origin.
+PALPATE_AVX2_TOO void move_jacobian(const ChainState& s, double x, double y, double z, Lanes (&J)[6]) noexcept {
+  const Pack wx = load(s.Jw[0]), wy = load(s.Jw[1]), wz = load(s.Jw[2]);
+  store(load(s.Jv[0]) + (z * wy - y * wz), J[0]);
+  store(load(s.Jv[1]) + (x * wz - z * wx), J[1]);
+  store(load(s.Jv[2]) + (y * wx - x * wy), J[2]);
+  store(wx, J[3]);
+  store(wy, J[4]);
+  store(wz, J[5]);
+}
+
+namespace {
 
 /// w x I and so on as linear functions of I:  I a = L(a) (I_xx, I_xy, I_yy, I_xz, I_yz, I_zz).
 Eigen::Matrix<double, 3, 6> of_inertia(const Vec3& a) noexcept {
@@ -71,6 +83,7 @@ class Serial final : public Mechanism {
   Serial(const Serial&) = default;
   [[nodiscard]] std::unique_ptr<Mechanism> clone() const override { return std::make_unique<Serial>(*this); }
   [[nodiscard]] const Facts& facts() const noexcept override { return chain_.facts; }
+  [[nodiscard]] const ChainLanes& constants() const noexcept { return lanes_; }
 
   void kinematics(const JointVector& q, Pose& X_0T, Jacobian& J) noexcept override {
     arm::kinematics(lanes_, lanes(q), now_);
@@ -86,14 +99,21 @@ class Serial final : public Mechanism {
     d.G.resize(n);
     double* M = d.M.data();
     for (int k = 0; k < n; ++k) {
-      for (int i = 0; i <= k; ++i) M[k + n * i] = M[i + n * k] = now_.M[k][i];
+      for (int i = 0; i < n; ++i) M[k * n + i] = now_.M[k][i];
       d.bias[k] = now_.tau[k];
       d.G[k] = now_.G[k];
     }
-    const Vec3 v0 = lane<3>(now_.V, n - 1), w = lane<3>(now_.V + 3, n - 1);
-    const Vec3 a0 = lane<3>(now_.A, n - 1) + gravity(), alpha = lane<3>(now_.A + 3, n - 1);
+    d.Jdot_v = drift(d.X_0T.p);
+  }
+
+  void lane_dynamics(const JointVector& q, const JointVector& v, LaneDynamics& d) noexcept override {
+    arm::dynamics(lanes_, lanes(q), lanes(v), zero_, now_);
+    d.X_0T = frame_pose(chain_.tip);
     const Vec3& p = d.X_0T.p;
-    d.Jdot_v << a0 + alpha.cross(p) + w.cross(v0 + w.cross(p)), alpha;
+    move_jacobian(now_, p[0], p[1], p[2], d.J);
+    std::memcpy(d.M, now_.M, sizeof d.M);
+    std::memcpy(d.bias, now_.tau, sizeof d.bias);
+    d.Jdot_v = drift(p);
   }
 
   void inverse_dynamics(const JointVector& q, const JointVector& v, const JointVector& a, Dynamics& /*work*/,
@@ -221,6 +241,16 @@ class Serial final : public Mechanism {
     return {X.R.lazyProduct(frame.X_link.R), X.R.lazyProduct(frame.X_link.p) + X.p};
   }
 
+  /// Acceleration of the tip, at p, without joint acceleration.
+  [[nodiscard]] Vec6 drift(const Vec3& p) const noexcept {
+    const int last = lanes_.n - 1;
+    const Vec3 v0 = lane<3>(now_.V, last), w = lane<3>(now_.V + 3, last);
+    const Vec3 a0 = lane<3>(now_.A, last) + gravity(), alpha = lane<3>(now_.A + 3, last);
+    Vec6 a;
+    a << a0 + alpha.cross(p) + w.cross(v0 + w.cross(p)), alpha;
+    return a;
+  }
+
   void turn(FixedFrame& frame) const noexcept {
     if (frame.link < 0) return;
     const Mat3& Q = turned_[static_cast<std::size_t>(frame.link)];
@@ -279,6 +309,10 @@ class Serial final : public Mechanism {
 std::unique_ptr<Mechanism> serial_arm(const std::string& xml, const std::string& base_frame,
                                       const std::string& tip_frame) {
   return std::make_unique<Serial>(chain_from_urdf(xml, base_frame, tip_frame));
+}
+
+ChainLanes chain_lanes(const std::string& xml, const std::string& base_frame, const std::string& tip_frame) {
+  return Serial(chain_from_urdf(xml, base_frame, tip_frame)).constants();
 }
 
 }  // namespace palpate::arm

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "palpate/arm/mechanism.hpp"
+#include "palpate/arm/recursion.hpp"
 
 namespace palpate::arm {
 
@@ -9,5 +10,9 @@ namespace palpate::arm {
 /// The arm is the chain from base to tip; other joints (jaws, drawn parallelograms) stay at zero.
 [[nodiscard]] std::unique_ptr<Mechanism> serial_arm(const std::string& xml, const std::string& base_frame,
                                                     const std::string& tip_frame);
+
+/// Constants of the recursion for this chain, for tests that compare its two builds.
+[[nodiscard]] ChainLanes chain_lanes(const std::string& xml, const std::string& base_frame,
+                                     const std::string& tip_frame);
 
 }  // namespace palpate::arm

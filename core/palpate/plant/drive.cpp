@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "palpate/plant/sampling.hpp"
+#include "palpate/types/pack.hpp"
 #include "palpate/types/random.hpp"
 
 namespace palpate::plant {
@@ -13,10 +14,20 @@ constexpr double kFade = 0.06;  // [s] from full force to none once the commands
 
 }  // namespace
 
+/// Moves tau by this share towards fade * act + hold, limited to +-tau_max. Where tau_max is zero the result is zero,
+/// even if act or hold is not a number.
+PALPATE_AVX2_TOO void drive_torques(double fade, double share, const Lanes& act, const Lanes& hold,
+                                    const Lanes& tau_max, Lanes& tau) noexcept {
+  const Pack most = load(tau_max), wanted = fade * load(act) + load(hold);
+  const Pack goal = min(max(wanted, -most), most);
+  store(share == 1.0 ? goal : load(tau) + share * (goal - load(tau)), tau);
+}
+
 Drive::Drive(LeaderDriveOptions options)
     : options_(std::move(options)),
       random_(options_.seed),
       line_(static_cast<std::size_t>(std::ceil((options_.delay + options_.jitter) / kShortestPeriod)) + 2) {
+  pad(options_.tau_max, tau_max_);
   reset();
 }
 
@@ -26,6 +37,7 @@ void Drive::reset() noexcept {
   t_sent_ = -1.0;
   acting_ = {0.0, JointVector::Zero(options_.tau_max.size())};
   tau_hold_ = tau_ = acting_.tau;
+  pad(tau_hold_, lanes(tau_));
   head_ = size_ = 0;
 }
 
@@ -54,12 +66,8 @@ const JointVector& Drive::step(double dt) noexcept {
   while (size_ > 0 && line_[head_].due < t_ + 0.5 * dt) arrive();  // whole servo periods
   const double silent = t_ - acting_.due - options_.hold_timeout;
   const double fade = std::clamp(1.0 - silent / kFade, 0.0, 1.0);
-  const JointVector wanted = (fade * acting_.tau + tau_hold_).cwiseMax(-options_.tau_max).cwiseMin(options_.tau_max);
-  if (options_.lag > 0.0) {
-    tau_ += (wanted - tau_) * -std::expm1(-dt / options_.lag);
-  } else {
-    tau_ = wanted;
-  }
+  const double share = options_.lag > 0.0 ? -std::expm1(-dt / options_.lag) : 1.0;
+  drive_torques(fade, share, lanes(acting_.tau), lanes(tau_hold_), tau_max_, lanes(tau_));
   t_ += dt;
   return tau_;
 }

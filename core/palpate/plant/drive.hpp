@@ -26,7 +26,8 @@ class Drive {
   void reset() noexcept;
   /// The newest command; one that is not finite is refused, as a drive would, and the last one stays.
   void command(const LeaderCommand& command) noexcept;
-  /// Joint torques of this servo period: delayed act() + hold(), within tau_max, lagging.
+  /// Joint torques of this servo period (n,), zero beyond the last joint: delayed act() + hold(), within tau_max, after
+  /// the lag [N m].
   const JointVector& step(double dt) noexcept;
 
  private:
@@ -37,6 +38,7 @@ class Drive {
   void arrive() noexcept;
 
   LeaderDriveOptions options_;
+  Lanes tau_max_;
   std::mt19937_64 random_;
   double t_ = 0.0, t_sent_ = -1.0;
   Sent acting_;

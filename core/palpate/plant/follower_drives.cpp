@@ -79,13 +79,18 @@ void FollowerDrives::step(double dt, const Wrench& F_T_B) noexcept {
   }
   A.diagonal() += dt * options_.viscous;
   JointVector hi = dt * options_.coulomb, lo = -hi;
-  for (Eigen::Index k = 0; k < q_.size(); ++k) {  // at an end stop the stop adds whatever it takes
+  for (Eigen::Index k = 0; k < q_.size(); ++k) {  // at an end stop the impulse of the stop has no bound
     if (q_[k] <= arm_.q_min()[k]) hi[k] = kInfinity;
     if (q_[k] >= arm_.q_max()[k]) lo[k] = -kInfinity;
   }
-  v_ = friction_.solve(A, b, lo, hi);
+  alignas(64) Lanes A_rows[kLanes]{}, q_true;
+  for (Eigen::Index i = 0; i < q_.size(); ++i) {
+    for (Eigen::Index j = 0; j < q_.size(); ++j) A_rows[i][j] = A(i, j);
+  }
+  v_ = friction_.solve(A_rows, lanes(b), lanes(lo), lanes(hi));
   q_ = (q_ + dt * v_).cwiseMax(arm_.q_min()).cwiseMin(arm_.q_max());
-  encoders_.step(q_, dt);
+  pad(q_, q_true);
+  encoders_.step(q_true, dt);
   arm_.dynamics(q_, v_);
 }
 

@@ -9,7 +9,7 @@ namespace palpate::torque {
 namespace {
 
 constexpr double kLever = 0.1;  // [m] that makes a rotational inertia a mass
-constexpr int kSweeps = 30;      // of Jacobi's method; it needs six or fewer
+constexpr int kSweeps = 30;     // of Jacobi's method; it needs six or fewer
 
 /// Eigenvalues of A, which becomes diagonal, and its eigenvectors as columns of V: Jacobi's rotations.
 template <int m>

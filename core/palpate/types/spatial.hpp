@@ -4,6 +4,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "palpate/types/lanes.hpp"
+
 namespace palpate {
 
 using Vec3 = Eigen::Vector3d;
@@ -12,9 +14,19 @@ using Vec6 = Eigen::Matrix<double, 6, 1>;
 using Mat6 = Eigen::Matrix<double, 6, 6>;
 
 /// Joints a single arm may have: a bound, so that joint vectors never touch the heap.
-inline constexpr int kMaxJoints = 8;
+inline constexpr int kMaxJoints = kLanes;
 using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxJoints, 1>;
 using JointMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxJoints, kMaxJoints>;
+/// The storage of a joint vector, which has room for kMaxJoints numbers whatever its size. Those beyond its size may be
+/// anything, unless their owner keeps them at zero.
+[[nodiscard]] inline Lanes& lanes(JointVector& x) noexcept { return *reinterpret_cast<Lanes*>(x.data()); }
+[[nodiscard]] inline const Lanes& lanes(const JointVector& x) noexcept {
+  return *reinterpret_cast<const Lanes*>(x.data());
+}
+/// Copies a joint vector and fills the lanes beyond its size with zeros.
+inline void pad(const JointVector& x, Lanes& out) noexcept {
+  for (Eigen::Index k = 0; k < kMaxJoints; ++k) out[k] = k < x.size() ? x.data()[k] : 0.0;
+}
 /// 6 x n, linear rows over angular rows, at the tip, expressed in the arm's base.
 using Jacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMaxJoints>;
 
