@@ -1,4 +1,4 @@
-// Devices that are not a URDF: one line each. Adding one is its own file and its line here.
+// Devices that are not described by a URDF. A new one is a file of its own and a line in this table.
 #include <cmath>
 #include <stdexcept>
 

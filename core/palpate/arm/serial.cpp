@@ -50,7 +50,7 @@ PALPATE_AVX2_TOO void move_jacobian(const ChainState& s, double x, double y, dou
 
 namespace {
 
-/// w x I and so on as linear functions of I:  I a = L(a) (I_xx, I_xy, I_yy, I_xz, I_yz, I_zz).
+/// L(a) of I a = L(a) (I_xx, I_xy, I_yy, I_xz, I_yz, I_zz).
 Eigen::Matrix<double, 3, 6> of_inertia(const Vec3& a) noexcept {
   Eigen::Matrix<double, 3, 6> L;
   L << a.x(), a.y(), 0.0, a.z(), 0.0, 0.0,  //
@@ -123,7 +123,7 @@ class Serial final : public Mechanism {
     for (int k = 0; k < lanes_.n; ++k) tau[k] = now_.tau[k];
   }
 
-  /// A link's point p moves with v0_j + w_j x p about joint j and before; P = -g . sum (m p_k + R_k m c_k).
+  /// Joint j moves the point p of a link with v0_j + w_j x p; P = -g . sum (m p_k + R_k m c_k).
   void gravity_regressor(const JointVector& q, GravityRegressor& out) noexcept override {
     arm::kinematics(lanes_, lanes(q), now_);
     const Vec3 g = gravity();
@@ -172,8 +172,8 @@ class Serial final : public Mechanism {
     return frame_pose(chain_.frames[static_cast<std::size_t>(index)]);
   }
 
-  /// Force and moment of each link's motion about its joint's origin, in its axes, linear in its ten parameters; the
-  /// joints before it carry them.
+  /// Force and moment that a link's motion requires about its joint's origin, in the link's axes, are linear in its ten
+  /// parameters. They load all joints before the link.
   [[nodiscard]] Eigen::MatrixXd torque_regressor(const JointVector& q, const JointVector& v,
                                                  const JointVector& a) override {
     arm::dynamics(lanes_, lanes(q), lanes(v), lanes(a), now_);
@@ -214,7 +214,7 @@ class Serial final : public Mechanism {
   [[nodiscard]] const Link& link(int k) const { return chain_.links[static_cast<std::size_t>(k)]; }
   [[nodiscard]] Vec3 gravity() const noexcept { return {lanes_.g[0], lanes_.g[1], lanes_.g[2]}; }
 
-  /// The numbers of one joint from as many lanes.
+  /// The numbers of joint k.
   template <int rows>
   [[nodiscard]] static Eigen::Matrix<double, rows, 1> lane(const Lanes* lanes, int k) noexcept {
     Eigen::Matrix<double, rows, 1> x;

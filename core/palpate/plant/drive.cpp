@@ -10,7 +10,7 @@
 namespace palpate::plant {
 namespace {
 
-constexpr double kFade = 0.06;  // [s] from full force to none once the commands stop: 3 N at 50 N/s
+constexpr double kFade = 0.06;  // [s] time in which the force fades to zero once commands stop: 3 N at 50 N/s
 
 }  // namespace
 
@@ -44,12 +44,14 @@ void Drive::reset() noexcept {
 void Drive::command(const LeaderCommand& command) noexcept {
   const JointVector hold = command.hold(), act = command.act();
   if (!hold.allFinite() || !act.allFinite()) return;
-  if (t_sent_ < 0.0) tau_ = hold.cwiseMax(-options_.tau_max).cwiseMin(options_.tau_max);  // it held before we began
+  if (t_sent_ < 0.0)
+    tau_ =
+        hold.cwiseMax(-options_.tau_max).cwiseMin(options_.tau_max);  // the drive held the arm before the first command
   tau_hold_ = hold;
-  if (t_sent_ == t_) --size_;  // two in one servo period: the newer one
+  if (t_sent_ == t_) --size_;  // of two commands in one servo period the newer one counts
   if (size_ == line_.size()) arrive();
   const std::size_t last = head_ + size_ + line_.size() - 1;
-  const double before = size_ > 0 ? line_[last % line_.size()].due : acting_.due;  // none overtakes another
+  const double before = size_ > 0 ? line_[last % line_.size()].due : acting_.due;  // no command overtakes another
   const double u = options_.jitter > 0.0 ? uniform(random_) : 0.0;
   line_[(last + 1) % line_.size()] = {std::max(t_ + options_.delay + options_.jitter * u, before), act};
   ++size_;
@@ -63,7 +65,7 @@ void Drive::arrive() noexcept {
 }
 
 const JointVector& Drive::step(double dt) noexcept {
-  while (size_ > 0 && line_[head_].due < t_ + 0.5 * dt) arrive();  // whole servo periods
+  while (size_ > 0 && line_[head_].due < t_ + 0.5 * dt) arrive();  // rounded to whole servo periods
   const double silent = t_ - acting_.due - options_.hold_timeout;
   const double fade = std::clamp(1.0 - silent / kFade, 0.0, 1.0);
   const double share = options_.lag > 0.0 ? -std::expm1(-dt / options_.lag) : 1.0;

@@ -9,7 +9,7 @@
 namespace palpate::plant {
 namespace {
 
-constexpr double kShortest = 1e-4, kLongest = 0.02;  // way from one goal to the next [s]
+constexpr double kShortest = 1e-4, kLongest = 0.02;  // [s] shortest and longest time from one goal to the next
 
 DriveOptions checked(DriveOptions o, Eigen::Index n) {
   const auto check = [n](const char* name, JointVector& x) {
@@ -64,12 +64,12 @@ void FollowerDrives::step(double dt, const Wrench& F_T_B) noexcept {
   const double way = std::min(dt, left_);
   goal_ += way * goal_v_;
   left_ -= way;
-  const arm::Dynamics& d = arm_.state();  // at (q_, v_), where the last step ended
+  const arm::Dynamics& d = arm_.state();  // at (q_, v_), the end of the last step
   JointMatrix A = d.M;
   A.diagonal() += options_.rotor_inertia;
   const JointVector inertia = A.diagonal();
   const JointVector elastic = arm_.elastic(q_);
-  // Weight and Coriolis forces are fed forward from the pose.
+  // Weight and Coriolis forces are compensated by feed-forward.
   tau_ = d.bias + elastic + inertia.cwiseProduct(w_ * w_ * (goal_ - q_) - 2.0 * zeta_ * w_ * v_);
   tau_ = tau_.cwiseMax(-arm_.tau_max()).cwiseMin(arm_.tau_max()).eval();
 

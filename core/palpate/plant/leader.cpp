@@ -66,7 +66,7 @@ void check_values(const LeaderOptions& o, const HandOptions& h) {
   }
 }
 
-/// Rotation vector that turns R_from into R_to, in the axes both are expressed in.
+/// Rotation vector from R_from to R_to, in the axes in which both are expressed.
 Vec3 turn_between(const Mat3& R_from, const Mat3& R_to) noexcept {
   const Eigen::AngleAxisd turn(R_to * R_from.transpose());
   return turn.angle() * turn.axis();
@@ -122,12 +122,12 @@ PALPATE_AVX2_TOO void to_end(double dt, const Lanes& q_mid, const Lanes& v, cons
   store(min(max(load(q_mid) + 0.5 * dt * load(v), load(q_min)), load(q_max)), q);
 }
 
-// The step, with h = dt, q' = q + h/2 v the middle of it, and everything evaluated there:
+// The step with h = dt. All terms are evaluated at its middle, q' = q + h/2 v:
 //   (M + I_r + J^T M_h J) (v+ - v) = h (tau - C v - G - E - D v+ + J^T (F_hand+ - M_h dJ v)) + friction + stops
 //   F_hand+ = K (x_path - x' - h/2 J v+) + B (xdot_path - J v+)         spring and damper at the END of the step
 //   q+ = q' + h/2 v+
-// E: the counterbalance. Stiff hands and light wrists are stable because v+ stands on both sides; without friction and
-// damping the middle point makes the step second order, so that a free swing keeps its energy.
+// E is the torque of the counterbalance. A stiff hand on a light wrist is stable because v+ appears on both sides.
+// Without friction and damping the midpoint makes the step second order, so that a free swing keeps its energy.
 struct Leader::Impl {
   Impl(arm::Arm a, LeaderOptions o, HandOptions h)
       : arm(std::move(a)),
@@ -178,7 +178,7 @@ struct Leader::Impl {
     if (options.cell_noise > 0.0) state.F_cell_L += options.cell_noise * Vec3(gauss(), gauss(), gauss());
   }
 
-  /// Normal, of unit variance (the sum of twelve uniforms; the same on every machine).
+  /// A normal random number of unit variance, as the sum of twelve uniform ones: the same on every machine.
   double gauss() noexcept {
     double sum = -6.0;
     for (int i = 0; i < 12; ++i) sum += uniform(random);
@@ -265,7 +265,7 @@ struct Leader::Impl {
   Drive drive;
   Encoders encoders;
   DryFriction friction;
-  Vec6 M_hand, K, B;  // of the hand: linear over angular
+  Vec6 M_hand, K, B;  // inertia, stiffness and damping of the hand: linear over angular
   Vec6 F_push;
   struct alignas(64) Joints {
     Lanes coulomb, viscous, rotor;  // as LeaderOptions, zero beyond the last joint
