@@ -9,6 +9,7 @@
 #include "bindings.hpp"
 #include "convert.hpp"
 #include "palpate/arm/all_terms.hpp"
+#include "palpate/arm/serial.hpp"
 #include "types.hpp"
 
 namespace nb = nanobind;
@@ -110,6 +111,20 @@ void bind_ik(nb::module_& m) {
               "Damping of the last step; large near singularities and out of reach.");
 }
 
+/// Everything that one build of the recursion computes, as bytes, for tests that compare the two.
+nb::bytes recursion_by_kernel(const std::string& xml, const std::string& base_frame, const std::string& tip_frame,
+                              const VectorArg& q, const VectorArg& v, const std::string& kernel) {
+  if (kernel != "avx2" && kernel != "portable") throw nb::value_error("kernel must be 'avx2' or 'portable'");
+  const arm::ChainLanes chain = arm::chain_lanes(xml, base_frame, tip_frame);
+  alignas(64) Lanes q_lanes, v_lanes;
+  pad(joint_vector(q, "q", chain.n), q_lanes);
+  pad(joint_vector(v, "v", chain.n), v_lanes);
+  const auto dynamics = kernel == "avx2" ? &arm::avx2::chain_dynamics : &arm::portable::chain_dynamics;
+  arm::ChainState state;
+  dynamics(chain, q_lanes, v_lanes, v_lanes, state);
+  return nb::bytes(&state, sizeof state);
+}
+
 void bind_all_terms(nb::module_& m) {
   nb::class_<arm::AllTerms>(m, "AllTerms", "Pinocchio's dynamics of a URDF; tests and benchmarks compare Arm with it.")
       .def(nb::init<const std::string&, const std::string&, const std::string&>(), "xml"_a, "base_frame"_a,
@@ -122,6 +137,8 @@ void bind_all_terms(nb::module_& m) {
             return nb::make_tuple(self.M(), self.bias(), self.G(), self.J());
           },
           "q"_a, "v"_a, "computeAllTerms: (M (n,n), C v + G (n,), G (n,), J (6,n) at the tip in base axes).");
+  m.def("recursion_by_kernel", &recursion_by_kernel, "xml"_a, "base_frame"_a, "tip_frame"_a, "q"_a, "v"_a, "kernel"_a,
+        "All results of the recursion at (q, v, a = v) as bytes, by the build 'avx2' or 'portable' (tests).");
 }
 
 }  // namespace

@@ -23,11 +23,9 @@ import numpy as np
 from palpate import _core
 from palpate.arm import Arm
 from palpate.arrays import Array
-from palpate.certificate.device import TAP, as_viscous
 from palpate.certificate.exponential import expm
 from palpate.certificate.loop import Complex, Loop, Modes, Path, low_pass, modes
 
-_SLOWEST = 1e-3  # smallest joint speed at which dry friction is linearised; slower joints stick [rad/s]
 _STEP = 1e-5  # step of the numerical differentiation [rad, rad/s]
 _POSITIONING = 3  # number of joints that render a force in the mode `paper`
 _ASYNCHRONOUS = ("paper-plane", "paper-alg1", "face-normal", "approach-velocity")  # contact outside the haptic cycle
@@ -75,14 +73,11 @@ class HeldLeader:
             D[:, k] = -(platform_torque(self.q, e) - platform_torque(self.q, -e)) / (2.0 * _STEP)
         return D, K
 
-    def _space(self, viscous: Array) -> tuple[Array, Array, Array, Array]:
-        """State-space matrices A (m, m), b (m, 3), c (3, m), d (3, m) from handle force to position and velocity.
-
-        viscous: additional viscous friction of the joints (n,) [N m s/rad].
-        """
+    def _space(self) -> tuple[Array, Array, Array, Array]:
+        """State-space matrices A (m, m), b (m, 3), c (3, m), d (3, m) from handle force to position and velocity."""
         M, D, S, J = self._matrices
         n, Minv, Jv = len(M), np.linalg.inv(M), J[:3]
-        A = np.block([[np.zeros((n, n)), np.eye(n)], [-Minv @ S, -Minv @ (D + np.diag(viscous))]])
+        A = np.block([[np.zeros((n, n)), np.eye(n)], [-Minv @ S, -Minv @ D]])
         first = np.arange(n) < _POSITIONING
         rendered = np.where(first, Jv, 0.0) if str(self.o.torque.mode).endswith("paper") else Jv
         b = np.vstack([np.zeros((n, 3)), Minv @ rendered.T])
@@ -91,7 +86,7 @@ class HeldLeader:
 
     @cached_property
     def _frictionless(self) -> tuple[Array, Array, Array, Array, Modes]:
-        A, b, c, d = self._space(np.zeros(self.arm.n))
+        A, b, c, d = self._space()
         return A, b, c, d, modes(A)
 
     def loop(self, n: Array) -> Loop:
@@ -99,16 +94,7 @@ class HeldLeader:
         A, b, c, d, known = self._frictionless
         return self._closed(A, b @ n, n @ c, n @ d, known)
 
-    def loop_with_friction(self, n: Array) -> Loop:
-        """The same loop with dry friction, replaced by the viscous friction that dissipates the same energy when
-        the handle is tapped with speed `TAP` along n (see `Device.loop`)."""
-        M, _, _, J = self._matrices
-        motion = np.linalg.solve(M, J[:3].T @ n)
-        speed = np.maximum(np.abs(TAP * motion / (n @ J[:3] @ motion)), _SLOWEST)
-        A, b, c, d = self._space(as_viscous(self.o.leader.coulomb, speed))
-        return self._closed(A, b @ n, n @ c, n @ d, None)
-
-    def _closed(self, A: Array, b: Array, c: Array, d: Array, known: Modes | None) -> Loop:
+    def _closed(self, A: Array, b: Array, c: Array, d: Array, known: Modes) -> Loop:
         o, T = self.o, 1.0 / self.o.rate
         gain = felt(o)
         velocity = _velocity(gain, o.leader.velocity_window, T)

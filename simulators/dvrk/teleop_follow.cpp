@@ -6,7 +6,7 @@
 namespace palpate::dvrk {
 namespace {
 
-constexpr double kHomingTimeout = 60.0;  // [s] timeout for homing the arms
+constexpr double kReadyTimeout = 60.0;  // [s] timeout for homing the arms
 constexpr double kAlignPeriod = 0.01;    // [s] between two goals for the MTM
 constexpr double kRemind = 2.0;          // [s] between two warnings about alignment or readiness
 
@@ -66,7 +66,7 @@ void Teleop::check_arms() noexcept {
 
 void Teleop::wait_for_arms() noexcept {
   if (psm_->ready() && mtm_->ready()) return enter(Phase::aligning_mtm);
-  if (in_phase_ <= kHomingTimeout) return;
+  if (in_phase_ <= kReadyTimeout) return;
   if (!psm_->ready()) error("timed out while setting up PSM state");
   if (!mtm_->ready()) error("timed out while setting up MTM state");
 }

@@ -58,6 +58,33 @@ def test_random_chains_agree_with_pinocchio(joints):
             assert np.array_equal(arm.fk(q), ours[2])
 
 
+@pytest.mark.parametrize("joints", range(1, 9))
+def test_both_builds_return_the_same_bits(joints):
+    rng = np.random.default_rng(20 + joints)
+    xml, tip = random_arm(joints, rng), f"f{joints - 1}"
+    for reach in (1e-3, 2.0, 1e3, 1e5, 1e7):  # beyond a million radians the C library computes the sines
+        q, v = rng.uniform(-reach, reach, joints), rng.normal(0, 2, joints)
+        fast, portable = (_core.recursion_by_kernel(xml, "base", tip, q, v, name) for name in ("avx2", "portable"))
+        assert fast == portable
+
+
+@pytest.mark.parametrize("reach", [1e-3, 1.0, 3e4])
+def test_sines_of_any_angle_are_those_of_numpy(reach):
+    """One joint about z, whose Jacobian and pose are its sine and cosine."""
+    inertia = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    joint = '<parent link="base"/><child link="l"/><axis xyz="0 0 1"/>'
+    limit = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
+    xml = (
+        f'<robot name="one"><link name="base"/><link name="l">{inertia}</link>'
+        f'<joint name="j" type="revolute">{joint}{limit}</joint></robot>'
+    )
+    arm = _core.Arm(xml, "base", "l")
+    angles = np.concatenate([np.arange(-8, 9) * np.pi / 4, np.random.default_rng(3).uniform(-reach, reach, 1000)])
+    for angle in angles:
+        R = arm.fk([angle])[:3, :3]
+        assert np.abs([R[0, 0] - np.cos(angle), R[1, 0] - np.sin(angle)]).max() < 4.5e-16
+
+
 def test_shipped_arms_agree_with_pinocchio(arm, poses):
     reference = _core.AllTerms(arm.urdf, *arm.frames)
     rng = np.random.default_rng(9)

@@ -1,5 +1,5 @@
-// Pinocchio's dynamics of the same chain: the judge of the recursion in tests, and the control beside which
-// `palpate bench loop` prints the time of a cycle.
+// Pinocchio's dynamics of the same chain: the reference of the recursion in tests, and the control measurement that
+// `palpate bench loop` prints next to the time of a cycle.
 #pragma once
 
 #include <Eigen/Core>

@@ -9,8 +9,8 @@
 namespace palpate::arm {
 namespace {
 
-/// Is there a body of this mass, first moment and inertia? When its pseudo-inertia is positive definite (Wensing,
-/// Kim and Slotine, 2018).
+/// True if a rigid body can have these parameters: its pseudo-inertia is positive definite (Wensing, Kim and Slotine
+/// 2018).
 bool consistent(const Eigen::Matrix<double, 10, 1>& pi) {
   Mat3 I;
   I << pi[4], pi[5], pi[7], pi[5], pi[6], pi[8], pi[7], pi[8], pi[9];

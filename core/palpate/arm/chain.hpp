@@ -14,9 +14,9 @@ struct Link {
   Pose X_parent;  ///< joint in the previous link's axes, at q = 0
   Vec3 axis = Vec3::UnitZ();
   bool prismatic = false;
-  double mass = 0.0;             ///< [kg]
-  Vec3 com = Vec3::Zero();       ///< centre of mass in the link's axes [m]
-  Mat3 inertia = Mat3::Zero();   ///< about the centre of mass, in the link's axes [kg m^2]
+  double mass = 0.0;            ///< [kg]
+  Vec3 com = Vec3::Zero();      ///< centre of mass in the link's axes [m]
+  Mat3 inertia = Mat3::Zero();  ///< about the centre of mass, in the link's axes [kg m^2]
 };
 
 /// A frame that is fixed to a link.
@@ -26,7 +26,7 @@ struct FixedFrame {
 };
 
 struct Chain {
-  std::vector<Link> links;         ///< from base to tip
+  std::vector<Link> links;  ///< from base to tip
   FixedFrame tip;
   std::vector<FixedFrame> frames;  ///< of facts.link_names
   Facts facts;

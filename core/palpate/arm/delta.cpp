@@ -12,8 +12,8 @@ namespace palpate::arm {
 namespace {
 
 constexpr int kArms = 3;
-constexpr double kRounding = 1e-9;  // [rad] that a joint may seem to be outside its limits
-constexpr double kFlat = 1e-6;      // damping of S where the rods lie flat, against rod^2 [-]
+constexpr double kRounding = 1e-9;  // [rad] rounding error accepted beyond the joint limits
+constexpr double kFlat = 1e-6;      // damping of S relative to rod^2 where the rods lie in one plane [-]
 
 struct Size {
   double base_radius, platform_radius, upper, rod;  // [m]
@@ -95,7 +95,7 @@ class Delta final : public Mechanism {
 
   void set_gravity(const Vec3& g_base) noexcept override { g_ = g_base; }
 
-  void scale_masses(const JointVector& scale) override {  // of what each motor carries; the platform: their mean
+  void scale_masses(const JointVector& scale) override {  // the platform, which all motors carry, takes the mean
     const double mean = scale.mean();
     size_.upper_mass *= mean, m_elbow_ *= mean, m_platform_ *= mean, inertia_ *= mean;
   }
@@ -142,7 +142,7 @@ class Delta final : public Mechanism {
     facts_.link_names.emplace_back("platform");
   }
 
-  /// e_i.
+  /// Position e_i of elbow i.
   [[nodiscard]] Vec3 elbow(double q, int i) const noexcept {
     return (a_ + size_.upper * std::cos(q)) * u_[i] - size_.upper * std::sin(q) * Vec3::UnitZ();
   }
@@ -151,9 +151,9 @@ class Delta final : public Mechanism {
   void solve(const JointVector& q) noexcept {
     std::array<Vec3, kArms> e;
     for (int i = 0; i < kArms; ++i) e[i] = elbow(q[i], i);
-    // The circumcentre of the elbows, and from there down the normal of their plane.
+    // From the circumcentre of the elbows down along the normal of their plane.
     const Vec3 ab = e[1] - e[0], ac = e[2] - e[0];
-    const Vec3 n = ab.cross(ac);  // upwards: the elbows stand counter-clockwise
+    const Vec3 n = ab.cross(ac);  // points upwards, because the elbows are ordered counter-clockwise
     const Vec3 centre = (ac.squaredNorm() * n.cross(ab) + ab.squaredNorm() * ac.cross(n)) / (2.0 * n.squaredNorm());
     const double height = std::sqrt(std::max(size_.rod * size_.rod - centre.squaredNorm(), 0.0));
     p_ = e[0] + centre - height * n.normalized();
@@ -166,7 +166,7 @@ class Delta final : public Mechanism {
       S.row(i) = s_[i];
       D[i] = s_[i].dot(b_[i]);
     }
-    // Rods in one plane: S has no inverse. It cannot happen within the limits, and must not divide by zero outside.
+    // If the rods lie in one plane, S has no inverse. This is outside the joint limits, but must not divide by zero.
     const double rod2 = size_.rod * size_.rod;
     if (std::abs(S.determinant()) > kFlat * rod2 * size_.rod) {
       S_inverse_ = S.inverse();

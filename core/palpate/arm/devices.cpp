@@ -1,4 +1,4 @@
-// Devices that are not a URDF: one line each. Adding one is its own file and its line here.
+// Devices that are not described by a URDF. A new one is a file of its own and a line in this table.
 #include <cmath>
 #include <stdexcept>
 
@@ -16,6 +16,18 @@ struct Kind {
 constexpr Kind kKinds[] = {{"delta", &make_delta}};
 
 }  // namespace
+
+void Mechanism::lane_dynamics(const JointVector& q, const JointVector& v, LaneDynamics& out) noexcept {
+  Dynamics d;
+  dynamics(q, v, d);
+  for (Eigen::Index k = 0; k < d.bias.size(); ++k) {
+    for (Eigen::Index i = 0; i < d.bias.size(); ++i) out.M[k][i] = d.M(k, i);
+    for (int r = 0; r < 6; ++r) out.J[r][k] = d.J(r, k);
+    out.bias[k] = d.bias[k];
+  }
+  out.X_0T = d.X_0T;
+  out.Jdot_v = d.Jdot_v;
+}
 
 std::unique_ptr<Mechanism> make_mechanism(const std::string& kind, const Parameters& parameters) {
   std::string names;

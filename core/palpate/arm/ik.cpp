@@ -9,7 +9,7 @@
 namespace palpate::arm {
 namespace {
 
-constexpr double kLength = 0.1;         // [m] that counts as much as one radian
+constexpr double kLength = 0.1;         // [m] position error equivalent to one radian
 constexpr double kErrorDamping = 0.02;  // damping per squared error (Sugihara 2011: full steps close to the goal)
 constexpr double kMaxStep = 0.6;        // largest joint step of one iteration [rad, or 0.1 m]
 
@@ -21,14 +21,14 @@ Error error_to(const Pose& goal, const Pose& tip) noexcept {
   return e;
 }
 
-/// dq = J^T (J J^T + lambda I)^-1 e over the joints that are free: the shortest step. Zero when rounding has left the
-/// matrix without an inverse.
+/// The shortest step of the free joints, dq = J^T (J J^T + lambda I)^-1 e. Zero if rounding has made the matrix
+/// singular.
 JointVector least_step(const Jacobian& J, const Vec6& e, double lambda) noexcept {
   const Eigen::Index n = J.cols();
   double A[6][6] = {}, y[6];
   for (Eigen::Index k = 0; k < n; ++k) {
     for (int i = 0; i < 6; ++i) {
-      for (int j = 0; j <= i; ++j) A[i][j] += J(i, k) * J(j, k);
+      for (int j = i; j < 6; ++j) A[i][j] += J(i, k) * J(j, k);
     }
   }
   for (int i = 0; i < 6; ++i) {
@@ -36,15 +36,15 @@ JointVector least_step(const Jacobian& J, const Vec6& e, double lambda) noexcept
     y[i] = e[i];
   }
   JointVector dq = JointVector::Zero(n);
-  if (!cholesky(A)) return dq;
-  cholesky_solve(A, y);
+  if (!solve_positive(A, y)) return dq;
   for (Eigen::Index k = 0; k < n; ++k) {
     for (int i = 0; i < 6; ++i) dq[k] += J(i, k) * y[i];
   }
   return dq;
 }
 
-/// Steps towards e; a joint that would leave its limits stops there and the others take over, the worst first.
+/// Step that reduces e within the joint limits. The joint that would exceed its limit most is stopped there first, and
+/// the others take over its share.
 JointVector bounded_step(Jacobian J, Vec6 e, double lambda, const JointVector& q, const JointVector& q_min,
                          const JointVector& q_max) noexcept {
   JointVector stopped = JointVector::Zero(q.size());
@@ -65,7 +65,7 @@ JointVector bounded_step(Jacobian J, Vec6 e, double lambda, const JointVector& q
 IkResult Arm::ik(const Pose& X_0T_goal, JointVector& q, const IkOptions& options) noexcept {
   IkResult result;
   const JointVector rest = JointVector::Zero(n());
-  mechanism_->closed_form(X_0T_goal.p, q);  // whatever it says, the loop below judges it
+  mechanism_->closed_form(X_0T_goal.p, q);  // the loop below checks the result and refines it
   q = q.cwiseMax(q_min()).cwiseMin(q_max()).eval();
   for (;; ++result.iterations) {
     update(q, rest);

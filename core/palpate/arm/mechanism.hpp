@@ -1,4 +1,4 @@
-// What a device is to Palpate: geometry and dynamics in its base frame. A new kind of arm is one file that writes this.
+// Interface of a device: geometry and dynamics in its base frame. A new kind of arm is one file that implements it.
 #pragma once
 
 #include <map>
@@ -10,7 +10,7 @@
 
 namespace palpate::arm {
 
-/// Everything a simulator needs at one (q, v): M a + bias = tau, and the tip with its Jacobian.
+/// Equation of motion M a + bias = tau at one (q, v), and the tip with its Jacobian.
 struct Dynamics {
   JointMatrix M;               ///< inertia, full and symmetric
   JointVector bias;            ///< C(q, v) v + G(q)
@@ -20,19 +20,29 @@ struct Dynamics {
   Vec6 Jdot_v = Vec6::Zero();  ///< tip acceleration at zero joint acceleration, linear over angular
 };
 
-/// A straight piece of a link, for drawing: from the link's origin to `end`, in the link's axes [m].
+/// The same for a plant, which evaluates it ten thousand times a second: numbers of the joints side by side, zero
+/// beyond the last joint.
+struct alignas(64) LaneDynamics {
+  Lanes M[kLanes]{};           ///< inertia, full and symmetric
+  Lanes bias{};                ///< C(q, v) v + G(q)
+  Lanes J[6]{};                ///< rows of the tip's Jacobian, linear over angular, in base axes
+  Pose X_0T;                   ///< base to tip
+  Vec6 Jdot_v = Vec6::Zero();  ///< tip acceleration at zero joint acceleration, linear over angular
+};
+
+/// A line segment of a link, for drawing: from the link's origin to `end`, in the link's axes [m].
 struct Segment {
   std::string link;
   Vec3 end = Vec3::Zero();
 };
 
-/// What does not change while it moves.
+/// Constants of a device.
 struct Facts {
   std::vector<std::string> joint_names, link_names;
   JointVector q_min, q_max;  ///< [rad, m]
   JointVector tau_max;       ///< drive limits [N m, N]
   JointVector v_max;         ///< speed limits [rad/s, m/s]
-  bool orients = true;       ///< the tip's orientation can be asked for, besides its place
+  bool orients = true;       ///< the orientation of the tip can be commanded, besides its position
   std::vector<Segment> segments;
 };
 
@@ -43,7 +53,7 @@ struct GravityRegressor {
   Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, 4 * kMaxJoints> P;          ///< (4n)
 };
 
-/// One device. What is noexcept runs in the cycle: no allocation after construction.
+/// One device. Functions that are noexcept run in the cycle: they do not allocate.
 class Mechanism {
  public:
   Mechanism() = default;
@@ -54,15 +64,16 @@ class Mechanism {
 
   /// The tip and its 6 x n Jacobian, linear over angular rows, in base axes.
   virtual void kinematics(const JointVector& q, Pose& X_0T, Jacobian& J) noexcept = 0;
-  /// Everything at once.
+  /// Kinematics and dynamics at (q, v).
   virtual void dynamics(const JointVector& q, const JointVector& v, Dynamics& d) noexcept = 0;
-  /// P(q) of the masses [J]; dynamics() at rest gives its gradient.
+  virtual void lane_dynamics(const JointVector& q, const JointVector& v, LaneDynamics& d) noexcept;
+  /// Potential energy P(q) of the masses [J]; Dynamics::G is its gradient.
   [[nodiscard]] virtual double potential_energy(const JointVector& q) noexcept = 0;
   /// Gravity's acceleration in base axes [m/s^2].
   virtual void set_gravity(const Vec3& g_base) noexcept = 0;
-  /// Every moving link's mass and inertia times a factor (n,).
+  /// Multiplies mass and inertia of each moving link by a factor (n,).
   virtual void scale_masses(const JointVector& scale) = 0;
-  /// X_0link of link_names[link] where kinematics() went last.
+  /// X_0link of link_names[link] at the joints of the last kinematics() or dynamics().
   [[nodiscard]] virtual Pose link_pose(int link) const noexcept = 0;
 
   /// Y of M a + C v + G = Y pi (n, 10n), regressor.hpp; empty for a device that is not made of links. May allocate.
@@ -70,33 +81,33 @@ class Mechanism {
                                                          const JointVector& /*a*/) {
     return {};
   }
-  /// pi (10n) of its links; empty when torque_regressor() is.
+  /// pi (10n) of its links; empty if torque_regressor() is empty.
   [[nodiscard]] virtual Eigen::VectorXd inertial_parameters() const { return {}; }
-  /// Other links, of as many parameters as inertial_parameters().
+  /// Replaces the parameters of the links, in the order of inertial_parameters().
   virtual void set_inertial_parameters(const Eigen::VectorXd& /*pi*/) {}
 
-  // What follows from dynamics(), unless a device knows a quicker or an independent way.
+  // The default uses dynamics(); a device may override it by a faster method.
   virtual void inverse_dynamics(const JointVector& q, const JointVector& v, const JointVector& a, Dynamics& work,
                                 JointVector& tau) noexcept {
     dynamics(q, v, work);
     tau.noalias() = work.M * a + work.bias;
   }
-  /// Y and P at q. A device that is no chain of links leaves them as they are: empty.
+  /// Y and P at q. A device that is not a chain of links leaves them empty.
   virtual void gravity_regressor(const JointVector& /*q*/, GravityRegressor& /*out*/) noexcept {}
-  /// Pi of the model file (4n); empty where there is no regressor.
+  /// Pi according to the model file (4n); empty for a device without regressor.
   [[nodiscard]] virtual Eigen::VectorXd moments() const { return {}; }
-  /// Joints for a place of the tip, where there is a closed form. False: none, or out of reach.
+  /// Joints for a position of the tip. False if the device has no closed form or the position is out of reach.
   virtual bool closed_form(const Vec3& /*p_0T*/, JointVector& /*q*/) const noexcept { return false; }
 
  protected:
   Mechanism(const Mechanism&) = default;
 };
 
-/// Numbers of a device by name, as its model file gives them.
+/// Parameters of a device by name, as given in its model file.
 using Parameters = std::map<std::string, std::vector<double>>;
 
-/// A device that is not a URDF, by the name of its kind (devices.cpp lists them). Throws std::runtime_error naming the
-/// parameter, what it should be, and what there is.
+/// A device that is not described by a URDF, by the name of its kind (listed in devices.cpp). Throws std::runtime_error
+/// naming the parameter, the required value and the given one.
 [[nodiscard]] std::unique_ptr<Mechanism> make_mechanism(const std::string& kind, const Parameters& parameters);
 
 }  // namespace palpate::arm

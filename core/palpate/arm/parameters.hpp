@@ -1,4 +1,4 @@
-// Reads a device's numbers, and says which one is missing, wrong or unknown.
+// Reads the parameters of a device and reports the one that is missing, invalid or unknown.
 #pragma once
 
 #include <set>
@@ -12,13 +12,13 @@ class Reader {
  public:
   Reader(std::string kind, const Parameters& parameters) : kind_(std::move(kind)), parameters_(parameters) {}
 
-  /// One number above zero. Throws std::runtime_error.
+  /// One number above zero. Throws std::runtime_error naming the parameter.
   double positive(const std::string& name, const std::string& meaning);
-  /// One finite number, or `otherwise` when it is not given.
+  /// One finite number, or `otherwise` if it is not given.
   double number(const std::string& name, const std::string& meaning, double otherwise);
-  /// Throws when a name was given that nobody asked for.
+  /// Throws std::runtime_error if a given name has not been read.
   void done() const;
-  /// Throws std::runtime_error unless `good`.
+  /// Throws std::runtime_error with the fault `what` and the remedy `mend` unless `good`.
   void require(bool good, const std::string& what, const std::string& remedy) const;
 
  private:

@@ -1,61 +1,149 @@
-// The recursion itself, included by recursion_portable.cpp and recursion_avx2.cpp, which define PALPATE_TARGET. No
-// function of another header may be called: it would be compiled for the wrong machine.
+// The recursion itself, included by recursion_portable.cpp and recursion_avx2.cpp, which define PALPATE_TARGET. It
+// calls no function of another header, because the linker might then keep a copy that was compiled for the wrong
+// machine.
 
-/// World axes and origin of every link, one joint after the other.
-PALPATE_TARGET void chain_kinematics(const ChainLanes& c, const double* q, ChainState& s) noexcept {
-  double R[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};  // columns
-  double p[3] = {0, 0, 0};
-  for (int k = 0; k < c.n; ++k) {
-    const ChainLanes::Joint& joint = c.joint[k];
-    double B[3][3];
-    for (int i = 0; i < 3; ++i) p[i] += R[0][i] * joint.p[0] + R[1][i] * joint.p[1] + R[2][i] * joint.p[2];
-    for (int j = 0; j < 3; ++j) {
-      for (int i = 0; i < 3; ++i) {
-        B[j][i] = R[0][i] * joint.R[j][0] + R[1][i] * joint.R[j][1] + R[2][i] * joint.R[j][2];
-      }
+namespace {
+
+static_assert(kLanes == 8);
+using Four = double __attribute__((vector_size(4 * sizeof(double))));
+using FourBits = std::int64_t __attribute__((vector_size(4 * sizeof(std::int64_t))));
+constexpr int kStride = 16;  // numbers of one link's pose: three axes and the origin, each with a fourth number of zero
+
+/// Sine and cosine of each lane, to within two units in the last place for |x| below a million. The angle is reduced by
+/// a multiple of pi/2 with Cody and Waite's three parts; Taylor's series follow. Unlike the C library's functions, the
+/// result has the same bits on every machine.
+PALPATE_TARGET inline void sines(const Lanes& x, Lanes& sine, Lanes& cosine) noexcept {
+  constexpr double kTwoOverPi = 0.63661977236758134308, kRound = 6755399441055744.0;  // 1.5 * 2^52
+  constexpr double kPart1 = 0x1.921fb544p+0, kPart2 = 0x1.0b4611a6p-34, kPart3 = 0x1.3198a2e037073p-69;
+  for (int k = 0; k < kLanes; ++k) {
+    const double shifted = x[k] * kTwoOverPi + kRound;
+    const double n = shifted - kRound;  // the nearest whole number
+    const double r = ((x[k] - n * kPart1) - n * kPart2) - n * kPart3, z = r * r;
+    double s = 1.0 - z * (1.0 / 272.0), c = 1.0 - z * (1.0 / 240.0);
+    s = 1.0 - z * (1.0 / 210.0) * s;
+    s = 1.0 - z * (1.0 / 156.0) * s;
+    s = 1.0 - z * (1.0 / 110.0) * s;
+    s = 1.0 - z * (1.0 / 72.0) * s;
+    s = 1.0 - z * (1.0 / 42.0) * s;
+    s = 1.0 - z * (1.0 / 20.0) * s;
+    s = r - r * (z * (1.0 / 6.0) * s);
+    c = 1.0 - z * (1.0 / 182.0) * c;
+    c = 1.0 - z * (1.0 / 132.0) * c;
+    c = 1.0 - z * (1.0 / 90.0) * c;
+    c = 1.0 - z * (1.0 / 56.0) * c;
+    c = 1.0 - z * (1.0 / 30.0) * c;
+    c = 1.0 - z * (1.0 / 12.0) * c;
+    c = 1.0 - 0.5 * z * c;
+    const double odd = n - 2.0 * ((0.5 * n + kRound) - kRound);  // -1, 0 or 1
+    const double half = 0.5 * (n - odd);                         // n = 2 half + odd
+    const double turned = half - 2.0 * ((0.5 * half + kRound) - kRound);
+    const double sign = 1.0 - 2.0 * turned * turned;
+    const double even = 1.0 - odd * odd;
+    sine[k] = sign * (even * s + odd * c);
+    cosine[k] = sign * (even * c - odd * s);
+  }
+}
+
+/// The same by the C library, for angles that are too large or not finite.
+PALPATE_TARGET __attribute__((noinline, cold)) void large_sines(const Lanes& x, Lanes& sine, Lanes& cosine) noexcept {
+  for (int k = 0; k < kLanes; ++k) {
+    sine[k] = __builtin_sin(x[k]);
+    cosine[k] = __builtin_cos(x[k]);
+  }
+}
+
+/// The lanes of x whose mask is set; zero elsewhere, whatever x contains there.
+PALPATE_TARGET inline void select(const LaneMask& mask, const Lanes& x, Lanes& out) noexcept {
+  for (int k = 0; k < kLanes; k += 4) {
+    FourBits bits, chosen;
+    __builtin_memcpy(&bits, x + k, sizeof bits);
+    __builtin_memcpy(&chosen, mask + k, sizeof chosen);
+    bits &= chosen;
+    __builtin_memcpy(out + k, &bits, sizeof bits);
+  }
+}
+
+/// Sum of the absolute values.
+PALPATE_TARGET inline double sum_of_sizes(const Lanes& x) noexcept {
+  Lanes sizes;
+  for (int k = 0; k < kLanes; ++k) sizes[k] = __builtin_fabs(x[k]);
+  for (int k = 0; k < 4; ++k) sizes[k] += sizes[k + 4];
+  return (sizes[0] + sizes[1]) + (sizes[2] + sizes[3]);
+}
+
+/// Pose of each link in the previous one at q: columns of R, origin.
+PALPATE_TARGET inline void joint_poses(const ChainLanes& c, const Lanes& q, Lanes (&T)[12]) noexcept {
+  alignas(64) Lanes angle, slide, sine, cosine;
+  select(c.revolute, q, angle);
+  select(c.prismatic, q, slide);
+  sum_of_sizes(angle) < 1e6 ? sines(angle, sine, cosine) : large_sines(angle, sine, cosine);
+  for (int i = 0; i < 3; ++i) {
+    for (int k = 0; k < kLanes; ++k) {
+      const double x = c.R[i][k], y = c.R[3 + i][k], z = c.R[6 + i][k];
+      T[i][k] = cosine[k] * x + sine[k] * y;
+      T[3 + i][k] = cosine[k] * y - sine[k] * x;
+      T[6 + i][k] = z;
+      T[9 + i][k] = c.p[i][k] + slide[k] * z;
     }
-    double w[3];
-    for (int i = 0; i < 3; ++i) {
-      w[i] = joint.aligned >= 0 ? B[joint.aligned][i]
-                                : B[0][i] * joint.axis[0] + B[1][i] * joint.axis[1] + B[2][i] * joint.axis[2];
-    }
-    if (joint.prismatic) {
-      for (int i = 0; i < 3; ++i) p[i] += q[k] * w[i];
-      for (int j = 0; j < 3; ++j) {
-        for (int i = 0; i < 3; ++i) R[j][i] = B[j][i];
-      }
+  }
+}
+
+/// Rows, of which each has four numbers, transposed. `from` and `to`: first row; the others follow at these distances.
+PALPATE_TARGET inline void transpose(const double* from, int from_distance, double* to, int rows = 4) noexcept {
+  Four a, b, c, d;
+  __builtin_memcpy(&a, from, sizeof a);
+  __builtin_memcpy(&b, from + from_distance, sizeof b);
+  __builtin_memcpy(&c, from + 2 * from_distance, sizeof c);
+  __builtin_memcpy(&d, from + 3 * from_distance, sizeof d);
+  const Four ab_even = __builtin_shufflevector(a, b, 0, 4, 2, 6), ab_odd = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+  const Four cd_even = __builtin_shufflevector(c, d, 0, 4, 2, 6), cd_odd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+  a = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
+  b = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
+  c = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
+  d = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
+  __builtin_memcpy(to, &a, sizeof a);
+  __builtin_memcpy(to + kLanes, &b, sizeof b);
+  __builtin_memcpy(to + 2 * kLanes, &c, sizeof c);
+  if (rows == 4) __builtin_memcpy(to + 3 * kLanes, &d, sizeof d);
+}
+
+}  // namespace
+
+/// World axes and origin of each link: the product of the joints' poses, one after the other.
+PALPATE_TARGET void chain_kinematics(const ChainLanes& c, const Lanes& q, ChainState& s) noexcept {
+  alignas(64) Lanes T[12];
+  joint_poses(c, q, T);
+  alignas(64) double world[kLanes][kStride];  // axes x, y, z and origin of each link, four numbers each
+  Four x = {1, 0, 0, 0}, y = {0, 1, 0, 0}, z = {0, 0, 1, 0}, p = {0, 0, 0, 0};
+  for (int k = 0; k < kLanes; ++k) {
+    if (k < c.n) {
+      p += x * T[9][k] + y * T[10][k] + z * T[11][k];
+      const Four x_next = x * T[0][k] + y * T[1][k] + z * T[2][k];
+      const Four y_next = x * T[3][k] + y * T[4][k] + z * T[5][k];
+      z = x * T[6][k] + y * T[7][k] + z * T[8][k];
+      x = x_next;
+      y = y_next;
     } else {
-      const double sine = __builtin_sin(q[k]), cosine = __builtin_cos(q[k]);
-      if (joint.aligned >= 0) {
-        const int x = (joint.aligned + 1) % 3, y = (joint.aligned + 2) % 3;
-        for (int i = 0; i < 3; ++i) {
-          R[joint.aligned][i] = B[joint.aligned][i];
-          R[x][i] = cosine * B[x][i] + sine * B[y][i];
-          R[y][i] = cosine * B[y][i] - sine * B[x][i];
-        }
-      } else {  // Rodrigues' formula, applied to each column about the world axis w
-        for (int j = 0; j < 3; ++j) {
-          const double* b = B[j];
-          const double along = (1.0 - cosine) * (w[0] * b[0] + w[1] * b[1] + w[2] * b[2]);
-          R[j][0] = cosine * b[0] + sine * (w[1] * b[2] - w[2] * b[1]) + along * w[0];
-          R[j][1] = cosine * b[1] + sine * (w[2] * b[0] - w[0] * b[2]) + along * w[1];
-          R[j][2] = cosine * b[2] + sine * (w[0] * b[1] - w[1] * b[0]) + along * w[2];
-        }
-      }
+      x = y = z = p = Four{};
     }
-    for (int i = 0; i < 3; ++i) {
-      s.p[i][k] = p[i];
-      for (int j = 0; j < 3; ++j) s.R[3 * j + i][k] = R[j][i];
-    }
-    if (joint.prismatic) {
-      for (int i = 0; i < 3; ++i) s.Jv[i][k] = w[i];
-      for (int i = 0; i < 3; ++i) s.Jw[i][k] = 0.0;
-    } else {
-      for (int i = 0; i < 3; ++i) s.Jw[i][k] = w[i];
-      s.Jv[0][k] = p[1] * w[2] - p[2] * w[1];
-      s.Jv[1][k] = p[2] * w[0] - p[0] * w[2];
-      s.Jv[2][k] = p[0] * w[1] - p[1] * w[0];
-    }
+    __builtin_memcpy(world[k], &x, sizeof x);
+    __builtin_memcpy(world[k] + 4, &y, sizeof y);
+    __builtin_memcpy(world[k] + 8, &z, sizeof z);
+    __builtin_memcpy(world[k] + 12, &p, sizeof p);
+  }
+  for (int k = 0; k < kLanes; k += 4) {
+    for (int j = 0; j < 3; ++j) transpose(world[k] + 4 * j, kStride, s.R[3 * j] + k, 3);
+    transpose(world[k] + 12, kStride, s.p[0] + k, 3);
+  }
+  for (int k = 0; k < kLanes; ++k) {
+    const double wx = s.R[6][k], wy = s.R[7][k], wz = s.R[8][k], px = s.p[0][k], py = s.p[1][k], pz = s.p[2][k];
+    const double turns = c.turns[k], slides = c.slides[k];
+    s.Jw[0][k] = turns * wx;
+    s.Jw[1][k] = turns * wy;
+    s.Jw[2][k] = turns * wz;
+    s.Jv[0][k] = turns * (py * wz - pz * wy) + slides * wx;
+    s.Jv[1][k] = turns * (pz * wx - px * wz) + slides * wy;
+    s.Jv[2][k] = turns * (px * wy - py * wx) + slides * wz;
   }
 }
 
@@ -97,13 +185,35 @@ PALPATE_TARGET inline void inertias(const ChainLanes& c, const ChainState& s, In
   }
 }
 
+/// x_k <- first + x_0 + ... + x_k
 PALPATE_TARGET inline void sum_forward(Lanes& x, double first) noexcept {
-  double sum = first;
-  for (int k = 0; k < kLanes; ++k) x[k] = sum += x[k];
+  Four low, high;
+  const Four zero = {};
+  __builtin_memcpy(&low, x, sizeof low);
+  __builtin_memcpy(&high, x + 4, sizeof high);
+  low += __builtin_shufflevector(low, zero, 4, 0, 1, 2);
+  high += __builtin_shufflevector(high, zero, 4, 0, 1, 2);
+  low += __builtin_shufflevector(low, zero, 4, 4, 0, 1);
+  high += __builtin_shufflevector(high, zero, 4, 4, 0, 1);
+  low += first;
+  high += low[3];
+  __builtin_memcpy(x, &low, sizeof low);
+  __builtin_memcpy(x + 4, &high, sizeof high);
 }
 
+/// x_k <- x_k + ... + x_7
 PALPATE_TARGET inline void sum_backward(Lanes& x) noexcept {
-  for (int k = kLanes - 2; k >= 0; --k) x[k] += x[k + 1];
+  Four low, high;
+  const Four zero = {};
+  __builtin_memcpy(&low, x, sizeof low);
+  __builtin_memcpy(&high, x + 4, sizeof high);
+  low += __builtin_shufflevector(low, zero, 1, 2, 3, 4);
+  high += __builtin_shufflevector(high, zero, 1, 2, 3, 4);
+  low += __builtin_shufflevector(low, zero, 2, 3, 4, 4);
+  high += __builtin_shufflevector(high, zero, 2, 3, 4, 4);
+  low += high[0];
+  __builtin_memcpy(x, &low, sizeof low);
+  __builtin_memcpy(x + 4, &high, sizeof high);
 }
 
 /// V and A of every link: sums along the chain, with dJ_k/dt = V_k x J_k.
@@ -158,6 +268,18 @@ PALPATE_TARGET inline void newton_euler(const Inertias& b, ChainState& s) noexce
   }
 }
 
+/// Copies the lower triangle of M into the upper one.
+PALPATE_TARGET inline void mirror(Lanes (&M)[kLanes]) noexcept {
+  alignas(64) Lanes t[4];
+  transpose(M[4], kLanes, M[0] + 4);
+  for (int k = 0; k < kLanes; k += 4) {
+    transpose(M[k] + k, kLanes, t[0]);
+    for (int i = 0; i < 4; ++i) {
+      for (int j = i + 1; j < 4; ++j) M[k + i][k + j] = t[i][j];
+    }
+  }
+}
+
 /// M and G from the inertia of each link and all that it carries: M_ki = J_i . (I_k J_k) for i <= k.
 PALPATE_TARGET inline void composite(const ChainLanes& c, Inertias& b, ChainState& s) noexcept {
   sum_backward(b.m);
@@ -176,26 +298,25 @@ PALPATE_TARGET inline void composite(const ChainLanes& c, Inertias& b, ChainStat
     s.G[k] = -(c.g[0] * P[0][k] + c.g[1] * P[1][k] + c.g[2] * P[2][k]);
   }
   for (int k = 0; k < kLanes; ++k) {
-    for (int i = 0; i < kLanes; ++i) {
+    for (int i = 0; i < (k < 4 ? 4 : kLanes); ++i) {
       s.M[k][i] = s.Jv[0][i] * P[0][k] + s.Jv[1][i] * P[1][k] + s.Jv[2][i] * P[2][k] + s.Jw[0][i] * P[3][k] +
                   s.Jw[1][i] * P[4][k] + s.Jw[2][i] * P[5][k];
     }
   }
+  mirror(s.M);
 }
 
 }  // namespace
 
-PALPATE_TARGET void chain_dynamics(const ChainLanes& c, const double* q, const double* v, const double* a,
+PALPATE_TARGET void chain_dynamics(const ChainLanes& c, const Lanes& q, const Lanes& v, const Lanes& a,
                                    ChainState& s) noexcept {
-  alignas(64) Lanes v_lanes{}, a_lanes{};
-  for (int k = 0; k < c.n; ++k) {
-    v_lanes[k] = v[k];
-    a_lanes[k] = a[k];
-  }
+  alignas(64) Lanes v_chain, a_chain;
+  select(c.joints, v, v_chain);
+  select(c.joints, a, a_chain);
   chain_kinematics(c, q, s);
   Inertias b;
   inertias(c, s, b);
-  motion(c, v_lanes, a_lanes, s);
+  motion(c, v_chain, a_chain, s);
   newton_euler(b, s);
   composite(c, b, s);
 }

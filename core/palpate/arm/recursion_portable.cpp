@@ -18,10 +18,10 @@ constexpr bool kAvx2 = false;
 }
 #endif
 
-void kinematics(const ChainLanes& c, const double* q, ChainState& s) noexcept {
+void kinematics(const ChainLanes& c, const Lanes& q, ChainState& s) noexcept {
   kAvx2 ? avx2::chain_kinematics(c, q, s) : portable::chain_kinematics(c, q, s);
 }
-void dynamics(const ChainLanes& c, const double* q, const double* v, const double* a, ChainState& s) noexcept {
+void dynamics(const ChainLanes& c, const Lanes& q, const Lanes& v, const Lanes& a, ChainState& s) noexcept {
   kAvx2 ? avx2::chain_dynamics(c, q, v, a, s) : portable::chain_dynamics(c, q, v, a, s);
 }
 

@@ -1,12 +1,14 @@
 #include "palpate/arm/serial.hpp"
 
+#include <cmath>
+#include <cstring>
+
 #include "palpate/arm/chain.hpp"
 #include "palpate/arm/recursion.hpp"
+#include "palpate/types/pack.hpp"
 
 namespace palpate::arm {
 namespace {
-
-static_assert(kLanes >= kMaxJoints);
 
 using Inertial = Eigen::Matrix<double, 10, 1>;  // m, m c, I about the joint's origin: xx, xy, yy, xz, yz, zz
 
@@ -33,7 +35,22 @@ void set_parameters(const Inertial& pi, Link& link) noexcept {
   link.inertia = I + link.mass * (C * C);
 }
 
-/// w x I and so on as linear functions of I:  I a = L(a) (I_xx, I_xy, I_yy, I_xz, I_yz, I_zz).
+}  // namespace
+
+/// Rows of the Jacobian at the point p instead of the base's origin.
+PALPATE_AVX2_TOO void move_jacobian(const ChainState& s, double x, double y, double z, Lanes (&J)[6]) noexcept {
+  const Pack wx = load(s.Jw[0]), wy = load(s.Jw[1]), wz = load(s.Jw[2]);
+  store(load(s.Jv[0]) + (z * wy - y * wz), J[0]);
+  store(load(s.Jv[1]) + (x * wz - z * wx), J[1]);
+  store(load(s.Jv[2]) + (y * wx - x * wy), J[2]);
+  store(wx, J[3]);
+  store(wy, J[4]);
+  store(wz, J[5]);
+}
+
+namespace {
+
+/// L(a) of I a = L(a) (I_xx, I_xy, I_yy, I_xz, I_yz, I_zz).
 Eigen::Matrix<double, 3, 6> of_inertia(const Vec3& a) noexcept {
   Eigen::Matrix<double, 3, 6> L;
   L << a.x(), a.y(), 0.0, a.z(), 0.0, 0.0,  //
@@ -42,67 +59,73 @@ Eigen::Matrix<double, 3, 6> of_inertia(const Vec3& a) noexcept {
   return L;
 }
 
-ChainLanes::Joint joint_of(const Link& link) noexcept {
-  ChainLanes::Joint joint{};
-  for (int j = 0; j < 3; ++j) {
-    for (int i = 0; i < 3; ++i) joint.R[j][i] = link.X_parent.R(i, j);
-    joint.p[j] = link.X_parent.p[j];
-    joint.axis[j] = link.axis[j];
-  }
-  joint.aligned = -1;
-  for (int j = 0; j < 3; ++j) {
-    if (link.axis == Vec3::Unit(j)) joint.aligned = j;
-  }
-  joint.prismatic = link.prismatic;
-  return joint;
+/// Axes whose z is the joint's axis, in the link's axes; the identity for an axis along z.
+Mat3 turned_to(const Vec3& axis) noexcept {
+  if (axis == Vec3::UnitZ()) return Mat3::Identity();
+  const Vec3 side = std::abs(axis.x()) < 0.9 ? Vec3::UnitX() : Vec3::UnitY();
+  const Vec3 y = axis.cross(side).normalized();
+  Mat3 Q;
+  Q << y.cross(axis), y, axis;
+  return Q;
 }
 
 class Serial final : public Mechanism {
  public:
   explicit Serial(Chain chain) : chain_(std::move(chain)) {
     lanes_.n = static_cast<int>(chain_.links.size());
-    zero_ = JointVector::Zero(lanes_.n);
     set_gravity({0.0, 0.0, -9.81});
-    for (int k = 0; k < lanes_.n; ++k) lanes_.joint[k] = joint_of(link(k));
+    for (int k = 0; k < lanes_.n; ++k) turned_.push_back(turned_to(link(k).axis));
+    for (int k = 0; k < lanes_.n; ++k) take_joint(k);
+    turn(chain_.tip);
+    for (FixedFrame& frame : chain_.frames) turn(frame);
     take_masses();
   }
   Serial(const Serial&) = default;
   [[nodiscard]] std::unique_ptr<Mechanism> clone() const override { return std::make_unique<Serial>(*this); }
   [[nodiscard]] const Facts& facts() const noexcept override { return chain_.facts; }
+  [[nodiscard]] const ChainLanes& constants() const noexcept { return lanes_; }
 
   void kinematics(const JointVector& q, Pose& X_0T, Jacobian& J) noexcept override {
-    arm::kinematics(lanes_, q.data(), now_);
+    arm::kinematics(lanes_, lanes(q), now_);
     tip(X_0T, J);
   }
 
   void dynamics(const JointVector& q, const JointVector& v, Dynamics& d) noexcept override {
-    arm::dynamics(lanes_, q.data(), v.data(), zero_.data(), now_);
+    arm::dynamics(lanes_, lanes(q), lanes(v), zero_, now_);
     tip(d.X_0T, d.J);
     const int n = lanes_.n;
     d.M.resize(n, n);
     d.bias.resize(n);
     d.G.resize(n);
+    double* M = d.M.data();
     for (int k = 0; k < n; ++k) {
-      for (int i = 0; i <= k; ++i) d.M(k, i) = d.M(i, k) = now_.M[k][i];
+      for (int i = 0; i < n; ++i) M[k * n + i] = now_.M[k][i];
       d.bias[k] = now_.tau[k];
       d.G[k] = now_.G[k];
     }
-    const Vec3 v0 = lane<3>(now_.V, n - 1), w = lane<3>(now_.V + 3, n - 1);
-    const Vec3 a0 = lane<3>(now_.A, n - 1) + gravity(), alpha = lane<3>(now_.A + 3, n - 1);
+    d.Jdot_v = drift(d.X_0T.p);
+  }
+
+  void lane_dynamics(const JointVector& q, const JointVector& v, LaneDynamics& d) noexcept override {
+    arm::dynamics(lanes_, lanes(q), lanes(v), zero_, now_);
+    d.X_0T = frame_pose(chain_.tip);
     const Vec3& p = d.X_0T.p;
-    d.Jdot_v << a0 + alpha.cross(p) + w.cross(v0 + w.cross(p)), alpha;
+    move_jacobian(now_, p[0], p[1], p[2], d.J);
+    std::memcpy(d.M, now_.M, sizeof d.M);
+    std::memcpy(d.bias, now_.tau, sizeof d.bias);
+    d.Jdot_v = drift(p);
   }
 
   void inverse_dynamics(const JointVector& q, const JointVector& v, const JointVector& a, Dynamics& /*work*/,
                         JointVector& tau) noexcept override {
-    arm::dynamics(lanes_, q.data(), v.data(), a.data(), now_);
+    arm::dynamics(lanes_, lanes(q), lanes(v), lanes(a), now_);
     tau.resize(lanes_.n);
     for (int k = 0; k < lanes_.n; ++k) tau[k] = now_.tau[k];
   }
 
-  /// A link's point p moves with v0_j + w_j x p about joint j and before; P = -g . sum (m p_k + R_k m c_k).
+  /// Joint j moves the point p of a link with v0_j + w_j x p; P = -g . sum (m p_k + R_k m c_k).
   void gravity_regressor(const JointVector& q, GravityRegressor& out) noexcept override {
-    arm::kinematics(lanes_, q.data(), now_);
+    arm::kinematics(lanes_, lanes(q), now_);
     const Vec3 g = gravity();
     const int n = lanes_.n;
     out.Y.setZero(n, 4 * n);
@@ -127,7 +150,7 @@ class Serial final : public Mechanism {
   }
 
   [[nodiscard]] double potential_energy(const JointVector& q) noexcept override {
-    arm::kinematics(lanes_, q.data(), now_);
+    arm::kinematics(lanes_, lanes(q), now_);
     double P = 0.0;
     for (int k = 0; k < lanes_.n; ++k) P -= link(k).mass * gravity().dot(pose(k) * link(k).com);
     return P;
@@ -149,11 +172,11 @@ class Serial final : public Mechanism {
     return frame_pose(chain_.frames[static_cast<std::size_t>(index)]);
   }
 
-  /// Force and moment of each link's motion about its joint's origin, in its axes, linear in its ten parameters; the
-  /// joints before it carry them.
+  /// Force and moment that a link's motion requires about its joint's origin, in the link's axes, are linear in its ten
+  /// parameters. They load all joints before the link.
   [[nodiscard]] Eigen::MatrixXd torque_regressor(const JointVector& q, const JointVector& v,
                                                  const JointVector& a) override {
-    arm::dynamics(lanes_, q.data(), v.data(), a.data(), now_);
+    arm::dynamics(lanes_, lanes(q), lanes(v), lanes(a), now_);
     const int n = lanes_.n;
     Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(n, 10 * n);
     for (int k = 0; k < n; ++k) {
@@ -191,7 +214,7 @@ class Serial final : public Mechanism {
   [[nodiscard]] const Link& link(int k) const { return chain_.links[static_cast<std::size_t>(k)]; }
   [[nodiscard]] Vec3 gravity() const noexcept { return {lanes_.g[0], lanes_.g[1], lanes_.g[2]}; }
 
-  /// The numbers of one joint from as many lanes.
+  /// The numbers of joint k.
   template <int rows>
   [[nodiscard]] static Eigen::Matrix<double, rows, 1> lane(const Lanes* lanes, int k) noexcept {
     Eigen::Matrix<double, rows, 1> x;
@@ -199,46 +222,86 @@ class Serial final : public Mechanism {
     return x;
   }
 
-  /// X_0k of link k; -1: the base.
-  [[nodiscard]] Pose pose(int k) const noexcept {
+  /// Pose of link k in its turned axes; -1: the base.
+  [[nodiscard]] Pose turned_pose(int k) const noexcept {
     if (k < 0) return {};
     Pose X;
     for (int i = 0; i < 9; ++i) X.R.data()[i] = now_.R[i][k];
     X.p = lane<3>(now_.p, k);
     return X;
   }
-  [[nodiscard]] Pose frame_pose(const FixedFrame& frame) const noexcept { return pose(frame.link) * frame.X_link; }
+  /// X_0k of link k.
+  [[nodiscard]] Pose pose(int k) const noexcept {
+    const Pose X = turned_pose(k);
+    return {X.R.lazyProduct(turned_[static_cast<std::size_t>(k)].transpose()), X.p};
+  }
+  /// Pose of a frame whose X_link refers to the turned axes.
+  [[nodiscard]] Pose frame_pose(const FixedFrame& frame) const noexcept {
+    const Pose X = turned_pose(frame.link);
+    return {X.R.lazyProduct(frame.X_link.R), X.R.lazyProduct(frame.X_link.p) + X.p};
+  }
+
+  /// Acceleration of the tip, at p, without joint acceleration.
+  [[nodiscard]] Vec6 drift(const Vec3& p) const noexcept {
+    const int last = lanes_.n - 1;
+    const Vec3 v0 = lane<3>(now_.V, last), w = lane<3>(now_.V + 3, last);
+    const Vec3 a0 = lane<3>(now_.A, last) + gravity(), alpha = lane<3>(now_.A + 3, last);
+    Vec6 a;
+    a << a0 + alpha.cross(p) + w.cross(v0 + w.cross(p)), alpha;
+    return a;
+  }
+
+  void turn(FixedFrame& frame) const noexcept {
+    if (frame.link < 0) return;
+    const Mat3& Q = turned_[static_cast<std::size_t>(frame.link)];
+    frame.X_link = {Q.transpose() * frame.X_link.R, Q.transpose() * frame.X_link.p};
+  }
 
   /// The tip's pose, and the Jacobian moved from the base's origin to it.
   void tip(Pose& X_0T, Jacobian& J) const noexcept {
     X_0T = frame_pose(chain_.tip);
     const Vec3& p = X_0T.p;
     J.resize(6, lanes_.n);
-    for (int k = 0; k < lanes_.n; ++k) {
+    double* column = J.data();
+    for (int k = 0; k < lanes_.n; ++k, column += 6) {
       const double x = now_.Jw[0][k], y = now_.Jw[1][k], z = now_.Jw[2][k];
-      J(0, k) = now_.Jv[0][k] + (y * p.z() - z * p.y());
-      J(1, k) = now_.Jv[1][k] + (z * p.x() - x * p.z());
-      J(2, k) = now_.Jv[2][k] + (x * p.y() - y * p.x());
-      J(3, k) = x;
-      J(4, k) = y;
-      J(5, k) = z;
+      column[0] = now_.Jv[0][k] + (y * p.z() - z * p.y());
+      column[1] = now_.Jv[1][k] + (z * p.x() - x * p.z());
+      column[2] = now_.Jv[2][k] + (x * p.y() - y * p.x());
+      column[3] = x;
+      column[4] = y;
+      column[5] = z;
     }
+  }
+
+  void take_joint(int k) noexcept {
+    const Mat3& Q = turned_[static_cast<std::size_t>(k)];
+    const Mat3 Q_parent = k > 0 ? turned_[static_cast<std::size_t>(k) - 1] : Mat3(Mat3::Identity());
+    const Mat3 R = Q_parent.transpose() * link(k).X_parent.R * Q;
+    const Vec3 p = Q_parent.transpose() * link(k).X_parent.p;
+    for (int i = 0; i < 9; ++i) lanes_.R[i][k] = R.data()[i];
+    for (int i = 0; i < 3; ++i) lanes_.p[i][k] = p[i];
+    (link(k).prismatic ? lanes_.slides : lanes_.turns)[k] = 1.0;
+    (link(k).prismatic ? lanes_.prismatic : lanes_.revolute)[k] = lanes_.joints[k] = -1;
   }
 
   void take_masses() noexcept {
     for (int k = 0; k < lanes_.n; ++k) {
-      const Mat3& I = link(k).inertia;
+      const Mat3& Q = turned_[static_cast<std::size_t>(k)];
+      const Mat3 I = Q.transpose() * link(k).inertia * Q;
+      const Vec3 com = Q.transpose() * link(k).com;
       const double six[6] = {I(0, 0), I(0, 1), I(1, 1), I(0, 2), I(1, 2), I(2, 2)};
       lanes_.m[k] = link(k).mass;
-      for (int i = 0; i < 3; ++i) lanes_.c[i][k] = link(k).com[i];
+      for (int i = 0; i < 3; ++i) lanes_.c[i][k] = com[i];
       for (int i = 0; i < 6; ++i) lanes_.I[i][k] = six[i];
     }
   }
 
-  Chain chain_;
+  Chain chain_;               ///< its frames refer to the turned axes
+  std::vector<Mat3> turned_;  ///< for each link, its axes in ChainLanes as seen from its own axes
   ChainLanes lanes_;
   ChainState now_;
-  JointVector zero_;
+  Lanes zero_{};
 };
 
 }  // namespace
@@ -246,6 +309,10 @@ class Serial final : public Mechanism {
 std::unique_ptr<Mechanism> serial_arm(const std::string& xml, const std::string& base_frame,
                                       const std::string& tip_frame) {
   return std::make_unique<Serial>(chain_from_urdf(xml, base_frame, tip_frame));
+}
+
+ChainLanes chain_lanes(const std::string& xml, const std::string& base_frame, const std::string& tip_frame) {
+  return Serial(chain_from_urdf(xml, base_frame, tip_frame)).constants();
 }
 
 }  // namespace palpate::arm

@@ -53,7 +53,9 @@ void check(const urdf::Joint& joint) {
   }
   const bool continuous = joint.type == urdf::Joint::CONTINUOUS;
   throw std::runtime_error("joint '" + joint.name + "' of the arm is of an unsupported type (" +
-                           (continuous ? "continuous" : joint.type == urdf::Joint::PLANAR ? "planar" : "floating") +
+                           (continuous                          ? "continuous"
+                            : joint.type == urdf::Joint::PLANAR ? "planar"
+                                                                : "floating") +
                            "): revolute and prismatic joints are supported; " +
                            (continuous ? "make it revolute, with a limit" : "lock it with type=\"fixed\""));
 }

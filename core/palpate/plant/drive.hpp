@@ -1,5 +1,5 @@
-// The leader's drives: they hold the last command, delay what acts (force, friction, soft stops), saturate, follow with
-// a lag, and let the force fade when nobody commands.
+// The leader's drives. They hold the last command, delay its response_torque() term (force, friction, soft stops),
+// saturate, lag, and let response_torque() fade when commands stop.
 #pragma once
 
 #include <cstddef>
@@ -12,36 +12,38 @@
 namespace palpate::plant {
 
 struct LeaderDriveOptions {
-  double delay = 0.0;          ///< from command to torque, of response_torque() only [s]
-  double jitter = 0.0;         ///< on top of it: uniform from 0 to this, of each command anew, order kept [s]
-  double lag = 0.0;            ///< time constant of the current loops, of all torque [s]
-  double hold_timeout = 0.03;  ///< without a fresh command response_torque() fades [s]
+  double delay = 0.0;          ///< delay of response_torque() from command to torque [s]
+  double jitter = 0.0;         ///< additional delay of each command, uniform in 0..jitter; the order is kept [s]
+  double lag = 0.0;            ///< time constant of the current loops, for the whole torque [s]
+  double hold_timeout = 0.03;  ///< age of the last command after which response_torque() fades [s]
   JointVector tau_max;         ///< saturation (n,) [N m]
-  std::uint64_t seed = 0;      ///< of the jitter
+  std::uint64_t seed = 0;      ///< seed of the jitter
 };
 
 class Drive {
  public:
   explicit Drive(LeaderDriveOptions options);
   void reset() noexcept;
-  /// The newest command; one that is not finite is refused, as a drive would, and the last one stays.
+  /// Takes the newest command. A command that is not finite is refused, as by a real drive; the last one remains.
   void command(const LeaderCommand& command) noexcept;
-  /// Joint torques of this servo period: delayed response_torque() + support_torque(), within tau_max, lagging.
+  /// Joint torques of this servo period (n,), zero beyond the last joint: delayed response_torque() + support_torque(),
+  /// within tau_max, after the lag [N m].
   const JointVector& step(double dt) noexcept;
 
  private:
   struct Sent {
-    double due = 0.0;  ///< when it acts [s]
+    double due = 0.0;  ///< time at which the command acts [s]
     JointVector tau;   ///< response_torque()
   };
   void arrive() noexcept;
 
   LeaderDriveOptions options_;
+  Lanes tau_max_;
   std::mt19937_64 random_;
   double t_ = 0.0, t_sent_ = -1.0;
   Sent acting_;
   JointVector tau_support_, tau_;
-  std::vector<Sent> line_;  ///< on their way, a ring of size_ from head_ on
+  std::vector<Sent> line_;  ///< commands that are still delayed: a ring of size_ from head_
   std::size_t head_ = 0, size_ = 0;
 };
 

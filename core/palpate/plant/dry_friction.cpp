@@ -1,6 +1,10 @@
 #include "palpate/plant/dry_friction.hpp"
 
 #include <cmath>
+#include <cstring>
+
+#include "palpate/types/cholesky.hpp"
+#include "palpate/types/pack.hpp"
 
 namespace palpate::plant {
 namespace {
@@ -9,83 +13,55 @@ constexpr int kBlockPivots = 6;
 constexpr int kPivots = 60;
 constexpr double kTolerance = 1e-14;  // of velocities and impulses: rounding, not physics
 
-/// x <- A^-1 x for the leading m x m part, by Cholesky in place (rows of `a` are kMaxJoints long).
-void cholesky_solve(double (&a)[kMaxJoints][kMaxJoints], double (&x)[kMaxJoints], int m) noexcept {
-  for (int j = 0; j < m; ++j) {
-    double d = a[j][j];
-    for (int k = 0; k < j; ++k) d -= a[j][k] * a[j][k];
-    const double inverse = 1.0 / std::sqrt(d);
-    a[j][j] = inverse;
-    for (int i = j + 1; i < m; ++i) {
-      double s = a[i][j];
-      for (int k = 0; k < j; ++k) s -= a[i][k] * a[j][k];
-      a[i][j] = s * inverse;
-    }
-  }
-  for (int i = 0; i < m; ++i) {
-    for (int k = 0; k < i; ++k) x[i] -= a[i][k] * x[k];
-    x[i] *= a[i][i];
-  }
-  for (int i = m - 1; i >= 0; --i) {
-    for (int k = i + 1; k < m; ++k) x[i] -= a[k][i] * x[k];
-    x[i] *= a[i][i];
-  }
-}
-
 }  // namespace
 
-void DryFriction::reset(Eigen::Index n) noexcept {
-  state_.fill(State::stuck);
-  v_ = JointVector::Zero(n);
+/// v <- the solution of A v = b + (lo or hi) over the moving joints, whose direction is not 0; v = 0 for all others.
+PALPATE_AVX2_TOO void solve_moving_joints(const Lanes (&A)[kLanes], const Lanes& b, const Lanes& lo, const Lanes& hi,
+                                          const Lanes& direction, Lanes& v) noexcept {
+  alignas(64) Lanes moves, A_moving[kLanes];  // a joint that sticks becomes an equation of its own: 1 v = 0
+  store(load(direction) * load(direction), moves);
+  for (int j = 0; j < kLanes; ++j) {
+    store(moves[j] * (load(moves) * load(A[j])), A_moving[j]);
+    A_moving[j][j] += 1.0 - moves[j];
+    v[j] = direction[j] == 0.0 ? 0.0 : b[j] + (direction[j] > 0.0 ? lo[j] : hi[j]);
+  }
+  solve_positive(A_moving, v);
 }
 
-const JointVector& DryFriction::solve(const JointMatrix& A, const JointVector& b, const JointVector& lo,
-                                      const JointVector& hi) noexcept {
-  for (Eigen::Index i = 0; i < b.size(); ++i) {  // moved into an end stop: start from rest
-    State& state = state_[static_cast<std::size_t>(i)];
-    if (std::isinf(state == State::forth ? lo[i] : hi[i])) state = State::stuck;
+void DryFriction::reset(Eigen::Index n) noexcept {
+  std::memset(direction_, 0, sizeof direction_);
+  v_.resize(n);
+  std::memset(v_.data(), 0, sizeof(Lanes));
+}
+
+const JointVector& DryFriction::solve(const Lanes (&A)[kLanes], const Lanes& b, const Lanes& lo,
+                                      const Lanes& hi) noexcept {
+  for (Eigen::Index i = 0; i < v_.size(); ++i) {  // a joint that has moved into an end stop starts from rest
+    if (std::isinf(direction_[i] > 0.0 ? lo[i] : hi[i])) direction_[i] = 0.0;
   }
   for (int pivot = 0; pivot < kPivots; ++pivot) {
-    solve_moving(A, b, lo, hi);
+    solve_moving_joints(A, b, lo, hi, direction_, lanes(v_));
     if (!correct(A, b, lo, hi, pivot >= kBlockPivots)) break;
   }
   return v_;
 }
 
-void DryFriction::solve_moving(const JointMatrix& A, const JointVector& b, const JointVector& lo,
-                               const JointVector& hi) noexcept {
-  double a[kMaxJoints][kMaxJoints];
-  double x[kMaxJoints];
-  int moving[kMaxJoints];
-  int m = 0;
-  for (int i = 0; i < static_cast<int>(b.size()); ++i) {
-    const auto s = static_cast<std::size_t>(i);
-    v_[i] = 0.0;
-    if (state_[s] == State::stuck) continue;
-    for (int k = 0; k < m; ++k) a[m][k] = A(i, moving[k]);
-    a[m][m] = A(i, i);
-    x[m] = b[i] + (state_[s] == State::forth ? lo[i] : hi[i]);
-    moving[m++] = i;
-  }
-  cholesky_solve(a, x, m);
-  for (int k = 0; k < m; ++k) v_[moving[k]] = x[k];
-}
-
-bool DryFriction::correct(const JointMatrix& A, const JointVector& b, const JointVector& lo, const JointVector& hi,
+bool DryFriction::correct(const Lanes (&A)[kLanes], const Lanes& b, const Lanes& lo, const Lanes& hi,
                           bool one_only) noexcept {
   bool changed = false;
-  for (Eigen::Index i = 0; i < b.size() && !(changed && one_only); ++i) {
-    State& state = state_[static_cast<std::size_t>(i)];
-    const State before = state;
-    if (lo[i] == hi[i] && state != State::stuck) continue;  // no friction: any velocity is right
-    if (state == State::stuck) {
-      const double lambda = A.col(i).dot(v_) - b[i];  // what holding this joint takes
-      if (lambda > hi[i] + kTolerance) state = State::back;
-      if (lambda < lo[i] - kTolerance) state = State::forth;
-    } else if (static_cast<double>(state) * v_[i] < -kTolerance) {
-      state = State::stuck;
+  for (int i = 0; i < v_.size() && !(changed && one_only); ++i) {
+    double& direction = direction_[i];
+    const double before = direction;
+    if (lo[i] == hi[i] && direction != 0.0) continue;  // no friction: any velocity is right
+    if (direction == 0.0) {
+      double lambda = -b[i];  // impulse that holds the joint
+      for (int k = 0; k < v_.size(); ++k) lambda += (k < i ? A[k][i] : A[i][k]) * v_[k];
+      if (lambda > hi[i] + kTolerance) direction = -1.0;
+      if (lambda < lo[i] - kTolerance) direction = 1.0;
+    } else if (direction * v_[i] < -kTolerance) {
+      direction = 0.0;
     }
-    changed |= state != before;
+    changed |= direction != before;
   }
   return changed;
 }

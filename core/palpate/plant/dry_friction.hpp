@@ -1,32 +1,31 @@
-// One implicit step of joints with dry friction and end stops: find the velocity that no sticking joint contradicts.
+// One implicit step of joints with dry friction and end stops.
 #pragma once
-
-#include <array>
 
 #include "palpate/types/spatial.hpp"
 
 namespace palpate::plant {
 
-/// Solves  A v = b + lambda  with, per joint,
-///   v > 0 and lambda = lo,   or   v < 0 and lambda = hi,   or   v = 0 and lo <= lambda <= hi
-/// (A symmetric positive definite; Coulomb friction is lo = -Fc dt, hi = +Fc dt; a lower end stop lifts hi to
-/// infinity). Because friction is an unknown of the step, a resting joint rests exactly and nothing chatters. Block
-/// pivoting with the last step's answer as first guess, then single pivots in order of index (Judice & Pires 1994,
-/// which end for such A).
+/// Solves  A v = b + lambda  for v and lambda, where each joint satisfies one of
+///   v > 0 and lambda = lo,   v < 0 and lambda = hi,   v = 0 and lo <= lambda <= hi.
+/// A is symmetric and positive definite. Coulomb friction is lo = -Fc dt and hi = +Fc dt; at a lower end stop hi is
+/// infinite, at an upper one lo is minus infinity. Because friction is an unknown of the step, a joint at rest stays
+/// exactly at rest and nothing chatters. The method is block pivoting, started with the directions of the last step,
+/// and then single pivots in the order of the joints, which end for such A (Judice and Pires 1994).
 class DryFriction {
  public:
+  /// All of the n joints rest.
   void reset(Eigen::Index n) noexcept;
-  /// v of the next step; allocation free.
-  const JointVector& solve(const JointMatrix& A, const JointVector& b, const JointVector& lo,
-                           const JointVector& hi) noexcept;
+  /// Velocity at the end of the step (n,), zero beyond the last joint. Only the upper triangle of A is read. The
+  /// numbers beyond the last joint are ignored.
+  const JointVector& solve(const Lanes (&A)[kLanes], const Lanes& b, const Lanes& lo, const Lanes& hi) noexcept;
+
+  /// Result of the last solve().
+  [[nodiscard]] const JointVector& v() const noexcept { return v_; }
 
  private:
-  enum class State : signed char { back = -1, stuck = 0, forth = 1 };
-  void solve_moving(const JointMatrix& A, const JointVector& b, const JointVector& lo, const JointVector& hi) noexcept;
-  bool correct(const JointMatrix& A, const JointVector& b, const JointVector& lo, const JointVector& hi,
-               bool one_only) noexcept;
+  bool correct(const Lanes (&A)[kLanes], const Lanes& b, const Lanes& lo, const Lanes& hi, bool one_only) noexcept;
 
-  std::array<State, kMaxJoints> state_{};
+  Lanes direction_{};  ///< of each joint's motion: 1, -1, or 0 while it sticks
   JointVector v_;
 };
 

@@ -6,48 +6,88 @@
 
 #include "palpate/plant/sampling.hpp"
 #include "palpate/types/low_pass.hpp"
+#include "palpate/types/pack.hpp"
 
 namespace palpate::plant {
 
 namespace {
+
 constexpr double kLongAgo = 1e9;  // [s] before the first edge: the first velocity is zero
+
+void take_columns(const JointMatrix& A, Lanes (&columns)[kLanes]) noexcept {
+  for (Eigen::Index j = 0; j < A.cols(); ++j) {
+    for (Eigen::Index i = 0; i < A.rows(); ++i) columns[j][i] = A(i, j);
+  }
+}
+
 }  // namespace
+
+/// y <- A x, where the columns of A are given.
+PALPATE_AVX2_TOO void multiply(const Lanes (&columns)[kLanes], const Lanes& x, Lanes& y) noexcept {
+  Pack even = x[0] * load(columns[0]), odd = x[1] * load(columns[1]);  // two sums, so that the second need not wait
+  for (int j = 2; j < kLanes; j += 2) {
+    even = even + x[j] * load(columns[j]);
+    odd = odd + x[j + 1] * load(columns[j + 1]);
+  }
+  store(even + odd, y);
+}
+
+/// counts <- the nearest whole numbers of x / step, to even when half-way, for fewer than 2^51 counts.
+PALPATE_AVX2_TOO void count(const Lanes& x, const Lanes& step, Lanes& counts) noexcept {
+  const Pack round = constant(0x1.8p52);
+  store((load(x) / load(step) + round) - round, counts);
+}
+
+/// v <- v_edges within +-step / since_edge.
+PALPATE_AVX2_TOO void bound(const Lanes& v_edges, const Lanes& since_edge, const Lanes& step, Lanes& v) noexcept {
+  const Pack most = load(step) / max(load(since_edge), constant(1e-9));
+  store(min(max(load(v_edges), -most), most), v);
+}
 
 Encoders::Encoders(const EncoderOptions& options)
     : options_(options),
-      A_inverse_(options.coupling.inverse()),
-      history_(static_cast<std::size_t>(std::ceil(options.velocity_window / kShortestPeriod)) + 1) {
-  reset(JointVector::Zero(options_.step.size()));
+      q_(JointVector::Zero(options.step.size())),
+      v_(q_),
+      motor_(q_),
+      motor_v_(q_),
+      history_(static_cast<std::size_t>(std::ceil(options.velocity_window / kShortestPeriod)) + 1, q_) {
+  take_columns(options_.coupling, coupling_);
+  take_columns(options_.coupling.inverse(), inverse_);
+  std::fill(step_, step_ + kLanes, 1.0);
+  for (Eigen::Index k = 0; k < options_.step.size(); ++k) {
+    if (options_.step[k] > 0.0) step_[k] = options_.step[k];
+    ideal_ |= !(options_.step[k] > 0.0);
+  }
+  reset(q_);
 }
 
 void Encoders::reset(const JointVector& q) noexcept {
-  v_ = motor_v_ = JointVector::Zero(q.size());
-  motor_.noalias() = A_inverse_.lazyProduct(q);
-  for (Eigen::Index k = 0; k < q.size(); ++k) {
-    const double counts = options_.step[k] > 0.0 ? std::nearbyint(motor_[k] / options_.step[k]) : 0.0;
-    track_[static_cast<std::size_t>(k)] = {motor_[k], counts, counts * options_.step[k], 0.0, kLongAgo};
-    if (options_.step[k] > 0.0) motor_[k] = counts * options_.step[k];
+  alignas(64) Lanes joints;
+  pad(q, joints);
+  multiply(inverse_, joints, lanes(motor_));
+  v_.setZero();
+  motor_v_.setZero();
+  track_ = {};
+  for (Eigen::Index k = 0; k < q_.size(); ++k) {
+    track_.motor[k] = motor_[k];
+    track_.since_edge[k] = kLongAgo;
+    if (!(options_.step[k] > 0.0)) continue;
+    track_.counts[k] = std::nearbyint(motor_[k] / step_[k]);
+    motor_[k] = track_.edge[k] = track_.counts[k] * step_[k];
   }
-  q_.noalias() = options_.coupling.lazyProduct(motor_);
+  multiply(coupling_, lanes(motor_), lanes(q_));
   for (JointVector& motor : history_) motor = motor_;
 }
 
-double Encoders::Track::step(double motor_now, double resolution, double dt) noexcept {
-  const double counts_now = std::nearbyint(motor_now / resolution);
-  const double moved = counts_now - counts;
-  since_edge += dt;
-  if (moved != 0.0) {
-    // Edges lie half-way between counts; the hardware's clock is fine enough to time the last one within the period.
-    const double edge_now = (counts_now - std::copysign(0.5, moved)) * resolution;
-    const double after = dt * std::clamp((motor_now - edge_now) / (motor_now - motor), 0.0, 1.0);
-    v_edges = (edge_now - edge) / std::max(since_edge - after, 1e-9);
-    edge = edge_now;
-    since_edge = after;
-    counts = counts_now;
-  }
-  motor = motor_now;
-  const double bound = resolution / std::max(since_edge, 1e-9);
-  return std::clamp(v_edges, -bound, bound);
+void Encoders::pass_edges(int k, double motor_now, double counts_now, double dt) noexcept {
+  const double moved = counts_now - track_.counts[k];
+  if (moved == 0.0) return;
+  // Edges lie half-way between counts; the hardware's clock is fine enough to time the last one within the period.
+  const double edge_now = (counts_now - std::copysign(0.5, moved)) * step_[k];
+  const double after = dt * std::clamp((motor_now - edge_now) / (motor_now - track_.motor[k]), 0.0, 1.0);
+  track_.v_edges[k] = (edge_now - track_.edge[k]) / std::max(track_.since_edge[k] - after, 1e-9);
+  track_.edge[k] = edge_now;
+  track_.since_edge[k] = after;
 }
 
 const JointVector& Encoders::earlier(double dt) noexcept {
@@ -57,22 +97,30 @@ const JointVector& Encoders::earlier(double dt) noexcept {
   return history_[(newest_ + history_.size() - std::min(back, history_.size() - 1)) % history_.size()];
 }
 
-void Encoders::step(const JointVector& q, double dt) noexcept {
-  motor_.noalias() = A_inverse_.lazyProduct(q);
-  for (Eigen::Index k = 0; k < q.size(); ++k) {
-    Track& track = track_[static_cast<std::size_t>(k)];
-    if (options_.step[k] > 0.0) {
-      motor_v_[k] = track.step(motor_[k], options_.step[k], dt);
-      motor_[k] = track.counts * options_.step[k];
-    } else {
-      motor_v_[k] = (motor_[k] - track.motor) / dt;
-      track.motor = motor_[k];
-    }
+void Encoders::step(const Lanes& q, double dt) noexcept {
+  alignas(64) Lanes motor, counts;
+  multiply(inverse_, q, motor);
+  count(motor, step_, counts);
+  for (int k = 0; k < kLanes; ++k) {
+    track_.since_edge[k] += dt;
+    pass_edges(k, motor[k], counts[k], dt);
   }
-  q_.noalias() = options_.coupling.lazyProduct(motor_);
+  bound(track_.v_edges, track_.since_edge, step_, lanes(motor_v_));
+  for (int k = 0; k < kLanes; ++k) motor_.data()[k] = counts[k] * step_[k];
+  for (Eigen::Index k = 0; ideal_ && k < q_.size(); ++k) {
+    if (options_.step[k] > 0.0) continue;
+    motor_[k] = motor[k];
+    motor_v_[k] = (motor[k] - track_.motor[k]) / dt;
+  }
+  std::copy(motor, motor + kLanes, track_.motor);
+  std::copy(counts, counts + kLanes, track_.counts);
+  multiply(coupling_, lanes(motor_), lanes(q_));
   if (options_.velocity_window > 0.0) motor_v_ = (motor_ - earlier(dt)) / options_.velocity_window;
+  if (options_.velocity_cutoff == 0.0) return multiply(coupling_, lanes(motor_v_), lanes(v_));
   const double share = low_pass_coefficient(options_.velocity_cutoff, dt);
-  v_ = (1.0 - share) * v_ + share * JointVector(options_.coupling.lazyProduct(motor_v_));
+  alignas(64) Lanes v;
+  multiply(coupling_, lanes(motor_v_), v);
+  for (int k = 0; k < kLanes; ++k) v_.data()[k] = (1.0 - share) * v_.data()[k] + share * v[k];
 }
 
 }  // namespace palpate::plant

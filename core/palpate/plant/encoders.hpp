@@ -1,8 +1,6 @@
-// Motor-side encoders: positions in whole counts; velocities from the time between edges, as the hardware measures, or
-// from differences of counts; low-passed on request.
+// Encoders on the motors: positions in whole counts, and velocities as the hardware estimates them.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -11,37 +9,47 @@
 namespace palpate::plant {
 
 struct EncoderOptions {
-  JointMatrix coupling;          ///< A: q_joint = A q_motor
-  JointVector step;              ///< motor-side (n,) [rad/count]; 0 = ideal
-  double velocity_window = 0.0;  ///< 0: time between edges; else the difference of two positions so far apart [s]
-  double velocity_cutoff = 0.0;  ///< of a first-order low-pass of the velocities; 0 = none [Hz]
+  JointMatrix coupling;  ///< A: q_joint = A q_motor
+  JointVector step;      ///< resolution on the motor side (n,) [rad/count]; 0 = ideal
+  double velocity_window =
+      0.0;  ///< 0: time between edges; otherwise the difference of two positions this far apart [s]
+  double velocity_cutoff = 0.0;  ///< cut-off of a first-order low-pass of the velocities; 0 = no filter [Hz]
 };
 
+/// Positions and velocities of all joints, as measured on the motors.
+///
+/// The velocity between edges is the distance between the last two edges over the time between them. Without an edge
+/// for longer than that, |v| <= step / (time since the last edge): the velocity decays instead of jumping to zero.
 class Encoders {
  public:
   explicit Encoders(const EncoderOptions& options);
+  /// At rest at q.
   void reset(const JointVector& q) noexcept;
-  /// The true joint positions one period later.
-  void step(const JointVector& q, double dt) noexcept;
+  /// Measures the true joint positions q (zero beyond the last joint) one period dt later.
+  void step(const Lanes& q, double dt) noexcept;
   [[nodiscard]] const JointVector& q() const noexcept { return q_; }  ///< joint side [rad]
   [[nodiscard]] const JointVector& v() const noexcept { return v_; }  ///< joint side [rad/s]
 
  private:
-  /// One encoder. v = distance between the last two edges over the time between them; without an edge for longer
-  /// than that, |v| <= step / (time since the last edge): it decays, it does not jump to zero.
-  struct Track {
-    double motor = 0.0, counts = 0.0, edge = 0.0, v_edges = 0.0;
-    double since_edge = 0.0;  ///< [s]
-    double step(double motor_now, double resolution, double dt) noexcept;
+  /// State of all encoders.
+  struct alignas(64) Tracks {
+    Lanes motor{};       ///< true position [rad]
+    Lanes counts{};      ///< its whole counts
+    Lanes edge{};        ///< position of the last edge [rad]
+    Lanes v_edges{};     ///< velocity between the last two edges [rad/s]
+    Lanes since_edge{};  ///< time since the last edge [s]
   };
-
-  /// motor_ a window ago; until then, where it began.
+  /// Moves encoder k from edge to edge, if there is one in this period.
+  void pass_edges(int k, double motor_now, double counts_now, double dt) noexcept;
+  /// Motor positions one window ago, or those of the reset if that is later.
   const JointVector& earlier(double dt) noexcept;
 
   EncoderOptions options_;
-  JointMatrix A_inverse_;
+  Lanes coupling_[kLanes]{}, inverse_[kLanes]{};  ///< columns of A and of its inverse
+  Lanes step_{};                                  ///< resolution; 1 for ideal encoders, whose result is replaced
+  bool ideal_ = false;                            ///< true if any encoder is ideal
+  Tracks track_;
   JointVector q_, v_, motor_, motor_v_;
-  std::array<Track, kMaxJoints> track_;
   std::vector<JointVector> history_;  ///< motor_ of the last periods, a ring
   std::size_t newest_ = 0;
 };

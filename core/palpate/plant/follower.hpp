@@ -1,7 +1,7 @@
 // A simulated follower: position-servoed joints (the dVRK's PSM is), each a limited second-order servo
 //   qdd = w^2 (q_goal - q) - 2 zeta w qd,   |qd| <= v_max,   q_min <= q <= q_max,
-// stepped by its exact solution, so that the step size changes nothing. Nothing that it touches moves it; one whose
-// drives feel what the tool touches is an option (follower_drives.hpp).
+// stepped by its exact solution, so that the result does not depend on the step size. Contacts do not move it; the
+// option `driven` adds drives whose torques the contacts act against (follower_drives.hpp).
 #pragma once
 
 #include <optional>
@@ -18,24 +18,27 @@ struct FollowerOptions {
   JointVector v_max;           ///< [rad/s, m/s]
   JointVector encoder_step;    ///< [rad, m]; 0 = ideal
   double jaw_v_max = 12.0;     ///< [rad/s]
-  bool driven = false;         ///< joints moved by drives with torques, which the tool's contacts push against
-  DriveOptions drives;         ///< of a driven follower
+  bool driven = false;         ///< joints are moved by drives with torques; contacts of the tool act against them
+  DriveOptions drives;         ///< drives of a driven follower
 };
 
 class Follower {
  public:
   /// Throws std::invalid_argument naming the option, its value and the remedy.
   Follower(const arm::Arm& model, FollowerOptions options);
-  /// At rest at q, within the limits.
+  /// Places the follower at rest at q, within the limits.
   void reset(const JointVector& q, double jaw) noexcept;
-  /// The newest goal; the servos hold it until the next one. One that is not valid or not finite is refused.
+  /// Takes the newest goal; the servos hold it until the next one. A goal that is not valid or not finite is refused.
   void command(const FollowerCommand& command) noexcept;
-  /// F_T_B: of the environment on the tool, in the base; felt by a driven follower only.
+  /// One servo period dt [s]. F_T_B: wrench of the environment on the tool, in the base B; it moves a driven follower
+  /// only.
   void step(double dt, const Wrench& F_T_B = {}) noexcept;
-  /// The drives of a driven follower; none otherwise.
+  /// Drives of a driven follower; null otherwise.
   [[nodiscard]] const FollowerDrives* drives() const noexcept { return drives_ ? &*drives_ : nullptr; }
   [[nodiscard]] const FollowerState& measured() const noexcept;
-  [[nodiscard]] const JointVector& v() const noexcept { return drives_ ? drives_->v() : v_; }  ///< truth [rad/s, m/s]
+  [[nodiscard]] const JointVector& v() const noexcept {
+    return drives_ ? drives_->v() : v_;
+  }  ///< true velocities [rad/s, m/s]
 
  private:
   void discretise(double dt) noexcept;
@@ -46,9 +49,9 @@ class Follower {
   std::optional<FollowerDrives> drives_;
   FollowerCommand command_;
   FollowerState measured_;
-  Eigen::Matrix2d transition_;  ///< of (q - q_goal, qd) over dt_
+  Eigen::Matrix2d transition_;  ///< transition matrix of (q - q_goal, qd) over dt_
   double dt_ = 0.0, t_ = 0.0, jaw_ = 0.0;
-  double t_command_ = 0.0;  ///< when the newest goal came [s]
+  double t_command_ = 0.0;  ///< time of the newest goal [s]
 };
 
 }  // namespace palpate::plant

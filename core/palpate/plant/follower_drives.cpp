@@ -9,7 +9,7 @@
 namespace palpate::plant {
 namespace {
 
-constexpr double kShortest = 1e-4, kLongest = 0.02;  // way from one goal to the next [s]
+constexpr double kShortest = 1e-4, kLongest = 0.02;  // [s] shortest and longest time from one goal to the next
 
 DriveOptions checked(DriveOptions o, Eigen::Index n) {
   const auto check = [n](const char* name, JointVector& x) {
@@ -64,12 +64,12 @@ void FollowerDrives::step(double dt, const Wrench& F_T_B) noexcept {
   const double way = std::min(dt, left_);
   goal_ += way * goal_v_;
   left_ -= way;
-  const arm::Dynamics& d = arm_.state();  // at (q_, v_), where the last step ended
+  const arm::Dynamics& d = arm_.state();  // at (q_, v_), the end of the last step
   JointMatrix A = d.M;
   A.diagonal() += options_.rotor_inertia;
   const JointVector inertia = A.diagonal();
   const JointVector elastic = arm_.elastic(q_);
-  // Weight and Coriolis forces are fed forward from the pose.
+  // Weight and Coriolis forces are compensated by feed-forward.
   tau_ = d.bias + elastic + inertia.cwiseProduct(w_ * w_ * (goal_ - q_) - 2.0 * zeta_ * w_ * v_);
   tau_ = tau_.cwiseMax(-arm_.tau_max()).cwiseMin(arm_.tau_max()).eval();
 
@@ -79,13 +79,18 @@ void FollowerDrives::step(double dt, const Wrench& F_T_B) noexcept {
   }
   A.diagonal() += dt * options_.viscous;
   JointVector hi = dt * options_.coulomb, lo = -hi;
-  for (Eigen::Index k = 0; k < q_.size(); ++k) {  // at an end stop the stop adds whatever it takes
+  for (Eigen::Index k = 0; k < q_.size(); ++k) {  // at an end stop the impulse of the stop has no bound
     if (q_[k] <= arm_.q_min()[k]) hi[k] = kInfinity;
     if (q_[k] >= arm_.q_max()[k]) lo[k] = -kInfinity;
   }
-  v_ = friction_.solve(A, b, lo, hi);
+  alignas(64) Lanes A_rows[kLanes]{}, q_true;
+  for (Eigen::Index i = 0; i < q_.size(); ++i) {
+    for (Eigen::Index j = 0; j < q_.size(); ++j) A_rows[i][j] = A(i, j);
+  }
+  v_ = friction_.solve(A_rows, lanes(b), lanes(lo), lanes(hi));
   q_ = (q_ + dt * v_).cwiseMax(arm_.q_min()).cwiseMin(arm_.q_max());
-  encoders_.step(q_, dt);
+  pad(q_, q_true);
+  encoders_.step(q_true, dt);
   arm_.dynamics(q_, v_);
 }
 

@@ -1,4 +1,4 @@
-// A hand as a mechanical impedance that follows an intended path (mass on the handle, spring and damper to the path).
+// A hand as a mechanical impedance: a mass on the handle, with a spring and a damper to the intended path.
 #pragma once
 
 #include "palpate/types/spatial.hpp"
@@ -12,7 +12,7 @@ struct HandOptions {
   double inertia = 2e-4;              ///< rotational, moves with the handle [kg m^2]
   double rotational_damping = 0.03;   ///< [N m s/rad]
   double rotational_stiffness = 1.5;  ///< [N m/rad]
-  double grip_force_max = 15.0;       ///< the hand slips above it [N]
+  double grip_force_max = 15.0;       ///< force above which the hand slips [N]
 };
 
 }  // namespace palpate::plant

@@ -1,6 +1,7 @@
 #include "palpate/plant/leader.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -10,6 +11,7 @@
 #include "palpate/plant/drive.hpp"
 #include "palpate/plant/dry_friction.hpp"
 #include "palpate/plant/encoders.hpp"
+#include "palpate/types/pack.hpp"
 #include "palpate/types/random.hpp"
 
 namespace palpate::plant {
@@ -64,42 +66,69 @@ void check_values(const LeaderOptions& o, const HandOptions& h) {
   }
 }
 
-/// Rotation vector that turns R_from into R_to, in the axes both are expressed in.
+/// Rotation vector from R_from to R_to, in the axes in which both are expressed.
 Vec3 turn_between(const Mat3& R_from, const Mat3& R_to) noexcept {
   const Eigen::AngleAxisd turn(R_to * R_from.transpose());
   return turn.angle() * turn.axis();
 }
 
+/// Copies all lanes: faster than as many numbers as the vector has.
+void copy(const JointVector& from, JointVector& to) noexcept {
+  to.resize(from.size());
+  std::copy_n(lanes(from), kLanes, lanes(to));
+}
+
+using Six = double[6];
+Six& as_array(Vec6& x) noexcept { return *reinterpret_cast<Six*>(x.data()); }
+const Six& as_array(const Vec6& x) noexcept { return *reinterpret_cast<const Six*>(x.data()); }
+
 }  // namespace
 
-// The step, with h = dt, q' = q + h/2 v the middle of it, and everything evaluated there:
+/// Middle of the step, and the velocity extrapolated to it.
+PALPATE_AVX2_TOO void to_middle(double dt, const Lanes& q, const Lanes& v, const Lanes& v_before, Lanes& q_mid,
+                                Lanes& v_mid) noexcept {
+  store(load(q) + 0.5 * dt * load(v), q_mid);
+  store(1.5 * load(v) - 0.5 * load(v_before), v_mid);
+}
+
+/// V <- J x, of the rows of J.
+PALPATE_AVX2_TOO void multiply_rows(const Lanes (&J)[6], const Lanes& x, Six& V) noexcept {
+  for (int r = 0; r < 6; ++r) V[r] = dot(load(J[r]), load(x));
+}
+
+/// Equation A v = b of the velocity at the end of the step: inertia of arm and hand, and their momentum after all
+/// impulses but friction. H: inertia of the hand and of its answer to v; push: impulse on the handle; tau: sum of the
+/// joint torques.
+PALPATE_AVX2_TOO void assemble(const arm::LaneDynamics& d, const Lanes& rotor, const Lanes& viscous, double dt,
+                               const Six& H, const Six& push, const Lanes& tau, const Lanes& v, Lanes (&A)[kLanes],
+                               Lanes& b) noexcept {
+  Pack of_motion = load(rotor) * load(v), of_push = dt * load(tau);
+  for (int j = 0; j < kLanes; ++j) of_motion = of_motion + v[j] * load(d.M[j]);
+  for (int r = 0; r < 6; ++r) of_push = of_push + push[r] * load(d.J[r]);
+  store(of_motion + of_push, b);
+  Lanes HJ[6];
+  for (int r = 0; r < 6; ++r) store(H[r] * load(d.J[r]), HJ[r]);
+  for (int j = 0; j < kLanes; ++j) {
+    Pack row = load(d.M[j]);
+    for (int r = 0; r < 6; ++r) row = row + HJ[r][j] * load(d.J[r]);
+    store(row, A[j]);
+    A[j][j] += rotor[j] + dt * viscous[j];
+  }
+}
+
+/// End of the step, within the limits.
+PALPATE_AVX2_TOO void to_end(double dt, const Lanes& q_mid, const Lanes& v, const Lanes& q_min, const Lanes& q_max,
+                             Lanes& q) noexcept {
+  store(min(max(load(q_mid) + 0.5 * dt * load(v), load(q_min)), load(q_max)), q);
+}
+
+// The step with h = dt. All terms are evaluated at its middle, q' = q + h/2 v:
 //   (M + I_r + J^T M_h J) (v+ - v) = h (tau - C v - G - E - D v+ + J^T (F_hand+ - M_h dJ v)) + friction + stops
 //   F_hand+ = K (x_path - x' - h/2 J v+) + B (xdot_path - J v+)         spring and damper at the END of the step
 //   q+ = q' + h/2 v+
-// E: the counterbalance. Stiff hands and light wrists are stable because v+ stands on both sides; without friction and
-// damping the middle point makes the step second order, so that a free swing keeps its energy.
+// E is the torque of the counterbalance. A stiff hand on a light wrist is stable because v+ appears on both sides.
+// Without friction and damping the midpoint makes the step second order, so that a free swing keeps its energy.
 struct Leader::Impl {
-  /// The six rows of a Jacobian as plain arrays, zero beyond the last joint: loops over them have fixed bounds.
-  struct JacobianRows {
-    alignas(64) double row[6][kMaxJoints] = {};
-
-    void take(const Jacobian& J) noexcept {
-      for (Eigen::Index k = 0; k < J.cols(); ++k) {
-        for (int r = 0; r < 6; ++r) row[r][k] = J(r, k);
-      }
-    }
-    /// J v
-    [[nodiscard]] Vec6 operator*(const JointVector& v) const noexcept {
-      Vec6 V;
-      for (int r = 0; r < 6; ++r) {
-        double sum = 0.0;
-        for (Eigen::Index k = 0; k < v.size(); ++k) sum += row[r][k] * v[k];
-        V[r] = sum;
-      }
-      return V;
-    }
-  };
-
   Impl(arm::Arm a, LeaderOptions o, HandOptions h)
       : arm(std::move(a)),
         options(std::move(o)),
@@ -108,6 +137,11 @@ struct Leader::Impl {
                options.seed}),
         encoders({options.coupling, options.encoder_step, options.velocity_window, options.velocity_cutoff}),
         random(options.seed) {
+    pad(options.coulomb, joints.coulomb);
+    pad(options.viscous, joints.viscous);
+    pad(options.rotor_inertia, joints.rotor);
+    pad(arm.q_min(), joints.q_min);
+    pad(arm.q_max(), joints.q_max);
     grip(hand);
   }
 
@@ -119,9 +153,10 @@ struct Leader::Impl {
   }
 
   void place(const JointVector& q0) noexcept {
-    q = q0.cwiseMax(arm.q_min()).cwiseMin(arm.q_max());
-    v = v_before = b = JointVector::Zero(q.size());
-    A = JointMatrix::Zero(q.size(), q.size());
+    const JointVector zero = JointVector::Zero(q0.size());
+    for (JointVector* x : {&q, &v, &v_before, &q_mid, &v_mid}) *x = zero;
+    for (JointVector* x : {&v, &v_before, &v_mid}) pad(zero, lanes(*x));
+    pad(q0.cwiseMax(arm.q_min()).cwiseMin(arm.q_max()), lanes(q));
     friction.reset(q.size());
     drive.reset();
     encoders.reset(q);
@@ -134,8 +169,8 @@ struct Leader::Impl {
 
   void measure() noexcept {
     state.t = t;
-    state.q = options.quantised ? encoders.q() : q;
-    state.v = options.quantised ? encoders.v() : v;
+    copy(options.quantised ? encoders.q() : q, state.q);
+    copy(options.quantised ? encoders.v() : v, state.v);
     state.gripper = gripper;
     state.valid = true;
     state.F_cell_L = cell.f;
@@ -143,53 +178,42 @@ struct Leader::Impl {
     if (options.cell_noise > 0.0) state.F_cell_L += options.cell_noise * Vec3(gauss(), gauss(), gauss());
   }
 
-  /// Normal, of unit variance (the sum of twelve uniforms; the same on every machine).
+  /// A normal random number of unit variance, as the sum of twelve uniform ones: the same on every machine.
   double gauss() noexcept {
     double sum = -6.0;
     for (int i = 0; i < 12; ++i) sum += uniform(random);
     return sum;
   }
 
-  /// Bounds of the friction impulse; at an end stop the stop adds whatever it takes.
+  /// Bounds of the friction impulse. At an end stop the impulse of the stop has no bound.
   void bound_friction(double dt) noexcept {
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    hi = dt * options.coulomb;
-    lo = -hi;
-    for (Eigen::Index k = 0; k < q_mid.size(); ++k) {
-      if (q_mid[k] <= arm.q_min()[k]) hi[k] = kInfinity;
-      if (q_mid[k] >= arm.q_max()[k]) lo[k] = -kInfinity;
+    for (int k = 0; k < kLanes; ++k) {
+      hi[k] = dt * joints.coulomb[k];
+      lo[k] = -hi[k];
+    }
+    for (int k = 0; k < q.size(); ++k) {
+      if (q_mid.data()[k] <= joints.q_min[k]) hi[k] = kInfinity;
+      if (q_mid.data()[k] >= joints.q_max[k]) lo[k] = -kInfinity;
     }
   }
 
-  /// Velocity at the end of the step when the hand pushes with F + (its own answer to v+, `response` per velocity).
-  const JointVector& advance(const arm::Dynamics& d, const JointVector& tau, const Vec6& F, const Vec6& response,
-                             double dt) noexcept {
+  /// Velocity at the end of the step if the hand pushes with F - response * (velocity of the handle at that end).
+  const Lanes& advance(const Vec6& F, const Vec6& response, const Vec6& V_handle, double dt) noexcept {
     const Vec6 H = M_hand + dt * response;
-    const Vec6 push = M_hand.cwiseProduct(J * v - dt * d.Jdot_v) + dt * (F + F_push);
-    for (Eigen::Index j = 0; j < v.size(); ++j) {  // by hand: Eigen takes its large-matrix path for 7 x 6 x 7
-      double column[kMaxJoints] = {}, pushed = 0.0, momentum = 0.0;
-      for (int r = 0; r < 6; ++r) {
-        const double HJ = H[r] * J.row[r][j];
-        for (int i = 0; i < kMaxJoints; ++i) column[i] += HJ * J.row[r][i];
-        pushed += J.row[r][j] * push[r];
-      }
-      for (Eigen::Index i = 0; i < v.size(); ++i) {
-        A(i, j) = d.M(i, j) + column[i];
-        momentum += d.M(i, j) * v[i];
-      }
-      b[j] = momentum + pushed;
-    }
-    A.diagonal() += options.rotor_inertia + dt * options.viscous;
-    b += options.rotor_inertia.cwiseProduct(v) + dt * (tau - d.bias - arm.elastic(q_mid));
-    return friction.solve(A, b, lo, hi);
+    const Vec6 push = M_hand.cwiseProduct(V_handle - dt * d.Jdot_v) + dt * (F + F_push);
+    alignas(64) Lanes A[kLanes], b;
+    assemble(d, joints.rotor, joints.viscous, dt, as_array(H), as_array(push), tau, lanes(v), A, b);
+    return lanes(friction.solve(A, b, lo, hi));
   }
 
   void step(double dt, const Pose& X_path, const Twist& V_path, const Wrench& push) noexcept {
     F_push << push.f, push.t;
-    const JointVector& tau = drive.step(dt);
-    q_mid = q + 0.5 * dt * v;
-    const arm::Dynamics& d = arm.dynamics(q_mid, 1.5 * v - 0.5 * v_before);
-    J.take(d.J);
+    const Lanes& tau_drives = lanes(drive.step(dt));
+    to_middle(dt, lanes(q), lanes(v), lanes(v_before), lanes(q_mid), lanes(v_mid));
+    arm.lane_dynamics(q_mid, v_mid, d);
+    const JointVector elastic = arm.elastic(q_mid);
+    for (int k = 0; k < kLanes; ++k) tau[k] = tau_drives[k] - d.bias[k] - (k < q.size() ? elastic.data()[k] : 0.0);
     bound_friction(dt);
 
     Vec6 x_error, V;
@@ -197,34 +221,41 @@ struct Leader::Impl {
     V << V_path.v, V_path.w;
     const Vec6 F0 = K.cwiseProduct(x_error) + B.cwiseProduct(V);
     const Vec6 response = 0.5 * dt * K + B;
-    v_next = advance(d, tau, F0, response, dt);
-    Vec6 F = F0 - response.cwiseProduct(J * v_next);
+    Vec6 V_before, dV;  // velocity of the handle; its change
+    multiply_rows(d.J, lanes(v), as_array(V_before));
+    const auto push_with = [&](const Vec6& force, const Vec6& answer) {
+      const Lanes& v_next = advance(force, answer, V_before, dt);
+      alignas(64) Lanes dv;
+      for (int k = 0; k < kLanes; ++k) dv[k] = v_next[k] - lanes(v)[k];
+      multiply_rows(d.J, dv, as_array(dV));
+      return Vec6(force - answer.cwiseProduct(V_before + dV));
+    };
+    Vec6 F = push_with(F0, response);
     const double grip = F.head<3>().norm();
     slipped = grip > hand.grip_force_max;
     if (slipped) {  // the fingers slide: the force is what they can hold, whatever the velocity
       Vec6 F_slip = F0, response_slip = response;
       F_slip.head<3>() = F.head<3>() * (hand.grip_force_max / grip);
       response_slip.head<3>().setZero();
-      v_next = advance(d, tau, F_slip, response_slip, dt);
-      F = F_slip - response_slip.cwiseProduct(J * v_next);
+      F = push_with(F_slip, response_slip);
     }
-    // Newton on the hand's mass: what the arm does to it is what it does, less what the person does.
-    const Vec6 arm_on_hand = M_hand.cwiseProduct((J * JointVector(v_next - v)) / dt + d.Jdot_v) - F - F_push;
+    // Newton's law for the hand's mass: the arm's force is the mass times its acceleration minus the person's force.
+    const Vec6 arm_on_hand = M_hand.cwiseProduct(dV / dt + d.Jdot_v) - F - F_push;
     cell = {arm_on_hand.head<3>(), arm_on_hand.tail<3>()};
 
-    q = (q_mid + 0.5 * dt * v_next).cwiseMax(arm.q_min()).cwiseMin(arm.q_max());
-    v_before = v;
-    v = v_next;
+    std::copy_n(lanes(v), kLanes, lanes(v_before));
+    std::copy_n(lanes(friction.v()), kLanes, lanes(v));
+    to_end(dt, lanes(q_mid), lanes(v), joints.q_min, joints.q_max, lanes(q));
     t += dt;
-    encoders.step(q, dt);
+    encoders.step(lanes(q), dt);
     measure();
   }
 
   [[nodiscard]] double energy() noexcept {
-    const arm::Dynamics& d = arm.dynamics(q, v);
-    const Vec6 V = d.J * v;
+    const arm::Dynamics& now = arm.dynamics(q, v);
+    const Vec6 V = now.J * v;
     const double kinetic =
-        v.dot(d.M * v) + v.dot(options.rotor_inertia.cwiseProduct(v)) + V.dot(M_hand.cwiseProduct(V));
+        v.dot(now.M * v) + v.dot(options.rotor_inertia.cwiseProduct(v)) + V.dot(M_hand.cwiseProduct(V));
     return 0.5 * kinetic + arm.potential_energy(q) + arm.elastic_energy(q);
   }
 
@@ -234,11 +265,15 @@ struct Leader::Impl {
   Drive drive;
   Encoders encoders;
   DryFriction friction;
-  Vec6 M_hand, K, B;  // of the hand: linear over angular
+  Vec6 M_hand, K, B;  // inertia, stiffness and damping of the hand: linear over angular
   Vec6 F_push;
-  JointVector q, v, v_before, v_next, q_mid, b, lo, hi;
-  JointMatrix A;
-  JacobianRows J;
+  struct alignas(64) Joints {
+    Lanes coulomb, viscous, rotor;  // as LeaderOptions, zero beyond the last joint
+    Lanes q_min, q_max;             // [rad]
+  } joints;
+  JointVector q, v, v_before, q_mid, v_mid;  // zero beyond the last joint
+  arm::LaneDynamics d;                       // at the middle of the step
+  alignas(64) Lanes tau, lo, hi;             // torques of drives, weight, motion and spring; bounds of the friction
   LeaderState state;
   Wrench cell;
   double gripper = 0.0, t = 0.0;

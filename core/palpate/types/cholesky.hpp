@@ -37,17 +37,30 @@ void solve_lower(const double (&L)[n][n], double (&B)[n][columns]) noexcept {
   }
 }
 
-/// Replaces x (n,) by A^-1 x. L is the factor of A computed by cholesky().
+/// x <- A^-1 x for a positive definite A, of which only the upper triangle is read; all of A is overwritten. The
+/// factorisation is L D L^T, which needs no square roots. False when A is not positive definite; x is then useless.
 template <int n>
-void cholesky_solve(const double (&L)[n][n], double (&x)[n]) noexcept {
-  for (int i = 0; i < n; ++i) {
-    for (int k = 0; k < i; ++k) x[i] -= L[i][k] * x[k];
-    x[i] *= L[i][i];
+inline bool solve_positive(double (&A)[n][n], double (&x)[n]) noexcept {
+  bool positive = true;
+  double inverse[n];
+#pragma GCC unroll 8
+  for (int j = 0; j < n; ++j) {
+    positive &= A[j][j] > 0.0;
+    inverse[j] = 1.0 / A[j][j];
+#pragma GCC unroll 8
+    for (int i = j + 1; i < n; ++i) {
+      const double factor = A[j][i] * inverse[j];
+      for (int k = i / 4 * 4; k < n; ++k) A[i][k] -= factor * A[j][k];  // whole groups of four
+      x[i] -= factor * x[j];
+    }
   }
-  for (int i = n - 1; i >= 0; --i) {
-    for (int k = i + 1; k < n; ++k) x[i] -= L[k][i] * x[k];
-    x[i] *= L[i][i];
+#pragma GCC unroll 8
+  for (int i = n - 1; i >= 0; --i) {  // the newest unknown last, so that the others need not wait for it
+#pragma GCC unroll 8
+    for (int k = n - 1; k > i; --k) x[i] -= A[i][k] * x[k];
+    x[i] *= inverse[i];
   }
+  return positive;
 }
 
 }  // namespace palpate

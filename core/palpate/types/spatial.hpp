@@ -4,6 +4,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "palpate/types/lanes.hpp"
+
 namespace palpate {
 
 using Vec3 = Eigen::Vector3d;              ///< column vector (3,)
@@ -12,11 +14,21 @@ using Vec6 = Eigen::Matrix<double, 6, 1>;  ///< column vector (6,): linear over 
 using Mat6 = Eigen::Matrix<double, 6, 6>;  ///< matrix (6, 6)
 
 /// Maximum number of joints of one arm. The bound keeps joint vectors off the heap.
-inline constexpr int kMaxJoints = 8;
+inline constexpr int kMaxJoints = kLanes;
 /// One value per joint (n,).
 using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxJoints, 1>;
 /// Matrix over the joints (n, n), for example the inertia matrix.
 using JointMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxJoints, kMaxJoints>;
+/// The storage of a joint vector, which has room for kMaxJoints numbers whatever its size. Those beyond its size may be
+/// anything, unless their owner keeps them at zero.
+[[nodiscard]] inline Lanes& lanes(JointVector& x) noexcept { return *reinterpret_cast<Lanes*>(x.data()); }
+[[nodiscard]] inline const Lanes& lanes(const JointVector& x) noexcept {
+  return *reinterpret_cast<const Lanes*>(x.data());
+}
+/// Copies a joint vector and fills the lanes beyond its size with zeros.
+inline void pad(const JointVector& x, Lanes& out) noexcept {
+  for (Eigen::Index k = 0; k < kMaxJoints; ++k) out[k] = k < x.size() ? x.data()[k] : 0.0;
+}
 /// Jacobian at the tip, 6 x n: linear rows over angular rows, expressed in the arm's base frame.
 using Jacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMaxJoints>;
 

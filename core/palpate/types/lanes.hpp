@@ -1,0 +1,18 @@
+// Numbers of all joints as plain arrays of one length, zero beyond the last joint. Loops over them have fixed bounds,
+// so that compilers unroll them and use vector instructions.
+#pragma once
+
+namespace palpate {
+
+inline constexpr int kLanes = 8;
+using Lanes = double[kLanes];
+
+}  // namespace palpate
+
+/// Compiles a function of plain loops twice, with and without AVX2; the loader chooses. The operations and their order
+/// are the same, so that both return the same bits.
+#if defined(__x86_64__) && defined(__gnu_linux__)
+#define PALPATE_AVX2_TOO __attribute__((target_clones("avx2", "default")))
+#else
+#define PALPATE_AVX2_TOO
+#endif
