@@ -7,6 +7,7 @@
 
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <tuple>
 #include <vector>
 
@@ -24,6 +25,7 @@ using verify::AxisMotion;
 using verify::AxisOptions;
 using verify::AxisResult;
 using verify::AxisRow;
+using verify::SwingJudgement;
 
 constexpr std::size_t kColumns = sizeof(AxisRow) / sizeof(double);
 using Rows = nb::ndarray<nb::numpy, double, nb::ndim<2>>;
@@ -36,7 +38,7 @@ Rows to_array(std::vector<AxisRow>&& rows) {
   return Rows(data, {n, kColumns}, capsule);
 }
 
-AxisMotion motion(double duration, double x0, double v0, double push, std::vector<double> path) {
+AxisMotion motion(std::optional<double> duration, double x0, double v0, double push, std::vector<double> path) {
   return {duration, x0, v0, push, std::move(path)};
 }
 
@@ -49,7 +51,12 @@ std::unique_ptr<verify::AxisLayer> make_layer(const Axis& axis, const std::optio
 void bind_result(nb::module_& m) {
   nb::class_<AxisResult>(m, "AxisResult", "What came of a run of an Axis.")
       .def_ro("diverged", &AxisResult::diverged, "it left |x| < 1 m")
-      .def_ro("oscillates", &AxisResult::oscillates, "above max(8 quanta, 1 um) in the last quarter, and not decaying")
+      .def_ro("oscillates", &AxisResult::oscillates, "it left |x| < 1 m, or its swing lasts")
+      .def_prop_ro(
+          "swing", [](const AxisResult& r) { return verify::swing_name(r.swing); },
+          "rests, decays, lasts or undecided: see judge_swing")
+      .def_ro("growth", &AxisResult::growth, "of the amplitude, relative, by its trend [1/s]")
+      .def_ro("duration", &AxisResult::duration, "of the run [s]")
       .def_ro("amplitude", &AxisResult::amplitude, "half of peak to peak in the last quarter of the run [m]")
       .def_ro("frequency", &AxisResult::frequency, "in the last quarter [Hz]")
       .def_ro("peak", &AxisResult::peak, "deepest [m]")
@@ -63,6 +70,24 @@ void bind_result(nb::module_& m) {
 }  // namespace
 
 void bind_axis(nb::module_& m) {
+  nb::class_<SwingJudgement>(m, "SwingJudgement", "Whether a motion keeps swinging.")
+      .def_prop_ro(
+          "swing", [](const SwingJudgement& j) { return verify::swing_name(j.swing); },
+          "rests, decays, lasts or undecided")
+      .def_ro("growth", &SwingJudgement::growth, "of the amplitude, relative, by its trend [1/s]")
+      .def_ro("change", &SwingJudgement::change, "of the logarithm of the amplitude over the watched windows [-]")
+      .def_ro("period", &SwingJudgement::period, "of the slowest mode, as given or as seen [s]");
+  m.def(
+      "judge_swing",
+      [](const std::vector<double>& x, double dt, double period, double floor) {
+        if (!(dt > 0.0) || !(period >= 0.0) || !(floor > 0.0)) {
+          throw std::invalid_argument("judge_swing: dt and floor must be above 0, period 0 or more");
+        }
+        return verify::judge_swing(x, dt, period, floor);
+      },
+      "x"_a, "dt"_a, "period"_a, "floor"_a,
+      "Judge positions x (n,) [m] that are dt [s] apart: does the end stay within floor [m], or does the amplitude of "
+      "windows of at least one period [s] of the slowest mode fall along its trend?");
   m.attr("AXIS_QUANTA") = verify::kAxisQuanta;
   m.attr("AXIS_UNFELT") = verify::kAxisUnfelt;
   nb::class_<AxisOptions>(m, "AxisOptions", "One axis of a haptic device, its loop, a virtual wall at x > 0, a hand.")
@@ -89,26 +114,27 @@ void bind_axis(nb::module_& m) {
       .def(nb::init<const AxisOptions&>(), "options"_a)
       .def(
           "run",
-          [](Axis& self, double duration, double x0, double v0, double push, std::vector<double> path,
+          [](Axis& self, std::optional<double> duration, double x0, double v0, double push, std::vector<double> path,
              const std::optional<stability::Options>& stability) {
             nb::gil_scoped_release release;
             auto layer = make_layer(self, stability);
             return self.run(motion(duration, x0, v0, push, std::move(path)), layer.get());
           },
-          "duration"_a = 2.0, "x0"_a = 0.0, "v0"_a = 0.0, "push"_a = 0.0, "path"_a = std::vector<double>{},
+          "duration"_a = nb::none(), "x0"_a = 0.0, "v0"_a = 0.0, "push"_a = 0.0, "path"_a = std::vector<double>{},
           "stability"_a = nb::none(),
-          "duration [s] from (x0 [m], v0 [m/s]); push: constant force of the hand [N]; path: where it wants to be at "
+          "duration [s] from (x0 [m], v0 [m/s]), or none: as long as it takes to judge the swing, by periods of the "
+          "slowest mode; push: constant force of the hand [N]; path: where it wants to be at "
           "each cycle [m], then rests; nowhere else than 0 when left out; stability: options of that stage, or none.")
       .def(
           "trace",
-          [](Axis& self, double duration, double x0, double v0, double push, std::vector<double> path,
+          [](Axis& self, std::optional<double> duration, double x0, double v0, double push, std::vector<double> path,
              const std::optional<stability::Options>& stability) {
             std::vector<AxisRow> rows;
             auto layer = make_layer(self, stability);
             const AxisResult result = self.run(motion(duration, x0, v0, push, std::move(path)), layer.get(), &rows);
             return std::make_tuple(result, to_array(std::move(rows)));
           },
-          "duration"_a = 2.0, "x0"_a = 0.0, "v0"_a = 0.0, "push"_a = 0.0, "path"_a = std::vector<double>{},
+          "duration"_a = nb::none(), "x0"_a = 0.0, "v0"_a = 0.0, "push"_a = 0.0, "path"_a = std::vector<double>{},
           "stability"_a = nb::none(),
           "The same run, with its rows (n, 5), one per cycle: t [s], x [m], v [m/s], force commanded on the device "
           "along x [N], energy_port [J].");

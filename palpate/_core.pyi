@@ -560,6 +560,18 @@ class FollowerOptions:
 AXIS_QUANTA: float
 AXIS_UNFELT: float
 
+class SwingJudgement:
+    @property
+    def swing(self) -> Literal["rests", "decays", "lasts", "undecided"]: ...
+    @property
+    def growth(self) -> float: ...
+    @property
+    def change(self) -> float: ...
+    @property
+    def period(self) -> float: ...
+
+def judge_swing(x: Sequence[float] | Array, dt: float, period: float, floor: float) -> SwingJudgement: ...
+
 class AxisOptions:
     mass: float
     damping: float
@@ -586,6 +598,12 @@ class AxisResult:
     @property
     def oscillates(self) -> bool: ...
     @property
+    def swing(self) -> Literal["rests", "decays", "lasts", "undecided"]: ...
+    @property
+    def growth(self) -> float: ...
+    @property
+    def duration(self) -> float: ...
+    @property
     def amplitude(self) -> float: ...
     @property
     def frequency(self) -> float: ...
@@ -606,7 +624,7 @@ class Axis:
     def __init__(self, options: AxisOptions) -> None: ...
     def run(
         self,
-        duration: float = 2.0,
+        duration: float | None = None,
         x0: float = 0.0,
         v0: float = 0.0,
         push: float = 0.0,
@@ -615,7 +633,7 @@ class Axis:
     ) -> AxisResult: ...
     def trace(
         self,
-        duration: float = 2.0,
+        duration: float | None = None,
         x0: float = 0.0,
         v0: float = 0.0,
         push: float = 0.0,

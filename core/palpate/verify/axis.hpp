@@ -4,7 +4,10 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
+
+#include "palpate/verify/swing.hpp"
 
 namespace palpate::verify {
 
@@ -34,7 +37,9 @@ struct AxisOptions {
 
 /// What happens to it.
 struct AxisMotion {
-  double duration = 2.0;     ///< [s]
+  /// [s]; none: from when the hand's path rests, 16 periods of the slowest mode, and as often doubled, up to three
+  /// times, as the judge of swings cannot yet say that it rests or keeps swinging.
+  std::optional<double> duration;
   double x0 = 0.0;           ///< at the start [m]
   double v0 = 0.0;           ///< [m/s]
   double push = 0.0;         ///< constant force beside the hand's spring [N]
@@ -44,14 +49,20 @@ struct AxisMotion {
 inline constexpr double kAxisQuanta = 8.0;   ///< amplitude that resolution alone may keep alive [quanta]
 inline constexpr double kAxisUnfelt = 1e-6;  ///< amplitude that counts as rest [m]
 
-/// Amplitudes are half of peak to peak. An oscillation that lasts: in the last quarter of the run it swings four times
-/// or more, further than max(8 quanta, 1 um), and over the last five eighths not every eighth was quieter than the one
-/// before by 0.2 %. The hand's path should rest by then; slow swings need a longer run.
+/// Period of the slowest undamped mode [s]: of all masses on the hand's spring alone where the wall can be left, else
+/// on both springs; 0 without any spring. Delay can make a swing slower: then the judge goes by the slowest that it
+/// sees.
+[[nodiscard]] double slowest_period(const AxisOptions& options) noexcept;
+
+/// Amplitudes are half of peak to peak. Whether it swings is judged by `judge_swing` from the time on at which the
+/// hand's path rests, with `slowest_period` and a floor of max(8 quanta, 1 um).
 struct AxisResult {
-  bool diverged = false;  ///< it left |x| < 1 m
-  bool oscillates = false;
+  bool diverged = false;    ///< it left |x| < 1 m
+  bool oscillates = false;  ///< it left |x| < 1 m, or its swing lasts
+  Swing swing = Swing::undecided;
+  double growth = 0.0;       ///< of the amplitude, relative, by its trend; 0 where it rests or is undecided [1/s]
+  double duration = 0.0;     ///< of the run [s]
   double amplitude = 0.0;    ///< in the last quarter [m]
-  double before = 0.0;       ///< in the third quarter [m]
   double frequency = 0.0;    ///< in the last quarter [Hz]
   double peak = 0.0;         ///< deepest [m]
   double rest = 0.0;         ///< mean of the last quarter [m]
