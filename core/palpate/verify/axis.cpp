@@ -16,9 +16,9 @@ namespace palpate::verify {
 namespace {
 
 constexpr double kFar = 1.0;                      // [m]
-constexpr double kPeriods = 16.0;                 // of the slowest mode in a run whose length nobody sets
-constexpr double kShortest = 0.5, kFirst = 60.0;  // bounds of that length before it is doubled [s]
-constexpr int kDoublings = 3;
+constexpr double kPeriods = 4.0;                  // of the slowest mode in a run whose length nobody sets
+constexpr double kShortest = 0.5, kFirst = 30.0;  // bounds of that length before it is doubled [s]
+constexpr int kDoublings = 5;
 constexpr std::size_t kFewest = 16;  // cycles that can be judged
 constexpr double kSettled = 0.02;
 
@@ -149,10 +149,11 @@ SwingJudgement judge_from(const AxisOptions& o, const std::vector<double>& x, st
   return judge_swing(all.subspan(std::min(from, x.size())), 1.0 / o.rate, slowest_period(o), rest_floor(o));
 }
 
-/// Would a longer run be judged the same? A swing that grows or keeps its amplitude lasts; one that falls may end at
-/// rest or in a limit cycle.
+/// Would a longer run be judged the same? A swing that grows or keeps its amplitude over all windows lasts; one that
+/// falls may end at rest or in a limit cycle.
 bool is_final(const SwingJudgement& judged) noexcept {
-  return judged.swing == Swing::rests || (judged.swing == Swing::lasts && judged.change > -kSwingLost);
+  return judged.swing == Swing::rests ||
+         (judged.swing == Swing::lasts && judged.windows == kSwingWindows && judged.change > -kSwingLost);
 }
 
 /// What the positions at the cycles tell.

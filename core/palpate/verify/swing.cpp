@@ -92,6 +92,7 @@ SwingJudgement judge_swing(Record x, double dt, double period, double floor) noe
     logs[i] = std::log(std::max(amplitude(window), floor));
     swinging += turns_back(window) ? 1 : 0;
   }
+  out.windows = n;
   const Record amplitudes = Record(logs).first(n);
   const Trend line = trend(amplitudes);
   out.change = line.slope * static_cast<double>(n - 1);

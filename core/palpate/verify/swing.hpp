@@ -1,6 +1,7 @@
 // Does a sampled motion keep swinging? The judge of every oscillation on one axis.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -16,9 +17,10 @@ enum class Swing : std::uint8_t {
 
 struct SwingJudgement {
   Swing swing = Swing::undecided;
-  double growth = 0.0;  ///< trend of the logarithm of the amplitude, relative; 0 where undecided [1/s]
-  double change = 0.0;  ///< the same over all watched windows; -0.01: 1 % quieter [-]
-  double period = 0.0;  ///< length of the windows' slowest period: the given one, or the slowest seen [s]
+  double growth = 0.0;      ///< trend of the logarithm of the amplitude, relative; 0 where undecided [1/s]
+  double change = 0.0;      ///< the same over all watched windows; -0.01: 1 % quieter [-]
+  std::size_t windows = 0;  ///< watched; 0 where it rests or is undecided
+  double period = 0.0;      ///< length of the windows' slowest period: the given one, or the slowest seen [s]
 };
 
 inline constexpr double kSwingTransient = 0.25;   ///< share of the record that is left to the transient [-]
