@@ -1,5 +1,7 @@
 """The judge of oscillations against closed forms of motions and against the eigenvalues of the sampled delayed loop."""
 
+import itertools
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
@@ -15,7 +17,7 @@ def crossings(x, floor=FLOOR):
     late = x[len(x) - len(x) // 4 :]
     upward = np.count_nonzero((late[:-1] < late.mean()) & (late[1:] >= late.mean()))
     eighths = [np.ptp(x[i * len(x) // 8 : (i + 1) * len(x) // 8]) for i in range(3, 8)]
-    decays = all(b <= 0.998 * a for a, b in zip(eighths, eighths[1:], strict=False))
+    decays = all(b <= 0.998 * a for a, b in itertools.pairwise(eighths))
     return bool(upward >= 4 and 0.5 * np.ptp(late) > floor and not decays)
 
 
