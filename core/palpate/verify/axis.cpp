@@ -196,8 +196,9 @@ AxisResult Axis::run(const AxisMotion& motion, AxisStage* stage, std::vector<Axi
   const double dt = 1.0 / o.rate;
   const std::size_t moved = path_end(motion.path);
   const double first = std::clamp(kPeriods * slowest_period(o), kShortest, kFirst);
-  std::size_t n = motion.duration ? static_cast<std::size_t>(std::ceil(given * o.rate))
-                                  : moved + static_cast<std::size_t>(std::ceil(first * o.rate));
+  std::size_t n = motion.duration
+                      ? static_cast<std::size_t>(std::ceil(given * o.rate))
+                      : std::max(motion.path.size(), moved + static_cast<std::size_t>(std::ceil(first * o.rate)));
   const auto path = [&](std::size_t k) {
     return motion.path.empty() ? 0.0 : motion.path[std::min(k, motion.path.size() - 1)];
   };

@@ -37,8 +37,8 @@ struct AxisOptions {
 
 /// What happens to it.
 struct AxisMotion {
-  /// [s]; none: from the time on at which the hand's path rests, four periods of the slowest mode, doubled up to five
-  /// times until the motion rests, or until twelve windows of it do not lose amplitude.
+  /// [s]; none: the hand's path and, from the time on at which it rests, four periods of the slowest mode or more,
+  /// doubled up to five times until the motion rests, or until twelve windows of it do not lose amplitude.
   std::optional<double> duration;
   double x0 = 0.0;           ///< at the start [m]
   double v0 = 0.0;           ///< [m/s]
