@@ -7,6 +7,7 @@
 
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <tuple>
 #include <vector>
 
@@ -24,6 +25,7 @@ using verify::AxisMotion;
 using verify::AxisOptions;
 using verify::AxisResult;
 using verify::AxisRow;
+using verify::SwingJudgement;
 
 constexpr std::size_t kColumns = sizeof(AxisRow) / sizeof(double);
 using Rows = nb::ndarray<nb::numpy, double, nb::ndim<2>>;
@@ -36,7 +38,7 @@ Rows to_array(std::vector<AxisRow>&& rows) {
   return Rows(data, {n, kColumns}, capsule);
 }
 
-AxisMotion motion(double duration, double x0, double v0, double push, std::vector<double> path) {
+AxisMotion motion(std::optional<double> duration, double x0, double v0, double push, std::vector<double> path) {
   return {duration, x0, v0, push, std::move(path)};
 }
 
@@ -49,8 +51,12 @@ std::unique_ptr<verify::AxisLayer> make_layer(const Axis& axis, const std::optio
 void bind_result(nb::module_& m) {
   nb::class_<AxisResult>(m, "AxisResult", "Outcome of a run of an Axis.")
       .def_ro("diverged", &AxisResult::diverged, "True if |x| reached 1 m.")
-      .def_ro("oscillates", &AxisResult::oscillates,
-              "True if the amplitude in the last quarter of the run exceeds max(8 quanta, 1 um) and does not decay.")
+      .def_ro("oscillates", &AxisResult::oscillates, "True if |x| reached 1 m, or if the swing lasts.")
+      .def_prop_ro(
+          "swing", [](const AxisResult& r) { return verify::swing_name(r.swing); },
+          "rests, decays, lasts or undecided (judge_swing).")
+      .def_ro("growth", &AxisResult::growth, "Relative growth rate of the amplitude, from its trend [1/s].")
+      .def_ro("duration", &AxisResult::duration, "Duration of the run [s].")
       .def_ro("amplitude", &AxisResult::amplitude, "Half the peak-to-peak motion in the last quarter of the run [m].")
       .def_ro("frequency", &AxisResult::frequency, "Frequency of the motion in the last quarter of the run [Hz].")
       .def_ro("peak", &AxisResult::peak, "Largest penetration [m].")
@@ -67,6 +73,25 @@ void bind_result(nb::module_& m) {
 }  // namespace
 
 void bind_axis(nb::module_& m) {
+  nb::class_<SwingJudgement>(m, "SwingJudgement", "Whether a motion keeps oscillating.")
+      .def_prop_ro(
+          "swing", [](const SwingJudgement& j) { return verify::swing_name(j.swing); },
+          "rests, decays, lasts or undecided.")
+      .def_ro("growth", &SwingJudgement::growth, "Relative growth rate of the amplitude, from its trend [1/s].")
+      .def_ro("change", &SwingJudgement::change, "Change of the logarithm of the amplitude over all windows [-].")
+      .def_ro("period", &SwingJudgement::period, "Period of the slowest mode, as given or as observed [s].");
+  m.def(
+      "judge_swing",
+      [](const std::vector<double>& x, double dt, double period, double floor) {
+        if (!(dt > 0.0) || !(period >= 0.0) || !(floor > 0.0)) {
+          throw std::invalid_argument("judge_swing: dt and floor must be above 0, period 0 or more");
+        }
+        return verify::judge_swing(x, dt, period, floor);
+      },
+      "x"_a, "dt"_a, "period"_a, "floor"_a,
+      "Judges positions x (n,) [m] at intervals dt [s]: whether the end stays within floor [m], and whether the "
+      "amplitude "
+      "of windows of at least one period [s] of the slowest mode falls along its trend.");
   m.attr("AXIS_QUANTA") = verify::kAxisQuanta;
   m.attr("AXIS_UNFELT") = verify::kAxisUnfelt;
   nb::class_<AxisOptions>(m, "AxisOptions",
@@ -96,27 +121,30 @@ void bind_axis(nb::module_& m) {
       .def(nb::init<const AxisOptions&>(), "options"_a)
       .def(
           "run",
-          [](Axis& self, double duration, double x0, double v0, double push, std::vector<double> path,
+          [](Axis& self, std::optional<double> duration, double x0, double v0, double push, std::vector<double> path,
              const std::optional<stability::Options>& stability) {
             nb::gil_scoped_release release;
             auto layer = make_layer(self, stability);
             return self.run(motion(duration, x0, v0, push, std::move(path)), layer.get());
           },
-          "duration"_a = 2.0, "x0"_a = 0.0, "v0"_a = 0.0, "push"_a = 0.0, "path"_a = std::vector<double>{},
+          "duration"_a = nb::none(), "x0"_a = 0.0, "v0"_a = 0.0, "push"_a = 0.0, "path"_a = std::vector<double>{},
           "stability"_a = nb::none(),
-          "Simulates duration [s] from position x0 [m] and velocity v0 [m/s]. push: constant force of the hand [N]. "
-          "path: intended position of the hand at each cycle [m], its last value held; empty: 0. stability: options of "
-          "the stage `stability`; None: without that stage.")
+          "Simulates duration [s] from position x0 [m] and velocity v0 [m/s]. Without a duration the run is as long as "
+          "the "
+          "judgement of the swing needs, in periods of the slowest mode. push: constant force of the hand [N]. path: "
+          "intended position of the hand at each cycle [m], its last value held; empty: 0. stability: options of the "
+          "stage "
+          "`stability`; None: without that stage.")
       .def(
           "trace",
-          [](Axis& self, double duration, double x0, double v0, double push, std::vector<double> path,
+          [](Axis& self, std::optional<double> duration, double x0, double v0, double push, std::vector<double> path,
              const std::optional<stability::Options>& stability) {
             std::vector<AxisRow> rows;
             auto layer = make_layer(self, stability);
             const AxisResult result = self.run(motion(duration, x0, v0, push, std::move(path)), layer.get(), &rows);
             return std::make_tuple(result, to_array(std::move(rows)));
           },
-          "duration"_a = 2.0, "x0"_a = 0.0, "v0"_a = 0.0, "push"_a = 0.0, "path"_a = std::vector<double>{},
+          "duration"_a = nb::none(), "x0"_a = 0.0, "v0"_a = 0.0, "push"_a = 0.0, "path"_a = std::vector<double>{},
           "stability"_a = nb::none(),
           "The same run as (AxisResult, rows (n, 5)) with one row per cycle: t [s], x [m], v [m/s], force commanded on "
           "the device along x [N], energy_port [J].");

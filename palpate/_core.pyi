@@ -2624,6 +2624,18 @@ AXIS_QUANTA: float = 8.0
 
 AXIS_UNFELT: float = 1e-06
 
+class SwingJudgement:
+    @property
+    def swing(self) -> Literal["rests", "decays", "lasts", "undecided"]: ...
+    @property
+    def growth(self) -> float: ...
+    @property
+    def change(self) -> float: ...
+    @property
+    def period(self) -> float: ...
+
+def judge_swing(x: Sequence[float] | Array, dt: float, period: float, floor: float) -> SwingJudgement: ...
+
 class AxisOptions:
     """
     One axis of a haptic device with its control loop, a hand, and a virtual wall at x > 0.
@@ -2808,7 +2820,7 @@ class Axis:
 
     def run(
         self,
-        duration: float = 2.0,
+        duration: float | None = None,
         x0: float = 0.0,
         v0: float = 0.0,
         push: float = 0.0,
@@ -2823,7 +2835,7 @@ class Axis:
 
     def trace(
         self,
-        duration: float = 2.0,
+        duration: float | None = None,
         x0: float = 0.0,
         v0: float = 0.0,
         push: float = 0.0,

@@ -144,9 +144,9 @@ def certify_device(device: Device, K: float | None = None, B: float = 0.0) -> Ce
     k_max = np.inf
     for hand, case in sorted(zip(device.hands, frictional, strict=True), key=lambda one: one[1].loop.K_max(B)[0]):
         expected, w_hand = case.loop.K_max(B)
-        if min(expected, k_max) == k_max and not trials.oscillates(device, hand, k_max, B, w_hand):
+        if min(expected, k_max) == k_max and not trials.oscillates(device, hand, k_max, B):
             continue
-        k_hand = trials.limit(device, hand, B, expected, w_hand)
+        k_hand = trials.limit(device, hand, B, expected)
         if k_hand < k_max:
             k_max, w, worst = k_hand, w_hand, case
     verdict, margin = judge(K, k_max, k_linear)

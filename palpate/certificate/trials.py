@@ -19,8 +19,6 @@ from palpate.hands import Hand
 _LADDER = (0.15, 0.3, 0.45, 0.6, 0.75, 0.88, 0.985)  # tested stiffness, as fractions of the expected limit
 _ABOVE = (1.05, 1.15, 1.3)  # further fractions: friction may stabilise more than its describing function predicts
 _FINE = 1.003  # ratio of the bounds at which the bisection ends
-_SWINGS = 60  # periods of the expected frequency in the first run
-_SHORTEST, _LONGEST = 0.5, 40.0  # bounds of a run's duration [s]
 
 
 @dataclass(frozen=True)
@@ -48,41 +46,20 @@ TRIALS = (
 )
 
 
-def persists(axis: _core.Axis, duration: float, floor: float, x0: float, v0: float, push: float) -> bool:
-    """True if an oscillation persists. An undecided run is repeated with three times the duration."""
-    while True:
-        result = axis.run(duration=duration, x0=x0, v0=v0, push=push)
-        if result.oscillates:
-            return True
-        if result.amplitude <= floor or duration > _LONGEST:
-            return False
-        duration *= 3.0
-
-
-def duration(w: float) -> float:
-    """Duration of a first run for a loop that would oscillate at w [rad/s], in [s]."""
-    return float(np.clip(_SWINGS * 2 * np.pi / max(w, 1e-3), _SHORTEST, 6.0))
-
-
-def floor(device: Device) -> float:
-    """Smallest amplitude that counts as an oscillation [m]."""
-    return max(_core.AXIS_QUANTA * device.quantum, _core.AXIS_UNFELT)
-
-
-def oscillates(device: Device, hand: Hand, K: float, B: float, w: float) -> bool:
-    """True if any of `TRIALS` leaves a persistent oscillation."""
+def oscillates(device: Device, hand: Hand, K: float, B: float) -> bool:
+    """True if any of `TRIALS` leaves a persistent oscillation. The simulated axis chooses the duration of each run."""
     spring, wall = (_core.Axis(device.axis(hand, K, B, bilateral)) for bilateral in (True, False))
     stiff = K + hand.stiffness
     w_n = np.sqrt(stiff / (device.mass + hand.mass))
-    first, still = duration(w), floor(device)
     return any(
-        persists(spring if t.spring else wall, first, still, t.press / stiff + t.tap / w_n * np.sin(t.phase),
-              t.tap * np.cos(t.phase), t.press)
+        (spring if t.spring else wall)
+        .run(x0=t.press / stiff + t.tap / w_n * np.sin(t.phase), v0=t.tap * np.cos(t.phase), push=t.press)
+        .oscillates
         for t in TRIALS
-    )  # fmt: skip
+    )
 
 
-def limit(device: Device, hand: Hand, B: float, expected: float, w: float) -> float:
+def limit(device: Device, hand: Hand, B: float, expected: float) -> float:
     """The largest stiffness [N/m] up to which no trial oscillates.
 
     Without dry friction, the linear limit is an upper bound, and it is returned if no trial below it oscillates.
@@ -91,15 +68,14 @@ def limit(device: Device, hand: Hand, B: float, expected: float, w: float) -> fl
         device, hand: the simulated loop.
         B: damping of the wall [N s/m].
         expected: limit of the linear loop with equivalent viscous friction [N/m].
-        w: frequency of the oscillation at this limit [rad/s].
     """
     if not 0.0 < expected < np.inf:
         return expected
     stable = 0.0
     for fraction in _LADDER + (_ABOVE if device.friction > 0.0 else ()):
         K = fraction * expected
-        if oscillates(device, hand, K, B, w):
-            return edge(lambda k: oscillates(device, hand, k, B, w), stable, K)[0] if stable > 0.0 else 0.0
+        if oscillates(device, hand, K, B):
+            return edge(lambda k: oscillates(device, hand, k, B), stable, K)[0] if stable > 0.0 else 0.0
         stable = K
     return stable if device.friction > 0.0 else expected
 

@@ -75,6 +75,13 @@ def test_measures_of_a_damped_swing():
     assert not found.limit_cycle
 
 
+@pytest.mark.parametrize(("swing", "cycle"), [("lasts", True), ("undecided", True), ("decays", False)])
+def test_a_swing_that_decays_is_no_limit_cycle(swing, cycle):
+    t = np.arange(0.0, 4.0, 0.002)
+    found = judge(Trace(t, WALL + 0.002 + 0.001 * np.sin(20.0 * t), 0 * t, 0 * t, swing))
+    assert (found.limit_cycle, found.settling_s) == (cycle, None)
+
+
 def test_rebound_of_a_bounce_is_its_speed_ratio():
     t = np.arange(0.0, 4.0, 0.002)
     y = np.where(

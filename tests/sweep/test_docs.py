@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
+import pytest
 from scipy.io import netcdf_file
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "studies.md"
@@ -18,5 +20,9 @@ def test_documented_script_runs(tmp_path):
     with netcdf_file(tmp_path / "pressed.nc", mmap=False) as file:
         assert file.variables["peak"].data.shape == (10, 3, 20)
         assert (file.variables["peak"].data > 0).all()
-        assert 0 < file.variables["oscillates"].data.mean() < 1
+        share = file.variables["oscillates"].data.mean(axis=-1)
+        stiffness, delay = file.variables["K"].data[:, None], file.variables["delay"].data
+        limit = np.array([np.inf, 1300.0, 700.0])  # between two walls of the page's sentence [N/m]
+        assert delay == pytest.approx([0.0, 2e-3, 5e-3])
+        assert (share == (stiffness > limit)).all()
     assert (tmp_path / "pressed.csv").read_text().count("\n") == 601

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
+#include <span>
 #include <stdexcept>
 #include <string>
 
@@ -13,11 +15,12 @@
 namespace palpate::verify {
 namespace {
 
-constexpr double kFar = 1.0;        // [m] beyond it the axis has diverged
-constexpr double kDecayed = 0.998;  // largest ratio of amplitudes of successive eighths that counts as a decay
-constexpr std::size_t kSwings = 4;  // smallest number of swings of an oscillation in the last quarter
-constexpr std::size_t kEighths = 8, kWatched = 5;  // sections of a run; number of the last sections that are compared
-constexpr double kSettled = 0.02;                  // settling band as a fraction of the rest position
+constexpr double kFar = 1.0;                      // [m] beyond it the axis has diverged
+constexpr double kPeriods = 4.0;                  // periods of the slowest mode in a run without a given duration
+constexpr double kShortest = 0.5, kFirst = 30.0;  // bounds of that length before it is doubled [s]
+constexpr int kDoublings = 5;                     // largest number of times that the duration is doubled
+constexpr std::size_t kFewest = 16;               // smallest number of cycles that can be judged
+constexpr double kSettled = 0.02;                 // settling band as a fraction of the rest position
 
 void require(bool good, const char* name, double value, const char* remedy) {
   if (!good) {
@@ -133,33 +136,39 @@ Window window(const std::vector<double>& x, std::size_t from, std::size_t to) no
   return w;
 }
 
-/// True if each of the last eighths of the run has a smaller amplitude than the one before. A lasting bounce does not.
-bool decays(const std::vector<double>& x) noexcept {
-  double before = std::numeric_limits<double>::infinity();
-  for (std::size_t i = kEighths - kWatched; i < kEighths; ++i) {
-    const double now = window(x, i * x.size() / kEighths, (i + 1) * x.size() / kEighths).amplitude();
-    if (now > kDecayed * before) return false;
-    before = now;
-  }
-  return true;
+double rest_floor(const AxisOptions& o) noexcept { return std::max(kAxisQuanta * o.quantum, kAxisUnfelt); }
+
+/// Index of the cycle from which the hand's path is constant.
+std::size_t path_end(const std::vector<double>& path) noexcept {
+  std::size_t end = path.size();
+  while (end > 0 && path[end - 1] == path.back()) --end;
+  return end;
+}
+
+SwingJudgement judge_from(const AxisOptions& o, const std::vector<double>& x, std::size_t from) noexcept {
+  const std::span<const double> all(x);
+  return judge_swing(all.subspan(std::min(from, x.size())), 1.0 / o.rate, slowest_period(o), rest_floor(o));
+}
+
+/// True if a longer run would be judged the same. A swing whose amplitude grows or stays the same over all windows
+/// lasts; one whose amplitude falls may end at rest or in a limit cycle.
+bool is_final(const SwingJudgement& judged) noexcept {
+  return judged.swing == Swing::rests ||
+         (judged.swing == Swing::lasts && judged.windows == kSwingWindows && judged.change > -kSwingLost);
 }
 
 /// Evaluates the positions at the cycles.
-void judge(const AxisOptions& o, const std::vector<double>& x, AxisResult& out) noexcept {
-  const double floor = std::max(kAxisQuanta * o.quantum, kAxisUnfelt);
+void describe(const AxisOptions& o, const std::vector<double>& x, AxisResult& out) noexcept {
+  const double floor = rest_floor(o);
   const std::size_t n = x.size(), late = n - n / 4;
   out.peak = *std::max_element(x.begin(), x.end());
-  if (n < 2 * kEighths || out.diverged) {
-    out.oscillates = out.diverged;
-    return;
-  }
+  if (n < kFewest || out.diverged) return;
   const Window now = window(x, late, n);
   out.amplitude = now.amplitude();
   out.rest = now.mean;
   out.overshoot = now.mean > 0.0 ? (out.peak - now.mean) / now.mean : 0.0;
   std::size_t up = 0, last = 0;
   for (std::size_t i = late + 1; i < n; ++i) up += x[i - 1] < now.mean && x[i] >= now.mean ? 1 : 0;
-  out.oscillates = up >= kSwings && out.amplitude > floor && !decays(x);
   out.frequency = static_cast<double>(up) * o.rate / static_cast<double>(n - late);
   for (std::size_t i = 0; i < n; ++i) {
     if (std::abs(x[i] - now.mean) > std::max(kSettled * std::abs(now.mean), floor)) last = i + 1;
@@ -169,18 +178,28 @@ void judge(const AxisOptions& o, const std::vector<double>& x, AxisResult& out) 
 
 }  // namespace
 
+double slowest_period(const AxisOptions& o) noexcept {
+  const double k = o.hand_stiffness > 0.0 && !o.bilateral ? o.hand_stiffness : o.K + o.hand_stiffness;
+  return k > 0.0 ? 2.0 * std::numbers::pi * std::sqrt((o.mass + o.hand_mass) / k) : 0.0;
+}
+
 Axis::Axis(const AxisOptions& options) : options_(options) { check(options_); }
 
 AxisResult Axis::run(const AxisMotion& motion, AxisStage* stage, std::vector<AxisRow>* rows) {
   const AxisOptions& o = options_;
-  require(motion.duration > 0.0 && motion.duration <= 1e4, "duration", motion.duration, "must lie in 0..10000 s");
+  const double given = motion.duration.value_or(1.0);
+  require(given > 0.0 && given <= 1e4, "duration", given, "must lie in 0..10000 s");
   AxisMass body(o.mass + o.hand_mass, o.damping + o.hand_damping, o.hand_stiffness, o.coulomb);
   body.x = motion.x0, body.v = motion.v0;
   Controller controller(o);
   controller.start(body.x);
   Line line(o);
   const double dt = 1.0 / o.rate;
-  const auto n = static_cast<std::size_t>(std::ceil(motion.duration * o.rate));
+  const std::size_t moved = path_end(motion.path);
+  const double first = std::clamp(kPeriods * slowest_period(o), kShortest, kFirst);
+  std::size_t n = motion.duration
+                      ? static_cast<std::size_t>(std::ceil(given * o.rate))
+                      : std::max(motion.path.size(), moved + static_cast<std::size_t>(std::ceil(first * o.rate)));
   const auto path = [&](std::size_t k) {
     return motion.path.empty() ? 0.0 : motion.path[std::min(k, motion.path.size() - 1)];
   };
@@ -188,6 +207,8 @@ AxisResult Axis::run(const AxisMotion& motion, AxisStage* stage, std::vector<Axi
   x.reserve(n);
   AxisResult out;
   double acting = 0.0;
+  int doublings = motion.duration ? 0 : kDoublings;
+  SwingJudgement judged;
   for (std::size_t k = 0; k < n && !out.diverged; ++k) {
     x.push_back(body.x);
     const double F = controller.step(body.x, stage);
@@ -209,8 +230,15 @@ AxisResult Axis::run(const AxisMotion& motion, AxisStage* stage, std::vector<Axi
     }
     go(dt);
     out.diverged = !(std::abs(body.x) < kFar);
+    if (k + 1 < n) continue;
+    judged = judge_from(o, x, moved);
+    if (doublings-- > 0 && !is_final(judged)) n = moved + 2 * (n - moved);
   }
-  judge(o, x, out);
+  out.swing = out.diverged ? Swing::lasts : judged.swing;
+  out.oscillates = out.swing == Swing::lasts;
+  out.growth = out.diverged ? 0.0 : judged.growth;
+  out.duration = static_cast<double>(x.size()) * dt;
+  describe(o, x, out);
   return out;
 }
 

@@ -4,7 +4,10 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
+
+#include "palpate/verify/swing.hpp"
 
 namespace palpate::verify {
 
@@ -34,7 +37,9 @@ struct AxisOptions {
 
 /// Initial state and excitation of a run.
 struct AxisMotion {
-  double duration = 2.0;     ///< [s]
+  /// Duration [s]. Without a value the run covers the hand's path and then at least four periods of the slowest mode;
+  /// it is doubled up to five times, until the motion rests or keeps its amplitude over twelve windows.
+  std::optional<double> duration;
   double x0 = 0.0;           ///< initial position [m]
   double v0 = 0.0;           ///< initial velocity [m/s]
   double push = 0.0;         ///< constant force in addition to the hand's spring [N]
@@ -44,15 +49,20 @@ struct AxisMotion {
 inline constexpr double kAxisQuanta = 8.0;   ///< amplitude that resolution alone may sustain [quanta]
 inline constexpr double kAxisUnfelt = 1e-6;  ///< amplitude that counts as rest [m]
 
-/// Result of a run. Amplitudes are half of peak to peak. The axis oscillates if three conditions hold: it swings four
-/// times or more in the last quarter of the run; its amplitude there exceeds max(8 quanta, 1 um); and the amplitude
-/// does not fall by at least 0.2 % from each of the last five eighths of the run to the next. The hand's path should
-/// rest by then; slow oscillations need a longer run.
+/// Period of the slowest undamped mode [s]: of all masses on the hand's spring alone if the axis can leave the wall,
+/// otherwise on both springs; 0 without any spring. A delay can make the oscillation slower; the judge then uses the
+/// slowest period that it observes.
+[[nodiscard]] double slowest_period(const AxisOptions& options) noexcept;
+
+/// Result of a run. Amplitudes are half of peak to peak. judge_swing() judges the motion from the time at which the
+/// hand's path is constant, with slowest_period() and a floor of max(8 quanta, 1 um).
 struct AxisResult {
-  bool diverged = false;     ///< the axis left |x| < 1 m
-  bool oscillates = false;   ///< a lasting oscillation, as defined above, or diverged
-  double amplitude = 0.0;    ///< in the last quarter [m]
-  double before = 0.0;       ///< not computed, always 0 [m]
+  bool diverged = false;    ///< the axis left |x| < 1 m
+  bool oscillates = false;  ///< the axis left |x| < 1 m, or its swing lasts
+  Swing swing = Swing::undecided;
+  double growth = 0.0;       ///< relative growth rate of the amplitude, from its trend; 0 if at rest or undecided [1/s]
+  double duration = 0.0;     ///< duration of the run [s]
+  double amplitude = 0.0;    ///< amplitude in the last quarter [m]
   double frequency = 0.0;    ///< in the last quarter [Hz]
   double peak = 0.0;         ///< largest x [m]
   double rest = 0.0;         ///< mean x of the last quarter [m]

@@ -80,23 +80,14 @@ def oscillates(device: Device, K: float, B: float, throws: int, rng: np.random.G
     """
     hand = device.hands[0]
     w = np.sqrt((K + hand.stiffness) / (device.mass + hand.mass))
-    still = max(_core.AXIS_QUANTA * device.quantum, _core.AXIS_UNFELT)
     for i in range(throws):
         both = i % 3 == 0
         press = 0.0 if both else float(np.exp(rng.uniform(*np.log(_PRESSES))))
         speed = TAP * (rng.random() ** 0.1 if i % 2 else 10.0 ** rng.uniform(-2.0, 0.0))
         phase = rng.uniform(-np.pi, np.pi) if both else rng.choice([0.0, np.pi]) + rng.uniform(-0.5, 0.5)
         x0, v0 = press / (K + hand.stiffness) + speed / w * np.sin(phase), speed * np.cos(phase)
-        if _stays(_core.Axis(device.axis(hand, K, B, both)), still, 2.0 + 20.0 / w, x0, v0, press):
+        if _core.Axis(device.axis(hand, K, B, both)).run(x0=x0, v0=v0, push=press).oscillates:
             return True
-    return False
-
-
-def _stays(axis: _core.Axis, still: float, duration: float, x0: float, v0: float, push: float) -> bool:
-    for longer in (1.0, 4.0, 16.0):
-        result = axis.run(duration=longer * duration, x0=x0, v0=v0, push=push)
-        if result.oscillates or result.amplitude <= still:
-            return result.oscillates
     return False
 
 

@@ -48,7 +48,7 @@ def _picture(found: list[Ran], canvas: Canvas) -> Figure:
 def _wall(energy: Axes, force: Axes) -> None:
     case = wall()
     for mode, color, label in (("off", CAP, "layer off"), ("observer", FORCE, "layer on")):
-        _, rows = case.run(mode)
+        _, rows = case.run(mode, SECONDS)
         energy.plot(rows[:, 0], 1e3 * port(case.axis, rows)[1], color=color, lw=1.3, label=label)
         force.plot(rows[:, 0], -rows[:, 3], color=color, lw=1.0, label=label)
     energy.axhline(-1e3 * BOUND, color=MUTED, lw=0.9, ls=(0, (5, 3)))

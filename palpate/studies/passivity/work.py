@@ -19,7 +19,7 @@ BOUND = 1e-3  # largest energy that a hand may extract at the port [J]
 CHANGED = 0.01  # counted change of the force, relative to the largest force without the layer [-]
 FRICTION_SHARE = 0.5  # fraction of the true friction that the layer assumes as certain [-]
 LIGHTEST = PRESETS["relaxed"].mass  # smallest hand mass that the layer assumes [kg]
-SECONDS = 4.0  # duration of a run [s]
+SECONDS = 4.0  # duration of the hand's path; it rests in the last quarter [s]
 ModeName = Literal["off", "observer", "tank", "alone"]
 MODES: tuple[ModeName, ...] = ("observer", "tank", "alone")  # alone: an observer without the device's friction
 _DEPTH, _AWAY = 0.012, 0.020  # farthest intended positions of the hand inside and outside the wall [m]
@@ -55,9 +55,9 @@ class Case:
         o.friction = friction
         return o
 
-    def run(self, mode: str) -> tuple[_core.AxisResult, Array]:
-        """The result, and the rows t, x, v, F, energy of `_core.Axis.trace`."""
-        return _core.Axis(self.axis).trace(SECONDS, self.path[0], path=self.path, stability=self.options(mode))
+    def run(self, mode: str, seconds: float | None = None) -> tuple[_core.AxisResult, Array]:
+        """The result, and the rows t, x, v, F, energy of `_core.Axis.trace`; None: as long as its judge needs."""
+        return _core.Axis(self.axis).trace(seconds, self.path[0], path=self.path, stability=self.options(mode))
 
 
 def case(seed: int) -> Case:
@@ -84,7 +84,8 @@ def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
 def strokes(rng: np.random.Generator, n: int, dt: float) -> list[float]:
     """A path in and out of the wall: minimum-jerk strokes (Flash and Hogan 1985) between random positions, with rests.
 
-    The intended position is constant in the last quarter, mostly inside the wall: an oscillation is self-sustained.
+    The intended position is constant in the last quarter and after it, mostly inside the wall: an oscillation is
+    self-sustained.
     """
     x, path = -_AWAY * rng.uniform(0.2, 1.0), [np.zeros(0)]
     done, last = 0, False

@@ -26,6 +26,8 @@ SECONDS = 4.0  # duration of a run [s]
 END = 0.6  # final interval that is tested for rest [s]
 SETTLED = 0.05  # settling band relative to the peak penetration [-]
 OSCILLATES = 5e-4  # smallest final peak-to-peak amplitude of an oscillation [m]
+LONGER = 12.0  # further simulation of a run that still moves, to judge whether it oscillates or decays [s]
+ARM = 0.55  # mass of the arm at the handle along y [kg]
 _START = 0.2  # start of the hand's motion [s]
 _HERE = Path(__file__).resolve().parents[2]
 
@@ -97,6 +99,8 @@ class Trace:
     """Force of the arm on the hand, positive out of the wall (n,) [N]."""
     energy: Array
     """Energy that the rendered force has taken from the hand, negative if generated (n,) [J]."""
+    swing: str = "undecided"
+    """Verdict of `palpate._core.judge_swing` on a longer run, if the handle still moves at the end of this one."""
 
 
 @dataclass(frozen=True)
@@ -148,23 +152,32 @@ def press(setting: Setting, hand: Press, seconds: float = SECONDS) -> Trace:
     arms = rig.arms
     simulation = _core.Simulation(o, arms.leader, arms.leader, arms.follower, rig.snapshot, path)
     ticks = as_ticks(simulation.run(round(seconds * setting.rate)))
-    return Trace(ticks["t"], -ticks["p_LH"][:, 1], ticks["F_cell_L"][:, 1], ticks["energy_port"])
+    trace = Trace(ticks["t"], -ticks["p_LH"][:, 1], ticks["F_cell_L"][:, 1], ticks["energy_port"])
+    if _swing(trace) <= OSCILLATES:
+        return trace
+    more = as_ticks(simulation.run(round(LONGER * setting.rate)))
+    y = np.concatenate([trace.y, -more["p_LH"][:, 1]])[round((_START + hand.approach_s) * setting.rate) :]
+    slowest = 2.0 * np.pi * np.sqrt((ARM + hand.mass_kg) / hand.stiffness_N_per_m)  # out of the wall
+    return replace(trace, swing=_core.judge_swing(y, 1.0 / setting.rate, slowest, 0.5 * OSCILLATES).swing)
+
+
+def _swing(trace: Trace) -> float:
+    return float(np.ptp(trace.y[trace.t > trace.t[-1] - END]))
 
 
 def judge(trace: Trace) -> Outcome:
     """Compute the row of Table 1 from a run."""
     t, depth = trace.t, trace.y - WALL
     inside, last = np.flatnonzero(depth > 0.0), t > t[-1] - END
-    swing, rest, peak = float(np.ptp(depth[last])), float(depth[last].mean()), float(depth.max())
-    oscillates = swing > OSCILLATES
+    swing, rest, peak = _swing(trace), float(depth[last].mean()), float(depth.max())
     away = np.flatnonzero(np.abs(depth - rest) > SETTLED * peak)
-    rests = not oscillates and len(inside) > 0 and rest > 0.0
+    rests = swing <= OSCILLATES and len(inside) > 0 and rest > 0.0
     settled = t[min(int(away[-1]) + 1, len(t) - 1)] - t[inside[0]] if rests and len(away) else 0.0
     return Outcome(
         overshoot_percent=100.0 * max(peak, 0.0) / WALL,
         settling_s=float(settled) if rests else None,
         steady_state_m=rest if rests else 0.5 * swing,
-        limit_cycle=oscillates,
+        limit_cycle=swing > OSCILLATES and trace.swing not in ("rests", "decays"),
         swing_m=swing,
         energy_J=float(trace.energy[-1]),
         rigidity_N_per_m=float(trace.F_cell[last].mean()) / rest if rests else None,

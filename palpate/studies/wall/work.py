@@ -43,7 +43,7 @@ LABELS = {
     "overshoot_percent": Label("%", "largest penetration over 0.385 m"),
     "rigidity_N_per_m": Label("N/m", "load cell's force over depth, both at rest"),
     "settling_s": Label("s", "from contact to within 5 % of the peak penetration"),
-    "limit_cycle": Label("", "1 if it oscillates at the end"),
+    "limit_cycle": Label("", "1 if its oscillation lasts"),
     "rebound": Label("", "exit speed over entry speed of the first bounce"),
     "energy_J": Label("J", "energy taken from the hand"),
 }

@@ -65,8 +65,7 @@ def wall(device: Device, point: Point, seed: int) -> dict[str, bool]:
     """Whether this wall is stable. Only the device's jitter is random, with its own fixed seed."""
     at = replace(device, rate=point["rate"], delay=point["delay"])
     (hand,) = at.hands
-    w = at.loop(hand, lubricated=False).K_max(point["B"])[1]
-    return {"stable": not trials.oscillates(at, hand, point["K"], point["B"], w)}
+    return {"stable": not trials.oscillates(at, hand, point["K"], point["B"])}
 
 
 def _panel(device: Device, swept: Swept, i: int, j: int) -> Panel:
