@@ -120,6 +120,17 @@ class Mesh(Surface):
         vertices (n, 3) [m], triangles (m, 3) int32. Raises ValueError, which names the defect, if they are no mesh.
         """
 
+    @staticmethod
+    def from_image(bytes: Annotated[NDArray[numpy.uint8], "(:,)"]) -> Mesh:
+        """
+        The mesh of `image()`. Raises ValueError if the bytes are incomplete or damaged.
+        """
+
+    def image(self) -> NDArray[numpy.uint8]:
+        """
+        The mesh and its index as bytes (n,), valid on this machine and in this version.
+        """
+
     @property
     def triangle_count(self) -> int:
         """Number of triangles."""
@@ -1944,6 +1955,18 @@ class AllTerms:
         computeAllTerms: (M (n,n), C v + G (n,), G (n,), J (6,n) at the tip in base axes).
         """
 
+def recursion_by_kernel(
+    xml: str,
+    base_frame: str,
+    tip_frame: str,
+    q: numpy.typing.ArrayLike,
+    v: numpy.typing.ArrayLike,
+    kernel: str,
+) -> bytes:
+    """
+    All results of the recursion at (q, v, a = v) as bytes, by the build 'avx2' or 'portable' (tests).
+    """
+
 class IkOptions:
     """When the inverse kinematics stops."""
 
@@ -2620,21 +2643,34 @@ class Follower:
     def jaw(self) -> float:
         """Measured jaw angle [rad]."""
 
+class SwingJudgement:
+    """Whether a motion keeps oscillating."""
+
+    @property
+    def swing(self) -> str:
+        """rests, decays, lasts or undecided."""
+
+    @property
+    def growth(self) -> float:
+        """Relative growth rate of the amplitude, from its trend [1/s]."""
+
+    @property
+    def change(self) -> float:
+        """Change of the logarithm of the amplitude over all windows [-]."""
+
+    @property
+    def period(self) -> float:
+        """Period of the slowest mode, as given or as observed [s]."""
+
+def judge_swing(x: Sequence[float], dt: float, period: float, floor: float) -> SwingJudgement:
+    """
+    Judges positions x (n,) [m] at intervals dt [s]: whether the end stays within floor [m], and whether the amplitude
+    of windows of at least one period [s] of the slowest mode falls along its trend.
+    """
+
 AXIS_QUANTA: float = 8.0
 
 AXIS_UNFELT: float = 1e-06
-
-class SwingJudgement:
-    @property
-    def swing(self) -> Literal["rests", "decays", "lasts", "undecided"]: ...
-    @property
-    def growth(self) -> float: ...
-    @property
-    def change(self) -> float: ...
-    @property
-    def period(self) -> float: ...
-
-def judge_swing(x: Sequence[float] | Array, dt: float, period: float, floor: float) -> SwingJudgement: ...
 
 class AxisOptions:
     """
@@ -2773,9 +2809,19 @@ class AxisResult:
 
     @property
     def oscillates(self) -> bool:
-        """
-        True if the amplitude in the last quarter of the run exceeds max(8 quanta, 1 um) and does not decay.
-        """
+        """True if |x| reached 1 m, or if the swing lasts."""
+
+    @property
+    def swing(self) -> str:
+        """rests, decays, lasts or undecided (judge_swing)."""
+
+    @property
+    def growth(self) -> float:
+        """Relative growth rate of the amplitude, from its trend [1/s]."""
+
+    @property
+    def duration(self) -> float:
+        """Duration of the run [s]."""
 
     @property
     def amplitude(self) -> float:
@@ -2828,7 +2874,8 @@ class Axis:
         stability: StabilityOptions | None = None,
     ) -> AxisResult:
         """
-        Simulates duration [s] from position x0 [m] and velocity v0 [m/s]. push: constant force of the hand [N]. path:
+        Simulates duration [s] from position x0 [m] and velocity v0 [m/s]. Without a duration the run is as long as the
+        judgement of the swing needs, in periods of the slowest mode. push: constant force of the hand [N]. path:
         intended position of the hand at each cycle [m], its last value held; empty: 0. stability: options of the stage
         `stability`; None: without that stage.
         """
