@@ -136,12 +136,21 @@ bool is_tree(const Bvh& bvh) {
   return bvh.node_count > 0;
 }
 
+/// Whether every half-edge is the twin of its twin. A walk around a vertex ends only then.
+bool are_twins(std::span<const std::int32_t> twin) {
+  for (std::size_t i = 0; i < twin.size(); ++i) {
+    if (twin[i] >= 0 && twin[to_index(twin[i])] != static_cast<std::int32_t>(i)) return false;
+  }
+  return true;
+}
+
 bool is_consistent(const Mesh::Impl& m) {
   const Topology& t = m.topology;
   const std::size_t corners = m.triangles.size(), normals = t.smooth_vertex.size();
   return corners > 0 && corners % 3 == 0 && m.vertices.size() % 3 == 0 && t.normals.size() == 3 * normals &&
          t.twin.size() == corners && t.normal.size() == corners && within(m.triangles, 0, m.vertices.size() / 3) &&
-         within(t.twin, -1, corners) && within(t.normal, 0, normals) && within(t.rims, 0, corners) &&
+         within(t.twin, -1, corners) && are_twins(t.twin) && within(t.normal, 0, normals) &&
+         within(t.rims, 0, corners) &&
          std::ranges::all_of(t.inconsistent_pairs,
                              [&](const HalfEdgePair& pair) { return within(pair, 0, corners); }) &&
          within({m.bvh.ids.get(), m.bvh.block_count * kTrianglesPerBlock}, 0, corners / 3) && is_tree(m.bvh);
