@@ -225,7 +225,10 @@ def test_distance_rate_is_minus_the_normal_velocity_of_the_surface(name):
         (lambda: _core.OffsetGeometry(EVERY["path"], 0.0), "needs a margin above zero"),
         (lambda: _core.OffsetGeometry(BALL, np.nan), "a finite margin"),
         (lambda: _core.CombinedGeometry("union", []), "a combination needs parts"),
-        (lambda: _core.CombinedGeometry("minus", [BALL]), "union, intersection or difference, got minus"),
+        (
+            lambda: _core.CombinedGeometry("minus", [BALL]),
+            "kind must be .union., .intersection. or .difference.; got .minus.",
+        ),
         (lambda: _core.CombinedGeometry("difference", [EVERY["path"], BALL]), "cannot be cut; give it a margin"),
         (lambda: _core.Cloud(np.zeros((0, 3)), 0.01), "a cloud needs points"),
         (lambda: _core.Cloud(np.full((1, 3), np.nan), 0.01), "points of a cloud must be finite"),

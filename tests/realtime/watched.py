@@ -309,7 +309,7 @@ def crtk() -> dict[str, object]:
     device.run(0.5, to=0.034)
     steps("pressed", device, 500, 0.034)
     steps("bad stamps", device, 500, 0.034, stamp=0.0)
-    steps("well again", device, 500, 0.034)
+    steps("recovered", device, 500, 0.034)
     return {"counts": counted, "contact_ticks": touched}
 
 
