@@ -29,7 +29,7 @@ def build(vertices: npt.NDArray[np.float64], triangles: npt.NDArray[np.int32]) -
         built.append(_core.Mesh(vertices, triangles))
         return {"image": built[0].image()}
 
-    key = cache.source_key(_libraries(), *(sha256(a).hexdigest() for a in (vertices, triangles)))
+    key = cache.source_key(_libraries(), *(sha256(a.data).hexdigest() for a in (vertices, triangles)))
     found = cache.load_or_make("mesh_index", key, image)
     with suppress(ValueError, KeyError):  # a file of the right name with other contents: built anew
         return built[0] if built else _core.Mesh.from_image(found["image"])

@@ -158,7 +158,7 @@ def press(setting: Setting, hand: Press, seconds: float = SECONDS) -> Trace:
     more = as_ticks(simulation.run(round(LONGER * setting.rate)))
     y = np.concatenate([trace.y, -more["p_LH"][:, 1]])[round((_START + hand.approach_s) * setting.rate) :]
     slowest = 2.0 * np.pi * np.sqrt((ARM + hand.mass_kg) / hand.stiffness_N_per_m)  # out of the wall
-    return replace(trace, swing=_core.judge_swing(y, 1.0 / setting.rate, slowest, 0.5 * OSCILLATES).swing)
+    return replace(trace, swing=_core.judge_swing(y.tolist(), 1.0 / setting.rate, slowest, 0.5 * OSCILLATES).swing)
 
 
 def _swing(trace: Trace) -> float:
