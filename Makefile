@@ -24,7 +24,7 @@ setup: .venv/.ready
 	@command -v g++ >/dev/null || { echo "palpate: no C++ compiler (g++) found. Mend: sudo apt install g++"; exit 1; }
 	@python3 -c 'import os, sys, sysconfig; sys.exit(not os.path.exists(sysconfig.get_path("include") + "/Python.h"))' \
 	  || { echo "palpate: Python.h is missing beside $$(command -v python3). Mend: sudo apt install python3-dev"; exit 1; }
-	@echo "setting up, once: packages into .venv, then the C++ core (about two minutes on two cores)"
+	@echo "setting up, once: packages into .venv, then the C++ core (three minutes on two idle cores)"
 	@test -x .venv/bin/python || $(UV) venv --quiet --python "$$(command -v python3)" .venv
 	@$(UV) sync --extra viewer --extra report --no-default-groups --group build --inexact --quiet
 	@touch $@

@@ -15,7 +15,7 @@ double amplitude(Record x) noexcept {
   return 0.5 * (*high - *low);
 }
 
-/// The longest distance between two upward crossings of the mean, 0 for fewer than two [samples].
+/// Longest time between two upward crossings of the mean [samples]; 0 for fewer than two crossings.
 std::size_t longest_period(Record x) noexcept {
   const double mean = std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
   std::size_t longest = 0, before = 0;
@@ -27,7 +27,7 @@ std::size_t longest_period(Record x) noexcept {
   return longest;
 }
 
-/// Does it cross the middle of its range twice or more? A drift or a creep crosses it once.
+/// True if x crosses the middle of its range twice or more. A drift or a creep crosses it once.
 bool turns_back(Record x) noexcept {
   const auto [low, high] = std::minmax_element(x.begin(), x.end());
   const double middle = 0.5 * (*low + *high);
@@ -52,7 +52,7 @@ Trend trend(Record y) noexcept {
   return {xy / xx, std::sqrt(std::max(yy - xy * xy / xx, 0.0) / (n - 2.0) / xx)};
 }
 
-/// Are the windows quieter and quieter? logs: of their amplitudes.
+/// True if the amplitudes of the windows fall significantly along their trend. logs: logarithms of the amplitudes.
 bool falls(Record logs, const Trend& line) noexcept {
   const std::size_t n = logs.size();
   const auto largest = [&](std::size_t from, std::size_t to) {
