@@ -2992,11 +2992,11 @@ class TorqueOptions:
     def limits(self, arg: LimitOptions, /) -> None: ...
 
     @property
-    def laws(self) -> LawOptions:
+    def laws(self) -> ControlLawOptions:
         """Options of the control laws."""
 
     @laws.setter
-    def laws(self, arg: LawOptions, /) -> None: ...
+    def laws(self, arg: ControlLawOptions, /) -> None: ...
 
     @property
     def law_cap(self) -> float:
@@ -3082,7 +3082,7 @@ class LimitOptions:
     @margin.setter
     def margin(self, arg: float, /) -> None: ...
 
-class LawOptions:
+class ControlLawOptions:
     """Options of the control laws; each law reads its own."""
 
     def __init__(self) -> None: ...

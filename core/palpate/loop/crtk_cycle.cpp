@@ -40,7 +40,7 @@ CrtkOptions checked(CrtkOptions o, const std::optional<arm::Arm>& follower) {
   if (o.virtual_follower && !(follower && o.q_follower0.size() == follower->n())) {
     refuse("a virtual follower needs its arm and q_follower0, one number per joint");
   }
-  for (const contact::Sphere& sphere : o.contact.spheres) {
+  for (const contact::ToolSphere& sphere : o.contact.spheres) {
     const int links = follower ? static_cast<int>(follower->link_names().size()) : 0;
     if (sphere.link >= links) {
       refuse("a sphere sits on link " + std::to_string(sphere.link) + ", the follower's model has " +
@@ -241,7 +241,7 @@ void CrtkCycle::place_spheres(bool joints_known) noexcept {
                                          : Pose{};  // pose of the model's base that agrees with the measured tip
   tool.p_WS[0] = tool.X_WT.p;
   std::size_t s = 0;
-  for (const contact::Sphere& sphere : options_.contact.spheres) {
+  for (const contact::ToolSphere& sphere : options_.contact.spheres) {
     const Vec3 p = sphere.centre(tool.jaw);
     if (sphere.link < 0) {
       tool.p_WS[++s] = tool.X_WT * p;

@@ -30,7 +30,7 @@ Cycle::Cycle(const CycleOptions& options, arm::Arm leader, arm::Arm follower)
   if (!(q_step_.array() > 0.0).all()) {
     throw std::invalid_argument("the follower's velocity limits must be above zero: give them in its URDF");
   }
-  for (const contact::Sphere& sphere : options.contact.spheres) {
+  for (const contact::ToolSphere& sphere : options.contact.spheres) {
     if (sphere.link >= static_cast<int>(follower_.link_names().size())) {
       throw std::invalid_argument("contact: a sphere sits on link " + std::to_string(sphere.link) +
                                   ", the follower has " + std::to_string(follower_.link_names().size()) + " links");
@@ -115,7 +115,7 @@ void Cycle::place_spheres() noexcept {
   Instrument& tool = in_.tool;
   tool.p_WS[0] = tool.X_WT.p;
   std::size_t s = 0;
-  for (const contact::Sphere& sphere : options_.contact.spheres) {
+  for (const contact::ToolSphere& sphere : options_.contact.spheres) {
     const Vec3 p = sphere.centre(tool.jaw);
     tool.p_WS[++s] = sphere.link < 0 ? tool.X_WT * p : options_.X_WB * (follower_.link_pose(sphere.link) * p);
   }

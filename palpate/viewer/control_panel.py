@@ -1,0 +1,112 @@
+"""The right-hand panel and the ball to drag: all that the user can change while the session runs."""
+
+from __future__ import annotations
+
+import threading
+
+import numpy as np
+import viser
+
+from palpate.arrays import Array
+from palpate.record.ticks import Ticks
+from palpate.viewer.controls import set_value
+from palpate.viewer.source import Source
+from palpate.viewer.stage import Stage
+
+REACH = 0.12
+"""Largest displacement of the hand from its path by the ball, along each axis [m]."""
+BALL = 0.016
+"""Radius of the ball [m]."""
+HAND = (245, 150, 30)
+
+
+class ControlPanel:
+    """Sliders, pedal, buttons, and the ball at the leader's handle; each change sends new `Controls` to the loop."""
+
+    def __init__(self, server: viser.ViserServer, stage: Stage, source: Source) -> None:
+        """Fills the main panel, docks it on the right, and adds the ball to the scene."""
+        self._source, self._stage = source, stage
+        self._lock = threading.Lock()
+        self._offset, self._offset_grab, self._p_grab = np.zeros(3), np.zeros(3), np.zeros(3)
+        gui = server.gui
+        gui.set_panel_label(stage.title)
+        with gui.add_folder("Hand"):
+            gui.add_html(
+                '<div style="padding:0 10px 6px 10px;font-size:12px;opacity:.8">Drag the orange ball at the '
+                "master's handle to move the hand (hold shift to stay level with the table). The instrument makes "
+                f"the motion {1 / stage.motion_scale:.3g} times smaller, and the organ pushes the hand back.</div>"
+            )
+            self.path = gui.add_checkbox("follow the path", True, hint="Off: the hand stops on the scene's path")
+            self.clutch = gui.add_checkbox("clutch", False, hint="Clutch pedal: the hand moves, the instrument stays")
+        with gui.add_folder("Tissue"):
+            self.stiffness = _slider(gui, "stiffness [N/m]", stage.stiffness)
+            self.damping = _slider(gui, "damping [N s/m]", stage.damping)
+        with gui.add_folder("Run"):
+            self.pause = gui.add_checkbox("pause", False, hint="Stops the simulated time")
+            self.reset = gui.add_button("Reset hand and tissue", hint="Restores the initial settings of this panel")
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(280)
+        self.ball = server.scene.add_icosphere("/hand", BALL, HAND, opacity=0.75, cast_shadow=False)
+        above = (0.0, 0.0, 1.6 * BALL)
+        self._hint = server.scene.add_label("/hand/hint", "drag", position=above, anchor="bottom-center")
+
+        self.ball.on_drag("left")(self._drag)
+        self.ball.on_drag("left", modifier="shift")(self._drag)
+        for knob in (self.path, self.clutch, self.stiffness, self.damping, self.pause):
+            knob.on_update(lambda _: self._send())
+        self.reset.on_click(lambda _: self._reset())
+
+    def show(self, tick: Ticks) -> None:
+        """Moves the ball to the hand's intended position."""
+        X_WL = self._stage.leader.X_WA
+        self.ball.position = X_WL[:3, :3] @ tick["p_hand_L"] + X_WL[:3, 3]
+
+    def _send(self) -> None:
+        """Sends the values in the panel to the loop."""
+        with self._lock:
+            controls = self._source.controls
+            controls.hold = not self.path.value
+            controls.clutch = self.clutch.value
+            controls.paused = self.pause.value
+            controls.p_hand_offset_W = self._offset
+            for name in ("stiffness", "damping"):
+                nominal = getattr(self._stage, name)
+                if nominal > 0.0:
+                    setattr(controls, f"{name}_scale", getattr(self, name).value / nominal)
+            self._source.controls = controls
+
+    def _reset(self) -> None:
+        self._offset = np.zeros(3)
+        set_value(self.stiffness, self._stage.stiffness)
+        set_value(self.damping, self._stage.damping)
+        set_value(self.path, True)
+        set_value(self.clutch, False)
+        set_value(self.pause, False)
+        self._send()
+
+    async def _drag(self, event: viser.SceneNodeDragEvent[viser.IcosphereHandle]) -> None:
+        """Moves the hand with the pointer: in the plane of the screen, or level with the table while shift is held."""
+        p_W = np.array(event.end_position)
+        if event.phase == "start":
+            self._hint.visible = False
+            set_value(self.path, False)
+            self._p_grab, self._offset_grab = np.array(event.start_position), self._offset
+        if event.modifier == "shift":
+            p_W = _on_level(np.array(event.client.camera.position), p_W, float(self._p_grab[2]))
+        self._offset = np.clip(self._offset_grab + p_W - self._p_grab, -REACH, REACH)
+        self._send()
+
+
+def _slider(gui: viser.GuiApi, label: str, nominal: float) -> viser.GuiSliderHandle[float]:
+    """Slider from zero to three times the scene's value."""
+    if nominal <= 0.0:
+        hint = "zero in the scene; give the object a value there to change it here"
+        return gui.add_slider(label, 0.0, 1.0, 0.1, 0.0, disabled=True, hint=hint)
+    step = float(10.0 ** np.floor(np.log10(3.0 * nominal / 50.0)))
+    return gui.add_slider(label, 0.0, 3.0 * nominal, step, nominal)
+
+
+def _on_level(eye: Array, p: Array, z: float) -> Array:
+    """Point (3,) [m] where the ray from the eye through p meets the height z; p itself if the ray is horizontal."""
+    fall = p[2] - eye[2]
+    return p if abs(fall) < 1e-6 else np.asarray(eye + (z - eye[2]) / fall * (p - eye))
