@@ -26,9 +26,7 @@ Array to_array(std::vector<T>&& rows) {
   return Array(data, {n, sizeof(T) / sizeof(double)}, capsule);
 }
 
-}  // namespace
-
-void bind_bench(nb::module_& m) {
+void bind_options(nb::module_& m) {
   nb::class_<MockLeaderOptions>(m, "MockLeaderOptions", "Of a leader that moves as message.")
       .def(nb::init<>())
       .def_rw("leader", &MockLeaderOptions::leader)
@@ -51,7 +49,12 @@ void bind_bench(nb::module_& m) {
       .def_rw("zero_stamp", &MessageFaults::zero_stamp)
       .def_rw("wrong_length", &MessageFaults::wrong_length)
       .def_rw("silent", &MessageFaults::silent);
+}
 
+}  // namespace
+
+void bind_bench(nb::module_& m) {
+  bind_options(m);
   const auto free = nb::call_guard<nb::gil_scoped_release>();
   nb::class_<MockLeader>(m, "MockLeader",
                          "A mock CRTK leader: it publishes commanded motions and logs every wrench that it receives.")

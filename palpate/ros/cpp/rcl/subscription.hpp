@@ -74,13 +74,13 @@ class Subscription final : public Entity {
   }
   void take() override {
     for (;;) {
-      rmw_message_info_t info = rmw_get_zero_initialized_message_info();
-      const rcl_ret_t answer = rcl_take(&subscription_, &message_, &info, nullptr);
+      rmw_message_info_t received = rmw_get_zero_initialized_message_info();
+      const rcl_ret_t answer = rcl_take(&subscription_, &message_, &received, nullptr);
       if (answer == RCL_RET_SUBSCRIPTION_TAKE_FAILED) return rcl_reset_error();  // no further messages
       if (const Status taken = status(answer, "read " + topic_); !taken) return node_.problem(taken.problem);
-      Info info{.source_ns = info.source_timestamp, .received_ns = info.received_timestamp};
-      info.sequence = info.publication_sequence_number;
-      std::copy_n(info.publisher_gid.data, info.publisher.size(), info.publisher.begin());
+      Info info{.source_ns = received.source_timestamp, .received_ns = received.received_timestamp};
+      info.sequence = received.publication_sequence_number;
+      std::copy_n(received.publisher_gid.data, info.publisher.size(), info.publisher.begin());
       callback_(message_, info);
     }
   }
