@@ -21,7 +21,7 @@ Fields trace(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT, d
   surface.prepare(scene);
   const contact::CollisionPoints points = surface.collide(scene.objects.at(0), p_WT);
 
-  contact::algorithm1::Plane plane;
+  contact::algorithm1::GrownPlane plane;
   contact::algorithm1::Deflection d;
   ContactSet contacts;
   if (points.size > 0) {

@@ -141,20 +141,15 @@ void bind_all_terms(nb::module_& m) {
         "All results of the recursion at (q, v, a = v) as bytes, by the build 'avx2' or 'portable' (tests).");
 }
 
-}  // namespace
-
-void bind_arm(nb::module_& m) {
-  bind_all_terms(m);
-  bind_ik(m);
-  bind_gravity(m);
-  nb::class_<Arm>(m, "Arm", "Kinematics and dynamics of an arm in its base frame. See palpate.Arm.")
-      .def(
-          "__init__",
-          [](Arm* self, const std::string& xml, const std::string& base_frame, const std::string& tip_frame) {
-            new (self) Arm(Arm::from_urdf(xml, base_frame, tip_frame));
-          },
-          "xml"_a, "base_frame"_a, "tip_frame"_a,
-          "Makes an arm from the text of a URDF: the chain from base_frame to tip_frame.")
+/// Construction, joints, links and limits.
+void bind_model(nb::class_<Arm>& c) {
+  c.def(
+       "__init__",
+       [](Arm* self, const std::string& xml, const std::string& base_frame, const std::string& tip_frame) {
+         new (self) Arm(Arm::from_urdf(xml, base_frame, tip_frame));
+       },
+       "xml"_a, "base_frame"_a, "tip_frame"_a,
+       "Makes an arm from the text of a URDF: the chain from base_frame to tip_frame.")
       .def(
           "__init__",
           [](Arm* self, const std::string& kind, const arm::Parameters& parameters) {
@@ -181,12 +176,24 @@ void bind_arm(nb::module_& m) {
             for (const arm::Segment& s : a.segments()) segments.emplace_back(s.link, s.end);
             return segments;
           },
-          "Line segments for drawing the arm: (name of the link, end of the segment in the link's axes (3,) [m]).")
-      .def("fk", &fk, "q"_a, "Pose X_0T (4,4) of the tip in the base frame at q (n,) [rad, m].")
+          "Line segments for drawing the arm: (name of the link, end of the segment in the link's axes (3,) [m]).");
+}
+
+/// Poses, Jacobian and inverse kinematics.
+void bind_kinematics(nb::class_<Arm>& c) {
+  c.def("fk", &fk, "q"_a, "Pose X_0T (4,4) of the tip in the base frame at q (n,) [rad, m].")
       .def("jacobian", &jacobian, "q"_a, "Jacobian (6,n) at the tip in base axes, linear rows over angular rows.")
-      .def(
-          "gravity", [](Arm& a, const VectorArg& q) -> Vector { return a.gravity(joints(a, q, "q")); }, "q"_a,
-          "Torques G(q) = dP/dq (n,) that balance the weight of the links [N m, N].")
+      .def("ik_from", &ik_from, "X_0T"_a, "q0"_a, "options"_a = arm::IkOptions{},
+           "One damped Newton run from q0 (n,): (q (n,), IkResult). palpate.Arm.ik restarts it and raises an error.")
+      .def("link_poses_array", &link_poses, "q"_a,
+           "Poses (4,4) of all links in the base frame, in the order of link_names.");
+}
+
+/// Torques, inertia and energies.
+void bind_dynamics(nb::class_<Arm>& c) {
+  c.def(
+       "gravity", [](Arm& a, const VectorArg& q) -> Vector { return a.gravity(joints(a, q, "q")); }, "q"_a,
+       "Torques G(q) = dP/dq (n,) that balance the weight of the links [N m, N].")
       .def(
           "elastic", [](Arm& a, const VectorArg& q) -> Vector { return a.elastic(joints(a, q, "q")); }, "q"_a,
           "Torques (n,) that balance the counterbalance spring and the cables [N m, N].")
@@ -222,15 +229,17 @@ void bind_arm(nb::module_& m) {
           "Potential energy P(q) of the links' weight [J].")
       .def(
           "elastic_energy", [](Arm& a, const VectorArg& q) { return a.elastic_energy(joints(a, q, "q")); }, "q"_a,
-          "Potential energy P(q) of the counterbalance spring and the cables [J].")
-      .def(
-          "set_counterbalance",
-          [](Arm& a, double torque, const VectorArg& along) {
-            a.set_counterbalance({torque, joints(a, along, "along")});
-          },
-          "torque"_a, "along"_a,
-          "Sets a spring with potential P = -torque sin(along . q): torque [N m], along (n,). Torque 0 removes the "
-          "spring.")
+          "Potential energy P(q) of the counterbalance spring and the cables [J].");
+}
+
+/// Counterbalance, and gravity with its regressor.
+void bind_gravity_model(nb::class_<Arm>& c) {
+  c.def(
+       "set_counterbalance",
+       [](Arm& a, double torque, const VectorArg& along) { a.set_counterbalance({torque, joints(a, along, "along")}); },
+       "torque"_a, "along"_a,
+       "Sets a spring with potential P = -torque sin(along . q): torque [N m], along (n,). Torque 0 removes the "
+       "spring.")
       .def(
           "gravity_regressor",
           [](Arm& a, const VectorArg& q) -> Matrix { return a.gravity_regressor(joints(a, q, "q")).Y; }, "q"_a,
@@ -243,11 +252,15 @@ void bind_arm(nb::module_& m) {
       .def("set_gravity_model", &Arm::set_gravity_model, "terms"_a, "theta"_a,
            "Replaces masses and counterbalance in holding() by an identified gravity model with parameters theta (m,).")
       .def("set_gravity", &Arm::set_gravity, "g_base"_a,
-           "Sets the gravitational acceleration in base axes (3,) [m/s^2]; default (0, 0, -9.81).")
-      .def(
-          "with_scaled_masses",
-          [](const Arm& a, const VectorArg& scale) { return a.with_scaled_masses(joints(a, scale, "scale")); },
-          "scale"_a, "Copy whose link masses are multiplied by scale (n,), as an inexact model for a controller.")
+           "Sets the gravitational acceleration in base axes (3,) [m/s^2]; default (0, 0, -9.81).");
+}
+
+/// Copies with other inertial parameters, and their regressor.
+void bind_inertial_parameters(nb::class_<Arm>& c) {
+  c.def(
+       "with_scaled_masses",
+       [](const Arm& a, const VectorArg& scale) { return a.with_scaled_masses(joints(a, scale, "scale")); }, "scale"_a,
+       "Copy whose link masses are multiplied by scale (n,), as an inexact model for a controller.")
       .def(
           "torque_regressor",
           [](Arm& a, const VectorArg& q, const VectorArg& v, const VectorArg& acc) {
@@ -262,11 +275,21 @@ void bind_arm(nb::module_& m) {
           "with_inertial_parameters", [](const Arm& a, const VectorArg& pi) { return a.with_inertial_parameters(pi); },
           "pi"_a,
           "Copy with the inertial parameters pi (10n,) and without a counterbalance. Parameters that no rigid body can "
-          "have raise ValueError.")
-      .def("ik_from", &ik_from, "X_0T"_a, "q0"_a, "options"_a = arm::IkOptions{},
-           "One damped Newton run from q0 (n,): (q (n,), IkResult). palpate.Arm.ik restarts it and raises an error.")
-      .def("link_poses_array", &link_poses, "q"_a,
-           "Poses (4,4) of all links in the base frame, in the order of link_names.");
+          "have raise ValueError.");
+}
+
+}  // namespace
+
+void bind_arm(nb::module_& m) {
+  bind_all_terms(m);
+  bind_ik(m);
+  bind_gravity(m);
+  nb::class_<Arm> c(m, "Arm", "Kinematics and dynamics of an arm in its base frame. See palpate.Arm.");
+  bind_model(c);
+  bind_kinematics(c);
+  bind_dynamics(c);
+  bind_gravity_model(c);
+  bind_inertial_parameters(c);
 }
 
 }  // namespace palpate::bindings

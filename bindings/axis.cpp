@@ -70,9 +70,7 @@ void bind_result(nb::module_& m) {
               "Smallest value of that energy; negative if the wall generated energy [J].");
 }
 
-}  // namespace
-
-void bind_axis(nb::module_& m) {
+void bind_swing(nb::module_& m) {
   nb::class_<SwingJudgement>(m, "SwingJudgement", "Whether a motion keeps oscillating.")
       .def_prop_ro(
           "swing", [](const SwingJudgement& j) { return verify::swing_name(j.swing); },
@@ -90,10 +88,10 @@ void bind_axis(nb::module_& m) {
       },
       "x"_a, "dt"_a, "period"_a, "floor"_a,
       "Judges positions x (n,) [m] at intervals dt [s]: whether the end stays within floor [m], and whether the "
-      "amplitude "
-      "of windows of at least one period [s] of the slowest mode falls along its trend.");
-  m.attr("AXIS_QUANTA") = verify::kAxisQuanta;
-  m.attr("AXIS_UNFELT") = verify::kAxisUnfelt;
+      "amplitude of windows of at least one period [s] of the slowest mode falls along its trend.");
+}
+
+void bind_axis_options(nb::module_& m) {
   nb::class_<AxisOptions>(m, "AxisOptions",
                           "One axis of a haptic device with its control loop, a hand, and a virtual wall at x > 0.")
       .def(nb::init<>())
@@ -115,6 +113,15 @@ void bind_axis(nb::module_& m) {
       .def_rw("hand_damping", &AxisOptions::hand_damping, "Damping between the hand and its intended path [N s/m].")
       .def_rw("hand_stiffness", &AxisOptions::hand_stiffness, "Stiffness between the hand and its intended path [N/m].")
       .def_rw("seed", &AxisOptions::seed, "Seed of the jitter.");
+}
+
+}  // namespace
+
+void bind_axis(nb::module_& m) {
+  bind_swing(m);
+  m.attr("AXIS_QUANTA") = verify::kAxisQuanta;
+  m.attr("AXIS_UNFELT") = verify::kAxisUnfelt;
+  bind_axis_options(m);
   bind_result(m);
   nb::class_<Axis>(m, "Axis",
                    "Simulates the axis in closed form between commands, cycles and reversals of the dry friction.")

@@ -112,21 +112,22 @@ Vec3 grow_plane(const Rows& points, const Vec3& n_last, double baseline) {
 }  // namespace
 
 void bind_contact(nb::module_& m) {
-  using contact::Sphere;
-  nb::class_<Sphere>(m, "ToolSphere", "A sphere of the tool, in addition to the SPR on its tip.")
+  using contact::ToolSphere;
+  nb::class_<ToolSphere>(m, "ToolSphere", "A sphere of the tool, in addition to the SPR on its tip.")
       .def(
           "__init__",
-          [](Sphere* self, const Vec3& p, double radius, int link, const Vec3& hinge, const Vec3& axis) {
-            new (self) Sphere{link, p, radius, hinge, axis};
+          [](ToolSphere* self, const Vec3& p, double radius, int link, const Vec3& hinge, const Vec3& axis) {
+            new (self) ToolSphere{link, p, radius, hinge, axis};
           },
           nb::arg("p"), nb::arg("radius"), nb::arg("link") = -1, nb::arg("hinge") = Vec3(Vec3::Zero()),
           nb::arg("turn") = Vec3(Vec3::Zero()),
           "hinge, turn: of a sphere on a jaw, a point on the jaw's axis (3,) [m] and the axis times the rotation per "
           "jaw angle (3,) [-], in the link's frame.")
-      .def_ro("p", &Sphere::p, "Centre in the link's frame with the jaws closed (3,) [m].")
-      .def_ro("radius", &Sphere::radius, "Radius [m].")
-      .def_ro("link", &Sphere::link, "Index of the follower's link that carries the sphere; negative: the tool tip T.")
-      .def("centre", &Sphere::centre, nb::arg("jaw"),
+      .def_ro("p", &ToolSphere::p, "Centre in the link's frame with the jaws closed (3,) [m].")
+      .def_ro("radius", &ToolSphere::radius, "Radius [m].")
+      .def_ro("link", &ToolSphere::link,
+              "Index of the follower's link that carries the sphere; negative: the tool tip T.")
+      .def("centre", &ToolSphere::centre, nb::arg("jaw"),
            "Centre in the link's frame with the jaws open by `jaw` [rad] (3,) [m].");
   nb::class_<contact::Options>(m, "ContactOptions", "Options of the contact stage.")
       .def(nb::init<>())

@@ -120,8 +120,6 @@ Fields evaluate(const Fixture& f, const Matrix4& X_WT, double t, const VectorArg
 }
 
 void bind_fixture(nb::module_& m) {
-  m.def("guidance_roles", &guidance::roles, "Names of the available roles.");
-  m.def("guidance_laws", &guidance::laws, "Names of the available laws.");
   nb::class_<Fixture>(m, "Fixture",
                       "Virtual fixture: a geometry, a role, a law and a policy (core/palpate/guidance/fixture.hpp).")
       .def(
@@ -141,8 +139,8 @@ void bind_fixture(nb::module_& m) {
           },
           "name"_a, "geometry"_a, "role"_a, "role_options"_a = RoleOptions{}, "law"_a = "spring",
           "law_options"_a = LawOptions{}, "policy"_a = Policy{}, "on"_a = true,
-          "patience"_a = std::numeric_limits<double>::infinity(),
-          "patience: timeout of the live frames that carry the geometry [s]; without a newer pose the fixture fades "
+          "timeout"_a = std::numeric_limits<double>::infinity(),
+          "timeout: timeout of the live frames that carry the geometry [s]; without a newer pose the fixture fades "
           "out.")
       .def_ro("name", &Fixture::name, "Name, unique in its list.")
       .def_prop_ro(
@@ -161,13 +159,16 @@ void bind_fixture(nb::module_& m) {
       .def_prop_ro(
           "turning_damping", [](const Fixture& f) { return f.law->turning_damping(); },
           "Largest rotational damping of the law [N m s/rad].")
-      .def("ask", &evaluate, "X_WT"_a, "t"_a = 0.0, "V_WT"_a = Vec6(Vec6::Zero()), "F_T_W"_a = Vec3(Vec3::Zero()),
+      .def("evaluate", &evaluate, "X_WT"_a, "t"_a = 0.0, "V_WT"_a = Vec6(Vec6::Zero()), "F_T_W"_a = Vec3(Vec3::Zero()),
            "stiffness"_a = 0.0,
            "The fixture's constraint on a tool at X_WT (4, 4), as a dict: gap [m, rad], its gradient `along` (6,), its "
            "rate `drift` caused by the fixture's own motion, the projector `free` (3, 3) on the free directions, "
            "attracts, turns (the gap is an angle), speed (limit [m/s]). Also the force of the law while the tool moves "
            "with V_WT (6,): wrench F (6,), stored energy U [J], damping B (3, 3) [N s/m] and the part F_of_B of F that "
            "is -B v. Authority and other fixtures are not considered.");
+}
+
+void bind_fixture_list(nb::module_& m) {
   nb::class_<Fixtures>(m, "Fixtures", "An immutable list of fixtures; guidance replaces it as a whole.")
       .def(
           "__init__",
@@ -281,7 +282,10 @@ Fields solve(Qp& qp, const Eigen::MatrixXd& A, const VectorArg& b, const VectorA
 
 void bind_fixtures(nb::module_& m) {
   bind_options(m);
+  m.def("guidance_roles", &guidance::roles, "Names of the available roles.");
+  m.def("guidance_laws", &guidance::laws, "Names of the available laws.");
   bind_fixture(m);
+  bind_fixture_list(m);
   bind_stage(m);
   nb::class_<Qp>(m, "Qp",
                  "Solves min |y - y0|^2 / 2 subject to A y >= b in six variables (core/palpate/guidance/qp.hpp).")

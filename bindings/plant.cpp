@@ -14,7 +14,7 @@ using plant::FollowerOptions;
 using plant::HandOptions;
 using plant::LeaderOptions;
 
-void bind_options(nb::module_& m) {
+void bind_hand_options(nb::module_& m) {
   nb::class_<HandOptions>(
       m, "HandOptions",
       "Impedance of the operator's hand: a mass on the handle, with a spring and a damper to its intended path.")
@@ -27,7 +27,9 @@ void bind_options(nb::module_& m) {
       .def_rw("rotational_stiffness", &HandOptions::rotational_stiffness, "Rotational stiffness [N m/rad].")
       .def_rw("grip_force_max", &HandOptions::grip_force_max,
               "Largest force of the grip; the hand slips above it [N].");
+}
 
+void bind_leader_options(nb::module_& m) {
   nb::class_<LeaderOptions> leader(m, "LeaderOptions",
                                    "Parameters of a simulated leader; palpate.Arm.leader_options() fills them.");
   leader.def(nb::init<>())
@@ -60,7 +62,9 @@ void bind_options(nb::module_& m) {
   joint_field(leader, "rotor_inertia", &LeaderOptions::rotor_inertia,
               "Rotor inertias, reflected to the joints (n,) [kg m^2].");
   joint_field(leader, "tau_max", &LeaderOptions::tau_max, "Torque limits of the drives, joint side (n,) [N m].");
+}
 
+void bind_follower_options(nb::module_& m) {
   nb::class_<plant::DriveOptions> drives(m, "DriveOptions", "Parameters of a follower's drives, at its joints.");
   drives.def(nb::init<>());
   joint_field(drives, "coulomb", &plant::DriveOptions::coulomb, "Coulomb friction (n,) [N m, N].");
@@ -182,7 +186,9 @@ void bind_follower(nb::module_& m) {
 }  // namespace
 
 void bind_plant(nb::module_& m) {
-  bind_options(m);
+  bind_hand_options(m);
+  bind_leader_options(m);
+  bind_follower_options(m);
   bind_leader(m);
   bind_follower(m);
 }

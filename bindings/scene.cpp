@@ -100,12 +100,7 @@ Tuple<Array, Array, Array> nearest(const scene::Surface& surface, const Rows& po
                         array(std::move(normal), {n, 3}));
 }
 
-void bind_mesh(nb::module_& m) {
-  nb::class_<scene::Surface>(m, "Surface",
-                             "A surface that the tool can touch: a mesh, a primitive or a distance field.")
-      .def("nearest", &nearest, nb::arg("points"),
-           "Nearest points of the surface for points (n, 3) [m]: (signed distance (n,) [m], unsigned for an open "
-           "surface; nearest point (n, 3) [m]; outward normal (n, 3)).");
+void bind_mesh_report(nb::module_& m) {
   nb::class_<scene::MeshReport>(m, "MeshReport",
                                 "Counts of the defects that were found and repaired while a mesh was built.")
       .def_ro("vertices", &scene::MeshReport::vertices, "Number of vertices after welding.")
@@ -131,6 +126,14 @@ void bind_mesh(nb::module_& m) {
       .def_ro("volume", &scene::MeshReport::volume, "Volume of the closed parts [m^3].")
       .def_ro("lowest", &scene::MeshReport::lowest, "Lowest corner of the bounding box (3,) [m].")
       .def_ro("highest", &scene::MeshReport::highest, "Highest corner of the bounding box (3,) [m].");
+}
+
+void bind_mesh(nb::module_& m) {
+  nb::class_<scene::Surface>(m, "Surface",
+                             "A surface that the tool can touch: a mesh, a primitive or a distance field.")
+      .def("nearest", &nearest, nb::arg("points"),
+           "Nearest points of the surface for points (n, 3) [m]: (signed distance (n,) [m], unsigned for an open "
+           "surface; nearest point (n, 3) [m]; outward normal (n, 3)).");
   nb::class_<scene::Mesh, scene::Surface>(
       m, "Mesh", "A triangle mesh for contact: welded, with normals, adjacency and a bounding volume hierarchy.")
       .def(nb::new_(&build), nb::arg("vertices"), nb::arg("triangles"),
@@ -302,6 +305,7 @@ void bind_world(nb::module_& m) {
 }  // namespace
 
 void bind_scene(nb::module_& m) {
+  bind_mesh_report(m);
   bind_mesh(m);
   bind_surfaces(m);
   m.attr("CREASE_ANGLE") = scene::kCreaseAngle;

@@ -194,7 +194,9 @@ void bind_energy(nb::module_& m) {
           "R_LH"_a = Eigen::Matrix3d(Eigen::Matrix3d::Identity()), "F_source"_a = nb::none(),
           "One tick with the handle at p_LH (3,) [m] and R_LH (3, 3). Forces (3,) or wrenches (6,) in L; F_source: one "
           "row for each source; spring: stored energy [J]. Returns the energies since the start [J].");
+}
 
+void bind_passivity(nb::module_& m) {
   nb::class_<Observer>(m, "PassivityObserver",
                        "Certified energy that the hand has put into the port, for a force at one point.")
       .def(
@@ -236,6 +238,7 @@ void bind_stability(nb::module_& m) {
   bind_stage(m);
   bind_limiter(m);
   bind_energy(m);
+  bind_passivity(m);
 }
 
 }  // namespace palpate::bindings

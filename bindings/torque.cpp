@@ -18,8 +18,8 @@ using namespace nb::literals;
 namespace palpate::bindings {
 namespace {
 
+using torque::ControlLawOptions;
 using torque::FrictionOptions;
-using torque::LawOptions;
 using torque::LimitOptions;
 using torque::Mode;
 using torque::Options;
@@ -121,15 +121,16 @@ void bind_options(nb::module_& m) {
               "Torque at the joint limit, as a fraction of the drive's limit [-]; 0 switches the soft stops off.")
       .def_rw("margin", &LimitOptions::margin, "Width of a soft stop, as a fraction of the joint's range [-].");
 
-  nb::class_<LawOptions>(m, "LawOptions", "Options of the control laws; each law reads its own.")
+  nb::class_<ControlLawOptions>(m, "ControlLawOptions", "Options of the control laws; each law reads its own.")
       .def(nb::init<>())
-      .def_rw("shape_inertia", &LawOptions::shape_inertia,
+      .def_rw("shape_inertia", &ControlLawOptions::shape_inertia,
               "impedance: True gives the handle the inertia virtual_mass; this needs a load cell.")
-      .def_rw("virtual_mass", &LawOptions::virtual_mass,
+      .def_rw("virtual_mass", &ControlLawOptions::virtual_mass,
               "Inertia of the handle that the hand feels [kg], for admittance, and for impedance with shape_inertia.")
-      .def_rw("virtual_damping", &LawOptions::virtual_damping,
+      .def_rw("virtual_damping", &ControlLawOptions::virtual_damping,
               "admittance: damping of the handle that the hand feels [N s/m].")
-      .def_rw("servo_bandwidth", &LawOptions::servo_bandwidth, "admittance: bandwidth of the position loop [Hz].");
+      .def_rw("servo_bandwidth", &ControlLawOptions::servo_bandwidth,
+              "admittance: bandwidth of the position loop [Hz].");
 }
 
 }  // namespace

@@ -11,20 +11,6 @@ import numpy.typing
 from numpy.typing import NDArray
 
 
-class Surface:
-    """
-    A surface that the tool can touch: a mesh, a primitive or a distance field.
-    """
-
-    def nearest(
-        self,
-        points: Annotated[NDArray[numpy.float64], "(:, 3)"],
-    ) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.float64]]:
-        """
-        Nearest points of the surface for points (n, 3) [m]: (signed distance (n,) [m], unsigned for an open surface;
-        nearest point (n, 3) [m]; outward normal (n, 3)).
-        """
-
 class MeshReport:
     """
     Counts of the defects that were found and repaired while a mesh was built.
@@ -105,6 +91,20 @@ class MeshReport:
     @property
     def highest(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
         """Highest corner of the bounding box (3,) [m]."""
+
+class Surface:
+    """
+    A surface that the tool can touch: a mesh, a primitive or a distance field.
+    """
+
+    def nearest(
+        self,
+        points: Annotated[NDArray[numpy.float64], "(:, 3)"],
+    ) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.float64]]:
+        """
+        Nearest points of the surface for points (n, 3) [m]: (signed distance (n,) [m], unsigned for an open surface;
+        nearest point (n, 3) [m]; outward normal (n, 3)).
+        """
 
 class Mesh(Surface):
     """
@@ -1112,10 +1112,10 @@ class Fixture:
         law_options: GuidanceLawOptions = ...,
         policy: Policy = ...,
         on: bool = True,
-        patience: float = float('inf'),
+        timeout: float = float('inf'),
     ) -> None:
         """
-        patience: timeout of the live frames that carry the geometry [s]; without a newer pose the fixture fades out.
+        timeout: timeout of the live frames that carry the geometry [s]; without a newer pose the fixture fades out.
         """
 
     @property
@@ -1154,7 +1154,7 @@ class Fixture:
     def turning_damping(self) -> float:
         """Largest rotational damping of the law [N m s/rad]."""
 
-    def ask(
+    def evaluate(
         self,
         X_WT: Annotated[NDArray[numpy.float64], "(4, 4)"],
         t: float = 0.0,
@@ -2129,6 +2129,21 @@ class Arm:
     def jacobian(self, q: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], "(:, :)"]:
         """Jacobian (6,n) at the tip in base axes, linear rows over angular rows."""
 
+    def ik_from(
+        self,
+        X_0T: Annotated[NDArray[numpy.float64], "(4, 4)"],
+        q0: numpy.typing.ArrayLike,
+        options: IkOptions = ...,
+    ) -> tuple[Annotated[NDArray[numpy.float64], "(:,)"], IkResult]:
+        """
+        One damped Newton run from q0 (n,): (q (n,), IkResult). palpate.Arm.ik restarts it and raises an error.
+        """
+
+    def link_poses_array(self, q: numpy.typing.ArrayLike) -> list[Annotated[NDArray[numpy.float64], "(4, 4)"]]:
+        """
+        Poses (4,4) of all links in the base frame, in the order of link_names.
+        """
+
     def gravity(self, q: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], "(:,)"]:
         """
         Torques G(q) = dP/dq (n,) that balance the weight of the links [N m, N].
@@ -2238,21 +2253,6 @@ class Arm:
         """
         Copy with the inertial parameters pi (10n,) and without a counterbalance. Parameters that no rigid body can have
         raise ValueError.
-        """
-
-    def ik_from(
-        self,
-        X_0T: Annotated[NDArray[numpy.float64], "(4, 4)"],
-        q0: numpy.typing.ArrayLike,
-        options: IkOptions = ...,
-    ) -> tuple[Annotated[NDArray[numpy.float64], "(:,)"], IkResult]:
-        """
-        One damped Newton run from q0 (n,): (q (n,), IkResult). palpate.Arm.ik restarts it and raises an error.
-        """
-
-    def link_poses_array(self, q: numpy.typing.ArrayLike) -> list[Annotated[NDArray[numpy.float64], "(4, 4)"]]:
-        """
-        Poses (4,4) of all links in the base frame, in the order of link_names.
         """
 
 class HandOptions:
@@ -2992,11 +2992,11 @@ class TorqueOptions:
     def limits(self, arg: LimitOptions, /) -> None: ...
 
     @property
-    def laws(self) -> LawOptions:
+    def laws(self) -> ControlLawOptions:
         """Options of the control laws."""
 
     @laws.setter
-    def laws(self, arg: LawOptions, /) -> None: ...
+    def laws(self, arg: ControlLawOptions, /) -> None: ...
 
     @property
     def law_cap(self) -> float:
@@ -3082,7 +3082,7 @@ class LimitOptions:
     @margin.setter
     def margin(self, arg: float, /) -> None: ...
 
-class LawOptions:
+class ControlLawOptions:
     """Options of the control laws; each law reads its own."""
 
     def __init__(self) -> None: ...

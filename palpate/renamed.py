@@ -32,6 +32,9 @@ RENAMED = {
 
 NAMES = {
     "palpate.guidance.Here": "palpate.guidance.FixtureContext",
+    "palpate.identify.hand.to_json": "palpate.identify.hand.figures",
+    "palpate.record.bags.Arm": "palpate.record.bags.ArmTracks",
+    "palpate.scene.surface.Surface": "palpate.scene.surface.PlacedSurface",
 }
 
 

@@ -21,7 +21,7 @@ PRESLIDING = {"revolute": 0.01, "prismatic": 5e-4}  # presliding displacement af
 CABLE = 0.1  # prior deviation of a cable spring, as a fraction of the joint's torque
 
 
-Column = Callable[["State"], Array]
+Column = Callable[["DriveMotion"], Array]
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Term:
 
 
 @dataclass(frozen=True)
-class State:
+class DriveMotion:
     """A motion in joint and in drive coordinates."""
 
     q: Array  # (k, n) joints
@@ -53,10 +53,10 @@ class DriveTrain:
     coupling: Array
     terms: tuple[Term, ...]
 
-    def state(self, q_drive: Array, v_drive: Array, a_drive: Array) -> State:
+    def state(self, q_drive: Array, v_drive: Array, a_drive: Array) -> DriveMotion:
         """A motion (k, m) in drive coordinates, completed by its joint coordinates."""
         A = self.coupling.T
-        return State(q_drive @ A, v_drive @ A, a_drive @ A, q_drive, v_drive, a_drive)
+        return DriveMotion(q_drive @ A, v_drive @ A, a_drive @ A, q_drive, v_drive, a_drive)
 
 
 def drive_train(arm: Arm, at: At = "drives") -> DriveTrain:

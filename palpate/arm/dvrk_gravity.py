@@ -14,7 +14,7 @@ import numpy as np
 from palpate import _core
 from palpate.arm.arm import Arm
 from palpate.arm.coupling import coupling
-from palpate.arm.gravity_model import GravityModel, Region
+from palpate.arm.gravity_model import GravityModel, TrainingRegion
 from palpate.arrays import Array
 from palpate.errors import OutputError, RecordingError, refuse_to_overwrite
 
@@ -98,7 +98,7 @@ def load(path: str | Path) -> GravityModel:
         theta=np.concatenate([moments_of_parameters(arm) @ mean[:PARAMETERS], polynomials.ravel()]),
         friction=friction,
         motor_friction=False,
-        region=Region.of(np.concatenate([q, np.array(limits)]), arm),
+        region=TrainingRegion.of(np.concatenate([q, np.array(limits)]), arm),
         visited=q,
         notes={"imported": path.name, "serial": str(data.get("SN", ""))},
     )

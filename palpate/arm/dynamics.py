@@ -12,7 +12,7 @@ import numpy as np
 
 from palpate import _core
 from palpate.arm.arm import Arm
-from palpate.arm.drives import At, DriveTrain, State, drive_train
+from palpate.arm.drives import At, DriveMotion, DriveTrain, drive_train
 from palpate.arrays import Array
 from palpate.arrays.plain import Content
 from palpate.errors import RecordingError
@@ -46,7 +46,7 @@ class Dynamics:
         links = np.array([self.links.inverse_dynamics(*row) for row in zip(s.q, s.v, s.a, strict=True)])
         return np.asarray(links @ self.train.coupling + self.terms(s))
 
-    def terms(self, s: State, leave_out: str = " ") -> Array:
+    def terms(self, s: DriveMotion, leave_out: str = " ") -> Array:
         """Drive torque (k, m) of the drive train, without the terms whose name begins with `leave_out`."""
         kept = ((t, x) for t, x in zip(self.train.terms, self.theta, strict=True) if not t.name.startswith(leave_out))
         return np.asarray(sum(x * term.column(s) for term, x in kept))

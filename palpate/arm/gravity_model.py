@@ -44,7 +44,7 @@ class Stop:
 
 
 @dataclass(frozen=True)
-class Region:
+class TrainingRegion:
     """Training region of a model: ranges of the joints and of the drives [rad], each (n,)."""
 
     q_min: Array
@@ -78,7 +78,7 @@ class GravityModel:
     theta: Array
     friction: Array  # (n, k): Coulomb torque of drive i is its direction times sum_k c_ik x_i^k [N m]
     motor_friction: bool  # True: friction acts at the motors (through the coupling); False: at the joints
-    region: Region
+    region: TrainingRegion
     visited: Array  # (k, n) training poses, for expected approach directions [rad]
     stops: tuple[Stop, ...] = ()
     notes: Mapping[str, object] = field(default_factory=dict)
@@ -191,7 +191,7 @@ class GravityModel:
             theta=np.array(data["theta"], dtype=float),
             friction=np.array(data["friction"]["coulomb"], dtype=float),
             motor_friction=data["friction"]["of"] == "motors",
-            region=Region(**{key: np.array(value, dtype=float) for key, value in data["region"].items()}),
+            region=TrainingRegion(**{key: np.array(value, dtype=float) for key, value in data["region"].items()}),
             visited=np.array(data["visited"], dtype=float),
             stops=tuple(Stop(**stop) for stop in data["stops"]),
             notes=dict(data.get("notes") or {}),

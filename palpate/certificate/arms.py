@@ -24,7 +24,7 @@ from palpate import _core
 from palpate.arm import Arm
 from palpate.arrays import Array
 from palpate.certificate.exponential import expm
-from palpate.certificate.loop import Complex, Loop, Modes, Path, low_pass, modes
+from palpate.certificate.loop import Complex, Modes, Path, SampledLoop, low_pass, modes
 
 _STEP = 1e-5  # step of the numerical differentiation [rad, rad/s]
 _POSITIONING = 3  # number of joints that render a force in the mode `paper`
@@ -89,19 +89,19 @@ class HeldLeader:
         A, b, c, d = self._space()
         return A, b, c, d, modes(A)
 
-    def loop(self, n: Array) -> Loop:
+    def loop(self, n: Array) -> SampledLoop:
         """The loop for a wall with normal n (3,) in the leader's base frame, without dry friction."""
         A, b, c, d, known = self._frictionless
         return self._closed(A, b @ n, n @ c, n @ d, known)
 
-    def _closed(self, A: Array, b: Array, c: Array, d: Array, known: Modes) -> Loop:
+    def _closed(self, A: Array, b: Array, c: Array, d: Array, known: Modes) -> SampledLoop:
         o, T = self.o, 1.0 / self.o.rate
         gain = felt(o)
         velocity = _velocity(gain, o.leader.velocity_window, T)
         smooth = low_pass(T, o.stability.low_pass)
         depth = _direct_path(gain) if self.fixture else _depth(o, gain)
         parallel = gain * self.parallel_stiffness
-        return Loop(A, b, c, T, whole_servo_periods(o), depth, velocity, d, smooth, known, parallel)
+        return SampledLoop(A, b, c, T, whole_servo_periods(o), depth, velocity, d, smooth, known, parallel)
 
 
 def felt(o: _core.SimulationOptions) -> float:

@@ -11,7 +11,7 @@ from palpate.arrays import Array
 from palpate.arrays.checks import finite_or_none
 from palpate.certificate import classical, trials, words
 from palpate.certificate.device import Device
-from palpate.certificate.loop import Loop
+from palpate.certificate.loop import SampledLoop
 from palpate.renamed import RenamedMethod
 
 Verdict = Literal["stable", "marginal", "unstable"]
@@ -28,7 +28,7 @@ class Case:
 
     description: str
     """The hand, direction and pose of this loop, in words."""
-    loop: Loop
+    loop: SampledLoop
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from palpate import _core
 from palpate.arrays import Array
-from palpate.certificate.loop import Loop, difference
+from palpate.certificate.loop import SampledLoop, difference
 from palpate.errors import PalpateError
 from palpate.hands import PRESETS, Hand
 
@@ -65,7 +65,7 @@ class Device:
         """The range of hands."""
         return (self.hand,) if isinstance(self.hand, Hand) else self.hand
 
-    def loop(self, hand: Hand, lubricated: bool = True) -> Loop:
+    def loop(self, hand: Hand, lubricated: bool = True) -> SampledLoop:
         """Device and hand as a linear loop; the full jitter is added to the delay.
 
         lubricated: leave dry friction out. Otherwise it is replaced by the viscous friction that dissipates as much in
@@ -75,7 +75,7 @@ class Device:
         D = self.damping + hand.damping + (0.0 if lubricated else as_viscous(self.friction, TAP))
         A = np.array([[0.0, 1.0], [-hand.stiffness / M, -D / M]])
         T = 1.0 / self.rate
-        return Loop(A, np.array([0.0, 1.0 / M]), np.array([1.0, 0.0]), T, self.delay + self.jitter,
+        return SampledLoop(A, np.array([0.0, 1.0 / M]), np.array([1.0, 0.0]), T, self.delay + self.jitter,
                     velocity=difference(T, self.filter))  # fmt: skip
 
     def axis(self, hand: Hand, K: float, B: float, bilateral: bool = False) -> _core.AxisOptions:

@@ -90,7 +90,7 @@ def difference(T: float, cutoff: float = 0.0) -> Path:
 
 
 @dataclass(frozen=True)
-class Loop:
+class SampledLoop:
     """A plant in a sampled loop. All values are in SI units; y > 0 is inside the wall."""
 
     A: Array
@@ -116,7 +116,7 @@ class Loop:
     parallel_stiffness: float = 0.0
     """Stiffness of springs (guidance fixtures) that act on y in parallel with the wall [N/m]."""
 
-    def delayed(self, delay: float) -> Loop:
+    def delayed(self, delay: float) -> SampledLoop:
         """This loop with another delay [s]."""
         return replace(self, delay=delay)
 

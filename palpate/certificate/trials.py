@@ -22,7 +22,7 @@ _FINE = 1.003  # ratio of the bounds at which the bisection ends
 
 
 @dataclass(frozen=True)
-class Trial:
+class PressTrial:
     """A constant press, and an initial deviation from its equilibrium with the energy of a tap."""
 
     spring: bool
@@ -36,10 +36,10 @@ class Trial:
 
 
 TRIALS = (
-    *(Trial(True, 0.0, TAP, phase) for phase in np.arange(6) * np.pi / 6),
-    Trial(True, 0.0, TAP / 3),
+    *(PressTrial(True, 0.0, TAP, phase) for phase in np.arange(6) * np.pi / 6),
+    PressTrial(True, 0.0, TAP / 3),
     *(
-        Trial(False, float(press), tap, phase)
+        PressTrial(False, float(press), tap, phase)
         for i, press in enumerate(np.geomspace(0.2, 10.0, 9))
         for tap, phase in ((TAP * (-1) ** (i + 1), 0.3 * (-1) ** (i // 2)), (-0.3 * TAP, 0.0), (0.07 * TAP, 0.0))
     ),

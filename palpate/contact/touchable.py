@@ -15,6 +15,7 @@ from palpate import _core
 from palpate.arrays import Array
 from palpate.arrays.checks import finite_or_none
 from palpate.arrays.plain import Content, plain
+from palpate.renamed import RenamedMethod
 
 Index = npt.NDArray[np.integer]
 
@@ -65,6 +66,8 @@ class Radius:
     def conflict(self) -> bool:
         """True if no radius satisfies both limits."""
         return self.smallest_mm > self.largest_mm
+
+    to_json = RenamedMethod("palpate.contact.touchable.Radius.figures()")
 
     def figures(self) -> Content:
         """The values for JSON; an infinite radius becomes None."""

@@ -17,8 +17,8 @@ SMALL = 1e-9
 
 
 @dataclass(frozen=True)
-class Answer:
-    """The core's answer on a fixture: its constraint and its wrench for one state of the tool."""
+class FixtureResponse:
+    """Response of a fixture: its constraint and its wrench for one state of the tool."""
 
     gap: float
     """Constraint value: negative by the amount of violation [m, or rad if rotational]; infinite when inactive."""
@@ -31,9 +31,11 @@ class Answer:
 
     @classmethod
     def of(cls, core: _core.Fixture, X_WT: Array, V_WT: Array, t: float) -> Self:
-        """The answer for a tool at X_WT (4, 4) with the twist V_WT (6,) [m/s, rad/s]."""
-        asked = core.ask(X_WT, t, V_WT)
-        return cls(float(asked["gap"]), bool(asked["turns"]), float(asked["speed"]), np.asarray(asked["F"]))
+        """The response to a tool at X_WT (4, 4) with the twist V_WT (6,) [m/s, rad/s]."""
+        constraint = core.evaluate(X_WT, t, V_WT)
+        return cls(
+            float(constraint["gap"]), bool(constraint["turns"]), float(constraint["speed"]), np.asarray(constraint["F"])
+        )
 
     @property
     def acting(self) -> Array:
@@ -56,10 +58,10 @@ def reasons(
     if X.shape == (3,):
         p, X = X, np.eye(4)
         X[:3, 3] = p
-    moving = Answer.of(core, X, np.zeros(6) if V_WT is None else np.array(V_WT, dtype=np.float64), t)
+    moving = FixtureResponse.of(core, X, np.zeros(6) if V_WT is None else np.array(V_WT, dtype=np.float64), t)
     policy = core.policy
     lines = [f"{core.name} ({role.name}, law {law.name}, {'hard' if policy.hard else 'soft'}):"]
-    lines += [f"  {line}" for line in _lines(role, law, moving, Answer.of(core, X, np.zeros(6), t))]
+    lines += [f"  {line}" for line in _lines(role, law, moving, FixtureResponse.of(core, X, np.zeros(6), t))]
     if not core.on:
         lines.append("  the fixture is switched off: it applies none of this")
     elif policy.authority < 1.0:
@@ -68,7 +70,7 @@ def reasons(
     return "\n".join(lines)
 
 
-def _lines(role: Role, law: Law, moving: Answer, still: Answer) -> list[str]:
+def _lines(role: Role, law: Law, moving: FixtureResponse, still: FixtureResponse) -> list[str]:
     """Lines on state and force; `moving` and `still` are the core's answers for the moving and the resting tool."""
     if not np.isfinite(moving.gap):
         limit = f"; the tool may move at {moving.speed:g} m/s" if np.isfinite(moving.speed) else ""

@@ -20,7 +20,7 @@ _DT, _TICKS = 1e-3, 200  # period [s] and number of ticks of the repeated guidan
 
 
 @dataclass(frozen=True)
-class Term:
+class Contribution:
     """Contribution of one fixture to the wrench on the tool, after authority, quadratic program and priorities."""
 
     name: str
@@ -30,7 +30,7 @@ class Term:
 
 
 @dataclass(frozen=True)
-class Hand:
+class OperatorInput:
     """Inputs of the operator to the fixtures of a run."""
 
     V_WT: Array = field(default_factory=lambda: np.zeros(6))
@@ -41,7 +41,9 @@ class Hand:
     """force of the hand measured by a load cell [N]; negative without a load cell."""
 
 
-def terms(fixtures: Sequence[Fixture], tick: Any, context: FixtureContext, hand: Hand | None = None) -> list[Term]:
+def terms(
+    fixtures: Sequence[Fixture], tick: Any, context: FixtureContext, hand: OperatorInput | None = None
+) -> list[Contribution]:
     """Contribution of each fixture at a tick of a run, and last the residual: their sum is the recorded wrench.
 
     The guidance stage runs at the tick's pose until all transients have settled. The residual contains effects that
@@ -65,16 +67,16 @@ def terms(fixtures: Sequence[Fixture], tick: Any, context: FixtureContext, hand:
     stage = _core.Guidance(options, _DT)
     stage.take(made)
     X = _commanded_pose(tick)
-    hand = hand or Hand()
+    hand = hand or OperatorInput()
     X_tool = X
     contact = np.asarray(tick["F_T_W"])
     t = float(tick["t"])
     for when in [t - _settling_time(fixtures), *[t] * _TICKS]:
         out = stage.step(when, X, hand.V_WT, X_tool, F_T_W=contact, pedal=hand.pedal, F_hand=hand.force)
         X_tool = out["X_WT_goal"]
-    found = [Term(f.name or f.role.name, stage.wrench(i), stage.authority(i)) for i, f in enumerate(fixtures)]
+    found = [Contribution(f.name or f.role.name, stage.wrench(i), stage.authority(i)) for i, f in enumerate(fixtures)]
     residual = np.r_[tick["F_guidance_W"], tick["t_guidance_W"]] - sum((term.F for term in found), np.zeros(6))
-    return [*found, Term("residual", residual)]
+    return [*found, Contribution("residual", residual)]
 
 
 def _settling_time(fixtures: Sequence[Fixture]) -> float:
@@ -83,7 +85,9 @@ def _settling_time(fixtures: Sequence[Fixture]) -> float:
     return max(ends, default=0.0) + 1.0
 
 
-def explain_tick(fixtures: Sequence[Fixture], tick: Any, context: FixtureContext, hand: Hand | None = None) -> str:
+def explain_tick(
+    fixtures: Sequence[Fixture], tick: Any, context: FixtureContext, hand: OperatorInput | None = None
+) -> str:
     """Explain the guidance force at a tick of a run: the sum, all contributions, and the largest in detail.
 
     Every fixture is evaluated at the commanded tool pose before correction. Arguments as for `terms`.
@@ -96,7 +100,7 @@ def explain_tick(fixtures: Sequence[Fixture], tick: Any, context: FixtureContext
     if not 0 <= index < len(fixtures):
         return "\n".join([*lines, "no fixture applies a force"])
     lines.append(f"guidance applies {force:.3g} N, most of it from {fixtures[index].name}")
-    hand = hand or Hand()
+    hand = hand or OperatorInput()
     parts = terms(fixtures, tick, context, hand)
     lines += [_describe(term) for term in parts if np.abs(term.F).max() > _LEAST]
     return "\n".join([*lines, fixtures[index].why(_commanded_pose(tick), hand.V_WT, float(tick["t"]), context)])
@@ -107,7 +111,7 @@ def _commanded_pose(tick: Any) -> Array:
     return pose(np.asarray(tick["p_WT_goal"]) - np.asarray(tick["p_correction_W"]), tick["quat_WT_asked"])
 
 
-def _describe(term: Term) -> str:
+def _describe(term: Contribution) -> str:
     f, m = term.F[:3], term.F[3:]
     authority = f", at {100.0 * term.authority:.3g} % of its authority" if term.authority < 1.0 else ""
     moment = f" and {1e3 * np.linalg.norm(m):.3g} mN m" if np.linalg.norm(m) > 1e-6 else ""

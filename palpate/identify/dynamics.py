@@ -24,7 +24,7 @@ from palpate.arm.dynamics import CUTOFF, Dynamics
 from palpate.arrays import Array
 from palpate.errors import RecordingError
 from palpate.identify.inertia import Problem, pseudo_inertia, solve
-from palpate.identify.motion import Motion, lowpass, motion
+from palpate.identify.motion import RecordedMotion, lowpass, motion
 from palpate.identify.recordings import check_joints, read_moving
 
 SPREAD = 3.0  # prior standard deviation of a link from its first guess, in the metric of inertia.py
@@ -38,7 +38,7 @@ PUBLISHED = {
 }
 
 
-def relative_rms(d: Dynamics, m: Motion, *cutoffs: float) -> Array:
+def relative_rms(d: Dynamics, m: RecordedMotion, *cutoffs: float) -> Array:
     """Relative RMS (m,) of the prediction, defined in the module; (c, m) if c cutoffs [Hz] are given."""
     error, rows = m.tau - d.torque(m.q, m.v, m.a), []
     for cutoff in cutoffs or (d.cutoff,):
@@ -47,7 +47,7 @@ def relative_rms(d: Dynamics, m: Motion, *cutoffs: float) -> Array:
     return np.array(rows) if cutoffs else rows[0]
 
 
-def read_motion(path: str, arm: Arm, rate: float = 200.0, at: At = "drives") -> Motion:
+def read_motion(path: str, arm: Arm, rate: float = 200.0, at: At = "drives") -> RecordedMotion:
     """Read a moving recording of this arm, in drive or joint coordinates (`at`).
 
     Raises:
@@ -70,7 +70,7 @@ def read_motion(path: str, arm: Arm, rate: float = 200.0, at: At = "drives") -> 
     return m
 
 
-def identify(motions: Sequence[Motion], arm: Arm, cutoff: float = CUTOFF, at: At = "drives") -> Dynamics:
+def identify(motions: Sequence[RecordedMotion], arm: Arm, cutoff: float = CUTOFF, at: At = "drives") -> Dynamics:
     """The most probable dynamics of `arm`, given motions in drive or joint coordinates (`at`).
 
     Raises:
@@ -112,7 +112,7 @@ def identify(motions: Sequence[Motion], arm: Arm, cutoff: float = CUTOFF, at: At
 _STRIDE = 4  # every fourth row is fitted: the filtered signals hold no more information
 
 
-def _regressor(m: Motion, arm: Arm, train: DriveTrain, cutoff: float) -> tuple[Array, Array]:
+def _regressor(m: RecordedMotion, arm: Arm, train: DriveTrain, cutoff: float) -> tuple[Array, Array]:
     """Filtered regressor (k, m, p) and torque (k, m)."""
     s = train.state(m.q, m.v, m.a)
     links = np.array([train.coupling.T @ arm.torque_regressor(*row) for row in zip(s.q, s.v, s.a, strict=True)])
@@ -131,7 +131,7 @@ def _rank(R: Array) -> tuple[int, float]:
     return rank, float(values[0] / values[rank - 1])
 
 
-def _check_rates(m: Motion, path: str) -> None:
+def _check_rates(m: RecordedMotion, path: str) -> None:
     """Compare recorded velocities with differentiated positions; a mismatch shows wrong units, order or rate."""
     v = np.gradient(m.q, 1.0 / m.rate, axis=0)[m.kept]
     ratio = (m.v[m.kept] * v).sum(axis=0) / (v**2).sum(axis=0)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from palpate.arm import Arm
 from palpate.arm.coupling import coupling, drives
-from palpate.arm.gravity_model import GravityModel, Region
+from palpate.arm.gravity_model import GravityModel, TrainingRegion
 from palpate.arrays import Array
 from palpate.identify import fit, forms
 from palpate.identify.approach import directions
@@ -111,7 +111,7 @@ def _fit(poses: Static, arm: Arm, form: str, measured: Mask, use: Mask, steps: i
         theta=design.into @ solution.x[: design.into.shape[1]],
         friction=forms.friction_of(design, solution.x, arm.n),
         motor_friction=design.motor_friction,
-        region=Region.of(poses.q, arm),
+        region=TrainingRegion.of(poses.q, arm),
         visited=poses.q,
     )
     return Fitted(model, design, solution, noise, use)

@@ -20,6 +20,7 @@ from palpate.identify.identifiability import Identifiability, identifiability, n
 from palpate.identify.pairs import Pairs, find_pairs
 from palpate.identify.recordings import Static, on_levels, read_static
 from palpate.identify.scores import Scores
+from palpate.renamed import RenamedMethod
 
 _FEWEST = 12  # poses needed for ten base parameters, springs and friction
 _SILENT = 2e-4  # standard deviation of the torque below which a joint counts as not measured [N m]
@@ -42,6 +43,8 @@ class Calibration:
     advice: tuple[tuple[Array, float], ...]  # pose (n,) [rad], information that it adds [nat]
     warnings: tuple[str, ...]
     seconds: float  # CPU time on one core [s]
+
+    to_json = RenamedMethod("palpate.arrays.plain.plain(palpate.identify.gravity_figures.figures(calibration))")
 
     @property
     def model(self) -> GravityModel:

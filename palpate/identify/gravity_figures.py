@@ -14,7 +14,7 @@ from palpate.identify.scores import Errors
 
 
 @dataclass(frozen=True)
-class Outlier:
+class OutlierFigures:
     """A torque that is excluded from the fit."""
 
     pose: int  # row of the recordings, from 0
@@ -24,7 +24,7 @@ class Outlier:
 
 
 @dataclass(frozen=True)
-class Stop:
+class StopFigures:
     """Stop of a joint, see `palpate.arm.gravity_model.Stop`."""
 
     joint: int  # from 1
@@ -66,8 +66,8 @@ class Figures:
     base_parameters: tuple[str, ...]
     not_identifiable: tuple[str, ...]
     weak_parameters: tuple[str, ...]
-    outliers: list[Outlier]
-    stops: list[Stop]
+    outliers: list[OutlierFigures]
+    stops: list[StopFigures]
     outside: int
     advice: list[Advice]
     warnings: tuple[str, ...]
@@ -98,8 +98,8 @@ def figures(c: Calibration) -> Figures:
         base_parameters=found.base,
         not_identifiable=found.never,
         weak_parameters=found.weak,
-        outliers=[Outlier(o.pose, o.joint + 1, o.tau, o.why) for o in c.fitted.outliers],
-        stops=[Stop(s.joint + 1, s.side, s.at, s.stiffness, s.width) for s in model.stops],
+        outliers=[OutlierFigures(o.pose, o.joint + 1, o.tau, o.why) for o in c.fitted.outliers],
+        stops=[StopFigures(s.joint + 1, s.side, s.at, s.stiffness, s.width) for s in model.stops],
         outside=c.test.outside if c.test else 0,
         advice=[Advice(np.round(q, 4), gain) for q, gain in c.advice],
         warnings=c.warnings,

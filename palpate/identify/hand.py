@@ -19,6 +19,7 @@ of another form nor a load cell that lags. Without u, x replaces u and the resul
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -277,3 +278,11 @@ def figures(grip: Grip, found: HandFit) -> Figures:
         seconds=found.seconds,
         warnings=found.warnings,
     )
+
+
+if not TYPE_CHECKING:
+
+    def __getattr__(name: str) -> object:
+        from palpate.renamed import missing_name
+
+        raise missing_name(__name__, name)

@@ -11,7 +11,7 @@ from scipy import linalg
 from palpate import _core
 from palpate.arm import Arm
 from palpate.arm.coupling import coupling
-from palpate.arm.gravity_model import Region
+from palpate.arm.gravity_model import TrainingRegion
 from palpate.arrays import Array
 from palpate.identify.fit_gravity import Fitted
 
@@ -91,7 +91,7 @@ def next_poses(fitted: Fitted, joints: NDArray[np.bool_], arm: Arm, count: int =
     return found
 
 
-def _reachable(region: Region, joints: NDArray[np.bool_], arm: Arm) -> Array:
+def _reachable(region: TrainingRegion, joints: NDArray[np.bool_], arm: Arm) -> Array:
     """Random poses (k, n) within the joint limits and near the drives' ranges; unmeasured joints stay fixed."""
     low, high = region.motor_min - _WIDER, region.motor_max + _WIDER
     q = np.random.default_rng(1).uniform(low, high, (4000, arm.n)) @ coupling(arm).T

@@ -17,7 +17,7 @@ _SHORTEST = 5.0  # shortest usable recording [s]
 
 
 @dataclass(frozen=True)
-class Motion:
+class RecordedMotion:
     """A motion in the coordinates of its recording, sampled evenly; repeated samples are interpolated."""
 
     q: Array  # (k, m) [rad, m]
@@ -38,7 +38,7 @@ class Motion:
         return slice(edge, len(self.q) - edge)
 
 
-def motion(recording: Moving) -> Motion:
+def motion(recording: Moving) -> RecordedMotion:
     """Filter positions and velocities without phase lag, and differentiate the velocities.
 
     Recorded velocities come from the timing of encoder edges, so their differences are less noisy than second
@@ -63,7 +63,7 @@ def motion(recording: Moving) -> Motion:
     )
     q, v = lowpass(q, _STATE_BAND, recording.rate), lowpass(v, _STATE_BAND, recording.rate)
     a = np.gradient(v, 1.0 / recording.rate, axis=0)
-    return Motion(q, v, a, tau, recording.rate, int(repeated.sum()), recording.file)
+    return RecordedMotion(q, v, a, tau, recording.rate, int(repeated.sum()), recording.file)
 
 
 def lowpass(x: Array, cutoff: float, rate: float) -> Array:

@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from palpate.arrays import Array
 from palpate.identify.recordings import Static
+from palpate.renamed import RenamedMethod
 
 _SAME_POSE = 0.03  # two poses closer than this form a pair [rad]
 
@@ -28,6 +29,8 @@ class Pairs:
 
     means: Static
     half_difference: Array  # (k, n) magnitude [N m]
+
+    to_json = RenamedMethod("palpate.arrays.plain.plain(pairs.figures(joints))")
 
     def figures(self, joints: tuple[int, ...]) -> PairFigures:
         """The figures for these joints (from 0)."""

@@ -26,7 +26,7 @@ from palpate.arm.dynamics import Dynamics
 from palpate.arm.observer import drive_inertia
 from palpate.arrays import Array
 from palpate.errors import RecordingError
-from palpate.identify.motion import Motion, lowpass
+from palpate.identify.motion import RecordedMotion, lowpass
 
 BANDWIDTH = 5.0  # bandwidth of the observer on recordings [Hz]
 G = np.array([0.0, 0.0, -9.81])  # gravity in the arm's base frame [m/s^2]
@@ -73,7 +73,7 @@ class Load:
         return self.mass - reach, self.mass + reach
 
 
-def external_torque(d: Dynamics, m: Motion, bandwidth: float = BANDWIDTH) -> Array:
+def external_torque(d: Dynamics, m: RecordedMotion, bandwidth: float = BANDWIDTH) -> Array:
     """Joint torque (k, n) of the environment on the arm along a motion, by the momentum observer [N m, N]."""
     s = d.train.state(m.q, m.v, m.a)
     to_joints = np.linalg.pinv(d.train.coupling.T)  # (n, m)
@@ -81,7 +81,9 @@ def external_torque(d: Dynamics, m: Motion, bandwidth: float = BANDWIDTH) -> Arr
     return np.asarray(observer.run(s.q, s.v, (m.tau - d.terms(s, leave_out="rotor_")) @ to_joints.T, m.rate))
 
 
-def estimate_load(d: Dynamics, loaded: Motion, unloaded: Sequence[Motion], hang: Hang | None = None) -> Load:
+def estimate_load(
+    d: Dynamics, loaded: RecordedMotion, unloaded: Sequence[RecordedMotion], hang: Hang | None = None
+) -> Load:
     """Estimate the load of one PSM recording, given at least two unloaded recordings of the same motion.
 
     Raises:
@@ -111,7 +113,7 @@ def estimate_load(d: Dynamics, loaded: Motion, unloaded: Sequence[Motion], hang:
     return Load(float(x[0]), float(np.sqrt(variance)), explained, hang, t, tared, fitted)
 
 
-def _require_tares(loaded: Motion, unloaded: Sequence[Motion]) -> None:
+def _require_tares(loaded: RecordedMotion, unloaded: Sequence[RecordedMotion]) -> None:
     if len(unloaded) < 2:
         raise RecordingError(
             f"{len(unloaded)} unloaded recording of the motion", where=loaded.file,
@@ -167,7 +169,7 @@ class _Tared:
         return np.asarray(x)
 
 
-def _body(d: Dynamics, m: Motion, hang: Hang, smooth: Callable[[Array], Array]) -> Array:
+def _body(d: Dynamics, m: RecordedMotion, hang: Hang, smooth: Callable[[Array], Array]) -> Array:
     """(k, 2, 3): observed torque of 1 kg at the pivot, and of 1 kg m along and across the bar."""
     bar, pivot, zero = _Bar(d, m), np.array([*hang.p_pivot, 0.0]), np.zeros(3)
     places = ((zero, pivot), (np.eye(3)[0], zero), (np.eye(3)[1], zero))
@@ -178,7 +180,7 @@ def _body(d: Dynamics, m: Motion, hang: Hang, smooth: Callable[[Array], Array]) 
 class _Bar:
     """Kinematics of yaw and pitch along a motion, for a body on the parallelogram."""
 
-    def __init__(self, d: Dynamics, m: Motion) -> None:
+    def __init__(self, d: Dynamics, m: RecordedMotion) -> None:
         links = list(d.arm.link_names)
         poses = np.array([[d.arm.link_poses_array(q)[links.index(n)] for n in ("yaw_link", "pitch_link")]
                           for q in m.q[:, :6]])  # fmt: skip
@@ -206,7 +208,7 @@ def _observed(torque: Array, rate: float) -> Array:
     return np.asarray(signal.lfilter([half, half], [1.0, -1.0 / (1.0 + k)], torque, axis=0))
 
 
-def _drift(d: Dynamics, m: Motion, smooth: Callable[[Array], Array]) -> Array:
+def _drift(d: Dynamics, m: RecordedMotion, smooth: Callable[[Array], Array]) -> Array:
     """Drift columns (k, 2, 6): constant, dry friction and cable stiffness of yaw, then of pitch."""
     s = d.train.state(m.q, m.v, m.a)
     columns = {t.name: t.column(s) for t in d.train.terms if t.name in ("coulomb_1", "coulomb_2")}

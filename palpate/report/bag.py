@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from palpate.errors import MissingExtraError
 from palpate.record.bags.bag import Bag
 from palpate.record.bags.summary import summary_of
-from palpate.record.bags.tracks import Arm, Track
+from palpate.record.bags.tracks import ArmTracks, Track
 from palpate.report.page import write
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def report(bag: Bag) -> str:
     )
 
 
-def _draw(arm: Arm, canvas: Canvas) -> Figure:
+def _draw(arm: ArmTracks, canvas: Canvas) -> Figure:
     from matplotlib.figure import Figure as Drawn
 
     from palpate.plotting.style import JOINTS, curve

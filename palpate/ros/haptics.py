@@ -215,7 +215,7 @@ class HapticSession(LiveSession):
         rig = build(scene)
         self.devices, self.limits = devices or Devices(), limits or Limits()
         self.seen: dict[str, Seen] = {}  #: faults by the name of their bit
-        self.told: list[str] = []  #: events reported by the node, newest last
+        self.events: list[str] = []  #: events reported by the node, newest last
         self.loop = HapticLoop(rig, self.devices, self.limits, dict(context or {}))
         super().__init__(rig, self.loop, self.limits.rate or scene.rates.haptic, scene.seed, out)
 
@@ -250,7 +250,7 @@ class HapticSession(LiveSession):
             return self.close(interrupted=self._interrupted.is_set())
 
     def _check_node(self) -> None:
-        self.told += self.loop.node.news()
+        self.events += self.loop.node.take_events()
         if not self.loop.guardian.alive:
             raise PalpateError("the guardian process has died: the session ends, the force is zero")
 
@@ -268,7 +268,7 @@ class HapticSession(LiveSession):
         super()._take(ticks, realtime)
 
     def _faults(self) -> list[str]:
-        self.told += self.loop.node.news()
+        self.events += self.loop.node.take_events()
         faults = [
             f"{STATUS[name][1]} (first at t = {seen.first:.3f} s, {seen.ticks} ticks)"
             for name, seen in self.seen.items()

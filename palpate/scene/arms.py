@@ -12,7 +12,7 @@ from palpate.arrays import Array, so3
 from palpate.errors import SceneError
 from palpate.scene.hand import HandPlan
 from palpate.scene.scene import Scene
-from palpate.scene.surface import Surface
+from palpate.scene.surface import PlacedSurface
 
 _RCM_HEIGHT = 0.12  # height of an automatic follower base above the surface: half of the instrument's travel [m]
 _LEADER_OFFSET = np.array([0.35, -0.15, 0.05])  # offset of an automatic leader handle from the objects' box [m]
@@ -33,7 +33,7 @@ class Arms:
     q_follower0: Array  # (n,) [rad, m]
 
 
-def place(scene: Scene, surfaces: list[Surface], path: HandPlan) -> Arms:
+def place(scene: Scene, surfaces: list[PlacedSurface], path: HandPlan) -> Arms:
     """Place the arms as the scene states, or so that they reach the objects; compute their joints at the start.
 
     Raises:
@@ -63,7 +63,7 @@ def _arm(scene: Scene, side: str) -> Arm:
     return arm
 
 
-def _follower_base(scene: Scene, arm: Arm, surfaces: list[Surface], path: HandPlan) -> Array:
+def _follower_base(scene: Scene, arm: Arm, surfaces: list[PlacedSurface], path: HandPlan) -> Array:
     if scene.arms.follower.base is not None:
         return scene.arms.follower.base.matrix()
     start = path.positions_W[0]
@@ -100,7 +100,7 @@ def _follower_start(scene: Scene, arm: Arm, X_WB: Array, path: HandPlan) -> Arra
     return _reach(scene, "follower", arm, X_WB, X_WT, q, *place)
 
 
-def _leader(scene: Scene, surfaces: list[Surface], arm: Arm, X_WT: Array) -> tuple[Array, Array]:
+def _leader(scene: Scene, surfaces: list[PlacedSurface], arm: Arm, X_WT: Array) -> tuple[Array, Array]:
     section = scene.arms.leader
     base = section.base.matrix() if section.base is not None else None
     if section.start is not None:
@@ -138,7 +138,7 @@ def _leader(scene: Scene, surfaces: list[Surface], arm: Arm, X_WT: Array) -> tup
     )
 
 
-def _base_next_to(surfaces: list[Surface], p_LH: Array, R_WL: Array) -> Array:
+def _base_next_to(surfaces: list[PlacedSurface], p_LH: Array, R_WL: Array) -> Array:
     bounds = np.array([s.bounds for s in surfaces])
     low, high = bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
     corner = np.array([high[0], 0.5 * (low[1] + high[1]), 0.5 * (low[2] + high[2])])

@@ -20,7 +20,7 @@ from palpate.scene.scene import Scene
 LIVE = ("tool", "camera")
 
 
-def fixture_context(scene: Scene, placed: list[surface.Surface], both: arms.Arms) -> FixtureContext:
+def fixture_context(scene: Scene, placed: list[surface.PlacedSurface], both: arms.Arms) -> FixtureContext:
     """Context that resolves the names in the scene's fixtures."""
     frames: dict[str, _core.Frame] = {"world": _core.MotionFrame()}
     frames |= {"leader": _core.MotionFrame(both.X_WL), "follower": _core.MotionFrame(both.X_WB)}

@@ -10,7 +10,7 @@ import numpy as np
 from palpate.arrays import Array
 from palpate.errors import SceneError
 from palpate.scene.scene import Scene
-from palpate.scene.surface import Surface
+from palpate.scene.surface import PlacedSurface
 
 _DIRECTIONS = 6  # number of slide directions, 60 degrees apart
 _SAMPLE = 0.01  # sample period of a slide [s]
@@ -34,7 +34,7 @@ class HandPlan:
         return next((name for start, name in reversed(self.phases) if within >= start), "")
 
 
-def plan(scene: Scene, surfaces: list[Surface], until: float | None = None) -> HandPlan:
+def plan(scene: Scene, surfaces: list[PlacedSurface], until: float | None = None) -> HandPlan:
     """The path of the scene's operator.
 
     Args:
@@ -61,7 +61,7 @@ def intended_depth(scene: Scene, index: int, normal: Array) -> float:
     return F / max(K, 1e-9) + mapping.scale * mapping.force_scale * F / scene.operator.stiffness
 
 
-def _palpation(scene: Scene, surfaces: list[Surface], until: float) -> HandPlan:
+def _palpation(scene: Scene, surfaces: list[PlacedSurface], until: float) -> HandPlan:
     o = scene.operator.palpate
     index = next((i for i, obj in enumerate(scene.objects) if obj.name == o.object), 0)
     surface = surfaces[index]

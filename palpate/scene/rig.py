@@ -24,7 +24,7 @@ class Rig:
     """Checked inputs of a run."""
 
     scene: Scene
-    surfaces: list[surface.Surface]
+    surfaces: list[surface.PlacedSurface]
     snapshot: _core.Snapshot
     path: hand.HandPlan
     arms: arms.Arms
@@ -207,7 +207,7 @@ def build(scene: Scene, bodies: surface.Bodies | None = None, until: float | Non
     return rig
 
 
-def _warn_of_lost_regions(scene: Scene, index: int, placed: surface.Surface) -> None:
+def _warn_of_lost_regions(scene: Scene, index: int, placed: surface.PlacedSurface) -> None:
     """Warn of regions that lie outside their object, most likely given in millimetres or in another frame."""
     for i, region in enumerate(scene.objects[index].regions):
         away = float(placed.body.core.nearest(np.array([region.at]))[0][0]) - region.reach

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from palpate.scene.scene import Scene
 
 
 @dataclass(frozen=True)
-class Surface:
+class PlacedSurface:
     """A surface placed in the world."""
 
     body: Mesh | surfaces.Surface  # both have vertices and triangles for drawing
@@ -46,7 +47,7 @@ Bodies = dict[str, Mesh | surfaces.Surface]
 """Surfaces shared by scenes, keyed by the values that define them."""
 
 
-def placed(scene: Scene, bodies: Bodies | None = None) -> list[Surface]:
+def placed(scene: Scene, bodies: Bodies | None = None) -> list[PlacedSurface]:
     """Read or generate the surface of every object, and place it in W.
 
     Args:
@@ -62,7 +63,7 @@ def placed(scene: Scene, bodies: Bodies | None = None) -> list[Surface]:
         key = _surface_key(scene, i)
         if key not in shared:
             shared[key] = _body(scene, i)
-        found.append(Surface(shared[key], obj.pose.matrix()))
+        found.append(PlacedSurface(shared[key], obj.pose.matrix()))
     return found
 
 
@@ -78,7 +79,7 @@ def _surface_key(scene: Scene, index: int) -> str:
     return repr((obj.name, obj.source, getattr(obj, obj.source), file, obj.unit, obj.triangles))
 
 
-def snapshot(scene: Scene, surfaces_W: list[Surface]) -> _core.Snapshot:
+def snapshot(scene: Scene, surfaces_W: list[PlacedSurface]) -> _core.Snapshot:
     """Objects, materials and motions for the core."""
     objects = []
     for obj, placed_one in zip(scene.objects, surfaces_W, strict=True):
@@ -113,3 +114,11 @@ def _body(scene: Scene, index: int) -> Mesh | surfaces.Surface:
         return Mesh(*make(obj.triangles), name=obj.name)
     except ValueError as error:
         raise SceneError(str(error), where=scene.where("objects", index), mend="change triangles") from None
+
+
+if not TYPE_CHECKING:
+
+    def __getattr__(name: str) -> object:
+        from palpate.renamed import missing_name
+
+        raise missing_name(__name__, name)

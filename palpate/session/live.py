@@ -149,11 +149,11 @@ class LiveSession:
 
     def why(self) -> str:
         """Explain in words the present guidance force: all contributions, and the terms of the largest."""
-        from palpate.guidance.why import Hand, explain_tick
+        from palpate.guidance.why import OperatorInput, explain_tick
 
         tick, scene = self.latest(), self.rig.scene
         V_WT = np.r_[scene.mapping.scale * self.rig.arms.X_WL[:3, :3] @ np.asarray(tick["v_LH"]), np.zeros(3)]
-        hand = Hand(V_WT, self.controls.guidance, float(np.linalg.norm(tick["F_cell_L"])))
+        hand = OperatorInput(V_WT, self.controls.guidance, float(np.linalg.norm(tick["F_cell_L"])))
         return explain_tick(self._fixtures, tick, self.rig.context, hand)
 
     @property

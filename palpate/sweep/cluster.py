@@ -10,7 +10,7 @@ from typing import Any
 from palpate.errors import MissingExtraError, SweepError
 from palpate.sweep.local import MEND, cores
 from palpate.sweep.queue import Queue
-from palpate.sweep.work import Answer, Work, limit_threads
+from palpate.sweep.work import PointResult, Work, limit_threads
 
 CONNECT_SECONDS, WORKERS_SECONDS = 20.0, 120.0
 """Timeouts for the connection to a scheduler, and for its first worker [s]."""
@@ -23,7 +23,7 @@ when several workers die at the same moment (seen with distributed 2026.8)."""
 
 def run(
     work: Work, todo: list[int], workers: int | None = None, address: str | None = None
-) -> Generator[list[Answer], None, None]:
+) -> Generator[list[PointResult], None, None]:
     """Yield batches of answers in order of completion. Dask itself repeats a chunk when its worker dies.
 
     Args:
@@ -58,7 +58,7 @@ class _Submitted:
         self._chunks: dict[Any, list[int]] = {}  # by future
         self._had_worker = time.monotonic()  # last time at which the cluster had a worker [s]
 
-    def answers(self) -> Generator[list[Answer], None, None]:
+    def answers(self) -> Generator[list[PointResult], None, None]:
         """Submit all chunks, and yield their answers in order of completion."""
         idle = 0
         while self._queue or self._chunks:
@@ -93,7 +93,7 @@ class _Submitted:
         with suppress(TimeoutError), self._client.as_current():
             wait(list(self._chunks), timeout=POLL_SECONDS, return_when="FIRST_COMPLETED")
 
-    def _take(self, future: Any) -> Iterator[list[Answer]]:
+    def _take(self, future: Any) -> Iterator[list[PointResult]]:
         chunk = self._chunks.pop(future)
         try:
             yield _answers(future, chunk, self._queue)
@@ -135,7 +135,7 @@ def _threads(client: Any) -> int:
     return sum(client.nthreads().values())
 
 
-def _answers(future: Any, chunk: list[int], queue: Queue) -> list[Answer]:
+def _answers(future: Any, chunk: list[int], queue: Queue) -> list[PointResult]:
     """Result of a finished future; raises TimeoutError if the result is lost."""
     from distributed import CancelledError, KilledWorker
 
@@ -150,7 +150,7 @@ def _answers(future: Any, chunk: list[int], queue: Queue) -> list[Answer]:
     except Exception as error:  # unpickling on the worker may raise any exception
         raise SweepError("the Dask workers cannot run fn", why=f"{type(error).__name__}: {error}", mend=MEND) from None
     queue.took(len(chunk), seconds)
-    return [Answer(*answer) for answer in answers]
+    return [PointResult(*answer) for answer in answers]
 
 
 def _chunk(work: Work, points: list[int]) -> tuple[float, list[tuple[Any, ...]]]:

@@ -23,7 +23,7 @@ from zlib import crc32
 from palpate.arrays.plain import plain
 from palpate.errors import JournalError, OutputError, PalpateWarning, SweepError
 from palpate.sweep.grid import Scalar
-from palpate.sweep.work import Answer, Values, Work
+from palpate.sweep.work import PointResult, Values, Work
 
 SYNC_SECONDS = 0.5
 """Time between two calls of fsync [s]. A killed process loses nothing; a power cut loses at most this time of work."""
@@ -92,7 +92,7 @@ class Journal:
     """
 
     def __init__(self, path: Path, mark: Fingerprint) -> None:
-        self.path, self.done = path, {}  # type: tuple[Path, dict[int, Answer]]
+        self.path, self.done = path, {}  # type: tuple[Path, dict[int, PointResult]]
         self._synced = time.monotonic()
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -121,12 +121,12 @@ class Journal:
         os.ftruncate(self._file, whole)  # removes an incomplete last line
         os.lseek(self._file, 0, os.SEEK_END)
         entries = [_read(line) for line in lines[1:]]
-        self.done = {e["point"]: Answer(e["point"], e["values"]) for e in entries if e is not None}
+        self.done = {e["point"]: PointResult(e["point"], e["values"]) for e in entries if e is not None}
         if broken := entries.count(None):
             what, mend = f"{broken} broken lines", "nothing to do: their points are computed again"
             warnings.warn(PalpateWarning(what, where=str(self.path), mend=mend), stacklevel=4)
 
-    def keep(self, answers: list[Answer]) -> None:
+    def keep(self, answers: list[PointResult]) -> None:
         """Append answers. A failed point is not written, so that the next run tries it again.
 
         Raises:

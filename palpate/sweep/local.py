@@ -16,7 +16,7 @@ from typing import Any
 
 from palpate.errors import SweepError
 from palpate.sweep.queue import MAX_DEATHS, Queue
-from palpate.sweep.work import Answer, Work, limit_threads
+from palpate.sweep.work import PointResult, Work, limit_threads
 
 #: Remedy for the most frequent cause when processes cannot import the function.
 MEND = "define fn at the top of a file, and call sweep() below: if __name__ == '__main__':"
@@ -29,7 +29,7 @@ def cores() -> int:
     return len(os.sched_getaffinity(0))
 
 
-def run(work: Work, todo: list[int], workers: int | None = None) -> Generator[list[Answer], None, None]:
+def run(work: Work, todo: list[int], workers: int | None = None) -> Generator[list[PointResult], None, None]:
     """Yield batches of answers in order of completion.
 
     Args:
@@ -98,7 +98,7 @@ class _Worker:
             with suppress(OSError):  # a dead worker is detected by receive()
                 self.connection.send(self.chunk)
 
-    def receive(self, queue: Queue) -> list[Answer]:
+    def receive(self, queue: Queue) -> list[PointResult]:
         """The worker's next answers; empty for its start message.
 
         Raises:
@@ -111,7 +111,7 @@ class _Worker:
                 raise SweepError("the worker processes cannot import fn", why=message, mend=MEND)
             self.ready = True
             return []
-        answers = [Answer(*answer) for answer in message]
+        answers = [PointResult(*answer) for answer in message]
         self.chunk = self.chunk[len(answers) :]  # answers arrive in the order of the chunk
         if not self.chunk:
             queue.took(self._size, time.perf_counter() - self._since)

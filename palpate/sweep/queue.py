@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter, deque
 from collections.abc import Iterable
 
-from palpate.sweep.work import Answer
+from palpate.sweep.work import PointResult
 
 CHUNK_SECONDS = 0.25
 """Target duration of one chunk [s]: long compared with the communication, short compared with the sweep."""
@@ -50,7 +50,7 @@ class Queue:
         """Queue these points again, before all others and one at a time."""
         self._alone.extend(chunk)
 
-    def lost(self, chunk: list[int], why: str) -> list[Answer]:
+    def lost(self, chunk: list[int], why: str) -> list[PointResult]:
         """Queue the points of a dead worker again, one at a time, to find the point that killed it.
 
         Returns:
@@ -59,6 +59,6 @@ class Queue:
         if len(chunk) == 1:
             self._killed[chunk[0]] += 1
             if self._killed[chunk[0]] >= self._max_deaths:
-                return [Answer(chunk[0], None, f"its worker process died in each attempt ({why})")]
+                return [PointResult(chunk[0], None, f"its worker process died in each attempt ({why})")]
         self.again(chunk)
         return []

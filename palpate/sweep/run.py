@@ -19,9 +19,9 @@ from palpate.sweep.grid import Axis, Grid, Point
 from palpate.sweep.journal import Fingerprint, Journal, name_of
 from palpate.sweep.progress import Bar
 from palpate.sweep.result import Label, Swept
-from palpate.sweep.work import Answer, Function, Work, identity, seed_of
+from palpate.sweep.work import Function, PointResult, Work, identity, seed_of
 
-Executed: TypeAlias = Callable[[Work, list[int]], Generator[list[Answer], None, None]]
+Executed: TypeAlias = Callable[[Work, list[int]], Generator[list[PointResult], None, None]]
 """Evaluates the points with these indices and yields batches of answers in order of completion."""
 FAILURES = 20
 """Number of failed points after which a sweep stops, because the fault is probably in the function."""
@@ -83,7 +83,7 @@ def sweep(
 
 def _compute(
     work: Work, indices: list[int], executed: Executed, journal: Journal | None, bar: Bar, most: int | None
-) -> dict[int, Answer]:
+) -> dict[int, PointResult]:
     """Answers by the index of the point, those of the journal included; incomplete after ``most`` failed points."""
     found = dict(journal.done) if journal else {}
     bar.advance(len(found), taken_up=True)
@@ -100,7 +100,7 @@ def _compute(
     return found
 
 
-def _collect(work: Work, indices: list[int], found: dict[int, Answer], labels: Mapping[str, Label]) -> Swept:
+def _collect(work: Work, indices: list[int], found: dict[int, PointResult], labels: Mapping[str, Label]) -> Swept:
     answers = {index: found[index] for index in indices if index in found}
     values = {index: answer.values for index, answer in answers.items() if answer.values is not None}
     errors = {index: answer.error for index, answer in answers.items() if answer.values is None}
@@ -132,7 +132,7 @@ def _executor(name: str, workers: int | None, address: str | None) -> Executed:
     raise SweepError(f"unknown executor {name!r}", mend="use local, dask or serial")
 
 
-def _serial(work: Work, todo: list[int]) -> Generator[list[Answer], None, None]:
+def _serial(work: Work, todo: list[int]) -> Generator[list[PointResult], None, None]:
     with threadpool_limits(1):
         for answer in work.answers(todo):
             yield [answer]

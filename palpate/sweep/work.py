@@ -24,7 +24,7 @@ Function: TypeAlias = "Callable[[Point, int], Mapping[str, Any] | DataclassInsta
 """Maps a point and a seed to named values."""
 
 
-class Answer(NamedTuple):
+class PointResult(NamedTuple):
     """Result of one point."""
 
     point: int
@@ -44,23 +44,23 @@ class Work:
     seed: int
     version: str
 
-    def answers(self, indices: list[int]) -> Iterator[Answer]:
+    def answers(self, indices: list[int]) -> Iterator[PointResult]:
         """Evaluate the points with these indices, in this order."""
         other_version = identity() != self.version
         for index in indices:
             if other_version:
                 why = f"the worker runs palpate {identity()}, the sweep was begun by {self.version}; install the same"
-                yield Answer(index, None, why)
+                yield PointResult(index, None, why)
             else:
                 yield self._answer(index)
 
-    def _answer(self, index: int) -> Answer:
+    def _answer(self, index: int) -> PointResult:
         try:
-            return Answer(index, _values(self.fn(self.grid.point(index), seed_of(self.seed, index))))
+            return PointResult(index, _values(self.fn(self.grid.point(index), seed_of(self.seed, index))))
         except (Exception, SystemExit) as error:
             frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename not in _OWN_FILES]
             place = f" ({frames[-1].filename}:{frames[-1].lineno})" if frames else ""
-            return Answer(index, None, f"{type(error).__name__}: {error}{place}")
+            return PointResult(index, None, f"{type(error).__name__}: {error}{place}")
 
 
 _OWN_FILES = (__file__, plain.__code__.co_filename)

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.arm import Arm as Mechanism
+from palpate.arm import Arm
 from palpate.arrays import Array
 from palpate.arrays.so3 import matrices, quaternions
 from palpate.errors import PalpateError, RecordError
 from palpate.record.bags.bag import Bag
-from palpate.record.bags.tracks import Arm, Track
+from palpate.record.bags.tracks import ArmTracks, Track
 from palpate.record.ticks import TICK, Ticks
 from palpate.scene.rig import build
 from palpate.scene.scene import Scene
@@ -69,7 +69,7 @@ def ticks(bag: Bag, leader: ArmPlace, follower: ArmPlace) -> Ticks:
     return out
 
 
-def _leader(out: Ticks, bag: Bag, arm: Arm, model: Mechanism, t: Array) -> None:
+def _leader(out: Ticks, bag: Bag, arm: ArmTracks, model: Arm, t: Array) -> None:
     q = _joints(bag, arm, model, t)
     out["q"][:, : model.n], out["v"][:, : model.n] = q, _filled(arm.v, t, model.n)
     X_LH = np.array([model.fk(row) for row in q])
@@ -88,7 +88,7 @@ def _leader(out: Ticks, bag: Bag, arm: Arm, model: Mechanism, t: Array) -> None:
     out["energy_port"] = -np.concatenate([[0.0], np.cumsum(power[:-1] * np.diff(out["t"]))])
 
 
-def _follower(out: Ticks, bag: Bag, arm: Arm, place: ArmPlace, t: Array) -> None:
+def _follower(out: Ticks, bag: Bag, arm: ArmTracks, place: ArmPlace, t: Array) -> None:
     n, X_WB = place.arm.n, place.X_WA
     q = _joints(bag, arm, place.arm, t)
     out["q_follower"][:, :n] = q
@@ -99,7 +99,7 @@ def _follower(out: Ticks, bag: Bag, arm: Arm, place: ArmPlace, t: Array) -> None
         out["jaw"] = _filled(arm.gripper, t, 1)[:, 0]
 
 
-def _joints(bag: Bag, arm: Arm, model: Mechanism, t: Array) -> Array:
+def _joints(bag: Bag, arm: ArmTracks, model: Arm, t: Array) -> Array:
     if arm.q.values.shape[1] < model.n:
         raise RecordError(
             f"{arm.name} has {arm.q.values.shape[1]} joints in the bag, its model {model.n}",
@@ -121,7 +121,7 @@ def _place(bag: Bag, name: str, side: str) -> ArmPlace:
     X = np.eye(4)
     X[:3, 3] = _PLACES[side]
     try:
-        model = Mechanism.model(_MODELS[name.rsplit("/", 1)[-1]])
+        model = Arm.model(_MODELS[name.rsplit("/", 1)[-1]])
     except (KeyError, PalpateError):
         raise RecordError(
             f"there is no model of the arm {name}", where=str(bag.path), why=f"known: {', '.join(_MODELS)}",

@@ -6,7 +6,7 @@ import threading
 import time
 
 from palpate.viewer import views
-from palpate.viewer.console import Console
+from palpate.viewer.control_panel import ControlPanel
 from palpate.viewer.drawing import Drawing
 from palpate.viewer.fixtures import FixturePanel
 from palpate.viewer.gauges import Gauges
@@ -30,7 +30,7 @@ class LiveViewer:
         self.url = url(self._server)
         self._drawing = Drawing(self._server.scene, stage)
         self._gauges = Gauges(self._server, stage, self._drawing)
-        self.console = Console(self._server, stage, source)
+        self.control_panel = ControlPanel(self._server, stage, source)
         steered = source.steered if stage.fixtures else None
         self.guidance = (
             None if steered is None else FixturePanel(self._server, stage.fixtures, self._drawing.fixtures, steered)
@@ -58,10 +58,10 @@ class LiveViewer:
         tick = self._source.latest()
         with self._server.atomic():
             self._drawing.show(tick)
-            self.console.show(tick)
+            self.control_panel.show(tick)
             self._gauges.add(tick)
             if frame % FRAMES_PER_READOUT == 0:
                 now = self._source.controls
-                self._gauges.show(tick, self.console.pause.value, now.stiffness_scale, now.damping_scale)
+                self._gauges.show(tick, self.control_panel.pause.value, now.stiffness_scale, now.damping_scale)
             if frame % FRAMES_PER_PLOT == 0:
                 self._gauges.plot()

@@ -18,7 +18,7 @@ from palpate.record.reader import Record
 from palpate.scene import materials
 from palpate.scene.model import ObjectSection
 from palpate.scene.rig import Rig, build
-from palpate.scene.surface import Surface
+from palpate.scene.surface import PlacedSurface
 from palpate.session.recorded import recorded_scene
 from palpate.viewer.stage import ArmPlace, FixtureMark, RegionMark, Stage, TouchedObject
 
@@ -116,7 +116,7 @@ def stage_of_record(record: Record) -> Stage:
     return stage_of(build(recorded_scene(record)), record.path.parent.name)
 
 
-def _touched_object(section: ObjectSection, placed: Surface, felt: _core.Object) -> TouchedObject:
+def _touched_object(section: ObjectSection, placed: PlacedSurface, felt: _core.Object) -> TouchedObject:
     vertices, triangles = drawable(placed.body.vertices, placed.body.triangles)
     middles = vertices[triangles].mean(axis=1)
     marks = [

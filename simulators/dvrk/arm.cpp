@@ -6,7 +6,7 @@
 
 namespace palpate::dvrk {
 
-Arm::Arm(ArmSpec spec, Address at, Outbox& out)
+SimulatedArm::SimulatedArm(ArmSpec spec, Address at, Outbox& out)
     : context_(std::move(spec), at, out),
       controller_(context_),
       states_(context_, controller_),
@@ -14,7 +14,7 @@ Arm::Arm(ArmSpec spec, Address at, Outbox& out)
   reporter_.measure(pinch_);
 }
 
-void Arm::start() noexcept {
+void SimulatedArm::start() noexcept {
   states_.start();
   const EventPublisher& publisher = context_.publisher;
   publisher.value(Topic::ratio, 1.0);
@@ -23,11 +23,11 @@ void Arm::start() noexcept {
   if (spec().kind == ArmKind::mtm) publisher.flag(Topic::orientation_locked, false);
 }
 
-void Arm::step(double dt) noexcept { context_.body->step(dt, around_); }
+void SimulatedArm::step(double dt) noexcept { context_.body->step(dt, around_); }
 
 // The sequence of the real component: measure, run the state machine, order the servos. Commands are applied between
 // two periods.
-void Arm::run(double t, double dt) noexcept {
+void SimulatedArm::run(double t, double dt) noexcept {
   context_.publisher.at(t);
   if (!context_.body->truth().q.allFinite()) {
     context_.body->reset(spec().start);
@@ -40,7 +40,7 @@ void Arm::run(double t, double dt) noexcept {
   context_.body->command(controller_.order());
 }
 
-bool Arm::apply(const Command& c) noexcept {
+bool SimulatedArm::apply(const Command& c) noexcept {
   for (const VerbEntry& entry : verbs()) {
     if (entry.verb != c.verb) continue;
     if (entry.kind != Kind::arm || (entry.arms & static_cast<unsigned>(spec().kind)) == 0) return false;
@@ -51,7 +51,7 @@ bool Arm::apply(const Command& c) noexcept {
   return false;
 }
 
-bool Arm::apply_hardware(const Command& c) noexcept {
+bool SimulatedArm::apply_hardware(const Command& c) noexcept {
   switch (c.verb) {
     case Verb::state_command:
       state_command(c.text.view());
@@ -77,7 +77,7 @@ bool Arm::apply_hardware(const Command& c) noexcept {
 }
 
 // Commands of the simulation only: a hand on the handle, and a force on the tool.
-bool Arm::apply_hand(const Command& c) noexcept {
+bool SimulatedArm::apply_hand(const Command& c) noexcept {
   const Pose& base = context_.base_frame;
   switch (c.verb) {
     case Verb::hand_servo_cp:

@@ -17,12 +17,12 @@
 namespace palpate::dvrk {
 
 /// A simulated arm.
-class Arm {
+class SimulatedArm {
  public:
   /// Throws std::invalid_argument naming the arm, the option and the remedy.
-  Arm(ArmSpec spec, Address at, Outbox& out);
-  Arm(const Arm&) = delete;
-  Arm& operator=(const Arm&) = delete;
+  SimulatedArm(ArmSpec spec, Address at, Outbox& out);
+  SimulatedArm(const SimulatedArm&) = delete;
+  SimulatedArm& operator=(const SimulatedArm&) = delete;
 
   void start() noexcept;                        ///< publishes the first states
   bool apply(const Command& command) noexcept;  ///< applies a command; false if the arm has no such verb

@@ -40,10 +40,10 @@ void CameraTeleop::enable(bool enable) noexcept {
 }
 
 void CameraTeleop::begin() noexcept {
-  for (Arm* arm : {mtml_, mtmr_, ecm_}) {
+  for (SimulatedArm* arm : {mtml_, mtmr_, ecm_}) {
     if (!arm->ready()) return;
   }
-  for (Arm* mtm : {mtml_, mtmr_}) {
+  for (SimulatedArm* mtm : {mtml_, mtmr_}) {
     mtm->controller().use_gravity_compensation(true);
     mtm->controller().body_set_cf_orientation_absolute(true);
     mtm->controller().body_servo_cf({});
@@ -54,7 +54,7 @@ void CameraTeleop::begin() noexcept {
   following_ = true;
 }
 
-void CameraTeleop::push(Arm& mtm, const Vec3& p_goal) const noexcept {
+void CameraTeleop::push(SimulatedArm& mtm, const Vec3& p_goal) const noexcept {
   const ArmState& state = mtm.state();
   const Vec3 f = kDistanceStiffness * (p_goal - state.measured_cp.p) + friction(state.measured_cv.v);
   mtm.controller().body_set_cf_orientation_absolute(true);
@@ -64,7 +64,7 @@ void CameraTeleop::push(Arm& mtm, const Vec3& p_goal) const noexcept {
 void CameraTeleop::run() noexcept {
   if (!wanted_) return;
   if (!following_) return begin();
-  for (Arm* arm : {mtml_, mtmr_, ecm_}) {
+  for (SimulatedArm* arm : {mtml_, mtmr_, ecm_}) {
     if (!arm->ready()) {
       following_ = false;
       return;
@@ -72,7 +72,7 @@ void CameraTeleop::run() noexcept {
   }
   const Image now = image();
   if (!now.valid || !first_.valid) {  // hands too close together to define an orientation
-    for (Arm* mtm : {mtml_, mtmr_})
+    for (SimulatedArm* mtm : {mtml_, mtmr_})
       mtm->controller().body_servo_cf({friction(mtm->state().measured_cv.v), Vec3::Zero()});
     return;
   }

@@ -10,7 +10,7 @@ namespace palpate::dvrk {
 /// Teleoperation of an ECM by two MTMs.
 class CameraTeleop {
  public:
-  CameraTeleop(Arm& mtml, Arm& mtmr, Arm& ecm) : mtml_(&mtml), mtmr_(&mtmr), ecm_(&ecm) {}
+  CameraTeleop(SimulatedArm& mtml, SimulatedArm& mtmr, SimulatedArm& ecm) : mtml_(&mtml), mtmr_(&mtmr), ecm_(&ecm) {}
 
   void enable(bool enable) noexcept;  ///< starts once all three arms are ready, or stops
   void run() noexcept;                ///< one period of 1 kHz
@@ -26,9 +26,9 @@ class CameraTeleop {
   };
   [[nodiscard]] Image image() const noexcept;
   void begin() noexcept;
-  void push(Arm& mtm, const Vec3& p_goal) const noexcept;
+  void push(SimulatedArm& mtm, const Vec3& p_goal) const noexcept;
 
-  Arm *mtml_, *mtmr_, *ecm_;
+  SimulatedArm *mtml_, *mtmr_, *ecm_;
   bool wanted_ = false, following_ = false;
   Image first_;
   JointVector q_first_;

@@ -15,7 +15,7 @@ std::string_view pedal_name(std::size_t pedal) noexcept {
 
 }  // namespace
 
-Console::Console(std::vector<Arm*> mtms, std::vector<Teleop*> teleops, CameraTeleop* camera, Outbox& out)
+Console::Console(std::vector<SimulatedArm*> mtms, std::vector<Teleop*> teleops, CameraTeleop* camera, Outbox& out)
     : mtms_(std::move(mtms)),
       teleops_(std::move(teleops)),
       selected_(teleops_.size(), true),
@@ -166,7 +166,7 @@ void Console::set_scale(double scale) noexcept {
 }
 
 void Console::hold_mtms() noexcept {
-  for (Arm* mtm : mtms_) {
+  for (SimulatedArm* mtm : mtms_) {
     if (mtm->ready()) mtm->controller().hold();
   }
 }

@@ -14,7 +14,7 @@ namespace palpate::dvrk {
 class Console {
  public:
   /// Keeps the addresses of the arms and teleops.
-  Console(std::vector<Arm*> mtms, std::vector<Teleop*> teleops, CameraTeleop* camera, Outbox& out);
+  Console(std::vector<SimulatedArm*> mtms, std::vector<Teleop*> teleops, CameraTeleop* camera, Outbox& out);
 
   void start() noexcept;                        ///< publishes the first states
   bool apply(const Command& command) noexcept;  ///< applies a command; false if the console has no such verb
@@ -39,7 +39,7 @@ class Console {
   void run_teleops(std::string_view command) noexcept;
   void hold_mtms() noexcept;
 
-  std::vector<Arm*> mtms_;
+  std::vector<SimulatedArm*> mtms_;
   std::vector<Teleop*> teleops_;
   std::vector<bool> selected_;
   CameraTeleop* camera_teleop_;

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kReportPeriod = 2.0;       // [s] between two reports of refused commands
 constexpr double kCannula = 0.045 - 0.002;  // [m] from the remote centre: smallest insertion for Cartesian control
-constexpr double kReach = 0.1;              // [m] a Cartesian goal this far beyond the limits is refused, not clipped
+constexpr double kReach = 0.1;  // [m] farther beyond the joint limits, a Cartesian goal is refused, not clipped
 
 /// Smallest joint velocities that give the tip V:  J^T (J J^T + eps)^-1 V.
 JointVector joint_velocity(const Jacobian& J, const Vec6& V) noexcept {

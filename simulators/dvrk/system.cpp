@@ -37,11 +37,11 @@ void check(const SystemSpec& spec) {
 struct System::Impl {
   explicit Impl(SystemSpec spec) : publisher(Address{Kind::system, 0}, "system", out) {
     check(spec);
-    std::vector<Arm*> mtms;
+    std::vector<SimulatedArm*> mtms;
     for (ArmSpec& arm : spec.arms) {
       const Address at{Kind::arm, static_cast<int>(arms.size())};
       arm_names.push_back(arm.name);
-      arms.push_back(std::make_unique<Arm>(std::move(arm), at, out));
+      arms.push_back(std::make_unique<SimulatedArm>(std::move(arm), at, out));
       if (arms.back()->spec().kind == ArmKind::mtm) mtms.push_back(arms.back().get());
     }
     std::vector<Teleop*> list;
@@ -62,7 +62,7 @@ struct System::Impl {
     console->start();
   }
 
-  Arm& at_index(int arm) noexcept { return *arms[static_cast<std::size_t>(arm)]; }
+  SimulatedArm& at_index(int arm) noexcept { return *arms[static_cast<std::size_t>(arm)]; }
 
   void step() noexcept {
     ++ticks;
@@ -118,7 +118,7 @@ struct System::Impl {
   EventPublisher publisher;
   Audio audio;
   std::vector<std::string> arm_names, teleop_names;
-  std::vector<std::unique_ptr<Arm>> arms;
+  std::vector<std::unique_ptr<SimulatedArm>> arms;
   std::vector<std::unique_ptr<Teleop>> teleops;
   std::unique_ptr<CameraTeleop> camera;
   std::unique_ptr<Console> console;
@@ -164,7 +164,7 @@ const TeleopState& System::teleop(int teleop) const noexcept {
 JointState System::truth(int arm) const noexcept { return impl_->at_index(arm).truth(); }
 
 bool System::forward_kinematics(int arm, const JointVector& q, Pose& cp) noexcept {
-  Arm& a = impl_->at_index(arm);
+  SimulatedArm& a = impl_->at_index(arm);
   if (q.size() != a.model().n() || !q.allFinite()) return false;
   a.model().update(q, JointVector::Zero(q.size()));
   cp = a.base_frame() * a.model().tip();
@@ -172,7 +172,7 @@ bool System::forward_kinematics(int arm, const JointVector& q, Pose& cp) noexcep
 }
 
 bool System::inverse_kinematics(int arm, const Pose& cp, JointVector& q) noexcept {
-  Arm& a = impl_->at_index(arm);
+  SimulatedArm& a = impl_->at_index(arm);
   if (q.size() != a.model().n() || !q.allFinite() || !is_pose(cp)) return false;
   return inverse_anywhere(a.model(), a.spec().kind, a.base_frame().inverse() * cp, a.spec().home, q);
 }

@@ -24,7 +24,7 @@ TeleopSpec checked(TeleopSpec s) {
   return s;
 }
 
-Text joined(const Arm& mtm, const Arm& psm) noexcept {
+Text joined(const SimulatedArm& mtm, const SimulatedArm& psm) noexcept {
   Text name(mtm.spec().name);
   name << "_" << psm.spec().name;
   return name;
@@ -32,7 +32,7 @@ Text joined(const Arm& mtm, const Arm& psm) noexcept {
 
 }  // namespace
 
-Teleop::Teleop(const TeleopSpec& spec, Arm& mtm, Arm& psm, Address at, Outbox& out)
+Teleop::Teleop(const TeleopSpec& spec, SimulatedArm& mtm, SimulatedArm& psm, Address at, Outbox& out)
     : spec_(checked(spec)), mtm_(&mtm), psm_(&psm), publisher_(at, joined(mtm, psm), out) {
   state_.scale = spec_.scale;
   state_.current_state = state_.desired_state = name_of(Phase::disabled);
@@ -206,7 +206,7 @@ void Teleop::enter(Phase phase) noexcept {
       mtm_->controller().hold();
       break;
     case Phase::setting_arms_state:
-      for (Arm* arm : {psm_, mtm_}) {
+      for (SimulatedArm* arm : {psm_, mtm_}) {
         if (arm->state().operating_state.state != State::ENABLED) arm->state_command("enable");
         if (!arm->state().operating_state.is_homed) arm->state_command("home");
       }

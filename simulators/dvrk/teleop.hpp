@@ -12,7 +12,7 @@ namespace palpate::dvrk {
 class Teleop {
  public:
   /// Keeps the addresses of the arms. Throws std::invalid_argument naming the invalid option.
-  Teleop(const TeleopSpec& spec, Arm& mtm, Arm& psm, Address at, Outbox& out);
+  Teleop(const TeleopSpec& spec, SimulatedArm& mtm, SimulatedArm& psm, Address at, Outbox& out);
 
   void start() noexcept;                                  ///< publishes the first states
   bool apply(const Command& command) noexcept;            ///< applies a command; false if a teleop has no such verb
@@ -47,7 +47,7 @@ class Teleop {
   [[nodiscard]] double gripper_of(double jaw) const noexcept;
 
   TeleopSpec spec_;
-  Arm *mtm_, *psm_;
+  SimulatedArm *mtm_, *psm_;
   EventPublisher publisher_;
   TeleopState state_;
   Phase phase_ = Phase::disabled, desired_ = Phase::disabled;

@@ -7,8 +7,8 @@ namespace palpate::dvrk {
 namespace {
 
 constexpr double kReadyTimeout = 60.0;  // [s] timeout for homing the arms
-constexpr double kAlignPeriod = 0.01;    // [s] between two goals for the MTM
-constexpr double kRemind = 2.0;          // [s] between two warnings about alignment or readiness
+constexpr double kAlignPeriod = 0.01;   // [s] between two goals for the MTM
+constexpr double kRemind = 2.0;         // [s] between two warnings about alignment or readiness
 
 double angle(const Mat3& R) noexcept { return Eigen::AngleAxisd(R).angle(); }
 

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from palpate.certificate.loop import Loop, difference, modes, zero_order_hold
+from palpate.certificate.loop import SampledLoop, difference, modes, zero_order_hold
 
 
 def device(m=0.3, b=0.5, k=0.0, T=1e-3, delay=0.0, cutoff=0.0):
     A = np.array([[0.0, 1.0], [-k / m, -b / m]])
-    return Loop(A, np.array([0.0, 1.0 / m]), np.array([1.0, 0.0]), T, delay, velocity=difference(T, cutoff))
+    return SampledLoop(A, np.array([0.0, 1.0 / m]), np.array([1.0, 0.0]), T, delay, velocity=difference(T, cutoff))
 
 
 def closed(loop, K, B, cutoff=0.0):

@@ -45,8 +45,8 @@ def filled(options, values):
 
 
 def fixture(geometry, role="forbid", law="spring", name="one", on=True, role_=None, law_=None, **policy):
-    """A fixture. role_, law_: options by name; other keywords are fields of the policy, or `patience` [s]."""
-    patience = policy.pop("patience", np.inf)
+    """A fixture. role_, law_: options by name; other keywords are fields of the policy, or `timeout` [s]."""
+    timeout = policy.pop("timeout", np.inf)
     return _core.Fixture(
         name,
         geometry,
@@ -56,7 +56,7 @@ def fixture(geometry, role="forbid", law="spring", name="one", on=True, role_=No
         filled(_core.GuidanceLawOptions(), law_ or {}),
         filled(_core.Policy(), policy),
         on,
-        patience,
+        timeout,
     )
 
 

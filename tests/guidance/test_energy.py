@@ -86,7 +86,7 @@ def test_fixture_does_no_work_on_a_closed_loop_of_poses(role, name, radius):
     geometry, middle = GEOMETRIES[name]
     f = fixture(geometry, ROLES[role][0], role_=ROLES[role][1], law_=EVEN)
     X = loop(np.array(middle), radius)
-    F = np.array([f.ask(x)["F"] for x in X])
+    F = np.array([f.evaluate(x)["F"] for x in X])
     earned, exchanged = work(F, X)
     assert exchanged > 1e-6, "control: the fixture pulls"
     assert abs(earned) < 2e-4 * exchanged
@@ -101,11 +101,11 @@ def test_wrench_is_the_gradient_of_the_stored_energy(role, name, law):
     for X in loop(np.array(middle), 0.003, n=7):
         R = Rotation.from_matrix(X[:3, :3])
         U = [
-            f.ask(pose(X[:3, 3] + y[:3], (Rotation.from_rotvec(y[3:]) * R).as_matrix()))["U"]
+            f.evaluate(pose(X[:3, 3] + y[:3], (Rotation.from_rotvec(y[3:]) * R).as_matrix()))["U"]
             for y in np.r_[h * np.eye(6), -h * np.eye(6)]
         ]
         slope = (np.array(U[:6]) - U[6:]) / (2 * h)
-        np.testing.assert_allclose(f.ask(X)["F"], -slope, atol=2e-4 * np.abs(slope).max() + 1e-7)
+        np.testing.assert_allclose(f.evaluate(X)["F"], -slope, atol=2e-4 * np.abs(slope).max() + 1e-7)
 
 
 @pytest.mark.parametrize("hard", [False, True])
@@ -134,8 +134,8 @@ def test_rotating_frame_gives_the_full_drift():
     for role in ("guide", "rcm", "orient"):
         f = fixture(placed(_core.PointGeometry() if role == "rcm" else ring(0.03), motion=motion), role)
         X, h = loop(np.array((0.02, 0.02, 0.01)), 0.002, n=3)[0], 1e-5
-        numeric = (f.ask(X, 0.2 + h)["gap"] - f.ask(X, 0.2 - h)["gap"]) / (2 * h)
-        assert f.ask(X, 0.2)["drift"] == pytest.approx(numeric, rel=1e-4), role
+        numeric = (f.evaluate(X, 0.2 + h)["gap"] - f.evaluate(X, 0.2 - h)["gap"]) / (2 * h)
+        assert f.evaluate(X, 0.2)["drift"] == pytest.approx(numeric, rel=1e-4), role
 
 
 def test_constraint_gradient_vanishes_where_the_normals_disagree():
@@ -144,6 +144,6 @@ def test_constraint_gradient_vanishes_where_the_normals_disagree():
         placed(_core.LineGeometry(np.zeros(3), np.array([0.1, 0.0, 0.0]), True)), "orient", role_={"target": "normal"}
     )
     for y in (1e-3, 1e-4, 1e-6, 1e-9):
-        along = f.ask(pose((0.0, y, 0.0), TILT.as_matrix()))["along"]
+        along = f.evaluate(pose((0.0, y, 0.0), TILT.as_matrix()))["along"]
         assert np.linalg.norm(along[3:]) == pytest.approx(y / AROUND)
         assert np.linalg.norm(along[:3]) <= np.sqrt(3.0) / AROUND * np.hypot(1.0, np.pi)

@@ -121,7 +121,7 @@ def test_tool_behind_a_servo_stays_outside_for_any_hand_motion(kind, moving):
     for k, p in enumerate(hand):
         stage.step(p)
         for f in made:
-            gap = f.ask(stage.X_tool, stage.k * DT)["gap"]
+            gap = f.evaluate(stage.X_tool, stage.k * DT)["gap"]
             deepest, touched = min(deepest, gap), touched + (gap < 5e-4)
         assert deepest > -1e-4, f"{1e3 * -deepest:.3f} mm in at {k + start} ms"
     assert touched > 100, "control: the tool reached the border"

@@ -54,7 +54,7 @@ def test_tool_stays_outside_during_violent_hand_motions(kind):
     ticks = loop_rig.run(simulation(violent_hand(3), f, hand__stiffness=600.0, hand__grip_force_max=60.0), 3.0)
     X = np.tile(np.eye(4), (len(ticks), 1, 1))
     X[:, :3, 3] = ticks["p_WT"]
-    gap = np.array([f.ask(x, t)["gap"] for x, t in zip(X, ticks["t"], strict=True)])
+    gap = np.array([f.evaluate(x, t)["gap"] for x, t in zip(X, ticks["t"], strict=True)])
     assert gap.min() > -1e-4, f"{-1e3 * gap.min():.3f} mm in"
     corrected = (ticks["status"].astype(int) & CORRECTED) != 0
     assert corrected.mean() > 0.2, "control: the hand pressed on the fixture"

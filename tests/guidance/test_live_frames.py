@@ -74,7 +74,7 @@ def test_jump_of_a_frame_gives_no_force_step(given):
 
 def test_fixture_of_a_silent_frame_fades_out_and_returns():
     frame = _core.LiveFrame()
-    stage = Stage(fixture(ball(frame), patience=0.1, rise=0.05, fall=0.05))
+    stage = Stage(fixture(ball(frame), timeout=0.1, rise=0.05, fall=0.05))
     at, lost = np.array([0.0, 0.0, 0.015]), []
     for k in range(1000):
         if k % 30 == 0 and not 300 < k < 700:
@@ -88,8 +88,8 @@ def test_fixture_of_a_silent_frame_fades_out_and_returns():
             np.testing.assert_array_equal(out["F_T_W"], 0.0)
     assert (np.flatnonzero(lost)[[0, -1]] - [400, 719]).max() <= 1, "the last update is at 300, the next at 720"
     assert stage.core.authority(0) == 1.0
-    with pytest.raises(ValueError, match=r"patience = 0.0.*must be above 0 s"):
-        _core.Fixtures([fixture(ball(frame), patience=0.0)])
+    with pytest.raises(ValueError, match=r"timeout = 0.0.*must be above 0 s"):
+        _core.Fixtures([fixture(ball(frame), timeout=0.0)])
 
 
 def test_jump_of_a_frame_moves_the_goal_at_the_return_speed():

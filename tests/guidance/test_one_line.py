@@ -19,8 +19,8 @@ def test_margin_around_a_mesh_in_one_line(here):
     fixture = Fixture("margin: 3 mm around: ball.stl")
     assert (fixture.role.name, fixture.role.margin, fixture.hard, fixture.name) == ("forbid", 0.003, True, "ball")
     core = fixture.make(here)
-    assert core.ask(pose((0.024, 0, 0)))["gap"] == pytest.approx(0.001, abs=1e-4)
-    assert core.ask(pose((0.022, 0, 0)))["gap"] == pytest.approx(-0.001, abs=1e-4)
+    assert core.evaluate(pose((0.024, 0, 0)))["gap"] == pytest.approx(0.001, abs=1e-4)
+    assert core.evaluate(pose((0.022, 0, 0)))["gap"] == pytest.approx(-0.001, abs=1e-4)
     same = from_yaml(
         "- margin: 3 mm around: ball.stl\n- margin: 3 mm around ball.stl\n- {margin: 3 mm, around: ball.stl}"
     )
@@ -35,13 +35,13 @@ def test_path_cone_and_trocar_in_one_line(here):
     assert query(follow.make_geometry(here), [[0.01, 0.005, 0.003]], 0.0)["distance"][0] < 0.004
     stay = Fixture("stay-in: cone(entry, target)").make(here)
     assert stay.role == "keep-in"
-    assert stay.ask(pose((0, 0, 0.07)))["gap"] == pytest.approx(0.05 * np.sin(_core.CONE_HALF_ANGLE))
+    assert stay.evaluate(pose((0, 0, 0.07)))["gap"] == pytest.approx(0.05 * np.sin(_core.CONE_HALF_ANGLE))
     wide = Fixture("stay-in: cone([0, 0, 10 cm], target, 30 deg)").make(here)
-    assert wide.ask(pose((0, 0, 0.07)))["gap"] == pytest.approx(0.025)
+    assert wide.evaluate(pose((0, 0, 0.07)))["gap"] == pytest.approx(0.025)
     rcm = Fixture("keep-rcm")
     assert (rcm.role.name, rcm.geometry.point.at) == ("rcm", "rcm")
     assert Fixture("keep-rcm: entry").geometry.point.at == "entry"
-    assert Fixture("stay-in: tube(suture.csv, 2 mm)").make(here).ask(np.eye(4))["gap"] == pytest.approx(0.002)
+    assert Fixture("stay-in: tube(suture.csv, 2 mm)").make(here).evaluate(np.eye(4))["gap"] == pytest.approx(0.002)
     around = Fixture("margin: 1 mm around: liver")
     assert (around.geometry.object.name, around.frame.of) == ("liver", "liver")
 

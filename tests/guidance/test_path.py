@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from geometry_queries import assert_sound, slope
-from geometry_queries import query_points as ask
+from geometry_queries import query_points as query
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
@@ -33,7 +33,7 @@ def test_nearest_point_is_the_global_minimum(seed, n):
     points = wander(seed, n)
     geometry = path(points, crossing=0.0)
     where = np.random.default_rng(seed).uniform(-0.1, 0.1, (300, 3)) + points.mean(axis=0)
-    q = ask(geometry, where)
+    q = query(geometry, where)
     assert_sound(q)
     samples = dense(points)
     found = cKDTree(samples).query(where)[0]
@@ -49,8 +49,8 @@ def test_distance_has_a_unit_gradient_along_the_normal(seed):
     points = wander(seed)
     geometry = path(points, crossing=0.0)
     near = dense(points, n=100) + np.random.default_rng(seed).normal(size=(100, 3)) * 1e-3
-    q = ask(geometry, near)
-    shifted = [ask(geometry, near + step)["point"] for step in 1e-6 * np.r_[np.eye(3), -np.eye(3)]]
+    q = query(geometry, near)
+    shifted = [query(geometry, near + step)["point"] for step in 1e-6 * np.r_[np.eye(3), -np.eye(3)]]
     jumps = np.linalg.norm(np.array(shifted) - q["point"], axis=2).max(axis=0) > 1e-4
     assert jumps.mean() < 0.1
     np.testing.assert_allclose(slope(geometry, near, 2e-7)[~jumps], q["normal"][~jumps], atol=1e-5)
@@ -68,7 +68,7 @@ def test_closed_path_through_a_circle_has_its_length_and_no_ends():
     assert geometry.length == pytest.approx(2 * np.pi * 0.03, rel=1e-6)
     a = np.linspace(0.1, 2 * np.pi, 500, endpoint=False)
     where = np.c_[0.04 * np.cos(a), 0.04 * np.sin(a), 0.01 + 0 * a]
-    q = ask(geometry, where)
+    q = query(geometry, where)
     assert (q["dimension"] == 1).all()
     np.testing.assert_allclose(q["distance"], np.hypot(0.01, 0.01), atol=1e-7)
     np.testing.assert_allclose(q["along"], 0.03 * a, atol=1e-6)
@@ -82,12 +82,12 @@ def test_arc_length_agrees_with_the_sampled_curve():
     samples = dense(points)
     along = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(samples, axis=0), axis=1))]
     assert geometry.length == pytest.approx(along[-1], rel=1e-9)
-    np.testing.assert_allclose(ask(geometry, samples[::777])["along"], along[::777], atol=1e-9)
+    np.testing.assert_allclose(query(geometry, samples[::777])["along"], along[::777], atol=1e-9)
 
 
 def test_path_is_a_point_beyond_its_ends():
     geometry = path([[0, 0, 0], [0.01, 0, 0], [0.02, 0, 0]])
-    q = ask(geometry, [[-0.01, 0, 0], [0.005, 0.001, 0], [0.03, 0, 0.01]])
+    q = query(geometry, [[-0.01, 0, 0], [0.005, 0.001, 0], [0.03, 0, 0.01]])
     np.testing.assert_array_equal(q["dimension"], [0, 1, 0])
     np.testing.assert_allclose(q["point"], [[0, 0, 0], [0.005, 0, 0], [0.02, 0, 0]], atol=1e-15)
     np.testing.assert_allclose(q["along"], [0, 0.005, 0.02], atol=1e-15)
@@ -97,18 +97,18 @@ def test_path_is_a_point_beyond_its_ends():
 def test_attitudes_follow_the_tangent_or_the_recording():
     points = dense(wander(3), n=9)
     samples = dense(points, n=2000)[1:-1]
-    q = ask(path(points, crossing=0.0), samples)
+    q = query(path(points, crossing=0.0), samples)
     np.testing.assert_allclose(q["attitude"][:, :, 2], q["basis"][:, :, 0], atol=1e-9)
     turned, bent = (np.linalg.norm(np.diff(a.reshape(len(a), -1), axis=0), axis=1) for a in
                     (q["attitude"], q["basis"][:, :, 0]))  # fmt: skip
     assert (turned <= 1.5 * bent + 1e-9).all(), "the attitude turns no more than the tangent"
     R = Rotation.from_rotvec(np.linspace(0, 1, 9)[:, None] * [0.5, -1.0, 0.2]).as_matrix()
-    recorded = ask(path(points, R, crossing=0.0), points)
+    recorded = query(path(points, R, crossing=0.0), points)
     np.testing.assert_allclose(recorded["attitude"], R, atol=1e-6)
 
 
 def test_frame_along_a_plane_curve_has_no_twist():
-    q = ask(path(circle()[:40]), circle()[1:39])
+    q = query(path(circle()[:40]), circle()[1:39])
     assert np.ptp(q["attitude"][:, 2, :2], axis=0).max() < 1e-6, "x and y out of the plane are constant"
 
 

@@ -14,7 +14,7 @@ STILL = np.zeros(6)
 
 
 def evaluate(f, p=(0.0, 0.0, 0.0), R=None, V=STILL, **more):
-    return f.ask(pose(p, R), V_WT=V, **more)
+    return f.evaluate(pose(p, R), V_WT=V, **more)
 
 
 def test_names_of_roles_and_laws():
@@ -107,8 +107,8 @@ def test_drift_is_the_time_derivative_of_the_gap(role):
     f = fixture(sphere(0.03, motion=motion), role)
     p, h = np.array([0.02, 0.03, 0.04]), 1e-6
     for t in (0.1, 0.2, 0.55):
-        numeric = (f.ask(pose(p), t + h)["gap"] - f.ask(pose(p), t - h)["gap"]) / (2 * h)
-        assert f.ask(pose(p), t)["drift"] == pytest.approx(numeric, abs=1e-6)
+        numeric = (f.evaluate(pose(p), t + h)["gap"] - f.evaluate(pose(p), t - h)["gap"]) / (2 * h)
+        assert f.evaluate(pose(p), t)["drift"] == pytest.approx(numeric, abs=1e-6)
 
 
 def test_force_limit_gives_a_displacement_away_from_the_contact():
@@ -246,7 +246,7 @@ def test_wrench_is_independent_of_the_frame(seed, role, law):
     made = [sphere(0.01, at) if role == "keep-in" else placed(geometry, at) for at in (None, X)]
     one = evaluate(fixture(made[0], role, law, **options), p, R, V)
     turned = np.concatenate([X[:3, :3] @ V[:3], X[:3, :3] @ V[3:]])
-    other = fixture(made[1], role, law, **options).ask(X @ pose(p, R), V_WT=turned)
+    other = fixture(made[1], role, law, **options).evaluate(X @ pose(p, R), V_WT=turned)
     back = np.concatenate([X[:3, :3].T @ other["F"][:3], X[:3, :3].T @ other["F"][3:]])
     np.testing.assert_allclose(back, one["F"], atol=1e-9)
     assert other["U"] == pytest.approx(one["U"], abs=1e-12)

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import palpate
 from palpate.guidance import Fixture, FixtureContext, Line, Plane, Sphere
-from palpate.guidance.why import Hand, explain_tick, terms
+from palpate.guidance.why import OperatorInput, explain_tick, terms
 from palpate.scene import Scene
 from palpate.scene.rig import build
 
@@ -62,7 +62,7 @@ def test_terms_add_up_to_the_wrench_without_residual(seed, n):
     X = pose(0.004 * rng.normal(size=3), Rotation.random(random_state=rng).as_matrix())
     V = np.r_[0.02 * rng.normal(size=3), 0.2 * rng.normal(size=3)]
     tick = tick_of(Stage(moment_rate=10.0), fixtures, X, V)  # moments settle within the ticks
-    parts = terms(fixtures, tick, HERE, Hand(V))
+    parts = terms(fixtures, tick, HERE, OperatorInput(V))
     wrench = np.r_[tick["F_guidance_W"], tick["t_guidance_W"]]
     np.testing.assert_allclose(sum(term.F for term in parts), wrench, atol=1e-12)
     if not any(f.hard or f.law.name == "optimise" for f in fixtures):  # these also depend on the goal's motion
@@ -76,7 +76,7 @@ def test_explanation_names_every_part_its_authority_and_the_damping():
     ]
     V = np.array([0.0, -0.03, 0.0, 0.0, 0.0, 0.0])
     tick = tick_of(Stage(), fixtures, pose((0.02, 0.0, -0.002)), V)
-    explanation = explain_tick(fixtures, tick, HERE, Hand(V))
+    explanation = explain_tick(fixtures, tick, HERE, OperatorInput(V))
     assert "floor: (+0.000, +0.000, +0.820) N" in explanation
     assert "line: (" in explanation
     assert "at 50 % of its authority" in explanation
@@ -125,7 +125,9 @@ def test_terms_of_hard_and_optimised_fixtures_add_up_to_the_rendered_wrench():
     for ticks, force, moment in ((900, 0.05, 1e-3), (600, 2e-4, 5e-5), (1500, 2e-4, 5e-5)):
         tick = session.step(ticks).tick
         V = np.r_[rig.scene.mapping.scale * rig.arms.X_WL[:3, :3] @ np.asarray(tick["v_LH"]), np.zeros(3)]
-        parts = terms(session.fixtures, tick, rig.context, Hand(V, 0.5, float(np.linalg.norm(tick["F_cell_L"]))))
+        parts = terms(
+            session.fixtures, tick, rig.context, OperatorInput(V, 0.5, float(np.linalg.norm(tick["F_cell_L"])))
+        )
         whole = sum(term.F for term in parts)
         np.testing.assert_allclose(whole, np.r_[tick["F_guidance_W"], tick["t_guidance_W"]], atol=1e-12)
         assert np.abs(parts[-1].F[:3]).max() < force, (tick["t"], parts)

@@ -79,7 +79,7 @@ def test_every_other_key_survives_a_round_trip_and_reaches_the_core(here):
     assert policy == (True, 0.5, 3, 0.05, 0.06)
     assert (core.policy.rise, core.stiffness, core.on, core.law) == (0.3, 700.0, False, "potential")
     assert [(r.by, r.start, r.end) for r in core.policy.ramps] == [("distance", 0.02, 0.0)]
-    gap = core.ask(pose((0, 0, 0.1)))["gap"]
+    gap = core.evaluate(pose((0, 0, 0.1)))["gap"]
     assert gap == pytest.approx(0.02 - 0.001)
 
 
@@ -106,7 +106,7 @@ def test_rotated_point_or_point_on_a_live_frame_has_the_axis_of_its_frame(here):
     common = {"name": "it", "role": "orient"}
     turned = Fixture(geometry={"point": {"at": [0, 0, 0], "rpy_deg": [90, 0, 0]}}, **common).make(here)
     tool = Rotation.from_euler("x", 90, degrees=True).as_matrix()
-    assert turned.ask(pose((0.01, 0, 0), tool))["gap"] == pytest.approx(0.0, abs=1e-9)
+    assert turned.evaluate(pose((0.01, 0, 0), tool))["gap"] == pytest.approx(0.0, abs=1e-9)
     live = FixtureContext(here.file, {**here.frames, "camera": _core.LiveFrame()}, {}, {})
     assert Fixture(geometry={"point": {"at": [0, 0, 0]}}, frame="camera", **common).make(live).role == "orient"
 

@@ -10,7 +10,7 @@ from palpate.arm.drives import drive_train
 from palpate.arm.dynamics import Dynamics
 from palpate.arm.observer import drive_inertia, estimate_options
 from palpate.errors import RecordingError
-from palpate.identify.motion import Motion
+from palpate.identify.motion import RecordedMotion
 from palpate.identify.payload import external_torque
 
 RATE = 200.0
@@ -29,7 +29,7 @@ def test_modelled_torques_are_no_external_torques(arm, at):
     to_drives = np.linalg.pinv(d.train.coupling).T  # with the jaw at rest
     q, v, a = (x @ to_drives for x in moving.excitation(3, arm.home, np.full(arm.n, 0.05), 6.0))
     tau = d.torque(q, v, a)
-    r = external_torque(d, Motion(q, v, a, tau, RATE, 0, "known"), bandwidth=5.0)
+    r = external_torque(d, RecordedMotion(q, v, a, tau, RATE, 0, "known"), bandwidth=5.0)
     largest = np.abs(tau @ np.linalg.pinv(d.train.coupling)).max(axis=0)
     assert (np.abs(r[200:]).max(axis=0) < 0.01 * largest + 1e-3).all()
 

@@ -12,7 +12,7 @@ from palpate.arm.drives import drive_train
 from palpate.arm.dynamics import Dynamics
 from palpate.errors import RecordingError
 from palpate.identify import payload
-from palpate.identify.motion import Motion, motion
+from palpate.identify.motion import RecordedMotion, motion
 from palpate.identify.recordings import Moving
 
 DATA = Path(os.environ.get("PALPATE_DATA", "../shared/data")) / "psm_moving"
@@ -24,7 +24,7 @@ def known() -> Dynamics:
     return Dynamics(ARM, ARM.inertial_parameters, np.zeros(len(drive_train(ARM).terms)))
 
 
-def unloaded(known: Dynamics, seed: int) -> Motion:
+def unloaded(known: Dynamics, seed: int) -> RecordedMotion:
     q, v, a = moving.excitation(
         7, np.array([-0.2, 0, 0.15, 0, 0, 0, 0]), np.array([0.5, 0.8, 0.07, 0.5, 0.3, 0.3, 0.3])
     )
@@ -32,7 +32,7 @@ def unloaded(known: Dynamics, seed: int) -> Motion:
     return motion(Moving(q, v, known.torque(q, v, a) + noise, 200.0, f"unloaded {seed}"))
 
 
-def with_load(known: Dynamics, mass: float, height: float) -> Motion:
+def with_load(known: Dynamics, mass: float, height: float) -> RecordedMotion:
     """The same motion with a body on the bar, whose torque follows from d'Alembert's principle."""
     m = unloaded(known, 3)
     pivot = payload.Hang().p_pivot
@@ -49,7 +49,7 @@ def with_load(known: Dynamics, mass: float, height: float) -> Motion:
         e = np.eye(6)[j] * h
         J = np.array([(position(row + e) - position(row - e)) / (2 * h) for row in q])
         tau[:, j] += mass * (J * (acceleration - [0, 0, -9.81])).sum(axis=1)
-    return Motion(m.q, m.v, m.a, tau, m.rate, 0, "loaded")
+    return RecordedMotion(m.q, m.v, m.a, tau, m.rate, 0, "loaded")
 
 
 def test_known_body_on_the_bar_is_identified(known):
@@ -68,7 +68,7 @@ def test_different_motions_and_a_single_tare_are_rejected(known):
     m = unloaded(known, 1)
     with pytest.raises(RecordingError, match="1 unloaded recording"):
         payload.estimate_load(known, m, [m])
-    other = Motion(m.q + 0.1, m.v, m.a, m.tau, m.rate, 0, "other")
+    other = RecordedMotion(m.q + 0.1, m.v, m.a, m.tau, m.rate, 0, "other")
     with pytest.raises(RecordingError, match="a tare needs the same motion"):
         payload.estimate_load(known, m, [m, other])
 
@@ -76,10 +76,10 @@ def test_different_motions_and_a_single_tare_are_rejected(known):
 def test_disturbance_in_one_recording_widens_the_interval_with_little_bias(known):
     """A cable pulls with 0.15 N m for 4 s of one recording, which is more than the body's torque."""
 
-    def disturbed(m: Motion) -> Motion:
+    def disturbed(m: RecordedMotion) -> RecordedMotion:
         tau = m.tau.copy()
         tau[1000:1800, 1] += 0.15
-        return Motion(m.q, m.v, m.a, tau, m.rate, 0, "caught")
+        return RecordedMotion(m.q, m.v, m.a, tau, m.rate, 0, "caught")
 
     clean = payload.estimate_load(known, with_load(known, 0.1, 0.08), [unloaded(known, 1), unloaded(known, 2)])
     load = payload.estimate_load(

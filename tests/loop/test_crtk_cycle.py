@@ -316,7 +316,7 @@ def test_invalid_options_are_rejected():
     with pytest.raises(ValueError, match="a virtual follower needs its arm"):
         _core.CrtkCycle(Device().options)
     o.source = "estimate"
-    with pytest.raises(ValueError, match="not told by CRTK"):
+    with pytest.raises(ValueError, match="CRTK does not report"):
         _core.CrtkCycle(_core.CrtkOptions(o, Q_FOLLOWER), Arm.psm("lnd"))
 
 

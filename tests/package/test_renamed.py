@@ -6,9 +6,13 @@ import pytest
 
 import palpate
 from palpate.certificate import Certificate
+from palpate.contact.touchable import Radius
+from palpate.identify.gravity import Calibration
+from palpate.identify.pairs import Pairs
 from palpate.mesh.check import MeshReport
 from palpate.renamed import NAMES, RENAMED
 from palpate.session.summary import Summary
+from palpate.verify.fuzz import Outcome
 
 
 @pytest.mark.parametrize(("old", "new"), RENAMED.items())
@@ -37,10 +41,17 @@ def test_errors_for_submodules_and_attributes_of_an_old_name_state_the_new_one()
         palpate.bag  # noqa: B018
 
 
-@pytest.mark.parametrize("owner", [Summary, Certificate, MeshReport])
+@pytest.mark.parametrize("owner", [Summary, Certificate, MeshReport, Calibration, Pairs, Outcome])
 def test_error_for_a_renamed_method_states_the_new_name(owner):
     with pytest.raises(AttributeError, match=rf"^{owner.__name__}.to_json is now palpate\.arrays\.plain\.plain\("):
         owner.to_json  # noqa: B018
+
+
+def test_error_for_a_renamed_method_may_state_another_method():
+    with pytest.raises(
+        AttributeError, match=r"^Radius\.to_json is now palpate\.contact\.touchable\.Radius\.figures\(\)$"
+    ):
+        Radius.to_json  # noqa: B018
 
 
 def test_unknown_name_gives_an_ordinary_error():

@@ -38,7 +38,7 @@ def main(folder):
         reported = any("the leader is silent" in line for line in node.output.lines[first:])
         link("up")
         stand.press(30.0)
-        felt = stand.puppet.felt
+        felt = stand.mock_leader.wrenches
         later = felt[felt[:, 0] > away]
         seen = {
             "reported": reported,

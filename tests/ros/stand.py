@@ -1,4 +1,4 @@
-"""A test stand: a mock leader (`palpate.ros` Puppet, in this process), and a haptic node in its own process.
+"""A test stand: a mock leader (`palpate.ros` MockLeader, in this process), and a haptic node in its own process.
 
 An arm has no timeout, so the last received wrench stays active (`Stand.held`). Times are monotonic [s].
 """
@@ -84,55 +84,55 @@ class Stand:
 
     def __init__(self, native, name, network=False, **options):
         self.native, self.leader, self.teleop = native, name, f"{name}_TELE"
-        o = native.PuppetOptions()
+        o = native.MockLeaderOptions()
         o.leader, o.teleop, o.rate = self.leader, self.teleop, RATE
         o.wrench = f"/{self.teleop}/following/mtm/body/servo_cf"
         for key, value in options.items():
             setattr(o, key, value)
         self.wrench = o.wrench
-        self.puppet = native.Puppet(native.Context(network=network), o)
-        self.puppet.set_state("ENABLED")
-        self.puppet.follow(True)
+        self.mock_leader = native.MockLeader(native.Context(network=network), o)
+        self.mock_leader.set_state("ENABLED")
+        self.mock_leader.follow(True)
         self.y = 0.0
-        self.puppet.start()
+        self.mock_leader.start()
 
     def inject(self, **faults):
         """Inject faults from now on, or none; returns the time [s]."""
-        s = self.native.Spoil()
+        s = self.native.MessageFaults()
         for key, value in faults.items():
             setattr(s, key, value)
         t = time.monotonic()
-        self.puppet.spoil(s)
+        self.mock_leader.inject(s)
         return t
 
     def press(self, seconds=20.0):
         """End all faults and move towards the wall until the force is about 0.5 N."""
         self.inject()
-        self.puppet.set_state("ENABLED")
-        self.puppet.follow(True)
+        self.mock_leader.set_state("ENABLED")
+        self.mock_leader.follow(True)
         end = time.monotonic() + seconds
         while not 0.4 < self.force() < 0.8 or self.wrenches_since(time.monotonic() - 0.1) < 5:
             assert time.monotonic() < end, f"no force of the wall: {self.force():.3f} N"
             if self.wrenches_since(time.monotonic() - 0.1) > 5:
                 self.y = np.clip(self.y + (0.0004 if self.force() >= 0.8 else -0.0004), -0.2, 0.2)
-                self.puppet.move_to(np.array([0.0, self.y, 0.0]), 0.015)
+                self.mock_leader.move_to(np.array([0.0, self.y, 0.0]), 0.015)
             time.sleep(0.02)
-        while len(felt := self.puppet.felt[-20:]) < 20 or np.linalg.norm(felt[:, 3:6], axis=1).min() < 0.3:
+        while len(felt := self.mock_leader.wrenches[-20:]) < 20 or np.linalg.norm(felt[:, 3:6], axis=1).min() < 0.3:
             assert time.monotonic() < end, f"the push does not last: {np.linalg.norm(felt[:, 3:6], axis=1)} N"
             time.sleep(0.02)
         time.sleep(0.15)
 
     def force(self):
         """Present force on the hand [N]."""
-        felt = self.puppet.felt
+        felt = self.mock_leader.wrenches
         return float(np.linalg.norm(felt[-1, 3:6])) if len(felt) else 0.0
 
     def wrenches_since(self, t):
-        return int((self.puppet.felt[:, 0] >= t).sum())
+        return int((self.mock_leader.wrenches[:, 0] >= t).sum())
 
     def held(self, begin, end=np.inf):
         """(times [s], forces [N]) of the wrenches in an interval; the first entry is the wrench active at its begin."""
-        felt = self.puppet.felt
+        felt = self.mock_leader.wrenches
         forces = np.linalg.norm(felt[:, 3:6], axis=1)
         inside = (felt[:, 0] >= begin) & (felt[:, 0] <= end)
         before = forces[felt[:, 0] < begin]
@@ -165,7 +165,7 @@ class Stand:
 
         A wrench that was sent before the guardian's zero but arrives after it does not count as growth.
         """
-        felt = self.puppet.felt
+        felt = self.mock_leader.wrenches
         felt = felt[(felt[:, 0] >= begin) & (felt[:, 0] <= end)]
         sent = np.where(felt[:, 2] > 0.0, felt[:, 2], felt[:, 1])  # the guardian's zeros have no stamp
         order = np.argsort(sent, kind="stable")

@@ -110,7 +110,7 @@ def test_markers_show_the_sent_force(client, stand):
     assert set(drawn) == {"force_body", "force_spatial", "deflection", "tool", "proxy", "contacts"}
     arrow = drawn["force_spatial"]
     length = xyz(arrow.points[1]) - xyz(arrow.points[0])
-    np.testing.assert_allclose(length / 0.06, stand.puppet.felt[-1, 3:6], atol=0.05)
+    np.testing.assert_allclose(length / 0.06, stand.mock_leader.wrenches[-1, 3:6], atol=0.05)
     assert (arrow.color.g, arrow.color.r) == (pytest.approx(0.51), 0.0)
     assert drawn["force_body"].color.r > 0.7
     assert drawn["contacts"].color.r > 0.7

@@ -11,7 +11,7 @@ from palpate.verify.bench.ros import answers
 
 
 def felt(rows):
-    """Rows as of the Puppet from (received, stamped) times, with equal clocks."""
+    """Rows as of the MockLeader from (received, stamped) times, with equal clocks."""
     out = np.zeros((len(rows), 10))
     out[:, 0], out[:, 2] = [r[0] for r in rows], [r[1] for r in rows]
     return out

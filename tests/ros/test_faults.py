@@ -109,7 +109,7 @@ def test_bad_network_never_increases_the_force_or_its_rate(stand, node, fault):
 def test_arm_in_fault_is_left_with_a_zero_wrench(stand, node):
     """A real arm keeps the last wrench, so it must be zero although the arm accepts no more wrenches."""
     first = len(node.output.lines)
-    took, begin = freed(stand, lambda: stand.puppet.set_state("FAULT"), 0.0)
+    took, begin = freed(stand, lambda: stand.mock_leader.set_state("FAULT"), 0.0)
     assert took <= bench.MOST
     assert "is FAULT" in node.output.await_line(f"{stand.leader} is FAULT", after=first)
     stand.press()
@@ -118,7 +118,7 @@ def test_arm_in_fault_is_left_with_a_zero_wrench(stand, node):
 
 def test_pedal_released_in_contact_removes_the_force(stand, node):
     first = len(node.output.lines)
-    took, begin = freed(stand, lambda: stand.puppet.follow(False), 0.0)
+    took, begin = freed(stand, lambda: stand.mock_leader.follow(False), 0.0)
     assert took <= bench.MOST
     node.output.await_line("not following", after=first)
     stand.press()
@@ -145,7 +145,7 @@ def test_change_of_the_wrench_frame_by_a_client_is_reverted(stand, node, test_no
     assert min(took) <= bench.MOST
     node.output.await_line("turned the wrench frame", after=first)
     stand.press()
-    assert stand.puppet.absolute
+    assert stand.mock_leader.absolute
     assert stand.steepest(begin) <= 1.001 * bench.RATE_CAP
     test_node.destroy_publisher(flag)
 

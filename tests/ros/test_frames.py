@@ -37,15 +37,15 @@ def read(felt, R_LH):
 @pytest.mark.parametrize("wrist", WRISTS)
 def test_wrench_and_flag_agree_for_any_wrist_rotation(stand, wrist):
     turn = Rotation.from_rotvec(WRISTS[wrist])
-    stand.puppet.follow(False)
+    stand.mock_leader.follow(False)
     stand.released(time.monotonic())
-    stand.puppet.turn_to(turn.as_quat())
+    stand.mock_leader.turn_to(turn.as_quat())
     stand.press()
-    felt = stand.puppet.felt[-20:]
+    felt = stand.mock_leader.wrenches[-20:]
     forces = read(felt, turn.as_matrix())
     assert np.linalg.norm(forces, axis=1).min() > 0.3
     np.testing.assert_allclose(forces @ NORMAL, np.linalg.norm(forces, axis=1), rtol=1e-3)
-    assert stand.puppet.absolute != stand.tip
+    assert stand.mock_leader.absolute != stand.tip
     along = felt[:, 3:6] @ NORMAL / np.linalg.norm(felt[:, 3:6], axis=1)
     assert (along < 0.99).all() == (stand.tip and wrist != "straight"), "components rotate with the tip frame"
 
@@ -53,11 +53,11 @@ def test_wrench_and_flag_agree_for_any_wrist_rotation(stand, wrist):
 def test_flag_is_published_before_each_force(stand):
     """As after the camera pedal, which changes the frame of the arm without a message."""
     stand.press()
-    stand.puppet.follow(False)
+    stand.mock_leader.follow(False)
     stand.released(time.monotonic())
     again = time.monotonic()
     stand.press()
-    flags, felt = stand.puppet.flags, stand.puppet.felt
+    flags, felt = stand.mock_leader.frame_settings, stand.mock_leader.wrenches
     flags, felt = flags[flags[:, 0] > again], felt[felt[:, 0] > again]
     assert len(flags)
     assert (flags[:, 1] == (0.0 if stand.tip else 1.0)).all()

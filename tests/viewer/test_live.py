@@ -47,7 +47,7 @@ def test_page_draws_the_scene_without_other_hosts(page):
 
 def test_dragging_the_ball_moves_the_hand_and_the_force_changes(page, viewer):
     assert number(page, "force") == 0.0
-    x, y = on_screen(page, viewer._server, viewer.console.ball.position)
+    x, y = on_screen(page, viewer._server, viewer.control_panel.ball.position)
     page.mouse.move(x, y)
     page.mouse.down()
     for step in range(1, 9):
@@ -55,7 +55,7 @@ def test_dragging_the_ball_moves_the_hand_and_the_force_changes(page, viewer):
         time.sleep(0.05)
     page.mouse.up()
     until(lambda: number(page, "force") > 0.5)
-    assert viewer.console._source.controls.p_hand_offset_W[2] < -0.01
+    assert viewer.control_panel._source.controls.p_hand_offset_W[2] < -0.01
     assert number(page, "depth") > 1.0
     assert page.inner_text("#palpate-status") == "touching"
 
@@ -66,13 +66,13 @@ def test_stiffness_slider_raises_the_force(page, viewer):
     thumb.focus()
     for _ in range(10):
         page.keyboard.press("ArrowRight")
-    until(lambda: viewer.console._source.controls.stiffness_scale > 1.0)
+    until(lambda: viewer.control_panel._source.controls.stiffness_scale > 1.0)
     until(lambda: number(page, "force") > 1.05 * before)
 
 
 def test_clutch_releases_the_hand_and_shows_it(page, viewer):
     page.get_by_label("clutch").click()
-    until(lambda: viewer.console._source.controls.clutch)
+    until(lambda: viewer.control_panel._source.controls.clutch)
     until(lambda: "clutched" in page.inner_text("#palpate-status"))
     page.get_by_label("clutch").click()
     until(lambda: "clutched" not in page.inner_text("#palpate-status"))
@@ -81,7 +81,7 @@ def test_clutch_releases_the_hand_and_shows_it(page, viewer):
 def test_reset_restores_the_initial_state(page, viewer):
     page.get_by_text("Reset hand and tissue").click()
     until(lambda: number(page, "force") == 0.0)
-    controls = viewer.console._source.controls
+    controls = viewer.control_panel._source.controls
     assert controls.stiffness_scale == 1.0
     np.testing.assert_array_equal(controls.p_hand_offset_W, 0.0)
     assert page.strangers == []

@@ -22,7 +22,7 @@ def running():
     controls.hold = True  # the hand is held 20 mm above the organ
     session.controls = controls
     viewer = LiveViewer(session, stage_of(session.rig), port=0)
-    viewer.console.path.value = False
+    viewer.control_panel.path.value = False
     session.start()
     yield session, viewer
     session.stop()
@@ -34,7 +34,7 @@ def test_dragging_the_hand_down_presses_the_organ(running):
     with open_page(viewer.url) as page:
         time.sleep(1.0)
         assert number(page, "force") == 0.0
-        x, y = on_screen(page, viewer._server, viewer.console.ball.position)
+        x, y = on_screen(page, viewer._server, viewer.control_panel.ball.position)
         page.mouse.move(x, y)
         page.mouse.down()
         end = time.monotonic() + 40.0

@@ -23,16 +23,16 @@ Vec3 average_normal(const CollisionPoints& points, const Vec3& n_last) noexcept 
   return length > kVanished ? Vec3(sum / length) : n_last;
 }
 
-Plane average(const CollisionPoints& points, const Vec3& n_last, const Vec3& p) noexcept {
+GrownPlane average(const CollisionPoints& points, const Vec3& n_last, const Vec3& p) noexcept {
   const CollisionPoint& j = deepest(points);
   return {average_normal(points, n_last), p + j.depth * j.n};
 }
 
-Plane through_deepest(const CollisionPoints& points, const Vec3& n, const Vec3& p, double radius) noexcept {
+GrownPlane through_deepest(const CollisionPoints& points, const Vec3& n, const Vec3& p, double radius) noexcept {
   return {n, p + (radius - n.dot(p - deepest(points).p)) * n};
 }
 
-Deflection deflect(const Plane& plane, const Vec3& p, const Vec3& v) noexcept {
+Deflection deflect(const GrownPlane& plane, const Vec3& p, const Vec3& v) noexcept {
   const Vec3& n = plane.n;
   const Vec3 delta_x_total = plane.p_proxy - p;
   return {delta_x_total, v, n.dot(delta_x_total) * n, n.dot(v) * n};

@@ -22,7 +22,7 @@ namespace palpate::contact::algorithm1 {
 
 /// Contact plane of lines 2-5, updated at the collision rate. Its vectors are expressed in the frame of the collision
 /// points.
-struct Plane {
+struct GrownPlane {
   Vec3 n = Vec3::Zero();        ///< line 4, unit normal; zero: unknown
   Vec3 p_proxy = Vec3::Zero();  ///< x_d, position of the sphere centre free of collision [m]
 };
@@ -42,13 +42,13 @@ struct Deflection {
 [[nodiscard]] Vec3 average_normal(const CollisionPoints& points, const Vec3& n_last) noexcept;
 
 /// Line 4 and x_d for the sphere centre p [m], from at least one point.
-[[nodiscard]] Plane average(const CollisionPoints& points, const Vec3& n_last, const Vec3& p) noexcept;
+[[nodiscard]] GrownPlane average(const CollisionPoints& points, const Vec3& n_last, const Vec3& p) noexcept;
 
 /// Plane through the deepest point with the given normal n: x_d is where the sphere of `radius` [m] at p is free of it.
-[[nodiscard]] Plane through_deepest(const CollisionPoints& points, const Vec3& n, const Vec3& p,
-                                    double radius) noexcept;
+[[nodiscard]] GrownPlane through_deepest(const CollisionPoints& points, const Vec3& n, const Vec3& p,
+                                         double radius) noexcept;
 
 /// Lines 5-8 for the sphere centre p [m] and its velocity v [m/s].
-[[nodiscard]] Deflection deflect(const Plane& plane, const Vec3& p, const Vec3& v) noexcept;
+[[nodiscard]] Deflection deflect(const GrownPlane& plane, const Vec3& p, const Vec3& v) noexcept;
 
 }  // namespace palpate::contact::algorithm1

@@ -17,7 +17,7 @@ class ApproachVelocity final : public NormalRule {
   void free(const Vec3& v_OT) override {
     if (v_OT.squaredNorm() > 0.0) n_ = -v_OT.normalized();
   }
-  algorithm1::Plane touch(const Collision& c) override {
+  algorithm1::GrownPlane touch(const Collision& c) override {
     return {n_, algorithm1::average(c.points, n_, c.p_OT).p_proxy};
   }
 

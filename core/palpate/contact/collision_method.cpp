@@ -112,7 +112,7 @@ void CollisionMethod::collide(const scene::Snapshot& scene) {
       rule->free(R_OW * (request.v_WT - object.motion.velocity(request.p_WT, request.t)));
       continue;
     }
-    const algorithm1::Plane plane = rule->touch({points, p_OT, radius_});
+    const algorithm1::GrownPlane plane = rule->touch({points, p_OT, radius_});
     answer.planes[static_cast<std::size_t>(answer.size++)] = {static_cast<int>(i), mesh, plane};
   }
   answers_.write(answer);

@@ -34,7 +34,7 @@ class NormalRule {
   /// Called at an instant without collision. v_OT: velocity of the tool relative to the object, in O [m/s].
   virtual void free(const Vec3& v_OT) = 0;
   /// Returns the contact plane for a collision. A zero normal means that the rule cannot determine it: no force.
-  virtual algorithm1::Plane touch(const Collision& collision) = 0;
+  virtual algorithm1::GrownPlane touch(const Collision& collision) = 0;
 };
 
 /// Contact method with a NormalRule per object; see the top of this file.
@@ -60,9 +60,9 @@ class CollisionMethod final : public Method {
   };
   /// Contact plane of one object.
   struct ContactPlane {
-    int object = -1;          ///< index of the object in the snapshot
-    std::uint64_t mesh = 0;   ///< id of the mesh; a plane is discarded when its object has left the scene
-    algorithm1::Plane plane;  ///< expressed in O, so that it moves with the object
+    int object = -1;               ///< index of the object in the snapshot
+    std::uint64_t mesh = 0;        ///< id of the mesh; a plane is discarded when its object has left the scene
+    algorithm1::GrownPlane plane;  ///< expressed in O, so that it moves with the object
   };
   /// Result of collide(): the first `size` planes are valid.
   struct Answer {

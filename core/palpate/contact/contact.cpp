@@ -54,7 +54,7 @@ std::vector<std::string> methods() {
   return names;
 }
 
-Vec3 Sphere::centre(double jaw) const noexcept {
+Vec3 ToolSphere::centre(double jaw) const noexcept {
   const double length = axis.norm();
   return length > 0.0 ? Vec3(hinge + Eigen::AngleAxisd(length * jaw, axis / length) * (p - hinge)) : p;
 }

@@ -13,7 +13,7 @@
 namespace palpate::contact {
 
 /// A sphere of the tool, in addition to the SPR at its tip.
-struct Sphere {
+struct ToolSphere {
   int link = -1;  ///< index of the follower link that carries the sphere (arm::Arm::link_names); -1: the tool tip T
   Vec3 p = Vec3::Zero();      ///< centre of the sphere in the frame of the link, with closed jaws [m]
   double radius = 0.002;      ///< radius of the sphere [m]
@@ -29,8 +29,8 @@ struct Options {
   double radius = 0.002;        ///< radius of the SPR [m]
   double release = 0.05;        ///< `proxy`: deflection that releases a tool that passed through a closed object [m]
   double collision_rate = 250;  ///< rate of the collision thread, for the paper's methods [Hz]
-  std::vector<Sphere> spheres;  ///< spheres of the tool in addition to the SPR
-  bool real_objects = false;    ///< true: the tool touches the real objects instead of the virtual ones
+  std::vector<ToolSphere> spheres;  ///< spheres of the tool in addition to the SPR
+  bool real_objects = false;        ///< true: the tool touches the real objects instead of the virtual ones
 };
 
 /// Interface of a contact method for one sphere. A method may have a state, for example the side from which the sphere

@@ -16,7 +16,7 @@ namespace palpate::contact {
 class FaceNormal final : public NormalRule {
  public:
   void free(const Vec3& /*v_OT*/) override { n_.setZero(); }
-  algorithm1::Plane touch(const Collision& c) override {
+  algorithm1::GrownPlane touch(const Collision& c) override {
     CollisionPoints faces = c.points;
     for (CollisionPoint& point : faces.point) point.n = point.n_face;
     n_ = algorithm1::average_normal(faces, n_);

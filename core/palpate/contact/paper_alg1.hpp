@@ -11,8 +11,8 @@ namespace palpate::contact {
 class PaperAlg1 final : public NormalRule {
  public:
   void free(const Vec3& /*v_OT*/) override { n_.setZero(); }
-  algorithm1::Plane touch(const Collision& c) override {
-    const algorithm1::Plane plane = algorithm1::average(c.points, n_, c.p_OT);
+  algorithm1::GrownPlane touch(const Collision& c) override {
+    const algorithm1::GrownPlane plane = algorithm1::average(c.points, n_, c.p_OT);
     n_ = plane.n;
     return plane;
   }

@@ -35,7 +35,7 @@ void PaperPlane::free(const Vec3& /*v_OT*/) {
   size_ = 0;
 }
 
-algorithm1::Plane PaperPlane::touch(const Collision& c) {
+algorithm1::GrownPlane PaperPlane::touch(const Collision& c) {
   if (n_.isZero()) n_ = algorithm1::average_normal(c.points, n_);
   gather(c);
   const Vec3 grown = grow_plane({kept_.data(), static_cast<std::size_t>(size_)}, n_, kBaseline * c.radius);

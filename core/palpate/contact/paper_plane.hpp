@@ -26,7 +26,7 @@ namespace palpate::contact {
 class PaperPlane final : public NormalRule {
  public:
   void free(const Vec3& v_OT) override;
-  algorithm1::Plane touch(const Collision& c) override;
+  algorithm1::GrownPlane touch(const Collision& c) override;
 
  private:
   void gather(const Collision& c);

@@ -20,7 +20,7 @@ Tool::Tool(std::string_view method, const Options& options) : real_objects_(opti
   one.spheres.clear();
   methods_.push_back(make_method(method, one));
   radius_[0] = options.radius;
-  for (const Sphere& sphere : options.spheres) {
+  for (const ToolSphere& sphere : options.spheres) {
     if (!sphere.p.allFinite() || !sphere.hinge.allFinite() || !sphere.axis.allFinite()) {
       throw std::invalid_argument("contact: sphere " + std::to_string(methods_.size()) + " has no finite place");
     }

@@ -69,8 +69,8 @@ void check(const LawOptions& o) {
   require(law, o.ratio >= 0.01 && o.ratio <= 1.0, "ratio", o.ratio, "must lie in 0.01..1: harder is policy `hard`");
 }
 
-void check(const Fixture& f) {
-  const std::string whose = "guidance: fixture '" + f.name + "'";
+/// Throws if the geometry lacks what the role needs: an inside, a point, an axis or a distance.
+void check_role_fits(const Fixture& f, const std::string& whose) {
   if (!f.geometry || !f.role || !f.law) {
     throw std::invalid_argument(whose + " lacks its " + (!f.geometry ? "geometry" : !f.role ? "role" : "law"));
   }
@@ -98,12 +98,18 @@ void check(const Fixture& f) {
                                 ": a limit of speed has no distance to engage or to ramp by; leave out engage, " +
                                 "or ramp by pedal, time or force");
   }
+}
+
+void check(const Fixture& f) {
+  const std::string whose = "guidance: fixture '" + f.name + "'";
+  check_role_fits(f, whose);
+  const Policy& p = f.policy;
   require(whose, p.authority >= 0.0 && p.authority <= 1.0, "authority", p.authority, "must lie in 0..1");
   require(whose, p.engage >= 0.0, "engage", p.engage, "must be 0 m or more");
   require(whose, p.release >= p.engage, "release", p.release, "must not be below engage");
   require(whose, p.rise >= 0.01 && std::isfinite(p.rise), "rise", p.rise, "must be 0.01 s or more: no steps");
   require(whose, p.fall >= 0.01 && std::isfinite(p.fall), "fall", p.fall, "must be 0.01 s or more: no steps");
-  require(whose, f.timeout > 0.0, "patience", f.timeout, "must be above 0 s");
+  require(whose, f.timeout > 0.0, "timeout", f.timeout, "must be above 0 s");
   for (const Ramp& ramp : p.ramps) {
     require(whose, std::isfinite(ramp.from) && std::isfinite(ramp.to) && ramp.from != ramp.to, "ramp", ramp.to,
             "from and to must be finite, and not the same");

@@ -36,11 +36,12 @@ Vec3 within(const Vec3& F, double most) noexcept {
 
 CrtkOptions checked(CrtkOptions o, const std::optional<arm::Arm>& follower) {
   const auto refuse = [](const std::string& words) { throw std::invalid_argument("crtk: " + words); };
-  if (o.source != force::Source::contact) refuse("force by the follower's torques is not told by CRTK; use contact");
+  if (o.source != force::Source::contact)
+    refuse("CRTK does not report the follower's torques, so no force can be estimated from them; use contact");
   if (o.virtual_follower && !(follower && o.q_follower0.size() == follower->n())) {
     refuse("a virtual follower needs its arm and q_follower0, one number per joint");
   }
-  for (const contact::Sphere& sphere : o.contact.spheres) {
+  for (const contact::ToolSphere& sphere : o.contact.spheres) {
     const int links = follower ? static_cast<int>(follower->link_names().size()) : 0;
     if (sphere.link >= links) {
       refuse("a sphere sits on link " + std::to_string(sphere.link) + ", the follower's model has " +
@@ -74,7 +75,7 @@ CrtkCycle::CrtkCycle(const CrtkOptions& options, std::optional<arm::Arm> followe
   in_.tool.jaw = options_.mapping.jaw_min;
 }
 
-void CrtkCycle::leader_pose(double stamp, const Vec3& p_LH, const Eigen::Vector4d& quat_LH, Moment now) noexcept {
+void CrtkCycle::leader_pose(double stamp, const Vec3& p_LH, const Eigen::Vector4d& quat_LH, ClockTime now) noexcept {
   const Pose last = in_.handle.X_LH;
   const bool known = leader_.received();
   if (!leader_.stamp(stamp, now) || !leader_.pose(p_LH, quat_LH, in_.handle.X_LH)) return;
@@ -86,7 +87,7 @@ void CrtkCycle::leader_pose(double stamp, const Vec3& p_LH, const Eigen::Vector4
   }
 }
 
-void CrtkCycle::leader_twist(double stamp, const Twist& V_LH, Moment now) noexcept {
+void CrtkCycle::leader_twist(double stamp, const Twist& V_LH, ClockTime now) noexcept {
   if (!twist_.stamp(stamp, now)) return;
   twist_received_ = true;
   if (!fits(V_LH, options_.watch)) {
@@ -120,12 +121,12 @@ void CrtkCycle::jaw(double stamp, const double* angle, std::size_t n) noexcept {
   }
 }
 
-void CrtkCycle::follower_pose(double stamp, const Vec3& p_BT, const Eigen::Vector4d& quat_BT, Moment now) noexcept {
+void CrtkCycle::follower_pose(double stamp, const Vec3& p_BT, const Eigen::Vector4d& quat_BT, ClockTime now) noexcept {
   if (options_.virtual_follower) return;
   if (follower_.stamp(stamp, now)) follower_.pose(p_BT, quat_BT, X_BT_);
 }
 
-void CrtkCycle::follower_joints(double stamp, const double* q, std::size_t n, Moment now) noexcept {
+void CrtkCycle::follower_joints(double stamp, const double* q, std::size_t n, ClockTime now) noexcept {
   if (options_.virtual_follower || !arm_ || !joints_.stamp(stamp, now)) return;
   const auto joints = Eigen::Map<const Eigen::VectorXd>(q, static_cast<Eigen::Index>(n));
   if (n == static_cast<std::size_t>(arm_->n()) && (joints.array().abs() < 1e6).all()) {
@@ -148,7 +149,7 @@ void CrtkCycle::set_scene(const scene::Snapshot& scene) noexcept {
   haptics_.forget_contacts();
 }
 
-const CrtkOutput& CrtkCycle::step(Moment now) noexcept {
+const CrtkOutput& CrtkCycle::step(ClockTime now) noexcept {
   const double dt = stepped_ ? std::max(now.t - last_.t, 0.0) : 0.0;
   out_.tick = Tick{};
   const unsigned status = check_conditions(now);
@@ -197,30 +198,48 @@ void CrtkCycle::reset_wrench() noexcept {
 
 // Everything that forbids a force now, as bits of Status. Bits outside kGates are faults: after a fault the force stays
 // zero until no fault has occurred for the time `settle`.
-unsigned CrtkCycle::check_conditions(Moment now) noexcept {
-  const CrtkGates& g = gates_;
-  const bool virtual_follower = options_.virtual_follower;
-  const bool stalled = stepped_ && now.t - last_.t > options_.watch.stale_after;
-  const bool slow = leader_.period() * options_.rate > options_.max_period_ratio;
-  const bool lags = options_.own_teleop && !virtual_follower && in_.tool.valid && out_.move &&
-                    (out_.X_BT_goal.p - X_BT_.p).norm() > options_.max_lag;
+unsigned CrtkCycle::check_conditions(ClockTime now) noexcept {
   // If the stream of twists has fallen silent, its last value is not the present velocity.
   twist_known_ = twist_received_ && !twist_.stale(now);
-  unsigned fault = leader_.faults() | twist_.faults() | follower_.faults() | joints_.faults() |
-                   std::exchange(refused_, 0u) | (stalled ? kStalled : 0u) | (slow ? kSlow : 0u) |
-                   (lags ? kLagging : 0u) | (g.second_writer ? kSecondWriter : 0u) |
-                   (g.other_teleop ? kOtherTeleop : 0u) | (g.guarded ? kGuarded : 0u) |
-                   (g.frame_unsure ? kFrameUnsure : 0u) | (leader_.stale(now) ? kLeaderStale : 0u) |
-                   (!virtual_follower && follower_.stale(now) ? kFollowerStale : 0u);
+  unsigned fault = take_message_faults(now) | motion_faults(now) | gate_faults();
   if (fault != 0) {
     fault_at_ = now.t;
     needs_reset_ = true;
   } else if (needs_reset_ && now.t - fault_at_ < options_.settle) {
     fault = kSettling;
   }
-  const bool enabled = !options_.needs_state || (g.leader_enabled && (virtual_follower || g.follower_enabled));
+  return fault | closed_gates();
+}
+
+// Faults of the messages since the last step, which are cleared: damaged or missing messages, or too few of them.
+unsigned CrtkCycle::take_message_faults(ClockTime now) noexcept {
+  const bool slow = leader_.period() * options_.rate > options_.max_period_ratio;
+  return std::exchange(refused_, 0u) | leader_.take_faults() | twist_.take_faults() | follower_.take_faults() |
+         joints_.take_faults() | (slow ? kSlow : 0u) | (leader_.stale(now) ? kLeaderStale : 0u) |
+         (!options_.virtual_follower && follower_.stale(now) ? kFollowerStale : 0u);
+}
+
+// Faults of time and motion: a cycle that has paused, or a follower that is too far from its goal.
+unsigned CrtkCycle::motion_faults(ClockTime now) const noexcept {
+  const bool stalled = stepped_ && now.t - last_.t > options_.watch.stale_after;
+  const bool lags = options_.own_teleop && !options_.virtual_follower && in_.tool.valid && out_.move &&
+                    (out_.X_BT_goal.p - X_BT_.p).norm() > options_.max_lag;
+  return (stalled ? kStalled : 0u) | (lags ? kLagging : 0u);
+}
+
+// Faults that the console and the ROS graph report.
+unsigned CrtkCycle::gate_faults() const noexcept {
+  const CrtkGates& g = gates_;
+  return (g.second_writer ? kSecondWriter : 0u) | (g.other_teleop ? kOtherTeleop : 0u) | (g.guarded ? kGuarded : 0u) |
+         (g.frame_unsure ? kFrameUnsure : 0u);
+}
+
+// Conditions in kGates: nothing is wrong, but the operator or the arms do not allow a force now.
+unsigned CrtkCycle::closed_gates() const noexcept {
+  const CrtkGates& g = gates_;
+  const bool enabled = !options_.needs_state || (g.leader_enabled && (options_.virtual_follower || g.follower_enabled));
   const bool nobody = options_.own_teleop && options_.needs_operator && !g.operator_present;
-  return fault | (enabled ? 0u : kNotEnabled) | (nobody ? kNoOperator : 0u) | (g.following ? 0u : kNotFollowing) |
+  return (enabled ? 0u : kNotEnabled) | (nobody ? kNoOperator : 0u) | (g.following ? 0u : kNotFollowing) |
          (g.clutch || in_.controls.clutch ? kClutched : 0u);
 }
 
@@ -236,12 +255,12 @@ void CrtkCycle::locate() noexcept {
 
 // Computes the centres of the spheres. A sphere on a link whose pose is unknown is NaN and touches nothing.
 void CrtkCycle::place_spheres(bool joints_known) noexcept {
-  Instrument& tool = in_.tool;
+  ToolWithSpheres& tool = in_.tool;
   const Pose X_WA = joints_known && arm_ ? tool.X_WT * arm_->tip().inverse()
                                          : Pose{};  // pose of the model's base that agrees with the measured tip
   tool.p_WS[0] = tool.X_WT.p;
   std::size_t s = 0;
-  for (const contact::Sphere& sphere : options_.contact.spheres) {
+  for (const contact::ToolSphere& sphere : options_.contact.spheres) {
     const Vec3 p = sphere.centre(tool.jaw);
     if (sphere.link < 0) {
       tool.p_WS[++s] = tool.X_WT * p;

@@ -61,12 +61,12 @@ class CrtkCycle {
 
   // Messages: stamps [s] and numbers as received, `now` the time of arrival. Quaternions are x y z w, twists are in L,
   // gripper and jaw angles [rad]. All functions are noexcept, without allocation or lock.
-  void leader_pose(double stamp, const Vec3& p_LH, const Eigen::Vector4d& quat_LH, Moment now) noexcept;
-  void leader_twist(double stamp, const Twist& V_LH, Moment now) noexcept;
+  void leader_pose(double stamp, const Vec3& p_LH, const Eigen::Vector4d& quat_LH, ClockTime now) noexcept;
+  void leader_twist(double stamp, const Twist& V_LH, ClockTime now) noexcept;
   void leader_joints(double stamp, const double* q, std::size_t n) noexcept;
   void gripper(double stamp, const double* angle, std::size_t n) noexcept;
-  void follower_pose(double stamp, const Vec3& p_BT, const Eigen::Vector4d& quat_BT, Moment now) noexcept;
-  void follower_joints(double stamp, const double* q, std::size_t n, Moment now) noexcept;
+  void follower_pose(double stamp, const Vec3& p_BT, const Eigen::Vector4d& quat_BT, ClockTime now) noexcept;
+  void follower_joints(double stamp, const double* q, std::size_t n, ClockTime now) noexcept;
   void jaw(double stamp, const double* angle, std::size_t n) noexcept;
   /// Motion scale that another teleoperation reports [-].
   void set_scale(double scale) noexcept;
@@ -79,7 +79,7 @@ class CrtkCycle {
   void take(const guidance::Fixtures& fixtures) noexcept { haptics_.take(fixtures); }
 
   /// One tick, at any interval from the last one. The result is valid until the next step.
-  const CrtkOutput& step(Moment now) noexcept;
+  const CrtkOutput& step(ClockTime now) noexcept;
   /// Resets the wrench to zero, because another process has set the device's force to zero.
   void reset_wrench() noexcept;
 
@@ -89,7 +89,11 @@ class CrtkCycle {
   [[nodiscard]] const CrtkOptions& options() const noexcept { return options_; }
 
  private:
-  unsigned check_conditions(Moment now) noexcept;
+  unsigned check_conditions(ClockTime now) noexcept;
+  unsigned take_message_faults(ClockTime now) noexcept;
+  [[nodiscard]] unsigned motion_faults(ClockTime now) const noexcept;
+  [[nodiscard]] unsigned gate_faults() const noexcept;
+  [[nodiscard]] unsigned closed_gates() const noexcept;
   void locate() noexcept;
   void place_spheres(bool joints_known) noexcept;
   unsigned follow(const HapticsOutput& felt) noexcept;
@@ -106,7 +110,7 @@ class CrtkCycle {
   bool twist_known_ = false, twist_received_ = false;
   JointVector q_follower_, q_step_, zero_;
   unsigned refused_ = 0;  ///< bits of Status of messages rejected since the last step
-  Moment last_;           ///< time of the last step
+  ClockTime last_;        ///< time of the last step
   double fault_at_ = 0.0;
   bool stepped_ = false, needs_reset_ = false, last_nonzero_ = false;  ///< last_nonzero_: the last command was not zero
   Wrench F_;                                                           ///< last rendered wrench on the hand, in L

@@ -20,14 +20,14 @@ bool Watch::refuse(unsigned bits) noexcept {
   return false;
 }
 
-unsigned Watch::faults() noexcept { return std::exchange(faults_, 0u); }
+unsigned Watch::take_faults() noexcept { return std::exchange(faults_, 0u); }
 
-bool Watch::stale(Moment now) const noexcept {
+bool Watch::stale(ClockTime now) const noexcept {
   const double silence = now.t - t_, late = std::abs(now.wall - stamp_);
   return !received_ || !(silence <= options_.stale_after) || !(late <= options_.stale_after);
 }
 
-bool Watch::stamp(double stamp, Moment now) noexcept {
+bool Watch::stamp(double stamp, ClockTime now) noexcept {
   if (!(stamp > 0.0) || !std::isfinite(stamp)) return refuse(kBadStamp);
   age_ = now.wall - stamp;
   const double ahead = stamp - stamp_, passed = now.t - t_;

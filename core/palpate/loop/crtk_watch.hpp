@@ -8,7 +8,7 @@
 namespace palpate::loop {
 
 /// A time on two clocks: the monotonic clock, which never jumps, and the system clock, which stamps refer to.
-struct Moment {
+struct ClockTime {
   double t = 0.0;     ///< monotonic clock [s]
   double wall = 0.0;  ///< system clock, since 1970 [s]
 };
@@ -30,19 +30,19 @@ class Watch {
   explicit Watch(const WatchOptions& options = {}) : options_(options) {}
 
   /// True if a message stamped `stamp` [s] that arrives now is to be used. Faults add to faults().
-  bool stamp(double stamp, Moment now) noexcept;
+  bool stamp(double stamp, ClockTime now) noexcept;
   /// Checks the pose of a message whose stamp() was accepted, and writes it to X. Returns false if the numbers are no
   /// pose; a motion that is too fast only adds to faults(). Position [m] and quaternion x y z w as received.
   bool pose(const Vec3& p, const Eigen::Vector4d& quat, Pose& X) noexcept;
   /// Adds bits of Status to the faults and returns false: the message is not used.
   bool refuse(unsigned bits) noexcept;
 
-  /// Faults since the last call, as bits of Status.
-  unsigned faults() noexcept;
+  /// Returns the faults since the last call, as bits of Status, and clears them.
+  unsigned take_faults() noexcept;
   /// True once a message has been accepted.
   [[nodiscard]] bool received() const noexcept { return received_; }
   /// True if the stream is silent or late.
-  [[nodiscard]] bool stale(Moment now) const noexcept;
+  [[nodiscard]] bool stale(ClockTime now) const noexcept;
   /// Time between the last two stamps [s].
   [[nodiscard]] double interval() const noexcept { return interval_; }
 

@@ -30,7 +30,7 @@ Cycle::Cycle(const CycleOptions& options, arm::Arm leader, arm::Arm follower)
   if (!(q_step_.array() > 0.0).all()) {
     throw std::invalid_argument("the follower's velocity limits must be above zero: give them in its URDF");
   }
-  for (const contact::Sphere& sphere : options.contact.spheres) {
+  for (const contact::ToolSphere& sphere : options.contact.spheres) {
     if (sphere.link >= static_cast<int>(follower_.link_names().size())) {
       throw std::invalid_argument("contact: a sphere sits on link " + std::to_string(sphere.link) +
                                   ", the follower has " + std::to_string(follower_.link_names().size()) + " links");
@@ -112,52 +112,54 @@ void Cycle::locate() noexcept {
 }
 
 void Cycle::place_spheres() noexcept {
-  Instrument& tool = in_.tool;
+  ToolWithSpheres& tool = in_.tool;
   tool.p_WS[0] = tool.X_WT.p;
   std::size_t s = 0;
-  for (const contact::Sphere& sphere : options_.contact.spheres) {
+  for (const contact::ToolSphere& sphere : options_.contact.spheres) {
     const Vec3 p = sphere.centre(tool.jaw);
     tool.p_WS[++s] = sphere.link < 0 ? tool.X_WT * p : options_.X_WB * (follower_.link_pose(sphere.link) * p);
   }
 }
 
+// True if the leader's state has one finite number per joint.
+bool Cycle::is_finite(const LeaderState& leader) const noexcept {
+  return leader.q.size() == leader_.n() && leader.v.size() == leader_.n() && believable(leader.q) &&
+         believable(leader.v) && std::isfinite(leader.gripper);
+}
+
+// True if the follower's state has one finite number per joint.
+bool Cycle::is_finite(const FollowerState& follower) const noexcept {
+  return follower.q.size() == follower_.n() && believable(follower.q) && std::isfinite(follower.jaw);
+}
+
 // Keeps the last states that are finite and valid. Returns false while an arm has not yet reported one.
 bool Cycle::accept_states(const CycleInput& in) noexcept {
-  const LeaderState& leader = in.leader;
-  const FollowerState& follower = in.follower;
-  const bool leader_fits = leader.q.size() == leader_.n() && leader.v.size() == leader_.n();
-  const bool follower_fits = follower.q.size() == follower_.n();
-  const bool leader_finite =
-      leader_fits && believable(leader.q) && believable(leader.v) && std::isfinite(leader.gripper);
-  const bool follower_finite = follower_fits && believable(follower.q) && std::isfinite(follower.jaw);
-  const bool leader_usable = leader.valid && leader_finite;
-  const bool follower_usable = follower.valid && follower_finite;
-
+  const bool finite = is_finite(in.leader) && is_finite(in.follower);
+  const bool leader_usable = in.leader.valid && is_finite(in.leader);
+  const bool follower_usable = in.follower.valid && is_finite(in.follower);
   if (leader_usable) {
-    leader_state_ = leader;
+    leader_state_ = in.leader;
   } else {
     leader_state_.v.setZero();
   }
-  if (follower_usable) {
-    follower_state_ = follower;
-  }
+  if (follower_usable) follower_state_ = in.follower;
   leader_known_ |= leader_usable;
   follower_known_ |= follower_usable;
   // Gravity compensation works with any usable state; motion and force need a fresh one. A hand or tool may have moved
   // while it was not observed, so the map is anchored anew, as after a clutch, and the follower starts at its position.
   const bool follower_was_valid = in_.tool.valid;
-  in_.handle.valid = leader_usable && !haptics_.stale(in.t, leader.t);
-  in_.tool.valid = follower_usable && !haptics_.stale(in.t, follower.t);
-  if (in_.tool.valid && !follower_was_valid) {
-    out_.follower = {follower.q, follower.jaw, true};
-  }
-
-  const Controls& c = in.controls;
+  in_.handle.valid = leader_usable && !haptics_.stale(in.t, in.leader.t);
+  in_.tool.valid = follower_usable && !haptics_.stale(in.t, in.follower.t);
+  if (in_.tool.valid && !follower_was_valid) out_.follower = {in.follower.q, in.follower.jaw, true};
   out_.tick.t = in.t;
-  out_.tick.status = (in_.handle.valid ? 0u : kLeaderStale) | (in_.tool.valid ? 0u : kFollowerStale) |
-                     (leader_finite && follower_finite ? 0u : kNotFinite) | (c.clutch ? kClutched : 0u) |
-                     (c.following ? 0u : kNotFollowing);
+  out_.tick.status = input_status(in.controls, finite);
   return leader_known_ && follower_known_;
+}
+
+// Status bits of the inputs of this tick: stale or not finite states, and the pedals.
+unsigned Cycle::input_status(const Controls& controls, bool finite) const noexcept {
+  return (in_.handle.valid ? 0u : kLeaderStale) | (in_.tool.valid ? 0u : kFollowerStale) | (finite ? 0u : kNotFinite) |
+         (controls.clutch ? kClutched : 0u) | (controls.following ? 0u : kNotFollowing);
 }
 
 // Estimates the contact force on the tool from the torques of the follower's drives. Returns bits of Status.

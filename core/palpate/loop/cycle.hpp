@@ -63,7 +63,10 @@ class Cycle {
   void mark(Stage stage) noexcept {
     if (clock_ != nullptr) clock_->mark(stage);
   }
+  [[nodiscard]] bool is_finite(const LeaderState& leader) const noexcept;
+  [[nodiscard]] bool is_finite(const FollowerState& follower) const noexcept;
   bool accept_states(const CycleInput& in) noexcept;
+  [[nodiscard]] unsigned input_status(const Controls& controls, bool finite) const noexcept;
   void compensate_gravity() noexcept;
   void locate() noexcept;
   void place_spheres() noexcept;

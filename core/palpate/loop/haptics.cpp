@@ -27,7 +27,7 @@ Haptics::Haptics(const HapticsOptions& options)
 
 const HapticsOutput& Haptics::step(const HapticsInput& in) noexcept {
   const Handle& handle = in.handle;
-  const Instrument& tool = in.tool;
+  const ToolWithSpheres& tool = in.tool;
   const bool following = in.controls.following && handle.valid && tool.valid;
   out_.mapped = mapping_.step({options_.X_WL * handle.X_LH, handle.V_LH, handle.gripper, tool.X_WT, tool.jaw, following,
                                in.controls.clutch, tool.reached});

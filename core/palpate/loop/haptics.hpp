@@ -32,7 +32,7 @@ struct HapticsOptions {
 };
 
 /// The tool with its spheres.
-struct Instrument : ToolState {
+struct ToolWithSpheres : ToolState {
   std::array<Vec3, contact::kMaxSpheres> p_WS;  ///< centres of the spheres in W; the first is the tip [m]
 };
 
@@ -40,7 +40,7 @@ struct Instrument : ToolState {
 struct HapticsInput {
   double t = 0.0;  ///< time of the tick [s]
   Handle handle;
-  Instrument tool;
+  ToolWithSpheres tool;
   Controls controls;
   const scene::Snapshot* scene = nullptr;
 };

@@ -39,53 +39,61 @@ class TopologyBuilder {
     return (vertex(triangles_[to_index(t + 1)]) - a).cross(vertex(triangles_[to_index(t + 2)]) - a);
   }
 
-  /// Pairs each half-edge a -> b with the half-edge b -> a, which is found among those that leave b.
-  void find_twins() {
-    std::vector<Index> first(vertices_.size() / 3 + 1, 0), leaving(to_index(count_));
+  /// Half-edges grouped by the vertex that they leave: those of vertex v are half_edge[first[v]] to
+  /// half_edge[first[v + 1] - 1], in ascending order.
+  struct Leaving {
+    std::vector<Index> first, half_edge;
+  };
+  [[nodiscard]] Leaving group_by_start() const {
+    Leaving leaving{std::vector<Index>(vertices_.size() / 3 + 1, 0), std::vector<Index>(to_index(count_))};
+    std::vector<Index>& first = leaving.first;
     for (Index he = 0; he < count_; ++he) ++first[to_index(from(he)) + 1];
     for (std::size_t v = 1; v < first.size(); ++v) first[v] += first[v - 1];
-    {
-      std::vector<Index> next(first.begin(), first.end() - 1);
-      for (Index he = 0; he < count_; ++he) leaving[to_index(next[to_index(from(he))]++)] = he;
+    std::vector<Index> next(first.begin(), first.end() - 1);
+    for (Index he = 0; he < count_; ++he) leaving.half_edge[to_index(next[to_index(from(he))]++)] = he;
+    return leaving;
+  }
+
+  /// The half-edges a -> b: their number, the first and the last of them; -1 if there is none.
+  struct Parallel {
+    int count = 0;
+    Index first = -1, last = -1;
+  };
+  [[nodiscard]] Parallel parallel(const Leaving& leaving, Index a, Index b) const {
+    Parallel found;
+    for (Index i = leaving.first[to_index(a)]; i < leaving.first[to_index(a) + 1]; ++i) {
+      const Index he = leaving.half_edge[to_index(i)];
+      if (to(he) != b) continue;
+      if (found.count++ == 0) found.first = he;
+      found.last = he;
     }
+    return found;
+  }
+
+  /// Pairs each half-edge a -> b with the half-edge b -> a, which is found among those that leave b.
+  void find_twins() {
+    const Leaving leaving = group_by_start();
     out_.twin.assign(to_index(count_), -1);
     for (Index he = 0; he < count_; ++he) {
       if (out_.twin[to_index(he)] >= 0) continue;
-      const Index a = from(he), b = to(he);
-      int along = 0, against = 0;
-      Index twin = -1, other = -1;
-      for (Index i = first[to_index(a)]; i < first[to_index(a) + 1]; ++i) {
-        if (to(leaving[to_index(i)]) != b) continue;
-        ++along;
-        if (leaving[to_index(i)] != he) other = leaving[to_index(i)];
+      const Parallel along = parallel(leaving, from(he), to(he)), against = parallel(leaving, to(he), from(he));
+      if (along.count == 1 && against.count == 1) {
+        out_.twin[to_index(he)] = against.first;
+        out_.twin[to_index(against.first)] = he;
+      } else {
+        report_unpaired(he, along, against);
       }
-      for (Index i = first[to_index(b)]; i < first[to_index(b) + 1]; ++i) {
-        if (to(leaving[to_index(i)]) != a) continue;
-        ++against;
-        twin = leaving[to_index(i)];
-      }
-      if (along == 1 && against == 1) {
-        out_.twin[to_index(he)] = twin;
-        out_.twin[to_index(twin)] = he;
-        continue;
-      }
-      // Each edge is reported once, by its first half-edge.
-      const bool first_of_edge = is_first(first, leaving, he);
-      if (along + against == 1) out_.rims.push_back(he);
-      if (first_of_edge && along == 2 && against == 0) out_.inconsistent_pairs.push_back({he, other});
-      if (first_of_edge && along + against > 2) ++out_.branching_edges;
     }
     out_.closed = out_.rims.empty() && out_.inconsistent_pairs.empty() && out_.branching_edges == 0;
   }
 
-  /// True if `he` is the first of all half-edges between its two vertices.
-  bool is_first(const std::vector<Index>& first, const std::vector<Index>& leaving, Index he) const {
-    const Index a = from(he), b = to(he);
-    for (Index i = first[to_index(a)]; i < first[to_index(a) + 1]; ++i)
-      if (to(leaving[to_index(i)]) == b && leaving[to_index(i)] < he) return false;
-    for (Index i = first[to_index(b)]; i < first[to_index(b) + 1]; ++i)
-      if (to(leaving[to_index(i)]) == a && leaving[to_index(i)] < he) return false;
-    return true;
+  /// Reports an edge that does not join two triangles of equal winding, once: at the first half-edge between its two
+  /// vertices.
+  void report_unpaired(Index he, const Parallel& along, const Parallel& against) {
+    if (along.count + against.count == 1) out_.rims.push_back(he);
+    if (along.first != he || (against.count > 0 && against.first < he)) return;
+    if (along.count == 2 && against.count == 0) out_.inconsistent_pairs.push_back({he, along.last});
+    if (along.count + against.count > 2) ++out_.branching_edges;
   }
 
   /// True if the edge of `he` is not a crease.

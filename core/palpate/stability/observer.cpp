@@ -100,10 +100,10 @@ double Observer::in_flight() const noexcept {
   return sum;
 }
 
-double Observer::cost(const Wrench& F, const Ramp& ramp) const noexcept {
+double Observer::cost(const Wrench& F, const RampDownRates& rates) const noexcept {
   const double a = options_.acceleration, w = options_.angular_acceleration, begin = delay_ + dt_;
-  return held(F, delay_, begin) + ramp_cost(F.f.norm(), along(F.f, V_LH_.v, 0.5 * a * dt_), a, begin, ramp.force) +
-         ramp_cost(F.t.norm(), along(F.t, V_LH_.w, 0.5 * w * dt_), w, begin, ramp.moment);
+  return held(F, delay_, begin) + ramp_cost(F.f.norm(), along(F.f, V_LH_.v, 0.5 * a * dt_), a, begin, rates.force) +
+         ramp_cost(F.t.norm(), along(F.t, V_LH_.w, 0.5 * w * dt_), w, begin, rates.moment);
 }
 
 }  // namespace palpate::stability

@@ -18,7 +18,7 @@ struct ObserverOptions {
 };
 
 /// Rates at which a force and a moment can be ramped to zero.
-struct Ramp {
+struct RampDownRates {
   double force = 0.0;   ///< [N/s]
   double moment = 0.0;  ///< [N m/s]
 };
@@ -56,8 +56,8 @@ class Observer {
   [[nodiscard]] double stored() const noexcept { return stored_; }
   /// Largest energy that the wrenches already sent may still return to the hand [J].
   [[nodiscard]] double in_flight() const noexcept;
-  /// Largest energy that `F_H_L`, sent now and ramped to zero by `ramp` from the next tick on, may return [J].
-  [[nodiscard]] double cost(const Wrench& F_H_L, const Ramp& ramp) const noexcept;
+  /// Largest energy that `F_H_L`, sent now and ramped to zero at `rates` from the next tick on, may return [J].
+  [[nodiscard]] double cost(const Wrench& F_H_L, const RampDownRates& rates) const noexcept;
 
  private:
   [[nodiscard]] double held(const Wrench& F, double from, double to) const noexcept;

@@ -19,7 +19,7 @@ Wrench scaled(double s, const Wrench& F) noexcept { return {s * F.f, s * F.t}; }
 
 PassivityController::PassivityController(const PassivityOptions& options, const Caps& caps, double dt)
     : mode_(options.mode),
-      ramp_{caps.rate_cap, caps.moment_rate_cap},
+      ramp_down_{caps.rate_cap, caps.moment_rate_cap},
       observer_(remembering(options), dt),
       dissipation_(options.friction, dt),
       credit_limit_(options.observer.capacity) {}
@@ -32,7 +32,7 @@ Wrench PassivityController::step(const Wrench& F_H_L, const Limiter& limiter) no
   if (mode_ == Passivity::off) return F_H_L;
   const double in_flight = observer_.in_flight();
   const auto needs = [&](double share) noexcept {
-    return in_flight + observer_.cost(limiter.next(scaled(share, F_H_L)), ramp_);
+    return in_flight + observer_.cost(limiter.next(scaled(share, F_H_L)), ramp_down_);
   };
   reserved_ = needs(1.0);
   if (reserved_ <= observer_.stored()) return F_H_L;

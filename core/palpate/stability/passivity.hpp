@@ -56,7 +56,7 @@ class PassivityController {
 
  private:
   Passivity mode_;
-  Ramp ramp_;
+  RampDownRates ramp_down_;
   Observer observer_;
   Dissipation dissipation_;
   double credit_limit_;  ///< level of the account up to which energy is credited, in all modes [J]

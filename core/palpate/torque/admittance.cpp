@@ -17,12 +17,12 @@ namespace {
 
 constexpr double kLead = 0.01;  // [m] largest lead of the virtual handle over an arm that is held back
 
-class Admittance final : public Law {
+class Admittance final : public ControlLaw {
  public:
-  Admittance(const LawOptions& options, double dt)
+  Admittance(const ControlLawOptions& options, double dt)
       : options_(options), dt_(dt), w_(2.0 * std::numbers::pi * options.servo_bandwidth) {}
 
-  Wrench step(const LawInput& in) noexcept override {
+  Wrench step(const ControlLawInput& in) noexcept override {
     if (!started_) {
       p_ = in.p_LH;
       v_ = in.v_LH;
@@ -42,12 +42,12 @@ class Admittance final : public Law {
   void reset() noexcept override { started_ = false; }
   [[nodiscard]] bool needs_load_cell() const noexcept override { return true; }
   [[nodiscard]] bool renders_damping() const noexcept override { return true; }
-  [[nodiscard]] Vec3 neglected_force(const LawInput& /*in*/, const Vec3& /*a*/) const noexcept override {
+  [[nodiscard]] Vec3 neglected_force(const ControlLawInput& /*in*/, const Vec3& /*a*/) const noexcept override {
     return Vec3::Zero();
   }
 
  private:
-  LawOptions options_;
+  ControlLawOptions options_;
   double dt_, w_;
   bool started_ = false;
   Vec3 p_ = Vec3::Zero(), v_ = Vec3::Zero();
@@ -55,7 +55,7 @@ class Admittance final : public Law {
 
 }  // namespace
 
-std::unique_ptr<Law> make_admittance(const LawOptions& options, double dt) {
+std::unique_ptr<ControlLaw> make_admittance(const ControlLawOptions& options, double dt) {
   return std::make_unique<Admittance>(options, dt);
 }
 

@@ -10,28 +10,28 @@
 namespace palpate::torque {
 namespace {
 
-class Impedance final : public Law {
+class Impedance final : public ControlLaw {
  public:
-  explicit Impedance(const LawOptions& options) : options_(options) {}
+  explicit Impedance(const ControlLawOptions& options) : options_(options) {}
 
-  Wrench step(const LawInput& in) noexcept override {
+  Wrench step(const ControlLawInput& in) noexcept override {
     if (!options_.shape_inertia) return in.Gamma_v;
     const Vec3 F = in.F_H_L + in.F_hand_L;
     return in.Gamma_v + inertia(in, F / options_.virtual_mass) - Wrench{F, Vec3::Zero()};
   }
 
   [[nodiscard]] bool needs_load_cell() const noexcept override { return options_.shape_inertia; }
-  [[nodiscard]] Vec3 neglected_force(const LawInput& in, const Vec3& a) const noexcept override {
+  [[nodiscard]] Vec3 neglected_force(const ControlLawInput& in, const Vec3& a) const noexcept override {
     return options_.shape_inertia ? Vec3(Vec3::Zero()) : inertia(in, a).f;
   }
 
  private:
-  LawOptions options_;
+  ControlLawOptions options_;
 };
 
 }  // namespace
 
-std::unique_ptr<Law> make_impedance(const LawOptions& options, double /*dt*/) {
+std::unique_ptr<ControlLaw> make_impedance(const ControlLawOptions& options, double /*dt*/) {
   return std::make_unique<Impedance>(options);
 }
 

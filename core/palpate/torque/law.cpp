@@ -10,7 +10,7 @@ namespace {
 
 struct Entry {
   const char* name;
-  std::unique_ptr<Law> (*make)(const LawOptions&, double);
+  std::unique_ptr<ControlLaw> (*make)(const ControlLawOptions&, double);
 };
 
 constexpr Entry kLaws[] = {
@@ -18,7 +18,7 @@ constexpr Entry kLaws[] = {
 
 }  // namespace
 
-std::unique_ptr<Law> make_law(const std::string& name, const LawOptions& options, double dt) {
+std::unique_ptr<ControlLaw> make_control_law(const std::string& name, const ControlLawOptions& options, double dt) {
   require("torque", options.virtual_mass >= 0.05 && std::isfinite(options.virtual_mass), "virtual_mass",
           options.virtual_mass, "must be 0.05 kg or more: a lighter handle would answer to noise");
   require("torque", options.virtual_damping >= 0.0 && std::isfinite(options.virtual_damping), "virtual_damping",

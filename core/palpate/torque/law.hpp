@@ -9,7 +9,7 @@
 namespace palpate::torque {
 
 /// Options of all control laws. Each law reads its own options only.
-struct LawOptions {
+struct ControlLawOptions {
   bool shape_inertia = false;     ///< impedance: the handle feels like virtual_mass; needs a load cell
   double virtual_mass = 0.5;      ///< felt mass, for admittance, and for impedance with shape_inertia [kg]
   double virtual_damping = 2.0;   ///< felt damping, for admittance [N s/m]
@@ -17,7 +17,7 @@ struct LawOptions {
 };
 
 /// Input of a control law at every tick. All quantities are expressed in L.
-struct LawInput {
+struct ControlLawInput {
   /// Inertia of the arm at the handle: rows of force over rows of moment per linear acceleration of the handle, with
   /// constant orientation [kg, kg m].
   Eigen::Matrix<double, 6, 3> Lambda = Eigen::Matrix<double, 6, 3>::Identity();
@@ -30,36 +30,37 @@ struct LawInput {
 };
 
 /// Wrench that accelerates the handle by a [m/s^2] without changing its orientation [N, N m].
-[[nodiscard]] inline Wrench inertia(const LawInput& in, const Vec3& a) noexcept {
+[[nodiscard]] inline Wrench inertia(const ControlLawInput& in, const Vec3& a) noexcept {
   const Vec6 F = in.Lambda * a;
   return {F.head<3>(), F.tail<3>()};
 }
 
 /// Interface of a control law.
-class Law {
+class ControlLaw {
  public:
-  virtual ~Law() = default;
+  virtual ~ControlLaw() = default;
   /// Wrench at the handle that the law adds to the rendered wrench [N, N m]: tau_force = J^T (F_H_L + result).
-  virtual Wrench step(const LawInput& in) noexcept = 0;
+  virtual Wrench step(const ControlLawInput& in) noexcept = 0;
   /// Discards the state of the law: at start-up, and when the leader state becomes stale.
   virtual void reset() noexcept {}
   /// True if the law needs the measured force of the hand. Without a load cell, the torque stage renders as with
   /// `stiffness`.
   [[nodiscard]] virtual bool needs_load_cell() const noexcept { return false; }
-  /// True if the law itself renders the damping LawInput::B_L.
+  /// True if the law itself renders the damping ControlLawInput::B_L.
   [[nodiscard]] virtual bool renders_damping() const noexcept { return false; }
   /// Force of the arm's own dynamics in L [N] that the hand feels in addition to the rendered force, at the
   /// acceleration a of the handle [m/s^2].
-  [[nodiscard]] virtual Vec3 neglected_force(const LawInput& in, const Vec3& a) const noexcept = 0;
+  [[nodiscard]] virtual Vec3 neglected_force(const ControlLawInput& in, const Vec3& a) const noexcept = 0;
 };
 
 /// Makes the control law `name`: stiffness, impedance or admittance. dt: period of the cycle [s]. Throws
 /// std::invalid_argument with the name of an invalid option or of an unknown law.
-[[nodiscard]] std::unique_ptr<Law> make_law(const std::string& name, const LawOptions& options, double dt);
+[[nodiscard]] std::unique_ptr<ControlLaw> make_control_law(const std::string& name, const ControlLawOptions& options,
+                                                           double dt);
 
 // The control laws in the table of law.cpp. Each has its own file.
-[[nodiscard]] std::unique_ptr<Law> make_stiffness(const LawOptions& options, double dt);
-[[nodiscard]] std::unique_ptr<Law> make_impedance(const LawOptions& options, double dt);
-[[nodiscard]] std::unique_ptr<Law> make_admittance(const LawOptions& options, double dt);
+[[nodiscard]] std::unique_ptr<ControlLaw> make_stiffness(const ControlLawOptions& options, double dt);
+[[nodiscard]] std::unique_ptr<ControlLaw> make_impedance(const ControlLawOptions& options, double dt);
+[[nodiscard]] std::unique_ptr<ControlLaw> make_admittance(const ControlLawOptions& options, double dt);
 
 }  // namespace palpate::torque

@@ -4,19 +4,19 @@
 namespace palpate::torque {
 namespace {
 
-class Stiffness final : public Law {
+class Stiffness final : public ControlLaw {
  public:
-  Wrench step(const LawInput& /*in*/) noexcept override { return {}; }
+  Wrench step(const ControlLawInput& /*in*/) noexcept override { return {}; }
   /// The first two terms of Eq 9 (inertia and Coriolis forces), which the assumption of slow motion (section 2.4)
   /// neglects.
-  [[nodiscard]] Vec3 neglected_force(const LawInput& in, const Vec3& a) const noexcept override {
+  [[nodiscard]] Vec3 neglected_force(const ControlLawInput& in, const Vec3& a) const noexcept override {
     return inertia(in, a).f + in.Gamma_v.f;
   }
 };
 
 }  // namespace
 
-std::unique_ptr<Law> make_stiffness(const LawOptions& /*options*/, double /*dt*/) {
+std::unique_ptr<ControlLaw> make_stiffness(const ControlLawOptions& /*options*/, double /*dt*/) {
   return std::make_unique<Stiffness>();
 }
 

@@ -66,7 +66,7 @@ Torque::Torque(Options options, JointVector tau_max, double dt)
     if (x->size() == 0) *x = JointVector::Zero(tau_max_.size());
   }
   check(options_, tau_max_.size());
-  law_ = make_law(options_.law, options_.laws, dt);
+  law_ = make_control_law(options_.law, options_.laws, dt);
 }
 
 unsigned Torque::step(arm::Arm& model, const Input& in, LeaderCommand& out) noexcept {
@@ -106,7 +106,7 @@ unsigned Torque::step_law(arm::Arm& model, const Input& in, LeaderCommand& out) 
   const arm::Dynamics& d = model.state();
   const Eigen::Index n = tau_max_.size();
   const bool cell_valid = leader.has_load_cell && leader.F_cell_L.allFinite();
-  LawInput law_input;
+  ControlLawInput law_input;
   bool singular = false;
   // In mode `paper` the hand holds the wrist: only the position counts, as for an arm that cannot orient its tip.
   if (full && model.orients()) {

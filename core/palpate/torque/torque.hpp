@@ -24,7 +24,7 @@ struct Options {
   double platform_gain = 0.5;     ///< factor on the dVRK's joint-4 controller, 0..1 [-]; 7-joint MTMs in full mode only
   FrictionOptions friction;       ///< friction compensation
   LimitOptions limits;            ///< soft stops at the joint limits
-  LawOptions laws;                ///< options of the control laws
+  ControlLawOptions laws;         ///< options of the control laws
   double law_cap = 10.0;          ///< largest force that a law may add to the rendered force [N]
   double fast_force = 0.3;        ///< threshold of the neglected inertia force for the status bit too_fast [N]
   JointVector rotor_inertia;      ///< rotor inertia of the controller's model at the joints (n,) [kg m^2]; empty: none
@@ -65,7 +65,7 @@ class Torque {
   Options options_;
   JointVector tau_max_;
   double dt_;
-  std::unique_ptr<Law> law_;
+  std::unique_ptr<ControlLaw> law_;
   Vec3 v_filtered_ = Vec3::Zero();  ///< low-pass filtered velocity of the handle in L [m/s]
   bool started_ = false;
 };

@@ -8,12 +8,12 @@ namespace {
 constexpr std::array kStatusDescriptions = {
     StatusDescription{"guarded", kGuarded, "the guardian has taken over, or is gone: the force stays zero"},
     StatusDescription{"second_writer", kSecondWriter,
-                      "somebody else commands the same arm: no force until one of them ends"},
+                      "another program commands the same arm: no force until one of them ends"},
     StatusDescription{"other_teleop", kOtherTeleop,
                       "another teleoperation is on, or not yet known to be off: nothing is sent"},
     StatusDescription{
         "frame_unsure", kFrameUnsure,
-        "the arm has not been told the frame of the wrench, or somebody changed it or gravity compensation: "
+        "the arm may not know the frame of the wrench, or another program changed it or the gravity compensation: "
         "the force goes to zero"},
     StatusDescription{"jumped", kJumped, "a pose jumped, faster than any hand: the force goes to zero"},
     StatusDescription{"clock_jumped", kClockJumped, "a clock jumped: the force goes to zero"},
@@ -25,7 +25,7 @@ constexpr std::array kStatusDescriptions = {
     StatusDescription{"leader_stale", kLeaderStale, "the leader is silent: the force ramps to zero"},
     StatusDescription{"follower_stale", kFollowerStale, "the follower is silent: the force ramps to zero"},
     StatusDescription{"lagging", kLagging, "the follower stays far behind its goal: it is let go"},
-    StatusDescription{"slow", kSlow, "the leader tells its state too rarely for the rate of the cycle: no force"},
+    StatusDescription{"slow", kSlow, "the leader reports its state too rarely for the rate of the cycle: no force"},
     StatusDescription{"not_enabled", kNotEnabled, "an arm is not enabled and homed: no force"},
     StatusDescription{"no_operator", kNoOperator, "nobody is at the console: no force"},
     StatusDescription{"settling", kSettling, "all is well again, but not yet for long enough: no force yet"},
@@ -37,13 +37,12 @@ constexpr std::array kStatusDescriptions = {
     StatusDescription{"torque_limited", kTorqueLimited, "a motor is at its torque limit"},
     StatusDescription{"no_load_cell", kNoLoadCell, "no load cell: the control law renders as stiffness control does"},
     StatusDescription{"no_torques", kNoTorques,
-                      "the follower's torques are missing or impossible: no force is told by them"},
+                      "the follower's torques are missing or impossible: no force is estimated from them"},
     StatusDescription{"singular", kSingular, "the leader is nearly stretched: its dynamics are damped"},
-    StatusDescription{"too_fast", kTooFast, "fast motion: the hand feels the arm's inertia beside the force"},
+    StatusDescription{"too_fast", kTooFast, "fast motion: the hand feels the arm's inertia in addition to the force"},
     StatusDescription{"guidance_conflict", kGuidanceConflict, "fixtures contradict each other: one of them gives way"},
-    StatusDescription{
-        "frame_lost", kFrameLost,
-        "the frame that a fixture is attached to is not told where it is: the fixture counts for nothing"},
+    StatusDescription{"frame_lost", kFrameLost,
+                      "the frame that a fixture is attached to has no known pose: the fixture is inactive"},
     StatusDescription{"goal_corrected", kGoalCorrected, "a hard fixture holds the instrument back"},
     StatusDescription{"ik_failed", kIkFailed, "the instrument cannot reach further: it holds"},
     StatusDescription{"hand_slipped", kHandSlipped, "the handle slips out of the hand's grip"},

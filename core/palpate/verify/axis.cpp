@@ -83,9 +83,9 @@ class Controller {
 
 /// The transmission line: commands in flight, each with the cycle of its arrival and the time from the cycle's
 /// beginning.
-class Line {
+class TransmissionLine {
  public:
-  explicit Line(const AxisOptions& o)
+  explicit TransmissionLine(const AxisOptions& o)
       : o_(o), random_(o.seed), ring_(static_cast<std::size_t>((o.delay + o.jitter) * o.rate) + 4) {}
 
   void send(std::size_t cycle, double F) noexcept {
@@ -193,7 +193,7 @@ AxisResult Axis::run(const AxisMotion& motion, AxisStage* stage, std::vector<Axi
   body.x = motion.x0, body.v = motion.v0;
   Controller controller(o);
   controller.start(body.x);
-  Line line(o);
+  TransmissionLine line(o);
   const double dt = 1.0 / o.rate;
   const std::size_t moved = path_end(motion.path);
   const double first = std::clamp(kPeriods * slowest_period(o), kShortest, kFirst);
@@ -224,7 +224,7 @@ AxisResult Axis::run(const AxisMotion& motion, AxisStage* stage, std::vector<Axi
       out.energy_min = std::min(out.energy_min, out.energy_port);
       at = until;
     };
-    while (const Line::Command* arrived = line.take(k)) {
+    while (const TransmissionLine::Command* arrived = line.take(k)) {
       go(arrived->after);
       acting = arrived->F;
     }

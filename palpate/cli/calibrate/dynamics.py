@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from palpate.arm.drives import At
     from palpate.arm.dynamics import Dynamics
     from palpate.arrays import Array
-    from palpate.identify.motion import Motion
+    from palpate.identify.motion import RecordedMotion
 
 CUTOFFS = (2.0, 3.0, 5.0, 10.0)  # further cutoffs for the test error, which grows with the bandwidth [Hz]
 _SHORT = {"mtm": "mtm_right", "mtml": "mtm_left", "mtmr": "mtm_right", "psm": "psm_lnd"}
@@ -142,7 +142,7 @@ class Figures:
     seconds: float
 
 
-def _figures(model: Dynamics, train: list[Motion], test: Motion | None, seconds: float) -> Figures:
+def _figures(model: Dynamics, train: list[RecordedMotion], test: RecordedMotion | None, seconds: float) -> Figures:
     from palpate.identify.dynamics import consistency, relative_rms
 
     cutoffs = [f for f in CUTOFFS if f < 0.5 * train[0].rate]

@@ -44,7 +44,7 @@ class Touch:
         hole: float | None,
         force: bool,
     ) -> Touch:
-        """From the command line's options, lengths in millimetres.
+        """Make the settings from the options of the command line, whose lengths are in millimetres.
 
         Raises:
             PalpateError: a number is not positive.

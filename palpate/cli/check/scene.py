@@ -119,8 +119,8 @@ def _fixtures(rig: Rig, console: Console) -> list[FixtureFindings]:
     for heading in ("fixture", "role", "law", "geometry", "attached to", "at the start"):
         table.add_column(heading)
     for fixture in rig.scene.guidance:
-        asked = fixture.make(rig.context).ask(X_WT)
-        gap, turns = float(asked["gap"]), bool(asked["turns"])
+        constraint = fixture.make(rig.context).evaluate(X_WT)
+        gap, turns = float(constraint["gap"]), bool(constraint["turns"])
         live = fixture.frame.of in LIVE and fixture.frame.of != "tool"
         state = f"waits for frame {fixture.frame.of}" if live else _state(gap, turns)
         law = f"{fixture.law.name}{', hard' if fixture.hard else ''}{'' if fixture.enabled else ', off'}"

@@ -90,7 +90,7 @@ class Command:
                 from palpate.ros.around import Around
 
                 stack.enter_context(Around(session))
-            line = stack.enter_context(Line(console, session))
+            line = stack.enter_context(HapticLine(console, session))
             summary = session.run(self.duration, on_progress=line)
         line.rest()
         summary = outcome.with_report(summary, scene)
@@ -114,7 +114,7 @@ class Command:
             )
 
 
-class Line(LiveLine):
+class HapticLine(LiveLine):
     """The live line: rate, latency, force, and the conditions that forbid a force; events are printed line by line.
 
     Without a terminal, a line is printed whenever these conditions change.
@@ -149,6 +149,6 @@ class Line(LiveLine):
 
     def rest(self) -> None:
         """Print the events since the last call."""
-        for words in self._session.told[self._printed :]:
+        for words in self._session.events[self._printed :]:
             say(self._console, words, "*", "cyan")
-        self._printed = len(self._session.told)
+        self._printed = len(self._session.events)

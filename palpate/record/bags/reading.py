@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from palpate.errors import MissingExtraError, RecordError
-from palpate.record.bags.tracks import Arm, Contents, Event, Topic, Track
+from palpate.record.bags.tracks import ArmTracks, Contents, Event, Topic, Track
 
 _MOTION = {
     "measured_js": "js",
@@ -110,8 +110,8 @@ class _Reading:
                 frame = 1.0 if topic.endswith("spatial/servo_cf") else self.frames[name]
                 self.rows[name, "absolute"].append((t, [frame]))
 
-    def _arm(self, name: str) -> Arm:
-        arm = Arm(name)
+    def _arm(self, name: str) -> ArmTracks:
+        arm = ArmTracks(name)
         for field in ("q", "v", "tau", "pose", "twist", "goal", "wrench", "absolute", "gripper"):
             rows = self.rows.get((name, field), [])
             width = max((len(v) for _, v in rows), default=0)
@@ -143,7 +143,7 @@ def _arm_and_quantity(topic: str) -> tuple[str, str | None]:
 
 
 def _numbers(quantity: str, message: Any) -> Iterator[tuple[str, list[float]]]:
-    """Fields of `Arm` that a message fills, with their values."""
+    """Fields of `ArmTracks` that a message fills, with their values."""
     if quantity in ("js", "gripper"):
         fields = {"q": "position", "v": "velocity", "tau": "effort"} if quantity == "js" else {"gripper": "position"}
         for field, array in fields.items():

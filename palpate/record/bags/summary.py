@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from rich.table import Table
 
 from palpate.record.bags.bag import Bag
-from palpate.record.bags.tracks import Arm
+from palpate.record.bags.tracks import ArmTracks
 
 STALE = 0.03
 """Age above which a commanded wrench that is not renewed counts as left on [s]."""
@@ -70,7 +70,7 @@ def summary_of(bag: Bag) -> BagSummary:
     )
 
 
-def _arm(arm: Arm, end: float) -> ArmSummary:
+def _arm(arm: ArmTracks, end: float) -> ArmSummary:
     force, t = arm.wrench.values[:, :3], arm.wrench.t
     size = np.linalg.norm(force, axis=1)
     steps = np.linalg.norm(np.diff(force, axis=0), axis=1) / _intervals(t)

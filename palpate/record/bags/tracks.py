@@ -33,7 +33,7 @@ def nothing(width: int) -> Track:
 
 
 @dataclass
-class Arm:
+class ArmTracks:
     """Tracks of one arm, empty if not in the bag, in the frames of their CRTK topics."""
 
     name: str
@@ -91,7 +91,7 @@ class Contents:
     path: Path
     duration: float
     """Time from the start to the last message [s]."""
-    arms: dict[str, Arm]
+    arms: dict[str, ArmTracks]
     """Arms by name, e.g. ``MTMR``."""
     events: list[Event]
     topics: list[Topic]

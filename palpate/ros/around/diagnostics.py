@@ -36,7 +36,7 @@ class Diagnostics:
         from diagnostic_msgs.msg import DiagnosticArray
         from std_msgs.msg import String
 
-        news = list(self._session.told)
+        news = list(self._session.events)
         for words in news[self._published :]:
             self._message.publish(String(data=words))
         self._published = len(news)

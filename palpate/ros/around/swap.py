@@ -60,7 +60,7 @@ class Swap:
                 str(error), where=scene.file, mend="correct the scene; the previous one stays active"
             ) from None
         session.rig = replace(session.rig, scene=scene, surfaces=placed, snapshot=snapshot)
-        session.told.append(f"at t = {float(session.latest()['t']):.3f} s: {', '.join(_gains_in_words(scene))}")
+        session.events.append(f"at t = {float(session.latest()['t']):.3f} s: {', '.join(_gains_in_words(scene))}")
         self._on_swap()
 
     def _declare(self) -> None:

@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "bench/puppet.hpp"
+#include "bench/mock_leader.hpp"
 #include "bind.hpp"
 
 namespace nb = nanobind;
@@ -26,64 +26,72 @@ Array to_array(std::vector<T>&& rows) {
   return Array(data, {n, sizeof(T) / sizeof(double)}, capsule);
 }
 
+void bind_options(nb::module_& m) {
+  nb::class_<MockLeaderOptions>(m, "MockLeaderOptions", "Of a leader that moves as message.")
+      .def(nb::init<>())
+      .def_rw("leader", &MockLeaderOptions::leader)
+      .def_rw("teleop", &MockLeaderOptions::teleop)
+      .def_rw("wrench", &MockLeaderOptions::wrench, "Topic of the wrenches that the leader receives.")
+      .def_rw("rate", &MockLeaderOptions::rate, "Rate of the published states [Hz].")
+      .def_rw("reliable", &MockLeaderOptions::reliable)
+      .def_rw("echo", &MockLeaderOptions::echo, "True: also measure the round-trip time of a plain echo.")
+      .def_rw("seed", &MockLeaderOptions::seed);
+
+  nb::class_<MessageFaults>(m, "MessageFaults", "Faults injected into the messages of a mock leader.")
+      .def(nb::init<>())
+      .def_rw("drop", &MessageFaults::drop, "Fraction of lost messages [-].")
+      .def_rw("twice", &MessageFaults::twice, "Fraction of repeated messages [-].")
+      .def_rw("swap", &MessageFaults::swap, "Fraction of messages that arrive after the next one [-].")
+      .def_rw("delay", &MessageFaults::delay, "Time from the stamp to the publication [s].")
+      .def_rw("clock", &MessageFaults::clock, "Clock offset added to the stamps [s].")
+      .def_rw("not_finite", &MessageFaults::not_finite)
+      .def_rw("no_rotation", &MessageFaults::no_rotation)
+      .def_rw("zero_stamp", &MessageFaults::zero_stamp)
+      .def_rw("wrong_length", &MessageFaults::wrong_length)
+      .def_rw("silent", &MessageFaults::silent);
+}
+
 }  // namespace
 
 void bind_bench(nb::module_& m) {
-  nb::class_<PuppetOptions>(m, "PuppetOptions", "Of a leader that moves as told.")
-      .def(nb::init<>())
-      .def_rw("leader", &PuppetOptions::leader)
-      .def_rw("teleop", &PuppetOptions::teleop)
-      .def_rw("wrench", &PuppetOptions::wrench, "topic that it is pushed by")
-      .def_rw("rate", &PuppetOptions::rate, "of its states [Hz]")
-      .def_rw("reliable", &PuppetOptions::reliable)
-      .def_rw("echo", &PuppetOptions::echo, "measure a bare echo beside it")
-      .def_rw("seed", &PuppetOptions::seed);
-
-  nb::class_<Spoil>(m, "Spoil", "What happens to a puppet's messages on the way.")
-      .def(nb::init<>())
-      .def_rw("drop", &Spoil::drop, "share that is lost [-]")
-      .def_rw("twice", &Spoil::twice, "share that comes twice [-]")
-      .def_rw("swap", &Spoil::swap, "share that comes after the next [-]")
-      .def_rw("delay", &Spoil::delay, "[s]")
-      .def_rw("clock", &Spoil::clock, "added to stamps [s]")
-      .def_rw("not_finite", &Spoil::not_finite)
-      .def_rw("no_rotation", &Spoil::no_rotation)
-      .def_rw("zero_stamp", &Spoil::zero_stamp)
-      .def_rw("wrong_length", &Spoil::wrong_length)
-      .def_rw("silent", &Spoil::silent);
-
+  bind_options(m);
   const auto free = nb::call_guard<nb::gil_scoped_release>();
-  nb::class_<Puppet>(m, "Puppet", "A CRTK leader that is none: moves as told, notes every wrench.")
-      .def(nb::init<std::shared_ptr<Context>, const PuppetOptions&>(), "context"_a, "options"_a)
-      .def("start", &Puppet::start, free)
-      .def("stop", &Puppet::stop, free)
-      .def("move_to", &Puppet::move_to, "p"_a, "seconds"_a)
-      .def("swing", &Puppet::swing, "amplitude"_a, "frequency"_a)
-      .def("turn_to", &Puppet::turn_to, "quat"_a, "x y z w; at once")
-      .def("spoil", &Puppet::spoil, "spoil"_a)
-      .def("set_state", &Puppet::set_state, "state"_a, "homed"_a = true)
-      .def("follow", &Puppet::follow, "on"_a)
+  nb::class_<MockLeader>(m, "MockLeader",
+                         "A mock CRTK leader: it publishes commanded motions and logs every wrench that it receives.")
+      .def(nb::init<std::shared_ptr<Context>, const MockLeaderOptions&>(), "context"_a, "options"_a)
+      .def("start", &MockLeader::start, free)
+      .def("stop", &MockLeader::stop, free)
+      .def("move_to", &MockLeader::move_to, "p"_a, "seconds"_a)
+      .def("swing", &MockLeader::swing, "amplitude"_a, "frequency"_a)
+      .def("turn_to", &MockLeader::turn_to, "quat"_a, "Sets the orientation at once: quaternion x y z w.")
+      .def("inject", &MockLeader::inject, "faults"_a)
+      .def("set_state", &MockLeader::set_state, "state"_a, "homed"_a = true)
+      .def("follow", &MockLeader::follow, "on"_a)
       .def_prop_ro(
-          "sent", [](const Puppet& self) { return to_array(self.sent()); }, nb::rv_policy::automatic,
-          "(n, 1) when each state was published [s]")
+          "sent", [](const MockLeader& self) { return to_array(self.sent()); }, nb::rv_policy::automatic,
+          "Publication time of each state (n, 1) [s].")
       .def_prop_ro(
-          "felt", [](const Puppet& self) { return to_array(self.felt()); }, nb::rv_policy::automatic,
-          "(n, 12): monotonic time, time since 1970, stamp [s], force [N], torque [N m], who wrote it (0, 1, ...), "
-          "whether an arm would read it in absolute axes, how many that writer had sent")
+          "wrenches", [](const MockLeader& self) { return to_array(self.wrenches()); }, nb::rv_policy::automatic,
+          "Received wrenches (n, 12): monotonic time, time since 1970, stamp [s], force [N], torque [N m], index of "
+          "the "
+          "publisher (0, 1, ...), 1 if a dVRK arm would read it in absolute axes, number of messages of that "
+          "publisher.")
       .def_prop_ro(
-          "echoes", [](const Puppet& self) { return to_array(self.echoes()); }, nb::rv_policy::automatic,
-          "(n, 1) there and back [s]")
+          "echoes", [](const MockLeader& self) { return to_array(self.echoes()); }, nb::rv_policy::automatic,
+          "Round-trip times of the echo (n, 1) [s].")
       .def_prop_ro(
-          "flags", [](const Puppet& self) { return to_array(self.flags()); }, nb::rv_policy::automatic,
-          "(n, 2) body/set_cf_orientation_absolute: when [s], what")
-      .def_prop_ro("absolute", &Puppet::absolute, "body/set_cf_orientation_absolute, as it was told.")
-      .def_prop_ro("carried", &Puppet::carried, "use_gravity_compensation, as it was told.")
-      .def_prop_ro("pings", &Puppet::pings)
-      .def_prop_ro("listeners", &Puppet::listeners, "Of its states.")
-      .def_prop_ro("writers", &Puppet::writers, "Of its wrenches.")
-      .def_prop_ro("late_p99_us", [](const Puppet& self) { return self.punctuality().lateness.percentile_us(0.99); })
-      .def_prop_ro("missed", [](const Puppet& self) { return self.punctuality().missed.load(); })
-      .def_prop_ro("scheduler", &Puppet::scheduler);
+          "frame_settings", [](const MockLeader& self) { return to_array(self.frame_settings()); },
+          nb::rv_policy::automatic, "Received settings of body/set_cf_orientation_absolute (n, 2): time [s], value.")
+      .def_prop_ro("absolute", &MockLeader::absolute, "body/set_cf_orientation_absolute, as it was message.")
+      .def_prop_ro("gravity_compensation", &MockLeader::gravity_compensation,
+                   "use_gravity_compensation, as it was message.")
+      .def_prop_ro("pings", &MockLeader::pings)
+      .def_prop_ro("listeners", &MockLeader::listeners, "Number of subscribers of the states.")
+      .def_prop_ro("writers", &MockLeader::writers, "Number of publishers of wrenches.")
+      .def_prop_ro("late_p99_us",
+                   [](const MockLeader& self) { return self.punctuality().lateness.percentile_us(0.99); })
+      .def_prop_ro("missed", [](const MockLeader& self) { return self.punctuality().missed.load(); })
+      .def_prop_ro("scheduler", &MockLeader::scheduler);
 }
 
 }  // namespace palpate::ros

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from palpate import _core
 from palpate.contact.judging import ARTEFACT, RADIUS
 from palpate.plotting.style import INK, JOINTS, MUTED, Canvas, png
-from palpate.studies.contact.result import Found, Row
+from palpate.studies.contact.result import Row, StudyResult
 
 PALETTE = ("#1f6f8b", "#b58900", "#4f8f4f", "#c8453b", "#8767a8", "#8b98a3", "#d98cb3", "#8a6a4f")
 COLORS = dict(zip(_core.contact_methods(), cycle(PALETTE), strict=False))
@@ -24,9 +24,9 @@ LEAST = 0.003  # smallest direction error drawn [deg]
 Shown = Literal["step_deg", "artefacts", "energy_mJ"]
 
 
-def draw(result: Found, folder: Path) -> list[Path]:
+def draw(result: StudyResult, folder: Path) -> list[Path]:
     """Write every picture; returns the files."""
-    figures: dict[str, Callable[[Found, Canvas], Figure]] = {
+    figures: dict[str, Callable[[StudyResult, Canvas], Figure]] = {
         "penetration": penetration,
         "approach": approach,
         "slide": slide,
@@ -40,7 +40,7 @@ def draw(result: Found, folder: Path) -> list[Path]:
     return files
 
 
-def penetration(result: Found, canvas: Canvas) -> Figure:
+def penetration(result: StudyResult, canvas: Canvas) -> Figure:
     """Direction error over the penetration; a cross marks where a method permanently loses or flips the force."""
     rows = [r for r in result["rows"] if r["path"] == "penetration"]
     shapes = list(dict.fromkeys(r["shape"] for r in rows))
@@ -77,7 +77,7 @@ def _depth_curve(axes: Axes, method: str, rows: list[Row]) -> None:
         axes.plot(x[-1:], y[-1:], "x", ms=7, mew=1.6, color=COLORS[method], zorder=4)
 
 
-def approach(result: Found, canvas: Canvas) -> Figure:
+def approach(result: StudyResult, canvas: Canvas) -> Figure:
     """Direction error over the angle of approach, median over places and headings."""
     rows = [r for r in result["rows"] if r["path"] == "approach"]
     shapes = list(dict.fromkeys(r["shape"] for r in rows))[:3]
@@ -97,7 +97,7 @@ def approach(result: Found, canvas: Canvas) -> Figure:
     return figure
 
 
-def slide(result: Found, canvas: Canvas) -> Figure:
+def slide(result: StudyResult, canvas: Canvas) -> Figure:
     """Shallow slide: largest direction step, artefacts and net work with one mark per shape; time by mesh size."""
     rows = [r for r in result["rows"] if r["path"] == "shallow"]
     figure = Figure(figsize=(canvas.width, 3.9), layout="constrained")
@@ -108,28 +108,14 @@ def slide(result: Found, canvas: Canvas) -> Figure:
     for axes, key, least in panels:
         for i, method in enumerate(methods):
             finest = _finest([r for r in rows if r["method"] == method])
-            for k, r in enumerate(finest):
-                y = i + 0.3 * (k - (len(finest) - 1) / 2) / max(1, len(finest) - 1) * 2
-                mark = MARKERS[shapes.index(r["shape"])]
-                axes.plot(max(r[key], least), y, mark, ms=4, color=COLORS[method])
-                if key == "step_deg" and i == 0:  # steps of the exact force
-                    axes.plot(max(r["true_step_deg"], least), y, mark, ms=7, mew=0.7, mfc="none", mec=INK)
+            _marks(axes, i, method, finest, shapes, key, least)
+            if key == "step_deg" and i == 0:
+                _marks_of_exact_force(axes, i, finest, shapes, least)
         axes.set_yticks(range(len(methods)), methods if axes is step else [""] * len(methods))
         axes.set_ylim(len(methods) - 0.5, -0.5)
         axes.tick_params(axis="y", length=0)
-    step.set(xscale="log", xlabel="largest step [deg in 1 ms]")
-    step.set_xticks([0.01, 0.1, 1, 10, 180], ["0.01", "0.1", "1", "10", "180"])
-    count.set(xscale="log", xlabel=f"artefacts: samples > {ARTEFACT:.0f}° off")
-    count.set_xticks([0.25, 1, 10, 100, 1000, 10_000], ["none", "1", "10", "100", "1k", "10k"])
-    work.set_xscale("symlog", linthresh=1)
-    work.set_xlabel("net work on the tool [mJ]")
-    work.set_xticks([-100, -10, -1, 0, 1, 10], ["−100", "−10", "−1", "0", "1", "10"])
-    work.axvline(0, color=MUTED, lw=0.8)
-    for method in methods:
-        mine = [r for r in rows if r["method"] == method]
-        sizes = sorted({round(np.log10(r["triangles"])) for r in mine})
-        spent = [np.median([r["p99_us"] for r in mine if round(np.log10(r["triangles"])) == s]) for s in sizes]
-        time.loglog([10.0**s for s in sizes], spent, "-o", ms=3, color=COLORS[method], lw=_width(method))
+    _label_slide(step, count, work)
+    _plot_times(time, methods, rows)
     time.set(xlabel="triangles", ylabel="one update, p99 [µs]")
     time.set_yticks([0.3, 1, 3, 10, 30, 100, 300], ["0.3", "1", "3", "10", "30", "100", "300"])
     for axes in (step, count, work, time):
@@ -139,7 +125,47 @@ def slide(result: Found, canvas: Canvas) -> Figure:
     return figure
 
 
-def planes(result: Found, canvas: Canvas) -> Figure:
+def _height(line: int, k: int, count: int) -> float:
+    """Height of mark k of `count` around the line of a method."""
+    return line + 0.3 * (k - (count - 1) / 2) / max(1, count - 1) * 2
+
+
+def _marks(axes: Axes, line: int, method: str, finest: list[Row], shapes: list[str], key: Shown, least: float) -> None:
+    """One mark per shape on the line of a method."""
+    for k, r in enumerate(finest):
+        mark = MARKERS[shapes.index(r["shape"])]
+        axes.plot(max(r[key], least), _height(line, k, len(finest)), mark, ms=4, color=COLORS[method])
+
+
+def _marks_of_exact_force(axes: Axes, line: int, finest: list[Row], shapes: list[str], least: float) -> None:
+    """Rings around the marks: steps of the exact force."""
+    for k, r in enumerate(finest):
+        mark, y = MARKERS[shapes.index(r["shape"])], _height(line, k, len(finest))
+        axes.plot(max(r["true_step_deg"], least), y, mark, ms=7, mew=0.7, mfc="none", mec=INK)
+
+
+def _label_slide(step: Axes, count: Axes, work: Axes) -> None:
+    """Scales and labels of the panels with marks."""
+    step.set(xscale="log", xlabel="largest step [deg in 1 ms]")
+    step.set_xticks([0.01, 0.1, 1, 10, 180], ["0.01", "0.1", "1", "10", "180"])
+    count.set(xscale="log", xlabel=f"artefacts: samples > {ARTEFACT:.0f}° off")
+    count.set_xticks([0.25, 1, 10, 100, 1000, 10_000], ["none", "1", "10", "100", "1k", "10k"])
+    work.set_xscale("symlog", linthresh=1)
+    work.set_xlabel("net work on the tool [mJ]")
+    work.set_xticks([-100, -10, -1, 0, 1, 10], ["−100", "−10", "−1", "0", "1", "10"])
+    work.axvline(0, color=MUTED, lw=0.8)
+
+
+def _plot_times(axes: Axes, methods: list[str], rows: list[Row]) -> None:
+    """Computation time of one update over the size of the mesh."""
+    for method in methods:
+        mine = [r for r in rows if r["method"] == method]
+        sizes = sorted({round(np.log10(r["triangles"])) for r in mine})
+        spent = [np.median([r["p99_us"] for r in mine if round(np.log10(r["triangles"])) == s]) for s in sizes]
+        axes.loglog([10.0**s for s in sizes], spent, "-o", ms=3, color=COLORS[method], lw=_width(method))
+
+
+def planes(result: StudyResult, canvas: Canvas) -> Figure:
     """Normal error of grown planes over the spread of their points, one panel per noise."""
     rows = result["planes"]
     noises = sorted({r["noise_um"] for r in rows})

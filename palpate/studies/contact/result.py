@@ -23,7 +23,7 @@ class Row(Measured):
     method: str
 
 
-class Plane(TypedDict):
+class GrownPlanes(TypedDict):
     """Normals of planes grown through noisy points."""
 
     points: int
@@ -34,8 +34,8 @@ class Plane(TypedDict):
     direction_p95_deg: float | None
 
 
-class Found(TypedDict):
+class StudyResult(TypedDict):
     """The whole study."""
 
     rows: list[Row]
-    planes: list[Plane]
+    planes: list[GrownPlanes]

@@ -18,7 +18,7 @@ from palpate.mesh import Mesh
 from palpate.shapes.analytic import SHAPES, Box, Shape
 from palpate.shapes.paths import RATE, ToolPath, tool_path
 from palpate.studies._command import Sweeper
-from palpate.studies.contact.result import Found, Measured, Plane, Row
+from palpate.studies.contact.result import GrownPlanes, Measured, Row, StudyResult
 from palpate.sweep import Axis, sweep
 from palpate.sweep.grid import Point
 
@@ -52,7 +52,7 @@ def run(
     sweep: Sweeper = sweep,
     shapes: Iterable[str] = tuple(SHAPES),
     methods: Iterable[str] = tuple(_core.contact_methods()),
-) -> Found:
+) -> StudyResult:
     """All results: ``rows`` of the methods and ``planes`` grown through points."""
     tabled, path = set(triangles), {name: motion.path for name, motion in motions().items()}
     grid = {
@@ -144,7 +144,7 @@ def approaches(shape: Shape, degrees: float) -> Iterator[ToolPath]:
         yield ToolPath(np.vstack([inward, rest, out]), slice(samples + 10, samples + 60))
 
 
-def grown_planes(seed: int = 0) -> Iterator[Plane]:
+def grown_planes(seed: int = 0) -> Iterator[GrownPlanes]:
     """Normal errors of planes through noisy points of the 30 mm sphere, by number and spread of the points."""
     rng, shape = np.random.default_rng(seed), SHAPES["sphere"]
     up = np.array([0.0, 0.0, 1.0])

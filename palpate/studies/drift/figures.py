@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 
 from palpate.plotting.style import INK, JOINTS, MUTED, Canvas, png
 from palpate.studies.drift.plant import PLANTS
-from palpate.studies.drift.result import Found, Row
+from palpate.studies.drift.result import Row, StudyResult
 from palpate.studies.drift.work import FORMS
 
 COLOURS = dict(zip(FORMS, JOINTS, strict=False))
@@ -19,14 +19,14 @@ STYLES = dict(zip(PLANTS, ("-", (0, (4, 2))), strict=True))
 _SMALLEST = 0.1  # smaller drifts are drawn at this value [mm]
 
 
-def draw(found: Found, folder: Path) -> Path:
+def draw(found: StudyResult, folder: Path) -> Path:
     """Draw the picture into ``folder``; returns the file."""
     path = folder / "drift.png"
     png(lambda canvas: picture(found, canvas), path)
     return path
 
 
-def picture(found: Found, canvas: Canvas) -> Figure:
+def picture(found: StudyResult, canvas: Canvas) -> Figure:
     """One panel per arm with the cumulative distribution of the drift."""
     arms = [arm["arm"] for arm in found["arms"]]
     figure = Figure(figsize=(canvas.width, 3.6), layout="constrained")

@@ -49,7 +49,7 @@ class Described(TypedDict):
     beyond_form_Nm: dict[str, list[float]]
 
 
-class Found(TypedDict):
+class StudyResult(TypedDict):
     """The whole study."""
 
     simulated: bool

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from rich.table import Table
 
-from palpate.studies.drift.result import Found
+from palpate.studies.drift.result import StudyResult
 from palpate.studies.drift.work import FORMS, STAYS
 
 
-def table(found: Found) -> Table:
+def table(found: StudyResult) -> Table:
     """Table of the drift by form of model, with published values."""
     title = f"tip drift within {found['released_s']:g} s of letting go, simulated, {found['releases']} poses [mm]"
     shown = Table(title=title, title_justify="left")

@@ -16,7 +16,7 @@ from palpate.identify.fit_gravity import fit_poses
 from palpate.identify.gravity import named_arm
 from palpate.studies._command import Sweeper
 from palpate.studies.drift.plant import PLANTS, TIME, Plant, make_plants, release, sampled, unseen_poses
-from palpate.studies.drift.result import Described, Drift, Found, Made, Released, Row
+from palpate.studies.drift.result import Described, Drift, Made, Released, Row, StudyResult
 from palpate.sweep import Axis, sweep
 from palpate.sweep.grid import Point
 
@@ -55,7 +55,7 @@ def real_arms(side: str | None = None) -> list[Recorded]:
     return arms
 
 
-def run(arms: Sequence[Recorded], releases: int = RELEASES, sweep: Sweeper = sweep) -> Found:
+def run(arms: Sequence[Recorded], releases: int = RELEASES, sweep: Sweeper = sweep) -> StudyResult:
     """All forms on the same plants with the same samples and releases; the keys are those of docs/json.md."""
     grid = {"arm": Axis(arm.name for arm in arms), "plant": Axis(PLANTS), "model": Axis(FORMS)}
     rows = sweep(partial(_released, tuple(arms), releases), grid).rows()

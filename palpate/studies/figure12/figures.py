@@ -14,7 +14,7 @@ from palpate.arm import Arm
 from palpate.arm.shapes import Visual
 from palpate.arrays import Array
 from palpate.plotting.style import INK, SURFACE, Canvas, png
-from palpate.studies.figure12.work import Moment
+from palpate.studies.figure12.work import DeepestTick
 
 Solid = tuple[Array, tuple[float, float, float, float]]  # corners (n, 3, 3) in W [m], colour
 
@@ -26,14 +26,14 @@ DEFLECTION = 6.0  # magnification of the deflection arrow [-]
 _LIGHT = np.array([-0.4, 0.5, 0.77])
 
 
-def save(moments: list[Moment], folder: Path) -> list[Path]:
+def save(moments: list[DeepestTick], folder: Path) -> list[Path]:
     """Draw the picture into ``folder``; returns the file."""
     file = folder / "figure12.png"
     png(lambda canvas: draw(moments, canvas), file)
     return [file]
 
 
-def draw(moments: list[Moment], canvas: Canvas) -> Figure:
+def draw(moments: list[DeepestTick], canvas: Canvas) -> Figure:
     """Two rows of two pairs: the instrument in the mesh, and the master arm with the force on the hand."""
     rows = -(-len(moments) // 2)
     figure = Figure(figsize=(canvas.width, 2.75 * rows + 0.3), layout="constrained")
@@ -53,7 +53,7 @@ def draw(moments: list[Moment], canvas: Canvas) -> Figure:
     return figure
 
 
-def _instrument(moment: Moment, axes: Axes) -> None:
+def _instrument(moment: DeepestTick, axes: Axes) -> None:
     tick, setup = moment.tick, moment.setup
     p_WT = tick["p_WT"]
     solids = [(s.body.vertices @ s.X_WO[:3, :3].T + s.X_WO[:3, 3])[s.body.triangles] for s in setup.surfaces]
@@ -69,7 +69,7 @@ def _instrument(moment: Moment, axes: Axes) -> None:
     axes.set_title(f"{moment.mesh}, {tick['depth'] * 1e3:.1f} mm deep", loc="left", fontsize=8.5, color=INK)
 
 
-def _master(moment: Moment, axes: Axes) -> None:
+def _master(moment: DeepestTick, axes: Axes) -> None:
     tick, setup = moment.tick, moment.setup
     X_WL, leader = setup.arms.X_WL, setup.arms.leader
     X_WH = X_WL @ leader.fk(tick["q"])

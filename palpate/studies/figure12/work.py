@@ -36,7 +36,7 @@ SIGNALS = ("depth", "p_WT", "p_WP", "q", "q_follower", "jaw", "F_T_W", "F_H_L", 
 
 
 @dataclass(frozen=True)
-class Moment:
+class DeepestTick:
     """The deepest tick of a palpation."""
 
     mesh: str
@@ -47,7 +47,7 @@ class Moment:
     """Values of `SIGNALS` in their own units (`palpate.record.SIGNALS`)."""
 
 
-def run(meshes: tuple[str, ...] = MESHES, seconds: float = SECONDS) -> list[Moment]:
+def run(meshes: tuple[str, ...] = MESHES, seconds: float = SECONDS) -> list[DeepestTick]:
     """Palpate the meshes, in parallel, and find the deepest tick of each."""
     with tempfile.TemporaryDirectory(prefix="palpate-figure12-") as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore", PalpateWarning)  # the open sheet is intended
@@ -57,7 +57,7 @@ def run(meshes: tuple[str, ...] = MESHES, seconds: float = SECONDS) -> list[Mome
         found = simulate(scenes, seconds, signals=SIGNALS, signal_rate=scenes[0].rates.haptic)
     deepest = np.argmax(found.signals["depth"], axis=1)
     return [
-        Moment(mesh, setup, float(found.t[k]), {name: values[i, k] for name, values in found.signals.items()})
+        DeepestTick(mesh, setup, float(found.t[k]), {name: values[i, k] for name, values in found.signals.items()})
         for i, (mesh, setup, k) in enumerate(zip(meshes, setups, deepest, strict=True))
     ]
 
@@ -72,7 +72,7 @@ def _scene_object(mesh: str, folder: Path) -> dict[str, str]:
     return {"name": mesh, "mesh": str(file), "unit": "m"}
 
 
-def row(moment: Moment) -> Row:
+def row(moment: DeepestTick) -> Row:
     """The numbers of a moment, as in docs/json.md."""
     tick = moment.tick
     return {
@@ -85,7 +85,7 @@ def row(moment: Moment) -> Row:
     }
 
 
-def line(moment: Moment) -> str:
+def line(moment: DeepestTick) -> str:
     """The numbers of a moment as one line of text."""
     r = row(moment)
     spatial, body = (" ".join(f"{x:+.2f}" for x in force) for force in (r["F_H_L_N"], r["F_H_H_N"]))

@@ -9,17 +9,17 @@ from matplotlib.figure import Figure
 
 from palpate.identify.payload import Load
 from palpate.plotting.style import CAP, CELL, FORCE, INK, Canvas, png
-from palpate.studies.force.work import WEIGHT, Found, Trace
+from palpate.studies.force.work import WEIGHT, StudyResult, Trace
 
 
-def draw(load: Load | None, trace: Trace, found: Found, folder: Path) -> Path:
+def draw(load: Load | None, trace: Trace, found: StudyResult, folder: Path) -> Path:
     """Draw the picture into ``folder``; returns the file."""
     path = folder / "force.png"
     png(lambda canvas: picture(load, trace, found, canvas), path)
     return path
 
 
-def picture(load: Load | None, trace: Trace, found: Found, canvas: Canvas) -> Figure:
+def picture(load: Load | None, trace: Trace, found: StudyResult, canvas: Canvas) -> Figure:
     """Simulated force by axis on the left, the real weight on the right."""
     figure = Figure(figsize=(canvas.width, 5.2), layout="constrained")
     if load is None:
@@ -31,7 +31,7 @@ def picture(load: Load | None, trace: Trace, found: Found, canvas: Canvas) -> Fi
     return figure
 
 
-def _forces(panels: list[Axes], trace: Trace, found: Found) -> None:
+def _forces(panels: list[Axes], trace: Trace, found: StudyResult) -> None:
     for k, axes in enumerate(panels):
         axes.plot(trace.t, trace.truth[:, k], color=CELL, lw=2.4, label="what pushes")
         axes.plot(trace.t, trace.estimate[:, k], color=FORCE, lw=0.9, label="estimated from drive torques")

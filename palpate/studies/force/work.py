@@ -27,7 +27,7 @@ class Score(TypedDict):
     force_max_N: float
 
 
-class Found(Score):
+class StudyResult(Score):
     """Result of the simulation. The keys are the documented contract of ``--json``."""
 
     simulated: bool
@@ -73,7 +73,7 @@ def words(load: Load | None, recordings: Path) -> list[str]:
     ]
 
 
-def in_words(found: Found) -> str:
+def in_words(found: StudyResult) -> str:
     """The result of the simulated arm as a line of text."""
     axes = ", ".join(f"{axis} {100 * x:.1f}" for axis, x in zip("xyz", found["nrmse_axis"], strict=True))
     return (
@@ -117,7 +117,7 @@ class Trace:
     estimate: Array  # (k, 3) estimated F_T_B [N]
 
 
-def simulated() -> tuple[Found, Trace]:
+def simulated() -> tuple[StudyResult, Trace]:
     """Identify a simulated PSM from one motion, estimate forces in another. Fixed seeds."""
     arm = Arm.psm()
     trace = press(arm, identified(arm))

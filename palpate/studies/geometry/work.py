@@ -13,7 +13,7 @@ from palpate.contact.lessons.face_angle import Slide, angle_noise, contact_norma
 from palpate.contact.lessons.point_contact import Pair, approach
 from palpate.surfaces import ImplicitSurface, Plane
 
-Found = dict[str, list[dict[str, float | str]]]
+StudyResult = dict[str, list[dict[str, float | str]]]
 """Rows by table; docs/json.md lists their keys."""
 
 FACES = (15.0, 30.0, 45.0, 60.0, 75.0, 90.0)  # face angles of Fig 11 [deg]
@@ -24,7 +24,7 @@ GAPS = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8)  # gaps between two surfaces [m]
 RADIUS = 15e-3  # radius of the SPR in the paper's Fig 12 [m]
 
 
-def run() -> Found:
+def run() -> StudyResult:
     """All numbers of the page, with the keys of docs/json.md."""
     _, _, pairs = approaches(GAPS)
     depths, delta = pressed()
@@ -71,7 +71,7 @@ def _slope(degrees: float) -> dict[str, float | str]:
     return {"face_deg": degrees, "slope_error_deg": worst}
 
 
-def tables(result: Found) -> list[tuple[str, Table]]:
+def tables(result: StudyResult) -> list[tuple[str, Table]]:
     """Titles and tables for a terminal."""
     titles = {
         "point_contact": "Eqs 14-17: normals of two surfaces as the gap closes",

@@ -48,13 +48,13 @@ class Command(SweepStudy):
         from palpate.studies.guidance.cues import cued
         from palpate.studies.guidance.effects import summary
         from palpate.studies.guidance.figures import draw
-        from palpate.studies.guidance.result import Found
+        from palpate.studies.guidance.result import StudyResult
         from palpate.studies.guidance.words import tables
         from palpate.studies.guidance.work import run
         from palpate.studies.guidance.yields import yielding
 
         rows = run(self.operators, self.seed, self.sweeper(console))
-        found: Found = {
+        found: StudyResult = {
             **summary(rows, self.seed),
             "visual_cues": cued(self.operators, self.seed, self.sweeper(console)),
             "yields": yielding(self.operators, self.seed, self.sweeper(console)),

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from palpate.plotting.style import CAP, DEPTH, FORCE, INK, MUTED, Canvas, png
-from palpate.studies.guidance.result import Found, Trials
+from palpate.studies.guidance.result import StudyResult, Trials
 from palpate.studies.guidance.tasks import TASKS, Task
 from palpate.studies.guidance.work import CONDITIONS, attempt, task_of, trial_seed
 
@@ -22,7 +22,7 @@ FORBIDDEN = "#c8453b"
 DRAWN = ("none", "haptics+guidance", "control_wrong")
 
 
-def draw(rows: Trials, found: Found, folder: Path, seed: int) -> list[Path]:
+def draw(rows: Trials, found: StudyResult, folder: Path, seed: int) -> list[Path]:
     """Draw all pictures into a folder, and return their files."""
     files = [folder / f"{name}.png" for name in ("guidance", "guidance_paths", "guidance_registration")]
     png(lambda canvas: _cohort(rows, found, canvas), files[0])
@@ -31,7 +31,7 @@ def draw(rows: Trials, found: Found, folder: Path, seed: int) -> list[Path]:
     return files
 
 
-def _cohort(rows: Trials, found: Found, canvas: Canvas) -> Figure:
+def _cohort(rows: Trials, found: StudyResult, canvas: Canvas) -> Figure:
     figure = Figure(figsize=(canvas.width, 6.2), layout="constrained")
     panels = figure.subplots(len(SHOWN), len(TASKS), sharex=True, squeeze=False)
     for j, name in enumerate(TASKS):
@@ -115,7 +115,7 @@ def _forbidden(axes: Axes, task: Task) -> None:
     axes.contourf(1e3 * x, 1e3 * y, inside, levels=[0.0, np.inf], colors=[FORBIDDEN], alpha=0.12)
 
 
-def _registration(canvas: Canvas, found: Found) -> Figure:
+def _registration(canvas: Canvas, found: StudyResult) -> Figure:
     figure = Figure(figsize=(canvas.width, 2.4), layout="constrained")
     panels = figure.subplots(1, len(TASKS), squeeze=False)
     for axes, even in zip(panels.flat, found["break_even"], strict=True):

@@ -129,7 +129,7 @@ class Summary(TypedDict):
     control_works: bool
 
 
-class Found(Summary):
+class StudyResult(Summary):
     """Result of the whole study."""
 
     visual_cues: list[Cued]

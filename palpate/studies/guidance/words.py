@@ -5,11 +5,11 @@ from __future__ import annotations
 from rich.console import RenderableType
 from rich.table import Table
 
-from palpate.studies.guidance.result import Found
+from palpate.studies.guidance.result import StudyResult
 from palpate.studies.guidance.work import FEW
 
 
-def tables(found: Found) -> list[RenderableType]:
+def tables(found: StudyResult) -> list[RenderableType]:
     """Tables, followed by sentences."""
     title = f"means of {found['operators']} simulated operators"
     means = _table(title, ("task", "condition"), ("path error", "time", "mean force", "peak force", "entries"))
@@ -37,7 +37,7 @@ def _table(title: str, left: tuple[str, ...], right: tuple[str, ...]) -> Table:
     return out
 
 
-def _expectations(found: Found) -> Table:
+def _expectations(found: StudyResult) -> Table:
     columns = ("simulated", "literature", "Hedges' g simulated", "people")
     out = _table(
         "effect of a condition against none, simulated and published", ("task", "condition", "measure"), columns
@@ -54,7 +54,7 @@ def _expectations(found: Found) -> Table:
     return out
 
 
-def _registration(found: Found) -> Table:
+def _registration(found: StudyResult) -> Table:
     n = min(found["operators"], FEW)
     errors = sorted({row["error_mm"] for row in found["registration"] if row["error_mm"] is not None})
     columns = ("no guidance", *(f"{e:g} mm" for e in errors), "break-even")
@@ -69,7 +69,7 @@ def _registration(found: Found) -> Table:
     return out
 
 
-def _ablation(found: Found) -> Table:
+def _ablation(found: StudyResult) -> Table:
     out = _table("effect of contact felt, with the operators' haste and without", ("task", "measure"),
                  ("with", "without"))  # fmt: skip
     for row in found["ablation"]:
@@ -78,7 +78,7 @@ def _ablation(found: Found) -> Table:
     return out
 
 
-def _cues(found: Found) -> Table:
+def _cues(found: StudyResult) -> Table:
     title = f"visual cues alone, with contact felt, and none, {min(found['operators'], FEW)} operators, the same noise"
     out = _table(title, ("task", "condition"), ("path error", "mean force", "peak force", "time"))
     for row in found["visual_cues"]:
@@ -89,7 +89,7 @@ def _cues(found: Found) -> Table:
     return out
 
 
-def _yields(found: Found) -> Table:
+def _yields(found: StudyResult) -> Table:
     shares = list(dict.fromkeys(row["share"] for row in found["yields"]))
     title = f"path error, guidance against none, by the trait yields of {min(found['operators'], FEW)} operators"
     out = _table(title, ("task",), tuple(f"{100 * share:.0f} %" for share in shares))
@@ -100,7 +100,7 @@ def _yields(found: Found) -> Table:
     return out
 
 
-def _verdicts(found: Found) -> list[str]:
+def _verdicts(found: StudyResult) -> list[str]:
     both = [(e["change"], e["expected_change"]) for e in found["effects"]]
     graded = [(change, expected) for change, expected in both if expected and change is not None]
     inside = [change for change, (low, high) in graded if low <= change <= high]

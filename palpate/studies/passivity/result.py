@@ -56,7 +56,7 @@ class Change(TypedDict):
     largest_change: float
 
 
-class Found(TypedDict):
+class StudyResult(TypedDict):
     """The whole study."""
 
     runs: int
@@ -66,7 +66,7 @@ class Found(TypedDict):
     changes: list[Change]
 
 
-class Timed(Found):
+class Timed(StudyResult):
     """The result with the seed and the duration of the command."""
 
     seed: int

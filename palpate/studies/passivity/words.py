@@ -5,10 +5,10 @@ from __future__ import annotations
 from rich.console import RenderableType
 from rich.table import Table
 
-from palpate.studies.passivity.result import Found
+from palpate.studies.passivity.result import StudyResult
 
 
-def tables(result: Found) -> list[RenderableType]:
+def tables(result: StudyResult) -> list[RenderableType]:
     """Tables for a terminal."""
     energy = Table(
         box=None, pad_edge=False, title=f"{result['runs']} runs: the port's true energy", title_justify="left"

@@ -12,7 +12,7 @@ from palpate.arrays import Array
 from palpate.certificate.certificate import SURE
 from palpate.certificate.device import Device
 from palpate.hands import PRESETS, Hand
-from palpate.studies.passivity.result import Change, Found, Mode, Outcome, Ran
+from palpate.studies.passivity.result import Change, Mode, Outcome, Ran, StudyResult
 from palpate.sweep.grid import Point
 
 BOUND = 1e-3  # largest energy that a hand may extract at the port [J]
@@ -164,7 +164,7 @@ def outcome(axis: _core.AxisOptions, result: _core.AxisResult, rows: Array, with
             "diverged": result.diverged, "oscillates": result.oscillates, "change": changed}  # fmt: skip
 
 
-def summed_up(found: list[Ran]) -> Found:
+def summed_up(found: list[Ran]) -> StudyResult:
     """Summary with the figures of docs/stability-study.md."""
 
     def of(mode: ModeName) -> Mode:

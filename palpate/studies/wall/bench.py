@@ -10,7 +10,7 @@ import warnings
 from dataclasses import dataclass, fields, replace
 from functools import cache
 from pathlib import Path
-from typing import Self
+from typing import Self, TypedDict
 
 import numpy as np
 
@@ -38,7 +38,7 @@ def scene_file() -> Path:
 
 
 @dataclass(frozen=True)
-class Press:
+class WallPress:
     """A hand, its motion, and the delay of the loop."""
 
     mass_kg: float
@@ -103,8 +103,7 @@ class Trace:
     """Verdict of `palpate._core.judge_swing` on a longer run, if the handle still moves at the end of this one."""
 
 
-@dataclass(frozen=True)
-class Outcome:
+class Outcome(TypedDict):
     """Measured values of a row of Table 1."""
 
     overshoot_percent: float
@@ -138,7 +137,7 @@ def _rig(setting: Setting) -> Rig:
         return build(scene.model_copy(update=changed))
 
 
-def press(setting: Setting, hand: Press, seconds: float = SECONDS) -> Trace:
+def press(setting: Setting, hand: WallPress, seconds: float = SECONDS) -> Trace:
     """Simulate a hand that moves the handle into the wall and continues to push."""
     rig = _rig(setting)
     o = rig.options()

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from palpate.plotting.style import CAP, FORCE, INK, MUTED, TOOL, Canvas, png
 from palpate.studies.wall.bench import WALL
-from palpate.studies.wall.result import Found, Traces
+from palpate.studies.wall.result import StudyResult, Traces
 from palpate.studies.wall.work import CURVE, KDS, NUDGE, TABLE_1
 
 _NAMES = {
@@ -24,7 +24,7 @@ _NAMES = {
 }
 
 
-def draw(traces: Traces, found: Found, folder: Path) -> list[Path]:
+def draw(traces: Traces, found: StudyResult, folder: Path) -> list[Path]:
     """Both pictures into ``folder``; the files."""
     files = [folder / "wall-figure13.png", folder / "wall-hands.png"]
     png(lambda canvas: figure13(traces, canvas), files[0])
@@ -53,7 +53,7 @@ def figure13(traces: Traces, canvas: Canvas) -> Figure:
     return figure
 
 
-def hands(found: Found, canvas: Canvas) -> Figure:
+def hands(found: StudyResult, canvas: Canvas) -> Figure:
     """Overshoot over felt rigidity by K_d, and what a fifth of each value does."""
     figure = Figure(figsize=(canvas.width, 3.5), layout="constrained")
     left, middle, right = figure.subplots(1, 3, width_ratios=(1.0, 1.0, 1.15))
@@ -63,7 +63,7 @@ def hands(found: Found, canvas: Canvas) -> Figure:
     return figure
 
 
-def _overshoot(ax: Axes, found: Found) -> None:
+def _overshoot(ax: Axes, found: StudyResult) -> None:
     low, mid, high = np.array([c["overshoot_percent"] for c in found["curve"]]).T
     people = found["curve"][0]["people"]
     ax.fill_between(CURVE, low, high, color=FORCE, alpha=0.15, lw=0, label=f"90 % of {people} hands")
@@ -81,7 +81,7 @@ def _overshoot(ax: Axes, found: Found) -> None:
     ax.legend(loc="upper right", fontsize=6.0)
 
 
-def _rigidity(ax: Axes, found: Found) -> None:
+def _rigidity(ax: Axes, found: StudyResult) -> None:
     curve = [c for c in found["curve"] if c["rigidity_N_per_m"] and c["limit_cycle_share"] < 0.5]
     ax.set_xlabel("rendered rigidity at rest [N/m]")
     ax.set_ylabel("overshoot [% of 0.385 m]")
@@ -98,7 +98,7 @@ def _rigidity(ax: Axes, found: Found) -> None:
     bounce.grid(False)
 
 
-def _sensitivity(ax: Axes, found: Found) -> None:
+def _sensitivity(ax: Axes, found: StudyResult) -> None:
     names = list(_NAMES)
     nominal = [r["overshoot_percent"] for r in found["rows"]]
     for k, (kd, colour) in enumerate(zip(KDS[1:], (FORCE, TOOL), strict=True), start=1):

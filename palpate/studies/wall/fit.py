@@ -8,11 +8,11 @@ from dataclasses import astuple
 import numpy as np
 
 from palpate.arrays import Array
-from palpate.studies.wall.bench import Outcome, Press, Setting, judge, press
+from palpate.studies.wall.bench import Outcome, Setting, WallPress, judge, press
 from palpate.studies.wall.work import KDS, TABLE_1
 
-LOW = Press(0.02, 0.1, 15.0, 0.4, 0.3, 0.005)
-HIGH = Press(0.8, 3.0, 300.0, 1.5, 1.5, 0.040)
+LOW = WallPress(0.02, 0.1, 15.0, 0.4, 0.3, 0.005)
+HIGH = WallPress(0.8, 3.0, 300.0, 1.5, 1.5, 0.040)
 TRIES, STEPS = 300, 300
 
 
@@ -25,17 +25,17 @@ def loss(outcomes: list[Outcome]) -> float:
     def off(x: float, target: float) -> float:
         return float(np.log(max(x, 1e-6) / target) ** 2)
 
-    total = 0.0 if outcomes[0].limit_cycle else 2.0
-    total += 0.3 * off(outcomes[0].overshoot_percent, TABLE_1[0.0].offshoot_percent)
+    total = 0.0 if outcomes[0]["limit_cycle"] else 2.0
+    total += 0.3 * off(outcomes[0]["overshoot_percent"], TABLE_1[0.0].offshoot_percent)
     for kd, outcome in zip(KDS[1:], outcomes[1:], strict=True):
         published = TABLE_1[kd]
-        total += 4.0 * off(outcome.overshoot_percent, published.offshoot_percent)
-        total += 0.5 * off(outcome.settling_s, published.response_s) if outcome.settling_s is not None else 4.0
-        total += 0.3 * off(outcome.steady_state_m, published.steady_state_m)
+        total += 4.0 * off(outcome["overshoot_percent"], published.offshoot_percent)
+        total += 0.5 * off(outcome["settling_s"], published.response_s) if outcome["settling_s"] is not None else 4.0
+        total += 0.3 * off(outcome["steady_state_m"], published.steady_state_m)
     return total
 
 
-def search(seed: int = 1, on_progress: Callable[[str], object] = lambda _: None) -> tuple[Press, float]:
+def search(seed: int = 1, on_progress: Callable[[str], object] = lambda _: None) -> tuple[WallPress, float]:
     """Search random hands, then random steps from the best one; returns the best hand and its loss."""
     rng = np.random.default_rng(seed)
     low, high = (np.log(astuple(bound)) for bound in (LOW, HIGH))
@@ -50,7 +50,7 @@ def search(seed: int = 1, on_progress: Callable[[str], object] = lambda _: None)
     return _press(best), float(least)
 
 
-def words(found: Press, least: float) -> str:
+def words(found: WallPress, least: float) -> str:
     """The fitted hand in one sentence."""
     return (
         f"found again: {found.mass_kg:.3g} kg, {found.damping_N_s_per_m:.3g} N s/m, {found.stiffness_N_per_m:.3g} N/m, "
@@ -59,5 +59,5 @@ def words(found: Press, least: float) -> str:
     )
 
 
-def _press(x: Array) -> Press:
-    return Press(*(float(value) for value in np.exp(x)))
+def _press(x: Array) -> WallPress:
+    return WallPress(*(float(value) for value in np.exp(x)))

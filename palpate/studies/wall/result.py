@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NotRequired, TypedDict
 
-from palpate.studies.wall.bench import Trace
+from palpate.studies.wall.bench import Outcome, Trace
 
 Traces = dict[float, tuple[Trace, Trace]]
 """Runs of the fitted hand by K_d, without and with passivity."""
@@ -43,20 +43,12 @@ class Printed(TypedDict):
     steady_state_cm: float
 
 
-class Row(TypedDict):
+class Row(Outcome):
     """A simulated row of Table 1."""
 
     rate_Hz: NotRequired[float]
     kp: float
     kd: float
-    overshoot_percent: float
-    settling_s: float | None
-    steady_state_m: float
-    limit_cycle: bool
-    swing_m: float
-    energy_J: float
-    rigidity_N_per_m: float | None
-    rebound: float
     published: Printed
     hands: NotRequired[Hands]
 
@@ -70,7 +62,7 @@ class Changed(TypedDict):
     limit_cycle: list[bool]
 
 
-class Found(TypedDict):
+class StudyResult(TypedDict):
     """Result of the whole study."""
 
     simulated: bool

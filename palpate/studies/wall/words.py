@@ -5,11 +5,11 @@ from __future__ import annotations
 from rich.table import Table
 
 from palpate.studies.wall.bench import WALL
-from palpate.studies.wall.result import Found
+from palpate.studies.wall.result import StudyResult
 from palpate.studies.wall.work import PASSIVE, SHIPPED, TABLE_1
 
 
-def table(found: Found) -> Table:
+def table(found: StudyResult) -> Table:
     """Simulated values, with the published ones in brackets."""
     title = "wall of 400 N/m at 0.385 m; published in brackets"
     out = Table(box=None, pad_edge=False, title=title, title_justify="left")
@@ -34,7 +34,7 @@ def table(found: Found) -> Table:
     return out
 
 
-def lines(found: Found, hands: int) -> list[str]:
+def lines(found: StudyResult, hands: int) -> list[str]:
     """Sentences that follow the table."""
     h = found["hand"]
     out = [

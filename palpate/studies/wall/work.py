@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, fields
-from typing import Literal, cast
+from typing import Any, Literal, cast
 
 import numpy as np
 
 from palpate.studies._command import Sweeper
-from palpate.studies.wall.bench import KP, Outcome, Press, Setting, Trace, judge, press
-from palpate.studies.wall.result import Changed, Found, Hands, Person, Row, Traces
+from palpate.studies.wall.bench import KP, Outcome, Setting, Trace, WallPress, judge, press
+from palpate.studies.wall.result import Changed, Hands, Person, Row, StudyResult, Traces
 from palpate.sweep import Axis, Label
 from palpate.sweep.grid import Point
 
@@ -49,12 +49,12 @@ LABELS = {
 }
 
 
-def run(sweep: Sweeper, hands: int) -> tuple[Found, Traces]:
+def run(sweep: Sweeper, hands: int) -> tuple[StudyResult, Traces]:
     """The result with the keys of docs/json.md, and the fitted hand's traces by K_d without and with passivity."""
-    hand = Press.fitted()
+    hand = WallPress.fitted()
     traces = {kd: (press(Setting(kd), hand), press(Setting(kd, passivity=PASSIVE), hand)) for kd in KDS}
     people = others(sweep, hands)
-    found: Found = {
+    found: StudyResult = {
         "simulated": True,
         "leader": "mtm_right",
         "rate_Hz": Setting(0.0).rate,
@@ -72,7 +72,7 @@ def run(sweep: Sweeper, hands: int) -> tuple[Found, Traces]:
 
 def row(kd: float, trace: Trace) -> Row:
     """A simulated row of Table 1 with its gains and the published row."""
-    return cast(Row, {"kp": KP, "kd": kd} | asdict(judge(trace)) | {"published": asdict(TABLE_1[kd])})
+    return cast(Row, {"kp": KP, "kd": kd, **judge(trace), "published": asdict(TABLE_1[kd])})
 
 
 def others(sweep: Sweeper, hands: int) -> list[Person]:
@@ -88,8 +88,8 @@ def included(point: Point) -> bool:
 
 def measure(point: Point, seed: int) -> dict[str, float]:
     """Measure one hand on one wall. A hand depends on its number alone, so all walls meet the same hands."""
-    outcome = judge(press(Setting(point["kd"]), Press.fitted().of_another(point["person"])))
-    return {name: float("nan") if (x := getattr(outcome, name)) is None else float(x) for name in LABELS}
+    outcome: dict[str, Any] = {**judge(press(Setting(point["kd"]), WallPress.fitted().of_another(point["person"])))}
+    return {name: float("nan") if (x := outcome[name]) is None else float(x) for name in LABELS}
 
 
 def spread(people: list[Person], kd: float) -> Hands:
@@ -111,7 +111,7 @@ def spread(people: list[Person], kd: float) -> Hands:
     }
 
 
-def sensitivity(hand: Press) -> list[Changed]:
+def sensitivity(hand: WallPress) -> list[Changed]:
     """Effect of each value on the rows, when it is changed by -20 % and +20 %."""
     rows: list[Changed] = []
     for name in [*(field.name for field in fields(hand)), "coulomb_scale"]:
@@ -123,8 +123,8 @@ def sensitivity(hand: Press) -> list[Changed]:
                 {
                     "name": name,
                     "factor": factor,
-                    "overshoot_percent": [o.overshoot_percent for o in outcomes],
-                    "limit_cycle": [o.limit_cycle for o in outcomes],
+                    "overshoot_percent": [o["overshoot_percent"] for o in outcomes],
+                    "limit_cycle": [o["limit_cycle"] for o in outcomes],
                 }
             )
     return rows

@@ -12,19 +12,19 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from palpate.plotting.style import DEPTH, FORCE, INK, MUTED, Canvas, png
-from palpate.studies.zwidth.result import Found, Panel
+from palpate.studies.zwidth.result import Panel, StudyResult
 
 STABLE, UNSTABLE = "#d5e6ec", "#f8e3df"
 
 
-def draw(found: Found, folder: Path) -> Path:
+def draw(found: StudyResult, folder: Path) -> Path:
     """Draw the picture into ``folder``; returns the file."""
     file = folder / "zwidth.png"
     png(lambda canvas: _figure(found, canvas), file)
     return file
 
 
-def _figure(found: Found, canvas: Canvas) -> Figure:
+def _figure(found: StudyResult, canvas: Canvas) -> Figure:
     panels = found["panels"]
     rates, delays = (list(dict.fromkeys(p[key] for p in panels)) for key in ("rate_Hz", "delay_s"))
     size = (canvas.width, 0.9 + 2.1 * len(rates))

@@ -18,7 +18,7 @@ class Panel(TypedDict):
     colgate_brown_N_per_m: list[float]
 
 
-class Found(TypedDict):
+class StudyResult(TypedDict):
     """The whole study."""
 
     simulated: bool

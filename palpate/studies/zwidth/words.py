@@ -7,7 +7,7 @@ from rich.table import Table
 
 from palpate.arrays import Array
 from palpate.certificate import Device
-from palpate.studies.zwidth.result import Found, Panel
+from palpate.studies.zwidth.result import Panel, StudyResult
 
 
 def largest(panel: Panel) -> Array:
@@ -25,7 +25,7 @@ def words(device: Device) -> str:
     )
 
 
-def table(found: Found) -> Table:
+def table(found: StudyResult) -> Table:
     """The stiffest wall per rate and delay, its damping, and the analytic bounds at this damping."""
     out = Table(title="The stiffest stable wall, simulated", box=None, padding=(0, 2, 0, 0), title_justify="left")
     heads = ("rate\nHz", "delay\nms", "least damping\nK N/m", "best damping\nK N/m", "\nB N s/m", "certified\nthere")

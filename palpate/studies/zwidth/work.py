@@ -12,7 +12,7 @@ from palpate.arrays.checks import finite_or_none
 from palpate.certificate import Device, trials
 from palpate.certificate.classical import colgate_brown
 from palpate.studies._command import Sweeper
-from palpate.studies.zwidth.result import Found, Panel
+from palpate.studies.zwidth.result import Panel, StudyResult
 from palpate.sweep import Axis, Label, Swept, sweep
 from palpate.sweep.grid import Point
 
@@ -46,7 +46,7 @@ def mtm() -> Device:
 def run(
     device: Device, rates: tuple[float, ...], delays: tuple[float, ...], sweep: Sweeper = sweep,
     points: tuple[int, int] = POINTS,
-) -> Found:  # fmt: skip
+) -> StudyResult:  # fmt: skip
     """The map and the analytic bounds per rate and delay, with the keys of docs/json.md."""
     grid = {
         "rate": Axis(rates, "Hz", "rate of the haptic cycle"),

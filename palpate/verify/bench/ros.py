@@ -61,31 +61,31 @@ def run(seconds: float = SECONDS, rate: float = RATE, on_progress: Callable[[str
     from palpate import ros
 
     native = ros.load(on_progress)
-    options = native.PuppetOptions()
+    options = native.MockLeaderOptions()
     options.leader, options.teleop, options.rate, options.echo = LEADER, TELEOP, rate, True
     options.wrench = f"/{TELEOP}/following/mtm/body/servo_cf"
-    puppet = native.Puppet(native.Context(), options)
+    mock_leader = native.MockLeader(native.Context(), options)
     node_command = ["-m", "palpate.verify.bench.ros_node", str(_scene()), f"{rate:g}", LEADER, TELEOP]
     with _process("-c", _ECHO), _process(*node_command) as node:
         on_progress("node and echo are up")
-        puppet.start()
-        puppet.set_state("ENABLED")
-        puppet.follow(True)
-        _await(lambda: len(puppet.felt) > 10, "the node sends no wrench")
+        mock_leader.start()
+        mock_leader.set_state("ENABLED")
+        mock_leader.follow(True)
+        _await(lambda: len(mock_leader.wrenches) > 10, "the node sends no wrench")
         time.sleep(SETTLE)
-        _touch(puppet)
-        puppet.swing(np.array([0.0, 0.0005, 0.0]), 1.0)
+        _touch(mock_leader)
+        mock_leader.swing(np.array([0.0, 0.0005, 0.0]), 1.0)
         time.sleep(SETTLE)
-        begin, before = time.monotonic(), (int(puppet.pings), len(puppet.echoes))
+        begin, before = time.monotonic(), (int(mock_leader.pings), len(mock_leader.echoes))
         for left in np.arange(seconds, 0.0, -5.0):
             on_progress(f"{left:.0f} s to go")
             time.sleep(min(5.0, left))
         end = time.monotonic()
-        pushed = float(np.linalg.norm(puppet.felt[-1, 3:6]))
+        pushed = float(np.linalg.norm(mock_leader.wrenches[-1, 3:6]))
         counted = _ended(node)
-        puppet.stop()
+        mock_leader.stop()
         time.sleep(0.2)  # for the last echoes
-    return _figures(puppet, counted, begin, end, rate, before) | {"force_N": pushed}
+    return _figures(mock_leader, counted, begin, end, rate, before) | {"force_N": pushed}
 
 
 def answers(sent: Array, felt: Array, wall_minus_monotonic: float) -> tuple[Array, int]:
@@ -93,7 +93,7 @@ def answers(sent: Array, felt: Array, wall_minus_monotonic: float) -> tuple[Arra
 
     Args:
         sent: publication times of the states (n,) [s, monotonic].
-        felt: received wrenches (m, 10), as recorded by the puppet.
+        felt: received wrenches (m, 10), as recorded by the mock_leader.
         wall_minus_monotonic: offset between the clock of the stamps and the monotonic clock [s].
 
     Returns:
@@ -162,9 +162,11 @@ def of_sim(
             process.terminate()
 
 
-def _figures(puppet: Any, counted: Counted, begin: float, end: float, rate: float, before: tuple[int, int]) -> Figures:
+def _figures(
+    mock_leader: Any, counted: Counted, begin: float, end: float, rate: float, before: tuple[int, int]
+) -> Figures:
     """Figures of the measured interval; before: numbers of pings and echoes at its start."""
-    sent, felt, echoes = puppet.sent[:, 0], puppet.felt, puppet.echoes[before[1] :, 0]
+    sent, felt, echoes = mock_leader.sent[:, 0], mock_leader.wrenches, mock_leader.echoes[before[1] :, 0]
     felt = felt[felt[:, 9] == np.bincount(felt[:, 9].astype(int)).argmax()]  # wrenches of the node, not its guardian
     wall = float(np.median(felt[:, 1] - felt[:, 0]))
     inside = (sent >= begin) & (sent < end)
@@ -177,14 +179,14 @@ def _figures(puppet: Any, counted: Counted, begin: float, end: float, rate: floa
         "lost": int(counted["published"]) - len(felt),
         "late": late,
         "echoes": len(echoes),
-        "echo_lost": int(puppet.pings) - before[0] - len(echoes),
+        "echo_lost": int(mock_leader.pings) - before[0] - len(echoes),
     }
     for key, values in (("latency", took), ("echo", echoes)):
         points = np.percentile(1e6 * values, [50, 99, 99.9, 100]).tolist() if len(values) else [float("nan")] * 4
         figures |= {f"{key}_{p}_us": v for p, v in zip(("p50", "p99", "p999", "max"), points, strict=True)}
     figures["cycle_p50_us"], figures["cycle_p99_us"] = counted["cycle_us"]["p50"], counted["cycle_us"]["p99"]
     figures["node_cores"] = counted["cpu_s"] / max(len(sent) / rate, 1e-9)
-    figures["leader_late_p99_us"], figures["scheduler"] = puppet.late_p99_us, counted["scheduler"]
+    figures["leader_late_p99_us"], figures["scheduler"] = mock_leader.late_p99_us, counted["scheduler"]
     return figures
 
 
@@ -208,13 +210,13 @@ def _process(*arguments: str) -> Iterator[subprocess.Popen[str]]:
                 process.wait()
 
 
-def _touch(puppet: Any) -> None:
+def _touch(mock_leader: Any) -> None:
     """Move the leader until the wall renders a force; repeat if the node started to follow after the motion."""
     for turn in range(1, 6):
-        puppet.move_to(turn * _WALL, 0.5)
+        mock_leader.move_to(turn * _WALL, 0.5)
         end = time.monotonic() + 2.0
         while time.monotonic() < end:
-            if np.abs(puppet.felt[-1, 3:6]).max() > 0.1:
+            if np.abs(mock_leader.wrenches[-1, 3:6]).max() > 0.1:
                 return
             time.sleep(0.02)
     mend = "run palpate ros haptics scenes/wall.yaml, which reports what prevents a force"

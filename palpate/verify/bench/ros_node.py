@@ -24,7 +24,7 @@ def main(arguments: list[str]) -> int:
     timing, used = session.timing, resource.getrusage(resource.RUSAGE_SELF)
     session.close()
     counted = {k: timing[k] for k in ("published", "ticks", "answer_us", "cycle_us", "scheduler", "guardian_took_over")}
-    print(json.dumps(counted | {"cpu_s": used.ru_utime + used.ru_stime, "events": session.told}), flush=True)
+    print(json.dumps(counted | {"cpu_s": used.ru_utime + used.ru_stime, "events": session.events}), flush=True)
     return 0
 
 

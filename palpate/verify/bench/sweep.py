@@ -25,7 +25,7 @@ RUNS, SECONDS, TURNS = 10_000, 2.0, 3
 SEED = 1
 
 
-class Press(TypedDict):
+class PressResult(TypedDict):
     """Result of one run."""
 
     oscillates: bool
@@ -42,7 +42,7 @@ class Timed(TypedDict):
     runs_per_s: float
 
 
-class Found(TypedDict):
+class SweepBench(TypedDict):
     """Result of the benchmark. The keys are the documented contract of ``--json``."""
 
     runs: int
@@ -70,7 +70,7 @@ def wall_run(point: Point, seed: int) -> dict[str, float | bool]:
 
 def run(
     runs: int = RUNS, turns: int = TURNS, many: int | None = None, on_progress: Callable[[str], None] = lambda _: None
-) -> Found:
+) -> SweepBench:
     """Measure; the result has the keys of `palpate bench sweep` in docs/json.md. Times include starting the workers."""
     many = many or max(2, cores())
     seconds: dict[int, list[float]] = {1: [], many: []}
@@ -99,13 +99,13 @@ def run(
     }
 
 
-def _timed(runs: int, workers: int) -> tuple[float, list[Press]]:
+def _timed(runs: int, workers: int) -> tuple[float, list[PressResult]]:
     begin = time.perf_counter()
     rows = sweep(wall_run, {"run": Axis(range(runs))}, SEED, workers=workers).rows()
-    return time.perf_counter() - begin, cast(list[Press], rows)
+    return time.perf_counter() - begin, cast(list[PressResult], rows)
 
 
-def table(result: Found) -> Table:
+def table(result: SweepBench) -> Table:
     """The result as a table for a terminal."""
     title = f"{result['runs']:,} wall runs of {result['simulated_s']:g} s, simulated, medians"
     out = Table(title=title, box=None, padding=(0, 2, 0, 0), title_justify="left")

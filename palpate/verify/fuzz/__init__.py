@@ -9,6 +9,8 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any, TypedDict
 
+from palpate.renamed import RenamedMethod
+
 #: Targets: modules of this package with ``case(seed)``, which returns counts and raises ``FaultError``.
 TARGETS = ("contact", "files")
 TIMEOUT = 20.0
@@ -36,6 +38,8 @@ class Outcome:
     faults: list[Fault] = field(default_factory=list)
     counts: dict[str, int] = field(default_factory=dict)  #: number of cases by property
     seconds: float = 0.0
+
+    to_json = RenamedMethod("palpate.arrays.plain.plain(outcome)")
 
 
 def run(target: str, runs: int, seed: int = 0, on_progress: Callable[[Outcome], None] | None = None) -> Outcome:

@@ -257,7 +257,7 @@ def test_region_check_uses_its_present_pose():
         p, f = X_WG[:3, 3] + rng.uniform(-0.02, 0.02, (20, 3)), region.fixture(X_WG, True)
         X = np.tile(np.eye(4), (20, 1, 1))
         X[:, :3, 3] = p
-        gap = [f.ask(one, when)["gap"] for one, when in zip(X, t, strict=True)]
+        gap = [f.evaluate(one, when)["gap"] for one, when in zip(X, t, strict=True)]
         p_G = (p - region.shift(t) - X_WG[:3, 3]) @ X_WG[:3, :3]
         np.testing.assert_allclose(region.outside(p_G), gap, atol=2e-5)
 

@@ -39,15 +39,15 @@ nb::dict timing(const HapticNode& self) {
 }
 
 void bind_node(nb::module_& m) {
-  nb::class_<HapticNames>(m, "HapticNames", "Which devices a haptic node works with.")
+  nb::class_<HapticNames>(m, "HapticNames", "CRTK names of the devices of a haptic node.")
       .def(nb::init<>())
       .def_rw("leader", &HapticNames::leader)
-      .def_rw("follower", &HapticNames::follower, "empty: a virtual one")
-      .def_rw("teleop", &HapticNames::teleop, "of somebody else's teleoperation; empty: ours")
+      .def_rw("follower", &HapticNames::follower, "Empty: a virtual follower.")
+      .def_rw("teleop", &HapticNames::teleop, "Name of an external teleoperation; empty: Palpate's own.")
       .def_rw("console", &HapticNames::console)
-      .def_prop_ro("wrench", &HapticNames::wrench, "Topic that wrenches go to.");
+      .def_prop_ro("wrench", &HapticNames::wrench, "Topic of the wrenches on the leader.");
 
-  nb::class_<HapticNodeOptions>(m, "HapticNodeOptions", "All that a haptic node is told.")
+  nb::class_<HapticNodeOptions>(m, "HapticNodeOptions", "Options of a haptic node.")
       .def(
           "__init__",
           [](HapticNodeOptions* self, const HapticNames& names, const loop::CrtkOptions& cycle, std::string writer,
@@ -57,17 +57,19 @@ void bind_node(nb::module_& m) {
           "names"_a, "cycle"_a, "writer"_a, "guardian"_a, "beat_fd"_a)
       .def_rw("realtime", &HapticNodeOptions::realtime);
 
-  nb::class_<HapticNode> node(m, "HapticNode",
-                              "A CRTK leader's state in, the cycle, the wrench out, in a thread of C++.");
+  nb::class_<HapticNode> node(
+      m, "HapticNode", "Receives the state of a CRTK leader, steps the cycle and sends the wrench, in a C++ thread.");
   bindings::bind_front(node);
   node.def(nb::init<std::shared_ptr<Context>, const HapticNodeOptions&, std::optional<arm::Arm>,
                     std::shared_ptr<const scene::Snapshot>>(),
            "context"_a, "options"_a, "follower"_a, "snapshot"_a)
-      .def("start", &HapticNode::start, nb::call_guard<nb::gil_scoped_release>(), "From here on it pushes.")
-      .def("stop", &HapticNode::stop, nb::call_guard<nb::gil_scoped_release>(), "The last wrench that is sent is zero.")
+      .def("start", &HapticNode::start, nb::call_guard<nb::gil_scoped_release>(),
+           "Starts the cycle: from now on the node sends wrenches.")
+      .def("stop", &HapticNode::stop, nb::call_guard<nb::gil_scoped_release>(),
+           "Ends the cycle; the last wrench sent is zero.")
       .def_prop_ro("running", &HapticNode::running)
-      .def("news", &HapticNode::news, "What has happened since the last call, in words.")
-      .def("timing", &timing, "Times of computation and of answers, counts, rates.");
+      .def("take_events", &HapticNode::take_events, "Messages for the user since the last call, oldest first.")
+      .def("timing", &timing, "Computation times, response times, counts and rates.");
 }
 
 }  // namespace
@@ -86,7 +88,7 @@ void bind_haptics(nb::module_& m) {
         return guard(context, options);
       },
       "context"_a, "wrench_topic"_a, "node_name"_a, "node_pid"_a, "beat_fd"_a, nb::call_guard<nb::gil_scoped_release>(),
-      "Guards a haptic node until it ends; True after a good end, False after a death.");
+      "Guards a haptic node until it ends. Returns True if the node ended properly, False if it died.");
 }
 
 }  // namespace palpate::ros

@@ -54,8 +54,8 @@ HapticNode::HapticNode(const std::shared_ptr<Context>& context, const HapticNode
     : options_(options),
       beat_(options.beat_fd),
       console_(context, options.names, {"/" + options.writer, "/" + options.guardian}, options.cycle),
-      node_(context, "palpate_haptics", "", [this](const std::string& words) { console_.tell(words); }),
-      writer_(context, options.writer, "", [this](const std::string& words) { console_.tell(words); }),
+      node_(context, "palpate_haptics", "", [this](const std::string& words) { console_.report(words); }),
+      writer_(context, options.writer, "", [this](const std::string& words) { console_.report(words); }),
       wrench_(writer_, options.names.wrench()),
       cycle_(options.cycle, std::move(follower)),
       front_(cycle_.contact(), std::move(scene), options.cycle.rate),
@@ -70,7 +70,7 @@ HapticNode::HapticNode(const std::shared_ptr<Context>& context, const HapticNode
   }
   cycle_.set_scene(front_.scene());
   front_.collide();
-  listen();
+  subscribe_all();
 }
 
 HapticNode::~HapticNode() {
@@ -79,43 +79,44 @@ HapticNode::~HapticNode() {
 }
 
 // The order matters: among messages that arrive together the leader's pose is taken last, and then the cycle steps.
-void HapticNode::listen() {
+void HapticNode::subscribe_all() {
   const HapticNames& names = options_.names;
-  const auto hear = [this]<class Msg>(const std::string& topic, void (*take)(HapticNode&, const Msg&)) {
+  const auto subscribe = [this]<class Msg>(const std::string& topic, void (*take)(HapticNode&, const Msg&)) {
     subscriptions_.push_back(std::make_unique<Subscription<Msg>>(
         node_, topic, [this, take](const Msg& message, const Info&) { take(*this, message); }, kNewest));
   };
   if (!names.follower.empty()) {
-    hear.operator()<Pose>(names.of_follower("measured_cp"), [](HapticNode& self, const Pose& m) {
-      self.cycle_.follower_pose(stamp_of(m), vector(m.pose.position), quaternion(m.pose.orientation), self.moment());
+    subscribe.operator()<Pose>(names.of_follower("measured_cp"), [](HapticNode& self, const Pose& m) {
+      self.cycle_.follower_pose(stamp_of(m), vector(m.pose.position), quaternion(m.pose.orientation),
+                                self.clock_time());
     });
-    hear.operator()<Joints>(names.of_follower("measured_js"), [](HapticNode& self, const Joints& m) {
-      self.cycle_.follower_joints(stamp_of(m), m.position.data(), m.position.size(), self.moment());
+    subscribe.operator()<Joints>(names.of_follower("measured_js"), [](HapticNode& self, const Joints& m) {
+      self.cycle_.follower_joints(stamp_of(m), m.position.data(), m.position.size(), self.clock_time());
     });
-    hear.operator()<Joints>(names.of_follower("jaw/measured_js"), [](HapticNode& self, const Joints& m) {
+    subscribe.operator()<Joints>(names.of_follower("jaw/measured_js"), [](HapticNode& self, const Joints& m) {
       self.cycle_.jaw(stamp_of(m), m.position.data(), m.position.size());
     });
   }
-  hear.operator()<Joints>(names.of_leader("measured_js"), [](HapticNode& self, const Joints& m) {
+  subscribe.operator()<Joints>(names.of_leader("measured_js"), [](HapticNode& self, const Joints& m) {
     self.cycle_.leader_joints(stamp_of(m), m.position.data(), m.position.size());
   });
-  hear.operator()<Joints>(names.of_leader("gripper/measured_js"), [](HapticNode& self, const Joints& m) {
+  subscribe.operator()<Joints>(names.of_leader("gripper/measured_js"), [](HapticNode& self, const Joints& m) {
     self.cycle_.gripper(stamp_of(m), m.position.data(), m.position.size());
   });
-  hear.operator()<Twist>(names.of_leader("measured_cv"), [](HapticNode& self, const Twist& m) {
-    self.cycle_.leader_twist(stamp_of(m), {vector(m.twist.linear), vector(m.twist.angular)}, self.moment());
+  subscribe.operator()<Twist>(names.of_leader("measured_cv"), [](HapticNode& self, const Twist& m) {
+    self.cycle_.leader_twist(stamp_of(m), {vector(m.twist.linear), vector(m.twist.angular)}, self.clock_time());
   });
-  hear.operator()<Pose>(names.of_leader("measured_cp"), [](HapticNode& self, const Pose& m) {
+  subscribe.operator()<Pose>(names.of_leader("measured_cp"), [](HapticNode& self, const Pose& m) {
     self.stamp_ = stamp_of(m);
     self.came_ = now_ns();
-    self.cycle_.leader_pose(self.stamp_, vector(m.pose.position), quaternion(m.pose.orientation), self.moment());
+    self.cycle_.leader_pose(self.stamp_, vector(m.pose.position), quaternion(m.pose.orientation), self.clock_time());
     self.fresh_ = true;
   });
 }
 
 void HapticNode::start() {
   if (running()) return;
-  stopping_ = quiet_ = false;
+  stopping_ = force_is_zero_ = false;
   front_.open();
   auto granted = std::make_shared<std::promise<std::string>>();
   std::future<std::string> words = granted->get_future();
@@ -136,7 +137,8 @@ void HapticNode::stop() noexcept {
   if (!running()) return;
   stopping_ = true;
   const auto end = std::chrono::steady_clock::now() + kLonely;
-  while (!quiet_ && std::chrono::steady_clock::now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  while (!force_is_zero_ && std::chrono::steady_clock::now() < end)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
   spinner_->stop();
   spinner_.reset();
   front_.stop_collider();
@@ -152,7 +154,9 @@ void HapticNode::stop() noexcept {
   beat_->finished = 1;
 }
 
-loop::Moment HapticNode::moment() const noexcept { return {1e-9 * static_cast<double>(now_ns() - t0_), wall_now()}; }
+loop::ClockTime HapticNode::clock_time() const noexcept {
+  return {1e-9 * static_cast<double>(now_ns() - t0_), wall_now()};
+}
 
 // Called after each round of messages: steps if a new leader state has arrived or is overdue. Returns the time until
 // the next call [ns].
@@ -168,7 +172,7 @@ void HapticNode::step(std::int64_t begin) noexcept {
   take();
   gate();
   const bool answered = std::exchange(fresh_, false);
-  const loop::CrtkOutput& out = cycle_.step(moment());
+  const loop::CrtkOutput& out = cycle_.step(clock_time());
   const std::int64_t spent = now_ns() - begin;
   cycle_time_.add(spent);
   command(out);
@@ -180,8 +184,8 @@ void HapticNode::step(std::int64_t begin) noexcept {
   tick.lateness_us = answered ? 1e-3 * static_cast<double>(begin - came_) : 0.0;
   front_.keep(tick);
   front_.show(tick);
-  tell_stream();
-  quiet_ = stopping_ && out.F.f.isZero(0.0) && out.F.t.isZero(0.0);
+  update_stream_figures();
+  force_is_zero_ = stopping_ && out.F.f.isZero(0.0) && out.F.t.isZero(0.0);
   last_step_ = begin;
 }
 
@@ -204,8 +208,9 @@ void HapticNode::gate() noexcept {
     gates.guarded = true;
     beat_->seen = taken;
   }
-  const bool deaf = beat_->listeners == 0 && wrench_.listeners() > 0;  // the guardian's zero wrenches would not arrive
-  gates.guarded = gates.guarded || deaf || now_ns() - beat_->guardian > kGuardianAway;
+  const bool guardian_unheard =
+      beat_->listeners == 0 && wrench_.listeners() > 0;  // the guardian's zero wrenches would not arrive
+  gates.guarded = gates.guarded || guardian_unheard || now_ns() - beat_->guardian > kGuardianAway;
   cycle_.set_gates(gates);
 }
 
@@ -238,7 +243,7 @@ void HapticNode::command(const loop::CrtkOutput& out) noexcept {
   }
 }
 
-void HapticNode::tell_stream() noexcept {
+void HapticNode::update_stream_figures() noexcept {
   const loop::Watch& leader = cycle_.leader();
   leader_rate_.store(leader.period() > 0.0 ? 1.0 / leader.period() : 0.0, std::memory_order_relaxed);
   leader_age_.store(leader.age(), std::memory_order_relaxed);

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "haptics/console.hpp"
+#include "haptics/console_link.hpp"
 #include "haptics/heartbeat.hpp"
 #include "haptics/names.hpp"
 #include "palpate/loop/crtk_cycle.hpp"
@@ -59,7 +59,7 @@ class HapticNode {
   [[nodiscard]] loop::Front& front() noexcept { return front_; }
   [[nodiscard]] const loop::Front& front() const noexcept { return front_; }
   /// Messages for the user since the last call, oldest first.
-  [[nodiscard]] std::vector<std::string> news() { return console_.news(); }
+  [[nodiscard]] std::vector<std::string> take_events() { return console_.take_events(); }
 
   [[nodiscard]] const loop::Histogram& cycle_time() const noexcept { return cycle_time_; }
   /// Time from the stamp of the leader's state until the wrench is handed to ROS.
@@ -76,18 +76,18 @@ class HapticNode {
   using Joints = sensor_msgs::msg::JointState;
   using Twist = geometry_msgs::msg::TwistStamped;
 
-  void listen();
-  [[nodiscard]] loop::Moment moment() const noexcept;
+  void subscribe_all();
+  [[nodiscard]] loop::ClockTime clock_time() const noexcept;
   std::int64_t after() noexcept;
   void step(std::int64_t begin) noexcept;
   void gate() noexcept;
   void take() noexcept;
   void command(const loop::CrtkOutput& out) noexcept;
-  void tell_stream() noexcept;
+  void update_stream_figures() noexcept;
 
   HapticNodeOptions options_;
   SharedHeartbeat beat_;
-  Console console_;
+  ConsoleLink console_;
   Node node_, writer_;
   Publisher<geometry_msgs::msg::WrenchStamped> wrench_;
   std::optional<Publisher<Pose>> goal_;
@@ -103,14 +103,14 @@ class HapticNode {
   double stamp_ = 0.0;
   bool fresh_ = false, commanding_ = false;
   int tail_ = 0;  ///< zero wrenches still to be sent after the last command
-  std::atomic<bool> stopping_{false}, quiet_{false};
+  std::atomic<bool> stopping_{false}, force_is_zero_{false};
 
   loop::Histogram cycle_time_, answer_time_;
   std::atomic<double> leader_rate_{0.0}, leader_age_{0.0};
   std::atomic<std::uint64_t> leader_taken_{0}, leader_left_out_{0}, published_{0};
   std::string scheduler_ = "not started";
   std::unique_ptr<Spinner> spinner_;
-  Spinner told_{writer_};  ///< reports incompatible QoS of subscribers; declared last, so that it stops first
+  Spinner qos_spinner_{writer_};  ///< reports incompatible QoS of subscribers; declared last, so that it stops first
 };
 
 }  // namespace palpate::ros

@@ -58,7 +58,7 @@ Context::~Context() {
 
 std::size_t Context::domain() {
   std::size_t domain = 0;
-  check(rcl_context_get_domain_id(&context_, &domain), "tell the domain");
+  check(rcl_context_get_domain_id(&context_, &domain), "read the domain id");
   return domain;
 }
 

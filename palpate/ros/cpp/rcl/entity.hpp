@@ -40,7 +40,7 @@ class Entity {
   /// From now on calls the receiver at each arrival, so that the spinner need not wait for this entity. nullptr ends
   /// this; no call to the receiver is running any more when the function returns. Returns whether the entity and the
   /// middleware support it.
-  virtual bool tell(Receiver* receiver) noexcept {
+  virtual bool set_receiver(Receiver* receiver) noexcept {
     static_cast<void>(receiver);
     return false;
   }
@@ -48,9 +48,10 @@ class Entity {
   virtual void take() {}
 
  protected:
-  /// Implements tell() for an entity with an rcl arrival callback: `set(call, self)` sets or removes the callback.
+  /// Implements set_receiver() for an entity with an rcl arrival callback: `set(call, self)` sets or removes the
+  /// callback.
   template <class Set>
-  bool tell_by(Receiver* receiver, Set set) noexcept {
+  bool set_receiver_by(Receiver* receiver, Set set) noexcept {
     if (receiver_ == receiver) return receiver != nullptr;
     if (receiver) receiver_ = receiver;
     const auto arrived = [](const void* self, std::size_t) {

@@ -18,12 +18,12 @@ namespace {
 
 constexpr std::size_t kProblems = 1000;  // number of different messages kept for repetition counts
 
-using Ask = decltype(&rcl_get_publishers_info_by_topic);
+using Query = decltype(&rcl_get_publishers_info_by_topic);
 
-std::vector<Endpoint> endpoints(const rcl_node_t* node, const std::string& topic, Ask ask) {
+std::vector<Endpoint> endpoints(const rcl_node_t* node, const std::string& topic, Query query) {
   rcutils_allocator_t allocator = rcutils_get_default_allocator();
   rcl_topic_endpoint_info_array_t found = rcl_get_zero_initialized_topic_endpoint_info_array();
-  check(ask(node, &allocator, topic.c_str(), false, &found), "ask who uses " + topic);
+  check(query(node, &allocator, topic.c_str(), false, &found), "list the endpoints of " + topic);
   std::vector<Endpoint> ends;
   for (std::size_t i = 0; i < found.size; ++i) {
     const rmw_topic_endpoint_info_t& info = found.info_array[i];
@@ -106,7 +106,7 @@ std::vector<Endpoint> Node::subscribers(const std::string& topic) const {
 // Repetitions within a second are counted; the count is reported with the next message.
 void Node::problem(const std::string& words) const noexcept {
   try {
-    std::string told = words;
+    std::string message = words;
     {
       const std::lock_guard<std::mutex> lock(problems_mutex_);
       const auto now = std::chrono::steady_clock::now();
@@ -115,14 +115,14 @@ void Node::problem(const std::string& words) const noexcept {
         ++before.times;
         return;
       }
-      if (before.times > 1) told += " (" + std::to_string(before.times) + " times)";
+      if (before.times > 1) message += " (" + std::to_string(before.times) + " times)";
       before = {now, 1};
       if (problems_.size() > kProblems) problems_.clear();
     }
     if (on_problem_)
-      on_problem_(told);
+      on_problem_(message);
     else
-      std::fprintf(stderr, "warning: %s\n", told.c_str());
+      std::fprintf(stderr, "warning: %s\n", message.c_str());
   } catch (...) {  // a failure to report a problem cannot be reported
   }
 }

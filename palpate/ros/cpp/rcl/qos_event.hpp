@@ -43,7 +43,7 @@ class QosEvent final : public Entity {
   ~QosEvent() override {
     if (!known_) return;
     node_.remove(*this);
-    tell(nullptr);
+    set_receiver(nullptr);
     if (rcl_event_fini(&event_) != RCL_RET_OK) rcl_reset_error();
   }
 
@@ -54,14 +54,14 @@ class QosEvent final : public Entity {
   }
   // If a subscription has an arrival callback, its event needs one, too. Fast DDS uses one wait condition for both, and
   // messages that are not taken in the wait set would keep the condition true.
-  bool tell(Receiver* receiver) noexcept override {
-    return tell_by(receiver,
-                   [this](auto call, const void* self) { return rcl_event_set_callback(&event_, call, self); });
+  bool set_receiver(Receiver* receiver) noexcept override {
+    return set_receiver_by(receiver,
+                           [this](auto call, const void* self) { return rcl_event_set_callback(&event_, call, self); });
   }
   void take() override {
-    rmw_qos_incompatible_event_status_t told{0, 0, RMW_QOS_POLICY_INVALID};
-    if (rcl_take_event(&event_, &told) != RCL_RET_OK) return rcl_reset_error();
-    node_.problem(topic_ + ": the other end's " + policy_name(told.last_policy_kind) +
+    rmw_qos_incompatible_event_status_t status{0, 0, RMW_QOS_POLICY_INVALID};
+    if (rcl_take_event(&event_, &status) != RCL_RET_OK) return rcl_reset_error();
+    node_.problem(topic_ + ": the other end's " + policy_name(status.last_policy_kind) +
                   " does not fit ours, so nothing arrives. Mend: the same quality of service on both sides");
   }
 

@@ -41,14 +41,15 @@ class Service final : public Entity {
     if (!set.services[place_]) return;
     for (;;) {
       typename Srv::Request request;
-      rmw_service_info_t told{};
-      const rcl_ret_t answer = rcl_take_request_with_info(&service_, &told, &request);
+      rmw_service_info_t info{};
+      const rcl_ret_t answer = rcl_take_request_with_info(&service_, &info, &request);
       if (answer == RCL_RET_SERVICE_TAKE_FAILED) return rcl_reset_error();
       if (const Status taken = status(answer, "read a request of " + name_); !taken)
         return node_.problem(taken.problem);
       typename Srv::Response response;
       callback_(request, response);
-      const Status sent = status(rcl_send_response(&service_, &told.request_id, &response), "answer " + name_);
+      const Status sent =
+          status(rcl_send_response(&service_, &info.request_id, &response), "send the response of " + name_);
       if (!sent) node_.problem(sent.problem);
     }
   }
@@ -87,7 +88,7 @@ class Client final : public Entity {
   Status call(const typename Srv::Request& request, Callback callback) {
     const std::lock_guard<std::mutex> lock(mutex_);
     std::int64_t number = 0;
-    Status sent = status(rcl_send_request(&client_, &request, &number), "ask " + name_);
+    Status sent = status(rcl_send_request(&client_, &request, &number), "send a request to " + name_);
     if (sent) waiting_[number] = std::move(callback);
     return sent;
   }
@@ -98,12 +99,12 @@ class Client final : public Entity {
     if (!set.clients[place_]) return;
     for (;;) {
       typename Srv::Response response;
-      rmw_service_info_t told{};
-      const rcl_ret_t answer = rcl_take_response_with_info(&client_, &told, &response);
+      rmw_service_info_t info{};
+      const rcl_ret_t answer = rcl_take_response_with_info(&client_, &info, &response);
       if (answer == RCL_RET_CLIENT_TAKE_FAILED) return rcl_reset_error();
       if (const Status taken = status(answer, "read an answer of " + name_); !taken)
         return node_.problem(taken.problem);
-      if (const Callback callback = waiting(told.request_id.sequence_number)) callback(response);
+      if (const Callback callback = waiting(info.request_id.sequence_number)) callback(response);
     }
   }
 

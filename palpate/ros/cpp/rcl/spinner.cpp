@@ -8,7 +8,7 @@
 namespace palpate::ros {
 namespace {
 
-constexpr std::int64_t kPatience = 100'000'000;  // longest wait [ns]; a guard condition can end it earlier
+constexpr std::int64_t kMaxWaitNs = 100'000'000;  // longest wait [ns]; a guard condition can end it earlier
 
 }  // namespace
 
@@ -48,23 +48,23 @@ void Spinner::spin() noexcept {
   Status ready = status(rcl_wait_set_init(&set, 0, 1, 0, 0, 0, 0, node_.context_->get(), rcl_get_default_allocator()),
                         "wait for messages");
   if (!ready) return node_.problem(ready.problem);
-  std::int64_t patience = kPatience;
-  while (running_ && round(set, patience)) {
+  std::int64_t timeout_ns = kMaxWaitNs;
+  while (running_ && round(set, timeout_ns)) {
     guarded([&] {
-      if (options_.after) patience = std::clamp(options_.after(), std::int64_t{0}, kPatience);
+      if (options_.after) timeout_ns = std::clamp(options_.after(), std::int64_t{0}, kMaxWaitNs);
     });
   }
   {
     const auto lock = node_.interrupt();
-    for (Entity* entity : node_.entities_) entity->tell(nullptr);
+    for (Entity* entity : node_.entities_) entity->set_receiver(nullptr);
   }
   if (rcl_wait_set_fini(&set) != RCL_RET_OK) rcl_reset_error();
 }
 
-bool Spinner::round(rcl_wait_set_t& set, std::int64_t patience) {
+bool Spinner::round(rcl_wait_set_t& set, std::int64_t timeout_ns) {
   while (node_.visitors_ > 0) std::this_thread::sleep_for(std::chrono::microseconds(20));
   const std::lock_guard<std::mutex> lock(node_.entities_mutex_);
-  const auto waits = [this](Entity* entity) { return !options_.direct || !entity->tell(this); };
+  const auto waits = [this](Entity* entity) { return !options_.direct || !entity->set_receiver(this); };
   Count n;
   for (Entity* entity : node_.entities_)
     if (waits(entity)) entity->count(n);
@@ -73,7 +73,7 @@ bool Spinner::round(rcl_wait_set_t& set, std::int64_t patience) {
   if (answer == RCL_RET_OK) answer = rcl_wait_set_add_guard_condition(&set, &node_.woken_, nullptr);
   for (Entity* entity : node_.entities_)
     if (answer == RCL_RET_OK && waits(entity)) answer = entity->watch(set);
-  if (answer == RCL_RET_OK) answer = rcl_wait(&set, patience);
+  if (answer == RCL_RET_OK) answer = rcl_wait(&set, timeout_ns);
   if (answer == RCL_RET_TIMEOUT) {
     rcl_reset_error();
     return true;

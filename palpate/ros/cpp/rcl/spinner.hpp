@@ -32,8 +32,8 @@ class Spinner final : Receiver {
 
  private:
   void spin() noexcept;
-  /// Waits once, for at most `patience` [ns], and handles the messages. Returns false if waiting fails.
-  bool round(rcl_wait_set_t& set, std::int64_t patience);
+  /// Waits once, for at most `timeout_ns` [ns], and handles the messages. Returns false if waiting fails.
+  bool round(rcl_wait_set_t& set, std::int64_t timeout_ns);
   void arrived(Entity& entity) noexcept override;
   /// Runs `does` under the mutex and reports its exceptions to the node.
   template <class Does>

@@ -47,7 +47,7 @@ class Subscription final : public Entity {
   }
   ~Subscription() override {
     node_.remove(*this);
-    tell(nullptr);
+    set_receiver(nullptr);
     event_.reset();
     if (rcl_subscription_fini(&subscription_, node_.get()) != RCL_RET_OK) rcl_reset_error();
   }
@@ -67,20 +67,20 @@ class Subscription final : public Entity {
   void work(const rcl_wait_set_t& set) override {
     if (set.subscriptions[place_]) take();
   }
-  bool tell(Receiver* receiver) noexcept override {
-    return tell_by(receiver, [this](auto call, const void* self) {
+  bool set_receiver(Receiver* receiver) noexcept override {
+    return set_receiver_by(receiver, [this](auto call, const void* self) {
       return rcl_subscription_set_on_new_message_callback(&subscription_, call, self);
     });
   }
   void take() override {
     for (;;) {
-      rmw_message_info_t told = rmw_get_zero_initialized_message_info();
-      const rcl_ret_t answer = rcl_take(&subscription_, &message_, &told, nullptr);
+      rmw_message_info_t received = rmw_get_zero_initialized_message_info();
+      const rcl_ret_t answer = rcl_take(&subscription_, &message_, &received, nullptr);
       if (answer == RCL_RET_SUBSCRIPTION_TAKE_FAILED) return rcl_reset_error();  // no further messages
       if (const Status taken = status(answer, "read " + topic_); !taken) return node_.problem(taken.problem);
-      Info info{.source_ns = told.source_timestamp, .received_ns = told.received_timestamp};
-      info.sequence = told.publication_sequence_number;
-      std::copy_n(told.publisher_gid.data, info.publisher.size(), info.publisher.begin());
+      Info info{.source_ns = received.source_timestamp, .received_ns = received.received_timestamp};
+      info.sequence = received.publication_sequence_number;
+      std::copy_n(received.publisher_gid.data, info.publisher.size(), info.publisher.begin());
       callback_(message_, info);
     }
   }

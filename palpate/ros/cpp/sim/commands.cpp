@@ -60,42 +60,43 @@ void read(const crtk_msgs::msg::CartesianImpedance& m, Command& c) {
 }
 
 template <class Msg>
-std::unique_ptr<Entity> reader(Node& node, const std::string& topic, const Command& command, const OnCommand& tell) {
-  return std::make_unique<Subscription<Msg>>(node, topic, [command, tell](const Msg& message, const Info&) {
+std::unique_ptr<Entity> reader(Node& node, const std::string& topic, const Command& command,
+                               const OnCommand& on_command) {
+  return std::make_unique<Subscription<Msg>>(node, topic, [command, on_command](const Msg& message, const Info&) {
     Command filled = command;
     read(message, filled);
-    tell(filled);
+    on_command(filled);
   });
 }
 
 std::unique_ptr<Entity> reader(Node& node, const std::string& topic, const dvrk::VerbEntry& verb,
-                               const Command& command, const OnCommand& tell) {
+                               const Command& command, const OnCommand& on_command) {
   switch (verb.payload) {
     case Payload::none:
-      return reader<std_msgs::msg::Empty>(node, topic, command, tell);
+      return reader<std_msgs::msg::Empty>(node, topic, command, on_command);
     case Payload::flag:
-      return reader<std_msgs::msg::Bool>(node, topic, command, tell);
+      return reader<std_msgs::msg::Bool>(node, topic, command, on_command);
     case Payload::value:
-      return reader<std_msgs::msg::Float64>(node, topic, command, tell);
+      return reader<std_msgs::msg::Float64>(node, topic, command, on_command);
     case Payload::button:
-      return reader<sensor_msgs::msg::Joy>(node, topic, command, tell);
+      return reader<sensor_msgs::msg::Joy>(node, topic, command, on_command);
     case Payload::numbers:
-      return reader<std_msgs::msg::Float64MultiArray>(node, topic, command, tell);
+      return reader<std_msgs::msg::Float64MultiArray>(node, topic, command, on_command);
     case Payload::joints:
-      return reader<sensor_msgs::msg::JointState>(node, topic, command, tell);
+      return reader<sensor_msgs::msg::JointState>(node, topic, command, on_command);
     case Payload::pose:
-      return reader<geometry_msgs::msg::PoseStamped>(node, topic, command, tell);
+      return reader<geometry_msgs::msg::PoseStamped>(node, topic, command, on_command);
     case Payload::rotation:
-      return reader<geometry_msgs::msg::Quaternion>(node, topic, command, tell);
+      return reader<geometry_msgs::msg::Quaternion>(node, topic, command, on_command);
     case Payload::wrench:
-      return reader<geometry_msgs::msg::WrenchStamped>(node, topic, command, tell);
+      return reader<geometry_msgs::msg::WrenchStamped>(node, topic, command, on_command);
     case Payload::cartesian:
-      return reader<crtk_msgs::msg::CartesianState>(node, topic, command, tell);
+      return reader<crtk_msgs::msg::CartesianState>(node, topic, command, on_command);
     case Payload::impedance:
-      return reader<crtk_msgs::msg::CartesianImpedance>(node, topic, command, tell);
+      return reader<crtk_msgs::msg::CartesianImpedance>(node, topic, command, on_command);
     case Payload::text:
-      if (verb.name == "state_command") return reader<crtk_msgs::msg::StringStamped>(node, topic, command, tell);
-      return reader<std_msgs::msg::String>(node, topic, command, tell);
+      if (verb.name == "state_command") return reader<crtk_msgs::msg::StringStamped>(node, topic, command, on_command);
+      return reader<std_msgs::msg::String>(node, topic, command, on_command);
     case Payload::operating:
       break;
   }

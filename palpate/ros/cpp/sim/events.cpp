@@ -13,12 +13,12 @@
 
 namespace palpate::ros {
 
-struct Events::Teller {
-  Teller() = default;
-  virtual ~Teller() = default;
-  Teller(const Teller&) = delete;
-  Teller& operator=(const Teller&) = delete;
-  virtual Status tell(const dvrk::Event& event, std::int64_t time_ns) = 0;
+struct Events::TopicPublisher {
+  TopicPublisher() = default;
+  virtual ~TopicPublisher() = default;
+  TopicPublisher(const TopicPublisher&) = delete;
+  TopicPublisher& operator=(const TopicPublisher&) = delete;
+  virtual Status publish(const dvrk::Event& event, std::int64_t time_ns) = 0;
 };
 
 namespace {
@@ -63,10 +63,10 @@ void write(const Event& e, std::int64_t time_ns, crtk_msgs::msg::OperatingState&
 }
 
 template <class Msg>
-struct EventPublisher final : Events::Teller {
+struct EventPublisher final : Events::TopicPublisher {
   EventPublisher(Node& node, const std::string& topic, bool latched)
       : publisher(node, topic, latched ? kLatched : Qos{}) {}
-  Status tell(const Event& event, std::int64_t time_ns) override {
+  Status publish(const Event& event, std::int64_t time_ns) override {
     write(event, time_ns, message);
     return publisher.publish(message);
   }
@@ -74,7 +74,8 @@ struct EventPublisher final : Events::Teller {
   Msg message;
 };
 
-std::unique_ptr<Events::Teller> teller(Node& node, const std::string& topic, const dvrk::TopicEntry& entry) {
+std::unique_ptr<Events::TopicPublisher> make_publisher(Node& node, const std::string& topic,
+                                                       const dvrk::TopicEntry& entry) {
   switch (entry.payload) {
     case Payload::none:
       return std::make_unique<EventPublisher<std_msgs::msg::Empty>>(node, topic, entry.latched);
@@ -99,7 +100,7 @@ Events::Events(Node& node, const dvrk::System& robot) : node_(node) {
   for (const dvrk::TopicEntry& entry : dvrk::topics()) {
     for (const dvrk::Address& at : components(robot, entry.kind, entry.arms)) {
       const std::string topic = robot.component_name(at) + "/" + std::string(entry.name);
-      tellers_[{at.kind, at.index, entry.topic}] = teller(node, topic, entry);
+      publishers_[{at.kind, at.index, entry.topic}] = make_publisher(node, topic, entry);
     }
   }
 }
@@ -107,11 +108,11 @@ Events::Events(Node& node, const dvrk::System& robot) : node_(node) {
 Events::~Events() = default;
 
 bool Events::publish(const dvrk::Event& event, std::int64_t time_ns) {
-  const auto found = tellers_.find({event.from.kind, event.from.index, event.topic});
-  if (found == tellers_.end()) return true;
-  const Status told = found->second->tell(event, time_ns);
-  if (!told) node_.problem(told.problem);
-  return static_cast<bool>(told);
+  const auto found = publishers_.find({event.from.kind, event.from.index, event.topic});
+  if (found == publishers_.end()) return true;
+  const Status published = found->second->publish(event, time_ns);
+  if (!published) node_.problem(published.problem);
+  return static_cast<bool>(published);
 }
 
 }  // namespace palpate::ros

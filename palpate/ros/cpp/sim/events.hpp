@@ -18,12 +18,12 @@ class Events {
   /// reported to the node.
   bool publish(const dvrk::Event& event, std::int64_t time_ns);
 
-  struct Teller;  ///< publisher of one topic
+  struct TopicPublisher;  ///< publisher of one topic
 
  private:
   using Key = std::tuple<dvrk::Kind, int, dvrk::Topic>;
   Node& node_;
-  std::map<Key, std::unique_ptr<Teller>> tellers_;
+  std::map<Key, std::unique_ptr<TopicPublisher>> publishers_;
 };
 
 }  // namespace palpate::ros

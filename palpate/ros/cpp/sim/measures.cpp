@@ -13,13 +13,13 @@
 
 namespace palpate::ros {
 
-struct ArmMeasures::Teller {
-  Teller() = default;
-  virtual ~Teller() = default;
-  Teller(const Teller&) = delete;
-  Teller& operator=(const Teller&) = delete;
-  virtual void look() = 0;  ///< checks whether the topic has subscribers
-  virtual Status tell(const dvrk::ArmState& state, std::int64_t time_ns) = 0;
+struct ArmMeasures::TopicPublisher {
+  TopicPublisher() = default;
+  virtual ~TopicPublisher() = default;
+  TopicPublisher(const TopicPublisher&) = delete;
+  TopicPublisher& operator=(const TopicPublisher&) = delete;
+  virtual void find_subscribers() = 0;  ///< checks whether the topic has subscribers
+  virtual Status publish(const dvrk::ArmState& state, std::int64_t time_ns) = 0;
 };
 
 namespace {
@@ -123,15 +123,15 @@ void sign(Msg& m, std::int64_t time_ns, bool valid) {
 }
 
 template <class Value, class Msg>
-struct MeasurePublisher final : ArmMeasures::Teller {
+struct MeasurePublisher final : ArmMeasures::TopicPublisher {
   MeasurePublisher(Node& node, const std::string& arm, const Row<Value>& row, const std::vector<std::string>& joints)
       : row(row), publisher(node, arm + "/" + row.topic) {
     if constexpr (requires { message.header; }) message.header.frame_id = arm + "_base";
     if constexpr (requires { message.name; }) message.name = joints;
   }
-  void look() override { heard = publisher.listeners() > 0; }
-  Status tell(const ArmState& state, std::int64_t time_ns) override {
-    if (!heard) return {};
+  void find_subscribers() override { has_subscribers = publisher.listeners() > 0; }
+  Status publish(const ArmState& state, std::int64_t time_ns) override {
+    if (!has_subscribers) return {};
     write(row.value(state), message);
     sign(message, time_ns, row.valid(state));
     return publisher.publish(message);
@@ -139,18 +139,18 @@ struct MeasurePublisher final : ArmMeasures::Teller {
   Row<Value> row;
   Publisher<Msg> publisher;
   Msg message;
-  bool heard = false;
+  bool has_subscribers = false;
 };
 
 template <class Msg, class Value, std::size_t N>
-void add(std::vector<std::unique_ptr<ArmMeasures::Teller>>& tellers, Node& node, const std::string& arm,
+void add(std::vector<std::unique_ptr<ArmMeasures::TopicPublisher>>& publishers, Node& node, const std::string& arm,
          dvrk::ArmKind kind, const std::vector<std::string>& joints, const Row<Value> (&rows)[N]) {
   for (const Row<Value>& row : rows) {
     if ((row.arms & static_cast<unsigned>(kind)) == 0) continue;
     const std::string_view topic = row.topic;
     const bool one = topic.starts_with("gripper") || topic.starts_with("jaw");
     const auto names = one ? std::vector<std::string>{std::string(topic.substr(0, topic.find('/')))} : joints;
-    tellers.push_back(std::make_unique<MeasurePublisher<Value, Msg>>(node, arm, row, names));
+    publishers.push_back(std::make_unique<MeasurePublisher<Value, Msg>>(node, arm, row, names));
   }
 }
 
@@ -159,12 +159,12 @@ void add(std::vector<std::unique_ptr<ArmMeasures::Teller>>& tellers, Node& node,
 ArmMeasures::ArmMeasures(Node& node, const std::string& name, dvrk::ArmKind kind,
                          const std::vector<std::string>& joints)
     : node_(node) {
-  add<sensor_msgs::msg::JointState>(tellers_, node, name, kind, joints, kJoints);
-  add<geometry_msgs::msg::PoseStamped>(tellers_, node, name, kind, joints, kPoses);
-  add<geometry_msgs::msg::TwistStamped>(tellers_, node, name, kind, joints, kTwists);
-  add<geometry_msgs::msg::WrenchStamped>(tellers_, node, name, kind, joints, kWrenches);
-  add<std_msgs::msg::Float64MultiArray>(tellers_, node, name, kind, joints, kJacobians);
-  add<crtk_msgs::msg::CartesianState>(tellers_, node, name, kind, joints, kCartesians);
+  add<sensor_msgs::msg::JointState>(publishers_, node, name, kind, joints, kJoints);
+  add<geometry_msgs::msg::PoseStamped>(publishers_, node, name, kind, joints, kPoses);
+  add<geometry_msgs::msg::TwistStamped>(publishers_, node, name, kind, joints, kTwists);
+  add<geometry_msgs::msg::WrenchStamped>(publishers_, node, name, kind, joints, kWrenches);
+  add<std_msgs::msg::Float64MultiArray>(publishers_, node, name, kind, joints, kJacobians);
+  add<crtk_msgs::msg::CartesianState>(publishers_, node, name, kind, joints, kCartesians);
 }
 
 ArmMeasures::~ArmMeasures() = default;
@@ -172,26 +172,27 @@ ArmMeasures::~ArmMeasures() = default;
 void ArmMeasures::publish(const dvrk::ArmState& state, std::int64_t time_ns) {
   const bool look = time_ns - looked_ns_ >= kLook || time_ns < looked_ns_;
   if (look) looked_ns_ = time_ns;
-  for (const auto& teller : tellers_) {
-    if (look) teller->look();
-    if (const Status told = teller->tell(state, time_ns); !told) node_.problem(told.problem);
+  for (const auto& publisher : publishers_) {
+    if (look) publisher->find_subscribers();
+    if (const Status published = publisher->publish(state, time_ns); !published) node_.problem(published.problem);
   }
 }
 
-struct TeleopMeasures::Teller {
-  Teller(Node& node, const std::string& topic) : publisher(node, topic) {}
+struct TeleopMeasures::TopicPublisher {
+  TopicPublisher(Node& node, const std::string& topic) : publisher(node, topic) {}
   Publisher<geometry_msgs::msg::QuaternionStamped> publisher;
   geometry_msgs::msg::QuaternionStamped message;
 };
 
 TeleopMeasures::TeleopMeasures(Node& node, const std::string& name)
-    : node_(node), alignment_(std::make_unique<Teller>(node, name + "/alignment_offset")) {}
+    : node_(node), alignment_(std::make_unique<TopicPublisher>(node, name + "/alignment_offset")) {}
 TeleopMeasures::~TeleopMeasures() = default;
 
 void TeleopMeasures::publish(const dvrk::TeleopState& state, std::int64_t time_ns) {
   put(state.alignment_offset, alignment_->message.quaternion);
   alignment_->message.header.stamp = stamp(time_ns);
-  if (const Status told = alignment_->publisher.publish(alignment_->message); !told) node_.problem(told.problem);
+  if (const Status published = alignment_->publisher.publish(alignment_->message); !published)
+    node_.problem(published.problem);
 }
 
 }  // namespace palpate::ros

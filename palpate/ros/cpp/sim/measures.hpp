@@ -19,11 +19,11 @@ class ArmMeasures {
   /// Publishes the state measured at `time_ns` [ns since 1970], on topics that have subscribers.
   void publish(const dvrk::ArmState& state, std::int64_t time_ns);
 
-  struct Teller;  ///< publisher of one topic
+  struct TopicPublisher;  ///< publisher of one topic
 
  private:
   Node& node_;
-  std::vector<std::unique_ptr<Teller>> tellers_;
+  std::vector<std::unique_ptr<TopicPublisher>> publishers_;
   std::int64_t looked_ns_ = 0;
 };
 
@@ -35,9 +35,9 @@ class TeleopMeasures {
   void publish(const dvrk::TeleopState& state, std::int64_t time_ns);
 
  private:
-  struct Teller;
+  struct TopicPublisher;
   Node& node_;
-  std::unique_ptr<Teller> alignment_;
+  std::unique_ptr<TopicPublisher> alignment_;
 };
 
 }  // namespace palpate::ros

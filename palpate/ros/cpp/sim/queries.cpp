@@ -24,27 +24,27 @@ Queries::Queries(Node& node, dvrk::System& twin) : twin_(twin) {
     forward_needs.append(": forward kinematics needs ").append(numbers).append(" in jp");
     inverse_needs.append(": cp is out of reach, or jp (where to begin) has not ").append(numbers);
     services_.push_back(std::make_unique<Service<Forward>>(
-        node, name + "/forward_kinematics", [=, this](const Forward::Request& asked, Forward::Response& answer) {
+        node, name + "/forward_kinematics", [=, this](const Forward::Request& request, Forward::Response& response) {
           const std::lock_guard<std::mutex> lock(mutex_);
           Pose cp;
-          answer.result = twin_.forward_kinematics(arm, dvrk::joints(asked.jp), cp);
-          put(cp, answer.cp);
-          if (!answer.result) answer.message = forward_needs;
+          response.result = twin_.forward_kinematics(arm, dvrk::joints(request.jp), cp);
+          put(cp, response.cp);
+          if (!response.result) response.message = forward_needs;
         }));
     services_.push_back(std::make_unique<Service<Inverse>>(
-        node, name + "/inverse_kinematics", [=, this](const Inverse::Request& asked, Inverse::Response& answer) {
+        node, name + "/inverse_kinematics", [=, this](const Inverse::Request& request, Inverse::Response& response) {
           const std::lock_guard<std::mutex> lock(mutex_);
-          JointVector q = dvrk::joints(asked.jp);
-          answer.result = twin_.inverse_kinematics(arm, pose_of(asked.cp), q);
-          answer.jp.assign(q.data(), q.data() + q.size());
-          if (!answer.result) answer.message = inverse_needs;
+          JointVector q = dvrk::joints(request.jp);
+          response.result = twin_.inverse_kinematics(arm, pose_of(request.cp), q);
+          response.jp.assign(q.data(), q.data() + q.size());
+          if (!response.result) response.message = inverse_needs;
         }));
     services_.push_back(std::make_unique<Service<Convert>>(
         node, name + "/actuator_to_joint_position",
-        [=, this](const Convert::Request& asked, Convert::Response& answer) {
+        [=, this](const Convert::Request& request, Convert::Response& response) {
           const std::lock_guard<std::mutex> lock(mutex_);
-          const JointVector q = twin_.joint_position(arm, dvrk::joints(asked.input));  // empty: not feasible
-          answer.output.assign(q.data(), q.data() + q.size());
+          const JointVector q = twin_.joint_position(arm, dvrk::joints(request.input));  // empty: not feasible
+          response.output.assign(q.data(), q.data() + q.size());
         }));
   }
 }

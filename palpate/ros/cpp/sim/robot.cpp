@@ -42,7 +42,7 @@ Robot::Robot(const std::shared_ptr<Context>& context, dvrk::System& robot, dvrk:
     teleop_states_.push_back(std::make_unique<Mailbox<Stamped<dvrk::TeleopState>>>());
   }
   subscriptions_ = listen(node_, robot, [this](const dvrk::Command& command) {
-    ++commands_told_;
+    ++commands_received_;
     commands_.push(command);
     if (command.verb == dvrk::Verb::set_base_frame) queries_.apply(command);
   });
@@ -120,10 +120,10 @@ void Robot::publish() noexcept {
 // An event that cannot be published stays first in the queue and is published later. Events keep their order, so a
 // subscriber ends with the right state, although late.
 void Robot::publish_round() {
-  for (Happened next; untold_ || happened_.pop(next);) {
-    if (!untold_) untold_ = next;
-    if (!events_.publish(untold_->event, untold_->time_ns)) break;
-    untold_.reset();
+  for (Happened next; unpublished_ || happened_.pop(next);) {
+    if (!unpublished_) unpublished_ = next;
+    if (!events_.publish(unpublished_->event, unpublished_->time_ns)) break;
+    unpublished_.reset();
   }
   for (std::size_t i = 0; i < arms_.size(); ++i) {
     const auto& [state, time_ns] = arm_states_[i]->read();
@@ -133,7 +133,7 @@ void Robot::publish_round() {
     const auto& [state, time_ns] = teleop_states_[i]->read();
     teleops_[i]->publish(state, time_ns);
   }
-  rounds_told_.fetch_add(1, std::memory_order_relaxed);
+  rounds_published_.fetch_add(1, std::memory_order_relaxed);
 }
 
 }  // namespace palpate::ros

@@ -36,11 +36,11 @@ class Robot {
 
   [[nodiscard]] double rate() const noexcept { return 1.0 / (dvrk::System::kTick * every_); }
   [[nodiscard]] const loop::RealTimeThread& servo() const noexcept { return servo_; }
-  [[nodiscard]] std::uint64_t commands() const noexcept { return commands_told_; }
+  [[nodiscard]] std::uint64_t commands() const noexcept { return commands_received_; }
   /// Commands lost because the servo did not take them in time [-].
   [[nodiscard]] std::uint64_t dropped() const noexcept { return commands_.dropped(); }
   /// Number of times all measured states were published [-].
-  [[nodiscard]] std::uint64_t rounds() const noexcept { return rounds_told_; }
+  [[nodiscard]] std::uint64_t rounds() const noexcept { return rounds_published_; }
 
  private:
   /// A state and the time of its measurement [ns since 1970].
@@ -71,8 +71,8 @@ class Robot {
   loop::Ring<Happened> happened_{4096};
   std::vector<std::unique_ptr<Mailbox<Stamped<dvrk::ArmState>>>> arm_states_;
   std::vector<std::unique_ptr<Mailbox<Stamped<dvrk::TeleopState>>>> teleop_states_;
-  std::atomic<std::uint64_t> commands_told_{0}, rounds_told_{0};
-  std::optional<Happened> untold_;
+  std::atomic<std::uint64_t> commands_received_{0}, rounds_published_{0};
+  std::optional<Happened> unpublished_;
   std::atomic<std::uint32_t> rounds_{0};  // number of rounds handed to the publishing thread
   std::atomic<bool> ending_{false};
   int ticks_ = 0, ticks_left_ = -1;

@@ -13,25 +13,28 @@
 namespace palpate::ros {
 
 template <class Msg>
-class Ear {
+class LatchedSubscriber {
  public:
   using Callback = std::function<void(const Msg&)>;
 
-  Ear(Node& node, std::string topic, Callback callback)
-      : node_(node), topic_(std::move(topic)), callback_(std::move(callback)), plain_(node_, topic_, told(), Qos{}) {}
+  LatchedSubscriber(Node& node, std::string topic, Callback callback)
+      : node_(node),
+        topic_(std::move(topic)),
+        callback_(std::move(callback)),
+        plain_(node_, topic_, forward(), Qos{}) {}
 
   /// Looks for a latching publisher on the topic. Call it from a thread that may allocate, but not from the spinner's.
-  void tune() {
+  void find_latching_publisher() {
     if (latched_) return;
     const auto ends = node_.publishers(topic_);
     if (std::any_of(ends.begin(), ends.end(), [](const Endpoint& e) { return e.reliable && e.transient_local; })) {
-      latched_.emplace(node_, topic_, told(), kLatched);
+      latched_.emplace(node_, topic_, forward(), kLatched);
     }
   }
   [[nodiscard]] const std::string& topic() const noexcept { return topic_; }
 
  private:
-  typename Subscription<Msg>::Callback told() {
+  typename Subscription<Msg>::Callback forward() {
     return [this](const Msg& message, const Info&) { callback_(message); };
   }
 

@@ -18,7 +18,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/notes.hpp"
+#include "bench/log.hpp"
 #include "palpate/loop/realtime.hpp"
 #include "palpate/types/spatial.hpp"
 #include "rcl/publisher.hpp"
@@ -27,7 +27,7 @@
 
 namespace palpate::ros {
 
-struct PuppetOptions {
+struct MockLeaderOptions {
   std::string leader = "MTMR", teleop = "MTMR_PSM1";
   std::string wrench = "/MTMR_PSM1/following/mtm/body/servo_cf";  ///< topic of the wrenches on the leader
   double rate = 1000.0;                                           ///< rate of the published states [Hz]
@@ -37,7 +37,7 @@ struct PuppetOptions {
 };
 
 /// Faults injected into the published messages.
-struct Spoil {
+struct MessageFaults {
   double drop = 0.0, twice = 0.0, swap = 0.0;  ///< fractions of lost, repeated and reordered messages [-]
   double delay = 0.0;                          ///< time from stamp to publication [s]
   double clock = 0.0;                          ///< clock offset added to the stamps [s]
@@ -49,7 +49,7 @@ struct Spoil {
 };
 
 /// A received wrench.
-struct Felt {
+struct ReceivedWrench {
   double t = 0.0;                    ///< time of arrival on the monotonic clock [s]
   double wall = 0.0;                 ///< time of arrival [s since 1970]
   double stamp = 0.0;                ///< stamp in the header [s since 1970]
@@ -60,17 +60,17 @@ struct Felt {
 };
 
 /// A received setting of the wrench frame.
-struct Flag {
+struct FrameSetting {
   double t = 0.0;         ///< time of arrival on the monotonic clock [s]
-  double absolute = 0.0;  ///< as in Felt
+  double absolute = 0.0;  ///< as in ReceivedWrench
 };
 
-class Puppet {
+class MockLeader {
  public:
-  Puppet(std::shared_ptr<Context> context, const PuppetOptions& options);
-  ~Puppet();
-  Puppet(const Puppet&) = delete;
-  Puppet& operator=(const Puppet&) = delete;
+  MockLeader(std::shared_ptr<Context> context, const MockLeaderOptions& options);
+  ~MockLeader();
+  MockLeader(const MockLeader&) = delete;
+  MockLeader& operator=(const MockLeader&) = delete;
 
   void start();
   void stop();
@@ -80,17 +80,21 @@ class Puppet {
   void swing(const Vec3& amplitude, double frequency);
   /// Sets the orientation at once: quaternion x y z w.
   void turn_to(const Eigen::Vector4d& quat);
-  void spoil(const Spoil& spoil);
+  void inject(const MessageFaults& faults);
   void set_state(const std::string& state, bool homed);
   void follow(bool on);
 
   // Logs since the construction; times on the monotonic clock [s].
-  [[nodiscard]] std::vector<double> sent() const { return sent_.all(); }      ///< time of publication of each state
-  [[nodiscard]] std::vector<Felt> felt() const { return felt_.all(); }        ///< every received wrench
+  [[nodiscard]] std::vector<double> sent() const { return sent_.all(); }  ///< time of publication of each state
+  [[nodiscard]] std::vector<ReceivedWrench> wrenches() const { return wrenches_.all(); }  ///< every received wrench
   [[nodiscard]] std::vector<double> echoes() const { return echoes_.all(); }  ///< round-trip times of the echo [s]
-  [[nodiscard]] std::vector<Flag> flags() const { return flags_.all(); }      ///< received settings of the wrench frame
+  [[nodiscard]] std::vector<FrameSetting> frame_settings() const {
+    return frame_settings_.all();
+  }  ///< received settings of the wrench frame
   [[nodiscard]] bool absolute() const noexcept { return absolute_; }
-  [[nodiscard]] bool carried() const noexcept { return carried_; }  ///< true while gravity compensation is on
+  [[nodiscard]] bool gravity_compensation() const noexcept {
+    return gravity_compensation_;
+  }  ///< true while gravity compensation is on
   [[nodiscard]] std::uint64_t pings() const noexcept { return pings_; }
   [[nodiscard]] std::size_t listeners() const noexcept { return pose_.listeners(); }
   [[nodiscard]] std::size_t writers() const noexcept { return wrench_.publishers(); }
@@ -105,12 +109,12 @@ class Puppet {
   };
   bool tick(const loop::Wake& wake);
   [[nodiscard]] double writer(const Gid& publisher);
-  [[nodiscard]] Vec3 place(double t) const;
+  [[nodiscard]] Vec3 position(double t) const;
   void send(double t);
-  void send_joints(double stamp, const Spoil& spoil);
+  void send_joints(double stamp, const MessageFaults& faults);
   void ping();
 
-  PuppetOptions options_;
+  MockLeaderOptions options_;
   Node node_;
   Publisher<Pose> pose_;
   Publisher<geometry_msgs::msg::TwistStamped> twist_;
@@ -118,20 +122,20 @@ class Puppet {
   Publisher<crtk_msgs::msg::OperatingState> state_;
   Publisher<std_msgs::msg::Bool> following_;
   std::optional<Publisher<geometry_msgs::msg::WrenchStamped>> there_;
-  std::atomic<bool> absolute_{false}, carried_{true};  // initial settings of a dVRK arm
-  Subscription<std_msgs::msg::Bool> absolute_told_, carried_told_;
+  std::atomic<bool> absolute_{false}, gravity_compensation_{true};  // initial settings of a dVRK arm
+  Subscription<std_msgs::msg::Bool> absolute_sub_, gravity_sub_;
   Subscription<geometry_msgs::msg::WrenchStamped> wrench_;
   std::optional<Subscription<geometry_msgs::msg::WrenchStamped>> back_;
   loop::RealTimeThread clock_;
 
   mutable std::mutex mutex_;  // guards the settings below
-  Spoil spoil_;
+  MessageFaults faults_;
   Vec3 from_, to_, amplitude_;
   Eigen::Vector4d quat_{0.0, 0.0, 0.0, 1.0};
   double begin_ = 0.0, seconds_ = 0.0, frequency_ = 0.0;
-  Notes<double> sent_, echoes_;
-  Notes<Felt> felt_;
-  Notes<Flag> flags_;
+  Log<double> sent_, echoes_;
+  Log<ReceivedWrench> wrenches_;
+  Log<FrameSetting> frame_settings_;
   std::vector<Gid> writers_;
 
   std::mt19937_64 random_;

@@ -16,7 +16,7 @@
 #include <thread>
 #include <vector>
 
-#include "haptics/ear.hpp"
+#include "haptics/latched_subscriber.hpp"
 #include "haptics/names.hpp"
 #include "palpate/loop/crtk_cycle.hpp"
 #include "rcl/publisher.hpp"
@@ -24,15 +24,15 @@
 
 namespace palpate::ros {
 
-class Console {
+class ConsoleLink {
  public:
   /// `writers`: full names of the nodes that may publish wrenches, which are this node's and the guardian's.
   /// `device`: the frame in which the leader takes wrenches, and whether it reports states.
-  Console(std::shared_ptr<Context> context, const HapticNames& names, std::vector<std::string> writers,
-          const loop::CrtkOptions& device);
-  ~Console();
-  Console(const Console&) = delete;
-  Console& operator=(const Console&) = delete;
+  ConsoleLink(std::shared_ptr<Context> context, const HapticNames& names, std::vector<std::string> writers,
+              const loop::CrtkOptions& device);
+  ~ConsoleLink();
+  ConsoleLink(const ConsoleLink&) = delete;
+  ConsoleLink& operator=(const ConsoleLink&) = delete;
 
   /// The gates now. Called by the cycle: takes no lock and does not wait. An interference with the wrench frame since
   /// the last call sets `frame_unsure` once.
@@ -41,9 +41,9 @@ class Console {
   [[nodiscard]] double scale() const noexcept { return scale_.load(std::memory_order_relaxed); }
 
   /// Messages for the user since the last call, oldest first.
-  [[nodiscard]] std::vector<std::string> news();
+  [[nodiscard]] std::vector<std::string> take_events();
   /// Adds a message for the user; at most 100 are kept. From any thread.
-  void tell(std::string words);
+  void report(std::string words);
 
  private:
   enum Gate : unsigned {
@@ -55,59 +55,59 @@ class Console {
     kWriter = 32u,
     kOther = 64u,
     kCamera = 128u,
-    kDeaf = 256u  ///< no subscriber for the topic that sets the wrench frame
+    kNoFrameSubscriber = 256u  ///< no subscriber for the topic that sets the wrench frame
   };
   /// Another teleoperation component that uses the same leader.
   struct Teleop {
-    Teleop(Node& node, const std::string& name, Console& console);
+    Teleop(Node& node, const std::string& name, ConsoleLink& console);
     [[nodiscard]] bool on() const noexcept { return enabled || following; }
     std::string name;
     /// States reported by the component; `enabled` is assumed until reported otherwise.
     std::atomic<bool> following{false}, enabled{true};
-    std::atomic<bool> told{false};  ///< true once the component has reported its state
-    int looks = 0;                  ///< polls of the graph without a report
-    Ear<std_msgs::msg::Bool> following_ear;
-    Ear<std_msgs::msg::String> state_ear;
+    std::atomic<bool> reported{false};  ///< true once the component has reported its state
+    int polls = 0;                      ///< polls of the graph without a report
+    LatchedSubscriber<std_msgs::msg::Bool> following_sub;
+    LatchedSubscriber<std_msgs::msg::String> state_sub;
   };
 
   /// Sets a gate; returns true if its value has changed.
   bool set(Gate gate, bool on) noexcept;
   void follow(bool on);
-  void state(Gate gate, const std::string& arm, const crtk_msgs::msg::OperatingState& told);
-  void pedal(Gate gate, bool down, bool good);
+  void state(Gate gate, const std::string& arm, const crtk_msgs::msg::OperatingState& message);
+  void pedal(Gate gate, bool down, bool allows);
   void make_ready();
-  void set_back(Publisher<std_msgs::msg::Bool>& to, bool right, const char* words);
-  void look_round();
-  void look_for_writers();
-  void look_for_teleops();
+  void restore(Publisher<std_msgs::msg::Bool>& to, bool right, const char* words);
+  void poll_graph();
+  void find_writers();
+  void find_teleops();
 
   HapticNames names_;
   std::vector<std::string> writers_;
   const bool absolute_frame_;  ///< wrenches in the axes of the base; otherwise in those of the tip
   const bool needs_frame_;     ///< no force while the topic of the wrench frame has no subscriber
-  std::atomic<bool> meddled_{false};
+  std::atomic<bool> frame_changed_{false};
   std::atomic<unsigned> gates_{0};
   std::atomic<double> scale_{0.0};
-  std::mutex mutex_, telling_;  // guard news_ and stop_; the publishers
-  std::vector<std::string> news_;
+  std::mutex mutex_, publishing_;  // guard events_ and stop_; the publishers
+  std::vector<std::string> events_;
 
   Node node_;
   Publisher<std_msgs::msg::Bool> absolute_, gravity_;
-  Ear<std_msgs::msg::Bool> absolute_ear_, gravity_ear_;
-  Ear<crtk_msgs::msg::OperatingState> leader_;
-  std::optional<Ear<crtk_msgs::msg::OperatingState>> follower_;
-  Ear<sensor_msgs::msg::Joy> operator_, clutch_, camera_;
-  std::optional<Ear<std_msgs::msg::Bool>> following_;
-  std::optional<Ear<std_msgs::msg::Float64>> scale_ear_;
+  LatchedSubscriber<std_msgs::msg::Bool> absolute_sub_, gravity_sub_;
+  LatchedSubscriber<crtk_msgs::msg::OperatingState> leader_;
+  std::optional<LatchedSubscriber<crtk_msgs::msg::OperatingState>> follower_;
+  LatchedSubscriber<sensor_msgs::msg::Joy> operator_, clutch_, camera_;
+  std::optional<LatchedSubscriber<std_msgs::msg::Bool>> following_;
+  std::optional<LatchedSubscriber<std_msgs::msg::Float64>> scale_sub_;
   std::list<Teleop> others_;
   std::size_t listeners_ = 0;
-  int looks_ = 0;
+  int polls_ = 0;
   std::string other_;  ///< the last reported teleoperation that is on
   int nameless_ = 0;   ///< consecutive polls with a publisher whose node name is unknown
   Spinner spinner_;
   std::condition_variable woken_;
   bool stop_ = false;
-  std::thread looker_;
+  std::thread poller_;
 };
 
 }  // namespace palpate::ros

@@ -12,7 +12,7 @@ namespace palpate::ros {
 
 /// Grows in blocks that never move. Once all blocks are full, further entries are dropped.
 template <class T>
-class Notes {
+class Log {
  public:
   /// Appends an entry; from one thread only. Allocates once every kPiece entries.
   void add(const T& note) {

@@ -20,7 +20,7 @@ BALL = 0.016
 HAND = (245, 150, 30)
 
 
-class Console:
+class ControlPanel:
     """Sliders, pedal, buttons, and the ball at the leader's handle; each change sends new `Controls` to the loop."""
 
     def __init__(self, server: viser.ViserServer, stage: Stage, source: Source) -> None:
