@@ -19,21 +19,21 @@ wheel: setup
 
 setup: .venv/.ready
 
-# The demo needs the core, the viewer and the report.
+# The demo needs the core, the viewer and the report, not the simulated dVRK (a quarter of the compilation).
 .venv/.demo: pyproject.toml CMakeLists.txt | $(UV)
 	@command -v g++ >/dev/null || { echo "palpate: no C++ compiler (g++) found. Mend: sudo apt install g++"; exit 1; }
 	@python3 -c 'import os, sys, sysconfig; sys.exit(not os.path.exists(sysconfig.get_path("include") + "/Python.h"))' \
 	  || { echo "palpate: Python.h is missing beside $$(command -v python3). Mend: sudo apt install python3-dev"; exit 1; }
 	@echo "setting up, once: packages into .venv, then the C++ core (three minutes on two idle cores)"
 	@test -x .venv/bin/python || $(UV) venv --quiet --python "$$(command -v python3)" .venv
-	@$(UV) sync --extra viewer --extra report --no-default-groups --group build --inexact --quiet
+	@PALPATE_DVRK=OFF $(UV) sync --extra viewer --extra report --no-default-groups --group build --inexact --quiet
 	@touch $@
 
-# All other extras: ROS 2, calibration, clusters, tests. The ros-* wheels contain .egg-info folders of other names. uv
+# The simulated dVRK and all other extras: ROS 2, calibration, clusters, tests. The ros-* wheels contain .egg-info folders of other names. uv
 # takes these for unknown packages and would remove their modules: hence --inexact, and the folders are deleted.
 .venv/.ready: .venv/.demo
-	@echo "setting up, once: the packages of all extras and of the tests"
-	@$(UV) sync --all-extras --inexact --quiet
+	@echo "setting up, once: the simulated dVRK, the packages of all extras and of the tests"
+	@$(UV) sync --all-extras --inexact --reinstall-package palpate --quiet
 	@cd .venv/lib/python3*/site-packages && cat ros_*.dist-info/RECORD 2>/dev/null | grep -o '^[^/,]*\.egg-info' | sort -u | xargs -r rm -rf
 	@touch $@
 

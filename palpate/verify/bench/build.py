@@ -176,10 +176,10 @@ def _rows(log: Path) -> list[tuple[str, str]]:
 
 
 def _named(made: str) -> str:
-    """The source behind an object file: `core/palpate/arm/ik.cpp`, or the folder of a unit of several files."""
+    """The source behind an object file: `core/palpate/arm/ik.cpp`, or the name of a group of files compiled as one."""
     name = re.sub(r"^CMakeFiles/[^/]*\.dir/", "", made).removesuffix(".o")
-    unit = re.search(r"unity_.*?((?:core_palpate|simulators)_\w+?)_cxx", name)
-    return unit.group(1).replace("_", "/") + "/" if unit else name
+    unit = re.search(r"unity_(\w+)_cxx\.", name)
+    return unit.group(1).replace("__", "/") + "/" if unit else name
 
 
 def _headers() -> dict[str, int]:

@@ -29,7 +29,7 @@ def test_stopwatch_writes_cpu_time_and_returns_the_exit_code(tmp_path):
     [
         ("CMakeFiles/palpate_core.dir/core/palpate/arm/ik.cpp.o", "core/palpate/arm/ik.cpp"),
         (
-            "CMakeFiles/palpate_core.dir/Unity/unity__home_me_core_palpate_guidance_law_cxx.cxx.o",
+            "CMakeFiles/palpate_core.dir/Unity/unity_core__palpate__guidance__law_cxx.cxx.o",
             "core/palpate/guidance/law/",
         ),
         ("CMakeFiles/_core.dir/cmake_pch.hxx.gch", "cmake_pch.hxx.gch"),
