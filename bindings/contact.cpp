@@ -16,6 +16,7 @@
 #include "palpate/contact/paper_plane.hpp"
 #include "palpate/contact/tool.hpp"
 #include "palpate/force/force.hpp"
+#include "palpate/types/so3.hpp"
 #include "types.hpp"
 
 namespace nb = nanobind;
@@ -49,10 +50,9 @@ void move(scene::Object& object, const Poses& poses, std::size_t i, double rate)
     return Pose{X.topLeftCorner<3, 3>(), X.topRightCorner<3, 1>()};
   };
   const Pose now = pose(i), before = pose(i > 0 ? i - 1 : 0);
-  const Eigen::AngleAxisd turned(Mat3(now.R * before.R.transpose()));
+  const Vec3 turned = rotation_vector(now.R * before.R.transpose());
   object.X_WO = now;
-  object.motion = {
-      {(now.p - before.p) * rate, turned.axis() * turned.angle() * rate}, {}, now.p, static_cast<double>(i) / rate};
+  object.motion = {{(now.p - before.p) * rate, turned * rate}, {}, now.p, static_cast<double>(i) / rate};
 }
 
 /// Runs a prescribed tool path through the contact and force stages of the loop and times each update. The tool does

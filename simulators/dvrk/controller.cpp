@@ -5,6 +5,7 @@
 
 #include "dvrk/inverse.hpp"
 #include "dvrk/joints.hpp"
+#include "palpate/types/ldlt.hpp"
 
 namespace palpate::dvrk {
 namespace {
@@ -17,8 +18,7 @@ constexpr double kReach = 0.1;  // [m] farther beyond the joint limits, a Cartes
 JointVector joint_velocity(const Jacobian& J, const Vec6& V) noexcept {
   Mat6 A = J * J.transpose();
   A.diagonal().array() += 1e-9;
-  const Vec6 y = A.ldlt().solve(V);
-  return J.transpose() * y;
+  return J.transpose() * solve_ldlt(A, V);
 }
 
 }  // namespace

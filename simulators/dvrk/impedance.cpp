@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "palpate/types/so3.hpp"
+
 namespace palpate::dvrk {
 namespace {
 
@@ -19,11 +21,10 @@ Vec3 half_planes(const HalfPlane& positive, const HalfPlane& negative, const Vec
 }  // namespace
 
 Wrench impedance_wrench(const Impedance& goal, const Pose& X, const Twist& V) noexcept {
-  const Eigen::AngleAxisd turn(Mat3(goal.R_torque.transpose() * X.R));
   const Vec3 f = half_planes(goal.position_positive, goal.position_negative,
                              goal.R_force.transpose() * (X.p - goal.p_force), goal.R_force.transpose() * V.v);
-  const Vec3 t = half_planes(goal.orientation_positive, goal.orientation_negative, turn.angle() * turn.axis(),
-                             goal.R_torque.transpose() * V.w);
+  const Vec3 t = half_planes(goal.orientation_positive, goal.orientation_negative,
+                             rotation_vector(goal.R_torque.transpose() * X.R), goal.R_torque.transpose() * V.w);
   return {goal.R_force * f, goal.R_torque * t};
 }
 

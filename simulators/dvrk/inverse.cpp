@@ -3,6 +3,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "palpate/types/ldlt.hpp"
+#include "palpate/types/so3.hpp"
+
 namespace palpate::dvrk {
 namespace {
 
@@ -71,9 +74,8 @@ JointVector unlimited(arm::Arm& model, const Pose& X_0T, JointVector q) noexcept
   const JointVector rest = JointVector::Zero(q.size());
   for (int k = 0; k < 12; ++k) {
     model.update(q, rest);
-    const Eigen::AngleAxisd turn(Mat3(X_0T.R * model.tip().R.transpose()));
     Vec6 e;
-    e << (X_0T.p - model.tip().p) / kLength, turn.angle() * turn.axis();
+    e << (X_0T.p - model.tip().p) / kLength, rotation_vector(X_0T.R * model.tip().R.transpose());
     Jacobian J = model.jacobian();
     J.topRows<3>() /= kLength;
     if (!model.orients()) {
@@ -83,7 +85,7 @@ JointVector unlimited(arm::Arm& model, const Pose& X_0T, JointVector q) noexcept
     if (e.squaredNorm() < 1e-14) break;
     Mat6 A = J * J.transpose();
     A.diagonal().array() += 1e-12 + kDamping * e.squaredNorm();
-    const Vec6 y = A.ldlt().solve(e);
+    const Vec6 y = solve_ldlt(A, e);
     double longest = kMostStep;
     for (Eigen::Index j = 0; j < q.size(); ++j) longest = std::max(longest, std::abs(J.col(j).dot(y)));
     for (Eigen::Index j = 0; j < q.size(); ++j) q[j] += kMostStep / longest * J.col(j).dot(y);

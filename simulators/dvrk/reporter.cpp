@@ -1,5 +1,7 @@
 #include "dvrk/reporter.hpp"
 
+#include "palpate/types/ldlt.hpp"
+
 namespace palpate::dvrk {
 namespace {
 
@@ -32,7 +34,7 @@ Wrench rotated(const Mat3& R, const Wrench& F) noexcept { return {R * F.f, R * F
 Wrench wrench_of(const Jacobian& J, const JointVector& tau) noexcept {
   Mat6 A = J * J.transpose();
   A.diagonal().array() += 1e-9;
-  const Vec6 b = J * tau, F = A.ldlt().solve(b);
+  const Vec6 F = solve_ldlt(A, J * tau);
   return {F.head<3>(), F.tail<3>()};
 }
 

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "dvrk/teleop.hpp"
+#include "palpate/types/so3.hpp"
 
 namespace palpate::dvrk {
 namespace {
@@ -10,7 +11,7 @@ constexpr double kReadyTimeout = 60.0;  // [s] timeout for homing the arms
 constexpr double kAlignPeriod = 0.01;   // [s] between two goals for the MTM
 constexpr double kRemind = 2.0;         // [s] between two warnings about alignment or readiness
 
-double angle(const Mat3& R) noexcept { return Eigen::AngleAxisd(R).angle(); }
+double angle(const Mat3& R) noexcept { return rotation_vector(R).norm(); }
 
 Mat3 normalised(const Mat3& R) noexcept { return Eigen::Quaterniond(R).normalized().toRotationMatrix(); }
 

@@ -77,9 +77,7 @@ inline Vec6 displacement(const Pose& X_a, const Pose& X_b) noexcept {
 
 /// X displaced by y: the inverse of displacement().
 inline Pose displaced(const Pose& X, const Vec6& y) noexcept {
-  const Vec3 theta = y.tail<3>() / kLength;
-  const double angle = theta.norm();
-  return {angle > 0.0 ? Mat3(Eigen::AngleAxisd(angle, theta / angle) * X.R) : X.R, X.p + y.head<3>()};
+  return {rotation_by(y.tail<3>() / kLength) * X.R, X.p + y.head<3>()};
 }
 
 }  // namespace palpate::guidance

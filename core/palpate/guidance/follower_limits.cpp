@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "palpate/types/ldlt.hpp"
+
 namespace palpate::guidance {
 namespace {
 
@@ -22,8 +24,7 @@ void FollowerLimits::begin(const Pose& X_WT, const Input& in) noexcept {
   inverse_ = in.tool.joints->J_WT;
   inverse_.bottomRows<3>() *= kLength;
   const Mat6 A = inverse_ * inverse_.transpose() + kDamping * kDamping * Mat6::Identity();
-  const Eigen::LDLT<Mat6> factors(A);
-  for (Eigen::Index k = 0; k < inverse_.cols(); ++k) inverse_.col(k) = factors.solve(Vec6(inverse_.col(k)));
+  solve_ldlt(A, inverse_);
 }
 
 // The fraction of a step of the goal that the joints can follow in one period. Beyond it single joints would saturate,

@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "palpate/types/so3.hpp"
+
 namespace palpate::guidance {
 namespace {
 
@@ -79,8 +81,8 @@ void LiveFrame::see(double t) noexcept {
     (void)get(now);
     interval_ = seen_ > 0 ? t - t_update_ : 0.0;
     const bool often = interval_ > 0.0 && interval_ < kMaxInterval;
-    const Eigen::AngleAxisd turned(Mat3(now.X_WF.R * X_seen_.R.transpose()));
-    if (often) V = {(now.X_WF.p - X_seen_.p) / interval_, turned.angle() / interval_ * turned.axis()};
+    const Vec3 turned = rotation_vector(now.X_WF.R * X_seen_.R.transpose());
+    if (often) V = {(now.X_WF.p - X_seen_.p) / interval_, turned / interval_};
     const bool follows = often && V.v.norm() <= kMaxSpeed && V.w.norm() <= kMaxTurnRate;
     const bool jumped = !follows && (now.X_WF.p != X_seen_.p || now.X_WF.R != X_seen_.R);
     if (jumped) V = {}, t_jump_ = t;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "palpate/types/index.hpp"
+#include "palpate/types/ldlt.hpp"
 
 namespace palpate::guidance {
 namespace {
@@ -170,7 +171,7 @@ void Qp::least_violation() noexcept {
       H.noalias() += w * a * a.transpose();
       g += w * lacks * a;
     }
-    const Vec6 change = H.ldlt().solve(g);
+    const Vec6 change = solve_ldlt(H, g);
     if (!change.allFinite()) return;
     y += change;
     if (change.norm() < kTolerance) return;

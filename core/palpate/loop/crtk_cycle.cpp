@@ -9,6 +9,7 @@
 #include "palpate/loop/reach.hpp"
 #include "palpate/loop/record.hpp"
 #include "palpate/types/low_pass.hpp"
+#include "palpate/types/so3.hpp"
 
 namespace palpate::loop {
 namespace {
@@ -80,10 +81,10 @@ void CrtkCycle::leader_pose(double stamp, const Vec3& p_LH, const Eigen::Vector4
   const bool known = leader_.received();
   if (!leader_.stamp(stamp, now) || !leader_.pose(p_LH, quat_LH, in_.handle.X_LH)) return;
   if (const double dt = leader_.interval(); known && dt > 0.0) {
-    const Eigen::AngleAxisd turn(in_.handle.X_LH.R * last.R.transpose());
+    const Vec3 turn = rotation_vector(in_.handle.X_LH.R * last.R.transpose());
     const double share = low_pass_coefficient(kTwistCutoff, dt);
     V_differenced_.v += share * ((in_.handle.X_LH.p - last.p) / dt - V_differenced_.v);
-    V_differenced_.w += share * (turn.angle() / dt * turn.axis() - V_differenced_.w);
+    V_differenced_.w += share * (turn / dt - V_differenced_.w);
   }
 }
 

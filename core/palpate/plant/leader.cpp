@@ -13,6 +13,7 @@
 #include "palpate/plant/encoders.hpp"
 #include "palpate/types/pack.hpp"
 #include "palpate/types/random.hpp"
+#include "palpate/types/so3.hpp"
 
 namespace palpate::plant {
 namespace {
@@ -67,10 +68,7 @@ void check_values(const LeaderOptions& o, const HandOptions& h) {
 }
 
 /// Rotation vector from R_from to R_to, in the axes in which both are expressed.
-Vec3 turn_between(const Mat3& R_from, const Mat3& R_to) noexcept {
-  const Eigen::AngleAxisd turn(R_to * R_from.transpose());
-  return turn.angle() * turn.axis();
-}
+Vec3 turn_between(const Mat3& R_from, const Mat3& R_to) noexcept { return rotation_vector(R_to * R_from.transpose()); }
 
 /// Copies all lanes: faster than as many numbers as the vector has.
 void copy(const JointVector& from, JointVector& to) noexcept {

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "palpate/types/so3.hpp"
+
 namespace palpate::scene {
 namespace {
 
@@ -25,11 +27,6 @@ State at(const Motion& m, double t) noexcept {
   return now;
 }
 
-Mat3 rotation(const Vec3& theta) noexcept {
-  const double angle = theta.norm();
-  return angle > 0.0 ? Eigen::AngleAxisd(angle, theta / angle).toRotationMatrix() : Mat3::Identity();
-}
-
 /// Angular velocity of the rotation R(theta) for a changing theta: the left Jacobian of SO(3) times theta_dot [rad/s].
 Vec3 angular_velocity_of(const Vec3& theta, const Vec3& theta_dot) noexcept {
   const double a = theta.norm();
@@ -45,7 +42,7 @@ Vec3 angular_velocity_of(const Vec3& theta, const Vec3& theta_dot) noexcept {
 Pose Motion::pose(const Pose& X_WO, double t) const noexcept {
   if (is_static()) return X_WO;
   const State now = at(*this, t);
-  const Mat3 R = rotation(now.theta);
+  const Mat3 R = rotation_by(now.theta);
   return {R * X_WO.R, R * (X_WO.p - about) + about + now.s};
 }
 

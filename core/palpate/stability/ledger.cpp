@@ -1,12 +1,13 @@
 #include "palpate/stability/ledger.hpp"
 
+#include "palpate/types/so3.hpp"
+
 namespace palpate::stability {
 
 const Energy& Ledger::step(const Pose& X_LH, const PortForces& forces, double spring) noexcept {
   if (started_) {
     const Vec3 dx = X_LH.p - X_LH_.p;
-    const Eigen::AngleAxisd rotation(X_LH.R * X_LH_.R.transpose());
-    const Vec3 turn = rotation.angle() * rotation.axis();
+    const Vec3 turn = rotation_vector(X_LH.R * X_LH_.R.transpose());
     book(line_.acting(0), dx, turn, 1.0 - line_.fraction());
     if (line_.fraction() > 0.0) book(line_.acting(1), dx, turn, line_.fraction());
   }

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "palpate/types/require.hpp"
+#include "palpate/types/so3.hpp"
 
 namespace palpate::stability {
 namespace {
@@ -57,8 +58,7 @@ void Observer::step(const Pose& X_LH, const Twist& V_LH, double dissipated) noex
   Vec3 dx = X_LH.p - X_LH_.p;
   const double far = dx.norm();
   dx *= far > play ? 1.0 - play / far : 0.0;
-  const Eigen::AngleAxisd rotation(X_LH.R * X_LH_.R.transpose());
-  const Vec3 turn = rotation.angle() * rotation.axis();
+  const Vec3 turn = rotation_vector(X_LH.R * X_LH_.R.transpose());
   X_LH_ = {X_LH.R, X_LH_.p + dx};
 
   const double fraction = line_.fraction();

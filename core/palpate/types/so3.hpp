@@ -1,16 +1,14 @@
-// Logarithm of a rotation.
+// Rotation vectors: the axis of a rotation times its angle. Not inline, since every inlined copy of Eigen's conversions
+// takes a third of a second to compile.
 #pragma once
-
-#include <Eigen/Geometry>
 
 #include "palpate/types/spatial.hpp"
 
 namespace palpate {
 
-/// Rotation vector of R: the axis times the angle, with the angle between 0 and pi [rad].
-[[nodiscard]] inline Vec3 rotation_vector(const Mat3& R) noexcept {
-  const Eigen::AngleAxisd rotation(R);
-  return rotation.angle() * rotation.axis();
-}
+/// Rotation vector of R, with an angle between 0 and pi [rad]: the logarithm of SO(3).
+[[nodiscard]] Vec3 rotation_vector(const Mat3& R) noexcept;
+/// Rotation by the rotation vector theta [rad]: the exponential of SO(3).
+[[nodiscard]] Mat3 rotation_by(const Vec3& theta) noexcept;
 
 }  // namespace palpate

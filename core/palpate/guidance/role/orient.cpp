@@ -13,6 +13,7 @@
 #include <stdexcept>
 
 #include "palpate/guidance/fixture.hpp"
+#include "palpate/types/so3.hpp"
 
 namespace palpate::guidance {
 namespace {
@@ -23,12 +24,6 @@ Vec3 turn(const Vec3& a, const Vec3& b) noexcept {
   const double sine = side.norm(), angle = std::atan2(sine, a.dot(b));
   return sine > 1e-9 ? Vec3(angle / sine * side)
                      : Vec3(a.dot(b) > 0.0 ? side : Vec3(std::numbers::pi * a.unitOrthogonal()));
-}
-
-/// The rotation vector of R.
-Vec3 turn(const Mat3& R) noexcept {
-  const Eigen::AngleAxisd rotation(R);
-  return rotation.angle() * rotation.axis();
 }
 
 class Orient final : public Role {
@@ -43,7 +38,7 @@ class Orient final : public Role {
     const Vec3 pointing = R * axis_;
     const double w = target_ == Target::normal ? derivatives.normal.norm() : 1.0;
     const Vec3 n = w > 0.0 ? Vec3(derivatives.normal / w) : Vec3(Vec3::Zero());
-    const Vec3 theta = target_ == Target::frame    ? turn(Mat3(query.attitude * R.transpose()))
+    const Vec3 theta = target_ == Target::frame    ? rotation_vector(query.attitude * R.transpose())
                        : target_ == Target::normal ? turn(pointing, Vec3(-n))
                                                    : turn(pointing, Vec3(query.attitude.col(2)));
     const double far = theta.norm();
