@@ -6,5 +6,11 @@ an arm, `camera` a camera from the tool tip seen in it, and `pivot` the tip of a
 
 from palpate.registration.fiducials import PointRegistration as PointRegistration
 from palpate.registration.fiducials import points as points
+from palpate.registration.hand_eye import HandEye as HandEye
+from palpate.registration.hand_eye import handeye as handeye
+from palpate.registration.tip import Pivot as Pivot
+from palpate.registration.tip import pivot as pivot
+from palpate.registration.tip_seen import CameraRegistration as CameraRegistration
+from palpate.registration.tip_seen import camera as camera
 
-__all__ = ["PointRegistration", "points"]
+__all__ = ["CameraRegistration", "HandEye", "Pivot", "PointRegistration", "camera", "handeye", "pivot", "points"]

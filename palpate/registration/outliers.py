@@ -8,9 +8,8 @@ import numpy as np
 
 from palpate.arrays import Array
 from palpate.arrays.rigid import transform
+from palpate.registration.deletion import FALSE_ALARM, Linearised, deletions
 from palpate.registration.fit import Indices, chi_square, information, jacobians, residual_covariances, solve
-
-FALSE_ALARM = 0.003  # share of sets without a wrong marker in which one is named
 
 
 @dataclass(frozen=True)
@@ -57,30 +56,13 @@ def without(pairs: Matched, i: int) -> tuple[Array, float, float]:
 
 
 def find(pairs: Matched, known: bool, false_alarm: float = FALSE_ALARM) -> list[int]:
-    """Indices of wrong markers, by sequential deletion with the decision at the end (Rosner, Technometrics 25, 1983).
+    """Indices of wrong markers (`deletions`)."""
 
-    Each step deletes the point that the others predict worst. The test value of a point is its squared Mahalanobis
-    distance from that prediction: chi-square with 3 degrees of freedom if the localisation error is `known`, and F with
-    3 and 3 (n - 1) - 6 if it is estimated from the other points. The last step whose Bonferroni-corrected probability
-    is below `false_alarm` decides, so that two wrong markers do not hide each other.
-    """
-    left, deleted, found = list(range(len(pairs))), [], 0
-    for step in range(min(len(pairs) - 3, (len(pairs) - 1) // 2)):
-        tests = [_probability(pairs[left], k, known) for k in range(len(left))]
-        worst = int(np.argmin(tests))
-        found = step + 1 if len(left) * tests[worst] < false_alarm else found
-        deleted.append(left.pop(worst))
-    kept = [k for k in range(len(pairs)) if k not in deleted[:found]]
-    for k in reversed(deleted[:found]):  # an early deletion may have been the effect of a later one
-        if len(pairs) * _probability(pairs[[*kept, k]], len(kept), known) >= false_alarm:
-            kept.append(k)
-    return sorted(set(range(len(pairs))) - set(kept))
+    def linearised(rows: list[int]) -> Linearised:
+        part = pairs[rows]
+        X = part.solve()
+        L = np.linalg.inv(np.linalg.cholesky(part.S(X)))
+        residuals = part.fixed - transform(X, part.moving)
+        return Linearised((L @ residuals[..., None])[..., 0], L @ jacobians(X, part.moving))
 
-
-def _probability(pairs: Matched, i: int, known: bool) -> float:
-    """Probability of a residual of point i at least as large as the one found, if the point is right."""
-    from scipy.special import chdtrc, fdtrc
-
-    _, d, q = without(pairs, i)
-    freedom = 3 * (len(pairs) - 1) - 6
-    return float(chdtrc(3, d) if known else fdtrc(3, freedom, d / 3.0 / max(q / freedom, 1e-300)))
+    return deletions(len(pairs), 3, linearised, known, false_alarm)
