@@ -8,9 +8,22 @@ from palpate.registration.fiducials import PointRegistration as PointRegistratio
 from palpate.registration.fiducials import points as points
 from palpate.registration.hand_eye import HandEye as HandEye
 from palpate.registration.hand_eye import handeye as handeye
+from palpate.registration.surfaces import SurfaceRegistration as SurfaceRegistration
+from palpate.registration.surfaces import surface as surface
 from palpate.registration.tip import Pivot as Pivot
 from palpate.registration.tip import pivot as pivot
 from palpate.registration.tip_seen import CameraRegistration as CameraRegistration
 from palpate.registration.tip_seen import camera as camera
 
-__all__ = ["CameraRegistration", "HandEye", "Pivot", "PointRegistration", "camera", "handeye", "pivot", "points"]
+__all__ = [
+    "CameraRegistration",
+    "HandEye",
+    "Pivot",
+    "PointRegistration",
+    "SurfaceRegistration",
+    "camera",
+    "handeye",
+    "pivot",
+    "points",
+    "surface",
+]

@@ -13,11 +13,13 @@ from palpate.arrays.rigid import rigid, transform
 from palpate.errors import MissingExtraError, RegistrationError
 from palpate.registration import checks, icp, predict, trust
 from palpate.registration.clouds import Cloud
+from palpate.registration.fit import Indices
 
 _COARSE, _MIDDLE, _FINE = 150, 400, 4000  # points of the moving cloud in the three stages
 _NEAR = 64  # starts around a rough pose
 _KEPT = 10  # minima that are followed into the second stage
-_APART = 3e-3  # poses closer than this are one minimum [m]
+_LAST = 10  # robust steps at the end
+_APART = 3.0  # poses closer than this many noises of a point are one minimum
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,7 @@ class SurfaceRegistration:
     tre: Array  #: (K,) predicted rms error at each target [m]
     covariance: Array  #: (6, 6) of the displacement of X (NOTATION.md)
     explained: float  #: share of the moving points within three standard deviations of the surface
-    outliers: Array  #: indices of the other points
+    outliers: Indices  #: indices of the other points
     trusted: bool  #: False if the answer must be taken as wrong
     doubts: tuple[str, ...]  #: why it is not trusted
     targets: tuple[predict.Target, ...]
@@ -52,7 +54,7 @@ def surface(
     """The pose that lays a partial cloud onto a surface, and whether it can be trusted.
 
     Many starts are refined at once by robust point-to-plane steps on few points; the best distinct minima are refined
-    with more points, and the best of these by small_gicp with all.
+    with more points, and the best of these by small_gicp with all, and by robust steps that leave the outliers out.
 
     Args:
         moving: cloud (N, 3) [m].
@@ -83,6 +85,7 @@ def surface(
         starts = icp.starts_near(X0, m.points, angle, reach, _NEAR)
     X, cost, order = _minima(starts, m, f, floor)
     best = _refined(X[order[0]], m, f, 4.0 * floor)
+    best = icp.iterate(best[None], m.thinned(_FINE), f, sigma, _LAST)[0][0]  # outliers pull small_gicp's answer
     verdict = trust.judge(best, m, f, sigma, overlap)
     ratio, rival = np.inf, None
     if len(order) > 1:
@@ -101,11 +104,14 @@ def _minima(starts: Array, m: Cloud, f: Cloud, floor: float) -> tuple[Array, Arr
     """Poses of the distinct minima, their costs over the whole cloud [m^2], and their order."""
     few, more, many = (m.thinned(n) for n in (_COARSE, _MIDDLE, _FINE))
     coarse = Cloud(f.thinned(5000))
+    if len(starts) > _NEAR:
+        starts, cost = icp.iterate(starts, few[::2], Cloud(f.thinned(1500)), 4.0 * floor, 4)
+        starts = starts[np.argsort(cost)[:_NEAR]]
     X, cost = icp.iterate(starts, few, coarse, 2.0 * floor, 12)
-    keep = icp.distinct(X, cost, few, 2.0 * _APART)[:_KEPT]
+    keep = icp.distinct(X, cost, few, 2.0 * _APART * floor)[:_KEPT]
     X, _ = icp.iterate(X[keep], more, f, floor, 15)
     cost = icp.costs(X, many, f, floor)
-    return X, cost, icp.distinct(X, cost, many, _APART)
+    return X, cost, icp.distinct(X, cost, many, _APART * floor)
 
 
 def _refined(X: Array, m: Cloud, f: Cloud, gate: float) -> Array:

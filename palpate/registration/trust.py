@@ -9,11 +9,13 @@ import numpy as np
 from palpate.arrays import Array
 from palpate.arrays.rigid import point_jacobian, transform
 from palpate.registration.clouds import Cloud
+from palpate.registration.fit import Indices
 
 LARGEST_SCALE = 1.35  # spread of the residuals over the noise of the clouds
-LARGEST_PATCH = 1.8  # rms of patch means over their standard deviation, which is 1 in a right answer
-LARGEST_ERROR = 3e-3  # predicted rms error of the cloud's points [m]
+LARGEST_PATCH = 2.0  # rms of patch means over their standard deviation, which is 1 in a right answer
+LARGEST_ERROR = 3.0  # predicted rms error of the cloud's points over the noise
 SMALLEST_RIVAL = 1.15  # cost of the second best minimum over the best
+_SHARED = 2.0  # factor of the variance: neighbours share the errors of a normal (palpate study registration)
 _PATCH = 30  # points of a patch
 
 
@@ -23,7 +25,7 @@ class Verdict:
 
     rms: float  #: of the explained points, along the normal [m]
     explained: float  #: share of points within three standard deviations
-    outliers: Array  #: indices of the others
+    outliers: Indices  #: indices of the others
     covariance: Array  #: (6, 6)
     scale: float  #: robust spread of the residuals over the noise
     patches: float  #: rms of patch means over their standard deviation
@@ -45,7 +47,7 @@ def judge(X: Array, m: Cloud, f: Cloud, sigma: float, overlap: float) -> Verdict
     good = (np.abs(r) < 3.0 * sigma) & (lateral < 4.0 * f.spacing + 3.0 * sigma)
     arms = moved[good] - X[:3, 3]
     J = np.hstack([n[good], np.cross(arms, n[good])])
-    C = sigma**2 * np.linalg.pinv(J.T @ J)
+    C = _SHARED * sigma**2 * np.linalg.pinv(J.T @ J)
     some = arms[:: max(1, len(arms) // 50)]
     error = float(np.sqrt(np.mean([np.trace(K @ C @ K.T) for K in map(point_jacobian, some)]))) if len(some) else np.inf
     near = r[d < 6.0 * sigma + 2.0 * f.spacing]
@@ -55,7 +57,7 @@ def judge(X: Array, m: Cloud, f: Cloud, sigma: float, overlap: float) -> Verdict
     return Verdict(
         rms=float(np.sqrt(np.square(r[good]).mean())) if good.any() else float("inf"), explained=explained,
         outliers=np.flatnonzero(~good), covariance=np.asarray(C), scale=scale, patches=patches, error=error,
-        doubts=_doubts(explained, overlap, scale, patches, error),
+        doubts=_doubts(explained, overlap, scale, patches, error, sigma),
     )  # fmt: skip
 
 
@@ -68,7 +70,7 @@ def _patches(points: Array, z: Array) -> float:
     return float(np.sqrt(np.square(means).mean()))
 
 
-def _halved(points: Array, rows: Array) -> list[Array]:
+def _halved(points: Array, rows: Indices) -> list[Indices]:
     """Patches of neighbours: the rows halved along their longest axis until they are small."""
     if len(rows) < 2 * _PATCH:
         return [rows]
@@ -77,15 +79,17 @@ def _halved(points: Array, rows: Array) -> list[Array]:
     return _halved(points, order[: len(order) // 2]) + _halved(points, order[len(order) // 2 :])
 
 
-def _doubts(explained: float, overlap: float, scale: float, patches: float, error: float) -> tuple[str, ...]:
+def _doubts(
+    explained: float, overlap: float, scale: float, patches: float, error: float, sigma: float
+) -> tuple[str, ...]:
     found = []
     if explained < overlap:
         found.append(f"{100 * explained:.0f} % of the points lie on the surface, {100 * overlap:.0f} % are expected")
     if scale > LARGEST_SCALE:
         found.append(f"the residuals are {scale:.2g} times as large as the noise of the clouds")
     if patches > LARGEST_PATCH:
-        found.append(f"neighbouring residuals agree: patch means are {patches:.2g} times as large as the noise explains")
-    if error > LARGEST_ERROR:
+        found.append(f"neighbouring residuals agree: patch means are {patches:.2g} times what the noise explains")
+    if error > LARGEST_ERROR * sigma:
         found.append(f"the cloud can slide along the surface: its points are uncertain by {1e3 * error:.1f} mm rms")
     return tuple(found)
 
