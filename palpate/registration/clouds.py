@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from palpate.arrays import Array
 
@@ -57,7 +58,7 @@ class Cloud:
         return np.asarray(self.points[np.random.default_rng(0).permutation(len(self.points))[:n]])
 
 
-def sampled(vertices: Array, triangles: Array, n: int, seed: int = 0) -> Array:
+def sampled(vertices: Array, triangles: npt.NDArray[np.integer], n: int, seed: int = 0) -> Array:
     """Points (n, 3) spread evenly by area over a mesh with vertices (V, 3) [m] and triangles (T, 3)."""
     rng = np.random.default_rng(seed)
     a, b, c = (vertices[triangles[:, i]] for i in range(3))
