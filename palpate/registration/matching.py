@@ -15,6 +15,7 @@ from palpate.registration.fit import Indices, closed_form
 _BASES, _KEPT = 8, 40  # triples of moving points that are tried, and hypotheses followed from each
 _GATE = 0.05  # largest distance of partners relative to the extent, where the localisation error is unknown
 _SIGMAS = 8.0  # the same in localisation errors, where it is known
+_POOR = 0.2  # rms residual over the largest distance of partners above which mirror images are tried
 _WRONG = 0.005  # a wrong marker may be this far from its place and is still matched, to be named afterwards [m]
 _RIVAL = 3.0  # a second correspondence within this factor of the best cost makes the answer ambiguous
 
@@ -37,16 +38,22 @@ def partners(moving: Array, fixed: Array, fle: float | None = None) -> Indices:
     """
     gate = _GATE * 2.0 * min(checks.extent(moving), checks.extent(fixed)) if fle is None else max(_SIGMAS * fle, _WRONG)
     found = _search(moving, fixed, gate)
-    mirrored = _search(moving * [1.0, 1.0, -1.0], fixed, gate)
     best, cost = found[0]
-    if mirrored[0][1] < 0.2 * cost and (mirrored[0][0] >= 0).sum() > max(3, 0.5 * min(len(moving), len(fixed))):
-        raise checks.mirror_error(*(float(np.sqrt(c / len(moving))) for c in (cost, mirrored[0][1])))
+    if cost > len(moving) * (_POOR * gate) ** 2:
+        _refuse_mirrored(moving, fixed, gate, cost)
     _check(best, moving, fixed, gate)
     floor = 0.0 if fle is None else 3.0 * fle**2 * len(moving)
     rivals = [other for other, c in found[1:] if c < _RIVAL * max(cost, floor) + 1e-18]
     if rivals:
         raise _ambiguous(best, rivals[0])
     return best
+
+
+def _refuse_mirrored(moving: Array, fixed: Array, gate: float, cost: float) -> None:
+    """Raise the error of mirrored sets if the mirror image of the moving points fits much better."""
+    partner, mirrored = _search(moving * [1.0, 1.0, -1.0], fixed, gate)[0]
+    if mirrored < 0.2 * cost and (partner >= 0).sum() > max(3, 0.5 * min(len(moving), len(fixed))):
+        raise checks.mirror_error(float(np.sqrt(cost / len(moving))), float(np.sqrt(mirrored / len(moving))))
 
 
 def _search(moving: Array, fixed: Array, gate: float) -> list[tuple[Indices, float]]:

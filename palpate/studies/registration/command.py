@@ -20,9 +20,9 @@ class Command(SweepStudy):
 
     layouts: int = 20
     """Number of layouts of eight markers, each with isotropic and anisotropic errors [-]."""
-    trials: int = 500
+    trials: int = 300
     """Number of trials with unknown correspondence, wrong markers and hand-eye views, each [-]."""
-    clouds: int = 100
+    clouds: int = 60
     """Number of partial views of each kind [-]."""
     seed: int = 1
     """Seed of all trials [-]."""

@@ -28,7 +28,7 @@ def draw(found: Found, folder: Path) -> Path:
 
 def picture(found: Found, canvas: Canvas) -> Figure:
     """Three panels: predicted against simulated error, ellipses around targets, and the liver."""
-    figure = Figure(figsize=(canvas.width, 3.6), layout="constrained")
+    figure = Figure(figsize=(canvas.width, 4.2), layout="constrained")
     left, middle, right = figure.subplots(1, 3)
     _predicted(left, found)
     _ellipses(middle)
@@ -46,8 +46,12 @@ def _predicted(axes: Axes, found: Found) -> None:
     axes.plot(line, line, color=INK, lw=0.8)
     axes.fill_between(line, 0.9 * line, 1.1 * line, color=MUTED, alpha=0.2, lw=0, label="within 10 %")
     axes.set(xlabel="simulated TRE, rms [mm]", ylabel="predicted TRE, rms [mm]", xlim=line, ylim=line)
-    axes.set_title("8 markers, FLE 0.25 mm, target 100 mm away", loc="left")
-    axes.legend(loc="upper left")
+    axes.set_title("8 markers, FLE 0.25 mm, target at 100 mm", loc="left")
+    _legend(axes)
+
+
+def _legend(axes: Axes) -> None:
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), handlelength=1.2)
 
 
 def _ellipses(axes: Axes) -> None:
@@ -70,7 +74,7 @@ def _ellipses(axes: Axes) -> None:
     axes.plot([], [], color=JOINTS[0], label="predicted, 95 %")
     axes.set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal")
     axes.set_title(f"Target errors, {_LARGER:g} times larger", loc="left")
-    axes.legend(loc="lower right")
+    _legend(axes)
 
 
 def _liver(axes: Axes) -> None:
@@ -91,4 +95,4 @@ def _liver(axes: Axes) -> None:
         axes.plot([], [], "o", ms=4, color=color, label=label)
     axes.set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal")
     axes.set_title("Partial liver, noise 1 mm, 5 % outliers", loc="left")
-    axes.legend(loc="lower right")
+    _legend(axes)

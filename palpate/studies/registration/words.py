@@ -74,6 +74,7 @@ def line_of_real(real: Real | None) -> str:
         return "real pair of clouds: skipped, the data are absent (PALPATE_DATA)"
     return (
         f"real Kinect pair, moved by {1e3 * real['moved_m']:.0f} mm: {100 * real['explained']:.0f} % of "
-        f"{real['points']} points explained, {1e3 * real['rms_m']:.1f} mm rms; {1e3 * real['from_small_gicp_m']:.1f} mm and "
-        f"{np.degrees(real['from_small_gicp_rad']):.2f} deg from small_gicp's GICP"
+        f"{real['points']} points explained, {1e3 * real['rms_m']:.1f} mm rms; "
+        f"{1e3 * real['from_small_gicp_m']:.1f} mm and {np.degrees(real['from_small_gicp_rad']):.2f} deg "
+        "from small_gicp's GICP"
     )

@@ -63,14 +63,13 @@ def _mean(values: Any) -> float | None:
 def _predicted(rows: list[Row]) -> Predicted:
     reference = _column(rows, "closed_form_m")
     isotropic = bool((reference > 0.0).all())
+    closed = np.abs(_column(rows, "predicted_m") / np.maximum(reference, 1e-12) - 1.0)
     return {
         "layouts": len(rows),
         "p95_m": float(_column(rows, "p95_m").mean()),
         "largest_p95_m": float(_column(rows, "p95_m").max()),
         "largest_error": float(np.abs(_column(rows, "error")).max()),
-        "largest_from_closed_form": float(np.abs(_column(rows, "predicted_m") / reference - 1.0).max())
-        if isotropic
-        else None,
+        "largest_from_closed_form": float(closed.max()) if isotropic else None,
         "largest_from_horn": float(_column(rows, "from_horn").max()) if isotropic else None,
     }
 
