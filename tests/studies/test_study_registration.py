@@ -1,4 +1,4 @@
-"""`palpate study registration`: its keys, its judges, and a short version of its figures."""
+"""`palpate study registration`: its keys, its references, and a short version of its figures."""
 
 import json
 
@@ -11,7 +11,7 @@ from palpate.arrays.plain import plain
 from palpate.registration import fit
 from palpate.registration.clouds import sampled
 from palpate.shapes.organ import gallbladder, organ
-from palpate.studies.registration import fiducials, figures, judges, surfaces, views, words, work
+from palpate.studies.registration import fiducials, figures, references, surfaces, views, words, work
 from palpate.sweep import sweep
 
 
@@ -31,7 +31,7 @@ def serial(fn, grid, seed, *, title, where=None):
 
 
 def test_short_study(small, tmp_path):
-    found = json.loads(json.dumps(plain(work.run(serial, 1, 2, 1, 1)), allow_nan=False))
+    found = json.loads(json.dumps(plain(work.run(serial, 1, 2, 1, 1, 1)), allow_nan=False))
     assert set(found) == json_contract.keys("study registration")
     for part in ("predicted", "unknown", "wrong_marker", "surface", "handeye"):
         listed = json_contract.keys_of("study registration", f"`{part}`")
@@ -40,6 +40,8 @@ def test_short_study(small, tmp_path):
     assert found["predicted"]["isotropic"]["largest_from_horn"] < 1e-9
     assert found["surface"]["rough"]["converged"] == 1.0
     assert found["wrong_told"] == 1.0
+    assert set(found["touched"]) <= json_contract.keys_of("study registration", "`touched`")
+    assert found["touched"]["simulated_m"] < 1.5e-3
     assert found["real"] is None
     assert "skipped" in words.line_of_real(found["real"])
     assert words.table(found).row_count > 10
@@ -50,9 +52,9 @@ def test_horn_finds_the_pose_and_not_a_wrong_one():
     rng = np.random.default_rng(0)
     m, X = fiducials.layout(rng), fiducials.pose(rng)
     f = rigid.transform(X, m)
-    assert judges.horn(m, f) == pytest.approx(X, abs=1e-12)
+    assert references.horn(m, f) == pytest.approx(X, abs=1e-12)
     wrong = rigid.displaced(X, [0, 0, 0, 1e-3, 0, 0])
-    assert np.abs(judges.horn(m, f) - wrong).max() > 1e-4
+    assert np.abs(references.horn(m, f) - wrong).max() > 1e-4
 
 
 def test_closed_form_of_fitzpatrick_agrees_with_simulation():
@@ -60,12 +62,12 @@ def test_closed_form_of_fitzpatrick_agrees_with_simulation():
     rng = np.random.default_rng(1)
     m, goal = fiducials.layout(rng), np.array([0.1, 0.05, 0.0])
     errors = [
-        np.linalg.norm(rigid.transform(judges.horn(m, m + 1e-4 * rng.normal(size=m.shape)), goal[None])[0] - goal)
+        np.linalg.norm(rigid.transform(references.horn(m, m + 1e-4 * rng.normal(size=m.shape)), goal[None])[0] - goal)
         for _ in range(400)
     ]
-    expected = judges.fitzpatrick(m, 1e-4 * np.sqrt(3), goal)
+    expected = references.fitzpatrick(m, 1e-4 * np.sqrt(3), goal)
     assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(expected, rel=0.08)
-    assert judges.fitzpatrick(m, 1e-4 * np.sqrt(3), 2 * goal) > 1.2 * expected
+    assert references.fitzpatrick(m, 1e-4 * np.sqrt(3), 2 * goal) > 1.2 * expected
 
 
 def test_judge_notices_a_wrong_solver(monkeypatch):

@@ -24,6 +24,8 @@ class Command(SweepStudy):
     """Number of trials with unknown correspondence, wrong markers and hand-eye views, each [-]."""
     clouds: int = 60
     """Number of partial views of each kind [-]."""
+    touched: int = 10
+    """Number of runs in which the simulated hand touches eight landmarks [-]."""
     seed: int = 1
     """Seed of all trials [-]."""
 
@@ -32,7 +34,7 @@ class Command(SweepStudy):
         from palpate.studies.registration import words, work
         from palpate.studies.registration.figures import draw
 
-        found = work.run(self.sweeper(console), self.layouts, self.trials, self.clouds, self.seed)
+        found = work.run(self.sweeper(console), self.layouts, self.trials, self.clouds, self.touched, self.seed)
         return Findings(
             found, lambda folder: [draw(found, folder)], [words.table(found), words.line_of_real(found["real"])]
         )

@@ -9,7 +9,7 @@ from palpate.arrays.rigid import exp, rigid, transform
 from palpate.errors import RegistrationError
 from palpate.registration import fit, points
 from palpate.registration.noise import covariances
-from palpate.studies.registration.judges import fitzpatrick, horn
+from palpate.studies.registration.references import fitzpatrick, horn
 from palpate.sweep.grid import Point
 
 COUNT, FLE, AWAY, WRONG = 8, 0.25e-3, 0.1, 3e-3  # markers; rms error, distance of the target, error of a marker [m]

@@ -55,6 +55,16 @@ class Seen(TypedDict):
     mean_nees: float
 
 
+class Touched(TypedDict):
+    """Landmarks touched by the simulated hand."""
+
+    trials: int
+    fre_m: float
+    predicted_m: float
+    simulated_m: float
+    largest_m: float
+
+
 class Real(TypedDict):
     """A real pair of clouds."""
 
@@ -79,5 +89,6 @@ class Found(TypedDict):
     surface: dict[str, Viewed]
     wrong_told: float | None
     handeye: dict[str, Seen]
+    touched: Touched
     real: Real | None
     layouts: dict[str, list[dict[str, float]]]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from rich.table import Table
 
-from palpate.studies.registration.result import Found, Real
+from palpate.studies.registration.result import Found, Real, Touched
 
 
 def table(found: Found) -> Table:
@@ -13,7 +13,7 @@ def table(found: Found) -> Table:
     shown = Table(title="registration, simulated", title_justify="left", box=None, pad_edge=False)
     for head in ("figure", "reached", "required"):
         shown.add_column(head, justify="left" if head == "figure" else "right")
-    for row in [*_fiducials(found), *_surfaces(found), *_views(found)]:
+    for row in [*_fiducials(found), *_surfaces(found), *_views(found), _touched(found["touched"])]:
         shown.add_row(*row)
     return shown
 
@@ -62,6 +62,11 @@ def _views(found: Found) -> list[tuple[str, str, str]]:
         )
         for mount, one in found["handeye"].items()
     ]
+
+
+def _touched(one: Touched) -> tuple[str, str, str]:
+    reached = f"{1e3 * one['simulated_m']:.2f} mm rms, predicted {1e3 * one['predicted_m']:.2f} mm"
+    return f"TRE from 8 landmarks touched by the simulated hand, {one['trials']} runs", reached, ""
 
 
 def _percent(share: float | None) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from palpate.studies._command import Sweeper
-from palpate.studies.registration import fiducials, surfaces, views
+from palpate.studies.registration import fiducials, surfaces, touches, views
 from palpate.studies.registration.result import Found, Marked, Matched, Predicted, Seen, Viewed
 
 _FLE = ("estimated", "stated")
@@ -16,8 +16,8 @@ _ERRORS = ("isotropic", "anisotropic")
 Row = dict[str, Any]
 
 
-def run(sweep: Sweeper, layouts: int, trials: int, clouds: int, seed: int) -> Found:
-    """The whole study; numbers of layouts, of trials with fiducials and views of a board, of surfaces of each kind."""
+def run(sweep: Sweeper, layouts: int, trials: int, clouds: int, touched: int, seed: int) -> Found:
+    """The whole study, from the numbers of layouts, trials (markers, views of a board), surfaces and touching hands."""
     drawn = sweep(fiducials.predicted, {"anisotropic": (0, 1), "layout": range(layouts)}, seed, title="layouts").rows()
     unknown = sweep(fiducials.unknown, {"known": (0, 1), "trial": range(trials)}, seed, title="unknown").rows()
     wrong = sweep(fiducials.wrong, {"known": (0, 1), "trial": range(trials)}, seed, title="wrong").rows()
@@ -37,6 +37,7 @@ def run(sweep: Sweeper, layouts: int, trials: int, clouds: int, seed: int) -> Fo
         },
         "wrong_told": _told(viewed),
         "handeye": {name: _seen(rows) for name, rows in zip(views.MOUNTS, _split(seen, "mount", 2), strict=True)},
+        "touched": touches.run(touched),
         "real": surfaces.real(),
         "layouts": by_error,
     }

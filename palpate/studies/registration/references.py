@@ -1,4 +1,4 @@
-"""Judges that share no code with ``palpate.registration``: Fitzpatrick's closed form, and Horn's quaternions."""
+"""References that share no code with ``palpate.registration``: Fitzpatrick's closed form, and Horn's quaternions."""
 
 from __future__ import annotations
 
