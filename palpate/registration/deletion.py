@@ -10,6 +10,7 @@ import numpy as np
 from palpate.arrays import Array
 
 FALSE_ALARM = 0.003  # share of sets without a wrong measurement in which one is named
+_ROUNDING = 1e-9  # smaller residuals of exact data are rounding, in the residuals' own unit
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class Linearised:
         if known:
             return np.asarray(chdtrc(size, d))
         freedom = (n - 1) * size - parameters
-        rest = np.maximum(np.square(self.residuals).sum() - d, 1e-300)
+        rest = np.maximum(np.square(self.residuals).sum() - d, freedom * _ROUNDING**2)
         return np.asarray(fdtrc(size, freedom, d / size / (rest / freedom)))
 
 

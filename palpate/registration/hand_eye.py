@@ -127,7 +127,12 @@ def _check_together(X_BE: Array, X_CK: Array, mount: Mount) -> None:
     misfit = _misfit(X_BE, X_CK, mount)
     if misfit < _MISFIT:
         return
-    kinds = {"": lambda X: X, "have quaternions in the other order": _reordered, "are inverted": inverse}
+    kinds = {
+        "": lambda X: X,
+        "have quaternions in the other order": _reordered,
+        "are inverted": inverse,
+        "are in millimetres, a ratio of 1000 to metres": _from_mm,
+    }
     for (arm, read_arm), (camera, read_camera) in itertools.product(kinds.items(), kinds.items()):
         if _misfit(read_arm(X_BE), read_camera(X_CK), mount) < min(_MISFIT, 0.2 * misfit):
             faults = [f"the poses of the {name} {fault}" for name, fault in (("arm", arm), ("camera", camera)) if fault]
@@ -147,6 +152,10 @@ def _misfit(X_BE: Array, X_CK: Array, mount: Mount) -> float:
     """Median residual of the closed form in usual errors of a view, without unit."""
     chain = _chain(X_BE, X_CK, mount)
     return float(np.median(np.linalg.norm(chain.residuals(*chain.closed_form()) * chain.weights, axis=1)))
+
+
+def _from_mm(X: Array) -> Array:
+    return rigid(X[:, :3, :3], 1e-3 * X[:, :3, 3])
 
 
 def _reordered(X: Array) -> Array:

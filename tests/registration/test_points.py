@@ -123,6 +123,16 @@ def test_two_wrong_markers_do_not_hide_each_other():
     assert registration.points(m, f).outliers == (2, 7)
 
 
+def test_exact_data_have_no_wrong_markers_but_one_that_was_moved():
+    rng = np.random.default_rng(17)
+    for n in (4, 5, 8):
+        m = layout(rng, n)
+        f = rigid.transform(pose(rng), m)
+        assert registration.points(m, f).outliers == ()
+        f[1] += [0.0, 0.0, 3e-3]
+        assert registration.points(m, f).outliers == (1,)
+
+
 def test_test_of_wrong_markers_has_its_nominal_rate():
     """The share of false alarms is the stated one, for a rate that a short Monte Carlo can measure."""
     rng = np.random.default_rng(6)

@@ -56,6 +56,10 @@ def test_wrong_view_is_named():
     assert registration.handeye(X_BE, X_CK).outliers == (4,)
 
 
+def in_mm(X):
+    return rigid.rigid(X[:, :3, :3], 1e3 * X[:, :3, 3])
+
+
 def parallel(X):
     X = X.copy()
     X[:, :3, :3] = rigid.exp(np.outer(np.linspace(-1, 1, len(X)), [0, 0, 1.0]))
@@ -70,6 +74,8 @@ def parallel(X):
         (lambda A, C: (parallel(A), C), r"add two poses turned by 30 deg or more about \("),
         (lambda A, C: (A, np.linalg.inv(C)), "poses of the camera are inverted"),
         (lambda A, C: (A, _reordered(_reordered(_reordered(C)))), "camera have quaternions in the other order"),
+        (lambda A, C: (A, in_mm(C)), "camera are in millimetres"),
+        (lambda A, C: (in_mm(A), in_mm(C)), "arm are in millimetres.* and the poses of the camera are in millimetres"),
         (lambda A, C: (A, C[::-1]), "not of the same instants"),
         (lambda A, C: (A, C * [1, 1, -1, 1]), "left-handed"),
         (lambda A, C: (1.1 * A, C), "not rigid"),
