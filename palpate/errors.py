@@ -17,6 +17,7 @@ __all__ = [
     "PortError",
     "RecordError",
     "RecordingError",
+    "RegistrationError",
     "RosMissingError",
     "SceneError",
     "SurfaceError",
@@ -84,6 +85,10 @@ class RecordError(PalpateError):
 
 class RecordingError(PalpateError):
     """Nothing can be identified from a recording, or a model file does not belong to the arm."""
+
+
+class RegistrationError(PalpateError, ValueError):
+    """Measured points, clouds or poses cannot be registered: too few, degenerate, or in another unit or handedness."""
 
 
 class SweepError(PalpateError):

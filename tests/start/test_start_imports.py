@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-HEAVY = {"clarabel", "distributed", "matplotlib", "nanobind", "rosbags", "scipy", "trimesh", "viser"}
+HEAVY = {"clarabel", "distributed", "matplotlib", "nanobind", "rosbags", "scipy", "small_gicp", "trimesh", "viser"}
 MODELS = {"pydantic", "yaml"}
 TERMINAL = {"rich", "tyro"}
 ARRAYS = {"numpy"}
@@ -76,6 +76,11 @@ def test_check_imports_no_more_than_a_run(tmp_path, scene):
 @pytest.mark.parametrize("args", [("--help",), ("run", "ball.yaml", "--headless", "--out", "runs")])
 def test_heavy_import_is_found(tmp_path, scene, args):
     assert "scipy" in tops(imported(tmp_path, *args, first="import scipy.interpolate"))
+
+
+def test_registration_imports_its_libraries_when_it_is_used(tmp_path):
+    modules = imported(tmp_path, "register", first="import palpate.registration, palpate.registration.cloud_files")
+    assert not tops(modules) & HEAVY
 
 
 def test_scene_with_a_path_imports_scipy_at_set_up(tmp_path):

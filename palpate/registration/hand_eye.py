@@ -1,0 +1,164 @@
+"""Hand-eye calibration of a camera on or beside an arm from views of a board: `handeye`."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from palpate.arrays import Array
+from palpate.arrays.rigid import inverse, rigid
+from palpate.arrays.so3 import matrices, quaternions
+from palpate.errors import RegistrationError
+from palpate.registration import checks, predict
+from palpate.registration.closed_chain import Chain, missing_axis
+from palpate.registration.deletion import Linearised, deletions
+
+_USUAL = (0.3e-3, np.radians(0.2))  # errors of a board seen by a camera, used as first weights [m, rad]
+_MISFIT = 40.0  # median residual, in usual errors of a view, above which the poses do not belong together
+
+Mount = Literal["arm", "beside"]
+
+
+@dataclass(frozen=True)
+class HandEye:
+    """Result of `handeye`."""
+
+    X: Array  #: (4, 4) the camera in the tool frame E (on the arm), or in the base B (beside it)
+    board: Array  #: (4, 4) the board in the base B (camera on the arm), or in the tool frame E
+    covariance: Array  #: (6, 6) of the displacement of X (NOTATION.md)
+    board_covariance: Array  #: (6, 6) of the displacement of `board`
+    fre: float  #: rms position residual of the board in the camera's frame [m]
+    rotation_fre: float  #: rms rotation residual [rad]
+    fle: float  #: rms position error of one view, estimated from the residuals [m]
+    rotation_fle: float  #: rms rotation error of one view [rad]
+    tre: Array  #: (K,) predicted rms error at each target [m]
+    targets: tuple[predict.Target, ...]
+    residuals: Array  #: (N,) position residual of each view [m]
+    outliers: tuple[int, ...]  #: views excluded as wrong
+
+
+def handeye(
+    arm: npt.ArrayLike, camera: npt.ArrayLike, mount: Mount = "arm", targets: npt.ArrayLike | None = None
+) -> HandEye:
+    """The pose of a camera on or beside an arm, from poses of the arm and views of a board.
+
+    With the camera on the arm, ``X_EB X_BK = X_EC X_CK``; eliminating the unknown X_BK gives the equation AX = XB. With
+    the camera beside the arm and the board on the tool, ``X_BE X_EK = X_BC X_CK``. Both are A X = Z C with the camera's
+    pose Z, solved in closed form and refined by least squares on the errors of the views.
+
+    Args:
+        arm: X_BE (N, 4, 4), tool frame E in the base B.
+        camera: X_CK (N, 4, 4), board K in the camera C, of the same instants.
+        mount: "arm" or "beside".
+        targets: points (K, 3) in the camera's frame where the error is predicted [m].
+
+    Raises:
+        RegistrationError: fewer than three poses, rotations about one axis only, matrices that are not rigid, or poses
+            that do not belong together.
+    """
+    X_BE, X_CK = checks.poses("arm", arm), checks.poses("camera", camera)
+    if len(X_BE) != len(X_CK):
+        raise RegistrationError(f"{len(X_BE)} poses of the arm and {len(X_CK)} views", mend="give one view per pose")
+    if mount not in ("arm", "beside"):
+        raise RegistrationError(f"there is no mount {mount!r}", mend="use 'arm' or 'beside'")
+    goals = np.zeros((0, 3)) if targets is None else checks.cloud("targets", targets, least=1)
+    _check_axes(X_BE)
+    chain = _chain(X_BE, X_CK, mount)
+    _check_together(X_BE, X_CK, mount)
+    wrong = deletions(len(X_BE), 4, lambda rows: _linearised(chain[rows]), known=False)
+    kept = [k for k in range(len(X_BE)) if k not in wrong]
+    _check_axes(X_BE[kept])
+    return _solved(chain, kept, wrong, goals)
+
+
+def _chain(X_BE: Array, X_CK: Array, mount: Mount) -> Chain:
+    return Chain(inverse(X_BE) if mount == "arm" else X_BE, X_CK, np.repeat(1.0 / np.array(_USUAL), 3))
+
+
+def _linearised(chain: Chain) -> Linearised:
+    X, Z, J = chain.refined()
+    return Linearised(chain.residuals(X, Z) * chain.weights, J)
+
+
+def _solved(chain: Chain, kept: list[int], wrong: list[int], goals: Array) -> HandEye:
+    """Solve with weights from the residuals of a first solution."""
+    share = np.sqrt(1.0 - 12.0 / (6.0 * len(kept)))  # of the errors that residuals show
+    for _ in range(2):
+        X, Z, J = chain[kept].refined()
+        r = chain[kept].residuals(X, Z)
+        sigma = np.array([np.sqrt(np.square(part).mean()) for part in (r[:, :3], r[:, 3:])]) / share
+        chain = Chain(chain.A, chain.C, np.repeat(1.0 / np.maximum(sigma, 1e-12), 3))
+    J = chain[kept].derivatives(X, Z)
+    C = np.linalg.inv(np.einsum("nip,niq->pq", J, J))
+    found = tuple(predict.target(Z, C[6:, 6:], p) for p in goals)
+    lengths = np.linalg.norm(chain.residuals(X, Z).reshape(-1, 2, 3), axis=2)
+    rms = np.sqrt(np.square(lengths[kept]).mean(axis=0))
+    return HandEye(
+        X=Z, board=X, covariance=C[6:, 6:], board_covariance=C[:6, :6],
+        fre=float(rms[0]), rotation_fre=float(rms[1]),
+        fle=float(np.sqrt(3.0) * sigma[0]), rotation_fle=float(np.sqrt(3.0) * sigma[1]),
+        tre=np.array([one.tre for one in found]), targets=found, residuals=lengths[:, 0], outliers=tuple(wrong),
+    )  # fmt: skip
+
+
+def _check_axes(X_BE: Array) -> None:
+    lacking = missing_axis(X_BE)
+    if lacking is not None:
+        about, missing, angle = lacking
+        words = [", ".join(f"{x:.2f}" for x in axis) for axis in (about, missing)]
+        raise RegistrationError(
+            f"the {len(X_BE)} poses turn about ({words[0]}) of the tool frame alone: {np.degrees(angle):.1f} deg rms "
+            "about any other axis",
+            why="parallel rotation axes do not determine the camera's position along them",
+            mend=f"add two poses turned by 30 deg or more about ({words[1]}) of the tool frame, one each way",
+        )
+
+
+def _check_together(X_BE: Array, X_CK: Array, mount: Mount) -> None:
+    """Check that constant X and Z explain most views, and name the misreading that would.
+
+    Raises:
+        RegistrationError: they explain less than half of the views.
+    """
+    misfit = _misfit(X_BE, X_CK, mount)
+    if misfit < _MISFIT:
+        return
+    kinds = {
+        "": lambda X: X,
+        "have quaternions in the other order": _reordered,
+        "are inverted": inverse,
+        "are in millimetres, a ratio of 1000 to metres": _from_mm,
+    }
+    for (arm, read_arm), (camera, read_camera) in itertools.product(kinds.items(), kinds.items()):
+        if _misfit(read_arm(X_BE), read_camera(X_CK), mount) < min(_MISFIT, 0.2 * misfit):
+            faults = [f"the poses of the {name} {fault}" for name, fault in (("arm", arm), ("camera", camera)) if fault]
+            raise RegistrationError(
+                " and ".join(faults),
+                why="as given, no camera pose explains the views; read the other way, one does",
+                mend="name the quaternion's columns after their values; give tool in base and board in camera",
+            )
+    raise RegistrationError(
+        f"no camera pose explains the views: the median residual is {misfit:.0f} times that of a usual camera",
+        why="the rows are not of the same instants, the mount is another, or the lengths are in another unit",
+        mend="record both while the arm stands still, keep the order of the rows, and check --mount and the unit",
+    )
+
+
+def _misfit(X_BE: Array, X_CK: Array, mount: Mount) -> float:
+    """Median residual of the closed form in usual errors of a view, without unit."""
+    chain = _chain(X_BE, X_CK, mount)
+    return float(np.median(np.linalg.norm(chain.residuals(*chain.closed_form()) * chain.weights, axis=1)))
+
+
+def _from_mm(X: Array) -> Array:
+    return rigid(X[:, :3, :3], 1e-3 * X[:, :3, 3])
+
+
+def _reordered(X: Array) -> Array:
+    """The poses that a file gives whose quaternions x, y, z, w were read as w, x, y, z, read in the right order."""
+    q = quaternions(X[:, :3, :3])
+    return rigid(matrices(np.roll(q, 1, axis=1)), X[:, :3, 3])

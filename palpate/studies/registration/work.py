@@ -1,0 +1,115 @@
+"""The work of ``palpate study registration``: the sweeps, and their summaries."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from palpate.studies._command import Sweeper
+from palpate.studies.registration import fiducials, surfaces, touches, views
+from palpate.studies.registration.result import Found, Marked, Matched, Predicted, Seen, Viewed
+
+_FLE = ("estimated", "stated")
+_ERRORS = ("isotropic", "anisotropic")
+Row = dict[str, Any]
+
+
+def run(sweep: Sweeper, layouts: int, trials: int, clouds: int, touched: int, seed: int) -> Found:
+    """The whole study, from the numbers of layouts, trials (markers, views of a board), surfaces and touching hands."""
+    drawn = sweep(fiducials.predicted, {"anisotropic": (0, 1), "layout": range(layouts)}, seed, title="layouts").rows()
+    unknown = sweep(fiducials.unknown, {"known": (0, 1), "trial": range(trials)}, seed, title="unknown").rows()
+    wrong = sweep(fiducials.wrong, {"known": (0, 1), "trial": range(trials)}, seed, title="wrong").rows()
+    seen = sweep(views.judged, {"mount": (0, 1), "trial": range(trials)}, seed, title="views").rows()
+    grid = {"kind": range(len(surfaces.KINDS)), "trial": range(clouds)}
+    viewed = sweep(surfaces.judged, grid, seed, title="surfaces", where=lambda p: _taken(p, clouds)).rows()
+    by_error = dict(zip(_ERRORS, _split(drawn, "anisotropic", 2), strict=True))
+    return {
+        "simulated": True,
+        "seed": seed,
+        "predicted": {name: _predicted(rows) for name, rows in by_error.items()},
+        "unknown": {name: _matched(rows) for name, rows in zip(_FLE, _split(unknown, "known", 2), strict=True)},
+        "wrong_marker": {name: _marked(rows) for name, rows in zip(_FLE, _split(wrong, "known", 2), strict=True)},
+        "surface": {
+            name: _viewed(rows)
+            for name, rows in zip(surfaces.KINDS, _split(viewed, "kind", len(surfaces.KINDS)), strict=True)
+        },
+        "wrong_told": _told(viewed),
+        "handeye": {name: _seen(rows) for name, rows in zip(views.MOUNTS, _split(seen, "mount", 2), strict=True)},
+        "touched": touches.run(touched),
+        "real": surfaces.real(),
+        "layouts": by_error,
+    }
+
+
+def _taken(point: Row, clouds: int) -> bool:
+    """Searches without a start take longer, so a fifth of the trials are of this kind."""
+    return surfaces.KINDS[point["kind"]] != "none" or bool(point["trial"] < max(1, clouds // 5))
+
+
+def _split(rows: Iterable[Row], key: str, n: int) -> list[list[Row]]:
+    listed = list(rows)
+    return [[row for row in listed if int(row[key]) == k] for k in range(n)]
+
+
+def _column(rows: Sequence[Row], key: str) -> Any:
+    return np.array([row[key] for row in rows])
+
+
+def _mean(values: Any) -> float | None:
+    return float(values.mean()) if len(values) else None
+
+
+def _predicted(rows: list[Row]) -> Predicted:
+    reference = _column(rows, "closed_form_m")
+    isotropic = bool((reference > 0.0).all())
+    closed = np.abs(_column(rows, "predicted_m") / np.maximum(reference, 1e-12) - 1.0)
+    return {
+        "layouts": len(rows),
+        "p95_m": float(_column(rows, "p95_m").mean()),
+        "largest_p95_m": float(_column(rows, "p95_m").max()),
+        "largest_error": float(np.abs(_column(rows, "error")).max()),
+        "largest_from_closed_form": float(closed.max()) if isotropic else None,
+        "largest_from_horn": float(_column(rows, "from_horn").max()) if isotropic else None,
+    }
+
+
+def _matched(rows: list[Row]) -> Matched:
+    right, refused = _column(rows, "right"), _column(rows, "refused")
+    return {"trials": len(rows), "right": float(right.mean()), "refused": float(refused.mean())}
+
+
+def _marked(rows: list[Row]) -> Marked:
+    found, alone, alarm = (float(_column(rows, key).mean()) for key in ("found", "alone", "alarm"))
+    return {"trials": len(rows), "found": found, "alone": alone, "false_alarms": alarm}
+
+
+def _viewed(rows: list[Row]) -> Viewed:
+    wrong, trusted, error = (_column(rows, key) for key in ("wrong", "trusted", "error_m"))
+    solvable = bool((error < 1.0).any())
+    right = wrong == 0
+    return {
+        "trials": len(rows),
+        "wrong": int(wrong.sum()),
+        "converged": float(right.mean()) if solvable else None,
+        "median_m": float(np.median(error)) if solvable else None,
+        "p95_m": float(np.quantile(error, 0.95)) if solvable else None,
+        "wrong_told": _mean(1.0 - trusted[~right]),
+        "right_trusted": _mean(trusted[right]),
+        "mean_nees": _mean(_column(rows, "nees")[right]),
+    }
+
+
+def _told(rows: Iterable[Row]) -> float | None:
+    """Share of all wrong answers that are not trusted."""
+    return _mean(np.array([1.0 - row["trusted"] for row in rows if row["wrong"]]))
+
+
+def _seen(rows: list[Row]) -> Seen:
+    return {
+        "trials": len(rows),
+        "position_p95_m": float(np.quantile(_column(rows, "position_m"), 0.95)),
+        "rotation_p95_rad": float(np.quantile(_column(rows, "rotation_rad"), 0.95)),
+        "mean_nees": float(_column(rows, "nees").mean()),
+    }

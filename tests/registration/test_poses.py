@@ -1,0 +1,132 @@
+"""Hand-eye, camera and pivot: exact data, predicted covariances, and poses that do not determine the answer."""
+
+import numpy as np
+import pytest
+
+from palpate import registration
+from palpate.arrays import rigid
+from palpate.errors import RegistrationError
+from palpate.registration.hand_eye import _reordered
+
+
+def random_pose(rng, reach=0.1):
+    return rigid.rigid(rigid.exp(rng.normal(size=3)), rng.uniform(-reach, reach, 3))
+
+
+def views(rng, mount, n=15, error=0.3e-3, turn=0.2):
+    """Poses of an arm and of a board with rms errors [m], [deg]; with the true camera and board."""
+    camera, board = random_pose(rng, 0.05), random_pose(rng, 0.2)
+    R = rigid.exp(np.radians(40) * rng.uniform(-1, 1, (n, 3))) @ rigid.exp(rng.normal(size=3))
+    X_BE = rigid.rigid(R, rng.uniform(-0.08, 0.08, (n, 3)))
+    X_CK = np.linalg.inv(camera) @ (np.linalg.inv(X_BE) if mount == "arm" else X_BE) @ board
+    sigma = np.repeat([error, np.radians(turn)], 3) / np.sqrt(3)
+    return X_BE, np.stack([rigid.displaced(X, sigma * rng.normal(size=6)) for X in X_CK]), camera, board
+
+
+@pytest.mark.parametrize("mount", ["arm", "beside"])
+def test_hand_eye_is_exact_without_errors_and_its_errors_have_the_predicted_covariance(mount):
+    rng = np.random.default_rng(0)
+    X_BE, X_CK, camera, board = views(rng, mount, error=0.0, turn=0.0)
+    found = registration.handeye(X_BE, X_CK, mount)
+    assert pytest.approx(camera, abs=1e-9) == found.X
+    assert found.board == pytest.approx(board, abs=1e-9)
+    squares = []
+    for _ in range(30):
+        X_BE, X_CK, camera, _ = views(rng, mount)
+        found = registration.handeye(X_BE, X_CK, mount)
+        xi = rigid.displacement(found.X, camera)
+        squares.append(xi @ np.linalg.solve(found.covariance, xi))
+        assert np.linalg.norm(xi[:3]) < 0.5e-3
+        assert np.degrees(np.linalg.norm(xi[3:])) < 0.2
+    assert 4.0 < np.mean(squares) < 8.5  # chi-square with six degrees of freedom
+
+
+def test_hand_eye_equation_of_tsai_and_lenz_holds():
+    """AX = XB with relative motions A of the arm and B of the camera, which the solver does not use."""
+    X_BE, X_CK, *_ = views(np.random.default_rng(1), "arm", error=0.0, turn=0.0)
+    X = registration.handeye(X_BE, X_CK).X
+    A = np.linalg.inv(X_BE[3]) @ X_BE[0]
+    B = X_CK[3] @ np.linalg.inv(X_CK[0])
+    assert pytest.approx(X @ B, abs=1e-8) == A @ X
+
+
+def test_wrong_view_is_named():
+    X_BE, X_CK, *_ = views(np.random.default_rng(2), "arm")
+    X_CK[4, :3, 3] += 5e-3
+    assert registration.handeye(X_BE, X_CK).outliers == (4,)
+
+
+def in_mm(X):
+    return rigid.rigid(X[:, :3, :3], 1e3 * X[:, :3, 3])
+
+
+def parallel(X):
+    X = X.copy()
+    X[:, :3, :3] = rigid.exp(np.outer(np.linspace(-1, 1, len(X)), [0, 0, 1.0]))
+    return X
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda A, C: (A[:2], C[:2]), "at least 3"),
+        (lambda A, C: (A, C[:-1]), "one view per pose"),
+        (lambda A, C: (parallel(A), C), r"add two poses turned by 30 deg or more about \("),
+        (lambda A, C: (A, np.linalg.inv(C)), "poses of the camera are inverted"),
+        (lambda A, C: (A, _reordered(_reordered(_reordered(C)))), "camera have quaternions in the other order"),
+        (lambda A, C: (A, in_mm(C)), "camera are in millimetres"),
+        (lambda A, C: (in_mm(A), in_mm(C)), "arm are in millimetres.* and the poses of the camera are in millimetres"),
+        (lambda A, C: (A, C[::-1]), "not of the same instants"),
+        (lambda A, C: (A, C * [1, 1, -1, 1]), "left-handed"),
+        (lambda A, C: (1.1 * A, C), "not rigid"),
+    ],
+)
+def test_bad_views_are_refused(change, message):
+    X_BE, X_CK, *_ = views(np.random.default_rng(3), "arm")
+    with pytest.raises(RegistrationError, match=message):
+        registration.handeye(*change(X_BE, X_CK))
+
+
+def test_other_mount_is_refused():
+    X_BE, X_CK, *_ = views(np.random.default_rng(3), "beside")
+    with pytest.raises(RegistrationError, match="no mount"):
+        registration.handeye(X_BE, X_CK, "roof")
+
+
+def test_pivot_has_the_predicted_error_and_names_a_wrong_pose():
+    rng = np.random.default_rng(4)
+    tip, rest, squares = np.array([0.01, 0.02, 0.15]), np.array([0.1, 0.2, 0.3]), []
+    for _ in range(60):
+        R = rigid.exp(np.radians(40) * rng.uniform(-1, 1, (30, 3)))
+        X_WT = rigid.rigid(R, rest - R @ tip + rng.normal(scale=0.2e-3, size=(30, 3)))
+        found = registration.pivot(X_WT)
+        error = found.p_TQ - tip
+        squares.append(error @ np.linalg.solve(found.covariance, error))
+        assert found.p_WQ == pytest.approx(rest, abs=1e-3)
+    assert 2.0 < np.mean(squares) < 4.5  # three degrees of freedom
+    X_WT[7, :3, 3] += [0.0, 4e-3, 0.0]
+    assert registration.pivot(X_WT).outliers == (7,)
+
+
+def test_pivot_about_one_axis_is_refused():
+    with pytest.raises(RegistrationError, match=r"along \((0.00, 0.00, 1.00|-0.00, -0.00, -1.00)\)"):
+        registration.pivot(parallel(np.tile(np.eye(4), (10, 1, 1))))
+
+
+def test_camera_and_tip_are_found_from_the_seen_tip():
+    rng = np.random.default_rng(5)
+    tip, squares = np.array([0.0, 0.004, 0.009]), []
+    for _ in range(40):
+        X_BC = random_pose(rng)
+        R = rigid.exp(np.radians(50) * rng.uniform(-1, 1, (20, 3)))
+        X_BT = rigid.rigid(R, rng.uniform(-0.06, 0.06, (20, 3)))
+        seen = rigid.transform(np.linalg.inv(X_BC), R @ tip + X_BT[:, :3, 3]) + rng.normal(scale=0.5e-3, size=(20, 3))
+        found = registration.camera(X_BT, seen, [[0.0, 0.0, 0.1]])
+        xi = rigid.displacement(found.X, X_BC)
+        squares.append(xi @ np.linalg.solve(found.covariance, xi))
+        assert found.p_TQ == pytest.approx(tip, abs=2e-3)
+    assert 4.5 < np.mean(squares) < 9.0
+    seen[3] += 8e-3
+    assert registration.camera(X_BT, seen).outliers == (3,)
+    with pytest.raises(RegistrationError, match="offset along"):
+        registration.camera(rigid.rigid(np.eye(3), X_BT[:, :3, 3]), seen)
