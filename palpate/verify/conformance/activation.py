@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from palpate import _core
 from palpate.arrays import Array
-from palpate.verify.conformance.at_rest import WEIGHTS, lead, settle
+from palpate.verify.conformance.at_rest import WEIGHTS, edge_reserve, lead, settle
 from palpate.verify.conformance.bench import DT, RESERVE, Bench, Motion, constant_pose, constant_probe, fixture
 from palpate.verify.conformance.combinations import (
     ENGAGE,
@@ -22,7 +22,7 @@ from palpate.verify.conformance.combinations import (
     RELEASE,
     Combination,
 )
-from palpate.verify.conformance.laws import K_TURN, LAWS, K
+from palpate.verify.conformance.laws import K_TURN, LAWS, MOST, K
 from palpate.verify.conformance.probes import Probe, moved_to_gap, probe_at, probes
 from palpate.verify.conformance.roles import ROLES
 from palpate.verify.conformance.specimens import SPECIMENS
@@ -68,8 +68,10 @@ def _authority(c: Combination, probe: Probe) -> str:
     authority = POLICIES[c.policy].authority
     out = Bench(c, quick=True).run(_violating_motion(c, probe, settle(c)))
     hard = POLICIES[c.policy].hard
-    F = out.F[-1] - _of_reserve(c, probe) * probe.J
-    failure = _wrench_failure(F, _full_wrench(c, probe), authority, f"authority {authority:g}")
+    full = _full_wrench(c, probe)
+    F = out.F[-1] - _of_reserve(c, probe, full) * probe.J
+    beside = edge_reserve(c, probe.gap) / max(float(np.linalg.norm(full * WEIGHTS)), 1e-9)
+    failure = _wrench_failure(F, full, authority, f"authority {authority:g}", 1e-3 + beside)
     if failure or not hard or ROLES[c.role].speed or ROLES[c.role].touches:
         return failure
     left = max(-ROLES[c.role].gap(SPECIMENS[c.geometry], out.X[-1]), 0.0)
@@ -79,7 +81,7 @@ def _authority(c: Combination, probe: Probe) -> str:
     return ""
 
 
-def _of_reserve(c: Combination, probe: Probe) -> float:
+def _of_reserve(c: Combination, probe: Probe, full: Array) -> float:
     """Force by which a hard fixture with part of the authority exceeds that part of the full one's force [N, N m].
 
     Both goals keep the same reserve, so that the whole correction is larger with less authority.
@@ -87,9 +89,10 @@ def _of_reserve(c: Combination, probe: Probe) -> float:
     case, law, authority = ROLES[c.role], LAWS[c.law], POLICIES[c.policy].authority
     if law.force is None or not np.isfinite(probe.gap) or probe.gap > 0.0:
         return 0.0
-    keeps = lead(c, probe.gap)
-    part, full = (law.force(probe.gap - way, case.attracts, case.turns) for way in (keeps, authority * keeps))
-    return authority * (part - full)
+    keeps, size = lead(c, probe.gap), float(full @ probe.J)
+    part, whole = (law.force(probe.gap - way, case.attracts, case.turns) for way in (keeps, authority * keeps))
+    most = np.inf if c.law == "spring" else MOST
+    return authority * (min(size + part - whole, most) - size) if keeps > 0.0 else 0.0
 
 
 def _pedal(c: Combination, probe: Probe) -> str:

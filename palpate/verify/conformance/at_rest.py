@@ -36,6 +36,14 @@ def lead(c: Combination, gap: float) -> float:
     return RESERVE / c.activation(gap) if POLICIES[c.policy].hard and not ROLES[c.role].attracts else 0.0
 
 
+def edge_reserve(c: Combination, gap: float) -> float:
+    """Force by which a hard `limit` may exceed its law's beside an edge, where the other roles are not judged [N].
+
+    Inside an edge the reserve ends up to sqrt(3) RESERVE from the edge.
+    """
+    return 0.75 * K * lead(c, gap) * float(ROLES[c.role].role == "limit")
+
+
 def settle(c: Combination) -> int:
     """Ticks until the output has settled."""
     ramp = POLICIES[c.policy].ramp
@@ -74,10 +82,8 @@ def expected(c: Combination, probe: Probe) -> Array:
 
 def _wrench_failure(c: Combination, probe: Probe, F: Array) -> str:
     reference = expected(c, probe)
-    # The reserve inside an edge is up to sqrt(3) RESERVE from the edge; only `limit` is also judged beside edges.
-    at_edge = 0.75 * K * lead(c, probe.gap) * float(ROLES[c.role].role == "limit")
     size = float(np.linalg.norm(reference * WEIGHTS))
-    allowed = WITHIN * size + at_edge + K * SPECIMENS[c.geometry].near + 1e-5
+    allowed = WITHIN * size + edge_reserve(c, probe.gap) + K * SPECIMENS[c.geometry].near + 1e-5
     if float(np.linalg.norm((F - reference) * WEIGHTS)) > allowed:
         return f"wrench {np.round(F, 4)}, by finite differences {np.round(reference, 4)}"
     return ""

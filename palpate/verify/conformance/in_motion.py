@@ -8,13 +8,14 @@ import numpy as np
 
 from palpate import _core
 from palpate.arrays import Array
-from palpate.verify.conformance.at_rest import ENTRY, settle
+from palpate.verify.conformance.at_rest import ENTRY, edge_reserve, settle
 from palpate.verify.conformance.bench import DT, VISIT, Bench, Motion, between, constant_pose, constant_probe, fixture
+from palpate.verify.conformance.billing import billing_failure
 from palpate.verify.conformance.combinations import Combination
 from palpate.verify.conformance.laws import LAWS, K
-from palpate.verify.conformance.probes import Probe, probes, satisfied_pose
-from palpate.verify.conformance.roles import LEVER, ROLES, moved
-from palpate.verify.conformance.specimens import SPECIMENS
+from palpate.verify.conformance.probes import Probe, moved_to_gap, probes, satisfied_pose
+from palpate.verify.conformance.roles import LEVER, ROLES, RoleCase, moved, slope
+from palpate.verify.conformance.specimens import SPECIMENS, Specimen
 
 TICKS = 200
 """Ticks of a path in the coarse run."""
@@ -35,8 +36,22 @@ def paths(c: Combination) -> tuple[tuple[Array, Array], ...]:
 def _path(role: str, geometry: str, probe: Probe) -> tuple[Array, Array]:
     if ROLES[role].speed:
         return probe.X, moved(probe.X, 0.2 * probe.V)
-    tilt = np.r_[0.0, 0.0, 0.0, 0.03, -0.02, 0.02]
-    return satisfied_pose(role, geometry, probe.X), moved(probe.X, tilt)
+    end = moved(probe.X, np.r_[0.0, 0.0, 0.0, 0.03, -0.02, 0.02])
+    return _smooth_start(ROLES[role], SPECIMENS[geometry], probe, satisfied_pose(role, geometry, probe.X)), end
+
+
+def _smooth_start(case: RoleCase, s: Specimen, probe: Probe, start: Array) -> Array:
+    """The satisfied pose, or one just beyond the border if an edge lies between the satisfied pose and the probe.
+
+    Inside an edge two walls are equally near, and a potential jumps from the normal of one to that of the other.
+    """
+    if case.turns or case.touches or case.needs_point:
+        return start
+    n = slope(s.distance, probe.X[:3, 3])
+    if float(slope(s.distance, start[:3, 3]) @ n) > 0.999:
+        return start
+    beyond = moved_to_gap(case, s, probe.X, -2e-5)
+    return start if beyond is None else beyond
 
 
 def continuity(c: Combination) -> str:
@@ -54,7 +69,7 @@ def continuity(c: Combination) -> str:
             size = float(np.abs(out.F).max())
         coarse, fine = largest
         for k, unit in enumerate(("N", "N m")):
-            if fine[k] > 0.6 * coarse[k] + 2e-3 * size + 1e-5:
+            if fine[k] > 0.6 * coarse[k] + 2e-3 * size + edge_reserve(c, -1.0) + 1e-5:
                 return f"steps of {coarse[k]:.3g} {unit} a tick; of {fine[k]:.3g} {unit} with {FINER} times the ticks"
     return ""
 
@@ -81,18 +96,31 @@ def approached_loop(X: bytes, n: int, sign: float) -> tuple[Motion, Motion]:
 
 
 def energy(c: Combination) -> str:
-    """The fixture supplies no net energy in a closed loop of position and orientation."""
+    """The fixture supplies no net energy in a closed loop of position and orientation.
+
+    Energy that only the rate limit of the stage causes must be in the ledger, and withheld by the passivity layer.
+    """
     for damping in (False, True) if LAWS[c.law].force is None else (False,):
         for approach, loop in _loops(c):
-            bench = Bench(c, damping=damping).begin(approach.X[0])
-            bench.run(approach)
-            for _ in range(-(-settle(c) // len(loop.X))):  # repeated until the fixture's state is periodic
-                bench.run(loop)
-            F = bench.run(loop).F
-            given = np.einsum("ij,ij->i", 0.5 * (F[1:] + F[:-1]), loop.displacements)
-            if given.sum() > LEAST + GAINED * np.abs(given).sum():
-                return f"gives {1e3 * given.sum():.3g} mJ in a loop in which {1e3 * np.abs(given).sum():.3g} mJ moved"
+            failure, F = _gain(c, approach, loop, damping, False)
+            if failure:
+                failure = _gain(c, approach, loop, damping, True)[0] or billing_failure(F, loop)
+            if failure:
+                return failure
     return ""
+
+
+def _gain(c: Combination, approach: Motion, loop: Motion, damping: bool, quick: bool) -> tuple[str, Array]:
+    """Words if a loop yields energy, and its wrenches (n, 6). quick: without the stage's rate limit."""
+    bench = Bench(c, damping=damping, quick=quick).begin(approach.X[0])
+    bench.run(approach)
+    for _ in range(-(-settle(c) // len(loop.X))):  # repeated until the fixture's state is periodic
+        bench.run(loop)
+    F = bench.run(loop).F
+    given = np.einsum("ij,ij->i", 0.5 * (F[1:] + F[:-1]), loop.displacements)
+    if given.sum() <= LEAST + GAINED * np.abs(given).sum():
+        return "", F
+    return f"gives {1e3 * given.sum():.3g} mJ in a loop in which {1e3 * np.abs(given).sum():.3g} mJ moved", F
 
 
 def _loop(X: Array, n: int, sign: float) -> Motion:

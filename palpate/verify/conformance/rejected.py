@@ -11,10 +11,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from palpate import _core
 from palpate.arrays import Array
 from palpate.verify.conformance.at_rest import ENTRY, WEIGHTS, expected, settle
 from palpate.verify.conformance.bench import DT, FORCE_RATE, MOMENT_RATE, Bench, Motion, constant_pose
+from palpate.verify.conformance.billing import billing_failure
 from palpate.verify.conformance.combinations import POLICIES, Combination
 from palpate.verify.conformance.in_motion import GAINED, LEAST, approached_loop
 from palpate.verify.conformance.laws import B_TURN, K_TURN, LAWS, RATIO, B, K
@@ -26,8 +26,6 @@ TICKS, TURNS = 200, 2
 """Ticks of a loop, and number of loops for which the energy is counted."""
 STEEPEST = 100.0
 """Largest rate at which an axis or a frame counts as turning with the position [rad/m]."""
-ALLOWANCE = 5e-4
-"""Energy that the passivity layer may return beyond the energy put in [J]."""
 
 
 def rejected_places(c: Combination) -> str:
@@ -123,25 +121,3 @@ def _entry_failure(c: Combination, goals: Array) -> str:
         return ""
     least = min(case.gap(SPECIMENS[c.geometry], X) for X in goals[::10])
     return f"the goal enters by {-least:.2g} m" if least < -ENTRY - SPECIMENS[c.geometry].near else ""
-
-
-def billing_failure(F: Array, motion: Motion) -> str:
-    """The ledger books the work of the wrench F (n, 6), and the passivity layer returns its allowance at most."""
-    options = _core.StabilityOptions()
-    options.force_cap, options.rate_cap, options.moment_cap, options.moment_rate_cap = 50.0, 1e3, 1.0, 20.0
-    options.acceleration, options.angular_acceleration, options.allowance = 10.0, 200.0, ALLOWANCE
-    stage, ledger = _core.Stability(options, DT), _core.Ledger()
-    felt = np.empty_like(F)
-    for k, (X, V) in enumerate(zip(motion.X, motion.V, strict=True)):
-        R, p = np.ascontiguousarray(X[:3, :3]), X[:3, 3]
-        t = DT * k
-        felt[k] = stage.step(F[k], p, V[:3], t=t, t_leader=t, R_LH=R, w_LH=V[3:]).F_H_L
-        stage.rendered(felt[k])
-        booked = ledger.step(p, felt[k], np.zeros(6), np.zeros(6), 0.0, R, F[k][None])
-    wanted, returned = (np.cumsum(np.einsum("ij,ij->i", G[:-1], motion.displacements)) for G in (F, felt))
-    off = abs(sum(booked.source) + wanted[-1]) + abs(booked.port + returned[-1])
-    if off > 1e-9 + 1e-6 * np.abs(wanted).max():
-        return f"{1e3 * wanted[-1]:.4g} mJ were given, {-1e3 * sum(booked.source):.4g} mJ are in the ledger"
-    if returned.max() > ALLOWANCE + 1e-6:
-        return f"the passivity layer returns {1e3 * returned.max():.3g} mJ, {1e3 * ALLOWANCE:.3g} allowed"
-    return ""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from palpate import _core
-from palpate.verify.conformance import combinations, drawn, examine, rejected, sample, summary
+from palpate.verify.conformance import billing, combinations, drawn, examine, in_motion, rejected, sample, summary
 from palpate.verify.conformance.bench import DT, Answer, Bench, Motion
 from palpate.verify.conformance.combinations import Combination
 from palpate.verify.conformance.probes import POOL, pool, probes, rejected_poses
@@ -101,7 +101,7 @@ def pushed():
 
 
 def test_energy_that_is_not_withheld_is_found(monkeypatch):
-    assert rejected.billing_failure(*pushed()) == ""
+    assert billing.billing_failure(*pushed()) == ""
     options = _core.StabilityOptions
 
     def without():
@@ -110,7 +110,7 @@ def test_energy_that_is_not_withheld_is_found(monkeypatch):
         return o
 
     monkeypatch.setattr(_core, "StabilityOptions", without)
-    assert "the passivity layer returns" in rejected.billing_failure(*pushed())
+    assert "the passivity layer returns" in billing.billing_failure(*pushed())
 
 
 @pytest.mark.parametrize("row", [0, 1])
@@ -128,4 +128,12 @@ def test_energy_that_is_not_billed_is_found(monkeypatch, row):
             )
 
     monkeypatch.setattr(_core, "Ledger", Half)
-    assert "in the ledger" in rejected.billing_failure(*pushed())
+    assert "in the ledger" in billing.billing_failure(*pushed())
+
+
+def test_energy_of_the_rate_limit_alone_must_be_billed(monkeypatch):
+    """A potential whose normal jumps inside a box: the rate limit yields energy there, which the ledger has."""
+    c = Combination("keep-in", "box", "potential", "hard", seed=7)
+    assert in_motion.energy(c) == ""
+    monkeypatch.setattr(in_motion, "billing_failure", lambda *_: "not billed")
+    assert in_motion.energy(c) == "not billed"
