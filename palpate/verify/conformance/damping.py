@@ -75,7 +75,8 @@ def expected(c: Combination, probe: Probe, V: Array) -> Array:
 def _turning(probe: Probe, V: Array) -> Array:
     """Every rotation is damped by B_turn, and one that increases the violation by B_turn / ratio."""
     worse, share = min(float(probe.J[3:] @ V[3:]), 0.0), min(max(-probe.gap, 0.0) / RISE_TURN, 1.0)
-    return np.asarray(np.r_[0.0, 0.0, 0.0, -B_TURN * V[3:] - share * (1.0 / RATIO - 1.0) * B_TURN * worse * probe.J[3:]])
+    more = share * (1.0 / RATIO - 1.0) * B_TURN
+    return np.asarray(np.r_[0.0, 0.0, 0.0, -B_TURN * V[3:] - more * worse * probe.J[3:]])
 
 
 def _matrix(c: Combination, probe: Probe, V: Array) -> Array:

@@ -157,12 +157,21 @@ def _edit_probe(c: Combination) -> Probe:
     """A probe with a violated constraint; for a fixture that engages by distance, within this distance."""
     case, s = ROLES[c.role], SPECIMENS[c.geometry]
     if POLICIES[c.policy].engage is None:
-        return probes(c)[0]
+        return next((probe for probe in probes(c) if probe.violated and _can_jump(c, probe)), probes(c)[0])
     for probe in pool(c.role, c.geometry, c.seed).violated:
         X = moved_to_gap(case, s, probe.X, -0.85 * ENGAGE * (PER_TURN if case.turns else 1.0))
         if X is not None and smooth(case, s, X, gradient(case, s, X)):
             return probe_at(c.role, c.geometry, X)
     raise LookupError(f"no smooth point near the boundary of {c.role} for a {c.geometry}")
+
+
+def _can_jump(c: Combination, probe: Probe) -> bool:
+    """True if the edits of the fixture's pose lead from the probe to smooth places."""
+    try:
+        edits(c, probe)
+    except LookupError:
+        return False
+    return True
 
 
 def _swinging(c: Combination, probe: Probe) -> Motion:
