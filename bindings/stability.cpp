@@ -118,20 +118,21 @@ void bind_stage(nb::module_& m) {
       .def(
           "step",
           [](Stability& self, const VectorArg& F_H_L, const Vec3& p_LH, const Vec3& v_LH, const Eigen::VectorXd& q,
-             double stiffness, double t, double t_leader, bool engaged) {
+             double stiffness, double t, double t_leader, bool engaged, const Eigen::Matrix3d& R_LH, const Vec3& w_LH) {
             stability::Input in;
             in.commanded.F = wrench(F_H_L, "F_H_L");
             in.t = t;
-            in.handle = {{t_leader, true}, {Mat3::Identity(), p_LH}, {v_LH, Vec3::Zero()}, 0.0, joint_vector(q, "q")};
+            in.handle = {{t_leader, true}, {R_LH, p_LH}, {v_LH, w_LH}, 0.0, joint_vector(q, "q")};
             in.tool = {t, true};
             in.engaged = engaged;
             in.stiffness = stiffness;
             return self.step(in);
           },
           "F_H_L"_a, "p_LH"_a, "v_LH"_a, "q"_a = Eigen::VectorXd(), "stiffness"_a = 0.0, "t"_a = 0.0,
-          "t_leader"_a = 0.0, "engaged"_a = true,
-          "One tick at t [s] with the handle at p_LH (3,) [m], v_LH (3,) [m/s], joints q (n,), and the wrench F_H_L "
-          "(6,) to be rendered. Call rendered() after each step.")
+          "t_leader"_a = 0.0, "engaged"_a = true, "R_LH"_a = Eigen::Matrix3d(Eigen::Matrix3d::Identity()),
+          "w_LH"_a = Vec3(Vec3::Zero()),
+          "One tick at t [s] with the handle at p_LH (3,) [m], R_LH (3, 3), v_LH (3,) [m/s], w_LH (3,) [rad/s], joints "
+          "q (n,), and the wrench F_H_L (6,) to be rendered. Call rendered() after each step.")
       .def(
           "rendered", [](Stability& self, const VectorArg& F_H_L) { self.rendered(wrench(F_H_L, "F_H_L")); }, "F_H_L"_a,
           "Reports the wrench (6,) that the drives rendered after their torque limits.")

@@ -1788,10 +1788,12 @@ class Stability:
         t: float = 0.0,
         t_leader: float = 0.0,
         engaged: bool = True,
+        R_LH: Annotated[NDArray[numpy.float64], "(3, 3)"] = ...,
+        w_LH: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
     ) -> StabilityOutput:
         """
-        One tick at t [s] with the handle at p_LH (3,) [m], v_LH (3,) [m/s], joints q (n,), and the wrench F_H_L (6,) to
-        be rendered. Call rendered() after each step.
+        One tick at t [s] with the handle at p_LH (3,) [m], R_LH (3, 3), v_LH (3,) [m/s], w_LH (3,) [rad/s], joints q
+        (n,), and the wrench F_H_L (6,) to be rendered. Call rendered() after each step.
         """
 
     def rendered(self, F_H_L: numpy.typing.ArrayLike) -> None:

@@ -53,7 +53,10 @@ def test_distance_has_a_unit_gradient_along_the_normal(seed):
     shifted = [query(geometry, near + step)["point"] for step in 1e-6 * np.r_[np.eye(3), -np.eye(3)]]
     jumps = np.linalg.norm(np.array(shifted) - q["point"], axis=2).max(axis=0) > 1e-4
     assert jumps.mean() < 0.1
-    np.testing.assert_allclose(slope(geometry, near, 2e-7)[~jumps], q["normal"][~jumps], atol=1e-5)
+    # A difference over h errs by about (h / distance)^2: beside the path itself it says nothing about the normal.
+    judged = ~jumps & (q["distance"] > 1e-5)
+    assert judged.mean() > 0.8
+    np.testing.assert_allclose(slope(geometry, near, 2e-8)[judged], q["normal"][judged], atol=1e-5)
     inner = (q["dimension"] == 1) & ~jumps
     assert abs((q["basis"][inner][:, :, 0] * q["normal"][inner]).sum(axis=1)).max() < 1e-9
 

@@ -20,6 +20,7 @@ class Command(SweepStudy):
       palpate study guidance
       palpate study guidance --json guidance.json --figures docs/images
       palpate study guidance --conformance
+      palpate study guidance --conformance --seeds 10
       palpate study guidance --entry
     """
 
@@ -29,6 +30,8 @@ class Command(SweepStudy):
     """Seed of the cohort and of all noise."""
     conformance: bool = False
     """Run the conformance suite of all roles, geometries, laws and policies instead, including --entry."""
+    seeds: Annotated[int, arg(metavar="N")] = 0
+    """With --conformance: examine a sample of about a thousand checks at other places, for each of N seeds."""
     entry: bool = False
     """Measure the penetration of hard and soft fixtures in the full simulation instead (about two minutes)."""
 
@@ -37,7 +40,7 @@ class Command(SweepStudy):
         from palpate.studies.guidance.conformance import conform, conformance_words, entered, entry_words
 
         if self.conformance:
-            judged = conform(self.sweeper(console))
+            judged = conform(self.sweeper(console), self.seeds)
             return Findings({"conformance": judged}, lambda _: [], conformance_words(judged))
         if self.entry:
             penetration = entered(self.sweeper(console))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from typing import TypedDict, cast
+from collections.abc import Mapping
+from typing import Any, TypedDict, cast
 
 from rich.console import RenderableType
 from rich.table import Table
@@ -29,13 +30,24 @@ class Conformance(Summary, Entered):
     """Summary of the suite, and the penetration of fixtures."""
 
 
-def conform(sweep: Sweeper = sweep) -> Conformance:
-    """Run the conformance suite on all cores; `conformance` in docs/json.md."""
-    grid = {"role": Axis(conformance.ROLES), "geometry": Axis(conformance.SPECIMENS)}
-    rows = sweep(examined, grid, title="conformance").rows()
-    wrong = {name: found for row in rows for name, found in json.loads(row["failures"]).items()}
-    summary = conformance.summary({c: wrong.get(str(c), {}) for c in conformance.combinations()})
+def conform(sweep: Sweeper = sweep, seeds: int = 0) -> Conformance:
+    """Run the conformance suite on all cores; `conformance` in docs/json.md.
+
+    With ``seeds`` > 0, a sample of about a thousand checks at the places of each of the seeds 1 to ``seeds``.
+    """
+    mine = [c for seed in range(1, seeds + 1) for c in conformance.sample(seed)] or conformance.combinations()
+    places = {(c.role, c.geometry, c.seed) for c in mine if not c.meaningless}
+    grid = {"seed": Axis(sorted({c.seed for c in mine})), "role": Axis(conformance.ROLES),
+            "geometry": Axis(conformance.SPECIMENS)}  # fmt: skip
+    rows = sweep(examined, grid, title="conformance", where=lambda p: _place(p) in places or not seeds).rows()
+    wrong = {(row["seed"], name): found for row in rows for name, found in json.loads(row["failures"]).items()}
+    drawn = {_place(row): (row["rejected_share"], row["places"]) for row in rows}
+    summary = conformance.summary({c: wrong.get((c.seed, str(c)), {}) for c in mine}, drawn)
     return {**summary, **entered(sweep)}
+
+
+def _place(point: Mapping[str, Any]) -> tuple[str, str, int]:
+    return point["role"], point["geometry"], point["seed"]
 
 
 def entered(sweep: Sweeper = sweep) -> Entered:
@@ -47,11 +59,15 @@ def entered(sweep: Sweeper = sweep) -> Entered:
     return {"hard_entry": hard, "soft_entry": soft, "entry_passed": entry.passed(hard, soft)}
 
 
-def examined(point: Point, seed: int) -> dict[str, int | str]:
-    """Examine all laws and policies of a role with a geometry; the result does not depend on the seed."""
-    mine = [c for c in conformance.combinations() if (c.role, c.geometry) == (point["role"], point["geometry"])]
+def examined(point: Point, seed: int) -> dict[str, int | float | str]:
+    """Examine all laws and policies of a role with a geometry, or those of a sample; `seed` has no effect."""
+    of_seed = point["seed"]
+    all_of = conformance.sample(of_seed) if of_seed else conformance.combinations()
+    mine = [c for c in all_of if (c.role, c.geometry) == (point["role"], point["geometry"])]
     found = {str(c): conformance.examine(c) for c in mine}
-    return {"examined": len(mine), "failures": json.dumps({name: wrong for name, wrong in found.items() if wrong})}
+    share, places = conformance.drawn(*_place(point)) if any(not c.meaningless for c in mine) else (0.0, 0)
+    return {"examined": len(mine), "rejected_share": share, "places": places,
+            "failures": json.dumps({name: wrong for name, wrong in found.items() if wrong})}  # fmt: skip
 
 
 def penetration(point: Point, seed: int) -> dict[str, float]:
@@ -68,14 +84,20 @@ def conformance_words(judged: Conformance) -> list[RenderableType]:
     kinds: dict[str, list[str]] = {}
     for failure in judged["failures"]:
         for name, wrong in failure.items():
-            if name != "combination":
-                kinds.setdefault(name, []).append(f"{failure['combination']}: {wrong}")
+            if name not in ("combination", "seed"):
+                kinds.setdefault(name, []).append(f"{failure['combination']}, seed {failure['seed']}: {wrong}")
     lines: list[RenderableType] = []
     for name, found in kinds.items():
         lines += [f"{name}: {len(found)} combinations", *(f"  {text}" for text in found[:3])]
+    most = sorted(judged["pairs"], key=lambda pair: -pair["rejected_share"])[:5]
+    shares = (f"{100 * pair['rejected_share']:.0f} % of {pair['role']} x {pair['geometry']}" for pair in most)
+    lines.append(f"not smooth, judged as rejected places: {', '.join(shares)}")
     lines += [f"not judged: {name}" for name in judged["unjudged"]]
     lines += [f"refused as meaningless: {n} combinations, {why}" for why, n in judged["reasons"].items()]
-    passed = f"{judged['passed']} of {judged['combinations']} combinations passed, {judged['refused']} refused"
+    passed = (
+        f"{judged['passed']} of {judged['combinations']} combinations passed ({judged['checks']} checks), "
+        f"{judged['refused']} refused"
+    )
     return [*lines, *entry_words(judged), f"conformance: {passed}, {len(judged['unjudged'])} not judged"]
 
 

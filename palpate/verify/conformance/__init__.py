@@ -7,9 +7,10 @@ laws are listed by the core, geometries by its classes; a new entry without a re
 """
 
 from palpate.verify.conformance import entry
-from palpate.verify.conformance.combinations import Combination, combinations
+from palpate.verify.conformance.combinations import Combination, combinations, sample
+from palpate.verify.conformance.probes import drawn
 from palpate.verify.conformance.roles import ROLES
 from palpate.verify.conformance.run import examine, summary
 from palpate.verify.conformance.specimens import SPECIMENS
 
-__all__ = ["ROLES", "SPECIMENS", "Combination", "combinations", "entry", "examine", "summary"]
+__all__ = ["ROLES", "SPECIMENS", "Combination", "combinations", "drawn", "entry", "examine", "sample", "summary"]

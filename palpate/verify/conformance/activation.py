@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from palpate import _core
 from palpate.arrays import Array
-from palpate.verify.conformance.at_rest import WEIGHTS, settle
+from palpate.verify.conformance.at_rest import WEIGHTS, edge_reserve, lead, settle
 from palpate.verify.conformance.bench import DT, RESERVE, Bench, Motion, constant_pose, constant_probe, fixture
 from palpate.verify.conformance.combinations import (
     ENGAGE,
@@ -22,9 +22,9 @@ from palpate.verify.conformance.combinations import (
     RELEASE,
     Combination,
 )
-from palpate.verify.conformance.laws import K_TURN, LAWS, K
+from palpate.verify.conformance.laws import K_TURN, LAWS, MOST, K
 from palpate.verify.conformance.probes import Probe, moved_to_gap, probe_at, probes
-from palpate.verify.conformance.roles import LEVER, ROLES
+from palpate.verify.conformance.roles import ROLES
 from palpate.verify.conformance.specimens import SPECIMENS
 
 PRESSED, TWISTED = 0.002, 0.3
@@ -33,7 +33,7 @@ PRESSED, TWISTED = 0.002, 0.3
 
 def policy(c: Combination) -> str:
     """Run the policy's own check on two probes."""
-    for probe in probes(c.role, c.geometry)[:2]:
+    for probe in probes(c)[:2]:
         failure = JUDGES[c.policy](c, probe)
         if failure:
             return failure
@@ -68,16 +68,31 @@ def _authority(c: Combination, probe: Probe) -> str:
     authority = POLICIES[c.policy].authority
     out = Bench(c, quick=True).run(_violating_motion(c, probe, settle(c)))
     hard = POLICIES[c.policy].hard
-    slack = 0.08 if c.corrects else 1e-3
-    failure = _wrench_failure(out.F[-1], _full_wrench(c, probe), authority, f"authority {authority:g}", slack)
+    full = _full_wrench(c, probe)
+    F = out.F[-1] - _of_reserve(c, probe, full) * probe.J
+    beside = edge_reserve(c, probe.gap) / max(float(np.linalg.norm(full * WEIGHTS)), 1e-9)
+    failure = _wrench_failure(F, full, authority, f"authority {authority:g}", 1e-3 + beside)
     if failure or not hard or ROLES[c.role].speed or ROLES[c.role].touches:
         return failure
     left = max(-ROLES[c.role].gap(SPECIMENS[c.geometry], out.X[-1]), 0.0)
-    expected = (1.0 - authority) * max(-probe.gap, 0.0)
-    reserve = 2.0 * RESERVE * (1.0 if not ROLES[c.role].turns else 1.0 / LEVER)
-    if abs(left - expected) > 0.1 * max(-probe.gap, 0.0) + reserve:
+    expected = max((1.0 - authority) * max(-probe.gap, 0.0) - authority * lead(c, probe.gap), 0.0)
+    if abs(left - expected) > 0.01 * max(-probe.gap, 0.0) + RESERVE * (not ROLES[c.role].attracts):
         return f"authority {authority:g}: the goal is {left:.3g} beyond the boundary, expected {expected:.3g}"
     return ""
+
+
+def _of_reserve(c: Combination, probe: Probe, full: Array) -> float:
+    """Force by which a hard fixture with part of the authority exceeds that part of the full one's force [N, N m].
+
+    Both goals keep the same reserve, so that the whole correction is larger with less authority.
+    """
+    case, law, authority = ROLES[c.role], LAWS[c.law], POLICIES[c.policy].authority
+    if law.force is None or not np.isfinite(probe.gap) or probe.gap > 0.0:
+        return 0.0
+    keeps, size = lead(c, probe.gap), float(full @ probe.J)
+    part, whole = (law.force(probe.gap - way, case.attracts, case.turns) for way in (keeps, authority * keeps))
+    most = np.inf if c.law == "spring" else MOST
+    return authority * (min(size + part - whole, most) - size) if keeps > 0.0 else 0.0
 
 
 def _pedal(c: Combination, probe: Probe) -> str:
@@ -142,7 +157,7 @@ def _engagement(c: Combination, probe: Probe) -> str:
             there = _probe_at_gap(c, probe, gap * per, (-1.0, 1.0))
             bench.run(constant_pose(there.X, round(3 * QUICK / DT)))
         F = bench.run(_violating_motion(c, between, max(settle(c), round(3 * QUICK / DT)))).F[-1]
-        failure = _wrench_failure(F, share * full, 1.0, words, 0.08 if c.corrects else 1e-3)
+        failure = _wrench_failure(F, share * full, 1.0, words, 1e-3)
         if failure:
             return failure
     return ""
@@ -151,7 +166,7 @@ def _engagement(c: Combination, probe: Probe) -> str:
 def _probe_at_gap(c: Combination, probe: Probe, gap: float, signs: tuple[float, ...]) -> Probe:
     """A probe with this absolute gap and one of the signs; raises LookupError if none is reachable from a probe."""
     case = ROLES[c.role]
-    for start in (probe, *probes(c.role, c.geometry)):
+    for start in (probe, *probes(c)):
         for sign in signs:
             X = moved_to_gap(case, SPECIMENS[c.geometry], start.X, sign * gap)
             if X is not None:
@@ -161,7 +176,7 @@ def _probe_at_gap(c: Combination, probe: Probe, gap: float, signs: tuple[float, 
 
 def _soft(c: Combination, probe: Probe) -> str:
     """The wrenches of two soft fixtures add."""
-    return "" if c.corrects else _pair(c, probe, 0, 0, 0.0, 0.0)
+    return _pair(c, probe, 0, 0, 0.0, 0.0)
 
 
 def _priority(c: Combination, probe: Probe) -> str:
@@ -192,8 +207,7 @@ def _pair(c: Combination, probe: Probe, mine: int, others: int, first: float, se
     # A fixture loses the component of its force that opposes the other fixture.
     expected = f1 - second * min(float(f1 @ b), 0.0) * b + f2 - first * min(float(f2 @ a), 0.0) * a
     off = float(np.linalg.norm(f12 - expected))
-    slack = 0.03 if c.corrects else 2e-3
-    if off > slack * float(np.linalg.norm(f1) + np.linalg.norm(f2)) + 1e-6:
+    if off > 2e-3 * float(np.linalg.norm(f1) + np.linalg.norm(f2)) + 1e-6:
         total, first_F, second_F, reference = (np.round(f, 4) for f in (f12, f1, f2, expected))
         return f"priorities {mine} and {others}: {total} from {first_F} and {second_F}, expected {reference}"
     if POLICIES[c.policy].hard and np.abs(both.X[-1] - F1.X[-1]).max() > 1e-9:

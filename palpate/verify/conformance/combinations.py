@@ -82,6 +82,8 @@ class Combination:
     geometry: str
     law: str
     policy: str
+    seed: int = 0
+    """Seed of the tool poses at which the combination is judged."""
 
     @property
     def meaningless(self) -> str:
@@ -102,13 +104,32 @@ class Combination:
             return POLICIES[self.policy].activation(0.0)
         return POLICIES[self.policy].activation(gap / PER_TURN if ROLES[self.role].turns else gap)
 
+    @property
+    def turn(self) -> int:
+        """Index of law and policy; it selects the combination's places from those of its role and geometry."""
+        return len(POLICIES) * list(LAWS).index(self.law) + list(POLICIES).index(self.policy)
+
     def __str__(self) -> str:
         return f"{self.role} x {self.geometry} x {self.law} x {self.policy}"
 
 
-def combinations() -> list[Combination]:
-    """All combinations; the policy varies fastest."""
-    return [Combination(r, g, law, p) for r in ROLES for g in SPECIMENS for law in _laws() for p in POLICIES]
+def combinations(seed: int = 0) -> list[Combination]:
+    """All combinations, judged at the places of a seed; the policy varies fastest."""
+    return [Combination(r, g, law, p, seed) for r in ROLES for g in SPECIMENS for law in _laws() for p in POLICIES]
+
+
+def sample(seed: int) -> list[Combination]:
+    """One meaningful combination of every second pair of role and geometry, of the other half for the next seed.
+
+    The seed also selects law, policy and places.
+    """
+    rng, found = np.random.default_rng(seed), []
+    for role in ROLES:
+        for geometry in SPECIMENS:
+            kinds = [(law, policy) for law in _laws() for policy in POLICIES]
+            order = [Combination(role, geometry, kinds[k][0], kinds[k][1], seed) for k in rng.permutation(len(kinds))]
+            found += [c for c in order if not c.meaningless][:1]
+    return found[seed % 2 :: 2]
 
 
 def _laws() -> list[str]:

@@ -7,8 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-K, B, K_TURN, B_TURN, MOST, MOMENT, RANGE, RANGE_TURN, RATIO = 400.0, 2.0, 0.5, 0.005, 1.0, 0.1, 0.01, 0.8, 0.1
+K, B, K_TURN, B_TURN, MOST, MOMENT, RANGE, RANGE_TURN, RATIO = 400.0, 2.0, 0.5, 0.005, 1.0, 0.2, 0.01, 0.8, 0.1
 """Options with which every law is checked."""
+RISE, RISE_TURN = 2e-4, 5e-3
+"""Violation over which the damping of a position and of an angle rises to B [m, rad]."""
 _OPTIONS = {"K": K, "B": B, "K_turn": K_TURN, "B_turn": B_TURN, "force": MOST, "moment": MOMENT, "range": RANGE,
             "range_turn": RANGE_TURN, "ratio": RATIO}  # fmt: skip
 

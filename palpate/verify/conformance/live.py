@@ -31,7 +31,7 @@ from palpate.verify.conformance.bench import (
 )
 from palpate.verify.conformance.combinations import ENGAGE, LATER, PER_TURN, POLICIES, QUICK, SLOW, Combination
 from palpate.verify.conformance.laws import B_TURN, K_TURN, LAWS, RATIO, B, K
-from palpate.verify.conformance.probes import VIOLATED, Probe, moved_to_gap, probe_at, probes, smooth
+from palpate.verify.conformance.probes import Probe, moved_to_gap, pool, probe_at, probes, smooth
 from palpate.verify.conformance.roles import LEVER, ROLES, SPEED, gradient, moved
 from palpate.verify.conformance.specimens import SPECIMENS
 
@@ -96,7 +96,7 @@ def edits(c: Combination, probe: Probe) -> dict[str, Setting]:
 
 def live_edit(c: Combination) -> str:
     """All edits of `edits` in sequence, first at rest and then in motion."""
-    probe = _edit_probe(c.role, c.geometry, POLICIES[c.policy].engage is not None)
+    probe = _edit_probe(c)
     masters = (False, True) if "admittance" in (c.law, OTHER[c.law]) else (False,)
     motions = {"at rest": (constant_probe(probe, 2), False)}
     motions |= {f"in motion{', admittance master' * m}": (_swinging(c, probe), m) for m in masters}
@@ -153,17 +153,25 @@ def _transition_ticks(c: Combination) -> int:
     return max(settle(c), 1600 if ROLES[c.role].turns else round(1.6 * SLOW / DT))
 
 
-@lru_cache(maxsize=64)
-def _edit_probe(role: str, geometry: str, engages: bool) -> Probe:
+def _edit_probe(c: Combination) -> Probe:
     """A probe with a violated constraint; for a fixture that engages by distance, within this distance."""
-    case, s = ROLES[role], SPECIMENS[geometry]
-    if not engages:
-        return probes(role, geometry)[0]
-    for probe in probes(role, geometry)[:VIOLATED]:
+    case, s = ROLES[c.role], SPECIMENS[c.geometry]
+    if POLICIES[c.policy].engage is None:
+        return next((probe for probe in probes(c) if probe.violated and _can_jump(c, probe)), probes(c)[0])
+    for probe in pool(c.role, c.geometry, c.seed).violated:
         X = moved_to_gap(case, s, probe.X, -0.85 * ENGAGE * (PER_TURN if case.turns else 1.0))
         if X is not None and smooth(case, s, X, gradient(case, s, X)):
-            return probe_at(role, geometry, X)
-    raise LookupError(f"no smooth point near the boundary of {role} for a {geometry}")
+            return probe_at(c.role, c.geometry, X)
+    raise LookupError(f"no smooth point near the boundary of {c.role} for a {c.geometry}")
+
+
+def _can_jump(c: Combination, probe: Probe) -> bool:
+    """True if the edits of the fixture's pose lead from the probe to smooth places."""
+    try:
+        edits(c, probe)
+    except LookupError:
+        return False
+    return True
 
 
 def _swinging(c: Combination, probe: Probe) -> Motion:

@@ -14,7 +14,7 @@ from palpate.verify.conformance.roles import ROLES
 
 def admittance_master(c: Combination) -> str:
     """The wrench minus damping times velocity equals an impedance master's wrench; the damping matrix is bounded."""
-    for a, b in paths(c.role, c.geometry):
+    for a, b in paths(c):
         runs = []
         for damping in (False, True):
             bench = Bench(c, quick=True, damping=damping).begin(a)
@@ -26,6 +26,8 @@ def admittance_master(c: Combination) -> str:
             return f"{off:.3g} N between the wrenches of the two masters"
         if np.any(plain.B):
             return "damping is commanded to a master that cannot render it"
+        if np.abs(taken.B - taken.B.transpose(0, 2, 1)).max() > 1e-9:
+            return "its damping is not symmetric"
         least, most = np.linalg.eigvalsh(taken.B).min(), np.linalg.eigvalsh(taken.B).max()
         if least < -1e-9 or most > B / RATIO * (1.0 + 1e-9):
             return f"its damping has eigenvalues from {least:.3g} to {most:.3g} N s/m"

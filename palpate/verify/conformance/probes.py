@@ -5,18 +5,25 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 from itertools import islice, product
+from typing import TypeVar
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from palpate.arrays import Array
+from palpate.verify.conformance.combinations import Combination
 from palpate.verify.conformance.roles import FAR, ROLES, SPEED, H, RoleCase, gradient, moved, slope
 from palpate.verify.conformance.specimens import SPECIMENS, Specimen
 
-VIOLATED, SATISFIED = 4, 2
-"""Number of probes with a violated constraint, and with a satisfied one."""
+VIOLATED, SATISFIED, REJECTED = 4, 2, 1
+"""Number of probes of a combination with a violated constraint, with a satisfied one, and where it is not smooth."""
+POOL, TRIES = 6, 1500
+"""Number of violated probes of a role with a geometry, and largest number of poses drawn to find them."""
 UNEVEN = 10.0
 """Largest change of an orientation gradient within _LOOP [rad/m]."""
+ASIDE = 2e-5
+"""Displacement of a rejected pose [m, rad]: the search along the gradient ends exactly between two walls."""
+T = TypeVar("T")
 _DIRECTIONS = np.array([np.array(u) / np.linalg.norm(u) for u in product((-1, 0, 1), repeat=3) if any(u)])
 _REACH, _CLOSE = 1.2e-3, 0.5e-3
 """Radius around a probe within which the normal turns little, and within which it is continuous [m]."""
@@ -24,7 +31,7 @@ _LOOP = 1.8e-3
 """Radius around a probe within which an orientation gradient is nearly constant [m]."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Probe:
     """A tool pose with a role's constraint at this pose."""
 
@@ -43,32 +50,88 @@ class Probe:
         return self.gap < 0.0 or float(np.linalg.norm(self.V[:3])) > SPEED
 
 
+@dataclass(frozen=True)
+class Pool:
+    """The places of a role with a geometry, for one seed."""
+
+    violated: tuple[Probe, ...]
+    """Probes with a violated constraint that is smooth around them."""
+    satisfied: tuple[Probe, ...]
+    rejected: tuple[Array, ...]
+    """Violated poses (4, 4) where the constraint is not smooth."""
+    rejected_share: float
+    """Share of the violated poses that are not smooth, of all that were drawn [-]."""
+
+
 @cache
-def probes(role: str, geometry: str) -> tuple[Probe, ...]:
-    """VIOLATED probes with a violated constraint, then SATISFIED probes with a satisfied one, seeded by the names.
+def pool(role: str, geometry: str, seed: int) -> Pool:
+    """Draws poses until there are POOL violated probes, or TRIES poses, and SATISFIED satisfied ones.
 
     Raises:
-        LookupError: too few smooth poses were found.
+        LookupError: fewer than two violated or SATISFIED satisfied smooth poses were found.
     """
-    case, s = ROLES[role], SPECIMENS[geometry]
-    rng = np.random.default_rng(sum(map(ord, role + geometry)))
-    find = _speed_probe if case.speed else _position_probe
+    case, s, rng = ROLES[role], SPECIMENS[geometry], _rng(role, geometry, seed)
     found: dict[bool, list[Probe]] = {True: [], False: []}
-    for _ in range(600):
-        violated = len(found[True]) < VIOLATED
-        if not violated and len(found[False]) == SATISFIED:
-            return (*found[True], *found[False])
-        probe = find(case, s, rng, violated)
-        if probe is not None:
-            found[violated].append(probe)
-    raise LookupError(f"too few poses with a smooth constraint of {role} for a {geometry}")
+    rejected: list[Array] = []
+    tries = count = 0
+    while tries < TRIES and len(found[True]) < POOL:
+        tries += 1
+        probe = _drawn(case, s, rng, True)
+        if probe is None:
+            continue
+        count += 1
+        if is_smooth(case, s, probe, True):
+            found[True].append(probe)
+        else:
+            rejected.append(moved(probe.X, ASIDE * rng.uniform(-1.0, 1.0, 6)))
+    for _ in range(TRIES):
+        if len(found[False]) == SATISFIED:
+            break
+        probe = _drawn(case, s, rng, False)
+        if probe is not None and is_smooth(case, s, probe, False):
+            found[False].append(probe)
+    if len(found[True]) < 2 or len(found[False]) < SATISFIED:
+        raise LookupError(f"too few poses with a smooth constraint of {role} for a {geometry}")
+    return Pool(tuple(found[True]), tuple(found[False]), tuple(rejected[:POOL]), len(rejected) / count)
+
+
+def drawn(role: str, geometry: str, seed: int) -> tuple[float, int]:
+    """Share of the drawn poses that were rejected [-], and number of places where the pair is judged."""
+    try:
+        found = pool(role, geometry, seed)
+    except LookupError:
+        return 1.0, 0
+    return found.rejected_share, len(found.violated)
+
+
+def probes(c: Combination) -> tuple[Probe, ...]:
+    """VIOLATED probes with a violated constraint, then SATISFIED probes with a satisfied one.
+
+    The combinations of a role and a geometry begin at different places of their pool, so that together they are judged
+    at all places.
+    """
+    found = pool(c.role, c.geometry, c.seed)
+    return (*_from(found.violated, c.turn)[:VIOLATED], *found.satisfied)
+
+
+def rejected_poses(c: Combination) -> tuple[Array, ...]:
+    """REJECTED violated poses (4, 4) where the constraint is not smooth, or fewer if there are not as many."""
+    return _from(pool(c.role, c.geometry, c.seed).rejected, c.turn)[:REJECTED]
+
+
+def _from(places: tuple[T, ...], start: int) -> tuple[T, ...]:
+    k = start % max(len(places), 1)
+    return (*places[k:], *places[:k])
+
+
+def _rng(role: str, geometry: str, seed: int) -> np.random.Generator:
+    return np.random.default_rng([seed, *map(ord, role + geometry)])
 
 
 @cache
-def unfiltered_poses(role: str, geometry: str) -> tuple[Array, ...]:
+def unfiltered_poses(role: str, geometry: str, seed: int) -> tuple[Array, ...]:
     """Violated poses (4, 4) without a smoothness requirement, possibly near edges."""
-    case, s = ROLES[role], SPECIMENS[geometry]
-    rng = np.random.default_rng(sum(map(ord, geometry + role)))
+    case, s, rng = ROLES[role], SPECIMENS[geometry], _rng(geometry, role, seed)
     if case.speed:
         return tuple(_random_pose(rng) for _ in range(SATISFIED))
     tried = (moved_to_gap(case, s, _random_pose(rng), -0.3 if case.turns else -0.0025) for _ in range(100))
@@ -108,30 +171,32 @@ def probe_at(role: str, geometry: str, X: Array) -> Probe:
     return Probe(X, np.zeros(6), case.gap(s, X), gradient(case, s, X))
 
 
-def _speed_probe(case: RoleCase, s: Specimen, rng: np.random.Generator, violated: bool) -> Probe | None:
-    X, direction = _random_pose(rng), rng.normal(size=3)
-    if abs(float(s.distance(X[None, :3, 3])[0])) > 0.5 * FAR:
-        return None
-    u = direction / np.linalg.norm(direction)
-    return Probe(X, np.r_[(2.5 if violated else 0.5) * SPEED * u, 0.0, 0.0, 0.0], np.inf, np.r_[-u, 0.0, 0.0, 0.0])
-
-
-def _position_probe(case: RoleCase, s: Specimen, rng: np.random.Generator, violated: bool) -> Probe | None:
+def _drawn(case: RoleCase, s: Specimen, rng: np.random.Generator, violated: bool) -> Probe | None:
+    """A random probe near the specimen, with a constraint that is violated or satisfied; None without convergence."""
+    if case.speed:
+        X, direction = _random_pose(rng), rng.normal(size=3)
+        u = direction / np.linalg.norm(direction)
+        V = np.r_[(2.5 if violated else 0.5) * SPEED * u, 0.0, 0.0, 0.0]
+        inside = abs(float(s.distance(X[None, :3, 3])[0])) < 0.5 * FAR
+        return Probe(X, V, np.inf, np.r_[-u, 0.0, 0.0, 0.0]) if inside else None
     bad = (-0.5, -0.1) if case.turns else (-0.0035, -0.0008)
     good = (0.01, 0.04) if case.turns else (0.0001, 0.0004) if case.attracts else (0.0003, 0.001)
-    goal = float(rng.uniform(*(bad if violated else good)))
-    X = moved_to_gap(case, s, _random_pose(rng), goal)
-    if X is None or np.abs(X[:3, 3]).max() > 0.032:
+    Y = moved_to_gap(case, s, _random_pose(rng), float(rng.uniform(*(bad if violated else good))))
+    if Y is None or np.abs(Y[:3, 3]).max() > 0.032:
         return None
-    J = gradient(case, s, X)
-    if violated and not smooth(case, s, X, J):
+    if case.touches and abs(float(s.distance(Y[None, :3, 3])[0])) > 0.5 * FAR:  # beyond its region it does not act
         return None
-    if _satisfied_pose(case, s, X) is None:
-        return None
+    return Probe(Y, np.zeros(6), case.gap(s, Y), gradient(case, s, Y))
+
+
+def is_smooth(case: RoleCase, s: Specimen, probe: Probe, violated: bool) -> bool:
+    """True if a combination can be judged at the probe by numbers that need a smooth constraint."""
+    if case.speed:
+        return True
+    if (violated and not smooth(case, s, probe.X, probe.J)) or _satisfied_pose(case, s, probe.X) is None:
+        return False
     pushes = not (case.attracts or case.touches)  # a potential already acts on a satisfied pose
-    if pushes and abs(np.linalg.norm(slope(s.distance, X[:3, 3])) - 1.0) > 1e-3:
-        return None
-    return Probe(X, np.zeros(6), case.gap(s, X), J)
+    return not pushes or abs(float(np.linalg.norm(slope(s.distance, probe.X[:3, 3]))) - 1.0) < 1e-3
 
 
 def _random_pose(rng: np.random.Generator) -> Array:
@@ -145,7 +210,7 @@ def smooth(case: RoleCase, s: Specimen, X: Array, J: Array) -> bool:
     """The gradient of the distance has length one and turns little around the pose and at its corrected position."""
     p = X[:3, 3]
     if case.touches:
-        return abs(float(s.distance(p[None])[0])) < 0.5 * FAR
+        return True
     if case.turns:
         return _aim_is_smooth(case, s, X, J)
     d, n = float(s.distance(p[None])[0]), slope(s.distance, p)
@@ -171,7 +236,7 @@ def _aim_is_smooth(case: RoleCase, s: Specimen, X: Array, J: Array) -> bool:
     """The orientation gradient is nearly constant in position, up to the radius of the closed loops."""
     half = len(_DIRECTIONS) // 2
     for u in _LOOP * _DIRECTIONS[:half]:
-        there, back = (gradient(case, s, moved(X, np.r_[v, 0.0, 0.0, 0.0]))[:3] - J[:3] for v in (u, -u))
+        there, back = (gradient(case, s, moved(X, np.r_[v, 0.0, 0.0, 0.0]), 3) - J[:3] for v in (u, -u))
         if max(np.linalg.norm(there), np.linalg.norm(back)) > UNEVEN or np.linalg.norm(there + back) > 0.4 * UNEVEN:
             return False
     return True

@@ -13,7 +13,6 @@ from functools import cache, cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
-from scipy.optimize import brentq
 
 from palpate import _core
 from palpate.arrays import Array
@@ -82,24 +81,30 @@ def _curve() -> tuple[Array, Array, CubicSpline]:
     return u, spline(u), spline
 
 
-def _foot(p: Array) -> float:
-    """Parameter of the spline's point nearest to p (3,): the nearest of 801 samples, refined by Newton's method."""
+def _in_parts(distance: Distance, n: int = 400) -> Distance:
+    """A distance function that evaluates n points at a time, so that its arrays stay small."""
+    return lambda p: np.concatenate([distance(part) for part in np.array_split(p, -(-len(p) // n))])
+
+
+def _feet(p: Array) -> Array:
+    """Parameters (n,) of the spline's points nearest to p (n, 3): the nearest of 801 samples, refined by Newton."""
     u, points, spline = _curve()
-    s = u[int(np.argmin(((points - p) ** 2).sum(axis=1)))]
+    s = u[np.argmin(((p[:, None] - points) ** 2).sum(axis=2), axis=1)]
     for _ in range(4):
         out, v = spline(s) - p, spline(s, 1)
-        s = np.clip(s - (out @ v) / (v @ v + out @ spline(s, 2)), u[0], u[-1])
-    return float(s)
+        s = np.clip(s - (out * v).sum(axis=1) / (v * v + out * spline(s, 2)).sum(axis=1), u[0], u[-1])
+    return np.asarray(s)
 
 
+@_in_parts
 def curve(p: Array) -> Array:
     """Distance to the spline through WAYPOINTS."""
-    return np.array([np.linalg.norm(_curve()[2](_foot(point)) - point) for point in p])
+    return np.asarray(np.linalg.norm(_curve()[2](_feet(p)) - p, axis=1))
 
 
 def tangent(p: Array) -> Array:
     """Unit tangent (3,) of the spline at its point nearest to p (3,)."""
-    t = _curve()[2](_foot(p), 1)
+    t = _curve()[2](_feet(p[None])[0], 1)
     return np.asarray(t / np.linalg.norm(t))
 
 
@@ -135,24 +140,18 @@ def ball(p: Array, centre: tuple[float, float, float] = (0.0, 0.0, 0.0), radius:
 
 
 def ellipsoid(p: Array) -> Array:
-    """Distance to the ellipsoid with semi-axes HALF, from the root of its Lagrange multiplier.
+    """Distance to the ellipsoid with semi-axes HALF, from the root of its Lagrange multiplier by Newton's method.
 
-    Source: Eberly, Distance from a point to an ellipse, an ellipsoid, or a hyperellipsoid.
+    Source: Eberly, Distance from a point to an ellipse, an ellipsoid, or a hyperellipsoid. The function is convex and
+    falls, so that Newton's method converges from a start below the root.
     """
-    return np.array([_ellipsoid(point) for point in p])
-
-
-def _ellipsoid(p: Array) -> float:
     a2, y = HALF**2, np.maximum(np.abs(p), 1e-12)
-
-    def over(t: float) -> float:
-        return float(((HALF * y / (t + a2)) ** 2).sum() - 1.0)
-
-    least = float((HALF * y - a2).max())  # over() is not below zero there
-    most = float(np.linalg.norm(HALF * y))
-    t = brentq(over, least + 1e-15, most + 1e-9, xtol=1e-16, rtol=1e-14)
-    q = a2 * y / (t + a2)
-    return float(np.sign(over(0.0)) * np.linalg.norm(y - q))
+    t = (HALF * y - a2).max(axis=1)
+    for _ in range(60):
+        parts = (HALF * y / (t[:, None] + a2)) ** 2
+        t = t + np.maximum(parts.sum(axis=1) - 1.0, 0.0) / (2.0 * (parts / (t[:, None] + a2)).sum(axis=1))
+    q = a2 * y / (t[:, None] + a2)
+    return np.asarray(np.sign(((y / HALF) ** 2).sum(axis=1) - 1.0) * np.linalg.norm(y - q, axis=1))
 
 
 @cache
@@ -164,37 +163,36 @@ def _solid_mesh() -> tuple[Array, NDArray[np.int32]]:
     return np.asarray(mesh.vertices * HALF), np.asarray(mesh.faces, dtype=np.int32)
 
 
+@_in_parts
 def mesh(p: Array) -> Array:
     """Distance to all triangles by brute force; sign from their solid angles (Van Oosterom and Strackee 1983)."""
     vertices, triangles = _solid_mesh()
     corners = vertices[triangles]  # (m, 3, 3)
-    return np.array([_to_mesh(point, corners) for point in p])
-
-
-def _to_mesh(p: Array, corners: Array) -> float:
     a, b, c = (corners[:, k] for k in range(3))
     normal = np.cross(b - a, c - a)
     normal /= np.linalg.norm(normal, axis=1)[:, None]
-    height = np.einsum("ij,ij->i", normal, p - a)
-    foot = p - height[:, None] * normal
-    over = np.ones(len(corners), dtype=bool)
-    edges = np.full(len(corners), np.inf)
+    height = _dot(p[:, None] - a, normal)  # (n, m)
+    foot = p[:, None] - height[..., None] * normal
+    over = np.ones(height.shape, dtype=bool)
+    edges = np.full(height.shape, np.inf)
     for u, v in ((a, b), (b, c), (c, a)):
-        over &= np.einsum("ij,ij->i", np.cross(v - u, foot - u), normal) >= 0.0
-        fraction = np.clip(np.einsum("ij,ij->i", p - u, v - u) / np.einsum("ij,ij->i", v - u, v - u), 0.0, 1.0)
-        edges = np.minimum(edges, np.linalg.norm(p - u - fraction[:, None] * (v - u), axis=1))
-    d = float(np.where(over, np.abs(height), edges).min())
-    x, y, z = a - p, b - p, c - p
-    n = [np.linalg.norm(w, axis=1) for w in (x, y, z)]
-    det = np.einsum("ij,ij->i", x, np.cross(y, z))
-    rest = (
-        n[0] * n[1] * n[2]
-        + np.einsum("ij,ij->i", x, y) * n[2]
-        + np.einsum("ij,ij->i", x, z) * n[1]
-        + np.einsum("ij,ij->i", y, z) * n[0]
-    )
-    inside = abs(2.0 * np.arctan2(det, rest).sum()) > 2.0 * np.pi
-    return -d if inside else d
+        over &= _dot(foot - u, np.cross(normal, v - u)) >= 0.0
+        fraction = np.clip(_dot(p[:, None] - u, v - u) / _dot(v - u, v - u), 0.0, 1.0)
+        edges = np.minimum(edges, np.linalg.norm(p[:, None] - u - fraction[..., None] * (v - u), axis=2))
+    d = np.where(over, np.abs(height), edges).min(axis=1)
+    return np.asarray(np.where(_inside(p, a, b, c), -d, d))
+
+
+def _dot(u: Array, v: Array) -> Array:
+    return np.asarray(np.einsum("...i,...i->...", u, v))
+
+
+def _inside(p: Array, a: Array, b: Array, c: Array) -> NDArray[np.bool_]:
+    """True (n,) where the solid angles of all triangles add up to a full sphere."""
+    x, y, z = (corner - p[:, None] for corner in (a, b, c))
+    r, s, t = (np.linalg.norm(w, axis=2) for w in (x, y, z))
+    rest = r * s * t + _dot(x, y) * t + _dot(x, z) * s + _dot(y, z) * r
+    return np.asarray(np.abs(2.0 * np.arctan2(_dot(x, np.cross(y, z)), rest).sum(axis=1)) > 2.0 * np.pi)
 
 
 @cache
@@ -224,6 +222,12 @@ def _placed_ball(x: float) -> _core.Geometry:
     X = np.eye(4)
     X[0, 3] = x
     return _core.PlacedGeometry(_core.SurfaceGeometry(_core.Sphere(0.015)), X)
+
+
+def _placed_box(x: float) -> _core.Geometry:
+    X = np.eye(4)
+    X[0, 3] = x
+    return _core.PlacedGeometry(_core.SurfaceGeometry(_core.Box(BOX)), X)
 
 
 def _combined(kind: str) -> Callable[[], _core.Geometry]:
@@ -269,6 +273,8 @@ SPECIMENS: dict[str, Specimen] = {
     "union": Specimen(_combined("union"), lambda p: np.minimum(*_two(p)), True, classes=(_core.CombinedGeometry,)),
     "intersection": Specimen(_combined("intersection"), lambda p: np.maximum(*_two(p)), True),
     "difference": Specimen(_combined("difference"), lambda p: np.maximum(_two(p)[0], -_two(p)[1]), True),
+    "union of boxes": Specimen(lambda: _core.CombinedGeometry("union", [_placed_box(-0.01), _placed_box(0.012)]),
+                               lambda p: np.minimum(box(p - [-0.01, 0.0, 0.0]), box(p - [0.012, 0.0, 0.0])), True),
     "placed": Specimen(lambda: _placed_ball(0.01), lambda p: ball(p, (0.01, 0.0, 0.0), 0.015), True,
                        classes=(_core.PlacedGeometry,)),
 }  # fmt: skip
