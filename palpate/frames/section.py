@@ -40,7 +40,7 @@ class EdgePose(Section):
         given = [key for key in (*_ROTATIONS, "matrix") if getattr(self, key) is not None]
         if len(given) > 1:
             raise ValueError(f"{' and '.join(given)} are given | keep one of them")
-        if self.matrix is not None and "xyz" in self.model_fields_set:
+        if self.matrix is not None and any(self.xyz):
             raise ValueError("matrix and xyz are given | the last column of matrix is the position: remove xyz")
         return self
 

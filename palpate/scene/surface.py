@@ -11,7 +11,7 @@ from palpate import _core, surfaces
 from palpate.arrays import Array
 from palpate.errors import SceneError
 from palpate.mesh import Mesh
-from palpate.scene import materials
+from palpate.scene import materials, placing
 from palpate.scene.scene import Scene
 
 
@@ -58,11 +58,11 @@ def placed(scene: Scene, bodies: Bodies | None = None) -> list[Surface]:
     """
     shared = {} if bodies is None else bodies
     found = []
-    for i, obj in enumerate(scene.objects):
+    for i, X_WO in enumerate(placing.object_poses(scene)):
         key = _surface_key(scene, i)
         if key not in shared:
             shared[key] = _body(scene, i)
-        found.append(Surface(shared[key], obj.pose.matrix()))
+        found.append(Surface(shared[key], X_WO))
     return found
 
 
