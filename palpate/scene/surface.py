@@ -12,6 +12,7 @@ from palpate.arrays import Array
 from palpate.errors import SceneError
 from palpate.mesh import Mesh
 from palpate.scene import materials, placing
+from palpate.scene.model import ObjectSection
 from palpate.scene.scene import Scene
 
 
@@ -80,21 +81,25 @@ def _surface_key(scene: Scene, index: int) -> str:
 
 def snapshot(scene: Scene, surfaces_W: list[Surface]) -> _core.Snapshot:
     """Objects, materials and motions for the core."""
-    objects = []
-    for obj, placed_one in zip(scene.objects, surfaces_W, strict=True):
-        objects.append(
-            _core.Object(
-                obj.name,
-                placed_one.body.core,
-                placed_one.X_WO,
-                materials.material(obj),
-                materials.regions(obj),
-                materials.motion(obj, placed_one.bounds.mean(axis=0)),
-                is_virtual=obj.presence != "real",
-                is_real=obj.presence != "virtual",
-            )
-        )
+    objects = [
+        core_object(obj, one.body, one.X_WO, materials.motion(obj, one.bounds.mean(axis=0)))
+        for obj, one in zip(scene.objects, surfaces_W, strict=True)
+    ]
     return _core.Snapshot(objects)
+
+
+def core_object(obj: ObjectSection, body: Mesh | surfaces.Surface, X_WO: Array, motion: _core.Motion) -> _core.Object:
+    """An object for the core: its surface, rest pose X_WO (4, 4) [m], material, regions and motion."""
+    return _core.Object(
+        obj.name,
+        body.core,
+        X_WO,
+        materials.material(obj),
+        materials.regions(obj),
+        motion,
+        is_virtual=obj.presence != "real",
+        is_real=obj.presence != "virtual",
+    )
 
 
 def _body(scene: Scene, index: int) -> Mesh | surfaces.Surface:

@@ -1,0 +1,101 @@
+"""Rate-limited motion of an object towards a goal pose: limited speed, angular speed and acceleration."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from palpate import _core
+from palpate.arrays import Array, rigid
+
+_GAIN = 8.0  # speed per remaining distance near the goal [1/s]
+_LEVER = 0.1  # length that converts the limit of the acceleration to an angular acceleration [m]
+_STILL = 1e-7  # speed below which an object at its goal rests [m/s, rad/s]
+
+
+@dataclass(frozen=True)
+class RateLimits:
+    """Limits of the motion of an object that follows a frame."""
+
+    speed: float = 0.1
+    """[m/s]"""
+    turn: float = math.radians(60.0)
+    """[rad/s]"""
+    acceleration: float = 0.5
+    """[m/s^2]"""
+
+
+class Approach:
+    """An object that moves with a constant velocity between updates, and changes its velocity at each update.
+
+    The velocity v of the centre aims at the goal: with the remaining distance e, its magnitude is the smallest of
+    k e, sqrt(2 a e) (from which it can still stop) and the largest speed; it changes by at most a h in an interval h.
+    The rotation likewise.
+
+    Args:
+        X_WO: pose (4, 4) at the time `t` [m].
+        centre_O: point (3,) in the object's frame about which it turns [m].
+        t: time [s].
+        limits: limits of speed and acceleration.
+    """
+
+    def __init__(self, X_WO: Array, centre_O: Array, t: float, limits: RateLimits) -> None:
+        self.X, self.t, self.limits = X_WO.copy(), t, limits
+        self.v, self.w = np.zeros(3), np.zeros(3)  # of the centre, in W [m/s, rad/s]
+        self._centre_O = np.array(centre_O)
+
+    @property
+    def moves(self) -> bool:
+        """True while the object has a velocity."""
+        return bool(self.v.any() or self.w.any())
+
+    @property
+    def V_WO(self) -> Array:
+        """Velocity (6,) of the object's origin over its angular velocity, in W [m/s, rad/s]."""
+        v = self.v + np.cross(self.w, self.X[:3, 3] - self._centre_W(self.X))
+        return np.concatenate([v, self.w])
+
+    def advance(self, t: float) -> None:
+        """Move to the time `t` [s] with the present velocity."""
+        dt, c = t - self.t, self._centre_W(self.X)
+        R = rigid.exp(self.w * dt)
+        self.X[:3, :3], self.X[:3, 3] = R @ self.X[:3, :3], c + self.v * dt + R @ (self.X[:3, 3] - c)
+        self.t = t
+
+    def aim(self, goal: Array, interval: float) -> None:
+        """Choose the velocity for the next interval [s] towards a goal pose (4, 4)."""
+        a, k = self.limits.acceleration, min(_GAIN, 0.5 / interval)
+        e = self._centre_W(goal) - self._centre_W(self.X)
+        turn = rigid.log(goal[:3, :3] @ self.X[:3, :3].T)
+        self.v = _changed(self.v, e, k, self.limits.speed, a, interval)
+        self.w = _changed(self.w, turn, k, self.limits.turn, a / _LEVER, interval)
+
+    def hold(self) -> None:
+        """Stop at the present pose."""
+        self.v, self.w = np.zeros(3), np.zeros(3)
+
+    def motion(self) -> tuple[Array, _core.Motion]:
+        """Rest pose (4, 4) and motion for the core that equal the present pose and velocity at the present time.
+
+        The core's motion is D(t): x -> R(w t)(x - about) + about + v t. With about = c - v t0, where c is the centre
+        at t0, D(t) D(t0)^-1 turns about c and moves it with v; the rest pose is D(t0)^-1 X(t0).
+        """
+        c, t0 = self._centre_W(self.X), self.t
+        back = rigid.exp(-self.w * t0)
+        rest = rigid.rigid(back @ self.X[:3, :3], back @ (self.X[:3, 3] - c) + c - self.v * t0)
+        return rest, _core.Motion(self.v, self.w, [], c - self.v * t0)
+
+    def _centre_W(self, X: Array) -> Array:
+        return np.asarray(X[:3, :3] @ self._centre_O + X[:3, 3])
+
+
+def _changed(v: Array, e: Array, k: float, fastest: float, a: float, interval: float) -> Array:
+    """Velocity (3,) for the next interval, from the present one and the remaining displacement (3,)."""
+    left = float(np.linalg.norm(e))
+    wanted = e * (min(k * left, math.sqrt(2.0 * a * left), fastest) / left) if left > 0.0 else np.zeros(3)
+    change = wanted - v
+    size, most = float(np.linalg.norm(change)), a * interval
+    new = wanted if size <= most else v + change * (most / size)
+    return np.zeros(3) if np.linalg.norm(new) < _STILL and k * left < _STILL else np.asarray(new)
