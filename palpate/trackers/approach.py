@@ -11,8 +11,11 @@ from palpate import _core
 from palpate.arrays import Array, rigid
 
 _GAIN = 8.0  # speed per remaining distance near the goal [1/s]
+_SMOOTH = 4.0 * _GAIN  # rate at which the velocity takes its new value: the pair is critically damped [1/s]
 _LEVER = 0.1  # length that converts the limit of the acceleration to an angular acceleration [m]
-_STILL = 1e-7  # speed below which an object at its goal rests [m/s, rad/s]
+_BAND = (3e-4, 5e-3)  # mean distance from the goal within which an object rests [m, rad]
+_MEAN = 0.2  # time constant of that mean [s]
+_SLOW = (1e-3, 1e-2)  # speed below which an object at its goal stops [m/s, rad/s]
 
 
 @dataclass(frozen=True)
@@ -30,9 +33,10 @@ class RateLimits:
 class Approach:
     """An object that moves with a constant velocity between updates, and changes its velocity at each update.
 
-    The velocity v of the centre aims at the goal: with the remaining distance e, its magnitude is the smallest of
-    k e, sqrt(2 a e) (from which it can still stop) and the largest speed; it changes by at most a h in an interval h.
-    The rotation likewise.
+    The wanted velocity of the centre points to the goal: with the remaining distance e, its magnitude is the smallest
+    of k e, sqrt(a e) (from which it can still stop) and the largest speed. The velocity approaches it at the rate 4 k,
+    which filters the tracker's noise, and changes by at most a h in an interval h. The rotation likewise. An object
+    rests while its mean distance from the goal is below 0.3 mm and 0.3 deg, so that noise alone does not move it.
 
     Args:
         X_WO: pose (4, 4) at the time `t` [m].
@@ -45,6 +49,7 @@ class Approach:
         self.X, self.t, self.limits = X_WO.copy(), t, limits
         self.v, self.w = np.zeros(3), np.zeros(3)  # of the centre, in W [m/s, rad/s]
         self._centre_O = np.array(centre_O)
+        self._off = np.zeros(6)  # mean displacement from here to the goal [m, rad]
 
     @property
     def moves(self) -> bool:
@@ -69,8 +74,19 @@ class Approach:
         a, k = self.limits.acceleration, min(_GAIN, 0.5 / interval)
         e = self._centre_W(goal) - self._centre_W(self.X)
         turn = rigid.log(goal[:3, :3] @ self.X[:3, :3].T)
+        self._off += (np.concatenate([e, turn]) - self._off) * min(interval / _MEAN, 1.0)
+        if self._is_near(0.5 if self.moves else 1.0) and not self._is_fast():
+            self.hold()
+            return
         self.v = _changed(self.v, e, k, self.limits.speed, a, interval)
         self.w = _changed(self.w, turn, k, self.limits.turn, a / _LEVER, interval)
+
+    def _is_near(self, share: float) -> bool:
+        size = np.linalg.norm(self._off[:3]), np.linalg.norm(self._off[3:])
+        return bool(size[0] < share * _BAND[0] and size[1] < share * _BAND[1])
+
+    def _is_fast(self) -> bool:
+        return bool(np.linalg.norm(self.v) > _SLOW[0] or np.linalg.norm(self.w) > _SLOW[1])
 
     def hold(self) -> None:
         """Stop at the present pose."""
@@ -94,8 +110,8 @@ class Approach:
 def _changed(v: Array, e: Array, k: float, fastest: float, a: float, interval: float) -> Array:
     """Velocity (3,) for the next interval, from the present one and the remaining displacement (3,)."""
     left = float(np.linalg.norm(e))
-    wanted = e * (min(k * left, math.sqrt(2.0 * a * left), fastest) / left) if left > 0.0 else np.zeros(3)
-    change = wanted - v
+    wanted = e * (min(k * left, math.sqrt(a * left), fastest) / left) if left > 0.0 else np.zeros(3)
+    change = (wanted - v) * min(_SMOOTH * interval, 1.0)
     size, most = float(np.linalg.norm(change)), a * interval
-    new = wanted if size <= most else v + change * (most / size)
-    return np.zeros(3) if np.linalg.norm(new) < _STILL and k * left < _STILL else np.asarray(new)
+    new = v + change * min(most / max(size, 1e-12), 1.0)
+    return np.asarray(new)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+import warnings
 from collections.abc import Callable, Mapping
 from typing import Protocol
 
@@ -11,7 +12,7 @@ import numpy as np
 
 from palpate import _core
 from palpate.arrays import Array
-from palpate.errors import SceneError
+from palpate.errors import PalpateWarning, SceneError
 from palpate.scene import materials, placing, surface
 from palpate.scene.model import ObjectSection
 from palpate.scene.rig import Rig
@@ -61,6 +62,8 @@ class Tracking:
             for i, obj in enumerate(rig.scene.objects)
             if obj.name in follow
         ]
+        for one in self._followers:
+            one.warn_of_friction(rig)
 
     def step(self, t: float, interval: float = PERIOD) -> None:
         """Read the trackers at the session's time `t` [s], and choose the objects' motion for the next interval [s]."""
@@ -140,6 +143,13 @@ class _Follower:
         rates = RateLimits(limits.speed, math.radians(limits.turn_deg), limits.acceleration)
         self.approach = Approach(self._placed.X_WO, centre_O, 0.0, rates)
         self._fade, self._share = limits.fade, 1.0  # time of a full fade [s], present share of the force [-]
+
+    def warn_of_friction(self, rig: Rig) -> None:
+        """Warn if the object has friction: a replaced scene forgets the point at which the tool sticks."""
+        if self._section.friction > 0.0:
+            what = f"object {self.name!r} follows a tracker, so its friction is felt only while it rests"
+            where = rig.scene.where("objects", self.index, "friction")
+            warnings.warn(PalpateWarning(what, where=where, mend="give friction: 0"), stacklevel=4)
 
     def step(self, goal: Array, lost: bool, t: float, interval: float) -> bool:
         """Move to the time t, and choose velocity and force for the next interval; True if the object has changed."""

@@ -35,7 +35,7 @@ def test_a_jump_of_the_goal_is_approached_within_the_limits():
     assert np.linalg.norm(w, axis=1).max() == pytest.approx(LIMITS.turn, rel=1e-9)
     assert np.linalg.norm(np.diff(v, axis=0), axis=1).max() < LIMITS.acceleration * H * (1 + 1e-9)
     assert np.linalg.norm(np.diff(w, axis=0), axis=1).max() < LIMITS.acceleration / 0.1 * H * (1 + 1e-9)
-    assert pytest.approx(goal, abs=1e-5) == one.X
+    assert pytest.approx(goal, abs=3e-4) == one.X
     assert not one.moves
     end = (path[-1][0] @ [0.02, -0.01, 0.03, 1])[:3]
     past = [np.linalg.norm((X @ [0.02, -0.01, 0.03, 1])[:3] - end) for X, _, _ in path]
@@ -65,3 +65,16 @@ def test_the_core_moves_the_object_alike(t0):
             assert np.asarray(V_core) == pytest.approx(V, abs=1e-9)
     slope = (np.asarray(frame.at(t0 + 1e-4)[0]) - np.asarray(frame.at(t0)[0]))[:3, 3] / 1e-4
     assert slope == pytest.approx(V[:3], abs=2e-6)
+
+
+def test_noise_alone_does_not_move_an_object():
+    """Poses with the noise of an optical tracker about the object's own pose; a shift of 1 mm is followed."""
+    rng, one = np.random.default_rng(0), Approach(pose([0, 0, 0]), np.zeros(3), 0.0, LIMITS)
+    for k in range(1000):
+        one.advance(k * H)
+        one.aim(pose(rng.normal(scale=2.5e-4, size=3), rng.normal(scale=2e-3, size=3)), H)
+        assert not one.moves
+    for k in range(1000, 1300):
+        one.advance(k * H)
+        one.aim(pose(np.array([1e-3, 0, 0]) + rng.normal(scale=2.5e-4, size=3), rng.normal(scale=2e-3, size=3)), H)
+    assert one.X[:3, 3] == pytest.approx([1e-3, 0, 0], abs=4e-4)
