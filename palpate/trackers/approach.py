@@ -31,7 +31,10 @@ class RateLimits:
 
 
 class Approach:
-    """An object that moves with a constant velocity between updates, and changes its velocity at each update.
+    """An object that moves in closed form between updates, and changes its velocity at each update.
+
+    After an update at t0 it moves by v sin(omega (t - t0)) / omega: with the velocity v, as long as the next update is
+    near, and never farther than v / omega if updates fail, for example because the machine is busy.
 
     The wanted velocity of the centre points to the goal: with the remaining distance e, its magnitude is the smallest
     of k e, sqrt(a e) (from which it can still stop) and the largest speed. The velocity approaches it at the rate 4 k,
@@ -49,6 +52,7 @@ class Approach:
         self.X, self.t, self.limits = X_WO.copy(), t, limits
         self.v, self.w = np.zeros(3), np.zeros(3)  # of the centre, in W [m/s, rad/s]
         self._centre_O = np.array(centre_O)
+        self._omega = _GAIN  # of the motion between updates [rad/s]
         self._off = np.zeros(6)  # mean displacement from here to the goal [m, rad]
 
     @property
@@ -63,15 +67,17 @@ class Approach:
         return np.concatenate([v, self.w])
 
     def advance(self, t: float) -> None:
-        """Move to the time `t` [s] with the present velocity."""
-        dt, c = t - self.t, self._centre_W(self.X)
+        """Move to the time `t` [s] along the present motion."""
+        angle, c = self._omega * (t - self.t), self._centre_W(self.X)
+        dt = math.sin(angle) / self._omega
         R = rigid.exp(self.w * dt)
         self.X[:3, :3], self.X[:3, 3] = R @ self.X[:3, :3], c + self.v * dt + R @ (self.X[:3, 3] - c)
-        self.t = t
+        self.v, self.w, self.t = math.cos(angle) * self.v, math.cos(angle) * self.w, t
 
     def aim(self, goal: Array, interval: float) -> None:
         """Choose the velocity for the next interval [s] towards a goal pose (4, 4)."""
         a, k = self.limits.acceleration, min(_GAIN, 0.5 / interval)
+        self._omega = min(_GAIN, 1.5 / interval)
         e = self._centre_W(goal) - self._centre_W(self.X)
         turn = rigid.log(goal[:3, :3] @ self.X[:3, :3].T)
         self._off += (np.concatenate([e, turn]) - self._off) * min(interval / _MEAN, 1.0)
@@ -93,15 +99,9 @@ class Approach:
         self.v, self.w = np.zeros(3), np.zeros(3)
 
     def motion(self) -> tuple[Array, _core.Motion]:
-        """Rest pose (4, 4) and motion for the core that equal the present pose and velocity at the present time.
-
-        The core's motion is D(t): x -> R(w t)(x - about) + about + v t. With about = c - v t0, where c is the centre
-        at t0, D(t) D(t0)^-1 turns about c and moves it with v; the rest pose is D(t0)^-1 X(t0).
-        """
-        c, t0 = self._centre_W(self.X), self.t
-        back = rigid.exp(-self.w * t0)
-        rest = rigid.rigid(back @ self.X[:3, :3], back @ (self.X[:3, 3] - c) + c - self.v * t0)
-        return rest, _core.Motion(self.v, self.w, [], c - self.v * t0)
+        """Pose (4, 4) at the present time, and the motion from there, for the core."""
+        wave = _core.Wave(self.v / self._omega, self.w / self._omega, math.tau / self._omega, -self._omega * self.t)
+        return self.X, _core.Motion(waves=[wave] if self.moves else [], about=self._centre_W(self.X))
 
     def _centre_W(self, X: Array) -> Array:
         return np.asarray(X[:3, :3] @ self._centre_O + X[:3, 3])

@@ -50,6 +50,7 @@ class Tracking:
         self._rig, self._loop = rig, loop
         self._trackers = dict(trackers) if trackers is not None else make(rig)
         self._epoch = time.time()
+        self._t, self._interval = math.inf, PERIOD  # time of the last step, estimated interval [s]
         sections, graph = rig.scene.trackers, rig.frames
         self._edges = {s.child: s for s in rig.scene.frames if s.tracker is not None}
         self.gates = {
@@ -65,8 +66,13 @@ class Tracking:
         for one in self._followers:
             one.warn_of_friction(rig)
 
-    def step(self, t: float, interval: float = PERIOD) -> None:
-        """Read the trackers at the session's time `t` [s], and choose the objects' motion for the next interval [s]."""
+    def step(self, t: float, interval: float | None = None) -> None:
+        """Read the trackers at the session's time `t` [s], and choose the objects' motion for the next interval [s].
+
+        The interval is estimated from the latest ones when left out: on a busy machine objects then move more slowly.
+        """
+        self._interval = max(t - self._t, 0.9 * self._interval, PERIOD)
+        interval, self._t = interval or self._interval, t
         self._read(t)
         graph, context = self._rig.frames, self._rig.context.frames
         changed = False
