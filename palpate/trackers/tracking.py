@@ -47,6 +47,8 @@ class Tracking:
     """
 
     def __init__(self, rig: Rig, loop: _Loop, trackers: Mapping[str, Tracker] | None = None) -> None:
+        import scipy.spatial.transform  # noqa: F401 - here, because an import would delay the first steps of a session
+
         self._rig, self._loop = rig, loop
         self._trackers = dict(trackers) if trackers is not None else make(rig)
         self._epoch = time.time()
