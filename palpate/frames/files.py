@@ -33,8 +33,25 @@ class _Result(Section):
     sigma_deg: NotNegative | None = None
     source: str = ""
     date: str | Number | None = None
-    fre_m: NotNegative | None = None
-    tre_m: NotNegative | None = None
+    method: str = ""
+    sources: tuple[str, ...] = ()
+    fre: NotNegative | None = None
+    """rms residual of the fiducials [m]"""
+    tre: tuple[NotNegative | None, ...] | None = None
+    """predicted rms error at each target [m]"""
+    trusted: bool | None = None
+    """False if the registration judged itself as wrong or ambiguous"""
+
+    @property
+    def origin(self) -> str:
+        """The source, or method and measurements of a registration."""
+        names = ", ".join(Path(name).name for name in self.sources)
+        return self.source or (f"{self.method} of {names}" if names else self.method)
+
+    @property
+    def largest_tre(self) -> float | None:
+        """Predicted error at the worst target [m]; None without targets."""
+        return max((x for x in self.tre or () if x is not None), default=None)
 
 
 def load(path: str | os.PathLike[str]) -> FrameGraph:
@@ -67,25 +84,25 @@ def edge(section: FrameSection, file: Callable[[str], Path] = Path) -> Edge:
         FrameError: the pose or its file is invalid.
     """
     name = f"X_{section.parent}_{section.child}"
-    found = _Result(pose=section.pose)
     path = None if section.file is None else file(section.file)
-    if path is not None:
-        found = _result(path)
+    found = _Result(pose=section.pose) if path is None else _result(path)
     X = found.pose.to_matrix(name) if found.pose is not None else np.array(found.X)
-    covariance = _covariance(section)
-    if covariance is None:
-        covariance = _covariance(found)
-    stamp = seconds_of(section.stamp if section.stamp is not None else found.date)
-    measured = section.file is not None or covariance is not None
-    kind: Literal["live", "measured", "known"] = "measured" if measured else "known"
-    source = section.source or found.source or (str(section.file) if section.file is not None else "")
+    given = (_covariance(section), _covariance(found))
+    covariance = next((C for C in given if C is not None), None)
+    kind: Literal["live", "measured", "known"] = "known"
+    source = section.source or found.origin or section.file or ""
     if section.tracker is not None:
         kind, source = "live", section.source or f"tracker {section.tracker}"
+    elif path is not None or covariance is not None:
+        kind = "measured"
+    stamp = seconds_of(section.stamp if section.stamp is not None else found.date)
     C = np.zeros((6, 6)) if covariance is None else covariance
+    errors = (found.fre, found.largest_tre)
     try:
-        return Edge(section.parent, section.child, X, C, source, kind, stamp, section.check, found.fre_m, found.tre_m)
+        return Edge(section.parent, section.child, X, C, source, kind, stamp, section.check, *errors)
     except FrameError as error:
-        raise FrameError(error.what, where=str(path) if path else error.where, why=error.why, mend=error.mend) from None
+        where = str(path) if path else error.where
+        raise FrameError(error.what, where=where, why=error.why, mend=error.mend) from None
 
 
 def _covariance(given: FrameSection | _Result) -> Array | None:
@@ -114,6 +131,9 @@ def _result(path: Path) -> _Result:
     if (found.X is None) == (found.pose is None):
         what = "it holds neither X nor pose" if found.X is None else "it holds both X and pose"
         raise FrameError(what, where=str(path), mend="X: four rows of four numbers [m]; or pose with its unit")
+    if found.trusted is False:
+        what = "the registration marks its own result as not trusted"
+        raise FrameError(what, where=str(path), mend="register again; palpate register says what is missing")
     return found
 
 

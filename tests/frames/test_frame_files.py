@@ -82,7 +82,7 @@ def test_a_matrix_that_is_no_pose_is_refused_with_its_cause(change, message):
         ({"pose": {"quat_wxyz": [0, 0, 0, 0.7]}}, "norm 0.7"),
         ({"pose": {"quat": [1, 0, 0, 0]}}, "Extra inputs"),
         ({"pose": {"quat_wxyz": [1, 0, 0, 0], "rpy_deg": [0, 0, 0]}}, "keep one of them"),
-        ({"pose": {"matrix": X.tolist(), "xyz": [0, 0, 0]}}, "remove xyz"),
+        ({"pose": {"matrix": X.tolist(), "xyz": [0, 0, 0.1]}}, "remove xyz"),
         ({"pose": {"matrix": with_block(not_finite)}}, "finite"),
         ({}, "neither pose nor file"),
         ({"pose": {}, "file": "x.yaml"}, "pose and file are given"),
@@ -115,15 +115,18 @@ def write(path, content):
 
 def test_a_registration_result_gives_pose_covariance_source_and_date(tmp_path):
     C = np.diag([1e-8, 1e-8, 4e-8, 1e-6, 1e-6, 1e-6])
-    result = {"X": X.tolist(), "covariance": C.tolist(), "source": "points, 6 fiducials", "points": 6}
-    write(tmp_path / "r.yaml", {**result, "date": "2026-11-22T10:00:00+00:00", "fre_m": 3e-4, "tre_m": 5e-4})
+    result = {"method": "points", "sources": ["a/seen.csv", "model.csv"], "X": X.tolist(), "covariance": C.tolist()}
+    write(
+        tmp_path / "r.yaml",
+        {**result, "date": "2026-11-22T10:00:00+00:00", "fre": 3e-4, "tre": [2e-4, 5e-4], "fle": 1e-4},
+    )
     second = "{parent: camera, child: a, pose: {}, sigma_mm: 1e-1, sigma_deg: 1}"
     write(tmp_path / "all.yaml", f"frames:\n- {{child: camera, file: r.yaml}}\n- {second}\n")
     graph = files.load(tmp_path / "all.yaml")
     edge = graph.edge("camera")
     assert pytest.approx(X) == edge.X
     assert edge.covariance == pytest.approx(C)
-    assert (edge.source, edge.kind, edge.fre_m, edge.tre_m) == ("points, 6 fiducials", "measured", 3e-4, 5e-4)
+    assert (edge.source, edge.kind, edge.fre_m, edge.tre_m) == ("points of seen.csv, model.csv", "measured", 3e-4, 5e-4)
     assert edge.age(1795341600.0 + 60.0) == pytest.approx(60.0)
     assert np.sqrt(np.diag(graph.edge("a").covariance)) == pytest.approx([1e-4] * 3 + [math.radians(1)] * 3)
 
@@ -137,6 +140,7 @@ def test_a_registration_result_gives_pose_covariance_source_and_date(tmp_path):
         ({"X": X.tolist(), "pose": {}}, "both X and pose"),
         ({"X": with_block(mirrored)}, "left-handed"),
         ({"X": [[1, 0, 0, 0]]}, "at least 4"),
+        ({"X": X.tolist(), "trusted": False}, "not trusted"),
         ({"X": X.tolist(), "date": "soon"}, "is not a date"),
         ("X: nonsense", "X"),
     ],
