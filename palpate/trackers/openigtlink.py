@@ -14,11 +14,12 @@ from typing import Any, Self
 import numpy as np
 
 from palpate.arrays import Array
-from palpate.errors import MissingExtraError, PortError
+from palpate.errors import MissingExtraError, PalpateError, PortError
 from palpate.trackers.tracker import Sighting
 
 PORT = 18944
 """Usual port of OpenIGTLink servers."""
+_LONGEST_NAME = 20  # characters of a device name
 _SILENCE = 2.0  # silence after which the client connects again [s]
 
 
@@ -109,6 +110,11 @@ class OpenIGTLinkServer:
 
     def send(self, seen: Sighting) -> None:
         """Send a pose; nothing is kept for later clients. ``seen.t`` is in seconds since 1970."""
+        if len(seen.tool.encode()) > _LONGEST_NAME:
+            raise PalpateError(
+                f"OpenIGTLink allows names of {_LONGEST_NAME} characters, {seen.tool!r} is longer",
+                mend="give the frame a shorter name",
+            )
         X = seen.X.copy()
         X[:3, 3] *= 1e3
         message = self._pyigtl.TransformMessage(X, timestamp=seen.t, device_name=seen.tool)
