@@ -26,7 +26,7 @@ setup: .venv/.ready
 	  || { echo "palpate: Python.h is missing beside $$(command -v python3). Mend: sudo apt install python3-dev"; exit 1; }
 	@echo "setting up, once: packages into .venv, then the C++ core (three minutes on two idle cores)"
 	@test -x .venv/bin/python || $(UV) venv --quiet --python "$$(command -v python3)" .venv
-	@PALPATE_DVRK=OFF $(UV) sync --extra viewer --extra report --no-default-groups --group build --inexact --quiet
+	@PALPATE_DVRK=$(if $(wildcard .venv/.ready),ON,OFF) $(UV) sync --extra viewer --extra report --no-default-groups --group build --inexact --quiet
 	@touch $@
 
 # The simulated dVRK and all other extras: ROS 2, calibration, clusters, tests. The ros-* wheels contain .egg-info folders of other names. uv

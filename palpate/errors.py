@@ -7,6 +7,7 @@ from pathlib import Path
 
 __all__ = [
     "ArmError",
+    "FrameError",
     "GuidanceError",
     "JournalError",
     "MeshError",
@@ -50,6 +51,10 @@ class PalpateError(Exception):
 
 class ArmError(PalpateError, ValueError):
     """The arm does not exist, or it cannot reach a pose."""
+
+
+class FrameError(PalpateError, ValueError):
+    """A frame, a pose between two frames, or a file with a pose is invalid."""
 
 
 class GuidanceError(PalpateError, ValueError):

@@ -165,7 +165,7 @@ class _Arms:
         key = (B, surface.index if plane else None)
         if key not in self._worst_cases:
             R_LW = self.rig.arms.X_WL[:3, :3].T
-            only = [R_LW @ self.rig.scene.objects[surface.index].pose.matrix()[:3, 2]] if plane else None
+            only = [R_LW @ self.rig.surfaces[surface.index].X_WO[:3, 2]] if plane else None
             tried = [
                 (held.loop(n).K_max(B)[0], i, pose, n)
                 for i, (pose, held) in enumerate(self.leaders.items())

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import sys
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, arg
 
 from palpate.console import INTERRUPTED, PORT
 from palpate.errors import PalpateError
+
+if TYPE_CHECKING:
+    from palpate.session import Session
 
 
 @dataclass
@@ -45,6 +49,8 @@ class Command:
     """Write the summary as JSON (docs/json.md); - for the standard output, all else then goes to stderr."""
     serve: bool = False
     """Serve the viewer after the run even without a terminal."""
+    openigtlink: Annotated[int | None, arg(metavar="PORT")] = None
+    """Send frames and force to 3D Slicer during the run, on this port of 127.0.0.1 (docs/frames.md); e.g. 18944."""
     port: int = PORT
     """Port of the viewer on 127.0.0.1; the next free one when it is taken."""
 
@@ -71,7 +77,7 @@ class Command:
         duration = scene.duration if self.duration is None else self.duration
         realtime = self.realtime or (viewer and not self.fast)
         mode = "real time" if realtime else "lockstep, as fast as possible"
-        with Progress(console, duration, mode) as progress:
+        with Progress(console, duration, mode) as progress, self._sender(session):
             summary = session.run(duration, realtime=realtime, on_progress=progress)
         summary = outcome.with_report(summary, scene)
         console.print(summary_table(summary))
@@ -83,6 +89,13 @@ class Command:
             session.recording = False
             serve(session, self.port, console)
         return 0
+
+    def _sender(self, session: Session) -> AbstractContextManager[object]:
+        if self.openigtlink is None:
+            return nullcontext()
+        from palpate.trackers.sending import FrameSender
+
+        return FrameSender(session, self.openigtlink)
 
     def _refuse_contradictions(self) -> None:
         if self.realtime and self.fast:

@@ -10,6 +10,7 @@ import numpy as np
 from palpate.arm import Arm
 from palpate.arrays import Array, so3
 from palpate.errors import SceneError
+from palpate.scene import placing
 from palpate.scene.hand import HandPlan
 from palpate.scene.scene import Scene
 from palpate.scene.surface import PlacedSurface
@@ -64,8 +65,9 @@ def _arm(scene: Scene, side: str) -> Arm:
 
 
 def _follower_base(scene: Scene, arm: Arm, surfaces: list[PlacedSurface], path: HandPlan) -> Array:
-    if scene.arms.follower.base is not None:
-        return scene.arms.follower.base.matrix()
+    base = placing.base_pose(scene, "follower")
+    if base is not None:
+        return base
     start = path.positions_W[0]
     if not arm.has_remote_centre:  # upright, with its tip at home at the start of the path
         X = np.eye(4)
@@ -102,7 +104,7 @@ def _follower_start(scene: Scene, arm: Arm, X_WB: Array, path: HandPlan) -> Arra
 
 def _leader(scene: Scene, surfaces: list[PlacedSurface], arm: Arm, X_WT: Array) -> tuple[Array, Array]:
     section = scene.arms.leader
-    base = section.base.matrix() if section.base is not None else None
+    base = placing.base_pose(scene, "leader")
     if section.start is not None:
         q = np.array(section.start)
         if len(q) != arm.n:

@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.arrays.plain import Content
 from palpate.errors import MeshError, PalpateError, SceneError, SurfaceError
 from palpate.guidance.context import FixtureContext
 from palpate.guidance.fixture import Fixture
 from palpate.guidance.geometry import as_guidance_error
-from palpate.scene import arms, materials, surface
+from palpate.scene import arms, materials, placing, surface
 from palpate.scene.scene import Scene
 
 #: Frames whose poses are set while a session runs; until then, fixtures attached to them have no effect.
@@ -25,14 +27,26 @@ def fixture_context(scene: Scene, placed: list[surface.PlacedSurface], both: arm
     frames: dict[str, _core.Frame] = {"world": _core.MotionFrame()}
     frames |= {"leader": _core.MotionFrame(both.X_WL), "follower": _core.MotionFrame(both.X_WB)}
     frames |= {name: _core.LiveFrame() for name in LIVE}
+    found = placing.graph(scene)
+    follow = placing.tracked(scene, found)
+    for name in found.frames[1:]:
+        X_WF = found.pose(name).X
+        frames[name] = _live(X_WF) if found.is_live(name) else _core.MotionFrame(X_WF)
     for obj, body in zip(scene.objects, placed, strict=True):
-        frames[obj.name] = _core.MotionFrame(body.X_WO, materials.motion(obj, body.bounds.mean(axis=0)))
+        moving = materials.motion(obj, body.bounds.mean(axis=0))
+        frames[obj.name] = _live(body.X_WO) if obj.name in follow else _core.MotionFrame(body.X_WO, moving)
     places: dict[str, ArrayLike] = dict(scene.places)
     if both.follower.has_remote_centre:
         places.setdefault("rcm", both.X_WB[:3, 3])
     places.setdefault("start", (both.X_WB @ both.follower.fk(both.q_follower0))[:3, 3])
     bodies = {obj.name: body.body for obj, body in zip(scene.objects, placed, strict=True)}
     return FixtureContext(lambda name: scene.path_to(name, scene.where("guidance")), frames, places, bodies)
+
+
+def _live(X_WF: Array) -> _core.LiveFrame:
+    frame = _core.LiveFrame()
+    frame.set(X_WF, np.zeros(6))
+    return frame
 
 
 def fixtures(scene: Scene, context: FixtureContext) -> _core.Fixtures:

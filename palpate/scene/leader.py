@@ -35,7 +35,9 @@ class LeaderSection(Section):
     model: ArmName = "mtm_right"
     """arm model: a name, or the path of a model file relative to the scene file; ${VARIABLE}s are replaced"""
     base: Pose | None = None
-    """X_WL: pose of the arm's base in the world; automatic when left out"""
+    """X_WL: pose of the arm's base in `frame`; automatic when left out"""
+    frame: str = "world"
+    """frame of the scene's frames in which base is given; with a frame and without base, the base is that frame"""
     start: Joints | None = None
     """joint positions at the start; when left out, the handle takes the orientation of the tool [rad, m]"""
     model_mass_scale: Positive = 1.0

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from palpate import _core
 from palpate.arrays import Array
 from palpate.scene.model import ObjectSection
-from palpate.scene.tissue import RegionSection
+from palpate.scene.tissue import MotionSection, RegionSection
 
 
 def material(obj: ObjectSection, region: RegionSection | None = None) -> _core.Material:
@@ -29,7 +31,11 @@ def regions(obj: ObjectSection) -> list[_core.Region]:
 
 def motion(obj: ObjectSection, middle: Array) -> _core.Motion:
     """The motion of an object; `middle` (3,) is its centre of rotation in W [m]."""
-    terms = obj.motion
+    return summed(obj.motion, middle)
+
+
+def summed(terms: Sequence[MotionSection], middle: Array) -> _core.Motion:
+    """The sum of motions; `middle` (3,) is the centre of rotation [m]."""
     waves = [
         _core.Wave(np.array(m.amplitude), np.radians(m.turn_deg), m.period, float(np.radians(m.phase_deg)))
         for m in terms

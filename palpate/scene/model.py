@@ -33,7 +33,9 @@ class FollowerSection(Section):
     model: ArmName = "psm_lnd"
     """arm model: a name (psm_lnd: a PSM with the large needle driver), or the path of a model file"""
     base: Pose | None = None
-    """X_WB: pose of the arm's base in the world (for a PSM: of its remote centre of motion); automatic when left out"""
+    """X_WB: pose of the arm's base in `frame` (for a PSM: of its remote centre of motion); automatic when left out"""
+    frame: str = "world"
+    """frame of the scene's frames in which base is given; with a frame and without base, the base is that frame"""
     start: Pose | None = None
     """X_WT: pose of the tool at the start; when left out, at the start of the operator's path"""
     bandwidth: NotNegative = _C.follower.bandwidth
@@ -91,7 +93,9 @@ class ObjectSection(Section):
     implicit: ImplicitSection | None = None
     """instead: the paper's implicit surface, an ellipsoid or a pillow"""
     pose: Pose = Pose()
-    """X_WO: pose of the object in the world; the file's frame when left out"""
+    """pose of the object in `frame`, which is X_WO for the world; the file's frame when left out"""
+    frame: str = "world"
+    """frame of the scene's frames in which pose is given; the object follows a tracked frame (docs/frames.md)"""
     stiffness: Diagonal = (_M.K[0], _M.K[1], _M.K[2])
     """stiffness: one number, or one number per axis of W [N/m]"""
     damping: Diagonal = (_M.B[0], _M.B[1], _M.B[2])

@@ -12,9 +12,10 @@ from palpate import _core
 from palpate.arm.gravity_model import GravityModel
 from palpate.arrays import Array
 from palpate.errors import PalpateWarning, RecordingError, SceneError
+from palpate.frames import FrameGraph
 from palpate.guidance.context import FixtureContext
 from palpate.hands import PRESETS
-from palpate.scene import arms, force_source, gains, guidance, hand, surface, tool
+from palpate.scene import arms, force_source, gains, guidance, hand, placing, surface, tool
 from palpate.scene.scene import Scene
 from palpate.surfaces import DistanceGrid
 
@@ -30,6 +31,7 @@ class Rig:
     arms: arms.Arms
     spheres: list[tool.LinkSphere]  # additional spheres of the tool, without the one on its tip
     context: FixtureContext  # resolves the names in the scene's fixtures
+    frames: FrameGraph  # of the scene, with arms and objects; sessions update its live frames
     fixtures: _core.Fixtures  # fixtures of the scene's list `guidance`
 
     def options(self, seed: int | None = None) -> _core.SimulationOptions:
@@ -126,6 +128,8 @@ class Rig:
         identified = self.scene.dynamics_path()
         if absolute and identified is not None:
             data["force"]["dynamics"] = str(identified.resolve())
+        data["frames"] = [frame.model_dump(mode="json") for frame in placing.inlined(self.scene, self.frames)]
+        arms["leader"]["frame"] = arms["follower"]["frame"] = "world"
         arms["leader"] |= {"base": _pose(self.arms.X_WL), "start": self.arms.q_leader0.tolist()}
         X_WT = self.arms.X_WB @ self.arms.follower.fk(self.arms.q_follower0)
         arms["follower"] |= {"base": _pose(self.arms.X_WB), "start": _pose(X_WT)}
@@ -200,7 +204,8 @@ def build(scene: Scene, bodies: surface.Bodies | None = None, until: float | Non
     both = arms.place(scene, placed, path)
     spheres = tool.tool_spheres(both.follower, scene.contact.spheres, scene.contact.whole_tool)
     context = guidance.fixture_context(scene, placed, both)
-    rig = Rig(scene, placed, snapshot, path, both, spheres, context, guidance.fixtures(scene, context))
+    frames = placing.whole_graph(scene, both.X_WL, both.X_WB)
+    rig = Rig(scene, placed, snapshot, path, both, spheres, context, frames, guidance.fixtures(scene, context))
     for key in ("gravity_model", "plant_gravity_model"):
         rig.gravity_model(key)  # check the files before the run
     rig.options()

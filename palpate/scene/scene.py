@@ -13,6 +13,7 @@ from pydantic import Field, PrivateAttr, ValidationError, model_validator
 from palpate import _core
 from palpate.arm import NAMES, Arm
 from palpate.errors import ArmError, SceneError, format_place
+from palpate.frames import FrameSection
 from palpate.guidance.fixture import Fixture
 from palpate.guidance.lists import with_unique_names
 from palpate.scene import explain, presets, text
@@ -28,6 +29,7 @@ from palpate.scene.model import (
 )
 from palpate.scene.operator import OperatorSection
 from palpate.scene.stability import StabilitySection
+from palpate.scene.trackers import TrackerSection
 from palpate.values import NotNegative, Positive, Section, Vector
 
 _C = _core.SimulationOptions()
@@ -46,6 +48,10 @@ class Scene(Section):
     """objects that can be touched"""
     arms: ArmsSection = ArmsSection()
     """leader and follower"""
+    frames: Annotated[tuple[FrameSection, ...], Field(max_length=128)] = ()
+    """frames of cameras, trackers, markers and anatomy, in which objects and arms are placed (docs/frames.md)"""
+    trackers: dict[str, TrackerSection] = Field(default_factory=dict)
+    """trackers that move frames while a session runs, by name"""
     mapping: MappingSection = MappingSection()
     """mapping of motion from hand to tool, and of force from tool to hand"""
     contact: ContactSection = ContactSection()
@@ -207,4 +213,16 @@ class Scene(Section):
         if palpated and palpated not in [o.name for o in named]:
             names = ", ".join(o.name for o in named)
             raise ValueError(f"operator.palpate.object: there is no object {palpated!r} | objects: {names}")
+        return self
+
+    @model_validator(mode="after")
+    def _check_frames(self) -> Scene:
+        taken = {"world", "leader", "follower", "tool", *(obj.name for obj in self.objects)}
+        for frame in self.frames:
+            if frame.child in taken and not frame.check:
+                what = f"frames: {frame.child!r} is the name of the world, an arm, the tool or an object"
+                raise ValueError(f"{what} | rename this frame")
+            if frame.tracker is not None and frame.tracker not in self.trackers:
+                names = ", ".join(self.trackers) or "none"
+                raise ValueError(f"frame {frame.child!r}: there is no tracker {frame.tracker!r} | trackers: {names}")
         return self

@@ -12,7 +12,8 @@ from palpate import _core, surfaces
 from palpate.arrays import Array
 from palpate.errors import SceneError
 from palpate.mesh import Mesh
-from palpate.scene import materials
+from palpate.scene import materials, placing
+from palpate.scene.model import ObjectSection
 from palpate.scene.scene import Scene
 
 
@@ -59,11 +60,11 @@ def placed(scene: Scene, bodies: Bodies | None = None) -> list[PlacedSurface]:
     """
     shared = {} if bodies is None else bodies
     found = []
-    for i, obj in enumerate(scene.objects):
+    for i, X_WO in enumerate(placing.object_poses(scene)):
         key = _surface_key(scene, i)
         if key not in shared:
             shared[key] = _body(scene, i)
-        found.append(PlacedSurface(shared[key], obj.pose.matrix()))
+        found.append(PlacedSurface(shared[key], X_WO))
     return found
 
 
@@ -81,21 +82,25 @@ def _surface_key(scene: Scene, index: int) -> str:
 
 def snapshot(scene: Scene, surfaces_W: list[PlacedSurface]) -> _core.Snapshot:
     """Objects, materials and motions for the core."""
-    objects = []
-    for obj, placed_one in zip(scene.objects, surfaces_W, strict=True):
-        objects.append(
-            _core.Object(
-                obj.name,
-                placed_one.body.core,
-                placed_one.X_WO,
-                materials.material(obj),
-                materials.regions(obj),
-                materials.motion(obj, placed_one.bounds.mean(axis=0)),
-                is_virtual=obj.presence != "real",
-                is_real=obj.presence != "virtual",
-            )
-        )
+    objects = [
+        core_object(obj, one.body, one.X_WO, materials.motion(obj, one.bounds.mean(axis=0)))
+        for obj, one in zip(scene.objects, surfaces_W, strict=True)
+    ]
     return _core.Snapshot(objects)
+
+
+def core_object(obj: ObjectSection, body: Mesh | surfaces.Surface, X_WO: Array, motion: _core.Motion) -> _core.Object:
+    """An object for the core: its surface, rest pose X_WO (4, 4) [m], material, regions and motion."""
+    return _core.Object(
+        obj.name,
+        body.core,
+        X_WO,
+        materials.material(obj),
+        materials.regions(obj),
+        motion,
+        is_virtual=obj.presence != "real",
+        is_real=obj.presence != "virtual",
+    )
 
 
 def _body(scene: Scene, index: int) -> Mesh | surfaces.Surface:

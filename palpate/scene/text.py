@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import yaml
 
 from palpate.arrays.plain import Content
+from palpate.arrays.yaml_loader import Loader
 from palpate.errors import SceneError
 from palpate.guidance import one_line
 
@@ -15,19 +15,6 @@ from palpate.guidance import one_line
 Place = tuple[str | int, ...]
 
 _MOST_NODES = 100_000
-
-
-class _Loader(yaml.SafeLoader):
-    """Safe YAML loader that reads 1e-3 as a number (YAML 1.1 requires 1.0e-3) and does not parse dates."""
-
-
-_Loader.yaml_implicit_resolvers = {
-    first: [(tag, pattern) for tag, pattern in resolvers if tag != "tag:yaml.org,2002:timestamp"]
-    for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
-}
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float", re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$"), list("-+.0123456789")
-)
 
 
 def read(path: Path) -> str:
@@ -57,7 +44,7 @@ def parse(text: str, name: str) -> tuple[Content, dict[Place, int]]:
         SceneError: the text is not YAML, repeats a key, has no mapping at the top, or is too large.
     """
     try:
-        loader = _Loader(one_line.readable(text))
+        loader = Loader(one_line.readable(text))
         node = loader.get_single_node()
         if node is None:
             raise SceneError(

@@ -27,6 +27,7 @@ from palpate.session.loop import Loop
 from palpate.session.run_folder import keep_scene, new_folder, require_writable
 from palpate.session.state import State
 from palpate.session.summary import Summary, Totals
+from palpate.trackers.tracking import PERIOD, Tracking
 
 DRAIN = 0.05
 """Period at which the loop's ring buffer is drained [s]."""
@@ -68,6 +69,10 @@ class LiveSession:
         self._interrupted = threading.Event()
         self.recording = self._out is not None  #: False: no new record is begun after the present one
         self.record: Path | None = None  #: file of the newest record
+        self.tracking = Tracking(rig, loop) if rig.scene.trackers else None  #: moves the tracked frames
+        if self.tracking is not None:
+            weakref.finalize(self, self.tracking.close)
+        self._tracker_thread: threading.Thread | None = None
         self.notes: list[str] = []  #: problems outside of the loop, e.g. a full disk
 
     # -- running ---------------------------------------------------------------------------------------------------
@@ -81,13 +86,19 @@ class LiveSession:
         self._loop.start()
         self._pump = threading.Thread(target=self._keep_draining, name="palpate-drain", daemon=True)
         self._pump.start()
+        if self.tracking is not None:
+            self._tracker_thread = threading.Thread(target=self._keep_tracking, name="palpate-tracking", daemon=True)
+            self._tracker_thread.start()
 
     def stop(self) -> None:
         """Stop the real-time run with the force at zero. No effect if it is not running."""
         if self._pump is None:
             return
-        self._loop.stop()
         self._stop_pump.set()
+        if self._tracker_thread is not None:
+            self._tracker_thread.join()  # objects rest before the loop stops
+            self._tracker_thread = None
+        self._loop.stop()
         self._pump.join()
         self._pump = None
         self._drain()
@@ -222,6 +233,17 @@ class LiveSession:
     def _keep_draining(self) -> None:
         while not self._stop_pump.wait(DRAIN):
             self._drain()
+
+    def _keep_tracking(self) -> None:
+        tracking = self.tracking
+        assert tracking is not None
+        try:
+            while not self._stop_pump.wait(PERIOD):
+                tracking.step(float(self.latest()["t"]))
+        except Exception as error:  # objects must not drift on with their last velocity
+            self.notes.append(f"tracking has stopped: {error}")
+        finally:
+            tracking.hold(float(self.latest()["t"]))
 
     def _drain(self) -> None:
         rows = self._loop.drain()

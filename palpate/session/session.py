@@ -7,14 +7,18 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+
+from palpate.errors import PalpateError
 from palpate.record.ticks import as_ticks
 from palpate.scene.rig import build
 from palpate.scene.scene import Scene
 from palpate.session.live import DRAIN, LiveSession
-from palpate.session.loop import LockstepLoop
+from palpate.session.loop import LockstepLoop, Rows
 from palpate.session.run_folder import require_writable
 from palpate.session.state import State
 from palpate.session.summary import Summary
+from palpate.trackers.tracking import PERIOD
 
 BATCH = 0.1  # simulated time per batch of ticks in lockstep [s]
 
@@ -39,6 +43,7 @@ class Session(LiveSession):
             require_writable(Path(out))
         rig, seed = build(scene), scene.seed if seed is None else seed
         self._sim: LockstepLoop = rig.simulation(seed)
+        self._ticks_to_tracking = 0  # of a lockstep run, until the tracked objects change their velocity
         super().__init__(rig, self._sim, scene.rates.haptic, seed, out)
 
     def run(
@@ -70,13 +75,37 @@ class Session(LiveSession):
     def step(self, n: int = 1) -> State:
         """Run `n` ticks in lockstep and return the newest; the record stays open."""
         self._require_idle()
-        self._take(as_ticks(self._sim.run(n)))
+        self._require_own_clock()
+        self._take(as_ticks(self._advance(n)))
         return self.state
 
+    def _require_own_clock(self) -> None:
+        name = self.tracking.needs_realtime if self.tracking is not None else ""
+        if name:
+            raise PalpateError(
+                f"tracker {name!r} sends poses in real time, and a lockstep run has a clock of its own",
+                mend="run in real time: palpate run --realtime, or session.run(realtime=True)",
+            )
+
+    def _advance(self, n: int) -> Rows:
+        """Run `n` ticks; tracked objects change their velocity every `PERIOD`."""
+        if self.tracking is None:
+            return self._sim.run(n)
+        size, done = max(1, round(PERIOD * self.rate)), []
+        while n > 0:
+            if self._ticks_to_tracking == 0:
+                self.tracking.step(float(self.latest()["t"]), size / self.rate)
+                self._ticks_to_tracking = size
+            some = min(self._ticks_to_tracking, n)
+            done.append(self._sim.run(some))
+            n, self._ticks_to_tracking = n - some, self._ticks_to_tracking - some
+        return np.concatenate(done)
+
     def _run_lockstep(self, n: int, on_progress: Callable[[State], None] | None) -> None:
+        self._require_own_clock()
         batch = max(1, round(BATCH * self.rate))
         while n > 0 and not self._interrupted.is_set():
-            rows = self._sim.run(min(batch, n))
+            rows = self._advance(min(batch, n))
             if not len(rows):  # paused: simulated time stops
                 time.sleep(DRAIN)
                 continue

@@ -10,6 +10,7 @@ from palpate.arm.shapes import Visual
 from palpate.arrays import Array
 from palpate.record.ticks import Ticks
 from palpate.viewer.fixtures import FixtureDrawing
+from palpate.viewer.frames import FrameDrawing
 from palpate.viewer.organs import OrganDrawing
 from palpate.viewer.stage import ArmPlace, Stage, TouchedObject
 from palpate.viewer.tool import ToolDrawing
@@ -110,6 +111,7 @@ class Drawing:
         self._leader, self._follower = ArmDrawing(scene, stage.leader), ArmDrawing(scene, stage.follower)
         self._tool = ToolDrawing(scene, stage)
         self.fixtures = [FixtureDrawing(scene, mark) for mark in stage.fixtures]
+        self._frames = [FrameDrawing(scene, frame) for frame in stage.frames]
         self.deflection = Arrow(scene, "/arrows/deflection", RED, 0.0016)
         self.force_body = Arrow(scene, "/arrows/force_body", RED, 0.0030)
         self.force_spatial = Arrow(scene, "/arrows/force_spatial", GREEN, 0.0030)
@@ -118,6 +120,11 @@ class Drawing:
         """Sets the transparency of the organs: 0 opaque, up to 0.9."""
         for organ in self._organs:
             organ.see_through(share)
+
+    def show_frames(self, shown: bool) -> None:
+        """Shows or hides the frames of the scene."""
+        for frame in self._frames:
+            frame.node.visible = shown
 
     @property
     def p_WT(self) -> Array:
@@ -133,6 +140,8 @@ class Drawing:
             organ.show(float(tick["t"]))
         for fixture in self.fixtures:
             fixture.show(float(tick["t"]))
+        for frame in self._frames:
+            frame.show()
         p_WT = np.array(tick["p_WT"])
         p_WS = np.array(tick["p_WP"]) - tick["delta_x"] if float(tick["contacts"]) > 0 else p_WT  # the sphere's centre
         self.deflection.show(p_WS, DEFLECTION_SCALE * np.array(tick["delta_x"]))

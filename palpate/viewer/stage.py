@@ -86,6 +86,19 @@ class FixtureMark:
 
 
 @dataclass(frozen=True)
+class PlacedFrame:
+    """A frame of the scene's list `frames`."""
+
+    name: str
+    X_WF: Array
+    """(4, 4) pose in W at the start [m]."""
+    tracked: bool = False
+    """True if a tracker sees it: the spheres of its marker are drawn."""
+    moving: Callable[[], Array] | None = None
+    """Newest X_WF (4, 4) [m]; None for a frame at rest."""
+
+
+@dataclass(frozen=True)
 class Stage:
     """The scene before any motion: objects, arms, fixtures, and values for the gauges."""
 
@@ -113,6 +126,8 @@ class Stage:
     """Tool spheres in addition to the one at the tip."""
     fixtures: tuple[FixtureMark, ...] = ()
     """Guidance fixtures in the scene's order."""
+    frames: tuple[PlacedFrame, ...] = ()
+    """Frames of the scene, without arms and objects."""
 
     def touches(self, tick: Ticks) -> list[str]:
         """Contact pairs with their spring force, the strongest first: `tip \u00d7 liver 1.20 N`."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from palpate import _core
 from palpate.arrays import Array
 from palpate.certificate import certify_all
 from palpate.errors import PalpateError, RecordError
+from palpate.frames import FrameGraph
 from palpate.guidance.context import FixtureContext
 from palpate.guidance.fixture import Fixture
 from palpate.guidance.plot import curve, drawing
@@ -20,7 +22,7 @@ from palpate.scene.model import ObjectSection
 from palpate.scene.rig import Rig, build
 from palpate.scene.surface import PlacedSurface
 from palpate.session.recorded import recorded_scene
-from palpate.viewer.stage import ArmPlace, FixtureMark, RegionMark, Stage, TouchedObject
+from palpate.viewer.stage import ArmPlace, FixtureMark, PlacedFrame, RegionMark, Stage, TouchedObject
 
 Triangles = NDArray[np.int32]
 
@@ -32,7 +34,7 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
     """The stage of a built scene, with its own copies of the arms."""
     scene, arms = rig.scene, rig.arms
     objects = [
-        _touched_object(each, placed, felt)
+        _touched_object(each, placed, felt, rig.context)
         for each, placed, felt in zip(scene.objects, rig.surfaces, rig.snapshot.objects, strict=True)
     ]
     p_WH = arms.X_WL @ arms.leader.fk(arms.q_leader0)[:, 3]
@@ -52,9 +54,29 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
         focus=0.5 * (middle + p_WH[:3]),
         stable_below=stable_below(rig),
         spheres=tuple(rig.spheres),
+        frames=placed_frames(rig),
         fixtures=tuple(fixture_mark(fixture, rig.context) for fixture in scene.guidance),
         extent=float(np.linalg.norm(middle - p_WH[:3]) + 0.5 * np.ptp(bounds, axis=(0, 1)).max()),
     )
+
+
+def placed_frames(rig: Rig) -> tuple[PlacedFrame, ...]:
+    """The frames of the scene; the live ones follow the rig's graph."""
+    graph = rig.frames
+    own = [name for name in graph.frames if name in {section.child for section in rig.scene.frames}]
+    return tuple(
+        PlacedFrame(
+            name,
+            graph.pose(name).X,
+            graph.edge(name).kind == "live",
+            partial(_newest, graph, name) if graph.is_live(name) else None,
+        )
+        for name in own
+    )
+
+
+def _newest(graph: FrameGraph, name: str) -> Array:
+    return graph.pose(name).X
 
 
 def fixture_mark(fixture: Fixture, context: FixtureContext) -> FixtureMark:
@@ -70,7 +92,8 @@ def fixture_mark(fixture: Fixture, context: FixtureContext) -> FixtureMark:
     seen = next((p for p in (along, body[0], margin[0]) if len(p)), np.zeros((1, 3)))
     frame = context.frame(fixture.frame.of)
     X0, X1 = frame.at(0.0)[0], frame.at(1.234)[0]
-    rests = fixture.frame.of == "world" or np.array_equal(X0, X1)
+    live = isinstance(frame, _core.LiveFrame) and frame.has_pose
+    rests = fixture.frame.of == "world" or (np.array_equal(X0, X1) and not live)
     return FixtureMark(
         fixture.name or role.name,
         role.name == "forbid",
@@ -116,7 +139,9 @@ def stage_of_record(record: Record) -> Stage:
     return stage_of(build(recorded_scene(record)), record.path.parent.name)
 
 
-def _touched_object(section: ObjectSection, placed: PlacedSurface, felt: _core.Object) -> TouchedObject:
+def _touched_object(
+    section: ObjectSection, placed: PlacedSurface, felt: _core.Object, context: FixtureContext
+) -> TouchedObject:
     vertices, triangles = drawable(placed.body.vertices, placed.body.triangles)
     middles = vertices[triangles].mean(axis=1)
     marks = [
@@ -129,7 +154,10 @@ def _touched_object(section: ObjectSection, placed: PlacedSurface, felt: _core.O
         )
         for named, region in zip(section.regions, materials.regions(section), strict=True)
     ]
-    moving = felt.pose if section.motion else None
+    moving: Callable[[float], Array] | None = felt.pose if section.motion else None
+    frame = context.frame(section.name)
+    if isinstance(frame, _core.LiveFrame):  # the object follows a tracker
+        moving = lambda t: np.asarray(frame.at(t)[0])  # noqa: E731
     return TouchedObject(section.name, vertices, triangles, placed.X_WO, tuple(marks), moving)
 
 

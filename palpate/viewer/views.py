@@ -46,6 +46,10 @@ def add_buttons(gui: viser.GuiApi, stage: Stage, drawing: Drawing) -> None:
         hint = "Transparency of the organs, to show the tool inside"
         glass = gui.add_slider("see through", 0.0, 0.9, 0.1, 0.0, hint=hint)
 
+        if stage.frames:
+            frames = gui.add_checkbox("frames", True, hint="Axes and names of the scene's frames")
+            frames.on_update(lambda _: drawing.show_frames(frames.value))
+
     @glass.on_update
     def _(_: object) -> None:
         drawing.see_through(glass.value)

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 import trimesh
 
+from palpate.scene import Scene
+from palpate.scene.rig import build
 from palpate.shapes.organ import organ
 from palpate.viewer.gauges import Gauges
-from palpate.viewer.staging import drawable
+from palpate.viewer.staging import drawable, stage_of
 
 
 def test_small_mesh_is_drawn_unchanged():
@@ -38,3 +40,22 @@ def test_stability_margin_follows_the_sliders():
     assert "color:#e12626" in gauges._margin(3.1, 1.0)
     gauges._stage = fake_session.stage()
     assert ">-<" in gauges._margin(1.0, 1.0)
+
+
+def test_frames_and_tracked_objects_follow_their_newest_pose():
+    text = (
+        "frames: [{child: table, pose: {xyz: [0.1, 0, 0]}}, "
+        "{parent: table, child: patient, pose: {xyz: [0, 0, 1.0]}, tracker: t}]\n"
+        "trackers: {t: {simulated: {}}}\nobjects: [{name: ball, sphere: {radius: 0.03}, frame: patient}]\n"
+    )
+    rig = build(Scene.parse(text))
+    made = stage_of(rig)
+    assert [(frame.name, frame.tracked, frame.moving is None) for frame in made.frames] == [
+        ("table", False, True), ("patient", True, False),
+    ]  # fmt: skip
+    moved = np.eye(4)
+    moved[:3, 3] = [0.0, 0.2, 1.0]
+    rig.frames.update("patient", moved, 1.0)
+    rig.context.frames["ball"].set(moved, np.zeros(6))
+    assert made.frames[1].moving()[:3, 3] == pytest.approx([0.1, 0.2, 1.0])
+    assert made.objects[0].moving(5.0)[:3, 3] == pytest.approx([0.0, 0.2, 1.0])

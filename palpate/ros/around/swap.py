@@ -49,6 +49,11 @@ class Swap:
             PalpateError: the scene cannot be used; nothing has changed.
         """
         session = self._session
+        if session.tracking is not None:
+            raise PalpateError(
+                "objects cannot be replaced while they follow a tracker",
+                mend="start a new session with the other scene",
+            )
         gains.check_stiffness(scene)
         placed = surface.placed(scene)
         snapshot = surface.snapshot(scene, placed)

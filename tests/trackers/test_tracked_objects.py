@@ -1,0 +1,187 @@
+"""Objects of a session follow their tracker without a force step, and faults of the tracker never move them."""
+
+import numpy as np
+import pytest
+
+from palpate import Session, _core
+from palpate.errors import PalpateError, SceneError
+from palpate.scene import Scene, surface
+from palpate.trackers import Sighting
+from palpate.trackers.tracking import PERIOD, Tracking
+
+K, B, RATE = 400.0, 4.0, 1000.0
+SCENE = """\
+frames:
+  - {{child: tracker, pose: {{xyz: [0, 0, 1.2], rpy_deg: [180, 0, 0]}}}}
+  - {{parent: tracker, child: patient, pose: {{xyz: [0, 0, 1.2], rpy_deg: [180, 0, 0]}}, tracker: t}}
+trackers: {{t: {{simulated: {{{simulated}}}, fade: 0.4}}}}
+objects: [{{name: block, box: {{size: [0.1, 0.1, 0.04]}}, frame: patient, stiffness: 400, damping: 4, friction: 0.0}}]
+stability: {{passivity: "off"}}
+operator:
+  path: [{{t: 0, xyz: [0, 0, 0.04]}}, {{t: 0.3, xyz: [0, 0, 0.019]}}, {{t: 9, xyz: [0, 0, 0.019]}}]
+seed: 3
+"""
+
+
+def scene(simulated: str = "noise_mm: 0.0") -> Scene:
+    return Scene.parse(SCENE.format(simulated=simulated))
+
+
+class Stream:
+    """A tracker that reports what a test tells it to."""
+
+    def __init__(self, X: np.ndarray) -> None:
+        self.X, self.silent = X, False
+
+    def poll(self, now: float) -> list[Sighting]:
+        return [] if self.silent else [Sighting("patient", self.X.copy(), now)]
+
+    def close(self) -> None: ...
+
+
+def pressed(settle: int = 900) -> tuple[Session, Stream]:
+    """A session whose tool presses the block at rest."""
+    session = Session(scene())
+    stream = Stream(session.rig.frames.edge("patient").X.copy())
+    session.tracking = Tracking(session.rig, session._sim, {"t": stream})
+    session.step(settle)
+    assert session.state.force > 0.5
+    return session, stream
+
+
+def rows(session: Session, n: int) -> np.ndarray:
+    """Contact force (n, 3) on the tool at each of n ticks [N]."""
+    return np.array([session.step().F_T_W for _ in range(n)])
+
+
+def force_step(forces: np.ndarray) -> float:
+    """Largest change of the force from one tick to the next [N]."""
+    return float(np.linalg.norm(np.diff(forces, axis=0), axis=1).max())
+
+
+def at_10_mm(X: np.ndarray) -> np.ndarray:
+    """The patient 10 mm higher in W, which is nearer to the tracker."""
+    moved = X.copy()
+    moved[2, 3] -= 0.01
+    return moved
+
+
+def test_a_jump_of_the_goal_reaches_contact_without_a_force_step():
+    """Per tick the force may change by K |v| dt, and at an update by B a h in addition: 0.04 N + 0.02 N here."""
+    session, stream = pressed()
+    stream.X = at_10_mm(stream.X)
+    session.tracking.gates["patient"].accept_jump()
+    moving = []
+    for _ in range(60):
+        session.tracking.step(session.state.t, PERIOD)
+        moving.append(np.array([r["F_T_W"] for r in _ticks(session, 10)]))
+    forces = np.concatenate(moving)
+    bound = K * 0.1 / RATE + B * 0.5 * PERIOD
+    assert force_step(forces) < bound
+    assert session.tracking._followers[0].approach.X[2, 3] == pytest.approx(0.01, abs=3e-4)
+
+
+def _ticks(session: Session, n: int):
+    """n ticks without an update of the trackers in between."""
+    from palpate.record.ticks import as_ticks
+
+    return as_ticks(session._sim.run(n))
+
+
+def test_the_judge_finds_a_pose_that_is_set_at_once():
+    """The check above, on the snapshot that would result without rate limiting."""
+    session, _ = pressed()
+    before = np.array([r["F_T_W"] for r in _ticks(session, 20)])
+    block, placed = session.rig.scene.objects[0], session.rig.surfaces[0]
+    X = placed.X_WO.copy()
+    X[2, 3] += 0.01
+    session._sim.set_snapshot(_core.Snapshot([surface.core_object(block, placed.body, X, _core.Motion())]))
+    after = np.array([r["F_T_W"] for r in _ticks(session, 20)])
+    assert force_step(np.concatenate([before, after])) > 5 * (K * 0.1 / RATE + B * 0.5 * PERIOD)
+
+
+def test_contact_knows_the_velocity_of_a_tracked_object():
+    """A block that rises under a resting tool: damping acts on the relative velocity, so F = K depth + B v."""
+    session, _ = pressed()
+    session.tracking.step(session.state.t, PERIOD)
+    still = _ticks(session, 10)[-1]
+    follower = session.tracking._followers[0]
+    follower.approach.advance(session.state.t)
+    follower.approach.v = np.array([0.0, 0.0, 0.05])
+    session.tracking._publish()
+    moving = _ticks(session, 3)[-1]
+    grown = float(moving["F_T_W"][2] - still["F_T_W"][2])
+    from_depth = K * float(moving["delta_x"][2] - still["delta_x"][2])
+    assert grown - from_depth == pytest.approx(B * 0.05, rel=0.1)
+
+
+def test_a_silent_tracker_stops_the_object_and_its_force_fades():
+    session, stream = pressed()
+    stream.silent = True
+    X = session.tracking._followers[0].approach.X.copy()
+    held = rows(session, 150)
+    assert np.linalg.norm(held[-1]) == pytest.approx(np.linalg.norm(held[0]), rel=0.02)
+    fading = rows(session, 600)
+    assert np.linalg.norm(fading[-1]) < 1e-6
+    assert force_step(fading) < 0.05
+    assert pytest.approx(X, abs=1e-9) == session.tracking._followers[0].approach.X
+    assert "lost for" in session.tracking.status(session.state.t)["patient"]
+    stream.silent = False
+    back = rows(session, 900)
+    assert np.linalg.norm(back[-1]) == pytest.approx(np.linalg.norm(held[0]), rel=0.02)
+    assert force_step(back) < 0.05
+
+
+@pytest.mark.parametrize("kind", ["occluded", "swapped-spheres", "stopped"])
+def test_faults_of_the_simulated_tracker_do_not_move_the_object(kind):
+    session = Session(scene(f"noise_mm: 0.25, faults: [{{kind: {kind}, start: 0.5, end: 1.2}}]"))
+    session.step(500)
+    X = session.rig.frames.pose("patient").X
+    session.step(600)
+    assert "lost" in session.tracking.status(session.state.t)["patient"]
+    assert np.linalg.norm(session.rig.frames.pose("patient").X[:3, 3] - X[:3, 3]) < 1.5e-3
+    session.step(300)
+    assert session.tracking.status(session.state.t)["patient"] == "tracked"
+
+
+def test_a_lockstep_run_with_a_simulated_tracker_is_repeatable():
+    def run(chunk):
+        session = Session(scene("noise_mm: 0.25, motion: {patient: {amplitude: [0, 0, 0.004], period: 1}}"))
+        for n in (chunk, 850 - chunk):
+            session.step(n)
+        tick = session.latest()
+        return [tick[name].tobytes() for name in ("F_T_W", "p_WT", "q", "tau", "delta_x")]
+
+    assert run(600) == run(601)
+
+
+def test_live_frames_and_the_object_are_known_to_fixtures():
+    session, stream = pressed()
+    stream.X = at_10_mm(stream.X)
+    session.tracking.gates["patient"].accept_jump()
+    session.step(800)
+    frames = session.rig.context.frames
+    assert np.asarray(frames["patient"].at(0.0)[0])[2, 3] == pytest.approx(0.01, abs=1e-6)
+    assert np.asarray(frames["block"].at(0.0)[0])[2, 3] == pytest.approx(0.01, abs=3e-4)
+
+
+def test_objects_rest_after_a_run_in_real_time():
+    session = Session(scene("noise_mm: 0.1, motion: {patient: {velocity: [0, 0, 0.01]}}"))
+    session.run(0.3, realtime=True)
+    follower = session.tracking._followers[0]
+    assert not follower.approach.moves
+    assert session.notes == []
+
+
+def test_a_network_tracker_needs_real_time():
+    pytest.importorskip("pyigtl")
+    text = SCENE.format(simulated="").replace("simulated: {}", "openigtlink: 127.0.0.1:9")
+    session = Session(Scene.parse(text))
+    with pytest.raises(PalpateError, match="run in real time"):
+        session.step()
+    session.tracking.close()
+
+
+def test_an_unknown_tool_of_the_simulation_is_refused():
+    with pytest.raises(SceneError, match="has no tool 'patent'"):
+        Session(scene("motion: {patent: {velocity: [0, 0, 0.01]}}"))
