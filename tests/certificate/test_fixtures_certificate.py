@@ -11,7 +11,7 @@ from palpate import _core
 from palpate.certificate import certify_all
 from palpate.certificate.arms import HeldLeader
 from palpate.certificate.entry import entries, stiffness
-from palpate.certificate.guidance import fixture_springs, total_stiffness
+from palpate.certificate.guidance import entry, entry_summary, fixture_springs, total_stiffness
 from palpate.record.ticks import as_ticks
 from palpate.scene.rig import build
 
@@ -123,3 +123,21 @@ def test_measured_stiffness_is_that_of_the_pressed_fixture():
     made = rig(0.0, [wall(200.0, 2.0, at[2])])
     assert stiffness(entries(made, 300.0, 2.0), scale) == pytest.approx(300.0, rel=0.01)
     assert stiffness(entries(made, 300.0, 2.0, at), scale) == pytest.approx(200.0, rel=0.01)
+
+
+def test_sums_of_fixtures_count_each_with_its_authority():
+    """A fixture with authority a renders a times its force, so its spring and damper are a K and a B."""
+    made = []
+    for i, (authority, K, B) in enumerate(((0.5, 300.0, 1.0), (0.25, 800.0, 4.0))):
+        policy, law = _core.Policy(), _core.GuidanceLawOptions()
+        policy.authority, law.K, law.B = authority, K, B
+        plane = _core.SurfaceGeometry(_core.Plane())
+        made.append(_core.Fixture(f"f{i}", plane, "forbid", law_options=law, policy=policy))
+    assert [(f.K, f.B) for f in fixture_springs(made)] == [(150.0, 0.5), (200.0, 1.0), (350.0, 1.5)]
+    assert total_stiffness(made) == 350.0
+
+
+def test_penetration_is_the_deflection_of_a_spring():
+    """3 N of the hand against 500 N/m on the tool with forces doubled for the hand: 3 / 2 / 500 m."""
+    assert entry(3.0, 500.0, 2.0) == pytest.approx(3e-3)
+    assert entry_summary(500.0, 2.0) == "1, 2, 3 N get 1, 2, 3 mm in"

@@ -1,5 +1,7 @@
 """The explained terms of a guidance wrench add up to it; soft springs, potentials and damping leave no residual."""
 
+import re
+
 import numpy as np
 import pytest
 from fixtures import Stage, pose
@@ -95,6 +97,23 @@ def test_why_names_the_dominant_term():
     assert "together 1.64 N along (+1.00, +0.00, +0.00) in W; most of it is the spring" in explanation
     assert "no force" in fixture.why([0.1, 0, 0])
     assert "switched off" in fixture.model_copy(update={"enabled": False}).why([0.028, 0, 0])
+
+
+def test_explanation_lists_the_residual_and_adds_up_to_the_recorded_force():
+    """A tick whose force the fixtures explain only in part: the printed contributions still sum to the whole force."""
+    fixtures = [
+        Fixture(Plane(), name="floor", role="forbid", law={"stiffness": 400.0}),
+        Fixture(Line(start=(0, 0.01, 0.0), end=(0.1, 0.01, 0.0)), name="line", role="guide", authority=0.5),
+    ]
+    tick = tick_of(Stage(), fixtures, pose((0.02, 0.0, -0.002)), np.zeros(6))
+    assert "residual" not in explain_tick(fixtures, tick, HERE)
+    unexplained = np.array([0.3, -0.02, 0.0])
+    tick["F_guidance_W"] = tick["F_guidance_W"] + unexplained
+    printed = re.findall(r"^  (\w+): \((.*?)\) N", explain_tick(fixtures, tick, HERE), re.MULTILINE)
+    numbers = {name: np.array([float(x) for x in xyz.split(",")]) for name, xyz in printed}
+    assert list(numbers) == ["floor", "line", "residual"]
+    np.testing.assert_allclose(numbers["residual"], unexplained, atol=1e-3)
+    np.testing.assert_allclose(sum(numbers.values()), tick["F_guidance_W"], atol=2e-3)
 
 
 SESSION = """

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.operators import STEP, TRAITS, Errand, Operator, Person, Senses, cohort, perform
+from palpate.operators import STEP, TRAITS, Aim, Errand, Operator, Person, Senses, cohort, perform
 from palpate.record.ticks import TICK, TICK_DOUBLES
 
 SCALE = 0.5
@@ -123,3 +123,62 @@ def test_displayed_path_halves_the_visual_error():
     looks = [Operator(person, Senses(drawn=drawn), 4)._sight_error for drawn in (False, True)]
     np.testing.assert_allclose(looks[1], 0.5 * looks[0])
     assert STEP == 0.02
+
+
+def aim(error=(0.0, 0.0, 0.0), width=0.004, **changes):
+    """A goal far from the end of a path along x."""
+    given = {"press": 0.0, "into": np.array([0.0, 0.0, -1.0]), "stiffness": 400.0} | changes
+    return Aim(np.array(error), np.array([1.0, 0.0, 0.0]), 1.0, width, **given)
+
+
+def led(person, goal, updates=1400, seed=1, scale=SCALE, senses=None):
+    """Velocities of the hand (n, 3) [m/s] for a constant goal, after the lag of the muscles."""
+    operator = Operator(person, senses or Senses(), seed)
+    at = np.zeros(3)
+    return np.array([operator.lead(at, 0.0, at, goal, scale) for _ in range(updates)])[100:]
+
+
+def test_depth_scales_the_error_along_the_line_of_sight():
+    """The camera looks along y of W: `TRAITS["depth"]` is the error along y per error across it, on each trial."""
+    person = calm(visual_error=0.4e-3, depth=2.5)
+    seen = []
+    for seed in range(40):
+        operator = Operator(person, Senses(), seed)
+        for _ in range(300):
+            operator.lead(np.zeros(3), 0.0, np.zeros(3), aim(), SCALE)
+            seen.append(operator.x)
+    x, y, z = np.std(seen, axis=0)
+    assert x == pytest.approx(0.4e-3, rel=0.1)
+    assert z == pytest.approx(0.4e-3, rel=0.1)
+    assert y == pytest.approx(2.5 * 0.4e-3, rel=0.1)
+
+
+@pytest.mark.parametrize(("noise", "pace"), [(0.15, 0.4), (0.3, 0.4), (0.3, 0.8)])
+def test_motor_noise_is_the_trait_times_the_intended_speed(noise, pace):
+    """Reference: noise with correlation time c behind a lag l has the rms sqrt(c / (c + l)), here 0.15 s and 0.08 s."""
+    v = np.concatenate([led(calm(noise=noise, pace=pace), aim(), seed=k) for k in range(12)])
+    intended = 0.004 / pace / SCALE
+    rms = np.sqrt(np.mean((v - [intended, 0.0, 0.0]) ** 2, axis=0))
+    np.testing.assert_allclose(rms, noise * intended * np.sqrt(0.15 / 0.23), rtol=0.12)
+
+
+def test_unrest_does_not_depend_on_the_intended_speed():
+    v = np.concatenate([led(calm(unrest=1e-3), aim(), seed=k) for k in range(12)])
+    rms = np.sqrt(np.mean((v - v.mean(axis=0)) ** 2, axis=0))
+    np.testing.assert_allclose(rms, 1e-3 * np.sqrt(0.15 / 0.23), rtol=0.12)
+
+
+@pytest.mark.parametrize(
+    ("error", "care"), [(0.0, 1.0), (0.25, 0.75), (0.5, 0.5), (0.75, 0.25), (1.0, 0.2), (3.0, 0.2)]
+)
+def test_care_slows_the_hand_in_proportion_to_the_seen_error(error, care):
+    """`error` is per half of the width; at the border a fifth of the speed of the steering law is left."""
+    person = calm(pace=0.4, visual_gain=0.0)
+    for direction in (1.0, -1.0):
+        v = led(person, aim((0.0, direction * error * 0.002, 0.0)), updates=200)
+        np.testing.assert_allclose(v[-1], [care * 0.004 / 0.4 / SCALE, 0.0, 0.0], rtol=1e-6, atol=1e-12)
+
+
+def test_speed_along_a_wide_passage_is_limited():
+    v = led(calm(pace=0.1), aim(width=0.02), updates=300)
+    assert v[-1][0] * SCALE == pytest.approx(0.03, rel=1e-6)

@@ -8,7 +8,10 @@ import synthetic_run
 
 from palpate.errors import OutputError
 from palpate.record import SIGNALS, Record, Recorder
+from palpate.record.ticks import STATUS
 from palpate.report import report, write_report
+from palpate.report.energy import words as ledger_words
+from palpate.report.run import Run
 
 pytest.importorskip("matplotlib", reason="the report extra is not installed")
 
@@ -126,3 +129,51 @@ def test_page_fits_the_width_of_a_browser(page, tmp_path, width):
         assert view.evaluate("document.documentElement.scrollWidth") <= width
         assert errors == []
         browser.close()
+
+
+def test_energy_that_no_element_withholds_is_the_rest(tmp_path):
+    """Reference: docs/stability.md. Sources = port + all withheld, and springs and damping take the sources."""
+    from palpate.plotting.style import CANVASES
+    from palpate.report import figures
+
+    ticks = synthetic_run.run(1.0)
+    withheld = {"energy_cut": 0.7e-3, "energy_passivity": 0.5e-3, "energy_low_pass": 0.3e-3, "energy_coupling": 0.2e-3}
+    ramp, friction = np.linspace(0.0, 1.0, len(ticks)), 0.11e-3
+    for name, energy in withheld.items():
+        ticks[name] = energy * ramp
+    ticks["energy_port"] = ticks["energy_spring"] + ticks["energy_damping"] + friction * ramp
+    ticks["energy_port"] -= sum(withheld.values()) * ramp
+    (axes,) = figures.energy(Run(record_of(tmp_path, ticks)), CANVASES[1]).axes
+    drawn = {line.get_label(): line.get_ydata() for line in axes.lines}
+    (rest,) = (y for label, y in drawn.items() if label.startswith("the rest"))
+    assert rest[-1] == pytest.approx(1e3 * friction, rel=1e-6)
+    for words, name in {
+        "caps": "cut",
+        "passivity": "passivity",
+        "low-pass": "low_pass",
+        "coupling": "coupling",
+    }.items():
+        (curve,) = (y for label, y in drawn.items() if label.startswith("withheld") and words in label)
+        assert curve[-1] == pytest.approx(1e3 * withheld[f"energy_{name}"])
+
+
+def test_words_of_the_ledger_name_each_element_with_its_energy(tmp_path):
+    ticks = synthetic_run.run(1.0)
+    ticks["energy_cut"], ticks["energy_passivity"], ticks["energy_low_pass"] = 2e-3, 3e-3, -4e-3
+    ticks["energy_source"][:, 0] = 5e-3
+    ticks["energy_source"][:, -2:] = 6e-3, 7e-3
+    ticks["status"][100:350] = STATUS["passivity"][0]
+    text = ledger_words(Run(record_of(tmp_path, ticks)))
+    assert (
+        "Energy taken by the end, before limits and filters: floor 5.00 mJ, guidance 6.00 mJ, all others 7.00 mJ."
+        in text
+    )
+    assert "Energy withheld: the caps 2.00 mJ, the passivity controller 3.00 mJ, the low-pass -4.00 mJ." in text
+    assert "The passivity controller reduced the force for 0.25 s." in text
+
+
+def test_words_of_the_ledger_leave_out_what_did_nothing(tmp_path):
+    text = ledger_words(Run(record_of(tmp_path, synthetic_run.run(1.0))))
+    assert "withheld" not in text
+    assert "Energy taken" not in text
+    assert "reduced the force" not in text

@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 
 from palpate import _core
 from palpate.scene import Pose, Scene
 from palpate.scene.schema import schema_text
+from palpate.values import Diagonal, Place
+from palpate.values import metres as length_in_metres
 
 ROOT = Path(__file__).parents[2]
 
@@ -136,3 +138,41 @@ def test_every_key_of_the_schema_is_described():
 def test_shipped_scenes_are_valid_and_name_the_schema(path):
     Scene.load(path)
     assert "# yaml-language-server: $schema=../docs/scene.schema.json\n" in path.read_text()
+
+
+@pytest.mark.parametrize(
+    ("text", "metres"),
+    [("36 in", 0.9144), ("100 cm", 1.0), ("1000mm", 1.0), ("1e6 um", 1.0), (" -2.5 m ", -2.5), (".5 cm", 0.005)],
+)
+def test_length_with_a_unit_is_in_metres(text, metres):
+    """Reference: the yard is 36 inches and 0.9144 m by its definition; the other units are powers of ten of a metre."""
+    assert length_in_metres(text) == metres
+
+
+def test_number_is_a_length_in_metres():
+    assert length_in_metres(0.25) == 0.25
+
+
+@pytest.mark.parametrize("text", ["3", "mm", "3 ft", "3 mm wide", "1 2 mm"])
+def test_text_without_number_or_known_unit_is_no_length(text):
+    with pytest.raises(ValueError, match=r"is not a length \| write metres.*3 mm \(um, mm, cm, m, in\)") as caught:
+        length_in_metres(text)
+    assert repr(text) in str(caught.value)
+
+
+def test_every_component_of_a_position_has_its_own_unit():
+    adapter = TypeAdapter(Place)
+    assert adapter.validate_python(["1 in", "2 mm", 3]) == (0.0254, 0.002, 3.0)
+    assert adapter.validate_python("port") == "port"
+
+
+@pytest.mark.parametrize("value", [True, "500", None])
+def test_stiffness_is_a_number_or_three(value):
+    with pytest.raises(ValidationError, match=r"must be a number, or a list of three\. Got: .* \| write e\.g\. 500"):
+        TypeAdapter(Diagonal).validate_python(value)
+
+
+def test_stiffness_of_one_number_is_that_of_every_axis():
+    adapter = TypeAdapter(Diagonal)
+    assert adapter.validate_python(500) == (500.0, 500.0, 500.0)
+    assert adapter.validate_python([1.0, 2.0, 3.0]) == adapter.validate_python((1.0, 2.0, 3.0)) == (1.0, 2.0, 3.0)

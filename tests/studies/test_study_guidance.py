@@ -1,5 +1,6 @@
 """`palpate study guidance`: its measures, its statistics, and a small cohort from end to end."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,12 +8,14 @@ import json_contract
 import numpy as np
 import pytest
 
+from palpate import _core
 from palpate.operators import Trial
+from palpate.record.ticks import as_ticks
 from palpate.studies.guidance import effects as guidance_effects
 from palpate.studies.guidance import work as guidance
 from palpate.studies.guidance.conformance import entered, entry_words
 from palpate.studies.guidance.cues import cued
-from palpate.studies.guidance.tasks import TASKS, distance, sleeve
+from palpate.studies.guidance.tasks import SCALE, TASKS, distance, sleeve
 from palpate.studies.guidance.words import tables
 from palpate.studies.guidance.yields import yielding
 from palpate.sweep import sweep
@@ -55,6 +58,133 @@ def test_every_entry_is_counted_once():
     assert result["deepest_mm"] == pytest.approx(1.0)
     assert result["path_error_mm"] == pytest.approx(3.0)
     assert result["peak_force_N"] == 7.0
+
+
+PAGE = (Path(__file__).resolve().parents[2] / "docs/guidance-study.md").read_text(encoding="utf-8")
+
+
+def stated(before, after):
+    """Numbers of the page between two texts."""
+    found = re.search(rf"{before} ([\d., and]+?) {after}", " ".join(PAGE.split()))
+    assert found, f"docs/guidance-study.md says: {before} ... {after}"
+    return [float(x) for x in re.findall(r"\d+(?:\.\d+)?", found[1])]
+
+
+def fixture_of(name, condition="haptics+guidance"):
+    c = guidance.ALL[condition]
+    (only,) = guidance._rig(name, c.guidance, c.offset_mm).fixtures.list()
+    return only
+
+
+def inwards(name, share=0.5):
+    """Positions (n, 3) from 8 mm off the path of a task to the path, in steps of 5 um, at a share of its length."""
+    path = guidance.task_of(name).errand.path
+    k = round(share * (len(path) - 2))
+    across = np.cross(path[k + 1] - path[k], [0.0, 0.0, 1.0])
+    return path[k] + np.linspace(0.008, 0.0, 1601)[:, None] * across / np.linalg.norm(across)
+
+
+@pytest.mark.parametrize(
+    ("task", "share", "words"),
+    [
+        ("ring", 0.5, ("forbidden beyond", "mm from the wire")),
+        ("tracing", 0.5, ("wire, beyond", "mm from the traced line")),
+        ("insertion", 0.0, ("narrows from", "to")),
+        ("insertion", 1.0, ("narrows from 7 to", "mm")),
+    ],
+)
+def test_forbidden_regions_of_paths_begin_at_the_stated_distance(task, share, words):
+    outside = guidance.task_of(task).outside(inwards(task, share))
+    assert np.count_nonzero(outside <= 0.0) * 5e-3 == pytest.approx(stated(*words)[0], abs=0.1)
+
+
+def test_palpation_is_forbidden_nearer_to_the_vessel_than_the_stated_margin():
+    """The judge, the soft and the hard fixture agree on the boundary; the wall of the vessel is 2 mm from its axis."""
+    (margin,) = stated("nearer than", "mm to the wall of the vessel")
+    x = np.linspace(0.0, 0.010, 2001)
+    p = np.column_stack([-x, 0.004 * np.ones_like(x), np.zeros_like(x)])
+    outside = guidance.task_of("palpation").outside(p)
+    np.testing.assert_allclose(outside, 0.002 + 1e-3 * margin - x, atol=1e-12)
+    for condition in ("haptics+guidance", "haptics+hard"):
+        vessel = fixture_of("palpation", condition)
+        assert vessel.policy.hard == (condition == "haptics+hard")
+        for one, depth in zip(p[::100], outside[::100], strict=True):
+            X = np.eye(4)
+            X[:3, 3] = one
+            assert vessel.evaluate(X, 0.0, np.zeros(6))["gap"] == pytest.approx(-depth, abs=1e-9), one
+
+
+@pytest.mark.parametrize("task", ["ring", "tracing", "insertion"])
+def test_guidance_of_paths_is_a_spring_of_the_stated_stiffness_and_a_tube_of_the_stated_radius(task):
+    (K,), (tube,) = stated("the fixtures of paths have", "N/m"), stated("in a tube of", "mm")
+    soft, hard = fixture_of(task), fixture_of(task, "haptics+hard")
+    assert (soft.policy.hard, hard.policy.hard) == (False, True)
+    near, far, on = np.tile(np.eye(4), (3, 1, 1))
+    near[:3, 3], far[:3, 3], on[:3, 3] = inwards(task)[[-201, -401, -1]]  # 1 mm, 2 mm and 0 mm from the path
+    forces = [np.linalg.norm(soft.evaluate(X, 0.0, np.zeros(6))["F"][:3]) for X in (near, far)]
+    assert forces[1] - forces[0] == pytest.approx(1e-3 * K, rel=0.02)
+    between = hard.evaluate(on, 0.0, np.zeros(6))["gap"]
+    assert between == pytest.approx(1e-3 * tube, abs=2e-4)  # the tube's waypoints are 5 mm apart
+
+
+@pytest.mark.parametrize(("task", "place"), [(name, i) for i, name in enumerate(TASKS)])
+def test_touched_objects_have_the_stated_stiffness(task, place):
+    """The contact force of the chain over the depth; the judge of forces uses the same stiffness."""
+    K = stated("The touched objects have", "N/m")[place]
+    made, rig = guidance.task_of(task), guidance._rig(task, "", 0.0)
+    o, arms = rig.options(1), rig.arms
+    start = np.array(made.start)
+    into = inwards(task)[0] - inwards(task)[-1] if made.errand.press == 0.0 else np.array([0.0, 0.0, -0.001])
+    end = start + (into if made.errand.press else 0.006 * into / np.linalg.norm(into)) / SCALE
+    sim = _core.Simulation(
+        o, arms.leader, arms.leader, arms.follower, rig.snapshot, _core.HandPath([0.0, 1.0], np.array([start, end]))
+    )
+    ticks = as_ticks(sim.run(2000))
+    deepest = ticks[np.argmax(ticks["depth"])]
+    assert deepest["depth"] > 1e-4
+    assert np.linalg.norm(deepest["F_spring_W"]) == pytest.approx(K * deepest["depth"], rel=1e-6)
+    assert made.errand.stiffness == K
+
+
+def test_control_compares_displaced_guidance_with_correct_guidance_and_with_none():
+    """Path errors of 5 mm displaced, 1 mm in place and 2 mm without: 4 mm more than right, 3 mm more than none."""
+    errors = {"control_wrong": 5.0, "haptics+guidance": 1.0, "none": 2.0}
+    rows = [
+        {"task": "ring", "condition": c, "operator": k, "path_error_mm": e} for c, e in errors.items() for k in range(3)
+    ]
+    found = guidance_effects._against(rows, "ring", np.random.default_rng(0))
+    assert [found[f"than_right{x}_mm"] for x in ("", "_low", "_high")] == pytest.approx([4.0] * 3)
+    assert [found[f"than_none{x}_mm"] for x in ("", "_low", "_high")] == pytest.approx([3.0] * 3)
+
+
+@pytest.mark.parametrize(
+    ("condition", "felt", "forces", "fixture", "off_mm"),
+    [
+        ("none", "looks", False, "", 0.0),
+        ("visual", "shown", False, "", 0.0),
+        ("haptics", "felt", True, "", 0.0),
+        ("guidance", "looks", False, "soft", 0.0),
+        ("haptics+guidance", "felt", True, "soft", 0.0),
+        ("haptics+hard", "felt", True, "hard", 0.0),
+        ("control_wrong", "felt", True, "soft", 5.0),
+    ],
+)
+def test_conditions_are_those_of_the_page(condition, felt, forces, fixture, off_mm):
+    """No guidance and no force in `none`; the control is guidance displaced by 5 mm."""
+    c = guidance.CONDITIONS[condition]
+    assert (c.senses.force, c.forces, c.guidance, c.offset_mm) == (felt, forces, fixture, off_mm)
+    assert c.senses.drawn == (condition == "visual")
+
+
+def test_displaced_guidance_lies_beside_the_path():
+    """The registration error moves the fixture along y, to alternating sides, and the judge not at all."""
+    for off_mm in (5.0, -5.0):
+        (path,) = guidance._rig("insertion", "soft", off_mm).fixtures.list()
+        X = np.eye(4)
+        X[:3, 3] = guidance.task_of("insertion").errand.path[40]
+        pull = path.evaluate(X, 0.0, np.zeros(6))["F"][:3]
+        assert np.sign(pull[1]) == np.sign(off_mm)
+        assert np.linalg.norm(pull) > 1.0
 
 
 def serial(fn, grid, seed=0, **more):
