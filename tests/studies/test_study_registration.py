@@ -11,7 +11,7 @@ from palpate.arrays.plain import plain
 from palpate.registration import fit
 from palpate.registration.clouds import sampled
 from palpate.shapes.organ import gallbladder, organ
-from palpate.studies.registration import fiducials, figures, references, surfaces, views, words, work
+from palpate.studies.registration import chain, fiducials, figures, references, surfaces, views, words, work
 from palpate.sweep import sweep
 
 
@@ -31,7 +31,7 @@ def serial(fn, grid, seed, *, title, where=None):
 
 
 def test_short_study(small, tmp_path):
-    found = json.loads(json.dumps(plain(work.run(serial, 1, 2, 1, 1, 1)), allow_nan=False))
+    found = json.loads(json.dumps(plain(work.run(serial, 1, 2, 1, 1, 1, 1)), allow_nan=False))
     assert set(found) == json_contract.keys("study registration")
     for part in ("predicted", "unknown", "wrong_marker", "surface", "handeye"):
         listed = json_contract.keys_of("study registration", f"`{part}`")
@@ -42,6 +42,7 @@ def test_short_study(small, tmp_path):
     assert found["wrong_told"] == 1.0
     assert set(found["touched"]) <= json_contract.keys_of("study registration", "`touched`")
     assert found["touched"]["simulated_m"] < 1.5e-3
+    assert set(found["chain"]) <= json_contract.keys_of("study registration", "`chain`")
     assert found["real"] is None
     assert "skipped" in words.line_of_real(found["real"])
     assert words.table(found).row_count > 10
@@ -83,3 +84,23 @@ def test_one_hand_eye_calibration():
     found = views.judged({"mount": 0}, 1)
     assert found["position_m"] < 0.5e-3
     assert found["rotation_rad"] < np.radians(0.2)
+
+
+def test_chain_is_as_exact_as_its_parts_and_shows_a_wrong_marker(monkeypatch):
+    monkeypatch.setattr(surfaces, "models", lambda: models)
+    models = sampled(*organ(2000), 8000), sampled(*organ(2000), 4000, seed=1), None
+    chain._body.cache_clear()
+    right = chain.judged({"trial": 0}, 3)
+    assert right["tip_median_m"] < 1e-3
+    assert right["felt_within"] > 0.8
+    seen = chain._seen
+
+    def bent(rng, X_KP):
+        return (
+            rigid.displaced(seen(rng, X_KP), [0.005, 0.0, 0.0, 0.0, 0.0, 0.0])
+            if rng.random() < 0.5
+            else seen(rng, X_KP)
+        )
+
+    monkeypatch.setattr(chain, "_seen", bent)
+    assert chain.judged({"trial": 0}, 3)["tip_largest_m"] > 2e-3

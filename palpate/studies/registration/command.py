@@ -26,6 +26,8 @@ class Command(SweepStudy):
     """Number of partial views of each kind [-]."""
     touched: int = 10
     """Number of runs in which the simulated hand touches eight landmarks [-]."""
+    chains: int = 20
+    """Number of set-ups of tracker, two arms, camera and organ, each with twenty touched places [-]."""
     seed: int = 1
     """Seed of all trials [-]."""
 
@@ -34,7 +36,9 @@ class Command(SweepStudy):
         from palpate.studies.registration import words, work
         from palpate.studies.registration.figures import draw
 
-        found = work.run(self.sweeper(console), self.layouts, self.trials, self.clouds, self.touched, self.seed)
+        found = work.run(
+            self.sweeper(console), self.layouts, self.trials, self.clouds, self.touched, self.chains, self.seed
+        )
         return Findings(
             found, lambda folder: [draw(found, folder)], [words.table(found), words.line_of_real(found["real"])]
         )

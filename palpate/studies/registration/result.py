@@ -65,6 +65,17 @@ class Touched(TypedDict):
     largest_m: float
 
 
+class Chained(TypedDict):
+    """The chain of tracker, arms, camera and organ."""
+
+    trials: int
+    tip_median_m: float
+    tip_largest_m: float
+    felt_median_m: float
+    felt_largest_m: float
+    felt_within_1mm: float
+
+
 class Real(TypedDict):
     """A real pair of clouds."""
 
@@ -90,5 +101,6 @@ class Found(TypedDict):
     wrong_told: float | None
     handeye: dict[str, Seen]
     touched: Touched
+    chain: Chained
     real: Real | None
     layouts: dict[str, list[dict[str, float]]]

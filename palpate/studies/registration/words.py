@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from rich.table import Table
 
-from palpate.studies.registration.result import Found, Real, Touched
+from palpate.studies.registration.result import Chained, Found, Real, Touched
 
 
 def table(found: Found) -> Table:
@@ -13,7 +13,13 @@ def table(found: Found) -> Table:
     shown = Table(title="registration, simulated", title_justify="left", box=None, pad_edge=False)
     for head in ("figure", "reached", "required"):
         shown.add_column(head, justify="left" if head == "figure" else "right")
-    for row in [*_fiducials(found), *_surfaces(found), *_views(found), _touched(found["touched"])]:
+    for row in [
+        *_fiducials(found),
+        *_surfaces(found),
+        *_views(found),
+        _touched(found["touched"]),
+        *_chained(found["chain"]),
+    ]:
         shown.add_row(*row)
     return shown
 
@@ -67,6 +73,15 @@ def _views(found: Found) -> list[tuple[str, str, str]]:
 def _touched(one: Touched) -> tuple[str, str, str]:
     reached = f"{1e3 * one['simulated_m']:.2f} mm rms, predicted {1e3 * one['predicted_m']:.2f} mm"
     return f"TRE from 8 landmarks touched by the simulated hand, {one['trials']} runs", reached, ""
+
+
+def _chained(one: Chained) -> list[tuple[str, str, str]]:
+    tip = f"{1e3 * one['tip_median_m']:.2f} mm, largest {1e3 * one['tip_largest_m']:.2f} mm"
+    felt = f"{_percent(one['felt_within_1mm'])}, largest {1e3 * one['felt_largest_m']:.2f} mm"
+    return [
+        (f"tracker, two PSMs, camera, {one['trials']} set-ups: tip to surface, median", tip, "1 mm"),
+        ("the same: felt contact within 1 mm of the seen surface, 20 places each", felt, "all"),
+    ]
 
 
 def _percent(share: float | None) -> str:

@@ -8,22 +8,23 @@ from typing import Any
 import numpy as np
 
 from palpate.studies._command import Sweeper
-from palpate.studies.registration import fiducials, surfaces, touches, views
-from palpate.studies.registration.result import Found, Marked, Matched, Predicted, Seen, Viewed
+from palpate.studies.registration import chain, fiducials, surfaces, touches, views
+from palpate.studies.registration.result import Chained, Found, Marked, Matched, Predicted, Seen, Viewed
 
 _FLE = ("estimated", "stated")
 _ERRORS = ("isotropic", "anisotropic")
 Row = dict[str, Any]
 
 
-def run(sweep: Sweeper, layouts: int, trials: int, clouds: int, touched: int, seed: int) -> Found:
-    """The whole study, from the numbers of layouts, trials (markers, views of a board), surfaces and touching hands."""
+def run(sweep: Sweeper, layouts: int, trials: int, clouds: int, touched: int, chains: int, seed: int) -> Found:
+    """The whole study, from the numbers of layouts, trials (markers, views of a board), surfaces, hands and chains."""
     drawn = sweep(fiducials.predicted, {"anisotropic": (0, 1), "layout": range(layouts)}, seed, title="layouts").rows()
     unknown = sweep(fiducials.unknown, {"known": (0, 1), "trial": range(trials)}, seed, title="unknown").rows()
     wrong = sweep(fiducials.wrong, {"known": (0, 1), "trial": range(trials)}, seed, title="wrong").rows()
     seen = sweep(views.judged, {"mount": (0, 1), "trial": range(trials)}, seed, title="views").rows()
     grid = {"kind": range(len(surfaces.KINDS)), "trial": range(clouds)}
     viewed = sweep(surfaces.judged, grid, seed, title="surfaces", where=lambda p: _taken(p, clouds)).rows()
+    linked = sweep(chain.judged, {"trial": range(chains)}, seed, title="chains").rows()
     by_error = dict(zip(_ERRORS, _split(drawn, "anisotropic", 2), strict=True))
     return {
         "simulated": True,
@@ -38,6 +39,7 @@ def run(sweep: Sweeper, layouts: int, trials: int, clouds: int, touched: int, se
         "wrong_told": _told(viewed),
         "handeye": {name: _seen(rows) for name, rows in zip(views.MOUNTS, _split(seen, "mount", 2), strict=True)},
         "touched": touches.run(touched),
+        "chain": _chained(list(linked)),
         "real": surfaces.real(),
         "layouts": by_error,
     }
@@ -104,6 +106,17 @@ def _viewed(rows: list[Row]) -> Viewed:
 def _told(rows: Iterable[Row]) -> float | None:
     """Share of all wrong answers that are not trusted."""
     return _mean(np.array([1.0 - row["trusted"] for row in rows if row["wrong"]]))
+
+
+def _chained(rows: list[Row]) -> Chained:
+    return {
+        "trials": len(rows),
+        "tip_median_m": float(np.median(_column(rows, "tip_median_m"))),
+        "tip_largest_m": float(_column(rows, "tip_largest_m").max()),
+        "felt_median_m": float(np.median(_column(rows, "felt_median_m"))),
+        "felt_largest_m": float(_column(rows, "felt_largest_m").max()),
+        "felt_within_1mm": float(_column(rows, "felt_within").mean()),
+    }
 
 
 def _seen(rows: list[Row]) -> Seen:
