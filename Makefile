@@ -11,7 +11,7 @@ demo: .venv/.demo
 
 test: setup
 	@$(RUN) palpate bench build --last
-	@$(RUN) pytest -n 2 --dist loadfile --durations 20
+	@$(RUN) pytest -n 2 --dist loadgroup --durations 20
 
 # The wheel of this platform, built from the compiled core.
 wheel: setup
