@@ -47,7 +47,7 @@ def missing_name(module: str, name: str) -> Exception:
 
 
 class RenamedMethod:
-    """Class attribute in the place of a renamed method: its use raises an AttributeError that states the new name."""
+    """Class attribute in place of a renamed attribute: its use raises an AttributeError that states the new name."""
 
     def __init__(self, new: str) -> None:
         self._new = new

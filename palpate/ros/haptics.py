@@ -16,6 +16,7 @@ import numpy as np
 from palpate import _core, ros
 from palpate.errors import PalpateError
 from palpate.record.ticks import STATUS, Ticks
+from palpate.renamed import RenamedMethod
 from palpate.ros.guardian import Guardian
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
@@ -201,6 +202,8 @@ class HapticSession(LiveSession):
     Raises:
         SceneError, MeshError: the scene cannot run. RosMissingError: no ROS 2. OutputError: `out` cannot be written.
     """
+
+    told = RenamedMethod("HapticSession.events")
 
     def __init__(
         self,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 
+from palpate.renamed import RenamedMethod
 from palpate.viewer import views
 from palpate.viewer.control_panel import ControlPanel
 from palpate.viewer.drawing import Drawing
@@ -22,6 +23,8 @@ FRAMES_PER_READOUT, FRAMES_PER_PLOT = 3, 6
 
 class LiveViewer:
     """A viewer of a running session; it reads the newest tick and never waits for the loop."""
+
+    console = RenamedMethod("LiveViewer.control_panel")
 
     def __init__(self, source: Source, stage: Stage, host: str = "127.0.0.1", port: int = 8080) -> None:
         """Opens the server and starts drawing. Raises PortError when the port cannot be used."""

@@ -11,8 +11,10 @@ from palpate.identify.gravity import Calibration
 from palpate.identify.pairs import Pairs
 from palpate.mesh.check import MeshReport
 from palpate.renamed import NAMES, RENAMED
+from palpate.ros.haptics import HapticSession
 from palpate.session.summary import Summary
 from palpate.verify.fuzz import Outcome
+from palpate.viewer.live import LiveViewer
 
 
 @pytest.mark.parametrize(("old", "new"), RENAMED.items())
@@ -52,6 +54,14 @@ def test_error_for_a_renamed_method_may_state_another_method():
         AttributeError, match=r"^Radius\.to_json is now palpate\.contact\.touchable\.Radius\.figures\(\)$"
     ):
         Radius.to_json  # noqa: B018
+
+
+@pytest.mark.parametrize(
+    ("owner", "old", "new"), [(LiveViewer, "console", "control_panel"), (HapticSession, "told", "events")]
+)
+def test_error_for_a_renamed_attribute_states_the_new_name(owner, old, new):
+    with pytest.raises(AttributeError, match=rf"^{owner.__name__}\.{old} is now {owner.__name__}\.{new}$"):
+        getattr(owner, old)
 
 
 def test_unknown_name_gives_an_ordinary_error():

@@ -56,7 +56,7 @@ Eigen::VectorXd AllTerms::bias() const { return impl_->data.nle; }
 Eigen::VectorXd AllTerms::G() const { return impl_->data.g; }
 
 Eigen::MatrixXd AllTerms::J() const {
-  const auto& X = impl_->data.oMi[static_cast<std::size_t>(impl_->tip.link + 1)];
+  const auto& X = impl_->data.oMi[static_cast<std::size_t>(impl_->tip.link) + 1];
   const Vec3 p = X.rotation() * impl_->tip.X_link.p + X.translation();
   Eigen::MatrixXd J = impl_->data.J;  // velocities of the point at the base's origin
   for (Eigen::Index k = 0; k < J.cols(); ++k) {

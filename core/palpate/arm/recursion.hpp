@@ -4,6 +4,7 @@
 // the same code. Both execute the same operations in the same order and return the same bits (tests/arm holds this).
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "palpate/types/lanes.hpp"

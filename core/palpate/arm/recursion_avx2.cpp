@@ -8,7 +8,7 @@
 #endif
 
 namespace palpate::arm::avx2 {
-#include "palpate/arm/recursion_body.hpp"
+#include "palpate/arm/recursion_body.inl"
 }  // namespace palpate::arm::avx2
 
 #undef PALPATE_TARGET

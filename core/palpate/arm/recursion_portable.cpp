@@ -5,7 +5,7 @@
 
 namespace palpate::arm {
 namespace portable {
-#include "palpate/arm/recursion_body.hpp"
+#include "palpate/arm/recursion_body.inl"
 }  // namespace portable
 
 #if defined(__x86_64__)

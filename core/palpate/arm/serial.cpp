@@ -10,7 +10,9 @@
 namespace palpate::arm {
 namespace {
 
-using Inertial = Eigen::Matrix<double, 10, 1>;  // m, m c, I about the joint's origin: xx, xy, yy, xz, yz, zz
+constexpr Eigen::Index kMoments = 4;      // of a link: m, m c
+constexpr Eigen::Index kParameters = 10;  // of a link: m, m c, I about the joint's origin: xx, xy, yy, xz, yz, zz
+using Inertial = Eigen::Matrix<double, kParameters, 1>;
 
 Mat3 cross_matrix(const Vec3& a) noexcept {
   Mat3 A;
@@ -128,24 +130,24 @@ class Serial final : public Mechanism {
     arm::kinematics(lanes_, lanes(q), now_);
     const Vec3 g = gravity();
     const int n = lanes_.n;
-    out.Y.setZero(n, 4 * n);
-    out.P.resize(4 * n);
+    out.Y.setZero(n, kMoments * n);
+    out.P.resize(kMoments * n);
     for (int k = 0; k < n; ++k) {
       const Pose X = pose(k);
       const Vec3 g_link = X.R.transpose() * g;
-      out.P[4 * k] = -g.dot(X.p);
-      out.P.segment<3>(4 * k + 1) = -g_link;
+      out.P[kMoments * k] = -g.dot(X.p);
+      out.P.segment<3>(kMoments * k + 1) = -g_link;
       for (int j = 0; j <= k; ++j) {
         const Vec3 w = lane<3>(now_.Jw, j), v0 = lane<3>(now_.Jv, j);
-        out.Y(j, 4 * k) = -g.dot(v0 + w.cross(X.p));
-        out.Y.block<1, 3>(j, 4 * k + 1) = -X.R.transpose() * g.cross(w);
+        out.Y(j, kMoments * k) = -g.dot(v0 + w.cross(X.p));
+        out.Y.block<1, 3>(j, kMoments * k + 1) = -X.R.transpose() * g.cross(w);
       }
     }
   }
 
   [[nodiscard]] Eigen::VectorXd moments() const override {
-    Eigen::VectorXd Pi(4 * lanes_.n);
-    for (int k = 0; k < lanes_.n; ++k) Pi.segment<4>(4 * k) << link(k).mass, link(k).mass * link(k).com;
+    Eigen::VectorXd Pi(kMoments * lanes_.n);
+    for (int k = 0; k < lanes_.n; ++k) Pi.segment<4>(kMoments * k) << link(k).mass, link(k).mass * link(k).com;
     return Pi;
   }
 
@@ -178,7 +180,7 @@ class Serial final : public Mechanism {
                                                  const JointVector& a) override {
     arm::dynamics(lanes_, lanes(q), lanes(v), lanes(a), now_);
     const int n = lanes_.n;
-    Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(n, 10 * n);
+    Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(n, kParameters * n);
     for (int k = 0; k < n; ++k) {
       const Pose X = pose(k);
       const Vec3 v0 = lane<3>(now_.V, k), w0 = lane<3>(now_.V + 3, k);
@@ -192,20 +194,21 @@ class Serial final : public Mechanism {
       t.rightCols<6>() = of_inertia(alpha) + cross_matrix(w) * of_inertia(w);
       for (int j = 0; j <= k; ++j) {
         const Vec3 w_j = lane<3>(now_.Jw, j), v_j = lane<3>(now_.Jv, j) + w_j.cross(X.p);
-        Y.block<1, 10>(j, 10 * k) = (X.R.transpose() * v_j).transpose() * f + (X.R.transpose() * w_j).transpose() * t;
+        Y.block<1, 10>(j, kParameters * k) =
+            (X.R.transpose() * v_j).transpose() * f + (X.R.transpose() * w_j).transpose() * t;
       }
     }
     return Y;
   }
 
   [[nodiscard]] Eigen::VectorXd inertial_parameters() const override {
-    Eigen::VectorXd pi(10 * lanes_.n);
-    for (int k = 0; k < lanes_.n; ++k) pi.segment<10>(10 * k) = parameters_of(link(k));
+    Eigen::VectorXd pi(kParameters * lanes_.n);
+    for (int k = 0; k < lanes_.n; ++k) pi.segment<10>(kParameters * k) = parameters_of(link(k));
     return pi;
   }
 
   void set_inertial_parameters(const Eigen::VectorXd& pi) override {
-    for (int k = 0; k < lanes_.n; ++k) set_parameters(pi.segment<10>(10 * k), link(k));
+    for (int k = 0; k < lanes_.n; ++k) set_parameters(pi.segment<10>(kParameters * k), link(k));
     take_masses();
   }
 

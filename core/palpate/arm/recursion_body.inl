@@ -89,7 +89,8 @@ PALPATE_TARGET inline void joint_poses(const ChainLanes& c, const Lanes& q, Lane
 }
 
 /// Rows, of which each has four numbers, transposed. `from` and `to`: first row; the others follow at these distances.
-PALPATE_TARGET inline void transpose(const double* from, int from_distance, double* to, int rows = 4) noexcept {
+PALPATE_TARGET inline void transpose(const double* from, std::ptrdiff_t from_distance, double* to,
+                                     int rows = 4) noexcept {
   Four a, b, c, d;
   __builtin_memcpy(&a, from, sizeof a);
   __builtin_memcpy(&b, from + from_distance, sizeof b);
@@ -103,8 +104,8 @@ PALPATE_TARGET inline void transpose(const double* from, int from_distance, doub
   d = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
   __builtin_memcpy(to, &a, sizeof a);
   __builtin_memcpy(to + kLanes, &b, sizeof b);
-  __builtin_memcpy(to + 2 * kLanes, &c, sizeof c);
-  if (rows == 4) __builtin_memcpy(to + 3 * kLanes, &d, sizeof d);
+  __builtin_memcpy(to + std::ptrdiff_t{2} * kLanes, &c, sizeof c);
+  if (rows == 4) __builtin_memcpy(to + std::ptrdiff_t{3} * kLanes, &d, sizeof d);
 }
 
 }  // namespace
@@ -132,7 +133,7 @@ PALPATE_TARGET void chain_kinematics(const ChainLanes& c, const Lanes& q, ChainS
     __builtin_memcpy(world[k] + 12, &p, sizeof p);
   }
   for (int k = 0; k < kLanes; k += 4) {
-    for (int j = 0; j < 3; ++j) transpose(world[k] + 4 * j, kStride, s.R[3 * j] + k, 3);
+    for (std::ptrdiff_t j = 0; j < 3; ++j) transpose(world[k] + 4 * j, kStride, s.R[3 * j] + k, 3);
     transpose(world[k] + 12, kStride, s.p[0] + k, 3);
   }
   for (int k = 0; k < kLanes; ++k) {
