@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kMomentLength = 0.02;  // [m] length that makes a moment comparable to a force
 
-const Options& checked(const Options& options) {
+Options checked(Options options) {
   require("guidance", options.force_rate > 0.0 && std::isfinite(options.force_rate), "force_rate", options.force_rate,
           "must be above 0 N/s, and finite; for example 20");
   require("guidance", options.moment_rate > 0.0 && std::isfinite(options.moment_rate), "moment_rate",
