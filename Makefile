@@ -3,6 +3,8 @@
 ARGS ?=
 OUT ?= dist
 export UV_PYTHON_DOWNLOADS = never
+# Modules stay compiled even where the environment forbids it: otherwise each process compiles all that it imports.
+export PYTHONDONTWRITEBYTECODE =
 UV := $(or $(shell command -v uv 2>/dev/null),.uv/bin/uv)
 RUN := $(UV) run --no-sync
 
