@@ -102,9 +102,9 @@ Cartesian<m> cartesian(const arm::Dynamics& d, const JointVector& rotor, Eigen::
   cholesky(M);
   solve_lower(M, X);
   double P[kColumns][kColumns] = {};
-  for (int i = 0; i < kRows; ++i) {
+  for (const auto& row : X) {
     for (int r = 0; r < kColumns; ++r) {
-      for (int s = 0; s < kColumns; ++s) P[r][s] += X[i][r] * X[i][s];
+      for (int s = 0; s < kColumns; ++s) P[r][s] += row[r] * row[s];
     }
   }
   double A[m][m], inverse[m][m];
