@@ -314,7 +314,8 @@ ObjectProxy::ProxyContact ObjectProxy::contact_at_crease(const Vec3& g, double r
   out.depth = out.delta.norm();
   if (!(out.depth > 0.0)) return {};
   out.touching = true;
-  out.normal = p.active == 1 ? h[to_index(p.index[0])].normal : Vec3(out.delta / out.depth);
+  // Only a centre on one half-space's plane is displaced along that half-space's normal; a limited centre is not.
+  out.normal = p.active == 1 && far <= radius ? h[to_index(p.index[0])].normal : Vec3(out.delta / out.depth);
   return out;
 }
 

@@ -93,13 +93,15 @@ def _goal_failure(c: Combination, probe: Probe, X: Array) -> str:
     """The goal of a hard fixture with full authority is feasible and was moved no farther than necessary."""
     case, s = ROLES[c.role], SPECIMENS[c.geometry]
     left = case.gap(s, X)
-    if left < min(lead(c, probe.gap), probe.gap) - SOLVED - s.near:
-        return f"the corrected goal keeps {left:.3g} to the border, {lead(c, probe.gap):.3g} promised"
+    promised = lead(c, probe.gap)
+    if left < (promised if probe.violated else min(promised, probe.gap)) - SOLVED - s.near:
+        return f"the corrected goal keeps {left:.3g} to the border, {promised:.3g} promised"
     if case.role == "rcm":  # moves and turns at once
         return ""
     shift = np.linalg.norm(X[:3, 3] - probe.X[:3, 3]) + LEVER * angle(X, probe.X)
     lever = LEVER / float(np.linalg.norm(probe.J[3:])) if case.turns else 1.0
-    need = max(-probe.gap, 0.0) * lever + np.sqrt(3.0) * lead(c, probe.gap)
+    edge = np.sqrt(3.0) if case.role == "limit" else 1.0
+    need = max(-probe.gap, 0.0) * lever + edge * lead(c, probe.gap)
     if shift > (1.0 + WITHIN) * need + 10.0 * SOLVED + s.near:
         return f"the goal was moved by {shift:.3g} m, {need:.3g} m was needed"
     return ""
