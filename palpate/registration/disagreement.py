@@ -10,7 +10,7 @@ from palpate import _core
 from palpate.arrays.rigid import displacement
 from palpate.registration.touches import Guess, Touched, TouchRegistration, touches
 
-IMPLAUSIBLE = 1e-4  # probability of the touches below which they disagree; the test is repeated after every touch
+IMPLAUSIBLE = 1e-3  # probability of the touches below which they disagree; the test is repeated after every touch
 _EXPLAINED = 0.01  # probability above which a hypothesis explains them
 _FREE = np.diag([0.1**2] * 3 + [0.5**2] * 3)  # covariance of a first pose that says nothing [m^2, rad^2]
 _FEWEST = 3  # touches on either side of a motion of the organ

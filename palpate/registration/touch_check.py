@@ -56,7 +56,7 @@ def check(organ: Organ, registered: Guess, touched: Touched, accuracy: float) ->
     S = touched.sigma**2 * np.eye(len(e)) + J @ shared @ J.T
     probability = float(chdtrc(len(e), float(e @ np.linalg.solve(S, e))))
     normals, worst = -J[:, :3], int(np.argmax(np.abs(e)))
-    shift = np.linalg.lstsq(normals, e, rcond=0.05)[0]
+    shift = np.asarray(np.linalg.lstsq(normals, e, rcond=0.05)[0], dtype=np.float64)
     return TouchCheck(
         distances=e, normals=normals, places=touched.p_WT, mean=float(np.abs(e).mean()), worst=float(abs(e[worst])),
         direction=normals[worst] * np.sign(e[worst]), shift=shift, probability=probability,
