@@ -70,7 +70,10 @@ class Pose(Section):
         return X
 
 
-_UNITS = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
+UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
+"""Length units of files and poses in metres."""
+
+_WRITTEN = {"um": 1e-6, **UNITS}
 _LENGTH = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-zA-Z]+)\s*")
 
 
@@ -83,10 +86,10 @@ def metres(value: Any) -> Any:
     if not isinstance(value, str):
         return value
     match = _LENGTH.fullmatch(value)
-    if match is None or match[2] not in _UNITS:
-        units = ", ".join(_UNITS)
+    if match is None or match[2] not in _WRITTEN:
+        units = ", ".join(_WRITTEN)
         raise ValueError(f"{value!r} is not a length | write metres, or a number with its unit: 3 mm ({units})")
-    return float(f"{float(match[1]) * _UNITS[match[2]]:.15g}")
+    return float(f"{float(match[1]) * _WRITTEN[match[2]]:.15g}")
 
 
 def _length_schema(**limits: float) -> Any:

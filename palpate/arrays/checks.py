@@ -30,6 +30,15 @@ def vector(name: str, value: npt.ArrayLike) -> Array:
     return v
 
 
+def is_number(text: str | bytes) -> bool:
+    """True if `text` reads as a number."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
 def finite_or_none(x: float) -> float | None:
     """A number for JSON: None replaces infinity and NaN."""
     return float(x) if np.isfinite(x) else None

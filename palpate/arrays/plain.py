@@ -8,6 +8,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from palpate.arrays.checks import finite_or_none
+
 Content: TypeAlias = dict[str, Any]
 """Content of a YAML or JSON file by key, before it is validated or after it was converted for writing."""
 
@@ -32,3 +34,12 @@ def plain(value: object) -> Any:
         return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
     kinds = "numbers, texts, lists, dictionaries and dataclasses"
     raise TypeError(f"a {type(value).__name__} is not a plain value: only {kinds} of these are")
+
+
+def finite(value: Any) -> Any:
+    """A plain value with None in place of infinity and NaN, as JSON requires."""
+    if isinstance(value, dict):
+        return {key: finite(one) for key, one in value.items()}
+    if isinstance(value, list):
+        return [finite(one) for one in value]
+    return finite_or_none(value) if isinstance(value, float) else value

@@ -7,11 +7,48 @@ xi. The formulas of covariances are of first order in xi (Barfoot and Furgale, I
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 
 from palpate.arrays import Array
 from palpate.arrays.so3 import cross_matrix
+
+
+class Fault(NamedTuple):
+    """Why a matrix is not a pose, as parts of a message whose subject is the name of the matrix."""
+
+    what: str
+    why: str
+    mend: str
+
+
+def fault(X: Array, tolerance: float = 1e-3) -> Fault | None:
+    """What is wrong with a matrix (4, 4) that should be a pose; None if it is rigid and right-handed.
+
+    tolerance: largest element of ``R^T R - I`` that rounded digits explain [-].
+    """
+    if not np.isfinite(X).all():
+        return Fault("holds numbers that are not finite", "", "remove this pose, or measure it again")
+    if np.abs(X[3] - [0.0, 0.0, 0.0, 1.0]).max() > 1e-6:
+        transposed = not X[:3, 3].any()
+        mend = "write the translation into the last column" if transposed else "correct the last row"
+        return Fault(f"is not rigid: its last row must be 0 0 0 1. Got: {X[3].tolist()}", "", mend)
+    R = X[:3, :3]
+    scales = np.linalg.svd(R, compute_uv=False)
+    mean, off = float(scales.mean()), float(np.abs(R.T @ R - np.eye(3)).max())
+    if np.ptp(scales) < tolerance * max(mean, 1e-12) and abs(mean - 1.0) > tolerance:
+        mend = "divide the 3 x 3 block by its scale, or state the unit of the lengths"
+        return Fault(f"is not rigid: its rotation is scaled by {mean:.4g}", "a pose does not scale", mend)
+    if off > tolerance:
+        why = "its axes are not orthogonal unit vectors: a sheared matrix, or rounded digits"
+        mend = "register the frames again, and write six digits or more"
+        return Fault(f"is not rigid: R^T R differs from the identity by {off:.2g}", why, mend)
+    if np.linalg.det(R) < 0.0:
+        mend = "negate one column or change the order of the axes, as your source's axes require"
+        return Fault("is left-handed: the determinant of its rotation is -1", "an axis is mirrored", mend)
+    return None
 
 
 def exp(theta: npt.ArrayLike) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from palpate.arrays import Array
+from palpate.arrays import Array, rigid
 from palpate.errors import FrameError
 
 FARTHEST = 10.0
@@ -30,32 +30,16 @@ def pose(name: str, X: npt.ArrayLike) -> Array:
         raise FrameError(f"{name} is not a matrix of numbers", mend="give four rows of four numbers") from None
     if M.shape != (4, 4):
         raise FrameError(f"{name} must be a 4 x 4 matrix. Got: shape {M.shape}", mend="give four rows of four numbers")
-    if not np.isfinite(M).all():
-        raise FrameError(f"{name} holds numbers that are not finite", mend="remove this pose, or measure it again")
-    if np.abs(M[3] - [0.0, 0.0, 0.0, 1.0]).max() > 1e-6:
-        mend = "write the translation into the last column" if np.abs(M[:3, 3]).max() == 0.0 else "correct the last row"
-        raise FrameError(f"the last row of {name} must be 0 0 0 1. Got: {M[3].tolist()}", mend=mend)
-    M[:3, :3] = _rotation(name, M[:3, :3])
+    wrong = rigid.fault(M, _NOT_RIGID)
+    if wrong is not None:
+        raise FrameError(f"{name} {wrong.what}", why=wrong.why, mend=wrong.mend)
+    U, _, Vt = np.linalg.svd(M[:3, :3])
+    M[:3, :3] = U @ Vt
     far = float(np.linalg.norm(M[:3, 3]))
     if far > FARTHEST:
         what = f"{name} has a translation of {far:.4g} m, which exceeds {FARTHEST:g} m"
         raise FrameError(what, why="it is most likely in millimetres", mend="give unit: mm")
     return M
-
-
-def _rotation(name: str, R: Array) -> Array:
-    U, scales, Vt = np.linalg.svd(R)
-    if np.ptp(scales) < _NOT_RIGID * max(float(scales.mean()), 1e-12) and abs(scales.mean() - 1.0) > _NOT_RIGID:
-        what = f"the rotation of {name} is scaled by {scales.mean():.4g}"
-        raise FrameError(what, why="a pose does not scale", mend="divide the 3 x 3 block by its scale, or give unit")
-    if np.abs(R.T @ R - np.eye(3)).max() > _NOT_RIGID:
-        off = float(np.abs(R.T @ R - np.eye(3)).max())
-        what = f"{name} is not rigid: R^T R differs from the identity by {off:.2g}"
-        raise FrameError(what, why="its axes are not orthogonal unit vectors", mend="register the frames again")
-    if np.linalg.det(R) < 0.0:
-        what = f"{name} is left-handed: the determinant of its rotation is -1"
-        raise FrameError(what, why="an axis is mirrored", mend="negate one column, as your source's axes require")
-    return np.asarray(U @ Vt)
 
 
 def quaternion(name: str, q: npt.ArrayLike) -> Array:

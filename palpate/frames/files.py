@@ -14,6 +14,7 @@ from pydantic import ConfigDict, Field, ValidationError
 from palpate.arrays import Array
 from palpate.arrays.yaml_loader import Loader
 from palpate.errors import FrameError
+from palpate.frames import checks
 from palpate.frames.edge import Edge, isotropic
 from palpate.frames.graph import FrameGraph
 from palpate.frames.section import EdgePose, FrameSection, Row, seconds_of
@@ -86,7 +87,7 @@ def edge(section: FrameSection, file: Callable[[str], Path] = Path) -> Edge:
     name = f"X_{section.parent}_{section.child}"
     path = None if section.file is None else file(section.file)
     found = _Result(pose=section.pose) if path is None else _result(path)
-    X = found.pose.to_matrix(name) if found.pose is not None else np.array(found.X)
+    X = _pose(found, name)
     given = (_covariance(section), _covariance(found))
     covariance = next((C for C in given if C is not None), None)
     kind: Literal["live", "measured", "known"] = "known"
@@ -103,6 +104,19 @@ def edge(section: FrameSection, file: Callable[[str], Path] = Path) -> Edge:
     except FrameError as error:
         where = str(path) if path else error.where
         raise FrameError(error.what, where=where, why=error.why, mend=error.mend) from None
+
+
+def pose(path: Path) -> Array:
+    """The pose X_parent_child (4, 4) [m] of a file with a registration result or a pose.
+
+    Raises:
+        FrameError: the file cannot be read, holds no pose, or its registration marks itself as not trusted.
+    """
+    return checks.pose(f"the pose of {path}", _pose(_result(path), str(path)))
+
+
+def _pose(found: _Result, name: str) -> Array:
+    return found.pose.to_matrix(name) if found.pose is not None else np.array(found.X)
 
 
 def _covariance(given: FrameSection | _Result) -> Array | None:

@@ -250,9 +250,8 @@ def _composed(up: list[Edge]) -> tuple[Array, Array]:
 
 def mahalanobis(xi: Array, covariance: Array) -> float:
     """Size of a displacement (6,) in standard deviations; infinite along a direction without variance [-]."""
-    unit = np.array([1e-3] * 3 + [1e-3] * 3)  # mm and mrad, so that both are compared on one scale
-    variance, axes = np.linalg.eigh(covariance / np.outer(unit, unit))
-    along = axes.T @ (xi / unit)
+    variance, axes = np.linalg.eigh(1e6 * covariance)  # in mm and mrad, for the limits below
+    along = 1e3 * axes.T @ xi
     free = variance > 1e-12
     if np.abs(along[~free]).max(initial=0.0) > 1e-6:
         return math.inf

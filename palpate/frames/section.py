@@ -10,10 +10,7 @@ from pydantic import Field, model_validator
 
 from palpate.arrays import Array, so3
 from palpate.frames import checks
-from palpate.values import NotNegative, Number, Pose, Section, Vector
-
-UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
-"""Length units of a pose in metres."""
+from palpate.values import UNITS, NotNegative, Number, Pose, Section, Vector
 
 Row = tuple[Number, Number, Number, Number]
 _ROTATIONS = ("rpy_deg", "quat_wxyz", "quat_xyzw")

@@ -217,7 +217,7 @@ class Cloud(Shape):
         """The cloud."""
         from palpate.guidance.files import read_rows
         from palpate.mesh import files as mesh_files
-        from palpate.mesh.check import UNITS
+        from palpate.values import UNITS
 
         file = context.file(self.file)
         if file.suffix.lower() in MESHES:

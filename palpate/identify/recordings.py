@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from palpate.arm import Arm
 from palpate.arrays import Array
+from palpate.arrays.checks import is_number
 from palpate.errors import RecordingError
 
 _LEVELS = 10  # a grid has at most this many levels per joint
@@ -169,7 +170,7 @@ def _table(path: Path, names: list[str]) -> Array:
         why = getattr(error, "strerror", None) or str(error)
         raise RecordingError("the recording cannot be read", where=str(path), why=why, mend="name a CSV file") from None
     columns = list(range(len(names)))
-    if lines and not _is_number(lines[0][1][0]):
+    if lines and not is_number(lines[0][1][0]):
         columns = _columns([word.strip() for word in lines.pop(0)[1]], names, path)
         width = None
     else:
@@ -208,14 +209,6 @@ def _wrong_width(where: str, width: int, names: list[str], what: str = "") -> Re
         why=f"{len(names)} are needed: {names[0]} .. {names[-1]}",
         mend="write them in this order, or with a header line of these names",
     )
-
-
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
 
 
 def _value(word: str, where: str, name: str) -> float:

@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 
 from palpate import _core
 from palpate.renamed import RenamedMethod
+from palpate.values import UNITS
 
 #: Plausible extents of an organ, a bone or a phantom [m]; beyond them, the unit is questioned.
 PLAUSIBLE_SIZE = (0.005, 2.0)
 _LIKELY_SIZE = (0.03, 0.7)
-UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from palpate.arrays.checks import is_number
 from palpate.errors import MeshError, OutputError, PalpateWarning
 
 _HEADER, _FACET = 84, np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -143,19 +144,11 @@ def _ascii_stl(path: Path, data: bytes) -> Soup:
     try:
         vertices = np.array(words, dtype="S").astype(np.float64)
     except ValueError:
-        match = next(m for m in _VERTEX.finditer(lower) if not all(_is_number(w) for w in m.groups()))
+        match = next(m for m in _VERTEX.finditer(lower) if not all(is_number(w) for w in m.groups()))
         line = lower.count(b"\n", 0, match.start()) + 1
         text = match.group(0).decode("ascii", "replace")
         raise MeshError(f"not three numbers: {text!r}", where=f"{path}:{line}", mend="export it again") from None
     return vertices, np.arange(len(vertices), dtype=np.int32).reshape(-1, 3)
-
-
-def _is_number(word: bytes) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
 
 
 def _by_trimesh(path: Path) -> Soup:

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.arrays import Array
-from palpate.arrays.rigid import transform
+from palpate.arrays.rigid import fault, transform
 from palpate.errors import RegistrationError
 from palpate.registration.fit import closed_form
 
@@ -149,20 +149,7 @@ def poses(name: str, X: npt.ArrayLike, least: int = 3) -> Array:
             f"{name} has {len(found)} poses", why=f"at least {least} are needed", mend="measure more poses"
         )
     for i, one in enumerate(found):
-        R = one[:3, :3]
-        if not np.isfinite(one).all():
-            raise RegistrationError(f"{name}: pose {i} has values that are not finite", mend="remove it")
-        if np.linalg.det(R) < 0:
-            raise RegistrationError(
-                f"{name}: pose {i} is left-handed, its rotation has the determinant {np.linalg.det(R):.3g}",
-                mend="correct the signs or the order of the axes",
-            )
-        error = np.abs(R @ R.T - np.eye(3)).max()
-        if error > 1e-3 or not np.allclose(one[3], (0, 0, 0, 1), atol=1e-6):
-            raise RegistrationError(
-                f"{name}: pose {i} is not rigid: its rotation differs from an orthogonal one by {error:.3g}, its last "
-                f"row is {one[3].tolist()}",
-                why="a scaled or transposed matrix, or rounded digits",
-                mend="give [R p; 0 0 0 1] with an orthogonal R, with six digits or more",
-            )
+        wrong = fault(one)
+        if wrong is not None:
+            raise RegistrationError(f"{name}: pose {i} {wrong.what}", why=wrong.why, mend=wrong.mend)
     return found

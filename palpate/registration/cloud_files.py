@@ -10,8 +10,9 @@ from palpate.arrays import Array
 from palpate.errors import RegistrationError
 from palpate.mesh import files as mesh_files
 from palpate.registration.clouds import sampled
-from palpate.registration.files import UNITS, read_points
+from palpate.registration.files import read_points
 from palpate.registration.pcd import read_pcd
+from palpate.values import UNITS
 
 _SAMPLES = 20_000  # points of a mesh
 

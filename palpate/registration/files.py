@@ -9,11 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from palpate.arrays import Array
+from palpate.arrays.checks import is_number
 from palpate.arrays.rigid import rigid
 from palpate.arrays.so3 import matrices
-from palpate.errors import RegistrationError
+from palpate.errors import FrameError, RegistrationError
+from palpate.frames.checks import quaternion
+from palpate.values import UNITS
 
-UNITS = {"m": 1.0, "mm": 1e-3}
 _QUATERNION = ("qw", "qx", "qy", "qz")
 _NAMES = ("name", "marker", "label")
 
@@ -70,15 +72,13 @@ def read_poses(path: Path, unit: str = "m") -> Array:
     if "t" in columns:
         _increasing(path, columns["t"])
     q = _stack(path, columns, _QUATERNION)
-    norms = np.linalg.norm(q, axis=1)
-    worst = int(np.abs(norms - 1.0).argmax())
-    if abs(norms[worst] - 1.0) > 0.01:
-        raise RegistrationError(
-            f"the quaternion of row {worst + 1} has the length {norms[worst]:.4g}",
-            where=str(path),
-            why="the columns are not a quaternion, or its components are swapped with others",
-            mend="give unit quaternions with the header qw,qx,qy,qz",
-        )
+    for i, one in enumerate(q):
+        try:
+            quaternion(f"the quaternion of row {i + 1}", one)
+        except FrameError as error:
+            why = "the columns are not a quaternion, or its components are swapped with others"
+            mend = "give unit quaternions with the header qw,qx,qy,qz"
+            raise RegistrationError(error.what, where=str(path), why=why, mend=mend) from None
     return rigid(matrices(q), _stack(path, columns, ("x", "y", "z")))
 
 
@@ -91,7 +91,7 @@ def _table(path: Path) -> tuple[list[str], list[list[str]]]:
         raise RegistrationError("the file cannot be read", where=str(path), why=str(error)) from None
     if not rows:
         raise RegistrationError("the file is empty", where=str(path), mend="give one row per measurement")
-    header = [] if _number(rows[0][-1]) else [cell.lower() for cell in rows[0]]
+    header = [] if is_number(rows[0][-1]) else [cell.lower() for cell in rows[0]]
     body = rows[1:] if header else rows
     if not body:
         raise RegistrationError(
@@ -105,14 +105,6 @@ def _table(path: Path) -> tuple[list[str], list[list[str]]]:
     return header, body
 
 
-def _number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
 def _columns(path: Path, header: list[str], rows: list[list[str]], unit: str) -> dict[str, Array]:
     """Numbers by column name without its unit; lengths in metres."""
     found = {}
@@ -120,7 +112,7 @@ def _columns(path: Path, header: list[str], rows: list[list[str]], unit: str) ->
         name, _, suffix = full.partition("_")
         if name in _NAMES:
             continue
-        bad = [i for i, row in enumerate(rows) if not _number(row[k])]
+        bad = [i for i, row in enumerate(rows) if not is_number(row[k])]
         if bad:
             raise RegistrationError(
                 f"row {bad[0] + 1}, column {full!r}: {rows[bad[0]][k]!r} is no number", where=str(path)

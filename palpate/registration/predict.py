@@ -41,6 +41,21 @@ def target(X: Array, covariance: Array, p: Array) -> Target:
     return Target(p, float(np.sqrt(np.trace(S))), S, axis, np.sqrt(np.maximum(values[::-1], 0.0)))
 
 
+def within(covariance: Array, probability: float) -> float:
+    """Length that the error with this covariance (3, 3) [m^2] does not exceed with a probability [m].
+
+    The squared length is approximated by a multiple of a chi-squared variable with the same mean and variance
+    (Satterthwaite, Biometrics Bulletin 2(6), 1946).
+    """
+    from scipy.special import gammaincinv
+
+    mean, spread = float(np.trace(covariance)), float(np.trace(covariance @ covariance))
+    if mean <= 0.0:
+        return 0.0
+    freedom = mean**2 / spread
+    return float(np.sqrt(spread / mean * 2.0 * gammaincinv(0.5 * freedom, probability)))
+
+
 def next_point(
     X: Array, covariance: Array, S: Array, moving: Array, targets: Array, candidates: Array | None = None
 ) -> Addition:

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-import numpy as np
-
-from palpate.arrays import Array
+from palpate.arrays import Array, rigid
 from palpate.errors import FrameError, SceneError
 from palpate.frames import Edge, FrameGraph, FrameSection, files
 from palpate.frames.graph import WORLD
@@ -44,7 +42,7 @@ def whole_graph(scene: Scene, X_WL: Array, X_WB: Array) -> FrameGraph:
     made = graph(scene)
     for side, X_WA in zip(ARMS, (X_WL, X_WB), strict=True):
         parent = getattr(scene.arms, side).frame
-        X = np.linalg.inv(made.pose(parent).X) @ X_WA
+        X = rigid.inverse(made.pose(parent).X) @ X_WA
         given = parent != WORLD or getattr(scene.arms, side).base is not None
         made.add(Edge(parent, side, X, source=f"arms.{side}" if given else f"arms.{side}, automatic"))
     for obj in scene.objects:

@@ -28,6 +28,7 @@ from palpate.scene.model import (
     TorqueSection,
 )
 from palpate.scene.operator import OperatorSection
+from palpate.scene.registration import RegistrationSection
 from palpate.scene.stability import StabilitySection
 from palpate.scene.trackers import TrackerSection
 from palpate.values import NotNegative, Positive, Section, Vector
@@ -52,6 +53,8 @@ class Scene(Section):
     """frames of cameras, trackers, markers and anatomy, in which objects and arms are placed (docs/frames.md)"""
     trackers: dict[str, TrackerSection] = Field(default_factory=dict)
     """trackers that move frames while a session runs, by name"""
+    registration: RegistrationSection | None = None
+    """registration of the organ: targets, accuracy and sensors (docs/registration-session.md)"""
     mapping: MappingSection = MappingSection()
     """mapping of motion from hand to tool, and of force from tool to hand"""
     contact: ContactSection = ContactSection()

@@ -13,6 +13,7 @@ from palpate.viewer.fixtures import FixtureDrawing
 from palpate.viewer.frames import FrameDrawing
 from palpate.viewer.organs import OrganDrawing
 from palpate.viewer.stage import ArmPlace, Stage, TouchedObject
+from palpate.viewer.targets import TargetDrawing
 from palpate.viewer.tool import ToolDrawing
 
 Color = tuple[int, int, int]
@@ -112,6 +113,7 @@ class Drawing:
         self._tool = ToolDrawing(scene, stage)
         self.fixtures = [FixtureDrawing(scene, mark) for mark in stage.fixtures]
         self._frames = [FrameDrawing(scene, frame) for frame in stage.frames]
+        self.targets = [TargetDrawing(scene, mark) for mark in stage.targets]
         self.deflection = Arrow(scene, "/arrows/deflection", RED, 0.0016)
         self.force_body = Arrow(scene, "/arrows/force_body", RED, 0.0030)
         self.force_spatial = Arrow(scene, "/arrows/force_spatial", GREEN, 0.0030)
@@ -142,6 +144,8 @@ class Drawing:
             fixture.show(float(tick["t"]))
         for frame in self._frames:
             frame.show()
+        for target in self.targets:
+            target.show()
         p_WT = np.array(tick["p_WT"])
         p_WS = np.array(tick["p_WP"]) - tick["delta_x"] if float(tick["contacts"]) > 0 else p_WT  # the sphere's centre
         self.deflection.show(p_WS, DEFLECTION_SCALE * np.array(tick["delta_x"]))

@@ -99,6 +99,19 @@ class PlacedFrame:
 
 
 @dataclass(frozen=True)
+class TargetMark:
+    """A target of the scene's registration."""
+
+    name: str
+    p_W: Array
+    """(3,) position in W [m]."""
+    covariance: Array
+    """(3, 3) of its predicted error in W [m^2]."""
+    newest: Callable[[], tuple[Array, Array]] | None = None
+    """Newest position and covariance while a registration runs; None for a registration that is done."""
+
+
+@dataclass(frozen=True)
 class Stage:
     """The scene before any motion: objects, arms, fixtures, and values for the gauges."""
 
@@ -128,6 +141,8 @@ class Stage:
     """Guidance fixtures in the scene's order."""
     frames: tuple[PlacedFrame, ...] = ()
     """Frames of the scene, without arms and objects."""
+    targets: tuple[TargetMark, ...] = ()
+    """Targets of the scene's registration."""
 
     def touches(self, tick: Ticks) -> list[str]:
         """Contact pairs with their spring force, the strongest first: `tip \u00d7 liver 1.20 N`."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate import _core
-from palpate.arrays import Array
+from palpate.arrays import Array, rigid
 from palpate.certificate import certify_all
 from palpate.errors import PalpateError, RecordError
 from palpate.frames import FrameGraph
@@ -22,7 +22,7 @@ from palpate.scene.model import ObjectSection
 from palpate.scene.rig import Rig, build
 from palpate.scene.surface import PlacedSurface
 from palpate.session.recorded import recorded_scene
-from palpate.viewer.stage import ArmPlace, FixtureMark, PlacedFrame, RegionMark, Stage, TouchedObject
+from palpate.viewer.stage import ArmPlace, FixtureMark, PlacedFrame, RegionMark, Stage, TargetMark, TouchedObject
 
 Triangles = NDArray[np.int32]
 
@@ -55,6 +55,7 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
         stable_below=stable_below(rig),
         spheres=tuple(rig.spheres),
         frames=placed_frames(rig),
+        targets=target_marks(rig),
         fixtures=tuple(fixture_mark(fixture, rig.context) for fixture in scene.guidance),
         extent=float(np.linalg.norm(middle - p_WH[:3]) + 0.5 * np.ptp(bounds, axis=(0, 1)).max()),
     )
@@ -72,6 +73,20 @@ def placed_frames(rig: Rig) -> tuple[PlacedFrame, ...]:
             partial(_newest, graph, name) if graph.is_live(name) else None,
         )
         for name in own
+    )
+
+
+def target_marks(rig: Rig) -> tuple[TargetMark, ...]:
+    """The targets of the scene's registration, with the error that the covariance of their frame predicts."""
+    given = rig.scene.registration
+    if given is None:
+        return ()
+    found = rig.frames.pose(given.frame)
+    return tuple(
+        TargetMark(
+            name, rigid.transform(found.X, np.array([p]))[0], rigid.point_covariance(found.X, found.covariance, p)
+        )
+        for name, p in given.targets.items()
     )
 
 

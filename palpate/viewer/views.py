@@ -44,7 +44,9 @@ def add_buttons(gui: viser.GuiApi, stage: Stage, drawing: Drawing) -> None:
     with gui.add_folder("View"):
         buttons = gui.add_button_group("look at", ("scene", "tool tip"))
         hint = "Transparency of the organs, to show the tool inside"
-        glass = gui.add_slider("see through", 0.0, 0.9, 0.1, 0.0, hint=hint)
+        share = GLASS if stage.targets else 0.0  # targets lie inside
+        glass = gui.add_slider("see through", 0.0, 0.9, 0.1, share, hint=hint)
+        drawing.see_through(share)
 
         if stage.frames:
             frames = gui.add_checkbox("frames", True, hint="Axes and names of the scene's frames")

@@ -74,3 +74,25 @@ def test_covariances_follow_the_derivatives_of_the_poses():
     K = derivative(lambda xi: rigid.displacement(X_AC, X_AB @ rigid.displaced(X_BC, xi)))
     expected = J @ S @ J.T + K @ T @ K.T
     assert rigid.composed_covariance(X_AB, S, X_BC, T) == pytest.approx(expected, rel=1e-6, abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "text"),
+    [
+        (lambda X: X * np.array([1.0, 1.0, -1.0, 1.0]), "left-handed"),
+        (lambda X: X @ np.diag([1.1, 1.1, 1.1, 1.0]), "scaled by 1.1"),
+        (lambda X: X @ np.diag([1.0, 1.0, 1.002, 1.0]), "R^T R differs from the identity by 0.004"),
+        (lambda X: X.T, "last row"),
+        (lambda X: X + np.diag([np.nan, 0.0, 0.0, 0.0]), "not finite"),
+    ],
+)
+def test_each_fault_of_a_pose_is_named(spoil, text):
+    X = random_pose(np.random.default_rng(2))
+    assert rigid.fault(X) is None
+    assert text in rigid.fault(spoil(X)).what
+
+
+def test_rounded_digits_are_within_the_tolerance_that_is_stated():
+    X = np.round(random_pose(np.random.default_rng(4)), 3)
+    assert rigid.fault(X, 2e-3) is None
+    assert "R^T R" in rigid.fault(X, 1e-5).what

@@ -135,7 +135,7 @@ def test_handeye_camera_and_pivot(palpate, arm, tmp_path):
     [
         (lambda X: poses(X, np.arange(12)[::-1]), "not later than"),
         (lambda X: poses(X).replace("qw,qx", "x,qx"), "appears twice"),
-        (lambda X: poses(X).replace("t,x,y,z,qw,qx,qy,qz", "t,qw,qx,qy,qz,x,y,z"), "length"),
+        (lambda X: poses(X).replace("t,x,y,z,qw,qx,qy,qz", "t,qw,qx,qy,qz,x,y,z"), "has the norm"),
         (lambda X: "1,2,3\n4,5,6", "16 numbers"),
         (lambda X: "\n".join(",".join(map(str, (x * [1, 1, -1, 1]).ravel())) for x in X), "left-handed"),
         (lambda X: "\n".join(",".join(map(str, (x * [2, 2, 2, 1]).ravel())) for x in X), "not rigid"),

@@ -1,3 +1,3 @@
 """Find the pose between two frames from measurements, and its predicted error. `palpate register` lists the ways."""
 
-FIRST = ("points", "surface", "handeye", "camera", "pivot")
+FIRST = ("session", "check", "points", "surface", "handeye", "camera", "pivot")

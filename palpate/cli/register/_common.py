@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol
 
 from rich.console import Console
 from tyro.conf import arg
@@ -17,6 +16,18 @@ from palpate.errors import RegistrationError, refuse_to_overwrite
 
 if TYPE_CHECKING:
     from palpate.arrays import Array
+
+
+class _WithOutliers(Protocol):
+    @property
+    def residuals(self) -> Array:
+        """(N,) [m]."""
+        ...
+
+    @property
+    def outliers(self) -> tuple[int, ...]:
+        """Measurements that were left out."""
+        ...
 
 
 @dataclass(kw_only=True)
@@ -40,16 +51,19 @@ class Register:
         require_writable(self.json)
         return console_for(self.json)
 
-    def finish(self, console: Console, values: dict[str, Any], sources: Sequence[Path]) -> None:
-        """Print warnings, write the pose and the JSON.
+    def finish(self, console: Console, lines: Sequence[str], values: dict[str, Any], sources: Sequence[Path]) -> None:
+        """Print the result, write the pose and the JSON.
 
         Args:
             console: for messages.
+            lines: the result in words; the errors at the targets and the warnings are added.
             values: keys of docs/json/register.md in plain values.
             sources: files of the measurements.
         """
         import yaml
 
+        for line in [*lines, *lines_of_targets(values)]:
+            say(console, line)
         for text in values.get("warnings", ()):
             say(console, text, "warning:", "yellow")
         if self.out is not None:
@@ -66,20 +80,12 @@ _KEPT = ("X", "p_TQ", "covariance", "fre", "fle", "tre", "targets", "outliers", 
 
 def values_of(method: str, result: object, names: Sequence[str] = ()) -> dict[str, Any]:
     """Fields of a result in plain values, None in place of numbers that are not finite, targets with their names."""
-    from palpate.arrays.plain import plain
+    from palpate.arrays.plain import finite, plain
 
-    values: dict[str, Any] = {"method": method, **_finite(plain(result))}
+    values: dict[str, Any] = {"method": method, **finite(plain(result))}
     for name, one in zip(names, values.get("targets", ()), strict=False):
         one["name"] = name
     return values
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _finite(one) for key, one in value.items()}
-    if isinstance(value, list):
-        return [_finite(one) for one in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def targets(texts: Sequence[str]) -> tuple[list[str], Array | None]:
@@ -116,24 +122,11 @@ def lines_of_targets(values: dict[str, Any]) -> list[str]:
     return found
 
 
+def lines_of_wrong(kind: str, found: _WithOutliers) -> list[str]:
+    """One line per measurement that was left out."""
+    return [f"wrong {kind}: row {i + 1}, {1e3 * found.residuals[i]:.2f} mm; not used" for i in found.outliers]
+
+
 def lines_of_pose(X: list[list[float]]) -> list[str]:
     """The rows of a pose."""
     return ["  " + " ".join(f"{x:+.6f}" for x in row) for row in X]
-
-
-def read_pose(path: Path) -> Array:
-    """The pose `X` (4, 4) of a file written by --out.
-
-    Raises:
-        RegistrationError: the file cannot be read or has no pose.
-    """
-    import numpy as np
-    import yaml
-
-    try:
-        X = np.asarray(yaml.safe_load(path.read_text(encoding="utf-8"))["X"], dtype=np.float64)
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, ValueError) as error:
-        raise RegistrationError("the file has no pose X", where=str(path), why=str(error)) from None
-    if X.shape != (4, 4):
-        raise RegistrationError(f"X has the shape {X.shape}", where=str(path), mend="give four rows of four numbers")
-    return X

@@ -9,7 +9,6 @@ from typing import Annotated
 from tyro.conf import Positional, UseAppendAction, arg
 
 from palpate.cli.register import _common
-from palpate.console.output import say
 
 
 @dataclass
@@ -43,10 +42,7 @@ class Command(_common.Register):
             "X, the camera in the arm's base:", *_common.lines_of_pose(values["X"]),
             f"seen point of the tool at ({offset}) mm of the tool frame",
             f"FRE {1e3 * found.fre:.3f} mm rms; FLE {1e3 * found.fle:.3f} mm rms, estimated from the residuals",
-            *(f"wrong point: row {i + 1}, {1e3 * found.residuals[i]:.2f} mm; not used" for i in found.outliers),
-            *_common.lines_of_targets(values),
+            *_common.lines_of_wrong("point", found),
         ]  # fmt: skip
-        for line in lines:
-            say(console, line)
-        self.finish(console, values, (self.arm, self.seen))
+        self.finish(console, lines, values, (self.arm, self.seen))
         return 0

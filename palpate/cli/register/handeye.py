@@ -9,7 +9,6 @@ from typing import Annotated, Literal
 from tyro.conf import Positional, UseAppendAction, arg
 
 from palpate.cli.register import _common
-from palpate.console.output import say
 
 
 @dataclass
@@ -52,10 +51,7 @@ class Command(_common.Register):
             f"{np.degrees(np.linalg.norm(sigma[3:])):.3f} deg rms",
             f"{len(found.residuals)} views, residual {1e3 * found.fre:.3f} mm and "
             f"{np.degrees(found.rotation_fre):.3f} deg rms",
-            *(f"wrong view: row {i + 1}, {1e3 * found.residuals[i]:.2f} mm; not used" for i in found.outliers),
-            *_common.lines_of_targets(values),
+            *_common.lines_of_wrong("view", found),
         ]  # fmt: skip
-        for line in lines:
-            say(console, line)
-        self.finish(console, values, (self.arm, self.camera))
+        self.finish(console, lines, values, (self.arm, self.camera))
         return 0

@@ -8,7 +8,6 @@ from pathlib import Path
 from tyro.conf import Positional
 
 from palpate.cli.register import _common
-from palpate.console.output import say
 
 
 @dataclass
@@ -32,9 +31,10 @@ class Command(_common.Register):
         found = pivot(files.read_poses(self.poses, self.unit))
         values = _common.values_of("pivot", found)
         tip = ", ".join(f"{1e3 * x:+.3f}" for x in found.p_TQ)
-        say(console, f"tip at ({tip}) mm of the tool frame, predicted error {1e3 * found.tre:.3f} mm rms")
-        say(console, f"{len(found.residuals)} poses, residual {1e3 * found.fre:.3f} mm rms")
-        for i in found.outliers:
-            say(console, f"wrong pose: row {i + 1}, {1e3 * found.residuals[i]:.2f} mm; not used")
-        self.finish(console, values, (self.poses,))
+        lines = [
+            f"tip at ({tip}) mm of the tool frame, predicted error {1e3 * found.tre:.3f} mm rms",
+            f"{len(found.residuals)} poses, residual {1e3 * found.fre:.3f} mm rms",
+            *_common.lines_of_wrong("pose", found),
+        ]
+        self.finish(console, lines, values, (self.poses,))
         return 0

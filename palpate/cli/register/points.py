@@ -9,7 +9,6 @@ from typing import Annotated, Any
 from tyro.conf import Positional, UseAppendAction, arg
 
 from palpate.cli.register import _common
-from palpate.console.output import say
 
 
 @dataclass
@@ -58,9 +57,7 @@ class Command(_common.Register):
         values["outlier_names"] = [moving.names[i] for i in found.outliers]
         if alone:
             values["warnings"].append(f"markers in one file alone, not used: {', '.join(alone)}")
-        for line in [*_lines(values), *self._advice(values)]:
-            say(console, line)
-        self.finish(console, values, (self.moving, self.fixed))
+        self.finish(console, [*_lines(values), *self._advice(values)], values, (self.moving, self.fixed))
         return int(self.limit is not None and any(tre > self.limit for tre in values["tre"]))
 
     def _advice(self, values: dict[str, Any]) -> list[str]:
@@ -86,4 +83,4 @@ def _lines(values: dict[str, Any]) -> list[str]:
         lines.append(f"leave one out: each point is predicted by the others within {1e3 * max(left):.3f} mm")
     for i, name in zip(values["outliers"], values["outlier_names"], strict=True):
         lines.append(f"wrong marker: {name}, {1e3 * values['residuals'][i]:.2f} mm from its place; not used")
-    return lines + _common.lines_of_targets(values)
+    return lines

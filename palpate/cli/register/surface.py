@@ -46,6 +46,7 @@ class Command(_common.Register):
         """Register, judge, print, write."""
         import numpy as np
 
+        from palpate.frames.files import pose
         from palpate.registration import surface
         from palpate.registration.cloud_files import averaged, read_cloud
 
@@ -56,20 +57,17 @@ class Command(_common.Register):
             clouds = [averaged(cloud, self.voxel) for cloud in clouds]
         start = np.eye(4) if self.start_identity else None
         if self.start is not None:
-            start = _common.read_pose(self.start)
+            start = pose(self.start)
         found = surface(clouds[0], clouds[1], start, goals, noise=self.noise, overlap=self.overlap)
         values = _common.values_of("surface", found, names)
         lines = [
             "X, fixed = X moving:", *_common.lines_of_pose(values["X"]),
             f"{100 * found.explained:.0f} % of {len(clouds[0])} points lie on the surface, {1e3 * found.fre:.2f} mm rms"
             f"; noise of the clouds {1e3 * found.fle:.2f} mm",
-            *_common.lines_of_targets(values),
         ]  # fmt: skip
-        for line in lines:
-            say(console, line)
-        for doubt in found.doubts:
-            say(console, doubt, "not trusted:", "red")
         if not found.trusted:
             self.out = None
-        self.finish(console, values, (self.moving, self.fixed))
+        self.finish(console, lines, values, (self.moving, self.fixed))
+        for doubt in found.doubts:
+            say(console, doubt, "not trusted:", "red")
         return int(not found.trusted)
