@@ -23,6 +23,7 @@ __all__ = [
     "SceneError",
     "SurfaceError",
     "SweepError",
+    "ValueAtError",
     "format_place",
     "refuse_to_overwrite",
 ]
@@ -134,6 +135,19 @@ class PalpateWarning(UserWarning):
 
 class RosMissingError(PalpateError):
     """ROS 2, or a tool needed to compile Palpate's ROS 2 node, is missing or has the wrong version."""
+
+
+class ValueAtError(ValueError):
+    """An invalid value inside the value that is checked, e.g. the name of one object of a list.
+
+    Args:
+        message: ``what | mend``.
+        place: keys and indices from the checked value to the invalid one.
+    """
+
+    def __init__(self, message: str, *place: str | int) -> None:
+        super().__init__(message)
+        self.place = place
 
 
 def format_place(place: tuple[str | int, ...]) -> str:

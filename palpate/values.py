@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-import re
 from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema, model_validator
+
+from palpate import units
+from palpate.descriptions import unit_of
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0)]
@@ -21,6 +23,8 @@ def _repeat_number(value: Any) -> Any:
         return value
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise ValueError(f"must be a number, or a list of three. Got: {value!r:.60} | write e.g. 500")
+    if not 0.0 <= value < math.inf:
+        raise ValueError(f"must be 0 or more, and finite. Got: {value!r:.60} | write e.g. 500")
     return (value, value, value)
 
 
@@ -42,11 +46,42 @@ Diagonal = Annotated[
 class Section(BaseModel):
     """A section of a scene file. It is immutable, and an unknown key is an error.
 
-    The string below a field describes the field. `palpate.scene.descriptions` reads these strings on demand, because
-    pydantic would read them at every import.
+    The string below a field describes the field. `palpate.descriptions` reads these strings on demand, because
+    pydantic would read them at every import. The unit in brackets at the end of a description is the unit of the
+    field: text with another unit of the same dimension is converted to it, so that ``radius: 2 mm`` gives 0.002 m.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _convert_units(cls, data: Any) -> Any:
+        if not isinstance(data, dict):
+            return data
+        return {key: _converted(cls, key, value) if _has_text(value) else value for key, value in data.items()}
+
+
+def _has_text(value: Any) -> bool:
+    if isinstance(value, (list, tuple)):
+        return any(map(_has_text, value))
+    if isinstance(value, dict):
+        return any(map(_has_text, value.values()))
+    return isinstance(value, str)
+
+
+def _converted(section: type[Section], key: Any, value: Any) -> Any:
+    """The value with its texts converted to the field's unit; texts that cannot be converted stay."""
+    unit = unit_of(section, key)
+    return _in_unit(value, unit) if unit else value
+
+
+def _in_unit(value: Any, unit: str) -> Any:
+    if isinstance(value, (list, tuple)):
+        return [_in_unit(item, unit) for item in value]
+    if isinstance(value, dict):
+        return {key: _in_unit(item, unit) for key, item in value.items()}
+    number = units.convert(value, unit) if isinstance(value, str) else None
+    return value if number is None else number
 
 
 class Pose(Section):
@@ -70,46 +105,5 @@ class Pose(Section):
         return X
 
 
-UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
-"""Length units of files and poses in metres."""
-
-_WRITTEN = {"um": 1e-6, **UNITS}
-_LENGTH = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-zA-Z]+)\s*")
-
-
-def metres(value: Any) -> Any:
-    """Length in metres: ``3 mm`` gives 0.003; a number is returned unchanged.
-
-    Raises:
-        ValueError: the text is not a number with a known unit.
-    """
-    if not isinstance(value, str):
-        return value
-    match = _LENGTH.fullmatch(value)
-    if match is None or match[2] not in _WRITTEN:
-        units = ", ".join(_WRITTEN)
-        raise ValueError(f"{value!r} is not a length | write metres, or a number with its unit: 3 mm ({units})")
-    return float(f"{float(match[1]) * _WRITTEN[match[2]]:.15g}")
-
-
-def _length_schema(**limits: float) -> Any:
-    number = {"type": "number", **{{"gt": "exclusiveMinimum", "ge": "minimum"}[k]: v for k, v in limits.items()}}
-    return WithJsonSchema({"anyOf": [number, {"type": "string", "pattern": r"^.*\d\s*(um|mm|cm|m|in)$"}]})
-
-
-#: Length [m]: a number of metres, or text with a unit.
-Length = Annotated[float, Field(strict=True, allow_inf_nan=False), BeforeValidator(metres), _length_schema()]
-PositiveLength = Annotated[
-    float, Field(strict=True, allow_inf_nan=False, gt=0.0), BeforeValidator(metres), _length_schema(gt=0.0)
-]
-NotNegativeLength = Annotated[
-    float, Field(strict=True, allow_inf_nan=False, ge=0.0), BeforeValidator(metres), _length_schema(ge=0.0)
-]
-
-
-def _position(value: Any) -> Any:
-    return tuple(metres(x) for x in value) if isinstance(value, (list, tuple)) else value
-
-
 #: A position (3,) in the fixture's frame [m], or the name of a place of the scene.
-Place = Annotated[Vector | str, BeforeValidator(_position)]
+Place = Vector | str

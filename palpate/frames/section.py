@@ -10,7 +10,8 @@ from pydantic import Field, model_validator
 
 from palpate.arrays import Array, so3
 from palpate.frames import checks
-from palpate.values import UNITS, NotNegative, Number, Pose, Section, Vector
+from palpate.units import FILE_UNITS
+from palpate.values import NotNegative, Number, Pose, Section, Vector
 
 Row = tuple[Number, Number, Number, Number]
 _ROTATIONS = ("rpy_deg", "quat_wxyz", "quat_xyzw")
@@ -56,7 +57,7 @@ class EdgePose(Section):
                 wxyz = (self.quat_xyzw[3], *self.quat_xyzw[:3])
             if wxyz is not None:
                 X[:3, :3] = so3.matrices(checks.quaternion(f"the quaternion of {name}", wxyz))
-        X[:3, 3] *= UNITS[self.unit]
+        X[:3, 3] *= FILE_UNITS[self.unit]
         return checks.pose(name, X)
 
 

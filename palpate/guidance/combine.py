@@ -14,7 +14,7 @@ from palpate.guidance import geometry as shapes
 from palpate.guidance.context import FixtureContext
 from palpate.guidance.geometry import Shape, as_guidance_error
 from palpate.guidance.paths import Path, Tube
-from palpate.values import Length, NotNegativeLength, Section
+from palpate.values import NotNegative, Number, Section
 
 
 class Offset(Shape):
@@ -23,7 +23,7 @@ class Offset(Shape):
     key: ClassVar[str] = "offset"
     of: Geometry
     """the geometry to grow"""
-    margin: Length
+    margin: Number
     """distance to grow; must be positive for a geometry without an inside [m]"""
 
     def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
@@ -41,7 +41,7 @@ class Combination(Shape):
 
     of: Annotated[tuple[Geometry, ...], Field(min_length=1, max_length=64)]
     """the geometries to combine"""
-    blend: NotNegativeLength = 0.0
+    blend: NotNegative = 0.0
     """width over which creases are rounded, so that the normal turns continuously; 0: sharp creases [m]"""
 
     def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:

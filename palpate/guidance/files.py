@@ -10,7 +10,7 @@ import numpy as np
 from palpate.arrays import Array
 from palpate.arrays.so3 import matrices, quaternions
 from palpate.errors import GuidanceError, OutputError
-from palpate.values import UNITS
+from palpate.units import FILE_UNITS
 
 HEADER = "x_m,y_m,z_m,qw,qx,qy,qz"
 
@@ -44,7 +44,7 @@ def read_rows(path: Path, unit: str = "mm") -> tuple[Array, Array | None]:
     if not len(table) or not np.isfinite(table).all():
         what = "the file holds no places" if not len(table) else "a number is not finite"
         raise GuidanceError(what, where=str(path), mend="rows of x, y, z")
-    return UNITS[named] * table[:, :3], _rotations(table, path) if table.shape[1] == 7 else None
+    return FILE_UNITS[named] * table[:, :3], _rotations(table, path) if table.shape[1] == 7 else None
 
 
 def write_rows(path: Path, places: Array, rotations: Array) -> None:
@@ -86,8 +86,8 @@ def _unit_of(first: str, unit: str, where: str) -> str:
     _, underscore, named = first.partition("_")
     if not underscore:
         return unit
-    if named not in UNITS:
-        raise GuidanceError(f"unknown unit {named!r} in {first!r}", where=where, mend=f"one of {', '.join(UNITS)}")
+    if named not in FILE_UNITS:
+        raise GuidanceError(f"unknown unit {named!r} in {first!r}", where=where, mend=f"one of {', '.join(FILE_UNITS)}")
     return named
 
 

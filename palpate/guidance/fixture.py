@@ -17,7 +17,7 @@ from palpate.guidance.combine import Geometry
 from palpate.guidance.context import FixtureContext
 from palpate.guidance.geometry import Shape, as_guidance_error, placed
 from palpate.guidance.sections import Frame, Law, Ramp, Role, check_law_keys
-from palpate.values import Number, Positive, PositiveLength, Section
+from palpate.values import Number, Positive, Section
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -56,9 +56,9 @@ class Fixture(Section):
     """scale of the fixture's force, multiplied by its ramps [-]"""
     priority: Annotated[int, Field(strict=True, ge=-100, le=100)] = _P.priority
     """a fixture of lower priority never acts against one of higher priority; hard fixtures come first [-]"""
-    engage: PositiveLength | None = None
+    engage: Positive | None = None
     """engages when the absolute constraint value falls below this; always engaged when left out [m]"""
-    release: PositiveLength | None = None
+    release: Positive | None = None
     """releases when the absolute constraint value exceeds this; never when left out [m]"""
     engage_deg: Positive | None = None
     """orient: engages when the absolute angle to the constraint falls below this; always engaged when left out [deg]"""

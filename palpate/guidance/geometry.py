@@ -13,7 +13,7 @@ from palpate import _core
 from palpate.arrays import Array
 from palpate.errors import GuidanceError, SurfaceError
 from palpate.guidance.context import FixtureContext
-from palpate.values import Number, Place, PositiveLength, Section, Vector
+from palpate.values import Number, Place, Positive, Section, Vector
 from palpate.values import Pose as PoseSection
 
 Unit = Literal["mm", "cm", "m", "in"]
@@ -139,7 +139,7 @@ class Sphere(Shape):
     """A solid sphere."""
 
     key: ClassVar[str] = "sphere"
-    radius: PositiveLength
+    radius: Positive
     """radius [m]"""
     at: Place = (0.0, 0.0, 0.0)
     """centre [m]"""
@@ -155,7 +155,7 @@ class Box(Shape):
     """A solid box."""
 
     key: ClassVar[str] = "box"
-    size: tuple[PositiveLength, PositiveLength, PositiveLength]
+    size: tuple[Positive, Positive, Positive]
     """side lengths [m]"""
     pose: PoseSection = PoseSection()
     """pose of the centre and axes"""
@@ -169,9 +169,9 @@ class Cylinder(Shape):
     """A solid cylinder with flat ends; its axis is the z axis of its pose."""
 
     key: ClassVar[str] = "cylinder"
-    radius: PositiveLength
+    radius: Positive
     """radius [m]"""
-    length: PositiveLength
+    length: Positive
     """length from end to end [m]"""
     pose: PoseSection = PoseSection()
     """pose of the centre and axis"""
@@ -206,7 +206,7 @@ class Cloud(Shape):
     key: ClassVar[str] = "cloud"
     file: str
     """file with x, y, z in each row (.csv, .xyz, .txt), or a mesh file (its vertices); relative to the scene file"""
-    radius: PositiveLength
+    radius: Positive
     """radius of the balls; about the spacing of the points, which leaves no gaps [m]"""
     unit: Unit = "mm"
     """unit of the numbers in the file, unless a header names the unit (x_m, y_m, z_m)"""
@@ -217,11 +217,11 @@ class Cloud(Shape):
         """The cloud."""
         from palpate.guidance.files import read_rows
         from palpate.mesh import files as mesh_files
-        from palpate.values import UNITS
+        from palpate.units import FILE_UNITS
 
         file = context.file(self.file)
         if file.suffix.lower() in MESHES:
-            points = np.asarray(mesh_files.read(file)[0], dtype=np.float64) * UNITS[self.unit]
+            points = np.asarray(mesh_files.read(file)[0], dtype=np.float64) * FILE_UNITS[self.unit]
         else:
             points = read_rows(file, self.unit)[0]
         try:
@@ -237,7 +237,7 @@ class Grid(Shape):
     key: ClassVar[str] = "grid"
     file: str
     """grid file, .npz or .nrrd (`palpate grid MESH` writes one), or a mesh file; relative to the scene file"""
-    spacing: PositiveLength | None = None
+    spacing: Positive | None = None
     """spacing of the nodes of a grid made from a mesh; a hundredth of the mesh's size when left out [m]"""
     unit: Unit = "mm"
     """unit of the numbers in the file, unless the file names it"""

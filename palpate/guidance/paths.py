@@ -12,7 +12,7 @@ from palpate.arrays import Array
 from palpate.guidance import curve
 from palpate.guidance.context import FixtureContext
 from palpate.guidance.geometry import Shape, Unit
-from palpate.values import NotNegativeLength, Place, PositiveLength
+from palpate.values import NotNegative, Place, Positive
 from palpate.values import Pose as PoseSection
 
 
@@ -28,7 +28,7 @@ class Path(Shape):
     """unit of the numbers in the file, unless its header names the unit (x_m, y_m, z_m)"""
     closed: bool = False
     """true: the end joins the beginning smoothly"""
-    crossing: NotNegativeLength = curve.CROSSING
+    crossing: NotNegative = curve.CROSSING
     """smallest distance allowed between two stretches of the path; 0 allows crossings [m]"""
     pose: PoseSection = PoseSection()
     """pose of the file's own frame; unused with waypoints"""
@@ -62,7 +62,7 @@ class Tube(Path):
     """All points within a radius of a path."""
 
     key: ClassVar[str] = "tube"
-    radius: PositiveLength
+    radius: Positive
     """radius of the tube [m]"""
 
     def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:

@@ -7,8 +7,8 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from palpate import _core
-from palpate.values import Length, NotNegative, NotNegativeLength, Number, Positive, PositiveLength, Section, Vector
+from palpate import _core, units
+from palpate.values import NotNegative, Number, Positive, Section, Vector
 from palpate.values import Pose as PoseSection
 
 _R, _L = _core.GuidanceRoleOptions(), _core.GuidanceLawOptions()
@@ -67,7 +67,7 @@ class Role(Section):
     name: RoleName
     """guide: attract the tool; forbid: keep the tool out; keep-in: keep the tool inside; orient: align the tool; limit:
     limit speed, force or workspace inside; rcm: the shaft passes through the geometry"""
-    margin: NotNegativeLength = _R.margin
+    margin: NotNegative = _R.margin
     """guide: free distance; forbid: clearance outside the geometry; keep-in: clearance inside it [m]"""
     angle_deg: NotNegative = float(np.degrees(_R.angle))
     """orient: free angle [deg]"""
@@ -111,7 +111,7 @@ class Law(Section):
     """potential, optimise: maximum force [N]"""
     moment: NotNegative = _L.moment
     """potential, optimise: maximum moment [N m]"""
-    range: PositiveLength = _L.range
+    range: Positive = _L.range
     """potential: distance within which the fixture attracts or repels [m]"""
     turning_range_deg: Positive = float(np.degrees(_L.range_turn))
     """potential: angle within which the fixture attracts [deg]"""
@@ -132,25 +132,33 @@ class Law(Section):
         return o
 
 
+_RAMP_UNITS = {"distance": "m", "angle": "deg", "time": "s", "force": "N"}
+
+
 class Ramp(Section):
     """Factor of the authority, linear in a measured quantity: 0 at `start`, 1 at `end`; either may be larger."""
 
     by: Literal["pedal", "distance", "angle", "time", "force"] = "pedal"
     """measured quantity: guidance pedal [0-1], distance to the constraint [m], for `orient` the angle to the constraint
     [deg], time since engagement [s], or force of the hand [N]"""
-    start: Length = 0.0
+    start: Number = 0.0
     """value at which the factor is 0; a distance may have a unit: 2 cm"""
-    end: Length = 1.0
+    end: Number = 1.0
     """value at which the factor is 1"""
 
     @model_validator(mode="before")
     @classmethod
-    def _check_unit(cls, value: Any) -> Any:
-        given = value if isinstance(value, dict) else {}
-        for key in ("start", "end"):
-            if isinstance(given.get(key), str) and given.get("by", "pedal") != "distance":
-                raise ValueError(f"{key}: {given[key]!r} of a ramp by {given.get('by', 'pedal')} | a plain number")
-        return value
+    def _convert_ends(cls, data: Any) -> Any:
+        given = data if isinstance(data, dict) else {}
+        unit = _RAMP_UNITS.get(str(given.get("by", "pedal")), "")
+        texts = {key: units.convert(given[key], unit) for key in ("start", "end") if isinstance(given.get(key), str)}
+        for key, value in texts.items():
+            if value is None:
+                what = f"{key}: {given[key]!r} of a ramp by {given.get('by', 'pedal')}"
+                raise ValueError(
+                    f"{what} | write a plain number" + (f" [{unit}], or one with its unit" if unit else "")
+                )
+        return {**data, **texts} if texts else data
 
     @model_validator(mode="after")
     def _check_span(self) -> Self:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from palpate import _core
 from palpate.renamed import RenamedMethod
-from palpate.values import UNITS
+from palpate.units import FILE_UNITS
 
 #: Plausible extents of an organ, a bone or a phantom [m]; beyond them, the unit is questioned.
 PLAUSIBLE_SIZE = (0.005, 2.0)
@@ -44,7 +44,7 @@ class MeshReport:
 
 
 def report_of(core: _core.MeshReport, unit: str = "m") -> MeshReport:
-    """Report from the core's counts; ``unit`` (a key of ``UNITS``) is that of the file, for advice on the unit."""
+    """Report from the core's counts; ``unit`` (a key of ``FILE_UNITS``) is that of the file, for advice on the unit."""
     x, y, z = (float(e) for e in core.highest - core.lowest)
     report = MeshReport(
         vertices=core.vertices,
@@ -122,7 +122,7 @@ def _size_finding(size: float, unit: str) -> list[Finding]:
     low, high = PLAUSIBLE_SIZE
     if low <= size <= high or size == 0.0:
         return []
-    numbers = size / UNITS[unit]
-    likely = [u for u, scale in UNITS.items() if _LIKELY_SIZE[0] <= numbers * scale <= _LIKELY_SIZE[1]]
-    mend = f"unit: {likely[0]} would make it {numbers * UNITS[likely[0]]:.3g} m" if likely else "scale the mesh"
+    numbers = size / FILE_UNITS[unit]
+    likely = [u for u, scale in FILE_UNITS.items() if _LIKELY_SIZE[0] <= numbers * scale <= _LIKELY_SIZE[1]]
+    mend = f"unit: {likely[0]} would make it {numbers * FILE_UNITS[likely[0]]:.3g} m" if likely else "scale the mesh"
     return [Finding(f"the largest extent is {size:.3g} m with unit {unit}: is the unit right?", "", mend)]

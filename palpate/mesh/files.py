@@ -82,7 +82,7 @@ def _stl(path: Path, data: bytes) -> Soup:
     promised = int.from_bytes(data[80:84], "little") if len(data) >= _HEADER else -1
     whole = promised >= 0 and len(data) == _HEADER + _FACET.itemsize * promised
     says_solid = data[:5].lower() == b"solid"
-    if not whole and (says_solid or path.suffix.lower() == ".stla") and b"facet" in data[:4096].lower():
+    if not whole and (says_solid or path.suffix.lower() == ".stla") and _is_ascii(data):
         if path.suffix.lower() == ".stlb":
             warnings.warn(
                 PalpateWarning("an ASCII STL under a binary name: read as ASCII", where=str(path)), stacklevel=4
@@ -95,6 +95,11 @@ def _stl(path: Path, data: bytes) -> Soup:
             stacklevel=4,
         )
     return _binary_stl(path, data, promised)
+
+
+def _is_ascii(data: bytes) -> bool:
+    """True also for the text of an empty solid, which has no facet."""
+    return b"facet" in data[:4096].lower() or b"endsolid" in data[-4096:].lower()
 
 
 def _binary_stl(path: Path, data: bytes, promised: int) -> Soup:

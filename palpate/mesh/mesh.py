@@ -16,7 +16,7 @@ from palpate import _core
 from palpate.errors import MeshError, PalpateWarning
 from palpate.mesh import check, index
 from palpate.mesh import files as mesh_files
-from palpate.values import UNITS
+from palpate.units import FILE_UNITS
 
 Unit = Literal["mm", "cm", "m", "in"]
 
@@ -60,11 +60,11 @@ class Mesh:
         Raises:
             MeshError: the file is missing, empty, truncated, of an unknown format, or holds no triangle with an area.
         """
-        if unit not in UNITS:
-            raise MeshError(f"unknown unit {unit!r}", where=str(path), mend=f"use one of {', '.join(UNITS)}")
+        if unit not in FILE_UNITS:
+            raise MeshError(f"unknown unit {unit!r}", where=str(path), mend=f"use one of {', '.join(FILE_UNITS)}")
         vertices, triangles = mesh_files.read(Path(path))
         _require_finite(vertices, str(path))
-        metres: npt.NDArray[np.float64] = np.multiply(vertices, UNITS[unit], dtype=np.float64)
+        metres: npt.NDArray[np.float64] = np.multiply(vertices, FILE_UNITS[unit], dtype=np.float64)
         del vertices  # frees the memory of a large file
         triangles = _triangles(triangles, str(path))
         _require_indices(triangles, len(metres), str(path))

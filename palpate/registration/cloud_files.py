@@ -12,7 +12,7 @@ from palpate.mesh import files as mesh_files
 from palpate.registration.clouds import sampled
 from palpate.registration.files import read_points
 from palpate.registration.pcd import read_pcd
-from palpate.values import UNITS
+from palpate.units import FILE_UNITS
 
 _SAMPLES = 20_000  # points of a mesh
 
@@ -27,11 +27,11 @@ def read_cloud(path: Path, unit: str = "m") -> Array:
     if kind == ".csv":
         return read_points(path, unit).p
     if kind == ".pcd":
-        return read_pcd(path) * UNITS[unit]
+        return read_pcd(path) * FILE_UNITS[unit]
     if kind == ".npy":
-        return _array(path) * UNITS[unit]
+        return _array(path) * FILE_UNITS[unit]
     vertices, triangles = mesh_files.read(path)
-    return sampled(np.asarray(vertices, dtype=np.float64) * UNITS[unit], np.asarray(triangles), _SAMPLES)
+    return sampled(np.asarray(vertices, dtype=np.float64) * FILE_UNITS[unit], np.asarray(triangles), _SAMPLES)
 
 
 def _array(path: Path) -> Array:

@@ -14,7 +14,7 @@ from palpate.arrays.rigid import rigid
 from palpate.arrays.so3 import matrices
 from palpate.errors import FrameError, RegistrationError
 from palpate.frames.checks import quaternion
-from palpate.values import UNITS
+from palpate.units import FILE_UNITS
 
 _QUATERNION = ("qw", "qx", "qy", "qz")
 _NAMES = ("name", "marker", "label")
@@ -66,7 +66,7 @@ def read_poses(path: Path, unit: str = "m") -> Array:
             )  # fmt: skip
         columns = _columns(path, [str(i) for i in range(16)], rows, "m")
         X = np.stack([columns[str(i)] for i in range(16)], axis=1).reshape(-1, 4, 4)
-        X[:, :3, 3] *= UNITS[unit]
+        X[:, :3, 3] *= FILE_UNITS[unit]
         return X
     columns = _columns(path, header, rows, unit)
     if "t" in columns:
@@ -121,7 +121,7 @@ def _columns(path: Path, header: list[str], rows: list[list[str]], unit: str) ->
             raise RegistrationError(f"the column {name!r} appears twice", where=str(path), mend="remove one")
         values = np.array([float(row[k]) for row in rows])
         length = name in ("x", "y", "z", "sx", "sy", "sz")
-        found[name] = values * UNITS[suffix if suffix in UNITS else unit] if length else values
+        found[name] = values * FILE_UNITS[suffix if suffix in FILE_UNITS else unit] if length else values
     return found
 
 

@@ -256,7 +256,7 @@ def _scene(run: Run) -> str:
                 if key in obj
             ]
     for place, unit, words in (
-        (("contact", "radius"), " m", "radius of the sphere at the tool tip, the spherical proxy region (SPR)"),
+        (("contact", "radius"), " m", "radius of the sphere at the tool tip that touches the objects"),
         (("mapping", "scale"), "", "tool motion over hand motion"),
         (("stability", "force_cap"), " N", "largest force allowed on the hand"),
         (("stability", "rate_cap"), " N/s", "fastest allowed change of the force"),

@@ -55,7 +55,7 @@ class MappingSection(Section):
     """Mapping of motion from hand to tool, and of force from tool to hand."""
 
     scale: Positive = _C.mapping.scale
-    """tool motion per hand motion [-]; the felt stiffness is force_scale * scale * stiffness"""
+    """tool motion per hand motion; the felt stiffness is force_scale * scale * stiffness [-]"""
     force_scale: Positive = _C.mapping.force_scale
     """force on the hand per force on the tool [-]"""
     align_rate: NotNegative = _C.mapping.align_rate
@@ -97,9 +97,9 @@ class ObjectSection(Section):
     frame: str = "world"
     """frame of the scene's frames in which pose is given; the object follows a tracked frame (docs/frames.md)"""
     stiffness: Diagonal = (_M.K[0], _M.K[1], _M.K[2])
-    """stiffness: one number, or one number per axis of W [N/m]"""
+    """one number, or one number per axis of W [N/m]"""
     damping: Diagonal = (_M.B[0], _M.B[1], _M.B[2])
-    """damping: one number, or one number per axis of W [N s/m]"""
+    """one number, or one number per axis of W [N s/m]"""
     friction: NotNegative = _M.mu
     """Coulomb friction coefficient while the tool slips [-]"""
     static_friction: NotNegative | None = None
@@ -138,7 +138,7 @@ class ContactSection(Section):
     method: Literal["proxy", "penalty", "paper-plane", "paper-alg1", "face-normal", "approach-velocity"] = "proxy"
     """proxy: remembers the side of entry and is correct at any depth; the others serve comparison (docs/contact.md)"""
     radius: Annotated[Positive, Field(le=0.1)] = _C.contact.radius
-    """radius of the spherical proxy region (SPR) on the tool tip [m]"""
+    """radius of the sphere on the tool tip that touches the objects [m]"""
     collision_rate: Positive = _C.contact.collision_rate
     """rate of the collision thread in the paper's methods [Hz]"""
     whole_tool: bool = False

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from palpate.values import NotNegative, Pose, Positive, PositiveLength, Section, Vector
+from palpate.values import NotNegative, Pose, Positive, Section, Vector
 
 
 class CameraSection(Section):
@@ -49,7 +49,7 @@ class RegistrationSection(Section):
     """name of the organ, an object in that frame; the first object when left out"""
     targets: Annotated[dict[str, Vector], Field(min_length=1, max_length=32)]
     """places in that frame at which the error counts, by name [m]"""
-    accuracy: PositiveLength = 1e-3
+    accuracy: Positive = 1e-3
     """error that no target may exceed with a probability of 95 % [m]"""
     landmarks: dict[str, Vector] = Field(default_factory=dict)
     """places on the surface that an operator finds and touches first, where no camera sees the organ [m]"""

@@ -12,7 +12,7 @@ from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
 from palpate import _core
 from palpate.arm import NAMES, Arm
-from palpate.errors import ArmError, SceneError, format_place
+from palpate.errors import ArmError, SceneError, ValueAtError, format_place
 from palpate.frames import FrameSection
 from palpate.guidance.fixture import Fixture
 from palpate.guidance.lists import with_unique_names
@@ -207,7 +207,7 @@ class Scene(Section):
         for i, obj in enumerate(self.objects):
             name = obj.name or (Path(obj.file).stem if obj.file else obj.shape or obj.source)
             if name in taken and obj.name:
-                raise ValueError(f"two objects are named {name!r} | give each object its own name")
+                raise ValueAtError(f"another object is named {name!r} too | rename one of them", "objects", i, "name")
             count = taken[name] = taken.get(name, 0) + 1
             named.append(obj.model_copy(update={"name": name if count == 1 else f"{name}-{i + 1}"}))
         object.__setattr__(self, "objects", tuple(named))
@@ -215,17 +215,19 @@ class Scene(Section):
         palpated = self.operator.palpate.object
         if palpated and palpated not in [o.name for o in named]:
             names = ", ".join(o.name for o in named)
-            raise ValueError(f"operator.palpate.object: there is no object {palpated!r} | objects: {names}")
+            what = f"there is no object {palpated!r} | name one of {names}"
+            raise ValueAtError(what, "operator", "palpate", "object")
         return self
 
     @model_validator(mode="after")
     def _check_frames(self) -> Scene:
         taken = {"world", "leader", "follower", "tool", *(obj.name for obj in self.objects)}
-        for frame in self.frames:
+        for i, frame in enumerate(self.frames):
             if frame.child in taken and not frame.check:
-                what = f"frames: {frame.child!r} is the name of the world, an arm, the tool or an object"
-                raise ValueError(f"{what} | rename this frame")
+                what = f"{frame.child!r} is the name of the world, an arm, the tool or an object"
+                raise ValueAtError(f"{what} | rename this frame", "frames", i, "child")
             if frame.tracker is not None and frame.tracker not in self.trackers:
                 names = ", ".join(self.trackers) or "none"
-                raise ValueError(f"frame {frame.child!r}: there is no tracker {frame.tracker!r} | trackers: {names}")
+                what = f"there is no tracker {frame.tracker!r} | name one of the scene's trackers: {names}"
+                raise ValueAtError(what, "frames", i, "tracker")
         return self

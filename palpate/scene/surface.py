@@ -10,7 +10,7 @@ import numpy as np
 
 from palpate import _core, surfaces
 from palpate.arrays import Array
-from palpate.errors import SceneError
+from palpate.errors import MeshError, SceneError, SurfaceError
 from palpate.mesh import Mesh
 from palpate.scene import materials, placing
 from palpate.scene.model import ObjectSection
@@ -105,10 +105,8 @@ def core_object(obj: ObjectSection, body: Mesh | surfaces.Surface, X_WO: Array, 
 
 def _body(scene: Scene, index: int) -> Mesh | surfaces.Surface:
     obj = scene.objects[index]
-    if obj.mesh is not None:
-        return Mesh.load(scene.path_of(index), obj.unit)
-    if obj.sdf is not None:
-        return surfaces.DistanceGrid.load(scene.path_of(index), obj.unit)
+    if obj.file is not None:
+        return _from_file(scene, index)
     if obj.shape is None:
         made: surfaces.Surface = getattr(obj, obj.source).make(obj.name)
         return made
@@ -119,6 +117,16 @@ def _body(scene: Scene, index: int) -> Mesh | surfaces.Surface:
         return Mesh(*make(obj.triangles), name=obj.name)
     except ValueError as error:
         raise SceneError(str(error), where=scene.where("objects", index), mend="change triangles") from None
+
+
+def _from_file(scene: Scene, index: int) -> Mesh | surfaces.Surface:
+    obj, path = scene.objects[index], scene.path_of(index)
+    try:
+        return Mesh.load(path, obj.unit) if obj.mesh is not None else surfaces.DistanceGrid.load(path, obj.unit)
+    except (MeshError, SurfaceError) as error:
+        why = "; ".join(part for part in (error.where, error.why) if part)
+        where = scene.where("objects", index, obj.source)
+        raise type(error)(error.what, where=where, why=why, mend=error.mend) from None
 
 
 if not TYPE_CHECKING:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import yaml
 
@@ -14,7 +15,24 @@ from palpate.guidance import one_line
 #: Path of a value in the file: keys and list indices from the top, as in pydantic's errors.
 Place = tuple[str | int, ...]
 
-_MOST_NODES = 100_000
+_MOST_NODES = 50_000
+
+
+class _TooLargeError(Exception):
+    """The text holds too many values."""
+
+
+class _LimitedLoader(Loader):
+    """A loader that ends at once when the text holds too many values."""
+
+    _count = 0
+
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+        """The next node."""
+        self._count += 1
+        if self._count > _MOST_NODES:
+            raise _TooLargeError
+        return super().compose_node(parent, index)
 
 
 def read(path: Path) -> str:
@@ -44,7 +62,7 @@ def parse(text: str, name: str) -> tuple[Content, dict[Place, int]]:
         SceneError: the text is not YAML, repeats a key, has no mapping at the top, or is too large.
     """
     try:
-        loader = Loader(one_line.readable(text))
+        loader = _LimitedLoader(one_line.readable(text))
         node = loader.get_single_node()
         if node is None:
             raise SceneError(
@@ -55,12 +73,19 @@ def parse(text: str, name: str) -> tuple[Content, dict[Place, int]]:
         data = loader.construct_document(node)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
-        where = f"{name}:{mark.line + 1}" if mark else name
+        where = f"{name}:{min(mark.line + 1, len(text.splitlines()))}" if mark else name
         why = ", ".join(part for part in (error.context, error.problem) if part)
-        raise SceneError(
-            "not valid YAML", where=where, why=why, mend="check indentation, colons and brackets"
-        ) from None
-    except (yaml.YAMLError, ValueError, OverflowError, RecursionError, TypeError, AttributeError) as error:
+        mend = "check indentation, colons and brackets"
+        if mark and "\t" in _line(text, mark.line):
+            why, mend = "there is a tab in this line, which YAML does not allow as indentation", "use spaces"
+        raise SceneError("not valid YAML", where=where, why=why, mend=mend) from None
+    except _TooLargeError:
+        mend = "put meshes into files of their own"
+        raise SceneError(f"more than {_MOST_NODES:,} values", where=name, mend=mend) from None
+    except RecursionError:
+        why = "brackets or sections are nested too deeply"
+        raise SceneError("not valid YAML", where=name, why=why, mend="close the brackets") from None
+    except (yaml.YAMLError, ValueError, OverflowError, TypeError, AttributeError) as error:
         why = " ".join(str(error).split()) or type(error).__name__
         raise SceneError("not valid YAML", where=name, why=why, mend="check the file; it must be plain text") from None
     if not isinstance(data, dict):
@@ -74,8 +99,6 @@ def _walk(node: yaml.Node, place: Place, lines: dict[Place, int], name: str, abo
     lines.setdefault(place, line)
     if node in above:
         raise SceneError("a value contains itself", where=f"{name}:{line}", mend="remove the anchor (&) or alias (*)")
-    if len(lines) > _MOST_NODES:
-        raise SceneError(f"more than {_MOST_NODES:,} values", where=name, mend="put meshes into files of their own")
     if isinstance(node, yaml.MappingNode):
         seen: dict[str, int] = {}
         for key, value in node.value:
@@ -89,3 +112,7 @@ def _walk(node: yaml.Node, place: Place, lines: dict[Place, int], name: str, abo
     elif isinstance(node, yaml.SequenceNode):
         for i, value in enumerate(node.value):
             _walk(value, (*place, i), lines, name, (*above, node))
+
+
+def _line(text: str, index: int) -> str:
+    return next(iter(text.splitlines()[index : index + 1]), "")

@@ -23,6 +23,7 @@ from palpate.guidance.steered import SteeredFixtures
 from palpate.record.ticks import Ticks, Timing, as_ticks
 from palpate.record.writer import Recorder
 from palpate.scene.rig import Rig
+from palpate.session.controls import Controls
 from palpate.session.loop import Loop
 from palpate.session.run_folder import keep_scene, new_folder, require_writable
 from palpate.session.state import State
@@ -122,9 +123,9 @@ class LiveSession:
         return tick
 
     @property
-    def controls(self) -> _core.Controls:
+    def controls(self) -> Controls:
         """Clutch, pause, stiffness and damping scales, drag of the hand. This is a copy: assign it as a whole."""
-        return self._loop.controls
+        return Controls(self._loop.controls)
 
     @controls.setter
     def controls(self, value: _core.Controls) -> None:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from palpate.arrays import Array
 from palpate.errors import SurfaceError
-from palpate.values import UNITS
+from palpate.units import FILE_UNITS
 
 _TYPES = {"float": "f4", "double": "f8", "short": "i2", "int16": "i2", "int": "i4", "int32": "i4"}
 _VECTOR = re.compile(r"\(([^)]*)\)")
@@ -32,7 +32,7 @@ def read(path: Path, unit: str) -> tuple[npt.NDArray[np.float32], Array, Array]:
         field = {key.strip().lower(): value.strip() for key, colon, value in lines if colon}
         sizes = tuple(int(n) for n in field["sizes"].split())
         origin, spacing = _space(field)
-        scale = UNITS[_unit(field, unit)]
+        scale = FILE_UNITS[_unit(field, unit)]
         values = np.frombuffer(_decoded(field, data), _dtype(field), int(np.prod(sizes)))
     except KeyError as error:
         raise SurfaceError(f"the header lacks {error}", where=str(path), mend="write it again") from None
@@ -57,7 +57,7 @@ def _space(field: dict[str, str]) -> tuple[Array, Array]:
 
 def _unit(field: dict[str, str], unit: str) -> str:
     named = re.findall(r'"([^"]+)"', field.get("space units", ""))
-    return named[0] if named and named[0] in UNITS else unit
+    return named[0] if named and named[0] in FILE_UNITS else unit
 
 
 def _dtype(field: dict[str, str]) -> np.dtype[np.generic]:

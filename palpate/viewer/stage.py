@@ -120,7 +120,7 @@ class Stage:
     leader: ArmPlace
     follower: ArmPlace
     radius: float
-    """Radius of the spherical proxy region on the tool tip [m]."""
+    """Radius of the sphere on the tool tip [m]."""
     stiffness: float
     """Stiffness of the first object [N/m], which is scale 1 on the console."""
     damping: float
@@ -145,10 +145,10 @@ class Stage:
     """Targets of the scene's registration."""
 
     def touches(self, tick: Ticks) -> list[str]:
-        """Contact pairs with their spring force, the strongest first: `tip \u00d7 liver 1.20 N`."""
+        """Contact pairs with the force of the surface before all caps, the strongest first."""
         pairs = zip(tick["touch_sphere"], tick["touch_object"], tick["touch_force"], strict=True)
         names = ["tip", *(sphere.name for sphere in self.spheres)]
         return [
-            f"{names[int(s)]} \u00d7 {self.objects[int(o)].name} {force:.2f} N"
+            f"{names[int(s)]} on {self.objects[int(o)].name}: {force:.2f} N before caps"
             for s, o, force in list(pairs)[: int(tick["contacts"])]
         ]

@@ -1,4 +1,4 @@
-"""Draws the targets of a registration: the ellipsoid that holds the error with 95 %, larger than it is, and its size."""
+"""Draws the targets of a registration: the ellipsoid that holds the error with 95 %, enlarged, and its size."""
 
 from __future__ import annotations
 
@@ -41,7 +41,10 @@ class TargetDrawing:
         wxyz, sizes = axes(covariance)
         self.ellipsoid.position, self.ellipsoid.wxyz = p_W, wxyz
         self.ellipsoid.scale = tuple(float(x) for x in LARGER * _INSIDE * sizes)
-        self._point.position, self.label.position = p_W, p_W + [0.0, 0.0, LARGER * _INSIDE * float(sizes.max())]
+        self._point.position, self.label.position = (
+            p_W,
+            p_W + np.array([0.0, 0.0, LARGER * _INSIDE * float(sizes.max())]),
+        )
         self.label.text = (
             f"{self._mark.name}: TRE {1e3 * np.sqrt(np.trace(covariance)):.2f} mm rms (drawn {LARGER:g} x)"
         )

@@ -145,6 +145,8 @@ def test_binary_with_an_ascii_header_loads_with_a_warning(tmp_path, header, name
 def test_file_without_triangles_is_rejected(tmp_path):
     with pytest.raises(MeshError, match="the STL holds zero triangles"):
         Mesh.load(write(tmp_path, binary_stl(t=CUBE_T[:0])))
+    with pytest.raises(MeshError, match="the STL holds zero triangles"):
+        Mesh.load(write(tmp_path, b"solid organ\nendsolid organ\n"))
 
 
 def test_points_without_faces_are_rejected(tmp_path):

@@ -1,6 +1,7 @@
 """Values of a scene file are in the scene; missing values are those of the core."""
 
 import json
+import math
 from pathlib import Path
 
 import numpy as np
@@ -9,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
-from palpate import _core
+from palpate import _core, units
+from palpate.descriptions import descriptions
 from palpate.scene import Pose, Scene
 from palpate.scene.schema import schema_text
-from palpate.values import Diagonal, Place
-from palpate.values import metres as length_in_metres
+from palpate.values import Diagonal, Section
 
 ROOT = Path(__file__).parents[2]
 
@@ -141,29 +142,57 @@ def test_shipped_scenes_are_valid_and_name_the_schema(path):
 
 
 @pytest.mark.parametrize(
-    ("text", "metres"),
-    [("36 in", 0.9144), ("100 cm", 1.0), ("1000mm", 1.0), ("1e6 um", 1.0), (" -2.5 m ", -2.5), (".5 cm", 0.005)],
+    ("text", "unit", "value"),
+    [
+        *(("36 in", "m", 0.9144), ("100 cm", "m", 1.0), ("1000mm", "m", 1.0), ("1e6 um", "m", 1.0)),
+        *((".5 cm", "m", 0.005), ("3 mm", "m", 0.003), ("0.4 N/mm", "N/m", 400.0), ("-2.5 m", "m", -2.5)),
+        *(("180 deg", "rad, m", math.pi), ("2 mm", "rad, m", 0.002), ("1 kHz", "Hz", 1000.0)),
+        *(("50 mm/s", "m/s", 0.05), ("5 Ns/m", "N s/m", 5.0)),
+        *(("2 N*m/rad", "N m/rad", 2.0), ("981 cm/s^2", "m/s^2", 9.81), ("20 ms", "s", 0.02), ("2 mJ", "J", 0.002)),
+        *(("1e999999999 m", "m", math.inf), ("1e-999999999 m", "m", 0.0)),
+    ],
+)  # fmt: skip
+def test_text_with_a_unit_is_converted_to_the_unit_of_the_key(text, unit, value):
+    """Reference: the yard is 36 inches and 0.9144 m by its definition; the others are powers of ten, or of pi."""
+    assert units.convert(text, unit) == value
+
+
+@pytest.mark.parametrize(
+    ("text", "unit"),
+    [("3", "m"), ("mm", "m"), ("3 ft", "m"), ("3 mm wide", "m"), ("1 2 mm", "m"), ("3 N", "m"), ("2 N m", "N m/rad")],
 )
-def test_length_with_a_unit_is_in_metres(text, metres):
-    """Reference: the yard is 36 inches and 0.9144 m by its definition; the other units are powers of ten of a metre."""
-    assert length_in_metres(text) == metres
+def test_text_without_number_or_with_another_kind_of_unit_is_not_converted(text, unit):
+    assert units.convert(text, unit) is None
 
 
-def test_number_is_a_length_in_metres():
-    assert length_in_metres(0.25) == 0.25
+def test_every_key_with_a_unit_reads_text_with_a_unit():
+    scene = Scene.parse(
+        "objects: [{sphere: {radius: 3 cm}, stiffness: 0.4 N/mm, damping: [1 N s/m, 2, 3],"
+        " pose: {rpy_deg: [0, 1 rad, 0]}, regions: [{at: [1 mm, 0, 0], radius: 5 mm}]}]\n"
+        "contact: {radius: 2 mm}\nloop_delay: 1 ms\nplaces: {a: [1 cm, 0, 0]}\n"
+        "guidance: [{geometry: {point: {at: a}}, role: guide, ramps: [{by: time, start: 0, end: 200 ms}]}]\n"
+    )
+    obj = scene.objects[0]
+    assert (obj.sphere.radius, obj.stiffness, obj.damping) == (0.03, (400.0,) * 3, (1.0, 2.0, 3.0))
+    assert (obj.pose.rpy_deg[1], obj.regions[0].at) == (math.degrees(1.0), (0.001, 0.0, 0.0))
+    assert (scene.contact.radius, scene.loop_delay, scene.places["a"][0]) == (0.002, 0.001, 0.01)
+    assert scene.guidance[0].ramps[0].end == 0.2
 
 
-@pytest.mark.parametrize("text", ["3", "mm", "3 ft", "3 mm wide", "1 2 mm"])
-def test_text_without_number_or_known_unit_is_no_length(text):
-    with pytest.raises(ValueError, match=r"is not a length \| write metres.*3 mm \(um, mm, cm, m, in\)") as caught:
-        length_in_metres(text)
-    assert repr(text) in str(caught.value)
+def test_every_dimensional_number_of_a_scene_states_its_unit():
+    """Text with a unit is read where the description ends with the unit; other numbers say why they have none."""
+    without = set()
+    for section in (s for s in _sections(Section) if not s.__name__.startswith("_")):
+        for key, field in section.model_fields.items():
+            if "float" in str(field.annotation) and not descriptions(section).get(key, "").endswith("]"):
+                without.add(f"{section.__name__}.{key}")
+    assert without == {"FrameSection.stamp", "Ramp.end", "Ramp.start"}
 
 
-def test_every_component_of_a_position_has_its_own_unit():
-    adapter = TypeAdapter(Place)
-    assert adapter.validate_python(["1 in", "2 mm", 3]) == (0.0254, 0.002, 3.0)
-    assert adapter.validate_python("port") == "port"
+def _sections(section):
+    for child in section.__subclasses__():
+        yield child
+        yield from _sections(child)
 
 
 @pytest.mark.parametrize("value", [True, "500", None])

@@ -19,7 +19,7 @@ from palpate.errors import MeshError, OutputError, PalpateError, PalpateWarning
 from palpate.mesh import Mesh, Unit, check, quiet
 from palpate.mesh import files as mesh_files
 from palpate.mesh import repair as mesh_repair
-from palpate.values import UNITS
+from palpate.units import FILE_UNITS
 
 
 @dataclass(frozen=True)
@@ -192,7 +192,7 @@ def _require_free(out: Path, source: Path, force: bool) -> None:
 def _repair(mesh: Mesh, file: Path, unit: Unit, touch: Touch, console: Console) -> RepairedCopy:
     widest = touch.hole if touch.hole is not None else 0.1 * float(np.linalg.norm(mesh.report.extents_m))
     vertices, triangles, done = mesh_repair.repair(mesh.core, widest)
-    mesh_files.write(file, vertices / UNITS[unit], triangles)
+    mesh_files.write(file, vertices / FILE_UNITS[unit], triangles)
     with quiet():
         try:
             after = Mesh.load(file, unit)

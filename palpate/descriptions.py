@@ -4,11 +4,23 @@ from __future__ import annotations
 
 import ast
 import inspect
+import re
 import textwrap
 from functools import cache
 from itertools import pairwise
 
 from pydantic import BaseModel
+
+from palpate import units
+
+_UNIT = re.compile(r"\[([^\]]+)\]$")
+
+
+@cache
+def unit_of(model: type[BaseModel], key: str) -> str:
+    """Unit at the end of a field's description, e.g. ``N/m``; empty for text, numbers without a unit, and no field."""
+    match = _UNIT.search(descriptions(model).get(key, ""))
+    return match[1] if match and units.is_known(match[1]) else ""
 
 
 @cache
