@@ -26,7 +26,7 @@ def as_viscous(friction: float | Array, speed: float | Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Device:
+class DeviceModel:
     """A device along one direction, its haptic loop, and the hands that hold it. All values are in SI units.
 
     Raises:
