@@ -135,7 +135,8 @@ class DrivenLoop(DeviceLoop):
             text = str(error) if isinstance(error, PalpateError) else f"{call}raised {type(error).__name__}: {error}"
             self._end(text)
         finally:
-            self.cycle.report_failure(self.wrench)
+            if self._ended is not None:
+                self.cycle.report_failure(self.wrench)
             self._write_zero()
             self._finished.set()
 
