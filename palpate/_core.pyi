@@ -3975,6 +3975,19 @@ class DeviceCycle:
         Sets the wrench to zero and records that the device cannot be read; writes zeros to F (6,).
         """
 
+    def replay(
+        self,
+        t: Annotated[NDArray[numpy.float64], "(:,)"],
+        X_LH: Annotated[NDArray[numpy.float64], "(:, 4, 4)"],
+        F: Annotated[NDArray[numpy.float64], "(:, 6)"],
+    ) -> None:
+        """
+        Steps at all times t (n,) [s] with poses X_LH (n, 4, 4) [m]; writes the wrenches to F (n, 6) [N, N m].
+        """
+
+    def allow_force(self, allowed: bool) -> None:
+        """False: the wrench ramps to zero."""
+
     @property
     def status(self) -> int:
         """Bits of Status of the last step."""
@@ -4012,6 +4025,59 @@ class DeviceCycle:
 
     def set_snapshot(self, snapshot: Snapshot) -> None:
         """Replaces the scene at the next tick."""
+
+class Driver:
+    """
+    A driver in C: a shared object with the functions of palpate/loop/driver.h.
+    """
+
+    def __init__(self, file: str, argument: str = '') -> None:
+        """Loads the shared object and opens the device."""
+
+    @property
+    def name(self) -> str:
+        """Name of the device."""
+
+    @property
+    def rate(self) -> float:
+        """Rate of read and write [Hz]."""
+
+    @property
+    def force_max(self) -> float:
+        """Largest force [N]."""
+
+    @property
+    def moment_max(self) -> float:
+        """Largest moment [N m]."""
+
+    @property
+    def workspace(self) -> tuple:
+        """Lengths of the workspace (3) [m]."""
+
+class DriverThread:
+    """Reads a driver in C, steps the cycle and writes, in real time."""
+
+    def __init__(self, driver: Driver, cycle: DeviceCycle) -> None: ...
+
+    def start(self) -> None:
+        """Starts the real-time thread."""
+
+    def stop(self) -> None:
+        """
+        Ramps the force to zero and ends the threads, within a second even if the driver hangs.
+        """
+
+    def fault(self) -> str:
+        """Why the loop ended by itself or hangs; empty if neither."""
+
+    @property
+    def stalls(self) -> int:
+        """Number of calls for which the watchdog wrote zero force."""
+
+    def timing(self) -> dict[str, Any]:
+        """
+        Punctuality so far: lateness_us, slack_us, ticks, missed_ticks, scheduler.
+        """
 
 def schedule(priority: bool = True) -> str:
     """

@@ -73,6 +73,7 @@ class DrivenLoop(DeviceLoop):
         except Exception as error:
             what = f"driver {self.facts.name}: open() raised {type(error).__name__}: {error}"
             raise DeviceError(what, mend="check cable, power and permissions; `palpate device list`") from error
+        self.cycle.allow_force(True)
         self._stop.clear()
         self._finished.clear()
         self._ended, self._entered = None, time.monotonic()
@@ -146,11 +147,7 @@ class DrivenLoop(DeviceLoop):
             return True
         if not self._stop.is_set():
             return False
-        controls = self.cycle.controls
-        if controls.following:
-            controls.following = False
-            self.cycle.controls = controls
-            return False
+        self.cycle.allow_force(False)
         return not self.wrench.any()
 
     def _round(self) -> None:

@@ -13,6 +13,7 @@ import numpy as np
 from palpate.devices.driven import DrivenLoop
 from palpate.devices.driver import Driver
 from palpate.devices.loop import DeviceLoop
+from palpate.devices.native import NativeLoop, is_native
 from palpate.devices.open import open_driver
 from palpate.errors import DeviceError
 from palpate.record.ticks import STATUS, Ticks
@@ -84,14 +85,12 @@ class DrivenSession(DeviceSession):
     def __init__(self, scene: Scene, out: str | os.PathLike[str] | None = None, driver: Driver | None = None) -> None:
         if out is not None:
             require_writable(Path(out))
-        name = scene.arms.leader.driver or ""
-        if driver is None:
-            if not name:
-                what = "the scene names no driver"
-                raise DeviceError(what, where=scene.where("arms", "leader"), mend="add driver: MODULE:CLASS")
-            driver = open_driver(name, Path(scene.file).parent)
-        cls = type(driver)
-        super().__init__(DrivenLoop(scene, driver, name or f"{cls.__module__}:{cls.__name__}"), out)
+        super().__init__(_driven_loop(scene, driver), out)
+
+    @property
+    def failed(self) -> bool:
+        """True if the driver failed, which ended the run."""
+        return self._loop.fault() is not None
 
     def run(self, duration: float | None = None, on_progress: Callable[[State], None] | None = None) -> Summary:
         """Render the scene for a time, or until the driver fails, Ctrl-C or SIGTERM; then close the record.
@@ -117,3 +116,14 @@ class DrivenSession(DeviceSession):
                 self.close(interrupted=True)
                 raise
             return self.close(interrupted=self._interrupted.is_set())
+
+
+def _driven_loop(scene: Scene, driver: Driver | None) -> DeviceLoop:
+    if driver is not None:
+        cls = type(driver)
+        return DrivenLoop(scene, driver, scene.arms.leader.driver or f"{cls.__module__}:{cls.__name__}")
+    name, folder = scene.arms.leader.driver, Path(scene.file).parent
+    if name is None:
+        what = "the scene names no driver"
+        raise DeviceError(what, where=scene.where("arms", "leader"), mend="add driver: MODULE:CLASS")
+    return NativeLoop(scene, name, folder) if is_native(name) else DrivenLoop(scene, open_driver(name, folder), name)

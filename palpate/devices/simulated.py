@@ -5,6 +5,7 @@ Its measurements judge `palpate device bench`: what the bench recovers is compar
 
 from __future__ import annotations
 
+import math
 import time
 from collections import deque
 from dataclasses import dataclass
@@ -77,8 +78,7 @@ class SimulatedDevice(Driver):
         self._clock += passed
         self._queue.append(self._wrench[:3].copy())
         F = self._queue.popleft()
-        for _ in range(_SUBSTEPS):
-            self._advance(F, passed / _SUBSTEPS)
+        self._advance(F, passed / _SUBSTEPS)
         p = self._p + self.truth.noise * self._rng.standard_normal(3)
         if self.truth.resolution > 0.0:
             p = self.truth.resolution * np.round(p / self.truth.resolution)
@@ -94,16 +94,17 @@ class SimulatedDevice(Driver):
         """Nothing to close."""
 
     def _advance(self, F: Array, dt: float) -> None:
-        """One step of m v' = F - b v - friction sign(v) + hand. Friction holds what it can and reverses nothing."""
-        self._t += dt
-        truth, m = self.truth, self.truth.mass
-        force, damping, stiffness = F.copy(), truth.damping, 0.0
+        """Steps of m v' = F - b v - friction sign(v) + hand. Friction holds what it can and reverses nothing."""
+        m, damping, stiffness, friction = self.truth.mass, self.truth.damping, 0.0, self.truth.friction
         if self.held:
-            m += self.hand.mass
-            damping, stiffness = damping + self.hand.damping, self.hand.stiffness
-            aim = 0.015 * (np.cos(0.5 * np.pi * self._t) - 1.0)
-            force -= stiffness * (self._p - np.array([0.0, 0.0, aim]))
-        v = (self._v + dt / m * force) / (1.0 + dt / m * (damping + dt * stiffness))
-        stopped = dt / m * truth.friction
-        self._v = np.sign(v) * np.maximum(np.abs(v) - stopped, 0.0)
-        self._p = self._p + dt * self._v
+            m, damping, stiffness = m + self.hand.mass, damping + self.hand.damping, self.hand.stiffness
+        share = 1.0 / (1.0 + dt / m * (damping + dt * stiffness))
+        p, v, force = self._p.tolist(), self._v.tolist(), F.tolist()
+        for _ in range(_SUBSTEPS):
+            self._t += dt
+            aim = (0.0, 0.0, 0.015 * (math.cos(0.5 * math.pi * self._t) - 1.0))
+            for i in range(3):
+                u = share * (v[i] + dt / m * (force[i] - stiffness * (p[i] - aim[i])))
+                v[i] = math.copysign(max(abs(u) - dt / m * friction, 0.0), u)
+                p[i] += dt * v[i]
+        self._p, self._v = np.array(p), np.array(v)

@@ -53,6 +53,9 @@ class DeviceCycle {
   /// Sets the wrench to zero and records it: the device cannot be read. Advances the clock by one period.
   const Wrench& report_failure() noexcept;
 
+  /// False: the hand is let go, and the wrench ramps to zero.
+  void allow_force(bool allowed) noexcept { gates_.following = allowed; }
+
   /// Why the state of the last step was not used.
   [[nodiscard]] DeviceFault fault() const noexcept { return fault_; }
   /// Bits of Status of the last step.
