@@ -10,6 +10,7 @@ void bind_arm(nanobind::module_& m);
 void bind_axis(nanobind::module_& m);
 void bind_contact(nanobind::module_& m);
 void bind_crtk(nanobind::module_& m);
+void bind_device(nanobind::module_& m);
 void bind_fixtures(nanobind::module_& m);
 void bind_guidance_run(nanobind::module_& m);
 void bind_force(nanobind::module_& m);

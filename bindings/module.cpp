@@ -23,4 +23,5 @@ NB_MODULE(_core, m) {
   palpate::bindings::bind_loop(m);
   palpate::bindings::bind_simulation(m);
   palpate::bindings::bind_crtk(m);
+  palpate::bindings::bind_device(m);
 }

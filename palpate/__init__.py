@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from palpate.renamed import RENAMED, install
+from palpate.renamed import NAMES, RENAMED, install, missing_name
 
 if TYPE_CHECKING:
     from palpate import contact as contact
@@ -16,8 +16,9 @@ if TYPE_CHECKING:
     from palpate.arm import Arm as Arm
     from palpate.batch import Variation as Variation
     from palpate.batch import simulate as simulate
-    from palpate.certificate import Device as Device
+    from palpate.certificate import DeviceModel as DeviceModel
     from palpate.certificate import certify as certify
+    from palpate.devices import Haptics as Haptics
     from palpate.guidance import Fixture as Fixture
     from palpate.mesh import Mesh as Mesh
     from palpate.scene import Scene as Scene
@@ -27,8 +28,9 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Arm",
-    "Device",
+    "DeviceModel",
     "Fixture",
+    "Haptics",
     "Mesh",
     "Scene",
     "Session",
@@ -44,8 +46,9 @@ __all__ = [
 
 _MODULE_OF = {
     "Arm": "palpate.arm",
-    "Device": "palpate.certificate",
+    "DeviceModel": "palpate.certificate",
     "Fixture": "palpate.guidance",
+    "Haptics": "palpate.devices",
     "Mesh": "palpate.mesh",
     "Scene": "palpate.scene",
     "Session": "palpate.session",
@@ -72,6 +75,8 @@ def __getattr__(name: str) -> Any:
         return import_module(f"palpate.{name}")
     if f"palpate.{name}" in RENAMED:
         raise AttributeError(f"palpate.{name} is now {RENAMED[f'palpate.{name}']}")
+    if f"palpate.{name}" in NAMES:
+        raise missing_name("palpate", name)
     raise AttributeError(f"module 'palpate' has no attribute {name!r}. Available: {', '.join(__all__)}")
 
 

@@ -4,6 +4,7 @@ Palpate's C++ core: the stages of the haptic cycle (see ARCHITECTURE.md).
 """
 
 from collections.abc import Mapping as _Mapping, Sequence
+import enum
 from typing import Annotated, Any, Literal, overload
 
 import numpy
@@ -3922,3 +3923,163 @@ class CrtkCycle:
         One tick at time t [s]: (row of signals, wrench (6,) [N, N m] or None if no wrench may be sent, goal X_BT (4, 4)
         or None, jaw [rad]).
         """
+
+class DeviceFault(enum.Enum):
+    """Reason for which a state of the device was not used."""
+
+    none = 0
+
+    not_finite = 1
+
+    not_rigid = 2
+
+    left_handed = 3
+
+    time_not_up = 4
+
+    gap = 5
+
+    too_often = 6
+
+    driver_failed = 7
+
+class DeviceCycle:
+    """
+    The haptic cycle for a device in anybody's loop: each step takes one state, returns a wrench.
+    """
+
+    def __init__(self, options: CrtkOptions, follower: Arm, snapshot: Snapshot) -> None: ...
+
+    def start(self) -> None:
+        """Allocates the queue of rows."""
+
+    def stop(self) -> None:
+        """Ends the collision queries."""
+
+    def step(
+        self,
+        t: float,
+        X_LH: Annotated[NDArray[numpy.float64], "(4, 4)"],
+        V_LH: Annotated[NDArray[numpy.float64], "(6,)"] | None,
+        gripper: float,
+        clutch: bool,
+        F: Annotated[NDArray[numpy.float64], "(6,)"],
+    ) -> DeviceFault:
+        """
+        One step at time t [s]: pose X_LH (4, 4) [m], velocity V_LH (6,) [m/s, rad/s] or None, gripper [rad]. Writes the
+        wrench on the hand, in L, to F (6,) [N, N m], and returns why the state was not used.
+        """
+
+    def report_failure(self, F: Annotated[NDArray[numpy.float64], "(6,)"]) -> None:
+        """
+        Sets the wrench to zero and records that the device cannot be read; writes zeros to F (6,).
+        """
+
+    def replay(
+        self,
+        t: Annotated[NDArray[numpy.float64], "(:,)"],
+        X_LH: Annotated[NDArray[numpy.float64], "(:, 4, 4)"],
+        F: Annotated[NDArray[numpy.float64], "(:, 6)"],
+    ) -> None:
+        """
+        Steps at all times t (n,) [s] with poses X_LH (n, 4, 4) [m]; writes the wrenches to F (n, 6) [N, N m].
+        """
+
+    def allow_force(self, allowed: bool) -> None:
+        """False: the wrench ramps to zero."""
+
+    @property
+    def status(self) -> int:
+        """Bits of Status of the last step."""
+
+    @property
+    def period(self) -> float:
+        """Mean time between steps; 0: unknown [s]."""
+
+    def timing(self) -> dict[str, Any]:
+        """Compute times of the steps: p50, p99, p999 and max [us]."""
+
+    def drain(self) -> Annotated[NDArray[numpy.float64], "(:, :)"]:
+        """Rows since the last drain, in real time (n, TICK_BYTES/8)."""
+
+    @property
+    def dropped(self) -> int:
+        """Number of rows lost because they were not drained in time."""
+
+    def latest(self) -> NDArray[numpy.float64]:
+        """The newest row (TICK_BYTES/8,)."""
+
+    @property
+    def controls(self) -> Controls:
+        """
+        The operator's controls. This is a copy: assign a whole one, which applies from the next tick on.
+        """
+
+    @controls.setter
+    def controls(self, arg: Controls, /) -> None: ...
+
+    def set_fixtures(self, fixtures: Fixtures) -> None:
+        """
+        Replaces the fixtures of guidance at the next tick, without a step in the force.
+        """
+
+    def set_snapshot(self, snapshot: Snapshot) -> None:
+        """Replaces the scene at the next tick."""
+
+class Driver:
+    """
+    A driver in C: a shared object with the functions of palpate/loop/driver.h.
+    """
+
+    def __init__(self, file: str, argument: str = '') -> None:
+        """Loads the shared object and opens the device."""
+
+    @property
+    def name(self) -> str:
+        """Name of the device."""
+
+    @property
+    def rate(self) -> float:
+        """Rate of read and write [Hz]."""
+
+    @property
+    def force_max(self) -> float:
+        """Largest force [N]."""
+
+    @property
+    def moment_max(self) -> float:
+        """Largest moment [N m]."""
+
+    @property
+    def workspace(self) -> tuple:
+        """Lengths of the workspace (3) [m]."""
+
+class DriverThread:
+    """Reads a driver in C, steps the cycle and writes, in real time."""
+
+    def __init__(self, driver: Driver, cycle: DeviceCycle) -> None: ...
+
+    def start(self) -> None:
+        """Starts the real-time thread."""
+
+    def stop(self) -> None:
+        """
+        Ramps the force to zero and ends the threads, within a second even if the driver hangs.
+        """
+
+    def fault(self) -> str:
+        """Why the loop ended by itself or hangs; empty if neither."""
+
+    @property
+    def stalls(self) -> int:
+        """Number of calls for which the watchdog wrote zero force."""
+
+    def timing(self) -> dict[str, Any]:
+        """
+        Punctuality so far: lateness_us, slack_us, ticks, missed_ticks, scheduler.
+        """
+
+def schedule(priority: bool = True) -> str:
+    """
+    Requests SCHED_FIFO, locked memory and short timer slack for the calling thread. Returns what was granted.
+    """

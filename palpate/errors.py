@@ -7,6 +7,7 @@ from pathlib import Path
 
 __all__ = [
     "ArmError",
+    "DeviceError",
     "FrameError",
     "GuidanceError",
     "JournalError",
@@ -52,6 +53,10 @@ class PalpateError(Exception):
 
 class ArmError(PalpateError, ValueError):
     """The arm does not exist, or it cannot reach a pose."""
+
+
+class DeviceError(PalpateError, ValueError):
+    """A device or its driver cannot be used, or a loop passed a value of the wrong shape."""
 
 
 class FrameError(PalpateError, ValueError):

@@ -31,6 +31,8 @@ RENAMED = {
 }
 
 NAMES = {
+    "palpate.Device": "palpate.DeviceModel",
+    "palpate.certificate.Device": "palpate.certificate.DeviceModel",
     "palpate.guidance.Here": "palpate.guidance.FixtureContext",
     "palpate.identify.hand.to_json": "palpate.identify.hand.figures",
     "palpate.record.bags.Arm": "palpate.record.bags.ArmTracks",

@@ -1,6 +1,6 @@
 """Which virtual walls a device or a scene can render without self-sustained oscillation (docs/certificate.md).
 
-device = palpate.Device(mass=0.3, damping=0.5, rate=1000, delay=0.004, friction=0.1)
+device = palpate.DeviceModel(mass=0.3, damping=0.5, rate=1000, delay=0.004, friction=0.1)
 print(palpate.certify(device, K=400, B=2).reason)
 print(palpate.certify(palpate.Scene.load("scenes/palpation.yaml")).reason)
 """
@@ -12,17 +12,17 @@ from typing import TYPE_CHECKING
 from threadpoolctl import threadpool_limits
 
 from palpate.certificate.certificate import Certificate, certify_device
-from palpate.certificate.device import Device
+from palpate.certificate.device import DeviceModel
 
 if TYPE_CHECKING:
     from palpate.scene import Scene
     from palpate.scene.rig import Rig
 
-__all__ = ["Certificate", "Device", "certify", "certify_all"]
+__all__ = ["Certificate", "DeviceModel", "certify", "certify_all"]
 
 
-def certify(what: Device | Scene, K: float | None = None, B: float | None = None) -> Certificate:
-    """Certify a `Device`, or a scene with its arms, hand and objects. A scene returns its most critical certificate.
+def certify(what: DeviceModel | Scene, K: float | None = None, B: float | None = None) -> Certificate:
+    """Certify a `DeviceModel`, or a scene with its arms, hand and objects; a scene gives its most critical certificate.
 
     Args:
         what: a device, or a scene.
@@ -34,7 +34,7 @@ def certify(what: Device | Scene, K: float | None = None, B: float | None = None
         SceneError, MeshError: the scene cannot be set up.
         PalpateError: the analysis does not cover the scene's control law or its force source.
     """
-    if not isinstance(what, Device):
+    if not isinstance(what, DeviceModel):
         from palpate.certificate.scene import worst_of
 
         return worst_of(certify_all(what, K, B))
@@ -52,3 +52,11 @@ def certify_all(
     from palpate.certificate.scene import certificates
 
     return certificates(scene, K, B, rig)
+
+
+if not TYPE_CHECKING:
+
+    def __getattr__(name: str) -> object:
+        from palpate.renamed import missing_name
+
+        raise missing_name(__name__, name)

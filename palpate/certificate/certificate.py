@@ -10,7 +10,7 @@ import numpy as np
 from palpate.arrays import Array
 from palpate.arrays.checks import finite_or_none
 from palpate.certificate import classical, trials, words
-from palpate.certificate.device import Device
+from palpate.certificate.device import DeviceModel
 from palpate.certificate.loop import SampledLoop
 from palpate.renamed import RenamedMethod
 
@@ -136,8 +136,8 @@ def judge(K: float | None, k_max: float, k_linear: float) -> tuple[Verdict | Non
     return verdict, (margin if np.isfinite(margin) else None)
 
 
-def certify_device(device: Device, K: float | None = None, B: float = 0.0) -> Certificate:
-    """The certificate of a `Device` for a wall of stiffness K [N/m] (None: only the limit) and damping B [N s/m]."""
+def certify_device(device: DeviceModel, K: float | None = None, B: float = 0.0) -> Certificate:
+    """The certificate of a device for a wall of stiffness K [N/m] (None: only the limit) and damping B [N s/m]."""
     frictional = tuple(Case(f"hand {h.name}", device.loop(h, lubricated=False)) for h in device.hands)
     linear = tuple(Case(f"hand {h.name}", device.loop(h)) for h in device.hands)
     k_linear, w, worst = linear_limit(linear, B)

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+import yaml
 
 from palpate import _core
 from palpate.arrays import Array
 from palpate.certificate.loop import SampledLoop, difference
-from palpate.errors import PalpateError
+from palpate.errors import OutputError, PalpateError, RecordingError
 from palpate.hands import PRESETS, Hand
 
 #: Speed of the fastest tap that a certificate considers [m/s]. Dry friction damps the fastest tap least.
@@ -25,8 +29,26 @@ def as_viscous(friction: float | Array, speed: float | Array) -> Array:
     return np.asarray(4.0 * friction / (np.pi * speed))
 
 
+_KEYS = ("mass", "damping", "rate", "delay", "jitter", "filter", "quantum", "friction")
+
+
+def is_device(path: Path) -> bool:
+    """True for a file that says ``kind: device``; False also for a file that cannot be read."""
+    try:
+        data = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError):
+        return False
+    return isinstance(data, dict) and data.get("kind") == "device"
+
+
+def _number(key: str, value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ValueError(f"{key} = {value!r} is no number")
+    return float(value)
+
+
 @dataclass(frozen=True)
-class Device:
+class DeviceModel:
     """A device along one direction, its haptic loop, and the hands that hold it. All values are in SI units.
 
     Raises:
@@ -59,6 +81,41 @@ class Device:
         except ValueError as error:
             what, _, mend = str(error).partition(": ")
             raise PalpateError(what.replace("axis", "device"), mend=mend) from None
+
+    def save(self, path: str | Path, notes: Mapping[str, object] | None = None) -> None:
+        """Write the device as YAML, which `load` and ``palpate certify`` read; the hands are not written.
+
+        Raises:
+            OutputError: the file cannot be written.
+        """
+        values = {key: float(getattr(self, key)) for key in _KEYS}
+        text = yaml.safe_dump({"kind": "device", **values, "notes": dict(notes or {})}, sort_keys=False)
+        try:
+            Path(path).write_text(f"# A haptic device; judge it with: palpate certify {path} --stiffness 400\n{text}")
+        except OSError as error:
+            why = error.strerror or str(error)
+            raise OutputError("the file cannot be written", where=str(path), why=why, mend="use --out") from None
+
+    @classmethod
+    def load(cls, path: str | Path) -> DeviceModel:
+        """Read a device that `save` or ``palpate device bench`` wrote.
+
+        Raises:
+            RecordingError: the file cannot be read or does not describe a device; the message names the value.
+        """
+        try:
+            data = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+            if not isinstance(data, dict) or data.get("kind") != "device":
+                raise ValueError("it has no line kind: device")
+            wrong = [key for key in data if key not in (*_KEYS, "kind", "notes")]
+            if wrong:
+                raise ValueError(f"unknown key {wrong[0]!r}; known: {', '.join(_KEYS)}")
+            values: dict[str, Any] = {key: _number(key, data[key]) for key in _KEYS if key in data}
+            return cls(**values)
+        except (OSError, UnicodeDecodeError, yaml.YAMLError, ValueError, TypeError) as error:
+            why = getattr(error, "strerror", None) or str(error).partition("\n")[0]
+            mend = "write one with palpate device bench --out device.yaml"
+            raise RecordingError("the file does not describe a device", where=str(path), why=why, mend=mend) from None
 
     @property
     def hands(self) -> tuple[Hand, ...]:

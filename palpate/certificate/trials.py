@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate import _core
-from palpate.certificate.device import TAP, Device
+from palpate.certificate.device import TAP, DeviceModel
 from palpate.hands import Hand
 
 _LADDER = (0.15, 0.3, 0.45, 0.6, 0.75, 0.88, 0.985)  # tested stiffness, as fractions of the expected limit
@@ -46,7 +46,7 @@ TRIALS = (
 )
 
 
-def oscillates(device: Device, hand: Hand, K: float, B: float) -> bool:
+def oscillates(device: DeviceModel, hand: Hand, K: float, B: float) -> bool:
     """True if any of `TRIALS` leaves a persistent oscillation. The simulated axis chooses the duration of each run."""
     spring, wall = (_core.Axis(device.axis(hand, K, B, bilateral)) for bilateral in (True, False))
     stiff = K + hand.stiffness
@@ -59,7 +59,7 @@ def oscillates(device: Device, hand: Hand, K: float, B: float) -> bool:
     )
 
 
-def limit(device: Device, hand: Hand, B: float, expected: float) -> float:
+def limit(device: DeviceModel, hand: Hand, B: float, expected: float) -> float:
     """The largest stiffness [N/m] up to which no trial oscillates.
 
     Without dry friction, the linear limit is an upper bound, and it is returned if no trial below it oscillates.

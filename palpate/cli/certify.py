@@ -11,6 +11,7 @@ from tyro.conf import Positional, arg
 from palpate.console.output import console_for, require_writable, say, write_json
 
 if TYPE_CHECKING:
+    from rich.console import Console
     from rich.table import Table
 
     from palpate.certificate import Certificate
@@ -29,13 +30,18 @@ class Command:
     examples:
       palpate certify scenes/palpation.yaml
       palpate certify my.yaml --json certificate.json --figure certificate.png
+      palpate certify device.yaml --stiffness 400 --damping 1
 
     The stability boundary is exact for small motions: the model includes sampling, delay, the follower's servo and
     every filter (docs/certificate.md).
     """
 
     scene: Positional[Path]
-    """Scene file (YAML)."""
+    """Scene file (YAML), or a device file of `palpate device bench`."""
+    stiffness: Annotated[float | None, arg(metavar="N_PER_M")] = None
+    """Of a device: stiffness of a wall to judge [N/m]; only the limit when left out."""
+    damping: Annotated[float, arg(metavar="N_S_PER_M")] = 0.0
+    """Of a device: damping of the wall [N s/m]."""
     figure: Annotated[Path | None, arg(metavar="FILE.png")] = None
     """Draw the stability boundary over damping and stiffness."""
     json: Annotated[Path | None, arg(metavar="FILE")] = None
@@ -45,6 +51,7 @@ class Command:
         """Print which objects of the scene are stable, and by what margin; returns the exit code."""
         from palpate.arrays.plain import plain
         from palpate.certificate import certify_all
+        from palpate.certificate.device import is_device
         from palpate.certificate.entry import stiffness
         from palpate.certificate.scene import touched, worst_of
         from palpate.certificate.words import number
@@ -54,6 +61,8 @@ class Command:
         console = console_for(self.json)
         for file in (self.json, self.figure):
             require_writable(file)
+        if is_device(self.scene):
+            return self._certify_device(console)
         scene = Scene.load(self.scene)
         rig = build(scene)
         surfaces = touched(rig)
@@ -76,6 +85,14 @@ class Command:
         fixtures = [_Pressed(name, K, stiffness(presses, force_scale), presses) for name, K, presses in pressed]
         objects = [{"name": one.name, **plain(one.figures())} for one in found]
         write_json(self.json, {**plain(worst.figures()), "objects": objects, "fixtures": fixtures})
+        return 0
+
+    def _certify_device(self, console: Console) -> int:
+        from palpate.certificate import DeviceModel, certify
+
+        found = certify(DeviceModel.load(self.scene), self.stiffness, self.damping)
+        say(console, found.reason, f"{self.scene.stem}:", f"bold {_COLOURS[found.verdict or 'stable']}")
+        write_json(self.json, found.figures())
         return 0
 
 

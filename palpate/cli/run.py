@@ -14,6 +14,7 @@ from palpate.console import INTERRUPTED, PORT
 from palpate.errors import PalpateError
 
 if TYPE_CHECKING:
+    from palpate.scene import Scene
     from palpate.session import Session
 
 
@@ -36,7 +37,7 @@ class Command:
     headless: bool = False
     """Run without the viewer even in a terminal; in lockstep unless --realtime is given."""
     duration: Annotated[float | None, arg(metavar="SECONDS")] = None
-    """Simulated time [s]; the scene's when left out."""
+    """Simulated time [s]; the scene's when left out. A scene with a driver then runs until Ctrl-C."""
     realtime: bool = False
     """Run in real time, in a real-time thread."""
     fast: bool = False
@@ -72,6 +73,8 @@ class Command:
             require_viewer()
         require_writable(self.json)
         scene = Scene.load(self.scene)
+        if scene.arms.leader.driver is not None:
+            return self._run_device(scene)
         session = Session(scene, out=self.out or Path(scene.record.folder), seed=self.seed)
         warn_outside(session.rig)
         duration = scene.duration if self.duration is None else self.duration
@@ -89,6 +92,30 @@ class Command:
             session.recording = False
             serve(session, self.port, console)
         return 0
+
+    def _run_device(self, scene: Scene) -> int:
+        """Render the scene on the device of its driver until the duration or Ctrl-C ends it; returns the exit code."""
+        from palpate.console import outcome
+        from palpate.console.device import DeviceLine
+        from palpate.console.output import console_for, say, write_json
+        from palpate.devices import DrivenSession
+        from palpate.report.summary import summary_table
+
+        if self.fast or self.seed is not None:
+            what = "--fast" if self.fast else "--seed"
+            raise PalpateError(f"{what} has no effect on a scene with a driver", mend="leave it out")
+        console = console_for(self.json)
+        session = DrivenSession(scene, self.out or Path(scene.record.folder))
+        say(console, f"{session.scene.arms.leader.driver} feels {scene.title}: at most "
+            f"{session.scene.stability.force_cap:g} N, {session.rate:g} Hz; Ctrl-C ends it")  # fmt: skip
+        with DeviceLine(console) as line:
+            summary = session.run(self.duration, on_progress=line)
+        failed = session.failed
+        summary = outcome.with_report(summary, scene)
+        console.print(summary_table(summary))
+        outcome.print_details(console, summary, scene.record.report)
+        write_json(self.json, summary)
+        return INTERRUPTED if summary.interrupted and self.duration is not None else int(failed)
 
     def _sender(self, session: Session) -> AbstractContextManager[object]:
         if self.openigtlink is None:

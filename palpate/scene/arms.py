@@ -105,6 +105,8 @@ def _follower_start(scene: Scene, arm: Arm, X_WB: Array, path: HandPlan) -> Arra
 def _leader(scene: Scene, surfaces: list[PlacedSurface], arm: Arm, X_WT: Array) -> tuple[Array, Array]:
     section = scene.arms.leader
     base = placing.base_pose(scene, "leader")
+    if section.driver is not None:
+        return (base if base is not None else _base_next_to(surfaces, np.zeros(3), np.eye(3))), arm.home
     if section.start is not None:
         q = np.array(section.start)
         if len(q) != arm.n:
@@ -162,6 +164,8 @@ def _check_path(scene: Scene, arms: Arms, path: HandPlan) -> None:
         what = f"the operator's path at {path.times[i]:.3g} s"
         X_WT[:3, 3] = path.positions_W[i]
         q_f = _reach(scene, "follower", arms.follower, arms.X_WB, X_WT, q_f, *place, what=what)
+        if scene.arms.leader.driver is not None:
+            continue  # only the person at the device knows where the hand goes
         X_LH[:3, 3] = handle0 + R_LW @ (path.positions_W[i] - p0) / scale
         q_l = _reach(scene, "leader", arms.leader, arms.X_WL, arms.X_WL @ X_LH, q_l, *place, what=what)
 

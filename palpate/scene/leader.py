@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Literal
 
 import numpy as np
@@ -26,16 +27,35 @@ ArmName = Annotated[
     AfterValidator(_arm),
     WithJsonSchema({"anyOf": [{"enum": list(NAMES)}, {"type": "string", "pattern": r"\.ya?ml$"}]}),
 ]
+#: Drivers that ship with Palpate; text after a colon is their argument. `loop`: a program that calls palpate.Haptics.
+DRIVERS = ("loop", "simulated", "shared-memory", "mouse", "gamepad")
+_CLASS = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_][\w.]*")
+
+
+def _driver(name: str) -> str:
+    if name.partition(":")[0] in DRIVERS or name.partition(":")[0].endswith(".so") or _CLASS.fullmatch(name):
+        return name
+    raise ValueError(
+        f"there is no driver {name!r} | write MODULE:CLASS, the path of a shared object (my_device.so), "
+        f"or one of {', '.join(DRIVERS)}"
+    )
+
+
+#: Driver of a device, as `palpate.devices.open_driver` reads it (docs/device.md).
+DriverName = Annotated[str, AfterValidator(_driver)]
 Joints = Annotated[tuple[Number, ...], Field(min_length=1, max_length=7)]
 
 
 class LeaderSection(Section):
-    """The operator's simulated arm: a da Vinci master (MTM), or your own."""
+    """The operator's arm: a simulated da Vinci master (MTM), a simulated arm of yours, or a device with a driver."""
 
     model: ArmName = "mtm_right"
     """arm model: a name, or the path of a model file relative to the scene file; ${VARIABLE}s are replaced"""
+    driver: DriverName | None = None
+    """instead of the simulated arm: your own device, MODULE:CLASS, a shared object (my_device.so), or a driver that
+    ships with Palpate (docs/device.md); the keys below other than base and frame then have no effect"""
     base: Pose | None = None
-    """X_WL: pose of the arm's base in `frame`; automatic when left out"""
+    """X_WL: pose of the arm's base in `frame`; automatic when left out, for a device with the axes of W"""
     frame: str = "world"
     """frame of the scene's frames in which base is given; with a frame and without base, the base is that frame"""
     start: Joints | None = None

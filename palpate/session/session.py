@@ -39,6 +39,12 @@ class Session(LiveSession):
     """
 
     def __init__(self, scene: Scene, out: str | os.PathLike[str] | None = None, seed: int | None = None) -> None:
+        if scene.arms.leader.driver is not None:
+            raise PalpateError(
+                f"this scene is felt on a device: driver {scene.arms.leader.driver}",
+                where=scene.where("arms", "leader", "driver"),
+                mend="use palpate.devices.DrivenSession or palpate run, or leave the driver out to simulate the arm",
+            )
         if out is not None:
             require_writable(Path(out))
         rig, seed = build(scene), scene.seed if seed is None else seed

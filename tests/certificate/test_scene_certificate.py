@@ -86,7 +86,9 @@ def test_drive_based_force_source_has_no_certificate():
 def test_the_most_damped_axis_is_also_checked():
     too_much = palpate.Scene.parse(SCENE.replace("damping: 1", "damping: [1, 1, 3000]"))
     assert palpate.certify(too_much).verdict == "unstable"
-    assert palpate.certify(palpate.Device(mass=0.3, damping=0.5, delay=0.005), K=0.0, B=1000.0).verdict == "unstable"
+    assert (
+        palpate.certify(palpate.DeviceModel(mass=0.3, damping=0.5, delay=0.005), K=0.0, B=1000.0).verdict == "unstable"
+    )
 
 
 def test_viewer_limit_is_that_of_the_stiffest_region_and_object():

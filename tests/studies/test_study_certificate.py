@@ -20,7 +20,7 @@ def test_predicted_limits_agree_with_simulated_ones_and_certified_loops_settle(r
 def test_simulated_limit_agrees_with_a_closed_form():
     """The simulation finds the limit of a loop with a closed form from random disturbances."""
     device, _ = study.drawn(12)
-    smooth = study.Device(device.mass, device.damping, 900.0, 0.004, hand=device.hand)
+    smooth = study.DeviceModel(device.mass, device.damping, 900.0, 0.004, hand=device.hand)
     exact = smooth.loop(smooth.hands[0]).K_max(1.0)[0]
     assert study.simulated_limit(smooth, 1.0, exact, np.random.default_rng(0)) == pytest.approx(exact, rel=0.01)
 

@@ -78,6 +78,9 @@ class CrtkCycle {
   /// Replaces the fixtures, which must outlive their use.
   void take(const guidance::Fixtures& fixtures) noexcept { haptics_.take(fixtures); }
 
+  /// Reports a fault of the device, as bits of Status: it counts at the next step, like a damaged message.
+  void report(unsigned faults) noexcept { refused_ |= faults; }
+
   /// One tick, at any interval from the last one. The result is valid until the next step.
   const CrtkOutput& step(ClockTime now) noexcept;
   /// Resets the wrench to zero, because another process has set the device's force to zero.

@@ -47,7 +47,9 @@ class RealTimeThread {
   /// Calls body(wake) at `rate` [Hz] until it returns false. The body must not throw. Throws std::logic_error if the
   /// thread runs already.
   void start(double rate, std::function<bool(const Wake&)> body);
-  /// Requests a stop (Wake::stopping) and waits until the body has finished.
+  /// Requests a stop (Wake::stopping) without waiting.
+  void request_stop() noexcept { stop_ = true; }
+  /// Requests a stop and waits until the body has finished.
   void stop();
   [[nodiscard]] bool running() const noexcept { return running_.load(std::memory_order_acquire); }
   [[nodiscard]] const Punctuality& punctuality() const noexcept { return punctuality_; }

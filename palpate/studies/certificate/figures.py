@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from palpate.certificate import Device
+from palpate.certificate import DeviceModel
 from palpate.certificate.classical import colgate_brown
 from palpate.certificate.figure import plane
 from palpate.hands import PRESETS
@@ -81,7 +81,7 @@ def _classical(axes: Axes, rows: Rows) -> None:
 def _plane(axes: Axes) -> None:
     hand = PRESETS["normal"]
     for delay, color in zip(DELAYS, (JOINTS[2], DEPTH, CAP, FORCE), strict=True):
-        device = Device(delay=delay, hand=hand, **DEVICE)
+        device = DeviceModel(delay=delay, hand=hand, **DEVICE)
         loop = device.loop(hand)
         B = np.linspace(0.0, min(loop.B_max, 60.0) * (1 - 1e-6), 60)
         plane(axes, B, np.array([loop.K_max(float(b))[0] for b in B]), f"{1e3 * delay:g} ms of delay", color)

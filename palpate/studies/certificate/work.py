@@ -6,7 +6,7 @@ import numpy as np
 from rich.table import Table
 
 from palpate import _core
-from palpate.certificate import Device
+from palpate.certificate import DeviceModel
 from palpate.certificate.certificate import certify_device
 from palpate.certificate.device import TAP
 from palpate.certificate.trials import edge
@@ -22,7 +22,7 @@ _FINE = 1.003
 _PRESSES = (0.2, 10.0)  # [N]
 
 
-def drawn(seed: int) -> tuple[Device, float]:
+def drawn(seed: int) -> tuple[DeviceModel, float]:
     """A random device with one hand, in the range of desktop devices and masters, and a wall damping [N s/m]."""
     rng = np.random.default_rng(seed)
 
@@ -30,7 +30,7 @@ def drawn(seed: int) -> tuple[Device, float]:
         return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
     hand = Hand("random", between(0.03, 0.8), between(1.0, 25.0), between(30.0, 1000.0))
-    device = Device(
+    device = DeviceModel(
         mass=between(0.03, 1.5), damping=between(0.02, 5.0), rate=between(200.0, 5000.0),
         delay=float(rng.uniform(0.0, 0.01)), filter=between(10.0, 300.0) if rng.random() < 0.7 else 0.0,
         quantum=between(1e-6, 5e-5), friction=between(0.02, 0.8), hand=hand,
@@ -60,7 +60,7 @@ def judged(point: Point, seed: int) -> dict[str, float]:
 _DRAWN = ("mass", "damping", "rate", "delay", "filter", "quantum", "friction")
 
 
-def simulated_limit(device: Device, B: float, near: float, rng: np.random.Generator) -> float:
+def simulated_limit(device: DeviceModel, B: float, near: float, rng: np.random.Generator) -> float:
     """The stiffness below which random disturbances decay, by bisection [N/m]."""
     low, high = 0.03 * near, 3.0 * near
     if oscillates(device, low, B, _THROWS, rng):
@@ -73,7 +73,7 @@ def simulated_limit(device: Device, B: float, near: float, rng: np.random.Genera
     return float(np.sqrt(low * high))
 
 
-def oscillates(device: Device, K: float, B: float, throws: int, rng: np.random.Generator) -> bool:
+def oscillates(device: DeviceModel, K: float, B: float, throws: int, rng: np.random.Generator) -> bool:
     """True if any of ``throws`` random disturbances leaves an oscillation.
 
     A disturbance is a press with an initial position and speed; its energy is at most that of a tap of speed `TAP`.

@@ -10,7 +10,7 @@ import numpy as np
 from palpate import _core
 from palpate.arrays import Array
 from palpate.certificate.certificate import SURE
-from palpate.certificate.device import Device
+from palpate.certificate.device import DeviceModel
 from palpate.hands import PRESETS, Hand
 from palpate.studies.passivity.result import Change, Mode, Outcome, Ran, StudyResult
 from palpate.sweep.grid import Point
@@ -40,7 +40,7 @@ class Case:
         """True if the linear part of the certificate is stable with this hand, including its margin."""
         a = self.axis
         hand = Hand("its", a.hand_mass, a.hand_damping, a.hand_stiffness)
-        device = Device(a.mass, a.damping, a.rate, a.delay, 0.0, a.velocity_cutoff, a.quantum, a.coulomb, hand)
+        device = DeviceModel(a.mass, a.damping, a.rate, a.delay, 0.0, a.velocity_cutoff, a.quantum, a.coulomb, hand)
         return bool(SURE * device.loop(hand).K_max(a.B)[0] >= a.K)
 
     def options(self, mode: str) -> _core.StabilityOptions:

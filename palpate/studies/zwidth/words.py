@@ -6,7 +6,7 @@ import numpy as np
 from rich.table import Table
 
 from palpate.arrays import Array
-from palpate.certificate import Device
+from palpate.certificate import DeviceModel
 from palpate.studies.zwidth.result import Panel, StudyResult
 
 
@@ -17,7 +17,7 @@ def largest(panel: Panel) -> Array:
     return np.where(count > 0, K[count - 1], 0.0)
 
 
-def words(device: Device) -> str:
+def words(device: DeviceModel) -> str:
     """The device's parameters in one line."""
     return (
         f"{device.mass:.3g} kg, {device.damping:.3g} N s/m, dry friction {device.friction:.3g} N, "

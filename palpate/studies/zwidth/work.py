@@ -9,7 +9,7 @@ import numpy as np
 
 from palpate.arm import Arm
 from palpate.arrays.checks import finite_or_none
-from palpate.certificate import Device, trials
+from palpate.certificate import DeviceModel, trials
 from palpate.certificate.classical import colgate_brown
 from palpate.studies._command import Sweeper
 from palpate.studies.zwidth.result import Panel, StudyResult
@@ -23,7 +23,7 @@ POINTS, FINE = (34, 22), 120  # logarithmically spaced points of the map; points
 _TOWARDS_USER = 1  # axis of L towards the user
 
 
-def mtm() -> Device:
+def mtm() -> DeviceModel:
     """The simulated MTM in its home pose as a one-axis device: its handle moves along y of L without rotation.
 
     With q' = M^-1 J^T (J M^-1 J^T)^-1 e for a unit velocity e: mass q'^T M q', damping sum Fv q'^2, dry friction
@@ -35,7 +35,7 @@ def mtm() -> Device:
     toward = np.linalg.solve(M, J.T)
     rates = toward @ np.linalg.solve(J @ toward, np.eye(6)[_TOWARDS_USER])
     counts = np.abs(J[_TOWARDS_USER] @ plant.coupling) * plant.encoder_step
-    return Device(
+    return DeviceModel(
         mass=float(rates @ M @ rates),
         damping=float(plant.viscous @ rates**2),
         friction=float(plant.coulomb @ np.abs(rates)),
@@ -44,7 +44,7 @@ def mtm() -> Device:
 
 
 def run(
-    device: Device, rates: tuple[float, ...], delays: tuple[float, ...], sweep: Sweeper = sweep,
+    device: DeviceModel, rates: tuple[float, ...], delays: tuple[float, ...], sweep: Sweeper = sweep,
     points: tuple[int, int] = POINTS,
 ) -> StudyResult:  # fmt: skip
     """The map and the analytic bounds per rate and delay, with the keys of docs/json.md."""
@@ -61,14 +61,14 @@ def run(
     return {"simulated": True, "device": numbers, "hand": device.hands[0].name, "panels": panels}
 
 
-def wall(device: Device, point: Point, seed: int) -> dict[str, bool]:
+def wall(device: DeviceModel, point: Point, seed: int) -> dict[str, bool]:
     """Whether this wall is stable. Only the device's jitter is random, with its own fixed seed."""
     at = replace(device, rate=point["rate"], delay=point["delay"])
     (hand,) = at.hands
     return {"stable": not trials.oscillates(at, hand, point["K"], point["B"])}
 
 
-def _panel(device: Device, swept: Swept, i: int, j: int) -> Panel:
+def _panel(device: DeviceModel, swept: Swept, i: int, j: int) -> Panel:
     rate, delay, B, K = (np.array(axis.values, float) for axis in swept.grid.axes.values())
     at = replace(device, rate=float(rate[i]), delay=float(delay[j]))
     loop, fine = at.loop(at.hands[0], lubricated=False), np.geomspace(B[0], B[-1], FINE)

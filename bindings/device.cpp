@@ -1,0 +1,137 @@
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "bindings.hpp"
+#include "convert.hpp"
+#include "front.hpp"
+#include "palpate/loop/device_cycle.hpp"
+#include "palpate/loop/driver_thread.hpp"
+#include "timing.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace palpate::bindings {
+namespace {
+
+using loop::DeviceCycle;
+using loop::DeviceFault;
+using loop::Driver;
+using loop::DriverThread;
+using Pose16 = nb::ndarray<const double, nb::shape<4, 4>, nb::c_contig, nb::device::cpu>;
+using Twist6 = nb::ndarray<const double, nb::shape<6>, nb::c_contig, nb::device::cpu>;
+using Times = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Poses = nb::ndarray<const double, nb::shape<-1, 4, 4>, nb::c_contig, nb::device::cpu>;
+using Wrenches = nb::ndarray<double, nb::shape<-1, 6>, nb::c_contig, nb::device::cpu>;
+using Wrench6 = nb::ndarray<double, nb::shape<6>, nb::c_contig, nb::device::cpu>;
+
+void write(const Wrench& F, Wrench6& to) {
+  Eigen::Map<Vec3>(to.data()) = F.f;
+  Eigen::Map<Vec3>(to.data() + 3) = F.t;
+}
+
+DeviceFault step(DeviceCycle& self, double t, const Pose16& X, const std::optional<Twist6>& V, double gripper,
+                 bool clutch, Wrench6 F) {
+  loop::DeviceState state{.t = t, .gripper = gripper, .clutch = clutch};
+  std::copy_n(X.data(), 16, state.X_LH.begin());
+  if (V) std::copy_n(V->data(), 6, state.V_LH.emplace().begin());
+  write(self.step(state), F);
+  return self.fault();
+}
+
+void bind_driver(nb::module_& m) {
+  nb::class_<Driver>(m, "Driver", "A driver in C: a shared object with the functions of palpate/loop/driver.h.")
+      .def(nb::init<const std::string&, const std::string&>(), "file"_a, "argument"_a = "",
+           "Loads the shared object and opens the device.")
+      .def_prop_ro(
+          "name", [](const Driver& d) { return std::string(d.info().name); }, "Name of the device.")
+      .def_prop_ro(
+          "rate", [](const Driver& d) { return d.info().rate; }, "Rate of read and write [Hz].")
+      .def_prop_ro(
+          "force_max", [](const Driver& d) { return d.info().force_max; }, "Largest force [N].")
+      .def_prop_ro(
+          "moment_max", [](const Driver& d) { return d.info().moment_max; }, "Largest moment [N m].")
+      .def_prop_ro(
+          "workspace",
+          [](const Driver& d) -> Tuple<double, double, double> {
+            const double* size = d.info().workspace;
+            return nb::make_tuple(size[0], size[1], size[2]);
+          },
+          "Lengths of the workspace (3) [m].");
+  nb::class_<DriverThread>(m, "DriverThread", "Reads a driver in C, steps the cycle and writes, in real time.")
+      .def(nb::init<std::shared_ptr<Driver>, std::shared_ptr<DeviceCycle>>(), "driver"_a, "cycle"_a)
+      .def("start", &DriverThread::start, nb::call_guard<nb::gil_scoped_release>(), "Starts the real-time thread.")
+      .def("stop", &DriverThread::stop, nb::call_guard<nb::gil_scoped_release>(),
+           "Ramps the force to zero and ends the threads, within a second even if the driver hangs.")
+      .def("fault", &DriverThread::fault, "Why the loop ended by itself or hangs; empty if neither.")
+      .def_prop_ro("stalls", &DriverThread::stalls, "Number of calls for which the watchdog wrote zero force.")
+      .def(
+          "timing", [](const DriverThread& self) { return punctuality(self.thread()); },
+          "Punctuality so far: lateness_us, slack_us, ticks, missed_ticks, scheduler.");
+}
+
+}  // namespace
+
+void bind_device(nb::module_& m) {
+  nb::enum_<DeviceFault>(m, "DeviceFault", "Reason for which a state of the device was not used.")
+      .value("none", DeviceFault::none)
+      .value("not_finite", DeviceFault::not_finite)
+      .value("not_rigid", DeviceFault::not_rigid)
+      .value("left_handed", DeviceFault::left_handed)
+      .value("time_not_up", DeviceFault::time_not_up)
+      .value("gap", DeviceFault::gap)
+      .value("too_often", DeviceFault::too_often)
+      .value("driver_failed", DeviceFault::driver_failed);
+
+  auto cycle = nb::class_<DeviceCycle>(
+      m, "DeviceCycle",
+      "The haptic cycle for a device in anybody's loop: each step takes one state, returns a wrench.");
+  cycle
+      .def(nb::init<const loop::CrtkOptions&, arm::Arm, std::shared_ptr<const scene::Snapshot>>(), "options"_a,
+           "follower"_a, "snapshot"_a)
+      .def("start", &DeviceCycle::start, nb::call_guard<nb::gil_scoped_release>(), "Allocates the queue of rows.")
+      .def("stop", &DeviceCycle::stop, nb::call_guard<nb::gil_scoped_release>(), "Ends the collision queries.")
+      .def("step", &step, "t"_a, "X_LH"_a, "V_LH"_a.none(), "gripper"_a, "clutch"_a, "F"_a,
+           "One step at time t [s]: pose X_LH (4, 4) [m], velocity V_LH (6,) [m/s, rad/s] or None, gripper [rad]. "
+           "Writes the wrench on the hand, in L, to F (6,) [N, N m], and returns why the state was not used.")
+      .def(
+          "report_failure", [](DeviceCycle& self, Wrench6 F) { write(self.report_failure(), F); }, "F"_a,
+          "Sets the wrench to zero and records that the device cannot be read; writes zeros to F (6,).")
+      .def(
+          "replay",
+          [](DeviceCycle& self, const Times& t, const Poses& X, Wrenches F) {
+            const std::size_t n = std::min({t.shape(0), X.shape(0), F.shape(0)});
+            for (std::size_t i = 0; i < n; ++i) {
+              loop::DeviceState state{.t = t.data()[i]};
+              std::copy_n(X.data() + 16 * i, 16, state.X_LH.begin());
+              const Wrench& felt = self.step(state);
+              Eigen::Map<Vec3>(F.data() + 6 * i) = felt.f;
+              Eigen::Map<Vec3>(F.data() + 6 * i + 3) = felt.t;
+            }
+          },
+          "t"_a, "X_LH"_a, "F"_a, nb::call_guard<nb::gil_scoped_release>(),
+          "Steps at all times t (n,) [s] with poses X_LH (n, 4, 4) [m]; writes the wrenches to F (n, 6) [N, N m].")
+      .def("allow_force", &DeviceCycle::allow_force, "allowed"_a, "False: the wrench ramps to zero.")
+      .def_prop_ro("status", &DeviceCycle::status, "Bits of Status of the last step.")
+      .def_prop_ro("period", &DeviceCycle::period, "Mean time between steps; 0: unknown [s].")
+      .def(
+          "timing", [](const DeviceCycle& self) { return percentiles(self.cycle_time()); },
+          "Compute times of the steps: p50, p99, p999 and max [us].");
+  bind_front(cycle);
+
+  bind_driver(m);
+  m.def(
+      "schedule", [](bool priority) { return loop::schedule({.allow_priority = priority, .allow_affinity = false}); },
+      "priority"_a = true,
+      "Requests SCHED_FIFO, locked memory and short timer slack for the calling thread. Returns what was granted.");
+}
+
+}  // namespace palpate::bindings

@@ -1,0 +1,77 @@
+"""`palpate device bench`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from tyro.conf import Positional, arg
+
+from palpate.console.output import console_for, require_writable, say, write_json
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from palpate.devices.bench import Bench
+
+
+@dataclass
+class Command:
+    """Measure a device: noise, resolution, rate, mass, friction, delay; write the model that `certify` judges.
+
+    examples:
+      palpate device bench simulated --yes --out device.yaml
+      palpate device bench my_device:Omega --out omega.yaml --json omega.json
+      palpate certify omega.yaml --stiffness 1000
+
+    The device rests for a second, and then moves to and fro along each axis, pushed by at most 0.5 N.
+    """
+
+    name: Positional[str]
+    """Driver: MODULE:CLASS, or a name of `palpate device list`."""
+    out: Annotated[Path | None, arg(metavar="FILE.yaml")] = None
+    """Write the device's model for `palpate certify`."""
+    yes: bool = False
+    """Push without asking."""
+    json: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write the measurements as JSON (docs/json.md); - for the standard output."""
+
+    def __call__(self) -> int:
+        """Print the measurements and write the model; returns the exit code."""
+        from palpate.cli.device._common import require_consent
+        from palpate.devices.bench import measure
+        from palpate.devices.open import open_python_driver
+
+        console = console_for(self.json)
+        for file in (self.out, self.json):
+            require_writable(file)
+        driver = open_python_driver(self.name, Path())
+        if getattr(driver, "force_max", 0.0) > 0.0:
+            require_consent(self.yes, f"{self.name} will push with 0.5 N along each axis")
+        found = measure(driver, self.name)
+        console.print(_table(found))
+        fresh = f"{100 * found.fresh:.0f} % of the readings are new"
+        say(console, f"{found.rate_Hz:.0f} Hz, p99 of the interval {found.interval_p99_us:.0f} us, {fresh}", "rate:")
+        if found.stopped:
+            say(console, "the handle left a quarter of its workspace: a push ended early", "note:", "yellow")
+        if self.out is not None:
+            found.model().save(self.out, {"device": self.name, "measured by": "palpate device bench"})
+            say(console, f"{self.out}; judge it: palpate certify {self.out} --stiffness 400", "model:")
+        write_json(self.json, {**vars(found), "model": str(self.out) if self.out else None})
+        return 0
+
+
+def _table(found: Bench) -> Table:
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False)
+    for column in ("axis", "noise [um]", "step [um]", "mass [kg]", "damping [N s/m]", "friction [N]", "delay [ms]"):
+        table.add_column(escape(column), justify="right")
+    for axis in found.axes:
+        step = "none seen" if axis.resolution_m is None else f"{1e6 * axis.resolution_m:.3g}"
+        f = axis.fit
+        fit = ["-"] * 4 if f is None else [f"{x:.3g}" for x in (f.mass, f.damping, f.friction, 1e3 * f.delay)]
+        table.add_row(axis.axis, f"{1e6 * axis.noise_m:.3g}", step, *fit)
+    return table

@@ -1,0 +1,28 @@
+"""The live line of a scene on a device."""
+
+from __future__ import annotations
+
+from rich.text import Text
+
+from palpate.console.live_line import LiveLine
+from palpate.record.ticks import STATUS
+from palpate.session import State
+
+
+class DeviceLine(LiveLine):
+    """Force, and the conditions that reduce it; without a terminal nothing is printed."""
+
+    def __call__(self, state: State) -> None:
+        """Show the newest state."""
+        if self._live is None:
+            return
+        status = int(state.tick["status"])
+        words = [words for bit, words in STATUS.values() if status & bit]
+        self._live.update(
+            Text.assemble(
+                (f"{state.t:7.1f} s", "bold"),
+                ("  force ", "dim"),
+                (f"{state.force:5.2f} N  ", "red" if state.contacts else ""),
+                ("; ".join(words[:2]) or "free to push", "yellow" if words else "green"),
+            )
+        )

@@ -1,0 +1,133 @@
+"""`palpate.Haptics`: the haptic cycle for anybody's loop."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+import numpy.typing as npt
+
+from palpate import _core
+from palpate.arrays import Array
+from palpate.devices.loop import DeviceLoop, conditions, device_scene, explain
+from palpate.devices.session import DeviceSession
+from palpate.errors import DeviceError
+from palpate.scene.scene import Scene
+from palpate.session.summary import Summary
+
+
+class Haptics:
+    """Renders a scene on a device whose loop you write, at 50 to 10000 Hz.
+
+        with palpate.Haptics(scene, rate=1000) as haptics:
+            while running:
+                wrench = haptics.step(time.monotonic(), device.pose())
+                device.command(wrench)
+
+    The first pose is where the tool starts (``arms.follower.start`` of the scene); from there the tool follows the
+    relative motion of the hand times ``mapping.scale``. ``arms.leader.base`` places the axes of the device in the
+    scene; without it they are those of the world. All caps, the passivity layer, guidance and the watchdog of the scene
+    act on every step. A ``Haptics`` object belongs to one thread; `session` is for other threads.
+
+    Args:
+        scene: a scene, or the path of a scene file.
+        record: folder for records, in which this run gets its own folder; None: nothing is recorded.
+        rate: rate of your loop, which it should keep within a factor of two [Hz]; the scene's when left out.
+        force_cap: largest force, at most the scene's [N]; the scene's when left out.
+
+    Raises:
+        SceneError, MeshError: the scene cannot run. OutputError: `record` cannot be written. PalpateError: `rate` or
+        `force_cap` is out of range.
+    """
+
+    def __init__(
+        self,
+        scene: Scene | str | os.PathLike[str],
+        record: str | os.PathLike[str] | None = None,
+        rate: float | None = None,
+        force_cap: float | None = None,
+    ) -> None:
+        loaded = scene if isinstance(scene, Scene) else Scene.load(Path(scene))
+        self._loop = DeviceLoop(device_scene(loaded, "loop", rate, force_cap))
+        self.session = DeviceSession(self._loop, record)
+        """Record, controls, fixtures and newest state; also for `palpate.viewer.LiveViewer`."""
+        self._fault = _core.DeviceFault.none
+        self._summary: Summary | None = None
+        self.session.start()
+
+    def step(
+        self, t: float, X: npt.ArrayLike, V: npt.ArrayLike | None = None, gripper: float = 0.0, buttons: int = 0
+    ) -> Array:
+        """One step of the loop: a measured state in, the wrench to command out.
+
+        Args:
+            t: time of the measurement on a steady clock of yours [s].
+            X: X_LH (4, 4), pose of the handle in the axes of the device's base [m].
+            V: V_LH (6,), its velocity [m/s, rad/s]; estimated from the poses (40 Hz low-pass) when left out.
+            gripper: angle of the gripper, 0: closed [rad].
+            buttons: bit 0: clutch, the hand moves and the tool stays.
+
+        Returns:
+            Wrench (6,) on the hand in the axes of the device's base: force [N], moment about the handle [N m]. It is
+            finite and within the caps at every step. A NaN, a pose that is not rigid or left-handed axes give zeros;
+            after a time that does not increase or a gap, the force is zero within 15 ms. `status` and `why()` state
+            the cause. The force returns by a ramp 0.1 s after the last fault.
+
+        Raises:
+            DeviceError: an argument has the wrong shape or type, or the object is closed; the wrench is then zero.
+        """
+        if self._summary is not None:
+            raise DeviceError("Haptics.step after close()", mend="make a new palpate.Haptics")
+        pose, twist = self._numbers("X", X, (4, 4)), None if V is None else self._numbers("V", V, (6,))
+        try:
+            self._fault = self._loop.step(float(t), pose, twist, float(gripper), int(buttons))
+        except (TypeError, ValueError) as error:
+            raise self._refuse("t, gripper and buttons must be numbers", str(error)) from None
+        return self._loop.wrench.copy()
+
+    @property
+    def status(self) -> str:
+        """``ok``, or the names of all present conditions, the gravest first, e.g. ``left_handed not_finite``.
+
+        The names are those of the fault of the last step (`_core.DeviceFault`) and of `palpate.record.ticks.STATUS`.
+        """
+        fault = [] if self._fault is _core.DeviceFault.none else [self._fault.name]
+        return " ".join(dict.fromkeys([*fault, *conditions(self._loop.cycle.status)])) or "ok"
+
+    def why(self) -> str:
+        """Why there is no force, or a reduced one, in a sentence with the mend; ``ok`` without a reason."""
+        return explain(self._fault, self._loop.cycle.status)
+
+    def close(self) -> Summary:
+        """Close the record and return the summary of the run. Command zero force to your device before."""
+        if self._summary is None:
+            self._summary = self.session.close()
+        return self._summary
+
+    def __enter__(self) -> Self:
+        """The object itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close the record."""
+        self.close()
+
+    def _numbers(self, name: str, value: npt.ArrayLike, shape: tuple[int, ...]) -> Array:
+        try:
+            array = np.ascontiguousarray(value, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise self._refuse(f"{name} must be an array of numbers of shape {shape}", str(error)) from None
+        if array.shape != shape:
+            raise self._refuse(f"{name} must have shape {shape}. Got: {array.shape}")
+        return array
+
+    def _refuse(self, what: str, why: str = "") -> DeviceError:
+        """The error for a wrong argument, after setting the wrench to zero."""
+        self._loop.cycle.report_failure(self._loop.wrench)
+        self._fault = _core.DeviceFault.driver_failed
+        return DeviceError(f"Haptics.step: {what}", why=why, mend="see help(palpate.Haptics.step)")

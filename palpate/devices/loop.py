@@ -1,0 +1,180 @@
+"""The haptic cycle for a device, with the interface of a session's loop, and the words for its faults."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from palpate import _core
+from palpate.arrays import Array
+from palpate.errors import PalpateError
+from palpate.hands import PRESETS
+from palpate.record.ticks import STATUS, Timing
+from palpate.scene.rig import Rig, build
+from palpate.scene.scene import Scene
+from palpate.session.loop import Rows
+
+STALE_AFTER = 0.02
+"""Largest time between two steps without a fault [s]."""
+RELEASE = 0.015
+"""Time of the ramp to zero force after a fault [s]."""
+MASS = 0.2
+"""Moving mass of a device that does not state its own [kg]."""
+_Fault = _core.DeviceFault
+
+WORDS: dict[_core.DeviceFault, tuple[str, str]] = {
+    _Fault.not_finite: (
+        "a number of the state is NaN, infinite, or impossibly large (100 m, 10 rad of the gripper)",
+        "check the device's connection, and the units: metres and radians",
+    ),
+    _Fault.not_rigid: (
+        "the pose X is no rigid motion: X[:3, :3] must be a rotation matrix, X[3] must be 0 0 0 1",
+        "check for a scaled or transposed matrix, and for positions in the last row instead of the last column",
+    ),
+    _Fault.left_handed: (
+        "the axes of the pose X are left-handed: the determinant of X[:3, :3] is -1",
+        "reverse the sign of one axis: graphics engines such as Unity and Unreal use left-handed axes",
+    ),
+    _Fault.time_not_up: (
+        "the time t did not increase since the last step, or it jumped by more than an hour",
+        "pass the time of a steady clock in seconds, for example time.monotonic()",
+    ),
+    _Fault.gap: (
+        f"more than {1e3 * STALE_AFTER:g} ms passed since the last step",
+        "call step() at the rate of the loop, without files, prints or graphics between two steps",
+    ),
+    _Fault.too_often: (
+        "step() is called more than 2.5 times as often as the rate says",
+        "pass the rate of your loop: palpate.Haptics(scene, rate=4000), or rates.haptic in the scene",
+    ),
+    _Fault.driver_failed: (
+        "the device could not be read",
+        "check its cable and power, and whether another program uses it",
+    ),
+}
+"""Cause and mend of each fault."""
+
+
+def conditions(status: int) -> list[str]:
+    """Names of the bits of a status, the gravest first."""
+    return [name for name, (bit, _) in STATUS.items() if status & bit]
+
+
+def device_scene(scene: Scene, driver: str, rate: float | None = None, force_cap: float | None = None) -> Scene:
+    """The scene with a driver in place of the simulated leader, another rate [Hz] and a lower force cap [N].
+
+    Raises:
+        PalpateError: the rate is outside 50 to 10000 Hz, the cap is not positive, or it is above the scene's.
+    """
+    stability, rates = scene.stability, scene.rates
+    if rate is not None:
+        if not 50.0 <= rate <= 10_000.0:
+            raise PalpateError(f"rate = {rate:g} Hz: must be 50 to 10000 Hz", mend="give the rate of your loop")
+        rates = rates.model_copy(update={"haptic": float(rate)})
+    if force_cap is not None:
+        if not 0.0 < force_cap <= stability.force_cap:
+            what = f"force_cap = {force_cap:g} N: must be above 0 and at most the scene's {stability.force_cap:g} N"
+            raise PalpateError(what, mend="raise stability.force_cap in the scene, and run `palpate certify` on it")
+        moment = stability.moment_cap * force_cap / stability.force_cap
+        stability = stability.model_copy(update={"force_cap": float(force_cap), "moment_cap": moment})
+    leader = scene.arms.leader.model_copy(update={"driver": driver})
+    arms = scene.arms.model_copy(update={"leader": leader})
+    return scene.model_copy(update={"arms": arms, "stability": stability, "rates": rates})
+
+
+def device_options(rig: Rig, resolution: float = 0.0, mass: float = MASS) -> _core.CrtkOptions:
+    """Options of the cycle. The passivity layer credits no friction to the device.
+
+    Args:
+        rig: the rig of a scene from `device_scene`.
+        resolution: resolution of the measured position, 0: exact [m].
+        mass: moving mass of the device at its handle; with 50 g of a relaxed hand it bounds the acceleration, unless
+            the scene gives ``stability.acceleration`` [kg].
+    """
+    options, scene = rig.options(), rig.scene
+    mapping = options.mapping
+    mapping.align_rate = 0.0  # the axes of handle and tool are unrelated: the tool follows relative rotations
+    options.mapping = mapping
+    s = options.stability
+    s.delay = max(s.delay, 1.0 / scene.rates.haptic)  # the tool follows one step later
+    s.friction, s.quantum = _core.CertainFriction(), resolution
+    s.acceleration = scene.stability.acceleration or max(
+        _core.StabilityOptions().acceleration, s.force_cap / (mass + PRESETS["relaxed"].mass)
+    )
+    options.stability = s
+    cycle = _core.CrtkOptions(options, rig.arms.q_follower0)
+    watch = cycle.watch
+    watch.stale_after = min(watch.stale_after, STALE_AFTER)
+    cycle.watch, cycle.release = watch, RELEASE
+    return cycle
+
+
+class DeviceLoop:
+    """The cycle for a device, stepped by its owner, with the interface of a session's `Loop`."""
+
+    def __init__(self, scene: Scene, resolution: float = 0.0, mass: float = MASS) -> None:
+        self.rig = rig = build(scene)
+        self.cycle = _core.DeviceCycle(device_options(rig, resolution, mass), rig.arms.follower, rig.snapshot)
+        self.cycle.set_fixtures(rig.fixtures)
+        self.wrench: Array = np.zeros(6)  #: newest wrench on the hand [N, N m]; overwritten by every step
+
+    def step(self, t: float, X: Array, V: Array | None, gripper: float, buttons: int) -> _core.DeviceFault:
+        """One step; the arrays are C-contiguous float64 (4, 4) and (6,). Writes `wrench`."""
+        return self.cycle.step(t, X, V, gripper, bool(buttons & 1), self.wrench)
+
+    def start(self) -> None:
+        """Allocate the queue of ticks."""
+        self.cycle.start()
+
+    def stop(self) -> None:
+        """End the thread of the collision queries, if the contact method has one."""
+        self.cycle.stop()
+
+    def drain(self) -> Rows:
+        """The rows since the last call."""
+        return self.cycle.drain()
+
+    def latest(self) -> Rows:
+        """The newest row."""
+        return self.cycle.latest()
+
+    @property
+    def dropped(self) -> int:
+        """Number of rows lost because they were not drained in time."""
+        return int(self.cycle.dropped)
+
+    def timing(self) -> Timing:
+        """Compute time of the steps; the owner of the loop keeps its deadlines."""
+        period = self.cycle.period
+        return {"cycle_us": self.cycle.timing(), "missed_ticks": 0, "rate_Hz": 1.0 / period if period > 0.0 else 0.0}
+
+    @property
+    def controls(self) -> _core.Controls:
+        """The controls, as in `_core.Simulation`."""
+        return self.cycle.controls
+
+    @controls.setter
+    def controls(self, value: _core.Controls) -> None:
+        self.cycle.controls = value
+
+    def set_snapshot(self, snapshot: _core.Snapshot, /) -> None:
+        """Replace all objects at the next step."""
+        self.cycle.set_snapshot(snapshot)
+
+    def set_fixtures(self, fixtures: _core.Fixtures, /) -> None:
+        """Replace all guidance fixtures at the next step."""
+        self.cycle.set_fixtures(fixtures)
+
+    def fault(self) -> str | None:
+        """Reason for which the loop ended by itself; the loop of another program never does."""
+        return None
+
+
+def explain(fault: _core.DeviceFault, status: int) -> str:
+    """Cause and mend of a fault, or the conditions of a status, in words."""
+    if fault in WORDS:
+        cause, mend = WORDS[fault]
+        return f"no force: {cause}; mend: {mend}"
+    words: list[Any] = [STATUS[name][1] for name in conditions(status)]
+    return "; ".join(words) if words else "ok"

@@ -1,0 +1,83 @@
+"""A driver in C (a shared object) and the haptic cycle, in a real-time thread of the core."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from palpate import _core
+from palpate.devices.loop import DeviceLoop, device_scene
+from palpate.errors import DeviceError
+from palpate.record.ticks import Timing
+from palpate.scene.scene import Scene
+
+
+def is_native(name: str) -> bool:
+    """True for ``my_device.so`` and ``my_device.so:ARGUMENT``."""
+    return name.partition(":")[0].endswith(".so")
+
+
+def header_folder() -> Path:
+    """Folder of ``driver.h``, the interface of drivers in C."""
+    root = Path(__file__).resolve().parents[1]
+    installed = root / "include" / "palpate" / "loop"
+    return installed if installed.is_dir() else root.parent / "core" / "palpate" / "loop"
+
+
+def load_driver(name: str, folder: Path) -> _core.Driver:
+    """The open driver of a shared object; relative paths start at `folder`.
+
+    Raises:
+        DeviceError: the file cannot be loaded, lacks a function, has invalid facts, or its device cannot be opened.
+    """
+    file, _, argument = name.partition(":")
+    path = (folder / Path(file).expanduser()).resolve()
+    try:
+        return _core.Driver(str(path), argument)
+    except ValueError as error:
+        mend = f"compile it with -shared -fPIC -I {header_folder()}; driver.h there says what each function does"
+        raise DeviceError(f"driver {name} cannot be used", why=str(error), mend=mend) from None
+
+
+class NativeLoop(DeviceLoop):
+    """Reads a driver in C, steps the cycle and writes the wrench, without the interpreter.
+
+    A driver that reports a failure ends the loop with zero force. If a call does not return within 12 ms, a second
+    thread commands zero force. A driver that crashes takes this process with it: run it in another process instead
+    (driver ``shared-memory``).
+
+    Args:
+        scene: scene to render; its rate becomes that of the driver, and its force cap at most that of the driver.
+        name: path of the shared object, and its argument after a colon.
+        folder: folder at which a relative path starts.
+
+    Raises:
+        DeviceError: the driver cannot be used. SceneError, MeshError: the scene cannot run.
+    """
+
+    def __init__(self, scene: Scene, name: str, folder: Path) -> None:
+        self.driver, self._name = load_driver(name, folder), name
+        cap = self.driver.force_max or scene.stability.force_cap
+        super().__init__(device_scene(scene, name, self.driver.rate, min(cap, scene.stability.force_cap)))
+        self._thread = _core.DriverThread(self.driver, self.cycle)
+
+    def start(self) -> None:
+        """Start the real-time thread."""
+        super().start()
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Ramp the force to zero and end the thread; a thread that hangs in the driver is left behind."""
+        self._thread.stop()
+        super().stop()
+
+    def fault(self) -> str | None:
+        """Why the loop ended by itself, or that the driver hangs."""
+        words = self._thread.fault()
+        return f"driver {self._name}: {words}; the force was set to zero" if words else None
+
+    def timing(self) -> Timing:
+        """Compute time, lateness, missed deadlines, stalls of the driver, scheduling."""
+        timing = {**super().timing(), **self._thread.timing(), "stalls": self._thread.stalls}
+        late = timing["lateness_us"]
+        words = f"lateness p50 {late['p50']:.0f} us, p99 {late['p99']:.0f} us, at most {late['max']:.0f} us"
+        return {**timing, "scheduler": f"{timing['scheduler']}; {words}"}

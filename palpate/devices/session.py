@@ -1,0 +1,129 @@
+"""The session around a device's loop: record, summary, fixtures, viewer."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from palpate.devices.driven import DrivenLoop
+from palpate.devices.driver import Driver
+from palpate.devices.loop import DeviceLoop
+from palpate.devices.native import NativeLoop, is_native
+from palpate.devices.open import open_driver
+from palpate.errors import DeviceError
+from palpate.record.ticks import STATUS, Ticks
+from palpate.scene.scene import Scene
+from palpate.session import LiveSession, State
+from palpate.session.run_folder import require_writable
+from palpate.session.summary import Summary
+
+_CHECK_PERIOD = 0.05  # interval at which a run looks for faults of the driver [s]
+
+_OWN = {"not_following", "clutched", "force_capped", "rate_capped", "passivity", "ik_failed", "guided",
+        "goal_corrected", "settling"}  # fmt: skip
+"""Status bits that are no faults."""
+
+
+@dataclass
+class Seen:
+    """Time of the first tick with a fault [s], and the number of such ticks."""
+
+    first: float
+    ticks: int = 0
+
+
+class DeviceSession(LiveSession):
+    """A session whose leader is a device. Its summary names every fault that removed the force."""
+
+    def __init__(self, loop: DeviceLoop, out: str | os.PathLike[str] | None = None) -> None:
+        self.seen: dict[str, Seen] = {}
+        """Faults by the name of their status bit."""
+        scene = loop.rig.scene
+        super().__init__(loop.rig, loop, scene.rates.haptic, scene.seed, out)
+
+    @property
+    def state(self) -> State:
+        """The newest tick; the phase is empty, as the hand is not simulated."""
+        return State(self.latest(), "")
+
+    def _take(self, ticks: Ticks, realtime: bool = False) -> None:
+        status, t = ticks["status"].astype(np.int64), ticks["t"]
+        for name, (bit, _) in STATUS.items():
+            hits = np.flatnonzero(status & bit)
+            if len(hits) and name not in _OWN:
+                self.seen.setdefault(name, Seen(float(t[hits[0]]))).ticks += len(hits)
+        super()._take(ticks, realtime)
+
+    def _faults(self) -> list[str]:
+        seen = [
+            f"{STATUS[name][1]} (first at t = {one.first:.3f} s, {one.ticks} ticks)" for name, one in self.seen.items()
+        ]
+        return [*super()._faults(), *seen]
+
+
+class DrivenSession(DeviceSession):
+    """Renders a scene on a device with a driver, in real time.
+
+        with palpate.devices.DrivenSession(palpate.Scene.load("my.yaml")) as session:
+            summary = session.run(60.0)
+
+    Args:
+        scene: a scene whose ``arms.leader.driver`` names a driver.
+        out: folder for records; None: nothing is recorded.
+        driver: a driver object; that of the scene when left out.
+
+    Raises:
+        DeviceError: the driver is missing or invalid. SceneError, MeshError: the scene cannot run. OutputError: `out`
+        cannot be written.
+    """
+
+    def __init__(self, scene: Scene, out: str | os.PathLike[str] | None = None, driver: Driver | None = None) -> None:
+        if out is not None:
+            require_writable(Path(out))
+        super().__init__(_driven_loop(scene, driver), out)
+
+    @property
+    def failed(self) -> bool:
+        """True if the driver failed, which ended the run."""
+        return self._loop.fault() is not None
+
+    def run(self, duration: float | None = None, on_progress: Callable[[State], None] | None = None) -> Summary:
+        """Render the scene for a time, or until the driver fails, Ctrl-C or SIGTERM; then close the record.
+
+        Args:
+            duration: time [s]; no limit when left out.
+            on_progress: called with the state about twenty times a second.
+
+        Returns:
+            The summary; its faults name the cause if the driver failed.
+        """
+        self._require_idle()
+        with self._deferred_signals():
+            try:
+                self.start()
+                end = time.monotonic() + (np.inf if duration is None else duration)
+                while time.monotonic() < end and self._loop.fault() is None:
+                    if self._interrupted.wait(_CHECK_PERIOD):
+                        break
+                    if on_progress is not None:
+                        on_progress(self.state)
+            except BaseException:
+                self.close(interrupted=True)
+                raise
+            return self.close(interrupted=self._interrupted.is_set())
+
+
+def _driven_loop(scene: Scene, driver: Driver | None) -> DeviceLoop:
+    if driver is not None:
+        cls = type(driver)
+        return DrivenLoop(scene, driver, scene.arms.leader.driver or f"{cls.__module__}:{cls.__name__}")
+    name, folder = scene.arms.leader.driver, Path(scene.file).parent
+    if name is None:
+        what = "the scene names no driver"
+        raise DeviceError(what, where=scene.where("arms", "leader"), mend="add driver: MODULE:CLASS")
+    return NativeLoop(scene, name, folder) if is_native(name) else DrivenLoop(scene, open_driver(name, folder), name)

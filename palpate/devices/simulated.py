@@ -1,0 +1,110 @@
+"""A simulated haptic device with known mass, friction, delay, noise and resolution, held by a moving hand or by nobody.
+
+Its measurements judge `palpate device bench`: what the bench recovers is compared with the numbers given here.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from palpate.arrays import Array
+from palpate.devices.driver import Driver, Reading
+from palpate.hands import PRESETS
+
+_SUBSTEPS = 4  # of the simulated motion in each period
+_LONGEST = 0.05  # simulated time in one reading at most [s]
+
+
+@dataclass(frozen=True)
+class Truth:
+    """Parameters of the simulated device, equal along its three axes."""
+
+    mass: float = 0.2
+    """Moving mass [kg]."""
+    damping: float = 0.5
+    """Viscous friction [N s/m]."""
+    friction: float = 0.05
+    """Dry friction [N]."""
+    noise: float = 2e-6
+    """Noise of the measured position, rms per axis [m]."""
+    resolution: float = 1e-5
+    """Resolution of the measured position, 0: exact [m]."""
+    delay: int = 2
+    """Periods from a command to its force [-]."""
+    seed: int = 0
+    """Seed of the noise."""
+
+
+class SimulatedDevice(Driver):
+    """A device like an Omega.3: three translations, 12 N, no rotation.
+
+    A simulated hand moves it up and down by 30 mm every 4 s; without a hand it moves by the commanded force alone. In
+    the driver's own time each reading takes one period, which makes runs reproducible; otherwise it follows the clock.
+    """
+
+    rate, force_max, workspace = 1000.0, 12.0, (0.16, 0.16, 0.11)
+
+    def __init__(self, argument: str = "", truth: Truth | None = None) -> None:
+        self.truth = truth or Truth()
+        self.mass = self.truth.mass
+        self.resolution = self.truth.resolution
+        self.hand = PRESETS["light"]
+        self.held = argument != "free"
+        self.lockstep = False  #: True: each reading takes one period
+        self._rng = np.random.default_rng(self.truth.seed)
+        self._p, self._v = np.zeros(3), np.zeros(3)
+        self._wrench = np.zeros(6)
+        self._queue: deque[Array] = deque()
+        self._t, self._clock = 0.0, 0.0
+
+    @property
+    def t(self) -> float:
+        """Simulated time [s]."""
+        return self._t
+
+    def open(self) -> None:
+        """Start the clock."""
+        self._clock = time.monotonic()
+        self._queue = deque([np.zeros(3)] * self.truth.delay)
+
+    def read(self) -> Reading:
+        """The noisy, rounded pose after the time since the last reading."""
+        passed = 1.0 / self.rate if self.lockstep else min(time.monotonic() - self._clock, _LONGEST)
+        self._clock += passed
+        self._queue.append(self._wrench[:3].copy())
+        F = self._queue.popleft()
+        self._advance(F, passed / _SUBSTEPS)
+        p = self._p + self.truth.noise * self._rng.standard_normal(3)
+        if self.truth.resolution > 0.0:
+            p = self.truth.resolution * np.round(p / self.truth.resolution)
+        X = np.eye(4)
+        X[:3, 3] = p
+        return Reading(X)
+
+    def write(self, wrench: Array) -> None:
+        """Take the force, which acts after the delay."""
+        self._wrench = np.array(wrench, dtype=np.float64)
+
+    def close(self) -> None:
+        """Nothing to close."""
+
+    def _advance(self, F: Array, dt: float) -> None:
+        """Steps of m v' = F - b v - friction sign(v) + hand. Friction holds what it can and reverses nothing."""
+        m, damping, stiffness, friction = self.truth.mass, self.truth.damping, 0.0, self.truth.friction
+        if self.held:
+            m, damping, stiffness = m + self.hand.mass, damping + self.hand.damping, self.hand.stiffness
+        share = 1.0 / (1.0 + dt / m * (damping + dt * stiffness))
+        p, v, force = self._p.tolist(), self._v.tolist(), F.tolist()
+        for _ in range(_SUBSTEPS):
+            self._t += dt
+            aim = (0.0, 0.0, 0.015 * (math.cos(0.5 * math.pi * self._t) - 1.0))
+            for i in range(3):
+                u = share * (v[i] + dt / m * (force[i] - stiffness * (p[i] - aim[i])))
+                v[i] = math.copysign(max(abs(u) - dt / m * friction, 0.0), u)
+                p[i] += dt * v[i]
+        self._p, self._v = np.array(p), np.array(v)

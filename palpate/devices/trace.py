@@ -1,0 +1,81 @@
+"""Reads and commands an open device at its rate, for measurements without a scene."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from palpate.arrays import Array
+from palpate.devices.driver import Driver, Facts, as_reading
+from palpate.devices.simulated import SimulatedDevice
+from palpate.errors import DeviceError
+
+PUSH = 0.5
+"""Largest force of a measurement [N]."""
+_CATCH_UP = 0.1  # lateness that is caught up, so that a busy machine does not lower the mean rate [s]
+_REACH = 0.25  # share of the workspace that a measurement may use, from where it starts
+
+
+@dataclass(frozen=True)
+class Trace:
+    """What was read and commanded in n rounds."""
+
+    t: Array  # (n,) time of the readings [s]
+    X: Array  # (n, 4, 4) poses [m]
+    F: Array  # (n, 3) force commanded after each reading [N]
+    stopped: bool = False  # the device left the range of the measurement, and the force was set to zero
+
+    @property
+    def p(self) -> Array:
+        """Positions (n, 3) [m]."""
+        return np.asarray(self.X[:, :3, 3])
+
+
+def rounds(driver: Driver, facts: Facts, seconds: float, force: Callable[[float, Array], Array] | None = None) -> Trace:
+    """Read and write at the driver's rate; ends with zero force, also after an error.
+
+    Args:
+        driver: an open driver. A `SimulatedDevice` with ``lockstep`` runs as fast as possible.
+        facts: its facts.
+        seconds: duration [s].
+        force: the force (3,) [N] at a time [s] from the start and displacement (3,) [m]; none when left out. It is cut
+            to `PUSH`. A displacement beyond a quarter of the workspace ends the measurement.
+
+    Raises:
+        DeviceError: the driver failed, or returned something that is no pose.
+    """
+    n = max(2, round(seconds * facts.rate))
+    t, X, F = np.zeros(n), np.zeros((n, 4, 4)), np.zeros((n, 3))
+    reach = _REACH * np.array(facts.workspace)
+    lockstep = isinstance(driver, SimulatedDevice) and driver.lockstep
+    begin = due = time.monotonic()
+    try:
+        for k in range(n):
+            X[k] = _pose(driver)
+            t[k] = k / facts.rate if lockstep else time.monotonic() - begin
+            moved = X[k, :3, 3] - X[0, :3, 3]
+            if force is not None and not (np.abs(moved) <= reach).all():
+                return Trace(t[: k + 1], X[: k + 1], F[: k + 1], stopped=True)
+            if force is not None:
+                F[k] = np.clip(force(t[k], moved), -PUSH, PUSH)
+                driver.write(np.r_[F[k], 0.0, 0.0, 0.0])
+            if not lockstep:
+                due = max(due + 1.0 / facts.rate, time.monotonic() - _CATCH_UP)
+                time.sleep(max(0.0, due - time.monotonic()))
+    finally:
+        driver.write(np.zeros(6))
+    return Trace(t, X, F)
+
+
+def _pose(driver: Driver) -> Array:
+    try:
+        return np.asarray(as_reading(driver.read()).X, dtype=np.float64)
+    except DeviceError:
+        raise
+    except Exception as error:
+        raise DeviceError(
+            f"read() raised {type(error).__name__}: {error}", mend="correct read() of the driver"
+        ) from None

@@ -1,0 +1,193 @@
+"""The bench recovers the parameters of simulated devices, and the test finds each kind of wrong driver."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import yaml
+from drivers import Still
+
+import palpate
+from palpate.cli import main
+from palpate.devices import Driver, Reading
+from palpate.devices.bench import measure
+from palpate.devices.identify import fit_axis, noise, resolution
+from palpate.devices.judge import judge_driver
+from palpate.devices.simulated import SimulatedDevice, Truth
+from palpate.errors import DeviceError, RecordingError
+
+LIGHT = Truth(mass=0.08, damping=0.2, friction=0.03, noise=0.0, resolution=3e-5, delay=0)
+MIDDLE = Truth(noise=3e-5, resolution=1e-5)
+HEAVY = Truth(mass=0.6, damping=2.0, friction=0.15, noise=2e-5, resolution=0.0, delay=5)
+
+
+def errors(bench, truth):
+    """What of the bench differs from the truth by more than its stated tolerance."""
+    wrong = []
+
+    def compare(name, found, true, relative, absolute=0.0):
+        if abs(found - true) > relative * true + absolute:
+            wrong.append(f"{name}: {found:.4g}, not {true:.4g}")
+
+    for axis in bench.axes:
+        compare("mass", axis.fit.mass, truth.mass, 0.03)
+        compare("damping", axis.fit.damping, truth.damping, 0.15, 0.05)
+        compare("friction", axis.fit.friction, truth.friction, 0.1, 0.005)
+        compare("delay", axis.fit.delay, truth.delay * 1e-3, 0.0, 1e-6)
+        compare("resolution", axis.resolution_m or 0.0, truth.resolution, 1e-3)
+        compare("noise", axis.noise_m, truth.noise, 0.1, 1e-7)
+    return wrong
+
+
+@pytest.fixture(scope="module", params=[LIGHT, MIDDLE, HEAVY], ids=["light", "middle", "heavy"])
+def benched(request):
+    return measure(SimulatedDevice(truth=request.param), "simulated"), request.param
+
+
+def test_bench_recovers_a_known_device(benched):
+    bench, truth = benched
+    assert errors(bench, truth) == []
+    assert not bench.stopped
+
+
+def test_wrong_truth_would_be_noticed(benched):
+    """The comparison fails for each parameter that is off by enough, and for one period of delay."""
+    bench, truth = benched
+    for name in ("mass", "damping", "friction", "noise", "resolution"):
+        if getattr(truth, name) > 0.0:
+            factor = {"damping": 2.0, "friction": 1.5}.get(name, 1.2)
+            assert any(name in e for e in errors(bench, replace(truth, **{name: factor * getattr(truth, name)}))), name
+    assert any("delay" in e for e in errors(bench, replace(truth, delay=truth.delay + 1)))
+
+
+def test_model_file_is_what_certify_reads(benched, tmp_path):
+    bench, truth = benched
+    bench.model().save(tmp_path / "device.yaml", {"device": "simulated"})
+    model = palpate.DeviceModel.load(tmp_path / "device.yaml")
+    assert model.mass == pytest.approx(truth.mass, rel=0.03)
+    assert model.quantum == pytest.approx(truth.resolution, rel=1e-3)
+    assert model.delay == pytest.approx(1e-3 * truth.delay)
+
+
+def test_resolution_and_noise_of_known_signals():
+    rng = np.random.default_rng(3)
+    x = 0.01 * np.sin(np.linspace(0, 9, 4000)) + 1e-5 * rng.standard_normal(4000)
+    assert resolution(x) == 0.0
+    for step in (1e-6, 3.7e-5):
+        assert resolution(0.123 + step * np.round(x / step)) == pytest.approx(step, rel=1e-4)
+    t = np.arange(4000) * 1e-3
+    assert noise(t, 0.01 * t + 2e-5 * rng.standard_normal(4000), 0.0) == pytest.approx(2e-5, rel=0.05)
+
+
+def test_nothing_is_fitted_to_a_device_that_does_not_move():
+    t = np.arange(2000) * 1e-3
+    assert fit_axis(t, np.zeros(2000), np.sin(30 * t)) is None
+
+
+def test_device_that_hardly_moves_has_no_model():
+    bench = measure(SimulatedDevice(truth=Truth(friction=0.6)), "stuck")
+    assert all(axis.fit is None for axis in bench.axes)
+    with pytest.raises(DeviceError, match="did not move"):
+        bench.model()
+
+
+class Broken(SimulatedDevice):
+    """A simulated device with one fault."""
+
+    def __init__(self, change=None, force=None):
+        super().__init__(truth=Truth(noise=1e-6, resolution=0.0))
+        self.lockstep, self.change, self.force = True, change, force
+
+    def read(self):
+        X = np.asarray(super().read().X)
+        return Reading(self.change(X)) if self.change else Reading(X)
+
+    def write(self, wrench):
+        super().write(self.force(wrench) if self.force else wrench)
+
+
+def exchanged(wrench):
+    return wrench[[1, 0, 2, 3, 4, 5]]
+
+
+FAULTS = {
+    "finite": Broken(lambda X: X + np.nan),
+    "rigid": Broken(lambda X: np.vstack([np.hstack([np.eye(3), np.zeros((3, 1))]), [[0.1, 0, 0, 1]]])),
+    "right-handed": Broken(lambda X: X @ np.diag([1.0, -1, 1, 1])),
+    "metres": Broken(lambda X: X + np.array([[0, 0, 0, 50.0], [0] * 4, [0] * 4, [0] * 4])),
+    "push y": Broken(force=lambda w: w * [1, -1, 1, 0, 0, 0]),
+    "push x": Broken(force=exchanged),
+    "push z": Broken(force=lambda w: w * [1, 1, 0, 0, 0, 0]),
+}
+
+
+@pytest.mark.parametrize(("name", "driver"), FAULTS.items())
+def test_each_kind_of_wrong_driver_fails_by_name(name, driver):
+    failed = [check for check in judge_driver(driver, "broken", push=True) if not check.passed]
+    assert name in [check.name for check in failed]
+    assert all(check.mend for check in failed)
+
+
+def test_good_driver_passes_all_checks():
+    checks = judge_driver(Broken(), "good", push=True)
+    assert [check.name for check in checks if not check.passed] == []
+    assert [check.name for check in checks][-3:] == ["push x", "push y", "push z"]
+
+
+def test_slow_and_failing_drivers_are_named():
+    class Slow(Still):
+        def read(self):
+            drivers_time.sleep(0.004)
+            return np.eye(4)
+
+    import time as drivers_time
+
+    failed = [c.name for c in judge_driver(Slow(), "slow", push=False) if not c.passed]
+    assert failed == ["rate"]
+
+    class Dead(Driver):
+        force_max = 1.0
+
+        def open(self):
+            raise OSError("no such device")
+
+    (check,) = judge_driver(Dead(), "dead", push=False)
+    assert (check.name, check.passed) == ("open", False)
+    assert "no such device" in check.value
+
+
+def test_commands(tmp_path, capsys):
+    out, figures = tmp_path / "device.yaml", tmp_path / "bench.json"
+    assert main(["device", "bench", "simulated", "--yes", "--out", str(out), "--json", str(figures)]) == 0
+    found = json.loads(figures.read_text())
+    assert {"name", "rate_Hz", "interval_p99_us", "fresh", "axes", "stopped", "model"} == set(found)
+    assert yaml.safe_load(out.read_text())["kind"] == "device"
+    assert main(["certify", str(out), "--stiffness", "200", "--damping", "1", "--json", str(figures)]) == 0
+    assert json.loads(figures.read_text())["verdict"] == "stable"
+    assert main(["device", "list", "--json", str(figures)]) == 0
+    listed = json.loads(figures.read_text())
+    assert "simulated" in [one["name"] for one in listed["drivers"]]
+    assert main(["device", "test", "simulated", "--no-push", "--json", str(figures)]) == 0
+    assert json.loads(figures.read_text())["passed"]
+
+
+def test_nothing_is_pushed_without_consent(capsys):
+    assert main(["device", "bench", "simulated"]) == 2
+    assert "give --yes" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("mass: 1", "no line kind"),
+        ("kind: device\nmass: heavy\ndamping: 1", "mass = 'heavy'"),
+        ("kind: device\nmass: 0.2\ndamping: 1\nwidth: 2", "unknown key 'width'"),
+        ("kind: device\nmass: 0.2", "damping"),
+        ("kind: device\nmass: -1\ndamping: 1", "mass"),
+    ],
+)
+def test_wrong_device_file_is_refused_with_the_cause(tmp_path, text, words):
+    (tmp_path / "d.yaml").write_text(text)
+    with pytest.raises((RecordingError, palpate.errors.PalpateError), match=words):
+        palpate.DeviceModel.load(tmp_path / "d.yaml")
