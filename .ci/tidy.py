@@ -1,6 +1,7 @@
 """Runs clang-tidy on Palpate's C++ with the flags of the builds; a clean file is checked again only after a change."""
 
 import hashlib
+import json
 import os
 import subprocess
 import sys
@@ -48,10 +49,15 @@ def nodes_database() -> Path | None:
     if not builds:
         return None
     build = max(builds, key=lambda p: p.stat().st_mtime)
-    database_json = subprocess.run(["ninja", "-C", build, "-t", "compdb"], capture_output=True, check=True).stdout
+    compdb = subprocess.run(["ninja", "-C", build, "-t", "compdb"], capture_output=True, check=True).stdout
+    joined = next(entry for entry in json.loads(compdb[compdb.index(b"[") :]) if "/Unity/" in entry["file"])
+    entries = [  # the build compiles several files as one; clang-tidy needs the command of each
+        joined | {"file": str(source), "command": joined["command"].replace(joined["file"], str(source))}
+        for source in NODES.glob("**/*.cpp")
+    ]
     folder = SEEN / "nodes"
     folder.mkdir(exist_ok=True)
-    (folder / "compile_commands.json").write_bytes(database_json[database_json.index(b"[") :])
+    (folder / "compile_commands.json").write_text(json.dumps(entries))
     return folder
 
 
