@@ -18,6 +18,7 @@ from palpate.registration.touches import Guess, Touched, TouchRegistration, next
 
 CONFIDENCE = 0.95
 """Probability with which no target's error exceeds the stated accuracy."""
+_MISSES = 0.5 * (1.0 - CONFIDENCE)  # half of what is allowed: predicted covariances are right within a quarter only
 _APART = 8e-3  # smallest distance between two touched places [m]
 _OUTSIDE = 5e-3  # largest distance of a target from the organ [m]
 _FEWEST = 6  # touches before the accuracy can be met: fewer cannot contradict a wrong first pose
@@ -157,7 +158,7 @@ class Procedure:
     @property
     def bounds(self) -> dict[str, float]:
         """Error that each target does not exceed; that none does has a probability of 95 % or more [m]."""
-        each = 1.0 - (1.0 - CONFIDENCE) / len(self.organ.targets)
+        each = 1.0 - _MISSES / len(self.organ.targets)
         return {name: predict.within(one.covariance, each) for name, one in self.targets.items()}
 
     @property
