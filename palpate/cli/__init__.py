@@ -13,8 +13,8 @@ from palpate.errors import PalpateError, PalpateWarning
 
 #: Commands that `palpate --help` lists first, in this order; the others follow in alphabetical order.
 FIRST = (
-    "run", "replay", "report", "check", "frames", "certify", "study", "calibrate", "register", "bench", "fuzz", "soak",
-    "ros", "device", "path", "grid", "schema", "cache",
+    "run", "replay", "report", "check", "frames", "certify", "study", "calibrate", "register", "tracker", "device",
+    "bench", "fuzz", "soak", "ros", "path", "grid", "schema", "cache",
 )  # fmt: skip
 
 _DESCRIPTION = """\

@@ -74,6 +74,6 @@ def _moved(model: _core.Surface, first: Guess, touched: Touched) -> tuple[str, .
     if p < _EXPLAINED:
         return ()
     return (
-        f"the organ moved after touch {k}: by about {1e3 * np.linalg.norm(xi[:3]):.1f} mm and "
+        f"the organ moved after about touch {k}: by {1e3 * np.linalg.norm(xi[:3]):.1f} mm and "
         f"{np.degrees(np.linalg.norm(xi[3:])):.1f} deg",
     )

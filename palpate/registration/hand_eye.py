@@ -11,11 +11,11 @@ import numpy.typing as npt
 
 from palpate.arrays import Array
 from palpate.arrays.rigid import inverse, rigid
-from palpate.arrays.so3 import matrices, quaternions
 from palpate.errors import RegistrationError
 from palpate.registration import checks, predict
 from palpate.registration.closed_chain import Chain, missing_axis
 from palpate.registration.deletion import Linearised, deletions
+from palpate.registration.quaternion_order import reordered
 
 _USUAL = (0.3e-3, np.radians(0.2))  # errors of a board seen by a camera, used as first weights [m, rad]
 _MISFIT = 40.0  # median residual, in usual errors of a view, above which the poses do not belong together
@@ -129,7 +129,7 @@ def _check_together(X_BE: Array, X_CK: Array, mount: Mount) -> None:
         return
     kinds = {
         "": lambda X: X,
-        "have quaternions in the other order": _reordered,
+        "have quaternions in the other order": reordered,
         "are inverted": inverse,
         "are in millimetres, a ratio of 1000 to metres": _from_mm,
     }
@@ -156,9 +156,3 @@ def _misfit(X_BE: Array, X_CK: Array, mount: Mount) -> float:
 
 def _from_mm(X: Array) -> Array:
     return rigid(X[:, :3, :3], 1e-3 * X[:, :3, 3])
-
-
-def _reordered(X: Array) -> Array:
-    """The poses that a file gives whose quaternions x, y, z, w were read as w, x, y, z, read in the right order."""
-    q = quaternions(X[:, :3, :3])
-    return rigid(matrices(np.roll(q, 1, axis=1)), X[:, :3, 3])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from palpate.registration.touches import Guess, Touched, TouchRegistration, next
 
 CONFIDENCE = 0.95
 """Probability with which no target's error exceeds the stated accuracy."""
+_MISSES = 0.5 * (1.0 - CONFIDENCE)  # half of what is allowed: predicted covariances are right within a quarter only
 _APART = 8e-3  # smallest distance between two touched places [m]
 _OUTSIDE = 5e-3  # largest distance of a target from the organ [m]
 _FEWEST = 6  # touches before the accuracy can be met: fewer cannot contradict a wrong first pose
@@ -38,20 +40,35 @@ class Organ:
         Raises:
             RegistrationError: one does not; the message says so if mirrored targets all would.
         """
-        p = np.array(list(self.targets.values()))
-        out = self._outside(p)
-        if not (out > _OUTSIDE).any():
-            return
-        worst = int(np.argmax(out))
-        name = list(self.targets)[worst]
-        mirrored = [axis for k, axis in enumerate("xyz") if (self._outside(p * _flip(k)) <= _OUTSIDE).all()]
-        why = f"with the opposite sign of {mirrored[0]} all targets lie in it: the list is mirrored" if mirrored else ""
-        what = f"target {name!r} lies {1e3 * out[worst]:.1f} mm outside of the organ"
-        raise RegistrationError(what, why=why, mend="give targets in metres, in the axes of the organ's own file")
+        self._require_near("target", self.targets, lambda d: d)
 
-    def _outside(self, p: Array) -> Array:
+    def check_landmarks(self, landmarks: Mapping[str, Array]) -> None:
+        """Check that landmarks (3,) lie within 5 mm of the surface [m].
+
+        Raises:
+            RegistrationError: one does not; the message says so if mirrored landmarks all would.
+        """
+        self._require_near("landmark", landmarks, np.abs)
+
+    def _require_near(self, kind: str, places: Mapping[str, Array], size: Callable[[Array], Array]) -> None:
+        p = np.array(list(places.values())).reshape(-1, 3)
+        off = size(self._height(p))
+        if not (off > _OUTSIDE).any():
+            return
+        worst = int(np.argmax(off))
+        mirrored = [axis for k, axis in enumerate("xyz") if (size(self._height(p * _flip(k))) <= _OUTSIDE).all()]
+        why = f"with the opposite sign of {mirrored[0]} all {kind}s fit: the list is mirrored" if mirrored else ""
+        where = "outside of the organ" if kind == "target" else "from the organ's surface"
+        raise RegistrationError(
+            f"{kind} {list(places)[worst]!r} lies {1e3 * off[worst]:.1f} mm {where}",
+            why=why,
+            mend=f"give {kind}s in metres, in the axes of the organ's own file",
+        )
+
+    def _height(self, p: Array) -> Array:
         return np.asarray(self.surface.nearest(np.ascontiguousarray(p))[0])
 
+    @cached_property
     def touchable(self) -> tuple[Array, Array]:
         """Places (C, 3) whose neighbourhood is nearly flat [m], with their outward normals (C, 3)."""
         from scipy.spatial import cKDTree
@@ -98,10 +115,10 @@ def from_landmarks(organ: Organ, landmarks: Mapping[str, Array], touched: Touche
         RegistrationError: the landmarks are degenerate, mirrored, or one of them is wrong.
     """
     p_O = np.array(list(landmarks.values()))
-    _, q, normals = organ.surface.nearest(np.ascontiguousarray(p_O))
+    normals = organ.surface.nearest(np.ascontiguousarray(p_O))[2]
     names = list(landmarks)
     found = points(
-        q + touched.radius * normals, touched.p_WT, fle=np.full(3, np.hypot(sigma, touched.sigma)), names=names
+        p_O + touched.radius * normals, touched.p_WT, fle=np.full(3, np.hypot(sigma, touched.sigma)), names=names
     )
     wrong = [f"{names[i]!r} ({1e3 * found.residuals[i]:.1f} mm)" for i in found.outliers]
     if wrong or found.warnings:
@@ -157,7 +174,7 @@ class Procedure:
     @property
     def bounds(self) -> dict[str, float]:
         """Error that each target does not exceed; that none does has a probability of 95 % or more [m]."""
-        each = 1.0 - (1.0 - CONFIDENCE) / len(self.organ.targets)
+        each = 1.0 - _MISSES / len(self.organ.targets)
         return {name: predict.within(one.covariance, each) for name, one in self.targets.items()}
 
     @property
@@ -192,7 +209,7 @@ class Procedure:
         Raises:
             RegistrationError: no place is left.
         """
-        p_O, n_O = self._places
+        p_O, n_O = self.organ.touchable
         X = self.found.X
         touched = transform(inverse(X), np.array([one[:3, 3] for one in self.X_WT]).reshape(-1, 3))
         taken = np.concatenate([touched, np.array(self._skipped).reshape(-1, 3)])
@@ -209,12 +226,6 @@ class Procedure:
         raise RegistrationError(
             "no place is left that the tool can touch", mend="move the arm, or state a lower accuracy"
         )
-
-    @property
-    def _places(self) -> tuple[Array, Array]:
-        if not hasattr(self, "_touchable"):
-            self._touchable = self.organ.touchable()
-        return self._touchable
 
 
 def touched_by(X_WT: list[Array], radius: float, sigma: float, tip: float) -> Touched:

@@ -11,6 +11,7 @@ from palpate.arrays import Array
 from palpate.errors import RegistrationError
 from palpate.registration import checks
 from palpate.registration.deletion import Linearised, deletions
+from palpate.registration.quaternion_order import require_order
 
 _TURNED = 0.05  # smallest singular value per pose that determines the tip: about 6 deg of rms rotation
 
@@ -41,6 +42,7 @@ def pivot(X_WT: npt.ArrayLike) -> Pivot:
     """
     X = checks.poses("the recording", X_WT)
     _check_rotations(X)
+    require_order("the poses", X, _misfit)
     wrong = deletions(len(X), 4, lambda rows: _linearised(X[rows]), known=False)
     kept = [k for k in range(len(X)) if k not in wrong]
     A, b = _equations(X[kept])
@@ -71,6 +73,12 @@ def _equations(X: Array) -> tuple[Array, Array]:
 
 def _solution(A: Array, b: Array) -> Array:
     return np.asarray(np.linalg.lstsq(A.reshape(-1, 6), b.ravel(), rcond=None)[0], dtype=np.float64)
+
+
+def _misfit(X: Array) -> float:
+    """Median distance of the tip from the pivot [m]."""
+    A, b = _equations(X)
+    return float(np.median(np.linalg.norm(b - A @ _solution(A, b), axis=1)))
 
 
 def _linearised(X: Array) -> Linearised:

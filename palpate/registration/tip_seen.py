@@ -13,6 +13,7 @@ from palpate.errors import RegistrationError
 from palpate.registration import checks, predict
 from palpate.registration.deletion import Linearised, deletions
 from palpate.registration.fit import closed_form, jacobians
+from palpate.registration.quaternion_order import require_order
 
 _STEPS, _SMALL = 60, 1e-10  # Gauss-Newton: largest number of steps, step that ends it [m, rad]
 _TURNED = 0.05  # smallest singular value per pose that determines the tip's offset
@@ -55,6 +56,7 @@ def camera(arm: npt.ArrayLike, seen: npt.ArrayLike, targets: npt.ArrayLike | Non
     checks.layout("seen", p_CQ, [str(i) for i in range(len(p_CQ))])
     goals = np.zeros((0, 3)) if targets is None else checks.cloud("targets", targets, least=1)
     _check_rotations(X_BT)
+    require_order("the poses of the arm", X_BT, lambda X: _misfit(X, p_CQ))
     wrong = deletions(len(X_BT), 5, lambda rows: _linearised(X_BT[rows], p_CQ[rows]), known=False)
     kept = [k for k in range(len(X_BT)) if k not in wrong]
     X, t = _solved(X_BT[kept], p_CQ[kept])
@@ -90,6 +92,12 @@ def _solved(X_BT: Array, p_CQ: Array) -> tuple[Array, Array]:
         if np.abs(step).max() < _SMALL:
             break
     return X, t
+
+
+def _misfit(X_BT: Array, p_CQ: Array) -> float:
+    """Median residual [m]."""
+    X, t = _solved(X_BT, p_CQ)
+    return float(np.median(np.linalg.norm(_residuals(X, t, X_BT, p_CQ), axis=1)))
 
 
 def _linearised(X_BT: Array, p_CQ: Array) -> Linearised:

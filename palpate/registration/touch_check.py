@@ -84,7 +84,7 @@ def spread(
 
     reaches: True for a place and normal in W that the tool can touch; default: all.
     """
-    p_O, n_O = organ.touchable()
+    p_O, n_O = organ.touchable
     p, normals = transform(X_WO, p_O), n_O @ X_WO[:3, :3].T
     size = float(np.linalg.norm(np.ptp(p, axis=0)))
     gap = normals @ [0.0, 0.0, 1.0] + 1e3  # begin at the top

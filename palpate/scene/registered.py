@@ -78,13 +78,14 @@ class RegisteredOrgan:
 
     Raises:
         SceneError, MeshError: the section or its object is missing, or the surface cannot be read.
-        RegistrationError: a target lies outside of the organ.
+        RegistrationError: a target lies outside of the organ, or a landmark away from its surface.
     """
 
     def __init__(self, scene: Scene) -> None:
         self.section = section(scene)
+        placed = surface.placed(at(scene, np.eye(4)))
         self.index = _index(scene, self.section)
-        body = surface.placed(at(scene, np.eye(4)))[self.index].body
+        body = placed[self.index].body
         self.X_AO = scene.objects[self.index].pose.matrix()  #: pose (4, 4) of the organ in the registered frame A
         X_OA = inverse(self.X_AO)
         vertices, triangles = np.asarray(body.vertices), np.asarray(body.triangles)
@@ -92,6 +93,7 @@ class RegisteredOrgan:
         self.landmarks = {name: transform(X_OA, np.array([p]))[0] for name, p in self.section.landmarks.items()}
         self.organ = Organ(body.core, sampled(vertices, triangles, _SAMPLES), targets)
         self.organ.check_targets()
+        self.organ.check_landmarks(self.landmarks)
 
 
 def _index(scene: Scene, given: RegistrationSection) -> int:

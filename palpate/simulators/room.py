@@ -7,6 +7,7 @@ import numpy as np
 from palpate.arrays import Array
 from palpate.arrays.rigid import displaced, inverse
 from palpate.errors import SceneError
+from palpate.registration.cloud_files import read_cloud
 from palpate.scene.registered import at, section
 from palpate.scene.rig import build
 from palpate.scene.scene import Scene
@@ -49,10 +50,12 @@ class Room:
         self.hand = TouchingHand(self.rig, 1e-3 * self.section.touch_mm, self._tip, self.seed + 1)
 
     def look(self, index: int) -> Array:
-        """Points (N, 3) of the object `index` in the camera's frame [m]."""
+        """Points (N, 3) of the object `index` in the camera's frame, simulated or from the scene's file [m]."""
         camera = self.section.camera
         if camera is None:
             raise SceneError("the scene has no camera", where=self._scene.file, mend="give registration.camera")
+        if camera.cloud is not None:
+            return read_cloud(self._scene.path_to(camera.cloud, where=self._scene.where("registration", "camera")))
         stated = self.rig.frames.pose(camera.frame)
         variances, axes = np.linalg.eigh(stated.covariance)
         X_WC = displaced(stated.X, axes @ (np.sqrt(np.maximum(variances, 0.0)) * self._departure))

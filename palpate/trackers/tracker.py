@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from palpate.arrays import Array
@@ -22,6 +22,10 @@ class Sighting:
     """rms residual of the marker's spheres [m]; NaN if the tracker does not report it"""
     valid: bool = True
     """False if the tracker itself marks the pose as invalid"""
+
+    def at(self, t: float) -> Sighting:
+        """The same sighting by another clock, at the time t [s]."""
+        return replace(self, t=t)
 
 
 class Tracker(Protocol):

@@ -1,4 +1,4 @@
-"""Draws the targets of a registration: the ellipsoid that holds the error with 95 %, enlarged, and its size."""
+"""Draws the targets of a registration: the enlarged ellipsoid that holds the error with 95 %, and the rms error."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class TargetDrawing:
         """Draws the target as known at the start."""
         self._mark = mark
         name = f"/targets/{mark.name}"
-        self.ellipsoid = scene.add_icosphere(f"{name}/ellipsoid", 1.0, _GOLD, opacity=0.45, cast_shadow=False)
+        self.ellipsoid = scene.add_icosphere(f"{name}/ellipsoid", 1.0, _GOLD, cast_shadow=False)
         self._point = scene.add_icosphere(f"{name}/point", _POINT, (30, 30, 30), cast_shadow=False)
         self.label = scene.add_label(f"{name}/name", mark.name, anchor="bottom-center")
         self._shown: Array | None = None
@@ -40,14 +40,11 @@ class TargetDrawing:
         self._shown = np.vstack([p_W, covariance])
         wxyz, sizes = axes(covariance)
         self.ellipsoid.position, self.ellipsoid.wxyz = p_W, wxyz
-        self.ellipsoid.scale = tuple(float(x) for x in LARGER * _INSIDE * sizes)
-        self._point.position, self.label.position = (
-            p_W,
-            p_W + np.array([0.0, 0.0, LARGER * _INSIDE * float(sizes.max())]),
-        )
-        self.label.text = (
-            f"{self._mark.name}: TRE {1e3 * np.sqrt(np.trace(covariance)):.2f} mm rms (drawn {LARGER:g} x)"
-        )
+        a, b, c = LARGER * _INSIDE * sizes
+        self.ellipsoid.scale = (float(a), float(b), float(c))
+        self._point.position, self.label.position = p_W, p_W + np.array([0.0, 0.0, c])
+        tre = 1e3 * float(np.sqrt(np.trace(covariance)))
+        self.label.text = f"{self._mark.name}: TRE {tre:.2f} mm rms (drawn {LARGER:g} x)"
 
 
 def axes(covariance: Array) -> tuple[Array, Array]:

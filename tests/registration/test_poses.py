@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from palpate import registration
-from palpate.arrays import rigid
+from palpate.arrays import rigid, so3
 from palpate.errors import RegistrationError
-from palpate.registration.hand_eye import _reordered
+from palpate.registration.quaternion_order import reordered
 
 
 def random_pose(rng, reach=0.1):
@@ -73,7 +73,7 @@ def parallel(X):
         (lambda A, C: (A, C[:-1]), "one view per pose"),
         (lambda A, C: (parallel(A), C), r"add two poses turned by 30 deg or more about \("),
         (lambda A, C: (A, np.linalg.inv(C)), "poses of the camera are inverted"),
-        (lambda A, C: (A, _reordered(_reordered(_reordered(C)))), "camera have quaternions in the other order"),
+        (lambda A, C: (A, reordered(reordered(reordered(C)))), "camera have quaternions in the other order"),
         (lambda A, C: (A, in_mm(C)), "camera are in millimetres"),
         (lambda A, C: (in_mm(A), in_mm(C)), "arm are in millimetres.* and the poses of the camera are in millimetres"),
         (lambda A, C: (A, C[::-1]), "not of the same instants"),
@@ -106,6 +106,25 @@ def test_pivot_has_the_predicted_error_and_names_a_wrong_pose():
     assert 2.0 < np.mean(squares) < 4.5  # three degrees of freedom
     X_WT[7, :3, 3] += [0.0, 4e-3, 0.0]
     assert registration.pivot(X_WT).outliers == (7,)
+
+
+def wxyz_read_as_xyzw(X):
+    """The wrong reading of a file: its columns x, y, z, w are taken as w, x, y, z."""
+    return rigid.rigid(so3.matrices(np.roll(so3.quaternions(X[:, :3, :3]), -1, axis=1)), X[:, :3, 3])
+
+
+def test_quaternions_in_the_other_order_are_told_where_residuals_show_them():
+    rng = np.random.default_rng(7)
+    R = rigid.exp(np.radians(50) * rng.uniform(-1, 1, (20, 3)))
+    X_WT = rigid.rigid(R, [0.1, 0.2, 0.3] - R @ [0.01, 0.02, 0.15] + rng.normal(scale=2e-4, size=(20, 3)))
+    registration.pivot(X_WT)
+    with pytest.raises(RegistrationError, match="quaternions in the other order"):
+        registration.pivot(wxyz_read_as_xyzw(X_WT))
+    X_BT = rigid.rigid(R, rng.uniform(-0.06, 0.06, (20, 3)))
+    seen = rigid.transform(random_pose(rng), R @ [0.0, 0.02, 0.05] + X_BT[:, :3, 3])
+    registration.camera(X_BT, seen)
+    with pytest.raises(RegistrationError, match="quaternions in the other order"):
+        registration.camera(wxyz_read_as_xyzw(X_BT), seen)
 
 
 def test_pivot_about_one_axis_is_refused():

@@ -31,7 +31,7 @@ def serial(fn, grid, seed, *, title, where=None):
 
 
 def test_short_study(small, tmp_path):
-    found = json.loads(json.dumps(plain(work.run(serial, 1, 2, 1, 1, 1, 1)), allow_nan=False))
+    found = json.loads(json.dumps(plain(work.run(serial, 1, 2, 1, 1, 1, 1, 1)), allow_nan=False))
     assert set(found) == json_contract.keys("study registration")
     for part in ("predicted", "unknown", "wrong_marker", "surface", "handeye"):
         listed = json_contract.keys_of("study registration", f"`{part}`")
@@ -43,6 +43,11 @@ def test_short_study(small, tmp_path):
     assert set(found["touched"]) <= json_contract.keys_of("study registration", "`touched`")
     assert found["touched"]["simulated_m"] < 1.5e-3
     assert set(found["chain"]) <= json_contract.keys_of("study registration", "`chain`")
+    assert all(
+        set(row) <= json_contract.keys_of("study registration", "`session`") for row in found["session"].values()
+    )
+    assert found["session"]["right"]["right"] == 1.0
+    assert found["session"]["mirrored"]["told"] == found["session"]["another"]["told"] == 1.0
     assert found["real"] is None
     assert "skipped" in words.line_of_real(found["real"])
     assert words.table(found).row_count > 10

@@ -28,6 +28,8 @@ class Command(SweepStudy):
     """Number of runs in which the simulated hand touches eight landmarks [-]."""
     chains: int = 20
     """Number of set-ups of tracker, two arms, camera and organ, each with twenty touched places [-]."""
+    sessions: int = 100
+    """Number of unattended sessions; a fifth as many of each wrong kind [-]."""
     seed: int = 1
     """Seed of all trials [-]."""
 
@@ -37,8 +39,9 @@ class Command(SweepStudy):
         from palpate.studies.registration.figures import draw
 
         found = work.run(
-            self.sweeper(console), self.layouts, self.trials, self.clouds, self.touched, self.chains, self.seed
-        )
+            self.sweeper(console), self.layouts, self.trials, self.clouds, self.touched, self.chains, self.sessions,
+            self.seed,
+        )  # fmt: skip
         return Findings(
             found, lambda folder: [draw(found, folder)], [words.table(found), words.line_of_real(found["real"])]
         )

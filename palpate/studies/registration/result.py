@@ -76,6 +76,21 @@ class Chained(TypedDict):
     felt_within_1mm: float
 
 
+class Registered(TypedDict):
+    """Unattended sessions of one kind."""
+
+    trials: int
+    told: float
+    right: float | None
+    predicted_m: float | None
+    error_m: float | None
+    largest_m: float | None
+    touches: float | None
+    seconds: float | None
+    check_passed: float | None
+    off_failed: float | None
+
+
 class Real(TypedDict):
     """A real pair of clouds."""
 
@@ -102,5 +117,6 @@ class Found(TypedDict):
     handeye: dict[str, Seen]
     touched: Touched
     chain: Chained
+    session: dict[str, Registered]
     real: Real | None
     layouts: dict[str, list[dict[str, float]]]

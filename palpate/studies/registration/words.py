@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from rich.table import Table
 
-from palpate.studies.registration.result import Chained, Found, Real, Touched
+from palpate.studies.registration.result import Chained, Found, Real, Registered, Touched
 
 
 def table(found: Found) -> Table:
@@ -19,6 +19,7 @@ def table(found: Found) -> Table:
         *_views(found),
         _touched(found["touched"]),
         *_chained(found["chain"]),
+        *_registered(found["session"]),
     ]:
         shown.add_row(*row)
     return shown
@@ -82,6 +83,22 @@ def _chained(one: Chained) -> list[tuple[str, str, str]]:
         (f"tracker, two PSMs, camera, {one['trials']} set-ups: tip to surface, median", tip, "1 mm"),
         ("the same: felt contact within 1 mm of the seen surface, 20 places each", felt, "all"),
     ]
+
+
+def _registered(found: dict[str, Registered]) -> list[tuple[str, str, str]]:
+    one, wrong = found["right"], [row for name, row in found.items() if name != "right"]
+    told = sum(row["told"] * row["trials"] for row in wrong) / max(sum(row["trials"] for row in wrong), 1)
+    rows = [
+        (f"sessions that end as met, of {one['trials']}", _percent(1.0 - one["told"]), ""),
+        ("of these: every target within its bound", _percent(one["right"]), ">= 95 %"),
+        ("wrong set-ups told (moved, tip off, mirrored, other scan)", _percent(told), ""),
+        ("touch check: right registrations passed", _percent(one["check_passed"]), ""),
+        ("touch check: registrations 3 mm off failed", _percent(one["off_failed"]), ""),
+    ]
+    if one["error_m"] is not None and one["predicted_m"] is not None:
+        reached = f"{1e3 * one['error_m']:.2f} mm rms, predicted {1e3 * one['predicted_m']:.2f} mm"
+        rows.insert(2, ("error at the worst target of each session", reached, ""))
+    return rows
 
 
 def _percent(share: float | None) -> str:

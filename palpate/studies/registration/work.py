@@ -8,16 +8,29 @@ from typing import Any
 import numpy as np
 
 from palpate.studies._command import Sweeper
-from palpate.studies.registration import chain, fiducials, surfaces, touches, views
-from palpate.studies.registration.result import Chained, Found, Marked, Matched, Predicted, Seen, Viewed
+from palpate.studies.registration import chain, fiducials, sessions, surfaces, touches, views
+from palpate.studies.registration.result import Chained, Found, Marked, Matched, Predicted, Registered, Seen, Viewed
 
 _FLE = ("estimated", "stated")
 _ERRORS = ("isotropic", "anisotropic")
 Row = dict[str, Any]
 
 
-def run(sweep: Sweeper, layouts: int, trials: int, clouds: int, touched: int, chains: int, seed: int) -> Found:
-    """The whole study, from the numbers of layouts, trials (markers, views of a board), surfaces, hands and chains."""
+def run(
+    sweep: Sweeper, layouts: int, trials: int, clouds: int, touched: int, chains: int, registered: int, seed: int
+) -> Found:
+    """The whole study.
+
+    Args:
+        sweep: runs a function over a grid.
+        layouts: number of layouts of markers.
+        trials: number of trials with markers and with views of a board, each.
+        clouds: number of partial views.
+        touched: number of runs of the touching hand.
+        chains: number of set-ups of the whole chain.
+        registered: number of sessions.
+        seed: seed of all trials.
+    """
     drawn = sweep(fiducials.predicted, {"anisotropic": (0, 1), "layout": range(layouts)}, seed, title="layouts").rows()
     unknown = sweep(fiducials.unknown, {"known": (0, 1), "trial": range(trials)}, seed, title="unknown").rows()
     wrong = sweep(fiducials.wrong, {"known": (0, 1), "trial": range(trials)}, seed, title="wrong").rows()
@@ -25,6 +38,8 @@ def run(sweep: Sweeper, layouts: int, trials: int, clouds: int, touched: int, ch
     grid = {"kind": range(len(surfaces.KINDS)), "trial": range(clouds)}
     viewed = sweep(surfaces.judged, grid, seed, title="surfaces", where=lambda p: _taken(p, clouds)).rows()
     linked = sweep(chain.judged, {"trial": range(chains)}, seed, title="chains").rows()
+    grid = {"kind": range(len(sessions.KINDS)), "trial": range(registered)}
+    done = sweep(sessions.judged, grid, seed, title="sessions", where=lambda p: _counted(p, registered)).rows()
     by_error = dict(zip(_ERRORS, _split(drawn, "anisotropic", 2), strict=True))
     return {
         "simulated": True,
@@ -40,6 +55,10 @@ def run(sweep: Sweeper, layouts: int, trials: int, clouds: int, touched: int, ch
         "handeye": {name: _seen(rows) for name, rows in zip(views.MOUNTS, _split(seen, "mount", 2), strict=True)},
         "touched": touches.run(touched),
         "chain": _chained(list(linked)),
+        "session": {
+            name: _registered(rows)
+            for name, rows in zip(sessions.KINDS, _split(done, "kind", len(sessions.KINDS)), strict=True)
+        },
         "real": surfaces.real(),
         "layouts": by_error,
     }
@@ -48,6 +67,11 @@ def run(sweep: Sweeper, layouts: int, trials: int, clouds: int, touched: int, ch
 def _taken(point: Row, clouds: int) -> bool:
     """Searches without a start take longer, so a fifth of the trials are of this kind."""
     return surfaces.KINDS[point["kind"]] != "none" or bool(point["trial"] < max(1, clouds // 5))
+
+
+def _counted(point: Row, registered: int) -> bool:
+    """A fifth of the sessions for each wrong kind."""
+    return sessions.KINDS[point["kind"]] == "right" or bool(point["trial"] < max(1, registered // 5))
 
 
 def _split(rows: Iterable[Row], key: str, n: int) -> list[list[Row]]:
@@ -116,6 +140,28 @@ def _chained(rows: list[Row]) -> Chained:
         "felt_median_m": float(np.median(_column(rows, "felt_median_m"))),
         "felt_largest_m": float(_column(rows, "felt_largest_m").max()),
         "felt_within_1mm": float(_column(rows, "felt_within").mean()),
+    }
+
+
+def _registered(rows: list[Row]) -> Registered:
+    told, error = _column(rows, "told"), _column(rows, "error_m")
+    met = told == 0.0
+
+    def mean(key: str) -> float | None:
+        values = _column(rows, key)[met]
+        return _mean(values[np.isfinite(values)])
+
+    return {
+        "trials": len(rows),
+        "told": float(told.mean()),
+        "right": mean("right"),
+        "predicted_m": float(np.sqrt(np.square(_column(rows, "predicted_m")[met]).mean())) if met.any() else None,
+        "error_m": float(np.sqrt(np.square(error[met]).mean())) if met.any() else None,
+        "largest_m": float(error[met].max()) if met.any() else None,
+        "touches": mean("touches"),
+        "seconds": mean("seconds"),
+        "check_passed": mean("passed"),
+        "off_failed": mean("off_failed"),
     }
 
 
