@@ -1,5 +1,5 @@
-# make demo | make test | make lint | make stubs | make wheel | make clean.   `palpate --help` lists all other commands.
-.PHONY: demo test lint stubs wheel clean setup
+# make demo | make test | make lint | make mutants | make stubs | make wheel | make clean.   `palpate --help` lists all other commands.
+.PHONY: demo test lint mutants stubs wheel clean setup
 ARGS ?=
 OUT ?= dist
 export UV_PYTHON_DOWNLOADS = never
@@ -50,6 +50,10 @@ setup: .venv/.ready
 lint: setup
 	@$(UV) sync --all-extras --group lint --inexact --no-progress --quiet
 	@$(RUN) pre-commit run --all-files
+
+# Plants faults in units, report energies, operators, certificate, studies and conformance, and counts those that tests find.
+mutants: setup
+	@$(UV) run --no-sync --with 'cosmic-ray>=8.7,<9' python tools/mutants.py $(ARGS)
 
 # Generates palpate/_core.pyi and palpate/_dvrk.pyi from the compiled bindings.
 stubs: setup

@@ -150,6 +150,18 @@ class Arm(_core.Arm):
         """
         path = Path(path)
         data = _read(path)
+        try:
+            return cls._of(data, path)
+        except ArmError:
+            raise
+        except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+            why = f"{error} is missing" if isinstance(error, KeyError) else str(error)
+            mend = "docs/arms.md shows each key with its value"
+            raise ArmError("a value of the model file is not valid", where=str(path), why=why, mend=mend) from None
+
+    @classmethod
+    def _of(cls, data: Content, path: Path) -> Self:
+        """The arm of the model file `path` with the keys `data`."""
         if "device" in data:
             data.setdefault("name", path.stem)
             return cls.device(str(data["device"]), dict(data.get("parameters") or {}), data)

@@ -79,6 +79,8 @@ def load(path: str | Path) -> GravityModel:
         limits = [np.radians(controller[f"joint_position_{end}_limit"]) for end in ("lower", "upper")]
         if not up.shape == down.shape == (PARAMETERS + _POWERS * _JOINTS,) or len(limits[0]) != arm.n:
             raise ValueError(f"{len(up)} and {len(down)} parameters where 40 are needed")
+        if not np.isfinite(np.concatenate([up, down, *limits])).all():
+            raise ValueError("a parameter is not a finite number")
     except (OSError, UnicodeDecodeError, KeyError, TypeError, ValueError) as error:
         missing = f"{error} is missing or unknown" if isinstance(error, KeyError) else str(error)
         raise RecordingError(

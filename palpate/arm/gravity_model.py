@@ -83,6 +83,10 @@ class GravityModel:
     stops: tuple[Stop, ...] = ()
     notes: Mapping[str, object] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.theta).all() and np.isfinite(self.friction).all()):
+            raise ValueError("a parameter is not a finite number")
+
     def require(self, arm: Arm, where: str = "") -> None:
         """Check that the model belongs to this arm.
 

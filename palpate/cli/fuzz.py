@@ -16,15 +16,17 @@ if TYPE_CHECKING:
 
 @dataclass
 class Command:
-    """Test the contact stage or the mesh readers with random input, and report each violated invariant.
+    """Test contact, scenes, readers of files or network ports with random input; report each violated invariant.
 
     examples:
       palpate fuzz contact --runs 100000
       palpate fuzz files --seed 4711 --runs 1
     """
 
-    target: Positional[Literal["contact", "files"]]
-    """contact: random triangles and tool paths for every contact method; files: corrupted mesh files."""
+    target: Positional[Literal["contact", "files", "grids", "models", "packets", "records", "scenes", "tables"]]
+    """contact: random triangles and tool paths for every contact method; scenes: moving objects, fixtures and live
+    edits; files: meshes; grids: .npz and .nrrd; models: arms, URDFs and gravity models; records: .mcap; tables: CSV of
+    paths and of recordings; packets: OpenIGTLink; all damaged."""
     runs: int = 2000
     """Number of cases; each case takes the next seed [-]."""
     seed: int = 0

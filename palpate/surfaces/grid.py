@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import zipfile
+import zlib
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -143,7 +144,15 @@ class DistanceGrid(Surface):
             raise SurfaceError(
                 f"array {error} is missing", where=str(file), mend="give distance, origin, spacing"
             ) from None
-        except (OSError, ValueError, zipfile.BadZipFile) as error:
+        except (
+            EOFError,
+            MemoryError,
+            NotImplementedError,
+            OSError,
+            ValueError,
+            zipfile.BadZipFile,
+            zlib.error,
+        ) as error:
             raise SurfaceError(
                 "the grid cannot be read", where=str(file), why=str(error), mend="save it again"
             ) from None

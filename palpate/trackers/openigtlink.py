@@ -7,8 +7,11 @@ from __future__ import annotations
 
 import math
 import signal
+import socket
+import socketserver
 import threading
 import time
+from functools import cache
 from typing import Any, Self
 
 import numpy as np
@@ -21,6 +24,7 @@ PORT = 18944
 """Usual port of OpenIGTLink servers."""
 _LONGEST_NAME = 20  # characters of a device name
 _SILENCE = 2.0  # silence after which the client connects again [s]
+_LONGEST_MESSAGE = 2**20  # a longer message is damage: poses and texts are hundreds of bytes [bytes]
 
 
 def _pyigtl() -> Any:
@@ -68,7 +72,39 @@ class OpenIGTLinkTracker:
 
     def _connected(self) -> Any:
         self._heard = time.monotonic()
-        return self._pyigtl.OpenIGTLinkClient(self._host, self._port)
+        return _client_class(self._pyigtl)(self._host, self._port)
+
+
+class _Whole:
+    """A connection whose end is an error, so that a message cut short is not awaited for ever."""
+
+    def __init__(self, connection: socket.socket) -> None:
+        self._connection = connection
+
+    def recv(self, size: int) -> bytes:
+        """At most `size` bytes, at least one. Raises ConnectionError at the end of the connection."""
+        if size > _LONGEST_MESSAGE:
+            raise ConnectionError(f"a message of {size} bytes is announced")
+        data = self._connection.recv(size)
+        if not data:
+            raise ConnectionError("the connection has ended")
+        return data
+
+
+@cache
+def _client_class(pyigtl: Any) -> Any:
+    """pyigtl's client, which connects again when a message is damaged or the connection ends."""
+
+    class Client(pyigtl.OpenIGTLinkClient):  # type: ignore[misc]
+        def _receive_message_from_socket(self, ssocket: socket.socket) -> bool:
+            try:
+                return bool(super()._receive_message_from_socket(_Whole(ssocket)))
+            except Exception:  # what pyigtl raises for damaged bytes is not documented
+                self._connected = False
+                ssocket.close()
+                return False
+
+    return Client
 
 
 def _sighting(message: Any) -> Sighting:
@@ -81,6 +117,31 @@ def _sighting(message: Any) -> Sighting:
     except ValueError:
         error = math.nan
     return Sighting(message.device_name, X, float(message.timestamp), error, valid)
+
+
+class _Sender(socketserver.BaseRequestHandler):
+    """Serves one client: sends what is queued, and ignores what arrives, until the client is gone."""
+
+    server: Any
+
+    def handle(self) -> None:
+        """Serve the client until the connection ends or the server stops."""
+        self.server._connected = True
+        self.request.settimeout(0.01)
+        try:
+            while not self.server.communication_thread_stop_requested and self._is_there():
+                while self.server._send_queued_message_from_socket(self.request):
+                    pass
+        except OSError:
+            pass  # the client is gone
+        finally:
+            self.server._connected = False
+
+    def _is_there(self) -> bool:
+        try:
+            return len(self.request.recv(65536)) > 0
+        except TimeoutError:
+            return True
 
 
 class OpenIGTLinkServer:
@@ -99,7 +160,9 @@ class OpenIGTLinkServer:
         self._pyigtl = _pyigtl()
         before = {s: signal.getsignal(s) for s in (signal.SIGINT, signal.SIGTERM)}
         try:
-            self._server = self._pyigtl.OpenIGTLinkServer(port, local_server=True)
+            self._server = self._pyigtl.OpenIGTLinkServer(port, local_server=True, start_now=False)
+            self._server.RequestHandlerClass = _Sender
+            self._server.start()
         except OSError as error:
             raise PortError(f"port {port} cannot be used", why=str(error), mend="give another --port") from None
         finally:

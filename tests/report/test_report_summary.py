@@ -1,6 +1,8 @@
 """Numbers of the summary against closed forms of a synthetic run."""
 
+import hashlib
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from palpate.record.ticks import STATUS
 from palpate.report.assumptions import slow_motion
 from palpate.report.run import Run
 from palpate.report.summary import rows, summary_of, summary_table
+from palpate.session.summary import summarise
 
 SCENE = "name: floor\nstability: {force_cap: 3.0}\n"
 
@@ -55,6 +58,72 @@ def test_table_has_units_and_descriptions(tmp_path):
         assert expected in text
     assert "haptic cycle" not in text, "a lockstep record has no cycle time"
     assert all(unit for _, unit, _ in rows(summary))
+
+
+def summary_with(**values):
+    """A summary of a run of 8 s, of which 2 s in contact, with other values."""
+    given = {"duration_s": 8.0, "contact_s": 2.0, "ticks": 8000, "energy_J": 0.012, "peak_force_N": 1.234}
+    return replace(summarise(synthetic_run.run(1.0), 1000.0), **(given | values))
+
+
+def told(**values):
+    """Value and meaning of each row by its name."""
+    return {name: (value, meaning) for name, value, meaning in rows(summary_with(**values))}
+
+
+def test_rows_have_the_values_of_the_summary():
+    found = told(max_penetration_m=0.00456, mean_force_N=0.5, capped_s=0.25, passivity_s=0.75, peak_speed_m_s=0.0625)
+    assert found["peak force"][0] == "1.23 N"
+    assert found["mean force"][0] == "0.50 N"
+    assert found["deepest penetration"][0] == "4.56 mm"
+    assert found["time in contact"] == ("2.00 s", "25 % of the 8.00 s run")
+    assert found["force capped"][0] == "0.25 s"
+    assert found["passivity"][0] == "0.75 s"
+    assert found["top speed"][0] == "0.062 m/s"
+    assert told(duration_s=0.0)["time in contact"][1] == "0 % of the 0.00 s run"
+
+
+@pytest.mark.parametrize(
+    ("joules", "lent", "value", "meaning"),
+    [
+        (0.012, 0.0, "12.00 mJ", "taken from the hand"),
+        (0.0, 0.0, "0.00 mJ", "taken from the hand"),
+        (0.9994, 0.0, "999.40 mJ", "taken from the hand"),
+        (1.0, 0.0, "1.000 J", "taken from the hand"),
+        (-2.5, 0.0, "-2.500 J", "generated: more energy returned than taken"),
+        (-0.002, 0.001, "-2.00 mJ", "generated: more energy returned than taken"),
+        (-0.002, 0.002, "-2.00 mJ", "given to the hand, within the 2.00 mJ credited when fixtures were switched on"),
+    ],
+)
+def test_energy_is_taken_credited_or_generated(joules, lent, value, meaning):
+    assert told(energy_J=joules, energy_lent_J=lent)["energy"] == (value, meaning)
+
+
+def test_rows_of_timing_depend_on_the_kind_of_run():
+    cycle = {"cycle_p50_us": 5.0, "cycle_p99_us": 14.5, "cycle_p999_us": 20.0, "cycle_max_us": 99.0}
+    assert told(**cycle)["haptic cycle"][0] == "5.0 / 14.5 / 20.0 / 99 us"
+    assert "haptic cycle" not in told(**(cycle | {"cycle_max_us": 0.0}))
+    realtime = told(realtime=True, missed_ticks=3, realtime_factor=1.0)
+    assert realtime["missed ticks"][0] == "3 of 8000"
+    assert "speed" not in realtime
+    lockstep = told(realtime=False, realtime_factor=34.5)
+    assert lockstep["speed"][0] == "34.5 x"
+    assert not {"speed", "missed ticks"} & set(told(realtime=False, realtime_factor=0.0))
+
+
+def test_fast_motion_is_told():
+    assert "stayed small" in told(fast_s=0.0)["fast motion"][1]
+    assert told(fast_s=0.004)["fast motion"] == ("0.00 s", told(fast_s=0.5)["fast motion"][1])
+    assert "too fast" in told(fast_s=0.004)["fast motion"][1]
+
+
+def test_a_record_notes_its_faults_its_hash_and_whether_it_is_real_time(tmp_path):
+    record = record_of(tmp_path, synthetic_run.run(0.5), deterministic=True, faults=["leader silent"])
+    summary = summary_of(record)
+    assert summary.faults == ("leader silent",)
+    assert not summary.realtime
+    assert summary.record_sha256 == hashlib.sha256((tmp_path / "r.mcap").read_bytes()).hexdigest()
+    assert summary.record == str(tmp_path / "r.mcap")
 
 
 def test_phases_follow_the_motion(tmp_path):

@@ -12,7 +12,7 @@ from typing import Any, TypedDict
 from palpate.renamed import RenamedMethod
 
 #: Targets: modules of this package with ``case(seed)``, which returns counts and raises ``FaultError``.
-TARGETS = ("contact", "files")
+TARGETS = ("contact", "files", "grids", "models", "packets", "records", "scenes", "tables")
 TIMEOUT = 20.0
 """Time after which a case counts as an endless loop [s]."""
 

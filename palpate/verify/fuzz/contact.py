@@ -52,8 +52,19 @@ def case(seed: int) -> dict[str, int]:
     strength = np.linalg.norm(felt.force, axis=1)
     if strength.max() > stiffness * reach:
         raise FaultError(f"{method}: {strength.max():g} N, the deflection allows at most {stiffness * reach:g} N")
+    if method == "proxy":
+        _in_cone(felt.force, felt.normal, stiffness * felt.depth, friction, stiffness * reach)
     _limited(felt.force)
     return {kind: 1, method: 1, "touched": int(strength.any()), "ticks": len(tips)}
+
+
+def _in_cone(force: Array, normal: Array, along: Array, friction: float, size: float) -> None:
+    """The force (n, 3) is `along` (n,) on the normal and within the friction cone [N]; size: of rounding errors [N]."""
+    sideways = np.linalg.norm(force - (force * normal).sum(axis=1)[:, None] * normal, axis=1)
+    over = sideways - friction * along
+    if over.max() > 1e-9 * size:
+        k = int(over.argmax())
+        raise FaultError(f"proxy: {sideways[k]:g} N sideways at tip {k}, friction allows {friction * along[k]:g} N")
 
 
 def _limited(force: Array) -> None:

@@ -1,4 +1,4 @@
-"""The judge `sign and direction` finds errors of three times its tolerances: 0.1 % of a wrench, 0.2 um of a goal."""
+"""The judge `sign and direction` finds errors of a few times its tolerances: 0.1 % of a wrench, 0.2 um of a goal."""
 
 import numpy as np
 import pytest

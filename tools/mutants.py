@@ -1,0 +1,185 @@
+"""Mutation testing: `make mutants` plants faults in the code that judges or computes claims and counts those found.
+
+cosmic-ray makes the mutants: another operator, number, comparison, decorator or control word at one place. At each
+place at most one is chosen at random, and a fixed number of places per group of modules. A mutant is killed when a test
+of its group fails, or takes three times the processor time of all tests. It exists in the memory of one process only.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import contextlib
+import io
+import os
+import random
+import resource
+import signal
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.machinery import SourceFileLoader
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+SLOW = (
+    "-k=not browser and not reproducible and not well_formed and not unusual and not combination_passes and not figure"
+)
+GROUPS = {
+    "units": (["values.py"], ["scene_file/test_scene_values.py", "scene_file/test_values_refused.py"]),
+    "report energies": (
+        ["report/energy.py", "report/summary.py", "session/summary.py"],
+        ["report/test_report_summary.py", "report/test_report_elements.py", "report/test_report_touches.py",
+         "report/test_report_page.py"]),
+    "operators": (["operators/*.py"], ["operators"]),
+    "certificate": (["certificate/*.py"], ["certificate"]),
+    "studies": (
+        ["studies/guidance/effects.py", "studies/guidance/work.py", "studies/guidance/cues.py",
+         "studies/guidance/tasks.py", "studies/wall/fit.py", "studies/wall/bench.py", "studies/wall/work.py",
+         "studies/passivity/work.py", "studies/certificate/*.py"],
+        ["studies/test_study_certificate.py", "studies/test_study_wall.py", "studies/test_study_passivity.py",
+         "studies/test_study_guidance.py"]),
+    "conformance": (["verify/conformance/*.py"], ["verify/conformance"]),
+}  # fmt: skip
+"""Modules of `palpate` to mutate, and the tests that hold their claims."""
+PRELOADED = ("pytest", "numpy", "scipy.optimize", "scipy.spatial.transform", "scipy.linalg", "hypothesis", "pydantic",
+             "yaml", "trimesh", "tyro", "rich.console", "mcap.reader", "mcap.writer")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One changed place of one file."""
+
+    path: Path
+    line: int
+    operator: str
+    source: str
+
+
+def without_effect(tree: ast.AST) -> set[tuple[int, int]]:
+    """Places (line, column) in annotations, which are never evaluated, and in options of `dataclass` (`frozen`)."""
+    roots = [getattr(node, name, None) for node in ast.walk(tree) for name in ("annotation", "returns")]
+    roots += [one for node in ast.walk(tree) if isinstance(node, ast.ClassDef) for one in node.decorator_list]
+    spans = [
+        (r.lineno, r.col_offset, r.end_lineno or 0, r.end_col_offset or 0) for r in roots if isinstance(r, ast.expr)
+    ]
+    return {(line, column) for a, b, c, d in spans for line in range(a, c + 1)
+            for column in range(b if line == a else 0, d if line == c else 500)}  # fmt: skip
+
+
+def mutants(path: Path, rng: random.Random) -> list[Mutant]:
+    """One mutant of each place in the file."""
+    from cosmic_ray.ast import ast_nodes, get_ast
+    from cosmic_ray.mutating import mutate_code
+    from cosmic_ray.plugins import get_operator, operator_names
+
+    text = path.read_text(encoding="utf-8")
+    nodes, unused = list(ast_nodes(get_ast(text))), without_effect(ast.parse(text))
+    places: dict[tuple[int, int], list[tuple[str, int]]] = {}
+    for name in operator_names():
+        if get_operator(name).arguments():
+            continue
+        found = [start for node in nodes for start, _ in get_operator(name)().mutation_positions(node)]
+        for occurrence, start in enumerate(found):
+            if start not in unused:
+                places.setdefault(start, []).append((name, occurrence))
+    made = []
+    for (line, _), choices in sorted(places.items()):
+        name, occurrence = rng.choice(choices)
+        if source := mutate_code(text, get_operator(name)(), occurrence):
+            made.append(Mutant(path, line, name.removeprefix("core/"), source))
+    return made
+
+
+@contextlib.contextmanager
+def planted(mutant: Mutant | None) -> Iterator[None]:
+    """While this lasts, importing the mutant's file executes the mutant."""
+    get_code = SourceFileLoader.get_code
+
+    def changed(self: SourceFileLoader, fullname: str) -> object:
+        if mutant and Path(self.path) == mutant.path:
+            return compile(mutant.source, self.path, "exec", dont_inherit=True)
+        return get_code(self, fullname)
+
+    SourceFileLoader.get_code = changed  # type: ignore[method-assign, assignment]
+    try:
+        yield
+    finally:
+        SourceFileLoader.get_code = get_code  # type: ignore[method-assign]
+
+
+def survives(mutant: Mutant | None, tests: list[str], cpu_limit: float) -> tuple[bool, float]:
+    """Whether all tests pass with the mutant, in a process of its own, and the processor time [s]."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    pid = os.fork()
+    if pid == 0:
+        _run(mutant, tests, cpu_limit)
+    _, status = os.waitpid(pid, 0)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return status == 0, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def _run(mutant: Mutant | None, tests: list[str], cpu_limit: float) -> None:
+    """Run the tests and leave the process; its end tells the outcome."""
+    import pytest
+
+    status = 70
+    try:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        resource.setrlimit(resource.RLIMIT_CPU, (int(cpu_limit), int(cpu_limit) + 5))
+        signal.alarm(int(20 * cpu_limit))
+        with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryDirectory() as base, planted(mutant):
+            os.dup2(out.fileno(), 1)
+            os.dup2(out.fileno(), 2)
+            with contextlib.redirect_stdout(io.StringIO()):
+                status = int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", f"--basetemp={base}/t", SLOW, *tests]))
+    finally:
+        os._exit(status)
+
+
+def examine(group: str, sample: int, seed: int) -> tuple[int, list[Mutant]]:
+    """Number of mutants tried and those that survived."""
+    patterns, names = GROUPS[group]
+    tests = [str(ROOT / "tests" / name) for name in names]
+    rng = random.Random(f"{seed} {group}")
+    paths = sorted({path for pattern in patterns for path in (ROOT / "palpate").glob(pattern)})
+    made = [mutant for path in paths for mutant in mutants(path, rng)]
+    passed, cpu = survives(None, tests, 600.0)
+    if not passed:
+        sys.exit(f"{group}: its tests fail without a mutant. Mend: run pytest on {' '.join(names)}")
+    chosen = rng.sample(made, min(sample, len(made)))
+    print(f"{group}: {len(chosen)} of {len(made)} places; the tests take {cpu:.1f} s of processor time", flush=True)
+    survived = []
+    for mutant in chosen:
+        if survives(mutant, tests, 3.0 * cpu + 10.0)[0]:
+            survived.append(mutant)
+            print(f"  survived: {mutant.path.relative_to(ROOT)}:{mutant.line} {mutant.operator}", flush=True)
+    return len(chosen), survived
+
+
+def main() -> None:
+    """Print the score of each group."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("groups", nargs="*", default=list(GROUPS), help=f"groups to examine: {', '.join(GROUPS)}")
+    parser.add_argument("--sample", type=int, default=40, help="places per group")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the sample")
+    options = parser.parse_args()
+    os.environ |= {"OPENBLAS_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1"}
+    os.chdir(ROOT)
+    sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+    sys.dont_write_bytecode = True
+    for name in PRELOADED:
+        import_module(name)
+    start, tried, killed = time.monotonic(), 0, 0
+    for group in options.groups:
+        n, survived = examine(group, options.sample, options.seed)
+        tried, killed = tried + n, killed + n - len(survived)
+        print(f"{group}: {n - len(survived)} of {n} killed, {(n - len(survived)) / n:.0%}", flush=True)
+    print(f"{killed} of {tried} killed, {killed / tried:.0%}; {time.monotonic() - start:.0f} s, seed {options.seed}")
+
+
+if __name__ == "__main__":
+    main()
