@@ -26,8 +26,8 @@ class Vendor:
         self.begin, self.p, self.force = time.monotonic(), np.zeros(3), np.zeros(3)
 
     def get_position(self) -> np.ndarray:
-        """A soft hand of 300 N/m moves down by 30 mm within a second; the force pushes it back."""
-        down = 30.0 * min(1.0, time.monotonic() - self.begin)
+        """A soft hand of 300 N/m moves down by 40 mm within a second; the force pushes it back."""
+        down = 40.0 * min(1.0, time.monotonic() - self.begin)
         self.p += 0.02 * (np.array([0.0, 0.0, -down]) + 1e3 * self.force / 300.0 - self.p)
         return self.p
 

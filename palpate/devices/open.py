@@ -15,6 +15,7 @@ SHIPPED = {
     "shared-memory": "palpate.devices.shared_memory:SharedMemoryDevice",
     "mouse": "palpate.devices.evdev:Mouse",
     "gamepad": "palpate.devices.evdev:Gamepad",
+    "force-dimension": "palpate.devices.force_dimension:ForceDimension",
 }
 """Drivers that ship with Palpate, by their names in a scene."""
 

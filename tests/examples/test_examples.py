@@ -103,7 +103,7 @@ def test_many_runs():
 
 
 def test_own_device():
-    out = run("07_own_device.py", "--duration", "1.5")
+    out = run("07_own_device.py", "--duration", "2")
     lines = [line for line in out.splitlines() if " N" in line]
     peaks = [float(line.split("at most ")[1].split()[0]) for line in lines]
     assert len(peaks) == 2
