@@ -4051,7 +4051,7 @@ class Driver:
         """Largest moment [N m]."""
 
     @property
-    def workspace(self) -> tuple:
+    def workspace(self) -> tuple[float, float, float]:
         """Lengths of the workspace (3) [m]."""
 
 class DriverThread:

@@ -56,6 +56,11 @@ class Driver:
     mass: float = MASS
     """Moving mass at the handle; `palpate device bench` measures it [kg]."""
 
+    @classmethod
+    def missing(cls) -> str:
+        """What this machine lacks for the device, in words; empty if nothing is known to be missing."""
+        return ""
+
     def open(self) -> None:
         """Connect to the device and switch its motors on, at zero force."""
 

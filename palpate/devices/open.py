@@ -12,6 +12,10 @@ from palpate.errors import DeviceError
 
 SHIPPED = {
     "simulated": "palpate.devices.simulated:SimulatedDevice",
+    "shared-memory": "palpate.devices.shared_memory:SharedMemoryDevice",
+    "mouse": "palpate.devices.evdev:Mouse",
+    "gamepad": "palpate.devices.evdev:Gamepad",
+    "force-dimension": "palpate.devices.force_dimension:ForceDimension",
 }
 """Drivers that ship with Palpate, by their names in a scene."""
 
@@ -33,7 +37,7 @@ def listed() -> list[Listed]:
     for name, place in SHIPPED.items():
         module, _, cls = place.partition(":")
         kind = getattr(import_module(module), cls)
-        needs = getattr(import_module(module), "missing", lambda: "")()
+        needs = kind.missing()
         device = (kind.__doc__ or "").partition("\n")[0].rstrip(".")
         found.append(Listed(name, device, kind.force_max > 0.0, not needs, needs))
     return found

@@ -28,7 +28,7 @@ ArmName = Annotated[
     WithJsonSchema({"anyOf": [{"enum": list(NAMES)}, {"type": "string", "pattern": r"\.ya?ml$"}]}),
 ]
 #: Drivers that ship with Palpate; text after a colon is their argument. `loop`: a program that calls palpate.Haptics.
-DRIVERS = ("loop", "simulated", "shared-memory", "mouse", "gamepad")
+DRIVERS = ("loop", "simulated", "shared-memory", "mouse", "gamepad", "force-dimension")
 _CLASS = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_][\w.]*")
 
 

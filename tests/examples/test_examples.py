@@ -100,3 +100,18 @@ def test_many_runs():
     assert [row[0] for row in rows] == sorted(row[0] for row in rows)
     assert rows[0][2] > rows[-1][2], "the tool sinks deeper into soft tissue"
     assert all(abs(row[3] / row[0] - 1.0) < 0.2 for row in rows), "force / depth is the stiffness"
+
+
+def test_own_device():
+    out = run("07_own_device.py", "--duration", "2")
+    lines = [line for line in out.splitlines() if " N" in line]
+    peaks = [float(line.split("at most ")[1].split()[0]) for line in lines]
+    assert len(peaks) == 2
+    assert all(0.05 < peak <= 3.0 for peak in peaks)
+    assert "lateness" in out
+
+
+def test_gamepad():
+    out = run("08_gamepad.py", "--pretended", "--duration", "2")
+    assert "#" in out
+    assert float(out.splitlines()[-1].split()[-2]) > 0.2

@@ -92,3 +92,11 @@ def test_cycle_of_networked_devices_allocates_nothing(guard):
     assert counts["no scene"][0] > 0, "control: the allocations of a call are counted"
     for name in ("free", "pressed", "bad stamps", "recovered"):
         assert counts[name] == counts["no scene"], name
+
+
+def test_cycle_of_a_device_allocates_nothing(guard):
+    found = watched(guard, "device", "all")
+    assert found["contact_ticks"] > 1000
+    assert found["control"][0] > 0, "the allocations of a call that returns an array are counted"
+    for name, calls in found["calls"].items():
+        assert [allocations for allocations, *_ in calls[1:]] == [0, 0, 0], name

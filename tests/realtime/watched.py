@@ -2,7 +2,7 @@
 
 python watched.py realtime METHOD RATE SECONDS
     | lockstep METHOD [organ|solids|LAW|ARM|identified|estimating|guided]
-    | robot following|impedance|moving | geometries all
+    | robot following|impedance|moving | geometries all | crtk all | device all
 """
 
 import ctypes
@@ -313,12 +313,45 @@ def crtk() -> dict[str, object]:
     return {"counts": counted, "contact_ticks": touched}
 
 
+def device() -> dict[str, object]:
+    """Counts of calls that make 200 to 2000 steps of a device's cycle: free, pressed, and with bad states."""
+    import crtk_rig
+
+    rig = crtk_rig.Device(needs_state=False)
+    cycle = _core.DeviceCycle(rig.options, Arm.psm("lnd"), organ_scene(20_000))
+    cycle.start()
+    me, counted, t = threading.get_native_id(), {}, 0.0
+    down = np.linspace(0.0, 0.034, 2000)
+    paths = {
+        "free": 0.0 * down,
+        "pressing": down,
+        "pressed": 0.034 + 0.0 * down,
+        "bad": down * np.nan,
+        "back": 0.0 * down,
+    }
+    for name, depths in paths.items():
+        counted[name] = []
+        for n in (200, 200, 500, 2000):
+            X, F = np.tile(rig.X0, (n, 1, 1)), np.zeros((n, 6))
+            X[:, :3, 3] += np.resize(depths[:: max(1, 2000 // n)], n)[:, None] * rig.down
+            times = t + 1e-3 * np.arange(1, n + 1)
+            t = float(times[-1])
+            before = counts(me)
+            cycle.replay(times, X, F)
+            counted[name].append((counts(me) - before).tolist())
+    before = counts(me)
+    drained = cycle.drain()
+    return {"calls": counted, "contact_ticks": contacts(drained), "control": (counts(me) - before).tolist()}
+
+
 if __name__ == "__main__":
     mode, method, *rest = sys.argv[1:]
     if mode == "robot":
         found = robot(method)
     elif mode == "crtk":
         found = crtk()
+    elif mode == "device":
+        found = device()
     elif mode == "geometries":
         found = geometries()
     else:

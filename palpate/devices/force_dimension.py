@@ -1,0 +1,89 @@
+"""Force Dimension devices (Omega, Delta, Sigma, Lambda) and the Falcon, by the Python binding `forcedimension-core`.
+
+The binding (PyPI, LGPL-3.0) loads the vendor's SDK, which has a licence of its own; both are installed by the user.
+This driver was judged with a stand-in that has the functions of version 1.0.0, not with a device.
+"""
+
+from __future__ import annotations
+
+from ctypes import c_double
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+
+from palpate.arrays import Array
+from palpate.devices.driver import Driver, Reading
+from palpate.errors import DeviceError
+
+_MEND = "pip install forcedimension-core, and install the SDK of Force Dimension"
+
+
+class ForceDimension(Driver):
+    """A device of Force Dimension, or a Falcon (``force-dimension``), by the vendor's SDK.
+
+    Its base has x towards the user, y to the right and z up. Button 0 is the clutch. The SDK compensates the weight.
+    """
+
+    rate = 1000.0
+    force_max = 8.0  # the weakest device, a Falcon; a scene's cap is usually lower
+    moment_max = 0.1
+    workspace = (0.10, 0.10, 0.10)
+
+    def __init__(self) -> None:
+        self._dhd: Any = None
+        self._id = -1
+        self._p, self._R = [0.0] * 3, [[0.0] * 3 for _ in range(3)]
+        self._angle = c_double()
+        self._wrist = self._gripper = False
+
+    @classmethod
+    def missing(cls) -> str:
+        """Empty if the binding is installed."""
+        return "" if find_spec("forcedimension_core") else "the Python package forcedimension-core and the vendor's SDK"
+
+    def open(self) -> None:
+        """Open the first device and switch its forces on."""
+        try:
+            self._dhd = import_module("forcedimension_core.dhd")
+        except Exception as error:  # the binding raises its own errors if the SDK is missing
+            raise DeviceError("the binding of Force Dimension cannot be loaded", why=str(error), mend=_MEND) from None
+        self._id = self._dhd.open()
+        if self._id < 0:
+            mend = "check power and cable, and the udev rules of the SDK; calibrate the device by its own program first"
+            raise DeviceError("no device of Force Dimension opens", why=str(self._dhd.errorGetLastStr()), mend=mend)
+        self._wrist, self._gripper = bool(self._dhd.hasWrist(self._id)), bool(self._dhd.hasGripper(self._id))
+        self._check(self._dhd.setGravityCompensation(True, self._id))
+        self._check(self._dhd.enableForce(True, self._id))
+
+    def read(self) -> Reading:
+        """Pose, angle of the gripper and clutch button."""
+        X = np.eye(4)
+        if self._wrist:
+            self._check(self._dhd.getPositionAndOrientationFrame(self._p, self._R, self._id))
+            X[:3, :3] = self._R
+        else:
+            self._check(self._dhd.getPosition(self._p, self._id))
+        X[:3, 3] = self._p
+        if self._gripper:
+            self._check(self._dhd.getGripperAngleRad(self._angle, self._id))
+        return Reading(X, None, abs(self._angle.value), int(self._dhd.getButton(0, self._id) > 0))
+
+    def write(self, wrench: Array) -> None:
+        """Command force and moment."""
+        if self._id >= 0:
+            force, moment = wrench[:3].tolist(), wrench[3:].tolist()
+            self._check(self._dhd.setForceAndTorque(force, moment, self._id))
+
+    def close(self) -> None:
+        """Zero force, brakes off, close."""
+        if self._id >= 0:
+            self._dhd.enableForce(False, self._id)
+            self._dhd.close(self._id)
+        self._id = -1
+
+    def _check(self, code: int) -> None:
+        """Raise OSError for a negative code; positive codes are remarks, such as a reading that is not new."""
+        if code < 0:
+            raise OSError(str(self._dhd.errorGetLastStr()))
