@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from palpate.certificate import certify as certify
     from palpate.guidance import Fixture as Fixture
     from palpate.mesh import Mesh as Mesh
+    from palpate.record import Record as Record
     from palpate.scene import Scene as Scene
     from palpate.session import Session as Session
 
@@ -30,6 +31,7 @@ __all__ = [
     "Device",
     "Fixture",
     "Mesh",
+    "Record",
     "Scene",
     "Session",
     "Variation",
@@ -47,6 +49,7 @@ _MODULE_OF = {
     "Device": "palpate.certificate",
     "Fixture": "palpate.guidance",
     "Mesh": "palpate.mesh",
+    "Record": "palpate.record",
     "Scene": "palpate.scene",
     "Session": "palpate.session",
     "Variation": "palpate.batch",

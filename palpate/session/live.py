@@ -9,6 +9,7 @@ import time
 import weakref
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from datetime import datetime, timedelta
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -275,8 +276,16 @@ class LiveSession:
                 folder = new_folder(self._out, self.scene.title)
                 self.record = folder / "record.mcap"
                 self.notes += keep_scene(folder, self.rig.resolved_yaml(absolute=True))
+                now = datetime.now().astimezone()
                 self._recorder = Recorder(
-                    self.record, self.rig.resolved_yaml(), self.seed, self.rate, not realtime, bag=True
+                    self.record,
+                    self.rig.resolved_yaml(),
+                    self.seed,
+                    self.rate,
+                    not realtime,
+                    bag=True,
+                    started=now - timedelta(seconds=float(self.latest()["t"])),
+                    every=self.scene.record.every(self.rate),
                 )
 
     def _faults(self) -> list[str]:
