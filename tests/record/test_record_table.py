@@ -37,7 +37,7 @@ def test_names_of_columns_are_unique():
 
 
 def test_started_is_recorded_in_real_time_only(tmp_path):
-    """Wall-clock time is in the metadata of real-time records; lockstep records of one scene and seed are equal bytes."""
+    """Wall-clock time is in the metadata of real-time records; equal lockstep runs give equal bytes."""
     ticks = synthetic_run.run(0.3)
     at = datetime(2026, 11, 22, 10, 15, tzinfo=UTC)
     assert recorded(tmp_path / "live.mcap", ticks, deterministic=False, started=at).started == at
