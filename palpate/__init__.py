@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from palpate.devices import Haptics as Haptics
     from palpate.guidance import Fixture as Fixture
     from palpate.mesh import Mesh as Mesh
+    from palpate.record import Record as Record
     from palpate.scene import Scene as Scene
     from palpate.session import Session as Session
 
@@ -32,6 +33,7 @@ __all__ = [
     "Fixture",
     "Haptics",
     "Mesh",
+    "Record",
     "Scene",
     "Session",
     "Variation",
@@ -50,6 +52,7 @@ _MODULE_OF = {
     "Fixture": "palpate.guidance",
     "Haptics": "palpate.devices",
     "Mesh": "palpate.mesh",
+    "Record": "palpate.record",
     "Scene": "palpate.scene",
     "Session": "palpate.session",
     "Variation": "palpate.batch",

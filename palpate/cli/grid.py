@@ -34,8 +34,8 @@ class Command:
     """Mesh file (STL, OBJ, PLY, ...), closed."""
     spacing: Annotated[float | None, arg(metavar="MM")] = None
     """Distance of the nodes; 1/100 of the mesh when left out. Walls thinner than two spacings are lost."""
-    unit: Literal["mm", "cm", "m", "in"] = "mm"
-    """Unit of the numbers in the mesh file."""
+    unit: Literal["mm", "cm", "m", "in"] | None = None
+    """Unit of the numbers in the mesh file; when left out that of the file or its format, otherwise mm."""
     out: Annotated[Path | None, arg(metavar="FILE.npz")] = None
     """The grid file to write; next to the mesh when left out."""
     json: Annotated[Path | None, arg(metavar="FILE")] = None

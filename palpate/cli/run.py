@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,8 +16,11 @@ from palpate.console import INTERRUPTED, PORT
 from palpate.errors import PalpateError
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from palpate.scene import Scene
     from palpate.session import Session
+    from palpate.session.summary import Summary
 
 
 @dataclass
@@ -27,9 +32,9 @@ class Command:
       palpate run scenes/liver.yaml --headless --duration 5 --json run.json
       palpate run my.yaml --realtime --seed 7 --out /data/runs
 
-    In a terminal the scene runs in real time, and the 3-D viewer is served afterwards until Ctrl-C. Without a terminal,
-    or with --headless, it runs as fast as possible and ends by itself. Ctrl-C stops a run at any moment: the record is
-    closed, the summary is printed, the exit code is 130.
+    In a terminal the scene runs in real time in the 3-D viewer, which stays open until its stop button or Ctrl-C.
+    Without a terminal, or with --headless, it runs as fast as possible and ends by itself. Ctrl-C stops a run at any
+    moment: the record is closed, the summary is printed, the exit code is 130.
     """
 
     scene: Positional[Path]
@@ -49,7 +54,7 @@ class Command:
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the summary as JSON (docs/json.md); - for the standard output, all else then goes to stderr."""
     serve: bool = False
-    """Serve the viewer after the run even without a terminal."""
+    """Show the run in the viewer even without a terminal."""
     openigtlink: Annotated[int | None, arg(metavar="PORT")] = None
     """Send frames and force to 3D Slicer during the run, on this port of 127.0.0.1 (docs/frames.md); e.g. 18944."""
     port: int = PORT
@@ -57,14 +62,9 @@ class Command:
 
     def __call__(self) -> int:
         """Run the scene, print the summary, serve the viewer if requested; returns the exit code."""
-        from palpate.certificate.scene import warn_outside
-        from palpate.console import outcome
         from palpate.console.output import console_for, require_writable, write_json
-        from palpate.console.progress import Progress
-        from palpate.console.view import require_viewer, serve
-        from palpate.report.summary import summary_table
+        from palpate.console.view import live, open_page, require_viewer
         from palpate.scene import Scene
-        from palpate.session import Session
 
         self._refuse_contradictions()
         console = console_for(self.json)
@@ -75,23 +75,32 @@ class Command:
         scene = Scene.load(self.scene)
         if scene.arms.leader.driver is not None:
             return self._run_device(scene)
+        if viewer:
+            page = open_page(scene.title, self.port, console)
+            run, report = partial(self._run, console=console, realtime=not self.fast), partial(_report, console, scene)
+            summary = live(partial(self._session, scene, page.say), run, report, page, console)
+        else:
+            summary = _report(console, scene, self._run(self._session(scene), console, self.realtime))
+        write_json(self.json, summary)
+        return INTERRUPTED if summary.interrupted else 0
+
+    def _session(self, scene: Scene, say: Callable[[str], None] = lambda line: None) -> Session:
+        from palpate.certificate.scene import warn_outside
+        from palpate.session import Session
+
+        say("reading surfaces, placing arms and planning the path")
         session = Session(scene, out=self.out or Path(scene.record.folder), seed=self.seed)
+        say("computing the stability certificate")
         warn_outside(session.rig)
-        duration = scene.duration if self.duration is None else self.duration
-        realtime = self.realtime or (viewer and not self.fast)
+        return session
+
+    def _run(self, session: Session, console: Console, realtime: bool) -> Summary:
+        from palpate.console.progress import Progress
+
+        duration = session.scene.duration if self.duration is None else self.duration
         mode = "real time" if realtime else "lockstep, as fast as possible"
         with Progress(console, duration, mode) as progress, self._sender(session):
-            summary = session.run(duration, realtime=realtime, on_progress=progress)
-        summary = outcome.with_report(summary, scene)
-        console.print(summary_table(summary))
-        outcome.print_details(console, summary, scene.record.report)
-        write_json(self.json, summary)
-        if summary.interrupted:
-            return INTERRUPTED
-        if viewer:
-            session.recording = False
-            serve(session, self.port, console)
-        return 0
+            return session.run(duration, realtime=realtime, on_progress=progress)
 
     def _run_device(self, scene: Scene) -> int:
         """Render the scene on the device of its driver until the duration or Ctrl-C ends it; returns the exit code."""
@@ -135,3 +144,14 @@ class Command:
             )
         if self.seed is not None and not 0 <= self.seed < 2**64:
             raise PalpateError(f"--seed {self.seed}: must be a whole number from 0", mend="give e.g. --seed 1")
+
+
+def _report(console: Console, scene: Scene, summary: Summary) -> Summary:
+    """Write the report of a run and print its summary."""
+    from palpate.console import outcome
+    from palpate.report.summary import summary_table
+
+    summary = outcome.with_report(summary, scene)
+    console.print(summary_table(summary))
+    outcome.print_details(console, summary, scene.record.report)
+    return summary

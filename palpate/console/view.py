@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import importlib.util
 import socket
+import webbrowser
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from palpate.console.output import say
@@ -15,6 +19,9 @@ if TYPE_CHECKING:
     from palpate.record.reader import Record
     from palpate.record.ticks import Ticks
     from palpate.session import Session
+    from palpate.session.summary import Summary
+    from palpate.viewer import LiveViewer
+    from palpate.viewer.opening import Opening
     from palpate.viewer.stage import Stage
 
 HOST = "127.0.0.1"
@@ -53,6 +60,73 @@ def free_port(wanted: int) -> int:
         where=HOST,
         mend="stop another viewer, or choose a port with --port",
     )
+
+
+def open_page(title: str, port: int, console: Console) -> Opening:
+    """Open the viewer's page on the first free port, and print its address.
+
+    Raises:
+        PortError: no port is free.
+    """
+    from palpate.viewer.opening import Opening
+
+    page = Opening(title, HOST, free_port(port))
+    say(console, f"viewer: {page.url}   (Ctrl-C ends it)")
+    return page
+
+
+def live(
+    begin: Callable[[], Session],
+    run: Callable[[Session], Summary],
+    report: Callable[[Summary], Summary],
+    page: Opening,
+    console: Console,
+) -> Summary:
+    """Load a session while the page says so, run it in the viewer, and go on until the stop button or Ctrl-C.
+
+    Args:
+        begin: loads the session.
+        run: runs the session for its duration.
+        report: writes the report of a closed record and prints the summary.
+        page: the open page.
+        console: where the end of the viewer is printed.
+
+    Returns:
+        The summary of `run`. Motion after `run` goes into a record of its own, unless its box is off.
+    """
+    from palpate.viewer import LiveViewer, stage_of
+
+    try:
+        session = begin()
+        page.say("drawing the scene")
+        shown = LiveViewer(session, stage_of(session.rig), server=page.server, runner=session)
+    except BaseException:
+        page.close()
+        raise
+    page.done()
+    try:
+        summary = report(run(session))
+        if summary.interrupted and not shown.stopped.is_set():
+            return summary
+        if not shown.stopped.is_set():
+            session.recording = shown.control_panel.run.record.value
+            session.start()
+            _wait(shown, console)
+            if session.recording:
+                summary = replace(report(session.close()), interrupted=False)
+        if shown.stopped.is_set() and summary.report is not None:
+            webbrowser.open(Path(summary.report).resolve().as_uri())
+        return replace(summary, interrupted=False)
+    finally:
+        session.stop()
+        shown.close()
+
+
+def _wait(shown: LiveViewer, console: Console) -> None:
+    try:
+        shown.stopped.wait()
+    except KeyboardInterrupt:
+        say(console, "viewer closed")
 
 
 def serve(shown: Session | Record | tuple[Stage, Ticks], port: int, console: Console) -> None:

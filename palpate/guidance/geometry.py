@@ -187,8 +187,8 @@ class Mesh(Shape):
     key: ClassVar[str] = "mesh"
     file: str
     """STL, OBJ, PLY, ..., relative to the scene file; ${VARIABLE} is replaced"""
-    unit: Unit = "mm"
-    """unit of the numbers in the file"""
+    unit: Unit | None = None
+    """unit of the numbers in the file; when left out that of the file or its format, otherwise mm"""
     pose: PoseSection = PoseSection()
     """pose of the file's own frame"""
 
@@ -221,7 +221,9 @@ class Cloud(Shape):
 
         file = context.file(self.file)
         if file.suffix.lower() in MESHES:
-            points = np.asarray(mesh_files.read(file)[0], dtype=np.float64) * FILE_UNITS[self.unit]
+            points, _, stated = mesh_files.read_with_unit(file)
+            unit = self.unit if "unit" in self.model_fields_set else stated or self.unit
+            points = np.asarray(points, dtype=np.float64) * FILE_UNITS[unit]
         else:
             points = read_rows(file, self.unit)[0]
         try:
@@ -253,7 +255,7 @@ class Grid(Shape):
         if Path(self.file).suffix.lower() in GRIDS:
             grid = DistanceGrid.load(file, self.unit)
         else:
-            mesh = Triangles.load(file, self.unit)
+            mesh = Triangles.load(file, self.unit if "unit" in self.model_fields_set else None)
             grid = DistanceGrid.from_mesh(mesh, self.spacing or float(np.ptp(mesh.bounds, axis=0).max()) / 100.0)
         return placed(_core.SurfaceGeometry(grid.core), self.pose.matrix())
 

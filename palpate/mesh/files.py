@@ -1,8 +1,9 @@
-"""Reading and writing of mesh files, in the file's own unit: STL with numpy, other formats with trimesh."""
+"""Reading and writing of mesh files: STL with numpy, volumes and VTK in their modules, other formats with trimesh."""
 
 from __future__ import annotations
 
 import difflib
+import importlib.util
 import re
 import warnings
 from pathlib import Path
@@ -11,11 +12,17 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.arrays.checks import is_number
-from palpate.errors import MeshError, OutputError, PalpateWarning
+from palpate.errors import MeshError, MissingExtraError, OutputError, PalpateWarning
+from palpate.mesh import volumes, vtk_file
 
 _HEADER, _FACET = 84, np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _VERTEX = re.compile(rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)")
 _OTHER_FORMATS = (".obj", ".ply", ".off", ".glb", ".gltf", ".3mf", ".dae")
+_PACKAGES = {".3mf": ("networkx", "lxml"), ".dae": ("collada",)}  # with which trimesh reads these formats
+_UNIT_NAMES = {"millimeter": "mm", "centimeter": "cm", "meter": "m", "inch": "in", "inche": "in"}
+
+#: Endings of all files that `read` reads.
+FORMATS = (".stl", *_OTHER_FORMATS, *vtk_file.ENDINGS, *volumes.ENDINGS)
 
 Soup = tuple[npt.NDArray[np.floating], npt.NDArray[np.integer]]
 
@@ -26,13 +33,36 @@ def read(path: Path) -> Soup:
     Raises:
         MeshError: the file is missing, empty, truncated or not a mesh; the message names the remedy.
     """
+    vertices, triangles, _ = read_with_unit(path)
+    return vertices, triangles
+
+
+def read_with_unit(
+    path: Path, selection: volumes.Selection | None = None
+) -> tuple[npt.NDArray[np.floating], npt.NDArray[np.integer], str]:
+    """As `read`, with the unit that the file or its format states: ``m`` for glTF; empty if it states none.
+
+    Args:
+        path: the file.
+        selection: label or threshold of a volume.
+
+    Raises:
+        MeshError: as for `read`. MissingExtraError: the package that reads the format is not installed.
+    """
     data = _bytes(path)
     if data.startswith(b"version https://git-lfs"):
         raise MeshError(
             "this is a Git LFS pointer, not the mesh", where=str(path), mend="fetch the file itself: git lfs pull"
         )
+    if volumes.is_volume(path):
+        return *volumes.surface(path, selection or volumes.Selection()), "mm"
+    if selection is not None and selection != volumes.Selection():
+        mend = f"remove label and threshold, or name a volume ({', '.join(volumes.ENDINGS)})"
+        raise MeshError("label and threshold select a part of a volume, and this is a mesh", where=str(path), mend=mend)
     if path.suffix.lower() in (".stl", ".stla", ".stlb"):
-        return _stl(path, data)
+        return *_stl(path, data), ""
+    if path.suffix.lower() in vtk_file.ENDINGS:
+        return *_with_triangles(path, *vtk_file.read(path)), ""
     return _by_trimesh(path)
 
 
@@ -156,21 +186,39 @@ def _ascii_stl(path: Path, data: bytes) -> Soup:
     return vertices, np.arange(len(vertices), dtype=np.int32).reshape(-1, 3)
 
 
-def _by_trimesh(path: Path) -> Soup:
+def _by_trimesh(path: Path) -> tuple[npt.NDArray[np.floating], npt.NDArray[np.integer], str]:
     import trimesh
 
-    if path.suffix.lower() not in _OTHER_FORMATS:
-        known = ", ".join((".stl", *_OTHER_FORMATS))
-        raise MeshError(f"unknown mesh format {path.suffix!r}", where=str(path), mend=f"use one of {known}")
+    ending = path.suffix.lower()
+    if ending not in _OTHER_FORMATS:
+        raise MeshError(
+            f"unknown mesh format {path.suffix!r}", where=str(path), mend=f"use one of {', '.join(FORMATS)}"
+        )
+    if any(importlib.util.find_spec(name) is None for name in _PACKAGES.get(ending, ())):
+        raise MissingExtraError(f"the reader of {ending} files", "files")
     try:
         loaded = trimesh.load(str(path), force="mesh", process=False)
         vertices = np.asarray(getattr(loaded, "vertices", np.empty((0, 3))), dtype=np.float64)
         triangles = np.asarray(getattr(loaded, "faces", np.empty((0, 3))), dtype=np.int64)
+        vertices, unit = _in_named_unit(vertices, str(getattr(loaded, "units", "")))
     except Exception as error:  # trimesh raises many types of exception; each means that the file is not readable
         why = f"{type(error).__name__}: {error}"
         raise MeshError(
             f"not a readable {path.suffix} file", where=str(path), why=why, mend="export it again"
         ) from None
+    return *_with_triangles(path, vertices, triangles), unit
+
+
+def _in_named_unit(vertices: npt.NDArray[np.float64], named: str) -> tuple[npt.NDArray[np.float64], str]:
+    """Vertices and the name of their unit; trimesh names those of COLLADA as ``0.01 * meters``."""
+    factor, _, rest = named.partition(" * ")
+    if rest == "meters":
+        return float(factor) * vertices, "m"
+    return vertices, _UNIT_NAMES.get(named.removesuffix("s"), "")
+
+
+def _with_triangles(path: Path, vertices: npt.NDArray[np.float64], triangles: npt.NDArray[np.int64]) -> Soup:
+    """The same, checked: there are triangles, and vertices of three numbers."""
     if len(triangles) == 0 or len(vertices) == 0:
         why = "points without faces are not a surface" if len(vertices) else ""
         raise MeshError("the mesh holds zero triangles", where=str(path), why=why, mend="export it with its faces")

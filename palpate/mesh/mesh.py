@@ -16,6 +16,7 @@ from palpate import _core
 from palpate.errors import MeshError, PalpateWarning
 from palpate.mesh import check, index
 from palpate.mesh import files as mesh_files
+from palpate.mesh.volumes import Selection
 from palpate.units import FILE_UNITS
 
 Unit = Literal["mm", "cm", "m", "in"]
@@ -43,6 +44,7 @@ class Mesh:
     core: _core.Mesh  #: the C++ mesh with its index
     report: check.MeshReport  #: what was found and repaired
     name: str  #: name in messages
+    unit: Unit  #: unit of the file's numbers; metres for a mesh made from arrays
 
     def __init__(self, vertices: npt.ArrayLike, triangles: npt.ArrayLike, *, name: str = "mesh") -> None:
         v, t = _vertices(vertices, name), _triangles(triangles, name)
@@ -50,19 +52,32 @@ class Mesh:
         self._build(v, t, name, "m")
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str], unit: Unit = "mm") -> Mesh:
-        """Read a mesh file: STL (binary or ASCII), OBJ, PLY, OFF, GLB.
+    def load(
+        cls,
+        path: str | os.PathLike[str],
+        unit: Unit | None = None,
+        *,
+        label: int | str | None = None,
+        threshold: float | None = None,
+    ) -> Mesh:
+        """Read a mesh file, or the surface of a segmentation or CT volume (docs/meshes.md lists the formats).
 
         Args:
             path: the file.
-            unit: the unit of its coordinates: ``mm``, ``cm``, ``m`` or ``in``. Mesh files do not state it.
+            unit: the unit of its coordinates: ``mm``, ``cm``, ``m`` or ``in``. When left out, the unit that the file or
+                its format states (glTF: metres), and mm for formats without a unit, such as STL.
+            label: value or name of a segment of a volume; not needed if it has a single one.
+            threshold: instead of label: smallest value inside, e.g. in Hounsfield units.
 
         Raises:
             MeshError: the file is missing, empty, truncated, of an unknown format, or holds no triangle with an area.
+            MissingExtraError: the package that reads the format is not installed.
         """
-        if unit not in FILE_UNITS:
+        if unit is not None and unit not in FILE_UNITS:
             raise MeshError(f"unknown unit {unit!r}", where=str(path), mend=f"use one of {', '.join(FILE_UNITS)}")
-        vertices, triangles = mesh_files.read(Path(path))
+        vertices, triangles, stated = mesh_files.read_with_unit(Path(path), Selection(label, threshold))
+        unit = unit or stated or "mm"  # type: ignore[assignment]
+        assert unit is not None
         _require_finite(vertices, str(path))
         metres: npt.NDArray[np.float64] = np.multiply(vertices, FILE_UNITS[unit], dtype=np.float64)
         del vertices  # frees the memory of a large file
@@ -80,6 +95,7 @@ class Mesh:
             what, _, mend = str(error).removeprefix("mesh: ").partition("; ")
             raise MeshError(what, where=name, mend=mend) from None
         self.vertices, self.triangles, self.name = self.core.vertices, self.core.triangles, name
+        self.unit = unit  # type: ignore[assignment]
         self.report = check.report_of(self.core.report, unit)
         for f in self.report.findings:
             warnings.warn(PalpateWarning(f.what, where=name, why=f.why, mend=f.mend), stacklevel=4)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
+from datetime import datetime
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from mcap import records
@@ -16,6 +17,9 @@ from palpate.record.channels import MESSAGE_HEAD, Channel, channels
 from palpate.record.mcap_scan import Scan, chunk_data, damaged, scan
 from palpate.record.ticks import SIGNALS, TICK, TICK_BYTES, Signal, Ticks, Timing
 from palpate.record.writer import TickEncoder, column
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Numbered = dict[int, Channel]
 """Channel id in the file -> layout of the channel."""
@@ -59,7 +63,7 @@ class Record:
         scene = content.attachments.get("scene.yaml", b"").decode(errors="replace")
         record = cls(path, ticks, scene, signals, content.complete, content.metadata)
         try:
-            _ = record.rate, record.seed, record.faults, record.timing
+            _ = record.rate, record.seed, record.faults, record.timing, record.started
         except (ValueError, TypeError) as error:
             raise damaged(path, error) from error
         return record
@@ -103,6 +107,26 @@ class Record:
         """`Simulation.timing()` at the end of a real-time run; None in lockstep or if the run was killed."""
         stored = self.metadata.get("outcome", {}).get("timing")
         return None if stored is None else dict(json.loads(stored))
+
+    @property
+    def started(self) -> datetime | None:
+        """Wall-clock time at t = 0 with its time zone, for a run in real time; None for a lockstep run."""
+        stored = self.metadata.get("clock", {}).get("started")
+        return None if stored is None else datetime.fromisoformat(stored)
+
+    def to_pandas(self) -> pd.DataFrame:
+        """A table with one row per tick: the time as index, and columns such as ``F_T_W.x [N]``.
+
+        ``attrs["started"]`` is `started`.
+
+        Raises:
+            MissingExtraError: pandas is not installed.
+        """
+        from palpate.record.frame import to_pandas
+
+        table = to_pandas(self.ticks, self.signals)
+        table.attrs["started"] = self.started
+        return table
 
     @property
     def note(self) -> str | None:

@@ -6,6 +6,7 @@ import json
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -37,16 +38,28 @@ class Recorder:
         rate: ticks per second of run time [Hz].
         deterministic: True for a lockstep record, which leaves out signals that depend on the machine.
         bag: True writes the ``metadata.yaml`` of a rosbag2 into the folder, which then holds this record only.
+        started: wall-clock time at t = 0 with its time zone; ignored in a lockstep record.
+        every: record each tick whose number is a multiple of this.
 
     Raises:
         OutputError: the file cannot be created.
     """
 
     def __init__(
-        self, path: str | Path, scene_yaml: str, seed: int, rate: float, deterministic: bool, bag: bool = False
+        self,
+        path: str | Path,
+        scene_yaml: str,
+        seed: int,
+        rate: float,
+        deterministic: bool,
+        bag: bool = False,
+        started: datetime | None = None,
+        every: int = 1,
     ) -> None:
         self.path = Path(path)
-        self._bag = bag
+        self._bag, self._every, self._seen = bag, every, 0
+        self._started = None if deterministic else started
+        rate = rate / every
         self.failure: str | None = None
         """Reason for which recording stopped early; None without failure."""
         self.sha256: str | None = None
@@ -75,8 +88,11 @@ class Recorder:
         """Record ticks: (n, TICK_DOUBLES) float64 or (n,) `TICK`, in order of time. Ignored after a failure."""
         if self.failure is not None or self.sha256 is not None or not len(rows):
             return
-        self._pending.append(as_ticks(rows).copy())
-        self._pending_count += len(rows)
+        ticks = as_ticks(rows)
+        kept = ticks[-self._seen % self._every :: self._every].copy()
+        self._seen += len(ticks)
+        self._pending.append(kept)
+        self._pending_count += len(kept)
         late = not self._deterministic and time.monotonic() - self._flushed_at > 1.0 / CHUNKS_PER_SECOND
         if self._pending_count >= self._chunk or late:
             self._guard(lambda: self._flush(everything=late))
@@ -108,6 +124,9 @@ class Recorder:
         run = {"version": __version__, "seed": str(seed), "rate_Hz": repr(float(rate))}
         self._file.add_metadata("palpate", run | {"deterministic": json.dumps(self._deterministic)})
         self._file.add_attachment("scene.yaml", "application/yaml", scene_yaml)
+        if self._started is not None:
+            zone = self._started.tzname() or ""
+            self._file.add_metadata("clock", {"started": self._started.isoformat(), "time_zone": zone})
         table = [asdict(c.signal) | {"channel": c.topic, "type": c.schema} for c in self._channels]
         self._file.add_attachment("signals.json", "application/json", json.dumps(table, indent=1))
         schemas: dict[str, int] = {}

@@ -77,7 +77,8 @@ def _surface_key(scene: Scene, index: int) -> str:
         with suppress(OSError):  # reading the file later reports that it is missing
             state = path.stat()
             file = (str(path.resolve()), state.st_size, state.st_mtime_ns)
-    return repr((obj.name, obj.source, getattr(obj, obj.source), file, obj.unit, obj.triangles))
+    selected = (obj.unit, obj.label, obj.threshold)
+    return repr((obj.name, obj.source, getattr(obj, obj.source), file, selected, obj.triangles))
 
 
 def snapshot(scene: Scene, surfaces_W: list[PlacedSurface]) -> _core.Snapshot:
@@ -122,7 +123,9 @@ def _body(scene: Scene, index: int) -> Mesh | surfaces.Surface:
 def _from_file(scene: Scene, index: int) -> Mesh | surfaces.Surface:
     obj, path = scene.objects[index], scene.path_of(index)
     try:
-        return Mesh.load(path, obj.unit) if obj.mesh is not None else surfaces.DistanceGrid.load(path, obj.unit)
+        if obj.mesh is not None:
+            return Mesh.load(path, obj.unit, label=obj.label, threshold=obj.threshold)
+        return surfaces.DistanceGrid.load(path, obj.unit or "mm")
     except (MeshError, SurfaceError) as error:
         why = "; ".join(part for part in (error.where, error.why) if part)
         where = scene.where("objects", index, obj.source)

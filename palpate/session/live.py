@@ -9,6 +9,7 @@ import time
 import weakref
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from datetime import datetime, timedelta
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -64,6 +65,7 @@ class LiveSession:
         self._live = False
         self._began = 0.0
         self._dropped = 0
+        self._taken = 0  # ticks of all records
         self._lock = threading.RLock()  # only one thread at a time writes to the recorder
         self._pump: threading.Thread | None = None
         self._stop_pump = threading.Event()
@@ -173,6 +175,31 @@ class LiveSession:
         """Compute time, lateness, slack and missed ticks of the loop (`Simulation.timing`)."""
         return self._loop.timing()
 
+    def advance(self, seconds: float) -> None:
+        """Let a paused session run in real time for a simulated time [s], and a few ticks more; pause it again."""
+        self._pause(False)
+        until = float(self.latest()["t"]) + seconds
+        deadline = time.monotonic() + 10.0 * seconds + 1.0
+        while self.running and float(self.latest()["t"]) < until - 1e-9 and time.monotonic() < deadline:
+            time.sleep(0.5 / self.rate)
+        self._pause(True)
+
+    def _pause(self, on: bool) -> None:
+        controls = self.controls
+        controls.paused = on
+        self.controls = controls
+
+    def set_recording(self, on: bool) -> None:
+        """End the present record, also while the session runs; True begins a new one with the next tick."""
+        with self._lock:
+            if self._recorder is not None and not self._closed:
+                self._recorder.close(self._faults(), self.timing)
+            self.recording, self._closed = on, True
+
+    def interrupt(self) -> None:
+        """End `run` before its duration is over; its record is complete."""
+        self._interrupted.set()
+
     # -- ending ----------------------------------------------------------------------------------------------------
 
     def close(self, interrupted: bool = False) -> Summary:
@@ -255,6 +282,7 @@ class LiveSession:
         with self._lock:
             self._begin(realtime)
             self._totals.add(ticks)
+            self._taken += len(ticks)
             if self._recorder is not None:
                 self._recorder.append(ticks)
                 if self._recorder.failure and self._recorder.failure not in self.notes:
@@ -275,8 +303,16 @@ class LiveSession:
                 folder = new_folder(self._out, self.scene.title)
                 self.record = folder / "record.mcap"
                 self.notes += keep_scene(folder, self.rig.resolved_yaml(absolute=True))
+                now = datetime.now().astimezone()
                 self._recorder = Recorder(
-                    self.record, self.rig.resolved_yaml(), self.seed, self.rate, not realtime, bag=True
+                    self.record,
+                    self.rig.resolved_yaml(),
+                    self.seed,
+                    self.rate,
+                    not realtime,
+                    bag=True,
+                    started=now - timedelta(seconds=float(self.latest()["t"])),
+                    every=self.scene.record.every(self.rate),
                 )
 
     def _faults(self) -> list[str]:

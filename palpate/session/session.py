@@ -122,9 +122,9 @@ class Session(LiveSession):
 
     def _run_realtime(self, n: int, on_progress: Callable[[State], None] | None) -> None:
         self.start()
-        goal = self._totals.ticks + n
+        goal = self._taken + n
         try:
-            while self._totals.ticks + self._sim.dropped < goal and not self._interrupted.is_set():
+            while self._taken + self._sim.dropped < goal and not self._interrupted.is_set():
                 time.sleep(2 * DRAIN)
                 if on_progress is not None:
                     on_progress(self.state)

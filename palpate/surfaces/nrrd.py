@@ -43,6 +43,16 @@ def read(path: Path, unit: str) -> tuple[npt.NDArray[np.float32], Array, Array]:
     return (values.reshape(sizes, order="F") * scale).astype(np.float32), scale * origin, scale * spacing
 
 
+def is_segmentation(path: Path) -> bool:
+    """Whether the file is NRRD with values without a sign, which are labels and no distances."""
+    try:
+        with path.open("rb") as file:
+            head = file.read(4096)
+    except OSError:
+        return False
+    return head.startswith(b"NRRD") and re.search(rb"\ntype:\s*(u|unsigned )", head) is not None
+
+
 def _space(field: dict[str, str]) -> tuple[Array, Array]:
     if "space directions" in field:
         rows = np.array([[float(x) for x in v.split(",")] for v in _VECTOR.findall(field["space directions"])])
@@ -62,7 +72,14 @@ def _unit(field: dict[str, str], unit: str) -> str:
 
 def _dtype(field: dict[str, str]) -> np.dtype[np.generic]:
     if field["type"] not in _TYPES:
-        raise ValueError(f"values of type {field['type']}; float, double, short and int are read")
+        why = (
+            "a segmentation is read as a surface, mesh: FILE"
+            if "char" in field["type"] or "uint" in field["type"]
+            else ""
+        )
+        raise ValueError(
+            f"values of type {field['type']} are no distances; float, double, short and int are read. {why}"
+        )
     return np.dtype(("<" if field.get("endian", "little") == "little" else ">") + _TYPES[field["type"]])
 
 

@@ -10,20 +10,23 @@ import viser
 from palpate.arrays import Array
 from palpate.record.ticks import Ticks
 from palpate.viewer.controls import set_value
+from palpate.viewer.run_buttons import RunButtons, Runner
 from palpate.viewer.source import Source
 from palpate.viewer.stage import Stage
 
 REACH = 0.12
 """Largest displacement of the hand from its path by the ball, along each axis [m]."""
 BALL = 0.016
-"""Radius of the ball [m]."""
+"""Smallest radius of the ball [m]."""
+BALL_PIXELS = 62.0
+"""Smallest width of the ball on the screen [pixels]."""
 HAND = (245, 150, 30)
 
 
 class ControlPanel:
     """Sliders, pedal, buttons, and the ball at the leader's handle; each change sends new `Controls` to the loop."""
 
-    def __init__(self, server: viser.ViserServer, stage: Stage, source: Source) -> None:
+    def __init__(self, server: viser.ViserServer, stage: Stage, source: Source, runner: Runner | None = None) -> None:
         """Fills the main panel, docks it on the right, and adds the ball to the scene."""
         self._source, self._stage = source, stage
         self._lock = threading.Lock()
@@ -42,13 +45,12 @@ class ControlPanel:
             self.stiffness = _slider(gui, "stiffness [N/m]", stage.stiffness)
             self.damping = _slider(gui, "damping [N s/m]", stage.damping)
         with gui.add_folder("Run"):
-            self.pause = gui.add_checkbox("pause", False, hint="Stops the simulated time")
+            self.run = RunButtons(gui, runner, bool(getattr(source, "recording", False)))
+            self.pause = self.run.pause
             self.reset = gui.add_button("Reset hand and tissue", hint="Restores the initial settings of this panel")
         gui.main_panel.dock_right()
         gui.main_panel.set_width(280)
-        self.ball = server.scene.add_icosphere("/hand", BALL, HAND, opacity=0.75, cast_shadow=False)
-        above = (0.0, 0.0, 1.6 * BALL)
-        self._hint = server.scene.add_label("/hand/hint", "drag", position=above, anchor="bottom-center")
+        self.ball = server.scene.add_icosphere("/hand", BALL, HAND, opacity=0.6, cast_shadow=False)
 
         self.ball.on_drag("left")(self._drag)
         self.ball.on_drag("left", modifier="shift")(self._drag)
@@ -60,6 +62,17 @@ class ControlPanel:
         """Moves the ball to the hand's intended position."""
         X_WL = self._stage.leader.X_WA
         self.ball.position = X_WL[:3, :3] @ tick["p_hand_L"] + X_WL[:3, 3]
+
+    def resize_ball(self, server: viser.ViserServer) -> None:
+        """Keeps the ball at least `BALL_PIXELS` wide in every browser."""
+        radius = BALL
+        for client in server.get_clients().values():
+            camera = client.camera
+            away = float(np.linalg.norm(np.asarray(camera.position) - self.ball.position))
+            metres_per_pixel = 2.0 * away * np.tan(0.5 * camera.fov) / max(camera.image_height, 1)
+            radius = max(radius, 0.5 * BALL_PIXELS * metres_per_pixel)
+        if abs(radius - self.ball.radius) > 0.05 * self.ball.radius:
+            self.ball.radius = min(radius, 4.0 * BALL)
 
     def _send(self) -> None:
         """Sends the values in the panel to the loop."""
@@ -88,7 +101,6 @@ class ControlPanel:
         """Moves the hand with the pointer: in the plane of the screen, or level with the table while shift is held."""
         p_W = np.array(event.end_position)
         if event.phase == "start":
-            self._hint.visible = False
             set_value(self.path, False)
             self._p_grab, self._offset_grab = np.array(event.start_position), self._offset
         if event.modifier == "shift":

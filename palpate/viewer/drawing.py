@@ -179,6 +179,15 @@ def _drape(scene: viser.SceneApi, stage: Stage) -> None:
     scene.add_box(
         "/drape", DRAPE, (size, 0.8 * size, 0.008), position=(middle[0], middle[1], low - 0.006), cast_shadow=False
     )
+    _scale_bar(scene, np.array([middle[0], middle[1], low]), size)
+
+
+def _scale_bar(scene: viser.SceneApi, low: Array, size: float) -> None:
+    """A bar of 50 mm at the front edge of the drape, in two halves."""
+    x, y, z = float(low[0]) - 0.45 * size, float(low[1]) - 0.37 * size, float(low[2])
+    for k, color in enumerate(((30, 30, 30), (240, 240, 240))):
+        scene.add_box(f"/scale/{k}", color, (0.025, 0.004, 0.002), position=(x + 0.025 * k, y, z), cast_shadow=False)
+    scene.add_label("/scale/text", "50 mm", position=(x + 0.06, y, z), anchor="center-left")
 
 
 def _corners(obj: TouchedObject) -> Array:

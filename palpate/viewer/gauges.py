@@ -38,17 +38,18 @@ class Gauges:
     def __init__(self, server: viser.ViserServer, stage: Stage, drawing: Drawing) -> None:
         """Docks the panel on the left."""
         self._stage = stage
+        self._deepest = 5.0  # upper end of the scale of depths [mm]
         self._limit: tuple[float, float] | None = None  # damping [N s/m] and its largest stable stiffness [N/m]
         self._t: deque[float] = deque(maxlen=POINTS)
         self._force: deque[float] = deque(maxlen=POINTS)
         self._depth: deque[float] = deque(maxlen=POINTS)
         self._cycle: deque[float] = deque(maxlen=2000)
         gui = server.gui
-        panel = gui.add_panel()
+        panel = self.panel = gui.add_panel()
         with panel.add_tab("Feel", viser.Icon.ACTIVITY):
             self._figures = gui.add_html("")
-            self._force_plot = _plot(gui, "force on the hand [N]", "#e12626")
-            self._depth_plot = _plot(gui, "penetration [mm]", "#3b82d6")
+            self._force_plot = _plot(gui, "force on the hand [N]", "#e12626", 1.1 * stage.force_cap)
+            self._depth_plot = _plot(gui, "penetration [mm]", "#3b82d6", self._deepest)
             _legend(gui, stage, drawing)
         panel.dock_left()
         panel.set_width(320)
@@ -93,11 +94,12 @@ class Gauges:
             ("penetration", "depth", f"{1e3 * float(tick['depth']):.1f} mm"),
         ]
         row = "".join(_FIGURE.format(label=label, id=f"palpate-{id_}", value=v) for label, id_, v in figures)
-        small = "display:flex;justify-content:space-between;font-size:12px;opacity:.8"
+        small = "display:flex;flex-wrap:wrap;justify-content:space-between;font-size:12px;opacity:.8"
         self._figures.content = (
             '<div style="padding:6px 10px 2px 10px">'
             f'<div style="font-size:14px;font-weight:600" id="palpate-status">{"<br>".join(words)}</div>'
             f'<div style="display:flex;margin:6px 0">{row}</div>'
+            f"{_bar(float(np.linalg.norm(tick['F_H_L'])), self._stage.force_cap)}"
             f'<div style="{small}"><span>time</span><span id="palpate-time">{float(tick["t"]):.2f} s</span></div>'
             f'<div style="{small}"><span>cycle p50 / p99</span><span>{cycle}</span></div>'
             f'<div style="{small}"><span>stability margin</span>{self._margin(stiffness_scale, damping_scale)}</div>'
@@ -128,16 +130,36 @@ class Gauges:
         t = np.array(self._t)
         seen = t > t[-1] - WINDOW
         self._force_plot.data = (t[seen], np.array(self._force)[seen])
-        self._depth_plot.data = (t[seen], np.array(self._depth)[seen])
+        depth = np.array(self._depth)[seen]
+        self._depth_plot.data = (t[seen], depth)
+        if float(depth.max()) > self._deepest:
+            self._deepest = 1.5 * float(depth.max())
+            self._depth_plot.scales = _scales(self._deepest)
 
 
-def _plot(gui: viser.GuiApi, title: str, color: str) -> viser.GuiUplotHandle:
-    zero = np.array([0.0, 1e-3])
+def _scales(top: float) -> dict[str, uplot.Scale]:
+    """A fixed scale from zero: a signal at rest is a flat line at the bottom."""
+    return {"x": uplot.Scale(time=False), "y": uplot.Scale(auto=False, range=(0.0, top))}
+
+
+def _bar(force: float, cap: float) -> str:
+    """The force as a bar that is full at the force cap."""
+    full = 100.0 * min(force / cap, 1.0)
+    color = "#e12626" if force > 0.98 * cap else "#2f7fc1"
+    return (
+        f'<div title="full at the force cap" style="height:10px;background:#8883;border-right:3px solid #e12626">'
+        f'<div id="palpate-bar" style="height:10px;width:{full:.1f}%;background:{color}"></div></div>'
+        f'<div style="text-align:right;font-size:11px;opacity:.65">cap {cap:g} N</div>'
+    )
+
+
+def _plot(gui: viser.GuiApi, title: str, color: str, top: float) -> viser.GuiUplotHandle:
+    zero = np.array([0.0, 1.0])
     return gui.add_uplot(
         (zero, np.zeros(2)),
         (uplot.Series(label="t [s]"), uplot.Series(label=title, stroke=color, width=1.6, points={"show": False})),
         title=title,
-        scales={"x": uplot.Scale(time=False), "y": uplot.Scale(auto=True)},
+        scales=_scales(top),
         legend={"show": False},
         cursor={"show": False},
         height=140,

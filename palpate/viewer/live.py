@@ -5,18 +5,23 @@ from __future__ import annotations
 import threading
 import time
 
+import viser
+
 from palpate.renamed import RenamedMethod
 from palpate.viewer import views
 from palpate.viewer.control_panel import ControlPanel
 from palpate.viewer.drawing import Drawing
 from palpate.viewer.fixtures import FixturePanel
 from palpate.viewer.gauges import Gauges
+from palpate.viewer.run_buttons import Runner
 from palpate.viewer.server import close_server, open_server, url
 from palpate.viewer.source import Source
 from palpate.viewer.stage import Stage
 
 FRAME_RATE = 30.0
 """Update rate of poses and arrows [Hz]."""
+NARROW = 1000
+"""Width of a window below which the panels are narrow [pixels]."""
 FRAMES_PER_READOUT, FRAMES_PER_PLOT = 3, 6
 """Frames between two updates of the read-outs (10 Hz) and of the plots (5 Hz)."""
 
@@ -26,19 +31,44 @@ class LiveViewer:
 
     console = RenamedMethod("LiveViewer.control_panel")
 
-    def __init__(self, source: Source, stage: Stage, host: str = "127.0.0.1", port: int = 8080) -> None:
-        """Opens the server and starts drawing. Raises PortError when the port cannot be used."""
+    def __init__(
+        self,
+        source: Source,
+        stage: Stage,
+        host: str = "127.0.0.1",
+        port: int = 8080,
+        server: viser.ViserServer | None = None,
+        runner: Runner | None = None,
+    ) -> None:
+        """Opens the server, unless one is open already, and starts drawing.
+
+        Args:
+            source: the running session.
+            stage: what is drawn.
+            host: address to bind to, if no server is given.
+            port: port, if no server is given; 0 takes a free one.
+            server: an open server (`palpate.viewer.opening`).
+            runner: the session, if it can be stepped and recorded with buttons.
+
+        Raises:
+            PortError: the port cannot be used.
+        """
         self._source = source
-        self._server = open_server(host, port, stage)
+        self._server = open_server(host, port, stage.title) if server is None else server
+        views.start_with(self._server, views.overview(stage))
         self.url = url(self._server)
         self._drawing = Drawing(self._server.scene, stage)
         self._gauges = Gauges(self._server, stage, self._drawing)
-        self.control_panel = ControlPanel(self._server, stage, source)
+        self.control_panel = ControlPanel(self._server, stage, source, runner)
+        self._server.on_client_connect(self._fit_panels)
+        for client in self._server.get_clients().values():
+            self._fit_panels(client)
         steered = source.steered if stage.fixtures else None
         self.guidance = (
             None if steered is None else FixturePanel(self._server, stage.fixtures, self._drawing.fixtures, steered)
         )
         views.add_buttons(self._server.gui, stage, self._drawing)
+        self.stopped = self.control_panel.run.stopped
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="palpate-viewer", daemon=True)
         self._thread.start()
@@ -48,6 +78,12 @@ class LiveViewer:
         self._stop.set()
         self._thread.join(timeout=2.0)
         close_server(self._server)
+
+    def _fit_panels(self, client: viser.ClientHandle) -> None:
+        """Leave half of a small window to the picture."""
+        wide = client.camera.image_width > NARROW
+        self._gauges.panel.set_width(320 if wide else 195)
+        self._server.gui.main_panel.set_width(280 if wide else 205)
 
     def _run(self) -> None:
         frame, due = 0, time.perf_counter()
@@ -62,6 +98,7 @@ class LiveViewer:
         with self._server.atomic():
             self._drawing.show(tick)
             self.control_panel.show(tick)
+            self.control_panel.resize_ball(self._server)
             self._gauges.add(tick)
             if frame % FRAMES_PER_READOUT == 0:
                 now = self._source.controls

@@ -26,7 +26,7 @@ class ReplayViewer:
     def __init__(self, ticks: Ticks, stage: Stage, host: str = "127.0.0.1", port: int = 8080) -> None:
         """Opens the server and starts playing. ticks: (n,), n >= 1. Raises PortError when the port cannot be used."""
         self._ticks, self._times = ticks, np.asarray(ticks["t"])
-        self._server = open_server(host, port, stage)
+        self._server = open_server(host, port, stage.title)
         self.url = url(self._server)
         self._drawing = Drawing(self._server.scene, stage)
         self._gauges = Gauges(self._server, stage, self._drawing)

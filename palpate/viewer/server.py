@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import io
+import json
 import logging
 import socket
+from html import escape
 
 from palpate.errors import MissingExtraError, PortError
-from palpate.viewer import views
-from palpate.viewer.stage import Stage
 
 try:
     import viser
@@ -17,11 +17,21 @@ except ModuleNotFoundError as missing:
     raise MissingExtraError("the viewer", "viewer") from missing
 
 
-def open_server(host: str, port: int, stage: Stage) -> viser.ViserServer:
-    """A server with the viewer's theme and camera; port 0 takes a free port.
+_LOCAL = ("127.0.0.1", "localhost", "::1")
+_ONE_PIXEL = "data:image/gif;base64,R0lGODlhAQABAAAAACH5BAEKAAEALAAAAAABAAEAAAICTAEAOw=="
 
-    Raises PortError when the port is taken or not allowed.
+
+def open_server(host: str, port: int, title: str) -> viser.ViserServer:
+    """A server with the viewer's theme; port 0 takes a free port.
+
+    Raises PortError when the port is taken or not allowed, or when the address is not one of this machine alone.
     """
+    if host not in _LOCAL:
+        raise PortError(
+            f"the viewer does not serve on {host}",
+            why="it has no password, and whoever opens it moves the hand",
+            mend=f"from another machine use a tunnel: ssh -L {port or 8080}:127.0.0.1:{port or 8080} THIS_MACHINE",
+        )
     with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
@@ -36,9 +46,11 @@ def open_server(host: str, port: int, stage: Stage) -> viser.ViserServer:
         port = probe.getsockname()[1]
     logging.getLogger("websockets").setLevel(logging.ERROR)  # a browser that disconnects is not an error
     with contextlib.redirect_stdout(io.StringIO()):  # the caller prints the address
-        server = viser.ViserServer(host=host, port=port, label=f"Palpate - {stage.title}", verbose=False)
+        server = viser.ViserServer(host=host, port=port, label=f"Palpate - {title}", verbose=False)
     server.gui.configure_theme(dark_mode=False, show_logo=False, show_share_button=False, brand_color=(48, 96, 130))
-    views.start_with(server, views.overview(stage))
+    # the page's own title is the widget library's: the only way to set it is a script of an element
+    name = json.dumps(f"Palpate - {title}").replace("'", "")
+    server.gui.add_html(f"<img src='{_ONE_PIXEL}' style='display:none' onload='document.title={escape(name, False)}'>")
     return server
 
 

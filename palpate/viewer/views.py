@@ -44,9 +44,9 @@ def add_buttons(gui: viser.GuiApi, stage: Stage, drawing: Drawing) -> None:
     with gui.add_folder("View"):
         buttons = gui.add_button_group("look at", ("scene", "tool tip"))
         hint = "Transparency of the organs, to show the tool inside"
-        share = GLASS if stage.targets else 0.0  # targets lie inside
-        glass = gui.add_slider("see through", 0.0, 0.9, 0.1, share, hint=hint)
-        drawing.see_through(share)
+        inside = bool(stage.targets) or any(obj.regions for obj in stage.objects)
+        glass = gui.add_slider("see through", 0.0, 0.9, 0.1, GLASS if inside else 0.0, hint=hint)
+        drawing.see_through(glass.value)
 
         if stage.frames:
             frames = gui.add_checkbox("frames", True, hint="Axes and names of the scene's frames")
@@ -60,7 +60,7 @@ def add_buttons(gui: viser.GuiApi, stage: Stage, drawing: Drawing) -> None:
     def _(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
         near = event.target.value == "tool tip"
         view = close_up(drawing.p_WT) if near else overview(stage)
-        set_value(glass, GLASS if near else 0.0)
+        set_value(glass, GLASS if near or inside else 0.0)
         drawing.see_through(glass.value)
         if event.client is not None:
             with event.client.atomic():

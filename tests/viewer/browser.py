@@ -23,7 +23,7 @@ FLAGS = [
 
 
 @contextmanager
-def open_page(url, size=(1200, 500)):
+def open_page(url, size=(1200, 500), ready="#palpate-force"):
     """The page with its read-outs; `page.strangers` collects requests to other hosts, `page.errors` errors."""
     if CHROMIUM is None:
         pytest.skip("Chromium is not installed (Debian: apt-get install chromium), so the viewer is not tested")
@@ -39,7 +39,7 @@ def open_page(url, size=(1200, 500)):
         page.on("console", lambda m: page.errors.append(m.text) if complaint(m) else None)
         page.on("pageerror", lambda e: page.errors.append(str(e)))
         page.goto(url)
-        page.wait_for_selector("#palpate-force")
+        page.wait_for_selector(ready, state="attached")
         yield page
         browser.close()
 

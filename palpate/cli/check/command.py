@@ -37,9 +37,13 @@ class Command:
     """
 
     file: Positional[Path]
-    """Scene (YAML), mesh (STL, OBJ, PLY, ...) or distance grid (.npz, .nrrd)."""
-    unit: Literal["mm", "cm", "m", "in"] = "mm"
-    """Unit of the numbers in a mesh file."""
+    """Scene (YAML), mesh (STL, OBJ, PLY, ...), segmentation or CT (.nrrd, .nii.gz), or distance grid (.npz, .nrrd)."""
+    unit: Literal["mm", "cm", "m", "in"] | None = None
+    """Unit of the numbers in a mesh file; when left out that of the file or its format, otherwise mm."""
+    label: str | None = None
+    """Number or name of the segment of a segmentation."""
+    threshold: float | None = None
+    """Of a CT volume: smallest value inside, e.g. 200 for bone, in Hounsfield units."""
     radius: Annotated[float | None, arg(metavar="MM")] = None
     """Radius of the sphere that will touch the mesh; the default radius when left out."""
     stiffness: Annotated[float | None, arg(metavar="N/M")] = None
@@ -77,11 +81,15 @@ class Command:
 
     def _inspect(self, console: Console) -> Findings:
         from palpate.cli.check import grid, mesh, scene
+        from palpate.mesh.volumes import Selection
+        from palpate.surfaces import nrrd
 
         touch = mesh.Touch.of(self.radius, self.stiffness, self.feature, self.noise, self.repair, self.hole, self.force)
         ending = self.file.suffix.lower()
         if ending in _SCENES:
             return scene.inspect(self.file, console)
-        if ending in _GRIDS:
-            return grid.inspect(self.file, self.unit, console)
-        return mesh.inspect(self.file, self.unit, touch, console)
+        label = int(self.label) if self.label is not None and self.label.isdigit() else self.label
+        part = Selection(label, self.threshold)
+        if ending in _GRIDS and part == Selection() and not nrrd.is_segmentation(self.file):
+            return grid.inspect(self.file, self.unit or "mm", console)
+        return mesh.inspect(self.file, self.unit, part, touch, console)

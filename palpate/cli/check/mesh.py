@@ -19,6 +19,7 @@ from palpate.errors import MeshError, OutputError, PalpateError, PalpateWarning
 from palpate.mesh import Mesh, Unit, check, quiet
 from palpate.mesh import files as mesh_files
 from palpate.mesh import repair as mesh_repair
+from palpate.mesh.volumes import Selection
 from palpate.units import FILE_UNITS
 
 
@@ -89,20 +90,20 @@ class Findings:
     repair: RepairedCopy | None
 
 
-def inspect(path: Path, unit: Unit, touch: Touch, console: Console) -> Findings:
+def inspect(path: Path, unit: Unit | None, part: Selection, touch: Touch, console: Console) -> Findings:
     """Print the findings on a mesh file, and return them."""
     if touch.repair is not None:
         _require_free(touch.repair, path, touch.force)
-    mesh = Mesh.load(path, unit)
+    mesh = Mesh.load(path, unit, label=part.label, threshold=part.threshold)
     fine = touchable.fineness(mesh.core, touch.stiffness)
     suits = touchable.radius(mesh.core, touch.radius, feature=touch.feature, noise=touch.noise)
     table = Table(show_header=False, box=None, pad_edge=False)
-    for name, value in (*_rows(mesh.core, mesh.report, unit), *_touch_rows(fine, suits, touch)):
+    for name, value in (*_rows(mesh.core, mesh.report, mesh.unit), *_touch_rows(fine, suits, touch)):
         table.add_row(name, value)
     console.print(table)
     warn_of_facets(fine, str(path))
     _warn_of_radius(suits, str(path))
-    repaired = _repair(mesh, touch.repair, unit, touch, console) if touch.repair is not None else None
+    repaired = _repair(mesh, touch.repair, mesh.unit, touch, console) if touch.repair is not None else None
     return Findings(mesh.report, fine, suits.figures(), repaired)
 
 
