@@ -36,6 +36,7 @@ class Recorder:
         seed: seed of the run.
         rate: ticks per second of run time [Hz].
         deterministic: True for a lockstep record, which leaves out signals that depend on the machine.
+        tracked: False leaves out the signals of live objects and tracked frames, for a scene without trackers.
         bag: True writes the ``metadata.yaml`` of a rosbag2 into the folder, which then holds this record only.
 
     Raises:
@@ -43,7 +44,14 @@ class Recorder:
     """
 
     def __init__(
-        self, path: str | Path, scene_yaml: str, seed: int, rate: float, deterministic: bool, bag: bool = False
+        self,
+        path: str | Path,
+        scene_yaml: str,
+        seed: int,
+        rate: float,
+        deterministic: bool,
+        bag: bool = False,
+        tracked: bool = True,
     ) -> None:
         self.path = Path(path)
         self._bag = bag
@@ -54,7 +62,7 @@ class Recorder:
         self.ticks_written = 0
         """Number of ticks written to the file."""
         self._deterministic = deterministic
-        self._channels = channels(deterministic)
+        self._channels = channels(deterministic, tracked)
         self._encoder = TickEncoder(self._channels)
         self._chunk = max(1, round(rate / CHUNKS_PER_SECOND))
         self._pending: list[Ticks] = []

@@ -240,7 +240,7 @@ class LiveSession:
         try:
             while not self._stop_pump.wait(PERIOD):
                 tracking.step(float(self.latest()["t"]))
-        except Exception as error:  # objects must not drift on with their last velocity
+        except Exception as error:  # the session goes on: the loop stops objects without targets by itself
             self.notes.append(f"tracking has stopped: {error}")
         finally:
             tracking.hold(float(self.latest()["t"]))
@@ -274,8 +274,9 @@ class LiveSession:
                 folder = new_folder(self._out, self.scene.title)
                 self.record = folder / "record.mcap"
                 self.notes += keep_scene(folder, self.rig.resolved_yaml(absolute=True))
+                yaml, tracked = self.rig.resolved_yaml(), self.tracking is not None
                 self._recorder = Recorder(
-                    self.record, self.rig.resolved_yaml(), self.seed, self.rate, not realtime, bag=True
+                    self.record, yaml, self.seed, self.rate, not realtime, bag=True, tracked=tracked
                 )
 
     def _faults(self) -> list[str]:

@@ -137,11 +137,11 @@ class Drawing:
         links = self._follower.show(tick["q_follower"], float(tick["jaw"]))
         self._tool.show(tick, links)
         for organ in self._organs:
-            organ.show(float(tick["t"]))
+            organ.show(tick)
         for fixture in self.fixtures:
             fixture.show(float(tick["t"]))
         for frame in self._frames:
-            frame.show()
+            frame.show(tick)
         p_WT = np.array(tick["p_WT"])
         p_WS = np.array(tick["p_WP"]) - tick["delta_x"] if float(tick["contacts"]) > 0 else p_WT  # the sphere's centre
         self.deflection.show(p_WS, DEFLECTION_SCALE * np.array(tick["delta_x"]))
