@@ -14,7 +14,7 @@ from mcap import records
 from palpate.errors import RecordError
 from palpate.record.channels import MESSAGE_HEAD, TRACKING, Channel, channels
 from palpate.record.mcap_scan import Scan, chunk_data, damaged, scan
-from palpate.record.ticks import SIGNALS, TICK, TICK_BYTES, Signal, Ticks, Timing
+from palpate.record.ticks import TICK, TICK_BYTES, Signal, Ticks, Timing
 from palpate.record.writer import TickEncoder, column
 
 Numbered = dict[int, Channel]

@@ -83,7 +83,8 @@ def base_pose(scene: Scene, side: str) -> Array | None:
         raise SceneError(
             f"arms.{side}: frame {section.frame!r} moves while a session runs, and an arm's base does not",
             where=scene.where("arms", side, "frame"),
-            mend="name a frame whose poses are known or registered",
+            mend="name a frame at rest, such as the tracker's, and give the base there: palpate frames SCENE --of "
+            f"{section.frame} --reference FRAME prints where it is",
         )
     return X_WF if base is None else X_WF @ base
 

@@ -225,4 +225,9 @@ class Scene(Section):
             if frame.tracker is not None and frame.tracker not in self.trackers:
                 names = ", ".join(self.trackers) or "none"
                 raise ValueError(f"frame {frame.child!r}: there is no tracker {frame.tracker!r} | trackers: {names}")
+        for name, tracker in self.trackers.items():
+            seen = [frame.child for frame in self.frames if frame.tracker == name]
+            if tracker.topic is not None and "{tool}" not in tracker.topic and len(seen) > 1:
+                what = f"tracker {name!r} has one topic for the frames {', '.join(seen)}"
+                raise ValueError(f"{what} | write {{tool}} in the topic, and name the tool of each frame")
         return self

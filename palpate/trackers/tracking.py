@@ -158,11 +158,19 @@ def make(rig: Rig) -> dict[str, Tracker]:
     return {name: _made(rig, name, section) for name, section in rig.scene.trackers.items()}
 
 
+def _tools(rig: Rig, name: str) -> list[str]:
+    return [s.tool or s.child for s in placing.tracked_frames(rig.scene) if s.tracker == name]
+
+
 def _made(rig: Rig, name: str, section: TrackerSection) -> Tracker:
     if section.openigtlink is not None:
         from palpate.trackers.openigtlink import OpenIGTLinkTracker
 
         return OpenIGTLinkTracker(section.openigtlink)
+    if section.topic is not None:
+        from palpate.trackers.ros_topic import RosTopicTracker, topics
+
+        return RosTopicTracker(topics(section.topic, _tools(rig, name)))
     return simulated(rig, name)
 
 

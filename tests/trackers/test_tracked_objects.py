@@ -7,6 +7,8 @@ import pytest
 
 from palpate import Session, _core
 from palpate.errors import PalpateError, SceneError
+from palpate.record.reader import Record
+from palpate.report import tracked
 from palpate.scene import Scene, surface
 from palpate.trackers import Sighting
 from palpate.trackers.tracking import Tracking
@@ -193,3 +195,50 @@ def test_a_network_tracker_needs_real_time():
 def test_an_unknown_tool_of_the_simulation_is_refused():
     with pytest.raises(SceneError, match="has no tool 'patent'"):
         Session(scene("motion: {patent: {velocity: [0, 0, 0.01]}}"))
+
+
+def test_a_record_holds_the_tracked_poses_and_the_report_tells_them(tmp_path):
+    """The simulated marker moves by 4 mm and is hidden for 0.4 s; the record says so in pose, age and status."""
+    simulated = "noise_mm: 0.0, motion: {patient: {amplitude: [0, 0, 0.004], period: 1}}"
+    text = SCENE.format(simulated=simulated + ", faults: [{kind: occluded, start: 0.6, end: 1.0}]")
+    with Session(Scene.parse(text), out=tmp_path) as session:
+        session.step(1500)
+        last = session.latest()
+    record = Record.open(session.record)
+    ticks = record.ticks
+    for name in ("live_p", "live_quat", "live_share", "tracked_p", "tracked_quat", "tracked_age", "tracked_status"):
+        np.testing.assert_array_equal(ticks[name][-1], last[name])
+    z = ticks["tracked_p"][:, 2]
+    seen = 34 / 60  # time of the tracker's last frame before tick 580 [s]
+    assert np.ptp(z[:590]) == pytest.approx(0.004 * (1.0 - np.sin(2 * np.pi * seen)), rel=1e-6)
+    assert np.ptp(z[620:1000]) == 0.0
+    age, status = ticks["tracked_age"][:, 0], ticks["tracked_status"][:, 0]
+    assert age[30:590].max() < 0.04
+    assert age[990] == pytest.approx(0.99 - 0.59, abs=0.02)
+    assert status[30:700].max() == status[30:700].min() == 1
+    assert status[990] == 2
+    assert status[-1] == 1
+    told = tracked.table(ticks, ["<patient>"], record.rate)
+    assert "&lt;patient&gt;" in told
+    lost = (status != 1).sum() / record.rate
+    assert lost == pytest.approx(0.4 - 0.2, abs=0.04)
+    assert f"{lost:.2f} s" in told
+    assert "4.0 mm" in told
+
+
+def test_a_record_without_trackers_has_no_such_signals(tmp_path):
+    with Session(Scene.parse("objects: [{sphere: {radius: 0.03}}]"), out=tmp_path) as session:
+        session.step(10)
+    record = Record.open(session.record)
+    assert not {name for name in record.signals if name.startswith(("live_", "tracked_"))}
+    assert np.isnan(record.ticks["live_p"]).all()
+
+
+@pytest.mark.parametrize("what", ["frames", "objects"])
+def test_more_tracked_frames_and_objects_than_the_loop_holds_are_refused(what):
+    n = _core.MAX_LIVE + 1
+    frames = [f"{{child: f{k}, tracker: t, pose: {{xyz: [0, 0, 1]}}}}" for k in range(n if what == "frames" else 1)]
+    objects = [f"{{name: o{k}, sphere: {{radius: 0.01}}, frame: f0}}" for k in range(n if what == "objects" else 1)]
+    text = f"frames: [{', '.join(frames)}]\ntrackers: {{t: {{simulated: {{}}}}}}\nobjects: [{', '.join(objects)}]\n"
+    with pytest.raises(SceneError, match=f"9 {what} follow trackers; at most 8"):
+        Session(Scene.parse(text))
