@@ -139,6 +139,17 @@ def test_targets_that_stop_stop_the_object_and_fade_its_force():
     assert held[1] == pytest.approx(held[0], rel=0.05)
 
 
+def test_an_object_starts_at_its_pose_in_the_snapshot_whenever_targets_begin():
+    """A floor 3 mm lower than in the other tests, with its first target after 1 s; it never leaves its place."""
+    X, floor_O = pose([0.01, -0.02, -0.003]), live_floor().objects[0]
+    live = _core.LiveOptions()
+    scene = _core.Snapshot([_core.Object("floor", floor_O.surface, X, floor_O.material, live=live)])
+    ticks = Driven(lambda t: (X, STILL, False) if t >= 1.0 else None, scene, PRESS, **OFF).run(1.5)
+    np.testing.assert_array_equal(ticks["live_p"][:, :3], np.tile(X[:3, 3], (1500, 1)))
+    still = _core.Snapshot([_core.Object("floor", floor_O.surface, X, floor_O.material)])
+    np.testing.assert_array_equal(ticks["F_T_W"], run(simulation(still, PRESS, **OFF), 1.5)["F_T_W"])
+
+
 def test_lockstep_with_live_objects_is_repeatable_in_any_pieces():
     def rows(pieces):
         sim, k = simulation(live_floor(mu=MU), PRESS, **OFF), 0

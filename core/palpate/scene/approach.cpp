@@ -41,7 +41,7 @@ bool slow(const Twist& V) noexcept { return V.v.norm() <= kSlow && V.w.norm() <=
 
 }  // namespace
 
-void Approach::reset(const Pose& X_WO, double t) noexcept {
+void Approach::reset(Pose X_WO, double t) noexcept {  // a copy, because X_WO may be that of this object
   *this = Approach();
   X_WO_ = X_WO;
   t_ = t;

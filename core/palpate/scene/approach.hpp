@@ -32,7 +32,7 @@ struct LiveOptions {
 class Approach {
  public:
   /// Places the object at rest at X_WO, with its full force, at the time t [s].
-  void reset(const Pose& X_WO, double t) noexcept;
+  void reset(Pose X_WO, double t) noexcept;
   /// Moves the object to the time t [s]. A step back in time moves nothing.
   void step(const LiveTarget& target, const LiveOptions& options, double t) noexcept;
 
