@@ -16,6 +16,7 @@ void bind_guidance_run(nanobind::module_& m);
 void bind_force(nanobind::module_& m);
 void bind_guidance(nanobind::module_& m);
 void bind_guidance_bench(nanobind::module_& m);
+void bind_live(nanobind::module_& m);
 void bind_loop(nanobind::module_& m);
 void bind_mapping(nanobind::module_& m);
 void bind_plant(nanobind::module_& m);

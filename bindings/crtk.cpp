@@ -147,8 +147,13 @@ void bind_cycle(nb::module_& m) {
            "Sets the motion scale reported by another program's teleoperation [-].")
       .def("set_gates", &CrtkCycle::set_gates, "gates"_a, "Sets the states of console and arms.")
       .def("set_controls", &CrtkCycle::set_controls, "controls"_a, "Sets the operator's controls.")
-      .def("set_scene", &CrtkCycle::set_scene, "snapshot"_a, nb::keep_alive<1, 2>(),
-           "Replaces the scene; contact is reset.")
+      .def(
+          "set_scene",
+          [](CrtkCycle& self, const scene::Snapshot& scene) {
+            self.set_scene(scene);
+            self.forget_contacts();
+          },
+          "snapshot"_a, nb::keep_alive<1, 2>(), "Replaces the scene; contact is reset.")
       .def("drop", &CrtkCycle::reset_wrench,
            "Resets the rendered force to zero, after another program has set it to zero.")
       .def("step", &step, "t"_a, "wall"_a,

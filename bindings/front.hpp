@@ -46,7 +46,13 @@ void bind_front(nanobind::class_<Loop>& c) {
       .def(
           "set_snapshot",
           [](Loop& self, std::shared_ptr<const scene::Snapshot> s) { self.front().set_scene(std::move(s)); },
-          "snapshot"_a, "Replaces the scene at the next tick.");
+          "snapshot"_a,
+          "Replaces the scene at the next tick. Contact goes on if the number, names and surfaces of the objects stay "
+          "the same, and starts anew otherwise.")
+      .def(
+          "set_live", [](Loop& self, const LiveTargets& targets) { self.front().set_live(targets); }, "targets"_a,
+          "Sets the poses that the live objects of the newest snapshot shall reach, from the next tick on. Raises "
+          "ValueError if their number differs.");
 }
 
 }  // namespace palpate::bindings

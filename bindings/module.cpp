@@ -5,6 +5,7 @@ namespace nb = nanobind;
 NB_MODULE(_core, m) {
   nb::set_leak_warnings(false);  // objects that live until the interpreter ends are not leaks
   m.doc() = "Palpate's C++ core: the stages of the haptic cycle (see ARCHITECTURE.md).";
+  palpate::bindings::bind_live(m);
   palpate::bindings::bind_scene(m);
   palpate::bindings::bind_contact(m);
   palpate::bindings::bind_algorithm1(m);

@@ -1,5 +1,6 @@
 #include <nanobind/eigen/dense.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
@@ -251,7 +252,8 @@ void bind_world(nb::module_& m) {
           "__init__",
           [](Object* self, std::string name, std::shared_ptr<scene::Surface> surface, const Matrix4& X_WO,
              const Material& material, std::vector<scene::Region> regions, scene::Motion motion, bool is_virtual,
-             bool is_real) {
+             bool is_real, std::optional<scene::LiveOptions> live) {
+            if (live && !motion.is_static()) throw nb::value_error("a live object has no motion of its own");
             new (self) Object{std::move(name),
                               std::move(surface),
                               to_pose(X_WO, "X_WO"),
@@ -259,12 +261,16 @@ void bind_world(nb::module_& m) {
                               std::move(regions),
                               std::move(motion),
                               is_virtual,
-                              is_real};
+                              is_real,
+                              live};
           },
           nb::arg("name"), nb::arg("surface"), nb::arg("X_WO") = Matrix4(Matrix4::Identity()),
           nb::arg("material") = Material{}, nb::arg("regions") = std::vector<scene::Region>{},
           nb::arg("motion") = scene::Motion{}, nb::arg("is_virtual") = true, nb::arg("is_real") = true,
-          "is_virtual: the contact stage renders it. is_real: it stops the tool of a driven follower.")
+          nb::arg("live") = nb::none(),
+          "is_virtual: the contact stage renders it. is_real: it stops the tool of a driven follower. live: its pose "
+          "is "
+          "set while a loop runs (set_live).")
       .def_ro("name", &Object::name, "Name of the object.")
       .def_prop_ro(
           "surface", [](const Object& o) { return std::const_pointer_cast<scene::Surface>(o.surface); },
@@ -273,6 +279,8 @@ void bind_world(nb::module_& m) {
           "X_WO", [](const Object& o) { return to_matrix(o.X_WO); },
           [](Object& o, const Matrix4& X) { o.X_WO = to_pose(X, "X_WO"); }, "Pose in W at rest (4, 4).")
       .def_rw("material", &Object::material, "Material outside the regions.")
+      .def_prop_ro(
+          "is_live", [](const Object& o) { return o.live.has_value(); }, "True if its pose is set while a loop runs.")
       .def(
           "pose", [](const Object& o, double t) { return to_matrix(o.pose(t)); }, nb::arg("t"),
           "Pose X_WO (4, 4) at t [s].")

@@ -12,6 +12,98 @@ import numpy.typing
 from numpy.typing import NDArray
 
 
+class LiveOptions:
+    """Limits of the motion of an object whose pose is set live."""
+
+    def __init__(
+        self,
+        speed: float = 0.1,
+        turn: float = 1.05,
+        acceleration: float = 0.5,
+        max_age: float = 0.2,
+        fade: float = 0.5,
+        p_OC: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
+    ) -> None:
+        """
+        speed [m/s], turn [rad/s], acceleration [m/s^2]; max_age: age of the target above which it is lost [s]; fade:
+        time in which the force of a lost object falls to zero [s]; p_OC: centre of rotation (3,) [m].
+        """
+
+    @property
+    def speed(self) -> float:
+        """Largest speed of the centre [m/s]."""
+
+    @property
+    def max_age(self) -> float:
+        """Age of the target above which it is lost [s]."""
+
+    @property
+    def fade(self) -> float:
+        """Time in which the force of a lost object falls to zero [s]."""
+
+class Approach:
+    """Rate-limited motion of a live object towards its target."""
+
+    def __init__(self, X_WO: Annotated[NDArray[numpy.float64], "(4, 4)"], t: float = 0.0) -> None:
+        """At rest at X_WO (4, 4) [m] at the time t [s]."""
+
+    def step(
+        self,
+        t: float,
+        options: LiveOptions,
+        X_WO: Annotated[NDArray[numpy.float64], "(4, 4)"],
+        V_WO: Annotated[NDArray[numpy.float64], "(6,)"] = ...,
+        lost: bool = False,
+        t_target: float = float('nan'),
+    ) -> None:
+        """
+        Moves to the time t [s] towards the pose X_WO (4, 4) [m], valid at t_target [s]; at t when left out.
+        """
+
+    @property
+    def X_WO(self) -> Annotated[NDArray[numpy.float64], "(4, 4)"]:
+        """Pose (4, 4) [m]."""
+
+    @property
+    def v(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """Velocity of the centre (3,) [m/s]."""
+
+    @property
+    def w(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """Angular velocity (3,) [rad/s]."""
+
+    @property
+    def lost(self) -> bool:
+        """True while the target is lost."""
+
+    @property
+    def share(self) -> float:
+        """Share of its stiffness that the object renders [-]."""
+
+class LiveTargets:
+    """Poses that the live objects of a snapshot shall reach; tracked frames."""
+
+    def __init__(self) -> None: ...
+
+    def add(
+        self,
+        t: float,
+        X_WO: Annotated[NDArray[numpy.float64], "(4, 4)"],
+        V_WO: Annotated[NDArray[numpy.float64], "(6,)"] = ...,
+        lost: bool = False,
+    ) -> None:
+        """
+        Adds the target of the next live object: pose X_WO (4, 4) [m] at t [s], with the velocity V_WO (6,) of its
+        origin and its angular velocity [m/s, rad/s]. lost: the pose is no longer trusted.
+        """
+
+    def add_frame(self, X_WF: Annotated[NDArray[numpy.float64], "(4, 4)"], t_seen: float, lost: bool) -> None:
+        """
+        Adds a tracked frame for the record: last good pose X_WF (4, 4) [m], its time [s], -inf if none was seen.
+        """
+
+MAX_LIVE: int = 8
+
 class MeshReport:
     """
     Counts of the defects that were found and repaired while a mesh was built.
@@ -415,9 +507,11 @@ class Object:
         motion: Motion = ...,
         is_virtual: bool = True,
         is_real: bool = True,
+        live: LiveOptions | None = None,
     ) -> None:
         """
-        is_virtual: the contact stage renders it. is_real: it stops the tool of a driven follower.
+        is_virtual: the contact stage renders it. is_real: it stops the tool of a driven follower. live: its pose is set
+        while a loop runs (set_live).
         """
 
     @property
@@ -441,6 +535,10 @@ class Object:
 
     @material.setter
     def material(self, arg: Material, /) -> None: ...
+
+    @property
+    def is_live(self) -> bool:
+        """True if its pose is set while a loop runs."""
 
     def pose(self, t: float) -> Annotated[NDArray[numpy.float64], "(4, 4)"]:
         """Pose X_WO (4, 4) at t [s]."""
@@ -3180,7 +3278,7 @@ def cartesian(
     cartesian_place.
     """
 
-TICK_BYTES: int = 2288
+TICK_BYTES: int = 3376
 
 def signals() -> list[tuple[str, int, int, str, str, str, bool, str]]:
     """
@@ -3589,7 +3687,16 @@ class Simulation:
         """
 
     def set_snapshot(self, snapshot: Snapshot) -> None:
-        """Replaces the scene at the next tick."""
+        """
+        Replaces the scene at the next tick. Contact goes on if the number, names and surfaces of the objects stay the
+        same, and starts anew otherwise.
+        """
+
+    def set_live(self, targets: LiveTargets) -> None:
+        """
+        Sets the poses that the live objects of the newest snapshot shall reach, from the next tick on. Raises
+        ValueError if their number differs.
+        """
 
     def run(
         self,

@@ -162,6 +162,10 @@ class DeviceLoop:
         """Replace all objects at the next step."""
         self.cycle.set_snapshot(snapshot)
 
+    def set_live(self, targets: _core.LiveTargets, /) -> None:
+        """Set the poses that the live objects shall reach."""
+        self.cycle.set_live(targets)
+
     def set_fixtures(self, fixtures: _core.Fixtures, /) -> None:
         """Replace all guidance fixtures at the next step."""
         self.cycle.set_fixtures(fixtures)

@@ -112,13 +112,19 @@ def channel_of(signal: Signal) -> Channel:
     return Channel(signal, topic(signal), kind, message, stamp, data + len(_LITTLE_ENDIAN_CDR))
 
 
-def channels(deterministic: bool) -> list[Channel]:
+TRACKING = "tracking"
+"""Stage of the signals that only a record of a scene with trackers holds."""
+
+
+def channels(deterministic: bool, tracked: bool = True) -> list[Channel]:
     """The channels of a record, in the order of the tick.
 
     Args:
         deterministic: True leaves out signals that depend on the machine, as in a lockstep record.
+        tracked: False leaves out the signals of live objects and tracked frames.
     """
-    return [channel_of(s) for s in SIGNALS.values() if s.deterministic or not deterministic]
+    kept = [s for s in SIGNALS.values() if s.deterministic or not deterministic]
+    return [channel_of(s) for s in kept if tracked or s.stage != TRACKING]
 
 
 def _string(text: str) -> bytes:

@@ -13,9 +13,9 @@ import numpy as np
 from mcap import records
 
 from palpate.errors import RecordError
-from palpate.record.channels import MESSAGE_HEAD, Channel, channels
+from palpate.record.channels import MESSAGE_HEAD, TRACKING, Channel, channels
 from palpate.record.mcap_scan import Scan, chunk_data, damaged, scan
-from palpate.record.ticks import SIGNALS, TICK, TICK_BYTES, Signal, Ticks, Timing
+from palpate.record.ticks import TICK, TICK_BYTES, Signal, Ticks, Timing
 from palpate.record.writer import TickEncoder, column
 
 if TYPE_CHECKING:
@@ -152,17 +152,18 @@ def _match(content: Scan, path: Path) -> Numbered:
         number, schema = by_topic.get(layout.topic, (None, 0))
         if number is not None and content.schemas.get(schema) == layout.schema:
             found[number] = layout
-        elif layout.signal.deterministic:
+        elif layout.signal.deterministic and layout.signal.stage != TRACKING:
             missing.append(layout.topic)
     if missing and not content.complete and not content.chunks:
         raise RecordError(
             "the record ends before its first tick", where=str(path), why="the file is cut short", mend="run again"
         )
     if missing:
+        required = channels(deterministic=False, tracked=False)
         version = content.metadata.get("palpate", {}).get("version")
         have = ", ".join(sorted(by_topic)[:4]) or "none"
         raise RecordError(
-            f"not a record that this Palpate can read: {len(missing)} of {len(SIGNALS)} channels are missing: "
+            f"not a record that this Palpate can read: {len(missing)} of {len(required)} channels are missing: "
             + ", ".join(missing[:6])
             + (", ..." if len(missing) > 6 else ""),
             where=str(path),

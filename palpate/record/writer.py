@@ -37,6 +37,7 @@ class Recorder:
         seed: seed of the run.
         rate: ticks per second of run time [Hz].
         deterministic: True for a lockstep record, which leaves out signals that depend on the machine.
+        tracked: False leaves out the signals of live objects and tracked frames, for a scene without trackers.
         bag: True writes the ``metadata.yaml`` of a rosbag2 into the folder, which then holds this record only.
         started: wall-clock time at t = 0 with its time zone; ignored in a lockstep record.
         every: record each tick whose number is a multiple of this.
@@ -55,6 +56,7 @@ class Recorder:
         bag: bool = False,
         started: datetime | None = None,
         every: int = 1,
+        tracked: bool = True,
     ) -> None:
         self.path = Path(path)
         self._bag, self._every, self._seen = bag, every, 0
@@ -67,7 +69,7 @@ class Recorder:
         self.ticks_written = 0
         """Number of ticks written to the file."""
         self._deterministic = deterministic
-        self._channels = channels(deterministic)
+        self._channels = channels(deterministic, tracked)
         self._encoder = TickEncoder(self._channels)
         self._chunk = max(1, round(rate / CHUNKS_PER_SECOND))
         self._pending: list[Ticks] = []

@@ -15,7 +15,7 @@ from palpate.arm import Arm
 from palpate.errors import MissingExtraError, PalpateError
 from palpate.record.reader import Record
 from palpate.record.ticks import STATUS
-from palpate.report import elements, energy, imperfections, touches
+from palpate.report import elements, energy, imperfections, touches, tracked
 from palpate.report.assumptions import FAST_FORCE, SlowMotion, slow_motion
 from palpate.report.diagram import diagram, signal_table
 from palpate.report.page import write
@@ -70,6 +70,7 @@ def report(record: Record) -> str:
         image = picture(partial(draw, run), alt=f"{title}. {text}".replace('"', "'"))
         return _section(title, text, image)
 
+    frames = run.tracked_frames if "tracked_p" in record.signals else []
     timed = not record.deterministic and bool(np.isfinite(run.ticks["cycle_us"]).any())
     parts = [
         _head(run),
@@ -84,6 +85,7 @@ def report(record: Record) -> str:
         _section(
             "What touched what", _TOUCHES, touches.table(run.ticks, run.sphere_names, run.object_names, record.rate)
         ),
+        *([_section("Tracked frames", tracked.WORDS, tracked.table(run.ticks, frames, record.rate))] if frames else []),
         figure("The same force in two frames", _FRAMES, figures.frames),
         figure("Energy ledger", energy.words(run), figures.energy),
         *([figure("Time", _timing_words(run, summary), figures.timing)] if timed else []),

@@ -76,6 +76,13 @@ class Run:
         objects = self.setting("objects")
         return [str(o.get("name")) for o in objects if isinstance(o, dict)] if isinstance(objects, list) else []
 
+    @property
+    def tracked_frames(self) -> list[str]:
+        """Names of the frames that a tracker moved, in the scene's order."""
+        frames = self.setting("frames")
+        found = [f for f in frames if isinstance(f, dict) and f.get("tracker")] if isinstance(frames, list) else []
+        return [str(f.get("child")) for f in found]
+
     @cached_property
     def touches(self) -> list[tuple[int, int]]:
         """Intervals in contact: (first tick, tick after the last)."""

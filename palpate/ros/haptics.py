@@ -161,6 +161,10 @@ class HapticLoop:
         """Replace all objects at the next step."""
         self.node.set_snapshot(snapshot)
 
+    def set_live(self, targets: _core.LiveTargets) -> None:
+        """Set the poses that the live objects shall reach, at the next step."""
+        self.node.set_live(targets)
+
     def set_fixtures(self, fixtures: _core.Fixtures) -> None:
         """Replace all guidance fixtures at the next step."""
         self.node.set_fixtures(fixtures)

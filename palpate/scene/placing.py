@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
+from palpate import _core
 from palpate.arrays import Array, rigid
 from palpate.errors import FrameError, SceneError
 from palpate.frames import Edge, FrameGraph, FrameSection, files
@@ -80,13 +81,35 @@ def base_pose(scene: Scene, side: str) -> Array | None:
         raise SceneError(
             f"arms.{side}: frame {section.frame!r} moves while a session runs, and an arm's base does not",
             where=scene.where("arms", side, "frame"),
-            mend="name a frame whose poses are known or registered",
+            mend="name a frame at rest, such as the tracker's, and give the base there: palpate frames SCENE --of "
+            f"{section.frame} --reference FRAME prints where it is",
         )
     return X_WF if base is None else X_WF @ base
 
 
+def tracked_frames(scene: Scene) -> list[FrameSection]:
+    """Entries of the scene's list ``frames`` that a tracker moves, in its order, which is that of their records.
+
+    Raises:
+        SceneError: there are more than the loop can record.
+    """
+    found = [section for section in scene.frames if section.tracker is not None]
+    _require_room(scene, len(found), "frames")
+    return found
+
+
+def _require_room(scene: Scene, n: int, kind: str) -> None:
+    if n > _core.MAX_LIVE:
+        what = f"{n} {kind} follow trackers; at most {_core.MAX_LIVE} are possible"
+        raise SceneError(what, where=scene.where("trackers"), mend="remove some, or put them into several scenes")
+
+
 def tracked(scene: Scene, frames: FrameGraph) -> dict[str, str]:
-    """Objects that move with a tracked frame, each with the name of the tracker nearest to it."""
+    """Objects that move with a tracked frame, in the scene's order, each with the name of the tracker nearest to it.
+
+    Raises:
+        SceneError: an object has a motion as well, or there are more objects than the loop can move.
+    """
     by_child = {section.child: section for section in scene.frames if not section.check}
     found = {}
     for i, obj in enumerate(scene.objects):
@@ -102,6 +125,7 @@ def tracked(scene: Scene, frames: FrameGraph) -> dict[str, str]:
                 found[obj.name] = section.tracker
                 break
             name = section.parent
+    _require_room(scene, len(found), "objects")
     return found
 
 

@@ -230,4 +230,10 @@ class Scene(Section):
                 names = ", ".join(self.trackers) or "none"
                 what = f"there is no tracker {frame.tracker!r} | name one of the scene's trackers: {names}"
                 raise ValueAtError(what, "frames", i, "tracker")
+        for name, tracker in self.trackers.items():
+            seen = [frame.child for frame in self.frames if frame.tracker == name]
+            if tracker.topic is not None and "{tool}" not in tracker.topic and len(seen) > 1:
+                frames = ", ".join(seen)
+                what = f"one topic for the frames {frames} | write {{tool}} in it, and name the tool of each frame"
+                raise ValueAtError(what, "trackers", name, "topic")
         return self

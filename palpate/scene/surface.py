@@ -15,6 +15,7 @@ from palpate.mesh import Mesh
 from palpate.scene import materials, placing
 from palpate.scene.model import ObjectSection
 from palpate.scene.scene import Scene
+from palpate.scene.trackers import TrackerSection
 
 
 @dataclass(frozen=True)
@@ -83,24 +84,41 @@ def _surface_key(scene: Scene, index: int) -> str:
 
 def snapshot(scene: Scene, surfaces_W: list[PlacedSurface]) -> _core.Snapshot:
     """Objects, materials and motions for the core."""
+    follow = placing.tracked(scene, placing.graph(scene)) if scene.trackers else {}
     objects = [
-        core_object(obj, one.body, one.X_WO, materials.motion(obj, one.bounds.mean(axis=0)))
+        core_object(
+            obj,
+            one,
+            materials.motion(obj, one.bounds.mean(axis=0)),
+            live_options(scene.trackers[follow[obj.name]], one) if obj.name in follow else None,
+        )
         for obj, one in zip(scene.objects, surfaces_W, strict=True)
     ]
     return _core.Snapshot(objects)
 
 
-def core_object(obj: ObjectSection, body: Mesh | surfaces.Surface, X_WO: Array, motion: _core.Motion) -> _core.Object:
-    """An object for the core: its surface, rest pose X_WO (4, 4) [m], material, regions and motion."""
+def live_options(section: TrackerSection, placed: PlacedSurface) -> _core.LiveOptions:
+    """Limits of the motion of an object that follows a tracker; it turns about the centre of its bounding box."""
+    vertices = placed.body.vertices
+    p_OC = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
+    turn = float(np.radians(section.turn_deg))
+    return _core.LiveOptions(section.speed, turn, section.acceleration, section.max_age, section.fade, p_OC)
+
+
+def core_object(
+    obj: ObjectSection, placed: PlacedSurface, motion: _core.Motion, live: _core.LiveOptions | None = None
+) -> _core.Object:
+    """An object for the core: its surface and rest pose, material, regions, and its motion or limits of live motion."""
     return _core.Object(
         obj.name,
-        body.core,
-        X_WO,
+        placed.body.core,
+        placed.X_WO,
         materials.material(obj),
         materials.regions(obj),
         motion,
         is_virtual=obj.presence != "real",
         is_real=obj.presence != "virtual",
+        live=live,
     )
 
 

@@ -47,13 +47,21 @@ def _address(value: str) -> str:
     raise ValueError(f"{value!r} is not an address | write host:port, such as 127.0.0.1:18944")
 
 
+def _topic(value: str) -> str:
+    if re.fullmatch(r"(/([A-Za-z_]|\{tool\})(\w|\{tool\})*)+", value):
+        return value
+    raise ValueError(f"{value!r} is not a topic | write an absolute name, such as /polaris/{{tool}}/measured_cp")
+
+
 class TrackerSection(Section):
-    """A tracker: a simulated one or an OpenIGTLink server, with the limits within which its poses are trusted."""
+    """A tracker: simulated, an OpenIGTLink server or a ROS 2 topic, with the limits of trust in its poses."""
 
     simulated: SimulatedSection | None = None
     """a simulated tracker in the same process"""
     openigtlink: Annotated[str, AfterValidator(_address)] | None = None
     """instead: host:port of an OpenIGTLink server, such as PLUS or 3D Slicer"""
+    topic: Annotated[str, AfterValidator(_topic)] | None = None
+    """instead: a ROS 2 topic of PoseStamped, such as /polaris/{tool}/measured_cp; {tool} is the tool of each frame"""
     max_age: Positive = 0.2
     """age of the newest pose above which the tool counts as lost [s]"""
     max_error_mm: Positive = 1.0
@@ -73,8 +81,10 @@ class TrackerSection(Section):
 
     @model_validator(mode="after")
     def _check(self) -> TrackerSection:
-        given = [key for key in ("simulated", "openigtlink") if getattr(self, key) is not None]
+        given = [key for key in ("simulated", "openigtlink", "topic") if getattr(self, key) is not None]
         if len(given) != 1:
             count = " and ".join(given) + " are given" if given else "no source is given"
-            raise ValueError(f"{count} | give one of simulated: {{}} and openigtlink: 127.0.0.1:18944")
+            raise ValueError(
+                f"{count} | give one of simulated: {{}}, openigtlink: HOST:PORT and topic: /NAME/measured_cp"
+            )
         return self

@@ -268,7 +268,7 @@ class LiveSession:
         try:
             while not self._stop_pump.wait(PERIOD):
                 tracking.step(float(self.latest()["t"]))
-        except Exception as error:  # objects must not drift on with their last velocity
+        except Exception as error:  # the session goes on: the loop stops objects without targets by itself
             self.notes.append(f"tracking has stopped: {error}")
         finally:
             tracking.hold(float(self.latest()["t"]))
@@ -313,6 +313,7 @@ class LiveSession:
                     bag=True,
                     started=now - timedelta(seconds=float(self.latest()["t"])),
                     every=self.scene.record.every(self.rate),
+                    tracked=self.tracking is not None,
                 )
 
     def _faults(self) -> list[str]:

@@ -49,6 +49,10 @@ class Loop(Protocol):
         """Replace all objects before the next cycle."""
         ...
 
+    def set_live(self, targets: _core.LiveTargets, /) -> None:
+        """Set the poses that the live objects shall reach."""
+        ...
+
     def set_fixtures(self, fixtures: _core.Fixtures, /) -> None:
         """Replace all virtual fixtures before the next cycle."""
         ...

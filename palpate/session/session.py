@@ -49,7 +49,7 @@ class Session(LiveSession):
             require_writable(Path(out))
         rig, seed = build(scene), scene.seed if seed is None else seed
         self._sim: LockstepLoop = rig.simulation(seed)
-        self._ticks_to_tracking = 0  # of a lockstep run, until the tracked objects change their velocity
+        self._ticks_to_tracking = 0  # of a lockstep run, until the trackers are read
         super().__init__(rig, self._sim, scene.rates.haptic, seed, out)
 
     def run(
@@ -94,13 +94,13 @@ class Session(LiveSession):
             )
 
     def _advance(self, n: int) -> Rows:
-        """Run `n` ticks; tracked objects change their velocity every `PERIOD`."""
+        """Run `n` ticks; trackers are read every `PERIOD`."""
         if self.tracking is None:
             return self._sim.run(n)
         size, done = max(1, round(PERIOD * self.rate)), []
         while n > 0:
             if self._ticks_to_tracking == 0:
-                self.tracking.step(float(self.latest()["t"]), size / self.rate)
+                self.tracking.step(float(self.latest()["t"]))
                 self._ticks_to_tracking = size
             some = min(self._ticks_to_tracking, n)
             done.append(self._sim.run(some))

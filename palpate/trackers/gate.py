@@ -71,6 +71,11 @@ class Gate:
         """Trust the next valid pose wherever it is, for example after a marker was moved on purpose."""
         self._free = True
 
+    @property
+    def seen_at(self) -> float:
+        """Session's time of the last good pose [s]; -inf before the first."""
+        return -math.inf if self._good_at is None else self._good_at
+
     def is_lost(self, now: float) -> bool:
         """True before the first good pose, and when the newest is older than `Limits.max_age` at the time `now` [s]."""
         return self._good_at is None or now - self._good_at > self.limits.max_age

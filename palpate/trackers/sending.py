@@ -6,10 +6,8 @@ import threading
 import time
 from typing import Protocol, Self
 
-import numpy as np
-
-from palpate import _core
 from palpate.arrays import Array, so3
+from palpate.record import live
 from palpate.record.ticks import Ticks
 from palpate.scene.rig import Rig
 from palpate.trackers.openigtlink import PORT, OpenIGTLinkServer
@@ -74,10 +72,16 @@ class FrameSender:
 def poses(rig: Rig, tick: Ticks) -> dict[str, Array]:
     """Pose in W (4, 4) [m] of all frames, objects, bases and of the tool at a tick."""
     found = {name: rig.frames.pose(name).X for name in rig.frames.frames[1:]}
-    for obj in rig.snapshot.objects:
-        frame = rig.context.frames[obj.name]
-        found[obj.name] = np.asarray(
-            frame.at(0.0)[0] if isinstance(frame, _core.LiveFrame) else obj.pose(float(tick["t"]))
-        )
+    found |= object_poses(rig, tick)
     found["tool"] = so3.pose(tick["p_WT"], tick["quat_WT"])
+    return found
+
+
+def object_poses(rig: Rig, tick: Ticks) -> dict[str, Array]:
+    """X_WO (4, 4) [m] of every object at a tick, as the loop renders it."""
+    t, found, slot = float(tick["t"]), {}, 0
+    for obj in rig.snapshot.objects:
+        X_WO = live.object_pose(tick, slot) if obj.is_live else None
+        found[obj.name] = obj.pose(t) if X_WO is None else X_WO
+        slot += obj.is_live
     return found

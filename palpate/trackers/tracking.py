@@ -1,44 +1,48 @@
-"""Moves the live frames of a rig by its trackers, and the objects in them without a step in the force."""
+"""Moves the live frames of a rig by its trackers, and tells the loop which poses the objects in them shall reach."""
 
 from __future__ import annotations
 
 import math
 import time
-import warnings
 from collections.abc import Callable, Mapping
-from typing import Protocol
+from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 
 from palpate import _core
 from palpate.arrays import Array
-from palpate.errors import PalpateWarning, SceneError
-from palpate.scene import materials, placing, surface
-from palpate.scene.model import ObjectSection
+from palpate.errors import SceneError
+from palpate.record import live
+from palpate.record.ticks import as_ticks
+from palpate.scene import materials, placing
 from palpate.scene.rig import Rig
 from palpate.scene.trackers import TrackerSection
-from palpate.trackers.approach import Approach, RateLimits
 from palpate.trackers.gate import Gate, Limits
 from palpate.trackers.simulated import Fault, SimulatedTracker
 from palpate.trackers.tracker import Tracker
 
 PERIOD = 0.01
-"""Period at which trackers are read and objects change their velocity [s]."""
+"""Period at which trackers are read [s]."""
 
 
 class _Loop(Protocol):
-    def set_snapshot(self, snapshot: _core.Snapshot, /) -> None:
-        """Replace all objects before the next cycle."""
+    def set_live(self, targets: _core.LiveTargets, /) -> None:
+        """Set the poses that live objects shall reach."""
+        ...
+
+    def latest(self) -> Any:
+        """The newest row."""
         ...
 
 
 class Tracking:
     """The live frames of a rig and the objects that follow them.
 
-    At every step the gate of each tracked frame judges the new poses; good ones enter the graph. Every object in a
-    tracked frame moves towards its pose in the graph with limited speed and acceleration, and contact knows its
-    velocity. When the tool of a frame is lost, its objects stop at the last good pose and their stiffness and damping
-    fade to zero.
+    At every step the gate of each tracked frame judges the new poses; good ones enter the graph. The loop moves every
+    object in a tracked frame towards its pose in the graph, with limited speed and acceleration (`_core.Approach`).
+    When the tool of a frame is lost, or steps are missing for longer than the tracker's `max_age`, its objects stop
+    and their stiffness and damping fade to zero.
 
     Args:
         rig: the rig, whose `frames` and live frames of fixtures are updated.
@@ -52,48 +56,26 @@ class Tracking:
         self._rig, self._loop = rig, loop
         self._trackers = dict(trackers) if trackers is not None else make(rig)
         self._epoch = time.time()
-        self._t, self._interval = math.inf, PERIOD  # time of the last step, estimated interval [s]
         sections, graph = rig.scene.trackers, rig.frames
-        self._edges = {s.child: s for s in rig.scene.frames if s.tracker is not None}
+        self._edges = {s.child: s for s in placing.tracked_frames(rig.scene)}
         self.gates = {
             child: Gate(s.tool or child, graph.edge(child).X, _limits(sections[s.tracker or ""]))
             for child, s in self._edges.items()
         }
         follow = placing.tracked(rig.scene, placing.graph(rig.scene))
         self._followers = [
-            _Follower(rig, i, sections[follow[obj.name]], self._above(obj.frame))
-            for i, obj in enumerate(rig.scene.objects)
-            if obj.name in follow
+            _Follower(obj.name, self._above(obj.frame)) for obj in rig.scene.objects if obj.name in follow
         ]
-        for one in self._followers:
-            one.warn_of_friction(rig)
 
-    def step(self, t: float, interval: float | None = None) -> None:
-        """Read the trackers at the session's time `t` [s], and choose the objects' motion for the next interval [s].
-
-        The interval is estimated from the latest ones when left out: on a busy machine objects then move more slowly.
-        """
-        self._interval = max(t - self._t, 0.9 * self._interval, PERIOD)
-        interval, self._t = interval or self._interval, t
+    def step(self, t: float) -> None:
+        """Read the trackers at the session's time `t` [s], and set the objects' targets."""
         self._read(t)
-        graph, context = self._rig.frames, self._rig.context.frames
-        changed = False
-        for one in self._followers:
-            lost = any(self.gates[child].is_lost(t) for child in one.edges)
-            changed |= one.step(graph.pose(one.name).X, lost, t, interval)
-            _set(context[one.name], one.approach.X, one.approach.V_WO)
-        if changed:
-            self._publish()
+        self._show_objects()
+        self._set_targets(t, stop=False)
 
     def hold(self, t: float) -> None:
-        """Stop all objects at their pose at the time `t` [s]."""
-        moving = [one for one in self._followers if one.approach.moves]
-        for one in moving:
-            one.approach.advance(t)
-            one.approach.hold()
-            _set(self._rig.context.frames[one.name], one.approach.X, one.approach.V_WO)
-        if moving:
-            self._publish()
+        """Stop all objects, at the session's time `t` [s]."""
+        self._set_targets(t, stop=True)
 
     @property
     def needs_realtime(self) -> str:
@@ -128,76 +110,43 @@ class Tracking:
                 self._rig.frames.update(child, gate.X, self._epoch + t)
                 taken = True
         for name in self._rig.frames.frames if taken else ():
-            frame = self._rig.context.frames.get(name)
             if self._rig.frames.is_live(name) and name not in {one.name for one in self._followers}:
-                _set(frame, self._rig.frames.pose(name).X)
+                self._set_frame(name, self._rig.frames.pose(name).X)
 
-    def _publish(self) -> None:
-        objects = list(self._rig.snapshot.objects)
+    def _set_targets(self, t: float, stop: bool) -> None:
+        targets, graph = _core.LiveTargets(), self._rig.frames
         for one in self._followers:
-            objects[one.index] = one.core()
-        self._loop.set_snapshot(_core.Snapshot(objects))
+            lost = stop or any(self.gates[child].is_lost(t) for child in one.edges)
+            targets.add(t, graph.pose(one.name).X, lost=lost)
+        for child, gate in self.gates.items():
+            targets.add_frame(graph.pose(child).X, gate.seen_at, gate.is_lost(t))
+        self._loop.set_live(targets)
+
+    def _show_objects(self) -> None:
+        """Move the frames of the objects, to which fixtures may be attached, to the poses that the loop renders."""
+        tick = as_ticks(np.asarray(self._loop.latest()).reshape(1, -1))[0]
+        for k, one in enumerate(self._followers):
+            X_WO = live.object_pose(tick, k)
+            if X_WO is not None:
+                self._set_frame(one.name, X_WO)
+
+    def _set_frame(self, name: str, X_WF: Array) -> None:
+        frame = self._rig.context.frames.get(name)
+        if isinstance(frame, _core.LiveFrame):
+            frame.set(X_WF)
 
 
+@dataclass(frozen=True)
 class _Follower:
-    """One object that follows a tracked frame."""
+    """An object in tracked frames."""
 
-    def __init__(self, rig: Rig, index: int, limits: TrackerSection, edges: list[str]) -> None:
-        self.index, self.edges = index, edges
-        self._section, self._placed = rig.scene.objects[index], rig.surfaces[index]
-        self.name = self._section.name
-        vertices = self._placed.body.vertices
-        centre_O = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
-        rates = RateLimits(limits.speed, math.radians(limits.turn_deg), limits.acceleration)
-        self.approach = Approach(self._placed.X_WO, centre_O, 0.0, rates)
-        self._fade, self._share = limits.fade, 1.0  # time of a full fade [s], present share of the force [-]
-
-    def warn_of_friction(self, rig: Rig) -> None:
-        """Warn if the object has friction: a replaced scene forgets the point at which the tool sticks."""
-        if self._section.friction > 0.0:
-            what = f"object {self.name!r} follows a tracker, so its friction is felt only while it rests"
-            where = rig.scene.where("objects", self.index, "friction")
-            warnings.warn(PalpateWarning(what, where=where, mend="give friction: 0"), stacklevel=4)
-
-    def step(self, goal: Array, lost: bool, t: float, interval: float) -> bool:
-        """Move to the time t, and choose velocity and force for the next interval; True if the object has changed."""
-        before = (self.approach.moves, self._share)
-        self.approach.advance(t)
-        self.approach.aim(self.approach.X if lost else goal, interval)
-        if self._fade > 0.0:
-            step = interval / self._fade
-            self._share = max(self._share - step, 0.0) if lost else min(self._share + step, 1.0)
-        return before[0] or self.approach.moves or before[1] != self._share
-
-    def core(self) -> _core.Object:
-        """The object for the core, with its present velocity and share of the force."""
-        rest, motion = self.approach.motion()
-        return surface.core_object(faded(self._section, self._share), self._placed.body, rest, motion)
-
-
-def faded(obj: ObjectSection, share: float) -> ObjectSection:
-    """The object with a share (0 to 1) of its stiffness and damping, its regions included."""
-    if share == 1.0:
-        return obj
-    regions = tuple(region.model_copy(update=_scaled(region, share)) for region in obj.regions)
-    return obj.model_copy(update={**_scaled(obj, share), "regions": regions})
-
-
-def _scaled(section: object, share: float) -> dict[str, tuple[float, ...]]:
-    given = {key: getattr(section, key) for key in ("stiffness", "damping")}
-    return {key: tuple(share * x for x in value) for key, value in given.items() if value is not None}
+    name: str
+    edges: list[str]
+    """tracked frames between the object and the world"""
 
 
 def _limits(section: TrackerSection) -> Limits:
     return Limits(section.max_age, 1e-3 * section.max_error_mm, section.max_speed, math.radians(section.max_turn_deg))
-
-
-def _set(frame: _core.Frame | None, X_WF: Array, V_WF: Array | None = None) -> None:
-    if isinstance(frame, _core.LiveFrame):
-        if V_WF is None:
-            frame.set(X_WF)
-        else:
-            frame.set(X_WF, V_WF)
 
 
 def make(rig: Rig) -> dict[str, Tracker]:
@@ -209,11 +158,19 @@ def make(rig: Rig) -> dict[str, Tracker]:
     return {name: _made(rig, name, section) for name, section in rig.scene.trackers.items()}
 
 
+def _tools(rig: Rig, name: str) -> list[str]:
+    return [s.tool or s.child for s in placing.tracked_frames(rig.scene) if s.tracker == name]
+
+
 def _made(rig: Rig, name: str, section: TrackerSection) -> Tracker:
     if section.openigtlink is not None:
         from palpate.trackers.openigtlink import OpenIGTLinkTracker
 
         return OpenIGTLinkTracker(section.openigtlink)
+    if section.topic is not None:
+        from palpate.trackers.ros_topic import RosTopicTracker, topics
+
+        return RosTopicTracker(topics(section.topic, _tools(rig, name)))
     return simulated(rig, name)
 
 

@@ -139,11 +139,11 @@ class Drawing:
         links = self._follower.show(tick["q_follower"], float(tick["jaw"]))
         self._tool.show(tick, links)
         for organ in self._organs:
-            organ.show(float(tick["t"]))
+            organ.show(tick)
         for fixture in self.fixtures:
             fixture.show(float(tick["t"]))
         for frame in self._frames:
-            frame.show()
+            frame.show(tick)
         for target in self.targets:
             target.show()
         p_WT = np.array(tick["p_WT"])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import viser
 from viser.transforms import SE3
 
+from palpate.record.ticks import Ticks
 from palpate.trackers.simulated import SPHERES
 from palpate.viewer.stage import PlacedFrame
 
@@ -32,8 +33,9 @@ class FrameDrawing:
                 scene.add_icosphere(f"{name}/sphere{k}", _SPHERE, _SILVER, position=p, cast_shadow=False)
         scene.add_label(f"{name}/name", frame.name, position=(0.0, 0.0, 1.1 * _AXES), anchor="bottom-center")
 
-    def show(self) -> None:
-        """Moves a live frame to its newest pose."""
-        if self._place.moving is not None:
-            X = SE3.from_matrix(self._place.moving())
+    def show(self, tick: Ticks) -> None:
+        """Moves a live frame to its pose at a tick."""
+        X_WF = self._place.moving(tick) if self._place.moving is not None else None
+        if X_WF is not None:
+            X = SE3.from_matrix(X_WF)
             self.node.wxyz, self.node.position = X.rotation().wxyz, X.translation()

@@ -6,6 +6,8 @@ import numpy as np
 import viser
 from viser.transforms import SE3
 
+from palpate.record import live
+from palpate.record.ticks import Ticks
 from palpate.viewer.stage import RegionMark, TouchedObject
 
 Color = tuple[int, int, int]
@@ -19,7 +21,7 @@ class OrganDrawing:
 
     def __init__(self, scene: viser.SceneApi, obj: TouchedObject, color: Color) -> None:
         """Draws the object at its rest pose."""
-        self._moving = obj.moving
+        self._moving, self._slot = obj.moving, obj.slot
         name = f"/objects/{obj.name}"
         X = SE3.from_matrix(obj.X_WO)
         self._frame = scene.add_frame(name, show_axes=False, wxyz=X.rotation().wxyz, position=X.translation())
@@ -48,11 +50,14 @@ class OrganDrawing:
         for part in self._parts:
             part.opacity = None if share < 0.01 else 1.0 - share
 
-    def show(self, t: float) -> None:
-        """Moves the object to its pose at time t [s]."""
-        if self._moving is None:
+    def show(self, tick: Ticks) -> None:
+        """Moves the object to its pose at a tick."""
+        X_WO = self._moving(float(tick["t"])) if self._moving is not None else None
+        if self._slot is not None:
+            X_WO = live.object_pose(tick, self._slot)
+        if X_WO is None:
             return
-        X = SE3.from_matrix(self._moving(t))
+        X = SE3.from_matrix(X_WO)
         self._frame.wxyz, self._frame.position = X.rotation().wxyz, X.translation()
 
 

@@ -55,6 +55,8 @@ class TouchedObject:
     regions: tuple[RegionMark, ...] = ()
     moving: Callable[[float], Array] | None = None
     """X_WO (4, 4) [m] at a time [s]; None for a static object."""
+    slot: int | None = None
+    """Number among the objects that follow a tracker, whose poses a tick holds; None for another object."""
 
 
 def _empty() -> Array:
@@ -94,8 +96,8 @@ class PlacedFrame:
     """(4, 4) pose in W at the start [m]."""
     tracked: bool = False
     """True if a tracker sees it: the spheres of its marker are drawn."""
-    moving: Callable[[], Array] | None = None
-    """Newest X_WF (4, 4) [m]; None for a frame at rest."""
+    moving: Callable[[Ticks], Array | None] | None = None
+    """X_WF (4, 4) [m] at a tick, None if it is unknown; None for a frame at rest."""
 
 
 @dataclass(frozen=True)

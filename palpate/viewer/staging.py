@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +15,10 @@ from palpate.frames import FrameGraph
 from palpate.guidance.context import FixtureContext
 from palpate.guidance.fixture import Fixture
 from palpate.guidance.plot import curve, drawing
+from palpate.record import live
 from palpate.record.reader import Record
-from palpate.scene import materials
+from palpate.record.ticks import Ticks
+from palpate.scene import materials, placing
 from palpate.scene.model import ObjectSection
 from palpate.scene.rig import Rig, build
 from palpate.scene.surface import PlacedSurface
@@ -33,8 +34,9 @@ MOST_TRIANGLES = 150_000
 def stage_of(rig: Rig, title: str = "") -> Stage:
     """The stage of a built scene, with its own copies of the arms."""
     scene, arms = rig.scene, rig.arms
+    followers = [obj.name for obj in rig.snapshot.objects if obj.is_live]
     objects = [
-        _touched_object(each, placed, felt, rig.context)
+        _touched_object(each, placed, felt, followers.index(each.name) if felt.is_live else None)
         for each, placed, felt in zip(scene.objects, rig.surfaces, rig.snapshot.objects, strict=True)
     ]
     p_WH = arms.X_WL @ arms.leader.fk(arms.q_leader0)[:, 3]
@@ -62,15 +64,15 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
 
 
 def placed_frames(rig: Rig) -> tuple[PlacedFrame, ...]:
-    """The frames of the scene; the live ones follow the rig's graph."""
-    graph = rig.frames
+    """The frames of the scene; the live ones follow the poses in a tick."""
+    graph, slots = rig.frames, {section.child: k for k, section in enumerate(placing.tracked_frames(rig.scene))}
     own = [name for name in graph.frames if name in {section.child for section in rig.scene.frames}]
     return tuple(
         PlacedFrame(
             name,
             graph.pose(name).X,
             graph.edge(name).kind == "live",
-            partial(_newest, graph, name) if graph.is_live(name) else None,
+            _moving_frame(graph, name, slots) if graph.is_live(name) else None,
         )
         for name in own
     )
@@ -90,8 +92,18 @@ def target_marks(rig: Rig) -> tuple[TargetMark, ...]:
     )
 
 
-def _newest(graph: FrameGraph, name: str) -> Array:
-    return graph.pose(name).X
+def _moving_frame(graph: FrameGraph, name: str, slots: Mapping[str, int]) -> Callable[[Ticks], Array | None]:
+    """Pose of a frame at a tick, which holds the nearest tracked frame above it."""
+    above = name
+    while above not in slots:
+        above = graph.edge(above).parent
+    slot, X_AF = slots[above], graph.pose(name, above).X
+
+    def moving(tick: Ticks) -> Array | None:
+        X_WA = live.frame_pose(tick, slot)
+        return None if X_WA is None else X_WA @ X_AF
+
+    return moving
 
 
 def fixture_mark(fixture: Fixture, context: FixtureContext) -> FixtureMark:
@@ -107,8 +119,8 @@ def fixture_mark(fixture: Fixture, context: FixtureContext) -> FixtureMark:
     seen = next((p for p in (along, body[0], margin[0]) if len(p)), np.zeros((1, 3)))
     frame = context.frame(fixture.frame.of)
     X0, X1 = frame.at(0.0)[0], frame.at(1.234)[0]
-    live = isinstance(frame, _core.LiveFrame) and frame.has_pose
-    rests = fixture.frame.of == "world" or (np.array_equal(X0, X1) and not live)
+    is_posed = isinstance(frame, _core.LiveFrame) and frame.has_pose
+    rests = fixture.frame.of == "world" or (np.array_equal(X0, X1) and not is_posed)
     return FixtureMark(
         fixture.name or role.name,
         role.name == "forbid",
@@ -155,7 +167,7 @@ def stage_of_record(record: Record) -> Stage:
 
 
 def _touched_object(
-    section: ObjectSection, placed: PlacedSurface, felt: _core.Object, context: FixtureContext
+    section: ObjectSection, placed: PlacedSurface, felt: _core.Object, slot: int | None
 ) -> TouchedObject:
     vertices, triangles = drawable(placed.body.vertices, placed.body.triangles)
     middles = vertices[triangles].mean(axis=1)
@@ -170,10 +182,7 @@ def _touched_object(
         for named, region in zip(section.regions, materials.regions(section), strict=True)
     ]
     moving: Callable[[float], Array] | None = felt.pose if section.motion else None
-    frame = context.frame(section.name)
-    if isinstance(frame, _core.LiveFrame):  # the object follows a tracker
-        moving = lambda t: np.asarray(frame.at(t)[0])  # noqa: E731
-    return TouchedObject(section.name, vertices, triangles, placed.X_WO, tuple(marks), moving)
+    return TouchedObject(section.name, vertices, triangles, placed.X_WO, tuple(marks), moving, slot)
 
 
 def drawable(vertices: Array, triangles: Triangles, most: int = MOST_TRIANGLES) -> tuple[Array, Triangles]:

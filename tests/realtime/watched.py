@@ -1,7 +1,7 @@
 """Run under heap_guard (LD_PRELOAD): prints the heap and lock calls of a session's threads as JSON.
 
 python watched.py realtime METHOD RATE SECONDS
-    | lockstep METHOD [organ|solids|LAW|ARM|identified|estimating|guided]
+    | lockstep METHOD [organ|solids|live|LAW|ARM|identified|estimating|guided]
     | robot following|impedance|moving | geometries all | crtk all | device all
 """
 
@@ -44,8 +44,11 @@ def threads() -> set[int]:
     return {int(t) for t in os.listdir("/proc/self/task")}
 
 
-def organ_scene(triangles: int, lift: float = 0.0) -> _core.Snapshot:
-    """The generated organ with motion and a nodule; its highest point is `lift` [m] above the origin."""
+def organ_scene(triangles: int, lift: float = 0.0, live: bool = False) -> _core.Snapshot:
+    """The generated organ with motion and a nodule; its highest point is `lift` [m] above the origin.
+
+    live: its pose is set while the loop runs, instead of the motion.
+    """
     mesh = Mesh(*organ(triangles))
     X_WO = np.eye(4)
     X_WO[:3, 3] = -mesh.vertices[mesh.vertices[:, 2].argmax()] + [0.0, 0.0, lift]
@@ -53,7 +56,18 @@ def organ_scene(triangles: int, lift: float = 0.0) -> _core.Snapshot:
     top = mesh.vertices[mesh.vertices[:, 2].argmax()].copy()
     lump = _core.Region(top, radius=0.004, blend=0.002, material=_core.Material(K=np.full(3, 600.0)))
     breath = _core.Wave(shift=np.array([0.0, 0.0, 0.001]), turn=np.array([0.01, 0.0, 0.0]), period=4.0)
-    return _core.Snapshot([_core.Object("organ", mesh.core, X_WO, material, [lump], _core.Motion(waves=[breath]))])
+    motion = _core.Motion(waves=[] if live else [breath])
+    options = _core.LiveOptions(max_age=0.05, fade=0.1) if live else None
+    return _core.Snapshot([_core.Object("organ", mesh.core, X_WO, material, [lump], motion, live=options)])
+
+
+def targets(t: float) -> _core.LiveTargets:
+    """A target near the place of the live organ, with a velocity, and a tracked frame."""
+    found, X = _core.LiveTargets(), organ_scene(20_000).objects[0].X_WO
+    X[2, 3] += 0.001 * np.sin(t)
+    found.add(t, X, np.array([0.0, 0.0, 1e-3, 0.01, 0.0, 0.0]))
+    found.add_frame(X, t, False)
+    return found
 
 
 def solids_scene() -> _core.Snapshot:
@@ -91,10 +105,12 @@ def contacts(rows: np.ndarray) -> int:
 
 def realtime(method: str, rate: float, seconds: float) -> dict[str, object]:
     """Count calls of the loop's thread while another thread replaces scenes and changes controls."""
-    scenes = [organ_scene(20_000), solids_scene(), organ_scene(3_000, lift=0.001)]
+    live = organ_scene(20_000, live=True)
+    scenes = [live, live, solids_scene(), organ_scene(3_000, lift=0.001)]
     lists = [fixtures(), fixtures(0.5)]
     sim = simulation(method, rate, scenes[0])
     before = threads()
+    sim.set_live(targets(0.0))
     sim.start()
     new = sorted(threads() - before)
     time.sleep(0.2)  # start-up time
@@ -106,7 +122,9 @@ def realtime(method: str, rate: float, seconds: float) -> dict[str, object]:
         while not stop.wait(0.02):
             swaps += 1
             sim.set_fixtures(lists[swaps % 2])
-            sim.set_snapshot(scenes[swaps % 3])
+            sim.set_snapshot(scenes[swaps % len(scenes)])
+            if swaps % len(scenes) == 0:
+                sim.set_live(targets(float(as_ticks(sim.latest().reshape(1, -1))["t"][0])))
             controls = _core.Controls()
             controls.stiffness_scale = 1.0 - 0.1 * (swaps % 2)
             sim.controls = controls
@@ -200,6 +218,9 @@ def lockstep(method: str, what: str = "organ") -> dict[str, object]:
         sim = other_law(what)
     elif what in ("identified", "estimating", "guided"):
         sim = {"identified": identified, "estimating": estimating, "guided": guided}[what]()
+    elif what == "live":
+        sim = simulation(method, 1000.0, organ_scene(20_000, live=True))
+        sim.set_live(targets(0.0))
     elif what in ("six_axis", "delta"):
         sim = other_arm(what)
     else:

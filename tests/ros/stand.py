@@ -54,9 +54,9 @@ class OutputLines:
 class Node:
     """A process of `palpate ros haptics` with the leader of the stand."""
 
-    def __init__(self, stand, folder, *options):
+    def __init__(self, stand, folder, *options, text=SCENE):
         scene = folder / "wall.yaml"
-        scene.write_text(SCENE)
+        scene.write_text(text)
         self.json, self.out = folder / "summary.json", folder / "runs"
         command = ["-m", "palpate", "ros", "haptics", scene, "--leader", stand.leader, "--follower", "virtual"]
         command += ["--teleop", stand.teleop, "--out", self.out, "--json", self.json, "--force-cap", 1.0]

@@ -67,6 +67,7 @@ def test_a_tracked_object_names_its_tracker():
         (HEAD.replace("sigma_mm", "tracker: t, sigma_mm") + OBJECTS, 0, "no tracker 't' | trackers: none"),
         (TRACKED + OBJECTS.replace("pose:", "motion: {amplitude: [0, 0, 0.1]}, pose:"), 6, "follows the tracked frame"),
         (TRACKED + OBJECTS + "arms: {follower: {frame: patient}}\n", 7, "an arm's base does not"),
+        (TRACKED + OBJECTS + "arms: {follower: {frame: patient}}\n", 7, "palpate frames SCENE --of patient"),
         (HEAD + OBJECTS + "trackers: {t: {}}\n", 6, "no source is given"),
         (HEAD + OBJECTS + "trackers: {t: {openigtlink: here}}\n", 6, "is not an address"),
     ],

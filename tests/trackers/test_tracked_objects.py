@@ -1,13 +1,17 @@
 """Objects of a session follow their tracker without a force step, and faults of the tracker never move them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from palpate import Session, _core
 from palpate.errors import PalpateError, SceneError
+from palpate.record.reader import Record
+from palpate.report import tracked
 from palpate.scene import Scene, surface
 from palpate.trackers import Sighting
-from palpate.trackers.tracking import PERIOD, Tracking
+from palpate.trackers.tracking import Tracking
 
 K, B, RATE = 400.0, 4.0, 1000.0
 SCENE = """\
@@ -39,9 +43,9 @@ class Stream:
     def close(self) -> None: ...
 
 
-def pressed(settle: int = 900) -> tuple[Session, Stream]:
+def pressed(settle: int = 900, friction: float = 0.0) -> tuple[Session, Stream]:
     """A session whose tool presses the block at rest."""
-    session = Session(scene())
+    session = Session(Scene.parse(SCENE.format(simulated="").replace("friction: 0.0", f"friction: {friction}")))
     stream = Stream(session.rig.frames.edge("patient").X.copy())
     session.tracking = Tracking(session.rig, session._sim, {"t": stream})
     session.step(settle)
@@ -66,65 +70,71 @@ def at_10_mm(X: np.ndarray) -> np.ndarray:
     return moved
 
 
+def p_block(session: Session) -> np.ndarray:
+    """Position (3,) of the block as rendered in the newest tick [m]."""
+    return np.array(session.latest()["live_p"][:3])
+
+
 def test_a_jump_of_the_goal_reaches_contact_without_a_force_step():
-    """Per tick the force may change by K |v| dt, and at an update by B a h in addition: 0.04 N + 0.02 N here."""
+    """Per tick the force may change by K |v| dt and by B a dt: 0.04 N + 0.002 N here."""
     session, stream = pressed()
     stream.X = at_10_mm(stream.X)
     session.tracking.gates["patient"].accept_jump()
-    moving = []
-    for _ in range(60):
-        session.tracking.step(session.state.t, PERIOD)
-        moving.append(np.array([r["F_T_W"] for r in _ticks(session, 10)]))
-    forces = np.concatenate(moving)
-    bound = K * 0.1 / RATE + B * 0.5 * PERIOD
-    assert force_step(forces) < bound
-    assert session.tracking._followers[0].approach.X[2, 3] == pytest.approx(0.01, abs=3e-4)
-
-
-def _ticks(session: Session, n: int):
-    """n ticks without an update of the trackers in between."""
-    from palpate.record.ticks import as_ticks
-
-    return as_ticks(session._sim.run(n))
+    forces = rows(session, 600)
+    assert force_step(forces) < K * 0.1 / RATE + B * 0.5 / RATE
+    assert p_block(session)[2] == pytest.approx(0.01, abs=3e-4)
 
 
 def test_the_judge_finds_a_pose_that_is_set_at_once():
     """The check above, on the snapshot that would result without rate limiting."""
     session, _ = pressed()
-    before = np.array([r["F_T_W"] for r in _ticks(session, 20)])
+    before = rows(session, 20)
     block, placed = session.rig.scene.objects[0], session.rig.surfaces[0]
     X = placed.X_WO.copy()
     X[2, 3] += 0.01
-    session._sim.set_snapshot(_core.Snapshot([surface.core_object(block, placed.body, X, _core.Motion())]))
-    after = np.array([r["F_T_W"] for r in _ticks(session, 20)])
-    assert force_step(np.concatenate([before, after])) > 5 * (K * 0.1 / RATE + B * 0.5 * PERIOD)
+    moved = replace(placed, X_WO=X)
+    session.tracking = None
+    session._sim.set_snapshot(_core.Snapshot([surface.core_object(block, moved, _core.Motion())]))
+    assert force_step(np.concatenate([before, rows(session, 20)])) > 5 * (K * 0.1 + B * 0.5) / RATE
 
 
 def test_contact_knows_the_velocity_of_a_tracked_object():
-    """A block that rises under a resting tool: damping acts on the relative velocity, so F = K depth + B v."""
-    session, _ = pressed()
-    session.tracking.step(session.state.t, PERIOD)
-    still = _ticks(session, 10)[-1]
-    follower = session.tracking._followers[0]
-    follower.approach.advance(session.state.t)
-    follower.approach.v = np.array([0.0, 0.0, 0.05])
-    session.tracking._publish()
-    moving = _ticks(session, 3)[-1]
-    grown = float(moving["F_T_W"][2] - still["F_T_W"][2])
-    from_depth = K * float(moving["delta_x"][2] - still["delta_x"][2])
-    assert grown - from_depth == pytest.approx(B * 0.05, rel=0.1)
+    """A block that rises under a tool: damping acts on the relative velocity, so F = K depth + B (v_block - v_tool)."""
+    session, stream = pressed()
+    stream.X = at_10_mm(stream.X)
+    session.tracking.gates["patient"].accept_jump()
+    for _ in range(120):
+        before, tick = p_block(session), session.step().tick
+    v_block = (p_block(session) - before) * RATE
+    v_tool = session.scene.mapping.scale * session.rig.arms.X_WL[:3, :3] @ tick["v_LH"]
+    assert v_block[2] > 0.04
+    assert v_block[2] - v_tool[2] > 0.02
+    assert tick["F_damping_W"][2] == pytest.approx(B * (v_block[2] - v_tool[2]), rel=1e-6)
+    assert tick["F_T_W"][2] == pytest.approx(K * tick["delta_x"][2] + tick["F_damping_W"][2], rel=1e-6)
+
+
+def test_a_tracked_object_has_friction_while_it_moves():
+    """A block that moves along x under a resting tool drags it with mu N."""
+    session, stream = pressed(friction=0.3)
+    start = stream.X[0, 3]
+    for k in range(100):
+        stream.X[0, 3] = start + 0.01 * 0.01 * k
+        state = session.step(10)
+    F = np.abs(state.F_T_W)
+    assert F[2] > 0.5
+    assert F[0] == pytest.approx(0.3 * F[2], rel=1e-3)
 
 
 def test_a_silent_tracker_stops_the_object_and_its_force_fades():
     session, stream = pressed()
     stream.silent = True
-    X = session.tracking._followers[0].approach.X.copy()
+    X = p_block(session)
     held = rows(session, 150)
     assert np.linalg.norm(held[-1]) == pytest.approx(np.linalg.norm(held[0]), rel=0.02)
     fading = rows(session, 600)
     assert np.linalg.norm(fading[-1]) < 1e-6
     assert force_step(fading) < 0.05
-    assert pytest.approx(X, abs=1e-9) == session.tracking._followers[0].approach.X
+    assert p_block(session) == pytest.approx(X, abs=1e-9)
     assert "lost for" in session.tracking.status(session.state.t)["patient"]
     stream.silent = False
     back = rows(session, 900)
@@ -165,12 +175,12 @@ def test_live_frames_and_the_object_are_known_to_fixtures():
     assert np.asarray(frames["block"].at(0.0)[0])[2, 3] == pytest.approx(0.01, abs=3e-4)
 
 
-def test_objects_rest_after_a_run_in_real_time():
+def test_objects_follow_in_real_time():
     session = Session(scene("noise_mm: 0.1, motion: {patient: {velocity: [0, 0, 0.01]}}"))
-    session.run(0.3, realtime=True)
-    follower = session.tracking._followers[0]
-    assert not follower.approach.moves
+    session.run(0.6, realtime=True)
     assert session.notes == []
+    assert session.latest()["tracked_status"][0] == 1
+    assert p_block(session)[2] < -1e-3  # the tracker's z axis points down
 
 
 def test_a_network_tracker_needs_real_time():
@@ -185,3 +195,50 @@ def test_a_network_tracker_needs_real_time():
 def test_an_unknown_tool_of_the_simulation_is_refused():
     with pytest.raises(SceneError, match="has no tool 'patent'"):
         Session(scene("motion: {patent: {velocity: [0, 0, 0.01]}}"))
+
+
+def test_a_record_holds_the_tracked_poses_and_the_report_tells_them(tmp_path):
+    """The simulated marker moves by 4 mm and is hidden for 0.4 s; the record says so in pose, age and status."""
+    simulated = "noise_mm: 0.0, motion: {patient: {amplitude: [0, 0, 0.004], period: 1}}"
+    text = SCENE.format(simulated=simulated + ", faults: [{kind: occluded, start: 0.6, end: 1.0}]")
+    with Session(Scene.parse(text), out=tmp_path) as session:
+        session.step(1500)
+        last = session.latest()
+    record = Record.open(session.record)
+    ticks = record.ticks
+    for name in ("live_p", "live_quat", "live_share", "tracked_p", "tracked_quat", "tracked_age", "tracked_status"):
+        np.testing.assert_array_equal(ticks[name][-1], last[name])
+    z = ticks["tracked_p"][:, 2]
+    seen = 34 / 60  # time of the tracker's last frame before tick 580 [s]
+    assert np.ptp(z[:590]) == pytest.approx(0.004 * (1.0 - np.sin(2 * np.pi * seen)), rel=1e-6)
+    assert np.ptp(z[620:1000]) == 0.0
+    age, status = ticks["tracked_age"][:, 0], ticks["tracked_status"][:, 0]
+    assert age[30:590].max() < 0.04
+    assert age[990] == pytest.approx(0.99 - 0.59, abs=0.02)
+    assert status[30:700].max() == status[30:700].min() == 1
+    assert status[990] == 2
+    assert status[-1] == 1
+    told = tracked.table(ticks, ["<patient>"], record.rate)
+    assert "&lt;patient&gt;" in told
+    lost = (status != 1).sum() / record.rate
+    assert lost == pytest.approx(0.4 - 0.2, abs=0.04)
+    assert f"{lost:.2f} s" in told
+    assert "4.0 mm" in told
+
+
+def test_a_record_without_trackers_has_no_such_signals(tmp_path):
+    with Session(Scene.parse("objects: [{sphere: {radius: 0.03}}]"), out=tmp_path) as session:
+        session.step(10)
+    record = Record.open(session.record)
+    assert not {name for name in record.signals if name.startswith(("live_", "tracked_"))}
+    assert np.isnan(record.ticks["live_p"]).all()
+
+
+@pytest.mark.parametrize("what", ["frames", "objects"])
+def test_more_tracked_frames_and_objects_than_the_loop_holds_are_refused(what):
+    n = _core.MAX_LIVE + 1
+    frames = [f"{{child: f{k}, tracker: t, pose: {{xyz: [0, 0, 1]}}}}" for k in range(n if what == "frames" else 1)]
+    objects = [f"{{name: o{k}, sphere: {{radius: 0.01}}, frame: f0}}" for k in range(n if what == "objects" else 1)]
+    text = f"frames: [{', '.join(frames)}]\ntrackers: {{t: {{simulated: {{}}}}}}\nobjects: [{', '.join(objects)}]\n"
+    with pytest.raises(SceneError, match=f"9 {what} follow trackers; at most 8"):
+        Session(Scene.parse(text))

@@ -1,16 +1,19 @@
 """Drawn surfaces equal the rendered ones, with at most as many triangles as a browser can handle."""
 
 from dataclasses import replace
+from unittest.mock import MagicMock
 
 import fake_session
 import numpy as np
 import pytest
 import trimesh
 
+from palpate.record.ticks import TICK
 from palpate.scene import Scene
 from palpate.scene.rig import build
 from palpate.shapes.organ import organ
 from palpate.viewer.gauges import Gauges
+from palpate.viewer.organs import OrganDrawing
 from palpate.viewer.staging import drawable, stage_of
 
 
@@ -53,9 +56,12 @@ def test_frames_and_tracked_objects_follow_their_newest_pose():
     assert [(frame.name, frame.tracked, frame.moving is None) for frame in made.frames] == [
         ("table", False, True), ("patient", True, False),
     ]  # fmt: skip
-    moved = np.eye(4)
-    moved[:3, 3] = [0.0, 0.2, 1.0]
-    rig.frames.update("patient", moved, 1.0)
-    rig.context.frames["ball"].set(moved, np.zeros(6))
-    assert made.frames[1].moving()[:3, 3] == pytest.approx([0.1, 0.2, 1.0])
-    assert made.objects[0].moving(5.0)[:3, 3] == pytest.approx([0.0, 0.2, 1.0])
+    tick = np.zeros(1, TICK)[0]
+    assert made.frames[1].moving(tick) is None, "before the first tick"
+    tick["tracked_p"][:3], tick["tracked_quat"][0] = [0.1, 0.2, 1.0], 1.0
+    tick["live_p"][:3], tick["live_quat"][0] = [0.1, 0.15, 1.0], 1.0
+    assert made.frames[1].moving(tick)[:3, 3] == pytest.approx([0.1, 0.2, 1.0])
+    assert made.objects[0].slot == 0
+    view = MagicMock()
+    OrganDrawing(view, made.objects[0], (1, 2, 3)).show(tick)
+    assert view.add_frame.return_value.position == pytest.approx([0.1, 0.15, 1.0])

@@ -1,5 +1,6 @@
 #include "palpate/contact/collision_method.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -41,11 +42,7 @@ const ContactSet& CollisionMethod::step(const scene::Snapshot& scene, const Vec3
     collision_index_ = collision_index;
     const Answer& newest = answers_.read();
     current_answer_ = newest.epoch == request_.epoch ? newest : Answer{};
-    request_.p_WT = p_WT;
-    request_.v_WT = v_WT;
-    request_.t = t;
-    ++request_.number;
-    requests_.write(request_);
+    post(scene, p_WT, v_WT, t);
   }
   for (int i = 0; i < current_answer_.size; ++i) {
     const ContactPlane& f = current_answer_.planes[static_cast<std::size_t>(i)];
@@ -68,6 +65,19 @@ const ContactSet& CollisionMethod::step(const scene::Snapshot& scene, const Vec3
     }
   }
   return set_;
+}
+
+// Requests the collisions of this instant.
+void CollisionMethod::post(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT, double t) noexcept {
+  request_.objects = std::min(scene.objects.size(), request_.X_WO.size());
+  for (std::size_t i = 0; i < request_.objects; ++i) {
+    const scene::Object& object = scene.objects[i];
+    request_.X_WO[i] = object.pose(t);
+    request_.v_OT[i] = request_.X_WO[i].R.transpose() * (v_WT - object.motion.velocity(p_WT, t));
+  }
+  request_.p_WT = p_WT;
+  ++request_.number;
+  requests_.write(request_);
 }
 
 void CollisionMethod::check(const scene::Snapshot& scene) const {
@@ -97,19 +107,18 @@ void CollisionMethod::collide(const scene::Snapshot& scene) {
   }
   Answer answer;
   answer.epoch = request.epoch;
-  for (std::size_t i = 0; i < scene.objects.size() && answer.size < kMaxContacts; ++i) {
+  const std::size_t objects = std::min(scene.objects.size(), request.objects);
+  for (std::size_t i = 0; i < objects && answer.size < kMaxContacts; ++i) {
     const scene::Object& object = scene.objects[i];
     const std::uint64_t mesh = object.surface->id();
     std::unique_ptr<NormalRule>& rule = rules_[{i, mesh}];
     if (!rule) {
       rule = make_rule_();
     }
-    const Pose X_WO = object.pose(request.t);
-    const Mat3 R_OW = X_WO.R.transpose();
-    const Vec3 p_OT = R_OW * (request.p_WT - X_WO.p);
+    const Vec3 p_OT = request.X_WO[i].R.transpose() * (request.p_WT - request.X_WO[i].p);
     const CollisionPoints points = surface_.collide(object, p_OT);
     if (points.size == 0) {
-      rule->free(R_OW * (request.v_WT - object.motion.velocity(request.p_WT, request.t)));
+      rule->free(request.v_OT[i]);
       continue;
     }
     const algorithm1::GrownPlane plane = rule->touch({points, p_OT, radius_});

@@ -53,8 +53,10 @@ class CollisionMethod final : public Method {
  private:
   /// Tool state posted by step() for collide().
   struct Request {
-    Vec3 p_WT = Vec3::Zero(), v_WT = Vec3::Zero();
-    double t = 0.0;            ///< time at which the objects are evaluated [s]
+    std::array<Pose, scene::kMaxObjects> X_WO;  ///< poses of the objects
+    std::array<Vec3, scene::kMaxObjects> v_OT;  ///< velocity of the tool relative to each object, in O [m/s]
+    std::size_t objects = 0;
+    Vec3 p_WT = Vec3::Zero();
     std::uint64_t number = 0;  ///< sequence number; 0: no request yet
     std::uint64_t epoch = 0;   ///< number of reset() calls: answers to requests from before a reset are discarded
   };
@@ -70,6 +72,8 @@ class CollisionMethod final : public Method {
     int size = 0;
     std::uint64_t epoch = 0;
   };
+
+  void post(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT, double t) noexcept;
 
   // Used by step().
   double rate_;

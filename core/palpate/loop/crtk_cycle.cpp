@@ -145,11 +145,6 @@ void CrtkCycle::set_scale(double scale) noexcept {
   }
 }
 
-void CrtkCycle::set_scene(const scene::Snapshot& scene) noexcept {
-  in_.scene = &scene;
-  haptics_.forget_contacts();
-}
-
 const CrtkOutput& CrtkCycle::step(ClockTime now) noexcept {
   const double dt = stepped_ ? std::max(now.t - last_.t, 0.0) : 0.0;
   out_.tick = Tick{};

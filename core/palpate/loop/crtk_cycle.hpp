@@ -72,9 +72,10 @@ class CrtkCycle {
   void set_scale(double scale) noexcept;
   void set_gates(const CrtkGates& gates) noexcept { gates_ = gates; }
   void set_controls(const Controls& controls) noexcept { in_.controls = controls; }
-  /// Replaces the scene, which must outlive its use, and resets contact.
-  void set_scene(const scene::Snapshot& scene) noexcept;
-
+  /// Replaces the scene, which must outlive its use. Contact goes on: see forget_contacts().
+  void set_scene(const scene::Snapshot& scene) noexcept { in_.scene = &scene; }
+  /// Resets contact to the tool's position, for a scene with other objects.
+  void forget_contacts() noexcept { haptics_.forget_contacts(); }
   /// Replaces the fixtures, which must outlive their use.
   void take(const guidance::Fixtures& fixtures) noexcept { haptics_.take(fixtures); }
 

@@ -117,7 +117,9 @@ DeviceFault DeviceCycle::check_time(double t) noexcept {
 // Takes the controls, scene and fixtures that other threads have set since the last step.
 void DeviceCycle::take() noexcept {
   cycle_.set_controls(front_.take_controls());
-  if (front_.take_scene()) cycle_.set_scene(front_.scene());
+  const bool other = front_.take_scene(clock_);
+  cycle_.set_scene(front_.scene());
+  if (other) cycle_.forget_contacts();
   if (front_.take_fixtures()) cycle_.take(front_.fixtures());
 }
 
@@ -147,6 +149,7 @@ const Wrench& DeviceCycle::advance() noexcept {
   Tick tick = out.tick;
   tick.cycle_us = 1e-3 * static_cast<double>(spent);
   status_ = static_cast<std::uint64_t>(tick.status);
+  front_.record(tick);
   front_.keep(tick);
   front_.show(tick);
   ++steps_;

@@ -14,6 +14,10 @@ constexpr double kPollShare = 0.25;   // pause of the collider between two polls
 
 std::shared_ptr<const scene::Snapshot> present(std::shared_ptr<const scene::Snapshot> scene) {
   if (!scene) throw std::invalid_argument("scene: none given; a Snapshot without objects is free space");
+  if (count_live(*scene) > kMaxLive) {
+    throw std::invalid_argument("scene: " + std::to_string(count_live(*scene)) + " live objects; at most " +
+                                std::to_string(kMaxLive) + " are possible");
+  }
   return scene;
 }
 
@@ -34,10 +38,11 @@ void check(const Controls& controls) {
 Front::Front(contact::Tool& contact, std::shared_ptr<const scene::Snapshot> scene, double rate)
     : contact_(contact),
       newest_scene_(present(std::move(scene))),
-      scene_(newest_scene_),
+      scene_(std::make_shared<RenderedScene>(newest_scene_, 0)),
       fixtures_(std::make_shared<const guidance::Fixtures>()),
       ring_(static_cast<std::size_t>(kRingSeconds * rate), false) {
   contact_.check(*newest_scene_);
+  live_.reset(*newest_scene_);
 }
 
 Controls Front::controls() const {
@@ -56,8 +61,32 @@ void Front::set_scene(std::shared_ptr<const scene::Snapshot> scene) {
   present(scene);
   contact_.check(*scene);
   const std::lock_guard lock(callers_);
+  if (!same_objects(*newest_scene_, *scene)) ++newest_epoch_;
   newest_scene_ = scene;
-  scene_.publish(std::move(scene));
+  scene_.publish(std::make_shared<RenderedScene>(std::move(scene), newest_epoch_));
+}
+
+void Front::set_live(LiveTargets targets) {
+  const std::lock_guard lock(callers_);
+  if (const int live = count_live(*newest_scene_); targets.objects != live) {
+    throw std::invalid_argument("live: " + std::to_string(targets.objects) + " targets for " + std::to_string(live) +
+                                " live objects; give one for each, in the order of the snapshot");
+  }
+  targets.epoch = newest_epoch_;
+  targets_in_.write(targets);
+}
+
+bool Front::take_scene(double t) noexcept {
+  const bool fresh = scene_.update();
+  RenderedScene& scene = scene_.current();
+  const bool other = fresh && scene.epoch != epoch_;
+  if (other) {
+    epoch_ = scene.epoch;
+    live_.reset(scene.objects);
+  }
+  const LiveTargets& targets = targets_in_.read();
+  if (targets.objects > 0 && targets.epoch == epoch_) live_.step(targets, scene, t);
+  return other;
 }
 
 void Front::set_fixtures(std::shared_ptr<const guidance::Fixtures> fixtures) {

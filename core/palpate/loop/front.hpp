@@ -11,6 +11,7 @@
 #include "palpate/contact/tool.hpp"
 #include "palpate/guidance/fixture.hpp"
 #include "palpate/loop/collider.hpp"
+#include "palpate/loop/live_objects.hpp"
 #include "palpate/loop/ring.hpp"
 #include "palpate/loop/tick.hpp"
 #include "palpate/scene/snapshot.hpp"
@@ -35,7 +36,10 @@ class Front {
   // std::invalid_argument.
   [[nodiscard]] Controls controls() const;
   void set_controls(const Controls& controls);
+  /// Replaces the scene. Contact goes on if the number, names and surfaces of its objects stay the same.
   void set_scene(std::shared_ptr<const scene::Snapshot> scene);
+  /// Sets the poses that the live objects of the newest scene shall reach.
+  void set_live(LiveTargets targets);
   /// Replaces all fixtures of guidance at once, without a force step.
   void set_fixtures(std::shared_ptr<const guidance::Fixtures> fixtures);
   /// The newest tick.
@@ -60,11 +64,15 @@ class Front {
 
   // For the thread of the loop, at every tick.
   [[nodiscard]] const Controls& take_controls() noexcept { return controls_in_.read(); }
-  /// Switches scene(), or fixtures(), to the newest one that was set. Returns true if it is new.
-  bool take_scene() noexcept { return scene_.update(); }
+  /// Switches scene() to the newest one that was set, and moves its live objects to the time t [s]. Returns true if the
+  /// objects are others, so that contact must be reset.
+  bool take_scene(double t) noexcept;
+  /// Switches fixtures() to the newest ones that were set. Returns true if they are new.
   bool take_fixtures() noexcept { return fixtures_.update(); }
-  [[nodiscard]] const scene::Snapshot& scene() const noexcept { return scene_.current(); }
+  [[nodiscard]] const scene::Snapshot& scene() const noexcept { return scene_.current().objects; }
   [[nodiscard]] const guidance::Fixtures& fixtures() const noexcept { return fixtures_.current(); }
+  /// Writes the live objects and tracked frames to a tick.
+  void record(Tick& tick) const noexcept { live_.record(tick.t, tick); }
   /// Publishes a tick for latest().
   void show(const Tick& tick) noexcept { latest_.write(tick); }
   /// Adds a tick to the queue for drain().
@@ -75,10 +83,14 @@ class Front {
   mutable std::mutex callers_;  ///< serialises the calls of other threads; the loop never locks it
   Controls controls_;
   std::shared_ptr<const scene::Snapshot> newest_scene_;  ///< last scene that was set, for the collider
+  std::uint64_t newest_epoch_ = 0;                       ///< its RenderedScene::epoch
   Mailbox<Controls> controls_in_;
   Mailbox<Tick> latest_;
-  Handover<scene::Snapshot> scene_;
-  Handover<guidance::Fixtures> fixtures_;
+  Mailbox<LiveTargets> targets_in_;
+  Handover<RenderedScene> scene_;
+  Handover<const guidance::Fixtures> fixtures_;
+  LiveObjects live_;         ///< used by the loop only
+  std::uint64_t epoch_ = 0;  ///< epoch of scene(), used by the loop only
   Ring<Tick> ring_;
   Collider collider_;
 };

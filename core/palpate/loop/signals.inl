@@ -71,6 +71,15 @@ SIGNAL(stability, double, energy_stored, "J", "", "what the passivity layer may 
 SIGNAL(stability, double, energy_lent, "J", "", "lent by fixtures that were switched on where the hand was", true)
 SIGNAL(stability, double, energy_reserved, "J", "", "of it, most that the wrenches on their way may cost", true)
 SIGNAL(stability, Reals<4>, lag_ms, "ms", "", "of virtual coupling, low-pass, passivity controller, caps", true)
+SIGNAL(tracking, Reals<3 * kMaxLive>, live_p, "m", "W",
+       "position of each object that follows a tracker, as rendered, in the scene's order", true)
+SIGNAL(tracking, Reals<4 * kMaxLive>, live_quat, "1", "W", "its orientation, w x y z", true)
+SIGNAL(tracking, Reals<kMaxLive>, live_share, "1", "", "share of its stiffness and damping that it renders", true)
+SIGNAL(tracking, Reals<3 * kMaxLive>, tracked_p, "m", "W",
+       "last good position of each tracked frame, in the scene's order", true)
+SIGNAL(tracking, Reals<4 * kMaxLive>, tracked_quat, "1", "W", "its orientation, w x y z", true)
+SIGNAL(tracking, Reals<kMaxLive>, tracked_age, "s", "", "age of this pose; infinite before the first", true)
+SIGNAL(tracking, Reals<kMaxLive>, tracked_status, "1", "", "0: not seen yet, 1: tracked, 2: lost", true)
 SIGNAL(loop, double, cycle_us, "us", "", "compute time of the haptic cycle", false)
 SIGNAL(loop, double, lateness_us, "us", "", "start of the tick after its deadline", false)
 // clang-format on

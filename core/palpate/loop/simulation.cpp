@@ -135,8 +135,9 @@ void Simulation::take(bool stopping) noexcept {
     in_.controls.following = false;
     in_.controls.paused = false;
   }
-  if (front_.take_scene()) {
-    in_.scene = &front_.scene();
+  const bool other = front_.take_scene(now());
+  in_.scene = &front_.scene();
+  if (other) {
     cycle_.forget_contacts();
     if (tool_contact_) tool_contact_->reset();
   }
@@ -144,7 +145,7 @@ void Simulation::take(bool stopping) noexcept {
 }
 
 void Simulation::tick(double lateness_us) noexcept {
-  in_.t = static_cast<double>(k_) / options_.rate;
+  in_.t = now();
   in_.leader = leader_.measured();
   in_.follower = follower_.measured();
   hand_.follow(cycle_.mapping(), in_.controls.p_hand_offset_W, in_.controls.hand_paused, in_.t);
@@ -163,6 +164,7 @@ void Simulation::tick(double lateness_us) noexcept {
     tick_.F_touch_W[i] = F_touch_W_[i];
   }
   tick_.status |= leader_.hand_slipped() ? kHandSlipped : 0u;
+  front_.record(tick_);
   tick_.cycle_us = 1e-3 * static_cast<double>(spent);
   tick_.lateness_us = lateness_us;
   front_.show(tick_);
@@ -195,7 +197,7 @@ Wrench Simulation::touch(double t) noexcept {
   const Pose& X_WB = options_.X_WB;
   const Vec3 p_WT = X_WB * drives.tip().p;
   const Twist V_BT = drives.twist();
-  const ContactSet& contacts = tool_contact_->step(front_.scene(), &p_WT, t);
+  const ContactSet& contacts = tool_contact_->step(*in_.scene, &p_WT, t);
   const force::ForceTerms terms = force::step(contacts, {X_WB.R * V_BT.v, X_WB.R * V_BT.w},
                                               in_.controls.stiffness_scale, in_.controls.damping_scale);
   F_touch_W_ = terms.F;

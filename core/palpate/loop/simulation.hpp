@@ -74,6 +74,8 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): a singl
   [[nodiscard]] const SimulationOptions& options() const noexcept { return options_; }
 
  private:
+  /// Time of the next tick [s].
+  [[nodiscard]] double now() const noexcept { return static_cast<double>(k_) / options_.rate; }
   void take(bool stopping) noexcept;
   void tick(double lateness_us) noexcept;
   void plant() noexcept;

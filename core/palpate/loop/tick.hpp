@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 
+#include "palpate/types/live.hpp"
 #include "palpate/types/status.hpp"
 
 namespace palpate::loop {

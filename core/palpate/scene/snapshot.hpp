@@ -2,9 +2,11 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "palpate/scene/approach.hpp"
 #include "palpate/scene/material.hpp"
 #include "palpate/scene/motion.hpp"
 #include "palpate/scene/surface.hpp"
@@ -25,6 +27,7 @@ struct Object {
   Motion motion;                           ///< motion from the rest pose
   bool is_virtual = true;                  ///< true: the contact stage renders the object
   bool is_real = true;                     ///< true: the tool of a simulated follower with drives collides with it
+  std::optional<LiveOptions> live;  ///< of an object whose pose is set while the loop runs; it has no motion then
 
   /// Pose of the object in W at time t [s].
   [[nodiscard]] Pose pose(double t) const noexcept { return motion.pose(X_WO, t); }

@@ -34,13 +34,13 @@ class Mailbox {
   int writer_ = 0, reader_ = 2;
 };
 
-/// Hands immutable objects over to a loop, which never frees memory: replaced objects wait in a list until the next
-/// publish() frees them.
+/// Hands objects over to a loop, which never frees memory: replaced objects wait in a list until the next publish()
+/// frees them. With a const T nobody changes them; otherwise only the loop may.
 template <typename T>
 class Handover {
  public:
   /// `first` is the current object until the first update() that returns true.
-  explicit Handover(std::shared_ptr<const T> first) : current_(new Node{std::move(first), nullptr}) {}
+  explicit Handover(std::shared_ptr<T> first) : current_(new Node{std::move(first), nullptr}) {}
   ~Handover() {
     release(incoming_.load());
     release(retired_.load());
@@ -51,7 +51,7 @@ class Handover {
 
   /// Offers `next` to the loop and frees the objects that the loop has replaced. One thread at a time may call it, but
   /// never the loop.
-  void publish(std::shared_ptr<const T> next) {
+  void publish(std::shared_ptr<T> next) {
     release(incoming_.exchange(new Node{std::move(next), nullptr}, std::memory_order_acq_rel));
     release(retired_.exchange(nullptr, std::memory_order_acquire));
   }
@@ -70,11 +70,11 @@ class Handover {
     return true;
   }
   /// The object that the loop uses at present.
-  [[nodiscard]] const T& current() const noexcept { return *current_->value; }
+  [[nodiscard]] T& current() const noexcept { return *current_->value; }
 
  private:
   struct Node {
-    std::shared_ptr<const T> value;
+    std::shared_ptr<T> value;
     Node* next;
   };
   static void release(Node* node) {

@@ -43,7 +43,7 @@ constexpr std::array kStatusDescriptions = {
     StatusDescription{"too_fast", kTooFast, "fast motion: the hand feels the arm's inertia in addition to the force"},
     StatusDescription{"guidance_conflict", kGuidanceConflict, "fixtures contradict each other: one of them gives way"},
     StatusDescription{"frame_lost", kFrameLost,
-                      "the frame that a fixture is attached to has no known pose: the fixture is inactive"},
+                      "a live frame has no known pose, or an old one: fixtures and objects in it are inactive"},
     StatusDescription{"goal_corrected", kGoalCorrected, "a hard fixture holds the instrument back"},
     StatusDescription{"ik_failed", kIkFailed, "the instrument cannot reach further: it holds"},
     StatusDescription{"hand_slipped", kHandSlipped, "the handle slips out of the hand's grip"},

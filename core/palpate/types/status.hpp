@@ -26,7 +26,7 @@ enum Status : unsigned {
   kGuided = 1u << 20,         ///< a guidance fixture applies a force
   kGoalCorrected = 1u << 21,  ///< a hard fixture corrects the commanded tool goal
   kGuidanceConflict = 1u << 22,  ///< hard fixtures contradict each other: one is relaxed, or the goal stays in place
-  kFrameLost = 1u << 16,         ///< the frame of a fixture was never received, or timed out: the fixture fades out
+  kFrameLost = 1u << 16,         ///< a live frame was never received, or timed out: fixtures and objects in it fade out
   // Devices on a network (loop/crtk_cycle.hpp). kNoOperator and kNotEnabled are states of operation. The others are
   // faults, which reduce the force to zero within 30 ms.
   kNoOperator = 1u << 17,    ///< no operator is at the console

@@ -17,6 +17,7 @@ from palpate.errors import PalpateError
 
 if TYPE_CHECKING:
     from palpate.cli.register._attended import Dialogue, Pointer
+    from palpate.record.ticks import Ticks
     from palpate.viewer.stage import PlacedFrame, TargetMark
 
 
@@ -60,7 +61,7 @@ def marks(dialogue: Dialogue, targets: tuple[TargetMark, ...]) -> tuple[TargetMa
 def _next(dialogue: Dialogue) -> PlacedFrame:
     from palpate.viewer.stage import PlacedFrame
 
-    def pose() -> Array:
+    def pose(_: Ticks) -> Array:
         X = np.eye(4)
         if dialogue.next_W is not None:
             X[:3, 3] = dialogue.next_W

@@ -11,6 +11,7 @@ from palpate.arrays import Array
 from palpate.arrays.so3 import pose
 from palpate.record.ticks import Ticks
 from palpate.ros.around.convert import WORLD, latched, transform
+from palpate.trackers.sending import object_poses
 
 if TYPE_CHECKING:
     from palpate.ros.haptics import HapticSession
@@ -20,7 +21,8 @@ class Frames:
     """Publishes /tf, and ~/NAME/joint_states and ~/NAME/robot_description for each arm NAME.
 
     Frames: palpate_world > NAME_base > NAME/LINK for each link of the model, the measured NAME_handle and NAME_tool,
-    palpate_proxy, palpate_object_OBJECT.
+    palpate_proxy, palpate_object_OBJECT, and palpate_frame_FRAME for each entry of the scene's list `frames`:
+    latched on /tf_static where its pose is known or registered, on /tf where a tracker sees it.
     """
 
     def __init__(self, node: Any, session: HapticSession) -> None:
@@ -30,6 +32,7 @@ class Frames:
 
         self._node, self._session = node, session
         self._tf = node.create_publisher(TFMessage, "/tf", 10)
+        self._static = node.create_publisher(TFMessage, "/tf_static", latched())
         scene, arms, names = session.rig.scene, session.rig.arms, session.loop.names
         self._leader, self._follower = names.leader, names.follower or "virtual"
         self._arms = {
@@ -40,6 +43,22 @@ class Frames:
         self._models = [node.create_publisher(String, f"~/{name}/robot_description", latched()) for name in self._arms]
         for publisher, side in zip(self._models, ("leader", "follower"), strict=True):
             publisher.publish(String(data=scene.arm(side).urdf))
+        self._publish_static()
+
+    def _edges(self, live: bool) -> list[tuple[str, str, Array]]:
+        """Parent, child and pose of the entries of the scene's list `frames` that move, or of those that do not."""
+        rig = self._session.rig
+        own = {section.child for section in rig.scene.frames}
+        edges = [edge for edge in rig.frames.edges if edge.child in own and (edge.kind == "live") == live]
+        return [(_tf_name(edge.parent), _tf_name(edge.child), edge.X) for edge in edges]
+
+    def _publish_static(self) -> None:
+        from tf2_msgs.msg import TFMessage
+
+        stamp = self._node.get_clock().now().to_msg()
+        found = [transform(*edge, stamp) for edge in self._edges(live=False)]
+        if found:
+            self._static.publish(TFMessage(transforms=found))
 
     def show(self, tick: Ticks) -> None:
         """Publish all frames and joint states of a tick."""
@@ -57,10 +76,15 @@ class Frames:
                 links = arm.link_poses(q, float(np.nan_to_num(tick[pinch])))
                 found += [(f"{name}_base", f"{name}/{link}", X) for link, X in links.items()]
                 self._joints[name].publish(_joint_state(arm, q, stamp, name))
-        for obj in self._session.rig.snapshot.objects:
-            found.append((WORLD, f"palpate_object_{obj.name}", obj.pose(float(tick["t"]))))
+        poses = object_poses(self._session.rig, tick)
+        found += [(WORLD, f"palpate_object_{name}", X_WO) for name, X_WO in poses.items()]
+        found += self._edges(live=True)
         good = [transform(parent, child, X, stamp) for parent, child, X in found if np.isfinite(X).all()]
         self._tf.publish(TFMessage(transforms=good))
+
+
+def _tf_name(frame: str) -> str:
+    return WORLD if frame == "world" else f"palpate_frame_{frame}"
 
 
 def _translation(p: Array) -> Array:

@@ -182,6 +182,7 @@ void HapticNode::step(std::int64_t begin) noexcept {
   loop::Tick tick = out.tick;
   tick.cycle_us = 1e-3 * static_cast<double>(spent);
   tick.lateness_us = answered ? 1e-3 * static_cast<double>(begin - came_) : 0.0;
+  front_.record(tick);
   front_.keep(tick);
   front_.show(tick);
   update_stream_figures();
@@ -194,7 +195,8 @@ void HapticNode::take() noexcept {
   Controls controls = front_.take_controls();
   if (stopping_) controls.following = false;
   cycle_.set_controls(controls);
-  if (front_.take_scene()) cycle_.set_scene(front_.scene());
+  if (front_.take_scene(clock_time().t)) cycle_.forget_contacts();
+  cycle_.set_scene(front_.scene());
   if (front_.take_fixtures()) cycle_.take(front_.fixtures());
   if (const double scale = console_.scale(); scale != 0.0) cycle_.set_scale(scale);
 }
