@@ -4131,7 +4131,16 @@ class DeviceCycle:
         """
 
     def set_snapshot(self, snapshot: Snapshot) -> None:
-        """Replaces the scene at the next tick."""
+        """
+        Replaces the scene at the next tick. Contact goes on if the number, names and surfaces of the objects stay the
+        same, and starts anew otherwise.
+        """
+
+    def set_live(self, targets: LiveTargets) -> None:
+        """
+        Sets the poses that the live objects of the newest snapshot shall reach, from the next tick on. Raises
+        ValueError if their number differs.
+        """
 
 class Driver:
     """
