@@ -77,7 +77,7 @@ def test_organ_that_moves_is_told(scene):
 
 def test_tip_that_is_off_is_told(scene):
     room = Room(scene, 4, tip_error=np.array([0.006, 0.0, 0.008]))
-    with pytest.raises(RegistrationError, match="touches disagree(.|\n)*tip is calibrated wrongly|nothing is felt"):
+    with pytest.raises(RegistrationError, match=r"touches disagree(.|\n)*tip is calibrated wrongly|nothing is felt"):
         unattended(RegisteredOrgan(scene), room)
 
 
