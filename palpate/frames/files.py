@@ -155,7 +155,8 @@ def _content(path: Path) -> dict[str, Any]:
     try:
         data = yaml.load(path.read_text(encoding="utf-8"), Loader)
     except FileNotFoundError:
-        raise FrameError("file with a pose not found", where=str(path), mend="check the path") from None
+        mend = "check the path, or write the file: palpate register ... --out, palpate register session"
+        raise FrameError("file with a pose not found", where=str(path), mend=mend) from None
     except (OSError, UnicodeDecodeError) as error:
         raise FrameError("the file cannot be read", where=str(path), why=str(error), mend="name a YAML file") from None
     except yaml.YAMLError as error:

@@ -1,5 +1,6 @@
 """`palpate register session` and `check`: what is written, what is refused, and the attended dialogue."""
 
+import io
 import json
 
 import numpy as np
@@ -10,11 +11,12 @@ from rich.console import Console
 
 from palpate.arm import models_folder
 from palpate.arrays import rigid
-from palpate.cli.register import _attended
-from palpate.errors import RegistrationError
+from palpate.cli.register import _attended, _viewer
+from palpate.errors import PalpateError, RegistrationError
 from palpate.mesh import Mesh
 from palpate.registration.clouds import sampled
-from palpate.registration.procedure import Organ
+from palpate.registration.procedure import Organ, Procedure
+from palpate.registration.touches import Guess
 from palpate.scene import Scene, placing
 from palpate.scene.registered import RegisteredOrgan, at
 from palpate.shapes.organ import organ
@@ -32,7 +34,7 @@ def scene(tmp_path):
 
 
 def test_session_then_check_then_run(palpate, scene, tmp_path):
-    written = tmp_path / "liver_registered.yaml"
+    written = tmp_path / "registered" / "liver.yaml"
     before = palpate("run", scene, "--headless", "--duration", "0.1")
     assert before.code == 2
     assert "not found" in before.err
@@ -84,7 +86,7 @@ def test_sessions_that_cannot_succeed_write_nothing(palpate, scene, tmp_path, ol
     done = palpate("register", "session", scene, "--json", "x.json")
     assert done.code == 2
     assert words in done.err
-    assert not (tmp_path / "liver_registered.yaml").exists()
+    assert not (tmp_path / "registered" / "liver.yaml").exists()
     assert not (tmp_path / "x.json").exists()
 
 
@@ -175,7 +177,7 @@ def test_operator_may_undo_skip_and_quit(tmp_path):
 
 def test_mirrored_landmarks_and_an_organ_that_moves_are_told(tmp_path):
     X = rigid.rigid(np.eye(3), [0.05, -0.02, 0.1])
-    with pytest.raises(RegistrationError, match="landmark .* from the organ's surface"):
+    with pytest.raises(RegistrationError, match=r"landmark .* from the organ's surface"):
         Operator(X).register(tmp_path, lambda p: p * [1.0, -1.0, 1.0])
 
     class Clumsy(Operator):
@@ -193,8 +195,30 @@ def test_stylus_that_is_hidden_or_moves_is_not_read(tmp_path):
     operator.scene(tmp_path)
     still = operator.stylus
     operator.stylus = lambda: rigid.displaced(still(), [0, 0, 0.05 * np.sin(40 * operator.t), 0, 0, 0])
-    with pytest.raises(RegistrationError, match="moved by|poses of 'stylus' arrived"):
+    with pytest.raises(RegistrationError, match=r"moved by .* mm|poses of 'stylus' arrived"):
         operator.pointer.read()
+
+
+def test_viewer_shows_the_next_place_and_the_newest_errors(scene):
+    pytest.importorskip("viser", reason="the viewer is not installed")
+    from palpate.viewer.staging import stage_of
+
+    loaded = Scene.load(scene)
+    scanned, arm = RegisteredOrgan(loaded), _attended.ArmPointer(loaded, 0, 1)
+    dialogue = _attended.Dialogue(Console(quiet=True), loaded, scanned, arm, lambda prompt: "")
+    opened = []
+    with _viewer.shown(Console(file=io.StringIO()), arm, dialogue, 8471):
+        opened = [mark.name for mark in stage_of(arm.session.rig).targets]
+    marks = _viewer.marks(dialogue, stage_of(arm.session.rig).targets)
+    assert opened == [mark.name for mark in marks] == ["tumour", "vessel"]
+    assert marks[0].newest()[1].max() == 0.0  # before the first pose
+    state = Procedure(scanned.organ, Guess(np.eye(4), 1e-6 * np.eye(6)), 1e-3, 3e-4, 2e-4, 2e-3)
+    dialogue.procedure = state
+    p_W, covariance = marks[0].newest()
+    assert p_W == pytest.approx([-0.065, -0.03, 0.0])
+    assert covariance == pytest.approx(state.targets["tumour"].covariance)
+    with pytest.raises(PalpateError, match="leave out --viewer"), _viewer.shown(Console(), object(), dialogue, 8471):
+        pass
 
 
 def test_arm_is_a_pointer_that_must_feel_contact(scene):

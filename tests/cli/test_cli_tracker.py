@@ -24,7 +24,7 @@ def test_client_in_another_process_sees_the_simulated_tool(spawn, tmp_path):
     server = spawn("tracker", "simulate", "t.yaml", "--port", "0", "--duration", "60")
     line = server.stdout.readline()
     assert "PatientToTracker" in line
-    tracker = OpenIGTLinkTracker(f"127.0.0.1:{re.search(r':(\d+):', line)[1]}")
+    tracker = OpenIGTLinkTracker(re.search(r"127\.0\.0\.1:\d+", line)[0])
     end, found = time.monotonic() + 30.0, []
     while len(found) < 3:
         assert time.monotonic() < end, "nothing has arrived"

@@ -57,9 +57,9 @@ def test_ellipsoid_is_seen_in_the_organ_and_follows_a_running_registration():
         with open_page(viewer.url) as page:
             gold = seen(page, viewer, PLACE)
             assert gold > 20  # pixels
-            newest[:] = [PLACE + [0.0, 0.0, 0.02], 0.04 * newest[1]]
+            newest[:] = [PLACE + np.array([0.0, 0.0, 0.02]), 0.04 * newest[1]]
             end = time.monotonic() + 60.0
-            while seen(page, viewer, PLACE + [0.0, 0.0, 0.02]) > 0.5 * gold:
+            while seen(page, viewer, PLACE + np.array([0.0, 0.0, 0.02])) > 0.5 * gold:
                 assert time.monotonic() < end
             assert "TRE 0.49 mm rms" in drawing.label.text
             assert page.errors == []

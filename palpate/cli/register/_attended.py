@@ -63,6 +63,10 @@ def pointer(scene: Scene, scanned: RegisteredOrgan, seed: int | None) -> Iterato
     """The pointer of a scene: a tracked tool, or the arm of a session that runs meanwhile."""
     given = scanned.section.pointer
     if given is None:
+        if scanned.section.simulated is None:
+            what, where = "there is nothing to touch the organ with", scene.where("registration")
+            mend = "give registration.pointer, a tool that a tracker sees, or registration.simulated"
+            raise SceneError(what, where=where, mend=mend)
         arm = ArmPointer(scene, scanned.index, seed)
         arm.session.start()
         try:

@@ -12,7 +12,7 @@ from tyro.conf import Positional, arg
 
 from palpate.cli.register import _session
 from palpate.console import PORT
-from palpate.console.output import console_for, require_writable, say, write_json
+from palpate.console.output import console_for, make_folder, require_writable, say, write_json
 from palpate.errors import refuse_to_overwrite
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ class Command:
 
     examples:
       palpate register session scenes/registration.yaml
-      palpate register session my.yaml --attended --accuracy 0.8mm --out liver_registered.yaml
+      palpate register session my.yaml --attended --accuracy 0.8mm --out registered/liver.yaml
 
     A scene that states a true pose (registration.simulated) runs unattended with a simulated camera and hand, and the
     true errors are printed too. Otherwise, or with --attended, an operator touches the organ and presses Enter. Nothing
@@ -63,6 +63,7 @@ class Command:
         scene = self._with_accuracy(Scene.load(self.scene))
         out = self.out or file_of(scene)
         refuse_to_overwrite(out, self.force)
+        make_folder(out.parent)
         require_writable(out)
         require_writable(self.json)
         scanned = RegisteredOrgan(scene)
