@@ -26,5 +26,6 @@ void bind_simulation(nanobind::module_& m);
 void bind_soak(nanobind::module_& m);
 void bind_stability(nanobind::module_& m);
 void bind_torque(nanobind::module_& m);
+void bind_world(nanobind::module_& m);
 
 }  // namespace palpate::bindings

@@ -7,6 +7,7 @@ NB_MODULE(_core, m) {
   m.doc() = "Palpate's C++ core: the stages of the haptic cycle (see ARCHITECTURE.md).";
   palpate::bindings::bind_live(m);
   palpate::bindings::bind_scene(m);
+  palpate::bindings::bind_world(m);
   palpate::bindings::bind_contact(m);
   palpate::bindings::bind_algorithm1(m);
   palpate::bindings::bind_soak(m);
