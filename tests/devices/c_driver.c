@@ -1,12 +1,12 @@
 /* A driver for tests: moves 18 mm down within 150 readings, then rests. The argument names what goes wrong at reading
  * 300; the wrenches written are counted and the last one is kept in a file, after a comma: "hang,/tmp/last". */
-#include "driver.h"
-
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+
+#include "driver.h"
 
 typedef struct device {
   char fault[32];
