@@ -2,11 +2,12 @@
 
 import shutil
 import subprocess
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
-from test_haptics import K, scene
+from test_haptics import CAP, scene
 
 import palpate
 from palpate.devices import DrivenSession
@@ -40,11 +41,15 @@ def touched(driver):
 
 def test_force_arrives_in_the_axes_of_the_vendor_and_ends_at_zero(library, tmp_path, monkeypatch):
     monkeypatch.setenv("HD_LOG", str(tmp_path / "log"))
+    monkeypatch.setenv("HD_GO", str(tmp_path / "go"))
     session = DrivenSession(touched(library))
-    summary = session.run(0.8)
-    del session
+    session.start()
+    (tmp_path / "go").touch()
+    time.sleep(1.0)
+    summary = session.close()
+    del session  # closes the device
     forces = np.loadtxt(tmp_path / "log", ndmin=2)
-    assert 1.0 < forces[:, 1].max() <= K * 0.008
+    assert 1.0 < forces[:, 1].max() <= CAP * (1 + 1e-6)
     assert np.abs(forces[:, [0, 2]]).max() < 1e-3
     assert forces[-1].any() == 0
     assert forces[:, 1].max() <= summary.peak_force_N + 1e-4
@@ -52,6 +57,7 @@ def test_force_arrives_in_the_axes_of_the_vendor_and_ends_at_zero(library, tmp_p
 
 def test_failing_device_ends_the_session(library, tmp_path, monkeypatch):
     monkeypatch.setenv("HD_LOG", str(tmp_path / "log"))
+    monkeypatch.setenv("HD_GO", str(tmp_path / "go"))
     monkeypatch.setenv("HD_FAIL", "1")
     session = DrivenSession(touched(library))
     summary = session.run(10.0)

@@ -1,4 +1,5 @@
-/* Stand-in for OpenHaptics: a device that moves 18 mm down (y) within 300 servo ticks. The force of each tick goes to
+/* Stand-in for OpenHaptics: a device that moves 30 mm down (y) within 300 servo ticks
+ * once the file of the environment variable HD_GO exists. The force of each tick goes to
  * the file of the environment variable HD_LOG; with HD_FAIL the device fails at tick 700. */
 #include "HD/hd.h"
 
@@ -8,12 +9,13 @@
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+#include <unistd.h>
 
 static HDSchedulerCallback callback;
 static void* context;
 static pthread_t thread;
 static volatile int running;
-static int tick, failed;
+static int tick, moved, failed;
 static double force[3];
 
 HHD hdInitDevice(HDstring name) {
@@ -34,7 +36,7 @@ void hdGetDoublev(HDenum name, HDdouble* v) {
   }
   memset(v, 0, 16 * sizeof *v);
   v[0] = v[5] = v[10] = v[15] = 1.0;
-  v[13] = -18.0 * fmin(1.0, tick / 300.0); /* column-major: the position is in 12, 13, 14 [mm] */
+  v[13] = -30.0 * fmin(1.0, moved / 300.0); /* column-major: the position is in 12, 13, 14 [mm] */
 }
 void hdGetIntegerv(HDenum name, HDint* v) { (void)name, v[0] = 0; }
 void hdSetDoublev(HDenum name, const HDdouble* v) { (void)name, memcpy(force, v, sizeof force); }
@@ -47,6 +49,7 @@ static void* serve(void* unused) {
   FILE* log = fopen(getenv("HD_LOG"), "w");
   while (running) {
     ++tick;
+    if (moved > 0 || access(getenv("HD_GO"), F_OK) == 0) ++moved;
     if (callback(context) == HD_CALLBACK_DONE) memset(force, 0, sizeof force), running = 0;
     fprintf(log, "%g %g %g\n", force[0], force[1], force[2]);
     nanosleep(&(struct timespec){0, 1000000}, NULL);
@@ -59,7 +62,7 @@ HDSchedulerHandle hdScheduleAsynchronous(HDSchedulerCallback function, void* dat
   return 1;
 }
 void hdStartScheduler(void) {
-  tick = 0, running = 1;
+  tick = moved = 0, running = 1;
   pthread_create(&thread, NULL, serve, NULL);
 }
 void hdStopScheduler(void) {
