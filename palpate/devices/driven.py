@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 import time
 from typing import Any
@@ -22,6 +23,7 @@ PATIENCE = 1.0
 """Time after which a call that does not return ends the session [s]."""
 _WATCH = 0.002  # period of the watchdog [s]
 _RAMP = 0.1  # longest ramp-down at the end [s]
+_SWITCH = 0.0005  # longest wait for the interpreter while another thread of Python computes [s]
 _ZERO = np.zeros(6)
 
 
@@ -54,6 +56,7 @@ class DrivenLoop(DeviceLoop):
         self._ended: str | None = None
         self._call, self._entered = "", 0.0
         self._silenced = False
+        self._interval = sys.getswitchinterval()
         self._stop, self._finished = threading.Event(), threading.Event()
         self._threads: list[threading.Thread] = []
 
@@ -77,6 +80,8 @@ class DrivenLoop(DeviceLoop):
         self._stop.clear()
         self._finished.clear()
         self._ended, self._entered = None, time.monotonic()
+        self._interval = sys.getswitchinterval()
+        sys.setswitchinterval(min(self._interval, _SWITCH))
         self._threads = [
             threading.Thread(target=self._run, name="palpate-driver", daemon=True),
             threading.Thread(target=self._watch, name="palpate-driver-watch", daemon=True),
@@ -90,6 +95,7 @@ class DrivenLoop(DeviceLoop):
             return
         self._stop.set()
         self._finished.wait(_RAMP + PATIENCE)
+        sys.setswitchinterval(self._interval)
         for thread in self._threads:
             thread.join(timeout=0.1)
         self._threads = []

@@ -20,7 +20,8 @@ def names(body: list[ast.stmt]) -> set[str]:
     """Public names that a module or class of the stub declares."""
     functions = {node.name for node in body if isinstance(node, ast.FunctionDef | ast.ClassDef)}
     fields = {node.target.id for node in body if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name)}
-    return {name for name in functions | fields if not name.startswith("_")}
+    members = {t.id for node in body if isinstance(node, ast.Assign) for t in node.targets if isinstance(t, ast.Name)}
+    return {name for name in functions | fields | members if not name.startswith("_")}
 
 
 def public(owner: object) -> set[str]:

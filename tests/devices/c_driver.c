@@ -1,12 +1,12 @@
-/* A driver for tests: moves 18 mm down within 150 readings, then rests. The argument names what goes wrong at reading
+/* A driver for tests: moves 30 mm down within 150 readings, then rests. The argument names what goes wrong at reading
  * 300; the wrenches written are counted and the last one is kept in a file, after a comma: "hang,/tmp/last". */
-#include "driver.h"
-
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+
+#include "driver.h"
 
 typedef struct device {
   char fault[32];
@@ -35,7 +35,7 @@ void* palpate_driver_open(const char* argument, palpate_driver_info* info, char*
 int palpate_driver_read(void* p, palpate_driver_state* s) {
   device* d = p;
   const int wrong = ++d->count > 300;
-  const double down = -0.018 * fmin(1.0, d->count / 150.0);
+  const double down = -0.03 * fmin(1.0, d->count / 150.0);
   if (wrong && strcmp(d->fault, "fail") == 0) return 7;
   if (wrong && strcmp(d->fault, "empty") == 0) return 0;
   if (d->count == 301 && strcmp(d->fault, "pause") == 0) nanosleep(&(struct timespec){0, 60000000}, NULL);

@@ -9,7 +9,7 @@ from palpate.devices import Reading
 
 
 class Still:
-    """Moves 18 mm down within its first 150 readings, then rests; keeps every wrench with its time."""
+    """Moves 30 mm down within its first 150 readings, then rests; keeps every wrench with its time."""
 
     rate, force_max, workspace = 500.0, 5.0, (0.1, 0.1, 0.1)
 
@@ -27,7 +27,7 @@ class Still:
     def pose(self):
         self.count += 1
         X = np.eye(4)
-        X[2, 3] = -0.018 * min(1.0, self.count / 150)
+        X[2, 3] = -0.03 * min(1.0, self.count / 150)
         return X
 
     def read(self):

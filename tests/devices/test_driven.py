@@ -1,13 +1,14 @@
 """Drivers in Python: the force they get, and zero force by name of the cause for each kind of wrong driver."""
 
 import re
+import sys
 import threading
 from pathlib import Path
 
 import drivers
 import numpy as np
 import pytest
-from test_haptics import K, scene
+from test_haptics import CAP, scene
 
 import palpate
 from palpate.devices import DrivenSession, open_driver
@@ -24,9 +25,10 @@ def test_good_driver_feels_the_surface_and_ends_with_zero_force(tmp_path):
     driver = drivers.Still()
     session = DrivenSession(scene(rates={"haptic": 1000.0}), tmp_path, driver)
     summary = session.run(0.7)
-    assert 1.0 < driver.forces().max() <= K * 0.008
+    assert 1.0 < driver.forces().max() <= CAP * (1 + 1e-6)
     assert driver.forces()[-1] == 0.0
     assert driver.closed
+    assert sys.getswitchinterval() == pytest.approx(0.005), "restored"
     assert "lateness" in summary.scheduler
     assert session.rate == 500.0, "the rate of the driver, not of the scene"
     record = Record.open(summary.record)

@@ -13,7 +13,7 @@ from palpate.errors import DeviceError
 
 
 class StandIn(types.ModuleType):
-    """`forcedimension_core.dhd`: a device that moves 18 mm down within 150 readings."""
+    """`forcedimension_core.dhd`: a device that moves 30 mm down within 150 readings."""
 
     def __init__(self, wrist=True, opens=True):
         super().__init__("forcedimension_core.dhd")
@@ -40,7 +40,7 @@ class StandIn(types.ModuleType):
 
     def getPosition(self, out, ID: int = -1) -> int:
         self.count += 1
-        out[0], out[1], out[2] = 0.0, 0.0, -0.018 * min(1.0, self.count / 150)
+        out[0], out[1], out[2] = 0.0, 0.0, -0.03 * min(1.0, self.count / 150)
         return -1 if self.broken and self.count > 250 else 1  # 1: DHD_TIMEGUARD
 
     def getPositionAndOrientationFrame(self, p_out, matrix_out, ID: int = -1) -> int:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from test_driven import with_driver
-from test_haptics import K
+from test_haptics import CAP
 
 from palpate.devices import DrivenSession
 from palpate.devices.native import header_folder
@@ -37,7 +37,7 @@ def run(library, fault, tmp_path, seconds=1.0):
 
 def test_good_driver_feels_the_surface_and_ends_with_zero_force(library, tmp_path):
     session, summary, written = run(library, "none", tmp_path)
-    assert 1.0 < written[:, 1].max() <= K * 0.008
+    assert 1.0 < written[:, 1].max() <= CAP * (1 + 1e-6)
     assert written[:, 1].max() == pytest.approx(summary.peak_force_N)
     assert written[-1, 1] == 0.0
     assert not session.failed

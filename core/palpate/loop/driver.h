@@ -25,18 +25,18 @@ extern "C" {
 
 /* Facts about the device, filled in by open. */
 typedef struct palpate_driver_info {
-  uint32_t abi;           /* set to PALPATE_DRIVER_ABI by the driver */
-  char name[64];          /* for messages and records */
-  double rate;            /* rate at which Palpate calls read and write [Hz], 50 to 10000 */
-  double force_max;       /* largest force that the device may be commanded [N]; 0: it renders no force */
-  double moment_max;      /* largest moment [N m]; 0: forces only */
-  double workspace[3];    /* lengths of the workspace along the base axes [m] */
+  uint32_t abi;        /* set to PALPATE_DRIVER_ABI by the driver */
+  char name[64];       /* for messages and records */
+  double rate;         /* rate at which Palpate calls read and write [Hz], 50 to 10000 */
+  double force_max;    /* largest force that the device may be commanded [N]; 0: it renders no force */
+  double moment_max;   /* largest moment [N m]; 0: forces only */
+  double workspace[3]; /* lengths of the workspace along the base axes [m] */
 } palpate_driver_info;
 
 /* One measurement, filled in by read. */
 typedef struct palpate_driver_state {
-  double X_LH[16];  /* pose of the handle H in the base L, row by row; the last row is 0 0 0 1 [m] */
-  double V_LH[6];   /* velocity of the handle: linear [m/s], angular [rad/s]; used only if has_velocity is 1 */
+  double X_LH[16]; /* pose of the handle H in the base L, row by row; the last row is 0 0 0 1 [m] */
+  double V_LH[6];  /* velocity of the handle: linear [m/s], angular [rad/s]; used only if has_velocity is 1 */
   int32_t has_velocity;
   uint32_t buttons; /* bit 0: clutch, the hand moves and the tool stays */
   double gripper;   /* pinch angle, 0: closed [rad] */

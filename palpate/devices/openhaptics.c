@@ -1,0 +1,119 @@
+/* Driver for Touch, Phantom and Geomagic devices by the vendor's OpenHaptics (HDAPI), which must be installed:
+ *
+ *     cc -O2 -shared -fPIC -I FOLDER_OF_driver.h openhaptics.c -o openhaptics.so -lHD
+ *
+ *     arms: {leader: {driver: ./openhaptics.so}}            # the default device, or openhaptics.so:NAME
+ *
+ * HDAPI calls a servo callback at 1 kHz. It copies the state out and the force in, under a lock that it never waits
+ * for, and commands zero force if the newest force is older than 20 ms. HDAPI has millimetres and column-major
+ * matrices; x is right, y up, z towards the user. Button 1 is the clutch. Judged with a stand-in of HDAPI, not with a
+ * device. */
+#include <HD/hd.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "driver.h"
+
+#define SILENT 0.02 /* age after which a force or a state is not used [s] */
+
+typedef struct device {
+  HHD id;
+  HDSchedulerHandle callback;
+  pthread_mutex_t lock;
+  palpate_driver_state state;
+  double force[3];
+  double written, measured; /* times [s] */
+  int failed;
+} device;
+
+static double now(void) {
+  struct timespec t;
+  clock_gettime(CLOCK_MONOTONIC, &t);
+  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static void convert(const double transform[16], int buttons, palpate_driver_state* s) {
+  memset(s, 0, sizeof *s);
+  for (int row = 0; row < 4; ++row)
+    for (int column = 0; column < 4; ++column)
+      s->X_LH[4 * row + column] = transform[4 * column + row] * (column == 3 && row < 3 ? 1e-3 : 1.0);
+  s->buttons = (buttons & HD_DEVICE_BUTTON_1) != 0;
+}
+
+static HDCallbackCode HDCALLBACK servo(void* data) {
+  device* d = data;
+  HDdouble transform[16], force[3] = {0.0, 0.0, 0.0};
+  HDint buttons = 0;
+  hdBeginFrame(d->id);
+  hdGetDoublev(HD_CURRENT_TRANSFORM, transform);
+  hdGetIntegerv(HD_CURRENT_BUTTONS, &buttons);
+  if (pthread_mutex_trylock(&d->lock) == 0) {
+    const double t = now();
+    convert(transform, buttons, &d->state);
+    d->measured = t;
+    if (t - d->written < SILENT) memcpy(force, d->force, sizeof force);
+    memcpy(d->force, force, sizeof force);
+    pthread_mutex_unlock(&d->lock);
+    hdSetDoublev(HD_CURRENT_FORCE, force);
+  }
+  hdEndFrame(d->id);
+  if (HD_DEVICE_ERROR(hdGetError())) {
+    d->failed = 1;
+    return HD_CALLBACK_DONE; /* HDAPI then commands no force */
+  }
+  return HD_CALLBACK_CONTINUE;
+}
+
+void* palpate_driver_open(const char* argument, palpate_driver_info* info, char* why, size_t size) {
+  device* d = calloc(1, sizeof *d);
+  HDdouble force_max = 0.0;
+  if (d == NULL) return NULL;
+  d->id = hdInitDevice(argument[0] ? argument : HD_DEFAULT_DEVICE);
+  if (HD_DEVICE_ERROR(hdGetError())) {
+    snprintf(why, size, "OpenHaptics finds no device %s: check its cable and its setup program", argument);
+    free(d);
+    return NULL;
+  }
+  pthread_mutex_init(&d->lock, NULL);
+  hdMakeCurrentDevice(d->id);
+  hdGetDoublev(HD_NOMINAL_MAX_FORCE, &force_max);
+  hdEnable(HD_FORCE_OUTPUT);
+  d->callback = hdScheduleAsynchronous(servo, d, HD_MAX_SCHEDULER_PRIORITY);
+  hdStartScheduler();
+  info->abi = PALPATE_DRIVER_ABI;
+  snprintf(info->name, sizeof info->name, "OpenHaptics %s", argument);
+  info->rate = 1000.0;
+  info->force_max = force_max;
+  info->workspace[0] = 0.16, info->workspace[1] = 0.12, info->workspace[2] = 0.07;
+  return d;
+}
+
+int palpate_driver_read(void* p, palpate_driver_state* state) {
+  device* d = p;
+  pthread_mutex_lock(&d->lock);
+  const int fresh = now() - d->measured < SILENT;
+  if (fresh) *state = d->state; /* otherwise the state stays not a number, and the force is zero */
+  pthread_mutex_unlock(&d->lock);
+  return d->failed;
+}
+
+int palpate_driver_write(void* p, const double wrench[6]) {
+  device* d = p;
+  pthread_mutex_lock(&d->lock);
+  memcpy(d->force, wrench, sizeof d->force);
+  d->written = now();
+  pthread_mutex_unlock(&d->lock);
+  return d->failed;
+}
+
+void palpate_driver_close(void* p) {
+  device* d = p;
+  hdStopScheduler();
+  hdUnschedule(d->callback);
+  hdDisableDevice(d->id);
+  pthread_mutex_destroy(&d->lock);
+  free(d);
+}
