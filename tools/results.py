@@ -1,4 +1,4 @@
-"""Keeps results of documented runs in docs/results: `python tools/results.py wall` runs the command and writes wall.json.
+"""Keeps results of documented runs: `python tools/results.py wall` runs the command and writes docs/results/wall.json.
 
 A file holds the command, the commit of the code, the seed, a control of the machine's speed, and the numbers. The test
 tests/docs/test_results.py compares the figures on the pages with them.
@@ -21,8 +21,7 @@ RUNS: dict[str, tuple[str, tuple[str, ...]]] = {
     "wall": ("study wall --hands 100", ("curve", "sensitivity")),
     "certificate": ("study certificate --devices 500", ("devices",)),
 }
-"""Arguments of `palpate`, and the keys of its JSON that no page needs. All studies have fixed seeds."""
-SEED = 0
+"""Arguments of `palpate`, and the keys of its JSON that no page needs."""
 
 
 def control() -> float:
@@ -53,11 +52,12 @@ def rounded(value: Any) -> Any:
 def run(name: str, folder: Path) -> dict[str, Any]:
     """Run a documented command; its result with what is needed to repeat it."""
     arguments, left_out = RUNS[name]
-    head = {"command": f"palpate {arguments}", "commit": commit(), "seed": SEED, "control_numpy_import_s": control()}
+    head: dict[str, Any] = {"command": f"palpate {arguments}", "commit": commit(), "control_numpy_import_s": control()}
     file, start = folder / "result.json", time.monotonic()
     more = ["--json", str(file), "--figures", str(folder), "--out", str(folder / "data.nc")]
     subprocess.run([sys.executable, "-m", "palpate", *arguments.split(), *more], check=True, cwd=ROOT)
     found = json.loads(file.read_text(encoding="utf-8"))
+    head["seed"] = found.get("seed", 0)  # a sweep without a seed of its own has 0
     kept = {key: value for key, value in found.items() if key not in left_out}
     return rounded(head | {"wall_s": time.monotonic() - start, "cores": os.cpu_count(), "result": kept})
 

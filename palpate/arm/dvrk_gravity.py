@@ -81,6 +81,8 @@ def load(path: str | Path) -> GravityModel:
             raise ValueError(f"{len(up)} and {len(down)} parameters where 40 are needed")
         if not np.isfinite(np.concatenate([up, down, *limits])).all():
             raise ValueError("a parameter is not a finite number")
+        if (limits[0] > limits[1]).any():
+            raise ValueError("a lower joint limit is above the upper one")
     except (OSError, UnicodeDecodeError, KeyError, TypeError, ValueError) as error:
         missing = f"{error} is missing or unknown" if isinstance(error, KeyError) else str(error)
         raise RecordingError(

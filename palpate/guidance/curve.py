@@ -67,7 +67,11 @@ def path(
     else:
         from scipy.spatial.transform import Rotation, RotationSpline
 
-        attitudes = RotationSpline(knots, Rotation.from_matrix(R))(u).as_matrix()
+        try:
+            attitudes = RotationSpline(knots, Rotation.from_matrix(R))(u).as_matrix()
+        except ValueError as error:  # rates of turn beyond all numbers
+            why, mend = str(error), "space the places more evenly, or leave attitudes out"
+            raise GuidanceError("no smooth turn passes through the attitudes", where=name, why=why, mend=mend) from None
     return _core.PathGeometry(np.ascontiguousarray(controls), np.ascontiguousarray(attitudes), R is None, closed)
 
 

@@ -111,6 +111,24 @@ def test_rows_of_timing_depend_on_the_kind_of_run():
     assert not {"speed", "missed ticks"} & set(told(realtime=False, realtime_factor=0.0))
 
 
+def test_states_are_counted_each_for_itself():
+    ticks = synthetic_run.run(1.0)
+    ticks["status"] = 0
+    for bit, first, last in (("force_capped", 0, 100), ("passivity", 50, 250), ("too_fast", 400, 700)):
+        ticks["status"][first:last] |= STATUS[bit][0]
+    found = summarise(ticks, 1000.0)
+    assert (found.capped_s, found.passivity_s, found.fast_s) == (0.1, 0.2, 0.3)
+    assert found.duration_s == len(ticks) / 1000.0
+
+
+def test_the_scheduler_is_told_of_real_time_only():
+    timing = {"missed_ticks": 2, "scheduler": "SCHED_FIFO"}
+    ticks = synthetic_run.run(0.1)
+    assert summarise(ticks, 1000.0, timing=timing, realtime=True).scheduler == "SCHED_FIFO"
+    assert summarise(ticks, 1000.0, timing=timing).scheduler == ""
+    assert summarise(ticks, 1000.0).missed_ticks == 0
+
+
 def test_fast_motion_is_told():
     assert "stayed small" in told(fast_s=0.0)["fast motion"][1]
     assert told(fast_s=0.004)["fast motion"] == ("0.00 s", told(fast_s=0.5)["fast motion"][1])

@@ -120,6 +120,12 @@ def test_gravity_models_with_nan_are_refused(tmp_path):
         models.dvrk_gravity.load(theirs)
 
 
+@pytest.mark.parametrize(("target", "seed"), [(tables, 14204), (models, 10346)])
+def test_a_faulty_case_of_a_campaign_is_refused(target, seed):
+    """Attitudes too close for a spline; joint limits in the wrong order."""
+    assert "refused" in target.case(seed)
+
+
 def test_a_zip_file_of_unknown_compression_is_no_grid(tmp_path):
     path = tmp_path / "grid.npz"
     height = 1e-3 * (np.arange(4.0) - 1.5)
