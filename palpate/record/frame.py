@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from palpate.errors import MissingExtraError
 from palpate.record.ticks import Signal, Ticks
@@ -31,7 +31,7 @@ def to_pandas(ticks: Ticks, signals: dict[str, Signal]) -> pd.DataFrame:
         import pandas as pd
     except ImportError:
         raise MissingExtraError("pandas", "pandas") from None
-    columns = {}
+    columns: dict[str, Any] = {}
     for name, signal in signals.items():
         values = ticks[name].reshape(len(ticks), -1)
         if name != "t":
