@@ -13,9 +13,7 @@ from palpate.arrays.yaml_loader import Loader
 from palpate.errors import SceneError
 from palpate.guidance import one_line
 from palpate.scene import shipped
-
-#: Path of a value in the file: keys and list indices from the top, as in pydantic's errors.
-Place = tuple[str | int, ...]
+from palpate.wording import Place
 
 _MOST_NODES = 50_000
 
