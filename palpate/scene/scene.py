@@ -31,6 +31,7 @@ from palpate.scene.operator import OperatorSection
 from palpate.scene.stability import StabilitySection
 from palpate.scene.trackers import TrackerSection
 from palpate.values import NotNegative, Positive, Section, Vector
+from palpate.wording import Place
 
 _C = _core.SimulationOptions()
 _VARIABLE = re.compile(r"\$\{(\w+)(?::-([^}]*))?\}")
@@ -82,7 +83,7 @@ class Scene(Section):
     """output of a run"""
 
     _file: str = PrivateAttr(default="")
-    _lines: dict[text.Place, int] = PrivateAttr(default_factory=dict)
+    _lines: dict[Place, int] = PrivateAttr(default_factory=dict)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Scene:
