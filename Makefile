@@ -28,6 +28,7 @@ setup: .venv/.ready
 	@command -v g++ >/dev/null || { echo "palpate: no C++ compiler (g++) found. Mend: sudo apt install g++"; exit 1; }
 	@python3 -c 'import os, sys, sysconfig; sys.exit(not os.path.exists(sysconfig.get_path("include") + "/Python.h"))' \
 	  || { echo "palpate: Python.h is missing beside $$(command -v python3). Mend: sudo apt install python3-dev"; exit 1; }
+	@python3 -c 'import sys; v = sys.version_info[:2]; sys.exit(not (3, 11) <= v < (3, 14) and f"palpate: python3 is {v[0]}.{v[1]}, and Palpate needs 3.11 to 3.13 (its geometry libraries have no packages for others). Mend: put such a python3 first in PATH")'
 	@echo "setting up, once: packages into .venv, then the C++ core (three minutes on two idle cores)"
 	@test -x .venv/bin/python || $(UV) venv --quiet --python "$$(command -v python3)" .venv
 	@PALPATE_DVRK=$(if $(wildcard .venv/.ready),ON,OFF) $(UV) sync --extra viewer --extra report --no-default-groups --group build --inexact --quiet
@@ -37,7 +38,7 @@ setup: .venv/.ready
 # takes these for unknown packages and would remove their modules: hence --inexact, and the folders are deleted.
 .venv/.ready: .venv/.demo
 	@echo "setting up, once: the simulated dVRK, the packages of all extras and of the tests"
-	@$(UV) sync --all-extras --inexact --reinstall-package palpate --quiet
+	@$(UV) sync --all-extras --no-extra vtk --inexact --reinstall-package palpate --quiet
 	@cd .venv/lib/python3*/site-packages && cat ros_*.dist-info/RECORD 2>/dev/null | grep -o '^[^/,]*\.egg-info' | sort -u | xargs -r rm -rf
 	@touch $@
 
@@ -48,7 +49,7 @@ setup: .venv/.ready
 	  || { echo "palpate: uv could not be installed. Install it from https://docs.astral.sh/uv, or: sudo apt install python3-venv python3-pip"; exit 1; }
 
 lint: setup
-	@$(UV) sync --all-extras --group lint --inexact --no-progress --quiet
+	@$(UV) sync --all-extras --no-extra vtk --group lint --inexact --no-progress --quiet
 	@$(RUN) pre-commit run --all-files
 
 # Plants faults in units, report energies, operators, certificate, studies and conformance, and counts those that tests find.

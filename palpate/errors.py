@@ -125,7 +125,7 @@ class MissingExtraError(PalpateError):
     def __init__(self, feature: str, extra: str) -> None:
         super().__init__(
             f"{feature} is not installed",
-            mend=f"run make setup in your clone, or install the wheel as palpate[{extra}]",
+            mend=f"run make setup in your clone, or install the wheel with its extra: palpate[{extra}]",
         )
         self.extra = extra
 

@@ -14,14 +14,14 @@ from palpate.errors import PalpateError, PalpateWarning
 #: Commands that `palpate --help` lists first, in this order; the others follow in alphabetical order.
 FIRST = (
     "run", "replay", "report", "check", "frames", "certify", "study", "calibrate", "register", "tracker", "device",
-    "bench", "fuzz", "soak", "ros", "path", "grid", "schema", "cache",
+    "bench", "fuzz", "soak", "ros", "path", "grid", "scenes", "schema", "cache",
 )  # fmt: skip
 
 _DESCRIPTION = """\
 Palpate renders the contact forces of virtual and scanned anatomy on the master arm of a surgical robot.
 
 examples:
-  palpate run scenes/palpation.yaml
+  palpate run palpation
   palpate check my_organ.stl
   palpate run --help"""
 

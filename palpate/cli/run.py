@@ -28,7 +28,7 @@ class Command:
     """Run a scene: a simulated hand palpates it, and the run is recorded and summarised.
 
     examples:
-      palpate run scenes/palpation.yaml
+      palpate run palpation
       palpate run scenes/liver.yaml --headless --duration 5 --json run.json
       palpate run my.yaml --realtime --seed 7 --out /data/runs
 
@@ -38,7 +38,7 @@ class Command:
     """
 
     scene: Positional[Path]
-    """Scene file (YAML)."""
+    """Scene file (YAML), or the name of a shipped scene (palpate scenes lists them)."""
     headless: bool = False
     """Run without the viewer even in a terminal; in lockstep unless --realtime is given."""
     duration: Annotated[float | None, arg(metavar="SECONDS")] = None

@@ -8,9 +8,10 @@ from typing import TypeVar
 import yaml
 from pydantic import TypeAdapter, ValidationError
 
-from palpate.errors import GuidanceError, format_place
+from palpate.errors import GuidanceError
 from palpate.guidance import one_line
 from palpate.values import Section
+from palpate.wording import describe, place_in_file
 
 _Item = TypeVar("_Item", bound=Section)
 
@@ -34,9 +35,6 @@ def from_yaml(text: str, kind: type[_Item]) -> tuple[_Item, ...]:
         raise GuidanceError("not valid YAML", why=" ".join(str(error).split()), mend="a list of fixtures") from None
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
-        where = format_place(tuple(first["loc"]))
-        if "error" in first.get("ctx", {}):
-            what, _, mend = str(first["ctx"]["error"]).partition(" | ")
-            raise GuidanceError(f"{where}: {what}", mend=mend) from None
-        expected = first["msg"].replace("Input should be", "must be")
-        raise GuidanceError(f"{where} = {first['input']!r:.60}", mend=expected) from None
+        place, _ = place_in_file(tuple(first["loc"][1:]), kind, keep_last=first["type"] == "extra_forbidden")
+        what, why, mend = describe(first, place, kind, above=tuple(first["loc"][:1]))
+        raise GuidanceError(what, why=why, mend=mend) from None

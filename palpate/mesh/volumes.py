@@ -17,6 +17,7 @@ from palpate.errors import MeshError, MissingExtraError
 
 ENDINGS = (".nrrd", ".nhdr", ".nii", ".nii.gz")
 _LABELS_SHOWN = 12
+_MOST_LABELS = 64
 _SMOOTHING = 0.8  # standard deviation of the Gaussian that rounds the steps of a label map [voxels]
 _RAS_TO_LPS = np.diag([-1.0, -1.0, 1.0, 1.0])
 _TO_MM = {"mm": 1.0, "millimeter": 1.0, "m": 1e3, "meter": 1e3, "cm": 10.0, "um": 1e-3, "micron": 1e-3}
@@ -116,18 +117,28 @@ def _label(image: _Image, wanted: int | str | None, path: Path) -> tuple[int, in
     matching = present if wanted is None else [pair for pair in present if pair[1] == wanted]
     if len(matching) == 1:
         return matching[0]
+    what, mend = _choice(wanted, len(present), bool(matching))
+    raise MeshError(what, where=str(path), why=f"labels: {_labels(image, present)}", mend=mend)
+
+
+def _choice(wanted: int | None, count: int, several: bool) -> tuple[str, str]:
+    """Why no single label is selected, and the correction."""
+    if wanted is not None and several:
+        return f"label {wanted} is in several layers", "name the segment: label: NAME"
+    if wanted is not None:
+        return f"label {wanted} is not in the segmentation", "choose one of these labels"
+    if count == 0:
+        return "the segmentation is empty", "export it again with its segments"
+    if count > _MOST_LABELS:
+        return f"{count} values are too many for labels", "add threshold: VALUE, or label: NUMBER"
+    return f"the segmentation has {count} labels", "add label: NUMBER to the object"
+
+
+def _labels(image: _Image, present: list[tuple[int, int]]) -> str:
+    """The first labels with the names of their segments."""
     names = {place: name for name, place in image.segments.items()}
     shown = [f"{v} ({names[k, v]})" if (k, v) in names else str(v) for k, v in present[:_LABELS_SHOWN]]
-    labels = ", ".join(shown) + (", ..." if len(present) > _LABELS_SHOWN else "") or "none"
-    if len(present) > 64 and wanted is None:
-        what, mend = f"{len(present)} values are too many for labels", "add threshold: VALUE, or label: NUMBER"
-    elif wanted is None:
-        what = f"the segmentation has {len(present)} labels" if present else "the segmentation is empty"
-        mend = "add label: NUMBER to the object" if present else "export it again with its segments"
-    else:
-        what = f"label {wanted} is {'in several layers' if matching else 'not in the segmentation'}"
-        mend = "name the segment: label: NAME" if matching else "choose one of these labels"
-    raise MeshError(what, where=str(path), why=f"labels: {labels}", mend=mend)
+    return ", ".join(shown) + (", ..." if len(present) > _LABELS_SHOWN else "") or "none"
 
 
 def _layers(image: _Image) -> int:

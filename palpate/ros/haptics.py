@@ -20,7 +20,7 @@ from palpate.renamed import RenamedMethod
 from palpate.ros.guardian import Guardian
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
-from palpate.session import LiveSession, State
+from palpate.session import LiveSession, State, signals
 from palpate.session.run_folder import require_writable
 from palpate.session.summary import Summary
 
@@ -243,7 +243,7 @@ class HapticSession(LiveSession):
             on_progress: called with the state about ten times a second.
         """
         self._require_idle()
-        with self._deferred_signals():
+        with signals.deferred(self._interrupted):
             try:
                 self.start()
                 end = time.monotonic() + (np.inf if duration is None else duration)

@@ -8,9 +8,8 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from palpate.errors import SceneError, format_place
-from palpate.scene import keys, wording
-from palpate.scene.text import Place
+from palpate.errors import SceneError
+from palpate.wording import Place, describe, place_in_file
 
 
 @dataclass(frozen=True)
@@ -48,7 +47,7 @@ def _problems(error: ValidationError, model: type[BaseModel]) -> Iterator[_Probl
     """The problems of a file. Of alternatives that all fail, the one that got furthest is kept."""
     by_root: dict[Place, _Problem] = {}
     for e in error.errors(include_url=False):
-        place, union = keys.place_in_file(tuple(e["loc"]), model, keep_last=e["type"] == "extra_forbidden")
+        place, union = place_in_file(tuple(e["loc"]), model, keep_last=e["type"] == "extra_forbidden")
         if e["type"] == "value_error":
             place += getattr(e["ctx"]["error"], "place", ())
             union = len(place)
@@ -71,22 +70,5 @@ def _line(lines: dict[Place, int], place: Place) -> int:
 
 
 def _to_scene_error(problem: _Problem, model: type[BaseModel], name: str, lines: dict[Place, int]) -> SceneError:
-    e, place = problem.error, problem.place
-    at = where(name, lines, place)
-    if e["type"] == "extra_forbidden":
-        return SceneError(f"unknown key {format_place(place)!r}", where=at, mend=keys.nearest(place, model))
-    if e["type"] == "value_error":
-        what, _, mend = str(e["ctx"]["error"]).partition(" | ")
-        spelled = format_place(place)
-        return SceneError(f"{spelled}: {what}" if spelled else what, where=at, mend=mend)
-    if e["type"] == "missing" and isinstance(place[-1], str):
-        field = keys.field_at(place, model)
-        what, mend = f"{format_place(place)!r} is missing", f"add {place[-1]}: {wording.example(field)}"
-        return SceneError(what, where=at, why=field.description, mend=mend)
-    if problem.root != place and e["type"] == "missing":  # a list with too few numbers
-        place = problem.root
-    field = keys.field_at(place, model)
-    expected, mend = wording.words(e, field)
-    what = f"{format_place(place)} {expected}. Got: {wording.shown(e['input'])}"
-    why = f"{field.key}: {field.description}" if field.description else ""
-    return SceneError(what, where=at, why=why, mend=mend)
+    what, why, mend = describe(problem.error, problem.place, model)
+    return SceneError(what, where=where(name, lines, problem.place), why=why, mend=mend)

@@ -14,7 +14,7 @@ from palpate.errors import SceneError, format_place
 from palpate.scene import explain
 from palpate.scene.operator import load_hand
 from palpate.scene.scene import Scene
-from palpate.scene.text import Place
+from palpate.wording import Place
 
 
 def override(scene: Scene, overrides: Mapping[str, Any]) -> Scene:

@@ -16,7 +16,7 @@ from palpate.errors import ArmError, SceneError, ValueAtError, format_place
 from palpate.frames import FrameSection
 from palpate.guidance.fixture import Fixture
 from palpate.guidance.lists import with_unique_names
-from palpate.scene import explain, presets, text
+from palpate.scene import explain, presets, shipped, text
 from palpate.scene.force import ForceSection
 from palpate.scene.model import (
     ArmsSection,
@@ -32,6 +32,7 @@ from palpate.scene.registration import RegistrationSection
 from palpate.scene.stability import StabilitySection
 from palpate.scene.trackers import TrackerSection
 from palpate.values import NotNegative, Positive, Section, Vector
+from palpate.wording import Place
 
 _C = _core.SimulationOptions()
 _VARIABLE = re.compile(r"\$\{(\w+)(?::-([^}]*))?\}")
@@ -85,16 +86,17 @@ class Scene(Section):
     """output of a run"""
 
     _file: str = PrivateAttr(default="")
-    _lines: dict[text.Place, int] = PrivateAttr(default_factory=dict)
+    _lines: dict[Place, int] = PrivateAttr(default_factory=dict)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Scene:
-        """Read a scene file.
+        """Read a scene file, or a scene that comes with Palpate by its name, such as ``palpation``.
 
         Raises:
             SceneError: the file is invalid; the message gives file and line of every error, and how to correct it.
         """
-        return cls.parse(text.read(Path(path)), str(path))
+        file = shipped.find(Path(path))
+        return cls.parse(text.read(file), str(file))
 
     @classmethod
     def parse(cls, source: str, name: str = "scene.yaml") -> Scene:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +12,8 @@ from palpate.arrays.plain import Content
 from palpate.arrays.yaml_loader import Loader
 from palpate.errors import SceneError
 from palpate.guidance import one_line
-
-#: Path of a value in the file: keys and list indices from the top, as in pydantic's errors.
-Place = tuple[str | int, ...]
+from palpate.scene import shipped
+from palpate.wording import Place
 
 _MOST_NODES = 50_000
 
@@ -46,6 +46,9 @@ def read(path: Path) -> str:
     except FileNotFoundError:
         near = sorted(p.name for p in path.parent.glob("*.yaml")) if path.parent.is_dir() else []
         mend = f"scenes in {path.parent}: {', '.join(near)}" if near else "check the path"
+        close = difflib.get_close_matches(path.name, shipped.names(), n=1)
+        if close and path.name == str(path):
+            mend = f"did you mean {close[0]}? palpate scenes lists the shipped scenes"
         raise SceneError("scene file not found", where=str(path), mend=mend) from None
     except UnicodeDecodeError as error:
         raise SceneError("not a text file", where=str(path), why=str(error), mend="save it as UTF-8") from None

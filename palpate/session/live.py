@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import os
-import signal
 import threading
 import time
 import weakref
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping
 from datetime import datetime, timedelta
 from pathlib import Path
 from types import TracebackType
@@ -175,20 +173,6 @@ class LiveSession:
         """Compute time, lateness, slack and missed ticks of the loop (`Simulation.timing`)."""
         return self._loop.timing()
 
-    def advance(self, seconds: float) -> None:
-        """Let a paused session run in real time for a simulated time [s], and a few ticks more; pause it again."""
-        self._pause(False)
-        until = float(self.latest()["t"]) + seconds
-        deadline = time.monotonic() + 10.0 * seconds + 1.0
-        while self.running and float(self.latest()["t"]) < until - 1e-9 and time.monotonic() < deadline:
-            time.sleep(0.5 / self.rate)
-        self._pause(True)
-
-    def _pause(self, on: bool) -> None:
-        controls = self.controls
-        controls.paused = on
-        self.controls = controls
-
     def set_recording(self, on: bool) -> None:
         """End the present record, also while the session runs; True begins a new one with the next tick."""
         with self._lock:
@@ -242,21 +226,6 @@ class LiveSession:
     def _require_idle(self) -> None:
         if self._pump is not None:
             raise PalpateError("the session runs in real time already", mend="call stop() first")
-
-    @contextmanager
-    def _deferred_signals(self) -> Iterator[None]:
-        """Ctrl-C (and SIGTERM and SIGHUP, if handled) ends a run between two batches, never during a write."""
-        self._interrupted.clear()
-        if threading.current_thread() is not threading.main_thread():
-            yield
-            return
-        handled = [s for s in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP) if callable(signal.getsignal(s))]
-        before = {s: signal.signal(s, lambda *_: self._interrupted.set()) for s in handled}
-        try:
-            yield
-        finally:
-            for s, handler in before.items():
-                signal.signal(s, handler)
 
     def _keep_draining(self) -> None:
         while not self._stop_pump.wait(DRAIN):

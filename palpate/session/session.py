@@ -13,6 +13,7 @@ from palpate.errors import PalpateError
 from palpate.record.ticks import as_ticks
 from palpate.scene.rig import build
 from palpate.scene.scene import Scene
+from palpate.session import signals
 from palpate.session.live import DRAIN, LiveSession
 from palpate.session.loop import LockstepLoop, Rows
 from palpate.session.run_folder import require_writable
@@ -70,7 +71,7 @@ class Session(LiveSession):
         """
         self._require_idle()
         n = max(1, round((self.scene.duration if duration is None else duration) * self.rate))
-        with self._deferred_signals():
+        with signals.deferred(self._interrupted):
             try:
                 (self._run_realtime if realtime else self._run_lockstep)(n, on_progress)
             except BaseException:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import threading
-from typing import Protocol
+import time
+from typing import Any, Protocol
 
 import viser
 
+from palpate.record.ticks import Ticks
 from palpate.viewer.controls import set_value
 
 STEP = 0.01
@@ -16,8 +18,11 @@ STEP = 0.01
 class Runner(Protocol):
     """A session that can be stepped and recorded from outside."""
 
-    def advance(self, seconds: float) -> None:
-        """Run for a simulated time while paused."""
+    controls: Any
+    """As `Source.controls`."""
+
+    def latest(self) -> Ticks:
+        """The newest tick."""
         ...
 
     def interrupt(self) -> None:
@@ -56,4 +61,20 @@ class RunButtons:
     def _step(self) -> None:
         set_value(self.pause, True)
         if self._runner is not None:
-            self._runner.advance(STEP)
+            _advance(self._runner, STEP)
+
+
+def _advance(runner: Runner, seconds: float) -> None:
+    """Let a paused session run for a simulated time [s], and a few ticks more; pause it again."""
+    until = float(runner.latest()["t"]) + seconds - 1e-9
+    deadline = time.monotonic() + 1.0
+    _pause(runner, False)
+    while float(runner.latest()["t"]) < until and time.monotonic() < deadline:
+        time.sleep(5e-4)
+    _pause(runner, True)
+
+
+def _pause(runner: Runner, on: bool) -> None:
+    controls = runner.controls
+    controls.paused = on
+    runner.controls = controls

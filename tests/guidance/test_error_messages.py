@@ -15,10 +15,14 @@ BALL = "geometry: {sphere: {radius: 0.02}}"
 @pytest.mark.parametrize(
     ("keys", "message", "mend"),
     [
-        ("role: forbid, rise: 0", "rise = 0", "greater than or equal to 0.01"),
-        ("role: forbid, fall: -1", "fall = -1", "greater than or equal to 0.01"),
+        ("role: forbid, rise: 0", "rise must be at least 0.01. Got: 0", "at least"),
+        ("role: forbid, fall: -1", "fall must be at least 0.01. Got: -1", "at least"),
         ("role: forbid, engage: 2 cm, release: 1 cm", "release 0.01 m is below engage 0.02 m", "release the larger"),
-        ("role: forbid, law: {name: admittance, ratio: 0.001}", "law.ratio = 0.001", "greater than or equal to 0.01"),
+        (
+            "role: forbid, law: {name: admittance, ratio: 0.001}",
+            "law.ratio must be at least 0.01. Got: 0.001",
+            "write a number at least 0.01",
+        ),
         ("role: forbid, law: {name: spring, ratio: 0.5}", "spring does not read ratio", "it reads damping, stiffness"),
         ("role: {name: forbid, target: frame}", "forbid does not read target", "it reads margin: leave target out"),
         ("role: {name: orient, margin: 1 mm}", "orient does not read margin", "it reads angle_deg, axis, target"),
@@ -32,7 +36,11 @@ BALL = "geometry: {sphere: {radius: 0.02}}"
         ("role: orient, law: {name: potential, force: 1}", "role orient does not read law.force", "law.moment"),
         ("role: guide, ramps: [{by: time, end: 3 mm}]", "end: '3 mm' of a ramp by time", "a plain number"),
         ("role: guide, ramps: [{by: distance, start: 3 mm, end: 0.003}]", "from 0.003 to 0.003", "must differ"),
-        ("role: guide, ramps: [{by: distance, end: 3 ells}]", "'3 ells' is not a length", "3 mm"),
+        (
+            "role: guide, ramps: [{by: distance, end: 3 ells}]",
+            "end: '3 ells' of a ramp by distance",
+            "a plain number [m], or one with its unit",
+        ),
     ],
 )
 def test_mistake_is_reported_with_value_and_remedy(keys, message, mend):

@@ -50,7 +50,7 @@ def test_fixtures_of_a_scene_survive_a_round_trip():
     ("old", "new", "message"),
     [
         ("keep-rcm\n", "keep-out\n", r"scene.yaml:7: guidance\[2\]: 'keep-out' is not a fixture"),
-        ("3 mm", "3 mn", r"scene.yaml:5: guidance\[0\].role.margin: '3 mn' is not a length"),
+        ("3 mm", "3 mn", r"scene.yaml:5: guidance\[0\].role.margin must be a number. Got: '3 mn'"),
         ("radius: 0.1}", "radius: -0.1}", r"scene.yaml:8: guidance\[3\].geometry.sphere.radius must be greater than 0"),
         ("radius: 0.1}", "radios: 0.1}", r"(?s)unknown key .*radios.*did you mean 'radius'"),
         (

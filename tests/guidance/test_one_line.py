@@ -50,7 +50,7 @@ def test_path_cone_and_trocar_in_one_line(here):
     ("text", "message"),
     [
         ("margin: 3 mm", "does not name what it is around"),
-        ("margin: 3 furlongs around: ball.stl", "'3 furlongs' is not a length | a number of metres"),
+        ("margin: 3 furlongs around: ball.stl", "role.margin must be a number. Got: '3 furlongs' | write it in m"),
         ("keep-away: ball.stl", "is not a fixture"),
         ("follow: suture.docx", "has an unknown file type"),
         ("stay-in: pyramid(a, b)", "there is no shape 'pyramid'"),

@@ -13,7 +13,9 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from palpate.descriptions import descriptions, unit_of
-from palpate.scene.text import Place
+
+#: Path of a value in a file: keys and list indices from the top.
+Place = tuple[str | int, ...]
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,48 @@
+"""The scenes that come with Palpate: in the installed package, or in the folder `scenes` of the repository."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+def folder() -> Path | None:
+    """Folder of the shipped scenes; None if there is none."""
+    here = Path(__file__).resolve().parents[1]
+    return next((f for f in (here / "scenes", here.parent / "scenes") if (f / "palpation.yaml").is_file()), None)
+
+
+def names() -> tuple[str, ...]:
+    """Names of the shipped scenes in alphabetical order."""
+    found = folder()
+    return tuple(sorted(path.stem for path in found.glob("*.yaml"))) if found is not None else ()
+
+
+def find(path: Path) -> Path:
+    """The file of the shipped scene with this name, such as ``palpation``; any other path is returned unchanged."""
+    found = folder()
+    plain = path.name == str(path) and not path.suffix
+    if found is None or not plain or path.exists() or path.name not in names():
+        return path
+    return found / f"{path.name}.yaml"
+
+
+def summary(name: str) -> str:
+    """The first sentence of the comment at the start of a shipped scene."""
+    found = folder()
+    if found is None:
+        return ""
+    lines = (found / f"{name}.yaml").read_text(encoding="utf-8").splitlines()[1:]
+    comment = []
+    for line in lines:
+        if not line.startswith("# "):
+            break
+        comment.append(line.removeprefix("# "))
+    return " ".join(comment).partition(". ")[0].rstrip(".")
+
+
+def copy_text(name: str) -> str:
+    """Text of a shipped scene for a folder of the user, without the line that refers to the repository."""
+    found = folder()
+    assert found is not None
+    lines = (found / f"{name}.yaml").read_text(encoding="utf-8").splitlines(keepends=True)
+    return "".join(line for line in lines if not line.startswith("# yaml-language-server:"))
