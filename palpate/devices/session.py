@@ -18,7 +18,7 @@ from palpate.devices.open import open_driver
 from palpate.errors import DeviceError
 from palpate.record.ticks import STATUS, Ticks
 from palpate.scene.scene import Scene
-from palpate.session import LiveSession, State
+from palpate.session import LiveSession, State, signals
 from palpate.session.run_folder import require_writable
 from palpate.session.summary import Summary
 
@@ -103,7 +103,7 @@ class DrivenSession(DeviceSession):
             The summary; its faults name the cause if the driver failed.
         """
         self._require_idle()
-        with self._deferred_signals():
+        with signals.deferred(self._interrupted):
             try:
                 self.start()
                 end = time.monotonic() + (np.inf if duration is None else duration)
