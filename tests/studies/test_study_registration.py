@@ -11,7 +11,7 @@ from palpate.arrays.plain import plain
 from palpate.registration import fit
 from palpate.registration.clouds import sampled
 from palpate.shapes.organ import gallbladder, organ
-from palpate.studies.registration import chain, fiducials, figures, references, surfaces, views, words, work
+from palpate.studies.registration import chain, fiducials, figures, references, sessions, surfaces, views, words, work
 from palpate.sweep import sweep
 
 
@@ -22,6 +22,7 @@ def small(monkeypatch, tmp_path):
     models = sampled(*shapes[0], 8000), sampled(*shapes[0], 4000, seed=1), sampled(*shapes[1], 4000)
     monkeypatch.setattr(surfaces, "models", lambda: models)
     monkeypatch.setattr(surfaces, "KINDS", ("rough", "mirrored", "another"))
+    monkeypatch.setattr(sessions, "KINDS", ("right", "mirrored", "another"))
     monkeypatch.setattr(fiducials, "_DRAWS", 30)
     monkeypatch.setenv("PALPATE_DATA", str(tmp_path))
 
