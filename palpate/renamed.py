@@ -24,6 +24,7 @@ RENAMED = {
     "palpate.mesh_repair": "palpate.mesh.repair",
     "palpate.report.style": "palpate.plotting.style",
     "palpate.run_folder": "palpate.session.run_folder",
+    "palpate.scene.descriptions": "palpate.values.descriptions",
     "palpate.scene.recorded": "palpate.session.recorded",
     "palpate.soak": "palpate.verify.soak",
     "palpate.summary": "palpate.session.summary",

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 import yaml
-from pydantic import ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from palpate.arrays import Array
 from palpate.arrays.yaml_loader import Loader
@@ -19,6 +19,7 @@ from palpate.frames.edge import Edge, isotropic
 from palpate.frames.graph import FrameGraph
 from palpate.frames.section import EdgePose, FrameSection, Row, seconds_of
 from palpate.values import NotNegative, Number, Section
+from palpate.wording import describe, place_in_file
 
 
 class _Result(Section):
@@ -65,7 +66,7 @@ def load(path: str | os.PathLike[str]) -> FrameGraph:
     try:
         sections = [FrameSection.model_validate(entry) for entry in data.get("frames", ())]
     except ValidationError as error:
-        raise _refusal(Path(path), error) from None
+        raise _refusal(Path(path), error, FrameSection) from None
     return FrameGraph(edges(sections, lambda name: Path(path).parent / name))
 
 
@@ -138,7 +139,7 @@ def _result(path: Path) -> _Result:
         found = _Result.model_validate(data)
         seconds_of(found.date)
     except ValidationError as error:
-        raise _refusal(path, error) from None
+        raise _refusal(path, error, _Result) from None
     except ValueError as error:
         what, _, mend = str(error).partition(" | ")
         raise FrameError(what, where=str(path), mend=mend) from None
@@ -169,8 +170,8 @@ def _content(path: Path) -> dict[str, Any]:
     return data
 
 
-def _refusal(path: Path, error: ValidationError) -> FrameError:
+def _refusal(path: Path, error: ValidationError, model: type[BaseModel]) -> FrameError:
     first = error.errors(include_url=False)[0]
-    what, _, mend = str(first.get("ctx", {}).get("error", first["msg"])).partition(" | ")
-    place = ".".join(str(part) for part in first["loc"])
-    return FrameError(f"{place}: {what}" if place else what, where=str(path), mend=mend or "correct the value")
+    place, _ = place_in_file(tuple(first["loc"]), model, keep_last=first["type"] == "extra_forbidden")
+    what, why, mend = describe(first, place, model)
+    return FrameError(f"{what} ({why})" if why else what, where=str(path), mend=mend)

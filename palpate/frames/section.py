@@ -10,8 +10,8 @@ from pydantic import Field, model_validator
 
 from palpate.arrays import Array, so3
 from palpate.frames import checks
-from palpate.units import FILE_UNITS
 from palpate.values import NotNegative, Number, Pose, Section, Vector
+from palpate.values.units import FILE_UNITS
 
 Row = tuple[Number, Number, Number, Number]
 _ROTATIONS = ("rpy_deg", "quat_wxyz", "quat_xyzw")

@@ -10,7 +10,7 @@ import numpy as np
 from palpate.arrays import Array
 from palpate.arrays.so3 import matrices, quaternions
 from palpate.errors import GuidanceError, OutputError
-from palpate.units import FILE_UNITS
+from palpate.values.units import FILE_UNITS
 
 HEADER = "x_m,y_m,z_m,qw,qx,qy,qz"
 

@@ -217,7 +217,7 @@ class Cloud(Shape):
         """The cloud."""
         from palpate.guidance.files import read_rows
         from palpate.mesh import files as mesh_files
-        from palpate.units import FILE_UNITS
+        from palpate.values.units import FILE_UNITS
 
         file = context.file(self.file)
         if file.suffix.lower() in MESHES:

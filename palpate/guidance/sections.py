@@ -7,8 +7,8 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from palpate import _core, units
-from palpate.values import NotNegative, Number, Positive, Section, Vector
+from palpate import _core
+from palpate.values import NotNegative, Number, Positive, Section, Vector, units
 from palpate.values import Pose as PoseSection
 
 _R, _L = _core.GuidanceRoleOptions(), _core.GuidanceLawOptions()

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from palpate import _core
 from palpate.renamed import RenamedMethod
-from palpate.units import FILE_UNITS
+from palpate.values.units import FILE_UNITS
 
 #: Plausible extents of an organ, a bone or a phantom [m]; beyond them, the unit is questioned.
 PLAUSIBLE_SIZE = (0.005, 2.0)

@@ -17,7 +17,7 @@ from palpate.errors import MeshError, PalpateWarning
 from palpate.mesh import check, index
 from palpate.mesh import files as mesh_files
 from palpate.mesh.volumes import Selection
-from palpate.units import FILE_UNITS
+from palpate.values.units import FILE_UNITS
 
 Unit = Literal["mm", "cm", "m", "in"]
 

@@ -12,7 +12,7 @@ from palpate.mesh import files as mesh_files
 from palpate.registration.clouds import sampled
 from palpate.registration.files import read_points
 from palpate.registration.pcd import read_pcd
-from palpate.units import FILE_UNITS
+from palpate.values.units import FILE_UNITS
 
 _SAMPLES = 20_000  # points of a mesh
 

@@ -14,7 +14,7 @@ from palpate.arrays.rigid import rigid
 from palpate.arrays.so3 import matrices
 from palpate.errors import FrameError, RegistrationError
 from palpate.frames.checks import quaternion
-from palpate.units import FILE_UNITS
+from palpate.values.units import FILE_UNITS
 
 _QUATERNION = ("qw", "qx", "qy", "qz")
 _NAMES = ("name", "marker", "label")

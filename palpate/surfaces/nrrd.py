@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from palpate.arrays import Array
 from palpate.errors import SurfaceError
-from palpate.units import FILE_UNITS
+from palpate.values.units import FILE_UNITS
 
 _TYPES = {"float": "f4", "double": "f8", "short": "i2", "int16": "i2", "int": "i4", "int32": "i4"}
 _VECTOR = re.compile(r"\(([^)]*)\)")

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from palpate.descriptions import descriptions, unit_of
+from palpate.values.descriptions import descriptions, unit_of
 
 #: Path of a value in a file: keys and list indices from the top.
 Place = tuple[str | int, ...]

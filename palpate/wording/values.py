@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from typing import Any
 
-from palpate import units
+from palpate.values import units
 from palpate.wording.keys import Field
 
 _WHOLE = ("whole number", "int_type", "int_from_float", "int_parsing", "int_parsing_size")

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
 from palpate import _core, units
-from palpate.descriptions import descriptions
 from palpate.scene import Pose, Scene
 from palpate.scene.schema import schema_text
 from palpate.values import Diagonal, Section
+from palpate.values.descriptions import descriptions
 
 ROOT = Path(__file__).parents[2]
 

@@ -20,7 +20,7 @@ from palpate.mesh import Mesh, Unit, check, quiet
 from palpate.mesh import files as mesh_files
 from palpate.mesh import repair as mesh_repair
 from palpate.mesh.volumes import Selection
-from palpate.units import FILE_UNITS
+from palpate.values.units import FILE_UNITS
 
 
 @dataclass(frozen=True)

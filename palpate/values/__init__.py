@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema, model_validator
 
-from palpate import units
-from palpate.descriptions import unit_of
+from palpate.values import units
+from palpate.values.descriptions import unit_of
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0)]
@@ -46,7 +46,7 @@ Diagonal = Annotated[
 class Section(BaseModel):
     """A section of a scene file. It is immutable, and an unknown key is an error.
 
-    The string below a field describes the field. `palpate.descriptions` reads these strings on demand, because
+    The string below a field describes the field. `palpate.values.descriptions` reads these strings on demand, because
     pydantic would read them at every import. The unit in brackets at the end of a description is the unit of the
     field: text with another unit of the same dimension is converted to it, so that ``radius: 2 mm`` gives 0.002 m.
     """

@@ -11,7 +11,7 @@ from itertools import pairwise
 
 from pydantic import BaseModel
 
-from palpate import units
+from palpate.values import units
 
 _UNIT = re.compile(r"\[([^\]]+)\]$")
 
