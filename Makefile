@@ -34,8 +34,9 @@ setup: .venv/.ready
 	@PALPATE_DVRK=$(if $(wildcard .venv/.ready),ON,OFF) $(UV) sync --extra viewer --extra report --no-default-groups --group build --inexact --quiet
 	@touch $@
 
-# The simulated dVRK and all other extras: ROS 2, calibration, clusters, tests. The ros-* wheels contain .egg-info folders of other names. uv
-# takes these for unknown packages and would remove their modules: hence --inexact, and the folders are deleted.
+# The simulated dVRK and all other extras: ROS 2, calibration, clusters, tests. The ros-* wheels contain .egg-info
+# folders of other names. uv takes these for unknown packages and would remove their modules: hence --inexact, and the
+# folders are deleted.
 .venv/.ready: .venv/.demo
 	@echo "setting up, once: the simulated dVRK, the packages of all extras and of the tests"
 	@$(UV) sync --all-extras --no-extra vtk --inexact --reinstall-package palpate --quiet

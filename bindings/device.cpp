@@ -86,7 +86,7 @@ void bind_device(nb::module_& m) {
       .value("not_finite", DeviceFault::not_finite)
       .value("not_rigid", DeviceFault::not_rigid)
       .value("left_handed", DeviceFault::left_handed)
-      .value("time_not_up", DeviceFault::time_not_up)
+      .value("time_not_increasing", DeviceFault::time_not_increasing)
       .value("gap", DeviceFault::gap)
       .value("too_often", DeviceFault::too_often)
       .value("driver_failed", DeviceFault::driver_failed);

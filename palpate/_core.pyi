@@ -4042,7 +4042,7 @@ class DeviceFault(enum.Enum):
 
     left_handed = 3
 
-    time_not_up = 4
+    time_not_increasing = 4
 
     gap = 5
 

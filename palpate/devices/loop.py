@@ -36,7 +36,7 @@ WORDS: dict[_core.DeviceFault, tuple[str, str]] = {
         "the axes of the pose X are left-handed: the determinant of X[:3, :3] is -1",
         "reverse the sign of one axis: graphics engines such as Unity and Unreal use left-handed axes",
     ),
-    _Fault.time_not_up: (
+    _Fault.time_not_increasing: (
         "the time t did not increase since the last step, or it jumped by more than an hour",
         "pass the time of a steady clock in seconds, for example time.monotonic()",
     ),

@@ -43,7 +43,7 @@ unsigned status_bits(DeviceFault fault) noexcept {
     case DeviceFault::none:
     case DeviceFault::gap:  // the cycle finds this by itself: kStalled
       return kOk;
-    case DeviceFault::time_not_up:
+    case DeviceFault::time_not_increasing:
       return kBadStamp;
     case DeviceFault::too_often:
       return kSlow;
@@ -106,7 +106,7 @@ DeviceFault DeviceCycle::check_time(double t) noexcept {
   if (first && std::isfinite(t)) return DeviceFault::none;
   if (!(passed > 0.0 && passed < kHour)) {
     clock_ += period;
-    return std::isfinite(t) ? DeviceFault::time_not_up : DeviceFault::not_finite;
+    return std::isfinite(t) ? DeviceFault::time_not_increasing : DeviceFault::not_finite;
   }
   clock_ += passed;
   period_ += (steps_ == 1 ? 1.0 : kRateShare) * (std::min(passed, 1.0) - period_);

@@ -15,13 +15,13 @@ namespace palpate::loop {
 /// Reason for which a state of the device was not used.
 enum class DeviceFault : int {
   none = 0,
-  not_finite,     ///< a number is NaN, infinite, or impossibly large
-  not_rigid,      ///< the upper left 3 x 3 of the pose is no rotation matrix, or the last row is not 0 0 0 1
-  left_handed,    ///< the axes of the pose are orthonormal but left-handed: one axis has the wrong sign
-  time_not_up,    ///< the time did not increase since the last step
-  gap,            ///< the last step is too long ago
-  too_often,      ///< the mean interval between steps is too short for the rate of the cycle
-  driver_failed,  ///< reported by report_failure()
+  not_finite,           ///< a number is NaN, infinite, or impossibly large
+  not_rigid,            ///< the upper left 3 x 3 of the pose is no rotation matrix, or the last row is not 0 0 0 1
+  left_handed,          ///< the axes of the pose are orthonormal but left-handed: one axis has the wrong sign
+  time_not_increasing,  ///< the time did not increase since the last step
+  gap,                  ///< the last step is too long ago
+  too_often,            ///< the mean interval between steps is too short for the rate of the cycle
+  driver_failed,        ///< reported by report_failure()
 };
 
 /// Measured state of a device.
