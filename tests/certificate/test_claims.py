@@ -9,7 +9,7 @@ from palpate.certificate.scene import _poses
 from palpate.hands import PRESETS
 from palpate.scene.rig import build
 
-DEVICE = palpate.Device(mass=0.3, damping=0.6, rate=1000, delay=0.009, filter=50, quantum=1e-5, friction=0.05)
+DEVICE = palpate.DeviceModel(mass=0.3, damping=0.6, rate=1000, delay=0.009, filter=50, quantum=1e-5, friction=0.05)
 
 
 def test_sure_stiffness_is_97_percent_of_the_lower_limit():
@@ -21,7 +21,7 @@ def test_sure_stiffness_is_97_percent_of_the_lower_limit():
 
 @pytest.mark.parametrize(("delay", "advice"), [(0.009, "3 ms less delay"), (0.0012, "0.4 ms less delay"), (0.0, "")])
 def test_advice_is_a_third_less_delay_in_whole_milliseconds_where_possible(delay, advice):
-    reason = palpate.certify(palpate.Device(mass=0.3, damping=0.6, rate=1000, delay=delay), K=1e5, B=0.6).reason
+    reason = palpate.certify(palpate.DeviceModel(mass=0.3, damping=0.6, rate=1000, delay=delay), K=1e5, B=0.6).reason
     assert (advice in reason) if advice else ("less delay" not in reason)
 
 

@@ -88,7 +88,7 @@ def test_hand_file_is_found_next_to_the_scene_and_not_needed_by_the_record(tmp_p
         ("gentle", "s.yaml:2: operator: there is no hand 'gentle'\n"),
         ("gentle", "\n  mend: use one of relaxed, light, normal, firm, rigid"),
         ("none.yaml", "s.yaml:2: operator: the hand cannot be read: none.yaml, No such file"),
-        ("3", "s.yaml:2: operator.hand must be a valid string. Got: 3"),
+        ("3", "s.yaml:2: operator.hand must be text. Got: 3"),
     ],
 )
 def test_missing_hand_is_reported(hand, message):

@@ -43,7 +43,7 @@ def test_user_defined_encoder_counts():
         ("encoder_step: [1e-3]", "s.yaml:2: arms.leader.encoder_step must have 7 numbers, one per joint. Got: 1"),
         ("quantised: false, velocity_cutoff: 30", "quantised: false reads the true velocities"),
         ("velocity: fast", "arms.leader.velocity must be 'edges' or 'difference'. Got: 'fast'"),
-        ("drive_lag: 2", "arms.leader.drive_lag must be less than or equal to 1. Got: 2"),
+        ("drive_lag: 2", "arms.leader.drive_lag must be at most 1. Got: 2"),
     ],
 )
 def test_mistakes_are_reported(leader, message):

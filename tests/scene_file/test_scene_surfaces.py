@@ -64,7 +64,7 @@ def test_grid_coarser_than_the_tool_gives_a_warning(tmp_path):
         ("objects: [{sphere: {radus: 1}}]", SceneError, "did you mean 'radius'"),
         ("objects: [{box: {size: [1, 1]}}]", SceneError, r"objects\[0\].box.size"),
         ("objects: [{implicit: {half: [1, 1, 1], exponents: [2, 3, 2]}}]", SceneError, "must be a multiple of 2"),
-        ("objects: [{sdf: nowhere.npz}]", SurfaceError, "nowhere.npz: grid file not found"),
+        ("objects: [{sdf: nowhere.npz}]", SurfaceError, r"s.yaml:1: grid file not found\n  why: nowhere.npz"),
     ],
 )
 def test_mistakes_are_reported(text, error, message):
