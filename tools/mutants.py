@@ -30,7 +30,7 @@ SLOW = "-k=not " + " and not ".join(
 )
 """Tests that take long, and tests of pictures. Modules that only draw are not mutated."""
 GROUPS = {
-    "units": (["values.py"], ["scene_file/test_scene_values.py", "scene_file/test_values_refused.py"]),
+    "units": (["values/*.py"], ["scene_file/test_scene_values.py", "scene_file/test_values_refused.py"]),
     "report energies": (
         ["report/energy.py", "report/summary.py", "session/summary.py"],
         ["report/test_report_summary.py", "report/test_report_elements.py", "report/test_report_touches.py",
