@@ -107,7 +107,7 @@ void bind_device(nb::module_& m) {
           "Sets the wrench to zero and records that the device cannot be read; writes zeros to F (6,).")
       .def(
           "replay",
-          [](DeviceCycle& self, const Times& t, const Poses& X, Wrenches F) {
+          [](DeviceCycle& self, const Times& t, const Poses& X, const Wrenches& F) {
             const std::size_t n = std::min({t.shape(0), X.shape(0), F.shape(0)});
             for (std::size_t i = 0; i < n; ++i) {
               loop::DeviceState state{.t = t.data()[i]};

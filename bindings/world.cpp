@@ -22,7 +22,7 @@ void bind_object(nb::module_& m) {
           "__init__",
           [](Object* self, std::string name, std::shared_ptr<scene::Surface> surface, const Matrix4& X_WO,
              const Material& material, std::vector<scene::Region> regions, scene::Motion motion, bool is_virtual,
-             bool is_real, std::optional<scene::LiveOptions> live) {
+             bool is_real, const std::optional<scene::LiveOptions>& live) {
             if (live && !motion.is_static()) throw nb::value_error("a live object has no motion of its own");
             new (self) Object{std::move(name),
                               std::move(surface),
@@ -38,9 +38,8 @@ void bind_object(nb::module_& m) {
           nb::arg("material") = Material{}, nb::arg("regions") = std::vector<scene::Region>{},
           nb::arg("motion") = scene::Motion{}, nb::arg("is_virtual") = true, nb::arg("is_real") = true,
           nb::arg("live") = nb::none(),
-          "is_virtual: the contact stage renders it. is_real: it stops the tool of a driven follower. live: its pose "
-          "is "
-          "set while a loop runs (set_live).")
+          "is_virtual: the contact stage renders it. is_real: it stops the tool of a driven follower. live: its "
+          "pose is set while a loop runs (set_live).")
       .def_ro("name", &Object::name, "Name of the object.")
       .def_prop_ro(
           "surface", [](const Object& o) { return std::const_pointer_cast<scene::Surface>(o.surface); },
