@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <new>
 #include <stdexcept>
 #include <utility>
 
@@ -179,7 +180,7 @@ void DriverThread::stop() noexcept {
   }
   s.hung = true;
   if (watchdog_.joinable()) watchdog_.detach();
-  static_cast<void>(new std::shared_ptr<Shared>(shared_));  // never freed: the hanging thread uses it
+  static_cast<void>(new (std::nothrow) std::shared_ptr<Shared>(shared_));  // never freed: the hanging thread uses it
 }
 
 const RealTimeThread& DriverThread::thread() const noexcept { return shared_->thread; }

@@ -26,6 +26,7 @@ void scale(scene::Object& to, const scene::Object& from, double share) noexcept 
 
 /// Places an object so that Object::pose and Motion::velocity are right at the approach's time and soon after.
 void place(scene::Object& object, const scene::Approach& approach) noexcept {
+  if (!object.live) return;
   object.X_WO = approach.X_WO();
   object.motion.V = approach.velocity();
   object.motion.about = object.X_WO * object.live->p_OC;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "palpate/types/so3.hpp"
 
@@ -43,7 +44,7 @@ bool slow(const Twist& V) noexcept { return V.v.norm() <= kSlow && V.w.norm() <=
 
 void Approach::reset(Pose X_WO, double t) noexcept {  // a copy, because X_WO may be that of this object
   *this = Approach();
-  X_WO_ = X_WO;
+  X_WO_ = std::move(X_WO);
   t_ = t;
 }
 
