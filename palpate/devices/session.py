@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -16,32 +15,22 @@ from palpate.devices.loop import DeviceLoop
 from palpate.devices.native import NativeLoop, is_native
 from palpate.devices.open import open_driver
 from palpate.errors import DeviceError
-from palpate.record.ticks import STATUS, Ticks
+from palpate.record.ticks import Ticks
 from palpate.scene.scene import Scene
 from palpate.session import LiveSession, State, signals
+from palpate.session.faults import NO_FAULTS, SeenFaults
 from palpate.session.run_folder import require_writable
 from palpate.session.summary import Summary
 
 _CHECK_PERIOD = 0.05  # interval at which a run looks for faults of the driver [s]
-
-_OWN = {"not_following", "clutched", "force_capped", "rate_capped", "passivity", "ik_failed", "guided",
-        "goal_corrected", "settling"}  # fmt: skip
-"""Status bits that are no faults."""
-
-
-@dataclass
-class Seen:
-    """Time of the first tick with a fault [s], and the number of such ticks."""
-
-    first: float
-    ticks: int = 0
 
 
 class DeviceSession(LiveSession):
     """A session whose leader is a device. Its summary names every fault that removed the force."""
 
     def __init__(self, loop: DeviceLoop, out: str | os.PathLike[str] | None = None) -> None:
-        self.seen: dict[str, Seen] = {}
+        self._seen = SeenFaults(NO_FAULTS | {"settling"})
+        self.seen = self._seen.seen
         """Faults by the name of their status bit."""
         scene = loop.rig.scene
         super().__init__(loop.rig, loop, scene.rates.haptic, scene.seed, out)
@@ -52,18 +41,11 @@ class DeviceSession(LiveSession):
         return State(self.latest(), "")
 
     def _take(self, ticks: Ticks, realtime: bool = False) -> None:
-        status, t = ticks["status"].astype(np.int64), ticks["t"]
-        for name, (bit, _) in STATUS.items():
-            hits = np.flatnonzero(status & bit)
-            if len(hits) and name not in _OWN:
-                self.seen.setdefault(name, Seen(float(t[hits[0]]))).ticks += len(hits)
+        self._seen.take(ticks)
         super()._take(ticks, realtime)
 
     def _faults(self) -> list[str]:
-        seen = [
-            f"{STATUS[name][1]} (first at t = {one.first:.3f} s, {one.ticks} ticks)" for name, one in self.seen.items()
-        ]
-        return [*super()._faults(), *seen]
+        return [*super()._faults(), *self._seen.words()]
 
 
 class DrivenSession(DeviceSession):

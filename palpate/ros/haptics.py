@@ -7,7 +7,7 @@ import secrets
 import sys
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,13 +21,13 @@ from palpate.ros.guardian import Guardian
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.session import LiveSession, State, signals
+from palpate.session.faults import SeenFaults
 from palpate.session.run_folder import require_writable
 from palpate.session.summary import Summary
 
 FORCE_CAP = 1.0
 """Default force cap on real arms [N]; only --force-cap can raise it."""
 _CHECK_PERIOD = 0.1  # interval of the checks of guardian and events [s]
-_OWN = {"not_following", "clutched", "force_capped", "rate_capped", "passivity", "ik_failed"}  # not faults
 
 
 @dataclass(frozen=True)
@@ -54,14 +54,6 @@ class Limits:
     """Send wrenches in the leader's tip frame, and set this on the leader; otherwise in the frame of measured_cp."""
     needs_state: bool = True
     """Require reported operating states, as CRTK does; devices of other makers may report none."""
-
-
-@dataclass
-class Seen:
-    """Time of the first tick with a fault [s], and the number of such ticks."""
-
-    first: float
-    ticks: int = field(default=0)
 
 
 class HapticLoop:
@@ -221,7 +213,8 @@ class HapticSession(LiveSession):
             require_writable(Path(out))
         rig = build(scene)
         self.devices, self.limits = devices or Devices(), limits or Limits()
-        self.seen: dict[str, Seen] = {}  #: faults by the name of their bit
+        self._seen = SeenFaults()
+        self.seen = self._seen.seen  #: faults by the name of their bit
         self.events: list[str] = []  #: events reported by the node, newest last
         self.loop = HapticLoop(rig, self.devices, self.limits, dict(context or {}))
         super().__init__(rig, self.loop, self.limits.rate or scene.rates.haptic, scene.seed, out)
@@ -267,19 +260,12 @@ class HapticSession(LiveSession):
         return [words for name, (bit, words) in STATUS.items() if status & bit and name not in caps]
 
     def _take(self, ticks: Ticks, realtime: bool = False) -> None:
-        status, t = ticks["status"].astype(np.int64), ticks["t"]
-        for name, (bit, _) in STATUS.items():
-            hits = np.flatnonzero(status & bit)
-            if len(hits) and name not in _OWN:
-                self.seen.setdefault(name, Seen(float(t[hits[0]]))).ticks += len(hits)
+        self._seen.take(ticks)
         super()._take(ticks, realtime)
 
     def _faults(self) -> list[str]:
         self.events += self.loop.node.take_events()
-        faults = [
-            f"{STATUS[name][1]} (first at t = {seen.first:.3f} s, {seen.ticks} ticks)"
-            for name, seen in self.seen.items()
-        ]
+        faults = self._seen.words()
         taken = int(self.timing["guardian_took_over"])
         if taken:
             faults.insert(0, f"the guardian took over {taken} times, as the node was silent")

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from viser.transforms import SO3
 
+from palpate import Scene
+
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 HARMLESS = "passive event listener"  # a warning of Chromium about the slider of the widget library
 FLAGS = [
@@ -20,6 +22,13 @@ FLAGS = [
     "--disable-quic",
     "--no-first-run",
 ]
+
+
+def small_scene():
+    """The shipped scene with an organ of 6000 triangles, because rendering by software is slow."""
+    scene = Scene.load("palpation")
+    first = scene.objects[0].model_copy(update={"triangles": 6000})
+    return scene.model_copy(update={"objects": (first,)})
 
 
 @contextmanager

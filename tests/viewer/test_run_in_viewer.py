@@ -2,26 +2,17 @@
 
 import threading
 import time
-from pathlib import Path
 
 import pytest
-from browser import open_page
+from browser import open_page, small_scene
 from rich.console import Console
 
-from palpate import Record, Scene, Session
+from palpate import Record, Session
 from palpate.console.view import live
 from palpate.errors import PortError
 from palpate.viewer import LiveViewer, stage_of
 from palpate.viewer.opening import Opening
 from palpate.viewer.server import open_server
-
-SCENE = Path(__file__).parents[2] / "scenes" / "palpation.yaml"
-
-
-def small_scene():
-    scene = Scene.load(SCENE)
-    first = scene.objects[0].model_copy(update={"triangles": 6000})  # software rendering is slow
-    return scene.model_copy(update={"objects": (first,)})
 
 
 def wait(condition, seconds=30.0):

@@ -1,23 +1,18 @@
 """The viewer with a real session: the shipped scene in real time, and a hand dragged in the browser."""
 
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import number, on_screen, open_page
+from browser import number, on_screen, open_page, small_scene
 
-from palpate import Scene, Session
+from palpate import Session
 from palpate.viewer import LiveViewer, stage_of
-
-SCENE = Path(__file__).parents[2] / "scenes" / "palpation.yaml"
 
 
 @pytest.fixture
 def running():
-    scene = Scene.load(SCENE)
-    first = scene.objects[0].model_copy(update={"triangles": 6000})  # software rendering is slow
-    session = Session(scene.model_copy(update={"objects": (first,)}))
+    session = Session(small_scene())
     controls = session.controls
     controls.hold = True  # the hand is held 20 mm above the organ
     session.controls = controls
