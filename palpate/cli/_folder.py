@@ -16,8 +16,8 @@ from dataclasses import dataclass, make_dataclass
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from types import ModuleType
-from typing import Annotated, Any, Union
+from types import ModuleType, UnionType
+from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
 from palpate.cli._overview import overview
 
@@ -78,10 +78,26 @@ def dispatch(group: ModuleType, prog: str, description: str, args: Sequence[str]
     module = import_module(members[args[0]].module)
     prog = f"{prog} {args[0]}"
     if hasattr(module, "Command"):
-        return int(tyro.cli(module.Command, prog=prog, args=args[1:], config=config)())
+        return int(tyro.cli(_with_typing_unions(module.Command), prog=prog, args=args[1:], config=config)())
     if hasattr(module, "prepare"):
         module.prepare()
     return dispatch(module, prog, module.__doc__ or "", args[1:])
+
+
+def _with_typing_unions(command: type[Any]) -> type[Any]:
+    """The command, its annotations `A | B` as `Union[A, B]`.
+
+    Tyro checks defaults of `Union` itself. For others it imports typeguard, which takes nearly as long as numpy.
+    """
+    hints = get_type_hints(command, include_extras=True)
+    command.__annotations__ = {name: _typing_union(hint) for name, hint in hints.items()}
+    return command
+
+
+def _typing_union(hint: Any) -> Any:
+    if get_origin(hint) is Annotated:
+        return Annotated[_typing_union(hint.__origin__), *hint.__metadata__]
+    return Union[get_args(hint)] if isinstance(hint, UnionType) else hint  # noqa: UP007 - made at run time
 
 
 def _choice(members: dict[str, Entry]) -> Any:

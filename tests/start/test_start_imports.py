@@ -8,6 +8,7 @@ import sys
 import pytest
 
 HEAVY = {"clarabel", "distributed", "matplotlib", "nanobind", "rosbags", "scipy", "small_gicp", "trimesh", "viser"}
+HEAVY.add("typeguard")  # as long to import as numpy
 MODELS = {"pydantic", "yaml"}
 TERMINAL = {"rich", "tyro"}
 ARRAYS = {"numpy"}
