@@ -33,7 +33,7 @@ setup: .venv/.ready
 	@python3 -c 'import sys; v = sys.version_info[:2]; sys.exit(not (3, 11) <= v < (3, 14) and f"palpate: python3 is {v[0]}.{v[1]}, and Palpate needs 3.11 to 3.13 (its geometry libraries have no packages for others). Mend: put such a python3 first in PATH")'
 	@echo "setting up, once: packages into .venv, then the C++ core (three minutes on two idle cores)"
 	@test -x .venv/bin/python || $(UV) venv --quiet --python "$$(command -v python3)" .venv
-	@PALPATE_DVRK=$(if $(wildcard .venv/.ready),ON,OFF) $(UV) sync --extra viewer --extra report --no-default-groups --group build --inexact --quiet
+	@PALPATE_ALL=$(if $(wildcard .venv/.ready),ON,OFF) $(UV) sync --extra viewer --extra report --no-default-groups --group build --inexact --quiet
 	@touch $@
 
 # The simulated dVRK and all other extras: ROS 2, calibration, clusters, tests. The ros-* wheels contain .egg-info

@@ -8,7 +8,6 @@
 
 #include "bindings.hpp"
 #include "convert.hpp"
-#include "palpate/arm/all_terms.hpp"
 #include "palpate/arm/serial.hpp"
 #include "types.hpp"
 
@@ -125,18 +124,7 @@ nb::bytes recursion_by_kernel(const std::string& xml, const std::string& base_fr
   return nb::bytes(&state, sizeof state);
 }
 
-void bind_all_terms(nb::module_& m) {
-  nb::class_<arm::AllTerms>(m, "AllTerms", "Pinocchio's dynamics of a URDF; tests and benchmarks compare Arm with it.")
-      .def(nb::init<const std::string&, const std::string&, const std::string&>(), "xml"_a, "base_frame"_a,
-           "tip_frame"_a)
-      .def(
-          "compute",
-          [](arm::AllTerms& self, const VectorArg& q,
-             const VectorArg& v) -> Tuple<Eigen::MatrixXd, Eigen::VectorXd, Eigen::VectorXd, Eigen::MatrixXd> {
-            self.compute(joint_vector(q, "q", self.n()), joint_vector(v, "v", self.n()));
-            return nb::make_tuple(self.M(), self.bias(), self.G(), self.J());
-          },
-          "q"_a, "v"_a, "computeAllTerms: (M (n,n), C v + G (n,), G (n,), J (6,n) at the tip in base axes).");
+void bind_kernels(nb::module_& m) {
   m.def("recursion_by_kernel", &recursion_by_kernel, "xml"_a, "base_frame"_a, "tip_frame"_a, "q"_a, "v"_a, "kernel"_a,
         "All results of the recursion at (q, v, a = v) as bytes, by the build 'avx2' or 'portable' (tests).");
 }
@@ -281,7 +269,7 @@ void bind_inertial_parameters(nb::class_<Arm>& c) {
 }  // namespace
 
 void bind_arm(nb::module_& m) {
-  bind_all_terms(m);
+  bind_kernels(m);
   bind_ik(m);
   bind_gravity(m);
   nb::class_<Arm> c(m, "Arm", "Kinematics and dynamics of an arm in its base frame. See palpate.Arm.");

@@ -1,11 +1,8 @@
 #include <nanobind/eigen/dense.h>
 #include <nanobind/stl/string.h>
 
-#include <memory>
-
 #include "bindings.hpp"
 #include "convert.hpp"
-#include "palpate/arm/all_terms.hpp"
 #include "palpate/loop/realtime.hpp"
 #include "palpate/loop/tick.hpp"
 #include "palpate/types/arms.hpp"
@@ -61,50 +58,6 @@ void bind_controls(nb::module_& m) {
       .def_rw("p_hand_offset_W", &Controls::p_hand_offset_W, "Offset added to the hand's intended position (3,) [m].");
 }
 
-/// Baseline for the compute time of a cycle: Pinocchio's computeAllTerms of both arms and nothing else.
-class BareDynamics {
- public:
-  BareDynamics(arm::AllTerms& leader, arm::AllTerms& follower) : leader_(leader), follower_(follower) {}
-
-  void run(const Eigen::MatrixXd& q_leader, const Eigen::MatrixXd& v_leader, const Eigen::MatrixXd& q_follower) {
-    if (q_leader.rows() != leader_.n() || v_leader.rows() != leader_.n() || q_follower.rows() != follower_.n() ||
-        v_leader.cols() != q_leader.cols() || q_follower.cols() != q_leader.cols()) {
-      throw std::invalid_argument(
-          "q_leader, v_leader and q_follower must have one row per joint and one column per tick");
-    }
-    const Eigen::VectorXd at_rest = Eigen::VectorXd::Zero(follower_.n());
-    Eigen::VectorXd q, v, q_f;
-    for (Eigen::Index i = 0; i < q_leader.cols(); ++i) {
-      q = q_leader.col(i);
-      v = v_leader.col(i);
-      q_f = q_follower.col(i);
-      const std::int64_t begin = loop::now_ns();
-      leader_.compute(q, v);
-      follower_.compute(q_f, at_rest);
-      time_->add(loop::now_ns() - begin);
-    }
-  }
-  [[nodiscard]] const loop::Histogram& time() const { return *time_; }
-
- private:
-  arm::AllTerms& leader_;
-  arm::AllTerms& follower_;
-  std::unique_ptr<loop::Histogram> time_ = std::make_unique<loop::Histogram>();
-};
-
-void bind_control(nb::module_& m) {
-  nb::class_<BareDynamics>(
-      m, "BareDynamics",
-      "Times Pinocchio's computeAllTerms of both arms, as a baseline for the compute time of a cycle.")
-      .def(nb::init<arm::AllTerms&, arm::AllTerms&>(), "leader"_a, "follower"_a, nb::keep_alive<1, 2>(),
-           nb::keep_alive<1, 3>())
-      .def("run", &BareDynamics::run, "q_leader"_a, "v_leader"_a, "q_follower"_a,
-           "Times k ticks: q_leader (n, k), v_leader (n, k) and q_follower (m, k) [rad, m; rad/s, m/s].")
-      .def(
-          "timing", [](const BareDynamics& self) { return percentiles(self.time()); },
-          "Compute times p50, p99, p999 and max [us].");
-}
-
 void bind_realtime(nb::module_& m) {
   using loop::BareLoop;
   using loop::RealTimeOptions;
@@ -132,7 +85,6 @@ void bind_loop(nb::module_& m) {
   bind_table(m);
   bind_controls(m);
   bind_realtime(m);
-  bind_control(m);
 }
 
 }  // namespace palpate::bindings

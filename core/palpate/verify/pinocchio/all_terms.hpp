@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-namespace palpate::arm {
+namespace palpate::verify {
 
 class AllTerms {
  public:
@@ -29,4 +29,4 @@ class AllTerms {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace palpate::arm
+}  // namespace palpate::verify

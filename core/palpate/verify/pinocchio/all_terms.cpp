@@ -1,10 +1,15 @@
-#include "palpate/arm/all_terms.hpp"
+#include "palpate/verify/pinocchio/all_terms.hpp"
 
 #include <pinocchio/algorithm/compute-all-terms.hpp>
 
 #include "palpate/arm/chain.hpp"
 
-namespace palpate::arm {
+namespace palpate::verify {
+
+using arm::Chain;
+using arm::FixedFrame;
+using arm::Link;
+
 namespace {
 
 using ConstRef = Eigen::Ref<const Eigen::VectorXd>;  // the type Pinocchio's library is instantiated for
@@ -38,7 +43,7 @@ struct AllTerms::Impl {
 };
 
 AllTerms::AllTerms(const std::string& xml, const std::string& base_frame, const std::string& tip_frame)
-    : impl_(std::make_unique<Impl>(chain_from_urdf(xml, base_frame, tip_frame))) {}
+    : impl_(std::make_unique<Impl>(arm::chain_from_urdf(xml, base_frame, tip_frame))) {}
 AllTerms::AllTerms(AllTerms&&) noexcept = default;
 AllTerms& AllTerms::operator=(AllTerms&&) noexcept = default;
 AllTerms::~AllTerms() = default;
@@ -66,4 +71,4 @@ Eigen::MatrixXd AllTerms::J() const {
   return J;
 }
 
-}  // namespace palpate::arm
+}  // namespace palpate::verify
