@@ -138,8 +138,10 @@ class Drawing:
         self._leader.show(tick["q"], float(tick["gripper"]))
         links = self._follower.show(tick["q_follower"], float(tick["jaw"]))
         self._tool.show(tick, links)
-        for organ in self._organs:
+        presses = self._tool.presses(tick)
+        for k, organ in enumerate(self._organs):
             organ.show(tick)
+            organ.press(presses.get(k, []))
         for fixture in self.fixtures:
             fixture.show(float(tick["t"]))
         for frame in self._frames:

@@ -182,7 +182,7 @@ def _touched_object(
         for named, region in zip(section.regions, materials.regions(section), strict=True)
     ]
     moving: Callable[[float], Array] | None = felt.pose if section.motion else None
-    return TouchedObject(section.name, vertices, triangles, placed.X_WO, tuple(marks), moving, slot)
+    return TouchedObject(section.name, vertices, triangles, placed.X_WO, tuple(marks), moving, slot=slot)
 
 
 def drawable(vertices: Array, triangles: Triangles, most: int = MOST_TRIANGLES) -> tuple[Array, Triangles]:
