@@ -207,6 +207,8 @@ class RecordSection(Section):
     """folder for records and reports, relative to the working folder; --out overrides it"""
     rate: Positive | None = None
     """recorded ticks per second; all of them when left out, otherwise the haptic rate divided by a whole number [Hz]"""
+    frames: bool = True
+    """true: the record also holds frames, arms and meshes, which Foxglove's 3-D panel shows"""
     report: bool = True
     """true: write an HTML report next to the record"""
 

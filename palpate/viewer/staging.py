@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate import _core
 from palpate.arrays import Array, rigid
@@ -15,6 +14,7 @@ from palpate.frames import FrameGraph
 from palpate.guidance.context import FixtureContext
 from palpate.guidance.fixture import Fixture
 from palpate.guidance.plot import curve, drawing
+from palpate.mesh.coarse import drawable
 from palpate.record import live
 from palpate.record.reader import Record
 from palpate.record.ticks import Ticks
@@ -24,11 +24,6 @@ from palpate.scene.rig import Rig, build
 from palpate.scene.surface import PlacedSurface
 from palpate.session.recorded import recorded_scene
 from palpate.viewer.stage import ArmPlace, FixtureMark, PlacedFrame, RegionMark, Stage, TargetMark, TouchedObject
-
-Triangles = NDArray[np.int32]
-
-MOST_TRIANGLES = 150_000
-"""A finer surface is drawn coarser, so that the browser stays fluent; contact uses the full surface."""
 
 
 def stage_of(rig: Rig, title: str = "") -> Stage:
@@ -183,19 +178,3 @@ def _touched_object(
     ]
     moving: Callable[[float], Array] | None = felt.pose if section.motion else None
     return TouchedObject(section.name, vertices, triangles, placed.X_WO, tuple(marks), moving, slot=slot)
-
-
-def drawable(vertices: Array, triangles: Triangles, most: int = MOST_TRIANGLES) -> tuple[Array, Triangles]:
-    """A mesh of about `most` triangles or fewer: all vertices in a grid cell are merged into their mean."""
-    if len(triangles) <= most:
-        return vertices, triangles
-    a, b, c = (vertices[triangles[:, k]] for k in range(3))
-    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
-    cell = np.sqrt(2.0 * area / most)  # about two triangles in each cell that the surface crosses
-    _, group = np.unique(np.floor(vertices / cell).astype(np.int64), axis=0, return_inverse=True)
-    group = group.reshape(-1)
-    count = np.bincount(group)
-    merged = np.stack([np.bincount(group, vertices[:, k]) for k in range(3)], axis=1) / count[:, None]
-    coarse = group[triangles]
-    kept = (coarse[:, 0] != coarse[:, 1]) & (coarse[:, 1] != coarse[:, 2]) & (coarse[:, 2] != coarse[:, 0])
-    return merged, np.unique(coarse[kept], axis=0).astype(np.int32)
