@@ -21,7 +21,7 @@ from palpate.scene.solids import (
 from palpate.scene.stability import Share
 from palpate.scene.tissue import Motions, RegionSection, check_friction
 from palpate.scene.tool import ToolSphereSection
-from palpate.values import Diagonal, NotNegative, Number, Pose, Positive, Section
+from palpate.values import Color, Diagonal, NotNegative, Number, Pose, Positive, Section
 
 _C = _core.SimulationOptions()
 _M = _core.Material()
@@ -109,6 +109,9 @@ class ObjectSection(Section):
     """Coulomb friction coefficient while the tool slips [-]"""
     static_friction: NotNegative | None = None
     """friction coefficient while the tool sticks; equal to friction when left out [-]"""
+    color: Color | None = None
+    """colour in the viewer: red, green, blue from 0 to 255, or "#rrggbb"; when left out, that of the mesh file if it
+    has vertex colours or a texture"""
     regions: Annotated[tuple[RegionSection, ...], Field(max_length=64)] = ()
     """regions with other material values; a later region covers an earlier one"""
     motion: Motions = ()
@@ -207,6 +210,8 @@ class RecordSection(Section):
     """folder for records and reports, relative to the working folder; --out overrides it"""
     rate: Positive | None = None
     """recorded ticks per second; all of them when left out, otherwise the haptic rate divided by a whole number [Hz]"""
+    frames: bool = True
+    """true: the record also holds frames, arms and meshes, which Foxglove's 3-D panel shows"""
     report: bool = True
     """true: write an HTML report next to the record"""
 
