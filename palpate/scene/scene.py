@@ -18,10 +18,10 @@ from palpate.guidance.fixture import Fixture
 from palpate.guidance.lists import with_unique_names
 from palpate.scene import explain, presets, shipped, text
 from palpate.scene.force import ForceSection
+from palpate.scene.mapping import MappingSection
 from palpate.scene.model import (
     ArmsSection,
     ContactSection,
-    MappingSection,
     ObjectSection,
     RatesSection,
     RecordSection,
