@@ -8,7 +8,7 @@ import numpy as np
 
 from palpate import _core
 from palpate.arrays import Array
-from palpate.errors import PalpateError
+from palpate.errors import PalpateError, SceneError
 from palpate.hands import PRESETS
 from palpate.record.ticks import STATUS, Timing
 from palpate.scene.rig import Rig, build
@@ -125,7 +125,7 @@ def mapped_rig(scene: Scene, workspace: tuple[float, float, float] | None) -> Ri
     """
     mapping = scene.mapping.with_device(workspace)
     if mapping.law != "indexed" and mapping.workspace is None:
-        what = f"mapping: {mapping.law} needs the workspace of the device"
+        what = f"mapping law {mapping.law} needs the workspace of the device"
         mend = f"write mapping: {{law: {mapping.law}, workspace: [0.16, 0.16, 0.11]}}, in m"
         raise SceneError(what, where=scene.where("mapping"), mend=mend)
     rig = build(scene.model_copy(update={"mapping": mapping}))
@@ -134,7 +134,7 @@ def mapped_rig(scene: Scene, workspace: tuple[float, float, float] | None) -> Ri
     corners = np.array([surface.bounds for surface in rig.surfaces])
     covering = mapping.covering(corners[:, 0].min(axis=0), corners[:, 1].max(axis=0), rig.arms.X_WL[:3, :3])
     if covering.scale > MOST_SCALE:
-        what = f"mapping: scaled: the objects need {covering.scale:.3g} times the workspace, at most {MOST_SCALE:g}"
+        what = f"mapping law scaled: the objects need {covering.scale:.3g} times the workspace, at most {MOST_SCALE:g}"
         raise SceneError(what, where=scene.where("mapping"), mend="use rate or drift, or give mapping.scale")
     return build(scene.model_copy(update={"mapping": covering}))
 

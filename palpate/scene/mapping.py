@@ -97,5 +97,5 @@ class MappingSection(Section):
         """
         if self.law != "indexed" and not driven:
             mend = "use indexed, or add arms: {leader: {driver: ...}} (loop for a program that calls palpate.Haptics)"
-            what = f"mapping: {self.law} is for a device, and the leader of this scene is a simulated arm"
+            what = f"mapping law {self.law} is for a device, and the leader of this scene is a simulated arm"
             raise SceneError(what, where=where, mend=mend)

@@ -119,6 +119,8 @@ class Rig:
             path = self.scene.arm_path(side)
             if absolute and path is not None:
                 arms[side]["model"] = str(path.resolve())
+        if absolute:
+            arms["leader"]["driver"] = self.scene.resolved_driver()
         for key in ("gravity_model", "plant_gravity_model"):
             file = self.scene.gravity_path(key)
             if absolute and file is not None:

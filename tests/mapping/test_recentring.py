@@ -1,4 +1,4 @@
-"""Rate control at the rim and drift: closed forms, bounds, continuity, and energy against a wall that only stores it."""
+"""Rate control at the rim and drift: closed forms, bounds, continuity, and energy against elastic surfaces."""
 
 import numpy as np
 import pytest
@@ -160,7 +160,7 @@ def ball(p):
 
 
 def energies(law, surface, seed, sees_force=True):
-    """Energy that the hand got, stored energy, and energy that the mapping released [J], over 4 s of a smooth motion."""
+    """Energy that the hand got, stored energy, and energy that the mapping released [J], over 4 s of motion."""
     rng = np.random.default_rng(seed)
     t = np.arange(0, 4, DT)[:, None]
     amplitude, phase, f = rng.uniform(0.01, 0.05, (4, 3)), rng.uniform(0, 6, (4, 3)), rng.uniform(0.1, 2, (4, 3))
