@@ -1436,6 +1436,71 @@ def time_qp(
     Durations of n quadratic programs of m rows, filling included: (n,) [us]. A (n, m, 6), b (n, m), y0 (n, 6).
     """
 
+class MappingLaw(enum.Enum):
+    """Motion of the tool in addition to that of the hand."""
+
+    position = 0
+    """None: the hand moves the tool."""
+
+    rate = 1
+    """Near the rim of the workspace the tool continues outwards by itself."""
+
+    drift = 2
+    """While the hand moves, the tool drifts outwards."""
+
+class RecentringOptions:
+    """Motion of the tool in addition to that of the hand."""
+
+    def __init__(self) -> None: ...
+
+    @property
+    def law(self) -> MappingLaw:
+        """The law."""
+
+    @law.setter
+    def law(self, arg: MappingLaw, /) -> None: ...
+
+    @property
+    def workspace(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """Lengths (3,) of the workspace along the axes of L [m]."""
+
+    @workspace.setter
+    def workspace(self, arg: Annotated[NDArray[numpy.float64], "(3,)"], /) -> None: ...
+
+    @property
+    def centre(self) -> Annotated[NDArray[numpy.float64], "(3,)"] | None:
+        """
+        Centre (3,) of the workspace in L [m]; None: the first position of the handle.
+        """
+
+    @centre.setter
+    def centre(self, arg: Annotated[NDArray[numpy.float64], "(3,)"] | None, /) -> None: ...
+
+    @property
+    def rim(self) -> float:
+        """
+        rate: distance from the centre at which it begins, 1 at the edge of the workspace [-].
+        """
+
+    @rim.setter
+    def rim(self, arg: float, /) -> None: ...
+
+    @property
+    def rim_speed(self) -> float:
+        """rate: speed of the tool at the edge, the largest [m/s]."""
+
+    @rim_speed.setter
+    def rim_speed(self, arg: float, /) -> None: ...
+
+    @property
+    def drift(self) -> float:
+        """
+        drift: its speed at the edge over the speed of the tool by the hand [-].
+        """
+
+    @drift.setter
+    def drift(self, arg: float, /) -> None: ...
+
 class MappingOptions:
     """Options of the stage `mapping` between hand and tool."""
 
@@ -1501,6 +1566,13 @@ class MappingOptions:
     @jaw_rate.setter
     def jaw_rate(self, arg: float, /) -> None: ...
 
+    @property
+    def recentring(self) -> RecentringOptions:
+        """Motion of the tool in addition to that of the hand."""
+
+    @recentring.setter
+    def recentring(self, arg: RecentringOptions, /) -> None: ...
+
 class Mapping:
     """
     Stage `mapping`: relative scaled position, absolute orientation, clutch, jaw.
@@ -1521,10 +1593,15 @@ class Mapping:
         following: bool = True,
         clutch: bool = False,
         reached: bool = True,
+        t: float = float('nan'),
+        p_LH: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
+        F_T_W: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
+        correction_W: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
     ) -> tuple[Annotated[NDArray[numpy.float64], "(4, 4)"], float, Annotated[NDArray[numpy.float64], "(3,)"], bool]:
         """
         One tick: (X_WT_goal (4, 4), jaw [rad], v_WT (3,) [m/s], engaged). reached: the follower could take the last
-        goal.
+        goal. t: time, NaN: one period later [s]. p_LH (3,): handle in L [m]; F_T_W (3,): force on the tool [N];
+        correction_W (3,): of the last goal by hard fixtures [m].
         """
 
     def force_on_hand(
@@ -1540,6 +1617,10 @@ class Mapping:
         p_WT: Annotated[NDArray[numpy.float64], "(3,)"],
     ) -> Annotated[NDArray[numpy.float64], "(3,)"]:
         """Hand position p_WH (3,) that maps to the tool position p_WT (3,) [m]."""
+
+    @property
+    def released(self) -> float:
+        """Energy that the recentring released in the last step [J]."""
 
     @property
     def anchorings(self) -> int:
@@ -3278,7 +3359,7 @@ def cartesian(
     cartesian_place.
     """
 
-TICK_BYTES: int = 3376
+TICK_BYTES: int = 3384
 
 def signals() -> list[tuple[str, int, int, str, str, str, bool, str]]:
     """

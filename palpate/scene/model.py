@@ -51,17 +51,6 @@ class ArmsSection(Section):
     """the patient-side arm"""
 
 
-class MappingSection(Section):
-    """Mapping of motion from hand to tool, and of force from tool to hand."""
-
-    scale: Positive = _C.mapping.scale
-    """tool motion per hand motion; the felt stiffness is force_scale * scale * stiffness [-]"""
-    force_scale: Positive = _C.mapping.force_scale
-    """force on the hand per force on the tool [-]"""
-    align_rate: NotNegative = _C.mapping.align_rate
-    """rate at which the orientation offset at engagement decays; 0 keeps the offset [rad/s]"""
-
-
 _SOURCES = ("mesh", "sdf", "shape", *SOLIDS)
 
 
