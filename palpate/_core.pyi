@@ -269,6 +269,7 @@ class Mesh(Surface):
         self,
         points: Annotated[NDArray[numpy.float64], "(:, 3)"],
         kernel: str,
+        exact_within: float = float('inf'),
     ) -> NDArray[numpy.float64]:
         """Distances (n,) [m] by the kernel 'avx2' or 'portable', for tests."""
 
@@ -852,10 +853,11 @@ class Geometry:
         self,
         X_WT: Annotated[NDArray[numpy.float64], "(:, 4, 4)"],
         t: Annotated[NDArray[numpy.float64], "(:,)"],
+        exact_within: float = float('inf'),
     ) -> dict[str, Any]:
         """
         Queries for n tool poses X_WT (n, 4, 4) at times t (n,) [s]: a dict with one array of n entries for each field
-        of guidance::Query.
+        of guidance::Query. Beyond exact_within [m] a distance may be a lower bound.
         """
 
 class Frame:
