@@ -8,6 +8,7 @@ namespace palpate::bindings {
 void bind_algorithm1(nanobind::module_& m);
 void bind_arm(nanobind::module_& m);
 void bind_axis(nanobind::module_& m);
+void bind_camera(nanobind::module_& m);
 void bind_contact(nanobind::module_& m);
 void bind_crtk(nanobind::module_& m);
 void bind_device(nanobind::module_& m);

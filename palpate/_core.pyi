@@ -2884,6 +2884,44 @@ class Follower:
     def jaw(self) -> float:
         """Measured jaw angle [rad]."""
 
+class DepthImage:
+    """
+    The nearest surface in every pixel of a pinhole camera with the optical frame C of ROS (z forward, x right, y down).
+    Pixel (0, 0) has its centre at the image coordinates (0, 0).
+    """
+
+    def __init__(self, columns: int, rows: int, fx: float, fy: float, cx: float, cy: float, near: float) -> None:
+        """
+        Focal lengths and principal point [pixel], smallest depth that is drawn [m].
+        """
+
+    def clear(self) -> None:
+        """Remove everything that was drawn."""
+
+    def draw(
+        self,
+        vertices_O: Annotated[NDArray[numpy.float64], "(:, 3)"],
+        triangles: Annotated[NDArray[numpy.int32], "(:, 3)"],
+        X_CO: Annotated[NDArray[numpy.float64], "(4, 4)"],
+        id: int,
+    ) -> None:
+        """
+        Draw a mesh with vertices (n,3) [m] and triangles (m,3) at the pose X_CO (4,4), as object `id`.
+        """
+
+    def inverse_depth(self) -> NDArray[numpy.float32]:
+        """Inverse depth 1/z (rows, columns); 0 where nothing was drawn [1/m]."""
+
+    def cosine(self) -> NDArray[numpy.float32]:
+        """
+        Cosine of the angle between ray and normal (rows, columns); 0 where nothing was drawn [-].
+        """
+
+    def object(self) -> NDArray[numpy.int16]:
+        """
+        Object drawn in every pixel (rows, columns); -1 where nothing was drawn.
+        """
+
 class SwingJudgement:
     """Whether a motion keeps oscillating."""
 
