@@ -8,6 +8,7 @@ namespace palpate::bindings {
 void bind_algorithm1(nanobind::module_& m);
 void bind_arm(nanobind::module_& m);
 void bind_axis(nanobind::module_& m);
+void bind_camera(nanobind::module_& m);
 void bind_contact(nanobind::module_& m);
 void bind_crtk(nanobind::module_& m);
 void bind_device(nanobind::module_& m);
@@ -20,6 +21,7 @@ void bind_live(nanobind::module_& m);
 void bind_loop(nanobind::module_& m);
 void bind_mapping(nanobind::module_& m);
 void bind_plant(nanobind::module_& m);
+void bind_point_surface(nanobind::module_& m);
 void bind_surfaces(nanobind::module_& m);
 void bind_scene(nanobind::module_& m);
 void bind_simulation(nanobind::module_& m);

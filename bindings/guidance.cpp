@@ -79,7 +79,7 @@ struct Answers {
   std::vector<std::int32_t> dimension;
 };
 
-Fields query(const Geometry& geometry, const Poses& X_WT, const Times& t) {
+Fields query(const Geometry& geometry, const Poses& X_WT, const Times& t, double exact_within) {
   const std::size_t n = X_WT.shape(0);
   if (t.shape(0) != n)
     throw std::invalid_argument("t must have one time for each pose in X_WT; got " + std::to_string(t.shape(0)) +
@@ -89,7 +89,7 @@ Fields query(const Geometry& geometry, const Poses& X_WT, const Times& t) {
     const nb::gil_scoped_release release;
     for (std::size_t i = 0; i < n; ++i) {
       const Eigen::Map<const RowMat4> X(X_WT.data() + 16 * i);
-      answers.put(i, geometry.query({X.topLeftCorner<3, 3>(), X.topRightCorner<3, 1>()}, t.data()[i]));
+      answers.put(i, geometry.query({X.topLeftCorner<3, 3>(), X.topRightCorner<3, 1>()}, t.data()[i], exact_within));
     }
   }
   return answers.take();
@@ -207,9 +207,9 @@ void bind_guidance(nb::module_& m) {
       .def_prop_ro("solid", &Geometry::solid, "True if the geometry has an inside.")
       .def_prop_ro("has_axis", &Geometry::has_axis,
                    "True if the geometry has an axis; points, balls and clouds have none.")
-      .def("query", &query, nb::arg("X_WT"), nb::arg("t"),
+      .def("query", &query, nb::arg("X_WT"), nb::arg("t"), nb::arg("exact_within") = double{Geometry::kEverywhere},
            "Queries for n tool poses X_WT (n, 4, 4) at times t (n,) [s]: a dict with one array of n entries for each "
-           "field of guidance::Query.");
+           "field of guidance::Query. Beyond exact_within [m] a distance may be a lower bound.");
   bind_frames(m);
   bind_shapes(m);
   bind_modifiers(m);

@@ -1,6 +1,10 @@
 #include "palpate/mapping/mapping.hpp"
 
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/tuple.h>
+
+#include <limits>
+#include <optional>
 
 #include "bindings.hpp"
 #include "convert.hpp"
@@ -11,8 +15,25 @@ using namespace nb::literals;
 namespace palpate::bindings {
 
 void bind_mapping(nb::module_& m) {
+  using mapping::Law;
   using mapping::Mapping;
   using mapping::Options;
+  using mapping::RecentringOptions;
+  nb::enum_<Law>(m, "MappingLaw", "Motion of the tool in addition to that of the hand.")
+      .value("position", Law::position, "None: the hand moves the tool.")
+      .value("rate", Law::rate, "Near the rim of the workspace the tool continues outwards by itself.")
+      .value("drift", Law::drift, "While the hand moves, the tool drifts outwards.");
+  nb::class_<RecentringOptions>(m, "RecentringOptions", "Motion of the tool in addition to that of the hand.")
+      .def(nb::init<>())
+      .def_rw("law", &RecentringOptions::law, "The law.")
+      .def_rw("workspace", &RecentringOptions::workspace, "Lengths (3,) of the workspace along the axes of L [m].")
+      .def_rw("centre", &RecentringOptions::centre, nb::arg().none(),
+              "Centre (3,) of the workspace in L [m]; None: the first position of the handle.")
+      .def_rw("rim", &RecentringOptions::rim,
+              "rate: distance from the centre at which it begins, 1 at the edge of the workspace [-].")
+      .def_rw("rim_speed", &RecentringOptions::rim_speed, "rate: speed of the tool at the edge, the largest [m/s].")
+      .def_rw("drift", &RecentringOptions::drift,
+              "drift: its speed at the edge over the speed of the tool by the hand [-].");
   nb::class_<Options>(m, "MappingOptions", "Options of the stage `mapping` between hand and tool.")
       .def(nb::init<>())
       .def_rw("scale", &Options::scale,
@@ -24,7 +45,8 @@ void bind_mapping(nb::module_& m) {
       .def_rw("gripper_max", &Options::gripper_max, "Gripper angle that opens the jaw [rad].")
       .def_rw("jaw_min", &Options::jaw_min, "Angle of the closed jaw [rad].")
       .def_rw("jaw_max", &Options::jaw_max, "Angle of the open jaw [rad].")
-      .def_rw("jaw_rate", &Options::jaw_rate, "Rate at which the jaw approaches the gripper angle [rad/s].");
+      .def_rw("jaw_rate", &Options::jaw_rate, "Rate at which the jaw approaches the gripper angle [rad/s].")
+      .def_rw("recentring", &Options::recentring, "Motion of the tool in addition to that of the hand.");
 
   nb::class_<Mapping>(m, "Mapping", "Stage `mapping`: relative scaled position, absolute orientation, clutch, jaw.")
       .def(
@@ -36,7 +58,8 @@ void bind_mapping(nb::module_& m) {
       .def(
           "step",
           [](Mapping& self, const Matrix4& X_WH, const Vec3& v_LH, double gripper, const Matrix4& X_WT, double jaw,
-             bool following, bool clutch, bool reached) {
+             bool following, bool clutch, bool reached, double t, const Vec3& p_LH, const Vec3& F_T_W,
+             const Vec3& correction_W) {
             const ToolGoal out = self.step({to_pose(X_WH, "X_WH"),
                                             {v_LH, Vec3::Zero()},
                                             gripper,
@@ -44,17 +67,24 @@ void bind_mapping(nb::module_& m) {
                                             jaw,
                                             following,
                                             clutch,
-                                            reached});
+                                            reached,
+                                            t,
+                                            p_LH,
+                                            F_T_W,
+                                            correction_W});
             return std::make_tuple(to_matrix(out.X_WT_goal), out.jaw, out.V_WT.v, out.engaged);
           },
           "X_WH"_a, "v_LH"_a, "gripper"_a, "X_WT"_a, "jaw"_a = 0.0, "following"_a = true, "clutch"_a = false,
-          "reached"_a = true,
+          "reached"_a = true, "t"_a = std::numeric_limits<double>::quiet_NaN(), "p_LH"_a = Vec3(Vec3::Zero()),
+          "F_T_W"_a = Vec3(Vec3::Zero()), "correction_W"_a = Vec3(Vec3::Zero()),
           "One tick: (X_WT_goal (4, 4), jaw [rad], v_WT (3,) [m/s], engaged). reached: the follower could take the "
-          "last goal.")
+          "last goal. t: time, NaN: one period later [s]. p_LH (3,): handle in L [m]; F_T_W (3,): force on the tool "
+          "[N]; correction_W (3,): of the last goal by hard fixtures [m].")
       .def("force_on_hand", &Mapping::force_on_hand, "F_T_W"_a,
            "Force F_H_L (3,) on the hand that renders the tool force F_T_W (3,) [N].")
       .def("hand_position", &Mapping::hand_position, "p_WT"_a,
            "Hand position p_WH (3,) that maps to the tool position p_WT (3,) [m].")
+      .def_prop_ro("released", &Mapping::released, "Energy that the recentring released in the last step [J].")
       .def_prop_ro("anchorings", &Mapping::anchor_count,
                    "Number of times that the map was re-anchored at the hand and the tool.");
 }

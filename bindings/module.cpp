@@ -20,6 +20,7 @@ NB_MODULE(_core, m) {
   palpate::bindings::bind_stability(m);
   palpate::bindings::bind_arm(m);
   palpate::bindings::bind_plant(m);
+  palpate::bindings::bind_camera(m);
   palpate::bindings::bind_axis(m);
   palpate::bindings::bind_torque(m);
   palpate::bindings::bind_loop(m);

@@ -67,13 +67,14 @@ Tuple<Array, Array, Array, ArrayOf<std::int32_t>> closest(const scene::Mesh& mes
 }
 
 /// Distances by one of the two kernels, for tests that compare the kernels.
-Array closest_by_kernel(const scene::Mesh& mesh, const Rows& points, const std::string& kernel) {
+Array closest_by_kernel(const scene::Mesh& mesh, const Rows& points, const std::string& kernel, double exact_within) {
   if (kernel != "avx2" && kernel != "portable")
     throw nb::value_error(("kernel must be 'avx2' or 'portable'; got '" + kernel + "'").c_str());
   const auto query = kernel == "avx2" ? &scene::bvh_closest_avx2 : &scene::bvh_closest_portable;
   std::vector<double> distance(points.shape(0));
   for (std::size_t i = 0; i < distance.size(); ++i)
-    distance[i] = std::sqrt(query(mesh.impl().bvh, points.data() + 3 * i, {INFINITY, 0.0, 0.0, -1}).distance2);
+    distance[i] =
+        std::sqrt(query(mesh.impl().bvh, points.data() + 3 * i, {INFINITY, 0.0, 0.0, -1}, exact_within).distance2);
   return array(std::move(distance), {points.shape(0)});
 }
 
@@ -166,7 +167,7 @@ void bind_mesh(nb::module_& m) {
           "sweep", &scene::Mesh::sweep, nb::arg("a"), nb::arg("b"), nb::arg("radius"),
           "Distance [m] that a sphere of this radius [m] moves from a (3,) towards b (3,) until it touches a triangle.")
       .def("closest_by_kernel", &closest_by_kernel, nb::arg("points"), nb::arg("kernel"),
-           "Distances (n,) [m] by the kernel 'avx2' or 'portable', for tests.")
+           nb::arg("exact_within") = INFINITY, "Distances (n,) [m] by the kernel 'avx2' or 'portable', for tests.")
       .def("contains", &contains, nb::arg("points"),
            "True for each of the points (n, 3) [m] inside the mesh (n,); False for an open mesh.");
 }
@@ -251,6 +252,7 @@ void bind_scene(nb::module_& m) {
   bind_mesh_report(m);
   bind_mesh(m);
   bind_surfaces(m);
+  bind_point_surface(m);
   m.attr("CREASE_ANGLE") = scene::kCreaseAngle;
   m.def("bvh_has_avx2", &scene::bvh_has_avx2, "True if the processor supports the AVX2 kernel.");
   bind_material(m);

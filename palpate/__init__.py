@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from palpate.batch import simulate as simulate
     from palpate.certificate import DeviceModel as DeviceModel
     from palpate.certificate import certify as certify
+    from palpate.clouds import PointCloud as PointCloud
     from palpate.devices import Haptics as Haptics
     from palpate.guidance import Fixture as Fixture
     from palpate.mesh import Mesh as Mesh
@@ -33,6 +34,7 @@ __all__ = [
     "Fixture",
     "Haptics",
     "Mesh",
+    "PointCloud",
     "Record",
     "Scene",
     "Session",
@@ -52,6 +54,7 @@ _MODULE_OF = {
     "Fixture": "palpate.guidance",
     "Haptics": "palpate.devices",
     "Mesh": "palpate.mesh",
+    "PointCloud": "palpate.clouds",
     "Record": "palpate.record",
     "Scene": "palpate.scene",
     "Session": "palpate.session",

@@ -269,6 +269,7 @@ class Mesh(Surface):
         self,
         points: Annotated[NDArray[numpy.float64], "(:, 3)"],
         kernel: str,
+        exact_within: float = float('inf'),
     ) -> NDArray[numpy.float64]:
         """Distances (n,) [m] by the kernel 'avx2' or 'portable', for tests."""
 
@@ -370,6 +371,63 @@ def sample_distance(
     """
     Fills values (nx, ny, nz) float32 with the signed distance of a mesh at origin + (i, j, k) * spacing [m]; origin,
     spacing (3,) [m].
+    """
+
+class PointSurface(Surface):
+    """The surface through a point cloud (algebraic spheres)."""
+
+    def __init__(
+        self,
+        points: Annotated[NDArray[numpy.float64], "(:, 3)"],
+        normals: Annotated[NDArray[numpy.float64], "(:, 3)"] | None = None,
+        viewpoint: Annotated[NDArray[numpy.float64], "(3,)"] | None = None,
+        voxel: float = 0.001,
+        support: float = 0.006,
+        bridge: float = 0.003,
+        thickness: float = 0.02,
+        continues: PointSurface | None = None,
+    ) -> None:
+        """
+        points (n, 3) [m]; normals (n, 3), zero where unknown; viewpoint (3,): position of the sensor, which orients
+        unknown normals [m]; voxel, support, bridge, thickness [m]; continues: surface of the previous frame.
+        """
+
+    def averaged(self) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.float64]]:
+        """Averaged points: positions (n, 3) [m], normals (n, 3), weights (n,)."""
+
+    def shift_from(
+        self,
+        before: PointSurface,
+        centre: Annotated[NDArray[numpy.float64], "(3,)"],
+        radius: float,
+    ) -> Annotated[NDArray[numpy.float64], "(3,)"] | None:
+        """
+        Displacement (3,) [m] of the points within radius [m] of centre (3,) [m] since the surface `before`; None if it
+        cannot be determined.
+        """
+
+    @property
+    def id(self) -> int:
+        """Number of the stream of surfaces."""
+
+    @property
+    def rejected(self) -> int:
+        """Number of averaged points left out as flying pixels."""
+
+    def __len__(self) -> int:
+        """Number of averaged points."""
+
+def usable_points(
+    points_C: Annotated[NDArray[numpy.float64], "(:, 3)"],
+    X_WC: Annotated[NDArray[numpy.float64], "(4, 4)"],
+    centre: Annotated[NDArray[numpy.float64], "(3,)"],
+    radius: float,
+    tool: Annotated[NDArray[numpy.float64], "(:, 4)"],
+) -> tuple[NDArray[numpy.float64], dict]:
+    """
+    (points (n, 3) in W [m], counts) of a frame (m, 3) in the camera's frame [m]: those that are finite, within radius
+    [m] of centre (3,) in W, and outside the balls tool (k, 4) in W, centre and radius [m]. counts: used, invalid,
+    outside, tool.
     """
 
 CREASE_ANGLE: float = 0.52
@@ -852,10 +910,11 @@ class Geometry:
         self,
         X_WT: Annotated[NDArray[numpy.float64], "(:, 4, 4)"],
         t: Annotated[NDArray[numpy.float64], "(:,)"],
+        exact_within: float = float('inf'),
     ) -> dict[str, Any]:
         """
         Queries for n tool poses X_WT (n, 4, 4) at times t (n,) [s]: a dict with one array of n entries for each field
-        of guidance::Query.
+        of guidance::Query. Beyond exact_within [m] a distance may be a lower bound.
         """
 
 class Frame:
@@ -1436,6 +1495,71 @@ def time_qp(
     Durations of n quadratic programs of m rows, filling included: (n,) [us]. A (n, m, 6), b (n, m), y0 (n, 6).
     """
 
+class MappingLaw(enum.Enum):
+    """Motion of the tool in addition to that of the hand."""
+
+    position = 0
+    """None: the hand moves the tool."""
+
+    rate = 1
+    """Near the rim of the workspace the tool continues outwards by itself."""
+
+    drift = 2
+    """While the hand moves, the tool drifts outwards."""
+
+class RecentringOptions:
+    """Motion of the tool in addition to that of the hand."""
+
+    def __init__(self) -> None: ...
+
+    @property
+    def law(self) -> MappingLaw:
+        """The law."""
+
+    @law.setter
+    def law(self, arg: MappingLaw, /) -> None: ...
+
+    @property
+    def workspace(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """Lengths (3,) of the workspace along the axes of L [m]."""
+
+    @workspace.setter
+    def workspace(self, arg: Annotated[NDArray[numpy.float64], "(3,)"], /) -> None: ...
+
+    @property
+    def centre(self) -> Annotated[NDArray[numpy.float64], "(3,)"] | None:
+        """
+        Centre (3,) of the workspace in L [m]; None: the first position of the handle.
+        """
+
+    @centre.setter
+    def centre(self, arg: Annotated[NDArray[numpy.float64], "(3,)"] | None, /) -> None: ...
+
+    @property
+    def rim(self) -> float:
+        """
+        rate: distance from the centre at which it begins, 1 at the edge of the workspace [-].
+        """
+
+    @rim.setter
+    def rim(self, arg: float, /) -> None: ...
+
+    @property
+    def rim_speed(self) -> float:
+        """rate: speed of the tool at the edge, the largest [m/s]."""
+
+    @rim_speed.setter
+    def rim_speed(self, arg: float, /) -> None: ...
+
+    @property
+    def drift(self) -> float:
+        """
+        drift: its speed at the edge over the speed of the tool by the hand [-].
+        """
+
+    @drift.setter
+    def drift(self, arg: float, /) -> None: ...
+
 class MappingOptions:
     """Options of the stage `mapping` between hand and tool."""
 
@@ -1501,6 +1625,13 @@ class MappingOptions:
     @jaw_rate.setter
     def jaw_rate(self, arg: float, /) -> None: ...
 
+    @property
+    def recentring(self) -> RecentringOptions:
+        """Motion of the tool in addition to that of the hand."""
+
+    @recentring.setter
+    def recentring(self, arg: RecentringOptions, /) -> None: ...
+
 class Mapping:
     """
     Stage `mapping`: relative scaled position, absolute orientation, clutch, jaw.
@@ -1521,10 +1652,15 @@ class Mapping:
         following: bool = True,
         clutch: bool = False,
         reached: bool = True,
+        t: float = float('nan'),
+        p_LH: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
+        F_T_W: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
+        correction_W: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
     ) -> tuple[Annotated[NDArray[numpy.float64], "(4, 4)"], float, Annotated[NDArray[numpy.float64], "(3,)"], bool]:
         """
         One tick: (X_WT_goal (4, 4), jaw [rad], v_WT (3,) [m/s], engaged). reached: the follower could take the last
-        goal.
+        goal. t: time, NaN: one period later [s]. p_LH (3,): handle in L [m]; F_T_W (3,): force on the tool [N];
+        correction_W (3,): of the last goal by hard fixtures [m].
         """
 
     def force_on_hand(
@@ -1540,6 +1676,10 @@ class Mapping:
         p_WT: Annotated[NDArray[numpy.float64], "(3,)"],
     ) -> Annotated[NDArray[numpy.float64], "(3,)"]:
         """Hand position p_WH (3,) that maps to the tool position p_WT (3,) [m]."""
+
+    @property
+    def released(self) -> float:
+        """Energy that the recentring released in the last step [J]."""
 
     @property
     def anchorings(self) -> int:
@@ -2744,6 +2884,44 @@ class Follower:
     def jaw(self) -> float:
         """Measured jaw angle [rad]."""
 
+class DepthImage:
+    """
+    The nearest surface in every pixel of a pinhole camera with the optical frame C of ROS (z forward, x right, y down).
+    Pixel (0, 0) has its centre at the image coordinates (0, 0).
+    """
+
+    def __init__(self, columns: int, rows: int, fx: float, fy: float, cx: float, cy: float, near: float) -> None:
+        """
+        Focal lengths and principal point [pixel], smallest depth that is drawn [m].
+        """
+
+    def clear(self) -> None:
+        """Remove everything that was drawn."""
+
+    def draw(
+        self,
+        vertices_O: Annotated[NDArray[numpy.float64], "(:, 3)"],
+        triangles: Annotated[NDArray[numpy.int32], "(:, 3)"],
+        X_CO: Annotated[NDArray[numpy.float64], "(4, 4)"],
+        id: int,
+    ) -> None:
+        """
+        Draw a mesh with vertices (n,3) [m] and triangles (m,3) at the pose X_CO (4,4), as object `id`.
+        """
+
+    def inverse_depth(self) -> NDArray[numpy.float32]:
+        """Inverse depth 1/z (rows, columns); 0 where nothing was drawn [1/m]."""
+
+    def cosine(self) -> NDArray[numpy.float32]:
+        """
+        Cosine of the angle between ray and normal (rows, columns); 0 where nothing was drawn [-].
+        """
+
+    def object(self) -> NDArray[numpy.int16]:
+        """
+        Object drawn in every pixel (rows, columns); -1 where nothing was drawn.
+        """
+
 class SwingJudgement:
     """Whether a motion keeps oscillating."""
 
@@ -3278,7 +3456,7 @@ def cartesian(
     cartesian_place.
     """
 
-TICK_BYTES: int = 3376
+TICK_BYTES: int = 3384
 
 def signals() -> list[tuple[str, int, int, str, str, str, bool, str]]:
     """

@@ -7,6 +7,7 @@ from pathlib import Path
 
 __all__ = [
     "ArmError",
+    "CloudError",
     "DeviceError",
     "FrameError",
     "GuidanceError",
@@ -53,6 +54,10 @@ class PalpateError(Exception):
 
 class ArmError(PalpateError, ValueError):
     """The arm does not exist, or it cannot reach a pose."""
+
+
+class CloudError(PalpateError, ValueError):
+    """A point cloud has invalid values, its file cannot be read, or a stream of clouds cannot be used."""
 
 
 class DeviceError(PalpateError, ValueError):

@@ -22,6 +22,7 @@ RENAMED = {
     "palpate.lessons": "palpate.contact.lessons",
     "palpate.mesh_files": "palpate.mesh.files",
     "palpate.mesh_repair": "palpate.mesh.repair",
+    "palpate.registration.pcd": "palpate.clouds.pcd",
     "palpate.report.style": "palpate.plotting.style",
     "palpate.run_folder": "palpate.session.run_folder",
     "palpate.scene.descriptions": "palpate.values.descriptions",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, arg
 
-from palpate.console import PORT
+from palpate.console import HOST, PORT
 from palpate.console.output import console_for, say
 
 if TYPE_CHECKING:
@@ -32,7 +32,9 @@ class Command:
     scene: Annotated[Path | None, arg(metavar="FILE")] = None
     """Scene of a bag, with the arms' models and bases and the objects; the scene in the bag when left out."""
     port: int = PORT
-    """Port of the viewer on 127.0.0.1; the next free one when it is taken."""
+    """Port of the viewer; the next free one when it is taken."""
+    host: str = HOST
+    """Address on which the viewer listens: 127.0.0.1 for this machine only; others ask for the printed token."""
 
     def __call__(self) -> int:
         """Print the summary of the record and show it until Ctrl-C."""
@@ -58,7 +60,7 @@ class Command:
         console.print(summary_table(summary_of(record)))
         for fault in record.faults:
             say(console, fault, "fault:", "red")
-        serve(record, self.port, console)
+        serve(record, self.port, console, self.host)
 
     def _show_bag(self, bag: Bag, console: Console) -> None:
         from palpate.console.view import serve
@@ -69,4 +71,4 @@ class Command:
         console.print(table(bag))
         for note in bag.notes:
             say(console, note)
-        serve(shown, self.port, console)
+        serve(shown, self.port, console, self.host)

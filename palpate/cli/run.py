@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, arg
 
-from palpate.console import INTERRUPTED, PORT
+from palpate.console import HOST, INTERRUPTED, PORT
 from palpate.errors import PalpateError
 
 if TYPE_CHECKING:
@@ -58,7 +58,9 @@ class Command:
     openigtlink: Annotated[int | None, arg(metavar="PORT")] = None
     """Send frames and force to 3D Slicer during the run, on this port of 127.0.0.1 (docs/frames.md); e.g. 18944."""
     port: int = PORT
-    """Port of the viewer on 127.0.0.1; the next free one when it is taken."""
+    """Port of the viewer; the next free one when it is taken."""
+    host: str = HOST
+    """Address on which the viewer listens: 127.0.0.1 for this machine only; others ask for the printed token."""
 
     def __call__(self) -> int:
         """Run the scene, print the summary, serve the viewer if requested; returns the exit code."""
@@ -76,7 +78,7 @@ class Command:
         if scene.arms.leader.driver is not None:
             return self._run_device(scene)
         if viewer:
-            page = open_page(scene.title, self.port, console)
+            page = open_page(scene.title, self.port, console, self.host)
             run, report = partial(self._run, console=console, realtime=not self.fast), partial(_report, console, scene)
             summary = live(partial(self._session, scene, page.say), run, report, page, console)
         else:

@@ -2,3 +2,4 @@
 
 MISTAKE, INTERRUPTED = 2, 130  # exit codes: a mistake that the user can correct; Ctrl-C
 PORT = 8080  # default port of the viewer
+HOST = "127.0.0.1"  # default address of the viewer

@@ -1,7 +1,8 @@
-"""Serves the viewer from the command line: on this machine only, on the first free port, until Ctrl-C."""
+"""Serves the viewer from the command line, on the first free port, until Ctrl-C."""
 
 from __future__ import annotations
 
+import errno
 import importlib.util
 import socket
 import webbrowser
@@ -10,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from palpate.console import HOST
 from palpate.console.output import say
 from palpate.errors import MissingExtraError, PortError
 
@@ -24,7 +26,6 @@ if TYPE_CHECKING:
     from palpate.viewer.opening import Opening
     from palpate.viewer.stage import Stage
 
-HOST = "127.0.0.1"
 _TRIES = 20
 
 
@@ -38,39 +39,46 @@ def require_viewer() -> None:
         raise MissingExtraError("the 3-D viewer", "viewer")
 
 
-def free_port(wanted: int) -> int:
-    """The wanted port, or the next free one above it.
+def free_port(wanted: int, host: str = HOST) -> int:
+    """The wanted port of an address of this machine, or the next free one above it.
 
     Raises:
-        PortError: the number is not a port, or this port and the next ones are all taken.
+        PortError: the address is not one of this machine, the number is not a port, or this port and the next ones are
+            all taken.
     """
     if not 0 < wanted < 65536:
         raise PortError(f"port {wanted} does not exist", mend="choose one from 1024 to 65535, e.g. --port 8080")
     last = min(wanted + _TRIES, 65536) - 1
     for port in range(wanted, last + 1):
-        with socket.socket() as s:
+        with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET) as s:
             s.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             try:
-                s.bind((HOST, port))
-            except OSError:
+                s.bind((host, port))
+            except OSError as error:
+                if isinstance(error, socket.gaierror) or error.errno == errno.EADDRNOTAVAIL:
+                    raise PortError(
+                        f"{host} is not an address of this machine",
+                        why=error.strerror or str(error),
+                        mend="name one of its addresses, or 0.0.0.0 for all: --host 0.0.0.0",
+                    ) from None
                 continue
             return port
     raise PortError(
         f"ports {wanted} to {last} are all taken or not allowed",
-        where=HOST,
+        where=host,
         mend="stop another viewer, or choose a port with --port",
     )
 
 
-def open_page(title: str, port: int, console: Console) -> Opening:
-    """Open the viewer's page on the first free port, and print its address.
+def open_page(title: str, port: int, console: Console, host: str = HOST) -> Opening:
+    """Open the viewer's page on the first free port, and print its address, with a token unless `host` is loopback.
 
     Raises:
         PortError: no port is free.
     """
     from palpate.viewer.opening import Opening
 
-    page = Opening(title, HOST, free_port(port))
+    page = Opening(title, host, free_port(port, host))
     say(console, f"viewer: {page.url}   (Ctrl-C ends it)")
     return page
 
@@ -129,16 +137,16 @@ def _wait(shown: LiveViewer, console: Console) -> None:
         say(console, "viewer closed")
 
 
-def serve(shown: Session | Record | tuple[Stage, Ticks], port: int, console: Console) -> None:
+def serve(shown: Session | Record | tuple[Stage, Ticks], port: int, console: Console, host: str = HOST) -> None:
     """Serve a session (live), a record, or a stage with its ticks until Ctrl-C."""
     from palpate import viewer
 
-    free = free_port(port)
+    free = free_port(port, host)
     if free != port:
         say(console, f"port {port} is taken; using {free}")
     try:
         viewer.serve(
-            shown, host=HOST, port=free, on_ready=lambda url: say(console, f"viewer: {url}   (Ctrl-C ends it)")
+            shown, host=host, port=free, on_ready=lambda url: say(console, f"viewer: {url}   (Ctrl-C ends it)")
         )
     except KeyboardInterrupt:
         say(console, "viewer closed")

@@ -48,7 +48,7 @@ class DrivenLoop(DeviceLoop):
         self.facts: Facts = facts(driver, name)
         cap = self.facts.force_max or scene.stability.force_cap
         scene = device_scene(scene, name, self.facts.rate, min(cap, scene.stability.force_cap))
-        super().__init__(scene, self.facts.resolution, self.facts.mass)
+        super().__init__(scene, self.facts.resolution, self.facts.mass, self.facts.workspace)
         self.driver = driver
         self.stalls = 0  #: how often the watchdog wrote zero force
         self._lateness: list[float] = []

@@ -22,7 +22,7 @@ from palpate.devices.driver import Driver, Reading
 from palpate.errors import DeviceError
 
 _EVENT = struct.Struct("llHHi")  # struct input_event: time [s, us], type, code, value
-_KEY, _REL, _ABS = 1, 2, 3  # types of events (linux/input-event-codes.h)
+KEY, _REL, _ABS = 1, 2, 3  # types of events (linux/input-event-codes.h)
 _LISTED = Path("/proc/bus/input/devices")
 _GET_RANGE = 0x80184540  # ioctl EVIOCGABS of axis 0
 _DEFAULT_RANGE = (-32768, 32767)
@@ -37,7 +37,7 @@ class EventDevice(Driver):
     handler = ""  # of /proc/bus/input/devices: mouse, js
 
     def __init__(self, path: str = "") -> None:
-        self._path = path or find(self.handler)
+        self._path = path
         self._file = -1
         self._p = np.zeros(3)
         self._gripper, self._buttons = OPENING, 0
@@ -54,6 +54,7 @@ class EventDevice(Driver):
 
     def open(self) -> None:
         """Open the file of the events."""
+        self._path = self._path or find(self.handler)
         try:
             self._file = os.open(self._path, os.O_RDONLY | os.O_NONBLOCK)
         except OSError as error:
@@ -112,9 +113,9 @@ class Mouse(EventDevice):
         if kind == _REL and code in (0, 1, 8):
             axis, step = {0: (0, self._COUNT), 1: (1, -self._COUNT), 8: (2, self._NOTCH)}[code]
             self._p[axis] += step * value
-        elif kind == _KEY and code == 0x110:
+        elif kind == KEY and code == 0x110:
             self._gripper = 0.0 if value else OPENING
-        elif kind == _KEY and code == 0x111:
+        elif kind == KEY and code == 0x111:
             self._buttons = int(value != 0)
 
 
@@ -145,7 +146,7 @@ class Gamepad(EventDevice):
         elif kind == _ABS and code == 5:
             low, high = self._range(code, (0, 255))
             self._gripper = OPENING * float(np.clip(1.0 - (value - low) / (high - low), 0.0, 1.0))
-        elif kind == _KEY and code == 0x136:
+        elif kind == KEY and code == 0x136:
             self._buttons = int(value != 0)
 
     def velocity(self) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 
 from palpate import _core
 from palpate.arrays import Array
-from palpate.errors import PalpateError
+from palpate.errors import PalpateError, SceneError
 from palpate.hands import PRESETS
 from palpate.record.ticks import STATUS, Timing
 from palpate.scene.rig import Rig, build
@@ -21,6 +21,8 @@ RELEASE = 0.015
 """Time of the ramp to zero force after a fault [s]."""
 MASS = 0.2
 """Moving mass of a device that does not state its own [kg]."""
+MOST_SCALE = 5.0
+"""Largest scale that `mapping: scaled` chooses by itself [-]."""
 _Fault = _core.DeviceFault
 
 WORDS: dict[_core.DeviceFault, tuple[str, str]] = {
@@ -110,11 +112,54 @@ def device_options(rig: Rig, resolution: float = 0.0, mass: float = MASS) -> _co
     return cycle
 
 
-class DeviceLoop:
-    """The cycle for a device, stepped by its owner, with the interface of a session's `Loop`."""
+def mapped_rig(scene: Scene, workspace: tuple[float, float, float] | None) -> Rig:
+    """The rig of a scene whose mapping knows the workspace of the device.
 
-    def __init__(self, scene: Scene, resolution: float = 0.0, mass: float = MASS) -> None:
-        self.rig = rig = build(scene)
+    Args:
+        scene: a scene from `device_scene`.
+        workspace: lengths along the axes of the device's base [m]; those of the scene take precedence.
+
+    Raises:
+        SceneError, MeshError: the scene cannot run; its mapping needs a workspace, or a scale above 5 to cover the
+        objects.
+    """
+    mapping = scene.mapping.with_device(workspace)
+    if mapping.law != "indexed" and mapping.workspace is None:
+        what = f"mapping law {mapping.law} needs the workspace of the device"
+        mend = f"write mapping: {{law: {mapping.law}, workspace: [0.16, 0.16, 0.11]}}, in m"
+        raise SceneError(what, where=scene.where("mapping"), mend=mend)
+    rig = build(scene.model_copy(update={"mapping": mapping}))
+    if mapping.law != "scaled" or "scale" in mapping.model_fields_set:
+        return rig
+    corners = np.array([surface.bounds for surface in rig.surfaces])
+    covering = mapping.covering(corners[:, 0].min(axis=0), corners[:, 1].max(axis=0), rig.arms.X_WL[:3, :3])
+    if covering.scale > MOST_SCALE:
+        what = f"mapping law scaled: the objects need {covering.scale:.3g} times the workspace, at most {MOST_SCALE:g}"
+        raise SceneError(what, where=scene.where("mapping"), mend="use rate or drift, or give mapping.scale")
+    return build(scene.model_copy(update={"mapping": covering}))
+
+
+class DeviceLoop:
+    """The cycle for a device, stepped by its owner, with the interface of a session's `Loop`.
+
+    Args:
+        scene: a scene from `device_scene`.
+        resolution: resolution of the measured position, 0: exact [m].
+        mass: moving mass of the device at its handle [kg].
+        workspace: lengths of the device's workspace along the axes of its base [m]; None: those of the scene.
+
+    Raises:
+        SceneError, MeshError: the scene cannot run, or its mapping needs a workspace.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        resolution: float = 0.0,
+        mass: float = MASS,
+        workspace: tuple[float, float, float] | None = None,
+    ) -> None:
+        self.rig = rig = mapped_rig(scene, workspace)
         self.cycle = _core.DeviceCycle(device_options(rig, resolution, mass), rig.arms.follower, rig.snapshot)
         self.cycle.set_fixtures(rig.fixtures)
         self.wrench: Array = np.zeros(6)  #: newest wrench on the hand [N, N m]; overwritten by every step

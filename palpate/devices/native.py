@@ -57,7 +57,9 @@ class NativeLoop(DeviceLoop):
     def __init__(self, scene: Scene, name: str, folder: Path) -> None:
         self.driver, self._name = load_driver(name, folder), name
         cap = self.driver.force_max or scene.stability.force_cap
-        super().__init__(device_scene(scene, name, self.driver.rate, min(cap, scene.stability.force_cap)))
+        size = self.driver.workspace
+        scene = device_scene(scene, name, self.driver.rate, min(cap, scene.stability.force_cap))
+        super().__init__(scene, workspace=size if min(size) > 0.0 else None)
         self._thread = _core.DriverThread(self.driver, self.cycle)
 
     def start(self) -> None:

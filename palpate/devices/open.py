@@ -1,10 +1,11 @@
-"""Finds a driver by its name in a scene: a driver that ships with Palpate, MODULE:CLASS, or a shared object."""
+"""Finds a driver by its name in a scene: a driver that ships with Palpate, MODULE:CLASS or FILE.py:CLASS."""
 
 from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
 from importlib import import_module
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 from palpate.devices.driver import Driver
@@ -14,6 +15,7 @@ SHIPPED = {
     "simulated": "palpate.devices.simulated:SimulatedDevice",
     "shared-memory": "palpate.devices.shared_memory:SharedMemoryDevice",
     "mouse": "palpate.devices.evdev:Mouse",
+    "keyboard": "palpate.devices.keyboard:Keyboard",
     "gamepad": "palpate.devices.evdev:Gamepad",
     "force-dimension": "palpate.devices.force_dimension:ForceDimension",
 }
@@ -47,7 +49,7 @@ def open_driver(name: str, folder: Path | None = None) -> Driver:
     """The driver with a name, not yet connected to its device.
 
     Args:
-        name: ``NAME`` or ``NAME:ARGUMENT`` of a driver that ships, or ``MODULE:CLASS``.
+        name: ``NAME`` or ``NAME:ARGUMENT`` of a driver that ships, ``MODULE:CLASS`` or ``FILE.py:CLASS``.
         folder: folder in which MODULE is looked for in addition to ``sys.path``: that of the scene file.
 
     Raises:
@@ -62,9 +64,36 @@ def open_driver(name: str, folder: Path | None = None) -> Driver:
     if ":" not in name:
         what = f"there is no driver {name!r}"
         raise DeviceError(what, mend=f"write MODULE:CLASS, or one of {', '.join(SHIPPED)}")
+    if head.endswith(".py"):
+        file = (folder or Path()) / Path(head).expanduser()
+        return _make(f"{_module_of(file, name)}:{argument}", name, "")
     if folder is not None and str(folder.resolve()) not in sys.path:
         sys.path.append(str(folder.resolve()))
     return _make(name, name, "")
+
+
+def _module_of(file: Path, name: str) -> str:
+    """Name of the module in a file, after reading the file; a name of its own, so that it hides no other module.
+
+    Raises:
+        DeviceError: the file is missing, or raises an exception.
+    """
+    module = f"palpate_driver_{file.stem}_{abs(hash(file.resolve())):x}"
+    if not file.is_file():
+        raise DeviceError(f"driver {name!r}: there is no file {file}", mend="paths start at the scene's folder")
+    spec = spec_from_file_location(module, file)
+    assert spec is not None
+    assert spec.loader is not None
+    if str(file.resolve().parent) not in sys.path:
+        sys.path.append(str(file.resolve().parent))
+    sys.modules[module] = made = module_from_spec(spec)
+    try:
+        spec.loader.exec_module(made)
+    except Exception as error:
+        del sys.modules[module]
+        what = f"driver {name!r} cannot be imported"
+        raise DeviceError(what, why=f"{type(error).__name__}: {error}", mend=f"correct {file}") from error
+    return module
 
 
 def open_python_driver(name: str, folder: Path) -> Driver:

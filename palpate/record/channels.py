@@ -9,10 +9,10 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 
+from palpate.record.mcap_file import MESSAGE_HEAD
 from palpate.record.messages import DEFINITIONS, TYPE_OF_PART
 from palpate.record.ticks import SIGNALS, Signal
 
-MESSAGE_HEAD = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
 _OPCODE = 0x05
 _LITTLE_ENDIAN_CDR = b"\x00\x01\x00\x00"
 

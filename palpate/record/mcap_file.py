@@ -8,7 +8,9 @@ Writes are unbuffered: a killed process only loses the chunk that is not yet wri
 from __future__ import annotations
 
 import hashlib
+import struct
 import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,6 +22,7 @@ from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
 MAGIC = b"\x89MCAP0\r\n"
+MESSAGE_HEAD = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,8 @@ class McapFile:
         self._chunks: list[records.ChunkIndex] = []
         self._attachments: list[records.AttachmentIndex] = []
         self._metadata: list[records.MetadataIndex] = []
+        self.counts: dict[int, int] = {}
+        """Number of messages of each channel."""
 
     def begin(self, *, profile: str, library: str) -> None:
         """Write the header."""
@@ -86,8 +91,23 @@ class McapFile:
 
     def add_chunk(self, block: Block) -> None:
         """Write the messages of a block of ticks, with the index of each channel."""
-        raw = block.data.tobytes()
-        start, end = int(block.log_time[0]), int(block.log_time[-1])
+        ticks = np.arange(len(block.data), dtype=np.uint64) * block.data.shape[1]
+        index = {channel: np.stack([block.log_time, ticks + offset], 1) for channel, offset in block.offsets.items()}
+        self._add(block.data.tobytes(), int(block.log_time[0]), int(block.log_time[-1]), index)
+
+    def add_messages(self, messages: Sequence[tuple[int, int, bytes]]) -> None:
+        """Write messages of any length as a chunk: channel, time [ns] and serialised data of each, in order of time."""
+        raw, index = bytearray(), dict[int, list[tuple[int, int]]]()
+        for channel, time, data in messages:
+            index.setdefault(channel, []).append((time, len(raw)))
+            sequence = self.counts.get(channel, 0) + len(index[channel]) - 1
+            raw += MESSAGE_HEAD.pack(Opcode.MESSAGE, MESSAGE_HEAD.size - 9 + len(data), channel, sequence, time, time)
+            raw += data
+        entries = {channel: np.array(places, dtype=np.uint64) for channel, places in index.items()}
+        self._add(bytes(raw), messages[0][1], messages[-1][1], entries)
+
+    def _add(self, raw: bytes, start: int, end: int, entries: dict[int, NDArray[np.uint64]]) -> None:
+        """Write a chunk; entries: time [ns] and position of each message, (n, 2), by channel."""
         packed = self._zstd.compress(raw)
         chunk = _bytes(records.Chunk("zstd", packed, end, start, zlib.crc32(raw), len(raw)))
         index = records.ChunkIndex(
@@ -101,31 +121,28 @@ class McapFile:
             message_start_time=start,
             uncompressed_size=len(raw),
         )
-        entries = np.empty((len(block.data), 2), dtype="<u8")
-        entries[:, 0] = block.log_time
-        ticks = np.arange(len(block.data), dtype=np.uint64) * block.data.shape[1]
         tail = bytearray()
-        for channel, offset in block.offsets.items():
+        for channel, places in entries.items():
             index.message_index_offsets[channel] = self._size + len(chunk) + len(tail)
-            entries[:, 1] = ticks + offset
-            tail += Opcode.MESSAGE_INDEX.to_bytes(1, "little") + (6 + entries.nbytes).to_bytes(8, "little")
-            tail += channel.to_bytes(2, "little") + entries.nbytes.to_bytes(4, "little") + entries.tobytes()
+            tail += Opcode.MESSAGE_INDEX.to_bytes(1, "little") + (6 + places.nbytes).to_bytes(8, "little")
+            tail += channel.to_bytes(2, "little") + places.nbytes.to_bytes(4, "little")
+            tail += places.astype("<u8").tobytes()
+            self.counts[channel] = self.counts.get(channel, 0) + len(places)
         index.message_index_length = len(tail)
         self._write(chunk + tail)
         self._chunks.append(index)
 
-    def finish(self, message_count: int) -> str:
+    def finish(self) -> str:
         """Write the summary and close the file; returns its SHA-256 (hexadecimal)."""
         self._write(_bytes(records.DataEnd(0)))
         start = self._size
-        ticks = message_count // max(1, len(self._channels))
         statistics = records.Statistics(
             attachment_count=len(self._attachments),
             channel_count=len(self._channels),
-            channel_message_counts={c.id: ticks for c in self._channels} if ticks else {},
+            channel_message_counts=dict(sorted(self.counts.items())),
             chunk_count=len(self._chunks),
-            message_count=message_count,
-            message_end_time=self._chunks[-1].message_end_time if self._chunks else 0,
+            message_count=sum(self.counts.values()),
+            message_end_time=max((chunk.message_end_time for chunk in self._chunks), default=0),
             message_start_time=self._chunks[0].message_start_time if self._chunks else 0,
             metadata_count=len(self._metadata),
             schema_count=len(self._schemas),

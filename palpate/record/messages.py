@@ -16,6 +16,42 @@ _FIELDS = {
     "geometry_msgs/Vector3Stamped": ("std_msgs/Header header", "geometry_msgs/Vector3 vector"),
     "geometry_msgs/QuaternionStamped": ("std_msgs/Header header", "geometry_msgs/Quaternion quaternion"),
     "geometry_msgs/WrenchStamped": ("std_msgs/Header header", "geometry_msgs/Wrench wrench"),
+    "builtin_interfaces/Duration": ("int32 sec", "uint32 nanosec"),
+    "std_msgs/String": ("string data",),
+    "std_msgs/ColorRGBA": ("float32 r", "float32 g", "float32 b", "float32 a"),
+    "geometry_msgs/Pose": ("geometry_msgs/Point position", "geometry_msgs/Quaternion orientation"),
+    "geometry_msgs/Transform": ("geometry_msgs/Vector3 translation", "geometry_msgs/Quaternion rotation"),
+    "geometry_msgs/TransformStamped": (
+        "std_msgs/Header header",
+        "string child_frame_id",
+        "geometry_msgs/Transform transform",
+    ),
+    "tf2_msgs/TFMessage": ("geometry_msgs/TransformStamped[] transforms",),
+    "sensor_msgs/CompressedImage": ("std_msgs/Header header", "string format", "uint8[] data"),
+    "visualization_msgs/UVCoordinate": ("float32 u", "float32 v"),
+    "visualization_msgs/MeshFile": ("string filename", "uint8[] data"),
+    "visualization_msgs/Marker": (
+        "std_msgs/Header header",
+        "string ns",
+        "int32 id",
+        "int32 type",
+        "int32 action",
+        "geometry_msgs/Pose pose",
+        "geometry_msgs/Vector3 scale",
+        "std_msgs/ColorRGBA color",
+        "builtin_interfaces/Duration lifetime",
+        "bool frame_locked",
+        "geometry_msgs/Point[] points",
+        "std_msgs/ColorRGBA[] colors",
+        "string texture_resource",
+        "sensor_msgs/CompressedImage texture",
+        "visualization_msgs/UVCoordinate[] uv_coordinates",
+        "string text",
+        "string mesh_resource",
+        "visualization_msgs/MeshFile mesh_file",
+        "bool mesh_use_embedded_materials",
+    ),
+    "visualization_msgs/MarkerArray": ("visualization_msgs/Marker[] markers",),
     "sensor_msgs/JointState": (
         "std_msgs/Header header",
         "string[] name",
@@ -55,5 +91,8 @@ def _definition(name: str) -> str:
     return text
 
 
-DEFINITIONS = {schema: _definition(schema.replace("/msg/", "/")) for schema in set(TYPE_OF_PART.values())}
+_OTHERS = {"tf2_msgs/msg/TFMessage", "std_msgs/msg/String", "visualization_msgs/msg/MarkerArray"}
+DEFINITIONS = {
+    schema: _definition(schema.replace("/msg/", "/")) for schema in sorted({*TYPE_OF_PART.values(), *_OTHERS})
+}
 """Definition text of each message type used, with its nested types."""

@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from mcap import records
+from mcap.opcode import Opcode
 
 from palpate.errors import RecordError
-from palpate.record.channels import MESSAGE_HEAD, TRACKING, Channel, channels
+from palpate.record.channels import TRACKING, Channel, channels
+from palpate.record.mcap_file import MESSAGE_HEAD
 from palpate.record.mcap_scan import Scan, chunk_data, damaged, scan
 from palpate.record.ticks import TICK, TICK_BYTES, Signal, Ticks, Timing
 from palpate.record.writer import TickEncoder, column
@@ -175,11 +177,13 @@ def _match(content: Scan, path: Path) -> Numbered:
 
 def _decode(content: Scan, found: Numbered, path: Path) -> Ticks:
     """All ticks of the file."""
-    numbers = sorted(content.channels)
-    if numbers == list(range(1, len(numbers) + 1)) and numbers == sorted(found):
+    numbers = sorted(found)
+    if numbers == list(range(1, len(numbers) + 1)):
         encoder = TickEncoder([found[n] for n in numbers])
         blocks: list[Ticks] = []
         for chunk in content.chunks:
+            if _first_channel(chunk, path) not in found:
+                continue  # frames and meshes
             block = _decode_block(encoder, chunk, sum(len(b) for b in blocks), path)
             if block is None:
                 break
@@ -187,6 +191,14 @@ def _decode(content: Scan, found: Numbered, path: Path) -> Ticks:
         else:
             return np.concatenate(blocks) if blocks else np.empty(0, TICK)
     return _decode_messages(content, found, path)
+
+
+def _first_channel(chunk: records.Chunk, path: Path) -> int:
+    """Channel of the first message of a chunk; 0 if it begins with another record."""
+    head = chunk_data(chunk, path)[: MESSAGE_HEAD.size]
+    if len(head) < MESSAGE_HEAD.size or head[0] != Opcode.MESSAGE:
+        return 0
+    return int(MESSAGE_HEAD.unpack(head)[2])
 
 
 def _decode_block(encoder: TickEncoder, chunk: records.Chunk, first: int, path: Path) -> Ticks | None:

@@ -15,8 +15,10 @@ import yaml
 from numpy.typing import NDArray
 
 from palpate.errors import OutputError
-from palpate.record.channels import MESSAGE_HEAD, Channel, channels
-from palpate.record.mcap_file import Block, McapFile
+from palpate.record.channels import Channel, channels
+from palpate.record.extra import Extra
+from palpate.record.extra_writer import ExtraWriter
+from palpate.record.mcap_file import MESSAGE_HEAD, Block, McapFile
 from palpate.record.ticks import TICK, Ticks, as_ticks
 
 CHUNKS_PER_SECOND = 4
@@ -41,6 +43,7 @@ class Recorder:
         bag: True writes the ``metadata.yaml`` of a rosbag2 into the folder, which then holds this record only.
         started: wall-clock time at t = 0 with its time zone; ignored in a lockstep record.
         every: record each tick whose number is a multiple of this.
+        extra: frames and meshes that 3-D viewers of MCAP files show; None leaves them out.
 
     Raises:
         OutputError: the file cannot be created.
@@ -57,6 +60,7 @@ class Recorder:
         started: datetime | None = None,
         every: int = 1,
         tracked: bool = True,
+        extra: Extra | None = None,
     ) -> None:
         self.path = Path(path)
         self._bag, self._every, self._seen = bag, every, 0
@@ -71,6 +75,7 @@ class Recorder:
         self._deterministic = deterministic
         self._channels = channels(deterministic, tracked)
         self._encoder = TickEncoder(self._channels)
+        self._extra = None if extra is None else ExtraWriter(extra, len(self._channels))
         self._chunk = max(1, round(rate / CHUNKS_PER_SECOND))
         self._pending: list[Ticks] = []
         self._pending_count = 0
@@ -136,13 +141,18 @@ class Recorder:
             if channel.schema not in schemas:
                 schemas[channel.schema] = self._file.add_schema(channel.schema, "ros2msg", channel.definition)
             self._file.add_channel(channel.topic, schemas[channel.schema], "cdr", channel.metadata)
+        if self._extra is not None:
+            self._extra.begin(self._file, schemas)
 
     def _flush(self, *, everything: bool) -> None:
         ticks = np.concatenate(self._pending) if self._pending else np.empty(0, TICK)
         whole = len(ticks) if everything else len(ticks) - len(ticks) % self._chunk
         for start in range(0, whole, self._chunk):
-            block = self._encoder.encode(ticks[start : min(start + self._chunk, whole)], self.ticks_written)
+            chunk = ticks[start : min(start + self._chunk, whole)]
+            block = self._encoder.encode(chunk, self.ticks_written)
             self._file.add_chunk(block)
+            if self._extra is not None:
+                self._extra.add(self._file, chunk, block.log_time)
             first = int(block.log_time[0]) if self.ticks_written == 0 else self._span_ns[0]
             self._span_ns = (first, int(block.log_time[-1]))
             self.ticks_written += len(block.data)
@@ -154,7 +164,7 @@ class Recorder:
         self._flush(everything=True)
         self._file.add_metadata("outcome", outcome)
         self._file.add_metadata("rosbag2", {"serialized_metadata": self._rosbag2()})
-        self.sha256 = self._file.finish(self.ticks_written * len(self._channels))
+        self.sha256 = self._file.finish()
         if self._bag:
             self._write_bag_metadata()
 
@@ -166,26 +176,28 @@ class Recorder:
     def _rosbag2(self) -> str:
         """The metadata that rosbag2's recorder would write, as JSON (which is valid YAML)."""
         start, end = self._span_ns
-        topics = [
+        others = {} if self._extra is None else self._extra.channels
+        topics = {i: (c.topic, c.schema) for i, c in enumerate(self._channels, start=1)} | others
+        counted = [
             {
                 "topic_metadata": {
-                    "name": c.topic,
-                    "type": c.schema,
+                    "name": topic,
+                    "type": schema,
                     "serialization_format": "cdr",
                     "offered_qos_profiles": [],
                     "type_description_hash": "",
                 },
-                "message_count": self.ticks_written,
+                "message_count": self._file.counts.get(i, 0),
             }
-            for c in self._channels
+            for i, (topic, schema) in topics.items()
         ]
         information = {
             "version": 9,
             "storage_identifier": "mcap",
             "duration": {"nanoseconds": end - start},
             "starting_time": {"nanoseconds_since_epoch": start},
-            "message_count": self.ticks_written * len(self._channels),
-            "topics_with_message_count": topics,
+            "message_count": sum(self._file.counts.values()),
+            "topics_with_message_count": counted,
             "compression_format": "",
             "compression_mode": "",
             "relative_file_paths": [self.path.name],

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from palpate.arrays import Array
-from palpate.errors import RegistrationError
+from palpate.clouds import files as clouds_files
+from palpate.errors import CloudError, RegistrationError
 from palpate.mesh import files as mesh_files
 from palpate.registration.clouds import sampled
 from palpate.registration.files import read_points
-from palpate.registration.pcd import read_pcd
 from palpate.values.units import FILE_UNITS
 
 _SAMPLES = 20_000  # points of a mesh
@@ -27,11 +27,19 @@ def read_cloud(path: Path, unit: str = "m") -> Array:
     if kind == ".csv":
         return read_points(path, unit).p
     if kind == ".pcd":
-        return read_pcd(path) * FILE_UNITS[unit]
+        return _pcd(path) * FILE_UNITS[unit]
     if kind == ".npy":
         return _array(path) * FILE_UNITS[unit]
     vertices, triangles = mesh_files.read(path)
     return sampled(np.asarray(vertices, dtype=np.float64) * FILE_UNITS[unit], np.asarray(triangles), _SAMPLES)
+
+
+def _pcd(path: Path) -> Array:
+    try:
+        points = clouds_files.read(path).points
+    except CloudError as error:
+        raise RegistrationError(error.what, where=error.where, why=error.why, mend=error.mend) from None
+    return np.asarray(points[np.isfinite(points).all(axis=1)])
 
 
 def _array(path: Path) -> Array:

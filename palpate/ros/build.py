@@ -37,6 +37,8 @@ _KEPT = 4  # number of compiled modules to keep, as working copies switch betwee
 _OURS = "palpate"
 """File in a message package's share folder that marks it as made by Palpate, with the hash of its sources."""
 _SUFFIX = sysconfig.get_config_var("EXT_SUFFIX")
+PROFILES = ("FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE")
+"""Variables that name a profile of Fast DDS; the second counts before release 3."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +97,7 @@ def load(progress: Progress = lambda _: None) -> ModuleType:
     if name in sys.modules:
         return sys.modules[name]
     built = messages(progress)
+    announce_often(built.ros)
     for prefix in reversed(built.ros.prefixes):
         _prepend("LD_LIBRARY_PATH", prefix / "lib")
     loader = importlib.machinery.ExtensionFileLoader(name, str(built.extension))
@@ -108,6 +111,15 @@ def load(progress: Progress = lambda _: None) -> ModuleType:
         raise RosMissingError("the nodes cannot be loaded", where=built.ros.words, why=str(error), mend=mend) from None
     sys.modules[name] = module
     return module
+
+
+def announce_often(ros: where.Ros) -> None:
+    """Let participants of this process announce themselves ten times a second (discovery.xml).
+
+    Does nothing if the user has set a profile of Fast DDS; call it before ROS starts.
+    """
+    if not any(os.environ.get(name) for name in PROFILES):
+        os.environ[PROFILES[ros.release in ("Humble", "Iron", "Jazzy")]] = str(HERE / "discovery.xml")
 
 
 def _messages(ros: where.Ros, folder: Path, name: str, progress: Progress) -> Path:

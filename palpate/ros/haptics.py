@@ -17,7 +17,9 @@ from palpate import _core, ros
 from palpate.errors import PalpateError
 from palpate.record.ticks import STATUS, Ticks
 from palpate.renamed import RenamedMethod
+from palpate.ros import jitter
 from palpate.ros.guardian import Guardian
+from palpate.ros.reports import ForceReports
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.session import LiveSession, State, signals
@@ -67,10 +69,14 @@ class HapticLoop:
         writer = f"palpate_writer_{mark}"
         self.guardian = Guardian(f"palpate_guardian_{mark}", self.names.wrench, context)
         try:
+            self.context = self.native.Context(**context)
+            measured = jitter.measure(self.native, self.context, f"/{self.names.leader}/measured_cp")
+            watch = cycle.watch
+            watch.stale_after, self.advice = jitter.tolerance(measured, watch.stale_after)
+            cycle.watch = watch
             options = self.native.HapticNodeOptions(
                 self.names, cycle, writer, self.guardian.name, self.guardian.beat_fd
             )
-            self.context = self.native.Context(**context)
             self.node = self.native.HapticNode(self.context, options, rig.arms.follower, rig.snapshot)
             self.node.set_fixtures(rig.fixtures)
             self.guardian.await_watching()
@@ -215,8 +221,9 @@ class HapticSession(LiveSession):
         self.devices, self.limits = devices or Devices(), limits or Limits()
         self._seen = SeenFaults()
         self.seen = self._seen.seen  #: faults by the name of their bit
-        self.events: list[str] = []  #: events reported by the node, newest last
+        self.reports = ForceReports()  #: what holds the force back, told once and counted
         self.loop = HapticLoop(rig, self.devices, self.limits, dict(context or {}))
+        self.events = [self.loop.advice] if self.loop.advice else []  #: events of the node, newest last
         super().__init__(rig, self.loop, self.limits.rate or scene.rates.haptic, scene.seed, out)
 
     @property
@@ -261,6 +268,7 @@ class HapticSession(LiveSession):
 
     def _take(self, ticks: Ticks, realtime: bool = False) -> None:
         self._seen.take(ticks)
+        self.reports.take(ticks)
         super()._take(ticks, realtime)
 
     def _faults(self) -> list[str]:

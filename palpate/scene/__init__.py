@@ -1,11 +1,11 @@
 """Scene files: all inputs of a run, read from YAML. Errors name the line in the file."""
 
 from palpate.scene.leader import LeaderSection
+from palpate.scene.mapping import MappingSection
 from palpate.scene.model import (
     ArmsSection,
     ContactSection,
     FollowerSection,
-    MappingSection,
     ObjectSection,
     RatesSection,
     RecordSection,

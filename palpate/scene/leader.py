@@ -28,16 +28,16 @@ ArmName = Annotated[
     WithJsonSchema({"anyOf": [{"enum": list(NAMES)}, {"type": "string", "pattern": r"\.ya?ml$"}]}),
 ]
 #: Drivers that ship with Palpate; text after a colon is their argument. `loop`: a program that calls palpate.Haptics.
-DRIVERS = ("loop", "simulated", "shared-memory", "mouse", "gamepad", "force-dimension")
-_CLASS = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_][\w.]*")
+DRIVERS = ("loop", "simulated", "shared-memory", "mouse", "keyboard", "gamepad", "force-dimension")
+_CLASS = re.compile(r"(?:[A-Za-z_][\w.]*|.+\.py):[A-Za-z_][\w.]*")
 
 
 def _driver(name: str) -> str:
     if name.partition(":")[0] in DRIVERS or name.partition(":")[0].endswith(".so") or _CLASS.fullmatch(name):
         return name
     raise ValueError(
-        f"there is no driver {name!r} | write MODULE:CLASS, the path of a shared object (my_device.so), "
-        f"or one of {', '.join(DRIVERS)}"
+        f"there is no driver {name!r} | write MODULE:CLASS or FILE.py:CLASS, the path of a shared object "
+        f"(my_device.so), or one of {', '.join(DRIVERS)}"
     )
 
 
@@ -52,8 +52,8 @@ class LeaderSection(Section):
     model: ArmName = "mtm_right"
     """arm model: a name, or the path of a model file relative to the scene file; ${VARIABLE}s are replaced"""
     driver: DriverName | None = None
-    """instead of the simulated arm: your own device, MODULE:CLASS, a shared object (my_device.so), or a driver that
-    ships with Palpate (docs/device.md); the keys below other than base and frame then have no effect"""
+    """instead of the simulated arm: your own device, MODULE:CLASS, FILE.py:CLASS, a shared object (my_device.so), or
+    a driver that ships with Palpate (docs/device.md); the keys below other than base and frame then have no effect"""
     base: Pose | None = None
     """X_WL: pose of the arm's base in `frame`; automatic when left out, for a device with the axes of W"""
     frame: str = "world"

@@ -21,7 +21,7 @@ from palpate.scene.solids import (
 from palpate.scene.stability import Share
 from palpate.scene.tissue import Motions, RegionSection, check_friction
 from palpate.scene.tool import ToolSphereSection
-from palpate.values import Diagonal, NotNegative, Number, Pose, Positive, Section
+from palpate.values import Color, Diagonal, NotNegative, Number, Pose, Positive, Section
 
 _C = _core.SimulationOptions()
 _M = _core.Material()
@@ -49,17 +49,6 @@ class ArmsSection(Section):
     """the operator's arm"""
     follower: FollowerSection = FollowerSection()
     """the patient-side arm"""
-
-
-class MappingSection(Section):
-    """Mapping of motion from hand to tool, and of force from tool to hand."""
-
-    scale: Positive = _C.mapping.scale
-    """tool motion per hand motion; the felt stiffness is force_scale * scale * stiffness [-]"""
-    force_scale: Positive = _C.mapping.force_scale
-    """force on the hand per force on the tool [-]"""
-    align_rate: NotNegative = _C.mapping.align_rate
-    """rate at which the orientation offset at engagement decays; 0 keeps the offset [rad/s]"""
 
 
 _SOURCES = ("mesh", "sdf", "shape", *SOLIDS)
@@ -109,6 +98,9 @@ class ObjectSection(Section):
     """Coulomb friction coefficient while the tool slips [-]"""
     static_friction: NotNegative | None = None
     """friction coefficient while the tool sticks; equal to friction when left out [-]"""
+    color: Color | None = None
+    """colour in the viewer: red, green, blue from 0 to 255, or "#rrggbb"; when left out, that of the mesh file if it
+    has vertex colours or a texture"""
     regions: Annotated[tuple[RegionSection, ...], Field(max_length=64)] = ()
     """regions with other material values; a later region covers an earlier one"""
     motion: Motions = ()
@@ -207,6 +199,8 @@ class RecordSection(Section):
     """folder for records and reports, relative to the working folder; --out overrides it"""
     rate: Positive | None = None
     """recorded ticks per second; all of them when left out, otherwise the haptic rate divided by a whole number [Hz]"""
+    frames: bool = True
+    """true: the record also holds frames, arms and meshes, which Foxglove's 3-D panel shows"""
     report: bool = True
     """true: write an HTML report next to the record"""
 

@@ -44,7 +44,7 @@ class Rig:
         o.method = scene.contact.method
         _fill(o.contact, scene.contact, "radius", "collision_rate", "release")
         o.contact.spheres = [sphere.core for sphere in self.spheres]
-        _fill(o.mapping, scene.mapping, "scale", "force_scale", "align_rate")
+        o.mapping = scene.mapping.fill(o.mapping)
         o.torque = self._torque(o.leader)
         _fill(o.hand, scene.operator, "mass", "damping", "stiffness", "grip_force_max")
         _fill(o, scene.operator, "tremor")
@@ -119,6 +119,8 @@ class Rig:
             path = self.scene.arm_path(side)
             if absolute and path is not None:
                 arms[side]["model"] = str(path.resolve())
+        if absolute:
+            arms["leader"]["driver"] = self.scene.resolved_driver()
         for key in ("gravity_model", "plant_gravity_model"):
             file = self.scene.gravity_path(key)
             if absolute and file is not None:
@@ -188,6 +190,7 @@ def build(scene: Scene, bodies: surface.Bodies | None = None, until: float | Non
     """
     gains.check_stiffness(scene)
     force_source.check_presence(scene)
+    scene.mapping.require_device(scene.arms.leader.driver is not None, scene.where("mapping"))
     placed = surface.placed(scene, bodies)
     for obj in placed:
         if isinstance(obj.body, DistanceGrid) and obj.body.spacing.max() > scene.contact.radius:

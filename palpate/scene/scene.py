@@ -18,10 +18,10 @@ from palpate.guidance.fixture import Fixture
 from palpate.guidance.lists import with_unique_names
 from palpate.scene import explain, presets, shipped, text
 from palpate.scene.force import ForceSection
+from palpate.scene.mapping import MappingSection
 from palpate.scene.model import (
     ArmsSection,
     ContactSection,
-    MappingSection,
     ObjectSection,
     RatesSection,
     RecordSection,
@@ -166,6 +166,19 @@ class Scene(Section):
             why = "; ".join(part for part in (error.where, error.why) if part)
             what = f"arms.{side}.model: {error.what}"
             raise SceneError(what, where=self.where("arms", side, "model"), why=why, mend=error.mend) from None
+
+    def resolved_driver(self) -> str | None:
+        """Driver of the leader with the absolute path of its file, if that lies beside the scene; None without one.
+
+        ``my_device:Omega`` beside the scene becomes ``/path/to/my_device.py:Omega``, and a shared object its path.
+        """
+        name = self.arms.leader.driver
+        if name is None or self._file == "":
+            return name
+        head, colon, rest = name.partition(":")
+        file = head if head.endswith((".so", ".py")) else head.replace(".", "/") + ".py"
+        path = Path(self._file).parent / Path(file).expanduser()
+        return f"{path.resolve()}{colon}{rest}" if path.is_file() else name
 
     def gravity_path(self, key: str) -> Path | None:
         """File of ``arms.leader.gravity_model`` or ``plant_gravity_model``, as `path_of`; None without one."""

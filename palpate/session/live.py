@@ -24,6 +24,7 @@ from palpate.record.writer import Recorder
 from palpate.scene.rig import Rig
 from palpate.session.controls import Controls
 from palpate.session.loop import Loop
+from palpate.session.recorded_frames import RecordedFrames
 from palpate.session.run_folder import keep_scene, new_folder, require_writable
 from palpate.session.state import State
 from palpate.session.summary import Summary, Totals
@@ -283,6 +284,7 @@ class LiveSession:
                     started=now - timedelta(seconds=float(self.latest()["t"])),
                     every=self.scene.record.every(self.rate),
                     tracked=self.tracking is not None,
+                    extra=RecordedFrames(self.rig) if self.scene.record.frames else None,
                 )
 
     def _faults(self) -> list[str]:

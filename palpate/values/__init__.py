@@ -43,6 +43,37 @@ Diagonal = Annotated[
 ]
 
 
+def _rgb(value: Any) -> Any:
+    if not isinstance(value, str):
+        return value
+    digits = value.removeprefix("#")
+    if len(digits) != 6 or any(digit not in "0123456789abcdefABCDEF" for digit in digits):
+        raise ValueError(f'must be three numbers, or "#rrggbb". Got: {value!r:.60} | write e.g. [140, 40, 32]')
+    return tuple(int(digits[k : k + 2], 16) for k in (0, 2, 4))
+
+
+_Byte = Annotated[int, Field(strict=True, ge=0, le=255)]
+
+#: A colour: red, green, blue from 0 to 255; ``"#rrggbb"`` is converted.
+Color = Annotated[
+    tuple[_Byte, _Byte, _Byte],
+    BeforeValidator(_rgb),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "string", "pattern": "^#[0-9a-fA-F]{6}$"},
+                {
+                    "type": "array",
+                    "items": {"type": "integer", "minimum": 0, "maximum": 255},
+                    "minItems": 3,
+                    "maxItems": 3,
+                },
+            ]
+        }
+    ),
+]
+
+
 class Section(BaseModel):
     """A section of a scene file. It is immutable, and an unknown key is an error.
 

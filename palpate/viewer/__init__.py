@@ -3,7 +3,8 @@
     palpate.viewer.serve(session)             # until Ctrl-C
     palpate.viewer.serve(Record.open(path))   # with a time slider
 
-The server binds to this machine (127.0.0.1) by default, and the page loads nothing from elsewhere.
+The server binds to this machine (127.0.0.1) by default, and to another address behind a token. The page loads nothing
+from elsewhere.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ def serve(
     Args:
         shown: a session (it continues from its present state, and is stopped but not closed at the end), a record, or
             ticks of another origin with the stage to draw them in.
-        host: address to bind to.
+        host: address to bind to; other than loopback, a browser needs the token in the address.
         port: 0 takes a free one.
         on_ready: called with the address once a browser can open it.
 

@@ -119,8 +119,9 @@ class Drawing:
         self.force_spatial = Arrow(scene, "/arrows/force_spatial", GREEN, 0.0030)
 
     def see_through(self, share: float) -> None:
-        """Sets the transparency of the organs: 0 opaque, up to 0.9."""
-        for organ in self._organs:
+        """Sets the transparency, 0 opaque, up to 0.9: of the objects that hold something, or else of all."""
+        holding = [organ for organ in self._organs if organ.holds]
+        for organ in holding or self._organs:
             organ.see_through(share)
 
     def show_frames(self, shown: bool) -> None:
@@ -138,8 +139,10 @@ class Drawing:
         self._leader.show(tick["q"], float(tick["gripper"]))
         links = self._follower.show(tick["q_follower"], float(tick["jaw"]))
         self._tool.show(tick, links)
-        for organ in self._organs:
+        presses = self._tool.presses(tick)
+        for k, organ in enumerate(self._organs):
             organ.show(tick)
+            organ.press(presses.get(k, []))
         for fixture in self.fixtures:
             fixture.show(float(tick["t"]))
         for frame in self._frames:

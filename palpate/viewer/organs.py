@@ -1,54 +1,54 @@
-"""Draws the objects that can be touched, with their regions of different stiffness, and moves them."""
+"""Draws the objects that can be touched, with their regions and the dent under the tool, and moves them."""
 
 from __future__ import annotations
 
 import numpy as np
 import viser
+from numpy.typing import NDArray
 from viser.transforms import SE3
 
+from palpate.arrays import Array
 from palpate.record import live
 from palpate.record.ticks import Ticks
+from palpate.viewer.dent import Press
+from palpate.viewer.patch import PatchCutter
+from palpate.viewer.skins import Color, ColoredSkin, PlainSkin, Skin
 from palpate.viewer.stage import RegionMark, TouchedObject
-
-Color = tuple[int, int, int]
 
 TINT: Color = (222, 178, 62)
 """Colour of a region: of the object's triangles inside the region, and of the region's own body."""
 
 
 class OrganDrawing:
-    """One object, split by region, under a frame that moves."""
+    """One object, split by region, under a frame that moves. The tool's spheres press dents into it."""
 
     def __init__(self, scene: viser.SceneApi, obj: TouchedObject, color: Color) -> None:
-        """Draws the object at its rest pose."""
-        self._moving, self._slot = obj.moving, obj.slot
-        name = f"/objects/{obj.name}"
+        """Draws the object at its rest pose; color: used unless the scene or the mesh file names one."""
+        self._moving, self._slot, self._X_WO = obj.moving, obj.slot, np.array(obj.X_WO)
+        self.holds = obj.holds or bool(obj.regions)
+        self._name = f"/objects/{obj.name}"
         X = SE3.from_matrix(obj.X_WO)
-        self._frame = scene.add_frame(name, show_axes=False, wxyz=X.rotation().wxyz, position=X.translation())
-        tinted = np.any([mark.triangles for mark in obj.regions], axis=0) if obj.regions else None
-        parts = (
-            [(obj.triangles, color)]
-            if tinted is None
-            else [(obj.triangles[~tinted], color), (obj.triangles[tinted], TINT)]
+        self._frame = scene.add_frame(self._name, show_axes=False, wxyz=X.rotation().wxyz, position=X.translation())
+        self._vertices = obj.vertices if obj.colors is None else np.hstack([obj.vertices, obj.colors])
+        self._triangles = obj.triangles
+        inside = np.any([mark.triangles for mark in obj.regions], axis=0) if obj.regions else None
+        self._labels = np.zeros(len(obj.triangles), np.int64) if inside is None else inside.astype(np.int64)
+        own = obj.color or color
+        shades = [None if obj.colors is not None else own, TINT]
+        self._parts, self._patches = (
+            [_skin(scene, f"{self._name}/{k}{suffix}", shade) for k, shade in enumerate(shades)]
+            for suffix in ("", "_pressed")
         )
-        self._parts = [
-            scene.add_mesh_simple(
-                f"{name}/{k}",
-                obj.vertices.astype(np.float32),
-                triangles.astype(np.uint32),
-                color=shade,
-                side="double",
-            )
-            for k, (triangles, shade) in enumerate(parts)
-            if len(triangles)
-        ]
+        self._cutter: PatchCutter | None = None
+        self._is_pressed = False
+        self._draw(np.ones(len(obj.triangles), dtype=bool))
         for k, mark in enumerate(obj.regions):
-            _body(scene, f"{name}/region{k}", mark)
+            _body(scene, f"{self._name}/region{k}", mark)
 
     def see_through(self, share: float) -> None:
         """Sets the transparency: 0 opaque, up to 0.9."""
-        for part in self._parts:
-            part.opacity = None if share < 0.01 else 1.0 - share
+        for part in (*self._parts, *self._patches):
+            part.see_through(share)
 
     def show(self, tick: Ticks) -> None:
         """Moves the object to its pose at a tick."""
@@ -57,8 +57,55 @@ class OrganDrawing:
             X_WO = live.object_pose(tick, self._slot)
         if X_WO is None:
             return
+        self._X_WO = X_WO
         X = SE3.from_matrix(X_WO)
         self._frame.wxyz, self._frame.position = X.rotation().wxyz, X.translation()
+
+    def press(self, spheres: list[tuple[Array, float, Array, Array | None]]) -> None:
+        """Draws the dents of spheres; without spheres the surface is as it was at the start.
+
+        Args:
+            spheres: centre (3,) and radius of each [m], the point (3,) where its proxy touches the object, and the
+                surface normal (3,) there, None if it is to be estimated. In W.
+        """
+        if not spheres:
+            if self._is_pressed:
+                self._release()
+            return
+        if self._cutter is None:
+            self._cutter = PatchCutter(self._vertices, self._triangles, self._labels)
+        presses = [self._in_object(*sphere) for sphere in spheres]
+        patch = self._cutter.patch([press for press in presses if press.depth > 0.0] or presses[:1])
+        if patch is None:
+            return
+        if patch.is_new_cut:
+            self._draw(patch.rest)
+        for k, skin in enumerate(self._patches):
+            skin.show(patch.vertices, patch.triangles[patch.labels == k])
+        self._is_pressed = True
+
+    def _in_object(self, centre: Array, radius: float, point: Array, normal: Array | None) -> Press:
+        assert self._cutter is not None
+        R_WO, p_WO = self._X_WO[:3, :3], self._X_WO[:3, 3]
+        p_OC = R_WO.T @ (point - p_WO)
+        n = self._cutter.normal(p_OC, radius) if normal is None else R_WO.T @ normal
+        return Press(R_WO.T @ (centre - p_WO), radius, p_OC, n)
+
+    def _release(self) -> None:
+        assert self._cutter is not None
+        self._cutter.reset()
+        self._is_pressed = False
+        self._draw(np.ones(len(self._triangles), dtype=bool))
+        for skin in self._patches:
+            skin.show(self._vertices, self._triangles[:0])
+
+    def _draw(self, chosen: NDArray[np.bool_]) -> None:
+        for k, part in enumerate(self._parts):
+            part.show(self._vertices, self._triangles[chosen & (self._labels == k)])
+
+
+def _skin(scene: viser.SceneApi, name: str, color: Color | None) -> Skin:
+    return ColoredSkin(scene, name) if color is None else PlainSkin(scene, name, color)
 
 
 def _body(scene: viser.SceneApi, name: str, mark: RegionMark) -> None:

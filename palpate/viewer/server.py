@@ -1,15 +1,18 @@
-"""The web server of the viewer: local by default; reports a taken port."""
+"""The web server of the viewer: on this machine only, or behind a token; reports a taken port."""
 
 from __future__ import annotations
 
 import contextlib
+import errno
 import io
 import json
 import logging
 import socket
 from html import escape
+from weakref import WeakKeyDictionary
 
 from palpate.errors import MissingExtraError, PortError
+from palpate.viewer.gate import Gate
 
 try:
     import viser
@@ -17,33 +20,62 @@ except ModuleNotFoundError as missing:
     raise MissingExtraError("the viewer", "viewer") from missing
 
 
-_LOCAL = ("127.0.0.1", "localhost", "::1")
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+"""Addresses that only this machine can reach."""
+_GATES: WeakKeyDictionary[viser.ViserServer, Gate] = WeakKeyDictionary()
 _ONE_PIXEL = "data:image/gif;base64,R0lGODlhAQABAAAAACH5BAEKAAEALAAAAAABAAEAAAICTAEAOw=="
 
 
 def open_server(host: str, port: int, title: str) -> viser.ViserServer:
     """A server with the viewer's theme; port 0 takes a free port.
 
-    Raises PortError when the port is taken or not allowed, or when the address is not one of this machine alone.
+    An address other than loopback asks for a random token, which `url` contains.
+
+    Raises PortError when the address or the port cannot be used.
     """
-    if host not in _LOCAL:
-        raise PortError(
-            f"the viewer does not serve on {host}",
-            why="it has no password, and whoever opens it moves the hand",
-            mend=f"from another machine use a tunnel: ssh -L {port or 8080}:127.0.0.1:{port or 8080} THIS_MACHINE",
-        )
-    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
+    gate = None
+    if host in LOOPBACK:
+        port = _free(host, port)
+        server = _viser(host, port, title)
+    else:
+        server = _viser("127.0.0.1", _free("127.0.0.1", 0), title)
+        try:
+            gate = Gate(host, port, server.get_port())
+        except OSError as error:
+            close_server(server)
+            raise _refused(host, port, error) from error
+    if gate is not None:
+        _GATES[server] = gate
+    return server
+
+
+def _free(host: str, port: int) -> int:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    with socket.socket(family, socket.SOCK_STREAM) as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             probe.bind((host, port))
         except OSError as error:
-            raise PortError(
-                f"port {port} cannot be used for the viewer",
-                where=f"{host}:{port}",
-                why=error.strerror or str(error),
-                mend=f"close the other viewer, or choose another port: --port {port + 1}, or --port 0 for a free one",
-            ) from error
-        port = probe.getsockname()[1]
+            raise _refused(host, port, error) from error
+        return int(probe.getsockname()[1])
+
+
+def _refused(host: str, port: int, error: OSError) -> PortError:
+    if error.errno in (errno.EADDRNOTAVAIL, None) or isinstance(error, socket.gaierror):
+        return PortError(
+            f"{host} is not an address of this machine",
+            why=error.strerror or str(error),
+            mend="name one of its addresses, or 0.0.0.0 for all of them",
+        )
+    return PortError(
+        f"port {port} cannot be used for the viewer",
+        where=f"{host}:{port}",
+        why=error.strerror or str(error),
+        mend=f"close the other viewer, or choose another port: --port {port + 1}, or --port 0 for a free one",
+    )
+
+
+def _viser(host: str, port: int, title: str) -> viser.ViserServer:
     logging.getLogger("websockets").setLevel(logging.ERROR)  # a browser that disconnects is not an error
     with contextlib.redirect_stdout(io.StringIO()):  # the caller prints the address
         server = viser.ViserServer(host=host, port=port, label=f"Palpate - {title}", verbose=False)
@@ -56,10 +88,17 @@ def open_server(host: str, port: int, title: str) -> viser.ViserServer:
 
 def close_server(server: viser.ViserServer) -> None:
     """Closes the port and prints nothing."""
+    gate = _GATES.pop(server, None)
+    if gate is not None:
+        gate.close()
     with contextlib.redirect_stdout(io.StringIO()):
         server.stop()
 
 
 def url(server: viser.ViserServer) -> str:
-    """Address of the server for a browser."""
-    return f"http://{server.get_host()}:{server.get_port()}"
+    """Address of the server for a browser, with the token if it needs one."""
+    gate = _GATES.get(server)
+    if gate is None:
+        return f"http://{server.get_host()}:{server.get_port()}"
+    host = socket.gethostname() if gate.host in ("0.0.0.0", "::") else gate.host
+    return f"http://{f'[{host}]' if ':' in host else host}:{gate.port}/?token={gate.token}"

@@ -55,6 +55,12 @@ class TouchedObject:
     regions: tuple[RegionMark, ...] = ()
     moving: Callable[[float], Array] | None = None
     """X_WO (4, 4) [m] at a time [s]; None for a static object."""
+    color: tuple[int, int, int] | None = None
+    """Colour in the scene, red, green, blue from 0 to 255; None without one."""
+    colors: Array | None = None
+    """(n, 3) colours of the vertices in the mesh file, 0 to 255; None without colours."""
+    holds: bool = False
+    """True if another object lies inside: the object is then drawn transparent."""
     slot: int | None = None
     """Number among the objects that follow a tracker, whose poses a tick holds; None for another object."""
 

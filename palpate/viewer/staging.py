@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate import _core
 from palpate.arrays import Array, rigid
@@ -15,6 +15,9 @@ from palpate.frames import FrameGraph
 from palpate.guidance.context import FixtureContext
 from palpate.guidance.fixture import Fixture
 from palpate.guidance.plot import curve, drawing
+from palpate.mesh import Mesh
+from palpate.mesh.coarse import drawable
+from palpate.mesh.colors import colors_of
 from palpate.record import live
 from palpate.record.reader import Record
 from palpate.record.ticks import Ticks
@@ -23,12 +26,8 @@ from palpate.scene.model import ObjectSection
 from palpate.scene.rig import Rig, build
 from palpate.scene.surface import PlacedSurface
 from palpate.session.recorded import recorded_scene
+from palpate.values.units import FILE_UNITS
 from palpate.viewer.stage import ArmPlace, FixtureMark, PlacedFrame, RegionMark, Stage, TargetMark, TouchedObject
-
-Triangles = NDArray[np.int32]
-
-MOST_TRIANGLES = 150_000
-"""A finer surface is drawn coarser, so that the browser stays fluent; contact uses the full surface."""
 
 
 def stage_of(rig: Rig, title: str = "") -> Stage:
@@ -36,8 +35,13 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
     scene, arms = rig.scene, rig.arms
     followers = [obj.name for obj in rig.snapshot.objects if obj.is_live]
     objects = [
-        _touched_object(each, placed, felt, followers.index(each.name) if felt.is_live else None)
-        for each, placed, felt in zip(scene.objects, rig.surfaces, rig.snapshot.objects, strict=True)
+        replace(
+            _touched_object(each, placed, felt, followers.index(each.name) if felt.is_live else None),
+            color=each.color,
+            colors=None if each.color is not None else file_colors(rig, k),
+            holds=any(_lies_in(other, placed) for other in rig.surfaces if other is not placed),
+        )
+        for k, (each, placed, felt) in enumerate(zip(scene.objects, rig.surfaces, rig.snapshot.objects, strict=True))
     ]
     p_WH = arms.X_WL @ arms.leader.fk(arms.q_leader0)[:, 3]
     bounds = np.array([placed.bounds for placed in rig.surfaces])
@@ -61,6 +65,28 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
         fixtures=tuple(fixture_mark(fixture, rig.context) for fixture in scene.guidance),
         extent=float(np.linalg.norm(middle - p_WH[:3]) + 0.5 * np.ptp(bounds, axis=(0, 1)).max()),
     )
+
+
+def file_colors(rig: Rig, index: int) -> Array | None:
+    """Colours (n, 3), 0 to 255, in the mesh file of an object for its drawn vertices; None without colours."""
+    body = rig.surfaces[index].body
+    if rig.scene.objects[index].mesh is None or not isinstance(body, Mesh):
+        return None
+    vertices, _ = drawable(body.vertices, body.triangles)
+    return colors_of(rig.scene.path_of(index), vertices / FILE_UNITS[body.unit])
+
+
+def _lies_in(inner: PlacedSurface, outer: PlacedSurface) -> bool:
+    """True if most of a surface is inside another one, so that it can only be seen through it."""
+    low, high = outer.bounds
+    middle = inner.bounds.mean(axis=0)
+    if np.any(middle < low) or np.any(middle > high):
+        return False
+    vertices = inner.body.vertices[:: max(1, len(inner.body.vertices) // 64)]
+    points = vertices @ inner.X_WO[:3, :3].T + inner.X_WO[:3, 3]
+    nearest, normals = outer.nearest(points)
+    inside = np.einsum("ij,ij->i", points - nearest, normals) < 0.0
+    return float(inside.mean()) > 0.7
 
 
 def placed_frames(rig: Rig) -> tuple[PlacedFrame, ...]:
@@ -182,20 +208,4 @@ def _touched_object(
         for named, region in zip(section.regions, materials.regions(section), strict=True)
     ]
     moving: Callable[[float], Array] | None = felt.pose if section.motion else None
-    return TouchedObject(section.name, vertices, triangles, placed.X_WO, tuple(marks), moving, slot)
-
-
-def drawable(vertices: Array, triangles: Triangles, most: int = MOST_TRIANGLES) -> tuple[Array, Triangles]:
-    """A mesh of about `most` triangles or fewer: all vertices in a grid cell are merged into their mean."""
-    if len(triangles) <= most:
-        return vertices, triangles
-    a, b, c = (vertices[triangles[:, k]] for k in range(3))
-    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
-    cell = np.sqrt(2.0 * area / most)  # about two triangles in each cell that the surface crosses
-    _, group = np.unique(np.floor(vertices / cell).astype(np.int64), axis=0, return_inverse=True)
-    group = group.reshape(-1)
-    count = np.bincount(group)
-    merged = np.stack([np.bincount(group, vertices[:, k]) for k in range(3)], axis=1) / count[:, None]
-    coarse = group[triangles]
-    kept = (coarse[:, 0] != coarse[:, 1]) & (coarse[:, 1] != coarse[:, 2]) & (coarse[:, 2] != coarse[:, 0])
-    return merged, np.unique(coarse[kept], axis=0).astype(np.int32)
+    return TouchedObject(section.name, vertices, triangles, placed.X_WO, tuple(marks), moving, slot=slot)

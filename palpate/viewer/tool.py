@@ -40,6 +40,19 @@ class ToolDrawing:
         """Drawn position of the tool tip (3,) [m]."""
         return np.array(self._spr.position)
 
+    def presses(self, tick: Ticks) -> dict[int, list[tuple[Array, float, Array, Array | None]]]:
+        """Arguments of `OrganDrawing.press` by the number of the object, for the tool as drawn by `show`."""
+        found: dict[int, list[tuple[Array, float, Array, Array | None]]] = {}
+        points = np.asarray(tick["p_WC"]).reshape(-1, 3)
+        for k in range(min(int(tick["contacts"]), len(points))):
+            sphere, obj, point = int(tick["touch_sphere"][k]), int(tick["touch_object"][k]), points[k]
+            if not np.isfinite(point).all() or not 0 <= sphere <= len(self._spheres):
+                continue
+            node = self._spr if sphere == 0 else self._spheres[sphere - 1]
+            normal = np.array(tick["normal"]) if k == 0 and np.any(tick["normal"]) else None
+            found.setdefault(obj, []).append((np.array(node.position), float(node.radius), point, normal))
+        return found
+
     def show(self, tick: Ticks, links: dict[str, Array]) -> None:
         """Moves the tool to a tick; links: poses of the follower's links in B."""
         touches = int(tick["contacts"])

@@ -44,7 +44,7 @@ def add_buttons(gui: viser.GuiApi, stage: Stage, drawing: Drawing) -> None:
     with gui.add_folder("View"):
         buttons = gui.add_button_group("look at", ("scene", "tool tip"))
         hint = "Transparency of the organs, to show the tool inside"
-        inside = bool(stage.targets) or any(obj.regions for obj in stage.objects)
+        inside = bool(stage.targets) or any(obj.regions or obj.holds for obj in stage.objects)
         glass = gui.add_slider("see through", 0.0, 0.9, 0.1, GLASS if inside else 0.0, hint=hint)
         drawing.see_through(glass.value)
 

@@ -115,3 +115,14 @@ def test_gamepad():
     out = run("08_gamepad.py", "--pretended", "--duration", "2")
     assert "#" in out
     assert float(out.splitlines()[-1].split()[-2]) > 0.2
+
+
+def test_small_workspace():
+    out = run("09_small_workspace.py", "--duration", "3")
+    rows = {line.split()[0]: line.split() for line in out.splitlines()[1:]}
+    reach = {law: float(row[2]) for law, row in rows.items()}
+    away = {law: float(row[4]) for law, row in rows.items()}
+    assert reach["indexed"] == 10.0, "scale 0.5 times half of 40 mm"
+    assert reach["scaled"] == round(20.0 * float(rows["scaled"][1])), "the chosen scale"
+    assert reach["rate"] > 5 * reach["indexed"], "the tool continues"
+    assert away["drift"] < 0.6 * away["indexed"], "the hand comes back to the centre"

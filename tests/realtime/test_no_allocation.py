@@ -1,4 +1,7 @@
-"""The cycle neither allocates nor frees memory, and takes no lock: counted in the shipped module by heap_guard.cpp."""
+"""The cycle neither allocates nor frees memory, takes no lock and makes no system call but its sleep.
+
+heap_guard.cpp and syscall_watch.cpp count this in the shipped module.
+"""
 
 import json
 import os
@@ -10,23 +13,34 @@ from pathlib import Path
 import pytest
 
 HERE = Path(__file__).parent
+SLEEP, PARENT, RESTART = "230", "110", "219"
+"""Numbers of the system calls clock_nanosleep, getppid (planted) and restart_syscall on x86-64."""
+
+
+def compiled(folder: Path, source: str, name: str, *flags: str) -> Path:
+    compiler = os.environ.get("CXX") or shutil.which("c++") or shutil.which("g++")
+    if compiler is None:
+        pytest.skip("no C++ compiler: heap_guard.cpp cannot be built")
+    warnings = ["-Wall", "-Wextra", "-Werror"]
+    subprocess.run([compiler, "-std=c++20", "-O2", *warnings, *flags, "-o", folder / name, HERE / source], check=True)
+    return folder / name
 
 
 @pytest.fixture(scope="session")
 def guard(tmp_path_factory) -> Path:
-    compiler = os.environ.get("CXX") or shutil.which("c++") or shutil.which("g++")
-    if compiler is None:
-        pytest.skip("no C++ compiler: heap_guard.cpp cannot be built")
-    library = tmp_path_factory.mktemp("guard") / "heap_guard.so"
-    flags = ["-std=c++20", "-O2", "-shared", "-fPIC", "-Wall", "-Wextra", "-Werror"]
-    subprocess.run([compiler, *flags, "-o", library, HERE / "heap_guard.cpp", "-ldl", "-pthread"], check=True)
-    return library
+    flags = ("-shared", "-fPIC", "-ldl", "-pthread")
+    return compiled(tmp_path_factory.mktemp("guard"), "heap_guard.cpp", "heap_guard.so", *flags)
 
 
-def watched(guard: Path, *arguments: str) -> dict:
+@pytest.fixture(scope="session")
+def watch(tmp_path_factory) -> Path:
+    return compiled(tmp_path_factory.mktemp("watch"), "syscall_watch.cpp", "syscall_watch")
+
+
+def watched(guard: Path, *arguments: str, **environment: str) -> dict:
     run = subprocess.run(
         [sys.executable, HERE / "watched.py", *arguments],
-        env={**os.environ, "LD_PRELOAD": str(guard)},
+        env={**os.environ, "LD_PRELOAD": str(guard), **environment},
         capture_output=True,
         text=True,
         timeout=120,
@@ -45,6 +59,20 @@ def test_real_time_loop_allocates_nothing_while_scenes_are_replaced(guard, metho
     assert min(found["main"]) > 0, "control: the guard counts"
     assert found["last_force"] == [0.0, 0.0, 0.0], "the last force before the stop is zero"
     assert any(found["last_gravity"]), "gravity stays compensated"
+
+
+def test_loop_makes_no_system_call_but_its_sleep_and_planted_calls_are_found(guard, watch):
+    found = watched(guard, "planted", "proxy", "1000", SYSCALL_WATCH=str(watch))
+    assert found["nothing"] == [0, 0, 0]
+    assert min(found["allocation"][:2]) > 20
+    for kind in ("lock", "trylock", "condition"):
+        assert found[kind][2] > 20, kind
+        assert found[kind][:2] == [0, 0]
+    if "refused" in found["system_calls"]:
+        pytest.skip("this system does not let a process trace another: system calls cannot be counted")
+    assert set(found["system_calls"]) <= {SLEEP, RESTART}, found["system_calls"]
+    assert found["system_calls"][SLEEP] > 20, "control: system calls are counted"
+    assert found["system_calls_planted"][PARENT] > 20
 
 
 def test_collision_thread_of_the_paper_allocates_but_the_cycle_does_not(guard):
@@ -90,9 +118,10 @@ def test_cycle_of_networked_devices_allocates_nothing(guard):
     found = watched(guard, "crtk", "all")
     assert found["contact_ticks"] >= 2
     counts = found["counts"]
-    assert counts["no scene"][0] > 0, "control: the allocations of a call are counted"
+    assert counts["no scene"][0][0] > 0, "control: the allocations of a call are counted"
     for name in ("free", "pressed", "bad stamps", "recovered"):
-        assert counts[name] == counts["no scene"], name
+        assert counts[name] == counts["no scene"], f"{name}: each of 500 steps"
+    assert counts["planted"] != counts["no scene"], "control: an allocation in five of 500 steps is found"
 
 
 def test_cycle_of_a_device_allocates_nothing(guard):
@@ -101,3 +130,6 @@ def test_cycle_of_a_device_allocates_nothing(guard):
     assert found["control"][0] > 0, "the allocations of a call that returns an array are counted"
     for name, calls in found["calls"].items():
         assert [allocations for allocations, *_ in calls[1:]] == [0, 0, 0], name
+        assert calls[2:] == calls[1:2] * 2, (
+            f"{name}: releases and locks are those of the call, not of its 200 to 2000 steps"
+        )

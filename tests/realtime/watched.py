@@ -2,12 +2,13 @@
 
 python watched.py realtime METHOD RATE SECONDS
     | lockstep METHOD [organ|solids|live|LAW|ARM|identified|estimating|guided]
-    | robot following|impedance|moving | geometries all | crtk all | device all
+    | planted METHOD RATE | robot following|impedance|moving | geometries all | crtk all | device all
 """
 
 import ctypes
 import json
 import os
+import subprocess
 import sys
 import threading
 import time
@@ -37,6 +38,21 @@ def counts(thread: int) -> np.ndarray:
     out = (ctypes.c_long * 3)()
     guard.heap_guard_read(ctypes.c_long(thread), out)
     return np.array(out[:])
+
+
+def system_calls(thread: int, seconds: float) -> dict[str, int]:
+    """Numbers of the system calls that a thread makes, by number, while syscall_watch traces it."""
+    ctypes.CDLL(None).prctl(0x59616D61, ctypes.c_ulong(-1), 0, 0, 0)  # PR_SET_PTRACER: a child may trace this process
+    done = subprocess.run(
+        [os.environ["SYSCALL_WATCH"], str(thread), str(seconds)],
+        env={k: v for k, v in os.environ.items() if k != "LD_PRELOAD"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if done.returncode != 0:
+        return {"refused": done.returncode}
+    return {number: int(n) for number, n in (line.split() for line in done.stdout.splitlines())}
 
 
 def threads() -> set[int]:
@@ -154,6 +170,27 @@ def realtime(method: str, rate: float, seconds: float) -> dict[str, object]:
         "last_force": last["F_H_L"].tolist(),
         "last_gravity": last["tau_gravity"].tolist(),
     }
+
+
+def planted(method: str, rate: float) -> dict[str, object]:
+    """Counts of the loop's thread while calls of each kind are planted in it, and its system calls without and with."""
+    sim = simulation(method, rate, organ_scene(3_000))
+    before = threads()
+    sim.start()
+    (thread,) = threads() - before
+    time.sleep(0.2)  # start-up time
+    found: dict[str, object] = {}
+    for kind, name in enumerate(("nothing", "allocation", "lock", "trylock", "condition")):
+        guard.heap_guard_plant_in_loop(kind)
+        start = counts(thread)
+        time.sleep(0.2)
+        found[name] = (counts(thread) - start).tolist()
+    for kind, name in ((0, "system_calls"), (5, "system_calls_planted")):
+        guard.heap_guard_plant_in_loop(kind)
+        found[name] = system_calls(thread, 0.3)
+    guard.heap_guard_plant_in_loop(0)
+    sim.stop()
+    return found
 
 
 def other_law(law: str) -> _core.Simulation:
@@ -296,7 +333,7 @@ def geometries() -> dict[str, object]:
 
 
 def crtk() -> dict[str, object]:
-    """Counts of messages and steps of the cycle of networked devices, compared with steps without a scene.
+    """The different counts of a step, with its messages, of the cycle of networked devices, with and without a scene.
 
     The arm is never reported as enabled, so a step returns no wrench and takes the same calls of Python; operating
     states are not required, so all other parts of the cycle run, in contact, in faults and after them.
@@ -305,20 +342,25 @@ def crtk() -> dict[str, object]:
 
     me, counted, touched = threading.get_native_id(), {}, 0
 
-    def steps(name: str, device: crtk_rig.Device, n: int, depth: float, stamp: float | None = None) -> None:
+    def steps(
+        name: str, device: crtk_rig.Device, n: int, depth: float, stamp: float | None = None, plant: bool = False
+    ) -> None:
         nonlocal touched
         p, quat = device.pose(depth)
-        zero, rows = np.zeros(3), []
+        zero, made = np.zeros(3), set()
         device.cycle.set_gates(device.gates)
         for k in range(n + 50):
-            if k == 50:
-                before = counts(me)
             device.t += crtk_rig.DT
             time = device.wall if stamp is None else stamp
+            before = counts(me)
             device.cycle.leader_twist(time, zero, zero, device.t, device.wall)
             device.cycle.leader_pose(time, p, quat, device.t, device.wall)
-            rows.append(device.cycle.step(device.t, device.wall)[0][[0]])
-        counted[name] = ((counts(me) - before) / n).round().tolist()
+            if plant and k % 100 == 99:
+                guard.heap_guard_plant(1)
+            device.cycle.step(device.t, device.wall)
+            if k >= 50:
+                made.add(tuple((counts(me) - before).tolist()))
+        counted[name] = sorted(made)
         touched += contacts(np.array([device.cycle.step(device.t, device.wall)[0]]))
 
     device = crtk_rig.Device(scene=organ_scene(20_000), needs_state=False)
@@ -331,6 +373,7 @@ def crtk() -> dict[str, object]:
     steps("pressed", device, 500, 0.034)
     steps("bad stamps", device, 500, 0.034, stamp=0.0)
     steps("recovered", device, 500, 0.034)
+    steps("planted", device, 500, 0.034, plant=True)
     return {"counts": counted, "contact_ticks": touched}
 
 
@@ -369,6 +412,8 @@ if __name__ == "__main__":
     mode, method, *rest = sys.argv[1:]
     if mode == "robot":
         found = robot(method)
+    elif mode == "planted":
+        found = planted(method, *map(float, rest))
     elif mode == "crtk":
         found = crtk()
     elif mode == "device":

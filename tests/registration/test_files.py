@@ -5,9 +5,9 @@ import struct
 import numpy as np
 import pytest
 
+from palpate.clouds.pcd import lzf
 from palpate.errors import RegistrationError
 from palpate.registration.cloud_files import averaged, read_cloud
-from palpate.registration.pcd import lzf, read_pcd
 
 P = np.array([[0.5, 1.0, -2.0], [0.25, 0.0, 4.0], [np.nan, 1.0, 1.0]], dtype=np.float32)
 
@@ -34,7 +34,7 @@ def literal(data: bytes) -> bytes:
 )
 def test_pcd_is_read_without_missing_points(tmp_path, kind, body):
     (tmp_path / "a.pcd").write_bytes(pcd(kind, body))
-    assert read_pcd(tmp_path / "a.pcd") == pytest.approx(P[:2])
+    assert read_cloud(tmp_path / "a.pcd") == pytest.approx(P[:2])
 
 
 def test_lzf_repeats_what_it_has_written():
@@ -48,7 +48,7 @@ def test_lzf_repeats_what_it_has_written():
 def test_damaged_pcd_is_refused(tmp_path, damaged):
     (tmp_path / "a.pcd").write_bytes(damaged)
     with pytest.raises(RegistrationError, match="not a readable PCD"):
-        read_pcd(tmp_path / "a.pcd")
+        read_cloud(tmp_path / "a.pcd")
 
 
 def test_clouds_come_from_arrays_and_meshes_in_their_unit(tmp_path):

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 import trimesh
 
+from palpate.mesh.coarse import drawable
 from palpate.record.ticks import TICK
 from palpate.scene import Scene
 from palpate.scene.rig import build
 from palpate.shapes.organ import organ
 from palpate.viewer.gauges import Gauges
 from palpate.viewer.organs import OrganDrawing
-from palpate.viewer.staging import drawable, stage_of
+from palpate.viewer.staging import stage_of
 
 
 def test_small_mesh_is_drawn_unchanged():

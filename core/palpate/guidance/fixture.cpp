@@ -10,6 +10,9 @@
 namespace palpate::guidance {
 namespace {
 
+constexpr double kNear = 3e-3;  // [m] at this distance from its border or farther, a hard fixture is inactive: goals
+                                // move far less in a period
+
 struct RoleEntry {
   const char* name;
   std::shared_ptr<const Role> (*make)(const RoleOptions&);
@@ -131,13 +134,23 @@ std::shared_ptr<const Law> make_law(const std::string& name, const LawOptions& o
   return make("law", kLaws, name, options);
 }
 
+double exact_within(const Fixture& fixture) noexcept {
+  const Policy& policy = fixture.policy;
+  double within = std::max(kNear, fixture.law->reach());
+  if (std::isfinite(policy.release)) within = std::max(within, policy.release);
+  for (const Ramp& ramp : policy.ramps) {
+    if (ramp.by == Ramp::By::distance) within = std::max({within, std::abs(ramp.from), std::abs(ramp.to)});
+  }
+  return fixture.role->border() + within;
+}
+
 Constraint evaluate(const Fixture& fixture, const ToolQuery& tool, double t) noexcept {
   const Geometry& geometry = *fixture.geometry;
   QueryDerivatives derivatives;
   const Role::Needs needs = fixture.role->needs();
   if (needs == Role::Needs::normals) derivatives = geometry.normals(tool.X_WT, t);
   if (needs == Role::Needs::attitude_derivative) derivatives = geometry.attitude_derivative(tool.X_WT, t);
-  return fixture.role->constraint(geometry.query(tool.X_WT, t), derivatives, tool);
+  return fixture.role->constraint(geometry.query(tool.X_WT, t, exact_within(fixture)), derivatives, tool);
 }
 
 void check(const Fixtures& fixtures) {

@@ -36,6 +36,9 @@ class Role {
   [[nodiscard]] virtual bool needs_point() const noexcept { return false; }
   /// True if the role needs a geometry that has an axis.
   [[nodiscard]] virtual bool needs_axis() const noexcept { return false; }
+  /// Distance from the geometry at which the constraint's border lies, if the constraint depends on the geometry by
+  /// this border alone and is inactive far from it; infinity for other constraints [m].
+  [[nodiscard]] virtual double border() const noexcept { return std::numeric_limits<double>::infinity(); }
   /// True if the constraint has a gap, by which a policy can engage the fixture or ramp its authority.
   [[nodiscard]] virtual bool has_gap() const noexcept { return true; }
 };
@@ -64,6 +67,8 @@ class Law {
   [[nodiscard]] virtual double damping() const noexcept = 0;            ///< [N s/m]
   [[nodiscard]] virtual double turning_stiffness() const noexcept = 0;  ///< [N m/rad]
   [[nodiscard]] virtual double turning_damping() const noexcept = 0;    ///< [N m s/rad]
+  /// Distance before the border of a repelling role at which the force begins [m].
+  [[nodiscard]] virtual double reach() const noexcept { return 0.0; }
   /// True if one quadratic program finds the violations of all fixtures with such a law together.
   [[nodiscard]] virtual bool solves_jointly() const noexcept { return false; }
 };
@@ -119,6 +124,9 @@ struct Fixture {
   double timeout = std::numeric_limits<double>::infinity();  ///< timeout: with an older pose the authority is zero [s]
 };
 
+/// Distance from the fixture's geometry within which its constraint is exact; farther away a lower bound of the
+/// distance suffices, because the constraint is inactive there [m].
+[[nodiscard]] double exact_within(const Fixture& fixture) noexcept;
 /// The fixture's constraint at time t [s], whatever its policy.
 [[nodiscard]] Constraint evaluate(const Fixture& fixture, const ToolQuery& tool, double t) noexcept;
 

@@ -121,10 +121,10 @@ QueryDerivatives FramedGeometry::normals(const Pose& X_WT, double t) const noexc
   return out;
 }
 
-Query FramedGeometry::query_local(const Pose& X_WT, double t) const noexcept {
+Query FramedGeometry::query_local(const Pose& X_WT, double t, double exact_within) const noexcept {
   const auto [X_WF, V_WF] = frame_->at(t);
   const Pose X_WG = X_WF * X_FG_;
-  Query q = geometry_->query(X_WG.inverse() * X_WT, t);
+  Query q = geometry_->query(X_WG.inverse() * X_WT, t, exact_within);
   q.point = X_WG * q.point;
   q.normal = X_WG.R * q.normal;
   q.basis = X_WG.R * q.basis;

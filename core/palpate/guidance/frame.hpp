@@ -91,7 +91,7 @@ class FramedGeometry final : public Geometry {
   [[nodiscard]] QueryDerivatives normals(const Pose& X_WT, double t) const noexcept override;
 
  protected:
-  [[nodiscard]] Query query_local(const Pose& X_WT, double t) const noexcept override;
+  [[nodiscard]] Query query_local(const Pose& X_WT, double t, double exact_within) const noexcept override;
 
  private:
   GeometryPtr geometry_;

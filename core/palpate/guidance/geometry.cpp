@@ -21,10 +21,10 @@ Mat3 at_most(double most, const Mat3& slope) noexcept {
 
 }  // namespace
 
-Query Geometry::query(const Pose& X_WT, double t) const noexcept {
+Query Geometry::query(const Pose& X_WT, double t, double exact_within) const noexcept {
   Vec3 p = X_WT.p.cwiseMax(-kMaxCoordinate).cwiseMin(kMaxCoordinate);
   p = (p.array().abs() < kMinCoordinate).select(0.0, p);
-  return query_local({X_WT.R, p}, std::clamp(t, -kMaxTime, kMaxTime));
+  return query_local({X_WT.R, p}, std::clamp(t, -kMaxTime, kMaxTime), exact_within);
 }
 
 QueryDerivatives Geometry::normals(const Pose& X_WT, double t) const noexcept {

@@ -2,6 +2,7 @@
 // laws use only its answer and do not depend on the shape.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -43,8 +44,9 @@ class Geometry {
   Geometry& operator=(const Geometry&) = delete;
 
   /// The query at time t [s] for a tool at X_WT. Finite for every finite pose and time: coordinates are clamped to
-  /// `kMaxCoordinate`. Allocation free.
-  [[nodiscard]] Query query(const Pose& X_WT, double t) const noexcept;
+  /// `kMaxCoordinate`. Allocation free. Farther than `exact_within` [m] from the geometry, the distance has the right
+  /// sign and may be a lower bound (Surface::nearest_or_far): exact queries in the middle of a lumen take long.
+  [[nodiscard]] Query query(const Pose& X_WT, double t, double exact_within = kEverywhere) const noexcept;
   /// The mean normal around the tool's position, by central differences of the distance over kDifferenceStep along each
   /// of the geometry's axes. d_normal is the exact derivative of that mean. Six queries.
   [[nodiscard]] virtual QueryDerivatives normals(const Pose& X_WT, double t) const noexcept;
@@ -61,13 +63,14 @@ class Geometry {
   /// Appends the live frames to which the geometry is attached.
   virtual void add_live(LiveFrames& /*frames*/) const {}
 
+  static constexpr double kEverywhere = std::numeric_limits<double>::infinity();
   static constexpr double kMaxCoordinate = 1e6;       ///< largest coordinate [m]
   static constexpr double kDifferenceStep = 0.01;     ///< half width of the differences in normals() [m]
   static constexpr double kMaxTurnPerLength = 100.0;  ///< largest norm of the derivative of an attitude [rad/m]
 
  protected:
   /// The query for coordinates within kMaxCoordinate and times within 1e9 s, to which query() clamps them.
-  [[nodiscard]] virtual Query query_local(const Pose& X_WT, double t) const noexcept = 0;
+  [[nodiscard]] virtual Query query_local(const Pose& X_WT, double t, double exact_within) const noexcept = 0;
 };
 
 using GeometryPtr = std::shared_ptr<const Geometry>;

@@ -30,7 +30,8 @@ const HapticsOutput& Haptics::step(const HapticsInput& in) noexcept {
   const ToolWithSpheres& tool = in.tool;
   const bool following = in.controls.following && handle.valid && tool.valid;
   out_.mapped = mapping_.step({options_.X_WL * handle.X_LH, handle.V_LH, handle.gripper, tool.X_WT, tool.jaw, following,
-                               in.controls.clutch, tool.reached});
+                               in.controls.clutch, tool.reached, in.t, handle.X_LH.p,
+                               tool_force_.F_T_W.f + out_.guided.on_tool.F.f, out_.guided.correction});
   mark(Stage::mapping);
   guide(in);
   mark(Stage::guidance);

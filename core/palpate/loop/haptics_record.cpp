@@ -63,7 +63,7 @@ stability::Energy Haptics::book(const HapticsInput& in, const Wrench& F_H_L) noe
   // Energy of the contact springs, converted to the hand's port.
   const double per_hand = law ? mapping_.energy_ratio() : 0.0;
   const double spring = per_hand * stability::spring_energy(contacts, in.controls.stiffness_scale);
-  return ledger_.step(in.handle.X_LH, forces, spring);
+  return ledger_.step(in.handle.X_LH, forces, spring, mapping_.energy_ratio() * mapping_.released());
 }
 
 void Haptics::record(const HapticsInput& in, Tick& tick) const noexcept {
@@ -128,6 +128,7 @@ void Haptics::record_stability(const HapticsInput& in, const Wrench& F_H_L, cons
   tick.energy_port = energy.port;
   tick.energy_spring = energy.spring;
   tick.energy_damping = energy.damping;
+  tick.energy_mapping = energy.mapping;
   tick.energy_cut = energy.cut;
   tick.energy_passivity = energy.passivity;
   tick.energy_low_pass = energy.low_pass;

@@ -61,6 +61,7 @@ SIGNAL(stability, double, energy_port, "J", "",
        "energy the rendered force took from the hand; below zero it generated", true)
 SIGNAL(stability, double, energy_spring, "J", "", "stored in the contact springs", true)
 SIGNAL(stability, double, energy_damping, "J", "", "dissipated by the damping term", true)
+SIGNAL(stability, double, energy_mapping, "J", "", "released from the springs by motion of the mapping itself", true)
 SIGNAL(stability, double, energy_cut, "J", "", "withheld by the caps", true)
 SIGNAL(stability, double, energy_passivity, "J", "", "withheld by the passivity controller", true)
 SIGNAL(stability, double, energy_low_pass, "J", "", "withheld by the low-pass", true)

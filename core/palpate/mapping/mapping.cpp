@@ -8,6 +8,8 @@
 namespace palpate::mapping {
 namespace {
 
+constexpr double kLongestStep = 3.0;  // [periods] time that one step accounts for at most
+
 /// Reduces the rotation angle of q by `angle` [rad], but not below zero.
 Eigen::Quaterniond towards_identity(const Eigen::Quaterniond& q, double angle) {
   const Eigen::AngleAxisd rotation(q);
@@ -16,7 +18,8 @@ Eigen::Quaterniond towards_identity(const Eigen::Quaterniond& q, double angle) {
 
 }  // namespace
 
-Mapping::Mapping(const Options& options, const Mat3& R_WL, double dt) : options_(options), R_WL_(R_WL), dt_(dt) {
+Mapping::Mapping(const Options& options, const Mat3& R_WL, double dt)
+    : options_(options), R_WL_(R_WL), dt_(dt), recentring_(options.recentring) {
   require("mapping", options.scale > 0.0 && std::isfinite(options.scale), "scale", options.scale,
           "tool motion per hand motion must be above 0, for example 0.5");
   require("mapping", options.force_scale >= 0.0 && std::isfinite(options.force_scale), "force_scale",
@@ -44,10 +47,14 @@ ToolGoal Mapping::step(const Input& in) noexcept {
     anchor(in);
   }
   engaged_ = engaged;
+  const double dt = elapsed(in.t);
   if (!engaged) {
+    recentring_.pause();
     return {goal_, jaw_, Twist{}, false};
   }
 
+  p_WT0_ +=
+      recentring_.step({in.p_LH, options_.scale * in.V_LH.v.norm(), R_WL_, in.F_T_W, in.correction_W, in.reached}, dt);
   goal_.p = p_WT0_ + options_.scale * (in.X_WH.p - p_WH0_);
   goal_.R = in.X_WH.R * R_off_.toRotationMatrix();
   R_off_ = towards_identity(R_off_, options_.align_rate * dt_);
@@ -73,6 +80,13 @@ DampedWrench Mapping::damped_wrench_on_hand(const DampedWrench& on_tool) const n
 }
 
 Vec3 Mapping::hand_position(const Vec3& p_WT) const noexcept { return p_WH0_ + (p_WT - p_WT0_) / options_.scale; }
+
+// Time since the last step [s].
+double Mapping::elapsed(double t) noexcept {
+  const double passed = std::isfinite(t) && std::isfinite(t_) ? t - t_ : dt_;
+  t_ = t;
+  return std::clamp(passed, 0.0, kLongestStep * dt_);
+}
 
 void Mapping::anchor(const Input& in) noexcept {
   p_WH0_ = in.X_WH.p;

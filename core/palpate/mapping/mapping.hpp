@@ -1,6 +1,9 @@
 // Stage `mapping`: maps the motion of the hand to the tool, and the force on the tool to the hand.
 #pragma once
 
+#include <limits>
+
+#include "palpate/mapping/recentring.hpp"
 #include "palpate/types/damped_wrench.hpp"
 #include "palpate/types/motion.hpp"
 #include "palpate/types/spatial.hpp"
@@ -9,14 +12,15 @@ namespace palpate::mapping {
 
 /// Options of the stage.
 struct Options {
-  double scale = 0.5;          ///< tool motion per hand motion [-]; the felt stiffness is force_scale * scale * K
-  double force_scale = 1.0;    ///< force on the hand per force on the tool [-]
-  double align_rate = 0.5;     ///< decay rate of the orientation offset after engaging [rad/s]; 0 keeps the offset
-  double gripper_min = 0.0;    ///< pinch angle that closes the jaw [rad]
-  double gripper_max = 1.047;  ///< pinch angle that opens the jaw fully [rad]
-  double jaw_min = 0.0;        ///< jaw angle when closed [rad]
-  double jaw_max = 1.047;      ///< jaw angle when fully open [rad]
-  double jaw_rate = 2.0;       ///< largest speed of the jaw [rad/s]
+  double scale = 0.5;            ///< tool motion per hand motion [-]; the felt stiffness is force_scale * scale * K
+  double force_scale = 1.0;      ///< force on the hand per force on the tool [-]
+  double align_rate = 0.5;       ///< decay rate of the orientation offset after engaging [rad/s]; 0 keeps the offset
+  double gripper_min = 0.0;      ///< pinch angle that closes the jaw [rad]
+  double gripper_max = 1.047;    ///< pinch angle that opens the jaw fully [rad]
+  double jaw_min = 0.0;          ///< jaw angle when closed [rad]
+  double jaw_max = 1.047;        ///< jaw angle when fully open [rad]
+  double jaw_rate = 2.0;         ///< largest speed of the jaw [rad/s]
+  RecentringOptions recentring;  ///< motion of the tool in addition to that of the hand, for small workspaces
 };
 
 /// Input of the stage at every tick.
@@ -29,6 +33,10 @@ struct Input {
   bool following = true;  ///< teleoperation is on
   bool clutch = false;    ///< clutch pedal pressed
   bool reached = true;    ///< the follower reported its state and could reach the last goal (inverse kinematics)
+  double t = std::numeric_limits<double>::quiet_NaN();  ///< time; NaN: one period after the last step [s]
+  Vec3 p_LH = Vec3::Zero();                             ///< position of the handle in L [m]
+  Vec3 F_T_W = Vec3::Zero();                            ///< newest force on the tool, of contacts and fixtures [N]
+  Vec3 correction_W = Vec3::Zero();                     ///< displacement of the last goal by hard fixtures [m]
 };
 
 /// Relative, scaled position and absolute orientation (Fig 4):
@@ -36,8 +44,9 @@ struct Input {
 ///   p_WT = p_WT0 + scale (p_WH - p_WH0)        R_WT = R_WH R_off,   R_off -> 1 at align_rate
 ///
 /// The anchor (p_WT0, p_WH0, R_off) is set when the tool starts to follow: on engaging and on releasing the clutch. The
-/// goal therefore continues from the held goal, without a jump. While the clutch is pressed or teleoperation is off,
-/// the tool holds the last goal, or its present pose if it did not reach that goal.
+/// goal therefore continues from the held goal, without a jump. For small workspaces a `Recentring` moves p_WT0. While
+/// the clutch is pressed or teleoperation is off, the tool holds the last goal, or its present pose if it did not reach
+/// that goal.
 class Mapping {
  public:
   /// R_WL: orientation of the leader base L in W. dt: period of the cycle [s]. Throws std::invalid_argument with the
@@ -74,6 +83,9 @@ class Mapping {
   /// Position of the handle in W for which the tool goal is at p_WT [m]: the inverse of the position map with the
   /// present anchor.
   [[nodiscard]] Vec3 hand_position(const Vec3& p_WT) const noexcept;
+  /// Energy that the springs at the tool lost in this step because p_WT0 moved, never below zero; the hand does not
+  /// get it back [J].
+  [[nodiscard]] double released() const noexcept { return recentring_.released(); }
   /// Number of times that the anchor was set.
   [[nodiscard]] int anchor_count() const noexcept { return anchor_count_; }
   /// The options, with the scale of the last rescale().
@@ -81,10 +93,13 @@ class Mapping {
 
  private:
   void anchor(const Input& in) noexcept;
+  [[nodiscard]] double elapsed(double t) noexcept;
 
   Options options_;
   Mat3 R_WL_;
   double dt_;
+  Recentring recentring_;
+  double t_ = std::numeric_limits<double>::quiet_NaN();
   bool started_ = false, engaged_ = false;
   int anchor_count_ = 0;
   Vec3 p_WH0_ = Vec3::Zero(), p_WT0_ = Vec3::Zero();

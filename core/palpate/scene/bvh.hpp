@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 
@@ -55,17 +56,33 @@ struct BvhHit {
   std::int32_t triangle = -1;  ///< index of the triangle, -1: none
 };
 
+/// Distance within which a query is exact: everywhere [m].
+inline constexpr double kExact = std::numeric_limits<double>::infinity();
+/// Fraction of a distance that a quicker search beyond `exact_within` guarantees.
+inline constexpr double kFar = 15.0 / 16.0;
+
 /// Builds the hierarchy, on up to two threads. vertices: 3n finite coordinates [m]; triangles: 3m indices of vertices,
 /// m >= 1.
 Bvh build_bvh(std::span<const double> vertices, std::span<const std::int32_t> triangles);
 
 /// Nearest point on a triangle closer than sqrt(best.distance2) to p [m]. Returns `best` itself if no triangle is
 /// closer. The query does not allocate.
-BvhHit bvh_closest(const Bvh& bvh, const double p[3], const BvhHit& best) noexcept;
+///
+/// A point farther than `exact_within` [m] may be found by a quicker search: then no triangle is nearer to p than
+/// far_bound(its distance, exact_within). In the middle of a round cavity, where all triangles are almost equally near,
+/// the exact search would have to visit each of them.
+BvhHit bvh_closest(const Bvh& bvh, const double p[3], const BvhHit& best, double exact_within = kExact) noexcept;
+
+/// Lower bound of the distance to the mesh where a search with `exact_within` found a point at `distance` [m].
+inline double far_bound(double distance, double exact_within) noexcept {
+  if (distance <= exact_within) return distance;
+  return kFar * distance > exact_within ? kFar * distance : exact_within;
+}
 
 /// The kernels of bvh_closest(), declared here so that tests can compare them.
-BvhHit bvh_closest_avx2(const Bvh& bvh, const double p[3], const BvhHit& best) noexcept;
-BvhHit bvh_closest_portable(const Bvh& bvh, const double p[3], const BvhHit& best) noexcept;
+BvhHit bvh_closest_avx2(const Bvh& bvh, const double p[3], const BvhHit& best, double exact_within = kExact) noexcept;
+BvhHit bvh_closest_portable(const Bvh& bvh, const double p[3], const BvhHit& best,
+                            double exact_within = kExact) noexcept;
 /// True if this processor supports AVX2 and FMA.
 bool bvh_has_avx2() noexcept;
 

@@ -14,6 +14,16 @@ PALPATE_TARGET inline void nearest_in_block(const TriangleBlock& block, const st
     e2[k] = D4::load(block.e2[k]);
   }
   const D4 g11 = dot(e1, e1), g12 = dot(e1, e2), g22 = dot(e2, e2);
+  // The plane of a triangle is at least as near as the triangle. On the middle line of a tube this skips the many
+  // triangles that are as near as the best one, up to rounding errors. The normal of a needle is too uncertain.
+  D4 normal[3];
+  for (int k = 0; k < 3; ++k) {
+    const int l = (k + 1) % 3, m = (k + 2) % 3;
+    normal[k] = e1[l] * e2[m] - e1[m] * e2[l];
+  }
+  const D4 height = dot(normal, ap), area2 = dot(normal, normal);
+  const D4 beyond = D4::all(best.distance2 * (1.0 - 0x1p-40)) * area2 < height * height;
+  if (mask_of(beyond & (D4::all(0x1p-20) * g11 * g22 < area2)) == 0xFU) return;
   const D4 d1 = dot(e1, ap), d2 = dot(e2, ap);
   const D4 det = g11 * g22 - g12 * g12;
 
@@ -78,7 +88,8 @@ PALPATE_TARGET inline F8 least_distance2(const BvhNode& node, const QueryPoint& 
 }
 
 /// Traverses the tree depth first and the nearest child first. Children farther than the best point so far are skipped.
-PALPATE_TARGET inline BvhHit closest_in(const Bvh& bvh, const double p[3], const BvhHit& start) {
+/// Beyond `exact_within` children that are not nearer than far_bound() are skipped, too.
+PALPATE_TARGET inline BvhHit closest_in(const Bvh& bvh, const double p[3], const BvhHit& start, double exact_within) {
   BvhHit best = start;
   QueryPoint query;
   double farthest = 1.0;
@@ -92,11 +103,12 @@ PALPATE_TARGET inline BvhHit closest_in(const Bvh& bvh, const double p[3], const
     farthest = size > farthest ? size : farthest;
   }
   query.slack = F8::all(static_cast<float>(0x1p-19 * farthest));
-  const double scale2 = bvh.scale * bvh.scale * (1.0 + 0x1p-20);
+  const double scale2 = bvh.scale * bvh.scale * (1.0 + 0x1p-20), exact2 = exact_within * exact_within;
   // The limit is always finite: unused children are infinitely far and must be beyond the limit.
-  const auto limit_of = [scale2](double distance2) PALPATE_TARGET {
+  const auto limit_of = [scale2, exact2](double distance2) PALPATE_TARGET {
     constexpr double kFarthest = 0x1.fffffep127;  // the largest finite float
-    const double limit2 = distance2 * scale2;
+    const double far2 = kFar * kFar * distance2 > exact2 ? kFar * kFar * distance2 : exact2;
+    const double limit2 = (distance2 <= exact2 ? distance2 : far2) * scale2;
     return static_cast<float>(limit2 < kFarthest ? limit2 : kFarthest);
   };
   float limit = limit_of(best.distance2);

@@ -42,6 +42,7 @@ PALPATE_TARGET inline D4 operator<(D4 a, D4 b) { return {_mm256_cmp_pd(a.x, b.x,
 PALPATE_TARGET inline D4 operator<=(D4 a, D4 b) { return {_mm256_cmp_pd(a.x, b.x, _CMP_LE_OQ)}; }
 PALPATE_TARGET inline D4 operator&(D4 a, D4 b) { return {_mm256_and_pd(a.x, b.x)}; }
 PALPATE_TARGET inline D4 select(D4 mask, D4 a, D4 b) { return {_mm256_blendv_pd(b.x, a.x, mask.x)}; }
+PALPATE_TARGET inline unsigned mask_of(D4 a) { return static_cast<unsigned>(_mm256_movemask_pd(a.x)); }
 /// A NaN becomes lo, because _mm256_max_pd returns its second operand for NaN.
 PALPATE_TARGET inline D4 clamp(D4 a, D4 lo, D4 hi) { return {_mm256_min_pd(_mm256_max_pd(a.x, lo.x), hi.x)}; }
 PALPATE_TARGET inline D4 dot(const D4 a[3], const D4 b[3]) {
@@ -53,8 +54,9 @@ PALPATE_TARGET inline D4 dot(const D4 a[3], const D4 b[3]) {
 }  // namespace
 }  // namespace avx2
 
-PALPATE_TARGET BvhHit bvh_closest_avx2(const Bvh& bvh, const double p[3], const BvhHit& best) noexcept {
-  return avx2::closest_in(bvh, p, best);
+PALPATE_TARGET BvhHit bvh_closest_avx2(const Bvh& bvh, const double p[3], const BvhHit& best,
+                                       double exact_within) noexcept {
+  return avx2::closest_in(bvh, p, best, exact_within);
 }
 
 bool bvh_has_avx2() noexcept {
@@ -68,8 +70,8 @@ bool bvh_has_avx2() noexcept {
 
 namespace palpate::scene {
 
-BvhHit bvh_closest_avx2(const Bvh& bvh, const double p[3], const BvhHit& best) noexcept {
-  return bvh_closest_portable(bvh, p, best);
+BvhHit bvh_closest_avx2(const Bvh& bvh, const double p[3], const BvhHit& best, double exact_within) noexcept {
+  return bvh_closest_portable(bvh, p, best, exact_within);
 }
 
 bool bvh_has_avx2() noexcept { return false; }

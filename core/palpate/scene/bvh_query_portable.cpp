@@ -104,14 +104,16 @@ D4 dot(const D4 a[3], const D4 b[3]) { return a[0] * b[0] + (a[1] * b[1] + a[2] 
 }  // namespace
 }  // namespace portable
 
-BvhHit bvh_closest_portable(const Bvh& bvh, const double p[3], const BvhHit& best) noexcept {
-  return portable::closest_in(bvh, p, best);
+BvhHit bvh_closest_portable(const Bvh& bvh, const double p[3], const BvhHit& best, double exact_within) noexcept {
+  return portable::closest_in(bvh, p, best, exact_within);
 }
 
 namespace {
 const auto kKernel = bvh_has_avx2() ? &bvh_closest_avx2 : &bvh_closest_portable;  // selected when the library is loaded
 }  // namespace
 
-BvhHit bvh_closest(const Bvh& bvh, const double p[3], const BvhHit& best) noexcept { return kKernel(bvh, p, best); }
+BvhHit bvh_closest(const Bvh& bvh, const double p[3], const BvhHit& best, double exact_within) noexcept {
+  return kKernel(bvh, p, best, exact_within);
+}
 
 }  // namespace palpate::scene

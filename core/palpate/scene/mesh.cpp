@@ -206,8 +206,11 @@ BvhHit Mesh::Impl::closest(const Vec3& p, double max_distance, std::int32_t seed
 ClosestPoint Mesh::closest(const Vec3& p, double max_distance) const noexcept { return closest(p, max_distance, -1); }
 
 ClosestPoint Mesh::closest(const Vec3& p, double max_distance, int seed) const noexcept {
+  return closest_point(impl_->closest(p, max_distance, seed));
+}
+
+ClosestPoint Mesh::closest_point(const BvhHit& hit) const noexcept {
   ClosestPoint out;
-  const BvhHit hit = impl_->closest(p, max_distance, seed);
   if (hit.triangle < 0) return out;
   out.distance = std::sqrt(hit.distance2);
   out.point = impl_->position({hit.triangle, hit.v, hit.w});
@@ -225,8 +228,23 @@ Nearest Mesh::nearest(const Vec3& p) const noexcept {
 Nearest Mesh::nearest(const Vec3& p, int& seed) const noexcept {
   const ClosestPoint c = closest(p, std::numeric_limits<double>::infinity(), seed);
   seed = c.triangle;
+  return sided(p, c);
+}
+
+Nearest Mesh::sided(const Vec3& p, const ClosestPoint& c) const noexcept {
   const bool inside = impl_->report.closed && c.normal.dot(p - c.point) < 0.0;
   return {inside ? -c.distance : c.distance, c.point, c.normal};
+}
+
+Nearest Mesh::nearest_or_far(const Vec3& p, double exact_within) const noexcept {
+  const BvhHit hit = bvh_closest(impl_->bvh, p.data(), {kExact, 0.0, 0.0, -1}, exact_within);
+  const double distance = std::sqrt(hit.distance2), bound = far_bound(distance, exact_within);
+  if (hit.triangle < 0 || distance <= exact_within) return sided(p, closest_point(hit));
+  const Vec3 point = impl_->position({hit.triangle, hit.v, hit.w}), away = (p - point) / distance;
+  // No triangle lies within `bound` of p, so p and a place almost that far towards the point found are on one side. The
+  // normal at that place's nearest point tells the side; the normal at the point found does not, if another is nearer.
+  const bool inside = impl_->report.closed && nearest(p - 0.95 * bound * away).distance < 0.0;
+  return inside ? Nearest{-bound, point, -away} : Nearest{bound, point, away};
 }
 
 double Mesh::sweep(const Vec3& a, const Vec3& b, double radius) const noexcept {

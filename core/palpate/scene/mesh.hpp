@@ -12,6 +12,8 @@
 
 namespace palpate::scene {
 
+struct BvhHit;
+
 /// Feature of the mesh that contains a point.
 enum class Feature : std::uint8_t { face, edge, vertex };
 
@@ -74,6 +76,7 @@ class Mesh final : public Surface {
   [[nodiscard]] Nearest nearest(const Vec3& p) const noexcept override;
   /// Same as nearest(p), but faster if the triangle `seed` is near p (-1: none). Sets `seed` to the nearest triangle.
   [[nodiscard]] Nearest nearest(const Vec3& p, int& seed) const noexcept;
+  [[nodiscard]] Nearest nearest_or_far(const Vec3& p, double exact_within) const noexcept override;
   [[nodiscard]] const Mesh* mesh() const noexcept override { return this; }
   /// Nearest point within `max_distance` [m]. Its triangle is -1 when no point is that near.
   [[nodiscard]] ClosestPoint closest(const Vec3& p, double max_distance) const noexcept;
@@ -92,6 +95,8 @@ class Mesh final : public Surface {
  private:
   Mesh();
   [[nodiscard]] ClosestPoint closest(const Vec3& p, double max_distance, int seed) const noexcept;
+  [[nodiscard]] ClosestPoint closest_point(const BvhHit& hit) const noexcept;
+  [[nodiscard]] Nearest sided(const Vec3& p, const ClosestPoint& c) const noexcept;
   std::unique_ptr<Impl> impl_;
 };
 

@@ -25,13 +25,21 @@ class Surface {
 
   /// Nearest point of the surface to any finite p [m]. The query does not allocate.
   [[nodiscard]] virtual Nearest nearest(const Vec3& p) const noexcept = 0;
+  /// The same for callers that need exact distances only within `exact_within` [m]. Farther away the distance has the
+  /// right sign and may be smaller than the true one, by a sixteenth and not below `exact_within`; the point may then
+  /// be another one of the surface, and the normal is the direction away from it, towards the outside.
+  [[nodiscard]] virtual Nearest nearest_or_far(const Vec3& p, double /*exact_within*/) const noexcept {
+    return nearest(p);
+  }
   /// This surface as a mesh, for methods that walk on triangles. Null for any other kind of surface.
   [[nodiscard]] virtual const Mesh* mesh() const noexcept { return nullptr; }
-  /// Unique number of this surface. Unlike an address, it is never used again.
+  /// Unique number of this surface, or of the stream of surfaces that it continues. Unlike an address, it is never used
+  /// again.
   [[nodiscard]] std::uint64_t id() const noexcept { return id_; }
 
  protected:
-  Surface();
+  /// continues: id of the surface that this one replaces in the same stream; 0: a new number.
+  explicit Surface(std::uint64_t continues = 0);
 
  private:
   std::uint64_t id_;

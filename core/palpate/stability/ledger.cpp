@@ -4,7 +4,7 @@
 
 namespace palpate::stability {
 
-const Energy& Ledger::step(const Pose& X_LH, const PortForces& forces, double spring) noexcept {
+const Energy& Ledger::step(const Pose& X_LH, const PortForces& forces, double spring, double released) noexcept {
   if (started_) {
     const Vec3 dx = X_LH.p - X_LH_.p;
     const Vec3 turn = rotation_vector(X_LH.R * X_LH_.R.transpose());
@@ -15,6 +15,7 @@ const Energy& Ledger::step(const Pose& X_LH, const PortForces& forces, double sp
   X_LH_ = X_LH;
   line_.push(forces);
   energy_.spring = spring;
+  energy_.mapping += released;
   return energy_;
 }
 

@@ -16,6 +16,7 @@ struct Energy {
   double port = 0.0;     ///< taken from the hand by the rendered force; negative if the force has generated energy
   double spring = 0.0;   ///< stored in the springs of the contacts
   double damping = 0.0;  ///< dissipated by the damping term
+  double mapping = 0.0;  ///< released from the springs by motion of the tool that is not the hand's; never decreases
   // Energy that an element withheld: the work of its input minus its output.
   double cut = 0.0;                       ///< withheld by the caps and the drives' limits
   double passivity = 0.0;                 ///< withheld by the passivity controller
@@ -39,14 +40,15 @@ struct PortForces {
 ///   E_k+1 = E_k - F_k-d . (x_k+1 - x_k) - t_k-d . (turn from R_k to R_k+1)
 ///
 /// It is the passivity observer of Hannaford and Ryu (2002) with the force that acted, not the next one.
-/// In slow contact without friction, port + cut + passivity + low_pass + coupling = spring + damping.
+/// In slow contact without friction, port + cut + passivity + low_pass + coupling = spring + damping + mapping.
 class Ledger {
  public:
   /// delay: known delay of the loop [s]. dt: period of the cycle [s].
   explicit Ledger(double delay = 0.0, double dt = 1e-3) : line_(delay, dt) {}
 
   /// X_LH: pose of the handle at this tick. forces: sent at this tick. spring: energy stored now [J].
-  const Energy& step(const Pose& X_LH, const PortForces& forces, double spring) noexcept;
+  /// released: energy that the mapping released in this tick [J].
+  const Energy& step(const Pose& X_LH, const PortForces& forces, double spring, double released = 0.0) noexcept;
 
  private:
   void book(const PortForces& forces, const Vec3& dx, const Vec3& turn, double fraction) noexcept;

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import arg
 
 from palpate.console.output import console_for, require_writable, say, write_json
 from palpate.errors import PalpateError
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 
 @dataclass
@@ -19,6 +22,7 @@ class Command:
     examples:
       palpate bench ros --duration 600 --json ros.json
       palpate bench ros --sim
+      palpate bench ros --discovery
     """
 
     json: Annotated[Path | None, arg(metavar="FILE")] = None
@@ -29,6 +33,10 @@ class Command:
     """Rate at which the leader publishes its state [Hz]."""
     sim: bool = False
     """Also measure the rate that `palpate ros sim` reaches with four arms, and the CPU cores it uses."""
+    discovery: bool = False
+    """Measure instead how soon a client that starts beside the simulated robot hears and is heard."""
+    starts: int = 20
+    """Number of clients that --discovery starts beside the robot, and beside its control [-]."""
 
     def __call__(self) -> int:
         """Measure, print the table, write the JSON contract."""
@@ -40,11 +48,23 @@ class Command:
             raise PalpateError(
                 "--duration: 1 to 86400 s; --rate: 50 to 5000 Hz", mend="e.g. --duration 600 --rate 1000"
             )
+        if self.discovery:
+            return self._discovery(console)
         figures = ros.run(self.duration, self.rate, on_progress=lambda text: say(console, text))
         if self.sim:
             figures |= ros.of_sim()
             words = f"{figures['sim_rate_hz']:.0f} Hz reached, {figures['sim_cores']:.2f} cores"
             say(console, f"palpate ros sim with four arms: {words}")
         console.print(ros.table(figures))
+        write_json(self.json, figures)
+        return 0
+
+    def _discovery(self, console: Console) -> int:
+        from palpate.verify.bench import ros_discovery
+
+        if not 1 <= self.starts <= 1000:
+            raise PalpateError(f"--starts {self.starts}: must be 1 to 1000", mend="e.g. --starts 20")
+        figures = ros_discovery.run(self.starts, on_progress=lambda text: say(console, text))
+        console.print(ros_discovery.table(figures))
         write_json(self.json, figures)
         return 0

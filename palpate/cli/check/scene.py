@@ -13,6 +13,7 @@ from rich.table import Table
 from palpate.arrays import Array
 from palpate.arrays.checks import finite_or_none
 from palpate.certificate.scene import warn_outside
+from palpate.cli.check.device import DeviceFindings, inspect_device
 from palpate.cli.check.mesh import warn_of_facets
 from palpate.console.output import say
 from palpate.contact import touchable
@@ -53,7 +54,7 @@ class Start:
 
     p_WT_m: Array  # (3,)
     q_leader_rad: Array  # (n,)
-    leader_jacobian_condition: float  # of the 3x3 Jacobian of the wrist centre; 1: isotropic
+    leader_jacobian_condition: float | None  # of the 3x3 Jacobian of the wrist centre, 1: isotropic; None: a device
     q_follower_rad_m: Array  # (m,)
     X_WL_m: Array  # (4, 4)
     X_WB_m: Array  # (4, 4)
@@ -66,15 +67,20 @@ class Findings:
     objects: list[ObjectFindings]
     fixtures: list[FixtureFindings]
     start: Start
+    device: DeviceFindings | None  # None: the leader is a simulated arm
 
 
 def inspect(path: Path, console: Console) -> Findings:
     """Print the objects, fixtures and initial poses of a scene, and return them."""
     scene = Scene.load(path)
-    rig = build(scene)
+    device = None if scene.arms.leader.driver is None else inspect_device(scene)
+    rig = build(scene) if device is None else device.rig
     rig.simulation()
-    warn_outside(rig)
-    return Findings(_objects(rig, console), _fixtures(rig, console), _start(rig, console))
+    if device is None:
+        warn_outside(rig)  # the certificate of a device needs its model: palpate device bench
+    objects, fixtures = _objects(rig, console), _fixtures(rig, console)
+    start = _start(rig, console, device is None)
+    return Findings(objects, fixtures, start, None if device is None else device.tell(console))
 
 
 def _objects(rig: Rig, console: Console) -> list[ObjectFindings]:
@@ -97,16 +103,17 @@ def _objects(rig: Rig, console: Console) -> list[ObjectFindings]:
     return found
 
 
-def _start(rig: Rig, console: Console) -> Start:
+def _start(rig: Rig, console: Console, simulated: bool) -> Start:
     arms = rig.arms
     tool = (arms.X_WB @ arms.follower.fk(arms.q_follower0))[:3, 3]
     millimetres = ", ".join(f"{1e3 * x:.1f}" for x in tool)
-    say(console, f"tool at the start: ({millimetres}) mm in the world frame W; both arms reach the operator's path")
-    condition = float(np.linalg.cond(arms.leader.jacobian(arms.q_leader0)[:3, :3]))
-    say(
-        console,
-        f"leader at the start: 3x3 Jacobian of the wrist centre, condition {condition:.2f} (1: isotropic)",
-    )
+    reach = "both arms reach" if simulated else "the follower reaches"
+    say(console, f"tool at the start: ({millimetres}) mm in the world frame W; {reach} the operator's path")
+    condition = None
+    if simulated:
+        condition = float(np.linalg.cond(arms.leader.jacobian(arms.q_leader0)[:3, :3]))
+        words = f"3x3 Jacobian of the wrist centre, condition {condition:.2f} (1: isotropic)"
+        say(console, f"leader at the start: {words}")
     return Start(tool, arms.q_leader0, condition, arms.q_follower0, arms.X_WL, arms.X_WB)
 
 

@@ -11,8 +11,9 @@ import numpy as np
 from rich.console import Console
 
 from palpate.arrays import Array
+from palpate.console import HOST
 from palpate.console.output import say
-from palpate.console.view import HOST, free_port, require_viewer
+from palpate.console.view import free_port, require_viewer
 from palpate.errors import PalpateError
 
 if TYPE_CHECKING:

@@ -117,19 +117,20 @@ class Command:
 class HapticLine(LiveLine):
     """The live line: rate, latency, force, and the conditions that forbid a force; events are printed line by line.
 
-    Without a terminal, a line is printed whenever these conditions change.
+    Without a terminal, a line is printed for each new condition. A cause that repeats is counted, once a minute.
     """
 
     def __init__(self, console: Console, session: HapticSession) -> None:
         super().__init__(console)
         self._session = session
-        self._printed, self._last = 0, ["?"]
+        self._printed = 0
 
     def __call__(self, state: State) -> None:
         """Show the newest state."""
         self.rest()
         timing = self._session.timing
-        words = self._session.words(int(state.tick["status"]))
+        told = self._session.reports.sentences()
+        words = told if self._live is None else self._session.words(int(state.tick["status"]))[:2]
         line = Text.assemble(
             (f"{state.t:7.1f} s", "bold"),
             ("  leader ", "dim"),
@@ -138,14 +139,12 @@ class HapticLine(LiveLine):
             f"{timing['answer_us']['p50']:.0f} / {timing['answer_us']['p99']:.0f} us",
             ("  force ", "dim"),
             (f"{state.force:5.2f} N", "red" if state.contacts else ""),
-            ("  ", "") if words else ("  free to push", "green"),
-            ("; ".join(words[:2]), "yellow"),
+            f"  {'; '.join(words) or 'free to push'}",
         )
         if self._live is not None:
             self._live.update(line)
-        elif words != self._last:
+        elif told:
             self._console.print(line, soft_wrap=True)
-        self._last = words
 
     def rest(self) -> None:
         """Print the events since the last call."""

@@ -8,9 +8,9 @@ import numpy as np
 
 from palpate.arrays import Array
 from palpate.arrays.so3 import pose
+from palpate.mesh.coarse import drawable
 from palpate.record.ticks import Ticks
 from palpate.ros.around.convert import WORLD, latched, point, vector
-from palpate.viewer.staging import drawable
 
 if TYPE_CHECKING:
     from palpate.ros.haptics import HapticSession

@@ -1,7 +1,8 @@
 """`palpate bench guidance`: computing time of virtual fixtures.
 
-The cases are a fixture on a mesh of a million triangles under a sliding tool, a quadratic program with a hundred
-constraints, and the whole stage with a hundred hard fixtures that the hand pushes the tool against.
+The cases are a fixture on a mesh of a million triangles under a sliding tool, the middle line of a tube and the centre
+of a ball, where (almost) all triangles are equally near, a quadratic program with a hundred constraints, and the whole
+stage with a hundred hard fixtures that the hand pushes the tool against.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ WARM_UP = 200  # first ticks that are not timed
 BUDGET = {
     "fixture_added_p99_us": 10.0,
     "hard_fixture_added_p99_us": 10.0,
+    "tube_hard_added_p99_us": 50.0,
+    "ball_hard_added_p99_us": 50.0,
     "qp_p99_us": 200.0,
     "qp_contradictory_p99_us": 200.0,
 }
@@ -50,6 +53,7 @@ def run(
         fixtures = _core.Fixtures([_core.Fixture("mesh", geometry, "forbid", policy=policy)])
         took = _core.time_guidance(fixtures, X_WT, 1.0 / RATE)
         out |= _percentiles(f"{name}_added", took - np.median(empty))
+    out |= _medial(triangles, ticks, float(np.median(empty)), on_progress)
     on_progress(f"{CONSTRAINTS} constraints")
     out |= _percentiles("qp", _core.time_qp(*_programs(ticks)))
     A, b, y0 = _programs(ticks)
@@ -64,6 +68,10 @@ def table(result: dict[str, float]) -> Table:
         "query": f"nearest place of a mesh of {result['triangles']:,} triangles",
         "fixture_added": "a soft fixture on it adds to the stage",
         "hard_fixture_added": "a hard fixture on it adds to the stage",
+        "tube_query": "exact nearest place from the middle line of a tube",
+        "tube_hard_added": "a hard keep-in adds on the middle line of the tube",
+        "tube_soft_added": "a soft keep-in adds there",
+        "ball_hard_added": "a hard keep-in adds at the centre of a ball",
         "qp": f"quadratic program, {result['constraints']} constraints, from scratch",
         "qp_contradictory": "the same, rows that contradict each other in every way",
         "hundred_hard": f"the whole stage with {result['constraints']} hard fixtures",
@@ -78,6 +86,43 @@ def table(result: dict[str, float]) -> Table:
         figures = (f"{result[f'{key}_{p}_us']:.2f}" for p in ("p50", "p99"))
         out.add_row(words, *figures, "" if most is None else f"{most:g}")
     out.caption = f"load of the machine {result['load']:.1f} on {result['cores']} cores"
+    return out
+
+
+def tube(triangles: int, radius: float = 0.004, length: float = 0.1) -> tuple[Array, Array]:
+    """A closed tube (lumen) along z around the origin: vertices (n, 3) [m] and triangles (m, 3), m near `triangles`."""
+    around = max(8, round(np.sqrt(triangles)))
+    rings = max(2, triangles // (2 * around))
+    angle = 2.0 * np.pi * np.arange(around) / around
+    z = length * (np.arange(rings + 1) / rings - 0.5)
+    ring = radius * np.c_[np.cos(angle), np.sin(angle)]
+    v = np.c_[np.tile(ring, (rings + 1, 1)), np.repeat(z, around)]
+    a = np.add.outer(around * np.arange(rings), np.arange(around)).ravel()
+    b = np.add.outer(around * np.arange(rings), (np.arange(around) + 1) % around).ravel()
+    side = np.r_[np.c_[a, b, a + around], np.c_[b, b + around, a + around]]
+    i, j, low, high = np.arange(around), (np.arange(around) + 1) % around, len(v), len(v) + 1
+    caps = np.r_[
+        np.c_[np.full(around, low), j, i], np.c_[np.full(around, high), rings * around + i, rings * around + j]
+    ]
+    return np.r_[v, [[0.0, 0.0, z[0]], [0.0, 0.0, z[-1]]]], np.r_[side, caps].astype(np.int32)
+
+
+def _medial(triangles: int, ticks: int, empty_us: float, on_progress: Callable[[str], None]) -> dict[str, float]:
+    """Times on the middle line of a tube, along which the tool moves at 50 mm/s, and around the centre of a ball."""
+    out: dict[str, float] = {}
+    z = 0.03 * np.sin(np.arange(ticks) / RATE / 0.6)
+    paths = {"tube": np.c_[0.0 * z, 0.0 * z, z], "ball": 1e-3 * np.c_[z, 0.0 * z, 0.0 * z]}
+    for name, made in (("tube", tube(triangles)), ("ball", SHAPES["sphere"].mesh(triangles))):
+        on_progress(f"the middle of a {name} of as many triangles")
+        geometry, X_WT = _core.SurfaceGeometry(_core.Mesh(*made)), _poses(paths[name], ticks)
+        if name == "tube":
+            out |= _percentiles("tube_query", _core.time_query(geometry, X_WT))
+        for kind in ("hard", "soft"):
+            policy = _core.Policy()
+            policy.hard = kind == "hard"
+            fixtures = _core.Fixtures([_core.Fixture(name, geometry, "keep-in", policy=policy)])
+            took = _core.time_guidance(fixtures, X_WT, 1.0 / RATE)
+            out |= _percentiles(f"{name}_{kind}_added", took - empty_us)
     return out
 
 

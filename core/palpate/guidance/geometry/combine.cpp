@@ -42,8 +42,8 @@ Offset::Offset(GeometryPtr geometry, double margin) : geometry_(std::move(geomet
     throw std::invalid_argument("what has no inside (a point, a curve, an open mesh) needs a margin above zero [m]");
 }
 
-Query Offset::query_local(const Pose& X_WT, double t) const noexcept {
-  Query q = geometry_->query(X_WT, t);
+Query Offset::query_local(const Pose& X_WT, double t, double exact_within) const noexcept {
+  Query q = geometry_->query(X_WT, t, exact_within + std::abs(margin_));
   const Vec3 shift = margin_ * q.normal;
   q.distance -= margin_;
   q.point += shift;
@@ -65,7 +65,7 @@ Combination::Combination(Kind kind, std::vector<GeometryPtr> parts, double blend
 }
 
 /// By De Morgan's laws, an intersection or difference is the complement of a union.
-Query Combination::query_local(const Pose& X_WT, double t) const noexcept {
+Query Combination::query_local(const Pose& X_WT, double t, double) const noexcept {
   const bool cuts = kind_ != Kind::unite;
   Query q = parts_[0]->query(X_WT, t);
   if (cuts) q = inside_out(q);

@@ -22,7 +22,7 @@ class Offset final : public Geometry {
   void add_live(LiveFrames& frames) const override { geometry_->add_live(frames); }
 
  protected:
-  [[nodiscard]] Query query_local(const Pose& X_WT, double t) const noexcept override;
+  [[nodiscard]] Query query_local(const Pose& X_WT, double t, double exact_within) const noexcept override;
 
  private:
   GeometryPtr geometry_;
@@ -50,7 +50,7 @@ class Combination final : public Geometry {
   }
 
  protected:
-  [[nodiscard]] Query query_local(const Pose& X_WT, double t) const noexcept override;
+  [[nodiscard]] Query query_local(const Pose& X_WT, double t, double) const noexcept override;
 
  private:
   Kind kind_;

@@ -18,7 +18,7 @@ Cone::Cone(const Vec3& apex, const Vec3& axis, double half_angle)
   aside_ = attitude_.col(0);
 }
 
-Query Cone::query_local(const Pose& X_WT, double) const noexcept {
+Query Cone::query_local(const Pose& X_WT, double, double) const noexcept {
   const Vec3 out = X_WT.p - apex_;
   const double z = axis_.dot(out);
   const Vec3 off = out - z * axis_;

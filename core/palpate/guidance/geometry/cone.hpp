@@ -20,7 +20,7 @@ class Cone final : public Geometry {
   [[nodiscard]] bool solid() const noexcept override { return true; }
 
  protected:
-  [[nodiscard]] Query query_local(const Pose& X_WT, double) const noexcept override;
+  [[nodiscard]] Query query_local(const Pose& X_WT, double, double) const noexcept override;
 
  private:
   Vec3 apex_, axis_, aside_;

@@ -12,7 +12,7 @@ Line::Line(const Vec3& a, const Vec3& b, bool endless)
   attitude_ = basis_of(direction_);
 }
 
-Query Line::query_local(const Pose& X_WT, double) const noexcept {
+Query Line::query_local(const Pose& X_WT, double, double) const noexcept {
   const double wanted = direction_.dot(X_WT.p - a_);
   const double arc_length = endless_ ? wanted : std::clamp(wanted, 0.0, length_);
   Query q = point_or_curve_query(X_WT.p, a_ + arc_length * direction_, arc_length == wanted ? &direction_ : nullptr);

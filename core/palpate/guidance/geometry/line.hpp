@@ -15,7 +15,7 @@ class Line final : public Geometry {
   [[nodiscard]] bool solid() const noexcept override { return false; }
 
  protected:
-  [[nodiscard]] Query query_local(const Pose& X_WT, double) const noexcept override;
+  [[nodiscard]] Query query_local(const Pose& X_WT, double, double) const noexcept override;
 
  private:
   Vec3 a_, direction_;

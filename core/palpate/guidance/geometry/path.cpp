@@ -197,7 +197,7 @@ Mat3 Path::attitude(const Best& where, double arc_length, const Vec3& tangent) c
   return Eigen::Quaterniond::FromTwoVectors(R.col(2), tangent).toRotationMatrix() * R;
 }
 
-Query Path::query_local(const Pose& X_WT, double) const noexcept {
+Query Path::query_local(const Pose& X_WT, double, double) const noexcept {
   const Best best = nearest(X_WT.p);
   const Controls& c = pieces_[best.piece];
   const Vec3 tangent = slope(c, best.u).normalized(), point = at(c, best.u);

@@ -32,7 +32,7 @@ class Path final : public Geometry {
   [[nodiscard]] double length() const noexcept { return start_.back(); }  ///< [m]
 
  protected:
-  [[nodiscard]] Query query_local(const Pose& X_WT, double) const noexcept override;
+  [[nodiscard]] Query query_local(const Pose& X_WT, double, double) const noexcept override;
 
  private:
   /// A point of the curve (piece and parameter u) and its squared distance [m^2].

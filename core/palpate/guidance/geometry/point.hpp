@@ -13,7 +13,7 @@ class Point final : public Geometry {
   [[nodiscard]] bool has_axis() const noexcept override { return false; }
 
  protected:
-  [[nodiscard]] Query query_local(const Pose& X_WT, double) const noexcept override {
+  [[nodiscard]] Query query_local(const Pose& X_WT, double, double) const noexcept override {
     return point_or_curve_query(X_WT.p, Vec3::Zero(), nullptr);
   }
 };

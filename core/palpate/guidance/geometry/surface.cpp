@@ -23,14 +23,15 @@ Solid::Solid(std::shared_ptr<const scene::Surface> surface) : surface_(std::move
   axis_ = dynamic_cast<const scene::Sphere*>(any) == nullptr && dynamic_cast<const scene::Cloud*>(any) == nullptr;
 }
 
-Query Solid::query_local(const Pose& X_WT, double) const noexcept {
-  const scene::Nearest found = surface_->nearest(X_WT.p);
+Query Solid::query_local(const Pose& X_WT, double, double exact_within) const noexcept {
+  const scene::Nearest found = surface_->nearest_or_far(X_WT.p, exact_within);
   Query q;
   q.distance = found.distance;
   q.point = found.point;
   q.normal = found.normal;
   // A mesh returns the normal of its surface, which near edges is not the gradient of the distance.
-  if (surface_->mesh() != nullptr && std::abs(q.distance) > kTouch) q.normal = (X_WT.p - q.point) / q.distance;
+  const double far = std::abs(q.distance);
+  if (surface_->mesh() != nullptr && far > kTouch && far < exact_within) q.normal = (X_WT.p - q.point) / q.distance;
   q.basis = basis_of(q.normal);
   return q;
 }

@@ -18,7 +18,7 @@ class Solid final : public Geometry {
   [[nodiscard]] bool has_axis() const noexcept override { return axis_; }
 
  protected:
-  [[nodiscard]] Query query_local(const Pose& X_WT, double) const noexcept override;
+  [[nodiscard]] Query query_local(const Pose& X_WT, double, double exact_within) const noexcept override;
 
  private:
   std::shared_ptr<const scene::Surface> surface_;

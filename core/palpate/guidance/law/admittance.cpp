@@ -20,6 +20,7 @@ class Admittance final : public Law {
   }
   [[nodiscard]] const char* name() const noexcept override { return "admittance"; }
   [[nodiscard]] double stiffness() const noexcept override { return 0.0; }
+  [[nodiscard]] double reach() const noexcept override { return o_.range; }
   [[nodiscard]] double damping() const noexcept override { return o_.B / o_.ratio; }
   [[nodiscard]] double turning_stiffness() const noexcept override { return 0.0; }
   [[nodiscard]] double turning_damping() const noexcept override { return o_.B_turn / o_.ratio; }

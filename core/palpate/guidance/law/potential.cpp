@@ -44,6 +44,7 @@ class Potential final : public ImpedanceLaw {
     return out;
   }
   [[nodiscard]] const char* name() const noexcept override { return "potential"; }
+  [[nodiscard]] double reach() const noexcept override { return o_.range; }
 };
 
 }  // namespace

@@ -21,6 +21,7 @@ class Forbid final : public Role {
     return out;
   }
   [[nodiscard]] const char* name() const noexcept override { return "forbid"; }
+  [[nodiscard]] double border() const noexcept override { return margin_; }
   [[nodiscard]] bool needs_solid() const noexcept override { return margin_ == 0.0; }
 
  private:

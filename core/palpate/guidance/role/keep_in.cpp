@@ -20,6 +20,7 @@ class KeepIn final : public Role {
     return out;
   }
   [[nodiscard]] const char* name() const noexcept override { return "keep-in"; }
+  [[nodiscard]] double border() const noexcept override { return margin_; }
   [[nodiscard]] bool needs_solid() const noexcept override { return true; }
 
  private:

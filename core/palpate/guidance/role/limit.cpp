@@ -37,6 +37,7 @@ class Limit final : public Role {
     return out;
   }
   [[nodiscard]] const char* name() const noexcept override { return "limit"; }
+  [[nodiscard]] double border() const noexcept override { return margin_; }
   [[nodiscard]] bool needs_solid() const noexcept override { return margin_ == 0.0; }
   [[nodiscard]] bool has_gap() const noexcept override { return speed_ == 0.0 || force_ > 0.0; }
 

@@ -1,4 +1,5 @@
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
@@ -13,6 +14,7 @@
 #include "bindings/timing.hpp"
 #include "haptics/guardian.hpp"
 #include "haptics/haptic_node.hpp"
+#include "haptics/stream_meter.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -76,6 +78,10 @@ void bind_node(nb::module_& m) {
 
 void bind_haptics(nb::module_& m) {
   bind_node(m);
+  nb::class_<StreamMeter>(m, "StreamMeter", "Measures how regularly the poses of a topic arrive.")
+      .def(nb::init<std::shared_ptr<Context>, const std::string&>(), "context"_a, "topic"_a,
+           nb::call_guard<nb::gil_scoped_release>(), "Start to listen; it runs until it is deleted.")
+      .def("rows", &StreamMeter::rows, "Arrival [s, monotonic] and age of the stamp [s] of each message so far.");
   m.def(
       "guard",
       [](const std::shared_ptr<Context>& context, std::string wrench_topic, std::string node_name, int node_pid,

@@ -16,9 +16,9 @@
 #include <thread>
 #include <vector>
 
-#include "haptics/latched_subscriber.hpp"
 #include "haptics/names.hpp"
 #include "palpate/loop/crtk_cycle.hpp"
+#include "rcl/latched_subscriber.hpp"
 #include "rcl/publisher.hpp"
 #include "rcl/spinner.hpp"
 

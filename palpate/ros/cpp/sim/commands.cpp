@@ -21,6 +21,11 @@ namespace {
 using dvrk::Command;
 using dvrk::Payload;
 
+// A latched command that is older belongs to another session and is ignored, so that a robot that starts again
+// does not move by itself [s]. Clients queue up to ten.
+constexpr double kOldest = 5.0;
+constexpr std::size_t kKept = 10;
+
 // ---- Functions that copy the payload of each message type into a command.
 
 void read(const std_msgs::msg::Empty&, Command&) {}
@@ -95,12 +100,32 @@ std::unique_ptr<Entity> reader(Node& node, const std::string& topic, const dvrk:
     case Payload::impedance:
       return reader<crtk_msgs::msg::CartesianImpedance>(node, topic, command, on_command);
     case Payload::text:
-      if (verb.name == "state_command") return reader<crtk_msgs::msg::StringStamped>(node, topic, command, on_command);
       return reader<std_msgs::msg::String>(node, topic, command, on_command);
     case Payload::operating:
       break;
   }
   throw Error("no message carries the command " + topic);
+}
+
+template <class Msg>
+std::unique_ptr<LatchingSearch> latched(Node& node, const std::string& topic, const Command& command,
+                                        const OnCommand& on_command) {
+  const auto take = [command, on_command](const Msg& message) {
+    Command filled = command;
+    read(message, filled);
+    on_command(filled);
+  };
+  return std::make_unique<LatchedSubscriber<Msg>>(node, topic, take, kOldest, kKept);
+}
+
+/// The subscription of a command that CRTK's clients latch; nullptr for other commands.
+std::unique_ptr<LatchingSearch> setting_reader(Node& node, const std::string& topic, const dvrk::VerbEntry& verb,
+                                               const Command& command, const OnCommand& on_command) {
+  if (verb.name == "state_command") return latched<crtk_msgs::msg::StringStamped>(node, topic, command, on_command);
+  if (verb.name == "use_gravity_compensation" || verb.name == "body/set_cf_orientation_absolute")
+    return latched<std_msgs::msg::Bool>(node, topic, command, on_command);
+  if (verb.name == "trajectory_j/set_ratio") return latched<std_msgs::msg::Float64>(node, topic, command, on_command);
+  return nullptr;
 }
 
 }  // namespace
@@ -115,15 +140,19 @@ std::vector<dvrk::Address> components(const dvrk::System& robot, dvrk::Kind kind
   return found;
 }
 
-std::vector<std::unique_ptr<Entity>> listen(Node& node, const dvrk::System& robot, const OnCommand& on_command) {
-  std::vector<std::unique_ptr<Entity>> subscriptions;
+Subscriptions listen(Node& node, const dvrk::System& robot, const OnCommand& on_command) {
+  Subscriptions subscriptions;
   for (const dvrk::VerbEntry& verb : dvrk::verbs()) {
     for (const dvrk::Address& at : components(robot, verb.kind, verb.arms)) {
       Command command;
       command.to = at;
       command.verb = verb.verb;
       const std::string topic = robot.component_name(at) + "/" + std::string(verb.name);
-      subscriptions.push_back(reader(node, topic, verb, command, on_command));
+      if (auto setting = setting_reader(node, "/" + topic, verb, command, on_command)) {
+        subscriptions.settings.push_back(std::move(setting));
+      } else {
+        subscriptions.motions.push_back(reader(node, topic, verb, command, on_command));
+      }
     }
   }
   return subscriptions;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "dvrk/system.hpp"
+#include "rcl/latched_subscriber.hpp"
 #include "rcl/subscription.hpp"
 
 namespace palpate::ros {
@@ -17,8 +18,14 @@ namespace palpate::ros {
 
 using OnCommand = std::function<void(const dvrk::Command&)>;
 
-/// Subscriptions to every verb of every component; `on_command` is called in the spinner's thread.
-[[nodiscard]] std::vector<std::unique_ptr<Entity>> listen(Node& node, const dvrk::System& robot,
-                                                          const OnCommand& on_command);
+/// Subscriptions to every verb of every component. CRTK's clients latch commands that are settings, such as
+/// state_command, so that DDS keeps those that were sent before it has connected client and robot.
+struct Subscriptions {
+  std::vector<std::unique_ptr<Entity>> motions;
+  std::vector<std::unique_ptr<LatchingSearch>> settings;
+};
+
+/// `on_command` is called in the spinner's thread.
+[[nodiscard]] Subscriptions listen(Node& node, const dvrk::System& robot, const OnCommand& on_command);
 
 }  // namespace palpate::ros

@@ -7,10 +7,11 @@
 namespace palpate::ros {
 namespace {
 
-constexpr double kEnd = 0.1;                // time between power-off and the end of the threads [s]
-constexpr std::int64_t kCatchUp = 30;       // most ticks that are caught up after a delay of the servo thread [-]
-constexpr int kServo = 70;                  // priority of the servo; the haptic loop has 80
-constexpr int kPublish = 69, kListen = 71;  // priorities of the publishing and the subscribing thread
+constexpr double kEnd = 0.1;                  // time between power-off and the end of the threads [s]
+constexpr std::int64_t kCatchUp = 30;         // most ticks that are caught up after a delay of the servo thread [-]
+constexpr std::int64_t kSearch = 20'000'000;  // interval of the searches for latching clients [ns]
+constexpr int kServo = 70;                    // priority of the servo; the haptic loop has 80
+constexpr int kPublish = 69, kListen = 71;    // priorities of the publishing and the subscribing thread
 
 /// Real-time options of a thread on any core, without spinning.
 loop::RealTimeOptions at(int priority) noexcept {
@@ -52,7 +53,11 @@ Robot::Robot(const std::shared_ptr<Context>& context, dvrk::System& robot, dvrk:
   });
   servo_.start(1.0 / dvrk::System::kTick, [this](const loop::Wake& wake) { return tick(wake); });
   spinner_ = std::make_unique<Spinner>(node_, SpinnerOptions{.in_thread = [] { loop::schedule(at(kListen)); }});
-  query_spinner_ = std::make_unique<Spinner>(query_node_);
+  query_spinner_ = std::make_unique<Spinner>(query_node_, SpinnerOptions{.after = [this] {
+                                               for (const auto& command : subscriptions_.settings)
+                                                 command->find_latching_publisher();
+                                               return kSearch;
+                                             }});
 }
 
 void Robot::stop() {

@@ -77,7 +77,7 @@ class Robot {
   std::atomic<bool> ending_{false};
   int ticks_ = 0, ticks_left_ = -1;
 
-  std::vector<std::unique_ptr<Entity>> subscriptions_;
+  Subscriptions subscriptions_;
   std::unique_ptr<Spinner> spinner_, query_spinner_;
   std::thread publisher_;
   loop::RealTimeThread servo_;

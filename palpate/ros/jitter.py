@@ -1,0 +1,86 @@
+"""Tolerances for a leader's states, chosen at the start of a session from how regularly they arrive."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from palpate.arrays import Array
+
+SECONDS = 1.0
+"""Duration of the measurement [s]."""
+FIND = 1.0
+"""Longest wait for the first state [s]."""
+MARGIN = 2.0
+"""Tolerance over the longest gap that was measured [-]."""
+LARGEST = 0.06
+"""Largest tolerance [s]. A force may rest this long on an old state, and an arm moves by 6 mm at 0.1 m/s meanwhile."""
+
+
+@dataclass(frozen=True)
+class Jitter:
+    """How regularly states arrived."""
+
+    states: int
+    rate: float
+    """Mean rate [Hz]."""
+    gap: float
+    """Longest time between two arrivals, or age of a stamp [s]."""
+
+
+def measure(native: Any, context: Any, topic: str, seconds: float = SECONDS) -> Jitter | None:
+    """Listen to a topic of poses; None if nothing arrives within `FIND`.
+
+    Args:
+        native: the compiled module.
+        context: ROS context.
+        topic: full name of the topic.
+        seconds: duration, from the first state [s].
+    """
+    meter = native.StreamMeter(context, topic)
+    end = time.monotonic() + FIND
+    while not meter.rows():
+        if time.monotonic() > end:
+            return None
+        time.sleep(0.01)
+    time.sleep(seconds)
+    return jitter(np.array(meter.rows()), time.monotonic())
+
+
+def jitter(rows: Array, now: float) -> Jitter:
+    """The jitter of recorded arrivals.
+
+    Args:
+        rows: arrival on the monotonic clock and age of the stamp of each state (n, 2) [s], n >= 1.
+        now: end of the record on the monotonic clock [s].
+    """
+    arrivals, ages = rows[:, 0], np.abs(rows[:, 1])
+    gaps = np.diff(np.append(arrivals, max(now, arrivals[-1])))
+    fresh = ages[ages < LARGEST]  # a clock that is wrong, or a stamp of zero, is a fault and no jitter
+    longest = max(float(gaps.max()), float(fresh.max(initial=0.0)))
+    return Jitter(len(rows), len(rows) / max(float(now - arrivals[0]), 1e-9), longest)
+
+
+def tolerance(measured: Jitter | None, least: float) -> tuple[float, str]:
+    """The silence after which the leader counts as silent [s], and a sentence for the user; empty if it is `least`.
+
+    Args:
+        measured: the jitter; None: no state arrived.
+        least: the scene's `stability.stale_after` [s], which is never made smaller.
+    """
+    if measured is None:
+        return least, ""
+    wanted = MARGIN * measured.gap
+    chosen = max(least, min(wanted, LARGEST))
+    if chosen == least and wanted <= least:
+        return least, ""
+    words = f"the leader's states pause for up to {1e3 * measured.gap:.0f} ms: "
+    if wanted > LARGEST:
+        return chosen, (
+            f"{words}a silence of {1e3 * chosen:.0f} ms takes the force away, longer ones are not tolerated. "
+            "Mend: end other programs, or allow SCHED_FIFO (docs/ros2-network.md)"
+        )
+    return chosen, f"{words}a silence of {1e3 * chosen:.0f} ms takes the force away, instead of {1e3 * least:.0f} ms"

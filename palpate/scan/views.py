@@ -1,0 +1,73 @@
+"""The views of a scan: noise and spacing of their points, and removal of outliers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from palpate.arrays import Array
+from palpate.clouds import PointCloud
+from palpate.errors import CloudError, MissingExtraError
+
+LEAST = 200
+"""Smallest number of points of a view."""
+_NEIGHBOURS, _PATCH, _SAMPLES = 8, 64, 1000
+_FAR = 3.0  # outliers: deviations of the mean distance to the neighbours from its median, in robust deviations
+
+
+def spread(points: Array) -> tuple[float, float]:
+    """Noise along the normal and spacing of points (N, 3), both medians over patches of 64 neighbours [m]."""
+    from scipy.spatial import cKDTree
+
+    k = min(_PATCH, len(points))
+    chosen = np.random.default_rng(0).permutation(len(points))[:_SAMPLES]
+    distances, index = cKDTree(points).query(points[chosen], k=k)
+    near = points[index] - points[index].mean(axis=1, keepdims=True)
+    variance = np.linalg.eigvalsh(np.einsum("nki,nkj->nij", near, near))[:, 0] / (k - 3)
+    spacing = np.median(distances[:, -1]) / np.sqrt(k / np.pi)
+    return float(np.sqrt(max(np.median(variance), 0.0))), float(spacing)
+
+
+def inliers(points: Array) -> Array:
+    """Points (N, 3) without isolated ones, whose mean distance to their 8 neighbours is unusually large.
+
+    R. B. Rusu et al., "Towards 3D point cloud based object maps for household environments", Robotics and Autonomous
+    Systems 56, 2008, section 4.1; with the median and its absolute deviation instead of mean and standard deviation,
+    and distances relative to the range, because the points of a camera spread with it.
+    """
+    from scipy.spatial import cKDTree
+
+    distances, _ = cKDTree(points).query(points, k=_NEIGHBOURS + 1)
+    away = distances[:, 1:].mean(axis=1)
+    middle = np.median(away)
+    deviation = 1.4826 * np.median(np.abs(away - middle))
+    return np.asarray(points[away < middle + max(_FAR * deviation, middle)])
+
+
+def require(view: PointCloud) -> None:
+    """Refuse a view that has no surface.
+
+    Raises:
+        CloudError: too few points, or points that lie on a line or in one place.
+    """
+    if len(view) < LEAST:
+        what, mend = f"{len(view)} points are too few for a view", f"a view needs {LEAST} points at least"
+        raise CloudError(what, where=view.name, mend=mend)
+    sizes = np.linalg.svd(view.points - view.points.mean(axis=0), compute_uv=False)
+    if not sizes[1] > 1e-3 * sizes[0]:
+        what = "all points lie in one place" if sizes[0] == 0.0 else "all points lie on one line"
+        raise CloudError(what, where=view.name, mend="give a view of a surface")
+
+
+def small_gicp() -> Any:
+    """The library small_gicp.
+
+    Raises:
+        MissingExtraError: it is not installed.
+    """
+    try:
+        import small_gicp as library
+    except ModuleNotFoundError as missing:
+        raise MissingExtraError("small_gicp, which aligns the views,", "registration") from missing
+    return library

@@ -1,0 +1,89 @@
+"""Frames, models and meshes of a scene that a record holds for 3-D viewers (`palpate.record.extra`)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from palpate.arm import Arm
+from palpate.arrays import Array, so3
+from palpate.mesh.coarse import drawable
+from palpate.record.extra import (
+    MARKERS,
+    TEXT,
+    TF,
+    WORLD,
+    Marker,
+    marker_message,
+    text_message,
+    transform_message,
+)
+from palpate.record.ticks import Ticks
+from palpate.scene.rig import Rig
+from palpate.trackers.sending import object_poses
+
+MOST_TRIANGLES = 8_000
+"""Limit above which an object is stored with a coarser mesh."""
+_TISSUE, _TOOL = (0.62, 0.25, 0.2, 0.8), (0.35, 0.67, 1.0, 1.0)
+_KINDS = {"box": 1, "sphere": 2, "cylinder": 3}
+
+
+class RecordedFrames:
+    """The frames of a run: palpate_world > ARM_base > ARM/LINK, follower_tool and palpate_object_NAME.
+
+    ARM is leader or follower; the names are those that Palpate's ROS 2 nodes publish.
+
+    Args:
+        rig: the built scene. It gets arms of its own, because an arm cannot be shared between threads.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        self._rig = rig
+        self._arms = {side: rig.scene.arm(side) for side in ("leader", "follower")}
+        self._models = {f"/{side}/robot_description": arm.urdf for side, arm in self._arms.items() if arm.urdf}
+        self.topics = {"/tf_static": TF, "/scene/arms": MARKERS, "/scene/objects": MARKERS}
+        self.topics |= dict.fromkeys(self._models, TEXT)
+
+    def first(self) -> list[tuple[str, bytes]]:
+        """As `Extra.first`."""
+        arms = self._rig.arms
+        bases = {(WORLD, "leader_base"): arms.X_WL, (WORLD, "follower_base"): arms.X_WB}
+        drawn = [marker for side, arm in self._arms.items() for marker in _arm_markers(side, arm)]
+        tip = Marker("follower_tool", "tool sphere", 2, _TOOL, scale=(2.0 * self._rig.scene.contact.radius,) * 3)
+        return [
+            ("/tf_static", transform_message(bases)),
+            ("/scene/arms", marker_message([*drawn, tip])),
+            ("/scene/objects", marker_message(self._objects())),
+            *((topic, text_message(urdf)) for topic, urdf in self._models.items()),
+        ]
+
+    def transforms(self, tick: Ticks) -> dict[tuple[str, str], Array]:
+        """As `Extra.transforms`."""
+        found: dict[tuple[str, str], Array] = {}
+        for (side, arm), joints, pinch in zip(self._arms.items(), ("q", "q_follower"), ("gripper", "jaw"), strict=True):
+            q = np.nan_to_num(np.array(tick[joints][: arm.n]))
+            links = arm.link_poses(q, float(np.nan_to_num(tick[pinch])))
+            found |= {(f"{side}_base", f"{side}/{link}"): X for link, X in links.items()}
+        found[WORLD, "follower_tool"] = so3.pose(tick["p_WT"], tick["quat_WT"])
+        for name, X_WO in object_poses(self._rig, tick).items():
+            found[WORLD, f"palpate_object_{name}"] = X_WO
+        return found
+
+    def _objects(self) -> list[Marker]:
+        found = []
+        for obj, placed in zip(self._rig.scene.objects, self._rig.surfaces, strict=True):
+            vertices, triangles = drawable(placed.body.vertices, placed.body.triangles, MOST_TRIANGLES)
+            points = vertices[triangles.reshape(-1)]
+            found.append(Marker(f"palpate_object_{obj.name}", obj.name, 11, _TISSUE, points=points))
+        return found
+
+
+def _arm_markers(side: str, arm: Arm) -> list[Marker]:
+    """The primitives of an arm's links."""
+    found = []
+    for visual in arm.visuals:
+        size = visual.size
+        lengths = {"box": size, "sphere": (2.0 * size[0],) * 3, "cylinder": (2.0 * size[0], 2.0 * size[0], size[-1])}
+        x, y, z = lengths[visual.shape]
+        frame, kind = f"{side}/{visual.link}", _KINDS[visual.shape]
+        found.append(Marker(frame, side, kind, visual.colour, visual.X_link_visual, (x, y, z)))
+    return found

@@ -1,0 +1,78 @@
+"""`palpate scan`: its JSON, its mesh, and what it refuses."""
+
+import json
+
+import json_contract
+import numpy as np
+import pytest
+
+from palpate.cli import main
+from palpate.clouds import PointCloud
+from palpate.mesh import Mesh
+
+SCENE = "objects: [{name: ball, sphere: {radius: 0.04}}]\n"
+
+
+@pytest.fixture
+def scene(tmp_path):
+    (tmp_path / "ball.yaml").write_text(SCENE)
+    return tmp_path / "ball.yaml"
+
+
+def test_a_simulated_scan_of_a_ball(scene, capsys):
+    out = scene.parent / "organ.ply"
+    assert (
+        main(["scan", str(scene), "--views", "6", "--noise", "0.5", "--cell", "2.5", "--out", str(out), "--json", "-"])
+        == 0
+    )
+    values = json.loads(capsys.readouterr().out)
+    assert set(values) == json_contract.keys("scan")
+    made = Mesh.load(out, "m")
+    assert made.report.watertight == values["closed"]
+    assert len(made.triangles) == values["triangles"]
+    radius = np.linalg.norm(made.vertices - made.vertices.mean(axis=0), axis=1)
+    assert np.abs(radius - 0.04).max() < 1.5e-3
+    assert values["error_m"]["rms"] < 0.5e-3
+    before = out.read_bytes()
+    assert main(["scan", str(scene), "--out", str(out)]) == 2
+    assert out.read_bytes() == before
+    assert "exists already" in capsys.readouterr().err
+
+
+def test_clouds_with_frames(tmp_path, capsys):
+    rng = np.random.default_rng(0)
+    top = np.c_[rng.uniform(-0.05, 0.05, (3000, 2)), 0.01 * np.ones(3000)]
+    for name in ("a", "b"):
+        PointCloud(top - [0, 0, 0.5], name=name).save(tmp_path / f"{name}.pcd")
+    frames = tmp_path / "poses.yaml"
+    frames.write_text("frames:\n  - {child: a, pose: {xyz: [0, 0, 0.5]}}\n")
+    arguments = ["scan", str(tmp_path / "a.pcd"), str(tmp_path / "b.pcd"), "--frames", str(frames)]
+    assert main(arguments) == 2
+    assert "there is no frame 'b'" in capsys.readouterr().err
+    frames.write_text("frames:\n" + "".join(f"  - {{child: {c}, pose: {{xyz: [0, 0, 0.5]}}}}\n" for c in "ab"))
+    out = tmp_path / "flat.ply"
+    assert main([*arguments, "--out", str(out), "--json", str(tmp_path / "v.json")]) == 0
+    values = json.loads((tmp_path / "v.json").read_text())
+    assert not values["closed"]
+    with pytest.warns(match="the surface is open"):
+        assert Mesh.load(out, "m").vertices[:, 2] == pytest.approx(0.01, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["nothing.pcd"], "not found"),
+        (["a.xyz"], "unit of the cloud is not known"),
+        (["a.xyz", "--unit", "m"], "too few"),
+        (["a.xyz", "--unit", "m", "--out", "organ.foo"], "unknown format"),
+        (["a.xyz", "--cell", "-1"], "--cell -1 is out of range"),
+        (["ball.yaml", "--views", "0"], "--views 0 is out of range"),
+        (["ball.yaml", "a.xyz"], "a scene stands beside clouds"),
+    ],
+)
+def test_mistakes(scene, monkeypatch, capsys, arguments, words):
+    monkeypatch.chdir(scene.parent)
+    (scene.parent / "a.xyz").write_text("0 0 0\n0 1 0\n1 0 0\n")
+    assert main(["scan", *arguments]) == 2
+    assert words in capsys.readouterr().err
+    assert not (scene.parent / "organ.foo").exists()

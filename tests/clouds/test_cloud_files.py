@@ -1,0 +1,94 @@
+"""Files of point clouds: round trips in all formats, units, and damaged files."""
+
+import numpy as np
+import pytest
+
+import palpate
+from palpate.clouds import MAX_POINTS, table
+from palpate.errors import CloudError
+
+P = np.array([[0.5, 1.0, -2.0], [0.25, 0.0, 4.0], [0.125, 1.0, 1.0]])
+N = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [0.6, 0.0, 0.8]])
+C = np.array([[255, 0, 7], [1, 2, 3], [0, 0, 0]], dtype=np.uint8)
+
+
+@pytest.mark.parametrize("suffix", [".pcd", ".ply", ".npz", ".xyz", ".csv"])
+def test_what_is_saved_is_loaded_with_its_unit(tmp_path, suffix):
+    palpate.PointCloud(P, N, C, viewpoint=[0.0, 0.0, 1.0]).save(tmp_path / f"a{suffix}")
+    back = palpate.PointCloud.load(tmp_path / f"a{suffix}")
+    assert back.points == pytest.approx(P, abs=1e-6)
+    assert back.normals == pytest.approx(N, abs=1e-6)
+    if suffix in (".pcd", ".ply", ".npz"):
+        assert (back.colors == C).all()
+    if suffix in (".pcd", ".npz"):
+        assert back.viewpoint == pytest.approx([0.0, 0.0, 1.0])
+
+
+def test_the_unit_is_asked_for(tmp_path):
+    (tmp_path / "a.xyz").write_text("0 0 0\n10 0 0\n0 10 0\n")
+    with pytest.raises(CloudError, match=r"unit of the cloud is not known(.|\n)*unit: m in a scene"):
+        palpate.PointCloud.load(tmp_path / "a.xyz")
+    assert palpate.PointCloud.load(tmp_path / "a.xyz", unit="mm").points.max() == pytest.approx(0.01)
+    palpate.PointCloud(P).save(tmp_path / "b.ply")
+    with pytest.raises(CloudError, match="states its unit m, but mm was given"):
+        palpate.PointCloud.load(tmp_path / "b.ply", unit="mm")
+
+
+def test_points_that_are_not_finite_are_left_out_with_their_colours():
+    with_hole = P.copy()
+    with_hole[1, 2] = np.nan
+    found = palpate.PointCloud(with_hole, N, C)
+    assert found.invalid == 1
+    assert found.points == pytest.approx(P[[0, 2]])
+    assert (found.colors == C[[0, 2]]).all()
+    assert found.normals == pytest.approx(N[[0, 2]])
+
+
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        (np.empty((0, 3)), "zero points"),
+        (np.full((4, 3), np.nan), "none of the 4 points is finite"),
+        (np.zeros((4, 2)), r"shape \(N, 3\)"),
+        ([["a", "b", "c"]], "array of numbers"),
+        (np.full((4, 3), 1e6), "another unit"),
+    ],
+)
+def test_values_that_are_no_cloud_are_refused(points, message):
+    with pytest.raises(CloudError, match=message):
+        palpate.PointCloud(points)
+
+
+def test_too_many_points_are_refused_before_they_are_read(tmp_path, monkeypatch):
+    head = "# .PCD\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nPOINTS 50000000\nDATA binary\n"
+    (tmp_path / "a.pcd").write_bytes(head.encode())
+    with pytest.raises(CloudError, match=rf"50,000,000 points are more than {MAX_POINTS:,}(.|\n)*voxel grid"):
+        palpate.PointCloud.load(tmp_path / "a.pcd", unit="m")
+    monkeypatch.setattr(table, "MAX_POINTS", 2)
+    with pytest.raises(CloudError, match="more than 2"):
+        palpate.PointCloud(P)
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "message"),
+    [
+        ("a.pcd", b"FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nPOINTS 9\nDATA binary\n1234", "are promised, 4 bytes"),
+        ("a.pcd", b"FIELDS x y\nSIZE 4 4\nTYPE F F\nPOINTS 0\nDATA binary\n", "column 'z' is missing"),
+        ("a.pcd", b"no header", "no line DATA"),
+        ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nend_header\n1", "promised"),
+        ("a.ply", b"solid", "no PLY header"),
+        ("a.npz", b"PK nothing", "not a readable NPZ"),
+        ("a.csv", b"x,y,z\n1,2,3\n4,5\n", "3 columns"),
+        ("a.csv", b"", "empty"),
+        ("a.las", b"LASF", "unknown format"),
+    ],
+)
+def test_damaged_files_are_named_with_their_damage(tmp_path, name, data, message):
+    (tmp_path / name).write_bytes(data)
+    with pytest.raises(CloudError, match=message):
+        palpate.PointCloud.load(tmp_path / name, unit="m")
+
+
+def test_a_file_that_is_missing_is_named(tmp_path):
+    with pytest.raises(CloudError, match="not found"):
+        palpate.PointCloud.load(tmp_path / "none.pcd", unit="m")

@@ -1,0 +1,159 @@
+"""Reports about the force: few sentences from a source that flickers, and none too late from one that fails."""
+
+import threading
+import time
+
+import numpy as np
+import pytest
+import stand as bench
+
+from palpate.record.ticks import STATUS, TICK
+from palpate.ros import reports
+from palpate.ros.jitter import LARGEST, Jitter, jitter, tolerance
+from palpate.ros.reports import ForceReports
+
+RATE = 250.0
+FREE = "free to push"
+SILENT = STATUS["leader_stale"][1]
+
+
+class Run:
+    """Feeds ticks in the chunks of a session, and keeps (time [s], sentence)."""
+
+    def __init__(self):
+        self.reports, self.told, self.t = ForceReports(), [], 0.0
+
+    def add(self, seconds, *names):
+        """Ticks with these bits for a duration [s]."""
+        left = round(seconds * RATE)
+        while left > 0:
+            n = min(left, 25)
+            ticks = np.zeros(n, TICK)
+            ticks["t"] = self.t + np.arange(1, n + 1) / RATE
+            ticks["status"] = sum(STATUS[name][0] for name in names)
+            self.reports.take(ticks)
+            self.t, left = float(ticks["t"][-1]), left - n
+            self.told += [(self.t, words) for words in self.reports.sentences()]
+
+    def flicker(self, times):
+        for _ in range(times):
+            self.add(0.04, "leader_stale")
+            self.add(0.1, "settling")
+            self.add(5.86)
+
+
+def test_source_that_flickers_is_told_once_a_minute_with_its_count():
+    run = Run()
+    run.flicker(31)
+    assert [words for _, words in run.told] == [
+        SILENT, FREE, f"{SILENT} (10 times in the last 60 s)", FREE,
+        f"{SILENT} (10 times in the last 60 s)", FREE, f"{SILENT} (10 times in the last 60 s)", FREE,
+    ]  # fmt: skip
+    assert run.told[0][0] <= 0.1, "the first one is told at once"
+
+
+def test_lasting_fault_is_told_among_flickers():
+    run = Run()
+    run.flicker(2)
+    begin = run.t
+    run.add(2.0, "leader_stale")
+    (told,) = [t for t, words in run.told if t > begin and words.startswith(SILENT)]
+    assert told - begin <= reports.LASTING + 0.2
+    assert not any(words == FREE for t, words in run.told if t > begin)
+    run.add(2.0)
+    assert run.told[-1][1] == FREE
+
+
+def test_another_cause_is_told_at_once_among_flickers():
+    run = Run()
+    run.flicker(2)
+    begin = run.t
+    run.add(0.01, "clock_jumped")
+    assert run.told[-1] == (pytest.approx(begin + 0.01, abs=0.1), STATUS["clock_jumped"][1])
+
+
+def test_pedals_are_told_at_each_change_and_caps_never():
+    run = Run()
+    for _ in range(3):
+        run.add(1.5, "clutched")
+        run.add(1.5, "force_capped", "passivity")
+    assert [words for _, words in run.told] == [STATUS["clutched"][1], FREE] * 3
+
+
+def rows(arrivals, age=1e-4):
+    return np.column_stack([arrivals, np.full(len(arrivals), age)])
+
+
+def test_jitter_is_the_longest_gap_or_age():
+    regular = np.arange(500) * 2e-3
+    assert jitter(rows(regular), 0.998).gap == pytest.approx(2e-3)
+    assert jitter(rows(regular), 0.998).rate == pytest.approx(500, rel=0.01)
+    assert jitter(rows(regular), 1.1).gap == pytest.approx(0.102), "silent at the end"
+    assert jitter(rows(regular + 0.02 * (regular > 0.5)), 1.018).gap == pytest.approx(0.022)
+    assert jitter(rows(regular, 0.025), 0.998).gap == pytest.approx(0.025), "late by a queue"
+    assert jitter(rows(regular, 1.7e9), 0.998).gap == pytest.approx(2e-3), "a stamp of zero is no jitter"
+
+
+@pytest.mark.parametrize(
+    ("gap", "chosen", "words"),
+    [(0.004, 0.03, ""), (0.014, 0.03, ""), (0.02, 0.04, "instead of 30 ms"), (0.04, LARGEST, "not tolerated")],
+)
+def test_tolerance_is_twice_the_jitter_within_its_bounds(gap, chosen, words):
+    value, told = tolerance(Jitter(500, 500.0, gap), 0.03)
+    assert value == pytest.approx(chosen)
+    assert words in told
+    assert bool(told) == bool(words)
+
+
+def test_tolerance_is_never_smaller_than_that_of_the_scene():
+    assert tolerance(None, 0.03) == (0.03, "")
+    assert tolerance(Jitter(500, 500.0, 0.01), 0.1)[0] == 0.1
+
+
+class Pauses(threading.Thread):
+    """Silences the leader for `pause` [s] every `period` [s], until it is left."""
+
+    def __init__(self, stand, pause, period):
+        super().__init__(daemon=True)
+        self.stand, self.pause, self.period, self.ended, self.times = stand, pause, period, threading.Event(), 0
+
+    def run(self):
+        while not self.ended.wait(self.period):
+            self.stand.inject(silent=True)
+            time.sleep(self.pause)
+            self.stand.inject()
+            self.times += 1
+
+    def __enter__(self):
+        self.start()
+        return self
+
+    def __exit__(self, *error):
+        self.ended.set()
+        self.join()
+
+
+def test_jittery_leader_sets_the_tolerance_and_prints_few_lines(native, tmp_path):
+    stand = bench.Stand(native, "JITTERY")
+    with Pauses(stand, 0.025, 0.2):
+        node = bench.Node(stand, tmp_path, "--bare")
+        node.output.await_line("states pause for up to")
+    try:
+        stand.press(60.0)
+        first = len(node.output.lines)
+        with Pauses(stand, 0.15, 0.35) as pauses:
+            time.sleep(5.0)
+        assert pauses.times >= 5
+        flickered = node.output.lines[first:]
+        assert len(flickered) <= 4, flickered
+        assert sum("the leader is silent" in line for line in flickered) <= 1, flickered
+        assert not any("not yet for long enough" in line for line in flickered)
+        first = len(node.output.lines)
+        stand.inject(silent=True)
+        node.output.await_line("the leader is silent", after=first)
+        stand.inject()
+        node.output.await_line(FREE, after=first)
+        assert "silent" in " ".join(node.end()["faults"])
+    finally:
+        node.process.kill()
+        node.process.wait()

@@ -1,0 +1,168 @@
+"""Scans of bodies in closed form: error of the surface, of the poses, holes; and views from which none is made."""
+
+import numpy as np
+import pytest
+
+from palpate import shapes
+from palpate.arrays.rigid import displacement, inverse, transform
+from palpate.clouds import PointCloud
+from palpate.errors import CloudError
+from palpate.mesh import Mesh, quiet
+from palpate.scan import scan
+from palpate.sensing.around import around, looking_at
+from palpate.sensing.depth_camera import Body
+
+R = np.array([0.06, 0.045, 0.035])  # semi-axes [m]
+
+
+def ellipsoid_rays(p_WC, n=90):
+    """Points (N, 3) in C of an ellipsoid, where rays of a pinhole camera meet it (closed form), and X_WC."""
+    X = looking_at(np.asarray(p_WC, float), np.zeros(3))
+    u, v = np.meshgrid(np.linspace(-0.22, 0.22, n), np.linspace(-0.22, 0.22, n))
+    d = np.stack([u, v, np.ones_like(u)], axis=-1).reshape(-1, 3)
+    a, b = (X[:3, 3] / R), (d @ X[:3, :3].T) / R
+    A, B, C = (b * b).sum(1), b @ a, a @ a - 1.0
+    root = B * B - A * C
+    t = (-B - np.sqrt(np.maximum(root, 0.0))) / A
+    return (t[:, None] * d)[root > 0.0], X
+
+
+def ring(noise, n=6, seed=0, height=0.16):
+    """Views around the ellipsoid from above and below."""
+    rng, clouds, poses = np.random.default_rng(seed), [], []
+    for k in range(n):
+        angle, z = 2 * np.pi * k / n, height * (1 if k % 2 else -1)
+        p, X = ellipsoid_rays([0.28 * np.cos(angle), 0.28 * np.sin(angle), z])
+        p *= 1.0 + noise * rng.normal(size=(len(p), 1)) / np.linalg.norm(p, axis=1, keepdims=True)
+        clouds.append(PointCloud(p, name=f"view {k}"))
+        poses.append(X)
+    return clouds, poses
+
+
+def error(p):
+    """Distance (N,) of points near the ellipsoid from it, to first order [m]."""
+    return np.abs(np.linalg.norm(p / R, axis=1) - 1.0) / np.linalg.norm(p / R**2, axis=1)
+
+
+def rms(values):
+    return float(np.sqrt(np.square(values).mean()))
+
+
+def test_surface_of_exact_points_has_no_error_by_its_curvature():
+    clouds, poses = ring(0.0)
+    found = scan(clouds, poses, align=False, spacing=0.002)
+    assert rms(error(found.vertices)) < 3e-5  # smoothing by 2 mm alone would give 2^2 / 35 = 0.11 mm
+    assert found.closed
+    assert found.mesh().report.watertight
+    assert found.mesh().report.volume_m3 == pytest.approx(4 / 3 * np.pi * R.prod(), rel=3e-3)
+
+
+def test_noise_is_averaged_and_reported():
+    clouds, poses = ring(1e-3)
+    found = scan(clouds, poses, align=False)
+    assert rms(error(found.vertices)) < 0.25e-3
+    points = np.concatenate([c.points @ X[:3, :3].T + X[:3, 3] for c, X in zip(clouds, poses, strict=True)])
+    assert found.rms == pytest.approx(rms(error(points)), rel=0.05)  # noise along the rays, seen along the normals
+    assert found.noise == pytest.approx(rms(error(points)), rel=0.25)
+    assert found.outliers < 0.03 * found.points
+
+
+def test_the_error_of_a_wrong_surface_is_seen():
+    clouds, poses = ring(0.0)
+    shifted = [pose.copy() for pose in poses]
+    shifted[3][:3, 3] += [0.0, 0.0, 0.004]
+    found = scan(clouds, shifted, align=False, spacing=0.002)
+    assert rms(error(found.vertices)) > 3e-4
+    assert found.rms > 3e-4
+
+
+def test_views_are_aligned_from_rough_poses():
+    body = Body("organ", *shapes.organ(6000))
+    views = around(body, 8, 0.5e-3, seed=2)
+    middle = body.vertices.mean(axis=0)
+
+    def away(poses):
+        return [np.linalg.norm(transform(X @ inverse(true), middle) - middle)
+                for X, true in zip(poses, views.true, strict=True)]  # fmt: skip
+
+    found = scan(views.clouds, views.stated)
+    assert max(away(views.stated)) > 4e-3
+    assert max(away(found.poses)) < 0.6e-3
+    with quiet():
+        assert rms(Mesh(body.vertices, body.triangles).closest(found.vertices)[0]) < 0.5e-3
+
+
+def test_views_of_a_moving_camera_need_no_poses():
+    rng, clouds, poses, first = np.random.default_rng(1), [], [], np.eye(4)
+    corner = np.concatenate([np.stack([a, b, 0 * a], 1)[:, order] for order in ([0, 1, 2], [2, 0, 1], [1, 2, 0])
+                             for a, b in [rng.uniform(0, 0.3, (2, 6000))]])  # fmt: skip
+    for k in range(4):
+        X = looking_at(np.array([0.9, 0.7 + 0.02 * k, 0.6 - 0.01 * k]), np.array([0.1, 0.1, 0.1]))
+        p = (corner - X[:3, 3]) @ X[:3, :3] + 5e-4 * rng.normal(size=corner.shape)
+        clouds.append(PointCloud(p, name=f"view {k}"))
+        first = X if k == 0 else first
+        poses.append(inverse(first) @ X)
+    found = scan(clouds)
+    for X, true in zip(found.poses, poses, strict=True):
+        assert displacement(true, X) == pytest.approx(np.zeros(6), abs=2e-3)
+    assert not found.closed
+
+
+def test_a_half_seen_body_stays_open_and_its_hole_is_reported():
+    p, X = ellipsoid_rays([0.0, 0.05, 0.3])
+    found = scan([PointCloud(p)], [X])
+    assert not found.closed
+    assert not found.mesh().report.watertight
+    assert found.holes[0].area > 1e-3
+    closed = scan([PointCloud(p)], [X], close=True)
+    assert closed.closed
+    assert closed.mesh().report.watertight
+
+
+def test_a_small_hole_is_closed_and_reported_where_it_is():
+    clouds, poses = ring(0.0)
+    tip = np.array([0.0, 0.0, 0.035])
+    cut = []
+    for cloud, X in zip(clouds, poses, strict=True):
+        p_W = cloud.points @ X[:3, :3].T + X[:3, 3]
+        cut.append(PointCloud(cloud.points[np.linalg.norm(p_W - tip, axis=1) > 0.015]))
+    found = scan(cut, poses, align=False, spacing=0.002)
+    assert found.closed
+    assert found.mesh().report.watertight
+    assert np.linalg.norm(found.holes[0].centre - tip) < 0.008
+    assert 2e-4 < found.holes[0].area < 8e-4  # about pi * 11 mm squared where no point is within reach
+    left = scan(cut, poses, align=False, spacing=0.002, close=False)
+    assert not left.mesh().report.watertight
+
+
+def test_flying_pixels_leave_no_trace():
+    clouds, poses = ring(5e-4)
+    rng = np.random.default_rng(0)
+    dirty = [PointCloud(np.r_[c.points, c.points[:150] * rng.uniform(1.02, 1.6, (150, 1))]) for c in clouds]
+    found = scan(dirty, poses, align=False)
+    assert found.outliers > 0.6 * 150 * len(clouds)
+    assert rms(error(found.vertices)) < 0.25e-3
+
+
+@pytest.mark.parametrize(
+    ("clouds", "more", "words"),
+    [
+        ([], {}, "no view is given"),
+        ([np.zeros((5, 3))], {}, "too few"),
+        ([np.linspace([0, 0, 0], [1, 1, 1], 400)], {}, "on one line"),
+        ([np.ones((400, 3))], {}, "in one place"),
+        ([np.random.default_rng(0).random((400, 3))], {"poses": [np.eye(4)] * 2}, "2 poses for 1 view"),
+        ([np.random.default_rng(0).random((400, 3))], {"spacing": -1.0}, "a cell of -1 m"),
+    ],
+)
+def test_bad_views_are_refused(clouds, more, words):
+    with pytest.raises(CloudError, match=words):
+        scan([PointCloud(p) for p in clouds], **more)
+
+
+def test_views_that_do_not_overlap_are_refused():
+    clouds, _ = ring(0.0, n=2)
+    far = np.eye(4)
+    far[0, 3] = 1.0
+    with pytest.raises(CloudError, match=r"view 0: only 0 % of the view lies on the other"):
+        scan(clouds, [np.eye(4), far])
