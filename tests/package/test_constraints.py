@@ -1,4 +1,4 @@
-"""constraints.txt has one exact version of every package of pyproject.toml, which the ranges there allow, and no address.
+"""constraints.txt has one exact version of every package of pyproject.toml, within its range, and no address.
 
 A failure says that the file is stale: `make constraints` writes it anew.
 """
@@ -18,8 +18,8 @@ ROOT = Path(__file__).resolve().parents[2]
 def declared(project):
     """All requirements of a parsed pyproject.toml, with extras and groups."""
     extras, groups = project["project"]["optional-dependencies"], project["dependency-groups"]
-    lines = [*project["project"]["dependencies"], *sum(extras.values(), []), *sum(groups.values(), [])]
-    return [Requirement(line) for line in lines if isinstance(line, str)]
+    lists = [project["project"]["dependencies"], *extras.values(), *groups.values()]
+    return [Requirement(line) for lines in lists for line in lines if isinstance(line, str)]
 
 
 def pinned(text):
