@@ -21,6 +21,7 @@ void bind_live(nanobind::module_& m);
 void bind_loop(nanobind::module_& m);
 void bind_mapping(nanobind::module_& m);
 void bind_plant(nanobind::module_& m);
+void bind_point_surface(nanobind::module_& m);
 void bind_surfaces(nanobind::module_& m);
 void bind_scene(nanobind::module_& m);
 void bind_simulation(nanobind::module_& m);

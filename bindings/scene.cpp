@@ -251,6 +251,7 @@ void bind_scene(nb::module_& m) {
   bind_mesh_report(m);
   bind_mesh(m);
   bind_surfaces(m);
+  bind_point_surface(m);
   m.attr("CREASE_ANGLE") = scene::kCreaseAngle;
   m.def("bvh_has_avx2", &scene::bvh_has_avx2, "True if the processor supports the AVX2 kernel.");
   bind_material(m);

@@ -372,6 +372,63 @@ def sample_distance(
     spacing (3,) [m].
     """
 
+class PointSurface(Surface):
+    """The surface through a point cloud (algebraic spheres)."""
+
+    def __init__(
+        self,
+        points: Annotated[NDArray[numpy.float64], "(:, 3)"],
+        normals: Annotated[NDArray[numpy.float64], "(:, 3)"] | None = None,
+        viewpoint: Annotated[NDArray[numpy.float64], "(3,)"] | None = None,
+        voxel: float = 0.001,
+        support: float = 0.006,
+        bridge: float = 0.003,
+        thickness: float = 0.02,
+        continues: PointSurface | None = None,
+    ) -> None:
+        """
+        points (n, 3) [m]; normals (n, 3), zero where unknown; viewpoint (3,): position of the sensor, which orients
+        unknown normals [m]; voxel, support, bridge, thickness [m]; continues: surface of the previous frame.
+        """
+
+    def averaged(self) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.float64]]:
+        """Averaged points: positions (n, 3) [m], normals (n, 3), weights (n,)."""
+
+    def shift_from(
+        self,
+        before: PointSurface,
+        centre: Annotated[NDArray[numpy.float64], "(3,)"],
+        radius: float,
+    ) -> Annotated[NDArray[numpy.float64], "(3,)"] | None:
+        """
+        Displacement (3,) [m] of the points within radius [m] of centre (3,) [m] since the surface `before`; None if it
+        cannot be determined.
+        """
+
+    @property
+    def id(self) -> int:
+        """Number of the stream of surfaces."""
+
+    @property
+    def rejected(self) -> int:
+        """Number of averaged points left out as flying pixels."""
+
+    def __len__(self) -> int:
+        """Number of averaged points."""
+
+def usable_points(
+    points_C: Annotated[NDArray[numpy.float64], "(:, 3)"],
+    X_WC: Annotated[NDArray[numpy.float64], "(4, 4)"],
+    centre: Annotated[NDArray[numpy.float64], "(3,)"],
+    radius: float,
+    tool: Annotated[NDArray[numpy.float64], "(:, 4)"],
+) -> tuple[NDArray[numpy.float64], dict]:
+    """
+    (points (n, 3) in W [m], counts) of a frame (m, 3) in the camera's frame [m]: those that are finite, within radius
+    [m] of centre (3,) in W, and outside the balls tool (k, 4) in W, centre and radius [m]. counts: used, invalid,
+    outside, tool.
+    """
+
 CREASE_ANGLE: float = 0.52
 
 def bvh_has_avx2() -> bool:

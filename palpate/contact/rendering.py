@@ -15,10 +15,11 @@ from palpate.arrays.checks import not_negative, positive
 
 if TYPE_CHECKING:
     from palpate import surfaces
+    from palpate.clouds import PointCloud
     from palpate.mesh import Mesh
 
 
-SurfaceLike: TypeAlias = "Mesh | surfaces.Surface | _core.Surface | tuple[npt.ArrayLike, npt.ArrayLike]"
+SurfaceLike: TypeAlias = "Mesh | PointCloud | surfaces.Surface | _core.Surface | tuple[npt.ArrayLike, npt.ArrayLike]"
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ def render(
     F = K delta_x - B (n . v) n with delta_x from the tool to the proxy and v by backward differences of ``tips``.
 
     Args:
-        surface: a mesh, one of ``palpate.surfaces``, or ``(vertices (n, 3) [m], triangles (m, 3))``.
+        surface: a mesh, a point cloud, one of ``palpate.surfaces``, or ``(vertices (n, 3) [m], triangles (m, 3))``.
         tips: (n, 3) tool tip p_WT, the centre of the spherical proxy region [m].
         radius: radius of the spherical proxy region [m].
         stiffness: K, one number or one per axis of W [N/m].
@@ -110,15 +111,18 @@ def snapshot_of(
 
 def _core_surface(surface: SurfaceLike) -> _core.Surface:
     from palpate import surfaces  # imported late: rendering does not need the readers of files
+    from palpate.clouds import PointCloud
     from palpate.mesh import Mesh
 
+    if isinstance(surface, PointCloud):
+        return surfaces.PointSurface(surface).core
     if isinstance(surface, _core.Surface):
         return surface
     if isinstance(surface, (Mesh, surfaces.Surface)):
         return surface.core
     if isinstance(surface, tuple) and len(surface) == 2:
         return Mesh(*surface, name="surface").core
-    expected = "a palpate.Mesh, one of palpate.surfaces or (vertices, triangles)"
+    expected = "a palpate.Mesh, a palpate.PointCloud, one of palpate.surfaces or (vertices, triangles)"
     raise ValueError(f"surface must be {expected}, got {type(surface).__name__}")
 
 

@@ -1,11 +1,22 @@
-"""Surfaces other than meshes: primitives, signed distance grids and the paper's implicit surface.
+"""Surfaces other than meshes: primitives, distance grids, point clouds and the paper's implicit surface.
 
 They are accepted wherever a mesh is: in ``palpate.contact.render(surface=...)``, and by name in scene files.
 """
 
 from palpate.surfaces.grid import DistanceGrid
 from palpate.surfaces.implicit import ImplicitSurface
+from palpate.surfaces.points import PointSurface
 from palpate.surfaces.primitives import Box, Capsule, Cylinder, Plane, Sphere
 from palpate.surfaces.surface import Surface
 
-__all__ = ["Box", "Capsule", "Cylinder", "DistanceGrid", "ImplicitSurface", "Plane", "Sphere", "Surface"]
+__all__ = [
+    "Box",
+    "Capsule",
+    "Cylinder",
+    "DistanceGrid",
+    "ImplicitSurface",
+    "Plane",
+    "PointSurface",
+    "Sphere",
+    "Surface",
+]

@@ -4,9 +4,9 @@
 
 namespace palpate::scene {
 
-Surface::Surface() {
+Surface::Surface(std::uint64_t continues) : id_(continues) {
   static std::atomic<std::uint64_t> made{0};
-  id_ = ++made;
+  if (id_ == 0) id_ = ++made;
 }
 
 }  // namespace palpate::scene

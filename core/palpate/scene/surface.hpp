@@ -27,11 +27,13 @@ class Surface {
   [[nodiscard]] virtual Nearest nearest(const Vec3& p) const noexcept = 0;
   /// This surface as a mesh, for methods that walk on triangles. Null for any other kind of surface.
   [[nodiscard]] virtual const Mesh* mesh() const noexcept { return nullptr; }
-  /// Unique number of this surface. Unlike an address, it is never used again.
+  /// Unique number of this surface, or of the stream of surfaces that it continues. Unlike an address, it is never used
+  /// again.
   [[nodiscard]] std::uint64_t id() const noexcept { return id_; }
 
  protected:
-  Surface();
+  /// continues: id of the surface that this one replaces in the same stream; 0: a new number.
+  explicit Surface(std::uint64_t continues = 0);
 
  private:
   std::uint64_t id_;

@@ -1,0 +1,68 @@
+// Averaged points with normals, sorted by the cells of a regular grid for searches within a radius.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "palpate/types/spatial.hpp"
+
+namespace palpate::scene {
+
+/// A point of the surface, the mean of the points in one voxel.
+struct GridPoint {
+  float p[3];    ///< position relative to PointGrid::origin() [m]
+  float n[3];    ///< outward unit normal
+  float weight;  ///< number of averaged points, at most 255 [-]
+};
+
+/// The points, in cells of a regular grid.
+class PointGrid {
+ public:
+  /// Averages the points in each voxel. points: 3n coordinates [m]; normals: 3n components or empty. viewpoint orients
+  /// normals that are unknown, which are those of the planes through the neighbours within `reach` [m]. Points with
+  /// fewer than five neighbours, and those seen at a grazing angle, are left out as flying pixels.
+  PointGrid(std::span<const double> points, std::span<const double> normals, const std::optional<Vec3>& viewpoint,
+            double voxel, double reach);
+
+  [[nodiscard]] const std::vector<GridPoint>& points() const noexcept { return points_; }
+  [[nodiscard]] const Vec3& origin() const noexcept { return origin_; }
+  /// Number of points left out as flying pixels.
+  [[nodiscard]] std::size_t rejected() const noexcept { return rejected_; }
+
+  /// Calls visit(point, index) for all points in the cells that the ball around q touches. q: relative to origin() [m].
+  template <typename Visit>
+  void visit_near(const Vec3& q, double radius, const Visit& visit) const noexcept {
+    int lo[3], hi[3];
+    for (int k = 0; k < 3; ++k) {
+      lo[k] = cell(q[k] - radius, k);
+      hi[k] = cell(q[k] + radius, k);
+    }
+    for (int z = lo[2]; z <= hi[2]; ++z)
+      for (int y = lo[1]; y <= hi[1]; ++y) {
+        const std::size_t row = (static_cast<std::size_t>(z) * size_[1] + static_cast<std::size_t>(y)) * size_[0];
+        const std::uint32_t end = start_[row + static_cast<std::size_t>(hi[0]) + 1];
+        for (std::uint32_t i = start_[row + static_cast<std::size_t>(lo[0])]; i < end; ++i) visit(points_[i], i);
+      }
+  }
+
+ private:
+  [[nodiscard]] int cell(double x, int axis) const noexcept {
+    const double i = x * per_cell_;
+    const double last = static_cast<double>(size_[axis]) - 1.0;
+    return static_cast<int>(i < 0.0 ? 0.0 : i > last ? last : i);
+  }
+  void sort(double reach);
+  void estimate_normals(const std::optional<Vec3>& viewpoint, double reach);
+
+  std::vector<GridPoint> points_;
+  Vec3 origin_ = Vec3::Zero();  // lower corner of the grid [m]
+  double per_cell_ = 1.0;       // cells per metre
+  std::size_t size_[3] = {1, 1, 1};
+  std::vector<std::uint32_t> start_;  // index of the first point of each cell, and the number of points
+  std::size_t rejected_ = 0;
+};
+
+}  // namespace palpate::scene

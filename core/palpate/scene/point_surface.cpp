@@ -1,0 +1,213 @@
+#include "palpate/scene/point_surface.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "palpate/scene/extent.hpp"
+
+namespace palpate::scene {
+namespace {
+
+constexpr double kUnlimited = std::numeric_limits<double>::infinity();
+constexpr double kNothing = 1e3;       // distance from a surface without points [m]
+constexpr int kProjections = 8;        // projections of a query at most
+constexpr double kConverged = 2e-7;    // displacement of the foot point at which the projection ends [m]
+constexpr double kFarAway = 4.0;       // [support] farther queries use the nearest point and its normal
+constexpr double kFlat = 1e-5;         // curvature times support below which the sphere is a plane
+constexpr double kNormalReach = 0.7;   // [support] radius of the planes that give normals
+constexpr std::size_t kMatches = 400;  // points that determine a displacement
+constexpr int kMinMatches = 30;        // fewer matches determine nothing
+constexpr double kMaxShift = 0.03;     // larger displacements between two frames are not searched for [m]
+constexpr double kPrior = 0.03;        // [matches] keeps the displacement at zero where the shape is ambiguous
+
+void require_valid(const PointInput& input, const PointSurfaceOptions& o) {
+  for (const double x : {o.voxel, o.support, o.bridge, o.thickness})
+    if (!(x > 0.0) || !std::isfinite(x))
+      throw std::invalid_argument("voxel, support, bridge and thickness must be positive lengths in metres, got " +
+                                  std::to_string(x));
+  if (input.points.size() % 3 != 0 || (!input.normals.empty() && input.normals.size() != input.points.size()))
+    throw std::invalid_argument("a cloud needs points (n, 3), and as many normals");
+  for (const double x : input.points)
+    if (!(std::abs(x) <= kMaxCoordinate)) throw std::invalid_argument("points of a cloud must be finite, within 1e9 m");
+  for (const double x : input.normals)
+    if (!std::isfinite(x)) throw std::invalid_argument("normals of a cloud must be finite");
+  if (input.viewpoint && !input.viewpoint->allFinite()) throw std::invalid_argument("viewpoint must be finite");
+}
+
+/// Algebraic sphere u_c + u_l . y + u_q |y|^2 = 0, with y relative to the centre of the weights.
+struct AlgebraicSphere {
+  double c = 0.0;
+  Vec3 l = Vec3::Zero();
+  double q = 0.0;
+
+  [[nodiscard]] Vec3 gradient(const Vec3& y) const noexcept { return l + 2.0 * q * y; }
+  /// The point of the sphere nearest to y.
+  [[nodiscard]] Vec3 project(const Vec3& y, double support) const noexcept {
+    const double slope = l.norm();
+    if (std::abs(q) * support < kFlat * slope) return y - (c + l.dot(y)) / (slope * slope) * l;
+    const Vec3 centre = -0.5 / q * l;
+    const double radius = std::sqrt(std::max(centre.squaredNorm() - c / q, 0.0));
+    const Vec3 out = y - centre;
+    const double length = out.norm();
+    return length > 0.0 ? Vec3(centre + radius / length * out) : y;
+  }
+};
+
+/// Sums of the weighted points and normals around x.
+struct Sums {
+  double w = 0.0, pn = 0.0, pp = 0.0;
+  Vec3 p = Vec3::Zero(), n = Vec3::Zero();
+  double nearest2 = kUnlimited;
+  std::uint32_t nearest = 0;
+
+  /// The sphere of the closed form of 2008, with unit weight of the normals.
+  [[nodiscard]] AlgebraicSphere sphere() const noexcept {
+    AlgebraicSphere s;
+    const double spread = pp - p.squaredNorm() / w;
+    s.q = spread > 1e-12 * w ? 0.5 * (pn - p.dot(n) / w) / spread : 0.0;
+    s.l = (n - 2.0 * s.q * p) / w;
+    s.c = -(s.l.dot(p) + s.q * pp) / w;
+    return s;
+  }
+};
+
+Sums sum_near(const PointGrid& grid, const Vec3& x, const Vec3& side, double support) noexcept {
+  Sums out;
+  const double inverse = 1.0 / (support * support);
+  grid.visit_near(x, support, [&](const GridPoint& s, std::uint32_t i) {
+    const Vec3 d(s.p[0] - x.x(), s.p[1] - x.y(), s.p[2] - x.z());
+    const double d2 = d.squaredNorm(), rest = 1.0 - d2 * inverse;
+    if (!(rest > 0.0)) return;
+    const Vec3 n(s.n[0], s.n[1], s.n[2]);
+    if (!(n.dot(side) > 0.0)) return;
+    if (d2 < out.nearest2) {
+      out.nearest2 = d2;
+      out.nearest = i;
+    }
+    const double w = static_cast<double>(s.weight) * rest * rest * rest * rest;
+    out.w += w;
+    out.p += w * d;
+    out.n += w * n;
+    out.pn += w * d.dot(n);
+    out.pp += w * d2;
+  });
+  return out;
+}
+
+Bvh hierarchy(const PointGrid& grid) {
+  const auto& points = grid.points();
+  std::vector<double> p(3 * points.size());
+  std::vector<std::int32_t> corners(3 * points.size());
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    p[i] = static_cast<double>(points[i / 3].p[i % 3]);
+    corners[i] = static_cast<std::int32_t>(i / 3);
+  }
+  return points.empty() ? Bvh{} : build_bvh(p, corners);
+}
+
+PointGrid checked_grid(const PointInput& input, const PointSurfaceOptions& options) {
+  require_valid(input, options);
+  return {input.points, input.normals, input.viewpoint, options.voxel, kNormalReach * options.support};
+}
+
+}  // namespace
+
+/// Foot point of a query on the fitted surface, relative to the grid's origin.
+struct PointSurface::Foot {
+  Vec3 x = Vec3::Zero(), n = Vec3::UnitZ();  // position [m] and outward unit normal
+  std::uint32_t nearest = 0;                 // index of the averaged point nearest to x
+};
+
+PointSurface::PointSurface(const PointInput& input, const PointSurfaceOptions& options, const PointSurface* continues)
+    : Surface(continues == nullptr ? 0 : continues->id()),
+      options_(options),
+      grid_(checked_grid(input, options)),
+      bvh_(hierarchy(grid_)) {}
+
+/// Projects p repeatedly onto the sphere fitted at its present foot point, beginning at the averaged point `start`.
+PointSurface::Foot PointSurface::foot(const Vec3& p, std::int32_t start) const noexcept {
+  const GridPoint& first = grid_.points()[static_cast<std::size_t>(start)];
+  const Vec3 side(first.n[0], first.n[1], first.n[2]);
+  Foot foot{Vec3(first.p[0], first.p[1], first.p[2]), side, static_cast<std::uint32_t>(start)};
+  if ((p - foot.x).squaredNorm() > std::pow(kFarAway * options_.support, 2)) return foot;
+  const double step = 0.5 * options_.support;
+  for (int i = 0; i < kProjections; ++i) {
+    const Sums sums = sum_near(grid_, foot.x, side, options_.support);
+    if (!(sums.w > 0.0)) break;
+    const AlgebraicSphere sphere = sums.sphere();
+    Vec3 move = sphere.project(p - foot.x, options_.support);
+    const double length = move.norm();
+    if (!std::isfinite(length)) break;
+    if (length > step) move *= step / length;
+    foot.n = sphere.gradient(move).normalized();
+    foot.nearest = sums.nearest;
+    foot.x += move;
+    if (length < kConverged) break;
+  }
+  return foot;
+}
+
+Nearest PointSurface::nearest(const Vec3& p) const noexcept {
+  if (grid_.points().empty()) return {kNothing, p - kNothing * Vec3::UnitZ(), Vec3::UnitZ()};
+  const Vec3 q = p - grid_.origin();
+  const BvhHit hit = bvh_closest(bvh_, q.data(), {kUnlimited, 0.0, 0.0, -1});
+  const Foot at = foot(q, std::max(hit.triangle, 0));
+  const GridPoint& c = grid_.points()[at.nearest];
+
+  // Beyond the rim the nearest point of the surface is on the rim.
+  Vec3 off = at.x - Vec3(c.p[0], c.p[1], c.p[2]);
+  off -= off.dot(at.n) * at.n;
+  const double tangential = off.norm(), beyond = tangential - options_.bridge;
+  const double s = (q - at.x).dot(at.n);
+  if (beyond <= 0.0) {
+    const double behind = -(s + options_.thickness);
+    if (s >= behind) return {s, at.x + grid_.origin(), at.n};
+    return {behind, at.x - options_.thickness * at.n + grid_.origin(), -at.n};
+  }
+  const Vec3 rim = at.x - beyond / tangential * off - std::clamp(-s, 0.0, options_.thickness) * at.n;
+  const Vec3 out = q - rim;
+  const double away = out.norm();
+  return {away, rim + grid_.origin(), away > 0.0 ? Vec3(out / away) : at.n};
+}
+
+std::optional<Vec3> PointSurface::shift_from(const PointSurface& before, const Vec3& centre, double radius) const {
+  if (before.grid_.points().empty()) return std::nullopt;
+  std::vector<Vec3> near;
+  for (const GridPoint& s : grid_.points()) {
+    const Vec3 p = Vec3(s.p[0], s.p[1], s.p[2]) + grid_.origin();
+    if ((p - centre).squaredNorm() < radius * radius) near.push_back(p);
+  }
+  const std::size_t stride = std::max<std::size_t>(1, near.size() / kMatches);
+  Vec3 shift = Vec3::Zero();
+  double scale = kMaxShift;  // residuals beyond it are mismatches [m]
+  std::vector<double> sizes;
+  for (int iteration = 0; iteration < 4; ++iteration) {
+    Mat3 A = Mat3::Zero();
+    Vec3 b = Vec3::Zero();
+    int matches = 0;
+    sizes.clear();
+    for (std::size_t i = 0; i < near.size(); i += stride) {
+      const Vec3 p = near[i] - shift;
+      const Nearest found = before.nearest(p);
+      const double r = (p - found.point).dot(found.normal);
+      if (std::abs(found.distance) > scale || found.distance < -0.5 * before.options_.thickness) continue;
+      ++matches;
+      sizes.push_back(std::abs(r));
+      A += found.normal * found.normal.transpose();
+      b += r * found.normal;
+    }
+    if (matches < kMinMatches) return std::nullopt;
+    A.diagonal().array() += kPrior * matches;
+    shift += A.ldlt().solve(b);
+    std::nth_element(sizes.begin(), sizes.begin() + matches / 2, sizes.end());
+    scale = std::clamp(4.0 * sizes[static_cast<std::size_t>(matches / 2)], 1e-3, scale);
+  }
+  if (!(shift.norm() < kMaxShift)) return std::nullopt;
+  return shift;
+}
+
+}  // namespace palpate::scene

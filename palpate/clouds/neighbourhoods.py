@@ -1,0 +1,103 @@
+"""What the neighbourhoods of points tell: spacing, noise, and outward normals of a cloud without a viewpoint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from palpate.arrays import Array
+
+_SIZES = (12, 32, 96, 256)  # neighbours at most; larger sets are needed where the noise exceeds the spacing
+_FLAT = 0.3  # ratio of the standard deviations across and along a plane below which a neighbourhood shows the plane
+_SAMPLES = 400  # points whose neighbourhoods are measured
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """How densely and how precisely a cloud samples its surface."""
+
+    spacing: float  #: distance between neighbours on the surface, the median over the cloud [m]
+    noise: float  #: standard deviation of the points across the surface, the median over the cloud [m]
+
+
+def sampling(points: Array) -> Sampling:
+    """Spacing and noise of a cloud of points (N, 3) [m], from the planes through the neighbours of some points.
+
+    A neighbourhood grows until it is flat, because the nearest points of a noisy cloud are a ball and not a disc.
+    """
+    from scipy.spatial import cKDTree
+
+    tree = cKDTree(points)
+    rng = np.random.default_rng(0)
+    chosen = points[rng.permutation(len(points))[:_SAMPLES]]
+    spacing, noise = 0.0, 0.0
+    for size in _SIZES:
+        k = min(size, len(points))
+        _, index = tree.query(chosen, k=k, workers=-1)
+        values = _variances(points[index])
+        across, along = np.sqrt(values[:, 0]), np.sqrt(values[:, 1])
+        # A disc of radius r has the variance r^2 / 4 along each axis, and the area pi r^2 holds k points.
+        spacing = float(np.median(np.sqrt(4.0 * np.pi * np.sqrt(values[:, 1] * values[:, 2]) / k)))
+        noise = float(np.median(across))
+        if k == len(points) or np.median(across / np.maximum(along, 1e-300)) < _FLAT:
+            break
+    return Sampling(spacing, noise)
+
+
+def _variances(near: Array) -> Array:
+    """Ascending variances (N, 3) of neighbourhoods (N, k, 3) along their principal axes."""
+    centred = near - near.mean(axis=1, keepdims=True)
+    cov = np.einsum("nki,nkj->nij", centred, centred) / max(near.shape[1] - 3, 1)
+    return np.maximum(np.linalg.eigvalsh(cov), 0.0)
+
+
+def outward_normals(points: Array, reach: float) -> Array:
+    """Unit normals (N, 3) of points (N, 3) [m], oriented alike over the surface and away from its inside.
+
+    The signs spread along the minimum spanning tree of the neighbourhood graph (Hoppe et al., SIGGRAPH 1992). The
+    largest component then decides: more of its points look away from the mean than towards it.
+
+    Args:
+        points: one sheet or a closed surface.
+        reach: radius of a neighbourhood [m].
+    """
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import breadth_first_order, connected_components, minimum_spanning_tree
+    from scipy.spatial import cKDTree
+
+    k = min(max(8, min(48, _within(points, reach))), len(points))
+    _, index = cKDTree(points).query(points, k=k, workers=-1)
+    near = points[index]
+    centred = near - near.mean(axis=1, keepdims=True)
+    normals = np.linalg.eigh(np.einsum("nki,nkj->nij", centred, centred))[1][:, :, 0]
+    rows = np.repeat(np.arange(len(points)), min(k, 12) - 1)
+    columns = index[:, 1 : min(k, 12)].ravel()
+    cost = 1.0 - np.abs(np.einsum("ni,ni->n", normals[rows], normals[columns])) + 1e-6
+    tree = minimum_spanning_tree(coo_matrix((cost, (rows, columns)), shape=(len(points),) * 2))
+    count, label = connected_components(tree, directed=False)
+    for part in range(count):
+        members = np.flatnonzero(label == part)
+        away = points[members] - points[members].mean(axis=0)
+        root = members[np.argmax(np.linalg.norm(away, axis=1))]
+        order, before = breadth_first_order(tree, root, directed=False)
+        _spread_signs(normals, order, before)
+        if np.einsum("ni,ni->", normals[members], away) < 0.0:
+            normals[members] *= -1.0
+    return np.asarray(normals)
+
+
+def _within(points: Array, reach: float) -> int:
+    """Typical number of neighbours within a radius."""
+    spacing = max(sampling(points).spacing, 1e-9)
+    return int(np.pi * (reach / spacing) ** 2)
+
+
+def _spread_signs(normals: Array, order: Any, before: Any) -> None:
+    """Give each normal the sign of its predecessor in a tree, in the order of the tree."""
+    signs = np.ones(len(normals))
+    own = np.einsum("ni,ni->n", normals[order[1:]], normals[before[order[1:]]])
+    for i, cosine in zip(order[1:], own, strict=True):
+        signs[i] = signs[before[i]] * (1.0 if cosine >= 0.0 else -1.0)
+    normals[order] *= signs[order][:, None]
