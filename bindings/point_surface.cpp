@@ -60,7 +60,7 @@ std::optional<Vec3> shift_from(const PointSurface& self, const PointSurface& bef
   return self.shift_from(before, centre, radius);
 }
 
-Tuple<Array, nb::dict> usable(const Points& points_C, const Matrix4& X_WC, const Vec3& centre, double radius,
+Tuple<Array, Fields> usable(const Points& points_C, const Matrix4& X_WC, const Vec3& centre, double radius,
                               const Balls& tool) {
   const Pose X = to_pose(X_WC, "X_WC");
   std::vector<scene::Ball> balls;
@@ -95,6 +95,8 @@ void bind_point_surface(nb::module_& m) {
       .def("shift_from", &shift_from, "before"_a, "centre"_a, "radius"_a,
            "Displacement (3,) [m] of the points within radius [m] of centre (3,) [m] since the surface `before`; None "
            "if it cannot be determined.")
+      .def("translate", &PointSurface::translate, "d"_a,
+           "Moves the surface by d (3,) [m]; only before it is handed to a loop.")
       .def_prop_ro("id", &PointSurface::id, "Number of the stream of surfaces.")
       .def_prop_ro(
           "rejected", [](const PointSurface& s) { return s.grid().rejected(); },

@@ -405,6 +405,9 @@ class PointSurface(Surface):
         cannot be determined.
         """
 
+    def translate(self, d: Annotated[NDArray[numpy.float64], "(3,)"]) -> None:
+        """Moves the surface by d (3,) [m]; only before it is handed to a loop."""
+
     @property
     def id(self) -> int:
         """Number of the stream of surfaces."""
@@ -422,7 +425,7 @@ def usable_points(
     centre: Annotated[NDArray[numpy.float64], "(3,)"],
     radius: float,
     tool: Annotated[NDArray[numpy.float64], "(:, 4)"],
-) -> tuple[NDArray[numpy.float64], dict]:
+) -> tuple[NDArray[numpy.float64], dict[str, Any]]:
     """
     (points (n, 3) in W [m], counts) of a frame (m, 3) in the camera's frame [m]: those that are finite, within radius
     [m] of centre (3,) in W, and outside the balls tool (k, 4) in W, centre and radius [m]. counts: used, invalid,

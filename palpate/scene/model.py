@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from palpate import _core
+from palpate.scene.clouds import CloudSection
 from palpate.scene.force import Presence
 from palpate.scene.leader import ArmName, LeaderSection
 from palpate.scene.solids import (
@@ -62,19 +63,22 @@ class MappingSection(Section):
     """rate at which the orientation offset at engagement decays; 0 keeps the offset [rad/s]"""
 
 
-_SOURCES = ("mesh", "sdf", "shape", *SOLIDS)
+_SOURCES = ("mesh", "cloud", "sdf", "shape", *SOLIDS)
 
 
 class ObjectSection(Section):
-    """An object that can be touched: one of mesh, sdf, shape, plane, sphere, box, cylinder, capsule, implicit."""
+    """An object that can be touched: one of mesh, cloud, sdf, shape, or a solid such as box or sphere."""
 
     name: str = ""
     """name in plots and messages; the file's name when left out"""
     mesh: str | None = None
     """mesh file (STL, OBJ, PLY, ...), or volume (NRRD, NIfTI), relative to the scene file; ${VARIABLE} and
     ${VARIABLE:-default} are replaced"""
+    cloud: CloudSection | None = None
+    """instead: a point cloud; the name of its file alone is enough"""
     unit: Literal["mm", "cm", "m", "in"] | None = None
-    """unit of the numbers in the mesh or grid file; when left out that of the file or its format, otherwise mm"""
+    """unit of the numbers in the mesh, cloud or grid file; when left out that of the file or its format, otherwise mm;
+    a cloud whose file states none needs it"""
     label: Annotated[int, Field(strict=True, ge=0)] | str | None = None
     """of a volume with several segments: the value or the name of the segment"""
     threshold: Number | None = None
@@ -116,6 +120,11 @@ class ObjectSection(Section):
     presence: Presence = "both"
     """virtual: rendered by the contact stage; real: pushes the tool of a follower with drives (force.source)"""
 
+    @field_validator("cloud", mode="before")
+    @classmethod
+    def _cloud_of_a_file(cls, value: object) -> object:
+        return {"file": value} if isinstance(value, str) else value
+
     @model_validator(mode="after")
     def _check(self) -> ObjectSection:
         check_friction(self.friction, self.static_friction)
@@ -138,6 +147,8 @@ class ObjectSection(Section):
     @property
     def file(self) -> str | None:
         """The geometry file as named in the scene; None for a generated surface."""
+        if self.cloud is not None:
+            return self.cloud.file
         return self.mesh if self.mesh is not None else self.sdf
 
 

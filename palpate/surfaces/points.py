@@ -107,6 +107,32 @@ class PointSurface(Surface):
         return drawn_points(p, n, 0.6 * self.scales.voxel)
 
 
+class LiveCloud(Surface):
+    """The surface of a stream of clouds before its first frame: nothing can be touched.
+
+    Args:
+        thickness: thickness of the solid layer behind the points [m].
+        name: name in plots and messages.
+
+    Raises:
+        SurfaceError: the thickness is not a positive length.
+    """
+
+    core: _core.PointSurface
+
+    def __init__(self, thickness: float = THICKNESS, *, name: str = "cloud") -> None:
+        self.name, self.thickness = name, length("thickness of a cloud", thickness)
+        self.core = _core.PointSurface(np.empty((0, 3)), thickness=self.thickness)
+
+    def __str__(self) -> str:
+        """Kind, for messages."""
+        return "cloud of a sensor"
+
+    def _drawing(self) -> tuple[Array, Triangles]:
+        """One triangle of a millimetre, because there is no point yet."""
+        return drawn_points(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), 1e-3)
+
+
 def drawn_points(p: Array, n: Array, size: float) -> tuple[Array, Triangles]:
     """Triangles of a size [m] at points (N, 3) with normals (N, 3)."""
     helper = np.where(np.abs(n[:, :1]) < 0.9, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])

@@ -19,6 +19,8 @@ constexpr double kConverged = 2e-7;    // displacement of the foot point at whic
 constexpr double kFarAway = 4.0;       // [support] farther queries use the nearest point and its normal
 constexpr double kFlat = 1e-5;         // curvature times support below which the sphere is a plane
 constexpr double kNormalReach = 0.7;   // [support] radius of the planes that give normals
+constexpr int kSmoothings = 2;         // projections of each point onto the surface fitted around it
+constexpr double kQueryShare = 0.6;    // [support] radius of the fit at a query
 constexpr std::size_t kMatches = 400;  // points that determine a displacement
 constexpr int kMinMatches = 30;        // fewer matches determine nothing
 constexpr double kMaxShift = 0.03;     // larger displacements between two frames are not searched for [m]
@@ -37,6 +39,9 @@ void require_valid(const PointInput& input, const PointSurfaceOptions& o) {
     if (!std::isfinite(x)) throw std::invalid_argument("normals of a cloud must be finite");
   if (input.viewpoint && !input.viewpoint->allFinite()) throw std::invalid_argument("viewpoint must be finite");
 }
+
+/// Radius within which the smoothed points shape the surface at a query [m].
+double query_support(const PointSurfaceOptions& o) noexcept { return std::max(kQueryShare * o.support, 2.5 * o.voxel); }
 
 /// Algebraic sphere u_c + u_l . y + u_q |y|^2 = 0, with y relative to the centre of the weights.
 struct AlgebraicSphere {
@@ -109,9 +114,39 @@ Bvh hierarchy(const PointGrid& grid) {
   return points.empty() ? Bvh{} : build_bvh(p, corners);
 }
 
+/// The points moved onto the surfaces fitted around them, with the normals of these surfaces. Noise scatters the
+/// averaged points over several layers; afterwards they are one layer, which a query fits within a smaller radius.
+PointGrid smoothed(const PointGrid& noisy, const PointSurfaceOptions& options) {
+  std::vector<double> p, n;
+  p.reserve(3 * noisy.points().size());
+  n.reserve(3 * noisy.points().size());
+  for (const GridPoint& s : noisy.points()) {
+    const Vec3 start(s.p[0], s.p[1], s.p[2]);
+    Vec3 x = start, normal(s.n[0], s.n[1], s.n[2]);
+    for (int i = 0; i < kSmoothings; ++i) {
+      const Sums sums = sum_near(noisy, x, normal, options.support);
+      if (!(sums.w > 0.0)) break;
+      const AlgebraicSphere sphere = sums.sphere();
+      const Vec3 move = sphere.project(Vec3::Zero(), options.support);
+      if (!move.allFinite()) break;
+      x += move;
+      normal = sphere.gradient(move).normalized();
+    }
+    if (!normal.allFinite() || (x - start).norm() > options.support) continue;
+    for (int k = 0; k < 3; ++k) {
+      p.push_back(x[k] + noisy.origin()[k]);
+      n.push_back(normal[k]);
+    }
+  }
+  return {p, n, std::nullopt, options.voxel, query_support(options)};
+}
+
 PointGrid checked_grid(const PointInput& input, const PointSurfaceOptions& options) {
   require_valid(input, options);
-  return {input.points, input.normals, input.viewpoint, options.voxel, kNormalReach * options.support};
+  const PointGrid noisy(input.points, input.normals, input.viewpoint, options.voxel, kNormalReach * options.support);
+  PointGrid smooth = smoothed(noisy, options);
+  smooth.set_rejected(noisy.rejected());
+  return smooth;
 }
 
 }  // namespace
@@ -133,13 +168,14 @@ PointSurface::Foot PointSurface::foot(const Vec3& p, std::int32_t start) const n
   const GridPoint& first = grid_.points()[static_cast<std::size_t>(start)];
   const Vec3 side(first.n[0], first.n[1], first.n[2]);
   Foot foot{Vec3(first.p[0], first.p[1], first.p[2]), side, static_cast<std::uint32_t>(start)};
-  if ((p - foot.x).squaredNorm() > std::pow(kFarAway * options_.support, 2)) return foot;
-  const double step = 0.5 * options_.support;
+  const double support = query_support(options_), far = kFarAway * options_.support;
+  if ((p - foot.x).squaredNorm() > far * far) return foot;
+  const double step = 0.5 * support;
   for (int i = 0; i < kProjections; ++i) {
-    const Sums sums = sum_near(grid_, foot.x, side, options_.support);
+    const Sums sums = sum_near(grid_, foot.x, side, support);
     if (!(sums.w > 0.0)) break;
     const AlgebraicSphere sphere = sums.sphere();
-    Vec3 move = sphere.project(p - foot.x, options_.support);
+    Vec3 move = sphere.project(p - foot.x, support);
     const double length = move.norm();
     if (!std::isfinite(length)) break;
     if (length > step) move *= step / length;
