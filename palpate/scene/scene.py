@@ -29,6 +29,7 @@ from palpate.scene.model import (
 )
 from palpate.scene.operator import OperatorSection
 from palpate.scene.registration import RegistrationSection
+from palpate.scene.sensors import SensorSection
 from palpate.scene.stability import StabilitySection
 from palpate.scene.trackers import TrackerSection
 from palpate.values import NotNegative, Positive, Section, Vector
@@ -54,6 +55,8 @@ class Scene(Section):
     """frames of cameras, trackers, markers and anatomy, in which objects and arms are placed (docs/frames.md)"""
     trackers: dict[str, TrackerSection] = Field(default_factory=dict)
     """trackers that move frames while a session runs, by name"""
+    sensors: dict[str, SensorSection] = Field(default_factory=dict)
+    """depth cameras, by name (docs/camera.md)"""
     registration: RegistrationSection | None = None
     """registration of the organ: targets, accuracy and sensors (docs/registration-session.md)"""
     mapping: MappingSection = MappingSection()
