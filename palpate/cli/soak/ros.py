@@ -11,7 +11,7 @@ from tyro.conf import arg
 from palpate.console.output import console_for, require_writable, say, write_json
 
 if TYPE_CHECKING:
-    from palpate.verify.soak.ros import Row
+    from palpate.verify.soak.ros_row import Row
 
 
 @dataclass

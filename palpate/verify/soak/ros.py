@@ -16,32 +16,14 @@ import numpy as np
 from rich.table import Table
 
 from palpate.errors import PalpateError
+from palpate.verify.soak.ros_row import PARTS, RATE, Row
 
-HOURS, INTERVAL, RATE = 50.0, 60.0, 500.0  # [h], [s], [Hz]
+INTERVAL = 60.0  # [s]
 MOST_GROWTH = 1.0  # growth of a process's memory that is accepted [MB/h]
 MOST_LINES = 120.0  # lines of the node per hour that are accepted, after the first twenty
 MOST_UNANSWERED = 1e-3  # share of the leader's states without a wrench that is accepted
 _WARM = 0.2  # share of a segment before the memory is fitted
 _SHORTEST = 60.0  # shortest time over which a growth is fitted [s]
-PARTS = ("haptics", "guardian", "robot")
-
-
-@dataclass
-class Row:
-    """Counts of a segment, from its start until `t_s`."""
-
-    segment: int
-    t_s: float
-    wrenches: int
-    states: int
-    left_out: int
-    guarded: int
-    touches: int
-    lines: int
-    load: float
-    memory_MB: dict[str, float]
-    ended: bool = False
-    """True if a process has ended by itself."""
 
 
 @dataclass

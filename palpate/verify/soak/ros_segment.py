@@ -15,7 +15,7 @@ from typing import Any, Self
 import numpy as np
 
 from palpate.errors import PalpateError
-from palpate.verify.soak.ros import RATE, Row
+from palpate.verify.soak.ros_row import RATE, Row
 
 _SCENE = f"""
 objects:
@@ -127,8 +127,7 @@ class Segment:
         self._subscribe()
         for verb in ("power_on", "home"):
             topic.publish(self._here, f"/system/{verb}", "std_msgs/msg/Empty", "{}", None)
-            self._await(lambda: False, "", 4.0)
-        self._await(lambda: self._pose is not None, "the robot reports no pose")
+        self._await(self._homed, "the robot does not home")
         options = ("--follower", "virtual", "--teleop", "none", "--out", str(work / "runs"))
         self._start("haptics", "haptics", str(work / "wall.yaml"), *options)
         topic.publish(self._here, "/console/emulate_operator_present", "sensor_msgs/msg/Joy", "buttons: [1]", None)
@@ -181,13 +180,14 @@ class Segment:
         if not ready.wait(_START):
             raise PalpateError(f"palpate ros {arguments[0]} does not start", mend="run it alone to see why")
 
-    def _await(self, true: Callable[[], bool], otherwise: str, seconds: float = _START) -> None:
-        end = time.monotonic() + seconds
+    def _homed(self) -> bool:
+        return self._pose is not None and abs(self._pose.pose.position.y - _TOP) < 1e-3
+
+    def _await(self, true: Callable[[], bool], otherwise: str) -> None:
+        end = time.monotonic() + _START
         while not true():
             if time.monotonic() > end:
-                if not otherwise:
-                    return
-                raise PalpateError(otherwise, why=f"waited {seconds:g} s", mend="run palpate ros haptics alone")
+                raise PalpateError(otherwise, why=f"waited {_START:g} s", mend="run palpate ros haptics alone")
             self._spin(0.05)
 
     def _spin(self, seconds: float) -> None:
