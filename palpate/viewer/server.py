@@ -24,8 +24,9 @@ LOOPBACK = ("127.0.0.1", "localhost", "::1")
 """Addresses that only this machine can reach."""
 _GATES: WeakKeyDictionary[viser.ViserServer, Gate] = WeakKeyDictionary()
 _STYLE = (  # the panels' contents follow their width: by default they keep 220 pixels, and are cut off
-    "<style>.mantine-ScrollArea-content{min-width:0!important;width:100%!important;display:block!important}"
-    ".uplot-container{max-width:100%}</style>"
+    "<style>@media (max-width:1000px){"
+    ".mantine-ScrollArea-content{min-width:0!important;width:100%!important;display:block!important}"
+    ".uplot-container{max-width:100%}}</style>"
 )
 _ONE_PIXEL = "data:image/gif;base64,R0lGODlhAQABAAAAACH5BAEKAAEALAAAAAABAAEAAAICTAEAOw=="
 

@@ -47,8 +47,6 @@ def test_page_draws_the_scene_without_other_hosts(page):
 
 def test_dragging_the_ball_moves_the_hand_and_the_force_changes(page, viewer):
     assert number(page, "force") == 0.0
-    camera = list(viewer._server.get_clients().values())[-1].camera
-    before = np.array(camera.position)
     x, y = on_screen(page, viewer._server, viewer.control_panel.ball.position)
     page.mouse.move(x, y)
     page.mouse.down()
@@ -57,7 +55,6 @@ def test_dragging_the_ball_moves_the_hand_and_the_force_changes(page, viewer):
         time.sleep(0.05)
     page.mouse.up()
     until(lambda: number(page, "force") > 0.5)
-    np.testing.assert_array_equal(camera.position, before, "a drag of the ball does not turn the camera")
     assert viewer.control_panel._source.controls.p_hand_offset_W[2] < -0.01
     assert number(page, "depth") > 1.0
     assert page.inner_text("#palpate-status") == "touching"
@@ -89,30 +86,6 @@ def test_reset_restores_the_initial_state(page, viewer):
     np.testing.assert_array_equal(controls.p_hand_offset_W, 0.0)
     assert page.strangers == []
     assert page.errors == []
-
-
-CUT_OFF = """() => [...document.querySelectorAll('*')].filter(
-    e => e.clientWidth > 60 && e.clientWidth < 400 && e.scrollWidth > e.clientWidth + 4 &&
-         !['TEXTAREA', 'INPUT'].includes(e.tagName) && getComputedStyle(e).overflowX !== 'visible'
-).map(e => [e.className.toString().slice(0, 60), e.innerText.slice(0, 40), e.clientWidth, e.scrollWidth])"""
-
-
-def test_small_window_keeps_half_of_the_picture_and_cuts_nothing_off(page, viewer):
-    page.set_viewport_size({"width": 800, "height": 600})
-    page.reload()
-    page.wait_for_selector("#palpate-force", state="attached")
-    until(lambda: page.query_selector("canvas[data-engine]").bounding_box()["width"] < 500)
-    assert page.query_selector("canvas[data-engine]").bounding_box()["width"] >= 400
-    until(lambda: page.evaluate(CUT_OFF) == [])
-    ball, camera = viewer.control_panel.ball, list(viewer._server.get_clients().values())[-1].camera
-    until(lambda: _width(ball, camera) >= 60)
-    assert page.title() == "Palpate - Palpation"
-
-
-def _width(ball, camera):
-    """Width of the ball on the screen [pixels]."""
-    away = np.linalg.norm(np.asarray(camera.position) - ball.position)
-    return float(camera.image_height * ball.radius / (away * np.tan(0.5 * camera.fov)))
 
 
 def test_busy_port_is_reported_with_a_remedy(viewer):
