@@ -19,16 +19,19 @@ LINES = 50  # progress lines over the whole run
 
 @dataclass
 class Command:
-    """Poke random meshes millions of times, and count how often a tool pops through a surface.
+    """Poke random meshes millions of times, or step random hands through palpate.Haptics, and count what went wrong.
 
     examples:
       palpate soak contact
       palpate soak contact --passes 100000 --seed 7
       palpate soak contact --passes 2000 --method penalty
+      palpate soak device --seconds 60
     """
 
-    what: Positional[Literal["contact"]]
-    """contact: the path of the proxy is checked against every triangle."""
+    what: Positional[Literal["contact", "device"]]
+    """contact: the path of the proxy is checked against every triangle; device: caps and zero force on wrong input."""
+    seconds: float = 60.0
+    """device: time of each of four loops, 500 to 4000 Hz, as fast as the machine allows [s]."""
     passes: int = 10_000_000
     """Number of pokes, each of about 60 ticks [-]."""
     method: str = "proxy"
@@ -39,7 +42,9 @@ class Command:
     """Write the count as JSON (docs/json.md); - for the standard output."""
 
     def __call__(self) -> int:
-        """Poke, print the count, write the JSON contract. Returns 1 if a tool popped through."""
+        """Poke or step, print the count, write the JSON contract. Returns 1 if anything went wrong."""
+        if self.what == "device":
+            return self._device()
         from palpate.verify.soak import run, table
 
         console = console_for(self.json)
@@ -59,3 +64,17 @@ class Command:
         console.print(table(done))
         write_json(self.json, done)
         return 1 if done.popped else 0
+
+    def _device(self) -> int:
+        from palpate.verify.soak_device import run
+
+        console = console_for(self.json)
+        require_writable(self.json)
+        if not 0.0 < self.seconds <= 86_400.0:
+            raise PalpateError(f"--seconds {self.seconds:g}: must be above 0 and at most a day", mend="--seconds 60")
+        done = run(self.seconds, self.seed, lambda rate: say(console, f"loop of {rate:g} Hz"))
+        say(console, f"{done.steps:,} steps, {done.pressed:,} with a force, {done.wrong:,} with wrong input")
+        caps = f"{done.above_cap} above the cap, {done.above_rate_cap} above the rate cap"
+        say(console, f"{done.not_finite} wrenches not finite, {caps}, {done.force_on_wrong_input} on wrong input")
+        write_json(self.json, done)
+        return 1 if done.bad else 0
