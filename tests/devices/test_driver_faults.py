@@ -97,7 +97,7 @@ def test_force_is_zero_within_20_ms_by_name_of_the_cause(kind):
     summary = run(driver, 0.8)
     before = [f for f in driver.felt[: driver.first] if f is not None]
     after = driver.felt[driver.first :]
-    assert before[-1] > 1.0, "it worked at first"
+    assert max(before) > 1.0, "it worked at first"
     lasting = 40 if "jumped" in words else None  # one jump: the force returns by a ramp 0.1 s later
     assert not any(f for f in after[10:lasting]), after
     assert lasting or driver.forces()[-1] == 0.0

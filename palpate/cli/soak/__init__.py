@@ -1,3 +1,3 @@
-"""Run Palpate for very long and count what went wrong: millions of pokes, or days of the haptic node on ROS 2."""
+"""Run Palpate for very long and count what went wrong: millions of pokes, random hands, days of the node on ROS 2."""
 
-FIRST = ("contact", "ros")
+FIRST = ("contact", "device", "ros")
