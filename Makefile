@@ -1,5 +1,5 @@
-# make demo | make test | make lint | make mutants | make stubs | make wheel | make clean.   `palpate --help` lists all other commands.
-.PHONY: demo test lint mutants stubs wheel clean setup constraints
+# make demo | make test | make lint | make mutants | make fuzz | make stubs | make wheel | make clean.   `palpate --help` lists all other commands.
+.PHONY: demo test lint mutants fuzz stubs wheel clean setup constraints
 ARGS ?=
 OUT ?= dist
 export UV_PYTHON_DOWNLOADS = never
@@ -61,6 +61,10 @@ lint: setup
 # Plants faults in units, report energies, operators, certificate, studies and conformance, and counts those that tests find.
 mutants: setup
 	@$(UV) run --no-sync --with 'cosmic-ray>=8.7,<9' python tools/mutants.py $(ARGS)
+
+# Coverage-guided fuzzing of scene, contact and message code in C++, with clang's sanitizers: make fuzz ARGS="--runs 1000000"
+fuzz: setup
+	@$(RUN) python tools/fuzz.py $(ARGS)
 
 # Generates palpate/_core.pyi and palpate/_dvrk.pyi from the compiled bindings.
 stubs: setup
