@@ -38,7 +38,7 @@ class Scales:
         """
         spacing = max(found.spacing, 1e-4)
         support = 3.0 * spacing + 5.0 * found.noise
-        voxel = max(spacing, support / 6.0)
+        voxel = max(spacing, support / 4.0)
         return cls(voxel, support, 2.0 * voxel)
 
 

@@ -17,12 +17,12 @@ from palpate.cli.check.mesh import warn_of_facets
 from palpate.console.output import say
 from palpate.contact import touchable
 from palpate.mesh import Mesh
-from palpate.surfaces import PointSurface
 from palpate.mesh.check import MeshReport
 from palpate.scene import Scene
 from palpate.scene.gains import felt_stiffness
 from palpate.scene.guidance import LIVE
 from palpate.scene.rig import Rig, build
+from palpate.surfaces import PointSurface
 
 
 @dataclass(frozen=True)
