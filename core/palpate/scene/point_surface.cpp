@@ -17,9 +17,10 @@ constexpr double kNothing = 1e3;       // distance from a surface without points
 constexpr int kProjections = 8;        // projections of a query at most
 constexpr double kConverged = 2e-7;    // displacement of the foot point at which the projection ends [m]
 constexpr double kFarAway = 4.0;       // [support] farther queries use the nearest point and its normal
+constexpr double kBehind = 0.5;        // tangent of the angle within which a far query is behind the nearest point
 constexpr double kFlat = 1e-5;         // curvature times support below which the sphere is a plane
-constexpr double kNormalReach = 0.7;   // [support] radius of the planes that give normals
-constexpr int kSmoothings = 2;         // projections of each point onto the surface fitted around it
+constexpr double kNormalReach = 0.6;   // [support] radius of the planes that give normals
+constexpr int kSmoothings = 1;         // projections of each point onto the surface fitted around it
 constexpr double kQueryShare = 0.6;    // [support] radius of the fit at a query
 constexpr std::size_t kMatches = 800;  // points that determine a displacement
 constexpr int kMinMatches = 30;        // fewer matches determine nothing
@@ -169,7 +170,12 @@ PointSurface::Foot PointSurface::foot(const Vec3& p, std::int32_t start) const n
   const Vec3 side(first.n[0], first.n[1], first.n[2]);
   Foot foot{Vec3(first.p[0], first.p[1], first.p[2]), side, static_cast<std::uint32_t>(start)};
   const double support = query_support(options_), far = kFarAway * options_.support;
-  if ((p - foot.x).squaredNorm() > far * far) return foot;
+  if ((p - foot.x).squaredNorm() > far * far) {  // the tangent plane at the nearest point is enough
+    const double s = (p - foot.x).dot(side);
+    const Vec3 on_plane = p - s * side;
+    if (s >= 0.0 || (on_plane - foot.x).norm() > kBehind * -s) foot.x = on_plane;
+    return foot;
+  }
   const double step = 0.5 * support;
   for (int i = 0; i < kProjections; ++i) {
     const Sums sums = sum_near(grid_, foot.x, side, support);

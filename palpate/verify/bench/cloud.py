@@ -42,7 +42,7 @@ class Figures(TypedDict):
 class BreathingSurface:
     """A paraboloid with its top at (0, 0, z(t)), seen by a camera 0.5 m above it, made before the run."""
 
-    def __init__(self, points: int = POINTS, frames: int = 12) -> None:
+    def __init__(self, points: int = POINTS, frames: int = 4) -> None:
         rng = np.random.default_rng(0)
         self.X_WC = np.eye(4)
         self.X_WC[:3, :3], self.X_WC[2, 3] = np.diag([1.0, -1.0, -1.0]), 0.5
