@@ -20,7 +20,9 @@ objects: [{name: block, box: {size: [0.2, 0.2, 0.04]}, presence: real}, {name: o
 FELT = """
 objects: [{name: seen, cloud: {topic: /camera/depth/points, region: 0.1}, stiffness: 300}]
 contact: {radius: 0.004}
-arms: {follower: {bandwidth: 0}}
+arms:
+  leader: {base: {xyz: [0.345, 0.243, 0.219], rpy_deg: [0, 0, -20]}}
+  follower: {bandwidth: 0, base: {xyz: [-0.120, -0.060, 0.155], rpy_deg: [0, 0, 205]}}
 operator: {path: [{t: 0.2, xyz: [0, 0, 0.03]}, {t: 1.0, xyz: [0, 0, 0.022]}, {t: 30.0, xyz: [0, 0, 0.022]}]}
 """
 
