@@ -394,15 +394,15 @@ class PointSurface(Surface):
     def averaged(self) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.float64]]:
         """Averaged points: positions (n, 3) [m], normals (n, 3), weights (n,)."""
 
-    def shift_from(
+    def shift_to(
         self,
-        before: PointSurface,
+        points: Annotated[NDArray[numpy.float64], "(:, 3)"],
         centre: Annotated[NDArray[numpy.float64], "(3,)"],
         radius: float,
     ) -> Annotated[NDArray[numpy.float64], "(3,)"] | None:
         """
-        Displacement (3,) [m] of the points within radius [m] of centre (3,) [m] since the surface `before`; None if it
-        cannot be determined.
+        Displacement (3,) [m] by which the surface moved to pass through the points (n, 3) within radius [m] of centre
+        (3,) [m]; None if it cannot be determined.
         """
 
     def translate(self, d: Annotated[NDArray[numpy.float64], "(3,)"]) -> None:

@@ -15,6 +15,7 @@ from palpate.scene.clouds import CloudSection
 from palpate.sensing.gate import Gate
 from palpate.sensing.instrument import Instrument
 from palpate.sensing.motion import SurfaceMotion
+from palpate.sensing.patch import patch
 from palpate.sensing.source import CloudFrame
 from palpate.surfaces.points import Scales
 
@@ -22,6 +23,7 @@ _LEAST = 100  # points of a frame within the region at least
 _MEASURED = 6000  # points from which spacing and noise are estimated
 _SIGMA = 3.0  # margin around the tool, in standard deviations of the noise
 _MARGIN = 2e-3  # and at least [m]
+_HOLE = 1.6  # radius of the hole that the tip leaves, in radii of its ball
 _MATCHED = 0.03  # radius around the tool within which displacements are measured [m]
 
 
@@ -96,9 +98,10 @@ class Stream:
             self.gate.counts.empty += 1
             return None
         p_WC = X_WC[:3, 3]
-        self._memory = self._hidden(frame.t, p_WC, balls)
-        made = self._surface(points, p_WC)
-        V = self._velocity(made, frame.t, tip)
+        moved = self._displacement(points, frame.t, tip)
+        self._memory = self._hidden(frame.t, p_WC, balls, moved)
+        made = self._surface(points, p_WC, tip, _HOLE * float(balls[0, 3]))
+        V = self._motion.V
         made.translate(-X)
         self._anchor, self._t, self.surface, self._balls, self._p_WC = X, frame.t, made, balls, p_WC
         self.gate.accept(frame.t)
@@ -111,22 +114,22 @@ class Stream:
         self._anchor = anchor
         return np.asarray(moved)
 
-    def _hidden(self, t: float, p_WC: Array, balls: Array) -> Memory:
+    def _hidden(self, t: float, p_WC: Array, balls: Array, moved: Array) -> Memory:
         """The points seen before that the tool hides at the time t [s], where they are now."""
         if self.surface is None:
             return Memory()
         p, n, _ = self.surface.averaged()
         seen = ~self._instrument.is_hidden(p + self._anchor, self._p_WC, self._balls)
         before = Memory(
-            np.concatenate([self._memory.points, p[seen] + self._anchor]) + self._motion.V * (t - self._t),
+            np.concatenate([self._memory.points, p[seen] + self._anchor]) + moved,
             np.concatenate([self._memory.normals, n[seen]]),
             np.concatenate([self._memory.seen_at, np.full(int(seen.sum()), self._t)]),
         )
         young = t - before.seen_at <= self.section.remember
         return before.where(young & self._instrument.is_hidden(before.points, p_WC, balls))
 
-    def _surface(self, points: Array, p_WC: Array) -> _core.PointSurface:
-        """The surface in W at the stamp."""
+    def _surface(self, points: Array, p_WC: Array, tip: Array, hole: float) -> _core.PointSurface:
+        """The surface in W at the stamp, with the hole under the tip closed."""
         if self._scales is None:
             found = _sampled(points)
             self._noise = found.noise
@@ -134,22 +137,25 @@ class Stream:
             given = self.section
             self._scales = Scales(usual.voxel, given.support or usual.support, given.bridge or usual.bridge)
         s, memory = self._scales, self._memory
-        normals = np.concatenate([np.zeros_like(points), memory.normals])
+        known = np.concatenate([points, memory.points])
+        filled, normals = patch(known, p_WC, tip, hole, s.voxel)
         return _core.PointSurface(
-            np.concatenate([points, memory.points]), normals, np.ascontiguousarray(p_WC), s.voxel, s.support,
-            s.bridge, self.section.thickness, self.surface,
+            np.concatenate([known, filled]), np.concatenate([np.zeros_like(points), memory.normals, normals]),
+            np.ascontiguousarray(p_WC), s.voxel, s.support, s.bridge, self.section.thickness, self.surface,
         )  # fmt: skip
 
-    def _velocity(self, made: _core.PointSurface, t: float, tip: Array) -> Array:
-        """Velocity of the surface near the tool, from its displacement since the frame before."""
-        if self.surface is None or not self._extrapolate:
+    def _displacement(self, points: Array, t: float, tip: Array) -> Array:
+        """Displacement (3,) [m] of the surface near the tool since the frame before; updates the velocity."""
+        if self.surface is None:
             return np.zeros(3)
         dt = t - self._t
-        expected = self._anchor + self._motion.V * dt  # in these coordinates nothing moves but the error of prediction
-        made.translate(-expected)
-        rest = made.shift_from(self.surface, tip - expected, _MATCHED)
-        made.translate(expected)
-        return self._motion.update(None if rest is None else self._motion.V * dt + rest, dt)
+        expected = self._motion.V * dt
+        anchor = self._anchor + expected  # in these coordinates nothing moves but the error of the prediction
+        rest = self.surface.shift_to(points - anchor, tip - anchor, _MATCHED)
+        moved = expected if rest is None else expected + rest
+        if self._extrapolate:
+            self._motion.update(None if rest is None else moved, dt)
+        return moved
 
 
 def _sampled(points: Array) -> Sampling:

@@ -38,7 +38,7 @@ class Scales:
         """
         spacing = max(found.spacing, 1e-4)
         support = 3.0 * spacing + 5.0 * found.noise
-        voxel = max(spacing, support / 6.0)
+        voxel = max(spacing, support / 4.0)
         return cls(voxel, support, 2.0 * voxel)
 
 
@@ -96,10 +96,16 @@ class PointSurface(Surface):
                 mend="record a denser cloud, or give a larger support",
             )
 
+    @property
+    def recommended_radius(self) -> float:
+        """Smallest radius of the tool's sphere that does not feel single points [m]: 2 spacings, and the noise."""
+        return max(2.0 * self.sampling.spacing, self.sampling.noise)
+
     def __str__(self) -> str:
-        """Number of points, spacing and noise."""
+        """Number of points, spacing, noise and the radius that they ask for."""
         s = self.sampling
-        return f"cloud, {len(self.cloud):,} points every {1e3 * s.spacing:.2g} mm, noise {1e3 * s.noise:.2g} mm"
+        points = f"{len(self.cloud):,} points every {1e3 * s.spacing:.2g} mm"
+        return f"cloud, {points}, noise {1e3 * s.noise:.2g} mm; radius {1e3 * self.recommended_radius:.2g} mm or more"
 
     def _drawing(self) -> tuple[Array, Triangles]:
         """One small triangle at each averaged point, in the plane of the surface."""

@@ -99,4 +99,4 @@ def test_a_session_feels_the_cloud_of_a_topic(camera):
                 heights.append(float(tick["p_WP"][2]))
             assert time.monotonic() < end, (session.sensing.status(float(tick["t"])), session.notes)
             time.sleep(0.02)
-    assert np.median(heights) == pytest.approx(0.02, abs=2e-3)  # of the touched point, on the block's top
+    assert np.median(heights) == pytest.approx(0.024, abs=2e-3), heights  # the proxy rests on the block's top

@@ -51,10 +51,10 @@ class PointSurface final : public Surface {
   PointSurface(const PointInput& input, const PointSurfaceOptions& options, const PointSurface* continues = nullptr);
   [[nodiscard]] Nearest nearest(const Vec3& p) const noexcept override;
 
-  /// Displacement by which `before` moved to become this surface, from the points within `radius` of `centre` [m]: the
-  /// translation with the least squared distances of these points from `before`. It is zero along directions that the
-  /// shape does not determine, and empty if fewer than 30 points have a counterpart.
-  [[nodiscard]] std::optional<Vec3> shift_from(const PointSurface& before, const Vec3& centre, double radius) const;
+  /// Displacement by which this surface moved to pass through the points (3n coordinates) within `radius` of `centre`
+  /// [m]: the translation with the least squared distances. It is zero along directions that the shape does not
+  /// determine, and empty if fewer than 30 points have a counterpart.
+  [[nodiscard]] std::optional<Vec3> shift_to(std::span<const double> points, const Vec3& centre, double radius) const;
   /// Moves the surface by d [m]. Only before it is handed to a loop.
   void translate(const Vec3& d) noexcept { grid_.translate(d); }
   /// The averaged points with their normals.
