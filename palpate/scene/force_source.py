@@ -61,8 +61,9 @@ def check_presence(scene: Scene) -> None:
     """
     for i, obj in enumerate(scene.objects):
         where, source = scene.where("objects", i, "presence"), scene.force.source
-        seen = any(sensor.simulated is not None for sensor in scene.sensors.values())  # a camera sees real objects
-        if obj.presence == {"contact": "real", "estimate": "virtual"}.get(source) and not (obj.presence == "real" and seen):
+        if obj.presence == "real" and any(sensor.simulated is not None for sensor in scene.sensors.values()):
+            continue  # a camera sees it
+        if obj.presence == {"contact": "real", "estimate": "virtual"}.get(source):
             raise SceneError(
                 f"object {obj.name!r} is {obj.presence} only and force.source is {source!r}: it is never felt",
                 where=where, mend="use force: {source: both}, or another presence",

@@ -137,6 +137,11 @@ class ObjectSection(Section):
         return next(key for key in _SOURCES if getattr(self, key) is not None)
 
     @property
+    def is_sensed(self) -> bool:
+        """True if the surface comes from the frames of a sensor."""
+        return self.cloud is not None and self.cloud.sensor is not None
+
+    @property
     def file(self) -> str | None:
         """The geometry file as named in the scene; None for a generated surface."""
         if self.cloud is not None:

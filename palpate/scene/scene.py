@@ -29,7 +29,7 @@ from palpate.scene.model import (
 )
 from palpate.scene.operator import OperatorSection
 from palpate.scene.registration import RegistrationSection
-from palpate.scene.sensors import SensorSection
+from palpate.scene.sensors import SensorSection, with_topics
 from palpate.scene.stability import StabilitySection
 from palpate.scene.trackers import TrackerSection
 from palpate.values import NotNegative, Positive, Section, Vector
@@ -216,7 +216,7 @@ class Scene(Section):
     @model_validator(mode="before")
     @classmethod
     def _apply_preset(cls, data: Any) -> Any:
-        return presets.apply(data)
+        return presets.apply(with_topics(data))
 
     @model_validator(mode="after")
     def _fill_names(self) -> Scene:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -88,3 +88,21 @@ class SensorSection(Section):
     def by_tf(self) -> bool:
         """True if the pose of the camera comes from /tf."""
         return self.topic is not None and self.replay is None and self.pose is None and self.frame == "world"
+
+
+def with_topics(data: Any) -> Any:
+    """Values of a scene in which ``cloud: {topic: NAME}`` of an object has become a sensor with this name."""
+    if not isinstance(data, dict) or not isinstance(data.get("objects"), (list, tuple)):
+        return data
+    objects, sensors = [], {}
+    for obj in data["objects"]:
+        cloud = obj.get("cloud") if isinstance(obj, dict) else None
+        topic = cloud.get("topic") if isinstance(cloud, dict) else None
+        if isinstance(topic, str) and isinstance(cloud, dict) and not {"file", "sample", "sensor"} & set(cloud):
+            sensors[topic] = {"topic": topic}
+            rest = {key: value for key, value in cloud.items() if key != "topic"}
+            objects.append(obj | {"cloud": rest | {"sensor": topic}})
+        else:
+            objects.append(obj)
+    given = data.get("sensors") or {}
+    return data | {"objects": objects, "sensors": sensors | given} if sensors and isinstance(given, dict) else data

@@ -33,7 +33,8 @@ def decode(message: Any) -> Decoded:
     where = f"cloud in {message.header.frame_id!r}"
     fields = {field.name: field for field in message.fields}
     if missing := [axis for axis in "xyz" if axis not in fields]:
-        raise CloudError(f"the message has no field {missing[0]!r}", where=where, why=f"its fields: {', '.join(fields)}")
+        why = f"its fields: {', '.join(fields)}"
+        raise CloudError(f"the message has no field {missing[0]!r}", where=where, why=why)
     rows, columns = int(message.height), int(message.width)
     step, row_step, data = int(message.point_step), int(message.row_step), np.asarray(message.data, dtype=np.uint8)
     if rows * columns > MAX_POINTS:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -107,7 +108,7 @@ def _of_bag(path: Path, topic: str | None) -> Iterator[CloudFrame]:
                 raise CloudError(what, where=str(path), mend=f"name one by topic: {', '.join(names) or 'none'}")
             start = None
             for connection, received, raw in bag.messages(chosen):
-                message = bag.deserialize(raw, connection.msgtype)
+                message: Any = bag.deserialize(raw, connection.msgtype)
                 stamp = message.header.stamp
                 t = stamp.sec + 1e-9 * stamp.nanosec or 1e-9 * received
                 start = t if start is None else start

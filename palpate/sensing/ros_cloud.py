@@ -36,7 +36,7 @@ class RosCloudSource:
     """
 
     def __init__(self, topic: str, X_WC: Callable[[], Array] | None = None) -> None:
-        rclpy = self._rclpy = _rclpy()
+        rclpy = self._rclpy = import_rclpy()
         from rclpy.context import Context
         from rclpy.executors import SingleThreadedExecutor
 
@@ -132,7 +132,12 @@ def _pose(transform: Any) -> Array:
     return so3.pose(np.array([p.x, p.y, p.z]), quaternion / length)
 
 
-def _rclpy() -> Any:
+def import_rclpy() -> Any:
+    """The module rclpy; nodes stay on this machine unless the environment says otherwise.
+
+    Raises:
+        MissingExtraError: ROS 2 is not installed.
+    """
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     try:
         import rclpy

@@ -15,7 +15,7 @@ from palpate.record.ticks import Ticks, as_ticks
 from palpate.scene import materials, surface
 from palpate.scene.rig import Rig
 from palpate.sensing.instrument import Instrument
-from palpate.sensing.source import CloudSource
+from palpate.sensing.source import CloudFrame, CloudSource
 from palpate.sensing.stream import Stream
 
 PERIOD = 0.002
@@ -66,10 +66,12 @@ class Sensing:
         }
         self._targets = {name: (0.0, np.zeros(3), np.zeros(3)) for name in self.streams}  # t, X, V
         self._objects = list(rig.snapshot.objects)
+        self.frames: dict[str, CloudFrame] = {}  #: newest frame of each object, for drawings
 
     def step(self, t: float) -> int:
         """Ask the sources at the session's time t [s] and hand over the new surfaces; returns their number."""
         frames = {name: source.latest(t) for name, source in self._sources.items()}
+        self.frames.update({name: frame for name, frame in frames.items() if frame is not None})
         built = 0
         for slot, (name, stream) in enumerate(self.streams.items()):
             frame = frames[name]

@@ -34,7 +34,7 @@ class SeenWorld:
 
     def __init__(self, rig: Rig, latest: Callable[[], Ticks], instrument: bool = True) -> None:
         self._rig, self._latest = rig, latest
-        self._seen = [i for i, obj in enumerate(rig.scene.objects) if obj.presence != "virtual"]
+        self._seen = [i for i, obj in enumerate(rig.scene.objects) if obj.presence != "virtual" and not obj.is_sensed]
         self.bodies = [self._object(i) for i in self._seen]
         self._arm = rig.scene.arm("follower") if instrument else None
         self._links: list[str] = []

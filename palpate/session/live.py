@@ -327,5 +327,13 @@ class LiveSession:
 
 
 def _sensing(rig: Rig, loop: Loop, clouds: Clouds | None) -> sensing_module.Sensing | None:
-    seen = any(obj.cloud is not None and obj.cloud.sensor is not None for obj in rig.scene.objects)
-    return sensing_module.Sensing(rig, loop, as_sources(clouds)) if seen or clouds else None
+    """The sensing of a rig: sources as given, and for other sensors those of the scene's section `sensors`."""
+    from palpate.sensing.make import make
+
+    objects = [obj for obj in rig.scene.objects if obj.cloud is not None and obj.cloud.sensor is not None]
+    sources = as_sources(clouds)
+    for obj in objects:
+        name = "" if obj.cloud is None else obj.cloud.sensor or ""
+        if name in rig.scene.sensors and not {name, obj.name} & set(sources):
+            sources[name] = make(rig, name, lambda: as_ticks(np.asarray(loop.latest()).reshape(1, -1))[0])
+    return sensing_module.Sensing(rig, loop, sources) if objects or clouds else None

@@ -10,6 +10,7 @@ import viser
 
 from palpate.renamed import RenamedMethod
 from palpate.viewer import views
+from palpate.viewer.clouds import CloudDrawing
 from palpate.viewer.control_panel import ControlPanel
 from palpate.viewer.drawing import Drawing
 from palpate.viewer.fixtures import FixturePanel
@@ -62,6 +63,8 @@ class LiveViewer:
         views.start_with(self._server, views.overview(stage))
         self.url = url(self._server)
         self._drawing = Drawing(self._server.scene, stage)
+        sensing = getattr(source, "sensing", None)
+        self._clouds = None if sensing is None else CloudDrawing(self._server.scene, sensing)
         self._gauges = Gauges(self._server, stage, self._drawing)
         self.control_panel = ControlPanel(self._server, stage, source, runner)
         self._server.on_client_connect(self._fit_panels)
@@ -104,6 +107,8 @@ class LiveViewer:
         tick = self._source.latest()
         with self._server.atomic():
             self._drawing.show(tick)
+            if self._clouds is not None:
+                self._clouds.show(float(tick["t"]))
             self.control_panel.show(tick)
             self.control_panel.resize_ball(self._server)
             self._gauges.add(tick)
