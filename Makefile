@@ -1,5 +1,5 @@
-# make demo | make test | make lint | make mutants | make stubs | make wheel | make clean.   `palpate --help` lists all other commands.
-.PHONY: demo test lint mutants stubs wheel clean setup
+# make demo | make test | make lint | make mutants | make fuzz | make stubs | make wheel | make clean.   `palpate --help` lists all other commands.
+.PHONY: demo test lint mutants fuzz stubs wheel clean setup constraints
 ARGS ?=
 OUT ?= dist
 export UV_PYTHON_DOWNLOADS = never
@@ -7,6 +7,9 @@ export UV_PYTHON_DOWNLOADS = never
 export PYTHONDONTWRITEBYTECODE =
 UV := $(or $(shell command -v uv 2>/dev/null),.uv/bin/uv)
 RUN := $(UV) run --no-sync
+# Installs packages in the versions of constraints.txt, so that two clones are alike.
+INSTALL = $(UV) pip install --quiet --python .venv/bin/python --constraints constraints.txt --no-build-isolation-package palpate
+EXTRAS := calibrate,dask,files,pandas,registration,report,ros,tracking,viewer
 
 demo: .venv/.demo
 	@$(RUN) palpate run scenes/palpation.yaml --duration 20 $(ARGS)
@@ -25,23 +28,23 @@ wheel: setup
 
 setup: .venv/.ready
 
-# The demo needs the core, the viewer and the report, not the simulated dVRK (a quarter of the compilation).
-.venv/.demo: pyproject.toml CMakeLists.txt | $(UV)
+# The demo needs the core, the viewer and the report, not the simulated dVRK and what our dynamics are compared with (a quarter of the compilation).
+.venv/.demo: pyproject.toml constraints.txt CMakeLists.txt | $(UV)
 	@command -v g++ >/dev/null || { echo "palpate: no C++ compiler (g++) found. Mend: sudo apt install g++"; exit 1; }
 	@python3 -c 'import os, sys, sysconfig; sys.exit(not os.path.exists(sysconfig.get_path("include") + "/Python.h"))' \
 	  || { echo "palpate: Python.h is missing beside $$(command -v python3). Mend: sudo apt install python3-dev"; exit 1; }
-	@python3 -c 'import sys; v = sys.version_info[:2]; sys.exit(not (3, 11) <= v < (3, 14) and f"palpate: python3 is {v[0]}.{v[1]}, and Palpate needs 3.11 to 3.13 (its geometry libraries have no packages for others). Mend: put such a python3 first in PATH")'
+	@python3 -c 'import sys; v = sys.version_info[:2]; sys.exit(not (3, 11) <= v < (3, 15) and f"palpate: python3 is {v[0]}.{v[1]}, and Palpate needs 3.11 to 3.14 (its libraries have no packages for others). Mend: put such a python3 first in PATH")'
 	@echo "setting up, once: packages into .venv, then the C++ core (three minutes on two idle cores)"
 	@test -x .venv/bin/python || $(UV) venv --quiet --python "$$(command -v python3)" .venv
-	@PALPATE_ALL=$(if $(wildcard .venv/.ready),ON,OFF) $(UV) sync --extra viewer --extra report --no-default-groups --group build --inexact --quiet
+	@$(INSTALL) --group build
+	@PALPATE_ALL=$(if $(wildcard .venv/.ready),ON,OFF) $(INSTALL) --editable '.[viewer,report]'
 	@touch $@
 
 # The simulated dVRK and all other extras: ROS 2, calibration, clusters, tests. The ros-* wheels contain .egg-info
-# folders of other names. uv takes these for unknown packages and would remove their modules: hence --inexact, and the
-# folders are deleted.
+# folders of other names, which uv takes for unknown packages: they are deleted.
 .venv/.ready: .venv/.demo
 	@echo "setting up, once: the simulated dVRK, the packages of all extras and of the tests"
-	@$(UV) sync --all-extras --no-extra vtk --inexact --reinstall-package palpate --quiet
+	@$(INSTALL) --group dev --reinstall-package palpate --editable '.[$(EXTRAS)]'
 	@cd .venv/lib/python3*/site-packages && cat ros_*.dist-info/RECORD 2>/dev/null | grep -o '^[^/,]*\.egg-info' | sort -u | xargs -r rm -rf
 	@touch $@
 
@@ -52,16 +55,25 @@ setup: .venv/.ready
 	  || { echo "palpate: uv could not be installed. Install it from https://docs.astral.sh/uv, or: sudo apt install python3-venv python3-pip"; exit 1; }
 
 lint: setup
-	@$(UV) sync --all-extras --no-extra vtk --group lint --inexact --no-progress --quiet
+	@$(INSTALL) --group lint
 	@$(RUN) pre-commit run --all-files
 
 # Plants faults in units, report energies, operators, certificate, studies and conformance, and counts those that tests find.
 mutants: setup
 	@$(UV) run --no-sync --with 'cosmic-ray>=8.7,<9' python tools/mutants.py $(ARGS)
 
-# Generates palpate/_core.pyi and palpate/_dvrk.pyi from the compiled bindings.
+# Coverage-guided fuzzing of scene, contact and message code in C++, with clang's sanitizers: make fuzz ARGS="--runs 1000000"
+fuzz: setup
+	@$(RUN) python tools/fuzz.py $(ARGS)
+
+# Generates palpate/_core.pyi, _dvrk.pyi and _pinocchio.pyi from the compiled bindings.
 stubs: setup
 	@$(RUN) python tools/stubs.py
+
+# Chooses the newest versions that pyproject.toml allows and writes them to constraints.txt: commit the file.
+constraints: | $(UV)
+	@$(UV) pip compile pyproject.toml --all-extras --group build --group test --group lint --universal --upgrade \
+	  --python-version 3.11 --no-annotate --no-header --quiet --output-file constraints.txt
 
 clean:
 	rm -rf .venv .uv build runs

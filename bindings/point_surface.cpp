@@ -54,14 +54,13 @@ Tuple<Array, Array, Array> averaged(const PointSurface& self) {
   return nb::make_tuple(array(std::move(p), {count, 3}), array(std::move(n), {count, 3}), array(std::move(w), {count}));
 }
 
-std::optional<Vec3> shift_from(const PointSurface& self, const PointSurface& before, const Vec3& centre,
-                               double radius) {
+std::optional<Vec3> shift_to(const PointSurface& self, const Points& points, const Vec3& centre, double radius) {
   const nb::gil_scoped_release release;
-  return self.shift_from(before, centre, radius);
+  return self.shift_to(span_of(points), centre, radius);
 }
 
-Tuple<Array, nb::dict> usable(const Points& points_C, const Matrix4& X_WC, const Vec3& centre, double radius,
-                              const Balls& tool) {
+Tuple<Array, Fields> usable(const Points& points_C, const Matrix4& X_WC, const Vec3& centre, double radius,
+                            const Balls& tool) {
   const Pose X = to_pose(X_WC, "X_WC");
   std::vector<scene::Ball> balls;
   for (std::size_t i = 0; i < tool.shape(0); ++i) balls.push_back({Vec3(&tool(i, 0)), tool(i, 3)});
@@ -92,9 +91,11 @@ void bind_point_surface(nb::module_& m) {
            "orients "
            "unknown normals [m]; voxel, support, bridge, thickness [m]; continues: surface of the previous frame.")
       .def("averaged", &averaged, "Averaged points: positions (n, 3) [m], normals (n, 3), weights (n,).")
-      .def("shift_from", &shift_from, "before"_a, "centre"_a, "radius"_a,
-           "Displacement (3,) [m] of the points within radius [m] of centre (3,) [m] since the surface `before`; None "
-           "if it cannot be determined.")
+      .def("shift_to", &shift_to, "points"_a, "centre"_a, "radius"_a,
+           "Displacement (3,) [m] by which the surface moved to pass through the points (n, 3) within radius [m] of "
+           "centre (3,) [m]; None if it cannot be determined.")
+      .def("translate", &PointSurface::translate, "d"_a,
+           "Moves the surface by d (3,) [m]; only before it is handed to a loop.")
       .def_prop_ro("id", &PointSurface::id, "Number of the stream of surfaces.")
       .def_prop_ro(
           "rejected", [](const PointSurface& s) { return s.grid().rejected(); },

@@ -395,16 +395,19 @@ class PointSurface(Surface):
     def averaged(self) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.float64]]:
         """Averaged points: positions (n, 3) [m], normals (n, 3), weights (n,)."""
 
-    def shift_from(
+    def shift_to(
         self,
-        before: PointSurface,
+        points: Annotated[NDArray[numpy.float64], "(:, 3)"],
         centre: Annotated[NDArray[numpy.float64], "(3,)"],
         radius: float,
     ) -> Annotated[NDArray[numpy.float64], "(3,)"] | None:
         """
-        Displacement (3,) [m] of the points within radius [m] of centre (3,) [m] since the surface `before`; None if it
-        cannot be determined.
+        Displacement (3,) [m] by which the surface moved to pass through the points (n, 3) within radius [m] of centre
+        (3,) [m]; None if it cannot be determined.
         """
+
+    def translate(self, d: Annotated[NDArray[numpy.float64], "(3,)"]) -> None:
+        """Moves the surface by d (3,) [m]; only before it is handed to a loop."""
 
     @property
     def id(self) -> int:
@@ -423,7 +426,7 @@ def usable_points(
     centre: Annotated[NDArray[numpy.float64], "(3,)"],
     radius: float,
     tool: Annotated[NDArray[numpy.float64], "(:, 4)"],
-) -> tuple[NDArray[numpy.float64], dict]:
+) -> tuple[NDArray[numpy.float64], dict[str, Any]]:
     """
     (points (n, 3) in W [m], counts) of a frame (m, 3) in the camera's frame [m]: those that are finite, within radius
     [m] of centre (3,) in W, and outside the balls tool (k, 4) in W, centre and radius [m]. counts: used, invalid,

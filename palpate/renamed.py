@@ -27,7 +27,7 @@ RENAMED = {
     "palpate.run_folder": "palpate.session.run_folder",
     "palpate.scene.descriptions": "palpate.values.descriptions",
     "palpate.scene.recorded": "palpate.session.recorded",
-    "palpate.soak": "palpate.verify.soak",
+    "palpate.soak": "palpate.verify.soak.contact",
     "palpate.summary": "palpate.session.summary",
     "palpate.touchable": "palpate.contact.touchable",
 }

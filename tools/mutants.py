@@ -34,7 +34,7 @@ GROUPS = {
     "report energies": (
         ["report/energy.py", "report/summary.py", "session/summary.py"],
         ["report/test_report_summary.py", "report/test_report_elements.py", "report/test_report_touches.py",
-         "report/test_report_page.py"]),
+         "report/test_report_page.py", "report/test_summary_totals.py"]),
     "operators": (["operators/*.py"], ["operators"]),
     "certificate": (["certificate/[!f]*.py"], ["certificate"]),
     "studies": (

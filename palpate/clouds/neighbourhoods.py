@@ -25,25 +25,29 @@ class Sampling:
 def sampling(points: Array) -> Sampling:
     """Spacing and noise of a cloud of points (N, 3) [m], from the planes through the neighbours of some points.
 
-    A neighbourhood grows until it is flat, because the nearest points of a noisy cloud are a ball and not a disc.
+    A neighbourhood grows until it is flat, because the nearest points of a noisy cloud are a ball and not a disc; where
+    none is, the flattest counts.
     """
     from scipy.spatial import cKDTree
 
     tree = cKDTree(points)
     rng = np.random.default_rng(0)
     chosen = points[rng.permutation(len(points))[:_SAMPLES]]
-    spacing, noise = 0.0, 0.0
+    best, found = np.inf, Sampling(0.0, 0.0)
     for size in _SIZES:
         k = min(size, len(points))
         _, index = tree.query(chosen, k=k, workers=-1)
         values = _variances(points[index])
         across, along = np.sqrt(values[:, 0]), np.sqrt(values[:, 1])
-        # A disc of radius r has the variance r^2 / 4 along each axis, and the area pi r^2 holds k points.
-        spacing = float(np.median(np.sqrt(4.0 * np.pi * np.sqrt(values[:, 1] * values[:, 2]) / k)))
-        noise = float(np.median(across))
-        if k == len(points) or np.median(across / np.maximum(along, 1e-300)) < _FLAT:
+        flatness = float(np.median(across / np.maximum(along, 1e-300)))
+        if (
+            flatness < best
+        ):  # a disc of radius r has the variance r^2 / 4 along each axis; its area pi r^2 holds k points
+            spacing = np.median(np.sqrt(4.0 * np.pi * along * np.sqrt(values[:, 2]) / k))
+            best, found = flatness, Sampling(float(spacing), float(np.median(across)))
+        if k == len(points) or flatness < _FLAT:
             break
-    return Sampling(spacing, noise)
+    return found
 
 
 def _variances(near: Array) -> Array:

@@ -25,6 +25,7 @@ _WATCH = 0.002  # period of the watchdog [s]
 _RAMP = 0.1  # longest ramp-down at the end [s]
 _SWITCH = 0.0005  # longest wait for the interpreter while another thread of Python computes [s]
 _ZERO = np.zeros(6)
+_POSES = (_core.DeviceFault.not_rigid, _core.DeviceFault.left_handed)
 
 
 class DrivenLoop(DeviceLoop):
@@ -52,6 +53,7 @@ class DrivenLoop(DeviceLoop):
         self.driver = driver
         self.stalls = 0  #: how often the watchdog wrote zero force
         self._lateness: list[float] = []
+        self.named: set[_core.DeviceFault] = set()  #: faults that the status does not tell apart
         self._missed, self._scheduler = 0, "not started"
         self._ended: str | None = None
         self._call, self._entered = "", 0.0
@@ -101,7 +103,7 @@ class DrivenLoop(DeviceLoop):
         self._threads = []
         try:
             self.driver.close()
-        except Exception as error:
+        except BaseException as error:
             self._end(f"close() raised {type(error).__name__}: {error}")
         super().stop()
 
@@ -137,7 +139,7 @@ class DrivenLoop(DeviceLoop):
             while not self._done():
                 self._round()
                 due = self._sleep(due + period, period)
-        except Exception as error:
+        except BaseException as error:  # SystemExit, too: a driver must not end its thread in silence
             call = f"{self._call}() " if self._call else ""
             text = str(error) if isinstance(error, PalpateError) else f"{call}raised {type(error).__name__}: {error}"
             self._end(text)
@@ -168,7 +170,9 @@ class DrivenLoop(DeviceLoop):
         else:
             X = np.ascontiguousarray(reading.X, dtype=np.float64)
             V = None if reading.V is None else _twist(reading.V)
-            self.step(t, X, V, float(reading.gripper), int(reading.buttons))
+            fault = self.step(t, X, V, float(reading.gripper), int(reading.buttons))
+            if fault in _POSES:
+                self.named.add(fault)
         self._enter("write")
         self.driver.write(self._limited())
         self._enter("")
@@ -208,7 +212,7 @@ class DrivenLoop(DeviceLoop):
     def _write_zero(self) -> None:
         try:
             self.driver.write(_ZERO.copy())
-        except Exception as error:
+        except BaseException as error:
             self._end(f"write() raised {type(error).__name__}: {error}")
 
     def _end(self, what: str) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from palpate.devices.driven import DrivenLoop
 from palpate.devices.driver import Driver
-from palpate.devices.loop import DeviceLoop
+from palpate.devices.loop import WORDS, DeviceLoop
 from palpate.devices.native import NativeLoop, is_native
 from palpate.devices.open import open_driver
 from palpate.errors import DeviceError
@@ -68,6 +68,10 @@ class DrivenSession(DeviceSession):
         if out is not None:
             require_writable(Path(out))
         super().__init__(_driven_loop(scene, driver), out)
+
+    def _faults(self) -> list[str]:
+        named = self._loop.named if isinstance(self._loop, DrivenLoop) else set()
+        return [*super()._faults(), *(f"driver: {WORDS[fault][0]}; mend: {WORDS[fault][1]}" for fault in named)]
 
     @property
     def failed(self) -> bool:

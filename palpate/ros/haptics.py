@@ -29,6 +29,12 @@ from palpate.session.summary import Summary
 
 FORCE_CAP = 1.0
 """Default force cap on real arms [N]; only --force-cap can raise it."""
+NO_TIMEOUT = (
+    "an arm of the dVRK has no timeout for wrenches: if the network between this node and the arm fails, the arm keeps "
+    "the last force until its operator leaves the console, presses a pedal or stops it. Run the node on the arm's "
+    "computer wherever that is possible (docs/ros2-real-arm.md)"
+)
+"""Advice at the start of a session that commands an arm over a network."""
 _CHECK_PERIOD = 0.1  # interval of the checks of guardian and events [s]
 
 
@@ -223,7 +229,8 @@ class HapticSession(LiveSession):
         self.seen = self._seen.seen  #: faults by the name of their bit
         self.reports = ForceReports()  #: what holds the force back, told once and counted
         self.loop = HapticLoop(rig, self.devices, self.limits, dict(context or {}))
-        self.events = [self.loop.advice] if self.loop.advice else []  #: events of the node, newest last
+        advice = [self.loop.advice, NO_TIMEOUT if (context or {}).get("network") else ""]
+        self.events = [words for words in advice if words]  #: events of the node, newest last
         super().__init__(rig, self.loop, self.limits.rate or scene.rates.haptic, scene.seed, out)
 
     @property
@@ -258,6 +265,7 @@ class HapticSession(LiveSession):
 
     def _check_node(self) -> None:
         self.events += self.loop.node.take_events()
+        self.events += [note for note in self.notes if note not in self.events]
         if not self.loop.guardian.alive:
             raise PalpateError("the guardian process has died: the session ends, the force is zero")
 

@@ -40,7 +40,7 @@ def topics(here: Any, seconds: float = 1.0) -> list[tuple[str, str]]:
     """Names and types of all topics, after a discovery of `seconds` [s]."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
-        _spin(here, 0.05)
+        spin(here, 0.05)
     return sorted((name, types[0]) for name, types in here.get_topic_names_and_types())
 
 
@@ -69,7 +69,7 @@ def listen(here: Any, topic: str, take: Callable[[Any], None], count: int | None
     here.create_subscription(kind, topic, receive, quality)
     end = np.inf if seconds is None else time.monotonic() + seconds
     while (count is None or received < count) and time.monotonic() < end:
-        _spin(here, 0.1)
+        spin(here, 0.1)
     return received
 
 
@@ -87,7 +87,7 @@ def publish(here: Any, topic: str, type_name: str, text: str, rate: float | None
     while not publisher.get_subscription_count():
         if time.monotonic() > end:
             raise PalpateError(f"nobody listens to {topic}", mend="check the name with `palpate ros topic list`")
-        _spin(here, 0.02)
+        spin(here, 0.02)
     while True:
         if hasattr(message, "header") and not (message.header.stamp.sec or message.header.stamp.nanosec):
             message.header.stamp = here.get_clock().now().to_msg()
@@ -95,7 +95,7 @@ def publish(here: Any, topic: str, type_name: str, text: str, rate: float | None
         else:
             stamped = False
         publisher.publish(message)
-        _spin(here, 0.05 if rate is None else 1.0 / rate)
+        spin(here, 0.05 if rate is None else 1.0 / rate)
         if rate is None:
             publisher.wait_for_all_acked()
             return
@@ -156,7 +156,7 @@ def _publisher_type(here: Any, topic: str) -> tuple[Any, Any]:
     while not (ends := here.get_publishers_info_by_topic(topic)):
         if time.monotonic() > end:
             raise PalpateError(f"nobody publishes {topic}", mend="check the name with `palpate ros topic list`")
-        _spin(here, 0.02)
+        spin(here, 0.02)
     reliable = all(e.qos_profile.reliability == ReliabilityPolicy.RELIABLE for e in ends)
     latched = all(e.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for e in ends)
     quality = QoSProfile(
@@ -167,7 +167,8 @@ def _publisher_type(here: Any, topic: str) -> tuple[Any, Any]:
     return message_type(ends[0].topic_type), quality
 
 
-def _spin(here: Any, seconds: float) -> None:
+def spin(here: Any, seconds: float) -> None:
+    """Handle one message of a node, which arrives within a time [s]."""
     from rclpy.executors import SingleThreadedExecutor
 
     if not hasattr(here, "palpate_executor"):

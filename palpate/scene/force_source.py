@@ -61,6 +61,8 @@ def check_presence(scene: Scene) -> None:
     """
     for i, obj in enumerate(scene.objects):
         where, source = scene.where("objects", i, "presence"), scene.force.source
+        if obj.presence == "real" and any(sensor.simulated is not None for sensor in scene.sensors.values()):
+            continue  # a camera sees it
         if obj.presence == {"contact": "real", "estimate": "virtual"}.get(source):
             raise SceneError(
                 f"object {obj.name!r} is {obj.presence} only and force.source is {source!r}: it is never felt",

@@ -29,6 +29,8 @@ ArmName = Annotated[
 ]
 #: Drivers that ship with Palpate; text after a colon is their argument. `loop`: a program that calls palpate.Haptics.
 DRIVERS = ("loop", "simulated", "shared-memory", "mouse", "keyboard", "gamepad", "force-dimension")
+FORCELESS = ("mouse", "keyboard", "gamepad")
+"""Drivers of devices that cannot give a force."""
 _CLASS = re.compile(r"(?:[A-Za-z_][\w.]*|.+\.py):[A-Za-z_][\w.]*")
 
 
@@ -54,6 +56,9 @@ class LeaderSection(Section):
     driver: DriverName | None = None
     """instead of the simulated arm: your own device, MODULE:CLASS, FILE.py:CLASS, a shared object (my_device.so), or
     a driver that ships with Palpate (docs/device.md); the keys below other than base and frame then have no effect"""
+    pseudo_haptic: bool | None = None
+    """true: the viewer draws the tool on the surface while the hand goes in, and the force as a halo; for devices
+    without force; when left out, true for the drivers keyboard, mouse and gamepad"""
     base: Pose | None = None
     """X_WL: pose of the arm's base in `frame`; automatic when left out, for a device with the axes of W"""
     frame: str = "world"
@@ -92,6 +97,13 @@ class LeaderSection(Section):
             what = "quantised: false reads the true velocities, velocity and velocity_cutoff have no effect"
             raise ValueError(f"{what} | for ideal positions with an estimated velocity give encoder_scale: 0")
         return self
+
+    @property
+    def shows_force(self) -> bool:
+        """True if the viewer shows the force in place of the device (`pseudo_haptic`)."""
+        if self.pseudo_haptic is not None:
+            return self.pseudo_haptic
+        return self.driver is not None and self.driver.partition(":")[0] in FORCELESS
 
     def apply_imperfections(self, o: _core.LeaderOptions, rate: float) -> None:
         """Apply the imperfections of this section to the options from the arm's model file.

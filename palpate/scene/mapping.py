@@ -53,10 +53,7 @@ class MappingSection(Section):
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         """The schema of the section, or of the law alone."""
         whole = handler.resolve_ref_schema(handler(core))
-        properties, title = whole.pop("properties"), whole.pop("title", "")
-        section = {"type": "object", "properties": properties, "additionalProperties": False}
-        whole.clear()
-        return {"title": title, "anyOf": [{"enum": list(LAWS)}, section]}
+        return {**whole, "type": ["object", "string"], "anyOf": [{"type": "object"}, {"enum": list(LAWS)}]}
 
     def with_device(self, workspace: Vector | None) -> MappingSection:
         """The section with the workspace of a driver [m], unless the scene names its own."""

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from palpate import _core
+from palpate.scene.clouds import CloudSection
 from palpate.scene.force import Presence
 from palpate.scene.leader import ArmName, LeaderSection
 from palpate.scene.solids import (
@@ -51,19 +52,22 @@ class ArmsSection(Section):
     """the patient-side arm"""
 
 
-_SOURCES = ("mesh", "sdf", "shape", *SOLIDS)
+_SOURCES = ("mesh", "cloud", "sdf", "shape", *SOLIDS)
 
 
 class ObjectSection(Section):
-    """An object that can be touched: one of mesh, sdf, shape, plane, sphere, box, cylinder, capsule, implicit."""
+    """An object that can be touched: one of mesh, cloud, sdf, shape, or a solid such as box or sphere."""
 
     name: str = ""
     """name in plots and messages; the file's name when left out"""
     mesh: str | None = None
     """mesh file (STL, OBJ, PLY, ...), or volume (NRRD, NIfTI), relative to the scene file; ${VARIABLE} and
     ${VARIABLE:-default} are replaced"""
+    cloud: CloudSection | None = None
+    """instead: a point cloud; the name of its file alone is enough"""
     unit: Literal["mm", "cm", "m", "in"] | None = None
-    """unit of the numbers in the mesh or grid file; when left out that of the file or its format, otherwise mm"""
+    """unit of the numbers in the mesh, cloud or grid file; when left out that of the file or its format, otherwise mm;
+    a cloud whose file states none needs it"""
     label: Annotated[int, Field(strict=True, ge=0)] | str | None = None
     """of a volume with several segments: the value or the name of the segment"""
     threshold: Number | None = None
@@ -108,6 +112,11 @@ class ObjectSection(Section):
     presence: Presence = "both"
     """virtual: rendered by the contact stage; real: pushes the tool of a follower with drives (force.source)"""
 
+    @field_validator("cloud", mode="before")
+    @classmethod
+    def _cloud_of_a_file(cls, value: object) -> object:
+        return {"file": value} if isinstance(value, str) else value
+
     @model_validator(mode="after")
     def _check(self) -> ObjectSection:
         check_friction(self.friction, self.static_friction)
@@ -128,8 +137,15 @@ class ObjectSection(Section):
         return next(key for key in _SOURCES if getattr(self, key) is not None)
 
     @property
+    def is_sensed(self) -> bool:
+        """True if the surface comes from the frames of a sensor."""
+        return self.cloud is not None and self.cloud.sensor is not None
+
+    @property
     def file(self) -> str | None:
         """The geometry file as named in the scene; None for a generated surface."""
+        if self.cloud is not None:
+            return self.cloud.file
         return self.mesh if self.mesh is not None else self.sdf
 
 

@@ -113,7 +113,9 @@ class Rig:
         data = self.scene.model_dump(mode="json")
         for i, obj in enumerate(self.scene.objects):
             if absolute and obj.file is not None:
-                data["objects"][i][obj.source] = str(self.scene.path_of(i).resolve())
+                name = str(self.scene.path_of(i).resolve())
+                section = data["objects"][i]
+                section[obj.source] = name if obj.cloud is None else section["cloud"] | {"file": name}
         arms = data["arms"]
         for side in ("leader", "follower"):
             path = self.scene.arm_path(side)

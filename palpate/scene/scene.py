@@ -29,6 +29,7 @@ from palpate.scene.model import (
 )
 from palpate.scene.operator import OperatorSection
 from palpate.scene.registration import RegistrationSection
+from palpate.scene.sensors import SensorSection, with_topics
 from palpate.scene.stability import StabilitySection
 from palpate.scene.trackers import TrackerSection
 from palpate.values import NotNegative, Positive, Section, Vector
@@ -54,6 +55,8 @@ class Scene(Section):
     """frames of cameras, trackers, markers and anatomy, in which objects and arms are placed (docs/frames.md)"""
     trackers: dict[str, TrackerSection] = Field(default_factory=dict)
     """trackers that move frames while a session runs, by name"""
+    sensors: dict[str, SensorSection] = Field(default_factory=dict)
+    """depth cameras, by name (docs/camera.md)"""
     registration: RegistrationSection | None = None
     """registration of the organ: targets, accuracy and sensors (docs/registration-session.md)"""
     mapping: MappingSection = MappingSection()
@@ -213,7 +216,7 @@ class Scene(Section):
     @model_validator(mode="before")
     @classmethod
     def _apply_preset(cls, data: Any) -> Any:
-        return presets.apply(data)
+        return presets.apply(with_topics(data))
 
     @model_validator(mode="after")
     def _fill_names(self) -> Scene:

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from palpate import _core, surfaces
 from palpate.arrays import Array
-from palpate.errors import MeshError, SceneError, SurfaceError
+from palpate.errors import CloudError, MeshError, SceneError, SurfaceError
 from palpate.mesh import Mesh
 from palpate.scene import materials, placing
+from palpate.scene.clouds import CloudSection
 from palpate.scene.model import ObjectSection
 from palpate.scene.scene import Scene
 from palpate.scene.trackers import TrackerSection
@@ -44,6 +46,8 @@ class PlacedSurface:
         middle = 0.5 * (low + high)
         return np.array([middle[0], middle[1], high[2] + float(np.linalg.norm(high - low))])
 
+
+_CLOUD_SPEED, _CLOUD_ACCELERATION = 0.5, 50.0  # [m/s], [m/s^2] of a surface between two frames
 
 Bodies = dict[str, Mesh | surfaces.Surface]
 """Surfaces shared by scenes, keyed by the values that define them."""
@@ -85,16 +89,21 @@ def _surface_key(scene: Scene, index: int) -> str:
 def snapshot(scene: Scene, surfaces_W: list[PlacedSurface]) -> _core.Snapshot:
     """Objects, materials and motions for the core."""
     follow = placing.tracked(scene, placing.graph(scene)) if scene.trackers else {}
-    objects = [
-        core_object(
-            obj,
-            one,
-            materials.motion(obj, one.bounds.mean(axis=0)),
-            live_options(scene.trackers[follow[obj.name]], one) if obj.name in follow else None,
-        )
-        for obj, one in zip(scene.objects, surfaces_W, strict=True)
-    ]
+    objects = []
+    for i, (obj, one) in enumerate(zip(scene.objects, surfaces_W, strict=True)):
+        live = live_options(scene.trackers[follow[obj.name]], one) if obj.name in follow else None
+        if obj.cloud is not None and obj.cloud.sensor is not None:
+            if follow or obj.motion or obj.frame != "world" or not np.array_equal(one.X_WO, np.eye(4)):
+                what = f"{obj.name!r} is the cloud of a sensor: it has no pose and motion, and no object is tracked"
+                raise SceneError(what, where=scene.where("objects", i), mend="leave them out; the sensor sees motion")
+            live = cloud_options(obj.cloud)
+        objects.append(core_object(obj, one, materials.motion(obj, one.bounds.mean(axis=0)), live))
     return _core.Snapshot(objects)
+
+
+def cloud_options(section: CloudSection) -> _core.LiveOptions:
+    """Limits of the motion of a sensor's cloud between its frames; it only translates."""
+    return _core.LiveOptions(_CLOUD_SPEED, 1.0, _CLOUD_ACCELERATION, section.patience, section.fade)
 
 
 def live_options(section: TrackerSection, placed: PlacedSurface) -> _core.LiveOptions:
@@ -124,7 +133,7 @@ def core_object(
 
 def _body(scene: Scene, index: int) -> Mesh | surfaces.Surface:
     obj = scene.objects[index]
-    if obj.file is not None:
+    if obj.file is not None or obj.cloud is not None:
         return _from_file(scene, index)
     if obj.shape is None:
         made: surfaces.Surface = getattr(obj, obj.source).make(obj.name)
@@ -139,12 +148,15 @@ def _body(scene: Scene, index: int) -> Mesh | surfaces.Surface:
 
 
 def _from_file(scene: Scene, index: int) -> Mesh | surfaces.Surface:
-    obj, path = scene.objects[index], scene.path_of(index)
+    obj = scene.objects[index]
+    path = scene.path_of(index) if obj.file is not None else Path()
     try:
+        if obj.cloud is not None:
+            return obj.cloud.make(obj.name, path, obj.unit)
         if obj.mesh is not None:
             return Mesh.load(path, obj.unit, label=obj.label, threshold=obj.threshold)
         return surfaces.DistanceGrid.load(path, obj.unit or "mm")
-    except (MeshError, SurfaceError) as error:
+    except (CloudError, MeshError, SurfaceError) as error:
         why = "; ".join(part for part in (error.where, error.why) if part)
         where = scene.where("objects", index, obj.source)
         raise type(error)(error.what, where=where, why=why, mend=error.mend) from None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -78,3 +78,16 @@ class IteratorSource:
 
     def close(self) -> None:
         """Nothing is open."""
+
+
+Clouds = Mapping[str, CloudSource | Iterable[npt.ArrayLike | CloudFrame]]
+"""Sources by name; an iterable of arrays (N, 3) [m] in W, or of frames, is asked at 30 Hz."""
+
+
+def as_sources(clouds: Clouds | None) -> dict[str, CloudSource]:
+    """The same with every iterable as a source."""
+    given = clouds or {}
+    return {
+        name: source if hasattr(source, "latest") else IteratorSource(source)  # type: ignore[misc]
+        for name, source in given.items()
+    }

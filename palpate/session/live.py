@@ -22,6 +22,8 @@ from palpate.guidance.steered import SteeredFixtures
 from palpate.record.ticks import Ticks, Timing, as_ticks
 from palpate.record.writer import Recorder
 from palpate.scene.rig import Rig
+from palpate.sensing import sensing as sensing_module
+from palpate.sensing.source import Clouds, as_sources
 from palpate.session.controls import Controls
 from palpate.session.loop import Loop
 from palpate.session.recorded_frames import RecordedFrames
@@ -43,12 +45,21 @@ class LiveSession:
         rate: ticks of the loop per second [Hz].
         seed: seed of all random numbers in the loop, stored in the record.
         out: folder for records, in which each run gets its own folder; None: nothing is recorded.
+        clouds: sources of the objects that are clouds of a sensor, by the name of the sensor or of the object.
 
     Raises:
-        OutputError: `out` cannot be written.
+        OutputError: `out` cannot be written. SceneError: an object has no source.
     """
 
-    def __init__(self, rig: Rig, loop: Loop, rate: float, seed: int, out: str | os.PathLike[str] | None = None) -> None:
+    def __init__(
+        self,
+        rig: Rig,
+        loop: Loop,
+        rate: float,
+        seed: int,
+        out: str | os.PathLike[str] | None = None,
+        clouds: Clouds | None = None,
+    ) -> None:
         self.scene, self.rig, self.seed = rig.scene, rig, seed
         self.rate = rate  #: ticks per second [Hz]
         self._out = Path(out) if out is not None else None
@@ -75,6 +86,10 @@ class LiveSession:
         if self.tracking is not None:
             weakref.finalize(self, self.tracking.close)
         self._tracker_thread: threading.Thread | None = None
+        self.sensing = _sensing(rig, loop, clouds)  #: turns the frames of sensors into surfaces
+        if self.sensing is not None:
+            weakref.finalize(self, self.sensing.close)
+        self._sensing_thread: threading.Thread | None = None
         self.notes: list[str] = []  #: problems outside of the loop, e.g. a full disk
 
     # -- running ---------------------------------------------------------------------------------------------------
@@ -91,6 +106,9 @@ class LiveSession:
         if self.tracking is not None:
             self._tracker_thread = threading.Thread(target=self._keep_tracking, name="palpate-tracking", daemon=True)
             self._tracker_thread.start()
+        if self.sensing is not None:
+            self._sensing_thread = threading.Thread(target=self._keep_sensing, name="palpate-sensing", daemon=True)
+            self._sensing_thread.start()
 
     def stop(self) -> None:
         """Stop the real-time run with the force at zero. No effect if it is not running."""
@@ -100,6 +118,9 @@ class LiveSession:
         if self._tracker_thread is not None:
             self._tracker_thread.join()  # objects rest before the loop stops
             self._tracker_thread = None
+        if self._sensing_thread is not None:
+            self._sensing_thread.join()
+            self._sensing_thread = None
         self._loop.stop()
         self._pump.join()
         self._pump = None
@@ -243,6 +264,17 @@ class LiveSession:
         finally:
             tracking.hold(float(self.latest()["t"]))
 
+    def _keep_sensing(self) -> None:
+        sensing = self.sensing
+        assert sensing is not None
+        try:
+            while not self._stop_pump.wait(sensing_module.PERIOD):
+                sensing.step(float(self.latest()["t"]))
+        except Exception as error:  # the session goes on: the loop stops surfaces without frames by itself
+            self.notes.append(f"sensing has stopped: {error}")
+        finally:
+            sensing.hold()
+
     def _drain(self) -> None:
         rows = self._loop.drain()
         if len(rows):
@@ -292,3 +324,16 @@ class LiveSession:
         lost = self._loop.dropped - self._dropped
         faults = [fault] if fault else []
         return [*faults, f"{lost} ticks are missing in the record: the disk was too slow"] if lost > 0 else faults
+
+
+def _sensing(rig: Rig, loop: Loop, clouds: Clouds | None) -> sensing_module.Sensing | None:
+    """The sensing of a rig: sources as given, and for other sensors those of the scene's section `sensors`."""
+    from palpate.sensing.make import make
+
+    objects = [obj for obj in rig.scene.objects if obj.cloud is not None and obj.cloud.sensor is not None]
+    sources = as_sources(clouds)
+    for obj in objects:
+        name = "" if obj.cloud is None else obj.cloud.sensor or ""
+        if name in rig.scene.sensors and not {name, obj.name} & set(sources):
+            sources[name] = make(rig, name, lambda: as_ticks(np.asarray(loop.latest()).reshape(1, -1))[0])
+    return sensing_module.Sensing(rig, loop, sources) if objects or clouds else None

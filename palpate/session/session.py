@@ -13,6 +13,7 @@ from palpate.errors import PalpateError
 from palpate.record.ticks import as_ticks
 from palpate.scene.rig import build
 from palpate.scene.scene import Scene
+from palpate.sensing.source import Clouds
 from palpate.session import signals
 from palpate.session.live import DRAIN, LiveSession
 from palpate.session.loop import LockstepLoop, Rows
@@ -34,12 +35,20 @@ class Session(LiveSession):
         scene: the scene to run.
         out: folder for records, in which each run gets its own folder; None: nothing is recorded.
         seed: seed of all random numbers; the scene's when left out.
+        clouds: sources of the objects that are clouds of a sensor, by name: a ``CloudSource``, or an iterable of
+            arrays (N, 3) [m] in W that is asked at 30 Hz.
 
     Raises:
         SceneError, MeshError: the scene cannot run. OutputError: `out` cannot be written.
     """
 
-    def __init__(self, scene: Scene, out: str | os.PathLike[str] | None = None, seed: int | None = None) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        out: str | os.PathLike[str] | None = None,
+        seed: int | None = None,
+        clouds: Clouds | None = None,
+    ) -> None:
         if scene.arms.leader.driver is not None:
             raise PalpateError(
                 f"this scene is felt on a device: driver {scene.arms.leader.driver}",
@@ -51,7 +60,7 @@ class Session(LiveSession):
         rig, seed = build(scene), scene.seed if seed is None else seed
         self._sim: LockstepLoop = rig.simulation(seed)
         self._ticks_to_tracking = 0  # of a lockstep run, until the trackers are read
-        super().__init__(rig, self._sim, scene.rates.haptic, seed, out)
+        super().__init__(rig, self._sim, scene.rates.haptic, seed, out, clouds)
 
     def run(
         self,
@@ -95,13 +104,15 @@ class Session(LiveSession):
             )
 
     def _advance(self, n: int) -> Rows:
-        """Run `n` ticks; trackers are read every `PERIOD`."""
-        if self.tracking is None:
+        """Run `n` ticks; trackers and sensors are read every `PERIOD`."""
+        if self.tracking is None and self.sensing is None:
             return self._sim.run(n)
         size, done = max(1, round(PERIOD * self.rate)), []
         while n > 0:
             if self._ticks_to_tracking == 0:
-                self.tracking.step(float(self.latest()["t"]))
+                for part in (self.tracking, self.sensing):
+                    if part is not None:
+                        part.step(float(self.latest()["t"]))
                 self._ticks_to_tracking = size
             some = min(self._ticks_to_tracking, n)
             done.append(self._sim.run(some))

@@ -50,14 +50,21 @@ class Summary:
     to_json = RenamedMethod("palpate.arrays.plain.plain(summary)")
 
 
+_MOST_TIMES = 4_000_000  # compute times of cycles that are kept for percentiles [-]
+
+
 class Totals:
-    """Accumulates the summary of a run; the memory grows only by one number per tick."""
+    """Accumulates the summary of a run, in bounded memory.
+
+    The percentiles of the compute time are those of all cycles up to four million, and then of every second, fourth ...
+    """
 
     def __init__(self, rate: float) -> None:
         self._dt = 1.0 / rate
         self._ticks = self._touching = self._capped = self._passivity = self._fast = 0
         self._peak = self._sum = self._depth = self._energy = self._lowest = self._lent = self._speed = 0.0
         self._cycle_us: list[np.ndarray[Any, np.dtype[np.float32]]] = []
+        self._kept, self._stride, self._slowest = 0, 1, 0.0
 
     def add(self, ticks: Ticks) -> None:
         """Add further ticks (n,), in order of time."""
@@ -78,7 +85,15 @@ class Totals:
         self._lent = float(ticks["energy_lent"][-1])
         self._lowest = min(self._lowest, float(ticks["energy_port"].min()))
         self._speed = max(self._speed, float(np.linalg.norm(ticks["v_LH"], axis=1).max()))
-        self._cycle_us.append(ticks["cycle_us"].astype(np.float32))
+        self._keep(ticks["cycle_us"].astype(np.float32))
+
+    def _keep(self, cycle_us: np.ndarray[Any, np.dtype[np.float32]]) -> None:
+        self._slowest = float(np.fmax(self._slowest, np.fmax.reduce(cycle_us)))
+        self._cycle_us.append(cycle_us[:: self._stride])
+        self._kept += len(self._cycle_us[-1])
+        if self._kept > _MOST_TIMES:
+            self._cycle_us = [np.concatenate(self._cycle_us)[::2].copy()]
+            self._kept, self._stride = len(self._cycle_us[0]), 2 * self._stride
 
     @property
     def ticks(self) -> int:
@@ -94,7 +109,7 @@ class Totals:
         """
         us = np.concatenate(self._cycle_us) if self._cycle_us else np.zeros(0)
         us = us[np.isfinite(us)]
-        p50, p99, p999, worst = np.percentile(us, [50, 99, 99.9, 100]).tolist() if len(us) else (0.0,) * 4
+        p50, p99, p999 = np.percentile(us, [50, 99, 99.9]).tolist() if len(us) else (0.0,) * 3
         summary = Summary(
             duration_s=round(self._ticks * self._dt, 9),
             ticks=self._ticks,
@@ -115,7 +130,7 @@ class Totals:
             cycle_p50_us=p50,
             cycle_p99_us=p99,
             cycle_p999_us=p999,
-            cycle_max_us=worst,
+            cycle_max_us=self._slowest,
             missed_ticks=int((timing or {}).get("missed_ticks", 0)),
             scheduler=str((timing or {}).get("scheduler", "")) if known.get("realtime") else "",
         )

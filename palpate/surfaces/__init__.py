@@ -5,7 +5,7 @@ They are accepted wherever a mesh is: in ``palpate.contact.render(surface=...)``
 
 from palpate.surfaces.grid import DistanceGrid
 from palpate.surfaces.implicit import ImplicitSurface
-from palpate.surfaces.points import PointSurface
+from palpate.surfaces.points import LiveCloud, PointSurface
 from palpate.surfaces.primitives import Box, Capsule, Cylinder, Plane, Sphere
 from palpate.surfaces.surface import Surface
 
@@ -15,6 +15,7 @@ __all__ = [
     "Cylinder",
     "DistanceGrid",
     "ImplicitSurface",
+    "LiveCloud",
     "Plane",
     "PointSurface",
     "Sphere",

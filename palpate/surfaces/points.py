@@ -38,7 +38,7 @@ class Scales:
         """
         spacing = max(found.spacing, 1e-4)
         support = 3.0 * spacing + 5.0 * found.noise
-        voxel = max(spacing, support / 6.0)
+        voxel = max(spacing, support / 4.0)
         return cls(voxel, support, 2.0 * voxel)
 
 
@@ -96,15 +96,47 @@ class PointSurface(Surface):
                 mend="record a denser cloud, or give a larger support",
             )
 
+    @property
+    def recommended_radius(self) -> float:
+        """Smallest radius of the tool's sphere that does not feel single points [m]: 2 spacings, and the noise."""
+        return max(2.0 * self.sampling.spacing, self.sampling.noise)
+
     def __str__(self) -> str:
-        """Number of points, spacing and noise."""
+        """Number of points, spacing, noise and the radius that they ask for."""
         s = self.sampling
-        return f"cloud, {len(self.cloud):,} points every {1e3 * s.spacing:.2g} mm, noise {1e3 * s.noise:.2g} mm"
+        points = f"{len(self.cloud):,} points every {1e3 * s.spacing:.2g} mm"
+        return f"cloud, {points}, noise {1e3 * s.noise:.2g} mm; radius {1e3 * self.recommended_radius:.2g} mm or more"
 
     def _drawing(self) -> tuple[Array, Triangles]:
         """One small triangle at each averaged point, in the plane of the surface."""
         p, n, _ = self.core.averaged()
         return drawn_points(p, n, 0.6 * self.scales.voxel)
+
+
+class LiveCloud(Surface):
+    """The surface of a stream of clouds before its first frame: nothing can be touched.
+
+    Args:
+        thickness: thickness of the solid layer behind the points [m].
+        name: name in plots and messages.
+
+    Raises:
+        SurfaceError: the thickness is not a positive length.
+    """
+
+    core: _core.PointSurface
+
+    def __init__(self, thickness: float = THICKNESS, *, name: str = "cloud") -> None:
+        self.name, self.thickness = name, length("thickness of a cloud", thickness)
+        self.core = _core.PointSurface(np.empty((0, 3)), thickness=self.thickness)
+
+    def __str__(self) -> str:
+        """Kind, for messages."""
+        return "cloud of a sensor"
+
+    def _drawing(self) -> tuple[Array, Triangles]:
+        """One triangle of a millimetre, because there is no point yet."""
+        return drawn_points(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), 1e-3)
 
 
 def drawn_points(p: Array, n: Array, size: float) -> tuple[Array, Triangles]:

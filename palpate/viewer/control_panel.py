@@ -47,7 +47,7 @@ class ControlPanel:
         with gui.add_folder("Run"):
             self.run = RunButtons(gui, runner, bool(getattr(source, "recording", False)))
             self.pause = self.run.pause
-            self.reset = gui.add_button("Reset hand and tissue", hint="Restores the initial settings of this panel")
+            self.reset = gui.add_button("Reset controls", hint="Hand, tissue and run as at the start")
         gui.main_panel.dock_right()
         gui.main_panel.set_width(280)
         self.ball = server.scene.add_icosphere("/hand", BALL, HAND, opacity=0.6, cast_shadow=False)

@@ -9,6 +9,7 @@ from viser.transforms import SE3
 from palpate.arm.shapes import Visual
 from palpate.arrays import Array
 from palpate.record.ticks import Ticks
+from palpate.viewer.cue import ForceCue
 from palpate.viewer.fixtures import FixtureDrawing
 from palpate.viewer.frames import FrameDrawing
 from palpate.viewer.organs import OrganDrawing
@@ -65,7 +66,8 @@ class ArmDrawing:
         self._arm = place.arm
         X = SE3.from_matrix(place.X_WA)
         base = f"/{place.name}"
-        scene.add_frame(base, show_axes=False, wxyz=X.rotation().wxyz, position=X.translation())
+        self._base = scene.add_frame(base, show_axes=False, wxyz=X.rotation().wxyz, position=X.translation())
+        self._p_WA, self._shift = np.array(X.translation()), np.zeros(3)
         self._links = {
             link: scene.add_frame(f"{base}/{link}", show_axes=False)
             for link in dict.fromkeys(visual.link for visual in place.arm.visuals)
@@ -85,6 +87,11 @@ class ArmDrawing:
             X = SE3.from_matrix(poses[link])
             node.wxyz, node.position = X.rotation().wxyz, X.translation()
         return poses
+
+    def shift(self, by: Array) -> None:
+        """Displaces the whole drawn arm by (3,) in W [m]."""
+        if np.abs(by - self._shift).max() > STILL or (self._shift.any() and not by.any()):
+            self._shift, self._base.position = by, self._p_WA + by
 
 
 def _primitive(scene: viser.SceneApi, name: str, visual: Visual) -> None:
@@ -111,9 +118,12 @@ class Drawing:
         self._organs = [OrganDrawing(scene, t, TISSUE[k % len(TISSUE)]) for k, t in enumerate(stage.objects)]
         self._leader, self._follower = ArmDrawing(scene, stage.leader), ArmDrawing(scene, stage.follower)
         self._tool = ToolDrawing(scene, stage)
+        self.cue = ForceCue(scene, stage)
         self.fixtures = [FixtureDrawing(scene, mark) for mark in stage.fixtures]
         self._frames = [FrameDrawing(scene, frame) for frame in stage.frames]
         self.targets = [TargetDrawing(scene, mark) for mark in stage.targets]
+        self.labels = [*(one.label for one in self.fixtures), *(one.label for one in self._frames)]
+        self.labels += [one.named for one in self.targets]
         self.deflection = Arrow(scene, "/arrows/deflection", RED, 0.0016)
         self.force_body = Arrow(scene, "/arrows/force_body", RED, 0.0030)
         self.force_spatial = Arrow(scene, "/arrows/force_spatial", GREEN, 0.0030)
@@ -138,7 +148,10 @@ class Drawing:
         """Moves everything to one tick (a 0-d structured array or a row of one)."""
         self._leader.show(tick["q"], float(tick["gripper"]))
         links = self._follower.show(tick["q_follower"], float(tick["jaw"]))
-        self._tool.show(tick, links)
+        shift = self.cue.shift(tick)
+        self._follower.shift(shift)
+        self._tool.show(tick, links, shift)
+        self.cue.show(tick)
         presses = self._tool.presses(tick)
         for k, organ in enumerate(self._organs):
             organ.show(tick)
@@ -182,15 +195,18 @@ def _drape(scene: viser.SceneApi, stage: Stage) -> None:
     scene.add_box(
         "/drape", DRAPE, (size, 0.8 * size, 0.008), position=(middle[0], middle[1], low - 0.006), cast_shadow=False
     )
-    _scale_bar(scene, np.array([middle[0], middle[1], low]), size)
+    front = corners[:, 1].min() - 0.02
+    _scale_bar(scene, np.array([middle[0] - 0.025, max(front, middle[1] - 0.37 * size), low]))
 
 
-def _scale_bar(scene: viser.SceneApi, low: Array, size: float) -> None:
-    """A bar of 50 mm at the front edge of the drape, in two halves."""
-    x, y, z = float(low[0]) - 0.45 * size, float(low[1]) - 0.37 * size, float(low[2])
+def _scale_bar(scene: viser.SceneApi, start: Array) -> None:
+    """A bar of 50 mm on the drape in front of the objects, in two halves."""
+    x, y, z = start.tolist()
     for k, color in enumerate(((30, 30, 30), (240, 240, 240))):
-        scene.add_box(f"/scale/{k}", color, (0.025, 0.004, 0.002), position=(x + 0.025 * k, y, z), cast_shadow=False)
-    scene.add_label("/scale/text", "50 mm", position=(x + 0.06, y, z), anchor="center-left")
+        scene.add_box(
+            f"/scale/{k}", color, (0.025, 0.004, 0.002), position=(x + 0.0125 + 0.025 * k, y, z), cast_shadow=False
+        )
+    scene.add_label("/scale/text", "50 mm", position=(x + 0.055, y, z), anchor="center-left")
 
 
 def _corners(obj: TouchedObject) -> Array:

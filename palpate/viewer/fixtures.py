@@ -11,6 +11,7 @@ from viser.transforms import SE3, SO3
 from palpate.arrays import Array
 from palpate.guidance.steered import SteeredFixtures
 from palpate.record.ticks import Ticks
+from palpate.viewer.labels import Label, point_of
 from palpate.viewer.stage import FixtureMark
 
 ALLOWED, FORBIDDEN = (42, 157, 92), (200, 55, 45)
@@ -45,7 +46,9 @@ class FixtureDrawing:
             scene.add_spline_catmull_rom(f"{name}/curve", points=mark.curve, thickness=CURVE, color=colour)
         elif len(mark.curve):
             scene.add_icosphere(f"{name}/point", 2 * CURVE, colour, position=mark.curve[0], cast_shadow=False)
-        scene.add_label(f"{name}/name", mark.name, position=mark.middle + LABEL, anchor="bottom-center")
+        above = mark.middle + LABEL
+        label = scene.add_label(f"{name}/name", mark.name, position=above, anchor="bottom-center")
+        self.label = Label(label, lambda: point_of(self._frame, above))
         self.show(0.0)
 
     def switch(self, on: bool) -> None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
 import viser
 from viser.transforms import SE3
 
 from palpate.record.ticks import Ticks
 from palpate.trackers.simulated import SPHERES
+from palpate.viewer.labels import Label, point_of
 from palpate.viewer.stage import PlacedFrame
 
 _AXES = 0.035
@@ -31,7 +33,9 @@ class FrameDrawing:
         if frame.tracked:
             for k, p in enumerate(SPHERES):
                 scene.add_icosphere(f"{name}/sphere{k}", _SPHERE, _SILVER, position=p, cast_shadow=False)
-        scene.add_label(f"{name}/name", frame.name, position=(0.0, 0.0, 1.1 * _AXES), anchor="bottom-center")
+        up = np.array([0.0, 0.0, 1.1 * _AXES])
+        label = scene.add_label(f"{name}/name", frame.name, position=up, anchor="bottom-center")
+        self.label = Label(label, lambda: point_of(self.node, up), lambda: bool(self.node.visible))
 
     def show(self, tick: Ticks) -> None:
         """Moves a live frame to its pose at a tick."""

@@ -5,14 +5,17 @@ from __future__ import annotations
 import threading
 import time
 
+import numpy as np
 import viser
 
 from palpate.renamed import RenamedMethod
 from palpate.viewer import views
+from palpate.viewer.clouds import CloudDrawing
 from palpate.viewer.control_panel import ControlPanel
 from palpate.viewer.drawing import Drawing
 from palpate.viewer.fixtures import FixturePanel
 from palpate.viewer.gauges import Gauges
+from palpate.viewer.labels import LabelPlacer
 from palpate.viewer.run_buttons import Runner
 from palpate.viewer.server import close_server, open_server, url
 from palpate.viewer.source import Source
@@ -22,6 +25,8 @@ FRAME_RATE = 30.0
 """Update rate of poses and arrows [Hz]."""
 NARROW = 1000
 """Width of a window below which the panels are narrow [pixels]."""
+PANELS, NARROW_PANELS = 600, 390
+"""Width of both panels [pixels]."""
 FRAMES_PER_READOUT, FRAMES_PER_PLOT = 3, 6
 """Frames between two updates of the read-outs (10 Hz) and of the plots (5 Hz)."""
 
@@ -53,11 +58,13 @@ class LiveViewer:
         Raises:
             PortError: the port cannot be used.
         """
-        self._source = source
+        self._source, self._stage = source, stage
         self._server = open_server(host, port, stage.title) if server is None else server
         views.start_with(self._server, views.overview(stage))
         self.url = url(self._server)
         self._drawing = Drawing(self._server.scene, stage)
+        sensing = getattr(source, "sensing", None)
+        self._clouds = None if sensing is None else CloudDrawing(self._server.scene, sensing)
         self._gauges = Gauges(self._server, stage, self._drawing)
         self.control_panel = ControlPanel(self._server, stage, source, runner)
         self._server.on_client_connect(self._fit_panels)
@@ -67,7 +74,8 @@ class LiveViewer:
         self.guidance = (
             None if steered is None else FixturePanel(self._server, stage.fixtures, self._drawing.fixtures, steered)
         )
-        views.add_buttons(self._server.gui, stage, self._drawing)
+        self.inset = views.add_buttons(self._server, stage, self._drawing)
+        self._labels = LabelPlacer(self._server, self._drawing.labels)
         self.stopped = self.control_panel.run.stopped
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="palpate-viewer", daemon=True)
@@ -76,6 +84,7 @@ class LiveViewer:
     def close(self) -> None:
         """Stops drawing and closes the port; the session continues."""
         self._stop.set()
+        self.inset.close()
         self._thread.join(timeout=2.0)
         close_server(self._server)
 
@@ -83,7 +92,8 @@ class LiveViewer:
         """Leave half of a small window to the picture."""
         wide = client.camera.image_width > NARROW
         self._gauges.panel.set_width(320 if wide else 195)
-        self._server.gui.main_panel.set_width(280 if wide else 205)
+        self._server.gui.main_panel.set_width(280 if wide else 195)
+        views.look(client, views.overview(self._stage, views.picture(client, PANELS if wide else NARROW_PANELS)))
 
     def _run(self) -> None:
         frame, due = 0, time.perf_counter()
@@ -97,11 +107,15 @@ class LiveViewer:
         tick = self._source.latest()
         with self._server.atomic():
             self._drawing.show(tick)
+            if self._clouds is not None:
+                self._clouds.show(float(tick["t"]))
             self.control_panel.show(tick)
             self.control_panel.resize_ball(self._server)
             self._gauges.add(tick)
             if frame % FRAMES_PER_READOUT == 0:
                 now = self._source.controls
                 self._gauges.show(tick, self.control_panel.pause.value, now.stiffness_scale, now.damping_scale)
+                ball = self.control_panel.ball
+                self._labels.show(np.array(ball.position), float(ball.radius))
             if frame % FRAMES_PER_PLOT == 0:
                 self._gauges.plot()

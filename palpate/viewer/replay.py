@@ -12,6 +12,7 @@ from palpate.viewer import views
 from palpate.viewer.controls import set_value
 from palpate.viewer.drawing import Drawing
 from palpate.viewer.gauges import POINTS, WINDOW, Gauges
+from palpate.viewer.labels import LabelPlacer
 from palpate.viewer.server import close_server, open_server, url
 from palpate.viewer.stage import Stage
 
@@ -38,7 +39,8 @@ class ReplayViewer:
             self.play = gui.add_checkbox("play", True)
             self.time = gui.add_slider("time [s]", first, max(last, first + 1e-3), 1e-3, first)
             self.speed = gui.add_dropdown("speed", tuple(SPEEDS), initial_value="x 1")
-        views.add_buttons(self._server.gui, stage, self._drawing)
+        self.inset = views.add_buttons(self._server, stage, self._drawing)
+        self._labels = LabelPlacer(self._server, self._drawing.labels)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(280)
         self.time.on_update(self._dragged)
@@ -54,6 +56,7 @@ class ReplayViewer:
     def close(self) -> None:
         """Stops playing and closes the port."""
         self._stop.set()
+        self.inset.close()
         self._thread.join(timeout=2.0)
         close_server(self._server)
 
@@ -87,3 +90,4 @@ class ReplayViewer:
             self._gauges.set_history(history)
             self._gauges.show(self._ticks[k])
             self._gauges.plot()
+            self._labels.show(None, 0.0)

@@ -23,6 +23,11 @@ except ModuleNotFoundError as missing:
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 """Addresses that only this machine can reach."""
 _GATES: WeakKeyDictionary[viser.ViserServer, Gate] = WeakKeyDictionary()
+_STYLE = (  # the panels' contents follow their width: by default they keep 220 pixels, and are cut off
+    "<style>@media (max-width:1000px){"
+    ".mantine-ScrollArea-content{min-width:0!important;width:100%!important;display:block!important}"
+    ".uplot-container{max-width:100%}}</style>"
+)
 _ONE_PIXEL = "data:image/gif;base64,R0lGODlhAQABAAAAACH5BAEKAAEALAAAAAABAAEAAAICTAEAOw=="
 
 
@@ -82,7 +87,8 @@ def _viser(host: str, port: int, title: str) -> viser.ViserServer:
     server.gui.configure_theme(dark_mode=False, show_logo=False, show_share_button=False, brand_color=(48, 96, 130))
     # the page's own title is the widget library's: the only way to set it is a script of an element
     name = json.dumps(f"Palpate - {title}").replace("'", "")
-    server.gui.add_html(f"<img src='{_ONE_PIXEL}' style='display:none' onload='document.title={escape(name, False)}'>")
+    script = f"document.title={escape(name, False)}"
+    server.gui.add_html(f"{_STYLE}<img src='{_ONE_PIXEL}' style='display:none' onload='{script}'>")
     return server
 
 

@@ -141,6 +141,10 @@ class Stage:
     """(3,) point that the camera looks at, in W [m]."""
     extent: float = 0.4
     """Width of the region that the camera must show [m]."""
+    pseudo_haptic: bool = False
+    """True if the drawn tool stays on the surface: for a device that renders no force."""
+    seen: Array = field(default_factory=_empty)
+    """(n, 3) points that the overview shows, in W [m]; without points, the region around the focus."""
     stable_below: Callable[[float], float] | None = None
     """Largest stable stiffness of the first object [N/m] for a damping [N s/m]; None when unknown."""
     spheres: tuple[LinkSphere, ...] = ()

@@ -29,6 +29,8 @@ from palpate.session.recorded import recorded_scene
 from palpate.values.units import FILE_UNITS
 from palpate.viewer.stage import ArmPlace, FixtureMark, PlacedFrame, RegionMark, Stage, TargetMark, TouchedObject
 
+_NEAR, _AROUND_HAND = 0.2, 0.045  # [m]
+
 
 def stage_of(rig: Rig, title: str = "") -> Stage:
     """The stage of a built scene, with its own copies of the arms."""
@@ -57,7 +59,9 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
         damping=max(first.damping),
         force_cap=scene.stability.force_cap,
         motion_scale=scene.mapping.scale,
+        pseudo_haptic=scene.arms.leader.shows_force,
         focus=0.5 * (middle + p_WH[:3]),
+        seen=_seen(bounds, p_WH[:3], (arms.X_WB @ arms.follower.fk(arms.q_follower0))[:3, 3]),
         stable_below=stable_below(rig),
         spheres=tuple(rig.spheres),
         frames=placed_frames(rig),
@@ -65,6 +69,14 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
         fixtures=tuple(fixture_mark(fixture, rig.context) for fixture in scene.guidance),
         extent=float(np.linalg.norm(middle - p_WH[:3]) + 0.5 * np.ptp(bounds, axis=(0, 1)).max()),
     )
+
+
+def _seen(bounds: Array, p_WH: Array, p_WT: Array) -> Array:
+    """Corners of the objects with bounds (m, 2, 3), and points around handle and tool tip: (n, 3) in W [m]."""
+    near = np.clip(bounds, p_WT - _NEAR, p_WT + _NEAR)  # a plane or a table is wider than what happens on it
+    corners = [[b[i, 0], b[j, 1], b[k, 2]] for b in near for i in (0, 1) for j in (0, 1) for k in (0, 1)]
+    around = _AROUND_HAND * np.vstack([np.eye(3), -np.eye(3)])
+    return np.concatenate([np.array(corners), p_WH + around, p_WT + around])
 
 
 def file_colors(rig: Rig, index: int) -> Array | None:

@@ -6,6 +6,7 @@ import numpy as np
 import viser
 
 from palpate.arrays import Array, so3
+from palpate.viewer.labels import Label
 from palpate.viewer.stage import TargetMark
 
 LARGER = 5.0
@@ -26,6 +27,7 @@ class TargetDrawing:
         self.ellipsoid = scene.add_icosphere(f"{name}/ellipsoid", 1.0, _GOLD, cast_shadow=False)
         self._point = scene.add_icosphere(f"{name}/point", _POINT, (30, 30, 30), cast_shadow=False)
         self.label = scene.add_label(f"{name}/name", mark.name, anchor="bottom-center")
+        self.named = Label(self.label, lambda: np.array(self.label.position))
         self._shown: Array | None = None
         self._draw(mark.p_W, mark.covariance)
 

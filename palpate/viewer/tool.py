@@ -53,17 +53,17 @@ class ToolDrawing:
             found.setdefault(obj, []).append((np.array(node.position), float(node.radius), point, normal))
         return found
 
-    def show(self, tick: Ticks, links: dict[str, Array]) -> None:
-        """Moves the tool to a tick; links: poses of the follower's links in B."""
+    def show(self, tick: Ticks, links: dict[str, Array], shift: Array) -> None:
+        """Moves the tool to a tick; links: poses of the follower's links in B; shift: of the drawn tool (3,) [m]."""
         touches = int(tick["contacts"])
-        self._spr.position = tick["p_WT"]
+        self._spr.position = tick["p_WT"] + shift
         self._proxy.visible = touches > 0
         if touches:
             self._proxy.position = tick["p_WP"]
         if self._spheres:
             X_WT, X_WB = pose(tick["p_WT"], tick["quat_WT"]), self._stage.follower.X_WA
             for sphere, node in zip(self._stage.spheres, self._spheres, strict=True):
-                node.position = sphere.centre(X_WT, X_WB, links, float(tick["jaw"]))
+                node.position = sphere.centre(X_WT, X_WB, links, float(tick["jaw"])) + shift
         for k, point in enumerate(self._points):
             seen = k < touches
             if seen:

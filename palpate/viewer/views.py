@@ -8,6 +8,7 @@ import viser
 from palpate.arrays import Array
 from palpate.viewer.controls import set_value
 from palpate.viewer.drawing import Drawing
+from palpate.viewer.inset import Inset
 from palpate.viewer.stage import Stage
 
 View = tuple[Array, Array]
@@ -16,15 +17,42 @@ View = tuple[Array, Array]
 GLASS = 0.5
 """Transparency of the organs in the close-up [-]."""
 FIELD_OF_VIEW = np.radians(42.0)
+_FILLED = 0.86
+"""Share of the picture that the overview fills [-]; the rest is a margin."""
+_CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 FROM_ABOVE_IN_FRONT = np.array([-0.10, -1.15, 0.50])
-"""Camera position relative to the focus, for a scene of 0.4 m [m]: on the surgeon's side."""
+"""Direction of the camera from the middle: on the surgeon's side."""
 
 
-def overview(stage: Stage) -> View:
-    """View of organ and master arm side by side, with room above for the arms."""
-    size = stage.extent / 0.4
-    look_at = stage.focus + size * np.array([-0.02, 0.0, 0.10])
-    return look_at + size * FROM_ABOVE_IN_FRONT, look_at
+def overview(stage: Stage, aspect: float = 0.8) -> View:
+    """View that is filled by the objects, the instrument's tip and the ball to drag.
+
+    aspect: width over height of the picture between the panels.
+    """
+    p = stage.seen if len(stage.seen) else stage.focus + 0.4 * stage.extent * _CORNERS
+    back = FROM_ABOVE_IN_FRONT / np.linalg.norm(FROM_ABOVE_IN_FRONT)
+    right = np.cross([0.0, 0.0, 1.0], back)
+    right /= np.linalg.norm(right)
+    axes = np.stack([right, np.cross(back, right), back])
+    low, high = (p @ axes.T).min(axis=0), (p @ axes.T).max(axis=0)
+    middle = 0.5 * (low + high)
+    half = np.tan(0.5 * FIELD_OF_VIEW) * np.array([min(aspect, 1.5), 1.0]) * _FILLED
+    across, toward = np.abs(p @ axes.T - middle)[:, :2], (p @ axes.T - middle)[:, 2]
+    away = float((across / half + toward[:, None]).max())
+    look_at = axes.T @ middle
+    return look_at + away * back, look_at
+
+
+def picture(client: viser.ClientHandle, panels: float) -> float:
+    """Width over height of a browser's picture beside panels of a width [pixels]."""
+    camera = client.camera
+    return max(camera.image_width - panels, 200.0) / max(camera.image_height, 1)
+
+
+def look(client: viser.ClientHandle, view: View) -> None:
+    """Moves the camera of a browser."""
+    with client.atomic():
+        client.camera.position, client.camera.look_at = view
 
 
 def close_up(p_WT: Array) -> View:
@@ -39,8 +67,9 @@ def start_with(server: viser.ViserServer, view: View) -> None:
     camera.up, camera.fov, camera.near, camera.far = (0.0, 0.0, 1.0), float(FIELD_OF_VIEW), 0.01, 30.0
 
 
-def add_buttons(gui: viser.GuiApi, stage: Stage, drawing: Drawing) -> None:
-    """Adds a button for each view, which moves the camera of the requesting browser, and the transparency slider."""
+def add_buttons(server: viser.ViserServer, stage: Stage, drawing: Drawing) -> Inset:
+    """Adds buttons that move the camera of the requesting browser, the transparency slider, and the inset."""
+    gui = server.gui
     with gui.add_folder("View"):
         buttons = gui.add_button_group("look at", ("scene", "tool tip"))
         hint = "Transparency of the organs, to show the tool inside"
@@ -51,6 +80,13 @@ def add_buttons(gui: viser.GuiApi, stage: Stage, drawing: Drawing) -> None:
         if stage.frames:
             frames = gui.add_checkbox("frames", True, hint="Axes and names of the scene's frames")
             frames.on_update(lambda _: drawing.show_frames(frames.value))
+        hint = "For devices without force: draws the tool on the surface, and the force as a halo"
+        cue = gui.add_checkbox("force cue", drawing.cue.enabled, hint=hint)
+        inset = Inset(server, drawing)
+
+    @cue.on_update
+    def _(_: object) -> None:
+        drawing.cue.enabled = cue.value
 
     @glass.on_update
     def _(_: object) -> None:
@@ -59,9 +95,11 @@ def add_buttons(gui: viser.GuiApi, stage: Stage, drawing: Drawing) -> None:
     @buttons.on_click
     def _(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
         near = event.target.value == "tool tip"
-        view = close_up(drawing.p_WT) if near else overview(stage)
+        aspect = 0.8 if event.client is None else picture(event.client, 0.0)
+        view = close_up(drawing.p_WT) if near else overview(stage, aspect)
         set_value(glass, GLASS if near or inside else 0.0)
         drawing.see_through(glass.value)
         if event.client is not None:
-            with event.client.atomic():
-                event.client.camera.position, event.client.camera.look_at = view
+            look(event.client, view)
+
+    return inset

@@ -6,6 +6,7 @@ An arm has no timeout, so the last received wrench stays active (`Stand.held`). 
 import json
 import os
 import queue
+import resource
 import subprocess
 import sys
 import threading
@@ -54,7 +55,11 @@ class OutputLines:
 class Node:
     """A process of `palpate ros haptics` with the leader of the stand."""
 
-    def __init__(self, stand, folder, *options, text=SCENE):
+    def __init__(self, stand, folder, *options, text=SCENE, most_bytes=None):
+        def limit():
+            if most_bytes is not None:
+                resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, most_bytes))
+
         scene = folder / "wall.yaml"
         scene.write_text(text)
         self.json, self.out = folder / "summary.json", folder / "runs"
@@ -62,8 +67,9 @@ class Node:
         command += ["--teleop", stand.teleop, "--out", self.out, "--json", self.json, "--force-cap", 1.0]
         command += options
         self.process = subprocess.Popen(
-            [sys.executable, *map(str, command)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-        )
+            [sys.executable, *map(str, command)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+            preexec_fn=limit,
+        )  # fmt: skip
         self.output = OutputLines(self.process)
 
     @property

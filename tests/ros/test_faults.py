@@ -204,6 +204,48 @@ def test_guardian_takes_over_from_a_suspended_node(stand, node, pause):
     assert stand.steepest(begin) <= 1.001 * bench.RATE_CAP
 
 
+def test_suspended_guardian_removes_the_force(stand, node):
+    """Nobody would free the hand if the node failed now, so the node does it within 50 ms plus the ramp."""
+    first, guardian = len(node.output.lines), node.guardian
+    took = []
+    for _ in range(3):
+        stand.press()
+        begin = time.monotonic()
+        os.kill(guardian, signal.SIGSTOP)
+        try:
+            took.append(stand.released(begin + 0.05))
+            time.sleep(0.3)
+            assert stand.force() == 0.0, "it stays zero"
+        finally:
+            os.kill(guardian, signal.SIGCONT)
+        if took[-1] <= bench.MOST:
+            break
+    assert min(took) <= bench.MOST
+    node.output.await_line("the guardian has taken over, or is gone", after=first)
+    stand.press()
+    assert stand.steepest(begin) <= 1.001 * bench.RATE_CAP
+
+
+def test_node_and_guardian_suspended_together_begin_again_at_zero(stand, node):
+    """As a computer that stops: nobody sends, so an arm without timeout keeps the last wrench, which never grows."""
+    stand.press()
+    guardian, before = node.guardian, stand.force()
+    os.kill(guardian, signal.SIGSTOP)
+    node.process.send_signal(signal.SIGSTOP)
+    time.sleep(0.1)
+    begin = time.monotonic()
+    time.sleep(0.4)
+    t, force = stand.held(begin)
+    assert len(t) == 1, "no message"
+    assert force[0] <= before + 0.1
+    stopped = time.monotonic()
+    node.process.send_signal(signal.SIGCONT)
+    os.kill(guardian, signal.SIGCONT)
+    assert stand.first_free(stopped) < 2 * bench.MOST
+    stand.press()
+    assert stand.steepest(begin) <= 1.001 * bench.RATE_CAP
+
+
 def test_every_message_fault_is_in_the_record_and_the_summary(stand, node):
     """The node ends cleanly; the record is complete and contains all faults."""
     summary = node.end()
@@ -254,6 +296,23 @@ def test_kill_9_of_the_node_removes_the_force_and_leaves_a_record(stand, tmp_pat
     while bench.alive(guardian):
         assert time.monotonic() < end, "the guardian does not end"
         time.sleep(0.05)
+
+
+def test_full_disk_ends_the_record_and_is_told_while_the_force_goes_on(stand, tmp_path):
+    """The record may grow to 300 kB, as on a disk that is full then."""
+    node = bench.Node(stand, tmp_path, "--bare", most_bytes=300_000)
+    try:
+        stand.press(60.0)
+        assert "File too large" in node.output.await_line("recording stopped")
+        stand.press()
+        assert stand.force() > 0.3, "the force goes on"
+        summary = node.end()
+        assert stand.force() == 0.0
+        assert any("recording stopped" in fault for fault in summary["faults"])
+        assert 0 < len(Record.open(summary["record"]).ticks) < 1e4
+    finally:
+        node.process.kill()
+        node.process.wait()
 
 
 PUPPET = """

@@ -79,7 +79,7 @@ def test_clutch_releases_the_hand_and_shows_it(page, viewer):
 
 
 def test_reset_restores_the_initial_state(page, viewer):
-    page.get_by_text("Reset hand and tissue").click()
+    page.get_by_text("Reset controls").click()
     until(lambda: number(page, "force") == 0.0)
     controls = viewer.control_panel._source.controls
     assert controls.stiffness_scale == 1.0

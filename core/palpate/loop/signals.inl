@@ -68,9 +68,9 @@ SIGNAL(stability, double, energy_low_pass, "J", "", "withheld by the low-pass", 
 SIGNAL(stability, double, energy_coupling, "J", "", "withheld by the virtual coupling", true)
 SIGNAL(stability, Reals<kSources>, energy_source, "J", "",
        "wanted by each object, by guidance, and last by all the rest, before the stage", true)
-SIGNAL(stability, double, energy_stored, "J", "", "what the passivity layer may still give back", true)
-SIGNAL(stability, double, energy_lent, "J", "", "lent by fixtures that were switched on where the hand was", true)
-SIGNAL(stability, double, energy_reserved, "J", "", "of it, most that the wrenches on their way may cost", true)
+SIGNAL(stability, double, energy_stored, "J", "", "energy that the force may still return to the hand", true)
+SIGNAL(stability, double, energy_lent, "J", "", "credited for fixtures that were switched on where the hand was", true)
+SIGNAL(stability, double, energy_reserved, "J", "", "part of energy_stored that is kept for wrenches not yet applied", true)
 SIGNAL(stability, Reals<4>, lag_ms, "ms", "", "of virtual coupling, low-pass, passivity controller, caps", true)
 SIGNAL(tracking, Reals<3 * kMaxLive>, live_p, "m", "W",
        "position of each object that follows a tracker, as rendered, in the scene's order", true)

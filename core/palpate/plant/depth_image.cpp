@@ -10,7 +10,25 @@ namespace {
 
 constexpr int kLargest = 4096;     // [pixel]
 constexpr double kOnEdge = -1e-9;  // barycentric coordinate that still counts as inside: neighbours leave no gap
+constexpr double kSlack = 1e-3;    // [pixel] kept beyond an edge, whose pixels are tested one by one
+constexpr int kNarrow = 8;         // width up to which all pixels of the bounding box are tested [pixel]
 constexpr double kFlat = 1e-12;    // doubled area of a triangle that is seen edge-on [pixel^2]
+
+/// Range of pixels of a row, relative to the bounding box.
+struct Span {
+  double first, last;
+
+  /// Keeps the part in which at_first + slope * pixel is not negative.
+  void keep(double at_first, double slope) noexcept {
+    const double zero = -at_first / slope;
+    if (slope > 0.0)
+      first = std::max(first, zero - kSlack);
+    else if (slope < 0.0)
+      last = std::min(last, zero + kSlack);
+    else if (at_first < kOnEdge)
+      last = -1.0;
+  }
+};
 
 }  // namespace
 
@@ -95,12 +113,23 @@ void DepthImage::fill(const Corner& a, const Corner& b, const Corner& c, float p
   const double beta_u = (c.v - a.v) * s, beta_v = -(c.u - a.u) * s;
   const double gamma_u = -(b.v - a.v) * s, gamma_v = (b.u - a.u) * s;
   const double w_u = beta_u * (b.w - a.w) + gamma_u * (c.w - a.w);
+  const bool is_wide = u1 - u0 > kNarrow;
   for (int v = v0; v <= v1; ++v) {
-    double beta = beta_u * (u0 - a.u) + beta_v * (v - a.v), gamma = gamma_u * (u0 - a.u) + gamma_v * (v - a.v);
+    const double beta0 = beta_u * (u0 - a.u) + beta_v * (v - a.v), gamma0 = gamma_u * (u0 - a.u) + gamma_v * (v - a.v);
+    Span span{0.0, static_cast<double>(u1 - u0)};
+    if (is_wide) {  // a long thin triangle covers a small part of its bounding box
+      span.keep(beta0, beta_u);
+      span.keep(gamma0, gamma_u);
+      span.keep(1.0 - beta0 - gamma0, -beta_u - gamma_u);
+      if (!(span.first <= span.last)) continue;
+    }
+    const int first_u = std::max(0, static_cast<int>(span.first)),
+              last_u = std::min(u1 - u0, static_cast<int>(span.last) + 1);
+    double beta = beta0 + first_u * beta_u, gamma = gamma0 + first_u * gamma_u;
     double w = a.w + beta * (b.w - a.w) + gamma * (c.w - a.w);
     std::size_t i =
-        static_cast<std::size_t>(v) * static_cast<std::size_t>(lens_.columns) + static_cast<std::size_t>(u0);
-    for (int u = u0; u <= u1; ++u, ++i, beta += beta_u, gamma += gamma_u, w += w_u) {
+        static_cast<std::size_t>(v) * static_cast<std::size_t>(lens_.columns) + static_cast<std::size_t>(u0 + first_u);
+    for (int u = first_u; u <= last_u; ++u, ++i, beta += beta_u, gamma += gamma_u, w += w_u) {
       if (beta < kOnEdge || gamma < kOnEdge || beta + gamma > 1.0 - kOnEdge) continue;
       if (const float near = static_cast<float>(w); near > inverse_depth_[i]) {
         inverse_depth_[i] = near;

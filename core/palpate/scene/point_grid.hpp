@@ -31,6 +31,8 @@ class PointGrid {
   [[nodiscard]] const Vec3& origin() const noexcept { return origin_; }
   /// Number of points left out as flying pixels.
   [[nodiscard]] std::size_t rejected() const noexcept { return rejected_; }
+  void translate(const Vec3& d) noexcept { origin_ += d; }
+  void set_rejected(std::size_t n) noexcept { rejected_ = n; }
 
   /// Calls visit(point, index) for all points in the cells that the ball around q touches. q: relative to origin() [m].
   template <typename Visit>

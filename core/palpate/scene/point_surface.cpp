@@ -17,9 +17,12 @@ constexpr double kNothing = 1e3;       // distance from a surface without points
 constexpr int kProjections = 8;        // projections of a query at most
 constexpr double kConverged = 2e-7;    // displacement of the foot point at which the projection ends [m]
 constexpr double kFarAway = 4.0;       // [support] farther queries use the nearest point and its normal
+constexpr double kBehind = 0.5;        // tangent of the angle within which a far query is behind the nearest point
 constexpr double kFlat = 1e-5;         // curvature times support below which the sphere is a plane
-constexpr double kNormalReach = 0.7;   // [support] radius of the planes that give normals
-constexpr std::size_t kMatches = 400;  // points that determine a displacement
+constexpr double kNormalReach = 0.6;   // [support] radius of the planes that give normals
+constexpr int kSmoothings = 1;         // projections of each point onto the surface fitted around it
+constexpr double kQueryShare = 0.6;    // [support] radius of the fit at a query
+constexpr std::size_t kMatches = 800;  // points that determine a displacement
 constexpr int kMinMatches = 30;        // fewer matches determine nothing
 constexpr double kMaxShift = 0.03;     // larger displacements between two frames are not searched for [m]
 constexpr double kPrior = 0.03;        // [matches] keeps the displacement at zero where the shape is ambiguous
@@ -37,6 +40,9 @@ void require_valid(const PointInput& input, const PointSurfaceOptions& o) {
     if (!std::isfinite(x)) throw std::invalid_argument("normals of a cloud must be finite");
   if (input.viewpoint && !input.viewpoint->allFinite()) throw std::invalid_argument("viewpoint must be finite");
 }
+
+/// Radius within which the smoothed points shape the surface at a query [m].
+double query_support(const PointSurfaceOptions& o) noexcept { return std::max(kQueryShare * o.support, 2.5 * o.voxel); }
 
 /// Algebraic sphere u_c + u_l . y + u_q |y|^2 = 0, with y relative to the centre of the weights.
 struct AlgebraicSphere {
@@ -109,9 +115,39 @@ Bvh hierarchy(const PointGrid& grid) {
   return points.empty() ? Bvh{} : build_bvh(p, corners);
 }
 
+/// The points moved onto the surfaces fitted around them, with the normals of these surfaces. Noise scatters the
+/// averaged points over several layers; afterwards they are one layer, which a query fits within a smaller radius.
+PointGrid smoothed(const PointGrid& noisy, const PointSurfaceOptions& options) {
+  std::vector<double> p, n;
+  p.reserve(3 * noisy.points().size());
+  n.reserve(3 * noisy.points().size());
+  for (const GridPoint& s : noisy.points()) {
+    const Vec3 start(s.p[0], s.p[1], s.p[2]);
+    Vec3 x = start, normal(s.n[0], s.n[1], s.n[2]);
+    for (int i = 0; i < kSmoothings; ++i) {
+      const Sums sums = sum_near(noisy, x, normal, options.support);
+      if (!(sums.w > 0.0)) break;
+      const AlgebraicSphere sphere = sums.sphere();
+      const Vec3 move = sphere.project(Vec3::Zero(), options.support);
+      if (!move.allFinite()) break;
+      x += move;
+      normal = sphere.gradient(move).normalized();
+    }
+    if (!normal.allFinite() || (x - start).norm() > options.support) continue;
+    for (int k = 0; k < 3; ++k) {
+      p.push_back(x[k] + noisy.origin()[k]);
+      n.push_back(normal[k]);
+    }
+  }
+  return {p, n, std::nullopt, options.voxel, query_support(options)};
+}
+
 PointGrid checked_grid(const PointInput& input, const PointSurfaceOptions& options) {
   require_valid(input, options);
-  return {input.points, input.normals, input.viewpoint, options.voxel, kNormalReach * options.support};
+  const PointGrid noisy(input.points, input.normals, input.viewpoint, options.voxel, kNormalReach * options.support);
+  PointGrid smooth = smoothed(noisy, options);
+  smooth.set_rejected(noisy.rejected());
+  return smooth;
 }
 
 }  // namespace
@@ -133,13 +169,19 @@ PointSurface::Foot PointSurface::foot(const Vec3& p, std::int32_t start) const n
   const GridPoint& first = grid_.points()[static_cast<std::size_t>(start)];
   const Vec3 side(first.n[0], first.n[1], first.n[2]);
   Foot foot{Vec3(first.p[0], first.p[1], first.p[2]), side, static_cast<std::uint32_t>(start)};
-  if ((p - foot.x).squaredNorm() > std::pow(kFarAway * options_.support, 2)) return foot;
-  const double step = 0.5 * options_.support;
+  const double support = query_support(options_), far = kFarAway * options_.support;
+  if ((p - foot.x).squaredNorm() > far * far) {  // the tangent plane at the nearest point is enough
+    const double s = (p - foot.x).dot(side);
+    const Vec3 on_plane = p - s * side;
+    if (s >= 0.0 || (on_plane - foot.x).norm() > kBehind * -s) foot.x = on_plane;
+    return foot;
+  }
+  const double step = 0.5 * support;
   for (int i = 0; i < kProjections; ++i) {
-    const Sums sums = sum_near(grid_, foot.x, side, options_.support);
+    const Sums sums = sum_near(grid_, foot.x, side, support);
     if (!(sums.w > 0.0)) break;
     const AlgebraicSphere sphere = sums.sphere();
-    Vec3 move = sphere.project(p - foot.x, options_.support);
+    Vec3 move = sphere.project(p - foot.x, support);
     const double length = move.norm();
     if (!std::isfinite(length)) break;
     if (length > step) move *= step / length;
@@ -152,7 +194,7 @@ PointSurface::Foot PointSurface::foot(const Vec3& p, std::int32_t start) const n
 }
 
 Nearest PointSurface::nearest(const Vec3& p) const noexcept {
-  if (grid_.points().empty()) return {kNothing, p - kNothing * Vec3::UnitZ(), Vec3::UnitZ()};
+  if (grid_.points().empty()) return {kNothing, Vec3::Zero(), Vec3::UnitZ()};
   const Vec3 q = p - grid_.origin();
   const BvhHit hit = bvh_closest(bvh_, q.data(), {kUnlimited, 0.0, 0.0, -1});
   const Foot at = foot(q, std::max(hit.triangle, 0));
@@ -174,11 +216,11 @@ Nearest PointSurface::nearest(const Vec3& p) const noexcept {
   return {away, rim + grid_.origin(), away > 0.0 ? Vec3(out / away) : at.n};
 }
 
-std::optional<Vec3> PointSurface::shift_from(const PointSurface& before, const Vec3& centre, double radius) const {
-  if (before.grid_.points().empty()) return std::nullopt;
+std::optional<Vec3> PointSurface::shift_to(std::span<const double> points, const Vec3& centre, double radius) const {
+  if (grid_.points().empty()) return std::nullopt;
   std::vector<Vec3> near;
-  for (const GridPoint& s : grid_.points()) {
-    const Vec3 p = Vec3(s.p[0], s.p[1], s.p[2]) + grid_.origin();
+  for (std::size_t i = 0; i + 2 < points.size(); i += 3) {
+    const Vec3 p(&points[i]);
     if ((p - centre).squaredNorm() < radius * radius) near.push_back(p);
   }
   const std::size_t stride = std::max<std::size_t>(1, near.size() / kMatches);
@@ -192,9 +234,9 @@ std::optional<Vec3> PointSurface::shift_from(const PointSurface& before, const V
     sizes.clear();
     for (std::size_t i = 0; i < near.size(); i += stride) {
       const Vec3 p = near[i] - shift;
-      const Nearest found = before.nearest(p);
+      const Nearest found = nearest(p);
       const double r = (p - found.point).dot(found.normal);
-      if (std::abs(found.distance) > scale || found.distance < -0.5 * before.options_.thickness) continue;
+      if (std::abs(found.distance) > scale || found.distance < -0.5 * options_.thickness) continue;
       ++matches;
       sizes.push_back(std::abs(r));
       A += found.normal * found.normal.transpose();

@@ -7,6 +7,8 @@
 // which is force. A sphere follows the curvature and remains stable for noisy points. The foot point of the query is
 // found by repeated projection, so that the distance is the length of the shortest path to the surface.
 //
+// The points are moved onto the surface once, when it is built; queries then fit fewer of them. In a query:
+//
 // * Points whose normals oppose the normal of the nearest point belong to another sheet and are left out.
 // * The surface ends where no point is nearer than `bridge`: smaller gaps are closed, and rims are round.
 // * The surface is the front of a layer of thickness `thickness`, in which the distance is negative. The layer decides
@@ -49,10 +51,12 @@ class PointSurface final : public Surface {
   PointSurface(const PointInput& input, const PointSurfaceOptions& options, const PointSurface* continues = nullptr);
   [[nodiscard]] Nearest nearest(const Vec3& p) const noexcept override;
 
-  /// Displacement by which `before` moved to become this surface, from the points within `radius` of `centre` [m]: the
-  /// translation with the least squared distances of these points from `before`. It is zero along directions that the
-  /// shape does not determine, and empty if fewer than 30 points have a counterpart.
-  [[nodiscard]] std::optional<Vec3> shift_from(const PointSurface& before, const Vec3& centre, double radius) const;
+  /// Displacement by which this surface moved to pass through the points (3n coordinates) within `radius` of `centre`
+  /// [m]: the translation with the least squared distances. It is zero along directions that the shape does not
+  /// determine, and empty if fewer than 30 points have a counterpart.
+  [[nodiscard]] std::optional<Vec3> shift_to(std::span<const double> points, const Vec3& centre, double radius) const;
+  /// Moves the surface by d [m]. Only before it is handed to a loop.
+  void translate(const Vec3& d) noexcept { grid_.translate(d); }
   /// The averaged points with their normals.
   [[nodiscard]] const PointGrid& grid() const noexcept { return grid_; }
   [[nodiscard]] const PointSurfaceOptions& options() const noexcept { return options_; }

@@ -23,6 +23,7 @@ from palpate.scene import Scene
 from palpate.scene.gains import felt_stiffness
 from palpate.scene.guidance import LIVE
 from palpate.scene.rig import Rig, build
+from palpate.surfaces import PointSurface
 
 
 @dataclass(frozen=True)
@@ -100,6 +101,9 @@ def _objects(rig: Rig, console: Console) -> list[ObjectFindings]:
         if mesh:
             warn_of_facets(touchable.fineness(mesh.core, max(obj.stiffness)), f"object {obj.name!r}")
     console.print(table)
+    for obj, surface in zip(rig.scene.objects, rig.surfaces, strict=True):
+        if isinstance(surface.body, PointSurface):
+            say(console, f"{obj.name}: {surface.body}; the scene's radius is {1e3 * rig.scene.contact.radius:g} mm")
     return found
 
 

@@ -1,18 +1,18 @@
-"""`palpate soak`."""
+"""`palpate soak contact`."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
-from tyro.conf import Positional, arg
+from tyro.conf import arg
 
 from palpate.console.output import console_for, require_writable, say, write_json
 from palpate.errors import PalpateError
 
 if TYPE_CHECKING:
-    from palpate.verify.soak import Soak
+    from palpate.verify.soak.contact import Soak
 
 LINES = 50  # progress lines over the whole run
 
@@ -25,10 +25,10 @@ class Command:
       palpate soak contact
       palpate soak contact --passes 100000 --seed 7
       palpate soak contact --passes 2000 --method penalty
+
+    The path of the proxy is checked against every triangle.
     """
 
-    what: Positional[Literal["contact"]]
-    """contact: the path of the proxy is checked against every triangle."""
     passes: int = 10_000_000
     """Number of pokes, each of about 60 ticks [-]."""
     method: str = "proxy"
@@ -40,7 +40,7 @@ class Command:
 
     def __call__(self) -> int:
         """Poke, print the count, write the JSON contract. Returns 1 if a tool popped through."""
-        from palpate.verify.soak import run, table
+        from palpate.verify.soak.contact import run, table
 
         console = console_for(self.json)
         require_writable(self.json)

@@ -1,0 +1,167 @@
+"""Turns the frames of a session's sources into the surfaces of its objects, while the loop runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+import numpy as np
+
+from palpate import _core
+from palpate.arrays import Array
+from palpate.errors import SceneError
+from palpate.record import live
+from palpate.record.ticks import Ticks, as_ticks
+from palpate.scene import materials, surface
+from palpate.scene.rig import Rig
+from palpate.sensing.instrument import Instrument
+from palpate.sensing.source import CloudFrame, CloudSource
+from palpate.sensing.stream import Stream
+
+PERIOD = 0.002
+"""Period at which sources are asked in real time [s]."""
+
+
+class _Loop(Protocol):
+    def set_live(self, targets: _core.LiveTargets, /) -> None:
+        """Set the poses that live objects shall reach."""
+        ...
+
+    def set_snapshot(self, snapshot: _core.Snapshot, /) -> None:
+        """Replace the scene as a whole."""
+        ...
+
+    def latest(self) -> Any:
+        """The newest row."""
+        ...
+
+
+class Sensing:
+    """The objects of a rig that are clouds of a sensor.
+
+    Every frame becomes a new surface in this thread; the core builds it with the interpreter lock released. The loop
+    takes it as a whole at its next tick. Between two frames the surface moves on with its estimated velocity
+    (`_core.Approach`). Without a frame for longer than the section's `patience` it stops, and its force fades.
+
+    Args:
+        rig: the rig of the scene.
+        loop: the loop that renders the objects.
+        sources: sources by the name that the scene's `cloud: {sensor: NAME}` gives, or by the name of the object.
+        extrapolate: False: surfaces rest between two frames, for comparison.
+
+    Raises:
+        SceneError: an object has no source, or a source belongs to no object.
+    """
+
+    def __init__(self, rig: Rig, loop: _Loop, sources: Mapping[str, CloudSource], *, extrapolate: bool = True) -> None:
+        import scipy.spatial  # noqa: F401 - here, because an import would delay the first frame
+
+        self._rig, self._loop = rig, loop
+        self._sources = _by_object(rig, sources)
+        instrument = Instrument(rig)
+        self.streams = {
+            name: Stream(section, instrument, extrapolate)
+            for name, section in ((o.name, o.cloud) for o in rig.scene.objects)
+            if name in self._sources and section is not None
+        }
+        self._targets = {name: (0.0, np.zeros(3), np.zeros(3)) for name in self.streams}  # t, X, V
+        self._objects = list(rig.snapshot.objects)
+        self.frames: dict[str, CloudFrame] = {}  #: newest frame of each object, for drawings
+
+    def step(self, t: float) -> int:
+        """Ask the sources at the session's time t [s] and hand over the new surfaces; returns their number."""
+        frames = {name: source.latest(t) for name, source in self._sources.items()}
+        self.frames.update({name: frame for name, frame in frames.items() if frame is not None})
+        built = 0
+        for slot, (name, stream) in enumerate(self.streams.items()):
+            frame = frames[name]
+            if frame is None:
+                continue
+            tick = self._tick()
+            found = stream.build(frame, t, tick, self._position(tick, slot, name))
+            if found is None:
+                continue
+            tick = self._tick()  # the surface has moved on while the new one was built
+            now, X = float(tick["t"]), self._position(tick, slot, name)
+            found.core.translate(stream.rebase(X, found.V, now))
+            self._targets[name] = (frame.t, X - found.V * (now - frame.t), found.V)
+            self._replace(name, found.core)
+            built += 1
+        if built:
+            self._loop.set_snapshot(_core.Snapshot(self._objects))
+            self._set_targets()
+        return built
+
+    def hold(self) -> None:
+        """Stop all surfaces; their force fades as after a lost camera."""
+        self._set_targets(lost=True)
+
+    def status(self, t: float) -> dict[str, str]:
+        """State of each stream in words, at the session's time t [s]."""
+        return {name: _state(stream, t) for name, stream in self.streams.items()}
+
+    def close(self) -> None:
+        """Close all sources."""
+        for source in self._sources.values():
+            source.close()
+
+    def _tick(self) -> Ticks:
+        ticks: Ticks = as_ticks(np.asarray(self._loop.latest()).reshape(1, -1))[0]
+        return ticks
+
+    def _position(self, tick: Ticks, slot: int, name: str) -> Array:
+        """p_WO as the loop renders it; before its first tick as the scene places it."""
+        X_WO = live.object_pose(tick, slot)
+        rest = next(o.X_WO for o in self._rig.snapshot.objects if o.name == name)
+        return np.asarray(rest[:3, 3] if X_WO is None else X_WO[:3, 3])
+
+    def _replace(self, name: str, core: _core.PointSurface) -> None:
+        i = next(i for i, o in enumerate(self._objects) if o.name == name)
+        obj, section = self._rig.scene.objects[i], self._rig.scene.objects[i].cloud
+        assert section is not None
+        X_WO = np.eye(4)
+        X_WO[:3, 3] = self._targets[name][1]
+        self._objects[i] = _core.Object(
+            name, core, X_WO, materials.material(obj), materials.regions(obj),
+            is_virtual=obj.presence != "real", is_real=obj.presence != "virtual", live=surface.cloud_options(section),
+        )  # fmt: skip
+
+    def _set_targets(self, lost: bool = False) -> None:
+        targets = _core.LiveTargets()
+        for t, p, V in self._targets.values():
+            X_WO = np.eye(4)
+            X_WO[:3, 3] = p
+            targets.add(t, X_WO, np.r_[V, np.zeros(3)], lost=lost)
+        self._loop.set_live(targets)
+
+
+def _state(stream: Stream, t: float) -> str:
+    if stream.surface is None:
+        return "no frame yet"
+    age = t - stream.gate.last
+    note = f", {len(stream.remembered):,} points remembered" if len(stream.remembered) else ""
+    if age > stream.section.patience:
+        return f"stale: the newest frame is {age:.2f} s old; the surface stands still and its force fades{note}"
+    return f"{len(stream.surface):,} points, {1e3 * age:.0f} ms old{note}"
+
+
+def _by_object(rig: Rig, sources: Mapping[str, CloudSource]) -> dict[str, CloudSource]:
+    """The source of each object that is the cloud of a sensor, in the order of the objects."""
+    found, used = {}, set()
+    for i, obj in enumerate(rig.scene.objects):
+        if obj.cloud is None or obj.cloud.sensor is None:
+            continue
+        key = obj.name if obj.name in sources else obj.cloud.sensor
+        if key not in sources:
+            raise SceneError(
+                f"object {obj.name!r} has no source: there is no sensor {obj.cloud.sensor!r}",
+                where=rig.scene.where("objects", i, "cloud"),
+                mend='give one: Session(scene, clouds={"NAME": source})',
+            )
+        found[obj.name] = sources[key]
+        used.add(key)
+    unused = [name for name in sources if name not in used]
+    if unused:
+        mend = f"objects with a sensor: {', '.join(found) or 'none'}"
+        raise SceneError(f"no object is the cloud of source {unused[0]!r}", where=rig.scene.file, mend=mend)
+    return found

@@ -1,0 +1,124 @@
+"""The cue of force for devices without force, the placement of names, and the view that shows everything."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+from unittest.mock import MagicMock
+
+import numpy as np
+import pytest
+from fake_session import FakeSession, stage
+from viser.transforms import SO3
+
+from palpate.scene import Scene
+from palpate.viewer.control_panel import BALL, ControlPanel
+from palpate.viewer.cue import LARGEST, ForceCue
+from palpate.viewer.drawing import Drawing
+from palpate.viewer.labels import Eye, arrange
+from palpate.viewer.views import FIELD_OF_VIEW, overview
+
+
+def pressed_tick():
+    session = FakeSession()
+    controls = session.controls
+    controls.p_hand_offset_W = np.array([0.0, 0.0, -0.02])
+    session.controls = controls
+    tick = session.latest()
+    assert tick["depth"] > 0.005
+    return tick
+
+
+def test_drawn_tool_stays_on_the_surface_while_the_hand_goes_in():
+    tick, free = pressed_tick(), FakeSession().latest()
+    for on in (True, False):
+        scene = MagicMock()
+        scene.add_icosphere.side_effect = lambda *_, **given: MagicMock(**{"position": np.zeros(3), **given})
+        scene.add_frame.side_effect = lambda *_, **given: MagicMock(**given)
+        drawing = Drawing(scene, replace(stage(), pseudo_haptic=on, objects=[]))
+        base = drawing._follower._base
+        drawing.show(tick)
+        np.testing.assert_allclose(drawing.p_WT, tick["p_WP"] if on else tick["p_WT"], atol=1e-12)
+        moved = tick["delta_x"] if on else np.zeros(3)
+        np.testing.assert_allclose(base.position, stage().follower.X_WA[:3, 3] + moved, atol=1e-9)
+        assert drawing.cue.halo.visible == on
+        drawing.show(free)
+        np.testing.assert_allclose(drawing.p_WT, free["p_WT"], atol=1e-12)
+        np.testing.assert_allclose(base.position, stage().follower.X_WA[:3, 3], atol=1e-12)
+        assert not drawing.cue.halo.visible
+
+
+def test_halo_grows_with_the_force_up_to_the_cap():
+    cue = ForceCue(MagicMock(), replace(stage(), pseudo_haptic=True))
+    tick, seen = pressed_tick(), []
+    for force in (0.0, 1.5, 3.0, 30.0):
+        tick["F_H_L"] = [0.0, 0.0, force]
+        cue.show(tick)
+        seen.append((cue.halo.scale / stage().radius, cue.halo.color))
+    assert [size for size, _ in seen] == pytest.approx([1.0, 0.5 * (1.0 + LARGEST), LARGEST, LARGEST])
+    assert seen[0][1] == (255, 214, 70)
+    assert seen[2][1] == (225, 20, 20)
+
+
+@pytest.mark.parametrize(
+    ("leader", "shown"),
+    [("{driver: mouse}", True), ("{driver: gamepad}", True), ("{driver: simulated}", False), ("{}", False),
+     ("{pseudo_haptic: true}", True), ("{driver: mouse, pseudo_haptic: false}", False)],
+)  # fmt: skip
+def test_one_word_in_the_scene(leader, shown):
+    scene = Scene.parse(f"objects: [{{sphere: {{radius: 0.03}}}}]\narms: {{leader: {leader}}}\n")
+    assert scene.arms.leader.shows_force == shown
+
+
+def test_names_cover_neither_each_other_nor_the_ball():
+    random = np.random.default_rng(1)
+    ball = (np.array([200.0, 150.0]), np.array([31.0, 31.0]))
+    shown = 0
+    for _ in range(50):
+        texts = ["vessel", "target of the puncture", "a", "incision", "port"]
+        points = list(random.uniform([50, 50], [350, 250], (5, 2)))
+        points[2] = None
+        sides = arrange(points, texts, [ball])
+        assert sides[2] is None
+        boxes = [ball]
+        for point, text, side in zip(points, texts, sides, strict=True):
+            if side is None:
+                continue
+            shown += 1
+            vertical, horizontal = side.split("-")
+            size = np.array([6.5 * len(text), 17.0])
+            away = {"left": 0.5, "right": -0.5, "top": 0.5, "bottom": -0.5, "center": 0.0}
+            centre = point + np.array([away[horizontal], away[vertical]]) * size
+            assert all(np.any(np.abs(centre - c) >= 0.5 * size + h - 1e-9) for c, h in boxes)
+            boxes.append((centre, 0.5 * size))
+    assert shown > 180, "of 200"
+
+
+@pytest.mark.parametrize("size", [(680, 800), (402, 600), (1300, 500)])
+def test_overview_shows_all_points_and_is_filled_by_them(size):
+    random = np.random.default_rng(2)
+    for _ in range(20):
+        points = random.uniform([-0.1, -0.1, 0.0], [0.35, 0.3, 0.2], (12, 3))
+        eye, target = overview(replace(stage(), seen=points), size[0] / size[1])
+        z = (target - eye) / np.linalg.norm(target - eye)
+        x = np.cross(z, [0.0, 0.0, 1.0]) / np.linalg.norm(np.cross(z, [0.0, 0.0, 1.0]))
+        camera = MagicMock(
+            position=eye, wxyz=SO3.from_matrix(np.stack([x, np.cross(z, x), z], axis=1)).wxyz, fov=FIELD_OF_VIEW,
+            image_width=size[0], image_height=size[1],
+        )  # fmt: skip
+        pixels = np.array([Eye.of(camera).pixel(p) for p in points]) / size
+        assert pixels.min() > 0.0
+        assert pixels.max() < 1.0
+        assert np.ptp(pixels, axis=0).max() > 0.4
+
+
+def test_ball_is_at_least_60_pixels_wide_in_the_overview():
+    scene = replace(stage(), seen=np.array([[-0.15, -0.1, 0.0], [0.35, 0.25, 0.2]]))
+    for width, height in ((680, 800), (402, 600), (200, 300)):
+        eye, _ = overview(scene, width / height)
+        panel = ControlPanel.__new__(ControlPanel)
+        camera = MagicMock(position=eye, fov=FIELD_OF_VIEW, image_height=height)
+        panel.ball = SimpleNamespace(position=np.array([0.3, 0.2, 0.1]), radius=BALL)
+        panel.resize_ball(MagicMock(**{"get_clients.return_value": {0: SimpleNamespace(camera=camera)}}))
+        away = np.linalg.norm(eye - panel.ball.position)
+        assert height * panel.ball.radius / (away * np.tan(0.5 * FIELD_OF_VIEW)) >= 58.9, (
+            "62 px, redrawn at changes of 5 %"
+        )
