@@ -11,7 +11,8 @@ from palpate import _core, _dvrk, _pinocchio
 
 ROOT = Path(__file__).resolve().parents[2]
 STUBS = {
-    module: ast.parse((ROOT / f"{module.__name__.replace('.', '/')}.pyi").read_text()) for module in (_core, _dvrk, _pinocchio)
+    module: ast.parse((ROOT / f"{module.__name__.replace('.', '/')}.pyi").read_text())
+    for module in (_core, _dvrk, _pinocchio)
 }
 CLASSES = [(module, node) for module, stub in STUBS.items() for node in stub.body if isinstance(node, ast.ClassDef)]
 

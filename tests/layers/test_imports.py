@@ -64,7 +64,11 @@ def test_parts_of_the_package_import_only_modules_from_the_root():
     """A graph of modules does not show names that a part imports from the root, such as `palpate.Session`."""
     parts = {path.name.removesuffix(".py") for path in (ROOT / "palpate").iterdir()}
     for path in (ROOT / "palpate").rglob("*.py"):
-        others = from_the_root(path.read_text(encoding="utf-8")) - parts - {"_core", "_dvrk", "_pinocchio", "__version__", "__file__"}
+        others = (
+            from_the_root(path.read_text(encoding="utf-8"))
+            - parts
+            - {"_core", "_dvrk", "_pinocchio", "__version__", "__file__"}
+        )
         assert path == ROOT / "palpate" / "__init__.py" or not others, f"{path}: {others}"
 
 

@@ -18,6 +18,7 @@ from typing import Protocol, TypedDict
 import numpy as np
 
 from palpate import _core
+from palpate.errors import PalpateError
 from palpate.record.ticks import TICK, Ticks, Timing
 from palpate.scene import Scene, rig
 

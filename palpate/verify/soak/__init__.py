@@ -1,1 +1,1 @@
-"""Long runs that judge Palpate: pokes at random meshes, random hands, and the haptic node beside the simulated robot."""
+"""Long runs that judge Palpate: pokes at random meshes, random hands, the haptic node beside the simulated robot."""
