@@ -70,7 +70,6 @@ def table(result: dict[str, float]) -> Table:
         "hard_fixture_added": "a hard fixture on it adds to the stage",
         "tube_query": "exact nearest place from the middle line of a tube",
         "tube_hard_added": "a hard keep-in adds on the middle line of the tube",
-        "tube_soft_added": "a soft keep-in adds there",
         "ball_hard_added": "a hard keep-in adds at the centre of a ball",
         "qp": f"quadratic program, {result['constraints']} constraints, from scratch",
         "qp_contradictory": "the same, rows that contradict each other in every way",
@@ -117,12 +116,10 @@ def _medial(triangles: int, ticks: int, empty_us: float, on_progress: Callable[[
         geometry, X_WT = _core.SurfaceGeometry(_core.Mesh(*made)), _poses(paths[name], ticks)
         if name == "tube":
             out |= _percentiles("tube_query", _core.time_query(geometry, X_WT))
-        for kind in ("hard", "soft"):
-            policy = _core.Policy()
-            policy.hard = kind == "hard"
-            fixtures = _core.Fixtures([_core.Fixture(name, geometry, "keep-in", policy=policy)])
-            took = _core.time_guidance(fixtures, X_WT, 1.0 / RATE)
-            out |= _percentiles(f"{name}_{kind}_added", took - empty_us)
+        policy = _core.Policy()
+        policy.hard = True
+        fixtures = _core.Fixtures([_core.Fixture(name, geometry, "keep-in", policy=policy)])
+        out |= _percentiles(f"{name}_hard_added", _core.time_guidance(fixtures, X_WT, 1.0 / RATE) - empty_us)
     return out
 
 
