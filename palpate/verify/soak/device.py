@@ -81,7 +81,8 @@ def _loop(law: str, rate: float, seconds: float, rng: np.random.Generator) -> np
             buttons = int(t % 3.0 > 2.8)
             wrench = haptics.step(t, X if valid else _spoilt(X, rng), buttons=buttons)
             most = max(dt, 2.0 / rate)  # the cycle advances by its own period at least
-            counts += (1, not valid, wrench.any(), *judge(wrench, before, valid, most, cap, rate_cap))
+            wrong = judge(wrench, before, valid, most, cap, rate_cap)
+            counts += np.array([1, not valid, wrench.any(), *wrong], dtype=np.int64)
             before = float(np.linalg.norm(wrench[:3]))
     return counts
 
