@@ -18,7 +18,7 @@ REACH = 0.12
 """Largest displacement of the hand from its path by the ball, along each axis [m]."""
 BALL = 0.016
 """Smallest radius of the ball [m]."""
-BALL_PIXELS = 62.0
+BALL_PIXELS = 64.0
 """Smallest width of the ball on the screen [pixels]."""
 HAND = (245, 150, 30)
 

@@ -34,10 +34,14 @@ def until(condition, seconds=30.0):
         time.sleep(0.1)
 
 
+def picture(page):
+    """The view between the panels (n, m, 3), 0 to 255."""
+    return np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB")).astype(float)[:, 330:910]
+
+
 def test_page_draws_the_scene_without_other_hosts(page):
-    picture = np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB")).astype(float)
-    middle = picture[:, 330:910]
-    assert middle.std() > 20.0
+    until(lambda: picture(page).std() > 20.0, 60.0)  # the page fades in
+    middle = picture(page)
     red = (middle[..., 0] > 1.6 * middle[..., 1]) & (middle[..., 0] > 60.0)
     assert red.mean() > 0.01  # the organ
     assert page.strangers == []
