@@ -31,7 +31,7 @@ ONE = "objects:\n  - shape: organ\n"
         (ONE + "    pose: {xyz: [0, 0, a]}\n", "s.yaml:3: objects[0].pose.xyz[2] must be a number. Got: 'a'\n  why: xyz: origin [m]\n  mend: write a number [m], or one with its unit (um, mm, cm, m, in)"),
         (ONE + "contact: [1]\n", "s.yaml:3: contact must be a section with keys such as method, radius, collision_rate, whole_tool, spheres, release. Got: [1]"),
         ("objects:\n  - mesh: a.stl\n    unit: feet\n", "s.yaml:3: objects[0].unit must be 'mm', 'cm', 'm' or 'in'. Got: 'feet'"),
-        ("objects:\n  - {}\n", "s.yaml:2: objects[0]: an object is one of mesh, sdf, shape, plane,"),
+        ("objects:\n  - {}\n", "s.yaml:2: objects[0]: an object is one of mesh, cloud, sdf, shape, plane,"),
         ("objects:\n  - {mesh: a, shape: organ}\n", "mesh and shape are given"),
         ("objects: []\n", "s.yaml:1: objects must have at least 1 entry. Got: []"),
         ("objects: 3\n", "s.yaml:1: objects must be a list. Got: 3"),
