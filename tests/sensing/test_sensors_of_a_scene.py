@@ -45,7 +45,9 @@ def test_mistakes_name_their_line(sensors, words):
 
 
 def test_what_does_not_exist_is_named():
-    rig = palpate.Session(Scene.parse("sensors: {c: {replay: nowhere}, d: {simulated: {}, frame: away}}\n" + OBJECTS)).rig
+    rig = palpate.Session(
+        Scene.parse("sensors: {c: {replay: nowhere}, d: {simulated: {}, frame: away}}\n" + OBJECTS)
+    ).rig
     for name, words in (("c", "does not exist"), ("d", "away"), ("e", "there is no sensor 'e'")):
         with pytest.raises(SceneError, match=words):
             make(rig, name, lambda: None)
