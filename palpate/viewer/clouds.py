@@ -6,6 +6,8 @@ import numpy as np
 import viser
 from viser.transforms import SE3
 
+from palpate.arrays import Array
+from palpate.clouds.table import Colors
 from palpate.sensing.sensing import Sensing
 from palpate.sensing.source import CloudFrame
 
@@ -69,7 +71,7 @@ class _Camera:
         self._label.text = f"{self._name}: {1e3 * age:.0f} ms"
 
 
-def drawn(frame: CloudFrame) -> tuple[np.ndarray[tuple[int, int], np.dtype[np.float64]], np.ndarray]:  # type: ignore[type-arg]
+def drawn(frame: CloudFrame) -> tuple[Array, Colors]:
     """Points (n, 3) in C [m] and colours (n, 3) of at most `MOST` valid points of a frame, spread evenly over it."""
     p = np.asarray(frame.points).reshape(-1, 3)
     valid = np.flatnonzero(np.isfinite(p).all(axis=1))
