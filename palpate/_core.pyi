@@ -2178,27 +2178,6 @@ def low_pass_share(cutoff: float, dt: float) -> float:
     Coefficient a of the low-pass y_k = y_k-1 + a (u_k - y_k-1). cutoff [Hz], 0: no low-pass; dt [s].
     """
 
-class AllTerms:
-    """
-    Pinocchio's dynamics of a URDF; tests and benchmarks compare Arm with it.
-    """
-
-    def __init__(self, xml: str, base_frame: str, tip_frame: str) -> None: ...
-
-    def compute(
-        self,
-        q: numpy.typing.ArrayLike,
-        v: numpy.typing.ArrayLike,
-    ) -> tuple[
-        Annotated[NDArray[numpy.float64], "(:, :)"],
-        Annotated[NDArray[numpy.float64], "(:,)"],
-        Annotated[NDArray[numpy.float64], "(:,)"],
-        Annotated[NDArray[numpy.float64], "(:, :)"],
-    ]:
-        """
-        computeAllTerms: (M (n,n), C v + G (n,), G (n,), J (6,n) at the tip in base axes).
-        """
-
 def recursion_by_kernel(
     xml: str,
     base_frame: str,
@@ -3588,26 +3567,6 @@ class BareLoop:
         """
         Punctuality so far: lateness_us, slack_us, ticks, missed_ticks, scheduler.
         """
-
-class BareDynamics:
-    """
-    Times Pinocchio's computeAllTerms of both arms, as a baseline for the compute time of a cycle.
-    """
-
-    def __init__(self, leader: AllTerms, follower: AllTerms) -> None: ...
-
-    def run(
-        self,
-        q_leader: Annotated[NDArray[numpy.float64], "(:, :)"],
-        v_leader: Annotated[NDArray[numpy.float64], "(:, :)"],
-        q_follower: Annotated[NDArray[numpy.float64], "(:, :)"],
-    ) -> None:
-        """
-        Times k ticks: q_leader (n, k), v_leader (n, k) and q_follower (m, k) [rad, m; rad/s, m/s].
-        """
-
-    def timing(self) -> dict[str, Any]:
-        """Compute times p50, p99, p999 and max [us]."""
 
 class CycleOptions:
     """Options of the haptic cycle and its stages."""
