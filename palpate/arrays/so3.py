@@ -39,20 +39,36 @@ def onto(axis: Array) -> Array:
 
 def matrices(wxyz: npt.ArrayLike) -> Array:
     """Rotations (..., 3, 3) from quaternions (..., 4) of any norm; a zero quaternion gives the identity."""
-    from scipy.spatial.transform import Rotation
-
     q = np.asarray(wxyz, dtype=np.float64)
-    q = np.where(np.linalg.norm(q, axis=-1, keepdims=True) > 1e-9, q, [1.0, 0.0, 0.0, 0.0])
-    R = Rotation.from_quat(np.roll(q, -1, axis=-1).reshape(-1, 4)).as_matrix()
-    return np.asarray(R).reshape(*q.shape[:-1], 3, 3)
+    length = np.linalg.norm(q, axis=-1, keepdims=True)
+    w, x, y, z = np.moveaxis(np.where(length > 1e-9, q / np.maximum(length, 1e-9), [1.0, 0.0, 0.0, 0.0]), -1, 0)
+    R = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(R), (0, 1), (-2, -1))
 
 
 def quaternions(R: Array, canonical: bool = False) -> Array:
-    """Unit quaternions (..., 4) from rotations (..., 3, 3), with w >= 0 if `canonical`."""
-    from scipy.spatial.transform import Rotation
+    """Unit quaternions (..., 4) from rotations (..., 3, 3), with w >= 0 if `canonical`.
 
-    found = np.asarray(Rotation.from_matrix(R.reshape(-1, 3, 3)).as_quat(canonical=canonical))
-    return np.roll(found, 1, axis=-1).reshape(*R.shape[:-2], 4)
+    The matrix 4 q q^T is linear in R; its row with the largest diagonal element gives q without loss of precision
+    (Shepperd 1978). In numpy, because importing scipy's rotations takes longer than all else that writes a record.
+    """
+    r = np.asarray(R, dtype=np.float64)
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = (np.moveaxis(row, -1, 0) for row in np.moveaxis(r, -2, 0))
+    qq = [
+        [1 + xx + yy + zz, zy - yz, xz - zx, yx - xy],
+        [zy - yz, 1 + xx - yy - zz, xy + yx, xz + zx],
+        [xz - zx, xy + yx, 1 - xx + yy - zz, yz + zy],
+        [yx - xy, xz + zx, yz + zy, 1 - xx - yy + zz],
+    ]
+    rows = np.moveaxis(np.array(qq), (0, 1), (-2, -1))
+    largest = np.argmax(np.diagonal(rows, axis1=-2, axis2=-1), axis=-1)[..., None, None]
+    q = np.take_along_axis(rows, largest, axis=-2)[..., 0, :]
+    q = q / np.linalg.norm(q, axis=-1, keepdims=True)
+    return np.asarray(np.where(q[..., :1] < 0.0, -q, q) if canonical else q)
 
 
 def pose(p: npt.ArrayLike, wxyz: npt.ArrayLike) -> Array:
