@@ -26,7 +26,10 @@ _GATES: WeakKeyDictionary[viser.ViserServer, Gate] = WeakKeyDictionary()
 _STYLE = (  # the panels' contents follow their width: by default they keep 220 pixels, and are cut off
     "<style>@media (max-width:1000px){"
     ".mantine-ScrollArea-content{min-width:0!important;width:100%!important;display:block!important}"
-    ".uplot-container{max-width:100%}}</style>"
+    ".uplot-container{max-width:100%}"
+    # a slider beside its label and its number would have no length
+    ".mantine-Flex-root:has(>div>.mantine-Flex-root>.mantine-Slider-root){flex-direction:column;align-items:stretch!important}"
+    "}</style>"
 )
 _ONE_PIXEL = "data:image/gif;base64,R0lGODlhAQABAAAAACH5BAEKAAEALAAAAAABAAEAAAICTAEAOw=="
 
