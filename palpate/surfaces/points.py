@@ -110,7 +110,7 @@ class PointSurface(Surface):
     def _drawing(self) -> tuple[Array, Triangles]:
         """One small triangle at each averaged point, in the plane of the surface."""
         p, n, _ = self.core.averaged()
-        return drawn_points(p, n, 0.6 * self.scales.voxel)
+        return drawn_points(p, n, 0.9 * self.scales.voxel)
 
 
 class LiveCloud(Surface):

@@ -25,6 +25,7 @@ class OrganDrawing:
     def __init__(self, scene: viser.SceneApi, obj: TouchedObject, color: Color) -> None:
         """Draws the object at its rest pose; color: used unless the scene or the mesh file names one."""
         self._moving, self._slot, self._X_WO = obj.moving, obj.slot, np.array(obj.X_WO)
+        self._takes_dents = not obj.is_cloud
         self.holds = obj.holds or bool(obj.regions)
         self._name = f"/objects/{obj.name}"
         X = SE3.from_matrix(obj.X_WO)
@@ -68,7 +69,7 @@ class OrganDrawing:
             spheres: centre (3,) and radius of each [m], the point (3,) where its proxy touches the object, and the
                 surface normal (3,) there, None if it is to be estimated. In W.
         """
-        if not spheres:
+        if not spheres or not self._takes_dents:
             if self._is_pressed:
                 self._release()
             return

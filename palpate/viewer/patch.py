@@ -110,12 +110,15 @@ class PatchCutter:
         )
 
     def _near(self, point: Array, radius: float) -> NDArray[np.bool_]:
-        """(m,) True for the triangles within a ball that hang together with the one nearest to its centre."""
+        """(m,) True for the triangles within a ball that hang together with the one nearest to its centre.
+
+        Beside the drawn part of a surface, for example of an infinite plane, this is the nearest triangle alone.
+        """
         from scipy.sparse import coo_array
         from scipy.sparse.csgraph import connected_components
 
         away = np.linalg.norm(self._middle - point, axis=1) - self._size
-        chosen = np.flatnonzero(away < radius)
+        chosen = np.flatnonzero(away < max(radius, float(away.min()) + 1e-12))
         corner = self._welded[self._triangles[chosen]].ravel()
         owner = np.repeat(np.arange(len(chosen)), 3)
         links = coo_array((np.ones(len(owner)), (owner, len(chosen) + corner)))

@@ -59,6 +59,8 @@ class TouchedObject:
     """Colour in the scene, red, green, blue from 0 to 255; None without one."""
     colors: Array | None = None
     """(n, 3) colours of the vertices in the mesh file, 0 to 255; None without colours."""
+    is_cloud: bool = False
+    """True if each triangle is a point of a cloud; they take no dent."""
     holds: bool = False
     """True if another object lies inside: the object is then drawn transparent."""
     slot: int | None = None

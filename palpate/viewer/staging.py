@@ -24,6 +24,7 @@ from palpate.record.ticks import Ticks
 from palpate.scene import materials, placing
 from palpate.scene.model import ObjectSection
 from palpate.scene.rig import Rig, build
+from palpate.scene.scene import Scene
 from palpate.scene.surface import PlacedSurface
 from palpate.session.recorded import recorded_scene
 from palpate.values.units import FILE_UNITS
@@ -41,6 +42,7 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
             _touched_object(each, placed, felt, followers.index(each.name) if felt.is_live else None),
             color=each.color,
             colors=None if each.color is not None else file_colors(rig, k),
+            is_cloud=each.cloud is not None,
             holds=any(_lies_in(other, placed) for other in rig.surfaces if other is not placed),
         )
         for k, (each, placed, felt) in enumerate(zip(scene.objects, rig.surfaces, rig.snapshot.objects, strict=True))
@@ -48,7 +50,7 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
     p_WH = arms.X_WL @ arms.leader.fk(arms.q_leader0)[:, 3]
     bounds = np.array([placed.bounds for placed in rig.surfaces])
     middle = 0.5 * (bounds[:, 0].min(axis=0) + bounds[:, 1].max(axis=0))
-    first = scene.objects[0]
+    first = _first_felt(scene)
     return Stage(
         title=title or scene.title,
         objects=objects,
@@ -69,6 +71,11 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
         fixtures=tuple(fixture_mark(fixture, rig.context) for fixture in scene.guidance),
         extent=float(np.linalg.norm(middle - p_WH[:3]) + 0.5 * np.ptp(bounds, axis=(0, 1)).max()),
     )
+
+
+def _first_felt(scene: Scene) -> ObjectSection:
+    """The first object that the contact stage renders, or the first one."""
+    return next((each for each in scene.objects if each.presence != "real"), scene.objects[0])
 
 
 def _seen(bounds: Array, p_WH: Array, p_WT: Array) -> Array:
@@ -177,7 +184,7 @@ def stable_below(rig: Rig) -> Callable[[float], float] | None:
         found = certify_all(rig.scene, rig=rig)
     except PalpateError:
         return None
-    first = rig.scene.objects[0]
+    first = _first_felt(rig.scene)
     K, B_first = max(first.stiffness), max(first.damping)
 
     def limit(B: float) -> float:

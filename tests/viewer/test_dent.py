@@ -121,6 +121,22 @@ def test_release_restores_every_byte():
     assert not patch.visible
 
 
+def test_points_of_a_cloud_take_no_dent():
+    vertices, triangles = organ(2000)
+    drawing, made = drawn(TouchedObject("scan", vertices, triangles, np.eye(4), is_cloud=True))
+    drawing.press([(vertices[100], 0.002, vertices[100], None)])
+    assert len(made["/objects/scan/0"].faces) == len(triangles)
+
+
+def test_press_beside_the_drawn_part_of_a_plane_moves_the_nearest_triangle_only():
+    vertices = np.array([[0.0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0.1, 0.1, 0]])
+    triangles = np.array([[0, 1, 2], [1, 3, 2]], np.int32)
+    up, far = np.array([0.0, 0.0, 1.0]), np.array([1.0, 1.0, 0.0])
+    patch = PatchCutter(vertices, triangles, np.zeros(2, np.int64)).patch([Press(far - 0.001 * up, 0.002, far, up)])
+    assert patch.rest.tolist() == [True, False]
+    assert np.isfinite(patch.vertices).all()
+
+
 def test_still_sphere_sends_nothing_and_a_moving_one_keeps_the_cut():
     vertices, triangles = organ(6000)
     cutter = PatchCutter(vertices, triangles, np.zeros(len(triangles), np.int64))
