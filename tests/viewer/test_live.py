@@ -64,6 +64,24 @@ def test_dragging_the_ball_moves_the_hand_and_the_force_changes(page, viewer):
     assert page.inner_text("#palpate-status") == "touching"
 
 
+def test_drag_at_the_edge_of_the_ball_does_not_turn_the_camera_and_one_beside_it_does(page, viewer):
+    camera = list(viewer._server.get_clients().values())[-1].camera
+    turned = {}
+    for aside in (25.0, 80.0):  # the ball is at least 60 pixels wide
+        x, y = on_screen(page, viewer._server, viewer.control_panel.ball.position)
+        before = np.array(camera.wxyz)
+        page.mouse.move(x - aside, y)
+        page.mouse.down()
+        for step in range(1, 9):
+            page.mouse.move(x - aside - 5 * step, y)
+            time.sleep(0.05)
+        page.mouse.up()
+        time.sleep(1.0)
+        turned[aside] = float(np.abs(np.array(camera.wxyz) - before).max())
+    assert turned[25.0] < 1e-6
+    assert turned[80.0] > 1e-3
+
+
 def test_stiffness_slider_raises_the_force(page, viewer):
     before = number(page, "force")
     thumb = page.query_selector_all('[role="slider"]')[0]
