@@ -88,8 +88,9 @@ class Totals:
         self._keep(ticks["cycle_us"].astype(np.float32))
 
     def _keep(self, cycle_us: np.ndarray[Any, np.dtype[np.float32]]) -> None:
-        self._slowest = float(np.fmax(self._slowest, np.fmax.reduce(cycle_us)))
-        self._cycle_us.append(cycle_us[:: self._stride])
+        known = cycle_us[np.isfinite(cycle_us)]
+        self._slowest = max(self._slowest, float(known.max(initial=0.0)))
+        self._cycle_us.append(known[:: self._stride])
         self._kept += len(self._cycle_us[-1])
         if self._kept > _MOST_TIMES:
             self._cycle_us = [np.concatenate(self._cycle_us)[::2].copy()]
@@ -108,7 +109,6 @@ class Totals:
             known: fields of `Summary` that the ticks do not contain: realtime, faults, record, ...
         """
         us = np.concatenate(self._cycle_us) if self._cycle_us else np.zeros(0)
-        us = us[np.isfinite(us)]
         p50, p99, p999 = np.percentile(us, [50, 99, 99.9]).tolist() if len(us) else (0.0,) * 3
         summary = Summary(
             duration_s=round(self._ticks * self._dt, 9),

@@ -34,7 +34,7 @@ def test_valid_mesh_has_no_warnings(palpate, tmp_path):
     assert result["warnings"] == []
     assert result["mesh"]["watertight"]
     assert result["mesh"]["volume_m3"] == pytest.approx(6.4e-5)
-    assert set(result) == json_contract.keys("check") - {"objects", "fixtures", "start", "grid"}
+    assert set(result) == json_contract.keys("check") - {"objects", "fixtures", "start", "device", "grid"}
     report = json_contract.keys_of("check", "The report of a mesh")
     assert set(result["mesh"]) == report - {"what", "why", "mend"}
 

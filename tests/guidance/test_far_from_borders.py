@@ -65,13 +65,14 @@ def exact_fixture(geometry: _core.Geometry, **policy: float) -> _core.Geometry:
 
 @pytest.mark.parametrize("law", ["spring", "potential", "admittance", "optimise"])
 @pytest.mark.parametrize("hard", [True, False])
-def test_motion_and_force_are_those_of_exact_distances(law, hard):
-    """A tool that wanders through a tube, along its middle line and against its wall."""
+@pytest.mark.parametrize("reach", [0.005, 0.015], ids=["at the wall", "far beyond the wall"])
+def test_motion_and_force_are_those_of_exact_distances(law, hard, reach):
+    """A tool that wanders through a tube, along its middle line and against its wall, or deep into it."""
     geometry = _core.SurfaceGeometry(Mesh(*tube(4000)).core)
     rng = np.random.default_rng(4)
     t = np.arange(3000) * 1e-3
     wander = np.array([np.sin(2 * np.pi * f * t + phase) for f, phase in rng.uniform(0.2, 3.0, (3, 2))]).T
-    p = np.array([0.005, 0.005, 0.04]) * (t / t[-1])[:, None] * wander
+    p = np.array([reach, reach, 0.04]) * (t / t[-1])[:, None] * wander
     goals, wrenches, gaps = [], [], []
     for shape in (geometry, exact_fixture(geometry)):
         policy, options = _core.Policy(), _core.GuidanceLawOptions()
@@ -86,6 +87,7 @@ def test_motion_and_force_are_those_of_exact_distances(law, hard):
         gaps.append([out["gap"] for out in outs])
     np.testing.assert_allclose(*goals, atol=1e-9)
     np.testing.assert_allclose(*wrenches, atol=1e-7)
+    assert np.min(gaps[1]) < (-5e-3 if reach > 0.01 else 0.0), "control: the tool was at the wall, or far beyond it"
     assert np.max(gaps[1]) > 3.5e-3, "control: the tool was on the middle line"
     assert np.max(np.abs(wrenches)) > 0.3 or law == "admittance", "control: the tool pushed the wall"
     assert np.max(np.abs(np.subtract(*gaps))) > 1e-6, "control: the bound was used"

@@ -150,7 +150,11 @@ Constraint evaluate(const Fixture& fixture, const ToolQuery& tool, double t) noe
   const Role::Needs needs = fixture.role->needs();
   if (needs == Role::Needs::normals) derivatives = geometry.normals(tool.X_WT, t);
   if (needs == Role::Needs::attitude_derivative) derivatives = geometry.attitude_derivative(tool.X_WT, t);
-  return fixture.role->constraint(geometry.query(tool.X_WT, t, exact_within(fixture)), derivatives, tool);
+  const auto constraint_within = [&](double within) {
+    return fixture.role->constraint(geometry.query(tool.X_WT, t, within), derivatives, tool);
+  };
+  const Constraint found = constraint_within(exact_within(fixture));
+  return found.gap < 0.0 ? constraint_within(Geometry::kEverywhere) : found;  // a bound must not shorten a correction
 }
 
 void check(const Fixtures& fixtures) {

@@ -280,9 +280,13 @@ SPECIMENS: dict[str, Specimen] = {
 }  # fmt: skip
 
 
+_NO_FIXTURE = {_core.PointSurface}
+"""Surfaces of the contact stage of which no fixture is made; a fixture around points is `Cloud`."""
+
+
 def unjudged() -> list[str]:
     """Geometries and surfaces of the core that no specimen covers."""
-    covered = {cls for specimen in SPECIMENS.values() for cls in specimen.classes}
+    covered = _NO_FIXTURE.union(*(specimen.classes for specimen in SPECIMENS.values()))
     known = [cls for cls in vars(_core).values() if isinstance(cls, type)]
     of_core = [cls for cls in known if issubclass(cls, (_core.Geometry, _core.Surface))]
     return sorted(cls.__name__ for cls in of_core if cls not in covered | {_core.Geometry, _core.Surface})
