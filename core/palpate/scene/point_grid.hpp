@@ -13,10 +13,11 @@
 namespace palpate::scene {
 
 /// A point of the surface, the mean of the points in one voxel.
-struct GridPoint {
-  float p[3];    ///< position relative to PointGrid::origin() [m]
-  float n[3];    ///< outward unit normal
-  float weight;  ///< number of averaged points, at most 255 [-]
+struct alignas(16) GridPoint {
+  float p[3];     ///< position relative to PointGrid::origin() [m]
+  float weight;   ///< number of averaged points, at most 255 [-]
+  float n[3];     ///< outward unit normal
+  float padding;  ///< 0: four numbers are added at once
 };
 
 /// The points, in cells of a regular grid.

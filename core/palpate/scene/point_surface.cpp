@@ -22,7 +22,7 @@ constexpr double kFlat = 1e-5;         // curvature times support below which th
 constexpr double kNormalReach = 0.6;   // [support] radius of the planes that give normals
 constexpr double kColumn = 0.6;        // [voxel] distance between two points of the smoothed layer at least
 constexpr double kQueryShare = 0.6;    // [support] radius of the fit at a query
-constexpr std::size_t kMatches = 800;  // points that determine a displacement
+constexpr std::size_t kMatches = 500;  // points that determine a displacement
 constexpr int kMatchProjections = 2;   // projections of such a point, which is near the surface
 constexpr int kMinMatches = 30;        // fewer matches determine nothing
 constexpr double kMaxShift = 0.03;     // larger displacements between two frames are not searched for [m]
@@ -68,7 +68,6 @@ struct AlgebraicSphere {
 struct Sums {
   double w = 0.0, pn = 0.0, pp = 0.0;
   Vec3 p = Vec3::Zero(), n = Vec3::Zero();
-  double nearest2 = kUnlimited;
   std::uint32_t nearest = 0;
 
   /// The sphere of the closed form of 2008, with unit weight of the normals.
@@ -82,26 +81,36 @@ struct Sums {
   }
 };
 
+/// Sums in single precision, which is 1e-6 of the support.
 Sums sum_near(const PointGrid& grid, const Vec3& x, const Vec3& side, double support) noexcept {
+  using Four = Eigen::Vector4f;
+  const Eigen::Vector3f at = x.cast<float>(), front = side.cast<float>();
+  const auto inverse = static_cast<float>(1.0 / (support * support));
+  Four p = Four::Zero(), n = Four::Zero();
+  float total = 0.0F, pn = 0.0F, pp = 0.0F, nearest2 = std::numeric_limits<float>::infinity();
   Sums out;
-  const double inverse = 1.0 / (support * support);
   grid.visit_near(x, support, [&](const GridPoint& s, std::uint32_t i) {
-    const Vec3 d(s.p[0] - x.x(), s.p[1] - x.y(), s.p[2] - x.z());
-    const double d2 = d.squaredNorm(), rest = 1.0 - d2 * inverse;
-    if (!(rest > 0.0)) return;
-    const Vec3 n(s.n[0], s.n[1], s.n[2]);
-    if (!(n.dot(side) > 0.0)) return;
-    if (d2 < out.nearest2) {
-      out.nearest2 = d2;
+    const Four d(s.p[0] - at.x(), s.p[1] - at.y(), s.p[2] - at.z(), 0.0F);
+    const Eigen::Map<const Four, Eigen::Aligned16> normal(s.n);
+    const float d2 = d.x() * d.x() + d.y() * d.y() + d.z() * d.z(), rest = 1.0F - d2 * inverse;
+    if (!(rest > 0.0F)) return;
+    if (!(s.n[0] * front.x() + s.n[1] * front.y() + s.n[2] * front.z() > 0.0F)) return;
+    if (d2 < nearest2) {
+      nearest2 = d2;
       out.nearest = i;
     }
-    const double w = static_cast<double>(s.weight) * rest * rest * rest * rest;
-    out.w += w;
-    out.p += w * d;
-    out.n += w * n;
-    out.pn += w * d.dot(n);
-    out.pp += w * d2;
+    const float w = s.weight * rest * rest * rest * rest;
+    total += w;
+    p += w * d;
+    n += w * normal;
+    pn += w * (d.x() * s.n[0] + d.y() * s.n[1] + d.z() * s.n[2]);
+    pp += w * d2;
   });
+  out.w = static_cast<double>(total);
+  out.p = p.head<3>().cast<double>();
+  out.n = n.head<3>().cast<double>();
+  out.pn = static_cast<double>(pn);
+  out.pp = static_cast<double>(pp);
   return out;
 }
 
@@ -236,7 +245,7 @@ std::optional<Vec3> PointSurface::shift_to(std::span<const double> points, const
   Vec3 shift = Vec3::Zero();
   double scale = kMaxShift;  // residuals beyond it are mismatches [m]
   std::vector<double> sizes;
-  for (int iteration = 0; iteration < 4; ++iteration) {
+  for (int iteration = 0; iteration < 3; ++iteration) {
     Mat3 A = Mat3::Zero();
     Vec3 b = Vec3::Zero();
     int matches = 0;
