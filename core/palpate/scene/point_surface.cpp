@@ -253,7 +253,8 @@ std::optional<Vec3> PointSurface::shift_to(std::span<const double> points, const
     for (std::size_t i = 0; i < near.size(); i += stride) {
       const Vec3 p = near[i] - shift;
       const Vec3 q = p - grid_.origin();
-      const BvhHit hit = bvh_closest(bvh_, q.data(), {(scale + options_.bridge) * (scale + options_.bridge), 0.0, 0.0, -1});
+      const BvhHit hit =
+          bvh_closest(bvh_, q.data(), {(scale + options_.bridge) * (scale + options_.bridge), 0.0, 0.0, -1});
       if (hit.triangle < 0) continue;
       const Foot at = foot(q, hit.triangle, kMatchProjections);
       const double r = (q - at.x).dot(at.n);
