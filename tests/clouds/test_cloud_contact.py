@@ -22,7 +22,7 @@ def test_a_cloud_of_the_organ_is_felt_as_its_mesh(noise, size, angle):
 
 def test_the_comparison_sees_a_cloud_in_another_place(monkeypatch):
     place = cloud_organ.sampled
-    monkeypatch.setattr(cloud_organ, "sampled", lambda *args: place(*args) + [0.0, 0.0, 5e-4])
+    monkeypatch.setattr(cloud_organ, "sampled", lambda *args: place(*args) + np.array([0.0, 0.0, 5e-4]))
     assert cloud_organ.difference(noise=0.0)[0] > 0.1
 
 

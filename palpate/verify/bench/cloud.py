@@ -18,6 +18,7 @@ from palpate.verify.bench.cloud_cases import CASES, CaseFigures, MovingSurface
 POINTS = 300_000
 """Points of a frame."""
 _SIDE = 0.4  # of the square field of view [m]
+_TURNS = 4  # with frames and without, so that both meet the same load of the machine
 _SETTLED = 1.0  # time after which the force is judged [s]
 
 
@@ -63,11 +64,17 @@ class Still:
 
 
 def run(seconds: float = 10.0, points: int = POINTS) -> Figures:
-    """Run the scene in real time for some seconds [s] with frames, and as long without; then the cases."""
+    """Run the scene in real time for some seconds [s] with frames, and as long without, in turns; then the cases."""
     breathing = CASES["breathing"]
-    control, _, _, _ = _live(Still(), seconds)
-    missed, latencies, used, rows = _live(Camera(breathing.height, points, side=_SIDE), seconds)
-    settled = rows[rows["t"] > _SETTLED]
+    missed, control, latencies, used, turns = 0, 0, [], [], []
+    for _ in range(_TURNS):
+        control += _live(Still(), seconds / _TURNS)[0]
+        one = _live(Camera(breathing.height, points, side=_SIDE), seconds / _TURNS)
+        missed += one[0]
+        latencies += one[1]
+        used += one[2]
+        turns.append(one[3])
+    rows = np.concatenate(turns)
     difference, angle = cloud_organ.difference()
     p50, p99 = np.percentile(1e3 * np.array(latencies), [50, 99]) if latencies else (np.nan, np.nan)
     return {
@@ -78,7 +85,7 @@ def run(seconds: float = 10.0, points: int = POINTS) -> Figures:
         "missed": missed,
         "control_missed": control,
         "ticks": len(rows),
-        "force_error_rms": cloud_cases.force_error(settled, breathing.height),
+        "force_error_rms": cloud_cases.force_error(rows[rows["t"] > _SETTLED], breathing.height),
         "cases": cloud_cases.run(),
         "organ_difference_rms": round(difference, 4),
         "organ_difference_deg": round(angle, 2),
@@ -113,14 +120,14 @@ def table(figures: Figures) -> Table:
     """The figures with what is asked."""
     out = Table("figure", "measured", "asked")
     late = figures["frame_to_force_ms"]
-    out.add_row("frame to force, p50 / p99 [ms]", f"{late['p50']:g} / {late['p99']:g}", "40 / 60")
-    out.add_row("processor time of a frame [ms]", f"{figures['frame_cpu_ms']:g}", "")
-    out.add_row("missed ticks / of the control", f"{figures['missed']} / {figures['control_missed']}", "not more")
+    out.add_row("frame to force, p50 and p99, ms", f"{late['p50']:g} / {late['p99']:g}", "40 / 60")
+    out.add_row("processor time of a frame, ms", f"{figures['frame_cpu_ms']:g}", "")
+    out.add_row("missed ticks, and of the control", f"{figures['missed']} / {figures['control_missed']}", "not more")
     out.add_row("rms error of the force, in real time", f"{100 * figures['force_error_rms']:.1f} %", "5 %")
     for name, found in figures["cases"].items():
         rms = f"{100 * found['force_error_rms']:.1f} %, without velocity {100 * found['resting_error_rms']:.1f} %"
         out.add_row(f"{name}: rms error of the force", rms, "5 %")
-        out.add_row(f"{name}: least force [N] / largest rate [N/s]", f"{found['least_N']} / {found['rate_N_s']}", "")
+        out.add_row(f"{name}: least force N, largest rate N/s", f"{found['least_N']} / {found['rate_N_s']}", "")
     organ = f"{100 * figures['organ_difference_rms']:.1f} %, {figures['organ_difference_deg']} deg"
     out.add_row("cloud of the organ, noise 1 mm, to its mesh at 2 mm depth", organ, "")
     return out

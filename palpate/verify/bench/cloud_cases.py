@@ -125,7 +125,7 @@ def true_force(rows: Ticks, height: Height) -> Array:
     """Spring force (n,) along z [N] of the true surface at the measured poses of the tool, which is above its top."""
     p = np.asarray(rows["p_WT"])
     depth = RADIUS + height(rows["t"]) - p[:, 2] - (p[:, :2] ** 2).sum(axis=1) / _CURVE
-    return STIFFNESS * np.maximum(0.0, depth)
+    return np.asarray(STIFFNESS * np.maximum(0.0, depth), dtype=np.float64)
 
 
 def relative_error(felt: Array, exact: Array) -> float:

@@ -21,7 +21,7 @@ def difference(spacing: float = 1e-3, noise: float = 1e-3) -> tuple[float, float
         spacing: mean distance between the points of the cloud [m].
         noise: standard deviation of each coordinate [m].
     """
-    vertices, triangles = (np.asarray(a) for a in organ(20_000))
+    vertices, triangles = organ(20_000)
     corners = vertices[triangles]
     area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum()
     points = sampled(vertices, triangles, int(area / spacing**2), 0)
